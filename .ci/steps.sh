@@ -1,25 +1,25 @@
-# What .ci/run and .ci/long have in common: steps, and at the end how long each took. To be sourced.
+# Functions for .ci/run and .ci/long, to be sourced: run steps, and print their durations at the end.
 
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 
 times_of_steps=() running=
 
-# Runs a command, which has to succeed.
+# Runs a command, which must succeed.
 step() {
     printf '\n== %s\n' "$*"
     running=$* begun_s=$SECONDS
     "$@"
-    took ""
+    note_time ""
 }
 
-took() {
+note_time() {
     times_of_steps+=("$(printf '%5d s  %s' $((SECONDS - begun_s)) "$running$1")")
     running=
 }
 
-tell_times() {
-    [ -z "$running" ] || took ": FAILED"
+print_times() {
+    [ -z "$running" ] || note_time ": FAILED"
     printf '\n== times\n'
-    printf '%s\n' "${times_of_steps[@]}" "$(printf '%5d s  in all' "$SECONDS")"
+    printf '%s\n' "${times_of_steps[@]}" "$(printf '%5d s  total' "$SECONDS")"
 }
-trap tell_times EXIT
+trap print_times EXIT

@@ -1,20 +1,20 @@
 #!/usr/bin/env python3
-"""Replay who belongs to which group of a flown record, and which UAV serves it, in plain NumPy, and compare.
+"""Replay the group memberships and assignments of a record in plain NumPy, and compare.
 
 Usage: check_coordination.py <record folder>
 
-An implementation of its own of section IV of the paper that check_equations.py names, with the rules that the project
-adds to it. At each instant it starts from where everybody belonged at the last one, as recorded, and from the recorded
-estimates: it clusters (30), hands over with dwell (34), discards, takes back, founds and dissolves groups, assigns
-UAVs (31-33), and compares with what the record says of the instant: places, events, crews, altitudes, alarms.
+This is an independent implementation of section IV of the paper (see check_equations.py), with the rules that the
+project adds. Each time step starts from the recorded memberships of the last one and from the recorded estimates: it
+clusters (30), hands off with dwell (34), removes and readmits targets, creates and retires groups, and assigns UAVs
+(31-33). The results are compared with the record: memberships, events, assignments, altitudes, alerts.
 
-Prints lines like check_equations.py. Of a clustering from nothing and of an assignment only the worth is compared, with
-the best of many random starts and of all assignments. Exits with 1 and a message if a tolerance is exceeded.
+Prints lines like check_equations.py. For initial clusterings and assignments, only the objective is compared, with the
+best of many random starts and of all assignments. Exits with 1 and a message if a tolerance is exceeded.
 
-Not checked: assignments of more than EXHAUSTIVE_MAX UAVs, teams whose UAVs come and go, the words of a reason beyond
-its first number. With `groups.count = "needed"`, where no group was there before: that half as many clusters as UAVs do
-not hold everybody, if the record founds one group after the other instead. With `groups.search = "lost"`: who is sent to
-search for whom and when a search ends, both taken as recorded.
+Not checked: assignments of more than EXHAUSTIVE_MAX UAVs, teams whose UAVs leave and join, and the text of a reason
+after its first number. With `groups.count = "as-needed"` and no previous group: that half as many clusters as UAVs do not
+cover all targets, if the record creates groups one by one instead. With `groups.search_lost_targets = true`: which UAV searches for
+which target and when a search ends, both taken as recorded.
 """
 
 import re
@@ -27,20 +27,20 @@ import numpy as np
 
 from check_equations import (
     POSITION, ROUNDING, VELOCITY, Outline, circle_spread, climb_of, direction, equation_7, equation_15, equations_13_20,
-    equation_22, equations_28_29, is_by_circle, last_furthest, lemma_3_1, main, margin_in_metres, minima, needed_radius,
-    smallest_circle, unit, wanted_state, wrap)
+    equation_22, equations_28_29, is_by_circle, last_furthest, lemma_3_1, main, margin_in_metres, minima, required_radius,
+    enclosing_circle, unit, desired_state, wrap)
 
 EXHAUSTIVE_MAX = 8  # UAVs up to which all assignments are tried
-FILLED = 0.85  # of the largest radius: what others' orbits may need to hold the members of a group that is wound up
-LN_DET_FLOOR = np.log(1e-24)  # what a target counts for of which nobody tells anything
-LN_DET_STEP = 1e-6  # in which scores are rounded
-STARTS = 60  # of the clusterings that the recorded ones are compared with
-NOT_THE_BEST = 0.05  # of the cost (30): so much worse than the best a clustering may be
-SAME_M = 1e-6  # distances that differ by rounding alone
-REPLAYED = ["group-founded", "group-dissolved", "joined", "handoff-requested", "handoff-completed", "handoff-withdrawn",
-            "discarded", "taken-back", "left-out", "regrouped"]
-STATED = {"handoff-requested": 0.05}  # rounding of the number in a reason; of others 0.5
-UNASSIGNED, DISCARDED = ("unassigned", None, None), ("discarded", None, None)
+FILLED = 0.85  # maximum radius of other orbits that receive members of a retiring group, relative to radius_max_m
+LN_DET_FLOOR = np.log(1e-24)  # score of a target without information
+LN_DET_STEP = 1e-6  # rounding of scores
+STARTS = 60  # number of random starts of the clusterings for comparison
+NOT_THE_BEST = 0.05  # allowed relative excess of the cost (30) over the best clustering found
+SAME_M = 1e-6  # distances with a smaller difference count as equal
+REPLAYED = ["group-created", "group-retired", "admitted", "handoff-started", "handoff-completed", "handoff-cancelled",
+            "removed", "readmitted", "not-admitted", "regrouped"]
+STATED = {"handoff-started": 0.05}  # rounding of the number in a reason; 0.5 for other events
+UNASSIGNED, DISCARDED = ("ungrouped", None, None), ("removed", None, None)
 
 
 def member(group):
@@ -48,48 +48,48 @@ def member(group):
 
 
 def check_places(record, compare):
-    """Where every target belongs, and every event of groups and their members."""
+    """Checks the membership of every target, and all events of groups and their members."""
 
     def key(event):
         return event.kind, event.target, event.group, event.to_group
 
-    memory = SimpleNamespace(steered=equation_22(record), dwells={}, barred={}, diverging={}, outrun={}, next_group=0,
-                             next_review=0, winding_up=None, random=np.random.default_rng(1))
+    memory = SimpleNamespace(steered=equation_22(record), dwells={}, blocked={}, diverging_for={}, outrun_for={}, next_group=0,
+                             next_review=0, retiring=None, random=np.random.default_rng(1))
     for before, time in zip([None, *record.times], record.times):
-        instant = Instant(record, before, time, memory, compare)
-        instant.settle()
+        step = TimeStep(record, before, time, memory, compare)
+        step.regroup()
         recorded = {target: (row.place, row.group, row.to_group) for target, row in record.tracks[time].items()}
-        wrong = [target for target in recorded if instant.places[target] != recorded[target]]
-        compare("section IV: place and groups of a target", 0, np.isin(list(recorded), wrong))
-        told = [event for event in record.events[time] if event.kind in REPLAYED]
-        compare("section IV: events not recorded, or others", 0, differing(map(key, told), map(key, instant.events)))
-        for event in instant.events:
-            same = [other for other in told if key(other) == key(event)]
+        wrong = [target for target in recorded if step.places[target] != recorded[target]]
+        compare("section IV: membership and groups of a target", 0, np.isin(list(recorded), wrong))
+        events = [event for event in record.events[time] if event.kind in REPLAYED]
+        compare("section IV: missing or unexpected events", 0, differing(map(key, events), map(key, step.events)))
+        for event in step.events:
+            same = [other for other in events if key(other) == key(event)]
             if same and event.number is not None:
                 compare(f"{event.kind}: number in the reason", stated(same[0]), event.number, scale=1.0,
                         tolerance=STATED.get(event.kind, 0.5) + ROUNDING)
-        instant.remember_diverging()
+        step.update_divergence()
 
 
 def differing(recorded, computed):
-    """How many things are only in one of the two, in whatever order."""
+    """Returns the number of elements that are in only one of the two collections, in any order."""
     recorded, computed = Counter(recorded), Counter(computed)
     return ((recorded - computed) + (computed - recorded)).total()
 
 
 def stated(event):
-    """The first number in the reason of an event."""
+    """Returns the first number in the reason of an event."""
     number = re.search(r"-?\d+(\.\d+)?", event.reason)
     return float(number[0]) if number else None
 
 
-class Instant:
-    """One instant's settling of who belongs where; a place is what it is called, the group, the receiving group."""
+class TimeStep:
+    """Grouping at one time step. A place is a tuple: membership, group, receiving group."""
 
     def __init__(self, record, before, time, memory, compare):
         self.record, self.scenario, self.before, self.time = record, record.scenario, before, time
         self.memory, self.compare, self.events = memory, compare, []
-        self.by_need = record.scenario["groups"]["count"] == "needed"
+        self.by_need = record.scenario["groups"]["count"] == "as-needed"
         self.tracks, self.orbit, self.rules = record.tracks[time], record.scenario["orbit"], record.scenario["groups"]
         old = record.tracks[before] if before is not None else {}
         self.places = {target: (row.place, row.group, row.to_group) for target, row in old.items()}
@@ -97,41 +97,41 @@ class Instant:
         self.crew = {group: [row for uav, row in record.uavs[time].items() if record.uavs[before][uav].group == group]
                      for group in self.old_groups}
 
-    def settle(self):
+    def regroup(self):
         before = dict(self.places)
         for target in set(self.places) - set(self.tracks):
-            self.withdraw(target, lost=True)
+            self.cancel(target, lost=True)
             del self.places[target]
         for target in self.tracks:
             self.places.setdefault(target, UNASSIGNED)
-        # Half as many groups as UAVs, halves rounded up, and never more than targets; by need up to one for each UAV.
+        # Half as many groups as UAVs, rounded up, and never more than targets; as needed, up to one per UAV.
         uavs = len(self.record.uavs[self.time])
         self.half = min((uavs + 1) // 2, len(self.tracks))
-        wanted = min(uavs, len(self.tracks)) if self.by_need else self.half
+        desired = min(uavs, len(self.tracks)) if self.by_need else self.half
         if not self.groups():
-            self.found_first(wanted)
+            self.create_first(desired)
         else:
-            while len(self.groups()) > max(wanted, 1):
-                self.dissolve_smallest()
-            self.go_on_winding_up()
-            self.take_in()
-            self.review(wanted)
-            while len(self.groups()) < wanted and self.found_another():
+            while len(self.groups()) > max(desired, 1):
+                self.retire_smallest()
+            self.continue_retiring()
+            self.admit()
+            self.review(desired)
+            while len(self.groups()) < desired and self.create_another():
                 pass
             self.hand_over()
-        self.outside_before_discard = self.outside()
-        self.discard()
-        dissolved = {event.group for event in self.events if event.kind == "group-dissolved"}
+        self.ungrouped_before_removal = self.ungrouped()
+        self.remove_members()
+        dissolved = {event.group for event in self.events if event.kind == "group-retired"}
         for group in self.old_groups - set(self.groups()) - dissolved:
-            self.tell("group-dissolved", group=group)
-        # A target in dwell cannot be split off: the next group waits for it.
-        in_dwell = any(place[0] == "dwell" for place in [*before.values(), *self.places.values()])
-        waits = len(self.groups()) < wanted and in_dwell
-        # By need the others are founded only for who would else be in no group, and may end when they hold nobody.
-        waits |= self.by_need and self.half <= len(self.groups()) < wanted and not self.outside_before_discard
-        self.compare("(30) number of groups", wanted if waits else len(self.groups()), wanted)
+            self.emit("group-retired", group=group)
+        # A target in dwell cannot be split off: the creation of the next group waits for it.
+        in_dwell = any(place[0] == "in-handoff" for place in [*before.values(), *self.places.values()])
+        waits = len(self.groups()) < desired and in_dwell
+        # As needed, further groups are created only for ungrouped targets, and may end when they are empty.
+        waits |= self.by_need and self.half <= len(self.groups()) < desired and not self.ungrouped_before_removal
+        self.compare("(30) number of groups", desired if waits else len(self.groups()), desired)
 
-    def tell(self, kind, target=None, group=None, to_group=None, number=None):
+    def emit(self, kind, target=None, group=None, to_group=None, number=None):
         self.events.append(SimpleNamespace(kind=kind, target=target, group=group, to_group=to_group, number=number))
 
     def groups(self):
@@ -140,8 +140,8 @@ class Instant:
     def members(self, group):
         return [target for target, place in sorted(self.places.items()) if group in place[1:]]
 
-    def outside(self):
-        return [target for target, place in sorted(self.places.items()) if place[0] in ["unassigned", "discarded"]]
+    def ungrouped(self):
+        return [target for target, place in sorted(self.places.items()) if place[0] in ["ungrouped", "removed"]]
 
     def position(self, target):
         return self.tracks[target].position
@@ -149,14 +149,14 @@ class Instant:
     def positions(self, targets):
         return np.array([self.position(target) for target in targets]).reshape(-1, 2)
 
-    def need(self, targets):
-        """What an orbit about these targets needs, by their centroid; without the printed margin (16)."""
+    def required_orbit(self, targets):
+        """Returns the orbit that these targets require, without the margin (16) as published."""
         rows = {target: self.tracks[target] for target in targets}
-        centre = wanted_state(self.scenario, rows)
+        centre = desired_state(self.scenario, rows)
         distances = {target: np.hypot(*(row.position - centre[POSITION])) for target, row in rows.items()}
         furthest = self.furthest(distances)
-        apart = rows[furthest].position - centre[POSITION]
-        toward = unit(direction(apart)) if apart.any() else np.zeros(2)
+        offset = rows[furthest].position - centre[POSITION]
+        toward = unit(direction(offset)) if offset.any() else np.zeros(2)
         mahalanobis = self.orbit["margin"] == "mahalanobis"
         margin = 0.0 if mahalanobis else margin_in_metres(self.orbit["margin_sds"], toward, furthest, rows)
         spread_rate = toward @ (rows[furthest].velocity - centre[VELOCITY])
@@ -165,37 +165,40 @@ class Instant:
             velocities = np.array([row.velocity for row in rows.values()])
             spread, spread_rate = circle_spread(self.positions(rows), velocities)
         unclamped, radius, rate = equation_15(self.scenario, spread, spread_rate, margin)
-        has_room = (unclamped <= self.orbit["take_back_fraction"] * self.orbit["radius_max_m"]
-                    and radius * rate <= self.rules["convergence_limit_m2_s"] / 2)
+        has_room = (unclamped <= self.orbit["readmission_radius_fraction"] * self.orbit["radius_max_m"]
+                    and radius * rate <= self.rules["divergence_limit_m2_s"] / 2)
         return SimpleNamespace(centre=centre[POSITION], furthest=furthest, spread=spread, unclamped=unclamped,
                                radius=radius, rate=rate, has_room=has_room)
 
-    def room_for(self, group, target):
-        """What a group's orbit needs with a further target, if it has room; one inside a smallest circle widens nothing."""
+    def orbit_with(self, group, target):
+        """Returns the orbit of a group with a further target if it has room; a target inside the enclosing circle needs
+        none."""
         members = self.members(group)
-        need = self.need([*members, target])
-        inside = is_by_circle(self.scenario) and need.unclamped <= self.need(members).unclamped * (1 + 1e-9)
-        return need if need.has_room or inside else None
+        required = self.required_orbit([*members, target])
+        inside = is_by_circle(self.scenario) and required.unclamped <= self.required_orbit(members).unclamped * (1 + 1e-9)
+        return required if required.has_room or inside else None
 
-    def first_to_go(self, targets):
-        """Of targets that one orbit cannot hold: the furthest, or with `discard = "widening"` who widens the circle most."""
-        furthest = self.need(targets).furthest
+    def first_to_remove(self, targets):
+        """Returns the first target to remove if one orbit cannot cover all: the furthest, or with `removal = "largest-radius-reduction"` the
+        one whose removal reduces the radius most."""
+        furthest = self.required_orbit(targets).furthest
         if self.rules["discard"] != "widening":
             return furthest
 
-        def needed(without):
-            rest = [target for target in targets if target != without]
-            return self.need(rest).unclamped if rest else 0.0
+        def radius_without(target):
+            rest = [other for other in targets if other != target]
+            return self.required_orbit(rest).unclamped if rest else 0.0
 
-        # Only who is on the rim can.
-        first, least = furthest, needed(furthest)
-        for target in [list(targets)[i] for i in smallest_circle(self.positions(targets))[1]]:
-            if needed(target) < least * (1 - 1e-9):
-                first, least = target, needed(target)
+        # Only support points of the circle affect its radius.
+        first, least = furthest, radius_without(furthest)
+        for target in [list(targets)[i] for i in enclosing_circle(self.positions(targets))[1]]:
+            if radius_without(target) < least * (1 - 1e-9):
+                first, least = target, radius_without(target)
         return first
 
     def furthest(self, distances):
-        """The last of equals, as the two of a pair always are: there rounding decides, and the record is believed."""
+        """Returns the furthest target, of equal ones the last. The two targets of a pair are always equally far, so that
+        rounding decides; the recorded choice is accepted."""
         tied = [target for target, distance in distances.items() if distance > max(distances.values()) - SAME_M]
         if is_by_circle(self.scenario):
             return tied[-1]
@@ -203,40 +206,40 @@ class Instant:
                                              self.tracks[target].group != self.places[target][1], target))
 
     def reach(self):
-        """How far from the centre a target can be in an orbit with room to spare and without a margin."""
+        """Returns the maximum distance of a target from the centre of an orbit with room to spare and without margin."""
         radius_per_metre, _, _ = equation_15(self.scenario, 1.0, 0.0, 0.0)
-        return self.orbit["take_back_fraction"] * self.orbit["radius_max_m"] / radius_per_metre
+        return self.orbit["readmission_radius_fraction"] * self.orbit["radius_max_m"] / radius_per_metre
 
-    def found_first(self, wanted):
-        """Targets of which none is watched are clustered; groups are numbered by their first targets."""
+    def create_first(self, desired):
+        """Clusters the targets if no group exists; groups are numbered by their first targets."""
         founded = {}
-        self.memory.next_review = self.time + self.rules["review_period_s"] * 1e6
-        causes = {event.cause for event in self.record.events[self.time] if event.kind == "group-founded"}
+        self.memory.next_review = self.time + self.rules["regrouping_period_s"] * 1e6
+        causes = {event.cause for event in self.record.events[self.time] if event.kind == "group-created"}
         if self.by_need and "first" not in causes:
-            # Half as many clusters did not hold all: of that the record is believed.
-            while len(self.groups()) < wanted and self.found_another():
+            # Half as many clusters did not cover all targets; this is taken from the record.
+            while len(self.groups()) < desired and self.create_another():
                 pass
             return
         for target, row in sorted(self.tracks.items()):
-            group = self.recorded_founder(target)
+            group = self.recorded_new_group(target)
             founded.setdefault(group, self.memory.next_group + len(founded))
             self.places[target] = member(founded[group])
         self.memory.next_group += len(founded)
         for group in founded.values():
-            self.tell("group-founded", group=group, number=len(self.members(group)))
+            self.emit("group-created", group=group, number=len(self.members(group)))
         self.compare_cost(sorted(self.tracks), [self.places[target][1] for target in sorted(self.tracks)], self.half)
         if self.by_need:
-            held = [self.need(self.members(group)).has_room for group in founded.values()]
-            self.compare("groups.count: clusters too wide to begin with", 0, held.count(False))
+            held = [self.required_orbit(self.members(group)).has_room for group in founded.values()]
+            self.compare("groups.count: initial clusters that are too wide", 0, held.count(False))
 
-    def recorded_founder(self, target):
-        """The group that a target was in when it was founded at this instant, even if it left at once."""
+    def recorded_new_group(self, target):
+        """Returns the group in which a target was when it was created at this time step, even if it left immediately."""
         left = [event.group for event in self.record.events[self.time] if event.target == target
-                and event.kind in ["discarded", "handoff-completed"]]
+                and event.kind in ["removed", "handoff-completed"]]
         return left[0] if left else self.tracks[target].group
 
     def compare_cost(self, targets, groups, count):
-        """A clustering from nothing with the best of many."""
+        """Compares an initial clustering with the best of many."""
         positions = self.positions(targets)
         clusters = np.unique(groups, return_inverse=True)[1]
         costs = [clustered(positions, count, self.memory.random) for _ in range(STARTS if count else 0)]
@@ -244,143 +247,144 @@ class Instant:
         above = max(equation_30(positions, clusters) / best - 1.0, 0.0) if best > 0.0 else 0.0
         self.compare("(30) cost of a clustering above the best found", 0.0, above, tolerance=NOT_THE_BEST)
 
-    def dissolve_smallest(self):
-        """Ends the group with the fewest members; of equals the youngest."""
-        self.dissolve(min(self.groups(), key=lambda group: (len(self.members(group)), -group)))
+    def retire_smallest(self):
+        """Retires the group with the fewest members, of equal ones the youngest."""
+        self.retire(min(self.groups(), key=lambda group: (len(self.members(group)), -group)))
 
-    def dissolve(self, group, number=None, into=None):
-        """Ends a group; another one may take in its targets."""
-        self.tell("group-dissolved", group=group, number=number)
+    def retire(self, group, number=None, into=None):
+        """Retires a group; another one may admit its targets."""
+        self.emit("group-retired", group=group, number=number)
         for target in self.members(group):
             _, passing, receiving = self.places[target]
             if receiving == group:
-                self.withdraw(target)
+                self.cancel(target)
             elif receiving is not None:
                 self.complete(target)
             elif into is not None:
                 self.receive(target, into)
-                self.tell("regrouped", target, group, into)
+                self.emit("regrouped", target, group, into)
             else:
                 self.places[target] = UNASSIGNED
-                self.tell("left-out", target, group)
+                self.emit("not-admitted", target, group)
 
-    def take_in(self):
-        """Targets outside join the nearest groups that have room to spare."""
-        outside, pairs = self.slow_enough(self.outside()), []
-        for group in [group for group in self.groups() if outside and group != self.memory.winding_up]:
+    def admit(self):
+        """Admits ungrouped targets to the nearest groups that have room to spare."""
+        outside, pairs = self.slow_enough(self.ungrouped()), []
+        for group in [group for group in self.groups() if outside and group != self.memory.retiring]:
             members = self.members(group)
-            need = self.need(members)
-            distances = np.hypot(*(self.positions(outside) - need.centre).T)
-            # Judged before anybody joins: who joins alone draws the centroid to itself. A circle that holds both it and
-            # somebody across the centre has no diameter shorter than they are apart.
+            required = self.required_orbit(members)
+            distances = np.hypot(*(self.positions(outside) - required.centre).T)
+            # Evaluated before any target is admitted: an admitted target moves the centroid toward itself. For a circle,
+            # the diameter is at least the distance of the target from a member on the opposite side.
             reach = self.reach() * (len(members) + 1) / len(members)
             if is_by_circle(self.scenario):
-                reach = np.sqrt(max(4 * self.reach() ** 2 - need.spread**2, 0.0))
+                reach = np.sqrt(max(4 * self.reach() ** 2 - required.spread**2, 0.0))
             pairs += [(distance, target, group) for distance, target in zip(distances, outside)
-                      if distance <= reach and not self.is_barred(target, group)]
+                      if distance <= reach and not self.is_blocked(target, group)]
         for _, target, group in sorted(pairs):
-            if self.places[target] in [UNASSIGNED, DISCARDED] and self.room_for(group, target):
-                self.tell("joined" if self.places[target] == UNASSIGNED else "taken-back", target, group)
+            if self.places[target] in [UNASSIGNED, DISCARDED] and self.orbit_with(group, target):
+                self.emit("admitted" if self.places[target] == UNASSIGNED else "readmitted", target, group)
                 self.receive(target, group)
 
     def receive(self, target, group):
-        """A target from no group is a member once it is in view."""
-        at_once = self.rules["dwell_max_s"] == 0.0 or self.is_held(target, group)
-        self.places[target] = member(group) if at_once else ("dwell", None, group)
+        """Admits an ungrouped target; it becomes a member once it is in view."""
+        immediately = self.rules["dwell_max_s"] == 0.0 or self.is_covered(target, group)
+        self.places[target] = member(group) if immediately else ("in-handoff", None, group)
         self.memory.dwells[target] = self.time, 0
 
-    def review(self, wanted):
-        """From time to time, a group ends whose UAVs could watch half as many again of its own targets and those outside,
-        or any outside, if another group can hold its own."""
-        period = self.rules["review_period_s"] * 1e6
-        is_due = period > 0 and self.time >= self.memory.next_review and len(self.groups()) >= wanted
-        if not is_due or not self.outside() or self.memory.winding_up is not None:
+    def review(self, desired):
+        """Periodically retires a group whose UAVs could cover half as many targets again (own and ungrouped ones), or any
+        ungrouped targets if another group can cover its own."""
+        period = self.rules["regrouping_period_s"] * 1e6
+        is_due = period > 0 and self.time >= self.memory.next_review and len(self.groups()) >= desired
+        if not is_due or not self.ungrouped() or self.memory.retiring is not None:
             return
         self.memory.next_review = self.time + period
-        if self.by_need and (not self.is_worth_a_group(len(self.gather(self.outside()))) or self.wind_up_one()):
+        if self.by_need and (not self.justifies_a_group(len(self.largest_coverable(self.ungrouped()))) or self.retire_one()):
             return
         found = {}
         for group in self.groups():
             members = self.members(group)
             own = [target for target in members if self.places[target] == member(group)]
-            soon = [target for target in self.outside() if self.is_soon_seen(target, members)]
+            soon = [target for target in self.ungrouped() if self.is_soon_in_range(target, members)]
             others = [other for other in self.groups() if other != group
-                      and self.need(sorted({*self.members(other), *members})).has_room]
-            together = len(self.gather(soon if others else own + soon))
+                      and self.required_orbit(sorted({*self.members(other), *members})).has_room]
+            together = len(self.largest_coverable(soon if others else own + soon))
             gain = together if others else together - len(members)
             if (gain >= (1 if others else max(2, len(members) / 2))
-                    and (not self.by_need or not others or self.is_worth_a_group(together))):
-                away = self.away_from_unwatched(self.need(members).centre) if self.by_need else 0.0
+                    and (not self.by_need or not others or self.justifies_a_group(together))):
+                away = self.distance_to_ungrouped(self.required_orbit(members).centre) if self.by_need else 0.0
                 found[group] = gain, together, others[:1], away
         if found:
             group = max(found, key=lambda group: (found[group][0], -found[group][3], -group))
             members, (_, together, others) = self.members(group), found[group]
-            centre = self.need(members).centre
-            self.dissolve(group, together, *others)
-            self.found(self.gather([target for target in self.outside() if self.is_soon_seen(target, centre=centre)]))
+            centre = self.required_orbit(members).centre
+            self.retire(group, together, *others)
+            self.create(self.largest_coverable([target for target in self.ungrouped() if self.is_soon_in_range(target, centre=centre)]))
 
-    def wind_up_one(self):
-        """With `count = "needed"`, of the groups that others could hold that which is nearest to somebody unwatched passes
-        its members to them, and ends."""
+    def retire_one(self):
+        """With `count = "as-needed"`, retires the group that is nearest to an ungrouped target, among those whose members other
+        groups can cover; its members are passed to these groups."""
         last = self.record.groups[self.before]
-        away = {group: self.away_from_unwatched(last[group].position) if group in last else np.inf for group in self.groups()}
+        away = {group: self.distance_to_ungrouped(last[group].position) if group in last else np.inf for group in self.groups()}
         for group in sorted(self.groups(), key=lambda group: (away[group], -group)):
-            receivers = self.who_could_hold_each(group)
+            receivers = self.receivers_of_members(group)
             if receivers is None:
                 continue
-            self.memory.winding_up = group
+            self.memory.retiring = group
             for target, (_, passing, receiving) in sorted(self.places.items()):
                 if receiving == group and passing is not None:
-                    self.withdraw(target)
+                    self.cancel(target)
             for target, to in receivers:
                 if self.places[target][1] == group:
                     self.request(target, group, to)
                 else:
                     self.receive(target, to)
-                    self.tell("regrouped", target, group, to)
+                    self.emit("regrouped", target, group, to)
             return True
         return False
 
-    def is_worth_a_group(self, together):
-        """Two unwatched that one orbit holds, or a tenth of all targets that are not lost."""
+    def justifies_a_group(self, together):
+        """Returns true for two ungrouped targets on one orbit, or a tenth of all targets that are not lost."""
         return together >= 2 or 10 * together >= len(self.places)
 
-    def away_from_unwatched(self, place):
-        return min((np.hypot(*(self.position(target) - place)) for target in self.outside()), default=np.inf)
+    def distance_to_ungrouped(self, place):
+        return min((np.hypot(*(self.position(target) - place)) for target in self.ungrouped()), default=np.inf)
 
-    def who_could_hold_each(self, group):
-        """The other group that needs least with it, of each target that has to go, all together; None: not all of them."""
+    def receivers_of_members(self, group):
+        """Returns for each member the other group with the smallest required orbit including it; None if not all members find
+        a group."""
         held = {other: self.members(other) for other in self.groups() if other != group}
         receivers = []
         for target in self.members(group):
             if self.home(target) != group or self.places[target][1] not in [None, group]:
                 continue
-            needed = {}
+            radii = {}
             for other, targets in held.items():
-                need = self.need([*targets, target])
-                if (need.has_room and need.unclamped <= FILLED * self.orbit["radius_max_m"]
-                        and not self.is_barred(target, other)):
-                    needed[other] = need.unclamped
-            if not needed:
+                required = self.required_orbit([*targets, target])
+                if (required.has_room and required.unclamped <= FILLED * self.orbit["radius_max_m"]
+                        and not self.is_blocked(target, other)):
+                    radii[other] = required.unclamped
+            if not radii:
                 return None
-            receivers.append((target, min(needed, key=needed.get)))
+            receivers.append((target, min(radii, key=radii.get)))
             held[receivers[-1][1]].append(target)
         return receivers
 
-    def go_on_winding_up(self):
-        """One that could not pass all of its members on stays, at least until the next review."""
-        group = self.memory.winding_up
+    def continue_retiring(self):
+        """A retiring group that could not pass on all of its members stays, at least until the next review."""
+        group = self.memory.retiring
         members = self.members(group) if group is not None else []
         if group is not None and not (members and all(self.home(target) != group for target in members)):
-            self.memory.winding_up = None
-            self.memory.next_review = self.time + self.rules["review_period_s"] * 1e6
+            self.memory.retiring = None
+            self.memory.next_review = self.time + self.rules["regrouping_period_s"] * 1e6
 
-    def is_soon_seen(self, target, members=(), centre=None):
-        """Within sensing range after a while, even if it drives away."""
-        centre = self.need(members).centre if centre is None else centre
+    def is_soon_in_range(self, target, members=(), centre=None):
+        """Returns true if a target is within sensing range after `assignment_reach_s`, even if it drives away."""
+        centre = self.required_orbit(members).centre if centre is None else centre
         scenario, distance = self.scenario, np.hypot(*(self.position(target) - centre))
         closing = max(scenario["uavs"]["speed_m_s"] - self.speed(target), 0.0)
-        return distance <= scenario["sensor"]["sensing_range_m"] + self.rules["reach_ahead_s"] * closing
+        return distance <= scenario["sensor"]["sensing_range_m"] + self.rules["assignment_reach_s"] * closing
 
     def speed(self, target):
         return np.hypot(*self.tracks[target].velocity)
@@ -389,23 +393,23 @@ class Instant:
         uavs = self.scenario["uavs"]
         return [target for target in targets if self.speed(target) <= uavs["speed_m_s"] + uavs["speed_change_max_m_s"]]
 
-    def gather(self, targets):
-        """The most of these targets that one orbit about one of them could hold."""
+    def largest_coverable(self, targets):
+        """Returns the largest set of these targets that one orbit around one of them could cover."""
         targets = sorted(self.slow_enough(targets))
         if not targets:
             return []
         positions = self.positions(targets)
         near = np.hypot(*(positions[:, None] - positions).T) <= self.reach()
         together = [target for target, is_near in zip(targets, near[np.argmax(near.sum(axis=1))]) if is_near]
-        while len(together) > 1 and not self.need(together).has_room:
-            together.remove(self.first_to_go(together))
+        while len(together) > 1 and not self.required_orbit(together).has_room:
+            together.remove(self.first_to_remove(together))
         return together
 
-    def found_another(self):
-        """One more group: of targets outside, or else by splitting the one with the largest sum of squares."""
-        founders = self.gather(self.outside()) or self.outside()[:1]
+    def create_another(self):
+        """Creates one more group from ungrouped targets, or by splitting the group with the largest sum of squares."""
+        founders = self.largest_coverable(self.ungrouped()) or self.ungrouped()[:1]
         if founders:
-            self.found(founders)
+            self.create(founders)
         elif len(self.groups()) >= self.half:
             return False
         else:
@@ -415,63 +419,63 @@ class Instant:
             if not own:
                 return False
             widest = max(own, key=lambda group: (len(own[group]) * equation_30(self.positions(own[group]), 0), -group))
-            founders = [target for target in own[widest] if self.recorded_founder(target) == self.memory.next_group]
+            founders = [target for target in own[widest] if self.recorded_new_group(target) == self.memory.next_group]
             some = 0 < 2 * len(founders) <= len(own[widest])
-            self.compare("(30) part that splits off: some, at most half", True, some)
+            self.compare("(30) split-off part: not empty, at most half", True, some)
             self.compare_cost(own[widest], [target in founders for target in own[widest]], 2)
             for target in founders:
-                self.tell("regrouped", target, widest, self.memory.next_group)
-            self.found(founders, tell_each=False, at_once=True)
+                self.emit("regrouped", target, widest, self.memory.next_group)
+            self.create(founders, emit_each=False, immediately=True)
         return True
 
-    def found(self, founders, tell_each=True, at_once=False):
+    def create(self, founders, emit_each=True, immediately=False):
         for target in founders:
-            if self.by_need and not at_once:
-                # UAVs have yet to come.
+            if self.by_need and not immediately:
+                # The UAVs have not arrived yet.
                 self.receive(target, self.memory.next_group)
             else:
                 self.places[target] = member(self.memory.next_group)
-            if tell_each:
-                self.tell("joined", target, self.memory.next_group)
-        self.tell("group-founded", group=self.memory.next_group, number=len(founders))
+            if emit_each:
+                self.emit("admitted", target, self.memory.next_group)
+        self.emit("group-created", group=self.memory.next_group, number=len(founders))
         self.memory.next_group += 1
 
     def hand_over(self):
-        """Clusters on from the last clustering; requests handoffs, and ends those whose dwell is over."""
-        groups = [group for group in self.groups() if group != self.memory.winding_up]
+        """Continues the last clustering; starts handoffs, and ends those whose dwell is over."""
+        groups = [group for group in self.groups() if group != self.memory.retiring]
         for group in groups:
             members = self.members(group)
             if all(self.home(target) != group for target in members):
-                self.withdraw(members[0])
+                self.cancel(members[0])
         targets = [target for target, place in sorted(self.places.items()) if place not in [UNASSIGNED, DISCARDED]]
         clusters = algorithm_1(self.positions(targets), np.searchsorted(groups, [self.home(t) for t in targets]),
                                len(groups), self.rules["handoff_margin_m"])
-        for target, wanted in zip(targets, np.array(groups)[clusters]):
+        for target, desired in zip(targets, np.array(groups)[clusters]):
             place, passing, receiving = self.places[target]
-            if place == "dwell":
-                self.end_dwell(target, wanted)
-            elif passing != wanted:
-                self.request(target, passing, wanted)
+            if place == "in-handoff":
+                self.end_dwell(target, desired)
+            elif passing != desired:
+                self.request(target, passing, desired)
 
     def home(self, target):
-        """Where clustering has put a target last."""
+        """Returns the group that the last clustering gave a target."""
         _, passing, receiving = self.places[target]
         return passing if receiving is None else receiving
 
     def request(self, target, passing, receiving):
-        need = self.room_for(receiving, target)
-        if need is None or self.is_barred(target, receiving):
+        required = self.orbit_with(receiving, target)
+        if required is None or self.is_blocked(target, receiving):
             return
         longest = self.rules["dwell_max_s"]
-        times = [self.equation_34(uav.position, need) for uav in self.crew.get(receiving, [])]
+        times = [self.equation_34(uav.position, required) for uav in self.crew.get(receiving, [])]
         dwell = np.clip(max(times, default=longest), self.rules["dwell_min_s"], longest)
-        self.tell("handoff-requested", target, passing, receiving, dwell)
-        self.places[target], self.memory.dwells[target] = ("dwell", passing, receiving), (self.time, round(dwell * 1e6))
+        self.emit("handoff-started", target, passing, receiving, dwell)
+        self.places[target], self.memory.dwells[target] = ("in-handoff", passing, receiving), (self.time, round(dwell * 1e6))
         if longest == 0.0:
             self.complete(target)
 
     def equation_34(self, uav, orbit):
-        """T_hd, with the radial speed of the field (20)."""
+        """Returns T_hd, with the radial speed of the field (20)."""
         r = max(np.hypot(*(uav - orbit.centre)), 1.0)
         inward = (r**2 - orbit.radius**2) / self.scenario["guidance"]["radial_gain"]
         radial_speed = -self.scenario["uavs"]["speed_m_s"] * inward / np.hypot(inward, 2 * r * orbit.radius)
@@ -480,28 +484,30 @@ class Instant:
             return 0.0
         return abs(r - orbit.radius) / closing if closing > 0.0 else np.inf
 
-    def end_dwell(self, target, wanted):
-        """After the dwell, when all receiving UAVs have the target in view; after the longest, when one has."""
+    def end_dwell(self, target, desired):
+        """Completes a handoff after the dwell if all receiving UAVs have the target in view; after the longest dwell, if one
+        has."""
         _, passing, receiving = self.places[target]
         requested, dwell = self.memory.dwells[target]
         if self.time - requested < dwell:
             return
         views, is_last = self.views(target, receiving), self.time - requested >= self.rules["dwell_max_s"] * 1e6
-        if passing is not None and wanted != receiving and passing != self.memory.winding_up:
-            self.withdraw(target)
-        elif self.is_held(target, receiving) or is_last and any(views):
+        if passing is not None and desired != receiving and passing != self.memory.retiring:
+            self.cancel(target)
+        elif self.is_covered(target, receiving) or is_last and any(views):
             self.complete(target)
         elif is_last:
-            self.withdraw(target)
+            self.cancel(target)
 
-    def is_barred(self, target, group):
-        """A handoff to that group was withdrawn not long ago."""
-        barred, until = self.memory.barred.get(target, (None, 0))
+    def is_blocked(self, target, group):
+        """Returns true if a handoff to that group was cancelled recently."""
+        barred, until = self.memory.blocked.get(target, (None, 0))
         return barred == group and self.time < until
 
-    def is_held(self, target, group):
-        """All of the group's UAVs see it; and where orbits move, it is where that keeps targets in view from all around, and
-        none of the UAVs can get out of sensing range of the centre by turning away first, or they are near the orbit."""
+    def is_covered(self, target, group):
+        """Returns true if all UAVs of the group have the target in view. With moving orbits, the orbit must also keep it in
+        view from all directions, and each UAV must be near the orbit or unable to leave sensing range of the centre by
+        turning away first."""
         views = self.views(target, group)
         last = self.record.groups[self.before].get(group) if self.before is not None else None
         half_view = np.radians(self.scenario["sensor"]["field_of_view_deg"]) / 2
@@ -509,14 +515,14 @@ class Instant:
         if last is not None:
             turn = uavs["speed_m_s"] / uavs["turn_rate_max_rad_s"]
             near = max(self.scenario["sensor"]["sensing_range_m"] - 2 * turn, last.standoff_distance_m + turn)
-        holds = (self.orbit["response_s"] == 0 or last is None
+        holds = (self.orbit["time_constant_s"] == 0 or last is None
                  or np.hypot(*(self.position(target) - last.position))
                  <= last.standoff_distance_m * np.sin(min(half_view, np.pi / 2))
                  and all(np.hypot(*(uav.position - last.position)) <= near for uav in self.crew.get(group, [])))
         return bool(views) and all(views) and bool(holds)
 
     def views(self, target, group):
-        """Of each UAV of a group, whether it has the target in view, with one standard deviation to spare."""
+        """Returns for each UAV of a group whether it has the target in view, with one standard deviation to spare."""
         sensor, row = self.scenario["sensor"], self.tracks[target]
         spare = np.sqrt(np.linalg.eigvalsh(row.p_position)[-1])
         views = []
@@ -532,58 +538,60 @@ class Instant:
         _, passing, receiving = self.places[target]
         self.places[target] = member(receiving)
         if passing is not None:
-            self.tell("handoff-completed", target, passing, receiving)
+            self.emit("handoff-completed", target, passing, receiving)
 
-    def withdraw(self, target, lost=False):
+    def cancel(self, target, lost=False):
         place, passing, receiving = self.places[target]
-        if place == "dwell":
+        if place == "in-handoff":
             self.places[target] = DISCARDED if passing is None else member(passing)
             dwell = max(self.memory.dwells[target][1], self.rules["dwell_min_s"] * 1e6)
-            self.memory.barred[target] = receiving, self.time + dwell
+            self.memory.blocked[target] = receiving, self.time + dwell
             if passing is not None:
-                self.tell("handoff-withdrawn", target, passing, receiving)
+                self.emit("handoff-cancelled", target, passing, receiving)
             elif not lost:
-                self.tell("left-out", target, receiving)
+                self.emit("not-admitted", target, receiving)
 
-    def discard(self):
-        """Furthest targets of groups whose orbit runs away from the UAVs, or needs more than the largest radius."""
+    def remove_members(self):
+        """Removes members from groups whose orbit outruns the UAVs, or requires more than the largest radius."""
         for group in self.groups():
-            since, threshold = self.memory.diverging.get(group, (0, None))
-            if since > self.rules["convergence_patience_s"] * 1e6 and len(self.members(group)) > 1:
-                self.let_go(group, self.first_to_go(self.members(group)), threshold)
-            if self.memory.outrun.get(group, 0) > self.rules["convergence_patience_s"] * 1e6:
-                self.discard_fastest(group)
+            since, threshold = self.memory.diverging_for.get(group, (0, None))
+            if since > self.rules["divergence_time_s"] * 1e6 and len(self.members(group)) > 1:
+                self.remove_one(group, self.first_to_remove(self.members(group)), threshold)
+            if self.memory.outrun_for.get(group, 0) > self.rules["divergence_time_s"] * 1e6:
+                self.remove_fastest(group)
             while len(self.members(group)) > 1:
-                need = self.need(self.members(group))
-                if need.unclamped <= self.orbit["radius_max_m"]:
+                required = self.required_orbit(self.members(group))
+                if required.unclamped <= self.orbit["radius_max_m"]:
                     break
-                self.let_go(group, self.first_to_go(self.members(group)), need.unclamped)
+                self.remove_one(group, self.first_to_remove(self.members(group)), required.unclamped)
 
-    def discard_fastest(self, group):
-        """Of a group that outruns the UAVs."""
+    def remove_fastest(self, group):
+        """Removes the fastest target of a group that outruns the UAVs."""
         fastest = max(self.members(group), key=lambda target: (self.speed(target), target))
         if len(self.members(group)) > 1:
-            self.let_go(group, fastest, self.speed(fastest))
+            self.remove_one(group, fastest, self.speed(fastest))
 
-    def let_go(self, group, furthest, number):
-        """A target being received goes first if it widens the orbit; one being passed on is passed at once, where orbits move
-        if the other group holds it."""
+    def remove_one(self, group, furthest, number):
+        """Removes a target. A target being received is removed first if it widens the orbit. One being passed on is passed
+        immediately; with moving orbits, only if the other group covers it."""
         members = self.members(group)
-        needed, incoming = self.need(members).unclamped, [target for target in members if self.places[target][2] == group]
+        radius = self.required_orbit(members).unclamped
+        incoming = [target for target in members if self.places[target][2] == group]
         widening = [target for target in incoming
-                    if self.need([other for other in members if other != target]).unclamped < needed]
+                    if self.required_orbit([other for other in members if other != target]).unclamped < radius]
         if widening or furthest in incoming:
-            self.withdraw([*widening, furthest][0])
+            self.cancel([*widening, furthest][0])
         elif self.places[furthest][2] is not None and (
-                self.orbit["response_s"] == 0 or self.is_held(furthest, self.places[furthest][2])):
+                self.orbit["time_constant_s"] == 0 or self.is_covered(furthest, self.places[furthest][2])):
             self.complete(furthest)
         else:
             self.places[furthest] = DISCARDED
-            self.tell("discarded", furthest, group, number=number)
+            self.emit("removed", furthest, group, number=number)
 
-    def remember_diverging(self):
-        """For how long Lemma 3.1's threshold of every UAV of a group, at nominal speed, has been below the limit."""
-        diverging, outrun, speed = {}, {}, self.scenario["uavs"]["speed_m_s"]
+    def update_divergence(self):
+        """Updates the time for which the threshold of Lemma 3.1 of all UAVs of a group, at nominal speed, is below the
+        limit."""
+        diverging_for, outrun_for, speed = {}, {}, self.scenario["uavs"]["speed_m_s"]
         elapsed = self.time - self.before if self.before is not None else 0
         for group, row in self.record.groups[self.time].items():
             radius, rate, thresholds = row.standoff_distance_m, row.standoff_rate_m_s, []
@@ -591,36 +599,37 @@ class Instant:
                 if uav.group == group:
                     relative = uav.position - row.position
                     field = equations_13_20(self.scenario, relative, self.memory.steered[self.time][group][0])
-                    over_ground, too_fast = equations_28_29(field, row.velocity, speed)
-                    radial_speed = (over_ground - row.velocity) @ unit(direction(relative))
+                    ground_track, too_fast = equations_28_29(field, row.velocity, speed)
+                    radial_speed = (ground_track - row.velocity) @ unit(direction(relative))
                     if not too_fast:
                         thresholds.append(lemma_3_1(np.hypot(*relative), radial_speed, radius, rate))
             self.compare("Lemma 3.1: threshold of a group", row.convergence_threshold_m2_s, max(thresholds, default=None))
-            old = self.memory.diverging.get(group, (0, None))[0] if self.kept_members(group) else 0
-            # An orbit that moves also shrinks for a while.
-            runs_away = self.orbit["response_s"] == 0 or rate > 0
-            if runs_away and thresholds and max(thresholds) < -self.rules["convergence_limit_m2_s"]:
-                diverging[group] = old + elapsed, max(thresholds)
+            old = self.memory.diverging_for.get(group, (0, None))[0] if self.has_same_members(group) else 0
+            # A moving orbit also shrinks temporarily.
+            runs_away = self.orbit["time_constant_s"] == 0 or rate > 0
+            if runs_away and thresholds and max(thresholds) < -self.rules["divergence_limit_m2_s"]:
+                diverging_for[group] = old + elapsed, max(thresholds)
             if np.hypot(*row.velocity) > speed + self.scenario["uavs"]["speed_change_max_m_s"]:
-                outrun[group] = elapsed + (self.memory.outrun.get(group, 0) if self.kept_members(group) else 0)
-        self.memory.diverging, self.memory.outrun = diverging, outrun
+                outrun_for[group] = elapsed + (self.memory.outrun_for.get(group, 0) if self.has_same_members(group) else 0)
+        self.memory.diverging_for, self.memory.outrun_for = diverging_for, outrun_for
 
-    def kept_members(self, group):
-        """With other members it is another orbit."""
+    def has_same_members(self, group):
+        """Returns true if the members are the same; otherwise the orbit is a different one."""
         now, then = ({target for target, row in self.record.tracks[time].items() if group in [row.group, row.to_group]}
                      for time in [self.time, self.before])
         return now == then
 
 
 def equation_30(positions, clusters):
-    """Mean of the squared distances from the centroids."""
+    """Returns the mean of the squared distances from the centroids."""
     clusters = np.broadcast_to(clusters, len(positions))
     squares = [np.sum((positions[clusters == c] - positions[clusters == c].mean(axis=0)) ** 2) for c in set(clusters)]
     return sum(squares) / len(positions)
 
 
 def algorithm_1(positions, clusters, count, margin):
-    """K-means on from these clusters: a target moves for more than the margin, and never leaves a cluster empty."""
+    """Continues K-means from these clusters: a target moves only if it gains more than the margin, and never leaves a cluster
+    empty."""
     clusters, before = clusters.copy(), None
     while not np.array_equal(clusters, before):
         before = clusters.copy()
@@ -633,15 +642,15 @@ def algorithm_1(positions, clusters, count, margin):
 
 
 def clustered(positions, count, random):
-    """Cost (30) of a K-means from random centroids."""
+    """Returns the cost (30) of K-means from random centroids."""
     centroids = positions[random.choice(len(positions), count, replace=False)]
-    # Where targets coincide there may be fewer clusters.
+    # If targets coincide, there may be fewer clusters.
     clusters = np.unique(np.hypot(*(positions[:, None] - centroids).T).argmin(axis=0), return_inverse=True)[1]
     return equation_30(positions, algorithm_1(positions, clusters, clusters.max() + 1, 0.0))
 
 
 def check_crews(record, compare):
-    """Who serves which group: carried on, or assigned anew where groups came or went, by all possible assignments."""
+    """Checks the assignment of UAVs to groups: unchanged, or after changes of groups the best of all assignments."""
     known, when_assigned, searching = 0, {}, set()
     for before, time in zip([None, *record.times], record.times):
         for event in record.events[time]:
@@ -657,33 +666,33 @@ def check_crews(record, compare):
         numbers = {group: row.members for group, row in record.groups[time].items()}
         changed = any(abs(now - when_assigned[group]) >= 2 and max(now, when_assigned[group]) >= 2 * min(now, when_assigned[group])
                       for group, now in numbers.items() if group in when_assigned)
-        at_hand = [uav for uav in uavs if uav not in searching]
+        available = [uav for uav in uavs if uav not in searching]
         if searching:
-            compare("groups.search: searchers in a group", 0, sum(crew[uav] is not None for uav in searching))
-            compare("groups.search: more searchers than can be spared", 0, max(len(groups) - len(at_hand), 0))
-        ended = bool(groups) and any(old_crew[uav] is None for uav in at_hand)
+            compare("groups.search_lost_targets: searchers in a group", 0, sum(crew[uav] is not None for uav in searching))
+            compare("groups.search_lost_targets: too few UAVs left for the groups", 0, max(len(groups) - len(available), 0))
+        ended = bool(groups) and any(old_crew[uav] is None for uav in available)
         if groups == old_groups and not changed and not ended:
-            compare("crew carried on", 0, sum(crew[uav] != old_crew[uav] for uav in at_hand))
+            compare("assignment unchanged", 0, sum(crew[uav] != old_crew[uav] for uav in available))
         elif groups:
             when_assigned = numbers
             sizes = [list(crew.values()).count(group) for group in groups]
-            compare("UAVs in no group", 0, [crew[uav] for uav in at_hand].count(None))
-            compare("(33) groups unserved, or served by too many", 0,
-                    sum(not 1 <= size <= max(2, -(-len(at_hand) // len(groups))) for size in sizes))
-            if len(at_hand) <= EXHAUSTIVE_MAX:
-                worth, best = equation_32(record, time, groups, old_crew, at_hand)
+            compare("UAVs in no group", 0, [crew[uav] for uav in available].count(None))
+            compare("(33) groups with too few or too many UAVs", 0,
+                    sum(not 1 <= size <= max(2, -(-len(available) // len(groups))) for size in sizes))
+            if len(available) <= EXHAUSTIVE_MAX:
+                score, best = equation_32(record, time, groups, old_crew, available)
                 which = record.scenario["groups"]["objective"]
-                compare(f"(32) ln det that another crew gains, {which}", 0.0, max(best - worth, 0.0),
+                compare(f"(32) ln det below the best assignment, {which}", 0.0, max(best - score, 0.0),
                         tolerance=LN_DET_STEP * len(groups))
         moved = [(str(uav), old_crew[uav], crew[uav]) for uav in uavs
                  if old_crew[uav] is not None and crew[uav] not in [old_crew[uav], None]]
-        told = [(event.uavs, event.group, event.to_group) for event in record.events[time]
-                if event.kind == "reassigned"]
-        compare("re-assignments not recorded, or others", 0, differing(told, moved))
+        events = [(event.uavs, event.group, event.to_group) for event in record.events[time]
+                  if event.kind == "reassigned"]
+        compare("missing or unexpected reassignments", 0, differing(events, moved))
 
 
 def equation_31(sensor, uav, target):
-    """Fisher information of range and azimuth about the target's position."""
+    """Returns the Fisher information of range and azimuth about the target's position."""
     (dx, dy), (distance, _) = target - uav, equation_7(uav, target)
     if distance <= 1.0:
         return np.zeros((2, 2))
@@ -691,33 +700,34 @@ def equation_31(sensor, uav, target):
     return h.T @ np.diag([sensor["range_sd_m"] ** -2, np.radians(sensor["bearing_sd_deg"]) ** -2]) @ h
 
 
-def equation_32(record, time, groups, old_crew, at_hand):
-    """Worth of the recorded assignment, and the largest of all that serve every group by at most so many UAVs."""
-    sensor, uavs = record.scenario["filter"], [record.uavs[time][uav] for uav in at_hand]
-    told = [np.array([[equation_31(sensor, uav.position, row.position) for row in record.members(time, group).values()]
-                      for uav in uavs]) for group in groups]
+def equation_32(record, time, groups, old_crew, available):
+    """Returns the score of the recorded assignment, and the best of all that respect the limits of (33)."""
+    sensor, uavs = record.scenario["filter"], [record.uavs[time][uav] for uav in available]
+    terms = [np.array([[equation_31(sensor, uav.position, row.position) for row in record.members(time, group).values()]
+                       for uav in uavs]) for group in groups]
     most, n = max(2, -(-len(uavs) // len(groups))), len(groups)
     crews = [np.array(choice) for choice in product(range(n), repeat=len(uavs))]
     crews = [crew for crew in crews if all(1 <= size <= most for size in np.bincount(crew, minlength=n))]
     of_block = {}
 
-    def worth(crew):
+    def score(crew):
         sums = []
         for group in range(n):
             block = tuple(map(int, np.flatnonzero(crew == group)))
             if (group, block) not in of_block:
-                of_block[group, block] = information_of(told[group][list(block)].sum(axis=0))
+                of_block[group, block] = information_of(terms[group][list(block)].sum(axis=0))
             sums.append(of_block[group, block])
-        return ln_det(sum(sums)) if printed else sum(sums) + inertia * staying[crew, range(len(crew))].sum()
+        return ln_det(sum(sums)) if as_published else sum(sums) + inertia * staying[crew, range(len(crew))].sum()
 
-    printed, inertia = (record.scenario["groups"][key] for key in ["objective", "assignment_inertia"])
-    printed = printed == "printed"
-    information_of = (lambda terms: terms.sum(axis=0)) if printed else (lambda terms: ln_det(terms).sum())
+    objective, inertia = (record.scenario["groups"][key] for key in ["objective", "assignment_switching_cost"])
+    as_published = objective == "printed"
+    information_of = (lambda by_target: by_target.sum(axis=0)) if as_published else (
+        lambda by_target: ln_det(by_target).sum())
     recorded = np.array([groups.index(uav.group) for uav in uavs])
-    # A UAV that stays counts for more, by the number of its group's targets.
-    staying = np.array([[told[g].shape[1] * (old_crew[uav] == group) for uav in at_hand]
+    # A UAV that keeps its group gets a bonus in proportion to the number of the group's targets.
+    staying = np.array([[terms[g].shape[1] * (old_crew[uav] == group) for uav in available]
                         for g, group in enumerate(groups)])
-    return worth(recorded), max(worth(crew) for crew in crews)
+    return score(recorded), max(score(crew) for crew in crews)
 
 
 def ln_det(information):
@@ -726,11 +736,12 @@ def ln_det(information):
     return np.clip(np.nan_to_num(value, nan=LN_DET_FLOOR), LN_DET_FLOOR, -LN_DET_FLOOR)
 
 
-CLEAR_MINIMA = 6.0  # nobody climbs or descends past who is nearer than so many least distances
+CLEAR_MINIMA = 6.0  # UAVs do not climb or descend past UAVs within this multiple of the minimum distance
 
 
 def check_altitudes(record, compare):
-    """A group keeps its altitude; a new one takes the lowest that is free; or each UAV has its own, or all have one."""
+    """Checks altitudes: a group keeps its altitude and a new one takes the lowest free one; or each UAV has its own, or all
+    have the same."""
     rules, altitudes, climb = record.scenario["groups"], {}, climb_of(record.scenario)
     lowest, step = rules["altitude_lowest_m"], rules["altitude_step_m"]
     for time in record.times:
@@ -742,30 +753,30 @@ def check_altitudes(record, compare):
             compare("altitude of a group", row.altitude_m, altitudes[group])
         uavs = record.uavs[time]
         for uav in uavs.values():
-            wanted = {"by-group": altitudes.get(uav.group), "by-uav": lowest + step * uav.uav, "one": lowest}[rules["altitudes"]]
-            if climb and wanted is not None:
-                wanted = np.clip(wanted, climb["altitude_min_m"], climb["altitude_max_m"])
-            if "separation" in record.scenario and wanted is not None and uav.altitude_m != wanted:
-                # It waits for who is in between and near.
+            desired = {"by-group": altitudes.get(uav.group), "by-uav": lowest + step * uav.uav, "one": lowest}[rules["altitudes"]]
+            if climb and desired is not None:
+                desired = np.clip(desired, climb["altitude_min_m"], climb["altitude_max_m"])
+            if "separation" in record.scenario and desired is not None and uav.altitude_m != desired:
+                # The UAV waits for near UAVs at altitudes in between.
                 clear, vertical = (minima(record)[key] for key in ["minimum_m", "vertical_m"])
                 near = [other for other in uavs.values() if other is not uav
                         and np.hypot(*(other.position - uav.position)) < CLEAR_MINIMA * clear]
-                compare("altitude asked of a UAV that has nobody to wait for", 0, not near)
-                past = [np.sign(wanted - uav.flown_altitude_m) * (uav.altitude_m - end)
-                        for end in [uav.flown_altitude_m, wanted]]
-                compare("altitude asked of a UAV that waits, out of its way", 0, not past[0] >= 0 >= past[1])
+                compare("commanded altitude: waits without a reason", 0, not near)
+                past = [np.sign(desired - uav.flown_altitude_m) * (uav.altitude_m - end)
+                        for end in [uav.flown_altitude_m, desired]]
+                compare("commanded altitude: waits outside its way", 0, not past[0] >= 0 >= past[1])
                 height = min([abs(other.flown_altitude_m - uav.altitude_m) for other in near], default=0.0)
                 stays = uav.altitude_m == uav.flown_altitude_m
-                compare("altitude asked of a UAV that waits, too near", 0, height < vertical * (1 - 1e-9) and not stays)
+                compare("commanded altitude: waits too near", 0, height < vertical * (1 - 1e-9) and not stays)
             else:
-                compare("altitude asked of a UAV", uav.altitude_m, wanted)
+                compare("commanded altitude", uav.altitude_m, desired)
 
 
-PLACES = 72  # of an orbit, of which each may be in a zone or not
+PLACES = 72  # number of points on an orbit that are checked against the zones
 
 
 def orbit_left(outlines, row):
-    """Which share of an orbit zones leave, and the first that takes some."""
+    """Returns the fraction of an orbit outside forbidden areas, and the first zone that blocks a part of it."""
     angles = 2 * np.pi * np.arange(PLACES) / PLACES
     places = [row.position + row.standoff_distance_m * unit(angle) for angle in angles]
     taking = [[number for number, outline in enumerate(outlines) if outline.forbids(at)] for at in places]
@@ -773,31 +784,31 @@ def orbit_left(outlines, row):
 
 
 def cut(left, was):
-    """What zones leave of an orbit in words; what was told is taken back with some room to spare."""
-    barred, in_part = {"orbit-clear": (0.05, 0.95), "orbit-cut": (0.05, 0.99), "orbit-barred": (0.15, 0.99)}[was]
-    return "orbit-barred" if left < barred else "orbit-cut" if left < in_part else "orbit-clear"
+    """Returns the state of an orbit as an event kind, with hysteresis."""
+    blocked, in_part = {"orbit-unblocked": (0.05, 0.95), "orbit-partly-blocked": (0.05, 0.99), "orbit-blocked": (0.15, 0.99)}[was]
+    return "orbit-blocked" if left < blocked else "orbit-partly-blocked" if left < in_part else "orbit-unblocked"
 
 
 def check_cuts(record, compare):
-    """What is told of orbits of which zones take a part."""
+    """Checks the events of orbits that zones block in part or in full."""
     outlines, cuts = [Outline(zone) for zone in record.scenario.get("zones", [])], {}
     for time in record.times:
         old, cuts, expected = cuts, {}, []
         for group, row in record.groups[time].items() if outlines else []:
             left, zone = orbit_left(outlines, row)
-            was = old.get(group, "orbit-clear")
+            was = old.get(group, "orbit-unblocked")
             cuts[group] = now = cut(left, was)
             if now != was:
-                expected.append((now, group, None if now == "orbit-clear" else zone,
-                                 round(left, 9) if now == "orbit-cut" else None))
-        told = [(event.kind, event.group, event.zone,
-                 None if event.clear_fraction is None else round(event.clear_fraction, 9))
-                for event in record.events[time] if event.kind in ["orbit-cut", "orbit-barred", "orbit-clear"]]
-        compare("zones: cut orbits not recorded, or others", 0, differing(told, expected))
+                expected.append((now, group, None if now == "orbit-unblocked" else zone,
+                                 round(left, 9) if now == "orbit-partly-blocked" else None))
+        events = [(event.kind, event.group, event.zone,
+                   None if event.clear_fraction is None else round(event.clear_fraction, 9))
+                  for event in record.events[time] if event.kind in ["orbit-partly-blocked", "orbit-blocked", "orbit-unblocked"]]
+        compare("zones: missing or unexpected orbit events", 0, differing(events, expected))
 
 
 def check_alarms(record, compare):
-    """Distances between UAVs of a group; what is told of UAVs too close, and of orbits that cannot be flown."""
+    """Checks distances between UAVs of a group, proximity alerts, and events of infeasible orbits."""
     orbit, alarms = record.scenario["orbit"], {}
     for before, time in zip([None, *record.times], record.times):
         old, alarms, expected = alarms, {}, []
@@ -807,25 +818,25 @@ def check_alarms(record, compare):
             separation = min([np.hypot(*(a - b)) for i, a in enumerate(uavs) for b in uavs[:i]], default=None)
             compare("separation of the UAVs of a group", row.separation_m, separation)
             turn_limit = np.inf if row.turn_limit_m is None else row.turn_limit_m
-            members, needed = record.members(time, group), row.standoff_unclamped_m
-            if group in previous and orbit["response_s"] > 0:
-                wanted = wanted_state(record.scenario, members)
+            members, required = record.members(time, group), row.standoff_unclamped_m
+            if group in previous and orbit["time_constant_s"] > 0:
+                desired = desired_state(record.scenario, members)
                 centre = np.array(row.position)
                 furthest = members[last_furthest({target: np.hypot(*(track.position - centre))
                                                   for target, track in members.items()})]
-                needed = needed_radius(record.scenario, members, wanted, furthest, row.margin_m)
-            smallest = max(needed, orbit["radius_min_m"], turn_limit)
+                required = required_radius(record.scenario, members, desired, furthest, row.margin_m)
+            smallest = max(required, orbit["radius_min_m"], turn_limit)
             largest = min(orbit["radius_max_m"], record.scenario["sensor"]["sensing_range_m"] - row.spread_m)
             infeasible, close = old.get(group, (False, False))
-            alarm = record.scenario["groups"]["separation_alarm_m"] * (1.2 if close else 1.0)
+            alarm = record.scenario["groups"]["proximity_alert_m"] * (1.2 if close else 1.0)
             alarms[group] = (bool(smallest > largest * (0.95 if infeasible else 1.0)),
                              bool(separation is not None and separation < alarm))
-            words = [("orbit-feasible", "orbit-infeasible"), ("uavs-apart", "uavs-close")]
-            expected += [(kinds[now], group) for kinds, was, now in zip(words, (infeasible, close), alarms[group])
+            alert_kinds = [("orbit-feasible", "orbit-infeasible"), ("proximity-cleared", "proximity-alert")]
+            expected += [(kinds[now], group) for kinds, was, now in zip(alert_kinds, (infeasible, close), alarms[group])
                          if now != was]
-        alarming = ["orbit-feasible", "orbit-infeasible", "uavs-apart", "uavs-close"]
-        told = [(event.kind, event.group) for event in record.events[time] if event.kind in alarming]
-        compare("alarms not recorded, or others", 0, differing(told, expected))
+        alarming = ["orbit-feasible", "orbit-infeasible", "proximity-cleared", "proximity-alert"]
+        events = [(event.kind, event.group) for event in record.events[time] if event.kind in alarming]
+        compare("missing or unexpected alerts", 0, differing(events, expected))
 
 
 if __name__ == "__main__":

@@ -1,20 +1,20 @@
 #!/usr/bin/env python3
-"""Recompute a flown record from the paper's equations, in plain NumPy, and compare number by number.
+"""Recompute a record from the paper's equations, in plain NumPy, and compare number by number.
 
 Usage: check_equations.py <record folder>
 
-An implementation of its own of H. Oh, S. Kim, H.-S. Shin, A. Tsourdos, "Coordinated Standoff Tracking of Moving
-Target Groups Using Multiple UAVs", 2015: a number in parentheses is an equation of that paper, read as docs/ledger.md
-says; notation as in docs/notation.md, metrics as in docs/metrics.md. It reads the record and nothing else.
+This is an independent implementation of H. Oh, S. Kim, H.-S. Shin, A. Tsourdos, "Coordinated Standoff Tracking of Moving
+Target Groups Using Multiple UAVs", 2015. A number in parentheses is an equation of that paper, interpreted as in
+docs/ledger.md; notation as in docs/notation.md, metrics as in docs/metrics.md. It reads only the record.
 
-Prints one line per quantity: the largest difference over all instants, the tolerance, and how many numbers were
-compared. A difference is relative to the recorded number, or absolute where that is below 1 (of tracks: relative to the
-standard deviation where that is larger; of covariances: to the two standard deviations). Exits with 1 and a message if
-a tolerance is exceeded. Needs requirements.txt.
+Prints one line per quantity: the largest difference over all time steps, the tolerance, and the number of compared
+values. A difference is relative to the recorded value, or absolute if that is below 1 (tracks: relative to the standard
+deviation if that is larger; covariances: relative to the product of the two standard deviations). Exits with 1 and a
+message if a tolerance is exceeded. Needs requirements.txt.
 
-Not checked: who belongs to a group (see check_coordination.py) and which tracks are lost (both taken as recorded), the
-first estimate of each track (it comes from a cue, which the record does not hold), the drawing of the scenario, UAVs
-without a group (those that search for a lost target among them).
+Not checked: group membership (see check_coordination.py) and track deletion (both taken as recorded), the first estimate
+of each track (it comes from a cue, which the record does not contain), the random draws of the scenario, and UAVs
+without a group (including those that search for a lost target).
 """
 
 import json
@@ -34,13 +34,13 @@ AXES = ["x", "vx", "ax", "y", "vy", "ay"]
 POSITION, VELOCITY = [0, 3], [1, 4]
 SENSE = {"anticlockwise": 1.0, "clockwise": -1.0}
 ROUNDING = 1e-10  # the same algebra in another order
-DIFFERENCES = 1e-7  # of a numeric derivative, which is least exact where a centre becomes too fast to follow
-RUN_ON = 1e-7  # of filters that run on for a whole record: rounding adds up where hardly anything is measured
-STATISTICS = 5.0  # standard deviations by which a variance over a whole run may be off
+DIFFERENCES = 1e-7  # for numeric derivatives, which are least accurate if a centre becomes too fast to follow
+RUN_ON = 1e-7  # for filters that run for a whole record: rounding accumulates if measurements are rare
+STATISTICS = 5.0  # allowed deviation of a variance over a whole run, in standard deviations
 
 
 def main(arguments, usage, checks):
-    """Runs the checks on a record; gives the exit status."""
+    """Runs the checks on a record; returns the exit status."""
     if len(arguments) != 1:
         print(usage.strip(), file=sys.stderr)
         return 2
@@ -48,14 +48,14 @@ def main(arguments, usage, checks):
         record, compare = Record(Path(arguments[0])), Comparison()
         for check in checks:
             check(record, compare)
-    except Exception as error:  # a row or a column is not there, or cannot be read
+    except Exception as error:  # a row or a column is missing or cannot be read
         print(f"{arguments[0]}: {type(error).__name__}: {error}", file=sys.stderr)
         return 1
     return compare.report(record.folder)
 
 
 class Record:
-    """A record's tables as {time: {id: row}}; what does not exist is None."""
+    """A record's tables as {time: {id: row}}; missing tables and values are None."""
 
     def __init__(self, folder):
         self.folder = folder
@@ -67,13 +67,13 @@ class Record:
         self.tracks = self.by_instant("tracks", "target")
         self.groups = self.by_instant("groups", "group")
         self.detections = self.by_instant("detections", "uav", "target")
-        self.views = self.by_instant("views", "uav", "target") if (folder / "views.parquet").exists() else None
+        self.views = self.by_instant("in_view", "uav", "target") if (folder / "views.parquet").exists() else None
         self.events = defaultdict(list)
         for event in self.rows("events"):
             self.events[event.time_us].append(event)
         self.times = sorted(self.uavs)
         self.filter_acceleration_sd_m_s2 = self.scenario["filter"]["acceleration_sd_m_s2"]
-        # Typed numbers begin at 1, ids at 0.
+        # Targets are numbered from 1 in scenarios, from 0 in records.
         manoeuvres = self.scenario.get("targets", {}).get("manoeuvre", [])
         self.manoeuvring = {int(manoeuvre["target"]) - 1 for manoeuvre in manoeuvres}
 
@@ -101,22 +101,22 @@ class Record:
         return instants
 
     def members(self, time, group):
-        """The tracks of the members of a group's orbit, by target: those in dwell from and to it are among them."""
+        """Returns the tracks of a group's members by target, including those in dwell from and to the group."""
         return {target: row for target, row in self.tracks[time].items() if group in (row.group, row.to_group)}
 
     def duty(self, time, group):
-        """The targets that a group has to keep in view: of those in dwell, the ones that it passes on."""
+        """Returns the targets that a group must keep in view; a target in dwell belongs to the passing group."""
         return [target for target, row in self.tracks[time].items() if row.group == group]
 
 
 class Comparison:
-    """The largest difference of each quantity."""
+    """Collects the largest difference of each quantity."""
 
     def __init__(self):
         self.lines = {}
 
     def __call__(self, what, recorded, computed, scale=None, tolerance=ROUNDING):
-        """Compares numbers; None equals only None."""
+        """Compares numbers; None is equal only to None."""
         if recorded is None or computed is None:
             off = np.array(0.0 if recorded is computed else np.inf)
         else:
@@ -126,7 +126,7 @@ class Comparison:
         self.lines[what] = (np.maximum(largest, np.max(off, initial=0.0)), tolerance, count + off.size)
 
     def angle(self, what, recorded, computed, tolerance=ROUNDING):
-        """Compares angles the short way round."""
+        """Compares angles modulo 2 pi."""
         known = recorded is not None and computed is not None
         self(what, recorded, recorded + wrap(computed - recorded) if known else computed, tolerance=tolerance)
 
@@ -141,7 +141,7 @@ class Comparison:
 
 
 def wrap(angle):
-    """To (-pi, pi]."""
+    """Wraps an angle to (-pi, pi]."""
     return np.pi - (np.pi - angle) % (2.0 * np.pi)
 
 
@@ -154,7 +154,7 @@ def unit(angle):
 
 
 def equation_1(states, commands, uavs):
-    """Rates of position, heading, speed and turn rate, with first-order lags; one column per UAV and instant."""
+    """Returns rates of position, heading, speed and turn rate, with first-order lags; one column per UAV and time step."""
     _, _, heading, speed, turn_rate = states
     return np.array([speed * np.cos(heading), speed * np.sin(heading), turn_rate,
                      (commands[0] - speed) / uavs["speed_lag_s"], (commands[1] - turn_rate) / uavs["turn_rate_lag_s"]])
@@ -162,7 +162,7 @@ def equation_1(states, commands, uavs):
 
 def check_kinematics(record, compare):
     uavs, period, times = record.scenario["uavs"], record.period, record.times
-    compare("instants are a period apart", np.diff(times) / 1e6, period)
+    compare("time steps are one period apart", np.diff(times) / 1e6, period)
     pairs = [(record.uavs[a][uav], row) for a, b in zip(times, times[1:]) for uav, row in record.uavs[b].items()]
     names = ["x_m", "y_m", "heading_rad", "speed_m_s", "turn_rate_rad_s"]
     before, after = (np.array([[getattr(pair[i], name) for pair in pairs] for name in names]) for i in [0, 1])
@@ -182,14 +182,14 @@ def check_kinematics(record, compare):
 
 
 def climb_of(scenario):
-    """How UAVs climb, as docs/separation.md has it unless the scenario says so; None: they do not."""
+    """Returns the climb parameters of the scenario, or the defaults of docs/separation.md; None if UAVs do not climb."""
     default = {"rate_max_m_s": 3.0, "lag_s": 1.0, "altitude_min_m": 50.0, "altitude_max_m": 3000.0}
     return scenario["uavs"].get("climb", default if "separation" in scenario else None)
 
 
 def check_climbs(record, pairs, compare):
-    """Altitudes flown: a lag on the rate of climb, as (1) has for the turn rate; the rate asked for closes in on the altitude
-    asked for over four lags and two periods, which overshoots none."""
+    """Checks altitudes: the climb rate has a first-order lag, like the turn rate in (1). The commanded climb rate approaches
+    the commanded altitude over four lags and two periods, so that it does not overshoot."""
     climb, period = climb_of(record.scenario), record.period
     flown = sum(row.flown_altitude_m is not None for rows in record.uavs.values() for row in rows.values())
     compare("altitudes flown", flown, sum(map(len, record.uavs.values())) if climb else 0)
@@ -201,27 +201,27 @@ def check_climbs(record, pairs, compare):
                     np.clip(row.altitude_m, climb["altitude_min_m"], climb["altitude_max_m"]) - row.flown_altitude_m
                     for row, _ in pairs])
     fastest, lag = climb["rate_max_m_s"], climb["lag_s"]
-    asked = np.clip(way / (4 * lag + 2 * period), -fastest, fastest)
+    commanded = np.clip(way / (4 * lag + 2 * period), -fastest, fastest)
     rates = np.array([[0.0, 1.0, 0.0], [0.0, -1.0 / lag, 1.0 / lag], [0.0, 0.0, 0.0]])
-    computed = expm(rates * period) @ np.array([*before, asked])
+    computed = expm(rates * period) @ np.array([*before, commanded])
     compare("climbing: altitude flown", after[0], computed[0])
     compare("climbing: rate of climb", after[1], computed[1])
     ends = np.maximum(np.abs(way), np.abs(before[1]) * lag)
     past = np.sign(way) * (after[0] - before[0]) - ends
-    compare("climbing: an altitude overshot", 0.0, np.maximum(past, 0.0).max(), tolerance=1e-6)
+    compare("climbing: overshoot of an altitude", 0.0, np.maximum(past, 0.0).max(), tolerance=1e-6)
     compare("climbing: faster than the limit", 0.0, np.maximum(np.abs(after[1]) - fastest, 0.0).max())
     groups = record.scenario["groups"]
     for row in record.uavs[record.times[0]].values():
-        # Where the scenario says; else at its own altitude, or the lowest.
+        # At the altitude in the scenario; otherwise at the UAV's altitude by number, or at the lowest.
         steps = row.uav if groups["altitudes"] == "by-uav" or "radio" in record.scenario and groups["altitudes"] != "one" else 0
         first = np.clip(groups["altitude_lowest_m"] + steps * groups["altitude_step_m"],
                         climb["altitude_min_m"], climb["altitude_max_m"])
         start = record.scenario["uavs"]["at"][row.uav].get("altitude_m", first)
-        compare("climbing: at the first instant", [row.climb_rate_m_s, row.flown_altitude_m], [0.0, start])
+        compare("climbing: at the first time step", [row.climb_rate_m_s, row.flown_altitude_m], [0.0, start])
 
 
 def equations_5_6(model, period):
-    """F and Q of both axes, by van Loan's matrix exponential."""
+    """Returns F and Q of both axes, by van Loan's matrix exponential."""
     alpha, sd = model["correlation_rate_1_s"], model["acceleration_sd_m_s2"]
     a = np.array([[0.0, 1.0, 0.0], [0.0, 0.0, 1.0], [0.0, 0.0, -alpha]])
     noise = np.diag([0.0, 0.0, 2.0 * alpha * sd**2])
@@ -231,7 +231,7 @@ def equations_5_6(model, period):
 
 
 def filter_model(model, period):
-    """Filters never hold an acceleration for impossible: where there is none it is micrometres per second squared."""
+    """Returns F and Q of a filter; its acceleration noise is never zero, but at least 1e-6 m/s2."""
     return equations_5_6(model | {"acceleration_sd_m_s2": max(model["acceleration_sd_m_s2"], 1e-6)}, period)
 
 
@@ -239,15 +239,15 @@ def check_target_model(record, compare):
     model, period = record.scenario["filter"], record.period
     alpha = model["correlation_rate_1_s"]
     decay = np.exp(-alpha * period)
-    printed = [[1.0, period, (decay + alpha * period - 1.0) / alpha**2], [0.0, 1.0, (1.0 - decay) / alpha],
-               [0.0, 0.0, decay]]
+    published = [[1.0, period, (decay + alpha * period - 1.0) / alpha**2], [0.0, 1.0, (1.0 - decay) / alpha],
+                 [0.0, 0.0, decay]]
     f, q = equations_5_6(model, period)
-    compare("(6) printed F against the matrix exponential", printed, f[:3, :3])
+    compare("(6) published F compared with the matrix exponential", published, f[:3, :3])
     half_f, half_q = equations_5_6(model, period / 2)
-    compare("(5) Q of two half steps against a whole one", half_f @ half_q @ half_f.T + half_q, q)
+    compare("(5) Q of two half steps compared with a whole one", half_f @ half_q @ half_f.T + half_q, q)
     if "targets" not in record.scenario or not record.truth:
         return
-    # Random targets move by the same equations, with parameters of their own.
+    # Random targets move by the same equations with separate parameters.
     f, q = equations_5_6(record.scenario["targets"], period)
     model = record.scenario["targets"]
     free = {time: {target: row.state - manoeuvred(model, target, time / 1e6) for target, row in rows.items()}
@@ -263,7 +263,7 @@ def check_target_model(record, compare):
 
 
 def manoeuvred(model, target, now_s):
-    """What a target's manoeuvres, accelerations for some time, have added to its state."""
+    """Returns the change of a target's state by its manoeuvres, which are accelerations for a limited time."""
     added = np.zeros((2, 3))
     for manoeuvre in model.get("manoeuvre", []):
         if manoeuvre["target"] == target + 1:
@@ -275,43 +275,44 @@ def manoeuvred(model, target, now_s):
 
 
 def equation_7(uav, target):
-    """Range and azimuth from UAV to target."""
+    """Returns range and azimuth from a UAV to a target."""
     return np.array([np.hypot(*(target - uav)), direction(target - uav)])
 
 
 def in_view(sensor, uav, target):
-    """Within half the field of view of the boresight and within sensing range."""
+    """Returns true if a target is within half the field of view of the boresight and within sensing range."""
     distance, azimuth = equation_7(uav.position, target.position)
     off = abs(wrap(azimuth - uav.boresight_rad))
     return off <= np.radians(sensor["field_of_view_deg"]) / 2 and distance <= sensor["sensing_range_m"]
 
 
-def most_at_once(rows, bearings, away, widest):
-    """The most that fit into a field of view, of as many those known worst, of those known alike the nearest; and the
-    direction of its middle."""
+def largest_fit(rows, bearings, away, widest):
+    """Returns the largest set of targets that fits into a field of view, and the direction of its middle. Of equally large
+    sets the one with the largest uncertainty wins, of equal ones the nearest."""
     fitting = {right: {target: row for target, row in rows.items()
                        if (bearings[target] - bearings[right]) % (2 * np.pi) <= widest} for right in rows}
     if not rows or widest >= np.pi:
         return {}, 0.0
     most = max(map(len, fitting.values()))
     fitting = {right: fit for right, fit in fitting.items() if len(fit) == most}
-    known = {right: sum(np.linalg.eigvalsh(row.p_position)[-1] for row in fit.values()) for right, fit in fitting.items()}
-    alike = [right for right in fitting if known[right] >= max(known.values()) * (1 - 1e-9)]
-    right = min(alike, key=lambda one: sum(away[target] ** 2 for target in fitting[one]))
+    variances = {right: sum(np.linalg.eigvalsh(row.p_position)[-1] for row in fit.values())
+                 for right, fit in fitting.items()}
+    equal = [right for right in fitting if variances[right] >= max(variances.values()) * (1 - 1e-9)]
+    right = min(equal, key=lambda right: sum(away[target] ** 2 for target in fitting[right]))
     return fitting[right], bearings[right] + widest / 2
 
 
 def aim_at_middle(record, time, uav, centre):
-    """Where `orbit.aim = "middle"` looks a period later: the middle of the angle that a group's members span, or those
-    that are its duty, or the most of these that fit in, carried on as it moves now. None: they have none, and the centre
-    is aimed at."""
+    """Returns the point at which `orbit.pointing = "angular-midpoint"` points the sensor one period later: the angular midpoint of the
+    group's members, or of those that the group must keep in view, or of as many of these as fit, extrapolated with its
+    present velocity. None if no midpoint exists; the sensor then points at the centre."""
     members, duty = record.members(time, uav.group), record.duty(time, uav.group)
     own = {target: row for target, row in members.items() if target in duty}
     widest = np.radians(record.scenario["sensor"]["field_of_view_deg"])
     bearings = {target: direction(row.position - uav.position) for target, row in members.items()}
     away = {target: np.hypot(*(row.position - uav.position)) for target, row in members.items()}
     centred = direction(centre.position - uav.position)
-    for rows, towards in [(members, centred), (own, centred), most_at_once(own, bearings, away, widest)]:
+    for rows, towards in [(members, centred), (own, centred), largest_fit(own, bearings, away, widest)]:
         off = {target: wrap(bearings[target] - towards) for target in rows}
         if not off or max(map(abs, off.values())) >= np.pi / 2 or max(off.values()) - min(off.values()) > widest:
             continue
@@ -319,7 +320,7 @@ def aim_at_middle(record, time, uav, centre):
         own_velocity = uav.speed_m_s * unit(uav.heading_rad)
 
         def divided(t):
-            """The bisector of an angle divides the opposite side as the adjacent sides are."""
+            """Returns the point on the opposite side that the bisector divides in the ratio of the adjacent sides."""
             a, b = (row.position + t * row.velocity for row in [left, right])
             to_a, to_b = (np.hypot(*(at - uav.position - t * own_velocity)) for at in [a, b])
             return (to_b * a + to_a * b) / (to_a + to_b)
@@ -346,13 +347,13 @@ def check_measurements(record, compare):
                 if record.scenario["orbit"]["aim"] == "middle":
                     middle = aim_at_middle(record, before, record.uavs[before][uav], centre)
                 if middle is not None:
-                    ahead, what, tolerance = middle, ", at the middle", DIFFERENCES
+                    ahead, what, tolerance = middle, ", angular midpoint", DIFFERENCES
                 compare.angle(f"section II: boresight{what}", row.boresight_rad, direction(ahead - row.position), tolerance)
-        # A range that noise makes negative is none: so near, a target may be missed.
+        # Noise can make a very short range negative, which gives no measurement: near targets may be missed.
         missed = {(uav, target) for uav, target in expected - set(record.detections[time])
                   if equation_7(record.uavs[time][uav].position, truth[target].position)[0] > 6 * sensor["range_sd_m"]}
         others = set(record.detections[time]) - expected
-        compare("(7) targets in view not detected, or others", 0, len(missed | others))
+        compare("(7) missed or unexpected detections", 0, len(missed | others))
         for uav, target in set(record.detections[time]) & expected:
             measured = record.detections[time][uav, target]
             distance, azimuth = equation_7(record.uavs[time][uav].position, truth[target].position)
@@ -369,7 +370,7 @@ def check_measurements(record, compare):
 
 
 def check_views(record, time, expected, compare):
-    """The tables' derived columns: who sees whom, and how far estimates are from the truth."""
+    """Checks the derived columns: targets in view, and distances of estimates from the truth."""
     compare("views: targets in view", 0, len(set(record.views[time]) ^ expected))
     for uav, target in expected:
         row, view = record.uavs[time][uav], record.views[time][uav, target]
@@ -383,20 +384,20 @@ def check_views(record, time, expected, compare):
 
 
 def inverse(p):
-    """Of a covariance or information matrix, scaled first: its entries span many orders of magnitude."""
+    """Inverts a covariance or information matrix. It is scaled first, because its entries span many orders of magnitude."""
     sds = np.sqrt(np.diag(p))
     return np.linalg.inv(p / np.outer(sds, sds)) / np.outer(sds, sds)
 
 
 def equations_8_9(y, information, f, q):
-    """Prediction of information vector and matrix."""
+    """Predicts information vector and matrix."""
     p = inverse(information)
     predicted = inverse(f @ p @ f.T + q)
     return predicted @ f @ p @ y, predicted
 
 
 def equations_10_11(y, information, looks, sensor):
-    """Update with everything measured of one target at one instant: (UAV's position, range and azimuth)."""
+    """Updates with all measurements of one target at one time step: (UAV's position, range and azimuth)."""
     x = inverse(information) @ y
     r_inverse = np.diag([sensor["range_sd_m"] ** -2, np.radians(sensor["bearing_sd_deg"]) ** -2])
     for uav, z in looks:
@@ -409,7 +410,7 @@ def equations_10_11(y, information, looks, sensor):
 
 
 def jacobian(uav, target):
-    """H: derivative of (7) by the target's state. None so near that it runs away, as docs/ledger.md says."""
+    """Returns H, the derivative of (7) by the target's state; None at ranges below 1 m, where it diverges (docs/ledger.md)."""
     (dx, dy), distance = target - uav, equation_7(uav, target)[0]
     if distance < 1.0:
         return None
@@ -424,7 +425,7 @@ def innovation(uav, z, predicted):
 
 
 def stacked(looks, target, sensor):
-    """H, R and innovations of all looks at a target that is expected there, one below the other."""
+    """Returns stacked H, R and innovations of all measurements of a target, given its predicted position."""
     used = [(uav, z) for uav, z in looks if jacobian(uav, target) is not None]
     h = np.vstack([np.zeros((0, 6)), *[jacobian(uav, target) for uav, _ in used]])
     r = np.diag([sensor["range_sd_m"] ** 2, np.radians(sensor["bearing_sd_deg"]) ** 2] * len(used))
@@ -432,7 +433,7 @@ def stacked(looks, target, sensor):
 
 
 def looks_by_target(record, time):
-    """What was measured of each target: (UAV's position, range and azimuth)."""
+    """Returns the measurements of each target: (UAV's position, range and azimuth)."""
     looks = defaultdict(list)
     for (uav, target), z in record.detections[time].items():
         looks[target].append((record.uavs[time][uav].position, (z.range_m, z.bearing_rad)))
@@ -440,7 +441,7 @@ def looks_by_target(record, time):
 
 
 def check_tracks(record, compare):
-    """Runs the filters on from each track's first estimate; they are never set back to the record."""
+    """Runs the filters from each track's first estimate, without resetting them to the record."""
     model, filters = record.scenario["filter"], {}
     f, q = filter_model(model, record.period)
     for time in record.times:
@@ -456,11 +457,11 @@ def check_tracks(record, compare):
             scale = np.maximum(np.abs(row.state), np.maximum(sds, 1.0))
             compare("(8, 10) state of a track", row.state, inverse(information) @ y, scale, RUN_ON)
             compare("(9, 11) covariance of a track", row.p, inverse(information), np.outer(sds, sds), RUN_ON)
-            compare("track held exactly when measured", row.status == "held", bool(looks))
+            compare("track status held if and only if measured", row.status == "updated", bool(looks))
 
 
 def section_2c(centre, p, f, q, z, r):
-    """Kalman filter of the centre, covariance form: the new centre, its P, and the innovation's distance (16)."""
+    """Kalman filter of the centre, covariance form: returns the new centre, its P, and the innovation's distance (16)."""
     centre, p = f @ centre, f @ p @ f.T + q
     innovation, p_position = z - centre[POSITION], p[np.ix_(POSITION, POSITION)]
     gain = p[:, POSITION] @ np.linalg.inv(p_position + r)
@@ -469,28 +470,28 @@ def section_2c(centre, p, f, q, z, r):
 
 
 def shift(record, before, time, group, f):
-    """What a change of members alone moves what the centre should be, all else as it is now."""
+    """Returns the jump of the desired centre that only the change of members causes."""
     old, new = record.members(before, group), record.members(time, group)
     if set(old) == set(new):
         return np.zeros(6)
-    # An old member that is no longer a live track is where it is predicted to be.
+    # An old member without a live track is at its predicted position.
     tracks, old_now = record.tracks[time], {}
     for target, row in old.items():
         state = tracks[target].state if target in tracks else f @ row.state
         old_now[target] = SimpleNamespace(state=state, position=state[POSITION])
-    return wanted_state(record.scenario, new) - wanted_state(record.scenario, old_now)
+    return desired_state(record.scenario, new) - desired_state(record.scenario, old_now)
 
 
 def margin_in_metres(sds, toward, furthest, members):
-    """Standard deviations of the furthest member's position relative to the mean, along the line to it."""
-    # The furthest counts (1 - 1/n) times in that difference, every other member -1/n times.
+    """Returns `sds` standard deviations of the furthest member's position relative to the mean, along the line to it."""
+    # In that difference the furthest member has the weight 1 - 1/n, every other member -1/n.
     weights = {target: float(target == furthest) - 1 / len(members) for target in members}
     relative = sum(weights[target] ** 2 * row.p_position for target, row in members.items())
     return sds * np.sqrt(toward @ relative @ toward)
 
 
 def equation_15(scenario, spread, spread_rate, margin):
-    """Standoff distance unclamped, clamped, and its rate."""
+    """Returns the standoff distance unclamped and clamped, and its rate."""
     orbit = scenario["orbit"]
     half_view = np.radians(scenario["sensor"]["field_of_view_deg"] - orbit["field_of_view_margin_deg"]) / 2
     sine = np.sin(min(half_view, np.pi / 2))
@@ -499,13 +500,13 @@ def equation_15(scenario, spread, spread_rate, margin):
     return unclamped, clamped, spread_rate / sine if clamped == unclamped else 0.0
 
 
-def smallest_circle(positions):
-    """Centre, and which are on the rim: of the circles on two or three of them the smallest that holds all."""
+def enclosing_circle(positions):
+    """Returns the centre and the support points of the minimum enclosing circle, by trying all pairs and triples."""
     circles = [(positions[0], [0])] if len(positions) == 1 else []
     circles += [((positions[i] + positions[j]) / 2, [i, j]) for i, j in combinations(range(len(positions)), 2)]
     for rim in combinations(range(len(positions)), 3):
         a, b, c = positions[list(rim)]
-        # As far from a as from b, and as from c.
+        # The centre has the same distance from a, b and c.
         sides = 2 * np.array([b - a, c - a])
         if abs(np.linalg.det(sides)) > 1e-9:
             circles.append((np.linalg.solve(sides, [b @ b - a @ a, c @ c - a @ a]), list(rim)))
@@ -513,67 +514,69 @@ def smallest_circle(positions):
 
 
 def is_by_circle(scenario):
-    return scenario["orbit"]["centre"] == "smallest-circle"
+    return scenario["orbit"]["centre"] == "enclosing-circle"
 
 
 def true_centre(scenario, positions):
-    """What an orbit about these is about: the centre of the smallest circle, or the mean."""
+    """Returns the centre of an orbit around these positions: of the minimum enclosing circle, or the mean."""
     positions = np.array(positions)
-    return smallest_circle(positions)[0] if is_by_circle(scenario) else np.mean(positions, axis=0)
+    return enclosing_circle(positions)[0] if is_by_circle(scenario) else np.mean(positions, axis=0)
 
 
-def wanted_state(scenario, members):
-    """What the centre of these members' orbit should be: the mean of their states, or the circle's centre in its place."""
+def desired_state(scenario, members):
+    """Returns the desired state of the centre of the members' orbit: their mean state, with the circle's centre as position
+    if the scenario uses it."""
     state = np.mean([row.state for row in members.values()], axis=0)
     state[POSITION] = true_centre(scenario, [row.position for row in members.values()])
     return state
 
 
 def circle_spread(positions, velocities):
-    """Radius of the smallest circle, and its rate: of all on the rim, the circle's motion takes off the outward speed."""
-    centre, rim = smallest_circle(positions)
+    """Returns the radius of the minimum enclosing circle and its rate, from the outward speeds of its support points."""
+    centre, rim = enclosing_circle(positions)
     radius = max(np.hypot(*(positions - centre).T))
     if len(rim) == 1:
         return 0.0, 0.0
     outward = np.array([unit(direction(positions[i] - centre)) for i in rim])
     speeds = np.einsum("ij,ij->i", outward, velocities[rim])
-    # Unknown: how the centre moves, which two on the rim leave open along the rim, and how the radius grows.
+    # Unknowns: the velocity of the centre (two support points leave its tangential part open) and the rate of the radius.
     return radius, np.linalg.lstsq(np.column_stack([outward, np.ones(len(rim))]), speeds, rcond=1e-12)[0][2]
 
 
 def last_furthest(distances):
-    """Of equally far ones the last: both of a pair are as far from its middle, but for rounding."""
-    return [target for target, far in distances.items() if far**2 >= max(distances.values()) ** 2 * (1 - 1e-9)][-1]
+    """Returns the furthest target, of equally far ones the last. Both targets of a pair have the same distance from its
+    middle, except for rounding."""
+    return [target for target, distance in distances.items() if distance**2 >= max(distances.values()) ** 2 * (1 - 1e-9)][-1]
 
 
-def follow(x, v, wanted, wanted_v, orbit, dt):
-    """The project's motion of an orbit's centre or radius, beyond the paper: critically damped, its acceleration limited."""
-    t, a = max(orbit["response_s"], dt), orbit["acceleration_max_m_s2"]
+def follow(x, v, desired, desired_v, orbit, dt):
+    """Moves an orbit's centre or radius (not in the paper): critically damped, with limited acceleration."""
+    t, a = max(orbit["time_constant_s"], dt), orbit["acceleration_max_m_s2"]
     x = x + v * dt
-    away = np.linalg.norm(wanted - x)
+    away = np.linalg.norm(desired - x)
     approach = away / (2 * t) if away <= 4 * a * t**2 else np.sqrt(2 * a * (away - 2 * a * t**2))
-    along = (wanted - x) / away if away > 0 else 0 * x
-    change = (wanted_v + along * min(approach, orbit["approach_max_m_s"]) - v) * dt / (t / 2 + dt)
+    along = (desired - x) / away if away > 0 else 0 * x
+    change = (desired_v + along * min(approach, orbit["closing_speed_max_m_s"]) - v) * dt / (t / 2 + dt)
     change *= min(1, a * dt / np.linalg.norm(change)) if np.any(change) else 1
     return x + change * dt / 2, v + change
 
 
-def follow_radius(radius, rate, wanted, orbit, dt):
-    """The same of a radius, which knows no rate ahead, stops at its bounds and changes no faster than it approaches."""
-    moved, rate = (value[0] for value in follow(*(np.array([value]) for value in (radius, rate, wanted, 0.0)), orbit, dt))
-    radius, fastest = np.clip(moved, orbit["radius_min_m"], orbit["radius_max_m"]), orbit["approach_max_m_s"]
+def follow_radius(radius, rate, desired, orbit, dt):
+    """Moves a radius: like `follow` with a desired rate of zero, within its bounds and with a limited rate."""
+    moved, rate = (value[0] for value in follow(*(np.array([value]) for value in (radius, rate, desired, 0.0)), orbit, dt))
+    radius, fastest = np.clip(moved, orbit["radius_min_m"], orbit["radius_max_m"]), orbit["closing_speed_max_m_s"]
     return radius, np.clip(rate, -fastest, fastest) if radius == moved else 0.0
 
 
 def orbit_about(scenario, positions, velocities, margin=0.0, before=None, dt=None):
-    """Centre, its velocity, r_d and its rate: at once, or a period after an orbit that moves from where it was."""
+    """Returns the centre, its velocity, r_d and its rate: instantaneous, or `dt` after the moving orbit `before`."""
     positions, velocities, orbit = np.array(positions), np.array(velocities), scenario["orbit"]
     centre, velocity = true_centre(scenario, positions), np.mean(velocities, axis=0)
-    moves = before is not None and orbit["response_s"] > 0
+    moves = before is not None and orbit["time_constant_s"] > 0
     if moves:
         centre, velocity = follow(before[0], before[1], centre, velocity, orbit, dt)
     spreads = np.hypot(*(positions - centre).T)
-    # Of equally far ones the last.
+    # The last one of equally far targets.
     furthest = len(spreads) - 1 - np.argmax(spreads[::-1])
     rate = (positions[furthest] - centre) @ (velocities[furthest] - velocity) / max(spreads[furthest], 1e-300)
     _, radius, rate = equation_15(scenario, spreads[furthest], rate, margin)
@@ -583,7 +586,7 @@ def orbit_about(scenario, positions, velocities, margin=0.0, before=None, dt=Non
 
 
 def true_orbits(record):
-    """By time and group: the true orbit with its motion, and that of the instant alone."""
+    """Returns by time and group: the true orbit with its motion, and the instantaneous one."""
     found = {}
     for before, time in zip([None, *record.times], record.times):
         found[time] = {}
@@ -598,24 +601,25 @@ def true_orbits(record):
 
 
 def equation_27(uavs, centre_velocity, rate):
-    """Smallest radius, as printed and about a centre that moves; None for a centre as fast as a UAV can be."""
+    """Returns the smallest radius, the larger of (27) as published and of the limit for a moving centre; None if the centre
+    is as fast as the UAVs."""
     centre_speed, turn_rate = np.hypot(*centre_velocity), uavs["turn_rate_max_rad_s"]
     fastest = uavs["speed_m_s"] + uavs["speed_change_max_m_s"]
     v = min(max(uavs["speed_m_s"], speed_floor(centre_velocity)), fastest)
     return max((v - rate) / turn_rate, (v + centre_speed) ** 2 / (v * turn_rate)) if centre_speed < v else None
 
 
-def needed_radius(scenario, members, wanted, furthest_row, margin):
-    """What members need of an orbit about where they want it, however far the orbit that is flown has come."""
-    spread = np.hypot(*(furthest_row.position - wanted[POSITION]))
+def required_radius(scenario, members, desired, furthest_row, margin):
+    """Returns the radius that the members require around the desired centre, independent of the present orbit."""
+    spread = np.hypot(*(furthest_row.position - desired[POSITION]))
     if is_by_circle(scenario):
         positions = np.array([track.position for track in members.values()])
-        spread = max(np.hypot(*(positions - smallest_circle(positions)[0]).T))
+        spread = max(np.hypot(*(positions - enclosing_circle(positions)[0]).T))
     return equation_15(scenario, spread, 0.0, margin)[0]
 
 
 def check_groups(record, compare):
-    """Runs the centres' filters, and orbits that move, on the recorded tracks; they are never set back to the record."""
+    """Runs the filters of the centres, and moving orbits, on the recorded tracks, without resetting them to the record."""
     scenario, centres, flown = record.scenario, {}, {}
     orbit = scenario["orbit"]
     f, q = filter_model(scenario["filter"], record.period)
@@ -623,19 +627,19 @@ def check_groups(record, compare):
         previous, centres, flown_before, flown = centres, {}, flown, {}
         for group, row in record.groups[time].items():
             members = record.members(time, group)
-            moves = group in previous and orbit["response_s"] > 0
+            moves = group in previous and orbit["time_constant_s"] > 0
             compare("number of members", row.members, len(members))
-            mean = wanted_state(scenario, members)
+            mean = desired_state(scenario, members)
             mean_p = sum(track.p for track in members.values()) / len(members) ** 2
             if group in previous:
                 centre, p = previous[group]
-                if orbit["on_membership_change"] == "shift":
+                if orbit["centre_jump"] == "shift":
                     centre = centre + shift(record, before, time, group, f)
                 centre, p, margin = section_2c(centre, p, f, q, mean[POSITION], mean_p[np.ix_(POSITION, POSITION)])
             if group not in previous or orbit["centre"] != "filtered":
                 centre, p, margin = mean, mean_p, margin if group in previous else 0.0
             if moves:
-                # What it should be is followed; only from founding on is it what it is.
+                # The centre follows its desired state; it equals this state only when the group is created.
                 at, velocity, old_radius, old_rate = flown_before[group]
                 at, velocity = follow(at, velocity, centre[POSITION], centre[VELOCITY], orbit, record.period)
                 centre = np.zeros(6)
@@ -665,14 +669,14 @@ def check_groups(record, compare):
             compare("(15) rate of r_d", row.standoff_rate_m_s, rate, tolerance=RUN_ON)
             limit = equation_27(scenario["uavs"], row.velocity, row.standoff_rate_m_s)
             compare("(27) and moving centre: smallest radius", row.turn_limit_m, limit)
-            needed = needed_radius(scenario, members, mean, furthest_row, margin) if moves else unclamped
-            needed = max(needed, orbit["radius_min_m"], np.inf if limit is None else limit)
+            required = required_radius(scenario, members, mean, furthest_row, margin) if moves else unclamped
+            required = max(required, orbit["radius_min_m"], np.inf if limit is None else limit)
             allowed = min(orbit["radius_max_m"], scenario["sensor"]["sensing_range_m"] - spread)
-            compare("some orbit satisfies every constraint", row.feasible, needed <= allowed)
+            compare("an orbit satisfies all constraints", row.feasible, required <= allowed)
 
 
 def equation_22(record):
-    """Radius steered for and its rate, of every group at every time: r_d or what it is expected to be, smoothed, led."""
+    """Returns the steered radius and its rate of each group at each time: r_d or its prediction, low-passed, with lead."""
     scenario, steered, smoothed = record.scenario, {}, {}
     guidance, orbit, speed = scenario["guidance"], scenario["orbit"], scenario["uavs"]["speed_m_s"]
     for before, time in zip([None, *record.times], record.times):
@@ -688,22 +692,22 @@ def equation_22(record):
                     velocities = np.array([track.velocity for track in members.values()])
                     positions = np.array([track.position for track in members.values()]) + lag * velocities
                     spread, spread_rate = circle_spread(positions, velocities)
-                moves = orbit["response_s"] > 0 and group in previous
+                moves = orbit["time_constant_s"] > 0 and group in previous
                 if moves:
-                    # Of whoever is furthest about the centre as it is flown, as it goes on.
-                    away, moving = max(relative, key=lambda one: np.hypot(*one[0]))
+                    # The target that is furthest from the flown centre, extrapolated.
+                    away, moving = max(relative, key=lambda pair: np.hypot(*pair[0]))
                     spread_rate = unit(direction(away)) @ moving if np.any(away) else 0.0
                     spread = max(np.hypot(*away) + lag * spread_rate, 0.0)
                 _, expected, expected_rate = equation_15(scenario, spread, spread_rate, row.margin_m)
                 if moves:
-                    # An orbit that moves is still on its way then.
+                    # A moving orbit has not yet reached the predicted radius.
                     expected, expected_rate = follow_radius(radius, rate, expected, orbit, lag)
                 radius, rate = expected, expected_rate
-            # An orbit that moves is the same one with other members.
-            kept = group in previous and (orbit["response_s"] > 0 or set(record.members(before, group)) == set(members))
-            if kept and orbit["smoothing_s"] > 0.0:
+            # A moving orbit continues when its members change.
+            kept = group in previous and (orbit["time_constant_s"] > 0 or set(record.members(before, group)) == set(members))
+            if kept and orbit["radius_time_constant_s"] > 0.0:
                 old_radius, old_rate = previous[group]
-                gain, carried = record.period / (orbit["smoothing_s"] + record.period), old_radius + old_rate * record.period
+                gain, carried = record.period / (orbit["radius_time_constant_s"] + record.period), old_radius + old_rate * record.period
                 radius, rate = carried + gain * (radius - carried), old_rate + gain * (rate - old_rate)
             smoothed[group] = radius, rate
             if guidance["lead"] != "predicted":
@@ -715,7 +719,7 @@ def equation_22(record):
 
 
 def equations_13_20(scenario, uav_rel_centre, virtual):
-    """Direction of the flown field, a unit vector, onto the radius steered for."""
+    """Returns the direction of the flown field toward the steered radius, a unit vector."""
     guidance = scenario["guidance"]
     r, outward = np.hypot(*uav_rel_centre), unit(direction(uav_rel_centre))
     along = SENSE[guidance["sense"]] * np.array([-outward[1], outward[0]])
@@ -724,39 +728,40 @@ def equations_13_20(scenario, uav_rel_centre, virtual):
 
 
 def equations_28_29(field, centre_velocity, speed):
-    """Velocity over ground, and whether the centre is too fast for the field."""
+    """Returns the velocity over ground, and true if the centre is too fast for the field."""
     # |alpha field + centre velocity| = speed, for a field of unit length; the larger root.
     b = field @ centre_velocity
     discriminant = b**2 - centre_velocity @ centre_velocity + speed**2
     if discriminant >= 0.0 and np.sqrt(discriminant) >= b:
         return centre_velocity + (np.sqrt(discriminant) - b) * field, False
-    # No positive root. The best direction: to the point of the ray that is nearest to what can be reached.
+    # No positive root: the best direction is toward the point of the ray that is nearest to the reachable velocities.
     best = centre_velocity + max(-b, 0.0) * field
     return speed * best / np.hypot(*best), True
 
 
 def equation_25(guidance, r, radius, rate, speed):
-    """Feedforward as printed; or exact, the derivative of the field's heading along the field (13)."""
+    """Returns the feedforward as published, or exact: the derivative of the field's heading along the field (13)."""
     cubed = radius * r**2 if guidance["feedforward"] == "printed" else radius**3
     turn_rate = 4 * speed * cubed / (r**2 + radius**2) ** 2 - 2 * r * rate / (r**2 + radius**2)
     return SENSE[guidance["sense"]] * turn_rate
 
 
 def flown_feedforward(scenario, uav, uav_rel_centre, centre_velocity, steered, speed):
-    """Derivative of the desired heading along what is really flown, by central differences of fourth order."""
+    """Returns the derivative of the desired heading along the flown trajectory or field, by central differences of fourth
+    order."""
     guidance, (radius, rate) = scenario["guidance"], steered
     field_now = equations_13_20(scenario, uav_rel_centre, radius)
     over_ground_now, too_fast = equations_28_29(field_now, centre_velocity, speed)
     relative_speed = np.hypot(*(over_ground_now - centre_velocity))
 
-    def over_ground(t):
+    def ground_track(t):
         field = equations_13_20(scenario, uav_rel_centre + t * flown, radius + t * rate)
         if guidance["speed_reference"] == "centre" and not too_fast:
             return centre_velocity + relative_speed * field
         return equations_28_29(field, centre_velocity, speed)[0]
 
     def change(t):
-        return wrap(direction(over_ground(t)) - direction(over_ground(-t)))
+        return wrap(direction(ground_track(t)) - direction(ground_track(-t)))
 
     velocity = uav.speed_m_s * unit(uav.heading_rad) if guidance["feedforward"] == "actual" else over_ground_now
     flown, h = velocity - centre_velocity, 1e-4
@@ -764,8 +769,8 @@ def flown_feedforward(scenario, uav, uav_rel_centre, centre_velocity, steered, s
 
 
 def equation_35(guidance, phases, own, radius, speed):
-    """Speed that holds a pair at theta_d and more UAVs evenly spaced; before limits."""
-    # How far ahead each mate is, in [0, 2 pi]; of two at the same phase the lower id is behind.
+    """Returns the speed that keeps a pair at theta_d, or more UAVs evenly spaced; before limits."""
+    # Phase of each teammate ahead of this UAV, in [0, 2 pi]; of two at the same phase the lower id is behind.
     sign = SENSE[guidance["sense"]]
     ahead = {uav: sign * (phase - phases[own]) % (2 * np.pi) for uav, phase in phases.items() if uav != own}
     ahead = [2 * np.pi if gap == 0.0 and uav < own else gap for uav, gap in ahead.items()]
@@ -773,25 +778,26 @@ def equation_35(guidance, phases, own, radius, speed):
         return speed
     nearest, behind = min(ahead), 2 * np.pi - max(ahead)
     if len(ahead) == 1:
-        wanted = np.radians(guidance["separation_deg"])
-        lag = nearest - wanted if nearest <= np.pi else wanted - behind
+        desired = np.radians(guidance["desired_phase_deg"])
+        lag = nearest - desired if nearest <= np.pi else desired - behind
     else:
         lag = (nearest - behind) / 2  # half-way between its neighbours
-    return speed + guidance["spacing_gain_1_s"] * lag * radius
+    return speed + guidance["phase_gain_1_s"] * lag * radius
 
 
 def in_transit(uav, group):
-    """On its way to a group, a UAV neither spaces itself nor counts for the others, the project's addition to (35)."""
+    """Returns true if a UAV is on its way to a group: it then neither adjusts its phase nor counts for the others (addition
+    to (35))."""
     return np.hypot(*(uav.position - group.position)) > 2 * group.standoff_distance_m
 
 
 def speed_floor(centre_velocity):
-    """No UAV falls behind the centre: a tenth faster at least, the project's addition to (35)."""
+    """Returns the minimum speed, 10 % above that of the centre, so that no UAV falls behind (addition to (35))."""
     return 1.1 * np.hypot(*centre_velocity)
 
 
 def lemma_3_1(r, radial_speed, radius, rate):
-    """Threshold xi_th, with (17): while it is not negative, the UAV converges to the orbit."""
+    """Returns the threshold xi_th, with (17): as long as it is not negative, the UAV converges to the orbit."""
     return (r * radial_speed - radius * rate) * np.sign(radius - r)
 
 
@@ -801,33 +807,33 @@ def check_guidance(record, compare):
     turn_rate_max, change_max = uavs["turn_rate_max_rad_s"], uavs["speed_change_max_m_s"]
     steered_for = equation_22(record)
     for time in record.times:
-        serving = {uav: row for uav, row in record.uavs[time].items() if row.group is not None}
-        for uav, row in serving.items():
+        assigned = {uav: row for uav, row in record.uavs[time].items() if row.group is not None}
+        for uav, row in assigned.items():
             group = record.groups[time][row.group]
             relative, radius, rate = row.position - group.position, group.standoff_distance_m, group.standoff_rate_m_s
             r, phase = equation_7(group.position, row.position)
             compare("(12) distance r from the centre", row.centre_distance_m, r)
             compare.angle("(35) phase", row.phase_rad, phase)
 
-            phases = {mate: direction(other.position - group.position) for mate, other in serving.items()
+            phases = {mate: direction(other.position - group.position) for mate, other in assigned.items()
                       if other.group == row.group and not in_transit(other, group)}
             phases = phases if uav in phases else {uav: phase}
-            wanted = equation_35(guidance, phases, uav, radius, uavs["speed_m_s"])
-            wanted = max(wanted, speed_floor(group.velocity))
+            desired_speed = equation_35(guidance, phases, uav, radius, uavs["speed_m_s"])
+            desired_speed = max(desired_speed, speed_floor(group.velocity))
             steered = steered_for[time][row.group]
             field = equations_13_20(scenario, relative, steered[0])
             if guidance["speed_reference"] == "centre":
-                wanted = np.hypot(*(group.velocity + wanted * field))
-            speed = np.clip(wanted, uavs["speed_m_s"] - change_max, uavs["speed_m_s"] + change_max)
+                desired_speed = np.hypot(*(group.velocity + desired_speed * field))
+            speed = np.clip(desired_speed, uavs["speed_m_s"] - change_max, uavs["speed_m_s"] + change_max)
             changed = row.avoids is not None or row.border is not None
             if not changed:
                 compare("(35, 2) speed command", row.speed_command_m_s, speed)
             if row.border is None:
-                compare("(2) speed limited", row.speed_limited, speed != wanted)
+                compare("(2) speed limited", row.speed_limited, speed != desired_speed)
 
-            over_ground, too_fast = equations_28_29(field, group.velocity, speed)
-            desired = direction(over_ground)
-            compare("(22) radius steered for", row.steered_distance_m, steered[0])
+            ground_track, too_fast = equations_28_29(field, group.velocity, speed)
+            desired = direction(ground_track)
+            compare("(22) steered radius", row.steered_radius_m, steered[0])
             compare.angle("(13, 20, 23, 28, 29) desired heading", row.desired_heading_rad, desired)
             compare("(29) centre too fast", row.centre_too_fast, too_fast)
 
@@ -843,99 +849,100 @@ def check_guidance(record, compare):
             turn_rate -= guidance["turn_rate_gain"] * (row.turn_rate_rad_s - feedforward)
             limited = np.clip(turn_rate, -turn_rate_max, turn_rate_max)
             if changed:
-                # What is flown counts, whatever asked for it.
+                # For a changed command, the flag refers to the flown turn rate.
                 compare("(3) turn rate limited, of a changed command", row.turn_rate_limited,
                         abs(row.turn_rate_command_rad_s) >= turn_rate_max)
             else:
                 compare("(24, 3) turn rate command", row.turn_rate_command_rad_s, limited, tolerance=tolerance)
                 compare("(3) turn rate limited", row.turn_rate_limited, turn_rate != limited)
             if changed and row.border is None:
-                # Of 17 turn rates and 7 speeds, and what the law wants.
+                # The candidates are 17 turn rates and 7 speeds, and the command of the law.
                 turns = np.append(np.linspace(-turn_rate_max, turn_rate_max, 17), limited)
                 speeds = np.append(uavs["speed_m_s"] + np.linspace(-change_max, change_max, 7), speed)
-                compare("separation: a command that is none of those tried", 0.0,
+                compare("separation: command is not one of the candidates", 0.0,
                         [np.abs(turns - row.turn_rate_command_rad_s).min(), np.abs(speeds - row.speed_command_m_s).min()],
                         tolerance=tolerance)
-            # The radial speed is the one flown, relative to the centre.
-            threshold = lemma_3_1(r, (over_ground - group.velocity) @ unit(phase), radius, rate)
+            # The radial speed is the flown one, relative to the centre.
+            threshold = lemma_3_1(r, (ground_track - group.velocity) @ unit(phase), radius, rate)
             compare("Lemma 3.1: threshold", row.convergence_threshold_m2_s, threshold)
 
 
-AHEAD_S = 8.0  # how far ahead a UAV looks for others
-SPARE_M = 20.0  # it keeps so much more than the least distance from others of higher id
-SPARE_LATE_M = 5.0  # and from others of lower id, which give way to it
-ONE_AVOIDANCE_S = 5.0  # who has not kept away from another for longer begins anew
+AHEAD_S = 8.0  # prediction horizon of the collision avoidance
+SPARE_M = 20.0  # buffer added to the minimum distance from UAVs with higher ids
+SPARE_LATE_M = 5.0  # buffer added to the minimum distance from UAVs with lower ids, which give way
+ONE_AVOIDANCE_S = 5.0  # after a longer pause, a new avoidance starts
 
 
 def check_avoidance(record, compare):
-    """Who keeps away from whom has somebody to keep away from, and is told of once."""
+    """Checks that each avoidance has a cause and exactly one event."""
     scenario, last = record.scenario, {}
-    heard_at_once = "radio" not in scenario
-    told = sum(row.avoids is not None for rows in record.uavs.values() for row in rows.values())
-    compare("separation: avoidance where there is none", 0, 0 if "separation" in scenario else told)
-    compare("zones: kept off where there are none", 0, sum(
+    has_no_latency = "radio" not in scenario
+    avoidances = sum(row.avoids is not None for rows in record.uavs.values() for row in rows.values())
+    compare("separation: avoidance that is not enabled", 0, 0 if "separation" in scenario else avoidances)
+    compare("zones: limiting zone that does not exist", 0, sum(
         not 0 <= row.border < len(scenario.get("zones", []))
         for rows in record.uavs.values() for row in rows.values() if row.border is not None))
     for time, uavs in record.uavs.items():
         began = []
         for row in uavs.values():
-            compare("separation: whom and how near go together", row.avoids is None, row.foretold_m is None)
+            compare("separation: avoided UAV and predicted distance", row.avoids is None, row.predicted_distance_m is None)
             if row.avoids is None:
                 continue
-            compare("separation: an avoided UAV that is none", 0, row.avoids not in uavs or row.avoids == row.uav)
+            compare("separation: avoided UAV that does not exist", 0, row.avoids not in uavs or row.avoids == row.uav)
             since = last.get(row.uav)
             if since is None or since[0] != row.avoids or time - since[1] > ONE_AVOIDANCE_S * 1e6:
-                began.append((f"{row.uav} {row.avoids:.0f}", row.foretold_m))
+                began.append((f"{row.uav} {row.avoids:.0f}", row.predicted_distance_m))
             last[row.uav] = row.avoids, time
-            if not heard_at_once or row.avoids not in uavs:
+            if not has_no_latency or row.avoids not in uavs:
                 continue
             least, other = minima(record), uavs[row.avoids]
-            wanted = least["minimum_m"] + (SPARE_M if row.uav < row.avoids else SPARE_LATE_M)
-            compare("separation: foretold further than is wanted, m", 0.0, max(row.foretold_m - wanted, 0.0))
-            apart = np.hypot(*(row.position - other.position))
-            compare("separation: foretold further than they are, m", 0.0, max(row.foretold_m - apart, 0.0), tolerance=1e-6)
-            # By what both can be at until then: the avoiding one on its way to what it is asked for.
+            required = least["minimum_m"] + (SPARE_M if row.uav < row.avoids else SPARE_LATE_M)
+            compare("separation: predicted above required distance, m", 0.0, max(row.predicted_distance_m - required, 0.0))
+            distance = np.hypot(*(row.position - other.position))
+            compare("separation: predicted above present distance, m", 0.0, max(row.predicted_distance_m - distance, 0.0),
+                    tolerance=1e-6)
+            # Range of altitudes within the horizon: the avoiding UAV is on its way to its commanded altitude.
             own = [row.flown_altitude_m, row.altitude_m or row.flown_altitude_m]
             reach = 2.0 * abs(row.climb_rate_m_s) + AHEAD_S * abs(other.climb_rate_m_s)
             between = max(min(own) - other.flown_altitude_m, other.flown_altitude_m - max(own)) - reach
-            compare("separation: kept away from who is far in height, m", 0.0, max(between - least["vertical_m"], 0.0))
+            compare("separation: avoided despite vertical distance, m", 0.0, max(between - least["vertical_m"], 0.0))
         events = [(event.uavs, event.distance_m) for event in record.events[time] if event.kind == "avoidance"]
-        compare("separation: avoidances not told, or others", 0, len(set(events) ^ set(began)))
+        compare("separation: missing or unexpected events", 0, len(set(events) ^ set(began)))
 
 
 def check_metrics(record, compare):
-    """Every metric in the summary, by its definition in docs/metrics.md."""
+    """Checks every metric in the summary by its definition in docs/metrics.md."""
     if not record.truth:
         return
-    samples, hidden, gaps, gap, orbits = defaultdict(list), [], {}, 0, true_orbits(record)
+    samples, unseen, gaps, gap, orbits = defaultdict(list), [], {}, 0, true_orbits(record)
     for time in record.times:
         track_samples(record, time, samples)
         orbit_samples(record, time, orbits, samples, compare)
         separation_samples(record.uavs[time].values(), minima(record)["vertical_m"], samples)
         line_of_sight_samples(record, time, samples)
         if gaps:
-            hidden.append(view_samples(record, time, samples))
-        # Everybody counts from the instant after the cue.
+            unseen.append(view_samples(record, time, samples))
+        # A target counts from the time step after its cue.
         for target in record.truth[time]:
             if target in gaps:
                 seen, watched = is_seen(record, time, target), is_member(record, time, target)
-                samples["seen_fraction"].append(seen)
-                samples["watched_fraction"].append(seen and watched)
+                samples["in_view_fraction"].append(seen)
+                samples["custody_fraction"].append(seen and watched)
                 gaps[target] = 0 if seen else gaps[target] + 1
                 gap = max(gap, gaps[target])
             else:
                 gaps[target] = 0
     smallest = [name for name in samples if name.startswith("separation_min")]
     metrics = {name: (min if name in smallest else np.mean)(values) for name, values in samples.items() if values}
-    metrics["line_of_sight_max_deg"] = max(samples["line_of_sight_deg"], default=None)
-    metrics["longest_gap_s"] = gap * record.period if samples["seen_fraction"] else None
+    metrics["off_boresight_max_deg"] = max(samples["off_boresight_mean_deg"], default=None)
+    metrics["longest_out_of_view_s"] = gap * record.period if samples["in_view_fraction"] else None
     kinds = [event.kind for events in record.events.values() for event in events]
-    metrics["discards"], metrics["handoffs"] = kinds.count("discarded"), kinds.count("handoff-completed")
+    metrics["removals"], metrics["handoffs"] = kinds.count("removed"), kinds.count("handoff-completed")
     streak, longest = {}, 0
-    for targets in hidden:
+    for targets in unseen:
         streak = {target: streak.get(target, 0) + 1 for target in targets}
         longest = max([longest, *streak.values()])
-    metrics["out_of_view_longest_s"] = longest * record.period
+    metrics["member_longest_out_of_view_s"] = longest * record.period
     metrics |= bound_metrics(record) | innovation_metrics(record) | surprise_metrics(record)
     metrics |= calm_metrics(record) | custody_metrics(record) | separation_metrics(record) | zone_metrics(record)
     for name in sorted(record.metrics):
@@ -943,7 +950,7 @@ def check_metrics(record, compare):
 
 
 def calm_metrics(record):
-    """By what each UAV did while its sensor was pointed, one after the other."""
+    """Returns the metrics of control effort, from the time steps at which a UAV's sensor was pointed."""
     flown = defaultdict(list)
     for time in record.times:
         for row in looking(record, time):
@@ -961,50 +968,51 @@ def calm_metrics(record):
 
 
 def minima(record):
-    """How far apart UAVs are to be, whether they keep to it or not."""
+    """Returns the minimum distances of UAVs, whether they are enforced or not."""
     return record.scenario.get("separation") or {"minimum_m": 50.0, "vertical_m": 30.0}
 
 
 def height_apart(one, other):
-    """In height: by the altitudes flown, or else by those asked for, of which only equal ones are near."""
+    """Returns the vertical distance of two UAVs: by flown altitudes, or by commanded ones, which count as infinitely far
+    apart unless they are equal."""
     flown = one.flown_altitude_m, other.flown_altitude_m
     if None not in flown:
         return abs(flown[0] - flown[1])
-    asked = one.altitude_m, other.altitude_m
-    return 0.0 if None in asked or asked[0] == asked[1] else np.inf
+    commanded = one.altitude_m, other.altitude_m
+    return 0.0 if None in commanded or commanded[0] == commanded[1] else np.inf
 
 
 def separation_metrics(record):
-    """How often two are nearer than both minima that were not an instant ago; and for how long any kept away."""
+    """Returns the number of times at which two UAVs come closer than both minima, and the total time of avoidance."""
     least = minima(record)
     near, times, avoiding, pairs = set(), 0, 0, False
     for time in record.times:
         uavs = list(record.uavs[time].values())
-        avoiding += sum(row.avoids is not None or row.avoids_intruder is not None for row in uavs)
+        avoiding += sum(row.avoids is not None or row.avoided_intruder is not None for row in uavs)
         now = set()
         for one, other in combinations(uavs, 2):
             pairs = True
-            apart = np.hypot(*(one.position - other.position))
-            if apart < least["minimum_m"] and height_apart(one, other) < least["vertical_m"]:
+            distance = np.hypot(*(one.position - other.position))
+            if distance < least["minimum_m"] and height_apart(one, other) < least["vertical_m"]:
                 now.add((one.uav, other.uav))
         times, near = times + len(now - near), now
-    return {"separation_violations": times, "separation_time_s": avoiding * record.period} if pairs else {}
+    return {"separation_violations": times, "avoidance_time_s": avoiding * record.period} if pairs else {}
 
 
 class Outline:
-    """A zone, by angles and by straight lines."""
+    """A zone, evaluated by angles and straight lines."""
 
     def __init__(self, zone):
         self.corners, self.is_keep_out = np.array(zone["points"], float), zone["kind"] == "keep-out"
 
     def forbids(self, at):
-        """Inside, the outline goes once around the place."""
+        """Returns true if the zone forbids a position. The outline winds around positions inside it."""
         towards = np.arctan2(*(self.corners - at).T[::-1])
         around = np.sum(wrap(np.diff(towards, append=towards[0])))
         return (abs(around) > np.pi) == self.is_keep_out
 
     def crossed(self, start, end):
-        """The straight piece and some side of the outline have a place in common."""
+        """Returns true if a segment and a side of the outline intersect."""
         sides = np.roll(self.corners, -1, axis=0) - self.corners
         for corner, side in zip(self.corners, sides):
             system = np.column_stack([end - start, -side])
@@ -1016,8 +1024,8 @@ class Outline:
 
 
 def zone_metrics(record):
-    """How often UAVs come where a zone does not let them, or are between two instants; and how often zones change what is
-    flown."""
+    """Returns the number of zone violations, including those between time steps, and the fraction of time steps at which a
+    zone changes the command."""
     outlines = [Outline(zone) for zone in record.scenario.get("zones", [])]
     if not outlines:
         return {}
@@ -1031,32 +1039,32 @@ def zone_metrics(record):
             crossed = [outline.crossed(a, b) for a, b in zip(flown, flown[1:])]
             times += forbidden[0] + sum(not was and (now or met) for was, now, met in
                                         zip(forbidden, forbidden[1:], crossed))
-    return {"zone_violations": times, "zone_detour_fraction": np.mean([row.border is not None for row in rows])}
+    return {"zone_violations": times, "geofence_detour_fraction": np.mean([row.border is not None for row in rows])}
 
 
 def custody_metrics(record):
-    """Losses of watched targets: each as the number of instants until the target was watched again, or None."""
+    """Returns the metrics of custody losses. A loss is the number of time steps until custody is regained, or None."""
     courses, losses = defaultdict(str), []
     for time in record.times:
         for target in record.truth[time]:
             seen, member = is_seen(record, time, target), is_member(record, time, target)
             courses[target] += "w" if seen and member else "k" if seen or member else "l"
     for course in courses.values():
-        # The instant of the cue does not count. From being watched to the next time, or to the end.
+        # The time step of the cue does not count. A span lasts from custody to the next custody, or to the end.
         spans = course[1:].split("w")[1:]
         for last, span in zip([False] * (len(spans) - 1) + [True], spans):
             if "l" in span:
                 losses.append(None if last else len(span) - span.index("l"))
     found = [instants for instants in losses if instants is not None]
     return {
-        "refound_fraction": len(found) / len(losses) if losses else None,
-        "refind_time_s": np.mean(found) * record.period if found else None,
+        "reacquired_fraction": len(found) / len(losses) if losses else None,
+        "reacquisition_time_s": np.mean(found) * record.period if found else None,
     }
 
 
 def bound_metrics(record):
-    """The posterior Cramer-Rao bound of group members, as the covariance that a Kalman filter would have that knew the
-    true positions; and their squared errors."""
+    """Returns the posterior Cramer-Rao bound of group members (the covariance of a Kalman filter that linearises at the true
+    positions) and their squared errors."""
     scenario = record.scenario
     model, sensor, cue = scenario.get("targets"), scenario["sensor"], scenario["cue"]
     if model is None or model.get("manoeuvre") or 0.0 in [sensor["range_sd_m"], sensor["bearing_sd_deg"]]:
@@ -1075,8 +1083,8 @@ def bound_metrics(record):
             if track is not None and track.group is not None:
                 samples["position_squared_error_m2"].append(np.sum((track.position - truth.position) ** 2))
                 samples["velocity_squared_error_m2_s2"].append(np.sum((track.velocity - truth.velocity) ** 2))
-                samples["position_bound_m2"].append(np.trace(p[np.ix_(POSITION, POSITION)]))
-                samples["velocity_bound_m2_s2"].append(np.trace(p[np.ix_(VELOCITY, VELOCITY)]))
+                samples["position_crlb_m2"].append(np.trace(p[np.ix_(POSITION, POSITION)]))
+                samples["velocity_crlb_m2_s2"].append(np.trace(p[np.ix_(VELOCITY, VELOCITY)]))
     means = {name: np.mean(values) for name, values in samples.items()}
     for what, unit in [("position", "m2"), ("velocity", "m2_s2")] if means else []:
         means[f"{what}_bound_ratio"] = np.sqrt(means[f"{what}_squared_error_{unit}"] / means[f"{what}_bound_{unit}"])
@@ -1084,7 +1092,8 @@ def bound_metrics(record):
 
 
 def innovation_metrics(record):
-    """Innovations of the recorded tracks, all looks at a target at an instant in one, over their covariance."""
+    """Returns the normalised innovation squared of the recorded tracks, with all measurements of a target at a time step
+    stacked."""
     model = record.scenario["filter"]
     f, q = equations_5_6(model, record.period)
     squares, numbers = 0.0, 0
@@ -1099,36 +1108,36 @@ def innovation_metrics(record):
 
 
 def surprise_metrics(record):
-    """How far orbits lie from where the tracks of the instant before foretold them, as e = r - r_d tells."""
+    """Returns the one-step prediction errors of the orbits, in terms of e = r - r_d."""
     scenario, samples = record.scenario, defaultdict(list)
     f, _ = equations_5_6(scenario["filter"], record.period)
 
     def off(uav, orbit):
         return np.hypot(*(uav.position - orbit[0])) - orbit[2]
 
-    orbits, moves = true_orbits(record), scenario["orbit"]["response_s"] > 0
+    orbits, moves = true_orbits(record), scenario["orbit"]["time_constant_s"] > 0
     for before, time in zip(record.times, record.times[1:]):
-        for group, row in record.groups[time].items() if time / 1e6 >= scenario["settle_s"] else []:
+        for group, row in record.groups[time].items() if time / 1e6 >= scenario["transient_s"] else []:
             old, members = record.groups[before].get(group), record.members(time, group)
             states = [f @ track.state for track in record.members(before, group).values()]
             if old is None or set(record.members(before, group)) != set(members) or group not in orbits[time]:
                 continue
-            foretold = [state[POSITION] for state in states], [state[VELOCITY] for state in states]
+            predicted = [state[POSITION] for state in states], [state[VELOCITY] for state in states]
             was = orbits[before].get(group, [None])[0]
-            true = orbit_about(scenario, *foretold, before=was, dt=record.period)
+            true = orbit_about(scenario, *predicted, before=was, dt=record.period)
             own = old.position, old.velocity, old.standoff_distance_m, old.standoff_rate_m_s
             if moves:
-                own = orbit_about(scenario, *foretold, margin=row.margin_m, before=own, dt=record.period)
+                own = orbit_about(scenario, *predicted, margin=row.margin_m, before=own, dt=record.period)
             else:
                 centre = old.position + old.velocity * record.period
-                spread = max(np.hypot(*(position - centre)) for position in foretold[0])
+                spread = max(np.hypot(*(position - centre)) for position in predicted[0])
                 own = centre, None, equation_15(scenario, spread, 0.0, row.margin_m)[1]
             for uav in record.uavs[time].values():
                 if uav.group == group:
                     true_off = off(uav, orbits[time][group][0]) - off(uav, true)
                     own_off = off(uav, (row.position, None, row.standoff_distance_m)) - off(uav, own)
-                    samples["standoff_surprise_m_settled"].append(abs(true_off))
-                    samples["standoff_tracking_surprise_m_settled"].append(abs(own_off))
+                    samples["orbit_prediction_error_m_settled"].append(abs(true_off))
+                    samples["own_orbit_prediction_error_m_settled"].append(abs(own_off))
     return {name: np.mean(values) for name, values in samples.items()}
 
 
@@ -1136,36 +1145,36 @@ def track_samples(record, time, samples):
     for target, truth in record.truth[time].items():
         track = record.tracks[time].get(target)
         covered = track is not None and track.group is not None
-        samples["uncovered_fraction"].append(not covered)
+        samples["ungrouped_fraction"].append(not covered)
         if track is not None:
             samples["position_error_all_m"].append(np.hypot(*(track.position - truth.position)))
         if covered:
             samples["position_error_m"].append(np.hypot(*(track.position - truth.position)))
-            crew = sum(uav.group == track.group for uav in looking(record, time))
-            if crew > 0:
-                samples[f"position_error_{'one' if crew == 1 else 'more'}_m"].append(samples["position_error_m"][-1])
+            uav_count = sum(uav.group == track.group for uav in looking(record, time))
+            if uav_count > 0:
+                samples[f"position_error_{'one' if uav_count == 1 else 'more'}_m"].append(samples["position_error_m"][-1])
             samples["velocity_error_m_s"].append(np.hypot(*(track.velocity - truth.velocity)))
             known = np.flatnonzero(np.isfinite(truth.state))
             if record.filter_acceleration_sd_m_s2 < 1e-6:
-                # What the filter takes for known is no random number.
+                # States that the filter takes as known are not random.
                 known = np.sort(POSITION + VELOCITY)
             error = (track.state - truth.state)[known]
             anees = error @ inverse(track.p[np.ix_(known, known)]) @ error / len(known)
             samples["anees"].append(anees)
             if record.manoeuvring:
-                samples["anees_manoeuvring" if target in record.manoeuvring else "anees_quiet"].append(anees)
+                samples["anees_manoeuvring" if target in record.manoeuvring else "anees_nonmanoeuvring"].append(anees)
 
 
 def orbit_samples(record, time, orbits, samples, compare):
     scenario, groups = record.scenario, record.groups[time]
-    settled = ["", "_settled"] if time / 1e6 >= scenario["settle_s"] else [""]
+    settled = ["", "_settled"] if time / 1e6 >= scenario["transient_s"] else [""]
     for row in record.uavs[time].values():
         samples["infeasible_fraction"].append(row.group is not None and not groups[row.group].feasible)
         samples["turn_rate_saturated_fraction"].append(row.turn_rate_limited)
     for group, orbit in groups.items():
         uavs = [row.position for row in record.uavs[time].values() if row.group == group]
-        samples["separation_min_group_m"] += [np.hypot(*(a - b)) for i, a in enumerate(uavs) for b in uavs[:i]]
-        flown, at_once = orbits[time].get(group, (None, None))
+        samples["separation_min_same_group_m"] += [np.hypot(*(a - b)) for i, a in enumerate(uavs) for b in uavs[:i]]
+        flown, instantaneous = orbits[time].get(group, (None, None))
 
         def off(position, orbit):
             return np.hypot(*(position - orbit[0])) - orbit[2] if orbit else None
@@ -1177,25 +1186,25 @@ def orbit_samples(record, time, orbits, samples, compare):
             own = abs(np.hypot(*(uav - orbit.position)) - orbit.standoff_distance_m)
             samples["standoff_distance_m"].append(orbit.standoff_distance_m)
             for suffix in settled:
-                samples[f"standoff_tracking_error_m{suffix}"].append(own)
+                samples[f"standoff_error_own_estimate_m{suffix}"].append(own)
                 samples[f"standoff_error_m{suffix}"] += [abs(off(uav, flown))] if flown else []
             if flown and len(settled) > 1:
-                samples["standoff_error_instant_m_settled"].append(abs(off(uav, at_once)))
+                samples["standoff_error_unfiltered_m_settled"].append(abs(off(uav, instantaneous)))
         if flown and len(uavs) > 1:
             phases = np.sort([np.degrees(direction(uav - flown[0])) for uav in uavs])
-            gaps, wanted = np.diff(phases, append=phases[0] + 360.0), 360.0 / len(uavs)
+            gaps, desired = np.diff(phases, append=phases[0] + 360.0), 360.0 / len(uavs)
             if len(uavs) == 2:
-                gaps, wanted = [min(gaps)], scenario["guidance"]["separation_deg"]
-            samples["phase_error_deg"].append(np.mean([abs(gap - wanted) for gap in gaps]))
+                gaps, desired = [min(gaps)], scenario["guidance"]["desired_phase_deg"]
+            samples["phase_error_deg"].append(np.mean([abs(gap - desired) for gap in gaps]))
 
 
 def separation_samples(uavs, vertical_m, samples):
-    """Of any two, and of any two that may be at one altitude."""
+    """Adds the distances of all pairs of UAVs, and of those that may be at one altitude."""
     for one, other in combinations(uavs, 2):
-        apart = np.hypot(*(one.position - other.position))
-        samples["separation_min_m"].append(apart)
+        distance = np.hypot(*(one.position - other.position))
+        samples["separation_min_m"].append(distance)
         if height_apart(one, other) < vertical_m:
-            samples["separation_min_layer_m"].append(apart)
+            samples["separation_min_same_altitude_m"].append(distance)
 
 
 def line_of_sight_samples(record, time, samples):
@@ -1204,24 +1213,24 @@ def line_of_sight_samples(record, time, samples):
         duty = record.duty(time, row.group) if row.group is not None else []
         azimuths = [direction(truth[target].position - row.position) for target in duty if target in truth]
         if azimuths:
-            samples["line_of_sight_deg"].append(np.degrees(max(abs(wrap(np.array(azimuths) - row.boresight_rad)))))
+            samples["off_boresight_mean_deg"].append(np.degrees(max(abs(wrap(np.array(azimuths) - row.boresight_rad)))))
 
 
 def view_samples(record, time, samples):
-    """Gives the targets that are some group's duty and that no UAV has in view."""
+    """Returns the group members that no UAV has in view."""
     duty = [target for target in record.truth[time] if is_member(record, time, target)]
     out = [target for target in duty if not is_seen(record, time, target)]
-    samples["out_of_view_fraction"] += [target in out for target in duty]
+    samples["member_out_of_view_fraction"] += [target in out for target in duty]
     return out
 
 
 def looking(record, time):
-    """The UAVs whose sensors are pointed."""
+    """Returns the UAVs that point their sensors."""
     return [row for row in record.uavs[time].values() if row.boresight_rad is not None]
 
 
 def is_seen(record, time, target):
-    """A target that exists is in some UAV's view."""
+    """Returns true if an existing target is in some UAV's view."""
     there = record.truth[time][target]
     return any(in_view(record.scenario["sensor"], row, there) for row in looking(record, time))
 

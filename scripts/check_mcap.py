@@ -3,10 +3,10 @@
 
 Usage: check_mcap.py <record folder> <MCAP file>
 
-docs/mcap.md tells the topics. Messages are decoded by the schemas in the file. The scene is played as a viewer plays
-it: entities replace one another and are deleted, and at every instant those are left that the record has.
+docs/mcap.md describes the topics. Messages are decoded by the schemas in the file. The scene is replayed as a viewer does:
+entities replace one another and are deleted, and at every time step the remaining ones must match the record.
 
-Prints lines like check_equations.py. Exits with 1 and a message if anything differs. Not checked: colours, labels, and
+Prints lines like check_equations.py. Exits with 1 and a message if anything differs. Not checked: colours, labels,
 latitude and longitude.
 """
 
@@ -36,25 +36,25 @@ def main(arguments):
             check_file(reader, record, compare)
             topics = defaultdict(dict)
             for schema, channel, message, decoded in reader.iter_decoded_messages():
-                strange = message.log_time != message.publish_time or schema.encoding != "protobuf"
-                compare("messages of another form", 0, strange)
+                unexpected = message.log_time != message.publish_time or schema.encoding != "protobuf"
+                compare("messages of an unexpected form", 0, unexpected)
                 topics[channel.topic].setdefault(message.log_time // 1000, []).append(decoded)
         for check in [check_poses, check_points, check_states, check_orbits, check_scene,
                       check_log]:
             check(topics, record, compare)
         compare("topics that were not checked", 0, len(topics))
-    except Exception as error:  # a topic or a field is not there, or cannot be read
+    except Exception as error:  # a topic or a field is missing or cannot be read
         print(f"{path}: {type(error).__name__}: {error}", file=sys.stderr)
         return 1
     return compare.report(path)
 
 
 def check_file(reader, record, compare):
-    """What the file says of itself."""
+    """Checks the metadata and the attachment of the file."""
     manifest = json.loads((record.folder / "run.json").read_text(encoding="utf-8"))
     (metadata,) = reader.iter_metadata()
-    told = {name: str(manifest[name]) for name in ["scenario", "seed", "version"]}
-    compare("metadata that differ", 0, sum(metadata.metadata[name] != value for name, value in told.items()))
+    expected = {name: str(manifest[name]) for name in ["scenario", "seed", "version"]}
+    compare("metadata that differ", 0, sum(metadata.metadata[name] != value for name, value in expected.items()))
     for name in ["duration_s", "period_s"]:
         compare(f"metadata: {name}", manifest[name], float(metadata.metadata[name]))
     (attachment,) = reader.iter_attachments()
@@ -63,7 +63,7 @@ def check_file(reader, record, compare):
 
 
 def only(messages):
-    """Of an instant in which there is one message."""
+    """Returns the only message of a time step."""
     (message,) = messages
     return message
 
@@ -73,14 +73,14 @@ def seconds(stamp):
 
 
 def check_times(what, recorded, messages, compare):
-    """Messages are there at the same instants as rows."""
-    compare(f"{what}: instants that differ", 0, len(set(recorded) ^ set(messages)))
+    """Checks that messages and rows have the same time steps."""
+    compare(f"{what}: time steps that differ", 0, len(set(recorded) ^ set(messages)))
 
 
 def height(row):
-    """Of a UAV, as it is flown, or else as it is asked for; all else is on the ground."""
-    flown, asked = (getattr(row, name, None) for name in ["flown_altitude_m", "altitude_m"])
-    return asked or 0.0 if flown is None else flown
+    """Returns the altitude of a UAV: the flown one, or otherwise the commanded one; 0 for other objects."""
+    flown, commanded = (getattr(row, name, None) for name in ["flown_altitude_m", "altitude_m"])
+    return commanded or 0.0 if flown is None else flown
 
 
 def check_poses(topics, record, compare):
@@ -104,7 +104,7 @@ def check_poses(topics, record, compare):
 
 
 def check_points(topics, record, compare):
-    """Points in single precision."""
+    """Checks points, which have single precision."""
     types = {5: "<u4", 7: "<f4"}
     for kind, rows, key in [("uavs", record.uavs, "uav"), ("truth", record.truth, "target"),
                             ("tracks", record.tracks, "target")]:
@@ -121,7 +121,7 @@ def check_points(topics, record, compare):
 
 
 def numbers(message):
-    """Field by field; what is not there is None."""
+    """Returns the fields of a message by name; missing ones are None."""
     return {field.name: getattr(message, field.name) if not field.has_presence or message.HasField(field.name) else None
             for field in message.DESCRIPTOR.fields}
 
@@ -132,18 +132,18 @@ def check_states(topics, record, compare):
         check_times("state", record.uavs, states, compare)
         for time, (state,) in states.items():
             row, state = record.uavs[time][uav], numbers(state)
-            wanted = record.groups[time][row.group].standoff_distance_m if row.group is not None else None
-            known = row.centre_distance_m is not None and wanted is not None
-            compare("state: standoff_distance_m", wanted, state.pop("standoff_distance_m"))
-            error = row.centre_distance_m - wanted if known else None
-            compare("state: standoff_tracking_error_m", error, state.pop("standoff_tracking_error_m"))
-            compare("state: line_of_sight_rad", line_of_sight(record, time, row), state.pop("line_of_sight_rad"))
+            expected = record.groups[time][row.group].standoff_distance_m if row.group is not None else None
+            known = row.centre_distance_m is not None and expected is not None
+            compare("state: standoff_distance_m", expected, state.pop("standoff_distance_m"))
+            error = row.centre_distance_m - expected if known else None
+            compare("state: standoff_error_own_estimate_m", error, state.pop("standoff_error_own_estimate_m"))
+            compare("state: off_boresight_rad", line_of_sight(record, time, row), state.pop("off_boresight_rad"))
             for name, value in state.items():
                 compare(f"state: {name}", getattr(row, name), value)
 
 
 def line_of_sight(record, time, uav):
-    """The largest angle between the boresight and a member of the UAV's group as it really is."""
+    """Returns the largest angle between the boresight and the true position of a member of the UAV's group."""
     if uav.boresight_rad is None or uav.group is None:
         return None
     members = [record.truth[time][target] for target in record.duty(time, uav.group) if target in record.truth[time]]
@@ -166,7 +166,7 @@ def check_scene(topics, record, compare):
     for time in record.times:
         update = only(scenes[time])
         for deletion in update.deletions:
-            compare("/scene: deletions by name of what is there", 0, deletion.type != 0 or deletion.id not in shown)
+            compare("/scene: deletions of entities that do not exist", 0, deletion.type != 0 or deletion.id not in shown)
             del shown[deletion.id]
         shown |= {entity.id: entity for entity in update.entities}
         kinds = {"uav": record.uavs, "truth": record.truth, "track": record.tracks, "group": record.groups}
@@ -175,7 +175,7 @@ def check_scene(topics, record, compare):
         compare("/scene: entities that differ", 0, len(set(there) ^ set(shown)))
         for name, row in there.items():
             entity = shown[name]
-            compare("/scene: entities of an instant before", time / 1e6, seconds(entity.timestamp))
+            compare("/scene: time of entities", time / 1e6, seconds(entity.timestamp))
             SHAPES[name.split("/")[0]](entity, row, record, compare)
 
 
@@ -208,10 +208,11 @@ def check_track(entity, row, _, compare):
     off = points(only(entity.lines))[:, :2] - row.position
     compare("/scene: ellipse of 95 %", CHI_SQUARE_95, np.einsum("ni,ij,nj->n", off, np.linalg.inv(row.p_position), off),
             tolerance=1e-8)
-    told = {pair.key: pair.value for pair in entity.metadata}
-    compare("/scene: words about a track that differ", 0, told["place"] != row.place or told["status"] != row.status)
+    metadata = {pair.key: pair.value for pair in entity.metadata}
+    compare("/scene: metadata of a track that differ", 0,
+            metadata["place"] != row.place or metadata["status"] != row.status)
     for name in ["group", "to_group"]:
-        compare(f"/scene: {name} of a track", getattr(row, name), float(told[name]) if name in told else None)
+        compare(f"/scene: {name} of a track", getattr(row, name), float(metadata[name]) if name in metadata else None)
 
 
 def check_group(entity, row, _, compare):
@@ -221,9 +222,9 @@ def check_group(entity, row, _, compare):
 
 
 def check_zone(entity, zone, _, compare):
-    compare("/scene: corners of a zone", zone["points"], points(only(entity.lines))[:, :2])
-    told = {pair.key: pair.value for pair in entity.metadata}
-    compare("/scene: words about a zone that differ", 0, told != {"kind": zone["kind"], "name": zone.get("name", "")})
+    compare("/scene: vertices of a zone", zone["points"], points(only(entity.lines))[:, :2])
+    metadata = {pair.key: pair.value for pair in entity.metadata}
+    compare("/scene: metadata of a zone that differ", 0, metadata != {"kind": zone["kind"], "name": zone.get("name", "")})
 
 
 SHAPES = {"zone": check_zone, "uav": check_uav, "truth": check_truth, "track": check_track, "group": check_group}

@@ -4,7 +4,7 @@
 Usage: check_record.py <record folder>
 
 Prints one line per table. Exits with 1 and a message if a table cannot be opened, if the three
-disagree on its columns, rows or values, if a table or the instants are not as many as run.json says, if
+disagree on its columns, rows or values, if the number of rows or time steps differs from run.json, if
 time_s is not time_us in seconds, or if a variance is not positive. Needs the packages in requirements.txt.
 """
 
@@ -17,14 +17,14 @@ import duckdb
 import pandas
 import polars
 
-TABLES = ["uavs", "truth", "tracks", "groups", "detections", "events", "targets", "views"]
-# What each of several minds believes: all of them, or none.
-OF_AGENTS = ["agents", "agent_tracks", "agent_groups", "agent_events", "agent_team"]
+TABLES = ["uavs", "truth", "tracks", "groups", "detections", "events", "targets", "in_view"]
+# Tables of per-UAV team states: either all of them exist, or none.
+OF_AGENTS = ["agents", "agent_tracks", "agent_groups", "agent_events", "agent_teammates"]
 AXES = ["x", "vx", "ax", "y", "vy", "ay"]
 
 
 class Mismatch(Exception):
-    """The record is not as it should be."""
+    """Error in a record."""
 
 
 def main(arguments):
@@ -38,25 +38,25 @@ def main(arguments):
         has_agents = (folder / "agents.parquet").exists()
         for table in TABLES + (OF_AGENTS if has_agents else []):
             path = folder / f"{table}.parquet"
-            if table in ["truth", "views"] and not path.exists():
-                print(f"{table}: taken out")
+            if table in ["truth", "in_view"] and not path.exists():
+                print(f"{table}: not in this record")
                 continue
             print(check(table, path, manifest["counts"]))
-    except Exception as error:  # whatever a library raises, the record is at fault or unreadable
+    except Exception as error:  # any exception of a library means a wrong or unreadable record
         print(f"{folder}: {type(error).__name__}: {error}", file=sys.stderr)
         return 1
     return 0
 
 
 def check(table, path, counts):
-    """Reads one table three times; returns the line to print."""
+    """Reads and checks a table with three libraries; returns the line to print."""
     columns, rows = agreed(table, path)
     names = [name for name, _ in columns]
     values = dict(columns)
-    require(rows == counts["rows"][table], table, f"has {rows} rows, run.json says {counts['rows'][table]}")
+    require(rows == counts["rows"][table], table, f"has {rows} rows, run.json has {counts['rows'][table]}")
     if table == "uavs":
         instants = len(set(values["time_us"]))
-        require(instants == counts["instants"], table, f"has {instants} instants, run.json says {counts['instants']}")
+        require(instants == counts["instants"], table, f"has {instants} time steps, run.json has {counts['instants']}")
     if table == "targets":
         require(names == ["target", "name"], table, f"has columns {names}")
         require(values["target"] == list(range(rows)), table, "is not in order of target")
@@ -72,30 +72,30 @@ def check(table, path, counts):
             low = [v for v in values[f"cov_{axis}_{axis}"] if not v > 0]
             require(not low, table, f"cov_{axis}_{axis} is not positive: {low[:3]}")
         require(sum(name.startswith("cov_") for name in names) == 21, table, "lacks covariances")
-        unknown = set(values["status"]) - {"cued", "held", "coasting"}
+        unknown = set(values["status"]) - {"cued", "updated", "coasting"}
         require(not unknown, table, f"unknown status {unknown}")
     if table in OF_AGENTS:
         order = list(zip(values["time_us"], values["agent"]))
         require(order == sorted(order), table, "is not in order of time and agent")
     page = (Path(__file__).parent.parent / "docs" / "record.md").read_text(encoding="utf-8")
-    told = sections(page, table) + "`time_us` `time_s`"
-    untold = [name for name in names if f"`{name}`" not in told]
-    require(not untold, table, f"has columns that docs/record.md does not tell of: {untold}")
+    text = sections(page, table) + "`time_us` `time_s`"
+    undocumented = [name for name in names if f"`{name}`" not in text]
+    require(not undocumented, table, f"has columns that docs/record.md does not describe: {undocumented}")
     for name, column in columns:
         bad = [v for v in column if isinstance(v, float) and not math.isfinite(v)]
-        require(not bad, table, f"{name} holds {bad[:3]}")
+        require(not bad, table, f"{name} contains {bad[:3]}")
     return f"{table}: {rows} rows, {len(names)} columns, {path.stat().st_size} bytes"
 
 
 def sections(page, table):
-    """What the page tells of a table, and of the one whose columns it has, too."""
-    told = next(part for part in page.split("\n## ") if f"`{table}`" in part.split("\n")[0])
-    of = {"agent_tracks": "tracks", "agent_groups": "groups", "agent_events": "events"}.get(table)
-    return told + sections(page, of) if of else told
+    """Returns the section of the page on a table, and that on the table with the same columns, if any."""
+    text = next(part for part in page.split("\n## ") if f"`{table}`" in part.split("\n")[0])
+    base = {"agent_tracks": "tracks", "agent_groups": "groups", "agent_events": "events"}.get(table)
+    return text + sections(page, base) if base else text
 
 
 def agreed(table, path):
-    """The columns, as lists of plain values, on which all three readers agree; and the rows."""
+    """Returns the columns, as lists of plain values, and the number of rows, if all three readers agree."""
     readings = {"pandas": by_pandas(path), "polars": by_polars(path), "duckdb": by_duckdb(path)}
     columns, rows = readings["pandas"]
     names = [name for name, _ in columns]
@@ -110,7 +110,7 @@ def agreed(table, path):
 
 def by_pandas(path):
     frame = pandas.read_parquet(path, engine="pyarrow", dtype_backend="pyarrow")
-    # Through Arrow: pandas would turn a column with nulls into floats with NaN.
+    # Arrow types, because pandas would convert a column with nulls to floats with NaN.
     columns = [(n, [None if v is pandas.NA else v for v in frame[n].tolist()]) for n in frame.columns]
     return columns, len(frame)
 
@@ -121,7 +121,7 @@ def by_polars(path):
 
 
 def by_duckdb(path):
-    # One thread keeps the order of the rows.
+    # A single thread keeps the order of the rows.
     connection = duckdb.connect(config={"threads": 1})
     result = connection.execute("SELECT * FROM read_parquet(?)", [str(path)])
     names = [entry[0] for entry in result.description]

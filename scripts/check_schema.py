@@ -1,4 +1,4 @@
-"""Checks that the JSON schema for editors takes every built-in scenario, and refuses what standoff refuses in form.
+"""Checks that the JSON schema for editors accepts every built-in scenario, and rejects malformed ones as standoff does.
 
 Usage: check_schema.py SCHEMA SCENARIO.toml ...
 """
@@ -31,7 +31,7 @@ for path in sys.argv[2:]:
             table = table.setdefault(key, {})
         table[last] = value
         if validator.is_valid(wrong):
-            sys.exit(f"{path}: the schema takes {'.'.join([*keys, last])} = {value!r}")
+            sys.exit(f"{path}: the schema accepts {'.'.join([*keys, last])} = {value!r}")
 
     refused("duration", 5)
     refused("guidance", "lead_sec", 3)
@@ -41,4 +41,4 @@ for path in sys.argv[2:]:
     refused("orbit", "margin_sds", {"uniform": {"min": 1, "max": 2, "mode": 1}})
     refused("uavs", "at", [{"z_m": 1}])
 
-print(f"{len(sys.argv) - 2} scenarios are right by the schema, seven mistakes in each are not")
+print(f"the schema accepts {len(sys.argv) - 2} scenarios, and rejects seven errors in each")

@@ -1,12 +1,13 @@
 #!/usr/bin/env python3
-"""Work out from a record what its page has to show.
+"""Compute from a record the values that its page must show.
 
 Usage: page_values.py <record folder> > values.json
 
-Writes {"times_s": [...], "names": [...], "events": [...]} and, by table ("run", "uavs", "groups", "targets", and if there are any "intruders"), id and column,
-one value for every instant; null for what there is not. Columns have the names and units of the record. Those that the
-record does not hold are recomputed with check_equations.py, as docs/metrics.md defines them. Of several minds there are
-"minds", what each believes at every instant, and "mind_events", how many events each tells. Needs requirements.txt.
+Writes {"times_s": [...], "names": [...], "events": [...]} and, by table ("run", "uavs", "groups", "targets", and
+"intruders" if the record has any), id and column, one value for every time step; null for missing values. Columns have
+the names and units of the record. Columns that the record does not contain are recomputed with check_equations.py, as
+docs/metrics.md defines them. With per-UAV team states, "minds" has the team state of each agent at every time step, and
+"mind_events" the number of events that each agent publishes. Needs requirements.txt.
 """
 
 import json
@@ -19,7 +20,7 @@ from check_equations import POSITION, Record, direction, equation_15, equations_
 from check_equations import looking, looks_by_target, stacked, true_centre, wrap
 
 UAVS = ["group", "x_m", "y_m", "speed_m_s", "turn_rate_rad_s", "speed_limited", "turn_rate_limited", "centre_distance_m",
-        "avoids", "avoids_intruder", "foretold_m", "border"]
+        "avoids", "avoided_intruder", "predicted_distance_m", "border"]
 GROUPS = ["x_m", "y_m", "members", "spread_m", "standoff_distance_m", "feasible", "separation_m"]
 INTRUDERS = ["x_m", "y_m", "heading_rad", "speed_m_s", "told"]
 TARGETS = ["status", "place", "group", "to_group"]
@@ -52,29 +53,30 @@ def main(arguments):
 
 
 def columns(times, rows):
-    """{id: {column: values over time}} from a function that gives {id: {column: value}} of a time."""
+    """Returns {id: {column: values over time}} from a function that returns {id: {column: value}} at a time."""
     found = {}
-    for place, time in enumerate(times):
-        for one, row in rows(time).items():
+    for index, time in enumerate(times):
+        for key, row in rows(time).items():
             for column, value in row.items():
-                found.setdefault(one, {}).setdefault(column, [None] * len(times))[place] = value
+                found.setdefault(key, {}).setdefault(column, [None] * len(times))[index] = value
     return found
 
 
 def minds(record, time):
-    """{mind: what it believes at a time}, of those whose computer is on."""
+    """Returns {agent: its team state at a time}, for agents whose computer is on."""
     if not hasattr(record, "minds"):
-        tables = {"all": ("agents",), "team": ("agent_team", "uav"), "tracks": ("agent_tracks", "target"), "groups": ("agent_groups", "group")}
+        tables = {"all": ("agents",), "team": ("agent_teammates", "uav"), "tracks": ("agent_tracks", "target"), "groups": ("agent_groups", "group")}
         record.minds = {name: record.by_instant(table, "agent", *key) for name, (table, *key) in tables.items()}
     found = {}
     for agent in record.minds["all"][time]:
-        of = {name: {ids[1]: row for ids, row in record.minds[name][time].items() if ids[0] == agent} for name in ["team", "tracks", "groups"]}
+        own = {name: {ids[1]: row for ids, row in record.minds[name][time].items() if ids[0] == agent}
+               for name in ["team", "tracks", "groups"]}
         team = {uav: {"presence": row.presence, "group": row.group, "group_id": None if row.group_id is None else str(int(row.group_id)),
-                      "age_s": None if row.heard_us is None else (time - row.heard_us) / 1e6} for uav, row in of["team"].items()}
+                      "age_s": None if row.heard_us is None else (time - row.heard_us) / 1e6} for uav, row in own["team"].items()}
         truth = record.truth[time]
         tracks = {target: {"group": row.group, "position_error_m": error(row, truth[target]) if target in truth else None}
-                  for target, row in of["tracks"].items()}
-        found[agent] = {"team": team, "tracks": tracks, "groups": {group: {"members": row.members} for group, row in of["groups"].items()}}
+                  for target, row in own["tracks"].items()}
+        found[agent] = {"team": team, "tracks": tracks, "groups": {group: {"members": row.members} for group, row in own["groups"].items()}}
     return found
 
 
@@ -83,13 +85,13 @@ def error(row, truth):
 
 
 def uav_values(record, time, row):
-    values = {name: getattr(row, name) for name in UAVS} | {"line_of_sight_rad": None, "standoff_error_m": None}
+    values = {name: getattr(row, name) for name in UAVS} | {"off_boresight_rad": None, "standoff_error_m": None}
     if row.group is None:
         return values
     truth = record.truth[time]
     duty = [truth[target].position for target in record.duty(time, row.group) if target in truth]
     if duty and row.boresight_rad is not None:
-        values["line_of_sight_rad"] = max(abs(wrap(direction(at - row.position) - row.boresight_rad)) for at in duty)
+        values["off_boresight_rad"] = max(abs(wrap(direction(at - row.position) - row.boresight_rad)) for at in duty)
     members = true_members(record, time, row.group)
     if members:
         centre = true_centre(record.scenario, members)
@@ -101,8 +103,8 @@ def uav_values(record, time, row):
 
 def group_values(record, time, row, bounds):
     values = {name: getattr(row, name) for name in GROUPS}
-    crew = [uav for uav in record.uavs[time].values() if uav.group == row.group]
-    phase, wanted = separation(record, [uav.phase_rad for uav in crew])
+    uavs = [uav for uav in record.uavs[time].values() if uav.group == row.group]
+    phase, desired = separation(record, [uav.phase_rad for uav in uavs])
     errors, variances = [], []
     for target in record.duty(time, row.group):
         if target in record.truth[time]:
@@ -112,10 +114,10 @@ def group_values(record, time, row, bounds):
     bound = np.sqrt(np.mean(variances)) if variances else np.nan
     return values | {
         "phase_rad": phase,
-        "phase_wanted_rad": wanted,
+        "phase_wanted_rad": desired,
         "position_error_m": np.sqrt(np.mean(errors)) if errors else None,
         "position_bound_m": None if np.isnan(bound) else bound,
-        "scan_sd_m": scan_sd(record, true_members(record, time, row.group), crew),
+        "scan_sd_m": scan_sd(record, true_members(record, time, row.group), uavs),
     }
 
 
@@ -125,27 +127,28 @@ def true_members(record, time, group):
 
 
 def separation(record, phases):
-    """Of the UAVs on one orbit, the separation that is furthest from what is wanted; and what is wanted."""
+    """Returns the phase separation on one orbit with the largest error, and the desired one."""
     if len(phases) < 2 or None in phases:
         return None, None
     if len(phases) == 2:
-        return abs(wrap(phases[1] - phases[0])), np.radians(record.scenario["guidance"]["separation_deg"])
-    phases, wanted = np.sort(phases), 2.0 * np.pi / len(phases)
-    return max(np.diff(phases, append=phases[0] + 2.0 * np.pi), key=lambda gap: abs(gap - wanted)), wanted
+        return abs(wrap(phases[1] - phases[0])), np.radians(record.scenario["guidance"]["desired_phase_deg"])
+    phases, desired = np.sort(phases), 2.0 * np.pi / len(phases)
+    return max(np.diff(phases, append=phases[0] + 2.0 * np.pi), key=lambda gap: abs(gap - desired)), desired
 
 
-def scan_sd(record, members, crew):
-    """Geometric mean of the semi-axes of what one scan by each UAV tells of a target at the true centre."""
+def scan_sd(record, members, uavs):
+    """Returns the geometric mean of the semi-axes of the error ellipse from one scan by each UAV of a target at the true
+    centre."""
     sensor = record.scenario["sensor"]
-    if not members or not crew or 0.0 in [sensor["range_sd_m"], sensor["bearing_sd_deg"]]:
+    if not members or not uavs or 0.0 in [sensor["range_sd_m"], sensor["bearing_sd_deg"]]:
         return None
     r = np.diag([sensor["range_sd_m"] ** 2, np.radians(sensor["bearing_sd_deg"]) ** 2])
-    looks = [jacobian(uav.position, true_centre(record.scenario, members))[:, POSITION] for uav in crew]
+    looks = [jacobian(uav.position, true_centre(record.scenario, members))[:, POSITION] for uav in uavs]
     return np.linalg.det(sum(h.T @ inverse(r) @ h for h in looks)) ** -0.25
 
 
 def bounds_by_time(record):
-    """Variance of position at the Cramer-Rao bound, by time and target; see check_equations.bound_metrics."""
+    """Returns the position variance at the Cramer-Rao bound by time and target; see check_equations.bound_metrics."""
     model, sensor, cue = record.scenario.get("targets"), record.scenario["sensor"], record.scenario["cue"]
     if model is None or model.get("manoeuvre") or 0.0 in [sensor["range_sd_m"], sensor["bearing_sd_deg"]]:
         return dict.fromkeys(record.times, {})
@@ -183,20 +186,20 @@ def target_values(record, time):
 
 
 def place(row, x_m, y_m):
-    """Where something is, under these names."""
+    """Returns the position of a row under these names."""
     return dict(zip((x_m, y_m), row.position)) if row is not None else {x_m: None, y_m: None}
 
 
 def run_values(record, time):
-    """Of all targets that exist: how many, and how many have a track, are watched, are seen; and how well they are known."""
+    """Returns the number of existing targets, of those with a track, in custody and in view, and their position error."""
     there = [row for row in target_values(record, time).values() if row["exists"]]
     tracked = [row for row in there if row["error_m"] is not None]
-    judged = any(record.truth[before] for before in record.times if before < time)
+    is_after_cue = any(record.truth[before] for before in record.times if before < time)
     return {
         "targets": len(there),
         "tracked": len(tracked),
-        "watched": sum(row["in_view"] and row["group"] is not None for row in tracked) if judged else None,
-        "seen": sum(bool(row["in_view"]) for row in there) if judged else None,
+        "watched": sum(row["in_view"] and row["group"] is not None for row in tracked) if is_after_cue else None,
+        "seen": sum(bool(row["in_view"]) for row in there) if is_after_cue else None,
         "position_error_m": np.sqrt(np.mean([row["error_m"] ** 2 for row in tracked])) if tracked else None,
     }
 

@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Writes the Python package's reference from its stubs and modules: python_reference.py [--check] PAGE.
 
-Nothing of the package is imported: what is public is named by ``__all__``, and told by the docstrings.
+The package is not imported: ``__all__`` lists the public names, and docstrings describe them.
 """
 
 import argparse
@@ -12,13 +12,13 @@ import textwrap
 from pathlib import Path
 
 PACKAGE = Path(__file__).resolve().parent.parent / "python/standoff"
-# Modules in the order in which a reader may want them.
+# Modules in the order of the page.
 MODULES = ["__init__", "law", "pieces", "gym", "pettingzoo/group_tracking_v0", "dask", "errors"]
 HEAD = """# Python reference
 
 <!-- scripts/python_reference.py writes this page from the stubs. -->
 
-Every public name of the Python package; [Python](python.md) tells how to use it.
+Every public name of the Python package; [Python](python.md) explains how to use it.
 All numbers are SI units, positions metres east (x) and north (y), angles radians anticlockwise from east.
 """
 Definition = ast.ClassDef | ast.FunctionDef
@@ -37,16 +37,16 @@ def public(path: Path) -> list[str]:
 
 
 def signature(node: ast.FunctionDef, name: str) -> str:
-    """As it is called: without types, which the stubs have."""
+    """Formats a signature without types, which the stubs contain."""
     arguments = node.args
     positional = [*arguments.posonlyargs, *arguments.args]
     defaults = [None] * (len(positional) - len(arguments.defaults)) + list(arguments.defaults)
-    shown = [_argument(one.arg, default) for one, default in zip(positional, defaults, strict=True)]
-    shown = [one for one in shown if one not in ("self", "cls")]
+    shown = [_argument(argument.arg, default) for argument, default in zip(positional, defaults, strict=True)]
+    shown = [argument for argument in shown if argument not in ("self", "cls")]
     if arguments.kwonlyargs:
         shown.append("*")
         keyed = zip(arguments.kwonlyargs, arguments.kw_defaults, strict=True)
-        shown += [_argument(one.arg, default) for one, default in keyed]
+        shown += [_argument(argument.arg, default) for argument, default in keyed]
     return f"{name}({', '.join(shown)})"
 
 
@@ -55,7 +55,7 @@ def _argument(name: str, default: ast.expr | None) -> str:
 
 
 def prose(node: Definition) -> str:
-    """A docstring as Markdown."""
+    """Converts a docstring to Markdown."""
     text = ast.get_docstring(node) or ""
     text = re.sub(r":\w+:`~?\.?(?:standoff\.)?([^`]+)`", r"`\1`", text).replace("``", "`")
     lines: list[str] = []
@@ -69,29 +69,29 @@ def prose(node: Definition) -> str:
             lines.append(f"- {other[1]}{raised}: {other[3]}")
         else:
             lines.append(line)
-    # A list follows an empty line, and its items go on indented.
+    # Continuation lines of list items are indented by two spaces.
     text = "\n".join(lines)
     text = re.sub(r"\n {4}(?=\S)", "\n  ", text)
     return text.strip()
 
 
-def told(name: str, node: Definition) -> str:
+def section(name: str, node: Definition) -> str:
     if isinstance(node, ast.FunctionDef):
         return f"### {name}\n\n`{signature(node, name)}`\n\n{prose(node)}\n"
-    methods = [one for one in node.body if isinstance(one, ast.FunctionDef)]
-    makers = [one for one in methods if one.name in ("__new__", "__init__")]
+    methods = [method for method in node.body if isinstance(method, ast.FunctionDef)]
+    constructors = [method for method in methods if method.name in ("__new__", "__init__")]
     page = f"### {name}\n\n"
-    if makers:
-        page += f"`{signature(makers[0], name)}`\n\n"
+    if constructors:
+        page += f"`{signature(constructors[0], name)}`\n\n"
     page += prose(node) + "\n"
     items = []
     for method in methods:
         if method.name.startswith("_") or not ast.get_docstring(method):
             continue
-        decorators = {ast.unparse(one) for one in method.decorator_list}
+        decorators = {ast.unparse(decorator) for decorator in method.decorator_list}
         is_property = "property" in decorators
-        called = f"`{method.name}`" if is_property else f"`{signature(method, method.name)}`"
-        items.append(f"- {called}: {textwrap.indent(prose(method), '  ').strip()}")
+        usage = f"`{method.name}`" if is_property else f"`{signature(method, method.name)}`"
+        items.append(f"- {usage}: {textwrap.indent(prose(method), '  ').strip()}")
     return page + ("\n" + "\n".join(items) + "\n" if items else "")
 
 
@@ -102,7 +102,7 @@ def reference() -> str:
         path = PACKAGE / f"{module}.py"
         own = definitions(path)
         names = [name for name in public(path) if name in own or (name in native and name not in seen)]
-        # What a module of its own tells is told there.
+        # Names of submodules are documented in the sections of these modules.
         if module == "__init__":
             names = [name for name in names if name in native]
         if not names:
@@ -113,7 +113,7 @@ def reference() -> str:
         page += "\n" + re.sub(r":\w+:`~?\.?(?:standoff\.)?([^`]+)`", r"`\1`", intro.split("\n\n")[0]).replace("``", "`") + "\n"
         for name in names:
             seen.add(name)
-            page += "\n" + told(name, own.get(name) or native[name])
+            page += "\n" + section(name, own.get(name) or native[name])
     return page
 
 

@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
-"""Runs a notebook from its beginning and writes it with what came out: run_notebook.py NOTEBOOK OUT.ipynb.
+"""Runs a notebook from the start and writes it with its outputs: run_notebook.py NOTEBOOK OUT.ipynb.
 
-Exits with 1 at the first cell that fails, or if one that should show something shows nothing.
+Exits with 1 at the first cell that fails, or if fewer than two cells have outputs.
 """
 
 import sys
@@ -17,7 +17,7 @@ def main() -> None:
     nbformat.write(notebook, out)
     shown = sum(bool(cell.outputs) for cell in notebook.cells if cell.cell_type == "code")
     if shown < 2:
-        sys.exit(f"{given}: only {shown} cells show anything")
+        sys.exit(f"{given}: only {shown} cells have outputs; at least 2")
 
 
 if __name__ == "__main__":

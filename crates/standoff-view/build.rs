@@ -1,4 +1,4 @@
-//! Takes the charts' script out of the crate that carries it, compressed as pages hold it.
+//! Extracts the chart script (plotly.js) from the `plotly` crate and compresses it for embedding in pages.
 
 use std::io::Write;
 use std::path::Path;
@@ -9,15 +9,15 @@ use plotly::Plot;
 
 fn main() {
     println!("cargo::rerun-if-changed=build.rs");
-    // Two scripts: the charts', then one for formulas, which no page has.
+    // The sources contain two scripts: plotly.js, and one for formulas, which the pages do not use.
     let sources = Plot::offline_js_sources();
     let script =
         sources.split("<script type=\"text/javascript\">").nth(1).and_then(|rest| rest.split("</script>").next());
-    let script = script.expect("plotly begins with its own script");
-    assert!(script.contains("plotly.js v"), "plotly's own script is the first one");
-    let out = env::var_os("OUT_DIR").expect("cargo names the folder for what is built");
+    let script = script.expect("the sources start with a script element");
+    assert!(script.contains("plotly.js v"), "the first script is plotly.js");
+    let out = env::var_os("OUT_DIR").expect("cargo sets OUT_DIR");
     let mut gz = GzEncoder::new(Vec::new(), Compression::best());
-    gz.write_all(script.as_bytes()).expect("a vector takes it all");
-    fs::write(Path::new(&out).join("plotly.js.gz"), gz.finish().expect("a vector takes it all"))
-        .expect("it can be written");
+    gz.write_all(script.as_bytes()).expect("writing to a vector cannot fail");
+    fs::write(Path::new(&out).join("plotly.js.gz"), gz.finish().expect("writing to a vector cannot fail"))
+        .expect("OUT_DIR is writable");
 }

@@ -1,9 +1,9 @@
-"""How long a run takes from Python, beside the same run of the command, in one process after the other.
+"""Compares the run time from Python with that of the command, alternately.
 
     STANDOFF=target/release/standoff python beside_the_command.py
 
-The wheel and the command have to be releases of the same source. Tells medians of wall time, alternating, and the time
-to import the package, NumPy already there.
+The wheel and the command must be release builds of the same source. Prints medians of wall time, and the time to import
+the package after NumPy.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from pathlib import Path
 
 import standoff
 
-SCENARIOS = [("best/figure-9", 15), ("traffic/city", 9)]
+SCENARIOS = [("improved/figure-9", 15), ("traffic/city", 9)]
 
 
 def main() -> None:

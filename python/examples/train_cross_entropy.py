@@ -1,12 +1,11 @@
-"""Trains a policy by the cross-entropy method, in NumPy alone: some seconds on one core.
+"""Trains a policy with the cross-entropy method in NumPy; takes some seconds on one core.
 
     python train_cross_entropy.py --out training
 
 The policy is linear: one matrix from a UAV's observation to its action, the same for every UAV. In each generation many
-policies are drawn from a normal distribution and fly a mission each, side by side in one vector environment; the best of
-them are the next distribution. What counts is the share of the gap between two policies in the same worlds by the same
-rewards that the distribution's mean has closed: 0 is a policy that acts at random, 1 the product's own law. What it has
-closed in the end is told of worlds that no policy was trained in.
+policies are drawn from a normal distribution and each flies a mission, in one vector environment; the best of them define
+the next distribution. Progress is measured by the gap closed: 0 is the return of a random policy, 1 that of the built-in
+law, in the same worlds with the same rewards. The final value is measured in worlds not used for training.
 
 Writes curve.csv and curve.svg. The same arguments give the same bytes.
 """
@@ -29,42 +28,42 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Generation:
-    """How far the training has come."""
+    """Results of one generation."""
 
     number: int
-    #: Return of the distribution's mean, the best policy, and all of them on average.
+    #: Return of the distribution's mean, of the best policy, and the average of all policies.
     mean_policy: float
     best: float
     population: float
-    #: Share of the gap between a random policy and the law that the distribution's mean has closed.
+    #: Fraction of the gap between a random policy and the law that the distribution's mean has closed.
     gap_closed: float
 
 
 @dataclass(frozen=True)
 class Training:
-    """What a training came to."""
+    """Results of a training."""
 
-    #: Mean returns over the worlds in which the last policy is judged.
+    #: Mean returns over the worlds in which the last policy is evaluated.
     random_return: float
     law_return: float
     policy_return: float
     curve: list[Generation]
-    #: (2, features + 1): the matrix, and behind it the constant part.
+    #: (2, features + 1): the matrix, followed by the column of constants.
     policy: Array
 
     @property
     def gap_closed(self) -> float:
-        """Share of the gap that the last policy closes in those worlds."""
+        """Fraction of the gap that the last policy closes in those worlds."""
         return gap_closed(self.policy_return, self.random_return, self.law_return)
 
 
 def gap_closed(policy_return: float, random_return: float, law_return: float) -> float:
-    """0: as a random policy; 1: as the law."""
+    """Fraction of the gap closed: 0 for a random policy, 1 for the built-in law."""
     return (policy_return - random_return) / (law_return - random_return)
 
 
 def returns(env: GroupTrackingVectorEnv, act: Callable[[Array], Array], *, seeds: list[int]) -> Array:
-    """The sum of rewards of one mission in each world, of these seeds."""
+    """The sum of rewards of one mission per world, with the given seeds."""
     observations, _ = env.reset(seed=seeds)
     total = np.zeros(env.num_envs)
     is_flying = np.ones(env.num_envs, dtype=bool)
@@ -76,7 +75,7 @@ def returns(env: GroupTrackingVectorEnv, act: Callable[[Array], Array], *, seeds
 
 
 def linear(policies: Array) -> Callable[[Array], Array]:
-    """A policy (2, features + 1) for each world."""
+    """Combines linear policies (2, features + 1), one per world, into a function from observations to actions."""
     matrices, constants = policies[:, :, :-1], policies[:, np.newaxis, :, -1]
 
     def act(observations: Array) -> Array:
@@ -93,31 +92,31 @@ def train(
     population: int = 64,
     elites: int = 8,
     seed: int = 1,
-    tell: Callable[[str], None] = lambda line: None,
+    log: Callable[[str], None] = lambda line: None,
 ) -> Training:
-    """Trains a policy; a function of its arguments."""
+    """Trains a policy; the result depends only on the arguments."""
     draws = np.random.default_rng(seed)
     env = GroupTrackingVectorEnv(population, scenario=scenario)
     features = len(observation_features())
     shape = env.reset(seed=seed)[0].shape[:2] + (2,)
-    # Far from those of the training: its generation g flies seed + g.
+    # Different from the seeds of the training, where generation g uses seed + g.
     seeds = [seed + 1_000_000 + index for index in range(population)]
     random_return = float(returns(env, lambda _: draws.uniform(-1.0, 1.0, shape), seeds=seeds).mean())
     law_return = float(returns(env, lambda _: env.law_actions(), seeds=seeds).mean())
-    tell(f"random {random_return:.1f}, law {law_return:.1f}")
+    log(f"random {random_return:.1f}, law {law_return:.1f}")
     mean, sd = np.zeros((2, features + 1)), np.ones((2, features + 1))
     curve = []
     for number in range(generations):
         policies = mean + sd * draws.standard_normal((population, *mean.shape))
         policies[0] = mean
-        # Every generation meets another world, as far as the scenario has any.
+        # Every generation uses another world, if the scenario has random values.
         scores = returns(env, linear(policies), seeds=[seed + number] * population)
         best = policies[np.argsort(-scores, kind="stable")[:elites]]
         mean_policy, best_policy = float(scores[0]), float(scores.max())
         closed = gap_closed(mean_policy, random_return, law_return)
         curve.append(Generation(number, mean_policy, best_policy, float(scores.mean()), closed))
-        tell(f"generation {number}: mean policy {mean_policy:.1f}, best {best_policy:.1f}, gap closed {closed:.2f}")
-        # What is left of the spread goes to 0 slowly: a narrow distribution finds nothing any more.
+        log(f"generation {number}: mean policy {mean_policy:.1f}, best {best_policy:.1f}, gap closed {closed:.2f}")
+        # The additional spread decays slowly, because a narrow distribution finds no better policies.
         mean, sd = best.mean(axis=0), best.std(axis=0) + 0.3 * 0.9**number
     policy_return = float(returns(env, linear(np.tile(mean, (population, 1, 1))), seeds=seeds).mean())
     env.close()
@@ -125,7 +124,7 @@ def train(
 
 
 def write(training: Training, folder: Path) -> None:
-    """Writes the curve, as numbers and as a picture."""
+    """Writes the learning curve as CSV and SVG."""
     folder.mkdir(parents=True, exist_ok=True)
     rows = [f"{g.number},{g.mean_policy!r},{g.best!r},{g.population!r},{g.gap_closed!r}" for g in training.curve]
     (folder / "curve.csv").write_text("\n".join(["generation,mean_policy,best,population,gap_closed", *rows, ""]))
@@ -133,7 +132,7 @@ def write(training: Training, folder: Path) -> None:
 
 
 def picture(training: Training) -> str:
-    """The returns over the generations, between those of a random policy and the law."""
+    """SVG of the return by generation, with the returns of a random policy and of the built-in law."""
     width, height, left, bottom = 640, 360, 60, 40
     everything = [training.random_return, training.law_return]
     everything += [number for g in training.curve for number in (g.mean_policy, g.best)]
@@ -169,22 +168,22 @@ def picture(training: Training) -> str:
 
 
 def main() -> int:
-    """Trains and tells; 1 if less than half of the gap is closed."""
+    """Trains and prints the results; returns 1 if less than half of the gap is closed."""
     parser = argparse.ArgumentParser(description="Trains a policy by the cross-entropy method.")
     parser.add_argument("--scenario", default="tour/01-one-uav")
     parser.add_argument("--generations", type=int, default=40)
     parser.add_argument("--population", type=int, default=64)
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--out", type=Path, default=Path("training"))
-    asked = parser.parse_args()
+    args = parser.parse_args()
     started_s = time.perf_counter()
     training = train(
-        asked.scenario, generations=asked.generations, population=asked.population, seed=asked.seed, tell=print
+        args.scenario, generations=args.generations, population=args.population, seed=args.seed, log=print
     )
-    write(training, asked.out)
+    write(training, args.out)
     closed = training.gap_closed
-    print(f"return {training.policy_return:.1f} in worlds never trained in: {closed:.0%} of the gap closed")
-    print(f"{time.perf_counter() - started_s:.1f} s; the curve is in {asked.out / 'curve.svg'}")
+    print(f"return {training.policy_return:.1f} in worlds not used for training: {closed:.0%} of the gap closed")
+    print(f"{time.perf_counter() - started_s:.1f} s; the curve is in {args.out / 'curve.svg'}")
     return 0 if closed >= 0.5 else 1
 
 

@@ -2,14 +2,14 @@
 
 from standoff._standoff import (
     Batch,
-    Briefing,
+    MissionInfo,
     Choice,
     Command,
     Comparison,
     Cue,
     Intruder,
     Observation,
-    Picture,
+    TeamState,
     Report,
     Run,
     Scenario,
@@ -22,17 +22,17 @@ from standoff._standoff import (
     monte_carlo,
     run,
     scenarios,
-    yardstick,
+    baseline,
 )
 from standoff.errors import InputError, ScenarioError, StandoffError
 from standoff.law import Law
 
-# Last, for it imports this.
+# Last, because it imports this package.
 from standoff import pieces  # isort: skip
 
 __all__ = [
     "Batch",
-    "Briefing",
+    "MissionInfo",
     "Choice",
     "Command",
     "Comparison",
@@ -41,7 +41,7 @@ __all__ = [
     "Intruder",
     "Law",
     "Observation",
-    "Picture",
+    "TeamState",
     "Report",
     "Run",
     "Scenario",
@@ -57,5 +57,5 @@ __all__ = [
     "pieces",
     "run",
     "scenarios",
-    "yardstick",
+    "baseline",
 ]

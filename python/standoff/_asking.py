@@ -1,7 +1,7 @@
-"""The thread on which a law of your own is asked: all of its code runs here, and nothing else does.
+"""The thread that calls a custom law. All code of the law runs on it, and nothing else does.
 
-It is a thread of Python's alone, with nothing native below a law's code: one that never answers is left behind, and
-ends with the interpreter.
+It is a pure Python thread without native frames below the law's code: if a call never returns, the thread is abandoned
+and ends with the interpreter.
 """
 
 from __future__ import annotations
@@ -16,81 +16,90 @@ from typing import Any
 from standoff._standoff import Command, Tracks
 
 Asked = tuple[Callable[..., Any], tuple[Any, ...], Callable[..., Any], tuple[Any, ...]]
-NEITHER = "a Command, (speed_m_s, turn_rate_rad_s), or None: as the product would"
+EXPECTED = "a Command, (speed_m_s, turn_rate_rad_s), or None for the built-in command"
 
 
 def begin(deliver: Callable[[Any, BaseException | None], None]) -> tuple[Callable[[Asked | None], None], int]:
-    """Begin such a thread. Gives what asks it, with what to call and how to read the answer, or None: end; and its number."""
-    asked: SimpleQueue[Asked | None] = SimpleQueue()
+    """Starts the thread.
+
+    :returns: a function that queues a call and the conversion of its return value, or None to end the thread; and the
+        thread's identifier.
+    """
+    calls: SimpleQueue[Asked | None] = SimpleQueue()
 
     def serve() -> None:
-        while (one := asked.get()) is not None:
-            call, arguments, read, how = one
+        while (item := calls.get()) is not None:
+            call, arguments, convert, convert_arguments = item
             try:
-                answer, raised = read(call(*arguments), *how), None
+                answer, raised = convert(call(*arguments), *convert_arguments), None
             except BaseException as error:
                 answer, raised = None, error
             deliver(answer, raised)
-            # Nothing is held on to while nobody asks.
-            del one, call, arguments, answer, raised
+            # Keep no references while waiting for the next call.
+            del item, call, arguments, answer, raised
 
     thread = threading.Thread(target=serve, name="standoff law", daemon=True)
     thread.start()
-    return asked.put, thread.ident or 0
+    return calls.put, thread.ident or 0
 
 
 def made(law: Any) -> Any:
-    """A law, as it is."""
+    """Returns a new law object unchanged."""
     return law
 
 
-def command(answer: Any, whose: str) -> Command | None:
-    """What is wanted of one UAV."""
+def command(answer: Any, law_name: str) -> Command | None:
+    """Converts a law's return value to the command of one UAV."""
     if answer is None or isinstance(answer, Command):
         return answer
     try:
         speed_m_s, turn_rate_rad_s = answer
     except (TypeError, ValueError):
-        raise ValueError(f"{whose}.decide: gave {reprlib.repr(answer)}; {NEITHER}") from None
+        raise ValueError(f"{law_name}.decide: returned {reprlib.repr(answer)}; must return {EXPECTED}") from None
     try:
         return Command(float(speed_m_s), float(turn_rate_rad_s))
     except (TypeError, ValueError) as error:
-        raise ValueError(f"{whose}.decide: gave {reprlib.repr(answer)}; {NEITHER}: {error}") from error
+        raise ValueError(
+            f"{law_name}.decide: returned {reprlib.repr(answer)}; must return {EXPECTED}: {error}"
+        ) from error
 
 
-def commands(answer: Any, whose: str, uavs: int) -> list[Command | None]:
-    """What is wanted of each UAV of a team."""
+def commands(answer: Any, law_name: str, uavs: int) -> list[Command | None]:
+    """Converts a team law's return value to one command per UAV."""
     try:
         each = iter(answer)
     except TypeError:
-        raise TypeError(f"{whose}.decide: gave {reprlib.repr(answer)}; a team's law gives a list of commands") from None
-    # One more than there can be: it may have no end.
+        raise TypeError(
+            f"{law_name}.decide: returned {reprlib.repr(answer)}; a team law must return a list of commands"
+        ) from None
+    # Read at most one more than allowed, because an iterator may be infinite.
     answers = list(itertools.islice(each, uavs + 1))
     if len(answers) != uavs:
-        there = f"more than {uavs}" if len(answers) > uavs else str(len(answers))
-        raise ValueError(f"{whose}.decide: gave {there} commands for {uavs} UAVs; one each")
-    return [command(one, whose) for one in answers]
+        count = f"more than {uavs}" if len(answers) > uavs else str(len(answers))
+        raise ValueError(f"{law_name}.decide: returned {count} commands for {uavs} UAVs; must return one for each")
+    return [command(one, law_name) for one in answers]
 
 
-def duties(answer: Any, whose: str, uavs: frozenset[int], groups: frozenset[int]) -> list[tuple[int, int]] | None:
-    """Who is to serve which group."""
+def duties(answer: Any, law_name: str, uavs: frozenset[int], groups: frozenset[int]) -> list[tuple[int, int]] | None:
+    """Converts an assignment law's return value to pairs of UAV and group; None for the built-in assignment."""
     if answer is None:
         return None
     if not isinstance(answer, dict):
         raise TypeError(
-            f"{whose}.decide: gave {reprlib.repr(answer)}; a law that assigns gives a dict of UAVs to groups, or None"
+            f"{law_name}.decide: returned {reprlib.repr(answer)}; an assignment law must return a dict from UAVs to "
+            "groups, or None"
         )
-    wanted = []
+    assignments = []
     for uav, group in answer.items():
-        for what, number, there in (("UAV", uav, uavs), ("group", group, groups)):
-            if number not in there:
-                raise ValueError(f"{whose}.decide: {what} {reprlib.repr(number)} is none of {sorted(there)}")
-        wanted.append((int(uav), int(group)))
-    return wanted
+        for what, number, allowed in (("UAV", uav, uavs), ("group", group, groups)):
+            if number not in allowed:
+                raise ValueError(f"{law_name}.decide: {what} {reprlib.repr(number)} is not one of {sorted(allowed)}")
+        assignments.append((int(uav), int(group)))
+    return assignments
 
 
-def tracks(answer: Any, whose: str) -> Tracks:
-    """What a law believes of targets."""
+def tracks(answer: Any, law_name: str) -> Tracks:
+    """Checks that a law's ``tracks`` returned target estimates."""
     if not isinstance(answer, Tracks):
-        raise TypeError(f"{whose}.tracks: gave {reprlib.repr(answer)}; standoff.Tracks is wanted")
+        raise TypeError(f"{law_name}.tracks: returned {reprlib.repr(answer)}; must return standoff.Tracks")
     return answer

@@ -1,4 +1,4 @@
-"""One shard of a batch, flown by a Dask worker into the store."""
+"""Runs one shard of a batch on a Dask worker and writes it to the store."""
 
 from __future__ import annotations
 
@@ -18,35 +18,35 @@ from standoff.errors import StandoffError
 from standoff._store import Store
 
 PARTS = "parts"
-"""Folder of the store in which shards lie until they are merged."""
+"""Folder of the store that holds the shards until they are merged."""
 PLAN = f"{PARTS}/batch.json"
 TRAFFIC = f"{PARTS}/traffic"
 RUNS = "runs.parquet"
 MANIFEST = "monte-carlo.json"
-"""What a shard was flown from, with the checksum of its runs: put there last, so what has none is no shard."""
+"""Definition of a shard with the checksum of its runs. It is written last, so a shard without it is incomplete."""
 
 
 class WorkerError(StandoffError):
-    """A worker that cannot take part: it has another standoff, or does not reach the store."""
+    """A worker cannot be used: it has another version of standoff, or cannot access the store."""
 
 
 @dataclass(frozen=True)
 class Plan:
-    """What is flown, in how many shards; kept in the store, for all that take part and for whoever goes on."""
+    """Definition of the batch and its number of shards; saved in the store for the workers and for resuming."""
 
     described: str
     shards: int
     has_traffic: bool
-    """The traffic file is in the store, too."""
+    """True if the store contains a traffic file."""
     first_crc32: int
-    """Checksum of the batch's first run as the client flies it: every build that takes part must fly the same."""
+    """Checksum of the batch's first run on the client; the build of every worker must reproduce it."""
 
     def to_json(self) -> bytes:
         return json.dumps(self.__dict__, indent=2).encode() + b"\n"
 
     @staticmethod
     def of_json(text: bytes) -> Plan:
-        """What :meth:`to_json` told; a ValueError or TypeError if it is none."""
+        """Parses the output of :meth:`to_json`; raises ValueError or TypeError if it is invalid."""
         plan = Plan(**json.loads(text))
         kinds = [type(value) for value in plan.__dict__.values()]
         if kinds != [str, int, bool, int] or plan.shards < 1:
@@ -54,7 +54,7 @@ class Plan:
         return plan
 
     def first_run(self) -> str:
-        """The shard that is the first run alone."""
+        """The shard that consists of the first run only, as ``I/N``."""
         return f"0/{json.loads(self.described)['runs']}"
 
 
@@ -69,7 +69,7 @@ def first_run_crc32(plan: Plan, traffic: Path | None, folder: Path) -> int:
 
 @dataclass(frozen=True)
 class Order:
-    """What a worker is asked for: plain values, that whatever version it has can read."""
+    """A worker's task: plain values only, so that workers with any version of standoff can read it."""
 
     version: str
     url: str
@@ -81,25 +81,25 @@ class Order:
 
 
 _checked: set[int] = set()
-"""Plans whose first run this process has flown as the client did."""
+"""Checksums of the plans whose first run this process has reproduced."""
 _checking = threading.Lock()
 
 
 def fly_shard(order: dict[str, Any]) -> str:
-    """Flies a shard and puts it into the store. Gives the shard's folder there."""
+    """Runs a shard and writes it to the store. Returns the shard's folder there."""
     worker = _Worker()
     if order["version"] != standoff.__version__:
         raise WorkerError(
             f"worker {worker.name} has standoff {standoff.__version__}, the client {order['version']}: "
             "install the same version on all of them"
         )
-    asked = Order(**order)
-    store = Store(asked.url, asked.options)
+    task = Order(**order)
+    store = Store(task.url, task.options)
     text = _read_plan(store)
-    if text is None or zlib.crc32(text) != asked.plan_crc32:
+    if text is None or zlib.crc32(text) != task.plan_crc32:
         raise WorkerError(
             f"worker {worker.name} does not find this batch's {PLAN} in {store.url}: "
-            "out must be a store that every worker reaches by that name"
+            "out must be a store that every worker can access under that name"
         )
     plan = Plan.of_json(text)
     with tempfile.TemporaryDirectory(prefix="standoff-", dir=worker.folder, ignore_cleanup_errors=True) as temporary:
@@ -109,13 +109,13 @@ def fly_shard(order: dict[str, Any]) -> str:
             traffic = home / "traffic"
             store.get([TRAFFIC], [traffic])
         with _checking:
-            if asked.plan_crc32 not in _checked:
+            if task.plan_crc32 not in _checked:
                 _check_build(plan, traffic, home / "first", worker)
-                _checked.add(asked.plan_crc32)
+                _checked.add(task.plan_crc32)
         part = home / "part"
-        shard = f"{asked.shard}/{asked.shards}"
-        _fly_described(plan.described, traffic, shard, asked.threads, part, worker.go_on)
-        folder = folder_of(asked.shard, asked.shards)
+        shard = f"{task.shard}/{task.shards}"
+        _fly_described(plan.described, traffic, shard, task.threads, part, worker.stop_if_cancelled)
+        folder = folder_of(task.shard, task.shards)
         files = sorted(file.name for file in part.iterdir())
         for name in sorted(files, key=lambda name: name == MANIFEST):
             store.put(part / name, f"{folder}/{name}")
@@ -123,7 +123,7 @@ def fly_shard(order: dict[str, Any]) -> str:
 
 
 def _read_plan(store: Store) -> bytes | None:
-    """The plan. File systems that machines share may show a new file a little later."""
+    """Reads the plan, with retries, because shared file systems may show a new file with a delay."""
     for _ in range(4):
         text = store.read(PLAN)
         if text is not None:
@@ -135,17 +135,17 @@ def _read_plan(store: Store) -> bytes | None:
 def _check_build(plan: Plan, traffic: Path | None, folder: Path, worker: _Worker) -> None:
     if first_run_crc32(plan, traffic, folder) != plan.first_crc32:
         raise WorkerError(
-            f"worker {worker.name} flies the first run otherwise than the client: its standoff "
-            f"{standoff.__version__} is another build; install the same on all of them"
+            f"worker {worker.name} gets another result for the first run than the client: its standoff "
+            f"{standoff.__version__} is another build; install the same build on all of them"
         )
 
 
 class _Worker:
-    """The Dask worker that this is, and its task."""
+    """The Dask worker that runs this code, and its task."""
 
     def __init__(self) -> None:
         self.name, self.folder = "of this process", None
-        self._is_wanted: Callable[[], bool] = lambda: True
+        self._is_active: Callable[[], bool] = lambda: True
         try:
             from distributed import get_worker
 
@@ -155,13 +155,13 @@ class _Worker:
         self.name, self.folder = worker.address, worker.local_directory
         task = worker.get_current_task()
 
-        def is_wanted() -> bool:
+        def is_active() -> bool:
             state = worker.state.tasks.get(task)
             return state is not None and state.state != "cancelled"
 
-        self._is_wanted = is_wanted
+        self._is_active = is_active
 
-    def go_on(self, done: int, of: int) -> None:
-        """Stops a flight that nobody waits for any more: Dask itself lets a task that is under way come to its end."""
-        if not self._is_wanted():
+    def stop_if_cancelled(self, done: int, of: int) -> None:
+        """Stops a cancelled shard; Dask itself does not stop a running task."""
+        if not self._is_active():
             raise WorkerError(f"worker {self.name}: the shard was cancelled after {done} of {of} runs")

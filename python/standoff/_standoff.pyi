@@ -9,7 +9,7 @@ from os import PathLike
 from pathlib import Path
 from typing import Any, Final, SupportsFloat, SupportsIndex, final
 
-__all__ = ["__version__", "Batch", "Briefing", "Choice", "Command", "Comparison", "Cue", "Filter", "Instant", "Observation", "Parameters", "Picture", "Report", "Run", "Scenario", "StandoffDistance", "Steering", "Table", "Tracks", "Worlds", "Zone", "_described", "_difference", "_fly_described", "assignment", "best_separation_rad", "clustering", "compare", "group_count", "information_1_m2", "led_distance", "measure", "merge", "monte_carlo", "observation_features", "pair_information_1_m4", "run", "scenarios", "smallest_circle", "standoff_distance", "steer", "vector_field", "wrapped_angle_rad", "yardstick"]
+__all__ = ["__version__", "Batch", "MissionInfo", "Choice", "Command", "Comparison", "Cue", "Filter", "Instant", "Observation", "Parameters", "TeamState", "Report", "Run", "Scenario", "StandoffDistance", "Steering", "Table", "Tracks", "Worlds", "Zone", "_described", "_difference", "_fly_described", "assignment", "optimal_phase_rad", "clustering", "compare", "group_count", "information_1_m2", "led_distance", "measure", "merge", "monte_carlo", "observation_features", "pair_information_1_m4", "run", "scenarios", "enclosing_circle", "standoff_distance", "steer", "vector_field", "wrapped_angle_rad", "baseline"]
 
 __version__: Final[str]
 
@@ -49,7 +49,7 @@ class Batch:
         """
 
 @final
-class Briefing:
+class MissionInfo:
     """
     What a team may know of a scenario before it flies.
     """
@@ -167,20 +167,20 @@ class Command:
 
     :param speed_m_s: speed, m/s.
     :param turn_rate_rad_s: turn rate, rad/s, anticlockwise positive.
-    :param look_at: where to point the sensor: (x_m, y_m), or (x_m, y_m, vx_m_s, vy_m_s) for a point that moves. None: where
+    :param pointing_target: where to point the sensor: (x_m, y_m), or (x_m, y_m, vx_m_s, vy_m_s) for a point that moves. None: where
         the product would, if it flies beside the law; else nowhere.
     :param altitude_m: altitude above the plane, m.
     :param group: the group that the UAV serves, for the scores: one of the picture's, where the law sees it.
     :raises InputError: a number that is not finite, or an altitude beyond 100 km.
     """
-    def __new__(cls, /, speed_m_s: SupportsFloat | SupportsIndex, turn_rate_rad_s: SupportsFloat | SupportsIndex, *, look_at: SupportsLenAndGetItem[SupportsFloat | SupportsIndex] | None = None, altitude_m: SupportsFloat | SupportsIndex | None = None, group: SupportsIndex | None = None) -> Command: ...
+    def __new__(cls, /, speed_m_s: SupportsFloat | SupportsIndex, turn_rate_rad_s: SupportsFloat | SupportsIndex, *, pointing_target: SupportsLenAndGetItem[SupportsFloat | SupportsIndex] | None = None, altitude_m: SupportsFloat | SupportsIndex | None = None, group: SupportsIndex | None = None) -> Command: ...
     def __repr__(self, /) -> str: ...
     @property
     def altitude_m(self, /) -> float | None: ...
     @property
     def group(self, /) -> int | None: ...
     @property
-    def look_at(self, /) -> list[float] | None: ...
+    def pointing_target(self, /) -> list[float] | None: ...
     @property
     def speed_m_s(self, /) -> float: ...
     @property
@@ -280,12 +280,12 @@ class Filter:
     Extended information filters (8-11), one for each of n targets: what all UAVs measure of one instant adds up.
 
     The state of a target is ``[x, vx, ax, y, vy, ay]``: position (m), velocity (m/s), acceleration (m/s2), east and then
-    north. :meth:`of_cues` and :meth:`of_measurements` start from less. States and covariances start another filter as
+    north. :meth:`of_cues` and :meth:`from_measurements` start from less. States and covariances start another filter as
     they are, to the bit: ``Filter(one.state[kept], one.covariance[kept])`` keeps some of the targets.
 
     :param state: means, shape (n, 6).
     :param covariance: covariances P, shape (n, 6, 6), or (6, 6) for all: symmetric and positive definite.
-    :param parameters: correlation_rate_1_s, acceleration_sd_m_s2, range_sd_m, bearing_sd_rad, start_velocity_sd_m_s; the
+    :param parameters: correlation_rate_1_s, acceleration_sd_m_s2, range_sd_m, bearing_sd_rad, initial_velocity_sd_m_s; the
         paper's Table I if left out.
     :raises InputError: an argument of another shape or type, or a number out of range.
     """
@@ -329,9 +329,9 @@ class Filter:
         :raises InputError: an argument of another shape or type, or a number out of range.
         """
     @staticmethod
-    def of_measurements(uav_position_m: ArrayLike, range_m: ArrayLike, bearing_rad: ArrayLike, *, mask: ArrayLike | None = None, parameters: Parameters | None = None) -> Filter:
+    def from_measurements(uav_position_m: ArrayLike, range_m: ArrayLike, bearing_rad: ArrayLike, *, mask: ArrayLike | None = None, parameters: Parameters | None = None) -> Filter:
         """
-        Starts from the first measurements of one instant, at rest but for start_velocity_sd_m_s.
+        Starts from the first measurements of one instant, at rest but for initial_velocity_sd_m_s.
 
         :param uav_position_m: shape (..., 2), where it was measured from, east and north, m.
         :param range_m: shape (n,), or (n, m) for m measurements of each target, m.
@@ -496,7 +496,7 @@ class Observation:
         Heading, rad.
         """
     @property
-    def picture(self, /) -> Picture | None:
+    def picture(self, /) -> TeamState | None:
         """
         The team's picture, for laws with ``sees = "picture"``.
         """
@@ -551,7 +551,7 @@ class Parameters:
     """
     The numbers of filter, sensor, orbits, guidance and assignment; checked once, here. Immutable.
 
-    ``Parameters()`` is the paper's Table I, ``Parameters("best/figure-9")`` a scenario's, and
+    ``Parameters()`` is the paper's Table I, ``Parameters("improved/figure-9")`` a scenario's, and
     ``Parameters(those, radial_gain=1.0)`` those with a change. Names are the keys of scenario files, in radians.
 
     :param of: where what is not given comes from: other parameters, a :class:`standoff.Scenario`, a built-in scenario's
@@ -561,7 +561,7 @@ class Parameters:
     :param acceleration_sd_m_s2: filter: standard deviation of their acceleration per axis, m/s2.
     :param range_sd_m: filter: standard deviation of a range, sigma_r, m.
     :param bearing_sd_rad: filter: standard deviation of a bearing, sigma_theta, rad.
-    :param start_velocity_sd_m_s: filter: standard deviation per axis of the velocity where only a measurement is known, m/s.
+    :param initial_velocity_sd_m_s: filter: standard deviation per axis of the velocity where only a measurement is known, m/s.
     :param field_of_view_rad: sensor and orbit: field of view alpha_f, rad.
     :param field_of_view_margin_rad: orbit: margin eps_m taken off the field of view (15), rad.
     :param radius_min_m: orbit: smallest standoff distance flown, r_d,min, m.
@@ -578,19 +578,19 @@ class Parameters:
     :param feedforward: guidance: which derivative of the desired heading is fed forward (25): ``"flown"``, ``"actual"``,
         ``"exact"`` or ``"printed"``.
     :param objective: assignment: ``"log-det"``, or ``"printed"`` (32).
-    :param assignment_inertia: assignment: what staying counts for a UAV, in ln det per target.
+    :param assignment_switching_cost: assignment: what staying counts for a UAV, in ln det per target.
     :raises InputError: a number outside its range, named with the range.
     :raises ScenarioError: a scenario that cannot be used.
     """
     def __eq__(self, value: object, /) -> bool: ...
     def __getnewargs_ex__(self, /) -> "tuple[tuple[()], dict[str, float | str]]": ...
     def __ne__(self, value: object, /) -> bool: ...
-    def __new__(cls, /, of: Parameters | Scenario | str | PathLike[str] | None = None, *, seed: SupportsIndex = ..., correlation_rate_1_s: SupportsFloat | SupportsIndex | None = None, acceleration_sd_m_s2: SupportsFloat | SupportsIndex | None = None, range_sd_m: SupportsFloat | SupportsIndex | None = None, bearing_sd_rad: SupportsFloat | SupportsIndex | None = None, start_velocity_sd_m_s: SupportsFloat | SupportsIndex | None = None, field_of_view_rad: SupportsFloat | SupportsIndex | None = None, field_of_view_margin_rad: SupportsFloat | SupportsIndex | None = None, radius_min_m: SupportsFloat | SupportsIndex | None = None, radius_max_m: SupportsFloat | SupportsIndex | None = None, speed_m_s: SupportsFloat | SupportsIndex | None = None, sense: str | None = None, radial_gain: SupportsFloat | SupportsIndex | None = None, lead: str | None = None, lead_s: SupportsFloat | SupportsIndex | None = None, speed_reference: str | None = None, heading_gain_1_s: SupportsFloat | SupportsIndex | None = None, turn_rate_gain: SupportsFloat | SupportsIndex | None = None, feedforward: str | None = None, objective: str | None = None, assignment_inertia: SupportsFloat | SupportsIndex | None = None) -> Parameters: ...
+    def __new__(cls, /, of: Parameters | Scenario | str | PathLike[str] | None = None, *, seed: SupportsIndex = ..., correlation_rate_1_s: SupportsFloat | SupportsIndex | None = None, acceleration_sd_m_s2: SupportsFloat | SupportsIndex | None = None, range_sd_m: SupportsFloat | SupportsIndex | None = None, bearing_sd_rad: SupportsFloat | SupportsIndex | None = None, initial_velocity_sd_m_s: SupportsFloat | SupportsIndex | None = None, field_of_view_rad: SupportsFloat | SupportsIndex | None = None, field_of_view_margin_rad: SupportsFloat | SupportsIndex | None = None, radius_min_m: SupportsFloat | SupportsIndex | None = None, radius_max_m: SupportsFloat | SupportsIndex | None = None, speed_m_s: SupportsFloat | SupportsIndex | None = None, sense: str | None = None, radial_gain: SupportsFloat | SupportsIndex | None = None, lead: str | None = None, lead_s: SupportsFloat | SupportsIndex | None = None, speed_reference: str | None = None, heading_gain_1_s: SupportsFloat | SupportsIndex | None = None, turn_rate_gain: SupportsFloat | SupportsIndex | None = None, feedforward: str | None = None, objective: str | None = None, assignment_switching_cost: SupportsFloat | SupportsIndex | None = None) -> Parameters: ...
     def __repr__(self, /) -> str: ...
     @property
     def acceleration_sd_m_s2(self, /) -> float: ...
     @property
-    def assignment_inertia(self, /) -> float: ...
+    def assignment_switching_cost(self, /) -> float: ...
     @property
     def bearing_sd_rad(self, /) -> float: ...
     @property
@@ -624,7 +624,7 @@ class Parameters:
     @property
     def speed_reference(self, /) -> str: ...
     @property
-    def start_velocity_sd_m_s(self, /) -> float: ...
+    def initial_velocity_sd_m_s(self, /) -> float: ...
     def to_dict(self, /) -> "dict[str, float | str]":
         """
         All of them by name.
@@ -633,7 +633,7 @@ class Parameters:
     def turn_rate_gain(self, /) -> float: ...
 
 @final
-class Picture:
+class TeamState:
     """
     The team's picture: targets that are known and not lost, and the groups they are in. T targets, G groups, U UAVs, each
     by ascending number.
@@ -809,8 +809,8 @@ class Run:
         """
         A table of the record.
 
-        :param name: ``uavs``, ``truth``, ``tracks``, ``groups``, ``detections``, ``views`` or ``events``; where several minds
-            flew, ``agents``, ``agent_tracks``, ``agent_groups``, ``agent_events`` or ``agent_team``, too.
+        :param name: ``uavs``, ``truth``, ``tracks``, ``groups``, ``detections``, ``in_view`` or ``events``; where several minds
+            flew, ``agents``, ``agent_tracks``, ``agent_groups``, ``agent_events`` or ``agent_teammates``, too.
         :raises KeyError: there is no table of that name.
         """
     @property
@@ -1134,13 +1134,13 @@ def assignment(uav_position_m: ArrayLike, target_position_m: ArrayLike, group: A
     :param uav_position_m: shape (..., u, 2), east and north, m.
     :param target_position_m: shape (..., t, 2), east and north, m.
     :param group: shape (..., t), the group of each target, any number from 0; -1: none.
-    :param serves: shape (..., u), the group that each UAV serves until now, or -1: staying counts assignment_inertia.
-    :param parameters: range_sd_m, bearing_sd_rad, objective, assignment_inertia; the paper's Table I if left out.
+    :param serves: shape (..., u), the group that each UAV serves until now, or -1: staying counts assignment_switching_cost.
+    :param parameters: range_sd_m, bearing_sd_rad, objective, assignment_switching_cost; the paper's Table I if left out.
     :returns: shape (..., u), the group of each UAV; -1 where there is no group.
     :raises InputError: an argument of another shape or type, or a number out of range.
     """
 
-def best_separation_rad(range_m: ArrayLike, *, parameters: Parameters | None = None) -> NDArray[float64]:
+def optimal_phase_rad(range_m: ArrayLike, *, parameters: Parameters | None = None) -> NDArray[float64]:
     """
     A separation at which two UAVs at these ranges tell most about a target: pi/2 with both nearer or both further than
     sigma_r / sigma_theta, 0 (or, alike, pi) with one on either side; pi/2 also where separation does not matter.
@@ -1266,23 +1266,23 @@ def observation_features() -> list[tuple[str, float, float, str]]:
     Distances, speeds and angles are in units of the scenario's own limits, as each says; what is beyond a bound is at it.
     """
 
-def pair_information_1_m4(range_m: ArrayLike, separation_rad: ArrayLike, *, parameters: Parameters | None = None) -> NDArray[float64]:
+def pair_information_1_m4(range_m: ArrayLike, desired_phase_rad: ArrayLike, *, parameters: Parameters | None = None) -> NDArray[float64]:
     """
     Determinant of what two UAVs tell together about a target's position (36).
 
     :param range_m: shape (..., 2), of both to the target, m; one within 1 m tells nothing.
-    :param separation_rad: shape (...), angle gamma at the target between their lines of sight, rad.
+    :param desired_phase_rad: shape (...), angle gamma at the target between their lines of sight, rad.
     :param parameters: of the sensor: range_sd_m, bearing_sd_rad; the paper's Table I if left out.
     :returns: shape (...), 1/m4.
     :raises InputError: an argument of another shape or type, or a number out of range.
     """
 
-def run(scenario: Any | None = None, *, seed: SupportsIndex = ..., traffic: str | PathLike[str] | None = None, uavs: SupportsIndex | None = None, set: dict[str, Any] | None = None, metrics: str | SupportsGetItem[int, str] = ..., out: str | PathLike[str] | None = None, maps: SupportsGetItem[int, str | PathLike[str]] = ..., law: Any | None = None, law_limit_s: SupportsFloat | SupportsIndex = 10.0, yardstick: bool = False) -> Run:
+def run(scenario: Any | None = None, *, seed: SupportsIndex = ..., traffic: str | PathLike[str] | None = None, uavs: SupportsIndex | None = None, set: dict[str, Any] | None = None, metrics: str | SupportsGetItem[int, str] = ..., out: str | PathLike[str] | None = None, maps: SupportsGetItem[int, str | PathLike[str]] = ..., law: Any | None = None, law_limit_s: SupportsFloat | SupportsIndex = 10.0, baseline: bool = False) -> Run:
     """
     Flies a scenario into a record: the same files, to the byte, as ``standoff run``, and the same numbers.
 
     :param scenario: a built-in scenario's name, the path of a scenario file, or a :class:`Scenario`. None: what the command
-        flies: ``best/figure-9``, or over traffic ``traffic/convoy``.
+        flies: ``improved/figure-9``, or over traffic ``traffic/convoy``.
     :param seed: seed of everything random, 0 to 2**63 - 1; 1 if left out.
     :param traffic: fly over this traffic file: SUMO floating-car data or CSV tracks, plain or .gz.
     :param uavs: number of UAVs, started on an orbit about the first targets.
@@ -1292,7 +1292,7 @@ def run(scenario: Any | None = None, *, seed: SupportsIndex = ..., traffic: str 
     :param out: folder for the results. None: a temporary one, which goes with the run.
     :param maps: SUMO nets or GeoJSON to show under the vehicles.
     :param law: a law of your own that flies in the place of the product: a class like :class:`Law`, or whatever is called
-        with a :class:`Briefing` and gives an object that decides.
+        with a :class:`MissionInfo` and gives an object that decides.
     :param law_limit_s: how long a law may take to answer, s, above 0.
     :param yardstick: tell beside it what greedy discs that know where every target is would watch.
     :returns: the run.
@@ -1307,7 +1307,7 @@ def scenarios() -> list[str]:
     Names of the built-in scenarios, in the order in which a newcomer may read them.
     """
 
-def smallest_circle(position_m: ArrayLike, *, mask: ArrayLike | None = None) -> tuple[NDArray[float64], NDArray[float64]]:
+def enclosing_circle(position_m: ArrayLike, *, mask: ArrayLike | None = None) -> tuple[NDArray[float64], NDArray[float64]]:
     """
     The smallest circle about points.
 
@@ -1330,7 +1330,7 @@ def standoff_distance(spread_m: ArrayLike, *, spread_rate_m_s: ArrayLike | None 
     :raises InputError: an argument of another shape or type, or a number out of range.
     """
 
-def steer(uav_position_m: ArrayLike, heading_rad: ArrayLike, centre_m: ArrayLike, *, distance_m: ArrayLike, rate_m_s: ArrayLike | None = None, steered_distance_m: ArrayLike | None = None, steered_rate_m_s: ArrayLike | None = None, centre_velocity_m_s: ArrayLike | None = None, speed_m_s: ArrayLike | None = None, uav_speed_m_s: ArrayLike | None = None, turn_rate_rad_s: ArrayLike | None = None, parameters: Parameters | None = None) -> Steering:
+def steer(uav_position_m: ArrayLike, heading_rad: ArrayLike, centre_m: ArrayLike, *, distance_m: ArrayLike, rate_m_s: ArrayLike | None = None, steered_radius_m: ArrayLike | None = None, steered_rate_m_s: ArrayLike | None = None, centre_velocity_m_s: ArrayLike | None = None, speed_m_s: ArrayLike | None = None, uav_speed_m_s: ArrayLike | None = None, turn_rate_rad_s: ArrayLike | None = None, parameters: Parameters | None = None) -> Steering:
     """
     Steers UAVs onto orbits: the vector field about a centre that moves, and the turn rate of the Lyapunov law (23-25,
     28, 29).
@@ -1340,7 +1340,7 @@ def steer(uav_position_m: ArrayLike, heading_rad: ArrayLike, centre_m: ArrayLike
     :param centre_m: shape (..., 2), estimated centre of the orbit, east and north, m.
     :param distance_m: shape (...), standoff distance r_d, m.
     :param rate_m_s: shape (...), its rate, m/s.
-    :param steered_distance_m: shape (...), radius steered for (22), of :func:`led_distance`, m; distance_m if left out.
+    :param steered_radius_m: shape (...), radius steered for (22), of :func:`led_distance`, m; distance_m if left out.
     :param steered_rate_m_s: shape (...), its rate, m/s; rate_m_s if left out.
     :param centre_velocity_m_s: shape (..., 2), velocity of the centre, east and north, m/s.
     :param speed_m_s: shape (...), the speed over ground that is commanded, m/s; the parameters' own if left out.
@@ -1376,7 +1376,7 @@ def wrapped_angle_rad(angle_rad: ArrayLike) -> NDArray[float64]:
     :raises InputError: an argument of another shape or type, or a number that is none.
     """
 
-def yardstick(scenario: Any | None = None, *, seed: SupportsIndex = ..., traffic: str | PathLike[str] | None = None, uavs: SupportsIndex | None = None, set: dict[str, Any] | None = None) -> dict[str, Any]:
+def baseline(scenario: Any | None = None, *, seed: SupportsIndex = ..., traffic: str | PathLike[str] | None = None, uavs: SupportsIndex | None = None, set: dict[str, Any] | None = None) -> dict[str, Any]:
     """
     What greedy discs that know where every target is would watch: the numbers of ``standoff yardstick``.
 

@@ -1,4 +1,4 @@
-"""Where a batch is kept that many machines fly: a folder of any file system that fsspec opens."""
+"""Storage shared by all machines of a batch: a folder on any file system that fsspec can open."""
 
 from __future__ import annotations
 
@@ -18,14 +18,14 @@ from standoff.errors import StandoffError
 
 @dataclass(frozen=True)
 class Store:
-    """A folder, by its URL; ``options`` is what fsspec needs to open it."""
+    """A folder, given by its URL; ``options`` are fsspec's options for opening it."""
 
     url: str
     options: Mapping[str, Any] = field(default_factory=dict)
 
     @staticmethod
     def of(url: str | os.PathLike[str], options: Mapping[str, Any] | None) -> Store:
-        """The store as every machine finds it: a folder's path does not depend on where anybody is."""
+        """The store for a URL or a path. Paths are made absolute, so that every machine finds the same folder."""
         text = os.fspath(url)
         if "://" not in text and "::" not in text:
             text = os.path.abspath(text)
@@ -36,40 +36,40 @@ class Store:
         file_system, root = fsspec.core.url_to_fs(self.url, **self.options)
         return file_system, root.rstrip("/")
 
-    def _looked_at_anew(self) -> tuple[Any, str]:
-        """What is remembered of a store would hide what other machines have put there since."""
+    def _refreshed(self) -> tuple[Any, str]:
+        """Drops fsspec's directory cache, which would hide files that other machines have written since."""
         file_system, root = self._opened
         file_system.invalidate_cache()
         return file_system, root
 
     @cached_property
     def folder(self) -> Path | None:
-        """The folder, if it is one of this machine's file system."""
-        with self._told("open"):
+        """The folder, if it is on a local file system, otherwise None."""
+        with self._errors("open"):
             file_system, root = self._opened
             return Path(root) if isinstance(file_system, fsspec.get_filesystem_class("file")) else None
 
     def names(self, under: str = "") -> list[str]:
-        """Names of all files, or of those in a folder of it; with the folders they are in."""
-        with self._told("list"):
-            file_system, root = self._looked_at_anew()
+        """Paths of all files, or of those under a folder, relative to the store."""
+        with self._errors("list"):
+            file_system, root = self._refreshed()
             top = _within(root, under)
             if not file_system.exists(top):
                 return []
             return sorted(str(path)[len(root) + 1 :] for path in file_system.find(top))
 
     def read(self, name: str) -> bytes | None:
-        """What a file holds; None if it is not there."""
-        with self._told(f"read {name}"):
-            file_system, root = self._looked_at_anew()
+        """Contents of a file; None if it does not exist."""
+        with self._errors(f"read {name}"):
+            file_system, root = self._refreshed()
             try:
                 return bytes(file_system.cat_file(_within(root, name)))
             except FileNotFoundError:
                 return None
 
     def write(self, name: str, data: bytes) -> None:
-        """Puts a file there, whole or not at all."""
-        with self._told(f"write {name}"):
+        """Writes a file atomically."""
+        with self._errors(f"write {name}"):
             file_system, root = self._opened
             if self.folder is not None:
                 with _replacing(self.folder / name) as partial:
@@ -78,8 +78,8 @@ class Store:
                 file_system.pipe_file(_within(root, name), data)
 
     def put(self, file: Path, name: str) -> None:
-        """Puts a file of this machine there, whole or not at all."""
-        with self._told(f"write {name}"):
+        """Copies a local file to the store atomically."""
+        with self._errors(f"write {name}"):
             file_system, root = self._opened
             if self.folder is not None:
                 with _replacing(self.folder / name) as partial:
@@ -88,8 +88,8 @@ class Store:
                 file_system.put_file(str(file), _within(root, name))
 
     def get(self, names: Sequence[str], files: Sequence[Path]) -> None:
-        """Fetches files, many at a time."""
-        with self._told("read"):
+        """Fetches several files concurrently."""
+        with self._errors("read"):
             file_system, root = self._opened
             for file in files:
                 file.parent.mkdir(parents=True, exist_ok=True)
@@ -97,8 +97,8 @@ class Store:
                 file_system.get([_within(root, name) for name in names], [str(file) for file in files])
 
     def remove(self, name: str) -> None:
-        """Removes a file, or a folder with all in it; if it is there."""
-        with self._told(f"remove {name}"):
+        """Removes a file, or a folder with its contents, if it exists."""
+        with self._errors(f"remove {name}"):
             file_system, root = self._opened
             try:
                 file_system.rm(_within(root, name), recursive=True)
@@ -106,8 +106,8 @@ class Store:
                 pass
 
     @contextmanager
-    def _told(self, what: str) -> Iterator[None]:
-        """Stores fail in as many ways as there are: all are told as what was tried, and where."""
+    def _errors(self, what: str) -> Iterator[None]:
+        """Converts any exception of a file system to a StandoffError that names the operation and the store."""
         try:
             yield
         except StandoffError:
@@ -122,9 +122,9 @@ def _within(root: str, name: str) -> str:
 
 @contextmanager
 def _replacing(path: Path) -> Iterator[Path]:
-    """A file beside its place, which takes that place when it is on the disk."""
+    """A temporary file next to ``path``, which replaces ``path`` when it has been written to disk."""
     path.parent.mkdir(parents=True, exist_ok=True)
-    # Of two that write the same, each has its own.
+    # A random name, so that two concurrent writers do not share the temporary file.
     partial = path.with_name(f"{path.name}.{os.urandom(4).hex()}.partial")
     try:
         yield partial

@@ -1,6 +1,6 @@
-"""Batches on many machines: shards as Dask tasks, kept in a store, merged to the bytes of one machine.
+"""Batches on many machines: shards run as Dask tasks, are saved in a store, and are merged to byte-identical results.
 
-Needs ``pip install 'standoff[dask]'``. docs/many-machines.md tells how to use it.
+Needs ``pip install 'standoff[dask]'``. docs/many-machines.md describes the use.
 """
 
 from __future__ import annotations
@@ -49,13 +49,13 @@ from standoff.errors import InputError, StandoffError
 __all__ = ["WorkerError", "monte_carlo"]
 
 SHARD_S = 60.0
-"""How long a shard flies, unless asked for otherwise, s: what a worker that dies loses."""
+"""Default duration of a shard, s; the maximum work that is lost when a worker dies."""
 SHARD_MIN_S = 1.0
-"""A shard that is shorter costs more to hand out than it is worth, s."""
+"""Minimum duration of a shard, s; for shorter ones the overhead of a task dominates."""
 SHARDS_MAX = 10_000
-"""More tasks at a time make Dask's scheduler slow."""
+"""Maximum default number of shards; more tasks at a time make Dask's scheduler slow."""
 GLANCE_S = 0.2
-"""How often is looked whether the scheduler is still there, s."""
+"""Interval of checks that the scheduler is still connected, s."""
 
 
 def monte_carlo(
@@ -72,33 +72,32 @@ def monte_carlo(
     storage_options: Mapping[str, Any] | None = None,
     progress: Callable[[int, int], object] | None = None,
 ) -> Batch:
-    """Flies a scenario many times on a Dask cluster: the same files, to the byte, as ``standoff monte-carlo``.
+    """Runs a scenario many times on a Dask cluster; the files are byte-identical to those of ``standoff monte-carlo``.
 
-    Shards are tasks; each is put into the store ``out`` when it is complete. Whatever ends the batch (a worker, the
-    scheduler or this client killed, Ctrl-C), the same call goes on from what is kept there.
+    Each shard is a task and is written to the store ``out`` when it is complete. After any interruption (a worker, the
+    scheduler or this client killed, Ctrl-C), repeat the call to resume from the completed shards.
 
     :param client: a client of the cluster. Workers need the same version of standoff as this process.
     :param scenario: a built-in scenario's name, the path of a scenario file, or a :class:`standoff.Scenario`. Its
-        traffic file goes into the store, from where the workers fetch it.
+        traffic file is copied to the store, from where the workers fetch it.
     :param runs: number of runs, 1 to 100,000,000.
-    :param out: the store, a folder or a URL that fsspec opens (``s3://bucket/batch``), which every worker reaches by
-        that name. It must be empty, or hold this batch.
-    :param seed: seed of the first run; the next has the next.
-    :param metrics: names of metrics and the sets ``standard``, ``limits``, ``table-2``, ``all``: a str with commas
-        between, or a list.
-    :param shards: number of shards. None: so many that each flies for about a minute on one thread, or as few as keep
-        all workers busy. A batch that goes on has as many as it had.
-    :param threads: threads of one shard. 1 fits workers with a thread per core; a worker flies as many shards at a
-        time as it has threads (``nthreads``).
-    :param retries: how often a shard is flown again whose worker died, or that failed for another reason than its
-        input.
-    :param storage_options: what fsspec needs to open ``out``, here and on the workers.
-    :param progress: called as ``progress(done, of)``, runs, whenever a shard is complete.
-    :returns: the complete batch: in ``out`` if that is a folder of this machine, else in a temporary one, which goes
-        with it.
-    :raises InputError: the scenario or an argument is wrong, a seed cannot be flown, or ``out`` holds something else.
-    :raises WorkerError: a worker has another version of standoff, or does not reach the store.
-    :raises StandoffError: something failed on the way; shards that are complete are kept in ``out``.
+    :param out: the store, a folder or a URL that fsspec can open (``s3://bucket/batch``), which every worker can access
+        under that name. It must be empty, or contain this batch.
+    :param seed: seed of the first run; each further run adds 1.
+    :param metrics: names of metrics and the sets ``standard``, ``limits``, ``table-2``, ``all``: a comma-separated str,
+        or a list.
+    :param shards: number of shards. None: each shard takes about a minute on one thread, or less if that keeps all
+        workers busy. A resumed batch keeps its number of shards.
+    :param threads: threads per shard. 1 suits workers with one thread per core; a worker runs as many shards
+        concurrently as it has threads (``nthreads``).
+    :param retries: how often a shard is retried after a worker died or after a failure not caused by its input.
+    :param storage_options: fsspec's options for opening ``out``, here and on the workers.
+    :param progress: called as ``progress(done, of)``, in runs, whenever a shard is complete.
+    :returns: the complete batch: in ``out`` if that is a local folder, otherwise in a temporary folder that is deleted
+        with the object.
+    :raises InputError: the scenario or an argument is wrong, a seed cannot be run, or ``out`` contains something else.
+    :raises WorkerError: a worker has another version of standoff, or cannot access the store.
+    :raises StandoffError: another failure; completed shards remain in ``out``.
     """
     if not isinstance(client, Client) or client.asynchronous:
         raise InputError("client: must be a distributed.Client that is not asynchronous")
@@ -108,20 +107,20 @@ def monte_carlo(
     scenario = scenario if isinstance(scenario, Scenario) else Scenario(scenario)
     described = _described(scenario, runs, seed, metrics)
     store = Store.of(out, storage_options)
-    there = _complete(store, described)
-    if there is None:
+    batch = _complete(store, described)
+    if batch is None:
         plan = _plan(client, store, scenario, described, runs, shards)
-        there = _Flight(client, store, scenario, plan, threads=threads, retries=retries, progress=progress).fly()
+        batch = _BatchRun(client, store, scenario, plan, threads=threads, retries=retries, progress=progress).run()
     store.remove(PARTS)
-    return there
+    return batch
 
 
 def _complete(store: Store, described: str) -> Batch | None:
-    """The batch, if it is complete in the store."""
+    """Returns the batch if it is complete in the store, otherwise None."""
     manifest = store.read(MANIFEST)
     if manifest is None:
         return None
-    _must_be_this(store, described, manifest.decode(errors="replace"))
+    _check_same_batch(store, described, manifest.decode(errors="replace"))
     if store.folder is not None:
         return Batch(store.folder)
     folder = Path(tempfile.mkdtemp(prefix="standoff-"))
@@ -136,53 +135,53 @@ def _complete(store: Store, described: str) -> Batch | None:
     return batch
 
 
-def _must_be_this(store: Store, described: str, there: str) -> None:
+def _check_same_batch(store: Store, described: str, existing: str) -> None:
     try:
-        difference = _difference(described, there, None)
+        difference = _difference(described, existing, None)
     except InputError as error:
-        raise InputError(f"{store.url}: {error}; name another folder, or remove that one") from None
+        raise InputError(f"{store.url}: {error}; use another folder, or remove this one") from None
     if difference is not None:
-        raise InputError(f"{store.url} holds another batch: {difference}; name another folder, or remove that one")
+        raise InputError(f"{store.url} contains another batch: {difference}; use another folder, or remove this one")
 
 
 def _plan(client: Client, store: Store, scenario: Scenario, described: str, runs: int, shards: int | None) -> Plan:
-    """The plan in the store, or a new one."""
-    kept = store.read(PLAN)
-    if kept is not None:
+    """Reads the plan from the store, or creates it."""
+    saved = store.read(PLAN)
+    if saved is not None:
         try:
-            plan = Plan.of_json(kept)
+            plan = Plan.of_json(saved)
         except (TypeError, ValueError) as error:
             raise InputError(
-                f"{store.url}: {PLAN} is damaged ({error}); name another folder, or remove that one"
+                f"{store.url}: {PLAN} is damaged ({error}); use another folder, or remove this one"
             ) from None
-        _must_be_this(store, described, plan.described)
+        _check_same_batch(store, described, plan.described)
         if shards not in (None, plan.shards):
             raise InputError(
-                f"{store.url} holds this batch in {plan.shards} shards, not {shards}: leave shards out to go on with "
-                "it, or name another folder"
+                f"{store.url} contains this batch in {plan.shards} shards, not {shards}: omit shards to resume it, or "
+                "use another folder"
             )
     else:
-        # What a client that was killed has left of its traffic is no harm.
+        # A client that was killed may have left its traffic file; it will be overwritten.
         others = [name for name in store.names() if name != TRAFFIC]
         if others:
-            raise InputError(f"{store.url} holds {others[0]}, no batch; name another folder, or an empty one")
+            raise InputError(f"{store.url} contains {others[0]}, but no batch; use another folder, or an empty one")
         if shards is not None and shards > runs:
-            raise InputError(f"shards = {shards}: must be at most {runs}, a run for each")
+            raise InputError(f"shards = {shards}: must be at most {runs}, one run per shard")
         plan = Plan(described, shards or 1, False, 0)
     traffic = scenario.traffic_file
     with tempfile.TemporaryDirectory(prefix="standoff-") as home:
         began = time.perf_counter()
         first_crc32 = first_run_crc32(plan, traffic, Path(home, "first"))
         run_s = time.perf_counter() - began
-        if kept is not None:
+        if saved is not None:
             if first_crc32 != plan.first_crc32:
                 raise InputError(
-                    f"{store.url}: the first run comes out otherwise: the shards there are another build's; complete "
-                    "them with that build, or name another folder"
+                    f"{store.url}: the first run has another result: its shards are from another build; complete them "
+                    "with that build, or use another folder"
                 )
             return plan
         if shards is None:
-            # What is asked once for every batch weighs less on several runs.
+            # Measure several runs, because the first measurement includes the setup cost of a batch.
             several = min(runs, math.ceil(0.2 / run_s))
             if several > 1:
                 began = time.perf_counter()
@@ -197,17 +196,17 @@ def _plan(client: Client, store: Store, scenario: Scenario, described: str, runs
 
 
 def _shards(runs: int, run_s: float, threads: int) -> int:
-    """How many shards such runs are worth on so many threads."""
-    of_s = run_s * runs
-    shards = max(of_s / SHARD_S, min(4 * threads, of_s / SHARD_MIN_S))
+    """Default number of shards for runs that take ``run_s`` each, on workers with ``threads`` threads in total."""
+    total_s = run_s * runs
+    shards = max(total_s / SHARD_S, min(4 * threads, total_s / SHARD_MIN_S))
     return max(1, min(math.ceil(shards), runs, SHARDS_MAX))
 
 
 def _task() -> Callable[[dict[str, Any]], str]:
-    """What Dask hands to workers.
+    """Returns the function that Dask runs on workers.
 
-    It is within a function so that Dask sends its code, not its name: a scheduler or a worker that has no standoff, or
-    one without this module, would end when it looked for the name, and be asked again.
+    It is a local function so that Dask sends its code, not its name: a scheduler or worker without standoff, or without
+    this module, would crash when it looked up the name, and Dask would retry.
     """
 
     def fly(order: dict[str, Any]) -> str:
@@ -231,8 +230,8 @@ def _task() -> Callable[[dict[str, Any]], str]:
     return fly
 
 
-class _Flight:
-    """The shards of a plan, on their way."""
+class _BatchRun:
+    """Runs the shards of a plan and merges them."""
 
     def __init__(
         self,
@@ -249,33 +248,33 @@ class _Flight:
         self.runs: int = json.loads(plan.described)["runs"]
         self.threads, self.retries, self.progress = threads, retries, progress
         self.tries: Counter[int] = Counter()
-        self.done = self._kept()
+        self.done = self._completed()
 
-    def fly(self) -> Batch:
-        """Flies what is missing in the store, and merges all of it."""
-        self._tell()
+    def run(self) -> Batch:
+        """Runs the shards that are missing in the store, and merges all shards."""
+        self._report_progress()
         while True:
-            self._fly(shard for shard in range(self.plan.shards) if shard not in self.done)
+            self._run_shards(shard for shard in range(self.plan.shards) if shard not in self.done)
             with tempfile.TemporaryDirectory(prefix="standoff-") as home:
                 folders = self._fetched(Path(home))
-                damaged = [shard for shard, folder in folders.items() if not self._is_whole(shard, folder)]
+                damaged = [shard for shard, folder in folders.items() if not self._is_valid(shard, folder)]
                 if not damaged:
                     return self._merged(list(folders.values()))
             for shard in damaged:
-                self._failed(shard, "what is in the store is damaged")
+                self._failed(shard, "its files in the store are damaged")
                 self.store.remove(folder_of(shard, self.plan.shards))
                 self.done.discard(shard)
 
-    def _kept(self) -> set[int]:
-        """Shards that are in the store: their manifest is what comes last."""
+    def _completed(self) -> set[int]:
+        """Shards that are complete in the store; the manifest of a shard is written last."""
         names = set(self.store.names(PARTS))
         folders = {shard: folder_of(shard, self.plan.shards) for shard in range(self.plan.shards)}
         return {shard for shard, folder in folders.items() if {f"{folder}/{MANIFEST}", f"{folder}/{RUNS}"} <= names}
 
-    def _fly(self, missing: Iterable[int]) -> None:
-        """Has the cluster fly these shards."""
+    def _run_shards(self, missing: Iterable[int]) -> None:
+        """Runs shards on the cluster."""
         ended: queue.SimpleQueue[Future[str]] = queue.SimpleQueue()
-        flying: dict[object, tuple[int, Future[str]]] = {}
+        running: dict[object, tuple[int, Future[str]]] = {}
         refused: dict[int, InputError] = {}
         batch = uuid.uuid4().hex[:8]
         version, plan_crc32 = standoff.__version__, zlib.crc32(self.plan.to_json())
@@ -287,48 +286,48 @@ class _Flight:
             orders = [asdict(replace(order, shard=shard)) for shard in shards]
             if not orders:
                 return
-            # Dask's dashboard calls a group of tasks what stands before the first "-".
+            # Dask's dashboard names a group of tasks by the part of their keys before the first "-".
             start = self.scenario.name.replace("-", "_")
             keys = [f"{start}-{o['shard']}-of-{o['shards']}-{batch}-{self.tries[o['shard']]}" for o in orders]
             try:
                 futures = self.client.map(_task(), orders, key=keys, pure=False)
             except Exception as error:
-                raise StandoffError(f"the scheduler takes no tasks: {error}; {self._told()}") from error
-            for asked, future in zip(orders, futures, strict=True):
-                flying[future.key] = (asked["shard"], future)
+                raise StandoffError(f"the scheduler accepts no tasks: {error}; {self._how_to_resume()}") from error
+            for order_of_shard, future in zip(orders, futures, strict=True):
+                running[future.key] = (order_of_shard["shard"], future)
                 future.add_done_callback(ended.put)
 
-        def cancel(of: Callable[[int], bool]) -> None:
-            futures = [future for shard, future in flying.values() if of(shard)]
+        def cancel(selects: Callable[[int], bool]) -> None:
+            futures = [future for shard, future in running.values() if selects(shard)]
             if futures and self.client.status == "running":
                 with contextlib.suppress(Exception):
                     self.client.cancel(futures, force=True)
 
         try:
             launch(missing)
-            while flying:
+            while running:
                 try:
                     future = ended.get(timeout=GLANCE_S)
                 except queue.Empty:
                     if self.client.status in ("closing", "closed"):
-                        raise StandoffError(f"the client was closed; {self._told()}") from None
+                        raise StandoffError(f"the client was closed; {self._how_to_resume()}") from None
                     continue
-                if future.key not in flying:
+                if future.key not in running:
                     continue
-                shard, _ = flying.pop(future.key)
+                shard, _ = running.pop(future.key)
                 if future.status == "finished":
                     self.done.add(shard)
-                    self._tell()
+                    self._report_progress()
                     continue
                 if future.cancelled():
                     if refused and shard > min(refused):
                         continue
-                    raise StandoffError(f"the scheduler is gone, or has dropped the shards; {self._told()}")
+                    raise StandoffError(f"the scheduler is gone, or has dropped the shards; {self._how_to_resume()}")
                 error = future.exception()
                 if isinstance(error, (WorkerError, ImportError)):
-                    raise WorkerError(f"{error}; {self._told()}") from error
+                    raise WorkerError(f"{error}; {self._how_to_resume()}") from error
                 if isinstance(error, InputError):
-                    # As on one machine: of seeds that cannot be flown the lowest is told.
+                    # As on one machine, report the lowest seed that cannot be run.
                     refused[shard] = error
                     cancel(lambda other, first=min(refused): other > first)  # type: ignore[misc]
                     continue
@@ -338,27 +337,27 @@ class _Flight:
             cancel(lambda _: True)
             raise
         if refused:
-            raise self._as_typed(refused[min(refused)])
+            raise self._in_source_text(refused[min(refused)])
 
-    def _as_typed(self, error: InputError) -> InputError:
-        """The same of what was typed here: workers have it spelt out, on other lines."""
+    def _in_source_text(self, error: InputError) -> InputError:
+        """Repeats an error with the client's source text, because workers have an expanded scenario with other lines."""
         seed = re.match(r"seed (\d+): ", str(error))
         if seed is not None:
             try:
                 self.scenario.resolved(int(seed[1]))
-            except InputError as typed:
-                return InputError(f"{seed[0]}{typed}\n{self._kept_told()}")
-        return InputError(f"{error}\n{self._kept_told()}")
+            except InputError as repeated:
+                return InputError(f"{seed[0]}{repeated}\n{self._completed_text()}")
+        return InputError(f"{error}\n{self._completed_text()}")
 
     def _failed(self, shard: int, why: str) -> None:
-        """Counts what a shard has cost; gives it up when that is too much."""
+        """Counts a shard's failures; raises an error after the last retry."""
         self.tries[shard] += 1
         if self.tries[shard] > self.retries:
             times = f"{self.tries[shard]} times; the last time: {why}"
-            raise StandoffError(f"shard {shard}/{self.plan.shards} failed {times}; {self._told()}")
+            raise StandoffError(f"shard {shard}/{self.plan.shards} failed {times}; {self._how_to_resume()}")
 
     def _fetched(self, home: Path) -> dict[int, Path]:
-        """The folders of all shards on this machine."""
+        """Returns the local folders of all shards; fetches them if the store is remote."""
         names = {shard: folder_of(shard, self.plan.shards) for shard in range(self.plan.shards)}
         if self.store.folder is not None:
             return {shard: self.store.folder / name for shard, name in names.items()}
@@ -366,7 +365,7 @@ class _Flight:
         self.store.get(files, [home / file for file in files])
         return {shard: home / name for shard, name in names.items()}
 
-    def _is_whole(self, shard: int, folder: Path) -> bool:
+    def _is_valid(self, shard: int, folder: Path) -> bool:
         try:
             Batch(folder)
             manifest = (folder / MANIFEST).read_text()
@@ -375,21 +374,21 @@ class _Flight:
             return False
 
     def _merged(self, folders: list[Path]) -> Batch:
-        """The whole batch in the store, its manifest last."""
+        """Merges the shards and writes the batch to the store, its manifest last."""
         batch = merge(folders)
         files = sorted(file.name for file in batch.dir.iterdir())
         for name in sorted(files, key=lambda name: name == MANIFEST):
             self.store.put(batch.dir / name, name)
         return batch if self.store.folder is None else Batch(self.store.folder)
 
-    def _tell(self) -> None:
+    def _report_progress(self) -> None:
         if self.progress is not None:
             shards = self.plan.shards
             done = sum((shard + 1) * self.runs // shards - shard * self.runs // shards for shard in self.done)
             self.progress(done, self.runs)
 
-    def _kept_told(self) -> str:
+    def _completed_text(self) -> str:
         return f"{len(self.done)} of {self.plan.shards} shards are complete in {self.store.url}"
 
-    def _told(self) -> str:
-        return f"{self._kept_told()}: the same call goes on from there"
+    def _how_to_resume(self) -> str:
+        return f"{self._completed_text()}: repeat the call to resume"

@@ -1,15 +1,15 @@
-"""What goes wrong, as exceptions. A law of your own raises what it likes, and that comes out as it is."""
+"""Exceptions of the package. Exceptions raised by a custom law are passed on unchanged."""
 
 __all__ = ["InputError", "ScenarioError", "StandoffError"]
 
 
 class StandoffError(Exception):
-    """Something failed while running: a disk, a worker, a law that never answers."""
+    """A failure while running: a disk, a worker, a law that exceeds its time limit."""
 
 
 class InputError(ValueError):
-    """Wrong input: an argument, a record, a folder. The message says what is allowed and what to do."""
+    """Wrong input: an argument, a record, a folder. The message states what is allowed and what to do."""
 
 
 class ScenarioError(InputError):
-    """A scenario that cannot be used; what is wrong is drawn under what was typed."""
+    """An invalid scenario. The message marks the error in the source text."""

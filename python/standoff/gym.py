@@ -1,49 +1,50 @@
-"""Gymnasium environments: a policy flies the UAVs, the product does everything else.
+"""Gymnasium environments: a policy steers the UAVs, and standoff does everything else.
 
 Importing this registers ``standoff/GroupTracking-v0``; ``gymnasium.make("standoff.gym:standoff/GroupTracking-v0")``
-imports it, too. ``gymnasium.make_vec`` makes the native :class:`GroupTrackingVectorEnv`.
+imports it, too. ``gymnasium.make_vec`` creates the native :class:`GroupTrackingVectorEnv`.
 
-The mission is the simulator's own, of any scenario: sensors with noise and a field of view, tracks, groups, assignment and
-where sensors point are the product's. The policy chooses turn rate and speed of every UAV, once per guidance period.
+The mission can use any scenario of the simulator: noisy sensors with a limited field of view, tracks, groups, assignment
+and sensor pointing work as usual. The policy chooses turn rate and speed of every UAV, once per guidance period.
 
 **Action**: ``Box(-1, 1, (UAVs, 2), float32)``. For each UAV
 
 ===== ======================== =============================================================================
-place is                       unit
+index meaning                  unit
 ===== ======================== =============================================================================
 0     commanded turn rate      ``uavs.turn_rate_max_rad_s`` rad/s, positive anticlockwise
-1     commanded speed less the ``uavs.speed_change_max_m_s`` m/s
-      nominal one
+1     commanded speed minus    ``uavs.speed_change_max_m_s`` m/s
+      nominal speed
 ===== ======================== =============================================================================
 
-float64 is taken, too; what is beyond -1 to 1 is flown at the limit; what is not finite is an error, and nothing has moved.
+float64 is accepted, too. Values are clipped to -1 to 1; a value that is not finite is an error and leaves the world
+unchanged.
 
-**Observation**: ``Box((UAVs, features), float32)``: what the team believes at that instant, never truth.
-:func:`standoff.gym.observation_features` tells name, bounds, meaning and unit of every feature. Axes are the UAV's own:
-ahead along its heading, left of it.
+**Observation**: ``Box((UAVs, features), float32)``: the team's estimates at that time step, never the truth.
+:func:`standoff.gym.observation_features` lists name, bounds, meaning and unit of every feature. Axes are the UAV's own:
+ahead along its heading, and left of it.
 
-**Reward**, of the instant that a step leads to, by the truth, 0 to 1::
+**Reward**, for the time step after the action, computed from the truth, 0 to 1::
 
     reward   = (targets * watched + mean of on_orbit over the UAVs) / (targets + 1)
     targets  = number of existing targets
-    watched  = share of them that are in a group and in some UAV's view
-    on_orbit = 1 / (1 + |r - r_d| / radius_min_m); 0 for a UAV whose group has no true orbit, or without one
+    watched  = fraction of them that are in a group and in some UAV's view
+    on_orbit = 1 / (1 + |r - r_d| / radius_min_m); 0 for a UAV without a group, or whose group has no true orbit
 
-``watched`` is what ``watched_fraction`` averages, and r - r_d what ``standoff_error_m`` does: distance of the UAV from its
-group's true orbit, about where the group's targets really are. No fault flatters it. Of what the team believes only its
-grouping is in it. A target that is lost, discarded or never found stays in the divisor, and counts as much as all orbits
-together: however much easier an orbit is without it, to lose it never pays. A UAV without a group, or whose group has no
-target that exists, is on no orbit. And no reward is below 0, so that an episode which ends early gains nothing.
+``watched`` is averaged by the metric ``custody_fraction``, and r - r_d by ``standoff_error_m``: the distance of the UAV
+from its group's true orbit, about the true positions of the group's targets. Failures cannot increase the reward: of the
+team's estimates it uses only the grouping. A target that is lost, removed or never found stays in the divisor and counts
+as much as all orbits together, so losing it never pays, however much easier an orbit is without it. A UAV without a
+group, or whose group has no existing target, is on no orbit. Rewards are never negative, so ending an episode early gains
+nothing.
 
-**End**: terminated when targets exist and none of them is known any more (no live track is left); truncated at the
-scenario's duration.
+**End**: terminated when targets exist but no live track is left; truncated at the scenario's duration.
 
-**Info**: ``watched``, ``on_orbit`` (mean), ``targets`` (how many exist), ``seed`` (``standoff.run(scenario, seed=...)`` and
-the command fly the same world), ``time_s``, and ``standoff_error_m`` (mean of |r - r_d| over the UAVs that have an orbit,
-m), which is left out, or masked, where no UAV has one.
+**Info**: ``watched``, ``on_orbit`` (mean), ``targets`` (number of existing targets), ``seed`` (``standoff.run(scenario,
+seed=...)`` and the command simulate the same world), ``time_s``, and ``standoff_error_m`` (mean of |r - r_d| over the
+UAVs that have an orbit, m), which is omitted, or masked, if no UAV has one.
 
-**Seeds**: ``reset(seed=s)`` flies the world of seed s; resets without a seed then fly worlds whose seeds depend on s and
-on their number alone. World i of a vector environment does as an environment that was reset with s + i.
+**Seeds**: ``reset(seed=s)`` starts the world of seed s. Later resets without a seed start worlds whose seeds depend only
+on s and on the number of resets. World i of a vector environment behaves like an environment that was reset with s + i.
 """
 
 from __future__ import annotations
@@ -65,24 +66,24 @@ __all__ = ["GroupTrackingEnv", "GroupTrackingVectorEnv", "observation_features"]
 
 ENV_ID = "standoff/GroupTracking-v0"
 
-#: What is flown if nothing else is asked for.
+#: Default scenario.
 SCENARIO = "tour/01-one-uav"
 
-#: The highest seed that is chosen where none is given: a float holds it, too.
+#: Highest random seed chosen if none is given; a float can represent it exactly.
 SEED_MAX = 2**53 - 1
 
 Observations = NDArray[np.float32]
 Actions = NDArray[np.floating[Any]]
 
-# What a space of floats holds, Gymnasium's types do not tell.
+# Gymnasium's types do not state the element type of a space of floats.
 Space = gymnasium.Space[Any]
 
 
 class GroupTrackingEnv(gymnasium.Env[Observations, Actions]):
-    """One mission, flown by one policy for all UAVs; the module tells actions, observations, rewards.
+    """One mission in which one policy steers all UAVs; the module defines actions, observations and rewards.
 
     :param scenario: a built-in name, a path, or a :class:`standoff.Scenario`.
-    :param render_mode: ``None``: to see a flight, ``standoff.run(scenario, seed=info["seed"])`` makes a page of the law's.
+    :param render_mode: ``None``; ``standoff.run(scenario, seed=info["seed"])`` creates a page with the built-in law.
     :raises standoff.ScenarioError: the scenario cannot be used.
     """
 
@@ -101,10 +102,10 @@ class GroupTrackingEnv(gymnasium.Env[Observations, Actions]):
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
     ) -> tuple[Observations, dict[str, Any]]:
-        """Begins a mission.
+        """Starts a mission.
 
-        :param seed: its seed, 0 to 2**63 - 1; without one the next mission is flown, at first one of any seed.
-        :param options: none are known.
+        :param seed: its seed, 0 to 2**63 - 1. Without one the next mission starts; the first one has a random seed.
+        :param options: ignored.
         :returns: observation and info.
         """
         super().reset(seed=seed)
@@ -115,11 +116,12 @@ class GroupTrackingEnv(gymnasium.Env[Observations, Actions]):
         return instant.observations[0], info_of(instant, 0)
 
     def step(self, action: Actions) -> tuple[Observations, float, bool, bool, dict[str, Any]]:
-        """Flies an action until the next guidance period.
+        """Applies an action until the next guidance period.
 
         :param action: (UAVs, 2).
         :returns: observation, reward, terminated, truncated, info.
-        :raises standoff.InputError: another shape or type, or not finite; not reset, or over. Nothing has moved.
+        :raises standoff.InputError: the action has another shape or type, or is not finite; or the mission is over or
+            was not reset. The world is unchanged.
         """
         instant = self._worlds.step(np.asarray(action)[np.newaxis])
         return (
@@ -131,7 +133,7 @@ class GroupTrackingEnv(gymnasium.Env[Observations, Actions]):
         )
 
     def law_action(self) -> NDArray[np.float64]:
-        """The action of the product's own law at this instant, (UAVs, 2)."""
+        """The action of the built-in law at this time step, (UAVs, 2)."""
         law: NDArray[np.float64] = self._worlds.law_actions()[0]
         return law
 
@@ -141,14 +143,14 @@ class GroupTrackingEnv(gymnasium.Env[Observations, Actions]):
 
 
 class GroupTrackingVectorEnv(VectorEnv[Observations, Actions, NDArray[Any]]):
-    """Missions side by side, flown natively; the module tells actions, observations, rewards.
+    """Several missions, simulated natively; the module defines actions, observations and rewards.
 
     :param num_envs: number of missions, 1 to 100,000.
     :param scenario: a built-in name, a path, or a :class:`standoff.Scenario`.
-    :param autoreset_mode: what happens to a mission that is over: an :class:`gymnasium.vector.AutoresetMode` or its value.
-        With ``SAME_STEP``, ``final_obs`` and ``final_info`` tell how it ended; with ``DISABLED``, the option
-        ``reset_mask`` of :meth:`reset` chooses what begins anew.
-    :param threads: fly them on so many threads; more than 1 pays from some hundred UAVs on.
+    :param autoreset_mode: how finished missions restart: an :class:`gymnasium.vector.AutoresetMode` or its value.
+        With ``SAME_STEP``, ``final_obs`` and ``final_info`` contain the last state of a finished mission; with
+        ``DISABLED``, the option ``reset_mask`` of :meth:`reset` selects the missions to restart.
+    :param threads: number of threads; more than 1 pays off above some hundred UAVs.
     :param render_mode: ``None``.
     :raises standoff.ScenarioError: the scenario cannot be used.
     :raises standoff.InputError: another argument is out of range.
@@ -183,17 +185,19 @@ class GroupTrackingVectorEnv(VectorEnv[Observations, Actions, NDArray[Any]]):
         seed: int | Sequence[int | None] | None = None,
         options: dict[str, Any] | None = None,
     ) -> tuple[Observations, dict[str, Any]]:
-        """Begins missions.
+        """Starts missions.
 
-        :param seed: s: mission i has the seed s + i; or a seed for each, ``None`` for its next mission. Without one all
-            fly their next missions, at first such of any seeds.
-        :param options: ``reset_mask``, (num_envs,) bool: which missions begin anew; the others stay where they are.
+        :param seed: an integer s gives mission i the seed s + i; a sequence has a seed for each mission, or ``None`` for
+            its next mission. Without it every mission continues with its next seed; the first ones have random seeds.
+        :param options: ``reset_mask``, (num_envs,) bool: the missions to restart; the others are unchanged.
         :returns: observations (num_envs, UAVs, features) and infos.
         """
         mask = (options or {}).get("reset_mask")
         mask = None if mask is None else np.asarray(mask)
         if mask is not None and (mask.shape != (self.num_envs,) or mask.dtype != np.bool_):
-            raise InputError(f"reset_mask: bool of shape ({self.num_envs},), not {mask.dtype} of shape {mask.shape}")
+            raise InputError(
+                f"reset_mask: must be bool of shape ({self.num_envs},), not {mask.dtype} of shape {mask.shape}"
+            )
         if seed is None or isinstance(seed, Sequence):
             super().reset()
             seeds: list[int | None] = [None] * self.num_envs if seed is None else list(seed)
@@ -210,12 +214,12 @@ class GroupTrackingVectorEnv(VectorEnv[Observations, Actions, NDArray[Any]]):
     def step(
         self, actions: Actions
     ) -> tuple[Observations, NDArray[np.float64], NDArray[np.bool_], NDArray[np.bool_], dict[str, Any]]:
-        """Flies actions until the next guidance period.
+        """Applies actions until the next guidance period.
 
         :param actions: (num_envs, UAVs, 2).
         :returns: observations, rewards, terminations, truncations, infos.
-        :raises standoff.InputError: another shape or type, or not finite; not reset, or over with ``DISABLED``. Nothing
-            has moved.
+        :raises standoff.InputError: the actions have another shape or type, or are not finite; or a mission was not
+            reset, or is over with ``DISABLED``. The worlds are unchanged.
         """
         instant = self._worlds.step(np.asarray(actions))
         infos = infos_of(instant)
@@ -227,11 +231,11 @@ class GroupTrackingVectorEnv(VectorEnv[Observations, Actions, NDArray[Any]]):
             final_obs[index] = ended.observations[index]
         infos["final_obs"], infos["_final_obs"] = final_obs, instant.has_ended
         infos["final_info"], infos["_final_info"] = infos_of(ended, instant.has_ended), instant.has_ended.copy()
-        # What the step has come to, and where the next mission begins.
+        # Rewards and flags of the finished mission, but the first observation of the next one.
         return instant.observations, ended.rewards, ended.terminated, ended.truncated, infos
 
     def law_actions(self) -> NDArray[np.float64]:
-        """The actions of the product's own law at this instant, (num_envs, UAVs, 2)."""
+        """The actions of the built-in law at this time step, (num_envs, UAVs, 2)."""
         law: NDArray[np.float64] = self._worlds.law_actions()
         return law
 
@@ -241,27 +245,27 @@ class GroupTrackingVectorEnv(VectorEnv[Observations, Actions, NDArray[Any]]):
 
 
 def observation_space(uavs: int | None = None) -> Box:
-    """The space of a team's observations, or of one UAV's.
+    """The observation space of a team or of one UAV.
 
-    :param uavs: number of UAVs; ``None``: of one UAV alone, (features,).
+    :param uavs: number of UAVs; ``None`` for a single UAV's space, (features,).
     """
     features = observation_features()
-    low, high = (np.array([feature[place] for feature in features], dtype=np.float32) for place in (1, 2))
+    low, high = (np.array([feature[index] for feature in features], dtype=np.float32) for index in (1, 2))
     if uavs is None:
         return Box(low, high)
     return Box(np.tile(low, (uavs, 1)), np.tile(high, (uavs, 1)))
 
 
 def action_space(uavs: int | None = None) -> Box:
-    """The space of a team's actions, or of one UAV's.
+    """The action space of a team or of one UAV.
 
-    :param uavs: number of UAVs; ``None``: of one UAV alone, (2,).
+    :param uavs: number of UAVs; ``None`` for a single UAV's space, (2,).
     """
     return Box(-1.0, 1.0, (2,) if uavs is None else (uavs, 2), np.float32)
 
 
 def info_of(instant: Instant, world: int) -> dict[str, Any]:
-    """What is told of an instant of one world beside observation and reward."""
+    """The info dict of one world at one time step."""
     info: dict[str, Any] = {
         "watched": float(instant.watched[world]),
         "on_orbit": float(instant.mean_on_orbit[world]),
@@ -275,7 +279,7 @@ def info_of(instant: Instant, world: int) -> dict[str, Any]:
 
 
 def infos_of(instant: Instant, mask: NDArray[np.bool_] | None = None) -> dict[str, Any]:
-    """The same of all worlds, an array each and a mask of where it counts."""
+    """The info dict of all worlds: one array per entry, and a mask of its valid elements."""
     everywhere = np.ones(len(instant.targets), dtype=bool) if mask is None else mask
     infos = {
         "watched": instant.watched,
@@ -291,7 +295,7 @@ def infos_of(instant: Instant, mask: NDArray[np.bool_] | None = None) -> dict[st
 
 def _check_render_mode(render_mode: object) -> None:
     if render_mode is not None:
-        raise InputError(f"render_mode: only None, not {render_mode!r}: look at a run's page instead")
+        raise InputError(f"render_mode = {render_mode!r}: must be None; view the page of a run instead")
 
 
 if ENV_ID not in gymnasium.registry:

@@ -1,49 +1,50 @@
-"""Laws of your own: what :func:`standoff.run` and :func:`standoff.compare` fly in the place of the product."""
+"""Base class of custom laws, which :func:`standoff.run` and :func:`standoff.compare` use instead of the built-in law."""
 
 from typing import Any, ClassVar, Literal
 
-from standoff._standoff import Briefing, Command
+from standoff._standoff import MissionInfo, Command
 
 __all__ = ["Law"]
 
 
 class Law:
-    """A law that decides what UAVs do. Subclass it, and write :meth:`decide`.
+    """A law that decides what UAVs do. Subclass it and implement :meth:`decide`.
 
-    The simulator makes one for each run and each UAV, or one for the whole team, so nothing is carried from one run into
-    the next. It sees no truth: only what an agent has, or the team's picture.
+    The simulator creates one object per run and UAV, or one per run for the whole team, so no state is carried from one
+    run to the next. A law never sees the truth, only what an agent receives, or the team state.
 
-    :cvar decides_for: ``"agent"``: one law for each UAV, which decides for it alone. ``"team"``: one law for all; it is
-        given a list of observations, by ascending UAV, and gives a list of commands.
-    :cvar sees: ``"own"``: own state, own scan, what teammates report, cues. ``"picture"``: the team's picture as well,
-        which the product keeps beside the law: fused tracks, groups, orbits, who serves which group; and what the product
-        would do.
-    :cvar replaces: ``"all"``: everything; without the picture nothing is known of tracks and groups, and what would need
-        them is not scored. ``"guidance"``: speed and turn rate (and where to look, if the law says); tracks, groups and
-        assignment are the product's. ``"assignment"``: who serves which group; the law is given a
-        :class:`~standoff.Choice` and gives a dict of UAVs to groups.
+    :cvar decides_for: ``"agent"``: one law per UAV, which decides for that UAV. ``"team"``: one law for the whole team,
+        which receives a list of observations in ascending order of UAVs and returns a list of commands.
+    :cvar sees: ``"own"``: own state, own scan, reports of teammates, cues. ``"picture"``: in addition the team state,
+        which the built-in law computes alongside: fused tracks, groups, orbits, assignments; and the built-in law's
+        command.
+    :cvar replaces: ``"all"``: everything. Without the team state no tracks or groups are known, and metrics that need
+        them are not computed. ``"guidance"``: speed and turn rate, and optionally the pointing of the sensor; tracks,
+        groups and assignment are built in. ``"assignment"``: the assignment of UAVs to groups. The law receives a
+        :class:`~standoff.Choice` and returns a dict from UAVs to groups.
 
-    A law that replaces all may have a method ``tracks()``, asked after each instant, which gives :class:`~standoff.Tracks`:
-    then its estimates are scored. Where each UAV has a law of its own, the first one's are.
+    A law that replaces everything may have a method ``tracks()``, which is called after each time step and returns
+    :class:`~standoff.Tracks`; these estimates are scored. If each UAV has its own law, those of the first one are scored.
     """
 
     decides_for: ClassVar[Literal["agent", "team"]] = "agent"
     sees: ClassVar[Literal["own", "picture"]] = "own"
     replaces: ClassVar[Literal["all", "guidance", "assignment"]] = "all"
 
-    def __init__(self, briefing: Briefing) -> None:
-        """Begin a run.
+    def __init__(self, briefing: MissionInfo) -> None:
+        """Initialise the law for one run.
 
-        :param briefing: what a team may know before it flies: limits, sensor, orbits.
+        :param briefing: what a team may know in advance: limits, sensor, orbits.
         """
         self.briefing = briefing
 
     def decide(self, observation: Any) -> Command | tuple[float, float] | Any:
-        """Decide what to do until the next instant.
+        """Decide the command until the next time step.
 
-        :param observation: an :class:`~standoff.Observation`; for a team a list of them; for a law that assigns a
+        :param observation: an :class:`~standoff.Observation`; for a team law a list of them; for an assignment law a
             :class:`~standoff.Choice`.
-        :returns: a :class:`~standoff.Command`, or ``(speed_m_s, turn_rate_rad_s)``, or None: what the product would do,
-            or straight on. For a team a list of these. For a law that assigns a dict of UAVs to groups, or None.
+        :returns: a :class:`~standoff.Command`, or ``(speed_m_s, turn_rate_rad_s)``, or None for the built-in law's
+            command (straight flight if there is none). For a team law a list of these. For an assignment law a dict from
+            UAVs to groups, or None for the built-in assignment.
         """
         raise NotImplementedError

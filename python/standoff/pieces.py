@@ -1,14 +1,14 @@
-"""The library's pieces by name: filter, vector field, standoff distance, smallest circle, clustering, assignment, pair
-information.
+"""The library's components by name: filter, vector field, standoff distance, minimum enclosing circle, clustering,
+assignment, pair information.
 
-They take whatever NumPy makes arrays of (lists, integers, any strides), work over leading axes by NumPy's broadcasting,
-and give arrays. Frame: x east, y north, metres; angles in radians, anticlockwise from east; the unit is the last part of
-a name. Numbers such as gains come in :class:`Parameters`; left out, they are the paper's Table I.
+Arguments are anything that NumPy converts to arrays (lists, integers, any strides). Leading axes broadcast by NumPy's
+rules, and results are arrays. Frame: x east, y north, metres; angles in radians, anticlockwise from east; the unit is the
+suffix of a name. :class:`Parameters` contains numbers such as gains; the defaults are the paper's Table I.
 
-Two UAVs about three vehicles, and what the law wants of them:
+Two UAVs orbit three vehicles; the turn rates that the law commands:
 
 >>> from standoff import pieces
->>> centre_m, radius_m = pieces.smallest_circle([[0, 0], [160, 0], [0, 120]])
+>>> centre_m, radius_m = pieces.enclosing_circle([[0, 0], [160, 0], [0, 120]])
 >>> print(centre_m, radius_m)
 [80. 60.] 100.0
 >>> orbit = pieces.standoff_distance(radius_m, margin_m=50)
@@ -25,14 +25,14 @@ from standoff._standoff import (
     StandoffDistance,
     Steering,
     assignment,
-    best_separation_rad,
+    optimal_phase_rad,
     clustering,
     group_count,
     information_1_m2,
     led_distance,
     measure,
     pair_information_1_m4,
-    smallest_circle,
+    enclosing_circle,
     standoff_distance,
     steer,
     vector_field,
@@ -45,14 +45,14 @@ __all__ = [
     "StandoffDistance",
     "Steering",
     "assignment",
-    "best_separation_rad",
+    "optimal_phase_rad",
     "clustering",
     "group_count",
     "information_1_m2",
     "led_distance",
     "measure",
     "pair_information_1_m4",
-    "smallest_circle",
+    "enclosing_circle",
     "standoff_distance",
     "steer",
     "vector_field",

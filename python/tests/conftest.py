@@ -1,4 +1,4 @@
-"""What tests share: the command that the package is held to."""
+"""Shared fixtures: the command, whose results the package must reproduce."""
 
 import os
 import subprocess
@@ -9,8 +9,8 @@ import pytest
 
 @pytest.fixture(scope="session")
 def command() -> Path:
-    """The program ``standoff``, built from the same source: $STANDOFF."""
+    """Path of the program ``standoff``, built from the same source, from $STANDOFF."""
     program = Path(os.environ["STANDOFF"])
-    said = subprocess.run([program, "--version"], check=True, capture_output=True, text=True).stdout
-    assert said.startswith("standoff ")
+    version = subprocess.run([program, "--version"], check=True, capture_output=True, text=True).stdout
+    assert version.startswith("standoff ")
     return program

@@ -1,4 +1,4 @@
-"""Batches on one machine: the files and numbers of the command, tables for everybody, Ctrl-C."""
+"""Batches on one machine: the same files and numbers as the command, tables, Ctrl-C."""
 
 import gc
 import json
@@ -25,7 +25,7 @@ COMMAND = os.environ.get("STANDOFF") or shutil.which("standoff")
 
 def pair(**set: object) -> standoff.Scenario:
     """The paper's pair, for 20 s only."""
-    return standoff.Scenario("paper/table-2-pair", set={"duration_s": 20, "settle_s": 5, **set})
+    return standoff.Scenario("paper/table-2-pair", set={"duration_s": 20, "transient_s": 5, **set})
 
 
 def files(folder: Path) -> dict[str, bytes]:
@@ -33,12 +33,12 @@ def files(folder: Path) -> dict[str, bytes]:
 
 
 @pytest.mark.skipif(COMMAND is None, reason="the command is neither in $STANDOFF nor in the path")
-def test_files_and_numbers_are_those_of_the_command(tmp_path: Path) -> None:
+def test_files_and_numbers_equal_those_of_the_command(tmp_path: Path) -> None:
     def command(*arguments: str) -> str:
         done = subprocess.run([str(COMMAND), *arguments], cwd=tmp_path, capture_output=True, text=True, check=True)
         return done.stdout
 
-    shorter = ("--set", "duration_s=20", "--set", "settle_s=5")
+    shorter = ("--set", "duration_s=20", "--set", "transient_s=5")
     printed = command("monte-carlo", "paper/table-2-pair", *shorter, "--runs", "12", "--json", "--out", "command")
     batch = standoff.monte_carlo(pair(), runs=12, out=tmp_path / "python")
     for name in FILES:
@@ -53,7 +53,7 @@ def test_files_and_numbers_are_those_of_the_command(tmp_path: Path) -> None:
     )
 
 
-def test_any_threads_shards_and_interruptions_give_the_same_bytes(tmp_path: Path) -> None:
+def test_threads_and_shards_do_not_change_the_files(tmp_path: Path) -> None:
     whole = standoff.monte_carlo(pair(), runs=40, seed=3, threads=1, out=tmp_path / "whole")
     many = standoff.monte_carlo(pair(), runs=40, seed=3, threads=3, out=tmp_path / "many")
     parts = [
@@ -73,7 +73,7 @@ def test_any_threads_shards_and_interruptions_give_the_same_bytes(tmp_path: Path
         standoff.monte_carlo(pair(), runs=40, seed=3, out=tmp_path / "stopped")
 
 
-def test_what_is_interrupted_is_kept_and_goes_on(tmp_path: Path) -> None:
+def test_an_interrupted_batch_resumes(tmp_path: Path) -> None:
     whole = standoff.monte_carlo(pair(), runs=4000, out=tmp_path / "whole")
     first: list[int] = []
 
@@ -84,23 +84,23 @@ def test_what_is_interrupted_is_kept_and_goes_on(tmp_path: Path) -> None:
 
     with pytest.raises(KeyboardInterrupt):
         standoff.monte_carlo(pair(), runs=4000, threads=1, out=tmp_path / "out", progress=stop)
-    kept = first[-1]
+    completed = first[-1]
     first.clear()
     standoff.monte_carlo(
         pair(), runs=4000, threads=1, out=tmp_path / "out", progress=lambda done, of: first.append(done)
     )
-    assert 0 < kept <= first[0] and first[-1] == 4000
+    assert 0 < completed <= first[0] and first[-1] == 4000
     assert files(whole.dir) == files(tmp_path / "out")
 
 
 @pytest.mark.parametrize(
     "work",
     [
-        lambda: standoff.monte_carlo("best/figure-9", runs=1_000_000),
-        lambda: standoff.compare("best/figure-9", "paper/figure-9", runs=1_000_000),
+        lambda: standoff.monte_carlo("improved/figure-9", runs=1_000_000),
+        lambda: standoff.compare("improved/figure-9", "paper/figure-9", runs=1_000_000),
     ],
 )
-def test_ctrl_c_stops_at_once(work: Callable[[], object]) -> None:
+def test_ctrl_c_stops_immediately(work: Callable[[], object]) -> None:
     sent = [0.0]
 
     def interrupt() -> None:
@@ -114,7 +114,7 @@ def test_ctrl_c_stops_at_once(work: Callable[[], object]) -> None:
     assert time.perf_counter() - sent[0] < 0.6
 
 
-def test_other_threads_run_meanwhile() -> None:
+def test_other_threads_run_during_a_batch() -> None:
     counted, stop = [0], threading.Event()
 
     def count() -> None:
@@ -132,7 +132,7 @@ def test_other_threads_run_meanwhile() -> None:
     assert counted[0] > 100 * took_s
 
 
-def test_a_temporary_batch_lives_as_long_as_it_is_asked_for() -> None:
+def test_a_temporary_batch_is_deleted_after_its_last_reference() -> None:
     batch = standoff.monte_carlo(pair(), runs=3)
     folder, runs = batch.dir, batch.runs
     del batch
@@ -143,45 +143,45 @@ def test_a_temporary_batch_lives_as_long_as_it_is_asked_for() -> None:
     assert not folder.exists()
 
 
-def test_the_table_of_runs_is_arrow_and_numpy(tmp_path: Path) -> None:
+def test_the_table_of_runs_converts_to_arrow_and_numpy(tmp_path: Path) -> None:
     scenario = pair(duration_s=8)
     batch = standoff.monte_carlo(
-        scenario, runs=5, seed=11, metrics=["anees", "handoffs", "refind_time_s"], out=tmp_path / "b"
+        scenario, runs=5, seed=11, metrics=["anees", "handoffs", "reacquisition_time_s"], out=tmp_path / "b"
     )
     runs = batch.runs
     assert (
-        runs.column_names == ["run", "seed", "refind_time_s", "handoffs", "anees"] and runs.num_rows == len(runs) == 5
+        runs.column_names == ["run", "seed", "reacquisition_time_s", "handoffs", "anees"] and runs.num_rows == len(runs) == 5
     )
-    there = pq.read_table(batch.dir / "runs.parquet")
-    assert pa.table(runs).equals(there) and pa.schema(runs).equals(there.schema)
+    stored = pq.read_table(batch.dir / "runs.parquet")
+    assert pa.table(runs).equals(stored) and pa.schema(runs).equals(stored.schema)
     assert runs.to_numpy("seed").dtype == np.int64 and runs.to_numpy("seed").tolist() == [11, 12, 13, 14, 15]
-    assert runs.to_numpy("anees").tolist() == there["anees"].to_pylist()
-    assert np.isnan(runs.to_numpy("refind_time_s")).all() and there["refind_time_s"].null_count == 5
+    assert runs.to_numpy("anees").tolist() == stored["anees"].to_pylist()
+    assert np.isnan(runs.to_numpy("reacquisition_time_s")).all() and stored["reacquisition_time_s"].null_count == 5
     assert batch.metrics["anees"]["mean"] == pytest.approx(np.mean(runs.to_numpy("anees")), rel=1e-12)
-    with pytest.raises(KeyError, match='no column "anes"; there are run, seed'):
+    with pytest.raises(KeyError, match='no column "anes"; columns: run, seed'):
         runs.to_numpy("anes")
     assert "<td>anees</td><td>5</td>" in batch._repr_html_() or "srcdoc" in batch._repr_html_()
 
 
-def test_a_damaged_batch_is_told(tmp_path: Path) -> None:
+def test_a_damaged_batch_is_an_error(tmp_path: Path) -> None:
     batch = standoff.monte_carlo(pair(), runs=3, out=tmp_path / "b")
     path, runs = batch.dir / "runs.parquet", batch.runs
-    sound = path.read_bytes()
-    # In the middle of what the table at hand is about to read.
-    path.write_bytes(sound[:4] + bytes(byte ^ 0x55 for byte in sound[4:900]) + sound[900:])
+    valid = path.read_bytes()
+    # Damage the part that the open table will read.
+    path.write_bytes(valid[:4] + bytes(byte ^ 0x55 for byte in valid[4:900]) + valid[900:])
     with pytest.raises(InputError, match="changed since it was written"):
         standoff.Batch(batch.dir)
     with pytest.raises(InputError, match="damaged"):
         runs.to_numpy("seed")
     with pytest.raises(pa.ArrowInvalid):
         pa.table(runs)
-    path.write_bytes(sound[:100])
+    path.write_bytes(valid[:100])
     with pytest.raises(InputError, match="damaged"):
         _ = batch.runs
 
 
 @pytest.mark.parametrize(
-    ("wrong", "told"),
+    ("wrong", "message"),
     [
         ({"runs": 0}, "runs = 0: must be at least 1"),
         ({"runs": 3, "seed": -1}, "seed = -1: must be at least 0"),
@@ -193,34 +193,34 @@ def test_a_damaged_batch_is_told(tmp_path: Path) -> None:
         ({"runs": 10**9}, "1000000000 runs are too many"),
     ],
 )
-def test_wrong_arguments_are_told(wrong: dict[str, object], told: str) -> None:
+def test_wrong_arguments_are_errors(wrong: dict[str, object], message: str) -> None:
     with pytest.raises(InputError) as error:
         standoff.monte_carlo(pair(), **wrong)  # type: ignore[arg-type]
-    assert told in str(error.value)
+    assert message in str(error.value)
 
 
-def test_a_comparison_tells_its_numbers(tmp_path: Path) -> None:
+def test_a_comparison_has_the_numbers_of_its_batches(tmp_path: Path) -> None:
     compared = standoff.compare(pair(), pair(), runs=4, seed=9, metrics="anees,handoffs")
     assert (compared.a, compared.runs, compared.seed) == ("paper/table-2-pair", 4, 9)
     assert list(compared.metrics) == ["handoffs", "anees"] and compared.to_dict() == json.loads(compared.json)
     assert repr(compared) == 'Comparison(a="paper/table-2-pair", b="paper/table-2-pair", runs=4)'
     assert "<tr><td>anees</td><td>4</td>" in compared._repr_html_()
-    there = standoff.monte_carlo(pair(), runs=4, seed=9, metrics="anees")
-    assert compared.metrics["anees"]["mean_a"] == there.metrics["anees"]["mean"]
+    batch = standoff.monte_carlo(pair(), runs=4, seed=9, metrics="anees")
+    assert compared.metrics["anees"]["mean_a"] == batch.metrics["anees"]["mean"]
 
 
-def test_a_scenario_is_not_compared_with_a_batch(tmp_path: Path) -> None:
+def test_comparing_a_scenario_with_a_batch_is_an_error(tmp_path: Path) -> None:
     batch = standoff.monte_carlo(pair(), runs=2, out=tmp_path / "b")
-    with pytest.raises(InputError, match="name two scenarios, or two batches"):
+    with pytest.raises(InputError, match="give two scenarios, or two batches"):
         standoff.compare(batch, "paper/table-2-pair")
-    with pytest.raises(InputError, match="holds no results"):
+    with pytest.raises(InputError, match="contains no results"):
         standoff.compare(tmp_path, batch)
 
 
-def test_what_is_odd_about_a_scenario_is_warned_of(tmp_path: Path) -> None:
+def test_scenario_warnings_become_python_warnings(tmp_path: Path) -> None:
     cars = tmp_path / "cars.csv"
     cars.write_text("t,id,x,y\n0,a,0,0\n30,a,9,0\n")
-    scenario = standoff.Scenario("best/figure-9", traffic=cars)
+    scenario = standoff.Scenario("improved/figure-9", traffic=cars)
     assert scenario.traffic_file == cars and pair().traffic_file is None
     assert standoff.Scenario("traffic/convoy").traffic_file is None, "it is built in"
     with pytest.warns(UserWarning, match="the traffic ends after 30 s"):

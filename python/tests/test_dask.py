@@ -1,4 +1,4 @@
-"""Batches on Dask: whatever is killed, and wherever the store is, the bytes are those of one machine."""
+"""Batches on Dask: results are byte-identical to those of one machine, whatever is killed and wherever the store is."""
 
 import os
 import signal
@@ -27,7 +27,7 @@ from standoff.dask import WorkerError, monte_carlo
 
 RUNS = 300
 BOUND_S = 45
-"""Longer than any test here takes: what hangs is told, not waited for."""
+"""Time limit of each test, s; longer than any of them takes."""
 
 
 @pytest.fixture(autouse=True)
@@ -43,7 +43,7 @@ def bounded() -> Iterator[None]:
 
 @pytest.fixture(scope="module", autouse=True)
 def scratch(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
-    """What Dask's processes leave when they are killed lies with what the tests leave."""
+    """Puts the files of killed Dask processes into pytest's temporary folder."""
     folder = str(tmp_path_factory.mktemp("scratch"))
     with pytest.MonkeyPatch.context() as patch, dask.config.set(temporary_directory=folder):
         patch.setenv("DASK_TEMPORARY_DIRECTORY", folder)
@@ -52,12 +52,12 @@ def scratch(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
 
 def pair() -> standoff.Scenario:
     """The paper's pair, for 20 s only."""
-    return standoff.Scenario("paper/table-2-pair", set={"duration_s": 20, "settle_s": 5})
+    return standoff.Scenario("paper/table-2-pair", set={"duration_s": 20, "transient_s": 5})
 
 
 def slow() -> standoff.Scenario:
-    """One run takes some 50 ms: there is time to kill something."""
-    return standoff.Scenario("best/figure-9")
+    """A scenario whose runs take about 50 ms, so that there is time to kill something."""
+    return standoff.Scenario("improved/figure-9")
 
 
 SLOW_RUNS = 48
@@ -100,16 +100,16 @@ def pids(client: Client) -> dict[str, int]:
 def wait_until(is_so: Callable[[], object], what: str) -> None:
     until = time.monotonic() + 20
     while not is_so():
-        assert time.monotonic() < until, f"waited in vain until {what}"
+        assert time.monotonic() < until, f"timeout while waiting until {what}"
         time.sleep(0.02)
 
 
 def kept(store: Path) -> dict[str, int]:
-    """The shards in a store, and when they were put there."""
+    """Names and modification times of the complete shards in a store."""
     return {path.parent.name: path.stat().st_mtime_ns for path in store.glob("parts/*-of-*/monte-carlo.json")}
 
 
-def test_one_worker_or_three_any_shards_the_bytes_are_those_of_one_machine(
+def test_any_number_of_workers_and_shards_gives_the_bytes_of_one_machine(
     three: Client, one_machine: dict[str, bytes], tmp_path: Path
 ) -> None:
     done: list[tuple[int, int]] = []
@@ -120,28 +120,28 @@ def test_one_worker_or_three_any_shards_the_bytes_are_those_of_one_machine(
     assert done[0] == (0, RUNS) and done[-1] == (RUNS, RUNS) and len(done) == 8 and done == sorted(done)
     with cluster(1) as one:
         assert files(monte_carlo(one, pair(), runs=RUNS, out=tmp_path / "one").dir) == one_machine
-    # Complete already: nothing is flown.
+    # The batch is complete already: nothing is run.
     monte_carlo(three, pair(), runs=RUNS, out=tmp_path / "three", progress=lambda *now: done.clear())
     assert done
 
 
-def test_the_page_s_batch_flies(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_code_of_the_docs_page_runs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     page = (Path(__file__).parents[2] / "docs" / "many-machines.md").read_text()
     code = page.split("```python\n")[1].split("```")[0]
     monkeypatch.chdir(tmp_path)
-    there: dict[str, Any] = {}
+    variables: dict[str, Any] = {}
     try:
         exec(
             code.replace("runs=400", "runs=40").replace("workers=2", "workers=2, dashboard_address='127.0.0.1:0'"),
-            there,
+            variables,
         )
-        assert there["batch"].dir == tmp_path / "batch"
+        assert variables["batch"].dir == tmp_path / "batch"
     finally:
-        there["client"].close()
-        there["cluster"].close()
+        variables["client"].close()
+        variables["cluster"].close()
 
 
-def test_a_worker_killed_amid_a_batch_costs_no_byte(
+def test_killing_a_worker_does_not_change_the_results(
     three: Client, slow_on_one_machine: dict[str, bytes], tmp_path: Path
 ) -> None:
     before = pids(three)
@@ -149,9 +149,9 @@ def test_a_worker_killed_amid_a_batch_costs_no_byte(
 
     def kill(done: int, of: int) -> None:
         if 0 < done < of and not killed:
-            for flying in [address for address, keys in three.processing().items() if keys][:1]:
-                killed.append(before[flying])
-                os.kill(before[flying], signal.SIGKILL)
+            for busy in [address for address, keys in three.processing().items() if keys][:1]:
+                killed.append(before[busy])
+                os.kill(before[busy], signal.SIGKILL)
 
     batch = monte_carlo(three, slow(), runs=SLOW_RUNS, shards=12, out=tmp_path / "out", progress=kill)
     assert files(batch.dir) == slow_on_one_machine
@@ -159,16 +159,16 @@ def test_a_worker_killed_amid_a_batch_costs_no_byte(
     assert killed and killed[0] not in pids(three).values()
 
 
-def test_a_shard_that_kills_every_worker_is_given_up(three: Client, tmp_path: Path) -> None:
+def test_a_shard_whose_workers_always_die_is_an_error(three: Client, tmp_path: Path) -> None:
     stop = threading.Event()
 
     def kill_all() -> None:
         while not stop.wait(0.05):
-            for pid in nannied():
+            for pid in busy_workers():
                 with suppress(ProcessLookupError):
                     os.kill(pid, signal.SIGKILL)
 
-    def nannied() -> list[int]:
+    def busy_workers() -> list[int]:
         with suppress(Exception):
             return [pid for address, pid in pids(three).items() if three.processing().get(address)]
         return []
@@ -186,19 +186,19 @@ def test_a_shard_that_kills_every_worker_is_given_up(three: Client, tmp_path: Pa
     three.wait_for_workers(3, timeout=20)
 
 
-def test_a_shard_that_is_half_uploaded_is_no_shard(
+def test_a_partly_uploaded_shard_is_run_again(
     three: Client, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     out = tmp_path / "out"
     monte_carlo_of_half(three, out)
     plan_crc32 = zlib.crc32((out / PLAN).read_bytes())
     order = asdict(Order(standoff.__version__, str(out), {}, plan_crc32, shard=1, shards=3, threads=1))
-    put, wants = Store.put, [2]
+    put, remaining = Store.put, [2]
 
     def fail_after(store: Store, file: Path, name: str) -> None:
-        if not wants[0]:
+        if not remaining[0]:
             raise StandoffError("the worker dies here")
-        wants[0] -= 1
+        remaining[0] -= 1
         put(store, file, name)
 
     monkeypatch.setattr(Store, "put", fail_after)
@@ -214,26 +214,26 @@ def test_a_shard_that_is_half_uploaded_is_no_shard(
 CLIENT = """
 import sys, standoff, standoff.dask, distributed
 with distributed.Client(sys.argv[1]) as client:
-    standoff.dask.monte_carlo(client, "best/figure-9", runs=int(sys.argv[2]), shards=12, out=sys.argv[3])
+    standoff.dask.monte_carlo(client, "improved/figure-9", runs=int(sys.argv[2]), shards=12, out=sys.argv[3])
 """
 
 
-def test_a_client_killed_amid_a_batch_goes_on_from_what_is_kept(
+def test_a_batch_resumes_after_its_client_was_killed(
     three: Client, slow_on_one_machine: dict[str, bytes], tmp_path: Path
 ) -> None:
     out = tmp_path / "out"
     address = three.scheduler_info()["address"]
     client = subprocess.Popen([sys.executable, "-c", CLIENT, str(address), str(SLOW_RUNS), str(out)])
     try:
-        wait_until(lambda: len(kept(out)) >= 2, "two shards are kept")
+        wait_until(lambda: len(kept(out)) >= 2, "two shards are complete")
     finally:
         client.kill()
         client.wait()
-    # What its shards were is cancelled with it.
-    wait_until(lambda: not any(three.processing().values()), "its tasks are gone")
+    # Its tasks are cancelled with it.
+    wait_until(lambda: not any(three.processing().values()), "its tasks are cancelled")
     before = kept(out)
     assert 2 <= len(before) < 12
-    # One that was half uploaded when its worker died, two that were damaged since: none is taken for whole.
+    # One shard without a manifest, as if its worker had died during the upload, and one with a truncated file.
     names = sorted(before)
     (out / "parts" / names[0] / "monte-carlo.json").unlink()
     runs = out / "parts" / names[1] / "runs.parquet"
@@ -244,24 +244,24 @@ def test_a_client_killed_amid_a_batch_goes_on_from_what_is_kept(
 
 @contextmanager
 def processes_of_dask(folder: Path) -> Iterator[tuple[subprocess.Popen[bytes], str]]:
-    """A scheduler and two workers, each a process of its own; the address of the scheduler."""
-    with ExitStack() as ended:
+    """Starts a scheduler and two workers as separate processes; returns the scheduler and its address file."""
+    with ExitStack() as cleanup:
 
         def start(*arguments: str) -> subprocess.Popen[bytes]:
             command = [sys.executable, "-m", "distributed.cli.dask_" + arguments[0], *arguments[1:]]
             with open(folder / f"{arguments[0]}.log", "ab") as log:
                 process = subprocess.Popen(command, stdout=log, stderr=log, cwd=folder)
-            ended.callback(process.wait)
-            ended.callback(process.kill)
+            cleanup.callback(process.wait)
+            cleanup.callback(process.kill)
             return process
 
         found = folder / "scheduler.json"
         found.unlink(missing_ok=True)
-        # No dashboard: its port may be taken.
+        # No dashboard, because its port may be in use.
         scheduler = start(
             "scheduler", "--host", "127.0.0.1", "--port", "0", "--no-dashboard", "--scheduler-file", str(found)
         )
-        wait_until(found.exists, "the scheduler has told its address")
+        wait_until(found.exists, "the scheduler has written its address")
         for _ in range(2):
             start(
                 "worker", "--scheduler-file", str(found), "--nthreads", "1", "--no-nanny", "--no-dashboard",
@@ -270,7 +270,7 @@ def processes_of_dask(folder: Path) -> Iterator[tuple[subprocess.Popen[bytes], s
         yield scheduler, str(found)
 
 
-def test_a_scheduler_killed_amid_a_batch_goes_on_from_what_is_kept(
+def test_a_batch_resumes_after_its_scheduler_was_killed(
     slow_on_one_machine: dict[str, bytes], tmp_path: Path
 ) -> None:
     out = tmp_path / "out"
@@ -282,7 +282,7 @@ def test_a_scheduler_killed_amid_a_batch_goes_on_from_what_is_kept(
                 if done > 0:
                     scheduler.kill()
 
-            with pytest.raises(StandoffError, match="of 12 shards are complete in .*: the same call goes on"):
+            with pytest.raises(StandoffError, match="of 12 shards are complete in .*: repeat the call to resume"):
                 monte_carlo(client, slow(), runs=SLOW_RUNS, shards=12, out=out, progress=kill)
             client.close(timeout=1)
     before = kept(out)
@@ -296,12 +296,12 @@ def test_a_scheduler_killed_amid_a_batch_goes_on_from_what_is_kept(
         with Client(scheduler_file=found, timeout=20) as client:
             batch = monte_carlo(client, slow(), runs=SLOW_RUNS, out=out, progress=look)
     assert files(batch.dir) == slow_on_one_machine
-    assert len(again) == 12 and before.items() <= again.items(), "a shard that was kept was flown again"
+    assert len(again) == 12 and before.items() <= again.items(), "a complete shard was run again"
 
 
-def test_an_interrupt_cancels_the_tasks_that_fly(three: Client, tmp_path: Path) -> None:
+def test_an_interrupt_cancels_running_tasks(three: Client, tmp_path: Path) -> None:
     def interrupt() -> None:
-        wait_until(lambda: any(three.processing().values()), "shards fly")
+        wait_until(lambda: any(three.processing().values()), "shards run")
         time.sleep(0.3)
         os.kill(os.getpid(), signal.SIGINT)
 
@@ -309,10 +309,10 @@ def test_an_interrupt_cancels_the_tasks_that_fly(three: Client, tmp_path: Path) 
     with pytest.raises(KeyboardInterrupt):
         monte_carlo(three, slow(), runs=100_000, shards=3, out=tmp_path / "out")
     began = time.monotonic()
-    # A shard of half an hour would keep its worker from anything else.
+    # Otherwise a shard of half an hour would block its worker.
     assert three.submit(sum, [1, 2], pure=False).result(timeout=10) == 3
     executing = "lambda dask_worker: len(dask_worker.state.executing)"
-    wait_until(lambda: not any(three.run(eval(executing)).values()), "no shard flies")
+    wait_until(lambda: not any(three.run(eval(executing)).values()), "no shard runs")
     assert time.monotonic() - began < 10
 
 
@@ -329,29 +329,29 @@ def test_a_worker_of_another_version_is_refused(three: Client, tmp_path: Path) -
             monte_carlo(three, pair(), runs=RUNS, shards=30, out=tmp_path / "out")
     finally:
         three.run(become, standoff.__version__, workers=[odd])
-    told = (
+    message = (
         f"worker {odd} has standoff 0.0.9, the client {standoff.__version__}: install the same version on all of them"
     )
-    assert str(error.value).startswith(told)
+    assert str(error.value).startswith(message)
 
 
-def test_what_is_handed_out_needs_no_standoff_to_be_read() -> None:
-    """Dask's scheduler, and workers of whatever version, read it before they can say what they have."""
+def test_tasks_can_be_unpickled_without_standoff() -> None:
+    """The scheduler, and workers with any version, unpickle a task before its version check can run."""
     task = cloudpickle.dumps(standoff.dask._task())
     code = f"import pickle, sys; sys.modules['standoff'] = None; pickle.loads({task!r})"
     assert subprocess.run([sys.executable, "-c", code]).returncode == 0
 
 
 def test_a_worker_of_another_build_is_refused(three: Client, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(standoff.dask, "first_run_crc32", lambda *asked: 1)
-    with pytest.raises(WorkerError, match="flies the first run otherwise than the client"):
+    monkeypatch.setattr(standoff.dask, "first_run_crc32", lambda *arguments: 1)
+    with pytest.raises(WorkerError, match="gets another result for the first run than the client"):
         monte_carlo(three, pair(), runs=RUNS, out=tmp_path / "out")
     monkeypatch.undo()
-    with pytest.raises(InputError, match="the shards there are another build's"):
+    with pytest.raises(InputError, match="its shards are from another build"):
         monte_carlo(three, pair(), runs=RUNS, out=tmp_path / "out")
 
 
-def test_a_traffic_file_goes_along(three: Client, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_workers_get_the_traffic_file(three: Client, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
     Path("cars.csv").write_text("t,id,x,y\n" + "".join(f"{t},a,{9 * t},0\n{t},b,0,{7 * t}\n" for t in range(40)))
     scenario = standoff.Scenario("traffic/convoy", traffic="cars.csv")
@@ -360,22 +360,23 @@ def test_a_traffic_file_goes_along(three: Client, tmp_path: Path, monkeypatch: p
     assert batch.dir == tmp_path / "out" and files(batch.dir) == files(one.dir)
 
 
-def test_of_seeds_that_cannot_be_flown_the_lowest_is_told(three: Client, tmp_path: Path) -> None:
+def test_the_lowest_seed_that_cannot_be_run_is_reported(three: Client, tmp_path: Path) -> None:
     uniform = {"uniform": {"min": 300.0, "max": 750.0}}
     scenario = pair().changed(set={"orbit.radius_min_m": uniform})
-    with pytest.raises(InputError) as of_one:
+    with pytest.raises(InputError) as local_error:
         standoff.monte_carlo(scenario, runs=20, seed=5)
-    with pytest.raises(InputError) as of_three:
+    with pytest.raises(InputError) as dask_error:
         monte_carlo(three, scenario, runs=20, seed=5, shards=20, out=tmp_path / "out")
-    one, three_of_them = str(of_one.value), str(of_three.value)
-    seed = one.split(":")[0]
-    assert seed.startswith("seed ") and three_of_them.startswith(f"{seed}: ")
-    assert "orbit.radius_max_m = 700: must be at least" in one and "orbit.radius_max_m = 700: must be at least" in three_of_them
+    on_one_machine, on_dask = str(local_error.value), str(dask_error.value)
+    seed = on_one_machine.split(":")[0]
+    assert seed.startswith("seed ") and on_dask.startswith(f"{seed}: ")
+    assert "orbit.radius_max_m = 700: must be at least" in on_one_machine
+    assert "orbit.radius_max_m = 700: must be at least" in on_dask
 
 
 @contextmanager
 def s3() -> Iterator[dict[str, Any]]:
-    """An S3 server on this machine, with a bucket; how it is reached."""
+    """Starts a local S3 server with a bucket; returns the options for accessing it."""
     from moto.server import ThreadedMotoServer
 
     server = ThreadedMotoServer(ip_address="127.0.0.1", port=0, verbose=False)
@@ -395,37 +396,37 @@ def test_a_store_on_s3_holds_the_same_bytes(three: Client, one_machine: dict[str
     import s3fs
 
     with s3() as options:
-        asked: dict[str, Any] = {"runs": RUNS, "out": "s3://batches/of/mine", "storage_options": options}
+        arguments: dict[str, Any] = {"runs": RUNS, "out": "s3://batches/of/mine", "storage_options": options}
 
         def stop(done: int, of: int) -> None:
             if done > 0:
                 raise ZeroDivisionError
 
         with pytest.raises(ZeroDivisionError):
-            monte_carlo(three, pair(), shards=5, progress=stop, **asked)
+            monte_carlo(three, pair(), shards=5, progress=stop, **arguments)
         done: list[int] = []
-        batch = monte_carlo(three, pair(), progress=lambda now, of: done.append(now), **asked)
+        batch = monte_carlo(three, pair(), progress=lambda now, of: done.append(now), **arguments)
         assert 0 < done[0] < RUNS and done[-1] == RUNS
         store = s3fs.S3FileSystem(use_listings_cache=False, **options)
-        there = {path.removeprefix("batches/of/mine/"): store.cat_file(path) for path in store.find("batches/of/mine")}
-        assert there == one_machine == files(batch.dir)
-        again = monte_carlo(three, pair(), progress=lambda now, of: done.clear(), **asked)
+        stored = {path.removeprefix("batches/of/mine/"): store.cat_file(path) for path in store.find("batches/of/mine")}
+        assert stored == one_machine == files(batch.dir)
+        again = monte_carlo(three, pair(), progress=lambda now, of: done.clear(), **arguments)
         assert done and files(again.dir) == one_machine and again.dir != batch.dir
-        with pytest.raises(InputError, match=r"s3://batches/of/mine holds another batch: the first seed is 1, not 2"):
-            monte_carlo(three, pair(), seed=2, **asked)
+        with pytest.raises(InputError, match=r"s3://batches/of/mine contains another batch: the first seed is 1, not 2"):
+            monte_carlo(three, pair(), seed=2, **arguments)
 
 
-def test_a_store_that_workers_do_not_reach_is_told(three: Client) -> None:
+def test_a_store_that_workers_cannot_access_is_an_error(three: Client) -> None:
     with pytest.raises(WorkerError, match="does not find this batch's parts/batch.json in memory://out: out must be"):
         monte_carlo(three, pair(), runs=9, out="memory://out")
 
 
-def test_wrong_input_is_told(three: Client, tmp_path: Path) -> None:
-    def refused(told: str, **wrong: Any) -> None:
-        asked: dict[str, Any] = {"runs": 9, "out": tmp_path / "out", **wrong}
+def test_wrong_input_is_an_error(three: Client, tmp_path: Path) -> None:
+    def refused(message: str, **wrong: Any) -> None:
+        arguments: dict[str, Any] = {"runs": 9, "out": tmp_path / "out", **wrong}
         with pytest.raises(InputError) as error:
-            monte_carlo(asked.pop("client", three), asked.pop("scenario", pair()), **asked)
-        assert told in str(error.value)
+            monte_carlo(arguments.pop("client", three), arguments.pop("scenario", pair()), **arguments)
+        assert message in str(error.value)
 
     refused("client: must be a distributed.Client", client="tcp://127.0.0.1:8786")
     refused("runs = 0: must be at least 1", runs=0)
@@ -437,18 +438,18 @@ def test_wrong_input_is_told(three: Client, tmp_path: Path) -> None:
     refused("no such scenario", scenario="papers/table-2-pair")
     (tmp_path / "taken").mkdir()
     (tmp_path / "taken" / "letter.txt").write_text("Dear Sir or Madam")
-    refused("holds letter.txt, no batch", out=tmp_path / "taken")
+    refused("contains letter.txt, but no batch", out=tmp_path / "taken")
     with pytest.raises(StandoffError, match="gopher://hole: cannot .*gopher"):
         monte_carlo(three, pair(), runs=9, out="gopher://hole")
     monte_carlo_of_half(three, tmp_path / "half")
-    refused("holds this batch in 3 shards, not 4", out=tmp_path / "half", shards=4)
+    refused("contains this batch in 3 shards, not 4", out=tmp_path / "half", shards=4)
     refused("the number of runs is 9, not 8", out=tmp_path / "half", runs=8)
     plan = tmp_path / "half" / "parts" / "batch.json"
     for damaged in (plan.read_bytes()[:-9], plan.read_bytes().replace(b'"shards": 3', b'"shards": -3'), b"[]"):
         plan.write_bytes(damaged)
         refused("half: parts/batch.json is damaged", out=tmp_path / "half")
     (tmp_path / "half" / "monte-carlo.json").write_text("{")
-    refused("half: a batch as text: EOF", out=tmp_path / "half")
+    refused("half: batch JSON: EOF", out=tmp_path / "half")
 
 
 def monte_carlo_of_half(client: Client, out: Path) -> None:
@@ -459,10 +460,10 @@ def monte_carlo_of_half(client: Client, out: Path) -> None:
         monte_carlo(client, pair(), runs=9, shards=3, out=out, progress=stop)
 
 
-def test_shards_fly_for_about_a_minute_and_all_workers_have_some() -> None:
+def test_default_shards_take_about_a_minute_and_keep_all_workers_busy() -> None:
     shards = standoff.dask._shards
     assert shards(10_000_000, 0.0025, 16) == 417
     assert shards(10_000_000, 0.0025, 1000) == 4000
-    assert shards(1000, 0.0025, 16) == 3, "a second each at least"
+    assert shards(1000, 0.0025, 16) == 3, "at least a second each"
     assert shards(5, 100.0, 2) == 5 and shards(1, 1e-6, 1) == 1
     assert shards(100_000_000, 1.0, 10) == 10_000

@@ -1,4 +1,4 @@
-"""The reinforcement-learning environments: by the checkers of Gymnasium and PettingZoo, and by our own."""
+"""Tests of the reinforcement-learning environments, with the checkers of Gymnasium and PettingZoo and our own."""
 
 from __future__ import annotations
 
@@ -28,8 +28,8 @@ from standoff.pettingzoo import group_tracking_v0
 FOUR = "tour/04-two-groups"
 PYTHON = Path(__file__).parents[1]
 
-#: Ten seconds: twenty steps.
-SHORT = Scenario(FOUR, set={"duration_s": 10.0, "settle_s": 0.0})
+#: A mission of 10 s, or 20 steps.
+SHORT = Scenario(FOUR, set={"duration_s": 10.0, "transient_s": 0.0})
 
 Array = NDArray[Any]
 
@@ -51,12 +51,12 @@ def drawn(shape: tuple[int, ...], seed: int = 1) -> Array:
     return np.random.default_rng(seed).uniform(-1.0, 1.0, shape)
 
 
-# By the checkers of others.
+# Checkers of Gymnasium and PettingZoo.
 
 
 @pytest.mark.filterwarnings("error")
 @pytest.mark.parametrize("scenario", ["tour/01-one-uav", FOUR, "traffic/convoy"])
-def test_gymnasium_finds_nothing_wrong(scenario: str) -> None:
+def test_gymnasium_checker_passes(scenario: str) -> None:
     env = gymnasium.make("standoff.gym:standoff/GroupTracking-v0", scenario=scenario)
     check_env(env.unwrapped)
     env.close()
@@ -64,7 +64,7 @@ def test_gymnasium_finds_nothing_wrong(scenario: str) -> None:
 
 @pytest.mark.filterwarnings("error")
 @pytest.mark.parametrize("scenario", ["tour/01-one-uav", FOUR])
-def test_pettingzoo_finds_nothing_wrong(scenario: str) -> None:
+def test_pettingzoo_checkers_pass(scenario: str) -> None:
     parallel_api_test(group_tracking_v0.parallel_env(scenario), num_cycles=400)
     parallel_seed_test(lambda: group_tracking_v0.parallel_env(scenario), num_cycles=50)  # type: ignore[no-untyped-call]
 
@@ -85,12 +85,12 @@ def test_gymnasium_makes_the_native_vector_environment() -> None:
     envs.close()
 
 
-# One core, whoever asks.
+# All environments simulate the same worlds.
 
 
 @pytest.mark.parametrize("mode", list(AutoresetMode)[:2])
-def test_the_native_vector_is_many_single_environments(mode: AutoresetMode) -> None:
-    """Gymnasium's own vector of single environments gives the same, to the bit, over several episodes."""
+def test_the_native_vector_environment_equals_single_environments(mode: AutoresetMode) -> None:
+    """Gymnasium's vector of single environments gives bit-identical results over several episodes."""
     native = GroupTrackingVectorEnv(3, scenario=SHORT, autoreset_mode=mode)
     theirs = SyncVectorEnv([lambda: GroupTrackingEnv(SHORT)] * 3, autoreset_mode=mode)
     assert native.metadata["autoreset_mode"] is theirs.metadata["autoreset_mode"]
@@ -123,7 +123,7 @@ def same_infos(ours: dict[str, Any], theirs: dict[str, Any]) -> None:
             np.testing.assert_array_equal(ours[key][mask], value[mask], err_msg=key)
 
 
-def test_pettingzoo_and_gymnasium_tell_of_the_same_world() -> None:
+def test_pettingzoo_and_gymnasium_give_the_same_results() -> None:
     team, agents = GroupTrackingEnv(FOUR), group_tracking_v0.parallel_env(FOUR)
     ours, _ = team.reset(seed=5)
     theirs, _ = agents.reset(seed=5)
@@ -141,34 +141,34 @@ def test_pettingzoo_and_gymnasium_tell_of_the_same_world() -> None:
         assert set(terminations.values()) == {terminated} and set(truncations.values()) == {truncated}
 
 
-def test_a_world_does_the_same_beside_others_on_any_number_of_threads() -> None:
+def test_other_worlds_and_threads_do_not_change_a_world() -> None:
     def flown(count: int, threads: int) -> list[tuple[Array, ...]]:
         envs = GroupTrackingVectorEnv(count, scenario=SHORT, threads=threads)
-        told: list[Array] = [envs.reset(seed=3)[0]]
+        results: list[Array] = [envs.reset(seed=3)[0]]
         for step in range(45):
-            told += envs.step(drawn((1, 4, 2), step).repeat(count, axis=0))[:4]
-        return [tuple(numbers[0].ravel()) for numbers in told]
+            results += envs.step(drawn((1, 4, 2), step).repeat(count, axis=0))[:4]
+        return [tuple(numbers[0].ravel()) for numbers in results]
 
     alone = flown(1, 1)
     assert alone == flown(5, 1) == flown(5, 2) == flown(5, 16)
 
 
-def test_a_mind_each_and_one_mind_for_all_fly_the_same() -> None:
-    told = []
-    for minds in ("one", "each"):
-        env = GroupTrackingEnv(Scenario(SHORT, set={"team.minds": minds}))
-        told.append([env.reset(seed=1)[0]] + [env.step(drawn((4, 2), step))[0] for step in range(20)])
-    np.testing.assert_array_equal(np.stack(told[0]), np.stack(told[1]))
+def test_one_team_state_or_one_per_uav_give_the_same_observations() -> None:
+    observations = []
+    for world_model in ("one", "each"):
+        env = GroupTrackingEnv(Scenario(SHORT, set={"team.agents": world_model}))
+        observations.append([env.reset(seed=1)[0]] + [env.step(drawn((4, 2), step))[0] for step in range(20)])
+    np.testing.assert_array_equal(np.stack(observations[0]), np.stack(observations[1]))
 
 
-def test_arrays_are_the_caller_s() -> None:
-    """What was given is not written to by a later step, and writing to it changes nothing."""
+def test_returned_arrays_belong_to_the_caller() -> None:
+    """Later steps do not write to returned arrays, and writing to them does not change the environment."""
     envs = GroupTrackingVectorEnv(2, scenario=SHORT)
     first, infos = envs.reset(seed=1)
-    kept = first.copy()
+    copied = first.copy()
     actions = drawn((2, 4, 2))
     second = envs.step(actions)[0]
-    np.testing.assert_array_equal(first, kept)
+    np.testing.assert_array_equal(first, copied)
     second[:] = 9.0
     infos["seed"][:] = 0
     assert envs.step(actions)[4]["seed"].tolist() == [1, 2]
@@ -177,7 +177,7 @@ def test_arrays_are_the_caller_s() -> None:
 # Seeds.
 
 
-def test_a_seed_gives_the_same_missions_and_another_others() -> None:
+def test_a_seed_determines_the_sequence_of_missions() -> None:
     def missions(seed: int) -> list[int]:
         env = GroupTrackingEnv(SHORT)
         seeds = [env.reset(seed=seed)[1]["seed"]]
@@ -192,14 +192,14 @@ def test_a_seed_gives_the_same_missions_and_another_others() -> None:
     np.testing.assert_array_equal(np.stack(seeds), np.array([ours, missions(4)]).T)
 
 
-def test_without_a_seed_every_environment_has_its_own() -> None:
+def test_environments_without_a_seed_have_different_seeds() -> None:
     seeds = {GroupTrackingEnv(SHORT).reset()[1]["seed"] for _ in range(4)}
     seeds |= set(GroupTrackingVectorEnv(4, scenario=SHORT).reset()[1]["seed"].tolist())
     seeds |= {group_tracking_v0.parallel_env(SHORT).reset()[1]["uav_0"]["seed"] for _ in range(4)}
     assert len(seeds) == 12
 
 
-def test_a_mask_says_which_missions_begin_anew() -> None:
+def test_reset_mask_selects_the_missions_to_restart() -> None:
     envs = GroupTrackingVectorEnv(3, scenario=SHORT, autoreset_mode=AutoresetMode.DISABLED)
     envs.reset(seed=1)
     envs.step(np.zeros((3, 4, 2)))
@@ -214,44 +214,47 @@ def test_a_mask_says_which_missions_begin_anew() -> None:
     assert envs.step(np.zeros((3, 4, 2)))[4]["time_s"].tolist() == [0.5, 10.0, 0.5]
 
 
-# What the numbers say.
+# Observations, actions and rewards.
 
 
-def test_what_is_told_lies_in_its_space_wherever_the_uavs_fly() -> None:
-    """Random and extreme actions, over several missions; the law, where UAVs drop out."""
+def test_observations_are_always_within_their_space() -> None:
+    """Flies the built-in law, then extreme actions, over several missions, including one in which a UAV drops out."""
     idle = {row[0] for row in observation_features()}
-    for scenario in ("best/figure-9", "tour/06-a-uav-drops-out", "traffic/city"):
+    for scenario in ("improved/figure-9", "tour/06-a-uav-drops-out", "traffic/city"):
         envs = GroupTrackingVectorEnv(4, scenario=scenario)
         observations, _ = envs.reset(seed=1)
         draws = np.random.default_rng(1)
-        seen = []
+        recorded = []
         for step in range(420):
             assert observations.dtype == np.float32 and observations in envs.observation_space
             actions = [envs.law_actions(), draws.choice([-1.7e308, 0.0, 1.0], envs.action_space.shape)][step // 210]
             assert (np.abs(envs.law_actions()) <= 1.0).all()
             observations, rewards, _, _, infos = envs.step(actions)
             assert ((rewards >= 0.0) & (rewards <= 1.0)).all() and np.isfinite(infos["standoff_error_m"]).all()
-            seen.append(observations)
-        spread = np.stack(seen).reshape(-1, observations.shape[-1]).std(axis=0)
+            recorded.append(observations)
+        spread = np.stack(recorded).reshape(-1, observations.shape[-1]).std(axis=0)
         idle &= {row[0] for row, sd in zip(observation_features(), spread, strict=True) if sd == 0.0}
-    assert not idle, "every feature moves somewhere"
+    assert not idle, "these features never change"
 
 
-def test_the_first_observation_says_where_the_orbit_is() -> None:
+def test_the_first_observation_has_the_position_of_the_orbit() -> None:
     """tour/01: the UAV starts on a ring of 800 m about the vehicle at the origin, east of it, flying north at nominal
     speed. The vehicle drives at (8, 3) m/s and r_d is 250 m; the cue is off by some metres."""
     env = GroupTrackingEnv("tour/01-one-uav")
     observation = env.reset(seed=1)[0][0]
-    said = {row[0]: float(number) for row, number in zip(observation_features(), observation, strict=True)}
-    assert said["speed"] == said["turn_rate"] == said["is_looking"] == said["unassigned"] == said["lost"] == 0.0
-    assert said["has_group"] == said["members"] == said["gap_ahead"] == said["gap_behind"] == said["nearest_uav"] == 1.0
-    assert said["centre_ahead"] == pytest.approx(0.0, abs=0.2) and said["centre_left"] == pytest.approx(1.0, abs=0.02)
-    assert said["off_orbit"] == pytest.approx(800.0 / 250.0 - 1.0, abs=0.5)
-    assert said["centre_velocity_ahead"] == pytest.approx(3.0 / 40.0, abs=0.15)
-    assert said["centre_velocity_left"] == pytest.approx(-8.0 / 40.0, abs=0.15)
+    by_name = {row[0]: float(number) for row, number in zip(observation_features(), observation, strict=True)}
+    for name in ("speed", "turn_rate", "is_looking", "ungrouped", "lost"):
+        assert by_name[name] == 0.0, name
+    for name in ("has_group", "members", "gap_ahead", "gap_behind", "nearest_uav"):
+        assert by_name[name] == 1.0, name
+    assert by_name["centre_ahead"] == pytest.approx(0.0, abs=0.2)
+    assert by_name["centre_left"] == pytest.approx(1.0, abs=0.02)
+    assert by_name["off_orbit"] == pytest.approx(800.0 / 250.0 - 1.0, abs=0.5)
+    assert by_name["centre_velocity_ahead"] == pytest.approx(3.0 / 40.0, abs=0.15)
+    assert by_name["centre_velocity_left"] == pytest.approx(-8.0 / 40.0, abs=0.15)
 
 
-def test_the_first_observation_of_two_says_who_is_ahead() -> None:
+def test_the_first_observations_of_two_uavs_have_the_gaps_between_them() -> None:
     """tour/02: UAV 1 starts 40 degrees ahead on a ring of 600 m; r_d is 250 m, at most 700 m, and a cue's standard
     deviation 20 m. They turn anticlockwise, about three vehicles."""
     first, second = GroupTrackingEnv("tour/02-two-uavs").reset(seed=1)[0]
@@ -265,21 +268,21 @@ def test_the_first_observation_of_two_says_who_is_ahead() -> None:
 
 
 def test_an_action_is_a_turn_rate_and_a_speed() -> None:
-    """The lags are a third of a second: after half a minute a UAV does as it is told. An orbit's two gaps make a turn."""
+    """The lags are a third of a second, so a UAV follows its command after 30 s. The two gaps add up to a full turn."""
     env = GroupTrackingEnv("tour/02-two-uavs")
     env.reset(seed=1)
     action = np.array([[0.5, -0.25], [7.0, 0.75]])
     for _ in range(60):
         observation = env.step(action)[0]
-    told = observation[:, [feature("turn_rate"), feature("speed")]]
-    np.testing.assert_allclose(told, [[0.5, -0.25], [1.0, 0.75]], atol=1e-5)
+    flown = observation[:, [feature("turn_rate"), feature("speed")]]
+    np.testing.assert_allclose(flown, [[0.5, -0.25], [1.0, 0.75]], atol=1e-5)
     gaps = observation[:, [feature("gap_ahead"), feature("gap_behind")]]
     np.testing.assert_allclose(gaps.sum(axis=1), 1.0, atol=1e-6)
     np.testing.assert_allclose(gaps[0], gaps[1, ::-1], atol=1e-6)
 
 
 @pytest.mark.parametrize("scenario", ["tour/01-one-uav", "tour/06-a-uav-drops-out"])
-def test_the_reward_is_made_of_what_info_tells(scenario: str) -> None:
+def test_the_reward_follows_from_the_info(scenario: str) -> None:
     env = GroupTrackingEnv(scenario)
     env.reset(seed=1)
     watched = set()
@@ -291,11 +294,11 @@ def test_the_reward_is_made_of_what_info_tells(scenario: str) -> None:
         if len(law) == 1:
             assert info["on_orbit"] == pytest.approx(1.0 / (1.0 + info["standoff_error_m"] / 250.0), abs=1e-12)
         watched.add(round(n * info["watched"], 9))
-    assert len(watched) > 1 and all(number == int(number) for number in watched), "whole targets"
+    assert len(watched) > 1 and all(number == int(number) for number in watched), "integer numbers of targets"
 
 
-def test_the_law_is_far_better_than_flying_straight_on() -> None:
-    """And it watches all of tour/04, all the time, on its orbits once it is there: docs/brains.md says so, too."""
+def test_the_built_in_law_is_far_better_than_straight_flight() -> None:
+    """In tour/04 it has all targets in custody all the time, on its orbits after the approach; see docs/controllers.md."""
     totals = []
     for is_law in (True, False):
         env = GroupTrackingEnv(FOUR)
@@ -314,9 +317,9 @@ def test_the_law_is_far_better_than_flying_straight_on() -> None:
     assert totals[0] > 280.0 and totals[1] < 150.0
 
 
-def test_losing_everything_ends_the_mission_and_gains_nothing() -> None:
-    """A UAV that flies straight away loses the vehicle: what it is worth sinks to what is left of its orbit, then ends."""
-    scenario = Scenario("tour/01-one-uav", set={"duration_s": 600.0, "filter.lost_position_sd_m": 50.0})
+def test_losing_every_target_ends_the_mission_and_gains_nothing() -> None:
+    """A UAV that flies straight away loses the vehicle: only the reward of its orbit remains, until the mission ends."""
+    scenario = Scenario("tour/01-one-uav", set={"duration_s": 600.0, "filter.deletion_position_sd_m": 50.0})
     env = GroupTrackingEnv(scenario)
     env.reset(seed=1)
     flown = []
@@ -325,7 +328,7 @@ def test_losing_everything_ends_the_mission_and_gains_nothing() -> None:
         observation, reward, terminated, truncated, info = env.step(np.zeros((1, 2)))
         flown.append((reward, info["watched"], info["on_orbit"], info["targets"]))
     assert terminated and not truncated and len(flown) < 1199
-    assert flown[-1] == (0.0, 0.0, 0.0, 1), "nobody's orbit is worth nothing"
+    assert flown[-1] == (0.0, 0.0, 0.0, 1), "without a group the reward must be 0"
     assert observation[0, feature("lost")] == 1.0 and observation[0, feature("has_group")] == 0.0
     assert all(later[0] <= 0.5 for later in flown if later[1] == 0.0)
     with pytest.raises(InputError, match="the mission of world 0 is over"):
@@ -333,8 +336,8 @@ def test_losing_everything_ends_the_mission_and_gains_nothing() -> None:
 
 
 @pytest.mark.parametrize("scenario", ["paper/figure-9", FOUR])
-def test_the_law_scores_as_in_a_run(scenario: str) -> None:
-    """The rewards' terms, averaged over a mission flown by the law, are the metrics of the same run."""
+def test_the_built_in_law_scores_as_in_a_run(scenario: str) -> None:
+    """The terms of the reward, averaged over a mission of the built-in law, equal the metrics of the same run."""
     env = GroupTrackingEnv(scenario)
     env.reset(seed=3)
     watched, errors_m, over = [], [], False
@@ -345,12 +348,12 @@ def test_the_law_scores_as_in_a_run(scenario: str) -> None:
         over = terminated or truncated
     run: Any = vars(standoff)["run"]
     metrics = run(scenario, seed=3).metrics
-    assert np.mean(watched) == pytest.approx(metrics["watched_fraction"], abs=1e-6)
-    # The run's mean has its first instant, too.
+    assert np.mean(watched) == pytest.approx(metrics["custody_fraction"], abs=1e-6)
+    # The mean of the run includes its first time step.
     assert np.mean(errors_m) == pytest.approx(metrics["standoff_error_m"], rel=0.05)
 
 
-# Bad input: an error that says what is wrong, and nothing has moved.
+# Invalid input is an error and leaves the worlds unchanged.
 
 BAD_ACTIONS: list[tuple[Any, str]] = [
     (np.zeros((4, 2)), r"of shape \(2, 4, 2\), not of shape \(4, 2\)"),
@@ -367,19 +370,19 @@ BAD_ACTIONS: list[tuple[Any, str]] = [
 ]
 
 
-@pytest.mark.parametrize(("actions", "says"), BAD_ACTIONS)
-def test_a_bad_action_is_refused_and_nothing_has_moved(actions: Any, says: str) -> None:
+@pytest.mark.parametrize(("actions", "message"), BAD_ACTIONS)
+def test_an_invalid_action_is_an_error_and_changes_nothing(actions: Any, message: str) -> None:
     envs, untouched = (GroupTrackingVectorEnv(2, scenario=SHORT) for _ in range(2))
     for env in (envs, untouched):
         env.reset(seed=1)
         env.step(np.full((2, 4, 2), 0.5))
-    with pytest.raises(InputError, match=says):
+    with pytest.raises(InputError, match=message):
         envs.step(actions)
     good = drawn((2, 4, 2))
     np.testing.assert_array_equal(envs.step(good)[0], untouched.step(good)[0])
 
 
-def test_an_array_of_any_layout_is_its_numbers() -> None:
+def test_actions_can_have_any_memory_layout() -> None:
     numbers = drawn((2, 4, 2))
     layouts = [
         numbers,
@@ -388,17 +391,17 @@ def test_an_array_of_any_layout_is_its_numbers() -> None:
         numbers[::-1, ::-1, ::-1].copy()[::-1, ::-1, ::-1],
         numbers.tolist(),
     ]
-    told = []
+    observations = []
     for layout in layouts:
         envs = GroupTrackingVectorEnv(2, scenario=SHORT)
         envs.reset(seed=1)
         envs.step(layout)
-        told.append(envs.step(layout)[0])
-    for other in told[1:]:
-        np.testing.assert_array_equal(told[0], other)
+        observations.append(envs.step(layout)[0])
+    for other in observations[1:]:
+        np.testing.assert_array_equal(observations[0], other)
 
 
-def test_a_single_environment_refuses_bad_actions() -> None:
+def test_a_single_environment_refuses_invalid_actions() -> None:
     env = GroupTrackingEnv(SHORT)
     env.reset(seed=1)
     bad: Any
@@ -408,18 +411,18 @@ def test_a_single_environment_refuses_bad_actions() -> None:
     agents = group_tracking_v0.parallel_env(SHORT)
     agents.reset(seed=1)
     good = dict.fromkeys(agents.agents, np.zeros(2))
-    for wrong, says in [
-        ({}, "one for each of uav_0"),
+    for wrong, message in [
+        ({}, "must have one for each of uav_0"),
         ({**good, "uav_9": np.zeros(2)}, "not for uav_0, .*uav_9"),
-        ({**good, "uav_1": np.zeros(3)}, r"of uav_1: shape \(2,\), not \(3,\)"),
+        ({**good, "uav_1": np.zeros(3)}, r"of uav_1 must have shape \(2,\), not \(3,\)"),
         ({**good, "uav_1": np.array([np.nan, 0.0])}, "NaN of world 0, UAV 1"),
     ]:
-        with pytest.raises(InputError, match=says):
+        with pytest.raises(InputError, match=message):
             agents.step(wrong)
     assert agents.step(good)[4]["uav_0"]["time_s"] == 0.5
 
 
-def test_who_has_not_begun_or_is_closed_is_told_so() -> None:
+def test_environments_that_were_not_reset_or_are_closed_raise_errors() -> None:
     env, envs, agents = (
         GroupTrackingEnv(SHORT),
         GroupTrackingVectorEnv(2, scenario=SHORT),
@@ -429,9 +432,9 @@ def test_who_has_not_begun_or_is_closed_is_told_so() -> None:
         env.step(np.zeros((4, 2)))
     with pytest.raises(InputError, match="reset it first"):
         envs.law_actions()
-    with pytest.raises(InputError, match="reset first"):
+    with pytest.raises(InputError, match="call reset first"):
         agents.step({})
-    with pytest.raises(InputError, match="reset first"):
+    with pytest.raises(InputError, match="call reset first"):
         agents.state()
     for one in (env, envs, agents):
         one.close()
@@ -445,38 +448,38 @@ def test_who_has_not_begun_or_is_closed_is_told_so() -> None:
 
 
 @pytest.mark.parametrize(
-    ("arguments", "says"),
+    ("arguments", "message"),
     [
-        ({"count": 0}, "count: 0 is not from 1 to 100000"),
-        ({"count": 10**9}, "count: 1000000000 is not"),
-        ({"count": -1}, "count: -1 is not"),
-        ({"threads": 0}, "threads: 0 is not"),
-        ({"autoreset": "never"}, "autoreset: .*never.* is none of NextStep, SameStep, Disabled"),
+        ({"count": 0}, "count = 0: must be between 1 and 100000"),
+        ({"count": 10**9}, "count = 1000000000: must be"),
+        ({"count": -1}, "count = -1: must be"),
+        ({"threads": 0}, "threads = 0: must be"),
+        ({"autoreset": "never"}, "autoreset = .*never.*: must be NextStep, SameStep or Disabled"),
     ],
 )
-def test_arguments_have_their_ranges(arguments: dict[str, Any], says: str) -> None:
-    with pytest.raises(InputError, match=says):
+def test_arguments_out_of_range_are_errors(arguments: dict[str, Any], message: str) -> None:
+    with pytest.raises(InputError, match=message):
         Worlds(SHORT, **arguments)
 
 
-def test_seeds_have_their_range() -> None:
+def test_seeds_out_of_range_are_errors() -> None:
     envs = GroupTrackingVectorEnv(2, scenario=SHORT)
-    for seeds, says in [([1], "one for each of 2 worlds, not 1"), ([1, -1], "-1 of world 1 is not from 0")]:
-        with pytest.raises(InputError, match=says):
+    for seeds, message in [([1], "one for each of 2 worlds, got 1"), ([1, -1], "-1 of world 1 must be between 0")]:
+        with pytest.raises(InputError, match=message):
             envs.reset(seed=seeds)
     for seed in (2**63 - 1, [1, 2**63]):
-        with pytest.raises(InputError, match="9223372036854775808 of world 1 is not from 0"):
+        with pytest.raises(InputError, match="9223372036854775808 of world 1 must be between 0"):
             envs.reset(seed=seed)
     with pytest.raises(gymnasium.error.Error, match="-1"):
         envs.reset(seed=-1)
-    with pytest.raises(InputError, match=r"reset_mask: bool of shape \(2,\)"):
+    with pytest.raises(InputError, match=r"reset_mask: must be bool of shape \(2,\)"):
         envs.reset(seed=1, options={"reset_mask": np.array([1, 0])})
     with pytest.raises(InputError, match="mask: world 1 has no mission yet"):
         envs.reset(seed=1, options={"reset_mask": np.array([True, False])})
     assert envs.reset(seed=2**63 - 2)[1]["seed"].tolist() == [2**63 - 2, 2**63 - 1]
 
 
-def test_what_cannot_be_flown_is_said_with_its_seed() -> None:
+def test_scenarios_that_cannot_be_run_are_errors() -> None:
     with pytest.raises(ScenarioError, match="tour/99"):
         GroupTrackingEnv("tour/99")
     with pytest.raises(InputError, match="render_mode"):
@@ -487,7 +490,7 @@ def test_what_cannot_be_flown_is_said_with_its_seed() -> None:
     with pytest.raises(ScenarioError, match="UAVs where other seeds have .* set uavs.count to a number"):
         for seed in range(20):
             envs.reset(seed=seed)
-    # An episode that cannot begin by itself: said, and reset makes it good again.
+    # An automatic reset to a seed that cannot be run is an error; an explicit reset recovers.
     good = next(seed for seed in range(100, 200) if can_begin(envs, seed))
     idle = np.zeros_like(envs.law_actions())
     with pytest.raises(ScenarioError, match="set uavs.count"):
@@ -510,7 +513,7 @@ def can_begin(envs: GroupTrackingVectorEnv, seed: int) -> bool:
 # Threads and processes.
 
 
-def test_two_threads_at_once_are_told_so_or_take_turns() -> None:
+def test_concurrent_steps_are_serialised_or_raise_an_error() -> None:
     envs = GroupTrackingVectorEnv(64, scenario=SHORT)
     envs.reset(seed=1)
     actions = np.zeros((64, 4, 2))
@@ -534,8 +537,8 @@ def test_two_threads_at_once_are_told_so_or_take_turns() -> None:
 
 
 @pytest.mark.parametrize("context", ["fork", "spawn"])
-def test_gymnasium_s_processes_fly_the_same(context: str) -> None:
-    """Also after this process has flown on several threads."""
+def test_gymnasium_worker_processes_give_the_same_results(context: str) -> None:
+    """Also after this process has used several threads."""
     native = GroupTrackingVectorEnv(2, scenario=SHORT, threads=2)
     theirs = AsyncVectorEnv([make_short] * 2, context=context)
     try:
@@ -552,17 +555,17 @@ def make_short() -> GroupTrackingEnv:
     return GroupTrackingEnv(SHORT)
 
 
-# What comes with it.
+# Example and benchmark.
 
 
 def test_training_by_cross_entropy_closes_half_of_the_gap() -> None:
-    """Shorter than the example's own, in worlds that no policy was trained in; twice the same."""
+    """Shorter than the example's default, evaluated in worlds not used for training; repeatable."""
     training = script("examples", "train_cross_entropy")
     first, again = (training.train(generations=6, population=32, seed=2) for _ in range(2))
     assert first.law_return > 3.0 * first.random_return
     assert first.gap_closed >= 0.5
     assert first.curve == again.curve and (first.policy == again.policy).all()
-    # A policy that has learnt nothing closes nothing.
+    # An untrained policy closes almost nothing of the gap.
     untrained = training.train(generations=0, population=32, seed=2)
     assert untrained.gap_closed < 0.1
     assert training.picture(first).startswith("<svg")
@@ -570,5 +573,5 @@ def test_training_by_cross_entropy_closes_half_of_the_gap() -> None:
 
 def test_the_benchmark_runs() -> None:
     command = [sys.executable, str(PYTHON / "benchmarks" / "vector_env.py"), "--num-envs", "4", "--rounds", "1"]
-    told = subprocess.run([*command, "--at-least", "20000"], capture_output=True, text=True, timeout=60, check=True)
-    assert "4 worlds, law" in told.stdout
+    done = subprocess.run([*command, "--at-least", "20000"], capture_output=True, text=True, timeout=60, check=True)
+    assert "4 worlds, law" in done.stdout

@@ -1,4 +1,4 @@
-"""Laws written in Python: what they see, what of them is flown, and what happens where they fail."""
+"""Laws written in Python: their observations, how their commands are flown, and their errors."""
 
 import functools
 import math
@@ -14,14 +14,14 @@ import numpy as np
 import pytest
 
 import standoff
-from standoff import Briefing, Choice, Command, Law, Observation, Tracks, pieces
+from standoff import MissionInfo, Choice, Command, Law, Observation, Tracks, pieces
 
 SCENARIO = "tour/04-two-groups"
 INTRUDERS = standoff.Scenario(
     SCENARIO,
     set={
         "separation": {},
-        "groups.altitudes": "one",
+        "groups.altitude_policy": "common",
         "intruders": [
             {"pursues": 1, "direction_deg": 20},
             {"x_m": 0, "y_m": 5000, "silent": [{"from_s": 20, "until_s": 30}]},
@@ -34,7 +34,7 @@ STUBBORN = """while True:
 
 
 class Nothing(Law):
-    """Leaves everything to the product."""
+    """Leaves everything to the built-in law."""
 
     sees = "picture"
 
@@ -64,8 +64,8 @@ class NothingToGuide(Law):
 
 
 @pytest.mark.parametrize("law", [Nothing, NothingForAll, NothingToAssign, NothingToGuide])
-@pytest.mark.parametrize("scenario", [SCENARIO, "tour/06-a-uav-drops-out", "tour/09-apart", INTRUDERS])
-def test_a_law_that_wants_nothing_is_the_product(law: type[Law], scenario: str | standoff.Scenario) -> None:
+@pytest.mark.parametrize("scenario", [SCENARIO, "tour/06-a-uav-drops-out", "tour/09-separation", INTRUDERS])
+def test_a_law_that_returns_none_gives_the_built_in_flight(law: type[Law], scenario: str | standoff.Scenario) -> None:
     ours, theirs = standoff.run(scenario), standoff.run(scenario, law=law)
     assert theirs.metrics == ours.metrics
     for name in ("uavs", "tracks", "groups", "events"):
@@ -73,9 +73,9 @@ def test_a_law_that_wants_nothing_is_the_product(law: type[Law], scenario: str |
 
 
 class Follower(Law):
-    """Each UAV flies at the vehicle that it saw nearest, as crates/standoff-sim/examples/follower.rs."""
+    """Each UAV flies towards the nearest vehicle that it saw, as in crates/standoff-sim/examples/follower.rs."""
 
-    def __init__(self, briefing: Briefing) -> None:
+    def __init__(self, briefing: MissionInfo) -> None:
         super().__init__(briefing)
         self.goal: tuple[float, float] | None = None
 
@@ -90,27 +90,27 @@ class Follower(Law):
             return Command(own.speed_m_s, 0.0)
         off_rad = math.atan2(self.goal[1] - own.y_m, self.goal[0] - own.x_m) - own.heading_rad
         turn_rate_rad_s = (off_rad + math.pi) % (2 * math.pi) - math.pi
-        return Command(40.0, turn_rate_rad_s, look_at=self.goal)
+        return Command(40.0, turn_rate_rad_s, pointing_target=self.goal)
 
 
-def test_an_agents_law_flies_alone_and_is_scored_by_what_its_sensors_see() -> None:
+def test_a_law_that_replaces_everything_is_scored_by_what_is_in_view() -> None:
     run = standoff.run(SCENARIO, law=Follower)
-    # docs/brains.md: the same brain in Rust sees 75 % of the targets, and is not scored for groups.
-    assert abs(run.metrics["seen_fraction"] - 0.75) < 0.005
-    assert run.metrics["watched_fraction"] is None and run.metrics["position_error_m"] is None
+    # docs/controllers.md: the same controller in Rust has 75 % of the targets in view, and no group metrics.
+    assert abs(run.metrics["in_view_fraction"] - 0.75) < 0.005
+    assert run.metrics["custody_fraction"] is None and run.metrics["position_error_m"] is None
 
 
 class Listener(Law):
-    """Notes what it is shown."""
+    """Stores its observations."""
 
     seen: list[Observation] = []
 
     def decide(self, observation: Observation) -> Command:
         self.seen.append(observation)
-        return Command(40.0, 0.1, look_at=(0.0, 0.0))
+        return Command(40.0, 0.1, pointing_target=(0.0, 0.0))
 
 
-def test_an_agent_sees_its_own_state_its_scan_and_what_others_say() -> None:
+def test_an_agent_sees_its_own_state_its_scan_and_reports() -> None:
     Listener.seen.clear()
     run = standoff.run("tour/02-two-uavs", law=Listener)
     seen = [one for one in Listener.seen if one.uav == 1]
@@ -120,8 +120,8 @@ def test_an_agent_sees_its_own_state_its_scan_and_what_others_say() -> None:
     measured = [range_m for one in seen if one.scan for range_m in one.scan.range_m]
     assert np.array_equal(measured, run.detections.to_numpy("range_m")[run.detections.to_numpy("uav") == 1])
     first = [one for one in Listener.seen if one.uav == 0]
-    for own, mate in zip(first, seen, strict=True):
-        (report,) = mate.reports
+    for own, teammate in zip(first, seen, strict=True):
+        (report,) = teammate.reports
         assert report.uav == 0 and own.scan is not None
         assert np.array_equal(report.state, own.scan.state) and np.array_equal(report.range_m, own.scan.range_m)
     assert len(seen[0].cues) == len(set(run.truth.to_numpy("target"))) and seen[0].picture is None and seen[1].cues == []
@@ -136,7 +136,7 @@ class Watcher(Law):
         return [None] * len(observations)
 
 
-def test_a_picture_is_what_the_record_says_the_team_believed() -> None:
+def test_a_picture_equals_the_recorded_tracks_and_groups() -> None:
     Watcher.seen.clear()
     run = standoff.run(SCENARIO, law=Watcher)
     tracks, groups = run.tracks, run.groups
@@ -155,10 +155,10 @@ def test_a_picture_is_what_the_record_says_the_team_believed() -> None:
 
 
 class Level(Law):
-    """Writes down altitudes: its own, those that are told, and those of the picture."""
+    """Stores altitudes: its own, those that teammates report, and those of the team state."""
 
     sees, replaces = "picture", "guidance"
-    briefings: list[Briefing] = []
+    briefings: list[MissionInfo] = []
     levels: list[tuple[float, int, float | None, float | None]] = []
 
     def decide(self, observation: Observation) -> None:
@@ -176,49 +176,49 @@ class Level(Law):
 
 def test_a_law_sees_altitudes_and_zones() -> None:
     Level.levels, Level.briefings = [], []
-    run = standoff.run(standoff.Scenario("tour/09-apart", set={"groups.altitudes": "by-group"}), law=Level)
+    run = standoff.run(standoff.Scenario("tour/09-separation", set={"groups.altitude_policy": "per-group"}), law=Level)
     names = ["time_s", "uav", "flown_altitude_m", "climb_rate_m_s"]
     flown = set(zip(*(run.uavs.to_numpy(name).tolist() for name in names), strict=True))
     assert set(Level.levels) == flown and len({altitude_m for _, _, altitude_m, _ in flown}) > 10
     (zone,) = Level.briefings[0].zones
     assert (zone.name, zone.kind) == ("field", "keep-out")
     assert zone.points.tolist() == [[650.0, -100.0], [900.0, -350.0], [1150.0, -100.0]]
-    # Where altitudes are not flown and there are no zones, there is nothing to see.
+    # If altitude is not flown and the scenario has no zones, altitudes are None and the list of zones is empty.
     Level.levels = []
     standoff.run(SCENARIO, law=Level)
     assert {row[2:] for row in Level.levels} == {(None, None)} and Level.briefings[-1].zones == []
 
 
 class Lookout(Law):
-    """Writes down what intruders tell."""
+    """Stores the reports of intruders."""
 
-    told: list[tuple[Any, ...]] = []
+    reports: list[tuple[Any, ...]] = []
 
     def decide(self, observation: Observation) -> Command:
         for intruder in observation.intruders:
             x_m, y_m, heading_rad, speed_m_s, _ = intruder.state
             row = (intruder.intruder, x_m, y_m, heading_rad, speed_m_s, intruder.altitude_m, True)
-            self.told.append((observation.uav, observation.time_s, intruder.time_s, *row))
+            self.reports.append((observation.uav, observation.time_s, intruder.time_s, *row))
         return Command(40.0, 0.1)
 
 
-def test_every_law_hears_what_intruders_tell_as_long_as_they_tell_it() -> None:
-    Lookout.told = []
+def test_laws_receive_reports_of_intruders_unless_these_are_silent() -> None:
+    Lookout.reports = []
     run = standoff.run(INTRUDERS, law=Lookout)
     names = ["time_s", "intruder", "x_m", "y_m", "heading_rad", "speed_m_s", "altitude_m", "told"]
     rows = zip(*(run.table("intruders").to_numpy(name).tolist() for name in names), strict=True)
-    told = [row for row in rows if row[-1]]
-    silent_s = {row[0] for row in told if row[1] == 0} - {row[0] for row in told if row[1] == 1}
+    reported = [row for row in rows if row[-1]]
+    silent_s = {row[0] for row in reported if row[1] == 0} - {row[0] for row in reported if row[1] == 1}
     assert min(silent_s) == 20.0 and max(silent_s) == 29.5
-    assert sorted(Lookout.told) == sorted((uav, row[0], *row) for row in told for uav in range(4))
+    assert sorted(Lookout.reports) == sorted((uav, row[0], *row) for row in reported for uav in range(4))
 
 
 class Slow(Law):
-    """Flies the product's law at the lowest speed."""
+    """Flies the built-in turn rate at a changed speed."""
 
     replaces, sees = "guidance", "picture"
 
-    def __init__(self, briefing: Briefing, change_m_s: float) -> None:
+    def __init__(self, briefing: MissionInfo, change_m_s: float) -> None:
         super().__init__(briefing)
         self.change_m_s = change_m_s
 
@@ -227,20 +227,20 @@ class Slow(Law):
         return self.briefing.speed_m_s + self.change_m_s, observation.product.turn_rate_rad_s
 
 
-def test_guidance_alone_is_replaced() -> None:
+def test_a_guidance_law_replaces_only_the_guidance() -> None:
     ours, slow = standoff.run(SCENARIO), standoff.run(SCENARIO, law=functools.partial(Slow, change_m_s=-100.0))
     limits = standoff.Scenario(SCENARIO).to_dict()["uavs"]
     slowest_m_s = limits["speed_m_s"] - limits["speed_change_max_m_s"]
     assert set(slow.uavs.to_numpy("speed_command_m_s")) == {slowest_m_s}
-    assert slow.metrics["watched_fraction"] is not None and slow.metrics != ours.metrics
-    # Whoever asks for no more than the limits allow is at them all the same.
+    assert slow.metrics["custody_fraction"] is not None and slow.metrics != ours.metrics
+    # A command exactly at the limit counts as saturated, too.
     change_m_s = slowest_m_s - limits["speed_m_s"]
     clipped = standoff.run(SCENARIO, law=functools.partial(Slow, change_m_s=change_m_s))
     assert clipped.metrics == slow.metrics and slow.metrics["speed_saturated_fraction"] == 1.0
 
 
 class Swapped(Law):
-    """Sends every UAV to the group that the product would not."""
+    """Assigns the first half of the UAVs to the second group, and the others to the first."""
 
     replaces = "assignment"
 
@@ -248,10 +248,10 @@ class Swapped(Law):
         if len(choice.group) < 2:
             return None
         half = len(choice.uav) // 2
-        return {int(uav): int(choice.group[int(place < half)]) for place, uav in enumerate(choice.uav)}
+        return {int(uav): int(choice.group[int(index < half)]) for index, uav in enumerate(choice.uav)}
 
 
-def test_assignment_alone_is_replaced() -> None:
+def test_an_assignment_law_replaces_only_the_assignment() -> None:
     run = standoff.run(SCENARIO, law=Swapped)
     at_end = run.uavs.to_numpy("time_s") == run.uavs.to_numpy("time_s").max()
     groups = run.uavs.to_numpy("group")[at_end]
@@ -259,15 +259,15 @@ def test_assignment_alone_is_replaced() -> None:
     assert standoff.run(SCENARIO).uavs.to_numpy("group")[at_end].tolist() != groups.tolist()
 
 
-def test_a_law_is_compared_on_the_same_draws() -> None:
+def test_laws_are_compared_with_the_same_random_draws() -> None:
     compared = standoff.compare(SCENARIO, law_b=NothingForAll, runs=4)
     assert compared.b.endswith(" by NothingForAll")
     assert all(numbers["equal"] in (1.0, None) for numbers in compared.metrics.values())
     follower = standoff.compare(SCENARIO, law_b=Follower, runs=4)
-    assert follower.metrics["seen_fraction"]["better"] == "a"
-    # The side without a law is what the command would tell.
+    assert follower.metrics["in_view_fraction"]["better"] == "a"
+    # The side without a law has the numbers of an ordinary batch.
     alone = standoff.monte_carlo(SCENARIO, runs=4)
-    assert follower.metrics["seen_fraction"]["mean_a"] == alone.metrics["seen_fraction"]["mean"]
+    assert follower.metrics["in_view_fraction"]["mean_a"] == alone.metrics["in_view_fraction"]["mean"]
 
 
 class Late(Law):
@@ -277,15 +277,15 @@ class Late(Law):
         return None
 
 
-def test_what_a_law_raises_is_raised_and_what_was_flown_is_kept(tmp_path: Path) -> None:
+def test_an_exception_of_a_law_is_passed_on_and_the_partial_record_kept(tmp_path: Path) -> None:
     with pytest.raises(RuntimeError, match="it has failed") as raised:
         standoff.run(SCENARIO, law=Late, out=tmp_path / "run")
-    assert "the run is kept up to 2.5 s" in raised.value.__notes__[0]
-    kept = standoff.Run(tmp_path / "run.partial")
-    assert kept.summary["unfinished_after_s"] == 2.5
+    assert "the run up to 2.5 s is saved" in raised.value.__notes__[0]
+    partial = standoff.Run(tmp_path / "run.partial")
+    assert partial.summary["unfinished_after_s"] == 2.5
 
 
-def answering(answer: Any) -> Callable[[Briefing], Law]:
+def answering(answer: Any) -> Callable[[MissionInfo], Law]:
     class Answering(Law):
         def decide(self, observation: Observation) -> Any:
             return answer
@@ -294,33 +294,35 @@ def answering(answer: Any) -> Callable[[Briefing], Law]:
 
 
 @pytest.mark.parametrize(
-    ("answer", "error", "says"),
+    ("answer", "error", "message"),
     [
-        ("straight on", ValueError, "gave 'straight on'; a Command"),
+        ("straight on", ValueError, "returned 'straight on'; must return a Command"),
         ((40.0, float("nan")), ValueError, "turn_rate_rad_s = NaN: must be a finite number"),
         ((None, 0.0), ValueError, "float"),
         ([40.0], ValueError, "a Command"),
-        (np.zeros((3, 1)), ValueError, "gave"),
+        (np.zeros((3, 1)), ValueError, "returned"),
     ],
 )
-def test_nonsense_is_an_error_that_names_the_law(answer: Any, error: type[Exception], says: str) -> None:
-    with pytest.raises(error, match=f"Answering.*{says}"):
+def test_invalid_return_values_are_errors_that_name_the_law(
+    answer: Any, error: type[Exception], message: str
+) -> None:
+    with pytest.raises(error, match=f"Answering.*{message}"):
         standoff.run(SCENARIO, law=answering(answer))
 
 
 @pytest.mark.parametrize(
-    ("wanted", "says"),
+    ("invalid", "message"),
     [
         ({"speed_m_s": math.inf}, "speed_m_s = inf: must be a finite number"),
-        ({"look_at": (math.nan, 0.0)}, "look_at = NaN"),
+        ({"pointing_target": (math.nan, 0.0)}, "pointing_target = NaN"),
         ({"altitude_m": -1e300}, "altitude_m = -1.*must be at least -100000"),
         ({"group": -1}, "group = -1: must be at least 0"),
         ({"group": 2**70}, "group = .*: must be at most 2147483647"),
     ],
 )
-def test_a_command_that_cannot_be_is_none(wanted: dict[str, Any], says: str) -> None:
-    with pytest.raises(standoff.InputError, match=says):
-        Command(**{"speed_m_s": 40.0, "turn_rate_rad_s": 0.0, **wanted})
+def test_commands_outside_their_range_are_errors(invalid: dict[str, Any], message: str) -> None:
+    with pytest.raises(standoff.InputError, match=message):
+        Command(**{"speed_m_s": 40.0, "turn_rate_rad_s": 0.0, **invalid})
 
 
 @pytest.mark.parametrize("answer", [(40.0, 0.1), [40.0, 0.1], np.array([40.0, 0.1]), (np.float32(40.0), 0.1)])
@@ -374,26 +376,26 @@ class Misspelt(Law):
 
 
 class Mute:
-    def __init__(self, briefing: Briefing) -> None:
+    def __init__(self, briefing: MissionInfo) -> None:
         pass
 
 
 @pytest.mark.parametrize(
-    ("law", "error", "says"),
+    ("law", "error", "message"),
     [
-        (FewCommands, ValueError, "gave 1 commands for 4 UAVs"),
-        (Endless, ValueError, "gave more than 4 commands for 4 UAVs"),
+        (FewCommands, ValueError, "returned 1 commands for 4 UAVs"),
+        (Endless, ValueError, "returned more than 4 commands for 4 UAVs"),
         (Failing, ZeroDivisionError, "division by zero"),
-        (Nowhere, ValueError, "group 999 is none of"),
-        (Stranger, ValueError, "group 999 is none of"),
-        (Listed, TypeError, "a dict of UAVs to groups"),
-        (Misspelt, ValueError, "sees is everything; it is one of own, picture"),
+        (Nowhere, ValueError, "group 999 is not one of"),
+        (Stranger, ValueError, "group 999 is not one of"),
+        (Listed, TypeError, "a dict from UAVs to groups"),
+        (Misspelt, ValueError, "sees = everything: must be one of own, picture"),
         (Mute, TypeError, "has no method decide"),
         (Law, NotImplementedError, "^$"),
     ],
 )
-def test_a_law_that_is_none_is_told_so(law: Any, error: type[Exception], says: str) -> None:
-    with pytest.raises(error, match=says):
+def test_invalid_laws_are_errors(law: Any, error: type[Exception], message: str) -> None:
+    with pytest.raises(error, match=message):
         standoff.run(SCENARIO, law=law)
 
 
@@ -418,7 +420,7 @@ class Stubborn(Law):
 
 
 class Unborn(Law):
-    def __init__(self, briefing: Briefing) -> None:
+    def __init__(self, briefing: MissionInfo) -> None:
         while True:
             pass
 
@@ -436,20 +438,20 @@ class SlowToRead(Law):
 
 @pytest.mark.parametrize("law", [Busy, Asleep, Stubborn, Unborn, SlowToRead])
 @pytest.mark.parametrize("fly", [standoff.run, functools.partial(standoff.compare, runs=2)])
-def test_a_law_that_never_answers_is_given_up(law: type[Law], fly: Any) -> None:
+def test_a_law_that_exceeds_its_time_limit_is_an_error(law: type[Law], fly: Any) -> None:
     began = time.monotonic()
-    named = {"law_b": law} if isinstance(fly, functools.partial) else {"law": law}
+    arguments = {"law_b": law} if isinstance(fly, functools.partial) else {"law": law}
     with pytest.raises(standoff.StandoffError, match="has not answered within 0.2 s"):
-        fly(SCENARIO, law_limit_s=0.2, **named)
+        fly(SCENARIO, law_limit_s=0.2, **arguments)
     assert time.monotonic() - began < 5.0
-    # What comes later is not disturbed.
+    # Later runs are not affected.
     assert standoff.run("tour/01-one-uav", law=Nothing).metrics == standoff.run("tour/01-one-uav").metrics
 
 
 class Estimating(Law):
-    """Circles, and filters what it measures itself."""
+    """Circles, and filters its own measurements."""
 
-    def __init__(self, briefing: Briefing) -> None:
+    def __init__(self, briefing: MissionInfo) -> None:
         super().__init__(briefing)
         self.filter: pieces.Filter | None = None
 
@@ -468,7 +470,7 @@ class Estimating(Law):
                 self.filter.update([own.x_m, own.y_m], own.scan.range_m, own.scan.bearing_rad)
         x_m, y_m = (0.0, 0.0) if self.filter is None else self.filter.position_m[0]
         off_rad = math.atan2(y_m - own.y_m, x_m - own.x_m) - own.heading_rad - math.pi / 2
-        return Command(40.0, 0.2 + 0.5 * math.sin(off_rad), look_at=(x_m, y_m), group=0)
+        return Command(40.0, 0.2 + 0.5 * math.sin(off_rad), pointing_target=(x_m, y_m), group=0)
 
     def tracks(self) -> Tracks:
         if self.filter is None:
@@ -476,7 +478,7 @@ class Estimating(Law):
         return Tracks([0], self.filter.state, self.filter.covariance)
 
 
-def test_what_a_law_believes_is_scored() -> None:
+def test_estimates_of_a_law_are_scored() -> None:
     run = standoff.run("tour/01-one-uav", law=Estimating, metrics="all")
     error_m = run.metrics["position_error_all_m"]
     assert error_m is not None and 0.0 < error_m < 30.0
@@ -487,26 +489,26 @@ def test_what_a_law_believes_is_scored() -> None:
 
 
 @pytest.mark.parametrize(
-    ("arguments", "says"),
+    ("arguments", "message"),
     [
         (([0], np.zeros((1, 5)), np.zeros((1, 6, 6))), r"state has the shape \(1, 5\)"),
         (([0], np.full((1, 6), np.nan), np.zeros((1, 6, 6))), r"state\[0, 0\] = NaN"),
-        (([-3], np.zeros((1, 6)), np.zeros((1, 6, 6))), "target has -3: must be from 0"),
+        (([-3], np.zeros((1, 6)), np.zeros((1, 6, 6))), "target = -3: must be between 0"),
         (([0.5], np.zeros((1, 6)), np.zeros((1, 6, 6))), "target"),
         (([0, 1, 2], np.zeros((2, 6)), np.zeros((2, 6, 6))), "leading axes"),
     ],
 )
-def test_tracks_that_are_none_are_told_so(arguments: Any, says: str) -> None:
-    with pytest.raises(standoff.InputError, match=says):
+def test_invalid_tracks_are_errors(arguments: Any, message: str) -> None:
+    with pytest.raises(standoff.InputError, match=message):
         Tracks(*arguments)
 
 
 @pytest.mark.parametrize(("law", "times"), [(NothingForAll, 1), (NothingToAssign, 1), (Nothing, 4)])
-def test_a_law_is_made_once_for_whom_it_decides(law: type[Law], times: int) -> None:
+def test_a_run_creates_one_law_per_uav_or_team(law: type[Law], times: int) -> None:
     made: list[int | None] = []
 
     class Made(law):  # type: ignore[misc, valid-type]
-        def __init__(self, briefing: Briefing) -> None:
+        def __init__(self, briefing: MissionInfo) -> None:
             super().__init__(briefing)
             made.append(briefing.uav)
 
@@ -514,7 +516,7 @@ def test_a_law_is_made_once_for_whom_it_decides(law: type[Law], times: int) -> N
     assert made == ([None] if times == 1 else [0, 1, 2, 3])
 
 
-def test_what_a_law_raises_in_a_comparison_tells_seed_and_side() -> None:
+def test_an_exception_in_a_comparison_names_seed_and_side() -> None:
     with pytest.raises(RuntimeError, match="it has failed") as raised:
         standoff.compare(SCENARIO, law_b=Late, runs=2, seed=7)
     assert raised.value.__notes__ == ["seed 7, law_b"]
@@ -528,7 +530,7 @@ class Changing(Law):
         observation.picture.state[:] = 0.0
 
 
-def test_what_several_laws_are_shown_none_changes() -> None:
+def test_a_shared_picture_is_read_only() -> None:
     with pytest.raises(ValueError, match="read-only"):
         standoff.run(SCENARIO, law=Changing)
 
@@ -537,7 +539,7 @@ def test_all_of_a_law_runs_on_one_thread() -> None:
     threads = set()
 
     class Threaded(Nothing):
-        def __init__(self, briefing: Briefing) -> None:
+        def __init__(self, briefing: MissionInfo) -> None:
             super().__init__(briefing)
             threads.add(threading.current_thread())
 
@@ -552,8 +554,8 @@ def test_all_of_a_law_runs_on_one_thread() -> None:
 
 
 @pytest.mark.parametrize("decide", ["return None", "time.sleep(60.0)", STUBBORN])
-def test_the_interpreter_ends_in_order_after_a_law(decide: str) -> None:
-    """Also where one is left behind that goes on; and threads of others are waited for."""
+def test_the_interpreter_exits_normally_after_a_law(decide: str) -> None:
+    """Also if an abandoned law is still running; other threads are joined as usual."""
     code = f"""
 import standoff
 

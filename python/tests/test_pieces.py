@@ -1,4 +1,4 @@
-"""The library's pieces against NumPy, against themselves one by one, and against what nobody should give them."""
+"""The library's components compared with NumPy and with their own results row by row, and their errors."""
 
 from __future__ import annotations
 
@@ -52,7 +52,7 @@ def singer(alpha: float, sigma: float, dt_s: float) -> tuple[Floats, Floats]:
 def kalman_step(
     x: Floats, p: Floats, uav: Floats, z: Floats, range_sd_m: float, bearing_sd_rad: float
 ) -> tuple[Floats, Floats]:
-    """An extended Kalman filter's update with all measurements stacked, as textbooks have it."""
+    """The textbook update of an extended Kalman filter with all measurements stacked."""
     rel = x[[0, 3]] - uav
     r = np.hypot(rel[:, 0], rel[:, 1])
     expected = np.stack([r, np.arctan2(rel[:, 1], rel[:, 0])], axis=1)
@@ -75,8 +75,8 @@ def some_filter(rng: np.random.Generator, n: int, parameters: pieces.Parameters 
     )
 
 
-def test_the_filter_is_the_extended_kalman_filter(rng: np.random.Generator) -> None:
-    """Eq. (8-11) over six steps of five targets, three UAVs, some of which see nothing; bearings across pi."""
+def test_the_filter_equals_an_extended_kalman_filter(rng: np.random.Generator) -> None:
+    """Eq. (8-11) over six steps of five targets and three UAVs, with missing measurements and bearings across pi."""
     parameters = pieces.Parameters(
         correlation_rate_1_s=0.3, acceleration_sd_m_s2=0.7, range_sd_m=8.0, bearing_sd_rad=0.04
     )
@@ -93,8 +93,8 @@ def test_the_filter_is_the_extended_kalman_filter(rng: np.random.Generator) -> N
         range_m, bearing_rad = range_m + rng.normal(0, 8, (n, m)), bearing_rad + rng.normal(0, 0.04, (n, m))
         mask = rng.random((n, m)) < 0.7
         filter_.predict(0.5)
-        taken = filter_.update(uav, np.where(mask, range_m, np.nan), bearing_rad, mask=mask)
-        assert np.array_equal(taken, mask.any(axis=1))
+        updated = filter_.update(uav, np.where(mask, range_m, np.nan), bearing_rad, mask=mask)
+        assert np.array_equal(updated, mask.any(axis=1))
         for i in range(n):
             x[i], p[i] = f @ x[i], f @ p[i] @ f.T + q
             seen = mask[i]
@@ -117,20 +117,20 @@ def test_a_filter_starts_from_a_cue_or_from_a_measurement() -> None:
     cued = pieces.Filter.of_cues([[1, 2]], [[3, 4]], position_sd_m=20, velocity_sd_m_s=[2])
     assert cued.state.tolist() == [[1, 3, 0, 2, 4, 0]]
     np.testing.assert_allclose(np.diag(cued.covariance[0]), [400, 4, 0.2**2] * 2, rtol=1e-12)
-    # From 400 m north: the range is known to 10 m, across it 400 m times 3 degrees.
-    seen = pieces.Filter.of_measurements([0, 400], [400], [-np.pi / 2])
+    # From 400 m north: the standard deviation is 10 m along the range and 400 m times 3 degrees across it.
+    seen = pieces.Filter.from_measurements([0, 400], [400], [-np.pi / 2])
     np.testing.assert_allclose(seen.position_m, [[0, 0]], atol=1e-9)
     across_m = 400 * np.radians(3)
     expected = [across_m**2, 100, 0.04, 100, 100, 0.04]
     np.testing.assert_allclose(np.diag(seen.covariance[0]), expected, rtol=1e-9)
-    # A second UAV in the east knows what the first does not.
-    both = pieces.Filter.of_measurements([[0, 400], [400, 0]], [[400, 400]], [[-np.pi / 2, np.pi]])
-    known = 1 / (1 / 100 + 1 / across_m**2)
-    np.testing.assert_allclose(both.covariance[0][[0, 3], [0, 3]], [known, known], rtol=1e-9)
+    # A second UAV in the east measures the other axis accurately.
+    both = pieces.Filter.from_measurements([[0, 400], [400, 0]], [[400, 400]], [[-np.pi / 2, np.pi]])
+    variance_m2 = 1 / (1 / 100 + 1 / across_m**2)
+    np.testing.assert_allclose(both.covariance[0][[0, 3], [0, 3]], [variance_m2, variance_m2], rtol=1e-9)
     np.testing.assert_allclose(both.position_m, [[0, 0]], atol=1e-9)
 
 
-def test_filters_side_by_side_are_those_one_by_one(rng: np.random.Generator) -> None:
+def test_a_batch_of_filters_equals_single_filters(rng: np.random.Generator) -> None:
     n, m = 40, 3
     together = some_filter(rng, n)
     alone = [pieces.Filter(together.state[[i]], together.covariance[[i]]) for i in range(n)]
@@ -147,25 +147,25 @@ def test_filters_side_by_side_are_those_one_by_one(rng: np.random.Generator) -> 
     assert np.array_equal(together.covariance, np.concatenate([one.covariance for one in alone]))
 
 
-def test_one_uav_or_one_measurement_each_are_shorter_ways_to_say_it(rng: np.random.Generator) -> None:
+def test_update_accepts_shorter_shapes_for_a_single_uav(rng: np.random.Generator) -> None:
     start = some_filter(rng, 6)
     uav, range_m, bearing_rad = np.array([500.0, 40.0]), rng.uniform(100, 900, 6), rng.uniform(-3, 3, 6)
-    ways = [
+    arguments = [
         (uav, range_m, bearing_rad),
         (np.tile(uav, (6, 1)), range_m, bearing_rad),
         (uav, range_m[:, None], bearing_rad[:, None]),
         (np.tile(uav, (6, 1, 1)), range_m[:, None], bearing_rad[:, None]),
     ]
     states = []
-    for way in ways:
+    for shapes in arguments:
         filter_ = start.copy()
-        assert filter_.update(*way).all()
+        assert filter_.update(*shapes).all()
         states.append(filter_.state)
     assert all(np.array_equal(state, states[0]) for state in states)
     assert not np.array_equal(start.state, states[0])
 
 
-def test_what_a_filter_gives_is_a_copy_and_starts_it_again(rng: np.random.Generator) -> None:
+def test_filters_can_be_copied_pickled_and_rebuilt_from_their_state(rng: np.random.Generator) -> None:
     filter_ = some_filter(rng, 3, pieces.Parameters(range_sd_m=2.0))
     filter_.predict(0.5)
     filter_.update([900, 900], [1200, 1200, 1200], [-2.3, -2.4, -2.5])
@@ -179,24 +179,24 @@ def test_what_a_filter_gives_is_a_copy_and_starts_it_again(rng: np.random.Genera
     ):
         again.predict(1.0)
         again.update([900, 900], [1100, 1100, 1100], [-2.3, -2.4, -2.5])
-        once = filter_.copy()
-        once.predict(1.0)
-        once.update([900, 900], [1100, 1100, 1100], [-2.3, -2.4, -2.5])
-        assert np.array_equal(again.state, once.state)
-        assert np.array_equal(again.covariance, once.covariance)
+        expected = filter_.copy()
+        expected.predict(1.0)
+        expected.update([900, 900], [1100, 1100, 1100], [-2.3, -2.4, -2.5])
+        assert np.array_equal(again.state, expected.state)
+        assert np.array_equal(again.covariance, expected.covariance)
     assert len(filter_) == 3 and repr(filter_) == "Filter of 3 targets"
 
 
-def test_a_filter_refuses_what_it_cannot_hold_and_stays_as_it_was(rng: np.random.Generator) -> None:
+def test_a_filter_is_unchanged_after_invalid_arguments(rng: np.random.Generator) -> None:
     filter_ = some_filter(rng, 3)
     before = filter_.state
     mask = np.array([True, False, True])
     bad: list[tuple[Callable[[], Any], str]] = [
-        (lambda: filter_.update([0, 0], [1, 2], [0, 0]), r"\(2,\) together: \(n,\) is wanted.*n = 3 targets"),
+        (lambda: filter_.update([0, 0], [1, 2], [0, 0]), r"to the shape \(2,\): expected \(n,\).*n = 3 targets"),
         (lambda: filter_.update([0, 0], [1, np.nan, 2], [0, 0, 0]), r"range_m\[1\] = NaN: must be above 0"),
         (lambda: filter_.update([0, 0], [1, 1, -2], [0, 0, 0], mask=mask), r"range_m\[2\] = -2: must be above 0"),
         (lambda: filter_.update([0, np.inf], [1, 2, 3], [0, 0, 0]), r"uav_position_m\[1\] = inf: must be at least"),
-        (lambda: filter_.update([0, 0], [1, 2, 3], [0, 0, 0], mask=[1, 1, 0]), "mask is of type int64: True and False"),
+        (lambda: filter_.update([0, 0], [1, 2, 3], [0, 0, 0], mask=[1, 1, 0]), "mask is of type int64: expected True and False"),
         (lambda: filter_.predict(-1.0), "dt_s = -1: must be at least 0 and at most 3600"),
         (lambda: filter_.predict(np.nan), "dt_s = NaN"),
     ]
@@ -204,18 +204,18 @@ def test_a_filter_refuses_what_it_cannot_hold_and_stays_as_it_was(rng: np.random
         with pytest.raises(InputError, match=message):
             call()
     assert np.array_equal(filter_.state, before)
-    # What is masked is not looked at.
+    # Masked values are ignored.
     assert filter_.update([0, 0], [100, np.nan, 90], [0, np.inf, 0], mask=mask).tolist() == [True, False, True]
 
 
-def test_bad_starts_are_told() -> None:
+def test_invalid_initial_states_are_errors() -> None:
     eye = np.eye(6)
     lopsided, negative = eye.copy(), eye.copy()
     lopsided[0, 3], negative[2, 2] = 0.5, -1
     bad: list[tuple[Callable[[], Any], str]] = [
-        (lambda: pieces.Filter(np.zeros(6), eye), r"state has the shape \(6,\): \(n, 6\) is wanted"),
-        (lambda: pieces.Filter(np.zeros((2, 6)), np.zeros((3, 6, 6))), r"covariance.*\(3, 6, 6\): \(2, 6, 6\) is wanted"),
-        (lambda: pieces.Filter(np.zeros((1, 6)), np.zeros((6, 5))), r"\(6, 5\): \(..., 6, 6\) is wanted"),
+        (lambda: pieces.Filter(np.zeros(6), eye), r"state has the shape \(6,\): expected \(n, 6\)"),
+        (lambda: pieces.Filter(np.zeros((2, 6)), np.zeros((3, 6, 6))), r"covariance.*\(3, 6, 6\): expected \(2, 6, 6\)"),
+        (lambda: pieces.Filter(np.zeros((1, 6)), np.zeros((6, 5))), r"\(6, 5\): expected \(..., 6, 6\)"),
         (lambda: pieces.Filter(np.zeros((2, 6)), [eye, lopsided]), "target 1: 0.5 at .0, 3., 0 at .3, 0.*symmetric"),
         (lambda: pieces.Filter(np.zeros((2, 6)), [eye, negative]), "target 1: must be positive definite"),
         (lambda: pieces.Filter(np.zeros((1, 6)), np.zeros((6, 6))), "target 0: must be positive definite"),
@@ -225,10 +225,10 @@ def test_bad_starts_are_told() -> None:
         ),
         (
             lambda: pieces.Filter.of_cues([[0, 0]], [[0, 0]], position_sd_m=np.ones((2, 1)), velocity_sd_m_s=1),
-            r"one leading axis, of n targets: these make \(2, 1\)",
+            r"one leading axis, of n targets: the arguments broadcast to \(2, 1\)",
         ),
         (
-            lambda: pieces.Filter.of_measurements([0, 0], [5, 5], [0, 0], mask=[True, False]),
+            lambda: pieces.Filter.from_measurements([0, 0], [5, 5], [0, 0], mask=[True, False]),
             "target 1 has no measurement",
         ),
     ]
@@ -238,16 +238,16 @@ def test_bad_starts_are_told() -> None:
     assert len(pieces.Filter(np.zeros((0, 6)), eye)) == 0
 
 
-def test_an_estimate_beyond_all_numbers_is_refused_whole() -> None:
+def test_an_overflow_of_one_target_leaves_all_targets_unchanged() -> None:
     filter_ = pieces.Filter([[0] * 6, [0] * 6], [np.eye(6), np.eye(6) * 1e307])
     before = filter_.covariance
-    with pytest.raises(InputError, match="target 1 has grown so uncertain"):
+    with pytest.raises(InputError, match="target 1 has become too uncertain"):
         filter_.predict(3600)
     assert np.array_equal(filter_.covariance, before)
 
 
-def test_a_measurement_beyond_all_numbers_is_not_taken_in(rng: np.random.Generator) -> None:
-    """Of states whose components follow from one another but for rounding, the measurement leaves nothing."""
+def test_a_measurement_that_makes_the_covariance_invalid_is_ignored(rng: np.random.Generator) -> None:
+    """Covariances of rank one except for rounding: after the update they may not be positive definite."""
     filters, refused = [], 0
     for _ in range(300):
         along = rng.normal(size=6) * [1e4, 1e2, 1e1, 1e4, 1e2, 1e1]
@@ -265,7 +265,7 @@ def test_a_measurement_beyond_all_numbers_is_not_taken_in(rng: np.random.Generat
     assert 0 < refused < len(filters)
 
 
-def test_a_filter_may_be_shared_by_threads(rng: np.random.Generator) -> None:
+def test_threads_can_share_a_filter(rng: np.random.Generator) -> None:
     filter_ = some_filter(rng, 500)
     alone = filter_.copy()
     for _ in range(80):
@@ -284,7 +284,7 @@ def test_a_filter_may_be_shared_by_threads(rng: np.random.Generator) -> None:
     assert np.array_equal(filter_.state, alone.state)
 
 
-# Sensor, and what pairs tell.
+# Sensor and pair information.
 
 
 def fisher(uav: Floats, target: Floats, range_sd_m: float, bearing_sd_rad: float) -> Floats:
@@ -294,7 +294,7 @@ def fisher(uav: Floats, target: Floats, range_sd_m: float, bearing_sd_rad: float
     return np.asarray(h.T @ np.diag([range_sd_m**-2.0, bearing_sd_rad**-2.0]) @ h)
 
 
-def test_what_is_measured_and_what_that_tells(rng: np.random.Generator) -> None:
+def test_measurements_and_their_information(rng: np.random.Generator) -> None:
     """Eq. (7), (31)."""
     uav, target = rng.uniform(-500, 500, (30, 2)), rng.uniform(-500, 500, (30, 2))
     range_m, bearing_rad = pieces.measure(uav, target)
@@ -302,26 +302,26 @@ def test_what_is_measured_and_what_that_tells(rng: np.random.Generator) -> None:
     np.testing.assert_allclose(range_m, np.hypot(rel[:, 0], rel[:, 1]), rtol=1e-14)
     np.testing.assert_allclose(bearing_rad, np.arctan2(rel[:, 1], rel[:, 0]), rtol=1e-14)
     parameters = pieces.Parameters(range_sd_m=4.0, bearing_sd_rad=0.01)
-    told = pieces.information_1_m2(uav, target, parameters=parameters)
-    np.testing.assert_allclose(told, [fisher(*row, 4.0, 0.01) for row in zip(uav, target)], rtol=1e-9, atol=1e-15)
+    got = pieces.information_1_m2(uav, target, parameters=parameters)
+    np.testing.assert_allclose(got, [fisher(*row, 4.0, 0.01) for row in zip(uav, target)], rtol=1e-9, atol=1e-15)
     assert not pieces.information_1_m2([0, 0], [0.5, 0]).any()
 
 
-def test_a_pair_tells_the_determinant_of_the_sum(rng: np.random.Generator) -> None:
+def test_pair_information_is_the_determinant_of_the_sum(rng: np.random.Generator) -> None:
     """Eq. (36)."""
-    range_m, separation_rad = rng.uniform(20, 900, (50, 2)), rng.uniform(-np.pi, np.pi, 50)
-    got = pieces.pair_information_1_m4(range_m, separation_rad)
-    for (first, second), angle, one in zip(range_m, separation_rad, got):
+    range_m, desired_phase_rad = rng.uniform(20, 900, (50, 2)), rng.uniform(-np.pi, np.pi, 50)
+    got = pieces.pair_information_1_m4(range_m, desired_phase_rad)
+    for (first, second), angle, one in zip(range_m, desired_phase_rad, got):
         uavs = [np.array([first, 0.0]), second * np.array([np.cos(angle), np.sin(angle)])]
         both = np.sum([fisher(uav, np.zeros(2), 10.0, np.radians(3)) for uav in uavs], axis=0)
         np.testing.assert_allclose(one, np.linalg.det(both), rtol=1e-9)
-    best_rad = pieces.best_separation_rad(range_m)
+    best_rad = pieces.optimal_phase_rad(range_m)
     angles = np.linspace(0, np.pi, 181)
     over = pieces.pair_information_1_m4(range_m[:, None], angles)
     assert (pieces.pair_information_1_m4(range_m, best_rad) >= over.max(axis=1) * (1 - 1e-12)).all()
-    # Both on one side of 191 m, or one on either.
+    # 90 degrees if both ranges are on the same side of 191 m, otherwise 0.
     assert best_rad.tolist() == [np.pi / 2 if (a < 190.98) == (b < 190.98) else 0.0 for a, b in range_m]
-    assert pieces.best_separation_rad([0.5, 300]) == np.pi / 2
+    assert pieces.optimal_phase_rad([0.5, 300]) == np.pi / 2
 
 
 def test_angles_wrap() -> None:
@@ -333,8 +333,8 @@ def test_angles_wrap() -> None:
 # Guidance.
 
 
-def test_the_field_is_the_printed_one(rng: np.random.Generator) -> None:
-    """Eq. (13), term by term; and (20): the radial part divided by k_l, the direction flown at speed v."""
+def test_the_vector_field_is_the_published_one(rng: np.random.Generator) -> None:
+    """Eq. (13), term by term; and (20): the radial part divided by k_l, the result scaled to speed v."""
     uav, centre = rng.uniform(-900, 900, (40, 2)), rng.uniform(-99, 99, (40, 2))
     r_d, v = rng.uniform(250, 700, 40), rng.uniform(20, 50, 40)
     dx, dy = (uav - centre).T
@@ -354,7 +354,7 @@ def test_the_field_is_the_printed_one(rng: np.random.Generator) -> None:
         parameters = pieces.Parameters(radial_gain=k_l, sense=sense)
         got = pieces.vector_field(uav, centre, distance_m=r_d, speed_m_s=v, parameters=parameters)
         np.testing.assert_allclose(got, steep, rtol=1e-9, atol=1e-9)
-    # At the very centre it is defined.
+    # It is also defined exactly at the centre.
     assert pieces.vector_field([3, 4], [3, 4], distance_m=300).tolist() == [40.0, 0.0]
 
 
@@ -369,13 +369,13 @@ def flown(
     along /= np.hypot(*along)
     roots = np.roots([1.0, 2 * along @ centre_velocity, centre_velocity @ centre_velocity - v**2])
     alpha_s = float(np.max(roots.real))
-    over_ground = centre_velocity + alpha_s * along
-    assert np.hypot(*over_ground) == pytest.approx(v)
-    return float(np.arctan2(over_ground[1], over_ground[0])), alpha_s
+    ground_track = centre_velocity + alpha_s * along
+    assert np.hypot(*ground_track) == pytest.approx(v)
+    return float(np.arctan2(ground_track[1], ground_track[0])), alpha_s
 
 
-def test_the_turn_rate_is_feedback_and_the_derivative_of_the_desired_heading(rng: np.random.Generator) -> None:
-    """Eq. (23), (24), (25), (28), (29): the feedforward by central differences along what is flown."""
+def test_the_turn_rate_is_feedback_plus_the_derivative_of_the_desired_heading(rng: np.random.Generator) -> None:
+    """Eq. (23), (24), (25), (28), (29): the feedforward from central differences along the flown field."""
     n, v, k_l, k_omega, h = 25, 40.0, 0.3, 1.7, 1e-3
     uav, centre = rng.uniform(-800, 800, (n, 2)), rng.uniform(-99, 99, (n, 2))
     centre_velocity = rng.uniform(-14, 14, (n, 2))
@@ -387,16 +387,16 @@ def test_the_turn_rate_is_feedback_and_the_derivative_of_the_desired_heading(rng
     for i in range(n):
         psi_d, _ = flown(uav[i], centre[i], r_d[i], centre_velocity[i], v, k_l)
         assert got.desired_heading_rad[i] == pytest.approx(psi_d, abs=1e-9)
-        ways = v * np.array([np.cos(psi_d), np.sin(psi_d)])
+        velocity = v * np.array([np.cos(psi_d), np.sin(psi_d)])
 
-        def later(t: float) -> float:
-            there = uav[i] + ways * t, centre[i] + centre_velocity[i] * t
-            return flown(*there, r_d[i] + rate[i] * t, centre_velocity[i], v, k_l)[0]
+        def heading_at(t: float) -> float:
+            positions = uav[i] + velocity * t, centre[i] + centre_velocity[i] * t
+            return flown(*positions, r_d[i] + rate[i] * t, centre_velocity[i], v, k_l)[0]
 
-        difference = float(wrapped(np.array(later(h) - later(-h)))) / (2 * h)
+        difference = float(wrapped(np.array(heading_at(h) - heading_at(-h)))) / (2 * h)
         assert got.feedforward_rad_s[i] == pytest.approx(difference, abs=2e-6, rel=2e-5)
         d = uav[i] - centre[i]
-        r, closing = np.hypot(*d), float(d @ (ways - centre_velocity[i]) / np.hypot(*d))
+        r, closing = np.hypot(*d), float(d @ (velocity - centre_velocity[i]) / np.hypot(*d))
         threshold = (r * closing - r_d[i] * rate[i]) * np.sign(r_d[i] - r)
         assert got.convergence_threshold_m2_s[i] == pytest.approx(threshold, rel=1e-9, abs=1e-6)
         assert got.centre_distance_m[i] == pytest.approx(r)
@@ -406,8 +406,8 @@ def test_the_turn_rate_is_feedback_and_the_derivative_of_the_desired_heading(rng
     assert not got.centre_too_fast.any()
 
 
-def test_feedforward_printed_and_exact() -> None:
-    """Eq. (25): 0.432 rad/s inside the orbit, where the printed form has 0.048."""
+def test_feedforward_as_published_and_exact() -> None:
+    """Eq. (25): 0.432 rad/s inside the orbit, where the published form gives 0.048."""
     rates = {}
     for feedforward in ("printed", "exact", "flown"):
         parameters = pieces.Parameters(feedforward=feedforward, radial_gain=1.0)
@@ -419,10 +419,10 @@ def test_feedforward_printed_and_exact() -> None:
     assert rates["flown"] == pytest.approx(rates["exact"])
 
 
-def test_what_is_steered_for_and_flown_now_may_be_told() -> None:
-    """(22) moves the field alone; the turn rate flown counts with its gain; the actual motion with its feedforward."""
+def test_optional_arguments_of_steer() -> None:
+    """(22) changes only the field; the current turn rate matters with its gain; the actual speed with its feedforward."""
     plain = pieces.steer([500, 0], 1, [0, 0], distance_m=400, rate_m_s=2)
-    led = pieces.steer([500, 0], 1, [0, 0], distance_m=400, rate_m_s=2, steered_distance_m=406)
+    led = pieces.steer([500, 0], 1, [0, 0], distance_m=400, rate_m_s=2, steered_radius_m=406)
     other = pieces.steer([500, 0], 1, [0, 0], distance_m=406, rate_m_s=2)
     assert led.desired_heading_rad == other.desired_heading_rad != plain.desired_heading_rad
     damped = pieces.Parameters(turn_rate_gain=0.5)
@@ -430,7 +430,7 @@ def test_what_is_steered_for_and_flown_now_may_be_told() -> None:
     assert turning.turn_rate_rad_s == pytest.approx(
         float(plain.turn_rate_rad_s - 0.5 * (0.2 - plain.feedforward_rad_s))
     )
-    actual = pieces.Parameters(feedforward="actual")
+    actual = pieces.Parameters(feedforward="trajectory")
     rates = [
         float(
             pieces.steer([500, 0], 1, [0, 0], distance_m=400, uav_speed_m_s=speed, parameters=actual).feedforward_rad_s
@@ -460,7 +460,7 @@ def test_the_standoff_distance_and_its_lead() -> None:
 
 
 def circle_by_trying_all(points: Floats) -> float:
-    """Radius of the smallest circle: of those about two points and through three, that which reaches least far."""
+    """Radius of the minimum enclosing circle, by trying all circles through two or three points."""
     centres = [points[0]]
     centres += [(a + b) / 2 for a, b in itertools.combinations(points, 2)]
     for a, b, c in itertools.combinations(points, 3):
@@ -470,24 +470,24 @@ def circle_by_trying_all(points: Floats) -> float:
     return float(min(np.hypot(*(points - centre).T).max() for centre in centres))
 
 
-def test_the_smallest_circle_is_the_best_of_all(rng: np.random.Generator) -> None:
+def test_the_smallest_circle_equals_exhaustive_search(rng: np.random.Generator) -> None:
     points = rng.uniform(-500, 500, (60, 6, 2))
     mask = rng.random((60, 6)) < 0.7
     mask[:, 0] = True
-    centre_m, radius_m = pieces.smallest_circle(points)
+    centre_m, radius_m = pieces.enclosing_circle(points)
     assert centre_m.shape == (60, 2) and radius_m.shape == (60,)
     reach = np.hypot(*np.moveaxis(points - centre_m[:, None], 2, 0)).max(axis=1)
     np.testing.assert_allclose(reach, radius_m, rtol=1e-12)
     np.testing.assert_allclose(radius_m, [circle_by_trying_all(row) for row in points], rtol=1e-9)
-    _, masked_m = pieces.smallest_circle(np.where(mask[..., None], points, np.nan), mask=mask)
+    _, masked_m = pieces.enclosing_circle(np.where(mask[..., None], points, np.nan), mask=mask)
     np.testing.assert_allclose(
-        masked_m, [circle_by_trying_all(row[there]) for row, there in zip(points, mask)], rtol=1e-9, atol=1e-9
+        masked_m, [circle_by_trying_all(row[used]) for row, used in zip(points, mask)], rtol=1e-9, atol=1e-9
     )
-    assert pieces.smallest_circle([[1, 2]])[1] == 0
+    assert pieces.enclosing_circle([[1, 2]])[1] == 0
 
 
-def test_clusters_are_those_of_k_means(rng: np.random.Generator) -> None:
-    """(30), Algorithm 1: every point is nearest to its own centroid, and it is the best of all partitions nearly always."""
+def test_clusters_are_a_k_means_solution(rng: np.random.Generator) -> None:
+    """(30), Algorithm 1: every point is nearest to its own centroid, and the partition is almost always optimal."""
     points = rng.uniform(0, 1000, (40, 7, 2))
     labels = pieces.clustering(points, count=3)
     every = np.array([of for of in itertools.product(range(3), repeat=7) if len(set(of)) == 3])
@@ -498,7 +498,7 @@ def test_clusters_are_those_of_k_means(rng: np.random.Generator) -> None:
         centroids = np.stack([row[label == k].mean(axis=0) for k in range(3)])
         nearest = ((row[:, None] - centroids) ** 2).sum(axis=2).argmin(axis=1)
         assert (nearest == label).all()
-        # Of every partition: the sum of squares, less those of the clusters' sums over their sizes.
+        # Cost of every partition: the sum of squares minus the squared sums of the clusters over their sizes.
         sums = np.einsum("pik,ix->pkx", member, row)
         costs = (row**2).sum() - ((sums**2).sum(axis=2) / member.sum(axis=1)).sum(axis=1)
         best += ((row - centroids[label]) ** 2).sum() <= costs.min() * (1 + 1e-9)
@@ -506,7 +506,7 @@ def test_clusters_are_those_of_k_means(rng: np.random.Generator) -> None:
     assert pieces.group_count(5, 9) == 3 and pieces.group_count(8, 2) == 2
 
 
-def test_clusters_go_on_from_those_before() -> None:
+def test_clusters_start_from_the_previous_ones() -> None:
     """The second point is 35 m from its own centroid and 30 m from the other: it moves unless a margin keeps it."""
     points = [[0, 0], [70, 0], [100, 0]]
     assert pieces.clustering(points, count=2, before=[0, 0, 1]).tolist() == [0, 1, 1]
@@ -534,11 +534,11 @@ def assigned_by_trying_all(uavs: Floats, targets: Floats, group: npt.NDArray[np.
     return max(score(of) for of in allowed)
 
 
-def test_the_assignment_tells_most(rng: np.random.Generator) -> None:
-    """(32), (33) restated: ln det summed over targets, one or two UAVs to a group."""
+def test_the_assignment_maximises_information(rng: np.random.Generator) -> None:
+    """(32), (33) restated: ln det summed over targets, one or two UAVs per group."""
     uavs, targets = rng.uniform(-900, 900, (12, 4, 2)), rng.uniform(-900, 900, (12, 5, 2))
     group = np.array([3, 8, 3, 8, 8])
-    got = pieces.assignment(uavs, targets, group, parameters=pieces.Parameters(assignment_inertia=0.0))
+    got = pieces.assignment(uavs, targets, group, parameters=pieces.Parameters(assignment_switching_cost=0.0))
     for row in range(12):
         assert sorted(got[row].tolist()) == [3, 3, 8, 8]
         one = sum(
@@ -553,14 +553,14 @@ def test_the_assignment_tells_most(rng: np.random.Generator) -> None:
         assert one == pytest.approx(assigned_by_trying_all(uavs[row], targets[row], group, 2), abs=1e-5)
 
 
-def test_who_serves_stays_if_that_counts_and_none_is_minus_one() -> None:
+def test_a_switching_cost_keeps_the_assignment_and_no_group_is_minus_one() -> None:
     uavs, targets, group = [[0.0, 0.0], [1.0, 0.0]], [[300.0, 0.0], [-300.0, 0.0]], [0, 1]
-    stay = pieces.Parameters(assignment_inertia=9.0)
+    stay = pieces.Parameters(assignment_switching_cost=9.0)
     for serves in ([0, 1], [1, 0]):
         assert pieces.assignment(uavs, targets, group, serves=serves, parameters=stay).tolist() == serves
     assert pieces.assignment(uavs, targets, [-1, -1]).tolist() == [-1, -1]
     assert pieces.assignment(uavs, targets, [-1, 6]).tolist() == [6, 6]
-    # One UAV serves the larger of two groups.
+    # A single UAV is assigned to the larger of two groups.
     assert pieces.assignment([[0, 0]], [[9, 9], [99, 9], [99, 0]], [4, 5, 5]).tolist() == [5]
     assert pieces.assignment(np.zeros((2, 0, 2)), np.zeros((2, 1, 2)), [0]).shape == (2, 0)
 
@@ -568,18 +568,18 @@ def test_who_serves_stays_if_that_counts_and_none_is_minus_one() -> None:
 # Parameters.
 
 
-def test_parameters_are_table_1_or_a_scenarios() -> None:
+def test_parameters_are_those_of_table_1_or_of_a_scenario() -> None:
     table_1 = pieces.Parameters()
     assert (table_1.radial_gain, table_1.heading_gain_1_s, table_1.lead_s, table_1.speed_m_s) == (0.2, 2.0, 3.0, 40.0)
     assert (table_1.radius_min_m, table_1.radius_max_m, table_1.range_sd_m) == (250.0, 700.0, 10.0)
     assert np.degrees([table_1.field_of_view_rad, table_1.bearing_sd_rad]) == pytest.approx([70, 3])
-    scenario = standoff.Scenario("best/figure-9", set={"guidance.radial_gain": 0.37})
+    scenario = standoff.Scenario("improved/figure-9", set={"guidance.radial_gain": 0.37})
     of, toml = pieces.Parameters(scenario), tomllib.loads(scenario.resolved(1))
     for table, names in {
         "guidance": "sense radial_gain lead speed_reference heading_gain_1_s turn_rate_gain feedforward",
         "orbit": "radius_min_m radius_max_m",
-        "filter": "correlation_rate_1_s acceleration_sd_m_s2 range_sd_m start_velocity_sd_m_s",
-        "groups": "objective assignment_inertia",
+        "filter": "correlation_rate_1_s acceleration_sd_m_s2 range_sd_m initial_velocity_sd_m_s",
+        "groups": "objective assignment_switching_cost",
         "uavs": "speed_m_s",
     }.items():
         for name in names.split():
@@ -590,19 +590,19 @@ def test_parameters_are_table_1_or_a_scenarios() -> None:
     assert changed != of and pieces.Parameters(changed, radial_gain=0.37) == of
     assert pickle.loads(pickle.dumps(of)) == of
     assert eval(repr(of), {"Parameters": pieces.Parameters}) == of
-    assert pieces.Parameters("best/figure-9", radial_gain=0.37) == of
+    assert pieces.Parameters("improved/figure-9", radial_gain=0.37) == of
     assert pieces.Parameters(of, lead_s=2.0).lead == "constant"
     assert pieces.Parameters(lead="predicted").lead_s == 0.0
 
 
-def test_bad_parameters_are_told_with_their_range() -> None:
+def test_errors_about_parameters_state_the_range() -> None:
     bad: list[tuple[dict[str, Any], str]] = [
         ({"radial_gain": 5}, "^radial_gain = 5: must be at least 0.001 and at most 1$"),
         ({"range_sd_m": np.nan}, "range_sd_m = NaN"),
         ({"radius_min_m": 800}, "radius_max_m = 700: must be at least 800"),
         ({"speed_m_s": 0}, "^speed_m_s = 0"),
         ({"sense": "left"}, "sense = 'left': must be one of \"anticlockwise\", \"clockwise\""),
-        ({"lead": "scheduled", "lead_s": 3}, 'lead_s = 3: goes with lead = "constant" only'),
+        ({"lead": "scheduled", "lead_s": 3}, 'lead_s = 3: allowed only with lead = "constant"'),
         ({"of": pieces.Parameters(lead="scheduled"), "lead": "constant"}, "needs lead_s"),
     ]
     for named, message in bad:
@@ -612,25 +612,25 @@ def test_bad_parameters_are_told_with_their_range() -> None:
         pieces.Parameters("no-such-scenario")
     with pytest.raises(TypeError):
         pieces.Parameters(radial_gian=1.0)  # type: ignore[call-arg]
-    # A slow UAV is none the worse for a limit that no piece looks at.
+    # Limits that no component uses are not checked.
     assert pieces.Parameters(speed_m_s=10.0).speed_m_s == 10.0
 
 
-# Of all of them.
+# All components.
 
 
-def test_the_example_is_true() -> None:
+def test_the_doctest_passes() -> None:
     assert doctest.testmod(pieces).attempted == 7
     assert doctest.testmod(pieces).failed == 0
 
 
-def test_whatever_is_there_is_offered() -> None:
+def test_all_lists_every_public_name() -> None:
     assert all(hasattr(pieces, name) for name in pieces.__all__)
     assert {name for name in vars(pieces) if not name.startswith("_")} == set(pieces.__all__)
 
 
 def everything(rng: np.random.Generator, lead: tuple[int, ...]) -> dict[str, tuple[Callable[..., Any], list[Any]]]:
-    """Every function with arguments over leading axes; results as a list of arrays."""
+    """Every function with arguments that have leading axes; each returns a list of arrays."""
 
     def uniform(low: float, high: float, *row: int) -> Floats:
         return rng.uniform(low, high, (*lead, *row))
@@ -656,12 +656,12 @@ def everything(rng: np.random.Generator, lead: tuple[int, ...]) -> dict[str, tup
             lambda a, b: [pieces.pair_information_1_m4(a, b)],
             [uniform(0, 900, 2), uniform(-9, 9)],
         ),
-        "best_separation_rad": (lambda a: [pieces.best_separation_rad(a)], [uniform(0, 900, 2)]),
+        "optimal_phase_rad": (lambda a: [pieces.optimal_phase_rad(a)], [uniform(0, 900, 2)]),
         "vector_field": (lambda a, b, c: [pieces.vector_field(a, b, distance_m=c)], [uav, centre, distance]),
         "steer": (steered, [uav, uniform(-9, 9), centre, distance, uniform(-60, 60, 2)]),
         "standoff_distance": (stood_off, [uniform(0, 500), uniform(-9, 9), uniform(0, 50)]),
         "led_distance": (lambda a, b: list(pieces.led_distance(a, b)), [distance, uniform(-9, 9)]),
-        "smallest_circle": (lambda a: list(pieces.smallest_circle(a)), [uniform(-500, 500, 5, 2)]),
+        "enclosing_circle": (lambda a: list(pieces.enclosing_circle(a)), [uniform(-500, 500, 5, 2)]),
         "clustering": (lambda a: [pieces.clustering(a, count=2)], [uniform(-500, 500, 6, 2)]),
         "assignment": (
             lambda a, b, c: [pieces.assignment(a, b, c)],
@@ -678,7 +678,7 @@ NAMES = list(everything(np.random.default_rng(0), (1,)))
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_rows_together_are_those_one_by_one(name: str, rng: np.random.Generator) -> None:
+def test_batched_results_equal_single_rows(name: str, rng: np.random.Generator) -> None:
     function, arguments = everything(rng, (3, 11))[name]
     together = function(*arguments)
     assert all(array.shape[:2] == (3, 11) for array in together)
@@ -688,7 +688,7 @@ def test_rows_together_are_those_one_by_one(name: str, rng: np.random.Generator)
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_any_strides_types_and_lists_do(name: str, rng: np.random.Generator) -> None:
+def test_any_strides_types_and_lists_are_accepted(name: str, rng: np.random.Generator) -> None:
     function, arguments = everything(rng, (4,))[name]
     expected = function(*arguments)
 
@@ -698,22 +698,22 @@ def test_any_strides_types_and_lists_do(name: str, rng: np.random.Generator) -> 
         view[:] = argument
         return view
 
-    ways: list[Callable[[npt.NDArray[Any]], Any]] = [
+    conversions: list[Callable[[npt.NDArray[Any]], Any]] = [
         strided,
         np.asfortranarray,
         lambda argument: argument[::-1].copy()[::-1],
         lambda argument: argument.astype(argument.dtype.newbyteorder(">")),
         lambda argument: argument.tolist(),
     ]
-    for way in ways:
-        assert equal(function(*map(way, arguments)), expected)
+    for convert in conversions:
+        assert equal(function(*map(convert, arguments)), expected)
     whole = [np.round(argument) for argument in arguments]
     integers = [argument.astype(np.int32) for argument in whole]
     assert equal(function(*integers), function(*whole if name != "assignment" else [*whole[:2], integers[2]]))
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_no_rows_are_no_rows(name: str, rng: np.random.Generator) -> None:
+def test_empty_arrays_give_empty_results(name: str, rng: np.random.Generator) -> None:
     function, arguments = everything(rng, (0,))[name]
     assert all(array.shape[0] == 0 for array in function(*arguments))
 
@@ -729,20 +729,20 @@ def test_leading_axes_broadcast(name: str, rng: np.random.Generator) -> None:
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_bad_arrays_are_named(name: str, rng: np.random.Generator) -> None:
+def test_errors_name_the_invalid_array(name: str, rng: np.random.Generator) -> None:
     function, arguments = everything(rng, (5,))[name]
     for i, argument in enumerate(arguments):
 
-        def given(bad: Any, i: int = i) -> list[Any]:
+        def with_bad(bad: Any, i: int = i) -> list[Any]:
             return [*arguments[:i], bad, *arguments[i + 1 :]]
 
         bad: list[tuple[Any, str]] = [
-            ("far", "is of type <U3: (real numbers|integers) are wanted"),
-            (object(), "is of type object: (real numbers|integers) are wanted"),
-            (argument + 1j, "is of type complex128: (real numbers|integers) are wanted"),
-            ([[1, 2], [3]], "is no array of (real numbers|integers): .*inhomogeneous"),
-            (np.ma.masked_array(argument), "is a masked array: give its data"),
-            (argument.astype("datetime64[s]"), "is of type datetime64.s.: (real numbers|integers) are wanted"),
+            ("far", "is of type <U3: expected (real numbers|integers)"),
+            (object(), "is of type object: expected (real numbers|integers)"),
+            (argument + 1j, "is of type complex128: expected (real numbers|integers)"),
+            ([[1, 2], [3]], "is not an array of (real numbers|integers): .*inhomogeneous"),
+            (np.ma.masked_array(argument), "is a masked array: pass its data"),
+            (argument.astype("datetime64[s]"), "is of type datetime64.s.: expected (real numbers|integers)"),
         ]
         if argument.dtype == np.float64:
             for value in (np.nan, np.inf, -np.inf):
@@ -750,7 +750,7 @@ def test_bad_arrays_are_named(name: str, rng: np.random.Generator) -> None:
                 broken[3] = value
                 bad.append((broken, r"\[3(, 0)*\] = (NaN|-?inf): must be "))
         else:
-            bad.append((argument.astype(float), "is of type float64: integers are wanted"))
+            bad.append((argument.astype(float), "is of type float64: expected integers"))
         if argument.ndim > 1:
             bad.append((argument[..., :1].repeat(3, axis=-1), r"(has the shape|the last axis must be)"))
             bad.append((7.0 if argument.dtype == np.float64 else 7, r"(has the shape \(\): |the last axis must be)"))
@@ -758,14 +758,14 @@ def test_bad_arrays_are_named(name: str, rng: np.random.Generator) -> None:
             bad.append((argument[:3], r"has the leading axes \([35],.*must be equal, or 1"))
         for array, message in bad:
             with pytest.raises(InputError, match=r"^[a-z_]+.*" + message):
-                function(*given(array))
+                function(*with_bad(array))
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_extremes_give_numbers_or_a_sentence(name: str, rng: np.random.Generator) -> None:
+def test_extreme_values_give_finite_results_or_errors(name: str, rng: np.random.Generator) -> None:
     extremes = np.array([0.0, -0.0, 1e-300, 1e-9, 1.0, -1.0, 250.0, 1e6, -1e6, 1e9, -1e9, 2e9, 1e300])
     function, arguments = everything(rng, (1,))[name]
-    given = 0
+    accepted = 0
     for _ in range(400):
         some = [
             rng.choice(extremes[: rng.integers(4, 14)], size=argument.shape) if argument.dtype == np.float64 else argument
@@ -775,12 +775,12 @@ def test_extremes_give_numbers_or_a_sentence(name: str, rng: np.random.Generator
             results = function(*some)
         except InputError:
             continue
-        given += 1
+        accepted += 1
         assert all(np.isfinite(result).all() for result in results), some
-    assert given > 5
+    assert accepted > 5
 
 
-def test_too_much_at_once_is_refused() -> None:
+def test_too_large_problems_are_errors() -> None:
     bad: list[tuple[Callable[[], Any], str]] = [
         (lambda: pieces.measure(np.zeros((10_000, 1, 2)), np.zeros((10_000, 2))), "too many rows: at most 10000000"),
         (lambda: pieces.clustering(np.zeros((2000, 2)), count=2000), "2000 points in 2000 clusters are too many"),
@@ -792,14 +792,14 @@ def test_too_much_at_once_is_refused() -> None:
             call()
 
 
-def test_groups_that_make_no_sense_are_told() -> None:
+def test_invalid_points_and_groups_are_errors() -> None:
     points = np.arange(8.0).reshape(4, 2)
     bad: list[tuple[Callable[[], Any], str]] = [
-        (lambda: pieces.smallest_circle(np.zeros((2, 0, 2))), "row 0 .* has no point"),
-        (lambda: pieces.smallest_circle(points, mask=[False] * 4), "row 0 .* has no point"),
-        (lambda: pieces.smallest_circle(points, mask=[True]), r"mask has the shape \(1,\): its last axis"),
-        (lambda: pieces.clustering(points, count=0), "count: there is at least 1 cluster"),
-        (lambda: pieces.clustering(points, count=-3), "count: there is at least 1 cluster"),
+        (lambda: pieces.enclosing_circle(np.zeros((2, 0, 2))), "row 0 .* has no point"),
+        (lambda: pieces.enclosing_circle(points, mask=[False] * 4), "row 0 .* has no point"),
+        (lambda: pieces.enclosing_circle(points, mask=[True]), r"mask has the shape \(1,\): its last axis"),
+        (lambda: pieces.clustering(points, count=0), "count: must be at least 1"),
+        (lambda: pieces.clustering(points, count=-3), "count: must be at least 1"),
         (lambda: pieces.clustering(points, count=2, margin_m=np.nan), "margin_m = NaN"),
         (lambda: pieces.clustering(points, count=2, before=[0, 0, 0, 0]), "not every label has a point"),
         (lambda: pieces.clustering(points, count=2, before=[0, 1, 2, 0]), "has a label from 0 to 1"),
@@ -825,16 +825,16 @@ def alarm() -> Iterator[None]:
 
 
 @pytest.mark.usefixtures("alarm")
-def test_ctrl_c_ends_it_and_other_threads_go_on_meanwhile(rng: np.random.Generator) -> None:
+def test_ctrl_c_stops_a_computation_that_does_not_block_other_threads(rng: np.random.Generator) -> None:
     points = rng.uniform(0, 1e4, (4000, 100, 2))
-    turns, done = [0], threading.Event()
+    counted, done = [0], threading.Event()
 
-    def turn() -> None:
+    def count() -> None:
         while not done.is_set():
-            turns[0] += 1
+            counted[0] += 1
             time.sleep(0.001)
 
-    thread = threading.Thread(target=turn)
+    thread = threading.Thread(target=count)
     thread.start()
     start = time.perf_counter()
     signal.setitimer(signal.ITIMER_REAL, 0.4)
@@ -845,4 +845,4 @@ def test_ctrl_c_ends_it_and_other_threads_go_on_meanwhile(rng: np.random.Generat
         done.set()
         thread.join()
     assert time.perf_counter() - start < 5.0
-    assert turns[0] > 20
+    assert counted[0] > 20

@@ -1,4 +1,4 @@
-"""Runs: the command's files to the byte, tables without a copy, errors that tell."""
+"""Runs: the same bytes as the command, tables without a copy, errors."""
 
 import concurrent.futures
 import gc
@@ -22,7 +22,7 @@ import pytest
 
 import standoff
 
-TABLES = ["uavs", "truth", "tracks", "groups", "detections", "views", "events"]
+TABLES = ["uavs", "truth", "tracks", "groups", "detections", "in_view", "events"]
 
 
 def files(folder: Path) -> dict[str, bytes]:
@@ -30,7 +30,7 @@ def files(folder: Path) -> dict[str, bytes]:
 
 
 @pytest.mark.parametrize(
-    ("arguments", "asked"),
+    ("arguments", "keywords"),
     [
         (["paper/table-2-pair", "--seed", "7"], {"scenario": "paper/table-2-pair", "seed": 7}),
         ([], {}),
@@ -40,26 +40,26 @@ def files(folder: Path) -> dict[str, bytes]:
         ),
     ],
 )
-def test_a_run_is_the_commands_to_the_byte(
-    command: Path, tmp_path: Path, arguments: list[str], asked: dict[str, object]
+def test_a_run_writes_the_same_bytes_as_the_command(
+    command: Path, tmp_path: Path, arguments: list[str], keywords: dict[str, object]
 ) -> None:
     theirs, ours = tmp_path / "theirs", tmp_path / "ours"
-    told = subprocess.run(
+    done = subprocess.run(
         [command, "run", *arguments, "--json", "--out", theirs], check=True, capture_output=True, text=True
     )
-    run = standoff.run(**asked, out=ours)  # type: ignore[arg-type]
+    run = standoff.run(**keywords, out=ours)  # type: ignore[arg-type]
     assert files(ours) == files(theirs)
-    assert run.summary == json.loads(told.stdout)
-    assert standoff.Run(ours, metrics=str(asked.get("metrics", "standard"))).metrics == run.metrics
+    assert run.summary == json.loads(done.stdout)
+    assert standoff.Run(ours, metrics=str(keywords.get("metrics", "standard"))).metrics == run.metrics
 
 
-def test_the_yardstick_is_the_commands(command: Path) -> None:
-    asked = [str(command), "yardstick", "traffic/convoy", "--uavs", "3", "--json"]
-    told = subprocess.run(asked, check=True, capture_output=True, text=True).stdout
-    assert standoff.yardstick("traffic/convoy", uavs=3) == json.loads(told)
+def test_the_yardstick_equals_that_of_the_command(command: Path) -> None:
+    arguments = [str(command), "baseline", "traffic/convoy", "--uavs", "3", "--json"]
+    printed = subprocess.run(arguments, check=True, capture_output=True, text=True).stdout
+    assert standoff.baseline("traffic/convoy", uavs=3) == json.loads(printed)
 
 
-def test_tables_go_wherever_arrow_goes() -> None:
+def test_tables_convert_to_arrow_libraries() -> None:
     run = standoff.run("tour/04-two-groups")
     for name in TABLES:
         whole = pq.read_table(run.dir / f"{name}.parquet")
@@ -71,11 +71,11 @@ def test_tables_go_wherever_arrow_goes() -> None:
     counted = duckdb.sql("select count(*) from uavs")
     assert counted is not None and counted.fetchall() == [(uavs.num_rows,)]
     assert np.array_equal(uavs.to_numpy("x_m"), pq.read_table(run.dir / "uavs.parquet")["x_m"].to_numpy())
-    with pytest.raises(KeyError, match="no table \"uav\"; there are uavs, truth"):
+    with pytest.raises(KeyError, match="no table \"uav\"; tables: uavs, truth"):
         run.table("uav")
 
 
-def test_many_read_a_table_at_a_time() -> None:
+def test_several_threads_can_read_a_table() -> None:
     table = standoff.run("traffic/city", set={"duration_s": 60.0}).tracks
     names = [name for name in table.column_names if table.to_numpy(name).dtype == np.float64]
     alone = {name: table.to_numpy(name) for name in names}
@@ -84,29 +84,29 @@ def test_many_read_a_table_at_a_time() -> None:
             assert np.array_equal(read, alone[name], equal_nan=True)
 
 
-def test_a_run_without_a_folder_takes_its_files_with_it() -> None:
+def test_a_temporary_run_is_deleted_after_its_last_reference() -> None:
     run = standoff.run("tour/01-one-uav")
     folder, table = run.dir, run.uavs
     del run
     gc.collect()
-    # Whoever has a table still has its file.
+    # A table keeps its file.
     assert folder.exists() and table.to_numpy("uav").sum() == 0
     del table
     gc.collect()
     assert not folder.exists() and not folder.parent.exists()
 
 
-def test_a_notebook_shows_the_page() -> None:
+def test_a_notebook_displays_the_page() -> None:
     run = standoff.run("tour/01-one-uav")
     shown = run._repr_html_()
     assert shown is not None and shown.startswith("<iframe") and "<title>standoff" in html.unescape(shown)
     assert "position_error_m" in str(run) and "tour/01-one-uav, seed 1" in repr(run)
 
 
-def test_scenarios_are_objects_and_toml() -> None:
-    scenario = standoff.Scenario("best/figure-9", set={"uavs": {"count": 3}, "guidance.lead": "scheduled"})
+def test_scenarios_convert_to_and_from_dicts_and_toml() -> None:
+    scenario = standoff.Scenario("improved/figure-9", set={"uavs": {"count": 3}, "guidance.lead": "scheduled"})
     assert scenario.to_dict()["uavs"]["count"] == 3
-    # Typed again, by text or by dicts, it is the same scenario.
+    # A round trip through TOML, dicts or pickle gives the same scenario.
     for again in (
         standoff.Scenario.from_toml(scenario.toml, name=scenario.name),
         standoff.Scenario.from_dict(scenario.to_dict(), name=scenario.name),
@@ -120,12 +120,12 @@ def test_scenarios_are_objects_and_toml() -> None:
 
 
 @pytest.mark.parametrize(
-    ("asked", "error", "says"),
+    ("keywords", "error", "message"),
     [
         ({"scenario": "tour/01-one-uavs"}, standoff.ScenarioError, "did you mean `tour/01-one-uav`"),
         ({"scenario": 5}, standoff.ScenarioError, "a built-in name, a path or a Scenario, not int"),
         ({"set": {"guidance.lead_ss": 1}}, standoff.ScenarioError, "did you mean `lead_s`"),
-        ({"set": {"uavs.count": None}}, standoff.ScenarioError, "uavs.count: a value is a number"),
+        ({"set": {"uavs.count": None}}, standoff.ScenarioError, "uavs.count: a value must be a number"),
         ({"set": {"uavs.speed_m_s": float("nan")}}, standoff.ScenarioError, "uavs.speed_m_s"),
         ({"traffic": "nowhere.fcd.xml"}, standoff.ScenarioError, "nowhere.fcd.xml"),
         ({"seed": -1}, standoff.InputError, "seed = -1: must be at least 0"),
@@ -134,23 +134,23 @@ def test_scenarios_are_objects_and_toml() -> None:
         ({"uavs": 10**50}, standoff.InputError, "uavs = .*: must be at most"),
         ({"metrics": "standart"}, standoff.InputError, "standart"),
         ({"maps": ["nowhere.net.xml"]}, standoff.InputError, "nowhere.net.xml"),
-        ({"law": 5}, TypeError, "law: is a class"),
+        ({"law": 5}, TypeError, "law: must be a class"),
         ({"law": standoff.Law, "law_limit_s": 0.0}, standoff.InputError, "law_limit_s = 0.0: must be a time"),
     ],
 )
-def test_what_is_wrong_is_said(asked: dict[str, object], error: type[Exception], says: str) -> None:
-    with pytest.raises(error, match=says):
-        standoff.run(**asked)  # type: ignore[arg-type]
+def test_wrong_arguments_are_errors(keywords: dict[str, object], error: type[Exception], message: str) -> None:
+    with pytest.raises(error, match=message):
+        standoff.run(**keywords)  # type: ignore[arg-type]
 
 
-def test_what_is_wrong_in_a_text_is_drawn_under_it() -> None:
+def test_an_error_marks_its_place_in_the_source_text() -> None:
     toml = standoff.Scenario("tour/01-one-uav").toml.replace("duration_s = ", "duration_s = -")
     with pytest.raises(standoff.ScenarioError, match=r"--> mine:\d+:\d+\n") as raised:
         standoff.Scenario.from_toml(toml, name="mine").resolved(1)
     assert "\n  | ^^^" in str(raised.value) or " ^" in str(raised.value)
 
 
-def test_somebody_elses_folder_is_left_alone(tmp_path: Path) -> None:
+def test_a_folder_with_other_files_is_not_overwritten(tmp_path: Path) -> None:
     (tmp_path / "letter.txt").write_text("mine")
     with pytest.raises(standoff.InputError, match="letter.txt"):
         standoff.run("tour/01-one-uav", out=tmp_path)
@@ -167,7 +167,7 @@ def test_a_damaged_record_is_refused(tmp_path: Path) -> None:
 LONG = "standoff.run('tour/04-two-groups', set={'duration_s': 20000.0}, out=sys.argv[1])"
 
 
-def test_ctrl_c_stops_a_run_and_what_is_flown_is_kept(tmp_path: Path) -> None:
+def test_ctrl_c_stops_a_run_and_keeps_the_partial_record(tmp_path: Path) -> None:
     code = f"import standoff, sys\nprint('ready', flush=True)\n{LONG}"
     out = tmp_path / "run"
     with subprocess.Popen(
@@ -180,16 +180,16 @@ def test_ctrl_c_stops_a_run_and_what_is_flown_is_kept(tmp_path: Path) -> None:
         time.sleep(0.2)
         process.send_signal(signal.SIGINT)
         began = time.monotonic()
-        _, said = process.communicate(timeout=20)
+        _, stderr = process.communicate(timeout=20)
         took_s = time.monotonic() - began
-    assert "KeyboardInterrupt" in said and took_s < 3.0, said
+    assert "KeyboardInterrupt" in stderr and took_s < 3.0, stderr
     assert not out.exists()
     if (tmp_path / "run.partial").exists():
-        assert "unfinished" in said
+        assert "unfinished" in stderr
 
 
-def test_the_interpreter_is_free_while_it_flies() -> None:
-    """Two runs on two threads, and a third thread that counts meanwhile."""
+def test_runs_release_the_gil() -> None:
+    """Two runs on two threads, while this thread counts."""
     with concurrent.futures.ThreadPoolExecutor() as pool:
         runs = [pool.submit(standoff.run, "traffic/city", seed=seed) for seed in (1, 2)]
         counted = 0
@@ -200,7 +200,7 @@ def test_the_interpreter_is_free_while_it_flies() -> None:
 
 
 @pytest.mark.parametrize("method", ["fork", "spawn"])
-def test_processes_fly_as_one_does(method: str) -> None:
+def test_forked_and_spawned_processes_give_the_same_metrics(method: str) -> None:
     import multiprocessing
 
     context = multiprocessing.get_context(method)
@@ -214,7 +214,7 @@ def _metrics(seed: int) -> dict[str, float | None]:
     return metrics
 
 
-def test_a_second_interpreter_is_refused_or_works() -> None:
+def test_a_sub_interpreter_is_refused_or_works() -> None:
     code = """
 import _xxsubinterpreters as interpreters
 import standoff
@@ -230,7 +230,7 @@ except interpreters.RunFailedError as error:
 
 
 def test_import_brings_nothing_but_numpy() -> None:
-    """What takes long to import is imported by whoever needs it."""
+    """Optional modules, which are slow to import, are imported only when they are used."""
     code = "import numpy, sys; before = set(sys.modules); import standoff; print(*sorted(set(sys.modules) - before))"
     modules = subprocess.check_output([sys.executable, "-c", code], text=True).split()
     assert {name.split(".")[0] for name in modules} == {"standoff"}, modules

@@ -1,41 +1,41 @@
 #!/usr/bin/env python3
-"""Makes city.fcd.xml.gz and city.net.xml.gz: two groups of cars in a town; one car changes groups, two go astray, the groups meet.
+"""Generates city.fcd.xml.gz and city.net.xml.gz: two groups of cars in a town; one car changes groups, two leave, the groups merge.
 
-To run it (a few seconds):
+To run it (takes a few seconds):
 
     python3 -m venv venv && venv/bin/pip install eclipse-sumo==1.28.0
     venv/bin/python city.py
 
-The files here were made with SUMO 1.28.0. The town is generated, not a real one: a grid of streets, its crossings shifted
-at random, all of them with lights. The same versions of SUMO and Python make the same files, byte for byte.
+The files in this folder were made with SUMO 1.28.0. The town is generated: a grid of streets with randomly shifted
+crossings, all with traffic lights. The same versions of SUMO and Python generate byte-identical files.
 """
 
 from pathlib import Path
 
 import town
 
-# Of town and drivers; chosen among 70, with the lights' cycle, so that the groups meet and part when they should.
+# Seed of town and drivers; chosen from 70, together with the lights' cycle, so that groups split and merge as intended.
 SEED = 32
 END_S = 310
-# Of the lights.
+# Cycle of the traffic lights.
 CYCLE_S = 44
 TOWN = [
     "--grid", "--grid.number", 12, "--grid.length", 230, "--tls.cycle.time", CYCLE_S,
     "--perturb-x", "normc(0,18,-35,35)", "--perturb-y", "normc(0,18,-35,35)",
 ]  # fmt: skip
-# Crossings that the cars pass: column letter and row number of the grid.
+# Crossings that the cars pass: column letter and row number in the grid.
 ROUTES = {
     # The first group goes north, then east to meet the second.
     "first": "D2 D3 D4 D5 D6 D7 E7 F7 G7 G8 G9 G10 G11",
-    # Its two cars that turn the other way.
+    # Two cars of the first group that leave it.
     "astray": "D2 D3 D4 D5 D6 C6 B6 B5 B4 B3 B2 B1",
-    # Its car that drives over to the second group.
+    # One car of the first group that drives to the second group.
     "over": "D2 D3 D4 E4 F4 G4 H4 H5 H6 H7 G7 G8 G9 G10 G11",
     # The second group.
     "second": "H2 H3 I3 I4 H4 H5 H6 H7 G7 G8 G9 G10 G11",
 }
-# Name: departure (s), route, its first street (from 0), place on it (m), top speed as a part of the limit.
-# By departure, as SUMO wants them.
+# Name: departure (s), route, index of its first street (from 0), position on it (m), top speed relative to the limit.
+# Sorted by departure, as SUMO requires.
 CARS = {
     "car1": (0, "first", 0, 150, 0.85),
     "car2": (0, "first", 0, 130, 0.95),
@@ -50,12 +50,12 @@ CARS = {
     # Joins the second group: pulls out from the roadside.
     "car11": (75, "second", 2, 20, 1.05),
 }
-# Whose trip ends early: last street of its route, place on it (m). The others are still under way at the end.
+# Cars whose trip ends early: index of the last street, position on it (m). The others are still driving at the end.
 LEAVES = {"car8": (6, 100)}
 
 
 def trips():
-    """The cars and where they go."""
+    """The cars as SUMO elements."""
     for name, (depart, route, first, place, speed) in CARS.items():
         streets = town.streets(ROUTES[route])
         last, arrival = LEAVES.get(name, (len(streets) - 1, "max"))

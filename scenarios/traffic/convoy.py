@@ -1,32 +1,32 @@
 #!/usr/bin/env python3
-"""Makes convoy.fcd.xml.gz and convoy.net.xml.gz: six cars that drive through a small town as a convoy, stop at its lights and go on.
+"""Generates convoy.fcd.xml.gz and convoy.net.xml.gz: six cars drive through a small town as a convoy and stop at traffic lights.
 
-To run it (a few seconds):
+To run it (takes a few seconds):
 
     python3 -m venv venv && venv/bin/pip install eclipse-sumo==1.28.0
     venv/bin/python convoy.py
 
-The files here were made with SUMO 1.28.0. The town is generated, not a real one: a grid of streets, its crossings shifted
-at random, all of them with lights. The same versions of SUMO and Python make the same files, byte for byte.
+The files in this folder were made with SUMO 1.28.0. The town is generated: a grid of streets with randomly shifted
+crossings, all with traffic lights. The same versions of SUMO and Python generate byte-identical files.
 """
 
 from pathlib import Path
 
 import town
 
-# Of town and drivers; chosen among 25, with the lights' cycle, so that the group spreads and closes but stays together.
+# Seed of town and drivers; chosen from 25, together with the lights' cycle, so that the group spreads and closes up again.
 SEED = 22
 END_S = 220
-# Of the lights. Short, so that the tail of the convoy, if a light cuts it off, soon catches up.
+# Cycle of the traffic lights; short, so that cars stopped by a light soon catch up with the convoy.
 CYCLE_S = 44
 TOWN = [
     "--grid", "--grid.number", 6, "--grid.length", 150, "--tls.cycle.time", CYCLE_S,
     "--perturb-x", "normc(0,12,-25,25)", "--perturb-y", "normc(0,12,-25,25)",
 ]  # fmt: skip
-# Crossings that the convoy passes: column letter and row number of the grid.
+# Crossings that the convoy passes: column letter and row number in the grid.
 ROUTE = "A1 B1 C1 C2 D2 E2 E3 E4 D4 C4 C5 B5 A5 A4 A3 B3 C3 D3"
-# Name: departure (s), first street of the route (from 0), place on it (m), top speed as a part of the limit.
-# By departure, as SUMO wants them.
+# Name: departure (s), index of the first street (from 0), position on it (m), top speed relative to the limit.
+# Sorted by departure, as SUMO requires.
 CARS = {
     "car1": (0, 0, 100, 0.90),
     "car2": (0, 0, 80, 1.00),
@@ -36,12 +36,12 @@ CARS = {
     # Joins: pulls out from the roadside.
     "car6": (35, 2, 20, 1.05),
 }
-# Whose trip ends early: last street of its route, place on it (m). The others are still under way at the end.
+# Cars whose trip ends early: index of the last street, position on it (m). The others are still driving at the end.
 LEAVES = {"car3": (8, 60)}
 
 
 def trips():
-    """The cars and where they go."""
+    """The cars as SUMO elements."""
     streets = town.streets(ROUTE)
     for name, (depart, first, place, speed) in CARS.items():
         last, arrival = LEAVES.get(name, (len(streets) - 1, "max"))

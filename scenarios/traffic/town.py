@@ -1,4 +1,4 @@
-"""What convoy.py and city.py share: a generated town, cars that drive through it in SUMO, and their file."""
+"""Shared by convoy.py and city.py: generates a town, simulates cars in it with SUMO, and packs the output files."""
 
 import gzip
 import re
@@ -9,18 +9,18 @@ from pathlib import Path
 
 
 def run(tool, *arguments):
-    """Runs one of SUMO's programs; they lie next to the Python that pip installed them for."""
+    """Runs one of SUMO's programs, which pip installs next to the Python interpreter."""
     subprocess.run([Path(sys.executable).with_name(tool), *map(str, arguments)], check=True, stdout=subprocess.DEVNULL)
 
 
 def streets(crossings):
-    """The streets of a route that is given by its crossings: column letter and row number of the grid."""
+    """The streets of a route given by its crossings: column letter and row number in the grid."""
     names = crossings.split()
     return [start + end for start, end in zip(names, names[1:])]
 
 
 def trip(name, depart, place, speed, route, arrival="max"):
-    """A car that stands at a place (m) of the first street of its route, and starts; as SUMO reads it."""
+    """SUMO element of a car that starts from standstill at a position (m) on the first street of its route."""
     return (
         f'<vehicle id="{name}" type="car" depart="{depart}" departPos="{place}" departSpeed="0"'
         f' speedFactor="{speed}" arrivalPos="{arrival}"><route edges="{" ".join(route)}"/></vehicle>'
@@ -28,7 +28,7 @@ def trip(name, depart, place, speed, route, arrival="max"):
 
 
 def simulate(town, trips, end, seed):
-    """What SUMO writes: the net and the FCD. The town: options of netgenerate. Trips: by departure, as SUMO wants them."""
+    """Runs SUMO; returns the net and the FCD output. ``town``: options of netgenerate; ``trips``: sorted by departure."""
     with tempfile.TemporaryDirectory() as folder:
         net, cars, fcd = (Path(folder, name) for name in ("town.net.xml", "cars.rou.xml", "fcd.xml"))
         run(
@@ -45,17 +45,17 @@ def simulate(town, trips, end, seed):
 
 
 def streets_alone(net):
-    """A net without what only a simulation needs: ways across junctions, lights, who gives way. It is here to be looked at."""
+    """The net for display only: without internal edges, traffic lights and rights of way, which only SUMO needs."""
     net = re.sub(r'\s*<edge id="[^"]*" function="internal">.*?</edge>', "", net, flags=re.DOTALL)
     net = re.sub(r"\s*<tlLogic .*?</tlLogic>", "", net, flags=re.DOTALL)
     net = re.sub(r"\s*<(?:connection|request) [^>]*/>", "", net)
-    # Ends of lanes that were within junctions, too.
+    # Remove the junctions of internal lanes, too.
     return re.sub(r'\s*<junction id="[^"]*" type="internal"[^>]*/>', "", net)
 
 
 def pack(text, target):
-    """Writes the file, the same bytes for the same text."""
-    # The comments tell when and in which folder the file was made.
+    """Writes a gzip file; the same text gives the same bytes."""
+    # Remove comments, because they contain the time and folder of the simulation.
     text = re.sub(r"<!--.*?-->\s*", "", text, flags=re.DOTALL)
     with target.open("wb") as file, gzip.GzipFile(filename="", mode="wb", fileobj=file, mtime=0) as packed:
         packed.write(text.encode())

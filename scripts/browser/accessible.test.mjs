@@ -1,4 +1,4 @@
-// For everybody: roles and names, what is told without pixels, contrast, the keyboard alone, small screens.
+// Accessibility: roles and names, text alternatives, contrast, keyboard-only use, small screens.
 
 import assert from "node:assert/strict";
 
@@ -16,7 +16,7 @@ async function lastTime(page) {
 }
 
 for (const theme of THEMES) {
-  inReport(`axe-core finds nothing in any panel: ${theme}`, { flight: "slips", colorScheme: theme }, async (page) => {
+  inReport(`axe-core reports no violations in any panel: ${theme}`, { flight: "slips", colorScheme: theme }, async (page) => {
     await goTo(page, 27);
     for (const name of ["Charts", "State", "Events", "Outcome"]) {
       await page.getByRole("tab", { name }).click();
@@ -28,7 +28,7 @@ for (const theme of THEMES) {
     await page.keyboard.press("Escape");
     await page.getByLabel("Find").fill("nowhere");
     await page.keyboard.press("Enter");
-    await page.getByLabel("Find").fill("target-1");
+    await page.getByLabel("Find").fill("target-0");
     await page.keyboard.press("Enter");
     await chosen(page).waitFor();
     const map = await page.locator("#map").boundingBox();
@@ -36,15 +36,15 @@ for (const theme of THEMES) {
     await page.getByRole("tooltip").waitFor();
     await axe(page, `cards, ${theme}`);
     await page.locator(".tools summary").click();
-    await page.getByRole("button", { name: "Keys" }).click();
+    await page.getByRole("button", { name: "Help" }).click();
     await axe(page, `help and layers, ${theme}`);
   });
 }
 
 for (const theme of THEMES) {
-  inReport(`axe-core finds nothing where minds are several: ${theme}`, { flight: "minds", colorScheme: theme }, async (page) => {
+  inReport(`axe-core reports no violations with one agent per UAV: ${theme}`, { flight: "minds", colorScheme: theme }, async (page) => {
     await goTo(page, 25);
-    await page.getByRole("combobox", { name: "Picture" }).selectOption("2");
+    await page.getByRole("combobox", { name: "Team state" }).selectOption("2");
     for (const name of ["Charts", "State", "Events"]) {
       await page.getByRole("tab", { name }).click();
       await axe(page, `${name}, ${theme}`);
@@ -53,7 +53,7 @@ for (const theme of THEMES) {
 }
 
 for (const theme of THEMES) {
-  inReport(`axe-core finds nothing where there are intruders: ${theme}`, { flight: "intruders", colorScheme: theme }, async (page) => {
+  inReport(`axe-core reports no violations with intruders: ${theme}`, { flight: "intruders", colorScheme: theme }, async (page) => {
     await goTo(page, 45);
     for (const name of ["State", "Events"]) {
       await page.getByRole("tab", { name }).click();
@@ -78,7 +78,7 @@ function contrast(a, b) {
 }
 
 for (const theme of THEMES) {
-  inReport(`text on the map and in the charts has a contrast of 4.5, curves of 3: ${theme}`, { flight: "slips", colorScheme: theme }, async (page) => {
+  inReport(`text on the map and in the charts has a contrast of at least 4.5, curves of at least 3: ${theme}`, { flight: "slips", colorScheme: theme }, async (page) => {
     await noteTexts(page);
     await goTo(page, 27);
     const { ground, inks, curves } = await page.evaluate(() => {
@@ -87,23 +87,23 @@ for (const theme of THEMES) {
       const curves = plots.flatMap(({ data }) => data.map((curve) => curve.line.color));
       return { ground: layout.plot_bgcolor, inks: [layout.font.color], curves };
     });
-    const written = await texts(page);
-    for (const words of ["N", "UAV 0", "group 1", "target-1", "out of view"]) {
-      assert.ok(written.some(({ text }) => text === words), `${words} is on the map`);
+    const labels = await texts(page);
+    for (const expected of ["N", "UAV 0", "group 1", "target-0", "out of view"]) {
+      assert.ok(labels.some(({ text }) => text === expected), `${expected} is on the map`);
     }
-    for (const { text, ink } of written) assert.ok(contrast(ink, ground) >= 4.5, `${text}, ${ink}: ${contrast(ink, ground)}`);
+    for (const { text, ink } of labels) assert.ok(contrast(ink, ground) >= 4.5, `${text}, ${ink}: ${contrast(ink, ground)}`);
     for (const ink of inks) assert.ok(contrast(ink, ground) >= 4.5, `${ink}: ${contrast(ink, ground)}`);
     for (const curve of curves) assert.ok(contrast(curve, ground) >= 3, `${curve}: ${contrast(curve, ground)}`);
   });
 }
 
-inReport("the theme is the system's until another is chosen, and that one stays", { colorScheme: "dark" }, async (page) => {
+inReport("the theme follows the system until the user selects one, which is then stored", { colorScheme: "dark" }, async (page) => {
   const theme = () => page.evaluate(() => document.documentElement.dataset.theme);
   const ground = async () => {
     await painted(page);
     return page.evaluate(() => {
       const map = document.getElementById("map");
-      // The colour that most of it has: lines of the grid may be anywhere.
+      // The most frequent colour, because grid lines may be anywhere.
       const { data } = map.getContext("2d").getImageData(0, 0, map.width, map.height);
       const counts = new Map();
       for (let k = 0; k < data.length; k += 4 * 97) {
@@ -129,12 +129,12 @@ inReport("the theme is the system's until another is chosen, and that one stays"
   assert.equal(await theme(), "light");
   await page.keyboard.press("t");
   await open(page, "figure-9");
-  assert.equal(await theme(), "dark", "a page opened again remembers");
+  assert.equal(await theme(), "dark", "a reopened page uses the stored theme");
 });
 
-inReport("roles and names tell what there is, and what is out of view", { flight: "slips" }, async (page) => {
+inReport("elements have roles and names, and the status region lists targets out of view", { flight: "slips" }, async (page) => {
   for (const [role, name] of [["banner", ""], ["main", ""], ["contentinfo", "Time"], ["complementary", "Charts, state and events"],
-    ["region", "Map"], ["tablist", "What is shown beside the map"], ["tabpanel", "Charts"], ["slider", "Time"],
+    ["region", "Map"], ["tablist", "Side panel"], ["tabpanel", "Charts"], ["slider", "Time"],
     ["combobox", "Follow"], ["combobox", "Speed"], ["button", "Play"], ["button", "Ruler"]]) {
     assert.equal(await page.getByRole(role, name ? { name, exact: true } : {}).count(), 1, `${role} ${name}`);
   }
@@ -146,7 +146,7 @@ inReport("roles and names tell what there is, and what is out of view", { flight
   assert.equal(await status.getAttribute("aria-live"), "polite");
   await goTo(page, 10);
   assert.equal(await status.textContent(), "");
-  // A region that is not there when the words come is not read out.
+  // Screen readers do not announce text in a region that was hidden before.
   assert.notEqual(await status.evaluate((region) => getComputedStyle(region).display), "none");
   assert.equal(await page.getByRole("img").first().getAttribute("aria-label"), "Map at 10.0 seconds: 4 UAVs, 2 groups, 7 targets, none out of view");
   await goTo(page, 27);
@@ -154,12 +154,12 @@ inReport("roles and names tell what there is, and what is out of view", { flight
   assert.equal(await status.getAttribute("class"), "grave");
   assert.equal(await page.getByRole("img").first().getAttribute("aria-label"), "Map at 27.0 seconds: 4 UAVs, 2 groups, 7 targets, 1 out of view");
   await page.getByRole("tab", { name: "State" }).click();
-  for (const name of ["UAVs", "Groups", "Targets, those to note first"]) assert.equal(await page.getByRole("table", { name }).count(), 1, name);
+  for (const name of ["UAVs", "Groups", "Targets, warnings first"]) assert.equal(await page.getByRole("table", { name }).count(), 1, name);
   const rowheads = await page.getByRole("table", { name: "UAVs" }).getByRole("columnheader").allTextContents();
   assert.ok(rowheads.includes("Speed (m/s)"));
 });
 
-inReport("the keyboard alone reaches every control, sees where it is, and gets out again", {}, async (page) => {
+inReport("the keyboard reaches every control, the focus is visible, and the focus is never trapped", {}, async (page) => {
   const walk = async () => {
     const seen = [];
     for (;;) {
@@ -172,12 +172,12 @@ inReport("the keyboard alone reaches every control, sees where it is, and gets o
         return {
           id: activeElement.id || activeElement.tagName.toLowerCase(),
           ring: style.outlineStyle !== "none" && parseFloat(style.outlineWidth) >= 2,
-          inSight: box.width > 0 && box.top >= 0 && box.left >= 0 && box.bottom <= innerHeight && box.right <= innerWidth,
+          isVisible: box.width > 0 && box.top >= 0 && box.left >= 0 && box.bottom <= innerHeight && box.right <= innerWidth,
         };
       });
       if (!at || seen.some((one) => one.id === at.id)) return seen;
-      assert.ok(at.ring, `${at.id} shows that it has the focus`);
-      assert.ok(at.inSight, `${at.id} is in sight`);
+      assert.ok(at.ring, `${at.id} shows the focus`);
+      assert.ok(at.isVisible, `${at.id} is visible`);
       seen.push(at);
       assert.ok(seen.length < 60, "the walk ends");
     }
@@ -186,7 +186,7 @@ inReport("the keyboard alone reaches every control, sees where it is, and gets o
   for (const id of ["keys", "theme", "map", "zoom-in", "zoom-out", "fit", "ruler", "follow", "only", "find", "summary", "map-png", "tab-charts", "panel-choice", "png", "csv",
     "curve-uavs-0",
     "play", "back", "on", "time", "speed"]) assert.ok(names.includes(id), `${id} is among ${names}`);
-  assert.ok(!names.includes("tab-state"), "tabs are one stop");
+  assert.ok(!names.includes("tab-state"), "the tab list is one tab stop");
   await page.getByRole("tab", { name: "Charts" }).focus();
   for (const name of ["State", "Events", "Outcome", "Charts", "State"]) {
     await page.keyboard.press("ArrowRight");
@@ -198,16 +198,16 @@ inReport("the keyboard alone reaches every control, sees where it is, and gets o
   await page.keyboard.press("Tab");
   assert.equal(await page.evaluate(() => document.activeElement.id), "panel-state");
   await page.keyboard.press("?");
-  assert.equal(await page.getByRole("dialog", { name: "Keyboard" }).count(), 1);
+  assert.equal(await page.getByRole("dialog", { name: "Keyboard shortcuts" }).count(), 1);
   await page.keyboard.press("Escape");
   assert.equal(await page.getByRole("dialog").count(), 0);
-  assert.equal(await page.evaluate(() => document.activeElement.id), "panel-state", "the focus is back where it was");
+  assert.equal(await page.evaluate(() => document.activeElement.id), "panel-state", "the focus returns to the previous element");
 });
 
 for (const [screen, flight, options] of [["1280x720", "figure-9", DESKTOP], ["a tablet", "figure-9", TABLET],
   ["1280x720, with a long name", "hostile-name", DESKTOP], ["a phone", "figure-9", PHONE], ["a phone, with a long name", "hostile-name", PHONE],
-  ["a screen of 3840x2160", "figure-9", FOUR_K], ["1280x720, of several minds", "minds", DESKTOP], ["a phone, of several minds", "minds", PHONE]]) {
-  inReport(`everything has its place on ${screen}: no overlap, nothing cut off, no scrolling sideways`, { flight, ...options }, async (page) => {
+  ["a screen of 3840x2160", "figure-9", FOUR_K], ["1280x720, with one agent per UAV", "minds", DESKTOP], ["a phone, with one agent per UAV", "minds", PHONE]]) {
+  inReport(`the layout fits on ${screen}: no overlap, nothing cut off, no horizontal scrolling`, { flight, ...options }, async (page) => {
     await goTo(page, await lastTime(page));
     await page.getByRole("button", { name: "Ruler" }).click();
     for (const name of ["Charts", "State", "Events", "Outcome"]) {

@@ -1,4 +1,4 @@
-// The page of Monte Carlo results, opened from disk in real Chromium with the network blocked.
+// The page of Monte Carlo results, opened from disk in Chromium without network access.
 
 import assert from "node:assert/strict";
 import { execFileSync } from "node:child_process";
@@ -16,7 +16,7 @@ const RUNS = 25;
 
 let folder;
 
-/** Runs the command; gives what it prints. */
+/** Runs the command and returns its output. */
 function standoff(...args) {
   return execFileSync(STANDOFF, args, { cwd: folder, encoding: "utf8", stdio: ["ignore", "pipe", "pipe"] });
 }
@@ -36,17 +36,17 @@ after(async () => {
   rmSync(folder, { recursive: true, force: true });
 });
 
-/** Opens a page, looks at it, and insists that it did nothing that no report may do. */
-async function opened(file, look, options = {}) {
+/** Opens a page, calls `check`, and asserts that the page had no errors and made no requests. */
+async function opened(file, check, options = {}) {
   const { context, page, complaints } = await blank(options);
   await page.goto(pathToFileURL(join(folder, file)).href);
   await page.waitForSelector('body[data-ready="charts"]');
-  await look(page);
+  await check(page);
   assert.deepEqual(complaints, []);
   await context.close();
 }
 
-/** What a table says of a metric: by statistic the text, and the exact number that is its title. */
+/** The cells of a metric in a table: the text and the exact number (the title), by statistic. */
 function cells(page, table, metric, batch = "") {
   const rows = page.locator(`#${table} tr[data-metric="${metric}"]`);
   const row = batch ? rows.filter({ has: page.getByRole("cell", { name: batch, exact: true }) }) : rows;
@@ -54,25 +54,25 @@ function cells(page, table, metric, batch = "") {
     Object.fromEntries(all.map((cell) => [cell.dataset.statistic, { text: cell.textContent, exact: cell.title }])));
 }
 
-/** Chooses a metric as a reader does. */
+/** Selects a metric by a click. */
 async function choose(page, metric) {
   await page.locator(`#metrics tr[data-metric="${metric}"] button`).click();
   await page.waitForFunction((name) => document.querySelector("#told").textContent.startsWith(`${name}.`), metric);
 }
 
-/** Saves what a click offers to save. */
+/** Clicks a button and returns the file that it downloads. */
 async function saved(page, button) {
   const [download] = await Promise.all([page.waitForEvent("download"), page.click(button)]);
   return { name: download.suggestedFilename(), text: readFileSync(await download.path(), "utf8") };
 }
 
-/** The values of every run, from the page's CSV. */
+/** The values of all runs, from the CSV file of the page. */
 async function values(page) {
   const [heads, ...lines] = (await saved(page, "#csv")).text.trim().split("\n").map((line) => line.split(","));
   return lines.map((line) => Object.fromEntries(line.map((cell, index) => [heads[index], cell])));
 }
 
-test("the table holds what summary.json holds", () =>
+test("the table shows the numbers of summary.json", () =>
   opened("a/report.html", async (page) => {
     const { metrics } = JSON.parse(readFileSync(join(folder, "a/summary.json"), "utf8"));
     assert.equal(await page.locator("#metrics tbody tr").count(), Object.keys(metrics).length);
@@ -92,7 +92,7 @@ test("the table holds what summary.json holds", () =>
     assert.equal(parseFloat((await cells(page, "metrics", "turn_rate_saturated_fraction")).mean.text), Number((100 * share).toPrecision(4)));
   }));
 
-test("a chosen metric shows how its values are distributed", () =>
+test("selecting a metric shows the distribution of its values", () =>
   opened("a/report.html", async (page) => {
     await choose(page, "velocity_error_m_s");
     assert.equal(await page.textContent("#metric"), "velocity error");
@@ -107,14 +107,14 @@ test("a chosen metric shows how its values are distributed", () =>
     const measured = (await values(page)).map((run) => Number(run.velocity_error_m_s));
     const from = bars.x[0] - bars.width / 2;
     const counts = bars.x.map(() => 0);
-    // The smallest value stands on the lower end of the first class, the largest on the upper end of the last.
+    // The smallest value is the lower edge of the first bin, the largest value the upper edge of the last bin.
     for (const value of measured) counts[Math.min(counts.length - 1, Math.floor((value - from) / bars.width + 1e-9))]++;
     assert.deepEqual(bars.y, counts);
     assert.equal(counts.reduce((sum, count) => sum + count), RUNS);
     assert.ok(Math.abs(line - measured.reduce((sum, value) => sum + value) / RUNS) < 1e-12);
   }));
 
-test("the worst run's command flies that run again, to the bit", () =>
+test("the command of the worst run repeats that run exactly", () =>
   opened("a/report.html", async (page) => {
     const runs = await values(page);
     for (const [metric, worst] of [["phase_error_deg", Math.max], ["separation_min_m", Math.min]]) {
@@ -132,9 +132,9 @@ test("the worst run's command flies that run again, to the bit", () =>
     }
   }));
 
-test("another end, another run and another metric can be chosen with the keyboard alone", () =>
+test("metric, order and run can be selected with the keyboard", () =>
   opened("a/report.html", async (page) => {
-    // Past the errors of groups of one UAV, and of more.
+    // The metrics before it are the position errors of groups of one UAV and of several UAVs.
     const chosen = () => page.locator('#metrics button[aria-pressed="true"]').textContent();
     for (let n = 0; n < 3 && (await chosen()) !== "velocity error\u00a0m/s"; n += 1) await page.keyboard.press("ArrowDown");
     assert.equal(await chosen(), "velocity error\u00a0m/s");
@@ -160,7 +160,11 @@ test("two batches are compared run by run", () =>
       const shown = await cells(page, "differences", metric);
       assert.equal(shown.difference.exact, String(paired.difference ?? ""), metric);
       assert.equal(shown.ci95.exact, paired.ci95?.join(" to ") ?? "", metric);
-      const verdict = !paired.ci95 ? "too few runs" : !paired.differs ? "no difference seen"
+      const undecided = ([low, high], interest) => {
+        if (low <= 0 && high >= 0) return "no significant difference";
+        return low >= -interest && high <= interest ? "below the size of interest" : "may be below the size of interest";
+      };
+      const verdict = !paired.ci95 ? "too few runs" : !paired.differs ? undecided(paired.ci95, paired.interest)
         : paired.better ? `${paired.better.toUpperCase()} is better` : "differs";
       assert.equal(shown.verdict.text, verdict, metric);
       verdicts.add(verdict);
@@ -175,11 +179,11 @@ test("two batches are compared run by run", () =>
     assert.match(await page.textContent("#command"), /--set sensor.range_sd_m=30/);
   }));
 
-test("a click on a point of the scatter chooses that run", () =>
+test("a click on a point of the scatter plot selects that run", () =>
   opened("a/report.html", async (page) => {
     await page.click("#tab-scatter");
     await page.locator("#up").selectOption("anees");
-    await page.waitForFunction(() => document.querySelector("#scatter").layout?.yaxis.title.text.startsWith("consistency"));
+    await page.waitForFunction(() => document.querySelector("#scatter").layout?.yaxis.title.text.startsWith("ANEES"));
     const runs = await values(page);
     const [data] = await page.evaluate(() => document.querySelector("#scatter").data.map(({ x, y, customdata }) => ({ x, y, customdata })));
     assert.deepEqual(data.y, runs.map((run) => Number(run.anees)));
@@ -189,14 +193,14 @@ test("a click on a point of the scatter chooses that run", () =>
     await page.mouse.move(box.x + box.width / 2, box.y + box.height / 2);
     await page.waitForSelector("#scatter .hoverlayer .hovertext");
     await page.mouse.click(box.x + box.width / 2, box.y + box.height / 2);
-    // Points may lie on one another: whichever was on top, the line below names a run that is drawn there.
+    // Points may overlap: the selected run is one of those drawn at this position.
     await page.waitForFunction(() => !document.querySelector("#command").hidden);
     const seed = (await page.textContent("#command")).split(" ").at(-1);
     const chosen = runs.findIndex((run) => run.seed === seed);
     assert.ok(Math.abs(data.x[chosen] - data.x[7]) < 0.02 && Math.abs(data.y[chosen] - data.y[7]) < 0.02, seed);
   }));
 
-test("a hostile name stays text, and its scenario can be saved and flown again", () =>
+test("a hostile scenario name is shown as text, and its scenario can be saved and run", () =>
   opened("hostile/report.html", async (page) => {
     assert.ok((await page.textContent("#title")).startsWith(HOSTILE));
     assert.equal(await page.locator("img").count(), 0);
@@ -211,18 +215,18 @@ test("a hostile name stays text, and its scenario can be saved and flown again",
     assert.equal(String(outcome.metrics.position_error_m), value);
   }));
 
-/** Settings as long as a list of vehicles: they wrap, and no table is wider than its place. */
-test("nothing is wider than the screen of a desktop or a phone, however long the settings are", async () => {
+/** Very long settings must wrap. */
+test("no element is wider than the screen of a desktop or a phone, even with long settings", async () => {
   const long = Array.from({ length: 24 }, (_, k) => `{ uav = 0, from_s = ${k}, until_s = ${k + 0.5} }`).join(", ");
   standoff("monte-carlo", "paper/table-2-pair", "--set", "duration_s=40", "--set", `uavs.outage=[${long}]`, "--runs", "3", "--seed", "5", "--out", "long");
   standoff("compare", "a", "long", "--report", "long.html");
-  for (const [what, options] of [["desktop", {}], ["phone", { viewport: { width: 390, height: 844 }, hasTouch: true, isMobile: true }]]) {
+  for (const [screen, options] of [["desktop", {}], ["phone", { viewport: { width: 390, height: 844 }, hasTouch: true, isMobile: true }]]) {
     await opened("long.html", async (page) => {
-      for (const name of ["Metrics", "Differences", "Flown"]) {
+      for (const name of ["Metrics", "Differences", "Batches"]) {
         await page.getByRole("tab", { name }).click();
         const wide = await page.evaluate(() => [document.scrollingElement, ...document.querySelectorAll(".scrolled, main > *")]
           .filter((one) => one.scrollWidth > one.clientWidth + 1).map((one) => one.id || one.tagName));
-        assert.deepEqual(wide, [], `${what}, ${name}`);
+        assert.deepEqual(wide, [], `${screen}, ${name}`);
       }
       assert.match(await page.locator("#settings").textContent(), /until_s = 23.5/);
     }, options);

@@ -1,4 +1,4 @@
-// Real Chromium, reports opened in it from disk with every network blocked, and what is asked of them.
+// Helpers for tests in Chromium: opening reports from disk without network access, and reading the page.
 
 import assert from "node:assert/strict";
 import { existsSync } from "node:fs";
@@ -9,9 +9,9 @@ import { chromium } from "playwright-core";
 
 const FLIGHTS = process.env.STANDOFF_FLIGHTS;
 const CHROMIUM = process.env.CHROMIUM;
-assert.ok(FLIGHTS && CHROMIUM, "STANDOFF_FLIGHTS and CHROMIUM are set by scripts/check_in_browser, which starts the tests");
+assert.ok(FLIGHTS && CHROMIUM, "STANDOFF_FLIGHTS and CHROMIUM must be set: start the tests with scripts/check_in_browser");
 
-/** Longest that anything may take on a busy machine, ms. */
+/** Timeout of browser operations on a busy machine, ms. */
 export const PATIENCE_MS = 60_000;
 
 export const TABLET = { viewport: { width: 820, height: 1180 }, hasTouch: true, isMobile: true };
@@ -20,13 +20,13 @@ export const PHONE = { viewport: { width: 390, height: 844 }, hasTouch: true, is
 /** The folder of a run. */
 export function folder(flight) {
   const path = join(FLIGHTS, flight);
-  assert.ok(existsSync(path), `${path}: no such run; scripts/check_in_browser flies it`);
+  assert.ok(existsSync(path), `${path}: no such run; scripts/check_in_browser creates it`);
   return path;
 }
 
 let launched;
 
-/** The browser; it is launched once. */
+/** Returns the browser, which is launched once. */
 export function browser() {
   launched ??= chromium.launch({
     executablePath: CHROMIUM,
@@ -36,12 +36,12 @@ export function browser() {
   return launched;
 }
 
-/** Closes it. */
+/** Closes the browser. */
 export async function leave() {
   await (await launched)?.close();
 }
 
-/** A page, and what it did that no report may do: errors, requests, dialogs, new windows. */
+/** Opens an empty page; `complaints` collects everything that a report must not do: errors, requests, dialogs, new windows. */
 export async function blank(options = {}) {
   const context = await (await browser()).newContext({ viewport: { width: 1280, height: 720 }, ...options });
   context.setDefaultTimeout(PATIENCE_MS);
@@ -64,25 +64,25 @@ export async function blank(options = {}) {
   return { context, page, complaints };
 }
 
-/** Opens the report of a run as a reader does, from disk. */
+/** Opens the report of a run from disk. */
 export async function open(page, flight, ready = "charts") {
   await page.goto(pathToFileURL(join(folder(flight), "report.html")).href);
-  const words = ready === "map" ? '[data-ready]' : `[data-ready="${ready}"]`;
-  await page.waitForSelector(`body${words}`);
+  const selector = ready === "map" ? '[data-ready]' : `[data-ready="${ready}"]`;
+  await page.waitForSelector(`body${selector}`);
   await page.waitForSelector("body[data-pictures]");
 }
 
-/** Waits until everything asked for so far is shown. */
+/** Waits until all requested changes are drawn. */
 export async function painted(page) {
   await page.evaluate(() => new Promise((resolve) => requestAnimationFrame(() => requestAnimationFrame(() => resolve()))));
 }
 
-/** The time that the clock tells, s. */
+/** The time shown by the clock, s. */
 export async function clock(page) {
   return page.locator("#clock").evaluate((clock) => Number(clock.dateTime.slice(2, -1)));
 }
 
-/** Goes to a time as a script would: through the slider. */
+/** Goes to a time by means of the slider. */
 export async function goTo(page, time_s) {
   await page.locator("#time").evaluate((slider, time_s) => {
     slider.value = time_s;
@@ -91,7 +91,7 @@ export async function goTo(page, time_s) {
   await page.waitForFunction((shown) => document.getElementById("clock").dateTime === shown, `PT${time_s.toFixed(3)}S`);
 }
 
-/** Where the map looks: what lies in its middle, m, and its scale, px per m. */
+/** The view of the map: its centre, m, and its scale, px per m. */
 export async function camera(page) {
   await painted(page);
   return page.locator("#map").evaluate(({ dataset }) => ({
@@ -101,22 +101,22 @@ export async function camera(page) {
   }));
 }
 
-/** The map's pixels, as one text. */
+/** The pixels of the map as a data URL. */
 export async function picture(page) {
   await painted(page);
   return page.locator("#map").evaluate((canvas) => canvas.toDataURL());
 }
 
-/** The card of what is chosen. */
-export const chosen = (page) => page.getByRole("region", { name: "What is chosen" });
+/** The card of the selected object. */
+export const chosen = (page) => page.getByRole("region", { name: "Selected object" });
 
-/** From now on, notes what is written on the map, of each picture anew, and on other canvases all of it. */
+/** Starts recording the texts drawn on canvases: for the map those of the last frame, for other canvases all. */
 export async function noteTexts(page) {
   await page.evaluate(() => {
     const pen = CanvasRenderingContext2D.prototype;
     const { fillText, fillRect } = pen;
     window.texts = { map: [], elsewhere: [] };
-    // A picture of the map begins with its ground.
+    // Each frame of the map begins by filling the background.
     pen.fillRect = function (...box) {
       if (this.canvas.id === "map") window.texts.map = [];
       return fillRect.apply(this, box);
@@ -129,7 +129,7 @@ export async function noteTexts(page) {
   });
 }
 
-/** What is written on the newest picture of the map (`elsewhere`: on other canvases), from where, how wide, in which ink. */
+/** The texts in the last frame of the map (`elsewhere`: on other canvases), with position, width and colour. */
 export async function texts(page, where = "map") {
   await painted(page);
   return page.evaluate((where) => window.texts[where], where);

@@ -1,4 +1,4 @@
-// Charts: plotly draws what the record holds; they are linked to time, and can be saved.
+// Charts: the curves equal the record, are linked to the time shown, and can be saved.
 
 import assert from "node:assert/strict";
 import { readFileSync } from "node:fs";
@@ -9,11 +9,11 @@ import { recordOf, same } from "./record.mjs";
 
 const DEGREES = 180 / Math.PI;
 
-/** Panels from the top: key, factor, and by table its columns and their dashes. */
+/** Panels from top to bottom: key, factor, and the curves: table, column, dash style. */
 const PANELS = [
   ["watched", 1, [["run", "targets", "solid"], ["run", "tracked", "dash"], ["run", "seen", "dot"], ["run", "watched", "solid"]]],
   ["position_error", 1, [["groups", "position_error_m", "solid"], ["groups", "position_bound_m", "dash"], ["run", "position_error_m", "dot"]]],
-  ["line_of_sight", DEGREES, [["uavs", "line_of_sight_rad", "solid"]]],
+  ["line_of_sight", DEGREES, [["uavs", "off_boresight_rad", "solid"]]],
   ["standoff_distance", 1, [["groups", "standoff_distance_m", "solid"], ["uavs", "centre_distance_m", "dot"]]],
   ["standoff_error", 1, [["uavs", "standoff_error_m", "solid"]]],
   ["phase", DEGREES, [["groups", "phase_rad", "solid"], ["groups", "phase_wanted_rad", "dash"]]],
@@ -22,7 +22,7 @@ const PANELS = [
   ["scan_sd", 1, [["groups", "scan_sd_m", "solid"]]],
 ];
 
-/** The curves that a record makes, in the order of the page. */
+/** The expected curves of a record, in the order of the page. */
 function curvesOf(record) {
   const found = [];
   for (const [panel, factor, columns] of PANELS) {
@@ -36,7 +36,7 @@ function curvesOf(record) {
   return found;
 }
 
-/** What plotly shows, panel by panel: a trace is of a single object here, from its first to its last value. */
+/** The traces of all panels. Here every trace belongs to one object and extends from its first to its last value. */
 async function drawn(page) {
   return page.evaluate(() => [...document.querySelectorAll(".panel:not([hidden])")].flatMap(({ dataset, lastChild }) =>
     lastChild.data.map(({ meta, line, opacity, x, y }) =>
@@ -45,17 +45,17 @@ async function drawn(page) {
 
 const named = ({ panel, of, id, column, dash }) => `${panel}: ${of} ${id} ${column} ${dash}`;
 
-/** Which objects have curves. */
+/** The objects that have curves. */
 async function shownNames(page) {
   return [...new Set((await drawn(page)).filter(({ of }) => of !== "run").map(({ of, id }) => `${of} ${id}`))].sort();
 }
 
-/** The stretch of time shown, s. */
+/** The time range shown, s. */
 async function range(page) {
   return page.evaluate(() => document.querySelector(".panel:not([hidden]) .plot").layout.xaxis.range.map(Number));
 }
 
-/** The box of a plot's inside on the page. */
+/** The inner box of a plot on the page. */
 async function plot(page, panel) {
   const place = page.locator(`[data-panel=${panel}] .plot`);
   await place.scrollIntoViewIfNeeded();
@@ -64,7 +64,7 @@ async function plot(page, panel) {
   return { x: box.x + l, y: box.y + t, width: box.width - l - r, height: box.height - t - b };
 }
 
-/** Drags from a share of a plot's width to another. */
+/** Drags from one fraction of the width of a plot to another. */
 async function drag(page, panel, from, to) {
   const box = await plot(page, panel);
   const y = box.y + box.height / 2;
@@ -84,17 +84,17 @@ for (const flight of ["figure-9", "slips"]) {
     for (const [k, { x, y }] of traces.entries()) {
       const { values } = wanted[k];
       const from = record.times_s.indexOf(x[0]);
-      assert.ok(values.every((value, at) => value === null || (at >= from && at < from + x.length)), "to its ends");
+      assert.ok(values.every((value, at) => value === null || (at >= from && at < from + x.length)), "the trace contains all values");
       assert.deepEqual(x, record.times_s.slice(from, from + x.length));
       same(y, values.slice(from, from + x.length), named(wanted[k]));
     }
   });
 }
 
-inReport("of a long mission the extremes are drawn, and every instant once zoomed", { flight: "long" }, async (page) => {
+inReport("the charts of a long mission show the extremes, and every time step after zooming in", { flight: "long" }, async (page) => {
   const record = recordOf("long");
   const wanted = curvesOf(record);
-  assert.ok(wanted.some((curve) => curve.column === "position_bound_m"), "a mission with a bound");
+  assert.ok(wanted.some((curve) => curve.column === "position_bound_m"), "the mission has a bound");
   const extremes = (values) => [Math.min, Math.max].map((most) => values.filter((value) => value !== null).reduce((a, b) => most(a, b)));
   const whole = await drawn(page);
   assert.deepEqual(whole.map(named), wanted.map(named));
@@ -104,7 +104,7 @@ inReport("of a long mission the extremes are drawn, and every instant once zoome
     same(y, x.map((time_s) => wanted[k].values[record.times_s.indexOf(time_s)]), wanted[k].column);
   }
   const button = page.getByRole("button", { name: "Whole run" });
-  assert.equal(await button.count(), 0, "nothing to go back to");
+  assert.equal(await button.count(), 0, "the whole run is shown");
   await goTo(page, 700);
   await drag(page, "line_of_sight", 0.25, 0.5);
   await page.waitForFunction(() => [...document.querySelectorAll(".panel:not([hidden]) .plot")].every(({ data }) => data[0].x[0] > 100));
@@ -113,7 +113,7 @@ inReport("of a long mission the extremes are drawn, and every instant once zoome
   assert.ok(Math.abs(from - 250) < 5 && Math.abs(to - 500) < 5, `${from} to ${to} s`);
   for (const [k, { x, y }] of zoomed.entries()) {
     const within = record.times_s.map((time_s, at) => [time_s, wanted[k].values[at]]).filter(([time_s]) => time_s >= x[0] && time_s <= x.at(-1));
-    assert.ok(x[0] <= from && x.at(-1) >= to, "to both edges");
+    assert.ok(x[0] <= from && x.at(-1) >= to, "the trace reaches both edges");
     assert.deepEqual(x, within.map(([time_s]) => time_s));
     same(y, within.map(([, value]) => value), wanted[k].column);
   }
@@ -122,8 +122,8 @@ inReport("of a long mission the extremes are drawn, and every instant once zoome
   const box = await plot(page, "speed");
   await page.mouse.dblclick(box.x + box.width / 2, box.y + box.height / 2);
   await back();
-  assert.deepEqual(await drawn(page), whole, "a double click shows the whole again");
-  assert.equal(await clock(page), 700, "nor does a double click");
+  assert.deepEqual(await drawn(page), whole, "a double click shows the whole run again");
+  assert.equal(await clock(page), 700, "a double click does not change the time shown");
   await drag(page, "turn_rate", 0.9, 0.4);
   await page.waitForFunction(() => document.querySelector(".panel:not([hidden]) .plot").layout.xaxis.range[0] > 300);
   await button.click();
@@ -132,7 +132,7 @@ inReport("of a long mission the extremes are drawn, and every instant once zoome
   assert.equal(await clock(page), 700);
 });
 
-inReport("a hand that trembles clicks, and a drag never moves time", {}, async (page) => {
+inReport("a press with a small movement is a click, and a drag does not change the time", {}, async (page) => {
   const whole = await range(page);
   const box = await plot(page, "speed");
   const at = { x: box.x + 0.6 * box.width, y: box.y + box.height / 2 };
@@ -151,7 +151,7 @@ inReport("a hand that trembles clicks, and a drag never moves time", {}, async (
   }
 });
 
-inReport("a button of each name shows it alone; another theme keeps that; by keyboard, too", {}, async (page) => {
+inReport("legend buttons select curves with pointer and keyboard, and the theme does not change the selection", {}, async (page) => {
   const all = await shownNames(page);
   assert.deepEqual(all, ["groups 0", "groups 1", "uavs 0", "uavs 1", "uavs 2", "uavs 3"]);
   const shows = async (names) => {
@@ -176,60 +176,60 @@ inReport("a button of each name shows it alone; another theme keeps that; by key
   await page.keyboard.press("Enter");
   await shows(["groups 1", "uavs 2"]);
   assert.equal(await page.evaluate(() => document.activeElement.textContent), "group 1", "the focus stays");
-  assert.equal(await clock(page), 0, "the keys do not go to the page");
+  assert.equal(await clock(page), 0, "the keys do not act on the page");
   await button("all curves").click();
   await shows(all);
   assert.equal(await button("UAV 2").getAttribute("aria-pressed"), "false");
 });
 
 for (const [screen, options] of [["1280x720", {}], ["a phone", PHONE]]) {
-  inReport(`names and the axis of time stay in sight while the panels scroll, and nothing scrolls sideways: ${screen}`, options, async (page) => {
+  inReport(`legend and time axis stay visible while the panels scroll, and nothing scrolls horizontally: ${screen}`, options, async (page) => {
     const pane = page.getByRole("region", { name: "Charts over time" });
-    const seen = () => page.evaluate(() => {
+    const hidden = () => page.evaluate(() => {
       const ofPage = ({ left, right, top, bottom }) => left >= 0 && top >= 0 && right <= innerWidth && bottom <= innerHeight;
-      const isSeen = (one) => {
+      const isVisible = (one) => {
         const box = one.getBoundingClientRect();
         const on = document.elementFromPoint((box.left + box.right) / 2, (box.top + box.bottom) / 2);
         return ofPage(box) && (on === one || one.contains(on) || on?.contains(one));
       };
-      return [...document.querySelectorAll("#legend button, #time-axis span")].filter((one) => !isSeen(one)).map((one) => one.textContent);
+      return [...document.querySelectorAll("#legend button, #time-axis span")].filter((one) => !isVisible(one)).map((one) => one.textContent);
     });
     const panes = () => pane.evaluate((pane) => [pane.scrollWidth - pane.clientWidth, pane.scrollHeight - pane.clientHeight]);
-    const [sideways, down] = await panes();
-    assert.equal(sideways, 0);
-    assert.ok(down > 200, "there is something to scroll");
-    const atTop = await seen();
+    const [horizontal, vertical] = await panes();
+    assert.equal(horizontal, 0);
+    assert.ok(vertical > 200, "the panels scroll vertically");
+    const atTop = await hidden();
     assert.deepEqual(atTop, []);
     await pane.evaluate((pane) => pane.scrollTo(0, 1e6));
     await painted(page);
-    assert.deepEqual(await seen(), []);
-    // The axis' words stand at the plots' grid.
-    const off = await page.evaluate(() => {
+    assert.deepEqual(await hidden(), []);
+    // The labels of the axis are at the grid lines of the plots.
+    const offsets = await page.evaluate(() => {
       const { layout, ...place } = document.querySelector(".panel:not([hidden]) .plot");
       const plot = document.querySelector(".panel:not([hidden]) .plot").getBoundingClientRect();
       const [first, last] = layout.xaxis.range;
       const inside = plot.width - layout.margin.l - layout.margin.r;
-      return [...document.querySelectorAll("#time-axis span:not(.unit)")].map((word) => {
-        const box = word.getBoundingClientRect();
-        const wanted = plot.left + layout.margin.l + ((Number(word.textContent) - first) / (last - first)) * inside;
-        return Math.abs((box.left + box.right) / 2 - wanted);
+      return [...document.querySelectorAll("#time-axis span:not(.unit)")].map((label) => {
+        const box = label.getBoundingClientRect();
+        const expected = plot.left + layout.margin.l + ((Number(label.textContent) - first) / (last - first)) * inside;
+        return Math.abs((box.left + box.right) / 2 - expected);
       });
     });
-    assert.ok(off.length >= 3 && off.every((px) => px < 1), `${off}`);
+    assert.ok(offsets.length >= 3 && offsets.every((px) => px < 1), `${offsets}`);
     const { left, right } = await page.locator("#panel-charts").evaluate((panel) => panel.getBoundingClientRect());
-    assert.ok(left >= 0 && right <= (options.viewport?.width ?? 1280), `the panel lies from ${left} to ${right} px`);
+    assert.ok(left >= 0 && right <= (options.viewport?.width ?? 1280), `the panel extends from ${left} to ${right} px`);
   });
 }
 
-inReport("the axis of time is that of the stretch shown", {}, async (page) => {
+inReport("the time axis covers the time range shown", {}, async (page) => {
   await drag(page, "speed", 0.2, 0.3);
   await page.waitForFunction(() => document.querySelector(".panel:not([hidden]) .plot").layout.xaxis.range[0] > 10);
-  const words = await page.locator("#time-axis span:not(.unit)").allTextContents();
+  const labels = await page.locator("#time-axis span:not(.unit)").allTextContents();
   const [first, last] = await range(page);
-  assert.ok(words.length >= 3 && words.every((word) => Number(word) >= first && Number(word) <= last), `${words} within ${first} to ${last} s`);
+  assert.ok(labels.length >= 3 && labels.every((label) => Number(label) >= first && Number(label) <= last), `${labels} within ${first} to ${last} s`);
 });
 
-inReport("a click on a plot goes to that time, and the cursor shows it", {}, async (page) => {
+inReport("a click on a plot goes to that time, and the cursor marks it", {}, async (page) => {
   for (const [panel, share] of [["watched", 0.25], ["turn_rate", 0.8]]) {
     const box = await plot(page, panel);
     await page.mouse.click(box.x + share * box.width, box.y + box.height / 2);
@@ -240,8 +240,8 @@ inReport("a click on a plot goes to that time, and the cursor shows it", {}, asy
   }
 });
 
-/** What the box beside the pointer tells: its head and by name the words of the values, from the top. */
-async function told(page, panel, share, height = 0.5) {
+/** The contents of the tooltip: its heading, and names and values from top to bottom. */
+async function tooltip(page, panel, share, height = 0.5) {
   const box = await plot(page, panel);
   await page.mouse.move(box.x + share * box.width - 5, box.y + height * box.height);
   await page.mouse.move(box.x + share * box.width, box.y + height * box.height);
@@ -255,30 +255,30 @@ async function told(page, panel, share, height = 0.5) {
   }));
 }
 
-const number = (words) => Number(words.replace("\u2212", "-").split("\u00a0")[0].split("\u00b0")[0]);
+const number = (text) => Number(text.replace("\u2212", "-").split("\u00a0")[0].split("\u00b0")[0]);
 
-inReport("over a plot the values at that time are told, of that panel alone, from high to low", {}, async (page) => {
+inReport("the tooltip of a plot lists the values of that panel at that time, largest first", {}, async (page) => {
   const record = recordOf("figure-9");
-  const { head, rows, nearest } = await told(page, "speed", 0.4, 0.02);
+  const { head, rows, nearest } = await tooltip(page, "speed", 0.4, 0.02);
   const k = record.times_s.indexOf(Number(head.split(" s")[0]));
   assert.match(head, / s Speed$/);
   assert.ok(Math.abs(record.times_s[k] - 40) <= 0.5, `${head}`);
   assert.deepEqual(rows.map(([name]) => name).sort(), ["UAV 0", "UAV 1", "UAV 2", "UAV 3"]);
-  for (const [name, words] of rows) {
-    assert.match(words, /\u00a0m\/s$/);
-    assert.ok(Math.abs(number(words) - record.tables.uavs[name.slice(4)].speed_m_s[k]) <= 0.0051, `${words} of ${name}`);
+  for (const [name, text] of rows) {
+    assert.match(text, /\u00a0m\/s$/);
+    assert.ok(Math.abs(number(text) - record.tables.uavs[name.slice(4)].speed_m_s[k]) <= 0.0051, `${text} of ${name}`);
   }
-  const values = rows.map(([, words]) => number(words));
+  const values = rows.map(([, text]) => number(text));
   assert.deepEqual(values, [...values].sort((a, b) => b - a));
-  assert.deepEqual(nearest, [rows[0][0]], "near the top the highest one stands out");
-  assert.deepEqual((await told(page, "speed", 0.4, 0.98)).nearest, [rows.at(-1)[0]]);
-  const error = await told(page, "position_error", 0.5);
+  assert.deepEqual(nearest, [rows[0][0]], "near the top the largest value is emphasised");
+  assert.deepEqual((await tooltip(page, "speed", 0.4, 0.98)).nearest, [rows.at(-1)[0]]);
+  const error = await tooltip(page, "position_error", 0.5);
   assert.deepEqual(error.rows.map(([name]) => name).sort(), ["all tracks", "group 0", "group 1"]);
 });
 
-inReport("the box is never cut off, and goes with the pointer", {}, async (page) => {
+inReport("the tooltip is never cut off, and disappears when the pointer leaves", {}, async (page) => {
   for (const [panel, share, height] of [["watched", 0.01, 0.05], ["watched", 0.99, 0.95], ["scan_sd", 0.99, 0.95], ["standoff_distance", 0.5, 0.5]]) {
-    const { box, pane, rows, hidden } = await told(page, panel, share, height);
+    const { box, pane, rows, hidden } = await tooltip(page, panel, share, height);
     assert.ok(!hidden && rows.length > 0, panel);
     assert.ok(box.left >= pane.left && box.right <= pane.right && box.top >= pane.top && box.bottom <= pane.bottom, JSON.stringify([panel, box, pane]));
   }
@@ -286,40 +286,40 @@ inReport("the box is never cut off, and goes with the pointer", {}, async (page)
   assert.ok(!cut);
   await page.mouse.move(300, 300);
   assert.ok(await page.locator("#hover").isHidden());
-  assert.equal(await page.locator(".modebar, .hoverlayer .hovertext").count(), 0, "nothing of plotly's covers the curves");
+  assert.equal(await page.locator(".modebar, .hoverlayer .hovertext").count(), 0, "no plotly controls cover the curves");
 });
 
-inReport("what is not there at that time is left out", { flight: "slips" }, async (page) => {
+inReport("the tooltip leaves out curves without a value at that time", { flight: "slips" }, async (page) => {
   const record = recordOf("slips");
   const wanted = curvesOf(record).filter(({ panel }) => panel === "position_error");
   for (const share of [0.1, 0.5, 0.9]) {
-    const { head, rows } = await told(page, "position_error", share);
+    const { head, rows } = await tooltip(page, "position_error", share);
     const k = record.times_s.indexOf(Number(head.split(" s")[0]));
     assert.equal(rows.length, wanted.filter(({ values }) => values[k] !== null).length, head);
   }
 });
 
-inReport("the panels say what they are, and can be put away", {}, async (page) => {
+inReport("panels have descriptions and can be hidden", {}, async (page) => {
   const heading = (name) => page.getByRole("heading", { level: 2, name });
-  for (const [name, words] of [[/^Line of sight/, "boresight"], [/^True standoff error, outside \(\+\), inside \(\u2212\) \(m\)/, "r_d"], [/^Vehicles watched/, "field of view"]]) {
-    assert.ok((await heading(name).getAttribute("title")).includes(words));
+  for (const [name, text] of [[/^Off-boresight angle/, "boresight"], [/^True standoff error, outside \(\+\), inside \(\u2212\) \(m\)/, "r_d"], [/^Targets in custody/, "field of view"]]) {
+    assert.ok((await heading(name).getAttribute("title")).includes(text));
   }
   await page.getByRole("button", { name: "Panels" }).focus();
   await page.keyboard.press("Enter");
   const list = page.getByRole("group", { name: "Panels" });
   assert.equal(await list.getByRole("checkbox").count(), PANELS.length);
-  assert.ok((await list.textContent()).includes("largest angle between a UAV's boresight"), "what it is stands there, too");
+  assert.ok((await list.textContent()).includes("largest angle between a UAV's boresight"), "the list contains the descriptions");
   const box = await list.boundingBox();
   assert.ok(box.x >= 0 && box.y >= 0 && box.x + box.width <= 1280 && box.y + box.height <= 720, JSON.stringify(box));
-  await list.getByRole("checkbox", { name: "Line of sight" }).uncheck();
+  await list.getByRole("checkbox", { name: "Off-boresight angle" }).uncheck();
   await page.keyboard.press("Escape");
   assert.ok(await page.locator("#panel-list").isHidden());
   await page.waitForFunction(() => document.querySelector("[data-panel=line_of_sight]").hidden);
-  assert.equal(await heading(/^Line of sight/).count(), 0);
+  assert.equal(await heading(/^Off-boresight angle/).count(), 0);
   assert.equal(await heading(/^Speed/).count(), 1);
 });
 
-inReport("the table saved equals the record, every instant", { flight: "long" }, async (page) => {
+inReport("the saved CSV file equals the record at every time step", { flight: "long" }, async (page) => {
   const record = recordOf("long");
   await goTo(page, 50);
   await page.getByRole("toolbar", { name: "Curves" }).getByRole("button", { name: "UAV 0" }).click();
@@ -330,7 +330,7 @@ inReport("the table saved equals the record, every instant", { flight: "long" },
   assert.deepEqual(column("time_s"), record.times_s);
   const wanted = curvesOf(record);
   assert.equal(heads.length, 1 + wanted.length);
-  assert.equal(new Set(heads).size, heads.length, "every column has a name of its own");
+  assert.equal(new Set(heads).size, heads.length, "column names are unique");
   for (const { of, id, column: name } of wanted) {
     const head = { uavs: `uav_${id}_${name}`, groups: `group_${id}_${name}`, run: `run_${name}` }[of];
     assert.ok(heads.includes(head), head);
@@ -338,7 +338,7 @@ inReport("the table saved equals the record, every instant", { flight: "long" },
   }
 });
 
-inReport("the charts can be saved as a PNG, with their names", {}, async (page) => {
+inReport("the charts can be saved as a PNG with a legend", {}, async (page) => {
   const saved = async () => {
     const [download] = await Promise.all([page.waitForEvent("download"), page.getByRole("button", { name: "Save PNG" }).click()]);
     assert.equal(download.suggestedFilename(), "paper-figure-9-1.png");
@@ -350,7 +350,7 @@ inReport("the charts can be saved as a PNG, with their names", {}, async (page) 
   assert.equal(wide, 2000, "px wide");
   assert.ok(high > 2000, "px high");
   assert.ok(bytes.length > 50_000, `${bytes.length} bytes`);
-  // The names stand above the first panel: their colours are in the picture there.
+  // The legend is above the first panel: its colours are in that part of the image.
   const inks = await page.evaluate(async (base64) => {
     const image = new Image();
     image.src = `data:image/png;base64,${base64}`;
@@ -366,57 +366,57 @@ inReport("the charts can be saved as a PNG, with their names", {}, async (page) 
     return [...document.querySelectorAll("#legend .stroke")].map((mark) => [hex(getComputedStyle(mark).borderTopColor), found.has(hex(getComputedStyle(mark).borderTopColor))]);
   }, bytes.toString("base64"));
   assert.equal(inks.length, 6);
-  assert.deepEqual(inks.filter(([, there]) => !there), []);
-  for (const name of ["Line of sight", "Speed", "Turn rate"]) {
+  assert.deepEqual(inks.filter(([, isFound]) => !isFound), []);
+  for (const name of ["Off-boresight angle", "Speed", "Turn rate"]) {
     await page.getByRole("button", { name: "Panels" }).click();
     await page.getByRole("checkbox", { name }).uncheck();
     await page.keyboard.press("Escape");
   }
   await page.waitForFunction(() => document.querySelectorAll(".panel[hidden]").length === 4);
-  assert.ok((await saved()).high < high - 600, "panels put away are not in it");
+  assert.ok((await saved()).high < high - 600, "hidden panels are not in the image");
 });
 
-/** Widths and opacities of a panel's traces, by what they are of; all values of what is in one trace. */
+/** Widths and opacities of the traces of a panel, by object. */
 async function looks(page, panel) {
   const traces = (await drawn(page)).filter((trace) => trace.panel === panel);
   return new Map(traces.map(({ of, id, width, opacity }) => [`${of} ${id}`, { width, opacity }]));
 }
 
-/** Chooses an object, as a reader does who knows its name. */
+/** Selects an object by its name. */
 async function choose(page, name) {
   await page.getByLabel("Find").fill(name);
   await page.keyboard.press("Enter");
 }
 
-inReport("what is chosen comes forward: a UAV and the group that it serves, a group and its UAVs", {}, async (page) => {
+inReport("curves of the selected object are emphasised: a UAV and its groups, a group and its UAVs", {}, async (page) => {
   const record = recordOf("figure-9");
   const plain = [...(await looks(page, "speed")).values()];
-  assert.ok(plain.every(({ width, opacity }) => width === plain[0].width && opacity === 1), "before, all are alike");
+  assert.ok(plain.every(({ width, opacity }) => width === plain[0].width && opacity === 1), "without a selection all curves have the same style");
   const front = async (panel) => {
     const all = [...await looks(page, panel)];
     const widest = Math.max(...all.map(([, { width }]) => width));
     const names = all.filter(([, { width }]) => width === widest).map(([name]) => name);
     assert.ok(all.every(([name, { width, opacity }]) => (names.includes(name) ? width > 2 && opacity === 1 : width < 2 && (opacity < 0.5 || name.startsWith("run")))), JSON.stringify(all));
-    // They are drawn last, on top.
+    // Emphasised curves are drawn last, on top.
     assert.deepEqual(all.slice(-names.length).map(([name]) => name), names);
     return names.sort();
   };
-  const served = (id) => [...new Set(record.tables.uavs[id].group.filter((group) => group !== null))].map((group) => `groups ${group}`).sort();
+  const groupsOf = (id) => [...new Set(record.tables.uavs[id].group.filter((group) => group !== null))].map((group) => `groups ${group}`).sort();
   await choose(page, "UAV 1");
   await page.waitForFunction(() => [...document.querySelector("[data-panel=scan_sd] .plot").data].some(({ opacity }) => opacity < 1));
   assert.deepEqual(await front("speed"), ["uavs 1"]);
-  assert.deepEqual(await front("scan_sd"), served(1));
+  assert.deepEqual(await front("scan_sd"), groupsOf(1));
   assert.ok(await page.getByRole("toolbar", { name: "Curves" }).getByRole("button", { name: "UAV 1" }).evaluate((chip) => chip.classList.contains("front")));
-  const [group] = served(2);
+  const [group] = groupsOf(2);
   await choose(page, group.replace("groups", "group"));
   await page.waitForFunction((id) => document.querySelector("[data-panel=scan_sd] .plot").data.at(-1).meta[0].id === id, Number(group.split(" ")[1]));
   await painted(page);
   assert.deepEqual(await front("scan_sd"), [group]);
   await page.waitForFunction(() => document.querySelector("[data-panel=turn_rate] .plot").data.filter(({ line }) => line.width > 2).length === 2);
-  assert.deepEqual(await front("speed"), record.ids("uavs").filter((id) => served(id).includes(group)).map((id) => `uavs ${id}`));
+  assert.deepEqual(await front("speed"), record.ids("uavs").filter((id) => groupsOf(id).includes(group)).map((id) => `uavs ${id}`));
 });
 
-inReport("a target that is chosen has a panel of its own on top, whole, with where it was out of view", { flight: "slips" }, async (page) => {
+inReport("the selected target has a panel on top, which covers the whole run and marks times out of view", { flight: "slips" }, async (page) => {
   const record = recordOf("slips");
   const hidden = ({ in_view, group }) => in_view.some((is, k) => is === false && group[k] !== null);
   const id = record.ids("targets").find((id) => hidden(record.tables.targets[id]));
@@ -428,13 +428,13 @@ inReport("a target that is chosen has a panel of its own on top, whole, with whe
   await page.waitForFunction((count) => document.querySelector("[data-panel=target] .plot").data?.[0]?.x.length >= count,
     error_m.filter((value) => value !== null).length);
   assert.match(await panel.getByRole("heading").textContent(), new RegExp(`^Target ${record.names[id]}, position error \\(m\\)`));
-  assert.ok(!(await panel.getByRole("heading").textContent()).includes("reading"), "all is read");
+  assert.ok(!(await panel.getByRole("heading").textContent()).includes("loading"), "all data is loaded");
   const { x, y, bands } = await panel.locator(".plot").evaluate(({ data, layout }) => ({
     x: data[0].x, y: data[0].y, bands: layout.shapes.filter(({ type }) => type === "rect").map(({ x0, x1, fillcolor }) => [x0, x1, fillcolor]),
   }));
   const from = record.times_s.indexOf(x[0]);
-  same(y, error_m.slice(from, from + x.length), "its error", 1e-3);
-  // By instant: shaded as out of view exactly where it is.
+  same(y, error_m.slice(from, from + x.length), "position error", 1e-3);
+  // At every time step the shading is correct.
   const alarm = bands.map(([, , colour]) => colour).find((colour) => /rgba\(19|rgba\(2/.test(colour));
   for (const [k, time_s] of record.times_s.slice(0, -1).entries()) {
     const is = in_view[k] === false && group[k] !== null;
@@ -443,14 +443,14 @@ inReport("a target that is chosen has a panel of its own on top, whole, with whe
   }
   const box = await panel.boundingBox();
   const pane = await page.getByRole("region", { name: "Charts over time" }).boundingBox();
-  assert.ok(Math.abs(box.y - pane.y) < 3, "it is in sight");
+  assert.ok(Math.abs(box.y - pane.y) < 3, "the panel is visible");
   const groups = [...new Set(group.filter((one) => one !== null))];
   await page.waitForFunction((count) => document.querySelector("[data-panel=scan_sd] .plot").data.filter(({ line }) => line.width > 2).length === count, groups.length);
   await choose(page, "UAV 0");
   await page.waitForFunction(() => document.querySelector("[data-panel=target]").hidden);
 });
 
-inReport("eight UAVs and many groups: names fit, the box tells ten, curves are told apart", { flight: "crowd" }, async (page) => {
+inReport("with eight UAVs and many groups the legend fits, the tooltip lists ten values, and colours differ", { flight: "crowd" }, async (page) => {
   const names = await page.getByRole("toolbar", { name: "Curves" }).getByRole("button").allTextContents();
   assert.ok(names.includes("UAV 7") && names.length <= 16, `${names}`);
   const legend = await page.locator("#legend").boundingBox();
@@ -459,7 +459,7 @@ inReport("eight UAVs and many groups: names fit, the box tells ten, curves are t
   const colours = await page.locator("[data-panel=speed] .plot").evaluate(({ data }) => data.map(({ line }) => line.color));
   assert.equal(new Set(colours).size, 8);
   assert.ok(traces.length < 100, `${traces.length} lines`);
-  const { rows, head } = await told(page, "standoff_distance", 0.5);
+  const { rows, head } = await tooltip(page, "standoff_distance", 0.5);
   assert.equal(rows.length, 10, head);
   assert.match(await page.locator("#hover").textContent(), /and \d+ more$/);
 });

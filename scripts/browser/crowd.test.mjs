@@ -1,4 +1,4 @@
-// Hundreds of vehicles: all in sight, small marks, few strokes of the pen, and none that cannot be found.
+// Hundreds of vehicles: all are in view with small symbols, drawing takes few canvas operations, and each can be found.
 
 import assert from "node:assert/strict";
 import { readFileSync } from "node:fs";
@@ -9,7 +9,7 @@ import { inReport } from "./in_report.mjs";
 const VEHICLES = 650;
 const traffic = () => readFileSync(`${process.env.STANDOFF_FLIGHTS}/650.csv`, "utf8").trim().split("\n").slice(1).map((line) => line.split(","));
 
-inReport("a report of 650 vehicles opens with every one of them in sight, as small marks", { flight: "crowd-650" }, async (page) => {
+inReport("a report with 650 vehicles opens with all of them in view, with small symbols", { flight: "crowd-650" }, async (page) => {
   const label = await page.locator("#map").getAttribute("aria-label");
   assert.match(label, new RegExp(`, ${VEHICLES} targets,`));
   const { x_m, y_m, px_per_m } = await camera(page);
@@ -23,10 +23,10 @@ inReport("a report of 650 vehicles opens with every one of them in sight, as sma
   await page.getByLabel("Follow").selectOption("group 0");
   for (let press = 0; press < 8; press++) await page.getByRole("button", { name: "Zoom in" }).click();
   await painted(page);
-  assert.equal(await scale(), 1, "near, marks have their full size");
+  assert.equal(await scale(), 1, "symbols have their full size after zooming in");
 });
 
-inReport("650 vehicles with all layers are drawn with few strokes of the pen", { flight: "crowd-650" }, async (page) => {
+inReport("drawing 650 vehicles with all layers takes few canvas operations", { flight: "crowd-650" }, async (page) => {
   await goTo(page, 15);
   await page.evaluate(() => {
     const pen = CanvasRenderingContext2D.prototype;
@@ -46,12 +46,12 @@ inReport("650 vehicles with all layers are drawn with few strokes of the pen", {
   assert.ok(strokes > 50 && strokes < 300, `${strokes} strokes`);
 });
 
-inReport("one of 650 is found by its name, and its row comes first", { flight: "crowd-650" }, async (page) => {
+inReport("one of 650 vehicles is found by its name, and its row comes first", { flight: "crowd-650" }, async (page) => {
   await goTo(page, 16);
   await page.getByRole("tab", { name: "State" }).click();
   const find = page.getByLabel("Find");
   await find.fill("car");
-  assert.equal(await page.locator("#names option").count(), 20, "few are proposed");
+  assert.equal(await page.locator("#names option").count(), 20, "at most 20 names are proposed");
   await find.fill("car 649");
   await find.press("Enter");
   await painted(page);
@@ -59,5 +59,5 @@ inReport("one of 650 is found by its name, and its row comes first", { flight: "
   assert.equal(await page.locator("#targets tbody tr").count(), 100);
   const [, , x_m, y_m] = traffic().find(([t_s, name]) => t_s === "16" && name === "car 649");
   const seen = await camera(page);
-  assert.ok(Math.hypot(seen.x_m - x_m, seen.y_m - y_m) < 60, "and the map goes there");
+  assert.ok(Math.hypot(seen.x_m - x_m, seen.y_m - y_m) < 60, "the map shows the vehicle");
 });

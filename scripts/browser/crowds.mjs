@@ -1,13 +1,13 @@
-// Traffic by the number, as CSV: so many vehicles, for so many seconds, told every so many.
+// Generates a traffic file (CSV) with VEHICLES vehicles for DURATION_S seconds, with one position per vehicle every STEP_S seconds.
 // Usage: node crowds.mjs VEHICLES DURATION_S STEP_S [LIFE_S] > traffic.csv
-// With LIFE_S vehicles come and go, one after the other: each is there for so long.
+// With LIFE_S, vehicles appear one after the other, and each exists for LIFE_S seconds.
 
 import { once } from "node:events";
 
 const [vehicles, duration_s, step_s, life_s = Infinity] = process.argv.slice(2).map(Number);
 const PER_GROUP = 13;
 
-/** Vehicles drive in bands, each on its way round a block of its own; within a band they change places slowly. */
+/** Position of a vehicle. Vehicles drive in groups, each around a separate block; within a group they change places slowly. */
 function place(vehicle, t_s) {
   const group = Math.floor(vehicle / PER_GROUP);
   const [column, row] = [group % 8, Math.floor(group / 8)];
@@ -18,15 +18,15 @@ function place(vehicle, t_s) {
   return `${x_m.toFixed(2)},${y_m.toFixed(2)}`;
 }
 
-/** Whether a vehicle is there at a time. */
-function isThere(vehicle, t_s) {
+/** Whether a vehicle exists at a time. */
+function exists(vehicle, t_s) {
   const begins_s = life_s === Infinity ? 0 : ((duration_s - life_s) * vehicle) / vehicles;
   return t_s >= begins_s && t_s <= begins_s + life_s;
 }
 
 process.stdout.write("t_s,vehicle,x_m,y_m\n");
 for (let t_s = 0; t_s <= duration_s; t_s += step_s) {
-  const there = Array.from({ length: vehicles }, (_, vehicle) => vehicle).filter((vehicle) => isThere(vehicle, t_s));
-  const lines = there.map((vehicle) => `${t_s},car ${vehicle},${place(vehicle, t_s)}\n`);
+  const present = Array.from({ length: vehicles }, (_, vehicle) => vehicle).filter((vehicle) => exists(vehicle, t_s));
+  const lines = present.map((vehicle) => `${t_s},car ${vehicle},${place(vehicle, t_s)}\n`);
   if (!process.stdout.write(lines.join(""))) await once(process.stdout, "drain");
 }

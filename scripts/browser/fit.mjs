@@ -1,4 +1,4 @@
-// Whether a page is fit for everybody: axe-core's rules, and everything in its place.
+// Checks of accessibility (rules of axe-core) and of the layout.
 
 import assert from "node:assert/strict";
 import { readFileSync } from "node:fs";
@@ -6,16 +6,16 @@ import { createRequire } from "node:module";
 
 const AXE = readFileSync(createRequire(import.meta.url).resolve("axe-core/axe.min.js"), "utf8");
 
-/** Holds what is on show against axe-core's rules. */
+/** Checks the page against the rules of axe-core. */
 export async function axe(page, what) {
   await page.evaluate(AXE);
   const { violations, passes } = await page.evaluate(() => window.axe.run(document, { resultTypes: ["violations"] }));
-  const told = violations.flatMap(({ id, nodes }) => nodes.map((node) => `${id}: ${node.target}: ${node.any.map((any) => any.message)}`));
-  assert.deepEqual(told, [], what);
-  assert.ok(passes.some((rule) => rule.id === "color-contrast"), "contrast was looked at");
+  const messages = violations.flatMap(({ id, nodes }) => nodes.map((node) => `${id}: ${node.target}: ${node.any.map((any) => any.message)}`));
+  assert.deepEqual(messages, [], what);
+  assert.ok(passes.some((rule) => rule.id === "color-contrast"), "contrast was checked");
 }
 
-/** Holds that nothing overlaps or is cut off, and that nothing scrolls sideways. */
+/** Checks that no elements overlap or are cut off, and that nothing scrolls horizontally. */
 export async function inPlace(page, what) {
   const { scrolls, boxes, outside } = await page.evaluate(() => {
     const root = document.scrollingElement;
@@ -28,13 +28,13 @@ export async function inPlace(page, what) {
       outside: visible.filter(([, box]) => box.left < 0 || box.top < 0 || box.right > innerWidth || box.bottom > innerHeight).map(([name]) => name),
     };
   });
-  assert.ok(!scrolls, `${what}: the page does not scroll, and no panel sideways`);
+  assert.ok(!scrolls, `${what}: the page does not scroll, and no panel scrolls horizontally`);
   assert.deepEqual(outside, [], what);
-  assert.ok(boxes.length > 15, `${boxes.length} things are looked at`);
+  assert.ok(boxes.length > 15, `${boxes.length} elements are checked`);
   for (const [k, a] of boxes.entries()) {
     for (const b of boxes.slice(k + 1)) {
-      const apart = a.right <= b.left + 0.5 || b.right <= a.left + 0.5 || a.bottom <= b.top + 0.5 || b.bottom <= a.top + 0.5;
-      assert.ok(apart, `${what}: ${a.name} and ${b.name} overlap: ${JSON.stringify([a, b])}`);
+      const isDisjoint = a.right <= b.left + 0.5 || b.right <= a.left + 0.5 || a.bottom <= b.top + 0.5 || b.bottom <= a.top + 0.5;
+      assert.ok(isDisjoint, `${what}: ${a.name} and ${b.name} overlap: ${JSON.stringify([a, b])}`);
     }
   }
 }

@@ -1,4 +1,4 @@
-// What the other tests rely on: a page that misbehaves is noticed.
+// Checks a precondition of the other tests: forbidden actions of a page are detected.
 
 import assert from "node:assert/strict";
 import { mkdtempSync, rmSync, writeFileSync } from "node:fs";
@@ -11,11 +11,11 @@ import { blank, leave, PATIENCE_MS } from "./browser.mjs";
 
 after(leave);
 
-test("a request, an error and a dialog of a page are noticed, and nothing gets through", { timeout: PATIENCE_MS }, async () => {
-  const room = mkdtempSync(join(tmpdir(), "standoff-"));
+test("requests, errors and dialogs of a page are detected, and all requests are blocked", { timeout: PATIENCE_MS }, async () => {
+  const folder = mkdtempSync(join(tmpdir(), "standoff-"));
   const { context, page, complaints } = await blank();
   try {
-    const file = join(room, "bad.html");
+    const file = join(folder, "bad.html");
     writeFileSync(file, `<img src="http://127.0.0.1:9/x" onerror="alert(1); throw new Error('bad')"><script>
       new WebSocket("ws://127.0.0.1:9/");
       fetch("https://example.com/").catch(() => (document.title = "blocked"));</script>`);
@@ -26,6 +26,6 @@ test("a request, an error and a dialog of a page are noticed, and nothing gets t
     }
   } finally {
     await context.close();
-    rmSync(room, { recursive: true });
+    rmSync(folder, { recursive: true });
   }
 });

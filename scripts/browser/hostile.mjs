@@ -1,5 +1,5 @@
-// Names as a stranger might write them into a traffic file. Run by itself, it prints
-// that file, or with "scenario" a name for a scenario.
+// Hostile vehicle names. As a script it prints a traffic file with these names, or with the argument "scenario" a hostile
+// scenario name.
 
 import { fileURLToPath } from "node:url";
 
@@ -17,10 +17,10 @@ export const NAMES = [
   "=HYPERLINK(1)",
 ];
 
-/** A name of a scenario file, as long as file systems allow. */
+/** A scenario name of the maximum length that file systems allow. */
 export const SCENARIO = `"><img src=x onerror=alert(1)>${" and so on".repeat(20)}`;
 
-/** Cars side by side that drive north-east for a minute; the last one turns away. */
+/** Cars that drive north-east next to each other for one minute; the last one turns away. */
 function* traffic() {
   yield "t_s,vehicle,lat_deg,lon_deg";
   for (let t_s = 0; t_s <= 60; t_s += 0.5) {

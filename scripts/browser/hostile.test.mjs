@@ -1,4 +1,4 @@
-// Names from strangers' files stay text.
+// Names from untrusted files are shown as text.
 
 import assert from "node:assert/strict";
 
@@ -6,13 +6,13 @@ import { goTo, painted } from "./browser.mjs";
 import { inReport } from "./in_report.mjs";
 import { NAMES, SCENARIO } from "./hostile.mjs";
 
-/** A name as the page shows it: without what cannot be seen, and not too long. */
+/** A name as the page shows it: shortened, and with invisible characters replaced. */
 function short(name) {
   const seen = name.replace(/[\u0000-\u001f\u007f-\u009f\u200b-\u200f\u2028-\u202e\u2060-\u2069\ufeff]/g, "\ufffd");
   return seen.length > 24 ? `${seen.slice(0, 23)}\u2026` : seen;
 }
 
-/** Elements that only a name could have brought, and attributes that act. */
+/** Elements and event attributes that only a name could have inserted. */
 async function foreign(page) {
   return page.evaluate(() => [
     ...[...document.querySelectorAll("img, iframe, object, embed, link, base, form:not([method=dialog])")].map((found) => found.outerHTML),
@@ -22,7 +22,7 @@ async function foreign(page) {
   ]);
 }
 
-inReport("names of vehicles stay text in tables, events, marks, on the map and in warnings", { flight: "hostile" }, async (page) => {
+inReport("vehicle names are text in tables, events, the event strip, on the map and in warnings", { flight: "hostile" }, async (page) => {
   await page.getByRole("tab", { name: "State" }).click();
   const named = () => page.locator('#targets td[data-field="name"]').allTextContents();
   for (const time_s of [0, 30, 60]) {
@@ -31,19 +31,19 @@ inReport("names of vehicles stay text in tables, events, marks, on the map and i
     assert.deepEqual(await foreign(page), []);
   }
   await page.getByRole("tab", { name: "Events" }).click();
-  await page.getByLabel("routine, too").check();
+  await page.getByLabel("routine events").check();
   await page.getByLabel("Kind").selectOption("cued");
   const events = await page.locator("#events [role=option]").allTextContents();
   assert.equal(events.length, NAMES.length);
   for (const name of NAMES) assert.ok(events.some((words) => words.includes(` ${short(name)}, `) || words.includes(` ${short(name)}:`)), short(name));
-  await page.getByLabel("Kind").selectOption("discarded");
+  await page.getByLabel("Kind").selectOption("removed");
   await page.locator("#events [role=option]").click();
   await painted(page);
   const warning = await page.getByRole("status").first().textContent();
   assert.ok(NAMES.some((name) => warning.includes(`discarded: ${short(name)}`)), warning);
   await page.locator("#marks").hover({ position: await page.locator("#marks").evaluate((marks) => ({ x: (53.5 / 60) * marks.clientWidth, y: 8 })) });
   assert.match(await page.locator("#tip").textContent(), /discarded|orbit-infeasible/);
-  // The field for a vehicle proposes the names as they are, and finds the events of each.
+  // The object field accepts the exact names and finds the events of each vehicle.
   await page.getByLabel("Kind").selectOption("cued");
   const field = page.getByPlaceholder("UAV or target");
   for (const name of NAMES.filter((name) => name === name.trim() && !/[\r\n]/.test(name))) {
@@ -55,7 +55,7 @@ inReport("names of vehicles stay text in tables, events, marks, on the map and i
   assert.deepEqual(await foreign(page), []);
 });
 
-inReport("the name of a scenario stays text, in the title, the heading and the names of files", { flight: "hostile-name" }, async (page) => {
+inReport("a scenario name is text in the title, the heading and file names", { flight: "hostile-name" }, async (page) => {
   assert.equal(await page.title(), `${SCENARIO}, seed 1 \u2013 standoff`);
   assert.equal(await page.getByRole("heading", { level: 1 }).textContent(), `${SCENARIO}, seed 1`);
   assert.deepEqual(await foreign(page), []);

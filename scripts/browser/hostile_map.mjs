@@ -1,4 +1,4 @@
-// A map as a stranger might write it: GeoJSON around the hostile traffic, names and properties that are none. It is printed.
+// Prints a hostile map: GeoJSON around the hostile traffic, with malicious names and invalid properties.
 
 const NAMES = ["<img src=x onerror=alert(2)>", "</script><script>alert(2)</script>", "__proto__", "constructor", "\u202e\u0007"];
 

@@ -1,4 +1,4 @@
-// Tests of a report.
+// Runs tests in a report.
 
 import assert from "node:assert/strict";
 import { after, test } from "node:test";
@@ -7,7 +7,7 @@ import { blank, leave, open, painted, PATIENCE_MS } from "./browser.mjs";
 
 after(leave);
 
-/** A test of a report, which fails as well if the page complains. */
+/** Defines a test in a report; the test also fails if the page has errors or makes requests. */
 export function inReport(name, { flight = "figure-9", ...options }, check) {
   test(name, { timeout: 2 * PATIENCE_MS }, async () => {
     const { context, page, complaints } = await blank(options);

@@ -1,4 +1,4 @@
-// Links: an address with a time and a selection opens there, and nonsense in it does no harm.
+// Links: a link opens the page with its time and selection, and invalid parameters are reported.
 
 import assert from "node:assert/strict";
 import { join } from "node:path";
@@ -11,9 +11,9 @@ import { recordOf } from "./record.mjs";
 after(leave);
 
 const record = recordOf("figure-9");
-const said = (page) => page.locator("#told-event").textContent();
+const message = (page) => page.locator("#told-event").textContent();
 
-/** Opens a report at an address that says where. */
+/** Opens a report with a fragment in its address. */
 async function at(page, hash, flight = "figure-9") {
   await page.goto("about:blank");
   await page.goto(`${pathToFileURL(join(folder(flight), "report.html")).href}${hash}`);
@@ -21,7 +21,7 @@ async function at(page, hash, flight = "figure-9") {
   await painted(page);
 }
 
-/** Puts other words behind the address of the page that is open. */
+/** Changes the fragment of the address of the open page. */
 async function to(page, hash) {
   await page.evaluate((hash) => new Promise((resolve) => {
     if (location.hash === hash) return resolve();
@@ -31,7 +31,7 @@ async function to(page, hash) {
   await painted(page);
 }
 
-/** The address once the page has put a link into it. */
+/** Clicks "Copy link" and returns the fragment that the page puts into the address. */
 async function copied(page) {
   await page.getByRole("button", { name: "Copy link" }).click();
   await page.waitForFunction(() => document.getElementById("told-event").textContent !== "");
@@ -50,58 +50,58 @@ function inLink(name, check) {
   });
 }
 
-inLink("a link opens at its time with its UAV chosen and followed, and is copied as it was", async (page) => {
+inLink("a link opens at its time with its UAV selected and followed, and copying returns the same link", async (page) => {
   await at(page, "#t=60.5&uav=2&follow=1");
   assert.equal(await clock(page), 60.5);
   const { x_m, y_m } = record.rows("uavs", 60.5).get(2);
   const seen = await camera(page);
-  assert.ok(Math.abs(seen.x_m - x_m) < 1e-3 && Math.abs(seen.y_m - y_m) < 1e-3, "UAV 2 is in the middle");
+  assert.ok(Math.abs(seen.x_m - x_m) < 1e-3 && Math.abs(seen.y_m - y_m) < 1e-3, "UAV 2 is in the centre");
   assert.equal(await page.getByLabel("Follow").inputValue(), "uav 2");
   await page.getByRole("tab", { name: "Events" }).click();
-  assert.ok(await page.getByLabel("only of UAV 2").isVisible());
-  assert.equal(await said(page), "");
+  assert.ok(await page.getByLabel("only UAV 2").isVisible());
+  assert.equal(await message(page), "");
   assert.equal(await copied(page), "#t=60.5&uav=2&follow=1");
-  // Another one in the address of the same page.
+  // Another link in the address of the same page.
   await to(page, "#t=20&group=1");
   assert.equal(await clock(page), 20);
-  assert.ok(await page.getByLabel("only of group 1").isVisible());
+  assert.ok(await page.getByLabel("only group 1").isVisible());
   await page.locator("#map").focus();
   await page.keyboard.press("ArrowRight");
   await page.keyboard.press("c");
   await page.waitForFunction(() => location.hash === "#t=20.5&group=1");
 });
 
-inLink("a target is linked by its name, whatever is in it, or by its id", async (page) => {
+inLink("links contain the name of a target with any characters, or its id", async (page) => {
   const { names } = recordOf("hostile");
   await at(page, "#t=5&target=0", "hostile");
   for (const [id, name] of names.entries()) {
     await to(page, `#target=${encodeURIComponent(name)}`);
-    assert.equal(await said(page), "", name);
+    assert.equal(await message(page), "", name);
     const word = new URLSearchParams((await copied(page)).slice(1)).get("target");
     assert.equal(word, name.length > 100 ? String(id) : name);
-    // Words of the page's own go when time moves on.
+    // Messages of the page disappear when the time changes.
     await page.keyboard.press("ArrowRight");
   }
   assert.equal(new URLSearchParams((await copied(page)).slice(1)).get("t"), String(5 + names.length / 2));
 });
 
-inLink("nonsense in a link does no harm and is told", async (page) => {
+inLink("invalid parameters of a link are reported and otherwise ignored", async (page) => {
   const cases = [
-    ["#t=100.5", 100, /asks for 100\.5 s, and the run is from 0\.0 to 100\.0 s: this is the nearest/],
-    ["#t=-3", 0, /asks for -3 s/],
-    ["#t=1e9", 0, /t=1e9: that is no number of seconds/],
-    ["#t=%3Cb%3E&uav=99&follow=1", 0, /t=<b>.*; it names UAV 99, which this run does not have/],
-    ["#t=40&target=nobody", 40, /names target nobody, which this run does not have/],
-    ["#t=40&group=", 40, /names group \(nothing\)/],
-    ["#%E0%A4%A&&==&uav", 0, /names UAV \(nothing\)/],
+    ["#t=100.5", 100, /requests 100\.5 s, but the run covers 0\.0 to 100\.0 s \(nearest time shown\)/],
+    ["#t=-3", 0, /requests -3 s/],
+    ["#t=1e9", 0, /t=1e9, which is not a number of seconds/],
+    ["#t=%3Cb%3E&uav=99&follow=1", 0, /t=<b>.*; it names UAV 99, which is not in this run/],
+    ["#t=40&target=unknown", 40, /names target unknown, which is not in this run/],
+    ["#t=40&group=", 40, /names group \(empty\)/],
+    ["#%E0%A4%A&&==&uav", 0, /names UAV \(empty\)/],
     ["#elsewhere", 0, /^$/],
   ];
   await at(page, cases[0][0]);
-  for (const [hash, time_s, words] of cases) {
+  for (const [hash, time_s, expected] of cases) {
     await to(page, "#t=0");
     await to(page, hash);
     assert.equal(await clock(page), time_s, hash);
-    assert.match(await said(page), words, hash);
+    assert.match(await message(page), expected, hash);
     assert.equal(await page.getByLabel("Follow").inputValue(), "run", hash);
   }
 });

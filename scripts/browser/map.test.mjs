@@ -1,4 +1,4 @@
-// The map: what it follows, its layers, zoom, pan, ruler; with a mouse, keys and fingers.
+// The map: following, layers, zoom, pan and ruler, with mouse, keyboard and touch.
 
 import assert from "node:assert/strict";
 
@@ -8,7 +8,7 @@ import { recordOf } from "./record.mjs";
 
 const record = recordOf("figure-9");
 
-/** A place on the map, counted from its upper left corner, as a place on the page. */
+/** Converts a position relative to the upper left corner of the map to a position on the page. */
 async function on(page, x, y) {
   const box = await page.locator("#map").boundingBox();
   return [box.x + x, box.y + y];
@@ -22,16 +22,17 @@ async function drag(page, from, to) {
   await page.mouse.up();
 }
 
-function near(value, wanted, tolerance, what) {
-  assert.ok(Math.abs(value - wanted) <= tolerance, `${what}: ${value}, not ${wanted} within ${tolerance}`);
+/** Asserts that a value is within a tolerance of the expected value. */
+function near(value, expected, tolerance, what) {
+  assert.ok(Math.abs(value - expected) <= tolerance, `${what}: ${value}, expected ${expected} within ${tolerance}`);
 }
 
-/** The middle of the map, px. */
+/** The centre of the map, px. */
 async function middle(page) {
   return page.locator("#map").evaluate((canvas) => [canvas.clientWidth / 2, canvas.clientHeight / 2]);
 }
 
-inReport("the map follows a UAV or a group, until it is dragged", {}, async (page) => {
+inReport("the map follows a UAV or a group until it is dragged", {}, async (page) => {
   const follow = page.getByLabel("Follow");
   for (const [value, table, id] of [["uav 3", "uavs", 3], ["group 1", "groups", 1]]) {
     await follow.selectOption(value);
@@ -45,18 +46,18 @@ inReport("the map follows a UAV or a group, until it is dragged", {}, async (pag
   }
   await goTo(page, 20.25);
   const [before, after] = [20, 20.5].map((time_s) => record.rows("groups", time_s).get(1));
-  near((await camera(page)).x_m, (before.x_m + after.x_m) / 2, 1e-3, "between two instants, between their places");
+  near((await camera(page)).x_m, (before.x_m + after.x_m) / 2, 1e-3, "positions are interpolated between time steps");
   await drag(page, [300, 300], [330, 300]);
   assert.equal(await follow.inputValue(), "");
   const held = await camera(page);
   await goTo(page, 90);
-  assert.deepEqual(await camera(page), held, "what follows nothing stays where it is");
+  assert.deepEqual(await camera(page), held, "a map that follows nothing does not move");
   await page.locator("#map").focus();
   await page.keyboard.press("f");
   assert.equal(await follow.inputValue(), "group 0");
 });
 
-inReport("each layer can be taken away and put back", {}, async (page) => {
+inReport("each layer can be hidden and shown again", {}, async (page) => {
   await goTo(page, 40);
   await page.getByLabel("Follow").selectOption("group 0");
   await page.locator("summary").click();
@@ -67,9 +68,9 @@ inReport("each layer can be taken away and put back", {}, async (page) => {
   for (let k = 0; k < count; k++) {
     const layer = layers.nth(k);
     const name = (await layer.getAttribute("name")).replace("layer-", "");
-    assert.ok((await layer.locator("xpath=..").getAttribute("title")).length > 20, `what ${name} is, is said`);
+    assert.ok((await layer.locator("xpath=..").getAttribute("title")).length > 20, `${name} has a description`);
     if (name === "ellipses") {
-      // From far they are smaller than the marks in them, and left out.
+      // At a small scale the ellipses are smaller than the symbols and are not drawn.
       await layer.click();
       assert.ok((await picture(page)) === whole, "small ellipses are not drawn");
       await layer.click();
@@ -81,25 +82,25 @@ inReport("each layer can be taken away and put back", {}, async (page) => {
     }
     assert.ok(await layer.isChecked());
     await layer.click();
-    assert.ok((await picture(page)) !== whole, `without ${name} the picture is another one`);
+    assert.ok((await picture(page)) !== whole, `hiding ${name} changes the map`);
     const shown = (await page.locator("#map").getAttribute("data-layers")).split(" ");
     assert.ok(shown.length === count - 1 && !shown.includes(name), `${name} is not among ${shown}`);
     await layer.click();
-    assert.ok((await picture(page)) === whole, `with ${name} it is the same again`);
+    assert.ok((await picture(page)) === whole, `showing ${name} restores the map`);
   }
-  // The list lies over other things: a click elsewhere closes it.
+  // The list covers other controls: a click elsewhere closes it.
   assert.ok(await layers.first().isVisible());
   await page.getByRole("tab", { name: "State" }).click();
   assert.ok(!(await layers.first().isVisible()));
 });
 
-/** The labels of the newest picture, without those of the scale: text, and the box that it covers. */
+/** The labels of the last frame without those of the scale bar: text and box. */
 async function labels(page) {
   const all = (await texts(page)).filter(({ text }) => !/^(N|[\d.]+ k?m)$/.test(text));
   return all.map(({ text, x, y, width }) => ({ text, left: x, right: x + width, top: y - 5, bottom: y + 5 }));
 }
 
-inReport("labels never lie on one another: where all is near, the less important are left out", {}, async (page) => {
+inReport("labels do not overlap, and the less important ones are left out if there is no space", {}, async (page) => {
   const overlap = (a, b) => a.left < b.right && b.left < a.right && a.top < b.bottom && b.top < a.bottom;
   await noteTexts(page);
   await goTo(page, 40);
@@ -108,16 +109,16 @@ inReport("labels never lie on one another: where all is near, the less important
   const far = await labels(page);
   for (const shown of [near, far]) {
     for (const [k, one] of shown.entries()) {
-      for (const other of shown.slice(0, k)) assert.ok(!overlap(one, other), `${one.text} lies on ${other.text}`);
+      for (const other of shown.slice(0, k)) assert.ok(!overlap(one, other), `${one.text} overlaps ${other.text}`);
     }
   }
-  const words = near.map((label) => label.text);
-  for (const id of record.ids("uavs")) assert.ok(words.includes(`UAV ${id}`), `UAV ${id} is among ${words}`);
-  for (const id of record.rows("groups", 40).keys()) assert.ok(words.includes(`group ${id}`), `group ${id} is among ${words}`);
+  const names = near.map((label) => label.text);
+  for (const id of record.ids("uavs")) assert.ok(names.includes(`UAV ${id}`), `UAV ${id} is among ${names}`);
+  for (const id of record.rows("groups", 40).keys()) assert.ok(names.includes(`group ${id}`), `group ${id} is among ${names}`);
   assert.ok(far.length > 0 && far.length < near.length && far[0].text.startsWith("UAV"), `${far.map((label) => label.text)}`);
 });
 
-inReport("zoom keeps what is under the pointer, and fit shows all again", {}, async (page) => {
+inReport("zooming keeps the point under the pointer in place, and \"Show all\" restores the view", {}, async (page) => {
   const first = await camera(page);
   const [x, y] = [200, 150];
   const [cx, cy] = await middle(page);
@@ -126,15 +127,15 @@ inReport("zoom keeps what is under the pointer, and fit shows all again", {}, as
   await page.mouse.wheel(0, -300);
   await page.waitForFunction((scale) => Number(document.getElementById("map").dataset.pxPerM) > scale * 1.2, first.px_per_m);
   const zoomed = await camera(page);
-  near(under(zoomed)[0], under(first)[0], 0.01, "east of what is under the pointer");
-  near(under(zoomed)[1], under(first)[1], 0.01, "north of it");
+  near(under(zoomed)[0], under(first)[0], 0.01, "east coordinate under the pointer");
+  near(under(zoomed)[1], under(first)[1], 0.01, "north coordinate under the pointer");
   await page.getByRole("button", { name: "Show all" }).click();
   assert.deepEqual(await camera(page), first);
   for (const [button, key, way] of [["Zoom in", "+", 1], ["Zoom out", "-", -1]]) {
     await page.getByRole("button", { name: button }).click();
     const once = await camera(page);
     assert.ok((once.px_per_m - first.px_per_m) * way > 0, button);
-    near(once.x_m, first.x_m, 1e-6, "the middle stays");
+    near(once.x_m, first.x_m, 1e-6, "the centre stays in place");
     await page.keyboard.press(key);
     assert.ok(((await camera(page)).px_per_m - once.px_per_m) * way > 0, key);
     await page.keyboard.press("0");
@@ -142,56 +143,56 @@ inReport("zoom keeps what is under the pointer, and fit shows all again", {}, as
   }
 });
 
-inReport("the map can be dragged, and tells what is under the pointer", {}, async (page) => {
+inReport("the map can be dragged, and shows the coordinates under the pointer", {}, async (page) => {
   const first = await camera(page);
   await drag(page, [300, 300], [340, 270]);
   const now = await camera(page);
   near(now.x_m, first.x_m - 40 / first.px_per_m, 1e-6, "east");
   near(now.y_m, first.y_m - 30 / first.px_per_m, 1e-6, "north");
   const [cx, cy] = await middle(page);
-  const words = await page.locator("#where").textContent();
-  const [, east, north] = words.replaceAll("\u2212", "-").match(/^(-?\d+) m east, (-?\d+) m north$/);
+  const text = await page.locator("#where").textContent();
+  const [, east, north] = text.replaceAll("\u2212", "-").match(/^(-?\d+) m east, (-?\d+) m north$/);
   near(Number(east), now.x_m + (340 - cx) / now.px_per_m, 0.51, "east");
   near(Number(north), now.y_m - (270 - cy) / now.px_per_m, 0.51, "north");
 });
 
-inReport("the ruler measures to a pixel, tells the compass bearing, and leaves no traces", {}, async (page) => {
+inReport("the ruler measures to within a pixel, shows the compass bearing, and disappears when switched off", {}, async (page) => {
   const before = await picture(page);
   await page.getByRole("button", { name: "Ruler" }).click();
   const { px_per_m } = await camera(page);
   for (const [to, dx, dy, bearing] of [[[400, 300], 100, 0, "090"], [[300, 200], 0, -100, "000"], [[240, 380], -60, 80, "217"]]) {
-    const looked = await camera(page);
+    const view = await camera(page);
     await drag(page, [300, 300], to);
-    const words = await page.locator("#measured").textContent();
-    const [, metres, degrees] = words.match(/^(\d+) m, bearing (\d+)\u00b0$/);
+    const text = await page.locator("#measured").textContent();
+    const [, metres, degrees] = text.match(/^(\d+) m, bearing (\d+)\u00b0$/);
     near(Number(metres), Math.hypot(dx, dy) / px_per_m, 1 / px_per_m, "distance");
     assert.equal(degrees, bearing);
-    assert.deepEqual(await camera(page), looked, "measuring does not move the map");
+    assert.deepEqual(await camera(page), view, "measuring does not move the map");
   }
   const ruled = await picture(page);
   await page.keyboard.press("r");
-  assert.ok((await picture(page)) !== ruled, "the ruler's line goes");
-  assert.ok((await picture(page)) === before, "the map is as it was");
+  assert.ok((await picture(page)) !== ruled, "the line of the ruler disappears");
+  assert.ok((await picture(page)) === before, "the map is the same as before");
   assert.equal(await page.locator("#measured").textContent(), "");
   assert.equal(await page.getByRole("button", { name: "Ruler" }).getAttribute("aria-pressed"), "false");
 });
 
-inReport("where the scenario has an origin, the map tells latitude and longitude", { flight: "hostile" }, async (page) => {
+inReport("if the scenario has an origin, the map shows latitude and longitude", { flight: "hostile" }, async (page) => {
   // The first vehicle of the file starts at the origin.
   await page.getByLabel("Follow").selectOption("group 0");
   const seen = await camera(page);
   const [cx, cy] = await middle(page);
   const origin = [cx - seen.x_m * seen.px_per_m, cy + seen.y_m * seen.px_per_m];
   await page.mouse.move(...(await on(page, ...origin)));
-  const words = (await page.locator("#where").textContent()).replaceAll("\u2212", "-");
-  const [, north, northOrSouth, east, eastOrWest] = words.match(/, ([\d.]+)\u00b0 ([NS]) ([\d.]+)\u00b0 ([EW])$/);
+  const text = (await page.locator("#where").textContent()).replaceAll("\u2212", "-");
+  const [, north, northOrSouth, east, eastOrWest] = text.match(/, ([\d.]+)\u00b0 ([NS]) ([\d.]+)\u00b0 ([EW])$/);
   const [lat, lon] = [northOrSouth === "N" ? Number(north) : -north, eastOrWest === "E" ? Number(east) : -east];
   const metres_per_degree = 111_200;
-  near((lat - 44.5) * metres_per_degree, 0, 1 / seen.px_per_m, "north of the origin");
-  near((lon - 11.3) * metres_per_degree * Math.cos((44.5 * Math.PI) / 180), 0, 1 / seen.px_per_m, "east of it");
+  near((lat - 44.5) * metres_per_degree, 0, 1 / seen.px_per_m, "latitude of the origin");
+  near((lon - 11.3) * metres_per_degree * Math.cos((44.5 * Math.PI) / 180), 0, 1 / seen.px_per_m, "longitude of the origin");
 });
 
-inReport("on a tablet one finger drags the map, and two zoom it", TABLET, async (page) => {
+inReport("on a tablet, one finger drags the map and two fingers zoom it", TABLET, async (page) => {
   const session = await page.context().newCDPSession(page);
   const touch = async (type, ...places) => {
     const touchPoints = [];
@@ -215,16 +216,16 @@ inReport("on a tablet one finger drags the map, and two zoom it", TABLET, async 
   await touch("touchMove", [250, 250], [450, 250]);
   await touch("touchEnd");
   const pinched = await camera(page);
-  near(pinched.px_per_m / first.px_per_m, 2, 0.02, "two fingers twice as far apart zoom to twice the scale");
+  near(pinched.px_per_m / first.px_per_m, 2, 0.02, "doubling the distance of the fingers doubles the scale");
   const [cx, cy] = await middle(page);
   const under = ({ x_m, y_m, px_per_m }) => [x_m + (350 - cx) / px_per_m, y_m - (250 - cy) / px_per_m];
-  near(under(pinched)[0], under(dragged)[0], 1 / pinched.px_per_m, "what is between the fingers stays there");
-  near(under(pinched)[1], under(dragged)[1], 1 / pinched.px_per_m, "what is between the fingers stays there");
+  near(under(pinched)[0], under(dragged)[0], 1 / pinched.px_per_m, "the point between the fingers stays in place");
+  near(under(pinched)[1], under(dragged)[1], 1 / pinched.px_per_m, "the point between the fingers stays in place");
   assert.equal(await page.evaluate(() => visualViewport.scale), 1, "the page itself is not zoomed");
   await painted(page);
 });
 
-/** West, south, east, north of all that a run shows, by its record, m. */
+/** Bounds (west, south, east, north) of everything in the record of a run, m. */
 function boundsOf(record) {
   const [xs, ys] = [[], []];
   const put = (columns, of, r = []) => columns[of[0]].forEach((x_m, k) => {
@@ -243,36 +244,37 @@ function boundsOf(record) {
   return [Math.min(...xs), Math.min(...ys), Math.max(...xs), Math.max(...ys)];
 }
 
-/** What the map shows, west, south, east, north, m. */
+/** Bounds (west, south, east, north) of the map, m. */
 async function shownBounds(page) {
   const { x_m, y_m, px_per_m } = await camera(page);
   const [cx, cy] = await middle(page);
   return [x_m - cx / px_per_m, y_m - cy / px_per_m, x_m + cx / px_per_m, y_m + cy / px_per_m];
 }
 
-function holds(outer, inner, what) {
+/** Asserts that bounds contain other bounds. */
+function contains(outer, inner, what) {
   for (const k of [0, 1]) {
     assert.ok(outer[k] <= inner[k] && outer[k + 2] >= inner[k + 2], `${what}: ${inner} is inside ${outer}`);
   }
 }
 
 for (const flight of ["figure-9", "long"]) {
-  inReport(`the page opens with the whole run in view and keeps it so, whatever the time and the window's size: ${flight}`, { flight }, async (page) => {
+  inReport(`the page opens with the whole run in view and keeps it in view at any time and window size: ${flight}`, { flight }, async (page) => {
     const whole = boundsOf(recordOf(flight));
     const end_s = recordOf(flight).times_s.at(-1);
     const first = await camera(page);
     for (const time_s of [0, end_s / 2, end_s]) {
       await goTo(page, time_s);
-      assert.deepEqual(await camera(page), first, "it stays where it is");
-      holds(await shownBounds(page), whole, `at ${time_s} s`);
+      assert.deepEqual(await camera(page), first, "the map does not move");
+      contains(await shownBounds(page), whole, `at ${time_s} s`);
     }
     const [west, south, east, north] = await shownBounds(page);
     const filled = Math.max((whole[2] - whole[0]) / (east - west), (whole[3] - whole[1]) / (north - south));
     assert.ok(filled > 0.7 || Math.max(whole[2] - whole[0], whole[3] - whole[1]) < 200, `the run fills ${filled} of the map`);
     await page.setViewportSize({ width: 1000, height: 900 });
     await page.waitForFunction((scale) => Number(document.getElementById("map").dataset.pxPerM) !== scale, first.px_per_m);
-    holds(await shownBounds(page), whole, "in another window");
-    // From the first move of the hand on, the map is the reader's.
+    contains(await shownBounds(page), whole, "in a window of another size");
+    // After the user has moved the map, it no longer fits itself.
     await page.mouse.move(...(await on(page, 300, 300)));
     await page.mouse.wheel(0, -400);
     await page.waitForFunction(() => document.getElementById("follow").value === "");
@@ -287,12 +289,12 @@ for (const flight of ["figure-9", "long"]) {
   });
 }
 
-/** Waits until the map does not move by itself any more. */
+/** Waits until the map has stopped moving. */
 async function settled(page) {
   for (let before = null, now = await camera(page); JSON.stringify(now) !== before; now = await camera(page)) before = JSON.stringify(now);
 }
 
-inReport("all that there is now can be kept in view while time plays", { flight: "long" }, async (page) => {
+inReport("the map can keep all current objects in view", { flight: "long" }, async (page) => {
   const record = recordOf("long");
   const whole = await camera(page);
   await page.getByLabel("Follow").selectOption("now");
@@ -302,11 +304,11 @@ inReport("all that there is now can be kept in view while time plays", { flight:
     const shown = await shownBounds(page);
     for (const table of ["uavs", "groups", "targets"]) {
       for (const [id, { x_m, y_m, standoff_distance_m: r_m = 0 }] of record.rows(table, time_s)) {
-        if (x_m !== null) holds(shown, [x_m - r_m, y_m - r_m, x_m + r_m, y_m + r_m], `${table} ${id} at ${time_s} s`);
+        if (x_m !== null) contains(shown, [x_m - r_m, y_m - r_m, x_m + r_m, y_m + r_m], `${table} ${id} at ${time_s} s`);
       }
     }
-    if (time_s === 0) assert.ok((await camera(page)).px_per_m > 1.5 * whole.px_per_m, "nearer than the whole run");
+    if (time_s === 0) assert.ok((await camera(page)).px_per_m > 1.5 * whole.px_per_m, "the scale is larger than for the whole run");
   }
   await page.getByRole("button", { name: "Zoom in" }).click();
-  assert.equal(await page.getByLabel("Follow").inputValue(), "", "zooming is moving by hand");
+  assert.equal(await page.getByLabel("Follow").inputValue(), "", "zooming stops following");
 });

@@ -1,4 +1,4 @@
-// How fast reports are in this browser, on this machine: scripts/check_in_browser --measure.
+// Measures the speed of reports in this browser on this machine: scripts/check_in_browser --measure.
 
 import { statSync } from "node:fs";
 import { cpus, loadavg } from "node:os";
@@ -10,9 +10,9 @@ const LAPTOP = { width: 1280, height: 720 };
 const DESK = { width: 1920, height: 1080 };
 
 const median = (values) => [...values].sort((a, b) => a - b)[Math.floor(values.length / 2)];
-const say = (what, value) => console.log(`${what.padEnd(62)} ${value}`);
+const report = (quantity, value) => console.log(`${quantity.padEnd(62)} ${value}`);
 
-/** Notes when the page has got where, ms since navigation; and how long its script takes for each picture. */
+/** Records when the page reaches each stage, ms since navigation, and the script time of each frame. */
 function watch() {
   const request = window.requestAnimationFrame;
   window.drawing = [];
@@ -28,7 +28,7 @@ function watch() {
   }).observe(document, { subtree: true, attributeFilter: ["data-ready", "data-pictures"] });
 }
 
-/** Opens a report, `times` times, anew each time; gives the median of each time, ms. */
+/** Opens a report `times` times, in a new browser context each time; returns the median times of the stages, ms. */
 async function opening(flight, times) {
   const all = [];
   for (let k = 0; k < times; k++) {
@@ -41,16 +41,17 @@ async function opening(flight, times) {
   return Object.fromEntries(Object.keys(all[0]).map((what) => [what, median(all.map((one) => one[what]))]));
 }
 
-async function tellOpening(flight, times) {
+/** Measures and prints the opening times of a report. */
+async function reportOpening(flight, times) {
   const size = statSync(join(folder(flight), "report.html")).size;
-  say(`${flight}: size of the report`, `${(size / 1e6).toFixed(2)} MB`);
+  report(`${flight}: size of the report`, `${(size / 1e6).toFixed(2)} MB`);
   const { map, picture, charts } = await opening(flight, times);
-  say(`${flight}: navigation to data, median of ${times}`, `${map.toFixed(0)} ms`);
-  say(`${flight}: navigation to the first picture, median of ${times}`, `${picture.toFixed(0)} ms`);
-  say(`${flight}: navigation to the charts, median of ${times}`, `${charts.toFixed(0)} ms`);
+  report(`${flight}: navigation to data, median of ${times}`, `${map.toFixed(0)} ms`);
+  report(`${flight}: navigation to the first frame, median of ${times}`, `${picture.toFixed(0)} ms`);
+  report(`${flight}: navigation to the charts, median of ${times}`, `${charts.toFixed(0)} ms`);
 }
 
-/** Pictures per second while playing at 4x with every layer, beside the frames that the browser offers. */
+/** Frame rate during playback at 4x with all layers, compared with the frame rate of the browser. */
 async function playing(flight, seconds, viewport) {
   const { context, page } = await blank({ viewport });
   await page.addInitScript(watch);
@@ -73,12 +74,12 @@ async function playing(flight, seconds, viewport) {
     return { pictures: (drawn() - before) / passed_s, frames: frames / passed_s, drawing: window.drawing };
   }, 1000 * seconds);
   const size = `${viewport.width} x ${viewport.height}`;
-  say(`${flight}: pictures per second over ${seconds} s at 4x, ${size}`, `${pictures.toFixed(1)} (the browser offers ${frames.toFixed(1)})`);
-  say(`${flight}: script for a picture, ${size}`, `${median(drawing).toFixed(1)} ms (longest of ${drawing.length}: ${Math.max(...drawing).toFixed(0)})`);
+  report(`${flight}: frames per second over ${seconds} s at 4x, ${size}`, `${pictures.toFixed(1)} (browser: ${frames.toFixed(1)})`);
+  report(`${flight}: script time per frame, ${size}`, `${median(drawing).toFixed(1)} ms (longest of ${drawing.length}: ${Math.max(...drawing).toFixed(0)})`);
   await context.close();
 }
 
-/** Scrubs over the whole mission, a place each frame. */
+/** Scrubs over the whole mission, with one slider position per frame. */
 async function scrubbing(flight, places) {
   const { context, page } = await blank();
   await open(page, flight);
@@ -99,19 +100,19 @@ async function scrubbing(flight, places) {
     while (document.getElementById("warning").textContent.includes("loading")) await frame();
     return { gaps, waited: performance.now() - stopped };
   }, places);
-  say(`${flight}: longest frame of ${places} while scrubbing over all of it`, `${Math.max(...gaps).toFixed(0)} ms (median ${median(gaps).toFixed(0)})`);
-  say(`${flight}: from the last place to its targets`, `${waited.toFixed(0)} ms`);
+  report(`${flight}: longest of ${places} frames while scrubbing`, `${Math.max(...gaps).toFixed(0)} ms (median ${median(gaps).toFixed(0)})`);
+  report(`${flight}: from the last position to its targets`, `${waited.toFixed(0)} ms`);
   await context.close();
 }
 
-say("Chromium", (await browser()).version());
-say("processor", `${cpus().length} x ${cpus()[0].model}; load ${loadavg()[0].toFixed(1)}`);
-await tellOpening("figure-9", 5);
-await tellOpening("crowd-50", 3);
+report("Chromium", (await browser()).version());
+report("processor", `${cpus().length} x ${cpus()[0].model}; load ${loadavg()[0].toFixed(1)}`);
+await reportOpening("figure-9", 5);
+await reportOpening("crowd-50", 3);
 await playing("crowd-50", 5, LAPTOP);
-await tellOpening("crowd-650", 3);
+await reportOpening("crowd-650", 3);
 await playing("crowd-650", 5, LAPTOP);
 await playing("crowd-650", 5, DESK);
 await scrubbing("crowd-650", 120);
-say("load at the end", loadavg()[0].toFixed(1));
+report("load at the end", loadavg()[0].toFixed(1));
 await leave();

@@ -1,4 +1,4 @@
-// What a reader points at, chooses and follows on the map.
+// Pointing at objects on the map, selecting and following them.
 
 import assert from "node:assert/strict";
 
@@ -8,7 +8,7 @@ import { agrees, recordOf } from "./record.mjs";
 
 const DEGREES = 180 / Math.PI;
 
-/** Where a place of the world is on the page, px. */
+/** Converts world coordinates to a position on the page, px. */
 async function at(page, x_m, y_m) {
   const seen = await camera(page);
   const box = await page.locator("#map").boundingBox();
@@ -22,24 +22,24 @@ async function facts(card) {
   return card.locator("dd").evaluateAll((all) => Object.fromEntries(all.map((one) => [one.dataset.field, one.textContent])));
 }
 
-/** Comes near enough to a group for its objects to lie apart. */
-async function comeNear(page, group, presses) {
+/** Follows a group and zooms in until its objects do not overlap. */
+async function zoomToGroup(page, group, presses) {
   await page.getByLabel("Follow").selectOption(`group ${group}`);
   for (let press = 0; press < presses; press++) await page.getByRole("button", { name: "Zoom in" }).click();
 }
 
-inReport("under the pointer every object says what it is, and its numbers now", {}, async (page) => {
+inReport("the card of the object under the pointer shows its name and its current values", {}, async (page) => {
   const record = recordOf("figure-9");
   await goTo(page, 60);
-  await comeNear(page, 0, 1);
+  await zoomToGroup(page, 0, 1);
   const uav = record.rows("uavs", 60).get(0);
   await page.mouse.move(...(await at(page, uav.x_m, uav.y_m)));
   await assert.doesNotReject(hovered(page).getByRole("heading", { name: "UAV 0", exact: true }).waitFor());
-  const told = await facts(hovered(page));
-  assert.equal(told.group, `${uav.group}`);
-  agrees(told.speed_m_s.replace(" limit", ""), uav.speed_m_s, 2, "speed");
-  agrees(told.standoff_error_m, uav.standoff_error_m, 1, "off the orbit");
-  assert.match(await hovered(page).textContent(), /Speed \(m\/s\).*Turn rate \(\u00b0\/s\)/, "with units");
+  const shown = await facts(hovered(page));
+  assert.equal(shown.group, `${uav.group}`);
+  agrees(shown.speed_m_s.replace(" limit", ""), uav.speed_m_s, 2, "speed");
+  agrees(shown.standoff_error_m, uav.standoff_error_m, 1, "standoff error");
+  assert.match(await hovered(page).textContent(), /Speed \(m\/s\).*Turn rate \(\u00b0\/s\)/, "headings contain units");
 
   const group = record.rows("groups", 60).get(0);
   const [orbit_x_m, orbit_y_m] = [group.x_m - group.standoff_distance_m * Math.cos(2.4), group.y_m + group.standoff_distance_m * Math.sin(2.4)];
@@ -47,11 +47,11 @@ inReport("under the pointer every object says what it is, and its numbers now", 
   await hovered(page).getByRole("heading", { name: "Orbit of group 0" }).waitFor();
   agrees((await facts(hovered(page))).standoff_distance_m.replace(" not feasible", ""), group.standoff_distance_m, 1, "orbit");
 
-  // On the line from the UAV to its group, near the UAV: nothing but its field of view.
+  // Between the UAV and its group, near the UAV: only the field of view is at this position.
   const wedge = await at(page, uav.x_m + 0.3 * (group.x_m - uav.x_m), uav.y_m + 0.3 * (group.y_m - uav.y_m));
   await page.mouse.move(...wedge);
   await hovered(page).getByRole("heading", { name: "Field of view of UAV 0" }).waitFor();
-  assert.match(await hovered(page).textContent(), /70\u00b0 about the boresight\. A target counts as in view if it is inside/);
+  assert.match(await hovered(page).textContent(), /70\u00b0 wide, centred on the boresight\. A target is in view if its true position is inside/);
 
   for (let press = 0; press < 5; press++) await page.getByRole("button", { name: "Zoom in" }).click();
   await page.mouse.move(...(await at(page, group.x_m, group.y_m)));
@@ -70,20 +70,20 @@ inReport("under the pointer every object says what it is, and its numbers now", 
     assert.ok(box.x >= map.x && box.x + box.width <= map.x + map.width && box.y + box.height <= map.y + map.height, "inside the map");
   }
   await page.mouse.move(5, 5);
-  assert.equal(await hovered(page).count(), 0, "a pointer that has left points at nothing");
+  assert.equal(await hovered(page).count(), 0, "no card is shown after the pointer has left");
 });
 
-inReport("a click chooses: a ring, a card that keeps up with time, its row; escape lets it go", {}, async (page) => {
+inReport("a click selects an object with a ring, a card that follows the time, and its row; Escape clears the selection", {}, async (page) => {
   const record = recordOf("figure-9");
   await goTo(page, 40);
-  await comeNear(page, 0, 7);
+  await zoomToGroup(page, 0, 7);
   await page.getByRole("tab", { name: "State" }).click();
   const [id, target] = [...record.rows("targets", 40)].filter(([, one]) => one.group === 0).at(-1);
   const before = await picture(page);
   await page.mouse.click(...(await at(page, target.x_m, target.y_m)));
   await page.mouse.move(5, 5);
   await chosen(page).getByRole("heading", { name: record.names[id], exact: true }).waitFor();
-  assert.ok((await picture(page)) !== before, "there is a mark about it");
+  assert.ok((await picture(page)) !== before, "the object is marked on the map");
   const row = page.locator("#targets tbody tr").first();
   assert.equal(await row.locator("td").first().textContent(), record.names[id], "its row comes first");
   assert.equal(await row.getByRole("button").getAttribute("aria-pressed"), "true");
@@ -98,10 +98,10 @@ inReport("a click chooses: a ring, a card that keeps up with time, its row; esca
   assert.equal(await page.locator("tr.chosen").count(), 0);
 });
 
-inReport("a click on nothing lets go, and one more on the same place chooses what lies under it", {}, async (page) => {
+inReport("a click on an empty position clears the selection, and repeated clicks select overlapping objects in turn", {}, async (page) => {
   const record = recordOf("figure-9");
   await goTo(page, 40);
-  await comeNear(page, 0, 2);
+  await zoomToGroup(page, 0, 2);
   const uav = record.rows("uavs", 40).get(0);
   const place = await at(page, uav.x_m, uav.y_m);
   const names = new Set();
@@ -119,7 +119,7 @@ inReport("a click on nothing lets go, and one more on the same place chooses wha
   assert.equal(await chosen(page).count(), 0);
 });
 
-inReport("rows choose with mouse and keyboard, and what is chosen can be followed: UAVs, groups, targets", {}, async (page) => {
+inReport("rows of UAVs, groups and targets are selected with mouse and keyboard, and selected objects can be followed", {}, async (page) => {
   const record = recordOf("figure-9");
   await goTo(page, 40);
   await page.getByRole("tab", { name: "State" }).click();
@@ -139,28 +139,28 @@ inReport("rows choose with mouse and keyboard, and what is chosen can be followe
       await goTo(page, time_s);
       const { x_m, y_m } = record.rows(table, time_s).get(id);
       const seen = await camera(page);
-      assert.ok(Math.hypot(seen.x_m - x_m, seen.y_m - y_m) < 0.01, `${kind} ${id} at ${time_s} s: ${seen.x_m} ${seen.y_m}, not ${x_m} ${y_m}`);
+      assert.ok(Math.hypot(seen.x_m - x_m, seen.y_m - y_m) < 0.01, `${kind} ${id} at ${time_s} s: ${seen.x_m} ${seen.y_m}, expected ${x_m} ${y_m}`);
     }
   }
   await chosen(page).getByRole("button", { name: "Close" }).click();
   assert.equal(await chosen(page).count(), 0);
-  assert.equal(await follow.inputValue(), "target 4", "what is followed stays followed");
-  for (const [table, words] of [["uavs", "inside"], ["groups", "r_d"], ["targets", "out of view"]]) {
+  assert.equal(await follow.inputValue(), "target 4", "closing the card does not stop following");
+  for (const [table, text] of [["uavs", "inside"], ["groups", "r_d"], ["targets", "out of view"]]) {
     const titles = await page.locator(`#${table} th`).evaluateAll((heads) => heads.map((head) => head.title));
-    assert.ok(titles.every((title) => title.length > 10) && titles.some((title) => title.includes(words)), `${titles}`);
+    assert.ok(titles.every((title) => title.length > 10) && titles.some((title) => title.includes(text)), `${titles}`);
   }
 });
 
-inReport("a UAV that has dropped out is marked, where and since when, until it is back", { flight: "outage" }, async (page) => {
+inReport("a UAV that has dropped out is marked with its position and time until it returns", { flight: "outage" }, async (page) => {
   await noteTexts(page);
-  const written = async (time_s) => {
+  const labelsAt = async (time_s) => {
     await goTo(page, time_s);
     return (await texts(page)).map(({ text }) => text);
   };
   await page.getByRole("tab", { name: "State" }).click();
   const row = page.locator('#uavs tr[data-id="1"]');
   for (const [time_s, out] of [[0, false], [39.5, false], [45, true], [100, true], [120, false]]) {
-    assert.equal((await written(time_s)).includes("UAV 1 dropped out at 40.0 s"), out, `the map at ${time_s} s`);
+    assert.equal((await labelsAt(time_s)).includes("UAV 1 dropped out at 40.0 s"), out, `the map at ${time_s} s`);
     assert.equal((await row.textContent()).includes("out since 40.0 s"), out, `State at ${time_s} s`);
     assert.equal((await page.locator("#warning").textContent()).includes("UAV 1 dropped out at 40.0 s"), out, `the warning at ${time_s} s`);
   }
@@ -169,7 +169,7 @@ inReport("a UAV that has dropped out is marked, where and since when, until it i
   assert.match(await chosen(page).textContent(), /UAV 1 dropped out at 40\.0 s/);
 });
 
-inReport("what is followed and ends says so, and is followed again where it is", { flight: "outage" }, async (page) => {
+inReport("a note reports that a followed object has ended, and following resumes at times when it exists", { flight: "outage" }, async (page) => {
   const ended = recordOf("outage");
   const [id, end] = Object.entries(ended.tables.groups)
     .map(([id, { members }]) => [Number(id), members.findLastIndex((count) => count !== null)])
@@ -184,14 +184,14 @@ inReport("what is followed and ends says so, and is followed again where it is",
   const held = await camera(page);
   assert.ok(Math.abs(held.x_m - x_m[end]) < 0.01);
   await goTo(page, end_s + 5);
-  assert.equal(await note.textContent(), `Group ${id} ended at ${end_s.toFixed(1)} s; the map stays where it is`);
+  assert.equal(await note.textContent(), `Group ${id} ended at ${end_s.toFixed(1)} s; the map stays in place`);
   assert.deepEqual(await camera(page), held);
   await goTo(page, ended.times_s[end - 10]);
   assert.equal(await note.textContent(), "");
-  assert.ok(Math.abs((await camera(page)).x_m - x_m[end - 10]) < 0.01, "it is followed again");
+  assert.ok(Math.abs((await camera(page)).x_m - x_m[end - 10]) < 0.01, "the map follows it again");
 });
 
-inReport("on a phone a tap chooses, the card lies below across the map, and the ruler measures", PHONE, async (page) => {
+inReport("on a phone a tap selects an object, the card fits on the map, and the ruler measures", PHONE, async (page) => {
   const record = recordOf("figure-9");
   await goTo(page, 40);
   const uav = record.rows("uavs", 40).get(3);
@@ -217,7 +217,7 @@ inReport("on a phone a tap chooses, the card lies below across the map, and the 
   assert.ok(Math.abs(Number(metres) - 120 / before.px_per_m) <= 1 / before.px_per_m);
 });
 
-inReport("what the ruler says is always inside the map", {}, async (page) => {
+inReport("the text of the ruler is always inside the map", {}, async (page) => {
   await noteTexts(page);
   await page.getByRole("button", { name: "Ruler" }).click();
   const map = await page.locator("#map").boundingBox();

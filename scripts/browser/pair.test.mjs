@@ -1,4 +1,4 @@
-// Two runs side by side, at one time.
+// Two runs side by side at the same time.
 
 import assert from "node:assert/strict";
 import { execFileSync } from "node:child_process";
@@ -12,28 +12,28 @@ after(leave);
 
 const limits = { timeout: 2 * PATIENCE_MS };
 
-/** What a map says of itself. */
-const told = (page, id) => page.locator(id).getAttribute("aria-label");
+/** The description of a map. */
+const description = (page, id) => page.locator(id).getAttribute("aria-label");
 
-test("two runs are shown at one time, one of them beside the maps, and what they came to is compared", limits, async () => {
+test("two runs are shown at the same time, the side panel shows one of them, and their results are compared", limits, async () => {
   const view = await serving("view", "tour/02-two-uavs", "tour/04-two-groups", "--set", "duration_s=40");
   const { page, complaints, close } = await watching(view.address);
   await page.waitForSelector('[data-ready="charts"]');
   await page.waitForFunction(() => document.querySelectorAll("#outcome tbody tr").length > 5);
   assert.equal(await page.title(), "tour/02-two-uavs, seed 1 | tour/04-two-groups, seed 1 \u2013 standoff");
 
-  // One clock: both maps, and what stands beside them.
+  // Both maps show the same time.
   for (const time_s of [12, 33.5]) {
     await goTo(page, time_s);
     const at = `Map at ${time_s.toFixed(1)} seconds`;
-    for (const [id, what] of [["#map", "2 UAVs, 1 group"], ["#map-2", "4 UAVs, 2 groups"]]) {
-      await page.waitForFunction(([id, words]) => document.querySelector(id).getAttribute("aria-label").startsWith(words), [id, `${at}: ${what}`]);
+    for (const [id, counts] of [["#map", "2 UAVs, 1 group"], ["#map-2", "4 UAVs, 2 groups"]]) {
+      await page.waitForFunction(([id, text]) => document.querySelector(id).getAttribute("aria-label").startsWith(text), [id, `${at}: ${counts}`]);
     }
   }
   const boxes = await page.locator(".view canvas").evaluateAll((maps) => maps.map((map) => map.getBoundingClientRect().toJSON()));
   assert.ok(boxes.length === 2 && boxes[0].right <= boxes[1].left && Math.abs(boxes[0].width - boxes[1].width) < 2, JSON.stringify(boxes));
 
-  // The names say which run stands beside, and choose it; so does a click on its map.
+  // The buttons with the names of the runs show and select the run of the side panel; a click on its map selects it, too.
   await page.getByRole("tab", { name: "State" }).click();
   const rows = () => page.locator("#uavs tbody tr").count();
   const [first, second] = [page.getByRole("button", { name: /^A: tour\/02-two-uavs/ }), page.getByRole("button", { name: /^B: tour\/04-two-groups/ })];
@@ -44,13 +44,13 @@ test("two runs are shown at one time, one of them beside the maps, and what they
   await page.locator("#map").click({ position: { x: 30, y: 200 } });
   await page.waitForFunction(() => document.querySelectorAll("#uavs tbody tr").length === 2);
 
-  // Linked maps look at one place, whichever is moved; else each goes its own way.
-  const looks = () => page.locator(".view canvas").evaluateAll((maps) => maps.map(({ dataset }) => `${dataset.eastM} ${dataset.northM} ${dataset.pxPerM}`));
+  // Linked maps show the same area whichever of them is moved; unlinked maps move separately.
+  const views = () => page.locator(".view canvas").evaluateAll((maps) => maps.map(({ dataset }) => `${dataset.eastM} ${dataset.northM} ${dataset.pxPerM}`));
   const link = page.getByRole("checkbox", { name: "Link maps" });
-  assert.ok(await link.isChecked(), "both fly in one place");
+  assert.ok(await link.isChecked(), "both runs are in the same area");
   const drag = async (id) => {
     const box = await page.locator(id).boundingBox();
-    const before = await looks();
+    const before = await views();
     await page.mouse.move(box.x + 150, box.y + 300);
     await page.mouse.down();
     await page.mouse.move(box.x + 190, box.y + 330);
@@ -61,29 +61,29 @@ test("two runs are shown at one time, one of them beside the maps, and what they
   };
   for (const id of ["#map-2", "#map"]) {
     const [before] = await drag(id);
-    const [a, b] = await looks();
+    const [a, b] = await views();
     assert.ok(a === b && a !== before, `${before}, then ${a} and ${b}`);
   }
   await link.uncheck();
   const [, before] = await drag("#map");
-  assert.deepEqual([(await looks())[0] === before, (await looks())[1] === before], [false, true], "only the map that is dragged moves");
+  assert.deepEqual([(await views())[0] === before, (await views())[1] === before], [false, true], "only the map that is dragged moves");
   await page.keyboard.press("0");
   await link.check();
   await painted(page);
-  assert.equal(new Set(await looks()).size, 1);
+  assert.equal(new Set(await views()).size, 1);
 
-  // What they came to, and the difference.
+  // The metrics of the runs and their difference.
   await page.getByRole("tab", { name: "Outcome" }).click();
-  assert.deepEqual(await page.locator("#outcome thead th").allTextContents(), ["Metric", "A", "B", "B \u2212 A", "Unit", "Good is"]);
+  assert.deepEqual(await page.locator("#outcome thead th").allTextContents(), ["Metric", "A", "B", "B \u2212 A", "Unit", "Goal or limit"]);
   const numbers = await page.locator('#outcome td[data-metric="standoff_error_m"]').allTextContents();
-  const [a, b, difference] = numbers.map((words) => Number(words.replace("\u2212", "-")));
+  const [a, b, difference] = numbers.map((text) => Number(text.replace("\u2212", "-")));
   assert.ok(a !== b && Math.abs(b - a - difference) < 0.011, `${numbers}`);
   assert.deepEqual(complaints, []);
   await close();
   assert.equal(await view.end(), 0);
 });
 
-test("the shorter of two runs says when it ended, while the other goes on", limits, async () => {
+test("the name of the shorter run shows when it ended, while the other run continues", limits, async () => {
   for (const [out, duration_s] of [["short", 10], ["long", 30]]) {
     execFileSync(STANDOFF, ["run", "tour/01-one-uav", "--set", `duration_s=${duration_s}`, "--out", out], { cwd: results, stdio: "ignore" });
   }
@@ -93,14 +93,14 @@ test("the shorter of two runs says when it ended, while the other goes on", limi
   assert.equal(await page.getByRole("slider", { name: "Time" }).evaluate((slider) => Number(slider.max)), 30);
   await page.keyboard.press("End");
   await page.getByRole("button", { name: /^A: .*, ended at 10\.0 s$/ }).waitFor();
-  assert.match(await told(page, "#map-2"), /^Map at 30\.0 seconds/);
+  assert.match(await description(page, "#map-2"), /^Map at 30\.0 seconds/);
   assert.doesNotMatch(await page.locator(".name").nth(1).textContent(), /ended/);
   assert.deepEqual(complaints, []);
   await close();
   assert.equal(await view.end(), 0);
 });
 
-test("two runs are fit for everybody: axe-core finds nothing in both themes, and a phone and a tablet hold them", limits, async () => {
+test("the page of two runs is accessible in both themes, and its layout fits on a tablet and a phone", limits, async () => {
   const view = await serving("view", "tour/02-two-uavs", "tour/04-two-groups", "--set", "duration_s=40");
   for (const [screen, options] of [["light", { colorScheme: "light" }], ["dark", { colorScheme: "dark" }], ["a tablet", TABLET], ["a phone", PHONE]]) {
     const { page, complaints, close } = await watching(view.address, undefined, options);
@@ -121,7 +121,7 @@ test("two runs are fit for everybody: axe-core finds nothing in both themes, and
   assert.equal(await view.end(), 0);
 });
 
-test("a link says which of two runs it is of, and its time holds however late the other one comes", limits, async () => {
+test("a link to one of two runs selects that run and its time, even if the data of the other run arrives late", limits, async () => {
   const view = await serving("view", "tour/02-two-uavs", "tour/04-two-groups", "--set", "duration_s=40");
   const late = async (page) => page.route("**/replay-2/overview/*", async (route) => {
     const response = await route.fetch();
@@ -131,8 +131,8 @@ test("a link says which of two runs it is of, and its time holds however late th
   const { page, complaints, close } = await watching(`${view.address}/#t=20&run=b&uav=3`, late);
   await page.waitForFunction(() => document.getElementById("clock").dateTime === "PT20.000S");
   assert.equal(await page.getByRole("button", { name: /^B:/ }).getAttribute("aria-pressed"), "true");
-  await page.getByRole("region", { name: "What is chosen" }).getByText("UAV 3").waitFor();
-  // The wheel over the other map puts that run beside the maps, and zooms at its first turn.
+  await page.getByRole("region", { name: "Selected object" }).getByText("UAV 3").waitFor();
+  // The wheel on the other map selects that run and zooms with the first turn.
   const scale = () => page.locator("#map").evaluate((map) => Number(map.dataset.pxPerM));
   const before = await scale();
   const { x, y } = await page.locator("#map").boundingBox();

@@ -1,4 +1,4 @@
-// Finding things by name, showing one group alone, and taking the map and the state away.
+// Finding objects by name, highlighting one group, and exporting the map and the state.
 
 import assert from "node:assert/strict";
 import { readFileSync } from "node:fs";
@@ -8,22 +8,22 @@ import { NAMES } from "./hostile.mjs";
 import { inReport } from "./in_report.mjs";
 import { agrees, recordOf } from "./record.mjs";
 
-inReport("a target, UAV or group is found by its name: chosen, and in the middle of the map", {}, async (page) => {
+inReport("searching for a target, UAV or group selects it and centres the map on it", {}, async (page) => {
   const record = recordOf("figure-9");
   await goTo(page, 40);
   await page.locator("#map").focus();
   const find = page.getByLabel("Find");
-  for (const [words, table, id] of [["target-5", "targets", record.names.indexOf("target-5")], ["UAV 2", "uavs", 2], ["GROUP 1", "groups", 1],
-    ["get-3", "targets", record.names.indexOf("target-3")]]) {
+  for (const [query, table, id] of [["target-4", "targets", record.names.indexOf("target-4")], ["UAV 2", "uavs", 2], ["GROUP 1", "groups", 1],
+    ["get-2", "targets", record.names.indexOf("target-2")]]) {
     await page.keyboard.press("/");
     assert.equal(await page.evaluate(() => document.activeElement.id), "find");
     await find.fill("");
-    await page.keyboard.type(words);
+    await page.keyboard.type(query);
     await page.keyboard.press("Enter");
     const { x_m, y_m } = record.rows(table, 40).get(id);
     const seen = await camera(page);
-    assert.ok(Math.hypot(seen.x_m - x_m, seen.y_m - y_m) < 0.01, words);
-    assert.equal((await chosen(page).getByRole("heading").textContent()).toLowerCase(), words.replace("get-3", "target-3").toLowerCase());
+    assert.ok(Math.hypot(seen.x_m - x_m, seen.y_m - y_m) < 0.01, query);
+    assert.equal((await chosen(page).getByRole("heading").textContent()).toLowerCase(), query.replace("get-2", "target-2").toLowerCase());
     await page.keyboard.press("Escape");
     assert.equal(await page.evaluate(() => document.activeElement.id), "map");
   }
@@ -32,13 +32,13 @@ inReport("a target, UAV or group is found by its name: chosen, and in the middle
   assert.equal(await page.locator("#found").textContent(), "no match");
   await page.keyboard.press("Enter");
   assert.equal(await page.locator("#found").textContent(), "no match");
-  // Keys that are letters write, and do nothing else.
+  // Letter keys in the field are text, not shortcuts.
   assert.equal(await page.evaluate(() => document.documentElement.dataset.theme), "light");
   await find.fill("target");
   assert.equal(await page.locator("#names option").count(), record.names.length);
 });
 
-inReport("names of strangers can be found, are text, and few at a time are proposed", { flight: "hostile" }, async (page) => {
+inReport("hostile names can be found, are shown as text, and at most 20 are proposed", { flight: "hostile" }, async (page) => {
   const find = page.getByLabel("Find");
   for (const name of NAMES) {
     await find.fill(name.slice(0, 12).replace(/[\u0000-\u001f\u202e]/g, "\ufffd"));
@@ -50,7 +50,7 @@ inReport("names of strangers can be found, are text, and few at a time are propo
   }
 });
 
-inReport("one group can be shown alone: others are faint on the map and not in the table of targets", { flight: "slips" }, async (page) => {
+inReport("a highlighted group: other objects are faint on the map and not in the table of targets", { flight: "slips" }, async (page) => {
   const record = recordOf("slips");
   await noteTexts(page);
   await page.getByRole("tab", { name: "State" }).click();
@@ -58,26 +58,26 @@ inReport("one group can be shown alone: others are faint on the map and not in t
   const rows = record.rows("targets", 27);
   const only = page.getByRole("combobox", { name: "Group" });
   const listed = () => page.locator("#targets tbody tr").evaluateAll((all) => all.map((row) => Number(row.dataset.id)).sort((a, b) => a - b));
-  assert.deepEqual(await only.locator("option").allTextContents(), ["all", ...record.ids("groups").map((id) => `group ${id}`), "in no group"]);
-  for (const [option, group] of [["group 0", 0], ["group 1", 1], ["in no group", null]]) {
+  assert.deepEqual(await only.locator("option").allTextContents(), ["all", ...record.ids("groups").map((id) => `group ${id}`), "ungrouped"]);
+  for (const [option, group] of [["group 0", 0], ["group 1", 1], ["ungrouped", null]]) {
     await only.selectOption(option);
     await painted(page);
     assert.deepEqual(await listed(), [...rows].filter(([, target]) => target.group === group).map(([id]) => id), option);
-    const written = (await texts(page)).map(({ text }) => text).filter((text) => text.startsWith("group "));
-    assert.deepEqual(written, group === null ? [] : [option]);
+    const labels = (await texts(page)).map(({ text }) => text).filter((text) => text.startsWith("group "));
+    assert.deepEqual(labels, group === null ? [] : [option]);
   }
   await only.selectOption("all");
   await painted(page);
   assert.equal((await listed()).length, rows.size);
 });
 
-/** What a button hands over. */
+/** Clicks a button and returns the file that it downloads. */
 async function download(page, name) {
   const [file] = await Promise.all([page.waitForEvent("download"), page.getByRole("button", { name }).click()]);
   return { name: file.suggestedFilename(), contents: readFileSync(await file.path()) };
 }
 
-inReport("the state of an instant can be taken away as CSV", {}, async (page) => {
+inReport("the state at a time step can be saved as CSV", {}, async (page) => {
   const record = recordOf("figure-9");
   await goTo(page, 40);
   await page.getByRole("tab", { name: "State" }).click();
@@ -86,11 +86,11 @@ inReport("the state of an instant can be taken away as CSV", {}, async (page) =>
   const [head, ...lines] = contents.toString().trim().split("\n").map((line) => line.split(","));
   const rows = lines.map((line) => Object.fromEntries(head.map((column, k) => [column, line[k]])));
   for (const [table, kind] of [["uavs", "uav"], ["groups", "group"], ["targets", "target"]]) {
-    const wanted = record.rows(table, 40);
-    const told = rows.filter((row) => row.kind === kind);
-    assert.deepEqual(told.map((row) => Number(row.id)), [...wanted.keys()]);
-    for (const row of told) {
-      const one = wanted.get(Number(row.id));
+    const recorded = record.rows(table, 40);
+    const saved = rows.filter((row) => row.kind === kind);
+    assert.deepEqual(saved.map((row) => Number(row.id)), [...recorded.keys()]);
+    for (const row of saved) {
+      const one = recorded.get(Number(row.id));
       assert.equal(row.time_s, "40");
       for (const column of ["x_m", "speed_m_s", "standoff_error_m", "members", "spread_m", "true_y_m", "error_m"]) {
         if (one[column] === undefined) assert.equal(row[column], "");
@@ -100,14 +100,14 @@ inReport("the state of an instant can be taken away as CSV", {}, async (page) =>
   }
 });
 
-inReport("names in a CSV are no formulas", { flight: "hostile" }, async (page) => {
+inReport("names in a CSV file are not formulas", { flight: "hostile" }, async (page) => {
   await page.getByRole("tab", { name: "State" }).click();
   const { contents } = await download(page, "Save CSV");
   assert.match(contents.toString(), /,'=HYPERLINK\(1\),/);
   assert.match(contents.toString(), /,"""onmouseover=""alert\(1\)",/);
 });
 
-inReport("the map can be taken away as PNG, with scale, time and the run's name", { deviceScaleFactor: 2 }, async (page) => {
+inReport("the map can be saved as PNG with scale, time and the name of the run", { deviceScaleFactor: 2 }, async (page) => {
   await goTo(page, 40);
   await page.locator("summary").click();
   await page.getByLabel("Grid and scale").uncheck();
@@ -117,7 +117,7 @@ inReport("the map can be taken away as PNG, with scale, time and the run's name"
   assert.equal(contents.toString("latin1", 1, 4), "PNG");
   const canvas = await page.locator("#map").evaluate(({ width, height }) => [width, height]);
   assert.equal(contents.readUInt32BE(16), canvas[0]);
-  assert.ok(contents.readUInt32BE(20) > canvas[1], "what is written below hides nothing");
-  const written = (await texts(page, "elsewhere")).map(({ text }) => text);
-  for (const words of [/^paper\/figure-9, seed 1$/, /^40\.0 s$/, /^\d+ m$/, /^N$/]) assert.ok(written.some((text) => words.test(text)), `${words}: ${written}`);
+  assert.ok(contents.readUInt32BE(20) > canvas[1], "the text is below the map");
+  const labels = (await texts(page, "elsewhere")).map(({ text }) => text);
+  for (const pattern of [/^paper\/figure-9, seed 1$/, /^40\.0 s$/, /^\d+ m$/, /^N$/]) assert.ok(labels.some((text) => pattern.test(text)), `${pattern}: ${labels}`);
 });

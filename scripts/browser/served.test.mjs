@@ -1,4 +1,4 @@
-// The page as it is served: a run that flies while it is watched, and who is refused.
+// Served pages: following a running mission, replaying runs of a batch, and refusing foreign requests.
 
 import assert from "node:assert/strict";
 import { execFileSync } from "node:child_process";
@@ -14,22 +14,22 @@ const limits = { timeout: 2 * PATIENCE_MS };
 
 const shown_s = async (page) => Number.parseFloat(await page.textContent("#clock"));
 
-test("a page follows a run while it flies, survives a reload, and tells the outcome at the end", limits, async () => {
+test("a page follows a running mission, survives a reload, and shows the outcome at the end", limits, async () => {
   const run = await serving("run", "paper/table-2-pair", "--view", "--rate", "10", "--out", "live");
   const { page, complaints, close } = await watching(run.address);
   assert.equal(await page.getAttribute("#live", "aria-pressed"), "true");
   const first = await shown_s(page);
   await page.waitForFunction((from) => Number.parseFloat(document.getElementById("clock").textContent) > from + 5, first);
-  assert.equal(await page.locator("#outcome td").count(), 0, "there is no outcome yet");
+  assert.equal(await page.locator("#outcome td").count(), 0, "the outcome is empty during the run");
   const [, flown_s] = (await page.textContent("#total")).match(/^\/ (\d+\.\d) of 100\.0 s$/);
-  assert.ok(Number(flown_s) >= first, "what is flown and planned is told");
+  assert.ok(Number(flown_s) >= first, "the page shows the flown and the planned time");
 
   const before = await shown_s(page);
   await page.reload();
   await page.waitForSelector("body[data-ready]");
   await page.waitForFunction((from) => Number.parseFloat(document.getElementById("clock").textContent) > from, before);
 
-  // What is in the list of events stays there, while more is added.
+  // Events in the list stay while more events are added.
   await page.click("#tab-events");
   await page.click("#routine");
   const listed = await page.evaluate(() => {
@@ -38,7 +38,7 @@ test("a page follows a run while it flies, survives a reload, and tells the outc
     return rows.length;
   });
 
-  // Who looks back stays there while the run goes on.
+  // A page that shows an earlier time stays there while the run continues.
   await page.keyboard.press(" ");
   await page.keyboard.press("Home");
   await page.waitForFunction(() => document.getElementById("clock").textContent === "0.0");
@@ -61,7 +61,7 @@ test("a page follows a run while it flies, survives a reload, and tells the outc
   assert.equal(await run.end(), 0);
 });
 
-/** Notes of every picture on the map of which times its UAVs and its targets are, and what the page says. */
+/** Records for every drawn frame the times of its UAVs and targets, and the status text. */
 function notePictures() {
   window.noted = [];
   let pictures;
@@ -77,10 +77,10 @@ function notePictures() {
   requestAnimationFrame(look);
 }
 
-test("a page opened late never shows targets of another time than the UAVs, and says so until it has caught up", limits, async () => {
-  const run = await serving("run", "best/figure-9", "--set", "duration_s=4000", "--view", "--rate", "20", "--out", "late");
+test("a page opened late always shows UAVs and targets at the same time, and reports its delay until it has caught up", limits, async () => {
+  const run = await serving("run", "improved/figure-9", "--set", "duration_s=4000", "--view", "--rate", "20", "--out", "late");
   const LATE_MS = 700;
-  // However the test ends, the run does not go on.
+  // The run ends even if the test fails.
   after(run.end);
   const opened = async (delayed, turn) => {
     await new Promise((resolve) => setTimeout(resolve, 700 * turn));
@@ -93,12 +93,12 @@ test("a page opened late never shows targets of another time than the UAVs, and 
           await new Promise((resolve) => setTimeout(resolve, LATE_MS));
           await route.fulfill({ response });
         } catch {
-          // The page has been closed meanwhile.
+          // The page has been closed in the meantime.
         }
       });
     };
     const { page, complaints, close } = await watching(run.address, prepare);
-    // A page that keeps up says nothing of it; one whose targets always come late always does.
+    // A page that keeps up reports no delay; a page whose targets always arrive late always reports it.
     await page.waitForFunction((delayed) => {
       const last = window.noted.slice(-5);
       const isBehind = (picture) => /catching up: \d+ s behind/.test(picture.words);
@@ -109,14 +109,14 @@ test("a page opened late never shows targets of another time than the UAVs, and 
     const noted = (await page.evaluate(() => window.noted)).filter((picture) => picture.uavs_s !== undefined);
     for (const { uavs_s, targets_s, words } of noted) {
       if (targets_s === "") assert.match(words, /loading targets/, `at ${uavs_s} s`);
-      else assert.ok(Math.abs(uavs_s - targets_s) < 0.002, `UAVs of ${uavs_s} s beside targets of ${targets_s} s`);
+      else assert.ok(Math.abs(uavs_s - targets_s) < 0.002, `UAVs at ${uavs_s} s, targets at ${targets_s} s`);
     }
-    // Who looks back sees both of that time.
+    // At an earlier time both are shown at that time.
     await page.keyboard.press(" ");
     await page.keyboard.press("Home");
     await page.waitForFunction(() => document.getElementById("map").dataset.targetsS === "0.000");
     assert.equal(await page.getAttribute("#map", "data-uavs-s"), "0.000");
-    // Who plays up to the newest instant follows the run from there.
+    // Playback that reaches the newest time step follows the run from there.
     for (let press = 0; press < 5; press++) await page.keyboard.press("]");
     await page.keyboard.press("End");
     await page.waitForFunction(() => Number(document.getElementById("clock").textContent) > 0);
@@ -131,11 +131,11 @@ test("a page opened late never shows targets of another time than the UAVs, and 
   assert.equal(await run.end(), 1);
 });
 
-test("the map of a run that is flown grows with it, rarely and smoothly, until it is moved by hand", limits, async () => {
+test("the map of a running mission zooms out rarely and smoothly until the user moves it", limits, async () => {
   const run = await serving("run", "paper/table-2-pair", "--view", "--rate", "10", "--out", "grows");
   const { page, complaints, close } = await watching(run.address);
   await page.getByRole("tab", { name: "State" }).click();
-  // Every picture is looked at, as the page draws it: how many a machine draws is its own affair.
+  // Every drawn frame is checked; the number of frames depends on the machine.
   await page.evaluate(() => {
     const map = document.getElementById("map");
     const look = () => {
@@ -151,26 +151,26 @@ test("the map of a run that is flown grows with it, rarely and smoothly, until i
   });
   await page.waitForFunction(() => Number(document.getElementById("clock").textContent) >= 60);
   const looks = await page.evaluate(() => window.looks);
-  // A UAV may be ahead of the map that glides after it, further where a picture comes late.
+  // A UAV may be ahead of the map, which follows smoothly, and further ahead if a frame is late.
   const outside = looks.filter(({ off_px }) => off_px >= 20).length;
-  assert.ok(outside <= looks.length / 10, `a UAV is outside in ${outside} of ${looks.length} pictures`);
+  assert.ok(outside <= looks.length / 10, `a UAV is outside in ${outside} of ${looks.length} frames`);
   assert.ok(looks.at(-1).px_per_m < 0.9 * looks[0].px_per_m, `${looks[0].px_per_m} to ${looks.at(-1).px_per_m}`);
   const steps = looks.slice(1).map((now, k) => ({ by: Math.abs(Math.log(now.px_per_m / looks[k].px_per_m)), took_ms: now.now_ms - looks[k].now_ms }));
   const largest = Math.max(...steps.filter(({ took_ms }) => took_ms < 50).map(({ by }) => by));
-  assert.ok(largest < Math.log(1.2), `no step is large where pictures follow at once: ${largest}`);
+  assert.ok(largest < Math.log(1.2), `no step between frames less than 50 ms apart is large: ${largest}`);
   const still = steps.filter(({ by }) => by === 0).length;
-  assert.ok(still > looks.length / 20, `it stands still in ${still} of ${looks.length} pictures`);
+  assert.ok(still > looks.length / 20, `the map does not move in ${still} of ${looks.length} frames`);
   await page.getByRole("button", { name: "Zoom in" }).click();
   const held = await camera(page);
   await page.waitForTimeout(700);
-  assert.deepEqual(await camera(page), held, "it stays where a hand has moved it");
+  assert.deepEqual(await camera(page), held, "the map stays where the user has moved it");
   assert.deepEqual(complaints, []);
   await close();
-  // It is still in the air.
+  // The run has not ended yet.
   await run.end();
 });
 
-test("a run ends as soon with a page that reads nothing as with none", limits, async () => {
+test("a page that reads no data does not delay the run", limits, async () => {
   const run = await serving("run", "tour/02-two-uavs", "--view", "--rate", "100", "--out", "slow");
   const { page } = await watching(run.address);
   const session = await page.context().newCDPSession(page);
@@ -185,7 +185,7 @@ test("a run ends as soon with a page that reads nothing as with none", limits, a
   assert.equal(await run.end(), 0);
 });
 
-test("one click replays the worst run of a batch, flown again to the same outcome", limits, async () => {
+test("one click replays the worst run of a batch with the same outcome", limits, async () => {
   const fly = ["monte-carlo", "tour/02-two-uavs", "--runs", "5", "--set", "guidance.radial_gain=0.6", "--out", "batch"];
   execFileSync(STANDOFF, fly, { cwd: results, stdio: "ignore" });
   const view = await serving("view", "batch");
@@ -196,14 +196,14 @@ test("one click replays the worst run of a batch, flown again to the same outcom
   await page.locator("#runs tbody a").first().click();
   await page.waitForSelector("#outcome td[data-metric=position_error_m]", { state: "attached" });
   const shown = Number(await page.textContent("#outcome td[data-metric=position_error_m]"));
-  assert.ok(values.some((value) => Math.abs(value - shown) <= 0.006), `${shown} is not of ${values}`);
+  assert.ok(values.some((value) => Math.abs(value - shown) <= 0.006), `${shown} is among ${values}`);
   assert.match(await page.textContent("#title"), /tour\/02-two-uavs, seed \d+/);
   assert.deepEqual(complaints, []);
   await close();
   assert.equal(await view.end(), 0);
 });
 
-test("a page from elsewhere gets nothing, by request or by socket", limits, async () => {
+test("a page of another origin gets no data by request, socket or frame", limits, async () => {
   const view = await serving("view", "tour/01-one-uav");
   const stranger = createServer((_, answer) => answer.end("<!DOCTYPE html><title>elsewhere</title>"));
   await new Promise((resolve) => stranger.listen(0, "127.0.0.1", resolve));
@@ -211,11 +211,11 @@ test("a page from elsewhere gets nothing, by request or by socket", limits, asyn
   const page = await context.newPage();
   await page.goto(`http://127.0.0.1:${stranger.address().port}/`);
   const got = await page.evaluate(async (address) => {
-    const asked = await fetch(`${address}/replay/head.json`).then((answer) => answer.text(), () => "refused");
-    const unseen = await fetch(`${address}/replay/head.json`, { mode: "no-cors" }).then((answer) => answer.type, () => "refused");
+    const cors = await fetch(`${address}/replay/head.json`).then((answer) => answer.text(), () => "refused");
+    const opaque = await fetch(`${address}/replay/head.json`, { mode: "no-cors" }).then((answer) => answer.type, () => "refused");
     const socket = await new Promise((resolve) => {
       const socket = new WebSocket(`${address.replace("http", "ws")}/replay/feed`);
-      socket.onmessage = () => resolve("told");
+      socket.onmessage = () => resolve("received");
       socket.onerror = () => resolve("refused");
     });
     const frame = document.createElement("iframe");
@@ -226,11 +226,11 @@ test("a page from elsewhere gets nothing, by request or by socket", limits, asyn
     try {
       framed = frame.contentDocument ? "shown" : "refused";
     } catch {
-      // As wanted.
+      // Access is refused, as expected.
     }
-    return { asked, unseen, socket, framed };
+    return { cors, opaque, socket, framed };
   }, view.address);
-  assert.deepEqual(got, { asked: "refused", unseen: "refused", socket: "refused", framed: "refused" });
+  assert.deepEqual(got, { cors: "refused", opaque: "refused", socket: "refused", framed: "refused" });
   for (const headers of [{ Origin: "http://evil.example" }, { Origin: "null" }, { "Sec-Fetch-Site": "cross-site" }]) {
     assert.equal((await fetch(`${view.address}/replay/head.json`, { headers })).status, 403, JSON.stringify(headers));
   }
@@ -239,7 +239,7 @@ test("a page from elsewhere gets nothing, by request or by socket", limits, asyn
   assert.equal(await view.end(), 0);
 });
 
-test("a page that has not all of the run's events says how many there are, and where", limits, async () => {
+test("a page without the last events of a run shows how many there are, and their file", limits, async () => {
   const view = await serving("view", "tour/01-one-uav");
   const prepare = (page) => page.route("**/head.json", async (route) => {
     const response = await route.fetch();
@@ -247,7 +247,7 @@ test("a page that has not all of the run's events says how many there are, and w
   });
   const { page, complaints, close } = await watching(view.address, prepare);
   await page.click("#tab-events");
-  await page.waitForFunction(() => /; the run has 12,345 more, later ones: they are in events.parquet only$/.test(document.getElementById("count").textContent));
+  await page.waitForFunction(() => /; 12,345 later events are only in events.parquet$/.test(document.getElementById("count").textContent));
   assert.deepEqual(complaints, []);
   await close();
   assert.equal(await view.end(), 0);

@@ -1,4 +1,4 @@
-// Commands that serve pages, and pages that are served.
+// Helpers for tests of served pages: starting commands that serve, and opening their pages.
 
 import assert from "node:assert/strict";
 import { spawn } from "node:child_process";
@@ -10,41 +10,41 @@ import { after } from "node:test";
 import { PATIENCE_MS, browser } from "./browser.mjs";
 
 export const STANDOFF = process.env.STANDOFF;
-assert.ok(STANDOFF, "STANDOFF names the command: start the tests with scripts/check_in_browser");
-/** Where the commands write. */
+assert.ok(STANDOFF, "STANDOFF must name the command: start the tests with scripts/check_in_browser");
+/** Output folder of the commands. */
 export const results = mkdtempSync(join(tmpdir(), "standoff-served-"));
-/** Commands that serve now: a test that fails leaves its own behind. */
+/** Running commands. They are killed at the end, because failed tests do not stop theirs. */
 const children = new Set();
 after(() => {
   for (const child of children) child.kill("SIGKILL");
   rmSync(results, { recursive: true });
 });
 
-/** Starts a command that serves; gives its address and what ends it. */
+/** Starts a command that serves; returns its address and a function that ends it. */
 export async function serving(...args) {
   const child = spawn(STANDOFF, [...args, "--no-open"], { cwd: results, stdio: ["ignore", "pipe", "pipe"] });
   children.add(child);
-  const gone = new Promise((resolve) => child.on("exit", resolve));
-  gone.then(() => children.delete(child));
-  let said = "";
+  const exited = new Promise((resolve) => child.on("exit", resolve));
+  exited.then(() => children.delete(child));
+  let output = "";
   const address = await new Promise((resolve, reject) => {
-    const hear = (bytes) => {
-      said += bytes;
-      const found = /http:\/\/[^\s/]+/.exec(said);
+    const read = (bytes) => {
+      output += bytes;
+      const found = /http:\/\/[^\s/]+/.exec(output);
       if (found) resolve(found[0]);
     };
-    child.stdout.on("data", hear);
-    child.stderr.on("data", hear);
-    gone.then(() => reject(new Error(`it ended: ${said}`)));
+    child.stdout.on("data", read);
+    child.stderr.on("data", read);
+    exited.then(() => reject(new Error(`the command has ended: ${output}`)));
   });
   const end = async () => {
     child.kill("SIGINT");
-    return gone;
+    return exited;
   };
   return { address, end };
 }
 
-/** A page that collects what it complains about; `prepare` has it before anything is fetched. */
+/** Opens a page; `complaints` collects its errors, warnings and foreign requests. `prepare` is called before navigation. */
 export async function watching(address, prepare, options = {}) {
   const context = await (await browser()).newContext({ viewport: { width: 1280, height: 720 }, ...options });
   context.setDefaultTimeout(PATIENCE_MS);

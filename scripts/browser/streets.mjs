@@ -1,4 +1,4 @@
-// Streets about the blocks of crowds.mjs, as a SUMO net in its metres: a grid, every street a lane from crossing to crossing. It is printed.
+// Prints a SUMO net of the streets around the blocks of crowds.mjs, in metres: a grid with one lane from crossing to crossing.
 
 const STEP_M = 100;
 const [COLUMNS, ROWS] = [74, 65];

@@ -1,4 +1,4 @@
-// Pictures of the pages for the documentation: `take_pictures.mjs RESULTS PICTURES`.
+// Takes the screenshots of the pages for the documentation. Usage: take_pictures.mjs RESULTS PICTURES
 
 import { join, resolve } from "node:path";
 import { pathToFileURL } from "node:url";
@@ -12,6 +12,7 @@ const browser = await chromium.launch({
   args: ["--disable-gpu", "--disable-background-networking"],
 });
 
+/** Opens a page, prepares it and saves a screenshot. */
 async function picture(file, name, theme, arrange) {
   const page = await browser.newPage({ viewport: { width: 1280, height: 720 }, colorScheme: theme });
   await page.goto(pathToFileURL(resolve(results, file)).href);
@@ -21,20 +22,20 @@ async function picture(file, name, theme, arrange) {
   await page.close();
 }
 
-/** Some time into the run, when the two groups are far apart. */
+/** Moves to a time at which the two groups are far from each other. */
 async function later(page) {
   await page.waitForSelector("body[data-ready=charts]");
   for (let press = 0; press < 15; press++) await page.keyboard.press("Shift+ArrowRight");
 }
 
-/** The metric that differs most. */
-async function chosen(page) {
-  await page.click("text=standoff error, the agents' own view");
+/** Selects the metric with the largest difference. */
+async function selectMetric(page) {
+  await page.click("text=standoff error (own estimate)");
   await page.waitForSelector(".main-svg");
 }
 
 for (const theme of ["light", "dark"]) {
   await picture("run/report.html", "page", theme, later);
-  await picture("compared.html", "runs", theme, chosen);
+  await picture("compared.html", "runs", theme, selectMetric);
 }
 await browser.close();

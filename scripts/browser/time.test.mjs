@@ -1,16 +1,16 @@
-// Time: playing, scrubbing, speeds.
+// Time: playback, scrubbing, speed.
 
 import assert from "node:assert/strict";
 
 import { clock, goTo, painted } from "./browser.mjs";
 import { inReport } from "./in_report.mjs";
 
-/** Lets time pass in the page alone, so that a busy machine changes nothing. */
+/** Advances the clock of the page, independently of the load of the machine. */
 async function pass(page, ms) {
   await page.clock.runFor(ms);
 }
 
-inReport("a report opens from disk with its title, a first picture and charts", {}, async (page) => {
+inReport("a report opens from disk with its title, map and charts", {}, async (page) => {
   assert.equal(await page.title(), "paper/figure-9, seed 1 \u2013 standoff");
   assert.equal(await page.getByRole("heading", { level: 1 }).textContent(), "paper/figure-9, seed 1");
   assert.equal(await clock(page), 0);
@@ -22,7 +22,7 @@ inReport("a report opens from disk with its title, a first picture and charts", 
   assert.ok((await page.locator("#charts .scatterlayer .trace").count()) > 10);
 });
 
-inReport("playing moves time on at the chosen speed, and pauses at the end", {}, async (page) => {
+inReport("playback advances the time at the selected speed and pauses at the end", {}, async (page) => {
   await page.clock.install();
   for (const speed of ["0.25", "1", "4", "32"]) {
     await page.getByLabel("Speed").selectOption(speed);
@@ -32,11 +32,11 @@ inReport("playing moves time on at the chosen speed, and pauses at the end", {},
     const playing = await clock(page);
     await page.getByRole("button", { name: "Pause" }).click();
     await pass(page, 1000);
-    // A picture more or less, and the tables' fifth of a second.
-    assert.ok(Math.abs(playing - 10 - Number(speed)) <= 0.25 * Number(speed), `at ${speed}x a second shows ${playing - 10} s`);
+    // The tolerance covers one frame and the update interval of the tables.
+    assert.ok(Math.abs(playing - 10 - Number(speed)) <= 0.25 * Number(speed), `at ${speed}x one second advances ${playing - 10} s`);
     const paused = await clock(page);
     await pass(page, 1000);
-    assert.equal(await clock(page), paused, "paused time stands still");
+    assert.equal(await clock(page), paused, "the time does not change while paused");
   }
   await page.getByRole("button", { name: "Play", exact: true }).click();
   await pass(page, 5000);
@@ -45,15 +45,15 @@ inReport("playing moves time on at the chosen speed, and pauses at the end", {},
   assert.equal(await page.locator("#play").getAttribute("aria-pressed"), "false");
   await page.getByRole("button", { name: "Play", exact: true }).click();
   await pass(page, 300);
-  assert.ok((await clock(page)) < 100, "played again, it starts anew");
+  assert.ok((await clock(page)) < 100, "playback restarts from the beginning");
 });
 
-inReport("the slider, the arrows and their buttons scrub", {}, async (page) => {
+inReport("slider, arrow keys and step buttons change the time", {}, async (page) => {
   const slider = page.getByRole("slider", { name: "Time" });
   const box = await slider.boundingBox();
   await page.mouse.click(box.x + box.width / 2, box.y + box.height / 2);
   await painted(page);
-  assert.ok(Math.abs((await clock(page)) - 50) < 0.5, "a click in the middle is half-time");
+  assert.ok(Math.abs((await clock(page)) - 50) < 0.5, "a click in the middle of the slider goes to half of the duration");
   const at = async (time_s, what) => {
     await painted(page);
     assert.equal(await clock(page), time_s, what);
@@ -68,16 +68,16 @@ inReport("the slider, the arrows and their buttons scrub", {}, async (page) => {
     await page.keyboard.press(key);
     await at(time_s, key);
   }
-  await page.getByRole("button", { name: "Instant back" }).click();
-  await at(99.5, "an instant back");
-  await page.getByRole("button", { name: "Instant on" }).click();
-  await at(100, "an instant on");
+  await page.getByRole("button", { name: "Step back" }).click();
+  await at(99.5, "one time step back");
+  await page.getByRole("button", { name: "Step forward" }).click();
+  await at(100, "one time step forward");
   await goTo(page, 33.3);
   await page.keyboard.press("ArrowRight");
-  await at(33.5, "from between two instants to the next");
+  await at(33.5, "from between two time steps to the next one");
 });
 
-inReport("keys play, change the speed and go from event to event, also while the slider has the focus", {}, async (page) => {
+inReport("keyboard shortcuts play, change the speed and go to events, also while the slider has the focus", {}, async (page) => {
   const slider = page.getByRole("slider", { name: "Time" });
   await slider.focus();
   await page.keyboard.press("n");
@@ -98,13 +98,13 @@ inReport("keys play, change the speed and go from event to event, also while the
   assert.equal(await page.locator("#play").getAttribute("aria-pressed"), "false");
 });
 
-inReport("space plays wherever a click has left the focus, and enter presses a button reached by keys", {}, async (page) => {
+inReport("Space plays after a click on any control, and Enter presses a button that has the keyboard focus", {}, async (page) => {
   const isPlaying = async () => (await page.locator("#play").getAttribute("aria-pressed")) === "true";
   const spacePlays = async (what) => {
-    for (const wanted of [!(await isPlaying()), await isPlaying()]) {
+    for (const expected of [!(await isPlaying()), await isPlaying()]) {
       await page.keyboard.press(" ");
       await painted(page);
-      assert.equal(await isPlaying(), wanted, `space after ${what}`);
+      assert.equal(await isPlaying(), expected, `Space after ${what}`);
     }
   };
   const clicked = new Set();
@@ -117,7 +117,7 @@ inReport("space plays wherever a click has left the focus, and enter presses a b
       const id = await control.evaluate((one) => one.id || one.name || one.textContent);
       if (clicked.has(id) || id.startsWith("tab-")) continue;
       clicked.add(id);
-      // A chart's own buttons are plotly's; a picture of a chart is saved by others' tests.
+      // Other tests cover the buttons that save the charts.
       if (id === "png" || id === "csv") continue;
       await control.click();
       if (await page.getByRole("dialog").count()) await page.keyboard.press("Escape");
@@ -129,7 +129,7 @@ inReport("space plays wherever a click has left the focus, and enter presses a b
   for (const id of ["play", "back", "on", "fit", "ruler", "zoom-in", "theme", "keys", "link", "time", "routine"]) {
     assert.ok(clicked.has(id), `${id} is among ${[...clicked]}`);
   }
-  // By keys: space plays on a button, too; enter presses it; a checkbox, a list and a field keep the key.
+  // With the keyboard focus on a button, Space plays and Enter presses it; checkboxes, lists and fields keep the key.
   await page.getByRole("tab", { name: "Events" }).click();
   await goTo(page, 10);
   await page.locator("#on").focus();
@@ -137,7 +137,7 @@ inReport("space plays wherever a click has left the focus, and enter presses a b
   const from_s = await clock(page);
   await page.keyboard.press("Enter");
   await painted(page);
-  assert.ok((await clock(page)) > from_s, "enter presses it");
+  assert.ok((await clock(page)) > from_s, "Enter presses it");
   await page.locator("#routine").focus();
   const was = await page.locator("#routine").isChecked();
   await page.keyboard.press(" ");
@@ -148,38 +148,38 @@ inReport("space plays wherever a click has left the focus, and enter presses a b
   assert.equal(await isPlaying(), false);
 });
 
-inReport("the text of the event gone to stands beside the strip until time moves on, and shifts nothing", {}, async (page) => {
+inReport("the text of the current event is shown above the strip until the time moves on, and the layout does not change", {}, async (page) => {
   await page.clock.install();
-  const told = page.locator("#told-event");
+  const eventText = page.locator("#told-event");
   const boxes = () => page.evaluate(() => [...document.querySelectorAll("footer, footer *, #map")].filter((one) => one.id !== "now").map((one) => {
     const { left, top, width, height } = one.getBoundingClientRect();
     return one.closest("#tip, .clock") ? [] : [left, top, width, height];
   }));
-  assert.equal(await told.getAttribute("aria-live"), "polite");
-  const words = [/^76\.0 s discarded \u2013 target-1, group 1: /, /^35\.0 s handoff-completed \u2013 target-1, group 0 to 1: /];
+  assert.equal(await eventText.getAttribute("aria-live"), "polite");
+  const patterns = [/^76\.0 s discarded \u2013 target-0, group 1: /, /^35\.0 s handoff-completed \u2013 target-0, group 0 to 1: /];
   await page.getByRole("tab", { name: "Events" }).click();
-  await page.getByPlaceholder("UAV or target").fill("target-1");
+  await page.getByPlaceholder("UAV or target").fill("target-0");
   await page.locator("#map").focus();
   await goTo(page, 78);
   const before = await boxes();
-  for (const wanted of words) {
+  for (const pattern of patterns) {
     await page.keyboard.press("p");
     await painted(page);
-    assert.match(await told.textContent(), wanted);
+    assert.match(await eventText.textContent(), pattern);
   }
   assert.deepEqual(await boxes(), before);
   await page.keyboard.press("ArrowRight");
   await painted(page);
-  assert.equal(await told.textContent(), "");
+  assert.equal(await eventText.textContent(), "");
   const marks = await page.locator("#marks").boundingBox();
   await page.mouse.click(marks.x + 0.76 * marks.width, marks.y + 4);
   await painted(page);
-  assert.match(await told.textContent(), words[0]);
-  // While time runs on there is time to read.
+  assert.match(await eventText.textContent(), patterns[0]);
+  // During playback the text stays long enough to be read.
   await page.keyboard.press(" ");
   await pass(page, 1000);
   assert.ok((await clock(page)) > 76.5);
-  assert.match(await told.textContent(), words[0]);
+  assert.match(await eventText.textContent(), patterns[0]);
   await pass(page, 10_000);
-  assert.equal(await told.textContent(), "");
+  assert.equal(await eventText.textContent(), "");
 });

@@ -1,4 +1,4 @@
-// What lies under the vehicles: roads and buildings, their layer, and maps as strangers make them.
+// The background map: roads and buildings, their layer, and hostile maps.
 
 import assert from "node:assert/strict";
 import { readFileSync } from "node:fs";
@@ -8,51 +8,52 @@ import { gunzipSync } from "node:zlib";
 import { camera, folder, goTo, noteTexts, painted, picture, texts } from "./browser.mjs";
 import { inReport } from "./in_report.mjs";
 
-/** Waits until everything that lies under the vehicles is drawn. */
+/** Waits until the background map is drawn completely. */
 async function drawn(page) {
   await painted(page);
   await page.waitForSelector('#map[data-underlay-tiles="all"]');
   await painted(page);
 }
 
+/** The checkbox of the layer of the background map. */
 async function layer(page) {
   if (!(await page.locator("#layers").isVisible())) await page.locator("summary", { hasText: "Layers" }).click();
   return page.getByLabel("Roads and buildings");
 }
 
-/** Colours of the map at places of the world, as "r,g,b"; `beside`: the darkest of so many pixels around each. */
-async function colours(page, places, beside = 0) {
+/** Colours of the map at world positions, as "r,g,b": the darkest pixel within `radius_px` of each position. */
+async function colours(page, positions, radius_px = 0) {
   await painted(page);
-  return page.locator("#map").evaluate((canvas, { places, beside }) => {
+  return page.locator("#map").evaluate((canvas, { positions, radius_px }) => {
     const { eastM, northM, pxPerM } = canvas.dataset;
     const pen = canvas.getContext("2d");
     const ratio = canvas.width / canvas.clientWidth;
-    return places.map(([x_m, y_m]) => {
+    return positions.map(([x_m, y_m]) => {
       const x = (canvas.clientWidth / 2 + (x_m - eastM) * pxPerM) * ratio;
       const y = (canvas.clientHeight / 2 - (y_m - northM) * pxPerM) * ratio;
-      const side = 2 * beside + 1;
-      const { data } = pen.getImageData(Math.floor(x) - beside, Math.floor(y) - beside, side, side);
+      const side = 2 * radius_px + 1;
+      const { data } = pen.getImageData(Math.floor(x) - radius_px, Math.floor(y) - radius_px, side, side);
       const found = Array.from({ length: side * side }, (_, k) => [...data.slice(4 * k, 4 * k + 3)]);
       return String(found.reduce((a, b) => (a[0] + a[1] + a[2] <= b[0] + b[1] + b[2] ? a : b)));
     });
-  }, { places, beside });
+  }, { positions, radius_px });
 }
 
-/** Only what lies below: of the other layers nothing is shown. */
-async function alone(page) {
+/** Hides all layers except the background map. */
+async function hideOtherLayers(page) {
   await layer(page);
   for (const box of await page.getByRole("group", { name: "Layers" }).getByRole("checkbox").all()) {
     if ((await box.getAttribute("name")) !== "layer-underlay" && (await box.isChecked())) await box.click();
   }
 }
 
-/** Middles of the roads of a record's map, m. */
+/** Midpoints of the roads of a record's map, m. */
 function roads(flight) {
   const { layers } = JSON.parse(gunzipSync(readFileSync(join(folder(flight), "map.json.gz"))));
   return layers.flatMap(({ lines }) => lines.map(([x, y, dx, dy]) => [(x + dx / 2) / 10, (y + dy / 2) / 10]));
 }
 
-/** Where the cars of the city are, as its traffic file says. */
+/** Positions of the vehicles in the traffic file of the city, m. */
 function vehicles(time_s) {
   const text = gunzipSync(readFileSync(new URL("../../scenarios/traffic/city.fcd.xml.gz", import.meta.url))).toString();
   const step = text.split(`<timestep time="${time_s.toFixed(2)}">`)[1].split("</timestep>")[0];
@@ -61,20 +62,20 @@ function vehicles(time_s) {
 
 const LIGHT = { ground: "255,255,255", minor: "211,218,226" };
 
-inReport("a city's roads are drawn where they are, under the vehicles, and their layer takes them away", { flight: "city" }, async (page) => {
+inReport("the roads of a city are drawn at their positions, and their layer can be hidden", { flight: "city" }, async (page) => {
   await goTo(page, 40);
   await page.keyboard.press("0");
   await drawn(page);
   assert.ok(Number(await page.locator("#map").getAttribute("data-underlay")) > 500, "lines and areas were loaded");
   const whole = await picture(page);
-  await alone(page);
+  await hideOtherLayers(page);
   for (let press = 0; press < 6; press++) await page.keyboard.press("+");
   await drawn(page);
   const { x_m, y_m, px_per_m } = await camera(page);
   const near = roads("city").filter(([x, y]) => Math.abs(x - x_m) * px_per_m < 300 && Math.abs(y - y_m) * px_per_m < 200);
-  assert.ok(near.length >= 2, `roads in sight: ${near.length}`);
-  for (const colour of await colours(page, near, 1)) assert.equal(colour, LIGHT.minor, "the middle of a road");
-  // Houses stand in the middle between streets that are 230 m apart: nothing is there.
+  assert.ok(near.length >= 2, `visible roads: ${near.length}`);
+  for (const colour of await colours(page, near, 1)) assert.equal(colour, LIGHT.minor, "the midpoint of a road");
+  // Streets are 230 m apart and houses are in the middle between them: positions 25 m from a street are empty.
   for (const colour of await colours(page, near.map(([x, y]) => [x + 25, y + 25]))) assert.equal(colour, LIGHT.ground);
   const box = await layer(page);
   await box.click();
@@ -85,23 +86,23 @@ inReport("a city's roads are drawn where they are, under the vehicles, and their
     if (!(await other.isChecked())) await other.click();
   }
   await drawn(page);
-  assert.ok((await picture(page)) === whole, "everything is as it was");
+  assert.ok((await picture(page)) === whole, "the map is the same as before");
 });
 
 inReport("the vehicles of the traffic file are on the roads", { flight: "city" }, async (page) => {
   await goTo(page, 100);
-  await alone(page);
+  await hideOtherLayers(page);
   await page.getByLabel("Follow").selectOption("group 1");
   for (let press = 0; press < 3; press++) await page.keyboard.press("+");
   await drawn(page);
   const seen = await camera(page);
   const near = vehicles(100).filter(([x, y]) => Math.abs(x - seen.x_m) * seen.px_per_m < 300 && Math.abs(y - seen.y_m) * seen.px_per_m < 200);
-  assert.ok(near.length >= 4, `vehicles in sight: ${near.length}`);
-  assert.ok(!(await colours(page, near)).includes(LIGHT.ground), "none is beside them");
+  assert.ok(near.length >= 4, `visible vehicles: ${near.length}`);
+  assert.ok(!(await colours(page, near)).includes(LIGHT.ground), "all vehicles are on roads");
 });
 
-inReport("what lies below follows the camera and the zoom, in both themes", { flight: "city" }, async (page) => {
-  await alone(page);
+inReport("the background map follows the camera and the zoom in both themes", { flight: "city" }, async (page) => {
+  await hideOtherLayers(page);
   await page.getByLabel("Follow").selectOption("uav 0");
   await page.evaluate(() => document.activeElement.blur());
   for (const [time_s, press] of [[10, "+"], [30, "-"], [50, "-"], [90, "+"]]) {
@@ -119,20 +120,20 @@ inReport("what lies below follows the camera and the zoom, in both themes", { fl
   for (const value of (await colours(page, [[x_m, y_m]]))[0].split(",")) assert.ok(Number(value) < 90, `dark: ${value}`);
 });
 
-inReport("a run without a map has no switch for it", {}, async (page) => {
+inReport("a run without a background map has no layer for it", {}, async (page) => {
   await page.locator("summary", { hasText: "Layers" }).click();
   assert.equal(await page.getByLabel("Roads and buildings").count(), 0);
   assert.equal(await page.locator("#map").getAttribute("data-underlay"), null);
 });
 
-inReport("a map as a stranger might write it does no harm, and who made it is said", { flight: "hostile-map" }, async (page) => {
+inReport("a hostile map does no harm, and its copyright notice is shown", { flight: "hostile-map" }, async (page) => {
   await noteTexts(page);
   await goTo(page, 10);
   await drawn(page);
-  const said = (await texts(page)).map(({ text }) => text);
-  assert.ok(said.includes("\u00a9 OpenStreetMap contributors"), `${said}`);
+  const labels = (await texts(page)).map(({ text }) => text);
+  assert.ok(labels.includes("\u00a9 OpenStreetMap contributors"), `${labels}`);
   const box = await layer(page);
   const before = await picture(page);
   await box.click();
-  assert.ok((await picture(page)) !== before, "without its layer the picture is another one");
+  assert.ok((await picture(page)) !== before, "hiding the layer changes the map");
 });

@@ -1,4 +1,4 @@
-// The tables beside the map show what the record holds.
+// The tables of the side panel equal the record.
 
 import assert from "node:assert/strict";
 import { readFileSync } from "node:fs";
@@ -10,7 +10,7 @@ import { agrees, recordOf } from "./record.mjs";
 
 const DEGREES = 180 / Math.PI;
 
-/** A table as the reader sees it: {field: words} by id. */
+/** The texts of a table as {field: text}, by id. */
 async function shown(page, caption) {
   const rows = await page.getByRole("table", { name: caption }).locator("tbody tr").evaluateAll((rows) =>
     rows.map((row) => [Number(row.dataset.id), Object.fromEntries([...row.cells].map((cell) => [cell.dataset.field, cell.textContent]))]));
@@ -21,7 +21,7 @@ function checkUavs(rows, recorded) {
   assert.deepEqual([...rows.keys()], [...recorded.keys()]);
   for (const [id, row] of rows) {
     const uav = recorded.get(id);
-    const limited = (words, is) => words.replace(is ? / limit$/ : /^$/, "");
+    const limited = (text, isLimited) => text.replace(isLimited ? / limit$/ : /^$/, "");
     assert.equal(row.id, `${id}`);
     assert.equal(row.group, uav.group === null ? "none" : `${uav.group}`);
     agrees(row.x_m, uav.x_m, 1, `UAV ${id} east`);
@@ -29,8 +29,8 @@ function checkUavs(rows, recorded) {
     agrees(limited(row.speed_m_s, uav.speed_limited), uav.speed_m_s, 2, `UAV ${id} speed`);
     agrees(limited(row.turn_rate_deg_s, uav.turn_rate_limited), uav.turn_rate_rad_s * DEGREES, 2, `UAV ${id} turn rate`);
     agrees(row.centre_distance_m, uav.centre_distance_m, 1, `UAV ${id} to centre`);
-    agrees(row.standoff_error_m, uav.standoff_error_m, 1, `UAV ${id} off the orbit`);
-    agrees(row.line_of_sight_deg, uav.line_of_sight_rad === null ? null : uav.line_of_sight_rad * DEGREES, 1, `UAV ${id} line of sight`);
+    agrees(row.standoff_error_m, uav.standoff_error_m, 1, `UAV ${id} standoff error`);
+    agrees(row.off_boresight_mean_deg, uav.off_boresight_rad === null ? null : uav.off_boresight_rad * DEGREES, 1, `UAV ${id} off-boresight angle`);
   }
 }
 
@@ -47,19 +47,19 @@ function checkGroups(rows, recorded) {
   }
 }
 
-/** What nobody should miss about a target, by the record. */
+/** The expected warning about a target. */
 function concern(target) {
   if (target.in_view === false && target.group !== null) return "out of view";
-  if (["discarded", "unassigned"].includes(target.place)) return target.place;
-  if (target.place === "dwell") return "in dwell";
+  if (["removed", "ungrouped"].includes(target.place)) return target.place;
+  if (target.place === "in-handoff") return "in dwell";
   if (target.status === "coasting") return "coasting";
   return target.exists && target.status === null ? "untracked" : "";
 }
 
 function checkTargets(rows, recorded, names) {
   assert.deepEqual([...rows.keys()].sort((a, b) => a - b), [...recorded.keys()]);
-  const noted = [...rows.values()].map((row) => row.concern !== "");
-  assert.deepEqual(noted, [...noted].sort((a, b) => b - a), "those to note come first");
+  const hasWarning = [...rows.values()].map((row) => row.concern !== "");
+  assert.deepEqual(hasWarning, [...hasWarning].sort((a, b) => b - a), "targets with warnings come first");
   for (const [id, row] of rows) {
     const target = recorded.get(id);
     assert.equal(row.name, names[id]);
@@ -72,39 +72,39 @@ function checkTargets(rows, recorded, names) {
   }
 }
 
-/** Missions and times at which something is to be noted, and what. */
+/** Runs with times, and the warnings expected at these times. */
 const CHOSEN = [
-  ["figure-9", [0, 0.5, 33, 60, 100], ["in dwell", "discarded"]],
+  ["figure-9", [0, 0.5, 33, 60, 100], ["in dwell", "removed"]],
   ["slips", [27], ["out of view"]],
 ];
-for (const [flight, times_s, worries] of CHOSEN) {
-  inReport(`at chosen times the tables equal the record: ${flight}`, { flight }, async (page) => {
+for (const [flight, times_s, warnings] of CHOSEN) {
+  inReport(`the tables equal the record at selected times: ${flight}`, { flight }, async (page) => {
     const record = recordOf(flight);
     await page.getByRole("tab", { name: "State" }).click();
-    const met = new Set();
+    const shownWarnings = new Set();
     for (const time_s of times_s) {
-      // A little later the same instant is on.
+      // 0.3 s later the same time step is current.
       for (const later_s of [0, time_s < record.times_s.at(-1) ? 0.3 : 0]) {
         await goTo(page, time_s + later_s);
         checkUavs(await shown(page, "UAVs"), record.rows("uavs", time_s));
         checkGroups(await shown(page, "Groups"), record.rows("groups", time_s));
         const targets = await shown(page, "Targets");
         checkTargets(targets, record.rows("targets", time_s), record.names);
-        for (const row of targets.values()) met.add(row.concern);
+        for (const row of targets.values()) shownWarnings.add(row.concern);
       }
     }
-    assert.deepEqual(worries.filter((worry) => !met.has(worry)), [], "each of these was to be seen");
+    assert.deepEqual(warnings.filter((warning) => !shownWarnings.has(warning)), [], "each expected warning was shown");
   });
 }
 
-inReport("the outcome equals the summary", {}, async (page) => {
+inReport("the outcome table equals summary.json", {}, async (page) => {
   const { metrics } = JSON.parse(readFileSync(join(folder("figure-9"), "summary.json"), "utf8"));
   await page.getByRole("tab", { name: "Outcome" }).click();
-  const cells = await page.getByRole("table", { name: "What the run came to" }).locator("td[data-metric]").evaluateAll((cells) =>
+  const cells = await page.getByRole("table", { name: "Results of the run" }).locator("td[data-metric]").evaluateAll((cells) =>
     cells.map((cell) => [cell.dataset.metric, cell.textContent, cell.nextSibling.textContent]));
   assert.ok(cells.length > 15);
-  for (const [metric, words, unit] of cells) {
+  for (const [metric, text, unit] of cells) {
     const percent = unit.startsWith("%") ? 100 : 1;
-    agrees(words, metrics[metric] === null ? null : metrics[metric] * percent, 2, metric);
+    agrees(text, metrics[metric] === null ? null : metrics[metric] * percent, 2, metric);
   }
 });

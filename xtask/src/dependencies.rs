@@ -1,5 +1,5 @@
-//! What the project depends on: licences and sources against `deny.toml`, the lock file, and, where the tool and its
-//! database are at hand, known vulnerabilities.
+//! Checks the dependencies: licences and sources against `deny.toml`, the lock file, and known vulnerabilities if
+//! `cargo deny` and its database are available.
 
 use std::fs;
 use std::path::Path;
@@ -9,7 +9,7 @@ use cargo_metadata::{CargoOpt, MetadataCommand, Package};
 use serde::Deserialize;
 use spdx::{Expression, Licensee, ParseMode};
 
-/// The part of `deny.toml` that is checked here.
+/// The part of `deny.toml` that this check uses.
 #[derive(Deserialize)]
 struct Allowed {
     licenses: Licences,
@@ -27,7 +27,7 @@ struct Sources {
     allow_registry: Vec<String>,
 }
 
-/// Checks every package that any feature may bring in; says what was checked.
+/// Checks all packages that any feature can include; returns a summary of the checks.
 pub(crate) fn check(root: &Path) -> Result<String, String> {
     let text = fs::read_to_string(root.join("deny.toml")).map_err(|reason| format!("deny.toml: {reason}"))?;
     let allowed: Allowed = toml::from_str(&text).map_err(|error| format!("deny.toml: {error}"))?;
@@ -39,15 +39,15 @@ pub(crate) fn check(root: &Path) -> Result<String, String> {
     let licensees = licensees.collect::<Result<Vec<_>, _>>()?;
     let mut command = MetadataCommand::new();
     command.current_dir(root).features(CargoOpt::AllFeatures).other_options(["--locked".to_owned()]);
-    let metadata = command.exec().map_err(|error| format!("the lock file does not tell all dependencies: {error}"))?;
-    let outside: Vec<&Package> = metadata.packages.iter().filter(|package| package.source.is_some()).collect();
+    let metadata = command.exec().map_err(|error| format!("the lock file does not list all dependencies: {error}"))?;
+    let external: Vec<&Package> = metadata.packages.iter().filter(|package| package.source.is_some()).collect();
     let problems: Vec<String> =
-        outside.iter().flat_map(|package| problems(package, &licensees, &allowed.sources)).collect();
+        external.iter().flat_map(|package| problems(package, &licensees, &allowed.sources)).collect();
     if !problems.is_empty() {
         return Err(problems.join("\n"));
     }
-    let known = advisories(root)?;
-    Ok(format!("{} dependencies: licences and sources as deny.toml allows; {known}", outside.len()))
+    let advisories = advisories(root)?;
+    Ok(format!("{} dependencies: deny.toml allows all licences and sources; {advisories}", external.len()))
 }
 
 fn problems(package: &Package, licensees: &[Licensee], sources: &Sources) -> Vec<String> {
@@ -55,22 +55,24 @@ fn problems(package: &Package, licensees: &[Licensee], sources: &Sources) -> Vec
     let source = package.source.as_ref().map_or("", |source| source.repr.as_str());
     let is_allowed = sources.allow_registry.iter().any(|allowed| source.strip_prefix("registry+") == Some(allowed));
     let source = (!is_allowed).then(|| format!("from {source}, which deny.toml does not allow"));
-    let told = licence.into_iter().chain(source);
-    told.map(|problem| format!("{} {}: {problem}", package.name, package.version)).collect()
+    let found = licence.into_iter().chain(source);
+    found.map(|problem| format!("{} {}: {problem}", package.name, package.version)).collect()
 }
 
-/// What is wrong with a licence expression, if anything.
+/// Returns the problem of a licence expression, if it has one.
 fn licence_problem(licence: &str, licensees: &[Licensee]) -> Option<String> {
     match Expression::parse_mode(licence, ParseMode::LAX) {
-        Ok(expression) if expression.evaluate(|wanted| licensees.iter().any(|licensee| licensee.satisfies(wanted))) => {
+        Ok(expression)
+            if expression.evaluate(|required| licensees.iter().any(|licensee| licensee.satisfies(required))) =>
+        {
             None
         }
         Ok(_) => Some(format!("licence {licence}: deny.toml does not allow it")),
-        Err(error) => Some(format!("licence \"{licence}\" cannot be read: {}", error.reason)),
+        Err(error) => Some(format!("licence \"{licence}\" cannot be parsed: {}", error.reason)),
     }
 }
 
-/// Asks `cargo deny`. Where it is not installed, or cannot reach its database, that is said, and no fault.
+/// Runs `cargo deny`. A missing tool or an unreachable database is reported, but is not an error.
 fn advisories(root: &Path) -> Result<&'static str, String> {
     let deny = |arguments: &[&str]| Command::new("cargo").arg("deny").args(arguments).current_dir(root).output();
     if !deny(&["--version"]).is_ok_and(|output| output.status.success()) {
@@ -80,8 +82,8 @@ fn advisories(root: &Path) -> Result<&'static str, String> {
         return Ok("advisories NOT checked: the database cannot be reached");
     }
     let output = deny(&["check", "advisories"]).map_err(|reason| format!("cargo deny: {reason}"))?;
-    let said = String::from_utf8_lossy(&output.stderr).into_owned();
-    if output.status.success() { Ok("no known vulnerability") } else { Err(said) }
+    let messages = String::from_utf8_lossy(&output.stderr).into_owned();
+    if output.status.success() { Ok("no known vulnerability") } else { Err(messages) }
 }
 
 #[cfg(test)]
@@ -89,14 +91,14 @@ mod tests {
     use super::*;
 
     #[test]
-    fn licences_that_are_not_listed_are_told() {
+    fn licences_that_are_not_allowed_are_reported() {
         let licensees: Vec<Licensee> = ["MIT", "Zlib"].iter().filter_map(|name| Licensee::parse(name).ok()).collect();
         let problem = |licence: &str| licence_problem(licence, &licensees);
         assert_eq!(problem("MIT"), None);
         assert_eq!(problem("MIT/Apache-2.0"), None);
         assert_eq!(problem("GPL-3.0-only OR (MIT AND Zlib)"), None);
         for refused in ["GPL-3.0-only", "MIT AND GPL-3.0-only", "Apache-2.0", "", "mine"] {
-            assert!(problem(refused).is_some_and(|told| told.contains(refused)), "{refused}");
+            assert!(problem(refused).is_some_and(|message| message.contains(refused)), "{refused}");
         }
     }
 }

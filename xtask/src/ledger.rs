@@ -1,6 +1,7 @@
 //! The equation ledger: which item implements each equation of the paper, and which test checks it.
 //!
-//! docs/equations.toml says what should be, the tags in the code what is, docs/ledger.md shows both.
+//! docs/equations.toml lists the equations and their status, tags in doc comments link the code to them, and
+//! docs/ledger.md shows both.
 
 mod tags;
 
@@ -20,7 +21,7 @@ struct List {
     equation: Vec<Equation>,
 }
 
-/// A piece of the paper that the project takes a stand on.
+/// An equation, lemma, algorithm or section of the paper, with its status in the project.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Equation {
@@ -38,7 +39,7 @@ enum Status {
     OutOfScope,
 }
 
-/// Writes the ledger, whatever is wrong with it, and says what is.
+/// Writes the ledger even if it has problems, and returns a message that lists them.
 pub(crate) fn write(root: &Path) -> Result<String, String> {
     let (equations, tags) = load(root)?;
     let path = root.join(LEDGER);
@@ -47,11 +48,11 @@ pub(crate) fn write(root: &Path) -> Result<String, String> {
     Ok(format!("{LEDGER}: written, {} entries{problems}", equations.len()))
 }
 
-/// Everything that is wrong, one line each.
+/// Checks the ledger; returns all problems as an error, one per line.
 pub(crate) fn check(root: &Path) -> Result<String, String> {
     let (equations, tags) = load(root)?;
     let mut problems = problems(&equations, &tags);
-    // A ledger that is not there differs from its first line on.
+    // A missing ledger differs from the first line on.
     let found = fs::read_to_string(root.join(LEDGER)).unwrap_or_default();
     problems.extend(out_of_date(&found, &render(&equations, &tags)));
     if problems.is_empty() { Ok(format!("{LEDGER}: up to date")) } else { Err(problems.join("\n")) }
@@ -92,12 +93,12 @@ fn entries(folder: &Path) -> Result<Vec<PathBuf>, String> {
     read().map_err(|error| format!("{}: {error}", folder.display()))
 }
 
-/// What list and tags say against each other.
+/// Returns the contradictions between the list of equations and the tags.
 fn problems(equations: &[Equation], tags: &[Tag]) -> Vec<String> {
     let mut problems = Vec::new();
     for tag in tags.iter().filter(|tag| !equations.iter().any(|equation| equation.id == tag.equation)) {
         let (Tag { path, line, item, .. }, name) = (tag, label(&tag.equation));
-        problems.push(format!("{path}:{line}: `{item}` names {name}, which {LIST} does not list: mend one of them"));
+        problems.push(format!("{path}:{line}: `{item}` names {name}, which {LIST} does not list: correct one of them"));
     }
     for (index, equation) in equations.iter().enumerate() {
         let name = label(&equation.id);
@@ -109,13 +110,13 @@ fn problems(equations: &[Equation], tags: &[Tag]) -> Vec<String> {
             (Status::Implemented, code, test) => {
                 for (word, _) in [("Implements", code), ("Checks", test)].iter().filter(|(_, tag)| tag.is_none()) {
                     problems.push(format!(
-                        "{name} is implemented, says {LIST}, but no doc comment says \"{word} {name}\": tag the item, \
-                         or change the status"
+                        "{LIST} lists {name} as implemented, but no doc comment contains \"{word} {name}\": tag the \
+                         item, or change the status"
                     ));
                 }
             }
             (Status::Planned | Status::OutOfScope, Some(Tag { path, line, item, .. }), _) => problems.push(format!(
-                "{path}:{line}: `{item}` implements {name}, which is not implemented, says {LIST}: change the status"
+                "{path}:{line}: `{item}` implements {name}, which {LIST} lists as not implemented: change the status"
             )),
             _ => {}
         }
@@ -123,19 +124,20 @@ fn problems(equations: &[Equation], tags: &[Tag]) -> Vec<String> {
     problems
 }
 
-/// Where the ledger differs first from what it should be.
+/// Returns a message with the first line in which the ledger differs from the expected text.
 fn out_of_date(found: &str, expected: &str) -> Option<String> {
     if found == expected {
         return None;
     }
     let (mut found, mut expected) = (found.lines(), expected.lines());
     for number in 1.. {
-        let (is, should_be) = (found.next(), expected.next());
-        if is != should_be || is.is_none() {
-            let show = |line: Option<&str>| line.map_or("nothing".to_string(), |line| format!("\"{line}\""));
-            let (is, should_be) = (show(is), show(should_be));
+        let (found_line, expected_line) = (found.next(), expected.next());
+        if found_line != expected_line || found_line.is_none() {
+            let show = |line: Option<&str>| line.map_or("missing".to_string(), |line| format!("\"{line}\""));
+            let (found_line, expected_line) = (show(found_line), show(expected_line));
             return Some(format!(
-                "{LEDGER} is out of date: run `cargo xtask ledger`\n  line {number} is {is}\n  and should be {should_be}"
+                "{LEDGER} is out of date: run `cargo xtask ledger`\n  line {number} is {found_line}\n  and should be \
+                 {expected_line}"
             ));
         }
     }
@@ -146,8 +148,8 @@ fn render(equations: &[Equation], tags: &[Tag]) -> String {
     let mut text = format!(
         "# Equation ledger\n\n\
          <!-- Written by `cargo xtask ledger` from equations.toml and the doc comments: do not edit. -->\n\n\
-         Every equation of the paper that the project takes a stand on, the code that implements it and the tests that \
-         check it.\nA number in parentheses is an equation of the paper.\n\
+         The equations of the paper that the project covers, the code that implements them and the tests that check \
+         them.\nA number in parentheses is an equation of the paper.\n\
          Implemented: {}; planned for a later release: {}; out of scope: {}.\n\n\
          | equation | what | status | code | tests |\n|---|---|---|---|---|\n",
         count(equations, Status::Implemented),
@@ -160,7 +162,9 @@ fn render(equations: &[Equation], tags: &[Tag]) -> String {
         // Writing to a string does not fail.
         let _ = writeln!(text, "| {name} | {title} | {status} | {code} | {tests} |");
     }
-    text.push_str("\n## Deviations\n\nWhere what is done by default differs from what the paper prints, and why.\n");
+    text.push_str(
+        "\n## Deviations\n\nDifferences between the default behaviour and the paper as published, with reasons.\n",
+    );
     for equation in equations {
         if let Some(deviation) = &equation.deviation {
             let (name, title) = (heading(&equation.id), &equation.title);
@@ -175,7 +179,8 @@ fn count(equations: &[Equation], status: Status) -> usize {
     equations.iter().filter(|equation| equation.status == status).count()
 }
 
-/// One link per item, in order of path and line. No line numbers, lest every edit changes the ledger.
+/// Returns one link per item, in order of path and line. Links have no line numbers, so that edits elsewhere in a file
+/// do not change the ledger.
 fn links(tags: &[Tag], equation: &Equation, claim: Claim) -> String {
     let mut links: Vec<String> = Vec::new();
     for tag in tags.iter().filter(|tag| tag.claim == claim && tag.equation == equation.id) {
@@ -201,12 +206,12 @@ impl Status {
     }
 }
 
-/// The way a table names an equation: (5), Lemma 3.1.
+/// Formats the name of an equation for a table: (5), Lemma 3.1.
 fn heading(id: &str) -> String {
     if id.bytes().all(|byte| byte.is_ascii_digit()) { format!("({id})") } else { id.to_string() }
 }
 
-/// The way a tag names an equation: Eq. (5), Lemma 3.1.
+/// Formats the name of an equation as in a tag: Eq. (5), Lemma 3.1.
 fn label(id: &str) -> String {
     let heading = heading(id);
     if heading.starts_with('(') { format!("Eq. {heading}") } else { heading }

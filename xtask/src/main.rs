@@ -1,5 +1,5 @@
-//! Chores of the repository: `cargo xtask ledger` writes docs/ledger.md, `cargo xtask ledger --check` checks it;
-//! `cargo xtask dependencies` checks licences and sources.
+//! Repository maintenance: `cargo xtask ledger` writes docs/ledger.md, `cargo xtask ledger --check` checks it, and
+//! `cargo xtask dependencies` checks licences and sources of dependencies.
 
 mod dependencies;
 mod ledger;
@@ -12,7 +12,7 @@ const USAGE: &str = "usage: cargo xtask ledger [--check], or cargo xtask depende
 fn main() -> ExitCode {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
     let arguments: Vec<&str> = arguments.iter().map(String::as_str).collect();
-    // Not the current directory: the alias works in every folder of the workspace.
+    // The current directory is not used, because the alias works in every folder of the workspace.
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
     let outcome = match arguments.as_slice() {
         ["ledger"] => ledger::write(&root),

@@ -1,4 +1,4 @@
-//! `standoff compare`: does a change help? Two scenarios on the same draws.
+//! `standoff compare`: compares two scenarios on the same random draws.
 
 use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
@@ -6,51 +6,51 @@ use std::sync::atomic::AtomicBool;
 
 use clap::Parser;
 use standoff_results::{Failure, of_batch, save, warn};
+use standoff_sim::display_text;
 use standoff_sim::monte_carlo::{Better, Comparison, Paired, compare, compare_results};
-use standoff_sim::scenario::{Template, built_in};
+use standoff_sim::scenario::{ScenarioTemplate, built_in};
 use standoff_sim::score::Metrics;
-use standoff_sim::text;
 use standoff_view::batch::Batch;
 use standoff_view::page;
 
-use crate::changes::{Changes, key_and_value};
+use crate::metric_args::MetricArgs;
 use crate::monte_carlo::{maybe, name_width, number};
-use crate::speech::{note, print};
-use crate::wanted::Wanted;
+use crate::overrides::{OverrideArgs, key_and_value};
+use crate::terminal::{note, print};
 
 pub(crate) const EXAMPLES: &str = "\
 Examples:
   standoff compare paper/table-2-pair-basic paper/table-2-pair
   standoff compare paper/table-2-pair --set-b guidance.lead_s=0
   standoff compare mine.toml --set uavs.count=3 --set-b guidance.radial_gain=1
-  standoff compare best/figure-9 --set-b guidance.lead_s=0 --runs 1000 --json
-  standoff compare batch-1 batch-2                    folders of monte-carlo
-  standoff compare batch-1 batch-2 --report ab.html   and a page to look at";
+  standoff compare improved/figure-9 --set-b guidance.lead_s=0 --runs 1000 --json
+  standoff compare batch-1 batch-2                    two monte-carlo folders
+  standoff compare batch-1 batch-2 --report ab.html   write an HTML page, too";
 
-/// What to compare with what.
+/// Options of `standoff compare`.
 #[derive(Parser)]
 pub(crate) struct Args {
-    /// A built-in scenario's name, a scenario file, or the folder of a complete Monte Carlo batch.
+    /// Scenario A: a built-in name, a scenario file, or the folder of a complete Monte Carlo batch.
     a: String,
-    /// The same, for what is compared with it [default: A, changed by --set-b].
+    /// Scenario B, given in the same way [default: A, changed by --set-b].
     b: Option<String>,
-    /// Number of runs of each.
+    /// Number of runs of each scenario.
     #[arg(long, value_name = "N", default_value_t = 200)]
     runs: u64,
-    /// Seed of the first run; the next has the next.
+    /// Seed of the first run; each further run uses the next seed.
     #[arg(long, value_name = "N", default_value_t = 1)]
     seed: u64,
     #[command(flatten)]
-    changes: Changes,
-    /// Change a value of B alone; may be given several times.
+    changes: OverrideArgs,
+    /// Change a value of B only; may be given several times.
     #[arg(long, value_name = "KEY=VALUE", value_parser = key_and_value)]
     set_b: Vec<String>,
     #[command(flatten)]
-    wanted: Wanted,
-    /// Number of threads [default: one per core]. The results are the same with any number.
+    wanted: MetricArgs,
+    /// Number of threads [default: one per core]. It does not affect the results.
     #[arg(long, value_name = "N")]
     threads: Option<NonZeroUsize>,
-    /// Write the comparison of two folders as a page to look at, in one file.
+    /// Write the comparison of two folders as one HTML file.
     #[arg(long, value_name = "FILE")]
     report: Option<PathBuf>,
     /// Print one JSON object instead of the table.
@@ -62,34 +62,39 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     let comparison = match args.b.as_deref() {
         Some(b) if is_batch(&args.a) && is_batch(b) => of_batches(args, b)?,
         None if args.set_b.is_empty() => {
-            let what = "nothing to compare: name a second scenario, or change something with --set-b";
+            let what = "nothing to compare: name a second scenario, or change a value with --set-b";
             return Err(Failure::Input(what.to_owned()));
         }
         _ if args.report.is_some() => {
-            let what = "--report is for two folders: fly both with standoff monte-carlo, then compare these";
+            let what = "--report needs two batch folders: run standoff monte-carlo for both, then compare the folders";
             return Err(Failure::Input(what.to_owned()));
         }
         b => of_scenarios(args, b.unwrap_or(&args.a))?,
     };
-    print(&if args.json { comparison.json().map_err(Failure::running)? } else { text::lines(&table(&comparison)) })
+    print(&if args.json {
+        comparison.json().map_err(Failure::running)?
+    } else {
+        display_text::lines(&table(&comparison))
+    })
 }
 
-/// A folder, and not by chance the name of a scenario.
+/// True if the argument is a folder and not also the name of a built-in scenario.
 fn is_batch(name: &str) -> bool {
     built_in(name).is_none() && Path::new(name).is_dir()
 }
 
 fn of_batches(args: &Args, b: &str) -> Result<Comparison, Failure> {
     if !args.changes.is_empty() || !args.set_b.is_empty() {
-        let what = "the runs of a folder are flown already: nothing can be changed about them";
+        let what =
+            "--traffic, --uavs, --set and --set-b apply to scenarios: the runs in these folders are flown already";
         return Err(Failure::Input(what.to_owned()));
     }
     let (a, b) = (Path::new(&args.a), Path::new(b));
     let comparison = compare_results(a, b, &AtomicBool::new(false)).map_err(of_batch)?;
     if let Some(file) = &args.report {
         if file.extension().is_none_or(|extension| extension != "html") {
-            let what = "--report: must be called *.html, so that nothing else is replaced";
-            return Err(Failure::Input(format!("{}: {what}", text::path(file))));
+            let what = "--report: the file name must end with .html, so that no other file is overwritten by mistake";
+            return Err(Failure::Input(format!("{}: {what}", display_text::path(file))));
         }
         let page = page::batch_report(&Batch::open(&[a, b]).map_err(of_batch)?).map_err(Failure::running)?;
         save(file, &page)?;
@@ -99,7 +104,7 @@ fn of_batches(args: &Args, b: &str) -> Result<Comparison, Failure> {
 
 fn of_scenarios(args: &Args, b: &str) -> Result<Comparison, Failure> {
     let load = |name: &str, more: &[String]| {
-        let template = Template::load(name, &args.changes.edits_and(more)?).map_err(Failure::Scenario)?;
+        let template = ScenarioTemplate::load(name, &args.changes.edits_and(more)?).map_err(Failure::Scenario)?;
         warn(&template.draw(args.seed).map_err(Failure::Scenario)?, &format!("{name}: "), &note);
         Ok(template)
     };
@@ -116,14 +121,14 @@ fn of_scenarios(args: &Args, b: &str) -> Result<Comparison, Failure> {
 
 fn table(comparison: &Comparison) -> String {
     let Comparison { a, b, seed, runs, metrics } = comparison;
-    let mut text = format!("A: {a}\nB: {b}\n{runs} runs of each, the same draws for both, from seed {seed} on\n\n");
+    let mut text = format!("A: {a}\nB: {b}\n{runs} runs of each with the same random draws, from seed {seed}\n\n");
     let width = name_width(metrics);
     text += format!("{:width$} {:>9} {:>9} {:>10}  {:^20}", "metric", "A", "B", "B - A", "95 % interval").trim_end();
     text += "\n";
     let is_measured = |paired: &Paired| paired.mean_a.or(paired.mean_b).is_some();
-    // Of one mind for all there is no agreement to tell of.
-    let told = metrics.iter().filter(|(name, of)| is_measured(of) || !Metrics::AGREEMENT.contains(&name.as_str()));
-    for (name, paired) in told {
+    // If all UAVs share one team state, the agreement metrics have no values.
+    let is_shown = |name: &str, paired: &Paired| is_measured(paired) || !Metrics::AGREEMENT.contains(&name);
+    for (name, paired) in metrics.iter().filter(|(name, paired)| is_shown(name, paired)) {
         let interval =
             paired.ci95.map_or_else(|| "-".to_owned(), |[lo, hi]| format!("{} to {}", number(lo), number(hi)));
         let line = format!(
@@ -136,10 +141,11 @@ fn table(comparison: &Comparison) -> String {
         text += line.trim_end();
         text += "\n";
     }
-    text + "\nshares (_fraction) from 0 to 1\n* B - A lies beyond the metric's size of interest (docs/metrics.md) with its whole interval over pairs of runs\n"
+    text + "\nmetrics named *_fraction range from 0 to 1\n\
+            * the whole interval of B - A, over pairs of runs, exceeds the metric's size of interest (docs/metrics.md)\n"
 }
 
-/// What a row comes to, in words.
+/// Returns the verdict on a metric as text.
 fn verdict(paired: &Paired, runs: u64) -> String {
     let differs = match (paired.differs, paired.better) {
         (false, _) => None,
@@ -153,6 +159,6 @@ fn verdict(paired: &Paired, runs: u64) -> String {
         (Some(share), _) => Some(format!("B smaller in {} of runs", percent(share))),
         _ => None,
     };
-    let of = (paired.n > 0 && paired.n < runs).then(|| format!("{} runs have it", paired.n));
-    [differs, smaller, of].into_iter().flatten().collect::<Vec<_>>().join("; ")
+    let measured = (paired.n > 0 && paired.n < runs).then(|| format!("measured in {} runs", paired.n));
+    [differs, smaller, measured].into_iter().flatten().collect::<Vec<_>>().join("; ")
 }

@@ -1,4 +1,4 @@
-//! `standoff completions`: what shells need to complete a command.
+//! `standoff completions`: prints completion scripts for shells.
 
 use clap::builder::PossibleValuesParser;
 use clap::{Arg, Command};
@@ -6,28 +6,28 @@ use clap_complete::{Shell, generate};
 use standoff_results::Failure;
 use standoff_sim::scenario::BUILT_IN;
 
-use crate::speech::print;
+use crate::terminal::print;
 
 pub(crate) const EXAMPLES: &str = "\
 Examples:
-  source <(standoff completions bash)              here, or in ~/.bashrc
+  source <(standoff completions bash)              now, or in ~/.bashrc
   standoff completions fish > ~/.config/fish/completions/standoff.fish
-  standoff completions zsh > ~/.zfunc/_standoff    a folder of $fpath";
+  standoff completions zsh > ~/.zfunc/_standoff    a folder in $fpath";
 
-/// Arguments that name a built-in scenario or a file. (What bash completes is the same for all arguments of a command:
-/// one of two is enough.)
+/// Arguments that name a built-in scenario or a file. Bash completes all arguments of a command alike, so that one of
+/// `a` and `b` is enough.
 const NAMES: [&str; 4] = ["scenario", "a", "what", "file"];
 
-/// Prints a shell's script.
+/// Prints the completion script of a shell.
 pub(crate) fn show(shell: Shell, command: Command) -> Result<(), Failure> {
     let names = PossibleValuesParser::new(BUILT_IN.iter().map(|scenario| scenario.name));
-    let named = |argument: Arg| {
+    let with_names = |argument: Arg| {
         let id = argument.get_id().as_str();
-        // Of what has values to choose from only bash completes files, too.
+        // For an argument with possible values, only bash completes file names, too.
         let is_named = id == "name" || NAMES.contains(&id) && shell == Shell::Bash;
         if is_named && argument.is_positional() { argument.value_parser(names.clone()) } else { argument }
     };
     let mut script = Vec::new();
-    generate(shell, &mut command.mut_subcommands(|command| command.mut_args(named)), "standoff", &mut script);
+    generate(shell, &mut command.mut_subcommands(|command| command.mut_args(with_names)), "standoff", &mut script);
     print(&String::from_utf8_lossy(&script))
 }

@@ -1,20 +1,20 @@
-//! Maps that are named on the command line.
+//! The `--map` option.
 
 use std::path::PathBuf;
 
 use clap::Args;
 
-/// Maps to look at, in the place of those that the scenario names.
+/// Background maps that replace those of the scenario.
 #[derive(Args, Clone, Default)]
 pub(crate) struct Maps {
-    /// Show this under the vehicles: a SUMO net (.net.xml) or GeoJSON, plain or .gz; may be given several times [default:
-    /// what the scenario names, or the record keeps].
+    /// Show this background map: a SUMO net (.net.xml) or GeoJSON, plain or .gz; may be given several times [default:
+    /// the map of the scenario or of the record].
     #[arg(long, value_name = "FILE")]
     map: Vec<PathBuf>,
 }
 
 impl Maps {
-    /// As whoever shows them takes them.
+    /// Converts the option to the type that loads the maps.
     pub(crate) fn named(&self) -> standoff_results::Maps {
         standoff_results::Maps(self.map.clone())
     }

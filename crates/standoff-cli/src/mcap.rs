@@ -1,39 +1,39 @@
-//! The mission as an MCAP file beside the record.
+//! Writes the mission as an MCAP file, in addition to the record.
 
 use std::path::{Path, absolute};
 
 use standoff_results::Failure;
+use standoff_sim::display_text;
 use standoff_sim::record::Frame;
 use standoff_sim::scenario::Scenario;
-use standoff_sim::text;
 use standoff_view::mcap::{McapError, Writer};
 
-use crate::speech::note;
+use crate::terminal::note;
 
-/// The file while it is written. If that fails, the mission flies on, and [`Mcap::close`] tells.
+/// MCAP file that is being written. If writing fails, the mission continues, and [`Mcap::close`] returns the error.
 pub(crate) struct Mcap {
     writer: Result<Writer, McapError>,
     has_frames: bool,
 }
 
 impl Mcap {
-    /// Begins the file of a run whose record goes to `out`.
+    /// Creates the file for a run whose record is written to `out`.
     pub(crate) fn create(file: &Path, scenario: &Scenario, out: &Path) -> Result<Self, Failure> {
         let [inside, folder] = [file, out].map(|path| absolute(path).map_err(Failure::input));
         if inside?.starts_with(folder?) {
-            let what = "lies in the folder of the run, which holds its record alone; name a file outside it";
-            return Err(Failure::Input(format!("{}: {what}", text::path(file))));
+            let what = "lies in the folder of the run, which may contain only its record; name a file outside it";
+            return Err(Failure::Input(format!("{}: {what}", display_text::path(file))));
         }
         let resolved = scenario.resolved().map_err(Failure::Scenario)?;
-        let is_there = file.exists();
+        let replaces_file = file.exists();
         let writer = Writer::create(file, scenario, &resolved).map_err(Failure::input)?;
-        if is_there {
-            note(&format!("note: replacing the older file {}", text::path(file)));
+        if replaces_file {
+            note(&format!("note: replacing the older file {}", display_text::path(file)));
         }
         Ok(Self { writer: Ok(writer), has_frames: false })
     }
 
-    /// Adds an instant.
+    /// Writes a time step.
     pub(crate) fn frame(&mut self, frame: &Frame) {
         self.has_frames = true;
         if let Ok(writer) = &mut self.writer
@@ -43,19 +43,21 @@ impl Mcap {
         }
     }
 
-    /// Ends the file of a run that was ended early, and tells where it is; what went wrong with it is told, too. One
-    /// without an instant is removed.
+    /// Ends the file of an interrupted run, and prints its path or what went wrong. A file without time steps is
+    /// removed.
     pub(crate) fn stop(self) {
         if !self.has_frames {
             return;
         }
         match self.writer.and_then(Writer::stop) {
-            Ok(kept) => note(&format!("note: the MCAP file ends with the run and stays in {}", text::path(&kept))),
+            Ok(path) => {
+                note(&format!("note: the MCAP file up to the interruption is in {}", display_text::path(&path)))
+            }
             Err(error) => note(&format!("warning: {error}")),
         }
     }
 
-    /// Completes the file, or tells why it could not be written.
+    /// Completes the file; fails if any part of it could not be written.
     pub(crate) fn close(self) -> Result<(), Failure> {
         self.writer.and_then(Writer::finish).map_err(Failure::running)
     }

@@ -1,4 +1,4 @@
-//! `standoff merge`: puts the shards of a batch together.
+//! `standoff merge`: merges the shards of a batch.
 
 use std::path::PathBuf;
 use std::sync::atomic::AtomicBool;
@@ -7,7 +7,7 @@ use clap::Parser;
 use standoff_results::{Failure, of_batch};
 use standoff_sim::monte_carlo::merge;
 
-use crate::monte_carlo::Told;
+use crate::monte_carlo::Printed;
 
 pub(crate) const EXAMPLES: &str = "\
 Examples:
@@ -15,15 +15,15 @@ Examples:
   standoff monte-carlo paper/figure-9 --runs 1000 --shard 1/2 --out part-1
   standoff merge part-0 part-1 --out all
 
-The result is the same, byte for byte, as that of the batch in one piece.";
+The result is byte for byte the same as that of the batch flown in one piece.";
 
-/// The parts, and where the whole goes.
+/// Options of `standoff merge`.
 #[derive(Parser)]
 pub(crate) struct Args {
     /// The folders of all shards, in any order.
     #[arg(required = true, value_name = "DIR")]
     dirs: Vec<PathBuf>,
-    /// Folder for the whole batch.
+    /// Folder for the merged batch.
     #[arg(long, value_name = "DIR")]
     out: PathBuf,
     /// Print one JSON object instead of the table.
@@ -33,5 +33,5 @@ pub(crate) struct Args {
 
 pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     let merged = merge(&args.dirs, &args.out, &AtomicBool::new(false)).map_err(of_batch)?;
-    Told::of(&merged, args.json)?.put(&merged)
+    Printed::of(&merged, args.json)?.put(&merged)
 }

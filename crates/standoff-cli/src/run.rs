@@ -1,4 +1,4 @@
-//! `standoff run`: flies a scenario into a record, and tells it.
+//! `standoff run`: flies a scenario, writes its record and prints the results.
 
 use std::io::{self, IsTerminal};
 use std::path::{Path, PathBuf};
@@ -6,25 +6,25 @@ use std::sync::Arc;
 
 use clap::Parser;
 use indicatif::{ProgressBar, ProgressStyle};
-use standoff_results::{Failure, Telling, Told, has_older_run, lines, refused, tell, warn};
-use standoff_sim::record::{Closed, Frame};
+use standoff_results::{Failure, OutcomeOptions, Report, has_older_run, lines, refused, report_run, warn};
+use standoff_sim::baseline::baseline;
+use standoff_sim::display_text;
+use standoff_sim::record::{FinishedRecord, Frame};
 use standoff_sim::run::Mission;
-use standoff_sim::scenario::{Scenario, Template};
-use standoff_sim::score::Choice;
-use standoff_sim::text;
-use standoff_sim::yardstick::yardstick;
+use standoff_sim::scenario::{Scenario, ScenarioTemplate};
+use standoff_sim::score::MetricSelection;
 use standoff_view::replay::Line;
 use standoff_view::serve::{Bytes, Server};
 use standoff_view::site::RunSite;
 
-use crate::changes::{Changes, DEFAULT_SCENARIO};
-use crate::interruption::Interruption;
+use crate::live_view::{LiveReplay, Pace, ServeArgs, rate};
 use crate::maps::Maps;
 use crate::mcap::Mcap;
-use crate::papers_law;
-use crate::speech::{note, print_outcome};
-use crate::wanted::Wanted;
-use crate::watch::{Pace, Served, Watched, rate};
+use crate::metric_args::MetricArgs;
+use crate::overrides::{DEFAULT_SCENARIO, OverrideArgs};
+use crate::paper_comparison;
+use crate::signals::Interruption;
+use crate::terminal::{note, print_outcome};
 
 pub(crate) const EXAMPLES: &str = "\
 Examples:
@@ -36,43 +36,43 @@ Examples:
   standoff run --traffic city.fcd.xml.gz --map city.net.xml.gz
   standoff run traffic/city --uavs 4 --yardstick
   standoff run --mcap figure-9.mcap
-  standoff run mine.toml --set uavs.count=3 --set targets.scatter.count=6";
+  standoff run mine.toml --set uavs.count=3 --set targets.random.count=6";
 
-/// What to fly, and where the results go.
+/// Options of `standoff run`.
 #[derive(Parser)]
 pub(crate) struct Args {
-    /// A built-in scenario's name, or a scenario file [default: best/figure-9; with --traffic, the settings of
+    /// The name of a built-in scenario, or a scenario file [default: improved/figure-9; with --traffic, the settings of
     /// traffic/convoy].
     scenario: Option<String>,
     #[command(flatten)]
-    changes: Changes,
-    /// Seed of everything random.
+    changes: OverrideArgs,
+    /// Seed of all random numbers.
     #[arg(long, value_name = "N", default_value_t = 1)]
     seed: u64,
-    /// Folder for the results [default: standoff-out/NAME-SEED, and behind it what is changed: +KEY=VALUE].
+    /// Folder for the results [default: standoff-out/NAME-SEED, followed by +KEY=VALUE for each change].
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
-    /// Write the mission as an MCAP file, too, for Lichtblick, Foxglove or Rerun (if built with the feature mcap).
+    /// Also write the mission as an MCAP file for Lichtblick, Foxglove or Rerun (needs a build with the feature mcap).
     #[arg(long, value_name = "FILE")]
     mcap: Option<PathBuf>,
     #[command(flatten)]
     maps: Maps,
     #[command(flatten)]
-    metrics: Wanted,
-    /// Tell beside it what greedy discs that know where every target is would watch: see standoff yardstick.
+    metrics: MetricArgs,
+    /// Also compute the coverage baseline: see standoff yardstick.
     #[arg(long)]
-    yardstick: bool,
+    baseline: bool,
     /// Print one JSON object instead of the table.
     #[arg(long)]
     json: bool,
-    /// Serve a page that follows the run while it flies.
+    /// Serve a page that shows the run while it flies.
     #[arg(long)]
     view: bool,
-    /// With --view, how many seconds of the mission are flown in a second.
+    /// With --view, the speed of the simulation relative to real time.
     #[arg(long, value_name = "FACTOR", default_value = "1", value_parser = rate, requires = "view")]
     rate: f64,
     #[command(flatten)]
-    served: Served,
+    served: ServeArgs,
 }
 
 impl Default for Args {
@@ -83,14 +83,14 @@ impl Default for Args {
 
 pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     if args.served.has_address() && !args.view {
-        return Err(Failure::Input("--listen is where --view serves its page: add --view".into()));
+        return Err(Failure::Input("--listen sets the address of the page that --view serves: add --view".into()));
     }
     let name = args.changes.scenario(args.scenario.as_deref(), DEFAULT_SCENARIO);
-    let template = Template::load(name, &args.changes.edits()?).map_err(Failure::Scenario)?;
+    let template = ScenarioTemplate::load(name, &args.changes.edits()?).map_err(Failure::Scenario)?;
     let scenario = template.draw(args.seed).map_err(Failure::Scenario)?;
     warn(&scenario, "", &note);
     let out = match &args.out {
-        // Without a slash at its end: a link to a folder would be followed half of the way.
+        // Removes a trailing slash, so that a symbolic link to a folder is recognised and refused.
         Some(out) => out.components().collect(),
         None => args.changes.folder(args.scenario.as_deref(), &template, &args.seed.to_string()),
     };
@@ -99,7 +99,7 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     let interruption = Interruption::expected()?;
     let mut mcap = args.mcap.as_deref().map(|file| Mcap::create(file, &scenario, &out)).transpose()?;
     if has_older_run {
-        note(&format!("note: replacing the older run in {}", text::path(&out)));
+        note(&format!("note: replacing the older run in {}", display_text::path(&out)));
     }
     let mut live = args.view.then(|| Live::begin(args, &scenario, map.clone())).transpose()?;
     let flown = fly(&scenario, args.metrics.choice, &out, map.as_ref(), &interruption, |frame| {
@@ -113,84 +113,94 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
             return Err(failure);
         }
     };
-    // If that file has failed, the record is published all the same.
-    let filed = mcap.map_or(Ok(()), Mcap::close);
-    // Where there is no room for figures, the record, which is complete, is published all the same.
+    // The record is published even if the MCAP file has failed.
+    let mcap_result = mcap.map_or(Ok(()), Mcap::close);
+    // The complete record is published even if there is no room for the figures.
     let (dir, place, choice) = (closed.dir().to_owned(), out.clone(), args.metrics.choice);
-    let with_yardstick = args.yardstick;
-    let told = interruption.unless_come(move || {
-        let told = tell(&dir, &place, choice, &note)?;
-        Ok((told, with_yardstick.then(|| yardstick(&scenario))))
+    let with_yardstick = args.baseline;
+    let report = interruption.unless_come(move || {
+        let report = report_run(&dir, &place, choice, &note)?;
+        Ok((report, with_yardstick.then(|| baseline(&scenario))))
     });
     closed.publish().map_err(Failure::running)?;
-    let (Told { mut outcome, written }, yardstick) = told.ok_or_else(|| {
-        let out = text::path(&out);
-        Failure::running(format!("interrupted; the run is complete in {out}: standoff show {out} tells and draws it"))
+    let (Report { mut outcome, written }, baseline) = report.ok_or_else(|| {
+        let out = display_text::path(&out);
+        Failure::running(format!(
+            "interrupted; the run is complete in {out}: to print its results, run standoff show {out}"
+        ))
     })??;
-    outcome.yardstick = yardstick;
-    let papers_law =
-        if args.json { None } else { papers_law::of(args.scenario.as_deref(), &args.changes, args.seed, choice)? };
-    print_outcome(&outcome, args.json, &out, Telling { papers_law: papers_law.as_ref(), ..Telling::default() })?;
+    outcome.baseline = baseline;
+    let paper_comparison = if args.json {
+        None
+    } else {
+        paper_comparison::of(args.scenario.as_deref(), &args.changes, args.seed, choice)?
+    };
+    print_outcome(
+        &outcome,
+        args.json,
+        &out,
+        OutcomeOptions { paper_comparison: paper_comparison.as_ref(), ..OutcomeOptions::default() },
+    )?;
     written?;
     let shown = live.map_or(Ok(()), |live| live.end(lines(&outcome.metrics, &outcome.settings), &interruption));
-    filed.and(shown)
+    mcap_result.and(shown)
 }
 
-/// A run that is watched while it flies.
+/// A run that a page shows while it flies.
 struct Live {
-    watched: Watched,
+    watched: LiveReplay,
     pace: Pace,
-    /// Serves as long as it is there.
+    /// Serves the page until it is dropped.
     _server: Server,
 }
 
 impl Live {
     fn begin(args: &Args, scenario: &Scenario, map: Option<Bytes>) -> Result<Self, Failure> {
-        let watched = Watched::flight(scenario, true, map)?;
-        let tell = |url: &str| {
-            note(&format!("the run can be watched at {url}", url = url.trim_end()));
+        let watched = LiveReplay::flight(scenario, true, map)?;
+        let announce = |url: &str| {
+            note(&format!("live view: {url}", url = url.trim_end()));
             Ok(())
         };
-        let server = args.served.serve(Arc::new(RunSite::new(watched.replay(), None)), tell)?;
+        let server = args.served.serve(Arc::new(RunSite::new(watched.replay(), None)), announce)?;
         Ok(Self { watched, pace: Pace::new(args.rate), _server: server })
     }
 
-    /// Shows a frame when its time has come.
+    /// Waits until a frame is due, then shows it.
     fn frame(&mut self, frame: &Frame, interruption: &Interruption) {
         self.pace.keep(frame.time_us, interruption);
         self.watched.frame(frame);
     }
 
-    /// Shows what the run came to until it is enough.
+    /// Shows the results of the run until Ctrl-C.
     fn end(self, outcome: Vec<Line>, interruption: &Interruption) -> Result<(), Failure> {
         self.watched.finish(outcome)?;
-        note("the run is over; Ctrl-C ends the page");
+        note("the run is finished; press Ctrl-C to stop serving the page");
         interruption.wait(None);
         Ok(())
     }
 }
 
-/// Flies the mission into a record; `look` sees every frame.
+/// Flies the mission and writes its record; calls `look` with every frame.
 fn fly(
     scenario: &Scenario,
-    choice: Choice,
+    choice: MetricSelection,
     out: &Path,
     map: Option<&Bytes>,
     interruption: &Interruption,
     mut look: impl FnMut(&Frame),
-) -> Result<Closed, Failure> {
-    let mut mission = Mission::scored_by(scenario, choice).map_err(|errors| Failure::Input(refused(&errors)))?;
-    let progress = progress(mission.frames(), "instants");
-    let go_on = || !interruption.has_come();
-    let flown = standoff_results::fly(scenario, &mut mission, out, map, &note, go_on, |frame| {
+) -> Result<FinishedRecord, Failure> {
+    let mut mission = Mission::new_for_metrics(scenario, choice).map_err(|errors| Failure::Input(refused(&errors)))?;
+    let progress = progress(mission.frames(), "time steps");
+    let continues = || !interruption.has_come();
+    let record = standoff_results::fly(scenario, &mut mission, out, map, &note, continues, |frame| {
         look(frame);
         progress.inc(1);
     });
     progress.finish_and_clear();
-    flown
+    record
 }
 
-/// A bar on a terminal, nothing in a pipe.
+/// Creates a progress bar on a terminal, and a hidden one in a pipe.
 pub(crate) fn progress(of: u64, what: &str) -> ProgressBar {
     if !io::stderr().is_terminal() {
         return ProgressBar::hidden();

@@ -1,9 +1,9 @@
 //! `standoff scenarios` and `standoff check`.
 
 use standoff_results::{Failure, Maps, count, warn};
-use standoff_sim::scenario::{BUILT_IN, Edits, Scenario, built_in, built_in_like, schema};
+use standoff_sim::scenario::{BUILT_IN, Overrides, Scenario, built_in, built_in_like, schema};
 
-use crate::speech::{note, print};
+use crate::terminal::{note, print};
 
 /// Lists the built-in scenarios, or prints one.
 pub(crate) fn show(name: Option<&str>) -> Result<(), Failure> {
@@ -11,14 +11,14 @@ pub(crate) fn show(name: Option<&str>) -> Result<(), Failure> {
         let width = BUILT_IN.iter().map(|scenario| scenario.name.len()).max().unwrap_or_default();
         let mut list = String::new();
         for scenario in BUILT_IN {
-            let about = Scenario::load(scenario.name, &Edits::default(), 1).map_err(Failure::running)?.about;
+            let about = Scenario::load(scenario.name, &Overrides::default(), 1).map_err(Failure::running)?.about;
             list += &format!("{:width$}  {about}\n", scenario.name);
         }
         return print(&list);
     };
     let found = built_in(name).ok_or_else(|| {
-        let like = built_in_like(name).map_or_else(String::new, |like| format!("; {like}"));
-        Failure::Input(format!("{name}: no built-in scenario of that name; `standoff scenarios` lists them{like}"))
+        let hint = built_in_like(name).map_or_else(String::new, |hint| format!("; {hint}"));
+        Failure::Input(format!("{name}: no built-in scenario has this name; `standoff scenarios` lists them{hint}"))
     })?;
     print(found.text)
 }
@@ -28,12 +28,12 @@ pub(crate) fn show_schema() -> Result<(), Failure> {
     print(&format!("{:#}\n", schema()))
 }
 
-/// Checks a scenario.
+/// Checks a scenario and the files it names.
 pub(crate) fn check(file: &str) -> Result<(), Failure> {
-    let scenario = Scenario::load(file, &Edits::default(), 1).map_err(Failure::Scenario)?;
+    let scenario = Scenario::load(file, &Overrides::default(), 1).map_err(Failure::Scenario)?;
     warn(&scenario, &format!("{file}: "), &note);
-    // What is flown has to be spelt out, too.
+    // A run also writes the resolved scenario, so that this must work, too.
     scenario.resolved().map_err(Failure::Scenario)?;
     Maps::default().of_scenario(&scenario, &note)?;
-    print(&format!("{file}: good ({}, {} s)\n", count(scenario.uavs.len(), "UAV"), scenario.settings.duration.s()))
+    print(&format!("{file}: valid ({}, {} s)\n", count(scenario.uavs.len(), "UAV"), scenario.settings.duration.s()))
 }

@@ -1,4 +1,4 @@
-//! The command as people meet it: what it prints, what it writes, how it fails.
+//! End-to-end tests of the command: its output, the files it writes, and its errors.
 
 #![expect(clippy::unwrap_used, reason = "helpers of tests")]
 
@@ -7,7 +7,7 @@ use std::path::Path;
 use std::process::{Command, Output};
 
 use serde_json::Value;
-use standoff_sim::score::{About, Metrics};
+use standoff_sim::score::{MetricInfo, Metrics};
 
 fn standoff(folder: &Path, args: &[&str]) -> Output {
     Command::new(env!("CARGO_BIN_EXE_standoff")).current_dir(folder).args(args).output().unwrap()
@@ -17,10 +17,10 @@ fn text(bytes: &[u8]) -> String {
     String::from_utf8(bytes.to_vec()).unwrap()
 }
 
-/// Runs, and expects exit status 2, one message that contains all of `expected`, and no folder left behind.
+/// Runs the command and checks for exit status 2, one message that contains all of `expected`, and no new files.
 fn check_refused(args: &[&str], expected: &[&str]) {
     let folder = tempfile::tempdir().unwrap();
-    fs::write(folder.path().join("bad.toml"), "[uavs]\ncount = 0\n[[targets.at]]\n").unwrap();
+    fs::write(folder.path().join("bad.toml"), "[uavs]\ncount = 0\n[[targets.start]]\n").unwrap();
     fs::write(folder.path().join("bad.xml"), "<fcd-export>\n<timestep time=\"0\"><vehicle id=\"a\" x=\"0\"").unwrap();
     fs::create_dir(folder.path().join("mine")).unwrap();
     fs::write(folder.path().join("mine/thesis.tex"), "x").unwrap();
@@ -45,17 +45,17 @@ fn names(folder: &Path) -> Vec<String> {
 }
 
 #[test]
-fn alone_it_flies_figure_9_beside_the_papers_law_and_says_where_the_results_are() {
+fn without_arguments_it_flies_figure_9_compares_the_papers_law_and_prints_the_results_folder() {
     let folder = tempfile::tempdir().unwrap();
     let output = standoff(folder.path(), &[]);
     assert!(output.status.success(), "{}", text(&output.stderr));
     let table = text(&output.stdout);
-    assert!(table.contains("best/figure-9, seed 1: 4 UAVs, 7 targets"), "{table}");
+    assert!(table.contains("improved/figure-9, seed 1: 4 UAVs, 7 targets"), "{table}");
     assert!(table.contains("this run paper's law*"), "{table}");
-    assert!(table.contains("results in standoff-out/best/figure-9-1"), "{table}");
+    assert!(table.contains("results in standoff-out/improved/figure-9-1"), "{table}");
     assert!(table.lines().filter(|line| !line.contains(" s  ")).all(|line| line.chars().count() <= 100), "{table}");
     assert_eq!(text(&output.stderr), "", "no progress bar in a pipe");
-    let results = folder.path().join("standoff-out/best/figure-9-1");
+    let results = folder.path().join("standoff-out/improved/figure-9-1");
     assert_eq!(
         names(&results),
         [
@@ -80,7 +80,7 @@ fn alone_it_flies_figure_9_beside_the_papers_law_and_says_where_the_results_are(
             "views.parquet"
         ]
     );
-    // Nothing tells where or when it was written.
+    // No file contains the path of the folder.
     for name in names(&results) {
         let bytes = fs::read(results.join(&name)).unwrap();
         let here = folder.path().to_str().unwrap().as_bytes().to_vec();
@@ -88,18 +88,18 @@ fn alone_it_flies_figure_9_beside_the_papers_law_and_says_where_the_results_are(
     }
 }
 
-/// Where every UAV has a mind of its own, a figure tells how they agree; docs/radio.md shows this one. `scripts/take_pictures`
-/// takes it anew.
+/// If each UAV has its own team state, a figure shows how well they agree. docs/radio.md includes this figure;
+/// `scripts/take_pictures` updates it.
 #[test]
-fn several_minds_leave_a_figure_of_how_they_agree_which_the_docs_show() {
+fn a_run_with_per_uav_team_states_writes_the_agreement_figure_of_the_docs() {
     let folder = tempfile::tempdir().unwrap();
-    assert!(standoff(folder.path(), &["run", "tour/08-two-halves-meet", "--out", "o"]).status.success());
+    assert!(standoff(folder.path(), &["run", "tour/08-network-partition", "--out", "o"]).status.success());
     let shown = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../docs/pictures/agreement.svg");
     assert!(fs::read(folder.path().join("o/agreement.svg")).unwrap() == fs::read(shown).unwrap());
 }
 
 #[test]
-fn json_is_one_object_and_the_summary_is_the_same() {
+fn json_output_is_one_object_and_equals_the_summary_file() {
     let folder = tempfile::tempdir().unwrap();
     let output = standoff(folder.path(), &["run", "paper/table-2-pair", "--seed", "3", "--json", "--out", "o"]);
     let printed: Value = serde_json::from_slice(&output.stdout).unwrap();
@@ -113,11 +113,11 @@ fn json_is_one_object_and_the_summary_is_the_same() {
     assert_eq!((&printed["uavs"], &printed["targets"], &printed["seed"]), (&2.into(), &4.into(), &3.into()));
     assert!(printed["metrics"]["phase_error_deg"].as_f64().unwrap() < 5.0);
     let event = &printed["events"][0];
-    assert_eq!((&event["kind"], &event["target"]), (&"cued".into(), &"target-1".into()));
+    assert_eq!((&event["kind"], &event["target"]), (&"cued".into(), &"target-0".into()));
     assert!(event["time_s"].is_number() && event["reason"].is_string());
 }
 
-/// What is not asked for is not there: not null, not in the table.
+/// Metrics that were not requested are absent from the JSON and from the table.
 #[test]
 fn metrics_are_chosen_by_name() {
     let folder = tempfile::tempdir().unwrap();
@@ -127,7 +127,7 @@ fn metrics_are_chosen_by_name() {
     };
     let run = ["run", "tour/02-two-uavs", "--out", "o", "--json", "--metrics"];
     assert_eq!(metrics(&[&run[..], &["nis,handoffs"]].concat()), ["handoffs", "nis"]);
-    assert_eq!(metrics(&["show", "o", "--json", "--metrics", "velocity_bound_ratio"]).len(), 3);
+    assert_eq!(metrics(&["show", "o", "--json", "--metrics", "velocity_crlb_ratio"]).len(), 3);
     let standard = metrics(&["show", "o", "--json"]);
     assert!(standard.contains(&"anees".to_owned()) && !standard.contains(&"nis".to_owned()), "{standard:?}");
     let table = text(&standoff(folder.path(), &["show", "o", "--metrics", "nis"]).stdout);
@@ -135,7 +135,7 @@ fn metrics_are_chosen_by_name() {
     assert!(!table.contains("velocity_error_m_s"), "{table}");
 }
 
-/// docs/metrics.md defines every metric that is printed, and none besides.
+/// docs/metrics.md defines exactly the metrics that are printed.
 #[test]
 fn every_metric_is_defined() {
     let folder = tempfile::tempdir().unwrap();
@@ -151,44 +151,44 @@ fn every_metric_is_defined() {
         .collect();
     assert_eq!(printed, defined);
     let rows: Vec<&str> = interest.lines().filter(|line| line.starts_with("| `")).collect();
-    let told = Metrics::ABOUT.iter().map(|about| {
-        let (unit, factor) = About::unit(about.name);
+    let expected = Metrics::ABOUT.iter().map(|about| {
+        let (unit, factor) = MetricInfo::unit(about.name);
         let size = format!("{} {unit}", (factor * about.interest * 1e6).round() / 1e6);
-        let bad = about.bad.map_or_else(|| "-".to_owned(), |bad| format!("{bad:?}").to_lowercase());
+        let bad = about.worse.map_or_else(|| "-".to_owned(), |bad| format!("{bad:?}").to_lowercase());
         format!("| `{}` | {bad} | {} |", about.name, size.trim_end())
     });
-    assert_eq!(rows, told.collect::<Vec<_>>());
+    assert_eq!(rows, expected.collect::<Vec<_>>());
 }
 
-/// What can be taken for a failure has a word why, and how to do without it.
+/// A remark explains the behaviour, which could be mistaken for a failure, and how to avoid it.
 #[test]
-fn the_papers_mission_says_why_its_orbits_jump() {
+fn a_remark_explains_the_orbit_jumps_of_the_papers_mission() {
     let folder = tempfile::tempdir().unwrap();
     let table = text(&standoff(folder.path(), &["run", "paper/figure-9"]).stdout);
-    let word = "* r_d jumps: margin (16) is no length (an erratum); without: --set orbit.margin=standard-deviations\n";
-    assert!(table.contains(word), "{table}");
+    let remark = "* r_d jumps: margin (16) is not a length (an erratum); use --set orbit.margin=standard-deviations\n";
+    assert!(table.contains(remark), "{table}");
     assert!(!table.contains("paper's law*"), "{table}");
     let args = ["run", "paper/figure-9", "--set", "orbit.margin=standard-deviations", "--out", "o"];
     let table = text(&standoff(folder.path(), &args).stdout);
     assert!(!table.contains("r_d jumps"), "{table}");
 }
 
-/// `show` tells target by target, and consistency of quiet and of manoeuvring ones apart.
+/// `show` lists the targets, and separate consistency values of manoeuvring and other targets.
 #[test]
-fn show_tells_each_target() {
+fn show_lists_each_target() {
     let folder = tempfile::tempdir().unwrap();
-    standoff(folder.path(), &["run", "best/figure-9", "--out", "o"]);
-    let told = text(&standoff(folder.path(), &["show", "o"]).stdout);
-    let rows: Vec<&str> = told.lines().filter(|line| line.starts_with("target-")).collect();
-    assert_eq!(rows.len(), 7, "{told}");
-    assert!(rows[0].ends_with("manoeuvres") && !rows[1].ends_with("manoeuvres"), "{told}");
-    assert!(told.contains("\nanees_quiet ") && told.contains("\nanees_manoeuvring "), "{told}");
-    assert!(!told.contains("\nanees "), "{told}");
+    standoff(folder.path(), &["run", "improved/figure-9", "--out", "o"]);
+    let output = text(&standoff(folder.path(), &["show", "o"]).stdout);
+    let rows: Vec<&str> = output.lines().filter(|line| line.starts_with("target-")).collect();
+    assert_eq!(rows.len(), 7, "{output}");
+    assert!(rows[0].ends_with("manoeuvres") && !rows[1].ends_with("manoeuvres"), "{output}");
+    assert!(output.contains("\nanees_quiet ") && output.contains("\nanees_manoeuvring "), "{output}");
+    assert!(!output.contains("\nanees "), "{output}");
 }
 
-/// A vehicle that nobody watches is told first where it weighs, whatever the groups' numbers say.
+/// If a large fraction of target time is ungrouped, that is printed before the metrics of groups.
 #[test]
-fn time_in_no_group_stands_first() {
+fn a_large_ungrouped_fraction_is_printed_first() {
     let folder = tempfile::tempdir().unwrap();
     let rows = |t: u32| (0..6u32).map(move |car| format!("{t},{car},{},0,0,0\n", 4000 * car));
     let csv: String = (0..60).flat_map(rows).collect();
@@ -201,7 +201,7 @@ fn time_in_no_group_stands_first() {
 }
 
 #[test]
-fn a_run_is_repeated_to_the_byte_and_says_that_it_replaces() {
+fn a_repeated_run_writes_the_same_bytes_and_reports_the_replacement() {
     let folder = tempfile::tempdir().unwrap();
     let args = ["run", "tour/02-two-uavs", "--seed", "5"];
     let first = standoff(folder.path(), &args);
@@ -211,13 +211,13 @@ fn a_run_is_repeated_to_the_byte_and_says_that_it_replaces() {
     let second = standoff(folder.path(), &args);
     assert_eq!(first.stdout, second.stdout);
     assert_eq!(text(&second.stderr), "note: replacing the older run in standoff-out/tour/02-two-uavs-5\n");
-    assert!(bytes == read(), "the same scenario and seed gave other bytes");
+    assert!(bytes == read(), "the same scenario and seed gave different bytes");
 }
 
-/// Scores and pictures come from the record alone: without the truth table the scores that need it are gone, and nothing
-/// else is.
+/// Scores and figures are computed from the record only. Without the truth table, only the scores that need it are
+/// missing.
 #[test]
-fn a_record_is_told_again_and_truth_is_for_scores_only() {
+fn show_reproduces_the_results_and_uses_the_truth_for_scores_only() {
     let folder = tempfile::tempdir().unwrap();
     let run = standoff(folder.path(), &["run", "traffic/convoy", "--json", "--out", "o"]);
     let read = |name: &str| fs::read(folder.path().join("o").join(name)).unwrap();
@@ -233,13 +233,14 @@ fn a_record_is_told_again_and_truth_is_for_scores_only() {
         (serde_json::from_slice(&blind.stdout).unwrap(), serde_json::from_slice(&flown).unwrap());
     assert_eq!(blind["events"], flown["events"]);
     assert!(blind["metrics"]["position_error_m"].is_null() && flown["metrics"]["position_error_m"].is_number());
-    let own_view = "standoff_tracking_error_m";
-    assert_eq!(blind["metrics"][own_view], flown["metrics"][own_view]);
+    let without_truth = "standoff_error_own_estimate_m";
+    assert_eq!(blind["metrics"][without_truth], flown["metrics"][without_truth]);
 }
 
-/// A record says what the brain that flew tells of itself; what it does not tell is not scored, whatever is in the tables.
+/// A manifest states what the controller reports. Metrics of data that it does not report are null, even if the tables
+/// contain rows.
 #[test]
-fn what_a_brain_does_not_report_is_null() {
+fn metrics_of_data_that_the_controller_does_not_report_are_null() {
     let folder = tempfile::tempdir().unwrap();
     standoff(folder.path(), &["run", "tour/02-two-uavs", "--out", "o"]);
     let manifest = folder.path().join("o/run.json");
@@ -252,11 +253,11 @@ fn what_a_brain_does_not_report_is_null() {
     let summary: Value = serde_json::from_slice(&shown.stdout).unwrap();
     let metrics = &summary["metrics"];
     for none in
-        ["watched_fraction", "uncovered_fraction", "position_error_m", "standoff_error_m", "handoffs", "discards"]
+        ["custody_fraction", "ungrouped_fraction", "position_error_m", "standoff_error_m", "handoffs", "removals"]
     {
         assert!(metrics.get(none).is_some_and(Value::is_null), "{none}: {metrics}");
     }
-    assert!(metrics["seen_fraction"].is_number() && metrics["separation_min_m"].is_number());
+    assert!(metrics["in_view_fraction"].is_number() && metrics["separation_min_m"].is_number());
     assert_eq!(summary["targets"], 3);
 }
 
@@ -271,15 +272,15 @@ fn any_traffic_file_flies_without_a_scenario() {
     let output = standoff(folder.path(), &["run", "--traffic", "two.csv", "--uavs", "3", "--json"]);
     let printed: Value = serde_json::from_slice(&output.stdout).unwrap();
     assert_eq!((&printed["scenario"], &printed["uavs"], &printed["targets"]), (&"two".into(), &3.into(), &2.into()));
-    assert_eq!(printed["metrics"]["out_of_view_fraction"], Value::from(0.0));
+    assert_eq!(printed["metrics"]["member_out_of_view_fraction"], Value::from(0.0));
     let [results] = &names(&folder.path().join("standoff-out"))[..] else { panic!("one folder") };
     assert!(results.starts_with("two-1+traffic=") && results.ends_with("+uavs=3"), "{results}");
     assert!(folder.path().join("standoff-out").join(results).join("trajectories.svg").exists());
 }
 
-/// What was flown before is not replaced by something else.
+/// A run never replaces the results of a different run.
 #[test]
-fn every_change_has_a_folder_of_its_own_whatever_its_order() {
+fn different_changes_have_different_folders_and_their_order_does_not_matter() {
     let folder = tempfile::tempdir().unwrap();
     let csv = |x: &str| format!("time_s,vehicle,x_m,y_m\n0,van,{x},0\n10,van,80,0\n");
     fs::create_dir(folder.path().join("other")).unwrap();
@@ -288,9 +289,9 @@ fn every_change_has_a_folder_of_its_own_whatever_its_order() {
     fs::write(folder.path().join("other/van.csv"), csv("1")).unwrap();
     let results = |args: &[&str]| {
         let output = standoff(folder.path(), &[&["run"], args].concat());
-        let told = text(&output.stdout);
+        let printed = text(&output.stdout);
         assert_eq!(text(&output.stderr), "", "{args:?}");
-        let (_, out) = told.rsplit_once("results in ").unwrap();
+        let (_, out) = printed.rsplit_once("results in ").unwrap();
         assert!(folder.path().join(out.trim_end()).join("run.json").exists(), "{out}");
         out.trim_end().to_owned()
     };
@@ -307,14 +308,15 @@ fn every_change_has_a_folder_of_its_own_whatever_its_order() {
     let named = results(&["tour/01-one-uav", "--traffic", "other/van.csv", "--set", "duration_s=10"]);
     assert!(named.starts_with("standoff-out/tour/01-one-uav-1+traffic=van-"), "{named}");
 
-    // The same again: what is set last counts, in whatever order; traffic is what is in the file.
+    // Equivalent commands: the last value of a key counts, the order of keys does not, and traffic is identified by
+    // content.
     let again = |args: &[&str], out: &str| {
         let output = standoff(folder.path(), &[&["run"], args].concat());
         assert_eq!(text(&output.stderr), format!("note: replacing the older run in {out}\n"), "{args:?}");
     };
     again(&[&["--set", "duration_s = 9"], &short[..]].concat(), plain);
-    let turned = ["--set", "guidance.radial_gain=1", "--set", "guidance.radial_gain=0.5", "--set", "duration_s=2"];
-    again(&[&turned[..], &["tour/01-one-uav", "--uavs", "2"]].concat(), pair);
+    let reordered = ["--set", "guidance.radial_gain=1", "--set", "guidance.radial_gain=0.5", "--set", "duration_s=2"];
+    again(&[&reordered[..], &["tour/01-one-uav", "--uavs", "2"]].concat(), pair);
     let table = results(&[&short[..], &["--set", "guidance.radial_gain=1", "--set", "guidance={}"]].concat());
     assert!(table.starts_with(&format!("{plain}+guidance=--+")), "{table}");
     fs::rename(folder.path().join("same.csv"), folder.path().join("van.csv")).unwrap();
@@ -322,8 +324,8 @@ fn every_change_has_a_folder_of_its_own_whatever_its_order() {
 }
 
 #[test]
-fn what_may_have_been_meant_is_said() {
-    let figure_9 = "did you mean `paper/figure-9` or `best/figure-9`?";
+fn messages_suggest_what_the_user_may_have_meant() {
+    let figure_9 = "did you mean `paper/figure-9` or `improved/figure-9`?";
     for command in ["run", "check", "view", "scenarios"] {
         check_refused(&[command, "figure-9"], &[figure_9]);
         check_refused(&[command, "figure9"], &[figure_9]);
@@ -333,12 +335,15 @@ fn what_may_have_been_meant_is_said() {
     check_refused(&["view", "bad"], &["did you mean bad.toml?"]);
     check_refused(&["run", "figure-9.toml"], &["cannot be read", figure_9]);
     for command in ["check", "run", "view"] {
-        check_refused(&[command, "a/city.csv"], &["a traffic file by its name", "standoff run --traffic a/city.csv"]);
+        check_refused(
+            &[command, "a/city.csv"],
+            &["its name is that of a traffic file", "standoff run --traffic a/city.csv"],
+        );
         check_refused(&[command, "city.fcd.xml.gz"], &["standoff run --traffic city.fcd.xml.gz"]);
     }
     check_refused(
         &["view", "standoff-out/mine-2"],
-        &["standoff-out/mine-2: no folder of results is there", "standoff scenarios lists"],
+        &["standoff-out/mine-2: no results folder, scenario file", "standoff scenarios lists"],
     );
     for option in ["--set", "--set-b"] {
         let args = ["compare", "mine.toml", option, "guidance.lead_s", "0"];
@@ -356,12 +361,12 @@ fn what_may_have_been_meant_is_said() {
 }
 
 #[test]
-fn help_is_as_wide_in_every_pipe_and_examples_stay_in_line() {
+fn help_has_a_fixed_width_in_pipes_and_examples_fit_a_terminal() {
     let folder = tempfile::tempdir().unwrap();
     let mut commands = vec![vec!["--help"]];
     let main = text(&standoff(folder.path(), &["--help"]).stdout);
     let listed = main.lines().skip_while(|line| *line != "Commands:").skip(1).take_while(|line| !line.is_empty());
-    // What is told of a command goes on in the next line.
+    // Indented lines continue the description of a command.
     let names = listed.filter(|line| !line.starts_with("   ")).filter_map(|line| line.split_whitespace().next());
     commands.extend(names.map(|name| vec![name, "--help"]));
     assert_eq!(commands.len(), 12, "{commands:?}");
@@ -370,12 +375,12 @@ fn help_is_as_wide_in_every_pipe_and_examples_stay_in_line() {
         let widest = help.lines().max_by_key(|line| line.chars().count()).unwrap();
         assert!(widest.chars().count() <= 100, "{command:?}: {widest}");
         for line in help.lines().skip_while(|line| *line != "Examples:") {
-            assert!(line.chars().count() <= 80, "{command:?}: would be broken on a terminal: {line}");
+            assert!(line.chars().count() <= 80, "{command:?}: would wrap on a terminal: {line}");
         }
     }
 }
 
-/// As bash asks: the script is read, and its function is called with the words so far.
+/// Like bash, the test sources the script and calls its function with the words typed so far.
 #[cfg(unix)]
 #[test]
 fn bash_completes_commands_options_and_names() {
@@ -391,15 +396,15 @@ fn bash_completes_commands_options_and_names() {
     };
     assert_eq!(completed(&["m"]), "monte-carlo merge");
     assert_eq!(completed(&["run", "--se"]), "--set --seed");
-    assert_eq!(completed(&["run", "best/"]), "best/table-2-pair best/figure-9");
-    assert_eq!(completed(&["compare", "best/figure-9", "paper/figure-9-"]), "paper/figure-9-basic");
+    assert_eq!(completed(&["run", "best/"]), "improved/table-2-pair improved/figure-9");
+    assert_eq!(completed(&["compare", "improved/figure-9", "paper/figure-9-"]), "paper/figure-9-basic");
     assert_eq!(completed(&["view", "tour/04"]), "tour/04-two-groups");
     assert_eq!(completed(&["reproduce", "table"]), "table-2");
-    assert_eq!(completed(&["run", "mine"]), "", "then bash looks for files");
+    assert_eq!(completed(&["run", "mine"]), "", "bash falls back to file names");
     for shell in ["zsh", "fish", "elvish", "powershell"] {
         let script = text(&standoff(folder.path(), &["completions", shell]).stdout);
         assert!(script.contains("monte-carlo") && script.contains("no-open"), "{shell}: {script}");
-        // Where names are all that would be completed, files are better.
+        // Arguments that also accept files get no scenario names here: these shells would then not complete files.
         assert_eq!(script.contains("paper/table-2-pair"), shell == "zsh", "{shell}: {script}");
     }
 }
@@ -412,7 +417,7 @@ fn wrong_input_is_refused_with_one_clear_message() {
     check_refused(&["monte-carlo", "bad.toml", "--runs", "2"], &[drawn]);
     check_refused(&["compare", "bad.toml", "paper/figure-8", "--runs", "2"], &[drawn]);
     check_refused(&["run", "paper/table-9"], &["no such scenario", "paper/table-2-pair"]);
-    check_refused(&["scenarios", "paper/table-9"], &["no built-in scenario of that name"]);
+    check_refused(&["scenarios", "paper/table-9"], &["no built-in scenario has this name"]);
     check_refused(&["run", "--traffic", "bad.xml"], &["bad.xml:2:"]);
     check_refused(&["run", "--traffic", "none.xml"], &["none.xml", "No such file"]);
     check_refused(&["run", "--traffic", "mine"], &["mine"]);
@@ -431,7 +436,7 @@ fn wrong_input_is_refused_with_one_clear_message() {
         &["orbit.radius_max_m = 1", "not smaller than radius_min_m"],
     );
     check_refused(&["run", "--set", "sensor.field_of_view_deg=5"], &["field_of_view_margin_deg = 10", "below 5"]);
-    check_refused(&["run", "--out", "mine"], &["mine holds something other than a run of standoff (thesis.tex)"]);
+    check_refused(&["run", "--out", "mine"], &["mine contains something other than a run of standoff (thesis.tex)"]);
     check_refused(&["run", "--metrics", "speed"], &["--metrics", "no such metric", "position_error_m"]);
     check_refused(&["run", "--metrics", ","], &["--metrics", "names no metric"]);
     check_refused(&["show", "mine"], &["mine"]);
@@ -439,9 +444,9 @@ fn wrong_input_is_refused_with_one_clear_message() {
     check_refused(&["fly"], &["fly"]);
 }
 
-/// Two vehicles 2 km apart and one UAV: a disc holds one of them.
+/// Two vehicles are 2 km apart, so that one disc covers one of them.
 #[test]
-fn a_yardstick_is_told_of_a_scenario_and_beside_a_run() {
+fn the_coverage_baseline_is_printed_for_a_scenario_and_with_a_run() {
     let folder = tempfile::tempdir().unwrap();
     let apart = "targets={ acceleration_sd_m_s2 = 0.0, at = [{ x_m = 0.0 }, { x_m = 2000.0 }] }";
     let of = |args: &[&str]| {
@@ -451,38 +456,41 @@ fn a_yardstick_is_told_of_a_scenario_and_beside_a_run() {
     };
     let one: Value = serde_json::from_str(r#"{"discs": 1, "mover_fraction": 0.5, "best_fraction": 0.5}"#).unwrap();
     let two: Value = serde_json::from_str(r#"{"discs": 2, "mover_fraction": 1.0, "best_fraction": 1.0}"#).unwrap();
-    let told: Value = serde_json::from_str(&of(&["yardstick", "--json", "--uavs", "2"])).unwrap();
-    assert_eq!((&told["yardstick"]["half"], &told["yardstick"]["all"]), (&one, &two));
-    assert_eq!((&told["uavs"], &told["targets"], &told["seed"]), (&2.into(), &2.into(), &1.into()));
-    let table = of(&["yardstick", "--uavs", "2"]);
+    let printed: Value = serde_json::from_str(&of(&["baseline", "--json", "--uavs", "2"])).unwrap();
+    assert_eq!((&printed["baseline"]["half"], &printed["baseline"]["all"]), (&one, &two));
+    assert_eq!((&printed["uavs"], &printed["targets"], &printed["seed"]), (&2.into(), &2.into(), &1.into()));
+    let table = of(&["baseline", "--uavs", "2"]);
     assert!(table.contains("1 disc, half as many as UAVs         50.0       50.0\n"), "{table}");
     assert!(table.contains("2 discs, as many as UAVs            100.0      100.0\n"), "{table}");
-    assert!(!of(&["yardstick"]).contains("half as many"), "of a lone UAV both are one");
+    assert!(!of(&["baseline"]).contains("half as many"), "with one UAV, both rows would be equal");
     assert!(names(folder.path()).is_empty(), "nothing is written");
 
     let run = of(&["run", "--yardstick", "--out", "o"]);
-    assert!(run.contains(" %, yardstick 50 %: 1 greedy disc that knows where every target is, at 20 m/s\n\n"), "{run}");
+    assert!(
+        run.contains(" %, baseline 50 %: 1 greedy disc with perfect knowledge of all targets, at 20 m/s\n\n"),
+        "{run}"
+    );
     let json: Value = serde_json::from_str(&of(&["run", "--yardstick", "--json", "--out", "o"])).unwrap();
-    assert_eq!(json["yardstick"]["all"], one);
+    assert_eq!(json["baseline"]["all"], one);
     let files = || {
         names(&folder.path().join("o"))
             .iter()
             .map(|name| fs::read(folder.path().join("o").join(name)).unwrap())
             .collect::<Vec<_>>()
     };
-    let beside = files();
+    let with_baseline = files();
     of(&["run", "--out", "o"]);
-    assert!(files() == beside, "a yardstick changes what is written");
-    check_refused(&["yardstick", "paper/table-9"], &["no such scenario", "paper/table-2-pair"]);
-    check_refused(&["yardstick", "bad.toml"], &["error: uavs.count = 0: must be at least 1 and at most 100"]);
-    check_refused(&["yardstick", "--uavs", "2", "--set", "uavs.count=3"], &["contradict each other"]);
+    assert!(files() == with_baseline, "the baseline changes the files");
+    check_refused(&["baseline", "paper/table-9"], &["no such scenario", "paper/table-2-pair"]);
+    check_refused(&["baseline", "bad.toml"], &["error: uavs.count = 0: must be at least 1 and at most 100"]);
+    check_refused(&["baseline", "--uavs", "2", "--set", "uavs.count=3"], &["contradict each other"]);
 }
 
 #[test]
-fn check_says_what_is_good_and_writes_nothing() {
+fn check_prints_that_a_scenario_is_valid_and_writes_nothing() {
     let folder = tempfile::tempdir().unwrap();
     let output = standoff(folder.path(), &["check", "traffic/convoy"]);
-    assert_eq!(text(&output.stdout), "traffic/convoy: good (2 UAVs, 219.5 s)\n");
+    assert_eq!(text(&output.stdout), "traffic/convoy: valid (2 UAVs, 219.5 s)\n");
     assert!(names(folder.path()).is_empty());
 }
 
@@ -499,7 +507,7 @@ fn a_printed_scenario_can_be_run() {
 }
 
 #[test]
-fn help_has_examples_and_the_version_is_there() {
+fn help_has_examples_and_the_version_is_printed() {
     let folder = tempfile::tempdir().unwrap();
     assert!(
         text(&standoff(folder.path(), &["--help"]).stdout).contains("standoff run --traffic city.fcd.xml.gz --uavs 2")
@@ -508,10 +516,10 @@ fn help_has_examples_and_the_version_is_there() {
     assert_eq!(text(&standoff(folder.path(), &["--version"]).stdout), "standoff 0.1.0\n");
 }
 
-/// The size of files is limited here, to more than a table of the record has and less than the page needs.
+/// A file-size limit stands for a full disk: the tables of the record fit, the page does not.
 #[cfg(unix)]
 #[test]
-fn where_there_is_no_room_for_the_page_the_record_is_kept() {
+fn the_record_is_kept_if_the_page_cannot_be_written() {
     let folder = tempfile::tempdir().unwrap();
     let limited = "trap '' XFSZ; ulimit -f 2000; exec \"$0\" run tour/02-two-uavs --out o";
     let mut shell = Command::new("sh");
@@ -521,14 +529,14 @@ fn where_there_is_no_room_for_the_page_the_record_is_kept() {
     assert_eq!(output.status.code(), Some(1), "{message}");
     assert!(message.contains("report.html: File too large"), "{message}");
     assert_eq!(names(folder.path()), ["o"]);
-    assert!(!names(&folder.path().join("o")).contains(&"report.html".to_owned()), "no half of it is left");
+    assert!(!names(&folder.path().join("o")).contains(&"report.html".to_owned()), "a partial page is left");
     let shown = standoff(folder.path(), &["show", "o"]);
     assert!(shown.status.success(), "{}", text(&shown.stderr));
-    assert!(folder.path().join("o/report.html").exists(), "it is made later");
+    assert!(folder.path().join("o/report.html").exists(), "show did not write the page");
 }
 
 #[test]
-fn columns_stay_in_line_however_long_a_metric_s_name_is() {
+fn columns_are_aligned_for_long_metric_names() {
     let folder = tempfile::tempdir().unwrap();
     for args in [["compare", "--set-b=guidance.lead_s=1"], ["monte-carlo", "--out=batch"]] {
         let [command, option] = args;
@@ -539,7 +547,7 @@ fn columns_stay_in_line_however_long_a_metric_s_name_is() {
         let second = lines[0].split_whitespace().nth(1).unwrap();
         let end = lines[0].find(&format!(" {second} ")).unwrap() + 1 + second.len();
         let rows: Vec<&&str> = lines[1..].iter().take_while(|line| !line.is_empty()).collect();
-        assert!(rows.iter().any(|row| row.starts_with("standoff_tracking_surprise_m_settled ")), "{table}");
+        assert!(rows.iter().any(|row| row.starts_with("own_orbit_prediction_error_m_settled ")), "{table}");
         assert!(rows.iter().all(|row| !row[..end].ends_with(' ') && row[end..].starts_with(' ')), "{table}");
     }
 }

@@ -1,5 +1,5 @@
-//! Files that mean harm, or have come to it, through the command itself: each is refused with one message that says where
-//! and what to do, with exit status 2, within 256 MiB of memory and 5 s of processor time, and leaves nothing behind.
+//! End-to-end tests with malicious or damaged files: each is refused with exit status 2 and one message that states the
+//! place and the remedy, within 256 MiB of memory and 5 s of CPU time, and without leaving files behind.
 
 #![cfg(unix)]
 #![expect(clippy::unwrap_used, reason = "helpers of tests")]
@@ -18,7 +18,7 @@ use flate2::write::GzEncoder;
 use standoff_sim::record::{EventRow, Frame, Record, Writer, panic_is_expected};
 use tempfile::TempDir;
 
-/// Memory in KiB (of addresses, which is more than of use), processor time in s.
+/// Limits of virtual memory, KiB (it exceeds the memory in use), and of CPU time, s.
 const LIMITS: &str = "ulimit -v 262144; ulimit -t 5; exec \"$0\" \"$@\"";
 
 const XML: &str = "<fcd-export>\n<timestep time=\"1\">\n<vehicle id=\"v\" x=\"3\" y=\"4\"/>\n</timestep></fcd-export>";
@@ -35,7 +35,7 @@ fn names(folder: &Path) -> Vec<OsString> {
     names
 }
 
-/// Expects one message that contains all of `expected`, fit for a terminal.
+/// Checks for one message that contains all of `expected` and is safe to print on a terminal.
 #[track_caller]
 fn check_refused(folder: &Path, args: &[&str], expected: &[&str]) {
     let before = names(folder);
@@ -53,12 +53,12 @@ fn check_refused(folder: &Path, args: &[&str], expected: &[&str]) {
     assert_eq!(names(folder), before, "{args:?} left something behind");
 }
 
-/// A terminal may obey it, or take it for the end of a line.
+/// True for characters that a terminal may interpret as a command or as the end of a line.
 fn upsets(c: char) -> bool {
     c.is_control() || matches!(c, '\u{2028}'..='\u{202e}' | '\u{2066}'..='\u{2069}' | '\u{feff}')
 }
 
-/// Of a scenario, everything that is wrong is drawn: more than a line.
+/// Like `check_refused` for a scenario, whose messages list all errors on several lines.
 #[track_caller]
 fn check_scenario(bytes: &[u8], expected: &[&str]) {
     let folder = tempfile::tempdir().unwrap();
@@ -72,15 +72,15 @@ fn check_scenario(bytes: &[u8], expected: &[&str]) {
     for expected in expected {
         assert!(message.contains(expected), "{message}");
     }
-    assert_eq!(names(folder.path()), ["f.toml"], "something is left behind");
+    assert_eq!(names(folder.path()), ["f.toml"], "files are left behind");
 }
 
 #[test]
-fn scenarios_that_are_none_are_refused() {
+fn invalid_scenarios_are_refused() {
     let nested = |open: &str| format!("a = {}", open.repeat(99_000)).into_bytes();
-    let targets = b"[[targets.at]]\nvx_m_s = 3\n".as_slice();
+    let targets = b"[[targets.start]]\nvx_m_s = 3\n".as_slice();
     let with = |text: &str| [text.as_bytes(), b"\n", targets].concat();
-    check_scenario(b"", &["f.toml: targets: no targets; give [targets.scatter], [[targets.at]] or [traffic]"]);
+    check_scenario(b"", &["f.toml: targets: no targets; give [targets.random], [[targets.start]] or [traffic]"]);
     check_scenario(&nested("["), &["f.toml:1:85", "cannot recurse further"]);
     check_scenario(&nested("{b="), &["f.toml:1:", "cannot recurse further"]);
     check_scenario(&b"[".repeat(100_000), &["f.toml:1:"]);
@@ -107,9 +107,9 @@ fn scenarios_that_are_none_are_refused() {
     check_scenario(&with("duration_s = 99999999999999999999"), &["f.toml:1:14", "99999999999999999999: too large"]);
     check_scenario(&with("duration_s = 1\nduration_s = 2"), &["f.toml:2:1", "duplicate key"]);
     check_scenario(&with(&"a = 3\r\n".repeat(50_000)), &["f.toml:1:1"]);
-    check_scenario(&"[[targets.at]]\nz = 1\n".repeat(10_000).into_bytes(), &["f.toml:2:1", "targets.at.0.z"]);
+    check_scenario(&"[[targets.start]]\nz = 1\n".repeat(10_000).into_bytes(), &["f.toml:2:1", "targets.start.0.z"]);
     check_scenario(
-        b"duration_s = 50000\n[targets.scatter]\ncount = 1000\nx_m = 0\ny_m = 0\nvx_m_s = 0\nvy_m_s = 0",
+        b"duration_s = 50000\n[targets.random]\ncount = 1000\nx_m = 0\ny_m = 0\nvx_m_s = 0\nvy_m_s = 0",
         &["the record could have 100001000 rows of targets; at most 100000000: choose a shorter duration_s"],
     );
     check_scenario(&with("duration_s = \"x, expected ABCD\""), &["must be a number, {"]);
@@ -120,21 +120,21 @@ fn scenarios_that_are_none_are_refused() {
 }
 
 #[test]
-fn scenarios_with_too_much_of_something_are_refused_as_quickly() {
+fn oversized_scenarios_are_refused_as_quickly() {
     let within = |unit: &str, signs: usize| unit.repeat(199_000 / signs);
     let numbered = |unit: fn(usize) -> String, signs: usize| (0..199_000 / signs).map(unit).collect::<String>();
-    let at = "[[targets.at]]\nx_m = 1\ny_m = 2\nvx_m_s = 3\nvy_m_s = 4\n";
+    let at = "[[targets.start]]\nx_m = 1\ny_m = 2\nvx_m_s = 3\nvy_m_s = 4\n";
     let far = at.replace(" = ", " = 1e99 # ");
     let dotted = |n: usize| format!("a{n}{} = 1\n", ".a".repeat(70));
     for (text, expected) in [
         ("\n".repeat(2 << 20), "more keys and values than 5000 targets need"),
         ("duration_s = -1\n".to_owned() + &within(at, 16), "duration_s = -1: must be at least"),
-        (within(&far, 20), "there may be more: reading ends after so many mistakes"),
+        (within(&far, 20), "there may be more: reading stops after "),
         (
-            within("[[targets.at]]\nx_m = {normal={mean=nan,sd=1}}\n", 18),
-            "targets.at.0.x_m: must be normal with a finite",
+            within("[[targets.start]]\nx_m = {normal={mean=nan,sd=1}}\n", 18),
+            "targets.start.0.x_m: must be normal with a finite",
         ),
-        (within("[[targets.at]]\nx_m = \"a\"\n", 12), "targets.at.0.x_m = \"a\": must be a number"),
+        (within("[[targets.start]]\nx_m = \"a\"\n", 12), "targets.start.0.x_m = \"a\": must be a number"),
         ("x = = 1\n".to_owned() + &within(at, 16), "f.toml:1:5"),
         (within("x = = 1\n", 3), "f.toml:20:5"),
         (numbered(|n| format!("k{n} = 1\n"), 2), "k0: there is no such key"),
@@ -153,7 +153,7 @@ fn scenarios_with_too_much_of_something_are_refused_as_quickly() {
 }
 
 #[test]
-fn keys_and_names_of_the_command_line_are_bounded() {
+fn keys_and_names_on_the_command_line_have_limits() {
     let folder = tempfile::tempdir().unwrap();
     let deep = format!("{}=1", vec!["a"; 2_000].join("."));
     let many: Vec<_> = (0..5_000).flat_map(|n| ["--set".to_owned(), format!("x{n}=1")]).collect();
@@ -179,21 +179,21 @@ fn keys_and_names_of_the_command_line_are_bounded() {
     let message = String::from_utf8(output.stderr).unwrap();
     assert_eq!(output.status.code(), Some(2), "{:?}", output.status);
     assert!(message.starts_with(r"error: invalid value '\u{202e}' for '--seed <N>'"), "{message:?}");
-    // Of a file, only what is in it counts.
+    // The name of a traffic file may contain any characters.
     fs::write(folder.path().join("y\n\u{1b}z.csv"), CSV).unwrap();
     let output = standoff(folder.path(), &["run", "--traffic", "y\n\u{1b}z.csv", "--out", "o"]);
     assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
 }
 
 #[test]
-fn a_crowd_that_would_take_minutes_to_be_weighed_is_refused() {
+fn too_many_simultaneous_vehicles_are_refused() {
     let crowd = |vehicles: usize| {
         let rows = (0..vehicles).map(|n| format!("0,v{n},{},{}\n1,v{n},{},{}\n", n % 300, n / 300, n % 300, n / 300));
         "t,id,x,y\n".to_owned() + &rows.collect::<String>()
     };
-    let expected = "f: there are more than 5000 vehicles at time = 0 s; at most 5000; cut out a smaller area";
+    let expected = "f: more than 5000 vehicles at time = 0 s; at most 5000; select a smaller area";
     check_traffic(crowd(5001).as_bytes(), expected);
-    // One after the other they may be as many as they like.
+    // The limit does not apply to vehicles that exist at different times.
     let later = (0..6000).map(|n| format!("{n},v{n},3,4\n")).collect::<String>();
     let folder = tempfile::tempdir().unwrap();
     fs::write(folder.path().join("f"), "t,id,x,y\n".to_owned() + &later).unwrap();
@@ -231,7 +231,7 @@ fn packed(bytes: &[u8]) -> Vec<u8> {
 }
 
 #[test]
-fn traffic_that_is_no_traffic_is_refused() {
+fn invalid_traffic_is_refused() {
     let inside =
         |vehicle: &str| format!("<fcd-export>\n<timestep time=\"1\">\n{vehicle}</timestep></fcd-export>").into_bytes();
     let vehicle = |x: &str| inside(&format!("<vehicle id=\"v\" x=\"{x}\" y=\"4\"/>\n"));
@@ -240,9 +240,9 @@ fn traffic_that_is_no_traffic_is_refused() {
     };
     for (bytes, expected) in [
         (vec![], "f: is empty; must be SUMO FCD XML or CSV tracks"),
-        (b" \r\n ".to_vec(), "f: holds no text"),
-        (b"t,id,x,y\n".to_vec(), "f: holds no vehicles; at least one; was the right file chosen?"),
-        (b"<fcd-export/>".to_vec(), "f: holds no vehicles"),
+        (b" \r\n ".to_vec(), "f: contains no text"),
+        (b"t,id,x,y\n".to_vec(), "f: contains no vehicles; must contain at least one; was the right file chosen?"),
+        (b"<fcd-export/>".to_vec(), "f: contains no vehicles"),
         (vec![0; 1000], "f:1:1: a NUL byte"),
         (b"t,id,x,y\n1,v\0,3,4\n".to_vec(), "f:2:4: a NUL byte"),
         (utf_16(XML), "f:1:1: is UTF-16 text; must be UTF-8; save"),
@@ -252,7 +252,7 @@ fn traffic_that_is_no_traffic_is_refused() {
         (packed(&packed(CSV.as_bytes())), "f: is gzip within gzip; must be packed once; unpack it once, with gzip -d"),
         (
             b"t,id,x,y\n0,\"v,0,0\n1,\"v\",1,0\n".to_vec(),
-            "f:2:3: a quote opens here and is closed at 3:3, amid a field",
+            "f:2:3: a quote opens here and is closed at 3:3, in the middle of a field",
         ),
         (b"t,id,x,y\r0,v,0,0\r1,v,here,0\r".to_vec(), "f:3:5: vehicle \"v\": x = \"here\" is not a number"),
         (b"t,id,x,y\n1,\xff,3,4\n".to_vec(), "f:2:3: not text; must be UTF-8"),
@@ -268,13 +268,13 @@ fn traffic_that_is_no_traffic_is_refused() {
         (vehicle("1"), "f: its x and y may be metres or degrees: SUMO's header comment is not there"),
         (
             inside("<vehcle id=\"v\" x=\"1\" y=\"4\"/>"),
-            "f:3:1: element = \"vehcle\" would be left out; did you mean vehicle?",
+            "f:3:1: element = \"vehcle\" would be ignored; did you mean vehicle?",
         ),
         (b"t;id;x;y\n0;v;1,5;0\n1;v;2.5;0\n".to_vec(), "f:3:5: vehicle \"v\": x = \"2.5\" has a decimal point, others"),
-        (twice("1"), "f:2:11: time = 1 s is not after the time step before it (1 s); must increase"),
+        (twice("1"), "f:2:11: time = 1 s is not after the previous time step (1 s); must increase"),
         (twice("0.5"), "f:2:11: time = 0.5 s is not after"),
         (b"t,id,x,y\n2,v,0,0\n1,v,0,0\n".to_vec(), "f:3:1: vehicle \"v\": time = 1 s comes after 2 s"),
-        (b"t,id,x,x,y\n0,v,0,0,0\n".to_vec(), "f:1:8: column \"x\" is there twice"),
+        (b"t,id,x,x,y\n0,v,0,0,0\n".to_vec(), "f:1:8: column \"x\" occurs twice"),
         (b"t,id,x,lat\n0,v,0,0\n".to_vec(), "f:1:1: no column for both coordinates"),
         (b"t,id,x,y\n0,v,11.3,44.5\n1,v,685000,4930000\n".to_vec(), "degrees and metres"),
         (
@@ -292,21 +292,21 @@ fn traffic_that_is_no_traffic_is_refused() {
 }
 
 #[test]
-fn traffic_that_is_too_much_is_refused() {
+fn oversized_traffic_is_refused() {
     let attribute = format!("<fcd-export>\n<timestep time=\"{}\"/></fcd-export>", "1".repeat(5_000_000));
     for (bytes, expected) in [
         (attribute.as_bytes().to_vec(), "f:2:1: one XML element or CSV row is too long; at most 1 MiB"),
         (format!("<fcd-export>{}", "<a>".repeat(100_000)).into_bytes(), "nested too deeply; at most 50"),
-        (format!("<fcd-export {}/>", "a=\"\" ".repeat(150_000)).into_bytes(), "holds no vehicles"),
+        (format!("<fcd-export {}/>", "a=\"\" ".repeat(150_000)).into_bytes(), "contains no vehicles"),
         (format!("{CSV}{}", "x".repeat(5_000_000)).into_bytes(), "f:4:1: one XML element or CSV row is too long"),
-        (format!("t,id,x,y{}\n", ",".repeat(900_000)).into_bytes(), "f: holds no vehicles"),
+        (format!("t,id,x,y{}\n", ",".repeat(900_000)).into_bytes(), "f: contains no vehicles"),
         (format!("t,id,x,y\n{}\n", ",".repeat(900_000)).into_bytes(), "f:2:1: fields = 900001; 4"),
-        (" ".repeat(5_000_000).into_bytes(), "f:1:1: here are more than 1 MiB of blanks; at most so many"),
+        (" ".repeat(5_000_000).into_bytes(), "f:1:1: more than 1 MiB of blanks in one place; at most 1 MiB"),
         (
             format!("{CSV}3,\"v,5,4\n{}", "4,w,5,4\n".repeat(500_000)).into_bytes(),
-            "f:4:3: a quote opens here and is not closed; quotes stand around a whole field; close it",
+            "f:4:3: a quote opens here and is not closed; quotes must enclose a whole field; close it",
         ),
-        (format!("{CSV}{}", "\n".repeat(5_000_000)).into_bytes(), "f:4:1: here are more than 1 MiB of blanks"),
+        (format!("{CSV}{}", "\n".repeat(5_000_000)).into_bytes(), "f:4:1: more than 1 MiB of blanks"),
         (("\u{1b}".repeat(60) + ",").repeat(3000).into_bytes(), "f:1:1: no column for the time; found"),
         (
             format!("t,id,x,y\r{}", (0..100_000).map(|n| format!("{},v,{n},0\r", n % 99_999)).collect::<String>())
@@ -319,15 +319,15 @@ fn traffic_that_is_too_much_is_refused() {
 }
 
 #[test]
-fn traffic_of_years_is_flown_only_if_it_is_asked_for() {
+fn traffic_of_years_is_flown_only_with_an_explicit_duration() {
     let years = "t,id,x,y\n0,v,0,0\n1e9,v,1,0\n";
     check_traffic(years.as_bytes(), "f: spans 1000000000 s; its times are 0 to 1000000000 s; at most 86400 s (a day)");
     let folder = tempfile::tempdir().unwrap();
     fs::write(folder.path().join("f"), years).unwrap();
-    let output = standoff(folder.path(), &["run", "best/figure-9", "--traffic", "f", "--out", "o"]);
+    let output = standoff(folder.path(), &["run", "improved/figure-9", "--traffic", "f", "--out", "o"]);
     let message = String::from_utf8(output.stderr).unwrap();
     assert_eq!(output.status.code(), Some(0), "{message}");
-    let warning = "warning: the traffic goes on for 1000000000 s, duration_s = 100: the rest is not flown";
+    let warning = "warning: the traffic lasts 1000000000 s, but duration_s = 100: the rest is not flown";
     assert!(message.contains(warning), "{message}");
 }
 
@@ -335,7 +335,7 @@ fn traffic_of_years_is_flown_only_if_it_is_asked_for() {
 fn gzip_bombs_are_refused() {
     for (head, unit, expected) in [
         ("", "\0", "f:1:1: a NUL byte"),
-        ("", " ", "f:1:1: here are more than 1 MiB of blanks"),
+        ("", " ", "f:1:1: more than 1 MiB of blanks"),
         ("<fcd-export>\n<!--", "x", "f:2:1: one XML element or CSV row is too long"),
         ("<fcd-export>\n<a b=\"", "x", "f:2:1: one XML element or CSV row is too long"),
         ("<fcd-export>\n", "<a/>\n", "unpacks to more than 100 times its size"),
@@ -348,14 +348,14 @@ fn gzip_bombs_are_refused() {
 }
 
 #[test]
-fn gzip_that_breaks_off_is_refused() {
+fn truncated_gzip_files_are_refused() {
     let whole = gzip(CSV, "#\n", 1 << 20);
     for length in [2, 10, 18, whole.len() / 2, whole.len() - 1] {
         check_traffic(&whole[..length], "the gzip data end too early; the file is cut off");
     }
 }
 
-/// Sparse files: nobody has room for them.
+/// The files are sparse, so that they need no disk space.
 #[test]
 fn huge_files_are_refused_by_their_size() {
     let folder = tempfile::tempdir().unwrap();
@@ -369,7 +369,7 @@ fn huge_files_are_refused_by_their_size() {
 }
 
 #[test]
-fn what_is_no_file_is_refused_and_not_waited_for() {
+fn pipes_devices_and_folders_are_refused_without_waiting() {
     let folder = tempfile::tempdir().unwrap();
     assert!(Command::new("mkfifo").arg(folder.path().join("pipe")).status().unwrap().success());
     for name in ["pipe", "/dev/zero", "/dev/full"] {
@@ -378,9 +378,9 @@ fn what_is_no_file_is_refused_and_not_waited_for() {
     check_refused(folder.path(), &["run", "--traffic", "."], &["it is a folder, not a file"]);
 }
 
-/// What a traffic file holds may be hostile and well-formed at once: it flies, and the terminal is safe.
+/// A traffic file can be well-formed but contain malicious names: it is flown, and the terminal output is safe.
 #[test]
-fn hostile_names_fly_and_are_shown_escaped() {
+fn malicious_vehicle_names_are_printed_escaped() {
     let folder = tempfile::tempdir().unwrap();
     let name = "../x<img onerror=alert(1)>\u{1b}[2J\u{9b}2J\u{2028}\u{2029}\u{202e}\u{2066}\u{feff}";
     let mut csv = "t,id,x,y\n".to_owned();
@@ -388,8 +388,8 @@ fn hostile_names_fly_and_are_shown_escaped() {
     fs::write(folder.path().join("f.csv"), csv).unwrap();
     let output = standoff_unlimited(folder.path(), &["run", "--traffic", "f.csv", "--uavs", "1", "--out", "o"]);
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
-    let told = String::from_utf8([output.stdout, output.stderr].concat()).unwrap();
-    assert!(!told.contains(|c| c != '\n' && upsets(c)), "{told:?}");
+    let printed = String::from_utf8([output.stdout, output.stderr].concat()).unwrap();
+    assert!(!printed.contains(|c| c != '\n' && upsets(c)), "{printed:?}");
     assert_eq!(names(folder.path()), ["f.csv", "o"]);
 }
 
@@ -397,7 +397,7 @@ fn standoff_unlimited(folder: &Path, args: &[&str]) -> Output {
     Command::new(env!("CARGO_BIN_EXE_standoff")).current_dir(folder).args(args).output().unwrap()
 }
 
-/// A folder with a record, `run`, and the results of a batch, `batch`.
+/// A folder with a valid record, `run`, and the valid results of a batch, `batch`.
 static GOOD: LazyLock<TempDir> = LazyLock::new(|| {
     let folder = tempfile::tempdir().unwrap();
     for args in [
@@ -409,7 +409,7 @@ static GOOD: LazyLock<TempDir> = LazyLock::new(|| {
     folder
 });
 
-/// A folder with a copy of the record or the batch in which `change` has been at work.
+/// Returns a folder with a copy of the record or the batch, modified by `change`.
 fn damaged(which: &str, change: impl FnOnce(&Path)) -> TempDir {
     let folder = tempfile::tempdir().unwrap();
     let copy = folder.path().join(which);
@@ -428,7 +428,7 @@ fn check_record(name: &str, bytes: &[u8], expected: &str) {
 }
 
 #[test]
-fn a_manifest_that_is_none_is_refused() {
+fn invalid_manifests_are_refused() {
     let good = fs::read_to_string(GOOD.path().join("run/run.json")).unwrap();
     let with = |old: &str, new: &str| good.replacen(old, new, 1).into_bytes();
     for (bytes, expected) in [
@@ -442,7 +442,7 @@ fn a_manifest_that_is_none_is_refused() {
         (with("\"seed\": 1", "\"seed\": -1"), "invalid value"),
         (with("\"seed\": 1", "\"seed\": \"\\u001b[2J\""), "invalid type"),
         (with("\"seed\": 1", "\"\\u001b[2J\": 1"), "unknown field"),
-        (with("\"duration_s\": ", "\"duration_s\": -"), "is out of range; 0e0 to 1e9"),
+        (with("\"duration_s\": ", "\"duration_s\": -"), "is out of range; must be 0e0 to 1e9"),
         (with("\"format\": 4", "\"format\": 99"), "has record format 99"),
         (with("\"instants\": ", "\"instants\": -"), "invalid value"),
         (vec![b' '; 100_000], "it has 98 KiB; at most 64 KiB"),
@@ -458,9 +458,9 @@ thread_local! {
     static PANICKED: Cell<bool> = const { Cell::new(false) };
 }
 
-/// The library of Parquet panics on some damaged files: changes of a good one are tried until it does.
+/// The Parquet library panics on some damaged files. The test flips bits of a valid file until it does.
 #[test]
-fn a_panic_of_the_parquet_library_is_told_as_damage_and_prints_nothing() {
+fn a_panic_of_the_parquet_library_is_reported_as_damage_and_prints_nothing() {
     let print = panic::take_hook();
     panic::set_hook(Box::new(move |what| if panic_is_expected() { PANICKED.set(true) } else { print(what) }));
     let good = fs::read(GOOD.path().join("run/targets.parquet")).unwrap();
@@ -471,12 +471,12 @@ fn a_panic_of_the_parquet_library_is_told_as_damage_and_prints_nothing() {
         fs::write(run.join("targets.parquet"), bytes).unwrap();
         Record::open(&run).is_err() && PANICKED.get()
     });
-    assert!(panics.is_some(), "no change makes it panic: is the hook of the command needed any more?");
+    assert!(panics.is_some(), "no bit flip makes the library panic: the panic hook may be obsolete");
     check_refused(folder.path(), &["show", "run"], &["run/targets.parquet", "its bytes cannot be decoded"]);
 }
 
 #[test]
-fn tables_that_are_none_are_refused() {
+fn damaged_tables_are_refused() {
     let tracks = fs::read(GOOD.path().join("run/tracks.parquet")).unwrap();
     let uavs = fs::read(GOOD.path().join("run/uavs.parquet")).unwrap();
     for length in [0, 3, 100, tracks.len() / 2, tracks.len() - 1] {
@@ -492,19 +492,19 @@ fn tables_that_are_none_are_refused() {
     check_refused(folder.path(), &["show", "run"], &["run/uavs.parquet", "does not end as a Parquet file"]);
 }
 
-/// What a colleague's program has saved again is not damaged: copying it again would not help.
+/// A table that another program has rewritten is not damaged, so that the advice must not be to copy it again.
 #[test]
-fn tables_in_a_format_that_is_not_read_are_told_with_what_to_do() {
-    // In a table's description: Snappy (1), then the name of a column and the last of its encodings, RLE (3), before it.
+fn unsupported_table_formats_are_refused_with_advice() {
+    // In the table's metadata: the last encoding of a column, RLE (3), its name, and the codec Snappy (1).
     let advice =
         "save it again with the types that it had, plain or dictionary encoding, and compressed by snappy or not";
     let name = b"\x19\x18\x03uav\x15\x02";
     let uavs = fs::read(GOOD.path().join("run/uavs.parquet")).unwrap();
     let at = uavs.windows(name.len()).rposition(|bytes| bytes == name).unwrap();
-    for (codec, told) in [(2, "GZIP"), (4, "BROTLI"), (5, "LZ4"), (6, "ZSTD"), (7, "LZ4_RAW")] {
+    for (codec, codec_name) in [(2, "GZIP"), (4, "BROTLI"), (5, "LZ4"), (6, "ZSTD"), (7, "LZ4_RAW")] {
         let mut table = uavs.clone();
         table[at + name.len() - 1] = 2 * codec;
-        check_record("uavs.parquet", &table, &format!("its column uav is compressed by {told}; {advice}"));
+        check_record("uavs.parquet", &table, &format!("its column uav is compressed by {codec_name}; {advice}"));
     }
     let mut table = uavs.clone();
     table[at - 1] = 2 * 5;
@@ -512,7 +512,7 @@ fn tables_in_a_format_that_is_not_read_are_told_with_what_to_do() {
 }
 
 #[test]
-fn files_of_another_run_or_cut_off_are_refused() {
+fn truncated_files_and_files_of_another_run_are_refused() {
     let other = tempfile::tempdir().unwrap();
     let flight = ["run", "tour/02-two-uavs", "--set", "duration_s=150", "--out", "run"];
     assert!(standoff_unlimited(other.path(), &flight).status.success());
@@ -520,9 +520,8 @@ fn files_of_another_run_or_cut_off_are_refused() {
     for name in files {
         let bytes = fs::read(other.path().join("run").join(name)).unwrap();
         let folder = damaged("run", |run| fs::write(run.join(name), &bytes).unwrap());
-        // Both are named where they contradict one another.
-        let expected =
-            if name == "run.json" { "and run.json beside it says 3".to_owned() } else { format!("run/{name}") };
+        // If two files contradict each other, the message names both.
+        let expected = if name == "run.json" { "but run.json contains 3".to_owned() } else { format!("run/{name}") };
         check_refused(folder.path(), &["show", "run"], &[&expected]);
         if name.ends_with("parquet") {
             let good = fs::read(GOOD.path().join("run").join(name)).unwrap();
@@ -532,7 +531,7 @@ fn files_of_another_run_or_cut_off_are_refused() {
 }
 
 #[test]
-fn a_name_that_a_terminal_would_obey_is_shown_escaped() {
+fn terminal_control_sequences_in_names_are_printed_escaped() {
     let name = "\\u001b[2J\\n\\u202e".to_owned() + &"x".repeat(900);
     let folder = damaged("run", |run| {
         let text = fs::read_to_string(run.join("run.json")).unwrap();
@@ -540,13 +539,13 @@ fn a_name_that_a_terminal_would_obey_is_shown_escaped() {
     });
     let output = standoff(folder.path(), &["show", "run"]);
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
-    let told = String::from_utf8(output.stdout).unwrap();
-    let first = told.lines().next().unwrap();
+    let printed = String::from_utf8(output.stdout).unwrap();
+    let first = printed.lines().next().unwrap();
     assert!(first.starts_with("\\u{1b}[2J\\n\\u{202e}xxx") && first.contains("xxx..., seed 1: 1 UAV"), "{first}");
     assert!(first.len() < 300, "{first}");
 }
 
-/// Without rows there is nothing to tell of: it is the table of UAVs that says so.
+/// A record without rows has nothing to report; the message names the table of UAVs.
 #[test]
 fn tables_without_rows_are_refused() {
     let empty = tempfile::tempdir().unwrap();
@@ -557,12 +556,12 @@ fn tables_without_rows_are_refused() {
     check_refused(empty.path(), &["show", "empty"], &["empty/uavs.parquet is damaged: it has no rows"]);
     check_refused(empty.path(), &["view", "empty"], &["empty/uavs.parquet is damaged: it has no rows"]);
     let uavs = fs::read(path.join("uavs.parquet")).unwrap();
-    check_record("uavs.parquet", &uavs, "it has 0 rows, and run.json beside it says");
+    check_record("uavs.parquet", &uavs, "it has 0 rows, but run.json contains");
 }
 
-/// Rows that are all the same take next to nothing in a file.
+/// Identical rows take very little space in a file.
 #[test]
-fn of_very_many_events_the_first_are_told_and_the_others_counted() {
+fn of_very_many_events_the_first_are_listed_and_all_are_counted() {
     let folder = tempfile::tempdir().unwrap();
     let record = Record::open(&GOOD.path().join("run")).unwrap();
     let path = folder.path().join("run");
@@ -583,18 +582,18 @@ fn of_very_many_events_the_first_are_told_and_the_others_counted() {
     assert!(bytes < 200_000, "{bytes}");
     let output = standoff(folder.path(), &["show", "run"]);
     assert!(output.status.success(), "{:?}", output.status);
-    // 8 MiB of 1,812 bytes each.
+    // The limit is 8 MiB; each event takes 1,812 bytes.
     let notes = String::from_utf8(output.stderr).unwrap();
-    assert_eq!(notes, "note: the run has more events than are told one by one: 395371 are in events.parquet only\n");
-    let told = String::from_utf8(output.stdout).unwrap();
-    assert!(told.contains("\nevents\n  400000 lost\n") && told.contains("395371 later events"), "{told}");
+    assert_eq!(notes, "note: the run has many events: 395371 of them are in events.parquet only\n");
+    let printed = String::from_utf8(output.stdout).unwrap();
+    assert!(printed.contains("\nevents\n  400000 lost\n") && printed.contains("395371 later events"), "{printed}");
     let summary = fs::read(path.join("summary.json")).unwrap();
     let summary: serde_json::Value = serde_json::from_slice(&summary).unwrap();
     assert_eq!((summary["events"].as_array().unwrap().len(), &summary["events_left_out"]), (4629, &395_371.into()));
 }
 
 #[test]
-fn pipes_and_giants_in_a_record_are_refused() {
+fn pipes_and_huge_files_in_a_record_are_refused() {
     for name in ["run.json", "scenario.toml", "uavs.parquet", "targets.parquet"] {
         let folder = damaged("run", |run| {
             fs::remove_file(run.join(name)).unwrap();
@@ -609,7 +608,7 @@ fn pipes_and_giants_in_a_record_are_refused() {
 }
 
 #[test]
-fn results_that_are_none_are_refused() {
+fn damaged_batch_results_are_refused() {
     let good = fs::read_to_string(GOOD.path().join("batch/monte-carlo.json")).unwrap();
     let with = |old: &str, new: &str| good.replacen(old, new, 1).into_bytes();
     for (name, bytes, expected) in [
@@ -618,7 +617,7 @@ fn results_that_are_none_are_refused() {
         ("monte-carlo.json", with("\"runs\": 3", "\"runs\": 18446744073709551615"), "the last seed must be at most"),
         ("monte-carlo.json", with("\"runs\": 3", "\"runs\": 1000000000000"), "too many"),
         ("monte-carlo.json", with("\"runs\": 3", "\"runs\": 3, \"shard\": {\"index\": 0, \"of\": 0}"), "must be I/N"),
-        ("monte-carlo.json", with("\"metrics\": [", "\"metrics\": [\"\\u001b[2J\","), "must be small letters"),
+        ("monte-carlo.json", with("\"metrics\": [", "\"metrics\": [\"\\u001b[2J\","), "must be lowercase letters"),
         ("monte-carlo.json", with("\"format\": 1", "\"format\": 99"), "has format 99"),
         ("runs.parquet", vec![b'x'; 1000], "it was changed since it was written"),
     ] {
@@ -632,7 +631,7 @@ fn results_that_are_none_are_refused() {
 }
 
 #[test]
-fn journals_that_are_none_are_refused_and_kept() {
+fn damaged_journals_are_refused_and_not_modified() {
     let again = ["monte-carlo", "tour/01-one-uav", "--runs", "3", "--out", "batch"];
     let preamble = |length: u32| {
         let mut head = b"standoff journal".to_vec();

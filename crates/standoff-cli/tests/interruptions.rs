@@ -1,5 +1,5 @@
-//! Runs that do not come to their end: killed, interrupted, out of room. What is left is whole, or says that it is not and
-//! can be read; nothing older is lost before the new is whole.
+//! Runs that end early: killed, interrupted, or out of disk space. The remaining files are complete, or are marked as
+//! unfinished and readable; older results are kept until the new ones are complete.
 
 #![cfg(unix)]
 #![expect(clippy::unwrap_used, reason = "helpers of tests")]
@@ -15,13 +15,13 @@ use std::time::{Duration, Instant};
 
 use serde_json::Value;
 
-/// The same, flown so slowly on any machine that there are checkpoints on the way.
+/// The mission of `SHORT`, paced so slowly on any machine that checkpoints are written during the flight.
 const SLOW: [&str; 6] = ["run", "tour/02-two-uavs", "--view", "--no-open", "--rate=30", "--out"];
-/// The length of its mission, s.
+/// Duration of that mission, s.
 const SLOW_S: f64 = 150.0;
-/// A run of some seconds at full speed.
+/// A run that takes some seconds at full speed.
 const LONG: [&str; 7] = ["run", "paper/table-2-pair", "--set", "duration_s=20000", "--metrics", "nis", "--out"];
-/// A run of the fraction of a second.
+/// A run that takes a fraction of a second.
 const SHORT: [&str; 3] = ["run", "tour/02-two-uavs", "--out"];
 
 fn command(folder: &Path, args: &[&str]) -> Command {
@@ -50,28 +50,28 @@ fn is_same(a: &Path, b: &Path) -> bool {
         && names(a).iter().all(|name| fs::read(a.join(name)).unwrap() == fs::read(b.join(name)).unwrap())
 }
 
-/// How far an unfinished run tells: by `standoff show`, in three ways.
-fn told_until_s(folder: &Path, dir: &str, duration_s: f64) -> f64 {
+/// Returns the end of an unfinished run, s, and checks that the JSON, the note and the table of `standoff show` agree.
+fn recorded_until_s(folder: &Path, dir: &str, duration_s: f64) -> f64 {
     let shown = standoff(folder, &["show", dir, "--json"]);
     let message = text(&shown.stderr);
     assert!(shown.status.success(), "{message}");
-    let told: Value = serde_json::from_slice(&shown.stdout).unwrap();
-    let until_s = told["unfinished_after_s"].as_f64().unwrap();
-    assert_eq!(told["duration_s"].as_f64(), Some(duration_s));
-    assert_eq!(message, format!("note: this run is unfinished: it tells up to {until_s} s of {duration_s} s\n"));
+    let outcome: Value = serde_json::from_slice(&shown.stdout).unwrap();
+    let until_s = outcome["unfinished_after_s"].as_f64().unwrap();
+    assert_eq!(outcome["duration_s"].as_f64(), Some(duration_s));
+    assert_eq!(message, format!("note: this run is unfinished: it covers {until_s} s of {duration_s} s\n"));
     let table = text(&standoff(folder, &["show", dir]).stdout);
     let line = table.lines().next().unwrap();
     assert!(line.ends_with(&format!("{duration_s} s, unfinished after {until_s} s")), "{line}");
     until_s
 }
 
-/// A small random number generator: any will do.
+/// A small pseudo-random number generator; its quality does not matter. Returns numbers from 0 to 1.
 fn random(state: &mut u64) -> f64 {
     *state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
     (*state >> 33) as f64 / (1u64 << 31) as f64
 }
 
-/// Starts a run, and kills it after some time; says whether it had ended before.
+/// Starts a run and kills it after `time`; returns true if it had ended before.
 fn kill_after(folder: &Path, args: &[&str], time: Duration) -> bool {
     let mut child = command(folder, args).stdout(Stdio::null()).stderr(Stdio::null()).spawn().unwrap();
     thread::sleep(time);
@@ -81,9 +81,9 @@ fn kill_after(folder: &Path, args: &[&str], time: Duration) -> bool {
     ended
 }
 
-/// The older run is there, unless the new one is; between the two, in the folders beside.
+/// Either the older run or the new one exists in full; during the replacement, the older one has a temporary name.
 #[test]
-fn killed_at_any_instant_a_short_run_leaves_the_older_one_or_the_new_one_whole() {
+fn a_short_run_killed_at_any_time_leaves_the_older_or_the_new_run_complete() {
     let folder = tempfile::tempdir().unwrap();
     let path = |name: &str| folder.path().join(name);
     let began = Instant::now();
@@ -98,7 +98,7 @@ fn killed_at_any_instant_a_short_run_leaves_the_older_one_or_the_new_one_whole()
         assert_eq!(names(folder.path()), ["new", "o", "old"]);
         kills +=
             u32::from(!kill_after(folder.path(), &[&SHORT[..], &["o"]].concat(), longest.mul_f64(random(&mut state))));
-        // Between the two renamings of a replacement the older run lies beside its place.
+        // Between the two renames of a replacement, the older run has a temporary name.
         let place = if path("o").exists() { "o" } else { "o.standoff-older" };
         assert!(
             is_same(&path(place), &path("old")) || is_same(&path(place), &path("new")),
@@ -109,12 +109,12 @@ fn killed_at_any_instant_a_short_run_leaves_the_older_one_or_the_new_one_whole()
         let again = standoff(folder.path(), &[&SHORT[..], &["o"]].concat());
         assert!(again.status.success(), "{}", text(&again.stderr));
         assert!(is_same(&path("o"), &path("new")));
-        assert_eq!(names(folder.path()), ["new", "o", "old"], "nothing else is left");
+        assert_eq!(names(folder.path()), ["new", "o", "old"], "other files are left");
     }
 }
 
 #[test]
-fn killed_at_any_instant_a_slow_run_can_be_opened_up_to_its_last_checkpoint() {
+fn a_slow_run_killed_at_any_time_can_be_read_up_to_its_last_checkpoint() {
     let folder = tempfile::tempdir().unwrap();
     let path = |name: &str| folder.path().join(name);
     let fly = [&SLOW[..], &["o"]].concat();
@@ -122,7 +122,7 @@ fn killed_at_any_instant_a_slow_run_can_be_opened_up_to_its_last_checkpoint() {
     for attempt in 0..5 {
         let _ = fs::remove_dir_all(path("o.partial"));
         let mut child = command(folder.path(), &fly).stdout(Stdio::null()).stderr(Stdio::null()).spawn().unwrap();
-        // Before the first checkpoint once, else behind it.
+        // The first attempt is killed before the first checkpoint, the others after it.
         while !path("o.partial/events.parquet").exists() || attempt > 0 && !path("o.partial/checkpoint").exists() {
             assert!(child.try_wait().unwrap().is_none(), "make the mission slower");
             thread::sleep(Duration::from_millis(1));
@@ -132,14 +132,14 @@ fn killed_at_any_instant_a_slow_run_can_be_opened_up_to_its_last_checkpoint() {
         child.wait().unwrap();
         assert!(!path("o").exists());
         if path("o.partial/checkpoint").exists() {
-            let until_s = told_until_s(folder.path(), "o.partial", SLOW_S);
+            let until_s = recorded_until_s(folder.path(), "o.partial", SLOW_S);
             assert!(until_s > 0.0 && until_s < SLOW_S);
             assert!(path("o.partial/report.html").exists());
         } else {
             let shown = standoff(folder.path(), &["show", "o.partial"]);
             let message = text(&shown.stderr);
             assert_eq!((attempt, shown.status.code()), (0, Some(2)), "{message}");
-            assert!(message.contains("was ended before any of it was kept"), "{message}");
+            assert!(message.contains("ended before its first checkpoint"), "{message}");
         }
     }
     let again = standoff(folder.path(), &[&SHORT[..], &["o"]].concat());
@@ -150,7 +150,7 @@ fn killed_at_any_instant_a_slow_run_can_be_opened_up_to_its_last_checkpoint() {
 }
 
 #[test]
-fn an_interrupted_run_ends_soon_and_says_where_it_is_and_how_far_it_got() {
+fn an_interrupted_run_ends_soon_and_prints_its_folder_and_its_end_time() {
     let folder = tempfile::tempdir().unwrap();
     for (signal, out) in [("INT", "i"), ("TERM", "t")] {
         let partial = format!("{out}.partial");
@@ -161,28 +161,28 @@ fn an_interrupted_run_ends_soon_and_says_where_it_is_and_how_far_it_got() {
             thread::sleep(Duration::from_millis(1));
         }
         thread::sleep(Duration::from_millis(100));
-        let asked = Instant::now();
+        let signalled = Instant::now();
         let kill = Command::new("sh").args(["-c", &format!("kill -{signal} {}", child.id())]).status().unwrap();
         assert!(kill.success());
         let status = child.wait().unwrap();
-        assert!(asked.elapsed() < Duration::from_secs(20), "{:?}", asked.elapsed());
+        assert!(signalled.elapsed() < Duration::from_secs(20), "{:?}", signalled.elapsed());
         let (mut printed, mut message) = (String::new(), String::new());
         child.stdout.unwrap().read_to_string(&mut printed).unwrap();
         child.stderr.unwrap().read_to_string(&mut message).unwrap();
         assert_eq!((status.code(), printed.as_str()), (Some(1), ""), "{message}");
-        let until_s = told_until_s(folder.path(), &partial, 20_000.0);
-        let told = format!(
-            "error: interrupted; the run is kept up to {until_s} s in {partial}, unfinished: standoff show {partial} tells it\n"
-        );
-        assert_eq!(message, told);
+        let until_s = recorded_until_s(folder.path(), &partial, 20_000.0);
+        let advice = format!("to print its results, run standoff show {partial}");
+        let expected =
+            format!("error: interrupted; the run up to {until_s} s is saved in {partial}, unfinished: {advice}\n");
+        assert_eq!(message, expected);
         assert!(!folder.path().join(out).exists());
     }
 }
 
-/// Whichever comes first, or in between: the place holds one of their records, or the older one, and never a mixture; the
-/// other says that somebody is there, or comes after.
+/// The folder contains the record of one of the runs or the older one, never a mixture. Each run either succeeds or
+/// reports that another run is writing.
 #[test]
-fn two_runs_into_one_place_at_once_never_mix() {
+fn two_simultaneous_runs_into_one_folder_never_mix() {
     let folder = tempfile::tempdir().unwrap();
     let fly = |out: &str, seed: &str| {
         command(folder.path(), &["run", "tour/01-one-uav", "--set", "duration_s=2", "--out", out, "--seed", seed])
@@ -196,9 +196,9 @@ fn two_runs_into_one_place_at_once_never_mix() {
         let runs = ["1", "2"].map(|seed| fly("o", seed).stdout(Stdio::null()).stderr(Stdio::piped()).spawn().unwrap());
         let ends = runs.map(|run| run.wait_with_output().unwrap());
         for end in &ends {
-            let said = text(&end.stderr);
-            let is_told = end.status.success() || said.contains("another run is writing");
-            assert!(is_told, "round {round}: {:?}: {said}", end.status.code());
+            let message = text(&end.stderr);
+            let is_expected = end.status.success() || message.contains("another run is writing");
+            assert!(is_expected, "round {round}: {:?}: {message}", end.status.code());
         }
         let seeds = ["1", "2", "3"].iter().zip([ends[0].status.success(), ends[1].status.success(), false]);
         let whole: Vec<_> = seeds.filter(|(seed, _)| is_same(&path("o"), &path(seed))).collect();
@@ -213,14 +213,14 @@ fn names_that_standoff_gives_itself_are_refused() {
     for out in ["o.partial", "o.standoff-older", "o.partial/"] {
         let output = standoff(folder.path(), &[&SHORT[..], &[out]].concat());
         assert_eq!(output.status.code(), Some(2));
-        assert!(text(&output.stderr).contains("has a name that standoff gives itself"), "{}", text(&output.stderr));
+        assert!(text(&output.stderr).contains("ends with a suffix that standoff reserves"), "{}", text(&output.stderr));
     }
     assert!(names(folder.path()).is_empty());
 }
 
 #[test]
 #[cfg(unix)]
-fn a_link_to_a_folder_is_refused_before_the_flight_with_a_slash_or_without() {
+fn a_symbolic_link_to_a_folder_is_refused_before_the_flight() {
     let folder = tempfile::tempdir().unwrap();
     fs::create_dir(folder.path().join("real")).unwrap();
     std::os::unix::fs::symlink("real", folder.path().join("link")).unwrap();
@@ -231,8 +231,8 @@ fn a_link_to_a_folder_is_refused_before_the_flight_with_a_slash_or_without() {
     assert_eq!(names(folder.path()), ["link", "real"]);
 }
 
-/// Starts a command that says something at its beginning, lets it wait there (nobody reads on) until it expects Ctrl-C,
-/// interrupts it, and lets it go on. Gives its exit status and what it says.
+/// Starts a command that prints a message at its start, blocks it there by a full pipe until it handles Ctrl-C,
+/// interrupts it and then reads the pipe. Returns its exit status and its messages.
 #[cfg(target_os = "linux")]
 fn interrupted_at_the_start(folder: &Path, args: &[&str]) -> (Option<i32>, String) {
     let (mut read, mut write) = UnixStream::pair().unwrap();
@@ -243,59 +243,59 @@ fn interrupted_at_the_start(folder: &Path, args: &[&str]) -> (Option<i32>, Strin
     }
     write.set_nonblocking(false).unwrap();
     let stderr = Stdio::from(OwnedFd::from(write));
-    // The command keeps the other end open: it goes with this statement.
+    // This process's copy of the write end is closed with the temporary `Command`; only the child keeps one.
     let mut child = command(folder, args).stdout(Stdio::null()).stderr(stderr).spawn().unwrap();
-    let expects = || {
+    let handles_sigint = || {
         let status = fs::read_to_string(format!("/proc/{}/status", child.id())).unwrap();
         let caught = status.lines().find_map(|line| line.strip_prefix("SigCgt:")).unwrap();
-        // SIGINT is the second.
+        // SIGINT is signal 2: the second bit.
         u64::from_str_radix(caught.trim(), 16).unwrap() & 2 != 0
     };
-    while !expects() {
+    while !handles_sigint() {
         thread::sleep(Duration::from_millis(1));
     }
     assert!(Command::new("sh").args(["-c", &format!("kill -INT {}", child.id())]).status().unwrap().success());
-    let mut said = Vec::new();
-    read.read_to_end(&mut said).unwrap();
-    (child.wait().unwrap().code(), text(&said[filled..]))
+    let mut messages = Vec::new();
+    read.read_to_end(&mut messages).unwrap();
+    (child.wait().unwrap().code(), text(&messages[filled..]))
 }
 
 #[test]
 #[cfg(target_os = "linux")]
-fn interrupted_before_its_first_instant_a_run_leaves_the_older_one_and_nothing_else() {
+fn a_run_interrupted_before_its_first_time_step_leaves_only_the_older_run() {
     let folder = tempfile::tempdir().unwrap();
     let path = |name: &str| folder.path().join(name);
     let older = [&SHORT[..], &["o", "--seed", "9"]].concat();
     assert!(standoff(folder.path(), &older).status.success());
     assert!(standoff(folder.path(), &[&SHORT[..], &["old", "--seed", "9"]].concat()).status.success());
-    let (status, said) = interrupted_at_the_start(folder.path(), &[&SHORT[..], &["o"]].concat());
-    let told = "note: replacing the older run in o\nerror: interrupted; nothing was kept of the run\n";
-    assert_eq!((status, said.as_str()), (Some(1), told));
+    let (status, message) = interrupted_at_the_start(folder.path(), &[&SHORT[..], &["o"]].concat());
+    let expected = "note: replacing the older run in o\nerror: interrupted; nothing of the run was saved\n";
+    assert_eq!((status, message.as_str()), (Some(1), expected));
     assert!(is_same(&path("o"), &path("old")));
     assert_eq!(names(folder.path()), ["o", "old"]);
 }
 
 #[test]
 #[cfg(target_os = "linux")]
-fn interrupted_before_its_page_a_batch_says_that_it_is_complete_and_the_same_command_tells_it() {
+fn a_batch_interrupted_before_its_page_is_complete_and_the_command_can_be_repeated() {
     let folder = tempfile::tempdir().unwrap();
     let args = ["monte-carlo", "tour/02-two-uavs", "--runs", "3", "--metrics", "nis", "--out", "o"];
     let whole = standoff(folder.path(), &args);
     let files = names(&folder.path().join("o"));
     fs::remove_file(folder.path().join("o/report.html")).unwrap();
-    let (status, said) = interrupted_at_the_start(folder.path(), &args);
-    let told = "note: o was complete already; nothing is flown again\n\
-                error: interrupted; 3 runs are complete in o: the same command tells what they came to\n";
-    assert_eq!((status, said.as_str()), (Some(1), told));
+    let (status, message) = interrupted_at_the_start(folder.path(), &args);
+    let expected = "note: o is already complete; no runs are flown\n\
+                error: interrupted; 3 runs are complete in o: repeat the command to print their results\n";
+    assert_eq!((status, message.as_str()), (Some(1), expected));
     assert!(!folder.path().join("o/report.html").exists());
     let again = standoff(folder.path(), &args);
     assert_eq!((again.status.code(), text(&again.stdout)), (Some(0), text(&whole.stdout)));
     assert_eq!(names(&folder.path().join("o")), files);
 }
 
-/// The size of files is limited here: it stands for a full disk.
+/// A file-size limit stands for a full disk.
 #[test]
-fn where_there_is_no_room_for_the_tables_it_says_so_and_keeps_what_it_has() {
+fn a_run_without_room_for_its_tables_fails_and_leaves_the_older_run() {
     let folder = tempfile::tempdir().unwrap();
     assert!(standoff(folder.path(), &[&SHORT[..], &["o"]].concat()).status.success());
     let limited = |blocks: u32, args: &[&str]| {
@@ -309,15 +309,15 @@ fn where_there_is_no_room_for_the_tables_it_says_so_and_keeps_what_it_has() {
         let message = text(&output.stderr);
         assert_eq!(output.status.code(), Some(1), "{blocks} blocks: {message}");
         assert!(message.contains("error: cannot write o.partial/") && message.contains("File too large"), "{message}");
-        assert!(message.ends_with("; nothing was kept of the run\n") || blocks < 8, "{message}");
+        assert!(message.ends_with("; nothing of the run was saved\n") || blocks < 8, "{message}");
         assert_eq!(names(folder.path()), ["o"], "the older run stays");
     }
 }
 
-/// The limit is set while the run is on its way: checkpoints are not worth its end, the tables are.
+/// The limit is set during the flight. A checkpoint that cannot be written does not end the run; a table does.
 #[test]
 #[cfg(target_os = "linux")]
-fn a_disk_that_fills_up_on_the_way_leaves_what_was_kept_before() {
+fn a_disk_that_fills_up_during_the_flight_leaves_the_part_saved_before() {
     let folder = tempfile::tempdir().unwrap();
     let mut shell = Command::new("sh");
     shell.args(["-c", "trap '' XFSZ; exec \"$0\" \"$@\"", env!("CARGO_BIN_EXE_standoff")]).args(SLOW).arg("l");
@@ -334,12 +334,12 @@ fn a_disk_that_fills_up_on_the_way_leaves_what_was_kept_before() {
     assert_eq!(output.status.code(), Some(1), "{message}");
     assert!(message.contains("error: cannot write l.partial/"), "{message}");
     assert!(message.contains(".parquet: File too large"), "{message}");
-    let until_s = told_until_s(folder.path(), "l.partial", SLOW_S);
-    assert!(message.contains(&format!("; the run is kept up to {until_s} s in l.partial, unfinished")), "{message}");
+    let until_s = recorded_until_s(folder.path(), "l.partial", SLOW_S);
+    assert!(message.contains(&format!("; the run up to {until_s} s is saved in l.partial, unfinished")), "{message}");
 }
 
 #[test]
-fn whoever_stops_listening_loses_no_results() {
+fn a_closed_or_full_output_loses_no_results() {
     let folder = tempfile::tempdir().unwrap();
     for (ending, status) in [("| true", "0"), (">&-", "0"), ("2>&-", "0"), ("> /dev/full", "1")] {
         let script = format!("{{ \"$0\" run tour/02-two-uavs --out o {ending}; }} 2>errors; echo ${{PIPESTATUS:-$?}}");

@@ -1,4 +1,4 @@
-//! `standoff run --mcap` as people meet it: what it leaves, how it fails. What is in the file: `standoff_view::mcap`.
+//! End-to-end tests of `standoff run --mcap`: its files and its errors. `standoff_view::mcap` tests the file's content.
 
 #![expect(clippy::unwrap_used, reason = "helpers of tests")]
 
@@ -18,7 +18,7 @@ fn names(folder: &Path) -> Vec<String> {
     names
 }
 
-/// Runs in a folder that `make` has filled, and expects exit status 2, a message, and nothing changed.
+/// Runs the command in a folder prepared by `make`, and checks for exit status 2, a message and no new files.
 fn check_refused(make: impl FnOnce(&Path), file: &str, expected: &str) {
     let folder = tempfile::tempdir().unwrap();
     make(folder.path());
@@ -33,8 +33,8 @@ fn check_refused(make: impl FnOnce(&Path), file: &str, expected: &str) {
 
 #[cfg(not(feature = "mcap"))]
 #[test]
-fn a_build_without_the_feature_says_how_to_get_it() {
-    check_refused(|_| (), "a.mcap", "build one that can: cargo build --release --features mcap");
+fn a_build_without_the_feature_explains_how_to_rebuild() {
+    check_refused(|_| (), "a.mcap", "rebuild with: cargo build --release --features mcap");
 }
 
 #[cfg(feature = "mcap")]
@@ -43,7 +43,7 @@ mod with_the_feature {
     use std::fs;
 
     #[test]
-    fn a_run_is_repeated_to_the_byte_and_its_record_is_the_same() {
+    fn a_repeated_run_writes_the_same_bytes_and_the_record_does_not_depend_on_the_option() {
         let folder = tempfile::tempdir().unwrap();
         let path = |name: &str| folder.path().join(name);
         let first = run(folder.path(), &["--mcap", "a.mcap", "--out", "a"]);
@@ -62,18 +62,26 @@ mod with_the_feature {
     }
 
     #[test]
-    fn a_file_that_may_not_be_replaced_is_refused_before_anything_is_flown() {
+    fn a_file_that_must_not_be_replaced_is_refused_before_the_flight() {
         let thesis = |folder: &Path| fs::write(folder.join("a.mcap"), "my thesis").unwrap();
-        check_refused(thesis, "a.mcap", "a.mcap is no MCAP file and is left as it is; name another file");
-        check_refused(|folder| fs::create_dir(folder.join("a")).unwrap(), "a", "a is a folder and is left as it is");
+        check_refused(
+            thesis,
+            "a.mcap",
+            "a.mcap is not an MCAP file and will not be overwritten; choose another file name",
+        );
+        check_refused(
+            |folder| fs::create_dir(folder.join("a")).unwrap(),
+            "a",
+            "a is a folder and will not be overwritten",
+        );
         check_refused(|_| (), "none/a.mcap", "cannot write none/a.mcap.partial: No such file or directory");
         check_refused(|_| (), "o/a.mcap", "o/a.mcap: lies in the folder of the run");
     }
 
-    /// The size of files is limited here, to more than any file of the record has and less than the MCAP file needs.
+    /// A file-size limit stands for a full disk: all files of the record fit, the MCAP file does not.
     #[cfg(unix)]
     #[test]
-    fn a_disk_that_fills_up_costs_the_mcap_file_alone() {
+    fn a_disk_that_fills_up_affects_the_mcap_file_only() {
         let folder = tempfile::tempdir().unwrap();
         let limited = "trap '' XFSZ; ulimit -f 5000; exec \"$0\" run paper/figure-9 --mcap a.mcap --out o";
         let mut shell = Command::new("sh");
@@ -84,6 +92,6 @@ mod with_the_feature {
         assert!(String::from_utf8(output.stdout).unwrap().ends_with("results in o\n"));
         assert_eq!(names(folder.path()), ["o"]);
         let shown = Command::new(STANDOFF).current_dir(folder.path()).args(["show", "o"]).output().unwrap();
-        assert!(shown.status.success(), "the record is whole");
+        assert!(shown.status.success(), "the record is incomplete");
     }
 }

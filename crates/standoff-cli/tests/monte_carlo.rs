@@ -1,4 +1,4 @@
-//! Batches of runs as people meet them: what is printed and kept, and that nothing which ends the process costs a run.
+//! End-to-end tests of batches: output, files, and that no completed run is lost however the process ends.
 
 #![expect(clippy::unwrap_used, reason = "helpers of tests")]
 
@@ -24,7 +24,7 @@ fn text(bytes: &[u8]) -> String {
     String::from_utf8(bytes.to_vec()).unwrap()
 }
 
-/// Succeeds, and gives what was printed.
+/// Checks that a command succeeds, and returns its output.
 fn printed(folder: &Path, args: &[&str]) -> String {
     let output = standoff(folder, args);
     assert!(output.status.success(), "{args:?}: {}", text(&output.stderr));
@@ -45,7 +45,7 @@ fn check_same(a: &Path, b: &Path) {
 }
 
 #[test]
-fn json_is_the_summary_with_every_statistic() {
+fn json_output_equals_the_summary_and_has_every_statistic() {
     let folder = tempfile::tempdir().unwrap();
     let args =
         ["monte-carlo", "--runs", "4", "--seed", "3", "--metrics", "table-2", "--json", "--set", "duration_s=40"];
@@ -58,14 +58,14 @@ fn json_is_the_summary_with_every_statistic() {
     assert_eq!(summary["metrics"].as_object().unwrap().len(), 6);
     let phase = &summary["metrics"]["phase_error_deg"];
     assert_eq!(keys(phase), ["n", "mean", "ci95", "sd", "p5", "p50", "p95", "max"]);
-    // Run k is what `standoff run` flies with the seed plus k.
+    // Run k equals a `standoff run` with the first seed plus k.
     let alone = |seed: &str| {
         let args = ["run", "paper/table-2-pair", "--set", "duration_s=40", "--json", "--seed", seed];
         let run: Value = serde_json::from_str(&printed(folder.path(), &args)).unwrap();
         run["metrics"]["phase_error_deg"].as_f64().unwrap()
     };
     let runs = ["3", "4", "5", "6"].map(alone);
-    // serde_json reads a number back to within its last digit.
+    // serde_json parses a number exactly except for its last digit.
     let check = |got: &Value, expected: f64| assert!((got.as_f64().unwrap() / expected - 1.0).abs() < 1e-14);
     let mean = runs.iter().sum::<f64>() / 4.0;
     check(&phase["mean"], mean);
@@ -80,7 +80,7 @@ fn json_is_the_summary_with_every_statistic() {
 }
 
 #[test]
-fn a_complete_batch_is_told_again_and_people_get_a_table() {
+fn a_repeated_command_prints_the_table_of_a_complete_batch_again() {
     let folder = tempfile::tempdir().unwrap();
     let args = ["monte-carlo", "tour/02-two-uavs", "--runs", "3", "--out", "o", "--threads", "2"];
     let table = printed(folder.path(), &args);
@@ -89,11 +89,11 @@ fn a_complete_batch_is_told_again_and_people_get_a_table() {
     assert!(table.ends_with("results in o\n"), "{table}");
     let again = standoff(folder.path(), &args);
     assert_eq!((text(&again.stdout), again.status.code()), (table, Some(0)));
-    assert_eq!(text(&again.stderr), "note: o was complete already; nothing is flown again\n");
+    assert_eq!(text(&again.stderr), "note: o is already complete; no runs are flown\n");
 }
 
 #[test]
-fn shards_are_merged_to_the_same_bytes() {
+fn merged_shards_equal_the_whole_batch_byte_for_byte() {
     let folder = tempfile::tempdir().unwrap();
     let fly =
         |more: &[&str]| printed(folder.path(), &[&["monte-carlo", "tour/02-two-uavs", "--runs", "5"], more].concat());
@@ -114,7 +114,7 @@ fn shards_are_merged_to_the_same_bytes() {
 }
 
 #[test]
-fn a_comparison_says_what_a_change_does() {
+fn a_comparison_shows_the_effect_of_a_change() {
     let folder = tempfile::tempdir().unwrap();
     let run =
         |more: &[&str]| printed(folder.path(), &[&["compare", "paper/table-2-pair", "--runs", "8"], more].concat());
@@ -128,7 +128,7 @@ fn a_comparison_says_what_a_change_does() {
     let difference = position["mean_b"].as_f64().unwrap() - position["mean_a"].as_f64().unwrap();
     assert!((position["difference"].as_f64().unwrap() - difference).abs() < 1e-12);
     assert_eq!((&position["differs"], &position["better"]), (&true.into(), &"a".into()));
-    assert!(fs::read_dir(folder.path()).unwrap().next().is_none(), "a comparison left something behind");
+    assert!(fs::read_dir(folder.path()).unwrap().next().is_none(), "a comparison left files behind");
 
     for lead in ["0", "3"] {
         let set = format!("guidance.lead_s={lead}");
@@ -170,29 +170,30 @@ fn wrong_input_is_refused_with_one_clear_message() {
     refused(&["monte-carlo", "--runs", "2", "--metrics", ","], &["--metrics", "names no metric"]);
     refused(&["monte-carlo", "paper/table-9", "--runs", "2"], &["no such scenario"]);
     refused(&["monte-carlo", "--runs", "2", "--set", "uavs.count=0"], &["uavs.count = 0", "| --set uavs.count=0"]);
-    refused(&["monte-carlo", "--runs", "2", "--out", "mine"], &["mine holds something other than a run"]);
+    refused(&["monte-carlo", "--runs", "2", "--out", "mine"], &["mine contains something other than a run"]);
     refused(&["merge", "--out", "o"], &["DIR"]);
-    refused(&["merge", "mine", "--out", "o"], &["mine: holds no results of standoff monte-carlo"]);
+    refused(&["merge", "mine", "--out", "o"], &["mine: contains no results of standoff monte-carlo"]);
     refused(&["compare", "paper/table-2-pair"], &["nothing to compare", "--set-b"]);
     refused(
         &["compare", "paper/table-2-pair", "--set-b", "guidance.lead_s=0", "--report", "x"],
         &["--report", "folders"],
     );
-    refused(&["compare", "mine", "mine"], &["mine: holds no results"]);
+    refused(&["compare", "mine", "mine"], &["mine: contains no results"]);
     refused(&["compare", "mine", "mine", "--set-b", "a=1"], &["flown already"]);
     refused(&["compare", "paper/table-2-pair", "--set-b", "guidance.nonsense=1"], &["guidance.nonsense"]);
     refused(&["compare", "paper/table-2-pair", "paper/table-2-single", "--runs", "0"], &["number of runs is 0"]);
 }
 
-/// A small random number generator: any will do.
+/// A small pseudo-random number generator; its quality does not matter. Returns numbers from 0 to 1.
 fn random(state: &mut u64) -> f64 {
     *state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
     (*state >> 33) as f64 / (1u64 << 31) as f64
 }
 
-/// Many short runs meet the kill while they fly, few runs while their files are begun and completed.
+/// A batch of many short runs is mostly killed during a flight; a batch of few runs, while its files are created or
+/// completed.
 #[test]
-fn killed_at_any_instant_a_batch_comes_out_the_same() {
+fn a_batch_killed_at_any_time_has_the_same_results_when_resumed() {
     let folder = tempfile::tempdir().unwrap();
     let mut state = 1;
     for (runs, wanted, pieces) in [("200", 25, 10.0), ("2", 25, 1.0)] {
@@ -204,7 +205,7 @@ fn killed_at_any_instant_a_batch_comes_out_the_same() {
         let mut kills = 0;
         for batch in 0.. {
             let out = format!("killed-{runs}-{batch}");
-            // Later and later, so that the last steps, which take their time whatever is done already, are got through.
+            // Each attempt runs longer, so that the last steps, which are repeated in every attempt, are completed.
             for attempt in 1.. {
                 let mut child = command(folder.path(), &[&fly[..], &[&out]].concat())
                     .stdout(Stdio::null())
@@ -231,7 +232,7 @@ fn killed_at_any_instant_a_batch_comes_out_the_same() {
 
 #[test]
 #[cfg(unix)]
-fn an_interrupted_batch_ends_soon_says_how_to_go_on_and_does() {
+fn an_interrupted_batch_ends_soon_and_can_be_resumed() {
     let folder = tempfile::tempdir().unwrap();
     let args = |out| ["monte-carlo", "--runs", "2000", "--metrics", "table-2", "--set", "duration_s=20", "--out", out];
     for (signal, out) in [("INT", "i"), ("TERM", "t")] {
@@ -240,29 +241,29 @@ fn an_interrupted_batch_ends_soon_says_how_to_go_on_and_does() {
         while fs::metadata(&journal).map_or(0, |file| file.len()) < 4_000 {
             thread::sleep(Duration::from_millis(1));
         }
-        let asked = Instant::now();
+        let signalled = Instant::now();
         let kill = Command::new("sh").args(["-c", &format!("kill -{signal} {}", child.id())]).status().unwrap();
         assert!(kill.success());
         let output = child.wait_with_output().unwrap();
-        assert!(asked.elapsed() < Duration::from_secs(2), "{:?}", asked.elapsed());
+        assert!(signalled.elapsed() < Duration::from_secs(2), "{:?}", signalled.elapsed());
         let message = text(&output.stderr);
         assert_eq!(output.status.code(), Some(1), "{message}");
         assert!(output.stdout.is_empty());
         assert!(
-            message.starts_with("error: interrupted; ") && message.contains(" of 2000 runs are kept in "),
+            message.starts_with("error: interrupted; ") && message.contains(" of 2000 runs are saved in "),
             "{message}"
         );
-        assert!(message.ends_with("the same command goes on from there\n"), "{message}");
+        assert!(message.ends_with("repeat the command to resume\n"), "{message}");
         let resumed = standoff(folder.path(), &args(out));
-        assert!(resumed.status.success() && text(&resumed.stderr).starts_with("note: going on after "));
+        assert!(resumed.status.success() && text(&resumed.stderr).starts_with("note: resuming after "));
     }
     check_same(&folder.path().join("i"), &folder.path().join("t"));
 }
 
-/// The page is made of what is complete: that it cannot be written costs nothing else.
+/// If the page cannot be written, the results are complete, and repeating the command writes the page.
 #[test]
 #[cfg(target_os = "linux")]
-fn a_page_that_does_not_fit_is_made_later() {
+fn a_page_that_does_not_fit_can_be_written_later() {
     let folder = tempfile::tempdir().unwrap();
     let args = ["monte-carlo", "--runs", "3", "--metrics", "table-2", "--set", "duration_s=20", "--out", "o"];
     let script = "trap '' XFSZ; ulimit -f 1000; exec \"$0\" \"$@\"";
@@ -273,20 +274,20 @@ fn a_page_that_does_not_fit_is_made_later() {
     assert_eq!(output.status.code(), Some(1), "{message}");
     assert!(message.contains("cannot write o/report.html: File too large"), "{message}");
     let again = standoff(folder.path(), &args);
-    assert_eq!(text(&again.stderr), "note: o was complete already; nothing is flown again\n");
+    assert_eq!(text(&again.stderr), "note: o is already complete; no runs are flown\n");
     printed(folder.path(), &[&args[..8], &["whole"]].concat());
     check_same(&folder.path().join("whole"), &folder.path().join("o"));
 }
 
-/// The file-size limit stands for a full disk: it can be had without being root.
+/// A file-size limit stands for a full disk, because it needs no root privileges.
 #[test]
 #[cfg(target_os = "linux")]
-fn a_full_disk_costs_no_run_that_was_complete() {
+fn a_full_disk_loses_no_completed_run() {
     let folder = tempfile::tempdir().unwrap();
     let args = |out| ["monte-carlo", "--runs", "60", "--metrics", "table-2", "--set", "duration_s=20", "--out", out];
     printed(folder.path(), &args("whole"));
     let limited = |blocks: u32| {
-        // 512 bytes a block; the signal ignored, a write beyond the limit is an error like that of a full disk.
+        // Blocks have 512 bytes. With the signal ignored, a write beyond the limit fails as on a full disk.
         let script = format!("trap '' XFSZ; ulimit -f {blocks}; exec \"$0\" \"$@\"");
         let mut command = Command::new("sh");
         command.args(["-c", &script, env!("CARGO_BIN_EXE_standoff")]).args(args("full"));
@@ -300,7 +301,7 @@ fn a_full_disk_costs_no_run_that_was_complete() {
     }
     let resumed = standoff(folder.path(), &args("full"));
     let note = text(&resumed.stderr);
-    let kept: usize = note.strip_prefix("note: going on after ").unwrap().split(' ').next().unwrap().parse().unwrap();
+    let kept: usize = note.strip_prefix("note: resuming after ").unwrap().split(' ').next().unwrap().parse().unwrap();
     assert!(kept > 10, "{note}");
     check_same(&folder.path().join("whole"), &folder.path().join("full"));
 }

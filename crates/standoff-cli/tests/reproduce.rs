@@ -1,4 +1,4 @@
-//! `standoff reproduce` as people meet it: every study runs, the page is a function of the runs, wrong usage is refused.
+//! End-to-end tests of `standoff reproduce`: every study runs, the page is deterministic, and wrong usage is refused.
 
 #![expect(clippy::unwrap_used, reason = "helpers of tests")]
 
@@ -29,7 +29,7 @@ fn text(bytes: &[u8]) -> String {
     String::from_utf8(bytes.to_vec()).unwrap()
 }
 
-/// Every file under a folder, by its path there.
+/// Returns all files in a folder and its subfolders, by relative path.
 fn files(folder: &Path) -> BTreeMap<String, Vec<u8>> {
     let mut found = BTreeMap::new();
     for entry in fs::read_dir(folder).unwrap().map(Result::unwrap) {
@@ -44,7 +44,7 @@ fn files(folder: &Path) -> BTreeMap<String, Vec<u8>> {
 }
 
 #[test]
-fn every_study_runs_and_the_page_has_the_same_bytes_on_one_thread_and_on_three() {
+fn every_study_runs_and_the_page_does_not_depend_on_the_number_of_threads() {
     let [one, three] = ["1", "3"].map(|threads| {
         let folder = tempfile::tempdir().unwrap();
         let output = reproduce(folder.path(), threads, &["--runs", "3", "--out", "out", "--page", "docs/page.md"]);
@@ -57,10 +57,10 @@ fn every_study_runs_and_the_page_has_the_same_bytes_on_one_thread_and_on_three()
         assert!(!path.ends_with(".svg") || bytes.len() < 100_000, "{path} has {} bytes", bytes.len());
     }
     assert_eq!(one.1, three.1);
-    let told = text(&one.1);
-    let (_, summary) = told.split_once("\nSummary\n").unwrap();
+    let printed = text(&one.1);
+    let (_, summary) = printed.split_once("\nSummary\n").unwrap();
     assert!(summary.lines().all(|line| line.chars().count() <= 100), "{summary}");
-    assert!(summary.contains("  Table II: tracking one group of four targets ") && summary.contains("  in all "));
+    assert!(summary.contains("  Table II: tracking one group of four targets ") && summary.contains("  total "));
     assert!(summary.contains(" of these verdicts are weak: they come from fewer than 30 runs"), "{summary}");
 
     let page = text(&one.0["docs/page.md"]);
@@ -81,13 +81,13 @@ fn every_study_runs_and_the_page_has_the_same_bytes_on_one_thread_and_on_three()
 }
 
 #[test]
-fn one_study_prints_the_papers_number_beside_ours_and_a_verdict() {
+fn one_study_prints_the_papers_number_ours_and_a_verdict() {
     let folder = tempfile::tempdir().unwrap();
     let output = reproduce(folder.path(), "2", &["figure-7"]);
     assert!(output.status.success(), "{}", text(&output.stderr));
-    let told = text(&output.stdout);
-    let line = told.lines().find(|line| line.contains("sigma_scale 0.01")).unwrap();
-    assert!(line.contains("90.00 deg (to 10.00 deg)") && line.ends_with("does not come out"), "{line}");
+    let printed = text(&output.stdout);
+    let line = printed.lines().find(|line| line.contains("sigma_scale 0.01")).unwrap();
+    assert!(line.contains("90.00 deg (± 10.00 deg)") && line.ends_with("not reproduced"), "{line}");
     let csv = text(&files(folder.path())["standoff-out/reproduce/figure-7.csv"]);
     let again = reproduce(folder.path(), "2", &["figure-7"]);
     let note = "note: replacing older results in standoff-out/reproduce\n";
@@ -97,17 +97,17 @@ fn one_study_prints_the_papers_number_beside_ours_and_a_verdict() {
 }
 
 #[test]
-fn another_seed_is_named_on_the_page_and_gives_other_numbers() {
+fn another_seed_gives_other_numbers() {
     let folder = tempfile::tempdir().unwrap();
     let table = |seed: &str| {
         let output = reproduce(folder.path(), "2", &["table-2", "--runs", "2", "--seed", seed]);
         assert!(output.status.success(), "{}", text(&output.stderr));
         text(&files(folder.path())["standoff-out/reproduce/table-2.csv"])
     };
-    let (first, third) = (table("1"), table("2"));
-    // Run 2 of seed 1 is run 1 of seed 2.
-    assert_eq!(first.lines().nth(2), third.lines().nth(1));
-    assert_ne!(first, third);
+    let (first, second) = (table("1"), table("2"));
+    // The second run from seed 1 is the first run from seed 2.
+    assert_eq!(first.lines().nth(2), second.lines().nth(1));
+    assert_ne!(first, second);
 }
 
 #[test]

@@ -1,4 +1,4 @@
-//! Where the machine gives less than is needed, or less than everything is ours: threads, open files, room, others' runs.
+//! Behaviour with scarce resources: threads, open files, disk space, and files of other users.
 
 #![cfg(target_os = "linux")]
 #![expect(clippy::unwrap_used, reason = "helpers of tests")]
@@ -15,10 +15,11 @@ use std::sync::LazyLock;
 use tempfile::TempDir;
 
 const RUN: [&str; 5] = ["run", "tour/01-one-uav", "--set", "duration_s=5", "--out"];
-/// A user who is not root, and has no rights of root's.
+/// User id without the privileges of root.
 const NOBODY: u32 = 65_534;
 
-/// The program in `folder`, after a shell has done `before`: as somebody else where we are root, whom no limit binds.
+/// Runs the program in `folder` after the shell commands `before`. Limits do not apply to root: a test that runs as
+/// root switches to another user.
 fn limited(folder: &Path, before: &str, args: &[&str]) -> Output {
     let script = format!("{before}\nexec \"$0\" \"$@\"");
     let mut command = Command::new("sh");
@@ -32,7 +33,7 @@ fn limited(folder: &Path, before: &str, args: &[&str]) -> Output {
     command.args(args).output().unwrap()
 }
 
-/// The program where everybody finds it: that which was built may lie in a folder of root's.
+/// A copy of the program that every user can execute; the build folder may be readable by root only.
 static OPEN: LazyLock<TempDir> = LazyLock::new(|| {
     let folder = TempDir::new().unwrap();
     fs::copy(env!("CARGO_BIN_EXE_standoff"), folder.path().join("standoff")).unwrap();
@@ -48,12 +49,12 @@ fn standoff(folder: &Path, args: &[&str]) -> Output {
     Command::new(env!("CARGO_BIN_EXE_standoff")).current_dir(folder).args(args).output().unwrap()
 }
 
-/// Expects an exit status, and words on standard error; never a panic.
+/// Checks the exit status, the expected messages on standard error, and that nothing panicked.
 #[track_caller]
 fn check(output: &Output, status: i32, expected: &[&str]) {
-    let told = String::from_utf8_lossy(&output.stderr);
-    assert_eq!(output.status.code(), Some(status), "{told}");
-    assert!(expected.iter().all(|words| told.contains(words)) && !told.contains("panicked"), "{told}");
+    let message = String::from_utf8_lossy(&output.stderr);
+    assert_eq!(output.status.code(), Some(status), "{message}");
+    assert!(expected.iter().all(|part| message.contains(part)) && !message.contains("panicked"), "{message}");
 }
 
 fn run_in(folder: &Path, out: &str) {
@@ -61,9 +62,9 @@ fn run_in(folder: &Path, out: &str) {
 }
 
 #[test]
-fn without_threads_a_run_is_told_and_a_page_is_refused() {
+fn without_threads_a_run_succeeds_and_serving_a_page_fails() {
     let folder = TempDir::new().unwrap();
-    // Of dash, then of others.
+    // The first form is for dash, the second for other shells.
     let no_threads = "ulimit -p 0 2>/dev/null || ulimit -u 0";
     let flown = limited(folder.path(), no_threads, &[&RUN[..], &["o"]].concat());
     check(&flown, 0, &[]);
@@ -76,7 +77,7 @@ fn without_threads_a_run_is_told_and_a_page_is_refused() {
 }
 
 #[test]
-fn too_many_open_files_are_no_wrong_input() {
+fn too_many_open_files_are_not_reported_as_wrong_input() {
     let folder = TempDir::new().unwrap();
     run_in(folder.path(), "o");
     for args in [&["show", "o"][..], &["view", "o", "--no-open"], &[&RUN[..], &["p"]].concat()] {
@@ -84,29 +85,29 @@ fn too_many_open_files_are_no_wrong_input() {
     }
 }
 
-/// The tables fit, the page does not.
+/// The tables fit, the page does not. The message names the final path, not that of the partial folder.
 #[test]
-fn what_there_is_no_room_for_is_named_where_it_would_be() {
+fn a_page_without_room_is_reported_with_its_final_path() {
     let folder = TempDir::new().unwrap();
     let flown = limited(folder.path(), "trap '' XFSZ; ulimit -f 1000", &[&RUN[..], &["o"]].concat());
-    let advice = "the record itself is there: standoff show o makes what is missing";
+    let advice = "the record is complete: standoff show o creates the missing files";
     check(&flown, 1, &["error: cannot write o/report.html: File too large", advice]);
     assert!(!String::from_utf8_lossy(&flown.stderr).contains(".partial"));
     check(&standoff(folder.path(), &["show", "o"]), 0, &[]);
 }
 
 #[test]
-fn a_run_that_cannot_be_removed_is_told_before_the_next_one_is_flown() {
+fn an_older_run_that_cannot_be_removed_is_reported_before_the_flight() {
     let folder = TempDir::new().unwrap();
     run_in(folder.path(), "o");
-    // Whoever we are, its files may not be removed: as root they are root's, else the folder is closed.
+    // Its files cannot be removed: if the test runs as root, they belong to root; otherwise, the folder is read-only.
     fs::set_permissions(folder.path().join("o"), Permissions::from_mode(0o555)).unwrap();
     let flown = limited(folder.path(), ":", &[&RUN[..], &["o"]].concat());
-    let expected = ["the run in o could not be removed to make room: ", "os error 13", "name another folder"];
+    let expected = ["the run in o could not be removed: ", "os error 13", "choose another folder"];
     check(&flown, 2, &expected);
     let left: Vec<_> = fs::read_dir(folder.path()).unwrap().map(|entry| entry.unwrap().file_name()).collect();
     assert_eq!(left, ["o"]);
-    // Another's, it cannot even be looked into.
+    // A folder of another user may not even be readable.
     fs::set_permissions(folder.path().join("o"), Permissions::from_mode(0o000)).unwrap();
     let flown = limited(folder.path(), ":", &[&RUN[..], &["o"]].concat());
     check(&flown, 2, &["cannot read o: Permission denied", "check its permissions"]);
@@ -114,7 +115,7 @@ fn a_run_that_cannot_be_removed_is_told_before_the_next_one_is_flown() {
 }
 
 #[test]
-fn names_of_any_bytes_are_told_on_one_line() {
+fn names_with_special_bytes_are_printed_on_one_line() {
     let folder = TempDir::new().unwrap();
     for _ in 0..2 {
         run_in(folder.path(), "a\nb");
@@ -123,7 +124,7 @@ fn names_of_any_bytes_are_told_on_one_line() {
     check(&again, 0, &["note: replacing the older run in a\\nb\n"]);
     fs::create_dir(folder.path().join("a\nb/mine")).unwrap();
     let refused = standoff(folder.path(), &[&RUN[..], &["a\nb"]].concat());
-    check(&refused, 2, &["error: a\\nb holds something other than a run of standoff (mine)"]);
+    check(&refused, 2, &["error: a\\nb contains something other than a run of standoff (mine)"]);
     let batch = ["monte-carlo", "tour/01-one-uav", "--set", "duration_s=5", "--runs", "2", "--out", "c\nd"];
     let flown = standoff(folder.path(), &batch);
     check(&flown, 0, &[]);
@@ -132,5 +133,5 @@ fn names_of_any_bytes_are_told_on_one_line() {
     let bytes = OsStr::from_bytes(b"bad\xff");
     let mut command = Command::new(env!("CARGO_BIN_EXE_standoff"));
     let refused = command.current_dir(folder.path()).arg("view").arg(bytes).output().unwrap();
-    check(&refused, 2, &["error: \"bad\u{fffd}\": not UTF-8 text", "go into the folder and call it ."]);
+    check(&refused, 2, &["error: \"bad\u{fffd}\": not UTF-8 text", "change to the folder and pass ."]);
 }

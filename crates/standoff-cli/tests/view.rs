@@ -1,4 +1,4 @@
-//! Looking at runs: what `standoff view` and `standoff run --view` serve, and how they end.
+//! End-to-end tests of `standoff view` and `standoff run --view`: the pages they serve, and how they end.
 
 #![expect(clippy::unwrap_used, reason = "helpers of tests")]
 
@@ -11,7 +11,7 @@ use std::time::{Duration, Instant};
 
 use serde_json::Value;
 
-/// A command that serves a page; ended when dropped.
+/// A running command that serves a page; it is killed when dropped.
 struct Serving {
     child: Child,
     authority: String,
@@ -40,7 +40,7 @@ fn authority(line: &str) -> String {
 }
 
 impl Serving {
-    /// `view` says its address on standard output.
+    /// Starts `view`, which prints its address to standard output.
     fn view(folder: &Path, args: &[&str]) -> Self {
         let mut child = start(folder, args);
         let mut line = String::new();
@@ -49,7 +49,7 @@ impl Serving {
         Self { child, authority: authority(&line), errors }
     }
 
-    /// `run --view` says it beside the results.
+    /// Starts `run --view`, which prints its address to standard error.
     fn run(folder: &Path, args: &[&str]) -> Self {
         let mut child = start(folder, args);
         let mut errors = BufReader::new(child.stderr.take().unwrap());
@@ -59,11 +59,11 @@ impl Serving {
     }
 
     fn get(&self, path: &str) -> (u16, String) {
-        self.ask(path, &self.authority)
+        self.request(path, &self.authority)
     }
 
-    /// The status, and the body, which is not compressed.
-    fn ask(&self, path: &str, host: &str) -> (u16, String) {
+    /// Requests a path; returns the status and the uncompressed body.
+    fn request(&self, path: &str, host: &str) -> (u16, String) {
         let mut stream = TcpStream::connect(&self.authority).unwrap();
         stream.set_read_timeout(Some(Duration::from_secs(30))).unwrap();
         write!(stream, "GET {path} HTTP/1.1\r\nHost: {host}\r\nConnection: close\r\n\r\n").unwrap();
@@ -74,12 +74,12 @@ impl Serving {
         (head.split(' ').nth(1).unwrap().parse().unwrap(), body.to_owned())
     }
 
-    /// Waits until the run's outcome is there.
+    /// Waits until the outcome of the run is available, and returns the header of the replay.
     fn outcome(&self) -> Value {
         let until = Instant::now() + Duration::from_secs(60);
         loop {
             let body = self.get("/replay/head.json").1;
-            // Long answers come in chunks, each behind its length in hexadecimal digits.
+            // Long responses are chunked; each chunk follows its length in hexadecimal digits.
             let json = &body[body.find('{').unwrap()..=body.rfind('}').unwrap()];
             let head: Value = serde_json::from_str(json).unwrap();
             if head["outcome"].as_array().is_some_and(|lines| !lines.is_empty()) {
@@ -99,7 +99,7 @@ impl Serving {
             if let Some(status) = self.child.try_wait().unwrap() {
                 break status;
             }
-            assert!(Instant::now() < until, "it goes on after Ctrl-C");
+            assert!(Instant::now() < until, "the command does not end after Ctrl-C");
             std::thread::sleep(Duration::from_millis(10));
         };
         let mut errors = String::new();
@@ -109,7 +109,7 @@ impl Serving {
 }
 
 #[test]
-fn a_record_is_shown_with_its_outcome_and_strangers_are_not() {
+fn a_record_is_served_with_its_outcome_and_other_paths_and_hosts_are_refused() {
     let folder = tempfile::tempdir().unwrap();
     let run = start(folder.path(), &["run", "tour/02-two-uavs", "--out", "two"]).wait_with_output().unwrap();
     assert!(run.status.success());
@@ -127,16 +127,16 @@ fn a_record_is_shown_with_its_outcome_and_strangers_are_not() {
     for path in ["/replay/overview/7", "/replay", "/two/run.json", "/../two/run.json", "/replay/feed"] {
         assert!([400, 404, 426].contains(&serving.get(path).0), "{path}");
     }
-    assert_eq!(serving.ask("/", "evil.example").0, 403);
+    assert_eq!(serving.request("/", "evil.example").0, 403);
     let port = serving.authority.rsplit(':').next().unwrap().to_owned();
-    assert_eq!(serving.ask("/", &format!("localhost:{port}")).0, 200);
+    assert_eq!(serving.request("/", &format!("localhost:{port}")).0, 200);
     #[cfg(unix)]
     assert_eq!(serving.interrupt().0, Some(0));
 }
 
-/// The map that a scenario names is there, flown or read, live or of a batch.
+/// The map of the scenario is served for a recorded run, a scenario that is flown, and a run of a batch.
 #[test]
-fn what_lies_under_the_vehicles_is_served() {
+fn the_background_map_is_served() {
     let folder = tempfile::tempdir().unwrap();
     let done = |args: &[&str]| assert!(start_plainly(folder.path(), args).wait_with_output().unwrap().status.success());
     done(&["run", "traffic/convoy", "--set", "duration_s=5", "--out", "convoy"]);
@@ -156,9 +156,9 @@ fn what_lies_under_the_vehicles_is_served() {
     assert_eq!(without.get("/replay/map.json").0, 404);
 }
 
-/// Flown from the scenario or read from the record: the page gets the same bytes.
+/// The page receives the same bytes for a flown scenario and for its record.
 #[test]
-fn a_scenario_is_flown_to_be_looked_at_and_leaves_nothing() {
+fn viewing_a_scenario_equals_viewing_its_record_and_writes_nothing() {
     let folder = tempfile::tempdir().unwrap();
     let args = ["run", "tour/02-two-uavs", "--seed", "3", "--out", "three"];
     assert!(start(folder.path(), &args).wait_with_output().unwrap().status.success());
@@ -172,7 +172,7 @@ fn a_scenario_is_flown_to_be_looked_at_and_leaves_nothing() {
     assert_eq!(left, ["three"]);
 }
 
-/// Each of the two has the bytes that it has alone, whether it is read or flown.
+/// Each of the two runs has the same bytes as if it was served alone.
 #[test]
 fn two_runs_are_shown_side_by_side() {
     let folder = tempfile::tempdir().unwrap();
@@ -186,7 +186,7 @@ fn two_runs_are_shown_side_by_side() {
         for half in ["head.json", "overview/0", "detail/0"] {
             let until = Instant::now() + Duration::from_secs(60);
             while pair.get(&format!("{base}/{half}")) != alone.get(&format!("/replay/{half}")) {
-                assert!(Instant::now() < until, "{what}: {half} is another one than alone");
+                assert!(Instant::now() < until, "{what}: {half} differs from the run served alone");
                 std::thread::sleep(Duration::from_millis(20));
             }
         }
@@ -197,22 +197,22 @@ fn two_runs_are_shown_side_by_side() {
 }
 
 #[test]
-fn a_run_stands_beside_one_other_run_and_nothing_else() {
+fn a_run_cannot_be_shown_with_a_batch_or_two_other_runs() {
     let folder = tempfile::tempdir().unwrap();
     let args = ["monte-carlo", "tour/01-one-uav", "--runs", "2", "--out", "batch"];
     let mut command = Command::new(env!("CARGO_BIN_EXE_standoff"));
     assert!(command.current_dir(folder.path()).args(args).output().unwrap().status.success());
     for what in [&["tour/01-one-uav", "batch"][..], &["batch", "tour/01-one-uav"], &["tour/01-one-uav"; 3]] {
         let done = start(folder.path(), &[&["view"], what].concat()).wait_with_output().unwrap();
-        let told = String::from_utf8(done.stderr).unwrap();
-        assert_eq!(done.status.code(), Some(2), "{told}");
-        assert!(told.contains("a run is shown alone, or beside one other run"), "{told}");
+        let message = String::from_utf8(done.stderr).unwrap();
+        assert_eq!(done.status.code(), Some(2), "{message}");
+        assert!(message.contains("name one run, two runs, or any number of folders"), "{message}");
     }
 }
 
-/// The settings are those of the batch, not of the scenario it was made from.
+/// The settings are those of the batch, not those of the scenario file it came from.
 #[test]
-fn a_run_of_a_batch_is_flown_again_to_the_same_bytes() {
+fn a_run_of_a_batch_is_flown_again_with_the_same_bytes() {
     let folder = tempfile::tempdir().unwrap();
     let change = ["--set", "guidance.radial_gain=0.5"];
     let batch = [&["monte-carlo", "tour/02-two-uavs", "--runs", "4", "--seed", "5", "--out", "batch"], &change[..]];
@@ -234,7 +234,7 @@ fn a_run_of_a_batch_is_flown_again_to_the_same_bytes() {
 }
 
 #[test]
-fn a_run_is_watched_while_it_flies_and_its_results_are_those_of_any_run() {
+fn a_live_view_does_not_change_the_results_of_a_run() {
     let folder = tempfile::tempdir().unwrap();
     let args = ["run", "tour/02-two-uavs", "--out", "plain"];
     assert!(start(folder.path(), &args).wait_with_output().unwrap().status.success());
@@ -253,29 +253,29 @@ fn a_run_is_watched_while_it_flies_and_its_results_are_those_of_any_run() {
 
 #[cfg(unix)]
 #[test]
-fn interrupted_while_it_flies_a_watched_run_is_kept_and_can_be_looked_at() {
+fn an_interrupted_live_run_is_saved_and_can_be_viewed() {
     let folder = tempfile::tempdir().unwrap();
     let args = ["run", "tour/02-two-uavs", "--set", "duration_s=20000", "--view", "--rate", "1000", "--out", "live"];
     let live = Serving::run(folder.path(), &args);
-    // Its first part is there when it is full, far from the end.
+    // The first part of the replay is served once it is full, long before the end of the run.
     let until = Instant::now() + Duration::from_secs(60);
     while live.get("/replay/overview/0").0 != 200 {
-        assert!(Instant::now() < until, "it does not fly");
+        assert!(Instant::now() < until, "the run makes no progress");
     }
     let (status, errors) = live.interrupt();
     assert_eq!(status, Some(1), "{errors}");
-    assert!(errors.contains("interrupted; the run is kept up to "), "{errors}");
+    assert!(errors.contains("interrupted; the run up to "), "{errors}");
     let left: Vec<_> = fs::read_dir(folder.path()).unwrap().map(|entry| entry.unwrap().file_name()).collect();
     assert_eq!(left, ["live.partial"]);
     let kept = Serving::view(folder.path(), &["view", "live.partial"]);
     assert_eq!(kept.outcome()["unfinished"], true);
     let (status, errors) = kept.interrupt();
     assert_eq!(status, Some(0));
-    assert!(errors.contains("note: this run is unfinished: it tells up to "), "{errors}");
+    assert!(errors.contains("note: this run is unfinished: it covers "), "{errors}");
 }
 
 #[test]
-fn what_cannot_be_shown_is_refused() {
+fn invalid_view_arguments_are_refused() {
     let folder = tempfile::tempdir().unwrap();
     fs::create_dir(folder.path().join("empty")).unwrap();
     fs::create_dir(folder.path().join("half.partial")).unwrap();
@@ -283,15 +283,15 @@ fn what_cannot_be_shown_is_refused() {
     let taken = taken.local_addr().unwrap().to_string();
     for (args, status, expected) in [
         (&["view", "empty"][..], 2, "empty"),
-        (&["view", "no/such"], 2, "no/such: no folder of results is there"),
-        (&["view", "no/such-1+guidance.lead_s=0"], 2, "such-1+guidance.lead_s=0: no folder of results is there"),
-        (&["view", "half/"], 2, "what an unfinished run has left is in half.partial"),
+        (&["view", "no/such"], 2, "no/such: no results folder, scenario file or built-in scenario"),
+        (&["view", "no/such-1+guidance.lead_s=0"], 2, "such-1+guidance.lead_s=0: no results folder, scenario file"),
+        (&["view", "half/"], 2, "an unfinished run is in half.partial"),
         (&["view", "--listen", "nowhere"], 2, "--listen"),
         (&["view", "--listen", &taken], 1, &taken),
         (&["run", "tour/02-two-uavs", "--view", "--rate", "0"], 2, "between 0.01 and 10000"),
         (&["run", "tour/02-two-uavs", "--rate", "2"], 2, "--view"),
         (&["run", "tour/02-two-uavs", "--listen", "127.0.0.1:0"], 2, "add --view"),
-        (&["view", "empty", "--seed", "3"], 2, "for a scenario"),
+        (&["view", "empty", "--seed", "3"], 2, "apply to scenarios"),
     ] {
         let output = start(folder.path(), args).wait_with_output().unwrap();
         let message = String::from_utf8_lossy(&output.stderr).into_owned();

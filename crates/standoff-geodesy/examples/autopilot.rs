@@ -1,4 +1,4 @@
-//! Positions of an autopilot, in degrees, as the library's: about the place of take-off.
+//! Converts an autopilot's positions in degrees to positions of the library, relative to the take-off point, and back.
 //!
 //! `cargo run -p standoff-geodesy --example autopilot`
 
@@ -6,7 +6,7 @@ use standoff::{ParamError, Position};
 use standoff_geodesy::LocalPlane;
 
 fn main() -> Result<(), ParamError> {
-    // MAVLink's GLOBAL_POSITION_INT has them in 1e-7 degrees.
+    // MAVLink's GLOBAL_POSITION_INT uses units of 1e-7 degrees.
     let (home, now) = ([474_000_000, 85_000_000], [474_012_345, 84_987_654]);
     let degrees = |mavlink: i32| f64::from(mavlink) * 1e-7;
     let plane = LocalPlane::about(degrees(home[0]), degrees(home[1]))?;
@@ -15,6 +15,6 @@ fn main() -> Result<(), ParamError> {
 
     let centre = Position::from_m(300.0, 400.0);
     let [latitude_deg, longitude_deg] = plane.degrees_at(centre)?;
-    println!("an orbit about 300 m east, 400 m north is about {latitude_deg:.7}, {longitude_deg:.7}");
+    println!("the point 300 m east and 400 m north of it is at {latitude_deg:.7}, {longitude_deg:.7}");
     Ok(())
 }

@@ -1,9 +1,9 @@
-//! Latitude and longitude to the plane in which everything is flown, and back.
+//! Conversion between latitude and longitude and the local tangent plane in which all missions are flown.
 //!
-//! The datum is WGS84, on the ellipsoid: heights are not looked at. The plane touches the ellipsoid at an origin; a place
-//! has there the metres east and north of the origin that its straight line up from the plane, or down to it, leaves.
-//! So lengths shrink with the distance d from the origin, by d²/(2 R²) along it with the earth's radius R: by a
-//! millimetre in a metre at 285 km, by 0.03 mm in a metre at 50 km.
+//! The datum is WGS84; positions are on the ellipsoid and heights are ignored. The plane touches the ellipsoid at an
+//! origin. A point of the ellipsoid is projected orthogonally onto the plane, to metres east and north of the origin.
+//! Therefore lengths along the distance d from the origin shrink by d²/(2 R²), where R is the radius of the Earth: by 1
+//! mm per metre at 285 km, by 0.03 mm per metre at 50 km.
 //!
 //! ```
 //! use standoff_geodesy::LocalPlane;
@@ -20,11 +20,11 @@ use map_3d::Ellipsoid::WGS84;
 use map_3d::{enu2geodetic, geodetic2enu};
 use standoff::{Allowed, ParamError, Position, math};
 
-/// Furthest from the origin, m: further off, a plane is no map of the earth.
+/// Maximum distance from the origin, m. Further away, a plane is not a usable map of the Earth.
 pub const FURTHEST_M: f64 = 1e6;
 
-/// How often a point of the plane is lowered to the ellipsoid: every time, the height that is left shrinks by the
-/// square of its distance over the earth's radius, so to nothing.
+/// Number of iterations that lower a point of the plane to the ellipsoid. Each iteration multiplies the remaining
+/// height by about the square of (distance / radius of the Earth), so it converges quickly to zero.
 const LOWERED: u32 = 5;
 
 /// The plane that touches the WGS84 ellipsoid at an origin; x is east, y is north.
@@ -35,14 +35,15 @@ pub struct LocalPlane {
 }
 
 impl LocalPlane {
-    /// The plane about an origin: degrees north in [-90, 90], degrees east in [-180, 180]. Fails outside of them.
+    /// Creates the plane around an origin: degrees north in [-90, 90], degrees east in [-180, 180]. Fails outside these
+    /// ranges.
     pub fn about(latitude_deg: f64, longitude_deg: f64) -> Result<Self, ParamError> {
         let [latitude_rad, longitude_rad] = radians(latitude_deg, longitude_deg)?;
         Ok(Self { latitude_rad, longitude_rad })
     }
 
-    /// Where a place of the ellipsoid is in the plane: degrees north in [-90, 90], degrees east in [-180, 180]. Fails
-    /// outside of them, and further than [`FURTHEST_M`] from the origin, which is measured straight.
+    /// Converts latitude and longitude to a position in the plane: degrees north in [-90, 90], degrees east in [-180,
+    /// 180]. Fails outside these ranges, and at a straight-line distance of more than [`FURTHEST_M`] from the origin.
     pub fn position(&self, latitude_deg: f64, longitude_deg: f64) -> Result<Position, ParamError> {
         let [lat, lon] = radians(latitude_deg, longitude_deg)?;
         let (east_m, north_m, up_m) = geodetic2enu(lat, lon, 0.0, self.latitude_rad, self.longitude_rad, 0.0, WGS84);
@@ -50,11 +51,11 @@ impl LocalPlane {
         Ok(Position::from_m(east_m, north_m))
     }
 
-    /// Latitude and longitude, degrees, of the place of the ellipsoid below a point of the plane: to a millimetre within
-    /// 100 km of the origin, to a centimetre within [`FURTHEST_M`]. Fails further off.
+    /// Converts a position in the plane to latitude and longitude, degrees, of the point of the ellipsoid below it.
+    /// Accurate to 1 mm within 100 km of the origin, to 1 cm within [`FURTHEST_M`]. Fails further away.
     pub fn degrees_at(&self, position: Position) -> Result<[f64; 2], ParamError> {
         check_distance(position.distance_m(Position::ORIGIN))?;
-        // The ellipsoid lies below the plane: lowered by the height that is left, a point comes down to it.
+        // The ellipsoid is below the plane: lower the point by its remaining height until it is on the ellipsoid.
         let (mut up_m, mut degrees) = (0.0, [0.0; 2]);
         for _ in 0..LOWERED {
             let (east_m, north_m) = (position.x_m(), position.y_m());
@@ -89,13 +90,14 @@ mod tests {
         degrees + minutes / 60.0 + seconds / 3600.0
     }
 
-    /// Flinders Peak to Buninyong, the worked example of the Geocentric Datum of Australia's technical manual: 54,972.271 m
-    /// along the ellipsoid at an azimuth of 306° 52' 05.37". (Its ellipsoid, GRS80, is WGS84 to 0.1 mm of the radius.)
+    /// Flinders Peak to Buninyong, the example of the Geocentric Datum of Australia's technical manual: 54,972.271 m
+    /// along the ellipsoid at an azimuth of 306° 52' 05.37". (The radius of its ellipsoid, GRS80, differs from WGS84 by
+    /// 0.1 mm.)
     #[test]
-    fn a_published_line_comes_out_in_the_plane() {
+    fn a_published_line_is_reproduced_in_the_plane() {
         let plane = LocalPlane::about(-dms(37.0, 57.0, 3.7203), dms(144.0, 25.0, 29.5244)).unwrap();
         let there = plane.position(-dms(37.0, 39.0, 10.1561), dms(143.0, 55.0, 35.3839)).unwrap();
-        // Seen from above, an arc s of radius R has the length R sin(s/R); R is 6,372 km in that direction.
+        // Projected onto the plane, an arc s of radius R has the length R sin(s/R); R is 6,372 km in that direction.
         let (along_m, radius_m) = (54_972.271, 6.372e6);
         let expected_m = radius_m * math::sin(along_m / radius_m);
         let azimuth_deg = math::atan2(there.x_m(), there.y_m()).to_degrees() + 360.0;
@@ -103,44 +105,46 @@ mod tests {
         assert!((azimuth_deg - dms(306.0, 52.0, 5.37)).abs() < 0.1 / 3600.0, "{azimuth_deg}");
     }
 
-    /// By WGS84's radii of curvature a degree at 44.5 N has 111,122 m along the meridian, 79,530 m along the parallel.
+    /// With WGS84's radii of curvature, a degree at 44.5 N is 111,122 m along the meridian and 79,530 m along the
+    /// parallel.
     #[test]
-    fn a_degree_has_the_length_of_its_radius_of_curvature() {
+    fn the_length_of_a_degree_matches_the_radii_of_curvature() {
         let plane = LocalPlane::about(44.5, 11.3).unwrap();
         let (north, east) = (plane.position(44.501, 11.3).unwrap(), plane.position(44.5, 11.301).unwrap());
         assert!((north.y_m() - 111.122).abs() < 0.001 && north.x_m().abs() < 1e-6, "{north:?}");
         assert!((east.x_m() - 79.530).abs() < 0.001 && east.y_m().abs() < 1e-3, "{east:?}");
         let across = LocalPlane::about(0.0, 179.9999).unwrap().position(0.0, -179.9999).unwrap();
-        assert!((across.x_m() - 22.264).abs() < 0.001, "the date line is no edge: {across:?}");
+        assert!((across.x_m() - 22.264).abs() < 0.001, "wrong across the date line: {across:?}");
     }
 
     #[test]
-    fn there_and_back_is_the_same_place() {
+    fn the_conversions_are_inverse() {
         for (latitude_deg, longitude_deg) in [(0.0, 0.0), (44.5, 11.3), (-37.95, 144.4), (89.9, -179.9), (-90.0, 180.0)]
         {
             let plane = LocalPlane::about(latitude_deg, longitude_deg).unwrap();
-            for (x_m, y_m, most_m) in [(0.0, 0.0, 1e-6), (3e3, -4e3, 1e-6), (-8e4, 6e4, 1e-3), (6e5, 7e5, 0.01)] {
-                let there = Position::from_m(x_m, y_m);
-                let [lat, lon] = plane.degrees_at(there).unwrap();
+            for (x_m, y_m, max_m) in [(0.0, 0.0, 1e-6), (3e3, -4e3, 1e-6), (-8e4, 6e4, 1e-3), (6e5, 7e5, 0.01)] {
+                let position = Position::from_m(x_m, y_m);
+                let [lat, lon] = plane.degrees_at(position).unwrap();
                 let back = plane.position(lat, lon).unwrap();
-                assert!(back.distance_m(there) < most_m, "{there:?} about {latitude_deg}, {longitude_deg}: {back:?}");
+                let origin = format!("{latitude_deg}, {longitude_deg}");
+                assert!(back.distance_m(position) < max_m, "{position:?} around {origin}: {back:?}");
             }
         }
     }
 
     #[test]
-    fn what_is_no_place_or_too_far_is_refused_with_what_is_allowed() {
+    fn invalid_or_distant_positions_are_rejected_with_the_allowed_range() {
         let plane = LocalPlane::about(0.0, 0.0).unwrap();
         let far = Position::from_m(8e5, 8e5);
-        for (refused, expected) in [
+        for (rejected, expected) in [
             (LocalPlane::about(90.1, 0.0).map(drop), "latitude_deg = 90.1: must be at least -90 and at most 90"),
             (LocalPlane::about(0.0, f64::NAN).map(drop), "longitude_deg = NaN: must be at least -180 and at most 180"),
             (plane.position(0.0, 180.5).map(drop), "longitude_deg = 180.5"),
             (plane.position(0.0, 180.0).map(drop), "distance_from_origin_m = 12756274: must be at most 1000000"),
             (plane.degrees_at(far).map(drop), "distance_from_origin_m = 1131370.8"),
         ] {
-            let told = refused.unwrap_err().to_string();
-            assert!(told.starts_with(expected), "{told}");
+            let error = rejected.unwrap_err().to_string();
+            assert!(error.starts_with(expected), "{error}");
         }
         assert!(plane.position(0.0, 8.9).is_ok());
     }

@@ -1,23 +1,23 @@
-//! What is wrong with a map, for people.
+//! Errors of maps, with messages for users.
 
-use standoff_sim::source::{Fault, Position};
-use standoff_sim::text;
+use standoff_sim::display_text;
+use standoff_sim::text_source::{Fault, Position};
 
-/// Why a map cannot be used; prints as one line, `FILE:LINE:COLUMN: what is wrong; what is allowed; what to do`.
+/// Reason why a map cannot be used. Prints as one line: `FILE:LINE:COLUMN: what is wrong; what is allowed; what to do`.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
-#[error("{}{}: {message}", text::escaped(file), position.map(|at| format!(":{at}")).unwrap_or_default())]
+#[error("{}{}: {message}", display_text::escaped(file), position.map(|at| format!(":{at}")).unwrap_or_default())]
 pub struct MapError {
-    /// The file, as the caller named it.
+    /// File name as given by the caller.
     pub file: String,
-    /// Where in the (unpacked) text; `None` if the fault is of the file as a whole.
+    /// Position in the (unpacked) text; `None` if the whole file is wrong.
     pub position: Option<Position>,
-    /// What is wrong, without the place.
+    /// Description of the problem, without the position.
     pub message: String,
-    /// What was named is all right, as far as is known: the machine failed to read it.
+    /// True if the machine failed to read the file, which itself may be valid.
     pub is_machine_s: bool,
 }
 
-/// A fault of the file of that name.
+/// Converts a fault to an error of the file with this name.
 pub(crate) fn named(file: &str) -> impl FnOnce(Fault) -> MapError {
     move |fault| {
         let Fault { position, message, is_machine_s } = fault;

@@ -1,4 +1,4 @@
-//! Targets of `bolero`: maps that are nearly right. `scripts/fuzz` tries more of them.
+//! Fuzz targets (`bolero`): maps that are nearly valid. `scripts/fuzz` tries more inputs.
 
 #[path = "../../standoff-sim/src/fuzz/mutation.rs"]
 mod mutation;
@@ -10,15 +10,15 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use flate2::Compression;
 use flate2::write::GzEncoder;
 use mutation::Choices;
-use standoff_sim::source;
+use standoff_sim::text_source;
 use standoff_sim::traffic::Origin;
 
+use crate::encode::check;
 use crate::error::{MapError, named};
-use crate::packed::check;
-use crate::shape::Count;
-use crate::{Bounds, MAP, Place, parse, place, thin};
+use crate::geometry::Count;
+use crate::{Bounds, MAP, Place, parse, projection, simplify};
 
-/// Inputs of an ordinary test. `BOLERO_RANDOM_ITERATIONS` says otherwise.
+/// Number of inputs of an ordinary test; `BOLERO_RANDOM_ITERATIONS` overrides it.
 const ITERATIONS: usize = 5_000;
 
 const SUMO: [&str; 36] = [
@@ -111,7 +111,7 @@ fn run(target: &str, least_accepted: f64, try_one: impl Fn(&mut Choices<'_>) -> 
     assert!(share >= least_accepted, "{target}: only {share} of the inputs were accepted");
 }
 
-/// A message for people: on one line, not endless, nothing in it that a terminal obeys.
+/// Checks that a message fits on one line, is not too long, and contains no terminal control characters.
 #[track_caller]
 fn check_message(message: &str) {
     assert!(!message.is_empty() && message.chars().count() <= 2000, "{} bytes: {message:?}", message.len());
@@ -133,13 +133,14 @@ fn somewhere(choices: &mut Choices<'_>) -> Place {
     Place { origin: *choices.one_of(&[None, origin]), bounds }
 }
 
-/// Whether it was accepted.
+/// Returns whether the input was accepted.
 fn try_one(bytes: &[u8], place: &Place) -> bool {
     let made = || {
-        let read =
-            source::text(bytes, &MAP).and_then(|text| parse(text, Count::default())).map_err(named("file\u{1b}"))?;
-        let placed = place::all(vec![("file\u{1b}".to_owned(), read)], place)?;
-        Ok::<_, MapError>(thin::fit(placed, true))
+        let read = text_source::text(bytes, &MAP)
+            .and_then(|text| parse(text, Count::default()))
+            .map_err(named("file\u{1b}"))?;
+        let placed = projection::all(vec![("file\u{1b}".to_owned(), read)], place)?;
+        Ok::<_, MapError>(simplify::fit(placed, true))
     };
     match made() {
         Err(error) => {
@@ -178,14 +179,14 @@ fn any_geojson_is_read_or_refused() {
     });
 }
 
-/// A record's map may be anybody's.
+/// The map of a record may come from anyone.
 #[test]
 fn any_packed_map_is_read_or_refused() {
     let place = Place { origin: None, bounds: Bounds([0.0, 0.0, 100.0, 100.0]) };
     let unpacked = |bytes: &[u8]| {
-        let read = source::text(bytes, &MAP).and_then(|text| parse(text, Count::default())).unwrap();
-        let placed = place::all(vec![(String::new(), read)], &place).unwrap();
-        let gz = thin::fit(placed, true).unwrap().gz;
+        let read = text_source::text(bytes, &MAP).and_then(|text| parse(text, Count::default())).unwrap();
+        let placed = projection::all(vec![(String::new(), read)], &place).unwrap();
+        let gz = simplify::fit(placed, true).unwrap().gz;
         let mut json = Vec::new();
         std::io::copy(&mut flate2::read::GzDecoder::new(&gz[..]), &mut json).unwrap();
         json

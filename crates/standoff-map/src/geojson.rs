@@ -1,28 +1,28 @@
-//! Reads GeoJSON, an object at a time, with the place of whatever is wrong.
+//! Reads GeoJSON one object at a time; errors have their position in the file.
 
 use std::fmt;
 use std::io::{self, BufReader};
 
 use serde::de::{DeserializeSeed, Error as _, IgnoredAny, MapAccess, SeqAccess, Visitor};
 use serde::{Deserialize, Deserializer};
-use standoff_sim::source::{Fault, Position, Text, input_fault};
-use standoff_sim::text::{quoted, words};
+use standoff_sim::display_text::{printable, quoted};
+use standoff_sim::text_source::{Fault, Position, Text, input_fault};
 
-use crate::kind::{TAGS, of_tags};
-use crate::limit::{FURTHEST_M, MAX_POINTS};
-use crate::place::Read;
-use crate::shape::{Count, Form, Point, Shapes};
+use crate::feature_class::{TAGS, of_tags};
+use crate::geometry::{Count, Form, Point, Shapes};
+use crate::limits::{FURTHEST_M, MAX_POINTS};
+use crate::projection::Read;
 
-/// Widest line that is believed, m.
+/// Maximum plausible width of a line, m.
 const WIDTH_MAX_M: f64 = 100.0;
 /// Width of a lane, m.
 const LANE_M: f64 = 3.2;
-/// So much of the value of a property is kept, bytes: longer ones are none that are known.
+/// Maximum length of a stored property value, bytes; all known values are shorter.
 const MAX_WORD: usize = 200;
-/// What there is.
+/// Supported geometries.
 const GEOMETRIES: [&str; 7] =
     ["Point", "MultiPoint", "LineString", "MultiLineString", "Polygon", "MultiPolygon", "GeometryCollection"];
-/// Names of WGS84, in the order longitude, latitude: what GeoJSON is in.
+/// Names of WGS84 with the axis order longitude, latitude, which GeoJSON uses.
 const WGS84: [&str; 5] =
     ["urn:ogc:def:crs:OGC:1.3:CRS84", "urn:ogc:def:crs:OGC::CRS84", "CRS84", "EPSG:4326", "urn:ogc:def:crs:EPSG::4326"];
 
@@ -34,7 +34,7 @@ pub(crate) fn read(text: Text<'_>, before: Count) -> Result<Read, Fault> {
     let object = whole.map_err(|error| fault(error, begin))?;
     object.emit_alone(&mut found).map_err(Fault::whole)?;
     if found.shapes.all.is_empty() {
-        let message = "holds no lines and no polygons; a map is made of them (points are not shown)";
+        let message = "contains neither lines nor polygons; points are not shown";
         return Err(Fault::whole(message.to_owned()));
     }
     let mut shapes = found.shapes;
@@ -44,7 +44,7 @@ pub(crate) fn read(text: Text<'_>, before: Count) -> Result<Read, Fault> {
     Ok(Read { shapes, location: None, is_net: false, is_of_openstreetmap: found.is_of_openstreetmap })
 }
 
-/// What is wrong, and where: `begin` is where the JSON begins.
+/// Converts an error; `begin` is the position where the JSON starts.
 fn fault(error: serde_json::Error, begin: Position) -> Fault {
     let (line, column) = (error.line() as u64, error.column() as u64);
     let at = Position {
@@ -54,27 +54,27 @@ fn fault(error: serde_json::Error, begin: Position) -> Fault {
     if error.is_io() {
         return input_fault(Some(at), &io::Error::from(error));
     }
-    let told = error.to_string();
-    let message = told.rsplit_once(" at line ").map_or(told.as_str(), |(message, _)| message);
+    let found_text = error.to_string();
+    let message = found_text.rsplit_once(" at line ").map_or(found_text.as_str(), |(message, _)| message);
     if error.is_data() {
-        return Fault::at(at, words(message));
+        return Fault::at(at, printable(message));
     }
-    let cut = if error.is_eof() { "; it is cut off: copy or make it again" } else { "; must be GeoJSON" };
-    Fault::at(at, format!("not JSON: {}{cut}", words(message)))
+    let cut = if error.is_eof() { "; it is truncated: copy or create it again" } else { "; must be GeoJSON" };
+    Fault::at(at, format!("not JSON: {}{cut}", printable(message)))
 }
 
-/// What has been found so far.
+/// State of the file so far.
 struct Found {
     shapes: Shapes,
-    /// What was read, of objects that are not done yet, too: positions, and geometries within collections.
+    /// Number of geometries and positions read, including those of incomplete objects.
     read: Count,
-    /// Lists of positions, and of those.
+    /// Number of lists of positions, and of lists of such lists.
     lists: usize,
     can_be_degrees: bool,
     is_of_openstreetmap: bool,
 }
 
-/// An object of GeoJSON, whichever: what is in its members.
+/// Any GeoJSON object, with the contents of its members.
 #[derive(Default)]
 struct Object {
     kind: String,
@@ -84,14 +84,14 @@ struct Object {
     tags: Vec<(String, String)>,
 }
 
-/// Coordinates, however deep.
+/// Coordinates of any nesting depth.
 enum Nest {
     Position(Point),
     List(Vec<Nest>),
 }
 
 impl Object {
-    /// Takes in what stands by itself.
+    /// Adds the shapes of a top-level object.
     fn emit_alone(self, found: &mut Found) -> Result<(), String> {
         match self.kind.as_str() {
             "FeatureCollection" => Ok(()),
@@ -106,7 +106,7 @@ impl Object {
 
     fn emit_feature(self, found: &mut Found) -> Result<(), String> {
         if self.kind != "Feature" {
-            return Err(format!("type = {}: must be Feature within features", quoted(&self.kind)));
+            return Err(format!("type = {}: must be Feature in features", quoted(&self.kind)));
         }
         self.geometry.map_or(Ok(()), |geometry| geometry.emit(&self.tags, found))
     }
@@ -120,7 +120,7 @@ impl Object {
             return self.geometries.into_iter().try_for_each(|part| part.emit(tags, found));
         }
         let coordinates = self.coordinates.ok_or_else(|| format!("{}: coordinates are missing", self.kind))?;
-        let wrong = || format!("{}: its coordinates are not nested as they must be", self.kind);
+        let wrong = || format!("{}: its coordinates have the wrong nesting depth", self.kind);
         let width_m = width_m(tags).unwrap_or(kind.width_m());
         let mut add = |form| found.shapes.add(kind, form, false);
         match self.kind.as_str() {
@@ -134,7 +134,7 @@ impl Object {
                 let Nest::List(areas) = coordinates else { return Err(wrong()) };
                 areas.into_iter().try_for_each(|area| add(Form::Area(area.lines().ok_or_else(wrong)?)))
             }
-            // Points are not shown.
+            // Points are not drawn.
             _ => Ok(()),
         }
     }
@@ -153,14 +153,14 @@ impl Nest {
     }
 }
 
-/// The width that properties tell: in metres, or in lanes.
+/// Width according to the properties: in metres, or as a number of lanes.
 fn width_m(tags: &[(String, String)]) -> Option<f64> {
     let of = |wanted: &str| {
         let (_, value) = tags.iter().find(|(key, _)| key == wanted)?;
         value.trim_end_matches('m').trim().parse::<f64>().ok().filter(|value| *value > 0.0)
     };
-    let told = of("width").or_else(|| Some(of("lanes")? * LANE_M));
-    told.filter(|width_m| *width_m <= WIDTH_MAX_M)
+    let width_m = of("width").or_else(|| Some(of("lanes")? * LANE_M));
+    width_m.filter(|width_m| *width_m <= WIDTH_MAX_M)
 }
 
 struct Seed<'f>(&'f mut Found);
@@ -177,7 +177,7 @@ impl<'de> Visitor<'de> for Seed<'_> {
     type Value = Object;
 
     fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str("an object of GeoJSON")
+        f.write_str("a GeoJSON object")
     }
 
     fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> Result<Object, A::Error> {
@@ -202,9 +202,9 @@ impl<'de> Visitor<'de> for Seed<'_> {
                     found.is_of_openstreetmap |= ["node/", "way/", "relation/"].iter().any(|of| id.starts_with(of));
                 }
                 "copyright" | "attribution" | "generator" => {
-                    let Word(told) = map.next_value()?;
-                    let told = told.to_lowercase();
-                    found.is_of_openstreetmap |= told.contains("openstreetmap") || told.contains("overpass");
+                    let Word(source) = map.next_value()?;
+                    let source = source.to_lowercase();
+                    found.is_of_openstreetmap |= source.contains("openstreetmap") || source.contains("overpass");
                 }
                 _ => drop(map.next_value::<IgnoredAny>()?),
             }
@@ -213,12 +213,12 @@ impl<'de> Visitor<'de> for Seed<'_> {
     }
 }
 
-/// Refuses a frame that is not GeoJSON's, where an older file names one.
+/// Refuses a coordinate reference system other than that of GeoJSON, which older files may name.
 fn check_crs(name: &str) -> Result<(), String> {
     if name.is_empty() || WGS84.contains(&name) {
         return Ok(());
     }
-    Err(format!("crs = {}: must be WGS84 (EPSG:4326); save the file again in that", quoted(name)))
+    Err(format!("crs = {}: must be WGS84 (EPSG:4326); save the file in that system", quoted(name)))
 }
 
 /// An object, or null.
@@ -252,7 +252,7 @@ impl<'de> Visitor<'de> for Maybe<'_> {
     }
 }
 
-/// Features, each of which is taken in as it comes.
+/// Features, each of which is processed immediately.
 struct Features<'f>(&'f mut Found);
 
 impl<'de> DeserializeSeed<'de> for Features<'_> {
@@ -300,7 +300,7 @@ impl<'de> Visitor<'de> for Many<'_> {
         let mut all = Vec::new();
         while let Some(geometry) = seq.next_element_seed(Seed(&mut *self.0))? {
             self.0.read = self.0.read.with(1, 0).map_err(A::Error::custom)?;
-            // Properties are a feature's.
+            // Only features have properties.
             all.push(Object { tags: Vec::new(), ..geometry });
         }
         Ok(all)
@@ -313,17 +313,17 @@ impl Found {
         Self { shapes, read: before, lists: 0, can_be_degrees: true, is_of_openstreetmap: false }
     }
 
-    /// One more list of positions, or of lists.
+    /// Counts one more list of positions, or of lists.
     fn count_list(&mut self) -> Result<(), String> {
         self.lists += 1;
         if self.lists <= MAX_POINTS {
             return Ok(());
         }
-        Err(format!("has more than {MAX_POINTS} lists of points; cut the map to where the vehicles drive"))
+        Err(format!("has more than {MAX_POINTS} lists of points; crop the map to the area of the vehicles"))
     }
 }
 
-/// A position, or a list of what is one deeper.
+/// A position, or a list of elements one level deeper.
 struct Coordinates<'f>(&'f mut Found);
 
 impl<'de> DeserializeSeed<'de> for Coordinates<'_> {
@@ -383,7 +383,7 @@ impl<'de> Visitor<'de> for Deeper<'_> {
                 Part::Nest(nest) => list.push(nest),
                 Part::Number(value) if value.abs() > FURTHEST_M => {
                     let what =
-                        format!("{value:e} is no coordinate; must be degrees, or metres of at most {FURTHEST_M:e}");
+                        format!("{value:e} is not a coordinate; must be degrees, or metres of at most {FURTHEST_M:e}");
                     return Err(A::Error::custom(what));
                 }
                 Part::Number(value) => {
@@ -399,7 +399,7 @@ impl<'de> Visitor<'de> for Deeper<'_> {
                 found.count_list().map_err(A::Error::custom)?;
                 Ok(Part::Nest(Nest::List(list)))
             }
-            1 => Err(A::Error::custom("a position of one number; must be longitude and latitude")),
+            1 => Err(A::Error::custom("a position with one number; must be longitude and latitude")),
             _ => {
                 found.read = found.read.with(0, 1).map_err(A::Error::custom)?;
                 found.can_be_degrees &= numbers[0].abs() <= 180.0 && numbers[1].abs() <= 90.0;
@@ -409,7 +409,7 @@ impl<'de> Visitor<'de> for Deeper<'_> {
     }
 }
 
-/// What properties tell of what a thing is.
+/// Properties that define the feature class.
 #[derive(Default)]
 struct Tags(Vec<(String, String)>);
 
@@ -443,19 +443,19 @@ impl<'de> Visitor<'de> for InTags {
                 let Word(value) = map.next_value()?;
                 tags.push((key, value));
             } else if key == "tags" {
-                // As some converters of OpenStreetMap nest them.
+                // Some converters of OpenStreetMap data nest them in this way.
                 tags.extend(map.next_value::<Tags>()?.0);
             } else {
                 map.next_value::<IgnoredAny>()?;
             }
-            // The same name again and again tells nothing more.
+            // Repeated names add no information.
             tags.truncate(4 * TAGS.len());
         }
         Ok(Tags(tags))
     }
 }
 
-/// A value as a word, of which the beginning is kept; empty of what is none.
+/// Value as text, truncated to the maximum length; empty if it is not a scalar.
 struct Word(String);
 
 impl<'de> Deserialize<'de> for Word {
@@ -464,7 +464,7 @@ impl<'de> Deserialize<'de> for Word {
     }
 }
 
-/// The word under these names of members, each within the one before. Nothing else is kept, however large it is.
+/// Text at a path of member names. Nothing else is stored, however large it is.
 struct Under<'n>(&'n [&'n str]);
 
 impl Under<'_> {

@@ -1,30 +1,30 @@
-//! Reads SUMO's nets and polygons.
+//! Reads SUMO nets and polygons.
 
 use std::collections::BTreeMap;
 
 use quick_xml::events::BytesStart;
-use standoff_sim::source::xml::{Elements, Found, attributes, walk};
-use standoff_sim::source::{Fault, Position, Text};
-use standoff_sim::text::quoted;
+use standoff_sim::display_text::quoted;
+use standoff_sim::text_source::xml::{Elements, Found, attributes, walk};
+use standoff_sim::text_source::{Fault, Position, Text};
 
-use crate::kind::Kind;
-use crate::limit::{FURTHEST_M, MAX_PROJECTION, MAX_SHAPES};
-use crate::place::{Location, Read};
-use crate::shape::{Count, Form, Point, Shapes};
+use crate::feature_class::Kind;
+use crate::geometry::{Count, Form, Point, Shapes};
+use crate::limits::{FURTHEST_M, MAX_PROJECTION, MAX_SHAPES};
+use crate::projection::{Location, Read};
 
-/// Width of a lane where the net does not tell, m: SUMO's own.
+/// Default width of a lane, m, as in SUMO.
 const LANE_M: f64 = 3.2;
-/// Widest lane that is believed, m.
+/// Maximum plausible width of a lane, m.
 const LANE_MAX_M: f64 = 100.0;
-/// Edges on which cars may drive faster are major roads, m/s: 50 km/h are a street.
+/// Speed limit above which an edge is a major road, m/s: streets have 50 km/h.
 const MAJOR_M_S: f64 = 16.0;
-/// Functions of edges that are no roads but ways across a junction.
+/// Functions of edges that are connections in junctions, not roads.
 const WITHIN: [&str; 3] = ["internal", "crossing", "walkingarea"];
-/// Who uses rails.
+/// Vehicle classes on rails.
 const ON_RAILS: [&str; 7] = ["rail", "rail_urban", "rail_electric", "rail_fast", "tram", "subway", "cable_car"];
-/// Who uses paths.
+/// Vehicle classes on paths.
 const ON_PATHS: [&str; 4] = ["pedestrian", "bicycle", "wheelchair", "scooter"];
-/// Roots of files that hold polygons.
+/// Root elements of files with polygons.
 const OF_POLYGONS: [&str; 3] = ["additional", "polygons", "shapes"];
 
 pub(crate) fn read(text: Text<'_>, before: Count) -> Result<Read, Fault> {
@@ -32,10 +32,13 @@ pub(crate) fn read(text: Text<'_>, before: Count) -> Result<Read, Fault> {
     walk(text, &mut file)?;
     file.end_edge()?;
     if file.shapes.all.is_empty() && file.shapes.in_degrees.is_empty() {
-        return Err(Fault::whole("holds no edges and no polygons; must be a SUMO net, or polygons of SUMO".to_owned()));
+        return Err(Fault::whole(
+            "contains neither edges nor polygons; must be a SUMO net or SUMO polygons".to_owned(),
+        ));
     }
     if let (true, None) = (file.is_net, &file.location) {
-        let message = "holds no <location>; a SUMO net has one, which tells its frame; make it again with netconvert";
+        let message =
+            "contains no <location>, which defines the frame of a SUMO net; make the net again with netconvert";
         return Err(Fault::whole(message.to_owned()));
     }
     Ok(Read {
@@ -46,7 +49,7 @@ pub(crate) fn read(text: Text<'_>, before: Count) -> Result<Read, Fault> {
     })
 }
 
-/// What is known of a file so far.
+/// State of the file so far.
 #[derive(Default)]
 struct File {
     in_root: bool,
@@ -55,16 +58,16 @@ struct File {
     shapes: Shapes,
     is_of_openstreetmap: bool,
     edge: Option<Edge>,
-    /// The lanes of roads, by id.
+    /// Lanes of roads, by id.
     lanes: BTreeMap<Box<str>, Kind>,
 }
 
-/// An edge whose lanes are being read.
+/// Edge whose lanes are being read.
 struct Edge {
     start: Position,
     kind: Option<Kind>,
     lanes: Vec<Lane>,
-    /// Of all its lanes.
+    /// Total of all its lanes.
     points: usize,
 }
 
@@ -76,7 +79,7 @@ struct Lane {
 
 impl Elements for File {
     fn comment(&mut self, text: &str) {
-        // Netconvert and polyconvert tell in a comment what they were given.
+        // Netconvert and polyconvert write their arguments into a comment.
         self.is_of_openstreetmap |= text.contains("osm-files") || text.contains("OpenStreetMap");
     }
 
@@ -87,7 +90,7 @@ impl Elements for File {
             (1, "location") => self.place(element, start),
             (1, "type") => {
                 let [id] = attributes(element, start, ["id"])?;
-                // As SUMO names what it has imported.
+                // Type names of SUMO's OpenStreetMap import.
                 self.is_of_openstreetmap |= id.is_some_and(|id| id.text.starts_with("highway."));
                 Ok(())
             }
@@ -107,9 +110,9 @@ impl File {
         let help = match name {
             "net" => return Ok(()),
             _ if OF_POLYGONS.contains(&name) => return Ok(()),
-            "fcd-export" => "this is traffic: --traffic flies over it, --map takes the net that it was made on",
-            "routes" | "trips" => "these are trips: --map takes the net that they are for",
-            "osm" => "this is OpenStreetMap's own XML: make a net of it with netconvert --osm-files, or GeoJSON",
+            "fcd-export" => "this is traffic: use it with --traffic, and give --map the net that it was made on",
+            "routes" | "trips" => "these are trips: give --map the net that they are for",
+            "osm" => "this is OpenStreetMap XML: convert it to a net with netconvert --osm-files, or to GeoJSON",
             _ => "make a net with SUMO's netconvert",
         };
         let message = format!("element = {}; the outermost element must be net or additional; {help}", quoted(name));
@@ -170,15 +173,15 @@ impl File {
             return Err(Fault::at(start, message.to_owned()));
         };
         let line = shape.read(points)?;
-        // They are held until the edge ends.
+        // Lanes are in memory until the edge ends.
         edge.points += line.len();
-        let held = self.shapes.count.with(edge.lanes.len() + 1, edge.points);
-        held.map_err(|message| Fault::at(start, message))?;
+        let counted = self.shapes.count.with(edge.lanes.len() + 1, edge.points);
+        counted.map_err(|message| Fault::at(start, message))?;
         let width_m = number(width).filter(|width| (0.1..=LANE_MAX_M).contains(width)).unwrap_or(LANE_M);
         if let (Some(id), Kind::Minor | Kind::Major) = (id, kind) {
             self.lanes.insert(id.text.into(), kind);
             if self.lanes.len() > MAX_SHAPES {
-                let message = format!("has more than {MAX_SHAPES} lanes; cut the map to where the vehicles drive");
+                let message = format!("has more than {MAX_SHAPES} lanes; crop the map to the area of the vehicles");
                 return Err(Fault::at(start, message));
             }
         }
@@ -186,7 +189,7 @@ impl File {
         Ok(())
     }
 
-    /// An edge is one line in the middle of its lanes, without the pavements beside them.
+    /// Adds an edge as one line in the middle of its lanes, excluding the pavements.
     fn end_edge(&mut self) -> Result<(), Fault> {
         let Some(Edge { start, lanes, .. }) = self.edge.take() else { return Ok(()) };
         let Some(kind) = lanes.iter().map(|lane| lane.kind).max() else { return Ok(()) };
@@ -205,7 +208,7 @@ impl File {
         Ok(())
     }
 
-    /// Roads meet in an area.
+    /// Adds a junction of roads as an area.
     fn junction(&mut self, element: &BytesStart<'_>, start: Position) -> Result<(), Fault> {
         self.end_edge()?;
         let [kind, shape, lanes] = attributes(element, start, ["type", "shape", "incLanes"])?;
@@ -236,7 +239,7 @@ impl File {
     }
 }
 
-/// A ring ends where it begins.
+/// Closes a ring, so that it ends where it starts.
 fn closed(mut ring: Vec<Point>) -> Vec<Point> {
     if ring.first() != ring.last() {
         ring.extend(ring.first().copied());
@@ -244,11 +247,11 @@ fn closed(mut ring: Vec<Point>) -> Vec<Point> {
     ring
 }
 
-/// `x,y x,y ...` or `x,y,z x,y,z ...`.
+/// Parses `x,y x,y ...` or `x,y,z x,y,z ...`.
 fn points(text: &str) -> Result<Vec<Point>, String> {
     let number = |text: Option<&str>, pair: &str| match text.map(|text| text.trim().parse::<f64>()) {
         Some(Ok(value)) if value.abs() <= FURTHEST_M => Ok(value),
-        Some(Ok(_)) => Err(format!("{}: must be at most {FURTHEST_M:e} m either way", quoted(pair))),
+        Some(Ok(_)) => Err(format!("{}: must be -{FURTHEST_M:e} to {FURTHEST_M:e} m", quoted(pair))),
         _ => Err(format!("{}: must be x,y in metres", quoted(pair))),
     };
     let point = |pair: &str| {

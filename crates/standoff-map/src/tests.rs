@@ -1,4 +1,4 @@
-//! Whole files: small ones written here, and the real ones of `../shared/data` where they are at hand.
+//! Tests with whole files: small ones from this file, and real ones of `../shared/data` if available.
 
 use std::io::{Read as _, Write as _};
 use std::path::{Path, PathBuf};
@@ -7,18 +7,18 @@ use flate2::Compression;
 use flate2::read::GzDecoder;
 use flate2::write::GzEncoder;
 use standoff_sim::scenario::MapFile;
-use standoff_sim::source;
+use standoff_sim::text_source;
 use standoff_sim::traffic::{Options, Origin, Traffic, read};
 
-use crate::kind::Kind;
-use crate::limit::{MAX_POINTS, MAX_SHAPES};
-use crate::packed::{Contents, check};
-use crate::shape::Count;
+use crate::encode::{Contents, check};
+use crate::feature_class::Kind;
+use crate::geometry::Count;
+use crate::limits::{MAX_POINTS, MAX_SHAPES};
 use crate::{Bounds, MAP, MapError, Packed, Place, pack, parse};
 
 const METRES: Place = Place { origin: None, bounds: Bounds([0.0, 0.0, 100.0, 100.0]) };
 
-/// Two lanes of 3 m east from 0, 0 to 100, 0, on the left side of which 1.5 m up the middle lies; a path; a junction.
+/// An edge from 0, 0 to 100, 0 with two lanes of 3 m, whose middle is 1.5 m to the left; a path; a junction.
 const NET: &str = r#"<net version="1.20">
 <location netOffset="-500000,-4900000" convBoundary="0,0,1,1" origBoundary="0,0,1,1" projParameter="+proj=utm +zone=32 +ellps=WGS84 +datum=WGS84 +units=m +no_defs"/>
 <edge id=":j_0" function="internal"><lane id=":j_0_0" index="0" speed="9" length="1" shape="100,0 105,5"/></edge>
@@ -34,7 +34,7 @@ const NET: &str = r#"<net version="1.20">
 <junction id="d" type="dead_end" x="0" y="9" incLanes="f_0" intLanes="" shape="0,8 0,10 -1,10"/>
 </net>"#;
 
-/// Maps of texts, as files on disk.
+/// Packs maps that are given as texts, as files on disk.
 fn packed(texts: &[&str], place: &Place) -> Result<Packed, MapError> {
     let home = tempfile::tempdir().unwrap();
     let files: Vec<MapFile> = (0..)
@@ -54,7 +54,7 @@ fn refused(texts: &[&str], place: &Place) -> String {
     packed(texts, place).unwrap_err().to_string()
 }
 
-/// What is in a packed map: kind, width, and points in metres.
+/// Contents of a packed map: class, width, and points in metres.
 type Unpacked = Vec<(Kind, f64, Vec<[f64; 2]>)>;
 
 fn unpacked(packed: &Packed) -> (Unpacked, Unpacked, Option<String>) {
@@ -77,7 +77,7 @@ fn unpacked(packed: &Packed) -> (Unpacked, Unpacked, Option<String>) {
 }
 
 #[test]
-fn a_net_in_metres_keeps_its_frame_and_edges_are_as_wide_as_their_lanes() {
+fn net_in_metres_keeps_its_frame_and_edges_have_the_width_of_their_lanes() {
     let (lines, rings, credit) = unpacked(&packed(&[NET], &METRES).unwrap());
     let expected = [
         (Kind::Path, 2.0, vec![[0.0, 9.0], [100.0, 9.0]]),
@@ -91,10 +91,11 @@ fn a_net_in_metres_keeps_its_frame_and_edges_are_as_wide_as_their_lanes() {
     assert_eq!(credit, None);
 }
 
-/// Zone 32's central meridian, 9 degrees east, is at 500,000 m.
+/// The central meridian of zone 32, 9 degrees east, is at 500,000 m.
 #[test]
-fn a_net_over_traffic_in_degrees_is_projected_back() {
-    // 4,900,001.5 / 0.9996 m of the meridian from the equator, 361.2 m more than to 44.25 degrees (Helmert's series).
+fn net_for_traffic_in_degrees_is_projected_back() {
+    // 4,900,001.5 m / 0.9996 along the meridian from the equator, which is 361.2 m north of 44.25 degrees (Helmert's
+    // series).
     let origin = Some(Origin { latitude_deg: 44.25, longitude_deg: 9.0 });
     let place = Place { origin, bounds: Bounds([0.0; 4]) };
     let (lines, ..) = unpacked(&packed(&[NET], &place).unwrap());
@@ -105,7 +106,7 @@ fn a_net_over_traffic_in_degrees_is_projected_back() {
 }
 
 #[test]
-fn geojson_tells_what_things_are_by_their_properties() {
+fn geojson_properties_define_the_class() {
     let json = r#"{"type": "FeatureCollection", "copyright": "OpenStreetMap", "features": [
       {"type": "Feature", "properties": {"highway": "primary", "lanes": "3"}, "geometry":
         {"type": "LineString", "coordinates": [[9.0, 44.25], [9.001, 44.25, 17]]}},
@@ -126,62 +127,65 @@ fn geojson_tells_what_things_are_by_their_properties() {
 const LINE: &str = r#"{"type": "LineString", "coordinates": [[9.0, 44.2525], [9.001, 44.2525]]}"#;
 
 #[test]
-fn geojson_in_degrees_over_metres_needs_the_net_beside_it() {
+fn geojson_in_degrees_for_traffic_in_metres_needs_the_net() {
     let (lines, ..) = unpacked(&packed(&[LINE, NET], &METRES).unwrap());
     let (_, _, line) = lines.iter().find(|(kind, ..)| *kind == Kind::Other).unwrap();
     assert!(line[0][0].abs() < 0.11 && line[0][1].abs() < 300.0 && (line[1][0] - 79.8).abs() < 0.3, "{line:?}");
-    let told = refused(&[LINE], &METRES);
-    assert!(told.starts_with("0.map: its coordinates are degrees, and the run is in metres"), "{told}");
+    let error_text = refused(&[LINE], &METRES);
+    assert!(error_text.starts_with("0.map: its coordinates are in degrees, but the run is in metres"), "{error_text}");
     let without = NET.replace("+proj=utm +zone=32 +ellps=WGS84 +datum=WGS84 +units=m +no_defs", "!");
-    assert_eq!(refused(&[LINE, &without], &METRES), told);
+    assert_eq!(refused(&[LINE, &without], &METRES), error_text);
     assert!(packed(&[&without], &METRES).is_ok(), "metres need no projection");
 }
 
 #[test]
-fn what_cannot_be_degrees_is_metres_in_the_plane() {
+fn coordinates_beyond_degrees_are_metres_in_the_plane() {
     let line = r#"{"type": "LineString", "coordinates": [[0, 100], [200.04, 100]]}"#;
     let (lines, ..) = unpacked(&packed(&[line], &METRES).unwrap());
     assert_eq!(lines, [(Kind::Other, 1.0, vec![[0.0, 100.0], [200.0, 100.0]])]);
 }
 
 #[test]
-fn frames_that_cannot_be_placed_are_refused_with_what_to_do() {
+fn frames_that_cannot_be_placed_are_refused_with_advice() {
     let degrees = Place { origin: Some(Origin { latitude_deg: 44.25, longitude_deg: 9.0 }), ..METRES };
     let with =
         |projection: &str| NET.replace("+proj=utm +zone=32 +ellps=WGS84 +datum=WGS84 +units=m +no_defs", projection);
     for (projection, expected) in [
-        ("!", "0.map:2:86: projParameter = \"!\": it has no projection, so nothing tells where on earth it lies"),
+        ("!", "0.map:2:86: projParameter = \"!\": it has no projection, so its location on the Earth is unknown"),
         ("+proj=nonsense", "0.map:2:86: projParameter = \"+proj=nonsense\": "),
-        ("+proj=longlat", "0.map:2:86: projParameter = \"+proj=longlat\": must lead from degrees to metres and back"),
+        ("+proj=longlat", "0.map:2:86: projParameter = \"+proj=longlat\": must convert degrees to metres and back"),
         ("+proj=utm +zone=32 +nadgrids=/dev/zero", "0.map:2:86: projParameter = "),
         ("rubbish", "0.map:2:86: projParameter = "),
     ] {
-        let told = refused(&[&with(projection)], &degrees);
-        assert!(told.starts_with(expected), "{told}");
+        let error_text = refused(&[&with(projection)], &degrees);
+        assert!(error_text.starts_with(expected), "{error_text}");
     }
     let far = Place { bounds: Bounds([1e5, 0.0, 1e5, 9.0]), ..METRES };
-    let told = refused(&[NET], &far);
-    assert!(told.contains("nothing of it is within 5 km of the run, which is at x = 100000 to 100000 m"), "{told}");
+    let error_text = refused(&[NET], &far);
+    assert!(
+        error_text.contains("no part of it is within 5 km of the run, which is at x = 100000 to 100000 m"),
+        "{error_text}"
+    );
 }
 
 #[test]
-fn what_is_no_map_is_refused_where_it_is_wrong() {
+fn invalid_maps_are_refused_with_the_position() {
     for (text, expected) in [
         ("", "0.map: is empty; must be a SUMO net (.net.xml), SUMO polygons or GeoJSON"),
-        (" \n", "0.map: holds no text; must be"),
-        ("t,id,x,y\n", "0.map:1:1: is no map: must be a SUMO net"),
+        (" \n", "0.map: contains no text; must be"),
+        ("t,id,x,y\n", "0.map:1:1: is not a map: must be a SUMO net"),
         (
             "<fcd-export/>",
             "0.map:1:1: element = \"fcd-export\"; the outermost element must be net or additional; this is traffic",
         ),
-        ("<net>\n</net>", "0.map: holds no edges and no polygons"),
+        ("<net>\n</net>", "0.map: contains neither edges nor polygons"),
         ("<net>\n<edge id=\"a\">\n <lane id=\"l\"/></edge></net>", "0.map:3:2: lane: shape is missing"),
         ("<net>\n<edge id=\"a\"><lane shape=\"1,2 3\"/></edge></net>", "0.map:2:20: \"3\": must be x,y in metres"),
         (
             "<net>\n<edge id=\"a\"><lane shape=\"1,2 1e99,3\"/></edge></net>",
-            "0.map:2:20: \"1e99,3\": must be at most 1e8 m",
+            "0.map:2:20: \"1e99,3\": must be -1e8 to 1e8 m",
         ),
-        ("<net><edge id=\"a\"><lane shape=\"1,2 3,4\"/></edge></net>", "0.map: holds no <location>"),
+        ("<net><edge id=\"a\"><lane shape=\"1,2 3,4\"/></edge></net>", "0.map: contains no <location>"),
         ("<net><location netOffset=\"1,2\"/></net>", "0.map:1:6: location: projParameter is missing"),
         ("<net><location netOffset=\"1\" projParameter=\"!\"/></net>", "0.map:1:16: netOffset: \"1\": must be x,y"),
         ("<net><edge", "0.map:1:6: not well-formed XML"),
@@ -192,25 +196,25 @@ fn what_is_no_map_is_refused_where_it_is_wrong() {
             "{\"type\": \"FeatureCollection\", \"features\": [\n{\"type\": \"Car\"}]}",
             "0.map:2:16: type = \"Car\": must be Feature",
         ),
-        ("{\"type\": \"LineString\", \"coordinates\": [[1, 2],\n[3]]}", "0.map:2:3: a position of one number"),
+        ("{\"type\": \"LineString\", \"coordinates\": [[1, 2],\n[3]]}", "0.map:2:3: a position with one number"),
         ("{\"type\": \"LineString\", \"coordinates\": [[1, 2],\n[1e300, 3]]}", "0.map:2:"),
         (
             "{\"type\": \"Polygon\", \"coordinates\": [[1, 2], [3, 4]]}",
-            "0.map: Polygon: its coordinates are not nested",
+            "0.map: Polygon: its coordinates have the wrong nesting depth",
         ),
-        ("{\"type\": \"Point\", \"coordinates\": [1, 2]}", "0.map: holds no lines and no polygons"),
+        ("{\"type\": \"Point\", \"coordinates\": [1, 2]}", "0.map: contains neither lines nor polygons"),
         ("{\"crs\": {\"properties\": {\"name\": \"EPSG:3857\"}}}", "0.map:1:46: crs = \"EPSG:3857\": must be WGS84"),
     ] {
-        let told = refused(&[text], &METRES);
-        assert!(told.starts_with(expected), "{text}: {told}");
+        let error_text = refused(&[text], &METRES);
+        assert!(error_text.starts_with(expected), "{text}: {error_text}");
     }
     let deep = format!("{{\"type\": \"LineString\", \"coordinates\": {}", "[".repeat(100_000));
     assert!(refused(&[&deep], &METRES).contains("recursion limit"), "{}", refused(&[&deep], &METRES));
 }
 
-/// What would be kept must be a number, and not nest deeply; what is passed over may be anything.
+/// Stored values must be scalars without deep nesting; skipped values may be anything.
 #[test]
-fn what_stands_in_the_place_of_a_word_is_passed_over_and_not_kept() {
+fn nested_values_of_properties_are_skipped() {
     let large = format!("[1e999, {}0{}]", "[".repeat(1_000), "]".repeat(1_000));
     for json in [
         format!("{{\"id\": {large}, \"copyright\": {{\"a\": {large}}}, {}", &LINE[1..]),
@@ -230,9 +234,9 @@ fn what_stands_in_the_place_of_a_word_is_passed_over_and_not_kept() {
     assert!(refused(&[&long], &METRES).contains(": must be WGS84"));
 }
 
-/// What is held is counted as it comes, before the object ends that it is part of: these never do.
+/// Contents in memory are counted immediately, before their enclosing object ends: here it never ends.
 #[test]
-fn a_bound_is_met_before_what_breaks_it_is_held() {
+fn limits_are_checked_before_data_are_stored() {
     let lane = "<lane id=\"l\" shape=\"0,0 1,1\"/>\n";
     let points = Count { points: MAX_POINTS - 3, shapes: 0 };
     let shapes = Count { points: 0, shapes: MAX_SHAPES - 1 };
@@ -247,7 +251,7 @@ fn a_bound_is_met_before_what_breaks_it_is_held() {
         ),
         ("{\"geometries\": [{},\n{}".to_owned(), shapes, "2:2", "has more than 1000000 lines and areas"),
     ] {
-        let text = source::text(text.as_bytes(), &MAP).unwrap();
+        let text = text_source::text(text.as_bytes(), &MAP).unwrap();
         let fault = parse(text, before).unwrap_err();
         assert!(fault.message.starts_with(expected), "{fault}");
         assert_eq!(fault.position.unwrap().to_string(), place, "{fault}");
@@ -255,15 +259,15 @@ fn a_bound_is_met_before_what_breaks_it_is_held() {
 }
 
 #[test]
-fn the_maps_of_a_run_are_counted_together_and_no_more_is_read() {
+fn maps_of_a_run_share_the_limits_and_reading_stops_there() {
     let half = vec!["[[0,0],[0,1]]"; MAX_SHAPES / 2 + 1].join(",");
     let half = format!("{{\"type\": \"MultiLineString\", \"coordinates\": [{half}]}}");
-    let told = refused(&[&half, &half, "rubbish"], &METRES);
-    assert!(told.starts_with("1.map: has more than 1000000 lines and areas; cut the map"), "{told}");
+    let error_text = refused(&[&half, &half, "rubbish"], &METRES);
+    assert!(error_text.starts_with("1.map: has more than 1000000 lines and areas; crop the map"), "{error_text}");
 }
 
 #[test]
-fn what_is_packed_is_the_same_as_what_is_not() {
+fn gzipped_map_equals_the_plain_one() {
     let home = tempfile::tempdir().unwrap();
     let path = home.path().join("a.net.xml.gz");
     let mut gz = GzEncoder::new(Vec::new(), Compression::fast());
@@ -275,9 +279,9 @@ fn what_is_packed_is_the_same_as_what_is_not() {
     assert!(pack(&[MapFile::OnDisk(home.path().to_owned())], &METRES).unwrap_err().message.contains("it is a folder"));
 }
 
-/// A grid of crooked ways that would take ten times the room comes to less, and the note says so.
+/// A grid of zigzag lines of ten times the maximum size is simplified until it fits, and the note reports it.
 #[test]
-fn a_map_that_is_too_large_is_thinned_until_it_fits() {
+fn map_that_is_too_large_is_simplified_until_it_fits() {
     let mut json = "{\"type\": \"MultiLineString\", \"coordinates\": [".to_owned();
     let mut noise = 1_u32;
     for way in 0..4_000 {
@@ -290,22 +294,23 @@ fn a_map_that_is_too_large_is_thinned_until_it_fits() {
     }
     json += "]}";
     let packed = packed(&[&json], &METRES).unwrap();
-    assert!(packed.gz.len() <= crate::limit::MAX_PACKED, "{} bytes", packed.gz.len());
+    assert!(packed.gz.len() <= crate::limits::MAX_PACKED, "{} bytes", packed.gz.len());
     let note = packed.note.clone().unwrap();
-    assert!(note.starts_with("the map is thinned: lines keep their course to "), "{note}");
+    assert!(note.starts_with("the map is simplified: lines have a tolerance of "), "{note}");
     assert_eq!(unpacked(&packed).0.len(), 4_000, "no line is lost");
 }
 
 #[test]
-fn what_is_far_away_is_left_out_with_a_note() {
+fn distant_shapes_are_omitted_with_a_note() {
     let far = NET.replace("0,50 100,50", "0,50000 100,50000");
     let packed = packed(&[&far], &METRES).unwrap();
-    let expected = "the map is thinned: 1 of 5 lines and areas are left out, further than 5 km from the run";
+    let expected =
+        "the map is simplified: 1 of 5 lines and areas are omitted because they are more than 5 km from the run";
     assert_eq!(packed.note.as_deref(), Some(expected));
 }
 
 #[test]
-fn a_records_map_that_is_damaged_is_none() {
+fn damaged_map_of_a_record_is_refused() {
     let home = tempfile::tempdir().unwrap();
     assert_eq!(crate::of_record(home.path()), Ok(None));
     let good = packed(&[NET], &METRES).unwrap();
@@ -322,7 +327,7 @@ fn a_records_map_that_is_damaged_is_none() {
         ("{\"format\":1,\"layers\":[{\"kind\":\"minor\",\"width_m\":-1,\"lines\":[],\"areas\":[]}]}", "widths"),
         (&format!("{{\"format\":1,\"credit\":\"{}\",\"layers\":[]}}", "x".repeat(101)), "credit"),
     ] {
-        assert_eq!(check(&gz(bad)), Err(format!("its {what} cannot be what was packed")));
+        assert_eq!(check(&gz(bad)), Err(format!("invalid {what}")));
     }
     for bad in [
         good.gz[..20].to_vec(),
@@ -337,8 +342,11 @@ fn a_records_map_that_is_damaged_is_none() {
         gz(&" ".repeat(40_000_000)),
     ] {
         std::fs::write(&path, &bad).unwrap();
-        let told = crate::of_record(home.path()).unwrap_err();
-        assert!(told.starts_with("map.json.gz is no map as it was packed: ") && told.len() < 400, "{told}");
+        let error_text = crate::of_record(home.path()).unwrap_err();
+        assert!(
+            error_text.starts_with("map.json.gz is not a valid packed map: ") && error_text.len() < 400,
+            "{error_text}"
+        );
     }
 }
 
@@ -366,7 +374,7 @@ fn is_inside([x, y]: [f64; 2], ring: &[[f64; 2]]) -> bool {
     ring.windows(2).filter(crosses).count() % 2 == 1
 }
 
-/// How far vehicles are off the roads that are drawn, m: beside a road's edge, outside of every junction.
+/// Distances of vehicles from the drawn roads, m: 0 on a road or in a junction, otherwise from the road's edge.
 fn off_road_m(traffic: &Traffic, net: &Path) -> Vec<f64> {
     let bounds = Bounds::of(traffic.places()).unwrap();
     let packed = pack(&[MapFile::OnDisk(net.to_owned())], &Place { origin: traffic.origin, bounds }).unwrap();
@@ -378,19 +386,19 @@ fn off_road_m(traffic: &Traffic, net: &Path) -> Vec<f64> {
         .collect();
     let mut off: Vec<f64> = Vec::new();
     for at in traffic.places().step_by(20) {
-        let beside = segments.iter().map(|(half_m, segment)| (distance_m(at, *segment) - half_m).max(0.0));
-        let beside_m = beside.fold(f64::INFINITY, f64::min);
+        let distances = segments.iter().map(|(half_m, segment)| (distance_m(at, *segment) - half_m).max(0.0));
+        let distance_to_road_m = distances.fold(f64::INFINITY, f64::min);
         off.push(if rings.iter().any(|(kind, _, ring)| is_road(*kind) && is_inside(at, ring)) {
             0.0
         } else {
-            beside_m
+            distance_to_road_m
         });
     }
     off.sort_by(f64::total_cmp);
     off
 }
 
-/// Both frames: metres of the net's own, and degrees through its projection.
+/// Both frames: metres of the net's frame, and degrees through its projection.
 #[test]
 fn real_vehicles_drive_on_the_roads_of_their_net() {
     let Some(folder) = data() else { return };
@@ -405,8 +413,11 @@ fn real_vehicles_drive_on_the_roads_of_their_net() {
         let off = off_road_m(&read, &folder.join(net));
         let share = off.iter().filter(|off_m| **off_m == 0.0).count() as f64 / off.len() as f64;
         let (count, most_m) = (off.len(), off[off.len() - 1]);
-        println!("{traffic}: {:.2} % of {count} places on a road, the furthest {most_m:.2} m beside it", 100.0 * share);
-        // Hersfeld's net was cut, and one of five cars drives on.
+        println!(
+            "{traffic}: {:.2} % of {count} positions on a road, the largest distance from a road {most_m:.2} m",
+            100.0 * share
+        );
+        // Hersfeld's net was cropped, and one of five cars continues beyond it.
         let least = if net.starts_with("hersfeld") { 0.94 } else { 0.999 };
         assert!(share > least, "{traffic}: {share}");
     }

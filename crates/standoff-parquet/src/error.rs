@@ -1,4 +1,4 @@
-//! Why a file is not read; and panics that are caught.
+//! Read errors, and catching of panics.
 
 use std::cell::Cell;
 use std::io;
@@ -6,22 +6,22 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 
 use parquet::errors::{ParquetError, Result as ParquetResult};
 
-/// Why a file is not read.
+/// Error while reading a file.
 #[derive(Debug, thiserror::Error)]
 pub enum Error {
-    /// The operating system refused.
+    /// Error of the operating system.
     #[error(transparent)]
     System(io::Error),
-    /// The file does not hold what it should. The library's words may repeat what it found.
+    /// The content of the file is invalid. A message of the Parquet library may contain text from the file.
     #[error("{0}")]
     Damaged(String),
-    /// The file may be as good as any, but is written in a way that is not read here.
+    /// The file may be valid, but uses a feature of the format that is not supported.
     #[error("{0}")]
     Foreign(String),
 }
 
 impl From<io::Error> for Error {
-    /// Where a file breaks off, or says that it has more than any file, the disk is not to blame.
+    /// A truncated file or an impossible offset is damage of the file, not an error of the operating system.
     fn from(reason: io::Error) -> Self {
         if reason.raw_os_error().is_some() && reason.kind() != io::ErrorKind::InvalidInput {
             return Self::System(reason);
@@ -46,17 +46,17 @@ thread_local! {
     static EXPECTED: Cell<bool> = const { Cell::new(false) };
 }
 
-/// A panic of this thread would be caught here, and told as damage of a file. For a program's own panic hook: nobody need
-/// hear of such a panic. This crate does not touch the hook.
+/// Returns true if a panic of this thread would be caught by this crate and reported as damage of a file. A program's
+/// panic hook can use it to print nothing for such a panic. This crate does not change the hook.
 pub fn panic_is_expected() -> bool {
     EXPECTED.get()
 }
 
-/// Runs the library of Parquet on bytes of which nobody knows where they have been: it panics on some
-/// damaged files (60.1: a dictionary page that is missing, for one) where an error is due.
+/// Runs the Parquet library on untrusted bytes and converts panics to errors. The library panics on some damaged files
+/// where it should return an error (version 60.1: for example on a missing dictionary page).
 pub fn guarded<T>(read: impl FnOnce() -> ParquetResult<T>) -> Result<T, Error> {
     EXPECTED.set(true);
-    // What a panic leaves half done is not used again: the error ends the reading.
+    // State that a panic leaves inconsistent is not used again: the error ends the reading.
     let done = catch_unwind(AssertUnwindSafe(read));
     EXPECTED.set(false);
     Ok(done.map_err(|_| Error::Damaged("its bytes cannot be decoded".to_owned()))??)

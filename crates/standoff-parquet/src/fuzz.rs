@@ -1,4 +1,4 @@
-//! A target of `bolero`: files that are nearly right. `scripts/fuzz` tries more of them.
+//! Fuzz test with `bolero`: files that are almost valid. `scripts/fuzz` tries more of them.
 
 use std::fs::File;
 use std::io::{Seek as _, Write as _};
@@ -18,8 +18,8 @@ use crate::{Blocks, Error, Footer, Source};
 const COLUMNS: [(&str, Type, bool); 3] =
     [("x_m", Type::DOUBLE, false), ("target", Type::INT32, false), ("kind", Type::BYTE_ARRAY, true)];
 
-/// Two row groups of 40 rows each, with values that are missing, and texts in a dictionary.
-fn sound() -> Vec<u8> {
+/// A valid file: two row groups of 40 rows each, with missing values and dictionary-encoded text.
+fn valid() -> Vec<u8> {
     let schema = "message schema { required double x_m; optional int32 target; required binary kind; }";
     let schema = Arc::new(parse_message_type(schema).unwrap());
     let mut file = SerializedFileWriter::new(Vec::new(), schema, Arc::new(WriterProperties::default())).unwrap();
@@ -42,8 +42,8 @@ fn sound() -> Vec<u8> {
     file.into_inner().unwrap()
 }
 
-/// Reads a block of whatever column there is; tells its rows and gives its numbers.
-fn take(reader: &mut ColumnReader, rows: usize, x_m: &mut Vec<f64>) -> ParquetResult<usize> {
+/// Reads a batch of rows of a column. Returns the number of rows; values of `x_m` are appended.
+fn read_batch(reader: &mut ColumnReader, rows: usize, x_m: &mut Vec<f64>) -> ParquetResult<usize> {
     let mut levels = Vec::new();
     Ok(match reader {
         ColumnReader::DoubleColumnReader(reader) => reader.read_records(rows, Some(&mut levels), None, x_m)?.0,
@@ -57,12 +57,13 @@ fn take(reader: &mut ColumnReader, rows: usize, x_m: &mut Vec<f64>) -> ParquetRe
     })
 }
 
-/// The rows of a file, and its numbers. What a file holds for nothing has no end: 100,000 rows are enough.
+/// Reads a file and returns the number of rows and the values of `x_m`. Stops after 100,000 rows, because a small file
+/// may contain almost any number of empty rows.
 fn read(sources: impl IntoIterator<Item = Source>) -> Result<(usize, Vec<f64>), Error> {
     let mut blocks = Blocks::new(sources.into_iter().collect::<Vec<_>>(), &COLUMNS)?;
     let (mut rows, mut x_m) = (0, Vec::new());
     while rows < 100_000 {
-        match blocks.next(64, |_, reader, rows| take(reader, rows, &mut x_m))? {
+        match blocks.next(64, |_, reader, rows| read_batch(reader, rows, &mut x_m))? {
             0 => break,
             read => rows += read,
         }
@@ -78,33 +79,34 @@ fn file(bytes: &[u8]) -> File {
 }
 
 #[test]
-fn a_file_within_a_file_is_read_as_it_is_alone() {
-    let sound = sound();
-    let (rows, x_m) = read([Source::open(file(&sound)).unwrap()]).unwrap();
+fn an_embedded_file_is_read_like_a_separate_file() {
+    let valid = valid();
+    let (rows, x_m) = read([Source::open(file(&valid)).unwrap()]).unwrap();
     assert_eq!((rows, x_m.len(), x_m[79]), (80, 80, 39.0));
-    let within = [b"something before it".as_slice(), &sound].concat();
-    let footer = Footer::at_end_of(&sound, 19).unwrap();
+    let within = [b"something before it".as_slice(), &valid].concat();
+    let footer = Footer::at_end_of(&valid, 19).unwrap();
     let source = || Source::with_footer(Arc::new(file(&within)), &footer);
     assert_eq!(read([source(), source()]).unwrap().0, 160);
-    assert!(Footer::at_end_of(&sound[..9], 0).is_err());
+    assert!(Footer::at_end_of(&valid[..9], 0).is_err());
 }
 
-/// The library panics here where an error is due; who has a panic hook can tell such a panic from others.
+/// The library panics where it should return an error. A panic hook can distinguish such a panic from others.
 #[test]
-fn a_panic_is_told_as_damage_and_is_expected_only_while_reading() {
-    let seen = crate::error::guarded(|| Ok(crate::panic_is_expected()));
-    assert!(seen.unwrap() && !crate::panic_is_expected());
-    let told = crate::error::guarded(|| -> ParquetResult<()> { panic!("as the library does") }).unwrap_err();
-    assert!(matches!(told, Error::Damaged(what) if what == "its bytes cannot be decoded"));
+fn a_panic_is_reported_as_damage_and_is_expected_only_while_reading() {
+    let is_expected = crate::error::guarded(|| Ok(crate::panic_is_expected()));
+    assert!(is_expected.unwrap() && !crate::panic_is_expected());
+    let error =
+        crate::error::guarded(|| -> ParquetResult<()> { panic!("simulated panic of the library") }).unwrap_err();
+    assert!(matches!(error, Error::Damaged(what) if what == "its bytes cannot be decoded"));
     assert!(!crate::panic_is_expected());
 }
 
 #[test]
-fn any_parquet_file_is_read_or_refused() {
-    let sound = sound();
+fn any_parquet_file_is_read_or_rejected() {
+    let valid = valid();
     let (tried, accepted) = (AtomicU64::new(0), AtomicU64::new(0));
     bolero::check!().with_type::<[(u16, u8, u8); 3]>().with_iterations(5_000).for_each(|changes| {
-        let mut bytes = sound.clone();
+        let mut bytes = valid.clone();
         for &(at, how, byte) in changes {
             let at = usize::from(at) % bytes.len().max(1);
             match how % 8 {

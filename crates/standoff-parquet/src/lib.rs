@@ -1,10 +1,12 @@
-//! Parquet files of unknown origin, read without harm.
+//! Safe reading of Parquet files of unknown origin.
 //!
-//! The library of Parquet makes room for what a file says of itself, and panics on some damaged files. So the description
-//! of the file and of every page is looked at before it is believed: sizes, counts, nesting, encodings. Rows come in blocks,
-//! however many a row group says it has. A panic that is left is caught, and told as damage; see [`panic_is_expected`].
+//! The Parquet library allocates memory according to the metadata of a file, and panics on some damaged files.
+//! Therefore this crate validates the metadata of the file and of every page before the library uses it: sizes, counts,
+//! nesting and encodings. Rows are read in batches, independent of the row count of a row group. Remaining panics are
+//! caught and reported as damage; see [`panic_is_expected`].
 //!
-//! What is read: flat columns of numbers, truths and text, plain or dictionary encoded, packed by snappy or not at all.
+//! Supported: flat columns of numbers, booleans and text, plain or dictionary encoded, uncompressed or compressed by
+//! snappy.
 //!
 //! ```no_run
 //! use parquet::basic::Type;
@@ -22,15 +24,15 @@
 //! # Ok::<(), standoff_parquet::Error>(())
 //! ```
 
-mod blocks;
 mod error;
 #[cfg(test)]
 mod fuzz;
-mod plausible;
+mod metadata_checks;
+mod row_batches;
 mod source;
 mod thrift;
 
-pub use blocks::Blocks;
 pub use error::{Error, guarded, panic_is_expected};
-pub use plausible::{MAX_CELL, MAX_ROWS};
+pub use metadata_checks::{MAX_CELL, MAX_ROWS};
+pub use row_batches::Blocks;
 pub use source::{Footer, Source};

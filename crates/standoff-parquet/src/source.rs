@@ -1,4 +1,4 @@
-//! A Parquet file, or one within another file.
+//! A Parquet file, alone or embedded in another file.
 
 use std::fs::File;
 use std::sync::Arc;
@@ -7,56 +7,56 @@ use parquet::errors::{ParquetError, Result as ParquetResult};
 use parquet::file::metadata::{ParquetMetaData, ParquetMetaDataReader, RowGroupMetaData};
 
 use crate::error::{Error, guarded};
-use crate::plausible;
+use crate::metadata_checks;
 
-/// Row groups, and the file that holds them. It is opened once, and read as often as need be.
+/// A Parquet file and its metadata. It is opened once and can be read repeatedly.
 #[derive(Debug, Clone)]
 pub struct Source {
     pub(crate) file: Arc<File>,
     pub(crate) footer: Footer,
 }
 
-/// What a file says of itself.
+/// Validated metadata of a file.
 #[derive(Debug, Clone)]
 pub struct Footer(pub(crate) Arc<ParquetMetaData>);
 
 impl Source {
-    /// A Parquet file. Fails if what it says of itself is not plausible.
+    /// Opens a Parquet file. Fails if its metadata is not plausible.
     pub fn open(mut file: File) -> Result<Self, Error> {
-        plausible::check_end(&mut file)?;
+        metadata_checks::check_end(&mut file)?;
         let metadata = guarded(|| ParquetMetaDataReader::new().parse_and_finish(&file))?;
         Ok(Self { file: Arc::new(file), footer: Footer(Arc::new(metadata)) })
     }
 
-    /// Row groups of a file whose footer is kept elsewhere.
+    /// Creates a source from a file and a footer that is stored elsewhere.
     pub fn with_footer(file: Arc<File>, footer: &Footer) -> Self {
         Self { file, footer: footer.clone() }
     }
 
-    /// How many rows it says it has.
+    /// Row count according to the metadata.
     pub(crate) fn rows(&self) -> u64 {
         u64::try_from(self.footer.0.file_metadata().num_rows()).unwrap_or(0)
     }
 }
 
 impl Footer {
-    /// The footer with which these bytes end, of a Parquet file that begins at `offset` of another file, bytes. Fails if
-    /// it is not plausible.
+    /// Parses the footer at the end of `bytes`. The Parquet file begins at `offset` bytes in another file. Fails if the
+    /// footer is not plausible.
     pub fn at_end_of(bytes: &[u8], offset: i64) -> Result<Self, Error> {
-        // Its Thrift, their length in 4 bytes, and 4 bytes of Parquet's mark.
+        // A footer is Thrift metadata, its length in 4 bytes, and the 4 bytes of Parquet's magic number.
         let thrift = || {
             let (bytes, end) = bytes.split_last_chunk::<8>()?;
             let length = usize::try_from(u32::from_le_bytes(*end.first_chunk()?)).ok()?;
             bytes.get(bytes.len().checked_sub(length)?..)
         };
-        let thrift = thrift().ok_or_else(|| ParquetError::General("a footer breaks off".to_owned()))?;
-        plausible::check_footer(thrift).map_err(Error::Damaged)?;
+        let thrift = thrift().ok_or_else(|| ParquetError::General("a footer is truncated".to_owned()))?;
+        metadata_checks::check_footer(thrift).map_err(Error::Damaged)?;
         let metadata = guarded(|| moved(ParquetMetaDataReader::decode_metadata(thrift)?, offset))?;
         Ok(Self(Arc::new(metadata)))
     }
 }
 
-/// The metadata of a file that begins at `offset` in another one.
+/// Shifts the metadata of a file that begins at `offset` in another one.
 fn moved(metadata: ParquetMetaData, offset: i64) -> ParquetResult<ParquetMetaData> {
     let group = |group: &RowGroupMetaData| {
         let columns = group.columns().iter().map(|column| {

@@ -1,10 +1,10 @@
-//! The compact protocol of Thrift, in which Parquet describes itself: read just far enough to see whether numbers are
-//! plausible, before the Parquet reader believes them.
+//! Minimal parser of Thrift's compact protocol, the format of Parquet metadata. It reads just enough to check that
+//! numbers are plausible before the Parquet reader uses them.
 
-/// Deepest nesting of a description: Parquet's own is five deep.
+/// Maximum nesting depth of metadata; Parquet's own metadata has a depth of five.
 const MAX_DEPTH: usize = 32;
 
-/// Values' kinds on the wire.
+/// Type codes of values.
 const TRUE: u8 = 1;
 const FALSE: u8 = 2;
 const BYTE: u8 = 3;
@@ -17,14 +17,14 @@ const LIST: u8 = 9;
 const SET: u8 = 10;
 const STRUCT: u8 = 12;
 
-/// A description; every reading gives `None` where it breaks off or makes no sense.
+/// A parser over the metadata. All methods return `None` if the metadata is truncated or invalid.
 #[derive(Clone, Copy)]
 pub(crate) struct Thrift<'a> {
     rest: &'a [u8],
     depth: usize,
 }
 
-/// The kind of a field's value, which is not read yet.
+/// Type code of a field whose value is not read yet.
 pub(crate) type Kind = u8;
 
 impl<'a> Thrift<'a> {
@@ -32,12 +32,12 @@ impl<'a> Thrift<'a> {
         Self { rest: bytes, depth: 0 }
     }
 
-    /// How many bytes are left.
+    /// Number of remaining bytes.
     pub(crate) fn left(&self) -> usize {
         self.rest.len()
     }
 
-    /// Reads a structure: `take` gets every field by its number, and reads its value or says `skip`.
+    /// Reads a structure. `take` is called for every field with its id and type, and must read or `skip` its value.
     pub(crate) fn structure(&mut self, mut take: impl FnMut(&mut Self, i16, Kind) -> Option<()>) -> Option<()> {
         if self.depth == MAX_DEPTH {
             return None;
@@ -59,18 +59,18 @@ impl<'a> Thrift<'a> {
         }
     }
 
-    /// A whole number.
+    /// Reads an integer.
     pub(crate) fn int(&mut self, kind: Kind) -> Option<i64> {
         matches!(kind, SHORT | INT | LONG).then(|| self.signed()).flatten()
     }
 
-    /// The length of a list of structures, which follow.
+    /// Reads the length of a list of structures. The structures follow.
     pub(crate) fn structures(&mut self, kind: Kind) -> Option<usize> {
         let (kind, length) = (kind == LIST).then(|| self.list()).flatten()?;
         (length == 0 || kind == STRUCT).then_some(length)
     }
 
-    /// Passes over a value.
+    /// Skips a value.
     pub(crate) fn skip(&mut self, kind: Kind) -> Option<()> {
         match kind {
             TRUE | FALSE => Some(()),
@@ -89,7 +89,7 @@ impl<'a> Thrift<'a> {
                 self.depth += 1;
                 let (kind, length) = self.list()?;
                 for _ in 0..length {
-                    // In a list, truths have a byte each.
+                    // In a list, each boolean has a byte.
                     self.skip(if kind == TRUE || kind == FALSE { BYTE } else { kind })?;
                 }
                 self.depth -= 1;
@@ -99,7 +99,7 @@ impl<'a> Thrift<'a> {
         }
     }
 
-    /// Kind and number of a list's elements, of which each takes a byte at least.
+    /// Reads the type and number of a list's elements. Each element takes at least one byte, which limits the number.
     fn list(&mut self) -> Option<(u8, usize)> {
         let byte = self.byte()?;
         let length = match byte >> 4 {
@@ -165,7 +165,7 @@ mod tests {
     }
 
     #[test]
-    fn fields_are_read_by_number_and_others_passed_over() {
+    fn fields_are_read_by_id_and_others_are_skipped() {
         assert_eq!(numbers(&BYTES), Some(vec![-3, 7]));
         let mut rest = Thrift::new(&BYTES);
         assert_eq!(rest.skip(STRUCT), Some(()));
@@ -173,14 +173,14 @@ mod tests {
     }
 
     #[test]
-    fn what_breaks_off_anywhere_is_refused() {
+    fn truncated_metadata_is_rejected() {
         for length in 0..BYTES.len() {
             assert_eq!(numbers(&BYTES[..length]), None, "{length}");
         }
     }
 
     #[test]
-    fn what_is_nested_without_end_or_says_it_is_long_is_refused() {
+    fn deep_nesting_and_excessive_lengths_are_rejected() {
         assert_eq!(Thrift::new(&[0x1c; 100_000]).skip(STRUCT), None);
         assert_eq!(Thrift::new(&[0x19; 100_000]).skip(LIST), None);
         assert_eq!(Thrift::new(&[0xf5, 0xff, 0xff, 0xff, 0x7f]).skip(LIST), None);

@@ -1,4 +1,4 @@
-//! Many runs of one scenario: `monte_carlo`, `merge`, and the batch that comes of them.
+//! Monte Carlo batches: `monte_carlo`, `merge`, and the class of a complete batch.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -6,31 +6,31 @@ use std::sync::PoisonError;
 use std::sync::atomic::AtomicBool;
 
 use pyo3::prelude::*;
-use standoff_results::{Failure, REPORT, of_batch, report};
+use standoff_results::{Failure, REPORT, batch_page, of_batch};
 use standoff_sim::monte_carlo::{Batch as Flown, Progress, Results, Shard, fly_into, merge as merge_shards};
-use standoff_sim::scenario::Template;
-use standoff_sim::score::Choice;
+use standoff_sim::scenario::ScenarioTemplate;
+use standoff_sim::score::MetricSelection;
 
-use crate::asked_for::{Dict, Wanted, Whole, count, json, number_of_threads, warn};
-use crate::failure::{InputError, StandoffError, of_batch as refused};
+use crate::common_args::{Dict, MetricsArg, Whole, count, json, number_of_threads, warn};
+use crate::exceptions::{InputError, StandoffError, of_batch as refused};
 use crate::folder::in_folder;
-use crate::html::{framed, html_table};
+use crate::interruptible::{Told, while_listening};
+use crate::notebook_repr::{framed, html_table};
 use crate::scenario::asked_for;
 use crate::table::Table;
-use crate::waiting::{Told, while_listening};
 
-/// A complete batch of runs, in its folder.
+/// A complete Monte Carlo batch, read from its folder.
 ///
-/// :param dir: the folder of a complete batch, of ``standoff monte-carlo``, :func:`monte_carlo` or :func:`merge`.
-/// :raises InputError: there is none, or it was changed since it was written.
+/// :param dir: folder written by ``standoff monte-carlo``, :func:`monte_carlo` or :func:`merge`.
+/// :raises InputError: if the folder holds no complete batch, or a file was changed after it was written.
 #[pyclass(frozen, weakref, module = "standoff")]
 pub(crate) struct Batch {
     results: Results,
 }
 
 impl Batch {
-    /// Refuses numbers of runs and seeds that no batch can have.
-    pub(crate) fn check(template: &Template, seed: u64, runs: u64, choice: Choice) -> PyResult<()> {
+    /// Raises an error if no batch can have this number of runs and first seed.
+    pub(crate) fn check(template: &ScenarioTemplate, seed: u64, runs: u64, choice: MetricSelection) -> PyResult<()> {
         Flown::new(template, seed, runs, None, choice).map(drop).map_err(refused)
     }
 
@@ -38,7 +38,7 @@ impl Batch {
         self.results.dir()
     }
 
-    /// The text of one of its files, if it is there.
+    /// Contents of one file of the batch; `None` if it cannot be read.
     fn file(&self, name: &str) -> Option<String> {
         fs::read_to_string(self.folder().join(name)).ok()
     }
@@ -51,13 +51,13 @@ impl Batch {
         Ok(Self { results: py.detach(|| Results::open(&dir)).map_err(refused)? })
     }
 
-    /// The folder: ``runs.parquet``, ``summary.json``, ``monte-carlo.json``, ``report.html``.
+    /// Folder of the batch: ``runs.parquet``, ``summary.json``, ``monte-carlo.json``, ``report.html``.
     #[getter]
     fn dir(&self) -> PathBuf {
         self.folder().to_owned()
     }
 
-    /// ``summary.json`` as a dict: what was flown, and the statistics of every metric.
+    /// ``summary.json`` as a dict: the scenario, seeds and number of runs, and the statistics of every metric.
     #[getter]
     fn summary<'py>(&self, py: Python<'py>) -> PyResult<Dict<'py>> {
         let text = match self.file("summary.json") {
@@ -70,13 +70,13 @@ impl Batch {
         json(py, &text)
     }
 
-    /// For every metric its statistics over the runs: ``n``, ``mean``, ``ci95``, ``sd``, ``p5``, ``p50``, ``p95``, ``max``.
+    /// Statistics of each metric over the runs: ``n``, ``mean``, ``ci95``, ``sd``, ``p5``, ``p50``, ``p95``, ``max``.
     #[getter]
     fn metrics<'py>(&self, py: Python<'py>) -> PyResult<Dict<'py>> {
         self.summary(py)?.dict("metrics")
     }
 
-    /// ``runs.parquet``: a row per run, in order, with ``run``, ``seed`` and a column per metric.
+    /// ``runs.parquet``: one row per run, in seed order, with ``run``, ``seed`` and one column per metric.
     #[getter]
     fn runs(this: &Bound<'_, Self>) -> PyResult<Table> {
         Table::open(&this.get().folder().join("runs.parquet"), Some(this.clone().into_any().unbind()))
@@ -88,7 +88,7 @@ impl Batch {
         Ok(format!("Batch({scenario}, {} runs, {:?})", runs.end - runs.start, self.folder()))
     }
 
-    /// As a notebook shows it: its page, or else its statistics.
+    /// HTML for notebooks: the report page of the batch or, if it is missing, a table of the statistics.
     fn _repr_html_(&self, py: Python<'_>) -> PyResult<String> {
         if let Some(page) = self.file("report.html") {
             return framed(py, &page);
@@ -97,34 +97,35 @@ impl Batch {
     }
 }
 
-/// Flies a scenario many times; the same files, to the byte, as ``standoff monte-carlo``.
+/// Runs a scenario many times with consecutive seeds. Writes byte for byte the same files as ``standoff monte-carlo``.
 ///
-/// Run k, from 0, has ``seed + k``. Whatever stops it (Ctrl-C, a full disk, the end of the process), the same call with
-/// the same ``out`` goes on where it was. docs/monte-carlo.md tells of files and statistics.
+/// Run k, counted from 0, uses ``seed + k``. If the batch is interrupted (Ctrl-C, a full disk, a killed process), the
+/// same call with the same ``out`` resumes it. docs/monte-carlo.md describes the files and the statistics.
 ///
-/// :param scenario: a built-in scenario's name, the path of a scenario file, or a :class:`Scenario`.
+/// :param scenario: name of a built-in scenario, path of a scenario file, or a :class:`Scenario`.
 /// :param runs: number of runs, 1 to 100,000,000.
-/// :param seed: seed of the first run, from 0; 1 if left out.
-/// :param metrics: names of metrics and the sets ``standard``, ``limits``, ``table-2``, ``all``: a str with commas
-///     between, or a list.
-/// :param threads: number of threads, one per core if None. The results are the same with any number.
-/// :param shard: fly only part I of N, from 0: ``"0/4"``; :func:`merge` puts the parts together.
-/// :param out: folder for the results. None: a temporary one, which goes with the batch.
-/// :param progress: called as ``progress(done, of)``, runs, some times a second and at the end. What it raises stops the batch.
+/// :param seed: seed of the first run, at least 0; 1 by default.
+/// :param metrics: names of metrics and of the sets ``standard``, ``limits``, ``table-2``, ``all``: a comma-separated
+///     str, or a list.
+/// :param threads: number of threads; None: one per core. The results do not depend on it.
+/// :param shard: run only part I of N, counted from 0, for example ``"0/4"``; :func:`merge` combines the parts.
+/// :param out: folder for the results. None: a temporary folder, deleted together with the batch object.
+/// :param progress: called as ``progress(done, of)`` with numbers of runs, several times per second and at the end. An
+///     exception that it raises stops the batch.
 /// :returns: the complete batch.
-/// :raises InputError: the scenario or an argument is wrong, a seed cannot be flown, or ``out`` holds something else.
-/// :raises StandoffError: something failed while running; runs that are complete are kept in ``out``.
+/// :raises InputError: if the scenario or an argument is invalid, a seed cannot be run, or ``out`` holds other files.
+/// :raises StandoffError: if a run fails, for example because the disk is full; completed runs stay in ``out``.
 #[pyfunction]
 #[pyo3(signature = (
-    scenario, *, runs, seed=Whole(1), metrics=Wanted::default(), threads=None, shard=None, out=None, progress=None
+    scenario, *, runs, seed=Whole(1), metrics=MetricsArg::default(), threads=None, shard=None, out=None, progress=None
 ))]
-#[expect(clippy::too_many_arguments, reason = "Python's are named")]
+#[expect(clippy::too_many_arguments, reason = "Python callers pass them by keyword")]
 pub(crate) fn monte_carlo(
     py: Python<'_>,
     scenario: &Bound<'_, PyAny>,
     runs: Whole,
     seed: Whole,
-    metrics: Wanted,
+    metrics: MetricsArg,
     threads: Option<Whole>,
     shard: Option<&str>,
     out: Option<PathBuf>,
@@ -136,20 +137,20 @@ pub(crate) fn monte_carlo(
     warn(py, &scenario.drawn(flown.seed_of(flown.flown().start))?)?;
     in_folder(py, out, |out| {
         let (out, template) = (out.to_owned(), scenario.template().clone());
-        let fly = move |stop: &AtomicBool, told: &Told| {
-            let results = fly_into(&out, &template, &flown, threads, stop, |progress| tell(told, progress));
+        let fly = move |stop: &AtomicBool, latest: &Told| {
+            let results = fly_into(&out, &template, &flown, threads, stop, |progress| store_progress(latest, progress));
             results.map_err(of_batch).and_then(with_page)
         };
         while_listening(py, progress, fly).map(|results| Batch { results })
     })
 }
 
-/// Puts the shards of a batch together: the same files, to the byte, as of the batch in one piece.
+/// Merges the shards of a batch. Writes byte for byte the same files as the batch run in one piece.
 ///
-/// :param dirs: the folders of all shards, in any order.
-/// :param out: folder for the whole batch. None: a temporary one, which goes with the batch.
+/// :param dirs: folders of all shards, in any order.
+/// :param out: folder for the merged batch. None: a temporary folder, deleted together with the batch object.
 /// :returns: the complete batch.
-/// :raises InputError: a shard is missing, incomplete, damaged, there twice or of another batch.
+/// :raises InputError: if a shard is missing, incomplete, damaged, duplicated or part of another batch.
 #[pyfunction]
 #[pyo3(signature = (dirs, *, out=None))]
 pub(crate) fn merge(py: Python<'_>, dirs: Vec<PathBuf>, out: Option<PathBuf>) -> PyResult<Py<Batch>> {
@@ -161,25 +162,31 @@ pub(crate) fn merge(py: Python<'_>, dirs: Vec<PathBuf>, out: Option<PathBuf>) ->
     })
 }
 
-/// What is flown, as text for other processes and machines: every part of a batch is a function of it.
+/// Description of a batch as JSON, for other processes and machines. It fully determines every part of the batch.
 #[pyfunction]
-pub(crate) fn _described(scenario: &Bound<'_, PyAny>, runs: Whole, seed: Whole, metrics: Wanted) -> PyResult<String> {
+pub(crate) fn _described(
+    scenario: &Bound<'_, PyAny>,
+    runs: Whole,
+    seed: Whole,
+    metrics: MetricsArg,
+) -> PyResult<String> {
     let flown = batch(asked_for(scenario)?.template(), runs, seed, None, &metrics)?;
     flown.json().map_err(|error| StandoffError::new_err(error.to_string()))
 }
 
-/// In what the batch ``theirs`` differs from ``ours``, in words; None if it does not. Both as :func:`_described` tells
-/// them, ``ours`` whole or one of its parts.
+/// Compares two batch descriptions made by :func:`_described`. Returns the first difference of ``theirs`` from ``ours``
+/// as text, or None if they are equal.
 ///
-/// :raises InputError: one is no batch, or one of another version of standoff.
+/// :param shard: compare with this part of ``ours`` instead of the whole batch, for example ``"0/4"``.
+/// :raises InputError: if one text is not a batch description, or was made by another version of standoff.
 #[pyfunction]
 pub(crate) fn _difference(ours: &str, theirs: &str, shard: Option<&str>) -> PyResult<Option<String>> {
-    Ok(part(ours, shard)?.difference(&Flown::of_json(theirs).map_err(refused)?))
+    Ok(part(ours, shard)?.difference(&Flown::from_json(theirs).map_err(refused)?))
 }
 
-/// Flies what :func:`_described` tells, or one part of it, into a folder; without a page.
+/// Runs a batch described by :func:`_described`, or one part of it, and writes it to a folder without a report page.
 ///
-/// :param traffic: stands in for the scenario's traffic file; it must hold the same.
+/// :param traffic: traffic file to read instead of the scenario's; it must have the same contents.
 #[pyfunction]
 pub(crate) fn _fly_described(
     py: Python<'_>,
@@ -192,31 +199,38 @@ pub(crate) fn _fly_described(
 ) -> PyResult<()> {
     let (flown, threads) = (part(described, shard)?, number_of_threads(threads)?);
     let template = flown.template(traffic.as_deref()).map_err(refused)?;
-    while_listening(py, progress, move |stop, told| {
-        let flown = fly_into(&out, &template, &flown, threads, stop, |progress| tell(told, progress));
+    while_listening(py, progress, move |stop, latest| {
+        let flown = fly_into(&out, &template, &flown, threads, stop, |progress| store_progress(latest, progress));
         flown.map(drop).map_err(of_batch)
     })
 }
 
+/// The described batch, or one shard of it.
 fn part(described: &str, shard: Option<&str>) -> PyResult<Flown> {
-    let whole = Flown::of_json(described).map_err(refused)?;
+    let whole = Flown::from_json(described).map_err(refused)?;
     let shard = shard.map(str::parse).transpose().map_err(|what: String| InputError::new_err(what))?;
     shard.map_or(Ok(whole.clone()), |shard| whole.part(shard)).map_err(refused)
 }
 
-/// What is asked for, as the simulator flies it.
-fn batch(template: &Template, runs: Whole, seed: Whole, shard: Option<Shard>, metrics: &Wanted) -> PyResult<Flown> {
+/// Checks the arguments and makes the simulator's batch from them.
+fn batch(
+    template: &ScenarioTemplate,
+    runs: Whole,
+    seed: Whole,
+    shard: Option<Shard>,
+    metrics: &MetricsArg,
+) -> PyResult<Flown> {
     let (runs, seed) = (count("runs", runs, 1)?, count("seed", seed, 0)?);
     Flown::new(template, seed, runs, shard, metrics.choice()?).map_err(refused)
 }
 
-fn tell(told: &Told, progress: Progress) {
-    *told.lock().unwrap_or_else(PoisonError::into_inner) = Some(progress);
+fn store_progress(latest: &Told, progress: Progress) {
+    *latest.lock().unwrap_or_else(PoisonError::into_inner) = Some(progress);
 }
 
-/// Puts the page beside complete results, as the command does.
+/// Adds the report page to the folder of complete results, like the command line does.
 fn with_page(results: Results) -> Result<Results, Failure> {
-    if let Some(page) = report(&results)? {
+    if let Some(page) = batch_page(&results)? {
         results.add(REPORT, &page).map_err(of_batch)?;
     }
     Ok(results)

@@ -1,4 +1,4 @@
-//! `compare`: does a change help? Two scenarios, or two batches, on the same draws.
+//! `compare`: paired comparison of two scenarios, or of two batches, with the same seeds.
 
 use std::ops::Range;
 use std::path::{Path, PathBuf};
@@ -9,20 +9,21 @@ use pyo3::prelude::*;
 use standoff_results::{of_batch, refused};
 use standoff_sim::monte_carlo::{Comparison as Flown, compare as compare_scenarios, compare_results};
 use standoff_sim::run::fly_while;
-use standoff_sim::scenario::{Template, built_in};
-use standoff_sim::score::{Choice, Metrics, Scorer};
+use standoff_sim::scenario::{ScenarioTemplate, built_in};
+use standoff_sim::score::{MetricSelection, Metrics, Scorer};
 
-use crate::asked_for::{Dict, Wanted, Whole, count, json, number_of_threads, warn};
 use crate::batch::Batch;
-use crate::failure::{InputError, StandoffError, of_scenario};
-use crate::html::{escaped, html_table};
-use crate::law::{self, Asked};
+use crate::common_args::{Dict, MetricsArg, Whole, count, json, number_of_threads, warn};
+use crate::exceptions::{InputError, StandoffError, of_scenario};
+use crate::interruptible::{Told, listening, while_listening};
+use crate::law::{self, LawCalls};
+use crate::notebook_repr::{escaped, html_table};
 use crate::scenario::{Scenario, asked_for};
-use crate::waiting::{Told, listening, while_listening};
 
-/// B compared with A, run by run on the same draws: the numbers of ``standoff compare``, to the bit.
+/// Paired comparison of B with A, run by run with the same seeds. The numbers are bit for bit those of ``standoff
+/// compare``.
 ///
-/// docs/monte-carlo.md says what each number is.
+/// docs/monte-carlo.md explains each number.
 #[pyclass(frozen, module = "standoff")]
 pub(crate) struct Comparison {
     json: String,
@@ -30,42 +31,42 @@ pub(crate) struct Comparison {
 
 #[pymethods]
 impl Comparison {
-    /// What A is.
+    /// Description of A.
     #[getter]
     fn a(&self, py: Python<'_>) -> PyResult<String> {
         self.to_dict(py)?.get("a")?.extract()
     }
 
-    /// What B is.
+    /// Description of B.
     #[getter]
     fn b(&self, py: Python<'_>) -> PyResult<String> {
         self.to_dict(py)?.get("b")?.extract()
     }
 
-    /// The first seed.
+    /// First seed.
     #[getter]
     fn seed(&self, py: Python<'_>) -> PyResult<u64> {
         self.to_dict(py)?.get("seed")?.extract()
     }
 
-    /// Number of runs of each.
+    /// Number of runs of A and of B each.
     #[getter]
     fn runs(&self, py: Python<'_>) -> PyResult<u64> {
         self.to_dict(py)?.get("runs")?.extract()
     }
 
-    /// For every metric its numbers: ``mean_a``, ``mean_b``, ``difference`` (B - A), ``ci95``, ``differs``, ...
+    /// Results of each metric: ``mean_a``, ``mean_b``, ``difference`` (B - A), ``ci95``, ``differs``, ...
     #[getter]
     fn metrics<'py>(&self, py: Python<'py>) -> PyResult<Dict<'py>> {
         self.to_dict(py)?.dict("metrics")
     }
 
-    /// All of it as a dict: what ``standoff compare --json`` prints.
+    /// Returns the output of ``standoff compare --json`` as a dict.
     fn to_dict<'py>(&self, py: Python<'py>) -> PyResult<Dict<'py>> {
         json(py, &self.json)
     }
 
-    /// What ``standoff compare --json`` prints.
+    /// Output of ``standoff compare --json``.
     #[getter]
     fn json(&self) -> &str {
         &self.json
@@ -75,18 +76,18 @@ impl Comparison {
         Ok(format!("Comparison(a={:?}, b={:?}, runs={})", self.a(py)?, self.b(py)?, self.runs(py)?))
     }
 
-    /// As a notebook shows it: a row per metric; * where the difference is of interest.
+    /// HTML for notebooks: a table with one row per metric; * marks differences of relevant size.
     fn _repr_html_(&self, py: Python<'_>) -> PyResult<String> {
         let columns = ["n", "mean_a", "mean_b", "difference", "b_smaller"];
-        let told = format!("A: {}, B: {}, {} runs of each", self.a(py)?, self.b(py)?, self.runs(py)?);
+        let heading = format!("A: {}, B: {}, {} runs of each", self.a(py)?, self.b(py)?, self.runs(py)?);
         let table = html_table(py, &self.metrics(py)?, &columns, |numbers| {
             Ok(if numbers.get_item("differs")?.is_truthy()? { " *" } else { "" })
         })?;
-        Ok(format!("<p>{}</p>{table}", escaped(py, &told)?))
+        Ok(format!("<p>{}</p>{table}", escaped(py, &heading)?))
     }
 }
 
-/// What is compared.
+/// One side of a comparison.
 enum Compared {
     Folder(PathBuf),
     Scenario(Box<Scenario>),
@@ -108,32 +109,33 @@ fn is_built_in(path: &Path) -> bool {
     path.to_str().is_some_and(|name| built_in(name).is_some())
 }
 
-/// Compares two scenarios, flown on the same draws, or two complete batches over the seeds and metrics both have.
+/// Compares two scenarios run with the same seeds, or two complete batches over their common seeds and metrics.
 ///
-/// :param a: a scenario (a built-in name, a path, a :class:`Scenario`), or a batch (a :class:`Batch`, its folder).
-/// :param b: the same, for what is compared with it. None: the scenario of ``a``.
-/// :param runs: number of runs of each scenario, 200 if left out; batches are flown already.
-/// :param seed: seed of the first run, 1 if left out; the next has the next.
-/// :param metrics: names of metrics and the sets ``standard``, ``limits``, ``table-2``, ``all``: a str with commas
-///     between, or a list.
-/// :param threads: number of threads, one per core if None. The numbers are the same with any number.
-/// :param law_a: a law of your own that flies ``a``, as of :func:`run`; runs are then flown one after the other.
-/// :param law_b: the same for ``b``.
-/// :param law_limit_s: how long a law may take to answer, s, above 0.
-/// :returns: the numbers of ``standoff compare``, to the bit.
-/// :raises InputError: there is nothing to compare, or a seed cannot be flown. What a law raises comes as it is.
+/// :param a: a scenario (built-in name, path, or :class:`Scenario`) or a batch (:class:`Batch` or its folder).
+/// :param b: the scenario or batch to compare with ``a``. None: the scenario of ``a``.
+/// :param runs: number of runs of each scenario, 200 by default; ignored for batches.
+/// :param seed: seed of the first run, 1 by default; the following runs use the following seeds. Ignored for batches.
+/// :param metrics: names of metrics and of the sets ``standard``, ``limits``, ``table-2``, ``all``: a comma-separated
+///     str, or a list.
+/// :param threads: number of threads; None: one per core. The results do not depend on it.
+/// :param law_a: custom law that controls the UAVs in ``a``, as for :func:`run`. With custom laws, runs are sequential.
+/// :param law_b: custom law that controls the UAVs in ``b``.
+/// :param law_limit_s: time limit for each call of a custom law, s, above 0.
+/// :returns: the comparison, bit for bit equal to the one of ``standoff compare``.
+/// :raises InputError: if there is nothing to compare, or a seed cannot be run. Exceptions of a custom law are passed
+///     on.
 #[pyfunction]
 #[pyo3(signature = (
-    a, b=None, *, runs=Whole(200), seed=Whole(1), metrics=Wanted::default(), threads=None, law_a=None, law_b=None, law_limit_s=10.0
+    a, b=None, *, runs=Whole(200), seed=Whole(1), metrics=MetricsArg::default(), threads=None, law_a=None, law_b=None, law_limit_s=10.0
 ))]
-#[expect(clippy::too_many_arguments, reason = "Python's are named")]
+#[expect(clippy::too_many_arguments, reason = "Python callers pass them by keyword")]
 pub(crate) fn compare(
     py: Python<'_>,
     a: &Bound<'_, PyAny>,
     b: Option<&Bound<'_, PyAny>>,
     runs: Whole,
     seed: Whole,
-    metrics: Wanted,
+    metrics: MetricsArg,
     threads: Option<Whole>,
     law_a: Option<Bound<'_, PyAny>>,
     law_b: Option<Bound<'_, PyAny>>,
@@ -143,7 +145,7 @@ pub(crate) fn compare(
     let (runs, seed) = (count("runs", runs, 1)?, count("seed", seed, 0)?);
     let has_law = law_a.is_some() || law_b.is_some();
     if b.is_none() && !has_law {
-        return Err(InputError::new_err("nothing to compare: name a second scenario, or a law"));
+        return Err(InputError::new_err("nothing to compare: give a second scenario, or a custom law"));
     }
     let compared = match (Compared::of(a)?, Compared::of(b.unwrap_or(a))?) {
         (Compared::Folder(a), Compared::Folder(b)) if !has_law => {
@@ -156,7 +158,7 @@ pub(crate) fn compare(
             let changes = b.changes_of(&a).to_vec();
             let templates = [a.template().clone(), b.template().clone()];
             let mut compared = if has_law {
-                // The same limits as for a batch.
+                // The limits are those of a batch.
                 Batch::check(&templates[0], seed, runs, choice)?;
                 let sides = templates.into_iter().zip([law_a, law_b]);
                 let sides = sides.map(|(template, law)| Side { template, law: law.map(Bound::unbind) }).collect();
@@ -168,17 +170,17 @@ pub(crate) fn compare(
                 };
                 while_listening(py, None, compare)?
             };
-            // As the command tells what --set-b changes.
+            // The command line describes the changes of --set-b in the same way.
             for change in changes {
                 compared.b += &format!(" {change}");
             }
             compared
         }
         (Compared::Folder(_), Compared::Folder(_)) => {
-            return Err(InputError::new_err("law_a, law_b: the runs of a batch are flown already"));
+            return Err(InputError::new_err("law_a, law_b: not allowed with batches, whose runs are complete"));
         }
         _ => {
-            let what = "compare: one is a scenario, the other a batch; name two scenarios, or two batches";
+            let what = "compare: a scenario cannot be compared with a batch; give two scenarios, or two batches";
             return Err(InputError::new_err(what));
         }
     };
@@ -186,14 +188,14 @@ pub(crate) fn compare(
     Ok(Comparison { json })
 }
 
-/// What is flown, and by whom if not by the product.
+/// A scenario and the custom law that controls its UAVs; `None`: the built-in controller.
 struct Side {
-    template: Template,
+    template: ScenarioTemplate,
     law: Option<Py<PyAny>>,
 }
 
 impl Side {
-    /// What it is called: a law by its name.
+    /// Name of the scenario, and of the custom law if there is one.
     fn name(&self, py: Python<'_>) -> String {
         let called =
             |law: &Py<PyAny>| law.getattr(py, "__name__").map_or_else(|_| "a law".to_owned(), |name| name.to_string());
@@ -201,30 +203,42 @@ impl Side {
         format!("{}{by}", self.template.name())
     }
 
-    /// Flies a seed's run and scores it.
-    fn fly(&self, seed: u64, choice: Choice, asked: &Arc<Asked>, go_on: impl Fn() -> bool) -> PyResult<Metrics> {
+    /// Runs the scenario with a seed and computes its metrics.
+    fn fly(
+        &self,
+        seed: u64,
+        choice: MetricSelection,
+        asked: &Arc<LawCalls>,
+        go_on: impl Fn() -> bool,
+    ) -> PyResult<Metrics> {
         let scenario = self.template.draw(seed).map_err(of_scenario)?;
         let Some(law) = &self.law else {
             return fly_while(&scenario, choice, go_on)
                 .map_err(|errors| InputError::new_err(format!("seed {seed}: {}", refused(&errors))));
         };
         let mut mission = Python::attach(|py| law::mission(py, &scenario, law.bind(py), asked))?;
-        let mut scorer = Scorer::new(mission.rules(), choice);
+        let mut scorer = Scorer::new(mission.score_config(), choice);
         while go_on() && !asked.has_failed() {
             let Some(frame) = mission.frame() else { break };
             scorer.frame(frame);
         }
-        // The law has gone by then, with all that it holds.
+        // The law's Python objects are released before the result is returned.
         Python::attach(|_| drop(mission));
         asked.take().map_or(Ok(scorer.metrics()), Err)
     }
 }
 
-/// Flies both sides with every seed, one after the other.
-fn laws(py: Python<'_>, sides: Vec<Side>, seeds: Range<u64>, choice: Choice, law_limit_s: f64) -> PyResult<Flown> {
+/// Runs both sides with every seed, sequentially.
+fn laws(
+    py: Python<'_>,
+    sides: Vec<Side>,
+    seeds: Range<u64>,
+    choice: MetricSelection,
+    law_limit_s: f64,
+) -> PyResult<Flown> {
     let names: Vec<String> = sides.iter().map(|side| side.name(py)).collect();
     let (stop, first) = (Arc::new(AtomicBool::new(false)), seeds.start);
-    let asked = Asked::within(py, law_limit_s, &stop)?;
+    let asked = LawCalls::within(py, law_limit_s, &stop)?;
     let stopped = Arc::clone(&stop);
     let work = move || {
         let mut flown = Vec::new();
@@ -232,7 +246,7 @@ fn laws(py: Python<'_>, sides: Vec<Side>, seeds: Range<u64>, choice: Choice, law
             let fly = |side: &Side, which: &str| {
                 let flown = side.fly(seed, choice, &asked, || !stopped.load(Ordering::Relaxed));
                 flown.inspect_err(|error| {
-                    // Without it, it is the same error.
+                    // If the note cannot be added, the error is still complete.
                     let _ = Python::attach(|py| error.add_note(py, format!("seed {seed}, {which}")));
                 })
             };

@@ -1,4 +1,4 @@
-//! Folders of results that nobody has named.
+//! Output folders: the one that the caller names, or a temporary one.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -8,7 +8,7 @@ use pyo3::PyClass;
 use pyo3::prelude::*;
 use pyo3::types::PyCFunction;
 
-/// The object whose files `make` puts into `out`, or into a temporary folder that goes with the object.
+/// Makes the object whose files `make` writes to `out`, or to a temporary folder that is deleted with the object.
 pub(crate) fn in_folder<T: PyClass + Into<PyClassInitializer<T>>>(
     py: Python<'_>,
     out: Option<PathBuf>,
@@ -19,7 +19,7 @@ pub(crate) fn in_folder<T: PyClass + Into<PyClassInitializer<T>>>(
     }
     let folder = py.import("tempfile")?.call_method1("mkdtemp", ("", "standoff-"))?.extract::<PathBuf>()?;
     let made = make(&folder.join("results")).and_then(|object| Py::new(py, object));
-    // A forked child that ends must not remove what its parent still has.
+    // A forked child that exits must not delete the folder that its parent still uses.
     let (here, owner) = (folder, process::id());
     let remove = move || {
         if process::id() == owner {

@@ -1,8 +1,8 @@
-//! Laws written in Python, as brains: the simulator asks them what it asks the product.
+//! Custom laws written in Python, as controllers of the simulator.
 
-mod asked;
-mod believed;
-mod seen;
+mod call;
+mod observation;
+mod reported_tracks;
 
 use std::sync::Arc;
 
@@ -10,21 +10,24 @@ use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::{PyFrozenSet, PyList, PyTuple};
 use standoff::{
-    AssignmentLaw, AvailableUav, Command as Flown, Cue, Diagnostics, Duty, Fleet, GroupId, LimitedCommand, LookAt,
-    Message, Observation, Position, Report, Scan, Site, Step, Time, Traffic, UavId, UavParams, UavState, Velocity,
+    AgentOutput, Assignment, AssignmentLaw, AvailableUav, CandidateGroup, Command as Flown, Cue, Diagnostics, GroupId,
+    LimitedCommand, Message, PointingTarget, Position, Report, Scan, TeamAgent, Time, TrafficReport, UavId, UavParams,
+    UavState, Velocity,
 };
-use standoff_sim::brain::{Beliefs, Brain, Reported, TrackRow};
+use standoff_sim::controller::{Controller, ReportedState, ReportedTables, TrackRow};
 use standoff_sim::rows_of_picture;
 use standoff_sim::run::Mission;
 use standoff_sim::scenario::Scenario;
 
-pub(crate) use asked::Asked;
-pub(crate) use believed::Tracks;
-pub(crate) use seen::{Briefing, Choice, Command, Cued, Heard, Intruder, Observed, Picture, Zone};
+pub(crate) use call::LawCalls;
+pub(crate) use observation::{
+    AssignmentProblem, Command, Intruder, MissionInfo, Observation, ReceivedCue, ReceivedReport, TeamState, Zone,
+};
+pub(crate) use reported_tracks::Tracks;
 
-use crate::failure::InputError;
+use crate::exceptions::InputError;
 
-/// What a law takes the place of.
+/// Part of the built-in controller that a custom law replaces.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Replaces {
     All,
@@ -32,69 +35,70 @@ enum Replaces {
     Assignment,
 }
 
-/// What a law says of itself: class attributes of `standoff.Law`.
+/// Properties of a custom law, from the class attributes of `standoff.Law`.
 #[derive(Clone, Copy)]
 struct Kind {
     replaces: Replaces,
-    /// It decides for all UAVs at once.
-    is_team_s: bool,
-    /// It sees the team's picture, which the product keeps.
-    sees_picture: bool,
-    /// It tells what it believes of targets.
+    /// One law decides for all UAVs.
+    is_builtin: bool,
+    /// The law receives the team state, which the built-in controller computes.
+    sees_team_state: bool,
+    /// The law reports its own tracks.
     has_tracks: bool,
 }
 
 impl Kind {
     fn of(law: &Bound<'_, PyAny>) -> PyResult<Self> {
-        let says = |attribute: &str, allowed: &[&str], default: usize| -> PyResult<usize> {
-            let Some(said) = law.getattr_opt(attribute)? else { return Ok(default) };
-            let place = said.extract::<String>().ok().and_then(|said| allowed.iter().position(|one| *one == said));
-            place.ok_or_else(|| {
+        let option = |attribute: &str, allowed: &[&str], default: usize| -> PyResult<usize> {
+            let Some(value) = law.getattr_opt(attribute)? else { return Ok(default) };
+            let index = value.extract::<String>().ok().and_then(|value| allowed.iter().position(|one| *one == value));
+            index.ok_or_else(|| {
                 let allowed = allowed.join(", ");
-                PyValueError::new_err(format!("{law}: {attribute} is {said}; it is one of {allowed}"))
+                PyValueError::new_err(format!("{law}: {attribute} = {value}: must be one of {allowed}"))
             })
         };
-        let replaces = match says("replaces", &["all", "guidance", "assignment"], 0)? {
+        let replaces = match option("replaces", &["all", "guidance", "assignment"], 0)? {
             0 => Replaces::All,
             1 => Replaces::Guidance,
             _ => Replaces::Assignment,
         };
-        let is_team_s = says("decides_for", &["agent", "team"], 0)? == 1;
-        let sees_picture = says("sees", &["own", "picture"], 0)? == 1;
+        let is_team_s = option("decides_for", &["agent", "team"], 0)? == 1;
+        let sees_picture = option("sees", &["own", "picture"], 0)? == 1;
         if !law.getattr_opt("decide")?.is_some_and(|decide| decide.is_callable()) {
             return Err(PyTypeError::new_err(format!("{law} has no method decide: see standoff.Law")));
         }
         let is_team_s = is_team_s || replaces == Replaces::Assignment;
         let has_tracks = law.getattr_opt("tracks")?.is_some_and(|tracks| tracks.is_callable());
-        Ok(Self { replaces, is_team_s, sees_picture, has_tracks })
+        Ok(Self { replaces, is_builtin: is_team_s, sees_team_state: sees_picture, has_tracks })
     }
 
-    /// The product estimates and forms groups beside it.
+    /// True if the built-in estimation and grouping run alongside the law.
     fn has_fleet(self) -> bool {
-        self.sees_picture || self.replaces != Replaces::All
+        self.sees_team_state || self.replaces != Replaces::All
     }
 }
 
-/// A mission flown by what `law` makes: a class, or whatever is called with a [`Briefing`] and gives an object that decides.
+/// Makes a mission controlled by a custom law. `law` is a class, or a callable that takes a [`MissionInfo`] and returns an
+/// object with a method `decide`.
 pub(crate) fn mission(
     py: Python<'_>,
     scenario: &Scenario,
     law: &Bound<'_, PyAny>,
-    asked: &Arc<Asked>,
-) -> PyResult<Mission<OwnLaw>> {
+    asked: &Arc<LawCalls>,
+) -> PyResult<Mission<CustomLaw>> {
     if !law.is_callable() {
-        let what = "law: is a class, or whatever is called with a Briefing and gives a law; not a law itself, which would \
-                    carry what it knows from one run into the next";
+        let what = "law: must be a class, or a callable that takes a Briefing and returns a law; a law object would \
+                    carry its state from one run into the next";
         return Err(PyTypeError::new_err(what));
     }
     let uavs = scenario.uavs.len();
     let nothing = PyTuple::empty(py);
     let make = |uav: Option<u32>| {
-        let briefing = (Briefing::of(py, scenario, uav)?,).into_pyobject(py)?;
+        let briefing = (MissionInfo::of(py, scenario, uav)?,).into_pyobject(py)?;
         asked.ask(law, briefing, "made", nothing.clone()).map(Bound::unbind)
     };
-    let kind = Kind::of(&whose(law, || make(Some(0)))?)?;
-    let laws = if kind.is_team_s {
+    let kind = Kind::of(&class_of(law, || make(Some(0)))?)?;
+    let laws = if kind.is_builtin {
         vec![make(None)?]
     } else {
         (0..uavs as u32).map(|uav| make(Some(uav))).collect::<PyResult<_>>()?
@@ -103,16 +107,18 @@ pub(crate) fn mission(
     let refused = |errors: Vec<standoff::ParamError>| {
         InputError::new_err(errors.iter().map(ToString::to_string).collect::<Vec<_>>().join("\n"))
     };
-    let fleet = kind.has_fleet().then(|| Fleet::new(team)).transpose().map_err(refused)?;
-    let fleet = fleet.map(|fleet| fleet.with_airspace(scenario.settings.airspace.clone()));
-    let fleet = match (fleet, kind.replaces) {
-        (Some(fleet), Replaces::Assignment) => {
-            Some(fleet.assigned_by(Arc::new(OwnAssignment { law: laws[0].clone_ref(py), asked: Arc::clone(asked) })))
-        }
-        (fleet, _) => fleet,
-    };
-    let seen = scenario.uavs.iter().map(|state| Seen { own: *state, ..Seen::default() }).collect();
-    let brain = OwnLaw {
+    let fleet = kind.has_fleet().then(|| TeamAgent::new(team)).transpose().map_err(refused)?;
+    let fleet = fleet.map(|fleet| fleet.with_geofence(scenario.settings.geofence.clone()));
+    let fleet =
+        match (fleet, kind.replaces) {
+            (Some(fleet), Replaces::Assignment) => Some(fleet.with_assignment_law(Arc::new(CustomAssignment {
+                law: laws[0].clone_ref(py),
+                asked: Arc::clone(asked),
+            }))),
+            (fleet, _) => fleet,
+        };
+    let seen = scenario.uavs.iter().map(|state| Inbox { own: *state, ..Inbox::default() }).collect();
+    let controller = CustomLaw {
         kind,
         limits: team.uav,
         laws,
@@ -120,14 +126,15 @@ pub(crate) fn mission(
         seen,
         asked: Arc::clone(asked),
         answered: None,
-        now: Time::START,
+        now: Time::EPOCH,
         picture: None,
     };
-    Mission::with_brain(scenario, brain).map_err(refused)
+    Mission::with_brain(scenario, controller).map_err(refused)
 }
 
-/// What tells of a law: its class, also in `functools.partial`; else one that is made.
-fn whose<'py>(law: &Bound<'py, PyAny>, make: impl FnOnce() -> PyResult<Py<PyAny>>) -> PyResult<Bound<'py, PyAny>> {
+/// The object with the class attributes of a law: its class, also inside a `functools.partial`, or an instance made for
+/// this purpose.
+fn class_of<'py>(law: &Bound<'py, PyAny>, make: impl FnOnce() -> PyResult<Py<PyAny>>) -> PyResult<Bound<'py, PyAny>> {
     for class in [Some(law.clone()), law.getattr_opt("func")?].into_iter().flatten() {
         if class.hasattr("decide")? {
             return Ok(class);
@@ -136,93 +143,93 @@ fn whose<'py>(law: &Bound<'py, PyAny>, make: impl FnOnce() -> PyResult<Py<PyAny>
     make().map(|made| made.into_bound(law.py()))
 }
 
-/// What a UAV has seen and heard at an instant.
-struct Seen {
+/// Inputs of a UAV at one time step.
+struct Inbox {
     own: UavState,
-    /// `None`: it is out.
+    /// Its own report; `None` during an outage of the UAV.
     report: Option<Message>,
-    heard: Vec<Report>,
+    reports: Vec<Report>,
     cues: Vec<Cue>,
-    traffic: Vec<Traffic>,
-    /// As the product took it in.
-    observation: Option<Observation>,
+    traffic: Vec<TrafficReport>,
+    /// Observation token of the built-in controller.
+    observation: Option<standoff::Observation>,
 }
 
-impl Default for Seen {
+impl Default for Inbox {
     fn default() -> Self {
-        let own = UavState::straight(Position::ORIGIN, standoff::Angle::ZERO, 0.0);
-        Self { own, report: None, heard: Vec::new(), cues: Vec::new(), traffic: Vec::new(), observation: None }
+        let own = UavState::level_flight(Position::ORIGIN, standoff::Angle::ZERO, 0.0);
+        Self { own, report: None, reports: Vec::new(), cues: Vec::new(), traffic: Vec::new(), observation: None }
     }
 }
 
-/// As near to a bound as rounding leaves what is at it.
+/// Relative tolerance within which a command counts as being at a bound.
 const AT_BOUND: f64 = 1e-9;
 
-/// A law written in Python, as a brain.
-pub(crate) struct OwnLaw {
+/// A controller that calls a custom law written in Python.
+pub(crate) struct CustomLaw {
     kind: Kind,
     limits: UavParams,
-    /// One for each UAV, or one for all.
+    /// One law per UAV, or one for all.
     laws: Vec<Py<PyAny>>,
-    fleet: Option<Fleet>,
-    seen: Vec<Seen>,
-    asked: Arc<Asked>,
-    /// What a team's law answered at this instant, by UAV.
+    fleet: Option<TeamAgent>,
+    seen: Vec<Inbox>,
+    asked: Arc<LawCalls>,
+    /// Answers of a team law at this time step, by UAV.
     answered: Option<Vec<Option<Answer>>>,
     now: Time,
-    /// The picture of this instant, once somebody has asked.
-    picture: Option<Py<Picture>>,
+    /// Team state at this time step as a Python object, made on first use.
+    picture: Option<Py<TeamState>>,
 }
 
-/// What a law wants of a UAV.
+/// Answer of a law for one UAV.
 #[derive(Clone, Copy)]
 struct Answer {
     command: Flown,
-    look_at: Option<LookAt>,
+    pointing_target: Option<PointingTarget>,
     altitude_m: Option<f64>,
     group: Option<u32>,
 }
 
-impl Brain for OwnLaw {
+impl Controller for CustomLaw {
     fn observe(&mut self, now: Time, uav: UavId, own: &UavState, scan: Option<Scan>) {
         (self.now, self.answered, self.picture) = (now, None, None);
         let observation = self.fleet.as_mut().map(|fleet| fleet.observe(now, uav, own, scan));
         let report = scan.map(|scan| {
             let Scan { boresight, detections } = scan;
-            // Nobody starts anew in a mission: its clock counts the instants.
+            // Custom laws never restart during a mission, so the time can serve as the sequence number.
             let sequence = u32::try_from(now.us() / 1000).unwrap_or(u32::MAX);
             let detections = detections.to_vec();
-            Message::Report(Report { sequence, boresight, detections, ..Report::of(uav, now, *own) })
+            Message::Report(Report { sequence, boresight, detections, ..Report::position_only(uav, now, *own) })
         });
         if let Some(seen) = self.seen.get_mut(uav.0 as usize) {
-            *seen = Seen { own: *own, report, observation, ..Seen::default() };
+            *seen = Inbox { own: *own, report, observation, ..Inbox::default() };
         }
     }
 
     fn outbox(&self, uav: UavId) -> &[Message] {
-        // Who only assigns has no use for it.
-        let said = self.seen.get(uav.0 as usize).filter(|_| self.kind.replaces != Replaces::Assignment);
-        said.map_or(&[], |seen| seen.report.as_slice())
+        // A law that only assigns UAVs does not use reports.
+        let seen = self.seen.get(uav.0 as usize).filter(|_| self.kind.replaces != Replaces::Assignment);
+        seen.map_or(&[], |seen| seen.report.as_slice())
     }
 
-    fn hear(&mut self, uav: UavId, message: &Message) {
+    fn receive(&mut self, uav: UavId, message: &Message) {
         let Some(seen) = self.seen.get_mut(uav.0 as usize) else { return };
         match message {
-            Message::Report(report) => seen.heard.push(report.clone()),
+            Message::Report(report) => seen.reports.push(report.clone()),
             Message::Cue(cue) => seen.cues.push(*cue),
             Message::Traffic(traffic) => seen.traffic.push(*traffic),
-            // A law's own minds tell one another nothing of the kind.
+            // Custom laws do not exchange snapshots.
             Message::Snapshot(_) => {}
         }
-        // Whatever one hears from outside the team, all have heard.
+        // Messages from outside the team reach all UAVs, so only those to UAV 0 are passed on.
         if let (Message::Cue(_) | Message::Traffic(_), Some(fleet), Some(observation), 0) =
             (message, &mut self.fleet, &seen.observation, uav.0)
         {
-            fleet.hear(observation, message);
+            fleet.receive(observation, message);
         }
     }
 
-    fn decide(&mut self, uav: UavId) -> Step {
+    fn decide(&mut self, uav: UavId) -> AgentOutput {
         let own = self.seen.get(uav.0 as usize).map(|seen| seen.own);
         let straight = Flown { speed_m_s: own.map_or(0.0, |own| own.speed_m_s), turn_rate_rad_s: 0.0 };
         let observation = self.seen.get(uav.0 as usize).and_then(|seen| seen.observation);
@@ -230,7 +237,7 @@ impl Brain for OwnLaw {
             (Some(fleet), Some(observation)) => Some(fleet.decide(&observation)),
             _ => None,
         };
-        let step = ours.unwrap_or(Step::of(straight));
+        let step = ours.unwrap_or(AgentOutput::command_only(straight));
         if self.kind.replaces == Replaces::Assignment || self.asked.has_failed() {
             return step;
         }
@@ -238,33 +245,33 @@ impl Brain for OwnLaw {
             self.asked.fail(error);
             None
         });
-        let Some(Answer { command, look_at, altitude_m, group }) = answer else { return step };
+        let Some(Answer { command, pointing_target, altitude_m, group }) = answer else { return step };
         let group_number = group.or(step.diagnostics.group_number);
-        // What a law that knows the limits asks for at a bound, one that does not would ask for beyond: both are limited.
-        let beyond = |wanted: Flown| Flown {
-            speed_m_s: wanted.speed_m_s + AT_BOUND * (wanted.speed_m_s - self.limits.speed_m_s),
-            turn_rate_rad_s: wanted.turn_rate_rad_s * (1.0 + AT_BOUND),
+        // A command exactly at a bound counts as limited, like one beyond it: a law may clip its commands itself.
+        let beyond = |command: Flown| Flown {
+            speed_m_s: command.speed_m_s + AT_BOUND * (command.speed_m_s - self.limits.speed_m_s),
+            turn_rate_rad_s: command.turn_rate_rad_s * (1.0 + AT_BOUND),
         };
         let LimitedCommand { speed_limited, turn_rate_limited, .. } = self.limits.limit(beyond(command));
-        Step {
+        AgentOutput {
             command,
-            look_at: look_at.or(step.look_at),
+            pointing_target: pointing_target.or(step.pointing_target),
             altitude_m: altitude_m.or(step.altitude_m),
             diagnostics: Diagnostics { group_number, speed_limited, turn_rate_limited, ..step.diagnostics },
         }
     }
 
-    fn reported(&self) -> Reported {
+    fn reported(&self) -> ReportedTables {
         if self.fleet.is_some() {
-            Reported::default()
+            ReportedTables::default()
         } else {
-            Reported { tracks: self.kind.has_tracks, ..Reported::NOTHING }
+            ReportedTables { tracks: self.kind.has_tracks, ..ReportedTables::NOTHING }
         }
     }
 
-    fn report(&self, beliefs: &mut Beliefs) {
+    fn report(&self, beliefs: &mut ReportedState) {
         if let Some(fleet) = &self.fleet {
-            rows_of_picture(fleet.picture(), beliefs);
+            rows_of_picture(fleet.team_state(), beliefs);
         } else if self.kind.has_tracks && !self.asked.has_failed() {
             match Python::attach(|py| self.tracks(py)) {
                 Ok(tracks) => beliefs.tracks.extend(tracks),
@@ -274,20 +281,20 @@ impl Brain for OwnLaw {
     }
 }
 
-impl OwnLaw {
-    /// What the law wants of a UAV; `None`: what the product would do, or straight on.
-    fn answer(&mut self, py: Python<'_>, uav: UavId, ours: Option<&Step>) -> PyResult<Option<Answer>> {
+impl CustomLaw {
+    /// Calls the law for a UAV; `None`: use the command of the built-in controller or, without it, fly straight.
+    fn answer(&mut self, py: Python<'_>, uav: UavId, ours: Option<&AgentOutput>) -> PyResult<Option<Answer>> {
         let place = uav.0 as usize;
-        if !self.kind.is_team_s {
+        if !self.kind.is_builtin {
             let observed = (self.observed(py, place, ours)?,).into_pyobject(py)?;
             let law = self.laws[place].bind(py);
-            let answer = self.asked.ask(&law.getattr("decide")?, observed, "command", whose_is(law)?)?;
+            let answer = self.asked.ask(&law.getattr("decide")?, observed, "command", name_argument(law)?)?;
             return self.answer_of(&answer);
         }
         if self.answered.is_none() {
             let mut all = Vec::new();
             for place in 0..self.seen.len() {
-                // The product answers for the others first: whoever decides for all sees what it would do.
+                // The built-in controller decides for all UAVs first, because a team law sees its commands.
                 let ours = match (&mut self.fleet, self.seen[place].observation) {
                     (Some(fleet), Some(observation)) => Some(fleet.decide(&observation)),
                     _ => None,
@@ -304,83 +311,89 @@ impl OwnLaw {
         Ok(self.answered.as_ref().and_then(|answers| *answers.get(place)?))
     }
 
-    /// What the law believes of targets: a team's law, or the first UAV's.
+    /// Tracks reported by the team law, or by the law of UAV 0.
     fn tracks(&self, py: Python<'_>) -> PyResult<Vec<TrackRow>> {
         let law = self.laws[0].bind(py);
-        let tracks = self.asked.ask(&law.getattr("tracks")?, PyTuple::empty(py), "tracks", whose_is(law)?)?;
+        let tracks = self.asked.ask(&law.getattr("tracks")?, PyTuple::empty(py), "tracks", name_argument(law)?)?;
         let tracks = tracks.cast::<Tracks>()?;
         Ok(tracks.get().rows.clone())
     }
 
-    /// What a law has answered for a UAV, once it was read.
+    /// Converts a command that a law has returned for a UAV.
     fn answer_of(&self, answer: &Bound<'_, PyAny>) -> PyResult<Option<Answer>> {
         if answer.is_none() {
             return Ok(None);
         }
-        let Command { speed_m_s, turn_rate_rad_s, look_at, altitude_m, group } =
+        let Command { speed_m_s, turn_rate_rad_s, pointing_target, altitude_m, group } =
             answer.cast::<Command>()?.get().clone();
-        if let (Some(group), Some(picture)) = (group, self.fleet.as_ref().map(Fleet::picture))
-            && let there = picture.groups.iter().filter_map(|there| picture.number(there.id)).collect::<Vec<u32>>()
-            && !there.contains(&group)
+        if let (Some(group), Some(picture)) = (group, self.fleet.as_ref().map(TeamAgent::team_state))
+            && let existing =
+                picture.groups.iter().filter_map(|group| picture.group_number(group.id)).collect::<Vec<u32>>()
+            && !existing.contains(&group)
         {
-            return Err(PyValueError::new_err(format!("decide: group {group} is none of {there:?}")));
+            return Err(PyValueError::new_err(format!("decide: group {group} is not one of {existing:?}")));
         }
-        let look_at = look_at
-            .map(|[x, y, vx, vy]| LookAt { position: Position::from_m(x, y), velocity: Velocity::from_m_s(vx, vy) });
-        Ok(Some(Answer { command: Flown { speed_m_s, turn_rate_rad_s }, look_at, altitude_m, group }))
+        let pointing_target = pointing_target.map(|[x, y, vx, vy]| PointingTarget {
+            position: Position::from_m(x, y),
+            velocity: Velocity::from_m_s(vx, vy),
+        });
+        Ok(Some(Answer { command: Flown { speed_m_s, turn_rate_rad_s }, pointing_target, altitude_m, group }))
     }
 
-    fn observed(&mut self, py: Python<'_>, place: usize, ours: Option<&Step>) -> PyResult<Py<Observed>> {
-        if self.kind.sees_picture && self.picture.is_none() {
-            let picture = self.fleet.as_ref().map(|fleet| Picture::of(py, fleet.picture()));
+    fn observed(&mut self, py: Python<'_>, place: usize, ours: Option<&AgentOutput>) -> PyResult<Py<Observation>> {
+        if self.kind.sees_team_state && self.picture.is_none() {
+            let picture = self.fleet.as_ref().map(|fleet| TeamState::of(py, fleet.team_state()));
             self.picture = picture.map(|picture| Py::new(py, picture)).transpose()?;
         }
-        let Seen { own, report, heard, cues, traffic, .. } = &self.seen[place];
+        let Inbox { own, report, reports: heard, cues, traffic, .. } = &self.seen[place];
         let report = match report {
             Some(Message::Report(report)) => Some(report),
             _ => None,
         };
         let picture = self.picture.as_ref().map(|picture| picture.clone_ref(py));
-        Py::new(py, Observed::new(py, self.now, (place as u32, own), report, (heard, cues, traffic), (picture, ours))?)
+        Py::new(
+            py,
+            Observation::new(py, self.now, (place as u32, own), report, (heard, cues, traffic), (picture, ours))?,
+        )
     }
 }
 
-/// A law's class, for messages.
+/// Class name of a law, for messages.
 fn name(law: &Bound<'_, PyAny>) -> PyResult<String> {
     Ok(law.get_type().name()?.to_string())
 }
 
-/// The same as what reads an answer takes it.
-fn whose_is<'py>(law: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyTuple>> {
+/// Class name of a law, as the argument of the functions that read answers.
+fn name_argument<'py>(law: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyTuple>> {
     (name(law)?,).into_pyobject(law.py())
 }
 
-/// A law that assigns UAVs to groups, written in Python.
-struct OwnAssignment {
+/// Assignment law written in Python: assigns UAVs to groups.
+struct CustomAssignment {
     law: Py<PyAny>,
-    asked: Arc<Asked>,
+    asked: Arc<LawCalls>,
 }
 
-impl std::fmt::Debug for OwnAssignment {
+impl std::fmt::Debug for CustomAssignment {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         f.write_str("OwnAssignment")
     }
 }
 
-impl AssignmentLaw for OwnAssignment {
-    fn assign(&self, now: Time, uavs: &[AvailableUav], sites: &[Site<'_>]) -> Option<Vec<Duty>> {
+impl AssignmentLaw for CustomAssignment {
+    fn assign(&self, now: Time, uavs: &[AvailableUav], sites: &[CandidateGroup<'_>]) -> Option<Vec<Assignment>> {
         if self.asked.has_failed() {
             return None;
         }
         Python::attach(|py| {
             let law = self.law.bind(py);
-            let choice = (Choice::of(py, now, uavs, sites)?,).into_pyobject(py)?;
+            let choice = (AssignmentProblem::of(py, now, uavs, sites)?,).into_pyobject(py)?;
             let uavs = PyFrozenSet::new(py, uavs.iter().map(|uav| uav.uav.0))?;
             let groups = PyFrozenSet::new(py, sites.iter().map(|site| site.group.0))?;
             let how = (name(law)?, uavs, groups).into_pyobject(py)?;
             let answer = self.asked.ask(&law.getattr("decide")?, choice, "duties", how)?;
             let duties: Option<Vec<(u32, u64)>> = answer.extract()?;
-            let duty = |(uav, group)| Duty { uav: UavId(uav), group: GroupId(group) };
+            let duty = |(uav, group)| Assignment { uav: UavId(uav), group: GroupId(group) };
             PyResult::Ok(duties.map(|duties| duties.into_iter().map(duty).collect()))
         })
         .unwrap_or_else(|error| {

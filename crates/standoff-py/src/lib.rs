@@ -1,23 +1,23 @@
-//! The Python module `standoff._standoff`: what the package `standoff` in `python/` is made of.
+//! The Python extension module `standoff._standoff`, on which the package `standoff` in `python/` is built.
 
-mod asked_for;
 mod batch;
+mod common_args;
 mod comparison;
+mod components;
 mod envs;
-mod failure;
+mod exceptions;
 mod folder;
-mod html;
+mod interruptible;
 mod law;
-mod pieces;
-mod positional;
+mod notebook_repr;
+mod pread_file;
 mod run;
 mod scenario;
 mod table;
-mod waiting;
 
 use pyo3::prelude::*;
 
-/// Cooperative standoff tracking: runs, batches, laws of your own, and the library's pieces on arrays.
+/// Cooperative standoff tracking: runs, batches, custom laws, and components of the library on NumPy arrays.
 #[pymodule(gil_used = false)]
 mod _standoff {
     #[pymodule_export]
@@ -25,23 +25,26 @@ mod _standoff {
     #[pymodule_export]
     use super::comparison::{Comparison, compare};
     #[pymodule_export]
-    use super::envs::{Instant, Worlds, observation_features};
-    #[pymodule_export]
-    use super::law::{Briefing, Choice, Command, Cued, Heard, Intruder, Observed, Picture, Tracks, Zone};
-    #[pymodule_export]
-    use super::pieces::{
-        Filter, Parameters, StandoffDistance, Steering, assignment, best_separation_rad, clustering, group_count,
-        information_1_m2, led_distance, measure, pair_information_1_m4, smallest_circle, standoff_distance, steer,
+    use super::components::{
+        Filter, Parameters, StandoffDistance, Steering, assignment, clustering, enclosing_circle, group_count,
+        information_1_m2, led_distance, measure, optimal_phase_rad, pair_information_1_m4, standoff_distance, steer,
         vector_field, wrapped_angle_rad,
     };
     #[pymodule_export]
-    use super::run::{Run, run, yardstick};
+    use super::envs::{EnvStep, Worlds, observation_features};
+    #[pymodule_export]
+    use super::law::{
+        AssignmentProblem, Command, Intruder, MissionInfo, Observation, ReceivedCue, ReceivedReport, TeamState, Tracks,
+        Zone,
+    };
+    #[pymodule_export]
+    use super::run::{Run, baseline, run};
     #[pymodule_export]
     use super::scenario::{Scenario, scenarios};
     #[pymodule_export]
     use super::table::Table;
 
-    #[expect(non_upper_case_globals, reason = "it is called so in Python")]
+    #[expect(non_upper_case_globals, reason = "this is the conventional Python name")]
     #[pymodule_export]
     const __version__: &str = env!("CARGO_PKG_VERSION");
 }

@@ -1,4 +1,4 @@
-//! `run`: a scenario flown into a record, and told.
+//! `run`: runs a scenario, writes its record and computes its results.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -7,46 +7,48 @@ use std::sync::{Arc, Mutex, PoisonError};
 
 use pyo3::exceptions::PyKeyError;
 use pyo3::prelude::*;
-use standoff_results::{Failure, Maps, Telling, Told, Yardsticked, done_unless, fly, has_older_run, refused, tell};
+use standoff_results::{
+    BaselineReport, Failure, Maps, OutcomeOptions, Report, fly, has_older_run, refused, report_run, run_unless,
+};
+use standoff_sim::display_text;
 use standoff_sim::run::Mission;
-use standoff_sim::score::Choice;
-use standoff_sim::text;
+use standoff_sim::score::MetricSelection;
 
-use crate::asked_for::{Dict, Wanted, Whole, count, json, small, warn, warning};
-use crate::failure::{InputError, StandoffError, raised};
+use crate::common_args::{Dict, MetricsArg, Whole, count, json, small, warn, warning};
+use crate::exceptions::{InputError, StandoffError, raised};
 use crate::folder::in_folder;
-use crate::html::framed;
-use crate::law::{self, Asked};
+use crate::interruptible::{listening, unless_interrupted};
+use crate::law::{self, LawCalls};
+use crate::notebook_repr::framed;
 use crate::scenario::changed_as_asked;
 use crate::table::Table;
-use crate::waiting::{listening, unless_interrupted};
 
-/// The tables of a record.
+/// Names of the tables in a record.
 const TABLES: [&str; 13] = [
     "uavs",
     "truth",
     "tracks",
     "groups",
     "detections",
-    "views",
+    "in_view",
     "events",
     "intruders",
     "agents",
     "agent_tracks",
     "agent_groups",
     "agent_events",
-    "agent_team",
+    "agent_teammates",
 ];
 
-/// A run in its folder: its record, and what it came to.
+/// A recorded run, read from its folder: its tables and its results.
 ///
-/// ``run.uavs``, ``run.truth``, ``run.tracks``, ``run.groups``, ``run.detections``, ``run.views`` and ``run.events`` are its
-/// tables (docs/record.md tells their columns). In a notebook it shows itself as the page; ``print`` gives the command's
-/// table.
+/// ``run.uavs``, ``run.truth``, ``run.tracks``, ``run.groups``, ``run.detections``, ``run.views`` and ``run.events``
+/// are its tables (docs/record.md describes their columns). A notebook shows the report page of the run; ``print``
+/// shows the same table as the command line.
 ///
-/// :param dir: the folder of a run, of ``standoff run`` or :func:`run`; its summary and figures are made anew.
-/// :param metrics: names of metrics and sets of them, as of :func:`run`.
-/// :raises InputError: there is no record, or it is damaged.
+/// :param dir: folder written by ``standoff run`` or :func:`run`; the summary and the figures in it are recomputed.
+/// :param metrics: names of metrics and of sets, as for :func:`run`.
+/// :raises InputError: if the folder holds no record, or the record is damaged.
 #[pyclass(frozen, weakref, module = "standoff")]
 pub(crate) struct Run {
     dir: PathBuf,
@@ -54,17 +56,17 @@ pub(crate) struct Run {
     told: String,
 }
 
-/// Everything a flight is given that a thread of its own may take along.
+/// Inputs of a run that move to the worker thread.
 struct Flight {
     scenario: standoff_sim::scenario::Scenario,
     out: PathBuf,
     maps: Maps,
-    choice: Choice,
-    yardstick: bool,
+    choice: MetricSelection,
+    baseline: bool,
     notes: Notes,
 }
 
-/// What is noteworthy, for warnings.
+/// Notes and warnings collected during a run.
 #[derive(Clone, Default)]
 pub(crate) struct Notes(Arc<Mutex<Vec<String>>>);
 
@@ -73,17 +75,18 @@ impl Notes {
         self.0.lock().unwrap_or_else(PoisonError::into_inner).push(line.to_owned());
     }
 
-    /// As warnings of Python.
+    /// Issues the collected notes as Python warnings.
     pub(crate) fn warn(&self, py: Python<'_>) -> PyResult<()> {
         let notes = std::mem::take(&mut *self.0.lock().unwrap_or_else(PoisonError::into_inner));
-        let told = |note: &String| note.trim_start_matches("note: ").trim_start_matches("warning: ").to_owned();
-        notes.iter().map(told).try_for_each(|note| warning(py, &note))
+        let text = |note: &String| note.trim_start_matches("note: ").trim_start_matches("warning: ").to_owned();
+        notes.iter().map(text).try_for_each(|note| warning(py, &note))
     }
 }
 
 impl Flight {
-    /// Flies the mission, publishes the record and tells it.
-    fn fly<B: standoff_sim::brain::Brain>(
+    /// Runs the mission, publishes the record and writes its results. Returns the summary as JSON and the text for
+    /// `print`.
+    fn fly<B: standoff_sim::controller::Controller>(
         &self,
         mission: &mut Mission<B>,
         stop: &AtomicBool,
@@ -93,51 +96,52 @@ impl Flight {
         let map = self.maps.of_scenario(&self.scenario, &say)?;
         let closed = fly(&self.scenario, mission, &self.out, map.as_ref(), &say, go_on, |_| {})?;
         let (dir, out, choice, notes) = (closed.dir().to_owned(), self.out.clone(), self.choice, self.notes.clone());
-        let (scenario, with_yardstick) = (self.scenario.clone(), self.yardstick);
-        let told = done_unless(
+        let (scenario, with_yardstick) = (self.scenario.clone(), self.baseline);
+        let told = run_unless(
             || stop.load(Ordering::Relaxed),
             move || {
-                let told = tell(&dir, &out, choice, &|line| notes.say(line))?;
-                Ok((told, with_yardstick.then(|| Yardsticked::of(&scenario).yardstick)))
+                let told = report_run(&dir, &out, choice, &|line| notes.say(line))?;
+                Ok((told, with_yardstick.then(|| BaselineReport::of(&scenario).baseline)))
             },
         );
         closed.publish().map_err(Failure::running)?;
-        let (Told { mut outcome, written }, yardstick) =
-            told.ok_or_else(|| Failure::running(format!("the run is complete in {}", text::path(&self.out))))??;
+        let (Report { mut outcome, written }, baseline) =
+            told.ok_or_else(|| Failure::running(format!("the run is complete in {}", display_text::path(&self.out))))??;
         written?;
-        outcome.yardstick = yardstick;
+        outcome.baseline = baseline;
         let summary = outcome.json().map_err(Failure::running)?;
-        Ok((summary, outcome.told(&self.out, Telling { per_target: true, ..Telling::default() })))
+        Ok((summary, outcome.text(&self.out, OutcomeOptions { per_target: true, ..OutcomeOptions::default() })))
     }
 }
 
-/// Flies a scenario into a record: the same files, to the byte, as ``standoff run``, and the same numbers.
+/// Runs a scenario and records it. Writes byte for byte the same files as ``standoff run``, with the same results.
 ///
-/// :param scenario: a built-in scenario's name, the path of a scenario file, or a :class:`Scenario`. None: what the command
-///     flies: ``best/figure-9``, or over traffic ``traffic/convoy``.
-/// :param seed: seed of everything random, 0 to 2**63 - 1; 1 if left out.
-/// :param traffic: fly over this traffic file: SUMO floating-car data or CSV tracks, plain or .gz.
+/// :param scenario: name of a built-in scenario, path of a scenario file, or a :class:`Scenario`. None:
+///     ``improved/figure-9`` or, with ``traffic``, ``traffic/convoy``, as on the command line.
+/// :param seed: seed of all random values, 0 to 2**63 - 1; 1 by default.
+/// :param traffic: traffic file with the targets: SUMO floating-car data or CSV tracks, plain or .gz.
 /// :param uavs: number of UAVs, started on an orbit about the first targets.
 /// :param set: values of the scenario to change, by dotted key.
-/// :param metrics: names of docs/metrics.md and the sets ``standard``, ``limits``, ``table-2``, ``all``: a str with commas
-///     between, or a list.
-/// :param out: folder for the results. None: a temporary one, which goes with the run.
-/// :param maps: SUMO nets or GeoJSON to show under the vehicles.
-/// :param law: a law of your own that flies in the place of the product: a class like :class:`Law`, or whatever is called
-///     with a :class:`Briefing` and gives an object that decides.
-/// :param law_limit_s: how long a law may take to answer, s, above 0.
-/// :param yardstick: tell beside it what greedy discs that know where every target is would watch.
+/// :param metrics: names of metrics (docs/metrics.md) and of the sets ``standard``, ``limits``, ``table-2``, ``all``: a
+///     comma-separated str, or a list.
+/// :param out: folder for the results. None: a temporary folder, deleted together with the run object.
+/// :param maps: SUMO networks or GeoJSON files to show below the vehicles.
+/// :param law: custom law that replaces the built-in controller: a subclass of :class:`Law`, or a callable that takes a
+///     :class:`MissionInfo` and returns an object with a method ``decide``.
+/// :param law_limit_s: time limit for each call of a custom law, s, above 0.
+/// :param yardstick: also compute the coverage baseline: the coverage of greedily placed sensor footprints with perfect
+///     knowledge of the target positions.
 /// :returns: the run.
-/// :raises ScenarioError: the scenario cannot be used; what is wrong is drawn under what was typed.
-/// :raises InputError: another argument is wrong, or ``out`` holds something else.
-/// :raises StandoffError: something failed while running: the disk, a law that never answers. What a law raises comes as it
-///     is. A note says what is kept of the run.
+/// :raises ScenarioError: if the scenario is invalid; the message shows the line and marks the position.
+/// :raises InputError: if another argument is invalid, or ``out`` holds other files.
+/// :raises StandoffError: if the run fails, for example because the disk is full or a custom law does not answer.
+///     Exceptions of a custom law are passed on. A note in the exception states which part of the run was saved.
 #[pyfunction]
 #[pyo3(signature = (
-    scenario=None, *, seed=Whole(1), traffic=None, uavs=None, set=None, metrics=Wanted::default(), out=None, maps=vec![],
-    law=None, law_limit_s=10.0, yardstick=false
+    scenario=None, *, seed=Whole(1), traffic=None, uavs=None, set=None, metrics=MetricsArg::default(), out=None, maps=vec![],
+    law=None, law_limit_s=10.0, baseline=false
 ))]
-#[expect(clippy::too_many_arguments, reason = "Python's are named")]
+#[expect(clippy::too_many_arguments, reason = "Python callers pass them by keyword")]
 pub(crate) fn run(
     py: Python<'_>,
     scenario: Option<&Bound<'_, PyAny>>,
@@ -145,55 +149,55 @@ pub(crate) fn run(
     traffic: Option<PathBuf>,
     uavs: Option<Whole>,
     set: Option<Dict<'_>>,
-    metrics: Wanted,
+    metrics: MetricsArg,
     out: Option<PathBuf>,
     maps: Vec<PathBuf>,
     law: Option<&Bound<'_, PyAny>>,
     law_limit_s: f64,
-    yardstick: bool,
+    baseline: bool,
 ) -> PyResult<Py<Run>> {
     let scenario =
         changed_as_asked(scenario, traffic, small("uavs", uavs)?, set.as_ref())?.drawn(count("seed", seed, 0)?)?;
     let choice = metrics.choice()?;
     warn(py, &scenario)?;
     let stop = Arc::new(AtomicBool::new(false));
-    let asked = law.map(|_| Asked::within(py, law_limit_s, &stop)).transpose()?;
+    let asked = law.map(|_| LawCalls::within(py, law_limit_s, &stop)).transpose()?;
     let law = law.map(|law| law.clone().unbind());
     let is_named = out.is_some();
     in_folder(py, out, |out| {
-        // Without a slash at its end: a link to a folder would be followed half of the way.
+        // Removes a trailing slash, with which a symbolic link to the folder would be followed in some calls only.
         let out: PathBuf = out.components().collect();
         let notes = Notes::default();
         if has_older_run(&scenario, &out).map_err(|failure| raised(&failure))? {
             notes.say(&format!("note: replacing the older run in {}", out.display()));
         }
         let (asking, stopped) = (asked.clone(), Arc::clone(&stop));
-        let flight = Flight { scenario, out: out.clone(), maps: Maps(maps), choice, yardstick, notes: notes.clone() };
+        let flight = Flight { scenario, out: out.clone(), maps: Maps(maps), choice, baseline, notes: notes.clone() };
         let work = move || {
-            let goes_on = || !stopped.load(Ordering::Relaxed);
+            let go_on = || !stopped.load(Ordering::Relaxed);
             let Some((law, asked)) = law.zip(asking) else {
-                let mission = Mission::scored_by(&flight.scenario, flight.choice);
+                let mission = Mission::new_for_metrics(&flight.scenario, flight.choice);
                 let mut mission = mission.map_err(|errors| Failure::Input(refused(&errors)))?;
-                return flight.fly(&mut mission, &stopped, goes_on);
+                return flight.fly(&mut mission, &stopped, go_on);
             };
             match Python::attach(|py| law::mission(py, &flight.scenario, law.bind(py), &asked)) {
-                Ok(mut mission) => flight.fly(&mut mission, &stopped, || goes_on() && !asked.has_failed()),
+                Ok(mut mission) => flight.fly(&mut mission, &stopped, || go_on() && !asked.has_failed()),
                 Err(error) => {
                     asked.fail(error);
-                    Err(Failure::running("nothing was flown"))
+                    Err(Failure::running("the mission did not start"))
                 }
             }
         };
         let ended = listening(py, &stop, || Ok(()), work)?;
         notes.warn(py)?;
-        let came = ended.raised.or_else(|| asked.and_then(|asked| asked.take()));
-        match (ended.done, came) {
+        let raised_error = ended.raised.or_else(|| asked.and_then(|asked| asked.take()));
+        match (ended.done, raised_error) {
             (Ok((summary, told)), None) => Ok(Run { dir: out, summary, told }),
             (Err(failure), None) => Err(raised(&failure)),
-            // What was raised comes first: that the run ended follows from it.
+            // A raised exception takes precedence: it is the reason why the run ended.
             (done, Some(error)) => {
                 if let (Err(failure), true) = (&done, is_named) {
-                    error.add_note(py, failure.told(false).join("\n"))?;
+                    error.add_note(py, failure.message(false).join("\n"))?;
                 }
                 Err(error)
             }
@@ -201,14 +205,15 @@ pub(crate) fn run(
     })
 }
 
-/// What greedy discs that know where every target is would watch: the numbers of ``standoff yardstick``.
+/// Computes the coverage baseline of a scenario: the coverage of greedily placed sensor footprints with perfect
+/// knowledge of the target positions. The numbers are those of ``standoff yardstick``.
 ///
-/// :param scenario: as of :func:`run`, as are the other parameters.
+/// :param scenario: as for :func:`run`, like the other parameters.
 /// :returns: ``{"scenario", "seed", "duration_s", "uavs", "targets", "yardstick": {"disc_radius_m", "half", "all"}}``.
-/// :raises ScenarioError: the scenario cannot be used.
+/// :raises ScenarioError: if the scenario is invalid.
 #[pyfunction]
 #[pyo3(signature = (scenario=None, *, seed=Whole(1), traffic=None, uavs=None, set=None))]
-pub(crate) fn yardstick<'py>(
+pub(crate) fn baseline<'py>(
     py: Python<'py>,
     scenario: Option<&Bound<'py, PyAny>>,
     seed: Whole,
@@ -219,21 +224,21 @@ pub(crate) fn yardstick<'py>(
     let scenario =
         changed_as_asked(scenario, traffic, small("uavs", uavs)?, set.as_ref())?.drawn(count("seed", seed, 0)?)?;
     warn(py, &scenario)?;
-    let done = unless_interrupted(py, move || Yardsticked::of(&scenario).json())?;
+    let done = unless_interrupted(py, move || BaselineReport::of(&scenario).json())?;
     json(py, &done.map_err(|error| StandoffError::new_err(error.to_string()))?)
 }
 
 #[pymethods]
 impl Run {
     #[new]
-    #[pyo3(signature = (dir, *, metrics=Wanted::default()))]
-    fn new(py: Python<'_>, dir: PathBuf, metrics: Wanted) -> PyResult<Self> {
+    #[pyo3(signature = (dir, *, metrics=MetricsArg::default()))]
+    fn new(py: Python<'_>, dir: PathBuf, metrics: MetricsArg) -> PyResult<Self> {
         let (choice, notes) = (metrics.choice()?, Notes::default());
         let (place, say) = (dir.clone(), notes.clone());
         let work = move || -> Result<_, Failure> {
-            let Told { outcome, written } = tell(&place, &place, choice, &|line| say.say(line))?;
+            let Report { outcome, written } = report_run(&place, &place, choice, &|line| say.say(line))?;
             written?;
-            let told = outcome.told(&place, Telling { per_target: true, ..Telling::default() });
+            let told = outcome.text(&place, OutcomeOptions { per_target: true, ..OutcomeOptions::default() });
             Ok((outcome.json().map_err(Failure::running)?, told))
         };
         let done = unless_interrupted(py, work)?;
@@ -242,81 +247,81 @@ impl Run {
         Ok(Self { dir, summary, told })
     }
 
-    /// The folder of the run.
+    /// Folder of the run.
     #[getter]
     fn dir(&self) -> &Path {
         &self.dir
     }
 
-    /// ``summary.json`` as a dict: what was flown, metrics, events, how each target fared.
+    /// ``summary.json`` as a dict: scenario, metrics, events, and results of each target.
     #[getter]
     fn summary<'py>(&self, py: Python<'py>) -> PyResult<Dict<'py>> {
         json(py, &self.summary)
     }
 
-    /// What the run came to: a float by the name of each metric, None where there was nothing to measure.
+    /// Metrics of the run: a float for each name, or None if the metric is not defined for this run.
     #[getter]
     fn metrics<'py>(&self, py: Python<'py>) -> PyResult<Dict<'py>> {
         self.summary(py)?.dict("metrics")
     }
 
-    /// The scenario that was flown, every value drawn and spelt out, TOML.
+    /// Scenario of the run as TOML, with all random values drawn and all defaults.
     #[getter]
     fn scenario_toml(&self) -> PyResult<String> {
         let path = self.dir.join("scenario.toml");
         fs::read_to_string(&path).map_err(|reason| InputError::new_err(format!("{}: {reason}", path.display())))
     }
 
-    /// A table of the record.
+    /// Opens a table of the record.
     ///
-    /// :param name: ``uavs``, ``truth``, ``tracks``, ``groups``, ``detections``, ``views`` or ``events``; where there were any,
-    ///     ``intruders``, too; where several minds flew, ``agents``, ``agent_tracks``, ``agent_groups``, ``agent_events`` or
-    ///     ``agent_team``.
-    /// :raises KeyError: there is no table of that name.
+    /// :param name: ``uavs``, ``truth``, ``tracks``, ``groups``, ``detections``, ``in_view`` or ``events``; in runs with
+    ///     intruders also ``intruders``; in runs with one agent per UAV also ``agents``, ``agent_tracks``,
+    ///     ``agent_groups``, ``agent_events`` or ``agent_teammates``.
+    /// :raises KeyError: if no table has this name.
     fn table(this: &Bound<'_, Self>, name: &str) -> PyResult<Table> {
         if !TABLES.contains(&name) {
-            return Err(PyKeyError::new_err(format!("no table {name:?}; there are {}", TABLES.join(", "))));
+            return Err(PyKeyError::new_err(format!("no table {name:?}; tables: {}", TABLES.join(", "))));
         }
         Table::open(&this.get().dir.join(format!("{name}.parquet")), Some(this.clone().into_any().unbind()))
     }
 
-    /// Each UAV at each instant.
+    /// State of each UAV at each time step.
     #[getter]
     fn uavs(this: &Bound<'_, Self>) -> PyResult<Table> {
         Self::table(this, "uavs")
     }
 
-    /// Each target as it really was.
+    /// True state of each target at each time step.
     #[getter]
     fn truth(this: &Bound<'_, Self>) -> PyResult<Table> {
         Self::table(this, "truth")
     }
 
-    /// Each track: what the team believed of a target.
+    /// Tracks: the team's estimate of each target at each time step.
     #[getter]
     fn tracks(this: &Bound<'_, Self>) -> PyResult<Table> {
         Self::table(this, "tracks")
     }
 
-    /// Each group and the orbit about it.
+    /// Groups and their orbits at each time step.
     #[getter]
     fn groups(this: &Bound<'_, Self>) -> PyResult<Table> {
         Self::table(this, "groups")
     }
 
-    /// What the sensors said.
+    /// Detections of the sensors.
     #[getter]
     fn detections(this: &Bound<'_, Self>) -> PyResult<Table> {
         Self::table(this, "detections")
     }
 
-    /// Which targets were in whose view.
+    /// Targets in the view of each UAV.
     #[getter]
     fn views(this: &Bound<'_, Self>) -> PyResult<Table> {
-        Self::table(this, "views")
+        Self::table(this, "in_view")
     }
 
-    /// What happened.
+    /// Events of the run.
     #[getter]
     fn events(this: &Bound<'_, Self>) -> PyResult<Table> {
         Self::table(this, "events")
@@ -332,7 +337,7 @@ impl Run {
         Ok(format!("Run({scenario}, seed {seed}, {:?})", self.dir))
     }
 
-    /// As a notebook shows it: the page that replays it.
+    /// HTML for notebooks: the report page that replays the run.
     fn _repr_html_(&self, py: Python<'_>) -> PyResult<Option<String>> {
         let Ok(page) = fs::read_to_string(self.dir.join("report.html")) else { return Ok(None) };
         framed(py, &page).map(Some)

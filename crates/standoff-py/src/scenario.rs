@@ -1,35 +1,35 @@
-//! Scenarios as objects: what is flown, before anything is drawn.
+//! Scenarios as Python objects, before random values are drawn.
 
 use std::env;
 use std::path::PathBuf;
 
 use pyo3::prelude::*;
 use pyo3::types::{PyBool, PyDict, PyInt, PyList, PyString, PyTuple};
-use standoff_sim::scenario::{BUILT_IN, Edits, Template};
+use standoff_sim::scenario::{BUILT_IN, Overrides, ScenarioTemplate};
 use toml::{Table, Value};
 
-use crate::asked_for::{Dict, Whole, count, small};
-use crate::failure::{ScenarioError, of_scenario};
+use crate::common_args::{Dict, Whole, count, small};
+use crate::exceptions::{ScenarioError, of_scenario};
 
-/// What is flown: a built-in scenario, a scenario file, or TOML; with changes.
+/// A scenario: a built-in one, a scenario file, or TOML text, with changes.
 ///
-/// Before anything is drawn: one scenario for every seed. What is out of range is told when a seed is drawn, flown or
-/// :meth:`resolved`. docs/scenarios.md lists the keys.
+/// Random values are not drawn yet, so one object serves all seeds. Values out of range are reported when the scenario
+/// is run or :meth:`resolved` with a seed. docs/scenarios.md lists the keys.
 ///
-/// :param scenario: a built-in scenario's name, or the path of a scenario file (str or os.PathLike).
-/// :param traffic: fly over this traffic file: SUMO floating-car data or CSV tracks, plain or .gz.
+/// :param scenario: name of a built-in scenario, or path of a scenario file (str or os.PathLike).
+/// :param traffic: traffic file with the targets: SUMO floating-car data or CSV tracks, plain or .gz.
 /// :param uavs: number of UAVs, started on an orbit about the first targets.
 /// :param set: values to change, by dotted key: ``{"guidance.lead_s": 1.5}``; nested dicts are tables.
-/// :raises ScenarioError: what is wrong, drawn under what was typed.
+/// :raises ScenarioError: if the scenario is invalid; the message shows the line and marks the position.
 #[pyclass(frozen, module = "standoff")]
 #[derive(Clone)]
 pub(crate) struct Scenario {
     source: Source,
-    edits: Edits,
-    template: Template,
+    edits: Overrides,
+    template: ScenarioTemplate,
 }
 
-/// What was typed, and where.
+/// Origin of a scenario: a name or path, or TOML text with the folder for its relative paths.
 #[derive(Clone, PartialEq, Eq)]
 enum Source {
     Named(String),
@@ -37,40 +37,40 @@ enum Source {
 }
 
 impl Scenario {
-    fn load(source: Source, edits: Edits) -> PyResult<Self> {
+    fn load(source: Source, edits: Overrides) -> PyResult<Self> {
         let template = match &source {
-            Source::Named(name) => Template::load(name, &edits),
-            Source::Toml { name, toml, folder } => Template::of_toml(name, toml, &edits, folder),
+            Source::Named(name) => ScenarioTemplate::load(name, &edits),
+            Source::Toml { name, toml, folder } => ScenarioTemplate::of_toml(name, toml, &edits, folder),
         };
         Ok(Self { source, edits, template: template.map_err(of_scenario)? })
     }
 
-    pub(crate) fn template(&self) -> &Template {
+    pub(crate) fn template(&self) -> &ScenarioTemplate {
         &self.template
     }
 
-    /// What is set beyond `other`, where this is `other` changed.
+    /// Changes made to `other`, if this scenario is `other` with further changes; otherwise none.
     pub(crate) fn changes_of(&self, other: &Self) -> &[String] {
         let is_of_it = self.source == other.source;
         is_of_it.then(|| self.edits.set.strip_prefix(other.edits.set.as_slice())).flatten().unwrap_or_default()
     }
 
-    /// The scenario of a seed.
+    /// Draws the scenario with a seed.
     pub(crate) fn drawn(&self, seed: u64) -> PyResult<standoff_sim::scenario::Scenario> {
         self.template.draw(seed).map_err(of_scenario)
     }
 }
 
-/// What is flown where nothing is named: by itself, or over traffic.
-const DEFAULT_SCENARIO: &str = "best/figure-9";
+/// Default scenarios, without and with a traffic file.
+const DEFAULT_SCENARIO: &str = "improved/figure-9";
 const DEFAULT_FOR_TRAFFIC: &str = "traffic/convoy";
 
-/// Wherever a scenario is asked for: an object, or what makes one.
+/// Converts a scenario argument: a `Scenario`, a built-in name or a path.
 pub(crate) fn asked_for(scenario: &Bound<'_, PyAny>) -> PyResult<Scenario> {
     changed_as_asked(Some(scenario), None, None, None)
 }
 
-/// The same with changes; where none is named, what the command flies.
+/// Converts a scenario argument and applies changes. Without a scenario, uses the default of the command line.
 pub(crate) fn changed_as_asked(
     scenario: Option<&Bound<'_, PyAny>>,
     traffic: Option<PathBuf>,
@@ -79,11 +79,11 @@ pub(crate) fn changed_as_asked(
 ) -> PyResult<Scenario> {
     let default = if traffic.is_some() { DEFAULT_FOR_TRAFFIC } else { DEFAULT_SCENARIO };
     let (source, edits) = match scenario {
-        None => (Source::Named(default.to_owned()), Edits::default()),
+        None => (Source::Named(default.to_owned()), Overrides::default()),
         Some(scenario) => match scenario.cast::<Scenario>() {
             Ok(scenario) if traffic.is_none() && uavs.is_none() && set.is_none() => return Ok(scenario.get().clone()),
             Ok(scenario) => (scenario.get().source.clone(), scenario.get().edits.clone()),
-            Err(_) => (Source::Named(path(scenario)?), Edits::default()),
+            Err(_) => (Source::Named(path(scenario)?), Overrides::default()),
         },
     };
     Scenario::load(source, changed(edits, traffic, uavs, set)?)
@@ -102,62 +102,63 @@ impl Scenario {
         changed_as_asked(Some(scenario), traffic, small("uavs", uavs)?, set.as_ref())
     }
 
-    /// A scenario typed as TOML.
+    /// Makes a scenario from TOML text.
     ///
-    /// :param toml: the text, as of a scenario file.
-    /// :param name: what it is called.
-    /// :raises ScenarioError: what is wrong, drawn under what was typed.
+    /// :param toml: text in the format of a scenario file.
+    /// :param name: name of the scenario.
+    /// :raises ScenarioError: if the scenario is invalid; the message shows the line and marks the position.
     #[staticmethod]
     #[pyo3(signature = (toml, *, name="scenario"))]
     fn from_toml(toml: &str, name: &str) -> PyResult<Self> {
         let folder = env::current_dir().unwrap_or_default();
         let source = Source::Toml { name: name.to_owned(), toml: toml.to_owned(), folder };
-        Self::load(source, Edits::default())
+        Self::load(source, Overrides::default())
     }
 
-    /// A scenario of nested dicts, as :meth:`to_dict` gives them and as ``tomllib`` reads scenario files.
+    /// Makes a scenario from nested dicts, as returned by :meth:`to_dict` or by ``tomllib`` for a scenario file.
     ///
     /// :param scenario: tables as dicts, arrays as lists.
-    /// :param name: what it is called.
-    /// :raises ScenarioError: what is wrong, drawn under it as TOML.
+    /// :param name: name of the scenario.
+    /// :raises ScenarioError: if the scenario is invalid; the message shows the line as TOML and marks the position.
     #[staticmethod]
     #[pyo3(signature = (scenario, *, name="scenario"))]
     fn from_dict(scenario: Dict<'_>, name: &str) -> PyResult<Self> {
         Self::from_toml(&table(&scenario.0)?.to_string(), name)
     }
 
-    /// The same with more changes; parameters as of the class.
+    /// Returns a copy with further changes; parameters as for the class.
     #[pyo3(signature = (*, traffic=None, uavs=None, set=None))]
     fn changed(&self, traffic: Option<PathBuf>, uavs: Option<Whole>, set: Option<Dict<'_>>) -> PyResult<Self> {
         Self::load(self.source.clone(), changed(self.edits.clone(), traffic, small("uavs", uavs)?, set.as_ref())?)
     }
 
-    /// What it is called.
+    /// Name of the scenario.
     #[getter]
     fn name(&self) -> &str {
         self.template.name()
     }
 
-    /// The traffic file, if it is flown over one that is not built in.
+    /// Traffic file of the scenario; None if it uses none or a built-in one.
     #[getter]
     fn traffic_file(&self) -> Option<PathBuf> {
         self.template.traffic_file()
     }
 
-    /// The scenario as TOML with its changes and all defaults spelt out, before anything is drawn.
+    /// The scenario as TOML with its changes and all defaults, before random values are drawn.
     #[getter]
     fn toml(&self) -> PyResult<String> {
         self.template.text().map_err(of_scenario)
     }
 
-    /// :attr:`toml` as nested dicts.
+    /// Returns :attr:`toml` as nested dicts.
     fn to_dict<'py>(&self, py: Python<'py>) -> PyResult<Dict<'py>> {
         Ok(Dict(py.import("tomllib")?.call_method1("loads", (self.toml()?,))?.cast_into()?))
     }
 
-    /// The scenario of a seed as TOML with every value drawn and spelt out; loading it gives the same run.
+    /// Returns the scenario as TOML with all random values drawn and all defaults. Running it gives the same results.
     ///
-    /// :param seed: seed of everything random, 0 to 2**63 - 1.
+    /// :param seed: seed of all random values, 0 to 2**63 - 1.
+    /// :raises ScenarioError: if a value is out of range.
     fn resolved(&self, seed: Whole) -> PyResult<String> {
         self.drawn(count("seed", seed, 0)?)?.resolved().map_err(of_scenario)
     }
@@ -169,7 +170,7 @@ impl Scenario {
 
     #[pyo3(signature = () -> "tuple[object, tuple[object, ...]]")]
     fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyTuple>)> {
-        let Edits { set, traffic, uavs } = self.edits.clone();
+        let Overrides { set, traffic, uavs } = self.edits.clone();
         let (name, toml, folder) = match self.source.clone() {
             Source::Named(name) => (name, None, None),
             Source::Toml { name, toml, folder } => (name, Some(toml), Some(folder)),
@@ -178,7 +179,7 @@ impl Scenario {
         Ok((restored, (name, toml, folder, set, traffic, uavs).into_pyobject(py)?))
     }
 
-    /// What was pickled.
+    /// Restores a pickled scenario.
     #[staticmethod]
     fn _restored(
         name: String,
@@ -192,11 +193,11 @@ impl Scenario {
             Some(toml) => Source::Toml { name, toml, folder: folder.unwrap_or_default() },
             None => Source::Named(name),
         };
-        Self::load(source, Edits { set, traffic, uavs })
+        Self::load(source, Overrides { set, traffic, uavs })
     }
 }
 
-/// Names of the built-in scenarios, in the order in which a newcomer may read them.
+/// Returns the names of the built-in scenarios, in a suggested reading order.
 #[pyfunction]
 pub(crate) fn scenarios() -> Vec<&'static str> {
     BUILT_IN.iter().map(|one| one.name).collect()
@@ -205,49 +206,54 @@ pub(crate) fn scenarios() -> Vec<&'static str> {
 fn path(scenario: &Bound<'_, PyAny>) -> PyResult<String> {
     let path: PathBuf = scenario.extract().map_err(|_| {
         ScenarioError::new_err(format!(
-            "a scenario is a built-in name, a path or a Scenario, not {}",
-            scenario.get_type().name().map_or_else(|_| "that".to_owned(), |name| name.to_string())
+            "a scenario must be a built-in name, a path or a Scenario, not {}",
+            scenario.get_type().name().map_or_else(|_| "this type".to_owned(), |name| name.to_string())
         ))
     })?;
     path.into_os_string().into_string().map_err(|path| {
-        ScenarioError::new_err(format!("{}: not UTF-8 text: rename it, or go into its folder", path.to_string_lossy()))
+        ScenarioError::new_err(format!("{}: not UTF-8: rename it, or change to its folder", path.to_string_lossy()))
     })
 }
 
-fn changed(mut edits: Edits, traffic: Option<PathBuf>, uavs: Option<u32>, set: Option<&Dict<'_>>) -> PyResult<Edits> {
+fn changed(
+    mut edits: Overrides,
+    traffic: Option<PathBuf>,
+    uavs: Option<u32>,
+    set: Option<&Dict<'_>>,
+) -> PyResult<Overrides> {
     edits.traffic = traffic.or(edits.traffic);
     edits.uavs = uavs.or(edits.uavs);
     for (key, value) in set.into_iter().flat_map(|set| set.0.iter()) {
-        let key: String = key.extract().map_err(|_| ScenarioError::new_err("set: keys are str"))?;
+        let key: String = key.extract().map_err(|_| ScenarioError::new_err("set: keys must be str"))?;
         let value = self::value(&value).map_err(|what| ScenarioError::new_err(format!("set: {key}: {what}")))?;
         edits.set.push(format!("{key}={value}"));
     }
     Ok(edits)
 }
 
-/// A dict as a table.
+/// Converts a dict to a TOML table.
 fn table(dict: &Bound<'_, PyDict>) -> PyResult<Table> {
     match value(dict.as_any()) {
         Ok(Value::Table(table)) => Ok(table),
-        Ok(_) => Err(ScenarioError::new_err("a scenario is a dict")),
+        Ok(_) => Err(ScenarioError::new_err("a scenario must be a dict")),
         Err(what) => Err(ScenarioError::new_err(what)),
     }
 }
 
-/// Deepest dict: a scenario's are three deep.
+/// Maximum nesting depth of dicts and lists; scenarios need three levels.
 const DEPTH_MAX: usize = 8;
 
 fn value(of: &Bound<'_, PyAny>) -> Result<Value, String> {
     value_within(of, DEPTH_MAX)
 }
 
-/// A value as TOML has it; numbers of NumPy, too.
+/// Converts a Python or NumPy value to TOML.
 fn value_within(of: &Bound<'_, PyAny>, depth: usize) -> Result<Value, String> {
-    let depth = depth.checked_sub(1).ok_or("nested too deep for a scenario")?;
-    let kind = || of.get_type().name().map_or_else(|_| "this".to_owned(), |name| name.to_string());
+    let depth = depth.checked_sub(1).ok_or("nested too deeply for a scenario")?;
+    let kind = || of.get_type().name().map_or_else(|_| "this type".to_owned(), |name| name.to_string());
     if let Ok(dict) = of.cast::<PyDict>() {
         let entries = dict.iter().map(|(key, value)| {
-            let key: String = key.extract().map_err(|_| "keys are str".to_owned())?;
+            let key: String = key.extract().map_err(|_| "keys must be str".to_owned())?;
             let value = value_within(&value, depth).map_err(|what| format!("{key}: {what}"))?;
             Ok((key, value))
         });
@@ -264,17 +270,17 @@ fn value_within(of: &Bound<'_, PyAny>, depth: usize) -> Result<Value, String> {
     if of.is_instance_of::<PyString>() {
         return of.extract().map(Value::String).map_err(|error| error.to_string());
     }
-    // NumPy's scalars say what they are as Python's own.
+    // NumPy scalars are converted to Python scalars first.
     if let Ok(true) = of.getattr("ndim").and_then(|ndim| ndim.eq(0)) {
         let own = of.call_method0("item").map_err(|error| error.to_string())?;
         return value_within(&own, depth);
     }
     if of.is_instance_of::<PyInt>() {
-        return of.extract().map(Value::Integer).map_err(|_| "an integer must fit 64 bits".to_owned());
+        return of.extract().map(Value::Integer).map_err(|_| "an integer must fit into 64 bits".to_owned());
     }
     if of.hasattr("tolist").unwrap_or(false) {
         let own = of.call_method0("tolist").map_err(|error| error.to_string())?;
         return value_within(&own, depth);
     }
-    of.extract().map(Value::Float).map_err(|_| format!("a value is a number, text, list or dict, not {}", kind()))
+    of.extract().map(Value::Float).map_err(|_| format!("a value must be a number, str, list or dict, not {}", kind()))
 }

@@ -1,4 +1,4 @@
-//! Tables of results: Arrow for whoever reads it, without a copy, and NumPy, a column at a time.
+//! Result tables: as zero-copy Arrow streams, or as one NumPy array per column.
 
 use std::fs::File;
 use std::path::Path;
@@ -18,45 +18,45 @@ use pyo3::prelude::*;
 use pyo3::types::{PyCapsule, PyTuple};
 use standoff_parquet::{Error, Source, guarded};
 
-use crate::failure::{InputError, StandoffError};
-use crate::positional::Positional;
+use crate::exceptions::{InputError, StandoffError};
+use crate::pread_file::Positional;
 
-/// Rows that are read at a time.
+/// Number of rows per record batch.
 const ROWS: usize = 65_536;
 
-/// A table of results in a Parquet file, read when it is asked for.
+/// A result table in a Parquet file, read on demand.
 ///
-/// It speaks Arrow's C data interface: ``polars.DataFrame(table)``, ``pyarrow.table(table)``,
-/// ``pandas.DataFrame.from_arrow(table)`` and DuckDB's ``select * from table`` take it over without a copy.
+/// It supports the Arrow C data interface: ``polars.DataFrame(table)``, ``pyarrow.table(table)``,
+/// ``pandas.DataFrame.from_arrow(table)`` and DuckDB's ``select * from table`` read it without a copy.
 #[pyclass(frozen, module = "standoff")]
 pub(crate) struct Table {
     file: Positional,
     metadata: ArrowReaderMetadata,
-    /// The file's path, for messages.
+    /// Path of the file, for messages.
     path: String,
-    /// What keeps the file where it is.
+    /// Object whose life keeps a temporary folder from being deleted.
     _owner: Option<Py<PyAny>>,
 }
 
 impl Table {
-    /// The table in a file, which `owner` may have to keep where it is.
+    /// Opens the table in a file. The table holds a reference to `owner`, whose temporary folder may contain the file.
     pub(crate) fn open(path: &Path, owner: Option<Py<PyAny>>) -> PyResult<Self> {
-        let told = path.display().to_string();
+        let shown = path.display().to_string();
         let opened = File::open(path).map_err(Error::from).and_then(|file| {
-            // It looks at what the file says of itself before anybody believes it.
+            // Checks the metadata of the file before the Parquet reader relies on it.
             Source::open(file.try_clone()?)?;
             let metadata = guarded(|| ArrowReaderMetadata::load(&file, Default::default()))?;
             Ok((Positional(Arc::new(file)), metadata))
         });
-        let (file, metadata) = opened.map_err(|error| refusal(&told, error))?;
-        Ok(Self { file, metadata, path: told, _owner: owner })
+        let (file, metadata) = opened.map_err(|error| refusal(&shown, error))?;
+        Ok(Self { file, metadata, path: shown, _owner: owner })
     }
 
     fn schema(&self) -> &SchemaRef {
         self.metadata.schema()
     }
 
-    /// Reads these columns.
+    /// Makes a reader of these columns.
     fn reader(&self, columns: ProjectionMask) -> PyResult<Guarded> {
         let read = guarded(|| {
             let builder = ParquetRecordBatchReaderBuilder::new_with_metadata(self.file.clone(), self.metadata.clone());
@@ -73,7 +73,7 @@ fn refusal(path: &str, error: Error) -> PyErr {
     }
 }
 
-/// A reader whose panics are errors: it is called from C.
+/// A reader that returns panics as errors, because it is called from C.
 struct Guarded {
     schema: SchemaRef,
     reader: ParquetRecordBatchReader,
@@ -96,7 +96,7 @@ impl RecordBatchReader for Guarded {
 
 #[pymethods]
 impl Table {
-    /// Names of the columns, in their order.
+    /// Names of the columns, in order.
     #[getter]
     fn column_names(&self) -> Vec<String> {
         self.schema().fields().iter().map(|field| field.name().clone()).collect()
@@ -112,18 +112,18 @@ impl Table {
         usize::try_from(self.num_rows()).unwrap_or_default()
     }
 
-    /// One column as a NumPy array, shape ``(num_rows,)``.
+    /// Reads one column as a NumPy array, shape ``(num_rows,)``.
     ///
-    /// Numbers where some are missing are float64 with NaN there; text, and truths where some are missing, are
-    /// objects with None.
+    /// Numeric columns with missing values become float64 with NaN. Text columns, and boolean columns with missing
+    /// values, become object arrays with None.
     ///
-    /// :param column: its name; the unit stands behind it.
+    /// :param column: name of the column; its suffix is the unit.
     /// :returns: a new array of float64, int64, int32, bool or object.
-    /// :raises KeyError: there is no such column.
+    /// :raises KeyError: if no column has this name.
     fn to_numpy<'py>(&self, py: Python<'py>, column: &str) -> PyResult<Bound<'py, PyAny>> {
         let place = self.schema().index_of(column).map_err(|_| {
             let names = self.column_names().join(", ");
-            PyKeyError::new_err(format!("no column {column:?}; there are {names}"))
+            PyKeyError::new_err(format!("no column {column:?}; columns: {names}"))
         })?;
         let schema = self.metadata.metadata().file_metadata().schema_descr();
         let reader = self.reader(ProjectionMask::leaves(schema, [place]))?;
@@ -133,20 +133,20 @@ impl Table {
         in_numpy(py, self.schema().field(place).data_type(), &arrays)
     }
 
-    /// The table as a stream of Arrow's C data interface.
+    /// Exports the table as a stream of the Arrow C data interface.
     #[pyo3(signature = (requested_schema=None))]
     fn __arrow_c_stream__<'py>(
         &self,
         py: Python<'py>,
         requested_schema: Option<Bound<'py, PyAny>>,
     ) -> PyResult<Bound<'py, PyAny>> {
-        // Whoever asks for other types must cast: the protocol leaves it to the producer whether it does.
+        // The protocol allows the producer to ignore the requested schema; the consumer then casts.
         drop(requested_schema);
         let stream = FFI_ArrowArrayStream::new(Box::new(self.reader(ProjectionMask::all())?));
         PyCapsule::new_with_value(py, stream, c"arrow_array_stream").map(Bound::into_any)
     }
 
-    /// Names and types of the columns as a schema of Arrow's C data interface.
+    /// Exports names and types of the columns as a schema of the Arrow C data interface.
     fn __arrow_c_schema__<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         let schema = FFI_ArrowSchema::try_from(self.schema().as_ref());
         let schema = schema.map_err(|error| InputError::new_err(format!("{}: {error}", self.path)))?;
@@ -158,10 +158,10 @@ impl Table {
     }
 }
 
-/// The parts of a column, as one array.
+/// Concatenates the parts of a column into one NumPy array.
 fn in_numpy<'py>(py: Python<'py>, kind: &DataType, parts: &[ArrayRef]) -> PyResult<Bound<'py, PyAny>> {
     let is_full = parts.iter().all(|part| part.null_count() == 0);
-    /// Values as they are; or, with some missing, as floating-point numbers.
+    /// Values unchanged or, if some are missing, as floating-point numbers with NaN.
     macro_rules! numbers {
         ($kind:ty) => {{
             let parts = parts.iter().map(|part| part.as_primitive::<$kind>());
@@ -187,11 +187,14 @@ fn in_numpy<'py>(py: Python<'py>, kind: &DataType, parts: &[ArrayRef]) -> PyResu
             }
         }
         DataType::Utf8 => objects(py, parts.iter().flat_map(|part| part.as_string::<i32>().iter()))?,
-        other => return Err(InputError::new_err(format!("a column of {other}: read it by Arrow"))),
+        other => {
+            let what = format!("a column of type {other} cannot be converted to NumPy: read it through Arrow");
+            return Err(InputError::new_err(what));
+        }
     })
 }
 
-/// An array of objects.
+/// Makes an object array.
 fn objects<'py>(
     py: Python<'py>,
     values: impl Iterator<Item = Option<impl IntoPyObject<'py>>>,

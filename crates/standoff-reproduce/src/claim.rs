@@ -1,146 +1,148 @@
-//! A claim of the paper as data: what it says, what comes out here, and a verdict that follows from the two.
+//! A claim of the paper as data: its statement, the paper's number and ours, and a verdict derived from them.
 
 use serde::Serialize;
 
 use super::statistics::Estimate;
 
-/// Numbers agree within this share of the paper's, unless a claim says otherwise.
+/// Default relative tolerance within which two numbers agree.
 pub(crate) const TOLERANCE: f64 = 0.1;
-/// The size of a difference agrees between these multiples of the paper's.
+/// Range within which the size of a difference agrees, as multiples of the paper's size.
 const SAME_SIZE: [f64; 2] = [0.5, 1.5];
-/// Two curves show the same tendency if their rank correlation is above this.
+/// Rank correlation above which two curves show the same tendency.
 const SAME_TENDENCY: f64 = 0.5;
-/// Of fewer runs intervals are wide, and what holds in all of them may not hold in the next: their verdicts are weak.
+/// Number of runs below which verdicts are weak: intervals are wide, and a statement that holds in all runs may fail in
+/// the next one.
 pub(crate) const FEW_RUNS: usize = 30;
-/// What holds in more than this share of the runs, in percent, holds in most.
+/// Percentage of runs above which a statement holds in most runs.
 const MOST: f64 = 50.0;
 
-/// The rules of the verdicts, for people.
+/// The rules of the verdicts, as text: kind of claim, rule.
 pub(crate) const RULES: [(&str, &str); 5] = [
     (
         "number",
-        "comes out if our 95 % interval (of a number without draws, the number) meets the paper's value within 10 %, \
-         or within the tolerance that the claim names",
+        "reproduced if our 95 % interval (or our number, if it involves no random numbers) overlaps the paper's value \
+         within 10 %, or within the tolerance that the claim states",
     ),
     (
         "difference",
-        "its direction is shown if the 95 % interval of the paired difference (same seeds) leaves out zero on the \
-         paper's side; it comes out if, besides, the interval of its relative size meets 0.5 to 1.5 times the paper's, \
-         where the paper prints one; else it is direction only",
+        "the direction is confirmed if the 95 % interval of the paired difference (same seeds) excludes zero and has \
+         the paper's sign; reproduced if also the interval of the relative size overlaps 0.5 to 1.5 times the paper's, \
+         provided the paper states a size; otherwise direction only",
     ),
     (
         "always",
-        "the paper shows one run in which it holds: comes out if it holds in every run, direction only if Wilson's \
-         95 % interval of the share of runs lies above one half",
+        "the paper shows one run in which the statement holds: reproduced if it holds in every run, direction only if \
+         Wilson's 95 % interval of the fraction of runs is above one half",
     ),
-    ("one run", "the paper prints a number of one run: comes out if it lies within the 5 to 95 % range of our runs"),
+    ("one run", "the paper gives a number of one run: reproduced if it is within the 5 to 95 % range of our runs"),
     (
         "tendency",
-        "two histories rise and fall together: comes out if the 95 % interval of the mean rank correlation lies above \
-         0.5, direction only if it lies above 0",
+        "two histories rise and fall together: reproduced if the 95 % interval of the mean rank correlation is above \
+         0.5, direction only if it is above 0",
     ),
 ];
 
-/// Something that the paper says.
+/// A claim of the paper.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub(crate) struct Claim {
-    /// What it says.
+    /// Statement.
     pub(crate) what: String,
-    /// The unit of its numbers; of a share, what it is a share of.
+    /// Unit of its numbers; for a fraction, the plural noun of the cases it counts.
     pub(crate) unit: &'static str,
     /// The paper's number and ours.
     pub(crate) finding: Finding,
-    /// Runs that ours comes from; 0 where nothing is drawn.
+    /// Number of runs behind our number; 0 if it involves no random numbers.
     pub(crate) runs: usize,
-    /// What is known about why it does not come out, if it does not.
+    /// Known reason why the claim is not reproduced; empty if unknown.
     #[serde(skip)]
     pub(crate) reason: &'static str,
 }
 
-/// What is compared, and how.
+/// The compared numbers, by kind of comparison.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub(crate) enum Finding {
-    /// A number, to within a tolerance in its own unit.
+    /// A number, with a tolerance in the same unit.
     Number { paper: f64, tolerance: f64, ours: Estimate },
-    /// A difference, its direction and, where the paper prints one, its size in percent.
+    /// A difference: its direction and, if the paper states one, its size in percent.
     Difference { paper: Paper, ours: Estimate, percent: Estimate },
-    /// Something that always holds: the share of runs (or of what else the unit says) in which it does, percent.
+    /// A statement that always holds: percentage of positive cases; the claim's unit names the cases.
     Always { ours: Estimate },
-    /// A number of one run beside the median and the 5 to 95 % range of ours.
+    /// A number of one run, and the median and the 5 to 95 % range of our runs.
     OneRun { paper: f64, ours: Estimate },
-    /// The mean rank correlation of two histories.
+    /// Mean rank correlation of two histories.
     Tendency { ours: Estimate },
 }
 
-/// What the paper says of a difference.
+/// The paper's statement about a difference.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub(crate) enum Paper {
-    /// By so many percent.
+    /// Change in percent.
     Percent(f64),
-    /// Less, without a number.
+    /// A decrease without a number.
     Less,
 }
 
-/// What becomes of a claim.
+/// Result of checking a claim.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub(crate) enum Verdict {
-    ComesOut,
+    Reproduced,
     DirectionOnly,
-    DoesNotComeOut,
+    NotReproduced,
 }
 
 impl Verdict {
-    pub(crate) const ALL: [Self; 3] = [Self::ComesOut, Self::DirectionOnly, Self::DoesNotComeOut];
+    pub(crate) const ALL: [Self; 3] = [Self::Reproduced, Self::DirectionOnly, Self::NotReproduced];
 
     pub(crate) fn words(self) -> &'static str {
         match self {
-            Self::ComesOut => "comes out",
+            Self::Reproduced => "reproduced",
             Self::DirectionOnly => "direction only",
-            Self::DoesNotComeOut => "does not come out",
+            Self::NotReproduced => "not reproduced",
         }
     }
 }
 
 impl Finding {
-    /// A number to within the usual tolerance.
+    /// Compares a number with the default tolerance.
     pub(crate) fn number(paper: f64, ours: Estimate) -> Self {
         Self::Number { paper, tolerance: TOLERANCE * paper.abs(), ours }
     }
 
-    /// The verdict, by [`RULES`]. What could not be measured does not come out.
+    /// Returns the verdict according to [`RULES`]. A claim that could not be measured is not reproduced.
     pub(crate) fn verdict(&self) -> Verdict {
-        let meets = |ours: &Estimate, low: f64, high: f64| ours.low <= high && ours.high >= low;
-        let (comes_out, direction) = match self {
-            Self::Number { paper, tolerance, ours } => (meets(ours, paper - tolerance, paper + tolerance), false),
+        let overlaps = |ours: &Estimate, low: f64, high: f64| ours.low <= high && ours.high >= low;
+        let (is_reproduced, has_direction) = match self {
+            Self::Number { paper, tolerance, ours } => (overlaps(ours, paper - tolerance, paper + tolerance), false),
             Self::Difference { paper, ours, percent } => {
                 let (sign, same_size) = match *paper {
                     Paper::Less => (-1.0, true),
                     Paper::Percent(size) => {
                         let mut bounds = SAME_SIZE.map(|share| share * size);
                         bounds.sort_by(f64::total_cmp);
-                        (size, meets(percent, bounds[0], bounds[1]))
+                        (size, overlaps(percent, bounds[0], bounds[1]))
                     }
                 };
-                let shown = if sign < 0.0 { ours.high < 0.0 } else { ours.low > 0.0 };
-                (shown && same_size, shown)
+                let has_direction = if sign < 0.0 { ours.high < 0.0 } else { ours.low > 0.0 };
+                (has_direction && same_size, has_direction)
             }
             Self::Always { ours } => (ours.value >= 100.0, ours.low > MOST),
             Self::OneRun { paper, ours } => ((ours.low..=ours.high).contains(paper), false),
             Self::Tendency { ours } => (ours.low > SAME_TENDENCY, ours.low > 0.0),
         };
-        match (comes_out, direction) {
-            (true, _) => Verdict::ComesOut,
+        match (is_reproduced, has_direction) {
+            (true, _) => Verdict::Reproduced,
             (false, true) => Verdict::DirectionOnly,
-            (false, false) => Verdict::DoesNotComeOut,
+            (false, false) => Verdict::NotReproduced,
         }
     }
 }
 
 impl Claim {
-    /// A number that is computed, with nothing drawn: the paper's, to within a tolerance, and ours.
+    /// Creates a claim about a number that is computed without random numbers: the paper's number, its tolerance, and
+    /// ours.
     pub(crate) fn computed(
         what: impl Into<String>,
         unit: &'static str,
@@ -152,7 +154,7 @@ impl Claim {
         Self { what: what.into(), unit, finding, runs: 0, reason }
     }
 
-    /// Something that holds in every run, or in all of what else the unit says.
+    /// Creates a claim that a statement holds in every case; `unit` names the cases, such as runs.
     pub(crate) fn always(
         what: impl Into<String>,
         unit: &'static str,
@@ -164,7 +166,7 @@ impl Claim {
         Self { what: what.into(), unit, finding, runs: held.len(), reason }
     }
 
-    /// A difference, pair by pair: from, to.
+    /// Creates a claim about a difference, from pairs (from, to).
     pub(crate) fn difference(
         what: impl Into<String>,
         unit: &'static str,
@@ -179,12 +181,12 @@ impl Claim {
         Self { what: what.into(), unit, finding, runs: change.len(), reason }
     }
 
-    /// The paper's side, as people read it.
+    /// Formats the paper's number or statement.
     pub(crate) fn paper(&self) -> String {
         match self.finding {
             Finding::Number { paper, tolerance, .. } if tolerance == TOLERANCE * paper.abs() => self.with_unit(paper),
             Finding::Number { paper, tolerance, .. } => {
-                format!("{} (to {})", self.with_unit(paper), self.with_unit(tolerance))
+                format!("{} (± {})", self.with_unit(paper), self.with_unit(tolerance))
             }
             Finding::Difference { paper: Paper::Percent(percent), .. } => format!("{} %", signed(percent)),
             Finding::Difference { paper: Paper::Less, .. } => "less".to_owned(),
@@ -195,7 +197,7 @@ impl Claim {
         }
     }
 
-    /// Our side.
+    /// Formats our number.
     pub(crate) fn ours(&self) -> String {
         match self.finding {
             Finding::Number { ours, .. } | Finding::Tendency { ours } => self.estimate(ours),
@@ -214,10 +216,10 @@ impl Claim {
         }
     }
 
-    /// Why, where it does not come out.
+    /// Returns the reason why the claim is not reproduced; empty if it is.
     pub(crate) fn why(&self) -> &'static str {
         match self.finding.verdict() {
-            Verdict::ComesOut => "",
+            Verdict::Reproduced => "",
             _ if self.reason.is_empty() => "not explained",
             _ => self.reason,
         }
@@ -234,13 +236,13 @@ impl Claim {
         shown(value) + &self.after()
     }
 
-    /// The unit after a number.
+    /// Returns the unit with a leading space, to follow a number.
     fn after(&self) -> String {
         if self.unit.is_empty() { String::new() } else { format!(" {}", self.unit) }
     }
 }
 
-/// A number as people read it: four digits or three decimals, whichever is shorter; `-` for none.
+/// Formats a number with four digits or three decimals, whichever is shorter; `-` for NaN.
 pub(crate) fn shown(value: f64) -> String {
     let decimals = match value.abs() {
         size if size.is_nan() => return "-".to_owned(),
@@ -250,7 +252,7 @@ pub(crate) fn shown(value: f64) -> String {
         _ => 0,
     };
     let text = format!("{value:.decimals$}");
-    // Zero has no sign.
+    // Negative zero is printed without its sign.
     if text.trim_start_matches('-').chars().all(|c| matches!(c, '0' | '.')) {
         text.trim_start_matches('-').to_owned()
     } else {
@@ -258,7 +260,7 @@ pub(crate) fn shown(value: f64) -> String {
     }
 }
 
-/// The same with a sign.
+/// Formats a number like [`shown`], always with a sign.
 pub(crate) fn signed(value: f64) -> String {
     let text = shown(value);
     if text.starts_with('-') { text } else { format!("+{text}") }
@@ -275,69 +277,69 @@ mod tests {
     const NONE: Estimate = Estimate { value: f64::NAN, low: f64::NAN, high: f64::NAN };
 
     #[test]
-    fn a_number_comes_out_within_its_tolerance() {
+    fn a_number_is_reproduced_within_its_tolerance() {
         let verdict = |low, high| Finding::number(10.0, estimate(low, high)).verdict();
-        assert_eq!(verdict(10.9, 11.2), Verdict::ComesOut);
-        assert_eq!(verdict(8.0, 9.1), Verdict::ComesOut);
-        assert_eq!(verdict(11.1, 12.0), Verdict::DoesNotComeOut);
-        assert_eq!(verdict(7.0, 8.9), Verdict::DoesNotComeOut);
+        assert_eq!(verdict(10.9, 11.2), Verdict::Reproduced);
+        assert_eq!(verdict(8.0, 9.1), Verdict::Reproduced);
+        assert_eq!(verdict(11.1, 12.0), Verdict::NotReproduced);
+        assert_eq!(verdict(7.0, 8.9), Verdict::NotReproduced);
         let zero = Finding::Number { paper: 0.0, tolerance: 0.5, ours: Estimate::exact(0.6) };
-        assert_eq!(zero.verdict(), Verdict::DoesNotComeOut);
-        assert_eq!(Finding::number(10.0, NONE).verdict(), Verdict::DoesNotComeOut);
+        assert_eq!(zero.verdict(), Verdict::NotReproduced);
+        assert_eq!(Finding::number(10.0, NONE).verdict(), Verdict::NotReproduced);
     }
 
     #[test]
-    fn a_difference_needs_its_direction_first_and_then_its_size() {
+    fn a_difference_is_judged_by_direction_and_size() {
         let verdict = |ours: (f64, f64), percent: (f64, f64)| {
             let (ours, percent) = (estimate(ours.0, ours.1), estimate(percent.0, percent.1));
             Finding::Difference { paper: Paper::Percent(-60.0), ours, percent }.verdict()
         };
-        assert_eq!(verdict((-9.0, -7.0), (-50.0, -40.0)), Verdict::ComesOut);
+        assert_eq!(verdict((-9.0, -7.0), (-50.0, -40.0)), Verdict::Reproduced);
         assert_eq!(verdict((-9.0, -7.0), (-29.0, -20.0)), Verdict::DirectionOnly);
         assert_eq!(verdict((-9.0, -7.0), (-99.0, -91.0)), Verdict::DirectionOnly);
-        assert_eq!(verdict((-9.0, 1.0), (-60.0, 5.0)), Verdict::DoesNotComeOut);
-        assert_eq!(verdict((7.0, 9.0), (40.0, 50.0)), Verdict::DoesNotComeOut);
+        assert_eq!(verdict((-9.0, 1.0), (-60.0, 5.0)), Verdict::NotReproduced);
+        assert_eq!(verdict((7.0, 9.0), (40.0, 50.0)), Verdict::NotReproduced);
         let more = |low, high| {
-            let finding = Paper::Percent(20.0);
-            Finding::Difference { paper: finding, ours: estimate(low, high), percent: estimate(10.0, 12.0) }.verdict()
+            let paper = Paper::Percent(20.0);
+            Finding::Difference { paper, ours: estimate(low, high), percent: estimate(10.0, 12.0) }.verdict()
         };
-        assert_eq!((more(1.0, 2.0), more(-1.0, 2.0)), (Verdict::ComesOut, Verdict::DoesNotComeOut));
+        assert_eq!((more(1.0, 2.0), more(-1.0, 2.0)), (Verdict::Reproduced, Verdict::NotReproduced));
         let less = |ours| Finding::Difference { paper: Paper::Less, ours, percent: NONE }.verdict();
-        assert_eq!(less(estimate(-2.0, -1.0)), Verdict::ComesOut);
-        assert_eq!(less(estimate(-2.0, 0.1)), Verdict::DoesNotComeOut);
-        assert_eq!(less(NONE), Verdict::DoesNotComeOut);
+        assert_eq!(less(estimate(-2.0, -1.0)), Verdict::Reproduced);
+        assert_eq!(less(estimate(-2.0, 0.1)), Verdict::NotReproduced);
+        assert_eq!(less(NONE), Verdict::NotReproduced);
     }
 
     #[test]
-    fn what_the_paper_shows_once_must_hold_in_every_run() {
+    fn a_statement_shown_once_in_the_paper_must_hold_in_every_run() {
         let verdict = |held: usize| {
             let ours = Estimate::share((0..200).map(|run| run < held));
             Finding::Always { ours }.verdict()
         };
-        assert_eq!(verdict(200), Verdict::ComesOut);
+        assert_eq!(verdict(200), Verdict::Reproduced);
         assert_eq!(verdict(199), Verdict::DirectionOnly);
         assert_eq!(verdict(120), Verdict::DirectionOnly);
-        assert_eq!(verdict(105), Verdict::DoesNotComeOut);
-        assert_eq!(Finding::Always { ours: Estimate::share([]) }.verdict(), Verdict::DoesNotComeOut);
+        assert_eq!(verdict(105), Verdict::NotReproduced);
+        assert_eq!(Finding::Always { ours: Estimate::share([]) }.verdict(), Verdict::NotReproduced);
     }
 
     #[test]
-    fn one_run_of_the_paper_must_lie_among_ours() {
+    fn a_number_of_one_run_must_be_in_the_range_of_our_runs() {
         let verdict = |paper| Finding::OneRun { paper, ours: estimate(30.0, 36.0) }.verdict();
-        assert_eq!((verdict(35.0), verdict(36.1)), (Verdict::ComesOut, Verdict::DoesNotComeOut));
-        assert_eq!(Finding::OneRun { paper: 35.0, ours: NONE }.verdict(), Verdict::DoesNotComeOut);
+        assert_eq!((verdict(35.0), verdict(36.1)), (Verdict::Reproduced, Verdict::NotReproduced));
+        assert_eq!(Finding::OneRun { paper: 35.0, ours: NONE }.verdict(), Verdict::NotReproduced);
     }
 
     #[test]
-    fn a_tendency_is_strong_weak_or_none() {
+    fn a_tendency_is_judged_by_its_rank_correlation() {
         let verdict = |low, high| Finding::Tendency { ours: estimate(low, high) }.verdict();
-        assert_eq!(verdict(0.51, 0.6), Verdict::ComesOut);
+        assert_eq!(verdict(0.51, 0.6), Verdict::Reproduced);
         assert_eq!(verdict(0.1, 0.7), Verdict::DirectionOnly);
-        assert_eq!(verdict(-0.1, 0.2), Verdict::DoesNotComeOut);
+        assert_eq!(verdict(-0.1, 0.2), Verdict::NotReproduced);
     }
 
     #[test]
-    fn a_claim_that_does_not_come_out_says_why_or_that_nobody_knows() {
+    fn a_claim_that_is_not_reproduced_has_a_reason_or_is_not_explained() {
         let claim = |ours, reason| Claim {
             what: String::new(),
             unit: "m",
@@ -350,7 +352,7 @@ mod tests {
     }
 
     #[test]
-    fn numbers_are_short_and_zero_has_no_sign() {
+    fn numbers_are_rounded_and_zero_has_no_sign() {
         let all = [0.0, -0.0001, 9.9996, 12.345, 123.456, 12345.6, f64::NAN].map(shown);
         assert_eq!(all, ["0.000", "0.000", "10.00", "12.35", "123.5", "12346", "-"]);
         assert_eq!([signed(1.0), signed(-1.0)], ["+1.000", "-1.000"]);

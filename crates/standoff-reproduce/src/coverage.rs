@@ -1,80 +1,81 @@
-//! How much of the traffic is watched, and how calmly: the paper's law, all that is new, and all but one at a time.
+//! Custody of traffic and control effort: the paper's law, all improvements, and all improvements except one.
 
-use standoff_sim::score::{Choice, Metrics};
-use standoff_sim::yardstick::yardstick;
+use standoff_sim::baseline::baseline;
+use standoff_sim::score::{MetricSelection, Metrics};
 
+use super::ablation::difference;
 use super::claim::{shown, signed};
-use super::flights::{Flown, PAPERS_LAW, Plan, file_name, measured};
-use super::improvements::difference;
+use super::monte_carlo_plan::{Flown, PAPERS_LAW, Plan, file_name, measured};
 use super::statistics::Estimate;
-use super::streets::Streets;
+use super::street_traffic::Streets;
 use super::study::{Data, Study, Table};
-use crate::failure::Failure;
+use crate::error::Failure;
 
-/// What undoes each of what is new.
+/// Improvements, each with the settings that undo it.
 const WITHOUT: [(&str, &[&str]); 11] = [
-    ("groups by need", &["groups.count=half"]),
-    ("the smallest circle", &["orbit.centre=centroid"]),
-    ("sensors on the middle", &["orbit.aim=centre"]),
-    ("the discard of who widens most", &["groups.discard=furthest"]),
-    ("the bounded motion of orbits", &["orbit.response_s=0"]),
+    ("groups as needed", &["groups.count=half-of-uavs"]),
+    ("the minimum enclosing circle", &["orbit.centre=centroid"]),
+    ("pointing at the angular midpoint", &["orbit.pointing=group-centre"]),
+    ("removal by largest radius reduction", &["groups.removal=furthest-from-centre"]),
+    ("the bounded motion of orbits", &["orbit.time_constant_s=0"]),
     ("the smaller heading gain", &["guidance.heading_gain_1_s=2"]),
-    ("the greater inertia", &["groups.assignment_inertia=0.5"]),
-    ("the greater share of the largest orbit", &["orbit.take_back_fraction=0.9"]),
-    ("a margin of none", &["orbit.margin_sds=1.645"]),
-    ("the early loss of what is unseen in view", &["filter.lost_in_view_s=5"]),
-    ("a search for the lost", &["groups.search=none"]),
+    ("the greater switching cost", &["groups.assignment_switching_cost=0.5"]),
+    ("the greater readmission radius", &["orbit.readmission_radius_fraction=0.9"]),
+    ("the zero margin", &["orbit.margin_sds=1.645"]),
+    ("early deletion of unseen tracks", &["filter.deletion_unseen_in_view_s=5"]),
+    ("the search for lost targets", &["groups.search_lost_targets=false"]),
 ];
 
-/// What the tables show: metric, heading, how many of the unit shown are one of the metric's.
+/// Metrics in the tables: metric, heading, factor to the unit of the heading.
 const SHOWN: [(&str, &str, f64); 8] = [
-    ("watched_fraction", "watched (%)", 100.0),
-    ("out_of_view_fraction", "out of view (%)", 100.0),
+    ("custody_fraction", "custody (%)", 100.0),
+    ("member_out_of_view_fraction", "out of view (%)", 100.0),
     ("position_error_m", "position error (m)", 1.0),
     ("turn_rate_saturated_fraction", "turn rate at its limit (%)", 100.0),
     ("turn_reversals_per_min", "turn reversals (1/min)", 1.0),
     ("speed_saturated_fraction", "speed at a limit (%)", 100.0),
     ("standoff_error_m_settled", "standoff error, true (m)", 1.0),
-    ("reassignments_per_uav_min", "re-assignments (1/min per UAV)", 1.0),
+    ("reassignments_per_uav_min", "reassignments (1/min per UAV)", 1.0),
 ];
 
-/// So many of the plan's runs come to one of these: whole towns are flown.
+/// Number of runs in the plan per run of this study, which is slower because it flies over whole towns.
 const RUNS_PER_RUN: u32 = 20;
-/// Seeds from 101 on, where the plan's are from 1 on: what is new was tuned on others.
+/// Offset of the seeds from those of the plan, so that they differ from the seeds on which the improvements were tuned.
 const SEEDS_AFTER: u64 = 100;
 
 const SMALL_TOWN: Streets = Streets { blocks: 10, cars: 30 };
 const LARGE_TOWN: Streets = Streets { blocks: 20, cars: 100 };
 
-/// Flies every mission by the paper's law, with all that is new, and with all but one.
+/// Flies every mission with the paper's law, with all improvements, and with all improvements except one.
 pub(crate) fn coverage(plan: &Plan) -> Result<Study, Failure> {
     let plan =
         &Plan { runs: (plan.runs / RUNS_PER_RUN).max(2), first_seed: plan.first_seed + SEEDS_AFTER, ..plan.clone() };
     let mut found = Study::new(
         "coverage",
-        "Beyond the paper: how much is watched, and how calmly",
+        "Beyond the paper: custody and control effort",
         format!(
-            "What scenarios fly that say nothing, the same without each of its new keys, and the paper's law (its printed \
-             margin (16), its exact (25)): {} runs each, seeds {} to {}. Nothing was tuned on those seeds; the built-in \
-             missions were among those tuned on, with others. Differences are paired by seed, with 95 % intervals. *Streets* are drawn from the seed: crossings every 150 m, cars of 5 \
-             to 15 m/s that stop, turn and go on at random, 300 s. The yardstick is what greedy discs of the largest \
-             orbit's footprint would watch that know every target: half as many as UAVs (the paper's number of groups), \
-             and as many; it is no bound.",
+            "The default settings (all improvements), the same without one improvement at a time, and the paper's law \
+             (with its margin (16) as published and the exact (25)): {} runs each, seeds {} to {}. No parameter was \
+             tuned on these seeds; the built-in missions were used for tuning, with other seeds. Differences are \
+             paired by seed, with 95 % intervals. *Streets* are drawn from the seed: crossings every 150 m, and cars \
+             of 5 to 15 m/s that stop and turn at random, for 300 s. The coverage baseline is the coverage of greedy \
+             discs with the footprint of the largest orbit and perfect knowledge of all targets: half as many discs as \
+             UAVs (the paper's number of groups), and as many as UAVs. It is not a bound.",
             plan.runs,
             plan.first_seed,
             plan.first_seed + u64::from(plan.runs) - 1,
         ),
     );
-    let choice = Choice::parse(&SHOWN.map(|(metric, ..)| metric).join(",")).map_err(Failure::running)?;
+    let choice = MetricSelection::parse(&SHOWN.map(|(metric, ..)| metric).join(",")).map_err(Failure::running)?;
     let heads =
-        ["", "paper's law", "all", "N/2 discs, moving", "N/2, placed anew", "N discs, moving", "N, placed anew"];
-    let mut summary = Table::new("Watched (%), beside the yardstick:", heads);
+        ["", "paper's law", "all", "N/2 discs, moving", "N/2 discs, optimal", "N discs, moving", "N discs, optimal"];
+    let mut summary = Table::new("Custody (%) and the coverage baseline (%):", heads);
     let (mut tables, mut data) = (Vec::new(), Vec::new());
     for (index, (name, mission)) in missions(plan).iter().enumerate() {
         let all = plan.fly(mission, choice)?;
         let papers = plan.fly(&mission.and(&PAPERS_LAW), choice)?;
         let heads = [""].into_iter().chain(SHOWN.map(|(_, head, _)| head));
-        let title = format!("{name}: all, and differences from it:");
+        let title = format!("{name}: all improvements, and differences from them:");
         let mut table = Table::new(title, heads);
         table.add("all", SHOWN.map(|(metric, _, unit)| mean(&all, metric).times(unit).told(shown)));
         let mut add = |number: usize, row: &str, changed: &[Metrics]| {
@@ -90,8 +91,8 @@ pub(crate) fn coverage(plan: &Plan) -> Result<Study, Failure> {
             add(1 + number, &format!("without {row}"), &plan.fly(&mission.and(undo), choice)?);
         }
         tables.push(table);
-        let watched = [&papers, &all].map(|runs| mean(runs, "watched_fraction"));
-        let cells = watched.into_iter().chain(discs(plan, mission)?);
+        let custody = [&papers, &all].map(|runs| mean(runs, "custody_fraction"));
+        let cells = custody.into_iter().chain(discs(plan, mission)?);
         summary.add(name, cells.map(|estimate| estimate.times(100.0).told(shown)));
     }
     found.tables.push(summary);
@@ -104,7 +105,7 @@ pub(crate) fn coverage(plan: &Plan) -> Result<Study, Failure> {
     Ok(found)
 }
 
-/// What is flown, and what it is called.
+/// Returns the missions with their names.
 fn missions(plan: &Plan) -> Vec<(String, Flown)> {
     let streets = |town: Streets, uavs: u32| {
         let side_km = f64::from(town.blocks) * 0.15;
@@ -112,15 +113,15 @@ fn missions(plan: &Plan) -> Vec<(String, Flown)> {
         (name, Flown::streets(town).with_uavs(uavs))
     };
     let city = |uavs: u32| (format!("`traffic/city`, {uavs} UAVs"), Flown::of("traffic/city", &[]).with_uavs(uavs));
-    let own = |name: &str| (format!("`{name}`"), Flown::of(name, &[]));
+    let built_in = |name: &str| (format!("`{name}`"), Flown::of(name, &[]));
     let mut missions = vec![
         streets(SMALL_TOWN, 4),
         streets(SMALL_TOWN, 8),
         streets(LARGE_TOWN, 8),
         city(2),
         city(4),
-        own("traffic/convoy"),
-        own("best/figure-9"),
+        built_in("traffic/convoy"),
+        built_in("improved/figure-9"),
     ];
     missions.extend(plan.traffic.iter().map(|file| (format!("`{}`", file_name(file)), Flown::over(file, &[]))));
     missions
@@ -130,14 +131,14 @@ fn mean(runs: &[Metrics], metric: &str) -> Estimate {
     Estimate::mean(&measured(runs, metric))
 }
 
-/// What half as many discs as UAVs watch, moving and placed anew, and what as many.
+/// Returns the coverage of half as many discs as UAVs, moving and placed optimally, and of as many discs as UAVs.
 fn discs(plan: &Plan, mission: &Flown) -> Result<[Estimate; 4], Failure> {
-    let told = plan.look(mission, |scenario| {
-        let stick = yardstick(scenario);
-        Ok([stick.half, stick.all].map(|watched| [watched.mover_fraction, watched.best_fraction]))
+    let baselines = plan.look(mission, |scenario| {
+        let baseline = baseline(scenario);
+        Ok([baseline.half_of_uavs, baseline.all_uavs].map(|share| [share.mover_fraction, share.best_fraction]))
     })?;
-    let column = |of: usize| told.iter().filter_map(|watched| watched[of / 2][of % 2]).collect::<Vec<_>>();
-    Ok([0, 1, 2, 3].map(|of| Estimate::mean(&column(of))))
+    let column = |index: usize| baselines.iter().filter_map(|share| share[index / 2][index % 2]).collect::<Vec<_>>();
+    Ok([0, 1, 2, 3].map(|index| Estimate::mean(&column(index))))
 }
 
 #[cfg(test)]
@@ -146,39 +147,38 @@ mod tests {
 
     use super::*;
 
-    /// Each row of the tables undoes one key of the paper's law, each key is undone by one, and none is one that no
-    /// scenario over traffic has. The margin and the circle are undone alone, short of the paper's printed margin and its
-    /// filter, which go with other keys.
+    /// Each row of the tables sets one key as in the paper's law, and each key has one row. The rows for the margin and
+    /// for the circle set other values than the paper's law, because the paper's margin and filter need further keys.
     #[test]
-    fn what_is_undone_is_the_papers_law() {
+    fn the_rows_undo_the_improvements_over_the_papers_law() {
         let undone: Vec<&str> = WITHOUT.iter().flat_map(|(_, undo)| undo.iter().copied()).collect();
         let others = ["orbit.margin_sds=1.645", "orbit.centre=centroid"];
         assert!(undone.iter().all(|key| PAPERS_LAW.contains(key) || others.contains(key)), "{undone:?}");
-        let new = |edit: &&&str| {
-            !["feedforward", "turn_rate_gain", "lead", "speed_reference", "margin", "on_membership_change", "centre"]
+        let has_row = |edit: &&&str| {
+            !["feedforward", "turn_rate_gain", "lead", "speed_reference", "margin", "centre_jump", "centre"]
                 .iter()
                 .any(|key| edit.contains(&format!(".{key}=")))
         };
-        let mut papers: Vec<&str> = PAPERS_LAW.iter().filter(new).copied().collect();
+        let mut papers: Vec<&str> = PAPERS_LAW.iter().filter(has_row).copied().collect();
         let mut sorted: Vec<&str> = undone.iter().filter(|key| !others.contains(*key)).copied().collect();
         papers.sort_unstable();
         sorted.sort_unstable();
         assert_eq!(sorted, papers);
     }
 
-    /// The streets of a seed are flown, not the convoy; the yardstick is of the same vehicles: many discs watch more.
+    /// Flights and baseline use the street traffic of the seed, not the convoy. More discs cover more.
     #[test]
-    fn streets_of_the_seed_are_flown() {
+    fn missions_on_streets_use_the_traffic_of_the_seed() {
         let plan = Plan { runs: 2, first_seed: 101, threads: None, traffic: Vec::new() };
         let town = Flown::streets(Streets { blocks: 10, cars: 9 }).with_uavs(2).and(&["duration_s=20"]);
         let cars = |scenario: &Scenario| match &scenario.targets {
             Targets::Traffic(traffic) => Ok((traffic.vehicles.len(), traffic.crc32())),
             Targets::Random { .. } => Err(Failure::running("not over traffic")),
         };
-        let told = plan.look(&town, cars).map_err(|_| ()).unwrap();
-        assert!(told[0].0 == 9 && told[1].0 == 9 && told[0].1 != told[1].1, "{told:?}");
-        let flown = plan.fly(&town, Choice::parse("watched_fraction").unwrap()).map_err(|_| ()).unwrap();
-        let share = flown[0].watched_fraction.unwrap();
+        let traffic = plan.look(&town, cars).map_err(|_| ()).unwrap();
+        assert!(traffic[0].0 == 9 && traffic[1].0 == 9 && traffic[0].1 != traffic[1].1, "{traffic:?}");
+        let runs = plan.fly(&town, MetricSelection::parse("custody_fraction").unwrap()).map_err(|_| ()).unwrap();
+        let share = runs[0].custody_fraction.unwrap();
         assert!(0.0 < share && share < 1.0, "{share}");
         let [half, half_best, all, all_best] = discs(&plan, &town).map_err(|_| ()).unwrap();
         assert!(half.value <= half_best.value && all.value <= all_best.value && half.value < all_best.value);

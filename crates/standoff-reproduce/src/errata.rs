@@ -1,4 +1,4 @@
-//! What is wrong in print, each with numbers: equations (4), (16), (25), (27), (32) and (33).
+//! Errata of the paper, each with numerical evidence: equations (4), (16), (25), (27), (32) and (33).
 
 mod assignment;
 mod euler;
@@ -9,7 +9,7 @@ mod radius;
 
 use super::study::Measure;
 
-/// Every erratum.
+/// The studies of all errata.
 pub(crate) const ERRATA: [Measure; 5] = [
     feedforward::study_feedforward,
     euler::study_euler,

@@ -1,47 +1,48 @@
-//! The paper's tables, figures and claims, measured again; what is wrong in print; what this project's improvements gain.
+//! Reproduction of the paper's tables, figures and claims; its errata; and an evaluation of this project's
+//! improvements.
 //!
-//! A study comes to claims, tables, figures and data. A claim holds the paper's number and ours, and its verdict follows
-//! by rule. The page of all claims is a function of the studies.
+//! A study produces claims, tables, figures and data. A claim contains the paper's number and ours; fixed rules derive
+//! its verdict. The page of all claims depends only on the studies.
 
+mod ablation;
 mod claim;
 mod coverage;
 mod errata;
-mod failure;
-mod flights;
-mod history;
-mod improvements;
+mod error;
 mod missions;
+mod monte_carlo_plan;
 mod page;
-mod separation;
+mod percentile_bands;
+mod phase_angle;
 mod statistics;
-mod streets;
+mod street_traffic;
 mod study;
 mod table_2;
 
-pub use failure::Failure;
-pub use flights::{PAPERS_LAW, Plan};
+pub use error::Failure;
+pub use monte_carlo_plan::{PAPERS_LAW, Plan};
 pub use page::write_page;
 pub use study::{Study, claims_file, save, summary};
 
-/// Something that can be reproduced.
+/// A table, figure or topic that can be reproduced.
 #[derive(Debug, Clone, Copy)]
 pub struct Piece {
-    /// What asks for it, and the name of its file of claims.
+    /// Command-line argument that selects it, and name of its file of claims.
     pub name: &'static str,
-    /// What it is, in a sentence.
+    /// Short description.
     pub about: &'static str,
-    /// What measures its studies.
+    /// Functions that run its studies.
     studies: &'static [study::Measure],
 }
 
 impl Piece {
-    /// Measures it. Fails if a scenario, or the traffic that the plan names, cannot be used.
+    /// Runs its studies. Fails if a scenario, or the traffic that the plan names, cannot be used.
     pub fn measure(&self, plan: &Plan) -> Result<Vec<Study>, Failure> {
         self.studies.iter().map(|measure| measure(plan)).collect()
     }
 }
 
-/// All there is, in the order of the page.
+/// All pieces, in the order of the page.
 pub const PIECES: [Piece; 10] = [
     Piece {
         name: "table-2",
@@ -50,27 +51,27 @@ pub const PIECES: [Piece; 10] = [
     },
     Piece {
         name: "figure-6",
-        about: "Information of a pair by the target's bearing",
-        studies: &[separation::figure_6],
+        about: "Information of a pair of UAVs as a function of the target's bearing",
+        studies: &[phase_angle::figure_6],
     },
-    Piece { name: "figure-7", about: "Its mean, by sensor and separation", studies: &[separation::figure_7] },
+    Piece { name: "figure-7", about: "Its mean, by sensor and phase separation", studies: &[phase_angle::figure_7] },
     Piece { name: "figure-8", about: "Four targets, two UAVs", studies: &[missions::figure_8] },
-    Piece { name: "figure-9", about: "Seven targets, four UAVs: a handoff, a discard", studies: &[missions::figure_9] },
-    Piece { name: "figure-10", about: "Histories of that mission", studies: &[missions::figure_10] },
+    Piece { name: "figure-9", about: "Seven targets, four UAVs: a handoff, a removal", studies: &[missions::figure_9] },
+    Piece { name: "figure-10", about: "Time histories of that mission", studies: &[missions::figure_10] },
     Piece {
         name: "figure-11",
-        about: "Its lines of sight, with and without measures and dwell",
+        about: "Its off-boresight angles, with and without active measures and dwell",
         studies: &[missions::figure_11],
     },
-    Piece { name: "errata", about: "What is wrong in print", studies: &errata::ERRATA },
+    Piece { name: "errata", about: "Errors in the published equations", studies: &errata::ERRATA },
     Piece {
         name: "improvements",
-        about: "What this project's improvements gain, one at a time, and how close the best is to what is possible",
-        studies: &[improvements::improvements],
+        about: "Effect of each improvement of this project, and the remaining distance from theoretical limits",
+        studies: &[ablation::improvements],
     },
     Piece {
         name: "coverage",
-        about: "How much of the traffic is watched, and how calmly, by the paper's law and with what is new",
+        about: "Custody of traffic and control effort, with the paper's law and with the improvements",
         studies: &[coverage::coverage],
     },
 ];

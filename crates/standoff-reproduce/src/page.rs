@@ -1,48 +1,48 @@
-//! The page of all claims, `docs/validation.md`: a function of the studies, byte for byte.
+//! The page of all claims, `docs/validation.md`. It depends only on the studies, byte for byte.
 
 use std::path::Path;
 
 use super::claim::{Claim, RULES, Verdict};
-use super::flights::{Plan, file_name};
+use super::monte_carlo_plan::{Plan, file_name};
 use super::study::{Study, save_figures, write};
-use crate::failure::Failure;
+use crate::error::Failure;
 
-/// Where the figures of the page are, from where the page is.
+/// Folder of the page's figures, relative to the page.
 const PICTURES: &str = "pictures/validation";
 
-/// Writes the page of all claims, and its figures in a folder beside it.
+/// Writes the page of all claims, and its figures to a folder next to it.
 pub fn write_page(path: &Path, studies: &[Study], plan: &Plan) -> Result<(), Failure> {
     let pictures = path.parent().unwrap_or(Path::new("")).join(PICTURES);
     studies.iter().try_for_each(|study| save_figures(&study.figures, &pictures))?;
     write(path, &page(studies, plan))
 }
 
-/// The page.
+/// Formats the page.
 fn page(studies: &[Study], plan: &Plan) -> String {
     let command = command(None, plan);
     let mut text = format!(
         "# Validation: the paper, claim by claim\n\n\
          <!-- Written by `cargo run --release -- reproduce {} --page docs/validation.md`: do not edit. -->\n\n\
-         What the paper says beside what comes out here; a claim that does not come out stays, with the reason where \
-         one is known.\n\
-         Everything on this page is measured by `{command}`, which also writes the numbers behind the histories \
-         and tables as CSV.\n\n",
+         The paper's claims and numbers next to ours. Claims that are not reproduced stay on the page, with the reason \
+         if it is known.\n\
+         The command `{command}` measures everything on this page; it also writes the data of histories and tables as \
+         CSV.\n\n",
         options(plan),
     );
     text += &summary(studies);
-    text += "\n## How a verdict is found\n\nBy rule, from the numbers of its row.\n";
+    text += "\n## How verdicts are determined\n\nFixed rules derive each verdict from the numbers in its row.\n";
     text += &markdown(&["kind of claim", "rule"], RULES.map(|(kind, rule)| vec![kind.to_owned(), rule.to_owned()]));
-    text += "\nIn brackets: 95 % intervals, of a mean by Student's t, of a share of runs by Wilson's formula.\n\
-             Run k has the first seed plus k - 1; variants of a scenario meet the same targets and the same noise, seed \
-             by seed.\n\
-             What no runs are given for is computed, with nothing drawn.\n";
+    text += "\nBrackets contain 95 % intervals: of means by Student's t, of fractions of runs by Wilson's formula.\n\
+             Run k has the first seed plus k - 1; with the same seed, all variants of a scenario have the same targets \
+             and the same noise.\n\
+             Claims without a number of runs are computed without random numbers.\n";
     for study in studies {
         text += &section(study, plan);
     }
     text
 }
 
-/// How many claims come out.
+/// Formats the table of the numbers of claims by study and verdict.
 fn summary(studies: &[Study]) -> String {
     let mut text = "| | claims |".to_owned();
     for verdict in Verdict::ALL {
@@ -59,7 +59,7 @@ fn summary(studies: &[Study]) -> String {
 fn section(study: &Study, plan: &Plan) -> String {
     let mut text = format!("\n## {}\n\n{}\n", study.title, study.about);
     if !study.claims.is_empty() {
-        let heads = ["claim", "paper", "ours", "runs", "first seed", "command", "verdict", "why not"];
+        let heads = ["claim", "paper", "ours", "runs", "first seed", "command", "verdict", "reason"];
         text += &markdown(&heads, study.claims.iter().map(|claim| claim_row(claim, study.name, plan)));
     } else {
         text += &format!("\nFirst seed {}: `{}`.\n", plan.first_seed, command(Some(study.name), plan));
@@ -74,20 +74,20 @@ fn section(study: &Study, plan: &Plan) -> String {
 }
 
 fn claim_row(claim: &Claim, study: &str, plan: &Plan) -> Vec<String> {
-    let drawn = |value: String| if claim.runs > 0 { value } else { "-".to_owned() };
+    let if_random = |value: String| if claim.runs > 0 { value } else { "-".to_owned() };
     vec![
         claim.what.clone(),
         claim.paper(),
         claim.ours(),
-        drawn(claim.runs.to_string()),
-        drawn(plan.first_seed.to_string()),
+        if_random(claim.runs.to_string()),
+        if_random(plan.first_seed.to_string()),
         format!("`{}`", command(Some(study), plan)),
         claim.finding.verdict().words().to_owned(),
         claim.why().to_owned(),
     ]
 }
 
-/// A table; bars within its cells are marked.
+/// Formats a Markdown table; vertical bars in cells are escaped.
 fn markdown(heads: &[impl ToString], rows: impl IntoIterator<Item = Vec<String>>) -> String {
     let row = |cells: Vec<String>| {
         let cells: Vec<String> = cells.iter().map(|cell| cell.replace('|', "\\|")).collect();
@@ -97,7 +97,7 @@ fn markdown(heads: &[impl ToString], rows: impl IntoIterator<Item = Vec<String>>
     format!("\n{head}|{}\n", "---|".repeat(heads.len())) + &rows.into_iter().map(row).collect::<String>()
 }
 
-/// The command that makes a study again, or all. Traffic is flown by two studies.
+/// Returns the command that repeats a study, or all. Only two studies use the traffic files.
 fn command(study: Option<&str>, plan: &Plan) -> String {
     match study {
         None => format!("standoff reproduce {}", options(plan)),
@@ -108,14 +108,14 @@ fn command(study: Option<&str>, plan: &Plan) -> String {
     }
 }
 
-/// Of traffic files their names: where they are is nobody's business.
+/// Returns the options of the command. Traffic files are named without their folders, which are private.
 fn options(plan: &Plan) -> String {
     let seed = if plan.first_seed == 1 { String::new() } else { format!(" --seed {}", plan.first_seed) };
     let traffic: String = plan.traffic.iter().map(|file| format!(" --traffic {}", file_name(file))).collect();
     format!("--runs {}{seed}{traffic}", plan.runs)
 }
 
-/// The anchor that hosts of Markdown give a heading.
+/// Returns the anchor that Markdown hosts create for a heading.
 fn anchor(heading: &str) -> String {
     let kept = heading.chars().filter(|c| c.is_alphanumeric() || matches!(c, ' ' | '-'));
     kept.map(|c| if c == ' ' { '-' } else { c.to_ascii_lowercase() }).collect()
@@ -128,7 +128,7 @@ mod tests {
     use crate::statistics::Estimate;
 
     #[test]
-    fn every_claim_is_a_row_and_one_that_does_not_come_out_stays_with_its_reason() {
+    fn every_claim_is_a_row_and_claims_that_are_not_reproduced_have_a_reason() {
         let claim = |ours| Claim {
             what: format!("|x| is 1, {ours} here"),
             unit: "m",
@@ -140,8 +140,10 @@ mod tests {
         let study = Study { claims, ..Study::new("table-2", "Table II: errors", "About.") };
         let text = page(&[study], &Plan { runs: 9, first_seed: 3, threads: None, traffic: Vec::new() });
         for line in [
-            "| \\|x\\| is 1, 1 here | 1.000 m | 1.000 m | - | - | `standoff reproduce table-2 --runs 9 --seed 3` | comes out |  |",
-            "| \\|x\\| is 1, 2 here | 1.000 m | 2.000 m | - | - | `standoff reproduce table-2 --runs 9 --seed 3` | does not come out | because of *it* |",
+            "| \\|x\\| is 1, 1 here | 1.000 m | 1.000 m | - | - | `standoff reproduce table-2 --runs 9 --seed 3` | \
+             reproduced |  |",
+            "| \\|x\\| is 1, 2 here | 1.000 m | 2.000 m | - | - | `standoff reproduce table-2 --runs 9 --seed 3` | not \
+             reproduced | because of *it* |",
             "| [Table II: errors](#table-ii-errors) | 2 | 1 | 0 | 1 |",
         ] {
             assert!(text.contains(line), "{line}\n{text}");

@@ -1,4 +1,4 @@
-//! Numbers with intervals, from one value per run, in the order of the runs.
+//! Estimates with intervals from one value per run, in the order of the runs.
 
 use serde::Serialize;
 use standoff_sim::monte_carlo::{pooled_root_ratio, quantile, student_t_975};
@@ -7,7 +7,7 @@ use standoff_sim::score::Metrics;
 /// Standard normal quantile of 97.5 %.
 const Z: f64 = 1.959_963_984_540_054;
 
-/// A number and the interval in which it lies; not a number where there was nothing to measure.
+/// An estimate and its interval; NaN if no run has a value.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub(crate) struct Estimate {
     pub(crate) value: f64,
@@ -16,20 +16,20 @@ pub(crate) struct Estimate {
 }
 
 impl Estimate {
-    /// Computed, without anything drawn.
+    /// Returns a number that is computed without random numbers; its interval has no width.
     pub(crate) fn exact(value: f64) -> Self {
         Self { value, low: value, high: value }
     }
 
-    /// The mean, with its 95 % interval by Student's t.
+    /// Computes the mean and its 95 % interval by Student's t.
     pub(crate) fn mean(values: &[f64]) -> Self {
         let value = mean(values);
         let half = student_95(values.len()) * standard_error(values);
         Self { value, low: value - half, high: value + half }
     }
 
-    /// By how much of itself the mean of `from` changes on the way to `to`, pair by pair, in percent; 95 % interval of
-    /// the ratio, linearised.
+    /// Computes the relative change from the mean of `from` to the mean of `to`, percent, with the linearised 95 %
+    /// interval of the paired ratio.
     pub(crate) fn percent(from: &[f64], to: &[f64]) -> Self {
         let start = mean(from);
         let ratio = (mean(to) - start) / start;
@@ -38,7 +38,7 @@ impl Estimate {
         Self { value: 100.0 * ratio, low: 100.0 * (ratio - half), high: 100.0 * (ratio + half) }
     }
 
-    /// The share of runs in which something holds, in percent, with Wilson's 95 % interval.
+    /// Computes the percentage of runs in which a statement holds, with Wilson's 95 % interval.
     pub(crate) fn share(held: impl IntoIterator<Item = bool>) -> Self {
         let (mut yes, mut n) = (0.0, 0.0);
         for held in held {
@@ -52,13 +52,13 @@ impl Estimate {
         Self { value: 100.0 * share, low: percent((middle - half) / weight), high: percent((middle + half) / weight) }
     }
 
-    /// The median, and what nine of ten runs lie between.
+    /// Computes the median and the 5 to 95 % range.
     pub(crate) fn middle(values: &[f64]) -> Self {
         let [low, value, high] = quantiles(values);
         Self { value, low, high }
     }
 
-    /// The root of the ratio of two metrics, all runs together; not a number where there is none.
+    /// Computes the root of the ratio of two metrics, pooled over all runs; NaN if undefined.
     pub(crate) fn pooled(runs: &[Metrics], numerator: &str, denominator: &str) -> Self {
         let column = |metric: &str| runs.iter().map(|run| run.value(metric)).collect::<Vec<_>>();
         let pooled = pooled_root_ratio(&column(numerator), &column(denominator));
@@ -67,30 +67,30 @@ impl Estimate {
         Self { value, low, high }
     }
 
-    /// The same in a unit of which so many are one of the old.
+    /// Converts the unit by a factor.
     pub(crate) fn times(self, factor: f64) -> Self {
         Self { value: factor * self.value, low: factor * self.low, high: factor * self.high }
     }
 
-    /// The number, and its interval in brackets.
+    /// Formats the estimate with its interval in brackets.
     pub(crate) fn told(&self, number: fn(f64) -> String) -> String {
         format!("{} [{}, {}]", number(self.value), number(self.low), number(self.high))
     }
 }
 
-/// The mean; not a number for none.
+/// Returns the mean; NaN for an empty slice.
 pub(crate) fn mean(values: &[f64]) -> f64 {
     values.iter().sum::<f64>() / values.len() as f64
 }
 
-/// The 5, 50 and 95 % quantiles, between the nearest two values in proportion; not numbers for none.
+/// Returns the 5, 50 and 95 % quantiles, interpolated linearly; NaN for an empty slice.
 pub(crate) fn quantiles(values: &[f64]) -> [f64; 3] {
     let mut sorted = values.to_vec();
     sorted.sort_by(f64::total_cmp);
     [0.05, 0.5, 0.95].map(|level| quantile(&sorted, level).unwrap_or(f64::NAN))
 }
 
-/// Spearman's rank correlation; `None` where one of the two never changes.
+/// Computes Spearman's rank correlation; `None` if one of the two series is constant.
 pub(crate) fn rank_correlation(pairs: &[(f64, f64)]) -> Option<f64> {
     let (a, b): (Vec<f64>, Vec<f64>) = pairs.iter().copied().unzip();
     let (a, b) = (ranks(&a), ranks(&b));
@@ -102,7 +102,7 @@ pub(crate) fn rank_correlation(pairs: &[(f64, f64)]) -> Option<f64> {
     (size > 0.0).then(|| product(&a, mean_a, &b, mean_b) / size)
 }
 
-/// Ranks from 1; equal values share the middle of theirs.
+/// Returns ranks from 1; equal values share their mean rank.
 fn ranks(values: &[f64]) -> Vec<f64> {
     let mut order: Vec<usize> = (0..values.len()).collect();
     order.sort_by(|&a, &b| values[a].total_cmp(&values[b]));
@@ -116,14 +116,14 @@ fn ranks(values: &[f64]) -> Vec<f64> {
     ranks
 }
 
-/// Standard error of the mean; not a number for fewer than two values.
+/// Returns the standard error of the mean; NaN for fewer than two values.
 fn standard_error(values: &[f64]) -> f64 {
     let (mean, n) = (mean(values), values.len() as f64);
     let squares: f64 = values.iter().map(|value| (value - mean) * (value - mean)).sum();
     (squares / ((n - 1.0) * n)).sqrt()
 }
 
-/// Half the width of a 95 % interval of the mean of `n` values, in standard errors; not a number for fewer than two.
+/// Returns half the width of the 95 % interval of the mean of `n` values, in standard errors; NaN for fewer than two.
 fn student_95(n: usize) -> f64 {
     if n < 2 { f64::NAN } else { student_t_975(n - 1) }
 }
@@ -136,9 +136,9 @@ mod tests {
         assert!((got - expected).abs() < 1e-3, "{got} instead of {expected}");
     }
 
-    /// Student's quantiles from printed tables: 2.262 (9 degrees of freedom), 1.984 (99).
+    /// Student's quantiles from published tables: 2.262 (9 degrees of freedom), 1.984 (99).
     #[test]
-    fn the_interval_of_a_mean_is_students() {
+    fn the_interval_of_a_mean_uses_students_t() {
         close(student_95(10), 2.262);
         close(student_95(100), 1.984);
         let got = Estimate::mean(&[1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 9.0, 10.0]);
@@ -146,9 +146,9 @@ mod tests {
         close(got.high - got.value, 2.262 * 0.957_427);
     }
 
-    /// Ratios of pairs that all shrink by 30 % have no spread; the pairing is what counts.
+    /// If all pairs shrink by 30 %, the interval has no width; without the pairing it is wide.
     #[test]
-    fn a_change_is_measured_pair_by_pair() {
+    fn a_relative_change_uses_the_pairing() {
         let from = [10.0, 20.0, 40.0];
         let got = Estimate::percent(&from, &from.map(|value| 0.7 * value));
         close(got.value, -30.0);
@@ -159,7 +159,7 @@ mod tests {
 
     /// Wilson's interval of 8 in 10: 49.0 to 94.3 %; of all of 200: 98.1 to 100 %.
     #[test]
-    fn a_share_has_wilsons_interval() {
+    fn a_percentage_has_wilsons_interval() {
         let got = Estimate::share((0..10).map(|run| run < 8));
         close(got.low, 49.016);
         close(got.high, 94.332);
@@ -169,13 +169,13 @@ mod tests {
     }
 
     #[test]
-    fn quantiles_lie_between_values_in_proportion() {
+    fn quantiles_are_interpolated() {
         assert_eq!(quantiles(&[3.0, 1.0, 2.0]), [1.1, 2.0, 2.9]);
         assert!(quantiles(&[]).iter().all(|quantile| quantile.is_nan()));
     }
 
     #[test]
-    fn ranks_correlate_whatever_the_scale() {
+    fn rank_correlation_does_not_depend_on_the_scale() {
         let correlation = |pairs: &[(f64, f64)]| rank_correlation(pairs);
         assert_eq!(correlation(&[(1.0, 1.0), (2.0, 100.0), (3.0, 1e6)]), Some(1.0));
         assert_eq!(correlation(&[(1.0, 5.0), (2.0, 4.0), (3.0, -1.0)]), Some(-1.0));

@@ -1,27 +1,27 @@
-//! What a study comes to: claims, tables, figures, data.
+//! Results of a study: claims, tables, figures and data.
 
 use std::fs;
 use std::path::Path;
 
-use standoff_sim::{disk, text};
+use standoff_sim::{atomic_file, display_text};
 use standoff_view::figures::Figure;
 use standoff_view::figures::study::{Line, Plot, study};
 
 use super::claim::{Claim, FEW_RUNS, Verdict, shown};
-use super::flights::Plan;
+use super::monte_carlo_plan::Plan;
 use super::statistics::Estimate;
-use crate::failure::Failure;
+use crate::error::Failure;
 
-/// What comes to a study. Fails if a scenario, or the traffic that the plan names, cannot be used.
+/// Function that runs a study. Fails if a scenario, or the traffic that the plan names, cannot be used.
 pub(crate) type Measure = fn(&Plan) -> Result<Study, Failure>;
 
-/// A piece of the paper, reproduced.
+/// Results of a study.
 pub struct Study {
-    /// The argument that asks for it.
+    /// Command-line argument that selects it.
     pub(crate) name: &'static str,
-    /// Its heading.
+    /// Heading.
     pub(crate) title: &'static str,
-    /// What is done, in a few sentences of Markdown.
+    /// Description of the study in a few sentences of Markdown.
     pub(crate) about: String,
     pub(crate) claims: Vec<Claim>,
     pub(crate) tables: Vec<Table>,
@@ -29,30 +29,30 @@ pub struct Study {
     pub(crate) data: Vec<Data>,
 }
 
-/// A table for people.
+/// A table of text.
 pub(crate) struct Table {
     pub(crate) title: String,
     pub(crate) columns: Vec<String>,
     pub(crate) rows: Vec<Vec<String>>,
 }
 
-/// Numbers for programs: a CSV file.
+/// Numerical data, written as a CSV file.
 pub(crate) struct Data {
     /// File name without its extension.
     pub(crate) name: &'static str,
-    /// Names of the columns, with commas between.
+    /// Comma-separated names of the columns.
     pub(crate) columns: String,
     pub(crate) rows: Vec<Vec<f64>>,
 }
 
 impl Study {
-    /// A study that has found nothing yet.
+    /// Creates a study without results.
     pub(crate) fn new(name: &'static str, title: &'static str, about: impl Into<String>) -> Self {
         let about = about.into();
         Self { name, title, about, claims: Vec::new(), tables: Vec::new(), figures: Vec::new(), data: Vec::new() }
     }
 
-    /// Draws a figure.
+    /// Draws a figure and adds it to the study.
     pub(crate) fn draw(
         &mut self,
         name: &'static str,
@@ -70,12 +70,12 @@ impl Study {
         self.data.iter().try_for_each(|data| write(&dir.join(format!("{}.csv", data.name)), &data.csv()))
     }
 
-    /// How many of its claims have this verdict.
+    /// Returns the number of its claims with this verdict.
     pub(crate) fn count(&self, verdict: Verdict) -> usize {
         self.claims.iter().filter(|claim| claim.finding.verdict() == verdict).count()
     }
 
-    /// The claims as plain text, and the tables.
+    /// Formats the claims and tables as plain text.
     pub fn text(&self) -> String {
         let mut text = format!("{}\n", self.title);
         if !self.claims.is_empty() {
@@ -97,17 +97,17 @@ impl Table {
         Self { title: title.into(), columns: columns.into_iter().map(Into::into).collect(), rows: Vec::new() }
     }
 
-    /// Adds a row: its name, then texts.
+    /// Adds a row of texts after its name.
     pub(crate) fn add(&mut self, name: impl Into<String>, cells: impl IntoIterator<Item = String>) {
         self.rows.push([name.into()].into_iter().chain(cells).collect());
     }
 
-    /// Adds a row: its name, then numbers.
+    /// Adds a row of numbers after its name.
     pub(crate) fn row(&mut self, name: impl Into<String>, numbers: impl IntoIterator<Item = f64>) {
         self.add(name, numbers.into_iter().map(shown));
     }
 
-    /// The same, with an interval after every number.
+    /// Adds a row of numbers, each followed by the two ends of its interval.
     pub(crate) fn estimates(&mut self, name: &str, estimates: impl IntoIterator<Item = Estimate>) {
         self.row(name, estimates.into_iter().flat_map(|e| [e.value, e.low, e.high]));
     }
@@ -122,7 +122,7 @@ impl Data {
         Self { name, columns: columns.into(), rows: rows.into_iter().collect() }
     }
 
-    /// Numbers in full; one that is missing is an empty field.
+    /// Formats the data as CSV with full precision; missing numbers are empty fields.
     fn csv(&self) -> String {
         let field = |value: &f64| if value.is_finite() { value.to_string() } else { String::new() };
         let row = |row: &Vec<f64>| row.iter().map(field).collect::<Vec<_>>().join(",") + "\n";
@@ -130,23 +130,22 @@ impl Data {
     }
 }
 
-/// Two axes of which nothing is drawn yet but lines.
+/// Creates a plot with labelled axes and lines only.
 pub(crate) fn plot(across: &str, upward: impl Into<String>, lines: impl IntoIterator<Item = Line>) -> Plot {
     Plot { axes: [across.to_owned(), upward.into()], lines: lines.into_iter().collect(), ..Plot::default() }
 }
 
-/// A line through points.
+/// Creates a line through points.
 pub(crate) fn line(label: impl Into<String>, colour: usize, points: impl IntoIterator<Item = (f64, f64)>) -> Line {
     Line { label: label.into(), colour, dashed: false, points: points.into_iter().collect() }
 }
 
-/// A line of a column of numbers over the first.
+/// Creates a line of one column plotted over the first column.
 pub(crate) fn line_of(label: impl Into<String>, colour: usize, rows: &[Vec<f64>], column: usize) -> Line {
     line(label, colour, rows.iter().map(|row| (row[0], row[column])))
 }
 
-/// What all came to, in a few lines of at most 100 columns: how many claims of each study come out, how many in their
-/// direction only, how many not.
+/// Formats a summary in lines of at most 100 columns: the number of claims of each study by verdict.
 pub fn summary(studies: &[Study]) -> String {
     let studies: Vec<&Study> = studies.iter().filter(|study| !study.claims.is_empty()).collect();
     let row = |title: &str, studies: &[&Study]| {
@@ -160,9 +159,10 @@ pub fn summary(studies: &[Study]) -> String {
         return String::new();
     }
     if rows.len() > 1 {
-        rows.push(row("in all", &studies));
+        rows.push(row("total", &studies));
     }
-    let mut text = "Summary\n".to_owned() + &columns(&["", "claims", "come out", "direction", "do not"], rows);
+    let heads = ["", "claims", "reproduced", "direction", "failed"];
+    let mut text = "Summary\n".to_owned() + &columns(&heads, rows);
     let weak = studies.iter().flat_map(|study| &study.claims).filter(|claim| (1..FEW_RUNS).contains(&claim.runs));
     let weak = weak.count();
     if weak > 0 {
@@ -172,7 +172,7 @@ pub fn summary(studies: &[Study]) -> String {
     text
 }
 
-/// Writes what an argument asked for: figures, data, and the claims of all its studies.
+/// Writes the figures, the data and the claims of the studies of one piece.
 pub fn save(studies: &[Study], dir: &Path) -> Result<(), Failure> {
     let mut claims = Vec::new();
     for study in studies {
@@ -188,7 +188,7 @@ pub fn save(studies: &[Study], dir: &Path) -> Result<(), Failure> {
     write(&dir.join(claims_file(first.name)), &claims)
 }
 
-/// The file of the claims that an argument asked for.
+/// Returns the name of the file of claims of a piece.
 pub fn claims_file(name: &str) -> String {
     format!("{name}.json")
 }
@@ -198,19 +198,19 @@ pub(crate) fn save_figures(figures: &[Figure], dir: &Path) -> Result<(), Failure
     figures.iter().try_for_each(|figure| write(&dir.join(format!("{}.svg", figure.name)), &figure.svg))
 }
 
-/// Writes a file, and the folders above it.
+/// Writes a file, and creates its parent folders.
 pub(crate) fn write(path: &Path, text: &str) -> Result<(), Failure> {
-    let made = path.parent().map_or(Ok(()), fs::create_dir_all);
-    let written = made.and_then(|()| disk::save_quickly(path, text));
-    written.map_err(|reason| Failure::running(format!("{}: {reason}", text::path(path))))
+    let created = path.parent().map_or(Ok(()), fs::create_dir_all);
+    let written = created.and_then(|()| atomic_file::save_quickly(path, text));
+    written.map_err(|reason| Failure::running(format!("{}: {reason}", display_text::path(path))))
 }
 
-/// Markdown without its code marks.
+/// Removes the backticks from Markdown.
 fn plain(text: &str) -> String {
     text.replace('`', "")
 }
 
-/// Rows of a table under their heads, aligned.
+/// Formats the rows of a table under their heads, with aligned columns.
 fn columns(heads: &[impl ToString], mut rows: Vec<Vec<String>>) -> String {
     rows.insert(0, heads.iter().map(ToString::to_string).collect());
     let width = |column: usize| rows.iter().filter_map(|row| row.get(column)).map(|cell| cell.chars().count()).max();
@@ -229,13 +229,13 @@ mod tests {
     use crate::statistics::Estimate;
 
     #[test]
-    fn data_keep_every_digit_and_leave_out_what_is_missing() {
+    fn csv_has_full_precision_and_empty_fields_for_missing_numbers() {
         let data = Data::new("made-up", "a,b", vec![vec![0.1 + 0.2, f64::NAN], vec![1.0, -2.5]]);
         assert_eq!(data.csv(), "a,b\n0.30000000000000004,\n1,-2.5\n");
     }
 
     #[test]
-    fn the_summary_counts_and_tells_what_few_runs_are_worth() {
+    fn the_summary_counts_verdicts_and_marks_those_of_few_runs_as_weak() {
         let claim = |ours, runs| Claim {
             what: String::new(),
             unit: "m",
@@ -245,17 +245,16 @@ mod tests {
         };
         let study = |claims| Study { claims, ..Study::new("table-2", "Table II", "") };
         let [good, bad] = [study(vec![claim(1.0, 0), claim(2.0, 29)]), study(vec![claim(2.0, 30)])];
-        let one =
-            "Summary\n            claims  come out  direction  do not\n  Table II  2       1         0          1\n";
+        let one = "Summary\n            claims  reproduced  direction  failed\n  Table II  2       1           0          1\n";
         let weak = "  1 of these verdicts are weak: they come from fewer than 30 runs, see --runs\n";
         assert_eq!(summary(&[good, study(vec![])]), format!("{one}{weak}"));
         let good = study(vec![claim(1.0, 0), claim(2.0, 0)]);
-        let told = summary(&[good, bad]);
-        assert!(told.ends_with("\n  in all    3       1         0          2\n"), "{told}");
+        let both = summary(&[good, bad]);
+        assert!(both.ends_with("\n  total     3       1           0          2\n"), "{both}");
     }
 
     #[test]
-    fn columns_line_up() {
+    fn columns_are_aligned() {
         let rows = vec![vec!["long name".to_owned(), "1".to_owned()], vec!["x".to_owned(), "22".to_owned()]];
         assert_eq!(columns(&["what", "n"], rows), "  what       n\n  long name  1\n  x          22\n");
     }

@@ -1,4 +1,4 @@
-//! The page of a batch.
+//! The HTML page of a batch.
 
 use std::slice;
 
@@ -6,13 +6,13 @@ use standoff_sim::monte_carlo::Results;
 use standoff_view::batch::Batch;
 use standoff_view::page;
 
-use crate::failure::{Failure, of_batch};
+use crate::error::{Failure, of_batch};
 
-/// The page of a batch, beside its results.
+/// File name of a batch's page, next to its results.
 pub const REPORT: &str = "report.html";
 
-/// The page of a complete batch; `None` if it is there already.
-pub fn report(results: &Results) -> Result<Option<String>, Failure> {
+/// Renders the page of a complete batch; returns `None` if the folder has it already.
+pub fn batch_page(results: &Results) -> Result<Option<String>, Failure> {
     if results.dir().join(REPORT).is_file() {
         return Ok(None);
     }

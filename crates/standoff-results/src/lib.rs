@@ -1,27 +1,28 @@
-//! Runs and batches in folders: flown there, and told from there. The command and the Python package share it.
+//! Flies, records and reports runs and batches in folders; shared by the command line and the Python package.
 //!
 //! ```text
 //! scenario -> fly -> record -> tell -> outcome (a table, JSON), summary.json, figures, report.html
 //! ```
 //!
-//! Nothing here prints: what is odd goes to a [`Say`], what fails is a [`Failure`] that tells what to do.
+//! Nothing here prints: warnings and notes go to a [`Say`] callback, and errors are [`Failure`]s with advice for the
+//! user.
 
+mod baseline;
 mod batch;
-mod failure;
-mod flight;
+mod cancellable;
+mod error;
+mod fly;
 mod maps;
 mod outcome;
-mod say;
-mod tell;
-mod waiting;
-mod yardstick;
+mod report;
+mod warnings;
 
-pub use batch::{REPORT, report};
-pub use failure::{Failure, of_batch, of_record, refused};
-pub use flight::{fly, has_older_run, manifest};
+pub use baseline::BaselineReport;
+pub use batch::{REPORT, batch_page};
+pub use cancellable::{POLL, run_unless};
+pub use error::{Failure, of_batch, of_record, refused};
+pub use fly::{fly, has_older_run, manifest};
 pub use maps::Maps;
-pub use outcome::{Outcome, Telling, count, lines, wrapped};
-pub use say::{Say, warn};
-pub use tell::{Told, save, settings_of, tell, tell_end, tell_left_out};
-pub use waiting::{GLANCE, done_unless};
-pub use yardstick::Yardsticked;
+pub use outcome::{Outcome, OutcomeOptions, count, lines, wrapped};
+pub use report::{Report, report_end, report_run, save, settings_of, warn_omitted};
+pub use warnings::{Warnings, warn};

@@ -1,4 +1,4 @@
-//! What lies under the vehicles: the maps that somebody names, or the scenario.
+//! Background maps of runs: given by the user, or named by the scenario.
 
 use std::path::PathBuf;
 
@@ -7,26 +7,27 @@ use standoff_sim::record::Record;
 use standoff_sim::scenario::{MAPS_MAX, MapFile, Scenario, Targets};
 use standoff_view::serve::Bytes;
 
-use crate::failure::{Failure, of_record};
-use crate::say::Say;
+use crate::error::{Failure, of_record};
+use crate::warnings::Warnings;
 
-/// Maps to look at, in the place of those that the scenario names: SUMO nets (.net.xml) or GeoJSON, plain or .gz.
+/// Background maps that replace those of the scenario: SUMO nets (.net.xml) or GeoJSON, plain or .gz. If empty, the
+/// scenario's own maps are used.
 #[derive(Debug, Clone, Default)]
 pub struct Maps(pub Vec<PathBuf>);
 
 impl Maps {
-    /// The map of a run of this scenario, packed as pages show it; `None` if there is none.
-    pub fn of_scenario(&self, scenario: &Scenario, say: Say) -> Result<Option<Bytes>, Failure> {
+    /// Returns the map for a run of this scenario, packed for the page; `None` if it has no map.
+    pub fn of_scenario(&self, scenario: &Scenario, say: Warnings) -> Result<Option<Bytes>, Failure> {
         let files = if self.0.is_empty() { scenario.map.clone() } else { self.files()? };
         packed(&files, scenario.origin(), || Ok(bounds(scenario)), say)
     }
 
-    /// The map of a run that has been flown: what the record keeps, if none is named.
-    pub fn of_record(&self, record: &Record, say: Say) -> Result<Option<Bytes>, Failure> {
+    /// Returns the map for a recorded run: the map in the record, unless the user gave maps.
+    pub fn of_record(&self, record: &Record, say: Warnings) -> Result<Option<Bytes>, Failure> {
         if self.0.is_empty() {
             return Ok(standoff_map::of_record(record.dir())
                 .unwrap_or_else(|what| {
-                    say(&format!("warning: {what}; the page shows no map; --map FILE names another one"));
+                    say(&format!("warning: {what}; the page shows no map; to use another one, give --map FILE"));
                     None
                 })
                 .map(|packed| packed.gz.into()));
@@ -45,7 +46,7 @@ impl Maps {
 
     fn files(&self) -> Result<Vec<MapFile>, Failure> {
         if self.0.len() > MAPS_MAX {
-            return Err(Failure::Input(format!("{} maps are named; at most {MAPS_MAX}", self.0.len())));
+            return Err(Failure::Input(format!("{} maps were given; at most {MAPS_MAX}", self.0.len())));
         }
         Ok(self.0.iter().cloned().map(MapFile::OnDisk).collect())
     }
@@ -55,7 +56,7 @@ fn packed(
     files: &[MapFile],
     origin: Option<standoff_sim::traffic::Origin>,
     bounds: impl FnOnce() -> Result<Option<Bounds>, Failure>,
-    say: Say,
+    say: Warnings,
 ) -> Result<Option<Bytes>, Failure> {
     if files.is_empty() {
         return Ok(None);
@@ -66,12 +67,12 @@ fn packed(
     Ok(Some(gz.into()))
 }
 
-/// A map that is not what it should be is wrong input.
+/// Converts an error of a map; an invalid map counts as wrong input.
 fn of_map(error: MapError) -> Failure {
     if error.is_machine_s { Failure::running(error) } else { Failure::input(error) }
 }
 
-/// Where UAVs start and targets are.
+/// Returns the bounds of the initial UAV positions and of the target positions.
 fn bounds(scenario: &Scenario) -> Option<Bounds> {
     let mut bounds = None;
     let mut add = |point| bounds = Bounds::around(bounds, point);

@@ -2,11 +2,11 @@
 
 use criterion::{Criterion, criterion_group, criterion_main};
 use standoff_sim::run::fly;
-use standoff_sim::scenario::{Edits, Template};
-use standoff_sim::score::Choice;
+use standoff_sim::scenario::{Overrides, ScenarioTemplate};
+use standoff_sim::score::MetricSelection;
 
 fn mission(c: &mut Criterion) {
-    let load = |name| Template::load(name, &Edits::default()).expect("a built-in scenario");
+    let load = |name| ScenarioTemplate::load(name, &Overrides::default()).expect("a built-in scenario");
     let template = load("paper/table-2-pair");
     c.bench_function("mission: paper/table-2-pair, drawn only", |b| {
         let mut seed = 0;
@@ -19,7 +19,7 @@ fn mission(c: &mut Criterion) {
         [("paper/table-2-pair", "table-2"), ("paper/table-2-pair", "all"), ("paper/figure-9", "standard")]
     {
         let template = load(scenario);
-        let choice = Choice::parse(metrics).expect("names of metrics");
+        let choice = MetricSelection::parse(metrics).expect("names of metrics");
         c.bench_function(&format!("mission: {scenario}, metrics {metrics}"), |b| {
             let mut seed = 0;
             b.iter(|| {

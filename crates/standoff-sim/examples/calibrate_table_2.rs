@@ -22,11 +22,11 @@ use std::ops::Range;
 use std::{env, fmt, slice};
 
 use standoff::math;
-use standoff_sim::draws::{Draws, Stream};
 use standoff_sim::monte_carlo::{each_seed, pooled_root_ratio};
+use standoff_sim::random::{Draws, Stream};
 use standoff_sim::run::Mission;
-use standoff_sim::scenario::{Edits, Scenario, Template};
-use standoff_sim::score::{Choice, Metrics, Rules, Scorer};
+use standoff_sim::scenario::{Overrides, Scenario, ScenarioTemplate};
+use standoff_sim::score::{MetricSelection, Metrics, ScoreConfig, Scorer};
 
 const COLUMNS: [&str; 3] = ["single", "pair-basic", "pair"];
 
@@ -56,7 +56,7 @@ const ROWS: [Row; 5] = [
     },
     Row {
         name: "standoff distance, m",
-        metric: |metrics| metrics.standoff_tracking_error_m,
+        metric: |metrics| metrics.standoff_error_own_estimate_m,
         paper: [Some(31.5984), Some(29.8649), Some(9.1261)],
         of: Cells::Guidance,
     },
@@ -68,7 +68,7 @@ const ROWS: [Row; 5] = [
     },
     Row {
         name: "line of sight, deg",
-        metric: |metrics| metrics.line_of_sight_deg,
+        metric: |metrics| metrics.off_boresight_mean_deg,
         paper: [Some(15.6864), Some(15.4000), Some(14.5131)],
         of: Cells::Guidance,
     },
@@ -142,8 +142,8 @@ const OUT_OF_VIEW_PRICE: f64 = 100.0;
 const DISCARD_PRICE: f64 = 10.0;
 
 /// What a misfit is made of, and what is told besides.
-const SEARCHED: &str = "table-2,out_of_view_fraction,infeasible_fraction,discards";
-const TOLD: &str = "table-2,limits,standoff_distance_m,out_of_view_fraction,infeasible_fraction,discards,anees";
+const SEARCHED: &str = "table-2,member_out_of_view_fraction,infeasible_fraction,discards";
+const TOLD: &str = "table-2,limits,standoff_distance_m,member_out_of_view_fraction,infeasible_fraction,removals,anees";
 const THREADS: Option<NonZeroUsize> = NonZeroUsize::new(2);
 
 /// Accelerations that a filter may assume, m/s2: from a thirtieth of the targets' to theirs.
@@ -154,12 +154,12 @@ const ASSUMED_STEPS: usize = 15;
 const OVERCONFIDENT: &[&str] = &[
     "filter.acceleration_sd_m_s2=0.0103",
     "targets.acceleration_sd_m_s2=0.069",
-    "targets.scatter.x_m={uniform={min=-37,max=37}}",
-    "targets.scatter.y_m={uniform={min=-37,max=37}}",
-    "targets.scatter.vx_m_s={normal={mean=9,sd=0.25}}",
-    "targets.scatter.vy_m_s={normal={mean=6.75,sd=0.25}}",
-    "uavs.ring.radius_m=313",
-    "uavs.ring.spacing_deg=95",
+    "targets.random.x_m={uniform={min=-37,max=37}}",
+    "targets.random.y_m={uniform={min=-37,max=37}}",
+    "targets.random.vx_m_s={normal={mean=9,sd=0.25}}",
+    "targets.random.vy_m_s={normal={mean=6.75,sd=0.25}}",
+    "uavs.start_ring.radius_m=313",
+    "uavs.start_ring.spacing_deg=95",
     "cue.position_sd_m=15.8",
     "cue.velocity_sd_m_s=5.4",
 ];
@@ -168,12 +168,12 @@ const OVERCONFIDENT: &[&str] = &[
 const IMPROVED: &[&str] = &[
     "orbit.margin=standard-deviations",
     "orbit.margin_sds=0",
-    "orbit.on_membership_change=shift",
+    "orbit.centre_jump=shift-state",
     "orbit.centre=centroid",
-    "guidance.feedforward=flown",
+    "guidance.feedforward=field",
     "guidance.lead=predicted",
     "guidance.speed_reference=centre",
-    "uavs.ring={phase_deg={uniform={min=-180,max=180}}}",
+    "uavs.start_ring={phase_deg={uniform={min=-180,max=180}}}",
 ];
 
 /// A point of the unit cube: the share of each unknown's range.
@@ -205,12 +205,12 @@ fn edits(point: &Point) -> Vec<String> {
     let place = format!("{{ uniform = {{ min = {:.3}, max = {box_m:.3} }} }}", -box_m);
     vec![
         format!("targets.acceleration_sd_m_s2={acceleration:.5}"),
-        format!("targets.scatter.x_m={place}"),
-        format!("targets.scatter.y_m={place}"),
-        format!("targets.scatter.vx_m_s={}", velocity(0.8)),
-        format!("targets.scatter.vy_m_s={}", velocity(0.6)),
-        format!("uavs.ring.radius_m={ring_m:.2}"),
-        format!("uavs.ring.spacing_deg={:.3}", 90.0 + over_deg),
+        format!("targets.random.x_m={place}"),
+        format!("targets.random.y_m={place}"),
+        format!("targets.random.vx_m_s={}", velocity(0.8)),
+        format!("targets.random.vy_m_s={}", velocity(0.6)),
+        format!("uavs.start_ring.radius_m={ring_m:.2}"),
+        format!("uavs.start_ring.spacing_deg={:.3}", 90.0 + over_deg),
         format!("cue.position_sd_m={cue_m:.3}"),
         format!("cue.velocity_sd_m_s={cue_m_s:.4}"),
     ]
@@ -242,16 +242,16 @@ fn column(
     metrics: &str,
     part: Part,
 ) -> Result<Vec<Metrics>, Box<dyn Error>> {
-    let edits = Edits { set: set.to_vec(), ..Edits::default() };
-    let template = Template::load(&format!("paper/table-2-{name}"), &edits)?;
-    let choice = Choice::parse(metrics)?;
+    let edits = Overrides { set: set.to_vec(), ..Overrides::default() };
+    let template = ScenarioTemplate::load(&format!("paper/table-2-{name}"), &edits)?;
+    let choice = MetricSelection::parse(metrics)?;
     Ok(each_seed(&template, seeds, THREADS, |scenario| score(scenario, choice, part))?)
 }
 
-fn score(scenario: &Scenario, choice: Choice, part: Part) -> Metrics {
+fn score(scenario: &Scenario, choice: MetricSelection, part: Part) -> Metrics {
     let mut mission = Mission::new(scenario).expect("a checked scenario");
-    let from_us = if part == Part::Settled { scenario.settings.settle.us() } else { 0 };
-    let mut scorer = Scorer::new(Rules::of(&scenario.settings), choice);
+    let from_us = if part == Part::Settled { scenario.settings.transient.us() } else { 0 };
+    let mut scorer = Scorer::new(ScoreConfig::of(&scenario.settings), choice);
     while let Some(frame) = mission.frame() {
         if frame.time_us >= from_us {
             scorer.frame(frame);
@@ -298,7 +298,7 @@ impl Flown {
         self.distance(cells)
             + INFEASIBLE_PRICE * each(|metrics| metrics.infeasible_fraction)
             + DISCARD_PRICE * each(discards)
-            + OUT_OF_VIEW_PRICE * share(pair, |metrics| metrics.out_of_view_fraction)
+            + OUT_OF_VIEW_PRICE * share(pair, |metrics| metrics.member_out_of_view_fraction)
     }
 
     fn within(&self, cells: Cells, share: f64) -> usize {
@@ -320,7 +320,7 @@ impl Flown {
 }
 
 fn discards(metrics: &Metrics) -> Option<f64> {
-    metrics.value("discards")
+    metrics.value("removals")
 }
 
 /// The mean of what is zero if there is nothing to measure.
@@ -349,9 +349,9 @@ impl fmt::Display for Flown {
         }
         let beside: [(&str, Metric); 5] = [
             ("mean r_d, m", |metrics| metrics.standoff_distance_m),
-            ("out of view, share", |metrics| metrics.out_of_view_fraction),
+            ("out of view, share", |metrics| metrics.member_out_of_view_fraction),
             ("infeasible, share", |metrics| metrics.infeasible_fraction),
-            ("discards per run", discards),
+            ("removals per run", discards),
             ("ANEES", |metrics| metrics.anees),
         ];
         for (name, metric) in beside {
@@ -359,8 +359,8 @@ impl fmt::Display for Flown {
             writeln!(out, "| {name} | {} |", cells.join(" | "))?;
         }
         let bounds: [(&str, Metric, Metric); 2] = [
-            ("position", |metrics| metrics.position_squared_error_m2, |metrics| metrics.position_bound_m2),
-            ("velocity", |metrics| metrics.velocity_squared_error_m2_s2, |metrics| metrics.velocity_bound_m2_s2),
+            ("position", |metrics| metrics.position_squared_error_m2, |metrics| metrics.position_crlb_m2),
+            ("velocity", |metrics| metrics.velocity_squared_error_m2_s2, |metrics| metrics.velocity_crlb_m2_s2),
         ];
         for (name, squared, bound) in bounds {
             let cells: Vec<_> = self.0.iter().map(|runs| told(over_bound(runs, squared, bound))).collect();
@@ -448,8 +448,8 @@ fn latin_hypercube(draws: Draws) -> Vec<Point> {
 
 /// Choices beside the numbers, and what the numbers are worth, one at a time.
 const CHOICES: [(&str, &[&str]); 8] = [
-    ("feedforward as printed", &["guidance.feedforward=printed"]),
-    ("feedforward along what is flown", &["guidance.feedforward=flown"]),
+    ("feedforward as printed", &["guidance.feedforward=paper"]),
+    ("feedforward along what is flown", &["guidance.feedforward=field"]),
     ("Lags of 0.5 s", &["uavs.speed_lag_s=0.5", "uavs.turn_rate_lag_s=0.5"]),
     // With shorter ones an Euler step overshoots.
     ("Euler steps, lags of 0.5 s", &["uavs.integrator=euler", "uavs.speed_lag_s=0.5", "uavs.turn_rate_lag_s=0.5"]),
@@ -461,16 +461,17 @@ const CHOICES: [(&str, &[&str]); 8] = [
 
 /// What the improved law comes to with a setting, whose ring it does not need.
 fn goals(set: &[String]) -> Result<String, Box<dyn Error>> {
-    let on_ring = |edit: &&String| !edit.starts_with("uavs.ring");
+    let on_ring = |edit: &&String| !edit.starts_with("uavs.start_ring");
     let set = [set.iter().filter(on_ring).cloned().collect(), owned(IMPROVED)].concat();
-    let metrics = "standoff_error_m_settled,standoff_tracking_error_m_settled,phase_error_deg,out_of_view_fraction";
+    let metrics =
+        "standoff_error_m_settled,standoff_error_own_estimate_m_settled,phase_error_deg,member_out_of_view_fraction";
     let runs = column("pair", &set, FRESH_SEEDS, metrics, Part::Whole)?;
     Ok(format!(
         "improved law, settled: true standoff error {} m, own {} m; phase {} deg; out of view {}",
         told(mean(&runs, |metrics| metrics.standoff_error_m_settled)),
-        told(mean(&runs, |metrics| metrics.standoff_tracking_error_m_settled)),
+        told(mean(&runs, |metrics| metrics.standoff_error_own_estimate_m_settled)),
         told(mean(&runs, |metrics| metrics.phase_error_deg)),
-        told(mean(&runs, |metrics| metrics.out_of_view_fraction))
+        told(mean(&runs, |metrics| metrics.member_out_of_view_fraction))
     ))
 }
 
@@ -480,7 +481,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     for (name, change) in CHOICES {
         println!("{name}: {}", fly(&owned(change), FRESH_SEEDS, SEARCHED, Part::Whole)?.summary());
     }
-    println!("means from settle_s on: {}\n", fly(&[], FRESH_SEEDS, SEARCHED, Part::Settled)?.summary());
+    println!("means from transient_s on: {}\n", fly(&[], FRESH_SEEDS, SEARCHED, Part::Settled)?.summary());
 
     println!("## The shipped scenarios, a filter that assumes other targets\n");
     let assumed = unknown("filter's acceleration, m/s2", ASSUMED, true);

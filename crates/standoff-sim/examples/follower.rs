@@ -1,5 +1,5 @@
 //! A brain of one's own in the simulator: every UAV flies at the vehicle that it saw nearest, and looks there. It tells
-//! nobody anything, so what is scored is what its sensors see and how far apart the UAVs stay. `docs/brains.md` walks
+//! nobody anything, so what is scored is what its sensors see and how far apart the UAVs stay. `docs/controllers.md` walks
 //! through it.
 //!
 //! ```text
@@ -9,11 +9,13 @@
 use std::env;
 use std::error::Error;
 
-use standoff::{Command, Displacement, LookAt, Message, Position, Scan, Step, Time, UavId, UavState, Velocity};
-use standoff_sim::brain::Brain;
+use standoff::{
+    AgentOutput, Command, Displacement, Message, PointingTarget, Position, Scan, Time, UavId, UavState, Velocity,
+};
+use standoff_sim::controller::Controller;
 use standoff_sim::run::{Mission, fly};
-use standoff_sim::scenario::{Edits, Scenario};
-use standoff_sim::score::{Choice, Metrics, Scorer};
+use standoff_sim::scenario::{Overrides, Scenario};
+use standoff_sim::score::{MetricSelection, Metrics, Scorer};
 
 /// One UAV's whole mind.
 #[derive(Clone, Copy)]
@@ -37,7 +39,7 @@ impl Follower {
     }
 }
 
-impl Brain for Follower {
+impl Controller for Follower {
     fn observe(&mut self, _now: Time, uav: UavId, own: &UavState, scan: Option<Scan>) {
         let uav = self.uav(uav);
         uav.own = *own;
@@ -47,26 +49,31 @@ impl Brain for Follower {
         }
     }
 
-    fn hear(&mut self, uav: UavId, message: &Message) {
+    fn receive(&mut self, uav: UavId, message: &Message) {
         if let Message::Cue(cue) = message {
             self.uav(uav).goal.get_or_insert(cue.position);
         }
     }
 
-    fn decide(&mut self, uav: UavId) -> Step {
+    fn decide(&mut self, uav: UavId) -> AgentOutput {
         let Uav { own, goal } = *self.uav(uav);
-        let Some(goal) = goal else { return Step::of(Command { speed_m_s: own.speed_m_s, turn_rate_rad_s: 0.0 }) };
+        let Some(goal) = goal else {
+            return AgentOutput::command_only(Command { speed_m_s: own.speed_m_s, turn_rate_rad_s: 0.0 });
+        };
         let off_rad = ((goal - own.position).direction() - own.heading).rad();
-        let look_at = Some(LookAt { position: goal, velocity: Velocity::ZERO });
-        Step { look_at, ..Step::of(Command { speed_m_s: 40.0, turn_rate_rad_s: off_rad }) }
+        let pointing_target = Some(PointingTarget { position: goal, velocity: Velocity::ZERO });
+        AgentOutput {
+            pointing_target: pointing_target,
+            ..AgentOutput::command_only(Command { speed_m_s: 40.0, turn_rate_rad_s: off_rad })
+        }
     }
 }
 
 /// Flies a scenario with the follower and scores it.
 pub(crate) fn follow(scenario: &Scenario) -> Result<Metrics, Box<dyn Error>> {
-    let brain = Box::new(Follower::new(scenario));
-    let mut mission = Mission::with_brain(scenario, brain).map_err(|errors| errors[0].clone())?;
-    let mut scorer = Scorer::new(mission.rules(), Choice::standard());
+    let controller = Box::new(Follower::new(scenario));
+    let mut mission = Mission::with_brain(scenario, controller).map_err(|errors| errors[0].clone())?;
+    let mut scorer = Scorer::new(mission.score_config(), MetricSelection::standard());
     while let Some(frame) = mission.frame() {
         scorer.frame(frame);
     }
@@ -75,13 +82,13 @@ pub(crate) fn follow(scenario: &Scenario) -> Result<Metrics, Box<dyn Error>> {
 
 /// What the follower and the product come to in one scenario, on the same draws.
 pub(crate) fn compared(name: &str, seed: u64) -> Result<Vec<String>, Box<dyn Error>> {
-    let scenario = Scenario::load(name, &Edits::default(), seed)?;
-    let ours = fly(&scenario, Choice::standard()).map_err(|errors| errors[0].clone())?;
-    let line = |(brain, metrics): (&str, Metrics)| {
+    let scenario = Scenario::load(name, &Overrides::default(), seed)?;
+    let ours = fly(&scenario, MetricSelection::standard()).map_err(|errors| errors[0].clone())?;
+    let line = |(controller, metrics): (&str, Metrics)| {
         let percent =
             |share: Option<f64>| share.map_or("not told".to_owned(), |share| format!("{:.0} %", 100.0 * share));
-        let (seen, watched) = (percent(metrics.seen_fraction), percent(metrics.watched_fraction));
-        format!("{brain}: in some UAV's view {seen} of the time, watched in a group {watched}")
+        let (seen, watched) = (percent(metrics.in_view_fraction), percent(metrics.custody_fraction));
+        format!("{controller}: in some UAV's view {seen} of the time, watched in a group {watched}")
     };
     Ok([("follower", follow(&scenario)?), ("standoff", ours)].map(line).into())
 }

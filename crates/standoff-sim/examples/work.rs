@@ -10,8 +10,8 @@ use std::process::ExitCode;
 
 use pieces::FleetTicks;
 use standoff_sim::run::fly;
-use standoff_sim::scenario::{Edits, Template};
-use standoff_sim::score::Choice;
+use standoff_sim::scenario::{Overrides, ScenarioTemplate};
+use standoff_sim::score::MetricSelection;
 
 const USAGE: &str =
     "usage: work KIND REPETITIONS, where KIND is one of filter, agent, fleet-tick, draw, pair, pair-all, figure-9";
@@ -54,14 +54,14 @@ fn repeat<T>(n: u64, mut work: impl FnMut() -> T) {
     }
 }
 
-fn template(scenario: &str) -> Template {
-    Template::load(scenario, &Edits::default()).expect("a built-in scenario")
+fn template(scenario: &str) -> ScenarioTemplate {
+    ScenarioTemplate::load(scenario, &Overrides::default()).expect("a built-in scenario")
 }
 
 /// Draws, flies and scores the runs of seeds 0 to n - 1.
 fn fly_each(n: u64, scenario: &str, metrics: &str) {
     let template = template(scenario);
-    let choice = Choice::parse(metrics).expect("names of metrics");
+    let choice = MetricSelection::parse(metrics).expect("names of metrics");
     for seed in 0..n {
         let scenario = template.draw(seed).expect("a scenario of any seed");
         black_box(fly(&scenario, choice).expect("a run that ends"));

@@ -1,8 +1,9 @@
-//! Parsers against inputs that are nearly right: targets of `bolero`, each a test. `scripts/fuzz` runs them for longer,
-//! `docs/hardening.md` says what they have shown.
+//! Fuzz tests of the parsers: `bolero` targets, each of which is also an ordinary test. `scripts/fuzz` runs them for
+//! longer; `docs/hardening.md` lists the results.
 //!
-//! An input is made of a file of the corpus by a few changes (see [`mutation`]), so that many get past the first checks.
-//! What is accepted must be in its documented range; what is refused must be so in a message fit for a terminal.
+//! Each input is a corpus file with a few changes (see [`mutation`]), so that many inputs pass the first checks. An
+//! accepted input must be in its documented range; a rejected input must produce an error message that is safe to print
+//! in a terminal.
 
 pub(crate) mod mutation;
 mod scenario;
@@ -14,11 +15,12 @@ use std::sync::atomic::{AtomicU64, Ordering};
 
 use mutation::Choices;
 
-/// Inputs of an ordinary test. `BOLERO_RANDOM_ITERATIONS` says otherwise.
+/// Number of inputs in an ordinary test run; the environment variable `BOLERO_RANDOM_ITERATIONS` overrides it.
 const ITERATIONS: usize = 5_000;
 
-/// Runs a target: `try_one` makes an input of choices, tries it, and tells whether it was accepted. At least this share
-/// of the inputs must be, lest the target only tries the first checks again and again.
+/// Runs a fuzz target. `try_one` builds an input from random choices, tries it and returns whether it was accepted. At
+/// least the share `least_accepted` of the inputs must be accepted; otherwise the target would exercise only the first
+/// checks.
 pub(crate) fn run(target: &str, least_accepted: f64, try_one: impl Fn(&mut Choices<'_>) -> bool + RefUnwindSafe) {
     let (tried, accepted) = (AtomicU64::new(0), AtomicU64::new(0));
     bolero::check!().with_type::<[u8; 40]>().with_iterations(ITERATIONS).for_each(|bytes| {
@@ -31,26 +33,26 @@ pub(crate) fn run(target: &str, least_accepted: f64, try_one: impl Fn(&mut Choic
     assert!(share >= least_accepted, "{target}: only {share} of the inputs were accepted");
 }
 
-/// A message for people: on one line, not endless, nothing in it that a terminal obeys.
+/// Checks that an error message is printable: one line, at most 2,000 characters, no character that a terminal obeys.
 #[track_caller]
 fn check_message(message: &str) {
     assert!(!message.is_empty() && message.chars().count() <= 2000, "{} bytes: {message:?}", message.len());
-    assert!(!message.contains(upsets), "{message:?}");
+    assert!(!message.contains(is_unsafe_to_print), "{message:?}");
 }
 
-/// A terminal may obey it, or take it for the end of a line.
-fn upsets(c: char) -> bool {
+/// Returns whether a terminal could obey the character or take it for a line end.
+fn is_unsafe_to_print(c: char) -> bool {
     c.is_control() || matches!(c, '\u{2028}'..='\u{202e}' | '\u{2066}'..='\u{2069}' | '\u{feff}')
 }
 
-/// An input was refused, in a message fit for people.
+/// Checks the error message of a rejected input; returns `false`.
 #[track_caller]
 pub(crate) fn refused(error: &impl Display) -> bool {
     check_message(&error.to_string());
     false
 }
 
-/// Words of the JSON of records and batches.
+/// Tokens of the JSON of records and batches.
 pub(crate) const JSON: [&str; 30] = [
     "{",
     "}",
@@ -84,7 +86,7 @@ pub(crate) const JSON: [&str; 30] = [
     "[[[[[[[[",
 ];
 
-/// The files of a corpus, by name.
+/// Returns the contents of the files of a corpus, ordered by file name.
 pub(crate) fn corpus(kind: &str) -> Vec<Vec<u8>> {
     let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("corpus").join(kind);
     let mut paths: Vec<_> = std::fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path()).collect();
@@ -92,8 +94,8 @@ pub(crate) fn corpus(kind: &str) -> Vec<Vec<u8>> {
     paths.iter().map(|path| std::fs::read(path).unwrap()).collect()
 }
 
-/// Puts a file in place of another one. Some file systems see a file onto the disk that is emptied and written again:
-/// that would take longer than all else.
+/// Replaces a file. The old file is removed first, because some file systems flush a file to disk if it is truncated
+/// and written again, which would take longer than the rest of the test.
 pub(crate) fn put(path: &std::path::Path, bytes: impl AsRef<[u8]>) {
     let _ = std::fs::remove_file(path);
     std::fs::write(path, bytes).unwrap();

@@ -4,31 +4,31 @@
 //! scenario -> mission (world, sensors, radio, agents) -> frames -> record -> score
 //! ```
 
-mod audit;
-pub mod brain;
-mod computer;
-pub mod disk;
-pub mod draws;
+mod agent_rows;
+pub mod atomic_file;
+pub mod baseline;
+mod bounded_input;
+pub mod controller;
+pub mod display_text;
+mod event_text;
 mod frame;
 #[cfg(test)]
 mod fuzz;
 pub mod geometry;
-mod input;
 mod intruders;
 pub mod monte_carlo;
+mod onboard_computer;
 pub mod radio;
+pub mod random;
 pub mod record;
-mod rows;
+mod reference_replay;
 pub mod run;
 pub mod scenario;
 pub mod score;
 pub mod sensors;
-pub mod source;
 pub mod target_id;
-pub mod text;
+pub mod text_source;
 pub mod traffic;
-mod why;
 pub mod world;
-pub mod yardstick;
 
-pub use rows::{agent as rows_of_agent, picture as rows_of_picture};
+pub use agent_rows::{agent as rows_of_agent, team_state as rows_of_picture};

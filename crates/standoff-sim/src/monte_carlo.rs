@@ -1,5 +1,5 @@
-//! Many runs of one scenario: flown on all cores, kept as they end, told as statistics. `docs/monte-carlo.md` describes
-//! what a user sees.
+//! Monte Carlo simulation: runs of one scenario on all cores, with a journal and statistics. `docs/monte-carlo.md`
+//! describes the user's view.
 //!
 //! ```text
 //! batch -> missing runs -> pool (a mission per thread) -> journal -> runs.parquet -> summary.json
@@ -7,11 +7,12 @@
 //!            +----------------- resume ---------------------+            +-- merge: other folders' runs.parquet
 //! ```
 //!
-//! Run k of a batch has the batch's seed plus k. Statistics come from the rows in the order of their runs, never in that
-//! of their ends: so 1 thread, N threads, an interruption and any number of shards give the same bytes.
+//! Run k of a batch has the batch's seed plus k. Statistics are computed from the rows in the order of runs, not in
+//! that of their completion. Hence any number of threads and shards, and any interruption, give the same bytes.
 
 mod batch;
 mod compare;
+mod diff;
 mod error;
 #[cfg(test)]
 mod fuzz;
@@ -19,7 +20,6 @@ mod journal;
 mod merge;
 mod pool;
 mod results;
-mod settings;
 mod shard;
 mod statistics;
 
@@ -30,46 +30,48 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 pub use batch::Batch;
 pub use compare::{Better, Comparison, Paired, compare, compare_results};
+pub use diff::Settings;
 pub use error::MonteCarloError;
 pub use merge::merge;
 pub use results::{Results, Runs, Summary};
-pub use settings::Settings;
 pub use shard::Shard;
 pub use statistics::{Pooled, Statistics, pooled_root_ratio, quantile, student_t_975};
 
+use crate::display_text;
 use crate::run::fly_while;
-use crate::scenario::{Scenario, Template};
-use crate::score::{Choice, Metrics};
-use crate::text;
+use crate::scenario::{Scenario, ScenarioTemplate};
+use crate::score::{MetricSelection, Metrics};
 use journal::Journal;
 use pool::{Halt, work_through};
 
-/// How far a batch is.
+/// Progress of a batch.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Progress {
-    /// Runs that were complete before.
+    /// Number of runs that were complete at the start.
     pub before: u64,
-    /// Runs that are complete now.
+    /// Number of runs that are complete now.
     pub done: u64,
-    /// Runs of the batch, or of its shard.
+    /// Number of runs of the batch, or of its shard.
     pub of: u64,
 }
 
-/// Flies a run for each of these seeds, on so many threads (`None`: one per core), and keeps the scores in memory: in the
-/// order of the seeds, the same on any number of threads.
+/// Flies a run for each of these seeds on `threads` threads (`None`: one per core) and returns the scores, ordered by
+/// seed. The result does not depend on the number of threads.
 pub fn fly_all(
-    template: &Template,
+    template: &ScenarioTemplate,
     seeds: Range<u64>,
-    choice: Choice,
+    choice: MetricSelection,
     threads: Option<NonZeroUsize>,
 ) -> Result<Vec<Metrics>, MonteCarloError> {
-    in_order(seeds, threads, &AtomicBool::new(false), |seed, halt| fly_seed(template, seed, choice, || !halt.is_up()))
+    in_order(seeds, threads, &AtomicBool::new(false), |seed, halt| {
+        fly_seed(template, seed, choice, || !halt.is_stopped())
+    })
 }
 
-/// Looks at the scenario of each of these seeds, on so many threads (`None`: one per core); gives what was found in the
-/// order of the seeds, the same on any number of threads.
+/// Applies `look` to the scenario of each of these seeds on `threads` threads (`None`: one per core) and returns the
+/// results, ordered by seed. The result does not depend on the number of threads.
 pub fn each_seed<T: Send>(
-    template: &Template,
+    template: &ScenarioTemplate,
     seeds: Range<u64>,
     threads: Option<NonZeroUsize>,
     look: impl Fn(&Scenario) -> T + Sync,
@@ -79,15 +81,15 @@ pub fn each_seed<T: Send>(
     })
 }
 
-/// Does `work` for every seed on many threads; gives the results in the order of the seeds. When `stop` is set, an error
-/// that says so.
+/// Runs `work` for every seed on many threads and returns the results, ordered by seed. Returns
+/// [`MonteCarloError::Interrupted`] if `stop` is set.
 fn in_order<T: Send>(
     seeds: Range<u64>,
     threads: Option<NonZeroUsize>,
     stop: &AtomicBool,
     work: impl Fn(u64, &Halt<'_>) -> Result<T, MonteCarloError> + Sync,
 ) -> Result<Vec<T>, MonteCarloError> {
-    // It grows as they come: no memory is taken for what may never be flown.
+    // Grows with the results, so that no memory is allocated for runs that may never be flown.
     let mut rows: Vec<Option<T>> = Vec::new();
     let first = seeds.start;
     let work = |seed, halt: &Halt<'_>| Ok((seed, work(seed, halt)?));
@@ -103,11 +105,11 @@ fn in_order<T: Send>(
     Ok(rows.into_iter().flatten().collect())
 }
 
-/// Flies one seed's run for as long as `go_on` says yes, and scores it.
+/// Flies the run of one seed while `go_on` returns true, and scores it.
 fn fly_seed(
-    template: &Template,
+    template: &ScenarioTemplate,
     seed: u64,
-    choice: Choice,
+    choice: MetricSelection,
     go_on: impl Fn() -> bool,
 ) -> Result<Metrics, MonteCarloError> {
     let scenario = template.draw(seed).map_err(|problem| MonteCarloError::seed(seed, problem))?;
@@ -117,18 +119,19 @@ fn fly_seed(
     })
 }
 
-/// Flies what is missing of a batch and completes its folder. A batch that is complete is not flown again.
+/// Flies the missing runs of a batch and completes its folder. A complete batch is not flown again.
 ///
-/// Every run is kept in the folder's journal as soon as it ends. So whatever stops the batch (`stop`, a seed that cannot
-/// be flown, a full disk, the end of the process at any instant), calling this again with the same batch goes on from
-/// there, to the same bytes. `stop` ends it within an instant of each run in hand, or while the results are completed.
+/// Every run is saved in the folder's journal when it ends. If anything stops the batch (`stop`, an invalid seed, a
+/// full disk, the end of the process), another call with the same batch continues from there and gives the same bytes.
+/// `stop` takes effect within one time step of each active run, or while the results are completed.
 ///
-/// Of seeds that cannot be flown the lowest is told, on any number of threads; the runs before it are complete.
+/// If several seeds cannot be flown, the lowest one is reported, on any number of threads; the runs before it are
+/// complete.
 ///
-/// `tell` hears how far it is: at the start, after every run, and now and then.
+/// `tell` is called with the progress: at the start, after every run, and at intervals.
 pub fn fly_into(
     dir: &Path,
-    template: &Template,
+    template: &ScenarioTemplate,
     batch: &Batch,
     threads: Option<NonZeroUsize>,
     stop: &AtomicBool,
@@ -139,7 +142,7 @@ pub fn fly_into(
     }
     let choice = batch.choice()?;
     let mut journal = Journal::open(dir, batch)?;
-    // Another process may have completed the batch while this one waited for its turn.
+    // Another process may have completed the batch while this one waited for the lock.
     if let Some(complete) = find_complete(dir, batch, stop)? {
         return Ok(complete);
     }
@@ -147,7 +150,7 @@ pub fn fly_into(
     let mut progress = Progress { before, done: before, of: batch.flown().end - batch.flown().start };
     tell(progress);
     check_build(template, batch, &journal, stop)?;
-    let work = |run, halt: &Halt<'_>| Ok((run, fly_seed(template, batch.seed_of(run), choice, || !halt.is_up())?));
+    let work = |run, halt: &Halt<'_>| Ok((run, fly_seed(template, batch.seed_of(run), choice, || !halt.is_stopped())?));
     let flown = work_through(journal.missing(stop)?, threads, stop, work, |done| {
         if let Some((run, metrics)) = done {
             journal.put(batch.seed_of(run), run, &batch.values(&metrics))?;
@@ -156,7 +159,7 @@ pub fn fly_into(
         tell(progress);
         journal.sync_now_and_then()
     });
-    // A disk that has failed is not asked again; after anything else, what is complete is seen onto the disk.
+    // After a disk error, the disk is not used again. In all other cases, the complete runs are synced to disk.
     if !matches!(flown, Err(MonteCarloError::File(_))) {
         journal.sync()?;
     }
@@ -171,13 +174,13 @@ fn unless_set(stop: &AtomicBool) -> Result<(), MonteCarloError> {
     if stop.load(Ordering::Relaxed) { Err(MonteCarloError::Interrupted) } else { Ok(()) }
 }
 
-/// The results of a batch that is complete in `dir`. What lies beside its rows is put right, and what a process that ended
-/// in its last steps has left there is removed.
+/// Returns the results of a batch that is complete in `dir`. Repairs its other files, and removes the leftovers of a
+/// process that ended in its last steps.
 fn find_complete(dir: &Path, batch: &Batch, stop: &AtomicBool) -> Result<Option<Results>, MonteCarloError> {
     let complete = Results::find(dir, batch)?;
     if let Some(results) = &complete {
         match results.mend_summary(stop) {
-            // The rows are complete all the same: the next time will do for the rest.
+            // The rows are complete anyway; the rest can be repaired next time.
             Err(MonteCarloError::Interrupted) => {}
             mended => mended?,
         }
@@ -186,9 +189,9 @@ fn find_complete(dir: &Path, batch: &Batch, stop: &AtomicBool) -> Result<Option<
     Ok(complete)
 }
 
-/// Refuses to go on with runs that this program flies otherwise: the first one there is flown again.
+/// Refuses to continue runs of a build that computes different results: repeats the first existing run and compares.
 fn check_build(
-    template: &Template,
+    template: &ScenarioTemplate,
     batch: &Batch,
     journal: &Journal,
     stop: &AtomicBool,
@@ -201,8 +204,8 @@ fn check_build(
     if bits(&again) == bits(&kept) {
         return Ok(());
     }
-    let what = "comes out otherwise: the runs there are another build's";
-    let advice = "complete them with that build, or name another folder";
-    let dir = text::path(journal.dir());
-    Err(MonteCarloError::Folder(format!("{dir}: seed {seed}, flown again, {what}; {advice}")))
+    let what = "gives different results: the existing runs are from another build";
+    let advice = "complete them with that build, or choose another folder";
+    let dir = display_text::path(journal.dir());
+    Err(MonteCarloError::Folder(format!("{dir}: a repeat of seed {seed} {what}; {advice}")))
 }

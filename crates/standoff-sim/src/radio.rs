@@ -1,63 +1,67 @@
-//! The radio: what is said at an instant, and who hears it when.
+//! Radio model: which UAV receives which messages, and when.
 //!
-//! A perfect one carries all to all at once. One of a scenario's `[radio]` asks, message by message and receiver by
-//! receiver, in this order:
+//! An ideal radio delivers every message to every other UAV in the same time step. A radio with faults (`[radio]` of
+//! the scenario) applies these steps to each message and receiver, in this order:
 //!
-//! - the sender's transmitter: what an instant's bytes do not hold waits for the next one, up to one second's worth;
-//! - the way, when it is sent: within range, on one side of a partition, not lost;
-//! - the delay: below a tenth of the period it is heard at the instant at which it was sent, for agents wait that long; else
-//!   at the first instant at or after its arrival. Some are heard twice, each time with a delay of its own.
+//! - bandwidth of the sender: messages that exceed the bytes of a time step wait for the next one; at most one second's
+//!   worth waits;
+//! - link, at the time of sending: in range, on the same side of every partition, not lost;
+//! - latency: below a tenth of the period, the message is received in the time step in which it was sent, because
+//!   agents wait that long; otherwise in the first time step at or after its arrival. A duplicated message arrives
+//!   twice, each time with its own latency.
 //!
-//! Aircraft that are not of the team are heard as cues are: lost, late and double alike, and from everywhere.
+//! Position reports of aircraft outside the team are treated like cues: they can be lost, late and duplicated, but they
+//! are received everywhere.
 //!
-//! What is heard at an instant is heard in one order: by speaker, cues last, then by when it was said, then by its number.
-//! Draws have the speaker, the receiver, the instant and the number of the message among what the speaker said as their
-//! key: no further UAV or fault changes what becomes of other messages.
+//! The messages of a time step are received in a fixed order: by sender, with cues last, then by time of sending, then
+//! by number. Random draws are keyed by sender, receiver, time step and the number of the message among those of its
+//! sender, so that a further UAV or fault does not change the fate of other messages.
 
 use std::collections::VecDeque;
 use std::sync::Arc;
 
 use standoff::{Message, Position, Time, UavId};
 
-use crate::draws::{Draws, Stream};
+use crate::random::{Draws, Stream};
 use crate::scenario::{self, Link, Scenario};
 
-/// What a UAV has sent.
+/// Messages that a UAV has sent.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
-pub struct Sent {
-    /// How many messages.
+pub struct SentCounts {
+    /// Number of messages.
     pub messages: u64,
-    /// How many bytes they take.
+    /// Total size, bytes.
     pub bytes: u64,
 }
 
-/// A UAV as the radio finds it at an instant.
+/// Radio state of a UAV at one time step.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Station {
+pub(crate) struct RadioNode {
     pub(crate) position: Position,
-    /// Its transmitter is on.
-    pub(crate) speaks: bool,
-    /// Its computer is on.
-    pub(crate) hears: bool,
+    /// True if the transmitter is on.
+    pub(crate) transmits: bool,
+    /// True if the computer is on, so that the UAV receives.
+    pub(crate) receives: bool,
 }
 
-/// The speaker of cues: nobody of the team.
+/// Sender id of cues and of reports of other aircraft; no UAV of the team has it.
 const OUTSIDE: UavId = UavId(0xffff);
 
-/// Numbers of targets are below this.
+/// First message number of aircraft reports; target ids are below it.
 const TRAFFIC: u32 = 1 << 31;
 
-/// What carries messages, in room that lives on.
+/// Carries the messages of a mission; its buffers are reused.
 pub(crate) struct Radio {
     /// By UAV.
-    stations: Vec<Station>,
-    sent: Vec<Sent>,
-    /// Of these the first `said` count.
+    stations: Vec<RadioNode>,
+    sent: Vec<SentCounts>,
+    /// Only the first `said` entries belong to this time step.
     messages: Vec<(UavId, Message)>,
-    said: usize,
-    /// What comes from outside, each with a number of its own at an instant: the target's, or one above those.
+    sent_now: usize,
+    /// Messages from outside the team, each with a number that is unique within the time step: a target id, or
+    /// [`TRAFFIC`] and above.
     cues: Vec<(u32, Message)>,
-    /// `None`: it is perfect.
+    /// Radio faults; `None` if the radio is ideal.
     air: Option<Air>,
 }
 
@@ -67,56 +71,56 @@ impl Radio {
             stations: Vec::new(),
             sent: Vec::new(),
             messages: Vec::new(),
-            said: 0,
+            sent_now: 0,
             cues: Vec::new(),
             air: scenario.radio.as_ref().map(|radio| Air::new(radio, scenario)),
         }
     }
 
-    /// What each UAV has sent at this instant, by id.
-    pub(crate) fn sent(&self) -> &[Sent] {
+    /// Messages that each UAV has sent in this time step, by id.
+    pub(crate) fn sent(&self) -> &[SentCounts] {
         &self.sent
     }
 
-    /// Begins an instant.
+    /// Starts a new time step.
     pub(crate) fn open(&mut self) {
         self.stations.clear();
         self.sent.clear();
-        self.said = 0;
+        self.sent_now = 0;
         self.cues.clear();
     }
 
-    /// The next UAV, by id.
-    pub(crate) fn join(&mut self, station: Station) {
+    /// Adds the next UAV, in the order of ids.
+    pub(crate) fn join(&mut self, station: RadioNode) {
         self.stations.push(station);
-        self.sent.push(Sent::default());
+        self.sent.push(SentCounts::default());
     }
 
-    /// A UAV speaks.
-    pub(crate) fn say(&mut self, from: UavId, message: &Message) {
-        match self.messages.get_mut(self.said) {
-            Some((speaker, old)) => {
-                *speaker = from;
+    /// Sends a message of a UAV.
+    pub(crate) fn send(&mut self, from: UavId, message: &Message) {
+        match self.messages.get_mut(self.sent_now) {
+            Some((sender, old)) => {
+                *sender = from;
                 old.clone_from(message);
             }
             None => self.messages.push((from, message.clone())),
         }
-        self.said += 1;
+        self.sent_now += 1;
     }
 
-    /// A cue comes from outside.
+    /// Adds a cue from outside the team.
     pub(crate) fn cue(&mut self, number: u32, message: Message) {
         self.cues.push((number, message));
     }
 
-    /// An aircraft that is not of the team tells where it is.
+    /// Adds a position report of an aircraft outside the team.
     pub(crate) fn traffic(&mut self, aircraft: u32, message: Message) {
         self.cues.push((TRAFFIC + aircraft, message));
     }
 
-    /// Tells each UAV that hears what it hears at the instant of a number, of those that are a period apart.
+    /// Delivers the messages that are due in time step `tick` (counted in periods) to every UAV whose computer is on.
     pub(crate) fn carry(&mut self, tick: i64, now: Time, mut hear: impl FnMut(UavId, &Message)) {
-        let Self { stations, sent, messages, said, cues, air } = self;
+        let Self { stations, sent, messages, sent_now: said, cues, air } = self;
         let messages = &messages[..*said];
         if let Some(air) = air {
             air.carry(&Instant { tick, now, stations, messages, cues }, sent, &mut hear);
@@ -126,41 +130,41 @@ impl Radio {
             if let Some(sent) = sent.get_mut(speaker.0 as usize) {
                 sent.count(message);
             }
-            others(stations, *speaker).filter(|uav| hears(stations, *uav)).for_each(|uav| hear(uav, message));
+            others(stations, *speaker).filter(|uav| receives(stations, *uav)).for_each(|uav| hear(uav, message));
         }
         for (_, cue) in &*cues {
-            others(stations, OUTSIDE).filter(|uav| hears(stations, *uav)).for_each(|uav| hear(uav, cue));
+            others(stations, OUTSIDE).filter(|uav| receives(stations, *uav)).for_each(|uav| hear(uav, cue));
         }
     }
 }
 
-impl Sent {
+impl SentCounts {
     fn count(&mut self, message: &Message) {
         self.messages += 1;
         self.bytes += message.size_bytes() as u64;
     }
 }
 
-/// All but a speaker.
-fn others(stations: &[Station], speaker: UavId) -> impl Iterator<Item = UavId> {
-    (0..).take(stations.len()).map(UavId).filter(move |uav| *uav != speaker)
+/// Returns all UAVs except the sender.
+fn others(stations: &[RadioNode], sender: UavId) -> impl Iterator<Item = UavId> {
+    (0..).take(stations.len()).map(UavId).filter(move |uav| *uav != sender)
 }
 
-/// A UAV's computer is on.
-fn hears(stations: &[Station], uav: UavId) -> bool {
-    stations.get(uav.0 as usize).is_some_and(|station| station.hears)
+/// Returns whether the computer of a UAV is on.
+fn receives(stations: &[RadioNode], uav: UavId) -> bool {
+    stations.get(uav.0 as usize).is_some_and(|station| station.receives)
 }
 
-/// What there is to carry at an instant.
+/// Everything that is sent in one time step.
 struct Instant<'a> {
     tick: i64,
     now: Time,
-    stations: &'a [Station],
+    stations: &'a [RadioNode],
     messages: &'a [(UavId, Message)],
     cues: &'a [(u32, Message)],
 }
 
-/// What a message is known by: who said it, at which instant, as the how manieth.
+/// Identity of a message: sender, time step of sending, and number among the sender's messages of that step.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 struct Key {
     speaker: UavId,
@@ -168,38 +172,38 @@ struct Key {
     number: u32,
 }
 
-/// A message that waits or is under way, in room that is shared by all copies.
-struct Said {
+/// A message that waits or is under way; all copies share it.
+struct SentMessage {
     key: Key,
     message: Arc<Message>,
 }
 
-/// A message under way to one of its receivers.
-struct UnderWay {
+/// A message under way to one receiver.
+struct InTransit {
     due: i64,
     to: UavId,
     key: Key,
     message: Arc<Message>,
 }
 
-/// A transmitter that sends so many bytes a second.
+/// A transmitter of limited bandwidth.
 #[derive(Default)]
 struct Transmitter {
-    waiting: VecDeque<Said>,
+    waiting: VecDeque<SentMessage>,
     waiting_bytes: f64,
-    /// What may be sent at this instant.
+    /// Bytes that may still be sent in this time step.
     credit_bytes: f64,
 }
 
-/// A radio that is not perfect.
+/// A radio with faults.
 struct Air {
     radio: scenario::Radio,
     draws: Draws,
     period_us: i64,
     /// By UAV.
     transmitters: Vec<Transmitter>,
-    under_way: Vec<UnderWay>,
-    arrived: Vec<UnderWay>,
+    under_way: Vec<InTransit>,
+    arrived: Vec<InTransit>,
 }
 
 impl Air {
@@ -214,45 +218,45 @@ impl Air {
         }
     }
 
-    fn carry(&mut self, instant: &Instant, sent: &mut [Sent], hear: &mut impl FnMut(UavId, &Message)) {
+    fn carry(&mut self, instant: &Instant, sent: &mut [SentCounts], hear: &mut impl FnMut(UavId, &Message)) {
         let Instant { tick, stations, messages, cues, .. } = *instant;
         for ((station, id), sent) in stations.iter().zip(0..).zip(sent) {
             let speaker = UavId(id);
             let own = messages.iter().filter(|(by, _)| *by == speaker).zip(0..);
-            let said = own.map(|((_, message), number)| Said {
+            let said = own.map(|((_, message), number)| SentMessage {
                 key: Key { speaker, tick, number },
                 message: Arc::new(message.clone()),
             });
-            let budget_bytes_per_s = self.radio.bytes_per_s.filter(|_| !self.is_perfect(instant.now));
+            let budget_bytes_per_s = self.radio.bandwidth_bytes_per_s.filter(|_| !self.is_perfect(instant.now));
             let per_instant = budget_bytes_per_s.map(|rate| (rate * self.period_us as f64 / 1e6, rate));
             let Some(transmitter) = self.transmitters.get_mut(id as usize) else { continue };
-            for said in transmitter.send(station.speaks, per_instant, said) {
+            for said in transmitter.send(station.transmits, per_instant, said) {
                 sent.count(&said.message);
                 others(stations, speaker).for_each(|to| self.send(instant, &said, to));
             }
         }
         for (number, cue) in cues {
             let key = Key { speaker: OUTSIDE, tick, number: *number };
-            let said = Said { key, message: Arc::new(cue.clone()) };
+            let said = SentMessage { key, message: Arc::new(cue.clone()) };
             others(stations, OUTSIDE).for_each(|to| self.send(instant, &said, to));
         }
         self.arrived.clear();
         self.arrived.extend(self.under_way.extract_if(.., |message| message.due <= tick));
         self.arrived.sort_by_key(|message| (message.to, message.key));
-        for UnderWay { to, message, .. } in &self.arrived {
-            if hears(stations, *to) {
+        for InTransit { to, message, .. } in &self.arrived {
+            if receives(stations, *to) {
                 hear(*to, message);
             }
         }
     }
 
-    /// Faults of the radio itself are over.
+    /// Returns whether the faults of the radio itself have ended.
     fn is_perfect(&self, now: Time) -> bool {
-        self.radio.until_s.is_some_and(|until_s| now.s() >= until_s)
+        self.radio.fault_until_s.is_some_and(|until_s| now.s() >= until_s)
     }
 
-    /// Sends a message on its way to one of those who may hear it.
-    fn send(&mut self, instant: &Instant, said: &Said, to: UavId) {
+    /// Sends a message to one receiver, unless the link drops it.
+    fn send(&mut self, instant: &Instant, said: &SentMessage, to: UavId) {
         let Instant { tick, now, stations, .. } = *instant;
         let speaker = said.key.speaker;
         let is_perfect = self.is_perfect(now);
@@ -263,22 +267,24 @@ impl Air {
         let object = u64::from(speaker.0) << 48 | u64::from(to.0) << 32 | u64::from(said.key.number);
         let draw = |stream| draws.at(stream, object, said.key.tick as u64);
         let link = self.radio.links.iter().find(|link| (link.from, link.to) == (speaker, to));
-        let (loss, delay_s) =
-            link.map_or((self.radio.loss, self.radio.delay_s), |Link { loss, delay_s, .. }| (*loss, *delay_s));
+        let (loss, delay_s) = link.map_or(
+            (self.radio.packet_loss, self.radio.latency_s),
+            |Link { packet_loss: loss, latency_s: delay_s, .. }| (*loss, *delay_s),
+        );
         let mut lost = draw(Stream::RadioLoss);
         if !is_perfect && loss.draw(&mut lost) > lost.uniform() {
             return;
         }
-        let is_double = !is_perfect && self.radio.duplicate > draw(Stream::RadioDuplicate).uniform();
+        let is_double = !is_perfect && self.radio.duplication > draw(Stream::RadioDuplicate).uniform();
         let mut late = draw(Stream::RadioDelay);
         for _ in 0..1 + usize::from(is_double) {
             let delay_s = if is_perfect { 0.0 } else { delay_s.draw(&mut late) };
             let due = tick + self.instants_late(delay_s);
-            self.under_way.push(UnderWay { due, to, key: said.key, message: Arc::clone(&said.message) });
+            self.under_way.push(InTransit { due, to, key: said.key, message: Arc::clone(&said.message) });
         }
     }
 
-    /// A partition has them on different sides, or one of them on none.
+    /// Returns whether a partition separates two UAVs: they are on different sides, or one of them is on no side.
     fn is_cut(&self, now: Time, from: UavId, to: UavId) -> bool {
         self.radio.partitions.iter().any(|partition| {
             let together = || partition.sides.iter().any(|side| side.contains(&from) && side.contains(&to));
@@ -286,28 +292,33 @@ impl Air {
         })
     }
 
-    /// They are out of range of each other; nobody is from outside.
-    fn is_far(&self, stations: &[Station], from: UavId, to: UavId) -> bool {
+    /// Returns whether two UAVs are out of range of each other; a sender outside the team never is.
+    fn is_far(&self, stations: &[RadioNode], from: UavId, to: UavId) -> bool {
         let at = |uav: UavId| stations.get(uav.0 as usize).map(|station| station.position);
         let Some((range_m, from)) = self.radio.range_m.zip(at(from)) else { return false };
         at(to).is_some_and(|to| from.distance_m(to) > range_m)
     }
 
-    /// After how many instants something is heard that is so late: 0 is the one at which it was sent.
+    /// Returns the latency in time steps; 0 is the time step in which the message was sent.
     fn instants_late(&self, delay_s: f64) -> i64 {
         let delay_us = (delay_s * 1e6).round() as i64;
         if delay_us * 10 < self.period_us {
             return 0;
         }
-        // Neither is negative.
+        // Both operands are non-negative, so this rounds up.
         delay_us / self.period_us + i64::from(delay_us % self.period_us > 0)
     }
 }
 
 impl Transmitter {
-    /// What is sent at an instant at which it may send so many bytes, and as many wait as it sends in a second; `None`:
-    /// everything. Switched off it forgets what waits.
-    fn send(&mut self, is_on: bool, bytes: Option<(f64, f64)>, said: impl Iterator<Item = Said>) -> Vec<Said> {
+    /// Returns the messages to send in a time step. `bytes` holds the bytes that may be sent in this step and the bytes
+    /// that may wait; `None` sends everything. A transmitter that is switched off drops the waiting messages.
+    fn send(
+        &mut self,
+        is_on: bool,
+        bytes: Option<(f64, f64)>,
+        said: impl Iterator<Item = SentMessage>,
+    ) -> Vec<SentMessage> {
         if !is_on {
             *self = Self::default();
             return Vec::new();
@@ -316,7 +327,7 @@ impl Transmitter {
             let waiting = std::mem::take(self).waiting;
             return waiting.into_iter().chain(said).collect();
         };
-        // Nothing is saved up while nothing waits.
+        // An idle transmitter accumulates no credit.
         let saved_bytes = if self.waiting.is_empty() { 0.0 } else { self.credit_bytes };
         self.credit_bytes = saved_bytes + credit_bytes;
         let mut sent = Vec::new();
@@ -333,8 +344,8 @@ impl Transmitter {
         sent
     }
 
-    /// Sends what waits, for as long as it may.
-    fn send_waiting(&mut self, sent: &mut Vec<Said>) {
+    /// Sends waiting messages as long as the credit suffices.
+    fn send_waiting(&mut self, sent: &mut Vec<SentMessage>) {
         while let Some(size) = self.waiting.front().map(|said| said.message.size_bytes() as f64)
             && size <= self.credit_bytes
         {
@@ -349,15 +360,15 @@ impl Transmitter {
 mod tests {
     use super::*;
 
-    fn said(number: u32) -> Said {
-        let state = standoff::UavState::straight(Position::ORIGIN, standoff::Angle::ZERO, 40.0);
-        let message = Message::Report(standoff::Report::of(UavId(0), Time::START, state));
-        Said { key: Key { speaker: UavId(0), tick: 0, number }, message: Arc::new(message) }
+    fn said(number: u32) -> SentMessage {
+        let state = standoff::UavState::level_flight(Position::ORIGIN, standoff::Angle::ZERO, 40.0);
+        let message = Message::Report(standoff::Report::position_only(UavId(0), Time::EPOCH, state));
+        SentMessage { key: Key { speaker: UavId(0), tick: 0, number }, message: Arc::new(message) }
     }
 
-    /// Whoever was silent for long sends no more at once than anybody.
+    /// A transmitter that was idle for a long time sends no larger burst than any other.
     #[test]
-    fn what_is_not_sent_is_not_saved_up() {
+    fn unused_bandwidth_is_not_accumulated() {
         let mut transmitter = Transmitter::default();
         let size = said(0).message.size_bytes() as f64;
         let mut send = |messages: u32| -> Vec<u32> {
@@ -367,7 +378,7 @@ mod tests {
         for _ in 0..10 {
             assert_eq!(send(1), [0]);
         }
-        // Room for two at a time, and what is left counts while something waits.
+        // The credit suffices for two messages per step, and the rest of it remains while messages wait.
         assert_eq!(send(4), [0, 1]);
         assert_eq!(send(0), [2, 3]);
         assert_eq!(send(4), [0, 1]);

@@ -1,36 +1,36 @@
-//! The record of a run: a folder of Parquet tables, written while the run goes and read back in step.
+//! Record of a run: a folder of Parquet tables, written during the run and read back time step by time step.
 //!
-//! A record holds `run.json` (what was run, by which version), `scenario.toml` (the resolved
-//! scenario) and the tables `uavs`, `truth`, `tracks`, `groups`, `detections`, `events`, `targets` and
-//! `views`, each as `<name>.parquet`; where there are any, `intruders`; where several minds flew, what each believes, too (`agents`, `agent_tracks`,
-//! `agent_groups`, `agent_events`, `agent_team`). Figures and summaries may lie beside them. The same frames
-//! give the same bytes: nothing in a record tells when, where or by whom it was written.
+//! A record contains `run.json` (scenario name, seed and version), `scenario.toml` (the resolved scenario) and the
+//! tables `uavs`, `truth`, `tracks`, `groups`, `detections`, `events`, `targets` and `in_view`, each as `<name>.parquet`.
+//! Runs with intruders add `intruders`. Runs with several agents add their estimates (`agents`, `agent_tracks`,
+//! `agent_groups`, `agent_events`, `agent_teammates`). The folder may also contain figures and summaries. The same frames
+//! give the same bytes: a record contains no time, place or user name of its creation.
 //!
-//! Until it is whole it lies in a folder beside its place, says that it is unfinished, and can be read up to its last
-//! checkpoint.
+//! Until it is complete, a record is written to a temporary folder next to its destination. It is marked as unfinished
+//! and can be read up to its last checkpoint.
 
-mod allowance;
-mod bounds;
 pub(crate) mod checkpoint;
 pub(crate) mod column;
+pub(crate) mod directory;
 mod error;
-pub(crate) mod folder;
+mod event_quota;
 #[cfg(test)]
 mod fuzz;
+mod limits;
 pub(crate) mod manifest;
 mod reader;
-mod rows;
+mod schema;
 pub(crate) mod table;
 mod writer;
 
 pub use crate::frame::{
-    AgentEventRow, AgentRow, Agents, DetectionRow, EventRow, Frame, GroupRow, IntruderRow, OfAgent, Place, TeamRow,
-    TrackRow, TrackStatus, TruthRow, UavRow, ViewRow,
+    AgentEventRow, AgentRow, ByAgent, DetectionRow, EventRow, Frame, GroupRow, IntruderRow, MembershipState,
+    PerAgentTables, TeammateRow, TrackRow, TrackStatus, TruthRow, UavRow, ViewRow,
 };
-pub use allowance::EventAllowance;
+pub use directory::{MAP_FILE, Occupancy, conflicting_files, occupancy};
 pub use error::RecordError;
-pub use folder::{MAP_FILE, Occupancy, in_the_way, occupancy};
+pub use event_quota::EventQuota;
 pub use manifest::{Counts, FORMAT, Manifest};
 pub use reader::{Frames, Record};
 pub use standoff_parquet::{MAX_ROWS, panic_is_expected};
-pub use writer::{Closed, Kept, Writer};
+pub use writer::{FinishedRecord, PartialRecord, Writer};

@@ -1,23 +1,23 @@
-//! One mission: world, sensors, radio, brain, commands, tick by tick; what happens goes out as frames.
+//! One mission: world, sensors, radio, controller and commands, one time step after the other; the results are frames.
 //!
 //! ```text
-//! truth -> scans (each along the boresight its UAV asked for) -> brain <-> radio -> commands -> truth
+//! truth -> scans (each along the commanded boresight) -> controller <-> radio -> commands -> truth
 //! ```
 
 use standoff::{
-    Aircraft, Angle, Command, Detection, Duration, LookAt, Message, ParamError, Position, Response, Scan, Step, Time,
-    UavId, UavState, Velocity,
+    AgentOutput, Aircraft, Angle, AutopilotModel, Command, Detection, Duration, Message, ParamError, PointingTarget,
+    Position, Scan, Time, UavId, UavState, Velocity,
 };
 
-use crate::brain::{self, Beliefs, Brain};
-use crate::computer::Computer;
-use crate::draws::Draws;
-use crate::frame::{Frame, Reported};
+use crate::agent_rows;
+use crate::controller::{self, Controller, ReportedState};
+use crate::frame::{Frame, ReportedTables};
 use crate::intruders::Intruders;
-use crate::radio::{Radio, Sent, Station};
-use crate::rows;
-use crate::scenario::{Minds, Outage, Scenario, Settings};
-use crate::score::{Choice, Metrics, Rules, Scorer};
+use crate::onboard_computer::OnboardComputer;
+use crate::radio::{Radio, RadioNode, SentCounts};
+use crate::random::Draws;
+use crate::scenario::{AgentSetup, Outage, Scenario, Settings};
+use crate::score::{MetricSelection, Metrics, ScoreConfig, Scorer};
 use crate::sensors;
 use crate::world::{Truth, World};
 
@@ -37,112 +37,121 @@ use crate::world::{Truth, World};
 /// assert_eq!(last_s, scenario.settings.duration.s());
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
-pub struct Mission<B = Box<dyn Brain + Send>> {
+pub struct Mission<B = Box<dyn Controller + Send>> {
     settings: Settings,
     outages: Vec<Outage>,
     world: World,
     draws: Draws,
     uavs: Vec<Uav>,
     intruders: Intruders,
-    /// How they answer commands that are held for a period.
-    response: Response,
-    brain: B,
-    /// The brain is not the product.
+    /// Response of the UAVs to commands that are constant for a period.
+    response: AutopilotModel,
+    controller: B,
+    /// True if the controller is not the built-in one.
     is_foreign: bool,
     radio: Radio,
-    /// Who has been cued, by target: their ids are places in a list.
+    /// Whether each target has been cued, indexed by target id.
     cued: Vec<bool>,
     tick: i64,
-    /// How far this instant has come.
+    /// Progress of the current time step.
     stage: Stage,
     truth: Vec<Truth>,
     frame: Frame,
 }
 
-/// Who keeps away from the same UAV again after no longer than this still does.
+/// Longest pause within one avoidance event: a UAV that avoids the same aircraft again after a shorter pause starts no
+/// new event.
 const ONE_AVOIDANCE: Duration = Duration::from_us(5_000_000);
 
-/// How far an instant has come.
+/// Progress of a time step.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Stage {
-    /// Nobody has looked yet.
+    /// The sensors have not measured yet.
     Ahead,
-    /// Sensors have spoken, the brain has heard.
+    /// The sensors have measured, and the controller has received all messages.
     Observed,
-    /// The brain has said what it wants, and the frame tells it.
+    /// The controller has decided, and the frame holds its commands.
     Proposed,
 }
 
-/// Flies a whole mission and scores it, with no record written.
-pub fn fly(scenario: &Scenario, choice: Choice) -> Result<Metrics, Vec<ParamError>> {
+/// Flies a whole mission and scores it without writing a record.
+pub fn fly(scenario: &Scenario, choice: MetricSelection) -> Result<Metrics, Vec<ParamError>> {
     fly_while(scenario, choice, || true)
 }
 
-/// Flies a mission for as long as `go_on`, asked before every instant, says yes, and scores what was flown.
-pub fn fly_while(scenario: &Scenario, choice: Choice, go_on: impl Fn() -> bool) -> Result<Metrics, Vec<ParamError>> {
-    Ok(Mission::scored_by(scenario, choice)?.scored_while(choice, go_on))
+/// Flies a mission as long as `go_on` returns `true` before each time step, and scores the time steps flown.
+pub fn fly_while(
+    scenario: &Scenario,
+    choice: MetricSelection,
+    go_on: impl Fn() -> bool,
+) -> Result<Metrics, Vec<ParamError>> {
+    Ok(Mission::new_for_metrics(scenario, choice)?.score_while(choice, go_on))
 }
 
-/// A UAV in the world: what it does, what its brain believes and wants, and what its sensor says.
+/// A UAV in the world: its state, its controller's outputs and its sensor's measurements.
 struct Uav {
     id: UavId,
-    /// Where it is.
+    /// True state.
     truth: UavState,
-    /// Where its brain believes it to be: navigation is perfect.
-    belief: UavState,
-    look_at: Option<LookAt>,
-    /// It neither sees nor speaks.
+    /// State that its controller assumes; equal to the true one, because navigation is perfect.
+    believed_state: UavState,
+    pointing_target: Option<PointingTarget>,
+    /// During an outage: it neither measures nor sends.
     is_out: bool,
-    computer: Computer,
-    /// Its computer is off.
+    computer: OnboardComputer,
+    /// True if its computer is off.
     is_off: bool,
     boresight: Option<Angle>,
     detections: Vec<Detection>,
     command: Command,
-    /// Altitude asked for, m.
+    /// Commanded altitude, m.
     altitude_m: Option<f64>,
-    /// Whom it kept away from last, and when.
-    avoided: Option<(Aircraft, Time)>,
+    /// Aircraft that it avoided last, and when.
+    last_avoidance: Option<(Aircraft, Time)>,
 }
 
 impl Mission {
-    /// A mission at its start, flown by the product; all that is out of range, also at this period, is reported at once.
+    /// Creates a mission at its start, flown by the built-in agents. Returns all parameters that are out of range,
+    /// including those out of range at this period.
     pub fn new(scenario: &Scenario) -> Result<Self, Vec<ParamError>> {
-        Self::scored_by(scenario, Choice::standard())
+        Self::new_for_metrics(scenario, MetricSelection::standard())
     }
 
-    /// The same; what metrics of a choice need that takes long is worked out beside it: `double_count`.
-    pub fn scored_by(scenario: &Scenario, choice: Choice) -> Result<Self, Vec<ParamError>> {
-        let (Settings { minds, team, airspace, .. }, uavs) = (&scenario.settings, scenario.uavs.len());
-        let brain: Box<dyn Brain + Send> = match minds {
-            Minds::Each if choice.wants_audit() => Box::new(brain::audited(*team, airspace.clone(), uavs)?),
-            _ => brain::of_team(*minds, *team, airspace.clone(), uavs)?,
+    /// Like [`Self::new`], with the reference replay if the chosen metrics need it (`double_counted_steps`), which takes time.
+    pub fn new_for_metrics(scenario: &Scenario, choice: MetricSelection) -> Result<Self, Vec<ParamError>> {
+        let (Settings { agents: minds, team, geofence: airspace, .. }, uavs) =
+            (&scenario.settings, scenario.uavs.len());
+        let controller: Box<dyn Controller + Send> = match minds {
+            AgentSetup::PerUav if choice.needs_reference_replay() => {
+                Box::new(controller::audited(*team, airspace.clone(), uavs)?)
+            }
+            _ => controller::team_controller(*minds, *team, airspace.clone(), uavs)?,
         };
-        Ok(Self { is_foreign: false, ..Self::with_brain(scenario, brain)? })
+        Ok(Self { is_foreign: false, ..Self::with_brain(scenario, controller)? })
     }
 }
 
-impl<B: Brain> Mission<B> {
-    /// The same, flown by a brain of your own.
-    pub fn with_brain(scenario: &Scenario, brain: B) -> Result<Self, Vec<ParamError>> {
+impl<B: Controller> Mission<B> {
+    /// Like [`Self::new`], flown by the given controller.
+    pub fn with_brain(scenario: &Scenario, controller: B) -> Result<Self, Vec<ParamError>> {
         let settings = scenario.settings.clone();
-        let errors = settings.team.errors_over(settings.period);
+        let errors = settings.team.errors_for_period(settings.period);
         if !errors.is_empty() {
             return Err(errors);
         }
         let uavs = scenario.uavs.iter().zip(0..).map(|(state, id)| Uav {
             id: UavId(id),
             truth: *state,
-            belief: *state,
-            look_at: None,
+            believed_state: *state,
+            pointing_target: None,
             is_out: false,
-            computer: Computer::new(UavId(id), scenario),
+            computer: OnboardComputer::new(UavId(id), scenario),
             is_off: false,
             boresight: None,
             detections: Vec::new(),
             command: Command { speed_m_s: state.speed_m_s, turn_rate_rad_s: 0.0 },
             altitude_m: None,
-            avoided: None,
+            last_avoidance: None,
         });
         Ok(Self {
             outages: scenario.outages.clone(),
@@ -151,7 +160,7 @@ impl<B: Brain> Mission<B> {
             uavs: uavs.collect(),
             intruders: Intruders::new(scenario),
             response: settings.team.uav.response(settings.period),
-            brain,
+            controller,
             is_foreign: true,
             radio: Radio::new(scenario),
             cued: Vec::new(),
@@ -163,14 +172,14 @@ impl<B: Brain> Mission<B> {
         })
     }
 
-    /// What its brain tells of what it believes and intends.
-    pub fn reported(&self) -> Reported {
-        self.brain.reported()
+    /// Tables that its controller reports.
+    pub fn reported_tables(&self) -> ReportedTables {
+        self.controller.reported()
     }
 
-    /// The rules by which it is scored: what its brain does not tell is not.
-    pub fn rules(&self) -> Rules {
-        Rules { reported: self.reported(), ..Rules::of(&self.settings) }
+    /// Scoring rules of the mission; what its controller does not report is not scored.
+    pub fn score_config(&self) -> ScoreConfig {
+        ScoreConfig { reported: self.reported_tables(), ..ScoreConfig::of(&self.settings) }
     }
 
     /// Number of frames of the whole mission.
@@ -178,15 +187,15 @@ impl<B: Brain> Mission<B> {
         self.last_tick() as u64 + 1
     }
 
-    /// Plays one instant and moves on to the next; `None` when the mission is over.
+    /// Simulates one time step and returns its frame; `None` after the end of the mission.
     pub fn frame(&mut self) -> Option<&Frame> {
         self.observe();
         self.decide()
     }
 
-    /// Plays on for as long as `go_on`, asked before every instant, says yes, and scores what was played.
-    pub fn scored_while(&mut self, choice: Choice, go_on: impl Fn() -> bool) -> Metrics {
-        let mut scorer = Scorer::new(self.rules(), choice);
+    /// Simulates time steps as long as `go_on` returns `true` before each, and scores them.
+    pub fn score_while(&mut self, choice: MetricSelection, go_on: impl Fn() -> bool) -> Metrics {
+        let mut scorer = Scorer::new(self.score_config(), choice);
         while go_on() {
             let Some(frame) = self.frame() else { break };
             scorer.frame(frame);
@@ -194,22 +203,22 @@ impl<B: Brain> Mission<B> {
         scorer.metrics()
     }
 
-    /// The first half of an instant: sensors speak, the brain observes and hears. Until it is decided, it stays this one.
-    /// `false`: the mission is over.
+    /// First half of a time step: the sensors measure, and the controller observes and receives messages. Repeated
+    /// calls have no effect until [`Self::decide`]. Returns `false` after the end of the mission.
     pub fn observe(&mut self) -> bool {
         let goes_on = self.tick <= self.last_tick();
         if goes_on && self.stage == Stage::Ahead {
             let now = self.now();
-            self.world.look(now, &mut self.truth);
+            self.world.truth(now, &mut self.truth);
             self.scan(now);
-            self.say(now);
+            self.send(now);
             self.stage = Stage::Observed;
         }
         goes_on
     }
 
-    /// What the brain would have its UAVs do at the instant that is observed: its frame, as [`Self::decide`] will give it
-    /// unless somebody [`order`](Self::order)s otherwise. `None` if nothing was observed.
+    /// Computes the commands of the observed time step and returns its frame, which [`Self::decide`] then returns
+    /// unless [`order`](Self::order) overrides a command. `None` if nothing was observed.
     pub fn propose(&mut self) -> Option<&Frame> {
         if self.stage == Stage::Observed {
             self.command(self.now());
@@ -218,11 +227,12 @@ impl<B: Brain> Mission<B> {
         (self.stage == Stage::Proposed).then_some(&self.frame)
     }
 
-    /// Puts a command, as far as its limits allow, in the place of what the brain has [`propose`](Self::propose)d for a
-    /// UAV; where its sensor looks stays the brain's to say. `false`: nothing was proposed, or there is no such UAV.
-    pub fn order(&mut self, uav: UavId, command: Command) -> bool {
-        let place = uav.0 as usize;
-        let (Some(uav), Some(row)) = (self.uavs.get_mut(place), self.frame.uavs.get_mut(place)) else { return false };
+    /// Overrides the command that the controller has [`propose`](Self::propose)d for a UAV, for this time step and
+    /// within the limits; the controller still points the sensor. Returns `false` if nothing was proposed or the UAV
+    /// does not exist.
+    pub fn override_command(&mut self, uav: UavId, command: Command) -> bool {
+        let index = uav.0 as usize;
+        let (Some(uav), Some(row)) = (self.uavs.get_mut(index), self.frame.uavs.get_mut(index)) else { return false };
         if self.stage != Stage::Proposed {
             return false;
         }
@@ -234,8 +244,8 @@ impl<B: Brain> Mission<B> {
         true
     }
 
-    /// The second half: the brain decides, if it has not proposed already, and the world moves on to the next instant;
-    /// `None` if nothing was observed.
+    /// Second half of a time step: the controller decides, unless it has already proposed, and the world advances to
+    /// the next time step. `None` if nothing was observed.
     pub fn decide(&mut self) -> Option<&Frame> {
         self.propose()?;
         self.fly();
@@ -245,42 +255,42 @@ impl<B: Brain> Mission<B> {
         Some(&self.frame)
     }
 
-    /// What each UAV has sent at the instant that was observed last, by id.
-    pub fn sent(&self) -> &[Sent] {
+    /// Messages that each UAV has sent in the last observed time step, by id.
+    pub fn sent(&self) -> &[SentCounts] {
         self.radio.sent()
     }
 
-    /// The instant that is played next, or is observed.
+    /// Time of the time step that is next or being simulated.
     pub fn now(&self) -> Time {
         Time::from_us(self.tick * self.settings.period.us())
     }
 
-    /// That instant is the mission's last one.
+    /// Returns whether that time step is the last one of the mission.
     pub fn is_last(&self) -> bool {
         self.tick >= self.last_tick()
     }
 
-    /// The first instant is tick 0; then one per whole period.
+    /// Index of the last time step: the first is 0, then one per whole period.
     fn last_tick(&self) -> i64 {
         let Settings { duration, period, .. } = self.settings;
         duration.us() / period.us().max(1)
     }
 
-    /// Every sensor looks where its UAV asked it to, by where it believes itself to be.
+    /// Points every sensor as its UAV commanded, from the state that the UAV assumes, and measures.
     fn scan(&mut self, now: Time) {
         let Settings { period, noise, team, .. } = &self.settings;
-        // By twos, whose boresights are worked out side by side; a last one alone beside itself.
+        // In pairs, whose boresights are computed as a batch (SIMD); a single last UAV is paired with itself.
         for pair in self.uavs.chunks_mut(2) {
             for uav in &mut *pair {
                 let mut own = self.outages.iter().filter(|outage| outage.uav == uav.id);
                 uav.is_off = !uav.computer.is_on(now);
                 uav.is_out = uav.is_off || own.any(|outage| (outage.from_s..outage.until_s).contains(&now.s()));
             }
-            let nowhere = LookAt { position: Position::ORIGIN, velocity: Velocity::ZERO };
-            let looks =
-                [&pair[0], &pair[pair.len() - 1]].map(|uav| (uav.look_at.unwrap_or(nowhere), uav.belief.position));
-            for (uav, boresight) in pair.iter_mut().zip(LookAt::boresight_each(looks, *period)) {
-                uav.boresight = (uav.look_at.is_some() && !uav.is_out).then_some(boresight);
+            let nowhere = PointingTarget { position: Position::ORIGIN, velocity: Velocity::ZERO };
+            let looks = [&pair[0], &pair[pair.len() - 1]]
+                .map(|uav| (uav.pointing_target.unwrap_or(nowhere), uav.believed_state.position));
+            for (uav, boresight) in pair.iter_mut().zip(PointingTarget::boresight_batch(looks, *period)) {
+                uav.boresight = (uav.pointing_target.is_some() && !uav.is_out).then_some(boresight);
             }
         }
         for uav in &mut self.uavs {
@@ -293,73 +303,79 @@ impl<B: Brain> Mission<B> {
         }
     }
 
-    /// Every UAV whose computer is on observes, and hears what the radio carries: what the others say, and the cues of
-    /// targets that have just appeared, or are there when the first computer is on.
-    fn say(&mut self, now: Time) {
-        let Self { uavs, brain, radio, cued, intruders, .. } = self;
+    /// Every UAV whose computer is on observes, and receives what the radio delivers: the messages of the other UAVs,
+    /// and cues of targets that have just appeared or already exist when the first computer is switched on.
+    fn send(&mut self, now: Time) {
+        let Self { uavs, controller, radio, cued, intruders, .. } = self;
         radio.open();
         for uav in &mut *uavs {
-            radio.join(Station { position: uav.truth.position, speaks: !uav.is_out, hears: !uav.is_off });
+            radio.join(RadioNode { position: uav.truth.position, transmits: !uav.is_out, receives: !uav.is_off });
             if uav.is_off {
                 continue;
             }
-            if let Some(epoch) = uav.computer.started_again(now) {
-                brain.restart(uav.id, epoch);
+            if let Some(epoch) = uav.computer.restarted(now) {
+                controller.restart(uav.id, epoch);
             }
             let scan = Scan { boresight: uav.boresight, detections: &uav.detections };
-            brain.observe(uav.computer.time(now), uav.id, &uav.belief, (!uav.is_out).then_some(scan));
+            controller.observe(uav.computer.time(now), uav.id, &uav.believed_state, (!uav.is_out).then_some(scan));
             if !uav.is_out {
-                brain.outbox(uav.id).iter().for_each(|message| radio.say(uav.id, message));
+                controller.outbox(uav.id).iter().for_each(|message| radio.send(uav.id, message));
             }
         }
-        // Nobody is told anything while there is nobody to tell.
-        let told = if uavs.iter().all(|uav| uav.is_off) { &[] } else { &self.truth[..] };
-        for target in told {
-            let place = target.target.0 as usize;
-            if place >= cued.len() {
-                cued.resize(place + 1, false);
+        // No cues are sent while all computers are off.
+        let visible = if uavs.iter().all(|uav| uav.is_off) { &[] } else { &self.truth[..] };
+        for target in visible {
+            let index = target.target.0 as usize;
+            if index >= cued.len() {
+                cued.resize(index + 1, false);
             }
-            if !std::mem::replace(&mut cued[place], true) {
+            if !std::mem::replace(&mut cued[index], true) {
                 let cue = Message::Cue(sensors::cue(target, now, self.settings.cue, self.draws));
                 radio.cue(target.target.0, cue);
             }
         }
-        intruders.told(now).for_each(|(aircraft, message)| radio.traffic(aircraft, message));
-        radio.carry(self.tick, now, |uav, message| brain.hear(uav, message));
+        intruders.reports(now).for_each(|(aircraft, message)| radio.traffic(aircraft, message));
+        radio.carry(self.tick, now, |uav, message| controller.receive(uav, message));
     }
 
-    /// Every UAV decides, and the brain tells what it believes.
+    /// Every UAV decides, and the controller reports its state.
     fn command(&mut self, now: Time) {
-        let Self { frame, brain, uavs, settings, radio, intruders, .. } = self;
-        rows::begin(now, &self.truth, frame);
-        frame.intruders.extend(intruders.all().map(|(number, intruder)| rows::intruder(number, intruder, now)));
+        let Self { frame, controller, uavs, settings, radio, intruders, .. } = self;
+        agent_rows::begin(now, &self.truth, frame);
+        frame.intruders.extend(intruders.all().map(|(number, intruder)| agent_rows::intruder(number, intruder, now)));
         let is_on = uavs.iter().any(|uav| !uav.is_off);
         let mut avoidances = Vec::new();
         for uav in uavs {
-            let mut step = if uav.is_off { Step::of(settings.team.smallest_circle()) } else { brain.decide(uav.id) };
-            // Whoever's brain it is, no UAV flies what it cannot.
+            let mut step = if uav.is_off {
+                AgentOutput::command_only(settings.team.fallback_command())
+            } else {
+                controller.decide(uav.id)
+            };
+            // Commands of every controller are limited to what a UAV can fly.
             let limited = settings.team.uav.limit(step.command);
             step.command = limited.command;
-            step.look_at = step.look_at.filter(|look| look.position.is_finite() && look.velocity.is_finite());
+            step.pointing_target =
+                step.pointing_target.filter(|look| look.position.is_finite() && look.velocity.is_finite());
             step.altitude_m = step.altitude_m.filter(|altitude_m| altitude_m.is_finite());
             step.diagnostics.speed_limited |= limited.speed_limited;
             step.diagnostics.turn_rate_limited |= limited.turn_rate_limited;
-            frame.uavs.push(rows::uav(uav.id, &uav.truth, uav.boresight, &step));
-            frame.detections.extend(uav.detections.iter().map(|detection| rows::detection(uav.id, detection)));
-            (uav.look_at, uav.command, uav.altitude_m) = (step.look_at, step.command, step.altitude_m);
-            if let Some(avoidance) = step.diagnostics.avoids {
-                let goes_on = |(from, when): (Aircraft, Time)| from == avoidance.from && now - when <= ONE_AVOIDANCE;
-                if !uav.avoided.is_some_and(goes_on) {
-                    avoidances.push(rows::avoidance(uav.id, &avoidance));
+            frame.uavs.push(agent_rows::uav(uav.id, &uav.truth, uav.boresight, &step));
+            frame.detections.extend(uav.detections.iter().map(|detection| agent_rows::detection(uav.id, detection)));
+            (uav.pointing_target, uav.command, uav.altitude_m) = (step.pointing_target, step.command, step.altitude_m);
+            if let Some(avoidance) = step.diagnostics.avoiding {
+                let goes_on =
+                    |(from, when): (Aircraft, Time)| from == avoidance.aircraft && now - when <= ONE_AVOIDANCE;
+                if !uav.last_avoidance.is_some_and(goes_on) {
+                    avoidances.push(agent_rows::avoidance(uav.id, &avoidance));
                 }
-                uav.avoided = Some((avoidance.from, now));
+                uav.last_avoidance = Some((avoidance.aircraft, now));
             }
         }
         let Frame { tracks, groups, events, agents, .. } = frame;
-        let mut beliefs = Beliefs { tracks, groups, events };
+        let mut beliefs = ReportedState { tracks, groups, events };
         if is_on {
-            brain.report(&mut beliefs);
-            brain.report_each(agents);
+            controller.report(&mut beliefs);
+            controller.report_per_agent(agents);
         }
         if self.is_foreign {
             beliefs.tidy();
@@ -372,7 +388,7 @@ impl<B: Brain> Mission<B> {
         }
     }
 
-    /// Every UAV flies its command until the next instant, and whoever else is there flies on.
+    /// Every UAV flies its command until the next time step, and the intruders fly on.
     fn fly(&mut self) {
         let Self { uavs, intruders, .. } = self;
         intruders.fly(|uav| uavs.get(uav.0 as usize).map(|uav| &uav.truth));
@@ -381,7 +397,7 @@ impl<B: Brain> Mission<B> {
             if let (Some(vertical), Some(climb)) = (&mut uav.truth.vertical, &self.settings.team.uav.climb) {
                 *vertical = climb.step(vertical, uav.altitude_m, self.settings.period);
             }
-            uav.belief = uav.truth;
+            uav.believed_state = uav.truth;
         }
     }
 }
@@ -392,24 +408,24 @@ mod tests {
     use std::rc::Rc;
 
     use super::*;
-    use crate::scenario::Edits;
-    use standoff::{Displacement, Step, TargetState};
+    use crate::scenario::Overrides;
+    use standoff::{AgentOutput, Displacement, TargetState};
 
-    /// The agents never see truth: moving every target after the sensors have spoken changes no command and no belief.
+    /// Agents have no access to the truth: moving every target after the scan changes no command and no estimate.
     #[test]
-    fn another_truth_after_the_sensors_have_spoken_changes_no_command() {
+    fn changing_the_truth_after_the_scan_changes_no_command() {
         for name in ["paper/table-2-pair", "traffic/convoy"] {
-            let scenario = Scenario::load(name, &Edits::default(), 3).unwrap();
-            let mut honest = Mission::new(&scenario).unwrap();
-            let mut lied_to = Mission::new(&scenario).unwrap();
+            let scenario = Scenario::load(name, &Overrides::default(), 3).unwrap();
+            let mut original = Mission::new(&scenario).unwrap();
+            let mut altered = Mission::new(&scenario).unwrap();
             for _ in 0..100 {
                 let mut frames = Vec::new();
-                for (mission, lies) in [(&mut honest, false), (&mut lied_to, true)] {
+                for (mission, alters) in [(&mut original, false), (&mut altered, true)] {
                     let now = Time::from_us(mission.tick * scenario.settings.period.us());
-                    mission.world.look(now, &mut mission.truth);
+                    mission.world.truth(now, &mut mission.truth);
                     mission.scan(now);
-                    mission.say(now);
-                    if lies {
+                    mission.send(now);
+                    if alters {
                         for target in &mut mission.truth {
                             target.state = TargetState(target.state.0 * -3.0);
                         }
@@ -428,70 +444,74 @@ mod tests {
         }
     }
 
-    /// Writes down where its UAVs believe themselves to be.
+    /// Stores the states that its UAVs assume.
     struct Listener(Rc<RefCell<Vec<UavState>>>);
 
-    impl Brain for Listener {
+    impl Controller for Listener {
         fn observe(&mut self, _: Time, _: UavId, own: &UavState, _: Option<Scan>) {
             self.0.borrow_mut().push(*own);
         }
-        fn hear(&mut self, _: UavId, _: &Message) {}
-        fn decide(&mut self, _: UavId) -> Step {
-            Step::of(Command { speed_m_s: 40.0, turn_rate_rad_s: 0.0 })
+        fn receive(&mut self, _: UavId, _: &Message) {}
+        fn decide(&mut self, _: UavId) -> AgentOutput {
+            AgentOutput::command_only(Command { speed_m_s: 40.0, turn_rate_rad_s: 0.0 })
         }
     }
 
-    /// A brain knows where its UAV believes itself to be, the record where it is.
+    /// The controller gets the state that the UAV assumes; the record gets the true one.
     #[test]
-    fn a_brain_sees_the_believed_state_and_the_record_the_true_one() {
-        let scenario = Scenario::load("tour/01-one-uav", &Edits::default(), 1).unwrap();
-        let heard = Rc::default();
-        let mut mission = Mission::with_brain(&scenario, Box::new(Listener(Rc::clone(&heard)))).unwrap();
+    fn a_controller_gets_the_assumed_state_and_the_record_the_true_one() {
+        let scenario = Scenario::load("tour/01-one-uav", &Overrides::default(), 1).unwrap();
+        let observed = Rc::default();
+        let mut mission = Mission::with_brain(&scenario, Box::new(Listener(Rc::clone(&observed)))).unwrap();
         let truth = mission.uavs[0].truth;
         let belief = UavState { position: truth.position + Displacement::from_m(30.0, -4.0), ..truth };
-        mission.uavs[0].belief = belief;
+        mission.uavs[0].believed_state = belief;
         let row = mission.frame().unwrap().uavs[0];
-        assert_eq!(*heard.borrow(), [belief]);
+        assert_eq!(*observed.borrow(), [belief]);
         assert_eq!((row.x_m, row.y_m), (truth.position.x_m(), truth.position.y_m()));
-        assert_eq!(mission.uavs[0].belief, mission.uavs[0].truth, "navigation is perfect");
+        assert_eq!(mission.uavs[0].believed_state, mission.uavs[0].truth, "navigation is perfect");
     }
 
-    /// How many committed pictures an audit has looked at, how many were other ones than its fold's, and the score of it.
+    /// Number of committed states that the reference replays compared, number that differed, and the metric
+    /// `double_counted_steps`.
     fn audited(name: &str, set: &[&str], seed: u64) -> (u64, u64, Option<u64>) {
         let set = set.iter().map(|key| (*key).to_owned()).collect();
-        let scenario = Scenario::load(name, &Edits { set, ..Edits::default() }, seed).unwrap();
-        let brain =
-            brain::audited(scenario.settings.team, scenario.settings.airspace.clone(), scenario.uavs.len()).unwrap();
-        let mut mission = Mission::with_brain(&scenario, brain).unwrap();
-        let metrics = mission.scored_while(Choice::parse("double_count").unwrap(), || true);
-        let sum = |of: fn(&crate::audit::Audit) -> u64| mission.brain.audits.iter().map(of).sum();
-        (sum(|audit| audit.looked_at), sum(|audit| audit.differed), metrics.double_count)
+        let scenario = Scenario::load(name, &Overrides { set, ..Overrides::default() }, seed).unwrap();
+        let controller =
+            controller::audited(scenario.settings.team, scenario.settings.geofence.clone(), scenario.uavs.len())
+                .unwrap();
+        let mut mission = Mission::with_brain(&scenario, controller).unwrap();
+        let metrics = mission.score_while(MetricSelection::parse("double_counted_steps").unwrap(), || true);
+        let sum =
+            |of: fn(&crate::reference_replay::ReferenceReplay) -> u64| mission.controller.audits.iter().map(of).sum();
+        (sum(|audit| audit.checked), sum(|audit| audit.differed), metrics.double_counted_steps)
     }
 
-    /// Whatever happens to words, a committed picture is, to the bit, what follows from what was said, each thing once.
+    /// Whatever the radio does to messages, a committed state follows to the bit from the messages sent, each counted
+    /// once.
     #[test]
-    fn no_report_counts_twice_whatever_the_radio_does() {
+    fn no_report_counts_twice_under_any_radio_fault() {
         let faults = [
             &["radio={}"][..],
-            &["radio.loss=0.5"],
-            &["radio.delay_s={uniform=[0, 3]}", "radio.duplicate=0.5"],
-            &["radio.loss=0.2", "radio.partition=[{from_s=20,until_s=50,sides=[[0,1],[2,3]]}]"],
-            &["radio.loss=0.2", "uavs.restart=[{uav=0,at_s=30,down_s=10}, {uav=2,at_s=50.2,down_s=0.1}]"],
-            &["uavs.start_late_s={uniform=[0, 20]}", "radio.loss=0.2"],
+            &["radio.packet_loss=0.5"],
+            &["radio.latency_s={uniform=[0, 3]}", "radio.duplication=0.5"],
+            &["radio.packet_loss=0.2", "radio.partition=[{from_s=20,until_s=50,sides=[[0,1],[2,3]]}]"],
+            &["radio.packet_loss=0.2", "uavs.restart=[{uav=0,at_s=30,down_s=10}, {uav=2,at_s=50.2,down_s=0.1}]"],
+            &["uavs.boot_delay_s={uniform=[0, 20]}", "radio.packet_loss=0.2"],
         ];
         for fault in faults {
             for seed in 1..3 {
-                let (looked_at, differed, double_count) = audited("tour/04-two-groups", fault, seed);
-                assert_eq!((differed, double_count), (0, Some(0)), "{fault:?}, seed {seed}");
+                let (looked_at, differed, double_counted_steps) = audited("tour/04-two-groups", fault, seed);
+                assert_eq!((differed, double_counted_steps), (0, Some(0)), "{fault:?}, seed {seed}");
                 assert!(looked_at > 900, "{fault:?}, seed {seed}: {looked_at}");
             }
         }
     }
 
-    /// Observed twice or once, an instant is the same, and it is decided once.
+    /// Calling `observe` twice has no further effect, and a time step is decided once.
     #[test]
-    fn an_instant_in_two_halves_is_that_in_one() {
-        let scenario = Scenario::load("tour/02-two-uavs", &Edits::default(), 2).unwrap();
+    fn observe_and_decide_together_equal_frame() {
+        let scenario = Scenario::load("tour/02-two-uavs", &Overrides::default(), 2).unwrap();
         let [mut whole, mut halves] = [0; 2].map(|_| Mission::new(&scenario).unwrap());
         assert!(halves.decide().is_none());
         while let Some(frame) = whole.frame() {
@@ -503,32 +523,32 @@ mod tests {
         assert!(!halves.observe());
     }
 
-    /// An order is in the place of the brain's command and of nothing else, within its limits, at this instant alone.
+    /// An override replaces the command of one UAV and nothing else, within its limits, in one time step.
     #[test]
-    fn an_order_replaces_one_uav_s_command_at_one_instant() {
-        let scenario = Scenario::load("tour/02-two-uavs", &Edits::default(), 2).unwrap();
+    fn an_override_replaces_one_command_for_one_time_step() {
+        let scenario = Scenario::load("tour/02-two-uavs", &Overrides::default(), 2).unwrap();
         let [mut free, mut ordered] = [0; 2].map(|_| Mission::new(&scenario).unwrap());
         let order = Command { speed_m_s: 1000.0, turn_rate_rad_s: -0.125 };
-        assert!(ordered.propose().is_none() && !ordered.order(UavId(1), order), "nothing was observed");
-        assert!(ordered.observe() && !ordered.order(UavId(1), order), "nothing was proposed");
-        let wanted = free.frame().unwrap().clone();
-        assert_eq!(ordered.propose(), Some(&wanted));
-        assert!(!ordered.order(UavId(2), order), "there are two");
-        assert!(ordered.order(UavId(1), order));
+        assert!(ordered.propose().is_none() && !ordered.override_command(UavId(1), order), "nothing was observed");
+        assert!(ordered.observe() && !ordered.override_command(UavId(1), order), "nothing was proposed");
+        let proposed = free.frame().unwrap().clone();
+        assert_eq!(ordered.propose(), Some(&proposed));
+        assert!(!ordered.override_command(UavId(2), order), "there are two UAVs");
+        assert!(ordered.override_command(UavId(1), order));
         let fastest_m_s = scenario.settings.team.uav.speed_max_m_s();
-        let mut told = wanted.clone();
-        let row = &mut told.uavs[1];
+        let mut expected = proposed.clone();
+        let row = &mut expected.uavs[1];
         (row.speed_command_m_s, row.speed_limited) = (fastest_m_s, true);
         (row.turn_rate_command_rad_s, row.turn_rate_limited) = (-0.125, false);
-        assert_eq!(ordered.decide(), Some(&told));
+        assert_eq!(ordered.decide(), Some(&expected));
         let commands =
-            |mission: &Mission| mission.uavs.iter().map(|uav| (uav.command, uav.look_at)).collect::<Vec<_>>();
+            |mission: &Mission| mission.uavs.iter().map(|uav| (uav.command, uav.pointing_target)).collect::<Vec<_>>();
         let (other, [mine, theirs]) = (commands(&free)[1], [commands(&ordered), commands(&free)]);
         assert_eq!((mine[0], mine[1].1), (theirs[0], other.1));
         assert_eq!(mine[1].0, Command { speed_m_s: fastest_m_s, ..order });
         assert!(ordered.uavs[1].truth.speed_m_s > free.uavs[1].truth.speed_m_s);
         assert_eq!(ordered.uavs[0].truth, free.uavs[0].truth);
-        // Whoever orders what was proposed changes no bit.
+        // Overriding with the proposed command changes no bit.
         let [mut free, mut ordered] = [0; 2].map(|_| Mission::new(&scenario).unwrap());
         while ordered.observe() {
             assert_eq!(ordered.is_last(), ordered.now().s() == scenario.settings.duration.s());
@@ -536,7 +556,7 @@ mod tests {
             for row in rows {
                 let command =
                     Command { speed_m_s: row.speed_command_m_s, turn_rate_rad_s: row.turn_rate_command_rad_s };
-                assert!(ordered.order(UavId(row.uav), command));
+                assert!(ordered.override_command(UavId(row.uav), command));
             }
             let (ordered, free) = (ordered.decide().unwrap(), free.frame().unwrap());
             assert_eq!((&ordered.truth, &ordered.tracks), (&free.truth, &free.tracks));
@@ -547,7 +567,7 @@ mod tests {
 
     #[test]
     fn a_mission_has_one_frame_per_period_and_one_more() {
-        let scenario = Scenario::load("paper/table-2-single", &Edits::default(), 1).unwrap();
+        let scenario = Scenario::load("paper/table-2-single", &Overrides::default(), 1).unwrap();
         let mut mission = Mission::new(&scenario).unwrap();
         let frames: Vec<_> = std::iter::from_fn(|| mission.frame().cloned()).collect();
         assert_eq!((frames.len(), mission.frames()), (201, 201));

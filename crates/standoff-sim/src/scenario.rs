@@ -1,87 +1,83 @@
-//! Scenarios: one file in, everything a run needs out: typed, drawn, checked, with no option left open.
+//! Scenarios: reads a scenario file and resolves it to everything a run needs.
 //!
-//! A scenario is TOML (see [`mod@file`] for the keys). [`Scenario::load`] reads it, applies what the command line changes,
-//! draws what is given as a distribution, fills in the defaults and checks every range. The result can spell every
-//! value out as text, which the record keeps.
+//! A scenario is TOML (see [`mod@file`] for the keys). [`Scenario::load`] reads it, applies the changes of the command
+//! line, draws the values given as distributions, fills in the defaults and checks every range. The result can be
+//! written as text with every value spelt out; the record stores that text.
 
+mod basemap;
 mod builtin;
-mod check;
-mod draw;
+mod diagnostics;
 mod error;
-pub mod file;
-mod flown;
-mod form;
+mod geofence;
 mod load;
 mod locate;
-mod map;
 mod number;
-mod problems;
+mod parse;
 mod resolve;
+mod resolved;
+mod sample;
 mod schema;
+pub mod schema_types;
 mod start;
-mod team;
 #[cfg(test)]
 mod tests;
+mod to_params;
 mod traffic;
-mod zones;
+mod validate;
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
+pub use basemap::{MAPS_MAX, MapFile};
 pub use builtin::{BUILT_IN, BuiltIn, built_in, built_in_like};
 pub use error::{Excerpt, Problem, ScenarioError};
-pub use file::Minds;
-pub use flown::{
+pub(crate) use load::{LENGTH_MAX, SPELT_OUT};
+pub use load::{Overrides, name_of};
+pub use locate::SourceSpan;
+pub use number::{Distribution, Number};
+pub use parse::MISTAKES_MAX;
+pub use resolved::{
     Clock, CueError, Intruder, Link, Manoeuvre, Noise, Outage, Partition, Radio, Restart, Scenario, Settings, Targets,
 };
-pub use form::MISTAKES_MAX;
-pub use load::{Edits, name_of};
-pub(crate) use load::{LENGTH_MAX, SPELT_OUT};
-pub use locate::Place;
-pub use map::{MAPS_MAX, MapFile};
-pub use number::{Distribution, Number};
 pub use schema::schema;
+pub use schema_types::AgentSetup;
 
 use crate::traffic::Traffic;
 
 impl Scenario {
-    /// Loads a built-in scenario by name, or a file.
-    pub fn load(name_or_file: &str, edits: &Edits, seed: u64) -> Result<Self, ScenarioError> {
-        Template::load(name_or_file, edits)?.draw(seed)
+    /// Loads a built-in scenario by name, or a scenario file, for a seed.
+    pub fn load(name_or_file: &str, edits: &Overrides, seed: u64) -> Result<Self, ScenarioError> {
+        ScenarioTemplate::load(name_or_file, edits)?.draw(seed)
     }
 
-    /// The scenario as text with every value spelt out; loading it gives the same run.
+    /// Returns the scenario as text with every value spelt out; loading this text gives the same run.
     pub fn resolved(&self) -> Result<String, ScenarioError> {
         resolve::text(&self.name, &self.file)
     }
 }
 
-/// A scenario before anything is drawn: one scenario for every seed.
+/// A scenario before anything is drawn; one template serves every seed.
 ///
 /// ```
 /// use standoff_sim::scenario::{Edits, Template};
 ///
-/// // Read once, drawn for as many seeds as are wanted.
-/// let template = Template::load("paper/table-2-pair", &Edits::default())?;
-/// let (one, two) = (template.draw(1)?, template.draw(2)?);
-/// assert_eq!(one.settings, two.settings);
-/// assert_ne!(one.resolved()?, two.resolved()?);
+/// Read once, drawn for any number of seeds.
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Debug, Clone)]
-pub struct Template {
+pub struct ScenarioTemplate {
     typed: load::Typed,
     traffic: Option<Arc<Traffic>>,
 }
 
-impl Template {
-    /// Loads a built-in scenario by name, or a file, and the traffic file it names.
-    pub fn load(name_or_file: &str, edits: &Edits) -> Result<Self, ScenarioError> {
+impl ScenarioTemplate {
+    /// Loads a built-in scenario by name, or a scenario file, and the traffic file it names.
+    pub fn load(name_or_file: &str, edits: &Overrides) -> Result<Self, ScenarioError> {
         Self::with_traffic(load::Typed::load(name_or_file, edits)?)
     }
 
-    /// The scenario that a text of [`Self::text`] tells of, with the traffic file it names: built in, or looked for from
-    /// the current folder; or with `traffic` in its place.
+    /// Loads a scenario from a text returned by [`Self::text`], and the traffic file it names: a built-in one, or a
+    /// path relative to the current folder. `traffic` replaces that file.
     pub fn of_text(name: &str, text: &str, traffic: Option<&Path>) -> Result<Self, ScenarioError> {
         let mut typed = load::Typed::of_text(name, text)?;
         if let (Some(table), Some(file)) = (&mut typed.file.traffic, traffic) {
@@ -90,17 +86,18 @@ impl Template {
         Self::with_traffic(typed)
     }
 
-    /// A scenario typed as TOML, changed by `edits`, called `name`. Traffic files and maps it names are looked for from
+    /// Loads a scenario called `name` from TOML, changed by `edits`. Paths of traffic files and maps are relative to
     /// `folder`.
-    pub fn of_toml(name: &str, toml: &str, edits: &Edits, folder: &Path) -> Result<Self, ScenarioError> {
+    pub fn of_toml(name: &str, toml: &str, edits: &Overrides, folder: &Path) -> Result<Self, ScenarioError> {
         Self::with_traffic(load::Typed::of_toml(name, toml, edits, folder)?)
     }
 
-    /// With the traffic file read. What is wrong in the scenario's form, in its ranges and in that file is told at once.
+    /// Reads the traffic file. Returns all errors together: those in the form of the scenario, in its ranges, and in
+    /// that file.
     fn with_traffic(mut typed: load::Typed) -> Result<Self, ScenarioError> {
         let (traffic, mut problems) = match traffic::read(&typed) {
             Ok(traffic) => {
-                zones::spell_out(&mut typed, traffic.as_ref().and_then(|traffic| traffic.origin))?;
+                geofence::spell_out(&mut typed, traffic.as_ref().and_then(|traffic| traffic.origin))?;
                 if typed.problems.is_empty() {
                     return Ok(Self { typed, traffic: traffic.map(Arc::new) });
                 }
@@ -115,43 +112,43 @@ impl Template {
         Err(problems.into())
     }
 
-    /// The same over other traffic, where it is flown over traffic; else the same.
+    /// Replaces the traffic of a scenario that has traffic; leaves other scenarios unchanged.
     #[must_use]
     pub fn over(mut self, traffic: Traffic) -> Self {
         self.traffic = self.traffic.map(|_| Arc::new(traffic));
         self
     }
 
-    /// The scenario's name.
+    /// Name of the scenario.
     pub fn name(&self) -> &str {
         &self.typed.name
     }
 
-    /// The scenario before anything is drawn, as TOML in one spelling: with what the command line changed, and with
-    /// defaults spelt out. Of a traffic file only the name is in it: see [`Self::traffic_crc32`].
+    /// Returns the scenario before anything is drawn, as TOML in a unique spelling: with the changes of the command
+    /// line and with defaults. It contains only the name of a traffic file: see [`Self::traffic_crc32`].
     pub fn text(&self) -> Result<String, ScenarioError> {
         resolve::text(&self.typed.origin.label, &self.typed.file)
     }
 
-    /// The traffic file, if it is one that is not built in.
+    /// Path of the traffic file, unless it is built in.
     pub fn traffic_file(&self) -> Option<PathBuf> {
         traffic::file(&self.typed)
     }
 
-    /// A checksum of what was read from the traffic file, whatever its name and form.
+    /// Checksum of the traffic that was read, independent of the file's name and format.
     pub fn traffic_crc32(&self) -> Option<u32> {
         self.traffic.as_ref().map(|traffic| traffic.crc32())
     }
 
-    /// The scenario of a seed.
+    /// Returns the scenario of a seed.
     pub fn draw(&self, seed: u64) -> Result<Scenario, ScenarioError> {
         resolve::resolve(&self.typed, self.traffic.as_ref(), seed)
     }
 }
 
 impl Settings {
-    /// The settings of a resolved scenario, as a record keeps it; `label` names it in messages. No traffic file is
-    /// needed.
+    /// Returns the settings of a resolved scenario as stored in a record; `label` names it in messages. No traffic file
+    /// is needed.
     pub fn of_record(label: &str, resolved: &str) -> Result<Self, ScenarioError> {
         resolve::settings_of_record(&load::Typed::of_text(label, resolved)?)
     }

@@ -1,50 +1,50 @@
-//! Scores of a run, from its record alone: frame by frame, in bounded memory. `docs/metrics.md` defines each.
+//! Scores of a run, computed from its record frame by frame in bounded memory. `docs/metrics.md` defines each metric.
 
 mod agreement;
-mod bound;
-mod calm;
+mod config;
+mod control_effort;
+mod cramer_rao;
 #[cfg(test)]
 mod fixtures;
+mod frame_metrics;
+mod geofence;
 mod innovation;
-mod judged;
 mod mean;
 mod metrics;
-mod minds;
-mod rules;
+mod per_agent;
+mod per_target;
+mod prediction_error;
 mod separation;
-mod surprise;
-mod tally;
 mod true_orbits;
-mod zones;
 
 use nalgebra::{SMatrix, SVector};
 use standoff::{Covariance, Displacement, OrbitMotion, Position, math};
 
 use crate::frame::{Frame, GroupRow, TrackRow, TruthRow};
 use crate::geometry::{
-    Known, at, centre, existing, group_of, lines_of_sight_rad, off_orbit_m, position_error_m, track_of,
+    TrackedTarget, at, centre, existing, group_of, off_boresight_angles_rad, off_orbit_m, position_error_m, track_of,
 };
 use agreement::Agreement;
-use bound::Bound;
-use calm::Calm;
+use control_effort::ControlEffort;
+use cramer_rao::Bound;
+use geofence::Zones;
 use innovation::Innovations;
 use mean::Mean;
-use minds::{Minds, Scores};
+use per_agent::{PerAgentScores, Scores};
+use per_target::{Sums, Tallies};
+use prediction_error::PredictionErrors;
 use separation::{Separations, take_least};
-use surprise::Surprises;
-use tally::{Sums, Tallies};
 use true_orbits::TrueOrbits;
-use zones::Zones;
 
-pub use bound::Bound as PositionBound;
-pub use judged::{Custody, Judge, Judged};
-pub use metrics::{About, BadEnd, Choice, Chosen, Metrics};
-pub use rules::Rules;
-pub use tally::TargetScore;
+pub use config::ScoreConfig;
+pub use cramer_rao::Bound as PositionBound;
+pub use frame_metrics::{CustodyCounts, FrameScorer, FrameScores};
+pub use metrics::{MetricInfo, MetricSelection, Metrics, SelectedMetrics, WorseDirection};
+pub use per_target::TargetScore;
 
-/// What has to be worked out for the chosen metrics.
+/// Computations that the selected metrics need.
 #[derive(Debug, Clone, Copy)]
-struct Wanted {
+struct Needed {
     estimates: bool,
     consistency: bool,
     orbits: bool,
@@ -59,56 +59,56 @@ struct Wanted {
     agreement: bool,
 }
 
-impl Wanted {
-    fn of(choice: Choice) -> Self {
+impl Needed {
+    fn of(choice: MetricSelection) -> Self {
         Self {
-            estimates: choice.wants(&[
+            estimates: choice.includes(&[
                 "position_error_m",
-                "position_error_one_m",
-                "position_error_more_m",
+                "position_error_single_uav_m",
+                "position_error_multi_uav_m",
                 "velocity_error_m_s",
                 "position_error_all_m",
             ]),
-            consistency: choice.wants(&["anees", "anees_quiet", "anees_manoeuvring"]),
-            orbits: choice.wants(&[
+            consistency: choice.includes(&["anees", "anees_nonmanoeuvring", "anees_manoeuvring"]),
+            orbits: choice.includes(&[
                 "standoff_distance_m",
                 "standoff_error_m",
-                "standoff_tracking_error_m",
+                "standoff_error_own_estimate_m",
                 "standoff_error_m_settled",
-                "standoff_tracking_error_m_settled",
-                "standoff_error_instant_m_settled",
+                "standoff_error_own_estimate_m_settled",
+                "standoff_error_unfiltered_m_settled",
                 "phase_error_deg",
-                "separation_min_group_m",
+                "separation_min_same_group_m",
             ]),
-            separation: choice.wants(&[
+            separation: choice.includes(&[
                 "separation_min_m",
-                "separation_min_layer_m",
+                "separation_min_same_altitude_m",
                 "separation_violations",
-                "separation_time_s",
+                "avoidance_time_s",
             ]),
-            line_of_sight: choice.wants(&["line_of_sight_deg", "line_of_sight_max_deg"]),
-            tallies: choice.wants(&[
-                "watched_fraction",
-                "seen_fraction",
-                "longest_gap_s",
-                "refound_fraction",
-                "refind_time_s",
-                "out_of_view_fraction",
-                "out_of_view_longest_s",
-                "anees_quiet",
+            line_of_sight: choice.includes(&["off_boresight_mean_deg", "off_boresight_max_deg"]),
+            tallies: choice.includes(&[
+                "custody_fraction",
+                "in_view_fraction",
+                "longest_out_of_view_s",
+                "reacquired_fraction",
+                "reacquisition_time_s",
+                "member_out_of_view_fraction",
+                "member_longest_out_of_view_s",
+                "anees_nonmanoeuvring",
                 "anees_manoeuvring",
             ]),
-            limits: choice.wants(&["infeasible_fraction", "turn_rate_saturated_fraction"]),
-            calm: choice.wants(&["speed_saturated_fraction", "turn_reversals_per_min", "reassignments_per_uav_min"]),
-            coverage: choice.wants(&["uncovered_fraction"]),
-            events: choice.wants(&["handoffs", "discards"]),
-            zones: choice.wants(&["zone_violations", "zone_detour_fraction"]),
-            agreement: choice.wants(Metrics::AGREEMENT),
+            limits: choice.includes(&["infeasible_fraction", "turn_rate_saturated_fraction"]),
+            calm: choice.includes(&["speed_saturated_fraction", "turn_reversals_per_min", "reassignments_per_uav_min"]),
+            coverage: choice.includes(&["ungrouped_fraction"]),
+            events: choice.includes(&["handoffs", "removals"]),
+            zones: choice.includes(&["zone_violations", "geofence_detour_fraction"]),
+            agreement: choice.includes(Metrics::AGREEMENT),
         }
     }
 }
 
-/// Scores a run as its frames come.
+/// Scores a run frame by frame.
 ///
 /// ```
 /// use standoff_sim::run::Mission;
@@ -122,36 +122,36 @@ impl Wanted {
 ///     scorer.frame(frame);
 /// }
 /// let metrics = scorer.metrics();
-/// assert_eq!(metrics.out_of_view_fraction, Some(0.0));
+/// assert_eq!(metrics.member_out_of_view_fraction, Some(0.0));
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Debug, Clone)]
 pub struct Scorer {
-    rules: Rules,
-    wanted: Wanted,
+    config: ScoreConfig,
+    needed: Needed,
     so_far: SoFar,
     tallies: Tallies,
-    calm: Calm,
+    control_effort: ControlEffort,
     separations: Separations,
     zones: Zones,
     bound: Option<Bound>,
     innovations: Option<Innovations>,
-    surprises: Option<Surprises>,
-    /// The groups that are served by UAVs whose sensor is pointed, one by each.
-    served: Vec<u32>,
-    /// The targets known at this instant that exist.
-    known: Vec<Known>,
+    prediction_errors: Option<PredictionErrors>,
+    /// Groups with assigned UAVs whose sensor is pointed, one entry per UAV.
+    assigned: Vec<u32>,
+    /// Tracked targets that exist at this time step.
+    tracked: Vec<TrackedTarget>,
     true_orbits: TrueOrbits,
     agreement: Agreement,
-    minds: Minds<Self>,
-    /// What of the choice each of several minds has of its own.
-    of_pictures: Choice,
-    /// Where the UAVs on an orbit are: room that lives on.
-    crew: Vec<Position>,
+    per_agent: PerAgentScores<Self>,
+    /// Selected metrics that are computed for each agent separately.
+    of_team_states: MetricSelection,
+    /// Positions of the UAVs on one orbit; reused buffer.
+    assignments: Vec<Position>,
     from_centre: Vec<Displacement>,
 }
 
-/// What the frames have come to, for the metrics of these names.
+/// Accumulated values of the metrics with these names.
 #[derive(Debug, Clone, Default)]
 struct SoFar {
     position: Mean,
@@ -166,68 +166,68 @@ struct SoFar {
     instant_settled: Mean,
     tracking_settled: Mean,
     phase_deg: Mean,
-    line_of_sight_deg: Mean,
-    line_of_sight_max_deg: Option<f64>,
+    off_boresight_mean_deg: Mean,
+    off_boresight_max_deg: Option<f64>,
     uncovered: Mean,
     infeasible: Mean,
     saturated: Mean,
-    separation_min_group_m: Option<f64>,
+    separation_min_same_group_m: Option<f64>,
     handoffs: u64,
-    discards: u64,
+    removals: u64,
     nees: Mean,
 }
 
 impl Scorer {
-    /// A scorer that has seen nothing yet and looks for these metrics; those not chosen may be `None`.
-    pub fn new(rules: Rules, choice: Choice) -> Self {
+    /// Makes a scorer without data for the selected metrics; the other metrics may be `None`.
+    pub fn new(rules: ScoreConfig, choice: MetricSelection) -> Self {
         Self {
-            wanted: Wanted::of(choice),
+            needed: Needed::of(choice),
             so_far: SoFar::default(),
             tallies: Tallies::default(),
-            calm: Calm::default(),
+            control_effort: ControlEffort::default(),
             separations: Separations::default(),
             zones: Zones::default(),
-            bound: choice.wants_bound().then(|| Bound::of(&rules)).flatten(),
-            innovations: choice.wants(&["nis"]).then(|| Innovations::new(&rules)),
-            surprises: choice
-                .wants(&["standoff_surprise_m_settled", "standoff_tracking_surprise_m_settled"])
-                .then(|| Surprises::new(rules.clone())),
-            served: Vec::new(),
-            known: Vec::new(),
+            bound: choice.needs_bound().then(|| Bound::of(&rules)).flatten(),
+            innovations: choice.includes(&["nis"]).then(|| Innovations::new(&rules)),
+            prediction_errors: choice
+                .includes(&["orbit_prediction_error_m_settled", "own_orbit_prediction_error_m_settled"])
+                .then(|| PredictionErrors::new(rules.clone())),
+            assigned: Vec::new(),
+            tracked: Vec::new(),
             true_orbits: TrueOrbits::default(),
             agreement: Agreement::default(),
-            minds: Minds::default(),
-            of_pictures: choice.of_pictures(),
-            crew: Vec::new(),
+            per_agent: PerAgentScores::default(),
+            of_team_states: choice.of_team_states(),
+            assignments: Vec::new(),
             from_centre: Vec::new(),
-            rules,
+            config: rules,
         }
     }
 
-    /// Takes in the next frame.
+    /// Adds the next frame.
     pub fn frame(&mut self, frame: &Frame) {
-        let wanted = self.wanted;
+        let wanted = self.needed;
         if wanted.tallies {
-            self.tallies.frame(&self.rules.sensor, frame);
+            self.tallies.frame(&self.config.sensor, frame);
         }
-        self.served.clear();
+        self.assigned.clear();
         let pointed = frame.uavs.iter().filter(|uav| uav.boresight_rad.is_some());
-        self.served.extend(pointed.filter_map(|uav| uav.group));
-        self.known.clear();
+        self.assigned.extend(pointed.filter_map(|uav| uav.group));
+        self.tracked.clear();
         for (track, truth) in existing(frame) {
-            self.known.push(Known::of(track, truth));
+            self.tracked.push(TrackedTarget::of(track, truth));
             if wanted.estimates || wanted.consistency {
                 self.estimate(track, truth);
             }
         }
-        if wanted.orbits || self.surprises.is_some() {
-            self.true_orbits.next(&self.rules, &frame.groups, &self.known);
+        if wanted.orbits || self.prediction_errors.is_some() {
+            self.true_orbits.next(&self.config, &frame.groups, &self.tracked);
         }
         if wanted.orbits {
             frame.groups.iter().for_each(|group| self.orbit(frame, group));
         }
         if wanted.separation {
-            self.separations.frame(&self.rules.separation, frame);
+            self.separations.frame(&self.config.separation, frame);
         }
         if wanted.line_of_sight {
             self.lines_of_sight(frame);
@@ -240,10 +240,10 @@ impl Scorer {
             }
         }
         if wanted.calm {
-            self.calm.frame(frame);
+            self.control_effort.frame(frame);
         }
-        if wanted.zones && !self.rules.airspace.is_empty() {
-            self.zones.frame(&self.rules.airspace, frame);
+        if wanted.zones && !self.config.geofence.is_empty() {
+            self.zones.frame(&self.config.geofence, frame);
         }
         if wanted.coverage {
             for truth in &frame.truth {
@@ -254,13 +254,13 @@ impl Scorer {
         if wanted.events {
             let count = |kind: &str| frame.events.iter().filter(|event| event.kind == kind).count() as u64;
             self.so_far.handoffs += count("handoff-completed");
-            self.so_far.discards += count("discarded");
+            self.so_far.removals += count("removed");
         }
         if wanted.agreement {
             self.agreement.frame(frame);
         }
-        if !self.of_pictures.is_empty() {
-            self.minds.frame(frame, || Self::new(self.rules.clone(), self.of_pictures));
+        if !self.of_team_states.is_empty() {
+            self.per_agent.frame(frame, || Self::new(self.config.clone(), self.of_team_states));
         }
         if let Some(bound) = &mut self.bound {
             bound.frame(frame);
@@ -268,158 +268,173 @@ impl Scorer {
         if let Some(innovations) = &mut self.innovations {
             innovations.frame(frame);
         }
-        if let Some(surprises) = &mut self.surprises {
+        if let Some(surprises) = &mut self.prediction_errors {
             surprises.frame(frame, &self.true_orbits);
         }
     }
 
-    /// The scores so far.
+    /// Returns the scores so far.
     pub fn metrics(&self) -> Metrics {
         let [position, velocity] = self.bound.as_ref().map(Bound::efficiencies).unwrap_or_default();
-        let period_s = self.rules.period_s;
-        let Sums { watched, seen, unseen, longest_gap, longest_streak, refound, refind } = self.tallies.sums();
-        let Agreement { differ, lag_s, lag_max_s, double_served, double_count, .. } = &self.agreement;
-        let [bytes_per_s, bytes_max_per_s] = self.agreement.bytes_per_s(period_s);
-        let [quiet, manoeuvring] = self.tallies.consistency(&self.rules.manoeuvring);
+        let period_s = self.config.period_s;
+        let Sums {
+            in_custody: watched,
+            in_view: seen,
+            out_of_view: unseen,
+            longest_gap,
+            longest_streak,
+            reacquired: refound,
+            reacquisition: refind,
+        } = self.tallies.sums();
+        let Agreement { differ, lag_s, lag_max_s, duplicate_coverage: double_served, double_counted_steps, .. } =
+            &self.agreement;
+        let [sent_bytes_per_s, sent_bytes_per_s_max] = self.agreement.bytes_per_s(period_s);
+        let [quiet, manoeuvring] = self.tallies.consistency(&self.config.manoeuvring);
         let metrics = Metrics {
-            watched_fraction: watched.value(),
-            seen_fraction: seen.value(),
-            longest_gap_s: seen.value().map(|_| longest_gap as f64 * period_s),
-            refound_fraction: refound.value(),
-            refind_time_s: refind.value().map(|instants| instants * period_s),
+            custody_fraction: watched.value(),
+            in_view_fraction: seen.value(),
+            longest_out_of_view_s: seen.value().map(|_| longest_gap as f64 * period_s),
+            reacquired_fraction: refound.value(),
+            reacquisition_time_s: refind.value().map(|instants| instants * period_s),
             position_error_m: self.so_far.position.value(),
-            position_error_one_m: self.so_far.position_one.value(),
-            position_error_more_m: self.so_far.position_more.value(),
+            position_error_single_uav_m: self.so_far.position_one.value(),
+            position_error_multi_uav_m: self.so_far.position_more.value(),
             velocity_error_m_s: self.so_far.velocity.value(),
             position_error_all_m: self.so_far.position_all.value(),
             standoff_distance_m: self.so_far.distance.value(),
             standoff_error_m: self.so_far.standoff.value(),
-            standoff_tracking_error_m: self.so_far.tracking.value(),
+            standoff_error_own_estimate_m: self.so_far.tracking.value(),
             standoff_error_m_settled: self.so_far.standoff_settled.value(),
-            standoff_error_instant_m_settled: self.so_far.instant_settled.value(),
-            standoff_tracking_error_m_settled: self.so_far.tracking_settled.value(),
+            standoff_error_unfiltered_m_settled: self.so_far.instant_settled.value(),
+            standoff_error_own_estimate_m_settled: self.so_far.tracking_settled.value(),
             phase_error_deg: self.so_far.phase_deg.value(),
-            line_of_sight_deg: self.so_far.line_of_sight_deg.value(),
-            line_of_sight_max_deg: self.so_far.line_of_sight_max_deg,
-            out_of_view_fraction: unseen.value(),
-            out_of_view_longest_s: unseen.value().map(|_| longest_streak as f64 * period_s),
-            uncovered_fraction: self.so_far.uncovered.value(),
+            off_boresight_mean_deg: self.so_far.off_boresight_mean_deg.value(),
+            off_boresight_max_deg: self.so_far.off_boresight_max_deg,
+            member_out_of_view_fraction: unseen.value(),
+            member_longest_out_of_view_s: unseen.value().map(|_| longest_streak as f64 * period_s),
+            ungrouped_fraction: self.so_far.uncovered.value(),
             infeasible_fraction: self.so_far.infeasible.value(),
             turn_rate_saturated_fraction: self.so_far.saturated.value(),
-            speed_saturated_fraction: self.calm.speed_saturated.value(),
-            turn_reversals_per_min: self.calm.reversals_per_min(period_s),
-            reassignments_per_uav_min: self.calm.reassignments_per_min(period_s),
+            speed_saturated_fraction: self.control_effort.speed_saturated.value(),
+            turn_reversals_per_min: self.control_effort.reversals_per_min(period_s),
+            reassignments_per_uav_min: self.control_effort.reassignments_per_min(period_s),
             separation_min_m: self.separations.min_m,
-            separation_min_layer_m: self.separations.min_layer_m,
-            separation_min_group_m: self.so_far.separation_min_group_m,
+            separation_min_same_altitude_m: self.separations.min_same_altitude_m,
+            separation_min_same_group_m: self.so_far.separation_min_same_group_m,
             separation_violations: self.separations.has_pairs.then_some(self.separations.violations),
-            separation_time_s: self.separations.has_pairs.then_some(self.separations.avoiding as f64 * period_s),
+            avoidance_time_s: self.separations.has_pairs.then_some(self.separations.avoiding as f64 * period_s),
             zone_violations: self.zones.violations(),
-            zone_detour_fraction: self.zones.detour.value(),
-            handoffs: self.wanted.events.then_some(self.so_far.handoffs),
-            discards: self.wanted.events.then_some(self.so_far.discards),
-            crews_differ_fraction: differ.value(),
-            agreement_delay_s: self.agreement.delay_s(self.rules.faults_end_s),
-            double_served_fraction: double_served.value(),
+            geofence_detour_fraction: self.zones.detour.value(),
+            handoffs: self.needed.events.then_some(self.so_far.handoffs),
+            removals: self.needed.events.then_some(self.so_far.removals),
+            assignment_disagreement_fraction: differ.value(),
+            reconvergence_time_s: self.agreement.delay_s(self.config.faults_end_s),
+            duplicate_coverage_fraction: double_served.value(),
             commit_lag_s: lag_s.value(),
             commit_lag_max_s: *lag_max_s,
-            bytes_per_s,
-            bytes_max_per_s,
-            double_count: *double_count,
+            sent_bytes_per_s,
+            sent_bytes_per_s_max,
+            double_counted_steps: *double_counted_steps,
             anees: self.so_far.nees.value(),
-            anees_quiet: quiet,
+            anees_nonmanoeuvring: quiet,
             anees_manoeuvring: manoeuvring,
-            standoff_surprise_m_settled: self.surprises.as_ref().and_then(|surprises| surprises.truth.value()),
-            standoff_tracking_surprise_m_settled: self.surprises.as_ref().and_then(|surprises| surprises.own.value()),
+            orbit_prediction_error_m_settled: self
+                .prediction_errors
+                .as_ref()
+                .and_then(|surprises| surprises.truth.value()),
+            own_orbit_prediction_error_m_settled: self
+                .prediction_errors
+                .as_ref()
+                .and_then(|surprises| surprises.own.value()),
             nis: self.innovations.as_ref().and_then(Innovations::value),
-            position_bound_ratio: position.ratio(),
-            velocity_bound_ratio: velocity.ratio(),
+            position_crlb_ratio: position.ratio(),
+            velocity_crlb_ratio: velocity.ratio(),
             position_squared_error_m2: position.squared_error.value(),
-            position_bound_m2: position.bound.value(),
+            position_crlb_m2: position.bound.value(),
             velocity_squared_error_m2_s2: velocity.squared_error.value(),
-            velocity_bound_m2_s2: velocity.bound.value(),
+            velocity_crlb_m2_s2: velocity.bound.value(),
         };
-        self.minds.average(metrics).only_by(self.rules.reported)
+        self.per_agent.average(metrics).only_by(self.config.reported)
     }
 
-    /// How each target fared that has existed, by id. Nobody is in it unless a metric that needs it was chosen.
+    /// Returns the scores of every target that has existed, by id. Empty if no selected metric needs them.
     pub fn targets(&self) -> impl Iterator<Item = TargetScore> {
-        self.tallies.scores(&self.rules)
+        self.tallies.scores(&self.config)
     }
 
-    /// Mean number of targets that there were at an instant after the first cue; `None` if there was none.
+    /// Mean number of existing targets per time step after the first cue; `None` without a cue.
     pub fn targets_mean(&self) -> Option<f64> {
         self.tallies.targets_mean()
     }
 
-    /// How far an estimate is from the truth.
+    /// Adds the error of an estimate.
     fn estimate(&mut self, track: &TrackRow, truth: &TruthRow) {
         let [_, vx_m_s, _, _, vy_m_s, _] = track.state;
         let position_error_m = position_error_m(track, truth);
         self.so_far.position_all.add(position_error_m);
         if let Some(group) = track.group {
             self.so_far.position.add(position_error_m);
-            match self.served.iter().filter(|served| **served == group).count() {
+            match self.assigned.iter().filter(|served| **served == group).count() {
                 0 => {}
                 1 => self.so_far.position_one.add(position_error_m),
                 _ => self.so_far.position_more.add(position_error_m),
             }
             self.so_far.velocity.add(Displacement::from_m(vx_m_s - truth.vx_m_s, vy_m_s - truth.vy_m_s).length_m());
-            let nees = self.wanted.consistency.then(|| nees_per_state(&self.rules, track, truth)).flatten();
+            let nees = self.needed.consistency.then(|| nees_per_state(&self.config, track, truth)).flatten();
             if let Some(nees) = nees {
                 self.so_far.nees.add(nees);
             }
-            if self.wanted.tallies {
+            if self.needed.tallies {
                 self.tallies.estimate(track.target, position_error_m, nees);
             }
         }
     }
 
-    /// Radii, phases and distances of the UAVs on one orbit.
+    /// Adds radii, phases and distances of the UAVs on one orbit.
     fn orbit(&mut self, frame: &Frame, group: &GroupRow) {
-        let settled = frame.time_us as f64 / 1e6 >= self.rules.settle_s;
-        self.crew.clear();
-        self.crew.extend(frame.uavs.iter().filter(|uav| uav.group == Some(group.group)).map(at));
+        let settled = frame.time_us as f64 / 1e6 >= self.config.transient_s;
+        self.assignments.clear();
+        self.assignments.extend(frame.uavs.iter().filter(|uav| uav.group == Some(group.group)).map(at));
         let centre = centre(group);
-        for (index, uav) in self.crew.iter().enumerate() {
+        for (index, uav) in self.assignments.iter().enumerate() {
             let error_m = off_orbit_m(*uav, centre, group.standoff_distance_m).abs();
             self.so_far.distance.add(group.standoff_distance_m);
             self.so_far.tracking.add(error_m);
             if settled {
                 self.so_far.tracking_settled.add(error_m);
             }
-            for other in &self.crew[index + 1..] {
-                take_least(&mut self.so_far.separation_min_group_m, uav.distance_m(*other));
+            for other in &self.assignments[index + 1..] {
+                take_least(&mut self.so_far.separation_min_same_group_m, uav.distance_m(*other));
             }
         }
 
         let Some(orbit) = self.true_orbits.of(group.group) else { return };
-        for uav in &self.crew {
+        for uav in &self.assignments {
             let off_m = |orbit: &OrbitMotion| off_orbit_m(*uav, orbit.centre, orbit.radius_m).abs();
             let error_m = off_m(&orbit.flown);
             self.so_far.standoff.add(error_m);
             if settled {
                 self.so_far.standoff_settled.add(error_m);
-                self.so_far.instant_settled.add(off_m(&orbit.at_once));
+                self.so_far.instant_settled.add(off_m(&orbit.unfiltered));
             }
         }
         self.from_centre.clear();
-        self.from_centre.extend(self.crew.iter().map(|uav| *uav - orbit.flown.centre));
-        if let Some(error_deg) = phase_error_deg(&self.from_centre, self.rules.separation_rad) {
+        self.from_centre.extend(self.assignments.iter().map(|uav| *uav - orbit.flown.centre));
+        if let Some(error_deg) = phase_error_deg(&self.from_centre, self.config.desired_phase_rad) {
             self.so_far.phase_deg.add(error_deg);
         }
     }
 
-    /// How far off the boresights the members are. Before the sensors were first pointed there is nothing to judge.
+    /// Adds the off-boresight angles of the members. Frames before the sensors are first pointed are skipped.
     fn lines_of_sight(&mut self, frame: &Frame) {
-        // By twos, which are worked on side by side (SIMD); a last one alone beside itself.
+        // UAVs are processed in pairs (SIMD). A single last UAV is paired with itself.
         for pair in frame.uavs.chunks(2) {
-            let angles_rad = lines_of_sight_rad([&pair[0], &pair[pair.len() - 1]], &self.known);
+            let angles_rad = off_boresight_angles_rad([&pair[0], &pair[pair.len() - 1]], &self.tracked);
             for angle_rad in angles_rad.into_iter().take(pair.len()).flatten() {
                 let largest_deg = angle_rad.to_degrees();
-                self.so_far.line_of_sight_deg.add(largest_deg);
-                self.so_far.line_of_sight_max_deg =
-                    Some(self.so_far.line_of_sight_max_deg.map_or(largest_deg, |most| most.max(largest_deg)));
+                self.so_far.off_boresight_mean_deg.add(largest_deg);
+                self.so_far.off_boresight_max_deg =
+                    Some(self.so_far.off_boresight_max_deg.map_or(largest_deg, |most| most.max(largest_deg)));
             }
         }
     }
@@ -435,15 +450,16 @@ impl Scores for Scorer {
     }
 }
 
-/// Distance of the UAVs' phases about a centre from where they should be, degrees: a pair at the wanted separation either way round,
-/// more than two evenly spaced (averaged over the gaps). `None` for fewer than two.
-fn phase_error_deg(uavs_rel_centre: &[Displacement], separation_rad: f64) -> Option<f64> {
+/// Deviation of the UAVs' phases about a centre from the desired phases, degrees: for a pair, relative to the desired
+/// phase in either direction; for more UAVs, relative to even spacing (mean over the gaps). `None` for fewer than two
+/// UAVs.
+fn phase_error_deg(uavs_rel_centre: &[Displacement], desired_phase_rad: f64) -> Option<f64> {
     match uavs_rel_centre {
         [] | [_] => None,
         [a, b] => {
             let (a, b) = (a.vector(), b.vector());
             let apart_rad = math::atan2(a.perp(&b).abs(), a.dot(&b));
-            Some((apart_rad - separation_rad).abs().to_degrees())
+            Some((apart_rad - desired_phase_rad).abs().to_degrees())
         }
         _ => {
             let mut around: Vec<f64> = uavs_rel_centre.iter().map(|uav| uav.direction().deg()).collect();
@@ -459,9 +475,9 @@ fn phase_error_deg(uavs_rel_centre: &[Displacement], separation_rad: f64) -> Opt
     }
 }
 
-/// Normalised estimation error squared over the number of states that are random: all six where the truth knows the
-/// acceleration and the filter allows for one, else position and velocity.
-fn nees_per_state(rules: &Rules, track: &TrackRow, truth: &TruthRow) -> Option<f64> {
+/// Normalised estimation error squared, divided by the number of random states. These are all six if the truth includes
+/// the acceleration and the filter models one, otherwise position and velocity.
+fn nees_per_state(rules: &ScoreConfig, track: &TrackRow, truth: &TruthRow) -> Option<f64> {
     let covariance = Covariance::from_upper_triangle(&track.covariance).matrix();
     let [x_m, vx_m_s, ax_m_s2, y_m, vy_m_s, ay_m_s2] = track.state;
     let error = [x_m - truth.x_m, vx_m_s - truth.vx_m_s, y_m - truth.y_m, vy_m_s - truth.vy_m_s];
@@ -475,8 +491,8 @@ fn nees_per_state(rules: &Rules, track: &TrackRow, truth: &TruthRow) -> Option<f
     normalised(&SVector::from(error), &part)
 }
 
-/// A filter that is told of less assumes this, so that its covariance has an inverse: its targets' acceleration, which it
-/// takes for known, is no random number.
+/// A filter with a smaller configured value assumes this one, so that its covariance has an inverse. Its targets'
+/// acceleration counts as known, hence not as a random state.
 const LEAST_ACCELERATION_SD_M_S2: f64 = 1e-6;
 
 fn normalised<const N: usize>(error: &SVector<f64, N>, covariance: &SMatrix<f64, N, N>) -> Option<f64> {
@@ -487,24 +503,25 @@ fn normalised<const N: usize>(error: &SVector<f64, N>, covariance: &SMatrix<f64,
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::frame::{Reported, UavRow};
+    use crate::frame::{ReportedTables, UavRow};
     use crate::run::Mission;
-    use crate::scenario::{Edits, Scenario};
+    use crate::scenario::{Overrides, Scenario};
     use crate::score::fixtures::{group_row, track_row, truth_row, uav_row};
     use standoff::CentreEstimate;
 
-    fn score(rules: &Rules, frames: &[Frame]) -> Metrics {
-        let mut scorer = Scorer::new(rules.clone(), Choice::ALL);
+    fn score(rules: &ScoreConfig, frames: &[Frame]) -> Metrics {
+        let mut scorer = Scorer::new(rules.clone(), MetricSelection::ALL);
         frames.iter().for_each(|frame| scorer.frame(frame));
         scorer.metrics()
     }
 
-    /// The smallest circle about these four is held by the second and third: its centre is (160, 120) m, its radius 200 m.
-    /// Their centroid is (90, 70) m, and the second is 100 sqrt(5.78) m from it. Two UAVs are 500 m east and north of the
-    /// circle's centre, a right angle apart, as they should be.
+    /// The minimum enclosing circle of these four targets passes through the second and third: its centre is (160, 120)
+    /// m, its radius 200 m. The centroid is (90, 70) m, and the second target is 100 sqrt(5.78) m from it. Two UAVs are
+    /// 500 m east and north of the circle's centre, at the desired phase of a right angle.
     #[test]
-    fn orbits_are_judged_about_the_centre_by_the_rule_flown() {
-        let rules = Rules { centre: CentreEstimate::SmallestCircle, separation_rad: math::PI / 2.0, ..flown().0 };
+    fn standoff_errors_use_the_configured_centre_rule() {
+        let rules =
+            ScoreConfig { centre: CentreEstimate::EnclosingCircle, desired_phase_rad: math::PI / 2.0, ..flown().0 };
         let places_m = [(0.0, 0.0), (320.0, 0.0), (0.0, 240.0), (40.0, 40.0)];
         let mut frame = Frame { time_us: 100_000_000, ..Frame::default() };
         frame.truth.extend((0..).zip(places_m).map(|(target, (x_m, y_m))| truth_row(target, x_m, y_m)));
@@ -519,27 +536,27 @@ mod tests {
         let metrics = score(&rules, std::slice::from_ref(&frame));
         assert!(near(metrics.standoff_error_m, 500.0 - r_d_m(200.0)), "{metrics:?}");
         assert!(near(metrics.standoff_error_m_settled, 500.0 - r_d_m(200.0)) && near(metrics.phase_error_deg, 0.0));
-        assert!(near(metrics.standoff_error_instant_m_settled, 500.0 - r_d_m(200.0)));
-        let mut judge = Judge::new(rules.clone());
+        assert!(near(metrics.standoff_error_unfiltered_m_settled, 500.0 - r_d_m(200.0)));
+        let mut judge = FrameScorer::new(rules.clone());
         let judged = judge.frame(&frame);
         assert!(near(judged.standoff_error_m(&frame.uavs[1]), 500.0 - r_d_m(200.0)));
         assert!(near(judged.centre_error_m(&frame.groups[0]), 3.0));
 
-        let centroid = Rules { centre: CentreEstimate::Centroid, ..rules.clone() };
+        let centroid = ScoreConfig { centre: CentreEstimate::Centroid, ..rules.clone() };
         let off_m = Displacement::from_m(570.0, 50.0).length_m() - r_d_m(100.0 * 5.78f64.sqrt());
-        let mut judge = Judge::new(centroid.clone());
+        let mut judge = FrameScorer::new(centroid.clone());
         let judged = judge.frame(&frame);
         assert!(near(judged.standoff_error_m(&frame.uavs[0]), off_m));
         assert_eq!(
             score(&centroid, &[frame.clone()]),
-            score(&Rules { centre: CentreEstimate::Filtered, ..rules }, &[frame])
+            score(&ScoreConfig { centre: CentreEstimate::Filtered, ..rules }, &[frame])
         );
     }
 
-    /// Tracks at the origin of targets 3, 4 and 12 m off. One UAV serves the first's group, two the second's, and the
-    /// third's another, which is out.
+    /// Tracks at the origin of targets at 3, 4 and 12 m. One UAV is assigned to the group of the first, two to that of
+    /// the second, and to that of the third one with an outage.
     #[test]
-    fn position_errors_are_told_by_how_many_uavs_serve_the_group() {
+    fn position_errors_are_split_by_number_of_assigned_uavs() {
         let mut frame = Frame::default();
         for (target, x_m) in (0..).zip([3.0, 4.0, 12.0]) {
             frame.truth.push(truth_row(target, x_m, 0.0));
@@ -549,22 +566,22 @@ mod tests {
         frame.uavs = vec![uav(0, 0), uav(1, 1), uav(2, 1), UavRow { boresight_rad: None, ..uav(3, 2) }];
         let errors_m = |frame: &Frame| {
             let metrics = score(&flown().0, std::slice::from_ref(frame));
-            [metrics.position_error_m, metrics.position_error_one_m, metrics.position_error_more_m]
+            [metrics.position_error_m, metrics.position_error_single_uav_m, metrics.position_error_multi_uav_m]
         };
         assert_eq!(errors_m(&frame), [Some(19.0 / 3.0), Some(3.0), Some(4.0)]);
         frame.uavs[2].group = Some(2);
         assert_eq!(errors_m(&frame), [Some(19.0 / 3.0), Some(19.0 / 3.0), None]);
     }
 
-    fn flown() -> (Rules, Vec<Frame>) {
-        let scenario = Scenario::load("tour/05-a-handoff", &Edits::default(), 1).unwrap();
+    fn flown() -> (ScoreConfig, Vec<Frame>) {
+        let scenario = Scenario::load("tour/05-a-handoff", &Overrides::default(), 1).unwrap();
         let mut mission = Mission::new(&scenario).unwrap();
-        (Rules::of(&scenario.settings), std::iter::from_fn(|| mission.frame().cloned()).collect())
+        (ScoreConfig::of(&scenario.settings), std::iter::from_fn(|| mission.frame().cloned()).collect())
     }
 
-    /// What the team calls a track is its own affair: the truth of a track is that of its target.
+    /// The team's track ids do not matter: the truth of a track is that of its target.
     #[test]
-    fn the_team_s_own_ids_of_tracks_change_no_score() {
+    fn track_ids_do_not_change_scores() {
         let (rules, mut frames) = flown();
         let before = score(&rules, &frames);
         for frame in &mut frames {
@@ -575,20 +592,23 @@ mod tests {
         assert!(before.position_error_m.is_some() && before.nis.is_some() && before.handoffs > Some(0));
     }
 
-    /// A brain of somebody else flies as ours does and tells nothing, or only what it believes: it is scored by what is
-    /// seen and how its UAVs fly, and by its beliefs.
+    /// A third-party controller that flies like ours but reports nothing, or tracks only, is scored by what is in view,
+    /// by the motion of its UAVs, and by its tracks.
     #[test]
-    fn what_a_brain_does_not_report_is_not_scored() {
+    fn unreported_tables_are_not_scored() {
         let (rules, mut frames) = flown();
         let whole = score(&rules, &frames);
         for frame in &mut frames {
             frame.groups.clear();
             frame.events.clear();
             frame.uavs.iter_mut().for_each(|uav| uav.group = None);
-            frame.tracks.iter_mut().for_each(|track| (track.group, track.to_group) = (None, None));
+            frame.tracks.iter_mut().for_each(|track| (track.group, track.receiving_group) = (None, None));
         }
         let scored = |tracks: bool, frames: &[Frame]| {
-            let metrics = score(&Rules { reported: Reported { tracks, ..Reported::NOTHING }, ..rules.clone() }, frames);
+            let metrics = score(
+                &ScoreConfig { reported: ReportedTables { tracks, ..ReportedTables::NOTHING }, ..rules.clone() },
+                frames,
+            );
             let both = Metrics::NAMES.iter().zip(metrics.values().into_iter().zip(whole.values()));
             both.filter(|(_, (value, _))| value.is_some())
                 .inspect(|(name, (value, whole))| {
@@ -597,28 +617,29 @@ mod tests {
                 .map(|(name, _)| *name)
                 .collect::<Vec<_>>()
         };
-        let beliefs = scored(true, &frames);
+        let from_tracks = scored(true, &frames);
         frames.iter_mut().for_each(|frame| frame.tracks.clear());
         let always = [
-            "seen_fraction",
-            "longest_gap_s",
+            "in_view_fraction",
+            "longest_out_of_view_s",
             "turn_rate_saturated_fraction",
             "speed_saturated_fraction",
             "turn_reversals_per_min",
             "separation_min_m",
-            "separation_min_layer_m",
+            "separation_min_same_altitude_m",
             "separation_violations",
-            "separation_time_s",
+            "avoidance_time_s",
         ];
         assert_eq!(scored(false, &frames), always);
-        let more = beliefs.iter().filter(|name| !always.contains(name)).copied().collect::<Vec<_>>();
-        assert_eq!(more, ["position_error_all_m", "nis"]);
-        // Who does tell of tracks and groups, but has none, watches nothing.
-        assert_eq!(score(&rules, &frames).watched_fraction, Some(0.0));
-        let told = Rules { reported: Reported { tracks: false, ..Reported::default() }, ..rules };
-        let mut scorer = Scorer::new(told, Choice::ALL);
+        let additional = from_tracks.iter().filter(|name| !always.contains(name)).copied().collect::<Vec<_>>();
+        assert_eq!(additional, ["position_error_all_m", "nis"]);
+        // A controller that reports tracks and groups, but has none, has no target in custody.
+        assert_eq!(score(&rules, &frames).custody_fraction, Some(0.0));
+        let events_only =
+            ScoreConfig { reported: ReportedTables { tracks: false, ..ReportedTables::default() }, ..rules };
+        let mut scorer = Scorer::new(events_only, MetricSelection::ALL);
         frames.iter().for_each(|frame| scorer.frame(frame));
-        assert!(scorer.targets().all(|one| one.watched_fraction.is_none() && one.seen_fraction.is_some()));
-        assert_eq!((scorer.metrics().handoffs, scorer.metrics().uncovered_fraction), (Some(0), None));
+        assert!(scorer.targets().all(|one| one.custody_fraction.is_none() && one.in_view_fraction.is_some()));
+        assert_eq!((scorer.metrics().handoffs, scorer.metrics().ungrouped_fraction), (Some(0), None));
     }
 }

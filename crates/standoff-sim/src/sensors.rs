@@ -1,12 +1,12 @@
-//! What the UAVs' sensors say: the detections of targets in view, with noise; and the cues of targets that appear.
+//! Sensor model: noisy detections of the targets in view, and cues of targets that appear.
 
 use standoff::{Angle, Cue, Detection, Position, SensorParams, Time, UavId, Velocity};
 
-use crate::draws::{Draws, Stream};
+use crate::random::{Draws, Stream};
 use crate::scenario::{CueError, Noise};
 use crate::world::Truth;
 
-/// One scan: adds every target in view of a sensor at `uav` that points along `boresight`.
+/// Adds the detections of one scan: every target in view of the sensor of UAV `uav`, which points along `boresight`.
 pub fn scan(
     uav: (UavId, Position),
     boresight: Angle,
@@ -17,12 +17,12 @@ pub fn scan(
     detections: &mut Vec<Detection>,
 ) {
     let (id, from) = uav;
-    // By fours, which are worked on side by side; where there are fewer, the last one stands in.
+    // In batches of four (SIMD); the last target fills up an incomplete batch.
     for four in truth.chunks(4) {
         let targets: [_; 4] = core::array::from_fn(|i| four[i.min(four.len() - 1)].state.position());
-        for (truth, seen) in four.iter().zip(sensor.look_each(from, boresight, targets)) {
+        for (truth, seen) in four.iter().zip(sensor.measure_batch(from, boresight, targets)) {
             let Some(mut measurement) = seen else { continue };
-            // A key of UAV and target, so that neither a further UAV nor a further target changes this noise.
+            // The random key consists of UAV and target, so that further UAVs and targets do not change this noise.
             let object = (u64::from(id.0) << 32) | u64::from(truth.target.0);
             let [range, bearing] = draws.at(Stream::Measurement, object, tick).normals();
             measurement.range_m += noise.range_sd_m * range;
@@ -34,17 +34,17 @@ pub fn scan(
     }
 }
 
-/// The cue of a target that has just appeared.
+/// Creates the cue of a target that has just appeared.
 pub fn cue(target: &Truth, now: Time, error: CueError, draws: Draws) -> Cue {
     let mut draw = draws.at(Stream::Cue, u64::from(target.target.0), 0);
     let [x, y] = draw.normals().map(|normal| normal * error.position_sd_m);
     let [vx, vy] = draw.normals().map(|normal| normal * error.velocity_sd_m_s);
     let (position, velocity) = (target.state.position(), target.state.velocity());
     Cue {
-        searcher: 0,
-        said: now,
-        // No two of one instant are so far apart.
-        number: target.target.0 as u16,
+        source: 0,
+        issued_at: now,
+        // Truncation is safe: the target ids of one time step differ by less than 2^16.
+        sequence: target.target.0 as u16,
         label: target.target.label(),
         time: now,
         position: Position::from_m(position.x_m() + x, position.y_m() + y),

@@ -1,13 +1,14 @@
-//! Names of the targets that there are.
+//! Ids of the true targets.
 
 use standoff::TargetLabel;
 
-/// A target as the world knows it: in the scenario and in the record, apart from what sensors and the team call it.
+/// Id of a target in the scenario and in the record, independent of the ids that sensors and the team use.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub struct TargetId(pub u32);
 
 impl TargetId {
-    /// What sensors and cues call it: association is solved, so it is the same number.
+    /// Returns the identity that sensors and cues report. Data association is assumed to be solved, so it is the same
+    /// number.
     pub fn label(self) -> TargetLabel {
         TargetLabel(self.0)
     }

@@ -1,19 +1,19 @@
-//! Reads traffic recorded elsewhere (real or from a traffic simulator) as vehicles that move over time.
+//! Reads traffic that was recorded elsewhere (real, or from a traffic simulator) as vehicles that move over time.
 //!
-//! Two kinds of file are read, plain or gzipped; the kind is told by the content, never by the name. Lines end with LF,
-//! CRLF or CR, all of which come to LF.
+//! Two file formats are accepted, plain or gzip; the reader recognises the format by the content, never by the name.
+//! Lines end with LF, CRLF or CR.
 //!
-//! **SUMO floating-car data** (`sumo --fcd-output`): `<fcd-export>` holds `<timestep time>` (s, strictly increasing),
-//! which holds `<vehicle id x y speed angle>`. `x`, `y` are metres east and north, or longitude and latitude in degrees
-//! (`--fcd-output.geo`), of the middle of the FRONT bumper, and are kept as the vehicle's position. `speed` (m/s) and
-//! `angle` (degrees clockwise from north) give the velocity where both are there. Other elements are ignored, unless they
-//! are traffic that is misspelt or out of place.
+//! **SUMO floating-car data** (`sumo --fcd-output`): `<fcd-export>` contains `<timestep time>` (s, strictly
+//! increasing), which contains `<vehicle id x y speed angle>`. `x`, `y` are metres east and north, or longitude and
+//! latitude in degrees (`--fcd-output.geo`), of the middle of the FRONT bumper, and are used as the vehicle's position.
+//! `speed` (m/s) and `angle` (degrees clockwise from north) give the velocity if both are present. Other elements are
+//! ignored, unless they are traffic that is misspelt or out of place.
 //!
-//! **CSV tracks**: a header names the columns (in any case, in any order; others are ignored), then one row per vehicle
-//! and time. Rows need not be sorted, but the times of each vehicle must increase. Lines that begin with `#` are skipped.
-//! Quotes stand around a whole field. Semicolons separate the fields if the header has more of them than commas; numbers
-//! may then have decimal commas, all of them or none. Times are numbers, or dates and times by ISO 8601: all with an
-//! offset from UTC (or Z), or all without.
+//! **CSV tracks**: a header names the columns (upper or lower case, any order; other columns are ignored), followed by
+//! one row per vehicle and time. Rows need not be sorted, but the times of each vehicle must increase. Lines that begin
+//! with `#` are skipped. Quotes enclose whole fields. Semicolons separate the fields if the header has more of them
+//! than commas; then numbers may have decimal commas, all of them or none. Times are numbers, or dates and times in ISO
+//! 8601: all with an offset from UTC (or Z), or all without.
 //!
 //! | what | column |
 //! |---|---|
@@ -25,60 +25,61 @@
 //! | latitude, degrees | `lat_deg`, `lat`, `latitude`, `latitude_deg` |
 //! | longitude, degrees | `lon_deg`, `lon`, `longitude`, `longitude_deg`, `lng`, `long` |
 //!
-//! Degrees (WGS84) become metres east and north in the plane that touches the ellipsoid at the file's first sample.
-//! A vehicle that is unseen for longer than the gap limit is absent in between; one that is faster than 10 km/s between
-//! two samples is refused, as are texts, vehicles and samples beyond [`MAX_SAMPLES`] and its like. Everything is checked while reading, one
-//! XML element or CSV row at a time, so that nothing can go wrong later.
+//! Degrees (WGS84) are converted to metres east and north in the plane that touches the ellipsoid at the file's first
+//! sample. A vehicle without samples for longer than the gap limit is absent during the gap. The reader rejects a
+//! vehicle that is faster than 10 km/s between two samples, and files beyond [`MAX_SAMPLES`] and the other limits. It
+//! checks everything while reading, one XML element or CSV row at a time, so that later use cannot fail.
 
 mod build;
-mod contents;
 mod csv;
 mod fcd;
-mod limit;
-mod motion;
-mod value;
+mod limits;
+mod model;
+mod unit_detection;
+mod validate;
 mod vehicle;
 
 use std::io::Read;
 use std::path::Path;
 
-pub use contents::{Coordinates, Options, Origin, Traffic, Unit};
-pub(crate) use limit::MAX_AT_ONCE;
-pub use limit::{MAX_SAMPLES, MAX_VEHICLES};
+pub(crate) use limits::MAX_AT_ONCE;
+pub use limits::{MAX_SAMPLES, MAX_VEHICLES};
+pub use model::{Coordinates, Options, Origin, Traffic, Unit};
 pub use vehicle::{Vehicle, VehicleState};
 
-pub use crate::source::Position;
-use crate::source::{self, Fault, Text, Wanted};
-use crate::text;
+use crate::display_text;
+pub use crate::text_source::Position;
+use crate::text_source::{self, Expectation, Fault, Text};
 
-/// What is wanted.
-pub(crate) static TRAFFIC: Wanted = Wanted { what: "traffic", whole: "traffic", formats: "SUMO FCD XML or CSV tracks" };
+/// Expected contents, for messages.
+pub(crate) static TRAFFIC: Expectation =
+    Expectation { description: "traffic", complete_form: "traffic", formats: "SUMO FCD XML or CSV tracks" };
 
-/// Why a traffic file cannot be used; prints as one line, `FILE:LINE:COLUMN: what is wrong; what is allowed; what to do`.
+/// Error of a traffic file; prints as one line, `FILE:LINE:COLUMN: what is wrong; what is allowed; what to do`.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
-#[error("{}{}: {message}", text::escaped(file), position.map(|at| format!(":{at}")).unwrap_or_default())]
+#[error("{}{}: {message}", display_text::escaped(file), position.map(|at| format!(":{at}")).unwrap_or_default())]
 pub struct TrafficError {
-    /// The file, as the caller named it.
+    /// File name as given by the caller.
     pub file: String,
-    /// Where in the (unpacked) text; `None` if the fault is of the file as a whole.
+    /// Position in the (unpacked) text; `None` if the error concerns the file as a whole.
     pub position: Option<Position>,
-    /// What is wrong, without the place.
+    /// What is wrong, without the position.
     pub message: String,
-    /// What was named is all right, as far as is known: the machine failed to read it.
+    /// True if the machine failed to read the file, rather than the file being wrong.
     pub is_machine_s: bool,
 }
 
-/// Reads the traffic file at `path`. Fails if it is no file (a pipe, say) or too large, before anything is read; if it
-/// cannot be read; or as [`read_from`] does.
+/// Reads the traffic file at `path`. Fails if it is not a file (but a pipe, for example) or is too large, before
+/// anything is read; if it cannot be read; or as [`read_from`] does.
 pub fn read(path: &Path, options: &Options) -> Result<Traffic, TrafficError> {
     let name = path.display().to_string();
-    parse(|| source::open(path, &TRAFFIC), options).map_err(named(&name))
+    parse(|| text_source::open(path, &TRAFFIC), options).map_err(named(&name))
 }
 
-/// Reads traffic from bytes; `name` stands for the file in errors. Fails if any part of it breaks the rules above: the
-/// error tells the place.
+/// Reads traffic from bytes; errors use `name` as the file name. Fails with a position if any part of it breaks the
+/// rules above.
 pub fn read_from(reader: impl Read, name: &str, options: &Options) -> Result<Traffic, TrafficError> {
-    parse(|| source::text(reader, &TRAFFIC), options).map_err(named(name))
+    parse(|| text_source::text(reader, &TRAFFIC), options).map_err(named(name))
 }
 
 fn named(file: &str) -> impl FnOnce(Fault) -> TrafficError {
@@ -98,7 +99,7 @@ fn parse<'a>(text: impl FnOnce() -> Result<Text<'a>, Fault>, options: &Options) 
     }
     let mut lines = text()?;
     match lines.first_byte()? {
-        None => Err(Fault::whole(format!("holds no text; must be {}", TRAFFIC.formats))),
+        None => Err(Fault::whole(format!("contains no text; must be {}", TRAFFIC.formats))),
         Some(b'<') => fcd::read(lines, options),
         Some(_) => csv::read(lines, options),
     }
@@ -124,7 +125,7 @@ mod tests {
         read_from(bytes, "f", &Options::default())
     }
 
-    /// Gives one byte at a time.
+    /// Yields one byte at a time.
     struct Drops<'a>(&'a [u8]);
 
     impl Read for Drops<'_> {
@@ -135,7 +136,7 @@ mod tests {
     }
 
     #[test]
-    fn the_kind_is_told_by_the_content() {
+    fn the_format_is_recognised_by_the_content() {
         for text in [XML, CSV] {
             let expected = read_bytes(text.as_bytes()).unwrap();
             let marked = [b"\xEF\xBB\xBF", text.as_bytes()].concat();
@@ -149,11 +150,11 @@ mod tests {
         }
         let (head, tail) = CSV.as_bytes().split_at(10);
         let members = [packed(head), packed(tail)].concat();
-        assert!(read_bytes(&members).is_ok(), "gzip files may be put one behind the other");
+        assert!(read_bytes(&members).is_ok(), "gzip files may be concatenated");
     }
 
     #[test]
-    fn a_byte_order_mark_is_no_column() {
+    fn a_byte_order_mark_takes_no_column() {
         let error = read_bytes(b"\xEF\xBB\xBF<routes/>").unwrap_err();
         assert_eq!(error.position, Some(Position { line: 1, column: 1 }));
     }
@@ -162,8 +163,8 @@ mod tests {
     fn empty_files_are_refused() {
         for (bytes, expected) in [
             (Vec::new(), "f: is empty; must be SUMO FCD XML or CSV tracks"),
-            (b" \r\n ".to_vec(), "f: holds no text; must be SUMO FCD XML or CSV tracks"),
-            (packed(b""), "f: holds no text; must be SUMO FCD XML or CSV tracks"),
+            (b" \r\n ".to_vec(), "f: contains no text; must be SUMO FCD XML or CSV tracks"),
+            (packed(b""), "f: contains no text; must be SUMO FCD XML or CSV tracks"),
         ] {
             assert_eq!(read_bytes(&bytes).unwrap_err().to_string(), expected);
         }
@@ -191,7 +192,7 @@ mod tests {
     }
 
     #[test]
-    fn what_cannot_be_opened_is_named_with_the_reason() {
+    fn a_file_that_cannot_be_opened_is_named_with_the_reason() {
         let missing = read(Path::new("/nowhere/a\n.csv"), &Options::default()).unwrap_err();
         assert_eq!(missing.file, "/nowhere/a\n.csv");
         let text = missing.to_string();
@@ -201,7 +202,7 @@ mod tests {
     }
 
     #[test]
-    fn the_gap_limit_must_be_a_span_of_time() {
+    fn the_gap_limit_must_be_a_positive_duration() {
         for gap_s in [0.0, -1.0, f64::NAN, f64::INFINITY] {
             let options = Options { gap_s: Some(gap_s), ..Options::default() };
             let error = read_from(XML.as_bytes(), "f", &options).unwrap_err();
@@ -210,13 +211,13 @@ mod tests {
     }
 
     #[test]
-    fn reading_twice_gives_the_same() {
+    fn reading_twice_gives_the_same_traffic() {
         assert_eq!(read_bytes(XML.as_bytes()), read_bytes(XML.as_bytes()));
     }
 
-    /// A disk that fails in the middle of a file is no fault of the file's, and of no scenario that names it.
+    /// A disk that fails in the middle of a file is not an error of the file or of the scenario that names it.
     #[test]
-    fn a_machine_that_fails_is_told_from_a_file_that_is_wrong() {
+    fn machine_failures_and_wrong_files_are_distinguished() {
         struct Failing;
         impl Read for Failing {
             fn read(&mut self, _: &mut [u8]) -> io::Result<usize> {

@@ -1,27 +1,27 @@
-//! The truth: where every target really is. Only sensors, cues and the record's truth table see it.
+//! Ground truth: the true state of every target. Only sensors, cues and the truth table of the record read it.
 
 use std::sync::Arc;
 
 use nalgebra::{Matrix3, Vector6};
 use standoff::{Position, TargetState, Time, Transition, Velocity};
 
-use crate::draws::{Draws, Stream};
+use crate::random::{Draws, Stream};
 use crate::scenario::{Manoeuvre, Scenario, Targets};
 use crate::target_id::TargetId;
 use crate::traffic::{Traffic, Vehicle};
 
-/// A target as it is.
+/// True state of a target.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Truth {
-    /// Which target.
+    /// Target id.
     pub target: TargetId,
     /// Position, velocity, and acceleration (zero where unknown).
     pub state: TargetState,
-    /// The acceleration is known.
+    /// True if the acceleration is known.
     pub knows_acceleration: bool,
 }
 
-/// All targets, over time.
+/// All targets of a mission and their motion.
 pub struct World {
     kind: Kind,
     draws: Draws,
@@ -36,13 +36,13 @@ enum Kind {
 struct Random {
     states: Vec<TargetState>,
     transition: Transition,
-    /// Three standard normals times this are a draw of an axis' noise.
+    /// Factor that turns three standard normals into the process noise of one axis.
     noise_factor: Matrix3<f64>,
     manoeuvres: Vec<Manoeuvre>,
 }
 
 impl World {
-    /// The world of a scenario at its start.
+    /// Creates the world at the start of a scenario.
     pub fn new(scenario: &Scenario) -> Self {
         let kind = match &scenario.targets {
             Targets::Random { model, start, manoeuvres } => {
@@ -56,8 +56,8 @@ impl World {
         Self { kind, draws: Draws::new(scenario.seed), tick: 0 }
     }
 
-    /// The targets that exist now, by ascending id.
-    pub fn look(&self, now: Time, truth: &mut Vec<Truth>) {
+    /// Replaces `truth` by the targets that exist at time `now`, by ascending id.
+    pub fn truth(&self, now: Time, truth: &mut Vec<Truth>) {
         truth.clear();
         match &self.kind {
             Kind::Random(random) => {
@@ -82,7 +82,7 @@ impl World {
         }
     }
 
-    /// Moves on by one period.
+    /// Advances all targets by one period.
     pub fn step(&mut self) {
         self.tick += 1;
         let Kind::Random(random) = &mut self.kind else { return };
@@ -95,15 +95,15 @@ impl World {
         }
     }
 
-    /// Targets' names by id: those of the file, or `target-1`, `target-2`, ...
+    /// Returns the names of the targets by id: those of the traffic file, or `target-1`, `target-2`, ...
     pub fn names(scenario: &Scenario) -> Vec<String> {
         match &scenario.targets {
-            Targets::Random { start, .. } => (1..=start.len()).map(|number| format!("target-{number}")).collect(),
+            Targets::Random { start, .. } => (0..start.len()).map(|number| format!("target-{number}")).collect(),
             Targets::Traffic(traffic) => traffic.vehicles.iter().map(|vehicle| vehicle.name().to_owned()).collect(),
         }
     }
 
-    /// How many rows of targets the record of a whole mission has at most.
+    /// Maximum number of truth rows in the record of a whole mission.
     pub fn rows(scenario: &Scenario) -> u64 {
         let period_us = scenario.settings.period.us().max(1);
         let ticks = |span_us: i64| span_us.max(0).unsigned_abs() / period_us.unsigned_abs() + 1;
@@ -111,20 +111,20 @@ impl World {
         match &scenario.targets {
             Targets::Random { start, .. } => all.saturating_mul(start.len() as u64),
             Targets::Traffic(traffic) => {
-                let there = |vehicle: &Vehicle| all.min(ticks(vehicle.last_us() - vehicle.first_us()) + 1);
-                traffic.vehicles.iter().map(there).sum()
+                let rows_of = |vehicle: &Vehicle| all.min(ticks(vehicle.last_us() - vehicle.first_us()) + 1);
+                traffic.vehicles.iter().map(rows_of).sum()
             }
         }
     }
 }
 
-/// A lower triangle times three normals.
+/// Multiplies a lower triangular matrix by three standard normals.
 fn shaped(factor: &Matrix3<f64>, [a, b, c]: [f64; 3]) -> [f64; 3] {
     let l = |row, column| factor[(row, column)];
     [l(0, 0) * a, l(1, 0) * a + l(1, 1) * b, l(2, 0) * a + l(2, 1) * b + l(2, 2) * c]
 }
 
-/// Where a manoeuvre has brought a target by `now_s`: the integral of its acceleration adds to the random motion.
+/// Adds a manoeuvre to a state of the random motion: the integral of its acceleration up to `now_s`.
 fn manoeuvred(state: &TargetState, manoeuvre: &Manoeuvre, now_s: f64) -> TargetState {
     let Manoeuvre { from_s, until_s, acceleration_m_s2: [ax, ay], .. } = *manoeuvre;
     let lasted_s = (now_s.min(until_s) - from_s).max(0.0);
@@ -149,9 +149,9 @@ fn manoeuvred(state: &TargetState, manoeuvre: &Manoeuvre, now_s: f64) -> TargetS
 mod tests {
     use super::*;
 
-    /// 2 m/s2 for 3 s: 9 m and 6 m/s by its end, 33 m four seconds later.
+    /// 2 m/s2 for 3 s give 9 m and 6 m/s at the end, and 33 m four seconds later.
     #[test]
-    fn a_manoeuvre_is_an_acceleration_for_some_time() {
+    fn a_manoeuvre_adds_its_acceleration_while_it_lasts() {
         let manoeuvre = Manoeuvre { target: TargetId(0), from_s: 10.0, until_s: 13.0, acceleration_m_s2: [2.0, -2.0] };
         let at = |now_s| -> [f64; 6] { manoeuvred(&TargetState::default(), &manoeuvre, now_s).0.into() };
         assert_eq!(at(10.0), [0.0, 0.0, 2.0, 0.0, 0.0, -2.0]);

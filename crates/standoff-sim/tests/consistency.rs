@@ -1,5 +1,5 @@
-//! The filter against its limits, over 200 runs each: its errors are what its covariance says, no larger than the
-//! Cramer-Rao bound forces them to be, and no smaller. And each check can fail.
+//! Filter consistency, over 200 runs each: the errors match the covariance and the Cramer-Rao bound. Further tests show
+//! that each check can fail.
 
 #![expect(clippy::unwrap_used, reason = "helpers of tests")]
 
@@ -8,26 +8,26 @@ use std::ops::RangeInclusive;
 use nalgebra::{Vector2, Vector6};
 use standoff::sensor::{jacobian, measure};
 use standoff::{
-    Angle, Contribution, Covariance, Displacement, Duration, Estimate, InformationFilter, Position, RangeBearing,
-    SensorParams, TargetParams, TargetState, Velocity,
+    Angle, Contribution, Covariance, Displacement, Duration, Estimate, InformationFilter, Position,
+    RangeBearingMeasurement, SensorParams, TargetParams, TargetState, Velocity,
 };
-use standoff_sim::draws::{Draws, Stream};
+use standoff_sim::random::{Draws, Stream};
 use standoff_sim::run::{Mission, fly};
-use standoff_sim::scenario::{Edits, Template};
-use standoff_sim::score::{Choice, Metrics, Rules, Scorer};
+use standoff_sim::scenario::{Overrides, ScenarioTemplate};
+use standoff_sim::score::{MetricSelection, Metrics, ScoreConfig, Scorer};
 
 const RUNS: u64 = 200;
 
-/// Where a consistent filter's normalised errors and innovations lie.
+/// Range of normalised errors and innovations of a consistent filter.
 const CONSISTENT: RangeInclusive<f64> = 0.95..=1.05;
 
-fn template(name: &str, set: &[&str]) -> Template {
+fn template(name: &str, set: &[&str]) -> ScenarioTemplate {
     let set = set.iter().map(|value| (*value).to_owned()).collect();
-    Template::load(name, &Edits { set, ..Edits::default() }).unwrap()
+    ScenarioTemplate::load(name, &Overrides { set, ..Overrides::default() }).unwrap()
 }
 
 fn fly_all(name: &str, set: &[&str]) -> Vec<Metrics> {
-    let (template, choice) = (template(name, set), Choice::parse("anees,limits").unwrap());
+    let (template, choice) = (template(name, set), MetricSelection::parse("anees,limits").unwrap());
     (1..=RUNS).map(|seed| fly(&template.draw(seed).unwrap(), choice).unwrap()).collect()
 }
 
@@ -35,46 +35,45 @@ fn mean(runs: &[Metrics], of: impl Fn(&Metrics) -> Option<f64>) -> f64 {
     runs.iter().map(|metrics| of(metrics).unwrap()).sum::<f64>() / runs.len() as f64
 }
 
-/// No estimate is much worse than the bound, and none is better: that would mean that truth leaks. Of 20,000 runs the
-/// ratios are 1.001 (+-0.001) and 1.001 (+-0.002) for two UAVs, 1.002 and 1.001 for one.
+/// No estimate is much worse than the bound, and none is better, which would mean that the filter uses the truth. Over
+/// 20,000 runs, the ratios are 1.001 (+-0.001) and 1.001 (+-0.002) for two UAVs, 1.002 and 1.001 for one.
 #[test]
-fn stat_the_filter_is_as_good_as_the_bound_allows() {
-    // Innovations are independent of one another: their mean lies where a chi-square of as many degrees of freedom as
-    // numbers were measured has 99.9 % of its weight. 200 runs of 199 scans of 4 targets are 318,400 numbers per UAV, and
-    // a chi-square of so many is a normal distribution.
+fn stat_filter_reaches_the_cramer_rao_bound() {
+    // Innovations are independent: their mean lies in the 99.9 % interval of a chi-square distribution with as many
+    // degrees of freedom as measured values. 200 runs of 199 scans of 4 targets give 318,400 values per UAV, for which
+    // the chi-square distribution is normal.
     let band = |uavs: f64| 3.29 * (2.0 / (uavs * 318_400.0)).sqrt();
     for (name, band) in [("paper/table-2-pair", band(2.0)), ("paper/table-2-single", band(1.0))] {
         let runs = fly_all(name, &[]);
-        let position =
-            mean(&runs, |m| m.position_squared_error_m2).sqrt() / mean(&runs, |m| m.position_bound_m2).sqrt();
+        let position = mean(&runs, |m| m.position_squared_error_m2).sqrt() / mean(&runs, |m| m.position_crlb_m2).sqrt();
         let velocity =
-            mean(&runs, |m| m.velocity_squared_error_m2_s2).sqrt() / mean(&runs, |m| m.velocity_bound_m2_s2).sqrt();
+            mean(&runs, |m| m.velocity_squared_error_m2_s2).sqrt() / mean(&runs, |m| m.velocity_crlb_m2_s2).sqrt();
         assert!((0.97..=1.02).contains(&position), "{name}: position {position}");
         assert!((0.97..=1.02).contains(&velocity), "{name}: velocity {velocity}");
         assert!(CONSISTENT.contains(&mean(&runs, |m| m.anees)), "{name}");
         let nis = mean(&runs, |m| m.nis);
         assert!((nis - 1.0).abs() < band, "{name}: NIS {nis}, not within {band} of 1");
-        // One run's ratio is of that run's own means.
+        // The ratio of one run uses the means of that run.
         let m = &runs[0];
-        let ratio = (m.position_squared_error_m2.unwrap() / m.position_bound_m2.unwrap()).sqrt();
-        assert!((m.position_bound_ratio.unwrap() / ratio - 1.0).abs() < 1e-15);
+        let ratio = (m.position_squared_error_m2.unwrap() / m.position_crlb_m2.unwrap()).sqrt();
+        assert!((m.position_crlb_ratio.unwrap() / ratio - 1.0).abs() < 1e-15);
     }
 }
 
-/// At one instant the errors of 200 runs of 4 targets of 6 states are 4,800 degrees of freedom: their mean lies within
-/// 0.04 of 1 with 95 % probability. From one instant to the next they hardly change, so of a perfect filter's instants
-/// between 85 and 99 % do; of these, 84 %.
+/// At one time step, the errors of 200 runs with 4 targets of 6 states have 4,800 degrees of freedom: their mean lies
+/// within 0.04 of 1 with 95 % probability. They change little between time steps, so for an ideal filter between 85 and
+/// 99 % of the time steps are inside; for this one, 84 %.
 #[test]
-fn stat_the_errors_are_inside_the_band_of_the_chi_square_at_most_instants() {
-    let (template, choice) = (template("paper/table-2-pair", &[]), Choice::parse("anees").unwrap());
+fn stat_errors_are_inside_the_chi_square_band_at_most_time_steps() {
+    let (template, choice) = (template("paper/table-2-pair", &[]), MetricSelection::parse("anees").unwrap());
     let mut sums = vec![0.0; 201];
     for seed in 1..=RUNS {
         let scenario = template.draw(seed).unwrap();
         let mut mission = Mission::new(&scenario).unwrap();
         for sum in &mut sums {
-            let mut of_instant = Scorer::new(Rules::of(&scenario.settings), choice);
-            of_instant.frame(mission.frame().unwrap());
-            *sum += of_instant.metrics().anees.unwrap();
+            let mut of_time_step = Scorer::new(ScoreConfig::of(&scenario.settings), choice);
+            of_time_step.frame(mission.frame().unwrap());
+            *sum += of_time_step.metrics().anees.unwrap();
         }
     }
     let band = 1.96 * (2.0 / 4_800.0f64).sqrt();
@@ -82,47 +81,51 @@ fn stat_the_errors_are_inside_the_band_of_the_chi_square_at_most_instants() {
     assert!(inside >= 0.8, "{inside}");
 }
 
-/// And the checks can fail. Standard deviations off by 10 %, either way: errors and innovations leave the band. R off by
-/// 10 % (standard deviations by 5 %): the innovations, which are mostly R, leave it for certain (1.109 and 0.910), the
-/// errors, which are as much the targets' motion and the cue, hardly or not at all (1.059 and 0.965).
+/// Shows that the checks can fail. With standard deviations off by 10 % in either direction, errors and innovations
+/// leave the band. With R off by 10 % (standard deviations by 5 %), the innovations, which are dominated by R, always
+/// leave it (1.109 and 0.910). The errors, which also depend on the targets' motion and the cue, leave it barely or not
+/// at all (1.059 and 0.965).
 #[test]
-fn stat_a_wrong_noise_is_caught() {
+fn stat_wrong_noise_is_detected() {
     let outside = |value: f64| !CONSISTENT.contains(&value);
-    for (factor, errors_tell) in [(0.81, true), (0.9, false), (1.1, false), (1.21, true)] {
+    for (factor, errors_leave_the_band) in [(0.81, true), (0.9, false), (1.1, false), (1.21, true)] {
         let factor: f64 = factor;
         let range = format!("filter.range_sd_m={}", 10.0 * factor.sqrt());
         let bearing = format!("filter.bearing_sd_deg={}", 3.0 * factor.sqrt());
         let runs = fly_all("paper/table-2-pair", &[&range, &bearing]);
         let (anees, nis) = (mean(&runs, |m| m.anees), mean(&runs, |m| m.nis));
         assert!(outside(nis), "R times {factor}: NIS {nis}");
-        assert!(outside(anees) || !errors_tell, "R times {factor}: ANEES {anees}");
-        assert!((nis - 1.0) * (factor - 1.0) < 0.0 && (anees - 1.0) * (factor - 1.0) < 0.0, "on the right side");
+        assert!(outside(anees) || !errors_leave_the_band, "R times {factor}: ANEES {anees}");
+        assert!(
+            (nis - 1.0) * (factor - 1.0) < 0.0 && (anees - 1.0) * (factor - 1.0) < 0.0,
+            "the deviation must have the expected sign"
+        );
     }
 }
 
-/// What a bound is not defined for has none; innovations need no truth.
+/// Without a defined bound, its metrics are `None`; innovations need no truth.
 #[test]
-fn where_targets_follow_no_model_or_nothing_is_noisy_there_is_no_bound() {
-    let choice = Choice::parse("limits").unwrap();
+fn no_bound_without_target_model_or_noise() {
+    let choice = MetricSelection::parse("limits").unwrap();
     for name in ["paper/figure-9", "traffic/convoy", "tour/01-one-uav"] {
         let metrics = fly(&template(name, &["duration_s=10"]).draw(1).unwrap(), choice).unwrap();
-        assert_eq!((metrics.position_bound_ratio, metrics.velocity_bound_m2_s2), (None, None), "{name}");
+        assert_eq!((metrics.position_crlb_ratio, metrics.velocity_crlb_m2_s2), (None, None), "{name}");
         assert!(metrics.nis.is_some(), "{name}");
     }
 }
 
-/// How a filter may be fed.
+/// Way to feed the filter.
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Feed {
-    /// What both UAVs measured, now.
+    /// Current measurements of both UAVs.
     Honest,
-    /// What the second UAV measured one scan ago, taken as if it were of now.
+    /// Measurements of the second UAV from the previous scan, used as if they were current.
     Late,
-    /// Bearings subtracted as numbers, the seam at west forgotten.
+    /// Bearing differences without wrapping.
     Unwrapped,
 }
 
-/// Table I's noise; targets and cues as in `paper/table-2-pair`.
+/// Noise of Table I; targets and cues as in `paper/table-2-pair`.
 const SENSOR: SensorParams = SensorParams {
     range_sd_m: 10.0,
     bearing_sd_rad: 3.0 * std::f64::consts::PI / 180.0,
@@ -133,8 +136,8 @@ const MODEL: TargetParams = TargetParams { correlation_rate_1_s: 0.1, accelerati
 const CUE_SDS: [f64; 3] = [20.0, 2.0, MODEL.acceleration_sd_m_s2];
 const SCAN_S: f64 = 0.5;
 
-/// Average NEES over six, over 200 runs of 200 scans: one random target, two UAVs that circle it at 400 m and 40 m/s, a
-/// right angle apart.
+/// Average NEES divided by six, over 200 runs of 200 scans: one random target and two UAVs that circle it at 400 m and
+/// 40 m/s, a right angle apart.
 fn anees(feed: Feed) -> f64 {
     let runs = (0..RUNS).map(|seed| one_run(feed, Draws::new(seed)));
     runs.sum::<f64>() / RUNS as f64
@@ -171,7 +174,7 @@ fn one_run(feed: Feed, draws: Draws) -> f64 {
             let noise = normals(Stream::Measurement, u64::from(uav), u64::from(scan));
             let exact = measure(from, truth.position());
             let bearing = exact.bearing + Angle::from_rad(SENSOR.bearing_sd_rad * noise[1]);
-            (from, RangeBearing { range_m: exact.range_m + SENSOR.range_sd_m * noise[0], bearing })
+            (from, RangeBearingMeasurement { range_m: exact.range_m + SENSOR.range_sd_m * noise[0], bearing })
         });
         let late = before.replace(looks[1]);
         filter.predict(&transition);
@@ -189,10 +192,10 @@ fn one_run(feed: Feed, draws: Draws) -> f64 {
     nees / 200.0
 }
 
-fn contribution(feed: Feed, (from, z): &(Position, RangeBearing), at: Position) -> Contribution {
-    let mut contribution = Contribution::of_measurement(&SENSOR, *from, z, at);
+fn contribution(feed: Feed, (from, z): &(Position, RangeBearingMeasurement), at: Position) -> Contribution {
+    let mut contribution = Contribution::from_measurement(&SENSOR, *from, z, at);
     if feed == Feed::Unwrapped {
-        // A whole turn where the seam lies between what was measured and what was expected, else nothing.
+        // A whole turn if measured and expected bearing lie on different sides of the wrap, otherwise zero.
         let expected = measure(*from, at).bearing;
         let turn_rad = (z.bearing.rad() - expected.rad()) - (z.bearing - expected).rad();
         let h = jacobian(*from, at).unwrap();
@@ -201,10 +204,10 @@ fn contribution(feed: Feed, (from, z): &(Position, RangeBearing), at: Position) 
     contribution
 }
 
-/// The same filter, the same draws: fed rightly it is consistent (0.985); a scan late (the target has moved 2.5 m: 1.11),
-/// or with bearings that do not wrap (2,600), it is not.
+/// The same filter with the same draws: consistent with correct input (0.985), inconsistent with measurements that are
+/// one scan late (the target has moved 2.5 m: 1.11) or with unwrapped bearings (2,600).
 #[test]
-fn stat_what_comes_late_and_what_does_not_wrap_is_caught() {
+fn stat_late_and_unwrapped_measurements_are_detected() {
     let [honest, late, unwrapped] = [Feed::Honest, Feed::Late, Feed::Unwrapped].map(anees);
     assert!(CONSISTENT.contains(&honest), "{honest}");
     assert!(late > 1.05, "{late}");

@@ -1,4 +1,4 @@
-//! Aircraft that are not of the team: what a scenario says of them, how they fly, and what UAVs do about them.
+//! Intruders, aircraft outside the team: their scenario keys, their motion, and collision avoidance with them.
 
 #![expect(clippy::unwrap_used, reason = "a failed unwrap fails the test")]
 
@@ -7,12 +7,12 @@ use std::path::Path;
 use standoff::Position;
 use standoff_sim::record::{Frame, Manifest, Record, Writer};
 use standoff_sim::run::Mission;
-use standoff_sim::scenario::{Edits, Scenario};
+use standoff_sim::scenario::{Overrides, Scenario};
 use standoff_sim::world::World;
 
 fn scenario(set: &[&str]) -> Scenario {
     let set = set.iter().map(|key| (*key).to_owned()).collect();
-    Scenario::load("tour/04-two-groups", &Edits { set, ..Edits::default() }, 3).unwrap()
+    Scenario::load("tour/04-two-groups", &Overrides { set, ..Overrides::default() }, 3).unwrap()
 }
 
 fn frames(scenario: &Scenario) -> Vec<Frame> {
@@ -24,7 +24,7 @@ fn apart_m((x_m, y_m): (f64, f64), (other_x_m, other_y_m): (f64, f64)) -> f64 {
     Position::from_m(x_m, y_m).distance_m(Position::from_m(other_x_m, other_y_m))
 }
 
-/// How near the intruder comes to any UAV, m.
+/// Smallest distance of the intruder to any UAV, m.
 fn closest_m(frames: &[Frame]) -> f64 {
     let apart = frames.iter().flat_map(|frame| {
         let intruder = frame.intruders[0];
@@ -35,66 +35,71 @@ fn closest_m(frames: &[Frame]) -> f64 {
 
 const KEEPS_APART: &str = "separation={}";
 
-/// One that pursues catches a UAV that does nothing about it, and does not where UAVs are kept apart: it is told who is avoided.
+/// A pursuing intruder reaches a UAV without collision avoidance, but not one with it. The record shows which aircraft
+/// is avoided.
 #[test]
-fn who_pursues_comes_near_unless_uavs_keep_away() {
-    let one = "groups.altitudes=\"one\"";
-    let pursues = "intruders=[{pursues=1, direction_deg=20}]";
+fn pursuing_intruder_comes_close_only_without_collision_avoidance() {
+    let one = "groups.altitude_policy=\"common\"";
+    let pursues = "intruders=[{pursued_uav=1, bearing_deg=20}]";
     let caught = frames(&scenario(&[pursues]));
     assert!(closest_m(&caught) < 45.0, "{}", closest_m(&caught));
-    let kept = frames(&scenario(&[pursues, KEEPS_APART, one]));
-    assert!(closest_m(&kept) >= 50.0, "{}", closest_m(&kept));
-    let (first, start) = (kept[0].uavs[1], kept[0].intruders[0]);
+    let avoiding = frames(&scenario(&[pursues, KEEPS_APART, one]));
+    assert!(closest_m(&avoiding) >= 50.0, "{}", closest_m(&avoiding));
+    let (first, start) = (avoiding[0].uavs[1], avoiding[0].intruders[0]);
     assert!((apart_m((first.x_m, first.y_m), (start.x_m, start.y_m)) - 1000.0).abs() < 1e-6);
-    assert_eq!(start.altitude_m, first.flown_altitude_m);
-    let row = kept.iter().flat_map(|frame| &frame.uavs).find(|uav| uav.avoids_intruder.is_some()).unwrap();
-    assert_eq!((row.avoids_intruder, row.avoids), (Some(0), None));
-    let event = kept.iter().flat_map(|frame| &frame.events).find(|event| event.intruder.is_some()).unwrap();
+    assert_eq!(start.altitude_m, first.altitude_m);
+    let row = avoiding.iter().flat_map(|frame| &frame.uavs).find(|uav| uav.avoided_intruder.is_some()).unwrap();
+    assert_eq!((row.avoided_intruder, row.avoided_uav), (Some(0), None));
+    let event = avoiding.iter().flat_map(|frame| &frame.events).find(|event| event.intruder.is_some()).unwrap();
     assert_eq!((event.kind.as_str(), event.uavs.len(), event.intruder), ("avoidance", 1, Some(0)));
-    assert!(event.why().ends_with("m of intruder 0"), "{}", event.why());
+    assert!(event.reason_text().ends_with("m of intruder 0"), "{}", event.reason_text());
 }
 
-/// Without `pursues` it flies on: straight, or in a circle of its speed over its turn rate.
+/// Without `pursued_uav`, it flies straight, or in a circle with radius speed / turn rate.
 #[test]
-fn who_pursues_nobody_flies_on() {
+fn intruder_without_target_flies_straight_or_in_a_circle() {
     let all = "intruders=[{x_m=0, y_m=5000}, {x_m=0, y_m=9000, heading_deg=90, turn_rate_deg_s=-9, speed_m_s=30}]";
     let frames = frames(&scenario(&[all, "duration_s=40"]));
     let (first, last) = (&frames[0].intruders, &frames.last().unwrap().intruders);
     assert!((last[0].x_m - 1600.0).abs() < 1e-6 && (last[0].y_m - 5000.0).abs() < 1e-6, "{last:?}");
-    // Once round in 40 s, but for the lag at the beginning: 30 m/s of a third of a second.
+    // One full circle in 40 s, except for the lag at the start: 30 m/s for a third of a second.
     let off_m = apart_m((last[1].x_m, last[1].y_m), (first[1].x_m, first[1].y_m));
     assert!(off_m < 15.0, "{off_m}");
     let right_m = frames.iter().map(|frame| frame.intruders[1].x_m).fold(0.0, f64::max);
     assert!((right_m - 2.0 * 30.0 / 9f64.to_radians()).abs() < 5.0, "{right_m}");
 }
 
-/// While it tells nothing it is kept away from by what it told last, and where it is comes out of the record alone.
+/// While its transponder is off, UAVs avoid its extrapolated last report. Its true position is only in the record.
 #[test]
-fn who_is_silent_for_a_while_is_dead_reckoned() {
-    let silent = "intruders=[{pursues=0, direction_deg=90, silent=[{from_s=10, until_s=15}, {from_s=20, until_s=25}]}]";
-    let frames = frames(&scenario(&[silent, KEEPS_APART, "groups.altitudes=\"one\""]));
-    let quiet_s: Vec<f64> =
-        frames.iter().filter(|frame| !frame.intruders[0].told).map(|frame| frame.time_us as f64 / 1e6).collect();
+fn silent_intruder_is_dead_reckoned() {
+    let silent = "intruders=[{pursued_uav=0, bearing_deg=90, transponder_off=[{from_s=10, until_s=15}, {from_s=20, until_s=25}]}]";
+    let frames = frames(&scenario(&[silent, KEEPS_APART, "groups.altitude_policy=\"common\""]));
+    let quiet_s: Vec<f64> = frames
+        .iter()
+        .filter(|frame| !frame.intruders[0].transponder_on)
+        .map(|frame| frame.time_us as f64 / 1e6)
+        .collect();
     assert_eq!((quiet_s.len(), quiet_s[0], quiet_s[9], quiet_s[19]), (20, 10.0, 14.5, 24.5));
     assert!(closest_m(&frames) >= 50.0, "{}", closest_m(&frames));
 }
 
-/// With a fleet, with an agent each, and told by a radio that loses nothing: the same flight.
+/// One agent for the team and one agent per UAV with a lossless radio fly identically.
 #[test]
-fn all_minds_keep_away_alike() {
-    let set = ["intruders=[{pursues=2, direction_deg=-60}]", KEEPS_APART, "groups.altitudes=\"one\""];
+fn all_agents_avoid_intruders_identically() {
+    let set = ["intruders=[{pursued_uav=2, bearing_deg=-60}]", KEEPS_APART, "groups.altitude_policy=\"common\""];
     let one = frames(&scenario(&set));
-    let each = frames(&scenario(&[&set[..], &["team.minds=\"each\""]].concat()));
+    let each = frames(&scenario(&[&set[..], &["team.agents=\"per-uav\""]].concat()));
     for (one, each) in one.iter().zip(&each) {
         assert_eq!((&one.uavs, &one.intruders), (&each.uavs, &each.intruders));
     }
 }
 
-/// The record holds them, in a table that is there only where they are; the scenario in it gives the same flight.
+/// The record contains intruders, in a table that exists only if there are any. The scenario in the record gives the
+/// same flight.
 #[test]
-fn the_record_holds_them_where_there_are_any() {
+fn record_contains_intruders_if_there_are_any() {
     let home = tempfile::tempdir().unwrap();
-    for (name, set) in [("with", &["intruders=[{pursues=0}]"][..]), ("without", &[])] {
+    for (name, set) in [("with", &["intruders=[{pursued_uav=0}]"][..]), ("without", &[])] {
         let (dir, scenario) = (home.path().join(name), scenario(set));
         let (duration_s, period_s) = (scenario.settings.duration.s(), scenario.settings.period.s());
         let manifest = Manifest::new(&scenario.name, scenario.seed, duration_s, period_s);
@@ -105,7 +110,7 @@ fn the_record_holds_them_where_there_are_any() {
             writer.frame(frame).unwrap();
             if index == 100 {
                 writer.checkpoint().unwrap();
-                // As far as that goes it can be read.
+                // The record is readable up to the checkpoint.
                 let partial = Path::new(&dir).with_extension("partial");
                 let read = Record::open(&partial).unwrap().frames().unwrap();
                 let read: Vec<Frame> = read.collect::<Result<_, _>>().unwrap();
@@ -120,31 +125,42 @@ fn the_record_holds_them_where_there_are_any() {
         let read: Vec<Frame> = record.frames().unwrap().collect::<Result<_, _>>().unwrap();
         assert!(read == flown);
         let folder = Path::new("");
-        let again = standoff_sim::scenario::Template::of_toml(name, record.scenario_toml(), &Edits::default(), folder);
+        let again = standoff_sim::scenario::ScenarioTemplate::of_toml(
+            name,
+            record.scenario_toml(),
+            &Overrides::default(),
+            folder,
+        );
         assert_eq!(again.unwrap().draw(3).unwrap().intruders, scenario.intruders);
     }
 }
 
-/// What is wrong is told where it was typed, with what to do.
+/// Errors are reported at the position of the input, with a remedy.
 #[test]
-fn what_makes_no_sense_is_told_at_its_place() {
-    let told = |intruder: &str| {
-        let edits = Edits { set: vec![format!("intruders=[{intruder}]")], ..Edits::default() };
+fn errors_in_intruders_are_reported_at_their_position() {
+    let error_text = |intruder: &str| {
+        let edits = Overrides { set: vec![format!("intruders=[{intruder}]")], ..Overrides::default() };
         Scenario::load("tour/04-two-groups", &edits, 1).unwrap_err().to_string()
     };
     for (intruder, expected) in [
-        ("{}", "intruders.0: starts nowhere; give `x_m` and `y_m`, or the UAV that it `pursues`"),
-        ("{x_m=1}", "intruders.0.x_m = 1: half a place to start from; give `y_m`, too"),
-        ("{pursues=0, y_m=1}", "intruders.0.y_m = 1: half a place to start from; give `x_m`, too"),
-        ("{distance_m=5}", "`distance_m` and `direction_deg` are from the UAV that it `pursues`; name it"),
-        ("{x_m=1, y_m=2, distance_m=5, pursues=0}", "a place seen from a UAV; keep one"),
-        ("{pursues=4}", "intruders.0.pursues = 4: must be at least 0 and at most 3 (one of the UAVs, counted from 0)"),
-        ("{pursues=0, turn_rate_deg_s=3}", "who `pursues` a UAV turns at it; keep one"),
-        ("{pursues=0, speed_m_s=0}", "intruders.0.speed_m_s = 0: must be above 0"),
-        ("{pursues=0, silent=[{from_s=3, until_s=2}]}", "intruders.0.silent.0.until_s = 2: must be at least 3"),
-        ("{pursue=0}", "there is no such key; did you mean `pursues`?"),
+        ("{}", "intruders.0: has no start; give `x_m` and `y_m`, or `pursued_uav`"),
+        ("{x_m=1}", "intruders.0.x_m = 1: incomplete start; give `y_m` as well"),
+        ("{pursued_uav=0, y_m=1}", "intruders.0.y_m = 1: incomplete start; give `x_m` as well"),
+        (
+            "{distance_m=5}",
+            "`distance_m` and `direction_deg` are relative to the UAV that it pursued_uav; give `pursued_uav`",
+        ),
+        ("{x_m=1, y_m=2, distance_m=5, pursued_uav=0}", "a start relative to a UAV; keep one"),
+        (
+            "{pursued_uav=4}",
+            "intruders.0.pursued_uav = 4: must be at least 0 and at most 3 (one of the UAVs, counted from 0)",
+        ),
+        ("{pursued_uav=0, turn_rate_deg_s=3}", "an intruder that `pursued_uav` a UAV turns towards it; keep one"),
+        ("{pursued_uav=0, speed_m_s=0}", "intruders.0.speed_m_s = 0: must be above 0"),
+        ("{pursued_uav=0, silent=[{from_s=3, until_s=2}]}", "intruders.0.silent.0.until_s = 2: must be at least 3"),
+        ("{pursue=0}", "there is no such key; did you mean `pursued_uav`?"),
     ] {
-        let message = told(intruder);
+        let message = error_text(intruder);
         assert!(message.contains(expected), "{intruder}: {message}");
     }
 }

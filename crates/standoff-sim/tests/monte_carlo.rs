@@ -1,4 +1,4 @@
-//! Batches of runs: the same bytes on any number of threads, in any number of parts, after any interruption.
+//! Batches of runs: the bytes do not depend on the number of threads, the number of shards, or interruptions.
 
 #![expect(clippy::unwrap_used, reason = "helpers of tests")]
 
@@ -13,24 +13,24 @@ use standoff_sim::monte_carlo::{
     Batch, Better, MonteCarloError, Results, Shard, Statistics, compare, compare_results, fly_all, fly_into, merge,
 };
 use standoff_sim::run::fly;
-use standoff_sim::scenario::{Edits, Template};
-use standoff_sim::score::{Choice, Metrics};
+use standoff_sim::scenario::{Overrides, ScenarioTemplate};
+use standoff_sim::score::{MetricSelection, Metrics};
 
-/// Nobody stops it.
+/// Never set.
 static NEVER: AtomicBool = AtomicBool::new(false);
 
-/// Twenty seconds of the paper's pair, so that many runs are soon flown; what is out of view is not scored at once, and
-/// so has no value at the start.
-fn pair(set: &[&str]) -> Template {
-    let set = ["duration_s=20", "settle_s=5"].iter().chain(set).map(|&edit| edit.to_owned()).collect();
-    Template::load("paper/table-2-pair", &Edits { set, ..Edits::default() }).unwrap()
+/// Twenty seconds of the paper's pair, so that runs are short. Time out of view is not scored at the first time step,
+/// so at the start it has no value.
+fn pair(set: &[&str]) -> ScenarioTemplate {
+    let set = ["duration_s=20", "transient_s=5"].iter().chain(set).map(|&edit| edit.to_owned()).collect();
+    ScenarioTemplate::load("paper/table-2-pair", &Overrides { set, ..Overrides::default() }).unwrap()
 }
 
-fn choice() -> Choice {
-    Choice::parse("table-2,handoffs,anees").unwrap()
+fn choice() -> MetricSelection {
+    MetricSelection::parse("table-2,handoffs,anees").unwrap()
 }
 
-fn batch(template: &Template, runs: u64, shard: Option<(u64, u64)>) -> Batch {
+fn batch(template: &ScenarioTemplate, runs: u64, shard: Option<(u64, u64)>) -> Batch {
     Batch::new(template, 5, runs, shard.map(|(index, of)| Shard { index, of }), choice()).unwrap()
 }
 
@@ -41,7 +41,7 @@ fn threads(n: usize) -> Option<NonZeroUsize> {
 /// Flies a batch until `stop_after` runs are complete.
 fn fly_until(
     dir: &Path,
-    template: &Template,
+    template: &ScenarioTemplate,
     batch: &Batch,
     n: usize,
     stop_after: u64,
@@ -52,7 +52,7 @@ fn fly_until(
     })
 }
 
-fn fly_whole(dir: &Path, template: &Template, batch: &Batch, n: usize) -> Results {
+fn fly_whole(dir: &Path, template: &ScenarioTemplate, batch: &Batch, n: usize) -> Results {
     fly_until(dir, template, batch, n, u64::MAX).unwrap()
 }
 
@@ -77,7 +77,7 @@ fn check_same(a: &Path, b: &Path) {
     }
 }
 
-/// The error, and that it contains all of `expected`.
+/// Checks that the result is an error whose message contains all of `expected`.
 fn check_refused<T>(result: Result<T, MonteCarloError>, expected: &[&str]) {
     let Err(error) = result else { panic!("not refused") };
     let message = error.to_string();
@@ -88,20 +88,21 @@ fn check_refused<T>(result: Result<T, MonteCarloError>, expected: &[&str]) {
 }
 
 #[test]
-fn in_memory_runs_are_those_flown_one_by_one_on_any_number_of_threads() {
+fn in_memory_runs_equal_single_runs_on_any_number_of_threads() {
     let template = pair(&[]);
     let bits = |rows: &[Metrics]| rows.iter().map(|row| row.values().map(|v| v.map(f64::to_bits))).collect::<Vec<_>>();
-    let one_by_one: Vec<_> = (3..16).map(|seed| fly(&template.draw(seed).unwrap(), Choice::ALL).unwrap()).collect();
+    let one_by_one: Vec<_> =
+        (3..16).map(|seed| fly(&template.draw(seed).unwrap(), MetricSelection::ALL).unwrap()).collect();
     for n in [1, 2, 3, 40] {
-        let rows = fly_all(&template, 3..16, Choice::ALL, threads(n)).unwrap();
+        let rows = fly_all(&template, 3..16, MetricSelection::ALL, threads(n)).unwrap();
         assert_eq!(bits(&rows), bits(&one_by_one), "{n} threads");
     }
-    assert!(fly_all(&template, 3..3, Choice::ALL, None).unwrap().is_empty());
+    assert!(fly_all(&template, 3..3, MetricSelection::ALL, None).unwrap().is_empty());
 }
 
-/// And the statistics are those of the rows.
+/// Also checks that the statistics are those of the rows.
 #[test]
-fn a_batch_is_the_same_to_the_byte_on_any_threads_in_any_parts_and_after_any_stops() {
+fn batch_bytes_do_not_depend_on_threads_shards_and_stops() {
     let home = tempfile::tempdir().unwrap();
     let at = |name: &str| home.path().join(name);
     let template = pair(&[]);
@@ -139,9 +140,9 @@ fn a_batch_is_the_same_to_the_byte_on_any_threads_in_any_parts_and_after_any_sto
     }
 }
 
-/// A stopped batch keeps its runs; going on flies only the others, and says how many there are.
+/// A stopped batch keeps its runs. Resuming it flies only the missing runs and reports the number of existing ones.
 #[test]
-fn what_is_complete_is_not_flown_again() {
+fn complete_runs_are_not_flown_again() {
     let home = tempfile::tempdir().unwrap();
     let template = pair(&[]);
     let whole = batch(&template, 12, None);
@@ -161,10 +162,10 @@ fn what_is_complete_is_not_flown_again() {
     assert_eq!(calls.get(), called, "a complete batch was begun again");
 }
 
-/// What a process that ended in its last steps has left is removed, and a summary that is not that of the rows made anew:
-/// flown or merged.
+/// Leftovers of a process that ended in its last steps are removed, and an invalid summary is rewritten, both when
+/// flying and when merging.
 #[test]
-fn a_complete_batch_is_put_right() {
+fn complete_batch_is_repaired() {
     let home = tempfile::tempdir().unwrap();
     let at = |name: &str| home.path().join(name);
     let template = pair(&[]);
@@ -191,9 +192,10 @@ fn a_complete_batch_is_put_right() {
     }
 }
 
-/// Who flies the same batch waits for the other process; who flies another one would wait in vain.
+/// The error for the same batch asks to wait for the other process. For a different batch, waiting is useless, so the
+/// error names the difference.
 #[test]
-fn a_batch_in_progress_is_told_from_another_one() {
+fn batch_in_progress_is_distinguished_from_a_different_one() {
     let home = tempfile::tempdir().unwrap();
     let template = pair(&[]);
     let (whole, other) = (batch(&template, 4, None), batch(&template, 5, None));
@@ -204,7 +206,10 @@ fn a_batch_in_progress_is_told_from_another_one() {
             let error = refused(&whole);
             assert!(error.to_string().contains("another run is writing") && !error.is_wrong_input(), "{error}");
             let error = refused(&other);
-            assert!(error.to_string().contains("holds another batch: the number of runs is 4, not 5"), "{error}");
+            assert!(
+                error.to_string().contains("contains a different batch: the number of runs is 4, not 5"),
+                "{error}"
+            );
             let error = Results::open(home.path()).map(drop).unwrap_err();
             assert!(error.to_string().contains("another run is writing") && !error.is_wrong_input(), "{error}");
         }
@@ -213,18 +218,20 @@ fn a_batch_in_progress_is_told_from_another_one() {
     assert!(tries.get() > 0);
 }
 
-/// Each thing that determines a batch: going on with another one is refused, by name, and nothing is touched.
+/// For each property of a batch: a different value is refused, the error names it, and no file changes.
 #[test]
-fn another_batch_is_refused_with_what_differs() {
+fn different_batch_is_refused_with_the_difference() {
     let home = tempfile::tempdir().unwrap();
     let (unfinished, complete) = (home.path().join("unfinished"), home.path().join("complete"));
     let template = pair(&[]);
     let first = batch(&template, 6, None);
     fly_until(&unfinished, &template, &first, 1, 2).unwrap_err();
     fly_whole(&complete, &template, &first, 1);
-    let other_scenario = Template::load("paper/table-2-single", &Edits::default()).unwrap();
+    let other_scenario = ScenarioTemplate::load("paper/table-2-single", &Overrides::default()).unwrap();
     let other_value = pair(&["guidance.lead_s=1"]);
-    let new = |template, seed, runs, shard, list| Batch::new(template, seed, runs, shard, Choice::parse(list).unwrap());
+    let new = |template, seed, runs, shard, list| {
+        Batch::new(template, seed, runs, shard, MetricSelection::parse(list).unwrap())
+    };
     let list = "table-2,handoffs,anees";
     for dir in [&unfinished, &complete] {
         let before = files(dir);
@@ -237,30 +244,33 @@ fn another_batch_is_refused_with_what_differs() {
             (
                 &other_value,
                 new(&other_value, 5, 6, None, list),
-                "its scenario says [guidance] lead_s = 3, not [guidance] lead_s = 1",
+                "its scenario contains [guidance] lead_s = 3 instead of [guidance] lead_s = 1",
             ),
             (&template, new(&template, 6, 6, None, list), "the first seed is 5, not 6"),
             (&template, new(&template, 5, 7, None, list), "the number of runs is 6, not 7"),
             (&template, new(&template, 5, 6, Some(Shard { index: 0, of: 2 }), list), "the shard is none, not 0/2"),
-            (&template, new(&template, 5, 6, None, "table-2,handoffs"), "it has more metrics, anees"),
-            (&template, new(&template, 5, 6, None, "all"), "it lacks the metrics watched_fraction"),
+            (&template, new(&template, 5, 6, None, "table-2,handoffs"), "it has additional metrics: anees"),
+            (&template, new(&template, 5, 6, None, "all"), "it lacks the metrics custody_fraction"),
         ] {
-            check_refused(fly_until(dir, template, &other.unwrap(), 1, u64::MAX), &["holds another batch", expected]);
+            check_refused(
+                fly_until(dir, template, &other.unwrap(), 1, u64::MAX),
+                &["contains a different batch", expected],
+            );
             assert_eq!(files(dir), before);
         }
     }
 }
 
-/// The same name, the same settings, another road.
+/// Same name and settings, but another road.
 #[test]
-fn other_traffic_under_the_same_name_is_another_batch() {
+fn different_traffic_with_the_same_name_is_a_different_batch() {
     let home = tempfile::tempdir().unwrap();
     let file = home.path().join("road.csv");
     let load = |y: f64| {
         let rows: String = (0..30).map(|t| format!("{t},a,{},{y}\n", 10 * t)).collect();
         fs::write(&file, format!("t,id,x,y\n{rows}")).unwrap();
-        let edits = Edits { traffic: Some(file.clone()), ..Edits::default() };
-        Template::load("traffic/convoy", &edits).unwrap()
+        let edits = Overrides { traffic: Some(file.clone()), ..Overrides::default() };
+        ScenarioTemplate::load("traffic/convoy", &edits).unwrap()
     };
     let dir = home.path().join("out");
     let (here, there) = (load(0.0), load(0.5));
@@ -270,21 +280,21 @@ fn other_traffic_under_the_same_name_is_another_batch() {
     fly_whole(&dir, &again, &batch(&again, 2, None), 1);
 }
 
-/// A journal flown by a program of the same version that flies otherwise: here, one whose first run was flown from
-/// another scenario.
+/// Journal of a program of the same version that computes different results: here, its first run was flown with another
+/// scenario.
 #[test]
-fn runs_of_another_build_are_not_mixed_in() {
+fn runs_of_another_build_are_refused() {
     let home = tempfile::tempdir().unwrap();
     let template = pair(&[]);
     let whole = batch(&template, 6, None);
     fly_until(home.path(), &pair(&["guidance.radial_gain=0.5"]), &whole, 1, 2).unwrap_err();
     let before = files(home.path());
-    check_refused(fly_until(home.path(), &template, &whole, 1, 9), &["seed 5, flown again, comes out otherwise"]);
+    check_refused(fly_until(home.path(), &template, &whole, 1, 9), &["a repeat of seed 5 gives different results"]);
     assert_eq!(files(home.path()), before);
 }
 
 #[test]
-fn what_cannot_be_a_batch_is_refused() {
+fn invalid_batches_are_refused() {
     let template = pair(&[]);
     let new = |seed, runs, index, of| Batch::new(&template, seed, runs, Some(Shard { index, of }), choice());
     check_refused(new(1, 0, 0, 1), &["number of runs is 0", "at least 1"]);
@@ -297,7 +307,7 @@ fn what_cannot_be_a_batch_is_refused() {
 }
 
 #[test]
-fn a_folder_that_holds_something_else_is_left_alone() {
+fn folder_with_other_contents_is_not_touched() {
     let home = tempfile::tempdir().unwrap();
     fs::write(home.path().join("thesis.tex"), "x").unwrap();
     let template = pair(&[]);
@@ -307,13 +317,13 @@ fn a_folder_that_holds_something_else_is_left_alone() {
     assert_eq!(files(home.path()), [("thesis.tex".to_owned(), b"x".to_vec())]);
 }
 
-/// A radius that only some seeds draw too large: the seed is named, and the runs before it are kept.
+/// A random radius that is too large for some seeds: the error names the seed, and the runs before it are kept.
 #[test]
-fn a_seed_that_cannot_be_flown_is_named_and_the_others_are_kept() {
+fn invalid_seed_is_reported_and_the_other_runs_are_kept() {
     let home = tempfile::tempdir().unwrap();
     let template = pair(&["orbit.radius_min_m={ uniform = { min = 300.0, max = 750.0 } }"]);
     let bad = (5..25).find(|seed| template.draw(*seed).is_err()).unwrap();
-    assert!(bad > 5, "the first one does not do");
+    assert!(bad > 5, "the first seed must be valid for this test");
     let whole = batch(&template, 20, None);
     for _ in 0..2 {
         let fly = fly_until(home.path(), &template, &whole, 1, u64::MAX);
@@ -328,31 +338,31 @@ fn a_seed_that_cannot_be_flown_is_named_and_the_others_are_kept() {
     for n in [1, 2, 5, 20] {
         check_refused(fly_all(&template, 5..25, choice(), threads(n)), &[&format!("seed {bad}: ")]);
     }
-    // No room is made for a hundred million runs before they are flown.
+    // No memory is allocated for a hundred million runs before they are flown.
     check_refused(
         compare(&template, &template, 5, 100_000_000, choice(), threads(2), &NEVER),
         &[&format!("seed {bad}: ")],
     );
 }
 
-/// What is flown on another machine, told as text.
+/// Serialised batch for another machine.
 #[test]
-fn a_batch_is_told_as_text_and_another_versions_is_refused() {
+fn batch_is_serialised_and_that_of_another_version_is_refused() {
     let whole = batch(&pair(&[]), 6, None);
     let json = whole.json().unwrap();
-    assert_eq!(Batch::of_json(&json).unwrap(), whole);
+    assert_eq!(Batch::from_json(&json).unwrap(), whole);
     let part = Shard { index: 1, of: 3 };
     assert_eq!(whole.part(part).unwrap(), batch(&pair(&[]), 6, Some((1, 3))));
     check_refused(whole.part(Shard { index: 7, of: 7 }), &["shard 7/7 of 6 runs", "at least one run"]);
     let version = env!("CARGO_PKG_VERSION");
     let other = json.replace(&format!("\"version\":\"{version}\""), "\"version\":\"0.0.9\"");
-    check_refused(Batch::of_json(&other), &["of standoff 0.0.9", &format!("this is {version}")]);
-    check_refused(Batch::of_json(&json[..99]), &["a batch as text: "]);
-    check_refused(Batch::of_json(&json.replace("\"runs\":6", "\"runs\":0")), &["the number of runs is 0"]);
+    check_refused(Batch::from_json(&other), &["from standoff 0.0.9", &format!("this is {version}")]);
+    check_refused(Batch::from_json(&json[..99]), &["batch JSON: "]);
+    check_refused(Batch::from_json(&json.replace("\"runs\":6", "\"runs\":0")), &["the number of runs is 0"]);
 }
 
 #[test]
-fn what_is_stopped_is_no_comparison_and_no_merged_batch() {
+fn stopped_comparison_and_merge_give_no_results() {
     let home = tempfile::tempdir().unwrap();
     let (template, out) = (pair(&[]), home.path().join("out"));
     let parts = [0, 1].map(|index| home.path().join(index.to_string()));
@@ -368,16 +378,16 @@ fn what_is_stopped_is_no_comparison_and_no_merged_batch() {
     merge(&parts, &out, &NEVER).unwrap();
 }
 
-/// Where the last files cannot be written, the runs stay in the journal.
+/// If the last files cannot be written, the runs stay in the journal.
 #[test]
-fn results_that_cannot_be_written_cost_no_run() {
+fn unwritable_results_lose_no_runs() {
     let home = tempfile::tempdir().unwrap();
     let at = |name: &str| home.path().join(name);
     let template = pair(&[]);
     let whole = batch(&template, 6, None);
     fly_whole(&at("undisturbed"), &template, &whole, 1);
     for name in ["runs.parquet.partial", "summary.json.partial", "monte-carlo.json.partial"] {
-        // The journal first: to an empty folder only.
+        // Creates the journal first, because it requires an empty folder.
         let _ = fly_until(&at(name), &template, &whole, 1, 1);
         fs::create_dir(at(name).join(name)).unwrap();
         let error = fly_until(&at(name), &template, &whole, 1, u64::MAX).unwrap_err();
@@ -390,9 +400,9 @@ fn results_that_cannot_be_written_cost_no_run() {
     }
 }
 
-/// A long run in hand does not hold up who wants to stop: 1,000 s of flight take seconds.
+/// A long active run does not delay a stop: it has 1,000,000 s, and 1,000 s of flight take seconds to compute.
 #[test]
-fn a_stop_does_not_wait_for_the_runs_in_hand() {
+fn stop_does_not_wait_for_active_runs() {
     let home = tempfile::tempdir().unwrap();
     let template = pair(&["duration_s=1000000"]);
     let stop = AtomicBool::new(false);
@@ -404,7 +414,7 @@ fn a_stop_does_not_wait_for_the_runs_in_hand() {
 }
 
 #[test]
-fn only_every_shard_of_one_batch_once_makes_a_whole() {
+fn merge_needs_every_shard_of_one_batch_exactly_once() {
     let home = tempfile::tempdir().unwrap();
     let at = |name: &str| home.path().join(name);
     let template = pair(&[]);
@@ -420,17 +430,17 @@ fn only_every_shard_of_one_batch_once_makes_a_whole() {
     fs::create_dir(at("empty")).unwrap();
 
     let merge = |names: &[&str]| merge(&names.iter().map(|name| at(name)).collect::<Vec<_>>(), &at("out"), &NEVER);
-    check_refused(merge(&[]), &["no folder is named"]);
+    check_refused(merge(&[]), &["no folder is given"]);
     check_refused(merge(&["0", "2"]), &["missing: shard 1/3"]);
     check_refused(merge(&["1"]), &["missing: shard 0/3, 2/3"]);
     check_refused(merge(&["0", "1", "2", "1"]), &["are both shard 1/3"]);
     check_refused(merge(&["0", "half", "2"]), &["is shard 1/2", "is shard 0/3"]);
-    check_refused(merge(&["0", "whole", "2"]), &["whole holds a whole batch"]);
+    check_refused(merge(&["0", "whole", "2"]), &["whole contains a whole batch"]);
     check_refused(merge(&["0", "longer", "2"]), &["longer", "the number of runs is 7, not 6"]);
-    check_refused(merge(&["0", "other", "2"]), &["other", "lead_s = 1, not [guidance] lead_s = 3"]);
+    check_refused(merge(&["0", "other", "2"]), &["other", "lead_s = 1 instead of [guidance] lead_s = 3"]);
     check_refused(merge(&["0", "unfinished", "2"]), &["unfinished: its batch is not complete"]);
-    check_refused(merge(&["0", "empty", "2"]), &["empty: holds no results"]);
-    check_refused(merge(&["0", "nowhere", "2"]), &["nowhere: holds no results"]);
+    check_refused(merge(&["0", "empty", "2"]), &["empty: contains no results"]);
+    check_refused(merge(&["0", "nowhere", "2"]), &["nowhere: contains no results"]);
     assert!(!at("out").exists());
     merge(&["0", "1", "2"]).unwrap();
     check_same(&at("out"), &at("whole"));
@@ -439,7 +449,7 @@ fn only_every_shard_of_one_batch_once_makes_a_whole() {
 
 #[test]
 #[cfg(unix)]
-fn the_table_of_runs_is_opened_once_for_however_many_metrics() {
+fn table_of_runs_is_opened_once_for_any_number_of_metrics() {
     let home = tempfile::tempdir().unwrap();
     let template = pair(&[]);
     let results = fly_whole(home.path(), &template, &batch(&template, 3, None), 1);
@@ -450,9 +460,9 @@ fn the_table_of_runs_is_opened_once_for_however_many_metrics() {
     assert!(results.runs().is_err());
 }
 
-/// No byte of a result can change unnoticed, be it a number of a row or of what was flown.
+/// No changed byte of a result goes unnoticed, whether in a row or in the description of the batch.
 #[test]
-fn a_changed_result_is_refused() {
+fn changed_results_are_refused() {
     let home = tempfile::tempdir().unwrap();
     let template = pair(&[]);
     fly_whole(home.path(), &template, &batch(&template, 3, None), 1);
@@ -470,7 +480,7 @@ fn a_changed_result_is_refused() {
     let manifest = home.path().join("monte-carlo.json");
     let text = fs::read_to_string(&manifest).unwrap();
     fs::write(&manifest, text.replace("\"seed\": 5", "\"seed\": 6")).unwrap();
-    check_refused(Results::open(home.path()).unwrap().summary(), &["the row of run 0 with seed 6 is not in its place"]);
+    check_refused(Results::open(home.path()).unwrap().summary(), &["the row of run 0 with seed 6 is out of order"]);
     fs::write(&manifest, text.replace("\"format\": 1", "\"format\": 2")).unwrap();
     check_refused(Results::open(home.path()), &["monte-carlo.json has format 2"]);
     fs::write(&manifest, text.replace("\"seed\": 5", "\"seed\": 5,\n\"seed\": 5")).unwrap();
@@ -482,42 +492,47 @@ fn a_changed_result_is_refused() {
     check_refused(Results::open(home.path()), &["monte-carlo.json is damaged"]);
 }
 
-/// Noise twice as large makes estimates worse in every run; the same scenario twice differs in nothing.
+/// With twice the noise, estimates are worse in every run. The same scenario twice gives no differences.
 #[test]
-fn a_comparison_meets_the_same_draws() {
+fn comparison_uses_the_same_draws() {
     let (fine, coarse) = (pair(&[]), pair(&["sensor.range_sd_m=20", "sensor.bearing_sd_deg=6"]));
     let of = |comparison: &standoff_sim::monte_carlo::Comparison, metric: &str| {
         comparison.metrics.iter().find(|(name, _)| name == metric).unwrap().1
     };
-    let same = compare(&fine, &fine, 1, 10, Choice::ALL, threads(2), &NEVER).unwrap();
+    let same = compare(&fine, &fine, 1, 10, MetricSelection::ALL, threads(2), &NEVER).unwrap();
     for (name, paired) in &same.metrics {
         assert!(paired.difference.is_none_or(|difference| difference == 0.0), "{name}");
         assert!(!paired.differs, "{name}");
     }
-    let comparison = compare(&fine, &coarse, 1, 10, Choice::ALL, threads(2), &NEVER).unwrap();
-    assert_eq!(comparison, compare(&fine, &coarse, 1, 10, Choice::ALL, threads(1), &NEVER).unwrap());
+    let comparison = compare(&fine, &coarse, 1, 10, MetricSelection::ALL, threads(2), &NEVER).unwrap();
+    assert_eq!(comparison, compare(&fine, &coarse, 1, 10, MetricSelection::ALL, threads(1), &NEVER).unwrap());
     let position = of(&comparison, "position_error_m");
     assert_eq!((position.n, position.differs, position.better), (10, true, Some(Better::A)));
     assert_eq!(position.b_smaller, Some(0.0));
     let a = Statistics::of(
-        &fly_all(&fine, 1..11, Choice::ALL, None).unwrap().iter().map(|row| row.position_error_m).collect::<Vec<_>>(),
+        &fly_all(&fine, 1..11, MetricSelection::ALL, None)
+            .unwrap()
+            .iter()
+            .map(|row| row.position_error_m)
+            .collect::<Vec<_>>(),
     );
     assert_eq!(position.mean_a, a.mean);
 
-    // Two batches that overlap in seeds 5 to 8.
+    // Two batches that have seeds 5 to 8 in common.
     let home = tempfile::tempdir().unwrap();
     let at = |name: &str| home.path().join(name);
     fly_whole(&at("a"), &fine, &batch(&fine, 4, None), 1);
-    let later = Batch::new(&coarse, 3, 10, None, Choice::parse("position_error_m,anees,discards").unwrap()).unwrap();
+    let later =
+        Batch::new(&coarse, 3, 10, None, MetricSelection::parse("position_error_m,anees,discards").unwrap()).unwrap();
     fly_whole(&at("b"), &coarse, &later, 1);
     let of_folders = compare_results(&at("a"), &at("b"), &NEVER).unwrap();
     assert_eq!((of_folders.seed, of_folders.runs), (5, 4));
     let names: Vec<_> = of_folders.metrics.iter().map(|(name, _)| name.as_str()).collect();
     assert_eq!(names, ["position_error_m", "anees"]);
-    let flown = compare(&fine, &coarse, 5, 4, Choice::ALL, None, &NEVER).unwrap();
+    let flown = compare(&fine, &coarse, 5, 4, MetricSelection::ALL, None, &NEVER).unwrap();
     assert_eq!(of(&of_folders, "position_error_m"), of(&flown, "position_error_m"));
     let far = Batch::new(&fine, 100, 2, None, choice()).unwrap();
     fly_whole(&at("far"), &fine, &far, 1);
     check_refused(compare_results(&at("a"), &at("far"), &NEVER), &["no seed or no metric in common"]);
-    check_refused(compare(&fine, &fine, 1, 0, Choice::ALL, None, &NEVER), &["number of runs is 0"]);
+    check_refused(compare(&fine, &fine, 1, 0, MetricSelection::ALL, None, &NEVER), &["number of runs is 0"]);
 }

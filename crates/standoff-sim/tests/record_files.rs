@@ -1,22 +1,23 @@
-//! Records as files: what is written is read back, and what is not ours is left alone.
+//! Records as files: written data are read back unchanged, and foreign files are never touched.
 
 #![expect(clippy::unwrap_used, reason = "a helper of a test may stop it as the test itself may")]
 
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use standoff::Presence;
+use standoff::TeammateStatus;
 use standoff_sim::record::{
-    AgentEventRow, AgentRow, Agents, Counts, DetectionRow, EventRow, Frame, GroupRow, Manifest, Occupancy, OfAgent,
-    Place, Record, RecordError, TeamRow, TrackRow, TrackStatus, TruthRow, UavRow, Writer, occupancy,
+    AgentEventRow, AgentRow, ByAgent, Counts, DetectionRow, EventRow, Frame, GroupRow, Manifest, MembershipState,
+    Occupancy, PerAgentTables, Record, RecordError, TeammateRow, TrackRow, TrackStatus, TruthRow, UavRow, Writer,
+    occupancy,
 };
 use tempfile::TempDir;
 
-/// The tables that are read.
+/// Tables that are read.
 const TABLES: [&str; 7] = ["uavs", "truth", "tracks", "groups", "detections", "events", "targets"];
 
 #[test]
-fn frames_come_back_as_they_were_written() {
+fn frames_are_read_back_as_written() {
     let home = TempDir::new().unwrap();
     let dir = home.path().join("made/on the way/run");
     let frames = frames(40, 2, 4);
@@ -31,7 +32,7 @@ fn frames_come_back_as_they_were_written() {
         ("detections", 77),
         ("events", 6),
         ("targets", 4),
-        ("views", 0),
+        ("in_view", 0),
     ];
     let counts = Counts { instants: 40, rows: rows.map(|(table, rows)| (table.to_owned(), rows)).into() };
     assert_eq!(record.manifest(), &Manifest { counts: Some(counts), ..manifest() });
@@ -43,7 +44,7 @@ fn frames_come_back_as_they_were_written() {
 }
 
 #[test]
-fn a_run_of_many_row_groups_comes_back() {
+fn run_with_many_row_groups_is_read_back() {
     let home = TempDir::new().unwrap();
     let dir = home.path().join("run");
     let frames = frames(1_000, 2, 100);
@@ -56,7 +57,7 @@ fn a_run_of_many_row_groups_comes_back() {
 }
 
 #[test]
-fn tables_without_rows_come_back_empty() {
+fn tables_without_rows_are_read_back_empty() {
     let home = TempDir::new().unwrap();
     let dir = home.path().join("run");
     let frame = Frame { uavs: vec![uav(0, 1.0)], ..Frame::default() };
@@ -65,7 +66,7 @@ fn tables_without_rows_come_back_empty() {
 }
 
 #[test]
-fn a_table_of_uavs_without_rows_is_blamed_for_having_none() {
+fn uavs_table_without_rows_is_reported_as_damaged() {
     let home = TempDir::new().unwrap();
     let (dir, empty) = (home.path().join("run"), home.path().join("empty"));
     write(&empty, &[]);
@@ -79,11 +80,11 @@ fn a_table_of_uavs_without_rows_is_blamed_for_having_none() {
 }
 
 #[test]
-fn names_that_could_not_be_read_again_are_not_written() {
+fn target_names_beyond_the_limits_are_not_written() {
     let home = TempDir::new().unwrap();
     let dir = home.path().join("run");
     for (names, expected) in [
-        (vec!["x".repeat(1000); 31_458], "the names of its targets have more than 31457280 bytes together"),
+        (vec!["x".repeat(1000); 31_458], "the names of its targets have more than 31457280 bytes in total"),
         (vec![String::new(); 100_001], "it has more than 100000 targets"),
     ] {
         let error = Writer::create(&dir, &manifest(), SCENARIO, &names).map(drop).unwrap_err().to_string();
@@ -94,15 +95,15 @@ fn names_that_could_not_be_read_again_are_not_written() {
     assert_eq!(read(&dir).unwrap().len(), 1);
 }
 
-/// Expects frames that `spoil` takes beyond the bounds of their run to be refused, written and read.
+/// Checks that frames which `spoil` moves beyond the limits of their run are refused by the writer and the reader.
 #[track_caller]
-fn check_beyond(spoil: impl Fn(&mut Frame), table: &str, expected: &str) {
+fn check_limits(spoil: impl Fn(&mut Frame), table: &str, expected: &str) {
     let home = TempDir::new().unwrap();
     let dir = home.path().join("run");
     let mut frames = frames(3, 2, 4);
     write(&dir, &frames);
     forget_counts(&dir);
-    // Of a longer run with more targets, it is good.
+    // In a longer run with more targets, the frames are valid.
     frames.iter_mut().for_each(&spoil);
     let (other, long) = (home.path().join("other"), Manifest::new("two", 1, 900.0, 0.2));
     let mut writer = Writer::create(&other, &long, SCENARIO, &names(6)).unwrap();
@@ -119,20 +120,19 @@ fn check_beyond(spoil: impl Fn(&mut Frame), table: &str, expected: &str) {
 }
 
 #[test]
-fn rows_beyond_the_run_are_neither_written_nor_read() {
+fn rows_beyond_the_run_are_refused_by_writer_and_reader() {
     let last_truth = |frame: &mut Frame| frame.truth.push(truth(4, 0.0));
-    check_beyond(last_truth, "truth", "it has target 4 at 0 s, and the run has 4 targets");
+    check_limits(last_truth, "truth", "it has target 4 at 0 s, but the run has 4 targets");
     let last_track = |frame: &mut Frame| {
-        let stranger = frame.tracks.last().map(|row| TrackRow { target: 5, ..*row });
-        frame.tracks.extend(stranger);
+        let unknown = frame.tracks.last().map(|row| TrackRow { target: 5, ..*row });
+        frame.tracks.extend(unknown);
     };
-    check_beyond(last_track, "tracks", "it has target 5 at 0 s, and the run has 4 targets");
+    check_limits(last_track, "tracks", "it has target 5 at 0 s, but the run has 4 targets");
     let detection = DetectionRow { uav: 0, target: 4, range_m: 1.0, bearing_rad: 0.0 };
-    check_beyond(|frame| frame.detections.push(detection), "detections", "it has target 4 at 0 s");
+    check_limits(|frame| frame.detections.push(detection), "detections", "it has target 4 at 0 s");
 }
 
-/// Expects the tables of `frames`, as a run of another length and period may have them, to be refused in one of 0.4 s with
-/// an instant every 0.2 s.
+/// Checks that tables of a run with another duration and period are refused in a run of 0.4 s with time steps of 0.2 s.
 #[track_caller]
 fn check_times(other: &Manifest, spoil: impl Fn(&mut Frame), table: &str, expected: &str) {
     let home = TempDir::new().unwrap();
@@ -151,15 +151,20 @@ fn check_times(other: &Manifest, spoil: impl Fn(&mut Frame), table: &str, expect
 }
 
 #[test]
-fn rows_of_no_instant_of_the_run_are_refused_and_never_passed_over() {
+fn rows_between_time_steps_are_refused_and_not_skipped() {
     let slow = Manifest::new("two", 1, 1e9, 0.3);
     let slower = |frame: &mut Frame| frame.time_us = frame.time_us / 2 * 3;
-    check_times(&slow, slower, "uavs", "it has rows at 0.3 s where 0.2 s is due: from 0 on, an instant every 0.2 s");
-    check_times(&slow, slower, "groups", "its rows at 0.3 s are out of order, or the uavs table has none");
+    check_times(
+        &slow,
+        slower,
+        "uavs",
+        "it has rows at 0.3 s instead of 0.2 s: time steps start at 0 s and are 0.2 s apart",
+    );
+    check_times(&slow, slower, "groups", "its rows at 0.3 s are out of order, or the uavs table has no rows");
     let (long, later) = (Manifest::new("two", 1, 1e4, 600.2), |frame: &mut Frame| frame.time_us *= 3001);
-    check_times(&long, later, "uavs", "it has rows at 600.2 s; 0 to 600 s, the length of the run");
-    check_times(&long, later, "groups", "its rows at 600.2 s are out of order, or the uavs table has none");
-    // The last instant that 64 bits hold, by which a reader may stand for the end of the run.
+    check_times(&long, later, "uavs", "it has rows at 600.2 s; must be 0 to 600 s, the length of the run");
+    check_times(&long, later, "groups", "its rows at 600.2 s are out of order, or the uavs table has no rows");
+    // Largest time in 64 bits, which a reader might use as the end of the run.
     let mut last = [frame(0, 2, 4), frame(7, 2, 4)];
     last[1].time_us = i64::MAX;
     let (home, endless) = (TempDir::new().unwrap(), Manifest::new("two", 1, 1e13, 1e13));
@@ -178,17 +183,17 @@ fn rows_of_no_instant_of_the_run_are_refused_and_never_passed_over() {
     }
     let mut writer = create(&home.path().join("late")).unwrap();
     let error = writer.frame(&frame(2, 2, 4)).unwrap_err().to_string();
-    assert!(error.contains("it has rows at 0.4 s where 0 s is due"), "{error}");
+    assert!(error.contains("it has rows at 0.4 s instead of 0 s"), "{error}");
 }
 
 #[test]
-fn rows_and_instants_that_went_missing_are_told_with_the_table() {
+fn missing_rows_and_time_steps_are_reported_with_the_table() {
     let home = TempDir::new().unwrap();
     let (dir, shorter) = (home.path().join("run"), home.path().join("shorter"));
     let frames = frames(10, 2, 4);
     for table in TABLES {
         write(&dir, &frames);
-        // Its last rows are gone, in such a way that each instant has as many as it may have.
+        // The last rows are removed such that no time step has too many.
         let names = names(if table == "targets" { 3 } else { 4 });
         let cut = |frame: &Frame| {
             let mut frame = frame.clone();
@@ -206,12 +211,12 @@ fn rows_and_instants_that_went_missing_are_told_with_the_table() {
         write_of(&shorter, &names, &frames.iter().map(cut).collect::<Vec<_>>());
         let name = format!("{table}.parquet");
         fs::copy(shorter.join(&name), dir.join(&name)).unwrap();
-        let told = Record::open(&shorter).unwrap().manifest().counts.clone().unwrap().rows[table];
+        let read_rows = Record::open(&shorter).unwrap().manifest().counts.clone().unwrap().rows[table];
         let counted = Record::open(&dir).map_or(4, |record| record.manifest().counts.clone().unwrap().rows[table]);
         let error = read(&dir).unwrap_err().to_string();
-        let expected = format!("{name} is damaged: it has {told} rows, and run.json beside it says {counted}");
-        assert!(error.contains(&expected) && told < counted, "{error}");
-        // Before records had counts it was read, but for what belongs to nobody.
+        let expected = format!("{name} is damaged: it has {read_rows} rows, but run.json contains {counted}");
+        assert!(error.contains(&expected) && read_rows < counted, "{error}");
+        // Records without counts were read in this case, unless rows belonged to no frame.
         forget_counts(&dir);
         assert_eq!(read(&dir).is_ok(), table != "targets", "{table}");
     }
@@ -221,14 +226,14 @@ fn rows_and_instants_that_went_missing_are_told_with_the_table() {
     let text = fs::read_to_string(&path).unwrap();
     fs::write(&path, text.replace(r#""instants": 10"#, r#""instants": 11"#)).unwrap();
     let error = read(&dir).unwrap_err().to_string();
-    assert!(error.contains("uavs.parquet is damaged: it has 10 instants, and run.json beside it says 11"), "{error}");
+    assert!(error.contains("uavs.parquet is damaged: it has 10 time steps, but run.json contains 11"), "{error}");
     fs::write(&path, text.replace(r#""groups": 10"#, r#""groups ": 10"#)).unwrap();
     let error = read(&dir).unwrap_err().to_string();
-    assert!(error.contains("groups.parquet is damaged: run.json beside it does not say"), "{error}");
+    assert!(error.contains("groups.parquet is damaged: run.json does not contain"), "{error}");
 }
 
 #[test]
-fn an_unfinished_record_ends_where_its_checkpoint_says() {
+fn unfinished_record_must_end_at_its_checkpoint() {
     let home = TempDir::new().unwrap();
     let dir = home.path().join("run");
     for instants in [3, 5] {
@@ -242,26 +247,26 @@ fn an_unfinished_record_ends_where_its_checkpoint_says() {
         fs::copy(three.join(&table), five.join(&table)).unwrap();
     }
     let error = read(&five).unwrap_err().to_string();
-    assert!(error.contains("it ends at 0.4 s, and the checkpoint beside it says 0.8 s"), "{error}");
+    assert!(error.contains("it ends at 0.4 s, but the checkpoint ends at 0.8 s"), "{error}");
 }
 
 #[test]
-fn a_run_has_up_to_a_hundred_uavs_whenever_they_come() {
+fn run_has_at_most_100_uavs_in_total() {
     let home = TempDir::new().unwrap();
     let mut writer = create(&home.path().join("run")).unwrap();
-    let mut come = |first: u32, instant: i64| {
+    let mut add_uavs = |first: u32, instant: i64| {
         let uavs = (first..first + 50).map(|id| uav(id, 1.0)).collect();
         writer.frame(&Frame { time_us: instant * 200_000, uavs, ..Frame::default() })
     };
-    come(0, 0).unwrap();
-    come(u32::MAX >> 2, 1).unwrap();
-    come(0, 2).unwrap();
-    let error = come(1, 3).unwrap_err().to_string();
+    add_uavs(0, 0).unwrap();
+    add_uavs(u32::MAX >> 2, 1).unwrap();
+    add_uavs(0, 2).unwrap();
+    let error = add_uavs(1, 3).unwrap_err().to_string();
     assert!(error.contains("it has more than 100 UAVs by 0.6 s"), "{error}");
 }
 
 #[test]
-fn the_same_frames_give_the_same_bytes() {
+fn equal_frames_give_equal_bytes() {
     let home = TempDir::new().unwrap();
     let (one, other) = (home.path().join("one"), home.path().join("other"));
     let frames = frames(50, 2, 4);
@@ -276,7 +281,7 @@ fn the_same_frames_give_the_same_bytes() {
 }
 
 #[test]
-fn a_record_without_truth_has_frames_without_truth() {
+fn record_without_truth_has_frames_without_truth() {
     let home = TempDir::new().unwrap();
     let dir = home.path().join("run");
     let mut frames = frames(10, 2, 4);
@@ -287,35 +292,35 @@ fn a_record_without_truth_has_frames_without_truth() {
     assert_eq!(read(&dir).unwrap(), frames);
 }
 
-/// The tables of what each of several minds believes.
-const OF_MINDS: [&str; 5] = ["agents", "agent_tracks", "agent_groups", "agent_events", "agent_team"];
+/// Tables of several agents.
+const OF_AGENTS: [&str; 5] = ["agents", "agent_tracks", "agent_groups", "agent_events", "agent_teammates"];
 
-/// Of one mind, of several, and of some time after all of them were off.
-fn frames_of_minds() -> Vec<Frame> {
-    let make = |instant| if (5..15).contains(&instant) { of_minds(instant, 3, 4) } else { frame(instant, 3, 4) };
+/// Frames without agents, with several agents, and without agents again.
+fn frames_of_agents() -> Vec<Frame> {
+    let make = |instant| if (5..15).contains(&instant) { frame_of_agents(instant, 3, 4) } else { frame(instant, 3, 4) };
     (0..20).map(make).collect()
 }
 
 #[test]
-fn what_each_of_several_minds_believes_comes_back() {
+fn tables_of_several_agents_are_read_back() {
     let home = TempDir::new().unwrap();
     let dir = home.path().join("run");
-    let flown = frames_of_minds();
+    let flown = frames_of_agents();
     write(&dir, &flown);
     assert_eq!(read(&dir).unwrap(), flown);
     let record = Record::open(&dir).unwrap();
     let rows = record.manifest().counts.clone().unwrap().rows;
     assert!(record.has_agents());
-    assert_eq!(OF_MINDS.map(|table| rows[table]), [20, 80, 20, 4, 60]);
+    assert_eq!(OF_AGENTS.map(|table| rows[table]), [20, 80, 20, 4, 60]);
     assert_eq!(occupancy(&dir), Occupancy::OlderRun);
-    // All of it may be taken out, but no part.
-    for table in OF_MINDS.into_iter().rev() {
+    // The tables may be removed together, but not individually.
+    for table in OF_AGENTS.into_iter().rev() {
         fs::remove_file(dir.join(format!("{table}.parquet"))).unwrap();
         match read(&dir) {
             Err(error) => assert!(error.to_string().contains(&format!("{table}.parquet")), "{error}"),
             Ok(frames) => {
                 assert_eq!(table, "agents");
-                assert!(frames.iter().all(|frame| frame.agents == Agents::default()));
+                assert!(frames.iter().all(|frame| frame.agents == PerAgentTables::default()));
             }
         }
     }
@@ -323,10 +328,10 @@ fn what_each_of_several_minds_believes_comes_back() {
 }
 
 #[test]
-fn an_unfinished_record_of_several_minds_tells_what_they_believed_by_its_checkpoint() {
+fn unfinished_record_of_several_agents_is_read_up_to_its_checkpoint() {
     let home = TempDir::new().unwrap();
     let dir = home.path().join("run");
-    let flown = frames_of_minds();
+    let flown = frames_of_agents();
     let mut writer = create(&dir).unwrap();
     let mut look = |instants: std::ops::Range<usize>, until: usize| {
         flown[instants].iter().for_each(|frame| writer.frame(frame).unwrap());
@@ -336,7 +341,7 @@ fn an_unfinished_record_of_several_minds_tells_what_they_believed_by_its_checkpo
         assert_eq!(read(&partial(&dir)).unwrap(), flown[..until]);
     };
     look(0..5, 5);
-    // The minds' tables are there, and the checkpoint is of before.
+    // The tables of agents exist already, but the checkpoint is older.
     look(5..7, 5);
     look(7..12, 12);
     look(12..20, 20);
@@ -344,15 +349,15 @@ fn an_unfinished_record_of_several_minds_tells_what_they_believed_by_its_checkpo
     assert_eq!(read(&kept.dir).unwrap(), flown);
 }
 
-/// Expects what `spoil` makes of the rows of minds to be refused where the record is read.
+/// Checks that rows of agents changed by `spoil` are refused by the reader.
 #[track_caller]
-fn check_minds(spoil: impl Fn(&mut Agents), table: &str, expected: &str) {
+fn check_agents(spoil: impl Fn(&mut PerAgentTables), table: &str, expected: &str) {
     let home = TempDir::new().unwrap();
     let [dir, other] = ["run", "other"].map(|name| home.path().join(name));
-    let mut flown = frames_of_minds();
+    let mut flown = frames_of_agents();
     write(&dir, &flown);
     spoil(&mut flown[6].agents);
-    // Of a run with more UAVs and targets it is good.
+    // In a run with more UAVs and targets, the rows are valid.
     flown.iter_mut().for_each(|frame| frame.uavs.push(uav(7, 1.0)));
     write_of(&other, &names(9), &flown);
     forget_counts(&dir);
@@ -362,20 +367,20 @@ fn check_minds(spoil: impl Fn(&mut Agents), table: &str, expected: &str) {
 }
 
 #[test]
-fn rows_of_minds_that_no_run_could_have_are_refused() {
-    let unknown = "it has UAV 7 at 1.2 s, which the uavs table does not have by then";
-    check_minds(|minds| minds.all.last_mut().unwrap().agent = 7, "agents", unknown);
-    check_minds(|minds| minds.tracks.last_mut().unwrap().agent = 7, "agent_tracks", unknown);
-    check_minds(|minds| minds.groups.last_mut().unwrap().agent = 7, "agent_groups", unknown);
-    check_minds(|minds| minds.team.last_mut().unwrap().agent = 7, "agent_team", unknown);
-    check_minds(|minds| minds.team.last_mut().unwrap().uav = 7, "agent_team", unknown);
-    let target = "it has target 8 at 1.2 s, and the run has 4 targets";
-    check_minds(|minds| minds.tracks.last_mut().unwrap().row.target = 8, "agent_tracks", target);
-    let twice = "its rows at 1.2 s are not by ascending id, each once";
-    check_minds(|minds| minds.all.reverse(), "agents", twice);
-    check_minds(|minds| minds.tracks.extend_from_within(..1), "agent_tracks", twice);
-    check_minds(|minds| minds.groups.extend_from_within(..1), "agent_groups", twice);
-    check_minds(|minds| minds.team.extend_from_within(..1), "agent_team", twice);
+fn invalid_rows_of_agents_are_refused() {
+    let unknown = "it has UAV 7 at 1.2 s, which is not in the uavs table up to that time";
+    check_agents(|agents| agents.all.last_mut().unwrap().agent = 7, "agents", unknown);
+    check_agents(|agents| agents.tracks.last_mut().unwrap().agent = 7, "agent_tracks", unknown);
+    check_agents(|agents| agents.groups.last_mut().unwrap().agent = 7, "agent_groups", unknown);
+    check_agents(|agents| agents.teammates.last_mut().unwrap().agent = 7, "agent_teammates", unknown);
+    check_agents(|agents| agents.teammates.last_mut().unwrap().uav = 7, "agent_teammates", unknown);
+    let target = "it has target 8 at 1.2 s, but the run has 4 targets";
+    check_agents(|agents| agents.tracks.last_mut().unwrap().row.target = 8, "agent_tracks", target);
+    let twice = "the ids of its rows at 1.2 s are not unique and ascending";
+    check_agents(|agents| agents.all.reverse(), "agents", twice);
+    check_agents(|agents| agents.tracks.extend_from_within(..1), "agent_tracks", twice);
+    check_agents(|agents| agents.groups.extend_from_within(..1), "agent_groups", twice);
+    check_agents(|agents| agents.teammates.extend_from_within(..1), "agent_teammates", twice);
 }
 
 #[test]
@@ -396,7 +401,7 @@ fn any_other_missing_file_is_named() {
 }
 
 #[test]
-fn damaged_bytes_give_an_error_or_other_numbers_but_never_a_panic() {
+fn damaged_bytes_never_cause_a_panic() {
     let home = TempDir::new().unwrap();
     let dir = home.path().join("run");
     write(&dir, &frames(5, 2, 4));
@@ -440,7 +445,7 @@ fn tables_of_different_runs_do_not_make_a_record() {
 }
 
 #[test]
-fn a_later_format_is_refused_an_older_one_and_another_version_are_read() {
+fn later_formats_are_refused_older_formats_and_other_versions_are_read() {
     let home = TempDir::new().unwrap();
     let dir = home.path().join("run");
     write(&dir, &frames(1, 2, 4));
@@ -451,7 +456,7 @@ fn a_later_format_is_refused_an_older_one_and_another_version_are_read() {
     fs::write(&path, text.replace(&ours, r#""version": "9.1.0""#)).unwrap();
     assert_eq!(Record::open(&dir).unwrap().manifest().version, "9.1.0");
 
-    // The unit of the traffic.
+    // Unit of the traffic.
     for (keys, expected) in [
         (r#""traffic_unit": "metres""#, Ok(Some("metres"))),
         (
@@ -468,7 +473,7 @@ fn a_later_format_is_refused_an_older_one_and_another_version_are_read() {
     ] {
         fs::write(&path, text.replace(&ours, &format!("{ours}, {keys}"))).unwrap();
         match (Record::open(&dir), expected) {
-            (Ok(record), Ok(told)) => assert_eq!(record.manifest().traffic_told().as_deref(), told),
+            (Ok(record), Ok(unit)) => assert_eq!(record.manifest().traffic_note().as_deref(), unit),
             (Err(error), Err(part)) => assert!(error.to_string().contains(part), "{error}"),
             (_, expected) => panic!("{keys}: expected {expected:?}"),
         }
@@ -479,7 +484,7 @@ fn a_later_format_is_refused_an_older_one_and_another_version_are_read() {
     let error = Record::open(&dir).unwrap_err().to_string();
     assert!(error.contains("run.json is damaged: unknown field `conts`"), "{error}");
     fs::write(&path, &text).unwrap();
-    // Before records had counts, and before they had origins.
+    // Older formats: without counts, and also without origins.
     for format in [3, 2] {
         forget_counts(&dir);
         let uncounted = fs::read_to_string(&path).unwrap();
@@ -487,7 +492,10 @@ fn a_later_format_is_refused_an_older_one_and_another_version_are_read() {
         assert_eq!((Record::open(&dir).unwrap().manifest().origin, read(&dir).unwrap()), (None, frames(1, 2, 4)));
         fs::write(&path, uncounted.replace(r#""format": 3"#, r#""format": 4"#)).unwrap();
         let error = Record::open(&dir).unwrap_err().to_string();
-        assert!(error.contains("run.json is damaged: it has counts only if the run is finished"), "{error}");
+        assert!(
+            error.contains("run.json is damaged: it must have counts if and only if the run is finished"),
+            "{error}"
+        );
         fs::write(&path, &text).unwrap();
     }
 
@@ -513,7 +521,7 @@ fn a_later_format_is_refused_an_older_one_and_another_version_are_read() {
 }
 
 #[test]
-fn a_folder_without_a_manifest_is_no_record() {
+fn folder_without_a_manifest_is_not_a_record() {
     let home = TempDir::new().unwrap();
     let error = Record::open(home.path()).unwrap_err();
     assert!(matches!(error, RecordError::NotARecord { .. }), "{error}");
@@ -522,7 +530,7 @@ fn a_folder_without_a_manifest_is_no_record() {
 }
 
 #[test]
-fn an_older_run_with_its_figures_is_replaced_when_the_new_one_is_complete() {
+fn older_run_with_figures_is_replaced_when_the_new_one_is_complete() {
     let home = TempDir::new().unwrap();
     let dir = home.path().join("run");
     assert_eq!(occupancy(&dir), Occupancy::Free);
@@ -545,14 +553,14 @@ fn an_older_run_with_its_figures_is_replaced_when_the_new_one_is_complete() {
 }
 
 #[test]
-fn what_is_not_ours_is_refused_and_kept() {
+fn foreign_files_are_refused_and_kept() {
     let home = TempDir::new().unwrap();
     let dir = home.path().join("run");
     let spoilers: [fn(&Path) -> &'static str; 4] = [
         |dir| fs::write(dir.join("notes.txt"), "mine").map(|()| "(notes.txt)").unwrap(),
         |dir| fs::create_dir(dir.join("old.svg")).map(|()| "(old.svg)").unwrap(),
-        |dir| fs::remove_file(dir.join("run.json")).map(|()| "(run.json is none or no record's)").unwrap(),
-        |dir| fs::write(dir.join("run.json"), "{}").map(|()| "(run.json is none or no record's)").unwrap(),
+        |dir| fs::remove_file(dir.join("run.json")).map(|()| "(run.json is missing or not that of a record)").unwrap(),
+        |dir| fs::write(dir.join("run.json"), "{}").map(|()| "(run.json is missing or not that of a record)").unwrap(),
     ];
     for spoil in spoilers {
         write(&dir, &frames(1, 2, 4));
@@ -572,7 +580,7 @@ fn what_is_not_ours_is_refused_and_kept() {
 
 #[test]
 #[cfg(unix)]
-fn a_link_to_a_run_is_not_followed() {
+fn link_to_a_run_is_not_followed() {
     let home = TempDir::new().unwrap();
     let (dir, link) = (home.path().join("run"), home.path().join("link"));
     write(&dir, &frames(1, 2, 4));
@@ -583,7 +591,7 @@ fn a_link_to_a_run_is_not_followed() {
 }
 
 #[test]
-fn a_folder_that_is_filled_meanwhile_is_kept_and_so_is_the_record() {
+fn record_is_kept_if_its_destination_is_filled_meanwhile() {
     let home = TempDir::new().unwrap();
     let dir = home.path().join("run");
     let mut writer = create(&dir).unwrap();
@@ -597,7 +605,7 @@ fn a_folder_that_is_filled_meanwhile_is_kept_and_so_is_the_record() {
 }
 
 #[test]
-fn a_dropped_writer_leaves_nothing() {
+fn dropped_writer_leaves_no_files() {
     let home = TempDir::new().unwrap();
     let dir = home.path().join("run");
     let mut writer = create(&dir).unwrap();
@@ -609,15 +617,16 @@ fn a_dropped_writer_leaves_nothing() {
     assert_eq!(listing(home.path()), Vec::<PathBuf>::new());
 }
 
-/// Row groups that are in the file and rows that are not: the tables of targets have both here, the others the latter.
+/// Some row groups are in the file and some rows are not: the tables of targets have both here, the other tables only
+/// the latter.
 #[test]
-fn a_record_that_breaks_off_is_read_up_to_its_last_checkpoint() {
+fn interrupted_record_is_read_up_to_its_last_checkpoint() {
     let home = TempDir::new().unwrap();
     let dir = home.path().join("run");
     let flown = frames(1_000, 2, 100);
     let mut writer = Writer::create(&dir, &manifest(), SCENARIO, &names(100)).unwrap();
     writer.checkpoint().unwrap();
-    assert_eq!(writer.kept(), None, "there is nothing to keep yet");
+    assert_eq!(writer.kept(), None, "there is no frame to keep yet");
     flown[..700].iter().for_each(|frame| writer.frame(frame).unwrap());
     writer.checkpoint().unwrap();
     let kept = writer.kept().unwrap();
@@ -631,7 +640,7 @@ fn a_record_that_breaks_off_is_read_up_to_its_last_checkpoint() {
         assert!(record.frames().unwrap().map(Result::unwrap).eq(flown[..700].iter().cloned()));
     };
     look();
-    // Few, so that a second does not pass, after which there is another checkpoint.
+    // Few frames, so that less than a second passes and no automatic checkpoint is made.
     flown[700..720].iter().for_each(|frame| writer.frame(frame).unwrap());
     look();
     drop(writer);
@@ -640,7 +649,7 @@ fn a_record_that_breaks_off_is_read_up_to_its_last_checkpoint() {
 }
 
 #[test]
-fn a_record_that_is_stopped_is_whole_up_to_its_last_frame() {
+fn stopped_record_is_complete_up_to_its_last_frame() {
     let home = TempDir::new().unwrap();
     let dir = home.path().join("run");
     let flown = frames(20, 2, 4);
@@ -657,7 +666,7 @@ fn a_record_that_is_stopped_is_whole_up_to_its_last_frame() {
 }
 
 #[test]
-fn checkpoints_change_no_byte_of_the_record() {
+fn checkpoints_do_not_change_the_record() {
     let home = TempDir::new().unwrap();
     let (dir, plain) = (home.path().join("run"), home.path().join("plain"));
     let flown = frames(1_000, 2, 100);
@@ -675,7 +684,7 @@ fn checkpoints_change_no_byte_of_the_record() {
 }
 
 #[test]
-fn a_damaged_checkpoint_gives_an_error_and_a_missing_one_says_that_nothing_was_kept() {
+fn damaged_and_missing_checkpoints_give_different_errors() {
     let home = TempDir::new().unwrap();
     let dir = home.path().join("run");
     unfinished(&dir, 3);
@@ -699,7 +708,7 @@ fn a_damaged_checkpoint_gives_an_error_and_a_missing_one_says_that_nothing_was_k
 }
 
 #[test]
-fn an_unfinished_run_is_kept_until_the_next_one_is_complete() {
+fn unfinished_run_is_kept_until_the_next_one_is_complete() {
     let home = TempDir::new().unwrap();
     let dir = home.path().join("run");
     let older = dir.with_file_name("run.standoff-older");
@@ -709,7 +718,7 @@ fn an_unfinished_run_is_kept_until_the_next_one_is_complete() {
     assert_eq!(writer.set_aside(), Some(&*older));
     assert_eq!(read(&older).unwrap(), frames(3, 2, 4));
     drop(writer);
-    assert_eq!(listing(home.path()), [&*older], "one that kept nothing replaces nothing");
+    assert_eq!(listing(home.path()), [&*older], "a run without a checkpoint replaces nothing");
 
     unfinished(&dir, 5);
     writer = create(&dir).unwrap();
@@ -718,9 +727,9 @@ fn an_unfinished_run_is_kept_until_the_next_one_is_complete() {
     assert_eq!(listing(home.path()), [dir]);
 }
 
-/// What a process that is killed leaves at every step of a replacement; then the next run begins, and is whole.
+/// State after a process was killed at each step of a replacement; then the next run starts and completes.
 #[test]
-fn a_replacement_that_breaks_off_at_any_step_loses_and_mixes_nothing() {
+fn replacement_interrupted_at_any_step_loses_and_mixes_nothing() {
     let moves: [&[(&str, &str)]; 4] = [
         &[("old", "run"), ("new", "run.partial")],
         &[("old", "run.standoff-older"), ("new", "run.partial")],
@@ -746,7 +755,7 @@ fn a_replacement_that_breaks_off_at_any_step_loses_and_mixes_nothing() {
 }
 
 #[test]
-fn a_stale_partial_folder_goes_only_if_it_is_ours() {
+fn stale_temporary_folder_is_removed_unless_it_has_foreign_files() {
     let home = TempDir::new().unwrap();
     let dir = home.path().join("run");
     unfinished(&dir, 1);
@@ -763,9 +772,9 @@ fn a_stale_partial_folder_goes_only_if_it_is_ours() {
     }
 }
 
-/// File systems end names at 255 bytes, and a record's gets up to 15 more while it is written.
+/// File systems limit names to 255 bytes, and the suffix for unfinished records takes up to 15.
 #[test]
-fn a_name_that_leaves_no_room_for_what_is_added_is_refused_for_that() {
+fn folder_name_too_long_for_the_suffix_is_refused() {
     let home = TempDir::new().unwrap();
     let (longest, longer) = (home.path().join("x".repeat(240)), home.path().join("x".repeat(241)));
     for _ in 0..2 {
@@ -774,7 +783,7 @@ fn a_name_that_leaves_no_room_for_what_is_added_is_refused_for_that() {
     for dir in [longer, home.path().join("é".repeat(128)), home.path().join("x".repeat(300))] {
         let error = create(&dir).map(drop).unwrap_err();
         assert!(matches!(error, RecordError::LongName { .. }) && error.is_wrong_input(), "{error}");
-        assert!(error.to_string().contains(" bytes; at most 240, because standoff adds to it"), "{error}");
+        assert!(error.to_string().contains(" bytes; at most 240, because standoff appends a suffix"), "{error}");
     }
 }
 
@@ -789,18 +798,18 @@ fn two_runs_cannot_write_one_record() {
 }
 
 #[test]
-fn a_place_that_cannot_be_written_gives_an_error() {
+fn unwritable_destination_gives_an_error() {
     let home = TempDir::new().unwrap();
     let file = home.path().join("file");
     fs::write(&file, "").unwrap();
-    // A folder cannot be made below a file, whoever asks (the tests may run as root).
+    // A folder can never be created below a file, even by root (the tests may run as root).
     let error = create(&file.join("run")).err().unwrap();
     assert!(error.to_string().contains("file"), "{error}");
     assert!(matches!(create(Path::new("/")), Err(RecordError::NoName { .. })));
 }
 
 #[test]
-fn a_number_that_is_not_finite_is_refused_and_ends_the_record() {
+fn non_finite_number_is_refused_and_ends_the_record() {
     let home = TempDir::new().unwrap();
     let dir = home.path().join("run");
     let mut writer = create(&dir).unwrap();
@@ -876,7 +885,7 @@ fn write_of(dir: &Path, names: &[String], frames: &[Frame]) {
     writer.finish().unwrap();
 }
 
-/// Makes it a record of the time before they had counts.
+/// Converts the record to the older format without counts.
 fn forget_counts(dir: &Path) {
     let path = dir.join("run.json");
     let mut json: serde_json::Value = serde_json::from_str(&fs::read_to_string(&path).unwrap()).unwrap();
@@ -885,14 +894,14 @@ fn forget_counts(dir: &Path) {
     fs::write(&path, serde_json::to_string_pretty(&json).unwrap()).unwrap();
 }
 
-/// Leaves what an ended run leaves: so many frames.
+/// Leaves the files of a run that ended after this number of frames.
 fn unfinished(dir: &Path, instants: u32) {
     let mut writer = create(dir).unwrap();
     frames(instants, 2, 4).iter().for_each(|frame| writer.frame(frame).unwrap());
     writer.checkpoint().unwrap();
 }
 
-/// The same files with the same bytes: those of a record.
+/// Checks that two records have the same files with the same bytes.
 fn check_same(one: &Path, other: &Path) {
     let names = |dir| listing(dir).iter().map(|path| path.file_name().unwrap().to_owned()).collect::<Vec<_>>();
     assert_eq!(names(one).len(), 10);
@@ -921,14 +930,14 @@ fn contains(bytes: &[u8], text: &[u8]) -> bool {
     bytes.windows(text.len()).any(|window| window == text)
 }
 
-/// Frames with something of everything: each kind of value, present and absent.
+/// Frames with values of every kind, present and absent.
 fn frames(instants: u32, uavs: u32, targets: u32) -> Vec<Frame> {
     (0..instants).map(|instant| frame(instant, uavs, targets)).collect()
 }
 
 fn frame(instant: u32, uavs: u32, targets: u32) -> Frame {
     let t = f64::from(instant) * 0.2;
-    let status = [TrackStatus::Cued, TrackStatus::Held, TrackStatus::Coasting];
+    let status = [TrackStatus::Cued, TrackStatus::Updated, TrackStatus::Coasting];
     let happened = instant.is_multiple_of(7);
     Frame {
         intruders: Vec::new(),
@@ -940,10 +949,14 @@ fn frame(instant: u32, uavs: u32, targets: u32) -> Frame {
                 target: id,
                 track: 1_000 - id,
                 status: status[((id + instant) % 3) as usize],
-                place: [Place::Unassigned, Place::Member, Place::Dwell, Place::Discarded]
-                    [((id + instant) % 4) as usize],
+                membership: [
+                    MembershipState::Ungrouped,
+                    MembershipState::Member,
+                    MembershipState::InHandoff,
+                    MembershipState::Removed,
+                ][((id + instant) % 4) as usize],
                 group: id.is_multiple_of(2).then_some(id),
-                to_group: id.is_multiple_of(3).then_some(instant),
+                receiving_group: id.is_multiple_of(3).then_some(instant),
                 state: std::array::from_fn(|i| t * (i as f64 + 0.1) - f64::from(id)),
                 covariance: std::array::from_fn(|i| 1.0 / (t + i as f64 + 1.0)),
             })
@@ -964,8 +977,8 @@ fn frame(instant: u32, uavs: u32, targets: u32) -> Frame {
             feasible: instant.is_multiple_of(2),
             convergence_threshold_m2_s: instant.is_multiple_of(4).then_some(-5.0 - t),
             altitude_m: 1500.0,
-            separation_m: instant.is_multiple_of(5).then_some(400.0 + t),
-            id: instant.is_multiple_of(2).then_some(u64::from(instant) << 40),
+            nearest_groupmate_m: instant.is_multiple_of(5).then_some(400.0 + t),
+            group_uid: instant.is_multiple_of(2).then_some(u64::from(instant) << 40),
         }],
         detections: (0..uavs.min(instant))
             .map(|uav| DetectionRow {
@@ -987,10 +1000,10 @@ fn frame(instant: u32, uavs: u32, targets: u32) -> Frame {
             cause: instant.is_multiple_of(4).then(|| "hidden".to_owned()),
             into_group: None,
             members: Some(instant),
-            together: instant.is_multiple_of(5).then_some(3),
+            coverable_targets: instant.is_multiple_of(5).then_some(3),
             dwell_s: instant.is_multiple_of(2).then_some(0.1 * t),
-            needed_m: Some(t.sqrt()),
-            allowed_m: None,
+            required_radius_m: Some(t.sqrt()),
+            allowed_radius_m: None,
             threshold_m2_s: Some(-1e4 * t),
             limit_m2_s: instant.is_multiple_of(3).then_some(-6e3),
             speed_m_s: Some(f64::MIN_POSITIVE),
@@ -1001,38 +1014,44 @@ fn frame(instant: u32, uavs: u32, targets: u32) -> Frame {
             clear_fraction: Some(0.4),
             zone: Some(1),
         })),
-        agents: Agents::default(),
+        agents: PerAgentTables::default(),
     }
 }
 
-/// The same of minds that each believe what all do: those of all UAVs but one, a different one each time.
-fn of_minds(instant: u32, uavs: u32, targets: u32) -> Frame {
+/// A frame with several agents that share the same estimates: all UAVs except one, which changes every time step.
+fn frame_of_agents(instant: u32, uavs: u32, targets: u32) -> Frame {
     let frame = frame(instant, uavs, targets);
-    let mut agents = Agents::default();
+    let mut agents = PerAgentTables::default();
     for agent in (0..uavs).filter(|uav| *uav != instant % uavs) {
         agents.all.push(AgentRow {
             agent,
             committed_us: agent.is_multiple_of(2).then_some(frame.time_us - 400_000),
-            disturbed: instant.is_multiple_of(2),
+            link_degraded: instant.is_multiple_of(2),
             sent_messages: 2,
             sent_bytes: u64::from(instant) << 33,
             double_counted: (agent > 0).then_some(agent == 1),
         });
-        agents.tracks.extend(frame.tracks.iter().map(|row| OfAgent { agent, row: *row }));
-        agents.groups.extend(frame.groups.iter().map(|row| OfAgent { agent, row: *row }));
+        agents.tracks.extend(frame.tracks.iter().map(|row| ByAgent { agent, row: *row }));
+        agents.groups.extend(frame.groups.iter().map(|row| ByAgent { agent, row: *row }));
         let provisional = agent == 1;
         agents.events.extend(frame.events.iter().map(|event| AgentEventRow {
             agent,
-            happened_us: -frame.time_us,
+            event_time_us: -frame.time_us,
             provisional,
             event: event.clone(),
         }));
-        let presence = [None, Some(Presence::Live), Some(Presence::Silent), Some(Presence::Gone), Some(Presence::Left)];
-        agents.team.extend((0..uavs).map(|uav| TeamRow {
+        let presence = [
+            None,
+            Some(TeammateStatus::Live),
+            Some(TeammateStatus::Silent),
+            Some(TeammateStatus::TimedOut),
+            Some(TeammateStatus::Left),
+        ];
+        agents.teammates.extend((0..uavs).map(|uav| TeammateRow {
             agent,
             uav,
-            presence: presence[(uav + instant) as usize % presence.len()],
-            heard_us: uav.is_multiple_of(2).then_some(frame.time_us),
+            status: presence[(uav + instant) as usize % presence.len()],
+            last_report_us: uav.is_multiple_of(2).then_some(frame.time_us),
             group: uav.is_multiple_of(3).then_some(0),
             group_id: uav.is_multiple_of(3).then_some(7 << 40),
         }));
@@ -1057,18 +1076,18 @@ fn uav(id: u32, t: f64) -> UavRow {
         turn_rate_limited: t > 3.0,
         centre_distance_m: known(300.0 + t),
         phase_rad: known(-2.0),
-        steered_distance_m: known(301.0),
+        steered_radius_m: known(301.0),
         desired_heading_rad: known(1.0 / (1.0 + t)),
         feedforward_rad_s: None,
         convergence_threshold_m2_s: known(-5.0),
         centre_too_fast: false,
-        altitude_m: known(1500.0),
-        flown_altitude_m: None,
+        commanded_altitude_m: known(1500.0),
+        altitude_m: None,
         climb_rate_m_s: None,
-        avoids: None,
-        avoids_intruder: None,
-        foretold_m: None,
-        border: None,
+        avoided_uav: None,
+        avoided_intruder: None,
+        predicted_distance_m: None,
+        limiting_zone: None,
     }
 }
 

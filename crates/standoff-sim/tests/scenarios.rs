@@ -1,12 +1,12 @@
-//! Scenario files: what is accepted, what is refused, and how.
+//! Scenario files: which are accepted, which are refused, and with which messages.
 
 #![expect(clippy::unwrap_used, reason = "helpers of tests")]
 
 use std::fs;
 
-use standoff_sim::scenario::{BUILT_IN, Edits, Scenario, Settings, Targets, Template, built_in};
+use standoff_sim::scenario::{BUILT_IN, Overrides, Scenario, ScenarioTemplate, Settings, Targets, built_in};
 
-/// Loads a scenario of this text.
+/// Loads a scenario from this text.
 fn load(text: &str) -> Result<Scenario, String> {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("mine.toml");
@@ -14,33 +14,33 @@ fn load(text: &str) -> Result<Scenario, String> {
     let error = |error: standoff_sim::scenario::ScenarioError| {
         error.to_string().replace(&folder.path().display().to_string(), "")
     };
-    Scenario::load(path.to_str().unwrap(), &Edits::default(), 1).map_err(error)
+    Scenario::load(path.to_str().unwrap(), &Overrides::default(), 1).map_err(error)
 }
 
 fn check_error(text: &str, expected: &str) {
     assert_eq!(load(text).expect_err(text), expected);
 }
 
-fn set(values: &[&str]) -> Edits {
-    Edits { set: values.iter().map(|value| (*value).to_owned()).collect(), ..Edits::default() }
+fn set(values: &[&str]) -> Overrides {
+    Overrides { set: values.iter().map(|value| (*value).to_owned()).collect(), ..Overrides::default() }
 }
 
-const TARGET: &str = "[[targets.at]]\nx_m = 1.0\n";
+const TARGET: &str = "[[targets.start]]\nx_m = 1.0\n";
 
 #[test]
 fn every_built_in_scenario_loads_without_a_warning() {
     for scenario in BUILT_IN {
-        let loaded = Scenario::load(scenario.name, &Edits::default(), 1).unwrap();
+        let loaded = Scenario::load(scenario.name, &Overrides::default(), 1).unwrap();
         assert_eq!((loaded.name.as_str(), loaded.warnings.len()), (scenario.name, 0));
         assert!(!loaded.about.is_empty());
     }
 }
 
-/// The resolved text is a scenario itself, with nothing left to draw.
+/// A resolved scenario is a valid scenario with nothing left to draw.
 #[test]
-fn the_resolved_scenario_resolves_to_itself() {
+fn resolved_scenario_resolves_to_itself() {
     for scenario in BUILT_IN.iter().filter(|scenario| !scenario.name.starts_with("traffic/")) {
-        let first = Scenario::load(scenario.name, &Edits::default(), 9).unwrap();
+        let first = Scenario::load(scenario.name, &Overrides::default(), 9).unwrap();
         let again = load(&first.resolved().unwrap()).unwrap();
         assert_eq!(again.resolved().unwrap(), first.resolved().unwrap(), "{}", scenario.name);
         assert_eq!((again.settings.team, again.uavs), (first.settings.team, first.uavs));
@@ -48,41 +48,41 @@ fn the_resolved_scenario_resolves_to_itself() {
 }
 
 #[test]
-fn table_1_is_the_default_but_for_what_gains() {
+fn defaults_are_table_1_except_for_the_improvements() {
     let scenario = load(TARGET).unwrap();
     let mut table_1 = standoff::TeamParams::table_1();
     assert_eq!(scenario.settings.team.uav, table_1.uav);
     table_1.guidance.heading_gain_1_s = 1.0;
     assert_eq!(scenario.settings.team.guidance, table_1.guidance);
-    table_1.group.count = standoff::GroupCount::Needed;
-    table_1.group.centre = standoff::CentreEstimate::SmallestCircle;
-    table_1.group.aim = standoff::Aim::Middle;
-    table_1.group.discard = standoff::Discard::Widening;
+    table_1.group.count = standoff::GroupCount::AsNeeded;
+    table_1.group.centre = standoff::CentreEstimate::EnclosingCircle;
+    table_1.group.pointing = standoff::Pointing::AngularMidpoint;
+    table_1.group.removal = standoff::RemovalRule::LargestRadiusReduction;
     table_1.group.motion =
-        standoff::MotionParams { response_s: 1.5, acceleration_max_m_s2: 2.5, approach_max_m_s: 25.0 };
-    table_1.group.take_back_fraction = 0.97;
+        standoff::MotionParams { time_constant_s: 1.5, acceleration_max_m_s2: 2.5, closing_speed_max_m_s: 25.0 };
+    table_1.group.readmission_radius_fraction = 0.97;
     table_1.group.margin = standoff::Margin::StandardDeviations(0.0);
-    table_1.group.search = standoff::Search::Lost;
-    table_1.group.assignment_inertia = 10.0;
+    table_1.group.search_lost_targets = true;
+    table_1.group.assignment_switching_cost = 10.0;
     assert_eq!(scenario.settings.team.group, table_1.group);
     assert_eq!(scenario.settings.team.track.sensor, table_1.track.sensor);
 }
 
 #[test]
-fn a_distribution_is_drawn_from_the_seed() {
-    let draw = |seed| Scenario::load("paper/table-2-single", &Edits::default(), seed).unwrap().uavs;
+fn distributions_are_drawn_from_the_seed() {
+    let draw = |seed| Scenario::load("paper/table-2-single", &Overrides::default(), seed).unwrap().uavs;
     assert_eq!(draw(1), draw(1));
     assert_ne!(draw(1), draw(2));
-    let scenario = load("[uavs]\nspeed_m_s = { uniform = { min = 30.0, max = 31.0 } }\n[[targets.at]]\n").unwrap();
+    let scenario = load("[uavs]\nspeed_m_s = { uniform = { min = 30.0, max = 31.0 } }\n[[targets.start]]\n").unwrap();
     assert!(
         (30.0..31.0).contains(&scenario.settings.team.uav.speed_m_s) && scenario.settings.team.uav.speed_m_s > 30.0
     );
 }
 
 #[test]
-fn more_targets_leave_the_first_ones_alone() {
+fn additional_targets_do_not_change_the_first_ones() {
     let start = |count: &str| {
-        let edits = set(&[&format!("targets.scatter.count={count}")]);
+        let edits = set(&[&format!("targets.random.count={count}")]);
         match Scenario::load("paper/table-2-pair", &edits, 1).unwrap().targets {
             Targets::Random { start, .. } => start,
             Targets::Traffic(_) => panic!("random targets expected"),
@@ -92,7 +92,7 @@ fn more_targets_leave_the_first_ones_alone() {
 }
 
 #[test]
-fn an_unknown_key_suggests_the_right_one() {
+fn unknown_key_suggests_the_right_one() {
     let unknown = |text: &str, expected: &str| check_error(&format!("{text}{TARGET}"), expected);
     unknown(
         "[uavs]\ncount = 1\n  speeed_m_s = 40.0\n",
@@ -106,26 +106,26 @@ fn an_unknown_key_suggests_the_right_one() {
     unknown("[guidence]\nlead_s = 5\n", "/mine.toml:1:2: guidence: there is no such key; did you mean `guidance`?");
     unknown(
         "[orbit]\nlead_s = 5\n",
-        "/mine.toml:2:1: orbit.lead_s: there is no such key; `lead_s` stands in [guidance]",
+        "/mine.toml:2:1: orbit.lead_s: there is no such key; `lead_s` belongs in [guidance]",
     );
     unknown(
         "[uavs]\nduration_s = 5\n",
-        "/mine.toml:2:1: uavs.duration_s: there is no such key; `duration_s` stands at the top",
+        "/mine.toml:2:1: uavs.duration_s: there is no such key; `duration_s` belongs at the top",
     );
     unknown(
         "[uavs]\ncolour = 5\n",
         "/mine.toml:2:1: uavs.colour: there is no such key; in [uavs] there are speed_m_s, speed_change_max_m_s, \
-         turn_rate_max_rad_s, speed_lag_s, turn_rate_lag_s, count, integrator, start_late_s, ring, at, outage, restart, \
+         turn_rate_max_rad_s, speed_lag_s, turn_rate_lag_s, count, integrator, boot_delay_s, ring, at, outage, restart, \
          clock, climb",
     );
     unknown(
-        "[[uavs.at]]\nheading = 5\n",
-        "/mine.toml:2:1: uavs.at.0.heading: there is no such key; did you mean `heading_deg`?",
+        "[[uavs.start]]\nheading = 5\n",
+        "/mine.toml:2:1: uavs.start.0.heading: there is no such key; did you mean `heading_deg`?",
     );
 }
 
 #[test]
-fn a_value_of_the_wrong_kind_is_an_error_with_line_and_column() {
+fn value_of_the_wrong_type_is_an_error_with_line_and_column() {
     let wrong = |text: &str, expected: &str| check_error(&format!("{text}{TARGET}"), expected);
     wrong(
         "[guidance]\nlead_s = \"long\"\n",
@@ -134,15 +134,15 @@ fn a_value_of_the_wrong_kind_is_an_error_with_line_and_column() {
     );
     wrong(
         "[guidance]\nsense = \"left\"\n",
-        "/mine.toml:2:1: guidance.sense = \"left\": must be \"anticlockwise\" or \"clockwise\"",
+        "/mine.toml:2:1: guidance.orbit_direction = \"left\": must be \"anticlockwise\" or \"clockwise\"",
     );
     wrong(
         "[guidance]\nsense = \"clokwise\"\n",
-        "/mine.toml:2:1: guidance.sense = \"clokwise\": must be \"anticlockwise\" or \"clockwise\"; did you mean `clockwise`?",
+        "/mine.toml:2:1: guidance.orbit_direction = \"clokwise\": must be \"anticlockwise\" or \"clockwise\"; did you mean `clockwise`?",
     );
     wrong("duration_s = \n", "/mine.toml:1:14: not a value: a number, true, false, or text in \"quotes\"");
     wrong("uavs = 3\n", "/mine.toml:1:1: uavs = 3: must be a table");
-    wrong("[uavs]\nat = 3\n", "/mine.toml:2:1: uavs.at = 3: must be an array of tables, [[uavs.at]]");
+    wrong("[uavs]\nstart = 3\n", "/mine.toml:2:1: uavs.start = 3: must be an array of tables, [[uavs.start]]");
     wrong(
         "[orbit]\nmargin_sds = { uniform = { min = 1, mox = 2 } }\n",
         "/mine.toml:2:37: orbit.margin_sds.uniform.mox = 2: unknown field `mox`, expected `min` or `max`",
@@ -154,11 +154,11 @@ fn a_value_of_the_wrong_kind_is_an_error_with_line_and_column() {
 }
 
 #[test]
-fn everything_that_is_wrong_is_told_at_once_in_the_order_of_the_text() {
+fn all_errors_are_reported_together_in_the_order_of_the_text() {
     let text = "\
 about = 3
 duration = 5
-settle_s = nan
+transient_s = nan
 period_s = 1..5
 [guidance]
 radial_gian = 0.5
@@ -166,14 +166,14 @@ lead_s = \"three\"
 lead = \"scheduld\"
 [uavs]
 count = 500
-at = [1, { x_m = 2 }]
+start = [1, { x_m = 2 }]
 [orbit]
 margin_sds = { uniform = { min = 3, mx = 4 } }
 radius_min_m = -1
-[[targets.at]]
+[[targets.start]]
 vx_m_s = 1e9
 z_m = 1
-[[targets.at]]
+[[targets.start]]
 y_m = [
 ";
     let error = load(text).unwrap_err();
@@ -185,15 +185,15 @@ y_m = [
 }
 
 #[test]
-fn a_drawn_value_out_of_range_is_told_for_one() {
+fn drawn_value_out_of_range_is_reported_as_drawn() {
     let text = format!("[guidance]\nlead_s = {{ uniform = {{ min = -3, max = -2 }} }}\n{TARGET}");
     let error = load(&text).unwrap_err();
     assert!(error.starts_with("/mine.toml:2:1: guidance.lead_s = -2."), "{error}");
-    assert!(error.ends_with("; this is what was drawn for seed 1: narrow the distribution"), "{error}");
+    assert!(error.ends_with("; this value was drawn for seed 1: narrow the distribution"), "{error}");
 }
 
 #[test]
-fn a_problem_knows_the_text_under_which_it_is_drawn() {
+fn problems_have_an_excerpt_of_the_text() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("mine.toml");
     fs::write(&path, format!("\u{feff}[guidance]\nlead_s = -1\n{TARGET}")).unwrap();
@@ -205,12 +205,12 @@ fn a_problem_knows_the_text_under_which_it_is_drawn() {
 }
 
 #[test]
-fn what_is_no_text_of_ours_is_refused_in_a_word() {
+fn files_with_other_encodings_are_refused_with_a_short_message() {
     let refused = |bytes: &[u8]| {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("mine.toml");
         fs::write(&path, bytes).unwrap();
-        let error = Scenario::load(path.to_str().unwrap(), &Edits::default(), 1).unwrap_err().to_string();
+        let error = Scenario::load(path.to_str().unwrap(), &Overrides::default(), 1).unwrap_err().to_string();
         error.replace(&folder.path().display().to_string(), "")
     };
     let utf16 = "UTF-16 text; a scenario is a TOML file in UTF-8: save it again in that encoding";
@@ -220,7 +220,7 @@ fn what_is_no_text_of_ours_is_refused_in_a_word() {
         refused(b"about = \"x\"\nabout2 = \"\xe9\""),
         "/mine.toml:2:11: not UTF-8 text; a scenario is a TOML file in UTF-8: save it again in that encoding"
     );
-    let long = "/mine.toml: it has 2049 KiB; at most 2048 KiB; name many targets in a traffic file, see [traffic]";
+    let long = "/mine.toml: it has 2049 KiB; at most 2048 KiB; put many targets into a traffic file, see [traffic]";
     assert_eq!(refused(&vec![b' '; (2 << 20) + 1]), long);
     let nested = refused("[".repeat(100_000).as_bytes());
     assert!(nested.starts_with("/mine.toml:1:") && nested.lines().count() == 1, "{nested}");
@@ -231,7 +231,7 @@ fn what_is_no_text_of_ours_is_refused_in_a_word() {
 }
 
 #[test]
-fn endings_of_lines_and_an_editors_mark_change_nothing() {
+fn line_endings_and_byte_order_mark_do_not_matter() {
     let text = format!("duration_s = 50\n{TARGET}");
     let plain = load(&text).unwrap();
     for same in [text.replace('\n', "\r\n"), format!("\u{feff}{text}")] {
@@ -240,7 +240,7 @@ fn endings_of_lines_and_an_editors_mark_change_nothing() {
 }
 
 #[test]
-fn the_schema_for_editors_is_up_to_date() {
+fn schema_for_editors_is_up_to_date() {
     let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../../docs/scenario.schema.json");
     let schema = format!("{:#}\n", standoff_sim::scenario::schema());
     let hint = "write it again: standoff scenarios --schema > docs/scenario.schema.json";
@@ -274,7 +274,7 @@ fn impossible_values_name_key_value_and_range() {
     );
     check_error(
         "duration_s = 10.0\n",
-        "/mine.toml: targets: no targets; give [targets.scatter], [[targets.at]] or [traffic]",
+        "/mine.toml: targets: no targets; give [targets.random], [[targets.start]] or [traffic]",
     );
     check_error(
         &with_target("[traffic]\nfile = \"a.xml\""),
@@ -283,7 +283,7 @@ fn impossible_values_name_key_value_and_range() {
 }
 
 #[test]
-fn everything_out_of_range_is_reported_at_once() {
+fn all_values_out_of_range_are_reported_together() {
     let error = load(&format!("period_s = 0.0\n[guidance]\nradial_gain = 2.0\nseparation_deg = 200.0\n{TARGET}"));
     let lines: Vec<_> = error.unwrap_err().lines().map(str::to_owned).collect();
     assert_eq!(
@@ -291,14 +291,18 @@ fn everything_out_of_range_is_reported_at_once() {
         [
             "/mine.toml:1:1: period_s = 0: must be at least 0.01 and at most 10",
             "/mine.toml:3:1: guidance.radial_gain = 2: must be at least 0.001 and at most 1",
-            "/mine.toml:4:1: guidance.separation_deg = 200: must be at least 0 and at most 180",
+            "/mine.toml:4:1: guidance.desired_phase_deg = 200: must be at least 0 and at most 180",
         ]
     );
 }
 
 #[test]
-fn the_command_line_changes_values_and_is_blamed_for_them() {
-    let good = Scenario::load("paper/table-2-pair", &set(&["guidance.radial_gain=0.5", "guidance.sense=clockwise"]), 1);
+fn errors_in_command_line_values_are_reported_for_the_command_line() {
+    let good = Scenario::load(
+        "paper/table-2-pair",
+        &set(&["guidance.radial_gain=0.5", "guidance.orbit_direction=clockwise"]),
+        1,
+    );
     assert!((good.unwrap().settings.team.guidance.radial_gain - 0.5).abs() < 1e-12);
     let error = |values: &[&str]| Scenario::load("paper/table-2-pair", &set(values), 1).unwrap_err().to_string();
     assert_eq!(
@@ -313,7 +317,7 @@ fn the_command_line_changes_values_and_is_blamed_for_them() {
 }
 
 #[test]
-fn an_euler_step_with_the_gain_of_table_1_is_warned_of() {
+fn euler_step_with_the_gain_of_table_1_gives_a_warning() {
     let edits = set(&["uavs.integrator=euler", "uavs.speed_lag_s=0.5", "uavs.turn_rate_lag_s=0.5"]);
     let scenario = Scenario::load("paper/table-2-pair", &edits, 1).unwrap();
     assert_eq!(scenario.warnings.len(), 1);
@@ -321,99 +325,100 @@ fn an_euler_step_with_the_gain_of_table_1_is_warned_of() {
 }
 
 #[test]
-fn an_euler_step_that_overshoots_is_refused_where_the_lag_is_typed_or_else_the_integrator() {
-    let drawn = |text: &str| Template::of_text("mine.toml", text, None).and_then(|template| template.draw(1));
-    let told = |place: &str, lag: &str, value: &str| {
+fn overshooting_euler_step_is_refused_at_the_lag_or_the_integrator() {
+    let drawn = |text: &str| ScenarioTemplate::of_text("mine.toml", text, None).and_then(|template| template.draw(1));
+    let expected_message = |place: &str, lag: &str, value: &str| {
         format!(
             "mine.toml:{place}: uavs.{lag} = {value}: must be at least 0.5 (the period: with a shorter lag an Euler step \
              overshoots, an exact one does not)"
         )
     };
-    let text = "[[targets.at]]\nvx_m_s = 3\n[uavs]\nintegrator = \"euler\"\nspeed_lag_s = 0.4\nturn_rate_lag_s = 0.5\n";
-    assert_eq!(drawn(text).unwrap_err().to_string(), told("5:1", "speed_lag_s", "0.4"));
+    let text =
+        "[[targets.start]]\nvx_m_s = 3\n[uavs]\nintegrator = \"euler\"\nspeed_lag_s = 0.4\nturn_rate_lag_s = 0.5\n";
+    assert_eq!(drawn(text).unwrap_err().to_string(), expected_message("5:1", "speed_lag_s", "0.4"));
     assert!(drawn(&text.replace("euler", "exact")).is_ok());
     assert!(drawn(&text.replace("0.4", "0.5")).is_ok());
-    let by_default = drawn("[[targets.at]]\nvx_m_s = 3\n[uavs]\nintegrator = \"euler\"\n").unwrap_err().to_string();
+    let by_default = drawn("[[targets.start]]\nvx_m_s = 3\n[uavs]\nintegrator = \"euler\"\n").unwrap_err().to_string();
     for lag in ["speed_lag_s", "turn_rate_lag_s"] {
-        assert!(by_default.contains(&told("4:1", lag, "0.3333333333333333")), "{by_default}");
+        assert!(by_default.contains(&expected_message("4:1", lag, "0.3333333333333333")), "{by_default}");
     }
-    // A record that was flown so, when that was allowed, can still be read.
+    // A record with such values, from a version that allowed them, can still be read.
     let flown = drawn(&text.replace("euler", "exact")).unwrap().resolved().unwrap().replace("\"exact\"", "\"euler\"");
     assert_eq!(Settings::of_record("record", &flown).unwrap().team.uav.speed_lag_s, 0.4);
 }
 
-/// A ring about targets at the edge of what may be typed reaches further: what was flown there can be read.
+/// A ring around targets at the limit of allowed positions extends beyond it: such a record can still be read.
 #[test]
-fn a_record_of_starts_far_out_can_be_read() {
-    let text = "[uavs]\ncount = 2\n[uavs.ring]\nradius_m = 1e6\n[[targets.at]]\nx_m = 1e7\n";
+fn record_with_distant_starts_can_be_read() {
+    let text = "[uavs]\ncount = 2\n[uavs.start_ring]\nradius_m = 1e6\n[[targets.start]]\nx_m = 1e7\n";
     let flown = load(text).unwrap();
     assert!(flown.uavs[0].position.x_m() > 1e7);
     assert_eq!(Settings::of_record("record", &flown.resolved().unwrap()).unwrap(), flown.settings);
 }
 
 #[test]
-fn a_traffic_error_points_into_the_traffic_file() {
+fn traffic_error_has_the_position_in_the_traffic_file() {
     let folder = tempfile::tempdir().unwrap();
     let traffic = folder.path().join("city.xml");
     fs::write(&traffic, "<fcd-export>\n<timestep time=\"1\">\n<vehicle id=\"a\" x=\"?\" y=\"1\"/>\n").unwrap();
-    let edits = Edits { traffic: Some(traffic.clone()), ..Edits::default() };
+    let edits = Overrides { traffic: Some(traffic.clone()), ..Overrides::default() };
     let error = Scenario::load("traffic/convoy", &edits, 1).unwrap_err().to_string();
     assert!(error.starts_with(&format!("{}:3:", traffic.display())), "{error}");
     assert!(error.contains("x = \"?\" is not a number"), "{error}");
 }
 
 #[test]
-fn an_unknown_name_lists_the_built_in_ones_and_suggests_the_nearest() {
-    let error = |name| Scenario::load(name, &Edits::default(), 1).unwrap_err().to_string();
+fn unknown_name_lists_the_built_in_scenarios_and_suggests_the_nearest() {
+    let error = |name| Scenario::load(name, &Overrides::default(), 1).unwrap_err().to_string();
     let far = error("nonsense");
     assert!(far.contains("no such scenario") && far.contains("paper/table-2-pair, "), "{far}");
     assert!(!far.contains("did you mean"), "{far}");
     let both = "figure-9: no such scenario, built in or as a file (No such file or directory (os error 2)); \
-        did you mean `paper/figure-9` or `best/figure-9`?";
+        did you mean `paper/figure-9` or `improved/figure-9`?";
     assert_eq!(error("figure-9"), both);
-    assert!(error("table-2-pairs").ends_with("; did you mean `paper/table-2-pair` or `best/table-2-pair`?"));
+    assert!(error("table-2-pairs").ends_with("; did you mean `paper/table-2-pair` or `improved/table-2-pair`?"));
     assert!(error("paper/figure9").ends_with("; did you mean `paper/figure-9`?"), "{}", error("paper/figure9"));
 }
 
 #[test]
-fn of_a_broken_edit_only_the_edit_is_told() {
-    let edits = Edits { set: vec!["duration_s.x=1".to_owned()], ..Edits::default() };
+fn only_the_edit_is_reported_if_it_is_invalid() {
+    let edits = Overrides { set: vec!["duration_s.x=1".to_owned()], ..Overrides::default() };
     let error = Scenario::load("paper/table-2-pair", &edits, 1).unwrap_err().to_string();
     assert_eq!(error, "command line: duration_s.x: goes through something that is not a table");
 }
 
 #[test]
-fn there_are_at_most_5000_targets_however_they_are_listed() {
+fn at_most_5000_targets_are_allowed_however_they_are_listed() {
     let refused = |scattered: usize, listed: usize| {
         let at = "{x_m=1,y_m=2,vx_m_s=0,vy_m_s=0},".repeat(listed);
         let scatter = format!("scatter = {{count={scattered},x_m=0,y_m=0,vx_m_s=0,vy_m_s=0}}");
-        let text = format!("[targets]\nat = [{at}]\n{scatter}\n");
-        Template::of_text("many", &text, None)
+        let text = format!("[targets]\nstart = [{at}]\n{scatter}\n");
+        ScenarioTemplate::of_text("many", &text, None)
             .and_then(|template| template.draw(1))
             .map(drop)
             .map_err(|e| e.to_string())
     };
     assert_eq!(refused(2000, 3000), Ok(()));
     assert!(
-        refused(2001, 3000).unwrap_err().contains("targets.scatter.count = 2001: must be at least 1 and at most 2000")
+        refused(2001, 3000).unwrap_err().contains("targets.random.count = 2001: must be at least 1 and at most 2000")
     );
-    let many = "many:2:1: targets.at: must be at most 5000, not 5001; many targets belong in a traffic file";
+    let many = "many:2:1: targets.start: must be at most 5000, not 5001; put many targets into a traffic file";
     assert!(refused(1, 5001).unwrap_err().starts_with(many));
 }
 
 #[test]
-fn a_scenario_that_could_not_be_read_again_is_refused_before_it_is_flown() {
-    // Short as it is typed, long as it is spelt out.
+fn scenario_too_large_to_be_read_again_is_refused() {
+    // Short as typed, but long when resolved.
     let some = "{normal={mean=1,sd=1}}";
     let at = format!("{{x_m={some},y_m={some},vx_m_s={some},vy_m_s={some}}},").repeat(4500);
-    let template = Template::of_text("many", &format!("targets.at = [{at}]\n"), None).unwrap();
+    let template = ScenarioTemplate::of_text("many", &format!("targets.start = [{at}]\n"), None).unwrap();
     let error = template.text().unwrap_err().to_string();
     assert!(error.starts_with("many: it has more keys and values than 5000 targets need"), "{error}");
 }
 
-/// Every key that a resolved scenario spells out is on the reference page, and every example there loads.
+/// Every key of a resolved scenario is on the reference page, and every example there loads.
 #[test]
-fn the_reference_page_has_every_key() {
+fn reference_page_has_every_key() {
     let page = fs::read_to_string(concat!(env!("CARGO_MANIFEST_DIR"), "/../../docs/scenarios.md")).unwrap();
     let blocks: Vec<&str> = page.split("```toml\n").skip(1).map(|rest| rest.split("```").next().unwrap()).collect();
     assert_eq!(blocks.len(), 9);
@@ -424,7 +429,7 @@ fn the_reference_page_has_every_key() {
             if let Some(header) = line.strip_prefix('[') {
                 table = header.split(']').next().unwrap().trim_start_matches('[').to_owned();
             } else if let Some((key, _)) = line.split_once(" = ") {
-                // Of a distribution: the number's own key.
+                // For a distribution, the key of the number itself.
                 keys.push(table.strip_suffix(".uniform").map_or_else(|| format!("{table}.{key}"), str::to_owned));
             }
         }
@@ -446,13 +451,13 @@ fn the_reference_page_has_every_key() {
     }
 }
 
-/// The defaults on the reference page are the defaults.
+/// The defaults on the reference page are the actual defaults.
 #[test]
-fn the_reference_page_tells_the_defaults() {
+fn reference_page_has_the_defaults() {
     let page = fs::read_to_string(concat!(env!("CARGO_MANIFEST_DIR"), "/../../docs/scenarios.md")).unwrap();
     let full = page.split("```toml\n").nth(2).unwrap().split("```").next().unwrap();
     let (page, bare) = (load(full).unwrap().settings, load(TARGET).unwrap().settings);
-    assert_eq!((page.duration, page.period, page.settle), (bare.duration, bare.period, bare.settle));
+    assert_eq!((page.duration, page.period, page.transient), (bare.duration, bare.period, bare.transient));
     assert_eq!(
         (page.team.uav, page.team.guidance, page.team.group),
         (bare.team.uav, bare.team.guidance, bare.team.group)
@@ -462,9 +467,9 @@ fn the_reference_page_tells_the_defaults() {
 }
 
 #[test]
-fn a_count_may_be_drawn_and_must_be_whole() {
+fn count_may_be_drawn_and_must_be_an_integer() {
     let count = |seed: u64| {
-        let edits = set(&["targets.scatter.count={ uniform = { min = 2, max = 9 } }"]);
+        let edits = set(&["targets.random.count={ uniform = { min = 2, max = 9 } }"]);
         match Scenario::load("paper/table-2-pair", &edits, seed).unwrap().targets {
             Targets::Random { start, .. } => start.len(),
             Targets::Traffic(_) => 0,
@@ -476,85 +481,85 @@ fn a_count_may_be_drawn_and_must_be_whole() {
 }
 
 #[test]
-fn starts_out_of_this_world_are_refused_where_they_were_typed() {
+fn starts_out_of_range_are_refused_at_their_position() {
     check_error(
-        "[targets.scatter]\nx_m = { normal = { mean = 0.0, sd = 1e7 } }\n",
-        "/mine.toml:2:1: targets.scatter.x_m: up to -60000000: must be at least -10000000 and at most 10000000",
+        "[targets.random]\nx_m = { normal = { mean = 0.0, sd = 1e7 } }\n",
+        "/mine.toml:2:1: targets.random.x_m: up to -60000000: must be at least -10000000 and at most 10000000",
     );
     check_error(
-        "[[targets.at]]\nvx_m_s = 1e300\n",
-        "/mine.toml:2:1: targets.at.0.vx_m_s = 1e300: must be at least -1000 and at most 1000",
+        "[[targets.start]]\nvx_m_s = 1e300\n",
+        "/mine.toml:2:1: targets.start.0.vx_m_s = 1e300: must be at least -1000 and at most 1000",
     );
     check_error(
-        &format!("[uavs.ring]\nspacing_deg = 1e300\n{TARGET}"),
-        "/mine.toml:2:1: uavs.ring.spacing_deg = 1e300: must be at least -1000000 and at most 1000000",
+        &format!("[uavs.start_ring]\nspacing_deg = 1e300\n{TARGET}"),
+        "/mine.toml:2:1: uavs.start_ring.spacing_deg = 1e300: must be at least -1000000 and at most 1000000",
     );
     check_error(
-        &format!("[uavs.ring]\n[[uavs.at]]\n{TARGET}"),
-        "/mine.toml:1:7: uavs.ring: [uavs.ring] and [[uavs.at]] exclude each other; keep one",
+        &format!("[uavs.start_ring]\n[[uavs.start]]\n{TARGET}"),
+        "/mine.toml:1:7: uavs.start_ring: [uavs.start_ring] and [[uavs.start]] exclude each other; keep one",
     );
     check_error(
         &format!("[sensor]\nsensing_range_m = 100.0\n{TARGET}"),
         "/mine.toml:2:1: sensor.sensing_range_m = 100: must be above 250 \
-         (from the smallest orbit, radius_min_m, the centre must be seen)",
+         (the centre must be in view from the smallest orbit, radius_min_m)",
     );
 }
 
 #[test]
-fn a_mistake_is_reported_once_and_the_command_line_is_blamed_for_its_own() {
+fn errors_are_reported_once_and_command_line_errors_as_such() {
     check_error(
         &format!("[sensor]\nrange_sd_m = 1e6\n{TARGET}"),
         "/mine.toml:2:1: sensor.range_sd_m = 1000000: must be at least 0 and at most 100000",
     );
     let error = |values: &[&str]| Scenario::load("tour/01-one-uav", &set(values), 1).unwrap_err().to_string();
     assert!(error(&["nope.key=1"]).starts_with("command line: nope: there is no such key"));
-    assert!(error(&["uavs.at=[{x_m=1,z=2}]"]).contains("command line: uavs.at.0.z: there is no such key"));
+    assert!(error(&["uavs.start=[{x_m=1,z=2}]"]).contains("command line: uavs.start.0.z: there is no such key"));
 }
 
 #[test]
-fn a_printed_or_recorded_traffic_scenario_still_finds_the_built_in_traffic() {
-    let scenario = Scenario::load("traffic/convoy", &Edits::default(), 1).unwrap();
+fn resolved_traffic_scenario_still_finds_the_built_in_traffic() {
+    let scenario = Scenario::load("traffic/convoy", &Overrides::default(), 1).unwrap();
     let again = load(&scenario.resolved().unwrap()).unwrap();
     assert_eq!((again.settings, again.uavs), (scenario.settings, scenario.uavs));
 }
 
 #[test]
-fn traffic_that_is_no_mission_is_refused_by_its_name() {
+fn too_short_traffic_is_refused_with_its_file_name() {
     let folder = tempfile::tempdir().unwrap();
     let traffic = folder.path().join("short.csv");
     fs::write(&traffic, "t,id,x,y\n0,a,0,0\n0.3,a,1,0\n").unwrap();
-    let edits = Edits { traffic: Some(traffic.clone()), ..Edits::default() };
+    let edits = Overrides { traffic: Some(traffic.clone()), ..Overrides::default() };
     let error = Scenario::load("traffic/convoy", &edits, 1).unwrap_err().to_string();
     assert_eq!(error, format!("{}: spans 0.3 s; a mission needs at least one period_s of 0.5 s", traffic.display()));
     check_error("[traffic]\n", "/mine.toml:1:2: traffic.file: missing; name SUMO floating-car data or CSV tracks");
 }
 
-/// `best/*` is `paper/*` but for the improvements, and figure 9 for its start.
+/// `improved/*` differs from `paper/*` only by the improvements; figure 9 also by its start.
 #[test]
-fn the_best_scenarios_differ_from_the_papers_by_their_improvements_alone() {
+fn improved_scenarios_differ_from_the_paper_only_by_the_improvements() {
     let improved = [
-        "filter.lost_in_view_s",
+        "filter.deletion_unseen_in_view_s",
         "about",
         "orbit.margin",
         "orbit.margin_sds",
-        "orbit.on_membership_change",
+        "orbit.centre_jump",
         "orbit.centre",
-        "orbit.aim",
-        "orbit.response_s",
+        "orbit.pointing",
+        "orbit.time_constant_s",
         "orbit.acceleration_max_m_s2",
-        "orbit.approach_max_m_s",
-        "orbit.take_back_fraction",
+        "orbit.closing_speed_max_m_s",
+        "orbit.readmission_radius_fraction",
         "groups.count",
-        "groups.discard",
-        "groups.assignment_inertia",
-        "groups.search",
+        "groups.removal",
+        "groups.assignment_switching_cost",
+        "groups.search_lost_targets",
         "guidance.heading_gain_1_s",
         "guidance.lead",
         "guidance.lead_s",
         "guidance.speed_reference",
         "guidance.turn_rate_gain",
         "guidance.feedforward",
-        "uavs.at",
+        "uavs.start",
     ];
     fn flat(prefix: &str, table: &toml::Table, all: &mut std::collections::BTreeMap<String, toml::Value>) {
         for (key, value) in table {

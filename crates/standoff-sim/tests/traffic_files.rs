@@ -1,4 +1,4 @@
-//! Reads whole traffic files: the project's own, and the real ones of `../shared/data` where they are at hand.
+//! Reads whole traffic files: those of the project, and real ones of `../shared/data` if available.
 
 use standoff::math;
 use std::path::{Path, PathBuf};
@@ -15,7 +15,7 @@ fn data() -> Option<PathBuf> {
     Some(folder)
 }
 
-/// Files whose name ends so, by name.
+/// Returns the files whose names have this ending, sorted by name.
 fn files(folder: &Path, ending: &str) -> Vec<PathBuf> {
     let entries = std::fs::read_dir(folder).into_iter().flatten().flatten();
     let paths = entries.map(|entry| entry.path());
@@ -28,7 +28,7 @@ fn read_file(path: &Path) -> Traffic {
     read(path, &Options::default()).unwrap_or_else(|error| panic!("{error}"))
 }
 
-/// The states that both files have, at the times of the samples: every half second.
+/// Returns the states of both files at the times of the samples, every half second.
 fn pairs(one: &Traffic, other: &Traffic) -> Vec<(VehicleState, VehicleState)> {
     let mut pairs = Vec::new();
     for (a, b) in one.vehicles.iter().zip(&other.vehicles) {
@@ -73,11 +73,11 @@ fn other_xml_is_refused() {
     }
 }
 
-/// UTM is turned against true north by the grid convergence (1.63 degrees in Bologna, 0.59 in Hersfeld) and scaled by
-/// up to 4e-4; besides, the plane and the map differ in curvature. So each file is laid over the other by the turn,
-/// scale and shift that fit best; seen then: at most 0.009 m apart.
+/// UTM is rotated relative to true north by the grid convergence (1.63 degrees in Bologna, 0.59 in Hersfeld) and scaled
+/// by up to 4e-4. In addition, the plane and the map differ in curvature. Therefore the files are aligned by the
+/// rotation, scale and shift of the best fit; the remaining distance is at most 0.009 m.
 #[test]
-fn a_file_in_degrees_has_the_shape_of_the_file_in_metres() {
+fn file_in_degrees_has_the_shape_of_the_file_in_metres() {
     let Some(folder) = data() else { return };
     for geo in files(&folder, ".geo.fcd.xml.gz") {
         let metres = PathBuf::from(geo.to_string_lossy().replace(".geo.", "."));
@@ -107,7 +107,7 @@ fn a_file_in_degrees_has_the_shape_of_the_file_in_metres() {
 }
 
 #[test]
-fn a_gap_of_a_measured_track_is_a_gap() {
+fn gaps_of_measured_tracks_are_kept() {
     let Some(folder) = data() else { return };
     for path in files(&folder, ".csv.gz") {
         let traffic = read_file(&path);
@@ -122,13 +122,13 @@ fn a_gap_of_a_measured_track_is_a_gap() {
 }
 
 #[test]
-fn the_convoy_of_the_project_stays_together() {
+fn convoy_of_the_project_stays_together() {
     let traffic = read_file(&Path::new(env!("CARGO_MANIFEST_DIR")).join("../../scenarios/traffic/convoy.fcd.xml.gz"));
     assert_eq!((traffic.vehicles.len(), traffic.begin_us, traffic.end_us), (6, 0, 219_500_000));
     for time_us in (0..=traffic.end_us).step_by(500_000) {
         let cars: Vec<VehicleState> = traffic.vehicles.iter().filter_map(|vehicle| vehicle.at(time_us)).collect();
-        let everyone = (36_500_000..=165_500_000).contains(&time_us);
-        assert_eq!(cars.len(), if everyone { 6 } else { 5 });
+        let all_six = (36_500_000..=165_500_000).contains(&time_us);
+        assert_eq!(cars.len(), if all_six { 6 } else { 5 });
         let mean = |pick: fn(&VehicleState) -> f64| cars.iter().map(pick).sum::<f64>() / cars.len() as f64;
         let (x, y) = (mean(|car| car.x_m), mean(|car| car.y_m));
         assert!(cars.iter().all(|car| math::hypot(car.x_m - x, car.y_m - y) < 120.0), "at {time_us} us");

@@ -1,6 +1,6 @@
-// How a metric is distributed over the runs, and how two go together. They are drawn by plotly.js.
+// Plots of the batch page, drawn with plotly.js: distribution of one metric over the runs, and scatter of two metrics.
 
-/** Most points of a batch in the scatter. */
+/** Maximum number of points per batch in the scatter plot. */
 const SCATTERED = 5000;
 
 class BatchPlots {
@@ -14,7 +14,7 @@ class BatchPlots {
     return uavs[this.page.data.variants.indexOf(variant) % uavs.length];
   }
 
-  /** Draws whichever plot is shown. */
+  /** Draws the visible plot. */
   async draw() {
     if (!window.Plotly) return;
     if (!element("panel-distribution").hidden) await this.drawDistribution();
@@ -38,7 +38,7 @@ class BatchPlots {
     return `${metric.what || metric.name}${metric.unit ? ` (${metric.unit})` : ""}`;
   }
 
-  /** Bars: how many runs lie where, in percent if batches are compared. Lines and bands: means and their intervals. */
+  /** Draws a histogram of the runs, in percent if batches are compared, with a line at the mean and a band for its interval. */
   async drawDistribution() {
     const { metric, several, data } = this.page;
     const place = element("distribution");
@@ -70,7 +70,7 @@ class BatchPlots {
     await window.Plotly.react(place, traces, layout, PLOT_CONFIG);
   }
 
-  /** A point per run. */
+  /** Draws the scatter plot, with one point per run. */
   async drawScatter() {
     const { data, several } = this.page;
     const place = element("scatter");
@@ -92,13 +92,13 @@ class BatchPlots {
         marker: { color: this.colour(variant), size: 6, opacity: 0.65 },
       });
     }
-    const says = () => {
-      if (!this.page.hasValues) return "too many runs for a page: runs.parquet holds the values";
-      return step > 1 ? `every ${step}th run is shown` : this.page.source.live ? "click a run to replay it" : "click a run for its command";
+    const hint = () => {
+      if (!this.page.hasValues) return "too many runs for the page; the values are in runs.parquet";
+      return step > 1 ? `only one of every ${step} runs is shown` : this.page.source.live ? "click a run to replay it" : "click a run to show its command";
     };
-    element("thinned").textContent = says();
+    element("thinned").textContent = hint();
     const names = [across, up].map((metric) => metric.what || metric.name);
-    place.setAttribute("aria-label", `${names[1]} against ${names[0]}, a point per run`);
+    place.setAttribute("aria-label", `${names[1]} versus ${names[0]}, one point per run`);
     await window.Plotly.react(place, traces, this.layout(plain(this.title(across)), plain(this.title(up))), PLOT_CONFIG);
     if (this.listens) return;
     this.listens = true;
@@ -116,7 +116,7 @@ class BatchPlots {
   }
 }
 
-/** A text in which plotly finds no markup. */
+/** Escapes a text so that plotly does not interpret it as markup. */
 function plain(text) {
   return text.replaceAll("&", "&amp;").replaceAll("<", "&lt;").replaceAll(">", "&gt;");
 }

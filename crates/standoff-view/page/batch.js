@@ -1,4 +1,4 @@
-// The page of many runs: `src/batch.rs` makes its data.
+// The page of Monte Carlo results; `src/batch.rs` writes its data.
 
 /** Columns of the table of metrics. */
 const STATISTICS = [
@@ -8,10 +8,10 @@ const STATISTICS = [
 
 /** Columns of the table of differences. */
 const DIFFERENCES = [
-  ["n", "n"], ["difference", "Difference"], ["ci95", "95 % interval"], ["b_smaller", "Smaller in"],
+  ["n", "n"], ["difference", "Difference"], ["ci95", "95 % interval"], ["b_smaller", "Below A in"],
 ];
 
-/** Four digits that count; a dash for none. */
+/** Formats a number with four significant digits; a dash for a missing value. */
 function four(value) {
   if (value === null || value === undefined) return "\u2013";
   const size = Math.abs(value);
@@ -20,26 +20,26 @@ function four(value) {
   return text.replaceAll("-", "\u2212");
 }
 
-/** `a to b`; a dash for none. */
+/** Formats an interval as `a to b`; a dash for a missing interval. */
 function interval(ends) {
   return ends ? `${four(ends[0])} to ${four(ends[1])}` : four(null);
 }
 
-/** A word as a shell takes it. */
+/** Quotes a word for a shell. */
 function quoted(word) {
   return /^[\w./=:@%+,-]+$/.test(word) ? word : `'${word.replaceAll("'", "'\\''")}'`;
 }
 
-/** An element with text in it. */
-function written(tag, text, attributes = {}) {
+/** Creates an element with a text and attributes. */
+function textElement(tag, text, attributes = {}) {
   const made = document.createElement(tag);
   made.textContent = text;
   for (const [name, value] of Object.entries(attributes)) made.setAttribute(name, value);
   return made;
 }
 
-/** The first two metrics that tell one run from another, or whatever there is. */
-function telling({ metrics, variants }) {
+/** The first two metrics that vary between runs; if there are fewer, the first metrics. */
+function varyingMetrics({ metrics, variants }) {
   const scatters = (metric) => variants.some((variant) => variant.statistics[metric.name]?.sd > 0);
   return [...metrics.filter(scatters), ...metrics].slice(0, 2);
 }
@@ -48,7 +48,7 @@ class BatchPage {
   constructor(data, source) {
     this.data = data;
     this.source = source;
-    [this.metric, this.against] = telling(data);
+    [this.metric, this.against] = varyingMetrics(data);
     this.chosen = null;
     this.plots = new BatchPlots(this);
   }
@@ -57,7 +57,7 @@ class BatchPage {
     return this.data.variants.length > 1;
   }
 
-  /** What the tables and legends call a batch. */
+  /** Label of a batch in tables and legends. */
   letter(variant) {
     const number = this.data.variants.indexOf(variant);
     return number < 26 ? String.fromCharCode(65 + number) : String(number + 1);
@@ -67,24 +67,25 @@ class BatchPage {
     return String(BigInt(variant.seed) + BigInt(run));
   }
 
-  /** Where a served page replays a run. */
+  /** Path at which the server replays a run. */
   path(variant, run) {
     return `run/${this.data.variants.indexOf(variant)}/${this.seed(variant, run)}/`;
   }
 
-  /** What it takes to get the scenario of a batch: what `--set` can say, or a file. */
+  /** The shell command that repeats a run. */
   command(variant, run) {
     const words = ["standoff", "run", ...this.scenario(variant)];
     return [...words, "--seed", this.seed(variant, run)].map(quoted).join(" ");
   }
 
+  /** Arguments that select the scenario of a batch: its name with `--set` options, or a file. */
   scenario(variant) {
     if (this.needsFile(variant)) return [this.tomlName(variant)];
     return [variant.scenario, ...variant.changes.flatMap((change) => ["--set", change])];
   }
 
   needsFile(variant) {
-    // Nothing that a terminal would obey is ever copied.
+    // Control characters must not be copied into a terminal.
     return variant.changes === null || variant.changes.some((change) => /[\x00-\x1f\x7f]/.test(change));
   }
 
@@ -94,15 +95,15 @@ class BatchPage {
 
   show() {
     const { variants, metrics } = this.data;
-    const name = variants.map((variant) => variant.name).join(" against ");
+    const name = variants.map((variant) => variant.name).join(" versus ");
     document.title = `${name} \u2013 standoff`;
     const runs = (variant) => `${variant.runs} run${variant.runs === 1 ? "" : "s"}`;
     element("title").textContent = this.several ? name : `${name}, ${runs(variants[0])}, ${this.seeds(variants[0])}`;
     element("key").textContent = this.several ? variants.map((variant) => `${this.letter(variant)}: ${variant.name}`).join("\n") : "";
     element("key").hidden = !this.several;
-    this.tellMetrics();
-    this.tellDifferences();
-    this.tellBatches();
+    this.showMetrics();
+    this.showDifferences();
+    this.showBatches();
     const names = metrics.map((metric) => [metric.name, metric.what || metric.name]);
     for (const id of ["across", "up"]) {
       element(id).replaceChildren(...names.map(([value, text]) => new Option(text, value)));
@@ -112,7 +113,7 @@ class BatchPage {
     element("across").value = this.metric.name;
     element("up").value = this.against.name;
     element("csv").disabled = !this.hasValues;
-    element("csv").title = this.hasValues ? "" : "too many runs for a page: runs.parquet holds the values";
+    element("csv").title = this.hasValues ? "" : "too many runs for the page; the values are in runs.parquet";
     this.connect();
   }
 
@@ -125,12 +126,12 @@ class BatchPage {
     return `seeds ${first} to ${last}${variant.shard === null ? "" : `, shard ${variant.shard}`}`;
   }
 
-  /** A row per metric and batch. */
-  tellMetrics() {
+  /** Writes the table of statistics, with one row per metric and batch. */
+  showMetrics() {
     const { metrics, variants } = this.data;
     const table = element("metrics");
     const heads = ["Metric", ...(this.several ? ["Batch"] : []), ...STATISTICS.map(([, head]) => head),
-      ...(this.several ? ["Than A"] : [])];
+      ...(this.several ? ["vs. A"] : [])];
     this.head(table, heads);
     for (const metric of metrics) {
       const having = variants.filter((variant) => variant.statistics[metric.name]);
@@ -138,12 +139,13 @@ class BatchPage {
         const variant = having[index];
         const statistics = variant.statistics[metric.name];
         for (const [key] of STATISTICS) this.cell(row, metric, key, statistics[key]);
-        if (this.several) row.append(this.verdict(metric, variant, ["worse", "better", four(null)]));
+        if (this.several) row.append(this.verdict(metric, variant, ["worse", "better"], () => four(null)));
       });
     }
   }
 
-  tellDifferences() {
+  /** Writes the table of differences from the first batch. */
+  showDifferences() {
     const { metrics, variants, comparisons } = this.data;
     element("tab-differences").hidden = !this.several;
     if (!this.several) return;
@@ -156,7 +158,7 @@ class BatchPage {
         const variant = having[index];
         const paired = this.paired(metric, variant);
         for (const [key] of DIFFERENCES) this.cell(row, metric, key, paired[key]);
-        row.append(this.verdict(metric, variant, ["A is better", `${this.letter(variant)} is better`, "no difference seen"]));
+        row.append(this.verdict(metric, variant, ["A is better", `${this.letter(variant)} is better`], undecided));
       });
     }
   }
@@ -165,32 +167,38 @@ class BatchPage {
     return this.data.comparisons[this.data.variants.indexOf(variant) - 1]?.metrics[metric.name];
   }
 
-  /** Whether a batch differs from the first; words for when the first is better, when this one is, and when neither. */
-  verdict(metric, variant, [first, other, neither]) {
+  /**
+   * Creates the cell that compares a batch with the first one: `first` if the first batch is better, `other` if this batch is
+   * better, and the result of `neither` if the difference is not surely beyond the size of interest.
+   */
+  verdict(metric, variant, [first, other], neither) {
     const paired = this.paired(metric, variant);
-    const say = () => {
+    const text = () => {
       if (!paired) return "";
       if (!paired.ci95) return "too few runs";
-      if (!paired.differs) return neither;
+      if (!paired.differs) return neither(paired);
       return { a: first, b: other }[paired.better] ?? "differs";
     };
-    const cell = written("td", say(), { "data-statistic": "verdict" });
+    const cell = textElement("td", text(), { "data-statistic": "verdict" });
     if (paired?.better) cell.classList.add(paired.better === "b" ? "better" : "worse");
     return cell;
   }
 
   head(table, heads) {
     const row = document.createElement("tr");
-    row.append(...heads.map((text) => written("th", text, { scope: "col", "data-head": text })));
-    row.lastChild.classList.toggle("verdict", ["Verdict", "Than A"].includes(heads.at(-1)));
+    row.append(...heads.map((text) => textElement("th", text, { scope: "col", "data-head": text })));
+    row.lastChild.classList.toggle("verdict", ["Verdict", "vs. A"].includes(heads.at(-1)));
     table.tHead.replaceChildren(row);
   }
 
-  /** The rows of a metric, one per batch: its name, as a button, beside a single one and above several. */
+  /**
+   * Inserts the rows of a metric, one per batch. The name of the metric is a button: in the row if there is one batch, above the
+   * rows otherwise.
+   */
   rows(table, metric, variants) {
-    const head = written("th", "", { scope: "row" });
-    const button = written("button", metric.what || metric.name, { type: "button", "aria-pressed": "false", title: metric.name });
-    if (metric.unit) button.append("\u00a0", written("small", metric.unit));
+    const head = textElement("th", "", { scope: "row" });
+    const button = textElement("button", metric.what || metric.name, { type: "button", "aria-pressed": "false", title: metric.name });
+    if (metric.unit) button.append("\u00a0", textElement("small", metric.unit));
     head.append(button);
     const row = () => {
       const made = table.tBodies[0].insertRow();
@@ -207,16 +215,16 @@ class BatchPage {
     }
     return variants.map((variant) => {
       const made = variants.length > 1 ? row() : first;
-      if (variants.length > 1) made.append(written("td", ""));
+      if (variants.length > 1) made.append(textElement("td", ""));
       if (this.several) {
         const number = this.data.variants.indexOf(variant);
-        made.append(written("td", this.letter(variant), { "data-batch": number, title: variant.name }));
+        made.append(textElement("td", this.letter(variant), { "data-batch": number, title: variant.name }));
       }
       return made;
     });
   }
 
-  /** A number in the metric's unit; the exact one, as it is in the files, is its title. */
+  /** Appends a cell with a number in the unit of the metric; the title is the exact number as stored in the files. */
   cell(row, metric, key, value) {
     const scaled = (number) => (number === null ? null : number * metric.factor);
     const text = () => {
@@ -225,35 +233,36 @@ class BatchPage {
       return key === "ci95" ? interval(value?.map(scaled)) : four(scaled(value));
     };
     const exact = value === null ? "" : Array.isArray(value) ? value.join(" to ") : String(value);
-    row.append(written("td", text(), { "data-statistic": key, title: exact }));
+    row.append(textElement("td", text(), { "data-statistic": key, title: exact }));
   }
 
-  tellBatches() {
+  /** Writes the table of batches and the table of the settings in which they differ. */
+  showBatches() {
     const { variants } = this.data;
     const table = element("batches");
     this.head(table, [...(this.several ? ["Batch"] : []), "Scenario", "Runs", "Seeds", "standoff", ""]);
     for (const variant of variants) {
       const row = table.tBodies[0].insertRow();
-      if (this.several) row.append(written("td", this.letter(variant)));
+      if (this.several) row.append(textElement("td", this.letter(variant)));
       for (const text of [variant.scenario, String(variant.runs), this.seeds(variant).replace("seeds ", ""), variant.version]) {
-        row.append(written("td", text));
+        row.append(textElement("td", text));
       }
-      const button = written("button", "Save scenario", { type: "button", title: "The scenario with all changes, as TOML" });
+      const button = textElement("button", "Save scenario", { type: "button", title: "Save the scenario with all changes as TOML" });
       button.addEventListener("click", () => save(this.tomlName(variant), variant.toml, "application/toml"));
       row.insertCell().append(button);
     }
-    const keys = [...new Set(variants.flatMap((variant) => Object.keys(variant.settings)))].sort();
+    const settingNames = [...new Set(variants.flatMap((variant) => Object.keys(variant.settings)))].sort();
     const settings = element("settings");
     settings.hidden = !this.several;
     this.head(settings, ["Setting", ...variants.map((variant) => this.letter(variant))]);
-    for (const key of keys) {
+    for (const key of settingNames) {
       const row = settings.tBodies[0].insertRow();
-      row.append(written("td", key), ...variants.map((variant) => written("td", variant.settings[key] ?? "not set")));
+      row.append(textElement("td", key), ...variants.map((variant) => textElement("td", variant.settings[key] ?? "not set")));
     }
-    if (!keys.length) settings.tBodies[0].insertRow().append(written("td", "none"));
+    if (!settingNames.length) settings.tBodies[0].insertRow().append(textElement("td", "none"));
   }
 
-  /** Shows a metric: its distribution, its runs. */
+  /** Selects a metric and shows its distribution and its runs. */
   choose(metric) {
     this.metric = metric;
     for (const row of document.querySelectorAll("tr[data-metric]")) {
@@ -264,20 +273,20 @@ class BatchPage {
     try {
       history.replaceState(null, "", `#${encodeURIComponent(metric.name)}`);
     } catch {
-      // A page may not be allowed to say where it is.
+      // Some browsers do not allow a page opened from a file to change its address.
     }
     element("metric").textContent = metric.what || metric.name;
     element("told").textContent = this.sentence();
     element("value").textContent = metric.unit ? `Value (${metric.unit})` : "Value";
     const ends = { large: ["largest", "smallest"], small: ["smallest", "largest"] }[metric.bad] ?? ["largest", "smallest"];
-    const words = (end, index) => (metric.bad ? `${index === 0 ? "worst" : "best"}: ${end} first` : `${end} first`);
-    element("end").replaceChildren(...ends.map((end, index) => new Option(words(end, index), end)));
+    const label = (end, index) => (metric.bad ? `${index === 0 ? "worst" : "best"}: ${end} first` : `${end} first`);
+    element("end").replaceChildren(...ends.map((end, index) => new Option(label(end, index), end)));
     element("across").value = metric.name;
-    this.tellRuns();
+    this.showRuns();
     this.plots.draw();
   }
 
-  /** Mean and interval of each batch, in words. */
+  /** Describes the mean and the interval of each batch in a sentence. */
   sentence() {
     const { metric } = this;
     const unit = metric.unit ? ` ${metric.unit}` : "";
@@ -286,16 +295,16 @@ class BatchPage {
       const statistics = variant.statistics[metric.name];
       if (!statistics?.n) return null;
       const between = statistics.ci95 ? ` (${interval(statistics.ci95.map(scaled))})` : "";
-      const who = this.several ? `${this.letter(variant)}: ` : "";
-      return `${who}mean ${four(scaled(statistics.mean))}${unit}${between}, n = ${statistics.n}`;
+      const label = this.several ? `${this.letter(variant)}: ` : "";
+      return `${label}mean ${four(scaled(statistics.mean))}${unit}${between}, n = ${statistics.n}`;
     };
     const all = this.data.variants.map(of).filter(Boolean);
     if (!all.length) return "No run has a value.";
-    return `${metric.name}. ${all.join("; ")}.${metric.pooled ? " The mean is pooled: of sums over all runs." : ""}`;
+    return `${metric.name}. ${all.join("; ")}.${metric.pooled ? " The mean is pooled: it is computed from sums over all runs." : ""}`;
   }
 
-  /** The runs at one end of the metric. */
-  tellRuns() {
+  /** Lists the runs with the smallest or the largest values of the metric. */
+  showRuns() {
     const { metric } = this;
     const variant = this.data.variants[Number(element("variant").value)];
     const runs = variant.ends[metric.name]?.[element("end").value] ?? [];
@@ -303,13 +312,13 @@ class BatchPage {
       const row = document.createElement("tr");
       row.dataset.run = run;
       const seed = this.seed(variant, run);
-      for (const text of [index + 1, four(value * metric.factor), run, seed]) row.append(written("td", text));
+      for (const text of [index + 1, four(value * metric.factor), run, seed]) row.append(textElement("td", text));
       row.cells[1].title = String(value);
-      const see = this.source.live
-        ? written("a", "Replay", { href: this.path(variant, run), "aria-label": `Replay run ${run}, seed ${seed}` })
-        : written("button", "Command", { type: "button", "aria-label": `Command for run ${run}, seed ${seed}` });
+      const open = this.source.live
+        ? textElement("a", "Replay", { href: this.path(variant, run), "aria-label": `Replay run ${run}, seed ${seed}` })
+        : textElement("button", "Command", { type: "button", "aria-label": `Command for run ${run}, seed ${seed}` });
       row.append(document.createElement("td"));
-      row.lastChild.append(see);
+      row.lastChild.append(open);
       row.addEventListener("click", () => this.chooseRun(variant, run));
       return row;
     });
@@ -318,7 +327,7 @@ class BatchPage {
     else this.chooseRun(null);
   }
 
-  /** The run that the line at the bottom is about. */
+  /** Selects a run and shows it in the footer; without arguments, clears the selection. */
   chooseRun(variant, run) {
     this.chosen = variant && { variant, run };
     for (const id of ["command", "copy"]) element(id).hidden = !variant;
@@ -330,11 +339,11 @@ class BatchPage {
     element("replay").href = this.path(variant, run);
     element("command").textContent = this.command(variant, run);
     element("toml").textContent = `Save ${this.tomlName(variant)}`;
-    element("toml").title = variant.has_traffic ? "Its traffic file belongs beside it" : "";
+    element("toml").title = variant.has_traffic ? "Save the traffic file in the same folder" : "";
     for (const row of element("runs").tBodies[0].rows) row.classList.toggle("chosen", Number(row.dataset.run) === run);
   }
 
-  /** A run in the scatter was clicked. */
+  /** Selects a run that was clicked in the scatter plot, and replays it if the page is served. */
   open(variant, run) {
     this.chooseRun(variant, run);
     if (this.source.live) location.assign(this.path(variant, run));
@@ -351,7 +360,7 @@ class BatchPage {
     }
   }
 
-  /** Every value of every run, as in `runs.parquet`. */
+  /** Saves all values of all runs as CSV, in the units of `runs.parquet`. */
   saveCsv() {
     const { metrics, variants } = this.data;
     const lines = [["batch", "run", "seed", ...metrics.map((metric) => metric.name)]];
@@ -365,7 +374,7 @@ class BatchPage {
     save(`${fileName(variants[0].scenario)}-runs.csv`, `${lines.map((line) => line.join(",")).join("\n")}\n`, "text/csv");
   }
 
-  /** Another theme has other colours. */
+  /** Applies the colours of the current theme. */
   renew() {
     for (const cell of document.querySelectorAll("td[data-batch]")) {
       cell.style.setProperty("--batch", this.plots.colour(this.data.variants[Number(cell.dataset.batch)]));
@@ -374,8 +383,8 @@ class BatchPage {
   }
 
   connect() {
-    element("end").addEventListener("change", () => this.tellRuns());
-    element("variant").addEventListener("change", () => this.tellRuns());
+    element("end").addEventListener("change", () => this.showRuns());
+    element("variant").addEventListener("change", () => this.showRuns());
     for (const id of ["across", "up"]) element(id).addEventListener("change", () => this.plots.draw());
     element("copy").addEventListener("click", () => this.copy());
     element("toml").addEventListener("click", () => {
@@ -413,14 +422,20 @@ class BatchPage {
   }
 }
 
-/** Brings the results to the page. */
+/** The verdict on a difference that is not surely beyond the size of interest. */
+function undecided({ ci95: [low, high], interest }) {
+  if (low <= 0 && high >= 0) return "no significant difference";
+  return low >= -interest && high <= interest ? "below the size of interest" : "may be below the size of interest";
+}
+
+/** Loads the results and shows them on the page. */
 async function showBatch(source) {
   try {
     const page = new BatchPage(await source.batch(), source);
-    const wanted = location.hash;
+    const hash = location.hash;
     page.show();
     themed(() => page.renew());
-    page.choose(page.data.metrics.find((metric) => `#${encodeURIComponent(metric.name)}` === wanted) ?? page.metric);
+    page.choose(page.data.metrics.find((metric) => `#${encodeURIComponent(metric.name)}` === hash) ?? page.metric);
     document.body.dataset.ready = "tables";
     await new Promise((resolve) => requestAnimationFrame(() => setTimeout(resolve)));
     await source.charts();
@@ -428,6 +443,6 @@ async function showBatch(source) {
     document.body.dataset.ready = "charts";
   } catch (error) {
     element("warning").hidden = false;
-    element("warning").textContent = `The data could not be read: ${error.message}`;
+    element("warning").textContent = `Cannot read the data: ${error.message}`;
   }
 }

@@ -1,4 +1,4 @@
-// What part of the plane the map shows: north up, one scale for both axes.
+// The part of the plane that the map shows: north up, the same scale for both axes.
 
 class Camera {
   constructor() {
@@ -7,21 +7,21 @@ class Camera {
     this.px_per_m = 0.2;
     this.width = 1;
     this.height = 1;
-    /** Of the height, what is covered at the top, px. */
+    /** Height at the top that is covered by the toolbar, px. */
     this.top = 0;
   }
 
-  /** Looks where another one looks. */
+  /** Shows the same area as another camera. */
   look({ x_m, y_m, px_per_m }) {
     Object.assign(this, { x_m, y_m, px_per_m });
   }
 
-  /** From the world to the canvas, px. */
+  /** Converts world coordinates to canvas coordinates, px. */
   at(x_m, y_m) {
     return [this.width / 2 + (x_m - this.x_m) * this.px_per_m, this.height / 2 - (y_m - this.y_m) * this.px_per_m];
   }
 
-  /** From the canvas to the world, m. */
+  /** Converts canvas coordinates to world coordinates, m. */
   world(x, y) {
     return [this.x_m + (x - this.width / 2) / this.px_per_m, this.y_m - (y - this.height / 2) / this.px_per_m];
   }
@@ -31,7 +31,7 @@ class Camera {
     this.y_m += dy / this.px_per_m;
   }
 
-  /** Zooms about a place on the canvas, which stays where it is. */
+  /** Zooms about a position on the canvas, which stays in place. */
   zoom(factor, x = this.width / 2, y = this.height / 2) {
     const [x_m, y_m] = this.world(x, y);
     this.px_per_m = Math.min(Math.max(this.px_per_m * factor, 1e-4), 50);
@@ -40,20 +40,20 @@ class Camera {
     this.y_m += y_m - now_y_m;
   }
 
-  /** Where to look, and how closely, to see all between west, south, east and north, with room about it. */
+  /** Returns the view that fits bounds (west, south, east, north), enlarged by the factor `room`. */
   fitted([west, south, east, north], room) {
     const [wide, high] = [room * (east - west), room * (north - south)].map((side_m) => Math.max(side_m, 200));
     const px_per_m = Math.min(this.width / wide, (this.height - this.top) / high);
     return { x_m: (west + east) / 2, y_m: (south + north) / 2 + this.top / 2 / px_per_m, px_per_m };
   }
 
-  /** Whether all between west, south, east and north can be seen from there. */
-  holds([west, south, east, north], { x_m, y_m, px_per_m }) {
+  /** Whether a view contains bounds (west, south, east, north). */
+  contains([west, south, east, north], { x_m, y_m, px_per_m }) {
     const [half_x_m, half_y_m] = [this.width / 2 / px_per_m, this.height / 2 / px_per_m];
     return west >= x_m - half_x_m && east <= x_m + half_x_m && south >= y_m - half_y_m && north <= y_m + half_y_m - this.top / px_per_m;
   }
 
-  /** Moves a share of the way to a goal; says whether it is there. */
+  /** Moves a fraction of the way to another view; returns whether it has been reached. */
   glide(goal, share) {
     const off_px = Math.hypot(goal.x_m - this.x_m, goal.y_m - this.y_m) * this.px_per_m;
     const zoom = Math.log(goal.px_per_m / this.px_per_m);
@@ -67,13 +67,14 @@ class Camera {
     return false;
   }
 
+  /** Whether a position is on the canvas, or within `margin` px of it. */
   sees(x_m, y_m, margin = 20) {
     const [x, y] = this.at(x_m, y_m);
     return x > -margin && y > -margin && x < this.width + margin && y < this.height + margin;
   }
 }
 
-/** Latitude and longitude, degrees, of a place in the plane that touches the WGS84 ellipsoid at the origin. */
+/** Latitude and longitude, degrees, of a position in the plane that touches the WGS84 ellipsoid at the origin. */
 function geographic(origin, east_m, north_m) {
   const a = 6378137;
   const f = 1 / 298.257223563;
@@ -86,7 +87,7 @@ function geographic(origin, east_m, north_m) {
   const y = out_m * Math.sin(lon0) + Math.cos(lon0) * east_m;
   const z = n0 * (1 - e2) * Math.sin(lat0) + Math.cos(lat0) * north_m;
   const p = Math.hypot(x, y);
-  // Fixed point of the latitude: near the surface each round gains more than two digits.
+  // Fixed-point iteration of the latitude: near the surface each round gains more than two digits.
   let lat = Math.atan2(z, p * (1 - e2));
   for (let round = 0; round < 6; round++) {
     const n = a / Math.sqrt(1 - e2 * Math.sin(lat) ** 2);
@@ -95,7 +96,7 @@ function geographic(origin, east_m, north_m) {
   return [(lat * 180) / Math.PI, (Math.atan2(y, x) * 180) / Math.PI];
 }
 
-/** A latitude or longitude in words. */
+/** Formats a latitude or longitude. */
 function degrees(value, positive, negative) {
   return `${Math.abs(value).toFixed(6)}\u00b0 ${value < 0 ? negative : positive}`;
 }

@@ -1,16 +1,16 @@
-// Cards over a map: what is under the pointer, and what has been chosen; and a note of what cannot be followed.
+// Cards on the map: for the object under the pointer and for the selected object; and a note if the followed object does not exist.
 
 class Cards {
   constructor(run, canvas) {
     this.run = run;
     this.canvas = canvas;
-    /** Where a mouse points, px; `null` for nowhere. */
+    /** Position of the mouse, px; `null` if it is outside the map. */
     this.pointed = null;
     this.hover = make("div", "card hover");
     this.hover.setAttribute("role", "tooltip");
     this.hover.hidden = true;
     this.chosen = make("section", "card chosen");
-    this.chosen.setAttribute("aria-label", "What is chosen");
+    this.chosen.setAttribute("aria-label", "Selected object");
     this.chosen.hidden = true;
     const bar = make("div", "bar");
     this.title = make("h2");
@@ -41,15 +41,16 @@ class Cards {
     });
   }
 
+  /** Whether the map follows the selected object. */
   follows() {
     const { object, followed } = this.run.choice;
     return Boolean(object && followed) && objectWord(object) === objectWord(followed);
   }
 
-  /** Shows what there is to say now. */
+  /** Updates the cards. */
   show() {
     const { run, canvas } = this;
-    // Before the first picture there is nothing to say.
+    // Before the first drawn frame there is nothing to show.
     if (!run.film.parts.length || run.map.scene === NO_SCENE) return;
     const { object } = run.choice;
     this.chosen.hidden = !object;
@@ -64,11 +65,11 @@ class Cards {
       fill(...this.hovered, account(run, under));
       this.place(...this.pointed);
     }
-    const words = this.lost();
-    if (this.note.textContent !== words) this.note.textContent = words;
+    const note = this.noteText();
+    if (this.note.textContent !== note) this.note.textContent = note;
   }
 
-  /** Beside the pointer, inside the map. */
+  /** Places the card next to the pointer, inside the map. */
   place(x, y) {
     const { hover, canvas } = this;
     const { offsetWidth, offsetHeight } = hover;
@@ -77,15 +78,15 @@ class Cards {
     hover.style.top = `${canvas.offsetTop + beside(y, offsetHeight, canvas.clientHeight)}px`;
   }
 
-  /** That what is followed is not there, in words. */
-  lost() {
+  /** Text that says that the followed object does not exist or has dropped out; empty otherwise. */
+  noteText() {
     const { film, choice, map } = this.run;
     const { followed } = choice;
     if (!followed || followed === WHOLE_RUN || followed === ALL_NOW) return "";
     const one = found(map.scene, followed);
     if (one) return one.out ? outWords(one) : "";
-    const words = absence(film, map.scene, followed);
-    return words && `${words}; the map stays where it is`;
+    const text = absence(film, map.scene, followed);
+    return text && `${text}; the map stays in place`;
   }
 }
 
@@ -95,22 +96,22 @@ function make(tag, name = "") {
   return made;
 }
 
-/** Writes a card, in place where it can; of what is empty it says nothing. */
+/** Fills a card. Existing elements are reused, and facts without a value are left out. */
 function fill(head, body, { title, what, facts: all }) {
   if (!body.firstChild) body.append(make("p"), make("dl"));
-  const [say, list] = body.children;
-  const facts = all.filter(([, words]) => words !== "");
+  const [description, list] = body.children;
+  const facts = all.filter(([, value]) => value !== "");
   const put = (place, text) => {
     if (place.textContent !== text) place.textContent = text;
   };
   put(head, title);
-  put(say, what);
+  put(description, what);
   while (list.children.length > 2 * facts.length) list.lastChild.remove();
-  facts.forEach(([heading, words, about, key], index) => {
+  facts.forEach(([heading, text, about, key], index) => {
     if (!list.children[2 * index]) list.append(make("dt"), make("dd"));
     const [term, value] = [list.children[2 * index], list.children[2 * index + 1]];
     put(term, heading);
-    put(value, words);
+    put(value, text);
     term.title = about;
     value.dataset.field = key;
   });

@@ -1,8 +1,8 @@
-// Charts over time, linked to the time shown. They are drawn by plotly.js, a plot for each panel.
+// Charts over time, linked to the time shown. They are drawn with plotly.js, with one plot per panel.
 
-/** Most points of a curve; of more, the least and the most of each stretch are shown. */
+/** Maximum number of points of a curve; longer curves are reduced to the minimum and the maximum of each interval. */
 const POINTS = 1500;
-/** A plot, and the room about it, px. */
+/** Height and margins of a plot, px. */
 const PLOT_HEIGHT = 112;
 const PLOT_LEFT = 52;
 const PLOT_RIGHT = 12;
@@ -18,15 +18,15 @@ class Charts {
     this.cursor = element("cursor");
     this.panels = [TARGET_PANEL, ...PANELS].map((spec) => new Panel(spec));
     element("panels").append(...this.panels.map((panel) => panel.section));
-    /** Panels that the reader does not want. */
-    this.unwanted = new Set();
-    /** Curves that are shown; of none, all. */
+    /** Keys of the hidden panels. */
+    this.hidden = new Set();
+    /** Ids of the selected curves; an empty set selects all. */
     this.only = { uavs: new Set(), groups: new Set() };
-    /** The stretch of time shown; `null` for the whole run. */
+    /** The time range shown; `null` for the whole run. */
     this.range_s = null;
-    /** Curves of what is looked at: `null`, or ids by kind. */
+    /** Emphasised curves of the selected object: `null`, or ids by kind. */
     this.front = null;
-    /** The target that is looked at. */
+    /** Data of the selected target. */
     this.target = null;
     this.width = 0;
     this.round = 0;
@@ -45,9 +45,9 @@ class Charts {
     return this.page.film;
   }
 
-  /** The panels that are on. */
+  /** The visible panels. */
   get shown() {
-    return this.panels.filter(({ spec }) => (spec === TARGET_PANEL ? this.target : !this.unwanted.has(spec.key)));
+    return this.panels.filter(({ spec }) => (spec === TARGET_PANEL ? this.target : !this.hidden.has(spec.key)));
   }
 
   get shown_s() {
@@ -55,7 +55,7 @@ class Charts {
     return this.range_s ?? [times_s[0] ?? 0, Math.max(end_s, (times_s[0] ?? 0) + 1)];
   }
 
-  /** The curves of a panel: what it is of, name, look, values. */
+  /** The curves of a panel: object, name, style, values. */
   *curvesOf(spec) {
     const { film, target } = this;
     if (spec === TARGET_PANEL) {
@@ -77,7 +77,7 @@ class Charts {
     return !this.only[of]?.size || this.only[of].has(id);
   }
 
-  /** What is drawn of a panel's curves; those that stand in front come last. */
+  /** The plotly traces of a panel; emphasised curves come last, on top. */
   traces(panel) {
     const { front } = this;
     const isFront = ({ of, id }) => front?.[of]?.has(id) ?? false;
@@ -94,7 +94,7 @@ class Charts {
       const style = [curve.of, curve.colour, curve.dash, ahead].join();
       const before = last.get(style);
       if (before && before.x.at(-1) < points.x[0]) {
-        // Groups end and others begin: those of one colour are one line with gaps.
+        // Consecutive groups of the same colour share one trace with gaps.
         before.x.push(points.x[0], ...points.x);
         before.y.push(null, ...points.y);
         before.meta.push({ of: curve.of, id: curve.id, column: curve.column });
@@ -112,7 +112,7 @@ class Charts {
     return traces;
   }
 
-  /** Lines from side to side, and what is shaded. */
+  /** Horizontal lines and shaded time ranges of a panel. */
   shapes(spec) {
     const { alarm, none } = palette();
     const levels = spec.levels?.(this.film.head.limits) ?? [];
@@ -120,7 +120,7 @@ class Charts {
       type: "line", xref: "paper", x0: 0, x1: 1, y0: level * spec.factor, y1: level * spec.factor, line: { color: alarm, width: 1, dash: "dash" },
     }));
     if (spec !== TARGET_PANEL) return shapes;
-    // Closer together than half a pixel they could not be told apart.
+    // Ranges closer together than half a pixel are merged.
     const gap_s = (this.shown_s[1] - this.shown_s[0]) / (2 * this.width);
     const bands = (concern, fillcolor) => this.target.stretches(concern, gap_s).map(([x0, x1]) => (
       { type: "rect", x0, x1, yref: "paper", y0: 0, y1: 1, fillcolor, line: { width: 0 }, layer: "below" }));
@@ -140,7 +140,7 @@ class Charts {
     };
   }
 
-  /** Round times at which the grid and the axis have lines. */
+  /** Round times of the grid lines and the axis labels. */
   ticks() {
     const [first, last] = this.shown_s;
     const rough = (last - first) / Math.max(2, Math.floor((this.width - PLOT_LEFT - PLOT_RIGHT) / 55));
@@ -151,7 +151,7 @@ class Charts {
     return ticks;
   }
 
-  /** Draws everything anew: for the first time, or because there is more, another run, another choice, another theme. */
+  /** Redraws all panels, because the data, the run, the selection or the theme has changed. */
   async draw() {
     if (!window.Plotly || !this.place.clientWidth) return;
     const round = ++this.round;
@@ -163,14 +163,14 @@ class Charts {
     const { shown } = this;
     for (const panel of this.panels) panel.section.hidden = !shown.includes(panel);
     const window_px = this.place.parentElement.getBoundingClientRect();
-    const isInSight = (panel) => {
+    const isVisible = (panel) => {
       const box = panel.section.getBoundingClientRect();
       return box.bottom > window_px.top && box.top < window_px.bottom;
     };
-    const inSight = shown.filter(isInSight);
-    for (const panel of [...inSight, ...shown.filter((panel) => !inSight.includes(panel))]) {
-      // What cannot be seen yet keeps nobody waiting.
-      if (!inSight.includes(panel)) await new Promise((resolve) => setTimeout(resolve));
+    const visible = shown.filter(isVisible);
+    for (const panel of [...visible, ...shown.filter((panel) => !visible.includes(panel))]) {
+      // Panels that are scrolled out of view do not delay the browser.
+      if (!visible.includes(panel)) await new Promise((resolve) => setTimeout(resolve));
       if (round !== this.round) return;
       this.fill(panel);
       await window.Plotly.react(panel.plot, panel.traces, this.layout(panel), CHART_CONFIG);
@@ -178,7 +178,7 @@ class Charts {
     this.follow();
   }
 
-  /** Looks up the curves of a panel. */
+  /** Collects the curves, the traces and the heading of a panel. */
   fill(panel) {
     const { spec } = panel;
     const { ink, alarm, none } = palette();
@@ -192,12 +192,12 @@ class Charts {
       const { share, id } = this.target;
       panel.name = `Target ${short(this.film.head.targets[id] ?? String(id))}`;
       notes.push([alarm, "solid", "out of view"], [none, "solid", "coasting"]);
-      if (share < 1) notes.push([none, "dot", `reading, ${Math.floor(100 * share)} %`]);
+      if (share < 1) notes.push([none, "dot", `loading, ${Math.floor(100 * share)} %`]);
     }
     panel.head(panel.name, notes);
   }
 
-  /** Takes in what is looked at. */
+  /** Updates the charts to the run and the selection of the page. */
   chosen() {
     const { film } = this;
     const { object } = this.page.choice;
@@ -205,7 +205,7 @@ class Charts {
       this.filmDrawn = film;
       this.only.uavs.clear();
       this.only.groups.clear();
-      // Of another run a stretch may be beyond its end.
+      // The time range may be beyond the end of the other run.
       this.range_s = null;
     }
     this.object = objectWord(object);
@@ -224,26 +224,26 @@ class Charts {
     this.front = this.frontOf(object);
   }
 
-  /** The curves of an object: its own, and those of the groups or UAVs that it ever had to do with. */
+  /** Ids of the emphasised curves: those of an object, and of the groups or UAVs related to it at any time. */
   frontOf(object) {
     if (!object) return null;
     const { film } = this;
-    const served = (uav) => new Set(film.series("uavs", "group", uav).filter((group) => !Number.isNaN(group)));
+    const groupsOf = (uav) => new Set(film.series("uavs", "group", uav).filter((group) => !Number.isNaN(group)));
     const sets = {
-      uav: () => ({ uavs: new Set([object.id]), groups: served(object.id) }),
-      group: () => ({ uavs: new Set(film.ids.uavs.filter((uav) => served(uav).has(object.id))), groups: new Set([object.id]) }),
-      intruder: () => ({ uavs: new Set(film.ids.uavs.filter((uav) => film.series("uavs", "avoids_intruder", uav).includes(object.id))), groups: new Set() }),
+      uav: () => ({ uavs: new Set([object.id]), groups: groupsOf(object.id) }),
+      group: () => ({ uavs: new Set(film.ids.uavs.filter((uav) => groupsOf(uav).has(object.id))), groups: new Set([object.id]) }),
+      intruder: () => ({ uavs: new Set(film.ids.uavs.filter((uav) => film.series("uavs", "avoided_intruder", uav).includes(object.id))), groups: new Set() }),
       target: () => ({ uavs: new Set(), groups: this.target.groups }),
     }[object.kind]();
     return { ...sets, key: `${objectWord(object)}: ${[...sets.uavs]}; ${[...sets.groups]}` };
   }
 
-  /** If there is anything, draws it anew. */
+  /** Redraws the charts if they have been drawn before. */
   renew() {
     if (this.round) this.draw();
   }
 
-  /** Shows a stretch of time, or with `null` the whole run. */
+  /** Shows a time range; `null` shows the whole run. */
   zoom(range_s) {
     const [first, last] = [this.film.times_s[0], this.film.end_s];
     this.range_s = range_s && (range_s[0] > first || range_s[1] < last) ? this.atLeast(range_s) : null;
@@ -251,19 +251,19 @@ class Charts {
     this.draw();
   }
 
-  /** A stretch of time widened until it holds a few instants. */
+  /** A time range, widened to at least four time steps. */
   atLeast([from_s, to_s]) {
-    const lacking_s = Math.max(0, 4 * this.film.head.period_s - (to_s - from_s));
-    return [from_s - lacking_s / 2, to_s + lacking_s / 2];
+    const missing_s = Math.max(0, 4 * this.film.head.period_s - (to_s - from_s));
+    return [from_s - missing_s / 2, to_s + missing_s / 2];
   }
 
-  /** How far to the right a time is, px. */
+  /** Horizontal position of a time, px. */
   pxOf(time_s) {
     const [first, last] = this.shown_s;
     return PLOT_LEFT + ((time_s - first) / (last - first)) * (this.width - PLOT_LEFT - PLOT_RIGHT);
   }
 
-  /** The time under the pointer; `null` beside the plots. */
+  /** The time under the pointer; `null` outside the plots. */
   timeAt(clientX, isClamped = false) {
     const [first, last] = this.shown_s;
     const x = (clientX - this.place.getBoundingClientRect().left) / pageZoom();
@@ -272,7 +272,7 @@ class Charts {
     return first + Math.min(Math.max(share, 0), 1) * (last - first);
   }
 
-  /** Moves the line of the time shown. */
+  /** Moves the line that marks the time shown. */
   follow() {
     if (!this.round) return;
     const { time_s } = this.clock;
@@ -286,21 +286,21 @@ class Charts {
     }
   }
 
-  /** The axis of time, which stays in sight. */
+  /** Draws the time axis, which stays visible while the panels scroll. */
   axis() {
-    const words = this.ticks().map((time_s) => {
-      const word = document.createElement("span");
-      word.append(String(time_s));
-      word.style.left = `${this.pxOf(time_s)}px`;
-      return word;
+    const labels = this.ticks().map((time_s) => {
+      const label = document.createElement("span");
+      label.append(String(time_s));
+      label.style.left = `${this.pxOf(time_s)}px`;
+      return label;
     });
     const unit = document.createElement("span");
     unit.className = "unit";
     unit.append("s");
-    element("time-axis").replaceChildren(...words, unit);
+    element("time-axis").replaceChildren(...labels, unit);
   }
 
-  /** A click shows that time, a stretch dragged over is enlarged, a double click shows the whole run again. */
+  /** Connects the pointer: a click goes to a time, dragging zooms in, a double click shows the whole run. */
   drag() {
     const place = element("panels");
     const span = element("span");
@@ -317,7 +317,7 @@ class Charts {
       from = { clientX: pointer.clientX, pointerId: pointer.pointerId };
     });
     place.addEventListener("pointermove", (pointer) => {
-      // It was let go of somewhere else.
+      // The button was released outside the window.
       if (from && !(pointer.buttons & 1)) end();
       if (from && Math.abs(pointer.clientX - from.clientX) >= CLICK_PX && !dragged) {
         dragged = true;
@@ -354,22 +354,22 @@ class Charts {
     });
     place.addEventListener("dblclick", () => {
       if (!this.range_s || dragged) return;
-      // Its first click went to a time.
+      // The first click of the double click has changed the time: restore it.
       this.clock.seek(before_s);
       this.zoom(null);
     });
   }
 
-  /** The list of panels, while it is open: what each is, and whether it is wanted. */
+  /** Creates the list of panels with their descriptions; it is filled while it is open. */
   menu() {
     const row = (spec) => {
       const box = document.createElement("input");
       box.type = "checkbox";
-      box.checked = !this.unwanted.has(spec.key);
+      box.checked = !this.hidden.has(spec.key);
       box.name = `panel-${spec.key}`;
       box.addEventListener("change", () => {
-        if (box.checked) this.unwanted.delete(spec.key);
-        else this.unwanted.add(spec.key);
+        if (box.checked) this.hidden.delete(spec.key);
+        else this.hidden.add(spec.key);
         this.draw();
       });
       const label = document.createElement("label");
@@ -379,7 +379,7 @@ class Charts {
       return [label, about];
     };
     const list = element("panel-list");
-    // Before the page takes the key for something else.
+    // This listener runs before those of the page.
     document.addEventListener("keydown", (key) => {
       if (key.key !== "Escape" || !list.matches(":popover-open")) return;
       key.stopPropagation();
@@ -387,7 +387,7 @@ class Charts {
     }, true);
     list.addEventListener("beforetoggle", (toggle) => {
       const hint = document.createElement("p");
-      hint.append("A click in a chart goes to that time; a stretch that is dragged over is enlarged; a double click shows the whole run again.");
+      hint.append("Click in a chart to go to that time; drag to zoom in on a time range; double-click to show the whole run.");
       list.replaceChildren(...(toggle.newState === "open" ? [hint, ...PANELS.flatMap(row)] : []));
       const high = innerHeight / pageZoom();
       const top = Math.min(element("panel-choice").getBoundingClientRect().bottom / pageZoom() + 4, high / 2);
@@ -398,27 +398,27 @@ class Charts {
   }
 }
 
-/** At most `POINTS` points of a curve within a range of time, the extremes of each stretch among them. */
+/** At most `POINTS` points of a curve within a time range, including the extremes of each interval. */
 function thinned(times_s, values, factor, range_s) {
   let from = range_s ? Math.max(0, lastNotAfter(times_s, range_s[0])) : 0;
   let to = range_s ? Math.min(times_s.length, lastNotAfter(times_s, range_s[1]) + 2) : times_s.length;
   while (from < to && Number.isNaN(values[from])) from++;
   while (to > from && Number.isNaN(values[to - 1])) to--;
-  const stretch = to - from <= POINTS ? 1 : Math.ceil((2 * (to - from)) / POINTS);
+  const interval = to - from <= POINTS ? 1 : Math.ceil((2 * (to - from)) / POINTS);
   const x = [];
   const y = [];
   const put = (k) => {
     x.push(times_s[k]);
     y.push(Number.isNaN(values[k]) ? null : values[k] * factor);
   };
-  for (let k = from; k < to; k += stretch) {
-    const end = Math.min(k + stretch, to);
+  for (let k = from; k < to; k += interval) {
+    const end = Math.min(k + interval, to);
     let [least, most] = [k, k];
     for (let j = k; j < end; j++) {
       if (!(values[j] >= values[least])) least = Number.isNaN(values[j]) ? least : j;
       if (!(values[j] <= values[most])) most = Number.isNaN(values[j]) ? most : j;
     }
-    if (stretch === 1) put(k);
+    if (interval === 1) put(k);
     else [Math.min(least, most), Math.max(least, most)].forEach(put);
   }
   return { x, y };

@@ -1,16 +1,16 @@
-// What the reader has chosen: an object to look at, and what the map keeps in view.
+// The selection: the selected object, the object that the map follows, and the highlighted group.
 
-/** What a map may keep in sight that is no object. */
+/** Values of `followed` that are not objects: the whole run, and all objects at the time shown. */
 const WHOLE_RUN = { kind: "run" };
 const ALL_NOW = { kind: "now" };
 
 class Choice {
   constructor() {
-    /** What is looked at: `null`, or `{kind: "uav" | "group" | "target" | "intruder", id}`. A group stands for its orbit, too. */
+    /** The selected object: `null`, or `{kind: "uav" | "group" | "target" | "intruder", id}`. A group includes its orbit. */
     this.object = null;
-    /** What the map keeps in sight: `WHOLE_RUN`, `ALL_NOW`, an object as above, or with `null` what the reader turned it to. */
+    /** What the map keeps in view: `WHOLE_RUN`, `ALL_NOW`, an object as above, or `null` if the user moves the map. */
     this.followed = WHOLE_RUN;
-    /** Of which group things are shown: `"all"`, a group's id, or `null` for what is in none. */
+    /** The highlighted group: `"all"`, the id of a group, or `null` for objects in no group. */
     this.group = "all";
     this.listeners = [];
   }
@@ -19,33 +19,35 @@ class Choice {
     this.listeners.push(listener);
   }
 
-  tell() {
+  /** Notifies the listeners of a change. */
+  notify() {
     for (const listener of this.listeners) listener(this);
   }
 
-  /** Looks at an object, or with `null` at none. */
+  /** Selects an object; `null` clears the selection. */
   choose(object) {
     this.object = object;
-    this.tell();
+    this.notify();
   }
 
+  /** Sets what the map keeps in view. */
   follow(object) {
     this.followed = object;
-    this.tell();
+    this.notify();
   }
 
-  /** The map has been moved by hand: it does not fit itself any more. */
-  hold() {
+  /** Stops fitting the map to the run or to all objects, because the user has moved it. */
+  stopFitting() {
     if (this.followed === WHOLE_RUN || this.followed === ALL_NOW) this.follow(null);
   }
 
-  /** Shows what is of a group, and all else faintly. */
+  /** Highlights a group; other objects are faint. */
   filter(group) {
     this.group = group;
-    this.tell();
+    this.notify();
   }
 
-  /** Whether what is of a group is shown plainly. */
+  /** Whether objects of a group are drawn at full strength. */
   passes(group) {
     return this.group === "all" || this.group === group;
   }
@@ -55,27 +57,27 @@ class Choice {
   }
 }
 
-/** What is looked at or kept in sight as a word, such as `uav 3` or `run`, as lists and links have it; nothing for none. */
+/** Text for an object or another value of `followed`, such as `uav 3` or `run`, as used in lists; empty for `null`. */
 function objectWord(object) {
   return object ? [object.kind, object.id].filter((part) => part !== undefined).join(" ") : "";
 }
 
-/** The object of a word. */
+/** The inverse of `objectWord`. */
 function wordObject(word) {
   const [kind, id] = word.split(" ");
   const fixed = [WHOLE_RUN, ALL_NOW].find((one) => one.kind === word);
   return fixed ?? (word ? { kind, id: Number(id) } : null);
 }
 
-/** An object with the whole of its name, as it is in files. */
+/** The full name of an object, as stored in files. */
 function wholeName(film, object) {
   return object.kind === "target" ? (film.head.targets[object.id] ?? `${object.id}`) : objectName(film, object);
 }
 
-/** An object as readers call it. */
+/** The name of an object as shown on the page. */
 function objectName(film, { kind, id }) {
   if (kind !== "target") return kind === "uav" ? `UAV ${id}` : `${kind} ${id}`;
-  // Many files number their vehicles.
+  // Many traffic files use plain numbers as names.
   const name = targetName(film, id);
   return /^\d+$/.test(name) ? `target ${name}` : name;
 }

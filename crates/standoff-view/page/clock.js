@@ -1,26 +1,26 @@
-// Time of the mission as it is shown: playing, paused, or following a run that is still being flown.
+// The mission time shown on the page: playing, paused, or following a running mission.
 
 class Clock {
   static SPEEDS = [0.25, 0.5, 1, 2, 4, 8, 16, 32];
 
-  /** Of one film, or of several that are shown at one time. */
+  /** Creates the clock of one film, or of several films that are shown at the same time. */
   constructor(films) {
     this.films = films;
     this.time_s = 0;
     this.speed = 1;
     this.playing = false;
-    /** Stays at the newest instant. */
+    /** Whether the clock stays at the newest time step. */
     this.following = false;
     this.last_ms = null;
     this.listeners = [];
   }
 
-  /** The film that lasts longest. */
+  /** The longest film. */
   get film() {
     return this.films.reduce((longest, film) => (film.end_s > longest.end_s ? film : longest));
   }
 
-  /** All there will be is there. */
+  /** Whether all runs have ended and are loaded. */
   get done() {
     return this.films.every((film) => film.done);
   }
@@ -29,21 +29,23 @@ class Clock {
     this.listeners.push(listener);
   }
 
-  tell() {
+  /** Notifies the listeners of a change. */
+  notify() {
     for (const listener of this.listeners) listener(this);
   }
 
+  /** Goes to a time, limited to the loaded range. */
   seek(time_s) {
     this.following = false;
     this.time_s = Math.min(Math.max(time_s, this.film.times_s[0] ?? 0), this.film.end_s);
-    this.tell();
+    this.notify();
   }
 
-  /** Moves by whole instants. */
-  step(instants) {
+  /** Moves by a number of time steps, and pauses. */
+  step(count) {
     const last = this.film.times_s.length - 1;
     if (last < 0) return;
-    const instant = Math.min(Math.max(this.film.instant(this.time_s) + instants, 0), last);
+    const instant = Math.min(Math.max(this.film.instant(this.time_s) + count, 0), last);
     this.pause();
     this.seek(this.film.times_s[instant]);
   }
@@ -52,13 +54,13 @@ class Clock {
     if (this.done && this.time_s >= this.film.end_s) this.time_s = this.film.times_s[0] ?? 0;
     this.playing = true;
     this.last_ms = null;
-    this.tell();
+    this.notify();
   }
 
   pause() {
     this.playing = false;
     this.following = false;
-    this.tell();
+    this.notify();
   }
 
   toggle() {
@@ -66,16 +68,17 @@ class Clock {
     else this.play();
   }
 
+  /** Follows the newest time step of a running mission. */
   follow() {
     this.playing = true;
     this.following = true;
     this.last_ms = null;
-    this.tell();
+    this.notify();
   }
 
   setSpeed(speed) {
     this.speed = speed;
-    this.tell();
+    this.notify();
   }
 
   faster(places) {
@@ -84,8 +87,8 @@ class Clock {
   }
 
   /**
-   * Follows the newest instant of which everything is there, the faster the further behind it is; jumps if it is far
-   * behind, or if something on the way is not there.
+   * Moves towards the newest time step whose data is complete, faster if the clock is further behind. Jumps if the clock is far
+   * behind, or if data on the way is missing.
    */
   glide(passed_s) {
     const { film } = this;
@@ -98,7 +101,7 @@ class Clock {
     this.time_s = film.isWhole(next_s) ? next_s : end_s;
   }
 
-  /** Moves on to the time of a picture; says whether anything moved. */
+  /** Advances the clock to the time of a drawn frame; returns whether the mission time has changed. */
   tick(now_ms) {
     const passed_s = this.last_ms === null ? 0 : Math.min((now_ms - this.last_ms) / 1000, 0.25);
     this.last_ms = now_ms;
@@ -106,10 +109,10 @@ class Clock {
     const before_s = this.time_s;
     if (this.following) this.glide(passed_s);
     else this.time_s = Math.min(this.time_s + passed_s * this.speed, this.film.end_s);
-    // Who has caught up with a run that is being flown stays at its newest instant.
+    // Playback that has reached the newest time step of a running mission follows it from there.
     if (!this.done && !this.following && this.time_s >= this.film.end_s) this.follow();
     if (this.done && this.time_s >= this.film.end_s) this.pause();
-    if (this.time_s !== before_s) this.tell();
+    if (this.time_s !== before_s) this.notify();
     return this.time_s !== before_s;
   }
 }

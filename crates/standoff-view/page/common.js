@@ -1,41 +1,41 @@
-// What all pages share.
+// Functions that all pages share.
 
 const element = (id) => document.getElementById(id);
 
-/** How much larger than its own px the page is drawn, as it is on very large screens. */
+/** CSS zoom factor of the page; it is larger than 1 on very large screens. */
 const pageZoom = () => document.documentElement.currentCSSZoom ?? 1;
-/** The screen's px in one of the page. */
+/** Device pixels per CSS pixel of the page. */
 const screenRatio = () => (window.devicePixelRatio || 1) * pageZoom();
 
-/** What moves less than this between pressing and letting go is a click, px. */
+/** Pointer movement between press and release below which it is a click, px. */
 const CLICK_PX = 4;
 
-/** One panel of several, chosen by the tabs of a list. */
+/** Connects the tabs of a tab list to their panels; calls `chosen` with the selected tab. */
 function tabs(list, chosen) {
   const all = [...list.querySelectorAll("[role=tab]")];
-  const choose = (wanted) => {
+  const choose = (selected) => {
     for (const tab of all) {
-      const on = tab === wanted;
+      const on = tab === selected;
       tab.setAttribute("aria-selected", String(on));
       tab.tabIndex = on ? 0 : -1;
       element(tab.getAttribute("aria-controls")).hidden = !on;
     }
-    chosen(wanted);
+    chosen(selected);
   };
   for (const tab of all) {
     tab.addEventListener("click", () => choose(tab));
     tab.addEventListener("keydown", (key) => {
-      const way = { ArrowLeft: -1, ArrowRight: 1 }[key.key];
-      if (!way) return;
+      const step = { ArrowLeft: -1, ArrowRight: 1 }[key.key];
+      if (!step) return;
       const shown = all.filter((other) => !other.hidden);
-      const next = shown[(shown.indexOf(tab) + way + shown.length) % shown.length];
+      const next = shown[(shown.indexOf(tab) + step + shown.length) % shown.length];
       next.focus();
       choose(next);
     });
   }
 }
 
-/** The theme of the system, until another one is chosen. */
+/** Applies the theme of the system, or the theme that the user has selected; calls `changed` after every change. */
 function themed(changed) {
   const root = document.documentElement;
   const dark = window.matchMedia("(prefers-color-scheme: dark)");
@@ -55,31 +55,31 @@ function themed(changed) {
     try {
       localStorage.setItem("standoff-theme", chosen);
     } catch {
-      // As above.
+      // See above.
     }
     apply();
   });
   apply();
 }
 
-/** How every plot behaves. */
+/** Configuration of all interactive plots. */
 const PLOT_CONFIG = {
   responsive: true, displaylogo: false, displayModeBar: "hover",
   modeBarButtonsToRemove: ["toImage", "select2d", "lasso2d", "autoScale2d"],
 };
 
-/** Colours and letters of a plot, in the theme that is on. */
+/** Colours and font of plots in the current theme. */
 function plotLook() {
   const { ground, ink } = palette();
   return { paper_bgcolor: ground, plot_bgcolor: ground, font: { color: ink, size: 11, family: "system-ui, sans-serif" } };
 }
 
-/** A file's name without what some systems do not take. */
+/** A file name without characters that some systems do not allow. */
 function fileName(name) {
   return name.replace(/[^A-Za-z0-9._-]+/g, "-");
 }
 
-/** Hands a file to the reader. */
+/** Downloads a file. */
 function save(name, contents, type) {
   const link = document.createElement("a");
   link.href = URL.createObjectURL(new Blob([contents], { type }));

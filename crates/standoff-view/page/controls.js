@@ -1,20 +1,20 @@
-// Buttons, lists and keys.
+// Buttons, lists and keyboard shortcuts.
 
-/** What can be followed: a target once it is, the list would be too long. */
+/** Updates the list of objects to follow. A target is listed only while it is followed, because there may be many. */
 function follows({ film, choice }) {
   const select = element("follow");
   const word = objectWord(choice.followed);
   const objects = ["group", "uav", "intruder"].flatMap((kind) => film.ids[`${kind}s`].map((id) => ({ kind, id })));
   if (choice.followed?.kind === "target") objects.push(choice.followed);
-  const wanted = [["run", "whole run"], ["now", "all now"], ["", "nothing"],
+  const options = [["run", "whole run"], ["now", "all objects"], ["", "nothing"],
     ...objects.map((object) => [objectWord(object), objectName(film, object)])];
-  if (String(wanted) !== String([...select.options].map(({ value, text }) => [value, text]))) {
-    select.replaceChildren(...wanted.map(([value, text]) => new Option(text, value)));
+  if (String(options) !== String([...select.options].map(({ value, text }) => [value, text]))) {
+    select.replaceChildren(...options.map(([value, text]) => new Option(text, value)));
   }
   select.value = word;
 }
 
-/** Shows what the controls are set to. */
+/** Updates the controls of the time. */
 function controls({ clock, film }) {
   const play = element("play");
   play.textContent = clock.playing ? "Pause" : "Play";
@@ -25,32 +25,32 @@ function controls({ clock, film }) {
   live.setAttribute("aria-pressed", String(clock.following));
 }
 
-/** Whose picture is shown, where minds are several. */
+/** Updates the selection of the team state, which is shown only if every UAV runs its own agent. */
 function pictureOf(page) {
   const { minds } = page.film;
-  tellLayers(page);
+  listLayers(page);
   element("picture-of").hidden = !minds.isSeveral;
   for (const name of MINDS_LAYERS) document.querySelector(`label[data-layer="${name}"]`).hidden = !minds.isSeveral;
   const select = element("picture");
-  const wanted = [["", "lowest on"], ...minds.ids.map((uav) => [`${uav}`, `UAV ${uav}`])];
-  if (select.options.length !== wanted.length) select.replaceChildren(...wanted.map(([value, text]) => new Option(text, value)));
+  const options = [["", "auto"], ...minds.ids.map((uav) => [`${uav}`, `UAV ${uav}`])];
+  if (select.options.length !== options.length) select.replaceChildren(...options.map(([value, text]) => new Option(text, value)));
   select.value = minds.chosen ?? "";
 }
 
-/** Says of whom the first choice is now. */
-function tellPicture({ film, clock }) {
+/** Shows which UAV the option "auto" selects now, and to which team state the group charts belong. */
+function updateAutoOption({ film, clock }) {
   const { minds } = film;
   if (!minds.isSeveral) return;
   const instant = film.instant(clock.time_s);
   const first = minds.first(instant);
-  const words = first === null ? "none is on" : `UAV ${first}, the lowest on`;
+  const text = first === null ? "auto: none on" : `auto: UAV ${first}`;
   const [option] = element("picture").options;
-  if (option && option.text !== words) option.text = words;
-  const charts = minds.chosen === null ? "" : `groups: ${first === null ? "no picture" : `picture of UAV ${first}`}`;
+  if (option && option.text !== text) option.text = text;
+  const charts = minds.chosen === null ? "" : `groups: ${first === null ? "no team state" : `team state of UAV ${first}`}`;
   if (element("charts-of").textContent !== charts) element("charts-of").textContent = charts;
 }
 
-/** Wires the controls, the pointer and the keyboard. */
+/** Connects the controls, the pointer and the keyboard. */
 function connect(page) {
   const { clock, timeline, charts } = page;
   const pressed = (id, act) => element(id).addEventListener("click", act);
@@ -82,7 +82,7 @@ function connect(page) {
   pressed("ruler", () => rule(!page.map.ruler));
   const zoom = (factor) => {
     for (const { choice, map } of page.runs) {
-      choice.hold();
+      choice.stopFitting();
       map.camera.zoom(factor);
     }
     page.renew();
@@ -129,9 +129,9 @@ function connect(page) {
   };
   document.addEventListener("keydown", (key) => {
     if (key.ctrlKey || key.metaKey || key.altKey || document.querySelector("dialog[open]")) return;
-    // Fields, lists and sliders keep the keys that work them; enter presses buttons, and space plays.
+    // Fields, lists and sliders keep their own keys; Enter presses buttons, and Space plays.
     const at = key.target;
-    // A list that has been clicked lets go of it, too.
+    // A list that was opened with the pointer gives up Space as well.
     if (at.matches("select[data-pointed]") && key.key === " ") at.blur();
     else if (at.closest(FIELDS)) return;
     if (at.closest("[type=range]") && /^(Arrow|Home|End|Page)/.test(key.key)) return;
@@ -143,48 +143,48 @@ function connect(page) {
     key.preventDefault();
     act(key);
   });
-  // Some browsers press a button when space is let go of.
+  // Some browsers press a button when Space is released.
   document.addEventListener("keyup", (key) => {
     if (key.key === " " && key.target.closest("button, summary")) key.preventDefault();
   });
   element("keys").addEventListener("click", () => element("help").showModal());
-  letGo();
+  releaseFocus();
 }
 
-/** What is written in, or chosen from. */
+/** Text fields and lists. */
 const FIELDS = "select, textarea, input:not([type=range], [type=checkbox], [type=radio])";
-/** What lets go of the keys once it has been clicked. */
+/** Controls that lose the focus after a click. */
 const CLICKED = "button, summary, [role=listbox], [type=range], [type=checkbox], [type=radio]";
 
-/** After a click on a control the keys belong to the page again; who works it by keys stays there. */
-function letGo() {
+/** Removes the focus from a control after a click, so that keys act on the page again. Keyboard users keep the focus. */
+function releaseFocus() {
   let isPointed = false;
   document.addEventListener("pointerdown", () => (isPointed = true), true);
   document.addEventListener("keydown", () => (isPointed = false), true);
   document.addEventListener("pointerdown", ({ target }) => target.closest("select")?.setAttribute("data-pointed", ""));
   document.addEventListener("focusout", ({ target }) => target.removeAttribute("data-pointed"));
-  const release = (wanted) => () => {
-    if (isPointed && document.activeElement?.matches(wanted)) document.activeElement.blur();
+  const release = (selector) => () => {
+    if (isPointed && document.activeElement?.matches(selector)) document.activeElement.blur();
   };
   document.addEventListener("click", release(CLICKED));
   document.addEventListener("change", release(`select, ${CLICKED}`));
 }
 
-/** Says on each map which layers it draws. */
-function tellLayers(page) {
+/** Writes the names of the drawn layers into the `data-layers` attribute of each map. */
+function listLayers(page) {
   for (const { map, film } of page.runs) {
     map.canvas.dataset.layers = [...map.shown].filter((name) => film.minds.isSeveral || !MINDS_LAYERS.has(name)).join(" ");
   }
 }
 
-/** A switch for each layer. */
+/** Creates a checkbox for each layer. */
 function layers(page) {
   const maps = page.runs.map((run) => run.map);
-  const told = () => {
-    tellLayers(page);
+  const update = () => {
+    listLayers(page);
     page.renew();
   };
-  for (const [name, words, shown, about] of LAYERS.filter((layer) => maps.some((map) => map.layers.includes(layer)))) {
+  for (const [name, title, shown, about] of LAYERS.filter((layer) => maps.some((map) => map.layers.includes(layer)))) {
     const box = document.createElement("input");
     box.type = "checkbox";
     box.checked = shown;
@@ -194,16 +194,16 @@ function layers(page) {
         if (box.checked) map.shown.add(name);
         else map.shown.delete(name);
       }
-      told();
+      update();
     });
     const label = document.createElement("label");
-    label.append(box, ` ${words}`);
+    label.append(box, ` ${title}`);
     label.title = about;
     label.dataset.layer = name;
     label.hidden = MINDS_LAYERS.has(name);
     element("layers").append(label);
   }
-  // It lies over other things: a click elsewhere and escape close it.
+  // The list covers other controls: a click elsewhere and Escape close it.
   const list = element("layers").closest("details");
   const close = () => (list.open = false);
   document.addEventListener("pointerdown", (pointer) => list.contains(pointer.target) || close());
@@ -213,5 +213,5 @@ function layers(page) {
     close();
     list.querySelector("summary").focus();
   });
-  told();
+  update();
 }

@@ -1,20 +1,20 @@
-// Events: which of them are wanted, and the list of those. Only rows in sight are in the document.
+// Events: the filter and the list. Only the visible rows of the list are in the document.
 
-/** Events that tell little: they are listed only when asked for, and have no mark. */
-const ROUTINE = new Set(["cued", "acquired", "orbit-feasible", "orbit-clear", "uavs-apart", "group-founded", "joined"]);
-/** Events that cost custody, or may. */
-const GRAVE = new Set(["lost", "discarded", "uav-lost", "left-out", "handoff-withdrawn", "orbit-infeasible", "orbit-barred", "uavs-close"]);
-/** Events by which a target comes into another group's keeping, or back. */
-const HANDED = new Set(["handoff-requested", "handoff-completed", "taken-back", "reacquired"]);
-/** Most names that the field for a vehicle proposes. */
+/** Routine events: they are listed only if the user selects them, and are not drawn in the event strip. */
+const ROUTINE = new Set(["cued", "acquired", "orbit-feasible", "orbit-unblocked", "proximity-cleared", "group-created", "admitted"]);
+/** Critical events: they cost custody, or may cost it. */
+const GRAVE = new Set(["lost", "removed", "uav-timeout", "not-admitted", "handoff-cancelled", "orbit-infeasible", "orbit-blocked", "proximity-alert"]);
+/** Handoffs, and events that return a target to a group. */
+const HANDED = new Set(["handoff-started", "handoff-completed", "readmitted", "reacquired"]);
+/** Maximum number of target names that the object field proposes. */
 const MOST_VEHICLES = 1000;
 
-/** A whole number in words. */
+/** Formats an integer with thousands separators. */
 function counted(count) {
   return count.toLocaleString("en");
 }
 
-/** Which events are wanted: the fields above the list say so. */
+/** The event filter, set by the fields above the list. */
 class Sieve {
   constructor(page, changed) {
     this.page = page;
@@ -23,9 +23,9 @@ class Sieve {
     this.group = element("of-group");
     this.routine = element("routine");
     this.chosen = element("of-chosen");
-    /** The events wanted, and those that would be if nothing were narrowed down. */
+    /** Events that pass the filter, and events that would pass if only the routine option were applied. */
     this.events = [];
-    this.telling = [];
+    this.usual = [];
     const sift = () => {
       this.sift();
       changed();
@@ -37,27 +37,27 @@ class Sieve {
     this.offer();
   }
 
-  /** Offers the events of what is chosen on the map alone; says whether that changes what is wanted. */
+  /** Offers to list only the events of the selected object; returns whether this changes the filter. */
   offer() {
     const { object } = this.page.choice;
     const before = this.object;
     this.object = object;
     this.chosen.closest("label").hidden = !object;
     const name = object?.kind === "target" ? targetName(this.page.film, object.id) : objectWord(object).replace("uav", "UAV");
-    element("chosen").textContent = `only of ${name}`;
+    element("chosen").textContent = `only ${name}`;
     const isOn = this.chosen.checked;
     if (!object) this.chosen.checked = false;
     return isOn && objectWord(before ?? null) !== objectWord(object);
   }
 
-  /** Names for the field. */
+  /** Fills the proposals of the object field. */
   propose() {
     const { film } = this.page;
     const names = [...film.ids.uavs.map((id) => `UAV ${id}`), ...film.ids.intruders.map((id) => `intruder ${id}`), ...film.head.targets.slice(0, MOST_VEHICLES)];
     element("vehicles").replaceChildren(...names.map((name) => Object.assign(new Option(), { value: name })));
   }
 
-  /** Takes in what has been loaded. */
+  /** Updates the options and the filter after new data has been loaded. */
   renew() {
     const { film, run } = this.page;
     if (this.run !== run) for (const select of [this.kind, this.group]) select.length = 1;
@@ -65,14 +65,15 @@ class Sieve {
     this.offer();
     const offered = (select) => new Set([...select.options].map((option) => option.value));
     const add = (select, values) => {
-      const known = offered(select);
-      select.append(...values.filter((value) => !known.has(value)).map((value) => new Option(value, value)));
+      const existing = offered(select);
+      select.append(...values.filter((value) => !existing.has(value)).map((value) => new Option(value, value)));
     };
     add(this.kind, [...new Set(film.events.map((event) => event.kind))].sort());
     add(this.group, film.ids.groups.map(String));
     this.sift();
   }
 
+  /** Applies the filter. */
   sift() {
     const { film } = this.page;
     const kind = this.kind.value;
@@ -80,16 +81,16 @@ class Sieve {
     const isVehicle = this.ofVehicle();
     const object = this.chosen.checked ? this.object : null;
     const isUsual = (event) => this.routine.checked || !ROUTINE.has(event.kind);
-    const isWanted = (event) =>
+    const passes = (event) =>
       (kind ? event.kind === kind : isUsual(event)) &&
       (group === null || isOf(event, { kind: "group", id: group })) && isVehicle(event) && (!object || isOf(event, object));
-    this.telling = film.events.filter(isUsual);
-    this.events = film.events.filter(isWanted);
-    /** Changes whenever other events are wanted, not when there are more of them. */
+    this.usual = film.events.filter(isUsual);
+    this.events = film.events.filter(passes);
+    /** Identifies the filter; it does not change when more events are loaded. */
     this.key = JSON.stringify([this.page.run.letter, film.minds.chosen, kind, group, this.vehicle.value, this.routine.checked, object]);
   }
 
-  /** Whether an event is of the vehicle in the field: `UAV 2`, `intruder 0`, a target, or part of the names of some. */
+  /** Returns a function that tests an event against the object field: `UAV 2`, `intruder 0`, a target name, or a part of names. */
   ofVehicle() {
     const text = this.vehicle.value.trim().toLowerCase();
     if (!text) return () => true;
@@ -100,18 +101,18 @@ class Sieve {
     return (event) => event.target !== null && (isSame ? names[event.target] === text : names[event.target]?.includes(text));
   }
 
-  /** How many there are, in words. */
+  /** Text with the numbers of events. */
   count() {
     const { film } = this.page;
     const isOther = film.minds.chosen !== null;
-    const left = isOther ? film.head.other_events_left_out : film.head.events_left_out;
+    const omitted = isOther ? film.head.other_events_left_out : film.head.events_left_out;
     const file = isOther ? "agent_events.parquet" : "events.parquet";
-    const more = left ? `; the run has ${counted(left)} more, later ones: they are in ${file} only` : "";
+    const more = omitted ? `; ${counted(omitted)} later events are only in ${file}` : "";
     return `${counted(this.events.length)} of ${counted(film.events.length)} events${more}`;
   }
 }
 
-/** Whether an event is of an object. */
+/** Whether an event concerns an object. */
 function isOf(event, { kind, id }) {
   if (kind === "uav") return event.uavs.includes(id);
   if (kind === "target") return event.target === id;
@@ -129,19 +130,19 @@ class EventList {
     this.room = this.list.firstElementChild;
     this.text = element("event-text");
     this.toNow = element("to-now");
-    /** Rows in the document, by place in the list. */
+    /** Rows in the document, by index in the list. */
     this.rows = new Map();
-    /** Places: of the event that is on, and of the one that the keys are at. */
+    /** Indices of the current event and of the keyboard cursor. */
     this.current = -1;
     this.cursor = -1;
-    /** The reader has scrolled away from the event that is on. */
+    /** Whether the user has scrolled away from the current event. */
     this.isAway = false;
-    /** How far the list was scrolled by the page itself, px. */
+    /** Scroll position that the page set itself, px. */
     this.placed_px = 0;
     this.list.addEventListener("scroll", () => this.scrolled());
     this.list.addEventListener("keydown", (key) => this.keyed(key));
     this.list.addEventListener("focus", () => {
-      // Nothing moves under a pointer that is about to click.
+      // The list does not scroll on focus, because the pointer may be about to click a row.
       const first = Math.ceil(this.list.scrollTop / this.row_px);
       this.cursor = Math.min(this.current >= 0 && this.isInSight(this.current) ? this.current : first, this.sieve.events.length - 1);
       this.show();
@@ -154,8 +155,8 @@ class EventList {
       const row = click.target.closest("[role=option]");
       if (row) this.goTo(this.sieve.events[Number(row.dataset.place)]);
     });
-    this.room.addEventListener("mouseover", (move) => this.tell(Number(move.target.closest("[role=option]")?.dataset.place ?? -1)));
-    this.room.addEventListener("mouseleave", () => this.tell());
+    this.room.addEventListener("mouseover", (move) => this.showText(Number(move.target.closest("[role=option]")?.dataset.place ?? -1)));
+    this.room.addEventListener("mouseleave", () => this.showText());
     this.toNow.addEventListener("click", () => {
       this.isAway = false;
       this.bring(this.current);
@@ -171,7 +172,7 @@ class EventList {
     }).observe(this.list);
   }
 
-  /** Other events are wanted, or there are more. */
+  /** Updates the list after the filter or the events have changed. */
   renew() {
     const { events, key } = this.sieve;
     if (key !== this.key) {
@@ -187,7 +188,7 @@ class EventList {
     this.show();
   }
 
-  /** Height of a row, px, which the style sheet says. */
+  /** Height of a row as set in the style sheet, px. */
   rowHeight() {
     return Number.parseFloat(getComputedStyle(this.list).getPropertyValue("--row"));
   }
@@ -197,7 +198,7 @@ class EventList {
     this.rows.clear();
   }
 
-  /** Marks the event that is on, the one gone to or else the last, and keeps it in sight. */
+  /** Marks the current event and keeps it visible: the event that the user went to, or otherwise the last one before the time shown. */
   follow(time_s, gone) {
     const { events } = this.sieve;
     const last = lastNotAfter(this.times(), time_s);
@@ -222,7 +223,7 @@ class EventList {
     return place < 0 || (top > -1 && top + this.row_px < this.list.clientHeight + 1);
   }
 
-  /** Scrolls to a row, if it is out of sight. */
+  /** Scrolls to a row if it is not visible. */
   bring(place) {
     if (this.isInSight(place)) return;
     this.list.scrollTop = Math.max(0, (place + 0.5) * this.row_px - this.list.clientHeight / 2);
@@ -235,7 +236,7 @@ class EventList {
     this.show();
   }
 
-  /** Puts the rows in sight into the document. */
+  /** Puts the visible rows into the document. */
   show() {
     const { events } = this.sieve;
     const { scrollTop, clientHeight } = this.list;
@@ -261,7 +262,7 @@ class EventList {
     if (pointed) this.list.setAttribute("aria-activedescendant", pointed.id);
     else this.list.removeAttribute("aria-activedescendant");
     this.toNow.hidden = !this.isAway;
-    this.tell();
+    this.showText();
   }
 
   row(place) {
@@ -280,14 +281,14 @@ class EventList {
     return row;
   }
 
-  /** The whole text of an event: of the one pointed at, or else of the one that is on. */
-  tell(place = -1) {
+  /** Shows the full text of the event under the pointer, or otherwise at the cursor, or otherwise of the current event. */
+  showText(place = -1) {
     const event = this.sieve.events[[place, this.cursor, this.current].find((one) => one >= 0) ?? -1];
     const text = event ? `${event.time_s.toFixed(1)} s ${eventText(this.page.film, event)}` : "";
     if (this.text.textContent !== text) this.text.textContent = text;
   }
 
-  /** Moves what the keys are at. */
+  /** Moves the keyboard cursor. */
   point(place) {
     this.cursor = place;
     this.bring(place);
@@ -303,13 +304,13 @@ class EventList {
     if (key.key === "Enter" && this.cursor >= 0) this.goTo(this.sieve.events[this.cursor]);
     else if (key.key in ways) this.point(Math.min(Math.max(this.cursor + ways[key.key], 0), last));
     else return;
-    // These keys work the list, not the clock.
+    // These keys move the cursor, not the time.
     key.preventDefault();
     key.stopPropagation();
   }
 }
 
-/** An event in words. */
+/** Text of an event. */
 function eventText(film, event) {
   const groups =
     event.group !== null && event.to_group !== null
@@ -320,8 +321,8 @@ function eventText(film, event) {
   const target = event.target === null ? "" : targetName(film, event.target);
   const uavs = event.target === null && event.uavs.length ? `UAV ${event.uavs.join(", ")}` : "";
   const intruder = event.intruder === undefined ? "" : `intruder ${event.intruder}`;
-  const who = [target || uavs, intruder, groups].filter(Boolean).join(", ");
-  const when = event.happened_us === undefined ? "" : ` (at ${(event.happened_us / 1e6).toFixed(1)} s by its clock)`;
-  const likely = event.provisional ? " (provisional: it may still turn out otherwise)" : "";
-  return `${event.kind}${who ? ` \u2013 ${who}` : ""}: ${event.reason}${when}${likely}`;
+  const objects = [target || uavs, intruder, groups].filter(Boolean).join(", ");
+  const when = event.event_time_us === undefined ? "" : ` (at ${(event.event_time_us / 1e6).toFixed(1)} s of the UAV's clock)`;
+  const note = event.provisional ? " (provisional: may change until the commit)" : "";
+  return `${event.kind}${objects ? ` \u2013 ${objects}` : ""}: ${event.reason}${when}${note}`;
 }

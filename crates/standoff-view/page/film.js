@@ -1,12 +1,12 @@
-// A replay in memory: its halves are decoded here, and values looked up by time. `src/replay.rs` describes the format.
+// A replay in memory: decodes its data and looks up values by time. `src/replay.rs` describes the format.
 
-/** Inflates gzip. */
+/** Decompresses gzip data. */
 async function inflate(bytes) {
   const stream = new Blob([bytes]).stream().pipeThrough(new DecompressionStream("gzip"));
   return new Uint8Array(await new Response(stream).arrayBuffer());
 }
 
-/** Numbers by column, object and instant; NaN for what there is not. */
+/** Numbers by column, object and time step; NaN for missing values. */
 class Table {
   constructor(directory, instants, bytes) {
     this.ids = directory.ids;
@@ -20,7 +20,7 @@ class Table {
     this.bytes = 4 * cells * directory.columns.length;
   }
 
-  /** Four planes of bytes hold the differences of the numbers' bits, object by object. */
+  /** Decodes a column: four byte planes contain the differences between the bit patterns of consecutive numbers, object by object. */
   static column(bytes, from, cells, instants) {
     const bits = new Uint32Array(cells);
     for (let place = 0; place < 4; place++) {
@@ -39,27 +39,27 @@ class Table {
   }
 }
 
-/** One half of a part. */
+/** The overview, the detail or the team states of one part of a replay. */
 class Half {
   constructor(bytes) {
     const length = new DataView(bytes.buffer, bytes.byteOffset).getUint32(0, true);
     const directory = JSON.parse(new TextDecoder().decode(bytes.subarray(4, 4 + length)));
     this.times_s = directory.times_us.map((time) => time / 1e6);
     this.events = directory.events;
-    /** West, south, east and north of all that an overview's instants show, m; `null` if that is nothing. */
+    /** Bounds (west, south, east, north) of everything that an overview shows, m; `null` if it shows nothing. */
     this.bounds_m = directory.bounds_m ?? null;
     this.tables = {};
     let rest = bytes.subarray(4 + length);
     for (const table of directory.tables) {
       const cells = table.ids.length * this.times_s.length;
-      if (4 * cells * table.columns.length > rest.length) throw new Error(`the table ${table.name} is cut off`);
+      if (4 * cells * table.columns.length > rest.length) throw new Error(`the table ${table.name} is truncated`);
       this.tables[table.name] = new Table(table, this.times_s.length, rest);
       rest = rest.subarray(this.tables[table.name].bytes);
     }
   }
 }
 
-/** Index of the last time that is not later than `time_s`; -1 before the first. */
+/** Index of the last time that is not later than `time_s`; -1 if there is none. */
 function lastNotAfter(times_s, time_s) {
   let low = 0;
   let high = times_s.length;
@@ -71,30 +71,31 @@ function lastNotAfter(times_s, time_s) {
   return low - 1;
 }
 
-/** Halves of one kind around what is shown: those that are wanted are loaded, and the newest kept. */
+/** Cache of halves of one kind around the time shown. It loads the requested halves and keeps the most recent ones. */
 class Shelf {
-  /** How many are kept. */
+  /** Maximum number of halves in the cache. */
   static KEPT = 12;
 
   constructor(film, kind) {
     this.film = film;
     this.kind = kind;
-    /** By part: the half, and how many instants the overview had when it was asked for. */
+    /** By part: the half, and the number of time steps of the overview when the half was requested. */
     this.halves = new Map();
-    this.wanted = [];
+    this.requested = [];
     this.loading = false;
   }
 
+  /** Requests halves; they replace earlier requests. */
   want(parts) {
-    this.wanted = parts;
+    this.requested = parts;
     this.load();
   }
 
-  /** Loads what is wanted and is not there, or has become more; one at a time: what was only passed by is not loaded. */
+  /** Loads requested halves that are missing or have grown, one at a time, so that halves skipped while scrubbing are not loaded. */
   async load() {
     const { film } = this;
     const size = (part) => film.parts[part]?.times_s.length ?? 0;
-    const part = this.wanted.find((part) => (this.halves.get(part)?.instants ?? 0) < size(part));
+    const part = this.requested.find((part) => (this.halves.get(part)?.instants ?? 0) < size(part));
     if (part === undefined || this.loading) return;
     this.loading = true;
     const instants = size(part);
@@ -102,7 +103,7 @@ class Shelf {
     try {
       half = await film.source.half(this.kind, part);
     } catch {
-      // The next picture asks for it again; where time stands still, there is one in a second.
+      // The next drawn frame requests it again; while the time is paused, a frame is drawn after one second.
       setTimeout(() => film.loaded?.(), 1000);
     }
     this.loading = false;
@@ -121,7 +122,7 @@ class Shelf {
   }
 }
 
-/** A replay as far as it has been loaded: every overview, and the details around what is shown. */
+/** The loaded part of a replay: all overviews, and the details around the time shown. */
 class Film {
   constructor(source, head) {
     this.source = source;
@@ -129,23 +130,23 @@ class Film {
     this.parts = [];
     this.starts = [];
     this.times_s = [];
-    /** Of all minds, and of the one whose picture is shown. */
+    /** Events of all agents, and events of the shown team state. */
     this.allEvents = [];
     this.events = [];
     this.shelf = new Shelf(this, "detail");
     this.details = this.shelf.halves;
     this.minds = new Minds(this);
-    /** The newest instant is being looked at: its detail is loaded first. */
+    /** Whether the newest time step is shown; its detail is then loaded first. */
     this.followed = false;
     this.ids = { uavs: [], groups: [], intruders: [] };
-    /** By group: which of the palette's colours it has. */
+    /** Index of the colour in the palette, by group. */
     this.colours = new Map();
     this.done = false;
   }
 
-  /** Takes in the overview of a part: of the next one, or more of the last one. */
+  /** Adds the overview of the next part, or replaces the overview of the last part by a longer one. */
   put(index, half) {
-    // Events only ever come in: those that are known stay the same objects.
+    // Events are only added: existing events stay the same objects.
     const known = this.allEvents.filter((event) => event.part === index);
     if (index < this.parts.length) {
       this.parts.length = index;
@@ -161,52 +162,52 @@ class Film {
     });
     for (const name of ["uavs", "groups", "intruders"]) {
       const known = new Set(this.ids[name]);
-      // There are not always intruders.
+      // Runs without intruders have no table of them.
       const added = (half.tables[name]?.ids ?? []).filter((id) => !known.has(id));
       if (added.length) this.ids[name] = [...this.ids[name], ...added].sort((a, b) => a - b);
     }
     for (const [id, place] of half.tables.groups.places) {
       const { columns, instants } = half.tables.groups;
-      const told = columns.get("colour").subarray(place * instants, (place + 1) * instants);
-      this.colours.set(id, told.find((colour) => !Number.isNaN(colour)));
+      const colours = columns.get("colour").subarray(place * instants, (place + 1) * instants);
+      this.colours.set(id, colours.find((colour) => !Number.isNaN(colour)));
     }
     this.minds.put(half);
-    this.tellEvents();
+    this.selectEvents();
     this.loaded?.();
   }
 
-  /** Another mind's picture is shown. */
-  tellEvents() {
-    this.events = this.minds.isSeveral ? this.allEvents.filter((event) => this.minds.tells(event)) : this.allEvents;
+  /** Selects the events of the shown team state. */
+  selectEvents() {
+    this.events = this.minds.isSeveral ? this.allEvents.filter((event) => this.minds.hasEvent(event)) : this.allEvents;
   }
 
   get end_s() {
     return this.times_s.length ? this.times_s[this.times_s.length - 1] : 0;
   }
 
-  /** West, south, east and north of all that the run shows, as far as it has been loaded, m; `null` if that is nothing. */
+  /** Bounds (west, south, east, north) of everything in the loaded part of the run, m; `null` if there is nothing. */
   bounds_m() {
     return unionOf(this.parts.map((half) => half.bounds_m));
   }
 
-  /** The instant that is on at a time. */
+  /** Index of the time step that is current at a time. */
   instant(time_s) {
     return Math.max(0, lastNotAfter(this.times_s, time_s));
   }
 
-  /** The part that holds an instant. */
+  /** Index of the part that contains a time step. */
   part(instant) {
     return Math.max(0, lastNotAfter(this.starts, instant));
   }
 
-  /** A value of the overview. */
+  /** A value of the overview; NaN if it is missing. */
   value(table, column, id, instant) {
     if (instant < 0 || instant >= this.times_s.length) return NaN;
     const part = this.part(instant);
     return this.parts[part].tables[table]?.value(column, id, instant - this.starts[part]) ?? NaN;
   }
 
-  /** A column of one object over all instants. */
+  /** A column of one object over all time steps. */
   series(table, column, id) {
     const values = new Float32Array(this.times_s.length).fill(NaN);
     this.parts.forEach((half, index) => {
@@ -219,8 +220,8 @@ class Film {
   }
 
   /**
-   * The detail around a time, if it has been loaded as far as that; else `undefined`, and it is loaded. Of a part that
-   * grows, one half may be older than the other: targets are never shown of another time than the UAVs beside them.
+   * The detail around a time; `undefined` if it is not loaded up to that time, in which case it is requested. In a growing part
+   * the overview may be newer than the detail: targets and UAVs are always shown at the same time.
    */
   detail(time_s) {
     const part = this.part(this.instant(time_s));
@@ -229,7 +230,7 @@ class Film {
     return this.isWhole(time_s) ? this.details.get(part).half : undefined;
   }
 
-  /** Whether both halves are there at a time: of the instant that is on, and of the next one if it is between them. */
+  /** Whether overview and detail are loaded at a time: for the current time step and, between two time steps, for the next one. */
   isWhole(time_s) {
     const instant = this.instant(time_s);
     const part = this.part(instant);
@@ -242,22 +243,22 @@ class Film {
     return part + 1 === this.parts.length || this.details.get(part + 1)?.half.times_s.length > 0;
   }
 
-  /** The newest instant of which both halves are there; -Infinity if of none. */
+  /** Time of the newest time step for which overview and detail are loaded; -Infinity if there is none. */
   get shown_end_s() {
     for (let part = this.parts.length - 1; part >= 0; part--) {
-      const told = (this.details.get(part)?.half.times_s.length ?? 0) * this.head.stride;
-      if (told > 0) return this.times_s[this.starts[part] + Math.min(told, this.parts[part].times_s.length) - 1];
+      const loaded = (this.details.get(part)?.half.times_s.length ?? 0) * this.head.stride;
+      if (loaded > 0) return this.times_s[this.starts[part] + Math.min(loaded, this.parts[part].times_s.length) - 1];
     }
     return -Infinity;
   }
 
-  /** The times of a detail, and the first of the one that follows it: between those two targets are shown, too. */
+  /** The times of a detail and the first time of the next one, so that targets can be interpolated between the two. */
   detailTimes(detail) {
     const following = this.after(detail);
     return following ? [...detail.times_s, following.times_s[0]] : detail.times_s;
   }
 
-  /** The detail that follows another one, if it has been loaded and holds anything. */
+  /** The detail after another one; `undefined` if it is not loaded or empty. */
   after(detail) {
     for (const [part, held] of this.details) {
       if (held.half !== detail) continue;
@@ -268,13 +269,13 @@ class Film {
   }
 }
 
-/** Between two angles, the shorter way round. */
+/** Interpolates between two angles along the shorter way. */
 function turned(from_rad, to_rad, share) {
-  const way = Math.atan2(Math.sin(to_rad - from_rad), Math.cos(to_rad - from_rad));
-  return from_rad + share * way;
+  const turn_rad = Math.atan2(Math.sin(to_rad - from_rad), Math.cos(to_rad - from_rad));
+  return from_rad + share * turn_rad;
 }
 
-/** Between two values: `b` may be missing. */
+/** Interpolates between two values; returns `a` if `b` is NaN. */
 function between(a, b, share) {
   return Number.isNaN(b) ? a : a + share * (b - a);
 }

@@ -1,40 +1,40 @@
-// Finding an object by its name, showing one group, and taking the map away as a picture.
+// Finding an object by name, highlighting one group, and saving the map as an image.
 
-/** Most names that are proposed. */
+/** Maximum number of proposed names. */
 const MOST_PROPOSED = 20;
 
-/** Objects whose name has these words, those that begin with them first; an exact name before all. */
-function* matches({ film }, words) {
-  const wanted = words.trim().toLowerCase();
-  if (!wanted) return;
+/** Objects whose name contains a text. Exact matches come first, then names that begin with the text, then the others. */
+function* matches({ film }, query) {
+  const lower = query.trim().toLowerCase();
+  if (!lower) return;
   const objects = function* () {
     for (const id of film.ids.uavs) yield { kind: "uav", id };
     for (const id of film.ids.groups) yield { kind: "group", id };
     for (const id of film.ids.intruders) yield { kind: "intruder", id };
     for (const id of film.head.targets.keys()) yield { kind: "target", id };
   };
-  const ranks = [(name) => name === wanted, (name) => name !== wanted && name.startsWith(wanted), (name) => name.indexOf(wanted) > 0];
-  // As they are in files, or as the page shows them.
+  const ranks = [(name) => name === lower, (name) => name !== lower && name.startsWith(lower), (name) => name.indexOf(lower) > 0];
+  // Names as stored in files, and as shown on the page.
   const names = (object) => [wholeName(film, object), objectName(film, object)].map((name) => name.toLowerCase());
   for (const fits of ranks) for (const object of objects()) if (names(object).some(fits)) yield object;
 }
 
-/** The first of them, at most so many. */
+/** The first items of an iterable, at most `most`. */
 function first(items, most) {
   const some = [];
   for (const item of items) if (some.push(item) === most) break;
   return some;
 }
 
-/** Wires the field that finds. */
+/** Connects the search field. */
 function connectFind(page) {
   const field = element("find");
-  const said = element("found");
+  const message = element("found");
   const propose = () => {
     const { film } = page;
     const found = first(matches(page, field.value), MOST_PROPOSED);
     element("names").replaceChildren(...found.map((object) => new Option(objectName(film, object), wholeName(film, object))));
-    said.textContent = field.value.trim() && !found.length ? "no match" : "";
+    message.textContent = field.value.trim() && !found.length ? "no match" : "";
   };
   const take = () => {
     const [object] = first(matches(page, field.value), 1);
@@ -43,7 +43,7 @@ function connectFind(page) {
     const { map } = page;
     const { scene, camera } = map;
     const place = placeAt(scene, object);
-    said.textContent = place ? "" : absence(page.film, scene, object);
+    message.textContent = place ? "" : absence(page.film, scene, object);
     if (!place) return undefined;
     page.choice.follow(null);
     map.canvas.focus();
@@ -52,7 +52,7 @@ function connectFind(page) {
   };
   field.addEventListener("input", (input) => {
     propose();
-    // One of those proposed has been taken.
+    // The user has selected a proposed name.
     if (input.inputType === "insertReplacementText" || !input.inputType) take();
   });
   field.addEventListener("keydown", (key) => {
@@ -65,12 +65,12 @@ function connectFind(page) {
   });
 }
 
-/** Which groups can be shown alone. */
+/** Updates the list of groups that can be highlighted. */
 function filters({ film, choice }) {
   const select = element("only");
-  const wanted = [["all", "all"], ...film.ids.groups.map((id) => [`${id}`, `group ${id}`]), ["none", "in no group"]];
-  const isKnown = wanted.length === select.options.length && wanted.every(([value], k) => select.options[k].value === value);
-  if (!isKnown) select.replaceChildren(...wanted.map(([value, text]) => new Option(text, value)));
+  const options = [["all", "all"], ...film.ids.groups.map((id) => [`${id}`, `group ${id}`]), ["none", "ungrouped"]];
+  const isSame = options.length === select.options.length && options.every(([value], k) => select.options[k].value === value);
+  if (!isSame) select.replaceChildren(...options.map(([value, text]) => new Option(text, value)));
   select.value = choice.group === null ? "none" : `${choice.group}`;
 }
 
@@ -83,7 +83,7 @@ function connectFilter(page) {
   for (const { choice } of page.runs) choice.on(() => filters(page));
 }
 
-/** What the map shows as a picture, with its scale, the time and the run's name written in. */
+/** Saves the map as an image with the scale, the time and the name of the run. */
 async function savePicture({ map, film, clock }) {
   const { canvas } = map;
   const ratio = canvas.width / map.camera.width;
@@ -105,11 +105,11 @@ async function savePicture({ map, film, clock }) {
   pen.fillStyle = ink;
   pen.textBaseline = "middle";
   const time = `${clock.time_s.toFixed(1)} s`;
-  const whose = film.minds.isSeveral ? `, ${pictureWords(film, film.instant(clock.time_s))}` : "";
-  pen.fillText(`${runName(film.head)}${whose}`, 10, height + strip / 2, width - 100);
+  const state = film.minds.isSeveral ? `, ${pictureWords(film, film.instant(clock.time_s))}` : "";
+  pen.fillText(`${runName(film.head)}${state}`, 10, height + strip / 2, width - 100);
   pen.textAlign = "right";
   pen.fillText(time, width - 10, height + strip / 2);
   const picture = await new Promise((resolve) => copy.toBlob(resolve, "image/png"));
-  if (!picture) return element("found").replaceChildren("The map is too large for a picture");
+  if (!picture) return element("found").replaceChildren("The map is too large for an image");
   return save(`${fileName(`${runName(film.head)}-map-${time}`)}.png`, picture, "image/png");
 }

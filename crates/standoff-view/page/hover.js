@@ -1,7 +1,7 @@
-// The box beside the pointer: what the curves of a panel are at the time under it.
+// The tooltip of the charts: values of the curves of a panel at the time under the pointer.
 
 class Hover {
-  /** Most curves that are told. */
+  /** Maximum number of curves in the tooltip. */
   static MOST = 10;
 
   constructor(charts) {
@@ -14,16 +14,16 @@ class Hover {
     this.box.hidden = this.hair.hidden = true;
   }
 
-  /** Tells of a panel at a place on the screen. */
+  /** Shows the values of a panel at a position on the screen. */
   show(panel, clientX, clientY) {
     const { charts } = this;
     const time_s = charts.timeAt(clientX);
-    const told = panel && time_s !== null ? this.values(panel, time_s) : null;
-    if (!told) {
+    const found = panel && time_s !== null ? this.values(panel, time_s) : null;
+    if (!found) {
       this.hide();
       return;
     }
-    const { instant_s, values } = told;
+    const { instant_s, values } = found;
     const box = panel.plot.getBoundingClientRect();
     const [low, high] = panel.plot.layout.yaxis.range;
     const y = (clientY - box.top) / pageZoom();
@@ -47,7 +47,7 @@ class Hover {
     this.put(clientX, clientY);
   }
 
-  /** The values there are at the instant nearest to a time. */
+  /** The values of the curves at the time step nearest to a time; `null` if there are none. */
   values(panel, time_s) {
     const { film } = this.charts;
     const before = film.instant(time_s);
@@ -62,7 +62,7 @@ class Hover {
     return values.length ? { instant_s, values } : null;
   }
 
-  /** Beside the pointer, on the side with room, and wholly inside the charts' panel. */
+  /** Places the tooltip next to the pointer, on the side with enough space, and inside the panel of the charts. */
   put(clientX, clientY) {
     const pane = element("panel-charts").getBoundingClientRect();
     const { width, height } = this.box.getBoundingClientRect();
@@ -74,7 +74,7 @@ class Hover {
   }
 }
 
-/** A number with four digits that count, and no more than needed. */
+/** Formats a number with up to four significant digits. */
 function figure(value) {
   const digits = Math.max(0, Math.min(3, 3 - Math.floor(Math.log10(Math.max(Math.abs(value), 1e-9)))));
   return Number.isInteger(value) ? String(value).replace("-", "\u2212") : value.toFixed(digits).replace("-", "\u2212");

@@ -1,19 +1,19 @@
-// Text on a map: no label lies on another one.
+// Text on the map. Labels do not overlap.
 
 /** Height of a line of text, px. */
 const LINE = 14;
 
-/** The labels of one picture. */
+/** The labels of one drawn frame. */
 class Labels {
   constructor(pen, { width, height }) {
     this.pen = pen;
     this.width = width;
     this.height = height;
-    /** What they cover: left, top, right, bottom, px. */
+    /** Boxes of the drawn labels: left, top, right, bottom, px. */
     this.taken = [];
   }
 
-  /** Text beside a place, off by `dx` and `dy` to one side or another, where it covers no other; else none. */
+  /** Draws a label next to a position, offset by `dx` and `dy`, where it overlaps no other label; draws nothing if there is no space. */
   beside(text, x, y, dx, dy) {
     const width = this.pen.measureText(text).width;
     const corners = [[x + dx, y + dy], [x + dx, y - dy], [x - dx - width, y + dy], [x - dx - width, y - dy],
@@ -32,7 +32,7 @@ class Labels {
     return this.taken.every((box) => left >= box[2] || right <= box[0] || top >= box[3] || bottom <= box[1]);
   }
 
-  /** Text with a rim in the ground's colour, so that it can be read over lines. */
+  /** Draws a text with an outline in the background colour, so that it is legible on lines. */
   write(text, x, y) {
     const { pen } = this;
     pen.textBaseline = "middle";
@@ -42,32 +42,32 @@ class Labels {
     pen.fillText(text, x, y);
   }
 
-  /** Text that always stands there, moved into the picture where it would be cut off. */
-  hold(text, x, y) {
+  /** Draws a text in any case, moved inside the map if it would be cut off. */
+  writeInside(text, x, y) {
     const width = this.pen.measureText(text).width;
     const inside = (value, most) => Math.max(Math.min(value, most), 6);
     this.write(text, inside(x, this.width - width - 6), inside(y, this.height - LINE));
   }
 }
 
-/** A name from a file, cut to a length that fits on a map; what cannot be seen is shown as a mark. */
+/** A name from a file, shortened to 24 characters, with invisible characters replaced by U+FFFD. */
 function short(name) {
   const seen = String(name).replace(/[\p{Cc}\p{Cf}\p{Cs}\p{Zl}\p{Zp}]/gu, "\ufffd");
   return seen.length > 24 ? `${seen.slice(0, 23)}\u2026` : seen;
 }
 
-/** A target's name, as the page shows it. */
+/** The name of a target as shown on the page. */
 function targetName(film, id) {
   return short(film.head.targets[id] ?? `${id}`);
 }
 
-/** The names of what is in sight. What matters most comes first: where there is no room, names are left out. */
+/** Draws the names of visible objects, the most important first; names without space are left out. */
 function drawNames(map, { pen, labels, scene, size }) {
   const { camera, choice, film } = map;
-  const sees = (one) => camera.sees(one.x_m, one.y_m, 0) && choice.passes(one.group);
+  const isVisible = (one) => camera.sees(one.x_m, one.y_m, 0) && choice.passes(one.group);
   pen.fillStyle = palette().ink;
   for (const uav of scene.uavs) {
-    if (!sees(uav)) continue;
+    if (!isVisible(uav)) continue;
     const out = uav.out ? " (dropped out)" : "";
     labels.beside(`UAV ${uav.id}${out}`, ...camera.at(uav.x_m, uav.y_m), 15, 14);
   }
@@ -77,18 +77,18 @@ function drawNames(map, { pen, labels, scene, size }) {
     }
   }
   pen.font = "11px system-ui, sans-serif";
-  const inSight = map.drawn.filter(({ target }) => target.tracked && sees(target));
+  const inSight = map.drawn.filter(({ target }) => target.tracked && isVisible(target));
   const isChosen = ({ target }) => choice.isChosen("target", target.id);
   const few = inSight.length > MOST_NAMED ? inSight.filter(isChosen) : inSight;
   const named = few.map(({ target, x, y }) => {
-    const words = concern(target);
-    const also = words && words !== "out of view" ? ` (${words})` : "";
-    return { x, y, first: words || choice.isChosen("target", target.id), name: `${targetName(film, target.id)}${also}` };
+    const warning = concern(target);
+    const suffix = warning && warning !== "out of view" ? ` (${warning})` : "";
+    return { x, y, first: warning || choice.isChosen("target", target.id), name: `${targetName(film, target.id)}${suffix}` };
   });
   for (const { x, y, name } of [...named.filter((one) => one.first), ...named.filter((one) => !one.first)]) {
     labels.beside(name, x, y, 8 * size, 10);
   }
 }
 
-/** More targets than this in sight have no names. */
+/** Maximum number of visible targets that have names. */
 const MOST_NAMED = 60;

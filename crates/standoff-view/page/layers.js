@@ -1,34 +1,34 @@
-// The layers of a map, from the ground up: what is drawn later lies on top.
+// Layers of the map, from bottom to top.
 
-/** Layers that can be switched: name, title, shown at first, what it means, how it is drawn. */
+/** Layers that the user can switch on and off: name, title, initially shown, tooltip, draw function. */
 const LAYERS = [
-  ["underlay", "Roads and buildings", true, "Of the map that the scenario names, or that came with --map",
+  ["underlay", "Roads and buildings", true, "Background map of the scenario or of the option --map",
     (map, { pen }) => map.underlay?.draw(pen, map.camera)],
-  ["grid", "Grid and scale", true, "Lines at round distances; the scale below on the left is one step of them", drawGrid],
-  ["zones", "Zones", true, "Keep-outs, hatched, that no UAV may enter; keep-ins, with a broken outline, that none may leave", drawZones],
-  ["truth", "True targets", true, "Where targets really are, which no UAV knows", drawTruth],
-  ["target-trails", "Trails of targets", true, `Where tracks of targets have been in the last ${TRAIL_S} s, in their group's colour`,
+  ["grid", "Grid and scale", true, "Grid lines at round distances; the scale bar at the lower left is one grid step", drawGrid],
+  ["zones", "Zones", true, "Keep-out zones (hatched) and keep-in zones (dashed outline) of the geofence", drawZones],
+  ["truth", "True targets", true, "True positions of the targets, which the UAVs do not know", drawTruth],
+  ["target-trails", "Target trails", true, `Positions of the target tracks during the last ${TRAIL_S} s, in the colour of the group`,
     drawTargetTrails],
-  ["trails", "Trails", true, `Where UAVs have been in the last ${TRAIL_S} s`, drawTrails],
-  ["desired", "Desired orbits", true, "r_d about the estimated centre of each group; broken where no orbit satisfies the constraints",
+  ["trails", "UAV trails", true, `Positions of the UAVs during the last ${TRAIL_S} s`, drawTrails],
+  ["desired", "Desired orbits", true, "Circle of radius r_d about the estimated centre of each group; dashed if no orbit satisfies the constraints",
     drawDesired],
-  ["flown", "Orbits as flown", true, "A UAV's last turn relative to its group's centre, drawn about the centre of now", drawFlown],
-  ["views", "Fields of view", true, "What the sensor of each UAV looks at, in the colour of the group that it serves", drawViews],
-  ["radio", "Who hears whom", true, "A line: each hears the other (of more than " +
-    `${MOST_LINKED} UAVs drawn of the chosen one alone); an arrow: only the UAV it points to hears the other; red dots: neither`, drawRadio],
-  ["ellipses", "95 % ellipses", true, "Hold a target with 95 % probability if the filter is right; faint for targets in no group",
+  ["flown", "Flown orbits", true, "Last revolution of each UAV relative to its group centre, drawn about the current centre", drawFlown],
+  ["views", "Fields of view", true, "Field of view of each UAV, in the colour of the group that it is assigned to", drawViews],
+  ["radio", "Radio links", true, "Line: both UAVs receive each other's reports (with more than " +
+    `${MOST_LINKED} UAVs, only for the selected UAV); arrow: only the UAV at the tip receives reports; red dots: neither does`, drawRadio],
+  ["ellipses", "95 % ellipses", true, "95 % confidence ellipses of target positions; faint for targets in no group",
     drawEllipses],
-  ["vectors", "Velocity vectors", true, `Where things will be in ${AHEAD_S} s: targets straight on at their estimated velocity, ` +
-    "UAVs at their speed and turn rate", drawVectors],
-  ["tracks", "Tracks", true, "Where the team thinks that targets are; the marks are explained under Keys", drawTracks],
-  ["uavs", "UAVs", true, "Nose along the heading; a cross is the last known place of one that has dropped out", drawUavs],
-  ["avoidance", "Who avoids whom", true, "A broken red line: the UAV at the dot flies something else than its orbit wants, to keep away from the other UAV or the intruder",
+  ["vectors", "Velocity vectors", true, `Predicted motion over ${AHEAD_S} s: targets with constant estimated velocity, ` +
+    "UAVs with constant speed and turn rate", drawVectors],
+  ["tracks", "Tracks", true, "Estimated target positions in the team state; the symbols are explained under Help", drawTracks],
+  ["uavs", "UAVs", true, "The nose points along the heading; a cross marks the last known position of a UAV that has dropped out", drawUavs],
+  ["avoidance", "Collision avoidance", true, "Dashed red line: the UAV at the dot deviates from its orbit command to avoid the other UAV or the intruder",
     drawAvoidance],
-  ["intruders", "Intruders", true, "Aircraft that are not of the team, arrowheads with their numbers; hollow while they do not tell where they are",
+  ["intruders", "Intruders", true, "Aircraft outside the team, drawn as arrowheads with their numbers; hollow while the transponder is off",
     drawIntruders],
-  ["silence", "Silent UAVs", true, "For the one whose picture is shown: where a UAV that it does not hear is, and where it was last heard", drawSilence],
-  ["names", "Names", true, "Where there is no room, those with nothing to note go first", drawNames],
+  ["silence", "Silent UAVs", true, "UAVs whose reports the agent of the shown team state does not receive: current position, and position of the last report", drawSilence],
+  ["names", "Names", true, "If there is no space, names of objects without a warning are left out first", drawNames],
 ];
 
-/** Layers that are only there where minds are several. */
+/** Layers that exist only if every UAV runs its own agent. */
 const MINDS_LAYERS = new Set(["radio", "silence"]);

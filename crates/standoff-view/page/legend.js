@@ -1,37 +1,38 @@
-// Names of the curves: buttons that show single ones.
+// Legend of the charts: buttons that select curves.
 
-/** Most groups that have a button each; of more, those that there are at the time shown. */
+/** Maximum number of groups that all have a button; with more groups, only those at the time shown have one. */
 const MOST_GROUPS = 8;
 
 class Legend {
   constructor(charts) {
     this.charts = charts;
     this.place = element("legend");
-    this.told = "";
+    /** Identifies the contents that are shown. */
+    this.key = "";
     this.place.addEventListener("click", (click) => this.pressed(click.target.closest("button")));
     this.place.addEventListener("keydown", (key) => this.moved(key));
   }
 
-  /** What has a button: UAVs, and groups. */
+  /** UAVs and groups that have a button, and the number of groups without one. */
   entries() {
     const { film, clock } = this.charts;
     const instant = film.instant(clock.time_s);
     const { groups } = film.ids;
-    const isThere = (id) => this.charts.only.groups.has(id) || !Number.isNaN(film.value("groups", "x_m", id, instant));
-    const shown = groups.length > MOST_GROUPS ? groups.filter(isThere) : groups;
+    const exists = (id) => this.charts.only.groups.has(id) || !Number.isNaN(film.value("groups", "x_m", id, instant));
+    const shown = groups.length > MOST_GROUPS ? groups.filter(exists) : groups;
     return {
       names: [...film.ids.uavs.map((id) => ({ of: "uavs", id })), ...shown.map((id) => ({ of: "groups", id }))],
       left: groups.length - shown.length,
     };
   }
 
-  /** Shows the names that there are, and which are chosen. */
+  /** Updates the buttons. */
   show() {
     const { charts } = this;
     const { names, left } = this.entries();
-    const told = JSON.stringify([names, left, [...charts.only.uavs], [...charts.only.groups], charts.front?.key, palette().ground]);
-    if (told === this.told) return;
-    this.told = told;
+    const key = JSON.stringify([names, left, [...charts.only.uavs], [...charts.only.groups], charts.front?.key, palette().ground]);
+    if (key === this.key) return;
+    this.key = key;
     const focused = document.activeElement?.closest("#legend") ? document.activeElement.id : null;
     const buttons = names.map(({ of, id }) => {
       const button = document.createElement("button");
@@ -43,7 +44,7 @@ class Legend {
       button.setAttribute("aria-pressed", String(charts.only[of].has(id)));
       button.classList.toggle("back", !charts.isShown({ of, id }));
       button.classList.toggle("front", charts.front?.[of].has(id) ?? false);
-      button.title = `show ${curveName(of, id)} alone, or with others that are chosen`;
+      button.title = `show only ${curveName(of, id)} and other selected curves`;
       button.append(stroke(curveColour(charts.film, of, id), "solid"), curveName(of, id));
       return button;
     });
@@ -57,9 +58,9 @@ class Legend {
     }
     const rest = document.createElement("span");
     rest.className = "hint";
-    rest.append(left ? `and ${left} groups of other times` : "");
+    rest.append(left ? `and ${left} groups at other times` : "");
     this.place.replaceChildren(...buttons, rest);
-    // One stop of the tab key: arrows go from name to name.
+    // The toolbar is one tab stop; the arrow keys move between buttons.
     const stop = buttons.find((button) => button.id === focused) ?? buttons[0];
     for (const button of buttons) button.tabIndex = button === stop ? 0 : -1;
     if (focused) stop?.focus();

@@ -1,6 +1,6 @@
-// The map: north up. What lies under what is the order of `LAYERS`.
+// The map: north up. `LAYERS` defines the drawing order.
 
-/** What a map shows before its first picture. */
+/** The scene of a map before its first drawn frame. */
 const NO_SCENE = { time_s: 0, uavs: [], groups: [], intruders: [], targets: null };
 
 class MissionMap {
@@ -11,23 +11,23 @@ class MissionMap {
     this.camera = new Camera();
     this.view = new View(this);
     this.underlay = film.head.map ? new Underlay(canvas) : null;
-    /** What can be drawn: there is not always a map of roads, nor are there always zones, intruders, or UAVs that keep apart. */
-    const { zones, keeps_apart, limits } = film.head;
-    const needs = { underlay: this.underlay, zones, intruders: limits.intruders, avoidance: keeps_apart };
+    /** Available layers: background map, zones, intruders and collision avoidance are optional. */
+    const { zones, has_separation, limits } = film.head;
+    const needs = { underlay: this.underlay, zones, intruders: limits.intruders, avoidance: has_separation };
     this.layers = LAYERS.filter(([name]) => !(name in needs) || needs[name]);
     this.shown = new Set(this.layers.filter((layer) => layer[2]).map((layer) => layer[0]));
     this.ruler = null;
-    /** The map that this one looks where it looks; `null` if it goes its own way. */
+    /** The map whose view this map copies; `null` if it has its own view. */
     this.leader = null;
-    /** What the newest picture shows. */
+    /** The scene that is drawn. */
     this.scene = NO_SCENE;
-    /** Its targets in sight, and where they are on the canvas, px. */
+    /** Its visible targets with their positions on the canvas, px. */
     this.drawn = [];
-    /** Its colours of groups, by group and opacity. */
+    /** Colours of groups, by group and opacity. */
     this.inks = new Map();
   }
 
-  /** Takes on the size of its place in the page; says whether that has changed. */
+  /** Adapts the canvas to its size on the page; returns whether the size has changed. */
   resize() {
     const ratio = screenRatio();
     const { clientWidth, clientHeight } = this.canvas;
@@ -41,7 +41,7 @@ class MissionMap {
     return true;
   }
 
-  /** Takes on how much of it the toolbar covers. */
+  /** Updates the height that the toolbar covers. */
   cover() {
     const tools = document.querySelector(".tools");
     const isOver = getComputedStyle(tools).position === "absolute";
@@ -49,12 +49,13 @@ class MissionMap {
     this.view.restart();
   }
 
+  /** Draws a scene. */
   draw(scene) {
     this.resize();
     this.scene = scene;
     if (this.leader) this.camera.look(this.leader.camera);
     else this.view.keep(scene);
-    // Where the map looks, as text.
+    // The view as data attributes, for tests.
     const { x_m, y_m, px_per_m } = this.camera;
     Object.assign(this.canvas.dataset, { eastM: x_m, northM: y_m, pxPerM: px_per_m });
     this.inks.clear();
@@ -73,32 +74,32 @@ class MissionMap {
     pen.font = "12px system-ui, sans-serif";
     const size = this.markSize();
     this.canvas.dataset.markScale = size;
-    const picture = { pen, scene, labels: new Labels(pen, this.camera), size };
-    for (const [layer, , , , paint] of this.layers) if (this.shown.has(layer)) this.painted(pen, () => paint(this, picture));
-    this.painted(pen, () => drawChosen(this, picture));
-    if (this.ruler) this.painted(pen, () => drawRuler(this, picture));
+    const frame = { pen, scene, labels: new Labels(pen, this.camera), size };
+    for (const [layer, , , , paint] of this.layers) if (this.shown.has(layer)) this.painted(pen, () => paint(this, frame));
+    this.painted(pen, () => drawChosen(this, frame));
+    if (this.ruler) this.painted(pen, () => drawRuler(this, frame));
   }
 
-  /** Paints, and leaves the pen as it was. */
+  /** Calls a draw function and restores the state of the pen afterwards. */
   painted(pen, paint) {
     pen.save();
     paint();
     pen.restore();
   }
 
-  /** How large marks of targets are, 1 for full size: many close together are small. */
+  /** Scale of the target symbols, at most 1; many visible targets have smaller symbols. */
   markSize() {
-    const apart = Math.sqrt((this.camera.width * this.camera.height) / Math.max(this.drawn.length, 1));
-    return Math.min(Math.max(apart / 110, 0.5), 1);
+    const spacing_px = Math.sqrt((this.camera.width * this.camera.height) / Math.max(this.drawn.length, 1));
+    return Math.min(Math.max(spacing_px / 110, 0.5), 1);
   }
 
-  /** The colour of a group, translucent if asked for, or if the reader has filtered it out. */
+  /** The colour of a group with an opacity; fainter if another group is highlighted. */
   ink(group, opacity = 1) {
     const key = `${group} ${opacity}`;
     if (!this.inks.has(key)) {
       const colour = groupColour(this.film, group);
-      const seen = opacity * (this.choice.passes(group) ? 1 : 0.15);
-      this.inks.set(key, seen < 1 ? faded(colour, seen) : colour);
+      const alpha = opacity * (this.choice.passes(group) ? 1 : 0.15);
+      this.inks.set(key, alpha < 1 ? faded(colour, alpha) : colour);
     }
     return this.inks.get(key);
   }
@@ -108,7 +109,7 @@ class MissionMap {
     return roundStep(90 / this.camera.px_per_m);
   }
 
-  /** What the ruler says: distance, and compass bearing from its first end. */
+  /** Text of the ruler: distance, and compass bearing from its start. */
   measured() {
     const { from, to } = this.ruler ?? {};
     if (!from || !to) return "";
@@ -118,7 +119,7 @@ class MissionMap {
   }
 }
 
-/** A ring about what is looked at; of a group its orbit, too. */
+/** Draws a ring about the selected object; for a group it also highlights the orbit. */
 function drawChosen(map, { pen, scene }) {
   const { object } = map.choice;
   const place = object && placeAt(scene, object);
@@ -127,7 +128,7 @@ function drawChosen(map, { pen, scene }) {
   const { ground, ink } = palette();
   const r = object.kind === "uav" || object.kind === "intruder" ? 19 : 14;
   const rings = [[ground, 5, r], [ink, 2, r]];
-  // The orbit can be seen under its mark.
+  // The highlight is translucent, so that the orbit stays visible.
   if (object.kind === "group") rings.push([faded(ink, 0.25), 9, found(scene, object).standoff_distance_m * map.camera.px_per_m]);
   for (const [colour, width, r] of rings) {
     pen.strokeStyle = colour;
@@ -152,5 +153,5 @@ function drawRuler(map, { pen, labels }) {
   addPlus(pen, x2, y2, 5);
   pen.stroke();
   pen.font = "600 13px system-ui, sans-serif";
-  labels.hold(map.measured(), x2 + 10, y2 - 12);
+  labels.writeInside(map.measured(), x2 + 10, y2 - 12);
 }

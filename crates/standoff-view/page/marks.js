@@ -1,10 +1,9 @@
-// What there is, as marks on a map. Marks of one colour are drawn together: with hundreds of targets that is what keeps
-// pictures coming.
+// Symbols on the map. Symbols of one colour are drawn as one path, because this keeps the frame rate high with hundreds of targets.
 
 /** Square root of the 95 % quantile of a chi-square of two degrees of freedom. */
 const SIGMAS = Math.sqrt(5.991);
 
-/** Items by what is said of them, in order of their first ones. */
+/** Groups items by the value of a function, in the order of first occurrence. */
 function grouped(items, of) {
   const found = new Map();
   for (const item of items) {
@@ -16,7 +15,7 @@ function grouped(items, of) {
   return found;
 }
 
-/** Draws one path for all items of a colour: `add` adds an item to it, `end` strokes or fills it. */
+/** Draws one path for all items of a colour: `add` adds an item to the path, `end` is "stroke" or "fill". */
 function inkedTogether(pen, items, colourOf, add, end = "stroke") {
   for (const [colour, some] of grouped(items, colourOf)) {
     pen.strokeStyle = pen.fillStyle = colour;
@@ -45,7 +44,7 @@ function addPlus(pen, x, y, r) {
   pen.lineTo(x, y + r);
 }
 
-/** Lines at round distances. */
+/** Draws grid lines at round distances. */
 function drawGrid(map, { pen }) {
   const { camera } = map;
   const step_m = map.step_m();
@@ -67,7 +66,7 @@ function drawGrid(map, { pen }) {
   drawScale(map, pen);
 }
 
-/** How long a step of the grid is, and where north is. */
+/** Draws the scale bar, which is one grid step long, and the north arrow. */
 function drawScale(map, pen) {
   const { camera } = map;
   const step_m = map.step_m();
@@ -92,18 +91,18 @@ function drawScale(map, pen) {
   pen.fill();
 }
 
-/** Where targets really are. */
+/** Draws the true positions of targets. */
 function drawTruth(map, { pen, scene, size }) {
-  const there = (scene.targets ?? []).filter((target) => target.there && map.camera.sees(target.true_x_m, target.true_y_m));
+  const visible = (scene.targets ?? []).filter((target) => target.there && map.camera.sees(target.true_x_m, target.true_y_m));
   const { faint } = palette();
   pen.lineWidth = 1.25;
-  inkedTogether(pen, there, ({ group }) => (map.choice.passes(group) ? faint : faded(faint, 0.2)), (target) => {
+  inkedTogether(pen, visible, ({ group }) => (map.choice.passes(group) ? faint : faded(faint, 0.2)), (target) => {
     const [x, y] = map.camera.at(target.true_x_m, target.true_y_m);
     addCross(pen, x, y, 3 * size);
   });
 }
 
-/** What holds targets with 95 % probability; no larger than its mark, it would say nothing. */
+/** Draws the 95 % confidence ellipses of targets; ellipses smaller than the symbol are left out. */
 function drawEllipses(map, { pen, size }) {
   const seen = [];
   for (const { target, x, y } of map.drawn) {
@@ -112,7 +111,7 @@ function drawEllipses(map, { pen, size }) {
     if (long > 4.5 * size) seen.push({ target, x, y, long, wide, turn_rad });
   }
   pen.lineWidth = 1.25;
-  for (const [isHeld, some] of grouped(seen, ({ target }) => target.status === "held")) {
+  for (const [isHeld, some] of grouped(seen, ({ target }) => target.status === "updated")) {
     pen.setLineDash(isHeld ? [] : [3, 3]);
     const faint = map.drawn.length > MOST_NAMED ? 0.25 : 0.45;
     const ink = ({ target: { group } }) => map.ink(group, group === null ? faint : 1);
@@ -123,7 +122,7 @@ function drawEllipses(map, { pen, size }) {
   }
 }
 
-/** The half axes of the ellipse that holds a target with 95 % probability, m, and where the longer one points, rad. */
+/** Semi-axes of the 95 % confidence ellipse, m, and the direction of the major axis, rad. */
 function ellipseOf([xx, xy, yy]) {
   const middle = (xx + yy) / 2;
   const off = Math.hypot((xx - yy) / 2, xy);
@@ -131,19 +130,19 @@ function ellipseOf([xx, xy, yy]) {
   return [axis_m(middle + off), axis_m(middle - off), 0.5 * Math.atan2(2 * xy, xx - yy)];
 }
 
-/** Held: a disc. Coasting or cued: a ring. Unassigned: a square. In dwell: two colours. Discarded: a cross. */
+/** Draws tracks. Updated: disc. Coasting or cued: ring. Ungrouped: square. In handoff: two rings. Removed from its group: cross. */
 function drawTracks(map, { pen, labels, size }) {
   const looks = grouped(map.drawn.filter(({ target }) => target.tracked), ({ target }) =>
-    target.place === "discarded" || target.place === "unassigned" ? target.place : target.status === "held" ? "held" : "ring");
+    target.place === "removed" || target.place === "ungrouped" ? target.place : target.status === "updated" ? "updated" : "ring");
   const ink = ({ target }) => map.ink(target.group);
   const draw = (some, of, add, end) => inkedTogether(pen, some ?? [], of, add, end);
   pen.lineWidth = size < 0.8 ? 1.25 : 2;
   const half = 4 * size;
-  draw(looks.get("unassigned"), ink, ({ x, y }) => pen.rect(x - half, y - half, 2 * half, 2 * half));
-  draw(looks.get("discarded"), ink, ({ x, y }) => addCross(pen, x, y, 5 * size));
+  draw(looks.get("ungrouped"), ink, ({ x, y }) => pen.rect(x - half, y - half, 2 * half, 2 * half));
+  draw(looks.get("removed"), ink, ({ x, y }) => addCross(pen, x, y, 5 * size));
   draw(looks.get("ring"), ink, ({ x, y }) => addDisc(pen, x, y, 4.5 * size));
-  draw(looks.get("held"), ink, ({ x, y }) => addDisc(pen, x, y, 4.5 * size), "fill");
-  const passing = map.drawn.filter(({ target }) => target.tracked && target.place === "dwell");
+  draw(looks.get("updated"), ink, ({ x, y }) => addDisc(pen, x, y, 4.5 * size), "fill");
+  const passing = map.drawn.filter(({ target }) => target.tracked && target.place === "in-handoff");
   draw(passing, ({ target }) => map.ink(target.to_group), ({ x, y }) => addDisc(pen, x, y, 8 * size));
   const { alarm } = palette();
   pen.lineWidth = 2.5;
@@ -153,11 +152,11 @@ function drawTracks(map, { pen, labels, size }) {
   for (const { x, y } of hidden) labels.beside("out of view", x, y, 15, 8);
 }
 
-/** An aircraft, nose along x. */
+/** Outline of a UAV, nose along x, px. */
 const AIRCRAFT = [[13, 0], [2, 2.2], [0, 12], [-4, 12], [-2.5, 2], [-9, 1.5], [-11, 5], [-13, 5], [-12, 0], [-13, -5], [-11, -5],
   [-9, -1.5], [-2.5, -2], [-4, -12], [0, -12], [2, -2.2]];
 
-/** UAVs; of one that has dropped out, its last place that the team knows of. */
+/** Draws UAVs. For a UAV that has dropped out it also draws the last position known to the team. */
 function drawUavs(map, { pen, labels, scene }) {
   const { camera, film, choice } = map;
   for (const uav of scene.uavs) {
@@ -170,7 +169,7 @@ function drawUavs(map, { pen, labels, scene }) {
       pen.strokeStyle = palette().ground;
       pen.lineWidth = 1.5;
       pen.beginPath();
-      // The canvas counts y downwards.
+      // The y axis of the canvas points down.
       for (const [dx, dy] of AIRCRAFT) pen.lineTo(x + dx * cos + dy * sin, y - dx * sin + dy * cos);
       pen.closePath();
       pen.stroke();
@@ -189,10 +188,10 @@ function drawUavs(map, { pen, labels, scene }) {
   }
 }
 
-/** An arrowhead, nose along x: no UAV looks so. */
+/** Outline of an intruder: an arrowhead, nose along x, px. */
 const INTRUDER = [[14, 0], [-10, 9], [-5, 0], [-10, -9]];
 
-/** Intruders; hollow while they tell nothing. */
+/** Draws intruders; hollow while the transponder is off. */
 function drawIntruders(map, { pen, labels, scene }) {
   const { alarm, ground } = palette();
   for (const { id, x_m, y_m, heading_rad, told } of scene.intruders) {
@@ -208,22 +207,23 @@ function drawIntruders(map, { pen, labels, scene }) {
     pen.fill();
     pen.stroke();
     pen.fillStyle = alarm;
-    // Clear of the ring about what is chosen.
-    labels.beside(`intruder ${id}${told ? "" : ", silent"}`, x, y, 22, 8);
+    // The offset keeps the label clear of the selection ring.
+    labels.beside(`intruder ${id}${told ? "" : ", transponder off"}`, x, y, 22, 8);
   }
 }
 
-/** That a UAV has dropped out, in words. */
+/** Text that says since when a UAV has dropped out. */
 function outWords({ id, out }) {
   return `UAV ${id} dropped out at ${out.since_s.toFixed(1)} s`;
 }
 
-/** The round number, 1, 2 or 5 times a power of ten, that is next above a value. */
+/** The smallest round number (1, 2 or 5 times a power of ten) that is not less than a value. */
 function roundStep(value) {
   const power = 10 ** Math.floor(Math.log10(value));
   return [1, 2, 5, 10].map((factor) => factor * power).find((step) => step >= value * (1 - 1e-9));
 }
 
+/** Formats a distance. */
 function metres(value_m) {
   if (value_m >= 10000) return `${(value_m / 1000).toFixed(1)} km`;
   return `${value_m >= 10 ? value_m.toFixed(0) : value_m.toPrecision(2)} m`;

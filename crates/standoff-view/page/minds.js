@@ -1,17 +1,18 @@
-// Several minds: whose picture is shown, what each believes of the others, and where they differ. `src/replay/minds.rs`
-// describes the tables.
+// Team states of several agents: which one is shown, what each agent believes about the other UAVs, and where the agents
+// differ. `src/replay/minds.rs` describes the tables.
 
-const PRESENCE = ["live", "silent", "gone", "left", "never heard"];
-/** Who is not heard though it is not said to have left. */
-const UNHEARD = new Set(["silent", "gone", "never heard"]);
+/** Names of the teammate statuses, by their number in the tables. */
+const PRESENCE = ["live", "silent", "timed out", "left", "never received"];
+/** Statuses of UAVs whose reports are not received although they have not left the team. */
+const UNHEARD = new Set(["silent", "timed out", "never received"]);
 
 class Minds {
   constructor(film) {
     this.film = film;
     this.shelf = new Shelf(film, "pictures");
-    /** UAVs that have a mind of their own; none, where one thinks for all. */
+    /** UAVs that run their own agent; empty if the team shares one. */
     this.ids = [];
-    /** The UAV whose picture is shown; `null`: the one of lowest id whose computer is on. */
+    /** The UAV whose team state is shown; `null`: the UAV of lowest id whose computer is on. */
     this.chosen = null;
     this.worked = { size: -1, chosen: null, spans: null };
   }
@@ -20,51 +21,51 @@ class Minds {
     return this.ids.length > 0;
   }
 
-  /** Takes in an overview. */
+  /** Adds the agents of an overview. */
   put(half) {
     this.ids = [...new Set([...this.ids, ...(half.tables.minds?.ids ?? [])])].sort((a, b) => a - b);
   }
 
   choose(uav) {
     this.chosen = uav;
-    this.film.tellEvents();
+    this.film.selectEvents();
   }
 
-  /** Whether a UAV's computer is on. */
+  /** Whether the computer of a UAV is on. */
   isOn(uav, instant) {
     return !Number.isNaN(this.film.value("minds", "disturbed", uav, instant));
   }
 
-  /** Those whose computer is on. */
+  /** The UAVs whose computer is on. */
   on(instant) {
     return this.ids.filter((uav) => this.isOn(uav, instant));
   }
 
-  /** The UAV whose picture the run's own tables hold. */
+  /** The UAV whose team state is stored in the run's main tables. */
   first(instant) {
     return this.ids.find((uav) => this.isOn(uav, instant)) ?? null;
   }
 
-  /** The UAV whose picture is shown at an instant; `null` if there is none. */
+  /** The UAV whose team state is shown at a time step; `null` if there is none. */
   owner(instant) {
     if (this.chosen === null) return this.first(instant);
     return this.isOn(this.chosen, instant) ? this.chosen : null;
   }
 
-  /** The picture that is shown is not that of the run's own tables: another one, or none. */
+  /** Whether the shown team state is not the one in the run's main tables: it is another one, or there is none. */
   isOther(instant) {
     return this.isSeveral && this.owner(instant) !== this.first(instant);
   }
 
-  /** Whether the picture that is shown tells an event. */
-  tells({ by, time_s }) {
+  /** Whether an event belongs to the shown team state. */
+  hasEvent({ by, time_s }) {
     return !by || by.includes(this.chosen ?? this.first(this.film.instant(time_s)));
   }
 
-  /** What a mind believes of a UAV: who it takes it for, how old its newest report is, and which group it serves. */
-  believed(mind, uav, instant) {
+  /** What an agent believes about a UAV: its status, the age of its last report, and the group that it is assigned to. */
+  believed(agent, uav, instant) {
     const { film } = this;
-    const at = (column) => film.value(`team-${mind}`, column, uav, instant);
+    const at = (column) => film.value(`team-${agent}`, column, uav, instant);
     if (!Number.isNaN(at("presence"))) {
       return { presence: PRESENCE[at("presence")], age_s: at("age_s"), group: idOf(at("group")), founded_s: at("founded_s") };
     }
@@ -72,23 +73,27 @@ class Minds {
     return { presence: "live", age_s: 0, group: idOf(own("group")), founded_s: own("founded_s") };
   }
 
-  /** Whom a mind does not hear. */
-  unheard(mind, instant) {
-    const others = this.film.ids.uavs.filter((uav) => uav !== mind).map((uav) => ({ uav, ...this.believed(mind, uav, instant) }));
+  /** The UAVs whose reports an agent does not receive. */
+  unheard(agent, instant) {
+    const others = this.film.ids.uavs.filter((uav) => uav !== agent).map((uav) => ({ uav, ...this.believed(agent, uav, instant) }));
     return others.filter(({ presence }) => UNHEARD.has(presence));
   }
 
-  /** Minds that agree on who serves what, those of the lowest id first. */
+  /** Sets of agents with equal assignments; the set with the lowest id comes first. */
   parties(instant) {
     return [...grouped(this.on(instant), (uav) => this.film.value("minds", "crew", uav, instant)).values()];
   }
 
+  /** Whether the assignments of the agents differ. */
   differ(instant) {
     const [first, ...others] = this.on(instant);
     return others.some((uav) => this.film.value("minds", "crew", uav, instant) !== first);
   }
 
-  /** Stretches of time at which crews differ, somebody is silent for the picture that is shown, or it is not there. */
+  /**
+   * Time ranges in which assignments differ (`differ`), in which a UAV is silent (`silent`) or timed out (`gone`) in the shown
+   * team state, and in which there is no team state (`off`).
+   */
   spans() {
     const { film, chosen, worked } = this;
     const size = film.times_s.length;
@@ -112,7 +117,7 @@ class Minds {
     return spans;
   }
 
-  /** The pictures around a time, of the instant that is on and the next one; `undefined` while they are being loaded. */
+  /** The team states at the current and the next time step; `undefined` while they are being loaded. */
   pictures(time_s) {
     const { film } = this;
     const part = film.part(film.instant(time_s));
@@ -121,39 +126,39 @@ class Minds {
   }
 }
 
-/** That a picture is whose, in words. */
+/** Text that names the shown team state. */
 function pictureWords(film, instant) {
   const { minds } = film;
   const owner = minds.owner(instant);
-  if (owner !== null) return `picture of UAV ${owner}`;
-  return minds.chosen === null ? "no picture: every computer is off" : `no picture: the computer of UAV ${minds.chosen} is off`;
+  if (owner !== null) return `team state of UAV ${owner}`;
+  return minds.chosen === null ? "no team state: all computers are off" : `no team state: the computer of UAV ${minds.chosen} is off`;
 }
 
-/** Whom a mind does not hear, in words. */
-function hearsWords(film, mind, instant) {
-  const unheard = film.minds.unheard(mind, instant);
-  const words = ({ uav, presence, age_s }) => `UAV ${uav} ${presence}${Number.isNaN(age_s) ? "" : `, ${age_s.toFixed(1)} s ago`}`;
-  return unheard.length ? unheard.map(words).join("; ") : "all";
+/** Text that lists the UAVs whose reports an agent does not receive; "none" if it receives the reports of all. */
+function hearsWords(film, agent, instant) {
+  const unheard = film.minds.unheard(agent, instant);
+  const text = ({ uav, presence, age_s }) => `UAV ${uav} ${presence}${Number.isNaN(age_s) ? "" : `, last report ${age_s.toFixed(1)} s ago`}`;
+  return unheard.length ? unheard.map(text).join("; ") : "none";
 }
 
-/** How old the newest report of each other UAV is, in words. */
-function agesWords(film, mind, instant) {
-  const others = film.ids.uavs.filter((uav) => uav !== mind).map((uav) => ({ uav, ...film.minds.believed(mind, uav, instant) }));
+/** Text with the age of the last report of each other UAV. */
+function agesWords(film, agent, instant) {
+  const others = film.ids.uavs.filter((uav) => uav !== agent).map((uav) => ({ uav, ...film.minds.believed(agent, uav, instant) }));
   return others.map(({ uav, age_s }) => `UAV ${uav} ${Number.isNaN(age_s) ? "\u2013" : `${age_s.toFixed(1)} s`}`).join(", ");
 }
 
-/** Who serves which group by a mind, in words. */
-function crewsWords(film, mind, instant) {
-  const served = film.ids.uavs.map((uav) => ({ uav, ...film.minds.believed(mind, uav, instant) })).filter(({ group }) => group !== null);
-  const crews = [...grouped(served, ({ group }) => group)].sort(([a], [b]) => a - b);
-  if (!crews.length) return "nobody serves a group";
-  const words = ([group, crew]) => `group ${group} (of ${crew[0].founded_s.toFixed(1)} s): UAV ${crew.map(({ uav }) => uav).join(", ")}`;
-  return crews.map(words).join("; ");
+/** Text with the assignments in the team state of an agent. */
+function crewsWords(film, agent, instant) {
+  const assigned = film.ids.uavs.map((uav) => ({ uav, ...film.minds.believed(agent, uav, instant) })).filter(({ group }) => group !== null);
+  const byGroup = [...grouped(assigned, ({ group }) => group)].sort(([a], [b]) => a - b);
+  if (!byGroup.length) return "no UAV is assigned";
+  const text = ([group, uavs]) => `group ${group} (created at ${uavs[0].founded_s.toFixed(1)} s): UAV ${uavs.map(({ uav }) => uav).join(", ")}`;
+  return byGroup.map(text).join("; ");
 }
 
-/** Who agrees with whom, in words; nothing where all do. */
+/** Text that lists the sets of agents with different assignments; empty if all agree. */
 function differWords(film, instant) {
   const parties = film.minds.parties(instant);
-  const words = (party) => `UAV ${party.join(", ")}`;
-  return parties.length > 1 ? `crews differ: ${parties.map(words).join(" | ")}` : "";
+  const text = (party) => `UAV ${party.join(", ")}`;
+  return parties.length > 1 ? `assignments differ: ${parties.map(text).join(" | ")}` : "";
 }

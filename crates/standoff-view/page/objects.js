@@ -1,12 +1,12 @@
-// The objects of a map: which one is at a place, and what there is to say about it.
+// Objects of the map: which object is at a position, and the contents of its card.
 
-/** How near a pointer has to come, px: a mouse, and a finger. */
+/** Distance from an object within which a pointer selects it, px: mouse and finger. */
 const NEAR_PX = 12;
 const FINGER_PX = 24;
 
 /**
- * What is at a place of the canvas, first what is meant most likely: targets, UAVs and intruders, the nearest first, then centres
- * of groups, orbits, and fields of view. `part` says which part of an object it is, if not its middle.
+ * Returns the objects at a position of the canvas, the most likely selection first: targets, UAVs and intruders by distance, then
+ * group centres, orbits, and fields of view. `part` is set if the position is on an orbit or in a field of view.
  */
 function objectsAt(map, x, y, near_px = NEAR_PX) {
   const { camera, scene, shown, film, choice } = map;
@@ -42,11 +42,11 @@ function objectsAt(map, x, y, near_px = NEAR_PX) {
       if (angle_rad <= half_rad && Math.hypot(dx, dy) <= wedgeReach_m(uav, scene)) found.push({ kind: "uav", id: uav.id, part: "view" });
     }
   }
-  // An object is one, whatever parts of it are near.
+  // Each object is listed once, even if several of its parts are near.
   return found.filter((one, index) => found.findIndex((other) => other.kind === one.kind && other.id === one.id) === index);
 }
 
-/** What there is to say about an object now: a title, what it is in a sentence, and numbers: heading, value, meaning. */
+/** Returns the contents of an object's card: title, description, and facts (heading, value, tooltip, key). */
 function account(run, object) {
   const { film, map } = run;
   const { scene } = map;
@@ -54,66 +54,66 @@ function account(run, object) {
   const name = objectName(film, object);
   const part = { orbit: "Orbit of ", view: "Field of view of " }[object.part];
   const title = part ? part + name : capital(object, name);
-  const told = (columns, item) => columns.slice(1).map(([key, heading, words, about]) => [heading, words(item), about, key]);
+  const factsOf = (columns, item) => columns.slice(1).map(([key, heading, text, about]) => [heading, text(item), about, key]);
   if (!one) return { title, what: absence(film, scene, object), facts: [] };
   if (object.kind === "target") {
     const target = { ...one, name };
-    const more = one.tracked ? told([null, ...TARGET_DETAILS], target) : [];
-    return { title, what: "Target", facts: [...told(TARGET_COLUMNS, target), ...more] };
+    const more = one.tracked ? factsOf([null, ...TARGET_DETAILS], target) : [];
+    return { title, what: "Target", facts: [...factsOf(TARGET_COLUMNS, target), ...more] };
   }
-  if (object.kind === "group") return { title, what: groupWords(one, object.part), facts: told(GROUP_COLUMNS, one) };
-  if (object.kind === "intruder") return { title, what: "Intruder: an aircraft that is not of the team", facts: told(INTRUDER_COLUMNS, one) };
-  const facts = [...told([...UAV_COLUMNS, ...UAV_DETAILS], one), ...mindFacts(film, one)];
+  if (object.kind === "group") return { title, what: groupWords(one, object.part), facts: factsOf(GROUP_COLUMNS, one) };
+  if (object.kind === "intruder") return { title, what: "Intruder: aircraft outside the team", facts: factsOf(INTRUDER_COLUMNS, one) };
+  const facts = [...factsOf([...UAV_COLUMNS, ...UAV_DETAILS], one), ...mindFacts(film, one)];
   if (object.part === "view") return { title, what: viewWords(film), facts: facts.filter(([, , , key]) => /sight/.test(key)) };
-  return { title, what: one.out ? `${outWords(one)}: nobody hears it, and its sensor points nowhere` : "UAV", facts };
+  return { title, what: one.out ? `${outWords(one)}: no UAV receives its reports, and its sensor points nowhere` : "UAV", facts };
 }
 
-/** What a UAV's card says of its mind, where minds are several. */
+/** Facts about the agent of a UAV; empty if the team shares one agent. */
 function mindFacts(film, { id, mind }) {
   if (!mind) return [];
   const { instant, shown, owner } = mind;
   const facts = [];
   if (shown) {
-    const age = Number.isNaN(shown.age_s) ? "" : `, newest report ${shown.age_s.toFixed(1)} s old`;
-    facts.push([`For UAV ${owner}`, `${shown.presence}${age}`, "What the UAV whose picture is shown takes it for", "presence"]);
+    const age = Number.isNaN(shown.age_s) ? "" : `, last report ${shown.age_s.toFixed(1)} s ago`;
+    facts.push([`Status at UAV ${owner}`, `${shown.presence}${age}`, "Status of this UAV in the shown team state", "presence"]);
   }
-  if (!mind.is_on) return [...facts, ["Computer", "off", "It hears nobody, and nobody hears it", "computer"]];
-  const flown = mind.group === null ? "none" : `${mind.group}`;
+  if (!mind.is_on) return [...facts, ["Computer", "off", "The agent neither sends nor receives", "computer"]];
+  const ownGroup = mind.group === null ? "none" : `${mind.group}`;
   return [
     ...facts,
-    ["Serves, by itself", flown, "The group that it serves by its own mind, by its own number: what it flies", "own_group"],
-    ["Does not hear", film.minds.unheard(id, instant).map((other) => `UAV ${other.uav} (${other.presence})`).join(", ") || "none: it hears all",
-      "UAVs that are not live to it", "hears"],
-    ["Newest reports", agesWords(film, id, instant), "How old its newest report of each other UAV is", "ages"],
-    ["Certain (s ago)", fixed(mind.lag_s, 1), "What it believes up to so long ago cannot change any more", "lag_s"],
+    ["Own assignment", ownGroup, "Group that this UAV is assigned to in its own team state, with the number used there; the UAV flies this assignment", "own_group"],
+    ["No reports from", film.minds.unheard(id, instant).map((other) => `UAV ${other.uav} (${other.presence})`).join(", ") || "none",
+      "UAVs whose reports this agent does not receive", "hears"],
+    ["Report ages", agesWords(film, id, instant), "Age of the last report received from each other UAV", "ages"],
+    ["Commit lag (s)", fixed(mind.lag_s, 1), "Time since the last committed time step; the team state up to that step is final", "lag_s"],
   ];
 }
 
 function groupWords(group, part) {
-  if (part !== "orbit") return "Group; the small cross is its estimated centre";
-  return `Desired orbit, r_d about the group's estimated centre${group.feasible ? "" : "; broken: no orbit satisfies every constraint"}`;
+  if (part !== "orbit") return "Group; the small cross marks its estimated centre";
+  return `Desired orbit: radius r_d about the estimated centre of the group${group.feasible ? "" : "; dashed: no orbit satisfies all constraints"}`;
 }
 
-/** What a wedge means. */
+/** Description of the field of view. */
 function viewWords(film) {
   const wide_deg = film.head.limits.field_of_view_rad * DEGREES;
-  return `${wide_deg.toFixed(0)}\u00b0 about the boresight. A target counts as in view if it is inside, by the true geometry, and within ` +
-    "sensing range; the wedge is drawn only as far as the group reaches";
+  return `${wide_deg.toFixed(0)}\u00b0 wide, centred on the boresight. A target is in view if its true position is inside and within ` +
+    "sensing range; the wedge is drawn only to the far side of the group";
 }
 
-/** A name as a sentence begins with it; those of targets are not ours to change. */
+/** A name with a capital first letter, for the start of a sentence; names of targets stay unchanged. */
 function capital({ kind }, name) {
   return kind === "group" || kind === "intruder" ? name[0].toUpperCase() + name.slice(1) : name;
 }
 
-/** That an object is not there, and since when or until when, as far as that is known. */
+/** Text that says that an object does not exist at the time shown, and when it ended or begins, if known. */
 function absence(film, scene, { kind, id }) {
   const { time_s } = scene;
   const name = capital({ kind }, objectName(film, { kind, id }));
-  if (kind === "target") return scene.targets ? `${name} is not there at ${time_s.toFixed(1)} s` : "";
+  if (kind === "target") return scene.targets ? `${name} does not exist at ${time_s.toFixed(1)} s` : "";
   const there = film.series(`${kind}s`, "x_m", id);
   const now = film.instant(time_s);
   for (let k = now; k >= 0; k--) if (!Number.isNaN(there[k])) return `${name} ended at ${(film.times_s[k + 1] ?? time_s).toFixed(1)} s`;
   const first = there.findIndex((x_m) => !Number.isNaN(x_m));
-  return first < 0 ? `${name} is not there` : `${name} begins at ${film.times_s[first].toFixed(1)} s`;
+  return first < 0 ? `${name} does not exist` : `${name} begins at ${film.times_s[first].toFixed(1)} s`;
 }

@@ -1,11 +1,11 @@
-// What the runs came to, metric by metric; of two runs side by side also how much the second has more.
+// The metrics of the runs, and for two runs the difference.
 
-/** Shows the outcome of every run, once there is one. */
+/** Shows the metrics of the runs that have ended. */
 function showOutcome({ runs }) {
   const table = element("outcome");
   const outcomes = runs.map(({ film }) => new Map(film.head.outcome.map((line) => [line.metric, line])));
   const isPair = runs.length > 1;
-  const headings = ["Metric", ...(isPair ? [...runs.map((run) => run.letter), "B \u2212 A"] : ["Value"]), "Unit", "Good is"];
+  const headings = ["Metric", ...(isPair ? [...runs.map((run) => run.letter), "B \u2212 A"] : ["Value"]), "Unit", "Goal or limit"];
   table.tHead.replaceChildren();
   const row = table.tHead.insertRow();
   for (const heading of headings) {

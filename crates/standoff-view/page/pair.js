@@ -1,6 +1,6 @@
-// Two runs side by side, at one time: each has its map; one of them stands beside the maps.
+// Two runs side by side at the same time. Each run has a map; the side panel shows one of the runs.
 
-/** The canvases of so many maps, side by side. */
+/** Creates the canvases of `count` maps, side by side. */
 function canvases(count) {
   const views = document.querySelector(".views");
   const [first] = views.children;
@@ -14,7 +14,7 @@ function canvases(count) {
   return [...views.querySelectorAll("canvas")];
 }
 
-/** The maps of two runs: each has its run's name, which puts that run beside the maps, and they look at one place if asked to. */
+/** The maps of two runs. The name of a run selects it for the side panel; linked maps show the same area. */
 class Pair {
   constructor(page) {
     this.page = page;
@@ -23,20 +23,21 @@ class Pair {
     this.box.type = "checkbox";
     this.box.addEventListener("change", () => this.link());
     const label = document.createElement("label");
-    label.title = "Both maps look at one place, and move together";
+    label.title = "Both maps show the same area and move together";
     label.append(this.box, " Link maps");
     document.querySelector(".tools").append(label);
     document.querySelector(".stage").classList.add("pair");
   }
 
+  /** Creates the button with the name of a run. */
   name(run) {
     const { page } = this;
     const name = document.createElement("button");
     name.type = "button";
     name.className = "name";
-    name.title = "Charts, state, events and outcome of this run";
+    name.title = "Show charts, state, events and outcome of this run";
     name.addEventListener("click", () => page.show(run));
-    // Before the map itself takes them.
+    // These listeners run before those of the map.
     for (const kind of ["pointerdown", "wheel"]) {
       run.map.canvas.addEventListener(kind, () => page.show(run), { capture: true, passive: true });
     }
@@ -44,14 +45,14 @@ class Pair {
     return name;
   }
 
-  /** Both runs have begun: if they are in one place, their maps are linked. */
+  /** Links the maps if the runs are in the same area; called when both runs have data. */
   begin() {
     const [a, b] = this.page.runs.map(({ film }) => film.bounds_m());
     this.box.checked = Boolean(a && b) && a[0] <= b[2] && b[0] <= a[2] && a[1] <= b[3] && b[1] <= a[3];
     this.link();
   }
 
-  /** The maps follow that of the run beside them, or go their own way. */
+  /** Links or unlinks the maps, as the checkbox is set. */
   link() {
     const { page, box } = this;
     for (const run of page.runs) {
@@ -62,19 +63,19 @@ class Pair {
     page.renew();
   }
 
-  /** Another run has come beside the maps: linked ones go on looking where they look. */
+  /** Keeps the view of linked maps when the side panel changes to another run. */
   shown(before) {
     if (!this.box.checked) return;
     const { followed } = before.choice;
     const { film, choice } = this.page;
-    // Another run's targets and groups are others, whatever their numbers.
+    // Targets and groups with equal numbers are different objects in different runs.
     const isHere = followed?.id === undefined || (followed.kind === "uav" && film.ids.uavs.includes(followed.id));
     choice.followed = isHere ? followed : null;
     this.link();
   }
 
-  /** Says which run is which, and which has ended. */
-  tell() {
+  /** Updates the names of the runs, and shows which run has ended. */
+  update() {
     const { page } = this;
     page.runs.forEach((run, k) => {
       const { film } = run;

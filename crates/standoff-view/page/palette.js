@@ -1,5 +1,5 @@
-// Colours, light and dark, searched for by computer: UAVs are blue to purple and groups orange to green, so that nobody takes
-// one for the other, colour-blind readers included; both stand out from the ground. `src/colours.rs` holds them to that.
+// Colours of the light and the dark theme, found by optimisation. UAVs are blue to purple and groups are orange to green, so that
+// colour-blind users can distinguish them as well; both contrast with the background. The tests of `src/colours.rs` check this.
 
 const PALETTES = {
   light: {
@@ -30,7 +30,7 @@ const PALETTES = {
   },
 };
 
-/** Of the theme that is on. */
+/** The colours of the current theme. */
 function palette() {
   return PALETTES[document.documentElement.dataset.theme] ?? PALETTES.light;
 }
@@ -45,7 +45,7 @@ function groupColour(film, id) {
   return id === null ? none : groups[(film.colours.get(id) ?? id) % groups.length];
 }
 
-/** The same colour, translucent. */
+/** A colour with an opacity. */
 function faded(colour, opacity) {
   const [r, g, b] = [1, 3, 5].map((at) => parseInt(colour.slice(at, at + 2), 16));
   return `rgba(${r},${g},${b},${opacity})`;

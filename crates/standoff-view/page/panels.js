@@ -1,78 +1,78 @@
-// What the charts show, panel by panel.
+// Panels of the charts.
 
 /**
- * A panel: its title and unit, what it is in words, the factor from SI units to its own, and its curves. A curve is of
- * the run, of each UAV or of each group: the column that it shows, what tells it from other curves of the same object
- * (`note`), and its dash. Levels are lines from side to side, of which `level` says what they are.
+ * A panel has a title, a unit, a description (`about`), the factor from SI units to the unit, and curves. A curve belongs to
+ * the run, to each UAV or to each group; it has the column it shows, a dash style, and a note that distinguishes it from other
+ * curves of the same object. `levels` are horizontal lines, described by `level`.
  */
 const PANELS = [
-  { key: "watched", title: "Vehicles watched", unit: "", factor: 1,
-    about: "How many vehicles exist, how many of them have a track, how many are in some UAV's field of view (seen), and how many are " +
-      "in one and belong to a group (watched). By the true geometry.",
+  { key: "watched", title: "Targets in custody", unit: "", factor: 1,
+    about: "Number of targets that exist, that have a track, that are in the field of view of at least one UAV (in view), and that are " +
+      "in view and belong to a group (in custody). True geometry.",
     curves: [
       { of: "run", column: "targets", note: "exist", dash: "solid", ink: "none" },
       { of: "run", column: "tracked", note: "tracked", dash: "dash", ink: "none" },
-      { of: "run", column: "seen", note: "seen", dash: "dot", ink: "ink" },
-      { of: "run", column: "watched", note: "watched", dash: "solid", ink: "ink" },
+      { of: "run", column: "seen", note: "in view", dash: "dot", ink: "ink" },
+      { of: "run", column: "watched", note: "in custody", dash: "solid", ink: "ink" },
     ], fromZero: true },
   { key: "position_error", title: "Position error", unit: "m", factor: 1,
-    about: "How far tracks are from where the vehicles really are: root of the mean square over a group's members, and over all tracks " +
-      "of the run. The bound is that of Cramer and Rao, which no unbiased filter goes below; it is drawn where it is defined.",
+    about: "Root mean square distance between tracks and true target positions, over the members of a group and over all tracks " +
+      "of the run. The bound is the Cramer-Rao lower bound for unbiased filters; it is drawn where it is defined.",
     curves: [
       { of: "groups", column: "position_error_m", note: "", dash: "solid" },
       { of: "groups", column: "position_bound_m", note: "bound", dash: "dash" },
       { of: "run", column: "position_error_m", note: "all tracks", dash: "dot", ink: "ink" },
     ], fromZero: true },
-  { key: "line_of_sight", title: "Line of sight", unit: "\u00b0", factor: DEGREES,
+  { key: "line_of_sight", title: "Off-boresight angle", unit: "\u00b0", factor: DEGREES,
     about: "The largest angle between a UAV's boresight and the true direction to a member of its group. Beyond half the field of view " +
-      "a member is out of that UAV's sight.",
-    curves: [{ of: "uavs", column: "line_of_sight_rad", note: "", dash: "solid" }],
+      "the member is out of view of that UAV.",
+    curves: [{ of: "uavs", column: "off_boresight_rad", note: "", dash: "solid" }],
     levels: (limits) => [limits.field_of_view_rad / 2], level: "half the field of view", fromZero: true },
   { key: "standoff_distance", title: "Standoff distance", unit: "m", factor: 1,
-    about: "The desired distance r_d of a group's orbit from its estimated centre, and how far each UAV is from the estimated centre of " +
-      "the group that it serves.",
+    about: "The desired orbit radius r_d about the estimated centre of each group, and the distance of each UAV from the estimated centre of " +
+      "its group.",
     curves: [
       { of: "groups", column: "standoff_distance_m", note: "r_d", dash: "solid" },
       { of: "uavs", column: "centre_distance_m", note: "to centre", dash: "dot" },
     ],
-    levels: (limits) => [limits.radius_min_m, limits.radius_max_m], level: "least and most" },
+    levels: (limits) => [limits.radius_min_m, limits.radius_max_m], level: "limits" },
   { key: "standoff_error", title: "True standoff error", unit: "m", hint: "outside (+), inside (\u2212)", factor: 1,
-    about: "How far a UAV is off the orbit that its group should have: r \u2212 r_d about the true centre of the group's members. Above " +
-      "zero it is outside the orbit, below zero inside.",
+    about: "The distance of a UAV from the required orbit of its group: r \u2212 r_d about the true centre of the members. Positive values are " +
+      "outside the orbit, negative values inside.",
     curves: [{ of: "uavs", column: "standoff_error_m", note: "", dash: "solid" }],
     levels: () => [0], level: "on the orbit" },
-  { key: "phase", title: "Phase separation", unit: "\u00b0", factor: DEGREES,
-    about: "The angle between UAVs on the same orbit, seen from its centre: of a pair theirs, of more that of neighbours which is " +
-      "furthest from what is wanted.",
+  { key: "phase", title: "Phase", unit: "\u00b0", factor: DEGREES,
+    about: "The angle between neighbouring UAVs on the same orbit, seen from its centre. With more than two UAVs, the pair that is " +
+      "furthest from the desired phase is shown.",
     curves: [
       { of: "groups", column: "phase_rad", note: "", dash: "solid" },
-      { of: "groups", column: "phase_wanted_rad", note: "wanted", dash: "dash" },
+      { of: "groups", column: "phase_wanted_rad", note: "desired", dash: "dash" },
     ] },
   { key: "speed", title: "Speed", unit: "m/s", factor: 1,
-    about: "Each UAV's airspeed and its limits.",
+    about: "The airspeed of each UAV and its limits.",
     curves: [{ of: "uavs", column: "speed_m_s", note: "", dash: "solid" }],
     levels: (limits) => [limits.speed_min_m_s, limits.speed_max_m_s], level: "limits" },
   { key: "turn_rate", title: "Turn rate", unit: "\u00b0/s", factor: DEGREES,
-    about: "How fast each UAV's heading changes, anticlockwise above zero, and its limits.",
+    about: "The turn rate of each UAV and its limits; positive is counter-clockwise.",
     curves: [{ of: "uavs", column: "turn_rate_rad_s", note: "", dash: "solid" }],
     levels: (limits) => [-limits.turn_rate_max_rad_s, limits.turn_rate_max_rad_s], level: "limits" },
-  { key: "scan_sd", title: "One scan tells to", unit: "m", factor: 1,
-    about: "How precisely one scan by each UAV of a group would place a vehicle at the group's true centre, as a standard deviation: " +
-      "the fourth root of the inverse determinant of the information.",
+  { key: "scan_sd", title: "Single-scan accuracy", unit: "m", factor: 1,
+    about: "Standard deviation of the position of a target at the true centre of the group after one scan by each UAV of the group: " +
+      "the fourth root of the inverse determinant of the information matrix.",
     curves: [{ of: "groups", column: "scan_sd_m", note: "", dash: "solid" }], fromZero: true },
 ];
 
-/** The panel of a target that is looked at. */
+/** The panel of the selected target. */
 const TARGET_PANEL = {
   key: "target", title: "Target", unit: "m", hint: "position error", factor: 1, fromZero: true, curves: [],
-  about: "How far the track of the chosen target is from where it really is. Shaded: where it is a member of a group and no UAV has it " +
-    "in view, and where its track is coasting (not measured).",
+  about: "Distance between the track of the selected target and its true position. Shaded: times at which the target is a group member but in " +
+    "no UAV's field of view, and times at which its track is coasting (not measured).",
 };
 
-/** A curve's dash in CSS. */
+/** CSS border styles of the dash styles. */
 const BORDERS = { solid: "solid", dash: "dashed", dot: "dotted" };
 
-/** A short stroke as a curve has it, to stand before its name. */
+/** A short line sample of a curve, for legends. */
 function stroke(colour, dash) {
   const mark = document.createElement("span");
   mark.className = "stroke";
@@ -80,7 +80,7 @@ function stroke(colour, dash) {
   return mark;
 }
 
-/** A panel on the page: a heading over a plot. */
+/** A panel on the page: a heading above a plot. */
 class Panel {
   constructor(spec) {
     this.spec = spec;
@@ -91,11 +91,11 @@ class Panel {
     this.plot = document.createElement("div");
     this.plot.className = "plot";
     this.section.append(this.heading, this.plot);
-    /** The curves as they were drawn last. */
+    /** The curves that are drawn. */
     this.curves = [];
   }
 
-  /** The title, and what the kinds of curves are. */
+  /** Writes the heading: the title and the legend of the curve types. */
   head(name, kinds) {
     const { spec } = this;
     const unit = spec.unit ? ` (${spec.unit})` : "";

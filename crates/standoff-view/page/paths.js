@@ -1,13 +1,13 @@
-// What moves, as lines on a map: trails, orbits, fields of view, and where things will be soon.
+// Lines on the map: trails, orbits, fields of view and velocity vectors.
 
-/** How long trails are, s. */
+/** Duration of trails, s. */
 const TRAIL_S = 60;
-/** Places that the trails of all targets may have together: beyond, each has fewer. */
+/** Maximum number of points of all target trails together; with more targets each trail has fewer points. */
 const MOST_TRAIL_PLACES = 6000;
-/** How far ahead velocity vectors reach, s. */
+/** Prediction time of velocity vectors, s. */
 const AHEAD_S = 10;
 
-/** A line through places, broken where there is none. */
+/** Adds a line through positions to the path, with gaps at missing positions. */
 function addPath(camera, pen, places) {
   let down = false;
   for (const [x_m, y_m] of places) {
@@ -28,12 +28,13 @@ function strokePath(camera, pen, places) {
   pen.stroke();
 }
 
-/** Instants from a time on, until now. */
+/** Indices of the time steps from `from_s` to `time_s`. */
 function* recent(film, time_s, from_s) {
   const last = film.instant(time_s);
   for (let k = Math.max(0, film.instant(Math.max(from_s, film.times_s[0] ?? 0))); k <= last; k++) yield k;
 }
 
+/** Draws the trails of UAVs. */
 function drawTrails(map, { pen, scene }) {
   const { film, choice, camera } = map;
   pen.lineWidth = 1.5;
@@ -48,10 +49,10 @@ function drawTrails(map, { pen, scene }) {
   }
 }
 
-/** Where the tracks of targets in sight have been in the last minute, as far as that has been loaded. */
+/** Draws the trails of visible target tracks, as far as they are loaded. */
 function drawTargetTrails(map, { pen, scene }) {
   const { film, camera } = map;
-  // Of another mind's picture the page holds what there is, not what there was.
+  // The page has no past positions in the team states of other agents.
   if (film.minds.isOther(film.instant(scene.time_s))) return;
   const seen = map.drawn.filter(({ target }) => target.tracked);
   if (!seen.length) return;
@@ -61,10 +62,10 @@ function drawTargetTrails(map, { pen, scene }) {
       if (time_s > scene.time_s - TRAIL_S && time_s < scene.time_s) times.push({ half, instant, time_s });
     });
   }
-  // Instants at round numbers of steps stay the same while time goes on: a trail does not crawl.
-  const apart_s = times.length > 1 ? times[1].time_s - times[0].time_s : 1;
+  // Only multiples of the step are used, so that the points of a trail stay the same while the time advances.
+  const period_s = times.length > 1 ? times[1].time_s - times[0].time_s : 1;
   const step = Math.max(1, Math.ceil((times.length * seen.length) / MOST_TRAIL_PLACES));
-  const chosen = times.filter(({ time_s }) => Math.round(time_s / apart_s) % step === 0);
+  const chosen = times.filter(({ time_s }) => Math.round(time_s / period_s) % step === 0);
   pen.lineWidth = 1;
   inkedTogether(pen, seen, ({ target }) => map.ink(target.group, 0.5), ({ target, x, y }) => {
     let down = false;
@@ -84,6 +85,7 @@ function drawTargetTrails(map, { pen, scene }) {
   });
 }
 
+/** Draws the desired orbits and the estimated centres of groups. */
 function drawDesired(map, { pen, scene }) {
   const { camera } = map;
   for (const group of scene.groups) {
@@ -102,7 +104,7 @@ function drawDesired(map, { pen, scene }) {
   }
 }
 
-/** Where the UAVs of a group have been relative to its centre, drawn about its centre of now. */
+/** Draws the last revolution of each UAV relative to its group centre, about the current centre. */
 function drawFlown(map, { pen, scene }) {
   const { film, choice, camera } = map;
   if (film.minds.isOther(film.instant(scene.time_s))) return;
@@ -126,12 +128,13 @@ function drawFlown(map, { pen, scene }) {
   }
 }
 
-/** How far the wedge of a UAV is drawn: over its group. Its sensor may reach further, or less far. */
+/** Length of the wedge of a UAV: to the far side of its group. It is not the range of the sensor. */
 function wedgeReach_m(uav, scene) {
   const group = scene.groups.find((one) => one.id === uav.group);
   return group ? Math.hypot(uav.x_m - group.x_m, uav.y_m - group.y_m) + group.spread_m + 40 : 400;
 }
 
+/** Draws the fields of view of UAVs. */
 function drawViews(map, { pen, scene }) {
   const half_rad = map.film.head.limits.field_of_view_rad / 2;
   for (const uav of scene.uavs) {
@@ -139,7 +142,7 @@ function drawViews(map, { pen, scene }) {
     const [x, y] = map.camera.at(uav.x_m, uav.y_m);
     pen.beginPath();
     pen.moveTo(x, y);
-    // The canvas counts angles clockwise.
+    // Canvas angles are clockwise.
     pen.arc(x, y, wedgeReach_m(uav, scene) * map.camera.px_per_m, -uav.boresight_rad - half_rad, -uav.boresight_rad + half_rad);
     pen.closePath();
     pen.fillStyle = map.ink(uav.group, 0.1);
@@ -149,7 +152,7 @@ function drawViews(map, { pen, scene }) {
   }
 }
 
-/** Where targets and UAVs will be soon: targets if they go straight on, UAVs if they turn on as they do. */
+/** Draws the predicted motion of targets with constant velocity, and of UAVs with constant speed and turn rate. */
 function drawVectors(map, { pen, scene }) {
   const { camera } = map;
   const moving = map.drawn.filter(({ target }) => target.tracked && !Number.isNaN(target.vx_m_s));
@@ -163,7 +166,7 @@ function drawVectors(map, { pen, scene }) {
     addPath(camera, pen, ahead(uav)));
 }
 
-/** Where a UAV will be from now on, if it keeps its speed and turn rate. */
+/** Predicted positions of a UAV with constant speed and turn rate. */
 function ahead(uav) {
   const places = [[uav.x_m, uav.y_m]];
   const step_s = AHEAD_S / 10;

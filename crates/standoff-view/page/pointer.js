@@ -1,18 +1,18 @@
-// The pointer on a map: a mouse or fingers.
+// Mouse and touch input on the map.
 
-/** Choosing, panning, zooming, measuring on the map of a run. */
+/** Connects selecting, panning, zooming and measuring on the map of a run. */
 function pointer(page, { map, film, choice, cards }) {
   const { canvas, camera } = map;
   const down = new Map();
   let pressed = [0, 0];
   let dragged = false;
   const place = (event) => [event.offsetX / pageZoom(), event.offsetY / pageZoom()];
-  const say = (x, y) => {
+  const showPosition = (x, y) => {
     const [east_m, north_m] = camera.world(x, y);
     const { origin } = film.head;
     const [lat, lon] = origin ? geographic(origin, east_m, north_m) : [];
-    const also = origin ? `, ${degrees(lat, "N", "S")} ${degrees(lon, "E", "W")}` : "";
-    element("where").textContent = `${fixed(east_m, 0)} m east, ${fixed(north_m, 0)} m north${also}`;
+    const latLon = origin ? `, ${degrees(lat, "N", "S")} ${degrees(lon, "E", "W")}` : "";
+    element("where").textContent = `${fixed(east_m, 0)} m east, ${fixed(north_m, 0)} m north${latLon}`;
   };
   const point = (event) => {
     cards.pointed = event.pointerType === "touch" || down.size ? null : place(event);
@@ -21,7 +21,7 @@ function pointer(page, { map, film, choice, cards }) {
   canvas.addEventListener("pointerdown", (event) => {
     canvas.setPointerCapture(event.pointerId);
     down.set(event.pointerId, place(event));
-    // A second finger is no click.
+    // Touching with a second finger is not a click.
     dragged = down.size > 1;
     pressed = place(event);
     if (map.ruler && down.size === 1) map.ruler = { from: camera.world(...place(event)), to: null };
@@ -30,25 +30,25 @@ function pointer(page, { map, film, choice, cards }) {
     const [x, y] = place(event);
     const before = down.get(event.pointerId);
     point(event);
-    if (!before) return say(x, y);
+    if (!before) return showPosition(x, y);
     if (Math.hypot(x - pressed[0], y - pressed[1]) > CLICK_PX) dragged = true;
     if (map.ruler && down.size === 1) {
       map.ruler.to = camera.world(x, y);
       element("measured").textContent = map.measured();
     } else if (down.size === 2) {
       const [other] = [...down].filter(([id]) => id !== event.pointerId).map(([, at]) => at);
-      choice.hold();
-      const apart = (a, b) => Math.max(Math.hypot(a[0] - b[0], a[1] - b[1]), 1);
-      // What is between the fingers stays there.
+      choice.stopFitting();
+      const distance = (a, b) => Math.max(Math.hypot(a[0] - b[0], a[1] - b[1]), 1);
+      // The point between the fingers stays in place.
       camera.pan((x - before[0]) / 2, (y - before[1]) / 2);
-      camera.zoom(apart([x, y], other) / apart(before, other), (x + other[0]) / 2, (y + other[1]) / 2);
+      camera.zoom(distance([x, y], other) / distance(before, other), (x + other[0]) / 2, (y + other[1]) / 2);
     } else {
       if (!dragged) return;
       if (choice.followed) choice.follow(null);
       camera.pan(x - before[0], y - before[1]);
     }
     down.set(event.pointerId, [x, y]);
-    say(x, y);
+    showPosition(x, y);
     page.renew();
   });
   canvas.addEventListener("pointerup", (event) => {
@@ -59,18 +59,18 @@ function pointer(page, { map, film, choice, cards }) {
     cards.pointed = null;
     cards.show();
   });
-  /** Chooses what is there; what is there as well, if that is chosen already; or nothing. */
+  /** Selects the object at a position. If it is already selected, selects the next object at that position. */
   const click = (x, y, isFinger) => {
-    const there = objectsAt(map, x, y, isFinger ? FINGER_PX : NEAR_PX);
-    const chosen = there.findIndex(({ kind, id }) => choice.isChosen(kind, id));
-    const next = there[(chosen + 1) % Math.max(there.length, 1)];
+    const objects = objectsAt(map, x, y, isFinger ? FINGER_PX : NEAR_PX);
+    const chosen = objects.findIndex(({ kind, id }) => choice.isChosen(kind, id));
+    const next = objects[(chosen + 1) % Math.max(objects.length, 1)];
     choice.choose(next ? { kind: next.kind, id: next.id } : null);
   };
   canvas.addEventListener(
     "wheel",
     (event) => {
       event.preventDefault();
-      choice.hold();
+      choice.stopFitting();
       camera.zoom(Math.exp(-event.deltaY * (event.deltaMode ? 0.05 : 0.0015)), ...place(event));
       page.renew();
     },

@@ -1,22 +1,21 @@
-// What there is between UAVs, on a map: who hears whom, who is silent for the one whose picture is shown, and who keeps away
-// from whom.
+// Relations between UAVs on the map: radio links, silent UAVs in the shown team state, and collision avoidance.
 
-/** Of more UAVs than this, lines between those that hear each other are drawn of the chosen one alone. */
+/** Maximum number of UAVs for which all two-way links are drawn; with more UAVs only those of the selected UAV are drawn. */
 const MOST_LINKED = 6;
-/** From where to where a line goes between two UAVs: their marks stay free. */
+/** Distance of the ends of a line from the UAVs, so that their symbols stay clear, px. */
 const CLEAR_PX = 16;
 
-/** Who hears whom. An arrow points to the only one that hears. */
+/** Draws radio links. For a one-way link, an arrow points to the UAV that receives. */
 function drawRadio(map, { pen, scene }) {
   const { choice, film: { minds } } = map;
   if (!minds.isSeveral) return;
   const isOf = (uav) => scene.uavs.length <= MOST_LINKED || choice.isChosen("uav", uav.id);
   const { faint, alarm } = palette();
   const instant = map.film.instant(scene.time_s);
-  const hears = (one, other) => one.mind.is_on && other.mind.is_on && !UNHEARD.has(minds.believed(one.id, other.id, instant).presence);
+  const receives = (one, other) => one.mind.is_on && other.mind.is_on && !UNHEARD.has(minds.believed(one.id, other.id, instant).presence);
   scene.uavs.forEach((one, k) => {
     for (const other of scene.uavs.slice(k + 1)) {
-      const ways = [hears(one, other), hears(other, one)];
+      const ways = [receives(one, other), receives(other, one)];
       if (ways[0] && ways[1] && !isOf(one) && !isOf(other)) continue;
       const [from, to] = ways[0] && !ways[1] ? [other, one] : [one, other];
       const [[x, y], [x2, y2]] = [from, to].map(({ x_m, y_m }) => map.camera.at(x_m, y_m));
@@ -41,7 +40,7 @@ function drawRadio(map, { pen, scene }) {
   });
 }
 
-/** A ring about a UAV that is not heard, and where it was when it last was. */
+/** Draws a ring about each UAV whose reports are not received, and its position at the last report. */
 function drawSilence(map, { pen, labels, scene }) {
   const { camera, film } = map;
   for (const { id, x_m, y_m, mind, out } of scene.uavs.filter((uav) => uav.mind?.is_unheard)) {
@@ -67,17 +66,17 @@ function drawSilence(map, { pen, labels, scene }) {
   }
 }
 
-/** That a UAV is not heard, and how old what was heard last is, in words. */
-function silenceWords({ owner, shown: { presence, age_s } }) {
-  const since = Number.isNaN(age_s) ? "" : ` (${age_s.toFixed(1)} s)`;
-  return `${presence} for UAV ${owner}${since}`;
+/** Text that names the UAV that receives no reports, and the age of the last report. */
+function silenceWords({ owner, shown: { age_s } }) {
+  const age = Number.isNaN(age_s) ? "" : ` for ${age_s.toFixed(1)} s`;
+  return `no report at UAV ${owner}${age}`;
 }
 
-/** A broken line from a UAV to the UAV or intruder that it keeps away from, with a dot where it begins. */
+/** Draws a dashed line from each avoiding UAV, marked by a dot, to the UAV or intruder that it avoids. */
 function drawAvoidance(map, { pen, scene }) {
   const { alarm } = palette();
   for (const uav of scene.uavs) {
-    const other = scene.uavs.find(({ id }) => id === uav.avoids) ?? scene.intruders.find(({ id }) => id === uav.avoids_intruder);
+    const other = scene.uavs.find(({ id }) => id === uav.avoids) ?? scene.intruders.find(({ id }) => id === uav.avoided_intruder);
     if (!other) continue;
     const [[x, y], [x2, y2]] = [uav, other].map(({ x_m, y_m }) => map.camera.at(x_m, y_m));
     pen.strokeStyle = pen.fillStyle = alarm;

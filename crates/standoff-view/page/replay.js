@@ -1,16 +1,16 @@
-// The page of a run, or of two: what is shown, and when it is shown anew.
+// The replay page of one run or two runs: connects its parts and redraws them.
 
-/** What the parts of the page share. */
+/** The state that the parts of the page share. */
 class Page {
   constructor(runs) {
     this.runs = runs;
-    /** The run that stands beside the map. */
+    /** The run shown in the side panel. */
     this.run = runs[0];
     this.clock = new Clock(runs.map((run) => run.film));
     this.stale = true;
   }
 
-  /** Puts a run beside the maps. */
+  /** Shows a run in the side panel. */
   show(run) {
     if (run === this.run) return;
     const before = this.run;
@@ -18,12 +18,12 @@ class Page {
     this.pair.shown(before);
     follows(this);
     pictureOf(this);
-    this.choice.tell();
+    this.choice.notify();
     this.timeline.renew();
     this.charts.draw();
   }
 
-  /** Shows the picture of a UAV; with `null` that of the one of lowest id whose computer is on. */
+  /** Shows the team state of a UAV; `null` selects the UAV of lowest id whose computer is on. */
   choosePicture(uav) {
     this.film.minds.choose(uav);
     pictureOf(this);
@@ -43,13 +43,13 @@ class Page {
     return this.run.map;
   }
 
-  /** With the next picture, shows everything anew. */
+  /** Redraws everything in the next frame. */
   renew() {
     this.stale = true;
   }
 }
 
-/** Brings runs to the page. */
+/** Loads runs and shows them on the page. */
 async function showReplay(sources) {
   const heads = await Promise.all(sources.map((source) => source.head()));
   const maps = canvases(sources.length);
@@ -87,10 +87,10 @@ async function showReplay(sources) {
   }
 }
 
-/** Draws pictures, as often as anything has changed and the browser allows. */
+/** Draws a frame whenever something has changed, at most at the frame rate of the browser. */
 function pictures(page) {
   const { clock, timeline, charts, state } = page;
-  let told_ms = -Infinity;
+  let tables_ms = -Infinity;
   const picture = (now_ms) => {
     clock.tick(now_ms);
     for (const run of page.runs) {
@@ -100,23 +100,23 @@ function pictures(page) {
     if (page.stale && page.runs.every(({ film }) => film.times_s.length)) {
       page.stale = false;
       const scenes = page.runs.map((run) => run.scene(clock.time_s));
-      // The map that others follow comes first.
+      // The map whose view the others copy is drawn first.
       for (const run of [page.run, ...page.runs.filter((run) => run !== page.run)]) run.draw(scenes[page.runs.indexOf(run)]);
       if (page.runs.some(({ map }) => !map.leader && !map.view.isSettled)) page.renew();
-      state.lacks([...new Set(page.runs.map((run, index) => run.lacks(scenes[index], now_ms)))]);
+      state.setMissing([...new Set(page.runs.map((run, index) => run.missingText(scenes[index], now_ms)))]);
       charts.follow();
       timeline.follow();
-      state.tell(clock.time_s);
-      tellPicture(page);
-      // Tables are for reading: a few times a second, and always when time stands still.
-      if (!clock.playing || now_ms - told_ms > 200) {
-        told_ms = now_ms;
+      state.showTime(clock.time_s);
+      updateAutoOption(page);
+      // Tables are updated five times per second during playback, and in every frame while the time is paused.
+      if (!clock.playing || now_ms - tables_ms > 200) {
+        tables_ms = now_ms;
         page.runs.forEach(({ map, film, cards }, index) => {
           map.canvas.setAttribute("aria-label", summary(film, scenes[index]));
           cards.show();
         });
         state.show(scenes[page.runs.indexOf(page.run)]);
-        page.pair?.tell();
+        page.pair?.update();
       }
       document.body.dataset.pictures = Number(document.body.dataset.pictures ?? 0) + 1;
     }
@@ -125,14 +125,14 @@ function pictures(page) {
   requestAnimationFrame(picture);
 }
 
-/** What draws the charts, at most once a second while there comes more; their script comes first, once. */
+/** Returns a function that draws the charts, at most once per second while data is loading. The first call loads the chart script. */
 function drawsCharts(page) {
   let drawn_ms = -Infinity;
   let drawing = null;
   let isDrawn = false;
   const draw = async () => {
     if (!window.Plotly) {
-      // The charts' script is large: first the map.
+      // The chart script is large, so the map is drawn first.
       await new Promise((resolve) => requestAnimationFrame(() => setTimeout(resolve)));
       await page.runs[0].source.charts();
     }
@@ -147,12 +147,12 @@ function drawsCharts(page) {
     isDrawn = false;
     drawing ??= draw()
       .then(() => page.state.trouble(""))
-      .catch((error) => page.state.trouble(`The charts could not be drawn: ${error.message}`))
+      .catch((error) => page.state.trouble(`Cannot draw the charts: ${error.message}`))
       .finally(() => (drawing = null));
   };
 }
 
-/** Loads a run, and shows what has come. */
+/** Loads a run, and updates the page when data arrives. */
 function load(page, run, drawCharts) {
   run.load({
     begun: () => begin(page),
@@ -170,14 +170,14 @@ function load(page, run, drawCharts) {
         page.isOpened = true;
         page.link.open();
       }
-      // Charts take long; what else there is does not wait for them.
+      // Charts are slow to draw; the rest of the page does not wait for them.
       drawCharts();
     },
-    trouble: (words) => page.state.trouble(words, run),
+    trouble: (text) => page.state.trouble(text, run),
   });
 }
 
-/** The first picture: of the start, or of the newest instant of a run that is being flown. */
+/** Sets the initial time: the start, or the newest time step of a running mission. */
 function begin({ clock, film, runs, pair }) {
   if (!runs.every((run) => run.film.times_s.length)) return;
   pair?.begin();
@@ -186,25 +186,26 @@ function begin({ clock, film, runs, pair }) {
   document.body.dataset.ready = "map";
 }
 
-/** A run in words. */
+/** The name of a run. */
 function runName(head) {
   return `${head.scenario}, seed ${head.seed}${head.unfinished ? ", unfinished" : ""}`;
 }
 
+/** Sets the title of the page. */
 function title(runs) {
   const names = runs.map((run) => runName(run.film.head)).join(" | ");
   document.title = `${names} \u2013 standoff`;
   element("title").textContent = names;
 }
 
-/** What the map shows, in a sentence. */
+/** Description of the map for screen readers. */
 function summary(film, scene) {
-  const count = (n, what) => `${n} ${what}${n === 1 ? "" : "s"}`;
+  const count = (n, noun) => `${n} ${noun}${n === 1 ? "" : "s"}`;
   const targets = scene.targets ?? [];
-  const lost = targets.filter((target) => target.out_of_view).length;
+  const outOfView = targets.filter((target) => target.out_of_view).length;
   return (
     `Map at ${scene.time_s.toFixed(1)} seconds: ${count(scene.uavs.length, "UAV")}, ${count(scene.groups.length, "group")}, ` +
-    `${count(targets.length, "target")}, ${lost ? `${lost} out of view` : "none out of view"}` +
+    `${count(targets.length, "target")}, ${outOfView ? `${outOfView} out of view` : "none out of view"}` +
     (scene.intruders.length ? `, ${count(scene.intruders.length, "intruder")}` : "") +
     (film.minds.isSeveral ? `; ${pictureWords(film, film.instant(scene.time_s))}` : "")
   );

@@ -1,14 +1,14 @@
-// What there is at a time, from a replay: plain objects that the map and the tables show.
+// The scene at a time: plain objects from the replay data, which the map and the tables show.
 
-const STATUS = ["cued", "held", "coasting"];
-const PLACE = ["unassigned", "member", "dwell", "discarded"];
+const STATUS = ["cued", "updated", "coasting"];
+const PLACE = ["ungrouped", "member", "in-handoff", "removed"];
 
-/** An id, or `null` for a NaN. */
+/** Converts a stored id: `null` for NaN. */
 function idOf(value) {
   return Number.isNaN(value) ? null : value;
 }
 
-/** UAVs at a time: where they are is between instants, all else is of the instant that is on. */
+/** UAVs at a time. Positions and directions are interpolated; other values are those of the current time step. */
 function uavsAt(film, time_s) {
   const { instant, share } = placeOf(film.times_s, time_s);
   const found = [];
@@ -18,13 +18,13 @@ function uavsAt(film, time_s) {
     const now = (column) => film.value("uavs", column, id, instant);
     const then = (column) => film.value("uavs", column, id, instant + 1);
     if (Number.isNaN(now("x_m"))) continue;
-    const swung = (column) => (Number.isNaN(then(column)) ? now(column) : turned(now(column), then(column), share));
+    const turnedTo = (column) => (Number.isNaN(then(column)) ? now(column) : turned(now(column), then(column), share));
     found.push({
       id,
       x_m: between(now("x_m"), then("x_m"), share),
       y_m: between(now("y_m"), then("y_m"), share),
-      heading_rad: swung("heading_rad"),
-      boresight_rad: Number.isNaN(now("boresight_rad")) ? NaN : swung("boresight_rad"),
+      heading_rad: turnedTo("heading_rad"),
+      boresight_rad: Number.isNaN(now("boresight_rad")) ? NaN : turnedTo("boresight_rad"),
       group: owner === undefined ? idOf(now("group")) : owner === null ? null : minds.believed(owner, id, instant).group,
       mind: minds.isSeveral ? mindAt(film, id, owner, instant) : null,
       speed_m_s: now("speed_m_s"),
@@ -33,10 +33,10 @@ function uavsAt(film, time_s) {
       speed_limited: now("speed_limited") === 1,
       centre_distance_m: now("centre_distance_m"),
       standoff_error_m: now("standoff_error_m"),
-      line_of_sight_rad: now("line_of_sight_rad"),
+      off_boresight_rad: now("off_boresight_rad"),
       avoids: idOf(now("avoids")),
-      avoids_intruder: idOf(now("avoids_intruder")),
-      foretold_m: now("foretold_m"),
+      avoided_intruder: idOf(now("avoided_intruder")),
+      predicted_distance_m: now("predicted_distance_m"),
       border: idOf(now("border")),
       zone: zoneName(film, now("border")),
       now_x_m: now("x_m"),
@@ -47,20 +47,20 @@ function uavsAt(film, time_s) {
   return found;
 }
 
-/** Further than this from every UAV an intruder is nobody's concern: the map need not show it. As in `src/replay/part.rs`, m. */
+/** Intruders further than this from every UAV need not be in view on the map, m. Same value as in `src/replay/part.rs`. */
 const CONCERN_M = 1200;
 
-/** Who has told nothing for so long is not kept away from any more, s. */
+/** Time without reports after which UAVs stop avoiding an intruder, s. */
 const FORGOTTEN_S = 30;
 
-/** Intruders at a time, and what of them is told beside the map: the nearest of these UAVs, and whether they tell where they are. */
+/** Intruders at a time, with the nearest of the given UAVs and the state of the transponder. */
 function intrudersAt(film, time_s, uavs) {
   const { instant, share } = placeOf(film.times_s, time_s);
   const found = film.ids.intruders.map((id) => {
     const now = (column) => film.value("intruders", column, id, instant);
     const then = (column) => film.value("intruders", column, id, instant + 1);
     const [now_x_m, now_y_m] = [now("x_m"), now("y_m")];
-    const apart = uavs.map((uav) => ({ uav: uav.id, distance_m: Math.hypot(uav.now_x_m - now_x_m, uav.now_y_m - now_y_m) }));
+    const distances = uavs.map((uav) => ({ uav: uav.id, distance_m: Math.hypot(uav.now_x_m - now_x_m, uav.now_y_m - now_y_m) }));
     return {
       id,
       x_m: between(now_x_m, then("x_m"), share),
@@ -69,7 +69,7 @@ function intrudersAt(film, time_s, uavs) {
       speed_m_s: now("speed_m_s"),
       told: now("told") === 1,
       silent: silentWords(film, id, instant),
-      nearest: apart.reduce((best, one) => (best && best.distance_m <= one.distance_m ? best : one), null),
+      nearest: distances.reduce((best, one) => (best && best.distance_m <= one.distance_m ? best : one), null),
       now_x_m,
       now_y_m,
     };
@@ -77,25 +77,25 @@ function intrudersAt(film, time_s, uavs) {
   return found.filter(({ x_m }) => !Number.isNaN(x_m));
 }
 
-/** For how long an intruder has told nothing, in words; nothing while it tells where it is. */
+/** Text with the time since the last report of an intruder; empty while its transponder is on. */
 function silentWords(film, id, instant) {
-  const told = (k) => film.value("intruders", "told", id, k) === 1;
+  const isOn = (k) => film.value("intruders", "told", id, k) === 1;
   const ago_s = (k) => film.times_s[instant] - film.times_s[k];
   let last = instant;
-  while (last >= 0 && !told(last) && ago_s(last) <= FORGOTTEN_S) last -= 1;
+  while (last >= 0 && !isOn(last) && ago_s(last) <= FORGOTTEN_S) last -= 1;
   if (last === instant) return "";
-  if (last < 0) return "has told nothing yet";
-  return ago_s(last) > FORGOTTEN_S ? `silent for more than ${FORGOTTEN_S} s: forgotten` : `silent for ${ago_s(last).toFixed(1)} s`;
+  if (last < 0) return "no report yet";
+  return ago_s(last) > FORGOTTEN_S ? `off for more than ${FORGOTTEN_S} s: no longer avoided` : `off for ${ago_s(last).toFixed(1)} s`;
 }
 
-/** What a zone is called, by its place; nothing for a NaN. */
+/** Name of a zone by its index; empty for NaN. */
 function zoneName(film, place) {
   if (Number.isNaN(place)) return "";
   const { name, kind } = film.head.zones?.[place] ?? {};
   return `${kind ?? "zone"} ${name ? name.slice(0, 40) : place + 1}`;
 }
 
-/** What there is of a UAV's mind, and of it in the picture that is shown. */
+/** State of the agent of a UAV, and the UAV's status in the shown team state. */
 function mindAt(film, id, owner, instant) {
   const { minds } = film;
   const shown = owner === null || owner === id ? null : minds.believed(owner, id, instant);
@@ -107,7 +107,7 @@ function mindAt(film, id, owner, instant) {
   };
 }
 
-/** A group, by what its columns are now, and what they are on the way to the next instant. */
+/** A group. `now` returns a column at the current time step, `moved` interpolates it to the next one. */
 function groupOf(id, now, moved) {
   return {
     id,
@@ -122,10 +122,10 @@ function groupOf(id, now, moved) {
   };
 }
 
-/** What is told of groups of the run's own picture alone. */
+/** Group columns that exist only in the run's main tables. */
 const OF_OWN_GROUPS = ["phase_rad", "phase_wanted_rad", "position_error_m", "position_bound_m"];
 
-/** Groups at a time; of another mind none while they are being loaded. */
+/** Groups at a time; empty while another agent's team state is being loaded. */
 function groupsAt(film, time_s) {
   const { instant, share } = placeOf(film.times_s, time_s);
   const found = [];
@@ -139,7 +139,7 @@ function groupsAt(film, time_s) {
   return found;
 }
 
-/** Where another mind's picture is told about a time: its instant and the next one, and how far towards that it is. */
+/** Position of a time in another agent's team states: the current and the next time step, and the fraction between them. */
 function otherAt(film, time_s) {
   const half = film.minds.pictures(time_s);
   if (!half) return null;
@@ -148,19 +148,19 @@ function otherAt(film, time_s) {
   const until_s = film.times_s[start + film.parts[part].times_s.length];
   const { instant, share } = placeOf(until_s === undefined ? half.times_s : [...half.times_s, until_s], time_s);
   const owner = film.minds.owner(film.instant(time_s));
-  // The first of the next part is not looked up: there things stand still for the last step.
+  // The first time step of the next part is not looked up, so objects do not move during the last step.
   const isLast = instant + 1 >= half.times_s.length;
   return { half, owner, instant, next: isLast ? instant : instant + 1, share: isLast ? 0 : share };
 }
 
-/** A value of another mind: its own, or where it does not differ that of the run's own picture, which `shown` gives. */
+/** A value in another agent's team state. If it equals the value in the run's main tables, it is not stored, and `shown` returns it. */
 function otherValue(table, column, id, instant, shown) {
   const own = table?.value("own", id, instant) ?? NaN;
   if (Number.isNaN(own)) return shown();
   return own === 1 ? table.value(column, id, instant) : NaN;
 }
 
-/** Groups of another mind. */
+/** Groups in another agent's team state. */
 function otherGroupsAt(film, time_s) {
   const other = otherAt(film, time_s);
   if (!other || other.owner === null) return [];
@@ -177,17 +177,20 @@ function otherGroupsAt(film, time_s) {
   return found.sort((a, b) => a.id - b.id);
 }
 
-/** A target: where it really is, by what is `told` of it now and `truly` on the way; and what is believed of it, `at` and `moved`. */
-function knownTarget(id, { told, truly, at, moved }) {
+/**
+ * A target. `truth` returns a true value at the current time step and `movedTruth` interpolates it; `at` and `moved` do the same
+ * for values in the team state.
+ */
+function knownTarget(id, { truth, movedTruth, at, moved }) {
   const tracked = !Number.isNaN(at("x_m"));
   const group = idOf(at("group"));
-  const detections = told("detections");
+  const detections = truth("detections");
   return {
     id,
-    there: !Number.isNaN(told("true_x_m")),
+    there: !Number.isNaN(truth("true_x_m")),
     tracked,
-    true_x_m: truly("true_x_m"),
-    true_y_m: truly("true_y_m"),
+    true_x_m: movedTruth("true_x_m"),
+    true_y_m: movedTruth("true_y_m"),
     x_m: moved("x_m"),
     y_m: moved("y_m"),
     vx_m_s: at("vx_m_s"),
@@ -198,12 +201,12 @@ function knownTarget(id, { told, truly, at, moved }) {
     group,
     to_group: idOf(at("to_group")),
     detections: Number.isNaN(detections) ? 0 : detections,
-    out_of_view: told("in_view") === 0 && group !== null,
-    error_m: Math.hypot(at("x_m") - told("true_x_m"), at("y_m") - told("true_y_m")),
+    out_of_view: truth("in_view") === 0 && group !== null,
+    error_m: Math.hypot(at("x_m") - truth("true_x_m"), at("y_m") - truth("true_y_m")),
   };
 }
 
-/** Where targets really are, and what another mind believes of them; `null` while that is being loaded. */
+/** Targets with their true positions and their tracks in another agent's team state; `null` while that is being loaded. */
 function otherTargetsAt(film, time_s, detail) {
   const other = otherAt(film, time_s);
   if (!other) return null;
@@ -212,14 +215,14 @@ function otherTargetsAt(film, time_s, detail) {
   const place = (k) => Math.max(0, lastNotAfter(detail.times_s, other.half.times_s[k]));
   const found = [];
   for (const id of new Set([...targets.ids, ...(table?.ids ?? [])])) {
-    const told = (column, k) => targets.value(column, id, place(k));
+    const main = (column, k) => targets.value(column, id, place(k));
     const believed = (column, k) =>
-      other.owner === null ? NaN : otherValue(table, column, id, k, () => told(column, k));
+      other.owner === null ? NaN : otherValue(table, column, id, k, () => main(column, k));
     const at = (column) => believed(column, other.instant);
-    const truly = (column) => between(told(column, other.instant), told(column, other.next), other.share);
+    const movedTruth = (column) => between(main(column, other.instant), main(column, other.next), other.share);
     const moved = (column) => between(at(column), believed(column, other.next), other.share);
-    const now = (column) => told(column, other.instant);
-    const target = knownTarget(id, { told: now, truly, at, moved });
+    const truth = (column) => main(column, other.instant);
+    const target = knownTarget(id, { truth, movedTruth, at, moved });
     if (target.there || target.tracked) found.push({ ...target, is_told: other.owner !== null });
   }
   return found.sort((a, b) => a.id - b.id);
@@ -244,12 +247,12 @@ function targetsAt(film, time_s) {
     };
     const moved = (name) => between(columns[name][cell], next(name), share);
     const at = (name) => columns[name][cell];
-    found.push(knownTarget(id, { told: at, truly: moved, at, moved }));
+    found.push(knownTarget(id, { truth: at, movedTruth: moved, at, moved }));
   });
   return found;
 }
 
-/** The times of which UAVs and targets are shown at a time: those of targets are absent while they are being loaded. */
+/** The times of the UAVs and the targets that are shown; the time of the targets is undefined while they are being loaded. */
 function shownTimes(film, time_s) {
   const shown_s = (times_s) => {
     const { instant, share } = placeOf(times_s, time_s);
@@ -259,7 +262,7 @@ function shownTimes(film, time_s) {
   return { uavs_s: shown_s(film.times_s), targets_s: detail && shown_s(film.detailTimes(detail)) };
 }
 
-/** The last instant not after a time, and how far towards the next one it is. */
+/** The last time step that is not after a time, and the fraction of the way to the next time step. */
 function placeOf(times_s, time_s) {
   const instant = Math.max(0, lastNotAfter(times_s, time_s));
   const gap_s = times_s[instant + 1] - times_s[instant];
@@ -267,30 +270,30 @@ function placeOf(times_s, time_s) {
   return { instant, share };
 }
 
-/** What should not be missed about a target, in words; empty if all is well. */
+/** The warning about a target; empty if there is none. */
 function concern(target) {
   if (target.out_of_view) return "out of view";
-  if (target.place === "discarded") return "discarded";
-  if (target.place === "dwell") return "in dwell";
-  if (target.tracked && target.place === "unassigned") return "unassigned";
+  if (target.place === "removed") return "removed";
+  if (target.place === "in-handoff") return "in dwell";
+  if (target.tracked && target.place === "ungrouped") return "ungrouped";
   if (target.status === "coasting") return "coasting";
-  // Who has no picture lacks no track.
+  // Without a team state, a missing track is no warning.
   if (target.there && !target.tracked && target.is_told !== false) return "untracked";
   return "";
 }
 
-/** By film: when UAVs were out, and how many instants and events that was worked out of. */
+/** Outages by film, with the number of time steps and events from which they were computed. */
 const OUTAGES = new WeakMap();
 
 /**
- * When UAVs were out, as far as has been loaded: since when, until when, and where they were then. A UAV that is out points
- * no sensor; but neither does one with nothing to look at: the team must have noticed.
+ * Outages of UAVs in the loaded data: start, end, and the position at the start. The sensor of a UAV in an outage points
+ * nowhere. A UAV without targets also points nowhere, so the team must have reported the loss of the UAV as well.
  */
 function outages(film) {
   const size = film.times_s.length + film.allEvents.length;
   if (OUTAGES.get(film)?.size === size) return OUTAGES.get(film).found;
   const found = [];
-  for (const { time_s, uavs } of film.allEvents.filter((event) => event.kind === "uav-lost")) {
+  for (const { time_s, uavs } of film.allEvents.filter((event) => event.kind === "uav-timeout")) {
     for (const uav of uavs) {
       const points = (instant) => !Number.isNaN(film.value("uavs", "boresight_rad", uav, instant));
       let [first, last] = [film.instant(time_s), film.instant(time_s)];

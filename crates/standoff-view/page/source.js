@@ -1,6 +1,6 @@
-// Where a run's data comes from: the file that the page is, or the server that it came from.
+// Sources of a run's data: the report file itself, or the server that the page came from.
 
-/** The data inside a report. */
+/** The data inside a report file. */
 class FileSource {
   constructor() {
     this.live = false;
@@ -31,18 +31,19 @@ class FileSource {
     return new Half(await this.bytes(`${kind}-${part}`));
   }
 
-  /** Tells once how much there is. */
-  follow(told) {
-    told({ sealed: document.querySelectorAll('script[data-part^="overview-"]').length, open: 0, done: true });
+  /** Calls `announce` once with the number of parts. */
+  follow(announce) {
+    announce({ sealed: document.querySelectorAll('script[data-part^="overview-"]').length, open: 0, done: true });
   }
 
+  /** Loads the chart script. */
   async charts() {
     const url = URL.createObjectURL(new Blob([await this.bytes("charts")], { type: "text/javascript" }));
     return script(url);
   }
 }
 
-/** Data from the server that the page came from. */
+/** The data on the server that the page came from. */
 class ServedSource {
   constructor(base) {
     this.base = base;
@@ -72,10 +73,10 @@ class ServedSource {
   }
 
   /**
-   * Tells how much there is, now and whenever that changes: how many parts will not change any more, how many instants
-   * the part after them has so far, and whether that was all. Goes on after an interruption, of which `lost` is told.
+   * Calls `announce` with the amount of data, now and whenever it changes: the number of complete parts, the number of time
+   * steps of the growing part, and whether the data is complete. Calls `lost` and reconnects if the connection is interrupted.
    */
-  follow(told, lost, pause_ms = 500) {
+  follow(announce, lost, pause_ms = 500) {
     const scheme = location.protocol === "https:" ? "wss:" : "ws:";
     const socket = new WebSocket(`${scheme}//${location.host}${this.base}/feed`);
     let done = false;
@@ -83,14 +84,14 @@ class ServedSource {
       const state = JSON.parse(message.data);
       done = state.done;
       pause_ms = 500;
-      told(state);
-      // A page that knows all leaves its place to others.
+      announce(state);
+      // A page that has all data frees its connection for others.
       if (done) socket.close();
     };
     socket.onclose = () => {
       if (done) return;
       lost();
-      setTimeout(() => this.follow(told, lost, Math.min(2 * pause_ms, 8000)), pause_ms);
+      setTimeout(() => this.follow(announce, lost, Math.min(2 * pause_ms, 8000)), pause_ms);
     };
   }
 
@@ -99,13 +100,13 @@ class ServedSource {
   }
 }
 
-/** Runs another script. */
+/** Loads and runs a script. */
 function script(url) {
   return new Promise((resolve, reject) => {
     const element = document.createElement("script");
     element.src = url;
     element.onload = resolve;
-    element.onerror = () => reject(new Error("the charts' script did not load"));
+    element.onerror = () => reject(new Error("the chart script did not load"));
     document.head.append(element);
   });
 }

@@ -1,30 +1,30 @@
-// The state in words and numbers: what the map shows, for those who read or test it.
+// The state at the time shown, as text and numbers: tables, warnings and the CSV file.
 
-/** Most targets that the table lists: those to be worried about come first. */
+/** Maximum number of targets in the table; targets with warnings come first. */
 const MOST_ROWS = 100;
 
-/** What a file of the state has of each object, as far as it has it. */
+/** Columns of the CSV file of the state; a column is empty for objects that do not have it. */
 const CSV_COLUMNS = ["kind", "id", "name", "group", "to_group", "x_m", "y_m", "true_x_m", "true_y_m", "heading_rad", "boresight_rad",
-  "speed_m_s", "turn_rate_rad_s", "out_since_s", "centre_distance_m", "standoff_error_m", "line_of_sight_rad", "avoids", "avoids_intruder",
-  "foretold_m", "border", "told", "members", "standoff_distance_m", "feasible", "spread_m", "separation_m", "phase_rad", "position_error_m", "place", "status",
+  "speed_m_s", "turn_rate_rad_s", "out_since_s", "centre_distance_m", "standoff_error_m", "off_boresight_rad", "avoids", "avoided_intruder",
+  "predicted_distance_m", "border", "told", "members", "standoff_distance_m", "feasible", "spread_m", "separation_m", "phase_rad", "position_error_m", "place", "status",
   "out_of_view", "error_m", "detections"];
 
-/** A value as CSV has it. A text that a spreadsheet would take for a formula begins with an apostrophe. */
+/** Formats a value for CSV. A text that a spreadsheet would interpret as a formula gets an apostrophe in front. */
 function csvText(value) {
   if (typeof value !== "string") return `${value}`;
   const plain = /^[=+\-@\t\r]/.test(value) ? `'${value}` : value;
   return /[",\n\r]/.test(plain) ? `"${plain.replaceAll('"', '""')}"` : plain;
 }
 
-/** What targets may be, the gravest first. */
-const CONCERNS = ["out of view", "coasting", "in dwell", "untracked", "unassigned", "discarded"];
+/** Warnings about targets, most severe first. */
+const CONCERNS = ["out of view", "coasting", "in dwell", "untracked", "ungrouped", "removed"];
 
 class State {
   constructor(page) {
     this.page = page;
     this.clock = element("clock");
     this.warning = element("warning");
-    // Where it is cut off, a tap shows all of it.
+    // If the text is cut off, a click shows all of it.
     this.warning.addEventListener("click", () => this.warning.classList.toggle("whole"));
     this.more = element("more");
     for (const [id, columns] of [["uavs", UAV_COLUMNS], ["groups", GROUP_COLUMNS], ["intruders", INTRUDER_COLUMNS], ["targets", TARGET_COLUMNS], ["minds", MIND_COLUMNS]]) {
@@ -32,19 +32,19 @@ class State {
       this[id] = element(id).tBodies[0];
       this[id].addEventListener("click", (click) => this.clicked(id, click.target.closest("tr")));
     }
-    /** What was chosen when it was shown last. */
+    /** The selected object whose row was scrolled into view last. */
     this.brought = null;
     element("state-csv").addEventListener("click", () => this.saveCsv());
-    this.said = null;
-    /** By run, or of the page itself: what is wrong. */
+    this.shownText = null;
+    /** Error texts by run; the key `null` is for the page itself. */
     this.troubles = new Map();
-    this.lacking = [];
-    this.told = [];
+    this.missing = [];
+    this.warnings = [];
     this.grave = false;
   }
 
-  /** Tells the time, with every picture. */
-  tell(time_s) {
+  /** Shows the time; called for every drawn frame. */
+  showTime(time_s) {
     this.clock.textContent = time_s.toFixed(1);
     this.clock.dateTime = `PT${time_s.toFixed(3)}S`;
   }
@@ -55,12 +55,12 @@ class State {
     const targets = (scene.targets ?? []).map((target) => ({ ...target, name: targetName(film, target.id) }));
     const worst = targets.filter((target) => concern(target));
     const shown = targets.filter((target) => choice.passes(target.group));
-    // What is chosen comes first, then what is to note.
+    // The selected target comes first, then targets with warnings.
     const rank = (target) => (choice.isChosen("target", target.id) ? 0 : concern(target) ? 1 : 2);
-    const listed = [0, 1, 2].flatMap((wanted) => shown.filter((target) => rank(target) === wanted)).slice(0, MOST_ROWS);
+    const listed = [0, 1, 2].flatMap((place) => shown.filter((target) => rank(target) === place)).slice(0, MOST_ROWS);
     const isChosen = (kind) => (one) => choice.isChosen(kind, one.id);
-    // Its last column is for what UAVs keep off.
-    element("uavs").classList.toggle("free", !film.head.keeps_apart && !film.head.zones);
+    // The last column shows what UAVs avoid; it is hidden if there is nothing to avoid.
+    element("uavs").classList.toggle("free", !film.head.has_separation && !film.head.zones);
     rows(this.uavs, UAV_COLUMNS, scene.uavs, isChosen("uav"));
     rows(this.groups, GROUP_COLUMNS, scene.groups, isChosen("group"));
     element("intruders").hidden = !film.ids.intruders.length;
@@ -73,7 +73,7 @@ class State {
     this.warn(scene, worst);
   }
 
-  /** A row chooses its object, or lets it go. */
+  /** Selects the object of a row, or clears the selection if the object is already selected. */
   clicked(table, row) {
     const { choice } = this.page;
     const kind = table === "minds" ? "uav" : table.slice(0, -1);
@@ -81,7 +81,7 @@ class State {
     if (object) choice.choose(choice.isChosen(object.kind, object.id) ? null : object);
   }
 
-  /** Scrolls to the row of what has just been chosen, once that can be seen. */
+  /** Scrolls to the row of a newly selected object, once the table is visible. */
   bring(object) {
     if (objectWord(object) === objectWord(this.brought)) return;
     const row = object && this[`${object.kind}s`].querySelector("tr.chosen");
@@ -90,28 +90,28 @@ class State {
     row?.scrollIntoView({ block: "nearest" });
   }
 
-  /** What nobody should miss, over the map. */
+  /** Collects the warnings shown above the map. */
   warn(scene, worst) {
     const kinds = new Map();
     for (const target of worst) kinds.set(concern(target), [...(kinds.get(concern(target)) ?? []), target.name]);
-    // What is worst comes first: there may be no room for all.
-    const told = scene.uavs.filter((uav) => uav.out).map(outWords);
-    told.push(...mindsWords(this.page.film, scene));
-    for (const group of scene.groups) if (!group.feasible) told.push(`group ${group.id}: no feasible orbit`);
+    // The most severe warnings come first, because the space may not suffice for all.
+    const warnings = scene.uavs.filter((uav) => uav.out).map(outWords);
+    warnings.push(...mindsWords(this.page.film, scene));
+    for (const group of scene.groups) if (!group.feasible) warnings.push(`group ${group.id}: no feasible orbit`);
     for (const [what, names] of [...kinds].sort(([a], [b]) => CONCERNS.indexOf(a) - CONCERNS.indexOf(b))) {
       const some = names.slice(0, 3).join(", ");
-      told.push(`${names.length} ${what}: ${some}${names.length > 3 ? ", ..." : ""}`);
+      warnings.push(`${names.length} ${what}: ${some}${names.length > 3 ? ", ..." : ""}`);
     }
-    this.told = told;
+    this.warnings = warnings;
     this.grave = kinds.has("out of view");
-    this.say();
+    this.update();
   }
 
-  /** The instant shown as a table: UAVs, groups, intruders and targets below one another, in SI units. */
+  /** Saves the current time step as CSV: UAVs, groups, intruders and targets, in SI units. */
   saveCsv() {
     const { film, choice } = this.page;
     if (!this.scene) return;
-    // Of the instant that is on, not between two.
+    // The values of the time step, without interpolation.
     const { time_s, uavs, groups, intruders, targets } = this.page.run.scene(film.times_s[film.instant(this.scene.time_s)]);
     const shown = (targets ?? []).filter((target) => choice.passes(target.group));
     const of = (kind, some) => some.map((one) => ({ ...one, kind, name: wholeName(film, { kind, id: one.id }) }));
@@ -123,32 +123,33 @@ class State {
       `${["time_s", ...CSV_COLUMNS].join(",")}\n${lines.join("\n")}\n`, "text/csv");
   }
 
-  /** That something is wrong with the page itself, or with a run of it; nothing, once it is well again. */
-  trouble(words, run = null) {
-    this.troubles.set(run, words && this.page.pair && run ? `${run.letter}: ${words}` : words);
-    this.say();
+  /** Sets the error text of a run, or of the page itself; an empty text clears it. */
+  trouble(text, run = null) {
+    this.troubles.set(run, text && this.page.pair && run ? `${run.letter}: ${text}` : text);
+    this.update();
   }
 
   get troubled() {
     return [...this.troubles.values()].filter(Boolean).join(" \u00b7 ");
   }
 
-  /** What is missing in the picture, in words. */
-  lacks(words) {
-    this.lacking = words;
-    this.say();
+  /** Sets the texts about data that is not loaded yet. */
+  setMissing(texts) {
+    this.missing = texts;
+    this.update();
   }
 
-  say() {
-    const text = [this.troubled, ...this.lacking, ...this.told].filter(Boolean).join(" \u00b7 ");
+  /** Shows errors, missing data and warnings in the header. */
+  update() {
+    const text = [this.troubled, ...this.missing, ...this.warnings].filter(Boolean).join(" \u00b7 ");
     this.warning.classList.toggle("grave", this.grave || this.troubled !== "");
-    if (text === this.said) return;
-    this.said = text;
+    if (text === this.shownText) return;
+    this.shownText = text;
     this.warning.textContent = this.warning.title = text;
   }
 }
 
-/** Every mind at the time shown. */
+/** Rows of the table of agents at the time shown. */
 function mindRows(film, scene) {
   const { minds } = film;
   const instant = film.instant(scene.time_s);
@@ -157,16 +158,15 @@ function mindRows(film, scene) {
     const is_on = minds.isOn(id, instant);
     const party = parties.find((some) => some.includes(id)) ?? [];
     const others = party.filter((uav) => uav !== id);
-    const agrees = !is_on ? "" : others.length ? `UAV ${others.join(", ")}` : "nobody";
-    const unheard = is_on && hearsWords(film, id, instant);
+    const agrees = !is_on ? "" : others.length ? `UAV ${others.join(", ")}` : "none";
     return {
-      id, is_on, unheard: unheard === "all" ? "none: it hears all" : unheard, crews: is_on ? crewsWords(film, id, instant) : "", agrees,
+      id, is_on, unheard: is_on && hearsWords(film, id, instant), crews: is_on ? crewsWords(film, id, instant) : "", agrees,
       lag_s: film.value("minds", "lag_s", id, instant),
     };
   });
 }
 
-/** What nobody should miss of minds: whose picture is shown if another was chosen, who is silent for it, and that they differ. */
+/** Warnings about agents: the shown team state if it is not the default, silent UAVs, and different assignments. */
 function mindsWords(film, scene) {
   const { minds } = film;
   if (!minds.isSeveral) return [];
@@ -174,27 +174,28 @@ function mindsWords(film, scene) {
   const owner = minds.owner(instant);
   const silent = scene.uavs.filter((uav) => uav.mind.is_unheard && !uav.out);
   const whose = owner === null || minds.chosen !== null ? [pictureWords(film, instant)] : [];
-  const unheard = silent.length ? [`for UAV ${owner}: ${silent.map(({ id, mind }) => `UAV ${id} ${mind.shown.presence}`).join(", ")}`] : [];
+  const names = silent.map(({ id, mind }) => `UAV ${id} (${mind.shown.presence})`).join(", ");
+  const unheard = silent.length ? [`UAV ${owner} receives no reports from ${names}`] : [];
   return [...whose, ...unheard, differWords(film, instant)].filter(Boolean);
 }
 
-/** Fills a table's body, in place where it can, so that what is selected or focused stays. */
+/** Fills the body of a table. Existing cells are reused, so that the selection and the focus stay. */
 function rows(body, columns, items, isChosen) {
   while (body.rows.length > items.length) body.deleteRow(-1);
   items.forEach((item, index) => {
     const row = body.rows[index] ?? body.insertRow();
     row.dataset.id = item.id;
-    columns.forEach(([key, , words], place) => {
+    columns.forEach(([key, , textOf], place) => {
       const cell = row.cells[place] ?? row.insertCell();
-      // The first cell is a button: a row can be chosen with the keyboard, too.
+      // The first cell is a button, so that rows can be selected with the keyboard.
       if (place === 0 && !cell.firstChild) {
         const button = make("button");
         button.type = "button";
         cell.append(button);
       }
-      const text = words(item);
-      const written = place === 0 ? cell.firstChild : cell;
-      if (written.textContent !== text) written.textContent = text;
+      const text = textOf(item);
+      const label = place === 0 ? cell.firstChild : cell;
+      if (label.textContent !== text) label.textContent = text;
       if (cell.dataset.field !== key) cell.dataset.field = key;
     });
     const chosen = isChosen(item);
@@ -204,7 +205,7 @@ function rows(body, columns, items, isChosen) {
   });
 }
 
-/** Writes the headings of a table. */
+/** Writes the column headings of a table. */
 function headings(table, columns) {
   const row = table.createTHead().insertRow();
   for (const [, heading, , about] of columns) {

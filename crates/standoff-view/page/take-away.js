@@ -1,6 +1,6 @@
-// Charts as files: a picture of what is shown, and a table of all of it.
+// Export of the charts: an image of the visible panels, and a CSV file of all curves.
 
-/** The panels shown, one below the other, with the names of the curves. */
+/** The plotly figure of the visible panels, one below the other, with a legend. */
 function chartsFigure(charts, width) {
   const { ink, faint, grid } = palette();
   const { head } = charts.film;
@@ -45,7 +45,7 @@ function filesName({ head }) {
   return fileName(`${head.scenario}-${head.seed}`);
 }
 
-/** Saves the charts that are shown. */
+/** Saves the visible charts as PNG. */
 async function savePng(charts) {
   if (!window.Plotly || !charts.shown.length || !charts.shown.every(({ plot }) => plot.layout)) return;
   const width = 1000;
@@ -53,7 +53,7 @@ async function savePng(charts) {
   await window.Plotly.downloadImage({ data, layout }, { format: "png", filename: filesName(charts.film), scale: 2, width, height: layout.height });
 }
 
-/** Saves every curve at every instant, whatever is shown, in SI units. */
+/** Saves all curves at all time steps as CSV in SI units, including hidden curves. */
 function saveCsv(charts) {
   const { film } = charts;
   const one = { uavs: "uav_", groups: "group_", targets: "target_" };
@@ -61,7 +61,7 @@ function saveCsv(charts) {
   const curves = specs.flatMap((spec) => [...charts.curvesOf(spec)]);
   const heads = curves.map(({ of, id, column }) => (of === "run" ? `run_${column}` : `${one[of]}${id}_${column}`));
   const number = (value) => (value === undefined || Number.isNaN(value) ? "" : String(Number(value.toPrecision(7))));
-  // A target has no value at instants that the page was not given.
+  // The page may not have the values of a target at every time step.
   const at = (curve) => {
     if (curve.of !== "targets") return (k) => curve.values[k];
     const values = new Map(curve.times_s.map((time_s, k) => [time_s, curve.values[k]]));

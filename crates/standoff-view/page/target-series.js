@@ -1,4 +1,4 @@
-// One target over the whole run. Details are loaded one after the other, and only what is charted of them is kept.
+// One target over the whole run. Details are loaded one after the other, and only the charted values are kept.
 
 class TargetSeries {
   constructor(film, id) {
@@ -6,58 +6,59 @@ class TargetSeries {
     this.id = id;
     this.times_s = [];
     this.error_m = [];
-    /** By instant: "", "out of view" or "coasting". */
+    /** By time step: "", "out of view" or "coasting". */
     this.concerns = [];
-    /** Groups that it was a member of. */
+    /** Groups of which the target has been a member. */
     this.groups = new Set();
-    /** By part: how many instants it had, and where its values begin. */
+    /** By part: its number of time steps when it was read, and the index of its first value. */
     this.read = [];
     this.loading = false;
     this.dropped = false;
   }
 
-  /** Nobody waits for it any more. */
+  /** Stops loading. */
   drop() {
     this.dropped = true;
   }
 
-  /** Of all parts, those that have been read. */
+  /** Fraction of the parts that have been read. */
   get share() {
     return this.film.parts.length ? this.read.length / this.film.parts.length : 1;
   }
 
-  /** The part to read next: the first that has not been read, or not as far as it goes now; none, if all have. */
+  /** Index of the part to read next: the first part that has not been read completely; `undefined` if there is none. */
   get next() {
     const part = this.film.parts.findIndex((half, k) => (this.read[k]?.instants ?? 0) < half.times_s.length);
     return part < 0 ? undefined : part;
   }
 
-  /** Loads what there is and has not been read; tells now and then. */
-  async load(told) {
+  /** Reads the parts that have not been read; calls `progress` every 0.5 s and at the end. */
+  async load(progress) {
     const { film } = this;
-    // What could not be read is asked for again when there is more.
+    // After an error, reading continues when the run has grown.
     if (this.loading || this.next === undefined || this.failed_s === film.end_s) return;
     this.loading = true;
-    let told_ms = performance.now();
+    let reported_ms = performance.now();
     try {
       for (let part = this.next; part !== undefined && !this.dropped; part = this.next) {
         const instants = film.parts[part].times_s.length;
         const held = film.details.get(part);
         this.take(part, instants, held?.instants >= instants ? held.half : await film.source.half("detail", part));
-        if (performance.now() - told_ms > 500) {
-          told();
-          told_ms = performance.now();
+        if (performance.now() - reported_ms > 500) {
+          progress();
+          reported_ms = performance.now();
         }
-        // The map goes first.
+        // Drawing the map has priority.
         await new Promise((resolve) => setTimeout(resolve));
       }
     } catch {
       this.failed_s = film.end_s;
     }
     this.loading = false;
-    if (!this.dropped) told();
+    if (!this.dropped) progress();
   }
 
+  /** Adds or replaces the values of a part. */
   take(part, instants, half) {
     const from = this.read[part]?.from ?? this.times_s.length;
     for (const values of [this.times_s, this.error_m, this.concerns]) values.length = from;
@@ -75,11 +76,11 @@ class TargetSeries {
     });
   }
 
-  /** Stretches of time with a concern, s; those closer than `gap_s` as one. */
+  /** Time ranges with a warning, s; ranges closer together than `gap_s` are merged. */
   stretches(concern, gap_s) {
     const found = [];
-    this.concerns.forEach((told, k) => {
-      if (told !== concern) return;
+    this.concerns.forEach((current, k) => {
+      if (current !== concern) return;
       const [from, to] = [this.times_s[k], this.times_s[k + 1] ?? this.times_s[k]];
       const last = found.at(-1);
       if (last && from - last[1] <= gap_s) last[1] = to;

@@ -1,18 +1,18 @@
-// Time: the slider, the strip of events over it, and the line that tells of the event gone to.
+// Time: the slider, the event strip above it, and the line with the text of the current event.
 
-/** Width of a bar of the strip, px. */
+/** Width of a bar of the event strip, px. */
 const BAR = 2;
-/** How far from the pointer an event may be, px. */
+/** Maximum distance between the pointer and an event, px. */
 const NEAR = 6;
 
-const whoseWords = ({ minds }) => (minds.chosen === null ? "the UAV whose picture is shown" : `UAV ${minds.chosen}`);
+const shownState = ({ minds }) => (minds.chosen === null ? "the shown team state" : `the team state of UAV ${minds.chosen}`);
 
-/** Kinds of stretches of time, in words. */
+/** Descriptions of the kinds of time ranges. */
 const SPANS = {
-  differ: () => "minds differ in who serves which group",
-  silent: (film) => `somebody is silent for ${whoseWords(film)}`,
-  gone: (film) => `somebody is gone for ${whoseWords(film)}`,
-  off: ({ minds }) => (minds.chosen === null ? "every computer is off" : `the computer of UAV ${minds.chosen} is off`),
+  differ: () => "the agents' assignments differ",
+  silent: (film) => `a UAV is silent in ${shownState(film)}`,
+  gone: (film) => `a UAV has timed out in ${shownState(film)}`,
+  off: ({ minds }) => (minds.chosen === null ? "all computers are off" : `the computer of UAV ${minds.chosen} is off`),
 };
 
 class Timeline {
@@ -24,11 +24,11 @@ class Timeline {
     this.marks = element("marks");
     this.now = element("now");
     this.total = element("total");
-    this.told = element("told-event");
+    this.message = element("told-event");
     this.tip = element("tip");
-    /** The event gone to, as long as time is there. */
+    /** The event that the user went to; `null` once the time has moved on. */
     this.gone = null;
-    this.said_s = 0;
+    this.message_s = 0;
     this.sieve = new Sieve(page, () => this.sifted());
     this.list = new EventList(page, this.sieve, (event) => this.goTo(event));
     this.slider.addEventListener("input", () => clock.seek(Number(this.slider.value)));
@@ -53,7 +53,7 @@ class Timeline {
     return this.page.film;
   }
 
-  /** The whole of time: of the mission, or what has been flown. */
+  /** Time range of the slider: the whole mission, or the part flown so far. */
   get range_s() {
     const { film } = this.clock;
     return [film.times_s[0] ?? 0, Math.max(film.end_s, film.done ? 0 : film.head.duration_s, 1e-6)];
@@ -69,7 +69,7 @@ class Timeline {
     return first + (x / Math.max(this.marks.clientWidth, 1)) * (last - first);
   }
 
-  /** The events of the bar at a place, grave ones first, then the nearest; where there is no bar, the nearest event near it. */
+  /** The events of the bar at a position, critical ones first, then by distance; without a bar, the nearest event in reach. */
   at(x) {
     const { events } = this.sieve;
     const times_s = this.list.times();
@@ -81,7 +81,7 @@ class Timeline {
     return bar.length ? bar : near.sort((a, b) => off(a) - off(b)).slice(0, 1);
   }
 
-  /** Tells of the events under the pointer. */
+  /** Shows a tooltip for the events under the pointer. */
   hint(x) {
     const events = this.at(x);
     this.tip.hidden = !events.length;
@@ -90,18 +90,18 @@ class Timeline {
     this.placeTip(x);
   }
 
-  /** Tells of the stretches of time under the pointer. */
+  /** Shows a tooltip for the time ranges under the pointer. */
   hintSpans(x) {
     const time_s = this.time(x);
     const spans = this.film.minds.spans();
-    // A stretch that is narrower than a pixel can be pointed at, too.
+    // The tolerance of one pixel makes very short ranges selectable.
     const near_s = this.time(x + 1) - time_s;
     const under = Object.keys(SPANS).flatMap((kind) =>
       spans[kind].filter(({ from_s, until_s }) => from_s - near_s <= time_s && time_s < until_s + near_s).slice(0, 1).map((span) => ({ kind, span })));
     this.tip.hidden = !under.length;
     if (!under.length) return;
-    const words = ({ kind, span }) => `${span.from_s.toFixed(1)} to ${span.until_s.toFixed(1)} s: ${SPANS[kind](this.film)}`;
-    this.tip.textContent = under.map(words).join("\n");
+    const text = ({ kind, span }) => `${span.from_s.toFixed(1)} to ${span.until_s.toFixed(1)} s: ${SPANS[kind](this.film)}`;
+    this.tip.textContent = under.map(text).join("\n");
     this.placeTip(x);
   }
 
@@ -110,24 +110,24 @@ class Timeline {
     this.tip.style.left = `${Math.max(0, Math.min(x - this.tip.offsetWidth / 2, room))}px`;
   }
 
-  /** Goes to an event, and tells of it. */
+  /** Goes to an event and shows its text. */
   goTo(event) {
     this.gone = event;
-    // Whoever goes to an event wants to see its row.
+    // The list scrolls to the row of the event.
     this.list.isAway = false;
     this.clock.seek(event.time_s);
     const others = this.list.times().filter((time_s) => time_s === event.time_s).length - 1;
-    const more = others > 0 ? ` (and ${others} more at this time)` : "";
-    this.say(`${event.time_s.toFixed(1)} s ${eventText(this.film, event)}${more}`);
+    const more = others > 0 ? ` (${others} more at this time)` : "";
+    this.showMessage(`${event.time_s.toFixed(1)} s ${eventText(this.film, event)}${more}`);
   }
 
-  /** Says something beside the strip, until time moves on. */
-  say(words) {
-    this.said_s = this.clock.time_s;
-    this.told.textContent = this.told.title = words;
+  /** Shows a text above the strip until the time moves on. */
+  showMessage(text) {
+    this.message_s = this.clock.time_s;
+    this.message.textContent = this.message.title = text;
   }
 
-  /** The next event wanted after the time shown, or the one before it; of several at once a grave one. */
+  /** Goes to the next or the previous event that passes the filter; of simultaneous events, to a critical one. */
   jump(forward) {
     const { events } = this.sieve;
     const times_s = this.list.times();
@@ -140,7 +140,7 @@ class Timeline {
     this.goTo(together.find((event) => GRAVE.has(event.kind)) ?? together[0]);
   }
 
-  /** More has been loaded, or the page has another theme. */
+  /** Redraws after new data has been loaded, or the theme has changed. */
   renew() {
     const [first, last] = this.range_s;
     this.slider.min = first;
@@ -153,15 +153,15 @@ class Timeline {
     this.sifted();
   }
 
-  /** Other events are wanted, or there are more. */
+  /** Redraws after the event filter or the events have changed. */
   sifted() {
     this.strip();
     this.list.renew();
   }
 
   /**
-   * Draws the strip: bars whose height tells how many events there are, on a logarithmic scale. Grave ones hang from the top,
-   * others stand below. What is not wanted is faint.
+   * Draws the strip: bars whose height is the number of events, on a logarithmic scale. Critical events extend from the top,
+   * others from the bottom. Events that do not pass the filter are faint.
    */
   strip() {
     const ratio = screenRatio();
@@ -172,11 +172,11 @@ class Timeline {
     pen.scale(ratio, ratio);
     const { alarm, faint, grid } = palette();
     const accent = getComputedStyle(document.documentElement).getPropertyValue("--accent");
-    const [all, wanted] = [this.bars(this.sieve.telling), this.bars(this.sieve.events)];
-    const most = Math.max(1, ...[...all.values(), ...wanted.values()].map(([grave, ...rest]) => Math.max(grave, rest[0] + rest[1])));
+    const [all, filtered] = [this.bars(this.sieve.usual), this.bars(this.sieve.events)];
+    const most = Math.max(1, ...[...all.values(), ...filtered.values()].map(([grave, ...rest]) => Math.max(grave, rest[0] + rest[1])));
     const height = (count) => (count ? (clientHeight / 2 - 1) * (most > 1 ? 0.4 + (0.6 * Math.log(count)) / Math.log(most) : 1) : 0);
     this.stretches();
-    for (const [bars, ...inks] of [[all, grid, grid, grid], [wanted, alarm, accent, faint]]) {
+    for (const [bars, ...inks] of [[all, grid, grid, grid], [filtered, alarm, accent, faint]]) {
       for (const [bar, [grave, handed, other]] of bars) {
         const box = (ink, top, tall) => {
           pen.fillStyle = ink;
@@ -191,7 +191,7 @@ class Timeline {
     }
   }
 
-  /** Draws below the strip, in two bands, when crews differ, and when the mind whose picture is shown does not hear all. */
+  /** Draws two bands below the strip: times with different assignments, and times with missing reports in the shown team state. */
   stretches() {
     const { minds } = this.film;
     this.spans.hidden = !minds.isSeveral;
@@ -216,14 +216,14 @@ class Timeline {
     };
     draw("differ", groups[0], 0);
     draw("silent", faint, tall + 1);
-    draw("gone", alarm, tall + 1);
-    // No picture: a line where the band would be.
+    draw("timed-out", alarm, tall + 1);
+    // No team state: a thin line instead of the band.
     draw("off", alarm, tall + 1 + tall / 2 - 0.5, 1);
-    const told = Object.entries(spans).map(([kind, some]) => [kind, some.map(({ from_s, until_s }) => `${from_s}-${until_s}`).join(" ")]);
-    Object.assign(this.spans.dataset, Object.fromEntries(told));
+    const ranges = Object.entries(spans).map(([kind, some]) => [kind, some.map(({ from_s, until_s }) => `${from_s}-${until_s}`).join(" ")]);
+    Object.assign(this.spans.dataset, Object.fromEntries(ranges));
   }
 
-  /** How many grave ones, handings over and others there are in each bar that has any. */
+  /** Numbers of critical events, handoffs and other events, by bar. */
   bars(events) {
     const bars = new Map();
     for (const event of events) {
@@ -234,29 +234,29 @@ class Timeline {
     return bars;
   }
 
-  /** Moves the slider and the list with the clock. */
+  /** Updates the slider and the list to the time shown. */
   follow() {
     const { time_s, playing, speed } = this.clock;
     this.slider.value = time_s;
     this.slider.setAttribute("aria-valuetext", `${time_s.toFixed(1)} seconds`);
     this.now.style.left = `${this.x(time_s)}px`;
-    // While time runs on, there has to be time to read.
-    const away_s = time_s - this.said_s;
+    // During playback the text stays for 3 s of real time, so that it can be read.
+    const away_s = time_s - this.message_s;
     if (Math.abs(away_s) > 1e-6 && !(playing && away_s > 0 && away_s < 3 * speed)) {
       this.gone = null;
-      this.say("");
+      this.showMessage("");
     }
     this.list.follow(time_s, this.gone);
   }
 }
 
-/** Several events in words: how many, when, of which kinds. */
+/** Summary of several events: number, times and kinds. */
 function manyText(events) {
   const times_s = events.map((event) => event.time_s);
   const [first, last] = [Math.min(...times_s), Math.max(...times_s)].map((time_s) => time_s.toFixed(1));
   const kinds = new Map();
   for (const { kind } of events) kinds.set(kind, (kinds.get(kind) ?? 0) + 1);
-  const told = [...kinds].map(([kind, count]) => `${counted(count)} ${kind}`).join(", ");
+  const list = [...kinds].map(([kind, count]) => `${counted(count)} ${kind}`).join(", ");
   const when = first === last ? `${first} s` : `${first} to ${last} s`;
-  return `${counted(events.length)} event${events.length === 1 ? "" : "s"}, ${when}: ${told}`;
+  return `${counted(events.length)} event${events.length === 1 ? "" : "s"}, ${when}: ${list}`;
 }

@@ -1,49 +1,50 @@
-// What lies under the vehicles: roads, buildings, water. It is drawn once, in tiles, which are then only copied: a map of a
-// whole city under a camera that follows a UAV costs no more than a picture of it. `crates/standoff-map` describes the data.
+// The background map: roads, buildings, water. It is drawn once into tiles, which are then copied, so that even the map of a city
+// is cheap to draw while the camera moves. `crates/standoff-map` describes the data.
 
-/** Kinds, and how a line of each is drawn: its least width, px; from which scale on, px per m; broken or not. */
+/** Feature classes with the style of their lines: minimum width, px; minimum scale, px per m; dash pattern. */
 const UNDERLAY = {
   green: [0, 0, []], water: [1, 0, []], other: [0.5, 0.02, []], building: [0, 0.03, []], path: [0.6, 0.15, []],
   rail: [0.7, 0.03, []], minor: [1, 0.02, []], major: [1.6, 0, []],
 };
 
 class Underlay {
-  /** Side of a tile, px of the screen. It is drawn in quarters, so that none takes long. */
+  /** Side of a tile, device px. Tiles are drawn in quarters to limit the time per frame. */
   static TILE = 512;
-  /** So many times the tiles in sight are kept, for who goes back. */
+  /** Number of tiles in the cache, as a multiple of the visible tiles. */
   static KEPT = 3;
-  /** How long a picture may draw tiles, ms; a quarter of one is drawn in any case. */
+  /** Time per frame for drawing tiles, ms; at least one quarter of a tile is drawn. */
   static BUDGET_MS = 8;
-  /** After so long without another zoom the tiles of the new scale are drawn, ms; until then the old ones are stretched. */
+  /** Time without zooming after which tiles of the new scale are drawn, ms; until then the old tiles are stretched. */
   static REST_MS = 120;
-  /** Side of a cell in which shapes are looked up, m. */
+  /** Side of a cell of the spatial index, m. */
   static CELL_M = 250;
 
   constructor(canvas) {
     this.canvas = canvas;
     this.shapes = [];
     this.cells = new Map();
-    /** Shapes too large for cells. */
+    /** Indices of shapes that are too large for the spatial index. */
     this.large = [];
     this.level = null;
     this.before = null;
     this.zoomed_ms = -Infinity;
   }
 
-  /** Loads the map; `renew` asks for another picture. */
+  /** Loads the map; `renew` requests a new frame. */
   async load(source, renew) {
     this.renew = renew;
     try {
-      // First the map's own picture.
+      // The first frame of the replay is drawn before.
       await new Promise((resolve) => requestAnimationFrame(() => setTimeout(resolve)));
       this.put(await source.map());
     } catch (error) {
-      // Everything else can be looked at without.
-      console.warn(`The map of roads and buildings could not be read: ${error.message}`);
+      // The rest of the page works without the background map.
+      console.warn(`Cannot read the background map: ${error.message}`);
     }
     renew();
   }
 
+  /** Adds the shapes of a map. */
   put({ layers, credit }) {
     this.credit = credit;
     for (const { kind, width_m, lines, areas } of layers) {
@@ -54,9 +55,10 @@ class Underlay {
     this.canvas.dataset.underlay = String(this.shapes.length);
   }
 
-  add(kind, width_m, told, area) {
+  /** Adds a shape. Its lines are coordinate differences in decimetres. */
+  add(kind, width_m, lines, area) {
     let [west, south, east, north] = [Infinity, Infinity, -Infinity, -Infinity];
-    const rings = told.map((deltas) => {
+    const rings = lines.map((deltas) => {
       const points = new Float64Array(deltas.length);
       let [x, y] = [0, 0];
       for (let k = 0; k + 1 < deltas.length; k += 2) {
@@ -87,7 +89,7 @@ class Underlay {
     }
   }
 
-  /** Draws what lies under the camera. */
+  /** Draws the visible part of the map. */
   draw(pen, camera) {
     if (!this.shapes.length) return;
     const ratio = screenRatio();
@@ -98,8 +100,8 @@ class Underlay {
     if (this.level?.theme !== theme) this.level = this.before = null;
     if (this.level?.scale !== scale) {
       if (this.scale !== scale) this.zoomed_ms = now;
-      const rests = now - this.zoomed_ms >= Underlay.REST_MS;
-      if (!this.level || rests) {
+      const isAtRest = now - this.zoomed_ms >= Underlay.REST_MS;
+      if (!this.level || isAtRest) {
         this.before = this.level ?? this.before;
         this.level = { scale, theme, tiles: new Map() };
       } else {
@@ -108,7 +110,7 @@ class Underlay {
       }
     }
     this.scale = scale;
-    // Where the picture begins on the plane that the tiles cover, px; whole, so that tiles are copied as they are.
+    // Upper left corner of the canvas in tile coordinates, px; rounded, so that tiles are copied without resampling.
     const left = Math.round(camera.x_m * scale - width / 2);
     const top = Math.round(-camera.y_m * scale - height / 2);
     pen.setTransform(1, 0, 0, 1, 0, 0);
@@ -123,7 +125,7 @@ class Underlay {
     this.sign(pen, camera);
   }
 
-  /** Copies the tiles of the level that is on, and draws those that are missing, as far as there is time. */
+  /** Copies the tiles of the current scale, and draws missing tiles within the time budget. */
   show(pen, left, top, width, height, from_ms) {
     const { TILE, KEPT, BUDGET_MS } = Underlay;
     const { tiles, scale } = this.level;
@@ -131,12 +133,12 @@ class Underlay {
     const [j0, j1] = [Math.floor(top / TILE), Math.floor((top + height - 1) / TILE)];
     let drawn = 0;
     const hasTime = () => drawn === 0 || performance.now() - from_ms < BUDGET_MS;
-    /** The picture of a tile, if it is whole by now. */
+    /** The canvas of a tile; `null` if it is not complete yet. */
     const tile = (i, j) => {
       const key = `${i} ${j}`;
       const held = tiles.get(key) ?? { canvas: null, quarters: 0 };
       for (; held.quarters < 4 && hasTime(); held.quarters++, drawn++) this.quarter(held, i, j, scale);
-      // The one used last comes last.
+      // The tile used last moves to the end, so that the oldest tiles are deleted first.
       tiles.delete(key);
       tiles.set(key, held);
       return held.quarters === 4 ? held.canvas : null;
@@ -154,7 +156,7 @@ class Underlay {
     else this.before = null;
     for (const [canvas, x, y] of shown) pen.drawImage(canvas, x, y);
     if (missing) this.renew();
-    // Whoever follows comes there next.
+    // Tiles next to the visible ones are drawn in advance, because the camera may move there.
     for (let i = i0 - 1; i <= i1 + 1; i++) {
       for (let j = j0 - 1; j <= j1 + 1; j++) {
         if (!missing && drawn === 0 && tiles.get(`${i} ${j}`)?.quarters !== 4) tile(i, j);
@@ -168,11 +170,11 @@ class Underlay {
     this.canvas.dataset.underlayTiles = missing ? "some" : "all";
   }
 
-  /** The tiles of another scale, stretched. */
+  /** Draws the tiles of another scale, stretched. */
   stretch(pen, level, scale, left, top) {
     if (!level) return;
-    const by = scale / level.scale;
-    const side = Underlay.TILE * by;
+    const factor = scale / level.scale;
+    const side = Underlay.TILE * factor;
     for (const [key, { canvas, quarters }] of level.tiles) {
       if (quarters < 4) continue;
       const [i, j] = key.split(" ").map(Number);
@@ -182,7 +184,7 @@ class Underlay {
     }
   }
 
-  /** The shapes that may be in a rectangle, in the order in which they lie on one another. */
+  /** The shapes that may be in a rectangle, in drawing order. */
   near(west, east, south, north) {
     const cell = (value) => Math.floor(value / Underlay.CELL_M);
     const [left, right, low, high] = [cell(west), cell(east), cell(south), cell(north)];
@@ -213,7 +215,7 @@ class Underlay {
     pen.clip();
     pen.fillStyle = palette().ground;
     pen.fillRect(0, 0, side, side);
-    // As far as the widest line reaches.
+    // The margin covers the widest line.
     const reach_m = 60 + 4 / scale;
     const [west, east] = [(i * side) / scale - reach_m, ((i + 1) * side) / scale + reach_m];
     const [south, north] = [(-(j + 1) * side) / scale - reach_m, (-j * side) / scale + reach_m];
@@ -221,7 +223,7 @@ class Underlay {
     for (const shape of this.near(west, east, south, north)) {
       const { kind, width_m, area, rings } = shape;
       if (shape.east < west || shape.west > east || shape.north < south || shape.south > north) continue;
-      // What is smaller than a pixel is not seen.
+      // Shapes smaller than about a pixel are not visible.
       if (scale < UNDERLAY[kind][1] || shape.size_m * scale < (area ? 1.2 : 0.5)) continue;
       const key = `${kind} ${area ? "area" : width_m}`;
       if (!groups.has(key)) groups.set(key, { kind, width_m, area, path: new Path2D() });
@@ -238,7 +240,7 @@ class Underlay {
         pen.fill(path, "evenodd");
       } else {
         pen.lineWidth = Math.max(width_m * scale, UNDERLAY[kind][0]);
-        // Round ends of thin lines cost much and are not seen.
+        // Round ends of thin lines are slow to draw and not visible.
         [pen.lineJoin, pen.lineCap] = pen.lineWidth > 2 ? ["round", "round"] : ["bevel", "butt"];
         pen.stroke(path);
       }
@@ -246,18 +248,18 @@ class Underlay {
     pen.restore();
   }
 
-  /** Who made the map, if that has to be said. */
+  /** Draws the copyright notice of the map. */
   sign(pen, camera) {
     if (!this.credit) return;
     pen.font = "11px system-ui, sans-serif";
     pen.fillStyle = palette().faint;
     pen.textAlign = "right";
     pen.textBaseline = "bottom";
-    // With a rim in the ground's colour, so that it can be read over roads.
+    // The outline in the background colour makes the text legible on roads.
     pen.strokeStyle = palette().ground;
     pen.lineWidth = 3;
-    const words = String(this.credit).slice(0, 60);
-    pen.strokeText(words, camera.width - 8, camera.height - 28);
-    pen.fillText(words, camera.width - 8, camera.height - 28);
+    const text = String(this.credit).slice(0, 60);
+    pen.strokeText(text, camera.width - 8, camera.height - 28);
+    pen.fillText(text, camera.width - 8, camera.height - 28);
   }
 }

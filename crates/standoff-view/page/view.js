@@ -1,35 +1,35 @@
-// What a map keeps in sight: the whole run, all that there is now, one object, or what the reader has turned it to.
+// What a map keeps in view: the whole run, all objects at the time shown, one object, or the view set by the user.
 
-/** Room about what is fitted, as a factor. */
+/** Factor by which fitted bounds are enlarged. */
 const ROOM = 1.15;
-/** The same where what is fitted grows or moves: the map need not move with every picture. */
+/** The same for bounds that grow or move, so that the map need not move in every frame. */
 const AMPLE_ROOM = 1.4;
-/** How soon the map has gone most of the way to where it moves by itself, s. */
+/** Time constant of automatic map movements, s. */
 const GLIDE_S = 0.3;
 
 class View {
   constructor({ camera, film, choice }) {
     this.camera = camera;
-    /** Whose bounds are fitted: of the map's run; where maps are linked, of all of them. */
+    /** Films whose bounds are fitted: that of the map, or those of all linked maps. */
     this.films = [film];
     this.choice = choice;
-    /** Where the camera is going: as a camera has it. */
+    /** View that the camera moves to. */
     this.goal = null;
-    /** What the goal is of. */
+    /** Object, or other value of `followed`, that the goal belongs to. */
     this.kept = null;
-    /** Bounds that were fitted, m. */
+    /** Bounds that were fitted last, m. */
     this.fitted_m = null;
     this.last_ms = 0;
-    /** There is no more to move in the pictures to come. */
+    /** Whether the camera has reached the goal. */
     this.isSettled = true;
   }
 
-  /** The next picture shows it as it should be, without going there slowly. */
+  /** Makes the next frame show the final view immediately, without a smooth movement. */
   restart() {
     this.goal = null;
   }
 
-  /** Moves the camera on to the picture of a scene. */
+  /** Moves the camera for the frame of a scene. */
   keep(scene, now_ms = performance.now()) {
     const { followed } = this.choice;
     const passed_s = Math.min((now_ms - this.last_ms) / 1000, 0.1);
@@ -47,12 +47,12 @@ class View {
     if (bounds_m) this.fit(bounds_m, followed.kind === "now" || this.isGrowing, passed_s);
   }
 
-  /** The run is being flown. */
+  /** Whether a run is still being flown. */
   get isGrowing() {
     return this.films.some((film) => film.head.live && !film.done);
   }
 
-  /** Fits at once, or where what is fitted moves: with room to spare, rarely, and gliding there. */
+  /** Fits bounds immediately. If the bounds move (`moves`), fits them with a larger margin, only when necessary, and smoothly. */
   fit(bounds_m, moves, passed_s) {
     const { camera } = this;
     if (!moves && String(bounds_m) !== String(this.fitted_m)) this.goal = null;
@@ -63,25 +63,25 @@ class View {
       return;
     }
     const tight = camera.fitted(bounds_m, 1.02).px_per_m;
-    const isOut = !camera.holds(bounds_m, this.goal) || this.goal.px_per_m < tight / (1.6 * AMPLE_ROOM);
+    const isOut = !camera.contains(bounds_m, this.goal) || this.goal.px_per_m < tight / (1.6 * AMPLE_ROOM);
     if (moves && isOut) this.goal = camera.fitted(bounds_m, AMPLE_ROOM);
-    this.isSettled = camera.glide(this.goal, calm() ? 1 : 1 - Math.exp(-passed_s / GLIDE_S));
+    this.isSettled = camera.glide(this.goal, prefersReducedMotion() ? 1 : 1 - Math.exp(-passed_s / GLIDE_S));
   }
 }
 
-/** The reader wants nothing to move that need not. */
-function calm() {
+/** Whether the user has asked the system for reduced motion. */
+function prefersReducedMotion() {
   return window.matchMedia("(prefers-reduced-motion: reduce)").matches;
 }
 
-/** West, south, east, north of all of these; `null` if there are none. */
+/** The union of bounds (west, south, east, north); `null` if there are none. */
 function unionOf(all) {
   const known = all.filter((bounds_m) => bounds_m);
   const of = (side, choose) => known.map((bounds_m) => bounds_m[side]).reduce((a, b) => choose(a, b));
   return known.length ? [of(0, Math.min), of(1, Math.min), of(2, Math.max), of(3, Math.max)] : null;
 }
 
-/** West, south, east, north of all that a scene shows, m; `null` if that is nothing. */
+/** Bounds (west, south, east, north) of everything in a scene, m; `null` if it is empty. */
 function boundsOf({ uavs, groups, intruders, targets }) {
   let [west, south, east, north] = [Infinity, Infinity, -Infinity, -Infinity];
   const put = (x_m, y_m, r_m = 0) => {
@@ -99,12 +99,12 @@ function boundsOf({ uavs, groups, intruders, targets }) {
   return west <= east ? [west, south, east, north] : null;
 }
 
-/** An object of a scene; nothing, if it is not there. */
+/** An object of a scene; `undefined` if it does not exist. */
 function found(scene, { kind, id }) {
   return (scene[`${kind}s`] ?? []).find((one) => one.id === id);
 }
 
-/** Where an object of a scene is, as the team knows it, m; nothing, if it is not there. */
+/** Position of an object of a scene as known to the team, m; `null` if it does not exist. */
 function placeAt(scene, object) {
   const one = found(scene, object);
   if (!one) return null;

@@ -1,8 +1,8 @@
-// Zones that UAVs keep out of, or in: told apart by hatching and outline, not by colour alone.
+// Geofence zones. Keep-out and keep-in zones differ by hatching and outline, not by colour alone.
 
-/** From one line of the hatching to the next, px. */
+/** Distance between lines of the hatching, px. */
 const HATCH_PX = 9;
-/** Most lines of one zone's hatching. */
+/** Maximum number of hatching lines of a zone. */
 const MOST_HATCHES = 400;
 
 function drawZones(map, { pen }) {
@@ -31,7 +31,7 @@ function drawZones(map, { pen }) {
   }
 }
 
-/** Slanted lines over what of a zone is in sight. */
+/** Draws slanted lines over the visible part of a zone. */
 function hatch(pen, camera, outline, corners, colour) {
   const [xs, ys] = [0, 1].map((axis) => corners.map((at) => at[axis]));
   const [left, right] = [Math.max(Math.min(...xs), 0), Math.min(Math.max(...xs), camera.width)];

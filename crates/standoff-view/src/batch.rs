@@ -1,10 +1,10 @@
-//! Monte Carlo results to look at: one batch of runs, or several that are compared with the first of them.
+//! Data of the Monte Carlo page: one batch of runs, or several batches that are compared with the first one.
 //!
-//! The page gets it all as one JSON object ([`Batch::json`]), in the units of `runs.parquet`.
+//! The page receives one JSON object ([`Batch::json`]), in the units of `runs.parquet`.
 
+mod batch_variant;
 mod histogram;
 mod metric;
-mod variant;
 
 use std::path::Path;
 use std::sync::atomic::AtomicBool;
@@ -12,44 +12,44 @@ use std::sync::atomic::AtomicBool;
 use serde::Serialize;
 use standoff_sim::monte_carlo::{Comparison, MonteCarloError, Results, compare_results};
 
+use batch_variant::Variant;
 use histogram::Histogram;
 use metric::Metric;
-use variant::Variant;
 
-/// Format of the JSON; it rises when that changes.
+/// Format number of the JSON; it increases with every change of the format.
 const FORMAT: u32 = 1;
 
-/// Most values, over all runs, metrics and batches, with which the page still holds every one of them: some 2 MB of it.
+/// Maximum number of values, over all runs, metrics and batches, up to which the page contains all values (about 2 MB).
 const VALUES: u64 = 200_000;
 
-/// What the page shows of one batch, or of several.
+/// Page data of one or several batches.
 #[derive(Debug, Clone, Serialize)]
 pub struct Batch {
     format: u32,
     metrics: Vec<Metric>,
     variants: Vec<Variant>,
-    /// Each further batch with the first, where they have seeds and metrics in common.
+    /// Comparison of each further batch with the first one; `None` if they have no common seeds or metrics.
     comparisons: Vec<Option<Comparison>>,
 }
 
 impl Batch {
-    /// Opens complete batches; there must be at least one. The further ones are compared with the first.
+    /// Opens at least one complete batch. Further batches are compared with the first one.
     pub fn open(dirs: &[&Path]) -> Result<Self, MonteCarloError> {
         let results = dirs.iter().map(|dir| Results::open(dir)).collect::<Result<Vec<_>, _>>()?;
         Self::of(&results)
     }
 
-    /// Of batches that are open.
+    /// Makes the page data of open batches.
     pub fn of(results: &[Results]) -> Result<Self, MonteCarloError> {
         Self::holding(VALUES, results)
     }
 
-    /// The same, with every value only if there are at most so many.
+    /// Makes the page data; it contains all values only if there are at most `most`.
     fn holding(most: u64, results: &[Results]) -> Result<Self, MonteCarloError> {
         let runs = results.iter().map(Results::runs).collect::<Result<Vec<_>, _>>()?;
         let variants = results.iter().zip(&runs).map(|(results, runs)| Variant::of(results, runs));
         let mut variants = variants.collect::<Result<Vec<_>, _>>()?;
-        variant::tell_apart(&mut variants);
+        batch_variant::distinguish(&mut variants);
         let values: u64 = variants.iter().map(Variant::size).sum();
         let mut names: Vec<&str> = Vec::new();
         for name in results.iter().flat_map(|results| results.batch().metrics()) {
@@ -59,7 +59,7 @@ impl Batch {
         }
         let mut metrics = Vec::new();
         for name in names {
-            // One metric at a time: of a large batch, memory never holds more.
+            // Reads one metric at a time to limit memory use with large batches.
             let mut columns = Vec::new();
             for (runs, variant) in runs.iter().zip(&mut variants) {
                 let column = if variant.has(name) { runs.column(name)? } else { Vec::new() };
@@ -77,7 +77,7 @@ impl Batch {
         });
         let mut comparisons = comparisons.collect::<Result<Vec<_>, _>>()?;
         for (comparison, variant) in comparisons.iter_mut().zip(variants.iter().skip(1)) {
-            // A page tells what was flown, not where it lies.
+            // The page shows names of batches instead of their paths.
             if let Some(Comparison { a, b, .. }) = comparison {
                 (*a, *b) = (variants[0].name.clone(), variant.name.clone());
             }
@@ -85,7 +85,7 @@ impl Batch {
         Ok(Self { format: FORMAT, metrics, variants, comparisons })
     }
 
-    /// As JSON.
+    /// Serialises the page data to JSON.
     pub fn json(&self) -> serde_json::Result<String> {
         serde_json::to_string(self)
     }

@@ -1,11 +1,12 @@
-//! Colours of UAVs and groups, the same in figures, on the page and in an MCAP file.
+//! Colours of UAVs and groups, identical in figures, on the page and in MCAP files.
 
 use plotters::style::RGBColor;
 use standoff_sim::record::GroupRow;
 use std::collections::BTreeMap;
 
-/// For UAVs by rank: blue to purple. `page/palette.js` has the same, and their like for a dark page. They and the groups'
-/// were searched for by computer, so that the least distance is large, of the first few UAVs larger still.
+/// Colours of UAVs by rank, blue to purple. `page/palette.js` has the same colours, and a second set for dark pages.
+/// The colours of UAVs and groups were optimised numerically for a large minimum colour difference, which is larger
+/// still among the first few UAVs.
 pub(crate) const UAVS: [RGBColor; 12] = [
     RGBColor(1, 116, 251),
     RGBColor(164, 4, 139),
@@ -20,7 +21,7 @@ pub(crate) const UAVS: [RGBColor; 12] = [
     RGBColor(172, 74, 217),
     RGBColor(14, 43, 102),
 ];
-/// For groups: orange to green.
+/// Colours of groups, orange to green.
 pub(crate) const GROUPS: [RGBColor; 8] = [
     RGBColor(235, 110, 16),
     RGBColor(1, 168, 6),
@@ -32,17 +33,17 @@ pub(crate) const GROUPS: [RGBColor; 8] = [
     RGBColor(141, 146, 94),
 ];
 
-/// Which of the colours each group has, while it lasts.
+/// Assignment of colours to the existing groups.
 #[derive(Debug, Default)]
 pub(crate) struct GroupColours {
     alive: BTreeMap<u32, usize>,
-    /// How often each colour was given.
+    /// Number of times each colour has been assigned.
     given: [usize; GROUPS.len()],
 }
 
 impl GroupColours {
-    /// Takes in the groups of the next instant: each that is new gets the colour that the fewest of those alive have, and
-    /// of these colours the one that was given least often.
+    /// Processes the groups of the next time step. A new group gets the colour that the fewest existing groups have;
+    /// ties go to the colour that was assigned least often.
     pub(crate) fn next_instant(&mut self, groups: &[GroupRow]) {
         self.alive.retain(|id, _| groups.iter().any(|row| row.group == *id));
         for id in groups.iter().map(|row| row.group) {
@@ -56,7 +57,7 @@ impl GroupColours {
         }
     }
 
-    /// The place of a group's colour in [`GROUPS`], if the group was there at the last instant.
+    /// Index of a group's colour in [`GROUPS`], if the group existed at the last time step.
     pub(crate) fn place(&self, group: u32) -> Option<usize> {
         self.alive.get(&group).copied()
     }
@@ -67,8 +68,8 @@ mod tests {
     use super::*;
     use standoff::math;
 
-    /// What is seen of a colour by common sight, and without the receptors for green or for red (Machado, Oliveira and
-    /// Fernandes 2009): from linear to linear sRGB.
+    /// Colour vision models as matrices in linear sRGB: normal vision, deuteranopia, protanopia (Machado, Oliveira and
+    /// Fernandes 2009).
     const SIGHTS: [[[f64; 3]; 3]; 3] = [
         [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]],
         [[0.367322, 0.860646, -0.227968], [0.280085, 0.672501, 0.047413], [-0.011820, 0.042940, 0.968881]],
@@ -86,7 +87,7 @@ mod tests {
         })
     }
 
-    /// Lightness, a and b of Ottosson's OKLab, in hundredths.
+    /// Converts to Ottosson's OKLab: lightness, a and b, in hundredths.
     fn oklab(linear: [f64; 3]) -> [f64; 3] {
         const CONES: [[f64; 3]; 3] = [
             [0.412_221_470_8, 0.536_332_536_3, 0.051_445_992_9],
@@ -101,8 +102,8 @@ mod tests {
         times(&LAB, times(&CONES, linear.map(|value| value.clamp(0.0, 1.0))).map(f64::cbrt)).map(|value| 100.0 * value)
     }
 
-    /// How far apart two colours look, at worst of the sights given.
-    fn apart(a: &str, b: &str, sights: &[[[f64; 3]; 3]]) -> f64 {
+    /// OKLab difference of two colours: the minimum over the given vision models.
+    fn difference(a: &str, b: &str, sights: &[[[f64; 3]; 3]]) -> f64 {
         let seen = |sight, colour| oklab(times(sight, linear(colour)));
         let off = |sight| seen(sight, a).iter().zip(seen(sight, b)).map(|(a, b)| (a - b) * (a - b)).sum::<f64>();
         sights.iter().map(|sight| off(sight).sqrt()).fold(f64::INFINITY, f64::min)
@@ -113,14 +114,14 @@ mod tests {
         math::atan2(b, a).to_degrees().rem_euclid(360.0)
     }
 
-    /// Contrast as WCAG 2 defines it.
+    /// Contrast ratio as defined by WCAG 2.
     fn contrast(a: &str, b: &str) -> f64 {
         let light = |colour| times(&[[0.2126, 0.7152, 0.0722]; 3], linear(colour))[0] + 0.05;
         let (a, b): (f64, f64) = (light(a), light(b));
         a.max(b) / a.min(b)
     }
 
-    /// A colour or a list of colours of a theme of the page.
+    /// Reads a colour or a list of colours of a theme from the page.
     fn on_page(theme: &str, name: &str) -> Vec<String> {
         let page = include_str!("../page/palette.js");
         let theme = page.split(&format!("{theme}: {{")).nth(1).and_then(|rest| rest.split("\n  },").next()).unwrap();
@@ -131,16 +132,16 @@ mod tests {
     }
 
     #[test]
-    fn figures_have_the_colours_of_the_page() {
+    fn figures_and_page_use_the_same_colours() {
         let hex = |RGBColor(r, g, b): &RGBColor| format!("#{r:02x}{g:02x}{b:02x}");
         assert_eq!(on_page("light", "uavs"), UAVS.iter().map(hex).collect::<Vec<_>>());
         assert_eq!(on_page("light", "groups"), GROUPS.iter().map(hex).collect::<Vec<_>>());
         assert_eq!([on_page("dark", "uavs").len(), on_page("dark", "groups").len()], [UAVS.len(), GROUPS.len()]);
     }
 
-    /// In hundredths of OKLab, of which some two are just noticed side by side.
+    /// Differences are in hundredths of OKLab. About two are just noticeable between adjacent areas.
     #[test]
-    fn nobody_takes_a_uav_for_a_group_or_either_for_an_alarm() {
+    fn colours_of_uavs_groups_and_alarms_are_distinguishable() {
         for theme in ["light", "dark"] {
             let [uavs, groups, ground, alarm, none] =
                 ["uavs", "groups", "ground", "alarm", "none"].map(|name| on_page(theme, name));
@@ -149,19 +150,19 @@ mod tests {
             assert!(groups.iter().all(|group| (45.0..175.0).contains(&hue_deg(group))), "{theme}");
             for colour in uavs.iter().chain(&groups) {
                 assert!(contrast(colour, &ground) >= 3.0, "{theme}: {colour} on {ground}");
-                assert!(apart(colour, &alarm, &SIGHTS[..1]) >= 12.0, "{theme}: {colour} and an alarm");
-                assert!(apart(colour, &none, &SIGHTS[..1]) >= 8.0, "{theme}: {colour} and that of no group");
+                assert!(difference(colour, &alarm, &SIGHTS[..1]) >= 12.0, "{theme}: {colour} and an alarm");
+                assert!(difference(colour, &none, &SIGHTS[..1]) >= 8.0, "{theme}: {colour} and the colour of no group");
             }
             for uav in &uavs {
                 for group in &groups {
-                    assert!(apart(uav, group, &SIGHTS) >= 10.0, "{theme}: {uav} and {group}");
+                    assert!(difference(uav, group, &SIGHTS) >= 10.0, "{theme}: {uav} and {group}");
                 }
             }
             for (kind, least) in [(&uavs, 9.5), (&groups, 10.5)] {
                 for (rank, colour) in kind.iter().enumerate() {
                     for other in &kind[..rank] {
                         let least = if rank < 4 { 1.7 * least } else { least };
-                        assert!(apart(colour, other, &SIGHTS[..1]) >= least, "{theme}: {colour} and {other}");
+                        assert!(difference(colour, other, &SIGHTS[..1]) >= least, "{theme}: {colour} and {other}");
                     }
                 }
             }
@@ -169,7 +170,7 @@ mod tests {
     }
 
     #[test]
-    fn a_new_group_takes_no_colour_of_one_that_lives() {
+    fn a_new_group_gets_a_colour_that_no_existing_group_has() {
         let mut colours = GroupColours::default();
         let row = |group| GroupRow { group, ..crate::figures::tests::group() };
         let mut places = |groups: &[u32]| {
@@ -183,7 +184,7 @@ mod tests {
         for group in 5..8 {
             assert_eq!(places(&[0, group]), [0, group as usize]);
         }
-        // By its number, group 8 would look like group 0.
+        // With colours by group number, group 8 would have the colour of group 0.
         assert_eq!(places(&[0, 8]), [0, 1]);
     }
 }

@@ -1,50 +1,50 @@
 //! Static figures of a run: SVG documents drawn from one pass over its frames.
 //!
-//! The run is read as a stream and kept as small, thinned curves, so that neither memory nor the size
-//! of a figure grows with the length of the run. The same frames always give the same bytes.
+//! The run is read as a stream and stored as small, thinned curves. Memory use and figure size therefore do not grow
+//! with the length of the run. The same frames always give the same bytes.
 
 mod chart;
+mod collect;
 mod curve;
 mod figure;
-mod gather;
-mod ink;
-mod over_time;
 pub mod study;
+mod style;
 mod symbol;
 #[cfg(test)]
 pub(crate) mod tests;
+mod time_series;
 mod trajectories;
 
 use chart::Drawn;
+use collect::Run;
 pub use figure::{Figure, FigureError, Setup};
-use gather::Run;
 use standoff_sim::record::Frame;
-use standoff_sim::score::Judge;
+use standoff_sim::score::FrameScorer;
 
 type Draw = fn(&Run, &Setup) -> Drawn<Option<String>>;
 
-/// Every figure that there is, in the order in which they are returned.
+/// All figures, in the order in which they are returned.
 const PAGES: [(&str, Draw); 8] = [
     ("trajectories", trajectories::draw),
-    ("standoff_distance", over_time::standoff_distance),
-    ("phase", over_time::phase),
-    ("separation", over_time::separation),
-    ("margin", over_time::margin),
-    ("line_of_sight", over_time::line_of_sight),
-    ("speed_and_turn_rate", over_time::speed_and_turn_rate),
-    ("agreement", over_time::agreement),
+    ("standoff_distance", time_series::standoff_distance),
+    ("phase", time_series::phase),
+    ("separation", time_series::separation),
+    ("margin", time_series::margin),
+    ("line_of_sight", time_series::off_boresight),
+    ("speed_and_turn_rate", time_series::speed_and_turn_rate),
+    ("agreement", time_series::agreement),
 ];
 
 /// Reads the frames once and draws `trajectories`, `standoff_distance`, `phase`, `separation`, `margin`,
-/// `line_of_sight`, `speed_and_turn_rate` and `agreement` (of several minds), in this order; those without anything to
-/// show are left out.
+/// `line_of_sight`, `speed_and_turn_rate` and `agreement` (only with one agent per UAV), in this order. Figures without
+/// data are left out.
 ///
-/// Values that are not finite or beyond any physical size are taken as missing.
+/// Values that are not finite or too large for a physical quantity are treated as missing.
 pub fn figures<E>(
     frames: impl Iterator<Item = Result<Frame, E>>,
     setup: &Setup,
 ) -> Result<Vec<Figure>, FigureError<E>> {
-    let (mut run, mut judge) = (Run::default(), Judge::new(setup.rules.clone()));
+    let (mut run, mut judge) = (Run::default(), FrameScorer::new(setup.rules.clone()));
     for frame in frames {
         run.add(&frame.map_err(FigureError::Frame)?, &mut judge);
     }

@@ -1,5 +1,5 @@
-//! A run to look at, from its record: static figures, a page that replays it, and an MCAP file for viewers of robots. Many
-//! runs to look at, from their results. And the server of such pages.
+//! Visualisation of runs: static figures, a page that replays a run, MCAP files for robotics viewers, a page for Monte
+//! Carlo results, and a local web server for these pages.
 
 pub mod batch;
 mod colours;

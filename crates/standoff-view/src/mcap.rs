@@ -1,13 +1,14 @@
-//! A mission as an MCAP file with Foxglove's schemas, written while it is flown; `docs/mcap.md` tells its topics.
+//! Export of a mission as an MCAP file with Foxglove schemas, written during the mission. `docs/mcap.md` describes the
+//! topics.
 //!
-//! Its clock is that of the mission, from 0: the same run gives the same bytes. Nothing is compressed, and what is held
-//! in memory does not grow with the mission but for the index of the file (some hundred bytes for every megabyte).
+//! Time stamps are mission time, starting at 0, so the same run gives the same bytes. The file is not compressed.
+//! Memory use grows only with the index of the file (a few hundred bytes per megabyte).
 
 mod channels;
 mod error;
+mod event_log;
 mod file;
-mod log;
-mod numbers;
+mod plots;
 mod points;
 mod pose;
 mod scene;
@@ -30,26 +31,27 @@ use standoff_sim::world::World;
 use channels::Channels;
 pub use error::McapError;
 use file::Partial;
-use numbers::{GroupOrbit, UavState};
+use plots::{GroupOrbit, UavState};
 use scene::Scene;
 
-/// Writes a mission, frame by frame.
+/// Writes a mission frame by frame.
 ///
-/// The file grows as `FILE.partial`. [`Writer::finish`] moves it to its place, [`Writer::stop`] leaves it there; a writer
-/// that is dropped before removes it.
+/// The file is written as `FILE.partial`. [`Writer::finish`] renames it to `FILE`, [`Writer::stop`] keeps it under the
+/// partial name. Dropping the writer without either call deletes it.
 pub struct Writer {
     channels: Channels,
     scene: Scene,
     target_names: Vec<String>,
     plane: Option<LocalPlane>,
-    // Last, as fields are dropped in order: the file is closed before it is removed.
+    // Last, because fields are dropped in order: the file must be closed before it is deleted.
     partial: Partial,
 }
 
 impl Writer {
-    /// Begins the file `path` of a scenario; `resolved` is its text with every value spelt out, which the file keeps.
+    /// Creates the file `path` for a mission of `scenario`. `resolved`: text of the scenario with all values, stored in
+    /// the file.
     ///
-    /// Fails if `path` is there and is no MCAP file, if another run is writing it, or if it cannot be written.
+    /// Fails if `path` exists and is not an MCAP file, if another run is writing it, or if it cannot be written.
     pub fn create(path: &Path, scenario: &Scenario, resolved: &str) -> Result<Self, McapError> {
         let (partial, file) = Partial::create(path)?;
         let target_names = World::names(scenario);
@@ -71,7 +73,7 @@ impl Writer {
         Ok(Self { channels, scene: Scene::new(scenario), target_names, plane, partial })
     }
 
-    /// Adds an instant, later than the one before. After an error the file cannot be continued.
+    /// Adds a frame, which must be later than the previous one. After an error the file cannot be continued.
     pub fn frame(&mut self, frame: &Frame) -> Result<(), McapError> {
         self.put(frame).map_err(|reason| self.partial.failed(reason))
     }
@@ -87,7 +89,7 @@ impl Writer {
             if let Some(fix) = plane.as_ref().and_then(|plane| pose::location(frame.time_us, row, plane)) {
                 channels.put(&format!("/uav/{uav}/location"), &fix)?;
             }
-            let state = UavState::new(row, group_of(frame, row), geometry.line_of_sight_rad(row));
+            let state = UavState::new(row, group_of(frame, row), geometry.off_boresight_rad(row));
             channels.put(&format!("/uav/{uav}/state"), &state)?;
         }
         for row in &frame.groups {
@@ -101,12 +103,12 @@ impl Writer {
         channels.put("/points/tracks", &points::cloud(frame.time_us, "target", tracks))?;
         channels.put("/scene", &scene.update(frame, target_names))?;
         for event in &frame.events {
-            channels.put("/log", &log::entry(frame.time_us, event, target_names))?;
+            channels.put("/log", &event_log::entry(frame.time_us, event, target_names))?;
         }
         Ok(())
     }
 
-    /// Completes the file of a run that was ended early, and leaves it as `FILE.partial`: gives that path.
+    /// Completes the file of a run that was stopped early and keeps it as `FILE.partial`. Returns that path.
     pub fn stop(self) -> Result<PathBuf, McapError> {
         let Self { channels, partial, .. } = self;
         match channels.finish() {
@@ -115,9 +117,9 @@ impl Writer {
         }
     }
 
-    /// Completes the file and moves it to its place; an older MCAP file there is replaced.
+    /// Completes the file and renames it to its final name, replacing an older MCAP file.
     ///
-    /// If only the move fails, the file is kept where it is: [`McapError::NotMoved`].
+    /// If only renaming fails, the file is kept under its partial name: [`McapError::NotMoved`].
     pub fn finish(self) -> Result<(), McapError> {
         let Self { channels, partial, .. } = self;
         match channels.finish() {
@@ -127,21 +129,21 @@ impl Writer {
     }
 }
 
-/// What wrote the file.
+/// Name and version of the writing program.
 fn library() -> String {
     format!("standoff {}", env!("CARGO_PKG_VERSION"))
 }
 
-/// What was flown.
+/// Metadata of the run.
 fn metadata(scenario: &Scenario) -> Metadata {
     let settings = &scenario.settings;
-    let told = [
+    let entries = [
         ("scenario", scenario.name.clone()),
         ("seed", scenario.seed.to_string()),
         ("version", env!("CARGO_PKG_VERSION").to_owned()),
         ("duration_s", settings.duration.s().to_string()),
         ("period_s", settings.period.s().to_string()),
     ];
-    let metadata: BTreeMap<_, _> = told.into_iter().map(|(key, value)| (key.to_owned(), value)).collect();
+    let metadata: BTreeMap<_, _> = entries.into_iter().map(|(key, value)| (key.to_owned(), value)).collect();
     Metadata { name: "standoff".to_owned(), metadata }
 }

@@ -1,7 +1,7 @@
-//! The page that replays a run and that of many runs: one file with its data inside, or served.
+//! The replay page of a run and the page of Monte Carlo results, each as one self-contained file or served.
 //!
-//! What it is made of lies in `page/`, plain scripts without a build step; the charts' script comes from the crate
-//! that carries it (`build.rs`).
+//! The sources of the pages are plain scripts in `page/`, without a build step. `build.rs` extracts the chart script
+//! from the `plotly` crate.
 
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD as BASE64;
@@ -10,7 +10,7 @@ use crate::batch::Batch;
 use crate::replay::{Head, Part, gzip};
 use crate::serve::{Answer, Bytes};
 
-/// The pages' own script. Its files share one scope.
+/// Script of the pages. Its files share one scope.
 const SCRIPT: &str = concat!(
     "(() => {\n\"use strict\";\n",
     include_str!("../page/common.js"),
@@ -59,22 +59,22 @@ const SCRIPT: &str = concat!(
 const STYLE: &str = include_str!("../page/style.css");
 const REPLAY: &str = include_str!("../page/replay.html");
 const BATCH: &str = include_str!("../page/batch.html");
-/// The charts' script, gzipped.
+/// Chart script (plotly.js), gzipped.
 const CHARTS: &[u8] = include_bytes!(concat!(env!("OUT_DIR"), "/plotly.js.gz"));
 
-/// Inflates the page's script and runs it; the only script of a report that is plain text.
+/// Decompresses the page script and runs it. It is the only script of a report in plain text.
 const START: &str = include_str!("../page/start.js");
 
-/// What a report may do: run what is inside it. Nothing is ever fetched.
+/// Content security policy of a report: only its own contents may run, and nothing is fetched.
 const REPORT_POLICY: &str = "default-src 'none'; script-src 'unsafe-inline' blob:; style-src 'unsafe-inline'; \
                              img-src data: blob:; base-uri 'none'; form-action 'none'";
 
-/// The page of runs whose data is served below these paths, with a space between.
+/// Replay page of runs whose data is served below the space-separated paths `bases`.
 pub(crate) fn served_replay(bases: &str) -> Answer {
     served(REPLAY, bases)
 }
 
-/// The page of Monte Carlo results whose data is served as `/batch.json`.
+/// Page of Monte Carlo results whose data is served as `/batch.json`.
 pub(crate) fn served_batch() -> Answer {
     served(BATCH, "")
 }
@@ -91,7 +91,7 @@ fn served(body: &str, bases: &str) -> Answer {
     Answer { kind: "text/html; charset=utf-8", body: page.into(), gzip: false, immutable: false }
 }
 
-/// What pages consist of.
+/// Style sheet and scripts of the pages; `None` if `path` is none of them.
 pub(crate) fn asset(path: &str) -> Option<Answer> {
     let (kind, body, gzip) = match path {
         "/page.css" => ("text/css; charset=utf-8", STYLE.as_bytes(), false),
@@ -99,11 +99,11 @@ pub(crate) fn asset(path: &str) -> Option<Answer> {
         "/plotly.js" => ("text/javascript; charset=utf-8", CHARTS, true),
         _ => return None,
     };
-    // Another version of standoff may serve at the same address later: nothing is kept by browsers.
+    // Browsers must not cache: another version of standoff may use the same address later.
     Some(Answer { kind, body: Bytes::from_static(body), gzip, immutable: false })
 }
 
-/// A run in one file that opens from disk, with no network.
+/// Makes the replay page of a run as one file that opens from disk without a network.
 ///
 /// ```
 /// use standoff_sim::record::Manifest;
@@ -120,7 +120,7 @@ pub(crate) fn asset(path: &str) -> Option<Answer> {
 /// let manifest = Manifest::new(&scenario.name, scenario.seed, settings.duration.s(), settings.period.s());
 /// let setup = Setup::of(manifest.title(), settings);
 /// let mut encoder = Encoder::new(&Rules::of(settings), 1);
-/// let mut mission = Mission::new(&scenario).expect("a loaded scenario can be flown");
+/// let mut mission = Mission::new(&scenario).expect("the parameters of a built-in scenario are valid");
 /// let mut parts = Vec::new();
 /// while let Some(frame) = mission.frame() {
 ///     parts.extend(encoder.frame(frame));
@@ -136,7 +136,7 @@ pub fn report(head: &Head, parts: &[Part]) -> serde_json::Result<String> {
     for (number, part) in parts.iter().enumerate() {
         put(&mut page, &format!("overview-{number}"), &part.overview);
         put(&mut page, &format!("detail-{number}"), &part.detail);
-        if let Some(pictures) = &part.pictures {
+        if let Some(pictures) = &part.team_states {
             put(&mut page, &format!("pictures-{number}"), pictures);
         }
     }
@@ -146,14 +146,14 @@ pub fn report(head: &Head, parts: &[Part]) -> serde_json::Result<String> {
     Ok(end(page))
 }
 
-/// Monte Carlo results in one file that opens from disk, with no network.
+/// Makes the page of Monte Carlo results as one file that opens from disk without a network.
 pub fn batch_report(batch: &Batch) -> serde_json::Result<String> {
     let mut page = begin(BATCH);
     put(&mut page, "batch", &gzip(batch.json()?.as_bytes()));
     Ok(end(page))
 }
 
-/// A file up to its data.
+/// Start of a report file, up to its data.
 fn begin(body: &str) -> String {
     format!(
         "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\
@@ -163,12 +163,12 @@ fn begin(body: &str) -> String {
     )
 }
 
-/// Data inside a file.
+/// Appends a data block to a report file.
 fn put(page: &mut String, name: &str, gz: &[u8]) {
     *page += &format!("<script type=\"application/gzip\" data-part=\"{name}\">{}</script>\n", BASE64.encode(gz));
 }
 
-/// A file with the scripts behind its data.
+/// Appends the scripts and completes a report file.
 fn end(mut page: String) -> String {
     put(&mut page, "page", &gzip(SCRIPT.as_bytes()));
     put(&mut page, "charts", CHARTS);
@@ -181,31 +181,31 @@ mod tests {
     use std::io::Read;
 
     #[test]
-    fn the_charts_script_is_plotly_alone() {
+    fn the_chart_script_contains_only_plotly() {
         let mut script = String::new();
         flate2::read::GzDecoder::new(CHARTS).read_to_string(&mut script).unwrap();
         assert!(script.contains("plotly.js v") && !script.contains("MathJax.js v"));
         assert!(CHARTS.len() < 2_000_000, "{} bytes", CHARTS.len());
     }
 
-    /// They share one scope, where a constant told twice would stop them all.
+    /// The scripts share one scope, in which a name that is declared twice would be a syntax error.
     #[test]
-    fn no_two_scripts_give_one_name() {
+    fn no_name_is_declared_in_two_scripts() {
         let mut names = std::collections::BTreeSet::new();
         for line in SCRIPT.lines() {
             let words: Vec<&str> = line.trim_start_matches("async ").split([' ', '(', ';']).collect();
             if let [kind, name, ..] = words[..]
                 && ["const", "let", "class", "function", "function*"].contains(&kind)
             {
-                assert!(names.insert(name), "{name} is told twice");
+                assert!(names.insert(name), "{name} is declared twice");
             }
         }
         assert!(names.len() > 100, "{} names", names.len());
     }
 
-    /// Text of the page's own is all that is not packed: nothing in it may look like its end.
+    /// The page's own text is the only part that is not compressed, so it must not contain a script end tag.
     #[test]
-    fn the_pages_own_text_closes_no_script() {
+    fn the_page_text_contains_no_script_end_tag() {
         assert!(!START.contains("</script"));
         assert!(!REPLAY.contains("<script") && !BATCH.contains("<script"));
         assert!(!SCRIPT.contains("innerHTML") && !SCRIPT.contains("document.write") && !SCRIPT.contains("eval("));

@@ -1,33 +1,35 @@
-//! A run as the page replays it: what the record holds and what is worked out from it, small and in parts.
+//! Replay data of a run for the page: contents of the record and derived values, compact and in parts.
 //!
-//! A replay is a head ([`Head`], JSON) and numbered parts, each of consecutive instants and each of two halves that are
-//! asked for separately: the *overview* (the run as a whole, UAVs, groups, events), of which the page keeps all, and the
-//! *detail* (targets), of which it keeps what it shows. A [`Replay`] is one that grows while pages watch it. A half is gzip of:
+//! A replay consists of a head ([`Head`], JSON) and numbered parts. A part contains consecutive time steps and has two
+//! halves that the page requests separately: the *overview* (the run as a whole, UAVs, groups, events), which the page
+//! keeps completely, and the *detail* (targets), which it keeps only while it is shown. A [`Replay`] can grow while
+//! pages follow it. A half is the gzip of:
 //!
 //! ```text
 //! u32, little endian: length of the directory | the directory, JSON | the tables, one after the other
 //! directory: {"times_us": [...], "events": [...], "tables": [{"name", "columns": [...], "ids": [...]}]}
 //! ```
 //!
-//! Where minds are several, `tracks`, `groups` and `uavs` are of the UAV of lowest id whose computer is on; overviews have
-//! tables `minds` and `team-UAV`, too, events have `by`, and a part has a third half, its *pictures*: tables `tracks-UAV` and
-//! `groups-UAV` of the other minds, which `minds.rs` tells.
+//! With one agent per UAV, `tracks`, `groups` and `uavs` are those of the UAV of lowest id whose computer is on.
+//! Overviews then also have the tables `minds` and `team-UAV`, events have `by`, and a part has a third piece, its
+//! *pictures*: the tables `tracks-UAV` and `groups-UAV` of the other agents, described in `minds.rs`.
 //!
-//! An overview's directory has `"bounds_m": [west, south, east, north]`, too, of all that its instants show: UAVs, orbits,
-//! and where targets are and are thought to be; it is absent where there is nothing.
-//! A table holds single-precision numbers, NaN for what there is not; `table.rs` tells how they lie. SI units, world
-//! frame (x east, y north), angles in radians anticlockwise from east, as in the record.
+//! The directory of an overview also has `"bounds_m": [west, south, east, north]` of everything that its time steps
+//! show: UAVs, orbits, and true and estimated positions of targets. It is absent if there is nothing to show.
+//!
+//! A table contains single-precision numbers, with NaN for missing values; `table.rs` describes their layout. SI units,
+//! world frame (x east, y north), angles in radians anticlockwise from east, as in the record.
 
+mod chunk;
 mod encoder;
-mod growing;
-mod head;
-mod minds;
-mod part;
+mod header;
+mod live;
+mod per_agent;
 mod table;
 #[cfg(test)]
 mod tests;
 
+pub(crate) use chunk::gzip;
 pub use encoder::{Encoder, Part};
-pub use growing::Replay;
-pub use head::{FORMAT, Head, Line};
-pub(crate) use part::gzip;
+pub use header::{FORMAT, Head, Line};
+pub use live::Replay;

@@ -1,15 +1,16 @@
-//! A small server of pages and feeds to the browsers of this machine.
+//! A small web server of pages and feeds for browsers on this machine.
 //!
-//! What is served is a [`Site`]'s matter. Here is what keeps serving safe: who may ask (`guard`), what every answer says
-//! (`reply`), and that no reader, however slow, silent or many, costs more than [`Limits`] say or holds up anybody else.
+//! A [`Site`] provides the contents. This module makes serving safe: it filters requests (`guard`), adds security
+//! headers to every response (`reply`), and enforces [`Limits`], so that slow, silent or many clients cannot block
+//! others or use unbounded resources.
 
 mod connection;
-mod feed;
 #[cfg(test)]
 mod fuzz;
-mod guard;
 mod limits;
-mod reply;
+mod live_feed;
+mod request_filter;
+mod response;
 mod site;
 
 use std::io;
@@ -17,18 +18,18 @@ use std::net::SocketAddr;
 use std::sync::Arc;
 use std::thread;
 
-use connection::House;
-pub use feed::Feed;
+use connection::ServerState;
 pub use hyper::body::Bytes;
 pub use limits::Limits;
+pub use live_feed::Feed;
 pub use site::{Answer, Site};
 use tokio::net::TcpSocket;
 use tokio::sync::watch;
 
-/// Connections that the system keeps waiting for their turn; further ones it lets try again later.
+/// Maximum number of connections that the operating system queues; further clients must retry.
 const BACKLOG: u32 = 128;
 
-/// A site being served, until this is dropped.
+/// A running web server of a site; dropping it stops the server.
 ///
 /// ```
 /// use std::io::{Read, Write};
@@ -57,24 +58,24 @@ const BACKLOG: u32 = 128;
 #[derive(Debug)]
 pub struct Server {
     address: SocketAddr,
-    /// The server ends when this goes.
+    /// Dropping the sender stops the server.
     stop: Option<watch::Sender<()>>,
     thread: Option<thread::JoinHandle<()>>,
 }
 
 impl Server {
-    /// Listens at `address` (port 0: one that is free) and serves from then on, on a thread of its own.
+    /// Listens at `address` and serves the site on a separate thread. Port 0 selects a free port.
     ///
-    /// Whoever can reach the address can read the site: other machines too, unless it is a loopback address. A browser is
-    /// answered where it asks for `localhost`, a loopback address or the address bound, with its port; where `address` is
-    /// `0.0.0.0` or `[::]`, for any IP address, but for no other name.
+    /// Every client that can reach the address can read the site, including other machines unless it is a loopback
+    /// address. The host of a request must be `localhost`, a loopback address or the bound address, with the bound
+    /// port. If `address` is `0.0.0.0` or `[::]`, the host may be any IP address, but no other name.
     pub fn bind(address: SocketAddr, site: Arc<dyn Site>, limits: Limits) -> io::Result<Self> {
         let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build()?;
         let listener = {
             let _within = runtime.enter();
             let socket = if address.is_ipv4() { TcpSocket::new_v4() } else { TcpSocket::new_v6() }?;
-            // As the standard library does: a server started anew gets its port back at once. On Windows this would let
-            // two servers share a port.
+            // Like the standard library: a restarted server can reuse its port immediately. On Windows, the option
+            // would let two servers share a port.
             #[cfg(unix)]
             socket.set_reuseaddr(true)?;
             socket.set_send_buffer_size(limits.send_buffer_bytes)?;
@@ -83,8 +84,8 @@ impl Server {
         };
         let address = listener.local_addr()?;
         let (stop, stopped) = watch::channel(());
-        let house = House::new(site, address, limits, stopped);
-        // A call of the site that is still under way then is not waited for.
+        let house = ServerState::new(site, address, limits, stopped);
+        // When the server stops, calls of the site in progress are not awaited.
         let serve = move || runtime.block_on(connection::serve(listener, house));
         let thread = thread::Builder::new().name("server".into()).spawn(serve);
         let thread = thread.map_err(|reason| {
@@ -94,18 +95,18 @@ impl Server {
         Ok(Self { address, stop: Some(stop), thread: Some(thread) })
     }
 
-    /// Where it listens.
+    /// Address at which the server listens.
     pub fn address(&self) -> SocketAddr {
         self.address
     }
 }
 
 impl Drop for Server {
-    /// Ends it, within [`Limits::farewell_time`].
+    /// Stops the server within [`Limits::farewell_time`].
     fn drop(&mut self) {
         self.stop = None;
         if let Some(thread) = self.thread.take() {
-            // A panic there has been told by its thread.
+            // The thread has already printed the message of a panic.
             let _ = thread.join();
         }
     }

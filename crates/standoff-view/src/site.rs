@@ -1,4 +1,4 @@
-//! What is served: the pages, and the data behind them.
+//! Sites for the web server: the pages and their data.
 
 use std::collections::VecDeque;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
@@ -8,13 +8,13 @@ use crate::page;
 use crate::replay::{Replay, gzip};
 use crate::serve::{Answer, Feed, Site};
 
-/// Runs of a batch that are held once they have been flown again.
+/// Number of re-flown runs of a batch that are kept in memory.
 const HELD: usize = 8;
 
-/// Where the data of one run lie, and of the other one of two.
+/// URL paths below which the data of the first and of the second run are served.
 const RUNS: [&str; 2] = ["/replay", "/replay-2"];
 
-/// A run that has been flown or is being flown; or two, side by side.
+/// Site of one run, or of two runs shown side by side. A run may be complete or in progress.
 #[derive(Debug)]
 pub struct RunSite {
     first: Arc<Replay>,
@@ -22,18 +22,18 @@ pub struct RunSite {
 }
 
 impl RunSite {
-    /// Shows a replay, which may still grow, and beside it another one.
+    /// Makes a site of a replay, which may still grow, and of an optional second one shown next to it.
     #[must_use]
     pub fn new(first: Arc<Replay>, second: Option<Arc<Replay>>) -> Self {
         Self { first, second }
     }
 
-    /// The runs shown, each with where its data lie.
+    /// The runs, each with the URL path of its data.
     fn runs(&self) -> impl Iterator<Item = (&'static str, &Arc<Replay>)> {
         RUNS.into_iter().zip([Some(&self.first), self.second.as_ref()].into_iter().flatten())
     }
 
-    /// The run whose data lie at `path`, and which of them.
+    /// The run to which `path` belongs, and the rest of the path.
     fn of<'a>(&self, path: &'a str) -> Option<(&Arc<Replay>, &'a str)> {
         self.runs().find_map(|(base, replay)| Some((replay, path.strip_prefix(base)?.strip_prefix('/')?)))
     }
@@ -56,21 +56,21 @@ impl Site for RunSite {
     }
 }
 
-/// A run of a batch: of which of the batches shown, and its seed.
+/// Identifies a run: index of the batch, and seed.
 type Which = (usize, u64);
-/// Flies a run again; `None` if that cannot be done.
+/// Re-flies a run from batch index and seed; `None` if that is not possible.
 type Fly = dyn Fn(usize, u64) -> Option<Arc<Replay>> + Send + Sync;
 
-/// Monte Carlo results, any run of which is flown again when somebody wants to see it.
+/// Site of Monte Carlo results. A single run is re-flown when a page requests it.
 pub struct BatchSite {
     data: Answer,
     fly: Box<Fly>,
-    /// The newest last.
+    /// Re-flown runs, the newest last.
     flown: Mutex<VecDeque<(Which, Arc<Replay>)>>,
 }
 
 impl BatchSite {
-    /// Shows results; `fly` flies a run of the n-th batch again, by its seed.
+    /// Makes a site of results. `fly` re-flies a run, given the index of its batch and its seed.
     pub fn new(
         batch: &Batch,
         fly: impl Fn(usize, u64) -> Option<Arc<Replay>> + Send + Sync + 'static,
@@ -80,17 +80,18 @@ impl BatchSite {
         Ok(Self { data, fly: Box::new(fly), flown: Mutex::default() })
     }
 
-    fn held(&self, which: Which) -> Option<Arc<Replay>> {
+    fn cached(&self, which: Which) -> Option<Arc<Replay>> {
         let flown = self.flown();
-        flown.iter().find(|(held, _)| *held == which).map(|(_, replay)| Arc::clone(replay))
+        flown.iter().find(|(cached, _)| *cached == which).map(|(_, replay)| Arc::clone(replay))
     }
 
-    /// The run, flown again if it is not held.
+    /// Returns the run, re-flown if it is not in memory.
     fn replay(&self, which: Which) -> Option<Arc<Replay>> {
-        if let Some(replay) = self.held(which) {
+        if let Some(replay) = self.cached(which) {
             return Some(replay);
         }
-        // Nobody else waits meanwhile; who wants the same run at the same time flies it, too, to the same bits.
+        // The lock is not held meanwhile. A simultaneous request for the same run flies it as well, with the same
+        // result.
         let replay = (self.fly)(which.0, which.1)?;
         let mut flown = self.flown();
         flown.push_back((which, Arc::clone(&replay)));
@@ -100,7 +101,7 @@ impl BatchSite {
         Some(replay)
     }
 
-    /// A panic while it was held has left it whole.
+    /// Locks the list. A poisoned lock is safe: a panic cannot leave the list inconsistent.
     fn flown(&self) -> MutexGuard<'_, VecDeque<(Which, Arc<Replay>)>> {
         self.flown.lock().unwrap_or_else(PoisonError::into_inner)
     }
@@ -128,12 +129,12 @@ impl Site for BatchSite {
 
     fn feed(&self, path: &str) -> Option<Feed> {
         let (which, rest) = of_run(path)?;
-        // A page asks for the head first: the run has been flown by now.
-        (rest == "replay/feed").then(|| self.held(which).map(|replay| replay.feed())).flatten()
+        // A page requests the head first, so the run has been flown already.
+        (rest == "replay/feed").then(|| self.cached(which).map(|replay| replay.feed())).flatten()
     }
 }
 
-/// `/run/BATCH/SEED/REST`, the numbers in their only spelling.
+/// Parses `/run/BATCH/SEED/REST`. Numbers must be in canonical form, so that a run has only one address.
 fn of_run(path: &str) -> Option<(Which, &str)> {
     let mut parts = path.strip_prefix("/run/")?.splitn(3, '/');
     let (batch, seed) = (parts.next()?, parts.next()?);
@@ -147,7 +148,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_run_has_one_address() {
+    fn each_run_has_exactly_one_address() {
         assert_eq!(of_run("/run/0/17/"), Some(((0, 17), "")));
         assert_eq!(of_run("/run/2/18446744073709551615/replay/feed"), Some(((2, u64::MAX), "replay/feed")));
         for path in

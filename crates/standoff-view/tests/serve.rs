@@ -1,6 +1,6 @@
-//! The server, asked over real sockets: what it refuses, what it bounds, what it delivers.
+//! Tests of the server over real sockets: refused requests, limits and delivered contents.
 
-#![expect(clippy::unwrap_used, reason = "helpers of tests")]
+#![expect(clippy::unwrap_used, reason = "test helpers")]
 
 use std::collections::BTreeMap;
 use std::io::{ErrorKind, Read, Write};
@@ -14,27 +14,27 @@ use tokio_tungstenite::tungstenite::client::{IntoClientRequest, client};
 use tokio_tungstenite::tungstenite::protocol::frame::coding::CloseCode;
 use tokio_tungstenite::tungstenite::{Error, Message, WebSocket};
 
-/// Longer than anything takes on a busy machine, shorter than a patience.
+/// Time limit for everything in these tests, long enough for a busy machine.
 const PATIENCE: Duration = Duration::from_secs(20);
 
-/// Larger than what the system holds back for a reader on any machine.
+/// Larger than the socket buffers of any machine.
 const BIG_BYTES: usize = 64 << 20;
 
 const PAGE: &str = "<!doctype html><title>A page</title>";
 
-/// A site with one of everything.
+/// A site with one path of every kind.
 struct Pages {
     live: Feed,
     gate: Mutex<bool>,
     opened: Condvar,
-    /// Calls that wait at the gate, and the most that ever did.
+    /// Number of calls that wait at the gate, and its maximum so far.
     waiting: AtomicUsize,
     waited: AtomicUsize,
-    /// The one large body, shared by all who are sent it.
+    /// A large body, shared between all responses.
     big: Arc<Vec<u8>>,
 }
 
-/// A hold on the large body.
+/// A reference to the large body.
 struct Big(Arc<Vec<u8>>);
 
 impl AsRef<[u8]> for Big {
@@ -81,7 +81,7 @@ impl Site for Pages {
                 self.wait_at_the_gate();
                 Some(page("through".into()))
             }
-            "/fault" => panic!("a fault that the test wants"),
+            "/fault" => panic!("intended panic of a test"),
             _ => None,
         }
     }
@@ -91,7 +91,7 @@ impl Site for Pages {
     }
 }
 
-/// 300,000 bytes, as gzip.
+/// A text of about 300,000 bytes, as gzip.
 fn packed() -> Bytes {
     let mut gzip = flate2::write::GzEncoder::new(Vec::new(), flate2::Compression::fast());
     gzip.write_all(unpacked().as_bytes()).unwrap();
@@ -108,7 +108,7 @@ fn serve(limits: Limits) -> (Server, Arc<Pages>) {
     (server, pages)
 }
 
-/// What came back.
+/// A received response.
 struct Reply {
     status: u16,
     headers: BTreeMap<String, String>,
@@ -125,8 +125,8 @@ fn connect(at: SocketAddr) -> TcpStream {
 /// Reads until the server closes.
 fn reply(mut stream: TcpStream) -> Reply {
     let mut bytes = Vec::new();
-    stream.read_to_end(&mut bytes).expect("an answer, and then an end");
-    let split = bytes.windows(4).position(|end| end == b"\r\n\r\n").expect("the end of a head");
+    stream.read_to_end(&mut bytes).expect("a response and the end of the connection");
+    let split = bytes.windows(4).position(|end| end == b"\r\n\r\n").expect("a complete head");
     let head = String::from_utf8(bytes[..split].to_vec()).unwrap();
     let (status, headers) = head.split_once("\r\n").unwrap();
     let headers = headers.split("\r\n").map(|header| header.split_once(": ").unwrap());
@@ -137,7 +137,8 @@ fn reply(mut stream: TcpStream) -> Reply {
     }
 }
 
-/// Asks in HTTP/1.0, in which the end of a connection is the end of an answer. `HOST` in a head is the server's address.
+/// Sends an HTTP/1.0 request, whose response ends with the connection. `HOST` in a header stands for the server's
+/// address.
 fn ask(at: SocketAddr, request: &str, headers: &[&str]) -> Reply {
     let mut stream = connect(at);
     let head = format!("{request} HTTP/1.0\r\n{}\r\n\r\n", headers.join("\r\n"));
@@ -159,18 +160,18 @@ fn follow(at: SocketAddr, path: &str, headers: &[(&'static str, &str)]) -> Resul
         Err(tokio_tungstenite::tungstenite::HandshakeError::Failure(Error::Http(reply))) => {
             Err(reply.status().as_u16())
         }
-        Err(error) => panic!("neither a WebSocket nor an answer: {error}"),
+        Err(error) => panic!("neither a WebSocket nor a response: {error}"),
     }
 }
 
-/// The first thing that `wanted` finds in what the server says, whatever pings come before it.
-fn next<T>(socket: &mut WebSocket<TcpStream>, wanted: impl Fn(Message) -> Option<T>) -> T {
+/// Reads messages of the server until `select` returns a value; skips pings.
+fn next<T>(socket: &mut WebSocket<TcpStream>, select: impl Fn(Message) -> Option<T>) -> T {
     let start = Instant::now();
     loop {
-        if let Some(found) = wanted(socket.read().expect("a message")) {
+        if let Some(found) = select(socket.read().expect("a message")) {
             return found;
         }
-        assert!(start.elapsed() < PATIENCE, "nothing but pings");
+        assert!(start.elapsed() < PATIENCE, "only pings were received");
     }
 }
 
@@ -178,24 +179,25 @@ fn next_text(socket: &mut WebSocket<TcpStream>) -> String {
     next(socket, |message| if let Message::Text(text) = message { Some(text.to_string()) } else { None })
 }
 
-/// The code that the server closes with. A reset may overtake it, so there has to be none.
+/// The code with which the server closes. Checks that no connection reset follows, which could overtake the close
+/// frame.
 fn close_code(mut socket: WebSocket<TcpStream>) -> CloseCode {
     let code = next(&mut socket, |message| if let Message::Close(frame) = message { frame } else { None }).code;
-    socket.get_mut().read_to_end(&mut Vec::new()).expect("an end, not a reset");
+    socket.get_mut().read_to_end(&mut Vec::new()).expect("an orderly end, not a reset");
     code
 }
 
 #[track_caller]
-fn until(what: &str, mut so: impl FnMut() -> bool) {
+fn until(what: &str, mut is_true: impl FnMut() -> bool) {
     let start = Instant::now();
-    while !so() {
+    while !is_true() {
         assert!(start.elapsed() < PATIENCE, "{what}");
         std::thread::sleep(Duration::from_millis(2));
     }
 }
 
 #[test]
-fn what_lies_at_a_path_is_answered_and_what_does_not_is_404() {
+fn known_paths_are_served_and_unknown_paths_are_404() {
     let (server, _) = serve(Limits::default());
     let page = get(server.address(), "/a%20page.html?query=1");
     assert_eq!((page.status, page.body.as_slice()), (200, PAGE.as_bytes()));
@@ -208,7 +210,7 @@ fn what_lies_at_a_path_is_answered_and_what_does_not_is_404() {
 }
 
 #[test]
-fn every_answer_keeps_the_browser_to_this_site() {
+fn every_response_restricts_the_browser_to_this_site() {
     let (server, _) = serve(Limits::default());
     let at = server.address();
     let foreign = ask(at, "GET /", &["Host: foreign.example"]);
@@ -231,7 +233,7 @@ fn every_answer_keeps_the_browser_to_this_site() {
 }
 
 #[test]
-fn who_asks_for_another_host_is_refused_and_hears_nothing_of_it_again() {
+fn requests_for_another_host_are_refused_without_echoing_it() {
     let (server, _) = serve(Limits::default());
     let at = server.address();
     let port = at.port();
@@ -257,7 +259,7 @@ fn who_asks_for_another_host_is_refused_and_hears_nothing_of_it_again() {
 }
 
 #[test]
-fn pages_of_another_origin_get_neither_answers_nor_feeds() {
+fn requests_from_another_origin_get_neither_pages_nor_feeds() {
     let (server, _) = serve(Limits::default());
     let at = server.address();
     let own = format!("http://{at}");
@@ -284,7 +286,7 @@ fn pages_of_another_origin_get_neither_answers_nor_feeds() {
 }
 
 #[test]
-fn only_get_and_head_without_a_body_are_answered() {
+fn only_get_and_head_without_a_body_are_allowed() {
     let (server, _) = serve(Limits::default());
     let at = server.address();
     for method in ["POST", "PUT", "DELETE", "OPTIONS", "TRACE", "PATCH", "PROPFIND"] {
@@ -298,7 +300,7 @@ fn only_get_and_head_without_a_body_are_answered() {
 }
 
 #[test]
-fn gzip_goes_as_it_is_to_who_takes_it_and_inflated_to_others() {
+fn gzip_is_sent_unchanged_if_accepted_and_decompressed_otherwise() {
     let (server, _) = serve(Limits::default());
     let at = server.address();
     let gzip = ask(at, "GET /packed", &["Host: HOST", "Accept-Encoding: br, gzip"]);
@@ -307,11 +309,11 @@ fn gzip_goes_as_it_is_to_who_takes_it_and_inflated_to_others() {
     let plain = get(at, "/packed");
     assert_eq!(plain.headers.get("content-encoding"), None);
     assert_eq!(plain.headers["vary"], "accept-encoding");
-    assert!(plain.body == unpacked().as_bytes(), "{} bytes of another text", plain.body.len());
+    assert!(plain.body == unpacked().as_bytes(), "{} bytes with other contents", plain.body.len());
 }
 
 #[test]
-fn a_fault_in_the_site_is_one_answer_and_the_server_lives_on() {
+fn a_panic_in_the_site_is_status_500_and_the_server_continues() {
     let (server, _) = serve(Limits { calls: 2, ..Limits::default() });
     for _ in 0..4 {
         assert_eq!(get(server.address(), "/fault").status, 500);
@@ -320,28 +322,28 @@ fn a_fault_in_the_site_is_one_answer_and_the_server_lives_on() {
 }
 
 #[test]
-fn a_head_that_is_too_large_is_not_read_on() {
+fn a_head_that_is_too_large_is_not_read_to_its_end() {
     let (server, _) = serve(Limits { head_bytes: 1000, ..Limits::default() });
     let at = server.address();
     assert_eq!(ask(at, "GET /", &["Host: HOST", &format!("Long: {}", "x".repeat(900))]).status, 200);
     assert_eq!(ask(at, "GET /", &["Host: HOST", &format!("Long: {}", "x".repeat(1000))]).status, 431);
     let mut stream = connect(at);
     stream.write_all(b"GET / HTTP/1.1\r\nLong: ").unwrap();
-    // What the system holds back counts too.
+    // Socket buffers also accept some of the data.
     let sent = (0..4096).take_while(|_| stream.write_all(&[b'x'; 16 * 1024]).is_ok()).count();
-    assert!(sent < 2048, "{sent} times 16 KiB were taken");
+    assert!(sent < 2048, "{sent} times 16 KiB were accepted");
     assert_eq!(get(at, "/").status, 200);
 }
 
 #[test]
-fn a_connection_that_asks_nothing_or_too_slowly_is_closed() {
+fn silent_and_slow_connections_are_closed() {
     let (server, _) = serve(Limits { head_time: Duration::from_millis(300), ..Limits::default() });
     let at = server.address();
     let mut silent = connect(at);
     let mut kept = connect(at);
     write!(kept, "GET / HTTP/1.1\r\nHost: {at}\r\n\r\n").unwrap();
     let mut slow = connect(at);
-    until("a head in drops is given up", || {
+    until("a slowly sent head is rejected", || {
         std::thread::sleep(Duration::from_millis(10));
         slow.write_all(b"G").is_err()
     });
@@ -352,19 +354,19 @@ fn a_connection_that_asks_nothing_or_too_slowly_is_closed() {
 }
 
 #[test]
-fn no_more_connections_are_answered_at_a_time_than_allowed_and_the_rest_in_their_turn() {
+fn simultaneous_connections_are_limited_and_the_others_wait() {
     let (server, pages) = serve(Limits { connections: 3, ..Limits::default() });
     let at = server.address();
-    let asked = |path: &str| {
+    let request = |path: &str| {
         let mut stream = connect(at);
         write!(stream, "GET {path} HTTP/1.0\r\nHost: {at}\r\n\r\n").unwrap();
         stream
     };
-    let held: Vec<TcpStream> = (0..3).map(|_| asked("/gate")).collect();
-    until("three are inside", || pages.waiting.load(Ordering::SeqCst) == 3);
-    let rest: Vec<TcpStream> = (0..10).map(|_| asked("/")).collect();
+    let held: Vec<TcpStream> = (0..3).map(|_| request("/gate")).collect();
+    until("three calls wait at the gate", || pages.waiting.load(Ordering::SeqCst) == 3);
+    let rest: Vec<TcpStream> = (0..10).map(|_| request("/")).collect();
     rest[0].set_read_timeout(Some(Duration::from_millis(200))).unwrap();
-    let early = (&rest[0]).read(&mut [0; 1]).expect_err("no answer while there is no place");
+    let early = (&rest[0]).read(&mut [0; 1]).expect_err("no response while all slots are occupied");
     assert!([ErrorKind::WouldBlock, ErrorKind::TimedOut].contains(&early.kind()), "{early}");
     rest[0].set_read_timeout(Some(PATIENCE)).unwrap();
     pages.open_the_gate();
@@ -372,25 +374,25 @@ fn no_more_connections_are_answered_at_a_time_than_allowed_and_the_rest_in_their
 }
 
 #[test]
-fn a_flood_of_silent_connections_passes() {
+fn the_server_recovers_from_a_flood_of_silent_connections() {
     let (server, _) = serve(Limits { connections: 4, head_time: Duration::from_millis(200), ..Limits::default() });
     let _flood: Vec<TcpStream> = (0..8).map(|_| connect(server.address())).collect();
     assert_eq!(get(server.address(), "/").status, 200);
 }
 
 #[test]
-fn no_more_calls_of_the_site_run_at_a_time_than_allowed() {
+fn simultaneous_calls_of_the_site_are_limited() {
     let (server, pages) = serve(Limits { calls: 2, ..Limits::default() });
     let at = server.address();
-    let asking: Vec<_> = (0..6).map(|_| std::thread::spawn(move || get(at, "/gate").status)).collect();
-    until("two are inside", || pages.waiting.load(Ordering::SeqCst) == 2);
+    let requests: Vec<_> = (0..6).map(|_| std::thread::spawn(move || get(at, "/gate").status)).collect();
+    until("two calls wait at the gate", || pages.waiting.load(Ordering::SeqCst) == 2);
     pages.open_the_gate();
-    assert!(asking.into_iter().all(|asked| asked.join().unwrap() == 200));
+    assert!(requests.into_iter().all(|request| request.join().unwrap() == 200));
     assert_eq!(pages.waited.load(Ordering::SeqCst), 2);
 }
 
 #[test]
-fn a_reader_that_takes_nothing_holds_up_nobody_has_no_copy_and_is_let_go() {
+fn a_stalled_client_blocks_no_other_uses_no_copy_and_is_disconnected() {
     let (server, pages) = serve(Limits { stall_time: Duration::from_secs(2), ..Limits::default() });
     let at = server.address();
     let stalled: Vec<TcpStream> = (0..8)
@@ -398,33 +400,33 @@ fn a_reader_that_takes_nothing_holds_up_nobody_has_no_copy_and_is_let_go() {
             let mut stream = connect(at);
             write!(stream, "GET /big HTTP/1.1\r\nHost: {at}\r\n\r\n").unwrap();
             stream.read_exact(&mut [0; 1]).unwrap();
-            assert!(Arc::strong_count(&pages.big) > 1, "what is left to send is a copy");
+            assert!(Arc::strong_count(&pages.big) > 1, "the remaining data is a copy");
             stream
         })
         .collect();
     assert_eq!(get(at, "/").status, 200);
     assert_eq!(get(at, "/big").body.len(), BIG_BYTES);
-    until("what they did not take is let go", || Arc::strong_count(&pages.big) == 1);
+    until("the body is released", || Arc::strong_count(&pages.big) == 1);
     for mut stream in stalled {
-        let mut taken = Vec::new();
-        let _ = stream.read_to_end(&mut taken);
-        assert!(taken.len() < BIG_BYTES, "all of it had gone out");
+        let mut received = Vec::new();
+        let _ = stream.read_to_end(&mut received);
+        assert!(received.len() < BIG_BYTES, "the whole body had been sent");
     }
 }
 
 #[test]
-fn a_feed_tells_its_newest_text_at_once_and_whenever_it_changes() {
+fn a_feed_sends_its_newest_text_immediately_and_after_every_change() {
     let (server, pages) = serve(Limits::default());
-    pages.live.say("before anybody came".into());
+    pages.live.send("before any client".into());
     let mut one = follow(server.address(), "/live", &[]).unwrap();
-    assert_eq!(next_text(&mut one), "before anybody came");
-    pages.live.say("second".into());
+    assert_eq!(next_text(&mut one), "before any client");
+    pages.live.send("second".into());
     assert_eq!(next_text(&mut one), "second");
     let mut other = follow(server.address(), "/live", &[]).unwrap();
     assert_eq!(next_text(&mut other), "second");
     assert_eq!(pages.live.readers(), 2);
     for change in 0..=1000 {
-        pages.live.say(change.to_string());
+        pages.live.send(change.to_string());
     }
     for socket in [&mut one, &mut other] {
         let mut last = -1;
@@ -434,11 +436,11 @@ fn a_feed_tells_its_newest_text_at_once_and_whenever_it_changes() {
             last = next;
         }
     }
-    assert_eq!(follow(server.address(), "/", &[]).err(), Some(404), "no feed is there");
+    assert_eq!(follow(server.address(), "/", &[]).err(), Some(404), "this path has no feed");
 }
 
 #[test]
-fn a_slow_follower_holds_up_nobody_and_is_told_the_newest_instead_of_all() {
+fn a_slow_follower_blocks_no_other_and_skips_to_the_newest_text() {
     const CHANGES: usize = 400;
     let (server, pages) = serve(Limits::default());
     let mut slow = follow(server.address(), "/live", &[]).unwrap();
@@ -446,46 +448,46 @@ fn a_slow_follower_holds_up_nobody_and_is_told_the_newest_instead_of_all() {
     assert_eq!(next_text(&mut quick), "first");
     let text = |change: usize| format!("{change:06}{}", "x".repeat(64 * 1024));
     for change in 1..=CHANGES {
-        pages.live.say(text(change));
-        assert!(next_text(&mut quick) == text(change), "the quick one misses none");
+        pages.live.send(text(change));
+        assert!(next_text(&mut quick) == text(change), "the quick follower receives every text");
     }
-    let mut told = 1;
+    let mut received = 1;
     while next_text(&mut slow) != text(CHANGES) {
-        told += 1;
+        received += 1;
     }
-    assert!(told < CHANGES / 2, "{told} of {CHANGES} texts had been kept for the slow one");
+    assert!(received < CHANGES / 2, "the slow follower received {received} of {CHANGES} texts");
 }
 
 #[test]
-fn no_more_pages_follow_at_a_time_than_allowed() {
+fn simultaneous_web_sockets_are_limited() {
     let (server, _) = serve(Limits { web_sockets: 2, ..Limits::default() });
     let at = server.address();
     let mut following: Vec<_> = (0..2).map(|_| follow(at, "/live", &[]).unwrap()).collect();
     assert_eq!(follow(at, "/live", &[]).err(), Some(503));
     assert_eq!(get(at, "/").status, 200);
     drop(following.pop());
-    until("a place is free again", || follow(at, "/live", &[]).is_ok());
+    until("a slot is free again", || follow(at, "/live", &[]).is_ok());
 }
 
 #[test]
-fn what_a_follower_says_is_ignored_and_closes_it_when_large() {
+fn messages_of_followers_are_ignored_and_large_ones_close_the_web_socket() {
     let (server, pages) = serve(Limits::default());
     for bytes in [1025, 64 * 1024] {
-        pages.live.say("first".into());
+        pages.live.send("first".into());
         let mut socket = follow(server.address(), "/live", &[]).unwrap();
         assert_eq!(next_text(&mut socket), "first");
         socket.send(Message::text("x".repeat(1024))).unwrap();
         socket.send(Message::binary(vec![0; 1024])).unwrap();
-        pages.live.say("still here".into());
+        pages.live.send("still here".into());
         assert_eq!(next_text(&mut socket), "still here");
         socket.send(Message::text("x".repeat(bytes))).unwrap();
         assert_eq!(close_code(socket), CloseCode::Size, "{bytes} bytes");
-        until("it is gone", || pages.live.readers() == 0);
+        until("the follower is gone", || pages.live.readers() == 0);
     }
 }
 
 #[test]
-fn a_follower_that_answers_no_ping_is_let_go_and_one_that_does_is_kept() {
+fn followers_that_do_not_answer_pings_are_disconnected() {
     let (server, pages) = serve(Limits { stall_time: Duration::from_millis(600), ..Limits::default() });
     let mut dead = follow(server.address(), "/live", &[]).unwrap();
     let mut alive = follow(server.address(), "/live", &[]).unwrap();
@@ -497,14 +499,14 @@ fn a_follower_that_answers_no_ping_is_let_go_and_one_that_does_is_kept() {
         let _ = alive.read();
     }
     assert_eq!(pages.live.readers(), 1);
-    pages.live.say("still here".into());
+    pages.live.send("still here".into());
     alive.get_mut().set_read_timeout(Some(PATIENCE)).unwrap();
-    until("the one that answers is told", || next_text(&mut alive) == "still here");
+    until("the follower that answers receives the text", || next_text(&mut alive) == "still here");
     while dead.read().is_ok() {}
 }
 
 #[test]
-fn the_end_comes_soon_whoever_is_connected_and_web_sockets_are_told() {
+fn shutdown_is_quick_with_open_connections_and_closes_web_sockets() {
     let (server, pages) = serve(Limits::default());
     let at = server.address();
     let follower = follow(at, "/live", &[]).unwrap();
@@ -513,19 +515,19 @@ fn the_end_comes_soon_whoever_is_connected_and_web_sockets_are_told() {
     write!(stalled, "GET /big HTTP/1.1\r\nHost: {at}\r\n\r\n").unwrap();
     let mut waiting = connect(at);
     write!(waiting, "GET /gate HTTP/1.1\r\nHost: {at}\r\n\r\n").unwrap();
-    until("a call is under way", || pages.waiting.load(Ordering::SeqCst) == 1);
-    let told = std::thread::spawn(move || close_code(follower));
+    until("a call is in progress", || pages.waiting.load(Ordering::SeqCst) == 1);
+    let code = std::thread::spawn(move || close_code(follower));
     let start = Instant::now();
     drop(server);
     assert!(start.elapsed() < PATIENCE / 2, "{:?}", start.elapsed());
-    assert_eq!(pages.waiting.load(Ordering::SeqCst), 1, "the call was not waited for");
-    assert_eq!(told.join().unwrap(), CloseCode::Away);
-    assert!(TcpStream::connect(at).is_err(), "nobody listens");
+    assert_eq!(pages.waiting.load(Ordering::SeqCst), 1, "the call is still running");
+    assert_eq!(code.join().unwrap(), CloseCode::Away);
+    assert!(TcpStream::connect(at).is_err(), "the port is closed");
     pages.open_the_gate();
 }
 
 #[test]
-fn the_end_waits_for_an_answer_under_way_but_for_no_idle_connection() {
+fn shutdown_waits_for_responses_in_progress_but_not_for_idle_connections() {
     let (server, pages) = serve(Limits { farewell_time: PATIENCE, ..Limits::default() });
     let at = server.address();
     let mut silent = connect(at);
@@ -534,7 +536,7 @@ fn the_end_waits_for_an_answer_under_way_but_for_no_idle_connection() {
     kept.read_exact(&mut [0; 1]).unwrap();
     let mut waiting = connect(at);
     write!(waiting, "GET /gate HTTP/1.1\r\nHost: {at}\r\n\r\n").unwrap();
-    until("a call is under way", || pages.waiting.load(Ordering::SeqCst) == 1);
+    until("a call is in progress", || pages.waiting.load(Ordering::SeqCst) == 1);
     let start = Instant::now();
     let end = std::thread::spawn(move || drop(server));
     for stream in [&mut silent, &mut kept] {

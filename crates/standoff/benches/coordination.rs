@@ -1,4 +1,4 @@
-//! What clustering, assigning and a whole tick of a team cost against its size.
+//! Time of clustering, of assignment and of a whole time step of a team, for different team sizes.
 
 mod pieces;
 
@@ -6,8 +6,8 @@ use std::hint::black_box;
 
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use pieces::{FleetTicks, field, spread};
-use standoff::coordination::assignment::{AvailableUav, Site, assign};
-use standoff::coordination::clustering::Clusters;
+use standoff::coordination::assignment::{AvailableUav, CandidateGroup, assign};
+use standoff::coordination::clustering::KMeans;
 use standoff::*;
 
 fn assignment(c: &mut Criterion) {
@@ -16,20 +16,20 @@ fn assignment(c: &mut Criterion) {
         let radius_m = 1000.0 * f64::from(groups).sqrt();
         let team: Vec<AvailableUav> = (0..)
             .zip(spread(Position::from_m(500.0, -200.0), uavs, radius_m))
-            .map(|(id, position)| AvailableUav { uav: UavId(id), position, serves: None })
+            .map(|(id, position)| AvailableUav { uav: UavId(id), position, current_group: None })
             .collect();
         let members: Vec<Vec<Position>> = (0u32..)
             .zip(spread(Position::ORIGIN, groups, radius_m))
             .map(|(group, centre)| spread(centre, (targets + group) / groups, 150.0))
             .collect();
         assert_eq!(members.iter().map(Vec::len).sum::<usize>(), targets as usize);
-        let sites: Vec<Site<'_>> =
-            (0..).map(GroupId).zip(&members).map(|(group, members)| Site { group, members }).collect();
+        let sites: Vec<CandidateGroup<'_>> =
+            (0..).map(GroupId).zip(&members).map(|(group, members)| CandidateGroup { group, members }).collect();
         let name = format!("assign: {uavs} UAVs, {groups} groups, {targets} targets");
         c.bench_function(&name, |b| b.iter(|| assign(black_box(&team), &sites, &sensor, Objective::LogDet, 0.5)));
         if uavs <= 8 {
             c.bench_function(&format!("{name}, as printed"), |b| {
-                b.iter(|| assign(black_box(&team), &sites, &sensor, Objective::Printed, 0.5));
+                b.iter(|| assign(black_box(&team), &sites, &sensor, Objective::Paper, 0.5));
             });
         }
     }
@@ -40,9 +40,9 @@ fn clustering(c: &mut Criterion) {
         let positions: Vec<Position> = field(targets);
         let mut group = c.benchmark_group("cluster");
         group.throughput(Throughput::Elements(u64::from(targets)));
-        let mut clusters = Clusters::default();
+        let mut clusters = KMeans::default();
         group.bench_function(format!("from nothing: {targets} targets, {groups} groups"), |b| {
-            b.iter(|| clusters.found(black_box(&positions), groups));
+            b.iter(|| clusters.seed(black_box(&positions), groups));
         });
         group.bench_function(format!("from the last: {targets} targets, {groups} groups"), |b| {
             b.iter(|| clusters.refine(black_box(&positions), groups, 50.0));
@@ -65,8 +65,8 @@ fn tick(c: &mut Criterion) {
         group.throughput(Throughput::Elements(u64::from(targets)));
         let half = if outside { ", half of them outside" } else { "" };
         group.bench_function(format!("{uavs} UAVs, {targets} targets{half}"), |b| b.iter(|| ticks.tick()));
-        assert_eq!(ticks.fleet.picture().groups.len(), uavs.div_ceil(2) as usize);
-        assert_eq!(ticks.fleet.picture().unassigned > targets / 3, outside);
+        assert_eq!(ticks.fleet.team_state().groups.len(), uavs.div_ceil(2) as usize);
+        assert_eq!(ticks.fleet.team_state().ungrouped_count > targets / 3, outside);
     }
 }
 

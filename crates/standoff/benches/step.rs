@@ -1,4 +1,4 @@
-//! What one filter step and one agent step cost.
+//! Time of one filter step and of one agent step.
 
 mod pieces;
 

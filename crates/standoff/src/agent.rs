@@ -1,65 +1,70 @@
-//! One UAV's brain: from its own state, its own scan and its teammates' messages to a command.
+//! Agent of one UAV: computes a command from the UAV's own state, its own scan and the messages of its teammates.
 //!
 //! ```text
 //! scan + teammates' scans -> tracks -> groups -> orbit -> desired heading and speed -> limited command
 //! ```
 //!
-//! Everything up to the orbit is the team's [`Picture`], which every agent computes alike from its log of what was said;
-//! the rest is this UAV's own.
+//! Everything up to the orbit is the [`TeamState`], the team state, which every agent computes identically from its
+//! message log. The rest is individual to this UAV.
 //!
 //! ```text
 //! committed      |  may still change        |  now
-//! ...  k-4  k-3  |  k-2      k-1            |  k        instants, each a row of reports and cues
-//!                   ^ a report is heard late: the pictures from here on are made again
+//! ...  k-4  k-3  |  k-2      k-1            |  k        time steps, each with its reports and cues
+//!                   ^ a late report arrives: the team states from here on are recomputed
 //! ```
 //!
-//! An instant is *committed*, and nothing more is taken in of it, once everyone who was to has reported it and spoken again,
-//! by which they have told what else was said of it and nobody holds anything that is missing; or once the horizon has
-//! passed. While words go missing, groups and duties are those of a lag ago, by when teammates have come to know the same.
+//! A time step is *committed*, and accepts no further message, as soon as every UAV that was due has reported it and
+//! has reported again since (the later report lists which other messages it received), and this agent lacks none of
+//! those messages. It is also committed when the retention time has passed. While messages are missing, the groups and
+//! assignments in use are those of the decision lag ago, because teammates know the same by then.
 //!
-//! Whose picture counts, where two do not agree and the log does not tell: of the UAVs that are there the one whose picture
-//! began first, of equals that of lowest id. The others see by the digest in its reports that theirs is another one, and
-//! take a snapshot of it. Whose picture is asked for and not given counts no more for a while.
+//! If the team states of two agents differ and the message log cannot reconcile them, the state of the *reference
+//! agent* wins: among the live UAVs, the agent whose state started first; ties go to the lowest id. The other agents
+//! see the difference in the digest of its reports and request a snapshot of its state. A reference agent that does not
+//! send its state on request is skipped for a while.
 
-use crate::fold::Fold;
-use crate::guidance::airspace::Airspace;
-use crate::history::History;
+use crate::command_law::CommandLaw;
+use crate::guidance::geofence::Geofence;
 use crate::intruders::Intruders;
-use crate::log::repair::{Again, Repair};
-use crate::log::{LISTED_BEFORE, Log, Peer, Presence};
-use crate::message::{Ask, Message, Report, Scan, SnapshotPart, Speaker, Stamp};
-use crate::param::ParamError;
-use crate::picture::Picture;
-use crate::pilot::Pilot;
-use crate::row::{Put, Said};
-use crate::snapshot::{Offer, Taken, Taking};
-use crate::step::{Observation, Refused, Step, count};
-use crate::team::TeamParams;
+use crate::message::{CommitDigest, Message, MessageSource, Report, Scan, SnapshotPart, SnapshotRequest};
+use crate::message_log::retransmission::{Resend, Retransmission};
+use crate::message_log::{LISTED_BEFORE, MessageLog, TeammateLog, TeammateStatus};
+use crate::output::{AgentOutput, Observation, Rejected, count};
+use crate::params::TeamParams;
+use crate::rollback::TeamStateHistory;
+use crate::snapshot::{PartOutcome, SnapshotReceiver, SnapshotSender};
+use crate::state_update::TeamStateUpdater;
+use crate::step_messages::{Insert, ReportView};
+use crate::team_state::TeamState;
 use crate::time::{Duration, Time};
 use crate::uav::{UavId, UavState};
+use crate::validation::ParamError;
 
-/// A committed picture of so many periods ago is too old to be taken over: too much has been said since.
-const OLD: i64 = 20;
+/// Maximum age, in time steps, of a committed team state that is offered as a snapshot: with an older one, the receiver
+/// would need too many messages to catch up.
+const ADOPTION_AGE_MAX: i64 = 20;
 
-/// A stamp that should be ours and is not yet, for so many periods: it never will be.
-const PATIENCE: i64 = 10;
+/// Maximum number of time steps that a digest of the reference agent may stay ahead of the own commits although no
+/// message is missing; afterwards it counts as a mismatch.
+const DIGEST_MISMATCH_MAX: i64 = 10;
 
-/// One UAV's brain.
+/// The agent of one UAV.
 ///
-/// Each instant has two halves. [`Self::observe`] takes the own state and scan in; then [`Self::outbox`] is what to say,
-/// and [`Self::hear`] takes in what teammates say. When no more is waited for, [`Self::decide`] gives the command.
+/// Each time step has two halves. [`Self::observe`] takes the own state and scan. Then [`Self::outbox`] returns the
+/// messages to send, and [`Self::hear`] processes the messages of the teammates. When no more messages are expected,
+/// [`Self::decide`] returns the command.
 ///
-/// Instants are those of the team's grid, whole periods ([`LogParams::period_s`](crate::team::LogParams)) after
-/// [`Time::START`]. What is heard late counts for its own instant all the same: all after it is worked out again. So agents
-/// that have heard the same, in whatever order, know the same, to the bit. What went missing is said again: the outbox
-/// holds that, too.
+/// Time steps lie on the team's grid: whole periods ([`LogParams::period_s`](crate::team::LogParams)) after
+/// [`Time::START`]. A late message still counts for its own time step: all later time steps are recomputed. Agents that
+/// have received the same messages, in any order, therefore have bitwise equal team states. Missing messages are
+/// retransmitted: the outbox contains these retransmissions, too.
 ///
 /// ```
 /// # use standoff::*;
 /// # fn main() -> Result<(), Vec<ParamError>> {
 /// let mut agent = Agent::new(UavId(0), TeamParams::table_1())?;
 /// let own = UavState::straight(Position::from_m(400.0, 0.0), Angle::from_deg(90.0), 40.0);
-/// // A search aircraft hands a target over; the agent turns onto an orbit about it.
+/// // A cue source reports a target; the agent turns onto an orbit around it.
 /// let cue = Message::Cue(Cue {
 ///     searcher: 0,
 ///     said: Time::START,
@@ -83,265 +88,273 @@ const PATIENCE: i64 = 10;
 #[derive(Debug, Clone)]
 pub struct Agent {
     id: UavId,
-    epoch: u32,
-    /// Counts the instants of this epoch.
+    restart_count: u32,
+    /// Number of time steps started since the last restart.
     sequence: u32,
-    log: Log,
-    history: History,
-    repair: Repair,
-    offer: Offer,
-    taking: Taking,
-    /// Who else flies there, as this UAV has heard itself.
+    log: MessageLog,
+    history: TeamStateHistory,
+    retransmission: Retransmission,
+    snapshot_sender: SnapshotSender,
+    snapshot_receiver: SnapshotReceiver,
+    /// Aircraft outside the team, from the messages that this UAV has received itself.
     intruders: Intruders,
-    /// Of these the first `said` are to be said.
-    outbox: Vec<Message>,
-    said: usize,
-    /// The first instant of this agent, and the last one observed.
-    began: i64,
+    /// Messages to send. The first `said` entries are ready; the others are reusable buffers.
+    outgoing: Vec<Message>,
+    ready_count: usize,
+    /// First time step of this agent.
+    started_at: i64,
+    /// Last observed time step.
     now: Option<i64>,
-    /// The own state is known, and the sensor has looked: there is a report.
-    has_spoken: bool,
+    /// Whether this time step has an own report: the own state is valid and the sensor has scanned.
+    has_reported: bool,
     is_leaving: bool,
-    /// Since when whose picture counts has told of one that is not ours.
-    doubted_since: Option<i64>,
-    /// Since when it asks for another picture.
-    asks_since: Option<i64>,
+    /// Time step since which the reference agent has been ahead of the own commits, although no message is missing.
+    mismatch_since: Option<i64>,
+    /// Time step since which this agent has requested a snapshot.
+    requesting_since: Option<i64>,
     is_stale: bool,
 }
 
 impl Agent {
-    /// An instant that comes later than this after the one before is taken for a clock that has jumped. Believed, one
-    /// wrong time would be waited for until it comes, and everything known would be lost on the way there. This is the
-    /// longest period that the simulator flies.
-    pub const GAP_MAX: Duration = Duration::from_us(10_000_000);
+    /// Longest accepted time between two observations. A longer gap counts as a clock jump: an agent that accepted one
+    /// wrong time in the future would reject all correct times until then, and would lose its tracks on the way. The
+    /// value is also the longest period that the simulator supports.
+    pub const TIME_JUMP_MAX: Duration = Duration::from_us(10_000_000);
 
-    /// An agent of a team; all that is out of range is reported at once, and so are parameters that contradict one
-    /// another: the orbits' field of view must be the sensor's ([`TeamParams::errors`]).
+    /// Creates the agent of one UAV. Returns all parameters that are out of range or contradict one another: the field
+    /// of view of the orbits must equal that of the sensor ([`TeamParams::errors`]).
     pub fn new(id: UavId, params: TeamParams) -> Result<Self, Vec<ParamError>> {
         Ok(Self {
             id,
-            epoch: 0,
+            restart_count: 0,
             sequence: 0,
-            log: Log::new(id, &params),
-            history: History::new(Fold::new(params)?),
-            repair: Repair::default(),
-            offer: Offer::default(),
-            taking: Taking::default(),
+            log: MessageLog::new(id, &params),
+            history: TeamStateHistory::new(TeamStateUpdater::new(params)?),
+            retransmission: Retransmission::default(),
+            snapshot_sender: SnapshotSender::default(),
+            snapshot_receiver: SnapshotReceiver::default(),
             intruders: Intruders::default(),
-            outbox: Vec::new(),
-            said: 0,
-            began: 0,
+            outgoing: Vec::new(),
+            ready_count: 0,
+            started_at: 0,
             now: None,
-            has_spoken: false,
+            has_reported: false,
             is_leaving: false,
-            doubted_since: None,
-            asks_since: None,
+            mismatch_since: None,
+            requesting_since: None,
             is_stale: false,
         })
     }
 
-    /// The same agent after a restart: should it speak again at the instant at which it went down, all teammates believe
-    /// what it said before. Each restart counts one up.
+    /// Sets the restart count, which increases by one with each restart. If the agent reports again for the time step
+    /// at which it went down, all teammates keep its report from before the restart.
     #[must_use]
-    pub fn with_epoch(self, epoch: u32) -> Self {
-        Self { epoch, ..self }
+    pub fn with_restart_count(self, epoch: u32) -> Self {
+        Self { restart_count: epoch, ..self }
     }
 
-    /// The same with zones that the UAV keeps out of, and in: for all agents of a team the same ones, for whose orbit they cut
-    /// is part of the picture. For before the first instant.
+    /// Adds keep-out and keep-in zones. Call it before the first time step. All agents of a team need the same zones,
+    /// because the team state records which orbits the zones cut.
     #[must_use]
-    pub fn with_airspace(self, airspace: Airspace) -> Self {
-        Self { history: self.history.within(airspace), ..self }
+    pub fn with_geofence(self, airspace: Geofence) -> Self {
+        Self { history: self.history.with_geofence_zones(airspace), ..self }
     }
 
-    /// Forgets all that it knows and has heard, and takes whatever time comes next: for a clock that was set, or a pause
-    /// of more than [`Self::GAP_MAX`]. The counts of the diagnostics stay. As after a restart, teammates that know more tell
-    /// it; where there are none, targets have to be cued again.
+    /// Clears the team state and all received messages, and accepts any time as the next one. Use it after the clock
+    /// was set or after a pause longer than [`Self::TIME_JUMP_MAX`]. The counters in the diagnostics keep their values. As
+    /// after a restart, teammates that know more send their state; without such teammates, targets have to be cued
+    /// again.
     pub fn reset(&mut self) {
         self.now = None;
-        self.said = 0;
-        self.begin(0);
+        self.ready_count = 0;
+        self.restart_at(0);
     }
 
-    /// From the next instant on nobody is to count on this UAV: it says so.
+    /// Announces that this UAV leaves the team from the next time step.
     pub fn leave(&mut self) {
         self.is_leaving = true;
     }
 
-    /// This agent's UAV.
+    /// Id of this agent's UAV.
     pub fn id(&self) -> UavId {
         self.id
     }
 
-    /// What the team knows and intends, as of the last decision. Of instants after [`Self::committed_at`] it may still
-    /// change.
-    pub fn picture(&self) -> &Picture {
+    /// Team state of the last decision. It may still change if its time step is later than [`Self::committed_at`].
+    pub fn team_state(&self) -> &TeamState {
         self.history.head()
     }
 
-    /// The pictures whose events are told with the last decision, and whether each is provisional: it may still change. With
-    /// nothing missing, that is the picture of now; while words go missing, events are told when they are certain, or likely.
-    pub fn told(&self) -> impl Iterator<Item = (&Picture, bool)> {
-        let is_disturbed = self.is_disturbed();
-        self.history.told().map(move |(instant, picture)| (picture, is_disturbed && instant > self.history.committed))
+    /// Team states whose events were published with the last decision; `true` marks a provisional state, which may
+    /// still change. While no messages are missing, this is the current state; otherwise, events are published once
+    /// they are certain or likely.
+    pub fn published_states(&self) -> impl Iterator<Item = (&TeamState, bool)> {
+        let link_is_degraded = self.link_is_degraded();
+        self.history
+            .published()
+            .map(move |(instant, picture)| (picture, link_is_degraded && instant > self.history.committed))
     }
 
-    /// The instant up to which nothing can change any more; `None` before the first.
+    /// Last committed time step: nothing up to it can change any more. `None` before the first commit.
     pub fn committed_at(&self) -> Option<Time> {
-        (self.history.committed >= self.history.since).then(|| self.log.time(self.history.committed))
+        (self.history.committed >= self.history.start).then(|| self.log.time(self.history.committed))
     }
 
-    /// What the team knew and intended at a committed instant: the newest that is kept, which is that of
-    /// [`Self::committed_at`] unless somebody has been silent for long.
-    pub fn committed(&self) -> Option<&Picture> {
+    /// Newest stored team state that is committed. It is the state of [`Self::committed_at`], unless a UAV has been
+    /// silent for long.
+    pub fn committed(&self) -> Option<&TeamState> {
         self.committed_at().map(|_| self.history.base())
     }
 
-    /// Who has been heard, or told of, within the horizon, by ascending UAV.
-    pub fn presence(&self) -> impl Iterator<Item = (UavId, Presence)> {
+    /// Status of each UAV whose report this agent or a teammate received within the retention time, by ascending UAV.
+    pub fn teammate_status(&self) -> impl Iterator<Item = (UavId, TeammateStatus)> {
         let now = self.now.unwrap_or_default();
-        self.log.peers().iter().map(move |peer| (peer.uav, peer.presence(now, self.log.lease())))
+        self.log.teammates().iter().map(move |peer| (peer.uav, peer.status(now, self.log.teammate_timeout())))
     }
 
-    /// The instant of the newest report of a UAV that was heard, or told of, within the horizon.
-    pub fn heard_at(&self, uav: UavId) -> Option<Time> {
-        self.log.peer(uav).map(|peer| self.log.time(peer.newest))
+    /// Time of the newest report of a UAV that this agent or a teammate received within the retention time.
+    pub fn last_report_at(&self, uav: UavId) -> Option<Time> {
+        self.log.teammate(uav).map(|peer| self.log.time(peer.newest))
     }
 
-    /// Words have gone missing of late, here or elsewhere: groups and duties are those of the decision lag ago.
-    pub fn is_disturbed(&self) -> bool {
-        self.now.is_some_and(|now| self.log.is_disturbed(now))
+    /// True if messages went missing recently, here or at a teammate: the groups and assignments in use are then those
+    /// of the decision lag ago.
+    pub fn link_is_degraded(&self) -> bool {
+        self.now.is_some_and(|now| self.log.link_is_degraded(now))
     }
 
-    /// First half of an instant: takes in where the UAV is and what its sensor measured, both of `now`. Without a scan
-    /// the UAV neither looks nor speaks.
+    /// First half of a time step: takes the UAV's state and the scan of its sensor, both at `now`. Without a scan, the
+    /// sensor does not measure and the agent sends no report.
     ///
-    /// Of an instant the first observation with a scan counts. A time that is more than a tenth of a period off the team's
-    /// grid, runs backward, or jumps ahead by more than [`Self::GAP_MAX`], is refused and counted: nothing is heard or said,
-    /// the command is from what was known, and the next instant may be right again. [`Self::reset`] makes the agent follow a
-    /// time that stays elsewhere.
+    /// The first observation of a time step that has a scan counts. The agent rejects and counts a time that is more
+    /// than a tenth of a period off the team's grid, runs backward, or jumps ahead by more than [`Self::TIME_JUMP_MAX`]. It
+    /// then sends and receives nothing, computes the command from its previous state, and accepts the next time if that
+    /// is valid. To make the agent follow a time that has permanently shifted, call [`Self::reset`].
     pub fn observe(&mut self, now: Time, own: &UavState, scan: Option<Scan>) -> Observation {
         let Some(instant) = self.log.instant(now).filter(|instant| self.is_next(*instant)) else {
-            count(&mut self.log.refused.instants);
+            count(&mut self.log.rejected.bad_time);
             return Observation { uav: self.id, time: now, own: *own };
         };
         if self.now != Some(instant) {
-            self.open(instant);
+            self.start_time_step(instant);
         }
-        // Who does not know where it is has nothing to say.
-        if let Some(scan) = scan.filter(|_| own.is_finite() && !self.has_spoken) {
-            self.speak(instant, own, scan);
+        // A UAV that does not know its own state sends no report.
+        if let Some(scan) = scan.filter(|_| own.is_finite() && !self.has_reported) {
+            self.append_report(instant, own, scan);
         }
-        let known = self.log.row(instant).and_then(|row| row.report_of(self.id)).filter(|_| self.has_spoken);
+        let known = self.log.messages(instant).and_then(|row| row.report_of(self.id)).filter(|_| self.has_reported);
         Observation { uav: self.id, time: self.log.time(instant), own: known.map_or(*own, |report| report.state) }
     }
 
-    /// What to say to the teammates: the own report, then what they lack. Nothing of an instant that was refused or is over,
-    /// without a scan, or while the own state is not finite.
+    /// Messages to send to the teammates: the own report, then the messages that teammates lack. Empty for a time step
+    /// that was rejected or is over, without a scan, and while the own state is not finite.
     pub fn outbox(&self, observation: &Observation) -> &[Message] {
-        if self.is_of_now(observation) { &self.outbox[..self.said] } else { &[] }
+        if self.is_of_now(observation) { &self.outgoing[..self.ready_count] } else { &[] }
     }
 
-    /// Takes a message in, whoever says it, whatever instant it is of; what makes no sense, or comes too late, is refused and
-    /// counted ([`Diagnostics::refused`](crate::Diagnostics::refused)). Order and repetition do not matter. With an
-    /// observation of an instant that is over, or of another agent's, nothing is heard.
-    pub fn hear(&mut self, observation: &Observation, message: &Message) {
+    /// Processes a message from any sender and of any time step. Malformed and late messages are rejected and counted
+    /// ([`Diagnostics::refused`](crate::Diagnostics::refused)). Order and repetition do not matter. With an observation
+    /// of a past time step, or of another agent, the call has no effect.
+    pub fn receive(&mut self, observation: &Observation, message: &Message) {
         let Some(now) = self.now.filter(|_| self.is_of_now(observation)) else { return };
         let committed = self.history.committed;
-        if let Some((speaker, number)) = self.log.said_again(message, now) {
-            self.repair.note(speaker, number, now);
+        if let Some((speaker, number)) = self.log.retransmitted_entry(message, now) {
+            self.retransmission.record_sent(speaker, number, now);
         }
         match message {
-            // What it has said since it began it knows itself.
+            // The agent knows its own reports since it started.
             Message::Report(report) if report.uav == self.id && self.is_own(report) => {}
-            Message::Report(report) => self.log.hear_report(report, now, committed),
-            Message::Cue(cue) => self.log.hear_cue(cue, now, committed),
-            Message::Snapshot(part) => self.take(part, now),
-            // No matter of the picture.
+            Message::Report(report) => self.log.receive_report(report, now, committed),
+            Message::Cue(cue) => self.log.receive_cue(cue, now, committed),
+            Message::Snapshot(part) => self.take_snapshot_part(part, now),
+            // Traffic is not part of the team state.
             Message::Traffic(traffic) => {
-                return self.intruders.hear(traffic, observation.time, &mut self.log.refused);
+                return self.intruders.receive(traffic, observation.time, &mut self.log.rejected);
             }
         }
         self.is_stale = true;
     }
 
-    /// Second half: the command to fly from the observed instant on, with all that was heard by now. Asked again after
-    /// more was heard, it answers as if all had come at once.
+    /// Second half of a time step: returns the command to fly from the observed time on, based on all messages received
+    /// so far. A second call after further messages returns the same as if all messages had arrived before the first
+    /// call.
     ///
-    /// Total: whatever comes in, the command is inside the limits.
-    pub fn decide(&mut self, observation: &Observation) -> Step {
+    /// Total: for every input, the command is within the limits.
+    pub fn decide(&mut self, observation: &Observation) -> AgentOutput {
         if let Some(now) = self.now.filter(|_| self.is_stale) {
-            self.history.follow(&mut self.log, now);
-            self.history.settle_on(&self.log, now, self.log.is_disturbed(now));
+            self.history.replay(&mut self.log, now);
+            self.history.select_published(&self.log, now, self.log.link_is_degraded(now));
             self.is_stale = false;
         }
-        let impossible = self.history.newest().impossible;
+        let impossible = self.history.newest().implausible;
         let refused =
-            Refused { impossible: self.log.refused.impossible.saturating_add(impossible), ..self.log.refused };
-        let Fold { params, borders, .. } = &self.history.fold;
+            Rejected { implausible: self.log.rejected.implausible.saturating_add(impossible), ..self.log.rejected };
+        let TeamStateUpdater { params, geofence_safety: borders, .. } = &self.history.updater;
         let (picture, borders) = (self.history.head(), borders.as_deref());
-        Pilot { params, picture, borders, intruders: &self.intruders }.decide(observation, refused)
+        CommandLaw { params, team_state: picture, geofence_safety: borders, intruders: &self.intruders }
+            .decide(observation, refused)
     }
 
     fn is_of_now(&self, observation: &Observation) -> bool {
         observation.uav == self.id && self.now.is_some_and(|now| self.log.time(now) == observation.time)
     }
 
-    /// The instant it is at, or one that can follow it.
+    /// True for the current time step and for those that may follow it.
     fn is_next(&self, instant: i64) -> bool {
         self.now.is_none_or(|now| {
             let ahead = instant.saturating_sub(now);
-            ahead >= 0 && ahead.saturating_mul(self.log.period.us()) <= Self::GAP_MAX.us()
+            ahead >= 0 && ahead.saturating_mul(self.log.period.us()) <= Self::TIME_JUMP_MAX.us()
         })
     }
 
-    /// A report of this epoch: from an instant at which this agent was there.
+    /// True if the report is of a time step since the last start or restart of this agent.
     fn is_own(&self, report: &Report) -> bool {
-        self.log.instant(report.time).is_none_or(|instant| instant >= self.began)
+        self.log.instant(report.time).is_none_or(|instant| instant >= self.started_at)
     }
 
-    fn begin(&mut self, first: i64) {
+    fn restart_at(&mut self, first: i64) {
         self.log.begin(first);
         self.history.begin(first);
-        self.repair.reset();
+        self.retransmission.reset();
         self.intruders.clear();
-        (self.offer, self.taking) = (Offer::default(), Taking::default());
-        (self.began, self.has_spoken, self.is_stale) = (first, false, false);
-        (self.doubted_since, self.asks_since) = (None, None);
+        (self.snapshot_sender, self.snapshot_receiver) = (SnapshotSender::default(), SnapshotReceiver::default());
+        (self.started_at, self.has_reported, self.is_stale) = (first, false, false);
+        (self.mismatch_since, self.requesting_since) = (None, None);
     }
 
-    /// Turns to a new instant.
-    fn open(&mut self, now: i64) {
+    /// Starts a new time step.
+    fn start_time_step(&mut self, now: i64) {
         match self.now {
-            None => self.begin(now),
+            None => self.restart_at(now),
             Some(last) => {
                 let changed_from = self.log.changed_from;
-                // An instant of which nobody asked for a decision is part of the past all the same.
+                // A time step without a decision is still part of the past.
                 if self.is_stale {
-                    self.history.follow(&mut self.log, last);
+                    self.history.replay(&mut self.log, last);
                 }
                 if changed_from < last {
-                    self.log.disturbed_at = last;
+                    self.log.degraded_at = last;
                 }
-                self.log.refused.impossible =
-                    self.log.refused.impossible.saturating_add(self.history.newest().impossible);
+                self.log.rejected.implausible =
+                    self.log.rejected.implausible.saturating_add(self.history.newest().implausible);
             }
         }
         let needed_from = self.history.kept_from() + 1;
         self.log.turn_to(now, needed_from);
         self.commit(now);
-        self.history.turn_over();
-        (self.now, self.has_spoken, self.is_stale, self.said) = (Some(now), false, true, 0);
+        self.history.start_decision();
+        (self.now, self.has_reported, self.is_stale, self.ready_count) = (Some(now), false, true, 0);
         self.sequence = self.sequence.wrapping_add(1);
-        let params = &self.history.fold.params.log;
-        self.repair.earn(params.repair_bytes_per_s, self.log.period.s());
+        let params = &self.history.updater.params.log;
+        self.retransmission.add_budget(params.retransmit_bytes_per_s, self.log.period.s());
     }
 
-    /// Commits what cannot change any more.
+    /// Commits all time steps that cannot change any more.
     fn commit(&mut self, now: i64) {
-        // At first nobody knows who is there; who has heard nobody waits for those who are heard late.
-        let patience = if self.log.has_heard() { self.log.lease() } else { self.log.horizon() };
-        let knows_who_is_there = now - self.began > patience;
+        // At first the agent does not know its teammates. It waits for the teammate timeout or, if it has received no
+        // report yet, for the retention time, because reports may be late.
+        let patience = if self.log.has_received() { self.log.teammate_timeout() } else { self.log.horizon() };
+        let knows_who_is_there = now - self.started_at > patience;
         let mut committed = self.history.committed;
         while knows_who_is_there && committed + 1 < now && self.log.is_complete(committed + 1) {
             committed += 1;
@@ -353,240 +366,258 @@ impl Agent {
         self.commit_as_others(now);
     }
 
-    /// What a teammate has committed is committed here, too, where it is the same to the bit: teammates that are far ahead do
-    /// not list any more what was said of an instant so long ago.
+    /// Commits what a teammate has committed, if the two states are bitwise equal: a teammate that is far ahead no
+    /// longer lists its messages of such old time steps.
     fn commit_as_others(&mut self, now: i64) {
         let Self { log, history, .. } = self;
-        let since = log.time(history.since);
-        let stamps =
-            log.telling(now).map(|peer| &peer.knowledge).filter(|told| told.since == since).map(|told| told.stamp);
+        let since = log.time(history.start);
+        let stamps = log
+            .log_status(now)
+            .map(|peer| &peer.log_status)
+            .filter(|status| status.start == since)
+            .map(|status| status.commit_digest);
         let (committed, present) = (log.time(history.committed), log.time(now));
         let ahead = stamps.filter(|stamp| committed < stamp.time && stamp.time < present);
         let ahead = ahead.map(|stamp| (log.instant_at(stamp.time), stamp.digest));
         let same = |(instant, digest): &(i64, u64)| history.at(*instant).is_some_and(|own| own.digest() == *digest);
         if let Some((instant, digest)) = ahead.filter(same).max() {
-            history.commit_stamped(instant, digest);
+            history.commit_with_digest(instant, digest);
         }
     }
 
-    /// Takes the own scan in, and composes what to say.
-    fn speak(&mut self, now: i64, own: &UavState, scan: Scan) {
-        let (uav, stamp, leaves) = (self.id, (self.epoch, self.sequence), self.is_leaving);
-        let duty = self.history.head().duty_of(uav);
-        let put = self.log.say(now, Said { uav, stamp, state: own, scan, duty, leaves });
-        self.has_spoken = put != Put::Refused;
+    /// Takes the own scan and composes the messages to send.
+    fn append_report(&mut self, now: i64, own: &UavState, scan: Scan) {
+        let (uav, stamp, leaves) = (self.id, (self.restart_count, self.sequence), self.is_leaving);
+        let duty = self.history.head().assignment_of(uav);
+        let put = self.log.append_own(
+            now,
+            ReportView { uav, order: stamp, state: own, scan, assigned_group: duty, is_leaving: leaves },
+        );
+        self.has_reported = put != Insert::Rejected;
         self.is_stale = true;
-        if !self.has_spoken {
-            return count(&mut self.log.refused.nonsense);
+        if !self.has_reported {
+            return count(&mut self.log.rejected.malformed);
         }
-        let asks = self.doubt(now);
-        let Self { id, epoch, sequence, log, history, outbox, .. } = self;
+        let request = self.check_reference(now);
+        let Self { id, restart_count: epoch, sequence, log, history, outgoing: outbox, .. } = self;
         if !matches!(outbox.first(), Some(Message::Report(_))) {
-            outbox.insert(0, Message::Report(Report::of(*id, Time::START, *own)));
+            outbox.insert(0, Message::Report(Report::position_only(*id, Time::EPOCH, *own)));
         }
         if let (Some(Message::Report(report)), Some(said)) =
-            (outbox.first_mut(), log.row(now).and_then(|row| row.report_of(uav)))
+            (outbox.first_mut(), log.messages(now).and_then(|row| row.report_of(uav)))
         {
-            (report.uav, report.epoch, report.sequence) = (uav, *epoch, *sequence);
+            (report.uav, report.restart_count, report.sequence) = (uav, *epoch, *sequence);
             (report.time, report.state, report.boresight) = (said.time, *own, scan.boresight);
-            (report.duty, report.leaves) = (duty, leaves);
+            (report.assigned_group, report.is_leaving) = (duty, leaves);
             report.detections.clone_from(&said.detections);
-            let knowledge = report.knowledge.get_or_insert_default();
-            knowledge.since = log.time(history.since);
-            knowledge.committed = log.time(history.committed);
-            knowledge.stamp = history.stamp(log);
-            knowledge.disturbed = log.time(log.disturbed_at);
-            knowledge.asks = asks;
+            let knowledge = report.log_status.get_or_insert_default();
+            knowledge.start = log.time(history.start);
+            knowledge.committed_until = log.time(history.committed);
+            knowledge.commit_digest = history.commit_digest(log);
+            knowledge.degraded_at = log.time(log.degraded_at);
+            knowledge.snapshot_request = request;
             log.list(history.committed, knowledge);
         }
-        self.said = 1;
+        self.ready_count = 1;
         self.offer_snapshot(now);
-        let (outbox, said) = (&mut self.outbox, &mut self.said);
-        let is_wanted = self.repair.say(&self.log, now, |again| {
-            let message = room(outbox, *said);
+        let (outbox, said) = (&mut self.outgoing, &mut self.ready_count);
+        let is_missing = self.retransmission.next_messages(&self.log, now, |again| {
+            let message = retransmission_budget_bytes(outbox, *said);
             match (again, &mut *message) {
-                (Again::Report(report), Message::Report(old)) => old.clone_from(report),
-                (Again::Report(report), _) => *message = Message::Report(report.clone()),
-                (Again::Cue(cue), _) => *message = Message::Cue(*cue),
+                (Resend::Report(report), Message::Report(old)) => old.clone_from(report),
+                (Resend::Report(report), _) => *message = Message::Report(report.clone()),
+                (Resend::Cue(cue), _) => *message = Message::Cue(*cue),
             }
             *said += 1;
         });
-        if is_wanted {
-            self.log.disturbed_at = now;
+        if is_missing {
+            self.log.degraded_at = now;
         }
     }
 
-    /// Says parts of the picture that somebody has asked this agent for.
+    /// Adds the snapshot parts that teammates have requested from this agent.
     fn offer_snapshot(&mut self, now: i64) {
-        let asks = self.log.telling(now).filter_map(|peer| Some((peer.knows_at, peer.asks(self.id)?)));
-        let asks: Vec<(i64, Ask)> = asks.collect();
-        if asks.is_empty() {
+        let requests =
+            self.log.log_status(now).filter_map(|peer| Some((peer.log_status_at, peer.snapshot_request(self.id)?)));
+        let requests: Vec<(i64, SnapshotRequest)> = requests.collect();
+        if requests.is_empty() {
             return;
         }
-        let is_taken = asks.iter().any(|(_, ask)| ask.stamp == Some(self.offer.stamp));
-        // One that nobody has begun to take was for another one, who has it.
-        let kept_for = if is_taken { self.log.horizon() / 3 } else { self.log.lease() };
-        if !self.offer.is_fresh(now, kept_for) {
+        let is_in_use =
+            requests.iter().any(|(_, request)| request.commit_digest == Some(self.snapshot_sender.commit_digest));
+        // A snapshot that no request names was for another receiver, which has it by now.
+        let max_age = if is_in_use { self.log.horizon() / 3 } else { self.log.teammate_timeout() };
+        if !self.snapshot_sender.is_fresh(now, max_age) {
             let instant = self.history.kept_up_to(self.offered_instant(now));
-            let Some(offer) = self.history.at(instant).and_then(|picture| Offer::of(picture, now)) else { return };
-            self.offer = offer;
-            self.history.commit_stamped(instant, self.offer.stamp.digest);
+            let Some(offer) = self.history.at(instant).and_then(|picture| SnapshotSender::of(picture, now)) else {
+                return;
+            };
+            self.snapshot_sender = offer;
+            self.history.commit_with_digest(instant, self.snapshot_sender.commit_digest.digest);
         }
-        let Self { id, log, history, offer, outbox, said, repair, .. } = self;
-        let since = log.time(history.since);
-        for (asked_at, ask) in asks {
+        let Self {
+            id, log, history, snapshot_sender: offer, outgoing: outbox, ready_count: said, retransmission, ..
+        } = self;
+        let since = log.time(history.start);
+        for (requested_at, request) in requests {
             let mut from = 0;
-            while let Some(index) = offer.lacking(&ask, asked_at, from) {
-                if repair.is_spent() {
+            while let Some(index) = offer.lacking(&request, requested_at, from) {
+                if retransmission.is_spent() {
                     return;
                 }
-                let slot = room(outbox, *said);
+                let slot = retransmission_budget_bytes(outbox, *said);
                 let mut part = match slot {
                     Message::Snapshot(part) => core::mem::take(part),
                     _ => SnapshotPart::default(),
                 };
                 offer.part(*id, since, index, now, &mut part);
                 *slot = Message::Snapshot(part);
-                repair.spend(slot.size_bytes());
+                retransmission.spend(slot.size_bytes());
                 *said += 1;
                 from = index + 1;
             }
         }
     }
 
-    /// The instant whose picture is told to who asks: that which is committed, or while somebody's silence holds that up, the
-    /// last of which all is known that those who are there know; from then on it is committed.
+    /// Time step whose state is sent on request: the last committed one or, while a silent teammate delays commits, the
+    /// last one that is complete among the live teammates; that one is then committed.
     fn offered_instant(&self, now: i64) -> i64 {
         let committed = self.history.committed;
-        // What is taken over may be no older than the horizon.
-        let old = OLD.min(self.log.horizon() / 6);
-        if now - committed <= old || self.counting(now).is_some() {
+        // An adopted state may not be older than the retention time.
+        let old = ADOPTION_AGE_MAX.min(self.log.horizon() / 6);
+        if now - committed <= old || self.reference_agent(now).is_some() {
             return committed;
         }
-        let follows_ours = |peer: &Peer| {
-            let stamp = peer.knowledge.stamp;
+        let follows_ours = |peer: &TeammateLog| {
+            let stamp = peer.log_status.commit_digest;
             let ours = self.history.digest_at(self.log.instant_at(stamp.time));
-            peer.knowledge.since == self.log.time(self.history.since)
+            peer.log_status.start == self.log.time(self.history.start)
                 && ours.is_none_or(|digest| digest == stamp.digest)
         };
-        let peers = || self.log.telling(now).filter(|peer| follows_ours(peer));
-        let known = (committed + 1..now).take_while(|instant| peers().all(|peer| self.log.is_told_by(peer, *instant)));
+        let peers = || self.log.log_status(now).filter(|peer| follows_ours(peer));
+        let known =
+            (committed + 1..now).take_while(|instant| peers().all(|peer| self.log.is_acknowledged_by(peer, *instant)));
         known.last().unwrap_or(committed).max(now - 2 * old).min(now - 1)
     }
 
-    /// Whose picture counts before ours.
-    fn counting(&self, now: i64) -> Option<&Peer> {
-        let ours = (self.log.time(self.history.since), self.id);
-        let first = |peer: &&Peer| (peer.knowledge.since, peer.uav);
-        let telling = self.log.telling(now).filter(|peer| peer.passed_over_until <= now);
+    /// Returns the reference agent if its state takes precedence over the own one.
+    fn reference_agent(&self, now: i64) -> Option<&TeammateLog> {
+        let ours = (self.log.time(self.history.start), self.id);
+        let first = |peer: &&TeammateLog| (peer.log_status.start, peer.uav);
+        let telling = self.log.log_status(now).filter(|peer| peer.skipped_until <= now);
         telling.min_by_key(first).filter(|peer| first(peer) < ours)
     }
 
-    /// Whether the picture that counts is another one than ours: then this is what to ask.
-    fn doubt(&mut self, now: i64) -> Option<Ask> {
-        let Some(counting) = self.counting(now) else { return self.trust() };
-        let (counting, since, stamp) = (counting.uav, counting.knowledge.since, counting.knowledge.stamp);
-        let is_alike = if since == self.log.time(self.history.since) { self.agrees(stamp, now) } else { Some(false) };
-        // What cannot be told does not end what was begun.
-        let is_ours = is_alike.unwrap_or(self.asks_since.is_none());
+    /// Compares the own state with that of the reference agent; returns the snapshot request if they differ.
+    fn check_reference(&mut self, now: i64) -> Option<SnapshotRequest> {
+        let Some(counting) = self.reference_agent(now) else { return self.accept_own_state() };
+        let (counting, since, stamp) = (counting.uav, counting.log_status.start, counting.log_status.commit_digest);
+        let is_alike = if since == self.log.time(self.history.start) { self.agrees(stamp, now) } else { Some(false) };
+        // An unknown result does not end a request that has started.
+        let is_ours = is_alike.unwrap_or(self.requesting_since.is_none());
         if is_ours {
-            self.asks_since = None;
-            self.taking.reset();
+            self.requesting_since = None;
+            self.snapshot_receiver.reset();
             return None;
         }
-        // Who does not answer may not hear us: others who follow the same picture have it, too.
-        let asks_since = *self.asks_since.get_or_insert(now);
-        let follows =
-            |peer: &&Peer| peer.uav == counting || (peer.knowledge.since, peer.knowledge.stamp) == (since, stamp);
-        let others = || self.log.telling(now).filter(follows);
-        let turn = (now - asks_since) / (2 * self.log.lease());
+        // An agent that does not answer may not receive our requests. Other agents that follow the same state have it,
+        // too.
+        let asks_since = *self.requesting_since.get_or_insert(now);
+        let follows = |peer: &&TeammateLog| {
+            peer.uav == counting || (peer.log_status.start, peer.log_status.commit_digest) == (since, stamp)
+        };
+        let others = || self.log.log_status(now).filter(follows);
+        let turn = (now - asks_since) / (2 * self.log.teammate_timeout());
         if turn >= others().count().max(1) as i64 {
-            return self.pass_over(counting, asks_since, now);
+            return self.skip_reference(counting, asks_since, now);
         }
         let place = others().position(|peer| peer.uav == counting).unwrap_or_default() + turn as usize;
-        let asked = others().cycle().nth(place).map_or(counting, |peer| peer.uav);
-        Some(self.taking.ask(asked))
+        let receiver = others().cycle().nth(place).map_or(counting, |peer| peer.uav);
+        Some(self.snapshot_receiver.request(receiver))
     }
 
-    /// Nobody tells a picture, though asked in turn: it counts no more for a while; for long, if the question was heard.
-    fn pass_over(&mut self, counting: UavId, asks_since: i64, now: i64) -> Option<Ask> {
-        let heard = self.log.peer(counting).and_then(|peer| peer.held(Speaker::Uav(self.id)).last());
-        let is_heard = heard.is_some_and(|run| run.to >= asks_since);
-        let pause = if is_heard { self.log.horizon() } else { 2 * self.log.lease() };
-        self.log.pass_over(counting, now + pause);
-        (self.doubted_since, self.asks_since) = (None, None);
-        self.taking.reset();
-        self.doubt(now)
+    /// Skips a reference agent because no agent sent its state on request: for the retention time if the reference
+    /// agent received the request, otherwise for twice the teammate timeout.
+    fn skip_reference(&mut self, counting: UavId, asks_since: i64, now: i64) -> Option<SnapshotRequest> {
+        let received = self.log.teammate(counting).and_then(|peer| peer.received(MessageSource::Uav(self.id)).last());
+        let is_received = received.is_some_and(|run| run.to >= asks_since);
+        let pause = if is_received { self.log.horizon() } else { 2 * self.log.teammate_timeout() };
+        self.log.skip_reference(counting, now + pause);
+        (self.mismatch_since, self.requesting_since) = (None, None);
+        self.snapshot_receiver.reset();
+        self.check_reference(now)
     }
 
-    /// Nobody's picture counts but ours.
-    fn trust(&mut self) -> Option<Ask> {
-        (self.doubted_since, self.asks_since) = (None, None);
-        self.taking.reset();
+    /// Ends all requests, because no other agent's state takes precedence.
+    fn accept_own_state(&mut self) -> Option<SnapshotRequest> {
+        (self.mismatch_since, self.requesting_since) = (None, None);
+        self.snapshot_receiver.reset();
         None
     }
 
-    /// Whether another's committed picture is ours; `None` if that cannot be told yet.
-    fn agrees(&mut self, stamp: Stamp, now: i64) -> Option<bool> {
+    /// Returns whether the committed state of another agent equals the own one; `None` if this is not known yet.
+    fn agrees(&mut self, stamp: CommitDigest, now: i64) -> Option<bool> {
         let (instant, committed) = (self.log.instant_at(stamp.time), self.history.committed);
-        if stamp == Stamp::default() {
+        if stamp == CommitDigest::default() {
             return Some(true);
         }
         if instant <= committed {
-            self.doubted_since = None;
+            self.mismatch_since = None;
             return self.history.digest_at(instant).map(|own| own == stamp.digest);
         }
-        // So far behind, a picture is told sooner than all that it is made of.
+        // This far behind, a snapshot arrives sooner than all the messages that lead to it.
         if instant - committed > LISTED_BEFORE {
             return Some(false);
         }
-        // Were it the same as ours, it would be committed here, too.
+        // If no message is missing, a state equal to the own one would be committed here, too.
         if self.log.lacks(committed, instant, now) {
-            self.doubted_since = None;
+            self.mismatch_since = None;
             return None;
         }
-        (now - *self.doubted_since.get_or_insert(now) > PATIENCE).then_some(false)
+        (now - *self.mismatch_since.get_or_insert(now) > DIGEST_MISMATCH_MAX).then_some(false)
     }
 
-    /// Takes in a part of another's picture; with the last one that picture takes the place of ours.
-    fn take(&mut self, part: &SnapshotPart, now: i64) {
-        if !self.taking.is_asked(part.uav) {
+    /// Stores a part of another agent's snapshot; once all parts are there, that state replaces the own one.
+    fn take_snapshot_part(&mut self, part: &SnapshotPart, now: i64) {
+        if !self.snapshot_receiver.is_requested_from(part.uav) {
             return;
         }
-        // One of a time that cannot be would keep all others out that are older.
+        // A snapshot of an impossible time would block all older snapshots.
         let is_of_use =
             |(since, instant): &(i64, i64)| (now - self.log.horizon()..now).contains(instant) && since <= instant;
-        let times = self.log.instant(part.since).zip(self.log.instant(part.stamp.time));
+        let times = self.log.instant(part.start).zip(self.log.instant(part.commit_digest.time));
         let Some((since, instant)) = times.filter(is_of_use) else {
-            return count(&mut self.log.refused.nonsense);
+            return count(&mut self.log.rejected.malformed);
         };
-        match self.taking.take(part, &self.history.fold.params) {
-            // Whoever begins anew for ever gives nothing.
-            Taken::Nothing | Taken::First => {}
-            // As long as something comes, nobody else is asked: whoever's turn it is, it begins anew.
-            Taken::Part => {
-                let turn = 2 * self.log.lease();
-                self.asks_since = Some(self.asks_since.map_or(now, |since| now - (now - since) / turn * turn));
+        match self.snapshot_receiver.add_part(part, &self.history.updater.params) {
+            // A sender that keeps restarting its transfer makes no progress.
+            PartOutcome::Nothing | PartOutcome::First => {}
+            // Each received part restarts the turn of the current sender, so that no other sender gets a request.
+            PartOutcome::Part => {
+                let turn = 2 * self.log.teammate_timeout();
+                self.requesting_since =
+                    Some(self.requesting_since.map_or(now, |since| now - (now - since) / turn * turn));
             }
-            Taken::Nonsense => {
-                count(&mut self.log.refused.nonsense);
-                self.taking.reset();
+            PartOutcome::Malformed => {
+                count(&mut self.log.rejected.malformed);
+                self.snapshot_receiver.reset();
             }
-            Taken::Whole(picture) => {
+            PartOutcome::Whole(picture) => {
                 let digest = picture.digest();
-                self.history.take_over(since, instant, *picture);
-                self.history.commit_stamped(instant, digest);
+                self.history.adopt(since, instant, *picture);
+                self.history.commit_with_digest(instant, digest);
                 self.log.reach_back(instant + 1);
                 self.log.changed_from = instant + 1;
-                (self.doubted_since, self.asks_since, self.offer) = (None, None, Offer::default());
-                self.taking.reset();
+                (self.mismatch_since, self.requesting_since, self.snapshot_sender) =
+                    (None, None, SnapshotSender::default());
+                self.snapshot_receiver.reset();
             }
         }
     }
 }
 
-/// The place of the message that is said next.
-fn room(outbox: &mut Vec<Message>, said: usize) -> &mut Message {
+/// Returns the outbox slot for the next message to send.
+fn retransmission_budget_bytes(outbox: &mut Vec<Message>, said: usize) -> &mut Message {
     if outbox.len() <= said {
         outbox.push(Message::Snapshot(SnapshotPart::default()));
     }

@@ -1,4 +1,4 @@
-//! Angles and their differences, wrapped to (-pi, pi] in this one place.
+//! Angles, wrapped to (-pi, pi]. No other module wraps angles.
 
 use core::ops::{Add, Neg, Sub};
 
@@ -6,7 +6,7 @@ use crate::math::{self, PI, TAU};
 
 /// An angle in radians, anticlockwise from east, always in (-pi, pi].
 ///
-/// Sums and differences wrap, so the difference of two angles is the short way round.
+/// Sums and differences wrap, so the difference of two angles is the shorter rotation.
 ///
 /// ```
 /// use standoff::Angle;
@@ -17,7 +17,7 @@ use crate::math::{self, PI, TAU};
 pub struct Angle(f64);
 
 impl Angle {
-    /// East; the zero of all angles.
+    /// East, the zero angle.
     pub const ZERO: Self = Self(0.0);
 
     /// Wraps any finite number of radians.
@@ -26,7 +26,7 @@ impl Angle {
         Self(wrap_rad(rad))
     }
 
-    /// Radians in [-pi, pi], as an arc tangent gives them: only -pi has another name.
+    /// Creates an angle from the radians in [-pi, pi] that an arc tangent returns: only -pi is wrapped.
     #[inline]
     pub(crate) fn from_arc_rad(rad: f64) -> Self {
         Self(if rad == -PI { PI } else { rad })
@@ -101,12 +101,12 @@ impl Neg for Angle {
 
 #[inline]
 fn wrap_rad(rad: f64) -> f64 {
-    if rad > -PI && rad <= PI { rad } else { turned_back(rad) }
+    if rad > -PI && rad <= PI { rad } else { wrap_out_of_range_rad(rad) }
 }
 
-/// Wrapped, where it is not in range already.
-fn turned_back(rad: f64) -> f64 {
-    // What two angles make is less than a turn away, and the remainder of a division slow.
+/// Wraps radians that are out of range.
+fn wrap_out_of_range_rad(rad: f64) -> f64 {
+    // The sum of two angles is out of range by less than one turn; a remainder is slow.
     let turned = if rad.abs() < 3.0 * PI { rad } else { rad % TAU };
     if turned <= -PI {
         turned + TAU
@@ -130,13 +130,13 @@ mod tests {
     }
 
     #[test]
-    fn a_difference_goes_the_short_way_round() {
+    fn a_difference_is_the_shorter_rotation() {
         let across_west = Angle::from_deg(-179.0) - Angle::from_deg(179.0);
         assert!((across_west.deg() - 2.0).abs() < 1e-9);
     }
 
     #[test]
-    fn due_west_is_plus_pi_whatever_the_sign_of_nothing() {
+    fn due_west_is_plus_pi_for_both_signs_of_zero() {
         for y_m in [0.0, -0.0] {
             let west = crate::Displacement::from_m(-3.0, y_m);
             assert_eq!(west.direction().rad(), PI);
@@ -145,7 +145,7 @@ mod tests {
     }
 
     proptest! {
-        /// Where no division is needed, what it would leave is the same to the bit.
+        /// Wrapping without a division gives the same bits as the remainder.
         #[test]
         fn angles_less_than_a_turn_and_a_half_are_wrapped_exactly(rad in -3.0 * PI..3.0 * PI) {
             let remainder = rad % TAU;
@@ -154,7 +154,7 @@ mod tests {
         }
 
         #[test]
-        fn an_angle_is_always_in_range_and_keeps_its_direction(rad in -1e6..1e6f64) {
+        fn wrapped_angles_are_in_range_and_keep_their_direction(rad in -1e6..1e6f64) {
             let angle = Angle::from_rad(rad);
             prop_assert!(angle.rad() > -PI && angle.rad() <= PI);
             prop_assert!((angle.cos() - math::cos(rad)).abs() < 1e-9);

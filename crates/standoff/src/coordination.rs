@@ -1,14 +1,14 @@
-//! Who watches what: groups, their members and orbits, and the UAVs that serve them.
+//! Coordination of the team: the groups of targets, their members and orbits, and the UAVs that are assigned to them.
 
 pub mod assignment;
 pub mod clustering;
+pub(crate) mod desired_centre;
+pub mod dwell;
 pub mod event;
 pub mod group;
-pub mod handoff;
+pub(crate) mod grouping;
+pub mod lost_target_search;
 pub mod memberships;
 mod required_orbit;
-pub mod search;
-pub(crate) mod settling;
 mod spread;
 pub mod teammate;
-pub(crate) mod wanted_centre;

@@ -1,12 +1,13 @@
-//! The covariance of a target's state, held once: what has one triangle cannot lose its symmetry.
+//! Covariance of a target state. Only one triangle is stored, so the covariance cannot lose its symmetry.
 
 use core::ops::{AddAssign, Mul};
 
 use nalgebra::{Matrix2, Matrix6, Vector2};
 
-/// Covariance P of a state `[x, vx, ax, y, vy, ay]`: 21 numbers speak for 36.
+/// Covariance P of a state `[x, vx, ax, y, vy, ay]`: 21 of the 36 entries are stored.
 ///
-/// Both axes have the same model, so what east and north have alike stands side by side and is worked on at once.
+/// Both axes have the same model, so corresponding entries of east and north are stored in pairs and processed
+/// together.
 ///
 /// ```
 /// use standoff::Covariance;
@@ -17,39 +18,39 @@ use nalgebra::{Matrix2, Matrix6, Vector2};
 /// ```
 #[derive(Debug, Clone, Copy, Default, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Covariance {
-    /// Of east with east, and of north with north: the upper triangle of each, row by row.
-    pub(crate) own: [Vector2<f64>; 6],
-    /// Of east (rows) with north (columns).
-    pub(crate) across: [[f64; 3]; 3],
+    /// Blocks of east with east and of north with north: the upper triangle of each, row by row.
+    pub(crate) same_axis: [Vector2<f64>; 6],
+    /// Block of east (rows) with north (columns).
+    pub(crate) cross_axis: [[f64; 3]; 3],
 }
 
-/// Where a row and a column of one axis stand in [`Covariance::own`].
+/// Index in [`Covariance::own`] of each row and column of one axis.
 pub(crate) const OWN: [[usize; 3]; 3] = [[0, 1, 2], [1, 3, 4], [2, 4, 5]];
 
 impl Covariance {
-    /// Of independent components with these variances.
+    /// Creates the covariance of independent components with these variances.
     pub fn from_diagonal(variances: [f64; 6]) -> Self {
         Self::from(&Matrix6::from_diagonal(&variances.into()))
     }
 
-    /// From the upper triangle, row by row.
+    /// Creates a covariance from its upper triangle, row by row.
     pub fn from_upper_triangle(upper: &[f64; 21]) -> Self {
         let [a, b, c, d, e, f, g, h, i, j, k, l, m, n, o, p, q, r, s, t, u] = *upper;
         Self {
-            own: [[a, p], [b, q], [c, r], [g, s], [h, t], [l, u]].map(Vector2::from),
-            across: [[d, e, f], [i, j, k], [m, n, o]],
+            same_axis: [[a, p], [b, q], [c, r], [g, s], [h, t], [l, u]].map(Vector2::from),
+            cross_axis: [[d, e, f], [i, j, k], [m, n, o]],
         }
     }
 
-    /// The upper triangle, row by row.
+    /// Returns the upper triangle, row by row.
     #[inline]
     pub fn upper_triangle(&self) -> [f64; 21] {
-        let [[a, p], [b, q], [c, r], [g, s], [h, t], [l, u]] = self.own.map(<[f64; 2]>::from);
-        let [[d, e, f], [i, j, k], [m, n, o]] = self.across;
+        let [[a, p], [b, q], [c, r], [g, s], [h, t], [l, u]] = self.same_axis.map(<[f64; 2]>::from);
+        let [[d, e, f], [i, j, k], [m, n, o]] = self.cross_axis;
         [a, b, c, d, e, f, g, h, i, j, k, l, m, n, o, p, q, r, s, t, u]
     }
 
-    /// As a matrix.
+    /// Returns the covariance as a full matrix.
     pub fn matrix(&self) -> Matrix6<f64> {
         let mut upper = self.upper_triangle().into_iter();
         let mut matrix = Matrix6::zeros();
@@ -62,13 +63,13 @@ impl Covariance {
         matrix
     }
 
-    /// Of the position, m2.
+    /// Returns the covariance of the position, m2.
     pub fn position(&self) -> Matrix2<f64> {
-        let across = self.across[0][0];
-        Matrix2::new(self.own[0].x, across, across, self.own[0].y)
+        let across = self.cross_axis[0][0];
+        Matrix2::new(self.same_axis[0].x, across, across, self.same_axis[0].y)
     }
 
-    /// Standard deviation of the position in its least known direction, m.
+    /// Standard deviation of the position in its most uncertain direction, m.
     pub fn position_sd_max_m(&self) -> f64 {
         let p = self.position();
         let mean = 0.5 * (p[(0, 0)] + p[(1, 1)]);
@@ -76,21 +77,21 @@ impl Covariance {
         (mean + (half_difference * half_difference + p[(0, 1)] * p[(0, 1)]).sqrt()).max(0.0).sqrt()
     }
 
-    /// The same with another covariance of the position, of which the upper triangle counts.
+    /// Replaces the position covariance. Only the upper triangle of `position` is used.
     pub(crate) fn with_position(mut self, position: &Matrix2<f64>) -> Self {
-        self.own[0] = position.diagonal();
-        self.across[0][0] = position[(0, 1)];
+        self.same_axis[0] = position.diagonal();
+        self.cross_axis[0][0] = position[(0, 1)];
         self
     }
 }
 
-/// The upper triangle counts.
+/// Only the upper triangle is used.
 impl From<&Matrix6<f64>> for Covariance {
     fn from(matrix: &Matrix6<f64>) -> Self {
         let mut upper = [0.0; 21];
-        let places = (0..6).flat_map(|row| (row..6).map(move |column| (row, column)));
-        for (value, place) in upper.iter_mut().zip(places) {
-            *value = matrix[place];
+        let indices = (0..6).flat_map(|row| (row..6).map(move |column| (row, column)));
+        for (value, index) in upper.iter_mut().zip(indices) {
+            *value = matrix[index];
         }
         Self::from_upper_triangle(&upper)
     }
@@ -98,10 +99,10 @@ impl From<&Matrix6<f64>> for Covariance {
 
 impl AddAssign for Covariance {
     fn add_assign(&mut self, other: Self) {
-        for (own, other) in self.own.iter_mut().zip(other.own) {
+        for (own, other) in self.same_axis.iter_mut().zip(other.same_axis) {
             *own += other;
         }
-        for (across, other) in self.across.as_flattened_mut().iter_mut().zip(other.across.as_flattened()) {
+        for (across, other) in self.cross_axis.as_flattened_mut().iter_mut().zip(other.cross_axis.as_flattened()) {
             *across += other;
         }
     }
@@ -110,7 +111,10 @@ impl AddAssign for Covariance {
 impl Mul<f64> for Covariance {
     type Output = Self;
     fn mul(self, factor: f64) -> Self {
-        Self { own: self.own.map(|own| own * factor), across: self.across.map(|row| row.map(|value| value * factor)) }
+        Self {
+            same_axis: self.same_axis.map(|own| own * factor),
+            cross_axis: self.cross_axis.map(|row| row.map(|value| value * factor)),
+        }
     }
 }
 
@@ -118,9 +122,9 @@ impl Mul<f64> for Covariance {
 mod tests {
     use super::*;
 
-    /// A triangle, a matrix and the parts of both say the same.
+    /// Triangle, matrix and blocks have the same entries.
     #[test]
-    fn a_triangle_speaks_for_the_whole_matrix() {
+    fn the_upper_triangle_represents_the_whole_matrix() {
         let upper: [f64; 21] = core::array::from_fn(|i| i as f64);
         let covariance = Covariance::from_upper_triangle(&upper);
         assert_eq!(covariance.upper_triangle(), upper);
@@ -134,7 +138,7 @@ mod tests {
     }
 
     #[test]
-    fn sums_and_multiples_are_those_of_the_matrices() {
+    fn sums_and_multiples_match_those_of_the_matrices() {
         let covariance = Covariance::from_upper_triangle(&core::array::from_fn(|i| (i * i) as f64));
         let mut sum = covariance;
         sum += covariance * 2.0;

@@ -1,16 +1,16 @@
-//! What a value is, in one number.
+//! 64-bit digest of a serialised value.
 
 use postcard::ser_flavors::Flavor;
 use serde::Serialize;
 
-/// The digest of a value: two that differ in any bit that is serialised have two, but for one case in 2^64. It tells those
-/// apart who err, not those who lie.
+/// Returns the digest of a value. Two values that differ in any serialised bit have different digests, except in one of
+/// 2^64 cases. It detects errors, not forgery.
 pub(crate) fn digest(value: &impl Serialize) -> u64 {
-    // Nothing that is digested cannot be written.
+    // Every digested type can be serialised.
     postcard::serialize_with_flavor(value, Digest(0x9E37_79B9_7F4A_7C15)).unwrap_or(0)
 }
 
-/// Words of eight bytes, one after the other; each changes all that follow.
+/// Mixes 8-byte words in sequence; each word changes the effect of all later ones.
 struct Digest(u64);
 
 impl Digest {
@@ -29,7 +29,7 @@ impl Flavor for Digest {
     }
 
     fn try_extend(&mut self, bytes: &[u8]) -> postcard::Result<()> {
-        // Almost all are numbers of eight bytes.
+        // Almost all fields are numbers of eight bytes.
         if let Ok(word) = bytes.try_into() {
             self.mix(u64::from_le_bytes(word));
         } else {

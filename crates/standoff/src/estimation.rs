@@ -1,4 +1,4 @@
-//! Where the targets are: one information filter per target, fed by every UAV's measurements.
+//! State estimation: one information filter per target, which fuses the measurements of all UAVs.
 
 pub mod group_centre;
 pub mod information_filter;

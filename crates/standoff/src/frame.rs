@@ -1,6 +1,6 @@
-//! Points and vectors of the one world frame: a local tangent plane, x east, y north.
+//! Points and vectors in the world frame, a local tangent plane: x east, y north.
 //!
-//! Two plain numbers each, which travel in registers; a vector of a library would go through memory.
+//! Each type is a pair of plain numbers, which is passed in registers. A library vector would be passed through memory.
 
 use core::ops::{Add, Mul, Sub};
 
@@ -9,14 +9,14 @@ use nalgebra::Vector2;
 use crate::angle::Angle;
 use crate::math;
 
-/// Nothing is farther from the origin, or from a sensor, than this: more than twice around the Earth. Squares of what is farther
-/// are no numbers.
+/// Maximum plausible distance from the origin or from a sensor, m: more than twice the circumference of the Earth. It
+/// keeps squared distances finite.
 pub(crate) const FARTHEST_M: f64 = 1e8;
 
-/// Nothing on or above the ground is faster than this: a multiple of what leaves the Earth.
+/// Maximum plausible speed, m/s: a multiple of escape velocity.
 pub(crate) const FASTEST_M_S: f64 = 1e5;
 
-/// Nothing that flies turns faster than this: sixteen times a second.
+/// Maximum plausible turn rate, rad/s: 16 turns per second.
 pub(crate) const FASTEST_RAD_S: f64 = 100.0;
 
 /// A point, metres east and north of the origin.
@@ -36,7 +36,7 @@ pub struct Position {
     y_m: f64,
 }
 
-/// From one point to another, metres east and north.
+/// Vector from one point to another, metres east and north.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct Displacement {
     x_m: f64,
@@ -54,31 +54,31 @@ impl Position {
     /// The origin of the frame.
     pub const ORIGIN: Self = Self { x_m: 0.0, y_m: 0.0 };
 
-    /// From metres east and north.
+    /// Creates a position from metres east and north.
     #[inline]
     pub fn from_m(x_m: f64, y_m: f64) -> Self {
         Self { x_m, y_m }
     }
 
-    /// East, m.
+    /// East coordinate, m.
     #[inline]
     pub fn x_m(self) -> f64 {
         self.x_m
     }
 
-    /// North, m.
+    /// North coordinate, m.
     #[inline]
     pub fn y_m(self) -> f64 {
         self.y_m
     }
 
-    /// As a vector `[x, y]`, m.
+    /// Coordinates as a vector `[x, y]`, m.
     #[inline]
     pub fn vector(self) -> Vector2<f64> {
         Vector2::new(self.x_m, self.y_m)
     }
 
-    /// Squared distance to another position, m2: for comparisons.
+    /// Squared distance to another position, m2; faster than the distance, for comparisons.
     #[inline]
     pub fn squared_distance_m2(self, other: Self) -> f64 {
         let (x_m, y_m) = (self.x_m() - other.x_m(), self.y_m() - other.y_m());
@@ -91,45 +91,45 @@ impl Position {
         (self - other).length_m()
     }
 
-    /// Both coordinates are finite.
+    /// Returns true if both coordinates are finite.
     #[inline]
     pub fn is_finite(self) -> bool {
         self.x_m.is_finite() && self.y_m.is_finite()
     }
 
-    /// Both components are finite and no more than so much, either way.
-    pub(crate) fn is_within(self, most_m: f64) -> bool {
-        self.x_m.abs() <= most_m && self.y_m.abs() <= most_m
+    /// Returns true if the absolute values of both coordinates are at most `max_m`; false for NaN.
+    pub(crate) fn is_within(self, max_m: f64) -> bool {
+        self.x_m.abs() <= max_m && self.y_m.abs() <= max_m
     }
 }
 
 impl Displacement {
-    /// From metres east and north.
+    /// Creates a displacement from metres east and north.
     #[inline]
     pub fn from_m(x_m: f64, y_m: f64) -> Self {
         Self { x_m, y_m }
     }
 
-    /// From a length in metres and a direction.
+    /// Creates a displacement from a length in metres and a direction.
     #[inline]
     pub fn from_polar(length_m: f64, direction: Angle) -> Self {
         let (sin, cos) = direction.sin_cos();
         Self { x_m: length_m * cos, y_m: length_m * sin }
     }
 
-    /// East, m.
+    /// East component, m.
     #[inline]
     pub fn x_m(self) -> f64 {
         self.x_m
     }
 
-    /// North, m.
+    /// North component, m.
     #[inline]
     pub fn y_m(self) -> f64 {
         self.y_m
     }
 
-    /// As a vector `[x, y]`, m.
+    /// Components as a vector `[x, y]`, m.
     #[inline]
     pub fn vector(self) -> Vector2<f64> {
         Vector2::new(self.x_m, self.y_m)
@@ -141,50 +141,50 @@ impl Displacement {
         math::hypot(self.x_m, self.y_m)
     }
 
-    /// Direction, anticlockwise from east; east for no displacement at all.
+    /// Direction, anticlockwise from east; east for a zero displacement.
     #[inline]
     pub fn direction(self) -> Angle {
         Angle::from_arc_rad(math::atan2(self.y_m, self.x_m))
     }
 
-    /// [Directions](Self::direction) of several: the same as one by one, in less time.
+    /// [Directions](Self::direction) of several displacements. Same results, but faster.
     #[inline]
-    pub(crate) fn direction_each<const N: usize>(several: [Self; N]) -> [Angle; N] {
-        let directions_rad = math::atan2_each(several.map(|one| (one.y_m, one.x_m)));
+    pub(crate) fn direction_batch<const N: usize>(displacements: [Self; N]) -> [Angle; N] {
+        let directions_rad = math::atan2_batch(displacements.map(|displacement| (displacement.y_m, displacement.x_m)));
         core::array::from_fn(|i| Angle::from_arc_rad(directions_rad[i]))
     }
 }
 
 impl Velocity {
-    /// At rest.
+    /// Zero velocity: stationary.
     pub const ZERO: Self = Self { x_m_s: 0.0, y_m_s: 0.0 };
 
-    /// From metres per second east and north.
+    /// Creates a velocity from metres per second east and north.
     #[inline]
     pub fn from_m_s(x_m_s: f64, y_m_s: f64) -> Self {
         Self { x_m_s, y_m_s }
     }
 
-    /// From a speed in m/s and a direction.
+    /// Creates a velocity from a speed in m/s and a direction.
     #[inline]
     pub fn from_polar(speed_m_s: f64, direction: Angle) -> Self {
         let (sin, cos) = direction.sin_cos();
         Self { x_m_s: speed_m_s * cos, y_m_s: speed_m_s * sin }
     }
 
-    /// East, m/s.
+    /// East component, m/s.
     #[inline]
     pub fn x_m_s(self) -> f64 {
         self.x_m_s
     }
 
-    /// North, m/s.
+    /// North component, m/s.
     #[inline]
     pub fn y_m_s(self) -> f64 {
         self.y_m_s
     }
 
-    /// As a vector `[x, y]`, m/s.
+    /// Components as a vector `[x, y]`, m/s.
     #[inline]
     pub fn vector(self) -> Vector2<f64> {
         Vector2::new(self.x_m_s, self.y_m_s)
@@ -196,21 +196,21 @@ impl Velocity {
         math::hypot(self.x_m_s, self.y_m_s)
     }
 
-    /// Direction of motion, anticlockwise from east; east when at rest.
+    /// Direction of motion, anticlockwise from east; east if stationary.
     #[inline]
     pub fn direction(self) -> Angle {
         Angle::from_arc_rad(math::atan2(self.y_m_s, self.x_m_s))
     }
 
-    /// Both components are finite.
+    /// Returns true if both components are finite.
     #[inline]
     pub fn is_finite(self) -> bool {
         self.x_m_s.is_finite() && self.y_m_s.is_finite()
     }
 
-    /// Both components are finite and no more than so much, either way.
-    pub(crate) fn is_within(self, most_m_s: f64) -> bool {
-        self.x_m_s.abs() <= most_m_s && self.y_m_s.abs() <= most_m_s
+    /// Returns true if the absolute values of both components are at most `max_m_s`; false for NaN.
+    pub(crate) fn is_within(self, max_m_s: f64) -> bool {
+        self.x_m_s.abs() <= max_m_s && self.y_m_s.abs() <= max_m_s
     }
 }
 
@@ -261,7 +261,7 @@ impl Add for Velocity {
     }
 }
 
-/// A velocity held for a number of seconds.
+/// Displacement after a number of seconds at constant velocity.
 impl Mul<f64> for Velocity {
     type Output = Displacement;
     #[inline]

@@ -1,17 +1,17 @@
-//! How a UAV flies: the standoff distance, the vector field onto the orbit, heading and turn rate, spacing on the orbit.
+//! Guidance of a UAV: standoff distance, vector field onto the orbit, heading and turn rate, phase spacing.
 
-pub(crate) mod aim;
-pub mod airspace;
-pub(crate) mod alternatives;
-pub(crate) mod borders;
-pub(crate) mod course;
+pub mod avoidance;
+pub(crate) mod command_candidates;
+pub(crate) mod detour;
+pub mod geofence;
+pub(crate) mod geofence_safety;
 pub mod heading;
 pub mod moving_centre;
 pub mod orbit_motion;
 pub mod pair_information;
-pub(crate) mod pursuit;
-pub mod separation;
-pub mod spacing;
+pub mod phase_spacing;
+pub(crate) mod predicted_trajectory;
+pub(crate) mod pursuer_model;
+pub(crate) mod sensor_pointing;
 pub mod standoff_distance;
 pub mod vector_field;
-pub(crate) mod ways;

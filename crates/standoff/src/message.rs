@@ -1,202 +1,205 @@
-//! What a team says to one another: what each UAV measured and from where, and the targets handed over to them.
+//! Messages of a team: the measurements and states of the UAVs, and the cues for targets.
 //!
-//! UAVs exchange raw measurements, not estimates: a receiver linearises them about its own prediction, so that
-//! information is counted once and all who heard the same hold the same picture, to the bit.
+//! UAVs exchange raw measurements, not estimates. Each receiver linearises them about its own prediction, so that
+//! information is counted once, and all agents that received the same messages have bitwise equal team states.
 //!
-//! Reports and cues are *entries* of a log that every agent keeps. An entry counts for the instant that it names, whenever
-//! it is heard, once, however often; anybody may say it again for who has not heard it.
+//! Reports and cues are *entries* of a message log that every agent keeps. An entry counts for the time step that it
+//! names, whenever it arrives, and counts once, however often it arrives. Any agent may retransmit it to agents that
+//! lack it.
 
 use crate::angle::Angle;
 use crate::frame::{FARTHEST_M, FASTEST_M_S, Position, Velocity};
 use crate::group_id::GroupId;
-use crate::sensor::RangeBearing;
+use crate::sensor::RangeBearingMeasurement;
 use crate::time::Time;
 use crate::uav::{UavId, UavState};
 
-/// What a sensor, or who hands a target over, calls that target; the same for all (the paper's assumption: data association
-/// is solved). The team's own name for it is its [`TrackId`](crate::TrackId).
+/// Identity of a target as reported by sensors and cue sources. It is the same for all of them (assumption of the
+/// paper: data association is solved). Inside the team, a target is identified by its [`TrackId`](crate::TrackId).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, serde::Serialize, serde::Deserialize)]
 pub struct TargetLabel(pub u32);
 
-/// What a UAV's own sensor measured at one instant.
+/// Measurements of a UAV's own sensor at one time step.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct Scan<'a> {
-    /// Where the sensor pointed; `None`: it did not look.
+    /// Boresight of the sensor; `None` if the sensor did not scan.
     pub boresight: Option<Angle>,
-    /// What it saw.
+    /// Detected targets.
     pub detections: &'a [Detection],
 }
 
-/// Anything that can be said.
+/// Every kind of message.
 #[derive(Debug, PartialEq)]
 pub enum Message {
-    /// What a UAV measured.
+    /// State and measurements of a UAV.
     Report(Report),
-    /// A target handed over.
+    /// Target report of a cue source.
     Cue(Cue),
-    /// A piece of what a UAV knows, for who was not there.
+    /// Part of a UAV's team state, for an agent that missed its history.
     Snapshot(SnapshotPart),
-    /// An aircraft that is not of the team tells where it is.
-    Traffic(Traffic),
+    /// Position report of an aircraft outside the team.
+    Traffic(TrafficReport),
 }
 
-/// Whose entries are counted.
+/// Source of log entries.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Speaker {
-    /// A UAV: it has one report of an instant.
+pub enum MessageSource {
+    /// A UAV; it has one report for each time step.
     Uav(UavId),
-    /// Somebody who hands targets over, by a number of their own: cues.
-    Searcher(u32),
+    /// A cue source, by its own number; its entries are cues.
+    CueSource(u32),
 }
 
-/// A run of entries that somebody holds without a gap.
+/// Contiguous range of entries that an agent has received.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Held {
-    /// Whose.
-    pub speaker: Speaker,
-    /// The first of them: of a UAV the instant of its report, as a number of periods since [`Time::START`]; of a cue that
-    /// number times 65,536, plus its own [`number`](Cue::number).
+pub struct ReceivedRange {
+    /// Source of the entries.
+    pub source: MessageSource,
+    /// First entry. For a UAV, the time step of its report, in periods since [`Time::START`]; for a cue source, that
+    /// number times 65,536 plus the cue's [`number`](Cue::number).
     pub from: i64,
-    /// The last of them.
+    /// Last entry, included.
     pub to: i64,
 }
 
-/// What a speaker knows of the team's log, so that teammates can tell what it lacks.
+/// Status of the sender's message log; teammates compute from it which entries the sender lacks.
 #[derive(Debug, Default, PartialEq)]
-pub struct Knowledge {
-    /// The instant at which its picture begins, or that of the one it took over: the older picture counts.
-    pub since: Time,
-    /// The instant up to which its picture cannot change any more: nothing is missing up to there, or it is too late.
-    pub committed: Time,
-    /// An instant up to there, and what the picture of it was, in one number.
-    pub stamp: Stamp,
-    /// The instant after which `held` lists all that it holds.
+pub struct LogStatus {
+    /// Start time of the sender's team state, or of the state that it adopted. The state that started first wins.
+    pub start: Time,
+    /// Last committed time step: up to it, the team state cannot change any more, because nothing is missing or the
+    /// retention time has passed.
+    pub committed_until: Time,
+    /// Digest of a team state that is committed.
+    pub commit_digest: CommitDigest,
+    /// Time step after which `held` lists all entries that the sender has.
     pub listed_after: Time,
-    /// The entries that it holds, by speaker, then number.
-    pub held: Vec<Held>,
-    /// The last instant of which it knows that words went missing, for it or for others.
-    pub disturbed: Time,
-    /// The snapshot that it asks for.
-    pub asks: Option<Ask>,
+    /// Ranges of received entries, sorted by source, then number.
+    pub received: Vec<ReceivedRange>,
+    /// Last time step with missing messages that the sender knows of, for itself or for others.
+    pub degraded_at: Time,
+    /// Snapshot request of the sender.
+    pub snapshot_request: Option<SnapshotRequest>,
 }
 
-/// What a committed picture was, in one number.
+/// Digest of a committed team state.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
-pub struct Stamp {
-    /// The picture's instant.
+pub struct CommitDigest {
+    /// Time step of the team state.
     pub time: Time,
-    /// Its digest.
+    /// Digest of the team state at that time.
     pub digest: u64,
 }
 
-/// Who was not there asks for what another knows.
+/// Request for a snapshot, from an agent that missed the history of the team.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Ask {
-    /// Whom.
+pub struct SnapshotRequest {
+    /// Receiver of the request.
     pub of: UavId,
-    /// The picture, as far as parts of one have come.
-    pub stamp: Option<Stamp>,
-    /// The first part that is missing.
+    /// Snapshot that has arrived in part; `None` before the first part.
+    pub commit_digest: Option<CommitDigest>,
+    /// Index of the first missing part.
     pub next: u16,
-    /// Which of the 64 after it have come: the lowest bit is the one right after it.
+    /// Bit mask of the 64 parts after `next` that have arrived; the lowest bit is the part directly after it.
     pub after: u64,
 }
 
-/// A piece of a picture as bytes; together they are checked against the digest before anything is believed.
+/// Part of a serialised team state. The receiver checks all parts together against the digest before it uses any.
 #[derive(Debug, PartialEq)]
 pub struct SnapshotPart {
-    /// Whose picture.
+    /// UAV whose team state this is.
     pub uav: UavId,
-    /// The instant at which that picture began.
-    pub since: Time,
-    /// Which picture.
-    pub stamp: Stamp,
-    /// The how many'th piece, from 0.
+    /// Start time of that team state.
+    pub start: Time,
+    /// Digest that identifies the snapshot.
+    pub commit_digest: CommitDigest,
+    /// Zero-based index of the part.
     pub index: u16,
-    /// How many there are.
+    /// Number of parts.
     pub count: u16,
-    /// At most [`SnapshotPart::BYTES_MAX`] of them; all but the last have so many.
+    /// Bytes of this part, at most [`SnapshotPart::BYTES_MAX`]; all parts except the last have exactly that number.
     pub bytes: Vec<u8>,
 }
 
 impl Default for SnapshotPart {
     fn default() -> Self {
-        let (uav, since, stamp) = (UavId(0), Time::START, Stamp::default());
-        Self { uav, since, stamp, index: 0, count: 0, bytes: Vec::new() }
+        let (uav, since, stamp) = (UavId(0), Time::EPOCH, CommitDigest::default());
+        Self { uav, start: since, commit_digest: stamp, index: 0, count: 0, bytes: Vec::new() }
     }
 }
 
 impl SnapshotPart {
-    /// Most bytes of one piece: with its head it fits into a datagram that no network cuts.
+    /// Maximum number of bytes of one part: with its header, it fits into a datagram that no network fragments.
     pub const BYTES_MAX: usize = 512;
 }
 
-/// An aircraft that is not of the team, an *intruder*, and where it says that it is. No entry of the log: nobody says it again,
-/// and no picture knows of it. Each UAV keeps away from those that it has heard of itself
-/// ([`TeamParams::separation`](crate::TeamParams)).
+/// Position report of an aircraft outside the team, an *intruder*. It is not an entry of the message log: no agent
+/// retransmits it, and the team state does not contain it. Each UAV avoids the intruders from which it has received
+/// reports itself ([`TeamParams::separation`](crate::TeamParams)).
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Traffic {
-    /// Which, by a number of its own: not a UAV's id.
+pub struct TrafficReport {
+    /// Number of the aircraft; independent of UAV ids.
     pub aircraft: u32,
-    /// When it was there.
+    /// Time of the state.
     pub time: Time,
-    /// Where it was, and how it flew.
+    /// State of the aircraft at that time.
     pub state: UavState,
 }
 
-/// One target in one scan.
+/// Measurement of one target in one scan.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Detection {
-    /// Which target.
+    /// Sensor-reported identity of the target.
     pub label: TargetLabel,
-    /// Where it was seen from the UAV.
-    pub measurement: RangeBearing,
+    /// Range and bearing from the UAV.
+    pub measurement: RangeBearingMeasurement,
 }
 
-/// One scan of a UAV's sensor, and the UAV's state at that instant. Of several of one UAV and instant the one said first
-/// counts: that of the lowest epoch, and in it the lowest sequence.
+/// Scan of a UAV's sensor, with the UAV's state at that time step. Of several reports of one UAV and time step, the one
+/// that was sent first counts: the lowest epoch, then the lowest sequence number.
 #[derive(Debug, PartialEq)]
 pub struct Report {
-    /// Who speaks.
+    /// Id of the sender.
     pub uav: UavId,
-    /// Counts the speaker's restarts.
-    pub epoch: u32,
-    /// Grows with every instant of the speaker within an epoch.
+    /// Restart count of the sender.
+    pub restart_count: u32,
+    /// Sequence number: increases with every time step of the sender within an epoch.
     pub sequence: u32,
-    /// When the scan was made.
+    /// Time of the scan.
     pub time: Time,
-    /// Where the speaker was.
+    /// State of the sender.
     pub state: UavState,
-    /// Where its sensor pointed.
+    /// Boresight of the sensor; `None` if the sensor did not scan.
     pub boresight: Option<Angle>,
-    /// What it saw, by ascending label, no label twice.
+    /// Detected targets, by ascending label without duplicates.
     pub detections: Vec<Detection>,
-    /// The group that it served when it spoke: what it does, whatever others believe that it does.
-    pub duty: Option<GroupId>,
-    /// From the next instant on it is not to be counted on.
-    pub leaves: bool,
-    /// What it has heard and knows; `None` where its report is said again.
-    pub knowledge: Option<Box<Knowledge>>,
+    /// Assigned group of the sender when it sent the report; this is what it does, whatever its teammates
+    /// computed.
+    pub assigned_group: Option<GroupId>,
+    /// True if the sender leaves the team from the next time step.
+    pub is_leaving: bool,
+    /// Status of the sender's message log; `None` in a retransmission.
+    pub log_status: Option<Box<LogStatus>>,
 }
 
-/// A target handed over by somebody who searches (the paper assumes that initial target information is given). Of several
-/// of one target at one instant the newest counts, and of those the surest.
+/// Report of a cue source about a target (the paper assumes that initial target information is given). Of several cues
+/// for one target at one time step, the newest counts, and of those the most accurate.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Cue {
-    /// Who hands it over, by a number of their own.
-    pub searcher: u32,
-    /// The instant of the team's grid from which it counts; not long ago, for who was told in time and who was not must
-    /// come to the same ([`Agent::hear`](crate::Agent::hear)).
-    pub said: Time,
-    /// The how many'th of this searcher and instant.
-    pub number: u16,
-    /// Which target.
+    /// Number of the cue source.
+    pub source: u32,
+    /// First time step of the team's grid that uses the cue. It should be recent, because agents that received the
+    /// cue in time and agents that did not must reach the same result ([`Agent::hear`](crate::Agent::hear)).
+    pub issued_at: Time,
+    /// Zero-based index among the cues of this source and time step.
+    pub sequence: u16,
+    /// Identity of the target.
     pub label: TargetLabel,
-    /// When it was there.
+    /// Time of the position and velocity.
     pub time: Time,
-    /// Where it was.
+    /// Position of the target.
     pub position: Position,
-    /// How it moved.
+    /// Velocity of the target.
     pub velocity: Velocity,
     /// Standard deviation of the position per axis, m; above 0.
     pub position_sd_m: f64,
@@ -205,11 +208,22 @@ pub struct Cue {
 }
 
 impl Report {
-    /// A report that says where a UAV is, and nothing else.
-    pub fn of(uav: UavId, time: Time, state: UavState) -> Self {
+    /// Creates a report that contains only the state of a UAV.
+    pub fn position_only(uav: UavId, time: Time, state: UavState) -> Self {
         let (detections, knowledge) = (Vec::new(), None);
         let (boresight, duty, leaves) = (None, None, false);
-        Self { uav, epoch: 0, sequence: 0, time, state, boresight, detections, duty, leaves, knowledge }
+        Self {
+            uav,
+            restart_count: 0,
+            sequence: 0,
+            time,
+            state,
+            boresight,
+            detections,
+            assigned_group: duty,
+            is_leaving: leaves,
+            log_status: knowledge,
+        }
     }
 }
 
@@ -223,7 +237,7 @@ impl Clone for Message {
         }
     }
 
-    /// A report takes the room of an older one.
+    /// Reuses the buffers of the old report.
     fn clone_from(&mut self, source: &Self) {
         match (self, source) {
             (Self::Report(report), Self::Report(source)) => report.clone_from(source),
@@ -235,27 +249,27 @@ impl Clone for Message {
 
 impl Clone for Report {
     fn clone(&self) -> Self {
-        Self { detections: self.detections.clone(), knowledge: self.knowledge.clone(), ..*self }
+        Self { detections: self.detections.clone(), log_status: self.log_status.clone(), ..*self }
     }
 
-    /// Lists take the room of older ones.
+    /// Reuses the buffers of the old lists.
     fn clone_from(&mut self, source: &Self) {
-        let (mut detections, mut knowledge) = (core::mem::take(&mut self.detections), self.knowledge.take());
+        let (mut detections, mut knowledge) = (core::mem::take(&mut self.detections), self.log_status.take());
         detections.clone_from(&source.detections);
-        knowledge.clone_from(&source.knowledge);
-        *self = Self { detections, knowledge, ..*source };
+        knowledge.clone_from(&source.log_status);
+        *self = Self { detections, log_status: knowledge, ..*source };
     }
 }
 
-impl Clone for Knowledge {
+impl Clone for LogStatus {
     fn clone(&self) -> Self {
-        Self { held: self.held.clone(), ..*self }
+        Self { received: self.received.clone(), ..*self }
     }
 
     fn clone_from(&mut self, source: &Self) {
-        let mut held = core::mem::take(&mut self.held);
-        held.clone_from(&source.held);
-        *self = Self { held, ..*source };
+        let mut held = core::mem::take(&mut self.received);
+        held.clone_from(&source.received);
+        *self = Self { received: held, ..*source };
     }
 }
 
@@ -272,23 +286,23 @@ impl Clone for SnapshotPart {
 }
 
 impl Message {
-    /// Its size in the encoding of the example `companion`, bytes: what a radio that carries it has to carry.
+    /// Size in the encoding of the example `companion`, bytes: the load that the message puts on a radio.
     ///
     /// | | bytes |
     /// |---|---|
-    /// | every message: what it is, 3; checksum, 4 | 7 |
-    /// | report: who and when, 18; state and boresight, 48; duty, 8; flags, 1; number of detections, 2 | 77 |
-    /// | altitude and rate of climb, where they are told | 16 |
+    /// | every message: kind, 3; checksum, 4 | 7 |
+    /// | report: sender and time, 18; state and boresight, 48; assigned group, 8; flags, 1; detection count, 2 | 77 |
+    /// | altitude and rate of climb, if included | 16 |
     /// | each detection: label, range, bearing | 20 |
-    /// | knowledge, where it is told: times, 32; stamp, 16; number of runs, 2 | 50 |
-    /// | each run of entries held | 13 |
-    /// | a request for a snapshot: whom, 2; stamp, 17; parts, 10 | 29 |
+    /// | log status, if included: times, 32; digest, 16; number of ranges, 2 | 50 |
+    /// | each range of received entries | 13 |
+    /// | snapshot request: UAV, 2; digest, 17; parts, 10 | 29 |
     /// | cue | 72 |
-    /// | part of a snapshot: head, 32; and its bytes | 32 + n |
-    /// | traffic: which and when, 12; state, 40; flags, 1; altitude and rate of climb as above | 53 |
+    /// | part of a snapshot: header, 32; and its bytes | 32 + n |
+    /// | traffic: aircraft and time, 12; state, 40; flags, 1; altitude and rate of climb as above | 53 |
     pub fn size_bytes(&self) -> usize {
         match self {
-            Self::Report(report) => Self::report_size_bytes(report, report.knowledge.as_deref()),
+            Self::Report(report) => Self::report_size_bytes(report, report.log_status.as_deref()),
             Self::Cue(_) => Self::CUE_SIZE_BYTES,
             Self::Snapshot(part) => 39 + part.bytes.len(),
             Self::Traffic(traffic) => 60 + vertical_size_bytes(&traffic.state),
@@ -297,21 +311,22 @@ impl Message {
 
     pub(crate) const CUE_SIZE_BYTES: usize = 79;
 
-    /// That of a report, told with what its speaker knows or without.
-    pub(crate) fn report_size_bytes(report: &Report, told: Option<&Knowledge>) -> usize {
-        let told = told.map_or(0, |told| 50 + 13 * told.held.len() + told.asks.map_or(0, |_| 29));
-        84 + vertical_size_bytes(&report.state) + 20 * report.detections.len() + told
+    /// Size of a report with or without a log status, bytes.
+    pub(crate) fn report_size_bytes(report: &Report, status: Option<&LogStatus>) -> usize {
+        let status =
+            status.map_or(0, |status| 50 + 13 * status.received.len() + status.snapshot_request.map_or(0, |_| 29));
+        84 + vertical_size_bytes(&report.state) + 20 * report.detections.len() + status
     }
 }
 
-/// Of altitude and rate of climb, where they are told.
+/// Size of altitude and rate of climb, if included, bytes.
 fn vertical_size_bytes(state: &UavState) -> usize {
     state.vertical.map_or(0, |_| 16)
 }
 
 impl Cue {
-    /// Every number is finite, none is beyond what there is on Earth, and both standard deviations are positive.
-    pub fn is_sound(&self) -> bool {
+    /// True if every number is finite and possible on Earth, and both standard deviations are positive.
+    pub fn is_valid(&self) -> bool {
         let up_to = |most: f64, sd: f64| sd > 0.0 && sd <= most;
         self.position.is_within(FARTHEST_M)
             && self.velocity.is_within(FASTEST_M_S)
@@ -321,9 +336,9 @@ impl Cue {
 }
 
 impl Detection {
-    /// A measurement that a sensor can make: finite, with a positive range that there is on Earth.
-    pub fn is_sound(&self) -> bool {
-        let RangeBearing { range_m, bearing } = self.measurement;
+    /// True if the measurement is possible: finite, with a positive range that exists on Earth.
+    pub fn is_valid(&self) -> bool {
+        let RangeBearingMeasurement { range_m, bearing } = self.measurement;
         range_m > 0.0 && range_m <= FARTHEST_M && bearing.rad().is_finite()
     }
 }

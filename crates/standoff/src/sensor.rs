@@ -1,6 +1,6 @@
-//! The GMTI sensor: range and bearing from a UAV to a target (7), what it can see, and what a measurement tells (31).
+//! The GMTI sensor: range and bearing from a UAV to a target (7), field of view, and information of a measurement (31).
 //!
-//! The sensor hangs in a gimbal; its boresight is the line from the UAV to the point that its agent looks at. Planar:
+//! The sensor is gimballed: its boresight points from the UAV to the point chosen by the agent. The model is planar:
 //! altitude is ignored.
 
 use nalgebra::{Matrix2, Vector2};
@@ -8,14 +8,14 @@ use nalgebra::{Matrix2, Vector2};
 use crate::angle::Angle;
 use crate::frame::{Displacement, Position};
 use crate::math;
-use crate::param::{Allowed, ParamError};
+use crate::validation::{Allowed, ParamError};
 
-/// Closer than this the bearing tells nothing that a filter could use, and the Jacobian's 1/r runs away.
+/// Minimum range of a usable measurement, m. At shorter ranges the Jacobian's 1/r diverges and the bearing is useless.
 pub const RANGE_MIN_M: f64 = 1.0;
 
 /// A measurement: range and bearing from the UAV to the target.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct RangeBearing {
+pub struct RangeBearingMeasurement {
     /// Range r, m.
     pub range_m: f64,
     /// Bearing theta, anticlockwise from east.
@@ -23,7 +23,7 @@ pub struct RangeBearing {
     pub bearing: Angle,
 }
 
-/// What the sensor is like.
+/// Parameters of the sensor.
 ///
 /// ```
 /// use standoff::{Angle, Position, TeamParams};
@@ -31,9 +31,9 @@ pub struct RangeBearing {
 /// let sensor = TeamParams::table_1().track.sensor;
 /// let (uav, target) = (Position::from_m(0.0, 400.0), Position::from_m(0.0, 0.0));
 /// let south = Angle::from_deg(-90.0);
-/// let seen = sensor.look(uav, south, target).expect("it is in view");
-/// assert_eq!((seen.range_m, seen.bearing), (400.0, south));
-/// // Behind the boresight nothing is seen.
+/// let z = sensor.look(uav, south, target).expect("the target is in view");
+/// assert_eq!((z.range_m, z.bearing), (400.0, south));
+/// // A target behind the sensor is not in view.
 /// assert!(sensor.look(uav, Angle::from_deg(90.0), target).is_none());
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -47,12 +47,12 @@ pub struct SensorParams {
     /// Field of view, alpha_f, rad; at least 0.001, at most a whole turn.
     #[doc(alias = "alpha_f")]
     pub field_of_view_rad: f64,
-    /// Furthest range at which a target is seen, m; above [`RANGE_MIN_M`], at most 1,000,000.
+    /// Maximum range at which a target is in view, m; above [`RANGE_MIN_M`], at most 1,000,000.
     pub sensing_range_m: f64,
 }
 
 impl SensorParams {
-    /// Every parameter that is out of range.
+    /// Returns every parameter that is out of range.
     pub fn errors(&self) -> Vec<ParamError> {
         let mut errors = Vec::new();
         Allowed::at_least(1e-3).at_most(1e5).check("range_sd_m", self.range_sd_m, &mut errors);
@@ -64,39 +64,39 @@ impl SensorParams {
     }
 
     /// Half the field of view, rad.
-    pub fn half_view_rad(&self) -> f64 {
+    pub fn half_field_of_view_rad(&self) -> f64 {
         0.5 * self.field_of_view_rad
     }
 
-    /// The target lies within half the field of view of the boresight, and within sensing range.
+    /// Returns true if the target is within half the field of view of the boresight and within sensing range.
     pub fn in_view(&self, uav: Position, boresight: Angle, target: Position) -> bool {
-        self.look(uav, boresight, target).is_some()
+        self.measure(uav, boresight, target).is_some()
     }
 
-    /// The noise-free measurement of a target that is [in view](Self::in_view).
-    pub fn look(&self, uav: Position, boresight: Angle, target: Position) -> Option<RangeBearing> {
-        let [z] = self.look_each(uav, boresight, [target]);
+    /// Returns the noise-free measurement of a target that is [in view](Self::in_view); `None` otherwise.
+    pub fn measure(&self, uav: Position, boresight: Angle, target: Position) -> Option<RangeBearingMeasurement> {
+        let [z] = self.measure_batch(uav, boresight, [target]);
         z
     }
 
-    /// [Looks](Self::look) at several targets: the same as one by one, in less time.
+    /// Like [`look`](Self::look) for several targets. Same results, but faster.
     #[inline]
-    pub fn look_each<const N: usize>(
+    pub fn measure_batch<const N: usize>(
         &self,
         uav: Position,
         boresight: Angle,
         targets: [Position; N],
-    ) -> [Option<RangeBearing>; N] {
-        measure_each(targets.map(|target| target - uav)).map(|z| {
+    ) -> [Option<RangeBearingMeasurement>; N] {
+        measure_batch(targets.map(|target| target - uav)).map(|z| {
             let is_in_view =
-                z.range_m <= self.sensing_range_m && (z.bearing - boresight).abs_rad() <= self.half_view_rad();
+                z.range_m <= self.sensing_range_m && (z.bearing - boresight).abs_rad() <= self.half_field_of_view_rad();
             is_in_view.then_some(z)
         })
     }
 
-    /// Like [`in_view`](Self::in_view), but with `clearance_m` to spare in every direction.
-    pub fn well_in_view(&self, uav: Position, boresight: Angle, target: Position, clearance_m: f64) -> bool {
-        // Most of what is asked about is far away.
+    /// Like [`in_view`](Self::in_view), but requires a clearance of `clearance_m` in every direction.
+    pub fn in_view_with_clearance(&self, uav: Position, boresight: Angle, target: Position, clearance_m: f64) -> bool {
+        // Most targets are out of range; this test is cheap.
         let furthest_m = self.sensing_range_m - clearance_m;
         if furthest_m < 0.0 || uav.squared_distance_m2(target) > furthest_m * furthest_m {
             return false;
@@ -104,11 +104,12 @@ impl SensorParams {
         let target_rel_uav = target - uav;
         let range_m = target_rel_uav.length_m();
         let off_boresight_rad = (target_rel_uav.direction() - boresight).abs_rad();
-        range_m > clearance_m.max(RANGE_MIN_M) && off_boresight_rad + clearance_m / range_m <= self.half_view_rad()
+        range_m > clearance_m.max(RANGE_MIN_M)
+            && off_boresight_rad + clearance_m / range_m <= self.half_field_of_view_rad()
     }
 
-    /// What one measurement from `uav` tells about the position of a target at `target`, R being this sensor's:
-    /// H' R^-1 H, 1/m2.
+    /// Returns the information H' R^-1 H that one measurement from `uav` gives about the position of a target at
+    /// `target`, 1/m2. R is the noise covariance of this sensor.
     ///
     /// Implements Eq. (31), one UAV's term. Zero within [`RANGE_MIN_M`].
     #[doc(alias = "fisher")]
@@ -117,18 +118,18 @@ impl SensorParams {
         h.transpose() * self.noise_information() * h
     }
 
-    /// R^-1.
+    /// Returns R^-1, the inverse of the measurement noise covariance.
     pub fn noise_information(&self) -> Matrix2<f64> {
         Matrix2::from_diagonal(&self.noise_weights().into())
     }
 
-    /// The diagonal of R^-1: of the range, 1/m2, and of the bearing, 1/rad2.
+    /// Diagonal of R^-1: range (1/m2) and bearing (1/rad2).
     pub(crate) fn noise_weights(&self) -> [f64; 2] {
         [1.0 / (self.range_sd_m * self.range_sd_m), 1.0 / (self.bearing_sd_rad * self.bearing_sd_rad)]
     }
 
-    /// Where a single measurement puts the target, and the covariance of that position, m2.
-    pub fn converted(&self, uav: Position, z: &RangeBearing) -> (Position, Matrix2<f64>) {
+    /// Converts a measurement to a target position and its covariance, m2.
+    pub fn to_cartesian(&self, uav: Position, z: &RangeBearingMeasurement) -> (Position, Matrix2<f64>) {
         let along = Displacement::from_polar(1.0, z.bearing).vector();
         let across = Vector2::new(-along.y, along.x);
         let across_sd_m = z.range_m.max(RANGE_MIN_M) * self.bearing_sd_rad;
@@ -138,19 +139,19 @@ impl SensorParams {
     }
 }
 
-/// The noise-free measurement of a target at `target` from `uav`.
+/// Returns the noise-free measurement of a target at `target` from `uav`.
 ///
 /// Implements Eq. (7).
-pub fn measure(uav: Position, target: Position) -> RangeBearing {
-    let [z] = measure_each([target - uav]);
+pub fn measure(uav: Position, target: Position) -> RangeBearingMeasurement {
+    let [z] = measure_batch([target - uav]);
     z
 }
 
-/// The same of several targets, each relative to its UAV.
+/// Like [`measure`] for several targets, each given relative to its UAV.
 #[inline]
-pub(crate) fn measure_each<const N: usize>(targets_rel_uav: [Displacement; N]) -> [RangeBearing; N] {
-    let bearings = Displacement::direction_each(targets_rel_uav);
-    core::array::from_fn(|i| RangeBearing { range_m: targets_rel_uav[i].length_m(), bearing: bearings[i] })
+pub(crate) fn measure_batch<const N: usize>(targets_rel_uav: [Displacement; N]) -> [RangeBearingMeasurement; N] {
+    let bearings = Displacement::direction_batch(targets_rel_uav);
+    core::array::from_fn(|i| RangeBearingMeasurement { range_m: targets_rel_uav[i].length_m(), bearing: bearings[i] })
 }
 
 /// Derivative H of (7) with respect to the target's position: rows range (m/m) and bearing (rad/m), columns x and y.
@@ -164,7 +165,7 @@ pub fn jacobian(uav: Position, target: Position) -> Option<Matrix2<f64>> {
     (range_m >= RANGE_MIN_M).then(|| Matrix2::new(along.x, along.y, across.x, across.y))
 }
 
-/// Its rows, where the range is known already: along the line of sight, and across it.
+/// Rows of the [`jacobian`] for a known range: along the line of sight, and across it.
 #[inline]
 pub(crate) fn jacobian_rows(range_m: f64, target_rel_uav: Displacement) -> [Vector2<f64>; 2] {
     let along = target_rel_uav.vector() / range_m;
@@ -194,7 +195,7 @@ mod tests {
     }
 
     #[test]
-    fn view_ends_at_half_the_field_of_view_and_at_the_sensing_range() {
+    fn the_view_is_limited_by_half_the_field_of_view_and_by_the_sensing_range() {
         let sensor = table_1();
         let at = |deg: f64, range_m| Position::ORIGIN + Displacement::from_polar(range_m, Angle::from_deg(deg));
         let west = Angle::from_deg(180.0);
@@ -202,13 +203,13 @@ mod tests {
         assert!(!sensor.in_view(Position::ORIGIN, west, at(-144.9, 400.0)));
         assert!(sensor.in_view(Position::ORIGIN, west, at(170.0, 1199.0)));
         assert!(!sensor.in_view(Position::ORIGIN, west, at(170.0, 1201.0)));
-        assert!(sensor.well_in_view(Position::ORIGIN, west, at(-148.0, 400.0), 10.0));
-        assert!(!sensor.well_in_view(Position::ORIGIN, west, at(-146.0, 400.0), 10.0));
+        assert!(sensor.in_view_with_clearance(Position::ORIGIN, west, at(-148.0, 400.0), 10.0));
+        assert!(!sensor.in_view_with_clearance(Position::ORIGIN, west, at(-146.0, 400.0), 10.0));
     }
 
-    /// Checks Eq. (31): the printed entries, for a bearing of 30 degrees at 300 m.
+    /// Checks Eq. (31): the published entries, for a bearing of 30 degrees at 300 m.
     #[test]
-    fn information_has_the_printed_entries() {
+    fn information_has_the_published_entries() {
         let (theta, r) = (30f64.to_radians(), 300.0);
         let target = Position::ORIGIN + Displacement::from_polar(r, Angle::from_rad(theta));
         let got = table_1().information(Position::ORIGIN, target);
@@ -222,7 +223,7 @@ mod tests {
     fn the_covariance_of_a_converted_measurement_inverts_the_information() {
         let sensor = table_1();
         let (uav, target) = (Position::from_m(-50.0, 20.0), Position::from_m(250.0, 310.0));
-        let (position, covariance) = sensor.converted(uav, &measure(uav, target));
+        let (position, covariance) = sensor.to_cartesian(uav, &measure(uav, target));
         assert!(position.distance_m(target) < 1e-9);
         assert!((covariance * sensor.information(uav, target) - Matrix2::identity()).norm() < 1e-9);
     }
@@ -247,7 +248,7 @@ mod tests {
     }
 
     #[test]
-    fn overhead_there_is_no_jacobian_and_no_information() {
+    fn a_target_directly_below_has_no_jacobian_and_no_information() {
         assert_eq!(jacobian(Position::ORIGIN, Position::from_m(0.5, 0.0)), None);
         assert_eq!(table_1().information(Position::ORIGIN, Position::ORIGIN), Matrix2::zeros());
     }

@@ -1,157 +1,158 @@
-//! A picture as bytes, for who was not there: in parts, checked as a whole before it is believed.
+//! Snapshot of a team state for an agent that missed its history: sent in parts and checked as a whole before use.
 //!
-//! Whoever lacks the team's past, or has another one, asks for a picture; parts come as the repair budget allows, and are
-//! said again as the next report tells which have come.
+//! An agent that lacks the team's past, or whose state differs, requests a snapshot. The sender sends parts as the
+//! retransmission budget allows, and repeats a part if the receiver's next report shows that it is missing.
 
-use crate::message::{Ask, SnapshotPart, Stamp};
-use crate::picture::Picture;
-use crate::team::TeamParams;
+use crate::message::{CommitDigest, SnapshotPart, SnapshotRequest};
+use crate::params::TeamParams;
+use crate::team_state::TeamState;
 use crate::time::Time;
 use crate::uav::UavId;
 
-/// A picture has no more parts than this: 2 MiB, some 8,000 targets.
+/// Maximum number of parts of a snapshot: 2 MiB, about 8,000 targets.
 const PARTS_MAX: usize = 4096;
 
-/// What is offered is a newer picture after so many periods.
+/// Number of time steps after which a newer team state is offered.
 const OFFERED_FOR: i64 = 40;
 
-/// A picture that is told to who asks.
+/// Sender side: a team state that is sent on request.
 #[derive(Debug, Clone, Default)]
-pub(crate) struct Offer {
-    pub(crate) stamp: Stamp,
+pub(crate) struct SnapshotSender {
+    pub(crate) commit_digest: CommitDigest,
     bytes: Vec<u8>,
-    /// When each part was said last.
-    said_at: Vec<i64>,
+    /// Time step at which each part was last sent.
+    sent_at: Vec<i64>,
     made_at: i64,
 }
 
-impl Offer {
-    /// A picture as it is at an instant; `None` if it is too large to be told.
-    pub(crate) fn of(picture: &Picture, now: i64) -> Option<Self> {
+impl SnapshotSender {
+    /// Serialises a team state at time step `now`; `None` if it is too large.
+    pub(crate) fn of(picture: &TeamState, now: i64) -> Option<Self> {
         let bytes = postcard::to_allocvec(picture).ok()?;
         let parts = bytes.len().div_ceil(SnapshotPart::BYTES_MAX);
-        let stamp = Stamp { time: picture.time, digest: picture.digest() };
-        (parts <= PARTS_MAX).then(|| Self { stamp, bytes, said_at: vec![i64::MIN; parts], made_at: now })
+        let stamp = CommitDigest { time: picture.time, digest: picture.digest() };
+        (parts <= PARTS_MAX).then(|| Self { commit_digest: stamp, bytes, sent_at: vec![i64::MIN; parts], made_at: now })
     }
 
-    /// Still worth being taken: it was made no more than so many periods ago, nor too many.
+    /// True if the snapshot is still useful: it is not older than `periods` or the limit of all snapshots.
     pub(crate) fn is_fresh(&self, now: i64, periods: i64) -> bool {
         !self.bytes.is_empty() && now - self.made_at <= periods.min(OFFERED_FOR)
     }
 
-    /// The next part, from one on, that who has asked at an instant lacks, and that is not on its way already.
-    pub(crate) fn lacking(&self, ask: &Ask, asked_at: i64, from: u16) -> Option<u16> {
-        let is_other = ask.stamp.is_some_and(|stamp| stamp != self.stamp);
+    /// Returns the first part, from index `from` on, that the receiver lacked when it sent its request at `asked_at`,
+    /// and that has not been sent since.
+    pub(crate) fn lacking(&self, ask: &SnapshotRequest, asked_at: i64, from: u16) -> Option<u16> {
+        let is_other = ask.commit_digest.is_some_and(|stamp| stamp != self.commit_digest);
         let (next, after) = if is_other { (0, 0) } else { (ask.next, ask.after) };
         let has = move |index: u16| match index.checked_sub(next) {
             None => true,
             Some(0) => false,
             Some(ahead) => ahead <= 64 && after >> (ahead - 1) & 1 == 1,
         };
-        let count = self.said_at.len().min(usize::from(u16::MAX)) as u16;
+        let count = self.sent_at.len().min(usize::from(u16::MAX)) as u16;
         let mut parts = next.max(from)..count.min(next.saturating_add(65));
-        parts.find(|index| !has(*index) && self.said_at[usize::from(*index)] < asked_at)
+        parts.find(|index| !has(*index) && self.sent_at[usize::from(*index)] < asked_at)
     }
 
-    /// A part, said at an instant.
+    /// Writes part `index`, sent at time step `now`, into `part`.
     pub(crate) fn part(&mut self, uav: UavId, since: Time, index: u16, now: i64, part: &mut SnapshotPart) {
         let place = usize::from(index);
-        self.said_at[place] = now;
+        self.sent_at[place] = now;
         let from = place * SnapshotPart::BYTES_MAX;
         let to = self.bytes.len().min(from + SnapshotPart::BYTES_MAX);
-        (part.uav, part.since, part.stamp) = (uav, since, self.stamp);
-        (part.index, part.count) = (index, self.said_at.len() as u16);
+        (part.uav, part.start, part.commit_digest) = (uav, since, self.commit_digest);
+        (part.index, part.count) = (index, self.sent_at.len() as u16);
         part.bytes.clear();
         part.bytes.extend_from_slice(&self.bytes[from..to]);
     }
 }
 
-/// A picture that comes in parts.
+/// Receiver side: a team state that arrives in parts.
 #[derive(Debug, Clone, Default)]
-pub(crate) struct Taking {
+pub(crate) struct SnapshotReceiver {
     from: Option<UavId>,
-    since: Time,
-    stamp: Stamp,
+    start: Time,
+    commit_digest: CommitDigest,
     parts: Vec<Option<Vec<u8>>>,
 }
 
-/// What became of a part.
+/// Result of adding a part.
 #[derive(Debug)]
-pub(crate) enum Taken {
-    /// It is known, or of an older picture.
+pub(crate) enum PartOutcome {
+    /// The part is known, or belongs to an older snapshot.
     Nothing,
-    /// The first one; more are to come.
+    /// First part; more parts are missing.
     First,
-    /// Another one; more are to come.
+    /// Further part; more parts are missing.
     Part,
-    /// All are there.
-    Whole(Box<Picture>),
-    /// They are not what was told of them, or no picture that could be.
-    Nonsense,
+    /// All parts have arrived.
+    Whole(Box<TeamState>),
+    /// The parts do not match their digest, or do not form a valid team state.
+    Malformed,
 }
 
-impl Taking {
+impl SnapshotReceiver {
     pub(crate) fn reset(&mut self) {
         *self = Self::default();
     }
 
-    /// What to ask of a UAV.
-    pub(crate) fn ask(&mut self, of: UavId) -> Ask {
+    /// Returns the request to send to a UAV.
+    pub(crate) fn request(&mut self, of: UavId) -> SnapshotRequest {
         if self.from != Some(of) {
             *self = Self { from: Some(of), ..Self::default() };
         }
-        let stamp = Some(self.stamp).filter(|_| !self.parts.is_empty());
+        let stamp = Some(self.commit_digest).filter(|_| !self.parts.is_empty());
         let next = self.parts.iter().position(Option::is_none).unwrap_or(self.parts.len());
         let ahead = self.parts.iter().skip(next + 1).take(64);
         let after = ahead.zip(0..).fold(0, |after, (part, bit)| after | u64::from(part.is_some()) << bit);
-        Ask { of, stamp, next: next as u16, after }
+        SnapshotRequest { of, commit_digest: stamp, next: next as u16, after }
     }
 
-    /// It is this one who was asked.
-    pub(crate) fn is_asked(&self, uav: UavId) -> bool {
+    /// True if the request addresses this UAV.
+    pub(crate) fn is_requested_from(&self, uav: UavId) -> bool {
         self.from == Some(uav)
     }
 
-    /// Takes in a part of whom was asked.
-    pub(crate) fn take(&mut self, part: &SnapshotPart, params: &TeamParams) -> Taken {
-        let SnapshotPart { since, stamp, index, count, ref bytes, .. } = *part;
+    /// Adds a part from the requested UAV.
+    pub(crate) fn add_part(&mut self, part: &SnapshotPart, params: &TeamParams) -> PartOutcome {
+        let SnapshotPart { start: since, commit_digest: stamp, index, count, ref bytes, .. } = *part;
         let (place, parts) = (usize::from(index), usize::from(count));
         let is_last = place + 1 == parts;
-        let is_sound = place < parts
+        let is_valid = place < parts
             && parts <= PARTS_MAX
             && !bytes.is_empty()
             && (bytes.len() == SnapshotPart::BYTES_MAX || is_last && bytes.len() < SnapshotPart::BYTES_MAX);
-        if !is_sound {
-            return Taken::Nonsense;
+        if !is_valid {
+            return PartOutcome::Malformed;
         }
-        let is_first = (self.since, self.stamp, self.parts.len()) != (since, stamp, parts);
+        let is_first = (self.start, self.commit_digest, self.parts.len()) != (since, stamp, parts);
         if is_first {
-            // An older one is over.
-            if !self.parts.is_empty() && stamp.time < self.stamp.time {
-                return Taken::Nothing;
+            // A part of an older snapshot is ignored.
+            if !self.parts.is_empty() && stamp.time < self.commit_digest.time {
+                return PartOutcome::Nothing;
             }
-            (self.since, self.stamp) = (since, stamp);
+            (self.start, self.commit_digest) = (since, stamp);
             self.parts.clear();
             self.parts.resize(parts, None);
         }
         if self.parts[place].is_some() {
-            return Taken::Nothing;
+            return PartOutcome::Nothing;
         }
         self.parts[place] = Some(bytes.clone());
         if self.parts.iter().any(Option::is_none) {
-            return if is_first { Taken::First } else { Taken::Part };
+            return if is_first { PartOutcome::First } else { PartOutcome::Part };
         }
         let whole: Vec<u8> = self.parts.drain(..).flatten().flatten().collect();
-        match read(&whole, self.stamp, params) {
-            Some(picture) => Taken::Whole(Box::new(picture)),
-            None => Taken::Nonsense,
+        match read(&whole, self.commit_digest, params) {
+            Some(picture) => PartOutcome::Whole(Box::new(picture)),
+            None => PartOutcome::Malformed,
         }
     }
 }
 
-/// The picture that these bytes are, if they are what was told of them.
-fn read(bytes: &[u8], stamp: Stamp, params: &TeamParams) -> Option<Picture> {
-    let (mut picture, rest) = postcard::take_from_bytes::<Picture>(bytes).ok()?;
-    let is_it = rest.is_empty() && picture.time == stamp.time && picture.digest() == stamp.digest;
-    (is_it && picture.make_whole(params)).then_some(picture)
+/// Deserialises a team state and checks it against its digest.
+fn read(bytes: &[u8], stamp: CommitDigest, params: &TeamParams) -> Option<TeamState> {
+    let (mut picture, rest) = postcard::take_from_bytes::<TeamState>(bytes).ok()?;
+    let matches = rest.is_empty() && picture.time == stamp.time && picture.digest() == stamp.digest;
+    (matches && picture.rebuild_index(params)).then_some(picture)
 }

@@ -1,4 +1,4 @@
-//! A ground target: correlated acceleration per axis (Singer's model) (5, 6).
+//! Motion model of a ground target: correlated acceleration per axis (Singer model) (5, 6).
 //!
 //! ```text
 //! x_{k+1} = F x_k + eta      F_1 = | 1  T  (e^{-aT} + aT - 1)/a^2 |
@@ -6,9 +6,9 @@
 //!                                  | 0  0  e^{-aT}                |
 //! ```
 //!
-//! The scan prints five states; there are six: position, velocity, acceleration per axis. The paper prints no Q: here
-//! it is the exact one for white jerk of density 2 a sigma_a^2, Q = 2 a sigma_a^2 int_0^T g(s) g(s)' ds with g the
-//! third column of F_1.
+//! The available scan of the paper shows five states. The state has six: position, velocity and acceleration per axis.
+//! The paper does not give Q. This module uses the exact Q for white jerk of density 2 a sigma_a^2:
+//! Q = 2 a sigma_a^2 int_0^T g(s) g(s)' ds, where g is the third column of F_1.
 
 use core::ops::{Add, Mul};
 
@@ -17,17 +17,17 @@ use nalgebra::{Matrix3, Vector6};
 use crate::covariance::Covariance;
 use crate::frame::{Position, Velocity};
 use crate::math;
-use crate::param::{Allowed, ParamError};
 use crate::time::Duration;
+use crate::validation::{Allowed, ParamError};
 
 /// Position, velocity and acceleration of a target, or of a group's centre.
 ///
-/// The order inside is `[x, vx, ax, y, vy, ay]`: two blocks of three, one per axis.
+/// Component order: `[x, vx, ax, y, vy, ay]`, one block of three per axis.
 #[derive(Debug, Clone, Copy, Default, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct TargetState(pub Vector6<f64>);
 
 impl TargetState {
-    /// From position, velocity and acceleration east and north, m/s2.
+    /// Creates a state from position, velocity and acceleration (east and north, m/s2).
     pub fn new(position: Position, velocity: Velocity, acceleration_m_s2: [f64; 2]) -> Self {
         Self(Vector6::new(
             position.x_m(),
@@ -81,7 +81,7 @@ pub struct TargetParams {
 }
 
 impl TargetParams {
-    /// Every parameter that is out of range.
+    /// Returns every parameter that is out of range.
     pub fn errors(&self) -> Vec<ParamError> {
         let mut errors = Vec::new();
         let rate = Allowed::at_least(0.0).at_most(100.0);
@@ -91,7 +91,7 @@ impl TargetParams {
         errors
     }
 
-    /// The model over a time step.
+    /// Discretises the model for a time step of `dt`.
     ///
     /// Implements Eq. (6) and the exact Q.
     pub fn transition(&self, dt: Duration) -> Transition {
@@ -106,7 +106,7 @@ impl TargetParams {
     }
 }
 
-/// The target model over one time step; both axes share it.
+/// The target model discretised for one time step; both axes share it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Transition {
     /// The time step.
@@ -118,22 +118,22 @@ pub struct Transition {
 }
 
 impl Transition {
-    /// The model over no time at all.
+    /// The transition over a time step of zero: identity, no noise.
     pub(crate) fn none() -> Self {
         Self { dt: Duration::ZERO, f: Matrix3::identity(), q: Matrix3::zeros() }
     }
 
-    /// F_1 times a position, velocity and acceleration.
+    /// Multiplies F_1 by a position, velocity and acceleration.
     fn moved<T>(&self, [x, v, u]: [T; 3]) -> [T; 3]
     where
         T: Copy + Add<Output = T> + Mul<f64, Output = T>,
     {
-        // F_1 is zero below its diagonal and one on it but for the last place: few products are left.
+        // F_1 is upper triangular with ones on the diagonal except in the last place, so few products remain.
         let (t, a, b, c) = (self.f[(0, 1)], self.f[(0, 2)], self.f[(1, 2)], self.f[(2, 2)]);
         [x + v * t + u * a, v + u * b, u * c]
     }
 
-    /// The state after the step, without noise.
+    /// Predicts the state after the step, without noise.
     ///
     /// Implements Eq. (5).
     #[inline]
@@ -143,22 +143,23 @@ impl Transition {
         TargetState(Vector6::new(x, vx, ax, y, vy, ay))
     }
 
-    /// Makes P F P F' + Q.
+    /// Replaces P by F P F' + Q.
     pub fn predict_covariance(&self, p: &mut Covariance) {
-        // The rows of P F', then the columns of F times that.
-        let [xx, xv, xa, vv, va, aa] = p.own;
+        // First the rows of P F', then the columns of F (P F').
+        let [xx, xv, xa, vv, va, aa] = p.same_axis;
         let rows = [[xx, xv, xa], [xv, vv, va], [xa, va, aa]].map(|row| self.moved(row));
         let own = [0, 1, 2].map(|column| self.moved(rows.map(|row| row[column])));
-        let rows = p.across.map(|row| self.moved(row));
+        let rows = p.cross_axis.map(|row| self.moved(row));
         let across = [0, 1, 2].map(|column| self.moved(rows.map(|row| row[column])));
         let upper = [(0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2)];
-        p.own = upper.map(|(row, column)| own[column][row].add_scalar(self.q[(row, column)]));
-        p.across = [0, 1, 2].map(|row| across.map(|column| column[row]));
+        p.same_axis = upper.map(|(row, column)| own[column][row].add_scalar(self.q[(row, column)]));
+        p.cross_axis = [0, 1, 2].map(|row| across.map(|column| column[row]));
     }
 
-    /// A lower triangle L with L L' = Q of one axis: three standard normals times L are a draw of eta.
+    /// Returns the lower triangular L with L L' = Q of one axis. L times three standard normal samples is a sample of
+    /// eta.
     pub fn noise_factor(&self) -> Matrix3<f64> {
-        // Not a library's Cholesky: Q is zero for targets that never accelerate, and L is then zero too.
+        // A library Cholesky fails for targets that never accelerate: Q is zero, and L must be zero too.
         let mut l = Matrix3::zeros();
         for column in 0..3 {
             let mut pivot = self.q[(column, column)];
@@ -181,12 +182,13 @@ impl Transition {
     }
 }
 
-/// Below this alpha T the closed forms cancel; a power series is exact to rounding there.
+/// Value of alpha T below which the power series is used: the closed forms cancel there, the series is exact to
+/// rounding.
 const SERIES_BELOW: f64 = 1.0;
-/// Terms of the series: 1/24! is far below rounding.
+/// Number of terms of the series; 1/24! is far below rounding.
 const TERMS: usize = 24;
 
-/// Third column of F_1 (6): what a unit acceleration does over `t`.
+/// Third column of F_1 (6): effect of a unit acceleration after time `t`.
 fn third_column(alpha: f64, t: f64) -> [f64; 3] {
     let x = alpha * t;
     if x < SERIES_BELOW {
@@ -196,8 +198,8 @@ fn third_column(alpha: f64, t: f64) -> [f64; 3] {
     [(e + x - 1.0) / (alpha * alpha), (1.0 - e) / alpha, e]
 }
 
-/// Coefficients of powers of t in row `row` of the third column: g_3 = e^{-alpha t}, g_2 and g_1 its first and second
-/// integrals.
+/// Coefficients of the powers of t in row `row` of the third column: g_3 = e^{-alpha t}; g_2 and g_1 are its first and
+/// second integrals.
 fn third_column_series(alpha: f64, row: usize) -> [f64; TERMS] {
     let lowest = 2 - row;
     let mut series = [0.0; TERMS];
@@ -216,7 +218,7 @@ fn polynomial(series: &[f64], t: f64) -> f64 {
     series.iter().rev().fold(0.0, |sum, coefficient| sum * t + coefficient)
 }
 
-/// int_0^t g(s) g(s)' ds.
+/// Integral of g(s) g(s)' for s from 0 to t.
 fn noise_integral(alpha: f64, t: f64) -> Matrix3<f64> {
     let x = alpha * t;
     if x < SERIES_BELOW {
@@ -224,7 +226,7 @@ fn noise_integral(alpha: f64, t: f64) -> Matrix3<f64> {
         let mut integral = Matrix3::zeros();
         for (row, column) in [(0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2)] {
             let (a, b) = (&series[row], &series[column]);
-            // Of the product's powers, those beyond the series' own are below rounding, too.
+            // Powers of the product beyond `TERMS` are below rounding too.
             let coefficient = |power: usize| (0..=power).map(|i| a[i] * b[power - i]).sum::<f64>() / (power + 1) as f64;
             let coefficients: [f64; TERMS] = core::array::from_fn(coefficient);
             integral[(row, column)] = t * polynomial(&coefficients, t);
@@ -257,9 +259,9 @@ mod tests {
         (a - b).abs() <= relative * a.abs().max(b.abs())
     }
 
-    /// Checks Eq. (6): Table I's alpha and T_s give the printed entries.
+    /// Checks Eq. (6): Table I's alpha and T_s give the published entries.
     #[test]
-    fn the_transition_matrix_is_the_printed_one() {
+    fn the_transition_matrix_is_the_published_one() {
         let t = model(0.1, 1.0).transition(Duration::from_s(0.5));
         let e = math::exp(-0.05);
         assert!(close(t.f[(0, 2)], (e + 0.05 - 1.0) / 0.01, 1e-11));
@@ -268,9 +270,10 @@ mod tests {
         assert_eq!((t.f[(0, 0)], t.f[(0, 1)], t.f[(1, 1)], t.f[(1, 0)]), (1.0, 0.5, 1.0, 0.0));
     }
 
-    /// Checks Eq. (5, 6): two half steps are one whole step, for F and for Q, on both sides of the series.
+    /// Checks Eq. (5, 6): two half steps equal one whole step, for F and Q, both with the series and with the closed
+    /// form.
     #[test]
-    fn two_half_steps_make_one_step() {
+    fn two_half_steps_equal_one_step() {
         for (alpha, dt_s) in [(0.0, 0.5), (1e-6, 1.0), (0.1, 0.5), (0.3, 6.0), (1.9, 0.6), (4.0, 2.0)] {
             let whole = model(alpha, 0.7).transition(Duration::from_s(dt_s));
             let half = model(alpha, 0.7).transition(Duration::from_s(dt_s / 2.0));
@@ -287,7 +290,7 @@ mod tests {
 
     /// Checks the exact Q of Eq. (5) against the limit of small alpha T: white jerk's [T^5/20 T^4/8 T^3/6; . T^3/3 T^2/2; . . T].
     #[test]
-    fn for_short_steps_q_is_that_of_white_jerk() {
+    fn q_of_short_steps_approaches_white_jerk() {
         let (alpha, t) = (1e-9, 0.5f64);
         let q = noise_integral(alpha, t);
         let (t2, t3) = (t * t, t * t * t);
@@ -298,7 +301,7 @@ mod tests {
         }
     }
 
-    /// Checks the exact Q of Eq. (5): the series and the closed form meet where they change over.
+    /// Checks the exact Q of Eq. (5): the series and the closed form agree at the switch-over.
     #[test]
     fn series_and_closed_form_agree() {
         let below = noise_integral(0.999_999_999, 1.0);
@@ -320,7 +323,7 @@ mod tests {
     }
 
     #[test]
-    fn the_block_prediction_equals_the_whole_matrices() {
+    fn the_block_prediction_equals_the_full_matrix_prediction() {
         let t = model(0.3, 0.7).transition(Duration::from_s(0.4));
         let root = Matrix6::from_fn(|i, j| 0.3 * (i as f64 + 1.0) - 0.2 * (j as f64) + f64::from(i == j));
         let p = root * root.transpose();

@@ -2,7 +2,7 @@
 
 use core::ops::{Add, Sub};
 
-/// A moment, microseconds since the start of the mission.
+/// Point in time, microseconds since the start of the mission.
 ///
 /// ```
 /// use standoff::{Duration, Time};
@@ -15,15 +15,15 @@ use core::ops::{Add, Sub};
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, PartialOrd, Ord, serde::Serialize, serde::Deserialize)]
 pub struct Time(i64);
 
-/// The time between two moments, microseconds.
+/// Time difference, microseconds.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, PartialOrd, Ord, serde::Serialize, serde::Deserialize)]
 pub struct Duration(i64);
 
 impl Time {
     /// The start of the mission.
-    pub const START: Self = Self(0);
+    pub const EPOCH: Self = Self(0);
 
-    /// From microseconds since the start of the mission.
+    /// Creates a time from microseconds since the start of the mission.
     pub const fn from_us(us: i64) -> Self {
         Self(us)
     }
@@ -40,15 +40,15 @@ impl Time {
 }
 
 impl Duration {
-    /// No time at all.
+    /// Zero duration.
     pub const ZERO: Self = Self(0);
 
-    /// From microseconds.
+    /// Creates a duration from microseconds.
     pub const fn from_us(us: i64) -> Self {
         Self(us)
     }
 
-    /// From seconds, to the nearest microsecond; saturates.
+    /// Creates a duration from seconds, rounded to the nearest microsecond; saturates.
     pub fn from_s(s: f64) -> Self {
         Self((s * 1e6).round() as i64)
     }
@@ -91,12 +91,12 @@ mod tests {
 
     #[test]
     fn two_hundred_half_seconds_are_exactly_a_hundred_seconds() {
-        let mut now = Time::START;
+        let mut now = Time::EPOCH;
         for _ in 0..200 {
             now = now + Duration::from_s(0.5);
         }
         assert_eq!(now, Time::from_us(100_000_000));
-        assert_eq!((now - Time::START).s(), 100.0);
+        assert_eq!((now - Time::EPOCH).s(), 100.0);
     }
 
     #[test]

@@ -1,4 +1,5 @@
-//! A fixed-wing UAV under its low-level autopilot: first-order lags on speed and turn rate, and their limits (1-4).
+//! Kinematic model of a fixed-wing UAV with its low-level autopilot: first-order lags on speed and turn rate, and
+//! limits (1-4).
 //!
 //! ```text
 //! x' = v cos psi      y' = v sin psi      psi' = omega
@@ -6,27 +7,27 @@
 //! |u_v - v_0| <= dv_max                   |u_omega| <= omega_max                         Eq. (2, 3)
 //! ```
 //!
-//! Erratum: at the paper's 0.5 s the Euler step (4) of the heading loop is only marginally stable. Holding the command
-//! and solving (1) exactly over the step is the default; Euler stays selectable.
+//! Erratum: at the paper's period of 0.5 s the Euler step (4) of the heading loop is only marginally stable. By
+//! default, the model holds the command and solves (1) exactly over the step. The Euler step can still be selected.
 
 use core::array::from_fn;
 
 use crate::angle::Angle;
 use crate::frame::{Displacement, FARTHEST_M, FASTEST_M_S, FASTEST_RAD_S, Position, Velocity};
 use crate::math;
-use crate::param::{Allowed, ParamError, errors_of};
 use crate::time::Duration;
+use crate::validation::{Allowed, ParamError, errors_of};
 
-/// Identifies a UAV; teams agree on it.
+/// Id of a UAV, unique in its team and the same for all agents.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, serde::Serialize, serde::Deserialize)]
 pub struct UavId(pub u32);
 
-/// An aircraft: a UAV of the team, or an intruder by a number of its own.
+/// Id of an aircraft: a UAV of the team, or an intruder, which are numbered separately.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Aircraft {
-    /// Of the team.
+    /// A UAV of the team.
     Uav(UavId),
-    /// Not of the team ([`Traffic`](crate::Traffic)).
+    /// An aircraft outside the team ([`Traffic`](crate::Traffic)).
     Intruder(u32),
 }
 
@@ -43,12 +44,12 @@ pub struct UavState {
     /// Turn rate omega, rad/s, positive anticlockwise.
     #[doc(alias = "omega")]
     pub turn_rate_rad_s: f64,
-    /// Where altitudes are flown: how high it is; `None`: nobody knows.
+    /// Altitude and climb rate; `None` if unknown or if the mission is flat.
     #[serde(skip)]
     pub vertical: Option<Vertical>,
 }
 
-/// Altitude, and how it changes.
+/// Altitude and climb rate.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Vertical {
     /// Altitude above the plane, m.
@@ -64,18 +65,18 @@ impl Vertical {
 }
 
 impl UavState {
-    /// A UAV that flies straight on; how high, nobody knows.
-    pub const fn straight(position: Position, heading: Angle, speed_m_s: f64) -> Self {
+    /// A UAV in straight flight at unknown altitude.
+    pub const fn level_flight(position: Position, heading: Angle, speed_m_s: f64) -> Self {
         Self { position, heading, speed_m_s, turn_rate_rad_s: 0.0, vertical: None }
     }
 
-    /// The same so long after, if it goes on to fly, turn and climb as it does.
-    pub(crate) fn carried_on(&self, after_s: f64) -> Self {
+    /// Extrapolates the state by `after_s` seconds at constant speed, turn rate and climb rate.
+    pub(crate) fn extrapolated(&self, after_s: f64) -> Self {
         let turned_rad = self.turn_rate_rad_s * after_s;
         let (moved, heading) = if turned_rad.abs() < 1e-9 {
             (self.velocity() * after_s, self.heading)
         } else {
-            // The chord of the arc, half of the turn from where it began.
+            // The chord of the arc; its direction is the initial heading plus half the turn.
             let chord_m = 2.0 * self.speed_m_s / self.turn_rate_rad_s * math::sin(0.5 * turned_rad);
             let along = self.heading + Angle::from_rad(0.5 * turned_rad);
             (Displacement::from_polar(chord_m, along), self.heading + Angle::from_rad(turned_rad))
@@ -92,7 +93,7 @@ impl UavState {
         Velocity::from_polar(self.speed_m_s, self.heading)
     }
 
-    /// Every component is finite.
+    /// Returns true if every component is finite.
     pub fn is_finite(&self) -> bool {
         self.position.is_finite()
             && self.heading.rad().is_finite()
@@ -101,8 +102,8 @@ impl UavState {
             && self.vertical.is_none_or(|vertical| vertical.numbers().iter().all(|number| number.is_finite()))
     }
 
-    /// The same, and none is beyond what there is on Earth.
-    pub(crate) fn is_sound(&self) -> bool {
+    /// Returns true if every component is finite and physically plausible.
+    pub(crate) fn is_valid(&self) -> bool {
         self.is_finite()
             && self.position.is_within(FARTHEST_M)
             && self.speed_m_s.abs() <= FASTEST_M_S
@@ -113,7 +114,7 @@ impl UavState {
     }
 }
 
-/// What the low-level autopilot is asked for: speed u_v and turn rate u_omega.
+/// Command to the low-level autopilot: speed u_v and turn rate u_omega.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Command {
     /// Speed, m/s.
@@ -124,24 +125,24 @@ pub struct Command {
     pub turn_rate_rad_s: f64,
 }
 
-/// A command inside the limits, and which limit it met.
+/// A command within the limits, and flags for the limits that were applied.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LimitedCommand {
-    /// The command to give.
+    /// The command, within the limits.
     pub command: Command,
-    /// More speed change was wanted than (2) allows.
+    /// The desired speed change exceeded the limit (2).
     pub speed_limited: bool,
-    /// More turn rate was wanted than (3) allows.
+    /// The desired turn rate exceeded the limit (3).
     pub turn_rate_limited: bool,
 }
 
-/// How (1) is carried over a time step.
+/// Method that integrates (1) over a time step.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub enum Integrator {
-    /// Exact solution under a held command.
+    /// Exact solution for a constant command.
     #[default]
     Exact,
-    /// One Euler step (4), as printed.
+    /// One Euler step (4), as published.
     Euler,
 }
 
@@ -153,7 +154,7 @@ pub enum Integrator {
 /// let params = TeamParams::table_1().uav;
 /// let state =
 ///     UavState { position: Position::from_m(0.0, 0.0), heading: Angle::from_deg(90.0), speed_m_s: 40.0, turn_rate_rad_s: 0.0, vertical: None };
-/// // Too much is asked for: the limits are those of the paper's table.
+/// // The command exceeds the limits, which are those of the paper's Table I.
 /// let limited = params.limit(Command { speed_m_s: 100.0, turn_rate_rad_s: 1.0 });
 /// assert_eq!((limited.command.speed_m_s, limited.command.turn_rate_rad_s), (55.0, 0.3));
 /// let next = params.response(Duration::from_s(0.5)).step(&state, limited.command);
@@ -165,10 +166,10 @@ pub struct UavParams {
     #[doc(alias = "v_0")]
     #[doc(alias = "v_d")]
     pub speed_m_s: f64,
-    /// Largest change of the speed command, dv_max, m/s; at least 0, below `speed_m_s`.
+    /// Maximum deviation of the speed command from `speed_m_s`, dv_max, m/s; at least 0, below `speed_m_s`.
     #[doc(alias = "dv_max")]
     pub speed_change_max_m_s: f64,
-    /// Largest turn rate command, omega_max, rad/s; 0.001 (a turn in 105 minutes) to 10.
+    /// Maximum turn rate command, omega_max, rad/s; 0.001 (a full turn in 105 minutes) to 10.
     #[doc(alias = "omega_max")]
     pub turn_rate_max_rad_s: f64,
     /// Lag of the speed, tau_v, s; 0.001 to 60.
@@ -177,40 +178,40 @@ pub struct UavParams {
     /// Lag of the turn rate, tau_omega, s; 0.001 to 60.
     #[doc(alias = "tau_omega")]
     pub turn_rate_lag_s: f64,
-    /// Exact or Euler.
+    /// Integration method.
     pub integrator: Integrator,
-    /// How it climbs; `None`: it is at once at whatever altitude is asked for, as in the paper, which is flat.
+    /// Climb model; `None`: the UAV reaches a commanded altitude immediately, as in the planar model of the paper.
     pub climb: Option<ClimbParams>,
 }
 
-/// How a UAV climbs and descends, and where it may: a first-order lag on its rate of climb, as (1) has for the turn rate.
+/// Climb model and altitude limits of a UAV: a first-order lag on the climb rate, like that on the turn rate in (1).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ClimbParams {
-    /// Largest rate of climb and of descent, m/s; 0.01 to 100.
+    /// Maximum climb and descent rate, m/s; 0.01 to 100.
     pub rate_max_m_s: f64,
-    /// Lag of the rate of climb, s; 0.001 to 60.
+    /// Lag of the climb rate, s; 0.001 to 60.
     pub lag_s: f64,
-    /// Lowest altitude that may be asked for, m above the plane; 1 to 20,000.
+    /// Lowest altitude that may be commanded, m above the plane; 1 to 20,000.
     pub altitude_min_m: f64,
-    /// Highest, m; not below the lowest, at most 20,000.
+    /// Highest altitude that may be commanded, m; not below `altitude_min_m`, at most 20,000.
     pub altitude_max_m: f64,
 }
 
 impl Default for ClimbParams {
-    /// A small fixed-wing UAV: 3 m/s, reached within a second.
+    /// A small fixed-wing UAV: climb rate up to 3 m/s with a lag of 1 s.
     fn default() -> Self {
         Self { rate_max_m_s: 3.0, lag_s: 1.0, altitude_min_m: 50.0, altitude_max_m: 3000.0 }
     }
 }
 
 impl ClimbParams {
-    /// Every parameter that is out of range.
+    /// Returns every parameter that is out of range.
     pub fn errors(&self) -> Vec<ParamError> {
         let mut errors = Vec::new();
         Allowed::at_least(0.01).at_most(100.0).check("rate_max_m_s", self.rate_max_m_s, &mut errors);
         Allowed::at_least(1e-3).at_most(60.0).check("lag_s", self.lag_s, &mut errors);
         Allowed::at_least(1.0).at_most(2e4).check("altitude_min_m", self.altitude_min_m, &mut errors);
-        Allowed::at_least(self.altitude_min_m).at_most(2e4).because("not below altitude_min_m").check(
+        Allowed::at_least(self.altitude_min_m).at_most(2e4).with_reason("not below altitude_min_m").check(
             "altitude_max_m",
             self.altitude_max_m,
             &mut errors,
@@ -218,19 +219,19 @@ impl ClimbParams {
         errors
     }
 
-    /// An altitude inside the limits, m.
+    /// Clamps an altitude to the limits, m.
     pub fn limit_m(&self, altitude_m: f64) -> f64 {
         altitude_m.clamp(self.altitude_min_m, self.altitude_max_m)
     }
 
-    /// The state after so long on the way to an altitude, m; without one it levels off.
+    /// Returns the state after flying towards a commanded altitude (m) for `dt`. Without a command the UAV levels off.
     ///
-    /// The rate asked for is the way that is left over four lags, at which it is critically damped, and two steps, so that no
-    /// altitude is overshot.
+    /// The commanded rate is the remaining altitude difference divided by four lags plus two steps. Four lags make the
+    /// loop critically damped; the two steps prevent overshoot.
     pub fn step(&self, from: &Vertical, altitude_m: Option<f64>, dt: Duration) -> Vertical {
-        let wanted_m_s =
+        let desired_m_s =
             altitude_m.map_or(0.0, |to_m| (self.limit_m(to_m) - from.altitude_m) / (4.0 * self.lag_s + 2.0 * dt.s()));
-        let rate_m_s = wanted_m_s.clamp(-self.rate_max_m_s, self.rate_max_m_s);
+        let rate_m_s = desired_m_s.clamp(-self.rate_max_m_s, self.rate_max_m_s);
         let decay = math::exp(-dt.s() / self.lag_s);
         let excess_m_s = from.climb_rate_m_s - rate_m_s;
         Vertical {
@@ -241,16 +242,16 @@ impl ClimbParams {
 }
 
 impl UavParams {
-    /// Largest speed that may be commanded, m/s.
+    /// Maximum speed that may be commanded, m/s.
     pub fn speed_max_m_s(&self) -> f64 {
         self.speed_m_s + self.speed_change_max_m_s
     }
 
-    /// Every parameter that is out of range.
+    /// Returns every parameter that is out of range.
     pub fn errors(&self) -> Vec<ParamError> {
         let mut errors = Vec::new();
         Allowed::at_least(1.0).at_most(1000.0).check("speed_m_s", self.speed_m_s, &mut errors);
-        Allowed::at_least(0.0).below(self.speed_m_s).because("the UAV must keep flying: below speed_m_s").check(
+        Allowed::at_least(0.0).below(self.speed_m_s).with_reason("the UAV must keep flying: below speed_m_s").check(
             "speed_change_max_m_s",
             self.speed_change_max_m_s,
             &mut errors,
@@ -264,71 +265,73 @@ impl UavParams {
         errors
     }
 
-    /// Every parameter that is out of range where commands are held for `dt`: with a lag shorter than that, an Euler step
-    /// (4) overshoots the command, past the limits, be it into flying backwards; with one shorter than half, by more than
-    /// it began with, and states grow without bound. Table I's lags are too short for its period.
-    pub fn errors_over(&self, dt: Duration) -> Vec<ParamError> {
+    /// Returns every parameter that is out of range if each command is held for `dt`.
+    ///
+    /// If a lag is shorter than `dt`, an Euler step (4) overshoots the command, possibly past the limits and even into
+    /// negative speeds. If it is shorter than half of `dt`, the error grows with every step without bound. The lags of
+    /// Table I are too short for its period.
+    pub fn errors_for_period(&self, dt: Duration) -> Vec<ParamError> {
         let mut errors = Vec::new();
         if self.integrator == Integrator::Euler {
             let lag = Allowed::at_least(dt.s())
-                .because("the period: with a shorter lag an Euler step overshoots, an exact one does not");
+                .with_reason("the period: with a shorter lag an Euler step overshoots, an exact one does not");
             lag.check("speed_lag_s", self.speed_lag_s, &mut errors);
             lag.check("turn_rate_lag_s", self.turn_rate_lag_s, &mut errors);
         }
         errors
     }
 
-    /// Brings a wanted command inside the limits.
+    /// Limits a desired command.
     ///
-    /// Implements Eq. (2), (3). Total: a wanted value that is not a number becomes level flight at the nominal speed,
-    /// and counts as limited.
-    pub fn limit(&self, wanted: Command) -> LimitedCommand {
-        let (speed_m_s, speed_limited) = self.limit_speed_m_s(wanted.speed_m_s);
+    /// Implements Eq. (2), (3). Defined for all inputs: NaN becomes straight flight at the nominal speed and counts as
+    /// limited.
+    pub fn limit(&self, desired: Command) -> LimitedCommand {
+        let (speed_m_s, speed_limited) = self.limit_speed_m_s(desired.speed_m_s);
         let (turn_rate_rad_s, turn_rate_limited) =
-            clamp_flagged(wanted.turn_rate_rad_s, -self.turn_rate_max_rad_s, self.turn_rate_max_rad_s, 0.0);
+            clamp_flagged(desired.turn_rate_rad_s, -self.turn_rate_max_rad_s, self.turn_rate_max_rad_s, 0.0);
         LimitedCommand { command: Command { speed_m_s, turn_rate_rad_s }, speed_limited, turn_rate_limited }
     }
 
-    /// The speed of [`Self::limit`] alone, m/s, and whether it met the limit.
-    pub(crate) fn limit_speed_m_s(&self, wanted_m_s: f64) -> (f64, bool) {
+    /// Limits a desired speed like [`Self::limit`], m/s; `true` if the limit was applied.
+    pub(crate) fn limit_speed_m_s(&self, desired_m_s: f64) -> (f64, bool) {
         let (lower, upper) = (self.speed_m_s - self.speed_change_max_m_s, self.speed_m_s + self.speed_change_max_m_s);
-        clamp_flagged(wanted_m_s, lower, upper, self.speed_m_s)
+        clamp_flagged(desired_m_s, lower, upper, self.speed_m_s)
     }
 
-    /// How a UAV answers commands that are held for `dt`.
-    pub fn response(&self, dt: Duration) -> Response {
+    /// Returns the response of the UAV to commands that are held for `dt`.
+    pub fn response(&self, dt: Duration) -> AutopilotModel {
         let dt_s = dt.s();
         let after = |t_s: f64| {
             let turn_decay = math::exp(-t_s / self.turn_rate_lag_s);
-            Instant {
+            TimeOffset {
                 t_s,
                 speed_decay: math::exp(-t_s / self.speed_lag_s),
                 turn_decay,
                 lagged_s: self.turn_rate_lag_s * (1.0 - turn_decay),
             }
         };
-        // Speed, turn rate and heading have closed forms; position, their integral, has none. Pieces no longer than two
-        // lags keep the quadrature's error below a nanometre.
+        // Speed, turn rate and heading have closed forms. Position has none and is integrated numerically; pieces of at
+        // most two lags keep the quadrature error below a nanometre.
         let lag_s = self.speed_lag_s.min(self.turn_rate_lag_s);
         let pieces = (0.5 * dt_s / lag_s).ceil().clamp(1.0, 1000.0);
         let piece_s = dt_s / pieces;
         let pieces = (0..pieces as u32).map(|piece| {
-            let instants = GAUSS_LEGENDRE.map(|(node, _)| after((f64::from(piece) + 0.5 + 0.5 * node) * piece_s));
+            let nodes = GAUSS_LEGENDRE.map(|(node, _)| after((f64::from(piece) + 0.5 + 0.5 * node) * piece_s));
             Piece {
                 weight_s: GAUSS_LEGENDRE.map(|(_, weight)| 0.5 * weight * piece_s),
-                t_s: instants.map(|at| at.t_s),
-                speed_decay: instants.map(|at| at.speed_decay),
-                lagged_s: instants.map(|at| at.lagged_s),
+                t_s: nodes.map(|at| at.t_s),
+                speed_decay: nodes.map(|at| at.speed_decay),
+                lagged_s: nodes.map(|at| at.lagged_s),
             }
         });
-        Response { params: *self, pieces: pieces.collect(), end: after(dt_s) }
+        AutopilotModel { params: *self, pieces: pieces.collect(), end: after(dt_s) }
     }
 
-    /// Largest modulus of the sampled heading loop's eigenvalues under u_omega = -k_omega psi; the loop is stable
-    /// below 1.
+    /// Returns the spectral radius of the sampled heading loop under u_omega = -k_omega psi. The loop is stable if it
+    /// is below 1.
     ///
-    /// A diagnostic of the erratum of Eq. (4): Euler needs `heading_gain_1_s * period < 1`.
-    pub fn heading_loop_modulus(&self, heading_gain_1_s: f64, period: Duration) -> f64 {
+    /// Diagnoses the erratum of Eq. (4): Euler needs `heading_gain_1_s * period < 1`.
+    pub fn heading_loop_spectral_radius(&self, heading_gain_1_s: f64, period: Duration) -> f64 {
         let (k, t, tau) = (heading_gain_1_s, period.s(), self.turn_rate_lag_s);
         let (trace, determinant) = match self.integrator {
             Integrator::Exact => {
@@ -344,16 +347,15 @@ impl UavParams {
     }
 }
 
-/// How a UAV answers commands that are held for a time, worked out once for all of them.
+/// Response of a UAV to commands that are held for a fixed time. Precomputed once for all UAVs and steps.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Response {
+pub struct AutopilotModel {
     params: UavParams,
     pieces: Vec<Piece>,
-    end: Instant,
+    end: TimeOffset,
 }
 
-/// The quadrature over a piece of the time: weights, and what its instants are like; by columns, to be worked on side by
-/// side.
+/// Quadrature over one piece of the time step: weights and decay factors at the nodes, as arrays for SIMD.
 #[derive(Debug, Clone, PartialEq)]
 struct Piece {
     weight_s: [f64; GAUSS_LEGENDRE.len()],
@@ -362,20 +364,20 @@ struct Piece {
     lagged_s: [f64; GAUSS_LEGENDRE.len()],
 }
 
-/// What is left of the difference between state and command after some time.
+/// Remaining share of the difference between state and command after a time `t_s`.
 #[derive(Debug, Clone, Copy, PartialEq)]
-struct Instant {
+struct TimeOffset {
     t_s: f64,
     speed_decay: f64,
     turn_decay: f64,
-    /// For how long the difference of the turn rates would have had to last, undiminished, to turn the UAV as far.
+    /// Integral of `turn_decay` from 0 to `t_s`, s: the heading change per unit of initial turn rate difference.
     lagged_s: f64,
 }
 
-impl Response {
-    /// The state after holding `command`.
+impl AutopilotModel {
+    /// Returns the state after holding `command` for the time step.
     ///
-    /// Implements Eq. (1) exactly, or Eq. (4) where Euler is selected.
+    /// Implements Eq. (1) exactly, or Eq. (4) if Euler is selected.
     pub fn step(&self, state: &UavState, command: Command) -> UavState {
         match self.params.integrator {
             Integrator::Exact => self.step_exact(state, command),
@@ -394,11 +396,11 @@ impl Response {
         for piece in &self.pieces {
             let Piece { weight_s, t_s, speed_decay, lagged_s } = piece;
             let directions =
-                math::sin_cos_each::<{ GAUSS_LEGENDRE.len() }>(from_fn(|i| heading_rad(t_s[i], lagged_s[i])));
+                math::sin_cos_batch::<{ GAUSS_LEGENDRE.len() }>(from_fn(|i| heading_rad(t_s[i], lagged_s[i])));
             for (i, (sin, cos)) in directions.into_iter().enumerate() {
-                let way_m = weight_s[i] * speed_m_s(speed_decay[i]);
-                x_m += way_m * cos;
-                y_m += way_m * sin;
+                let distance_m = weight_s[i] * speed_m_s(speed_decay[i]);
+                x_m += distance_m * cos;
+                y_m += distance_m * sin;
             }
         }
         UavState {
@@ -423,7 +425,7 @@ impl Response {
     }
 }
 
-/// Nodes and weights of the six-point rule on [-1, 1].
+/// Nodes and weights of the six-point Gauss-Legendre rule on [-1, 1].
 const GAUSS_LEGENDRE: [(f64, f64); 6] = [
     (-0.932_469_514_203_152, 0.171_324_492_379_170_36),
     (-0.661_209_386_466_264_5, 0.360_761_573_048_138_6),
@@ -433,11 +435,12 @@ const GAUSS_LEGENDRE: [(f64, f64); 6] = [
     (0.932_469_514_203_152, 0.171_324_492_379_170_36),
 ];
 
-fn clamp_flagged(wanted: f64, lower: f64, upper: f64, fallback: f64) -> (f64, bool) {
-    if wanted.is_nan() {
+/// Clamps `desired`; `true` if it was out of range. NaN gives `fallback`.
+fn clamp_flagged(desired: f64, lower: f64, upper: f64, fallback: f64) -> (f64, bool) {
+    if desired.is_nan() {
         return (fallback, true);
     }
-    (wanted.clamp(lower, upper), wanted < lower || wanted > upper)
+    (desired.clamp(lower, upper), desired < lower || desired > upper)
 }
 
 #[cfg(test)]
@@ -445,9 +448,10 @@ mod tests {
     use super::*;
     use crate::math::PI;
 
-    /// 50 m at 3 m/s: 20 s on, and never beyond, for a lag shorter and one longer than the period; then level.
+    /// A climb of 50 m at 3 m/s ends level at the commanded altitude without overshoot, for lags shorter and longer
+    /// than the period.
     #[test]
-    fn an_altitude_is_climbed_to_and_never_overshot() {
+    fn a_climb_reaches_the_commanded_altitude_without_overshoot() {
         for (lag_s, from_m, to_m) in [(1.0, 300.0, 350.0), (0.1, 300.0, 350.0), (2.0, 350.0, 300.0)] {
             let climb = ClimbParams { lag_s, ..ClimbParams::default() };
             let mut at = Vertical { altitude_m: from_m, climb_rate_m_s: 0.0 };
@@ -459,7 +463,7 @@ mod tests {
             }
             assert!((at.altitude_m - to_m).abs() < 1e-3 && at.climb_rate_m_s.abs() < 1e-3, "{at:?}");
         }
-        // Out of the limits it goes to the limit; with no altitude asked for it levels off.
+        // A command beyond the limits leads to the limit; without a command the UAV levels off.
         let climb = ClimbParams { altitude_max_m: 320.0, ..ClimbParams::default() };
         let mut at = Vertical { altitude_m: 300.0, climb_rate_m_s: 3.0 };
         (0..240).for_each(|_| at = climb.step(&at, Some(400.0), Duration::from_s(0.5)));
@@ -493,7 +497,7 @@ mod tests {
 
     /// Checks Eq. (1): the exact step equals ten thousand small Runge-Kutta steps.
     #[test]
-    fn the_exact_step_solves_the_kinematics() {
+    fn the_exact_step_matches_runge_kutta() {
         let params = table_1(Integrator::Exact);
         let command = Command { speed_m_s: 47.0, turn_rate_rad_s: 0.3 };
         let f = |s: [f64; 5]| {
@@ -518,7 +522,7 @@ mod tests {
                 s = core::array::from_fn(|i| s[i] + h / 6.0 * (k1[i] + 2.0 * k2[i] + 2.0 * k3[i] + k4[i]));
             }
             let got = params.response(Duration::from_s(dt_s)).step(&s0, command);
-            assert!((got.position.x_m() - s[0]).abs() < 1e-9, "{dt_s} s: {got:?} against {s:?}");
+            assert!((got.position.x_m() - s[0]).abs() < 1e-9, "{dt_s} s: {got:?} != {s:?}");
             assert!((got.position.y_m() - s[1]).abs() < 1e-9);
             assert!((got.heading - Angle::from_rad(s[2])).abs_rad() < 1e-9);
             assert!((got.speed_m_s - s[3]).abs() < 1e-9);
@@ -528,7 +532,7 @@ mod tests {
 
     /// Checks Eq. (4): the state moves by T_s f(x, u).
     #[test]
-    fn the_euler_step_is_the_printed_one() {
+    fn the_euler_step_is_the_published_one() {
         let command = Command { speed_m_s: 44.0, turn_rate_rad_s: 0.2 };
         let got = table_1(Integrator::Euler).response(Duration::from_s(0.5)).step(&start(), command);
         assert!((got.position.x_m() - (10.0 + 0.5 * 38.0 * math::cos(100.0 * PI / 180.0))).abs() < 1e-12);
@@ -537,15 +541,16 @@ mod tests {
         assert!((got.turn_rate_rad_s - (-0.1 + 0.5 * 3.0 * 0.3)).abs() < 1e-9);
     }
 
-    /// Checks Eq. (4) where it is allowed: whatever is commanded inside the limits, speed and turn rate stay inside.
+    /// Checks Eq. (4) with permitted lags: for all commands within the limits, speed and turn rate stay within them.
     #[test]
-    fn an_euler_step_that_is_allowed_does_not_overshoot() {
+    fn an_euler_step_with_permitted_lags_does_not_overshoot() {
         let period = Duration::from_s(0.5);
         let with_lags =
             |speed_lag_s, turn_rate_lag_s| UavParams { speed_lag_s, turn_rate_lag_s, ..table_1(Integrator::Euler) };
-        let names =
-            |params: UavParams| params.errors_over(period).into_iter().map(|error| error.path).collect::<Vec<_>>();
-        // Table I's lags fly at 10 m/s after one step down from 55 m/s, where 25 m/s is the least that is commanded.
+        let names = |params: UavParams| {
+            params.errors_for_period(period).into_iter().map(|error| error.path).collect::<Vec<_>>()
+        };
+        // With Table I's lags one step from 55 m/s ends at 10 m/s, although the lowest speed command is 25 m/s.
         assert_eq!(names(table_1(Integrator::Euler)), ["speed_lag_s", "turn_rate_lag_s"]);
         assert!(names(table_1(Integrator::Exact)).is_empty());
         assert_eq!(names(with_lags(0.5f64.next_down(), 0.5)), ["speed_lag_s"]);
@@ -564,18 +569,18 @@ mod tests {
         }
     }
 
-    /// Checks the erratum of Eq. (4): at Table I's values the Euler loop has no stability left, the exact one has.
+    /// Checks the erratum of Eq. (4): at Table I's values the Euler loop has no stability margin, the exact one has.
     #[test]
-    fn the_euler_heading_loop_is_marginal_at_table_1() {
+    fn the_euler_heading_loop_is_marginally_stable_at_table_1() {
         let period = Duration::from_s(0.5);
-        assert!((table_1(Integrator::Euler).heading_loop_modulus(2.0, period) - 1.0).abs() < 1e-9);
-        assert!((table_1(Integrator::Exact).heading_loop_modulus(2.0, period) - 0.720).abs() < 5e-4);
-        assert!(table_1(Integrator::Euler).heading_loop_modulus(2.1, period) > 1.0);
+        assert!((table_1(Integrator::Euler).heading_loop_spectral_radius(2.0, period) - 1.0).abs() < 1e-9);
+        assert!((table_1(Integrator::Exact).heading_loop_spectral_radius(2.0, period) - 0.720).abs() < 5e-4);
+        assert!(table_1(Integrator::Euler).heading_loop_spectral_radius(2.1, period) > 1.0);
     }
 
     /// Checks Eq. (2), (3).
     #[test]
-    fn commands_are_limited_and_say_so() {
+    fn limited_commands_set_their_flags() {
         let params = table_1(Integrator::Exact);
         let limited = params.limit(Command { speed_m_s: 60.0, turn_rate_rad_s: -1.0 });
         assert_eq!(limited.command, Command { speed_m_s: 55.0, turn_rate_rad_s: -0.3 });

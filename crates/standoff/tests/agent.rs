@@ -1,4 +1,4 @@
-//! The agent: total, the same for all, and quiet about memory.
+//! The agent: valid results for any input, and identical team states in all agents.
 
 mod common;
 
@@ -6,22 +6,22 @@ use common::{Team, observe_all, scan_of, step};
 use proptest::prelude::*;
 use standoff::*;
 
-/// With a perfect radio every agent holds the same picture, to the bit, whatever the order of its inbox.
+/// With an ideal radio all agents have the same team state, bit for bit.
 #[test]
-fn all_pictures_are_bit_identical() {
+fn all_team_states_are_bit_identical() {
     let mut team = Team::new(4, 7);
     for tick in 0..120 {
         team.tick(tick);
-        let first = format!("{:?}", team.agents[0].picture());
+        let first = format!("{:?}", team.agents[0].team_state());
         for agent in &team.agents[1..] {
-            assert_eq!(format!("{:?}", agent.picture()), first, "tick {tick}");
+            assert_eq!(format!("{:?}", agent.team_state()), first, "tick {tick}");
         }
     }
 }
 
-/// Hearing the teammates late within an instant, twice, or in another order changes no bit of the answer.
+/// Messages that arrive late within a time step, twice, or in another order change no bit of the decision.
 #[test]
-fn a_decision_may_be_asked_for_again_with_what_came_in_since() {
+fn a_decision_can_be_repeated_after_further_messages() {
     let mut team = Team::new(3, 5);
     for tick in 0..40 {
         let (now, scans, mut inbox) = team.speak(tick);
@@ -31,40 +31,42 @@ fn a_decision_may_be_asked_for_again_with_what_came_in_since() {
             let once = step(agent, now, &own, scan_of(&scans[index]), &inbox).command;
             let observation = other.observe(now, &own, Some(scan_of(&scans[index])));
             other.decide(&observation);
-            inbox[1..].iter().for_each(|message| other.hear(&observation, message));
+            inbox[1..].iter().for_each(|message| other.receive(&observation, message));
             other.decide(&observation);
             inbox.reverse();
-            inbox.iter().for_each(|message| other.hear(&observation, message));
+            inbox.iter().for_each(|message| other.receive(&observation, message));
             assert_eq!(once, other.decide(&observation).command);
-            assert_eq!(agent.picture(), other.picture());
+            assert_eq!(agent.team_state(), other.team_state());
         }
         team.fly(now);
     }
 }
 
-/// Who has heard nobody yet does not know how late words come: what is later than the lease counts all the same.
+/// An agent that has received no message yet does not know the latency. It uses the first messages even if they are
+/// older than the teammate timeout.
 #[test]
-fn the_first_words_count_however_late_they_come_within_the_horizon() {
-    let mut late = Team::new(2, 3);
-    let (mut inbox, mut known) = (Vec::new(), 0);
-    let mut agent = late.agents[0].clone();
+fn the_first_messages_are_used_if_they_are_within_the_horizon() {
+    let mut team = Team::new(2, 3);
+    let (mut sent, mut late) = (Vec::new(), 0);
+    let mut agent = team.agents[0].clone();
     for tick in 0..20 {
-        let (now, scans, said) = late.speak(tick);
-        inbox.push(said);
-        let own = late.states[0];
+        let (now, scans, messages) = team.speak(tick);
+        sent.push(messages);
+        let own = team.states[0];
         let observation = agent.observe(now, &own, Some(scan_of(&scans[0])));
-        // Eight periods, where the lease has six.
-        if let Some(words) = (tick as usize).checked_sub(8).map(|then| &inbox[then]) {
-            words.iter().for_each(|message| agent.hear(&observation, message));
+        // A latency of eight periods; the teammate timeout is six.
+        if let Some(messages) = (tick as usize).checked_sub(8).map(|then| &sent[then]) {
+            messages.iter().for_each(|message| agent.receive(&observation, message));
         }
-        known = agent.decide(&observation).diagnostics.refused.late.max(known);
+        late = agent.decide(&observation).diagnostics.rejected.late.max(late);
     }
-    assert_eq!((agent.picture().known().len(), known), (3, 0));
+    assert_eq!((agent.team_state().tracks().len(), late), (3, 0));
 }
 
-/// What an agent says is the report of its scan; without a scan it says nothing and is no teammate, but hears.
+/// An agent sends the report of its scan. Without a scan it sends nothing and does not count as a teammate, but
+/// receives.
 #[test]
-fn what_an_agent_says_is_the_report_of_its_scan() {
+fn an_agent_sends_the_report_of_its_scan() {
     let mut team = Team::new(2, 3);
     for tick in 0..9 {
         team.tick(tick);
@@ -73,36 +75,40 @@ fn what_an_agent_says_is_the_report_of_its_scan() {
     let own = team.states[0];
     let agent = &mut team.agents[0];
     let observation = agent.observe(now, &own, Some(scan_of(&scans[0])));
-    let [Message::Report(said)] = agent.outbox(&observation) else { panic!("one report") };
-    assert_eq!((said.uav, said.epoch, said.sequence, said.time, said.state), (UavId(0), 0, 10, now, own));
-    assert_eq!((said.boresight, &said.detections), (scans[0].0, &scans[0].1));
+    let [Message::Report(report)] = agent.outbox(&observation) else { panic!("not exactly one report") };
+    assert_eq!(
+        (report.uav, report.restart_count, report.sequence, report.time, report.state),
+        (UavId(0), 0, 10, now, own)
+    );
+    assert_eq!((report.boresight, &report.detections), (scans[0].0, &scans[0].1));
     agent.decide(&observation);
     let later = now + Duration::from_s(0.5);
     let silent = agent.observe(later, &own, None);
     assert_eq!((agent.outbox(&silent), agent.outbox(&observation)), (&[][..], &[][..]));
     for message in inbox {
-        let Message::Report(heard) = message else { continue };
-        agent.hear(&silent, &Message::Report(Report { time: later, ..heard }));
+        let Message::Report(report) = message else { continue };
+        agent.receive(&silent, &Message::Report(Report { time: later, ..report }));
     }
     agent.decide(&silent);
-    let heard: Vec<_> = agent.picture().team.iter().map(|mate| (mate.uav, mate.is_heard)).collect();
-    assert_eq!(heard, [(UavId(0), false), (UavId(1), true)]);
+    let is_heard: Vec<_> =
+        agent.team_state().teammates.iter().map(|teammate| (teammate.uav, teammate.reported_now)).collect();
+    assert_eq!(is_heard, [(UavId(0), false), (UavId(1), true)]);
 }
 
-/// What the own inbox refuses is not said to others.
+/// An agent does not send a report that it would reject itself.
 #[test]
-fn an_agent_says_nothing_that_it_would_not_hear() {
+fn an_agent_does_not_send_an_invalid_report() {
     let own = Team::new(1, 0).states[0];
     let mut agent = Agent::new(UavId(0), TeamParams::table_1()).unwrap();
-    let unsound = Scan { boresight: Some(Angle::from_rad(f64::NAN)), detections: &[] };
-    let observation = agent.observe(Time::START, &own, Some(unsound));
+    let invalid = Scan { boresight: Some(Angle::from_rad(f64::NAN)), detections: &[] };
+    let observation = agent.observe(Time::EPOCH, &own, Some(invalid));
     assert!(agent.outbox(&observation).is_empty());
-    assert_eq!(agent.decide(&observation).diagnostics.refused.messages(), 1);
+    assert_eq!(agent.decide(&observation).diagnostics.rejected.messages(), 1);
 }
 
-/// The first observation of an instant counts, also for the command.
+/// Only the first observation of a time step is used, also for the command.
 #[test]
-fn an_instant_is_observed_once() {
+fn a_time_step_is_observed_once() {
     let mut team = Team::new(2, 3);
     for tick in 0..30 {
         let (now, scans, inbox) = team.speak(tick);
@@ -113,73 +119,73 @@ fn an_instant_is_observed_once() {
         let moved = UavState { position: Position::from_m(9.0, 9.0), ..own };
         let second = twice.observe(now, &moved, Some(Scan::default()));
         assert_eq!(first, second);
-        inbox.iter().for_each(|message| twice.hear(&second, message));
+        inbox.iter().for_each(|message| twice.receive(&second, message));
         assert_eq!(twice.decide(&second), expected);
         team.decide(now, &scans, &inbox);
     }
 }
 
-/// An instant of which nobody asked for a decision is known all the same; until the next decision the picture is the last
-/// one decided.
+/// A time step without a call of `decide` is still processed. Until the next decision, the team state is that of the
+/// last decision.
 #[test]
-fn an_instant_that_is_not_decided_is_not_forgotten() {
+fn a_time_step_without_a_decision_is_not_forgotten() {
     let mut team = Team::new(2, 4);
     let mut agents = [team.agents[0].clone(), team.agents[0].clone()];
-    let mut fleet = Fleet::new(TeamParams::table_1()).unwrap();
+    let mut fleet = TeamAgent::new(TeamParams::table_1()).unwrap();
     for tick in 0..60 {
         let (now, scans, inbox) = team.speak(tick);
         let own = team.states[0];
         for (agent, skips) in agents.iter_mut().zip([false, true]) {
-            let before = agent.picture().clone();
+            let before = agent.team_state().clone();
             let observation = agent.observe(now, &own, Some(scan_of(&scans[0])));
-            assert!(*agent.picture() == before || skips && (tick - 1) % 7 > 4, "tick {tick}");
-            inbox.iter().for_each(|message| agent.hear(&observation, message));
+            assert!(*agent.team_state() == before || skips && (tick - 1) % 7 > 4, "tick {tick}");
+            inbox.iter().for_each(|message| agent.receive(&observation, message));
             if !(skips && tick % 7 > 4) {
                 agent.decide(&observation);
-                assert_eq!(agent.picture().time, now);
+                assert_eq!(agent.team_state().time, now);
             }
         }
-        // The same of a fleet.
+        // The same for a fleet.
         let observed = observe_all(&mut fleet, now, &team.states, &scans, &inbox);
         team.decide(now, &scans, &inbox);
         if tick % 7 <= 4 {
             fleet.decide(&observed[0]);
-            for picture in [agents[1].picture(), fleet.picture()] {
-                assert_eq!(format!("{picture:?}"), format!("{:?}", agents[0].picture()), "tick {tick}");
+            for picture in [agents[1].team_state(), fleet.team_state()] {
+                assert_eq!(format!("{picture:?}"), format!("{:?}", agents[0].team_state()), "tick {tick}");
             }
         }
     }
 }
 
-/// Nothing is heard or said with another agent's observation.
+/// An agent neither receives nor sends with another agent's observation.
 #[test]
-fn another_agents_observation_opens_no_ear() {
+fn another_agents_observation_is_ignored() {
     let mut team = Team::new(2, 3);
     let (now, scans, inbox) = team.speak(0);
     let own = team.states[0];
     let other = team.agents[1].clone().observe(now, &own, Some(scan_of(&scans[1])));
     let observation = team.agents[0].observe(now, &own, Some(scan_of(&scans[0])));
-    inbox.iter().for_each(|message| team.agents[0].hear(&other, message));
+    inbox.iter().for_each(|message| team.agents[0].receive(&other, message));
     assert!(team.agents[0].outbox(&other).is_empty() && !team.agents[0].outbox(&observation).is_empty());
     team.agents[0].decide(&observation);
-    assert!(team.agents[0].picture().known().is_empty());
+    assert!(team.agents[0].team_state().tracks().is_empty());
 }
 
-/// Nothing is heard with an observation of an instant that is over.
+/// Messages passed with the observation of a past time step are ignored.
 #[test]
-fn what_is_heard_of_an_old_observation_changes_nothing() {
+fn messages_with_an_old_observation_are_ignored() {
     let mut team = Team::new(2, 3);
     let (now, scans, inbox) = team.speak(0);
     let own = team.states[0];
     let old = team.agents[0].observe(now, &own, Some(scan_of(&scans[0])));
     team.decide(now, &scans, &inbox);
     team.tick(1);
-    let before = format!("{:?}", team.agents[0].picture());
-    inbox.iter().for_each(|message| team.agents[0].hear(&old, message));
+    let before = format!("{:?}", team.agents[0].team_state());
+    inbox.iter().for_each(|message| team.agents[0].receive(&old, message));
     let late = Cue {
-        searcher: 1,
-        said: now,
-        number: 0,
+        source: 1,
+        issued_at: now,
+        sequence: 0,
         label: TargetLabel(77),
         time: now,
         position: Position::ORIGIN,
@@ -187,73 +193,73 @@ fn what_is_heard_of_an_old_observation_changes_nothing() {
         position_sd_m: 20.0,
         velocity_sd_m_s: 2.0,
     };
-    team.agents[0].hear(&old, &Message::Cue(late));
+    team.agents[0].receive(&old, &Message::Cue(late));
     team.agents[0].decide(&old);
-    assert_eq!(format!("{:?}", team.agents[0].picture()), before);
-    let mut fleet = Fleet::new(TeamParams::table_1()).unwrap();
+    assert_eq!(format!("{:?}", team.agents[0].team_state()), before);
+    let mut fleet = TeamAgent::new(TeamParams::table_1()).unwrap();
     let old = fleet.observe(now, UavId(0), &own, Some(Scan::default()));
     let new = fleet.observe(now + Duration::from_s(0.5), UavId(0), &own, Some(Scan::default()));
-    fleet.hear(&old, &Message::Cue(late));
+    fleet.receive(&old, &Message::Cue(late));
     fleet.decide(&new);
-    assert!(fleet.picture().known().is_empty());
+    assert!(fleet.team_state().tracks().is_empty());
 }
 
-/// The pair settles on an orbit at right angles and all targets are held.
+/// A pair of UAVs converges to an orbit at a phase difference of 90 degrees and measures all targets.
 #[test]
-fn a_pair_settles_at_right_angles() {
+fn a_pair_converges_to_the_desired_phase() {
     let mut team = Team::new(2, 4);
     for tick in 0..400 {
         team.tick(tick);
     }
-    let picture = team.agents[0].picture();
-    assert!(picture.known().iter().all(|known| known.track.status == TrackStatus::Held), "{picture:?}");
+    let picture = team.agents[0].team_state();
+    assert!(picture.tracks().iter().all(|known| known.track.status == TrackStatus::Updated), "{picture:?}");
     let centre = picture.groups[0].centre.estimate().state.position();
     let phases: Vec<_> = team.states.iter().map(|state| (state.position - centre).direction()).collect();
-    let separation_deg = (phases[1] - phases[0]).deg().abs();
-    assert!((separation_deg - 90.0).abs() < 5.0, "{separation_deg}");
+    let difference_deg = (phases[1] - phases[0]).deg().abs();
+    assert!((difference_deg - 90.0).abs() < 5.0, "{difference_deg}");
     for state in &team.states {
         let error_m = state.position.distance_m(centre) - picture.groups[0].standoff.distance_m;
         assert!(error_m.abs() < 20.0, "{error_m}");
     }
 }
 
-/// One wrong time, ahead or behind, is refused and told of, and leaves no trace; the furthest that is believed is.
+/// A wrong time, ahead or behind, is rejected, counted, and changes nothing. The largest permitted jump is accepted.
 #[test]
-fn a_clock_that_jumps_for_one_step_changes_no_bit() {
+fn a_clock_jump_of_one_step_changes_no_bit() {
     let hour = Duration::from_us(3_600_000_000);
     let mut team = Team::new(2, 4);
-    let mut wrong_now_and_then = team.agents[0].clone();
+    let mut tested = team.agents[0].clone();
     for tick in 0..40 {
         let (now, scans, inbox) = team.speak(tick);
         let own = team.states[0];
         if tick > 0 {
-            let before = format!("{:?}", wrong_now_and_then.picture());
-            // More than a tenth of a period off the grid, before the last instant, or too far ahead.
+            let before = format!("{:?}", tested.team_state());
+            // More than a tenth of a period off the grid, before the last time step, or too far ahead.
             let us = [50_001, -50_001, -1_000_000].map(|us| now + Duration::from_us(us));
             for wrong in us.into_iter().chain([now + hour, Time::from_us(i64::MAX), Time::from_us(i64::MIN)]) {
-                let step = step(&mut wrong_now_and_then, wrong, &own, scan_of(&scans[0]), &inbox);
+                let step = step(&mut tested, wrong, &own, scan_of(&scans[0]), &inbox);
                 assert!((25.0..=55.0).contains(&step.command.speed_m_s));
             }
-            assert_eq!(format!("{:?}", wrong_now_and_then.picture()), before);
+            assert_eq!(format!("{:?}", tested.team_state()), before);
         }
-        let got = step(&mut wrong_now_and_then, now, &own, scan_of(&scans[0]), &inbox);
-        assert_eq!((i64::from(got.diagnostics.refused.instants), got.diagnostics.refused.messages()), (6 * tick, 0));
+        let got = step(&mut tested, now, &own, scan_of(&scans[0]), &inbox);
+        assert_eq!((i64::from(got.diagnostics.rejected.bad_time), got.diagnostics.rejected.messages()), (6 * tick, 0));
         team.decide(now, &scans, &inbox);
-        assert_eq!(format!("{:?}", wrong_now_and_then.picture()), format!("{:?}", team.agents[0].picture()));
+        assert_eq!(format!("{:?}", tested.team_state()), format!("{:?}", team.agents[0].team_state()));
     }
-    let (last, own) = (team.agents[0].picture().time, team.states[0]);
+    let (last, own) = (team.agents[0].team_state().time, team.states[0]);
     for (agent, gap_us, refused) in [(0, 10_000_000, 0), (1, 10_500_000, 1)] {
         let now = last + Duration::from_us(gap_us);
         let agent = &mut team.agents[agent];
-        assert_eq!(step(agent, now, &own, Scan::default(), &[]).diagnostics.refused.instants, refused);
-        assert_eq!(agent.picture().time, if refused == 0 { now } else { last });
+        assert_eq!(step(agent, now, &own, Scan::default(), &[]).diagnostics.rejected.bad_time, refused);
+        assert_eq!(agent.team_state().time, if refused == 0 { now } else { last });
     }
 }
 
-/// A clock that was set stays refused until the agent is reset; then it knows, to the bit, what a new one knows, its
-/// counts go on, and its teammates hear it.
+/// After its clock was set, an agent rejects the time until it is reset. Then its team state equals that of a new
+/// agent, bit for bit. Its counters continue, and its teammates accept its reports.
 #[test]
-fn a_reset_agent_begins_anew_at_any_time() {
+fn a_reset_agent_starts_from_scratch_at_any_time() {
     let mut team = Team::new(2, 4);
     for tick in 0..20 {
         team.tick(tick);
@@ -262,16 +268,16 @@ fn a_reset_agent_begins_anew_at_any_time() {
         let own = team.states[0];
         let (now, scans, _) = team.speak(first_tick);
         for agent in &mut team.agents {
-            let before = step(agent, now, &own, Scan::default(), &[]).diagnostics.refused.instants;
-            assert_eq!(step(agent, now, &own, Scan::default(), &[]).diagnostics.refused.instants, before + 1);
+            let before = step(agent, now, &own, Scan::default(), &[]).diagnostics.rejected.bad_time;
+            assert_eq!(step(agent, now, &own, Scan::default(), &[]).diagnostics.rejected.bad_time, before + 1);
             agent.reset();
-            assert!(agent.picture().known().is_empty());
+            assert!(agent.team_state().tracks().is_empty());
         }
         drop(scans);
         let mut fresh = Team::new(2, 4);
         fresh.states.clone_from(&team.states);
         let cues: Vec<Message> =
-            fresh.speak(first_tick).2.into_iter().filter(|said| matches!(said, Message::Cue(_))).collect();
+            fresh.speak(first_tick).2.into_iter().filter(|message| matches!(message, Message::Cue(_))).collect();
         for tick in first_tick..first_tick + 40 {
             let (now, scans, mut inbox) = team.speak(tick);
             if tick == first_tick {
@@ -282,52 +288,52 @@ fn a_reset_agent_begins_anew_at_any_time() {
             }
             team.decide(now, &scans, &inbox);
             for (agent, fresh) in team.agents.iter().zip(&fresh.agents) {
-                assert_eq!(format!("{:?}", agent.picture()), format!("{:?}", fresh.picture()));
-                assert_eq!((agent.picture().known().len(), agent.picture().crew.len()), (4, 2));
+                assert_eq!(format!("{:?}", agent.team_state()), format!("{:?}", fresh.team_state()));
+                assert_eq!((agent.team_state().tracks().len(), agent.team_state().assignments.len()), (4, 2));
             }
         }
     }
     let own = team.states[0];
-    let refused = step(&mut team.agents[0], Time::START, &own, Scan::default(), &[]).diagnostics;
-    assert_eq!((refused.refused.instants, refused.refused.messages()), (5, 0));
+    let refused = step(&mut team.agents[0], Time::EPOCH, &own, Scan::default(), &[]).diagnostics;
+    assert_eq!((refused.rejected.bad_time, refused.rejected.messages()), (5, 0));
 }
 
-/// The same of a fleet.
+/// A fleet rejects wrong times like an agent, and can be reset.
 #[test]
-fn a_fleet_refuses_what_its_agents_refuse_and_can_be_reset() {
+fn a_fleet_rejects_wrong_times_and_can_be_reset() {
     let mut team = Team::new(2, 4);
-    let mut fleet = Fleet::new(TeamParams::table_1()).unwrap();
-    let hear = |fleet: &mut Fleet, team: &mut Team, at: Option<Time>| {
+    let mut fleet = TeamAgent::new(TeamParams::table_1()).unwrap();
+    let run = |fleet: &mut TeamAgent, team: &mut Team, at: Option<Time>| {
         let (now, scans, inbox) = team.speak(0);
         let observed = observe_all(fleet, at.unwrap_or(now), &team.states, &scans, &inbox);
         fleet.decide(&observed[0])
     };
-    hear(&mut fleet, &mut team, None);
-    let before = format!("{:?}", fleet.picture());
+    run(&mut fleet, &mut team, None);
+    let before = format!("{:?}", fleet.team_state());
     let later = Time::from_us(3_600_000_000);
-    let refused = hear(&mut fleet, &mut team, Some(later)).diagnostics.refused.instants;
-    assert_eq!(format!("{:?}", fleet.picture()), before);
-    // One for each UAV.
-    assert_eq!(refused, 2);
+    let rejected = run(&mut fleet, &mut team, Some(later)).diagnostics.rejected.bad_time;
+    assert_eq!(format!("{:?}", fleet.team_state()), before);
+    // One per UAV.
+    assert_eq!(rejected, 2);
     fleet.reset();
-    assert!(fleet.picture().known().is_empty());
-    hear(&mut fleet, &mut team, Some(later));
-    assert_eq!((fleet.picture().time, fleet.picture().crew.len()), (later, 0));
+    assert!(fleet.team_state().tracks().is_empty());
+    run(&mut fleet, &mut team, Some(later));
+    assert_eq!((fleet.team_state().time, fleet.team_state().assignments.len()), (later, 0));
 }
 
-/// Two searchers hand the same targets over: whichever is heard first, and whether at once or within a second step of
-/// the instant, all agents know the same.
+/// Several cue sources send cues for the same targets. The team state does not depend on their order, nor on whether
+/// they arrive together or in two parts of the time step.
 #[test]
-fn two_cues_of_one_target_leave_one_picture_whatever_their_order() {
+fn two_cues_of_one_target_give_the_same_team_state_in_any_order() {
     let own = Team::new(1, 0).states[0];
     let of_searcher = |searcher: u32, x_m: f64, position_sd_m: f64| {
         (0..3u16).map(move |target| {
             Message::Cue(Cue {
-                searcher,
-                said: Time::START,
-                number: target,
+                source: searcher,
+                issued_at: Time::EPOCH,
+                sequence: target,
                 label: TargetLabel(target.into()),
-                time: Time::START,
+                time: Time::EPOCH,
                 position: Position::from_m(x_m + f64::from(target), 0.0),
                 velocity: Velocity::from_m_s(5.0, 0.0),
                 position_sd_m,
@@ -342,9 +348,9 @@ fn two_cues_of_one_target_leave_one_picture_whatever_their_order() {
     let picture = |inboxes: &[&[Message]]| {
         let mut agent = Agent::new(UavId(0), TeamParams::table_1()).unwrap();
         for inbox in inboxes {
-            step(&mut agent, Time::START, &own, Scan::default(), inbox);
+            step(&mut agent, Time::EPOCH, &own, Scan::default(), inbox);
         }
-        format!("{:?}", agent.picture())
+        format!("{:?}", agent.team_state())
     };
     let expected = picture(&[&first]);
     assert!(expected.contains("Cued"), "{expected}");
@@ -355,37 +361,37 @@ fn two_cues_of_one_target_leave_one_picture_whatever_their_order() {
     }
 }
 
-/// A message with an absurd epoch from, or in the name of, a teammate: it is heard again at the next instant.
+/// After a message with an absurd restart count from a teammate, or in its name, its next reports are still accepted.
 #[test]
-fn no_epoch_silences_a_teammate() {
+fn an_absurd_restart_count_does_not_silence_a_teammate() {
     let mut team = Team::new(2, 4);
-    let mut told_wrong = team.agents[0].clone();
+    let mut tested = team.agents[0].clone();
     for tick in 0..60 {
         let (now, scans, inbox) = team.speak(tick);
-        let mut heard = inbox.clone();
+        let mut received = inbox.clone();
         if tick == 20 {
-            for message in &mut heard {
+            for message in &mut received {
                 if let Message::Report(report) = message {
-                    (report.epoch, report.sequence) = (u32::MAX, u32::MAX);
+                    (report.restart_count, report.sequence) = (u32::MAX, u32::MAX);
                 }
             }
         }
         let own = team.states[0];
-        let got = step(&mut told_wrong, now, &own, scan_of(&scans[0]), &heard).diagnostics;
+        let got = step(&mut tested, now, &own, scan_of(&scans[0]), &received).diagnostics;
         team.decide(now, &scans, &inbox);
-        assert_eq!(got.refused.messages(), 0, "{tick}");
-        assert_eq!(format!("{:?}", told_wrong.picture()), format!("{:?}", team.agents[0].picture()), "{tick}");
+        assert_eq!(got.rejected.messages(), 0, "{tick}");
+        assert_eq!(format!("{:?}", tested.team_state()), format!("{:?}", team.agents[0].team_state()), "{tick}");
     }
 }
 
-/// An agent without any target circles where it is, inside the limits.
+/// An agent without targets circles at its current position, within the limits.
 #[test]
-fn with_nothing_to_watch_the_agent_holds_a_circle() {
+fn an_agent_without_targets_flies_a_circle() {
     let mut agent = Agent::new(UavId(0), TeamParams::table_1()).unwrap();
     let own = Team::new(1, 0).states[0];
-    let step = step(&mut agent, Time::START, &own, Scan::default(), &[]);
+    let step = step(&mut agent, Time::EPOCH, &own, Scan::default(), &[]);
     assert_eq!(step.command, Command { speed_m_s: 40.0, turn_rate_rad_s: 0.16 });
-    assert_eq!((step.look_at, step.diagnostics.group), (None, None));
+    assert_eq!((step.pointing_target, step.diagnostics.group), (None, None));
 }
 
 #[test]
@@ -423,7 +429,7 @@ fn any_state() -> impl Strategy<Value = UavState> {
 fn any_detections() -> impl Strategy<Value = Vec<Detection>> {
     let detection = (0..4u32, any_number(), any_number()).prop_map(|(target, range_m, bearing)| Detection {
         label: TargetLabel(target),
-        measurement: RangeBearing { range_m, bearing: Angle::from_rad(bearing) },
+        measurement: RangeBearingMeasurement { range_m, bearing: Angle::from_rad(bearing) },
     });
     proptest::collection::vec(detection, 0..5)
 }
@@ -432,15 +438,15 @@ fn any_message(now_us: i64) -> impl Strategy<Value = Message> {
     let report = (0..3u32, any_state(), any_number(), any_detections(), prop_oneof![Just(now_us), any::<i64>()])
         .prop_map(|(uav, state, boresight, detections, us)| {
             let (sequence, boresight) = ((us as u32) | 1, Some(Angle::from_rad(boresight)));
-            let report = Report::of(UavId(uav), Time::from_us(us), state);
+            let report = Report::position_only(UavId(uav), Time::from_us(us), state);
             Message::Report(Report { sequence, boresight, detections, ..report })
         });
     let cue = (0..4u32, any_number(), any_number(), any_number(), any_number(), any_number()).prop_map(
         move |(target, x, y, vx, sd, sd_v)| {
             Message::Cue(Cue {
-                searcher: 0,
-                said: Time::from_us(now_us),
-                number: target as u16,
+                source: 0,
+                issued_at: Time::from_us(now_us),
+                sequence: target as u16,
                 label: TargetLabel(target),
                 time: Time::from_us(now_us),
                 position: Position::from_m(x, y),
@@ -455,9 +461,9 @@ fn any_message(now_us: i64) -> impl Strategy<Value = Message> {
 
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(2000))]
-    /// Whatever comes in, the command is finite and inside the limits, and so is what the picture holds.
+    /// For any input, the command is finite and within the limits, and the team state is finite.
     #[test]
-    fn the_agent_is_total(
+    fn any_input_gives_a_valid_command_and_a_finite_team_state(
         states in proptest::collection::vec(any_state(), 1..8),
         detections in any_detections(),
         messages in proptest::collection::vec(any_message(500_000), 0..6),
@@ -470,7 +476,7 @@ proptest! {
             let command = step.command;
             prop_assert!((25.0..=55.0).contains(&command.speed_m_s), "{command:?}");
             prop_assert!(command.turn_rate_rad_s.abs() <= 0.3, "{command:?}");
-            for known in agent.picture().known() {
+            for known in agent.team_state().tracks() {
                 prop_assert!(known.track.estimate().state.0.iter().all(|value| value.is_finite()));
                 prop_assert!(known.track.estimate().covariance.matrix().iter().all(|value| value.is_finite()));
             }

@@ -1,4 +1,5 @@
-//! Memory: an instant allocates nothing once the agent has warmed up, and whoever comes and goes, it stays bounded.
+//! Memory: a time step of a warm agent allocates nothing, and memory stays bounded while teammates and targets come and
+//! go.
 
 #![expect(clippy::unwrap_used, reason = "a failed unwrap fails the test")]
 
@@ -9,25 +10,25 @@ use common::{Team, scan_of};
 use standoff::*;
 
 #[test]
-fn a_warm_instant_allocates_nothing() {
+fn a_warm_time_step_allocates_nothing() {
     let mut team = Team::new(3, 12);
     let mut agent = Agent::new(UavId(0), TeamParams::table_1()).unwrap();
     let mut params = TeamParams::table_1();
-    // One of them by the paper's rules, one by the others.
-    (params.group.centre, params.group.aim) = (CentreEstimate::SmallestCircle, Aim::Middle);
-    let mut fleet = Fleet::new(params).unwrap();
+    // The agent uses the paper's rules, the fleet the modified ones.
+    (params.group.centre, params.group.pointing) = (CentreEstimate::EnclosingCircle, Pointing::AngularMidpoint);
+    let mut fleet = TeamAgent::new(params).unwrap();
     let mut observed = Vec::new();
     let mut radio = Message::Report(report());
-    // Once the log has as many instants as are kept of it, it lives in their room: a horizon, a minute.
+    // The log reuses its memory once it covers the whole horizon of one minute.
     let warm_from = 130;
     for tick in 0..warm_from + 270 {
         let (now, scans, inbox) = team.speak(tick);
         let own = team.states[0];
         let of_agent = measure(|| {
             let observation = agent.observe(now, &own, Some(scan_of(&scans[0])));
-            // As the simulator's radio does, which keeps messages in the room of older ones.
-            agent.outbox(&observation).iter().for_each(|said| radio.clone_from(said));
-            inbox.iter().for_each(|message| agent.hear(&observation, message));
+            // Like the simulated radio, which reuses the memory of older messages.
+            agent.outbox(&observation).iter().for_each(|message| radio.clone_from(message));
+            inbox.iter().for_each(|message| agent.receive(&observation, message));
             assert!(agent.decide(&observation).command.turn_rate_rad_s.is_finite());
         });
         let of_fleet = measure(|| {
@@ -35,7 +36,7 @@ fn a_warm_instant_allocates_nothing() {
             for ((id, own), scan) in (0..).zip(&team.states).zip(&scans) {
                 observed.push(fleet.observe(now, UavId(id), own, Some(scan_of(scan))));
             }
-            inbox.iter().for_each(|message| fleet.hear(&observed[0], message));
+            inbox.iter().for_each(|message| fleet.receive(&observed[0], message));
             for observation in &observed {
                 assert!(fleet.decide(observation).command.turn_rate_rad_s.is_finite());
             }
@@ -49,26 +50,27 @@ fn a_warm_instant_allocates_nothing() {
     }
 }
 
-/// A report of nothing.
+/// A report without detections.
 fn report() -> Report {
-    Report::of(UavId(1), Time::START, Team::new(1, 0).states[0])
+    Report::position_only(UavId(1), Time::EPOCH, Team::new(1, 0).states[0])
 }
 
-/// Of every so many instants one brings another one of a kind, which stays for some; their numbers never come again.
-fn there(tick: i64, every: i64, stays: i64) -> impl Iterator<Item = u32> {
+/// Numbers of the objects present at a tick. A new object appears every `every` ticks and stays for `stays` ticks.
+/// Numbers are never reused.
+fn present(tick: i64, every: i64, stays: i64) -> impl Iterator<Item = u32> {
     let first = (tick - stays + every).max(0) / every;
     (first..=tick / every).map(|number| number as u32)
 }
 
-/// Flies one agent for so many instants with targets and teammates that come and go; gives, per block of instants, by how
-/// many bytes its memory grew.
+/// Flies one agent with targets and teammates that come and go. Returns the growth of its memory in bytes, per block of
+/// `instants` time steps.
 fn growth_bytes(blocks: i64, instants: i64) -> Vec<i64> {
     let mut params = TeamParams::table_1();
-    params.track.forget_lost_s = 30.0;
+    params.track.lost_track_retention_s = 30.0;
     let mut agent = Agent::new(UavId(0), params).unwrap();
     let own = Team::new(1, 0).states[0];
-    let look = Angle::from_deg(180.0);
-    let mut said = report();
+    let boresight = Angle::from_deg(180.0);
+    let mut report = report();
     let mut block = |block: i64| {
         for tick in block * instants..(block + 1) * instants {
             let now = Time::from_us(tick * 500_000);
@@ -77,17 +79,17 @@ fn growth_bytes(blocks: i64, instants: i64) -> Vec<i64> {
                 label: TargetLabel(target),
                 measurement: sensor::measure(own.position, at(target)),
             };
-            let detections: Vec<Detection> = there(tick, 40, 100).map(of).collect();
-            let scan = Scan { boresight: Some(look), detections: &detections };
+            let detections: Vec<Detection> = present(tick, 40, 100).map(of).collect();
+            let scan = Scan { boresight: Some(boresight), detections: &detections };
             let observation = agent.observe(now, &own, Some(scan));
-            for uav in there(tick, 100, 150) {
-                (said.uav, said.time, said.boresight) = (UavId(1 + uav), now, Some(look));
-                said.detections.clone_from(&detections);
-                agent.hear(&observation, &Message::Report(said.clone()));
+            for uav in present(tick, 100, 150) {
+                (report.uav, report.time, report.boresight) = (UavId(1 + uav), now, Some(boresight));
+                report.detections.clone_from(&detections);
+                agent.receive(&observation, &Message::Report(report.clone()));
             }
             agent.decide(&observation);
-            let picture = agent.picture();
-            assert!(picture.known().len() < 12 && picture.team.len() < 5, "{picture:?}");
+            let picture = agent.team_state();
+            assert!(picture.tracks().len() < 12 && picture.teammates.len() < 5, "{picture:?}");
         }
     };
     (0..blocks).map(|number| measure(|| block(number)).bytes_current).collect()
@@ -95,18 +97,18 @@ fn growth_bytes(blocks: i64, instants: i64) -> Vec<i64> {
 
 fn stays_flat(blocks: i64, instants: i64) {
     let growth_bytes = growth_bytes(blocks, instants);
-    // The first block makes the room, the others live in it.
+    // The first block allocates the memory, the others reuse it.
     let later: i64 = growth_bytes[1..].iter().sum();
     assert!(growth_bytes[0] > 0 && later.abs() < 4096, "{growth_bytes:?}");
 }
 
 #[test]
-fn memory_stays_flat_whoever_comes_and_goes() {
+fn memory_stays_flat_while_teammates_and_targets_come_and_go() {
     stays_flat(5, 4_000);
 }
 
 #[test]
 #[ignore = "long: for .ci/long"]
-fn memory_stays_flat_over_ten_million_instants() {
+fn memory_stays_flat_over_ten_million_time_steps() {
     stays_flat(10, 1_000_000);
 }

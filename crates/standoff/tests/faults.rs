@@ -1,4 +1,4 @@
-//! What a team does when its radio, its computers, its clocks or one of its own fail.
+//! Behaviour of a team with faults of radio, computers and clocks, and with malicious messages of a team member.
 
 #![expect(clippy::unwrap_used, reason = "helpers of tests")]
 
@@ -8,40 +8,41 @@ use common::Team;
 use common::radio::{PERIOD, Radio};
 use standoff::*;
 
-/// In periods: Table I's 3 s.
+/// Teammate timeout of Table I, 3 s, in periods.
 const LEASE: i64 = 6;
 
-/// 5 and 10 s.
+/// 5 s, in periods.
 const SOON: i64 = 10;
+/// 10 s, in periods.
 const LATER: i64 = 20;
 
-/// What must be the same in all who agree.
-fn known(agent: &Agent) -> (Vec<Duty>, Option<Time>, Option<u64>, u64) {
-    let picture = agent.picture();
-    (picture.crew.clone(), agent.committed_at(), agent.committed().map(Picture::digest), picture.digest())
+/// State that is the same in all agents that agree: assignments, last commit, its digest, and the current digest.
+fn agreed_state(agent: &Agent) -> (Vec<Assignment>, Option<Time>, Option<u64>, u64) {
+    let picture = agent.team_state();
+    (picture.assignments.clone(), agent.committed_at(), agent.committed().map(TeamState::digest), picture.digest())
 }
 
 fn all_agree(team: &Team) -> bool {
-    (0..team.agents.len()).all(|uav| is_one(team, [0, uav]))
+    (0..team.agents.len()).all(|uav| agree(team, [0, uav]))
 }
 
-/// Knows the same, and does; how much of that is certain may differ.
-fn is_one(team: &Team, uavs: [usize; 2]) -> bool {
-    let [one, other] = uavs.map(|uav| team.agents[uav].picture());
-    one.crew == other.crew && one.digest() == other.digest()
+/// Returns true if two agents have the same team state and assignments. Their last commits may differ.
+fn agree(team: &Team, uavs: [usize; 2]) -> bool {
+    let [one, other] = uavs.map(|uav| team.agents[uav].team_state());
+    one.assignments == other.assignments && one.digest() == other.digest()
 }
 
-/// Who serves a group, in what a UAV believes.
+/// UAVs with an assignment, according to an agent.
 fn crew(agent: &Agent) -> Vec<u32> {
-    agent.picture().crew.iter().map(|duty| duty.uav.0).collect()
+    agent.team_state().assignments.iter().map(|duty| duty.uav.0).collect()
 }
 
 fn group_ids(agent: &Agent) -> Vec<GroupId> {
-    agent.picture().groups.iter().map(|group| group.id).collect()
+    agent.team_state().groups.iter().map(|group| group.id).collect()
 }
 
 fn labels(agent: &Agent) -> Vec<u32> {
-    agent.picture().known().iter().map(|known| known.track.label.0).collect()
+    agent.team_state().tracks().iter().map(|known| known.track.label.0).collect()
 }
 
 fn fly(team: &mut Team, radio: &mut Radio, ticks: core::ops::Range<i64>) {
@@ -54,12 +55,12 @@ fn fly(team: &mut Team, radio: &mut Radio, ticks: core::ops::Range<i64>) {
 }
 
 fn fallible() -> TeamParams {
-    TeamParams { radio: standoff::Radio::Fallible, ..TeamParams::table_1() }
+    TeamParams { link: standoff::LinkModel::Lossy, ..TeamParams::table_1() }
 }
 
-/// In any order, the lowest id first or last.
+/// The computers start in any order, the lowest id first or last.
 #[test]
-fn computers_that_start_up_to_30_s_apart_come_to_agree() {
+fn computers_started_up_to_30_s_apart_agree() {
     for starts in [[0, 20, 40, 60], [60, 0, 30, 59], [60, 40, 20, 0], [3, 0, 1, 2], [0, 60, 60, 1], [60, 60, 0, 60]] {
         let (mut team, mut radio) = (Team::of(4, 5, fallible()), Radio::new(1));
         for tick in 0..60 + LATER {
@@ -75,9 +76,9 @@ fn computers_that_start_up_to_30_s_apart_come_to_agree() {
     }
 }
 
-/// Whichever it is, though it begins anew: its teammates tell it, and nobody takes over that it knows nothing.
+/// Any UAV that restarts receives the team state from its teammates, and no teammate adopts its empty state.
 #[test]
-fn whose_computer_starts_anew_serves_again_within_5_s() {
+fn a_restarted_uav_is_assigned_again_within_5_s() {
     for uav in 0..3 {
         for down in [0, 2, LEASE, 40] {
             let (mut team, mut radio) = (Team::of(3, 4, fallible()), Radio::new(1));
@@ -86,7 +87,7 @@ fn whose_computer_starts_anew_serves_again_within_5_s() {
             team.off = vec![uav];
             fly(&mut team, &mut radio, 30..30 + down);
             team.off.clear();
-            team.agents[uav] = Agent::new(UavId(uav as u32), fallible()).unwrap().with_epoch(1);
+            team.agents[uav] = Agent::new(UavId(uav as u32), fallible()).unwrap().with_restart_count(1);
             fly(&mut team, &mut radio, 30 + down..30 + down + SOON);
             for agent in &team.agents {
                 assert_eq!((crew(agent), labels(agent)), (vec![0, 1, 2], vec![0, 1, 2, 3]), "{uav}, {down}");
@@ -98,44 +99,44 @@ fn whose_computer_starts_anew_serves_again_within_5_s() {
     }
 }
 
-/// A picture that takes longer to say than others are given to answer is taken from one of them, not from each a part.
+/// If a snapshot takes longer to send than the request timeout, all parts are still received from the same sender.
 #[test]
-fn a_picture_of_many_targets_is_taken_from_whoever_has_begun_to_tell_it() {
+fn a_large_snapshot_is_received_from_a_single_sender() {
     let (mut team, mut radio) = (Team::of(3, 60, fallible()), Radio::new(1));
     fly(&mut team, &mut radio, 0..30);
-    team.agents[1] = Agent::new(UavId(1), fallible()).unwrap().with_epoch(1);
+    team.agents[1] = Agent::new(UavId(1), fallible()).unwrap().with_restart_count(1);
     fly(&mut team, &mut radio, 30..30 + 4 * LEASE);
-    assert!(is_one(&team, [0, 1]));
+    assert!(agree(&team, [0, 1]));
 }
 
-/// A part that names whoever is asked as its speaker, and a time that is not yet, keeps out no true part.
+/// A forged snapshot part in the name of the requested sender, with a future time, does not block the genuine parts.
 #[test]
-fn a_forged_part_of_the_future_keeps_no_picture_out() {
+fn a_forged_snapshot_part_from_the_future_does_not_block_the_snapshot() {
     let (mut team, mut radio) = (Team::of(2, 4, fallible()), Radio::new(1));
     fly(&mut team, &mut radio, 0..30);
-    team.agents[1] = Agent::new(UavId(1), fallible()).unwrap().with_epoch(1);
+    team.agents[1] = Agent::new(UavId(1), fallible()).unwrap().with_restart_count(1);
     for tick in 30..30 + SOON {
-        let stamp = Stamp { time: FAR, digest: 1 };
-        let forged = SnapshotPart { stamp, count: 2, bytes: vec![0; 512], ..SnapshotPart::default() };
+        let stamp = CommitDigest { time: FAR, digest: 1 };
+        let forged = SnapshotPart { commit_digest: stamp, count: 2, bytes: vec![0; 512], ..SnapshotPart::default() };
         radio.tell(tick, 1, Message::Snapshot(forged));
         fly(&mut team, &mut radio, tick..tick + 1);
     }
     let step = team.tick_over(30 + SOON, &mut radio).steps.remove(1).1;
-    assert!(step.diagnostics.refused.nonsense > 0);
+    assert!(step.diagnostics.rejected.malformed > 0);
     fly(&mut team, &mut radio, 31 + SOON..30 + SOON + LATER);
-    assert!(is_one(&team, [0, 1]));
+    assert!(agree(&team, [0, 1]));
 }
 
-/// Who starts anew twice is told what is known now, not what it was told the first time; also where the horizon is short, and
-/// what some UAVs have measured while they were silent will never be known.
+/// A UAV that restarts twice receives the current snapshot, not the first one again. The horizon is short, and some
+/// measurements of silent UAVs are lost forever.
 #[test]
-fn whose_computer_starts_anew_twice_is_told_what_is_known_now() {
+fn a_uav_that_restarts_twice_receives_the_current_snapshot() {
     let mut params = fallible();
-    params.log.horizon_s = 15.0;
+    params.log.message_retention_s = 15.0;
     let (mut team, mut radio) = (Team::of(4, 2, params), Radio::new(1));
     for tick in 0..37 + SOON {
         if tick == 9 || tick == 33 {
-            team.agents[0] = Agent::new(UavId(0), params).unwrap().with_epoch(tick as u32);
+            team.agents[0] = Agent::new(UavId(0), params).unwrap().with_restart_count(tick as u32);
         }
         team.silent = match tick {
             21..25 => vec![UavId(1)],
@@ -144,20 +145,21 @@ fn whose_computer_starts_anew_twice_is_told_what_is_known_now() {
         };
         fly(&mut team, &mut radio, tick..tick + 1);
     }
-    assert!((1..4).all(|uav| is_one(&team, [0, uav])));
+    assert!((1..4).all(|uav| agree(&team, [0, uav])));
 }
 
-/// Each side goes on with what it knows, and is told of targets of its own. When they meet, all know the same within 10 s.
+/// Both sides of a partition continue with their own team state and receive different cues. After the partition, all
+/// agree within 10 s.
 #[test]
-fn two_halves_that_were_apart_for_longer_than_the_horizon_agree_within_10_s() {
+fn two_halves_separated_for_longer_than_the_horizon_agree_within_10_s() {
     let mut params = fallible();
-    params.log.horizon_s = 15.0;
+    params.log.message_retention_s = 15.0;
     let sides = [[0, 2], [1, 3]];
     let mut team = Team::of(4, 6, params).with_motion(|id, now| {
         let start = [0.0, 60.0, 0.0, 60.0, -3000.0, 3000.0][id as usize];
         let velocity = Velocity::from_m_s(6.0, 2.0);
-        let is_there = now >= Time::from_us([0, 0, 0, 0, 80, 84][id as usize] * PERIOD.us());
-        is_there.then(|| (Position::from_m(start, 20.0 * f64::from(id)) + velocity * now.s(), velocity))
+        let exists = now >= Time::from_us([0, 0, 0, 0, 80, 84][id as usize] * PERIOD.us());
+        exists.then(|| (Position::from_m(start, 20.0 * f64::from(id)) + velocity * now.s(), velocity))
     });
     let mut radio = Radio::new(1);
     fly(&mut team, &mut radio, 0..40);
@@ -183,28 +185,29 @@ fn two_halves_that_were_apart_for_longer_than_the_horizon_agree_within_10_s() {
     let all: Vec<_> = team.agents.iter().map(|agent| (crew(agent), labels(agent), agent.committed_at())).collect();
     assert!(all_agree(&team), "{all:?}");
     assert_eq!(crew(&team.agents[0]), [0, 1, 2, 3]);
-    // What the first half, whose picture counts, knows.
+    // All have the targets of the first half, which contains the reference agent.
     assert!((0..5).all(|label| labels(&team.agents[3]).contains(&label)), "{all:?}");
 }
 
-/// One report that one UAV does not hear at the first instant.
+/// One UAV misses one report at the first time step.
 #[test]
-fn one_lost_word_at_the_first_instant_divides_nobody() {
-    for speaker in 0..3 {
-        for hearer in (0..3).filter(|hearer| *hearer != speaker) {
+fn a_lost_message_at_the_first_time_step_does_not_prevent_agreement() {
+    for sender in 0..3 {
+        for receiver in (0..3).filter(|receiver| *receiver != sender) {
             let (mut team, mut radio) = (Team::of(3, 5, fallible()), Radio::new(1));
-            radio.deaf.push((speaker, hearer));
+            radio.deaf.push((sender, receiver));
             fly(&mut team, &mut radio, 0..1);
             radio.heal();
             fly(&mut team, &mut radio, 1..30);
-            assert!(all_agree(&team), "{speaker}, {hearer}");
+            assert!(all_agree(&team), "{sender}, {receiver}");
         }
     }
 }
 
-/// A clock that jumps by an hour, either way, and is set right later: nobody else knows otherwise, and after a reset all agree.
+/// The clock of a UAV jumps by an hour, forward or backward, and is corrected later. The others are not affected, and
+/// after a reset all agree.
 #[test]
-fn a_clock_that_jumps_is_no_matter_of_the_others() {
+fn a_clock_that_jumps_does_not_affect_the_other_uavs() {
     for hours in [1, -1] {
         let (mut team, mut radio) = (Team::of(3, 4, fallible()), Radio::new(1));
         let (mut without, mut silence) = (team.clone(), Radio::new(1));
@@ -213,32 +216,32 @@ fn a_clock_that_jumps_is_no_matter_of_the_others() {
                 team.clock_ahead[1] = Duration::from_us(hours * 3_600_000_000);
                 without.off = vec![1];
             }
-            // It is made to follow that time, then the right one.
+            // The agent is reset to the wrong time, later to the correct one.
             if tick == 45 || tick == 62 {
                 team.agents[1].reset();
             }
             if tick == 60 {
                 team.clock_ahead[1] = Duration::ZERO;
             }
-            let is_refused = (30..45).contains(&tick) || (60..62).contains(&tick);
+            let is_rejected = (30..45).contains(&tick) || (60..62).contains(&tick);
             let before = team.agents[1].clone();
             let steps = team.tick_over(tick, &mut radio).steps;
-            let refused = steps[1].1.diagnostics.refused.instants;
-            assert_eq!(refused, (tick - 29).clamp(0, 15) as u32 + (tick - 59).clamp(0, 2) as u32, "{tick}");
-            if is_refused {
-                assert_eq!(format!("{:?}", before.picture()), format!("{:?}", team.agents[1].picture()));
+            let rejected = steps[1].1.diagnostics.rejected.bad_time;
+            assert_eq!(rejected, (tick - 29).clamp(0, 15) as u32 + (tick - 59).clamp(0, 2) as u32, "{tick}");
+            if is_rejected {
+                assert_eq!(format!("{:?}", before.team_state()), format!("{:?}", team.agents[1].team_state()));
             }
-            assert!(is_one(&team, [0, 2]), "{tick}");
+            assert!(agree(&team, [0, 2]), "{tick}");
             if tick < 62 {
                 without.tick_over(tick, &mut silence);
-                assert_eq!(known(&team.agents[0]), known(&without.agents[0]), "{tick}");
+                assert_eq!(agreed_state(&team.agents[0]), agreed_state(&without.agents[0]), "{tick}");
             }
         }
         assert!(all_agree(&team) && crew(&team.agents[1]) == [0, 1, 2]);
     }
 }
 
-/// What a UAV that lies says at an instant to one of the others: its report, as it should be, and what it makes of it.
+/// Messages that a malicious UAV sends at a tick to one receiver in place of its correct report.
 type Lie = fn(i64, usize, &Report) -> Vec<Message>;
 
 fn report_with(report: &Report, change: impl Fn(&mut Report)) -> Vec<Message> {
@@ -247,12 +250,12 @@ fn report_with(report: &Report, change: impl Fn(&mut Report)) -> Vec<Message> {
     vec![Message::Report(report)]
 }
 
-fn knowing(report: &Report, change: impl Fn(&mut Knowledge)) -> Vec<Message> {
-    report_with(report, |report| change(report.knowledge.get_or_insert_default()))
+fn log_status_with(report: &Report, change: impl Fn(&mut LogStatus)) -> Vec<Message> {
+    report_with(report, |report| change(report.log_status.get_or_insert_default()))
 }
 
-fn held(uav: u32, from: i64, to: i64) -> Held {
-    Held { speaker: Speaker::Uav(UavId(uav)), from, to }
+fn held(uav: u32, from: i64, to: i64) -> ReceivedRange {
+    ReceivedRange { source: MessageSource::Uav(UavId(uav)), from, to }
 }
 
 const FAR: Time = Time::from_us(i64::MAX);
@@ -261,32 +264,32 @@ const LONG_AGO: Time = Time::from_us(i64::MIN);
 const LIES: [(&str, Lie); 12] = [
     ("epochs", |tick, _, report| {
         let absurd = [(u32::MAX, u32::MAX), (0, 0), (u32::MAX, 0), (7, u32::MAX)][tick as usize % 4];
-        report_with(report, |report| (report.epoch, report.sequence) = absurd)
+        report_with(report, |report| (report.restart_count, report.sequence) = absurd)
     }),
     ("gaps", |tick, _, report| {
-        knowing(report, |told| {
-            told.held = (0..1024).map(|run| held(run % 2, 2 * tick - 4 * i64::from(run), 2 * tick)).collect()
+        log_status_with(report, |status| {
+            status.received = (0..1024).map(|run| held(run % 2, 2 * tick - 4 * i64::from(run), 2 * tick)).collect()
         })
     }),
-    ("more than there is", |_, _, report| {
-        knowing(report, |told| told.held = (0..300).map(|uav| held(uav, i64::MIN, i64::MAX)).collect())
+    ("unlimited ranges", |_, _, report| {
+        log_status_with(report, |status| status.received = (0..300).map(|uav| held(uav, i64::MIN, i64::MAX)).collect())
     }),
-    ("ghosts", |tick, _, report| {
-        knowing(report, |told| told.held = (0..300).map(|uav| held(uav, tick - 9, tick - 1)).collect())
+    ("UAVs that do not exist", |tick, _, report| {
+        log_status_with(report, |status| status.received = (0..300).map(|uav| held(uav, tick - 9, tick - 1)).collect())
     }),
     ("cues", |tick, _, report| {
         let cue = |number: u16| {
-            let place = Position::from_m(1e300, f64::from(number));
+            let position = Position::from_m(1e300, f64::from(number));
             let (velocity, position_sd_m, velocity_sd_m_s) = (Velocity::from_m_s(-1e300, 0.0), 1e-300, 1e300);
             let label = TargetLabel(u32::MAX - u32::from(number) % 3);
             let (searcher, said, time) = (u32::MAX, report.time, Time::from_us(i64::MIN + tick));
             Message::Cue(Cue {
-                searcher,
-                said,
-                number,
+                source: searcher,
+                issued_at: said,
+                sequence: number,
                 label,
                 time,
-                position: place,
+                position,
                 velocity,
                 position_sd_m,
                 velocity_sd_m_s,
@@ -300,22 +303,32 @@ const LIES: [(&str, Lie); 12] = [
         report_with(report, |report| report.time = wrong[tick as usize % 4])
     }),
     ("stamps", |_, _, report| {
-        knowing(report, |told| {
-            (told.since, told.stamp, told.committed) = (LONG_AGO, Stamp { time: told.committed, digest: 1 }, FAR)
+        log_status_with(report, |status| {
+            let commit_digest = CommitDigest { time: status.committed_until, digest: 1 };
+            (status.start, status.commit_digest, status.committed_until) = (LONG_AGO, commit_digest, FAR)
         })
     }),
     ("lists", |_, _, report| {
-        knowing(report, |told| (told.listed_after, told.disturbed, told.held) = (FAR, FAR, Vec::new()))
+        log_status_with(report, |status| {
+            (status.listed_after, status.degraded_at, status.received) = (FAR, FAR, Vec::new())
+        })
     }),
     ("snapshots", |tick, to, report| {
         let part = |index| {
-            let stamp = Stamp { time: report.time, digest: tick as u64 };
-            SnapshotPart { uav: UavId(2), since: LONG_AGO, stamp, index, count: 2, bytes: vec![255; 512] }
+            let stamp = CommitDigest { time: report.time, digest: tick as u64 };
+            SnapshotPart {
+                uav: UavId(2),
+                start: LONG_AGO,
+                commit_digest: stamp,
+                index,
+                count: 2,
+                bytes: vec![255; 512],
+            }
         };
-        let mut said =
-            knowing(report, |told| told.asks = Some(Ask { of: UavId(to as u32), stamp: None, next: 0, after: 0 }));
-        said.extend([0, 1, 1, 7].map(|index| Message::Snapshot(part(index))));
-        said
+        let ask = SnapshotRequest { of: UavId(to as u32), commit_digest: None, next: 0, after: 0 };
+        let mut messages = log_status_with(report, |status| status.snapshot_request = Some(ask));
+        messages.extend([0, 1, 1, 7].map(|index| Message::Snapshot(part(index))));
+        messages
     }),
     ("jumps", |tick, _, report| {
         let far_m = [1e4, -1e4, 1e300][tick as usize % 3];
@@ -328,34 +341,34 @@ const LIES: [(&str, Lie); 12] = [
             }
         })
     }),
-    ("duties", |tick, _, report| report_with(report, |report| report.duty = Some(GroupId(tick as u64 * 77)))),
+    ("duties", |tick, _, report| report_with(report, |report| report.assigned_group = Some(GroupId(tick as u64 * 77)))),
 ];
 
-/// Of a UAV that lies to all alike the others make the same of it, at every instant.
+/// If a malicious UAV sends the same messages to all, the others agree at every time step.
 #[test]
-fn who_lies_to_all_divides_nobody() {
+fn a_malicious_uav_that_sends_the_same_to_all_does_not_prevent_agreement() {
     for (name, lie) in LIES {
-        let (team, apart) = with_a_liar(lie);
-        assert_eq!(apart, 0, "{name}");
-        assert!(is_one(&team, [0, 1]) && is_one(&team, [0, 2]), "{name}");
+        let (team, disagreements) = with_malicious_uav(lie);
+        assert_eq!(disagreements, 0, "{name}");
+        assert!(agree(&team, [0, 1]) && agree(&team, [0, 2]), "{name}");
     }
 }
 
-/// Targets without end: no more are kept than there may be, the same ones by all, and each one too many is told of. Once
-/// they are lost there is room again.
+/// A flood of cues: the number of tracks is limited, all agents have the same tracks, and every rejected cue is
+/// counted. When the tracks are lost, new ones are accepted again.
 #[test]
-fn targets_that_are_not_there_are_only_so_many() {
+fn the_number_of_false_targets_is_limited() {
     let mut params = fallible();
-    params.track.lost_position_sd_m = 25.0;
+    params.track.deletion_position_sd_m = 25.0;
     let (mut team, mut radio) = (Team::of(2, 3, params), Radio::new(1));
     let false_cues = |tick: i64| {
-        let said = Time::from_us(tick * PERIOD.us());
+        let time = Time::from_us(tick * PERIOD.us());
         let cue = move |number: u16| Cue {
-            searcher: 7,
-            said,
-            number,
+            source: 7,
+            issued_at: time,
+            sequence: number,
             label: TargetLabel(1000 + 5000 * tick as u32 + u32::from(number)),
-            time: said,
+            time,
             position: Position::from_m(5e4, f64::from(number)),
             velocity: Velocity::ZERO,
             position_sd_m: 20.0,
@@ -367,53 +380,54 @@ fn targets_that_are_not_there_are_only_so_many() {
         for cue in false_cues(tick).filter(|_| (5..8).contains(&tick)) {
             (0..2).for_each(|to| radio.tell(tick, to, Message::Cue(cue)));
         }
-        let (steps, known) = (team.tick_over(tick, &mut radio).steps, team.agents[0].picture().known().len());
-        assert!(is_one(&team, [0, 1]) && known <= 8000, "{tick}: {known}");
-        let refused = steps[1].1.diagnostics.refused.impossible;
-        assert_eq!(refused > 0, tick > 5, "{tick}: {refused}");
+        let (steps, known) = (team.tick_over(tick, &mut radio).steps, team.agents[0].team_state().tracks().len());
+        assert!(agree(&team, [0, 1]) && known <= 8000, "{tick}: {known}");
+        let rejected = steps[1].1.diagnostics.rejected.implausible;
+        assert_eq!(rejected > 0, tick > 5, "{tick}: {rejected}");
     }
-    // One that is there.
+    // A cue that is accepted.
     fly(&mut team, &mut radio, 12..40);
     let last = false_cues(40).next().unwrap();
     (0..2).for_each(|to| radio.tell(40, to, Message::Cue(last)));
     fly(&mut team, &mut radio, 40..41);
-    assert!(is_one(&team, [0, 1]) && team.agents[0].picture().find_label(last.label).is_some());
+    assert!(agree(&team, [0, 1]) && team.agents[0].team_state().track_by_label(last.label).is_some());
 }
 
-/// Who says one thing to one and another to another divides them until it stops.
+/// A malicious UAV that sends different reports to different receivers prevents agreement only until it stops.
 #[test]
-fn who_says_two_things_of_one_instant_divides_nobody_for_long() {
-    let (team, _) = with_a_liar(|tick, to, report| {
+fn contradictory_reports_do_not_prevent_agreement_for_long() {
+    let (team, _) = with_malicious_uav(|tick, to, report| {
         report_with(report, |report| {
             let by_m = if to == 0 { 20.0 } else { -20.0 };
             report.state.position = report.state.position + Displacement::from_m(by_m, 0.0);
             report.sequence += if tick % 2 == 0 { to as u32 } else { 0 };
         })
     });
-    assert!(is_one(&team, [0, 1]));
+    assert!(agree(&team, [0, 1]));
 }
 
-/// A team of which the third lies from the 5th second to the 20th, and 20 s more; at how many instants the others were not one.
-fn with_a_liar(lie: Lie) -> (Team, i64) {
+/// Runs a team for 40 s, in which UAV 2 sends malicious messages from 5 to 20 s. Returns the team and the number of
+/// time steps at which the others disagreed.
+fn with_malicious_uav(lie: Lie) -> (Team, i64) {
     let (mut team, mut radio) = (Team::of(3, 4, fallible()), Radio::new(1));
-    let mut apart = 0;
+    let mut disagreements = 0;
     for tick in 0..80 {
         radio.deaf.clear();
         if (10..40).contains(&tick) {
-            tell_lies(&team, &mut radio, tick, lie);
+            send_lies(&team, &mut radio, tick, lie);
         }
         fly(&mut team, &mut radio, tick..tick + 1);
-        apart += i64::from(!is_one(&team, [0, 1]));
+        disagreements += i64::from(!agree(&team, [0, 1]));
     }
-    (team, apart)
+    (team, disagreements)
 }
 
-/// In the place of what the third would say the others hear what it makes of it.
-fn tell_lies(team: &Team, radio: &mut Radio, tick: i64, lie: Lie) {
+/// Replaces the messages of UAV 2 by malicious ones.
+fn send_lies(team: &Team, radio: &mut Radio, tick: i64, lie: Lie) {
     radio.deaf = vec![(2, 0), (2, 1)];
-    let said = team.clone().tick_over(tick, &mut Radio::new(1)).said;
-    let own = said.iter().find_map(|(speaker, message)| match message {
-        Message::Report(report) if *speaker == Some(2) => Some(report),
+    let sent = team.clone().tick_over(tick, &mut Radio::new(1)).said;
+    let own = sent.iter().find_map(|(sender, message)| match message {
+        Message::Report(report) if *sender == Some(2) => Some(report),
         _ => None,
     });
     for to in 0..2 {
@@ -421,38 +435,47 @@ fn tell_lies(team: &Team, radio: &mut Radio, tick: i64, lie: Lie) {
     }
 }
 
-/// Who claims that its picture is the oldest, and gives none, or begins to give ever another one, holds up nobody who starts
-/// anew for longer than it takes to find that out.
+/// A malicious UAV claims to have the oldest team state, but sends no snapshot or repeatedly starts another one. It
+/// delays a restarted UAV only until that UAV stops requesting from it.
 #[test]
-fn who_promises_a_picture_and_gives_none_keeps_nobody_out() {
+fn a_uav_that_offers_a_snapshot_without_sending_it_does_not_block_a_restarted_uav() {
     let lies: [Lie; 2] = [
-        |_, _, report| knowing(report, |told| (told.since, told.stamp.digest) = (LONG_AGO, 1)),
+        |_, _, report| log_status_with(report, |status| (status.start, status.commit_digest.digest) = (LONG_AGO, 1)),
         |tick, _, report| {
-            let mut said = knowing(report, |told| (told.since, told.stamp.digest) = (LONG_AGO, 1));
-            let stamp = Stamp { time: Time::from_us((tick - 1) * PERIOD.us()), digest: 1 };
+            let mut messages =
+                log_status_with(report, |status| (status.start, status.commit_digest.digest) = (LONG_AGO, 1));
+            let stamp = CommitDigest { time: Time::from_us((tick - 1) * PERIOD.us()), digest: 1 };
             let (uav, since, bytes) = (UavId(2), LONG_AGO, vec![255; 512]);
-            said.push(Message::Snapshot(SnapshotPart { uav, since, stamp, index: 0, count: 2, bytes }));
-            said
+            messages.push(Message::Snapshot(SnapshotPart {
+                uav,
+                start: since,
+                commit_digest: stamp,
+                index: 0,
+                count: 2,
+                bytes,
+            }));
+            messages
         },
     ];
     for (which, lie) in lies.into_iter().enumerate() {
         let (mut team, mut radio) = (Team::of(3, 4, fallible()), Radio::new(1));
         for tick in 0..30 + LATER {
             if tick == 30 {
-                team.agents[1] = Agent::new(UavId(1), fallible()).unwrap().with_epoch(1);
+                team.agents[1] = Agent::new(UavId(1), fallible()).unwrap().with_restart_count(1);
             }
             if tick >= 10 {
-                tell_lies(&team, &mut radio, tick, lie);
+                send_lies(&team, &mut radio, tick, lie);
             }
             fly(&mut team, &mut radio, tick..tick + 1);
         }
-        assert!(is_one(&team, [0, 1]), "{which}");
+        assert!(agree(&team, [0, 1]), "{which}");
     }
 }
 
-/// A UAV that hears nobody any more: after the lease it is a team of one, goes on with what it watches, and keeps its altitude.
+/// A UAV that receives no messages any more is a team of one after the teammate timeout. It continues with its targets
+/// and keeps its altitude.
 #[test]
-fn who_hears_nobody_goes_on_alone_at_its_own_altitude() {
+fn a_uav_without_links_continues_alone_at_its_altitude() {
     let params = fallible();
     let altitude_m = |uav: usize| Some(params.group.altitude_lowest_m + params.group.altitude_step_m * uav as f64);
     let (mut team, mut radio) = (Team::of(2, 4, params), Radio::new(1));
@@ -462,18 +485,18 @@ fn who_hears_nobody_goes_on_alone_at_its_own_altitude() {
         }
         for (uav, step) in team.tick_over(tick, &mut radio).steps {
             assert_eq!(step.altitude_m, altitude_m(uav), "{tick}");
-            let serves_alone = step.diagnostics.group.is_some() && crew(&team.agents[uav]) == [uav as u32];
-            assert!(tick < 40 + LEASE + 1 || serves_alone, "{tick}: {uav}: {:?}", crew(&team.agents[uav]));
+            let is_assigned_alone = step.diagnostics.group.is_some() && crew(&team.agents[uav]) == [uav as u32];
+            assert!(tick < 40 + LEASE + 1 || is_assigned_alone, "{tick}: {uav}: {:?}", crew(&team.agents[uav]));
         }
     }
     for (uav, agent) in team.agents.iter().enumerate() {
-        let picture = agent.picture();
-        assert!(picture.known().iter().all(|known| known.track.status == TrackStatus::Held), "{uav}: {picture:?}");
+        let picture = agent.team_state();
+        assert!(picture.tracks().iter().all(|known| known.track.status == TrackStatus::Updated), "{uav}: {picture:?}");
         let error_m = team.states[uav].position.distance_m(picture.groups[0].centre.estimate().state.position())
             - picture.groups[0].standoff.distance_m;
         assert!(error_m.abs() < 30.0, "{uav}: {error_m}");
     }
-    // With nothing to watch it holds a circle.
+    // Without targets it flies a circle.
     let (mut team, mut radio) = (Team::of(2, 0, params), Radio::new(1));
     radio.part(&[0], &[1]);
     for tick in 0..20 {
@@ -484,28 +507,32 @@ fn who_hears_nobody_goes_on_alone_at_its_own_altitude() {
     }
 }
 
-/// Who is dead is noticed within the lease and one period, by the team, the crew and whoever asks who is there.
+/// A UAV that fails is detected within the teammate timeout plus one period: in the list of teammates, in the
+/// assignments and in the teammate status.
 #[test]
-fn who_is_dead_is_noticed_within_the_lease_and_a_period() {
-    for dead in 0..3 {
+fn a_failed_uav_is_detected_within_the_teammate_timeout_plus_one_period() {
+    for failed in 0..3 {
         let (mut team, mut radio) = (Team::of(3, 4, fallible()), Radio::new(1));
         fly(&mut team, &mut radio, 0..40);
-        team.off = vec![dead];
-        // Its last word was of the instant before.
+        team.off = vec![failed];
+        // Its last report was sent at the time step before.
         fly(&mut team, &mut radio, 40..40 + LEASE);
-        let rest: Vec<u32> = (0..3).filter(|uav| *uav != dead as u32).collect();
-        let told = |agent: &Agent| {
-            let mates: Vec<u32> = agent.picture().team.iter().map(|mate| mate.uav.0).collect();
-            (mates, crew(agent), agent.presence().nth(dead))
+        let rest: Vec<u32> = (0..3).filter(|uav| *uav != failed as u32).collect();
+        let state_of = |agent: &Agent| {
+            let teammates: Vec<u32> = agent.team_state().teammates.iter().map(|teammate| teammate.uav.0).collect();
+            (teammates, crew(agent), agent.teammate_status().nth(failed))
         };
-        let presence = |presence| Some((UavId(dead as u32), presence));
+        let presence = |presence| Some((UavId(failed as u32), presence));
         for uav in &rest {
             let all = vec![0, 1, 2];
-            assert_eq!(told(&team.agents[*uav as usize]), (all.clone(), all, presence(Presence::Silent)));
+            assert_eq!(state_of(&team.agents[*uav as usize]), (all.clone(), all, presence(TeammateStatus::Silent)));
         }
         fly(&mut team, &mut radio, 40 + LEASE..40 + LEASE + 1);
         for uav in &rest {
-            assert_eq!(told(&team.agents[*uav as usize]), (rest.clone(), rest.clone(), presence(Presence::Gone)));
+            assert_eq!(
+                state_of(&team.agents[*uav as usize]),
+                (rest.clone(), rest.clone(), presence(TeammateStatus::TimedOut))
+            );
         }
     }
 }

@@ -1,5 +1,5 @@
-//! The information filter beside two others that share no line with it: a Kalman filter in Joseph form and a square-root
-//! filter by QR decomposition; and how long its covariance stays one.
+//! Comparison of the information filter with two independent filters: a Kalman filter in Joseph form and a square-root
+//! filter by QR decomposition. Also checks that its covariance stays positive definite over long runs.
 
 #![expect(clippy::unwrap_used, reason = "helpers of tests")]
 
@@ -10,10 +10,10 @@ use nalgebra::{Matrix6, SMatrix, SVector, Vector6};
 use proptest::prelude::*;
 use standoff::*;
 
-/// One instant of a problem: what every UAV measured, if it did.
-type Looks = Vec<(Position, RangeBearing)>;
+/// Measurements of one time step, each with the position of its UAV.
+type Looks = Vec<(Position, RangeBearingMeasurement)>;
 
-/// A target model, a sensor, what was known at first, and what was measured then.
+/// An estimation problem: target model, sensor, initial estimate and measurements.
 #[derive(Debug, Clone)]
 struct Problem {
     transition: Transition,
@@ -24,11 +24,12 @@ struct Problem {
 
 const STEPS: usize = 200;
 
-/// Numbers measured at an instant: range and bearing, by at most four UAVs.
+/// Number of measured values per time step: range and bearing from at most four UAVs.
 const ROWS: usize = 8;
 
 prop_compose! {
-    /// Well posed: the sensor is neither far better nor far worse than the cue, and no UAV is over the target.
+    /// A well-posed problem: the sensor is neither much better nor much worse than the cue, and no UAV is above the
+    /// target.
     fn any_problem()(
         seed in 1..u64::MAX,
         correlation_rate_1_s in prop_oneof![Just(0.0), 0.01..3.0f64],
@@ -68,7 +69,7 @@ prop_compose! {
                 let uav = truth + Displacement::from_polar(radius_m * (1.0 + 0.2 * draw.next()), direction);
                 let exact = sensor::measure(uav, truth);
                 let bearing = exact.bearing + Angle::from_rad(1.5 * sensor.bearing_sd_rad * draw.next());
-                let measured = RangeBearing { range_m: exact.range_m + 1.5 * range_sd_m * draw.next(), bearing };
+                let measured = RangeBearingMeasurement { range_m: exact.range_m + 1.5 * range_sd_m * draw.next(), bearing };
                 (draw.next() >= 2.0 * missed - 1.0).then_some((uav, measured))
             };
             phases.iter().filter_map(look).collect()
@@ -89,8 +90,8 @@ impl Problem {
         (f, q)
     }
 
-    /// All measurements of an instant, one below the other: H, the innovations, and the standard deviations. What was
-    /// not measured says nothing: a row of zeros.
+    /// Stacks all measurements of a time step: H, the innovations, and the standard deviations. Values that were not
+    /// measured have a row of zeros.
     fn stacked(
         &self,
         looks: &Looks,
@@ -107,16 +108,16 @@ impl Problem {
             .into_iter()
             .enumerate()
             {
-                let place = 2 * index + row;
-                (h[(place, 0)], h[(place, 3)]) = (rows[(row, 0)], rows[(row, 1)]);
-                (nu[place], sd[place]) = (difference, own_sd);
+                let line = 2 * index + row;
+                (h[(line, 0)], h[(line, 3)]) = (rows[(row, 0)], rows[(row, 1)]);
+                (nu[line], sd[line]) = (difference, own_sd);
             }
         }
         (h, nu, sd)
     }
 }
 
-/// Mean and covariance, as plain matrices.
+/// Mean and covariance as plain matrices.
 #[derive(Debug, Clone)]
 struct Belief {
     x: Vector6<f64>,
@@ -131,18 +132,18 @@ fn joseph(problem: &Problem, belief: &Belief, looks: &Looks) -> Belief {
     let r = SMatrix::from_diagonal(&sd.component_mul(&sd));
     let s = h * p * h.transpose() + r;
     let gain = p * h.transpose() * s.cholesky().unwrap().inverse();
-    let kept = Matrix6::identity() - gain * h;
-    Belief { x: x + gain * nu, p: kept * p * kept.transpose() + gain * r * gain.transpose() }
+    let a = Matrix6::identity() - gain * h;
+    Belief { x: x + gain * nu, p: a * p * a.transpose() + gain * r * gain.transpose() }
 }
 
-/// A square root S of P, P = S S'.
+/// Mean and square root S of the covariance, P = S S'.
 #[derive(Debug, Clone)]
 struct Root {
     x: Vector6<f64>,
     s: Matrix6<f64>,
 }
 
-/// Predicts and updates a square root by orthogonal triangularisation; no covariance is ever formed.
+/// Predicts and updates a square root by orthogonal triangularisation, without forming a covariance.
 fn square_root(problem: &Problem, root: &Root, looks: &Looks) -> Root {
     let (f, q) = problem.whole_transition();
     let x = f * root.x;
@@ -164,7 +165,7 @@ fn square_root(problem: &Problem, root: &Root, looks: &Looks) -> Root {
     Root { x, s: after.fixed_view::<6, 6>(ROWS, ROWS).into_owned() }
 }
 
-/// A lower triangle L with L L' = Q; Q may be singular.
+/// Lower triangular L with L L' = Q; Q may be singular.
 fn root_of(q: &Matrix6<f64>) -> Matrix6<f64> {
     let mut l = Matrix6::zeros();
     for column in 0..6 {
@@ -181,12 +182,13 @@ fn root_of(q: &Matrix6<f64>) -> Matrix6<f64> {
     l
 }
 
-/// How far two beliefs are apart, at most: means in standard deviations, covariances as parts of the product of theirs.
-fn apart(one: &Belief, other: &Belief) -> f64 {
+/// Largest difference of two beliefs: means relative to the standard deviations, covariances relative to their
+/// products.
+fn max_difference(one: &Belief, other: &Belief) -> f64 {
     let sd = |i: usize| one.p[(i, i)].sqrt();
     let means = (0..6).map(|i| (one.x[i] - other.x[i]).abs() / sd(i));
-    let places = (0..6).flat_map(|row| (0..6).map(move |column| (row, column)));
-    let covariances = places.map(|(i, j)| (one.p[(i, j)] - other.p[(i, j)]).abs() / (sd(i) * sd(j)));
+    let indices = (0..6).flat_map(|row| (0..6).map(move |column| (row, column)));
+    let covariances = indices.map(|(i, j)| (one.p[(i, j)] - other.p[(i, j)]).abs() / (sd(i) * sd(j)));
     means.chain(covariances).fold(0.0, f64::max)
 }
 
@@ -195,20 +197,20 @@ fn follow(filter: &mut InformationFilter, problem: &Problem, looks: &Looks) {
     let at = filter.estimate().state.position();
     let mut sum = Contribution::default();
     for (uav, z) in looks {
-        sum += Contribution::of_measurement(&problem.sensor, *uav, z, at);
+        sum += Contribution::from_measurement(&problem.sensor, *uav, z, at);
     }
     filter.update(&sum);
 }
 
-/// Each takes three filters through 200 scans: 50, or more if `PROPTEST_CASES` says so.
+/// Number of cases: `PROPTEST_CASES`, or 50 if it is not set. Each case runs three filters over 200 scans.
 fn cases() -> u32 {
     std::env::var("PROPTEST_CASES").map_or(50, |cases| cases.parse().unwrap())
 }
 
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(cases()))]
-    /// Checks Eq. (8), (9), (10), (11): after every one of 200 scans, of none to four UAVs, the three filters hold the
-    /// same mean, to 1e-9 of its standard deviation, and the same covariance, to 1e-9 of the product of the standard
+    /// Checks Eq. (8), (9), (10), (11): after each of 200 scans with up to four UAVs, the three filters have the same
+    /// mean, to 1e-9 of its standard deviation, and the same covariance, to 1e-9 of the product of the standard
     /// deviations of its row and column.
     #[test]
     fn information_joseph_and_square_root_forms_agree(problem in any_problem()) {
@@ -223,15 +225,17 @@ proptest! {
             root = square_root(&problem, &root, looks);
             let own = Belief { x: filter.estimate().state.0, p: filter.estimate().covariance.matrix() };
             let rooted = Belief { x: root.x, p: root.s * root.s.transpose() };
-            prop_assert!(apart(&own, &kalman) < 1e-9, "step {step}, Joseph: {:e}", apart(&own, &kalman));
-            prop_assert!(apart(&own, &rooted) < 1e-9, "step {step}, square root: {:e}", apart(&own, &rooted));
+            let [to_joseph, to_root] = [&kalman, &rooted].map(|other| max_difference(&own, other));
+            prop_assert!(to_joseph < 1e-9, "step {step}, Joseph: {to_joseph:e}");
+            prop_assert!(to_root < 1e-9, "step {step}, square root: {to_root:e}");
         }
     }
 }
 
-/// Known to 10 km and measured to a centimetre, but to 21 m across: both are known afterwards, each by itself.
+/// The position is known to 10 km and measured to 1 cm along and 21 m across the line of sight. After the update, the
+/// variance in each direction is that of the measurement.
 #[test]
-fn a_measurement_far_sharper_than_what_was_known_tells_all_it_can() {
+fn a_measurement_much_more_precise_than_the_prior_is_fully_used() {
     let sensor = SensorParams { range_sd_m: 0.01, ..TeamParams::table_1().track.sensor };
     for bearing_deg in [0.0, 30.0, 77.0, 135.0, -100.0] {
         let axis = [1e8, 4.0, 0.04];
@@ -239,8 +243,8 @@ fn a_measurement_far_sharper_than_what_was_known_tells_all_it_can() {
         let mut filter = InformationFilter::new(Estimate { state: TargetState::default(), covariance }).unwrap();
         let along = Displacement::from_polar(1.0, Angle::from_deg(bearing_deg)).vector();
         let uav = Position::from_m(-400.0 * along.x, -400.0 * along.y);
-        let z = RangeBearing { range_m: 407.0, bearing: Angle::from_deg(bearing_deg) };
-        filter.update(&Contribution::of_measurement(&sensor, uav, &z, Position::ORIGIN));
+        let z = RangeBearingMeasurement { range_m: 407.0, bearing: Angle::from_deg(bearing_deg) };
+        filter.update(&Contribution::from_measurement(&sensor, uav, &z, Position::ORIGIN));
         let position = filter.estimate().position_covariance();
         let across = Angle::from_deg(bearing_deg + 90.0);
         let across = Displacement::from_polar(1.0, across).vector();
@@ -253,9 +257,9 @@ fn a_measurement_far_sharper_than_what_was_known_tells_all_it_can() {
     }
 }
 
-/// For 10,000 s, of which each takes a tenth off what is left of the acceleration.
+/// Over 10,000 s the remaining acceleration decays by a tenth per second.
 #[test]
-fn a_track_of_a_target_that_never_accelerates_is_kept_for_hours() {
+fn a_track_of_a_target_that_never_accelerates_stays_valid_for_hours() {
     let mut params = TeamParams::table_1().track;
     params.target.acceleration_sd_m_s2 = 0.0;
     let transition = params.transition(Duration::from_s(0.5));
@@ -266,16 +270,16 @@ fn a_track_of_a_target_that_never_accelerates_is_kept_for_hours() {
         let before = track;
         track.predict(&transition);
         let predicted = track.estimate().state.position();
-        let measured = Contribution::of_measurement(&params.sensor, uav, &z, predicted);
+        let measured = Contribution::from_measurement(&params.sensor, uav, &z, predicted);
         track.update(&before, Some(&measured), transition.dt, |_, _| true, &params);
-        assert_eq!(track.status, TrackStatus::Held, "step {step}");
+        assert_eq!(track.status, TrackStatus::Updated, "step {step}");
     }
-    // What it knows can still be told in either form.
+    // The estimate is still valid in both forms.
     assert!(InformationFilter::new(*track.estimate()).is_some(), "{:?}", track.estimate());
 }
 
-/// So many steps of one filter per thread, each with a world of its own; how many of the covariances on the way, looked at
-/// every so often, were not positive definite.
+/// Runs one filter per thread for `steps` steps, each in another world. Returns the number of sampled covariances that
+/// were not positive definite.
 fn broken_covariances(threads: u64, steps: u64) -> u64 {
     let one = |seed: u64| {
         let mut draw = Draw(seed);
@@ -290,7 +294,7 @@ fn broken_covariances(threads: u64, steps: u64) -> u64 {
         let mut broken = 0;
         for step in 0..steps {
             filter.predict(&transition);
-            // Two UAVs, a right angle apart; now and then neither sees anything for a while.
+            // Two UAVs at a phase difference of 90 degrees; from time to time both have no measurements for a while.
             if step % 1000 < 960 {
                 let at = filter.estimate().state.position();
                 let mut sum = Contribution::default();
@@ -299,15 +303,16 @@ fn broken_covariances(threads: u64, steps: u64) -> u64 {
                     let exact = sensor::measure(uav, Position::ORIGIN);
                     let range_m = exact.range_m + 10.0 * draw.next();
                     let bearing = exact.bearing + Angle::from_rad(0.05 * draw.next());
-                    sum += Contribution::of_measurement(&sensor, uav, &RangeBearing { range_m, bearing }, at);
+                    sum +=
+                        Contribution::from_measurement(&sensor, uav, &RangeBearingMeasurement { range_m, bearing }, at);
                 }
                 filter.update(&sum);
             }
             if step % 50 == 0 || step + 1 == steps {
-                broken += u64::from(filter.information_matrix().is_none() || !filter.is_sound());
+                broken += u64::from(filter.information_matrix().is_none() || !filter.is_valid());
             }
         }
-        assert!(filter.estimate().state.position().distance_m(Position::ORIGIN) < 200.0, "it still follows");
+        assert!(filter.estimate().state.position().distance_m(Position::ORIGIN) < 200.0, "the filter has diverged");
         broken
     };
     std::thread::scope(|scope| {
@@ -316,7 +321,7 @@ fn broken_covariances(threads: u64, steps: u64) -> u64 {
     })
 }
 
-/// A filter that loses what it knows somewhere looks right for hundreds of steps and then diverges.
+/// A filter that slowly loses precision looks correct for hundreds of steps and then diverges.
 #[test]
 fn the_covariance_stays_positive_definite_over_half_a_million_steps() {
     assert_eq!(broken_covariances(2, 250_000), 0);

@@ -1,4 +1,4 @@
-//! What was said and not heard at once: who waits for what, and that all come to the same in the end.
+//! The message log with late and lost messages: which messages delay the commits, and eventual agreement of all agents.
 
 #![expect(clippy::unwrap_used, reason = "helpers of tests")]
 
@@ -9,16 +9,16 @@ use common::radio::{PERIOD, Radio, Truth, Words};
 use proptest::prelude::*;
 use standoff::*;
 
-/// How many periods ago what each agent has committed was; `None`: nothing yet.
+/// Age of each agent's last committed time step, in periods; `None` before the first commit.
 fn committed_ago(team: &Team) -> Vec<Option<i64>> {
-    let ago = |agent: &Agent| Some((agent.picture().time - agent.committed_at()?).us() / PERIOD.us());
+    let ago = |agent: &Agent| Some((agent.team_state().time - agent.committed_at()?).us() / PERIOD.us());
     team.agents.iter().map(ago).collect()
 }
 
-/// Once everybody has reported an instant and the next one; at first nobody knows who is there, so a lease, of 3 s, has to go
-/// by.
+/// A time step is committed once all UAVs have sent their reports of it and of the next one. At the start the team is
+/// unknown, so the first commit waits for the teammate timeout of 3 s.
 #[test]
-fn with_a_perfect_radio_all_but_two_instants_are_committed() {
+fn with_an_ideal_radio_all_but_the_last_two_time_steps_are_committed() {
     let mut team = Team::new(3, 4);
     for tick in 0..40 {
         team.tick(tick);
@@ -26,40 +26,44 @@ fn with_a_perfect_radio_all_but_two_instants_are_committed() {
     }
 }
 
-/// Who falls silent may come back and say what it has measured; a minute later nobody waits for that any more.
+/// A silent teammate may come back and send its old measurements. After one minute the commits no longer wait for it.
 #[test]
-fn who_is_silent_holds_up_what_is_committed_for_the_horizon() {
+fn a_silent_teammate_delays_commits_for_the_horizon() {
     let mut team = Team::new(3, 4);
     for tick in 0..180 {
         team.silent = if tick < 20 { Vec::new() } else { vec![UavId(2)] };
         team.tick(tick);
-        // The last report is that of tick 19, and nobody knows what else it had heard by then.
+        // The last report is that of tick 19; it is unknown what else the UAV had received by then.
         let ago = match tick {
             7..=20 => 2,
             21..=139 => tick - 18,
-            // A few more, until the last picture that is kept is of an instant after that.
+            // A few more ticks, until the oldest team state in the history is later than that.
             140..=169 => 121,
             170.. => 2,
             _ => continue,
         };
         let committed_ago = committed_ago(&team);
-        let is_so = |told: &Option<i64>| *told == Some(ago) || tick > 140 && *told == Some(2);
-        assert!(committed_ago[..2].iter().all(is_so), "{tick}: {committed_ago:?}");
-        let presence: Vec<_> = team.agents[0].presence().map(|(_, presence)| presence).collect();
+        let is_expected = |got: &Option<i64>| *got == Some(ago) || tick > 140 && *got == Some(2);
+        assert!(committed_ago[..2].iter().all(is_expected), "{tick}: {committed_ago:?}");
+        let presence: Vec<_> = team.agents[0].teammate_status().map(|(_, presence)| presence).collect();
         let expected = match tick - 19 {
-            ..=1 => Some(Presence::Live),
-            2..=6 => Some(Presence::Silent),
-            7..=120 => Some(Presence::Gone),
+            ..=1 => Some(TeammateStatus::Live),
+            2..=6 => Some(TeammateStatus::Silent),
+            7..=120 => Some(TeammateStatus::TimedOut),
             121..=150 => continue,
             _ => None,
         };
-        assert_eq!((presence[0], presence[1], presence.get(2).copied()), (Presence::Live, Presence::Live, expected));
+        assert_eq!(
+            (presence[0], presence[1], presence.get(2).copied()),
+            (TeammateStatus::Live, TeammateStatus::Live, expected)
+        );
     }
 }
 
-/// Who says that it leaves is not waited for, nor counted on from the next instant on.
+/// From the next time step on, a UAV that has announced that it leaves neither delays the commits nor counts as a
+/// teammate.
 #[test]
-fn who_leaves_holds_nothing_up() {
+fn a_leaving_teammate_does_not_delay_commits() {
     let mut team = Team::new(3, 4);
     for tick in 0..40 {
         if tick == 20 {
@@ -70,72 +74,81 @@ fn who_leaves_holds_nothing_up() {
         if tick > 6 {
             assert_eq!(committed_ago(&team)[..2], [Some(2); 2], "{tick}");
         }
-        let picture = team.agents[0].picture();
-        assert_eq!((picture.team.len(), picture.crew.len()), if tick <= 20 { (3, 3) } else { (2, 2) }, "{tick}");
-        assert!(!team.agents[0].is_disturbed());
+        let picture = team.agents[0].team_state();
+        assert_eq!(
+            (picture.teammates.len(), picture.assignments.len()),
+            if tick <= 20 { (3, 3) } else { (2, 2) },
+            "{tick}"
+        );
+        assert!(!team.agents[0].link_is_degraded());
     }
-    assert_eq!(team.agents[0].presence().last(), Some((UavId(2), Presence::Left)));
+    assert_eq!(team.agents[0].teammate_status().last(), Some((UavId(2), TeammateStatus::Left)));
 }
 
-/// Whose computer has started anew, with nothing, knows within 6 s what the others know, to the bit.
+/// An agent that restarts with an empty team state has the same team state as the others within 6 s, bit for bit.
 #[test]
-fn who_starts_anew_comes_to_know_what_the_others_know() {
+fn a_restarted_agent_recovers_the_team_state() {
     let mut team = Team::new(3, 4);
     (0..40).for_each(|tick| team.tick(tick));
-    team.agents[1] = Agent::new(UavId(1), TeamParams::table_1()).unwrap().with_epoch(1);
-    // What it had said itself it is told, too.
+    team.agents[1] = Agent::new(UavId(1), TeamParams::table_1()).unwrap().with_restart_count(1);
+    // It also receives the messages that it had sent itself before the restart.
     (40..52).for_each(|tick| team.tick(tick));
-    let digests: Vec<_> = team.agents.iter().map(|agent| agent.picture().digest()).collect();
+    let digests: Vec<_> = team.agents.iter().map(|agent| agent.team_state().digest()).collect();
     assert!(digests[0] == digests[1] && digests[0] == digests[2], "{digests:?}");
     assert_eq!(committed_ago(&team), [Some(2); 3]);
-    assert_eq!(team.agents[1].committed().map(Picture::digest), team.agents[0].committed().map(Picture::digest));
-    assert_eq!((team.agents[1].picture().known().len(), team.agents[1].picture().crew.len()), (4, 3));
+    assert_eq!(team.agents[1].committed().map(TeamState::digest), team.agents[0].committed().map(TeamState::digest));
+    assert_eq!((team.agents[1].team_state().tracks().len(), team.agents[1].team_state().assignments.len()), (4, 3));
 }
 
-/// A UAV that hears nobody for half a minute, and of the cues nothing for 7 s more, while all hear it, and of which others wait for nothing: it comes to commit as
-/// they do, whichever it is, and nothing that was said meanwhile is lost.
+/// A UAV receives nothing for half a minute, and no cues for 7 s more, while all others receive its messages and do not
+/// wait for it. Whichever UAV it is, it catches up with the commits of the others, and no message is lost.
 #[test]
-fn who_was_deaf_for_a_while_commits_again_with_the_others() {
+fn a_uav_that_was_deaf_for_a_while_catches_up_with_the_commits() {
     for deaf in 0..3 {
         let mut team = Team::new(3, 5).with_motion(|id, now| {
             let velocity = Velocity::from_m_s(6.0, 2.0);
             let start = Position::from_m(20.0 * f64::from(id), 0.0);
-            // The last one appears meanwhile, and far from all sensors.
-            let is_there = id < 4 || now >= Time::from_us(30 * PERIOD.us());
-            is_there.then(|| {
+            // The last target appears in the meantime, far from all sensors.
+            let exists = id < 4 || now >= Time::from_us(30 * PERIOD.us());
+            exists.then(|| {
                 (start + Displacement::from_m(if id < 4 { 0.0 } else { 9000.0 }, 0.0) + velocity * now.s(), velocity)
             })
         });
         for tick in 0..160 {
             let (now, scans, inbox) = team.speak(tick);
-            let hears = |message: &&Message| match message {
+            let is_received = |message: &&Message| match message {
                 Message::Cue(_) => !(20..100).contains(&tick),
                 _ => !(20..85).contains(&tick),
             };
-            let mine = |index: usize| inbox.iter().filter(move |message| index != deaf || hears(message)).cloned();
-            team.decide_each(now, &scans, |index| mine(index).collect());
+            let inbox_of =
+                |index: usize| inbox.iter().filter(move |message| index != deaf || is_received(message)).cloned();
+            team.decide_each(now, &scans, |index| inbox_of(index).collect());
             if tick == 84 {
                 let ago = committed_ago(&team);
                 assert!(ago[deaf] == Some(66) && (0..3).all(|index| index == deaf || ago[index] == Some(2)), "{ago:?}");
             }
         }
         assert_eq!(committed_ago(&team), [Some(2); 3], "{deaf}");
-        let digests: Vec<_> = team.agents.iter().map(|agent| agent.picture().digest()).collect();
+        let digests: Vec<_> = team.agents.iter().map(|agent| agent.team_state().digest()).collect();
         assert!(digests[0] == digests[1] && digests[0] == digests[2], "{deaf}: {digests:?}");
-        assert_eq!(team.agents.iter().map(|agent| agent.picture().known().len()).collect::<Vec<_>>(), [5; 3], "{deaf}");
+        assert_eq!(
+            team.agents.iter().map(|agent| agent.team_state().tracks().len()).collect::<Vec<_>>(),
+            [5; 3],
+            "{deaf}"
+        );
     }
 }
 
-/// Bytes that each says again, and how often, at an instant.
-fn said_again(uavs: usize, Words { said, .. }: &Words) -> Vec<(usize, usize)> {
-    let of = |uav| said.iter().filter(move |(speaker, _)| *speaker == Some(uav)).skip(1);
+/// Bytes and number of the retransmissions of each UAV in one time step.
+fn retransmitted(uavs: usize, Words { said, .. }: &Words) -> Vec<(usize, usize)> {
+    let of = |uav| said.iter().filter(move |(sender, _)| *sender == Some(uav)).skip(1);
     (0..uavs).map(|uav| (of(uav).map(|(_, message)| message.size_bytes()).sum(), of(uav).count())).collect()
 }
 
-/// What all have heard nobody says again; what one has not, whose it is and another, and the next one whose turn it is before
-/// an answer can have come; each once.
+/// Messages received by all UAVs are not retransmitted. A message that one UAV has missed is retransmitted by its
+/// sender, by another UAV, and by the UAV whose turn is next before an acknowledgement can arrive; by each once.
 #[test]
-fn one_lost_word_is_said_again_a_few_times() {
+fn one_lost_message_is_retransmitted_a_few_times() {
     let (mut team, mut radio) = (Team::new(4, 5), Radio::new(1));
     let mut count = 0;
     for tick in 0..60 {
@@ -144,19 +157,20 @@ fn one_lost_word_is_said_again_a_few_times() {
         }
         let words = team.tick_over(tick, &mut radio);
         radio.heal();
-        let again: usize = said_again(4, &words).iter().map(|(_, times)| times).sum();
-        assert!(tick > 20 || again == 0, "{tick}: {again}");
-        count += again;
+        let retransmissions: usize = retransmitted(4, &words).iter().map(|(_, times)| times).sum();
+        assert!(tick > 20 || retransmissions == 0, "{tick}: {retransmissions}");
+        count += retransmissions;
     }
     assert!((2..=3).contains(&count), "{count}");
 }
 
-/// What is said again keeps to its bytes a second, of which one is saved, but for the message that goes beyond.
+/// Retransmissions stay within their budget of bytes per second. The budget accumulates for up to one second and may be
+/// exceeded by one message.
 #[test]
-fn what_is_said_again_keeps_to_its_budget() {
+fn retransmissions_stay_within_their_budget() {
     const BYTES_PER_S: f64 = 400.0;
     let mut params = TeamParams::table_1();
-    params.log.repair_bytes_per_s = BYTES_PER_S;
+    params.log.retransmit_bytes_per_s = BYTES_PER_S;
     let (mut team, mut radio) = (Team::of(4, 5, params), Radio::new(3));
     radio.loss = 0.5;
     let (mut total, mut largest) = ([0; 4], 0);
@@ -164,40 +178,40 @@ fn what_is_said_again_keeps_to_its_budget() {
         let words = team.tick_over(tick, &mut radio);
         largest = words.said.iter().map(|(_, message)| message.size_bytes()).max().unwrap().max(largest);
         let allowed = BYTES_PER_S * (PERIOD.s() * tick as f64 + 1.0) + largest as f64;
-        for (total, (bytes, _)) in total.iter_mut().zip(said_again(4, &words)) {
+        for (total, (bytes, _)) in total.iter_mut().zip(retransmitted(4, &words)) {
             *total += bytes;
             assert!((*total as f64) <= allowed, "{tick}: {total}");
         }
     }
-    // Almost all of it is needed.
+    // Most of the budget is used.
     assert!(total.iter().all(|total| *total as f64 > 0.8 * BYTES_PER_S * 40.0), "{total:?}");
 }
 
-/// Two pictures that will be followed by others have two digests: also if nothing but a group differs, or a duty.
+/// Team states that lead to different later states have different digests, also if only a group or an assignment
+/// differs.
 #[test]
-fn a_digest_tells_groups_and_duties_apart() {
+fn the_digest_depends_on_groups_and_assignments() {
     let mut team = Team::new(3, 4);
     (0..20).for_each(|tick| team.tick(tick));
-    let picture = team.agents[0].picture();
-    let digest_with = |change: &dyn Fn(&mut Picture)| {
+    let picture = team.agents[0].team_state();
+    let digest_with = |change: &dyn Fn(&mut TeamState)| {
         let mut other = picture.clone();
         change(&mut other);
         other.digest()
     };
     assert_eq!(digest_with(&|_| {}), picture.digest());
     for change in [
-        &|other: &mut Picture| other.groups[0].altitude_m += 1.0,
-        &|other: &mut Picture| other.groups[0].standoff.distance_m += 1e-9,
-        &|other: &mut Picture| other.crew.truncate(2),
-        &|other: &mut Picture| other.team.truncate(2),
-    ] as [&dyn Fn(&mut Picture); 4]
+        &|other: &mut TeamState| other.groups[0].altitude_m += 1.0,
+        &|other: &mut TeamState| other.groups[0].standoff.distance_m += 1e-9,
+        &|other: &mut TeamState| other.assignments.truncate(2),
+        &|other: &mut TeamState| other.teammates.truncate(2),
+    ] as [&dyn Fn(&mut TeamState); 4]
     {
         assert_ne!(digest_with(change), picture.digest());
     }
 }
 
-/// What may happen to a team's words: so many UAVs and targets, losses, delays, words heard twice, one who hears nothing of
-/// another; all until the faults end.
+/// Faults of the links of a team: packet loss, latency, duplication and a blocked link, until the faults end.
 #[derive(Debug, Clone)]
 struct Faults {
     seed: u64,
@@ -225,30 +239,30 @@ prop_compose! {
     }
 }
 
-/// Whatever is missing by then has been said again, and words are taken to come in time again, so many periods after the
-/// faults have ended.
+/// Periods after the end of the faults until all missing messages are retransmitted and latencies are assumed to be
+/// normal.
 const REPAIRED_AFTER: i64 = 45;
 
-/// 60, or more if `PROPTEST_CASES` says so.
+/// Number of cases: `PROPTEST_CASES`, or 60 if it is not set.
 fn cases() -> u32 {
     std::env::var("PROPTEST_CASES").map_or(60, |cases| cases.parse().unwrap())
 }
 
 proptest! {
     #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::with_cases(cases()) })]
-    /// Whatever is lost, late, said twice or out of order: every picture that anybody has committed is that of a fleet that
-    /// has heard all at once, to the bit; and soon after the faults have ended all have caught up.
+    /// Messages are lost, late, duplicated and reordered. Every committed team state equals that of a fleet that
+    /// receives all messages immediately, bit for bit. Soon after the end of the faults, all agents have caught up.
     #[test]
-    fn all_commit_to_the_same_whatever_is_lost_or_late(faults in any_faults()) {
+    fn all_agents_commit_to_the_same_team_state_despite_lost_and_late_messages(faults in any_faults()) {
         let mut params = TeamParams::table_1();
-        // So that repairs need not wait.
-        params.log.repair_bytes_per_s = 20_000.0;
+        // A large budget, so that retransmissions are not delayed.
+        params.log.retransmit_bytes_per_s = 20_000.0;
         let mut team = Team::of(faults.uavs, faults.targets, params);
         let (mut radio, mut truth) = (Radio::new(faults.seed), Truth::new(params));
         (radio.late_max, radio.twice) = (faults.late_max, faults.twice);
         for tick in 0..faults.until + REPAIRED_AFTER {
             if tick == 1 {
-                // Who is never heard in the beginning is not waited for.
+                // A UAV that is never received at the beginning does not delay commits.
                 radio.loss = faults.loss;
                 radio.deaf.extend(faults.deaf);
             }
@@ -262,6 +276,6 @@ proptest! {
             }
         }
         prop_assert_eq!(committed_ago(&team), vec![Some(2); team.agents.len()]);
-        prop_assert!(team.agents.iter().all(|agent| truth.is(agent.picture())));
+        prop_assert!(team.agents.iter().all(|agent| truth.is(agent.team_state())));
     }
 }

@@ -1,4 +1,4 @@
-//! One UAV, the guidance law and the kinematics in a closed loop, with the orbit known exactly.
+//! One UAV with guidance law and kinematics in a closed loop, on an exactly known orbit.
 
 use standoff::guidance::heading::{ground_speed_m_s, steer};
 use standoff::guidance::standoff_distance::{Ramp, moving_centre_limit_m};
@@ -29,8 +29,11 @@ impl Flight {
 
     /// Distance r and radius r_d at every step of the last third of 600 s, m.
     fn settled(&self) -> Vec<(f64, f64)> {
-        let mut state =
-            UavState::straight(Position::from_m(1.5 * self.radius_m, 0.0), Angle::from_deg(90.0), self.uav.speed_m_s);
+        let mut state = UavState::level_flight(
+            Position::from_m(1.5 * self.radius_m, 0.0),
+            Angle::from_deg(90.0),
+            self.uav.speed_m_s,
+        );
         let velocity = Velocity::from_m_s(self.centre_speed_m_s, 0.0);
         let bounds =
             StandoffParams { radius_min_m: 50.0, radius_max_m: 5000.0, ..TeamParams::table_1().group.standoff };
@@ -43,26 +46,26 @@ impl Flight {
                 centre_velocity: velocity,
                 distance_m: ramp.radius_m,
                 rate_m_s: ramp.rate_m_s,
-                steered: ramp.led(self.guidance.lead_s(ramp.radius_m, self.uav.speed_m_s), &bounds),
+                steered: ramp.with_lead(self.guidance.lead_s(ramp.radius_m, self.uav.speed_m_s), &bounds),
             };
             if step >= 800 {
                 settled.push((state.position.distance_m(orbit.centre), orbit.distance_m));
             }
             let steering = steer(&self.guidance, &state, &orbit, self.uav.speed_m_s);
-            let wanted = Command { speed_m_s: self.uav.speed_m_s, turn_rate_rad_s: steering.turn_rate_rad_s };
-            state = self.uav.response(Duration::from_s(PERIOD_S)).step(&state, self.uav.limit(wanted).command);
+            let desired = Command { speed_m_s: self.uav.speed_m_s, turn_rate_rad_s: steering.turn_rate_rad_s };
+            state = self.uav.response(Duration::from_s(PERIOD_S)).step(&state, self.uav.limit(desired).command);
         }
         settled
     }
 }
 
-/// Checks the erratum of Eq. (4): on a target at rest Euler's tangent steps leave 10.3-10.6 m with k_l = 1 and
-/// 2.0-2.2 m with 0.2; the exact step leaves nothing.
+/// Checks the erratum of Eq. (4): around a stationary target, Euler steps leave a steady-state error of 10.3-10.6 m
+/// with k_l = 1 and 2.0-2.2 m with k_l = 0.2. The exact step leaves no error.
 #[test]
-fn euler_leaves_a_standing_error_on_a_target_at_rest() {
+fn euler_leaves_a_steady_state_error_around_a_stationary_target() {
     for radius_m in [250.0, 400.0, 600.0] {
         for (radial_gain, low_m, high_m) in [(1.0, 10.2, 10.7), (0.2, 1.95, 2.25)] {
-            let mut flight = Flight { radius_m, ..Flight::new(Feedforward::Exact) };
+            let mut flight = Flight { radius_m, ..Flight::new(Feedforward::StaticCentre) };
             flight.guidance.radial_gain = radial_gain;
             assert!(flight.settled_error_m().0 < 0.01, "exact, {radius_m} m: {:?}", flight.settled_error_m());
             flight.uav.integrator = Integrator::Euler;
@@ -72,46 +75,46 @@ fn euler_leaves_a_standing_error_on_a_target_at_rest() {
     }
 }
 
-/// Checks the erratum of Eq. (25) about a moving centre: differentiating what is flown cuts the largest standing error
-/// by an order of magnitude (3.8, 8.3, 13.9 m to 0.2, 0.4, 0.7 m at 5, 10, 15 m/s).
+/// Checks the erratum of Eq. (25) around a moving centre: the derivative of the flown field reduces the largest
+/// steady-state error by an order of magnitude (3.8, 8.3, 13.9 m to 0.2, 0.4, 0.7 m at 5, 10, 15 m/s).
 #[test]
 fn feedforward_of_the_flown_field_follows_a_moving_centre() {
     for (centre_speed_m_s, exact_m, flown_m) in [(5.0, 3.8, 0.3), (10.0, 8.3, 0.6), (15.0, 13.9, 1.0)] {
         let error_m = |form| Flight { centre_speed_m_s, ..Flight::new(form) }.settled_error_m().0;
-        let (exact, flown) = (error_m(Feedforward::Exact), error_m(Feedforward::Flown));
+        let (exact, flown) = (error_m(Feedforward::StaticCentre), error_m(Feedforward::Field));
         println!("{centre_speed_m_s} m/s: exact {exact:.2} m, flown {flown:.2} m");
         assert!((exact - exact_m).abs() < 0.4 * exact_m, "{centre_speed_m_s} m/s: {exact}");
         assert!(flown < 1.5 * flown_m, "{centre_speed_m_s} m/s: {flown}");
     }
 }
 
-/// Checks the erratum of Eq. (27): an orbit at the moving-centre limit is held, one at 0.8 of it is not, although (27)
-/// allows both.
+/// Checks the erratum of Eq. (27): a UAV can follow an orbit at the moving-centre limit, but not one at 0.8 of it,
+/// although (27) allows both.
 #[test]
-fn the_moving_centre_limit_is_where_the_orbit_tears() {
+fn below_the_moving_centre_limit_an_orbit_cannot_be_followed() {
     let limit_m = moving_centre_limit_m(40.0, 15.0, 0.3);
-    let flight = |radius_m| Flight { radius_m, centre_speed_m_s: 15.0, ..Flight::new(Feedforward::Flown) };
+    let flight = |radius_m| Flight { radius_m, centre_speed_m_s: 15.0, ..Flight::new(Feedforward::Field) };
     let (at, below) = (flight(limit_m).settled_error_m().0, flight(0.8 * limit_m).settled_error_m().0);
-    println!("limit {limit_m:.0} m: {at:.1} m there, {below:.1} m at 0.8 of it");
+    println!("limit {limit_m:.0} m: error {at:.1} m at the limit, {below:.1} m at 0.8 of it");
     assert!(at < 15.0 && below > 3.0 * at, "{at} m at the limit, {below} m below it");
 }
 
-/// From anywhere, either way round, the UAV ends on the orbit.
+/// The UAV converges to the orbit in both orbit directions.
 #[test]
-fn every_start_ends_on_the_orbit() {
-    for sense in [Sense::Anticlockwise, Sense::Clockwise] {
-        let mut flight = Flight::new(Feedforward::Flown);
-        flight.guidance.sense = sense;
+fn the_uav_converges_to_the_orbit_in_both_directions() {
+    for sense in [OrbitDirection::Anticlockwise, OrbitDirection::Clockwise] {
+        let mut flight = Flight::new(Feedforward::Field);
+        flight.guidance.orbit_direction = sense;
         assert!(flight.settled_error_m().0 < 0.01);
     }
 }
 
-/// Checks the trap of Eq. (22): behind a radius that grows steadily the UAV lags by k_l r_d / v seconds. A lead of just
-/// that cures it; a constant one, as the paper's 3 s, is right at one radius only.
+/// Checks the weakness of Eq. (22): the UAV lags behind a steadily growing radius by k_l r_d / v seconds. A lead of
+/// exactly this time compensates the lag. A constant lead, such as the paper's 3 s, is correct at one radius only.
 #[test]
 fn a_growing_radius_is_followed_with_a_lag_of_k_l_r_d_over_v() {
     let lag_over_predicted = |lead: Lead| {
-        let mut flight = Flight { rate_m_s: 0.5, ..Flight::new(Feedforward::Flown) };
+        let mut flight = Flight { rate_m_s: 0.5, ..Flight::new(Feedforward::Field) };
         (flight.guidance.radial_gain, flight.guidance.lead) = (0.2, lead);
         let settled = flight.settled();
         let ratios = settled.iter().map(|(r_m, r_d_m)| (r_d_m - r_m) / 0.5 / (0.2 * r_d_m / 40.0));
@@ -119,12 +122,12 @@ fn a_growing_radius_is_followed_with_a_lag_of_k_l_r_d_over_v() {
     };
     let (without, paper) = (lag_over_predicted(Lead::Constant(0.0)), lag_over_predicted(Lead::Constant(3.0)));
     assert!((without - 1.0).abs() < 0.05, "{without}");
-    let right = lag_over_predicted(Lead::Scheduled);
-    assert!(right.abs() < 0.02 && paper.abs() < without, "{right} {paper}");
+    let scheduled = lag_over_predicted(Lead::Scheduled);
+    assert!(scheduled.abs() < 0.02 && paper.abs() < without, "{scheduled} {paper}");
 }
 
-/// Two UAVs a right angle apart about a centre at 10 m/s: at a constant speed over ground each gains and loses phase in
-/// turn; at a constant speed relative to the centre both keep theirs.
+/// Two UAVs at a phase difference of 90 degrees around a centre at 10 m/s: at constant ground speed each alternately
+/// gains and loses phase; at constant speed relative to the centre both keep their phases.
 #[test]
 fn a_speed_relative_to_the_centre_keeps_the_phases() {
     let team = TeamParams::table_1();
@@ -132,7 +135,7 @@ fn a_speed_relative_to_the_centre_keeps_the_phases() {
     let largest_error_deg = |speed_reference: SpeedReference| {
         let guidance = GuidanceParams { speed_reference, ..team.guidance };
         let start = |phase_deg: f64| {
-            UavState::straight(
+            UavState::level_flight(
                 Position::ORIGIN + Displacement::from_polar(400.0, Angle::from_deg(phase_deg)),
                 Angle::from_deg(phase_deg + 90.0),
                 40.0,

@@ -1,5 +1,5 @@
-//! Who is there: every short sequence of faults, each followed by calm. In the end all agree; and at every instant what each
-//! believes of the others is what a little model says of when they were heard.
+//! Teammate status: every short sequence of faults, each followed by a fault-free phase. In the end all agents agree.
+//! At every time step the status of each teammate matches a simple model of when it was last received.
 
 #![expect(clippy::unwrap_used, reason = "helpers of tests")]
 
@@ -12,27 +12,30 @@ use common::radio::{Radio, Words};
 use proptest::prelude::*;
 use standoff::*;
 
-/// In periods: Table I's lease of 3 s, and a horizon of 15 s that the calm outlasts.
+/// Teammate timeout of Table I, 3 s, in periods.
 const LEASE: i64 = 6;
+/// Horizon of 15 s, in periods. The fault-free phase is longer.
 const HORIZON: i64 = 30;
 
-/// Before the first fault, from one to the next, and after the last.
+/// Periods before the first fault.
 const BEFORE: i64 = 9;
+/// Periods from one fault to the next.
 const BETWEEN: i64 = 4;
+/// Fault-free periods after the last fault.
 const CALM: i64 = 80;
 
-/// What befalls a UAV, or all.
+/// A fault of a UAV, or of all.
 #[derive(Debug, Clone, Copy)]
 enum Fault {
-    /// Its transmitter is off for so many periods.
+    /// The transmitter of a UAV is off for a number of periods.
     Silent(usize, i64),
-    /// Its computer starts anew.
+    /// The computer of a UAV restarts.
     Restart(usize),
-    /// It leaves; or it joins, if it has left.
+    /// A UAV leaves, or joins if it has left.
     LeaveOrJoin(usize),
-    /// The next one does not hear what it says now.
+    /// The next UAV does not receive the current messages of a UAV.
     LostWord(usize),
-    /// The first and the others hear one another no more; or again.
+    /// The links between UAV 0 and the others are cut, or restored.
     PartOrMeet,
 }
 
@@ -44,70 +47,71 @@ fn all_faults(uavs: usize) -> Vec<Fault> {
     (0..uavs).flat_map(of).chain([Fault::PartOrMeet]).collect()
 }
 
-/// What one UAV was heard to say, or told to have said.
+/// Reports of one UAV, received or listed by another one as received.
 #[derive(Debug, Clone, Copy)]
 struct Heard {
     newest: i64,
-    /// The last instant of which it said that it leaves.
+    /// Last time step at which the UAV announced that it leaves.
     left: Option<i64>,
 }
 
-/// What an agent has heard since it began.
+/// Reports that an agent has received since its start.
 #[derive(Debug, Clone, Default)]
 struct Ear {
     began: i64,
     of: BTreeMap<UavId, Heard>,
-    /// The instant of the newest report of each that told what it holds.
+    /// Time step of the newest report with a log status, per UAV.
     told_at: BTreeMap<UavId, i64>,
 }
 
-fn instant(time: Time) -> i64 {
+fn time_step(time: Time) -> i64 {
     time.us() / common::radio::PERIOD.us()
 }
 
 impl Ear {
-    fn spoke(&mut self, uav: UavId, at: i64) -> &mut Heard {
+    fn note_report(&mut self, uav: UavId, at: i64) -> &mut Heard {
         let heard = self.of.entry(uav).or_insert(Heard { newest: at, left: None });
         heard.newest = heard.newest.max(at);
         heard
     }
 
     fn hear(&mut self, report: &Report) {
-        let at = instant(report.time);
-        let heard = self.spoke(report.uav, at);
-        heard.left = heard.left.max(report.leaves.then_some(at));
-        let told_at = self.told_at.get(&report.uav).is_some_and(|told_at| *told_at >= at);
-        let Some(knowledge) = report.knowledge.as_deref().filter(|_| !told_at) else { return };
+        let at = time_step(report.time);
+        let heard = self.note_report(report.uav, at);
+        heard.left = heard.left.max(report.is_leaving.then_some(at));
+        let is_known = self.told_at.get(&report.uav).is_some_and(|told_at| *told_at >= at);
+        let Some(knowledge) = report.log_status.as_deref().filter(|_| !is_known) else { return };
         self.told_at.insert(report.uav, at);
-        for run in &knowledge.held {
-            if let Speaker::Uav(uav) = run.speaker {
-                self.spoke(uav, run.to);
+        for run in &knowledge.received {
+            if let MessageSource::Uav(uav) = run.source {
+                self.note_report(uav, run.to);
             }
         }
     }
 
-    /// Whether this may be believed of a UAV now.
-    fn allows(&self, uav: UavId, now: i64, presence: Option<Presence>) -> bool {
+    /// Returns true if a UAV may have this status now.
+    fn allows(&self, uav: UavId, now: i64, presence: Option<TeammateStatus>) -> bool {
         let Some(Heard { newest, left }) = self.of.get(&uav).copied() else { return presence.is_none() };
         let expected = match now - newest {
-            _ if left == Some(newest) => Presence::Left,
-            ..=1 => Presence::Live,
-            2..=LEASE => Presence::Silent,
-            _ => Presence::Gone,
+            _ if left == Some(newest) => TeammateStatus::Left,
+            ..=1 => TeammateStatus::Live,
+            2..=LEASE => TeammateStatus::Silent,
+            _ => TeammateStatus::TimedOut,
         };
-        // What is so old may be forgotten, and that it left; of the time before it began an agent need not know all.
+        // Reports beyond the horizon may be forgotten, also that the UAV has left. An agent may miss reports from
+        // before its start.
         let may_be = |presence| match presence {
-            None | Some(Presence::Gone) => newest < self.began || now - newest >= HORIZON,
-            Some(Presence::Silent) => newest < self.began,
-            // It hears again that it left, and not that it came back and is silent since.
-            Some(Presence::Left) => left.is_some() && newest < self.began,
-            Some(Presence::Live) => false,
+            None | Some(TeammateStatus::TimedOut) => newest < self.began || now - newest >= HORIZON,
+            Some(TeammateStatus::Silent) => newest < self.began,
+            // The agent received a retransmitted report that the UAV leaves, but not that it came back and fell silent.
+            Some(TeammateStatus::Left) => left.is_some() && newest < self.began,
+            Some(TeammateStatus::Live) => false,
         };
         presence == Some(expected) || may_be(presence)
     }
 }
 
-/// A team on its way through a sequence.
+/// A team in the middle of a sequence of faults.
 #[derive(Clone)]
 struct Flight {
     team: Team,
@@ -123,7 +127,7 @@ struct Flight {
 
 fn params() -> TeamParams {
     let mut params = TeamParams::table_1();
-    params.log.horizon_s = 15.0;
+    params.log.message_retention_s = 15.0;
     params
 }
 
@@ -137,11 +141,11 @@ impl Flight {
 
     fn start_anew(&mut self, uav: usize) {
         self.epochs[uav] += 1;
-        self.team.agents[uav] = Agent::new(UavId(uav as u32), params()).unwrap().with_epoch(self.epochs[uav]);
+        self.team.agents[uav] = Agent::new(UavId(uav as u32), params()).unwrap().with_restart_count(self.epochs[uav]);
         self.ears[uav] = Ear { began: self.tick, ..Ear::default() };
     }
 
-    /// A fault, and the instants up to the next one.
+    /// Applies a fault and runs the time steps up to the next one.
     fn suffer(&mut self, fault: Fault) {
         self.faults.push(fault);
         let uavs = self.ears.len();
@@ -173,7 +177,7 @@ impl Flight {
                 self.radio.deaf.push((uav, (uav + 1) % uavs));
             }
             self.fly();
-            // What it says as it leaves is its last word.
+            // The announcement that it leaves is its last message.
             self.team.off.extend(is_leaving.take());
         }
     }
@@ -184,10 +188,10 @@ impl Flight {
         let Words { said, heard, .. } = self.team.tick_over(self.tick, &mut self.radio);
         for (_, message) in &said {
             if let Message::Report(report) = message
-                && instant(report.time) == self.tick
+                && time_step(report.time) == self.tick
             {
-                // What it holds it knows without being told.
-                let own = Report { knowledge: None, ..report.clone() };
+                // An agent knows its own log without the log status.
+                let own = Report { log_status: None, ..report.clone() };
                 self.ears[report.uav.0 as usize].hear(&own);
             }
         }
@@ -198,12 +202,12 @@ impl Flight {
         }
         for index in self.on() {
             let agent = &self.team.agents[index];
-            let told: BTreeMap<UavId, Presence> = agent.presence().collect();
+            let statuses: BTreeMap<UavId, TeammateStatus> = agent.teammate_status().collect();
             for uav in (0..self.ears.len() as u32).map(UavId) {
-                let presence = told.get(&uav).copied();
+                let presence = statuses.get(&uav).copied();
                 assert!(
                     self.ears[index].allows(uav, self.tick, presence),
-                    "{:?}: at {} UAV {index} believes {presence:?} of {uav:?}, has heard {:?}",
+                    "{:?}: at tick {} UAV {index} has status {presence:?} for {uav:?}, received {:?}",
                     self.faults,
                     self.tick,
                     self.ears[index].of.get(&uav)
@@ -217,30 +221,30 @@ impl Flight {
         (0..self.ears.len()).filter(|index| !self.team.off.contains(index)).collect()
     }
 
-    /// Calm, after which all who are there know and do the same.
+    /// Runs the fault-free phase. After it, all active agents must have the same team state and assignments.
     fn recover(mut self) {
         self.radio.heal();
         self.silent_until.fill(0);
         (0..CALM).for_each(|_| self.fly());
-        let known = |index: usize| {
+        let state_of = |index: usize| {
             let agent = &self.team.agents[index];
-            let committed = agent.committed().map(Picture::digest);
-            (agent.picture().crew.clone(), agent.committed_at(), committed, agent.picture().digest())
+            let committed = agent.committed().map(TeamState::digest);
+            (agent.team_state().assignments.clone(), agent.committed_at(), committed, agent.team_state().digest())
         };
         let on = self.on();
         for index in on.iter().skip(1) {
-            assert_eq!(known(*index), known(on[0]), "{:?}: UAV {index} and UAV {}", self.faults, on[0]);
+            assert_eq!(state_of(*index), state_of(on[0]), "{:?}: UAV {index} and UAV {}", self.faults, on[0]);
         }
         for index in &on {
-            let picture = self.team.agents[*index].picture();
-            let crew: Vec<_> = picture.crew.iter().map(|duty| duty.uav.0 as usize).collect();
-            // Who has started anew while nobody could tell of them knows of no targets.
-            let is_serving = !picture.known().is_empty();
-            assert_eq!(crew, if is_serving { &on[..] } else { &[] }, "{:?}: UAV {index}", self.faults);
+            let picture = self.team.agents[*index].team_state();
+            let crew: Vec<_> = picture.assignments.iter().map(|duty| duty.uav.0 as usize).collect();
+            // If all agents restart while no other agent could send the tracks, the team has no targets.
+            let has_targets = !picture.tracks().is_empty();
+            assert_eq!(crew, if has_targets { &on[..] } else { &[] }, "{:?}: UAV {index}", self.faults);
         }
     }
 
-    /// All that can follow, with so many more faults; how many sequences that were.
+    /// Tries all sequences with `more` further faults, and returns their number.
     fn try_all(&self, of: &[Fault], more: u32) -> u64 {
         if more == 0 {
             self.clone().recover();
@@ -257,9 +261,9 @@ impl Flight {
 
 proptest! {
     #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::with_cases(cases()) })]
-    /// The same of longer sequences, of up to four UAVs, while words go missing.
+    /// The same for longer sequences with up to four UAVs and packet loss.
     #[test]
-    fn after_any_faults_while_words_go_missing_all_agree(
+    fn all_agents_agree_after_any_faults_with_packet_loss(
         seed in any::<u64>(),
         uavs in 2..5usize,
         loss in 0.0..0.6f64,
@@ -274,7 +278,7 @@ proptest! {
     }
 }
 
-/// 60, or more if `PROPTEST_CASES` says so.
+/// Number of cases: `PROPTEST_CASES`, or 60 if it is not set.
 fn cases() -> u32 {
     std::env::var("PROPTEST_CASES").map_or(60, |cases| cases.parse().unwrap())
 }
@@ -286,20 +290,20 @@ fn try_all(uavs: usize, of: &[Fault], faults: u32) -> u64 {
 }
 
 #[test]
-fn after_any_two_faults_all_agree_on_who_is_there_and_does_what() {
+fn all_agents_agree_on_teammates_and_assignments_after_any_two_faults() {
     assert_eq!(try_all(2, &all_faults(2), 2) + try_all(3, &all_faults(3), 2), 13 * 13 + 19 * 19);
 }
 
 #[test]
 #[ignore = "long: for .ci/long"]
-fn after_any_four_faults_a_pair_agrees_on_who_is_there_and_does_what() {
+fn a_pair_agrees_on_teammates_and_assignments_after_any_four_faults() {
     assert_eq!(try_all(2, &all_faults(2), 4), 13 * 13 * 13 * 13);
 }
 
-/// Of those that are worst, more.
+/// Longer sequences of the most severe faults.
 #[test]
 #[ignore = "long: for .ci/long"]
-fn after_any_six_of_the_worst_faults_all_agree_on_who_is_there_and_does_what() {
+fn all_agents_agree_on_teammates_and_assignments_after_any_six_of_the_worst_faults() {
     let worst = [Fault::Silent(1, 8), Fault::Restart(0), Fault::LeaveOrJoin(1), Fault::PartOrMeet];
     assert_eq!(try_all(2, &worst, 6) + try_all(3, &worst, 5), 4096 + 1024);
 }

@@ -1,5 +1,5 @@
-//! The example of docs/embedding.md as processes of their own, over UDP: they lose messages, are stopped, killed and started
-//! again, and agree all the same.
+//! The example of docs/embedding.md as separate processes over UDP. They agree although messages are lost and processes
+//! are stopped, killed and restarted.
 
 #![cfg(unix)]
 #![expect(clippy::unwrap_used, reason = "helpers of tests")]
@@ -14,7 +14,7 @@ use std::sync::{Arc, LazyLock, Mutex};
 use std::thread::{sleep, spawn};
 use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
-/// The newest of what lies in a folder.
+/// Time of the last change in a folder.
 fn changed(folder: &Path) -> SystemTime {
     let entries = folder.read_dir().unwrap().map(|entry| entry.unwrap().path());
     let times =
@@ -22,7 +22,8 @@ fn changed(folder: &Path) -> SystemTime {
     times.max().unwrap()
 }
 
-/// `cargo test` builds examples beside the tests; `cargo test --test udp` does not, so it is looked at how old this one is.
+/// Path of the example program. `cargo test` builds examples together with the tests, but `cargo test --test udp` does
+/// not. Therefore the program is built here if it is older than its sources.
 static COMPANION: LazyLock<PathBuf> = LazyLock::new(|| {
     let test = std::env::current_exe().unwrap();
     let profile = test.parent().unwrap().parent().unwrap();
@@ -41,13 +42,13 @@ static COMPANION: LazyLock<PathBuf> = LazyLock::new(|| {
     built
 });
 
-/// What a UAV has printed of a second.
+/// A line printed by a UAV, one per second.
 #[derive(Debug, Clone, PartialEq)]
 struct Line {
     t_s: u32,
     at: String,
     crews: String,
-    /// Digest and instant.
+    /// Digest and time of the committed team state.
     picture: String,
     damaged: u32,
 }
@@ -61,23 +62,23 @@ impl Line {
         Self {
             t_s: text.split(" s").next().unwrap().trim().parse().unwrap(),
             at: between("  at ", " "),
-            crews: between("crews ", ";"),
-            picture: between("; picture ", ";"),
+            crews: between("assigned ", ";"),
+            picture: between("; committed ", ";"),
             damaged: between("; damaged ", ";").parse().unwrap(),
         }
     }
 }
 
-/// The committed pictures that were told, by instant; one line each.
-fn pictures<'a>(lines: impl Iterator<Item = &'a Line>) -> BTreeMap<&'a str, Vec<&'a str>> {
-    let mut told = BTreeMap::<_, Vec<_>>::new();
-    for (digest, instant) in lines.filter_map(|line| line.picture.split_once(" of ")) {
-        told.entry(instant).or_default().push(digest);
+/// Digests of the printed committed team states, by time.
+fn digests_by_time<'a>(lines: impl Iterator<Item = &'a Line>) -> BTreeMap<&'a str, Vec<&'a str>> {
+    let mut digests = BTreeMap::<_, Vec<_>>::new();
+    for (digest, time) in lines.filter_map(|line| line.picture.split_once(" at ")) {
+        digests.entry(time).or_default().push(digest);
     }
-    told
+    digests
 }
 
-/// A process, which does not outlive its test.
+/// A process that is killed at the end of its test.
 struct Process {
     child: Child,
     printed: Arc<Mutex<Vec<Line>>>,
@@ -103,17 +104,17 @@ struct Team {
     uavs: Vec<Process>,
 }
 
-/// UAVs of a team, of which each loses a fifth of what it hears.
+/// Number of UAVs. Each loses a fifth of the messages sent to it.
 const UAVS: usize = 4;
 
 impl Team {
     fn new(port: u16) -> Self {
-        // Below the ports that systems give away.
+        // Below the range of ephemeral ports.
         let is_free =
             |port: &u16| (0..UAVS as u16).all(|uav| UdpSocket::bind((Ipv4Addr::LOCALHOST, port + uav)).is_ok());
         let first = port + (id() % 500) as u16 * 8;
         let port = (0..200).map(|more| first + 8 * more).find(is_free).unwrap();
-        // Built before the clock is looked at.
+        // Build the program before the start time is set.
         LazyLock::force(&COMPANION);
         let start = SystemTime::now() + Duration::from_millis(500);
         let mut team = Self { start, port, uavs: Vec::new() };
@@ -124,17 +125,19 @@ impl Team {
     fn started(&self, uav: usize, more: &[&str]) -> Process {
         let start_us = self.start.duration_since(UNIX_EPOCH).unwrap().as_micros();
         let (team, port) = (UAVS, self.port);
-        // Should the test be ended, they end by themselves.
-        let given = format!("--uav {uav} --team {team} --port {port} --seconds 120 --lose 20 --start-us {start_us}");
+        // The limited duration ends the processes even if the test is aborted.
+        let options = format!("--uav {uav} --team {team} --port {port} --seconds 120 --lose 20 --start-us {start_us}");
         let mut command = Command::new(&*COMPANION);
-        let mut child = command.args(given.split(' ')).args(more).stdout(Stdio::piped()).spawn().unwrap();
+        let mut child = command.args(options.split(' ')).args(more).stdout(Stdio::piped()).spawn().unwrap();
         let (printed, lines) = (Arc::<Mutex<Vec<Line>>>::default(), BufReader::new(child.stdout.take().unwrap()));
-        let told = Arc::clone(&printed);
-        spawn(move || lines.lines().map_while(Result::ok).for_each(|line| told.lock().unwrap().push(Line::of(&line))));
+        let output = Arc::clone(&printed);
+        spawn(move || {
+            lines.lines().map_while(Result::ok).for_each(|line| output.lock().unwrap().push(Line::of(&line)))
+        });
         Process { child, printed }
     }
 
-    /// Time since the mission's start.
+    /// Time since the start of the mission.
     fn now_s(&self) -> f64 {
         self.start.elapsed().unwrap_or_default().as_secs_f64()
     }
@@ -143,32 +146,32 @@ impl Team {
         self.uavs[uav].printed.lock().unwrap().clone()
     }
 
-    /// The first of three seconds of which all these UAVs tell the same crews, and from which on no two have told two
-    /// committed pictures of one instant.
+    /// Returns the first second from which these UAVs agree: they print the same assignments for three seconds, and
+    /// from then on no two print different committed team states of the same time.
     fn agree_at(&self, uavs: &[usize], after_s: f64) -> Option<u32> {
         let printed: Vec<Vec<Line>> = uavs.iter().map(|uav| self.printed(*uav)).collect();
         let crews = |lines: &[Line], t_s| lines.iter().find(|line| line.t_s == t_s).map(|line| line.crews.clone());
-        let same_crews = |t_s: u32| {
-            let told = crews(&printed[0], t_s).filter(|crews| !crews.is_empty());
-            told.is_some() && printed.iter().all(|lines| crews(lines, t_s) == told)
+        let same_assignments = |t_s: u32| {
+            let first = crews(&printed[0], t_s).filter(|crews| !crews.is_empty());
+            first.is_some() && printed.iter().all(|lines| crews(lines, t_s) == first)
         };
-        let same_pictures = |from: u32| {
+        let same_states = |from: u32| {
             let since = printed.iter().flatten().filter(|line| line.t_s >= from);
-            pictures(since).values().all(|digests| digests.iter().all(|digest| *digest == digests[0]))
+            digests_by_time(since).values().all(|digests| digests.iter().all(|digest| *digest == digests[0]))
         };
         let last = printed[0].last()?.t_s;
         let seconds = (after_s.ceil() as u32)..=last.saturating_sub(2);
-        seconds.into_iter().find(|from| (*from..from + 3).all(same_crews) && same_pictures(*from))
+        seconds.into_iter().find(|from| (*from..from + 3).all(same_assignments) && same_states(*from))
     }
 
-    /// Waits until they agree, and gives back how long that took after a time.
-    fn agree(&self, uavs: &[usize], after_s: f64, within_s: f64, what: &str) {
+    /// Waits until these UAVs agree, which must happen within `within_s` after `after_s`.
+    fn agree(&self, uavs: &[usize], after_s: f64, within_s: f64, case: &str) {
         while self.now_s() < after_s + within_s + 15.0 {
             sleep(Duration::from_millis(200));
             if let Some(at_s) = self.agree_at(uavs, after_s) {
                 let took_s = f64::from(at_s) - after_s;
-                println!("{what}: agreed after {took_s:.1} s");
-                assert!(took_s <= within_s, "{what}: only after {took_s:.1} s");
+                println!("{case}: agreed after {took_s:.1} s");
+                assert!(took_s <= within_s, "{case}: agreed only after {took_s:.1} s");
                 return;
             }
         }
@@ -176,66 +179,67 @@ impl Team {
             let from = lines.len().saturating_sub(25);
             lines[from..].iter().map(|line| format!("\n{uav}: {line:?}")).collect::<Vec<_>>()
         });
-        panic!("{what}: they do not agree: {}", tails.collect::<String>());
+        panic!("{case}: no agreement: {}", tails.collect::<String>());
     }
 
     fn wait_until(&self, t_s: f64) {
         sleep(Duration::from_secs_f64((t_s - self.now_s()).max(0.0)));
     }
 
-    /// Stops a UAV for so long; the others agree without it, and it with them afterwards.
+    /// Stops the process of a UAV for `for_s`. The other UAVs must agree without it, and all UAVs afterwards.
     fn stop(&self, uav: usize, for_s: f64, within_s: f64) {
         let (others, stopped_s): (Vec<usize>, f64) = ((0..UAVS).filter(|other| *other != uav).collect(), self.now_s());
         self.uavs[uav].signal("STOP");
         self.wait_until(stopped_s + for_s);
-        self.agree(&others, stopped_s, for_s, "those who were not stopped");
+        self.agree(&others, stopped_s, for_s, "UAVs that were not stopped");
         self.uavs[uav].signal("CONT");
-        self.agree(&[0, 1, 2, 3], self.now_s(), within_s, "the one that was stopped, and the others");
+        self.agree(&[0, 1, 2, 3], self.now_s(), within_s, "all UAVs after the stop");
     }
 }
 
 #[test]
-fn a_team_agrees_though_a_uav_stops_or_starts_anew_and_somebody_talks_nonsense() {
+fn a_team_agrees_despite_a_paused_uav_a_restart_and_random_datagrams() {
     let mut team = Team::new(20_000);
     let stranger = UdpSocket::bind((Ipv4Addr::LOCALHOST, 0)).unwrap();
-    let shout = |to: &Team| {
+    let send_random_datagrams = |to: &Team| {
         for (length, uav) in (0..200).zip((0..UAVS as u16).cycle()) {
-            let nonsense: Vec<u8> = (0..length).map(|byte| (byte * 31 + length) as u8).collect();
-            stranger.send_to(&nonsense, (Ipv4Addr::LOCALHOST, to.port + uav)).unwrap();
+            let bytes: Vec<u8> = (0..length).map(|byte| (byte * 31 + length) as u8).collect();
+            stranger.send_to(&bytes, (Ipv4Addr::LOCALHOST, to.port + uav)).unwrap();
         }
     };
     team.wait_until(2.0);
-    shout(&team);
+    send_random_datagrams(&team);
     team.wait_until(8.0);
-    team.agree(&[0, 1, 2, 3], 2.0, 10.0, "all");
-    // While all are heard, pictures are committed all the time, and are told of by several.
+    team.agree(&[0, 1, 2, 3], 2.0, 10.0, "all UAVs");
+    // While all UAVs are live, team states are committed continuously, and several UAVs print the same ones.
     let printed: Vec<Line> = (0..UAVS).flat_map(|uav| team.printed(uav)).collect();
-    let told = pictures(printed.iter().filter(|line| line.t_s >= 4));
-    assert!(told.values().filter(|digests| digests.len() > 1).count() > 2, "{told:?}");
+    let digests = digests_by_time(printed.iter().filter(|line| line.t_s >= 4));
+    assert!(digests.values().filter(|digests| digests.len() > 1).count() > 2, "{digests:?}");
     team.stop(2, 5.0, 8.0);
 
-    // A computer that fails: its aircraft flies on meanwhile.
+    // A computer fails; its aircraft flies on meanwhile.
     let before = team.printed(0);
     team.uavs.remove(0);
     team.wait_until(team.now_s() + 1.5);
     let at = &before.last().unwrap().at;
-    let again = team.started(0, &["--epoch", "1", "--at", at]);
-    team.uavs.insert(0, again);
-    team.agree(&[0, 1, 2, 3], team.now_s(), 10.0, "the one that was started again, and the others");
+    let restarted = team.started(0, &["--epoch", "1", "--at", at]);
+    team.uavs.insert(0, restarted);
+    team.agree(&[0, 1, 2, 3], team.now_s(), 10.0, "all UAVs after the restart");
 
-    // Of the 50 to each a fifth was lost.
+    // 50 random datagrams were sent to each UAV; about a fifth was lost.
     let damaged = before.last().unwrap().damaged;
     assert!((25..=50).contains(&damaged), "{damaged}");
 }
 
-/// Its time jumps by more than an agent believes. Then another one leaves, and says so: nobody waits for its lease to end.
+/// After a long pause the time jumps by more than an agent accepts, and the UAV recovers. Then another UAV announces
+/// that it leaves, and is dropped before the teammate timeout.
 #[test]
-fn a_uav_that_stood_still_for_long_comes_back_by_itself_and_one_that_leaves_is_let_go() {
+fn a_uav_recovers_from_a_long_pause_and_a_leaving_uav_is_dropped_immediately() {
     let end_s = 25;
     let mut team = Team::new(25_000);
     team.uavs.pop();
     team.uavs.push(team.started(3, &["--seconds", "25"]));
-    team.agree(&[0, 1, 2, 3], 0.0, 10.0, "all");
+    team.agree(&[0, 1, 2, 3], 0.0, 10.0, "all UAVs");
     team.stop(0, 11.0, 10.0);
 
     team.wait_until(f64::from(end_s) + 3.9);

@@ -1,4 +1,4 @@
-"""PettingZoo environments: every UAV an agent with a policy of its own."""
+"""PettingZoo environments: every UAV is an agent with its own policy."""
 
 from standoff.pettingzoo import group_tracking_v0
 

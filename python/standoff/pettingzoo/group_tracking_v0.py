@@ -1,13 +1,13 @@
 """``group_tracking_v0``: every UAV of a mission is an agent.
 
-The same worlds, numbers and seeds as :mod:`standoff.gym`, which tells what an agent's observation (features,) and action
-(2,) mean. Agents are called ``uav_0``, ``uav_1``, ... as UAVs are numbered, and live until the mission ends for all.
+Worlds, numbers and seeds are the same as in :mod:`standoff.gym`, which defines an agent's observation (features,) and
+action (2,). Agents are named ``uav_0``, ``uav_1``, ... by UAV number, and all of them exist until the mission ends.
 
-**Reward** of an agent: as the team's there, 0 to 1, with its own ``on_orbit`` in the place of the mean; the mean over the
-agents is the team's.
+**Reward** of an agent: the team's reward defined there, 0 to 1, with the agent's own ``on_orbit`` instead of the mean.
+The mean over the agents is the team's reward.
 
-**State**: what a central critic may know: the observations of all UAVs one after the other, then the truth of the team:
-``watched``, mean ``on_orbit``, and the share of the scenario's duration that is over; all in bounds.
+**State**: the input of a central critic: the observations of all UAVs, concatenated, then true values of the team:
+``watched``, mean ``on_orbit``, and the elapsed fraction of the scenario's duration; all within bounds.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ from standoff.gym import SEED_MAX, Space, action_space, info_of, observation_spa
 
 __all__ = ["GroupTrackingParallelEnv", "parallel_env"]
 
-#: What is flown if nothing else is asked for: two UAVs.
+#: Default scenario, with two UAVs.
 SCENARIO = "tour/02-two-uavs"
 
 Observation = NDArray[np.float32]
@@ -34,7 +34,7 @@ Action = NDArray[np.floating[Any]]
 
 
 class GroupTrackingParallelEnv(ParallelEnv[str, Observation, Action]):
-    """One mission, every UAV an agent; the module tells the rest.
+    """One mission in which every UAV is an agent; see the module's documentation.
 
     :param scenario: a built-in name, a path, or a :class:`standoff.Scenario`.
     :param render_mode: ``None``.
@@ -45,7 +45,7 @@ class GroupTrackingParallelEnv(ParallelEnv[str, Observation, Action]):
 
     def __init__(self, scenario: str | Scenario = SCENARIO, *, render_mode: None = None) -> None:
         if render_mode is not None:
-            raise InputError(f"render_mode: only None, not {render_mode!r}: look at a run's page instead")
+            raise InputError(f"render_mode = {render_mode!r}: must be None; view the page of a run instead")
         self.render_mode = None
         self._worlds = Worlds(scenario, autoreset="Disabled")
         self.possible_agents = [f"uav_{uav}" for uav in range(self._worlds.uavs)]
@@ -61,10 +61,10 @@ class GroupTrackingParallelEnv(ParallelEnv[str, Observation, Action]):
     def reset(
         self, seed: int | None = None, options: dict[str, Any] | None = None
     ) -> tuple[dict[str, Observation], dict[str, dict[str, Any]]]:
-        """Begins a mission.
+        """Starts a mission.
 
-        :param seed: its seed, 0 to 2**63 - 1; without one the next mission is flown, at first one of any seed.
-        :param options: none are known.
+        :param seed: its seed, 0 to 2**63 - 1. Without one the next mission starts; the first one has a random seed.
+        :param options: ignored.
         :returns: observations and infos by agent.
         """
         if seed is None and self._instant is None:
@@ -76,29 +76,29 @@ class GroupTrackingParallelEnv(ParallelEnv[str, Observation, Action]):
     def step(
         self, actions: Mapping[str, Action]
     ) -> tuple[dict[str, Observation], dict[str, float], dict[str, bool], dict[str, bool], dict[str, dict[str, Any]]]:
-        """Flies the actions of all agents until the next guidance period.
+        """Applies the actions of all agents until the next guidance period.
 
         :param actions: by agent, (2,).
         :returns: observations, rewards, terminations, truncations, infos by agent.
-        :raises standoff.InputError: an agent too many or too few, another shape or type, or not finite; not reset, or
-            over. Nothing has moved.
+        :raises standoff.InputError: an agent is missing or unknown; an action has another shape or type, or is not
+            finite; or the mission is over or was not reset. The world is unchanged.
         """
         if not self.agents:
-            raise InputError("the mission is over, or none has begun: reset first")
+            raise InputError("the mission is over or was not started: call reset first")
         if set(actions) != set(self.agents):
             raise InputError(
-                f"actions: one for each of {', '.join(self.agents)}, not for {', '.join(map(str, actions))}"
+                f"actions: must have one for each of {', '.join(self.agents)}, not for {', '.join(map(str, actions))}"
             )
         single = [np.asarray(actions[agent]) for agent in self.agents]
         for agent, action in zip(self.agents, single, strict=True):
             if action.shape != (2,):
-                raise InputError(f"actions: of {agent}: shape (2,), not {action.shape}")
+                raise InputError(f"actions: the one of {agent} must have shape (2,), not {action.shape}")
         instant = self._worlds.step(np.stack(single)[np.newaxis])
         self._instant = instant
         terminated, truncated = bool(instant.terminated[0]), bool(instant.truncated[0])
         stepped = (
             self._observations(instant),
-            {agent: float(instant.uav_rewards[0, place]) for place, agent in enumerate(self.agents)},
+            {agent: float(instant.uav_rewards[0, index]) for index, agent in enumerate(self.agents)},
             dict.fromkeys(self.agents, terminated),
             dict.fromkeys(self.agents, truncated),
             self._infos(instant),
@@ -108,19 +108,19 @@ class GroupTrackingParallelEnv(ParallelEnv[str, Observation, Action]):
         return stepped
 
     def law_actions(self) -> dict[str, NDArray[np.float64]]:
-        """The actions of the product's own law at this instant, by agent, (2,)."""
+        """The actions of the built-in law at this time step, by agent, (2,)."""
         return dict(zip(self.possible_agents, self._worlds.law_actions()[0], strict=True))
 
     def state(self) -> NDArray[np.float32]:
-        """What a central critic may know, as the module tells, in ``state_space``.
+        """The input of a central critic, as the module defines it, in ``state_space``.
 
-        :raises standoff.InputError: not reset.
+        :raises standoff.InputError: the environment was not reset.
         """
         if self._instant is None:
-            raise InputError("no mission has begun: reset first")
+            raise InputError("no mission was started: call reset first")
         instant = self._instant
-        flown = instant.time_s[0] / instant.duration_s[0]
-        truth = np.array([instant.watched[0], instant.mean_on_orbit[0], flown])
+        elapsed = instant.time_s[0] / instant.duration_s[0]
+        truth = np.array([instant.watched[0], instant.mean_on_orbit[0], elapsed])
         return np.append(instant.observations[0], truth.astype(np.float32))
 
     def observation_space(self, agent: str) -> Space:
@@ -132,7 +132,7 @@ class GroupTrackingParallelEnv(ParallelEnv[str, Observation, Action]):
         return self.action_spaces[agent]
 
     def render(self) -> None:
-        """Nothing: a run's page shows a flight."""
+        """Does nothing; view the page of a run instead."""
 
     def close(self) -> None:
         """Frees the mission."""
@@ -140,12 +140,12 @@ class GroupTrackingParallelEnv(ParallelEnv[str, Observation, Action]):
         self.agents = []
 
     def _observations(self, instant: Instant) -> dict[str, Observation]:
-        return {agent: instant.observations[0, place].copy() for place, agent in enumerate(self.possible_agents)}
+        return {agent: instant.observations[0, index].copy() for index, agent in enumerate(self.possible_agents)}
 
     def _infos(self, instant: Instant) -> dict[str, dict[str, Any]]:
         infos = {}
-        for place, agent in enumerate(self.possible_agents):
-            infos[agent] = {**info_of(instant, 0), "on_orbit": float(instant.on_orbit[0, place])}
+        for index, agent in enumerate(self.possible_agents):
+            infos[agent] = {**info_of(instant, 0), "on_orbit": float(instant.on_orbit[0, index])}
         return infos
 
 

@@ -1,32 +1,32 @@
-//! Finds the tags that tie code and tests to equations.
+//! Finds the tags that link code and tests to equations.
 //!
 //! A tag is a sentence of a doc comment that starts with "Implements" (code) or "Checks" (a test). It names equations,
 //! `Eq. (10), (11)`, `(5, 6)`, `(8-11)`, `Lemma 3.1`, `Algorithm 1` or `section IV.B.2`, anywhere up to the end of its
-//! paragraph; text in backticks is no name. It belongs to the next item after the comment, or to the file (`//!`).
-//! Lines are all that is looked at: a parser would know more, and nobody needs it.
+//! paragraph; text in backticks is ignored. A tag belongs to the next item after the comment, or to the file (`//!`).
+//! The search is based on lines only; a parser is not needed.
 
-/// What a tag claims.
+/// Kind of a tag.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Claim {
     Implements,
     Checks,
 }
 
-/// One item's claim about one equation.
+/// A link between an item and an equation.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(crate) struct Tag {
     pub(crate) claim: Claim,
-    /// As docs/equations.toml has it.
+    /// Id of the equation, as in docs/equations.toml.
     pub(crate) equation: String,
-    /// From the workspace's root, with `/`.
+    /// Path relative to the root of the workspace, with `/`.
     pub(crate) path: String,
-    /// Where the paragraph ends, from 1.
+    /// Line number of the end of the paragraph, from 1.
     pub(crate) line: usize,
     pub(crate) item: String,
 }
 
-/// All tags of a file. Of the ids in `known`, the longest that fits is taken: `section IV.B.2, convergence rule` may
-/// stand beside `section IV.B.2`.
+/// Returns all tags of a file. If several ids in `known` match, the longest wins: `section IV.B.2, convergence rule`
+/// and `section IV.B.2` can both exist.
 pub(crate) fn find(path: &str, source: &str, known: &[&str]) -> Vec<Tag> {
     let lines: Vec<&str> = source.lines().map(str::trim_start).collect();
     let file_name = path.rsplit('/').next().unwrap_or(path);
@@ -56,13 +56,13 @@ pub(crate) fn find(path: &str, source: &str, known: &[&str]) -> Vec<Tag> {
     tags
 }
 
-/// The text of a doc comment's line, and whether it is an inner one (`//!`).
+/// Returns the text of a doc-comment line, and true if it is an inner one (`//!`); `None` for other lines.
 fn doc_text(line: &str) -> Option<(&str, bool)> {
     let outer = line.strip_prefix("///").filter(|text| !text.starts_with('/')).map(|text| (text, false));
     outer.or_else(|| line.strip_prefix("//!").map(|text| (text, true)))
 }
 
-/// The sentences that claim something, each with the rest of the paragraph or up to the next claim.
+/// Returns the claims of a paragraph; each one extends to the next claim or to the end of the paragraph.
 fn claims(paragraph: &str) -> Vec<(Claim, &str)> {
     let starts_sentence = |at: usize| {
         let before = paragraph[..at].trim_end();
@@ -78,13 +78,13 @@ fn claims(paragraph: &str) -> Vec<(Claim, &str)> {
     starts.iter().zip(ends).map(|((at, claim), end)| (*claim, &paragraph[*at..end])).collect()
 }
 
-/// The equations that a text names, each once.
+/// Returns the equations that a text names, without duplicates.
 fn names(text: &str, known: &[&str]) -> Vec<String> {
     let mut names: Vec<String> = Vec::new();
     let (mut before, mut in_code) = (' ', false);
     for (at, c) in text.char_indices() {
         in_code ^= c == '`';
-        // After a word, a parenthesis is a call, and after a bracket a link.
+        // A parenthesis after a word is a call, and after a bracket it is a link.
         if !in_code && !before.is_alphanumeric() && !matches!(before, '_' | ']') {
             let here = &text[at..];
             let found = if c == '(' { numbers(&here[1..]) } else { named(here, known).into_iter().collect() };
@@ -99,7 +99,7 @@ fn names(text: &str, known: &[&str]) -> Vec<String> {
     names
 }
 
-/// The numbers and ranges that a parenthesis begins with.
+/// Returns the numbers at the beginning of a parenthesis, with ranges expanded.
 fn numbers(text: &str) -> Vec<String> {
     let inside = text.split(')').next().unwrap_or_default();
     let range = |part: &str| -> Option<(u32, u32)> {
@@ -109,7 +109,7 @@ fn numbers(text: &str) -> Vec<String> {
     inside.split(',').map_while(range).flat_map(|(first, last)| first..=last).map(|n| n.to_string()).collect()
 }
 
-/// The lemma, algorithm or section whose name the text begins with.
+/// Returns the lemma, algorithm or section whose name is at the beginning of the text.
 fn named(text: &str, known: &[&str]) -> Option<String> {
     let kind = ["Lemma ", "Algorithm ", "section "].into_iter().find(|kind| text.starts_with(kind))?;
     let ends = |id: &str| !text[id.len()..].starts_with(char::is_alphanumeric);
@@ -122,7 +122,7 @@ fn named(text: &str, known: &[&str]) -> Option<String> {
     numbered.then(|| format!("{kind}{number}"))
 }
 
-/// The name of the item that a line opens.
+/// Returns the name of the item that a line declares.
 fn item(line: &str) -> Option<String> {
     if line.starts_with("//") || line.starts_with('#') {
         return None;
@@ -150,7 +150,7 @@ mod tests {
     }
 
     #[test]
-    fn names_come_in_several_forms() {
+    fn all_forms_of_names_are_recognised() {
         check_names("Implements the H of Eq. (10), (11).", &["10", "11"]);
         check_names("Checks Eq. (5, 6): two half steps are one.", &["5", "6"]);
         check_names("Checks (8-10), and (12-13, 20, Lemma 3.1).", &["8", "9", "10", "12", "13", "20", "Lemma 3.1"]);
@@ -162,12 +162,12 @@ mod tests {
     }
 
     #[test]
-    fn what_is_not_listed_is_named_all_the_same() {
+    fn names_that_are_not_listed_are_found_too() {
         check_names("Implements Eq. (99) and Lemma 3.14, section II.D.", &["99", "Lemma 3.14", "section II.D"]);
     }
 
     #[test]
-    fn formulas_values_code_and_links_are_no_names() {
+    fn formulas_values_code_and_links_are_not_names() {
         check_names("Checks f(3), `(4)`, [it](5), (r^2 - 6), (3.8, 7 m), (mean 2), x_(8), section by section.", &[]);
     }
 
@@ -193,7 +193,7 @@ mod tests {
     }
 
     #[test]
-    fn only_a_sentence_that_starts_so_is_a_tag_and_only_to_the_end_of_its_paragraph() {
+    fn a_tag_starts_a_sentence_and_ends_with_its_paragraph() {
         check("/// Eq. (1). Implements (2).\n///\n/// And (3).\nfn f() {}", &[(Claim::Implements, "2", 1, "f")]);
         check("/// It Implements (1); see Checks (2).\n// Checks (3).\n//// Checks (4).\nfn f() {}", &[]);
         check(

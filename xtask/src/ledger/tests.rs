@@ -1,4 +1,4 @@
-//! Each thing that may be wrong with the ledger, and the message for it.
+//! Tests of every problem that the ledger check can report, and of its messages.
 
 use super::*;
 
@@ -22,7 +22,7 @@ fn check(status: Status, source: &str, expected: &[&str]) {
 const BOTH: &str = "/// Implements Eq. (5).\nfn f() {}\n/// Checks Eq. (5).\nfn g() {}";
 
 #[test]
-fn what_is_implemented_and_checked_is_right() {
+fn an_implemented_and_checked_equation_has_no_problems() {
     check(Status::Implemented, BOTH, &[]);
     check(Status::Planned, "", &[]);
     check(Status::OutOfScope, "/// Checks Eq. (5).\nfn g() {}", &[]);
@@ -36,18 +36,22 @@ fn an_implemented_equation_needs_a_code_tag_and_a_test_tag() {
 }
 
 #[test]
-fn a_planned_equation_has_no_code() {
-    check(Status::Planned, BOTH, &["crates/a/src/b.rs:1: `f` implements Eq. (5), which is not implemented"]);
+fn code_of_an_equation_that_is_not_implemented_is_reported() {
+    check(
+        Status::Planned,
+        BOTH,
+        &["crates/a/src/b.rs:1: `f` implements Eq. (5), which docs/equations.toml lists as not implemented"],
+    );
     check(Status::OutOfScope, BOTH, &["`f` implements Eq. (5)"]);
 }
 
 #[test]
-fn an_unknown_equation_is_reported_where_it_is_named() {
+fn an_unknown_equation_is_reported_with_its_place() {
     check(Status::Planned, "//! x\n\n/// Checks Lemma 9.9.\nfn g() {}", &["crates/a/src/b.rs:3: `g` names Lemma 9.9"]);
 }
 
 #[test]
-fn an_equation_is_listed_once() {
+fn an_equation_that_is_listed_twice_is_reported() {
     let problems = problems(&[equation("5", Status::Planned), equation("5", Status::Planned)], &[]);
     assert_eq!(problems, ["docs/equations.toml: Eq. (5) is listed twice: remove one"]);
 }
@@ -57,14 +61,14 @@ fn a_stale_ledger_names_the_first_difference_and_the_remedy() {
     assert_eq!(out_of_date("a\nb\n", "a\nb\n"), None);
     let message = out_of_date("a\nb\n", "a\nc\n").unwrap();
     assert!(message.contains("run `cargo xtask ledger`") && message.contains("line 2 is \"b\""), "{message}");
-    assert!(out_of_date("", "a\n").unwrap().contains("line 1 is nothing"));
-    assert!(out_of_date("a\nb\n", "a\n").unwrap().contains("should be nothing"));
-    // Only the last line's end is missing: no line differs, the file does.
+    assert!(out_of_date("", "a\n").unwrap().contains("line 1 is missing"));
+    assert!(out_of_date("a\nb\n", "a\n").unwrap().contains("should be missing"));
+    // Only the final newline is missing: the lines are equal, but the files differ.
     assert!(out_of_date("a", "a\n").is_some());
 }
 
 #[test]
-fn a_row_links_code_and_tests_by_name_and_a_deviation_stands_below() {
+fn a_row_links_code_and_tests_and_deviations_follow_the_table() {
     let mut with = equation("5", Status::Implemented);
     with.deviation = Some("Because.".to_string());
     let text = render(&[with, equation("Lemma 3.1", Status::Planned), equation("6", Status::Implemented)], &tags(BOTH));
@@ -76,7 +80,7 @@ fn a_row_links_code_and_tests_by_name_and_a_deviation_stands_below() {
 }
 
 #[test]
-fn a_wrong_word_in_the_list_is_refused() {
+fn unknown_keys_and_values_in_the_list_are_refused() {
     let list = |line: &str| toml::from_str::<List>(&format!("[[equation]]\nid = \"5\"\ntitle = \"t\"\n{line}"));
     assert!(list("status = \"out-of-scope\"").is_ok());
     assert!(list("status = \"done\"").is_err());

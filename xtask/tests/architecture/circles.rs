@@ -1,7 +1,7 @@
-//! No circle of imports: of two modules at most one names what the other defines, also by way of third ones. A name that
-//! is passed on (`pub use`) is of the module that defines it.
+//! Checks that modules do not import each other in a circle, directly or through other modules. A re-exported name
+//! (`pub use`) belongs to the module that defines it.
 //!
-//! `cargo test -p xtask import` tells the circles there are.
+//! `cargo test -p xtask import` prints all circles.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
@@ -10,7 +10,7 @@ use std::path::{Path, PathBuf};
 use crate::code::{Code, Imports};
 use crate::source;
 
-/// Everything that `file` depends on, also by way of others.
+/// Returns all files that `file` depends on, directly or indirectly.
 fn reach<'a>(imports: &Imports<'a>, file: &'a Path) -> BTreeSet<&'a Path> {
     let mut reached = BTreeSet::new();
     let mut next = vec![file];
@@ -20,15 +20,15 @@ fn reach<'a>(imports: &Imports<'a>, file: &'a Path) -> BTreeSet<&'a Path> {
     reached
 }
 
-/// The sets of files each of which depends on all others of its set.
+/// Returns the sets of files in which each file depends on all others of the set.
 fn circles<'a>(imports: &Imports<'a>) -> BTreeSet<BTreeSet<&'a Path>> {
     let reached: BTreeMap<_, _> = imports.keys().map(|file| (*file, reach(imports, file))).collect();
     let around = |file| reached[file].iter().copied().filter(|other| reached[other].contains(file)).collect();
     imports.keys().map(around).filter(|circle: &BTreeSet<_>| !circle.is_empty()).collect()
 }
 
-/// One line for each step around each circle.
-fn tell(circles: &BTreeSet<BTreeSet<&Path>>, imports: &Imports<'_>) -> String {
+/// Formats one line for each import in each circle.
+fn describe(circles: &BTreeSet<BTreeSet<&Path>>, imports: &Imports<'_>) -> String {
     let mut text = String::new();
     for (number, circle) in circles.iter().enumerate() {
         text.push_str(&format!("circle {}\n", number + 1));
@@ -42,52 +42,55 @@ fn tell(circles: &BTreeSet<BTreeSet<&Path>>, imports: &Imports<'_>) -> String {
     text
 }
 
-/// `record.rs` is the parent of `record/rows.rs`.
+/// True if `parent` is the parent module of `child`, as `record.rs` is of `record/rows.rs`.
 fn is_parent(parent: &Path, child: &Path) -> bool {
     child.parent() == Some(&parent.with_extension(""))
 }
 
-/// Apart from a module and its own children, which the next test looks at.
+/// Imports of parent modules are left to the next test.
 #[test]
-fn no_module_imports_what_imports_it() {
+fn modules_do_not_import_each_other_in_circles() {
     let code = source();
     let mut imports = code.imports();
     for (file, named) in &mut imports {
         named.retain(|other, _| !is_parent(other, file));
     }
     let found = circles(&imports);
-    assert!(found.is_empty(), "circles of imports:\n{}", tell(&found, &imports));
+    assert!(found.is_empty(), "circles of imports:\n{}", describe(&found, &imports));
 }
 
 #[test]
-fn no_module_imports_the_parent_that_imports_it() {
+fn modules_do_not_import_parents_that_import_them() {
     let code = source();
     let imports = code.imports();
-    let mut told = String::new();
+    let mut text = String::new();
     for (file, named) in &imports {
         for (parent, names) in named.iter().filter(|(parent, _)| is_parent(parent, file)) {
             if let Some(back) = imports[*parent].get(file) {
-                told.push_str(&format!("{}: {names:?}, which names {back:?} of it\n", file.display()));
+                text.push_str(&format!(
+                    "{} imports {names:?} from its parent, which imports {back:?} from it\n",
+                    file.display()
+                ));
             }
         }
     }
-    assert!(told.is_empty(), "modules that import from the parent that imports from them:\n{told}");
+    assert!(text.is_empty(), "modules that import from a parent that imports from them:\n{text}");
     let found = circles(&imports);
-    assert!(found.is_empty(), "circles of imports by way of a parent:\n{}", tell(&found, &imports));
+    assert!(found.is_empty(), "circles of imports through a parent:\n{}", describe(&found, &imports));
 }
 
 #[test]
-fn circles_are_found_through_names_that_are_passed_on_in_macros_and_bodies_and_not_in_tests() {
-    let folder = tempfile::tempdir().expect("there is room for a few files");
+fn circles_through_re_exports_macros_and_bodies_are_found_and_test_code_is_ignored() {
+    let folder = tempfile::tempdir().expect("a temporary folder can be created");
     let crate_with = |files: &[(&str, &str)]| {
         for (file, text) in files {
             let path = folder.path().join("mine/src").join(file);
-            fs::create_dir_all(path.parent().expect("it is in a folder")).expect("it can be made");
-            fs::write(path, text).expect("it can be written");
+            fs::create_dir_all(path.parent().expect("the file is in a folder")).expect("the folder can be created");
+            fs::write(path, text).expect("the file can be written");
         }
         let code = Code::read(folder.path(), &[PathBuf::from("mine")]);
         let imports = code.imports();
-        tell(&circles(&imports), &imports).replace("mine/src/", "")
+        describe(&circles(&imports), &imports).replace("mine/src/", "")
     };
     let root = ("lib.rs", "mod one; mod two; mod three; pub use three::Three;");
     let three = ("three.rs", "pub struct Three;");
@@ -97,10 +100,11 @@ fn circles_are_found_through_names_that_are_passed_on_in_macros_and_bodies_and_n
     let expected = "circle 1\n    two.rs <- one.rs: Two\n    one.rs <- two.rs: One\n";
     for back in ["fn f() { super::one::One; }", "fn f() { vec![(1, crate::one::One)]; }", "use super::one::*;"] {
         let two = format!("pub struct Two; {back}");
-        let told = crate_with(&[root, three, one, ("two.rs", &two)]);
-        assert_eq!(told.replace(": \n", ": One\n"), expected, "{back}");
+        let found = crate_with(&[root, three, one, ("two.rs", &two)]);
+        assert_eq!(found.replace(": \n", ": One\n"), expected, "{back}");
     }
     let three = ("three.rs", "pub struct Three { one: crate::one::One }");
-    let told = crate_with(&[root, three, one, straight]);
-    assert!(["one.rs <- three.rs: One", "three.rs <- two.rs: Three"].iter().all(|step| told.contains(step)), "{told}");
+    let found = crate_with(&[root, three, one, straight]);
+    let imports = ["one.rs <- three.rs: One", "three.rs <- two.rs: Three"];
+    assert!(imports.iter().all(|import| found.contains(import)), "{found}");
 }

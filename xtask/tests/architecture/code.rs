@@ -1,5 +1,5 @@
-//! The source of every crate, parsed: which modules there are, what they define, and which names they use.
-//! What is there for tests alone (`#[cfg(test)]`) does not count.
+//! The parsed source of all crates: modules, their items, and the names they use. Code that is only compiled for tests
+//! (`#[cfg(test)]`) is ignored.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
@@ -9,45 +9,45 @@ use proc_macro2::{TokenStream, TokenTree};
 use syn::visit::{self, Visit};
 use syn::{Attribute, ImplItem, Item, Meta, Type, UseTree, Visibility};
 
-/// A module; one that is written inside its parent's file shares that file.
+/// A module; an inline module has the file of its parent.
 #[derive(Debug, Default)]
 pub(crate) struct Module {
-    /// Under the repository.
+    /// Path relative to the repository.
     pub(crate) file: PathBuf,
     parent: Option<usize>,
     children: BTreeMap<String, usize>,
-    /// Names that `use` brings in, by what they stand for.
+    /// Paths imported by `use`, by local name.
     uses: BTreeMap<String, Vec<String>>,
-    /// What `use ...::*` names.
+    /// Paths imported by `use ...::*`.
     globs: Vec<Vec<String>>,
-    /// What the module depends on: paths in code, and `use` that does not merely pass a name on.
+    /// Paths that the module depends on: paths in code, and `use` declarations that are not re-exports.
     paths: BTreeSet<Vec<String>>,
     /// Items by name, with their fields, variants, methods and constants.
     pub(crate) items: BTreeMap<String, BTreeSet<String>>,
 }
 
-/// The modules of all crates. A crate's first module is its root.
+/// The modules of all crates.
 #[derive(Debug, Default)]
 pub(crate) struct Code {
     pub(crate) modules: Vec<Module>,
-    /// The roots by crate, with underscores.
+    /// Indices of root modules by crate name, with underscores.
     pub(crate) crates: BTreeMap<String, usize>,
 }
 
-/// What a path stands for: a module, or an item in it.
+/// Target of a path: the index of a module, and an item in it unless the path names the module itself.
 pub(crate) type Found<'a> = (usize, Option<&'a str>);
 
-/// A file, the files that it depends on, and what it names of each.
+/// Imports by file: the files that it depends on, and the names used from each.
 pub(crate) type Imports<'a> = BTreeMap<&'a Path, BTreeMap<&'a Path, BTreeSet<&'a str>>>;
 
 impl Code {
-    /// Parses what `Cargo.toml`, `src/lib.rs` and `src/main.rs` of each of these folders bring in.
+    /// Parses the crate in each folder, starting at `src/lib.rs` or `src/main.rs`.
     pub(crate) fn read(root: &Path, folders: &[PathBuf]) -> Self {
         let mut code = Self::default();
         for folder in folders {
             let files = ["src/lib.rs", "src/main.rs"].map(|name| folder.join(name));
             let file = files.iter().find(|file| root.join(file).is_file());
-            let file = file.unwrap_or_else(|| panic!("{}: has neither a lib.rs nor a main.rs", folder.display()));
+            let file = file.unwrap_or_else(|| panic!("{} has neither a lib.rs nor a main.rs", folder.display()));
             let name = folder.file_name().expect("a folder has a name").to_string_lossy().replace('-', "_");
             let module = code.add(root, file, None);
             code.crates.insert(name, module);
@@ -78,7 +78,8 @@ impl Code {
                         None => {
                             let files = [folder.join(format!("{name}.rs")), folder.join(&name).join("mod.rs")];
                             let found = files.iter().find(|file| root.join(file).is_file());
-                            let found = found.unwrap_or_else(|| panic!("{}: where is {name}?", file.display()));
+                            let found = found
+                                .unwrap_or_else(|| panic!("{}: the file of module {name} is missing", file.display()));
                             self.add(root, found, Some(index))
                         }
                     };
@@ -93,7 +94,7 @@ impl Code {
         index
     }
 
-    /// What this path stands for in this module; `None` if it is not of the crate.
+    /// Resolves a path in a module; returns `None` if it leads outside the crate.
     pub(crate) fn find<'a>(&'a self, module: usize, path: &'a [String]) -> Option<Found<'a>> {
         self.look_up(module, path, true, 0)
     }
@@ -101,7 +102,7 @@ impl Code {
     fn look_up<'a>(&'a self, module: usize, path: &'a [String], is_first: bool, depth: usize) -> Option<Found<'a>> {
         let Some((name, rest)) = path.split_first() else { return Some((module, None)) };
         let here = &self.modules[module];
-        // Names that stand for each other in a ring stand for nothing.
+        // Circular aliases have no target.
         if depth > 20 {
             return None;
         }
@@ -134,13 +135,13 @@ impl Code {
         self.modules[module].parent.map_or(module, |parent| self.root_of(parent))
     }
 
-    /// The files, each with the files that it depends on and what it names of them.
+    /// Returns the imports of each file.
     pub(crate) fn imports(&self) -> Imports<'_> {
         let mut imports = Imports::new();
         for (index, module) in self.modules.iter().enumerate() {
             let from = imports.entry(&module.file).or_default();
             for path in &module.paths {
-                // A single word may be a variable that is called like a module.
+                // A single identifier may be a variable with the name of a module.
                 if let Some((found, item)) = self.find(index, path)
                     && (path.len() > 1 || item.is_some())
                     && self.modules[found].file != module.file
@@ -176,7 +177,7 @@ fn attributes(item: &Item) -> &[Attribute] {
     }
 }
 
-/// What a module's items say.
+/// Collects the names that a module's items define and use.
 #[derive(Default)]
 struct Names {
     uses: BTreeMap<String, Vec<String>>,
@@ -213,7 +214,7 @@ impl Names {
         self.items.entry(item.to_string()).or_default().extend(members);
     }
 
-    /// Paths in the words of a macro, which nobody but the macro can parse.
+    /// Finds paths in the tokens of a macro, which have no known syntax.
     fn scan(&mut self, tokens: TokenStream) {
         let mut path: Vec<String> = Vec::new();
         let mut colons = 0;

@@ -1,4 +1,4 @@
-//! What ARCHITECTURE.md says of the source, held against the source.
+//! Checks the statements of ARCHITECTURE.md against the source.
 
 mod circles;
 mod code;
@@ -13,9 +13,9 @@ fn root() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("..")
 }
 
-/// Every crate of the project, and this one.
+/// Parses all crates of the project, including this one.
 fn source() -> Code {
-    let crates = fs::read_dir(root().join("crates")).expect("there are crates");
+    let crates = fs::read_dir(root().join("crates")).expect("the folder of crates can be read");
     let crates = crates.map(|entry| Path::new("crates").join(entry.expect("a folder can be read").file_name()));
     let mut folders: Vec<PathBuf> = crates.chain([PathBuf::from("xtask")]).collect();
     folders.sort();

@@ -1,4 +1,5 @@
-//! What the documents name in back quotes is in the source: files and folders, crates, modules, items, their members.
+//! Checks that names in backticks in the documents exist in the source: files, folders, crates, modules, items and
+//! their members.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -6,13 +7,13 @@ use std::path::{Path, PathBuf};
 use crate::code::Code;
 use crate::{root, source};
 
-/// Words that are not ours.
+/// Names that are not defined by this project.
 const OTHERS: [&str; 6] = ["Result", "None", "Send", "false", "std", "no_std"];
 
-/// Text that the documents quote and that names nothing.
+/// Beginnings of quoted texts that are not names.
 const QUOTED: [&str; 4] = ["cargo ", "standoff ", "Implements ", "Checks "];
 
-/// What is in back quotes, outside of blocks of code, with its line.
+/// Returns the texts in backticks outside blocks of code, with their line numbers.
 fn quoted(text: &str) -> Vec<(usize, &str)> {
     let (mut found, mut is_code) = (Vec::new(), false);
     for (index, line) in text.lines().enumerate() {
@@ -25,10 +26,10 @@ fn quoted(text: &str) -> Vec<(usize, &str)> {
     found
 }
 
-/// Every file of the project, under the repository.
+/// Collects all files and folders of the repository, as relative paths.
 fn files(root: &Path, folder: &Path, found: &mut Vec<PathBuf>) {
-    for entry in fs::read_dir(root.join(folder)).expect("a folder can be read") {
-        let entry = entry.expect("a folder can be read");
+    for entry in fs::read_dir(root.join(folder)).expect("the folder can be read") {
+        let entry = entry.expect("the folder entry can be read");
         let name = entry.file_name();
         if entry.path().is_dir() && !["target", ".git", "node_modules"].iter().any(|other| name == *other) {
             files(root, &folder.join(&name), found);
@@ -40,7 +41,7 @@ fn files(root: &Path, folder: &Path, found: &mut Vec<PathBuf>) {
 struct Known {
     code: Code,
     files: Vec<PathBuf>,
-    /// Every Cargo.toml, and every source text: for names of dependencies, and of files that the program writes.
+    /// Texts of all TOML and source files: they contain the names of dependencies and of files that the program writes.
     texts: Vec<String>,
 }
 
@@ -68,7 +69,7 @@ impl Known {
             return self.files.iter().any(|file| file.ends_with(path))
                 || self.texts.iter().any(|text| text.contains(&format!("\"{name}\"")));
         }
-        // `agent.picture()`: the variable may have any name, what is asked of it has not.
+        // In `agent.picture()` the variable can have any name; the members must exist.
         if let Some((_, members)) = name.split_once('.') {
             return members.split('.').all(|member| self.has_member(member.split('(').next().unwrap_or_default()));
         }
@@ -78,7 +79,7 @@ impl Known {
         }
     }
 
-    /// A crate, a module, an item, a member, a dependency.
+    /// True if `name` is a crate, a module, an item, a member or a dependency.
     fn has_word(&self, name: &str) -> bool {
         let is_stem = |file: &PathBuf| file.file_stem().is_some_and(|stem| stem == name);
         let is_item = self.code.modules.iter().any(|module| module.items.contains_key(name));
@@ -94,7 +95,7 @@ impl Known {
         self.code.modules.iter().any(|module| module.items.values().any(|members| members.contains(name)))
     }
 
-    /// `owner` is a type, wherever its methods are, or a module.
+    /// True if `owner` has an item or member `name`; `owner` is a type, a module or a crate.
     fn has_in(&self, owner: &str, name: &str) -> bool {
         let last = owner.rsplit("::").next().unwrap_or(owner);
         self.code.modules.iter().any(|module| {
@@ -112,16 +113,16 @@ fn the_documents_name_only_what_exists() {
     let known = Known::new();
     let mut missing = String::new();
     for document in ["ARCHITECTURE.md", "docs/embedding.md"] {
-        let text = fs::read_to_string(root().join(document)).expect("the document is there");
+        let text = fs::read_to_string(root().join(document)).expect("the document can be read");
         for (line, name) in quoted(&text).into_iter().filter(|(_, name)| !known.has(name)) {
-            missing.push_str(&format!("{document}:{line}: `{name}` is nowhere in the source\n"));
+            missing.push_str(&format!("{document}:{line}: `{name}` does not exist in the source\n"));
         }
     }
     assert!(missing.is_empty(), "{missing}");
 }
 
 #[test]
-fn what_does_not_exist_is_told() {
+fn existing_names_are_recognised_and_misspelt_ones_are_not() {
     let known = Known::new();
     for name in
         ["Agent", "Agent::decide", "heading::steer", "scenario/file.rs", "crates/standoff", "libm", "agent.picture()"]

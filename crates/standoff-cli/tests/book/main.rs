@@ -1,15 +1,15 @@
-//! The book: every command in it is run and prints what the page says, every scenario loads, every link leads somewhere.
+//! Tests of the book: every command runs and prints the quoted output, every scenario loads, and every link is valid.
 //!
-//! The pages are Markdown as it is; lines `<!-- book: ... -->` before a block of code tell this test more:
+//! The pages are plain Markdown; lines `<!-- book: ... -->` before a block of code control this test:
 //!
 //! | mark | means |
 //! |---|---|
 //! | `not run: WHY` | the block's commands cannot be run here |
-//! | `shorter: COMMAND` | the command that this one begins with is run so, with fewer runs |
-//! | `exit N` | they end with that status, not 0 |
-//! | `save as NAME` | the block is a file that the page's reader makes |
+//! | `shorter: COMMAND` | this command replaces the one that is its beginning, to use fewer runs |
+//! | `exit N` | the commands end with this status, not 0 |
+//! | `save as NAME` | the block is a file that the reader creates |
 //! | `not a scenario` | the TOML is wrong on purpose |
-//! | `copy FILE` | the reader has that file of the repository beside |
+//! | `copy FILE` | this file of the repository is copied to the working folder |
 
 #![cfg(unix)]
 #![expect(clippy::unwrap_used, reason = "helpers of tests")]
@@ -24,14 +24,14 @@ use std::{fs, iter, thread};
 use page::{Block, Page};
 use shell::{check_quoted, copy, left_out, run, typed};
 
-/// Pages that are followed at a time.
+/// Number of pages tested in parallel.
 const READERS: usize = 2;
 
 fn root() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../..")
 }
 
-/// The pages in a folder of the repository and those below, by name.
+/// Returns the pages in a folder of the repository and its subfolders, sorted by name.
 fn pages(folder: &str) -> Vec<Page> {
     let entries = fs::read_dir(root().join(folder)).unwrap().map(|entry| entry.unwrap().path());
     let mut entries: Vec<_> = entries.collect();
@@ -48,13 +48,13 @@ fn pages(folder: &str) -> Vec<Page> {
     found
 }
 
-/// What a user reads: the front page, the book, the examples.
+/// Returns the pages for users: the front page, the book and the examples.
 fn for_users() -> impl Iterator<Item = Page> {
     let front = pages("").into_iter().filter(|page| page.path == Path::new("README.md"));
     front.chain(pages("docs")).chain(pages("examples"))
 }
 
-/// What became of a page's commands.
+/// Results of a page's commands.
 #[derive(Default)]
 struct Tally {
     run: usize,
@@ -63,9 +63,9 @@ struct Tally {
 }
 
 #[test]
-fn every_command_runs_and_prints_what_the_page_says() {
+fn every_command_runs_and_prints_the_quoted_output() {
     let pages: Vec<_> = for_users().collect();
-    // Pages side by side: most commands use one core. The next page goes to whoever is free.
+    // Pages are tested in parallel because most commands use one core. Each free thread takes the next page.
     let next = AtomicUsize::new(0);
     let follow_some = || iter::from_fn(|| pages.get(next.fetch_add(1, Ordering::Relaxed))).map(follow_page).collect();
     let tallies: Vec<Vec<Tally>> = thread::scope(|scope| {
@@ -81,7 +81,7 @@ fn every_command_runs_and_prints_what_the_page_says() {
     assert!(run > 50, "only {run} commands were found");
 }
 
-/// Does what a page says, in a folder of its own.
+/// Runs the commands of a page in a temporary folder.
 fn follow_page(page: &Page) -> Tally {
     let mut tally = Tally::default();
     let folder = tempfile::tempdir().unwrap();
@@ -100,14 +100,14 @@ fn follow_page(page: &Page) -> Tally {
             "rust" | "text" | "csv" => {}
             other => match block.mark("not run:") {
                 Some(why) => tally.left_out.push(format!("{place}: {other}: {why}")),
-                None => tally.wrong.push(format!("{place}: {other} is nothing that this test can check")),
+                None => tally.wrong.push(format!("{place}: this test cannot check {other}")),
             },
         }
     }
     tally
 }
 
-/// Does what a block says.
+/// Runs the commands of a block.
 fn follow(place: &str, block: &Block, folder: &Path, tally: &mut Tally) {
     let expected = block.mark("exit").map_or(0, |status| status.parse().unwrap());
     for typed in typed(&block.language, &block.text) {
@@ -128,17 +128,17 @@ fn follow(place: &str, block: &Block, folder: &Path, tally: &mut Tally) {
     }
 }
 
-/// Why a scenario, or a part of one with a target beside it, does not load.
+/// Returns the error if a scenario does not load; a part of a scenario without targets gets one added.
 fn refused(block: &Block, folder: &Path) -> Option<String> {
-    let has_targets = ["[targets.scatter]", "[[targets.at]]", "[traffic]"].iter().any(|key| block.text.contains(key));
-    let target = if has_targets { "" } else { "\n[[targets.at]]\n" };
+    let has_targets = ["[targets.random]", "[[targets.start]]", "[traffic]"].iter().any(|key| block.text.contains(key));
+    let target = if has_targets { "" } else { "\n[[targets.start]]\n" };
     fs::write(folder.join("snippet.toml"), format!("{}{target}", block.text)).unwrap();
     let (status, printed) = run(folder, "standoff check snippet.toml");
     fs::remove_file(folder.join("snippet.toml")).unwrap();
     (status != Some(0)).then_some(printed)
 }
 
-/// Commands that are named in passing exist, with the options named.
+/// Commands and options that the text mentions exist.
 #[test]
 fn every_command_and_option_that_is_mentioned_exists() {
     let folder = tempfile::tempdir().unwrap();
@@ -163,9 +163,9 @@ fn every_command_and_option_that_is_mentioned_exists() {
     assert!(known.len() > 5 && wrong.is_empty(), "{wrong:#?}");
 }
 
-/// Code that a page shows is code that is compiled and tested: lines of an example, one after the other.
+/// Code on a page consists of consecutive lines of an example, so that it is compiled and tested.
 #[test]
-fn quoted_code_stands_in_an_example() {
+fn quoted_code_is_part_of_an_example() {
     let trimmed = |text: &str| text.lines().map(str::trim).collect::<Vec<_>>().join("\n");
     let examples = [
         "standoff/examples/companion/main.rs",
@@ -178,8 +178,8 @@ fn quoted_code_stands_in_an_example() {
     for page in for_users() {
         for block in page.blocks().iter().filter(|block| block.language == "rust") {
             let quoted = trimmed(&block.text);
-            let is_there = sources.iter().any(|source| source.contains(&quoted));
-            assert!(is_there, "{}:{}: in none of the examples", page.name(), block.line);
+            let is_found = sources.iter().any(|source| source.contains(&quoted));
+            assert!(is_found, "{}:{}: in none of the examples", page.name(), block.line);
             found += 1;
         }
     }
@@ -187,7 +187,7 @@ fn quoted_code_stands_in_an_example() {
 }
 
 #[test]
-fn every_link_leads_somewhere() {
+fn every_link_has_a_target() {
     let mut wrong = Vec::new();
     let all = ["", "docs", "examples", "scenarios"].map(pages);
     for page in all.iter().flatten() {
@@ -195,9 +195,9 @@ fn every_link_leads_somewhere() {
             let (file, anchor) = link.split_once('#').unwrap_or((&link, ""));
             let target = if file.is_empty() { page.path.clone() } else { page.folder().join(file) };
             let text = fs::read_to_string(root().join(&target)).unwrap_or_default();
-            let is_there = root().join(&target).exists();
+            let exists = root().join(&target).exists();
             let target = Page { path: target, text };
-            if !is_there || !anchor.is_empty() && !target.anchors().contains(&anchor.to_owned()) {
+            if !exists || !anchor.is_empty() && !target.anchors().contains(&anchor.to_owned()) {
                 wrong.push(format!("{}: {link}", page.name()));
             }
         }
@@ -206,7 +206,7 @@ fn every_link_leads_somewhere() {
 }
 
 #[test]
-fn every_page_is_a_chapter_once() {
+fn every_page_is_listed_once_in_the_summary() {
     let pages = pages("docs");
     let summary = pages.iter().find(|page| page.path.ends_with("SUMMARY.md")).unwrap();
     let mut chapters = summary.links();

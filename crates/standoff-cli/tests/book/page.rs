@@ -1,27 +1,27 @@
-//! A Markdown page as the tests read it: its blocks of code with what the page's source says of them, links, headings.
+//! Parser for Markdown pages: blocks of code with their `<!-- book: ... -->` marks, links and headings.
 
 use std::path::{Path, PathBuf};
 
-/// A page, and where it is.
+/// A page and its path.
 pub(crate) struct Page {
-    /// From the root of the repository.
+    /// Path relative to the root of the repository.
     pub(crate) path: PathBuf,
     pub(crate) text: String,
 }
 
 /// A block of code.
 pub(crate) struct Block {
-    /// `console`, `sh`, `toml`, ...; empty if the page does not say.
+    /// `console`, `sh`, `toml`, ...; empty if not given.
     pub(crate) language: String,
-    /// What the lines `<!-- book: ... -->` before it say.
+    /// Contents of the lines `<!-- book: ... -->` before the block.
     pub(crate) marks: Vec<String>,
     pub(crate) text: String,
-    /// Where it begins in the page, from 1.
+    /// Line number of its beginning in the page, from 1.
     pub(crate) line: usize,
 }
 
 impl Block {
-    /// The rest of the mark that begins so.
+    /// Returns the rest of the mark that starts with `beginning`.
     pub(crate) fn mark(&self, beginning: &str) -> Option<&str> {
         self.marks.iter().find_map(|mark| mark.strip_prefix(beginning)).map(str::trim)
     }
@@ -51,15 +51,19 @@ impl Page {
                 (None, None) => {
                     let mark = text.strip_prefix("<!-- book: ").and_then(|rest| rest.strip_suffix(" -->"));
                     marks.extend(mark.map(str::to_owned));
-                    assert!(mark.is_some() || text.is_empty() || marks.is_empty(), "{}:{line}: no block", self.name());
+                    assert!(
+                        mark.is_some() || text.is_empty() || marks.is_empty(),
+                        "{}:{line}: no block after a mark",
+                        self.name()
+                    );
                 }
             }
         }
-        assert!(!is_open, "{}: its last block has no end", self.name());
+        assert!(!is_open, "{}: the last block is not closed", self.name());
         blocks
     }
 
-    /// The lines outside blocks.
+    /// Returns the lines outside blocks.
     fn prose(&self) -> impl Iterator<Item = &str> {
         let mut is_open = false;
         self.text.lines().filter(move |line| {
@@ -69,12 +73,12 @@ impl Page {
         })
     }
 
-    /// What stands between backticks.
+    /// Returns the text between backticks.
     pub(crate) fn quoted(&self) -> impl Iterator<Item = &str> {
         self.prose().flat_map(|line| line.split('`').skip(1).step_by(2))
     }
 
-    /// Where the links and pictures lead, but for other sites.
+    /// Returns the targets of links and pictures, except those on other sites.
     pub(crate) fn links(&self) -> Vec<String> {
         let unquoted = self.prose().map(|line| line.split('`').step_by(2).collect::<String>());
         let links = unquoted.flat_map(|line| {
@@ -84,7 +88,8 @@ impl Page {
         links.filter(|link| !link.contains("://")).collect()
     }
 
-    /// What a link names after `#`, for each heading: letters, digits and hyphens, small; a second of a kind counts.
+    /// Returns the anchor of each heading: lower-case letters, digits, hyphens and underscores; a repeated anchor gets
+    /// a number.
     pub(crate) fn anchors(&self) -> Vec<String> {
         let mut anchors: Vec<String> = Vec::new();
         for line in self.prose().filter(|line| line.starts_with('#')) {

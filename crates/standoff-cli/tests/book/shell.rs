@@ -1,45 +1,47 @@
-//! Commands as a reader types them, and what comes of them.
+//! Runs commands as a reader would type them, and checks their output.
 
 use std::io::{BufRead, BufReader, Read};
 use std::path::Path;
 use std::process::{Child, Command, Stdio};
 use std::{env, fs};
 
-/// A command, and what the page quotes of its output.
+/// A command and the output that the page quotes.
 pub(crate) struct Typed {
     pub(crate) command: String,
     pub(crate) output: Vec<String>,
 }
 
-/// The commands of a block: in `console` after `$ `, else every line; those that go on after a backslash are one.
+/// Returns the commands of a block: lines after `$ ` in `console`, otherwise all lines. A backslash at the end of a
+/// line continues the command.
 pub(crate) fn typed(language: &str, text: &str) -> Vec<Typed> {
     let mut commands: Vec<Typed> = Vec::new();
-    let mut goes_on = false;
+    let mut continues = false;
     for line in text.lines() {
         let is_command = language != "console" && !line.is_empty() && !line.starts_with('#');
         match (line.strip_prefix("$ ").or_else(|| is_command.then_some(line)), commands.last_mut()) {
-            (_, Some(last)) if goes_on => last.command += &format!("\n{line}"),
+            (_, Some(last)) if continues => last.command += &format!("\n{line}"),
             (Some(command), _) => commands.push(Typed { command: command.to_owned(), output: Vec::new() }),
             (None, Some(last)) if language == "console" => last.output.push(line.trim_end().to_owned()),
             _ => {}
         }
-        goes_on = line.ends_with('\\');
+        continues = line.ends_with('\\');
     }
     commands
 }
 
-/// Why a command is not run; `None`: it is.
+/// Returns the reason why a command is not run; `None` if it is run.
 pub(crate) fn left_out(command: &str) -> Option<&'static str> {
     let program = command.split(' ').next().unwrap_or_default();
     match program {
-        "cargo" => Some("builds, and CI builds and tests by itself"),
-        program if program.starts_with("scripts/") => Some("a check of the repository's own"),
+        "cargo" => Some("a build command; CI builds and tests separately"),
+        program if program.starts_with("scripts/") => Some("a script of the repository"),
         _ if command.contains("--mcap") && !cfg!(feature = "mcap") => Some("built without the feature mcap"),
         _ => None,
     }
 }
 
-/// Runs a command in `folder`: the exit status, and what it printed on both outputs. What would wait for Ctrl-C gets it.
+/// Runs a command in `folder`; returns its exit status and its output (standard output and standard error). A command
+/// that serves a page is interrupted by SIGINT.
 pub(crate) fn run(folder: &Path, command: &str) -> (Option<i32>, String) {
     let mut words = command.split_whitespace();
     let serves =
@@ -49,8 +51,8 @@ pub(crate) fn run(folder: &Path, command: &str) -> (Option<i32>, String) {
 
 fn start(folder: &Path, command: &str) -> Child {
     let binary = Path::new(env!("CARGO_BIN_EXE_standoff")).parent().unwrap().to_owned();
-    let others = env::var_os("PATH").unwrap_or_default();
-    let path = env::join_paths([binary].into_iter().chain(env::split_paths(&others))).unwrap();
+    let inherited = env::var_os("PATH").unwrap_or_default();
+    let path = env::join_paths([binary].into_iter().chain(env::split_paths(&inherited))).unwrap();
     let mut shell = Command::new("sh");
     shell.current_dir(folder).env("PATH", path).stdin(Stdio::null()).stdout(Stdio::piped());
     shell.args(["-c", command]).spawn().unwrap()
@@ -71,13 +73,14 @@ fn serve(folder: &Path, command: &str) -> (Option<i32>, String) {
     let interrupt = format!("kill -INT {}", child.id());
     assert!(Command::new("sh").args(["-c", &interrupt]).status().unwrap().success());
     output.read_to_string(&mut printed).unwrap();
-    // A run that is ended while it flies says so, as it should.
+    // A run that is interrupted during the flight fails, as it should.
     let is_cut_short = printed.contains("error: interrupted; ");
     let status = child.wait().unwrap().code();
     (if status == Some(1) && is_cut_short { Some(0) } else { status }, printed)
 }
 
-/// What is quoted stands in what was printed, line after line; `...` stands for anything, in a line or for lines.
+/// Checks that the quoted lines were printed in this order; `...` matches any text within a line, or any number of
+/// lines.
 pub(crate) fn check_quoted(quoted: &[String], printed: &str) -> Result<(), String> {
     let quoted = &quoted[..quoted.iter().rposition(|line| !line.is_empty()).map_or(0, |last| last + 1)];
     let mut left = printed.lines().map(str::trim_end);
@@ -93,12 +96,12 @@ pub(crate) fn check_quoted(quoted: &[String], printed: &str) -> Result<(), Strin
             left.next().is_some_and(|printed| is_like(line, printed))
         };
         if !found {
-            return Err(format!("not printed, or not there: {line}"));
+            return Err(format!("not printed, or not at this place: {line}"));
         }
         skips = false;
     }
     match left.find(|line| !line.is_empty()).filter(|_| !skips && !quoted.is_empty()) {
-        Some(more) => Err(format!("printed besides: {more}")),
+        Some(more) => Err(format!("printed but not quoted: {more}")),
         None => Ok(()),
     }
 }
@@ -116,13 +119,13 @@ fn is_like(quoted: &str, printed: &str) -> bool {
     })
 }
 
-/// Copies a file of the repository to where a page's commands run.
+/// Copies a file of the repository to the folder in which a page's commands run.
 pub(crate) fn copy(from: &Path, folder: &Path) {
     fs::copy(from, folder.join(from.file_name().unwrap())).unwrap();
 }
 
 #[test]
-fn a_quotation_must_be_printed_in_order_and_whole() {
+fn quoted_lines_must_be_printed_in_order_and_completely() {
     let check = |quoted: &str, printed: &str| {
         check_quoted(&quoted.lines().map(str::to_owned).collect::<Vec<_>>(), printed).is_ok()
     };

@@ -1,19 +1,19 @@
-//! Actions as they come from Python.
+//! Reads the action array that Python passes.
 
 use numpy::{PyArrayDyn, PyArrayMethods, PyUntypedArray, PyUntypedArrayMethods};
 use pyo3::prelude::*;
 
-use crate::failure::InputError;
+use crate::exceptions::InputError;
 
-/// The numbers of an array of this shape, float32 or float64, contiguous or not; all finite.
+/// Reads the finite values of a float32 or float64 array of this shape, contiguous or not.
 pub(super) fn read(actions: &Bound<'_, PyAny>, shape: [usize; 3]) -> PyResult<Vec<f64>> {
-    let wanted = || format!("float32 or float64 of shape {}", told(&shape));
+    let expected = || format!("float32 or float64 of shape {}", shape_text(&shape));
     let Ok(array) = actions.cast::<PyUntypedArray>() else {
         let there = actions.get_type().name()?;
-        return Err(InputError::new_err(format!("actions: a NumPy array of {}, not {there}", wanted())));
+        return Err(InputError::new_err(format!("actions: must be a NumPy array of {}, not {there}", expected())));
     };
     if array.shape() != shape {
-        let what = format!("actions: {}, not of shape {}", wanted(), told(array.shape()));
+        let what = format!("actions: must be {}, not of shape {}", expected(), shape_text(array.shape()));
         return Err(InputError::new_err(what));
     }
     let numbers: Vec<f64> = if let Ok(array) = actions.cast::<PyArrayDyn<f32>>() {
@@ -21,7 +21,7 @@ pub(super) fn read(actions: &Bound<'_, PyAny>, shape: [usize; 3]) -> PyResult<Ve
     } else if let Ok(array) = actions.cast::<PyArrayDyn<f64>>() {
         array.try_readonly()?.as_array().iter().copied().collect()
     } else {
-        return Err(InputError::new_err(format!("actions: {}, not {}", wanted(), array.dtype())));
+        return Err(InputError::new_err(format!("actions: must be {}, not {}", expected(), array.dtype())));
     };
     if let Some(index) = numbers.iter().position(|number| !number.is_finite()) {
         let [_, uavs, parts] = shape;
@@ -32,7 +32,7 @@ pub(super) fn read(actions: &Bound<'_, PyAny>, shape: [usize; 3]) -> PyResult<Ve
     Ok(numbers)
 }
 
-fn told(shape: &[usize]) -> String {
+fn shape_text(shape: &[usize]) -> String {
     let parts: Vec<String> = shape.iter().map(ToString::to_string).collect();
     format!("({})", parts.join(", "))
 }

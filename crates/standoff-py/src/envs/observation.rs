@@ -1,10 +1,11 @@
-//! What a policy knows of a UAV: what its team believes at that instant, as numbers of one size. Never truth.
+//! Observation of a UAV for the policy: features of the team state at the current time step, scaled to similar ranges.
+//! It contains no ground truth.
 
 use standoff::math::TAU;
 use standoff::{Angle, Covariance, TeamParams, UavParams, math};
 use standoff_sim::record::{Frame, GroupRow, TrackRow, UavRow};
 
-/// A number of an observation.
+/// Name, bounds and description of one feature.
 pub(super) struct Feature {
     pub(super) name: &'static str,
     pub(super) low: f32,
@@ -19,47 +20,43 @@ const fn feature(name: &'static str, (low, high): (f32, f32), meaning: &'static 
 const SHARE: (f32, f32) = (0.0, 1.0);
 const SIGNED: (f32, f32) = (-1.0, 1.0);
 
-/// The numbers of a UAV's observation, in this order; those from `off_orbit` to `nearest_uav` are 0 without a group, if
-/// they are not told otherwise. What is beyond a bound is at it.
+/// Features of a UAV's observation, in order. Without a group, those from `off_orbit` to `nearest_uav` are 0 unless
+/// their description states another value. Values are clipped to the bounds.
 pub(super) const FEATURES: [Feature; 19] = [
-    feature("speed", SIGNED, "own speed less the nominal one, in speed_change_max_m_s; 0 where that is 0"),
+    feature("speed", SIGNED, "own speed minus nominal speed, in speed_change_max_m_s; 0 if that is 0"),
     feature("turn_rate", SIGNED, "own turn rate, positive anticlockwise, in turn_rate_max_rad_s"),
-    feature("is_looking", SHARE, "1: its sensor is pointed; 0: it is not"),
-    feature("has_group", SHARE, "1: it serves a group; 0: it serves none"),
+    feature("is_looking", SHARE, "1 if the sensor is pointed, otherwise 0"),
+    feature("has_group", SHARE, "1 if assigned to a group, otherwise 0"),
     feature(
         "off_orbit",
         (-1.0, 4.0),
-        "(r - r_d) / r_d: distance r from its group's estimated centre, standoff distance r_d",
+        "(r - r_d) / r_d, with distance r from the estimated centre of its group and standoff distance r_d",
     ),
-    feature("centre_ahead", SIGNED, "cosine of the direction to the centre, from its own heading"),
-    feature("centre_left", SIGNED, "sine of the direction to the centre, from its own heading; positive: to the left"),
-    feature("centre_velocity_ahead", (-2.0, 2.0), "the centre's velocity along its own heading, in nominal speeds"),
-    feature("centre_velocity_left", (-2.0, 2.0), "the centre's velocity to its left, in nominal speeds"),
+    feature("centre_ahead", SIGNED, "cosine of the direction to the centre, relative to own heading"),
+    feature("centre_left", SIGNED, "sine of the direction to the centre, relative to own heading; positive: left"),
+    feature("centre_velocity_ahead", (-2.0, 2.0), "velocity of the centre along own heading, in nominal speeds"),
+    feature("centre_velocity_left", (-2.0, 2.0), "velocity of the centre to the left, in nominal speeds"),
     feature("standoff_distance", SHARE, "r_d of its group, in radius_max_m"),
-    feature("standoff_rate", SIGNED, "rate of r_d, in nominal speeds"),
+    feature("standoff_rate", SIGNED, "rate of change of r_d, in nominal speeds"),
     feature("spread", SHARE, "distance from the centre to the furthest member, in radius_max_m"),
-    feature("uncertainty", SHARE, "largest standard deviation of a member's position, in radius_min_m"),
-    feature("members", SHARE, "members of its group, of all targets with a live track"),
-    feature(
-        "gap_ahead",
-        SHARE,
-        "from its phase to that of the next UAV ahead on the orbit, in turns; 1 if it is alone",
-    ),
-    feature("gap_behind", SHARE, "the same to the next UAV behind"),
-    feature("nearest_uav", SHARE, "distance to the nearest other UAV of its group, in radius_max_m; 1 if it is alone"),
-    feature("unassigned", SHARE, "targets that no group has, of all with a live track"),
-    feature("lost", SHARE, "targets that have no live track any more, of all that ever had one"),
+    feature("uncertainty", SHARE, "largest position standard deviation of a group member, in radius_min_m"),
+    feature("members", SHARE, "fraction of the targets with a live track that are members of its group"),
+    feature("gap_ahead", SHARE, "phase difference to the next UAV ahead on the orbit, in turns; 1 if alone"),
+    feature("gap_behind", SHARE, "phase difference to the next UAV behind on the orbit, in turns; 1 if alone"),
+    feature("nearest_uav", SHARE, "distance to the nearest other UAV of its group, in radius_max_m; 1 if alone"),
+    feature("ungrouped", SHARE, "fraction of the targets with a live track that are in no group"),
+    feature("lost", SHARE, "fraction of the targets that once had a live track but have none now"),
 ];
 
-/// How many numbers a UAV's observation has.
+/// Number of features of a UAV's observation.
 pub(super) const LENGTH: usize = FEATURES.len();
 
-/// Adds the observation of each UAV of a frame; `ever_known` is the number of targets that ever had a live track.
+/// Appends the observation of each UAV of a frame. `ever_known`: number of targets that have had a live track so far.
 pub(super) fn of(frame: &Frame, ever_known: usize, team: &TeamParams, observations: &mut Vec<f32>) {
     let live = frame.tracks.len();
     let share = |part: usize, of: usize| if of > 0 { part as f64 / of as f64 } else { 0.0 };
-    let is_nobody_s = |track: &&TrackRow| track.group.is_none() && track.to_group.is_none();
-    let unassigned = share(frame.tracks.iter().filter(is_nobody_s).count(), live);
+    let is_ungrouped = |track: &&TrackRow| track.group.is_none() && track.receiving_group.is_none();
+    let unassigned = share(frame.tracks.iter().filter(is_ungrouped).count(), live);
     let lost = share(ever_known.saturating_sub(live), ever_known);
     for uav in &frame.uavs {
         let group = frame.groups.iter().find(|group| Some(group.group) == uav.group);
@@ -75,16 +72,16 @@ pub(super) fn of(frame: &Frame, ever_known: usize, team: &TeamParams, observatio
     }
 }
 
-/// A speed less the nominal one, as a share of what is allowed; 0 where nothing is.
+/// Difference from the nominal speed, as a fraction of the allowed speed change; 0 if no change is allowed.
 pub(super) fn speed_change(speed_m_s: f64, uav: &UavParams) -> f64 {
     let change_m_s = uav.speed_change_max_m_s;
     if change_m_s > 0.0 { (speed_m_s - uav.speed_m_s) / change_m_s } else { 0.0 }
 }
 
-/// Without a group.
+/// Orbit features of a UAV without a group.
 const ALONE: [f64; LENGTH - 6] = [0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 1.0, 1.0];
 
-/// A UAV about its group's orbit.
+/// Orbit features of a UAV in a group.
 fn of_orbit(frame: &Frame, uav: &UavRow, group: &GroupRow, team: &TeamParams) -> [f64; LENGTH - 6] {
     let (sin, cos) = math::sin_cos(uav.heading_rad);
     let to_own_axes = |x: f64, y: f64| (cos * x + sin * y, cos * y - sin * x);
@@ -94,11 +91,11 @@ fn of_orbit(frame: &Frame, uav: &UavRow, group: &GroupRow, team: &TeamParams) ->
     let along = |part_m: f64| if centre_distance_m > 0.0 { part_m / centre_distance_m } else { 0.0 };
     let (standoff, nominal_m_s) = (&team.group.standoff, team.uav.speed_m_s);
     let standoff_distance_m = group.standoff_distance_m;
-    let members = frame.tracks.iter().filter(|track| [track.group, track.to_group].contains(&uav.group));
+    let members = frame.tracks.iter().filter(|track| [track.group, track.receiving_group].contains(&uav.group));
     let sd_m = |track: &TrackRow| Covariance::from_upper_triangle(&track.covariance).position_sd_max_m();
     let sd_max_m = members.map(sd_m).fold(0.0, f64::max);
     let mates = || frame.uavs.iter().filter(|mate| mate.group == uav.group && mate.uav != uav.uav);
-    let sense = team.guidance.sense.sign();
+    let sense = team.guidance.orbit_direction.sign();
     let gap = |sign: f64| {
         let gaps = mates().filter_map(|mate| Some(turns(sign * (mate.phase_rad? - uav.phase_rad?))));
         gaps.fold(1.0, f64::min)
@@ -125,7 +122,7 @@ fn of_orbit(frame: &Frame, uav: &UavRow, group: &GroupRow, team: &TeamParams) ->
     ]
 }
 
-/// An angle as a share of a turn, 0 to 1.
+/// Converts an angle to a fraction of a turn, 0 to 1.
 fn turns(angle_rad: f64) -> f64 {
     let wrapped_rad = Angle::from_rad(angle_rad).rad();
     (if wrapped_rad < 0.0 { wrapped_rad + TAU } else { wrapped_rad }) / TAU

@@ -1,28 +1,29 @@
-//! What an instant is worth, by the truth and as the metrics judge it.
+//! Reward of a time step, computed from the ground truth with the definitions of the metrics.
 
 use standoff_sim::record::Frame;
-use standoff_sim::score::{Judge, Judged};
+use standoff_sim::score::{FrameScorer, FrameScores};
 
-/// An instant, judged.
+/// Score of a time step.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Worth {
-    /// Targets that exist.
+    /// Number of existing targets.
     pub(super) targets: usize,
-    /// Share of them that are in a group and in some UAV's view: that of `watched_fraction`; 0 where none exists.
-    pub(super) watched: f64,
-    /// How near each UAV is to the true orbit of its group, 0 to 1.
+    /// Fraction of them that are in custody (in a group and in some UAV's view), as in `custody_fraction`; 0 if no
+    /// target exists.
+    pub(super) in_custody: f64,
+    /// Closeness of each UAV to the true orbit of its group, 0 to 1.
     pub(super) on_orbit: Vec<f64>,
-    /// Mean distance of the UAVs from their groups' true orbits, m; `None` where no UAV has one.
+    /// Mean distance of the UAVs from their groups' true orbits, m; `None` if no UAV has one.
     pub(super) standoff_error_m: Option<f64>,
 }
 
 impl Worth {
-    /// Judges the next frame of a run. A UAV that is `scale_m` off its orbit is half on it.
-    pub(super) fn judge(&mut self, judge: &mut Judge, frame: &Frame, scale_m: f64) {
-        let judged: Judged = judge.frame(frame);
+    /// Scores the next frame of a run. A UAV at `scale_m` from its orbit has an `on_orbit` value of 0.5.
+    pub(super) fn judge(&mut self, judge: &mut FrameScorer, frame: &Frame, scale_m: f64) {
+        let judged: FrameScores = judge.frame(frame);
         let custody = judged.custody();
         self.targets = custody.targets;
-        self.watched = custody.watched.map_or(0.0, |watched| watched as f64 / custody.targets.max(1) as f64);
+        self.in_custody = custody.in_custody.map_or(0.0, |watched| watched as f64 / custody.targets.max(1) as f64);
         self.on_orbit.clear();
         let (mut sum_m, mut n) = (0.0, 0u32);
         for uav in &frame.uavs {
@@ -30,27 +31,28 @@ impl Worth {
             if let Some(error_m) = error_m {
                 (sum_m, n) = (sum_m + error_m, n + 1);
             }
-            // Who has no group, or one of nobody who exists, is on no orbit: nothing is won by losing it.
+            // A UAV without a group, or whose group has no existing target, gets 0: losing a group never increases the
+            // reward.
             self.on_orbit.push(error_m.map_or(0.0, |error_m| 1.0 / (1.0 + error_m / scale_m)));
         }
         self.standoff_error_m = (n > 0).then(|| sum_m / f64::from(n));
     }
 
-    /// The reward of each UAV, 0 to 1.
+    /// Reward of each UAV, 0 to 1.
     pub(super) fn rewards(&self) -> impl Iterator<Item = f64> {
         self.on_orbit.iter().map(|on_orbit| self.reward_with(*on_orbit))
     }
 
-    /// The reward of the team, 0 to 1: the mean of its UAVs'.
+    /// Reward of the team, 0 to 1: the mean over its UAVs.
     pub(super) fn reward(&self) -> f64 {
         self.reward_with(self.mean_on_orbit())
     }
 
-    /// Every target counts as much as all orbits together: however much easier the orbit is without a target, to lose it
-    /// never pays.
+    /// Each target has the same weight as all orbits together. Losing a target therefore never increases the reward,
+    /// even if the orbit becomes easier to fly without it.
     fn reward_with(&self, on_orbit: f64) -> f64 {
         let targets = self.targets as f64;
-        (targets * self.watched + on_orbit) / (targets + 1.0)
+        (targets * self.in_custody + on_orbit) / (targets + 1.0)
     }
 
     pub(super) fn mean_on_orbit(&self) -> f64 {

@@ -1,30 +1,30 @@
-//! One mission after another, flown by a policy.
+//! One world: a sequence of missions flown by a policy.
 
 use standoff::{Command, ParamError, TeamParams, UavId, UavParams};
-use standoff_sim::draws::{Draws, Stream};
+use standoff_sim::random::{Draws, Stream};
 use standoff_sim::record::UavRow;
 use standoff_sim::run::Mission;
-use standoff_sim::scenario::{ScenarioError, Template};
-use standoff_sim::score::Judge;
+use standoff_sim::scenario::{ScenarioError, ScenarioTemplate};
+use standoff_sim::score::FrameScorer;
 
 use super::observation;
 use super::reward::Worth;
 
-/// Why a mission cannot begin.
+/// Reason why a mission cannot start.
 pub(super) enum NoMission {
     Scenario(ScenarioError),
     Parameters { name: String, seed: u64, errors: Vec<ParamError> },
     Uavs { name: String, seed: u64, there: usize, wanted: usize },
 }
 
-/// What all missions of some worlds have alike.
+/// Properties that all missions of the worlds share.
 pub(super) struct Kind {
-    pub(super) template: Template,
+    pub(super) template: ScenarioTemplate,
     /// Number of UAVs.
     pub(super) uavs: usize,
 }
 
-/// Which seeds the missions of a world have.
+/// Sequence of the seeds of a world's missions.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) struct Seeds {
     first: u64,
@@ -32,7 +32,7 @@ pub(super) struct Seeds {
 }
 
 impl Seeds {
-    /// From a first mission's seed on.
+    /// Starts the sequence with the seed of the first mission.
     pub(super) fn from(first: u64) -> Self {
         Self { first, episode: 0 }
     }
@@ -41,7 +41,8 @@ impl Seeds {
         Self { episode: self.episode + 1, ..self }
     }
 
-    /// That of the mission whose turn it is: the first one's, then such as depend on that and on their number alone.
+    /// Seed of the current mission: the given one for the first mission, then one that depends only on the given seed
+    /// and on the index of the mission.
     fn seed(self) -> u64 {
         match self.episode {
             0 => self.first,
@@ -50,31 +51,31 @@ impl Seeds {
     }
 }
 
-/// A mission, observed and judged at the instant that is to be decided.
+/// A mission with the observations and the score of the current time step, before its commands are decided.
 pub(super) struct World {
     pub(super) seeds: Seeds,
     pub(super) seed: u64,
     duration_s: f64,
     team: TeamParams,
     mission: Mission,
-    judge: Judge,
-    /// Which targets ever had a live track.
+    judge: FrameScorer,
+    /// By target: whether it has had a live track so far.
     ever_known: Vec<bool>,
-    /// By UAV, [`observation::LENGTH`] numbers each.
+    /// Features by UAV, [`observation::LENGTH`] values each.
     pub(super) observations: Vec<f32>,
-    /// What the product would have each UAV do: turn rate and speed, as an action has them.
+    /// Commands of the built-in guidance law for each UAV, in action units: turn rate and speed.
     pub(super) law: Vec<f64>,
-    /// The instant, judged.
+    /// Score of the current time step.
     pub(super) worth: Worth,
     has_stepped: bool,
-    /// No target that exists is known any more.
+    /// True if targets exist but none has a live track any more.
     pub(super) is_terminated: bool,
-    /// The mission is over.
+    /// True if the mission has reached its duration.
     pub(super) is_truncated: bool,
 }
 
 impl World {
-    /// The mission of a seed, at its start.
+    /// Starts the mission of the current seed.
     pub(super) fn begin(Kind { template, uavs }: &Kind, seeds: Seeds) -> Result<Self, NoMission> {
         let seed = seeds.seed();
         let scenario = template.draw(seed).map_err(NoMission::Scenario)?;
@@ -89,7 +90,7 @@ impl World {
             seed,
             duration_s: (mission.frames() - 1) as f64 * scenario.settings.period.s(),
             team: scenario.settings.team,
-            judge: Judge::new(mission.rules()),
+            judge: FrameScorer::new(mission.score_config()),
             mission,
             ever_known: Vec::new(),
             observations: Vec::new(),
@@ -112,35 +113,36 @@ impl World {
         self.mission.now().s()
     }
 
-    /// When the mission is over, s: its last instant.
+    /// Time of the last time step of the mission, s.
     pub(super) fn duration_s(&self) -> f64 {
         self.duration_s
     }
 
-    /// The team's reward of the last step, which has led to this instant; 0 before the first.
+    /// Team reward of the last step; 0 before the first step.
     pub(super) fn reward(&self) -> f64 {
         if self.has_stepped { self.worth.reward() } else { 0.0 }
     }
 
-    /// The same of each UAV.
+    /// Reward of each UAV for the last step; 0 before the first step.
     pub(super) fn uav_rewards(&self) -> impl Iterator<Item = f64> {
         self.worth.rewards().map(|reward| if self.has_stepped { reward } else { 0.0 })
     }
 
-    /// Flies actions, a turn rate and a speed each, until the next instant. Nothing happens once the mission is over.
+    /// Applies the actions (turn rate and speed of each UAV) for one time step. Has no effect after the end of the
+    /// mission.
     pub(super) fn step(&mut self, actions: &[f64]) {
         if self.is_over() {
             return;
         }
         for (action, uav) in actions.chunks_exact(2).zip(0..) {
-            self.mission.order(UavId(uav), command(action[0], action[1], &self.team.uav));
+            self.mission.override_command(UavId(uav), command(action[0], action[1], &self.team.uav));
         }
         self.mission.decide();
         self.has_stepped = true;
         self.observe();
     }
 
-    /// Looks at the instant that has come.
+    /// Computes observations, baseline actions and score of the current time step.
     fn observe(&mut self) {
         self.is_truncated = self.mission.is_last();
         self.mission.observe();
@@ -158,12 +160,12 @@ impl World {
         self.law.clear();
         self.law.extend(frame.uavs.iter().flat_map(|uav| action(uav, &self.team.uav)));
         self.worth.judge(&mut self.judge, frame, self.team.group.standoff.radius_min_m);
-        // Where no target exists, none can be lost.
+        // If no target exists, none can be lost.
         self.is_terminated = ever_known > 0 && frame.tracks.is_empty() && !frame.truth.is_empty();
     }
 }
 
-/// What an action asks of a UAV.
+/// The command of an action; values outside -1 to 1 are clipped.
 fn command(turn_rate: f64, speed: f64, uav: &UavParams) -> Command {
     let [turn_rate, speed] = [turn_rate, speed].map(|part| part.clamp(-1.0, 1.0));
     Command {
@@ -172,7 +174,7 @@ fn command(turn_rate: f64, speed: f64, uav: &UavParams) -> Command {
     }
 }
 
-/// The action that asks for what a UAV is commanded.
+/// The action that corresponds to the command of a UAV.
 fn action(row: &UavRow, uav: &UavParams) -> [f64; 2] {
     let speed = observation::speed_change(row.speed_command_m_s, uav);
     [row.turn_rate_command_rad_s / uav.turn_rate_max_rad_s, speed].map(|part| part.clamp(-1.0, 1.0))

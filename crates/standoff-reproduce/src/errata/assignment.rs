@@ -1,41 +1,42 @@
-//! (32) adds information about different targets before the determinant is taken, and (33) lets a UAV serve two groups.
+//! (32) adds information about different targets before the determinant, and (33) allows a UAV in two groups.
 
-use standoff::coordination::assignment::{AvailableUav, Site, assign};
-use standoff::{Displacement, Duty, GroupId, Objective, Position, SensorParams, TeamParams, UavId, math};
-use standoff_sim::draws::{Draw, Draws, Stream};
+use standoff::coordination::assignment::{AvailableUav, CandidateGroup, assign};
+use standoff::{Assignment, Displacement, GroupId, Objective, Position, SensorParams, TeamParams, UavId, math};
+use standoff_sim::random::{Draw, Draws, Stream};
 
 use crate::claim::Claim;
-use crate::failure::Failure;
-use crate::flights::Plan;
+use crate::error::Failure;
+use crate::monte_carlo_plan::Plan;
 use crate::statistics::{mean, quantiles};
 use crate::study::{Data, Study, Table};
 
 const UAVS: u32 = 4;
 const TARGETS: usize = 4;
-/// Half the side of the square in which UAVs and groups lie, m, and that of the square of a group's targets.
+/// Half the side of the square in which UAVs and groups are drawn, m.
 const FIELD_M: f64 = 1000.0;
+/// Half the side of the square in which the targets of a group are drawn, m.
 const GROUP_M: f64 = 100.0;
-/// Worlds for every run: they cost little.
+/// Number of random worlds per run of the plan; they are fast to compute.
 const WORLDS_PER_RUN: u64 = 10;
 
 pub(super) fn study_assignment(plan: &Plan) -> Result<Study, Failure> {
     let mut found = Study::new(
         "errata",
         "Erratum of (32) and (33): the assignment",
-        "Random worlds: four UAVs and two groups of four targets anywhere in a square of 2 km, the targets within 100 m of \
-         their group's middle each way. *Printed* is the determinant of the sum of all information; *restated* the sum \
-         over targets of the logarithm of the determinant of each one's. Both give every UAV one group; a pair of \
-         combinations that (32) and (33) allow as they are printed is found by trying all.",
+        "Random worlds: four UAVs and two groups of four targets in a square of 2 km, the targets within 100 m of the \
+         middle of their group along each axis. *Published* is the determinant of the sum of all information; \
+         *restated* is the sum over targets of the logarithm of each target's determinant. Both are evaluated with one \
+         group per UAV. The best combinations that (32) and (33) allow as published are found by exhaustive search.",
     );
     let seeds = plan.first_seed..plan.first_seed + WORLDS_PER_RUN * u64::from(plan.runs);
     let worlds: Vec<Outcome> = seeds.map(|seed| judge(&World::draw(seed))).collect();
     let differ: Vec<f64> = worlds.iter().filter(|world| world.differs).map(|world| world.loss).collect();
     let losses: Vec<f64> = worlds.iter().map(|world| world.loss).collect();
     let mut table = Table::new(
-        format!("What the printed objective loses, in ln det per target, in {} worlds:", worlds.len()),
+        format!("Loss of the published objective in ln det per target, in {} worlds:", worlds.len()),
         ["worlds", "mean", "median", "5 %", "95 %", "determinant, mean factor"],
     );
-    for (name, losses) in [("all", &losses), ("those in which the crews differ", &differ)] {
+    for (name, losses) in [("all", &losses), ("those with different assignments", &differ)] {
         let [low, middle, high] = quantiles(losses);
         table.row(name, [mean(losses), middle, low, high, math::exp(-mean(losses))]);
     }
@@ -45,18 +46,18 @@ pub(super) fn study_assignment(plan: &Plan) -> Result<Study, Failure> {
     found.data.push(Data::new("errata-assignment", columns, rows));
     found.claims = vec![
         Claim::always(
-            "(32) gathers the most information about the targets: it picks the crews of the restated objective",
+            "(32) maximises the information about the targets: it gives the assignment of the restated objective",
             "worlds",
             worlds.iter().map(|world| !world.differs),
-            "information about different targets is added before the determinant is taken: looking at one group from \
-             north and at the other from east scores as if each were seen from both sides",
+            "information about different targets is added before the determinant: observing one group from the north \
+             and the other from the east scores as if each were observed from both directions",
         ),
         Claim::always(
             "(32) with (33) gives every UAV one group",
             "worlds",
             worlds.iter().map(|world| !world.twice),
-            "(33) bounds how often a combination of UAVs is used, not how often a UAV is: more UAVs always tell more, so \
-             all serve one group, and all but one of them the other, too",
+            "(33) limits the use of each combination of UAVs, not of each UAV; more UAVs always give more information, \
+             so that all are assigned to one group and all except one also to the other",
         ),
     ];
     Ok(found)
@@ -69,12 +70,13 @@ struct World {
     sensor: SensorParams,
 }
 
-/// What comes of a world.
+/// Comparison of the two objectives in a world.
 struct Outcome {
+    /// True if the assignments differ.
     differs: bool,
-    /// Sum of ln det per target that the printed objective's crews tell less than the restated one's.
+    /// Loss of the published objective relative to the restated one, in ln det per target.
     loss: f64,
-    /// The best pair of combinations as printed has a UAV in both.
+    /// True if the best combinations as published have a UAV in both groups.
     twice: bool,
 }
 
@@ -92,41 +94,43 @@ impl World {
         Self { uavs, groups, sensor: TeamParams::table_1().track.sensor }
     }
 
-    fn crews(&self, objective: Objective) -> Vec<Duty> {
-        let hands: Vec<AvailableUav> = (0..)
+    fn assignment(&self, objective: Objective) -> Vec<Assignment> {
+        let uavs: Vec<AvailableUav> = (0..)
             .zip(&self.uavs)
-            .map(|(id, &position)| AvailableUav { uav: UavId(id), position, serves: None })
+            .map(|(id, &position)| AvailableUav { uav: UavId(id), position, current_group: None })
             .collect();
-        let sites: Vec<Site<'_>> =
-            (0..).zip(&self.groups).map(|(id, members)| Site { group: GroupId(id), members }).collect();
-        assign(&hands, &sites, &self.sensor, objective, TeamParams::table_1().group.assignment_inertia)
+        let sites: Vec<CandidateGroup<'_>> =
+            (0..).zip(&self.groups).map(|(id, members)| CandidateGroup { group: GroupId(id), members }).collect();
+        assign(&uavs, &sites, &self.sensor, objective, TeamParams::table_1().group.assignment_switching_cost)
     }
 
-    /// Sum over targets of ln det of what their crew tells, per target.
-    fn worth(&self, crews: &[Duty]) -> f64 {
-        let mut worths = Vec::new();
+    /// Returns the mean over targets of ln det of the information from their assigned UAVs.
+    fn mean_ln_det(&self, assignment: &[Assignment]) -> f64 {
+        let mut ln_dets = Vec::new();
         for (id, members) in (0..).zip(&self.groups) {
-            let crew =
-                || crews.iter().filter(|duty| duty.group == GroupId(id)).map(|duty| self.uavs[duty.uav.0 as usize]);
-            worths.extend(members.iter().map(|target| {
-                let told: nalgebra::Matrix2<f64> = crew().map(|uav| self.sensor.information(uav, *target)).sum();
-                math::ln(told.determinant())
+            let assigned = || {
+                assignment.iter().filter(|duty| duty.group == GroupId(id)).map(|duty| self.uavs[duty.uav.0 as usize])
+            };
+            ln_dets.extend(members.iter().map(|target| {
+                let sum: nalgebra::Matrix2<f64> = assigned().map(|uav| self.sensor.information(uav, *target)).sum();
+                math::ln(sum.determinant())
             }));
         }
-        mean(&worths)
+        mean(&ln_dets)
     }
 
-    /// Combinations of UAVs, as bits, for the two groups, by (32) and (33) as printed: no combination serves both.
-    fn printed(&self) -> [u32; 2] {
-        let told = |group: usize, bits: u32| -> nalgebra::Matrix2<f64> {
-            let crew = (0..).zip(&self.uavs).filter(|(id, _)| bits >> id & 1 == 1).map(|(_, uav)| uav);
-            crew.flat_map(|uav| self.groups[group].iter().map(|target| self.sensor.information(*uav, *target))).sum()
+    /// Returns the best combinations of UAVs for the two groups, as bits, by (32) and (33) as published: the two
+    /// combinations must differ.
+    fn published(&self) -> [u32; 2] {
+        let information = |group: usize, bits: u32| -> nalgebra::Matrix2<f64> {
+            let uavs = (0..).zip(&self.uavs).filter(|(id, _)| bits >> id & 1 == 1).map(|(_, uav)| uav);
+            uavs.flat_map(|uav| self.groups[group].iter().map(|target| self.sensor.information(*uav, *target))).sum()
         };
         let combinations = 1..1 << UAVS;
         let mut best = (f64::NEG_INFINITY, [0, 0]);
         for first in combinations.clone() {
             for second in combinations.clone().filter(|second| *second != first) {
-                let score = (told(0, first) + told(1, second)).determinant();
+                let score = (information(0, first) + information(1, second)).determinant();
                 if score > best.0 {
                     best = (score, [first, second]);
                 }
@@ -137,11 +141,11 @@ impl World {
 }
 
 fn judge(world: &World) -> Outcome {
-    let (printed, restated) = (world.crews(Objective::Printed), world.crews(Objective::LogDet));
-    let [first, second] = world.printed();
+    let (published, restated) = (world.assignment(Objective::Paper), world.assignment(Objective::LogDet));
+    let [first, second] = world.published();
     Outcome {
-        differs: printed != restated,
-        loss: world.worth(&restated) - world.worth(&printed),
+        differs: published != restated,
+        loss: world.mean_ln_det(&restated) - world.mean_ln_det(&published),
         twice: first & second != 0,
     }
 }
@@ -151,12 +155,12 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_restated_crews_never_tell_less_and_use_every_uav_once() {
+    fn the_restated_assignment_has_at_least_equal_information_and_uses_every_uav_once() {
         for seed in 1..200 {
             let world = World::draw(seed);
-            // Scores are rounded to millionths.
+            // The assignment rounds scores to 1e-6.
             assert!(judge(&world).loss > -1e-5, "seed {seed}");
-            assert_eq!(world.crews(Objective::LogDet).len(), world.uavs.len());
+            assert_eq!(world.assignment(Objective::LogDet).len(), world.uavs.len());
         }
     }
 }

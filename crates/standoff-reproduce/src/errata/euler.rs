@@ -1,25 +1,26 @@
-//! The Euler step (4) at 0.5 s: the heading loop is on the edge of stability, and a target at rest is orbited too wide.
+//! Euler's step (4) at 0.5 s: the heading loop is marginally stable, and the orbit about a stationary target is too
+//! wide.
 
 use standoff::{Duration, Feedforward, Integrator, TeamParams, UavParams};
 use standoff_view::figures::study::Plot;
 
 use super::flight::{Flight, PERIOD_S};
 use crate::claim::Claim;
-use crate::failure::Failure;
-use crate::flights::Plan;
+use crate::error::Failure;
+use crate::monte_carlo_plan::Plan;
 use crate::study::{Data, Study, Table, line_of, plot};
 
 pub(super) fn study_euler(_: &Plan) -> Result<Study, Failure> {
     let mut found = Study::new(
         "errata",
         "Erratum of (4): Euler's step",
-        "Table I's step, gain and lag: 0.5 s, k_omega = 2 1/s, tau_omega = 1/3 s. The modulus is that of the largest \
-         eigenvalue of heading and turn rate under (24), step by step: below 1 an error dies out.",
+        "Time step, gain and lag of Table I: 0.5 s, k_omega = 2 1/s, tau_omega = 1/3 s. The modulus is the spectral \
+         radius of the discrete-time heading loop (heading and turn rate under (24)): if it is below 1, errors decay.",
     );
     let team = TeamParams::table_1();
     let modulus = |integrator, period_s: f64| {
         UavParams { integrator, ..team.uav }
-            .heading_loop_modulus(team.guidance.heading_gain_1_s, Duration::from_s(period_s))
+            .heading_loop_spectral_radius(team.guidance.heading_gain_1_s, Duration::from_s(period_s))
     };
     let rows: Vec<Vec<f64>> = (1..=40)
         .map(|n| 0.02 * f64::from(n))
@@ -33,10 +34,10 @@ pub(super) fn study_euler(_: &Plan) -> Result<Study, Failure> {
     found.data.push(Data::new("errata-euler", "period_s,modulus_euler,modulus_exact", rows));
 
     let mut table = Table::new(
-        "Mean |r - r_d| about a target at rest (m), the last third of 600 s, exact feedforward:",
+        "Mean |r - r_d| about a stationary target (m), the last third of 600 s, exact feedforward:",
         ["orbit (m)", "k_l 1: Euler", "exact step", "k_l 0.2: Euler", "exact step"],
     );
-    let flight = |radius_m, gain| Flight { radius_m, ..Flight::new(Feedforward::Exact, gain) };
+    let flight = |radius_m, gain| Flight { radius_m, ..Flight::new(Feedforward::StaticCentre, gain) };
     for radius_m in [250.0, 400.0, 600.0] {
         let errors = [1.0, 0.2]
             .into_iter()
@@ -45,29 +46,23 @@ pub(super) fn study_euler(_: &Plan) -> Result<Study, Failure> {
     }
     found.tables.push(table);
 
-    let standing = "a tangent step ends outside the circle that it starts on, at every step";
+    let reason = "every step along the tangent ends outside the circle on which it starts";
     found.claims = vec![
         Claim::computed(
-            "(4) at 0.5 s carries (1), whose heading loop damps: modulus that of the exact step",
+            "(4) at 0.5 s represents (1), whose heading loop is damped: modulus of the exact step",
             "",
             [modulus(Integrator::Exact, PERIOD_S), 0.1],
             modulus(Integrator::Euler, PERIOD_S),
-            "at 0.5 s Euler's step neither damps nor lets grow: it needs k_omega T_s < 1",
+            "at 0.5 s, errors neither decay nor grow with Euler's step; it needs k_omega T_s < 1",
         ),
         Claim::computed(
-            "the UAV converges to the orbit (Lemma 3.1): mean error about a target at rest, 400 m, k_l = 1, Euler",
+            "the UAV converges to the orbit (Lemma 3.1): mean error about a stationary target, 400 m, k_l = 1, Euler",
             "m",
             [0.0, 0.5],
             flight(400.0, 1.0).euler().mean_error_m(),
-            standing,
+            reason,
         ),
-        Claim::computed(
-            "the same with k_l = 0.2",
-            "m",
-            [0.0, 0.5],
-            flight(400.0, 0.2).euler().mean_error_m(),
-            standing,
-        ),
+        Claim::computed("the same with k_l = 0.2", "m", [0.0, 0.5], flight(400.0, 0.2).euler().mean_error_m(), reason),
         Claim::computed(
             "the same with the exact step, k_l = 1",
             "m",

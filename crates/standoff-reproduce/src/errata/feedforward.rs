@@ -1,4 +1,4 @@
-//! (25) is the derivative of the field's heading on the orbit only, about a centre at rest.
+//! (25) is the derivative of the field's heading only on the orbit and only about a stationary centre.
 
 use standoff::guidance::heading::steer;
 use standoff::{Displacement, Feedforward, Position, TeamParams, UavState, VectorField, Velocity};
@@ -6,40 +6,41 @@ use standoff_view::figures::study::{Line, Plot};
 
 use super::flight::{Flight, orbit};
 use crate::claim::{Claim, shown};
-use crate::failure::Failure;
-use crate::flights::Plan;
+use crate::error::Failure;
+use crate::monte_carlo_plan::Plan;
 use crate::study::{Data, Study, Table, line_of, plot};
 
-/// The orbit on which the three forms are compared, m, and the speed.
+/// Radius of the orbit on which the forms are compared, m.
 const ORBIT_M: f64 = 300.0;
+/// Speed of the UAV, m/s.
 const SPEED_M_S: f64 = 40.0;
-/// Where the claim is judged: a third of the orbit to three times it, m.
+/// Range of distances from the centre for the claim, m: one third of the radius to three times the radius.
 const JUDGED_M: [f64; 2] = [100.0, 900.0];
-/// A turn rate so small is none, rad/s.
+/// Turn rate that counts as zero, rad/s.
 const NOTHING_RAD_S: f64 = 1e-3;
 
 const FORMS: [(&str, Feedforward); 3] =
-    [("printed", Feedforward::Printed), ("exact", Feedforward::Exact), ("flown", Feedforward::Flown)];
+    [("published", Feedforward::Paper), ("exact", Feedforward::StaticCentre), ("field", Feedforward::Field)];
 
 pub(super) fn study_feedforward(_: &Plan) -> Result<Study, Failure> {
     let mut found = Study::new(
         "errata",
         "Erratum of (25): the feedforward",
-        "*Printed* is (25); *exact* has r_d^3 in place of r_d r^2, which makes it the derivative of the field's heading \
-         about a centre at rest; *flown* differentiates what is flown, with k_l, the lead and the centre's velocity in \
-         it. The derivative is taken numerically, along the field.",
+        "*Published* is (25). *Exact* replaces r_d r^2 by r_d^3, which makes it the derivative of the field's heading \
+         about a stationary centre. *Field* is the derivative of the field that is flown, including k_l, the lead and \
+         the velocity of the centre. The reference is a numerical derivative along the field.",
     );
     let turn_rates_rad_s = |r_m: f64| {
-        let [printed, exact] = [Feedforward::Printed, Feedforward::Exact].map(|form| at_rest_rad_s(form, r_m));
+        let [printed, exact] = [Feedforward::Paper, Feedforward::StaticCentre].map(|form| at_rest_rad_s(form, r_m));
         vec![r_m, numeric_rad_s(r_m), printed, exact]
     };
     let rows: Vec<Vec<f64>> = (20..=1200).step_by(10).map(f64::from).map(turn_rates_rad_s).collect();
     let exact = Line { dashed: true, ..line_of("exact", 2, &rows, 3) };
-    let lines = [line_of("numeric derivative", 0, &rows, 1), line_of("printed (25)", 1, &rows, 2), exact];
-    let levels = vec![(0.3, "largest turn rate".to_owned())];
+    let lines = [line_of("numeric derivative", 0, &rows, 1), line_of("published (25)", 1, &rows, 2), exact];
+    let levels = vec![(0.3, "maximum turn rate".to_owned())];
     let over_distance = Plot { levels, ..plot("Distance from the centre (m)", "Feedforward (rad/s)", lines) };
-    let heading = "Turn rate of the vector field's heading, off the orbit";
-    let caption = "orbit of 300 m about a centre at rest, 40 m/s";
+    let heading = "Turn rate of the vector field's heading by distance from the centre";
+    let caption = "orbit of 300 m about a stationary centre, 40 m/s";
     found.draw("errata-feedforward", heading, caption, &[over_distance])?;
 
     let errors = |gain: f64, speed_m_s: f64| {
@@ -54,19 +55,19 @@ pub(super) fn study_feedforward(_: &Plan) -> Result<Study, Failure> {
         let upward = format!("Largest |r − r_d| (m), k_l = {gain}");
         Plot { shown: vec![0.0], ..plot("Speed of the centre (m/s)", upward, lines) }
     };
-    let heading = "Standing error of the orbit about a moving centre, by the feedforward";
+    let heading = "Steady-state orbit error about a moving centre, by form of the feedforward";
     let caption = "orbit of 400 m, 40 m/s, no lead; the last third of 600 s";
     let plots = [over_speed(1, "1"), over_speed(4, "0.2")];
     found.draw("errata-feedforward-moving", heading, caption, &plots)?;
     let mut table = Table::new(
-        "Largest |r - r_d| about a centre that moves (m), orbit of 400 m:",
-        ["centre (m/s)", "k_l 1: printed", "exact", "flown", "k_l 0.2: printed", "exact", "flown"],
+        "Largest |r - r_d| about a moving centre (m), orbit of 400 m:",
+        ["centre (m/s)", "k_l 1: published", "exact", "field", "k_l 0.2: published", "exact", "field"],
     );
     for row in moving.iter().filter(|row| [5.0, 10.0, 15.0].contains(&row[0])) {
         table.row(row[0].to_string(), row[1..].iter().copied());
     }
 
-    let off = |column: usize| {
+    let largest_error = |column: usize| {
         let judged = rows.iter().filter(|row| (JUDGED_M[0]..=JUDGED_M[1]).contains(&row[0]));
         judged.map(|row| (row[column] - row[1]).abs()).fold(0.0, f64::max)
     };
@@ -75,25 +76,26 @@ pub(super) fn study_feedforward(_: &Plan) -> Result<Study, Failure> {
             "Largest difference from the derivative, {} to {} m from the centre (rad/s):",
             JUDGED_M[0], JUDGED_M[1]
         ),
-        ["printed", "exact"],
+        ["published", "exact"],
     );
-    derivative.rows.push([2, 3].map(|column| shown(off(column))).to_vec());
+    derivative.rows.push([2, 3].map(|column| shown(largest_error(column))).to_vec());
     let at_15 = moving.iter().find(|row| row[0] == 15.0);
     let at_15 = |column: usize| at_15.map_or(f64::NAN, |row| row[column]);
     found.claims = vec![
         Claim::computed(
-            "(25) is obtained by differentiating (23): largest difference, 100 to 900 m from the centre of an orbit of 300 m",
+            "(25) is obtained by differentiating (23): largest difference, 100 to 900 m from the centre of an orbit of \
+             300 m",
             "rad/s",
             [0.0, NOTHING_RAD_S],
-            off(2),
-            "the derivative has r_d^3 where (25) prints r_d r^2; they agree on the orbit only",
+            largest_error(2),
+            "the derivative has r_d^3 where (25) has r_d r^2; they are equal only on the orbit",
         ),
         Claim::computed(
-            "(24) with (25) holds the orbit about a centre at 15 m/s: largest error, k_l = 1",
+            "(24) with (25) keeps the UAV on its orbit about a centre at 15 m/s: largest error, k_l = 1",
             "m",
             [0.0, 2.0],
             at_15(1),
-            "(25) leaves out that the centre moves (28); so does the exact form",
+            "(25) neglects the motion of the centre (28), as does the exact form",
         ),
     ];
     found.tables = vec![derivative, table];
@@ -108,20 +110,21 @@ pub(super) fn study_feedforward(_: &Plan) -> Result<Study, Failure> {
     Ok(found)
 }
 
-/// The feedforward of a form on an orbit about a centre at rest, rad/s.
+/// Returns the feedforward of a form about a stationary centre, rad/s.
 fn at_rest_rad_s(form: Feedforward, r_m: f64) -> f64 {
     let mut guidance = TeamParams::table_1().guidance;
     (guidance.feedforward, guidance.radial_gain) = (form, 1.0);
     let orbit = orbit(Position::ORIGIN, Velocity::ZERO, ORBIT_M);
     let position = Position::from_m(r_m, 0.0);
-    let uav = UavState::straight(position, standoff::Angle::ZERO, SPEED_M_S);
+    let uav = UavState::level_flight(position, standoff::Angle::ZERO, SPEED_M_S);
     steer(&guidance, &uav, &orbit, SPEED_M_S).feedforward_rad_s
 }
 
-/// How fast the field's heading turns under a UAV that follows it, by central differences, rad/s.
+/// Computes the turn rate of the field's heading along the field by central differences, rad/s.
 fn numeric_rad_s(r_m: f64) -> f64 {
     const H_S: f64 = 1e-4;
-    let field = VectorField { radius_m: ORBIT_M, radial_gain: 1.0, sense: standoff::Sense::Anticlockwise };
+    let field =
+        VectorField { radius_m: ORBIT_M, radial_gain: 1.0, orbit_direction: standoff::OrbitDirection::Anticlockwise };
     let here = Position::ORIGIN + Displacement::from_m(r_m, 0.0);
     let velocity = field.velocity(here - Position::ORIGIN, SPEED_M_S);
     let heading = |t_s: f64| field.velocity(here + velocity * t_s - Position::ORIGIN, SPEED_M_S).direction();

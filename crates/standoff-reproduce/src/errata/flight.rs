@@ -1,4 +1,4 @@
-//! One UAV, guidance and kinematics in a closed loop, about a centre that is known exactly.
+//! Closed-loop simulation of guidance and kinematics of one UAV about an exactly known centre.
 
 use standoff::guidance::heading::steer;
 use standoff::guidance::standoff_distance::Ramp;
@@ -7,54 +7,58 @@ use standoff::{
     UavState, Velocity,
 };
 
-/// Table I's T_s, s.
+/// Sampling period T_s of Table I, s.
 pub(super) const PERIOD_S: f64 = 0.5;
-/// Steps flown, and the first that counts: the last third of 600 s.
+/// Number of time steps: 600 s.
 const STEPS: u32 = 1200;
+/// First time step after the transient; only the last third is evaluated.
 const SETTLED: u32 = 800;
 
-/// An orbit of a constant radius.
+/// Creates an orbit with a constant radius.
 pub(super) fn orbit(centre: Position, centre_velocity: Velocity, distance_m: f64) -> Orbit {
     let steered = Ramp { radius_m: distance_m, rate_m_s: 0.0 };
     Orbit { centre, centre_velocity, distance_m, rate_m_s: 0.0, steered }
 }
 
-/// What is flown: Table I but for what is named.
+/// A flight with the parameters of Table I, except for these fields.
 pub(super) struct Flight {
     pub(super) uav: UavParams,
     pub(super) guidance: GuidanceParams,
-    /// Eastward.
+    /// Eastward speed of the centre.
     pub(super) centre_speed_m_s: f64,
     pub(super) radius_m: f64,
 }
 
 impl Flight {
-    /// About a centre at rest at 400 m, with k_l.
+    /// Creates a flight about a stationary centre on an orbit of 400 m; `radial_gain` is k_l.
     pub(super) fn new(feedforward: Feedforward, radial_gain: f64) -> Self {
         let team = TeamParams::table_1();
         let guidance = GuidanceParams { feedforward, radial_gain, ..team.guidance };
         Self { uav: team.uav, guidance, centre_speed_m_s: 0.0, radius_m: 400.0 }
     }
 
-    /// The same with Euler's step (4).
+    /// Selects Euler's integration step (4).
     pub(super) fn euler(mut self) -> Self {
         self.uav.integrator = Integrator::Euler;
         self
     }
 
-    /// Largest |r - r_d| once settled, m.
+    /// Returns the largest |r - r_d| after the transient, m.
     pub(super) fn largest_error_m(&self) -> f64 {
         self.settled_errors_m().into_iter().fold(0.0, f64::max)
     }
 
-    /// Mean |r - r_d| once settled, m.
+    /// Returns the mean |r - r_d| after the transient, m.
     pub(super) fn mean_error_m(&self) -> f64 {
         super::super::statistics::mean(&self.settled_errors_m())
     }
 
     fn settled_errors_m(&self) -> Vec<f64> {
-        let mut state =
-            UavState::straight(Position::from_m(1.5 * self.radius_m, 0.0), Angle::from_deg(90.0), self.uav.speed_m_s);
+        let mut state = UavState::level_flight(
+            Position::from_m(1.5 * self.radius_m, 0.0),
+            Angle::from_deg(90.0),
+            self.uav.speed_m_s,
+        );
         let velocity = Velocity::from_m_s(self.centre_speed_m_s, 0.0);
         let response = self.uav.response(Duration::from_s(PERIOD_S));
         let mut errors_m = Vec::new();
@@ -65,8 +69,8 @@ impl Flight {
                 errors_m.push((state.position.distance_m(orbit.centre) - self.radius_m).abs());
             }
             let steering = steer(&self.guidance, &state, &orbit, self.uav.speed_m_s);
-            let wanted = Command { speed_m_s: self.uav.speed_m_s, turn_rate_rad_s: steering.turn_rate_rad_s };
-            state = response.step(&state, self.uav.limit(wanted).command);
+            let command = Command { speed_m_s: self.uav.speed_m_s, turn_rate_rad_s: steering.turn_rate_rad_s };
+            state = response.step(&state, self.uav.limit(command).command);
         }
         errors_m
     }

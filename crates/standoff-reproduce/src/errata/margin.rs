@@ -1,4 +1,4 @@
-//! The margin (16): not the Mahalanobis distance of a chi-square, and a square added to metres.
+//! The margin (16): its weighting is not that of a chi-square variable, and it adds a square without a unit to metres.
 
 use std::collections::BTreeMap;
 
@@ -8,14 +8,14 @@ use standoff_sim::record::{Frame, GroupRow, TrackRow};
 use standoff_sim::scenario::Scenario;
 
 use crate::claim::{Claim, Finding, Paper};
-use crate::failure::Failure;
-use crate::flights::{IN_METRES, Plan, time_s, watch};
+use crate::error::Failure;
+use crate::monte_carlo_plan::{IN_METRES, Plan, time_s, watch};
 use crate::statistics::{Estimate, mean};
 use crate::study::{Study, Table};
 
-/// For so long after a change of members the orbit is watched, s.
+/// Time after a change of members in which the orbit is evaluated, s.
 const AFTER_S: f64 = 5.0;
-/// The mean of a chi-square with two degrees of freedom.
+/// Mean of a chi-square variable with two degrees of freedom.
 const CHI_SQUARE_MEAN: f64 = 2.0;
 
 pub(super) fn study_margin(plan: &Plan) -> Result<Study, Failure> {
@@ -23,10 +23,11 @@ pub(super) fn study_margin(plan: &Plan) -> Result<Study, Failure> {
         "errata",
         "Erratum of (16): the margin",
         format!(
-            "(16) weights the innovation with the predicted position covariance alone; the innovation's own covariance is \
-             that plus the measurement's. Measured on `paper/table-2-pair`, run by run, once settled. And it is a square \
-             without a unit, added to metres: on `paper/figure-9` the members of groups change, and r_d is watched for {AFTER_S} s \
-             after every change, beside the same mission with a margin in metres (`--set {}`).",
+            "(16) weights the innovation with the predicted position covariance only; the covariance of the innovation \
+             is the sum of this and the measurement covariance. Both weightings are evaluated on `paper/table-2-pair`, \
+             run by run, after the transient. In addition, (16) is a square without a unit that is added to metres. \
+             `paper/figure-9` shows the effect: r_d is evaluated for {AFTER_S} s after every change of members, and \
+             compared with the same mission with a margin in metres (`--set {}`).",
             IN_METRES.join(" --set ")
         ),
     );
@@ -35,12 +36,12 @@ pub(super) fn study_margin(plan: &Plan) -> Result<Study, Failure> {
     let (printed, full) = (column(|weighed| weighed.printed), column(|weighed| weighed.full));
     let jumps = |set: &[&str]| plan.each("paper/figure-9", set, jump);
     let (square, metres) = (jumps(&[])?, jumps(&IN_METRES)?);
-    let wanted = |runs: &[Jump]| runs.iter().filter_map(|jump| jump.margin_m).collect::<Vec<f64>>();
+    let margins = |runs: &[Jump]| runs.iter().filter_map(|jump| jump.margin_m).collect::<Vec<f64>>();
     let at_bound =
         |runs: &[Jump]| Estimate::share(runs.iter().filter(|jump| jump.margin_m.is_some()).map(|jump| jump.at_bound));
     let mut table = Table::new(
-        "Mean squared distance of the centre's innovation with 95 % intervals (2 for a chi-square with two degrees of \
-         freedom):",
+        "Mean squared distance of the centre's innovation with 95 % intervals (2 for a chi-square variable with two \
+         degrees of freedom):",
         ["weighted with", "mean", "low", "high"],
     );
     for (name, values) in [("predicted covariance, (16)", &printed), ("covariance of the innovation", &full)] {
@@ -48,43 +49,43 @@ pub(super) fn study_margin(plan: &Plan) -> Result<Study, Failure> {
     }
     found.tables.push(table);
     let mut table = Table::new(
-        "After a change of members, `paper/figure-9`, the largest of each run:",
+        "After a change of members, `paper/figure-9`, largest value of each run:",
         ["margin", "median margin (m)", "5 %", "95 %", "runs in which r_d reaches r_d,max (%)", "low", "high"],
     );
-    for (name, runs) in [("(16) as printed", &square), ("in metres", &metres)] {
-        table.estimates(name, [Estimate::middle(&wanted(runs)), at_bound(runs)]);
+    for (name, runs) in [("(16) as published", &square), ("in metres", &metres)] {
+        table.estimates(name, [Estimate::middle(&margins(runs)), at_bound(runs)]);
     }
     found.tables.push(table);
     found.claims = vec![
         Claim {
-            what: "(16) is the Mahalanobis distance of the centre's innovation: its mean is that of a chi-square"
+            what: "(16) is the Mahalanobis distance of the centre's innovation: mean as of a chi-square variable"
                 .into(),
             unit: "",
             finding: Finding::number(CHI_SQUARE_MEAN, Estimate::mean(&printed)),
             runs: printed.len(),
-            reason: "the weight leaves out the covariance of the measured centroid; and the centroid is already filtered, \
-                     so its errors are not white",
+            reason: "the weighting neglects the covariance of the measured centroid; in addition, the centroid is \
+                     already filtered, so that its errors are not white",
         },
         Claim::difference(
-            "d_m is a margin for the error of the centre: at a change of members it is no larger than 1.645 standard \
+            "d_m is a margin for the error of the centre: at a change of members it is not larger than 1.645 standard \
              deviations of that error",
             "m",
             Paper::Less,
             metres.iter().zip(&square).filter_map(|(metres, square)| metres.margin_m.zip(square.margin_m)),
-            "a square of standard deviations, added to metres: the centroid jumps by tens of metres when a target comes \
-             or goes",
+            "d_m is a square in units of standard deviations, added to metres; the centroid jumps by tens of metres \
+             when a target joins or leaves",
         ),
     ];
     Ok(found)
 }
 
-/// Mean squared distance of the centre's innovations of a run, by two weights.
+/// Mean squared distance of the centre's innovations in a run, with the published and the full covariance.
 struct Weighed {
     printed: f64,
     full: f64,
 }
 
-/// Filters the centre again from the recorded tracks, from the start whenever the members change.
+/// Recomputes the filter of the centre from the recorded tracks; it restarts whenever the members change.
 fn weigh(scenario: &Scenario) -> Result<Weighed, Failure> {
     let settings = &scenario.settings;
     let transition = settings.team.track.target.transition(settings.period);
@@ -97,7 +98,7 @@ fn weigh(scenario: &Scenario) -> Result<Weighed, Failure> {
         }
         let Some(centroid) = centroid(frame, group) else { return };
         let step = last.and_then(|last| innovation(&last, &transition, &centroid));
-        if let Some((_, weighed)) = step.as_ref().filter(|_| time_s(frame) >= settings.settle.s()) {
+        if let Some((_, weighed)) = step.as_ref().filter(|_| time_s(frame) >= settings.transient.s()) {
             printed.push(weighed.printed);
             full.push(weighed.full);
         }
@@ -106,20 +107,20 @@ fn weigh(scenario: &Scenario) -> Result<Weighed, Failure> {
     Ok(Weighed { printed: mean(&printed), full: mean(&full) })
 }
 
-/// The next centre, and how far the centroid is from where it was expected.
+/// Returns the next centre, and the squared distances of the centroid from its prediction.
 fn innovation(last: &GroupCentre, transition: &Transition, centroid: &Centroid) -> Option<(GroupCentre, Weighed)> {
     let expected = transition.predict(&last.estimate().state).position();
     let mut predicted = *last.estimate();
     transition.predict_covariance(&mut predicted.covariance);
-    let (seen, p) = (centroid.mean.state.position(), predicted.position_covariance());
+    let (measured, p) = (centroid.mean.state.position(), predicted.position_covariance());
     let weighed = Weighed {
-        printed: mahalanobis_squared(seen, expected, &p),
-        full: mahalanobis_squared(seen, expected, &(p + centroid.mean.position_covariance())),
+        printed: mahalanobis_squared(measured, expected, &p),
+        full: mahalanobis_squared(measured, expected, &(p + centroid.mean.position_covariance())),
     };
     Some((last.advance(transition, centroid)?, weighed))
 }
 
-/// The centroid of a group's members.
+/// Returns the centroid of a group's members.
 fn centroid(frame: &Frame, group: &GroupRow) -> Option<Centroid> {
     let estimate = |track: &TrackRow| {
         let covariance = Covariance::from_upper_triangle(&track.covariance);
@@ -129,24 +130,24 @@ fn centroid(frame: &Frame, group: &GroupRow) -> Option<Centroid> {
     Centroid::of(members.iter())
 }
 
-/// The tracks of a group's members, those in dwell included.
+/// Returns the tracks of a group's members, including those in dwell.
 fn of_group<'a>(frame: &'a Frame, group: &GroupRow) -> impl Iterator<Item = &'a TrackRow> {
     let id = Some(group.group);
-    frame.tracks.iter().filter(move |track| track.group == id || track.to_group == id)
+    frame.tracks.iter().filter(move |track| track.group == id || track.receiving_group == id)
 }
 
-/// What happens to the orbits of a run soon after their groups' members have changed.
+/// Changes of the orbits in a run soon after changes of members.
 struct Jump {
-    /// The largest margin, m; none where members never change.
+    /// Largest margin, m; `None` if members never change.
     margin_m: Option<f64>,
-    /// Some r_d reaches its upper bound.
+    /// True if some r_d reaches its upper bound.
     at_bound: bool,
 }
 
 fn jump(scenario: &Scenario) -> Result<Jump, Failure> {
     let radius_max_m = scenario.settings.team.group.standoff.radius_max_m;
     let mut found = Jump { margin_m: None, at_bound: false };
-    // By group: its members at the last instant, and when they last changed.
+    // By group: its members at the last time step, and the time of their last change.
     let mut groups: BTreeMap<u32, (Vec<u32>, f64)> = BTreeMap::new();
     watch(scenario, |frame| {
         for group in &frame.groups {
@@ -168,7 +169,7 @@ fn jump(scenario: &Scenario) -> Result<Jump, Failure> {
 mod tests {
     use super::*;
 
-    /// Checks Eq. (16): what is recomputed from the record is the margin that was flown.
+    /// Checks Eq. (16): the distance recomputed from the record equals the margin of the flight.
     #[test]
     fn the_recomputed_distance_is_the_margin_of_the_record() {
         let scenario = Plan { runs: 2, first_seed: 3, threads: None, traffic: Vec::new() }

@@ -1,4 +1,4 @@
-//! (27) leaves the centre's motion out: about a moving centre the smallest orbit is wider.
+//! (27) neglects the motion of the centre: about a moving centre the smallest feasible orbit is larger.
 
 use standoff::guidance::standoff_distance::{moving_centre_limit_m, turn_limit_m};
 use standoff::{Feedforward, TeamParams};
@@ -6,29 +6,29 @@ use standoff_view::figures::study::Plot;
 
 use super::flight::Flight;
 use crate::claim::Claim;
-use crate::failure::Failure;
-use crate::flights::Plan;
+use crate::error::Failure;
+use crate::monte_carlo_plan::Plan;
 use crate::study::{Data, Study, Table, line_of, plot};
 
-/// An orbit is held to within this share of its radius.
+/// Maximum error of an orbit that counts as kept, relative to its radius.
 const HELD: f64 = 0.05;
-/// Multiples of the limit that are flown.
+/// Radii that are flown, as multiples of the limit.
 const MULTIPLES: [f64; 4] = [0.8, 0.9, 1.0, 1.2];
 
 pub(super) fn study_radius(_: &Plan) -> Result<Study, Failure> {
     let mut found = Study::new(
         "errata",
         "Erratum of (27): the smallest orbit",
-        "(27) asks for r_d >= v / omega_max (133 m with Table I). Where UAV and centre move in opposite directions, a \
-         true circle about the centre takes a turn rate of (v + v_t)^2 / (v r_d): the smallest orbit is (v + v_t)^2 / (v \
-         omega_max), and Table I's r_d,min of 250 m is too small for a group at 15 m/s. Flown with the derivative of \
-         what is flown, k_l = 1 and no lead.",
+        "(27) requires r_d >= v / omega_max (133 m with Table I). Where the UAV and the centre move in opposite \
+         directions, a circle about the centre needs a turn rate of (v + v_t)^2 / (v r_d). Therefore the smallest \
+         orbit is (v + v_t)^2 / (v omega_max), and r_d,min = 250 m of Table I is too small for a group at 15 m/s. The \
+         flights use the feedforward of the field that is flown, k_l = 1 and no lead.",
     );
     let uav = TeamParams::table_1().uav;
     let printed_m = turn_limit_m(uav.speed_m_s, 0.0, uav.turn_rate_max_rad_s);
     let limit_m = |centre_m_s: f64| moving_centre_limit_m(uav.speed_m_s, centre_m_s, uav.turn_rate_max_rad_s);
     let error_m = |centre_speed_m_s: f64, radius_m: f64| {
-        Flight { centre_speed_m_s, radius_m, ..Flight::new(Feedforward::Flown, 1.0) }.largest_error_m()
+        Flight { centre_speed_m_s, radius_m, ..Flight::new(Feedforward::Field, 1.0) }.largest_error_m()
     };
     let mut rows = Vec::new();
     for centre_m_s in (0..=20).map(f64::from) {
@@ -40,7 +40,7 @@ pub(super) fn study_radius(_: &Plan) -> Result<Study, Failure> {
     let labels = [format!("at (27), {printed_m:.0} m")].into_iter().chain(labels);
     let lines = (0..).zip(labels).map(|(colour, label)| line_of(label, colour, &rows, colour + 2));
     let plot = Plot { shown: vec![0.0], ..plot("Speed of the centre (m/s)", "Largest |r − r_d| (m)", lines) };
-    let heading = "Largest error of the orbit by its radius, about a moving centre";
+    let heading = "Largest orbit error about a moving centre, by radius";
     let caption = "limit (v + v_t)² / (v ω_max); the last third of 600 s";
     found.draw("errata-radius", heading, caption, &[plot])?;
     let mut table = Table::new(
@@ -58,7 +58,8 @@ pub(super) fn study_radius(_: &Plan) -> Result<Study, Failure> {
         "m",
         [0.0, HELD * printed_m],
         error_m(15.0, printed_m),
-        "the centre's motion is left out: where the UAV flies against it, it would have to turn faster than it can",
+        "the motion of the centre is neglected: where the UAV flies against it, the required turn rate exceeds the \
+         limit",
     ));
     Ok(found)
 }

@@ -1,33 +1,33 @@
-//! Figure 10: histories of the mission of figure 9, and whether d_m follows the error of the centre.
+//! Figure 10: time histories of the mission of figure 9, and the correlation of d_m with the error of the centre.
 
 use std::collections::BTreeMap;
 
 use standoff_sim::scenario::Scenario;
-use standoff_sim::score::{Judge, Rules};
+use standoff_sim::score::{FrameScorer, ScoreConfig};
 use standoff_view::figures::study::Plot;
 
-use super::{MISSION, Orbits, apart, histories, separations};
+use super::{MISSION, Orbits, histories, phase_claim, separations};
 use crate::claim::{Claim, Finding};
-use crate::failure::Failure;
-use crate::flights::{IN_METRES, Plan, time_s, watch};
-use crate::history::{History, bands, data};
+use crate::error::Failure;
+use crate::monte_carlo_plan::{IN_METRES, Plan, time_s, watch};
+use crate::percentile_bands::{History, bands, data};
 use crate::statistics::{Estimate, mean, rank_correlation};
 use crate::study::{Study, Table};
 
-/// Instants that a group must live for its histories to be compared.
+/// Minimum lifetime of a group for which histories are compared, in time steps.
 const LONG_ENOUGH: usize = 20;
-/// The standoff distance error of Table II's last column, m: the paper prints none for this mission.
+/// Standoff distance error in the last column of Table II, m; the paper states none for this mission.
 const TABLE_2_M: f64 = 9.1261;
-/// Margins are drawn up to this, m.
+/// Upper limit of the plotted margins, m.
 const CUT_M: f64 = 400.0;
 
-/// What is seen of a run.
+/// Observations of a run.
 #[derive(Default)]
 struct Seen {
     orbits: Orbits,
     margins_m: History,
     centre_errors_m: History,
-    /// Rank correlation of d_m and the centre's error, mean over groups.
+    /// Rank correlation of d_m with the error of the centre, mean over groups.
     correlation: Option<f64>,
 }
 
@@ -35,12 +35,12 @@ struct Seen {
 pub(crate) fn figure_10(plan: &Plan) -> Result<Study, Failure> {
     let mut found = Study::new(
         "figure-10",
-        "Figure 10: histories of that mission",
+        "Figure 10: time histories of that mission",
         format!(
-            "`{MISSION}`. The band holds nine of ten values of all UAVs (or groups) of all runs at an instant. d_m is \
-             compared with the distance from the estimated centre to the members' true centroid, group by group, by \
-             Spearman's rank correlation, which does not mind that one is a square; beside it, the same mission with a \
-             margin in metres."
+            "`{MISSION}`. The band contains 90 % of the values of all UAVs (or groups) of all runs at a time step. For \
+             each group, d_m is compared with the distance from the estimated centre to the true centroid of the \
+             members by Spearman's rank correlation, which is not affected by d_m being a square. The table also has \
+             the same mission with a margin in metres."
         ),
     );
     let runs = plan.each(MISSION, &[], look)?;
@@ -58,26 +58,28 @@ pub(crate) fn figure_10(plan: &Plan) -> Result<Study, Failure> {
             unit: "",
             finding: Finding::Tendency { ours: Estimate::mean(&tendency) },
             runs: tendency.len(),
-            reason: "d_m is the innovation of one scan, new at every instant; the centre's error is what many scans left. \
-                     They rise together at a change of members, and that is a small part of the time",
+            reason: "d_m is the innovation of a single scan, independent at every time step; the error of the centre \
+                     results from many scans. They rise together only at changes of members, which are a small part of \
+                     the time",
         },
         Claim {
-            what: "successful in terms of standoff distance error: mean once settled, beside that of Table II's last column"
+            what: "successful in terms of standoff distance error: mean after the transient, compared with the last \
+                   column of Table II"
                 .into(),
             unit: "m",
             finding: Finding::Number { paper: TABLE_2_M, tolerance: TABLE_2_M, ours: Estimate::mean(&errors) },
             runs: errors.len(),
-            reason: "at a change of members the margin (16) runs to kilometres and r_d to its bound (see its erratum); \
-                     with a margin in metres a part remains, for the centre itself jumps",
+            reason: "at a change of members the margin (16) grows to kilometres and r_d to its bound (see its \
+                     erratum); with a margin in metres part of the error remains, because the centre itself jumps",
         },
-        apart("pairs", &scenario.settings, &settled(&runs, |run| &run.orbits.settled_deg)),
+        phase_claim("pairs", &scenario.settings, &settled(&runs, |run| &run.orbits.settled_deg)),
     ];
     let mut table = Table::new(
-        "Once settled, mean over UAVs, groups and runs with 95 % intervals:",
-        "margin|standoff error (m)|low|high|error of the separation (deg)|low|high|d_m and centre error: correlation|low|high"
+        "After the transient, mean over UAVs, groups and runs with 95 % intervals:",
+        "margin|standoff error (m)|low|high|phase error (deg)|low|high|correlation of d_m and centre error|low|high"
             .split('|'),
     );
-    for (name, runs) in [("(16) as printed", &runs), ("in metres", &metres)] {
+    for (name, runs) in [("(16) as published", &runs), ("in metres", &metres)] {
         let errors = settled(runs, |run| &run.orbits.settled_errors_m);
         let separations = settled(runs, |run| &run.orbits.settled_deg);
         table.estimates(name, [errors, separations, correlations(runs)].map(|values| Estimate::mean(&values)));
@@ -88,18 +90,18 @@ pub(crate) fn figure_10(plan: &Plan) -> Result<Study, Failure> {
     let (margins, centres) = (histories(&runs, |run| &run.margins_m), histories(&runs, |run| &run.centre_errors_m));
     let plots = [
         bands("Standoff error (m)", &errors),
-        separations("Separation of pairs (°)", &angles, &scenario.settings),
+        separations("Phase separation of pairs (°)", &angles, &scenario.settings),
         Plot { cut: Some(CUT_M), ..bands(&format!("d_m (m), up to {CUT_M:.0} m"), &margins) },
         bands("Error of the centre (m)", &centres),
     ];
-    let heading = "Histories of four UAVs about two groups, over many runs (figure 10)";
+    let heading = "Time histories of four UAVs around two groups, over many runs (figure 10)";
     let caption = format!("{MISSION}, {} runs", plan.runs);
     found.draw("figure-10", heading, &caption, &plots)?;
     found.data.push(data(
         "figure-10",
         &[
             ("standoff_error_m", &errors),
-            ("separation_deg", &angles),
+            ("desired_phase_deg", &angles),
             ("margin_m", &margins),
             ("centre_error_m", &centres),
         ],
@@ -110,7 +112,7 @@ pub(crate) fn figure_10(plan: &Plan) -> Result<Study, Failure> {
 fn look(scenario: &Scenario) -> Result<Seen, Failure> {
     let mut seen = Seen::default();
     let mut pairs: BTreeMap<u32, Vec<(f64, f64)>> = BTreeMap::new();
-    let mut judge = Judge::new(Rules::of(&scenario.settings));
+    let mut judge = FrameScorer::new(ScoreConfig::of(&scenario.settings));
     watch(scenario, |frame| {
         let judged = judge.frame(frame);
         seen.orbits.look(frame, &scenario.settings);

@@ -1,4 +1,4 @@
-//! Figure 11: the line of sight to the furthest target, with and without the active measures and the dwell.
+//! Figure 11: the off-boresight angle of the furthest target, with and without the active measures and the dwell.
 
 use standoff_sim::geometry::Geometry;
 use standoff_sim::scenario::Scenario;
@@ -6,24 +6,25 @@ use standoff_view::figures::study::Plot;
 
 use super::{BASIC, MISSION, ORBIT_GROWS, half_deg, histories};
 use crate::claim::{Claim, Paper};
-use crate::failure::Failure;
-use crate::flights::{IN_METRES, Plan, time_s, watch};
-use crate::history::{History, bands, data};
+use crate::error::Failure;
+use crate::monte_carlo_plan::{IN_METRES, Plan, time_s, watch};
+use crate::percentile_bands::{History, bands, data};
 use crate::statistics::{Estimate, mean};
 use crate::study::{Data, Study, Table};
 
-/// For so long after a handoff the angle is watched, s.
+/// Time after a handoff in which the angle is checked, s.
 const AFTER_S: f64 = 5.0;
 
-/// What is seen of a run.
+/// Observations of a run.
 #[derive(Default)]
 struct Seen {
-    /// The largest angle of all UAVs at every instant.
+    /// Largest angle of all UAVs at each time step.
     widest_deg: History,
+    /// Maximum over all time steps.
     most_deg: f64,
-    /// Instants at which some UAV's angle is beyond its view: 1, else 0.
+    /// 1 for each time step at which some UAV's angle exceeds half the field of view, otherwise 0.
     beyond: Vec<f64>,
-    /// It is beyond soon after a handoff; none without one.
+    /// True if the limit is exceeded within `AFTER_S` of a handoff; `None` without a handoff.
     beyond_after_handoff: Option<bool>,
 }
 
@@ -31,12 +32,13 @@ struct Seen {
 pub(crate) fn figure_11(plan: &Plan) -> Result<Study, Failure> {
     let mut found = Study::new(
         "figure-11",
-        "Figure 11: the line of sight to the furthest target",
+        "Figure 11: off-boresight angle of the furthest target",
         format!(
-            "`{BASIC}` (11a: no active measures, no dwell) and `{MISSION}` (11b), the same seeds; beside them 11b with a \
-             margin in metres (`--set {}`), which is not the paper's. The angle is that between a UAV's boresight \
-             and the true position of the furthest member of its group; a target in dwell is the duty of the passing \
-             group. The limit is half the field of view.",
+            "`{BASIC}` (11a: no active measures, no dwell) and `{MISSION}` (11b) with the same seeds, and 11b with a \
+             margin in metres (`--set {}`), which the paper does not have. The off-boresight angle (the paper's line \
+             of sight) is the angle between a UAV's boresight and the true position of the furthest member of its \
+             group; during the dwell, a target counts as a member of the passing group. The limit is half the field of \
+             view.",
             IN_METRES.join(" --set ")
         ),
     );
@@ -46,25 +48,25 @@ pub(crate) fn figure_11(plan: &Plan) -> Result<Study, Failure> {
     let share = |run: &Seen| 100.0 * mean(&run.beyond);
     found.claims = vec![
         Claim::always(
-            format!("11a: without measures and dwell the angle passes {half_deg:.0} deg"),
+            format!("11a: without active measures and dwell, the angle exceeds {half_deg:.0} deg"),
             "runs",
             basic.iter().map(|run| run.most_deg > half_deg),
             "",
         ),
         Claim::always(
-            format!("11a: it passes the limit within {AFTER_S} s of a handoff"),
+            format!("11a: it exceeds the limit within {AFTER_S} s of a handoff"),
             "runs",
             basic.iter().filter_map(|run| run.beyond_after_handoff),
             "",
         ),
         Claim::always(
-            format!("11b: with them it never passes {half_deg:.0} deg"),
+            format!("11b: with them, it never exceeds {half_deg:.0} deg"),
             "runs",
             active.iter().map(|run| run.most_deg <= half_deg),
             ORBIT_GROWS,
         ),
         Claim::difference(
-            "share of the time in which some angle is beyond the limit: 11a to 11b",
+            "fraction of time in which some angle exceeds the limit: 11a to 11b",
             "% of the time",
             Paper::Less,
             basic.iter().zip(&active).map(|(basic, active)| (share(basic), share(active))),
@@ -73,18 +75,18 @@ pub(crate) fn figure_11(plan: &Plan) -> Result<Study, Failure> {
     ];
     let mut table = Table::new(
         "With 95 % intervals:",
-        "|runs that never pass the limit (%)|low|high|time beyond it (%)|low|high|largest angle, median (deg)|5 %|95 %"
+        "|runs within the limit (%)|low|high|time beyond it (%)|low|high|largest angle, median (deg)|5 %|95 %"
             .split('|'),
     );
     for (name, runs) in [
-        ("11a: no measures, no dwell", &basic),
-        ("11b: both measures, dwell", &active),
+        ("11a: no active measures, no dwell", &basic),
+        ("11b: both active measures, dwell", &active),
         ("11b, margin in metres", &metres),
     ] {
-        let never = Estimate::share(runs.iter().map(|run| run.most_deg <= half_deg));
+        let within = Estimate::share(runs.iter().map(|run| run.most_deg <= half_deg));
         let time = Estimate::mean(&runs.iter().map(share).collect::<Vec<f64>>());
-        let most = Estimate::middle(&runs.iter().map(|run| run.most_deg).collect::<Vec<f64>>());
-        table.estimates(name, [never, time, most]);
+        let largest = Estimate::middle(&runs.iter().map(|run| run.most_deg).collect::<Vec<f64>>());
+        table.estimates(name, [within, time, largest]);
     }
     found.tables.push(table);
     let row = |(index, seed): (usize, u64)| {
@@ -96,11 +98,11 @@ pub(crate) fn figure_11(plan: &Plan) -> Result<Study, Failure> {
     found.data.push(Data::new("figure-11-runs", columns, plan.seeds().enumerate().map(row)));
     let [basic, active, metres] = [basic, active, metres].map(|runs| histories(&runs, |run| &run.widest_deg));
     let plots = [("11a", &basic), ("11b", &active), ("11b, in metres", &metres)].map(|(name, runs)| Plot {
-        levels: vec![(half_deg, "edge of view".to_owned())],
+        levels: vec![(half_deg, "half the field of view".to_owned())],
         ..bands(&format!("Largest angle (°), {name}"), runs)
     });
-    let heading = "Line of sight to the furthest target of a group, over many runs (figure 11)";
-    let caption = format!("the largest of four UAVs; {} runs", plan.runs);
+    let heading = "Off-boresight angle of the furthest target of a group, over many runs (figure 11)";
+    let caption = format!("largest angle of the four UAVs; {} runs", plan.runs);
     found.draw("figure-11", heading, &caption, &plots)?;
     let kinds: [(&str, &[History]); 3] =
         [("basic_deg", &basic), ("active_deg", &active), ("active_in_metres_deg", &metres)];
@@ -113,7 +115,7 @@ fn look(scenario: &Scenario, half_deg: f64) -> Result<Seen, Failure> {
     watch(scenario, |frame| {
         let time_s = time_s(frame);
         let geometry = Geometry::of(frame);
-        let angles = frame.uavs.iter().filter_map(|uav| geometry.line_of_sight_rad(uav)).map(f64::to_degrees);
+        let angles = frame.uavs.iter().filter_map(|uav| geometry.off_boresight_rad(uav)).map(f64::to_degrees);
         let widest_deg = angles.reduce(f64::max);
         seen.widest_deg.push((time_s, widest_deg.into_iter().collect()));
         let Some(widest_deg) = widest_deg else { return };

@@ -3,17 +3,17 @@
 use standoff_sim::geometry::Geometry;
 use standoff_sim::scenario::Scenario;
 
-use super::{Orbits, apart, half_deg, histories, map, separations};
+use super::{Orbits, half_deg, histories, map, phase_claim, separations};
 use crate::claim::Claim;
-use crate::failure::Failure;
-use crate::flights::{Plan, watch};
-use crate::history::{bands, data};
+use crate::error::Failure;
+use crate::monte_carlo_plan::{Plan, watch};
+use crate::percentile_bands::{bands, data};
 use crate::statistics::mean;
 use crate::study::Study;
 
 const SCENARIO: &str = "paper/figure-8";
 
-/// What is seen of a run.
+/// Observations of a run.
 #[derive(Default)]
 struct Seen {
     orbits: Orbits,
@@ -27,8 +27,8 @@ pub(crate) fn figure_8(plan: &Plan) -> Result<Study, Failure> {
         "figure-8",
         "Figure 8: four targets, two UAVs",
         format!(
-            "`{SCENARIO}`: one run's trajectories, and the histories of all runs. A target is out of a UAV's view beyond \
-             half its field of view off the boresight."
+            "`{SCENARIO}`: trajectories of one run, and time histories of all runs. A target is out of a UAV's view if \
+             its off-boresight angle exceeds half the field of view."
         ),
     );
     let runs = plan.each(SCENARIO, &[], look)?;
@@ -42,20 +42,20 @@ pub(crate) fn figure_8(plan: &Plan) -> Result<Study, Failure> {
             format!("all targets stay within both UAVs' field of view ({half_deg:.0} deg off boresight) at all times"),
             "runs",
             in_view().zip(&runs).map(|(in_view, run)| in_view && !run.has_discard),
-            "the four drift apart; where the largest orbit does not hold them any more, the furthest is discarded, as \
-             section IV.B.2 says; whom the group keeps, it keeps in view, as the next line has it",
+            "the four targets drift apart; when the largest orbit no longer covers them, the furthest is removed, as \
+             in section IV.B.2; the remaining members stay in view, as the next row shows",
         ),
-        Claim::always("all targets but those that the group discards do so", "runs", in_view(), ""),
-        apart("UAVs", settings, &separations_deg),
+        Claim::always("all targets except removed ones do so", "runs", in_view(), ""),
+        phase_claim("UAVs", settings, &separations_deg),
     ];
     let (errors, angles) =
         (histories(&runs, |run| &run.orbits.errors_m), histories(&runs, |run| &run.orbits.separations_deg));
-    let plots = [bands("Standoff error (m)", &errors), separations("Separation (°)", &angles, settings)];
-    let heading = "Standoff distance error and separation of a pair, over many runs (figure 8)";
+    let plots = [bands("Standoff error (m)", &errors), separations("Phase separation (°)", &angles, settings)];
+    let heading = "Standoff distance error and phase separation of a pair, over many runs (figure 8)";
     let caption = format!("{SCENARIO}, {} runs", plan.runs);
     found.figures.push(map("figure-8", &scenario)?);
     found.draw("figure-8-histories", heading, &caption, &plots)?;
-    found.data.push(data("figure-8", &[("standoff_error_m", &errors), ("separation_deg", &angles)]));
+    found.data.push(data("figure-8", &[("standoff_error_m", &errors), ("desired_phase_deg", &angles)]));
     Ok(found)
 }
 
@@ -63,9 +63,9 @@ fn look(scenario: &Scenario) -> Result<Seen, Failure> {
     let mut seen = Seen::default();
     watch(scenario, |frame| {
         seen.orbits.look(frame, &scenario.settings);
-        seen.has_discard |= frame.events.iter().any(|event| event.kind == "discarded");
+        seen.has_discard |= frame.events.iter().any(|event| event.kind == "removed");
         let geometry = Geometry::of(frame);
-        let widest = frame.uavs.iter().filter_map(|uav| geometry.line_of_sight_rad(uav)).map(f64::to_degrees);
+        let widest = frame.uavs.iter().filter_map(|uav| geometry.off_boresight_rad(uav)).map(f64::to_degrees);
         seen.widest_deg = widest.fold(seen.widest_deg, f64::max);
     })?;
     Ok(seen)

@@ -1,16 +1,16 @@
-//! Makes inputs that are nearly right.
+//! Mutates valid inputs into nearly valid ones.
 
 use std::ops::Range;
 
-/// What a fuzzer chose, number by number; zeros when it is used up.
+/// Source of the fuzzer's choices, one byte at a time; yields zeros after the last byte.
 pub(crate) struct Choices<'a> {
     bytes: &'a [u8],
 }
 
-/// Most bytes of an input: enough for everything a parser does, and quickly tried.
+/// Maximum size of an input, bytes: enough to reach every part of a parser, and fast to try.
 const MAX_BYTES: usize = 8 << 10;
 
-/// Numbers that parsers stumble over.
+/// Numbers that often break parsers.
 const NUMBERS: [&str; 24] = [
     "0",
     "-0",
@@ -38,7 +38,7 @@ const NUMBERS: [&str; 24] = [
     "",
 ];
 
-/// Text that parsers, terminals, pages and file systems stumble over.
+/// Texts that often break parsers, terminals, web pages and file systems.
 const TEXTS: [&str; 23] = [
     "\0",
     "\u{feff}",
@@ -76,7 +76,7 @@ impl<'a> Choices<'a> {
         first.into()
     }
 
-    /// A number below `end`; 0 if that is 0.
+    /// Returns a number below `end`, or 0 if `end` is 0.
     pub(crate) fn below(&mut self, end: usize) -> usize {
         let high = if end > 256 { self.byte() } else { 0 };
         (high << 8 | self.byte()) % end.max(1)
@@ -86,7 +86,7 @@ impl<'a> Choices<'a> {
         &all[self.below(all.len())]
     }
 
-    /// A file of the corpus with up to four changes, most often one.
+    /// Returns a corpus file with up to four changes, usually one.
     pub(crate) fn mutated(&mut self, corpus: &[Vec<u8>], tokens: &[&str]) -> Vec<u8> {
         let mut input = self.one_of(corpus).clone();
         for _ in 0..*self.one_of(&[0, 1, 1, 1, 1, 2, 3, 4]) {
@@ -96,7 +96,7 @@ impl<'a> Choices<'a> {
         input
     }
 
-    /// Bytes with up to three of them changed, or cut off: for formats that are no text.
+    /// Returns the bytes with up to three changes, cuts included; for binary formats.
     pub(crate) fn damaged(&mut self, mut bytes: Vec<u8>) -> Vec<u8> {
         for _ in 0..*self.one_of(&[0, 1, 1, 1, 2, 3]) {
             if bytes.is_empty() {
@@ -118,20 +118,20 @@ impl<'a> Choices<'a> {
     fn change(&mut self, input: &mut Vec<u8>, corpus: &[Vec<u8>], tokens: &[&str]) {
         let at = self.below(input.len() + 1);
         match self.below(12) {
-            // A number becomes another one.
+            // Replace a number by another one.
             0..=3 => {
                 let number = |byte: u8| byte.is_ascii_digit() || b"+-.".contains(&byte);
                 let span = span(input, at, number);
                 input.splice(span, self.one_of(&NUMBERS).bytes());
             }
-            // A word becomes another one of the format.
+            // Replace a word by a token of the format.
             4 | 5 => {
                 let word = span(input, at, |byte| byte.is_ascii_alphanumeric() || byte == b'_');
                 input.splice(word, self.one_of(tokens).bytes());
             }
             6 => drop(input.splice(at..at, self.one_of(tokens).bytes())),
             7 => drop(input.splice(at..at, self.one_of(&TEXTS).bytes())),
-            // A line is there twice, not at all, or elsewhere.
+            // Duplicate a line, move a copy elsewhere, or (below) remove it.
             8 => {
                 let line = span(input, at, |byte| byte != b'\n');
                 let text = input[line.clone()].to_vec();
@@ -139,7 +139,7 @@ impl<'a> Choices<'a> {
                 input.splice(to..to, [&b"\n"[..], &text].concat());
             }
             9 => drop(input.drain(span(input, at, |byte| byte != b'\n'))),
-            // It goes on as another one.
+            // Continue with the rest of another file.
             10 => {
                 let other = self.one_of(corpus);
                 input.truncate(at);
@@ -150,7 +150,7 @@ impl<'a> Choices<'a> {
     }
 }
 
-/// The first piece at or after `at` (else: before its end) that is of these bytes.
+/// Returns the first run of matching bytes at or after `at`; if there is none, the first in the whole input.
 fn span(input: &[u8], at: usize, of: impl Fn(u8) -> bool) -> Range<usize> {
     let from = |start: usize| input[start..].iter().position(|&byte| of(byte)).map(|found| start + found);
     let Some(start) = from(at).or_else(|| from(0)) else { return at..at };

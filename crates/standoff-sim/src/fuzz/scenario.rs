@@ -1,7 +1,7 @@
-//! Scenarios, as TOML.
+//! Fuzz target: scenarios as TOML.
 
-use super::{check_message, corpus, run, upsets};
-use crate::scenario::{BUILT_IN, Excerpt, Problem, Settings, Template};
+use super::{check_message, corpus, is_unsafe_to_print, run};
+use crate::scenario::{BUILT_IN, Excerpt, Problem, ScenarioTemplate, Settings};
 
 const TOML: [&str; 34] = [
     "[",
@@ -17,7 +17,7 @@ const TOML: [&str; 34] = [
     "'''",
     "true",
     "[uavs]",
-    "[[uavs.at]]",
+    "[[uavs.start]]",
     "[targets]",
     "[sensor]",
     "[orbit]",
@@ -40,21 +40,21 @@ const TOML: [&str; 34] = [
     "[[[[[[[[[[",
 ];
 
-/// It is told in a message fit for people, and drawn under a text fit for a terminal.
+/// Checks that the message of a problem and its source excerpt are safe to print in a terminal.
 fn check(problem: &Problem) {
     check_message(&problem.to_string());
     if let Some((lines, span)) = problem.excerpt.as_ref().map(Excerpt::lines) {
         assert!(lines.get(span).is_some());
-        assert!(!lines.contains(|c| upsets(c) && !['\n', '\t'].contains(&c)), "{lines:?}");
+        assert!(!lines.contains(|c| is_unsafe_to_print(c) && !['\n', '\t'].contains(&c)), "{lines:?}");
     }
 }
 
-/// Whether it was accepted.
+/// Loads and draws a scenario; returns whether it was accepted.
 fn try_one(text: &str) -> bool {
     if let Err(error) = Settings::of_record("file", text) {
         error.problems.iter().for_each(check);
     }
-    let drawn = Template::of_text("file", text, None).and_then(|template| template.draw(1));
+    let drawn = ScenarioTemplate::of_text("file", text, None).and_then(|template| template.draw(1));
     match drawn {
         Ok(scenario) => {
             assert!(scenario.resolved().is_ok());
@@ -73,12 +73,12 @@ fn try_one(text: &str) -> bool {
 
 #[test]
 fn any_scenario_is_read_or_refused() {
-    // Traffic takes long to read, and is tried elsewhere.
+    // Reading traffic takes long; the traffic targets cover it.
     let built_in = BUILT_IN.iter().map(|scenario| scenario.text).filter(|text| !text.contains("[traffic]"));
     let files: Vec<Vec<u8>> =
         corpus("scenario").into_iter().chain(built_in.map(|text| text.as_bytes().to_vec())).collect();
     run("scenario", 0.1, |choices| {
-        // Bytes that are no text never get as far as here.
+        // Scenario loading rejects non-UTF-8 bytes before this point.
         try_one(&String::from_utf8_lossy(&choices.mutated(&files, &TOML)))
     });
 }

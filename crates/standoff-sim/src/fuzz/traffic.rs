@@ -1,4 +1,4 @@
-//! FCD XML, CSV and gzip.
+//! Fuzz targets: traffic files as FCD XML, CSV and gzip.
 
 use std::io::Write;
 
@@ -85,7 +85,7 @@ fn options(choices: &mut Choices<'_>) -> Options {
     Options { coordinates, gap_s: *choices.one_of(&[None, None, Some(1.0), Some(1e300)]) }
 }
 
-/// Whether it was accepted.
+/// Reads a traffic file; returns whether it was accepted.
 fn try_one(bytes: &[u8], options: &Options) -> bool {
     let traffic = match read_from(bytes, "file\u{1b}", options) {
         Ok(traffic) => traffic,
@@ -100,7 +100,7 @@ fn try_one(bytes: &[u8], options: &Options) -> bool {
         );
         for state in [first, first + 1, first + (last - first) / 2, last].iter().filter_map(|&time| vehicle.at(time)) {
             assert!(state.x_m.abs() <= 1e8 && state.y_m.abs() <= 1e8, "{state:?}");
-            // Either axis at the limit, and a float's rounding.
+            // The limit applies to each axis; the factor allows for rounding of a float.
             assert!(state.vx_m_s.abs() <= 1.0001e4 && state.vy_m_s.abs() <= 1.0001e4, "{state:?}");
         }
     }

@@ -1,4 +1,4 @@
-//! What a batch is: everything that determines its rows, and where they lie.
+//! Definition of a batch: everything that determines its rows.
 
 use std::collections::BTreeSet;
 use std::fmt;
@@ -9,21 +9,21 @@ use serde::{Deserialize, Serialize};
 
 use super::error::{FORMAT, MonteCarloError};
 use super::shard::Shard;
+use crate::display_text::{path, printable, quoted};
 use crate::record::manifest::{MAX_NAME, MAX_VERSION, check_length};
-use crate::scenario::Template;
-use crate::score::{Choice, Metrics};
-use crate::text::{path, quoted, words};
+use crate::scenario::ScenarioTemplate;
+use crate::score::{MetricSelection, Metrics};
 
-/// What a run came to: a value per metric of its batch, `None` where there was nothing to measure.
+/// Scores of a run: a value per metric of its batch, `None` if nothing was measured.
 pub(super) type Values = Vec<Option<f64>>;
 
-/// Most runs of a batch: a journal of more would take longer to read than a person waits.
+/// Maximum number of runs of a batch. Reading the journal of a larger one would take too long.
 const MAX_RUNS: u64 = 100_000_000;
 
-/// Most metrics of a batch; this version has 29.
+/// Maximum number of metrics of a batch; this version has 29.
 const MAX_METRICS: usize = 200;
 
-/// Everything that determines the rows of a batch: two that are equal give the same bytes.
+/// Everything that determines the rows of a batch: equal batches give the same bytes.
 ///
 /// ```
 /// use standoff_sim::monte_carlo::{Batch, Shard};
@@ -31,7 +31,7 @@ const MAX_METRICS: usize = 200;
 /// use standoff_sim::score::Choice;
 ///
 /// let template = Template::load("paper/table-2-pair", &Edits::default())?;
-/// // A hundred runs, the second quarter of them here.
+/// A batch of a hundred runs, and the shard with its second quarter.
 /// let batch = Batch::new(&template, 1, 100, Some(Shard { index: 1, of: 4 }), Choice::standard())?;
 /// assert_eq!((batch.flown(), batch.seed_of(25)), (25..50, 26));
 /// # Ok::<(), Box<dyn std::error::Error>>(())
@@ -40,36 +40,37 @@ const MAX_METRICS: usize = 200;
 pub struct Batch {
     /// Format of journal and results.
     pub(super) format: u64,
-    /// Version of standoff that flies it.
+    /// Version of standoff that flies the batch.
     pub(super) version: String,
     /// Name of the scenario.
     pub(super) scenario: String,
     /// Seed of run 0.
     pub(super) seed: u64,
-    /// Runs of the whole batch.
+    /// Number of runs of the whole batch.
     pub(super) runs: u64,
-    /// The part that is flown here, if not all.
+    /// Shard that this batch flies, if not all.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub(super) shard: Option<Shard>,
-    /// Names of the metrics, in their own order.
+    /// Names of the metrics, in the order of [`Metrics::NAMES`].
     pub(super) metrics: Vec<String>,
-    /// Checksum of the traffic flown over.
+    /// Checksum of the traffic data.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub(super) traffic_crc32: Option<u32>,
-    /// The scenario with all that the command line changed, as TOML.
+    /// Scenario with all changes from the command line, as TOML.
     pub(super) scenario_toml: String,
 }
 
 impl Batch {
-    /// `runs` runs of a scenario, the first with `seed`, scored by `choice`; or one part of them.
+    /// Makes a batch of `runs` runs of a scenario, the first with `seed`, scored by the metrics of `choice`; or one
+    /// shard of it.
     ///
-    /// There must be at least one run, and one for every shard; the last seed is at most 2^63 - 1.
+    /// There must be at least one run for every shard, and the last seed must be at most 2^63 - 1.
     pub fn new(
-        template: &Template,
+        template: &ScenarioTemplate,
         seed: u64,
         runs: u64,
         shard: Option<Shard>,
-        choice: Choice,
+        choice: MetricSelection,
     ) -> Result<Self, MonteCarloError> {
         check_runs(seed, runs, shard)?;
         Ok(Self {
@@ -85,36 +86,38 @@ impl Batch {
         })
     }
 
-    /// As text for another process or machine: JSON.
+    /// Serialises the batch as JSON, for another process or machine.
     pub fn json(&self) -> serde_json::Result<String> {
         serde_json::to_string(self)
     }
 
-    /// What [`Self::json`] told. Refuses what no batch can be, and one that another version of standoff flies.
-    pub fn of_json(json: &str) -> Result<Self, MonteCarloError> {
-        let other = |what: String| MonteCarloError::Batch(format!("a batch as text: {what}"));
+    /// Parses the output of [`Self::json`]. Refuses invalid batches, and those of another version of standoff.
+    pub fn from_json(json: &str) -> Result<Self, MonteCarloError> {
+        let other = |what: String| MonteCarloError::Batch(format!("batch JSON: {what}"));
         let batch: Self = serde_json::from_str(json).map_err(|error| other(error.to_string()))?;
         batch.check()?;
-        let (ours, theirs) = (env!("CARGO_PKG_VERSION"), words(&batch.version));
+        let (ours, theirs) = (env!("CARGO_PKG_VERSION"), printable(&batch.version));
         if batch.format != FORMAT || batch.version != ours {
-            return Err(other(format!("it is of standoff {theirs}, this is {ours}: use the same version for both")));
+            return Err(other(format!(
+                "it is from standoff {theirs}, but this is {ours}: use the same version for both"
+            )));
         }
         Ok(batch)
     }
 
-    /// One part of this batch, or of the batch that this is a part of.
+    /// Returns one shard of this batch, or of the whole batch if this is a shard itself.
     pub fn part(&self, shard: Shard) -> Result<Self, MonteCarloError> {
         check_runs(self.seed, self.runs, Some(shard))?;
         Ok(Self { shard: Some(shard), ..self.clone() })
     }
 
-    /// Refuses what no batch can be: it was read from a file.
+    /// Refuses invalid batches; needed because batches are read from files.
     pub(super) fn check(&self) -> Result<(), MonteCarloError> {
         check_runs(self.seed, self.runs, self.shard)?;
         let lengths = check_length("scenario", &self.scenario, MAX_NAME)
             .and_then(|()| check_length("version", &self.version, MAX_VERSION));
         lengths.map_err(MonteCarloError::Batch)?;
-        // Another version may have metrics that this one does not know.
+        // Another version may have other metrics, so only the form of names is checked.
         let is_name = |name: &String| {
             let known = |c: char| c.is_ascii_lowercase() || c.is_ascii_digit() || c == '_';
             (1..=100).contains(&name.len()) && name.chars().all(known)
@@ -124,74 +127,76 @@ impl Batch {
         }
         let different = self.metrics.iter().collect::<BTreeSet<_>>().len();
         match self.metrics.iter().find(|name| !is_name(name)) {
-            Some(name) => Err(wrong_metrics(format!("{}: must be small letters, digits and _", quoted(name)))),
-            None if different < self.metrics.len() => Err(wrong_metrics("one is there twice; each once".to_owned())),
+            Some(name) => Err(wrong_metrics(format!("{}: must be lowercase letters, digits and _", quoted(name)))),
+            None if different < self.metrics.len() => {
+                Err(wrong_metrics("one is listed twice; each may appear only once".to_owned()))
+            }
             None => Ok(()),
         }
     }
 
-    /// The runs that are flown here.
+    /// Returns the runs of this batch or shard.
     pub fn flown(&self) -> Range<u64> {
         self.shard.map_or(0..self.runs, |shard| shard.of_runs(self.runs))
     }
 
-    /// The seed of a run.
+    /// Returns the seed of a run.
     pub fn seed_of(&self, run: u64) -> u64 {
         self.seed + run
     }
 
-    /// The scenario, to fly runs of it again; `traffic` stands in for its traffic file, of which a batch knows only the
-    /// name and the checksum.
-    pub fn template(&self, traffic: Option<&Path>) -> Result<Template, MonteCarloError> {
-        let template = Template::of_text(&self.scenario, &self.scenario_toml, traffic)?;
+    /// Returns the scenario, to repeat runs of it. `traffic` replaces its traffic file, because a batch only has the
+    /// file's name and checksum.
+    pub fn template(&self, traffic: Option<&Path>) -> Result<ScenarioTemplate, MonteCarloError> {
+        let template = ScenarioTemplate::of_text(&self.scenario, &self.scenario_toml, traffic)?;
         if template.traffic_crc32() != self.traffic_crc32 {
-            let of = format!("the traffic of {} is another one than these runs were flown over", words(&self.scenario));
-            return Err(MonteCarloError::Batch(of + "; name the right file with --traffic"));
+            let of = format!("the traffic of {} differs from that of these runs", printable(&self.scenario));
+            return Err(MonteCarloError::Batch(of + "; give the original file with --traffic"));
         }
         Ok(template)
     }
 
-    /// Version of standoff that flew it.
+    /// Version of standoff that flew the batch.
     pub fn version(&self) -> &str {
         &self.version
     }
 
-    /// The scenario with all that the command line changed, as TOML.
+    /// Scenario with all changes from the command line, as TOML.
     pub fn scenario_toml(&self) -> &str {
         &self.scenario_toml
     }
 
-    /// Names of the metrics, in their own order.
+    /// Names of the metrics, in the order of [`Metrics::NAMES`].
     pub fn metrics(&self) -> impl Iterator<Item = &str> {
         self.metrics.iter().map(String::as_str)
     }
 
-    /// Whether it was flown over traffic from a file.
+    /// True if the batch uses traffic from a file.
     pub fn has_traffic(&self) -> bool {
         self.traffic_crc32.is_some()
     }
 
-    /// The metrics as a choice.
-    pub(super) fn choice(&self) -> Result<Choice, MonteCarloError> {
-        Choice::parse(&self.metrics.join(",")).map_err(wrong_metrics)
+    /// Returns the metrics as a selection.
+    pub(super) fn choice(&self) -> Result<MetricSelection, MonteCarloError> {
+        MetricSelection::parse(&self.metrics.join(",")).map_err(wrong_metrics)
     }
 
-    /// The values of this batch's metrics.
+    /// Selects the values of this batch's metrics.
     pub(super) fn values(&self, metrics: &Metrics) -> Values {
         let all = Metrics::NAMES.iter().zip(metrics.values());
         all.filter(|(name, _)| self.metrics.iter().any(|chosen| chosen == *name)).map(|(_, value)| value).collect()
     }
 
-    /// The whole batch of which this is a part.
-    pub(super) fn whole(&self) -> Self {
+    /// Returns the whole batch that contains this shard.
+    pub(super) fn covers_all(&self) -> Self {
         Self { shard: None, ..self.clone() }
     }
 
-    /// In what another batch differs from this one, in words: `is theirs, not ours`.
+    /// Describes the first difference between another batch and this one: `is theirs, not ours`.
     pub fn difference(&self, other: &Self) -> Option<String> {
         let differ = |what: &str, ours: &dyn fmt::Display, theirs: &dyn fmt::Display| {
             let (ours, theirs) = (ours.to_string(), theirs.to_string());
-            (ours != theirs).then(|| format!("{what} is {}, not {}", words(&theirs), words(&ours)))
+            (ours != theirs).then(|| format!("{what} is {}, not {}", printable(&theirs), printable(&ours)))
         };
         let shard = |batch: &Self| batch.shard.map_or_else(|| "none".to_owned(), |shard| shard.to_string());
         let traffic = |batch: &Self| batch.traffic_crc32.map_or_else(|| "none".to_owned(), |crc| format!("{crc:08x}"));
@@ -206,13 +211,16 @@ impl Batch {
             .or_else(|| different_metrics(&self.metrics, &other.metrics))
     }
 
-    /// Refuses what lies in `dir` if it is another batch.
-    pub(super) fn must_be(&self, there: &Self, dir: &Path) -> Result<(), MonteCarloError> {
-        match self.difference(there) {
+    /// Refuses an existing batch in `dir` that differs from this one.
+    pub(super) fn check_same(&self, existing: &Self, dir: &Path) -> Result<(), MonteCarloError> {
+        match self.difference(existing) {
             None => Ok(()),
             Some(difference) => {
-                let advice = "name another folder, or remove that one";
-                Err(MonteCarloError::Folder(format!("{} holds another batch: {difference}; {advice}", path(dir))))
+                let advice = "choose another folder, or remove that one";
+                Err(MonteCarloError::Folder(format!(
+                    "{} contains a different batch: {difference}; {advice}",
+                    path(dir)
+                )))
             }
         }
     }
@@ -223,9 +231,9 @@ fn check_runs(seed: u64, runs: u64, shard: Option<Shard>) -> Result<(), MonteCar
         "the number of runs is 0; must be at least 1".to_owned()
     } else if seed.checked_add(runs).is_none_or(|end| end - 1 > i64::MAX as u64) {
         let most = i64::MAX;
-        format!("seed {seed} and {runs} runs: the last seed must be at most {most}; take a smaller seed or fewer runs")
+        format!("seed {seed} and {runs} runs: the last seed must be at most {most}; use a smaller seed or fewer runs")
     } else if runs > MAX_RUNS {
-        let most = format!("at most {MAX_RUNS} in a batch; fly fewer, or several batches with other seeds");
+        let most = format!("at most {MAX_RUNS} in a batch; use fewer, or several batches with different seeds");
         format!("{runs} runs are too many: {most}")
     } else if let Some(shard) = shard.filter(|shard| shard.index >= shard.of || shard.of > runs) {
         let must = "must be I/N, I from 0 to N - 1, with at least one run for each of N shards";
@@ -240,20 +248,20 @@ fn wrong_metrics(what: String) -> MonteCarloError {
     MonteCarloError::Batch(format!("metrics: {what}"))
 }
 
-/// The metrics that one has and the other has not.
+/// Describes the metrics that only one of the two batches has.
 fn different_metrics(ours: &[String], theirs: &[String]) -> Option<String> {
     let only = |of: &[String], other: &[String]| {
         let other: BTreeSet<&String> = other.iter().collect();
         of.iter().filter(|name| !other.contains(name)).cloned().collect::<Vec<_>>().join(", ")
     };
     match (only(ours, theirs), only(theirs, ours)) {
-        (lacks, _) if !lacks.is_empty() => Some(format!("it lacks the metrics {}", words(&lacks))),
-        (_, more) if !more.is_empty() => Some(format!("it has more metrics, {}", words(&more))),
+        (lacks, _) if !lacks.is_empty() => Some(format!("it lacks the metrics {}", printable(&lacks))),
+        (_, more) if !more.is_empty() => Some(format!("it has additional metrics: {}", printable(&more))),
         _ => None,
     }
 }
 
-/// The first line of two scenarios that differs, with its table.
+/// Describes the first different line of two scenarios, with its table.
 fn different_line(ours: &str, theirs: &str) -> Option<String> {
     let (ours, theirs) = (lines_with_tables(ours), lines_with_tables(theirs));
     let missing = |from: &[(&str, &str)], other: &[(&str, &str)]| {
@@ -261,18 +269,18 @@ fn different_line(ours: &str, theirs: &str) -> Option<String> {
         let found = from.iter().find(|line| !other.contains(line));
         found.map(|(table, line)| if table.is_empty() { (*line).to_owned() } else { format!("{table} {line}") })
     };
-    let nothing = || "nothing of the kind".to_owned();
+    let nothing = || "nothing".to_owned();
     match (missing(&ours, &theirs), missing(&theirs, &ours)) {
         (None, None) if ours == theirs => None,
         (None, None) => Some("its scenario has the same lines in another order".to_owned()),
         (ours, theirs) => {
             let (theirs, ours) = (theirs.unwrap_or_else(nothing), ours.unwrap_or_else(nothing));
-            Some(format!("its scenario says {}, not {}", words(&theirs), words(&ours)))
+            Some(format!("its scenario contains {} instead of {}", printable(&theirs), printable(&ours)))
         }
     }
 }
 
-/// The lines of a scenario, each after the heading of its table.
+/// Returns the lines of a scenario, each with the heading of its table.
 fn lines_with_tables(text: &str) -> Vec<(&str, &str)> {
     let mut table = "";
     let mut lines = Vec::new();
@@ -292,12 +300,12 @@ mod tests {
     use super::*;
 
     #[test]
-    fn two_scenarios_differ_by_the_line_that_differs() {
+    fn different_line_of_two_scenarios_is_reported() {
         let ours = "[a]\nx = 1\ny = 2\n\n[b]\nx = 1\n";
         assert_eq!(different_line(ours, ours), None);
         let theirs = ours.replace("[b]\nx = 1", "[b]\nx = 3");
-        assert_eq!(different_line(ours, &theirs).unwrap(), "its scenario says [b] x = 3, not [b] x = 1");
+        assert_eq!(different_line(ours, &theirs).unwrap(), "its scenario contains [b] x = 3 instead of [b] x = 1");
         let without = ours.replace("y = 2\n", "");
-        assert_eq!(different_line(ours, &without).unwrap(), "its scenario says nothing of the kind, not [a] y = 2");
+        assert_eq!(different_line(ours, &without).unwrap(), "its scenario contains nothing instead of [a] y = 2");
     }
 }

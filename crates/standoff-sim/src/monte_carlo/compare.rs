@@ -1,4 +1,5 @@
-//! Two scenarios, or two batches, seed by seed: the same draws for both, so that what is left is what was changed.
+//! Paired comparison of two scenarios or batches: both use the same random draws per seed, so that only the changes
+//! differ.
 
 use std::num::NonZeroUsize;
 use std::path::Path;
@@ -9,29 +10,29 @@ use serde::Serialize;
 use super::results::as_object;
 use super::statistics::{interval, mean_and_sd};
 use super::{Batch, MonteCarloError, Results, fly_seed, in_order, unless_set};
-use crate::scenario::Template;
-use crate::score::{About, BadEnd, Choice, Metrics};
+use crate::scenario::ScenarioTemplate;
+use crate::score::{MetricInfo, MetricSelection, Metrics, WorseDirection};
 
-/// B compared with A, seed by seed.
+/// Comparison of B with A, seed by seed.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Comparison {
-    /// What A is.
+    /// Name of A.
     pub a: String,
-    /// What B is.
+    /// Name of B.
     pub b: String,
-    /// The first seed that both have.
+    /// First common seed.
     pub seed: u64,
-    /// Seeds that both have.
+    /// Number of common seeds.
     pub runs: u64,
-    /// The metrics by name, in their own order.
+    /// Metrics by name, in the order of [`Metrics::NAMES`].
     #[serde(serialize_with = "as_object")]
     pub metrics: Vec<(String, Paired)>,
 }
 
-/// A metric of A and of B, over the runs in which both have it. `None` where it is not defined.
+/// Metric of A and B over the runs in which both have a value. Undefined values are `None`.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Paired {
-    /// Runs in which both have it.
+    /// Number of runs in which both have a value.
     pub n: u64,
     /// Mean of A.
     pub mean_a: Option<f64>,
@@ -39,32 +40,33 @@ pub struct Paired {
     pub mean_b: Option<f64>,
     /// Mean of B - A.
     pub difference: Option<f64>,
-    /// 95 % confidence interval of `difference`, by Student's t on the differences. From two runs on.
+    /// 95 % confidence interval of `difference`, by Student's t on the differences; needs two runs.
     pub ci95: Option<[f64; 2]>,
-    /// Share of the runs in which B is smaller than A.
+    /// Fraction of runs in which B is smaller than A.
     pub b_smaller: Option<f64>,
-    /// Share of the runs in which both are equal.
+    /// Fraction of runs in which A and B are equal.
     pub equal: Option<f64>,
-    /// The size of interest: below it, A and B count as alike, however surely they differ.
+    /// Smallest difference of practical interest. Below it, A and B count as equivalent, even if the difference is
+    /// statistically significant.
     pub interest: f64,
-    /// The interval lies beyond the size of interest.
+    /// True if the whole interval lies beyond the smallest difference of interest.
     pub differs: bool,
-    /// Who is better, if they differ and it is known which way is better.
+    /// The better one, if they differ and the metric has a better direction.
     pub better: Option<Better>,
 }
 
-/// Who is better.
+/// The better one of two.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Better {
-    /// A is.
+    /// A is better.
     A,
-    /// B is.
+    /// B is better.
     B,
 }
 
 impl Paired {
-    /// Of a metric's values in A and B, run by run.
+    /// Compares the values of a metric in A and B, run by run.
     pub fn of(metric: &str, pairs: &[(Option<f64>, Option<f64>)]) -> Self {
         let pairs: Vec<(f64, f64)> = pairs.iter().filter_map(|(a, b)| a.zip(*b)).collect();
         let mean = |value: fn(&(f64, f64)) -> f64| mean_and_sd(&pairs.iter().map(value).collect::<Vec<_>>()).0;
@@ -74,13 +76,13 @@ impl Paired {
         let differences: Vec<f64> = pairs.iter().map(|(a, b)| b - a).collect();
         let (difference, sd) = mean_and_sd(&differences);
         let ci95 = difference.zip(sd).map(|(mean, sd)| interval(mean, sd, differences.len()));
-        let about = About::of(metric);
+        let about = MetricInfo::of(metric);
         let interest = about.map_or(0.0, |about| about.interest);
         let below = ci95.is_some_and(|[_, hi]| hi < -interest);
         let differs = below || ci95.is_some_and(|[lo, _]| lo > interest);
-        // UAVs that come near one another are in danger. That more room is better still is not said.
-        let bad = about.and_then(|about| about.bad).filter(|_| !metric.starts_with("separation_"));
-        let better = |bad| if below == (bad == BadEnd::Large) { Better::B } else { Better::A };
+        // Too little separation is dangerous, but more separation than necessary is not better.
+        let bad = about.and_then(|about| about.worse).filter(|_| !metric.starts_with("separation_"));
+        let better = |bad| if below == (bad == WorseDirection::Large) { Better::B } else { Better::A };
         Self {
             n: pairs.len() as u64,
             mean_a: mean(|(a, _)| *a),
@@ -97,8 +99,8 @@ impl Paired {
 }
 
 impl Comparison {
-    /// Of what A and B, called so, came to with the same seeds, from `seed` on, whoever flew them.
-    pub fn of([a, b]: [&str; 2], seed: u64, choice: Choice, flown: &[[Metrics; 2]]) -> Self {
+    /// Compares the metrics of A and B, flown with consecutive seeds from `seed` on by any program.
+    pub fn of([a, b]: [&str; 2], seed: u64, choice: MetricSelection, flown: &[[Metrics; 2]]) -> Self {
         let metrics = choice.names().map(|name| {
             let pairs: Vec<_> = flown.iter().map(|[a, b]| (a.value(name), b.value(name))).collect();
             (name.to_owned(), Paired::of(name, &pairs))
@@ -106,33 +108,33 @@ impl Comparison {
         Self { a: a.to_owned(), b: b.to_owned(), seed, runs: flown.len() as u64, metrics: metrics.collect() }
     }
 
-    /// One JSON object and a newline.
+    /// Returns one JSON object and a newline.
     pub fn json(&self) -> serde_json::Result<String> {
         Ok(serde_json::to_string_pretty(self)? + "\n")
     }
 }
 
-/// Flies A and B with the same `runs` seeds, from `seed` on, and compares them. `stop` ends it within an instant of each
-/// run in hand.
+/// Flies A and B with the same `runs` seeds from `seed` on, and compares them. `stop` takes effect within one time step
+/// of each active run.
 pub fn compare(
-    a: &Template,
-    b: &Template,
+    a: &ScenarioTemplate,
+    b: &ScenarioTemplate,
     seed: u64,
     runs: u64,
-    choice: Choice,
+    choice: MetricSelection,
     threads: Option<NonZeroUsize>,
     stop: &AtomicBool,
 ) -> Result<Comparison, MonteCarloError> {
-    // The same limits as for a batch.
+    // The limits are those of a batch.
     Batch::new(a, seed, runs, None, choice)?;
     let flown = in_order(seed..seed + runs, threads, stop, |seed, halt| {
-        let fly = |template| fly_seed(template, seed, choice, || !halt.is_up());
+        let fly = |template| fly_seed(template, seed, choice, || !halt.is_stopped());
         Ok([fly(a)?, fly(b)?])
     })?;
     Ok(Comparison::of([a.name(), b.name()], seed, choice, &flown))
 }
 
-/// Compares two complete batches, over the seeds and the metrics that both have; ends when `stop` is set.
+/// Compares two complete batches over their common seeds and metrics; fails if `stop` is set.
 pub fn compare_results(a: &Path, b: &Path, stop: &AtomicBool) -> Result<Comparison, MonteCarloError> {
     let names = (a.display().to_string(), b.display().to_string());
     let (a, b) = (Results::open(a)?, Results::open(b)?);
@@ -171,7 +173,7 @@ mod tests {
 
     /// Differences -1, -2, -3: mean -2, sd 1, t(2) = 4.3027, half width 2.4841.
     #[test]
-    fn differences_are_taken_run_by_run() {
+    fn differences_are_computed_per_run() {
         let paired = of("handoffs", &[(10.0, 9.0), (20.0, 18.0), (30.0, 27.0)]);
         assert_eq!(
             (paired.n, paired.mean_a, paired.mean_b, paired.difference),
@@ -183,7 +185,7 @@ mod tests {
     }
 
     #[test]
-    fn who_is_better_is_said_only_where_it_is_known() {
+    fn better_side_is_given_only_for_metrics_with_a_direction() {
         let pairs = [(10.0, 9.0), (20.0, 18.9), (30.0, 29.1)];
         assert_eq!(of("phase_error_deg", &pairs).better, Some(Better::B));
         let (other_way, anees) = (pairs.map(|(a, b)| (b, a)), of("anees", &pairs));
@@ -191,9 +193,9 @@ mod tests {
         assert_eq!((anees.differs, anees.better), (true, None));
     }
 
-    /// A position error that is surely smaller by a centimetre is the same for who flies.
+    /// A position error that is significantly smaller, but only by a centimetre, counts as equivalent.
     #[test]
-    fn what_differs_by_less_than_is_of_interest_is_alike() {
+    fn differences_below_the_size_of_interest_do_not_count() {
         let by = |less_m: f64| of("position_error_m", &[1.0, 2.0, 3.0].map(|at_m| (at_m, at_m - less_m - 1e-4 * at_m)));
         let (centimetre, decimetres) = (by(0.01), by(0.2));
         assert!(centimetre.ci95.unwrap()[1] < 0.0 && !centimetre.differs && centimetre.better.is_none());
@@ -201,16 +203,16 @@ mod tests {
     }
 
     #[test]
-    fn more_of_what_is_watched_is_better_and_more_room_between_uavs_is_not_said_to_be() {
+    fn more_custody_is_better_and_more_separation_is_not_rated() {
         let pairs = [(0.5, 0.6), (0.6, 0.7), (0.7, 0.8001)];
-        assert_eq!(of("watched_fraction", &pairs).better, Some(Better::B));
+        assert_eq!(of("custody_fraction", &pairs).better, Some(Better::B));
         let pairs = pairs.map(|(a, b)| (1000.0 * a, 1000.0 * b));
-        let room = of("separation_min_m", &pairs);
-        assert_eq!((room.differs, room.better), (true, None));
+        let wider = of("separation_min_m", &pairs);
+        assert_eq!((wider.differs, wider.better), (true, None));
     }
 
     #[test]
-    fn runs_without_a_partner_do_not_count_and_equals_do_not_differ() {
+    fn unpaired_runs_are_ignored_and_equal_runs_do_not_differ() {
         let paired = Paired::of(
             "anees",
             &[(Some(1.0), None), (None, Some(1.0)), (Some(2.0), Some(2.0)), (Some(3.0), Some(3.0))],

@@ -1,4 +1,4 @@
-//! What can go wrong with a batch of runs, told to the person who runs standoff.
+//! Errors of Monte Carlo batches, with messages for users.
 
 use std::fmt::Display;
 use std::io;
@@ -6,56 +6,56 @@ use std::io;
 use crate::record::RecordError;
 use crate::scenario::ScenarioError;
 
-/// The format of the journals and results that this version writes and reads.
+/// Format of the journals and results that this version writes and reads.
 pub(super) const FORMAT: u64 = 1;
 
-/// Why a batch was not flown, completed, merged or compared.
+/// Reason why a batch was not flown, completed, merged or compared.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum MonteCarloError {
-    /// What was asked for, or what a file says was flown, is no batch.
+    /// The requested batch, or the one described in a file, is invalid.
     #[error("{0}")]
     Batch(String),
-    /// A folder holds something else than is needed, or nothing.
+    /// A folder is missing or contains something other than required.
     #[error("{0}")]
     Folder(String),
-    /// The scenario cannot be used.
+    /// The scenario is invalid.
     #[error(transparent)]
     Scenario(#[from] ScenarioError),
     /// One seed cannot be flown.
     #[error("seed {seed}: {problem}")]
     Seed {
-        /// The seed.
+        /// Seed of the run.
         seed: u64,
-        /// What is wrong with it.
+        /// Description of the problem.
         problem: String,
     },
-    /// So many threads cannot be started.
-    #[error("cannot start {threads} threads: {reason}; ask for fewer with --threads, or allow more (ulimit -u)")]
+    /// The threads cannot be started.
+    #[error("cannot start {threads} threads: {reason}; use fewer with --threads, or raise the limit (ulimit -u)")]
     Threads {
-        /// How many were asked for.
+        /// Requested number of threads.
         threads: usize,
-        /// The system's reason.
+        /// Reason given by the system.
         reason: io::Error,
     },
-    /// The batch was stopped from outside.
+    /// The batch was interrupted.
     #[error("interrupted")]
     Interrupted,
-    /// A file cannot be written or read, or is not what it should be.
+    /// A file cannot be written or read, or has invalid contents.
     #[error(transparent)]
     File(#[from] RecordError),
     /// A score is NaN or infinite.
-    #[error("seed {seed}: {metric} is not finite; this is a fault of the program, please report it")]
+    #[error("seed {seed}: {metric} is not finite; this is a bug in standoff, please report it")]
     NotFinite {
-        /// The seed.
+        /// Seed of the run.
         seed: u64,
-        /// The metric.
+        /// Name of the metric.
         metric: String,
     },
-    /// Folders that do not make a batch together.
+    /// The folders do not form a batch.
     #[error("cannot merge: {0}")]
     NotMergeable(String),
-    /// Batches that cannot be compared.
+    /// The batches cannot be compared.
     #[error("cannot compare: {0}")]
     NotComparable(String),
 }
@@ -65,7 +65,7 @@ impl MonteCarloError {
         Self::Seed { seed, problem: problem.to_string() }
     }
 
-    /// What was asked for is wrong; otherwise something failed on the way.
+    /// True if the user's input is wrong, false if an operation failed.
     pub fn is_wrong_input(&self) -> bool {
         match self {
             Self::Interrupted | Self::NotFinite { .. } | Self::Threads { .. } => false,

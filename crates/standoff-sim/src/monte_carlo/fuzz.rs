@@ -1,19 +1,19 @@
-//! Targets of `bolero`: the journal of a batch and its results. See [`crate::fuzz`].
+//! Fuzz targets (`bolero`) for the journal and the results of a batch. See [`crate::fuzz`].
 
 use std::fs;
 use std::sync::atomic::AtomicBool;
 
 use super::batch::Values;
 use super::journal::Journal;
-use super::journal::tests::{look_into, sealed};
+use super::journal::tests::{read_journal, sealed};
 use super::{Batch, Results, results};
 use crate::fuzz::{JSON, put, refused, run};
-use crate::scenario::{Edits, Template};
-use crate::score::Choice;
+use crate::scenario::{Overrides, ScenarioTemplate};
+use crate::score::MetricSelection;
 
 fn batch() -> Batch {
-    let template = Template::load("tour/01-one-uav", &Edits::default()).unwrap();
-    Batch::new(&template, 1, 3, None, Choice::parse("anees,position_error_m").unwrap()).unwrap()
+    let template = ScenarioTemplate::load("tour/01-one-uav", &Overrides::default()).unwrap();
+    Batch::new(&template, 1, 3, None, MetricSelection::parse("anees,position_error_m").unwrap()).unwrap()
 }
 
 fn values() -> Vec<Values> {
@@ -39,11 +39,11 @@ fn any_journal_is_read_or_refused() {
         let bytes = if choices.below(2) == 0 {
             choices.damaged(good.clone())
         } else {
-            // What its checksums do not tell.
+            // Valid checksums with invalid contents.
             sealed(&choices.mutated(std::slice::from_ref(&json), &JSON), &choices.damaged(slots.clone()))
         };
         put(&path, bytes);
-        match look_into(&path) {
+        match read_journal(&path) {
             Ok(None) => false,
             Ok(Some((batch, rows))) => {
                 assert!(batch.check().is_ok());

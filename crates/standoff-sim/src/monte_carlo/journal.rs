@@ -1,15 +1,15 @@
-//! The journal of a batch: every complete run, kept so that no end of the process loses it or makes it wrong.
+//! Journal of a batch: stores every complete run, so that the end of the process neither loses nor corrupts runs.
 //!
 //! ```text
-//! "standoff journal" | length of the batch | its CRC-32 | CRC-32 of all that | the batch, JSON | slot 0 | slot 1 | ...
+//! "standoff journal" | length of the batch | its CRC-32 | CRC-32 of these | the batch, JSON | slot 0 | slot 1 | ...
 //!     16 bytes                4                 4               4
-//! slot: run, 8 bytes | a double per metric, NaN where there was nothing to measure | CRC-32, 4 bytes
+//! slot: run, 8 bytes | a double per metric, NaN if nothing was measured | CRC-32, 4 bytes
 //! ```
 //!
-//! Numbers are little-endian. Every run has its own place, in the order of runs, and a checksum that starts from the
-//! batch's: a slot that was never written, was torn, was changed or belongs to another batch is not a run, and is flown
-//! again. So the order in which runs end does not matter, and reading them back takes no memory, and no time for runs
-//! behind the last that was kept.
+//! Numbers are little-endian. Every run has a fixed slot, in the order of runs, and a checksum that is seeded with that
+//! of the batch. A slot that was never written, was only partly written, was changed or belongs to another batch is not
+//! a valid run, and the run is repeated. Hence the order in which runs end does not matter. Reading the runs takes
+//! constant memory, and no time for runs after the last stored one.
 
 use std::fs::{self, File, TryLockError};
 use std::io::{self, BufReader, Read, Seek, SeekFrom, Write};
@@ -20,46 +20,46 @@ use std::time::{Duration, Instant};
 
 use super::batch::{Batch, Values};
 use super::error::{FORMAT, MonteCarloError};
-use crate::disk;
+use crate::atomic_file;
+use crate::display_text::{self, printable};
 use crate::record::RecordError;
-use crate::text::{self, words};
 
 /// Name of the file.
 const JOURNAL: &str = "monte-carlo.journal";
 
 const MAGIC: &[u8; 16] = b"standoff journal";
 
-/// Magic, length of the batch, its checksum and their checksum.
+/// Size of the magic bytes, length of the batch, its checksum, and the checksum of these.
 const PREAMBLE: usize = 16 + 4 + 4 + 4;
 
-/// Largest description of a batch, bytes: the scenario's text and some 2,000 more.
+/// Maximum size of the description of a batch, bytes: the text of the scenario and about 2,000 more.
 pub(super) const MAX_BATCH: u64 = 8 << 20;
 
-/// What is written is seen onto the disk this often: what a power cut may cost.
+/// Interval at which data are synced to disk: the most data that a power failure loses.
 const SYNC_EVERY: Duration = Duration::from_secs(1);
 
-/// There is a journal in `dir`.
+/// True if there is a journal in `dir`.
 pub(super) fn is_in(dir: &Path) -> bool {
     dir.join(JOURNAL).is_file()
 }
 
-/// Another process writes the journal in `dir`.
+/// True if another process is writing the journal in `dir`.
 pub(super) fn is_in_use(dir: &Path) -> bool {
     File::open(dir.join(JOURNAL)).is_ok_and(|file| matches!(file.try_lock_shared(), Err(TryLockError::WouldBlock)))
 }
 
-/// Removes the journal that a complete batch has left, if it has.
+/// Removes the leftover journal of a complete batch, if there is one.
 pub(super) fn remove_left_over(dir: &Path) {
-    // It is in nobody's way.
+    // Errors are ignored: the file does no harm.
     let _ = fs::remove_file(dir.join(JOURNAL));
 }
 
-/// Sees new names in a folder onto the disk.
+/// Syncs the entries of a folder to disk.
 pub(super) fn sync_folder(dir: &Path) -> Result<(), RecordError> {
-    disk::sync_folder(dir).map_err(|reason| RecordError::write(dir, reason))
+    atomic_file::sync_folder(dir).map_err(|reason| RecordError::write(dir, reason))
 }
 
-/// An open journal, which no other process may write.
+/// An open journal, locked against other processes.
 #[derive(Debug)]
 pub(super) struct Journal {
     dir: PathBuf,
@@ -70,27 +70,27 @@ pub(super) struct Journal {
     synced: Instant,
 }
 
-/// Where the runs are in the file.
+/// Location of the runs in the file.
 #[derive(Debug, Clone)]
 struct Slots {
-    /// Offset of the first.
+    /// Offset of the first slot.
     start: u64,
     runs: Range<u64>,
     metrics: usize,
-    /// What every slot's checksum starts from.
+    /// Initial value of every slot's checksum.
     seal: u32,
 }
 
 impl Journal {
-    /// Opens the journal of `batch` in `dir`, or begins one: the folder is made if it is not there.
+    /// Opens the journal of `batch` in `dir`, or creates it, with the folder if necessary.
     ///
-    /// Refuses the journal of another batch, one that another process writes, and one whose beginning is damaged. One
-    /// that breaks off before its first slot holds nothing yet and is begun again.
+    /// Refuses the journal of another batch, one that another process is writing, and one with a damaged header. A
+    /// journal that is truncated before its first slot contains no runs and is started again.
     pub(super) fn open(dir: &Path, batch: &Batch) -> Result<Self, MonteCarloError> {
         let path = dir.join(JOURNAL);
         let refused = |reason| RecordError::write(&path, reason);
         fs::create_dir_all(dir).map_err(|reason| RecordError::write(dir, reason))?;
-        // Where a link leads to, something else may lie.
+        // A link may point to something else.
         if fs::symlink_metadata(&path).is_ok_and(|found| !found.is_file()) {
             return Err(RecordError::Occupied { dir: dir.to_owned(), what: JOURNAL.to_owned() }.into());
         }
@@ -98,11 +98,11 @@ impl Journal {
             File::options().read(true).write(true).create(true).truncate(false).open(&path).map_err(refused)?;
         match file.try_lock() {
             Err(TryLockError::WouldBlock) => {
-                // Of another batch nobody needs to wait for the end.
-                read_head(&mut file, &path)?.map_or(Ok(()), |there| batch.must_be(&there, dir))?;
+                // For a different batch, waiting would be useless, so that error comes first.
+                read_head(&mut file, &path)?.map_or(Ok(()), |existing| batch.check_same(&existing, dir))?;
                 return Err(RecordError::InUse { dir: dir.to_owned() }.into());
             }
-            // Where files cannot be locked, batches are trusted to have folders of their own.
+            // If locking is not supported, batches are assumed to use different folders.
             Ok(()) | Err(TryLockError::Error(_)) => {}
         }
         let json = serde_json::to_vec(batch).map_err(|error| RecordError::write(Path::new(JOURNAL), error.into()))?;
@@ -110,7 +110,7 @@ impl Journal {
         let runs = batch.flown();
         let slots = Slots { start: head.len() as u64, runs, metrics: batch.metrics.len(), seal };
         match read_head(&mut file, &path)? {
-            Some(there) => batch.must_be(&there, dir)?,
+            Some(existing) => batch.check_same(&existing, dir)?,
             None => {
                 file.set_len(0).and_then(|()| file.rewind()).map_err(refused)?;
                 file.write_all(&head).and_then(|()| file.sync_all()).map_err(refused)?;
@@ -121,12 +121,12 @@ impl Journal {
         Ok(Self { dir: dir.to_owned(), file, slots, metrics, unsynced: false, synced: Instant::now() })
     }
 
-    /// Where it lies.
+    /// Folder of the journal.
     pub(super) fn dir(&self) -> &Path {
         &self.dir
     }
 
-    /// Keeps a run: `values` has one value per metric.
+    /// Stores a run; `values` has one value per metric.
     pub(super) fn put(&mut self, seed: u64, run: u64, values: &[Option<f64>]) -> Result<(), MonteCarloError> {
         for (value, metric) in values.iter().zip(&self.metrics) {
             if value.is_some_and(|value| !value.is_finite()) {
@@ -140,15 +140,15 @@ impl Journal {
         written.map_err(|reason| self.refused(reason))
     }
 
-    /// Sees what was kept onto the disk, if the last time is a while ago.
+    /// Syncs stored runs to disk if the last time is long enough ago.
     pub(super) fn sync_now_and_then(&mut self) -> Result<(), MonteCarloError> {
         if self.synced.elapsed() < SYNC_EVERY { Ok(()) } else { self.sync() }
     }
 
-    /// Sees what was kept onto the disk.
+    /// Syncs stored runs to disk.
     pub(super) fn sync(&mut self) -> Result<(), MonteCarloError> {
         if self.unsynced {
-            // A second try might pass without the data being there: whoever fails here once gives up.
+            // After a failed sync, another one might succeed without the data being on disk, so the batch is aborted.
             self.file.sync_data().map_err(|reason| self.refused(reason))?;
             self.unsynced = false;
         }
@@ -156,15 +156,15 @@ impl Journal {
         Ok(())
     }
 
-    /// Every run in order: its values, or `None` if it is not complete. When `stop` is set, as in the methods below, an
-    /// error that says so.
+    /// Returns every run in order: its values, or `None` if it is not complete. Here and in the methods below, the
+    /// error is [`MonteCarloError::Interrupted`] if `stop` is set.
     pub(super) fn rows<'a>(&self, stop: &'a AtomicBool) -> Result<Rows<'a>, MonteCarloError> {
         let path = self.dir.join(JOURNAL);
         let opened = File::open(&path).and_then(|file| Rows::new(path.clone(), file, self.slots.clone(), stop));
         Ok(opened.map_err(|reason| RecordError::read(&path, reason))?)
     }
 
-    /// The runs that are not complete yet. Those that are being flown meanwhile do not come twice.
+    /// Returns the runs that are not complete yet. Runs that are being flown in the meantime are not repeated.
     pub(super) fn missing<'a>(
         &self,
         stop: &'a AtomicBool,
@@ -176,7 +176,7 @@ impl Journal {
         }))
     }
 
-    /// Every run's values, in order; all must be complete.
+    /// Returns the values of every run, in order; all runs must be complete.
     pub(super) fn complete_rows<'a>(
         &self,
         stop: &'a AtomicBool,
@@ -184,26 +184,26 @@ impl Journal {
         let path = self.dir.join(JOURNAL);
         Ok(self.rows(stop)?.map(move |row| match row? {
             (_, Some(values)) => Ok(values),
-            (run, None) => Err(RecordError::read(&path, io::Error::other(format!("run {run} was not kept"))).into()),
+            (run, None) => Err(RecordError::read(&path, io::Error::other(format!("run {run} is missing"))).into()),
         }))
     }
 
-    /// The first complete run.
+    /// Returns the first complete run.
     pub(super) fn first_complete(&self, stop: &AtomicBool) -> Result<Option<(u64, Values)>, MonteCarloError> {
         let rows = self.rows(stop)?.with_a_slot();
         rows.filter_map(|row| row.map(|(run, values)| Some((run, values?))).transpose()).next().transpose()
     }
 
-    /// Number of complete runs.
+    /// Returns the number of complete runs.
     pub(super) fn count(&self, stop: &AtomicBool) -> Result<u64, MonteCarloError> {
         self.rows(stop)?.with_a_slot().try_fold(0, |n, row| Ok(n + u64::from(row?.1.is_some())))
     }
 
-    /// Ends the journal: its runs are kept elsewhere.
+    /// Removes the journal, after its runs have been stored in the results.
     pub(super) fn remove(self) -> Result<(), MonteCarloError> {
         let path = self.dir.join(JOURNAL);
         match fs::remove_file(&path) {
-            // Another process has found the batch complete meanwhile.
+            // Another process has found the batch complete in the meantime.
             Err(reason) if reason.kind() == io::ErrorKind::NotFound => Ok(()),
             removed => Ok(removed.map_err(|reason| RecordError::write(&path, reason))?),
         }
@@ -215,7 +215,7 @@ impl Journal {
 }
 
 impl Slots {
-    /// Bytes of a slot.
+    /// Size of a slot, bytes.
     fn size(&self) -> usize {
         8 + 8 * self.metrics + 4
     }
@@ -231,13 +231,13 @@ impl Slots {
         slot
     }
 
-    /// The values in the slot of `run`, if they are that.
+    /// Returns the values in the slot of `run` if the slot is valid.
     fn decode(&self, run: u64, slot: &[u8]) -> Option<Values> {
         let (row, checksum) = slot.split_last_chunk()?;
         let (number, values) = row.split_first_chunk()?;
         let whole = self.checksum(row) == u32::from_le_bytes(*checksum) && u64::from_le_bytes(*number) == run;
         let values = || values.as_chunks().0.iter().map(|bytes| f64::from_le_bytes(*bytes));
-        // None is ever put that is infinite.
+        // Infinite values are never written.
         (whole && !values().any(f64::is_infinite))
             .then(|| values().map(|value| Some(value).filter(|value| !value.is_nan())).collect())
     }
@@ -249,15 +249,15 @@ impl Slots {
     }
 }
 
-/// Reads the runs of a journal, one after the other; ends after an error.
+/// Iterator over the runs of a journal; ends after an error.
 pub(super) struct Rows<'a> {
     path: PathBuf,
     file: BufReader<File>,
     slots: Slots,
-    /// What was read last.
+    /// Slot that was read last.
     slot: Vec<u8>,
     left: Range<u64>,
-    /// The first run for which the file has no slot: nothing is read for it and those behind it.
+    /// First run without a slot in the file: nothing is read for this and later runs.
     first_without: u64,
     stop: &'a AtomicBool,
 }
@@ -271,13 +271,13 @@ impl<'a> Rows<'a> {
         Ok(Self { path, file, slots, slot, left, first_without, stop })
     }
 
-    /// Without those behind the last slot, none of which is complete: there may be a hundred million.
+    /// Excludes the runs after the last slot: none of them is complete, and there may be a hundred million.
     fn with_a_slot(mut self) -> Self {
         self.left.end = self.left.end.min(self.first_without);
         self
     }
 
-    /// The values of the next run.
+    /// Reads the values of the next run.
     fn read(&mut self, run: u64) -> Result<Option<Values>, MonteCarloError> {
         if self.stop.load(Ordering::Relaxed) {
             return Err(MonteCarloError::Interrupted);
@@ -303,7 +303,7 @@ impl Iterator for Rows<'_> {
     }
 }
 
-/// The beginning of the journal of a batch, which is told as JSON, and the checksum from which its slots start.
+/// Returns the header of a batch's journal, with the batch as JSON, and the initial value of the slots' checksums.
 fn head(json: &[u8]) -> Result<(Vec<u8>, u32), MonteCarloError> {
     let length = u32::try_from(json.len()).ok().filter(|&length| u64::from(length) <= MAX_BATCH);
     let length = length.ok_or_else(|| RecordError::damaged(Path::new(JOURNAL), "scenario too long"))?;
@@ -316,12 +316,12 @@ fn head(json: &[u8]) -> Result<(Vec<u8>, u32), MonteCarloError> {
     Ok((head, seal))
 }
 
-/// The batch of a journal; `None` if the file breaks off before its first slot.
+/// Reads the batch of a journal; `None` if the file is truncated before its first slot.
 fn read_head(file: &mut File, path: &Path) -> Result<Option<Batch>, MonteCarloError> {
     let unreadable = |reason| RecordError::read(path, reason);
     let damaged = |what: &str| {
-        let (journal, what) = (text::path(path), words(what));
-        MonteCarloError::Folder(format!("{journal} is damaged: {what}; remove it to fly all its runs again"))
+        let (journal, what) = (display_text::path(path), printable(what));
+        MonteCarloError::Folder(format!("{journal} is damaged: {what}; remove it to repeat all of its runs"))
     };
     let size = file.metadata().map_err(unreadable)?.len();
     let mut preamble = [0; PREAMBLE];
@@ -331,11 +331,11 @@ fn read_head(file: &mut File, path: &Path) -> Result<Option<Batch>, MonteCarloEr
     file.read_exact(&mut preamble).map_err(unreadable)?;
     let word = |at: usize| preamble[at..].first_chunk().map_or(0, |bytes| u32::from_le_bytes(*bytes));
     if !preamble.starts_with(MAGIC) || word(24) != crc32fast::hash(&preamble[..24]) {
-        return Err(damaged("it does not begin as a journal"));
+        return Err(damaged("it does not start with a journal header"));
     }
     let length = word(16);
     if u64::from(length) > MAX_BATCH {
-        return Err(damaged("what was flown is too long"));
+        return Err(damaged("its description of the batch is too long"));
     }
     if size < PREAMBLE as u64 + u64::from(length) {
         return Ok(None);
@@ -343,7 +343,7 @@ fn read_head(file: &mut File, path: &Path) -> Result<Option<Batch>, MonteCarloEr
     let mut json = vec![0; length as usize];
     file.read_exact(&mut json).map_err(unreadable)?;
     if crc32fast::hash(&json) != word(20) {
-        return Err(damaged("what was flown cannot be read"));
+        return Err(damaged("the checksum of its description of the batch is wrong"));
     }
     check_format(&json, path)?.map_err(|error| damaged(&error.to_string()))?;
     let batch: Batch = serde_json::from_slice(&json).map_err(|error| damaged(&error.to_string()))?;
@@ -351,19 +351,22 @@ fn read_head(file: &mut File, path: &Path) -> Result<Option<Batch>, MonteCarloEr
     Ok(Some(batch))
 }
 
-/// Refuses another format than ours before anything else of it is read.
+/// Refuses an unsupported format before anything else is parsed.
 pub(super) fn check_format(json: &[u8], path: &Path) -> Result<serde_json::Result<()>, MonteCarloError> {
     match serde_json::from_slice(json) {
         Ok(Heading { format: FORMAT, .. }) => Ok(Ok(())),
         Ok(Heading { format, version }) => {
-            let there = format!("{} has format {format} of standoff {}", text::path(path), words(&version));
-            Err(MonteCarloError::Folder(format!("{there}, this one knows {FORMAT}; use that version")))
+            let existing =
+                format!("{} has format {format} of standoff {}", display_text::path(path), printable(&version));
+            Err(MonteCarloError::Folder(format!(
+                "{existing}; this version supports format {FORMAT}; use the version that wrote it"
+            )))
         }
         Err(error) => Ok(Err(error)),
     }
 }
 
-/// What every format of a batch begins with.
+/// Common start of a batch in every format.
 #[derive(serde::Deserialize)]
 struct Heading {
     format: u64,

@@ -1,4 +1,4 @@
-//! Jobs on many threads, results on one.
+//! Thread pool: jobs run on many threads, results are processed on one.
 
 use std::num::NonZeroUsize;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
@@ -9,39 +9,39 @@ use std::time::Duration;
 
 use super::MonteCarloError;
 
-/// Results that may wait for the taker: what bounds the memory.
-const WAITING: usize = 256;
+/// Maximum number of queued results: limits the memory.
+const QUEUE_MAX: usize = 256;
 
-/// More threads than any machine has cores would only wait for one another.
+/// Maximum number of threads. No machine has more cores.
 const MAX_THREADS: usize = 1024;
 
-/// How often the taker is asked to look around where no result comes.
-const LOOK_AROUND: Duration = Duration::from_millis(100);
+/// Interval at which `take` is called without a result.
+const POLL: Duration = Duration::from_millis(100);
 
-/// Tells a job that nobody needs its result any more.
+/// Shows a job whether its result is still needed.
 pub(super) struct Halt<'a> {
-    /// Its place among the jobs.
+    /// Index of the job.
     place: u64,
-    /// The place from which on nothing is needed.
+    /// First index whose result is not needed.
     end: &'a AtomicU64,
 }
 
-/// All is needed.
+/// Value of `end` if all results are needed.
 const NO_END: u64 = u64::MAX;
 
 impl Halt<'_> {
-    pub(super) fn is_up(&self) -> bool {
+    pub(super) fn is_stopped(&self) -> bool {
         self.place >= self.end.load(Ordering::Relaxed)
     }
 }
 
-/// Does `work` on every job, on `threads` threads, one per core if `None`; hands each result to `take` on this thread as
-/// it comes, and `None` now and then.
+/// Runs `work` for every job on `threads` threads (one per core if `None`). Passes each result to `take` on this thread
+/// as it arrives, and `None` at intervals.
 ///
-/// When a job fails, those before it go on and those behind it are halted: so the error that is returned is that of the
-/// first job that fails, whichever fails first in time, and all before it are taken. When `stop` is set, all are halted.
-/// Work that sees its halt up may return anything: it is dropped. An error of `take` ends all at once. `threads` more
-/// than the system can start are an error; more than [`MAX_THREADS`] are not asked for.
+/// If a job fails, earlier jobs continue and later ones are halted. Hence the returned error is that of the first
+/// failing job in job order, not in time, and the results of all earlier jobs are taken. If `stop` is set, all jobs are
+/// halted. Halted work may return anything: the result is dropped. An error of `take` halts all jobs immediately. Fails
+/// if the system cannot start `threads` threads; at most [`MAX_THREADS`] are started.
 pub(super) fn work_through<J, T: Send>(
     jobs: impl Iterator<Item = Result<J, MonteCarloError>> + Send,
     threads: Option<NonZeroUsize>,
@@ -54,8 +54,8 @@ pub(super) fn work_through<J, T: Send>(
     let (jobs, work) = (&Mutex::new((0..).zip(jobs)), &work);
     let end = &AtomicU64::new(if stop.load(Ordering::Relaxed) { 0 } else { NO_END });
     thread::scope(|scope| {
-        // It goes when this closure ends: no worker waits for a taker that is gone.
-        let (give, results) = sync_channel(WAITING);
+        // Dropped at the end of this closure, so that no worker waits for a receiver that is gone.
+        let (give, results) = sync_channel(QUEUE_MAX);
         let mut failed: Option<(u64, MonteCarloError)> = None;
         for _ in 0..threads {
             let give = give.clone();
@@ -66,7 +66,7 @@ pub(super) fn work_through<J, T: Send>(
                     let halt = Halt { place, end };
                     let result = job.and_then(|job| work(job, &halt));
                     let failed = result.is_err();
-                    if halt.is_up() || give.send((place, result)).is_err() || failed {
+                    if halt.is_stopped() || give.send((place, result)).is_err() || failed {
                         break;
                     }
                 }
@@ -79,7 +79,7 @@ pub(super) fn work_through<J, T: Send>(
         }
         drop(give);
         loop {
-            let result = match results.recv_timeout(LOOK_AROUND) {
+            let result = match results.recv_timeout(POLL) {
                 Ok((place, Err(error))) => {
                     end.fetch_min(place, Ordering::Relaxed);
                     if failed.as_ref().is_none_or(|(first, _)| place < *first) {
@@ -103,9 +103,9 @@ pub(super) fn work_through<J, T: Send>(
 mod tests {
     use super::*;
 
-    /// Job 2 fails first in time; when job 3 is halted for that, job 1 fails, too, and job 0 comes to its end.
+    /// Job 2 fails first in time. After it has halted job 3, job 1 fails as well, and job 0 ends normally.
     #[test]
-    fn the_error_is_that_of_the_first_job_and_all_before_it_are_done() {
+    fn error_is_that_of_the_first_job_and_earlier_jobs_are_done() {
         let (has_begun, is_halted) = (AtomicBool::new(false), AtomicBool::new(false));
         let wait_for = |what: &dyn Fn() -> bool| {
             while !what() {
@@ -115,11 +115,11 @@ mod tests {
         let work = |job: u64, halt: &Halt<'_>| {
             match job {
                 0 | 1 => wait_for(&|| is_halted.load(Ordering::Relaxed)),
-                // Once it has failed, no other begins.
+                // No job starts after it has failed.
                 2 => wait_for(&|| has_begun.load(Ordering::Relaxed)),
                 3 => {
                     has_begun.store(true, Ordering::Relaxed);
-                    wait_for(&|| halt.is_up());
+                    wait_for(&|| halt.is_stopped());
                     is_halted.store(true, Ordering::Relaxed);
                 }
                 _ => {}

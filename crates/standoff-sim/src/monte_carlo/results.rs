@@ -1,5 +1,5 @@
-//! The folder of a complete batch: `runs.parquet`, a row per run; `summary.json`, the statistics; `monte-carlo.json`,
-//! what was flown.
+//! Folder of a complete batch: `runs.parquet` with a row per run, `summary.json` with the statistics, and
+//! `monte-carlo.json` with the definition of the batch.
 
 use std::fs::{self, File};
 use std::io::{self, Read};
@@ -10,17 +10,17 @@ use serde::{Deserialize, Serialize, Serializer};
 use standoff_parquet::Source;
 
 use super::batch::{Batch, Values};
+use super::diff::{Settings, settings_of};
 use super::journal::{self, MAX_BATCH, check_format, sync_folder};
-use super::settings::{Settings, settings_of};
 use super::{MonteCarloError, Shard, Statistics, pooled_root_ratio};
-use crate::disk::{self, PARTIAL};
-use crate::input;
+use crate::atomic_file::{self, PARTIAL};
+use crate::bounded_input;
+use crate::display_text;
 use crate::record::RecordError;
 use crate::record::column::{Cells, Column, Fault, Field};
-use crate::record::folder::{NO_FOLDER, first_in};
+use crate::record::directory::{NO_FOLDER, first_in};
 use crate::record::table::{Row, TableReader, TableWriter, source};
 use crate::score::Metrics;
-use crate::text;
 
 const MANIFEST: &str = "monte-carlo.json";
 const RUNS: &str = "runs.parquet";
@@ -33,24 +33,24 @@ pub struct Results {
     manifest: Manifest,
 }
 
-/// The statistics of a batch.
+/// Statistics of a batch.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Summary {
     /// Name of the scenario.
     pub scenario: String,
     /// Seed of run 0; run k has this plus k.
     pub seed: u64,
-    /// Runs of the whole batch.
+    /// Number of runs of the whole batch.
     pub runs: u64,
-    /// The part that this is, if it is one.
+    /// Shard of the batch, if it is not the whole.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub shard: Option<Shard>,
-    /// The metrics by name, in their own order.
+    /// Metrics by name, in the order of [`Metrics::NAMES`].
     #[serde(serialize_with = "as_object")]
     pub metrics: Vec<(String, Statistics)>,
 }
 
-/// `monte-carlo.json`.
+/// Contents of `monte-carlo.json`.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
 struct Manifest {
     #[serde(flatten)]
@@ -60,7 +60,7 @@ struct Manifest {
 }
 
 impl Manifest {
-    /// In two goes, because what is flattened does not know its place in the text any more, which messages tell.
+    /// Parses in two steps, because errors in flattened fields would have no line number.
     fn of_json(json: &[u8]) -> serde_json::Result<Self> {
         #[derive(Deserialize)]
         struct Seal {
@@ -72,7 +72,7 @@ impl Manifest {
     }
 }
 
-/// A row of `runs.parquet`: fixed columns, then one per metric.
+/// Row of `runs.parquet`: fixed columns, then one per metric.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct RunRow {
     run: i64,
@@ -83,7 +83,7 @@ pub(super) struct RunRow {
 impl Row for RunRow {
     const TABLE: &'static str = "runs";
 
-    /// Those before the metrics.
+    /// Columns before the metrics.
     fn columns() -> Vec<Column> {
         let mut columns = Vec::new();
         i64::declare("run", &mut columns);
@@ -113,25 +113,23 @@ fn columns<'a>(metrics: impl IntoIterator<Item = &'a str>) -> Vec<Column> {
 }
 
 impl Results {
-    /// Opens the complete batch in `dir`. Fails if there is none, if it was changed since, or if another format of
-    /// standoff wrote it.
+    /// Opens the complete batch in `dir`. Fails if it is missing, if it was changed since it was written, or if it has
+    /// another format.
     pub fn open(dir: &Path) -> Result<Self, MonteCarloError> {
         if !are_in(dir) {
-            // What cannot be looked into may hold results.
+            // An unreadable folder may contain results.
             let found = fs::metadata(dir.join(RUNS));
             let reason = found.err().filter(|reason| reason.kind() == io::ErrorKind::PermissionDenied);
             let what = match reason {
                 Some(reason) => return Err(RecordError::read(dir, reason).into()),
                 None if journal::is_in_use(dir) => return Err(RecordError::InUse { dir: dir.to_owned() }.into()),
-                None if journal::is_in(dir) => {
-                    "its batch is not complete; run its command again, it goes on from there"
-                }
-                None => "holds no results of standoff monte-carlo; name the folder of a batch",
+                None if journal::is_in(dir) => "its batch is not complete; run the same command again to continue it",
+                None => "contains no results of standoff monte-carlo; give the folder of a batch",
             };
-            return Err(MonteCarloError::Folder(format!("{}: {what}", text::path(dir))));
+            return Err(MonteCarloError::Folder(format!("{}: {what}", display_text::path(dir))));
         }
         let path = dir.join(MANIFEST);
-        let bytes = input::bytes(&path, MAX_BATCH).map_err(|reason| RecordError::read(&path, reason))?;
+        let bytes = bounded_input::bytes(&path, MAX_BATCH).map_err(|reason| RecordError::read(&path, reason))?;
         let damaged = |error: serde_json::Error| RecordError::damaged(&path, error.to_string());
         check_format(&bytes, &path)?.map_err(damaged)?;
         let manifest = Manifest::of_json(&bytes).map_err(damaged)?;
@@ -145,11 +143,12 @@ impl Results {
         Ok(Self { dir: dir.to_owned(), manifest })
     }
 
-    /// The results of `batch`, if they are complete in `dir`. Refuses a folder that holds another batch or other things.
+    /// Returns the results of `batch` if they are complete in `dir`. Refuses a folder with another batch or other
+    /// contents.
     pub(super) fn find(dir: &Path, batch: &Batch) -> Result<Option<Self>, MonteCarloError> {
         if are_in(dir) {
             let results = Self::open(dir)?;
-            batch.must_be(results.batch(), dir)?;
+            batch.check_same(results.batch(), dir)?;
             return Ok(Some(results));
         }
         if !journal::is_in(dir) {
@@ -158,43 +157,43 @@ impl Results {
         Ok(None)
     }
 
-    /// Where it lies.
+    /// Folder of the results.
     pub fn dir(&self) -> &Path {
         &self.dir
     }
 
-    /// What was flown.
+    /// Definition of the batch.
     pub fn batch(&self) -> &Batch {
         &self.manifest.batch
     }
 
-    /// Opens the table of its runs: once for however many metrics.
+    /// Opens the table of runs: only once for any number of metrics.
     pub fn runs(&self) -> Result<Runs<'_>, MonteCarloError> {
         Runs::open(self.batch(), self.dir.join(RUNS))
     }
 
-    /// The statistics, from the rows.
+    /// Computes the statistics from the rows.
     pub fn summary(&self) -> Result<Summary, MonteCarloError> {
         self.runs()?.summary()
     }
 
-    /// Writes the summary again if it is not what the rows come to.
+    /// Rewrites the summary if it does not match the rows.
     pub(super) fn mend_summary(&self, stop: &AtomicBool) -> Result<(), MonteCarloError> {
         let text = summary_text(&self.dir, &self.runs()?, stop)?;
-        let there = input::bytes(&self.dir.join(SUMMARY), text.len() as u64);
-        if !there.is_ok_and(|there| there == text.as_bytes()) {
+        let existing = bounded_input::bytes(&self.dir.join(SUMMARY), text.len() as u64);
+        if !existing.is_ok_and(|existing| existing == text.as_bytes()) {
             self.add(SUMMARY, &text)?;
         }
         Ok(())
     }
 
-    /// Puts one more file beside those of the batch, as safely: it is there whole, or not at all.
+    /// Adds a file to the folder, atomically: it is complete or missing.
     pub fn add(&self, name: &str, text: &str) -> Result<(), MonteCarloError> {
         save(&self.dir, name, text)?;
         Ok(sync_folder(&self.dir)?)
     }
 
-    /// Every value of the scenario that was flown, as TOML, by its dotted key.
+    /// Returns every value of the scenario as TOML, by its dotted key.
     pub fn settings(&self) -> Result<Settings, MonteCarloError> {
         let damaged = |error: toml::de::Error| RecordError::damaged(&self.dir.join(MANIFEST), error.message());
         Ok(settings_of(self.batch().scenario_toml()).map_err(damaged)?)
@@ -202,18 +201,18 @@ impl Results {
 }
 
 impl Summary {
-    /// One JSON object and a newline.
+    /// Returns one JSON object and a newline.
     pub fn json(&self) -> serde_json::Result<String> {
         Ok(serde_json::to_string_pretty(self)? + "\n")
     }
 }
 
-/// A complete batch lies in `dir`: the rows are what comes last.
+/// True if `dir` contains a complete batch: the rows are written last.
 fn are_in(dir: &Path) -> bool {
     dir.join(RUNS).is_file() && dir.join(MANIFEST).is_file()
 }
 
-/// Refuses a folder in which other things lie.
+/// Refuses a folder with any contents.
 fn must_be_free(dir: &Path) -> Result<(), MonteCarloError> {
     let what = || first_in(dir, |_| true).unwrap_or_else(|| NO_FOLDER.to_owned());
     let occupied = || RecordError::Occupied { dir: dir.to_owned(), what: what() };
@@ -228,8 +227,8 @@ fn must_be_free(dir: &Path) -> Result<(), MonteCarloError> {
     }
 }
 
-/// Completes the folder of a batch from its rows, in the order of runs: every file is written under another name, seen
-/// onto the disk and renamed, the rows last. If `stop` is set before that, it is not complete.
+/// Completes the folder of a batch from its rows, in the order of runs. Every file is written under another name,
+/// synced to disk and renamed, the rows last. If `stop` is set earlier, the batch is not complete.
 pub(super) fn write(
     dir: &Path,
     batch: &Batch,
@@ -239,7 +238,7 @@ pub(super) fn write(
     let partial = dir.join(format!("{RUNS}{PARTIAL}"));
     let mut table = TableWriter::with_columns(partial.clone(), columns(batch.metrics()))?;
     for (run, values) in batch.flown().zip(rows) {
-        // A batch has no seed beyond i64.
+        // Batches have no seeds above the maximum of i64.
         table.push(&RunRow { run: run as i64, seed: batch.seed_of(run) as i64, values: values? })?;
     }
     table.finish()?;
@@ -259,10 +258,10 @@ fn summary_text(dir: &Path, runs: &Runs<'_>, stop: &AtomicBool) -> Result<String
 
 fn save(dir: &Path, name: &str, text: &str) -> Result<(), RecordError> {
     let path = dir.join(name);
-    disk::save(&path, text).map_err(|reason| RecordError::write(&path, reason))
+    atomic_file::save(&path, text).map_err(|reason| RecordError::write(&path, reason))
 }
 
-/// The most bytes that the rows of a batch take: some 9 per value, and what each column takes in any case.
+/// Upper limit of the size of the rows of a batch, bytes: about 9 per value, and a fixed part per column.
 fn largest_table(batch: &Batch) -> u64 {
     let (runs, columns) = (batch.flown().end - batch.flown().start, RunRow::columns().len() + batch.metrics.len());
     (runs.saturating_mul(16)).saturating_add(8 << 10).saturating_mul(columns as u64)
@@ -280,7 +279,7 @@ fn checksum(path: &Path) -> Result<u32, RecordError> {
     }
 }
 
-/// The table of a batch's runs.
+/// Table of a batch's runs.
 #[derive(Debug, Clone)]
 pub struct Runs<'a> {
     batch: &'a Batch,
@@ -294,14 +293,14 @@ impl<'a> Runs<'a> {
         Ok(Self { batch, path, table })
     }
 
-    /// The statistics of every metric.
+    /// Computes the statistics of every metric.
     pub fn summary(&self) -> Result<Summary, MonteCarloError> {
         self.summary_unless(&AtomicBool::new(false))
     }
 
-    /// The statistics of every metric; ends when `stop` is set.
+    /// Computes the statistics of every metric; fails if `stop` is set.
     fn summary_unless(&self, stop: &AtomicBool) -> Result<Summary, MonteCarloError> {
-        // One metric at a time, so that memory holds one column.
+        // One metric at a time, so that only one column is in memory.
         let column = |name: &str| {
             if stop.load(Ordering::Relaxed) { Err(MonteCarloError::Interrupted) } else { self.column(name) }
         };
@@ -324,12 +323,12 @@ impl<'a> Runs<'a> {
         })
     }
 
-    /// A metric's values, a value per run, in the order of runs; `None` where a run has none.
+    /// Returns the values of a metric, one per run, in the order of runs; `None` if a run has none.
     pub fn column(&self, metric: &str) -> Result<Vec<Option<f64>>, MonteCarloError> {
         self.rows(&[metric])?.map(|row| Ok(row?.values.pop().flatten())).collect()
     }
 
-    /// The rows in the order of runs, with the values of these metrics; insists that they are the batch's.
+    /// Returns the rows in the order of runs, with the values of these metrics; checks that they belong to the batch.
     pub(super) fn rows(
         &self,
         metrics: &[&str],
@@ -339,7 +338,7 @@ impl<'a> Runs<'a> {
             TableReader::<RunRow>::of(path.clone(), columns(metrics.iter().copied()), [self.table.clone()])?;
         let (rows, flown) = (table.rows(), batch.flown().end - batch.flown().start);
         if rows != flown {
-            let what = format!("it has {rows} rows, the batch {flown} runs");
+            let what = format!("it has {rows} rows, but the batch has {flown} runs");
             return Err(RecordError::damaged(&path, what).into());
         }
         let mut runs = batch.flown();
@@ -354,7 +353,7 @@ impl<'a> Runs<'a> {
             }
             runs = 0..0;
             let what = match expected {
-                Some((run, seed)) => format!("the row of run {run} with seed {seed} is not in its place"),
+                Some((run, seed)) => format!("the row of run {run} with seed {seed} is out of order"),
                 None => "it has more rows than the batch has runs".to_owned(),
             };
             Some(Err(RecordError::damaged(&path, what).into()))
@@ -362,7 +361,7 @@ impl<'a> Runs<'a> {
     }
 }
 
-/// Pairs as an object, in their order.
+/// Serialises pairs as an object and keeps their order.
 pub(super) fn as_object<T: Serialize, S: Serializer>(pairs: &[(String, T)], serializer: S) -> Result<S::Ok, S::Error> {
     serializer.collect_map(pairs.iter().map(|(name, value)| (name, value)))
 }

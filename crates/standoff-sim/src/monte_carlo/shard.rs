@@ -1,4 +1,4 @@
-//! A part of a batch.
+//! Shard of a batch.
 
 use std::fmt;
 use std::ops::Range;
@@ -6,19 +6,19 @@ use std::str::FromStr;
 
 use serde::{Deserialize, Serialize};
 
-/// One of equal parts of a batch.
+/// One of several equal parts of a batch.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 pub struct Shard {
-    /// Which part, from 0.
+    /// Index of the shard, from 0.
     pub index: u64,
-    /// Of how many.
+    /// Number of shards.
     pub of: u64,
 }
 
 impl FromStr for Shard {
     type Err = String;
 
-    /// `I/N`.
+    /// Parses `I/N`.
     fn from_str(text: &str) -> Result<Self, String> {
         let parts = text.split_once('/').and_then(|(index, of)| Some((index.parse().ok()?, of.parse().ok()?)));
         match parts {
@@ -35,7 +35,7 @@ impl fmt::Display for Shard {
 }
 
 impl Shard {
-    /// The runs of this part: parts differ by at most one run, and follow one another.
+    /// Returns the runs of this shard. Shards are consecutive, and their sizes differ by at most one run.
     pub(super) fn of_runs(self, runs: u64) -> Range<u64> {
         let bound = |index: u64| (u128::from(index) * u128::from(runs) / u128::from(self.of)) as u64;
         bound(self.index)..bound(self.index + 1)
@@ -47,7 +47,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn shards_share_all_runs_evenly_and_in_order() {
+    fn shards_divide_all_runs_evenly_and_in_order() {
         for (runs, of) in [(1, 1), (7, 3), (200, 8), (10, 10), (u64::MAX, 3)] {
             let mut next = 0;
             for index in 0..of {
@@ -61,7 +61,7 @@ mod tests {
     }
 
     #[test]
-    fn a_shard_is_read_as_it_is_written() {
+    fn shard_is_parsed_from_its_displayed_form() {
         assert_eq!("2/5".parse(), Ok(Shard { index: 2, of: 5 }));
         for wrong in ["5/5", "0/0", "-1/5", "1", "a/b", "1/2/3", ""] {
             assert!(wrong.parse::<Shard>().is_err(), "{wrong}");

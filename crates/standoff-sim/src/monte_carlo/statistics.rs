@@ -1,40 +1,40 @@
-//! Statistics of one metric over the runs of a batch: one plain algorithm, over the runs in their order.
+//! Statistics of one metric over the runs of a batch, computed in the order of runs.
 
 use serde::Serialize;
 use statrs::distribution::{ContinuousCDF, StudentsT};
 
-/// What a metric came to over the runs that have it. Everything is `None` where it is not defined.
+/// Statistics of a metric over the runs that have a value. Undefined values are `None`.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Statistics {
-    /// Runs that have a value.
+    /// Number of runs that have a value.
     pub n: u64,
-    /// Mean over the runs; of a pooled metric, see [`pooled_root_ratio`].
+    /// Mean over the runs; for a pooled metric, see [`pooled_root_ratio`].
     pub mean: Option<f64>,
-    /// 95 % confidence interval of `mean`, by Student's t. From two runs on.
+    /// 95 % confidence interval of `mean` by Student's t; needs two runs.
     pub ci95: Option<[f64; 2]>,
-    /// Standard deviation of the runs, over n - 1. From two runs on.
+    /// Sample standard deviation over the runs (n - 1); needs two runs.
     pub sd: Option<f64>,
-    /// 5 % quantile of the runs.
+    /// 5 % quantile over the runs.
     pub p5: Option<f64>,
-    /// Median of the runs.
+    /// Median over the runs.
     pub p50: Option<f64>,
-    /// 95 % quantile of the runs.
+    /// 95 % quantile over the runs.
     pub p95: Option<f64>,
-    /// Largest value of the runs.
+    /// Maximum over the runs.
     pub max: Option<f64>,
 }
 
-/// A mean and its 95 % confidence interval.
+/// Pooled value and its 95 % confidence interval.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Pooled {
-    /// The pooled value.
+    /// Pooled value.
     pub mean: f64,
-    /// Its interval; from two runs on.
+    /// 95 % confidence interval; needs two runs.
     pub ci95: Option<[f64; 2]>,
 }
 
 impl Statistics {
-    /// The statistics of a metric's values, a value per run; runs without one do not count.
+    /// Computes the statistics of a metric's values, one per run; runs without a value are ignored.
     pub fn of(values: &[Option<f64>]) -> Self {
         let mut values: Vec<f64> = values.iter().copied().flatten().collect();
         let (mean, sd) = mean_and_sd(&values);
@@ -53,11 +53,11 @@ impl Statistics {
     }
 }
 
-/// The square root of a ratio of sums over all runs, such as squared errors over squared bounds: one run weighs as much
-/// as what it adds to the sums. Runs that lack either count for nothing.
+/// Computes the square root of a ratio of sums over all runs, such as squared errors over squared bounds. The weight of
+/// a run is its contribution to the sums. Runs that lack a value are ignored.
 ///
 /// The interval is that of the ratio of two means by the delta method, with Student's t and n - 1 degrees of freedom.
-/// `None` if the denominators add up to nothing above zero.
+/// Returns `None` if the sum of the denominators is not positive.
 pub fn pooled_root_ratio(numerators: &[Option<f64>], denominators: &[Option<f64>]) -> Option<Pooled> {
     let pairs: Vec<(f64, f64)> = numerators.iter().zip(denominators).filter_map(|(a, b)| a.zip(*b)).collect();
     let n = pairs.len() as f64;
@@ -74,7 +74,7 @@ pub fn pooled_root_ratio(numerators: &[Option<f64>], denominators: &[Option<f64>
     Some(Pooled { mean: root, ci95 })
 }
 
-/// Mean of at least one value, and standard deviation, over n - 1, of at least two.
+/// Returns the mean of at least one value, and the sample standard deviation (n - 1) of at least two.
 pub(super) fn mean_and_sd(values: &[f64]) -> (Option<f64>, Option<f64>) {
     let n = values.len() as f64;
     if values.is_empty() {
@@ -85,21 +85,21 @@ pub(super) fn mean_and_sd(values: &[f64]) -> (Option<f64>, Option<f64>) {
     (Some(mean), (values.len() > 1).then(|| (squares / (n - 1.0)).sqrt()))
 }
 
-/// The 95 % confidence interval of a mean of `n` values, at least two, with this standard deviation.
+/// Returns the 95 % confidence interval of a mean of `n` values, at least two, with this standard deviation.
 pub(super) fn interval(mean: f64, sd: f64, n: usize) -> [f64; 2] {
     let half = student_t_975(n - 1) * sd / (n as f64).sqrt();
     [mean - half, mean + half]
 }
 
-/// The 97.5 % quantile of Student's t with so many degrees of freedom, at least one: half the width of a 95 % interval
-/// of a mean, in standard errors.
+/// Returns the 97.5 % quantile of Student's t with `freedom` degrees of freedom, at least one: half the width of a 95 %
+/// interval of a mean, in standard errors.
 pub fn student_t_975(freedom: usize) -> f64 {
-    // Fails only for a freedom that is not positive.
+    // Fails only if the degrees of freedom are not positive.
     StudentsT::new(0.0, 1.0, freedom as f64).map_or(f64::INFINITY, |t| t.inverse_cdf(0.975))
 }
 
-/// The quantile `p` of ascending values, between order statistics: the value at position p (n - 1), counted from 0, on
-/// the straight line between the two values around it. `None` of no values.
+/// Returns the quantile `p` of ascending values by linear interpolation between order statistics, at position p (n - 1)
+/// counted from 0. `None` without values.
 pub fn quantile(sorted: &[f64], p: f64) -> Option<f64> {
     let position = p * (sorted.len().checked_sub(1)?) as f64;
     let (below, above) = (sorted.get(position.floor() as usize)?, sorted.get(position.ceil() as usize)?);
@@ -114,9 +114,10 @@ mod tests {
         assert!((got - expected).abs() <= 1e-9 * expected.abs().max(1.0), "{got}, not {expected}");
     }
 
-    /// The tables of Student's t, with more digits: Simpson's rule over the density gives 0.975 at each, to 1e-11.
+    /// Values of tables of Student's t, with more digits: Simpson's rule over the density gives 0.975 at each, to
+    /// 1e-11.
     #[test]
-    fn quantiles_of_student_t_are_those_of_the_tables() {
+    fn student_t_quantiles_equal_published_tables() {
         for (freedom, expected) in [
             (1, 12.706204736174704),
             (2, 4.302652729749464),
@@ -129,9 +130,9 @@ mod tests {
         }
     }
 
-    /// 2, 4, 4, 4, 5, 5, 7, 9: mean 5, squares 32, so sd = sqrt(32/7); quantiles as NumPy's default.
+    /// 2, 4, 4, 4, 5, 5, 7, 9: mean 5, sum of squares 32, so sd = sqrt(32/7); quantiles as in NumPy's default.
     #[test]
-    fn statistics_are_those_of_a_small_sample() {
+    fn statistics_of_a_small_sample_are_correct() {
         let values = [9.0, 2.0, 5.0, 4.0, 4.0, 7.0, 4.0, 5.0].map(Some);
         let s = Statistics::of(&[&values[..], &[None, None]].concat());
         assert_eq!((s.n, s.mean, s.p50, s.max), (8, Some(5.0), Some(4.5), Some(9.0)));
@@ -145,7 +146,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_not_defined_is_none() {
+    fn undefined_statistics_are_none() {
         let none = Statistics::of(&[None]);
         assert_eq!((none.n, none.mean, none.ci95, none.sd, none.p50, none.max), (0, None, None, None, None, None));
         let one = Statistics::of(&[Some(3.0)]);
@@ -155,9 +156,9 @@ mod tests {
         assert_eq!((same.sd, same.ci95), (Some(0.0), Some([3.0, 3.0])));
     }
 
-    /// Numerators 1, 4, 7 over denominators 1, 2, 5: ratio 12/8, residuals -0.5, 1, -0.5, their sd sqrt(0.75).
+    /// Numerators 1, 4, 7 over denominators 1, 2, 5: ratio 12/8, residuals -0.5, 1, -0.5 with sd sqrt(0.75).
     #[test]
-    fn a_pooled_ratio_weighs_runs_by_what_they_add() {
+    fn pooled_ratio_weights_runs_by_their_contribution() {
         let pooled =
             pooled_root_ratio(&[Some(1.0), Some(4.0), None, Some(7.0)], &[Some(1.0), Some(2.0), Some(9.0), Some(5.0)]);
         let Pooled { mean, ci95 } = pooled.unwrap();
@@ -168,10 +169,10 @@ mod tests {
         close(mean - lo, hi - mean);
     }
 
-    /// The interval covers the true ratio as often as it says: 1,000 batches of 60 runs of dependent sums.
+    /// The interval covers the true ratio with its nominal frequency: 1,000 batches of 60 runs of dependent sums.
     #[test]
-    fn the_interval_of_a_pooled_ratio_covers_in_95_of_100() {
-        use crate::draws::{Draws, Stream};
+    fn interval_of_a_pooled_ratio_has_nominal_coverage() {
+        use crate::random::{Draws, Stream};
         let mut covered = 0;
         for batch in 0..1_000 {
             let (mut above, mut below) = (Vec::new(), Vec::new());
@@ -183,12 +184,12 @@ mod tests {
             let [lo, hi] = pooled_root_ratio(&above, &below).unwrap().ci95.unwrap();
             covered += u32::from((lo..hi).contains(&2f64.sqrt()));
         }
-        // Three standard errors of a share of 0.95.
+        // Three standard errors of a proportion of 0.95.
         assert!((929..=971).contains(&covered), "{covered}");
     }
 
     #[test]
-    fn a_pooled_ratio_of_nothing_is_none() {
+    fn pooled_ratio_without_values_is_none() {
         assert_eq!(pooled_root_ratio(&[], &[]), None);
         assert_eq!(pooled_root_ratio(&[Some(1.0)], &[Some(0.0)]), None);
         assert_eq!(pooled_root_ratio(&[Some(4.0)], &[Some(1.0)]), Some(Pooled { mean: 2.0, ci95: None }));

@@ -1,17 +1,17 @@
-//! How far an unfinished record tells: what its growing tables lack to be read.
+//! Checkpoint of an unfinished record: the data that its growing tables lack to be readable.
 //!
-//! A Parquet file is readable only once its footer is written. So now and then a writer puts into one small file, for
-//! every table, the footer of what has gone into the table's file, and the rows that have not:
+//! A Parquet file is readable only after its footer has been written. Therefore the writer regularly saves one small
+//! file that contains, for every table, the footer of the data in the table's file and the rows that are not in it yet:
 //!
 //! ```text
-//! "standoff partial" | last instant, us | a table | ... | CRC-32 of all that
+//! "standoff partial" | last time, us    | a table | ... | CRC-32 of the above
 //!      16 bytes             8                               4
-//! table: lengths of its footer and of its rows, 8 bytes each | footer, as Parquet has it | rows: a whole Parquet file
+//! table: lengths of its footer and of its rows, 8 bytes each | footer in Parquet format | rows: complete Parquet file
 //! ```
 //!
-//! Numbers are little-endian. Tables only grow, and the file is replaced as a whole: it fits them whatever ends the run.
-//! Without tables it says that theirs are whole. Those of intruders, and of what each of several minds
-//! believes, come last, if they are there.
+//! Numbers are little-endian. Tables only grow, and this file is replaced as a whole, so it matches the tables however
+//! the run ends. A checkpoint without tables means that the files of the tables are complete. The tables of intruders
+//! and of several agents come last, if they exist.
 
 use std::fs::{self, File};
 use std::io::Read as _;
@@ -21,21 +21,21 @@ use std::sync::Arc;
 use standoff_parquet::{Footer, Source};
 
 use super::RecordError;
-use super::rows::{OF_AGENTS, TIMED};
+use super::schema::{OF_AGENTS, TIMED};
 use super::table::{Missing, Row as _};
 use crate::frame::IntruderRow;
-use crate::{disk, input};
+use crate::{atomic_file, bounded_input};
 
 /// Name of the file.
 pub(super) const CHECKPOINT: &str = "checkpoint";
 
-/// Largest checkpoint, bytes: fewer rows than a row group has, of every table, and their footers.
+/// Maximum size of a checkpoint, bytes: for every table, less than a row group, and the footer.
 const MAX_BYTES: u64 = 128 << 20;
 
 const MAGIC: &[u8; 16] = b"standoff partial";
 
-/// Writes the checkpoint of a record: `tables` in the order of [`TIMED`], then the intruders' and [`OF_AGENTS`] if there
-/// are some, or none if they are whole.
+/// Writes the checkpoint of a record. `tables` are in the order of [`TIMED`], followed by the intruders and
+/// [`OF_AGENTS`] if they exist; empty if the files are complete.
 pub(super) fn write(dir: &Path, last_us: i64, tables: &[Missing]) -> Result<(), RecordError> {
     let mut bytes = MAGIC.to_vec();
     bytes.extend(last_us.to_le_bytes());
@@ -47,16 +47,16 @@ pub(super) fn write(dir: &Path, last_us: i64, tables: &[Missing]) -> Result<(), 
     }
     bytes.extend(crc32fast::hash(&bytes).to_le_bytes());
     let path = dir.join(CHECKPOINT);
-    let saved = disk::save(&path, bytes).and_then(|()| disk::sync_folder(dir));
+    let saved = atomic_file::save(&path, bytes).and_then(|()| atomic_file::sync_folder(dir));
     saved.map_err(|reason| RecordError::write(&path, reason))
 }
 
-/// A record has a checkpoint; whether it is whole is not looked at.
+/// True if a record has a checkpoint, valid or not.
 pub(super) fn is_in(dir: &Path) -> bool {
     dir.join(CHECKPOINT).is_file()
 }
 
-/// Removes the checkpoint of a record that needs none any more.
+/// Removes the checkpoint of a completed record.
 pub(super) fn remove(dir: &Path) -> Result<(), RecordError> {
     let path = dir.join(CHECKPOINT);
     if !is_in(dir) {
@@ -65,13 +65,14 @@ pub(super) fn remove(dir: &Path) -> Result<(), RecordError> {
     fs::remove_file(&path).map_err(|reason| RecordError::write(&path, reason))
 }
 
-/// The checkpoint of an unfinished record.
+/// Checkpoint of an unfinished record.
 #[derive(Debug)]
 pub(super) struct Checkpoint {
     file: Arc<File>,
-    /// The last instant it tells of.
+    /// Time of the last frame in it.
     pub(super) last_us: i64,
-    /// Of each of [`TIMED`], then of the intruders and of [`OF_AGENTS`] if there are some, unless they are whole.
+    /// In the order of [`TIMED`], followed by the intruders and [`OF_AGENTS`] if they exist; empty if the files are
+    /// complete.
     tables: Vec<Table>,
 }
 
@@ -85,43 +86,43 @@ impl Checkpoint {
     /// Reads the checkpoint in `dir`.
     pub(super) fn read(dir: &Path) -> Result<Self, RecordError> {
         let path = dir.join(CHECKPOINT);
-        // Read and kept open as one: a run that goes on may replace the file meanwhile.
+        // Read and kept open as the same file: a run in progress may replace it meanwhile.
         let unreadable = |reason| RecordError::read(&path, reason);
-        let mut file = input::open(&path, MAX_BYTES).map_err(unreadable)?;
+        let mut file = bounded_input::open(&path, MAX_BYTES).map_err(unreadable)?;
         let mut bytes = Vec::new();
         file.read_to_end(&mut bytes).map_err(unreadable)?;
         let broken = || RecordError::damaged(&path, "its checksum is wrong");
-        let (told, crc) = bytes.split_last_chunk().ok_or_else(broken)?;
-        let head = told.strip_prefix(MAGIC).and_then(|told| told.split_first_chunk());
+        let (contents, crc) = bytes.split_last_chunk().ok_or_else(broken)?;
+        let head = contents.strip_prefix(MAGIC).and_then(|contents| contents.split_first_chunk());
         let (last_us, mut rest) =
-            head.filter(|_| crc32fast::hash(told) == u32::from_le_bytes(*crc)).ok_or_else(broken)?;
+            head.filter(|_| crc32fast::hash(contents) == u32::from_le_bytes(*crc)).ok_or_else(broken)?;
         let mut tables = Vec::new();
-        // Their number tells which there are.
+        // The number of tables determines which ones they are.
         const WITH_AGENTS: usize = TIMED.len() + OF_AGENTS.len();
         while !rest.is_empty() && tables.len() <= WITH_AGENTS {
-            let at = told.len() - rest.len();
+            let at = contents.len() - rest.len();
             let (table, after) = split_table(rest, at).map_err(|error| RecordError::parquet_read(&path, error))?;
             tables.push(table);
             rest = after;
         }
         let sound = [0, TIMED.len(), TIMED.len() + 1, WITH_AGENTS, WITH_AGENTS + 1];
         if !sound.contains(&tables.len()) || !rest.is_empty() {
-            return Err(RecordError::damaged(&path, "it does not have the tables of a record"));
+            return Err(RecordError::damaged(&path, "it does not contain the tables of a record"));
         }
         Ok(Self { file: Arc::new(file), last_us: i64::from_le_bytes(*last_us), tables })
     }
 
-    /// Everything that it tells of was written before there were tables of what each of several minds believes.
+    /// True if the checkpoint was written before the tables of several agents existed.
     pub(super) fn is_without_agents(&self) -> bool {
         [TIMED.len(), TIMED.len() + 1].contains(&self.tables.len())
     }
 
-    /// The same of the table of intruders.
+    /// True if the checkpoint was written before the table of intruders existed.
     pub(super) fn is_without_intruders(&self) -> bool {
         [TIMED.len(), TIMED.len() + OF_AGENTS.len()].contains(&self.tables.len())
     }
 
-    /// Where the rows of a table are, given its own file; `None` if that is whole.
+    /// Returns the sources of the rows of a table, given its own file; `None` if that file is complete.
     pub(super) fn sources(&self, table: &str, file: File) -> Option<[Source; 2]> {
         let intruders = Some(IntruderRow::TABLE).filter(|_| !self.is_without_intruders());
         let mut names = TIMED.into_iter().chain(intruders).chain(OF_AGENTS);
@@ -131,7 +132,7 @@ impl Checkpoint {
     }
 }
 
-/// The first table of the bytes, which begin at `at` in the file, and what follows it.
+/// Splits off the first table of the bytes, which start at `at` in the file, and returns it with the rest.
 fn split_table(bytes: &[u8], at: usize) -> Result<(Table, &[u8]), standoff_parquet::Error> {
     let split = || {
         let (footer_length, bytes) = bytes.split_first_chunk()?;
@@ -141,9 +142,9 @@ fn split_table(bytes: &[u8], at: usize) -> Result<(Table, &[u8]), standoff_parqu
         let (rows, bytes) = bytes.split_at_checked(length(rows_length)?)?;
         Some((footer, rows, bytes))
     };
-    let breaks_off = || standoff_parquet::Error::Damaged("a table breaks off".to_owned());
+    let breaks_off = || standoff_parquet::Error::Damaged("a table is truncated".to_owned());
     let (footer, rows, rest) = split().ok_or_else(breaks_off)?;
-    // What is in memory has far fewer bytes than that.
+    // The size of data in memory is far below that limit.
     let offset = i64::try_from(at + 8 + 8 + footer.len()).unwrap_or(i64::MAX);
     let table = Table { footer: Footer::at_end_of(footer, 0)?, rows: Footer::at_end_of(rows, offset)? };
     Ok((table, rest))

@@ -1,4 +1,4 @@
-//! One column of a table in memory: how a row's fields go into it, come out, and reach Parquet.
+//! One column of a table in memory: conversion between fields of rows and Parquet.
 
 use std::slice::IterMut;
 
@@ -9,24 +9,24 @@ use parquet::data_type::{BoolType, ByteArray, ByteArrayType, DataType, DoubleTyp
 use parquet::errors::{ParquetError, Result as ParquetResult};
 use parquet::schema::types::Type;
 
-/// The columns of a table, walked from left to right to put or get one row.
+/// Columns of a table, iterated from left to right to put or get one row.
 pub(crate) type Cells<'a> = IterMut<'a, Column>;
 
-/// A field of a row, kept in one or more columns.
+/// Field of a row, stored in one or more columns.
 pub(crate) trait Field: Sized {
     fn declare(name: &str, columns: &mut Vec<Column>);
     fn put(&self, cells: &mut Cells<'_>) -> Result<(), Fault>;
     fn get(cells: &mut Cells<'_>) -> Result<Self, Fault>;
 }
 
-/// A value kept in one column; its `Option` is a field too, of a column with nulls.
+/// Value stored in one column. Its `Option` is a field with nulls.
 pub(crate) trait Scalar: Sized {
     type Cell: Cell;
     fn encode(&self) -> Result<Self::Cell, What>;
     fn decode(cell: Self::Cell) -> Result<Self, What>;
 }
 
-/// A value that does not go into its column, or did not come out of it.
+/// Value that cannot be stored in its column or read from it.
 #[derive(Debug, thiserror::Error)]
 #[error("column {column} {what}")]
 pub(crate) struct Fault {
@@ -34,7 +34,7 @@ pub(crate) struct Fault {
     pub(crate) what: What,
 }
 
-/// What is wrong with a value.
+/// Problem of a value.
 #[derive(Debug, thiserror::Error)]
 pub(crate) enum What {
     #[error("is not finite")]
@@ -89,25 +89,25 @@ fn next<'a>(cells: &mut Cells<'a>) -> Result<&'a mut Column, Fault> {
     })
 }
 
-/// Passes over the next column if the file lacks it.
+/// Skips the next column if the file does not contain it.
 pub(crate) fn is_missing(cells: &mut Cells<'_>) -> bool {
     let is_missing = cells.as_slice().first().is_some_and(|column| column.is_missing);
     is_missing && cells.next().is_some()
 }
 
-/// A column: its name and its values of the rows in hand.
+/// Column: its name and its values of the buffered rows.
 pub(crate) struct Column {
     name: String,
     optional: bool,
-    /// Files of older versions lack it, and this one does.
+    /// True if files of older versions may lack the column.
     pub(crate) may_be_missing: bool,
     pub(crate) is_missing: bool,
-    /// One per row, 1 where the row has a value; empty if every row has one.
+    /// One level per row, 1 for a value and 0 for null; empty if no row is null.
     levels: Vec<i16>,
     values: Values,
-    /// Rows taken out.
+    /// Number of rows that were read.
     rows_taken: usize,
-    /// Values taken out: fewer, as a null takes no value.
+    /// Number of values that were read: nulls have none.
     values_taken: usize,
 }
 
@@ -129,7 +129,7 @@ impl Column {
         &self.name
     }
 
-    /// The column's entry in a table's schema.
+    /// Returns the schema entry of the column.
     pub(crate) fn schema(&self) -> ParquetResult<Type> {
         let repetition = if self.optional { Repetition::OPTIONAL } else { Repetition::REQUIRED };
         let text = matches!(self.values, Values::Text(_));
@@ -140,7 +140,7 @@ impl Column {
             .build()
     }
 
-    /// How Parquet holds its values.
+    /// Returns the physical Parquet type.
     pub(crate) fn physical(&self) -> Physical {
         self.values.physical()
     }
@@ -156,7 +156,7 @@ impl Column {
         self.values.write(writer, levels)
     }
 
-    /// Reads the column's values of the next rows of a row group, in place of those in hand; tells how many there were.
+    /// Replaces the buffered values by those of the next rows of a row group; returns the number of rows read.
     pub(crate) fn read(&mut self, reader: &mut ColumnReader, rows: usize) -> ParquetResult<usize> {
         self.clear();
         self.values.read(reader, rows, &mut self.levels)
@@ -180,7 +180,7 @@ impl Column {
         self.values_taken += 1;
         match cell {
             Some(cell) => Ok(Some(cell.clone())),
-            None => Err(What::Bad("ends before its table does".to_owned())),
+            None => Err(What::Bad("has fewer values than its table has rows".to_owned())),
         }
     }
 
@@ -190,18 +190,18 @@ impl Column {
     }
 }
 
-/// Cannot come about: a field declares the column that it is put into.
+/// Unreachable: a field always declares its own column.
 fn wrong_cell() -> What {
-    What::Bad("holds values of another type".to_owned())
+    What::Bad("contains values of another type".to_owned())
 }
 
-/// A type that a column can hold.
+/// Type that a column can store.
 pub(crate) trait Cell: Clone {
     fn empty() -> Values;
     fn of(values: &mut Values) -> Option<&mut Vec<Self>>;
 }
 
-/// Makes the types of columns: for each, a name here, the type in memory, that of Parquet, and what reads it.
+/// Defines the column types: for each, the variant, the type in memory, that of Parquet, and its reader.
 macro_rules! kinds {
     ($($kind:ident, $cell:ty, $parquet:ty, $reader:ident;)+) => {
         /// The values of a column, by type.
@@ -231,7 +231,7 @@ macro_rules! kinds {
                 }
             }
 
-            /// Reads up to so many rows and tells how many there were.
+            /// Reads at most `rows` rows and returns their number.
             fn read(&mut self, from: &mut ColumnReader, rows: usize, levels: &mut Vec<i16>) -> ParquetResult<usize> {
                 match (self, from) {
                     $((Self::$kind(values), ColumnReader::$reader(from)) => from

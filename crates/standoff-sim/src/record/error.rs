@@ -1,4 +1,4 @@
-//! What can go wrong with a record, told to the person who runs standoff: where, what, and what to do.
+//! Errors of records: messages for users with the location, the reason and a remedy.
 
 use std::io;
 use std::path::{Path, PathBuf};
@@ -6,194 +6,197 @@ use std::path::{Path, PathBuf};
 use parquet::errors::ParquetError;
 use standoff_parquet::Error as Unreadable;
 
-use crate::{input, text};
+use crate::{bounded_input, display_text};
 
-/// Why a record cannot be written or read. The message is complete: it has no source to append.
+/// Reason why a record cannot be written or read. The message is complete: there is no source to append.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum RecordError {
     /// The operating system refused to write.
     #[error(
         "cannot write {}: {reason}; {}",
-        text::path(path),
-        input::advice(reason, "check its folder, its permissions and the free space")
+        display_text::path(path),
+        bounded_input::advice(reason, "check its folder, its permissions and the free space")
     )]
     Write {
-        /// What was to be written or moved.
+        /// File that could not be written or moved.
         path: PathBuf,
-        /// The system's reason.
+        /// Reason given by the system.
         reason: io::Error,
     },
     /// The operating system refused to read.
     #[error(
         "cannot read {}: {reason}; {}",
-        text::path(path),
-        input::advice(reason, match input::is_wrong(reason) {
+        display_text::path(path),
+        bounded_input::advice(reason, match bounded_input::is_input_error(reason) {
             true => "check that the record is complete, or run it again",
-            false => "try again, and check the disk if it comes back",
+            false => "try again, and check the disk if the error recurs",
         })
     )]
     Read {
-        /// What was to be read.
+        /// File that could not be read.
         path: PathBuf,
-        /// The system's reason.
+        /// Reason given by the system.
         reason: io::Error,
     },
-    /// A file of the record does not hold what it should.
-    #[error("{} is damaged: {what}; copy the record again, or run it again", text::path(path))]
+    /// A file of the record has invalid contents.
+    #[error("{} is damaged: {what}; copy the record again, or run it again", display_text::path(path))]
     Damaged {
-        /// The file.
+        /// Path of the file.
         path: PathBuf,
-        /// What is wrong with it.
+        /// Description of the damage.
         what: String,
     },
-    /// Another program wrote a table again, in a way that is not read here.
+    /// Another program saved a table again, in a form that is not supported.
     #[error(
         "{} cannot be read: {what}; save it again with the types that it had, plain or dictionary encoding, and \
          compressed by snappy or not at all (pandas: read_parquet(path, dtype_backend=\"pyarrow\") and \
          to_parquet(path, compression=\"snappy\"))",
-        text::path(path)
+        display_text::path(path)
     )]
     Foreign {
-        /// The table.
+        /// Path of the table.
         path: PathBuf,
-        /// What is not read.
+        /// Unsupported feature.
         what: String,
     },
-    /// The record is unfinished, and nothing in it can be read yet.
-    #[error("{} is a run that was ended before any of it was kept; fly the scenario.toml in it again", text::path(dir))]
+    /// The record is unfinished and has no checkpoint.
+    #[error(
+        "{} is a run that ended before its first checkpoint; run the scenario.toml in it again",
+        display_text::path(dir)
+    )]
     NothingKept {
-        /// The folder.
+        /// Folder of the record.
         dir: PathBuf,
     },
-    /// The folder holds no record.
+    /// The folder contains no record.
     #[error(
-        "{} is not a record: it holds no run.json; name a folder that standoff run wrote (standoff view opens those of many runs)",
-        text::path(dir)
+        "{} is not a record: it contains no run.json; give a folder written by standoff run (standoff view also opens Monte Carlo results)",
+        display_text::path(dir)
     )]
     NotARecord {
-        /// The folder.
+        /// Folder that was given.
         dir: PathBuf,
     },
-    /// The record is of another format than this program knows.
+    /// The record has a format that this program does not support.
     #[error(
         "{} has record format {format}, written by standoff {version}; this program reads format {known}: read it \
-         with that version, or fly the scenario.toml beside it again",
-        text::path(path), version = text::words(version)
+         with that version, or run the scenario.toml in the same folder again",
+        display_text::path(path), version = display_text::printable(version)
     )]
     OtherFormat {
-        /// The manifest.
+        /// Path of the manifest.
         path: PathBuf,
-        /// The record's format.
+        /// Format of the record.
         format: u64,
-        /// The format that this version writes and reads.
+        /// Format that this version writes and reads.
         known: u64,
-        /// The version of standoff that wrote it.
+        /// Version of standoff that wrote the record.
         version: String,
     },
-    /// Something that is not a run of ours lies where the record should go.
+    /// The destination contains something other than a standoff run.
     #[error(
-        "{} holds something other than a run of standoff ({}) and is left as it is; name another folder",
-        text::path(dir),
-        text::words(what)
+        "{} contains something other than a run of standoff ({}) and is left unchanged; choose another folder",
+        display_text::path(dir),
+        display_text::printable(what)
     )]
     Occupied {
-        /// The folder or file in the way.
+        /// Existing folder or file.
         dir: PathBuf,
-        /// What in it is not a run's.
+        /// Name of the foreign contents.
         what: String,
     },
-    /// An older run lies where the record should go, and cannot be removed.
+    /// The destination contains an older run that cannot be removed.
     #[error(
-        "the run in {} could not be removed to make room: {reason}; remove it if it is yours, or name another folder",
-        text::path(dir)
+        "the run in {} could not be removed: {reason}; remove it if it is yours, or choose another folder",
+        display_text::path(dir)
     )]
     NotRemovable {
-        /// The older run.
+        /// Folder of the older run.
         dir: PathBuf,
-        /// The system's reason.
+        /// Reason given by the system.
         reason: io::Error,
     },
     /// Another run is writing the same record.
-    #[error("another run is writing {}; wait until it ends, or name another folder", text::path(dir))]
+    #[error("another run is writing {}; wait until it ends, or choose another folder", display_text::path(dir))]
     InUse {
-        /// The partial folder of the other run.
+        /// Temporary folder of the other run.
         dir: PathBuf,
     },
-    /// The name cannot be that of a record's folder.
-    #[error("{} does not name a folder that could be made; give a name", text::path(dir))]
+    /// The path has no valid folder name.
+    #[error("{} is not the name of a new folder; give a name", display_text::path(dir))]
     NoName {
-        /// The name as given.
+        /// Path as given.
         dir: PathBuf,
     },
-    /// The name leaves no room for what standoff adds to it.
+    /// The name is too long for the suffix that standoff appends while it writes.
     #[error(
-        "{} has a name of {bytes} bytes; at most {most}, because standoff adds to it while it writes: name another folder",
-        text::path(dir)
+        "{} has a name of {bytes} bytes; at most {most}, because standoff appends a suffix while it writes: choose a shorter name",
+        display_text::path(dir)
     )]
     LongName {
-        /// The name as given.
+        /// Path as given.
         dir: PathBuf,
-        /// Its length.
+        /// Length of the name, bytes.
         bytes: usize,
-        /// The greatest length.
+        /// Maximum length, bytes.
         most: usize,
     },
-    /// The name is one that standoff gives to runs that are not whole yet, or are being replaced.
+    /// The name ends with a suffix that standoff reserves for unfinished or replaced runs.
     #[error(
-        "{} has a name that standoff gives itself, to what is unfinished or being replaced; name another folder",
-        text::path(dir)
+        "{} ends with a suffix that standoff reserves for unfinished or replaced runs; choose another name",
+        display_text::path(dir)
     )]
     Reserved {
-        /// The name as given.
+        /// Path as given.
         dir: PathBuf,
     },
-    /// The record was completed but could not be moved to its place; it is kept where it is.
-    #[error("the record is complete but stays in {}: {reason}", text::path(kept))]
+    /// The complete record could not be moved to its destination and stays in its temporary folder.
+    #[error("the record is complete but stays in {}: {reason}", display_text::path(kept))]
     NotMoved {
-        /// Where the complete record lies.
+        /// Folder of the complete record.
         kept: PathBuf,
-        /// Why it could not be moved.
+        /// Reason why it could not be moved.
         reason: Box<RecordError>,
     },
     /// A number to be written is NaN or infinite.
-    #[error("{table}.{column} is not finite at {time_s} s; this is a fault of the run, please report it")]
+    #[error("{table}.{column} is not finite at {time_s} s; this is a bug in standoff, please report it")]
     NotFinite {
-        /// The table.
+        /// Name of the table.
         table: &'static str,
-        /// The column.
+        /// Name of the column.
         column: String,
         /// Time since the start of the mission, s.
         time_s: f64,
     },
-    /// An id or count to be written exceeds the 31 bits that the record has for it.
-    #[error("{table}.{column} is {value} at {time_s} s; a record holds at most {}", i32::MAX)]
+    /// An id or count to be written exceeds 31 bits.
+    #[error("{table}.{column} is {value} at {time_s} s; a record stores at most {}", i32::MAX)]
     TooLarge {
-        /// The table.
+        /// Name of the table.
         table: &'static str,
-        /// The column.
+        /// Name of the column.
         column: String,
         /// Time since the start of the mission, s.
         time_s: f64,
-        /// The number.
+        /// Value that is too large.
         value: u64,
     },
-    /// The frames do not make a run.
+    /// The frames do not form a run.
     #[error("the frame at {time_s} s cannot be recorded: {what}")]
     BadFrame {
         /// Time since the start of the mission, s.
         time_s: f64,
-        /// What is wrong with it.
+        /// Description of the problem.
         what: String,
     },
 }
 
 impl RecordError {
-    /// What was named is not what it should be; otherwise something failed on the way.
+    /// True if the user's input is wrong, false if an operation failed.
     #[must_use]
     pub fn is_wrong_input(&self) -> bool {
         match self {
-            Self::Read { reason, .. } => input::is_wrong(reason),
+            Self::Read { reason, .. } => bounded_input::is_input_error(reason),
             Self::Write { .. } | Self::InUse { .. } | Self::NotMoved { .. } | Self::NotFinite { .. } => false,
             _ => true,
         }
@@ -208,12 +211,12 @@ impl RecordError {
     }
 
     pub(crate) fn damaged(path: &Path, what: impl Into<String>) -> Self {
-        // Libraries repeat what they find.
-        let (path, what) = (path.to_owned(), text::words(&what.into()));
+        // Libraries quote input in their messages.
+        let (path, what) = (path.to_owned(), display_text::printable(&what.into()));
         Self::Damaged { path, what }
     }
 
-    /// Of the parquet crate while writing: the system's reason where there is one.
+    /// Converts an error of the parquet crate while writing; returns the system's reason if there is one.
     pub(super) fn parquet_write(path: &Path, error: ParquetError) -> Self {
         match Unreadable::from(error) {
             Unreadable::System(reason) => Self::write(path, reason),
@@ -221,12 +224,12 @@ impl RecordError {
         }
     }
 
-    /// While reading a table.
+    /// Converts an error while reading a table.
     pub(super) fn parquet_read(path: &Path, error: Unreadable) -> Self {
         match error {
             Unreadable::System(reason) => Self::read(path, reason),
             Unreadable::Damaged(what) => Self::damaged(path, what),
-            Unreadable::Foreign(what) => Self::Foreign { path: path.to_owned(), what: text::words(&what) },
+            Unreadable::Foreign(what) => Self::Foreign { path: path.to_owned(), what: display_text::printable(&what) },
         }
     }
 }

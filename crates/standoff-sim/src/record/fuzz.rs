@@ -1,17 +1,17 @@
-//! Targets of `bolero`: manifest and tables of records. See [`crate::fuzz`].
+//! Fuzz targets (`bolero`) for manifests and tables of records. See [`crate::fuzz`].
 
 use std::fs;
 use std::path::Path;
 
-use super::rows::{At, TargetRow};
+use super::schema::{At, TargetRow};
 use super::table::{Row, TableReader, file_of};
 use super::{
-    AgentEventRow, AgentRow, Agents, EventRow, Frame, Manifest, OfAgent, Place, Record, TeamRow, TrackRow, TrackStatus,
-    UavRow, Writer,
+    AgentEventRow, AgentRow, ByAgent, EventRow, Frame, Manifest, MembershipState, PerAgentTables, Record, TeammateRow,
+    TrackRow, TrackStatus, UavRow, Writer,
 };
 use crate::fuzz::{JSON, corpus, put, refused, run};
 
-/// A small record.
+/// Writes a small record.
 fn write(dir: &Path) {
     let uav = UavRow {
         uav: 0,
@@ -28,26 +28,26 @@ fn write(dir: &Path) {
         turn_rate_limited: true,
         centre_distance_m: Some(100.0),
         phase_rad: None,
-        steered_distance_m: None,
+        steered_radius_m: None,
         desired_heading_rad: None,
         feedforward_rad_s: None,
         convergence_threshold_m2_s: None,
         centre_too_fast: false,
+        commanded_altitude_m: None,
         altitude_m: None,
-        flown_altitude_m: None,
         climb_rate_m_s: None,
-        avoids: None,
-        avoids_intruder: None,
-        foretold_m: None,
-        border: None,
+        avoided_uav: None,
+        avoided_intruder: None,
+        predicted_distance_m: None,
+        limiting_zone: None,
     };
     let track = TrackRow {
         target: 0,
         track: 0,
-        status: TrackStatus::Held,
-        place: Place::Member,
+        status: TrackStatus::Updated,
+        membership: MembershipState::Member,
         group: Some(1),
-        to_group: None,
+        receiving_group: None,
         state: [1.0, 0.5, 0.0, 2.0, 0.25, 0.0],
         covariance: [1.0; 21],
     };
@@ -63,18 +63,19 @@ fn write(dir: &Path) {
     let all = [0, 1].map(|agent| AgentRow {
         agent,
         committed_us: Some(-500_000),
-        disturbed: agent == 0,
+        link_degraded: agent == 0,
         sent_messages: 1,
         sent_bytes: 1 << 40,
         double_counted: None,
     });
-    let (presence, heard_us, group, group_id) = (Some(standoff::Presence::Silent), Some(0), Some(1), Some(1 << 62));
-    let agents = Agents {
+    let (presence, heard_us, group, group_id) =
+        (Some(standoff::TeammateStatus::Silent), Some(0), Some(1), Some(1 << 62));
+    let agents = PerAgentTables {
         all: all.into(),
-        tracks: vec![OfAgent { agent: 1, row: track }],
+        tracks: vec![ByAgent { agent: 1, row: track }],
         groups: Vec::new(),
-        events: vec![AgentEventRow { agent: 0, happened_us: -1, provisional: true, event: event.clone() }],
-        team: vec![TeamRow { agent: 0, uav: 1, presence, heard_us, group, group_id }],
+        events: vec![AgentEventRow { agent: 0, event_time_us: -1, provisional: true, event: event.clone() }],
+        teammates: vec![TeammateRow { agent: 0, uav: 1, status: presence, last_report_us: heard_us, group, group_id }],
     };
     let frame = |time_us| Frame {
         time_us,
@@ -90,13 +91,14 @@ fn write(dir: &Path) {
     writer.close().unwrap().publish().unwrap();
 }
 
-/// Reads a table to its end; whether it was accepted. That numbers are finite and words known, its rows see to.
+/// Reads a table to its end; returns whether it was accepted. The rows check that numbers are finite and enum values
+/// known.
 fn read<R: Row>(dir: &Path) -> bool {
     let rows = TableReader::<R>::open(file_of::<R>(dir)).and_then(|mut table| {
         let mut rows = 0;
         while table.next_row()?.is_some() {
             rows += 1;
-            // What a file holds for nothing has no end; that time passes, frames check.
+            // A tiny file can contain any number of rows; only frames check that time advances.
             if rows == 100_000 {
                 break;
             }
@@ -118,7 +120,7 @@ fn any_table_is_read_or_refused() {
         file_of::<At<EventRow>>(&dir),
         file_of::<TargetRow>(&dir),
         file_of::<At<AgentRow>>(&dir),
-        file_of::<At<TeamRow>>(&dir),
+        file_of::<At<TeammateRow>>(&dir),
     ];
     let good: Vec<Vec<u8>> = files.iter().map(load).collect();
     run("table", 0.05, |choices| {
@@ -130,7 +132,7 @@ fn any_table_is_read_or_refused() {
             2 => read::<At<EventRow>>(&dir),
             3 => read::<TargetRow>(&dir),
             4 => read::<At<AgentRow>>(&dir),
-            _ => read::<At<TeamRow>>(&dir),
+            _ => read::<At<TeammateRow>>(&dir),
         }
     });
 }
@@ -140,7 +142,7 @@ fn any_record_is_read_or_refused() {
     let home = tempfile::tempdir().unwrap();
     let dir = home.path().join("run");
     write(&dir);
-    let tables = ["uavs", "tracks", "events", "targets", "agents", "agent_tracks", "agent_events", "agent_team"];
+    let tables = ["uavs", "tracks", "events", "targets", "agents", "agent_tracks", "agent_events", "agent_teammates"];
     let tables = tables.map(|table| format!("{table}.parquet"));
     let files: Vec<_> = ["run.json", "scenario.toml"]
         .into_iter()

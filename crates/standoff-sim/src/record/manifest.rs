@@ -1,4 +1,4 @@
-//! `run.json`: what was run and which version of standoff wrote the record.
+//! `run.json`: scenario and seed of the run, and the version of standoff that wrote the record.
 
 use std::collections::BTreeMap;
 use std::io;
@@ -7,29 +7,29 @@ use std::path::Path;
 use serde::{Deserialize, Serialize};
 
 use super::error::RecordError;
-use crate::frame::Reported;
-use crate::input;
-use crate::text::{quoted, words};
+use crate::bounded_input;
+use crate::display_text::{printable, quoted};
+use crate::frame::ReportedTables;
 use crate::traffic::{Origin, Unit};
 
-/// The format of the records that this version writes and reads. It rises when the manifest or a table changes.
+/// Record format that this version writes and reads. It is incremented when the manifest or a table changes.
 pub const FORMAT: u64 = 4;
-/// Its file's name.
+/// File name of the manifest.
 pub(super) const MANIFEST: &str = "run.json";
-/// Largest manifest, bytes: one has some 300.
+/// Maximum size of a manifest, bytes; typical are 300.
 const MAX_MANIFEST: u64 = 64 << 10;
-/// Longest name of a scenario, characters: that of a file has 255 bytes.
+/// Maximum length of a scenario name, characters; file names have up to 255 bytes.
 pub(crate) const MAX_NAME: usize = 1_000;
-/// Longest version, characters.
+/// Maximum length of a version, characters.
 pub(crate) const MAX_VERSION: usize = 100;
-/// Records of these formats are read, too: they only have no counts, or no origin either.
+/// Older formats that are also read: they only lack the counts, or also the origin.
 const WITHOUT_COUNTS: [u64; 2] = [3, 2];
 
-/// What was run.
+/// Description of a run.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Manifest {
-    /// Format of the record, [`FORMAT`] in what this version writes.
+    /// Format of the record; [`FORMAT`] in records of this version.
     pub format: u64,
     /// Version of standoff that wrote the record.
     pub version: String,
@@ -39,42 +39,42 @@ pub struct Manifest {
     pub seed: u64,
     /// Length of the mission, s.
     pub duration_s: f64,
-    /// Time from one instant to the next, s.
+    /// Time between two time steps, s.
     pub period_s: f64,
-    /// Where the local plane touches the Earth, if the scenario says.
+    /// Origin of the local plane on the Earth, if the scenario has one.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub origin: Option<Origin>,
-    /// What the coordinates of the traffic file were taken for, if the scenario has one. Older records
-    /// say it only by their origin.
+    /// Unit of the coordinates of the traffic file, if the scenario has one. In older records, only the origin shows
+    /// the unit.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub traffic_unit: Option<Unit>,
-    /// What the brain tells of itself, if it does not tell all.
+    /// Tables that the controller reports, if not all.
     #[serde(default, skip_serializing_if = "is_whole")]
-    pub reported: Reported,
-    /// How much a complete record holds, by which is noticed what has gone missing.
+    pub reported: ReportedTables,
+    /// Size of a complete record, used to detect missing data.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub counts: Option<Counts>,
-    /// The run is under way, or was ended before its mission was over.
+    /// True while the run is in progress, or if it ended before the mission was over.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub unfinished: bool,
 }
 
-fn is_whole(reported: &Reported) -> bool {
-    *reported == Reported::default()
+fn is_whole(reported: &ReportedTables) -> bool {
+    *reported == ReportedTables::default()
 }
 
-/// How much a record holds.
+/// Size of a record.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Counts {
-    /// Number of instants.
+    /// Number of time steps.
     pub instants: u64,
-    /// Number of rows, by the name of the table.
+    /// Number of rows, by table name.
     pub rows: BTreeMap<String, u64>,
 }
 
 impl Manifest {
-    /// The manifest of a run by this version of standoff.
+    /// Makes the manifest of a run by this version of standoff.
     #[must_use]
     pub fn new(scenario: &str, seed: u64, duration_s: f64, period_s: f64) -> Self {
         Self {
@@ -86,22 +86,27 @@ impl Manifest {
             period_s,
             origin: None,
             traffic_unit: None,
-            reported: Reported::default(),
+            reported: ReportedTables::default(),
             counts: None,
             unfinished: false,
         }
     }
 
-    /// Scenario and seed, as pictures of the run are titled.
+    /// Returns scenario and seed, as in the titles of figures.
     #[must_use]
     pub fn title(&self) -> String {
-        format!("{}, seed {}{}", words(&self.scenario), self.seed, if self.unfinished { ", unfinished" } else { "" })
+        format!(
+            "{}, seed {}{}",
+            printable(&self.scenario),
+            self.seed,
+            if self.unfinished { ", unfinished" } else { "" }
+        )
     }
 
-    /// What the coordinates of the traffic file were taken for, in words; `None` if there was none, or if the record does
-    /// not say.
+    /// Describes the unit of the traffic file's coordinates; `None` without a traffic file or if the record does not
+    /// contain it.
     #[must_use]
-    pub fn traffic_told(&self) -> Option<String> {
+    pub fn traffic_note(&self) -> Option<String> {
         match (self.origin, self.traffic_unit) {
             (Some(Origin { latitude_deg, longitude_deg }), _) => {
                 Some(format!("degrees, projected about {latitude_deg:.6}, {longitude_deg:.6}"))
@@ -126,7 +131,7 @@ impl Manifest {
 
     pub(super) fn read(dir: &Path) -> Result<Self, RecordError> {
         let path = dir.join(MANIFEST);
-        let text = match input::text(&path, MAX_MANIFEST) {
+        let text = match bounded_input::text(&path, MAX_MANIFEST) {
             Ok(text) => text,
             Err(reason) if reason.kind() == io::ErrorKind::NotFound && dir.is_dir() => {
                 return Err(RecordError::NotARecord { dir: dir.to_owned() });
@@ -134,7 +139,7 @@ impl Manifest {
             Err(reason) => return Err(RecordError::read(&path, reason)),
         };
         let damaged = |error: serde_json::Error| RecordError::damaged(&path, error.to_string());
-        // A later format may have other fields: look at the format before insisting on ours.
+        // A later format may have other fields, so the format is checked first.
         let Heading { format, version } = serde_json::from_str(&text).map_err(damaged)?;
         if format != FORMAT && !WITHOUT_COUNTS.contains(&format) {
             return Err(RecordError::OtherFormat { path, format, known: FORMAT, version });
@@ -144,12 +149,12 @@ impl Manifest {
         Ok(manifest)
     }
 
-    /// Refuses what no run can be.
+    /// Refuses values that no run can have.
     fn check(&self) -> Result<(), String> {
         check_length("scenario", &self.scenario, MAX_NAME)?;
         check_length("version", &self.version, MAX_VERSION)?;
         if self.format == FORMAT && self.counts.is_none() != self.unfinished {
-            return Err("it has counts only if the run is finished, and then it has them".to_owned());
+            return Err("it must have counts if and only if the run is finished".to_owned());
         }
         let mut values = vec![("duration_s", self.duration_s, 0.0..=1e9), ("period_s", self.period_s, 1e-6..=1e9)];
         if let Some(Origin { latitude_deg, longitude_deg }) = self.origin {
@@ -157,23 +162,26 @@ impl Manifest {
             values.push(("origin.longitude_deg", longitude_deg, -180.0..=180.0));
         }
         if self.traffic_unit.is_some_and(|unit| (unit == Unit::Degrees) != self.origin.is_some()) {
-            return Err("traffic_unit and origin contradict each other: degrees have an origin, metres none".to_owned());
+            return Err(
+                "traffic_unit and origin contradict each other: degrees need an origin, metres must not have one"
+                    .to_owned(),
+            );
         }
         match values.into_iter().find(|(_, value, allowed)| !allowed.contains(value)) {
             None => Ok(()),
             Some((key, value, allowed)) => {
-                Err(format!("{key} = {value:e} is out of range; {:e} to {:e}", allowed.start(), allowed.end()))
+                Err(format!("{key} = {value:e} is out of range; must be {:e} to {:e}", allowed.start(), allowed.end()))
             }
         }
     }
 
-    /// The folder's `run.json` is that of a record, of this format or another one.
+    /// True if the folder's `run.json` is that of a record, of this format or another one.
     pub(super) fn is_in(dir: &Path) -> bool {
         matches!(Self::read(dir), Ok(_) | Err(RecordError::OtherFormat { .. }))
     }
 }
 
-/// Refuses a text of more than so many characters.
+/// Refuses a text longer than `most` characters.
 pub(crate) fn check_length(key: &str, value: &str, most: usize) -> Result<(), String> {
     match value.chars().count() {
         count if count <= most => Ok(()),
@@ -181,7 +189,7 @@ pub(crate) fn check_length(key: &str, value: &str, most: usize) -> Result<(), St
     }
 }
 
-/// What every format of the manifest begins with.
+/// Common start of the manifest in every format.
 #[derive(Deserialize)]
 struct Heading {
     format: u64,

@@ -1,19 +1,19 @@
-//! Reads a record back: its manifest at once, its frames one after the other in bounded memory.
+//! Reads a record: the manifest immediately, the frames one by one in bounded memory.
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use super::bounds::{Beyond, Bounds, check_names};
 use super::checkpoint::{self, Checkpoint};
-use super::folder::SCENARIO;
-use super::rows::{At, TargetRow, most_at_once, seconds};
+use super::directory::SCENARIO;
+use super::limits::{LimitExceeded, RecordLimits, check_names};
+use super::schema::{At, TargetRow, most_at_once, seconds};
 use super::table::{Row, TableReader, file_of};
 use super::{Counts, Manifest, RecordError};
+use crate::bounded_input;
 use crate::frame::{
-    AgentEventRow, AgentRow, Agents, DetectionRow, EventRow, Frame, GroupRow, IntruderRow, OfAgent, TeamRow, TrackRow,
-    TruthRow, UavRow,
+    AgentEventRow, AgentRow, ByAgent, DetectionRow, EventRow, Frame, GroupRow, IntruderRow, PerAgentTables,
+    TeammateRow, TrackRow, TruthRow, UavRow,
 };
-use crate::input;
 use crate::scenario::{LENGTH_MAX, SPELT_OUT};
 
 /// A record on disk.
@@ -23,15 +23,16 @@ pub struct Record {
     manifest: Manifest,
     scenario_toml: String,
     target_names: Vec<String>,
-    /// Of a record that is unfinished.
+    /// Checkpoint of an unfinished record.
     checkpoint: Option<Arc<Checkpoint>>,
 }
 
 impl Record {
-    /// Opens the record in `dir`: reads all but the frames. An unfinished one tells as far as [`Record::ends_s`].
+    /// Opens the record in `dir` and reads everything except the frames. An unfinished record ends at
+    /// [`Record::ends_s`].
     ///
-    /// Damage that makes the library of Parquet panic is an error. The panic is caught, but the process's panic hook hears
-    /// of it, which a program may have say nothing as long as [`panic_is_expected`](super::panic_is_expected).
+    /// Damage that makes the Parquet library panic is returned as an error. The panic is caught, but the process's
+    /// panic hook still runs; it can ignore the panic if [`panic_is_expected`](super::panic_is_expected) is true.
     pub fn open(dir: &Path) -> Result<Self, RecordError> {
         let manifest = Manifest::read(dir)?;
         if manifest.unfinished && !checkpoint::is_in(dir) {
@@ -40,63 +41,63 @@ impl Record {
         let checkpoint = manifest.unfinished.then(|| Checkpoint::read(dir).map(Arc::new)).transpose()?;
         let path = dir.join(SCENARIO);
         let scenario_toml =
-            input::text(&path, SPELT_OUT * LENGTH_MAX).map_err(|reason| RecordError::read(&path, reason))?;
+            bounded_input::text(&path, SPELT_OUT * LENGTH_MAX).map_err(|reason| RecordError::read(&path, reason))?;
         let target_names = read_names(dir)?;
         check_count::<TargetRow>(&manifest, target_names.len() as u64, &file_of::<TargetRow>(dir))?;
         Ok(Self { dir: dir.to_owned(), manifest, scenario_toml, target_names, checkpoint })
     }
 
-    /// The instant at which an unfinished record breaks off, s; `None` of a finished one.
+    /// End time of an unfinished record, s; `None` if it is finished.
     #[must_use]
     pub fn ends_s(&self) -> Option<f64> {
         self.checkpoint.as_ref().map(|checkpoint| seconds(checkpoint.last_us))
     }
 
-    /// The folder of the record.
+    /// Folder of the record.
     #[must_use]
     pub fn dir(&self) -> &Path {
         &self.dir
     }
 
-    /// What was run, and by which version.
+    /// Manifest: scenario name, seed, version and so on.
     #[must_use]
     pub fn manifest(&self) -> &Manifest {
         &self.manifest
     }
 
-    /// The resolved scenario, TOML.
+    /// Resolved scenario, TOML.
     #[must_use]
     pub fn scenario_toml(&self) -> &str {
         &self.scenario_toml
     }
 
-    /// The targets' names, by id.
+    /// Names of the targets, by id.
     #[must_use]
     pub fn target_names(&self) -> &[String] {
         &self.target_names
     }
 
-    /// The record holds the truth; somebody may have taken it out.
+    /// True if the record contains the truth. Users may remove it.
     #[must_use]
     pub fn has_truth(&self) -> bool {
         file_of::<TruthRow>(&self.dir).exists()
     }
 
-    /// It holds what each of several minds believes; somebody may have taken that out.
+    /// True if the record contains the estimates of several agents. Users may remove them.
     #[must_use]
     pub fn has_agents(&self) -> bool {
         let is_before = self.checkpoint.as_ref().is_some_and(|checkpoint| checkpoint.is_without_agents());
         file_of::<AgentRow>(&self.dir).exists() && !is_before
     }
 
-    /// There were intruders, and it holds them; somebody may have taken them out.
+    /// True if the run had intruders and the record contains them. Users may remove them.
     #[must_use]
     pub fn has_intruders(&self) -> bool {
         let is_before = self.checkpoint.as_ref().is_some_and(|checkpoint| checkpoint.is_without_intruders());
         file_of::<IntruderRow>(&self.dir).exists() && !is_before
     }
 
-    /// Rows of the larger of the tables of targets: how much there is to show.
+    /// Number of rows of the larger one of the tables of tracks and truth.
     pub fn target_rows(&self) -> Result<u64, RecordError> {
         let tracks = self.table::<TrackRow>()?.rows();
         if !self.has_truth() {
@@ -105,12 +106,12 @@ impl Record {
         Ok(tracks.max(self.table::<TruthRow>()?.rows()))
     }
 
-    /// Rows of the tracks of all minds, where they are several.
+    /// Number of track rows of all agents; 0 if one agent acts for the whole team.
     pub fn agent_track_rows(&self) -> Result<u64, RecordError> {
-        if self.has_agents() { Ok(self.table::<OfAgent<TrackRow>>()?.rows()) } else { Ok(0) }
+        if self.has_agents() { Ok(self.table::<ByAgent<TrackRow>>()?.rows()) } else { Ok(0) }
     }
 
-    /// Looks at every row of the UAVs, and at nothing else.
+    /// Calls `look` for every row of the UAVs table.
     pub fn each_uav(&self, mut look: impl FnMut(&UavRow)) -> Result<(), RecordError> {
         let mut table = self.table::<UavRow>()?;
         while let Some(At { row, .. }) = table.next_row()? {
@@ -128,7 +129,7 @@ impl Record {
     fn uncounted<R: Row>(&self) -> Result<TableReader<At<R>>, RecordError> {
         let path = file_of::<R>(&self.dir);
         if let Some(checkpoint) = &self.checkpoint {
-            let file = input::open(&path, u64::MAX).map_err(|reason| RecordError::read(&path, reason))?;
+            let file = bounded_input::open(&path, u64::MAX).map_err(|reason| RecordError::read(&path, reason))?;
             if let Some(sources) = checkpoint.sources(R::TABLE, file) {
                 return TableReader::of(path, At::<R>::columns(), sources);
             }
@@ -136,11 +137,11 @@ impl Record {
         TableReader::open(path)
     }
 
-    /// Begins to read the frames, of which there is one at least.
+    /// Starts reading the frames; there is at least one.
     pub fn frames(&self) -> Result<Frames, RecordError> {
         let uavs: Merged<UavRow> = Merged::open(self)?;
         if uavs.ahead.is_none() {
-            let what = "it has no rows: without UAVs there is no instant to tell of";
+            let what = "it has no rows, but every run has at least one UAV";
             return Err(RecordError::damaged(uavs.table.path(), what));
         }
         let truth = self.has_truth().then(|| Merged::open(self));
@@ -153,7 +154,7 @@ impl Record {
             events: Merged::open(self)?,
             intruders: self.has_intruders().then(|| Merged::open(self)).transpose()?,
             agents: self.has_agents().then(|| MergedAgents::open(self)).transpose()?,
-            bounds: Bounds::new(&self.manifest, self.target_names.len()),
+            bounds: RecordLimits::new(&self.manifest, self.target_names.len()),
             record: self.clone(),
             last_us: None,
             ended: false,
@@ -161,7 +162,7 @@ impl Record {
     }
 }
 
-/// The frames of a record, in order of time; ends after the first error.
+/// Frames of a record in chronological order; ends after the first error.
 pub struct Frames {
     uavs: Merged<UavRow>,
     truth: Option<Merged<TruthRow>>,
@@ -171,7 +172,7 @@ pub struct Frames {
     events: Merged<EventRow>,
     intruders: Option<Merged<IntruderRow>>,
     agents: Option<MergedAgents>,
-    bounds: Bounds,
+    bounds: RecordLimits,
     record: Record,
     last_us: Option<i64>,
     ended: bool,
@@ -192,9 +193,9 @@ impl Iterator for Frames {
 
 impl Frames {
     fn frame(&mut self) -> Result<Option<Frame>, RecordError> {
-        // The UAVs define the instants.
+        // The UAVs define the time steps.
         let Some(time_us) = self.uavs.instant() else { return self.end().map(|()| None) };
-        let beyond = |Beyond { table, what }: Beyond| {
+        let beyond = |LimitExceeded { table, what }: LimitExceeded| {
             let path = self.record.dir.join(format!("{table}.parquet"));
             RecordError::damaged(&path, what)
         };
@@ -218,7 +219,8 @@ impl Frames {
         Ok(Some(frame))
     }
 
-    /// After the last instant no table may have anything left, and there must have been as many as there are said to be.
+    /// After the last time step, no table may have remaining rows, and the number of time steps must be that of the
+    /// manifest.
     fn end(&self) -> Result<(), RecordError> {
         self.truth.iter().try_for_each(Merged::check_end)?;
         self.tracks.check_end()?;
@@ -231,24 +233,24 @@ impl Frames {
         let (there, last_us) = (self.bounds.instants, self.last_us.unwrap_or_default());
         match (&self.record.manifest.counts, &self.record.checkpoint) {
             (Some(Counts { instants, .. }), _) if *instants != there => {
-                damaged(format!("it has {there} instants, and run.json beside it says {instants}"))
+                damaged(format!("it has {there} time steps, but run.json contains {instants}"))
             }
             (_, Some(checkpoint)) if checkpoint.last_us != last_us => {
                 let (ends_s, last_s) = (seconds(checkpoint.last_us), seconds(last_us));
-                damaged(format!("it ends at {last_s} s, and the checkpoint beside it says {ends_s} s"))
+                damaged(format!("it ends at {last_s} s, but the checkpoint ends at {ends_s} s"))
             }
             _ => Ok(()),
         }
     }
 }
 
-/// The tables of what each of several minds believes.
+/// Tables of the estimates of several agents.
 struct MergedAgents {
     all: Merged<AgentRow>,
-    tracks: Merged<OfAgent<TrackRow>>,
-    groups: Merged<OfAgent<GroupRow>>,
+    tracks: Merged<ByAgent<TrackRow>>,
+    groups: Merged<ByAgent<GroupRow>>,
     events: Merged<AgentEventRow>,
-    team: Merged<TeamRow>,
+    team: Merged<TeammateRow>,
 }
 
 impl MergedAgents {
@@ -262,13 +264,13 @@ impl MergedAgents {
         })
     }
 
-    fn at(&mut self, time_us: i64) -> Result<Agents, RecordError> {
-        Ok(Agents {
+    fn at(&mut self, time_us: i64) -> Result<PerAgentTables, RecordError> {
+        Ok(PerAgentTables {
             all: self.all.in_order_at(time_us, |row| row.agent)?,
             tracks: self.tracks.in_order_at(time_us, |of| (of.agent, of.row.target))?,
             groups: self.groups.in_order_at(time_us, |of| (of.agent, of.row.group))?,
             events: self.events.rows_at(time_us)?,
-            team: self.team.in_order_at(time_us, |row| (row.agent, row.uav))?,
+            teammates: self.team.in_order_at(time_us, |row| (row.agent, row.uav))?,
         })
     }
 
@@ -281,7 +283,7 @@ impl MergedAgents {
     }
 }
 
-/// A table that is read in step with others, one row ahead.
+/// Table that is read in step with others, buffering one row.
 struct Merged<R> {
     table: TableReader<At<R>>,
     ahead: Option<At<R>>,
@@ -298,12 +300,12 @@ impl<R: Row> Merged<R> {
         self.ahead.as_ref().map(|ahead| ahead.time_us)
     }
 
-    /// Refuses rows that no frame has taken.
+    /// Refuses rows that belong to no frame.
     fn check_end(&self) -> Result<(), RecordError> {
         self.instant().map_or(Ok(()), |time_us| Err(self.stray(time_us)))
     }
 
-    /// The rows of an instant. A row before it belongs to no frame.
+    /// Returns the rows of a time step. A row before it belongs to no frame.
     fn rows_at(&mut self, time_us: i64) -> Result<Vec<R>, RecordError> {
         let mut rows = Vec::new();
         while let Some(at) = self.ahead.take_if(|ahead| ahead.time_us <= time_us) {
@@ -321,33 +323,33 @@ impl<R: Row> Merged<R> {
         Ok(rows)
     }
 
-    /// The rows of an instant, which are by ascending id, each once.
+    /// Returns the rows of a time step; their ids must be unique and ascending.
     fn in_order_at<I: PartialOrd>(&mut self, time_us: i64, id: impl Fn(&R) -> I) -> Result<Vec<R>, RecordError> {
         let rows = self.rows_at(time_us)?;
         if rows.is_sorted_by(|row, next| id(row) < id(next)) {
             return Ok(rows);
         }
-        let what = format!("its rows at {} s are not by ascending id, each once", seconds(time_us));
+        let what = format!("the ids of its rows at {} s are not unique and ascending", seconds(time_us));
         Err(RecordError::damaged(self.table.path(), what))
     }
 
     fn stray(&self, time_us: i64) -> RecordError {
         let what =
-            format!("its rows at {} s are out of order, or the uavs table has none for that instant", seconds(time_us));
+            format!("its rows at {} s are out of order, or the uavs table has no rows at that time", seconds(time_us));
         RecordError::damaged(self.table.path(), what)
     }
 }
 
-/// Refuses a table that has other than the rows it had when the record was completed.
+/// Refuses a table whose number of rows differs from that of the completed record.
 fn check_count<R: Row>(manifest: &Manifest, rows: u64, path: &Path) -> Result<(), RecordError> {
     match manifest.counts.as_ref().map(|counts| counts.rows.get(R::TABLE)) {
         None => Ok(()),
         Some(Some(counted)) if *counted == rows => Ok(()),
         Some(Some(counted)) => {
-            let what = format!("it has {rows} rows, and run.json beside it says {counted}");
+            let what = format!("it has {rows} rows, but run.json contains {counted}");
             Err(RecordError::damaged(path, what))
         }
-        Some(None) => Err(RecordError::damaged(path, "run.json beside it does not say how many rows it has")),
+        Some(None) => Err(RecordError::damaged(path, "run.json does not contain its number of rows")),
     }
 }
 
@@ -356,7 +358,7 @@ fn read_names(dir: &Path) -> Result<Vec<String>, RecordError> {
     let (mut names, mut bytes) = (Vec::new(), 0);
     while let Some(row) = table.next_row()? {
         if usize::try_from(row.target).ok() != Some(names.len()) {
-            let what = format!("target {} is not in its place", row.target);
+            let what = format!("target {} is out of order", row.target);
             return Err(RecordError::damaged(table.path(), what));
         }
         bytes += row.name.len();

@@ -1,4 +1,4 @@
-//! One Parquet file: rows go in and come out through the columns of one row group at a time.
+//! One Parquet file, written and read one row group at a time.
 
 use std::collections::VecDeque;
 use std::fs::File;
@@ -17,58 +17,58 @@ use standoff_parquet::{Blocks, Source};
 
 use super::RecordError;
 use super::column::{Cells, Column, Fault, What};
-use crate::input;
+use crate::bounded_input;
 
-/// Rows per row group: it bounds the memory of a run of any length.
+/// Rows per row group: limits the memory, whatever the length of the run.
 pub(crate) const GROUP_ROWS: usize = 65_536;
 
-/// A row of a table. One order of columns serves both ways.
+/// Row of a table. The same column order is used for writing and reading.
 pub(crate) trait Row: Sized {
     /// Name of the table; the file is `<name>.parquet`.
     const TABLE: &'static str;
-    /// The table's columns, empty.
+    /// Returns the columns of the table, empty.
     fn columns() -> Vec<Column>;
-    /// Puts the row at the end of the columns.
+    /// Appends the row to the columns.
     fn put(&self, cells: &mut Cells<'_>) -> Result<(), Fault>;
-    /// Takes the next row out of the columns.
+    /// Reads the next row from the columns.
     fn get(cells: &mut Cells<'_>) -> Result<Self, Fault>;
-    /// The row's time for messages, s.
+    /// Time of the row for error messages, s.
     fn time_s(&self) -> f64 {
         0.0
     }
 }
 
-/// The file of a table in a record's folder.
+/// Path of a table in a record's folder.
 pub(crate) fn file_of<R: Row>(dir: &Path) -> PathBuf {
     dir.join(format!("{}.parquet", R::TABLE))
 }
 
-/// Writes a table row by row; all of its rows are of one type.
+/// Writes a table row by row; all rows have the same type.
 pub(crate) struct TableWriter {
     path: PathBuf,
     file: SerializedFileWriter<File>,
     columns: Vec<Column>,
     rows: usize,
-    /// Rows that went in, those in hand included.
+    /// Number of rows added so far, including buffered ones.
     pub(super) pushed: u64,
-    /// Row groups that are known to be on the disk.
+    /// Number of row groups that have been synced to disk.
     synced_groups: usize,
 }
 
 impl TableWriter {
-    /// The table of such rows in a record's folder.
+    /// Creates the table of this row type in a record's folder.
     pub(crate) fn create<R: Row>(dir: &Path) -> Result<Self, RecordError> {
         Self::with_columns(file_of::<R>(dir), R::columns())
     }
 
-    /// A table whose columns are known only when it is written.
+    /// Creates a table whose columns are only known at run time.
     pub(crate) fn with_columns(path: PathBuf, columns: Vec<Column>) -> Result<Self, RecordError> {
         let file = File::create(&path).map_err(|reason| RecordError::write(&path, reason))?;
         let file = start(file, &columns).map_err(|e| RecordError::parquet_write(&path, e))?;
         Ok(Self { path, file, columns, rows: 0, pushed: 0, synced_groups: 0 })
     }
 
-    /// Adds a row. After an error the table is not to be used any more.
+    /// Adds a row. After an error, the table must not be used any more.
     pub(crate) fn push<R: Row>(&mut self, row: &R) -> Result<(), RecordError> {
         row.put(&mut self.columns.iter_mut()).map_err(|fault| refusal(row, fault))?;
         (self.rows, self.pushed) = (self.rows + 1, self.pushed + 1);
@@ -78,7 +78,7 @@ impl TableWriter {
         Ok(())
     }
 
-    /// Writes what is left and sees it onto the disk. After that the table is not to be used any more.
+    /// Writes the remaining rows and syncs the file to disk. After that, the table must not be used any more.
     pub(crate) fn finish(&mut self) -> Result<(), RecordError> {
         self.flush()?;
         self.file.finish().map_err(|e| RecordError::parquet_write(&self.path, e))?;
@@ -86,7 +86,7 @@ impl TableWriter {
         synced.map_err(|reason| RecordError::write(&self.path, reason))
     }
 
-    /// Sees what is in the file onto the disk, and gives what it lacks to be read as it is now.
+    /// Syncs the file to disk, and returns the data that it lacks to be readable in its current state.
     pub(super) fn missing(&mut self) -> Result<Missing, RecordError> {
         let groups = self.file.flushed_row_groups().len();
         if groups > self.synced_groups {
@@ -111,7 +111,7 @@ impl TableWriter {
 fn start<W: Write + Send>(file: W, columns: &[Column]) -> ParquetResult<SerializedFileWriter<W>> {
     let fields: ParquetResult<Vec<_>> = columns.iter().map(|c| c.schema().map(Arc::new)).collect();
     let schema = Type::group_type_builder("schema").with_fields(fields?).build()?;
-    // Neither the library's version nor anything of this machine goes into the file.
+    // The file must not depend on the library version or the machine.
     let properties = WriterProperties::builder()
         .set_created_by("standoff".to_owned())
         .set_compression(Compression::SNAPPY)
@@ -121,15 +121,15 @@ fn start<W: Write + Send>(file: W, columns: &[Column]) -> ParquetResult<Serializ
     SerializedFileWriter::new(file, Arc::new(schema), Arc::new(properties))
 }
 
-/// What a table's file lacks to be read while it is written.
+/// Data that a growing table's file lacks to be readable.
 pub(super) struct Missing {
-    /// The footer of what is in the file.
+    /// Footer for the contents of the file.
     pub(super) footer: Vec<u8>,
-    /// The rows that are not: a Parquet file.
+    /// Buffered rows, as a separate Parquet file.
     pub(super) rows: Vec<u8>,
 }
 
-/// The footer of what was written so far, and the rows in hand as a file of their own.
+/// Returns the footer of the written data, and the buffered rows as a separate file.
 fn missing<W: Write + Send>(
     file: &SerializedFileWriter<W>,
     columns: &[Column],
@@ -170,9 +170,9 @@ fn refusal<R: Row>(row: &R, Fault { column, what }: Fault) -> RecordError {
     }
 }
 
-/// A Parquet file, if what it says of itself is plausible.
+/// Opens a Parquet file if its metadata is plausible.
 pub(crate) fn source(path: &Path) -> Result<Source, RecordError> {
-    let file = input::open(path, u64::MAX).map_err(|reason| RecordError::read(path, reason))?;
+    let file = bounded_input::open(path, u64::MAX).map_err(|reason| RecordError::read(path, reason))?;
     Source::open(file).map_err(|error| RecordError::parquet_read(path, error))
 }
 
@@ -181,9 +181,9 @@ pub(crate) struct TableReader<R> {
     path: PathBuf,
     blocks: Blocks,
     columns: Vec<Column>,
-    /// Rows in hand that were not taken yet.
+    /// Number of buffered rows that have not been returned.
     left: usize,
-    /// Rows taken, for messages.
+    /// Number of returned rows, for error messages.
     taken: usize,
     kind: PhantomData<R>,
 }
@@ -194,7 +194,7 @@ impl<R: Row> TableReader<R> {
         Self::of(path, R::columns(), [source])
     }
 
-    /// Reads these columns of one source after the other, and passes over all others; `path` is for messages.
+    /// Reads these columns from several sources in sequence and skips all other columns; `path` is for error messages.
     pub(crate) fn of(
         path: PathBuf,
         mut columns: Vec<Column>,
@@ -211,12 +211,12 @@ impl<R: Row> TableReader<R> {
         &self.path
     }
 
-    /// How many rows it says it has: all, as long as none was taken.
+    /// Number of rows according to the metadata: the total before the first row is read.
     pub(crate) fn rows(&self) -> u64 {
         self.blocks.rows()
     }
 
-    /// The next row, or `None` after the last.
+    /// Returns the next row, or `None` after the last.
     pub(crate) fn next_row(&mut self) -> Result<Option<R>, RecordError> {
         if self.left == 0 {
             let read = self.blocks.next(GROUP_ROWS, |column, reader, rows| self.columns[column].read(reader, rows));
@@ -238,7 +238,7 @@ mod tests {
     use parquet::file::serialized_reader::SerializedFileReader;
 
     use super::super::column::Field;
-    use super::super::rows::TargetRow;
+    use super::super::schema::TargetRow;
     use super::*;
 
     fn row(target: u32) -> TargetRow {
@@ -247,7 +247,7 @@ mod tests {
     }
 
     #[test]
-    fn a_full_row_group_is_written_at_once() {
+    fn full_row_groups_are_written_immediately() {
         let home = tempfile::tempdir().unwrap();
         for (rows, groups) in [(0, 0), (1, 1), (GROUP_ROWS, 1), (GROUP_ROWS + 1, 2)] {
             let path = home.path().join("table.parquet");
@@ -266,7 +266,7 @@ mod tests {
     }
 
     #[test]
-    fn a_column_that_is_there_twice_is_refused() {
+    fn duplicate_columns_are_refused() {
         let home = tempfile::tempdir().unwrap();
         let path = home.path().join("table.parquet");
         let columns = || TargetRow::columns().into_iter().chain(TargetRow::columns()).collect();
@@ -275,9 +275,9 @@ mod tests {
         assert!(error.contains("column target is there twice"), "{error}");
     }
 
-    /// As pandas saves whole numbers of which some are missing.
+    /// pandas saves integer columns with missing values as doubles.
     #[test]
-    fn a_column_of_another_type_is_not_called_damaged() {
+    fn column_of_another_type_is_not_reported_as_damaged() {
         let home = tempfile::tempdir().unwrap();
         let path = home.path().join("table.parquet");
         let mut columns = Vec::new();
@@ -289,12 +289,12 @@ mod tests {
     }
 
     #[test]
-    fn a_number_that_is_none_is_refused_with_what_is_allowed() {
+    fn non_finite_number_is_refused_with_the_allowed_range() {
         let home = tempfile::tempdir().unwrap();
         let path = home.path().join("table.parquet");
         let columns = Position::columns();
         for (y_m, expected) in [(f64::NAN, "NaN"), (f64::INFINITY, "inf"), (-2e100, "-2e100")] {
-            // What a row of ours would not put there.
+            // Written directly, because a row type would refuse the value.
             let file = File::create(&path).unwrap();
             let mut file = start(file, &columns).unwrap();
             let mut group = file.next_row_group().unwrap();
@@ -307,8 +307,8 @@ mod tests {
             file.close().unwrap();
             let mut table = TableReader::<Position>::open(path.clone()).unwrap();
             let error = table.next_row().map(drop).unwrap_err().to_string();
-            let told = format!("table.parquet is damaged: row 1: column y_m is {expected}; -1e100 to 1e100");
-            assert!(error.contains(&told), "{error}");
+            let message = format!("table.parquet is damaged: row 1: column y_m is {expected}; must be -1e100 to 1e100");
+            assert!(error.contains(&message), "{error}");
         }
     }
 
@@ -340,7 +340,7 @@ mod tests {
 
     #[test]
     #[cfg(target_os = "linux")]
-    fn a_full_disk_gives_the_systems_reason() {
+    fn full_disk_gives_the_reason_of_the_system() {
         let mut table = TableWriter::with_columns(PathBuf::from("/dev/full"), TargetRow::columns()).unwrap();
         table.push(&row(0)).unwrap();
         let error = table.finish().unwrap_err();

@@ -1,35 +1,36 @@
-//! Writes a record while the run goes: in a folder beside its place, moved there when complete.
+//! Writes a record during the run, in a temporary folder that is moved to its destination when the record is complete.
 
 use std::fs::File;
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
-use super::bounds::{Beyond, Bounds, check_names};
 use super::checkpoint;
+use super::directory::{self, MAP_FILE, Partial, SCENARIO, Turn};
 use super::error::RecordError;
-use super::folder::{self, MAP_FILE, Partial, SCENARIO, Turn};
+use super::limits::{LimitExceeded, RecordLimits, check_names};
 use super::manifest::{Counts, FORMAT, MANIFEST, Manifest};
-use super::rows::{At, OF_AGENTS, TIMED, TargetRow, WithError, most_at_once, seconds};
+use super::schema::{At, OF_AGENTS, TIMED, TargetRow, WithError, most_at_once, seconds};
 use super::table::{Missing, Row, TableWriter};
-use crate::disk::{self, beside};
+use crate::atomic_file::{self, sibling};
 use crate::frame::{
-    AgentEventRow, AgentRow, Agents, DetectionRow, EventRow, Frame, GroupRow, IntruderRow, OfAgent, TeamRow, TrackRow,
-    TruthRow, UavRow, ViewRow,
+    AgentEventRow, AgentRow, ByAgent, DetectionRow, EventRow, Frame, GroupRow, IntruderRow, PerAgentTables,
+    TeammateRow, TrackRow, TruthRow, UavRow, ViewRow,
 };
-use crate::score::{Judge, Judged, Rules};
+use crate::score::{FrameScorer, FrameScores, ScoreConfig};
 
-/// Least time between two checkpoints: what the end of the process may cost.
+/// Minimum time between two checkpoints: the most data that is lost if the process ends.
 const CHECKPOINT_EVERY: Duration = Duration::from_secs(1);
-/// They take at most one part in so many of the time.
+/// Minimum ratio of the time between checkpoints to the time that one takes.
 const CHECKPOINT_SHARE: u32 = 50;
 
-/// Writes a record, frame by frame, in bounded memory.
+/// Writes a record frame by frame, in bounded memory.
 ///
-/// The files grow in `<dir>.partial`. [`Closed::publish`] moves that folder to `dir`. If it does not come to that, the
-/// folder stays as an unfinished record which can be read up to its last checkpoint; without one it is removed.
+/// The files grow in `<dir>.partial`. [`Closed::publish`] moves that folder to `dir`. If the record is never published,
+/// the folder remains as an unfinished record that can be read up to its last checkpoint; without a checkpoint it is
+/// removed.
 ///
-/// When checkpoints are made depends on the time of day, but not what a record holds in the end.
+/// The times of checkpoints depend on the system clock, but the contents of the finished record do not.
 ///
 /// ```
 /// use standoff_sim::record::{Manifest, Record, Writer};
@@ -50,48 +51,48 @@ const CHECKPOINT_SHARE: u32 = 50;
 /// writer.finish()?;
 ///
 /// let record = Record::open(&dir)?;
-/// assert_eq!(record.target_names(), ["target-1"]);
-/// let first = record.frames()?.next().expect("there is one")?;
+/// assert_eq!(record.target_names(), ["target-0"]);
+/// let first = record.frames()?.next().expect("a run has at least one frame")?;
 /// assert_eq!((first.time_us, first.uavs.len()), (0, 1));
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 pub struct Writer {
-    /// In the order of `TIMED`, and `views`.
+    /// In the order of `TIMED`, followed by `in_view`.
     tables: [TableWriter; 7],
-    /// Once there is one.
+    /// Created with the first intruder.
     intruders: Option<TableWriter>,
-    /// In the order of `OF_AGENTS`, once there is something to write.
+    /// In the order of `OF_AGENTS`, created with the first data of agents.
     of_agents: Option<[TableWriter; 5]>,
-    judge: Option<Judge>,
-    bounds: Bounds,
+    judge: Option<FrameScorer>,
+    bounds: RecordLimits,
     last_us: Option<i64>,
     sound: bool,
     next_checkpoint: Instant,
-    /// The last instant of the last checkpoint.
+    /// Time of the last checkpoint.
     kept_us: Option<i64>,
     set_aside: Option<PathBuf>,
     manifest: Manifest,
     dir: PathBuf,
-    // As fields are dropped in order, the tables are closed before their folder goes, and others keep out until it has.
+    // Fields are dropped in order: the tables are closed before their folder is removed, and the lock is released last.
     partial: Partial,
-    /// Open, because it holds the lock.
+    /// Kept open, because it holds the lock.
     lock: File,
 }
 
-/// What is left of a run that did not come to its end: a record that can be read.
+/// Readable part of a run that ended early.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Kept {
-    /// Its folder.
+pub struct PartialRecord {
+    /// Folder of the record.
     pub dir: PathBuf,
-    /// Its last instant, s.
+    /// Time of its last frame, s.
     pub until_s: f64,
 }
 
 impl Writer {
-    /// Begins the record that is to lie in `dir`, with the targets' names by id. Parent folders are made. An unfinished
-    /// record that an ended run has left is set aside ([`Writer::set_aside`]) until this one is published.
+    /// Starts the record that will be published in `dir`, with the targets' names by id. Creates parent folders. An
+    /// unfinished record of an earlier run is moved aside ([`Writer::set_aside`]) until this one is published.
     ///
-    /// The record says that this version wrote it, whatever `manifest` says.
+    /// The record always contains the version of this program, not that of `manifest`.
     ///
     /// Fails if `dir` is [`super::Occupancy::Other`] or if another run is writing it.
     pub fn create(
@@ -105,11 +106,11 @@ impl Writer {
         let names = check_names(target_names.len(), target_names.iter().map(String::len).sum());
         names.map_err(|what| bad_frame(0, what))?;
         let json = manifest.to_json()?;
-        let (mut partial, set_aside) = folder::make_partial(dir)?;
-        let lock = put_manifest(&partial.path, &json, false)?;
+        let (mut partial, set_aside) = directory::make_partial(dir)?;
+        let lock = replace_manifest(&partial.path, &json, false)?;
         partial.turn = None;
         let path = partial.path.join(SCENARIO);
-        disk::save(&path, scenario_toml).map_err(|reason| RecordError::write(&path, reason))?;
+        atomic_file::save(&path, scenario_toml).map_err(|reason| RecordError::write(&path, reason))?;
         let mut targets = TableWriter::create::<TargetRow>(&partial.path)?;
         for (target, name) in (0..).zip(target_names) {
             let name = name.clone();
@@ -129,7 +130,7 @@ impl Writer {
             intruders: None,
             of_agents: None,
             judge: None,
-            bounds: Bounds::new(&manifest, target_names.len()),
+            bounds: RecordLimits::new(&manifest, target_names.len()),
             last_us: None,
             sound: true,
             next_checkpoint: Instant::now() + CHECKPOINT_EVERY,
@@ -142,29 +143,30 @@ impl Writer {
         })
     }
 
-    /// Has the record hold what its frames come to by the true geometry, for who reads it with other programs: views, and
-    /// errors of standoff distances and positions. Without this they are empty.
+    /// Adds quantities computed from the truth to the record, for other programs: views, and errors of standoff
+    /// distances and positions. Without this call they are empty.
     #[must_use]
-    pub fn judged_by(self, rules: Rules) -> Self {
-        Self { judge: Some(Judge::new(rules)), ..self }
+    pub fn judged_by(self, rules: ScoreConfig) -> Self {
+        Self { judge: Some(FrameScorer::new(rules)), ..self }
     }
 
-    /// Has the record keep a map of what lies under the vehicles, packed as pages show it.
+    /// Adds a packed background map to the record.
     pub fn with_map(self, gz: &[u8]) -> Result<Self, RecordError> {
         let path = self.partial.path.join(MAP_FILE);
-        disk::save_quickly(&path, gz).map_err(|reason| RecordError::write(&path, reason))?;
+        atomic_file::save_quickly(&path, gz).map_err(|reason| RecordError::write(&path, reason))?;
         Ok(self)
     }
 
-    /// Where an unfinished run lies that was in the way: until this one is published.
+    /// Returns the folder to which an earlier unfinished run was moved, until this record is published.
     #[must_use]
     pub fn set_aside(&self) -> Option<&Path> {
         self.set_aside.as_deref()
     }
 
-    /// Adds an instant, with at least one UAV: the first is 0, the next ones follow by the period of the manifest.
+    /// Adds a time step with at least one UAV. The first one is at 0, and the next ones follow at the period of the
+    /// manifest.
     ///
-    /// After an error the record cannot be continued nor finished.
+    /// After an error, the record can be neither continued nor finished.
     pub fn frame(&mut self, frame: &Frame) -> Result<(), RecordError> {
         let time_us = frame.time_us;
         self.check_sound(time_us)?;
@@ -173,7 +175,7 @@ impl Writer {
             return Err(bad_frame(time_us, "it has no UAV"));
         }
         let within = self.bounds.begin(time_us).and_then(|()| self.bounds.check(frame));
-        within.map_err(|Beyond { table, what }| bad_frame(time_us, format!("{table}: {what}")))?;
+        within.map_err(|LimitExceeded { table, what }| bad_frame(time_us, format!("{table}: {what}")))?;
         let judged = self.judge.as_mut().map(|judge| judge.frame(frame));
         let [uavs, truth, tracks, groups, detections, events, views] = &mut self.tables;
         put(uavs, time_us, &frame.uavs, |row| {
@@ -188,7 +190,7 @@ impl Writer {
         put(groups, time_us, &frame.groups, Clone::clone)?;
         put(detections, time_us, &frame.detections, Clone::clone)?;
         put(events, time_us, &frame.events, Clone::clone)?;
-        let seen: Vec<ViewRow> = judged.iter().flat_map(Judged::views).collect();
+        let seen: Vec<ViewRow> = judged.iter().flat_map(FrameScores::views).collect();
         put(views, time_us, &seen, Clone::clone)?;
         if self.intruders.is_none() && !frame.intruders.is_empty() {
             self.intruders = Some(TableWriter::create::<At<IntruderRow>>(&self.partial.path)?);
@@ -202,7 +204,8 @@ impl Writer {
         let now = Instant::now();
         if now >= self.next_checkpoint {
             let made = self.checkpoint();
-            // One that does not fit on the disk is done without: the tables may fit, and the one before stays.
+            // If there is no disk space for the checkpoint, the run goes on: the tables may still fit, and the previous
+            // checkpoint stays.
             if !self.sound {
                 return made;
             }
@@ -211,16 +214,16 @@ impl Writer {
         Ok(())
     }
 
-    fn put_agents(&mut self, time_us: i64, agents: &Agents) -> Result<(), RecordError> {
+    fn put_agents(&mut self, time_us: i64, agents: &PerAgentTables) -> Result<(), RecordError> {
         let of_agents = match &mut self.of_agents {
             Some(tables) => tables,
-            None if *agents == Agents::default() => return Ok(()),
+            None if *agents == PerAgentTables::default() => return Ok(()),
             None => self.of_agents.insert([
                 TableWriter::create::<At<AgentRow>>(&self.partial.path)?,
-                TableWriter::create::<At<OfAgent<TrackRow>>>(&self.partial.path)?,
-                TableWriter::create::<At<OfAgent<GroupRow>>>(&self.partial.path)?,
+                TableWriter::create::<At<ByAgent<TrackRow>>>(&self.partial.path)?,
+                TableWriter::create::<At<ByAgent<GroupRow>>>(&self.partial.path)?,
                 TableWriter::create::<At<AgentEventRow>>(&self.partial.path)?,
-                TableWriter::create::<At<TeamRow>>(&self.partial.path)?,
+                TableWriter::create::<At<TeammateRow>>(&self.partial.path)?,
             ]),
         };
         let [all, tracks, groups, events, team] = of_agents;
@@ -228,13 +231,14 @@ impl Writer {
         put(tracks, time_us, &agents.tracks, Clone::clone)?;
         put(groups, time_us, &agents.groups, Clone::clone)?;
         put(events, time_us, &agents.events, Clone::clone)?;
-        put(team, time_us, &agents.team, Clone::clone)
+        put(team, time_us, &agents.teammates, Clone::clone)
     }
 
-    /// Sees onto the disk what there is of the record, so that it can be read whatever comes. It is done now and then
-    /// without being asked for.
+    /// Syncs the data so far to disk, so that the record can be read even if the process ends. [`Writer::frame`] calls
+    /// this from time to time.
     ///
-    /// After an error of its tables the record cannot be continued nor finished; without room for a checkpoint it can.
+    /// After an error in its tables, the record can be neither continued nor finished. If only the checkpoint cannot be
+    /// written, it can.
     pub fn checkpoint(&mut self) -> Result<(), RecordError> {
         let Some(last_us) = self.last_us else { return Ok(()) };
         self.check_sound(last_us)?;
@@ -246,13 +250,14 @@ impl Writer {
         self.keep(last_us, &tables)
     }
 
-    /// Completes the record and moves it to its place.
+    /// Completes the record and moves it to its destination.
     pub fn finish(self) -> Result<(), RecordError> {
         self.close()?.publish()
     }
 
-    /// Completes the tables. The record can be read where it lies, and added to, before it is published.
-    pub fn close(mut self) -> Result<Closed, RecordError> {
+    /// Completes the tables. Before it is published, the record can be read in its temporary folder, and files can be
+    /// added to it.
+    pub fn close(mut self) -> Result<FinishedRecord, RecordError> {
         self.finish_tables()?;
         let timed = TIMED.into_iter().chain([ViewRow::TABLE]).zip(self.tables.iter().map(|table| table.pushed));
         let of_agents = OF_AGENTS.into_iter().zip(self.of_agents.iter().flatten().map(|table| table.pushed));
@@ -261,25 +266,25 @@ impl Writer {
         let rows = rows.map(|(table, rows)| (table.to_owned(), rows)).collect();
         let counts = Some(Counts { instants: self.bounds.instants, rows });
         let json = Manifest { counts, unfinished: false, ..self.manifest.clone() }.to_json()?;
-        let lock = put_manifest(&self.partial.path, &json, true)?;
+        let lock = replace_manifest(&self.partial.path, &json, true)?;
         self.partial.keep = true;
         checkpoint::remove(&self.partial.path)?;
-        Ok(Closed { _locks: [self.lock, lock], dir: self.partial.path.clone(), place: self.dir })
+        Ok(FinishedRecord { _locks: [self.lock, lock], dir: self.partial.path.clone(), place: self.dir })
     }
 
-    /// Ends the record before the mission is over: it stays unfinished, its tables whole up to the last frame. Without
-    /// a frame nothing is left.
-    pub fn stop(mut self) -> Result<Option<Kept>, RecordError> {
+    /// Ends the record before the mission is over. It stays unfinished, with complete tables up to the last frame.
+    /// Without a frame, nothing is kept.
+    pub fn stop(mut self) -> Result<Option<PartialRecord>, RecordError> {
         let Some(last_us) = self.last_us else { return Ok(None) };
         self.finish_tables()?;
         self.keep(last_us, &[])?;
         Ok(self.kept())
     }
 
-    /// What can be read of the record if it ends now.
+    /// Returns the part of the record that is readable if the process ends now.
     #[must_use]
-    pub fn kept(&self) -> Option<Kept> {
-        self.kept_us.map(|last_us| Kept { dir: self.partial.path.clone(), until_s: seconds(last_us) })
+    pub fn kept(&self) -> Option<PartialRecord> {
+        self.kept_us.map(|last_us| PartialRecord { dir: self.partial.path.clone(), until_s: seconds(last_us) })
     }
 
     fn keep(&mut self, last_us: i64, tables: &[Missing]) -> Result<(), RecordError> {
@@ -308,27 +313,27 @@ impl Writer {
     }
 }
 
-/// A complete record that is not in its place yet; dropped, it stays where it is.
-pub struct Closed {
-    /// Open, because they hold the lock.
+/// Complete record that is not at its destination yet. If it is dropped, it stays in its temporary folder.
+pub struct FinishedRecord {
+    /// Kept open, because they hold the lock.
     _locks: [File; 2],
     dir: PathBuf,
     place: PathBuf,
 }
 
-impl Closed {
-    /// Where the record lies until it is published. `map.json.gz`, `summary.json`, `report.html` and `*.svg` may be added; with
-    /// anything else in it, a later run will not replace the record.
+impl FinishedRecord {
+    /// Returns the folder of the record before publication. `map.json.gz`, `summary.json`, `report.html` and `*.svg`
+    /// may be added. With any other file in it, a later run does not replace the record.
     #[must_use]
     pub fn dir(&self) -> &Path {
         &self.dir
     }
 
-    /// Moves the record to its place. An older run there is removed once that is done.
+    /// Moves the record to its destination and then removes an older run there.
     ///
-    /// If only the move fails, the record is kept where it is: [`RecordError::NotMoved`].
+    /// If only the move fails, the record stays in its temporary folder: [`RecordError::NotMoved`].
     pub fn publish(self) -> Result<(), RecordError> {
-        let moved = Turn::beside(&self.place).and_then(|_turn| folder::move_into_place(&self.dir, &self.place));
+        let moved = Turn::for_sibling(&self.place).and_then(|_turn| directory::move_into_place(&self.dir, &self.place));
         moved.map_err(|reason| match self.dir.exists() {
             true => RecordError::NotMoved { kept: self.dir.clone(), reason: Box::new(reason) },
             false => reason,
@@ -336,14 +341,14 @@ impl Closed {
     }
 }
 
-/// Puts the manifest in its place, whole (`onto_disk`: even after a power cut); gives the file with the lock on it. One
-/// that it replaces stays locked, too, as long as it is open: at no instant can another run take the folder.
-fn put_manifest(partial: &Path, json: &str, onto_disk: bool) -> Result<File, RecordError> {
+/// Replaces the manifest atomically (with `onto_disk`, even in case of a power failure) and returns the file with its
+/// lock. The replaced file stays locked while it is open, so that no other run can take over the folder in between.
+fn replace_manifest(partial: &Path, json: &str, onto_disk: bool) -> Result<File, RecordError> {
     let place = partial.join(MANIFEST);
-    let path = beside(&place, disk::PARTIAL);
+    let path = sibling(&place, atomic_file::PARTIAL);
     let refused = |reason| RecordError::write(&path, reason);
     let mut file = File::create(&path).map_err(refused)?;
-    folder::lock(&file, partial)?;
+    directory::lock(&file, partial)?;
     let sync = |file: &File| if onto_disk { file.sync_all() } else { Ok(()) };
     let written = file.write_all(json.as_bytes()).and_then(|()| sync(&file));
     written.and_then(|()| std::fs::rename(&path, &place)).map_err(refused)?;
@@ -354,7 +359,7 @@ fn put<R, T: Row>(table: &mut TableWriter, time_us: i64, rows: &[R], row: impl F
     if rows.len() > most_at_once(T::TABLE) {
         return Err(bad_frame(
             time_us,
-            "it has more UAVs, groups, targets, detections or events than can be read again",
+            "it has more UAVs, groups, targets, detections or events than a record may contain",
         ));
     }
     rows.iter().map(row).try_for_each(|row| table.push(&At { time_us, row }))
@@ -374,8 +379,8 @@ mod tests {
     use super::super::table::{TableReader, file_of};
     use super::*;
     use crate::run::Mission;
-    use crate::scenario::{Edits, Scenario};
-    use crate::score::{Choice, Scorer};
+    use crate::scenario::{Overrides, Scenario};
+    use crate::score::{MetricSelection, Scorer};
     use crate::world::World;
 
     fn rows<R: Row>(dir: &Path) -> Vec<At<R>> {
@@ -383,18 +388,19 @@ mod tests {
         std::iter::from_fn(|| table.next_row().unwrap()).collect()
     }
 
-    /// Who reads a record with other programs has what the metrics are made of without working any geometry out.
+    /// Other programs can compute the metrics from the tables without any geometry.
     #[test]
-    fn its_tables_hold_what_the_metrics_are_made_of() {
+    fn tables_contain_the_inputs_of_the_metrics() {
         let home = tempfile::tempdir().unwrap();
         let dir = home.path().join("run");
-        let scenario = Scenario::load("paper/table-2-pair", &Edits::default(), 3).unwrap();
+        let scenario = Scenario::load("paper/table-2-pair", &Overrides::default(), 3).unwrap();
         let (settings, names) = (&scenario.settings, World::names(&scenario));
         let manifest = Manifest::new(&scenario.name, 3, settings.duration.s(), settings.period.s());
-        let rules = Rules::of(settings);
+        let rules = ScoreConfig::of(settings);
         let writer = Writer::create(&dir, &manifest, &scenario.resolved().unwrap(), &names).unwrap();
         let mut writer = writer.judged_by(rules.clone());
-        let (mut mission, mut scorer) = (Mission::new(&scenario).unwrap(), Scorer::new(rules.clone(), Choice::ALL));
+        let (mut mission, mut scorer) =
+            (Mission::new(&scenario).unwrap(), Scorer::new(rules.clone(), MetricSelection::ALL));
         let mut frames = Vec::new();
         while let Some(frame) = mission.frame() {
             writer.frame(frame).unwrap();
@@ -418,7 +424,7 @@ mod tests {
         let views = rows::<ViewRow>(&dir);
         let seen: BTreeSet<(i64, u32)> = views.iter().map(|at| (at.time_us, at.row.target)).collect();
         let instants = (frames.len() - 1) * names.len();
-        assert_eq!(Some(seen.len() as f64 / instants as f64), metrics.seen_fraction);
+        assert_eq!(Some(seen.len() as f64 / instants as f64), metrics.in_view_fraction);
         for At { time_us, row } in &views {
             let frame = frames.iter().find(|frame| frame.time_us == *time_us).unwrap();
             let uav = frame.uavs[row.uav as usize];
@@ -426,10 +432,10 @@ mod tests {
             let direction_rad = uav.boresight_rad.unwrap() + row.off_boresight_rad;
             let (dx_m, dy_m) = (row.range_m * cos(direction_rad), row.range_m * sin(direction_rad));
             assert!((uav.x_m + dx_m - truth.x_m).abs() < 1e-6 && (uav.y_m + dy_m - truth.y_m).abs() < 1e-6);
-            assert!(row.off_boresight_rad.abs() <= rules.sensor.half_view_rad());
+            assert!(row.off_boresight_rad.abs() <= rules.sensor.half_field_of_view_rad());
         }
         assert!(views.iter().any(|at| at.row.off_boresight_rad < 0.0));
         let counts = super::super::reader::Record::open(&dir).unwrap().manifest().counts.clone().unwrap();
-        assert_eq!(counts.rows["views"], views.len() as u64);
+        assert_eq!(counts.rows["in_view"], views.len() as u64);
     }
 }

@@ -1,13 +1,13 @@
-//! The scenarios that come with the program, by name.
+//! Built-in scenarios, by name.
 
-use crate::text::nearest;
+use crate::display_text::nearest;
 
-/// A scenario that comes with the program.
+/// A scenario that is part of the program.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct BuiltIn {
-    /// Its name: folder and file of `scenarios/`.
+    /// Name: folder and file in `scenarios/`.
     pub name: &'static str,
-    /// Its text.
+    /// Text of the file.
     pub text: &'static str,
 }
 
@@ -17,7 +17,7 @@ macro_rules! built_in {
     };
 }
 
-/// Every built-in scenario, in the order in which a newcomer may read them.
+/// All built-in scenarios, in the order recommended for reading.
 pub const BUILT_IN: &[BuiltIn] = built_in![
     "tour/01-one-uav",
     "tour/02-two-uavs",
@@ -25,9 +25,9 @@ pub const BUILT_IN: &[BuiltIn] = built_in![
     "tour/04-two-groups",
     "tour/05-a-handoff",
     "tour/06-a-uav-drops-out",
-    "tour/07-a-radio-that-fails",
-    "tour/08-two-halves-meet",
-    "tour/09-apart",
+    "tour/07-lossy-radio",
+    "tour/08-network-partition",
+    "tour/09-separation",
     "traffic/convoy",
     "traffic/city",
     "paper/table-2-single",
@@ -36,34 +36,34 @@ pub const BUILT_IN: &[BuiltIn] = built_in![
     "paper/figure-8",
     "paper/figure-9",
     "paper/figure-9-basic",
-    "best/table-2-pair",
-    "best/figure-9",
+    "improved/table-2-pair",
+    "improved/figure-9",
 ];
 
-/// Traffic files that built-in scenarios name.
+/// Traffic files of the built-in scenarios.
 pub(super) const BUILT_IN_TRAFFIC: &[(&str, &[u8])] = &[
     ("convoy.fcd.xml.gz", include_bytes!("../../../../scenarios/traffic/convoy.fcd.xml.gz")),
     ("city.fcd.xml.gz", include_bytes!("../../../../scenarios/traffic/city.fcd.xml.gz")),
 ];
 
-/// Maps that built-in scenarios name.
+/// Maps of the built-in scenarios.
 pub(super) const BUILT_IN_MAPS: &[(&str, &[u8])] = &[
     ("convoy.net.xml.gz", include_bytes!("../../../../scenarios/traffic/convoy.net.xml.gz")),
     ("city.net.xml.gz", include_bytes!("../../../../scenarios/traffic/city.net.xml.gz")),
 ];
 
-/// The built-in scenario of that name.
+/// Returns the built-in scenario of that name.
 pub fn built_in(name: &str) -> Option<&'static BuiltIn> {
     BUILT_IN.iter().find(|scenario| scenario.name == name)
 }
 
-/// What somebody may have meant who typed the name of no scenario: those of that name in whatever folder, or what is
-/// nearest.
+/// Suggests built-in scenarios for an unknown name: those with that name in another folder, or those with the closest
+/// name.
 pub fn built_in_like(typed: &str) -> Option<String> {
     let typed = typed.strip_suffix(".toml").unwrap_or(typed);
     let names = || BUILT_IN.iter().map(|scenario| scenario.name);
     let last = |name: &'static str| name.rsplit_once('/').map_or(name, |(_, last)| last);
-    let called = |wanted: &str| names().filter(|name| last(name) == wanted).collect::<Vec<_>>();
+    let called = |file: &str| names().filter(|name| last(name) == file).collect::<Vec<_>>();
     let mut alike = called(typed);
     if alike.is_empty() {
         alike.extend(nearest(typed, &names().collect::<Vec<_>>()));

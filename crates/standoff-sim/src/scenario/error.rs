@@ -1,62 +1,62 @@
-//! What is wrong with a scenario, for people: where, which key, which value, what is allowed.
+//! Errors of a scenario: position, key, value and what is allowed.
 
 use std::fmt;
 use std::ops::Range;
 use std::sync::Arc;
 
-use super::locate::{Place, line_around};
-use crate::text::{escaped, typed};
+use super::locate::{SourceSpan, line_around};
+use crate::display_text::{as_typed, escaped};
 use crate::traffic::TrafficError;
 
-/// A scenario that cannot be used; displays one line per problem.
+/// Error of a scenario that cannot be used; displays one line per problem.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub struct ScenarioError {
-    /// Everything that is wrong.
+    /// All problems.
     pub problems: Vec<Problem>,
-    /// What was named is all right, as far as is known: the machine failed to read it.
+    /// True if the machine failed to read the file, rather than the scenario being wrong.
     pub is_machine_s: bool,
 }
 
-/// One thing that is wrong.
+/// One problem.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Problem {
     /// The file, or `command line` for a value given there.
     pub file: String,
-    /// Where in the file.
-    pub place: Option<Place>,
-    /// What was typed there, to draw the problem under it.
+    /// Position in the file.
+    pub place: Option<SourceSpan>,
+    /// Text at that position, to show the problem below it.
     pub excerpt: Option<Excerpt>,
-    /// What is wrong: key, value and allowed range.
+    /// Message: key, value and allowed range.
     pub message: String,
-    /// What may have been meant.
+    /// Advice, such as a similar key.
     pub help: Option<String>,
 }
 
-/// A part of a text.
+/// A marked part of a text.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Excerpt {
     /// The whole text.
     pub text: Arc<str>,
-    /// The part, in bytes, at the borders of characters.
+    /// The marked part, in bytes, at character boundaries.
     pub span: Range<usize>,
 }
 
 impl Excerpt {
-    /// The lines on which it is, as people may be shown them, and the part in them, in bytes.
+    /// Returns the lines that contain the part, made safe to print, and the byte range of the part in them.
     pub fn lines(&self) -> (String, Range<usize>) {
         let Range { start, end } = self.span;
         let from = *line_around(&self.text, start).start();
         let to = *line_around(&self.text, end).end();
-        // A CR before the line's end belongs to that.
+        // A CR before the newline belongs to the line end.
         let to = if to > end && self.text[..to].ends_with('\r') { to - 1 } else { to };
-        let [before, part, after] = [from..start, start..end, end..to].map(|range| typed(&self.text[range]));
+        let [before, part, after] = [from..start, start..end, end..to].map(|range| as_typed(&self.text[range]));
         let span = before.len()..before.len() + part.len();
         (before + &part + &after, span)
     }
 }
 
 impl ScenarioError {
-    pub(crate) fn one(file: impl Into<String>, place: Option<Place>, message: impl Into<String>) -> Self {
+    pub(crate) fn one(file: impl Into<String>, place: Option<SourceSpan>, message: impl Into<String>) -> Self {
         Problem { file: file.into(), place, excerpt: None, message: message.into(), help: None }.into()
     }
 }
@@ -75,7 +75,7 @@ impl From<Vec<Problem>> for ScenarioError {
 
 impl From<TrafficError> for ScenarioError {
     fn from(error: TrafficError) -> Self {
-        let place = error.position.map(|at| Place { line: at.line as usize, column: at.column as usize });
+        let place = error.position.map(|at| SourceSpan { line: at.line as usize, column: at.column as usize });
         Self { is_machine_s: error.is_machine_s, ..Self::one(error.file, place, error.message) }
     }
 }
@@ -95,7 +95,7 @@ impl fmt::Display for ScenarioError {
 impl fmt::Display for Problem {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(&escaped(&self.file))?;
-        if let Some(Place { line, column }) = self.place {
+        if let Some(SourceSpan { line, column }) = self.place {
             write!(f, ":{line}:{column}")?;
         }
         write!(f, ": {}", self.message)?;
@@ -108,7 +108,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn an_excerpt_holds_nothing_that_a_terminal_obeys() {
+    fn an_excerpt_contains_no_control_characters() {
         let text = "a = 1\r\n\"\u{9b}2J\" =\t\u{2028}\u{2029}\u{202e}x # \u{2066}\u{feff}\u{85}\u{1b}\\é\r\nb = 2\r\n";
         let start = text.find("\u{2029}").unwrap();
         let excerpt = Excerpt { text: text.into(), span: start..text.find('x').unwrap() };

@@ -1,4 +1,4 @@
-//! From a scenario's text and what the command line changes about it to its typed form.
+//! Reads the text of a scenario, applies the changes of the command line, and converts it to the typed form.
 
 use std::io;
 use std::ops::{Range, RangeInclusive};
@@ -11,90 +11,90 @@ use toml::{Spanned, Table, Value};
 
 use super::builtin::{BUILT_IN, built_in, built_in_like};
 use super::error::{Excerpt, Problem, ScenarioError};
-use super::file::{Minds, ScenarioFile};
-use super::form::{self, MISTAKES_MAX};
-use super::locate::{Map, line_around, place_of};
-use crate::input;
-use crate::text::{did_you_mean, escaped, quoted, words};
+use super::locate::{Map, line_around, span_of};
+use super::parse::{self, MISTAKES_MAX};
+use super::schema_types::{AgentSetup, ScenarioFile};
+use crate::bounded_input;
+use crate::display_text::{did_you_mean, escaped, printable, quoted};
 use crate::traffic::MAX_AT_ONCE;
 
-/// Longer files are refused. As many targets as are allowed, spelt out, are 1 MiB.
+/// Maximum size of a scenario file, bytes. The maximum number of targets, spelt out, takes 1 MiB.
 pub(crate) const LENGTH_MAX: u64 = 2 << 20;
 
-/// Texts with more line ends and signs between words are refused: what is made of each can take 500 bytes of memory. As
-/// many targets as are allowed, spelt out, have 180,000.
+/// Maximum number of line ends and punctuation characters in a text: parsing can take 500 bytes of memory for each. The
+/// maximum number of targets, spelt out, has 180,000.
 const SIGNS_MAX: u64 = 200_000;
 
-/// So many times as much a text may have in which the program has spelt everything out.
+/// Factor on these limits for a text in which the program has spelt out all values.
 pub(crate) const SPELT_OUT: u64 = 2;
 
-/// Deepest key: that of a number's distribution in an array.
+/// Maximum depth of a key: that of a number's distribution in an array.
 const DEPTH_MAX: usize = 6;
 
-/// What the command line changes about a scenario.
+/// Changes that the command line makes to a scenario.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
-pub struct Edits {
+pub struct Overrides {
     /// `KEY=VALUE`, dotted keys, values as in TOML; a value that is not TOML is a word.
     pub set: Vec<String>,
-    /// Fly over this traffic file instead of the scenario's targets.
+    /// Traffic file that replaces the scenario's targets.
     pub traffic: Option<PathBuf>,
-    /// With so many UAVs, started automatically.
+    /// Number of UAVs, with automatic starts.
     pub uavs: Option<u32>,
 }
 
-/// What a scenario is called that is flown over this traffic file, `city` of `some/where/city.fcd.xml.gz`, and where that is
-/// looked for.
+/// Returns the name of a scenario flown over this traffic file (`city` for `some/where/city.fcd.xml.gz`), and the
+/// folder to which the file's path is relative.
 fn over(traffic: &Path) -> (String, Option<PathBuf>) {
     let file = file_name(traffic);
     let name = file.split('.').next().filter(|stem| !stem.is_empty()).unwrap_or("traffic").to_owned();
     (name, Some(PathBuf::new()))
 }
 
-/// What a built-in scenario, or that of a file, is called.
+/// Returns the name of a built-in scenario or of a scenario file.
 pub fn name_of(name_or_file: &str) -> String {
     let stem = Path::new(name_or_file).file_stem().filter(|_| built_in(name_or_file).is_none());
     stem.map_or_else(|| name_or_file.to_owned(), |stem| stem.to_string_lossy().into_owned())
 }
 
-/// A scenario as typed, and where it came from.
+/// A scenario as typed, and its origin.
 #[derive(Debug, Clone)]
 pub(super) struct Typed {
     /// Name of the run.
     pub(super) name: String,
-    /// Without what is wrong in its form.
+    /// The scenario without the parts that are wrong in form.
     pub(super) file: ScenarioFile,
-    /// What is wrong in its form, and with what the command line changes.
+    /// Problems in the form of the scenario and of the command line's changes.
     pub(super) problems: Vec<Problem>,
-    /// Keys that were left out of `file` because what stands there cannot be taken for what it should be.
+    /// Keys that were left out of `file` because their values have a wrong form.
     pub(super) left_out: Vec<String>,
-    /// Parts of the text are not TOML: what stands there is not in `file`, whichever keys it was.
+    /// True if parts of the text are not TOML: their keys, which are unknown, are missing from `file`.
     pub(super) is_text_broken: bool,
     pub(super) origin: Origin,
-    /// Where the traffic file and maps are looked for; `None`: among the built-in ones.
+    /// Folder of the traffic file and maps; `None` for built-in ones.
     pub(super) files_from: Option<PathBuf>,
 }
 
-/// Where values were typed.
+/// Where the values were typed.
 #[derive(Debug, Clone)]
 pub(super) struct Origin {
-    /// The file's name in messages.
+    /// Name of the file in messages.
     pub(super) label: String,
     pub(super) text: Arc<str>,
-    /// What the command line gave.
+    /// Keys that the command line set.
     edited: Vec<Edited>,
 }
 
-/// A key that the command line gave.
+/// A key that the command line set.
 #[derive(Debug, Clone)]
 struct Edited {
     key: String,
-    /// As it was typed there.
+    /// The argument as typed.
     text: Arc<str>,
 }
 
 impl Typed {
     /// Reads the scenario called `name_or_file`, and applies the edits.
-    pub(super) fn load(name_or_file: &str, edits: &Edits) -> Result<Self, ScenarioError> {
+    pub(super) fn load(name_or_file: &str, edits: &Overrides) -> Result<Self, ScenarioError> {
         let mut name = name_of(name_or_file);
         let (label, text, mut files_from) = match built_in(name_or_file) {
             Some(found) => (format!("{}.toml", found.name), found.text.to_owned(), None),
@@ -109,25 +109,25 @@ impl Typed {
         Self::new(name, &label, &text, 1, edits, files_from)
     }
 
-    /// A scenario typed as TOML somewhere else than in a file, with its edits.
-    pub(super) fn of_toml(name: &str, toml: &str, edits: &Edits, folder: &Path) -> Result<Self, ScenarioError> {
+    /// Reads a scenario from TOML that is not in a file, and applies the edits.
+    pub(super) fn of_toml(name: &str, toml: &str, edits: &Overrides, folder: &Path) -> Result<Self, ScenarioError> {
         let (called, files_from) = edits.traffic.as_deref().map_or((name.to_owned(), Some(folder.to_owned())), over);
-        // Texts of the program's own are typed so, too.
+        // The program's own texts are also read here.
         Self::new(called, name, toml, SPELT_OUT, edits, files_from)
     }
 
-    /// A scenario that is nothing but its text, in which the program may have spelt everything out.
+    /// Reads a scenario from a text in which the program may have spelt out all values.
     pub(super) fn of_text(label: &str, text: &str) -> Result<Self, ScenarioError> {
-        Self::new(label.to_owned(), label, text, SPELT_OUT, &Edits::default(), None)
+        Self::new(label.to_owned(), label, text, SPELT_OUT, &Overrides::default(), None)
     }
 
-    /// What a text says, of so many times the size of what is typed. Fails where nothing can be said of it.
+    /// Reads a text of at most `times` the size of a typed scenario. Fails if no scenario can be read from it.
     fn new(
         name: String,
         label: &str,
         text: &str,
         times: u64,
-        edits: &Edits,
+        edits: &Overrides,
         files_from: Option<PathBuf>,
     ) -> Result<Self, ScenarioError> {
         check_size(label, text, times)?;
@@ -136,10 +136,10 @@ impl Typed {
         let (mut table, mut problems) = understood(&map, &origin);
         let is_text_broken = !problems.is_empty();
         origin.apply(edits, &mut table, &mut problems)?;
-        let tells_minds = form::value_at(&table, "team.minds").is_some();
-        let (mut file, mistakes) = form::typed(table);
-        if let Some(file) = file.as_mut().filter(|file| !tells_minds && file.needs_minds()) {
-            file.team.minds = Minds::Each;
+        let sets_minds = parse::value_at(&table, "team.agents").is_some();
+        let (mut file, mistakes) = parse::typed(table);
+        if let Some(file) = file.as_mut().filter(|file| !sets_minds && file.needs_minds()) {
+            file.team.agents = AgentSetup::PerUav;
         }
         let mut left_out = Vec::new();
         for mistake in mistakes {
@@ -154,17 +154,17 @@ impl Typed {
 }
 
 impl Origin {
-    /// The key was typed, in the file or on the command line.
+    /// Returns whether the key was typed, in the file or on the command line.
     pub(super) fn is_typed(&self, map: &Map, key: &str) -> bool {
         self.is_edited(key) || map.has(key)
     }
 
-    /// The key was given on the command line.
+    /// Returns whether the command line set the key.
     pub(super) fn is_edited(&self, key: &str) -> bool {
         self.edited(key).is_some()
     }
 
-    /// A problem with a key, pointing into the file or at the command line.
+    /// Creates a problem with a key that points into the file or at the command line.
     pub(super) fn problem(&self, map: &Map, key: &str, message: String, help: Option<String>) -> Problem {
         if let Some(edited) = self.edited(key) {
             return Problem { help, ..on_command_line(message, &edited.text) };
@@ -172,38 +172,43 @@ impl Origin {
         Problem { help, ..self.at(map.find(key), message) }
     }
 
-    /// A problem with a part of the text, or with all of it.
+    /// Creates a problem with a part of the text, or with all of it.
     fn at(&self, span: Option<Range<usize>>, message: String) -> Problem {
-        let place = span.as_ref().map(|span| place_of(&self.text, span.start));
+        let place = span.as_ref().map(|span| span_of(&self.text, span.start));
         let excerpt = span.map(|span| Excerpt { text: Arc::clone(&self.text), span });
         Problem { file: self.label.clone(), place, excerpt, message, help: None }
     }
 
-    /// The command line gave this key, a table around it, or a part of it: the last that did.
+    /// Returns the last argument of the command line that set this key, a table around it, or a part of it.
     fn edited(&self, key: &str) -> Option<&Edited> {
         self.edited.iter().rev().find(|edited| related(&edited.key, key))
     }
 
-    /// Changes what the command line changes.
-    fn apply(&mut self, edits: &Edits, table: &mut Table, problems: &mut Vec<Problem>) -> Result<(), ScenarioError> {
+    /// Applies the changes of the command line.
+    fn apply(
+        &mut self,
+        edits: &Overrides,
+        table: &mut Table,
+        problems: &mut Vec<Problem>,
+    ) -> Result<(), ScenarioError> {
         if let Some(traffic) = &edits.traffic {
             table.remove("targets");
             table.remove("traffic");
-            // It is of another place.
+            // The map shows another place.
             table.remove("map");
-            // A ring of the scenario's own size would mean nothing over other targets.
-            form::take_out(table, "uavs.ring");
-            form::take_out(table, "uavs.at");
-            table.insert("about".to_owned(), Value::String(format!("UAVs over {}", words(&file_name(traffic)))));
+            // The size of the scenario's ring has no meaning for other targets.
+            parse::take_out(table, "uavs.start_ring");
+            parse::take_out(table, "uavs.start");
+            table.insert("about".to_owned(), Value::String(format!("UAVs over {}", printable(&file_name(traffic)))));
             let Some(path) = traffic.to_str() else {
-                let what = "a traffic file's path must be UTF-8 text: rename it, or go into its folder";
+                let what = "the path of a traffic file must be UTF-8 text: rename the file, or change to its folder";
                 return Err(ScenarioError::one(escaped(&traffic.to_string_lossy()), None, what));
             };
             let file = Value::String(path.to_owned());
             table.insert("traffic".to_owned(), Value::Table([("file".to_owned(), file)].into_iter().collect()));
         }
         if let Some(uavs) = edits.uavs {
-            form::take_out(table, "uavs.at");
+            parse::take_out(table, "uavs.start");
             let given = ("uavs.count", Value::Integer(i64::from(uavs)), format!("--uavs {uavs}"));
             problems.extend(self.edit(table, given.0, given.1, &given.2));
         }
@@ -213,7 +218,7 @@ impl Origin {
             }
             let text = format!("--set {edit}");
             problems.extend(match edit.split_once('=') {
-                // More than one value could be in it, of which the first would count.
+                // Several lines could contain several values, of which only the first would count.
                 Some(_) if edit.contains(['\n', '\r']) => {
                     let what = format!("{}: must be one line; give --set once for each value", quoted(edit));
                     Some(on_command_line(what, &escaped(&text).into()))
@@ -228,7 +233,7 @@ impl Origin {
         Ok(())
     }
 
-    /// Sets a key to what the command line gives.
+    /// Sets a key to the value from the command line.
     fn edit(&mut self, table: &mut Table, key: &str, value: Value, text: &str) -> Option<Problem> {
         let text = text.into();
         let wrong = set(table, key, value).err().map(|what| on_command_line(what, &text));
@@ -237,25 +242,25 @@ impl Origin {
     }
 }
 
-/// One of both is the other, or within it.
+/// Returns whether two keys are equal or one contains the other.
 pub(super) fn related(one: &str, other: &str) -> bool {
     let within = |inner: &str, outer: &str| inner.strip_prefix(outer).is_some_and(|rest| rest.starts_with('.'));
     one == other || within(one, other) || within(other, one)
 }
 
-/// Refuses a text that would take too much to be read: more than so many times what is typed may have.
+/// Rejects a text that would take too much memory to read: more than `times` the limits of a typed scenario.
 pub(super) fn check_size(label: &str, text: &str, times: u64) -> Result<(), ScenarioError> {
     let signs: u64 = text.bytes().map(signs_of).sum();
     if signs <= times * SIGNS_MAX && text.len() as u64 <= times * LENGTH_MAX {
         return Ok(());
     }
     let what = format!(
-        "it has more keys and values than {MAX_AT_ONCE} targets need; name them in a traffic file, see [traffic]"
+        "it has more keys and values than {MAX_AT_ONCE} targets need; put targets into a traffic file, see [traffic]"
     );
     Err(ScenarioError::one(label, None, what))
 }
 
-/// What a byte counts for: a dot may begin a table of its own.
+/// Cost of a byte: a dot can start a new table.
 fn signs_of(byte: u8) -> u64 {
     match byte {
         b'_' | b'-' => 0,
@@ -272,51 +277,52 @@ fn on_command_line(message: String, text: &Arc<str>) -> Problem {
 fn read(name: &str) -> Result<String, ScenarioError> {
     let refuse = |message: &str| Err(ScenarioError::one(name, None, message));
     if [".csv", ".xml", ".gz"].iter().any(|ending| name.to_lowercase().ends_with(ending)) {
-        let how = format!("standoff run --traffic {}", words(name));
-        return refuse(&format!("a traffic file by its name, and no scenario; what flies over it is: {how}"));
+        let how = format!("standoff run --traffic {}", printable(name));
+        return refuse(&format!("its name is that of a traffic file, not of a scenario; to fly over it, run: {how}"));
     }
-    let bytes = match input::bytes(Path::new(name), LENGTH_MAX) {
+    let bytes = match bounded_input::bytes(Path::new(name), LENGTH_MAX) {
         Ok(bytes) => bytes,
         Err(reason) if reason.kind() == io::ErrorKind::NotFound => {
             let file = format!("{name}.toml");
-            let help = if Path::new(&file).is_file() { Some(did_you_mean(&words(&file))) } else { built_in_like(name) };
+            let help =
+                if Path::new(&file).is_file() { Some(did_you_mean(&printable(&file))) } else { built_in_like(name) };
             let message = match (Path::new(name).extension(), &help) {
                 (Some(_), _) => format!("cannot be read: {reason}"),
                 (None, Some(_)) => format!("no such scenario, built in or as a file ({reason})"),
                 (None, None) => {
                     let names: Vec<_> = BUILT_IN.iter().map(|scenario| scenario.name).collect();
                     let listed = names.join(", ");
-                    format!("no such scenario; built in are {listed}; or name a file ({reason})")
+                    format!("no such scenario; built-in scenarios are {listed}; or name a file ({reason})")
                 }
             };
             return Err(Problem { file: name.to_owned(), place: None, excerpt: None, message, help }.into());
         }
         Err(reason) if reason.kind() == io::ErrorKind::FileTooLarge => {
-            return refuse(&format!("{reason}; name many targets in a traffic file, see [traffic]"));
+            return refuse(&format!("{reason}; put many targets into a traffic file, see [traffic]"));
         }
         Err(reason) => {
-            let is_machine_s = !input::is_wrong(&reason);
+            let is_machine_s = !bounded_input::is_input_error(&reason);
             return Err(ScenarioError {
                 is_machine_s,
-                ..ScenarioError::one(name, None, input::cannot_be_read(&reason))
+                ..ScenarioError::one(name, None, bounded_input::cannot_be_read(&reason))
             });
         }
     };
-    if let Some(encoding) = input::wide_encoding(&bytes) {
+    if let Some(encoding) = bounded_input::wide_encoding(&bytes) {
         return refuse(&format!("{encoding} text; a scenario is a TOML file in UTF-8: save it again in that encoding"));
     }
     match String::from_utf8(bytes) {
-        // An editor's mark, no part of the text.
+        // A byte order mark is not part of the text.
         Ok(text) => Ok(text.strip_prefix('\u{feff}').map_or_else(|| text.clone(), str::to_owned)),
         Err(error) => {
             let good = String::from_utf8_lossy(&error.as_bytes()[..error.utf8_error().valid_up_to()]).into_owned();
             let what = "not UTF-8 text; a scenario is a TOML file in UTF-8: save it again in that encoding";
-            Err(ScenarioError::one(name, Some(place_of(&good, good.len())), what))
+            Err(ScenarioError::one(name, Some(span_of(&good, good.len())), what))
         }
     }
 }
 
-/// What can be understood of a text, and what cannot: once a line.
+/// Returns the valid part of a text, and the problems in the rest, one per line.
 fn understood(map: &Map, origin: &Origin) -> (Table, Vec<Problem>) {
     let mut problems: Vec<Problem> = Vec::new();
     let mut broken: Vec<RangeInclusive<usize>> = Vec::new();
@@ -327,11 +333,11 @@ fn understood(map: &Map, origin: &Origin) -> (Table, Vec<Problem>) {
         }
         broken.push(line_around(&origin.text, span.start));
         let message = match error.message().trim() {
-            // Found for whatever stands where a value should.
+            // The parser gives this message for anything that is not a value.
             "string values must be quoted, expected literal string" => {
                 "not a value: a number, true, false, or text in \"quotes\"".to_owned()
             }
-            what => words(what),
+            what => printable(what),
         };
         problems.push(origin.at(Some(span), message));
         if problems.len() == MISTAKES_MAX {
@@ -343,10 +349,10 @@ fn understood(map: &Map, origin: &Origin) -> (Table, Vec<Problem>) {
     (table, reader.problems)
 }
 
-/// Takes over what has a value, and leaves out what stands where something is broken.
+/// Copies valid values, and leaves out keys and values on broken lines.
 struct Reader<'a> {
     origin: &'a Origin,
-    /// Lines, as bytes of the text.
+    /// Broken lines, as byte ranges of the text.
     broken: Vec<RangeInclusive<usize>>,
     problems: Vec<Problem>,
 }
@@ -375,10 +381,10 @@ impl Reader<'_> {
             _ => match Value::deserialize(ValueDeserializer::from(value.clone())) {
                 Ok(value) => Some(value),
                 Err(_) => {
-                    // Of what TOML takes for a value, only numbers can be more than we have room for.
+                    // Of the values that TOML allows, only numbers can be too large for our types.
                     if self.problems.len() < MISTAKES_MAX {
                         let typed = self.origin.text.get(value.span()).unwrap_or_default();
-                        let message = format!("{}: too large", words(typed));
+                        let message = format!("{}: too large", printable(typed));
                         self.problems.push(self.origin.at(Some(value.span()), message));
                     }
                     None
@@ -399,7 +405,7 @@ fn value_of(text: &str) -> Value {
 }
 
 fn set(table: &mut Table, key: &str, value: Value) -> Result<(), String> {
-    let refuse = |what: &str| Err(format!("{}: {what}", words(key)));
+    let refuse = |what: &str| Err(format!("{}: {what}", printable(key)));
     let mut parts: Vec<_> = key.split('.').collect();
     if parts.len() > DEPTH_MAX {
         return refuse("is nested too deeply");

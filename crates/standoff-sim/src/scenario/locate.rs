@@ -1,24 +1,24 @@
-//! Where a key of a scenario stands, so that an error can point at it.
+//! Finds the position of a key in the text of a scenario, so that an error can point at it.
 
 use std::ops::{Range, RangeInclusive};
 
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
-/// A place in a text, both counted from 1; columns in characters.
+/// A position in a text; lines and columns count from 1, columns in characters.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Place {
+pub struct SourceSpan {
     /// Line.
     pub line: usize,
     /// Column.
     pub column: usize,
 }
 
-/// The text of a scenario, parsed with places.
+/// The text of a scenario, parsed with positions.
 pub(super) struct Map<'a> {
-    /// What can be parsed of it.
+    /// The part that could be parsed.
     pub(super) root: Spanned<DeTable<'a>>,
-    /// What cannot.
+    /// Errors of the rest.
     pub(super) errors: Vec<toml::de::Error>,
 }
 
@@ -28,17 +28,18 @@ impl<'a> Map<'a> {
         Self { root, errors }
     }
 
-    /// Where a dotted key stands with its value (`uavs.at.1.x_m`), or the nearest table around it; bytes.
+    /// Returns the byte range of a dotted key and its value (`uavs.start.1.x_m`), or that of the innermost table around
+    /// it.
     pub(super) fn find(&self, key: &str) -> Option<Range<usize>> {
         self.spans(key).last()
     }
 
-    /// The key itself stands in the text.
+    /// Returns whether the text contains the key itself.
     pub(super) fn has(&self, key: &str) -> bool {
         self.spans(key).count() == key.split('.').count()
     }
 
-    /// The spans of a dotted key's parts, as far as they are there.
+    /// Byte ranges of the parts of a dotted key, as far as the text contains them.
     fn spans(&self, key: &str) -> impl Iterator<Item = Range<usize>> {
         let mut here = Some(Step::Table(self.root.get_ref()));
         key.split('.').map_while(move |part| {
@@ -74,14 +75,14 @@ impl<'a> Step<'a> {
     }
 }
 
-/// The place of a byte of a text.
-pub(super) fn place_of(text: &str, offset: usize) -> Place {
+/// Converts a byte offset to line and column.
+pub(super) fn span_of(text: &str, offset: usize) -> SourceSpan {
     let before = text.get(..offset).unwrap_or(text);
     let start = *line_around(before, before.len()).start();
-    Place { line: before.matches('\n').count() + 1, column: before[start..].chars().count() + 1 }
+    SourceSpan { line: before.matches('\n').count() + 1, column: before[start..].chars().count() + 1 }
 }
 
-/// The line of a byte of a text, up to the byte that ends it, or the text's end.
+/// Returns the byte range of the line that contains an offset, up to its newline or the end of the text.
 pub(super) fn line_around(text: &str, offset: usize) -> RangeInclusive<usize> {
     let (before, after) = text.split_at_checked(offset).unwrap_or((text, ""));
     let end = after.find('\n').map_or(text.len(), |newline| before.len() + newline);
@@ -95,16 +96,16 @@ mod tests {
     #[test]
     fn a_key_is_found_in_tables_and_arrays() {
         let text = "a = 1\n[b]\n  \"\u{e9}\" = 2\nc = 3\n[[d.at]]\nx = 4\n[[d.at]]\nx = 55\n";
-        let found = |key: &str| Map::new(text).find(key).map(|span| place_of(text, span.start));
-        assert_eq!(found("a"), Some(Place { line: 1, column: 1 }));
-        assert_eq!(found("b.c"), Some(Place { line: 4, column: 1 }));
-        assert_eq!(found("d.at.1.x"), Some(Place { line: 8, column: 1 }));
+        let found = |key: &str| Map::new(text).find(key).map(|span| span_of(text, span.start));
+        assert_eq!(found("a"), Some(SourceSpan { line: 1, column: 1 }));
+        assert_eq!(found("b.c"), Some(SourceSpan { line: 4, column: 1 }));
+        assert_eq!(found("d.at.1.x"), Some(SourceSpan { line: 8, column: 1 }));
         assert_eq!(found("nowhere"), None);
         assert_eq!(Map::new(text).find("d.at.1.x").map(|span| &text[span]), Some("x = 55"));
     }
 
     #[test]
-    fn a_key_that_is_not_there_is_looked_for_in_its_table() {
+    fn a_missing_key_is_located_at_its_table() {
         assert_eq!(Map::new("x = 0\n[b]\nc = 3\n").find("b.missing"), Some(7..8));
     }
 }

@@ -1,4 +1,4 @@
-//! A number of a scenario file: a constant, or a distribution from which each run draws.
+//! A number in a scenario file: a constant, or a distribution from which each run draws.
 
 use std::borrow::Cow;
 use std::{fmt, iter};
@@ -9,14 +9,14 @@ use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use serde_json::{Value, json};
 
 use self::Distribution::{Normal, Uniform};
-use crate::draws::Draw;
+use crate::random::Draw;
 
-/// A number, or how to draw it.
+/// A constant, or a distribution.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Number {
-    /// Always this.
+    /// A constant.
     Constant(f64),
-    /// Drawn from this.
+    /// Drawn from a distribution.
     Drawn(Distribution),
 }
 
@@ -31,7 +31,7 @@ pub enum Distribution {
         /// Largest value.
         max: f64,
     },
-    /// Normal.
+    /// Normal (Gaussian).
     Normal {
         /// Mean.
         mean: f64,
@@ -41,7 +41,7 @@ pub enum Distribution {
 }
 
 impl Number {
-    /// What is wrong with the distribution itself, if anything.
+    /// Describes the error in the number itself, if there is one.
     pub fn problem(&self) -> Option<String> {
         match *self {
             Self::Constant(value) if !value.is_finite() => Some("must be a finite number".to_owned()),
@@ -55,7 +55,7 @@ impl Number {
         }
     }
 
-    /// The smallest and the largest value that is drawn; of a normal, six standard deviations out.
+    /// Returns the smallest and the largest value; for a normal distribution, six standard deviations from the mean.
     pub fn extremes(&self) -> [f64; 2] {
         match *self {
             Self::Constant(value) => [value, value],
@@ -64,7 +64,7 @@ impl Number {
         }
     }
 
-    /// One draw.
+    /// Draws a value.
     pub fn draw(&self, draw: &mut Draw) -> f64 {
         match *self {
             Self::Constant(value) => value,
@@ -108,7 +108,7 @@ impl<'de> Deserialize<'de> for Number {
 impl Serialize for Number {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         match *self {
-            // As a person would write it: 100, not 100.0; but a negative zero must stay one.
+            // As a user would type it: 100, not 100.0; but a negative zero must stay negative.
             Self::Constant(value) if value.trunc() == value && value.abs() < 1e15 && value.to_bits() != 1 << 63 => {
                 serializer.serialize_i64(value as i64)
             }
@@ -131,12 +131,12 @@ impl JsonSchema for Number {
     }
 }
 
-/// A number that has been drawn, as a person would type it.
+/// Serialises a drawn number as a user would type it.
 pub(super) fn as_typed<S: Serializer>(value: &f64, serializer: S) -> Result<S::Ok, S::Error> {
     Number::Constant(*value).serialize(serializer)
 }
 
-/// Lists of such numbers.
+/// Serialises lists of such numbers.
 pub(super) fn lists_as_typed<S: Serializer>(lists: &[Vec<f64>], serializer: S) -> Result<S::Ok, S::Error> {
     serializer.collect_seq(lists.iter().map(|list| list.iter().copied().map(Number::Constant).collect::<Vec<_>>()))
 }

@@ -1,38 +1,38 @@
-//! From what was typed to what is flown: draws, defaults, checks.
+//! Resolves a typed scenario: draws, fills in defaults and checks.
 
 use std::sync::Arc;
 
 use serde::Serialize;
 use standoff::{Duration, Integrator, Position, TargetParams, TargetState, TeamParams, UavId, Velocity};
 
-use super::check::{check_settings, check_who, report};
-use super::draw::{Absent, Draw, Drawing, value};
+use super::diagnostics::Problems;
 use super::error::ScenarioError;
-use super::file::resolved::{Ring, TargetAt};
-use super::file::{self, Minds, resolved};
-use super::flown::{
-    Clock, CueError, Link, Manoeuvre, Noise, Outage, Partition, Radio, Restart, Scenario, Settings, Targets,
-};
 use super::load::{SPELT_OUT, Typed, check_size};
 use super::number::Number;
-use super::problems::Problems;
-use super::team::{Passed, team};
+use super::resolved::{
+    Clock, CueError, Link, Manoeuvre, Noise, Outage, Partition, Radio, Restart, Scenario, Settings, Targets,
+};
+use super::sample::{Absent, Draw, Drawing, value};
+use super::schema_types::resolved::{Ring, TargetAt};
+use super::schema_types::{self, AgentSetup, resolved};
+use super::to_params::{Passed, team};
 use super::traffic::{check_span, length_warning};
-use super::{map, start, zones};
-use crate::draws::{Draws, Stream};
+use super::validate::{check_objects, check_settings, report};
+use super::{basemap, geofence, start};
+use crate::random::{Draws, Stream};
 use crate::target_id::TargetId;
 use crate::traffic::Traffic;
 
-/// Draws, fills in and checks.
+/// Draws all values, fills in defaults and checks everything.
 pub(super) fn resolve(typed: &Typed, traffic: Option<&Arc<Traffic>>, seed: u64) -> Result<Scenario, ScenarioError> {
     let Checked { mut file, ring, scattered, settings } = checked(typed, traffic.map(Arc::as_ref), seed)?;
     let targets = match (traffic, &mut file.targets) {
         (Some(traffic), _) => Targets::Traffic(Arc::clone(traffic)),
         (None, Some(targets)) => {
-            let scatter = typed.file.targets.as_ref().and_then(|targets| targets.scatter.as_ref());
+            let scatter = typed.file.targets.as_ref().and_then(|targets| targets.random.as_ref());
             if let Some(scatter) = scatter {
                 let (sd_m_s2, draws) = (targets.acceleration_sd_m_s2, Draws::new(seed));
-                targets.at.extend((0..scattered).map(|index| scattered_target(scatter, index, sd_m_s2, draws)));
+                targets.start.extend((0..scattered).map(|index| scattered_target(scatter, index, sd_m_s2, draws)));
             }
             random_targets(targets)
         }
@@ -41,16 +41,16 @@ pub(super) fn resolve(typed: &Typed, traffic: Option<&Arc<Traffic>>, seed: u64) 
     let uavs = start::states(&mut file.uavs, ring.as_ref(), &settings.team, &targets);
     let intruders = start::intruders(&mut file.intruders, &uavs, &settings.team);
     let mut warnings = warnings(&settings.team, settings.period);
-    warnings.extend(zones::warnings(&settings, &uavs));
+    warnings.extend(geofence::warnings(&settings, &uavs));
     warnings.extend(traffic.and_then(|traffic| length_warning(typed, &settings, traffic)));
     let outages = file.uavs.outage.iter().map(|outage| Outage {
         uav: UavId(outage.uav as u32),
         from_s: outage.from_s,
         until_s: outage.until_s,
     });
-    let late = file.uavs.start_late_s.unwrap_or(0.0.into());
+    let late = file.uavs.boot_delay_s.unwrap_or(0.0.into());
     let draws = Draws::new(seed);
-    let starts_s = (1..).take(uavs.len()).map(|nth| value(&late, &"uavs.start_late_s", draws, nth)).collect();
+    let starts_s = (1..).take(uavs.len()).map(|nth| value(&late, &"uavs.boot_delay_s", draws, nth)).collect();
     let restarts = file.uavs.restart.iter().map(|restart| Restart {
         uav: UavId(restart.uav as u32),
         at_s: restart.at_s,
@@ -72,7 +72,7 @@ pub(super) fn resolve(typed: &Typed, traffic: Option<&Arc<Traffic>>, seed: u64) 
         starts_s,
         restarts: restarts.collect(),
         clocks: clocks.collect(),
-        map: map::files(typed),
+        map: basemap::files(typed),
         targets,
         warnings,
         settings,
@@ -81,12 +81,12 @@ pub(super) fn resolve(typed: &Typed, traffic: Option<&Arc<Traffic>>, seed: u64) 
 }
 
 fn radio(radio: &resolved::Radio) -> Radio {
-    let (loss, delay_s) = (radio.loss.unwrap_or(0.0.into()), radio.delay_s.unwrap_or(0.0.into()));
+    let (loss, delay_s) = (radio.packet_loss.unwrap_or(0.0.into()), radio.latency_s.unwrap_or(0.0.into()));
     let links = radio.link.iter().map(|link| Link {
         from: UavId(link.from as u32),
         to: UavId(link.to as u32),
-        loss: link.loss.unwrap_or(loss),
-        delay_s: link.delay_s.unwrap_or(delay_s),
+        packet_loss: link.packet_loss.unwrap_or(loss),
+        latency_s: link.latency_s.unwrap_or(delay_s),
     });
     let side = |side: &Vec<f64>| side.iter().map(|uav| UavId(*uav as u32)).collect();
     let partitions = radio.partition.iter().map(|partition| Partition {
@@ -95,77 +95,82 @@ fn radio(radio: &resolved::Radio) -> Radio {
         sides: partition.sides.iter().map(side).collect(),
     });
     Radio {
-        loss,
-        delay_s,
-        duplicate: radio.duplicate,
+        packet_loss: loss,
+        latency_s: delay_s,
+        duplication: radio.duplication,
         range_m: radio.range_m,
-        bytes_per_s: radio.bytes_per_s,
-        until_s: radio.until_s,
+        bandwidth_bytes_per_s: radio.bandwidth_bytes_per_s,
+        fault_until_s: radio.fault_until_s,
         links: links.collect(),
         partitions: partitions.collect(),
     }
 }
 
-/// A scenario in which everything is drawn but where targets and UAVs start that are not listed.
+/// A scenario in which everything is drawn except for the starts of targets and UAVs that are not listed.
 pub(super) struct Checked {
     file: resolved::ScenarioFile,
     ring: Option<Ring>,
-    /// So many targets are drawn.
+    /// Number of targets to draw.
     scattered: u64,
     settings: Settings,
 }
 
-/// Draws, fills in and checks all but where targets and UAVs start that are not listed.
+/// Draws, fills in and checks everything except for the starts of targets and UAVs that are not listed.
 pub(super) fn checked(typed: &Typed, traffic: Option<&Traffic>, seed: u64) -> Result<Checked, ScenarioError> {
     let (file, mut drawing) = drawn(&typed.file, traffic, Draws::new(seed));
-    let ring = typed.file.uavs.ring.drawn(&"uavs.ring.", &mut drawing);
-    // Each of these targets is drawn by itself, later.
+    let ring = typed.file.uavs.start_ring.drawn(&"uavs.start_ring.", &mut drawing);
+    // These targets are drawn later, one by one.
     drawing.is_of_many = true;
     let scatter =
-        typed.file.targets.as_ref().and_then(|targets| targets.scatter.drawn(&"targets.scatter.", &mut drawing));
+        typed.file.targets.as_ref().and_then(|targets| targets.random.drawn(&"targets.random.", &mut drawing));
     if let Some(traffic) = traffic {
         check_span(typed, file.period_s, traffic)?;
     }
     let (mut settings, passed) = settings(&file);
     let mut problems = drawing.problems;
-    settings.airspace = zones::airspace(&file.zones, &mut problems);
+    settings.geofence = geofence::geofence(&file.geofence, &mut problems);
     if typed.file.needs_minds() {
-        settings.team.radio = standoff::Radio::Fallible;
+        settings.team.link = standoff::LinkModel::Lossy;
     }
-    if settings.minds == Minds::One && typed.file.needs_minds() {
-        let what = "one mind for all hears everything at once: for a radio that does not, restarts, late starts or clocks \
-                    give \"each\", or leave it out";
-        problems.add("team.minds", what, None);
+    if settings.agents == AgentSetup::Shared && typed.file.needs_minds() {
+        let what = "a single agent for all UAVs needs an ideal radio: with [radio], restarts, late starts or clocks \
+                    set \"each\", or leave out the key";
+        problems.add("team.agents", what, None);
     }
-    check_who(&file, ring.as_ref(), scatter.as_ref(), &mut problems);
-    let over = settings.team.errors_over(settings.period);
+    check_objects(&file, ring.as_ref(), scatter.as_ref(), &mut problems);
+    let over = settings.team.errors_for_period(settings.period);
     check_settings(&file, settings.team.errors().into_iter().chain(over).collect(), &passed, &mut problems);
     report(problems, typed, seed)?;
     let scattered = scatter.map_or(0, |scatter| scatter.count as u64);
     Ok(Checked { file, ring, scattered, settings })
 }
 
-/// The settings of a scenario in which everything is spelt out, whatever it was flown with: a record stays readable.
+/// Returns the settings of a resolved scenario, whatever version flew it, so that old records stay readable.
 pub(super) fn settings_of_record(typed: &Typed) -> Result<Settings, ScenarioError> {
     let (file, mut drawing) = drawn(&typed.file, None, Draws::new(0));
-    // Where UAVs and intruders started is of no account: a ring about targets far out reaches further than may be typed.
+    // The starts of UAVs and intruders do not matter here: a ring about distant targets can exceed the range of typed
+    // coordinates.
     drawing.problems.found.retain(|found| !found.key.contains(".at.") && !found.key.starts_with("intruders."));
     let (mut settings, passed) = settings(&file);
-    settings.airspace = zones::airspace(&file.zones, &mut drawing.problems);
+    settings.geofence = geofence::geofence(&file.geofence, &mut drawing.problems);
     check_settings(&file, settings.team.errors(), &passed, &mut drawing.problems);
     report(drawing.problems, typed, 0)?;
     Ok(settings)
 }
 
-/// Every number of a seed, and what goes on with.
-fn drawn(file: &file::ScenarioFile, traffic: Option<&Traffic>, draws: Draws) -> (resolved::ScenarioFile, Drawing) {
+/// Draws every number for a seed; also returns the drawing with its problems.
+fn drawn(
+    file: &schema_types::ScenarioFile,
+    traffic: Option<&Traffic>,
+    draws: Draws,
+) -> (resolved::ScenarioFile, Drawing) {
     let absent = absent(file, traffic, draws);
     let mut drawing = Drawing { draws, is_of_many: false, absent, problems: Problems::default() };
     (file.drawn(&"", &mut drawing), drawing)
 }
 
-/// What stands for numbers that are not typed.
-fn absent(file: &file::ScenarioFile, traffic: Option<&Traffic>, draws: Draws) -> Absent {
+/// Returns the defaults of numbers that depend on other values.
+fn absent(file: &schema_types::ScenarioFile, traffic: Option<&Traffic>, draws: Draws) -> Absent {
     let of = |key: &str, number: &Number| value(number, &key, draws, 0);
     let or_table_1 = |noise: f64, table_1: f64| if noise > 0.0 { noise } else { table_1 };
     // Measured cars: 0.2-0.5 1/s and 0.5-1 m/s2 per axis.
@@ -177,8 +182,8 @@ fn absent(file: &file::ScenarioFile, traffic: Option<&Traffic>, draws: Draws) ->
         duration_s: traffic.map_or(100.0, Traffic::span_s),
         // Table I's T_s.
         period_s: 0.5,
-        settle_s: 30.0,
-        count: file.uavs.at.len().max(1) as f64,
+        transient_s: 30.0,
+        count: file.uavs.start.len().max(1) as f64,
         correlation_rate_1_s: model.0,
         acceleration_sd_m_s2: model.1,
         range_sd_m: or_table_1(of("sensor.range_sd_m", &file.sensor.range_sd_m), 10.0),
@@ -187,22 +192,22 @@ fn absent(file: &file::ScenarioFile, traffic: Option<&Traffic>, draws: Draws) ->
     }
 }
 
-/// The settings, and where each number of the team's was typed.
+/// Returns the settings, and the key at which each number of the team parameters was typed.
 fn settings(file: &resolved::ScenarioFile) -> (Settings, Vec<Passed>) {
     let manoeuvres = file.targets.iter().flat_map(|targets| &targets.manoeuvre);
     let (team, passed) = team(file);
     let settings = Settings {
         duration: Duration::from_s(file.duration_s),
         period: Duration::from_s(file.period_s),
-        settle: Duration::from_s(file.settle_s),
+        transient: Duration::from_s(file.transient_s),
         team,
-        airspace: standoff::Airspace::default(),
-        minds: file.team.minds,
+        geofence: standoff::Geofence::default(),
+        agents: file.team.agents,
         noise: Noise { range_sd_m: file.sensor.range_sd_m, bearing_sd_rad: file.sensor.bearing_sd_deg.to_radians() },
         cue: CueError { position_sd_m: file.cue.position_sd_m, velocity_sd_m_s: file.cue.velocity_sd_m_s },
         model: file.targets.as_ref().map(target_model),
         intruders: file.intruders.len(),
-        manoeuvring: Arc::new(manoeuvres.map(|manoeuvre| (manoeuvre.target as u32).saturating_sub(1)).collect()),
+        manoeuvring: Arc::new(manoeuvres.map(|manoeuvre| manoeuvre.target as u32).collect()),
         faults_end_s: faults_end_s(file),
     };
     (settings, passed)
@@ -211,7 +216,7 @@ fn settings(file: &resolved::ScenarioFile) -> (Settings, Vec<Passed>) {
 /// See [`Settings::faults_end_s`].
 fn faults_end_s(file: &resolved::ScenarioFile) -> Option<f64> {
     let partitions = file.radio.iter().flat_map(|radio| radio.partition.iter().map(|partition| partition.until_s));
-    let radio = file.radio.iter().filter_map(|radio| radio.until_s);
+    let radio = file.radio.iter().filter_map(|radio| radio.fault_until_s);
     let restarts = file.uavs.restart.iter().map(|restart| restart.at_s + restart.down_s);
     let ends_s = partitions.chain(radio).chain(restarts).filter(|end_s| *end_s <= file.duration_s);
     ends_s.reduce(f64::max)
@@ -224,9 +229,9 @@ fn target_model(targets: &resolved::Targets) -> TargetParams {
     }
 }
 
-/// One of the targets that are drawn.
-fn scattered_target(scatter: &file::Scatter, index: u64, acceleration_sd_m_s2: f64, draws: Draws) -> TargetAt {
-    let of = |key: &str, number: &Number| value(number, &format_args!("targets.scatter.{key}"), draws, index + 1);
+/// Draws one target of `[targets.random]`.
+fn scattered_target(scatter: &schema_types::Scatter, index: u64, acceleration_sd_m_s2: f64, draws: Draws) -> TargetAt {
+    let of = |key: &str, number: &Number| value(number, &format_args!("targets.random.{key}"), draws, index + 1);
     let acceleration: [f64; 2] = draws.at(Stream::TargetMotion, index, 0).normals();
     let [ax_m_s2, ay_m_s2] = acceleration.map(|normal| normal * acceleration_sd_m_s2);
     TargetAt {
@@ -239,14 +244,14 @@ fn scattered_target(scatter: &file::Scatter, index: u64, acceleration_sd_m_s2: f
     }
 }
 
-/// The targets, where all of them are listed.
+/// Converts the listed targets.
 fn random_targets(targets: &resolved::Targets) -> Targets {
-    let start = targets.at.iter().map(|at| {
+    let start = targets.start.iter().map(|at| {
         let position = Position::from_m(at.x_m, at.y_m);
         TargetState::new(position, Velocity::from_m_s(at.vx_m_s, at.vy_m_s), [at.ax_m_s2, at.ay_m_s2])
     });
     let manoeuvres = targets.manoeuvre.iter().map(|manoeuvre| Manoeuvre {
-        target: TargetId(manoeuvre.target as u32 - 1),
+        target: TargetId(manoeuvre.target as u32),
         from_s: manoeuvre.from_s,
         until_s: manoeuvre.until_s,
         acceleration_m_s2: [manoeuvre.ax_m_s2, manoeuvre.ay_m_s2],
@@ -255,7 +260,7 @@ fn random_targets(targets: &resolved::Targets) -> Targets {
 }
 
 fn warnings(team: &TeamParams, period: Duration) -> Vec<String> {
-    let modulus = team.uav.heading_loop_modulus(team.guidance.heading_gain_1_s, period);
+    let modulus = team.uav.heading_loop_spectral_radius(team.guidance.heading_gain_1_s, period);
     let mut warnings = Vec::new();
     if modulus > 1.0 - 1e-6 {
         let euler = match team.uav.integrator {
@@ -264,13 +269,13 @@ fn warnings(team: &TeamParams, period: Duration) -> Vec<String> {
         };
         warnings.push(format!(
             "the heading loop is not stable at this period: its largest eigenvalue has modulus {modulus:.3}, \
-             it must be below 1{euler}"
+             must be below 1{euler}"
         ));
     }
     warnings
 }
 
-/// A scenario, typed or resolved, as text that can be read again.
+/// Serialises a typed or resolved scenario as text that can be read again.
 pub(super) fn text(name: &str, file: &impl Serialize) -> Result<String, ScenarioError> {
     let text = toml::to_string(file).map_err(|error| ScenarioError::one(name, None, error.to_string()))?;
     check_size(name, &text, SPELT_OUT)?;

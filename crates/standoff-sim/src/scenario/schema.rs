@@ -1,5 +1,5 @@
-//! The JSON schema of scenario files, made from their types: editors complete scenarios with it, and messages tell from
-//! it which keys and words there are.
+//! JSON schema of scenario files, generated from their types. Editors use it for completion, and error messages for the
+//! known keys and values.
 
 use std::sync::LazyLock;
 
@@ -8,9 +8,9 @@ use schemars::generate::SchemaSettings;
 use schemars::transform::{RecursiveTransform, Transform};
 use serde_json::Value;
 
-use super::file::ScenarioFile;
+use super::schema_types::ScenarioFile;
 
-/// The JSON schema (draft 7, which editors of TOML know) of a scenario file.
+/// Returns the JSON schema (draft 7, which TOML editors support) of a scenario file.
 pub fn schema() -> Value {
     let mut generator = SchemaSettings::draft07().into_generator();
     let mut schema = generator.root_schema_for::<ScenarioFile>();
@@ -19,8 +19,8 @@ pub fn schema() -> Value {
     schema.to_value()
 }
 
-/// TOML knows no null: what may be absent is not listed as required, and that is all. A table's defaults are those of
-/// its keys, and a number is a number.
+/// Removes null, which TOML does not have: optional keys are simply not required. Also removes the defaults of tables,
+/// which are those of their keys, and the formats of numbers.
 fn without_null(schema: &mut Schema) {
     let Some(object) = schema.as_object_mut() else { return };
     object.remove("format");
@@ -34,27 +34,27 @@ fn without_null(schema: &mut Schema) {
     object.insert("allOf".to_owned(), Value::Array(vec![one]));
 }
 
-/// The schema, to look keys up in.
+/// Schema in which keys are looked up.
 pub(super) static KEYS: LazyLock<Keys> = LazyLock::new(|| Keys { root: schema() });
 
-/// Which keys there are.
+/// Known keys and values.
 pub(super) struct Keys {
     root: Value,
 }
 
 impl Keys {
-    /// The keys of the table called `table` (dotted; empty for the root), if it is one.
+    /// Returns the keys of the table `table` (dotted; empty for the root); `None` if it is not a table.
     pub(super) fn of(&self, table: &str) -> Option<Vec<&str>> {
         Some(self.node(table)?.get("properties")?.as_object()?.keys().map(String::as_str).collect())
     }
 
-    /// The words that a key takes, if it takes words.
+    /// Returns the values of a key that accepts fixed words; `None` for other keys.
     pub(super) fn words(&self, key: &str) -> Option<Vec<&str>> {
         let words = self.node(key)?.get("oneOf")?.as_array()?;
         words.iter().map(|word| word.get("const")?.as_str()).collect()
     }
 
-    /// The key is that of a number, or leads into a number's distribution: the number's own key.
+    /// Returns the key of the number to which `key` belongs, if `key` is a number or part of a number's distribution.
     pub(super) fn number<'k>(&self, key: &'k str) -> Option<&'k str> {
         let ends = key.match_indices('.').map(|(end, _)| end).chain([key.len()]);
         let mut prefixes = ends.map(|end| &key[..end]);
@@ -63,7 +63,7 @@ impl Keys {
         })
     }
 
-    /// Every table with a key of that name.
+    /// Returns all tables that have a key of that name.
     pub(super) fn tables_with(&self, key: &str) -> Vec<String> {
         let tables = self.of("").unwrap_or_default().into_iter().flat_map(|table| {
             let inner = self.of(table).unwrap_or_default().into_iter().map(move |inner| format!("{table}.{inner}"));
@@ -79,7 +79,7 @@ impl Keys {
         Some(self.followed(self.raw(key)?))
     }
 
-    /// What stands at a key, references not followed. Arrays may be given with or without an index.
+    /// Returns the schema node of a key, without following references. Arrays may be given with or without an index.
     fn raw(&self, key: &str) -> Option<&Value> {
         let parts = key.split('.').filter(|part| !part.is_empty());
         parts
@@ -98,7 +98,7 @@ impl Keys {
     }
 }
 
-/// The definition that a node refers to.
+/// Returns the definition that a node refers to.
 fn reference(node: &Value) -> Option<&str> {
     let node = node.pointer("/allOf/0").unwrap_or(node);
     node.get("$ref")?.as_str()
@@ -111,20 +111,20 @@ mod tests {
     #[test]
     fn keys_are_found_in_tables_and_in_arrays_of_tables() {
         assert!(KEYS.of("").unwrap().contains(&"duration_s"));
-        assert!(KEYS.of("uavs.at").unwrap().contains(&"heading_deg"));
-        assert!(KEYS.of("uavs.at.3").unwrap().contains(&"heading_deg"));
+        assert!(KEYS.of("uavs.start").unwrap().contains(&"heading_deg"));
+        assert!(KEYS.of("uavs.start.3").unwrap().contains(&"heading_deg"));
         assert_eq!(KEYS.of("uavs.speed_m_s"), None);
-        assert_eq!(KEYS.words("guidance.sense"), Some(vec!["anticlockwise", "clockwise"]));
+        assert_eq!(KEYS.words("guidance.orbit_direction"), Some(vec!["anticlockwise", "clockwise"]));
         assert_eq!(KEYS.words("guidance.lead_s"), None);
         assert_eq!(KEYS.number("orbit.margin_sds.uniform.min"), Some("orbit.margin_sds"));
-        assert_eq!(KEYS.number("targets.at.1.x_m"), Some("targets.at.1.x_m"));
+        assert_eq!(KEYS.number("targets.start.1.x_m"), Some("targets.start.1.x_m"));
         assert_eq!(KEYS.number("duration_s"), Some("duration_s"));
-        assert_eq!(KEYS.number("guidance.sense"), None);
+        assert_eq!(KEYS.number("guidance.orbit_direction"), None);
         assert_eq!(KEYS.tables_with("lead_s"), ["guidance"]);
         assert_eq!(KEYS.tables_with("ring"), ["uavs"]);
         assert_eq!(
             KEYS.tables_with("x_m"),
-            ["uavs.at", "intruders", "targets.scatter", "targets.at"].map(str::to_owned)
+            ["uavs.start", "intruders", "targets.random", "targets.start"].map(str::to_owned)
         );
     }
 }

@@ -1,17 +1,17 @@
-//! Where the UAVs start: as listed, on a ring about the targets that are there first, or on orbits about their groups.
+//! Starts of the UAVs: as listed, on a ring about the targets that exist first, or on orbits about the groups of these.
 
-use standoff::coordination::clustering::{Clusters, group_count};
+use standoff::coordination::clustering::{KMeans, group_count};
 use standoff::{Angle, Displacement, Position, Spread, TeamParams, UavId, UavState, Vertical};
 
-use super::file::resolved::{self, Ring, UavAt, Uavs};
-use super::flown::{Intruder, Targets};
+use super::resolved::{Intruder, Targets};
+use super::schema_types::resolved::{self, Ring, UavAt, Uavs};
 
-/// The UAVs' first states; what was not listed is spelt out as `[[uavs.at]]`.
+/// Returns the initial states of the UAVs; writes those that were not listed to `[[uavs.start]]`.
 pub(super) fn states(uavs: &mut Uavs, ring: Option<&Ring>, team: &TeamParams, targets: &Targets) -> Vec<UavState> {
-    if uavs.at.is_empty() {
+    if uavs.start.is_empty() {
         let count = uavs.count as usize;
         let positions = first_positions(targets);
-        uavs.at = match ring {
+        uavs.start = match ring {
             Some(ring) => {
                 let (centre, standoff_m) = first_orbit(&positions, team);
                 on_ring(ring, count, centre, standoff_m, team)
@@ -19,71 +19,84 @@ pub(super) fn states(uavs: &mut Uavs, ring: Option<&Ring>, team: &TeamParams, ta
             None => on_orbits(count, &positions, team),
         };
     }
-    let states = uavs.at.iter().zip((0..).map(UavId)).map(|(at, id)| UavState {
+    let states = uavs.start.iter().zip((0..).map(UavId)).map(|(at, id)| UavState {
         position: start_of(at),
         heading: Angle::from_deg(at.heading_deg),
         speed_m_s: at.speed_m_s,
         turn_rate_rad_s: 0.0,
         vertical: team.uav.climb.map(|_| {
-            let altitude_m = at.altitude_m.unwrap_or_else(|| team.first_altitude_m(id));
+            let altitude_m = at.altitude_m.unwrap_or_else(|| team.initial_altitude_m(id));
             Vertical { altitude_m, climb_rate_m_s: 0.0 }
         }),
     });
     states.collect()
 }
 
-/// The intruders, and where they start; what was not listed is spelt out.
+/// Returns the intruders with their initial states; writes starts that were not given to the tables.
 pub(super) fn intruders(typed: &mut [resolved::Intruder], uavs: &[UavState], team: &TeamParams) -> Vec<Intruder> {
     let intruder = |intruder: &mut resolved::Intruder| {
-        let pursues = intruder.pursues.map(|uav| UavId(uav as u32));
-        let pursued = pursues.and_then(|uav| uavs.get(uav.0 as usize));
+        let pursued_uav = intruder.pursued_uav.map(|uav| UavId(uav as u32));
+        let pursued = pursued_uav.and_then(|uav| uavs.get(uav.0 as usize));
         let from = pursued.map_or(Position::ORIGIN, |uav| uav.position);
         let distance_m = intruder.distance_m.take().unwrap_or(INTRUDER_FROM_M);
-        let direction = Angle::from_deg(intruder.direction_deg.take().unwrap_or(0.0));
+        let direction = Angle::from_deg(intruder.bearing_deg.take().unwrap_or(0.0));
         let away = from + Displacement::from_polar(distance_m, direction);
         let x_m = *intruder.x_m.get_or_insert(away.x_m());
         let position = Position::from_m(x_m, *intruder.y_m.get_or_insert(away.y_m()));
-        let at_uav = || pursued.map_or(0.0, |uav| (uav.position - position).direction().deg());
-        let heading = Angle::from_deg(*intruder.heading_deg.get_or_insert_with(at_uav));
-        let lowest_m = || team.first_altitude_m(UavId(0));
-        let its_own_m = intruder.altitude_m.or_else(|| pursued.is_none().then(lowest_m));
-        let altitude_m = its_own_m.or(pursued.and_then(|uav| uav.vertical).map(|vertical| vertical.altitude_m));
+        let towards_uav = || pursued.map_or(0.0, |uav| (uav.position - position).direction().deg());
+        let heading = Angle::from_deg(*intruder.heading_deg.get_or_insert_with(towards_uav));
+        let lowest_m = || team.initial_altitude_m(UavId(0));
+        let fixed_altitude_m = intruder.altitude_m.or_else(|| pursued.is_none().then(lowest_m));
+        let altitude_m = fixed_altitude_m.or(pursued.and_then(|uav| uav.vertical).map(|vertical| vertical.altitude_m));
         let vertical = team.uav.climb.and(altitude_m).map(|altitude_m| Vertical { altitude_m, climb_rate_m_s: 0.0 });
         let turn_rate_rad_s = intruder.turn_rate_deg_s.unwrap_or(0.0).to_radians();
         Intruder {
-            start: UavState { vertical, ..UavState::straight(position, heading, intruder.speed_m_s) },
-            pursues,
+            start: UavState { vertical, ..UavState::level_flight(position, heading, intruder.speed_m_s) },
+            pursued_uav: pursued_uav,
             turn_rate_rad_s,
-            altitude_m: its_own_m,
-            silent_s: intruder.silent.iter().map(|silence| [silence.from_s, silence.until_s]).collect(),
+            altitude_m: fixed_altitude_m,
+            transponder_off_s: intruder
+                .transponder_off
+                .iter()
+                .map(|silence| [silence.from_s, silence.until_s])
+                .collect(),
         }
     };
     typed.iter_mut().map(intruder).collect()
 }
 
-/// So far from the UAV that it pursues an intruder starts of which nothing else is said, m.
+/// Default distance between the start of an intruder and the UAV that it pursued_uav, m.
 const INTRUDER_FROM_M: f64 = 1000.0;
 
-/// Two UAVs start no closer to one another than this.
+/// Minimum distance between the starts of two UAVs, m.
 const APART_M: f64 = 100.0;
 
-/// On an orbit about each group that the targets' start falls into, one UAV after the other.
+/// Distributes the UAVs over orbits about the groups into which the targets' starts fall.
 fn on_orbits(count: usize, positions: &[Position], team: &TeamParams) -> Vec<UavAt> {
     let groups = group_count(count, positions.len()).max(1);
-    let mut clusters = Clusters::default();
-    clusters.found(positions, groups);
+    let mut clusters = KMeans::default();
+    clusters.seed(positions, groups);
     let mut starts: Vec<UavAt> = Vec::new();
     for group in 0..groups {
-        let members: Vec<Position> =
-            positions.iter().zip(&clusters.of).filter(|(_, of)| **of == group).map(|(position, _)| *position).collect();
-        let crew = (group..count).step_by(groups).count();
+        let members: Vec<Position> = positions
+            .iter()
+            .zip(&clusters.cluster_of)
+            .filter(|(_, of)| **of == group)
+            .map(|(position, _)| *position)
+            .collect();
+        let uavs_of_group = (group..count).step_by(groups).count();
         let (centre, mut radius_m) = first_orbit(&members, team);
         let mut number = 0;
-        while number < crew {
-            let at =
-                on_ring(&Ring { radius_m: None, phase_deg: None, spacing_deg: None }, crew, centre, radius_m, team)
-                    .swap_remove(number);
-            // Orbits may cross: the next one out is free, if need be a few rounds later.
+        while number < uavs_of_group {
+            let at = on_ring(
+                &Ring { radius_m: None, phase_deg: None, spacing_deg: None },
+                uavs_of_group,
+                centre,
+                radius_m,
+                team,
+            )
+            .swap_remove(number);
+            // Orbits may cross: increase the radius until the start is free.
             if starts.iter().any(|other| start_of(other).squared_distance_m2(start_of(&at)) < APART_M * APART_M) {
                 radius_m += APART_M;
             } else {
@@ -99,19 +112,19 @@ fn start_of(at: &UavAt) -> Position {
     Position::from_m(at.x_m, at.y_m)
 }
 
-/// On a ring about a centre, of a radius if the ring has none of its own.
+/// Places the UAVs on a ring about a centre; `standoff_m` is its radius unless the ring has one.
 fn on_ring(ring: &Ring, count: usize, centre: Position, standoff_m: f64, team: &TeamParams) -> Vec<UavAt> {
     let radius_m = ring.radius_m.unwrap_or(standoff_m);
     let first = Angle::from_deg(ring.phase_deg.unwrap_or(0.0));
     let even_deg = match count {
-        2 => team.guidance.separation_rad.to_degrees(),
+        2 => team.guidance.desired_phase_rad.to_degrees(),
         _ => 360.0 / count as f64,
     };
     let spacing_deg = ring.spacing_deg.unwrap_or(even_deg);
     let at = |index: usize| {
         let phase = first + Angle::from_deg(index as f64 * spacing_deg);
         let position = centre + Displacement::from_polar(radius_m, phase);
-        let along = phase + Angle::from_deg(90.0 * team.guidance.sense.sign());
+        let along = phase + Angle::from_deg(90.0 * team.guidance.orbit_direction.sign());
         UavAt {
             x_m: position.x_m(),
             y_m: position.y_m(),
@@ -135,15 +148,15 @@ fn first_positions(targets: &Targets) -> Vec<Position> {
     }
 }
 
-/// Centre and radius of an orbit that holds as many of the positions as fit: the furthest is left out until the rest
-/// does.
+/// Returns centre and radius of an orbit about as many of the positions as fit: the furthest is left out until the rest
+/// fits.
 fn first_orbit(positions: &[Position], team: &TeamParams) -> (Position, f64) {
-    let mut kept = positions.to_vec();
+    let mut covered = positions.to_vec();
     loop {
-        let n = kept.len().max(1) as f64;
-        let sum = kept.iter().fold((0.0, 0.0), |(x, y), p| (x + p.x_m(), y + p.y_m()));
+        let n = covered.len().max(1) as f64;
+        let sum = covered.iter().fold((0.0, 0.0), |(x, y), p| (x + p.x_m(), y + p.y_m()));
         let centre = Position::from_m(sum.0 / n, sum.1 / n);
-        let furthest = kept
+        let furthest = covered
             .iter()
             .enumerate()
             .map(|(index, position)| (index, position.distance_m(centre)))
@@ -151,8 +164,8 @@ fn first_orbit(positions: &[Position], team: &TeamParams) -> (Position, f64) {
         let spread = Spread { distance_m: furthest.map_or(0.0, |(_, distance_m)| distance_m), rate_m_s: 0.0 };
         let standoff = team.group.standoff.distance(spread, 0.0);
         match furthest {
-            Some((index, _)) if standoff.unclamped_m > team.group.standoff.radius_max_m && kept.len() > 1 => {
-                kept.remove(index);
+            Some((index, _)) if standoff.unclamped_m > team.group.standoff.radius_max_m && covered.len() > 1 => {
+                covered.remove(index);
             }
             _ => return (centre, standoff.distance_m),
         }
@@ -163,9 +176,9 @@ fn first_orbit(positions: &[Position], team: &TeamParams) -> (Position, f64) {
 mod tests {
     use super::*;
 
-    /// However many UAVs there are, and wherever the targets: also all in one place.
+    /// For any number of UAVs and any positions of the targets, including all in one place.
     #[test]
-    fn nobody_starts_on_top_of_another() {
+    fn uavs_start_apart_from_each_other() {
         let at = |points: &[(f64, f64)]| points.iter().map(|(x, y)| Position::from_m(*x, *y)).collect::<Vec<_>>();
         let worlds = [at(&[]), at(&[(0.0, 0.0); 12]), at(&[(0.0, 0.0), (90.0, 5.0), (4000.0, 0.0), (30.0, 700.0)])];
         for (count, positions) in (1..=30).flat_map(|count| worlds.iter().map(move |positions| (count, positions))) {

@@ -1,25 +1,25 @@
-//! The traffic file that a scenario names: read, and held to the mission's length.
+//! Reads the traffic file of a scenario and compares its time span with the mission.
 
 use std::path::{Path, PathBuf};
 
 use super::builtin::BUILT_IN_TRAFFIC;
 use super::error::ScenarioError;
-use super::file;
-use super::flown::Settings;
 use super::load::Typed;
 use super::locate::Map;
 use super::number::Number;
-use crate::text::quoted;
+use super::resolved::Settings;
+use super::schema_types;
+use crate::display_text::quoted;
 use crate::traffic::{self, Traffic};
 
-/// Longest traffic that is flown to its end unasked, s. Recordings are of hours; what spans more than a day has a wrong
-/// time in it, and a file of two rows could fill a disk.
+/// Longest traffic that is flown to its end by default, s. Recordings last hours: a file that spans more than a day
+/// contains a wrong time, and with it a file of two rows could fill a disk.
 const UNASKED_MAX_S: f64 = 86_400.0;
 
-/// Longest name of a traffic file or a map, bytes: what Linux takes for a path.
+/// Maximum length of the name of a traffic file or a map, bytes: the limit of Linux for a path.
 pub(super) const NAME_MAX: usize = 4096;
 
-/// The traffic file, read through and checked.
+/// Reads and checks the traffic file.
 pub(super) fn read(typed: &Typed) -> Result<Option<Traffic>, ScenarioError> {
     let Some(table) = &typed.file.traffic else { return Ok(None) };
     let refuse = |key: &str, message: String| {
@@ -39,7 +39,8 @@ pub(super) fn read(typed: &Typed) -> Result<Option<Traffic>, ScenarioError> {
         None => None,
         Some(Number::Constant(gap_s)) => Some(*gap_s),
         Some(_) => {
-            let what = "traffic.gap_s: must be a number; the file is read once for all seeds, nothing is drawn for it";
+            let what =
+                "traffic.gap_s: must be a number, not a distribution, because the file is read once for all seeds";
             return refuse("traffic.gap_s", what.to_owned());
         }
     };
@@ -55,24 +56,24 @@ pub(super) fn read(typed: &Typed) -> Result<Option<Traffic>, ScenarioError> {
     read.map(Some).map_err(ScenarioError::from)
 }
 
-/// The traffic file, if it is not a built-in one.
+/// Path of the traffic file, unless it is built in.
 pub(super) fn file(typed: &Typed) -> Option<PathBuf> {
     let table = typed.file.traffic.as_ref()?;
     let path = path(typed, table);
     built_in(table, &path).is_none().then_some(path)
 }
 
-/// A file of that name comes before what is built in.
-fn built_in(table: &file::Traffic, path: &Path) -> Option<&'static (&'static str, &'static [u8])> {
+/// Returns the built-in traffic file of that name, unless a file of that name exists on disk.
+fn built_in(table: &schema_types::Traffic, path: &Path) -> Option<&'static (&'static str, &'static [u8])> {
     BUILT_IN_TRAFFIC.iter().find(|(name, _)| *name == table.file).filter(|_| !path.exists())
 }
 
-/// Where the file is looked for.
-fn path(typed: &Typed, table: &file::Traffic) -> PathBuf {
+/// Path at which the file is expected.
+fn path(typed: &Typed, table: &schema_types::Traffic) -> PathBuf {
     typed.files_from.as_deref().unwrap_or(Path::new("")).join(&table.file)
 }
 
-/// A file shorter than one period is no mission, and one that is far too long is none that somebody meant.
+/// Rejects a file that is shorter than one period, or implausibly long.
 pub(super) fn check_span(typed: &Typed, period_s: f64, traffic: &Traffic) -> Result<(), ScenarioError> {
     let (Some(table), None) = (&typed.file.traffic, &typed.file.duration_s) else { return Ok(()) };
     let span_s = traffic.span_s();
@@ -81,8 +82,8 @@ pub(super) fn check_span(typed: &Typed, period_s: f64, traffic: &Traffic) -> Res
     } else if span_s > UNASKED_MAX_S {
         let [begin_s, end_s] = [traffic.begin_us, traffic.end_us].map(|time_us| time_us as f64 / 1e6);
         format!(
-            "its times are {begin_s} to {end_s} s; at most {UNASKED_MAX_S} s (a day) are flown unasked; correct a time, cut \
-             the file into parts, or say how long: --set duration_s=..."
+            "its times are {begin_s} to {end_s} s; at most {UNASKED_MAX_S} s (a day) are flown by default; correct a time, cut \
+             the file into parts, or set the length: --set duration_s=..."
         )
     } else {
         return Ok(());
@@ -90,89 +91,92 @@ pub(super) fn check_span(typed: &Typed, period_s: f64, traffic: &Traffic) -> Res
     Err(ScenarioError::one(path(typed, table).to_string_lossy(), None, format!("spans {span_s} s; {wrong}")))
 }
 
-/// Says so if the traffic ends before the mission does, or goes on behind it: unless that was asked for on the command
-/// line.
+/// Returns a warning if the traffic ends before the mission or continues after it, unless the command line requested
+/// this.
 pub(super) fn length_warning(typed: &Typed, settings: &Settings, traffic: &Traffic) -> Option<String> {
-    // What is not given is as long as the traffic.
+    // Without `duration_s`, the mission is as long as the traffic.
     typed.file.duration_s.as_ref()?;
     let (span_s, duration_s, period_s) = (traffic.span_s(), settings.duration.s(), settings.period.s());
     if span_s <= duration_s - period_s {
         let shortest_s = span_s.max(period_s);
         return Some(format!(
-            "the traffic ends after {span_s} s, duration_s = {duration_s}: from then on there is nothing to track; \
-             --set duration_s={shortest_s} ends with it"
+            "the traffic ends after {span_s} s, but duration_s = {duration_s}: afterwards there is nothing to track; \
+             --set duration_s={shortest_s} ends the mission with it"
         ));
     }
     if span_s < duration_s + period_s || typed.origin.is_edited("duration_s") {
         return None;
     }
     let advice = if span_s > UNASKED_MAX_S {
-        "is a time in it wrong?".to_owned()
+        "does the file contain a wrong time?".to_owned()
     } else {
         format!("--set duration_s={span_s} flies all of it")
     };
-    Some(format!("the traffic goes on for {span_s} s, duration_s = {duration_s}: the rest is not flown; {advice}"))
+    Some(format!("the traffic lasts {span_s} s, but duration_s = {duration_s}: the rest is not flown; {advice}"))
 }
 
 #[cfg(test)]
 mod tests {
     use std::fs;
 
-    use super::super::{Edits, Scenario};
+    use super::super::{Overrides, Scenario};
 
-    /// Loads a scenario over a car that is there from 0 s to `until_s`.
+    /// Loads a scenario with the traffic of one car that exists from 0 s to `until_s`.
     fn load(scenario: &str, until_s: f64, set: &[&str]) -> Result<Scenario, String> {
         let folder = tempfile::tempdir().unwrap();
         let file = folder.path().join("cars.csv");
         fs::write(&file, format!("t,id,x,y\n0,a,0,0\n{until_s},a,1,0\n")).unwrap();
         let set = set.iter().map(|&set| set.to_owned()).collect();
-        let edits = Edits { traffic: Some(file.clone()), set, ..Edits::default() };
+        let edits = Overrides { traffic: Some(file.clone()), set, ..Overrides::default() };
         let loaded = Scenario::load(scenario, &edits, 1);
         loaded.map_err(|error| error.to_string().replace(&file.display().to_string(), "cars.csv"))
     }
 
     fn warnings(until_s: f64, set: &[&str]) -> Vec<String> {
-        load("best/figure-9", until_s, set).unwrap().warnings
+        load("improved/figure-9", until_s, set).unwrap().warnings
     }
 
     #[test]
-    fn traffic_of_a_day_is_flown_and_of_more_only_if_asked_for() {
+    fn traffic_longer_than_a_day_is_flown_only_on_request() {
         assert_eq!(load("traffic/convoy", 86_400.0, &[]).unwrap().settings.duration.s(), 86_400.0);
         let expected = "cars.csv: spans 1000000000 s; its times are 0 to 1000000000 s; at most 86400 s (a day) are flown \
-                        unasked; correct a time, cut the file into parts, or say how long: --set duration_s=...";
+                        by default; correct a time, cut the file into parts, or set the length: --set duration_s=...";
         assert_eq!(load("traffic/convoy", 1e9, &[]).unwrap_err(), expected);
         assert!(load("traffic/convoy", 86_400.5, &[]).is_err());
         assert_eq!(load("traffic/convoy", 1e9, &["duration_s=100000"]).unwrap().settings.duration.s(), 1e5);
     }
 
     #[test]
-    fn traffic_of_another_length_than_the_mission_is_told() {
-        let ends = "the traffic ends after 60 s, duration_s = 100: from then on there is nothing to track; \
-                    --set duration_s=60 ends with it";
+    fn a_mismatch_of_traffic_and_mission_length_is_a_warning() {
+        let ends = "the traffic ends after 60 s, but duration_s = 100: afterwards there is nothing to track; \
+                    --set duration_s=60 ends the mission with it";
         assert_eq!(warnings(60.0, &[]), [ends]);
-        let goes_on = "the traffic goes on for 309.5 s, duration_s = 100: the rest is not flown; \
+        let too_long = "the traffic lasts 309.5 s, but duration_s = 100: the rest is not flown; \
                        --set duration_s=309.5 flies all of it";
-        assert_eq!(warnings(309.5, &[]), [goes_on]);
+        assert_eq!(warnings(309.5, &[]), [too_long]);
         let far = &warnings(1e9, &[])[0];
-        assert!(far.ends_with("the rest is not flown; is a time in it wrong?"), "{far}");
+        assert!(far.ends_with("the rest is not flown; does the file contain a wrong time?"), "{far}");
         let short = &warnings(0.25, &[])[0];
-        assert!(short.ends_with("--set duration_s=0.5 ends with it"), "no mission is shorter than a period: {short}");
+        assert!(
+            short.ends_with("--set duration_s=0.5 ends the mission with it"),
+            "no mission is shorter than a period: {short}"
+        );
     }
 
     #[test]
-    fn traffic_is_not_told_of_if_its_length_is_the_missions_or_was_asked_for() {
+    fn no_warning_if_the_lengths_match_or_were_requested() {
         assert_eq!(warnings(100.25, &[]), [""; 0], "within a period");
         assert_eq!(warnings(99.75, &[]), [""; 0], "within a period");
         assert_eq!(warnings(309.5, &["duration_s=40"]), [""; 0]);
-        assert_eq!(warnings(60.0, &["duration_s=70"]).len(), 1, "more than there is cannot be had by asking");
+        assert_eq!(warnings(60.0, &["duration_s=70"]).len(), 1, "a request cannot extend the traffic");
         for scenario in ["traffic/convoy", "traffic/city"] {
-            assert_eq!(Scenario::load(scenario, &Edits::default(), 1).unwrap().warnings, [""; 0]);
+            assert_eq!(Scenario::load(scenario, &Overrides::default(), 1).unwrap().warnings, [""; 0]);
         }
     }
 
     #[test]
     fn the_name_of_a_traffic_file_is_not_repeated_at_length() {
-        let edits = Edits { traffic: Some("x".repeat(100_000).into()), ..Edits::default() };
+        let edits = Overrides { traffic: Some("x".repeat(100_000).into()), ..Overrides::default() };
         let error = Scenario::load("traffic/convoy", &edits, 1).unwrap_err().to_string();
         assert!(error.contains("traffic.file = \"xxx") && error.len() < 1000, "{error}");
     }

@@ -1,37 +1,37 @@
-//! How well several minds agree, and what that costs them.
+//! Agreement of several agents, and its communication cost.
 
 use std::collections::BTreeMap;
 
 use super::mean::Mean;
-use crate::frame::{AgentRow, Agents, Frame, of};
+use crate::frame::{AgentRow, Frame, PerAgentTables, of};
 
-/// Over the instants so far; of one mind for all there is nothing.
+/// Agreement statistics so far. Empty if one agent acts for the whole team.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Agreement {
-    /// Instants at which crews differ, of those at which two minds or more are there.
+    /// Time steps at which assignments differ, of those with two or more agents.
     pub(super) differ: Mean,
     last_differing_us: Option<i64>,
     last_us: i64,
-    /// Who is there, ascending, and when somebody last came who was not there before.
+    /// Ids of the running agents, ascending, and the last time at which an agent started that was not running before.
     there: Vec<u32>,
     joined_us: Option<i64>,
-    /// From what is committed to now, s.
+    /// Delay between the time step and the last commit, s.
     pub(super) lag_s: Mean,
     pub(super) lag_max_s: Option<f64>,
-    /// By UAV, of all instants.
+    /// Bytes sent by each UAV, over all time steps.
     sent_bytes: BTreeMap<u32, u64>,
     instants: u64,
     uavs: usize,
-    /// Targets that are under two crewed groups at once, of those that exist.
-    pub(super) double_served: Mean,
-    /// Instants of minds that counted something twice; `None`: nobody has looked.
-    pub(super) double_count: Option<u64>,
-    /// Targets, and the group by whose UAV each is served: room that lives on.
+    /// Fraction of existing targets that are covered by two groups with assigned UAVs at the same time.
+    pub(super) duplicate_coverage: Mean,
+    /// Agent time steps with double-counted information; `None` if the reference replay was off.
+    pub(super) double_counted_steps: Option<u64>,
+    /// Targets, and the group of the UAV that covers each; reused buffer.
     served: Vec<(u32, u64)>,
 }
 
 impl Agreement {
-    /// Takes in the next frame.
+    /// Adds the next frame.
     pub(super) fn frame(&mut self, frame: &Frame) {
         let Frame { time_us, agents, .. } = frame;
         self.instants += 1;
@@ -47,14 +47,14 @@ impl Agreement {
             return;
         }
         if agents.all.len() > 1 {
-            let differ = crews_differ(agents);
+            let differ = assignments_differ(agents);
             self.differ.add(f64::from(differ));
             self.last_differing_us = if differ { Some(*time_us) } else { self.last_differing_us };
         }
         for AgentRow { agent, committed_us, sent_bytes, double_counted, .. } in &agents.all {
             *self.sent_bytes.entry(*agent).or_default() += sent_bytes;
             if let Some(double_counted) = double_counted {
-                *self.double_count.get_or_insert(0) += u64::from(*double_counted);
+                *self.double_counted_steps.get_or_insert(0) += u64::from(*double_counted);
             }
             if let Some(committed_us) = committed_us {
                 let lag_s = time_us.saturating_sub(*committed_us) as f64 / 1e6;
@@ -62,28 +62,29 @@ impl Agreement {
                 self.lag_max_s = Some(self.lag_max_s.map_or(lag_s, |most_s| most_s.max(lag_s)));
             }
         }
-        self.double_service(frame);
+        self.count_duplicate_coverage(frame);
     }
 
-    /// A target counts as served by a group if a UAV believes that it is in its own group, which is what it flies.
-    fn double_service(&mut self, frame: &Frame) {
+    /// A UAV covers a target if it believes that the target is in its own group, because it flies the orbit of that
+    /// group.
+    fn count_duplicate_coverage(&mut self, frame: &Frame) {
         let agents = &frame.agents;
         self.served.clear();
         for AgentRow { agent, .. } in &agents.all {
-            let duty = agents.mate(*agent, *agent).and_then(|own| own.group.zip(own.group_id));
-            let Some((group, id)) = duty else { continue };
+            let assignment = agents.teammate(*agent, *agent).and_then(|own| own.group.zip(own.group_id));
+            let Some((group, id)) = assignment else { continue };
             let members = agents.tracks_of(*agent).iter().filter(|of| of.row.group == Some(group));
             self.served.extend(members.map(|of| (of.row.target, id)));
         }
         self.served.sort_unstable();
         self.served.dedup();
         for truth in &frame.truth {
-            self.double_served.add(f64::from(of(&self.served, truth.target, |(target, _)| *target).len() > 1));
+            self.duplicate_coverage.add(f64::from(of(&self.served, truth.target, |(target, _)| *target).len() > 1));
         }
     }
 
-    /// From the end of the last fault to the last instant after it at which crews differ, s; 0 if there is none. `None` if no
-    /// fault has ended: those of the rules, or of a computer that was off.
+    /// Time from the end of the last fault to the last time step after it with different assignments, s; 0 if there is
+    /// no such time step. `None` if no fault has ended, neither one of the rules nor a computer outage.
     pub(super) fn delay_s(&self, faults_end_s: Option<f64>) -> Option<f64> {
         let seconds = |time_us: i64| time_us as f64 / 1e6;
         let ended_s = faults_end_s.filter(|end_s| *end_s <= seconds(self.last_us));
@@ -92,7 +93,7 @@ impl Agreement {
         Some(self.last_differing_us.map_or(0.0, |last_us| (seconds(last_us) - end_s).max(0.0)))
     }
 
-    /// What a UAV sends, mean and largest of all, bytes/s.
+    /// Mean data rate of the UAVs and the largest one, bytes/s.
     pub(super) fn bytes_per_s(&self, period_s: f64) -> [Option<f64>; 2] {
         let flown_s = self.instants as f64 * period_s;
         let most = self.sent_bytes.values().max().map(|bytes| *bytes as f64 / flown_s);
@@ -101,22 +102,22 @@ impl Agreement {
     }
 }
 
-/// Any two minds differ in who serves which group.
-fn crews_differ(agents: &Agents) -> bool {
-    agents.all.windows(2).any(|two| !agents.crew(two[0].agent).eq(agents.crew(two[1].agent)))
+/// True if any two agents disagree about the assignments.
+fn assignments_differ(agents: &PerAgentTables) -> bool {
+    agents.all.windows(2).any(|two| !agents.assignments(two[0].agent).eq(agents.assignments(two[1].agent)))
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::frame::{OfAgent, TeamRow};
+    use crate::frame::{ByAgent, TeammateRow};
     use crate::score::fixtures::{track_row, truth_row, uav_row};
 
-    /// A mind: whose, which group each of two UAVs serves, and in which group each of two targets is.
+    /// An agent: its id, the groups of two UAVs, and the groups of two targets.
     type Mind = (u32, [Option<u64>; 2], [Option<u64>; 2]);
     type Minds = [Mind; 2];
 
-    /// So many seconds after the start. A group's number in a picture is one less than its id.
+    /// Frame at this time. The group numbers of an agent are one less than the group ids.
     fn frame(time_s: i64, minds: &[Mind]) -> Frame {
         let mut frame = Frame { time_us: time_s * 1_000_000, ..Frame::default() };
         frame.uavs.extend((0..2).map(uav_row));
@@ -129,17 +130,17 @@ mod tests {
             frame.agents.all.push(AgentRow {
                 agent,
                 committed_us,
-                disturbed: false,
+                link_degraded: false,
                 sent_messages: 1,
                 sent_bytes,
                 double_counted,
             });
-            frame.agents.team.extend((0..).zip(crew).map(|(uav, group_id)| {
+            frame.agents.teammates.extend((0..).zip(crew).map(|(uav, group_id)| {
                 let group = number(*group_id);
-                TeamRow { agent, uav, presence: None, heard_us: None, group, group_id: *group_id }
+                TeammateRow { agent, uav, status: None, last_report_us: None, group, group_id: *group_id }
             }));
             let tracks = (0..).zip(members).map(|(target, id)| track_row(target, number(*id)));
-            frame.agents.tracks.extend(tracks.map(|row| OfAgent { agent, row }));
+            frame.agents.tracks.extend(tracks.map(|row| ByAgent { agent, row }));
         }
         frame
     }
@@ -151,38 +152,39 @@ mod tests {
     }
 
     const ALIKE: Minds = [(0, [Some(1), Some(2)], [Some(1), Some(2)]), (1, [Some(1), Some(2)], [Some(1), Some(2)])];
-    /// Each believes that the other serves nothing.
+    /// Each agent believes that the other UAV has no assignment.
     const APART: Minds = [(0, [Some(1), None], [Some(1), None]), (1, [None, Some(2)], [None, Some(2)])];
 
-    /// Four instants with two minds, of which they differ at two, and one with one mind, which counts for neither.
+    /// Four time steps with two agents, which disagree in two of them, and one with a single agent, which does not
+    /// count.
     #[test]
-    fn crews_differ_where_any_two_minds_say_so() {
+    fn assignments_differ_if_any_two_agents_disagree() {
         let alone = &ALIKE[..1];
         let flown = [&ALIKE[..], &APART, alone, &APART, &ALIKE];
         let agreement = after((0..).zip(flown).map(|(time_s, minds)| frame(time_s, minds)));
         assert_eq!(agreement.differ.value(), Some(0.5));
-        // Another id is another group, whatever its number; who serves none is as good as one not told of.
+        // Groups are compared by id, not by number. A UAV without an assignment equals a UAV that is not listed.
         let renamed = |group, group_id| {
             let mut frame = frame(0, &ALIKE);
-            let row = frame.agents.team.last_mut().unwrap();
+            let row = frame.agents.teammates.last_mut().unwrap();
             (row.group, row.group_id) = (Some(group), Some(group_id));
             after([frame]).differ.value()
         };
         assert_eq!((renamed(1, 3), renamed(5, 2)), (Some(1.0), Some(0.0)));
-        let mut told = frame(0, &[(0, [Some(1), None], [None; 2]), (1, [Some(1), None], [None; 2])]);
-        told.agents.team.pop();
-        assert_eq!(after([told]).differ.value(), Some(0.0));
+        let mut unlisted = frame(0, &[(0, [Some(1), None], [None; 2]), (1, [Some(1), None], [None; 2])]);
+        unlisted.agents.teammates.pop();
+        assert_eq!(after([unlisted]).differ.value(), Some(0.0));
         assert_eq!(after([frame(0, &[]), frame(1, alone)]).differ.value(), None);
     }
 
-    /// They differ up to 5 s.
+    /// The agents disagree until 5 s.
     #[test]
-    fn agreement_comes_so_long_after_the_last_fault() {
+    fn agreement_delay_starts_at_the_end_of_the_last_fault() {
         let agreement = after((0..10).map(|time_s| frame(time_s, if time_s <= 5 { &APART } else { &ALIKE })));
         let delays = [None, Some(2.0), Some(5.5), Some(9.0), Some(9.5)].map(|end_s| agreement.delay_s(end_s));
         assert_eq!(delays, [None, Some(3.0), Some(0.0), Some(0.0), None]);
         assert_eq!(after([frame(0, &[])]).delay_s(Some(0.0)), None);
-        // A mind that comes at 3 s, for the first time or again, ends a fault, too.
+        // An agent that starts at 3 s, for the first time or again, also ends a fault.
         for first in [&ALIKE[..1], &ALIKE] {
             let minds = |time_s| match time_s {
                 0 => first,
@@ -196,31 +198,32 @@ mod tests {
         }
     }
 
-    /// The second target is in the groups of both UAVs, by what each believes of itself; the first in one, which both tell.
+    /// The second target is in the groups of both UAVs, each by its own estimate. The first target is in one group,
+    /// which both report.
     #[test]
-    fn a_target_is_doubly_served_where_two_uavs_fly_different_groups_with_it() {
-        let share = |minds: Minds| after([frame(0, &minds)]).double_served.value();
+    fn target_in_two_groups_with_uavs_is_doubly_covered() {
+        let share = |minds: Minds| after([frame(0, &minds)]).duplicate_coverage.value();
         let twice = [(0, [Some(1), Some(2)], [Some(1), Some(1)]), (1, [Some(1), Some(2)], [Some(1), Some(2)])];
         assert_eq!(share(twice), Some(0.5));
         assert_eq!((share(ALIKE), share(APART)), (Some(0.0), Some(0.0)));
-        // Who serves one group with the other, or none, does not serve it twice.
+        // Two UAVs in the same group, or one UAV without an assignment, are no double coverage.
         let together = [(0, [Some(1), Some(1)], [Some(1), Some(1)]), (1, [Some(1), Some(1)], [Some(1), Some(1)])];
         let idle = [(0, [Some(1), Some(2)], [Some(1), Some(1)]), (1, [Some(1), None], [Some(1), Some(2)])];
         assert_eq!((share(together), share(idle)), (Some(0.0), Some(0.0)));
-        assert_eq!(after([frame(0, &[])]).double_served.value(), None);
+        assert_eq!(after([frame(0, &[])]).duplicate_coverage.value(), None);
     }
 
     #[test]
-    fn what_was_counted_twice_is_counted_where_somebody_looked() {
-        let count = |until_s| after((0..until_s).map(|time_s| frame(time_s, &ALIKE))).double_count;
+    fn double_counts_are_summed_if_the_replay_was_on() {
+        let count = |until_s| after((0..until_s).map(|time_s| frame(time_s, &ALIKE))).double_counted_steps;
         assert_eq!([0, 3, 5].map(count), [None, Some(0), Some(1)]);
-        assert_eq!(after([frame(3, &ALIKE[1..])]).double_count, None);
+        assert_eq!(after([frame(3, &ALIKE[1..])]).double_counted_steps, None);
     }
 
-    /// Two instants without anything committed, then two seconds of lag, and five once. Of two UAVs the second has a mind for
-    /// four of five seconds, and sends 300 bytes in each: 240 bytes/s, the first 100.
+    /// Two time steps without a commit, then a delay of two seconds, and once of five. The second of two UAVs has an
+    /// agent in four of five seconds and sends 300 bytes in each: 240 bytes/s; the first sends 100 bytes/s.
     #[test]
-    fn lag_and_bytes_are_told_as_mean_and_at_worst() {
+    fn lag_and_bytes_are_reported_as_mean_and_maximum() {
         let mut flown: Vec<Frame> =
             (0..5).map(|time_s| frame(time_s, if time_s == 0 { &ALIKE[..1] } else { &ALIKE })).collect();
         flown[4].agents.all[1].committed_us = Some(-1_000_000);

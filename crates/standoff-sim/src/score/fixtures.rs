@@ -1,6 +1,6 @@
 //! Rows for tests.
 
-use crate::frame::{GroupRow, Place, TrackRow, TrackStatus, TruthRow, UavRow};
+use crate::frame::{GroupRow, MembershipState, TrackRow, TrackStatus, TruthRow, UavRow};
 
 /// A UAV at the origin that looks east, in group 0.
 pub(super) fn uav_row(uav: u32) -> UavRow {
@@ -19,22 +19,22 @@ pub(super) fn uav_row(uav: u32) -> UavRow {
         turn_rate_limited: false,
         centre_distance_m: None,
         phase_rad: None,
-        steered_distance_m: None,
+        steered_radius_m: None,
         desired_heading_rad: None,
         feedforward_rad_s: None,
         convergence_threshold_m2_s: None,
         centre_too_fast: false,
+        commanded_altitude_m: None,
         altitude_m: None,
-        flown_altitude_m: None,
         climb_rate_m_s: None,
-        avoids: None,
-        avoids_intruder: None,
-        foretold_m: None,
-        border: None,
+        avoided_uav: None,
+        avoided_intruder: None,
+        predicted_distance_m: None,
+        limiting_zone: None,
     }
 }
 
-/// A target at rest.
+/// A stationary target.
 pub(super) fn truth_row(target: u32, x_m: f64, y_m: f64) -> TruthRow {
     TruthRow { target, x_m, y_m, vx_m_s: 0.0, vy_m_s: 0.0, ax_m_s2: None, ay_m_s2: None }
 }
@@ -44,16 +44,16 @@ pub(super) fn track_row(target: u32, group: Option<u32>) -> TrackRow {
     TrackRow {
         target,
         track: target,
-        status: TrackStatus::Held,
-        place: Place::Member,
+        status: TrackStatus::Updated,
+        membership: MembershipState::Member,
         group,
-        to_group: None,
+        receiving_group: None,
         state: [0.0; 6],
         covariance: [0.0; 21],
     }
 }
 
-/// A group about the origin.
+/// A group centred on the origin.
 pub(super) fn group_row(group: u32) -> GroupRow {
     GroupRow {
         group,
@@ -71,7 +71,7 @@ pub(super) fn group_row(group: u32) -> GroupRow {
         feasible: true,
         convergence_threshold_m2_s: None,
         altitude_m: 0.0,
-        separation_m: None,
-        id: None,
+        nearest_groupmate_m: None,
+        group_uid: None,
     }
 }

@@ -1,24 +1,27 @@
-//! The normalised innovation squared: what was measured against what the tracks foretold. It needs no truth.
+//! Normalised innovation squared: measurements compared with the predictions of the tracks, without truth.
 //!
-//! All measurements of a target at one instant are foretold from one estimate, so their innovations are correlated; they
-//! are stacked: nu' S^-1 nu with S = H P H' + R, H and R those of all UAVs one below the other. That is what is left when
-//! the target is moved to where prediction and measurements agree best: with L L' the position block of the predicted P,
+//! All measurements of a target at one time step are predicted from one estimate, so their innovations are correlated.
+//! They are stacked: nu' S^-1 nu with S = H P H' + R, where H and R contain the rows of all UAVs. This equals the
+//! residual that remains when the target is moved to the best agreement between prediction and measurements. With L L'
+//! the position block of the predicted P:
 //!
 //! ```text
 //! nu' S^-1 nu = min over u of  u' u + (nu - H L u)' R^-1 (nu - H L u)
 //! ```
 //!
-//! Least squares in two unknowns, solved by rotations: a number measured turns into what the two rows kept take in, and a
-//! rest, which no u makes smaller. The sum is one of squares of rests, so it is never negative, however far off, and to
-//! however many digits, the sensors are.
+//! This is a least-squares problem with two unknowns, solved by Givens rotations. Each measured value updates the two
+//! rows of the triangle and leaves a residual that no u reduces. The result is a sum of squared residuals, so it is
+//! never negative, whatever the measurement errors and the sensor accuracy.
 
 use std::collections::BTreeMap;
 
 use nalgebra::{Matrix2, Vector3};
-use standoff::{Angle, Covariance, Duration, Position, RangeBearing, SensorParams, TargetState, Transition, sensor};
+use standoff::{
+    Angle, Covariance, Duration, Position, RangeBearingMeasurement, SensorParams, TargetState, Transition, sensor,
+};
 
+use super::config::ScoreConfig;
 use super::mean::Mean;
-use super::rules::Rules;
 use crate::frame::{Frame, TrackRow};
 use crate::geometry::at;
 
@@ -27,14 +30,14 @@ use crate::geometry::at;
 pub(super) struct Innovations {
     transition: Transition,
     sensor: SensorParams,
-    /// The tracks of the frame before.
+    /// Tracks of the previous frame.
     before: Vec<TrackRow>,
-    /// Of the numbers measured.
+    /// Squared innovations per measured value.
     squares: Mean,
 }
 
 impl Innovations {
-    pub(super) fn new(rules: &Rules) -> Self {
+    pub(super) fn new(rules: &ScoreConfig) -> Self {
         Self {
             transition: rules.target.transition(Duration::from_s(rules.period_s)),
             sensor: rules.sensor,
@@ -43,42 +46,43 @@ impl Innovations {
         }
     }
 
-    /// Takes in the next frame.
+    /// Adds the next frame.
     pub(super) fn frame(&mut self, frame: &Frame) {
-        let mut foretold: BTreeMap<u32, Foretold> = BTreeMap::new();
+        let mut predicted: BTreeMap<u32, PredictedMeasurement> = BTreeMap::new();
         for detection in &frame.detections {
             let Some(uav) = frame.uavs.iter().find(|uav| uav.uav == detection.uav) else { continue };
             let Ok(index) = self.before.binary_search_by_key(&detection.target, |track| track.target) else { continue };
-            let z = RangeBearing { range_m: detection.range_m, bearing: Angle::from_rad(detection.bearing_rad) };
-            foretold
+            let z =
+                RangeBearingMeasurement { range_m: detection.range_m, bearing: Angle::from_rad(detection.bearing_rad) };
+            predicted
                 .entry(detection.target)
-                .or_insert_with(|| Foretold::of(&self.before[index], &self.transition))
+                .or_insert_with(|| PredictedMeasurement::of(&self.before[index], &self.transition))
                 .compare(&self.sensor, at(uav), &z);
         }
-        for target in foretold.values() {
+        for target in predicted.values() {
             self.squares = self.squares.and(target.squares);
         }
         self.before.clone_from(&frame.tracks);
     }
 
-    /// The mean per number measured; `None` where nothing was measured, or numbers do not hold the sum.
+    /// Returns the mean per measured value; `None` if nothing was measured or the sum is not finite.
     pub(super) fn value(&self) -> Option<f64> {
         self.squares.value().filter(|nis| nis.is_finite())
     }
 }
 
-/// Where a target was foretold, and what the measurements of this instant say of that.
-struct Foretold {
+/// Predicted position of a target, and the measurements of this time step relative to it.
+struct PredictedMeasurement {
     position: Position,
-    /// L, m.
+    /// Lower root L of the position covariance, m.
     root: Matrix2<f64>,
-    /// An upper triangle times u, and what it should come to: at first u itself, and zero.
+    /// Upper triangle times u, and its right-hand side; initially the identity and zero.
     kept: [Vector3<f64>; 2],
-    /// nu' S^-1 nu, over the numbers measured.
+    /// Sum nu' S^-1 nu, and the number of measured values.
     squares: Mean,
 }
 
-impl Foretold {
+impl PredictedMeasurement {
     fn of(track: &TrackRow, transition: &Transition) -> Self {
         let mut p = Covariance::from_upper_triangle(&track.covariance);
         transition.predict_covariance(&mut p);
@@ -90,21 +94,21 @@ impl Foretold {
         Self { position, root: lower_root(covariance), kept, squares: Mean::default() }
     }
 
-    /// The filter takes nothing from a measurement where the Jacobian does not exist, so neither does this.
-    fn compare(&mut self, sensor: &SensorParams, uav: Position, z: &RangeBearing) {
+    /// The filter ignores measurements without a Jacobian, so this function does, too.
+    fn compare(&mut self, sensor: &SensorParams, uav: Position, z: &RangeBearingMeasurement) {
         let Some(h) = sensor::jacobian(uav, self.position) else { return };
         let expected = sensor::measure(uav, self.position);
         let nu = [z.range_m - expected.range_m, (z.bearing - expected.bearing).rad()];
         let by_u = h * self.root;
         for (row, (nu, sd)) in nu.into_iter().zip([sensor.range_sd_m, sensor.bearing_sd_rad]).enumerate() {
-            self.take(Vector3::new(by_u[(row, 0)], by_u[(row, 1)], nu) / sd);
+            self.add_value(Vector3::new(by_u[(row, 0)], by_u[(row, 1)], nu) / sd);
         }
     }
 
-    /// Takes in one number: what u does to it, and what it is, in standard deviations.
-    fn take(&mut self, mut row: Vector3<f64>) {
+    /// Adds one measured value: its row of coefficients of u and its innovation, both in standard deviations.
+    fn add_value(&mut self, mut row: Vector3<f64>) {
         for (column, kept) in self.kept.iter_mut().enumerate() {
-            // At least 1, as at first.
+            // At least 1, the initial value.
             let length = (kept[column] * kept[column] + row[column] * row[column]).sqrt();
             let (cos, sin) = (kept[column] / length, row[column] / length);
             (*kept, row) = (*kept * cos + row * sin, row * cos - *kept * sin);
@@ -113,7 +117,7 @@ impl Foretold {
     }
 }
 
-/// The lower triangle L with L L' = `covariance`; where rounding has left a variance below zero, as if it were zero.
+/// Returns the lower triangle L with L L' = `covariance`. Variances below zero, due to rounding, count as zero.
 fn lower_root(covariance: &Matrix2<f64>) -> Matrix2<f64> {
     let x = covariance[(0, 0)].max(0.0).sqrt();
     let y_with_x = if x > 0.0 { covariance[(0, 1)] / x } else { 0.0 };
@@ -123,7 +127,7 @@ fn lower_root(covariance: &Matrix2<f64>) -> Matrix2<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scenario::Template;
+    use crate::scenario::ScenarioTemplate;
     use nalgebra::{Matrix6, Matrix6x2, Vector6};
     use standoff::Displacement;
 
@@ -136,31 +140,35 @@ mod tests {
         }
     }
 
-    fn foretold() -> Foretold {
-        Foretold::at(Position::from_m(400.0, 0.0), &Matrix2::new(300.0, 0.0, 0.0, 44.0))
+    fn predicted() -> PredictedMeasurement {
+        PredictedMeasurement::at(Position::from_m(400.0, 0.0), &Matrix2::new(300.0, 0.0, 0.0, 44.0))
     }
 
-    /// 20 m too far at S = 300 m2 + (10 m)2 is one standard deviation; so is a bearing off by the root of 44 m2 over
-    /// (400 m)2 plus (3 degrees)2.
+    /// 20 m of range error with S = 300 m2 + (10 m)2 is one standard deviation. So is a bearing error of the root of 44
+    /// m2 / (400 m)2 plus (3 degrees)2.
     #[test]
-    fn one_standard_deviation_in_range_and_in_bearing_is_two() {
-        let mut target = foretold();
+    fn one_sigma_in_range_and_bearing_gives_two() {
+        let mut target = predicted();
         let sd_rad = (44.0 / 160_000.0 + sensor().bearing_sd_rad * sensor().bearing_sd_rad).sqrt();
-        let z = RangeBearing { range_m: 420.0, bearing: Angle::from_rad(-sd_rad) };
+        let z = RangeBearingMeasurement { range_m: 420.0, bearing: Angle::from_rad(-sd_rad) };
         target.compare(&sensor(), Position::ORIGIN, &z);
         assert!((target.squares.sum - 2.0).abs() < 1e-12);
         assert_eq!(target.squares.n, 2);
     }
 
-    /// Three UAVs, one of them across the seam of the angles: the same as stacking all innovations and inverting S.
+    /// Three UAVs, one of them across the wrap of the bearing: the result equals stacking all innovations and inverting
+    /// S.
     #[test]
-    fn it_equals_the_stacked_innovations() {
+    fn rotations_equal_stacked_innovations() {
         let covariance = Matrix2::new(300.0, -70.0, -70.0, 44.0);
-        let mut target = Foretold::at(Position::from_m(400.0, 0.0), &covariance);
+        let mut target = PredictedMeasurement::at(Position::from_m(400.0, 0.0), &covariance);
         let looks = [
-            (Position::ORIGIN, RangeBearing { range_m: 420.0, bearing: Angle::from_deg(2.0) }),
-            (Position::from_m(100.0, -300.0), RangeBearing { range_m: 430.0, bearing: Angle::from_deg(41.0) }),
-            (Position::from_m(800.0, 3.0), RangeBearing { range_m: 391.0, bearing: Angle::from_deg(178.0) }),
+            (Position::ORIGIN, RangeBearingMeasurement { range_m: 420.0, bearing: Angle::from_deg(2.0) }),
+            (
+                Position::from_m(100.0, -300.0),
+                RangeBearingMeasurement { range_m: 430.0, bearing: Angle::from_deg(41.0) },
+            ),
+            (Position::from_m(800.0, 3.0), RangeBearingMeasurement { range_m: 391.0, bearing: Angle::from_deg(178.0) }),
         ];
         let (mut h, mut nu, mut r) = (Matrix6x2::zeros(), Vector6::zeros(), Matrix6::zeros());
         for (i, (uav, z)) in looks.iter().enumerate() {
@@ -179,35 +187,38 @@ mod tests {
         assert_eq!(target.squares.n, 6);
     }
 
-    /// 500 m too far, by a sensor that is held to be good to a millimetre, of a track that is good to 100 km: of the
-    /// 2.5e11 that the millimetre makes of it all but (500 m / 100 km)^2 = 2.5e-5 is foreseen. From two UAVs that agree,
-    /// the same; and from however many, whatever they say, never less than nothing.
+    /// A range error of 500 m with an assumed sensor accuracy of 1 mm and a track accuracy of 100 km: of the 2.5e11
+    /// squared sensor standard deviations, all but (500 m / 100 km)^2 = 2.5e-5 is explained by the track uncertainty.
+    /// Two UAVs that agree give the same. The result is never negative, whatever the number of UAVs and their
+    /// measurements.
     #[test]
-    fn what_next_to_nothing_is_left_of_is_not_negative() {
+    fn nearly_cancelled_sum_is_not_negative() {
         let sensor = SensorParams { range_sd_m: 1e-3, bearing_sd_rad: 1e-6, ..sensor() };
         let track = |uav: Position| {
             let wide = Matrix2::new(1e10, 0.0, 0.0, 1e10);
-            Foretold::at(uav + Displacement::from_polar(400.0, Angle::from_rad(0.7)), &wide)
+            PredictedMeasurement::at(uav + Displacement::from_polar(400.0, Angle::from_rad(0.7)), &wide)
         };
         let uav = Position::from_m(1000.0, -300.0);
         let mut target = track(uav);
-        target.compare(&sensor, uav, &RangeBearing { range_m: 900.0, bearing: Angle::from_rad(0.7) });
+        target.compare(&sensor, uav, &RangeBearingMeasurement { range_m: 900.0, bearing: Angle::from_rad(0.7) });
         assert!((target.squares.sum / 2.5e-5 - 1.0).abs() < 1e-6, "{}", target.squares.sum);
         for n in 1..200 {
             let mut target = track(uav);
             for other in 0..3 {
                 let from = uav + Displacement::from_m(f64::from(n * other), f64::from(7 * other));
                 let range_m = 900.0 + f64::from(n);
-                target.compare(&sensor, from, &RangeBearing { range_m, bearing: Angle::from_rad(0.7) });
+                target.compare(&sensor, from, &RangeBearingMeasurement { range_m, bearing: Angle::from_rad(0.7) });
             }
             assert!(target.squares.sum >= 0.0 && target.squares.sum.is_finite(), "{n}: {}", target.squares.sum);
         }
     }
 
-    /// A number too large for the sum is told as none.
+    /// A sum that is not finite has no mean.
     #[test]
-    fn what_numbers_do_not_hold_has_no_mean() {
-        let rules = Rules::of(&Template::of_text("drawn", "[[targets.at]]\n", None).unwrap().draw(1).unwrap().settings);
+    fn infinite_sum_has_no_mean() {
+        let rules = ScoreConfig::of(
+            &ScenarioTemplate::of_text("drawn", "[[targets.start]]\n", None).unwrap().draw(1).unwrap().settings,
+        );
         let mut innovations = Innovations::new(&rules);
         assert_eq!(innovations.value(), None);
         innovations.squares = Mean { sum: 7.0, n: 2 };
@@ -217,7 +228,7 @@ mod tests {
     }
 
     #[test]
-    fn a_variance_below_zero_is_rounding() {
+    fn negative_variance_counts_as_zero() {
         assert_eq!(lower_root(&Matrix2::new(4.0, 2.0, 2.0, 1.0 - 1e-17)), Matrix2::new(2.0, 0.0, 1.0, 0.0));
         assert_eq!(lower_root(&Matrix2::new(0.0, 0.0, 0.0, -1e-20)), Matrix2::zeros());
     }

@@ -1,6 +1,6 @@
 //! A running mean.
 
-/// Sum and number of what was added.
+/// Sum and number of the added values.
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct Mean {
     pub(super) sum: f64,
@@ -22,7 +22,7 @@ impl Mean {
     }
 }
 
-/// The mean of values, each counted so often; of equal ones it is that value, to the bit.
+/// Weighted mean of values with integer weights. The mean of equal values is bitwise equal to that value.
 pub(super) fn weighted(values: impl Iterator<Item = (f64, u64)>) -> Option<f64> {
     let mut values = values.filter(|(_, times)| *times > 0);
     let (first, times) = values.next()?;
@@ -36,7 +36,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_mean_of_equal_values_is_that_value() {
+    fn mean_of_equal_values_is_that_value() {
         let value = 0.1 + 0.2;
         assert_eq!(weighted([(value, 3), (value, 7), (1.0, 0)].into_iter()), Some(value));
         assert_eq!(weighted([(1.0, 1), (3.0, 3)].into_iter()), Some(2.5));

@@ -1,35 +1,36 @@
-//! The metrics by name, what there is to know of each, and which of them are wanted.
+//! Metric names, labels and units, and the selection of the metrics to compute.
 
 use serde::ser::{Serialize, SerializeMap, Serializer};
 
 use super::mean;
-use crate::frame::Reported;
+use crate::frame::ReportedTables;
 
-/// The end of a metric's values at which runs are bad.
+/// Worse direction of a metric.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
 #[serde(rename_all = "lowercase")]
-pub enum BadEnd {
-    /// Small values are bad.
+pub enum WorseDirection {
+    /// Smaller values are worse.
     Small,
-    /// Large values are bad.
+    /// Larger values are worse.
     Large,
 }
 
-/// What there is to know of a metric besides its definition in `docs/metrics.md`.
+/// Label and comparison settings of a metric; `docs/metrics.md` has the definitions.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct About {
-    /// Its name.
+pub struct MetricInfo {
+    /// Name of the metric.
     pub name: &'static str,
-    /// What it is, in a few words.
-    pub words: &'static str,
-    /// At which end of its values runs are bad; `None` where that is not known: a consistent filter has an `anees` of 1,
-    /// and fewer handoffs may be good or bad.
-    pub bad: Option<BadEnd>,
-    /// The size of interest: two designs that differ by less are alike, however surely they differ; in the metric's unit.
+    /// Short label for users.
+    pub label: &'static str,
+    /// Worse direction of the metric, `None` if it has no preferred one: a consistent filter has an `anees` of 1, and
+    /// fewer handoffs may be good or bad.
+    pub worse: Option<WorseDirection>,
+    /// Smallest difference of practical interest, in the metric's unit: designs that differ by less are equivalent,
+    /// even if the difference is statistically significant.
     pub interest: f64,
 }
 
-/// By the end of a metric's name, the longer first: the unit in which it is shown, and the factor into it.
+/// Display unit and conversion factor by suffix of the metric name; longer suffixes come first.
 const UNITS: [(&str, &str, f64); 10] = [
     ("_per_s", "B/s", 1.0),
     ("_m2_s2", "m\u{b2}/s\u{b2}", 1.0),
@@ -43,8 +44,8 @@ const UNITS: [(&str, &str, f64); 10] = [
     ("", "", 1.0),
 ];
 
-impl About {
-    /// The unit in which a metric is shown to people, and what its value is multiplied by for that: shares are shown in
+impl MetricInfo {
+    /// Returns the display unit of a metric and the factor that converts its value to that unit. Fractions are shown in
     /// percent.
     #[must_use]
     pub fn unit(metric: &str) -> (&'static str, f64) {
@@ -53,15 +54,14 @@ impl About {
         (unit, factor)
     }
 
-    /// Of a metric by its name.
+    /// Returns the information about the metric with this name.
     #[must_use]
     pub fn of(metric: &str) -> Option<&'static Self> {
         Metrics::ABOUT.iter().find(|about| about.name == metric)
     }
 }
 
-/// Defines the metrics: their fields, their names, what is to be known of them, and how those chosen are serialised, in
-/// one order.
+/// Defines the metrics in one order: their fields, names, labels and the serialisation of the selected ones.
 macro_rules! metrics {
     ($(#[$struct_doc:meta])* $name:ident {
         $($(#[$doc:meta])* $field:ident: $type:ty, $words:literal, $bad:expr, $interest:literal, $needs:expr;)*
@@ -74,9 +74,9 @@ macro_rules! metrics {
             /// All names, in the order of [`Self::values`].
             pub const NAMES: &'static [&'static str] = &[$(stringify!($field)),*];
 
-            /// What there is to know of each, in the same order.
-            pub const ABOUT: &'static [About] = &[$(
-                About { name: stringify!($field), words: $words, bad: $bad, interest: $interest }
+            /// Information about every metric, in the same order.
+            pub const ABOUT: &'static [MetricInfo] = &[$(
+                MetricInfo { name: stringify!($field), label: $words, worse: $bad, interest: $interest }
             ),*];
 
             /// All values, in the order of [`Self::NAMES`].
@@ -84,13 +84,13 @@ macro_rules! metrics {
                 [$(self.$field.map(|value| value as f64)),*]
             }
 
-            /// Those that can be told by what is reported; the others are `None`.
-            pub(super) fn only_by(mut self, reported: Reported) -> Self {
+            /// Sets the metrics to `None` that need data the controller does not report.
+            pub(super) fn only_by(mut self, reported: ReportedTables) -> Self {
                 $(self.$field = self.$field.filter(|_| reported.has($needs));)*
                 self
             }
 
-            /// Those that are of tracks or groups, as the mean of others, each counted so often.
+            /// Replaces the metrics that depend on tracks or groups by the weighted means of `others`.
             pub(super) fn averaged(mut self, others: &[(Self, u64)]) -> Self {
                 $(if is_of_picture($needs) {
                     let values = others.iter().filter_map(|(of, times)| Some((of.$field? as f64, *times)));
@@ -99,16 +99,16 @@ macro_rules! metrics {
                 self
             }
 
-            /// The names of these.
+            /// Names of the metrics that depend on tracks or groups.
             fn of_pictures() -> impl Iterator<Item = &'static str> {
                 [$((stringify!($field), $needs)),*].into_iter().filter(|(_, needs)| is_of_picture(*needs)).map(|(name, _)| name)
             }
         }
 
-        impl Serialize for Chosen {
+        impl Serialize for SelectedMetrics {
             fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
                 let mut map = serializer.serialize_map(None)?;
-                $(if self.choice.wants(&[stringify!($field)]) {
+                $(if self.choice.includes(&[stringify!($field)]) {
                     map.serialize_entry(stringify!($field), &self.metrics.$field)?;
                 })*
                 map.end()
@@ -117,224 +117,227 @@ macro_rules! metrics {
     };
 }
 
-const SMALL: Option<BadEnd> = Some(BadEnd::Small);
-const LARGE: Option<BadEnd> = Some(BadEnd::Large);
-const NEITHER: Option<BadEnd> = None;
+const SMALL: Option<WorseDirection> = Some(WorseDirection::Small);
+const LARGE: Option<WorseDirection> = Some(WorseDirection::Large);
+const NEITHER: Option<WorseDirection> = None;
 
-// What a brain has to report for a metric to be told.
-const NOTHING: Reported = Reported::NOTHING;
-const TRACKS: Reported = Reported { tracks: true, ..NOTHING };
-const GROUPS: Reported = Reported { groups: true, ..NOTHING };
-const BOTH: Reported = Reported { tracks: true, groups: true, ..NOTHING };
-const EVENTS: Reported = Reported { events: true, ..NOTHING };
+// Data that the controller has to report for a metric to be computed.
+const NOTHING: ReportedTables = ReportedTables::NOTHING;
+const TRACKS: ReportedTables = ReportedTables { tracks: true, ..NOTHING };
+const GROUPS: ReportedTables = ReportedTables { groups: true, ..NOTHING };
+const BOTH: ReportedTables = ReportedTables { tracks: true, groups: true, ..NOTHING };
+const EVENTS: ReportedTables = ReportedTables { events: true, ..NOTHING };
 
-/// What is of tracks or groups is of one mind's picture.
-fn is_of_picture(needs: Reported) -> bool {
+/// True if a metric depends on tracks or groups, and hence on the team state of one agent.
+fn is_of_picture(needs: ReportedTables) -> bool {
     needs.tracks || needs.groups
 }
 
 metrics! {
-    /// The scores of a run, defined in `docs/metrics.md`; `None` where there was nothing to measure (the phase of a
-    /// single UAV, say) or nothing was asked for.
+    /// Scores of a run, defined in `docs/metrics.md`. A value is `None` if it was not selected or if nothing could be
+    /// measured, for example the phase error of a single UAV.
     Metrics {
-        /// Share of the time of existing targets in which they are in a group and in some UAV's view, 0 to 1.
-        watched_fraction: f64, "time of targets in a group and in some UAV's view", SMALL, 0.01, BOTH;
-        /// Share of the time of existing targets in which they are in some UAV's view, in a group or not, 0 to 1.
-        seen_fraction: f64, "time of targets in some UAV's view, group or not", SMALL, 0.01, NOTHING;
-        /// Longest time without a break that an existing target was in no view, s.
-        longest_gap_s: f64, "longest time of a target in no view", LARGE, 1.0, NOTHING;
-        /// Share of the losses of targets that had been watched after which one was watched again, 0 to 1.
-        refound_fraction: f64, "losses of watched targets that were found again", SMALL, 0.02, BOTH;
-        /// Mean time from such a loss until the target is watched again, of those found, s.
-        refind_time_s: f64, "time until lost targets are found again", LARGE, 5.0, BOTH;
-        /// Estimated against true position of group members, m.
+        /// Fraction of target time in custody (in a group and in some UAV's view), 0 to 1.
+        custody_fraction: f64, "target time in custody (in a group and in view)", SMALL, 0.01, BOTH;
+        /// Fraction of target time in some UAV's view, in a group or not, 0 to 1.
+        in_view_fraction: f64, "target time in view of any UAV", SMALL, 0.01, NOTHING;
+        /// Longest uninterrupted time that an existing target was out of view, s.
+        longest_out_of_view_s: f64, "longest time a target was out of view", LARGE, 1.0, NOTHING;
+        /// Fraction of target losses after which the target came back into custody, 0 to 1.
+        reacquired_fraction: f64, "lost targets reacquired", SMALL, 0.02, BOTH;
+        /// Mean time from such a loss until the target is in custody again, reacquired targets only, s.
+        reacquisition_time_s: f64, "time to reacquire a lost target", LARGE, 5.0, BOTH;
+        /// Mean position error of the estimates of group members, m.
         position_error_m: f64, "position error", LARGE, 0.1, BOTH;
-        /// The same of the members of groups that one UAV serves, m.
-        position_error_one_m: f64, "position error, one UAV to the group", LARGE, 0.1, BOTH;
-        /// The same of the members of groups that two UAVs or more serve, m.
-        position_error_more_m: f64, "position error, two UAVs or more to the group", LARGE, 0.1, BOTH;
-        /// Estimated against true velocity of group members, m/s.
+        /// Mean position error of members of groups with one assigned UAV, m.
+        position_error_single_uav_m: f64, "position error, groups with one UAV", LARGE, 0.1, BOTH;
+        /// Mean position error of members of groups with two or more assigned UAVs, m.
+        position_error_multi_uav_m: f64, "position error, groups with two or more UAVs", LARGE, 0.1, BOTH;
+        /// Mean velocity error of the estimates of group members, m/s.
         velocity_error_m_s: f64, "velocity error", LARGE, 0.05, BOTH;
-        /// Estimated against true position of every known target, m.
-        position_error_all_m: f64, "position error, all known targets", LARGE, 0.5, TRACKS;
-        /// The agents' own r_d (15), m.
-        standoff_distance_m: f64, "standoff distance", NEITHER, 5.0, GROUPS;
-        /// |r - r_d| by the true geometry, m.
-        standoff_error_m: f64, "standoff error, true geometry", LARGE, 0.5, BOTH;
-        /// |r - r_d| by the agents' own centre and (15), m.
-        standoff_tracking_error_m: f64, "standoff error, the agents' own view", LARGE, 0.5, GROUPS;
-        /// `standoff_error_m` from `settle_s` on.
-        standoff_error_m_settled: f64, "standoff error, true geometry, settled", LARGE, 0.5, BOTH;
-        /// `standoff_tracking_error_m` from `settle_s` on.
-        standoff_tracking_error_m_settled: f64, "standoff error, own view, settled", LARGE, 0.5, GROUPS;
-        /// `standoff_error_m_settled` against the orbit of the instant, without its motion.
-        standoff_error_instant_m_settled: f64, "standoff error, no motion allowed, settled", LARGE, 0.5, BOTH;
-        /// Distance from the wanted separation, degrees.
+        /// Mean position error of all tracked targets, m.
+        position_error_all_m: f64, "position error of all tracks", LARGE, 0.5, TRACKS;
+        /// Standoff distance r_d (15) from the agents' estimates, m.
+        standoff_distance_m: f64, "desired standoff distance", NEITHER, 5.0, GROUPS;
+        /// |r - r_d| with the true target positions, m.
+        standoff_error_m: f64, "standoff error (truth)", LARGE, 0.5, BOTH;
+        /// |r - r_d| with the agents' own estimate of the centre and of (15), m.
+        standoff_error_own_estimate_m: f64, "standoff error (own estimate)", LARGE, 0.5, GROUPS;
+        /// `standoff_error_m` from `transient_s` on.
+        standoff_error_m_settled: f64, "standoff error (truth), steady state", LARGE, 0.5, BOTH;
+        /// `standoff_error_own_estimate_m` from `transient_s` on.
+        standoff_error_own_estimate_m_settled: f64, "standoff error (own estimate), steady state", LARGE, 0.5, GROUPS;
+        /// `standoff_error_m_settled` relative to the unfiltered orbit of the time step, without motion limits.
+        standoff_error_unfiltered_m_settled: f64, "standoff error (truth, unfiltered), steady state", LARGE, 0.5, BOTH;
+        /// Deviation from the desired phase, degrees.
         phase_error_deg: f64, "phase error", LARGE, 0.5, BOTH;
-        /// Largest angle between boresight and a group member, mean over time and UAVs, degrees.
-        line_of_sight_deg: f64, "furthest member off boresight, mean", LARGE, 0.5, BOTH;
-        /// The largest of those angles.
-        line_of_sight_max_deg: f64, "furthest member off boresight, at worst", LARGE, 1.0, BOTH;
-        /// Share of the time of group members in no view, 0 to 1.
-        out_of_view_fraction: f64, "time of group members in no view", LARGE, 0.001, BOTH;
-        /// Longest time without a break that one was in no view, s.
-        out_of_view_longest_s: f64, "longest time of a group member in no view", LARGE, 0.5, BOTH;
-        /// Share of the time of existing targets in no group, 0 to 1.
-        uncovered_fraction: f64, "time of targets in no group", LARGE, 0.01, BOTH;
-        /// Share of UAV-time without a feasible orbit, 0 to 1.
-        infeasible_fraction: f64, "time without a feasible orbit", LARGE, 0.01, GROUPS;
-        /// Share of UAV-time with the turn rate at its limit, 0 to 1.
-        turn_rate_saturated_fraction: f64, "time with turn rate at its limit", LARGE, 0.01, NOTHING;
-        /// Share of UAV-time, with a pointed sensor, in which the law asks for a speed outside the limits, 0 to 1.
-        speed_saturated_fraction: f64, "time with speed at a limit", LARGE, 0.01, NOTHING;
-        /// Turns the other way per UAV and minute.
-        turn_reversals_per_min: f64, "turns the other way, per UAV and minute", LARGE, 0.5, NOTHING;
-        /// Changes of group per UAV and minute.
-        reassignments_per_uav_min: f64, "calls to another group, per UAV and minute", LARGE, 0.05, GROUPS;
+        /// Largest off-boresight angle of the group members of a UAV, mean over time and UAVs, degrees.
+        off_boresight_mean_deg: f64, "off-boresight angle of the outermost member, mean", LARGE, 0.5, BOTH;
+        /// Maximum of those angles.
+        off_boresight_max_deg: f64, "off-boresight angle of the outermost member, maximum", LARGE, 1.0, BOTH;
+        /// Fraction of group-member time out of view, 0 to 1.
+        member_out_of_view_fraction: f64, "group-member time out of view", LARGE, 0.001, BOTH;
+        /// Longest uninterrupted time that a group member was out of view, s.
+        member_longest_out_of_view_s: f64, "longest time a group member was out of view", LARGE, 0.5, BOTH;
+        /// Fraction of target time in no group, 0 to 1.
+        ungrouped_fraction: f64, "target time in no group", LARGE, 0.01, BOTH;
+        /// Fraction of UAV time without a feasible orbit, 0 to 1.
+        infeasible_fraction: f64, "UAV time without a feasible orbit", LARGE, 0.01, GROUPS;
+        /// Fraction of UAV time with the turn rate at its limit, 0 to 1.
+        turn_rate_saturated_fraction: f64, "UAV time with turn rate at its limit", LARGE, 0.01, NOTHING;
+        /// Fraction of UAV time with a pointed sensor in which the law commands a speed outside the limits, 0 to 1.
+        speed_saturated_fraction: f64, "UAV time with speed at a limit", LARGE, 0.01, NOTHING;
+        /// Reversals of the turn direction per UAV and minute.
+        turn_reversals_per_min: f64, "turn reversals per UAV and minute", LARGE, 0.5, NOTHING;
+        /// Changes of the assigned group per UAV and minute.
+        reassignments_per_uav_min: f64, "reassignments per UAV and minute", LARGE, 0.05, GROUPS;
         /// Smallest horizontal distance between any two UAVs, m.
-        separation_min_m: f64, "smallest separation of two UAVs", SMALL, 10.0, NOTHING;
-        /// The same of two at one altitude, m.
-        separation_min_layer_m: f64, "smallest separation of two UAVs at one altitude", SMALL, 10.0, NOTHING;
-        /// The same of two of one group, m.
-        separation_min_group_m: f64, "smallest separation of two UAVs of a group", SMALL, 10.0, GROUPS;
-        /// Times that two UAVs came nearer than both minima of `[separation]`, or than 50 m and 30 m.
-        separation_violations: u64, "times that two UAVs came too near", LARGE, 0.1, NOTHING;
-        /// Time that UAVs spent keeping away from one another, all together, s.
-        separation_time_s: f64, "time spent keeping away from other UAVs", LARGE, 5.0, NOTHING;
-        /// Times that a UAV came where a zone does not let it; where there are zones.
-        zone_violations: u64, "times a UAV entered a keep-out, or left a keep-in", LARGE, 0.1, NOTHING;
-        /// Share of UAV-time in which zones changed what was flown, 0 to 1; where there are zones.
-        zone_detour_fraction: f64, "time on ways around zones", LARGE, 0.01, NOTHING;
+        separation_min_m: f64, "minimum separation", SMALL, 10.0, NOTHING;
+        /// Smallest horizontal distance between two UAVs at the same altitude, m.
+        separation_min_same_altitude_m: f64, "minimum separation at the same altitude", SMALL, 10.0, NOTHING;
+        /// Smallest horizontal distance between two UAVs assigned to the same group, m.
+        separation_min_same_group_m: f64, "minimum separation within a group", SMALL, 10.0, GROUPS;
+        /// Number of times that two UAVs violated both minima of `[separation]`, or 50 m and 30 m by default.
+        separation_violations: u64, "separation violations", LARGE, 0.1, NOTHING;
+        /// Total time that UAVs spent on collision avoidance, s.
+        avoidance_time_s: f64, "UAV time spent on collision avoidance", LARGE, 5.0, NOTHING;
+        /// Number of times that a UAV entered a keep-out zone or left a keep-in zone. `None` without zones.
+        zone_violations: u64, "geofence violations", LARGE, 0.1, NOTHING;
+        /// Fraction of UAV time in which the geofence changed the flown command, 0 to 1. `None` without zones.
+        geofence_detour_fraction: f64, "UAV time on geofence detours", LARGE, 0.01, NOTHING;
         /// Completed handoffs.
-        handoffs: u64, "handoffs", NEITHER, 0.1, EVENTS;
-        /// Targets removed from a group because no orbit could hold them.
-        discards: u64, "discards", NEITHER, 0.1, EVENTS;
-        /// Share of the instants at which two minds or more differ in who serves which group, 0 to 1.
-        crews_differ_fraction: f64, "time in which minds differ in who serves which group", LARGE, 0.01, NOTHING;
-        /// From the end of the last fault to the last instant at which they do, s.
-        agreement_delay_s: f64, "time from the end of the last fault until they agree", LARGE, 1.0, NOTHING;
-        /// Share of the time of existing targets under two crewed groups at once, 0 to 1.
-        double_served_fraction: f64, "time of targets under two crewed groups at once", LARGE, 0.01, NOTHING;
-        /// From the instant up to which nothing can change any more to now, s.
-        commit_lag_s: f64, "time until nothing can change any more", LARGE, 1.0, NOTHING;
-        /// The longest of those times.
-        commit_lag_max_s: f64, "time until nothing can change any more, at worst", LARGE, 1.0, NOTHING;
-        /// What a UAV sends, bytes/s.
-        bytes_per_s: f64, "sent by a UAV", LARGE, 50.0, NOTHING;
-        /// The same of the UAV that sends most.
-        bytes_max_per_s: f64, "sent by the UAV that sends most", LARGE, 50.0, NOTHING;
-        /// Instants of minds whose picture knows more than was said, each report counted once: 0.
-        double_count: u64, "pictures in which something counts twice", LARGE, 0.1, NOTHING;
-        /// Normalised estimation error squared of group members over the number of random states; 1 is consistent.
-        anees: f64, "consistency of estimates (1 is right)", NEITHER, 0.05, BOTH;
-        /// The same of the targets that never manoeuvre, where some do.
-        anees_quiet: f64, "consistency, targets that never manoeuvre (1 is right)", NEITHER, 0.05, BOTH;
-        /// The same of those that manoeuvre.
-        anees_manoeuvring: f64, "consistency, targets that manoeuvre (1 is right)", NEITHER, 0.05, BOTH;
-        /// What of `standoff_error_m_settled` no guidance can know, m.
-        standoff_surprise_m_settled: f64, "standoff surprise, true geometry", NEITHER, 0.2, BOTH;
-        /// What of `standoff_tracking_error_m_settled` no guidance can know, m.
-        standoff_tracking_surprise_m_settled: f64, "standoff surprise, own view", NEITHER, 0.2, BOTH;
-        /// Normalised innovation squared over the numbers measured; 1 is consistent.
-        nis: f64, "consistency of innovations (1 is right)", NEITHER, 0.02, TRACKS;
-        /// Root-mean-square position error of group members over its Cramer-Rao bound.
-        position_bound_ratio: f64, "position error over its bound", NEITHER, 0.01, BOTH;
-        /// The same of the velocity.
-        velocity_bound_ratio: f64, "velocity error over its bound", NEITHER, 0.01, BOTH;
+        handoffs: u64, "completed handoffs", NEITHER, 0.1, EVENTS;
+        /// Targets removed from a group because no orbit could cover them.
+        removals: u64, "targets removed from groups", NEITHER, 0.1, EVENTS;
+        /// Fraction of time steps at which two or more agents disagree about the assignments, 0 to 1.
+        assignment_disagreement_fraction: f64, "time with disagreement about assignments", LARGE, 0.01, NOTHING;
+        /// Time from the end of the last fault to the last time step with such a disagreement, s.
+        reconvergence_time_s: f64, "time to agree after the last fault", LARGE, 1.0, NOTHING;
+        /// Fraction of target time in two groups simultaneously that both have assigned UAVs, 0 to 1.
+        duplicate_coverage_fraction: f64, "target time covered by two groups", LARGE, 0.01, NOTHING;
+        /// Mean delay between a time step and its commit, s.
+        commit_lag_s: f64, "commit delay, mean", LARGE, 1.0, NOTHING;
+        /// Maximum of these delays.
+        commit_lag_max_s: f64, "commit delay, maximum", LARGE, 1.0, NOTHING;
+        /// Mean data rate sent per UAV, bytes/s.
+        sent_bytes_per_s: f64, "data rate sent per UAV, mean", LARGE, 50.0, NOTHING;
+        /// Data rate of the UAV that sends most, bytes/s.
+        sent_bytes_per_s_max: f64, "data rate sent per UAV, maximum", LARGE, 50.0, NOTHING;
+        /// Agent time steps whose team state contains more information than the reports provide, each counted once.
+        /// Must be 0.
+        double_counted_steps: u64, "team states with double-counted information", LARGE, 0.1, NOTHING;
+        /// Average normalised estimation error squared of group members, divided by the number of random states; 1 is
+        /// consistent.
+        anees: f64, "ANEES of group members (1 = consistent)", NEITHER, 0.05, BOTH;
+        /// `anees` of the targets that never manoeuvre, if the scenario has manoeuvring targets.
+        anees_nonmanoeuvring: f64, "ANEES, targets without manoeuvres (1 = consistent)", NEITHER, 0.05, BOTH;
+        /// `anees` of the targets that manoeuvre.
+        anees_manoeuvring: f64, "ANEES, manoeuvring targets (1 = consistent)", NEITHER, 0.05, BOTH;
+        /// Part of `standoff_error_m_settled` that no guidance law can predict, m.
+        orbit_prediction_error_m_settled: f64, "one-step orbit prediction error (truth)", NEITHER, 0.2, BOTH;
+        /// Part of `standoff_error_own_estimate_m_settled` that no guidance law can predict, m.
+        own_orbit_prediction_error_m_settled: f64, "one-step orbit prediction error (own estimate)", NEITHER, 0.2, BOTH;
+        /// Normalised innovation squared, divided by the number of measured values; 1 is consistent.
+        nis: f64, "NIS (1 = consistent)", NEITHER, 0.02, TRACKS;
+        /// Root-mean-square position error of group members divided by its Cramer-Rao bound.
+        position_crlb_ratio: f64, "position error / Cramer-Rao bound", NEITHER, 0.01, BOTH;
+        /// Root-mean-square velocity error of group members divided by its Cramer-Rao bound.
+        velocity_crlb_ratio: f64, "velocity error / Cramer-Rao bound", NEITHER, 0.01, BOTH;
         /// Mean squared position error of group members, m2.
-        position_squared_error_m2: f64, "position error squared", NEITHER, 1.0, BOTH;
+        position_squared_error_m2: f64, "mean squared position error", NEITHER, 1.0, BOTH;
         /// Mean of its Cramer-Rao bound over the same samples, m2.
-        position_bound_m2: f64, "position bound", NEITHER, 1.0, BOTH;
+        position_crlb_m2: f64, "Cramer-Rao bound of the position", NEITHER, 1.0, BOTH;
         /// Mean squared velocity error of group members, m2/s2.
-        velocity_squared_error_m2_s2: f64, "velocity error squared", NEITHER, 0.1, BOTH;
+        velocity_squared_error_m2_s2: f64, "mean squared velocity error", NEITHER, 0.1, BOTH;
         /// Mean of its Cramer-Rao bound over the same samples, m2/s2.
-        velocity_bound_m2_s2: f64, "velocity bound", NEITHER, 0.1, BOTH;
+        velocity_crlb_m2_s2: f64, "Cramer-Rao bound of the velocity", NEITHER, 0.1, BOTH;
     }
 }
 
 impl Metrics {
-    /// The value of a metric by its name; `None` where there is no such metric or nothing was measured.
+    /// Returns the value of a metric by its name; `None` if the name is unknown or nothing was measured.
     pub fn value(&self, name: &str) -> Option<f64> {
         Self::NAMES.iter().position(|known| *known == name).and_then(|index| self.values()[index])
     }
 
-    /// What is told of several minds; of one for all there is nothing.
+    /// Metrics that compare several agents; `None` if one agent acts for the whole team.
     pub const AGREEMENT: &'static [&'static str] = &[
-        "crews_differ_fraction",
-        "agreement_delay_s",
-        "double_served_fraction",
+        "assignment_disagreement_fraction",
+        "reconvergence_time_s",
+        "duplicate_coverage_fraction",
         "commit_lag_s",
         "commit_lag_max_s",
-        "bytes_per_s",
-        "bytes_max_per_s",
-        "double_count",
+        "sent_bytes_per_s",
+        "sent_bytes_per_s_max",
+        "double_counted_steps",
     ];
 
-    /// Ratios that are pooled over runs, as the root of the ratio of two means over all runs: ratio, numerator,
-    /// denominator. Choosing the ratio chooses all three.
+    /// Ratios pooled over runs as the square root of the ratio of two means: ratio, numerator, denominator. Selecting
+    /// the ratio selects all three.
     pub const POOLED: [(&'static str, &'static str, &'static str); 2] = [
-        ("position_bound_ratio", "position_squared_error_m2", "position_bound_m2"),
-        ("velocity_bound_ratio", "velocity_squared_error_m2_s2", "velocity_bound_m2_s2"),
+        ("position_crlb_ratio", "position_squared_error_m2", "position_crlb_m2"),
+        ("velocity_crlb_ratio", "velocity_squared_error_m2_s2", "velocity_crlb_m2_s2"),
     ];
 }
 
-/// Metrics of which only the chosen ones are told; serialised as a map from name to value.
+/// Metrics with a selection; serialised as a map from the selected names to their values.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Chosen {
-    /// The values.
+pub struct SelectedMetrics {
+    /// Values of the metrics.
     pub metrics: Metrics,
-    /// Which of them were asked for.
-    pub choice: Choice,
+    /// Metrics that were selected.
+    pub choice: MetricSelection,
 }
 
-impl Chosen {
-    /// The value of a metric, if it was chosen; inside, `None` if there was nothing to measure.
+impl SelectedMetrics {
+    /// Returns the value of a selected metric; the inner value is `None` if nothing was measured.
     pub fn get(&self, name: &str) -> Option<Option<f64>> {
         let index = Metrics::NAMES.iter().position(|known| *known == name)?;
-        self.choice.wants(&[name]).then(|| self.metrics.values()[index])
+        self.choice.includes(&[name]).then(|| self.metrics.values()[index])
     }
 }
 
-/// Which metrics are wanted: what nobody wants is not computed.
+/// Selection of metrics; metrics that are not selected are not computed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Choice(u64);
+pub struct MetricSelection(u64);
 
-/// Metrics whose working out takes longer than most: they compare with limits, and are worked out where asked for.
+/// Metrics that compare a run with theoretical limits. They take longer than most and are computed on request only.
 const LIMITS: &[&str] = &[
-    "standoff_surprise_m_settled",
-    "standoff_tracking_surprise_m_settled",
+    "orbit_prediction_error_m_settled",
+    "own_orbit_prediction_error_m_settled",
     "nis",
-    "position_bound_ratio",
-    "velocity_bound_ratio",
+    "position_crlb_ratio",
+    "velocity_crlb_ratio",
     "position_squared_error_m2",
-    "position_bound_m2",
+    "position_crlb_m2",
     "velocity_squared_error_m2_s2",
-    "velocity_bound_m2_s2",
+    "velocity_crlb_m2_s2",
 ];
 
-/// What is worked out beside every mind, for half as much work again, and only where asked for.
-const AUDIT: &str = "double_count";
+/// Metric that replays the message log for every agent. It adds about half the computing time and is computed on
+/// request only.
+const REPLAY: &str = "double_counted_steps";
 
-/// The columns of Table II.
+/// Columns of Table II.
 const TABLE_2: &[&str] = &[
     "position_error_m",
     "velocity_error_m_s",
     "standoff_error_m",
-    "standoff_tracking_error_m",
+    "standoff_error_own_estimate_m",
     "phase_error_deg",
-    "line_of_sight_deg",
+    "off_boresight_mean_deg",
 ];
 
-impl Choice {
-    /// Every metric.
+impl MetricSelection {
+    /// All metrics.
     pub const ALL: Self = Self((1 << Metrics::NAMES.len()) - 1);
 
-    /// What a run is told by if nothing else is asked for: all but what compares it with limits, and `double_count`.
+    /// Default selection: all metrics except the comparisons with limits and `double_counted_steps`.
     pub fn standard() -> Self {
-        Self(Self::ALL.0 & !Self::of(LIMITS).0 & !Self::of(&[AUDIT]).0)
+        Self(Self::ALL.0 & !Self::of(LIMITS).0 & !Self::of(&[REPLAY]).0)
     }
 
-    /// The metrics of a comma-separated list of names and of sets: `standard`, `limits`, `table-2`, `all`.
+    /// Parses a comma-separated list of metric names and sets (`standard`, `limits`, `table-2`, `all`).
     pub fn parse(list: &str) -> Result<Self, String> {
         let mut choice = Self(0);
         for word in list.split(',').map(str::trim).filter(|word| !word.is_empty()) {
@@ -346,48 +349,48 @@ impl Choice {
                 name if bit(name).is_none() => {
                     let names = Metrics::NAMES.join(", ");
                     return Err(format!(
-                        "\"{name}\": no such metric; there are the sets standard, limits, table-2 and all, and {names}"
+                        "\"{name}\": no such metric; allowed: standard, limits, table-2, all, {names}"
                     ));
                 }
                 name => Self::of(&[name]).0,
             };
         }
         for (ratio, numerator, denominator) in Metrics::POOLED {
-            if choice.wants(&[ratio]) {
+            if choice.includes(&[ratio]) {
                 choice.0 |= Self::of(&[numerator, denominator]).0;
             }
         }
-        if choice.0 == 0 { Err("names no metric".to_owned()) } else { Ok(choice) }
+        if choice.0 == 0 { Err("must name at least one metric".to_owned()) } else { Ok(choice) }
     }
 
-    /// The chosen names, in the order of [`Metrics::NAMES`].
+    /// Returns the selected names, in the order of [`Metrics::NAMES`].
     pub fn names(self) -> impl Iterator<Item = &'static str> {
         Metrics::NAMES.iter().enumerate().filter(move |(index, _)| self.0 & (1 << index) != 0).map(|(_, name)| *name)
     }
 
-    /// Those of tracks or groups: where minds are several, each has its own.
-    pub(super) fn of_pictures(self) -> Self {
+    /// Returns the selected metrics that depend on tracks or groups: each of several agents has its own values.
+    pub(super) fn of_team_states(self) -> Self {
         Self(Metrics::of_pictures().filter_map(bit).fold(0, |bits, bit| bits | bit) & self.0)
     }
 
-    /// Somebody has to look for what counts twice.
-    pub(crate) fn wants_audit(self) -> bool {
-        self.wants(&[AUDIT])
+    /// True if `double_counted_steps` is selected, so that the reference replay has to run.
+    pub(crate) fn needs_reference_replay(self) -> bool {
+        self.includes(&[REPLAY])
     }
 
-    /// Nothing is chosen.
+    /// True if nothing is selected.
     pub(super) fn is_empty(self) -> bool {
         self.0 == 0
     }
 
-    /// Any of these is chosen.
-    pub(crate) fn wants(self, names: &[&str]) -> bool {
+    /// True if any of these metrics is selected.
+    pub(crate) fn includes(self, names: &[&str]) -> bool {
         self.0 & Self::of(names).0 != 0
     }
 
-    /// Anything is chosen for which the Cramer-Rao bound is worked out.
-    pub(crate) fn wants_bound(self) -> bool {
-        Metrics::POOLED.iter().any(|(ratio, error, bound)| self.wants(&[ratio, error, bound]))
+    /// True if any metric is selected that needs the Cramer-Rao bound.
+    pub(crate) fn needs_bound(self) -> bool {
+        Metrics::POOLED.iter().any(|(ratio, error, bound)| self.includes(&[ratio, error, bound]))
     }
 
     fn of(names: &[&str]) -> Self {
@@ -404,26 +407,26 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_choice_holds_what_was_named_in_the_metrics_own_order() {
-        let names = |list: &str| Choice::parse(list).map(|choice| choice.names().collect::<Vec<_>>());
+    fn parsed_selection_is_in_the_order_of_the_metrics() {
+        let names = |list: &str| MetricSelection::parse(list).map(|choice| choice.names().collect::<Vec<_>>());
         assert_eq!(names("anees, position_error_m").unwrap(), ["position_error_m", "anees"]);
         assert_eq!(names("all").unwrap(), Metrics::NAMES);
         assert!(names("table-2,handoffs").unwrap().contains(&"phase_error_deg"));
-        assert_eq!(names("standard,limits,double_count").unwrap(), Metrics::NAMES);
+        assert_eq!(names("standard,limits,double_counted_steps").unwrap(), Metrics::NAMES);
         assert!(!names("standard").unwrap().contains(&"nis"));
         assert!(names("speed").unwrap_err().contains("no such metric"));
         assert!(names("").is_err());
     }
 
-    /// What is pooled over runs needs its two parts, and every set is made of metrics that there are.
+    /// A pooled ratio also selects its numerator and denominator, and every set contains only known metrics.
     #[test]
-    fn a_pooled_ratio_brings_its_parts() {
+    fn pooled_ratio_selects_its_numerator_and_denominator() {
         for (ratio, numerator, denominator) in Metrics::POOLED {
-            let chosen: Vec<_> = Choice::parse(ratio).unwrap().names().collect();
+            let chosen: Vec<_> = MetricSelection::parse(ratio).unwrap().names().collect();
             assert_eq!(chosen, [ratio, numerator, denominator]);
         }
         for set in [LIMITS, TABLE_2] {
-            assert_eq!(Choice::of(set).names().count(), set.len());
+            assert_eq!(MetricSelection::of(set).names().count(), set.len());
         }
     }
 }

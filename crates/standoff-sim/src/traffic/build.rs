@@ -1,44 +1,45 @@
-//! Gathers the samples of a file by vehicle, then turns them into traffic.
+//! Collects the samples of a file by vehicle, and converts them to traffic.
 
 use std::collections::BTreeMap;
 
 use standoff::math;
 use standoff_geodesy::FURTHEST_M;
 
-use super::limit::{MAX_AT_ONCE, MAX_SAMPLES, MAX_SPEED_M_S, MAX_VEHICLES};
-use super::motion;
-use super::value::{self, seconds};
+use super::limits::{MAX_AT_ONCE, MAX_SAMPLES, MAX_SPEED_M_S, MAX_VEHICLES};
+use super::unit_detection;
+use super::validate::{self, seconds};
 use super::vehicle::{Sample, Vehicle};
 use super::{Options, Origin, Traffic, Unit};
-use crate::text::quoted;
+use crate::display_text::quoted;
 
 /// The samples read so far, in the file's own coordinates.
 #[derive(Default)]
 pub(super) struct Builder {
     vehicles: BTreeMap<String, Vec<Sample>>,
-    /// The names by what is left of them where blanks do not count.
+    /// Names by their normalised form, in which blanks do not count.
     names: BTreeMap<String, String>,
     first: Option<Sample>,
-    /// How many.
+    /// Number of samples.
     samples: usize,
 }
 
 impl Builder {
-    /// Checks the name of a vehicle, the value of `key`: two that differ by blanks only are one, written in two ways.
+    /// Checks the name of a vehicle, the value of `key`. Two names that differ only in blanks are taken for two
+    /// spellings of one vehicle and rejected.
     pub(super) fn check_name(&mut self, key: &str, name: &str) -> Result<(), String> {
         if self.vehicles.contains_key(name) {
             return Ok(());
         }
-        value::check_name(key, name)?;
-        let words = name.split_whitespace().collect::<Vec<_>>().join(" ");
-        if let Some(other) = self.names.get(&words).filter(|&other| other != name) {
+        validate::check_name(key, name)?;
+        let normalised = name.split_whitespace().collect::<Vec<_>>().join(" ");
+        if let Some(other) = self.names.get(&normalised).filter(|&other| other != name) {
             let (name, other) = (quoted(name), quoted(other));
             return Err(format!(
-                "{key} = {name} differs from {other}, which came before, by blanks only; one name for a vehicle; write \
-                 both alike, or call one otherwise"
+                "{key} = {name} differs only in blanks from the earlier {other}; a vehicle has one name; write \
+                 both alike, or rename one"
             ));
         }
-        self.names.insert(words, name.to_string());
+        self.names.insert(normalised, name.to_string());
         Ok(())
     }
 
@@ -46,9 +47,9 @@ impl Builder {
         self.vehicles.is_empty()
     }
 
-    /// What the vehicles' motion shows x and y to be.
+    /// Returns the unit of x and y as far as the motion of the vehicles determines it.
     pub(super) fn shows(&self) -> Option<Unit> {
-        motion::shows(self.vehicles.values())
+        unit_detection::shows(self.vehicles.values())
     }
 
     /// Adds a sample.
@@ -68,7 +69,7 @@ impl Builder {
         if let Some(previous) = samples.last().filter(|previous| previous.time_us >= sample.time_us) {
             let (name, time, last) = (quoted(name), seconds(sample.time_us), seconds(previous.time_us));
             return Err(if previous.time_us == sample.time_us {
-                format!("vehicle {name}: time = {time} s is there twice; once per vehicle; remove one of the two")
+                format!("vehicle {name}: time = {time} s occurs twice; at most once per vehicle; remove one of the two")
             } else {
                 format!(
                     "vehicle {name}: time = {time} s comes after {last} s; the times of a vehicle must increase; sort them"
@@ -79,10 +80,10 @@ impl Builder {
         Ok(())
     }
 
-    /// The traffic; x and y are metres, or longitude and latitude.
+    /// Returns the traffic; x and y are metres, or longitude and latitude.
     pub(super) fn finish(mut self, unit: Unit, options: &Options) -> Result<Traffic, String> {
         let Some(first) = self.first else {
-            return Err("holds no vehicles; at least one; was the right file chosen?".to_string());
+            return Err("contains no vehicles; must contain at least one; was the right file chosen?".to_string());
         };
         let origin = (unit == Unit::Degrees).then_some(Origin { latitude_deg: first.y, longitude_deg: first.x });
         if let Some(origin) = origin {
@@ -99,7 +100,7 @@ impl Builder {
         }
         let mut vehicles: Vec<Vehicle> =
             self.vehicles.into_iter().map(|(name, samples)| Vehicle::new(name, samples, gap_us)).collect();
-        // The map gave them by name, and the sort is stable.
+        // The map yields the vehicles by name, and the sort is stable.
         vehicles.sort_by_key(Vehicle::first_us);
         check_crowd(&vehicles)?;
         Ok(Traffic {
@@ -111,7 +112,7 @@ impl Builder {
     }
 }
 
-/// Refuses more vehicles at one time than can be flown over; they are given in the order of their first times.
+/// Rejects more vehicles at one time than a mission supports; the vehicles are ordered by their first times.
 fn check_crowd(vehicles: &[Vehicle]) -> Result<(), String> {
     let mut last_us: Vec<i64> = vehicles.iter().map(Vehicle::last_us).collect();
     last_us.sort_unstable();
@@ -122,14 +123,14 @@ fn check_crowd(vehicles: &[Vehicle]) -> Result<(), String> {
         if come + 1 - gone > MAX_AT_ONCE {
             let time_s = seconds(now_us);
             return Err(format!(
-                "there are more than {MAX_AT_ONCE} vehicles at time = {time_s} s; at most {MAX_AT_ONCE}; cut out a smaller area"
+                "more than {MAX_AT_ONCE} vehicles at time = {time_s} s; at most {MAX_AT_ONCE}; select a smaller area"
             ));
         }
     }
     Ok(())
 }
 
-/// 2.5 typical steps of a vehicle, at least 1 s.
+/// Default gap limit: 2.5 times the median step of a vehicle, at least 1 s.
 fn default_gap_us(vehicles: &BTreeMap<String, Vec<Sample>>) -> i64 {
     let mut steps: Vec<i64> = vehicles
         .values()
@@ -143,14 +144,14 @@ fn default_gap_us(vehicles: &BTreeMap<String, Vec<Sample>>) -> i64 {
     (median * 5 / 2).max(1_000_000)
 }
 
-/// Refuses positions, in metres, between which no vehicle gets; between those that a gap separates it may.
+/// Rejects positions, in metres, that no vehicle could reach in time; positions on both sides of a gap are not checked.
 fn check_speed(name: &str, samples: &[Sample], gap_us: i64) -> Result<(), String> {
     for pair in samples.windows(2) {
         let step_us = pair[1].time_us - pair[0].time_us;
         let distance = math::hypot(pair[1].x - pair[0].x, pair[1].y - pair[0].y);
         if step_us <= gap_us && distance > MAX_SPEED_M_S * seconds(step_us) {
             return Err(format!(
-                "vehicle {}: from time = {} s to {} s it goes {distance:.3} m; at most {MAX_SPEED_M_S} m/s; is one of the \
+                "vehicle {}: from time = {} s to {} s it moves {distance:.3} m; at most {MAX_SPEED_M_S} m/s; is one of the \
                  samples wrong, or does the file mix degrees and metres?",
                 quoted(name),
                 seconds(pair[0].time_us),
@@ -161,7 +162,7 @@ fn check_speed(name: &str, samples: &[Sample], gap_us: i64) -> Result<(), String
     Ok(())
 }
 
-/// Turns longitude and latitude into metres east and north of `origin`, all on the ellipsoid.
+/// Converts longitude and latitude to metres east and north of `origin`, all on the ellipsoid.
 fn to_metres(name: &str, samples: &mut [Sample], origin: Origin) -> Result<(), String> {
     let plane = origin.plane().map_err(|error| error.to_string())?;
     for sample in samples {
@@ -219,7 +220,7 @@ mod tests {
         let mut builder = Builder::default();
         let second = sample(2_000_000, 0.0, 0.0);
         assert_eq!(builder.add("v", second), Ok(()));
-        assert!(builder.add("v", second).unwrap_err().starts_with("vehicle \"v\": time = 2 s is there twice"));
+        assert!(builder.add("v", second).unwrap_err().starts_with("vehicle \"v\": time = 2 s occurs twice"));
         let earlier = builder.add("v", sample(1_500_000, 0.0, 0.0)).unwrap_err();
         assert!(earlier.starts_with("vehicle \"v\": time = 1.5 s comes after 2 s"), "{earlier}");
         assert_eq!(builder.add("v", sample(3_000_000, 0.0, 0.0)), Ok(()));
@@ -236,13 +237,13 @@ mod tests {
         for name in ["a b", "a  b", " a b ", "\ta\u{a0}b", "c "] {
             let error = builder.check_name("id", name).unwrap_err();
             let other = if name == "c " { "c" } else { " a b" };
-            let expected = format!("id = {} differs from \"{other}\", which came before, by blanks only", quoted(name));
+            let expected = format!("id = {} differs only in blanks from the earlier \"{other}\"", quoted(name));
             assert!(error.starts_with(&expected), "{error}");
         }
     }
 
     #[test]
-    fn there_is_room_for_so_many_samples_and_vehicles() {
+    fn the_numbers_of_samples_and_vehicles_are_limited() {
         let at = |time_us| sample(time_us, 0.0, 0.0);
         let mut builder = Builder { samples: MAX_SAMPLES - 2, ..Builder::default() };
         assert!(builder.add("a", at(0)).is_ok() && builder.add("b", at(0)).is_ok());
@@ -254,7 +255,7 @@ mod tests {
     }
 
     #[test]
-    fn positions_between_which_no_vehicle_gets_are_refused() {
+    fn unreachable_positions_are_rejected() {
         let path = |x: f64, gap_s| {
             let mut builder = Builder::default();
             for (time_us, x) in [(0, 11.3), (1_000_000, x)] {
@@ -265,21 +266,21 @@ mod tests {
         assert!(path(10_011.0, None).is_ok());
         let error = path(685_000.0, None).unwrap_err();
         assert!(
-            error.starts_with("vehicle \"v\": from time = 0 s to 1 s it goes 684988.700 m; at most 10000 m/s"),
+            error.starts_with("vehicle \"v\": from time = 0 s to 1 s it moves 684988.700 m; at most 10000 m/s"),
             "{error}"
         );
-        assert!(path(685_000.0, Some(0.5)).is_ok(), "nobody saw how it got there");
+        assert!(path(685_000.0, Some(0.5)).is_ok(), "the two samples are separated by a gap");
     }
 
     #[test]
-    fn the_default_gap_is_two_and_a_half_typical_steps_but_a_second_at_least() {
+    fn the_default_gap_is_two_and_a_half_median_steps_but_at_least_a_second() {
         let steady = traffic(&[("v", 0), ("v", 1_000_000), ("v", 2_000_000), ("v", 4_500_001)], None);
         assert_eq!(steady.vehicles[0].at(3_000_000), None, "2.500001 s is more than 2.5 steps");
         let steady = traffic(&[("v", 0), ("v", 1_000_000), ("v", 2_000_000), ("v", 4_500_000)], None);
         assert!(steady.vehicles[0].at(3_000_000).is_some(), "2.5 s is not");
         let fast = traffic(&[("v", 0), ("v", 9), ("v", 18), ("v", 27), ("v", 1_000_027), ("v", 2_000_028)], None);
         let fast = &fast.vehicles[0];
-        assert!(fast.at(28).is_some() && fast.at(1_000_028).is_none(), "1 s at least");
+        assert!(fast.at(28).is_some() && fast.at(1_000_028).is_none(), "at least 1 s");
     }
 
     #[test]

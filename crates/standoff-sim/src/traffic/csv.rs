@@ -7,11 +7,11 @@ mod table;
 use std::io::Read;
 
 use super::build::Builder;
-use super::contents::{Coordinates, Options, SAY_WHICH, Traffic, Unit};
-use super::value::{self, Quantity};
+use super::model::{COORDINATES_HELP, Coordinates, Options, Traffic, Unit};
+use super::validate::{self, Quantity};
 use super::vehicle::Sample;
-use crate::source::{Fault, Lines};
-use crate::text::{quoted, words};
+use crate::display_text::{printable, quoted};
+use crate::text_source::{Fault, Lines};
 use clock::{Clock, Numbers};
 use table::Table;
 
@@ -38,13 +38,14 @@ pub(super) fn read(lines: Lines<impl Read>, options: &Options) -> Result<Traffic
     let mut table = Table::new(lines)?;
     let mut builder = Builder::default();
     if !table.next_row()? {
-        return Err(Fault::whole("holds only comments; must be SUMO FCD XML or CSV tracks".to_string()));
+        return Err(Fault::whole("contains only comments; must be SUMO FCD XML or CSV tracks".to_string()));
     }
     let columns = Columns::find(&table, options.coordinates)?;
     let (mut clock, mut numbers) = (Clock::new(&columns.time.name), Numbers::new(table.separator));
     while table.next_row()? {
         if table.row.len() != columns.count {
-            let message = format!("fields = {}; {}, as in the header; correct the row", table.row.len(), columns.count);
+            let message =
+                format!("fields = {}; must be {}, as in the header; correct the row", table.row.len(), columns.count);
             return Err(table.fault(0, message));
         }
         let name = table.text(columns.vehicle.index)?;
@@ -58,7 +59,7 @@ pub(super) fn read(lines: Lines<impl Read>, options: &Options) -> Result<Traffic
             let text = table.text(column.index)?;
             numbers.parse(&column.name, text, quantity).map_err(|message| of_vehicle(column, message))
         };
-        let [x_kind, y_kind] = value::axes(columns.coordinates);
+        let [x_kind, y_kind] = validate::axes(columns.coordinates);
         let (x, y) = (number(&columns.x, &x_kind)?, number(&columns.y, &y_kind)?);
         let sample = Sample { time_us, x, y, velocity: [f32::NAN; 2] };
         builder.add(name, sample).map_err(|message| in_field(&columns.time, message))?;
@@ -67,8 +68,8 @@ pub(super) fn read(lines: Lines<impl Read>, options: &Options) -> Result<Traffic
     if columns.coordinates == Coordinates::Metres && !is_named && builder.shows() == Some(Unit::Degrees) {
         let Column { name, .. } = &columns.x;
         return Err(Fault::whole(format!(
-            "the vehicles move as if column {} were degrees; it stands for metres; call the columns lon and lat, or say \
-             what they are with {SAY_WHICH}",
+            "the vehicles move as if column {} were degrees; its name means metres; rename the columns to lon and lat, or \
+             set {COORDINATES_HELP}",
             quoted(name)
         )));
     }
@@ -81,14 +82,14 @@ struct Column {
     name: String,
 }
 
-/// Which columns hold what.
+/// Columns of the table by their contents.
 struct Columns {
     count: usize,
     time: Column,
     vehicle: Column,
     x: Column,
     y: Column,
-    /// Of `x` and `y`; not `Auto`.
+    /// Unit of `x` and `y`; not `Auto`.
     coordinates: Coordinates,
 }
 
@@ -105,7 +106,7 @@ impl Columns {
             let found: Vec<String> = header.iter().take(20).map(|name| quoted(name)).collect();
             let message = format!(
                 "no column for {what}; found {}; accepted: {}; rename a column, and separate columns by commas or semicolons",
-                words(&found.join(", ")),
+                printable(&found.join(", ")),
                 accepted.join(", ")
             );
             table.fault(0, message)
@@ -114,7 +115,7 @@ impl Columns {
         let once = |column: &Column| {
             let again = (column.index + 1..header.len()).find(|&at| header[at].eq_ignore_ascii_case(&column.name));
             again.map_or(Ok(()), |at| {
-                let message = format!("column {} is there twice; once; rename or remove one", quoted(&column.name));
+                let message = format!("column {} occurs twice; rename or remove one", quoted(&column.name));
                 Err(table.fault(at, message))
             })
         };
@@ -220,10 +221,10 @@ mod tests {
             ),
             ("2026-03-01T12:00:01Z;a;2.5;0", "f.csv:3:24: vehicle \"a\": x_m = \"2.5\" has a decimal point, others"),
             ("2026-03-01T12:00:01Z;a;1.234,5;0", "f.csv:3:24: vehicle \"a\": x_m = \"1.234,5\" is not a number"),
-            ("2026-03-01T12:00:01Z;a;2,5,0", "f.csv:3:1: fields = 3; 4, as in the header"),
+            ("2026-03-01T12:00:01Z;a;2,5,0", "f.csv:3:1: fields = 3; must be 4, as in the header"),
             ("2026-03-01T12:00:01Z;\"a;2;0", "f.csv:3:22: a quote opens here and is not closed"),
-            ("#2026-03-01T12:00:01Z;a;2;0", "f.csv:3:1: begins with # as a comment does, and has 4 fields as a row"),
-            ("2026-03-01T12:00:01Z;a ;2;0", "f.csv:3:22: id = \"a \" differs from \"a\", which came before, by blanks"),
+            ("#2026-03-01T12:00:01Z;a;2;0", "f.csv:3:1: begins with # like a comment, but has 4 fields like a row"),
+            ("2026-03-01T12:00:01Z;a ;2;0", "f.csv:3:22: id = \"a \" differs only in blanks from the earlier \"a\""),
         ] {
             let error = error(&format!("{header}{row}\n"));
             assert!(error.starts_with(expected) && !error.contains('\n'), "{error}");
@@ -231,7 +232,7 @@ mod tests {
     }
 
     #[test]
-    fn metres_are_preferred_unless_degrees_are_asked_for() {
+    fn metres_are_preferred_unless_degrees_are_selected() {
         let both = "t,id,lat,lon,x,y\n0,v,1,2,3,4";
         assert!(read(both).unwrap().origin.is_none());
         assert!(read_as(both, Coordinates::Metres).unwrap().origin.is_none());
@@ -240,7 +241,7 @@ mod tests {
     }
 
     #[test]
-    fn a_missing_column_is_named_with_what_is_there() {
+    fn a_missing_column_is_reported_with_the_columns_found() {
         let header = error("# c\ntime,car,x,y\n0,v,1,2");
         let expected = "f.csv:2:1: no column for the vehicle; found \"time\", \"car\", \"x\", \"y\"; \
                         accepted: vehicle, vehicle_id, id, track, track_id, target, target_id; rename a column, and separate \
@@ -266,10 +267,10 @@ mod tests {
     }
 
     #[test]
-    fn a_column_that_is_there_twice_is_refused() {
-        let expected = "f.csv:1:8: column \"x\" is there twice";
+    fn a_duplicate_column_is_rejected() {
+        let expected = "f.csv:1:8: column \"x\" occurs twice";
         assert!(error("t,id,x,X,y\n0,v,1,2,3").starts_with(expected), "{}", error("t,id,x,X,y\n0,v,1,2,3"));
-        assert!(read("t,id,x,y,speed,speed\n0,v,1,2,3,4").is_ok(), "one that is not read may be");
+        assert!(read("t,id,x,y,speed,speed\n0,v,1,2,3,4").is_ok(), "unused columns may be duplicate");
     }
 
     #[test]
@@ -280,8 +281,8 @@ mod tests {
             ("0,\u{e9},0,1e9", "f.csv:3:7: vehicle \"\u{e9}\": y = \"1e9\" is out of range"),
             ("noon,v,0,0", "f.csv:3:1: vehicle \"v\": time = \"noon\" is not a number"),
             ("0,,0,0", "f.csv:3:3: id = \"\" has 0 characters; 1 to 200"),
-            ("0,v,0", "f.csv:3:1: fields = 3; 4, as in the header"),
-            ("0,v,0,0,0", "f.csv:3:1: fields = 5; 4, as in the header"),
+            ("0,v,0", "f.csv:3:1: fields = 3; must be 4, as in the header"),
+            ("0,v,0,0,0", "f.csv:3:1: fields = 5; must be 4, as in the header"),
         ] {
             let error = error(&format!("time,id,x,y\n# c\n{row}\n"));
             assert!(error.starts_with(expected) && !error.contains('\n'), "{error}");
@@ -300,15 +301,15 @@ mod tests {
     fn the_times_of_each_vehicle_must_increase_but_rows_may_be_unsorted() {
         assert!(read("t,id,x,y\n5,a,0,0\n6,a,0,0\n1,b,0,0\n2,b,0,0").is_ok());
         let twice = error("t,id,x,y\r\n1,b,0,0\r\n1,a,0,0\r\n1,b,9,9\r\n");
-        assert!(twice.starts_with("f.csv:4:1: vehicle \"b\": time = 1 s is there twice"), "{twice}");
+        assert!(twice.starts_with("f.csv:4:1: vehicle \"b\": time = 1 s occurs twice"), "{twice}");
         let back = error("t,id,x,y\n2,b,0,0\n1,b,0,0");
         assert!(back.starts_with("f.csv:3:1: vehicle \"b\": time = 1 s comes after 2 s"), "{back}");
     }
 
     #[test]
     fn a_file_without_rows_is_refused() {
-        assert!(error("t,id,x,y\n").starts_with("f.csv: holds no vehicles"));
-        assert!(error("# nothing\n#").starts_with("f.csv: holds only comments"));
+        assert!(error("t,id,x,y\n").starts_with("f.csv: contains no vehicles"));
+        assert!(error("# nothing\n#").starts_with("f.csv: contains only comments"));
     }
 
     #[test]
@@ -316,29 +317,35 @@ mod tests {
         let long = error(&format!("t,id,x,y\n0,{},0,0\n", "v".repeat(1 << 20)));
         assert!(long.starts_with("f.csv:2:1: one XML element or CSV row is too long; at most 1 MiB"), "{long}");
         let blank = error(&format!("t,id,x,y\n# c\n{}0,v,0,0\n", "\n".repeat(2 << 20)));
-        assert!(blank.starts_with("f.csv:3:1: here are more than 1 MiB of blanks"), "{blank}");
+        assert!(blank.starts_with("f.csv:3:1: more than 1 MiB of blanks"), "{blank}");
         let comments = format!("{}t,id,x,y\n0,v,0,0", "# long header comment\n".repeat(100_000));
         assert!(read(&comments).is_ok(), "comments are not part of a row");
     }
 
     #[test]
-    fn a_quote_that_is_not_closed_is_told_where_it_opens() {
-        let open = "f.csv:3:3: a quote opens here and is not closed; quotes stand around a whole field; close it";
+    fn an_unclosed_quote_is_reported_where_it_opens() {
+        let open = "f.csv:3:3: a quote opens here and is not closed; quotes must enclose a whole field; close it";
         for rest in ["2,v,0,0\n".to_string(), String::new(), "2,w,0,0\n".repeat(200_000)] {
             let error = error(&format!("t,id,x,y\n0,v,0,0\n1,\"v,0,0\n{rest}"));
             assert!(error.starts_with(open), "{error}");
         }
         let other = error("t,id,x,y\n0,v,0,0\n1,\"v,0,0\n2,\"v\",0,0\n3,v,0,0\n");
-        assert!(other.starts_with("f.csv:3:3: a quote opens here and is closed at 4:3, amid a field;"), "{other}");
+        assert!(
+            other.starts_with("f.csv:3:3: a quote opens here and is closed at 4:3, in the middle of a field;"),
+            "{other}"
+        );
         assert!(error("t,\"id,x,y\n0,v,0,0\n").starts_with("f.csv:1:3: a quote opens here and is not closed"));
-        assert!(read("t,id,x,y,size\n0,\"v\" ,0,0,5\" long\n").is_ok(), "a quote within a field is a sign");
+        assert!(
+            read("t,id,x,y,size\n0,\"v\" ,0,0,5\" long\n").is_ok(),
+            "a quote within a field is an ordinary character"
+        );
     }
 
     #[test]
     fn a_row_is_not_taken_for_a_comment() {
         assert!(read("# a,b,c,d\nt,id,x,y\n# c\n0,v,0,0\n#\n# one, two\n").is_ok());
         let error = error("id,t,x,y\nv,0,0,0\n#1,0,0,0\n");
-        assert!(error.starts_with("f.csv:3:1: begins with # as a comment does, and has 4 fields as a row"), "{error}");
+        assert!(error.starts_with("f.csv:3:1: begins with # like a comment, but has 4 fields like a row"), "{error}");
         assert!(read("id,t,x,y\n\"#1\",0,0,0\n").is_ok());
     }
 
@@ -354,7 +361,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_not_text_is_refused() {
+    fn bytes_that_are_not_text_are_rejected() {
         let bytes = b"t,id,x,y\n0,\xff,0,0";
         let error = read_from(&bytes[..], "f.csv", &Options::default()).unwrap_err();
         assert!(error.to_string().starts_with("f.csv:2:3: not text; must be UTF-8"), "{error}");

@@ -8,25 +8,25 @@ use std::ops::RangeInclusive;
 use quick_xml::events::BytesStart;
 
 use super::build::Builder;
-use super::contents::{Coordinates, Options, SAY_WHICH, Traffic, Unit};
-use super::value::{self, ANGLE, Quantity, SPEED};
+use super::model::{COORDINATES_HELP, Coordinates, Options, Traffic, Unit};
+use super::validate::{self, ANGLE, Quantity, SPEED};
 use super::vehicle::Sample;
-use crate::source::xml::{Elements, Found, attributes, walk};
-use crate::source::{Fault, Lines, Position};
-use crate::text::{nearest, quoted};
+use crate::display_text::{nearest, quoted};
+use crate::text_source::xml::{Elements, Found, attributes, walk};
+use crate::text_source::{Fault, Lines, Position};
 
-/// What SUMO writes into the header comment of a file in degrees.
+/// Part of SUMO's header comment for a file in degrees.
 const GEO_OPTION: &str = "fcd-output.geo value=\"true\"";
-/// What it writes there of any file.
+/// Part of SUMO's header comment for any file.
 const OPTION: &str = "<fcd-output value=";
-/// What is read within `fcd-export`.
+/// Elements that are read within `fcd-export`.
 const TRAFFIC: [&str; 2] = ["timestep", "vehicle"];
-/// What else SUMO writes into a time step; it is left out.
+/// Other elements that SUMO writes into a time step; they are ignored.
 const LEFT_OUT: [&str; 2] = ["person", "container"];
-/// So long is a misspelt name of an element of traffic.
+/// Length of a name that can be a misspelt traffic element, bytes.
 const MISSPELT_BYTES: RangeInclusive<usize> = 5..=10;
-/// After so many names of other elements no more are held against those of traffic: that takes long, and a large file may
-/// hold nothing else.
+/// Maximum number of names of other elements that are compared with those of traffic: a comparison takes long, and a
+/// large file may contain nothing else.
 const MAX_OTHERS: usize = 1_000;
 
 pub(super) fn read(lines: Lines<impl Read>, options: &Options) -> Result<Traffic, Fault> {
@@ -35,34 +35,37 @@ pub(super) fn read(lines: Lines<impl Read>, options: &Options) -> Result<Traffic
     file.finish(options)
 }
 
-/// An attribute that must be there is not.
-fn missing(start: Position, who: &str, key: &str) -> Fault {
-    Fault::at(start, format!("{who}: {key} is missing; must be an attribute; let SUMO write id, x, y, speed and angle"))
+/// Creates the error of a missing attribute.
+fn missing(start: Position, element: &str, key: &str) -> Fault {
+    Fault::at(
+        start,
+        format!("{element}: {key} is missing; must be an attribute; have SUMO write id, x, y, speed and angle"),
+    )
 }
 
 fn out_of_place(element: &str, start: Position) -> Fault {
     let element = quoted(element);
     let message = format!(
-        "element = {element} is out of place; fcd-export holds timestep, which holds vehicle; is the element around it \
+        "element = {element} is out of place; fcd-export contains timestep, which contains vehicle; is the enclosing element \
          not closed?"
     );
     Fault::at(start, message)
 }
 
-/// What is known of the file so far.
+/// State of the reader.
 #[derive(Default)]
 struct Fcd {
     builder: Builder,
     in_root: bool,
     /// Time of the last time step, microseconds.
     last_us: Option<i64>,
-    /// Time of the element open at depth 1, if that is a time step.
+    /// Time of the open element at depth 1, if that is a time step.
     step_us: Option<i64>,
-    /// `Auto` until something tells.
+    /// Unit of the coordinates; `Auto` until it is known.
     coordinates: Coordinates,
-    /// The header comment is SUMO's.
+    /// True if the header comment is that of SUMO.
     is_of_sumo: bool,
-    /// Names of other elements that are nothing like those of traffic.
+    /// Names of other elements that do not resemble those of traffic.
     others: BTreeSet<String>,
 }
 
@@ -105,7 +108,7 @@ impl Elements for Fcd {
 }
 
 impl Fcd {
-    /// Refuses an element that is traffic where it cannot be read; ignores all others.
+    /// Rejects an element of traffic that cannot be read in its place; ignores all other elements.
     fn other(&mut self, element: &BytesStart<'_>, start: Position, depth: usize) -> Result<(), Fault> {
         let name = element.name().into_inner();
         if TRAFFIC.contains(&name) {
@@ -114,7 +117,7 @@ impl Fcd {
         let meant = match self.meant(name) {
             Some(meant) => meant,
             None => {
-                // What has a place at a time is traffic, whatever it is called.
+                // An element with a position and a time is traffic, whatever its name.
                 let may_be_traffic = depth == 2 && self.step_us.is_some() && !LEFT_OUT.contains(&name);
                 if !may_be_traffic || matches!(attributes(element, start, ["x"])?, [None]) {
                     return Ok(());
@@ -123,10 +126,10 @@ impl Fcd {
             }
         };
         let name = quoted(name);
-        Err(Fault::at(start, format!("element = {name} would be left out; did you mean {meant}? rename or remove it")))
+        Err(Fault::at(start, format!("element = {name} would be ignored; did you mean {meant}? rename or remove it")))
     }
 
-    /// The element of traffic that somebody meant who wrote `name`.
+    /// Returns the traffic element that `name` probably misspells.
     fn meant(&mut self, name: &str) -> Option<&'static str> {
         let local = name.rsplit(':').next().unwrap_or(name);
         if !MISSPELT_BYTES.contains(&local.len()) || self.others.len() >= MAX_OTHERS || self.others.contains(local) {
@@ -142,11 +145,11 @@ impl Fcd {
     fn timestep(&mut self, element: &BytesStart<'_>, start: Position) -> Result<(), Fault> {
         let [time] = attributes(element, start, ["time"])?;
         let time = time.ok_or_else(|| missing(start, "timestep", "time"))?;
-        let time_us = time.read(|text| value::time_us("time", text))?;
+        let time_us = time.read(|text| validate::time_us("time", text))?;
         if let Some(last_us) = self.last_us.filter(|&last_us| last_us >= time_us) {
-            let (now, last) = (value::seconds(time_us), value::seconds(last_us));
+            let (now, last) = (validate::seconds(time_us), validate::seconds(last_us));
             let message = format!(
-                "time = {now} s is not after the time step before it ({last} s); must increase; sort or split the file"
+                "time = {now} s is not after the previous time step ({last} s); must increase; sort or split the file"
             );
             return Err(Fault::at(time.position, message));
         }
@@ -159,14 +162,14 @@ impl Fcd {
         let [id, x, y, speed, angle] = attributes(element, start, ["id", "x", "y", "speed", "angle"])?;
         let id = id.ok_or_else(|| missing(start, "vehicle", "id"))?;
         id.read(|name| self.builder.check_name("id", name))?;
-        let who = || format!("vehicle {}", quoted(&id.text));
+        let vehicle = || format!("vehicle {}", quoted(&id.text));
         let read = |key: &str, found: &Found<'_>, quantity: &Quantity| {
-            found.read(|text| quantity.parse(key, text).map_err(|message| format!("{}: {message}", who())))
+            found.read(|text| quantity.parse(key, text).map_err(|message| format!("{}: {message}", vehicle())))
         };
         let need = |key: &str, found: Option<Found<'_>>, quantity: &Quantity| {
-            read(key, &found.ok_or_else(|| missing(start, &who(), key))?, quantity)
+            read(key, &found.ok_or_else(|| missing(start, &vehicle(), key))?, quantity)
         };
-        let [x_kind, y_kind] = value::axes(self.coordinates);
+        let [x_kind, y_kind] = validate::axes(self.coordinates);
         let (x, y) = (need("x", x, &x_kind)?, need("y", y, &y_kind)?);
         let speed = speed.map(|found| read("speed", &found, &SPEED)).transpose()?;
         let angle = angle.map(|found| read("angle", &found, &ANGLE)).transpose()?;
@@ -179,18 +182,18 @@ impl Fcd {
     }
 
     fn finish(self, options: &Options) -> Result<Traffic, Fault> {
-        let told = match self.coordinates {
+        let known = match self.coordinates {
             Coordinates::Auto => self.builder.shows().or(self.is_of_sumo.then_some(Unit::Metres)),
             Coordinates::Metres => Some(Unit::Metres),
             Coordinates::Degrees => Some(Unit::Degrees),
         };
-        let unit = match told {
+        let unit = match known {
             Some(unit) => unit,
             None if self.builder.is_empty() => Unit::Metres,
             None => {
                 return Err(Fault::whole(format!(
-                    "its x and y may be metres or degrees: SUMO's header comment is not there, and no vehicle's motion \
-                     tells; say which with {SAY_WHICH}"
+                    "its x and y may be metres or degrees: SUMO's header comment is missing, and the vehicles' motion does \
+                     not determine it; set {COORDINATES_HELP}"
                 )));
             }
         };
@@ -208,7 +211,7 @@ mod tests {
         read_from(text.as_bytes(), "f.xml", &Options { coordinates, ..Options::default() })
     }
 
-    /// A file of one time step, 1 s, that holds `inside`, from line 2 on.
+    /// A file with one time step at 1 s that contains `inside`, from line 2 on.
     fn step(inside: &str) -> Result<Traffic, TrafficError> {
         read(&format!("<fcd-export><timestep time=\"1\">\n{inside}</timestep></fcd-export>"))
     }
@@ -261,23 +264,26 @@ mod tests {
     }
 
     #[test]
-    fn traffic_that_would_be_left_out_is_refused() {
+    fn traffic_that_would_be_ignored_is_rejected() {
         let vehicle = |name: &str| format!("<{name} id=\"v\" x=\"0\" y=\"0\"/>");
         for name in ["vehcle", "Vehicle", "vehicles", "sumo:vehicle", "car", "tram"] {
             let error = step(&vehicle(name)).unwrap_err().to_string();
-            let expected = format!("f.xml:2:1: element = \"{name}\" would be left out; did you mean vehicle? rename");
+            let expected = format!("f.xml:2:1: element = \"{name}\" would be ignored; did you mean vehicle? rename");
             assert!(error.starts_with(&expected), "{error}");
         }
         for name in ["timstep", "TimeStep", "timesteps"] {
             let error =
                 error(&format!("<fcd-export>\n <{name} time=\"1\">{}</{name}></fcd-export>", vehicle("vehicle")));
-            let expected = format!("f.xml:2:2: element = \"{name}\" would be left out; did you mean timestep? rename");
+            let expected = format!("f.xml:2:2: element = \"{name}\" would be ignored; did you mean timestep? rename");
             assert!(error.starts_with(&expected), "{error}");
         }
         for around in ["vehicle id=\"w\" x=\"0\" y=\"0\"", "person", "container"] {
             let end = around.split(' ').next().unwrap();
             let error = step(&format!("<{around}>\n{}</{end}>", vehicle("vehicle"))).unwrap_err().to_string();
-            assert!(error.starts_with("f.xml:3:1: element = \"vehicle\" is out of place; fcd-export holds"), "{error}");
+            assert!(
+                error.starts_with("f.xml:3:1: element = \"vehicle\" is out of place; fcd-export contains"),
+                "{error}"
+            );
         }
         let others: String = (0..2 * MAX_OTHERS).map(|n| format!("<other{n}/>")).collect();
         let late = error(&format!("<fcd-export><meta>{others}\n<vehicle/></meta></fcd-export>"));
@@ -287,13 +293,10 @@ mod tests {
     }
 
     #[test]
-    fn names_that_differ_by_blanks_are_refused_where_they_stand() {
+    fn names_that_differ_in_blanks_are_rejected_with_their_position() {
         let error =
             step("<vehicle id=\"a\" x=\"0\" y=\"0\"/>\n<vehicle x=\"9\" id=\"a \" y=\"0\"/>").unwrap_err().to_string();
-        assert!(
-            error.starts_with("f.xml:3:16: id = \"a \" differs from \"a\", which came before, by blanks"),
-            "{error}"
-        );
+        assert!(error.starts_with("f.xml:3:16: id = \"a \" differs only in blanks from the earlier \"a\""), "{error}");
     }
 
     #[test]
@@ -331,10 +334,10 @@ mod tests {
     }
 
     #[test]
-    fn a_vehicle_is_there_once_in_a_time_step() {
+    fn a_vehicle_occurs_once_in_a_time_step() {
         let vehicle = r#"<vehicle id="v" x="0" y="0"/>"#;
         let error = step(&format!("{vehicle}\n{vehicle}")).unwrap_err().to_string();
-        assert!(error.starts_with(r#"f.xml:3:1: vehicle "v": time = 1 s is there twice"#), "{error}");
+        assert!(error.starts_with(r#"f.xml:3:1: vehicle "v": time = 1 s occurs twice"#), "{error}");
     }
 
     #[test]
@@ -359,9 +362,9 @@ mod tests {
 
     #[test]
     fn a_file_without_vehicles_is_refused() {
-        assert!(error("<fcd-export/>").starts_with("f.xml: holds no vehicles"));
-        assert!(error("<fcd-export><timestep time=\"1\"/></fcd-export>").starts_with("f.xml: holds no vehicles"));
-        assert!(error("<!-- only a comment -->").starts_with("f.xml: holds no vehicles"));
+        assert!(error("<fcd-export/>").starts_with("f.xml: contains no vehicles"));
+        assert!(error("<fcd-export><timestep time=\"1\"/></fcd-export>").starts_with("f.xml: contains no vehicles"));
+        assert!(error("<!-- only a comment -->").starts_with("f.xml: contains no vehicles"));
     }
 
     #[test]
@@ -373,18 +376,18 @@ mod tests {
             let expected = if length == 0 { "is empty" } else { "cut off" };
             assert!(error.contains(expected), "{length}: {error}");
         }
-        assert!(error(&whole[..60]).starts_with("f.xml:2:20: "), "where the open tag begins");
-        assert!(error(&whole[..72]).starts_with("f.xml:2:60: "), "where the text ends");
+        assert!(error(&whole[..60]).starts_with("f.xml:2:20: "), "start of the open tag");
+        assert!(error(&whole[..72]).starts_with("f.xml:2:60: "), "end of the text");
     }
 
     #[test]
-    fn what_is_too_long_or_too_deep_is_refused() {
+    fn oversized_or_too_deep_elements_are_rejected() {
         let long = format!("<fcd-export>\n<!--{}--></fcd-export>", "x".repeat(1 << 20));
         let error = read(&long).unwrap_err();
         assert!(error.message.contains("at most 1 MiB"), "{error}");
         assert_eq!(error.position.unwrap().line, 2);
         let blank = read(&format!("<fcd-export>\n{}", " ".repeat(3 << 20))).unwrap_err();
-        assert!(blank.to_string().starts_with("f.xml:1:13: here are more than 1 MiB of blanks"), "{blank}");
+        assert!(blank.to_string().starts_with("f.xml:1:13: more than 1 MiB of blanks"), "{blank}");
         let name = "n".repeat(100_000);
         assert!(read(&format!("<fcd-export><{name}></fcd-export>")).unwrap_err().message.len() < 300);
         let deep = format!("<fcd-export>{}", "<a>".repeat(100_000));

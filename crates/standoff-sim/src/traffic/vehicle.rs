@@ -1,4 +1,4 @@
-//! One vehicle of a traffic file: its samples, and where it is between them.
+//! One vehicle of a traffic file: its samples and the interpolation between them.
 
 /// One vehicle at one time.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -6,11 +6,11 @@ pub(super) struct Sample {
     pub(super) time_us: i64,
     pub(super) x: f64,
     pub(super) y: f64,
-    /// NaN while it is to be had from the positions. Single precision keeps large files small.
+    /// NaN if it is to be computed from the positions. Single precision keeps large files small.
     pub(super) velocity: [f32; 2],
 }
 
-/// State of a vehicle at some time: local frame, x east, y north.
+/// State of a vehicle at some time, in the local frame: x east, y north.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct VehicleState {
     /// East, m.
@@ -27,13 +27,14 @@ pub struct VehicleState {
 #[derive(Debug, Clone, PartialEq)]
 pub struct Vehicle {
     name: String,
-    /// By strictly increasing time; never empty.
+    /// Samples by strictly increasing time; never empty.
     samples: Vec<Sample>,
     gap_us: i64,
 }
 
 impl Vehicle {
-    /// `samples` by strictly increasing time, in metres; those without a velocity get the slope of the positions.
+    /// Creates a vehicle from samples in metres by strictly increasing time; samples without a velocity get the slope
+    /// of the positions.
     pub(super) fn new(name: String, mut samples: Vec<Sample>, gap_us: i64) -> Self {
         fill_velocities(&mut samples, gap_us);
         samples.shrink_to_fit();
@@ -58,7 +59,7 @@ impl Vehicle {
         }
     }
 
-    /// Name, as in the file: it may hold any character.
+    /// Name as in the file; it may contain any character.
     pub fn name(&self) -> &str {
         &self.name
     }
@@ -73,13 +74,14 @@ impl Vehicle {
         self.samples.last().map_or(0, |sample| sample.time_us)
     }
 
-    /// Where it has been, east and north, m.
+    /// Positions of the samples, east and north, m.
     pub fn places(&self) -> impl Iterator<Item = [f64; 2]> {
         self.samples.iter().map(|sample| [sample.x, sample.y])
     }
 
-    /// State at `time_us` (microseconds, on the clock of the file): on the straight line between the samples around it.
-    /// `None` before the first sample, after the last, and between samples further apart than the gap limit.
+    /// Returns the state at `time_us` (microseconds, on the clock of the file), interpolated linearly between the
+    /// neighbouring samples. `None` before the first sample, after the last, and between samples further apart than the
+    /// gap limit.
     pub fn at(&self, time_us: i64) -> Option<VehicleState> {
         let index = self.samples.partition_point(|sample| sample.time_us < time_us);
         let after = self.samples.get(index)?;
@@ -103,7 +105,7 @@ fn between(before: &Sample, after: &Sample, part: f64) -> VehicleState {
     }
 }
 
-/// Slope between the neighbours that no gap separates; zero for a sample that has none.
+/// Fills in missing velocities: the slope between the neighbours that no gap separates, or zero for an isolated sample.
 fn fill_velocities(samples: &mut [Sample], gap_us: i64) {
     for index in 0..samples.len() {
         let here = samples[index];
@@ -146,7 +148,7 @@ mod tests {
     }
 
     #[test]
-    fn there_is_no_vehicle_before_its_first_or_after_its_last_sample() {
+    fn a_vehicle_is_absent_before_its_first_and_after_its_last_sample() {
         let vehicle = vehicle(&[(10, 0.0, 0.0), (20, 1.0, 0.0)], 100);
         assert_eq!([i64::MIN, 9, 21, i64::MAX].map(|time_us| vehicle.at(time_us)), [None; 4]);
     }

@@ -1,26 +1,26 @@
-//! How many runs lie where.
+//! Histograms of metrics over runs.
 
 use serde::Serialize;
 
-/// Fewest and most classes, where values are not whole numbers.
+/// Minimum and maximum number of classes if the values are not integers.
 const CLASSES: (f64, f64) = (8.0, 60.0);
 
-/// How many runs of each batch have a value in each class; the classes are equally wide and the same for all batches.
+/// Number of runs of each batch per class. The classes have equal widths and are the same for all batches.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub(super) struct Histogram {
-    /// Where the first class begins.
+    /// Lower bound of the first class.
     from: f64,
-    /// How wide each is.
+    /// Width of each class.
     width: f64,
-    /// By batch, by class.
+    /// Counts by batch and class.
     counts: Vec<Vec<u64>>,
 }
 
 impl Histogram {
-    /// Of a metric's values, a list per batch. `None` if there is none.
+    /// Makes the histogram of a metric from one list of values per batch; `None` without any value.
     ///
-    /// Whole numbers that lie near together get a class each. Else there are as many classes as the square root of the
-    /// largest number of values; a value at the upper end of the last class is in it.
+    /// Integers in a small range get one class each. Otherwise the number of classes is the square root of the largest
+    /// number of values. The upper bound of the last class belongs to it.
     pub(super) fn of(columns: &[Vec<Option<f64>>]) -> Option<Self> {
         let columns: Vec<Vec<f64>> = columns
             .iter()
@@ -37,7 +37,7 @@ impl Histogram {
             let classes = (largest as f64).sqrt().ceil().clamp(CLASSES.0, CLASSES.1);
             (least, range / classes, classes)
         } else {
-            // All equal; a class that is narrow for them, whatever their size.
+            // All values are equal: one class, narrow relative to their size.
             let width = least.abs().max(1.0) / 100.0;
             (least - width / 2.0, width, 1.0)
         };
@@ -57,7 +57,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn every_value_is_counted_once_in_classes_that_all_share() {
+    fn every_value_is_counted_once_in_common_classes() {
         let (a, b) = (vec![Some(0.0), Some(0.5), None, Some(2.4)], vec![Some(4.0), Some(1.0)]);
         let histogram = Histogram::of(&[a, b]).unwrap();
         assert_eq!((histogram.from, histogram.width), (0.0, 0.5));
@@ -65,13 +65,13 @@ mod tests {
     }
 
     #[test]
-    fn whole_numbers_get_a_class_each() {
+    fn integers_get_one_class_each() {
         let histogram = Histogram::of(&[vec![Some(2.0), Some(0.0), Some(2.0)]]).unwrap();
         assert_eq!(histogram, Histogram { from: -0.5, width: 1.0, counts: vec![vec![1, 0, 2]] });
     }
 
     #[test]
-    fn equal_values_and_no_values_are_no_trouble() {
+    fn equal_huge_and_missing_values_are_handled() {
         assert_eq!(Histogram::of(&[vec![Some(2.5); 3]]).unwrap().counts, [[3]]);
         assert_eq!(Histogram::of(&[vec![Some(1e300), Some(-1e300)]]).unwrap().counts.concat().iter().sum::<u64>(), 2);
         assert_eq!(Histogram::of(&[vec![Some(f64::MAX), Some(f64::MIN)]]).unwrap().counts, [[2]]);

@@ -3,25 +3,25 @@ use std::sync::atomic::AtomicBool;
 
 use serde_json::Value;
 use standoff_sim::monte_carlo::{Batch as Flown, Results, Shard, compare_results, fly_all, fly_into};
-use standoff_sim::scenario::{Edits, Template};
-use standoff_sim::score::Choice;
+use standoff_sim::scenario::{Overrides, ScenarioTemplate};
+use standoff_sim::score::MetricSelection;
 use tempfile::TempDir;
 
 use super::Batch;
 use crate::page;
 
-fn template(scenario: &str, set: &[&str]) -> Template {
+fn template(scenario: &str, set: &[&str]) -> ScenarioTemplate {
     let short = ["duration_s=40"];
     let set = short.iter().chain(set).map(|set| (*set).to_owned()).collect();
-    Template::load(scenario, &Edits { set, ..Edits::default() }).unwrap()
+    ScenarioTemplate::load(scenario, &Overrides { set, ..Overrides::default() }).unwrap()
 }
 
-fn fly(dir: &Path, template: &Template, seed: u64, runs: u64, shard: Option<Shard>) -> Results {
-    let batch = Flown::new(template, seed, runs, shard, Choice::standard()).unwrap();
+fn fly(dir: &Path, template: &ScenarioTemplate, seed: u64, runs: u64, shard: Option<Shard>) -> Results {
+    let batch = Flown::new(template, seed, runs, shard, MetricSelection::standard()).unwrap();
     fly_into(dir, template, &batch, None, &AtomicBool::new(false), |_| ()).unwrap()
 }
 
-/// Six runs of a pair with and without lead, from seed 5 and from seed 7 on.
+/// Six runs of a pair with lead, from seed 5 on, and six without lead, from seed 7 on.
 fn two() -> (TempDir, [Results; 2]) {
     let folder = tempfile::tempdir().unwrap();
     let with = template("paper/table-2-pair", &[]);
@@ -36,12 +36,13 @@ fn json(batch: &Batch) -> Value {
 }
 
 #[test]
-fn the_page_holds_every_value_of_every_run_to_the_bit() {
+fn the_page_contains_every_value_of_every_run_exactly() {
     let (_folder, [a, b]) = two();
     let batch = Batch::of(&[a, b]).unwrap();
     for (variant, first, set) in [(0, 5, &[][..]), (1, 7, &["guidance.lead_s=0"])] {
-        let flown = fly_all(&template("paper/table-2-pair", set), first..first + 6, Choice::standard(), None).unwrap();
-        assert_eq!(batch.variants[variant].values.len(), Choice::standard().names().count());
+        let flown =
+            fly_all(&template("paper/table-2-pair", set), first..first + 6, MetricSelection::standard(), None).unwrap();
+        assert_eq!(batch.variants[variant].values.len(), MetricSelection::standard().names().count());
         for (metric, values) in &batch.variants[variant].values {
             let bits = |value: Option<f64>| value.map(f64::to_bits);
             let expected: Vec<_> = flown.iter().map(|metrics| bits(metrics.value(metric))).collect();
@@ -51,7 +52,7 @@ fn the_page_holds_every_value_of_every_run_to_the_bit() {
 }
 
 #[test]
-fn statistics_are_those_of_the_summary_and_comparisons_those_of_compare() {
+fn statistics_match_the_summary_and_comparisons_match_compare() {
     let (_folder, [a, b]) = two();
     let json = json(&Batch::of(&[a.clone(), b.clone()]).unwrap());
     for (variant, results) in json["variants"].as_array().unwrap().iter().zip([&a, &b]) {
@@ -83,13 +84,13 @@ fn runs_are_listed_from_both_ends_and_the_bad_end_is_known() {
     assert_eq!(metric("separation_min_m")["bad"], "small");
     assert_eq!(metric("phase_error_deg")["bad"], "large");
     assert!(metric("anees")["bad"].is_null());
-    // Nothing was discarded in any run: of equals the earlier run comes first.
-    let discards = &batch.variants[0].ends["discards"].largest;
-    assert_eq!(discards.iter().map(|(run, _)| *run).collect::<Vec<_>>(), [0, 1, 2, 3, 4, 5]);
+    // No run has removals: equal values are in run order.
+    let removals = &batch.variants[0].ends["removals"].largest;
+    assert_eq!(removals.iter().map(|(run, _)| *run).collect::<Vec<_>>(), [0, 1, 2, 3, 4, 5]);
 }
 
 #[test]
-fn of_a_large_batch_only_counts_and_both_ends_are_held() {
+fn a_large_batch_contains_only_counts_and_both_ends() {
     let (_folder, [a, _]) = two();
     let batch = Batch::holding(10, &[a]).unwrap();
     assert!(batch.variants[0].values.is_empty());
@@ -100,7 +101,7 @@ fn of_a_large_batch_only_counts_and_both_ends_are_held() {
 }
 
 #[test]
-fn batches_are_named_by_what_tells_them_apart() {
+fn batches_are_named_by_their_differences() {
     let (folder, [a, b]) = two();
     let same = fly(&folder.path().join("c"), &template("paper/table-2-pair", &[]), 5, 2, None);
     let other = fly(&folder.path().join("d"), &template("paper/table-2-single", &[]), 5, 2, None);
@@ -115,7 +116,7 @@ fn batches_are_named_by_what_tells_them_apart() {
 }
 
 #[test]
-fn a_shard_numbers_its_runs_as_the_batch_does() {
+fn run_indices_of_a_shard_are_those_of_the_whole_batch() {
     let folder = tempfile::tempdir().unwrap();
     let shard = Shard { index: 1, of: 2 };
     let half = fly(folder.path(), &template("paper/table-2-single", &[]), 1, 4, Some(shard));
@@ -128,7 +129,7 @@ fn a_shard_numbers_its_runs_as_the_batch_does() {
 }
 
 #[test]
-fn the_page_says_nothing_of_where_the_results_lie() {
+fn the_page_does_not_contain_the_path_of_the_results() {
     let (folder, [a, b]) = two();
     let batch = Batch::of(&[a, b]).unwrap();
     assert!(!batch.json().unwrap().contains(&folder.path().display().to_string()));

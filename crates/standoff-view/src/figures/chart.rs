@@ -1,8 +1,8 @@
-//! Charts in one style: the page, its axes, lines with their legend, and panels over time.
+//! Charts in a common style: the page, axes, lines with a legend, and panels over time.
 
+use super::collect::{Group, Run};
 use super::curve::{Curve, MOST_POINTS, Point, range, usable};
-use super::gather::{Group, Run};
-use super::ink::{PX, font, ink, width_px};
+use super::style::{PX, font, ink, width_px};
 use super::symbol::{Mark, Symbol};
 use crate::colours::UAVS;
 use plotters::coord::{Shift, types::RangedCoordf64};
@@ -13,63 +13,67 @@ use std::error::Error;
 use std::iter::empty;
 use std::ops::Range;
 
+/// Width of the page, px.
 const WIDTH: u32 = 900;
-/// Room for the upward axis, the time axis and the legend, px.
+/// Width of the area for the vertical axis, px.
 const LEFT: u32 = 68;
+/// Height of the area for the horizontal axis, px.
 const BELOW: u32 = 44;
+/// Width of the legend, px.
 const LEGEND: u32 = 184;
-/// What of the legend's room is left of its words, and between them and the edge of the page, px.
+/// Part of the legend's width that is left and right of the text, px.
 const BESIDE_WORDS: f64 = 34.0;
-/// Size of its words, px.
+/// Font size of the legend, px.
 const WORDS: f64 = 11.5;
-/// Room for heading and caption, and below, px.
+/// Height of heading, caption and bottom margin, px.
 const ABOVE: u32 = 54;
-/// Height of a panel that is one of many rows, px.
+/// Height of a low panel, px.
 const ROW: u32 = 128;
-/// Points of all curves of a chart together.
+/// Maximum number of points of all curves in a chart.
 const POINTS: usize = 40_000;
-/// Most UAVs or groups that a legend names.
+/// Maximum number of UAVs or groups named in a legend.
 pub(super) const MOST_NAMED: usize = UAVS.len();
-/// Most groups that have a panel of their own.
+/// Maximum number of groups with their own panel.
 pub(super) const MOST_PANELS: usize = 4;
-/// Opacity that stands for dashes, which the SVG writer does not know, and what it is replaced by.
+/// Opacity that marks dashed lines, because the SVG writer does not support dashes.
 const DASHED: f64 = 0.999;
+/// SVG attribute that replaces the opacity [`DASHED`].
 const DASHES: &str = "stroke-dasharray=\"24 16\"";
 
-/// Limits and values wanted.
+/// Colour of limits and desired values.
 pub(super) const REFERENCE: RGBColor = RGBColor(70, 70, 70);
-/// Lines at instants.
+/// Colour of vertical lines at events.
 const MARKED: RGBColor = RGBColor(150, 150, 150);
 
-/// Outcome of drawing.
+/// Result of drawing.
 pub(super) type Drawn<T = ()> = Result<T, Box<dyn Error>>;
-/// A part of the page.
+/// An area of the page.
 pub(super) type Area<'a> = DrawingArea<SVGBackend<'a>, Shift>;
 type Plot<'a> = ChartContext<'a, SVGBackend<'a>, Cartesian2d<RangedCoordf64, RangedCoordf64>>;
 
-/// A line of a chart: unbroken stretches in one style, with an entry in the legend if it has a label.
+/// A line of a chart: one or more unbroken segments in one style. With a label, it has an entry in the legend.
 pub(super) struct Line {
     pub(super) runs: Vec<Vec<Point>>,
     pub(super) ink: ShapeStyle,
     pub(super) dashed: bool,
-    /// Colour of dashes on it: what it shows lies between two.
+    /// Colour of dashes drawn over the line, for a quantity between two UAVs or groups.
     pub(super) dashes: Option<RGBColor>,
     pub(super) label: Option<String>,
 }
 
 impl Line {
-    /// A line in one colour without an entry in the legend.
+    /// Makes a line in one colour without an entry in the legend.
     pub(super) fn new(runs: Vec<Vec<Point>>, ink: ShapeStyle) -> Self {
         Self { runs, ink, dashed: false, dashes: None, label: None }
     }
 }
 
-/// Most points that each of so many curves may have.
+/// Maximum number of points of each of `curves` curves.
 pub(super) fn share(curves: usize) -> usize {
     (POINTS / curves.max(1)).clamp(16, MOST_POINTS)
 }
 
-/// Curves of UAVs in the UAVs' colours; the first few are named.
+/// Makes lines of UAVs in the colours of the UAVs; the first few are named in the legend.
 pub(super) fn of_uavs<'a>(run: &Run, width: f64, curves: impl Iterator<Item = (u32, &'a Curve)>) -> Vec<Line> {
     let line = |(rank, (id, curve)): (usize, (u32, &Curve))| Line {
         label: (rank < MOST_NAMED).then(|| format!("UAV {id}")),
@@ -78,7 +82,7 @@ pub(super) fn of_uavs<'a>(run: &Run, width: f64, curves: impl Iterator<Item = (u
     and_more(curves.enumerate().map(line).collect(), "UAVs")
 }
 
-/// Tells how many lines the legend does not name.
+/// Limits the named lines to [`MOST_NAMED`] and adds a legend entry with the number of the others.
 fn and_more(mut lines: Vec<Line>, what: &str) -> Vec<Line> {
     let left = lines.len().saturating_sub(MOST_NAMED);
     if left > 0 {
@@ -88,7 +92,7 @@ fn and_more(mut lines: Vec<Line>, what: &str) -> Vec<Line> {
     lines
 }
 
-/// A curve of each group in the groups' colours; the first few are named.
+/// Makes a line of each group in the colours of the groups; the first few are named in the legend.
 pub(super) fn of_groups(run: &Run, width: f64, curve: fn(&Group) -> &Curve) -> Vec<Line> {
     let line = |(rank, (&id, group)): (usize, (&u32, &Group))| Line {
         label: (rank < MOST_NAMED).then(|| format!("group {id}")),
@@ -97,7 +101,7 @@ pub(super) fn of_groups(run: &Run, width: f64, curve: fn(&Group) -> &Curve) -> V
     and_more(run.groups.iter().enumerate().map(line).collect(), "groups")
 }
 
-/// A page 900 px wide with heading and caption, which ends in a note, on which `draw` draws.
+/// Makes a page 900 px wide with a heading and a caption (`title` followed by `note`); `draw` draws its contents.
 pub(super) fn page(
     heading: &str,
     title: &str,
@@ -123,20 +127,20 @@ pub(super) fn page(
     Ok(svg.replace(&format!("opacity=\"{DASHED}\""), DASHES))
 }
 
-/// A plot with grid and axes, and its legend to the right, where it covers no data.
+/// A plot with grid and axes, and a legend to its right.
 pub(super) struct Chart<'a> {
     pub(super) plot: Plot<'a>,
     pub(super) legend: Plot<'a>,
 }
 
 impl<'a> Chart<'a> {
-    /// Width and height that the plot on a part of the page will have, units.
+    /// Width and height of the plot in an area of the page, drawing units.
     pub(super) fn plot_size(area: &Area) -> (f64, f64) {
         let (width, height) = area.dim_in_pixel();
         (f64::from(width) - f64::from((LEFT + LEGEND) * PX), f64::from(height) - f64::from((8 + BELOW) * PX))
     }
 
-    /// An empty chart.
+    /// Makes an empty chart.
     pub(super) fn new(area: &Area<'a>, x: Range<f64>, y: Range<f64>, titles: [&str; 2]) -> Drawn<Self> {
         let (left, right) = area.split_horizontally(area.dim_in_pixel().0 - LEGEND * PX);
         let legend = ChartBuilder::on(&right).margin_top(8 * PX).build_cartesian_2d(0.0..1.0, 0.0..1.0)?;
@@ -146,7 +150,7 @@ impl<'a> Chart<'a> {
             .set_label_area_size(LabelAreaPosition::Bottom, BELOW * PX)
             .build_cartesian_2d(x, y)?;
         let (width, height) = Self::plot_size(area);
-        // Ticks are sums of steps: without rounding they would read 0.30000000000000004.
+        // Ticks are sums of steps: without rounding, a label could be 0.30000000000000004.
         let tick = |value: &f64| ((value * 1e3).round() / 1e3 + 0.0).to_string();
         plot.configure_mesh()
             .x_desc(titles[0])
@@ -165,7 +169,7 @@ impl<'a> Chart<'a> {
         Ok(Self { plot, legend })
     }
 
-    /// Draws a line; a lone point becomes a dot.
+    /// Draws a line; a single point is drawn as a dot.
     pub(super) fn line(&mut self, Line { runs, ink, dashed, dashes, label }: Line) -> Drawn {
         let ink = ShapeStyle { color: if dashed { ink.color.mix(DASHED) } else { ink.color }, ..ink };
         let over = dashes.map(|colour| ShapeStyle { color: colour.mix(DASHED), ..ink });
@@ -190,7 +194,7 @@ impl<'a> Chart<'a> {
         Ok(())
     }
 
-    /// Draws a symbol at some places.
+    /// Draws a symbol at several positions.
     pub(super) fn symbols(&mut self, symbol: Symbol, places: &[Point], label: Option<String>) -> Drawn {
         self.plot.draw_series(places.iter().map(|&place| symbol.at(place)))?;
         self.plot.draw_series(places.iter().filter_map(|&place| symbol.word_at(place)))?;
@@ -208,7 +212,7 @@ impl<'a> Chart<'a> {
     }
 }
 
-/// As much of an entry of the legend as there is room for; dots for the rest.
+/// Shortens a legend entry to the available width; an ellipsis replaces the rest.
 pub(super) fn fitted(mut label: String) -> String {
     let room_px = f64::from(LEGEND) - BESIDE_WORDS;
     if width_px(&label, WORDS) > room_px {
@@ -218,19 +222,19 @@ pub(super) fn fitted(mut label: String) -> String {
     label
 }
 
-/// What a panel over time shows.
+/// Contents of a panel over time.
 #[derive(Default)]
 pub(super) struct Panel {
-    /// Title of the upward axis.
+    /// Title of the vertical axis.
     pub(super) axis: String,
-    /// A value that the axis must show.
+    /// A value that the vertical axis must include.
     pub(super) shown: Option<f64>,
     pub(super) lines: Vec<Line>,
-    /// Limits and values wanted, dashed.
+    /// Limits and desired values, drawn as dashed horizontal lines.
     pub(super) levels: Vec<(f64, Option<String>)>,
-    /// What happened when.
+    /// Times of events, s.
     pub(super) marks: Vec<(Mark, Vec<f64>)>,
-    /// It is one of many rows, and low.
+    /// True for a low panel, one of many.
     pub(super) is_row: bool,
 }
 
@@ -268,7 +272,7 @@ impl Panel {
     }
 }
 
-/// A page of panels over time, one for each group that has something to show, and another.
+/// Makes a page with one panel over time per group with data, followed by the panel `last`.
 pub(super) fn per_group(
     run: &Run,
     heading: &str,
@@ -279,7 +283,7 @@ pub(super) fn per_group(
 ) -> Drawn<Option<String>> {
     let panels = run.groups.iter().map(|(&id, group)| (id, group.instants, panel(id, group)));
     let mut panels: Vec<_> = panels.filter(|panel| !panel.2.is_empty()).collect();
-    let few = format!(" (the {MOST_PANELS} longest-lived of {} groups)", run.founded);
+    let few = format!(" (the {MOST_PANELS} longest-lived of {} groups)", run.created);
     let note = format!("{note}{}", if panels.len() > MOST_PANELS { &few } else { "" });
     panels.sort_by_key(|panel| Reverse(panel.1));
     panels.truncate(MOST_PANELS);
@@ -287,7 +291,8 @@ pub(super) fn per_group(
     stacked(run, heading, title, &note, panels.into_iter().map(|panel| panel.2).chain(last).collect())
 }
 
-/// A page of panels below one another, without the empty ones; none if all are. A label is explained once.
+/// Makes a page of panels below one another, without empty panels; `None` if all are empty. Each label has one legend
+/// entry.
 pub(super) fn stacked(
     run: &Run,
     heading: &str,

@@ -1,40 +1,40 @@
-//! A curve that is thinned while it streams in, so that a run of any length stays small.
+//! A curve that is thinned while points are added, so that its size is bounded for runs of any length.
 
 use std::ops::Range;
 
-/// Most points of a curve.
+/// Maximum number of points of a curve.
 pub(super) const MOST_POINTS: usize = 2_000;
-/// Beyond this a value is no physical quantity.
+/// Larger values cannot be physical quantities.
 const ABSURD: f64 = 1e9;
 
 /// A point of a chart: time and value, or east and north.
 pub(super) type Point = (f64, f64);
 
-/// The value if it can be drawn.
+/// Returns the value if it can be drawn.
 pub(super) fn usable(value: f64) -> Option<f64> {
     (value.abs() <= ABSURD).then_some(value)
 }
 
-/// A range that takes in all values with a share of room, and has some width whatever they are.
+/// Axis range that contains all values with a relative margin `room`, and is at least `least` wide.
 pub(super) fn range(values: impl IntoIterator<Item = f64>, least: f64, room: f64) -> Range<f64> {
     let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
     values.into_iter().filter_map(usable).for_each(|value| (low, high) = (low.min(value), high.max(value)));
     let (low, high) = if low <= high { (low, high) } else { (0.0, 0.0) };
-    // At a billion metres a metre is not enough to tell ticks apart.
+    // At a billion metres, a range of one metre is too small for distinct ticks.
     let width = (high - low).max(least).max(1e-6 * low.abs().max(high.abs()));
     let (middle, half) = ((low + high) / 2.0, (0.5 + room) * width);
     middle - half..middle + half
 }
 
-/// A curve with gaps where a value is missing.
+/// A curve with gaps at missing values.
 ///
-/// When there are too many points, each stride of instants keeps its ends, middle and extremes. A gap no
-/// longer than the stride is below what a figure resolves and is joined across.
+/// If there are too many points, the time steps are divided into strides, and each stride keeps its ends, middle and
+/// extremes. Gaps up to the length of a stride are below the resolution of a figure and are bridged.
 #[derive(Debug, Clone)]
 pub(super) struct Curve {
     doublings: u32,
     samples: Vec<(usize, Point)>,
-    /// With twice as many samples it is thinned to so many.
+    /// Number of samples to which the curve is thinned once it has twice as many.
     most: usize,
 }
 
@@ -45,18 +45,18 @@ impl Default for Curve {
 }
 
 impl Curve {
-    /// Adds the point of an instant, if it can be drawn; instants come in order.
+    /// Adds the point of a time step, if it can be drawn. `index`: number of the time step, in ascending order.
     pub(super) fn push(&mut self, index: usize, x: f64, y: impl Into<Option<f64>>) {
         self.samples.extend(usable(x).zip(y.into().and_then(usable)).map(|at| (index, at)));
         self.keep(self.most);
     }
 
-    /// From now on it keeps so many points, or up to twice as many.
+    /// Sets the number of points to keep; the curve may temporarily have up to twice as many.
     pub(super) fn keep(&mut self, most: usize) {
         self.most = most;
         if self.samples.len() > 2 * most {
             self.thin(most);
-            // What was kept for more of them is not needed any more.
+            // Frees the unused capacity.
             self.samples.shrink_to(2 * most);
         }
     }
@@ -83,12 +83,12 @@ impl Curve {
         }
     }
 
-    /// The unbroken stretches of the curve, of at most `most` points in all.
+    /// The unbroken segments of the curve, with at most `most` points in total.
     pub(super) fn runs(&self, most: usize) -> Vec<Vec<Point>> {
         self.runs_since(0, most)
     }
 
-    /// Its stretches from an instant on.
+    /// The unbroken segments from the time step `first` on.
     pub(super) fn runs_since(&self, first: usize, most: usize) -> Vec<Vec<Point>> {
         let mut curve = self.clone();
         curve.samples.retain(|sample| sample.0 >= first);
@@ -109,13 +109,13 @@ mod tests {
     }
 
     #[test]
-    fn a_missing_or_absurd_value_breaks_the_curve() {
+    fn missing_and_absurd_values_break_the_curve() {
         let runs = runs([Some(1.0), Some(2.0), None, Some(3.0), Some(f64::NAN), Some(4.0), Some(1e300)]);
         assert_eq!(runs, [vec![(0.0, 1.0), (1.0, 2.0)], vec![(3.0, 3.0)], vec![(5.0, 4.0)]]);
     }
 
     #[test]
-    fn thinning_keeps_how_far_a_path_went_either_way() {
+    fn thinning_keeps_the_extent_of_a_path_on_both_axes() {
         let mut curve = Curve::default();
         (0..40).for_each(|i| curve.push(i, if i == 13 { -9.0 } else { 0.0 }, if i == 29 { 9.0 } else { 0.0 }));
         let kept = curve.runs(16).concat();

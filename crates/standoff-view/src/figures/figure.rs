@@ -1,38 +1,38 @@
-//! What goes into a run's figures beside its frames, and what comes out.
+//! Input of the figures in addition to the frames, and their output.
 
 use serde::Serialize;
 use standoff_sim::scenario::Settings;
-use standoff_sim::score::Rules;
+use standoff_sim::score::ScoreConfig;
 
-/// What the figures need to know of a run beyond its frames.
+/// Properties of a run that the figures need in addition to its frames.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Setup {
     /// Caption of every figure.
     pub title: String,
-    /// Full field of view of a sensor, rad.
+    /// Full angle of a sensor's field of view, rad.
     pub field_of_view_rad: f64,
-    /// Slowest speed of a UAV, m/s.
+    /// Minimum speed of a UAV, m/s.
     pub speed_min_m_s: f64,
-    /// Fastest speed of a UAV, m/s.
+    /// Maximum speed of a UAV, m/s.
     pub speed_max_m_s: f64,
-    /// Largest turn rate of a UAV, rad/s.
+    /// Maximum turn rate of a UAV, rad/s.
     pub turn_rate_max_rad_s: f64,
     /// Smallest standoff distance allowed, m.
     pub radius_min_m: f64,
     /// Largest standoff distance allowed, m.
     pub radius_max_m: f64,
-    /// Phase separation wanted between the two UAVs of one orbit, rad.
-    pub separation_rad: f64,
-    /// How many aircraft fly there that are not of the team.
+    /// Desired phase between two UAVs on one orbit, rad.
+    pub desired_phase_rad: f64,
+    /// Number of intruders.
     #[serde(skip_serializing_if = "is_none")]
     pub intruders: usize,
-    /// The rules by which its orbits are judged.
+    /// Rules for scoring the run.
     #[serde(skip)]
-    pub rules: Rules,
+    pub rules: ScoreConfig,
 }
 
 impl Setup {
-    /// Of a run with these settings.
+    /// Makes the setup of a run with these settings.
     pub fn of(title: String, settings: &Settings) -> Self {
         let (uav, standoff) = (&settings.team.uav, &settings.team.group.standoff);
         Self {
@@ -43,9 +43,9 @@ impl Setup {
             turn_rate_max_rad_s: uav.turn_rate_max_rad_s,
             radius_min_m: standoff.radius_min_m,
             radius_max_m: standoff.radius_max_m,
-            separation_rad: settings.team.guidance.separation_rad,
+            desired_phase_rad: settings.team.guidance.desired_phase_rad,
             intruders: settings.intruders,
-            rules: Rules::of(settings),
+            rules: ScoreConfig::of(settings),
         }
     }
 }
@@ -54,7 +54,7 @@ fn is_none(intruders: &usize) -> bool {
     *intruders == 0
 }
 
-/// One finished figure.
+/// A finished figure.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Figure {
     /// File name without its extension.
@@ -63,21 +63,21 @@ pub struct Figure {
     pub svg: String,
 }
 
-/// Why there are no figures.
+/// Reason why no figures could be drawn.
 #[derive(Debug, thiserror::Error)]
 pub enum FigureError<E> {
-    /// The run holds no instant.
-    #[error("the run holds no frames, so there is nothing to draw")]
+    /// The run has no frames.
+    #[error("the run has no frames, so there is nothing to draw")]
     NoFrames,
     /// A frame could not be read.
     #[error("a frame of the run could not be read")]
     Frame(#[source] E),
-    /// The SVG writer refused a shape.
+    /// The SVG writer failed.
     #[error("figure `{figure}` could not be drawn: {reason}")]
     Draw {
         /// Name of the figure.
         figure: &'static str,
-        /// What the writer said.
+        /// Error message of the writer.
         reason: String,
     },
 }

@@ -1,14 +1,14 @@
-//! Charts of studies: any numbers over any others, with bands of quantiles, in the style of a run's figures.
+//! Charts of studies: curves with quantile bands over any quantity, in the style of the figures of a run.
 
 use super::chart::{Area, Chart, Drawn, REFERENCE, fitted, page};
 use super::curve::{Point, range, usable};
 use super::figure::{Figure, FigureError};
-use super::ink::{PX, ink};
+use super::style::{PX, ink};
 use plotters::prelude::*;
 use std::convert::Infallible;
 use std::iter::empty;
 
-/// Colours of Okabe and Ito, then darker ones, which colour-blind readers can tell apart.
+/// Colours of Okabe and Ito, followed by darker ones; distinguishable for colour-blind readers.
 const COLOURS: [RGBColor; 12] = [
     RGBColor(0, 114, 178),
     RGBColor(213, 94, 0),
@@ -23,51 +23,51 @@ const COLOURS: [RGBColor; 12] = [
     RGBColor(51, 68, 102),
     RGBColor(68, 119, 68),
 ];
-/// Opacity of a band: curves show through.
+/// Opacity of a band, so that curves remain visible.
 const BAND: f64 = 0.22;
 
 /// A curve.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Line {
-    /// Its entry in the legend, of some 24 characters.
+    /// Legend entry, at most about 24 characters.
     pub label: String,
-    /// Its colour by number, the same in every plot.
+    /// Index of its colour, the same in every plot.
     pub colour: usize,
     /// Dashed instead of solid.
     pub dashed: bool,
-    /// Points `(x, y)`; one that is not finite breaks the curve.
+    /// Points `(x, y)`; a point that is not finite breaks the curve.
     pub points: Vec<(f64, f64)>,
 }
 
 /// The area between two curves.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Band {
-    /// Its entry in the legend.
+    /// Legend entry.
     pub label: String,
-    /// Its colour by number.
+    /// Index of its colour.
     pub colour: usize,
-    /// `(x, lowest, highest)`; one that is not finite breaks the band.
+    /// Points `(x, lowest, highest)`; a point that is not finite breaks the band.
     pub points: Vec<(f64, f64, f64)>,
 }
 
 /// A plot of a page.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Plot {
-    /// Titles of the axes, across and upward.
+    /// Titles of the horizontal and the vertical axis.
     pub axes: [String; 2],
-    /// Areas, below the curves.
+    /// Bands, drawn below the curves.
     pub bands: Vec<Band>,
     /// Curves.
     pub lines: Vec<Line>,
-    /// Dashed grey levels: limits and values wanted.
+    /// Limits and desired values, drawn as dashed grey lines.
     pub levels: Vec<(f64, String)>,
-    /// Values that the upward axis must show.
+    /// Values that the vertical axis must include.
     pub shown: Vec<f64>,
-    /// Values beyond this are drawn at the edge.
+    /// Larger values are drawn at this value.
     pub cut: Option<f64>,
 }
 
-/// Draws plots below one another.
+/// Draws a figure of plots below one another.
 pub fn study(
     name: &'static str,
     heading: &str,
@@ -87,7 +87,7 @@ pub fn study(
 
 impl Plot {
     fn draw(&self, area: &Area) -> Drawn {
-        // Not `min`, which would turn a missing value into the edge.
+        // Not `min`, which would turn NaN into the limit.
         let cut = |value: f64| self.cut.filter(|cut| value > *cut).unwrap_or(value);
         let points = self.lines.iter().flat_map(|line| &line.points).copied();
         let edges = || self.bands.iter().flat_map(|band| &band.points);
@@ -150,7 +150,7 @@ mod tests {
     }
 
     #[test]
-    fn odd_and_empty_studies_draw_and_the_same_numbers_give_the_same_bytes() {
+    fn studies_with_extreme_or_no_values_are_drawn_reproducibly() {
         for at in [1.0, f64::NAN, f64::INFINITY, 1e300, -1e12] {
             let draw = || study("made-up", "heading", "caption <1>", &[plot(at), Plot::default()]).unwrap().svg;
             let svg = draw();
@@ -162,7 +162,7 @@ mod tests {
     }
 
     #[test]
-    fn a_value_that_is_missing_breaks_curve_and_band() {
+    fn missing_values_break_curve_and_band() {
         let count = |at: f64, what: &str| study("made-up", "", "", &[plot(at)]).unwrap().svg.matches(what).count();
         assert_eq!(count(f64::NAN, "<polygon"), count(1.0, "<polygon") + 1);
     }

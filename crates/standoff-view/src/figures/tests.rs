@@ -1,19 +1,19 @@
-//! Tests of the figures as a whole, on made-up runs: which there are, that odd runs draw, that bytes repeat.
+//! Tests of the figures on synthetic runs: which figures are drawn, unusual runs, and reproducible bytes.
 
 use super::chart::fitted;
+use super::collect::Run;
 use super::curve::MOST_POINTS;
-use super::gather::Run;
-use super::ink::width_px;
+use super::style::width_px;
 use super::{Figure, FigureError, Setup, figures};
 use crate::colours::{GROUPS, UAVS};
 use plotters::style::RGBColor;
 use standoff::math::{PI, TAU, cos, exp, sin};
-use standoff::{Angle, Presence};
+use standoff::{Angle, TeammateStatus};
 use standoff_sim::record::{
-    AgentRow, EventRow, Frame, GroupRow, Place, TeamRow, TrackRow, TrackStatus, TruthRow, UavRow,
+    AgentRow, EventRow, Frame, GroupRow, MembershipState, TeammateRow, TrackRow, TrackStatus, TruthRow, UavRow,
 };
-use standoff_sim::scenario::{Edits, Scenario};
-use standoff_sim::score::{Judge, Rules};
+use standoff_sim::scenario::{Overrides, Scenario};
+use standoff_sim::score::{FrameScorer, ScoreConfig};
 use std::convert::Infallible;
 use std::f64::consts::FRAC_PI_2;
 
@@ -29,13 +29,13 @@ pub(crate) fn setup() -> Setup {
         turn_rate_max_rad_s: 0.2,
         radius_min_m: 370.0,
         radius_max_m: 2000.0,
-        separation_rad: FRAC_PI_2,
+        desired_phase_rad: FRAC_PI_2,
         intruders: 0,
-        rules: Rules::of(&Scenario::load("paper/table-2-pair", &Edits::default(), 1).unwrap().settings),
+        rules: ScoreConfig::of(&Scenario::load("paper/table-2-pair", &Overrides::default(), 1).unwrap().settings),
     }
 }
 
-/// UAVs spiral in on a circle about a group that moves north-east; some values are missing.
+/// Frames of UAVs that spiral onto a circle about a group moving north-east; some values are missing.
 fn run(uavs: u32, targets: u32, instants: i32) -> Vec<Frame> {
     (0..instants).map(|i| instant(uavs, targets, i)).collect()
 }
@@ -54,15 +54,15 @@ fn instant(uavs: u32, targets: u32, i: i32) -> Frame {
         frame.truth.push(TruthRow { target, x_m, y_m, vx_m_s: 0.0, vy_m_s: 0.0, ax_m_s2: None, ay_m_s2: None });
         let noise = |rate: f64| 4.0 * sin(time * rate + f64::from(target));
         let state = [x_m + noise(0.8), 0.0, 0.0, y_m + noise(1.0), 0.0, 0.0];
-        let (status, group) = (TrackStatus::Held, (!missing(target)).then_some(1));
-        let place = if group.is_some() { Place::Member } else { Place::Unassigned };
+        let (status, group) = (TrackStatus::Updated, (!missing(target)).then_some(1));
+        let place = if group.is_some() { MembershipState::Member } else { MembershipState::Ungrouped };
         frame.tracks.push(TrackRow {
             target,
             track: target,
             status,
-            place,
+            membership: place,
             group,
-            to_group: None,
+            receiving_group: None,
             state,
             covariance: [0.0; 21],
         });
@@ -70,8 +70,8 @@ fn instant(uavs: u32, targets: u32, i: i32) -> Frame {
     for uav in 1..=uavs {
         let settle = exp(-time / 20.0);
         let ripple = |rate: f64| sin(time * rate + f64::from(uav));
-        let wanted = if uavs > 2 { TAU / f64::from(uavs) } else { FRAC_PI_2 };
-        let phase = Angle::from_rad(f64::from(uav) * wanted * (1.0 - 0.4 * settle) + 0.1 * time).rad();
+        let spacing = if uavs > 2 { TAU / f64::from(uavs) } else { FRAC_PI_2 };
+        let phase = Angle::from_rad(f64::from(uav) * spacing * (1.0 - 0.4 * settle) + 0.1 * time).rad();
         let distance = standoff_distance_m + 300.0 * settle + 5.0 * ripple(0.4);
         frame.uavs.push(UavRow {
             uav,
@@ -88,18 +88,18 @@ fn instant(uavs: u32, targets: u32, i: i32) -> Frame {
             turn_rate_limited: false,
             centre_distance_m: (!missing(uav)).then_some(distance),
             phase_rad: (!missing(uav)).then_some(phase),
-            steered_distance_m: None,
+            steered_radius_m: None,
             desired_heading_rad: None,
             feedforward_rad_s: None,
             convergence_threshold_m2_s: None,
             centre_too_fast: false,
+            commanded_altitude_m: None,
             altitude_m: None,
-            flown_altitude_m: None,
             climb_rate_m_s: None,
-            avoids: None,
-            avoids_intruder: None,
-            foretold_m: None,
-            border: None,
+            avoided_uav: None,
+            avoided_intruder: None,
+            predicted_distance_m: None,
+            limiting_zone: None,
         });
     }
     frame.groups.push(GroupRow {
@@ -118,19 +118,19 @@ fn instant(uavs: u32, targets: u32, i: i32) -> Frame {
         feasible: true,
         convergence_threshold_m2_s: None,
         altitude_m: 0.0,
-        separation_m: (uavs > 1).then(|| 300.0 + 40.0 * sin(time / 8.0)),
-        id: None,
+        nearest_groupmate_m: (uavs > 1).then(|| 300.0 + 40.0 * sin(time / 8.0)),
+        group_uid: None,
     });
     frame
 }
 
-/// A row of a group.
+/// A group row.
 pub(crate) fn group() -> GroupRow {
     instant(2, 4, 0).groups[0]
 }
 
-/// A handoff and a discard after figure 9: four UAVs in two groups of seven targets that part from each other.
-/// Target 4 drives from group 1 to group 2, in dwell for a while; target 7 runs away from group 2.
+/// A handoff and a removal similar to figure 9: four UAVs in two groups of seven targets that move apart. Target 4
+/// drives from group 1 to group 2 and is in handoff for a while; target 7 moves away from group 2.
 fn handoff(instants: i32) -> Vec<Frame> {
     (0..instants).map(|i| parting(i, f64::from(i) / f64::from(instants))).collect()
 }
@@ -141,11 +141,11 @@ fn parting(i: i32, share: f64) -> Frame {
     let away = (6.0 * (share - 0.85)).max(0.0);
     for target in 1..=7 {
         let (group, to_group, place) = match target {
-            4 if share < 0.4 => (Some(1), None, Place::Member),
-            4 if share < 0.6 => (Some(1), Some(2), Place::Dwell),
-            7 if away > 0.0 => (None, None, Place::Discarded),
-            1..=3 => (Some(1), None, Place::Member),
-            _ => (Some(2), None, Place::Member),
+            4 if share < 0.4 => (Some(1), None, MembershipState::Member),
+            4 if share < 0.6 => (Some(1), Some(2), MembershipState::InHandoff),
+            7 if away > 0.0 => (None, None, MembershipState::Removed),
+            1..=3 => (Some(1), None, MembershipState::Member),
+            _ => (Some(2), None, MembershipState::Member),
         };
         let (mut x_m, mut y_m) = home(if target < 4 { 1 } else { 2 });
         let angle = f64::from(target) * 2.1 + 0.02 * f64::from(i);
@@ -156,21 +156,21 @@ fn parting(i: i32, share: f64) -> Frame {
         frame.truth.push(TruthRow { target, x_m, y_m, vx_m_s: 0.0, vy_m_s: 0.0, ax_m_s2: None, ay_m_s2: None });
         let noise = |rate: f64| 4.0 * sin(f64::from(i) * rate + f64::from(target));
         let state = [x_m + noise(0.8), 0.0, 0.0, y_m + noise(1.0), 0.0, 0.0];
-        let status = TrackStatus::Held;
+        let status = TrackStatus::Updated;
         frame.tracks.push(TrackRow {
             target,
             track: target,
             status,
-            place,
+            membership: place,
             group,
-            to_group,
+            receiving_group: to_group,
             state,
             covariance: [0.0; 21],
         });
     }
     let [one, two] = [1, 2].map(|group| {
         let mut part = instant(2, 0, i);
-        let members = frame.tracks.iter().filter(|row| row.group == Some(group) || row.to_group == Some(group));
+        let members = frame.tracks.iter().filter(|row| row.group == Some(group) || row.receiving_group == Some(group));
         let members: Vec<_> = members.map(|row| (row.state[0], row.state[3])).collect();
         let count = members.len() as f64;
         let centre = members.iter().fold((0.0, 0.0), |sum, at| (sum.0 + at.0 / count, sum.1 + at.1 / count));
@@ -178,7 +178,14 @@ fn parting(i: i32, share: f64) -> Frame {
         let moved = (centre.0 - part.groups[0].x_m, centre.1 - part.groups[0].y_m);
         let ripple = 10.0 + 5.0 * sin(0.07 * f64::from(i) + f64::from(group));
         let (separation_m, margin_m) = (Some(450.0 + 10.0 * ripple), ripple);
-        let row = GroupRow { group, x_m: centre.0, y_m: centre.1, margin_m, separation_m, ..part.groups[0] };
+        let row = GroupRow {
+            group,
+            x_m: centre.0,
+            y_m: centre.1,
+            margin_m,
+            nearest_groupmate_m: separation_m,
+            ..part.groups[0]
+        };
         frame.groups.push(row);
         for uav in &mut part.uavs {
             (uav.uav, uav.group) = (uav.uav + 2 * (group - 1), Some(group));
@@ -188,8 +195,7 @@ fn parting(i: i32, share: f64) -> Frame {
     });
     frame.uavs.extend(one.into_iter().chain(two));
     let crosses = |from: f64| share >= from && share - 1.0 / 200.0 < from;
-    let kinds =
-        [("handoff-requested", 4, 0.4), ("handoff-completed", 4, 0.6), ("discarded", 7, 0.85), ("lost", 7, 0.98)];
+    let kinds = [("handoff-started", 4, 0.4), ("handoff-completed", 4, 0.6), ("removed", 7, 0.85), ("lost", 7, 0.98)];
     for (kind, target, _) in kinds.into_iter().filter(|kind| crosses(kind.2)) {
         let (group, to_group) = if target == 4 { (Some(1), Some(2)) } else { (Some(2), None) };
         let (kind, target) = (kind.to_owned(), Some(target));
@@ -198,7 +204,8 @@ fn parting(i: i32, share: f64) -> Frame {
     frame
 }
 
-/// Eight UAVs in four groups over many targets of a town with streets 150 m apart, which change groups and leave them.
+/// Eight UAVs in four groups over many targets in a town with streets 150 m apart. Targets change groups and leave
+/// them.
 fn town(targets: u32, instants: i32) -> Vec<Frame> {
     let frame = |i: i32| {
         let time = f64::from(i) * 0.5;
@@ -209,22 +216,22 @@ fn town(targets: u32, instants: i32) -> Vec<Frame> {
         };
         for target in 0..targets {
             let start = |by: u32| 150.0 * (f64::from(target * by % 23) - 11.0);
-            // To and fro along a street.
+            // Back and forth along a street.
             let way = 1200.0 * sin(f64::from(target) + 0.008 * time);
             let (x_m, y_m) = if target % 2 == 0 { (start(7), way) } else { (way, start(11)) };
             frame.truth.push(TruthRow { target, x_m, y_m, vx_m_s: 0.0, vy_m_s: 0.0, ax_m_s2: None, ay_m_s2: None });
             let apart = |group: &u32| (x_m - home(*group).0).abs() + (y_m - home(*group).1).abs();
             let group = (0..4).find(|group| apart(group) < 600.0);
-            let place = if group.is_some() { Place::Member } else { Place::Discarded };
-            let (status, state) = (TrackStatus::Held, [x_m + 3.0 * sin(time), 0.0, 0.0, y_m, 0.0, 0.0]);
+            let place = if group.is_some() { MembershipState::Member } else { MembershipState::Removed };
+            let (status, state) = (TrackStatus::Updated, [x_m + 3.0 * sin(time), 0.0, 0.0, y_m, 0.0, 0.0]);
             let to_group = None;
             frame.tracks.push(TrackRow {
                 target,
                 track: target,
                 status,
-                place,
+                membership: place,
                 group,
-                to_group,
+                receiving_group: to_group,
                 state,
                 covariance: [0.0; 21],
             });
@@ -253,7 +260,7 @@ fn names(frames: Vec<Frame>) -> Vec<&'static str> {
     drawn(frames, &setup()).iter().map(|figure| figure.name).collect()
 }
 
-/// Every figure is finished and all its points are numbers (the library keeps them on the page).
+/// Checks that every figure is complete and all coordinates are finite. The library keeps them on the page.
 fn assert_sound(figures: &[Figure]) {
     for Figure { name, svg } in figures {
         assert!(svg.starts_with("<svg width=\"900\"") && svg.trim_end().ends_with("</svg>"), "{name}");
@@ -280,7 +287,7 @@ fn the_same_run_gives_the_same_bytes_with_its_title_escaped() {
 }
 
 #[test]
-fn no_frames_are_an_error_and_a_bad_frame_is_passed_on() {
+fn missing_frames_are_an_error_and_read_errors_are_passed_on() {
     let none = figures(std::iter::empty::<Result<Frame, Infallible>>(), &setup());
     assert!(matches!(none, Err(FigureError::NoFrames)));
     let bad = figures([Ok(Frame::default()), Err("torn")].into_iter(), &setup());
@@ -288,20 +295,20 @@ fn no_frames_are_an_error_and_a_bad_frame_is_passed_on() {
 }
 
 #[test]
-fn empty_short_and_long_runs_draw() {
+fn empty_short_and_long_runs_are_drawn() {
     for frames in [vec![Frame::default()], run(0, 0, 3), run(2, 4, 1), run(24, 150, 2400)] {
         assert_sound(&drawn(frames, &setup()));
     }
 }
 
 #[test]
-fn odd_values_draw() {
+fn extreme_values_are_drawn() {
     for value in [1e7, -1e7, 1e9, f64::MAX, f64::MIN, f64::NAN, f64::INFINITY, 0.0, -1.0, 5e-324] {
         let mut frames = run(2, 4, 60);
         for (i, frame) in frames.iter_mut().enumerate() {
             frame.groups[0].standoff_unclamped_m = value;
             frame.groups[0].y_m += value;
-            (frame.groups[0].margin_m, frame.groups[0].separation_m) = (value, Some(value));
+            (frame.groups[0].margin_m, frame.groups[0].nearest_groupmate_m) = (value, Some(value));
             frame.tracks[0].state[0] = value;
             (frame.uavs[0].x_m, frame.uavs[0].speed_m_s) = (value, value);
             frame.uavs[0].boresight_rad = Some(value);
@@ -315,7 +322,7 @@ fn odd_values_draw() {
     }
 }
 
-/// Words of a figure: where they stand and their size, px, and which of their points stands there.
+/// Texts of a figure: x position and font size (px), anchor and content.
 fn words(svg: &str) -> Vec<(f64, f64, &str, &str)> {
     svg.split("<text").skip(1).filter_map(word).collect()
 }
@@ -328,7 +335,7 @@ fn word(text: &str) -> Option<(f64, f64, &str, &str)> {
     Some((px("x")?, px("font-size")?, anchor, rest.split("\n</text>").next()?))
 }
 
-/// No words leave the page, not even in a wide font.
+/// Checks that no text leaves the page, even in a wide font.
 fn assert_words_fit(name: &str, svg: &str) {
     let words = words(svg);
     assert!(words.len() > 8, "{name}");
@@ -338,34 +345,34 @@ fn assert_words_fit(name: &str, svg: &str) {
         let (left, right) = match anchor {
             "start" => (x, x + wide),
             "middle" => (x - wide / 2.0, x + wide / 2.0),
-            // Of upright ones and of numbers at an axis, which have room by the axis' kind.
+            // Rotated texts and axis numbers always have enough space.
             _ => continue,
         };
         assert!(left >= 0.0 && right <= 900.0, "{name}: {text:?} from {left} to {right} px");
     }
 }
 
-/// Entries of the legend: what stands beside the plots.
+/// Legend entries: texts to the right of the plots.
 fn legend(svg: &str) -> Vec<&str> {
     words(svg).into_iter().filter(|(x, ..)| *x > 730.0).map(|(.., text)| text).collect()
 }
 
 #[test]
-fn the_first_figure_has_few_names_and_those_that_it_needs_most() {
-    for (frames, wanted) in [(handoff(200), 8), (town(650, 1200), 6), (generations(30), 4), (run(24, 4, 40), 3)] {
+fn the_map_has_few_legend_entries_and_the_most_important_ones() {
+    for (frames, least) in [(handoff(200), 8), (town(650, 1200), 6), (generations(30), 4), (run(24, 4, 40), 3)] {
         let figures = drawn(frames, &setup());
         let names = legend(svg(&figures, "trajectories")).len();
-        assert!((wanted..=8).contains(&names), "{names} entries");
+        assert!((least..=8).contains(&names), "{names} entries");
     }
     let figures = drawn(handoff(200), &setup());
     let map = svg(&figures, "trajectories");
     assert!(legend(map).contains(&"UAV, view at the end") && legend(map).contains(&"handoff completed"));
-    assert!(map.contains("\ngroup 1\n") && map.contains("\ngroup 2\n"), "groups have their names on the map");
-    assert!(!map.contains("UAV at the start"), "what explains itself makes room");
+    assert!(map.contains("\ngroup 1\n") && map.contains("\ngroup 2\n"), "group names are on the map");
+    assert!(!map.contains("UAV at the start"), "the least important entry is left out");
 }
 
 #[test]
-fn a_legend_says_how_many_it_does_not_name() {
+fn a_legend_shows_the_number_of_unnamed_uavs() {
     let figures = drawn(run(24, 4, 40), &setup());
     let names = legend(svg(&figures, "line_of_sight"));
     assert!(
@@ -376,16 +383,16 @@ fn a_legend_says_how_many_it_does_not_name() {
 }
 
 #[test]
-fn names_too_long_end_in_dots_within_the_figure() {
+fn long_legend_entries_are_shortened_with_an_ellipsis() {
     assert_eq!(fitted("UAV 10 to UAV 11".to_owned()), "UAV 10 to UAV 11");
     let long = fitted("WWW ".repeat(20));
     assert!(long.ends_with('…') && width_px(&long, 11.5) <= 150.0 && long.len() > 10, "{long}");
 }
 
-/// The run as it is gathered.
+/// Collects the curves of a run.
 fn gathered(frames: &[Frame]) -> Run {
     let mut run = Run::default();
-    let mut judge = Judge::new(setup().rules);
+    let mut judge = FrameScorer::new(setup().rules);
     frames.iter().for_each(|frame| run.add(frame, &mut judge));
     run
 }
@@ -395,18 +402,18 @@ fn svg<'a>(figures: &'a [Figure], name: &str) -> &'a str {
 }
 
 #[test]
-fn a_handoff_and_a_discard_are_marked_on_the_map_and_over_time() {
+fn a_handoff_and_a_removal_are_marked_on_the_map_and_over_time() {
     let figures = drawn(handoff(200), &setup());
     assert_sound(&figures);
     let map = svg(&figures, "trajectories");
     for label in
-        ["handoff completed", "target discarded", "target lost", "targets, as their group", "in dwell to that group"]
+        ["handoff completed", "target removed", "target lost", "targets, group colour", "handoff to that group"]
     {
         assert!(map.contains(label), "{label}");
     }
     for name in ["standoff_distance", "margin"] {
         let svg = svg(&figures, name);
-        for label in ["handoff requested", "handoff completed", "target discarded"] {
+        for label in ["handoff started", "handoff completed", "target removed"] {
             assert_eq!(svg.matches(label).count(), 1, "{name}: {label}");
         }
         assert!(svg.contains("group 1") && svg.contains("group 2") && !svg.contains("lost"), "{name}");
@@ -416,7 +423,7 @@ fn a_handoff_and_a_discard_are_marked_on_the_map_and_over_time() {
 }
 
 #[test]
-fn a_path_changes_colour_with_the_group_and_stays_in_one_piece() {
+fn a_path_changes_colour_with_the_group_without_a_gap() {
     let run = gathered(&handoff(200));
     let pieces = |target: u32| &run.tracks[&target].pieces;
     assert_eq!(pieces(1).keys().copied().collect::<Vec<_>>(), [Some(0)]);
@@ -425,18 +432,18 @@ fn a_path_changes_colour_with_the_group_and_stays_in_one_piece() {
     assert_eq!(run.dwells.keys().copied().collect::<Vec<_>>(), [(4, 1)]);
     assert_eq!(run.dwells[&(4, 1)].runs(MOST_POINTS).concat().len(), 40);
     assert_eq!(pieces(7).keys().copied().collect::<Vec<_>>(), [None, Some(1)]);
-    assert_eq!(run.uavs[&3].served.pieces.keys().copied().collect::<Vec<_>>(), [Some(1)]);
+    assert_eq!(run.uavs[&3].assigned.pieces.keys().copied().collect::<Vec<_>>(), [Some(1)]);
 }
 
 #[test]
-fn without_truth_what_needs_none_is_drawn() {
+fn figures_that_need_no_truth_are_drawn_without_it() {
     let mut frames = handoff(200);
     frames.iter_mut().for_each(|frame| frame.truth.clear());
     let names = names(frames);
     assert!(names.contains(&"margin") && names.contains(&"standoff_distance") && !names.contains(&"line_of_sight"));
 }
 
-/// Groups that live one after the other for 2, 3, 4, ... instants, beside one that lasts.
+/// Groups that exist one after the other for 2, 3, 4, ... time steps, and one group that exists all the time.
 fn generations(count: u32) -> Vec<Frame> {
     let (mut frames, mut i) = (Vec::new(), 0);
     for group in 1..=count {
@@ -452,7 +459,7 @@ fn generations(count: u32) -> Vec<Frame> {
 }
 
 #[test]
-fn the_longest_lived_of_many_groups_have_panels_and_it_says_so() {
+fn only_the_longest_lived_of_many_groups_have_panels_and_a_note_says_so() {
     let figures = drawn(generations(9), &setup());
     assert_sound(&figures);
     let svg = svg(&figures, "standoff_distance");
@@ -465,33 +472,33 @@ fn the_longest_lived_of_many_groups_have_panels_and_it_says_so() {
 }
 
 #[test]
-fn groups_alive_together_differ_in_colour_and_few_of_the_dissolved_are_kept() {
+fn simultaneous_groups_differ_in_colour_and_few_retired_groups_are_kept() {
     let mut run = Run::default();
     for frame in generations(80) {
-        run.add(&frame, &mut Judge::new(setup().rules));
+        run.add(&frame, &mut FrameScorer::new(setup().rules));
         let [lasting, other] = [0, 1].map(|place| run.group_colour(frame.groups[place].group));
         assert_ne!(lasting, other);
     }
-    assert_eq!((run.founded, run.groups.len()), (81, 32));
+    assert_eq!((run.created, run.groups.len()), (81, 32));
     assert!(run.groups.contains_key(&0) && run.groups.contains_key(&50) && !run.groups.contains_key(&49));
     assert!(GROUPS.iter().all(|colour| !UAVS.contains(colour)));
 }
 
 #[test]
-fn a_large_town_stays_small() {
+fn figures_of_a_large_town_stay_small() {
     let figures = drawn(town(650, 1200), &setup());
     assert_sound(&figures);
     assert!(svg(&figures, "trajectories").contains("earlier paths of UAVs"));
 }
 
 #[test]
-fn nothing_is_drawn_of_nothing() {
+fn figures_without_data_are_left_out() {
     assert!(names(vec![Frame::default()]).is_empty());
     assert_eq!(names(run(0, 4, 9)), ["trajectories", "standoff_distance", "margin"]);
 }
 
 #[test]
-fn curves_of_two_pairs_with_one_uav_look_different() {
+fn curves_of_two_pairs_with_a_common_uav_look_different() {
     let mut frames = run(3, 4, 60);
     for (i, frame) in frames.iter_mut().enumerate() {
         // UAV 1 flies with UAV 2, then with UAV 3.
@@ -513,7 +520,7 @@ fn curves_of_two_pairs_with_one_uav_look_different() {
 }
 
 #[test]
-fn each_uav_s_turn_rate_has_a_row_of_its_own_and_a_note_says_whose_are_left_out() {
+fn each_uav_has_its_own_turn_rate_row_and_a_note_gives_the_number_of_rows() {
     let figures = drawn(town(20, 40), &setup());
     let all = svg(&figures, "speed_and_turn_rate");
     assert!((1..=8).all(|uav| all.matches(&format!("UAV {uav} (°/s)")).count() == 1) && !all.contains("of the first"));
@@ -523,11 +530,11 @@ fn each_uav_s_turn_rate_has_a_row_of_its_own_and_a_note_says_whose_are_left_out(
     assert!(some.contains("(turn rates of the first 12 of 24 UAVs)"));
 }
 
-/// Two minds that do not hear each other for a while, believe in different crews, and commit nothing meanwhile; the second
-/// one's computer starts late.
+/// Two agents that do not receive each other for a while, then have different assignments and commit nothing. The
+/// second agent's computer starts late.
 #[test]
-fn of_several_minds_a_figure_shows_who_hears_whom_and_how_they_agree() {
-    assert!(!names(run(2, 4, 40)).contains(&"agreement"), "one mind for all");
+fn the_agreement_figure_shows_contact_disagreement_and_uncommitted_time() {
+    assert!(!names(run(2, 4, 40)).contains(&"agreement"), "one agent for the whole team");
     let mut frames = run(2, 4, 40);
     for (i, frame) in (0..).zip(&mut frames) {
         let apart = (10..30).contains(&i);
@@ -537,16 +544,23 @@ fn of_several_minds_a_figure_shows_who_hears_whom_and_how_they_agree() {
             frame.agents.all.push(AgentRow {
                 agent,
                 committed_us,
-                disturbed,
+                link_degraded: disturbed,
                 sent_messages: 1,
                 sent_bytes: 9,
                 double_counted,
             });
             for uav in 0..2 {
                 let is_gone = apart && uav != agent;
-                let presence = Some(if is_gone { Presence::Gone } else { Presence::Live });
+                let presence = Some(if is_gone { TeammateStatus::TimedOut } else { TeammateStatus::Live });
                 let group_id = (!is_gone).then_some(7);
-                frame.agents.team.push(TeamRow { agent, uav, presence, heard_us: None, group: Some(1), group_id });
+                frame.agents.teammates.push(TeammateRow {
+                    agent,
+                    uav,
+                    status: presence,
+                    last_report_us: None,
+                    group: Some(1),
+                    group_id,
+                });
             }
         }
     }
@@ -554,10 +568,10 @@ fn of_several_minds_a_figure_shows_who_hears_whom_and_how_they_agree() {
     let values =
         |curve: &super::curve::Curve| curve.runs(MOST_POINTS).concat().iter().map(|at| at.1).collect::<Vec<_>>();
     for (id, first) in [(0, 0), (1, 5)] {
-        let mind = &gathered.minds[&id];
+        let curves = &gathered.agents[&id];
         let expected: Vec<f64> = (first..40).map(|i| f64::from((10..30).contains(&i))).collect();
-        assert_eq!((values(&mind.unheard), values(&mind.contradicting)), (expected.clone(), expected));
-        assert_eq!(values(&mind.open).into_iter().fold(0.0, f64::max), 10.0);
+        assert_eq!((values(&curves.not_received), values(&curves.disagreeing)), (expected.clone(), expected));
+        assert_eq!(values(&curves.uncommitted).into_iter().fold(0.0, f64::max), 10.0);
     }
     let figures = drawn(frames, &setup());
     assert_sound(&figures);

@@ -1,10 +1,10 @@
-//! Figure `trajectories`: the map of the run, with UAVs, targets, groups and their orbits.
+//! Figure `trajectories`: map of the run with UAVs, targets, groups and their orbits.
 
 use super::chart::{Area, Chart, Drawn, Line, MOST_NAMED, of_uavs, page, share};
+use super::collect::{Group, Run};
 use super::curve::{Curve, MOST_POINTS, Point, range, usable};
 use super::figure::Setup;
-use super::gather::{Group, Run};
-use super::ink::{font, ink};
+use super::style::{font, ink};
 use super::symbol::{Mark, Symbol};
 use crate::colours::GROUPS;
 use plotters::prelude::*;
@@ -14,15 +14,15 @@ use standoff::{Zone, ZoneKind};
 use std::collections::BTreeSet;
 use std::iter::once;
 
-/// More targets than this are drawn thin.
+/// Number of targets above which paths of targets are drawn thin.
 const MANY: usize = 40;
-/// Most marks of one kind; of more, some are left out.
+/// Maximum number of marks of one kind; further ones are thinned out.
 const MOST_MARKS: usize = 200;
-/// How often the paths of all UAVs together may cross the map.
+/// Maximum total length of the UAVs' paths, in widths of the map; older parts are drawn pale.
 const CROSSINGS: f64 = 50.0;
-/// Most entries of the legend: this is the first figure that a newcomer sees.
+/// Maximum number of legend entries; few, because this is the first figure that a new user sees.
 const MOST_ENTRIES: usize = 8;
-/// What the legend says, what needs it most first.
+/// Legend entries, the most important first.
 const ENTRIES: [&str; 14] = [
     UAV,
     TARGETS,
@@ -30,7 +30,7 @@ const ENTRIES: [&str; 14] = [
     KEEP_IN,
     BAND,
     "handoff completed",
-    "target discarded",
+    "target removed",
     "target lost",
     DWELL,
     ORBIT,
@@ -40,19 +40,19 @@ const ENTRIES: [&str; 14] = [
     START,
 ];
 const UAV: &str = "UAV, view at the end";
-const TARGETS: &str = "targets, as their group";
-const KEEP_OUT: &str = "zone to keep out of";
-const KEEP_IN: &str = "zone to keep in";
-const BAND: &str = "band: group it serves";
-const DWELL: &str = "in dwell to that group";
+const TARGETS: &str = "targets, group colour";
+const KEEP_OUT: &str = "keep-out zone";
+const KEEP_IN: &str = "keep-in zone";
+const BAND: &str = "band: assigned group";
+const DWELL: &str = "handoff to that group";
 const ORBIT: &str = "last orbit of a group";
 const UNGROUPED: &str = "targets in no group";
 const TRUTH: &str = "true paths of targets";
 const EARLIER: &str = "earlier paths of UAVs";
 const START: &str = "UAV at the start";
-/// Outlines of zones.
+/// Colour of zone outlines.
 const ZONE: RGBColor = RGBColor(196, 38, 29);
-/// What belongs to no group.
+/// Colour of objects in no group.
 const NO_GROUP: RGBColor = RGBColor(130, 130, 130);
 
 /// Draws the figure.
@@ -66,7 +66,7 @@ pub(super) fn draw(run: &Run, setup: &Setup) -> Drawn<Option<String>> {
     let mut uavs = of_uavs(run, 1.25, run.each(|uav| &uav.path));
     uavs.truncate(run.uavs.len());
     for (line, uav) in uavs.iter_mut().zip(run.uavs.values()) {
-        // Its number stands at its end.
+        // The symbol at the end of the path shows the number of the UAV.
         line.label = None;
         line.runs = uav.path.runs_since(recent, share(2 * run.uavs.len()));
     }
@@ -76,7 +76,7 @@ pub(super) fn draw(run: &Run, setup: &Setup) -> Drawn<Option<String>> {
     }
     lines.splice(..0, zones(setup));
     let mut symbols: Vec<(Symbol, Vec<Point>, Option<String>)> = Vec::new();
-    let marks = run.marks.iter().filter(|mark| matches!(mark.0, Mark::Completed | Mark::Discarded | Mark::Lost));
+    let marks = run.marks.iter().filter(|mark| matches!(mark.0, Mark::HandoffCompleted | Mark::Removed | Mark::Lost));
     let places = |curve: &Curve| curve.runs(MOST_MARKS).concat();
     symbols.extend(marks.map(|(mark, curve)| (mark.symbol(), places(curve), Some(mark.label()))));
     for (rank, (&id, uav)) in run.uavs.iter().enumerate() {
@@ -101,7 +101,7 @@ pub(super) fn draw(run: &Run, setup: &Setup) -> Drawn<Option<String>> {
     let height = (110.0 + 636.0 * (high / wide).clamp(0.5, 1.1)).max(80.0 + 20.0 * named as f64);
     let draw = |area: &Area| {
         let (across, up) = Chart::plot_size(area);
-        // As many metres to the px northwards as eastwards.
+        // The same scale on both axes.
         let scale = (wide / across).max(high / up);
         let east = range([east.start, east.end], scale * across, 0.0);
         let north = range([north.start, north.end], scale * up, 0.0);
@@ -118,7 +118,7 @@ pub(super) fn draw(run: &Run, setup: &Setup) -> Drawn<Option<String>> {
     page("Trajectories of UAVs and targets", &setup.title, "", height as u32, draw).map(Some)
 }
 
-/// Leaves the labels of the legend that it has room for.
+/// Removes the least important labels if the legend would have too many entries.
 fn keep_most_needed(mut labels: Vec<&mut Option<String>>) {
     let rank = |label: &Option<String>| ENTRIES.iter().position(|entry| Some(*entry) == label.as_deref());
     labels.retain(|label| label.is_some());
@@ -126,7 +126,7 @@ fn keep_most_needed(mut labels: Vec<&mut Option<String>>) {
     labels.into_iter().skip(MOST_ENTRIES).for_each(|label| *label = None);
 }
 
-/// Names of the groups at their last orbits, where the UAVs are furthest, and their colours.
+/// Names and colours of the groups, placed at their last orbits as far as possible from the UAVs.
 fn names(run: &Run) -> Vec<(Point, Pos, String, RGBColor)> {
     let last = |curve: &Curve| curve.runs(MOST_POINTS).last().and_then(|run| run.last()).copied();
     let ends: Vec<Point> = run.uavs.values().filter_map(|uav| last(&uav.path)).collect();
@@ -158,7 +158,8 @@ fn names(run: &Run) -> Vec<(Point, Pos, String, RGBColor)> {
     run.groups.iter().take(MOST_NAMED).filter_map(name).collect()
 }
 
-/// The instant from which on the UAVs' paths are drawn in full: all of them would hide the map of a long run.
+/// First time step from which the UAVs' paths are drawn in full colour. In a long run, complete paths would hide the
+/// map.
 fn recent(run: &Run) -> usize {
     let paths: Vec<Vec<Point>> = run.uavs.values().map(|uav| uav.path.runs(MOST_POINTS).concat()).collect();
     let (east, north): (Vec<f64>, Vec<f64>) = paths.iter().flatten().copied().unzip();
@@ -171,16 +172,16 @@ fn recent(run: &Run) -> usize {
     (run.frames as f64 * (1.0 - most.min(1.0))) as usize
 }
 
-/// Outlines of zones: keep-outs unbroken, keep-ins broken.
+/// Outlines of zones: keep-out zones solid, keep-in zones dashed.
 fn zones(setup: &Setup) -> Vec<Line> {
     let line = |zone: &Zone| {
-        let corners = zone.outline.iter().chain(zone.outline.first());
+        let corners = zone.vertices.iter().chain(zone.vertices.first());
         let corners: Vec<Point> = corners.map(|at| (at.x_m(), at.y_m())).collect();
         let dashed = zone.kind == ZoneKind::KeepIn;
         let label = if dashed { KEEP_IN } else { KEEP_OUT };
         Line { dashed, label: Some(label.to_owned()), ..Line::new(vec![corners], ink(ZONE, 1.25)) }
     };
-    let mut lines: Vec<Line> = setup.rules.airspace.zones().map(line).collect();
+    let mut lines: Vec<Line> = setup.rules.geofence.zones().map(line).collect();
     let mut named = BTreeSet::new();
     for line in &mut lines {
         line.label = line.label.take().filter(|label| named.insert(label.clone()));
@@ -188,7 +189,7 @@ fn zones(setup: &Setup) -> Vec<Line> {
     lines
 }
 
-/// What lies below the UAVs' paths, from bottom to top; the first of a kind is in the legend.
+/// Lines below the UAVs' paths, from bottom to top; the first line of each kind has a legend entry.
 fn ground(run: &Run, recent: usize) -> Vec<Line> {
     let many = run.truth.len().max(run.tracks.len()) > MANY;
     let (thick, thin) = if many { (0.5, 0.5) } else { (3.0, 1.25) };
@@ -200,7 +201,7 @@ fn ground(run: &Run, recent: usize) -> Vec<Line> {
         Line { dashed, label: new.then(|| label.to_owned()), ..Line::new(runs, ink) }
     };
     let mut lines: Vec<Line> = Vec::new();
-    // The sample has the colours of two of them.
+    // The legend sample shows the colours of two groups.
     let mut colours = run.groups.keys().map(|&id| run.group_colour(id));
     if let Some(first) = colours.next() {
         let sample = Line::new(Vec::new(), ink(first, 1.5));
@@ -211,11 +212,11 @@ fn ground(run: &Run, recent: usize) -> Vec<Line> {
     for (&id, uav) in run.uavs.iter().filter(|_| recent > 0) {
         lines.push(line(uav.path.runs(of_uav), pale(run.uav_colour(id), 0.3, 0.75), false, EARLIER));
     }
-    for (group, curve) in run.uavs.values().filter(|_| run.founded > 1).flat_map(|uav| &uav.served.pieces) {
+    for (group, curve) in run.uavs.values().filter(|_| run.created > 1).flat_map(|uav| &uav.assigned.pieces) {
         let colour = group.map_or(NO_GROUP, |colour| GROUPS[colour]);
         lines.push(line(curve.runs_since(recent, of_uav), pale(colour, 0.4, 6.0), false, BAND));
     }
-    // Of many targets, a true path cannot be told from the estimated one.
+    // With many targets, true and estimated paths are indistinguishable.
     for (_, curve) in run.truth.iter().filter(|path| !many || !run.tracks.contains_key(path.0)) {
         lines.push(line(curve.runs(points), ink(RGBColor(200, 200, 200), thick), false, TRUTH));
     }
@@ -243,7 +244,7 @@ fn darker(RGBColor(red, green, blue): RGBColor) -> RGBColor {
     RGBColor(red / 2, green / 2, blue / 2)
 }
 
-/// Points about a centre, from either side of the middle direction.
+/// Points of an arc about a centre, symmetric to the direction `middle`; `angle`: full angle of the arc, rad.
 fn arc((x, y): Point, radius: f64, middle: f64, angle: f64) -> impl Iterator<Item = Point> {
     let direction = move |step| middle + angle * (f64::from(step) / 120.0 - 0.5);
     (0..=120).map(direction).map(move |angle| (x + radius * cos(angle), y + radius * sin(angle)))

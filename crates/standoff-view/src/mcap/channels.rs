@@ -1,4 +1,4 @@
-//! One channel per topic, in the order of their first messages.
+//! Channels of the file: one per topic, in the order of their first messages.
 
 use std::collections::BTreeMap;
 use std::fs::File;
@@ -10,7 +10,7 @@ use mcap::{McapResult, Writer};
 
 pub(super) struct Channels {
     writer: Writer<BufWriter<File>>,
-    /// Of each topic, its channel and the number of its last message.
+    /// Channel id and sequence number of the last message, by topic.
     channels: BTreeMap<String, (u16, u32)>,
     time_ns: u64,
     /// The message being written.
@@ -22,12 +22,12 @@ impl Channels {
         Self { writer, channels: BTreeMap::new(), time_ns: 0, data: Vec::new() }
     }
 
-    /// Sets the time of the messages that follow, microseconds since the start of the mission.
+    /// Sets the time of the following messages, microseconds since the start of the mission.
     pub(super) fn now(&mut self, time_us: i64) {
         self.time_ns = u64::try_from(time_us).unwrap_or(0).saturating_mul(1000);
     }
 
-    /// Writes a message; the first on a topic declares the channel.
+    /// Writes a message; the first message on a topic declares its channel.
     pub(super) fn put<M: Encode>(&mut self, topic: &str, message: &M) -> McapResult<()> {
         let (channel_id, sequence) = match self.channels.get(topic) {
             Some(&(channel_id, last)) => (channel_id, last + 1),
@@ -41,13 +41,13 @@ impl Channels {
     }
 
     fn declare<M: Encode>(&mut self, topic: &str) -> McapResult<u16> {
-        // 0: a channel without a schema.
+        // Schema id 0 means a channel without a schema.
         let schema = M::get_schema()
             .map_or(Ok(0), |schema| self.writer.add_schema(&schema.name, &schema.encoding, &schema.data))?;
         self.writer.add_channel(schema, topic, &M::get_message_encoding(), &BTreeMap::new())
     }
 
-    /// Writes the index; gives the file, not flushed yet.
+    /// Writes the index and returns the file, which is not flushed yet.
     pub(super) fn finish(mut self) -> McapResult<BufWriter<File>> {
         self.writer.finish()?;
         Ok(self.writer.into_inner())

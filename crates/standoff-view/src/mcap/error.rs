@@ -1,46 +1,46 @@
-//! What can go wrong with an MCAP file, told to the person who runs standoff.
+//! Errors of MCAP files, with messages for the user.
 
 use std::io;
 use std::path::PathBuf;
 
-/// Why an MCAP file cannot be written. The message is complete: it has no source to append.
+/// Reason why an MCAP file cannot be written. The message is complete; it has no source error.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum McapError {
-    /// The name cannot be that of a file.
-    #[error("{} does not name a file that could be made; give a name", path.display())]
+    /// The path has no file name.
+    #[error("{} does not name a file; give a file name", path.display())]
     NoName {
-        /// The name as given.
+        /// Path as given.
         path: PathBuf,
     },
-    /// Something else lies where the file should go.
-    #[error("{} is {what} and is left as it is; name another file", path.display())]
+    /// The path is occupied by something that must not be overwritten.
+    #[error("{} is {what} and will not be overwritten; choose another file name", path.display())]
     Occupied {
-        /// What is in the way.
+        /// Occupied path.
         path: PathBuf,
-        /// What it is.
+        /// Description of what occupies it.
         what: &'static str,
     },
     /// Another run is writing the same file.
-    #[error("another run is writing {}; wait until it ends, or name another file", path.display())]
+    #[error("another run is writing {}; wait until it ends, or choose another file name", path.display())]
     InUse {
-        /// The file as far as it is written.
+        /// Partial file of the other run.
         path: PathBuf,
     },
-    /// The operating system, or MCAP itself, refused to write.
+    /// The operating system or the MCAP library failed to write.
     #[error("cannot write {}: {reason}; check its folder, its permissions and the free space", path.display())]
     Write {
-        /// What was to be written.
+        /// File that could not be written.
         path: PathBuf,
-        /// The reason.
+        /// Cause of the failure.
         reason: io::Error,
     },
-    /// The file is complete but could not be moved to its place; it is kept where it is.
-    #[error("the MCAP file is complete but stays in {}, move it yourself before the next run: {reason}", kept.display())]
+    /// The file is complete but could not be renamed to its final name.
+    #[error("the MCAP file is complete but stays in {}; move it before the next run: {reason}", kept.display())]
     NotMoved {
-        /// Where it lies.
+        /// Path of the complete file.
         kept: PathBuf,
-        /// Why it could not be moved.
+        /// Cause of the failure.
         reason: io::Error,
     },
 }

@@ -1,10 +1,10 @@
-//! UAVs, vehicles and tracks as points with their ids: for viewers that do not draw scenes, as Rerun.
+//! UAVs, targets and tracks as point clouds with ids, for viewers that do not support scenes, such as Rerun.
 
 use foxglove::messages::{PackedElementField, PointCloud, packed_element_field::NumericType};
 
 use super::pose::{WORLD, pose, timestamp, vector};
 
-/// Points with ids; places in metres east, north and up, rounded to single precision, as point clouds mostly are.
+/// Makes a point cloud with ids. Positions are east, north and up, m, in single precision.
 pub(super) fn cloud(time_us: i64, id: &str, points: impl Iterator<Item = (u32, [f64; 3])>) -> PointCloud {
     let of_type = |r#type: NumericType| {
         move |(name, offset): (&str, u32)| PackedElementField { name: name.to_owned(), offset, r#type: r#type.into() }

@@ -1,4 +1,4 @@
-//! Where a UAV is, in the forms that viewers know.
+//! Poses of UAVs in the formats that viewers support.
 
 use foxglove::messages::{
     FrameTransform, FrameTransforms, LocationFix, Pose, PoseInFrame, Quaternion, Timestamp, Vector3,
@@ -9,43 +9,44 @@ use standoff_geodesy::LocalPlane;
 use standoff_sim::record::{Frame, UavRow};
 use std::f64::consts::FRAC_PI_2;
 
-/// The frame of reference of everything: east, north, up.
+/// Id of the world frame: x east, y north, z up.
 pub(super) const WORLD: &str = "world";
 
-/// A time since the start of the mission, as if that were 1970.
+/// Converts mission time to a time stamp; the start of the mission is time 0.
 pub(super) fn timestamp(time_us: i64) -> Timestamp {
     let time_us = u64::try_from(time_us).unwrap_or(0);
     let nanoseconds = (time_us % 1_000_000) as u32 * 1000;
     Timestamp::new(u32::try_from(time_us / 1_000_000).unwrap_or(u32::MAX), nanoseconds)
 }
 
-/// A place, metres east, north and up.
+/// Makes a vector, east, north and up, m.
 pub(super) fn vector(x: f64, y: f64, z: f64) -> Vector3 {
     Vector3 { x, y, z }
 }
 
-/// A pose in the plane, turned by `heading_rad` anticlockwise from east.
+/// Makes a horizontal pose; `heading_rad` is anticlockwise from east.
 pub(super) fn pose(position: Vector3, heading_rad: f64) -> Pose {
     let half = heading_rad / 2.0;
     Pose { position: Some(position), orientation: Some(Quaternion { x: 0.0, y: 0.0, z: sin(half), w: cos(half) }) }
 }
 
-/// How high a UAV is; where altitudes are not flown, where it is asked to be: in the plane until a group gives it an altitude.
+/// Altitude of a UAV, m. If the scenario has no altitude dynamics, the commanded altitude, or 0 before a group sets
+/// one.
 pub(super) fn altitude_m(row: &UavRow) -> f64 {
-    row.flown_altitude_m.or(row.altitude_m).unwrap_or(0.0)
+    row.altitude_m.or(row.commanded_altitude_m).unwrap_or(0.0)
 }
 
-/// Where a UAV is.
+/// Position of a UAV, east, north and up, m.
 pub(super) fn position(row: &UavRow) -> Vector3 {
     vector(row.x_m, row.y_m, altitude_m(row))
 }
 
-/// The frame of a UAV.
+/// Id of the frame of a UAV.
 fn frame_id(uav: u32) -> String {
     format!("uav-{uav}")
 }
 
-/// From the world to every UAV.
+/// Transforms from the world frame to the frame of every UAV.
 pub(super) fn transforms(frame: &Frame) -> FrameTransforms {
     let transform = |row: &UavRow| {
         let Pose { position, orientation } = pose(position(row), row.heading_rad);
@@ -60,7 +61,7 @@ pub(super) fn transforms(frame: &Frame) -> FrameTransforms {
     FrameTransforms { transforms: frame.uavs.iter().map(transform).collect() }
 }
 
-/// A UAV's pose in the world.
+/// Pose of a UAV in the world frame.
 pub(super) fn in_world(time_us: i64, row: &UavRow) -> PoseInFrame {
     PoseInFrame {
         timestamp: Some(timestamp(time_us)),
@@ -69,9 +70,8 @@ pub(super) fn in_world(time_us: i64, row: &UavRow) -> PoseInFrame {
     }
 }
 
-/// A UAV's place on the earth. Its altitude is that above the plane; its heading, as the schema wants it, clockwise
-/// from north.
-/// Beyond the plane's map of the earth there is none.
+/// Geodetic location of a UAV. The altitude is relative to the local plane; the heading is clockwise from north, as the
+/// schema requires. `None` if the position is outside the range of the map projection.
 pub(super) fn location(time_us: i64, row: &UavRow, plane: &LocalPlane) -> Option<LocationFix> {
     let [latitude, longitude] = plane.degrees_at(Position::from_m(row.x_m, row.y_m)).ok()?;
     let heading = row.heading_rad;

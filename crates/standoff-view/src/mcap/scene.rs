@@ -1,4 +1,4 @@
-//! The scene of an instant: zones, UAVs, vehicles, tracks and orbits. Colours tell groups, and what must not be missed.
+//! 3D scene of a time step: zones, UAVs, targets, tracks and orbits. Colours identify groups and highlight problems.
 
 use std::collections::BTreeSet;
 
@@ -8,30 +8,30 @@ use foxglove::messages::{
 use plotters::style::RGBColor;
 use standoff::math::atan2;
 use standoff::{Zone, ZoneKind};
-use standoff_sim::record::{Frame, GroupRow, Place, TrackRow, TrackStatus, TruthRow, UavRow};
+use standoff_sim::record::{Frame, GroupRow, MembershipState, TrackRow, TrackStatus, TruthRow, UavRow};
 use standoff_sim::scenario::Scenario;
 
-use super::log::target_name;
+use super::event_log::target_name;
 use super::pose::{WORLD, pose, position, timestamp, vector};
 use super::shapes::{arrow, circle, colour, cube, ellipse, outline, sphere, text, view};
 use crate::colours::{GROUPS, GroupColours};
 
-// None of the groups' colours, and told apart without red and green.
+// These colours differ from those of the groups and are distinguishable with red-green colour blindness.
 const UNSEEN: RGBColor = RGBColor(213, 94, 0);
 const DWELL: RGBColor = RGBColor(240, 228, 66);
 const DISCARDED: RGBColor = RGBColor(170, 51, 119);
 const UNASSIGNED: RGBColor = RGBColor(0, 114, 178);
-/// True vehicles, and UAVs without a group.
+/// Colour of true targets, and of UAVs without a group.
 const PLAIN: RGBColor = RGBColor(150, 150, 150);
 
-/// What is shown, from instant to instant.
+/// Scene that is updated at each time step.
 pub(super) struct Scene {
     field_of_view_rad: f64,
     sensing_range_m: f64,
     colours: GroupColours,
-    /// The same at every instant: a viewer may begin with any.
+    /// Zones, repeated at every time step because a viewer may start at any of them.
     zones: Vec<SceneEntity>,
-    /// What was shown at the last instant.
+    /// Ids of the entities at the last time step.
     shown: BTreeSet<String>,
 }
 
@@ -42,12 +42,12 @@ impl Scene {
             field_of_view_rad: sensor.field_of_view_rad,
             sensing_range_m: sensor.sensing_range_m,
             colours: GroupColours::default(),
-            zones: scenario.settings.airspace.zones().enumerate().map(|(number, of)| zone(number, of)).collect(),
+            zones: scenario.settings.geofence.zones().enumerate().map(|(number, of)| zone(number, of)).collect(),
             shown: BTreeSet::new(),
         }
     }
 
-    /// Everything that there is at an instant, in the place of what was shown before.
+    /// Makes the update for a time step: all current entities, and deletions of those that no longer exist.
     pub(super) fn update(&mut self, frame: &Frame, target_names: &[String]) -> SceneUpdate {
         self.colours.next_instant(&frame.groups);
         let mut entities = self.zones.clone();
@@ -71,7 +71,7 @@ impl Scene {
         colour(group.and_then(|id| self.colours.place(id)).map_or(PLAIN, |place| GROUPS[place]))
     }
 
-    /// A UAV in the colour of the group that it serves, and what it sees.
+    /// A UAV and its field of view, in the colour of its assigned group.
     fn uav(&self, row: &UavRow) -> SceneEntity {
         let (at, colour) = (position(row), self.colour(row.group));
         let view = |boresight| view(at, boresight, self.field_of_view_rad, self.sensing_range_m, colour);
@@ -84,11 +84,11 @@ impl Scene {
         }
     }
 
-    /// The orbit that is wanted.
+    /// Desired orbit of a group.
     fn orbit(&self, row: &GroupRow) -> SceneEntity {
         let (centre, colour) = (vector(row.x_m, row.y_m, row.altitude_m), self.colour(Some(row.group)));
-        let doubt = if row.feasible { "" } else { ", infeasible" };
-        let label = format!("group {}: {:.0} m{doubt}", row.group, row.standoff_distance_m);
+        let note = if row.feasible { "" } else { ", infeasible" };
+        let label = format!("group {}: {:.0} m{note}", row.group, row.standoff_distance_m);
         SceneEntity {
             id: format!("group/{}", row.group),
             lines: vec![circle(centre, row.standoff_distance_m, colour)],
@@ -97,34 +97,34 @@ impl Scene {
         }
     }
 
-    /// A track: its marker tells its place in the team's work, its ellipse whether it is seen.
+    /// A track. The colour of its marker shows its membership, the colour of its ellipse its track status.
     fn track(&self, row: &TrackRow, target_names: &[String]) -> SceneEntity {
         let [x, _, _, y, ..] = row.state;
-        let (place, marker) = match row.place {
-            Place::Member => ("member", self.colour(row.group)),
-            Place::Dwell => ("dwell", colour(DWELL)),
-            Place::Discarded => ("discarded", colour(DISCARDED)),
-            Place::Unassigned => ("unassigned", colour(UNASSIGNED)),
+        let (place, marker) = match row.membership {
+            MembershipState::Member => ("member", self.colour(row.group)),
+            MembershipState::InHandoff => ("in-handoff", colour(DWELL)),
+            MembershipState::Removed => ("removed", colour(DISCARDED)),
+            MembershipState::Ungrouped => ("ungrouped", colour(UNASSIGNED)),
         };
         let (status, line) = match row.status {
-            TrackStatus::Held => ("held", marker),
+            TrackStatus::Updated => ("updated", marker),
             TrackStatus::Coasting => ("coasting", colour(UNSEEN)),
             TrackStatus::Cued => ("cued", colour(UNSEEN)),
         };
         let name = target_name(row.target, target_names);
-        let unusual = [place, status].into_iter().filter(|word| !["member", "held"].contains(word));
+        let unusual = [place, status].into_iter().filter(|word| !["member", "updated"].contains(word));
         let label = std::iter::once(name.as_str()).chain(unusual).collect::<Vec<_>>().join(", ");
         let group = |key, group: Option<u32>| group.map(|id| pair(key, &id.to_string()));
-        let told = [
+        let metadata = [
             Some(pair("name", &name)),
             Some(pair("place", place)),
             Some(pair("status", status)),
             group("group", row.group),
-            group("to_group", row.to_group),
+            group("to_group", row.receiving_group),
         ];
         SceneEntity {
             id: format!("track/{}", row.target),
-            metadata: told.into_iter().flatten().collect(),
+            metadata: metadata.into_iter().flatten().collect(),
             spheres: vec![sphere(vector(x, y, 0.0), marker)],
             lines: vec![ellipse([x, y], position_covariance(row), line)],
             texts: vec![text(vector(x, y, 20.0), label, line)],
@@ -133,28 +133,28 @@ impl Scene {
     }
 }
 
-/// A zone's outline on the ground, and what it is.
+/// Outline of a zone on the ground, with kind and name.
 fn zone(number: usize, zone: &Zone) -> SceneEntity {
     let colour = colour(if zone.kind == ZoneKind::KeepOut { UNSEEN } else { PLAIN });
-    let corners: Vec<_> = zone.outline.iter().map(|at| vector(at.x_m(), at.y_m(), 0.0)).collect();
+    let corners: Vec<_> = zone.vertices.iter().map(|at| vector(at.x_m(), at.y_m(), 0.0)).collect();
     let label = [zone.kind.name(), &zone.name].join(" ");
-    let told = [("kind", zone.kind.name()), ("name", &zone.name)].map(|(key, value)| pair(key, value));
+    let metadata = [("kind", zone.kind.name()), ("name", &zone.name)].map(|(key, value)| pair(key, value));
     SceneEntity {
         id: format!("zone/{number}"),
-        metadata: told.into(),
+        metadata: metadata.into(),
         texts: corners.first().map(|at| text(*at, label.trim_end().to_owned(), colour)).into_iter().collect(),
         lines: vec![outline(&corners, colour)],
         ..SceneEntity::default()
     }
 }
 
-/// Variance east, covariance, variance north, m2.
+/// Position covariance of a track: variance east, covariance, variance north, m2.
 fn position_covariance(row: &TrackRow) -> [f64; 3] {
-    // Of the upper triangle of [x, vx, ax, y, vy, ay], the first row is x's, the fourth y's.
+    // Indices in the upper triangle for [x, vx, ax, y, vy, ay]: x-x, x-y and y-y.
     [0, 3, 15].map(|place| row.covariance[place])
 }
 
-/// A vehicle as it really is.
+/// True pose of a target.
 fn truth(row: &TruthRow, target_names: &[String]) -> SceneEntity {
     let heading_rad = atan2(row.vy_m_s, row.vx_m_s);
     SceneEntity {

@@ -1,4 +1,4 @@
-//! What a scene is drawn with. Sizes are metres, of lines and texts pixels of the screen.
+//! Shapes of the scene. Sizes are in metres; line widths and font sizes are in screen pixels.
 
 use foxglove::messages::{
     ArrowPrimitive, Color, CubePrimitive, LinePrimitive, Point3, Pose, SpherePrimitive, TextPrimitive, Vector3,
@@ -9,13 +9,13 @@ use standoff::math::{TAU, cos, sin};
 
 use super::pose::{pose, vector};
 
-/// Points of an orbit, one for every 5 degrees.
+/// Number of points of an orbit, one per 5 degrees.
 const ORBIT_POINTS: u32 = 72;
-/// Points of an ellipse of covariance.
+/// Number of points of a covariance ellipse.
 const ELLIPSE_POINTS: u32 = 24;
-/// Steps of the far edge of a field of view.
+/// Number of segments of the far edge of a field of view.
 const VIEW_STEPS: u32 = 16;
-/// So many standard deviations reach an ellipse that holds 95 % of a normal distribution in the plane.
+/// Size of the ellipse with 95 % of a two-dimensional normal distribution, in standard deviations.
 pub(super) const ELLIPSE_SDS: f64 = 2.447_746_830_680_816;
 
 pub(super) fn colour(RGBColor(red, green, blue): RGBColor) -> Color {
@@ -53,7 +53,7 @@ pub(super) fn text(position: Vector3, text: String, colour: Color) -> TextPrimit
     }
 }
 
-/// Corners joined by straight lines, the last to the first.
+/// A closed polygon.
 pub(super) fn outline(corners: &[Vector3], colour: Color) -> LinePrimitive {
     closed_line(corners.iter().map(|at| Point3 { x: at.x, y: at.y, z: at.z }).collect(), colour)
 }
@@ -64,10 +64,10 @@ pub(super) fn circle(centre: Vector3, radius_m: f64, colour: Color) -> LinePrimi
     closed_line(around(ORBIT_POINTS).map(at).collect(), colour)
 }
 
-/// The ellipse on the ground that holds 95 % of a normal distribution with this mean (east, north) and covariance
-/// (east, east with north, north).
+/// The ellipse on the ground with 95 % of a normal distribution with this mean (east, north) and covariance (east-east,
+/// east-north, north-north).
 pub(super) fn ellipse([x, y]: [f64; 2], [xx, xy, yy]: [f64; 3], colour: Color) -> LinePrimitive {
-    // The covariance is L L' with L lower triangular; L maps the unit circle on the ellipse of one standard deviation.
+    // The covariance is L L' with L lower triangular; L maps the unit circle to the ellipse of one standard deviation.
     let sd = xx.max(0.0).sqrt();
     let across = if sd > 0.0 { xy / sd } else { 0.0 };
     let along = (yy - across * across).max(0.0).sqrt();
@@ -79,7 +79,8 @@ pub(super) fn ellipse([x, y]: [f64; 2], [xx, xy, yy]: [f64; 3], colour: Color) -
     closed_line(around(ELLIPSE_POINTS).map(at).collect(), colour)
 }
 
-/// What a sensor sees: from the UAV to an arc on the ground, `reach_m` from the point below it.
+/// Field of view of a sensor: a pyramid outline from the UAV to an arc on the ground, at `reach_m` from the point below
+/// the UAV.
 pub(super) fn view(uav: Vector3, boresight_rad: f64, angle_rad: f64, reach_m: f64, colour: Color) -> LinePrimitive {
     let edge = |step| boresight_rad + angle_rad * (f64::from(step) / f64::from(VIEW_STEPS) - 0.5);
     let at = |angle| Point3 { x: uav.x + reach_m * cos(angle), y: uav.y + reach_m * sin(angle), z: 0.0 };
@@ -87,7 +88,7 @@ pub(super) fn view(uav: Vector3, boresight_rad: f64, angle_rad: f64, reach_m: f6
     closed_line(std::iter::once(apex).chain((0..=VIEW_STEPS).map(edge).map(at)).collect(), colour)
 }
 
-/// Sine and cosine of so many directions, evenly spaced.
+/// Sine and cosine of `points` evenly spaced directions.
 fn around(points: u32) -> impl Iterator<Item = (f64, f64)> {
     (0..points).map(move |point| TAU * f64::from(point) / f64::from(points)).map(|angle| (sin(angle), cos(angle)))
 }

@@ -1,4 +1,4 @@
-//! The file as a whole, read back with the crates that viewers are made with: what is in it is what was flown.
+//! Tests of the whole file: it is read back with the crates that viewers use and compared with the frames.
 
 use super::*;
 use foxglove::Decode;
@@ -6,9 +6,9 @@ use foxglove::messages::Pose;
 use foxglove::messages::{FrameTransforms, LocationFix, Log, PointCloud, PoseInFrame, SceneEntity, SceneUpdate};
 use mcap::MessageStream;
 use standoff::math::{atan2, hypot};
-use standoff_sim::record::{Place, TrackStatus};
+use standoff_sim::record::{MembershipState, TrackStatus};
 use standoff_sim::run::Mission;
-use standoff_sim::scenario::Edits;
+use standoff_sim::scenario::Overrides;
 use std::fs;
 use std::path::PathBuf;
 use tempfile::TempDir;
@@ -17,7 +17,7 @@ const SCENARIO: &str = "paper/figure-9";
 
 fn scenario(set: &[&str]) -> Scenario {
     let set = set.iter().map(|&change| change.to_owned()).collect();
-    Scenario::load(SCENARIO, &Edits { set, ..Edits::default() }, 1).unwrap()
+    Scenario::load(SCENARIO, &Overrides { set, ..Overrides::default() }, 1).unwrap()
 }
 
 fn frames(scenario: &Scenario) -> Vec<Frame> {
@@ -29,7 +29,7 @@ fn begin(path: &Path, scenario: &Scenario) -> Result<Writer, McapError> {
     Writer::create(path, scenario, &scenario.resolved().unwrap())
 }
 
-/// Writes these frames; gives the bytes.
+/// Writes these frames and returns the bytes of the file.
 fn written(scenario: &Scenario, frames: &[Frame]) -> Vec<u8> {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("mission.mcap");
@@ -63,7 +63,7 @@ fn names(folder: &TempDir) -> Vec<String> {
 }
 
 #[test]
-fn poses_are_those_that_were_flown() {
+fn poses_match_the_frames() {
     let scenario = scenario(&["duration_s=20"]);
     let frames = frames(&scenario);
     let bytes = written(&scenario, &frames);
@@ -85,25 +85,28 @@ fn poses_are_those_that_were_flown() {
             assert_eq!((&transform.translation, &transform.rotation), (&position, &orientation));
             assert_eq!((pose.frame_id.as_str(), transform.parent_frame_id.as_str()), ("world", "world"));
             assert_eq!(transform.child_frame_id, format!("uav-{uav}"));
-            let (position, turned) = (position.unwrap(), orientation.unwrap());
-            assert_eq!([position.x, position.y, position.z], [row.x_m, row.y_m, row.altitude_m.unwrap_or(0.0)]);
-            let heading = 2.0 * atan2(turned.z, turned.w);
+            let (position, rotation) = (position.unwrap(), orientation.unwrap());
+            assert_eq!(
+                [position.x, position.y, position.z],
+                [row.x_m, row.y_m, row.commanded_altitude_m.unwrap_or(0.0)]
+            );
+            let heading = 2.0 * atan2(rotation.z, rotation.w);
             assert!((heading - row.heading_rad).abs() < 1e-12, "{heading}, not {}", row.heading_rad);
         }
     }
 }
 
-/// 50 m are climbed while groups' altitudes are asked for at once; the field is drawn at every instant.
+/// Commanded altitudes change by 50 m immediately, flown altitudes gradually. The zone is drawn at every time step.
 #[test]
-fn altitudes_are_those_flown_and_zones_are_drawn() {
-    let set = ["duration_s=20", "groups.altitudes=by-group"].map(str::to_owned).into();
-    let scenario = Scenario::load("tour/09-apart", &Edits { set, ..Edits::default() }, 1).unwrap();
+fn altitudes_match_the_frames_and_zones_are_drawn() {
+    let set = ["duration_s=20", "groups.altitude_policy=per-group"].map(str::to_owned).into();
+    let scenario = Scenario::load("tour/09-separation", &Overrides { set, ..Overrides::default() }, 1).unwrap();
     let frames = frames(&scenario);
     let bytes = written(&scenario, &frames);
-    let uav = frames[0].uavs.iter().position(|row| row.altitude_m != row.flown_altitude_m).unwrap();
+    let uav = frames[0].uavs.iter().position(|row| row.commanded_altitude_m != row.altitude_m).unwrap();
     let poses = messages::<PoseInFrame>(&bytes, &format!("/uav/{uav}/pose"));
     for (frame, (_, pose)) in frames.iter().zip(poses) {
-        assert_eq!(Some(pose.pose.unwrap().position.unwrap().z), frame.uavs[uav].flown_altitude_m);
+        assert_eq!(Some(pose.pose.unwrap().position.unwrap().z), frame.uavs[uav].altitude_m);
     }
     for (_, scene) in messages::<SceneUpdate>(&bytes, "/scene") {
         let field = entity(&scene, "zone/0");
@@ -115,7 +118,7 @@ fn altitudes_are_those_flown_and_zones_are_drawn() {
 }
 
 #[test]
-fn points_are_where_the_tracks_are() {
+fn point_clouds_match_the_tracks() {
     let scenario = scenario(&["duration_s=20"]);
     let frames = frames(&scenario);
     let bytes = written(&scenario, &frames);
@@ -141,21 +144,21 @@ fn every_event_is_in_the_log() {
     let flown = frames.iter().flat_map(|frame| frame.events.iter().map(move |event| (frame.time_us, event)));
     let flown: Vec<_> = flown.collect();
     let logged = messages::<Log>(&bytes, "/log");
-    assert!(flown.len() > 20, "the mission has handoffs and discards");
+    assert!(flown.len() > 20, "the mission has handoffs and removals");
     assert_eq!(logged.len(), flown.len());
     for ((time_us, event), (at, entry)) in flown.into_iter().zip(logged) {
         assert_eq!((at, &entry.name), (time_us, &event.kind));
         assert!(entry.message.ends_with(&event.reason), "{}", entry.message);
         if let Some(target) = event.target {
-            assert!(entry.message.contains(&format!("target-{}", target + 1)), "{}", entry.message);
+            assert!(entry.message.contains(&format!("target-{target}")), "{}", entry.message);
         }
-        let is_warning = ["discarded", "orbit-infeasible"].contains(&event.kind.as_str());
+        let is_warning = ["removed", "orbit-infeasible"].contains(&event.kind.as_str());
         assert_eq!(entry.level() == foxglove::messages::log::Level::Warning, is_warning, "{}", event.kind);
     }
 }
 
 #[test]
-fn orbits_and_ellipses_have_the_size_that_was_flown() {
+fn orbits_ellipses_and_views_have_the_size_in_the_frames() {
     let scenario = scenario(&["duration_s=30"]);
     let frames = frames(&scenario);
     let bytes = written(&scenario, &frames);
@@ -189,8 +192,8 @@ fn orbits_and_ellipses_have_the_size_that_was_flown() {
             assert_eq!(lines.len(), usize::from(row.boresight_rad.is_some()));
             let (Some(view), Some(boresight)) = (lines.first(), row.boresight_rad) else { continue };
             let direction = |point: &foxglove::messages::Point3| atan2(point.y - row.y_m, point.x - row.x_m);
-            for (edge, turned) in [(&view.points[1], -35.0_f64), (view.points.last().unwrap(), 35.0)] {
-                let off = standoff::Angle::from_rad(direction(edge) - boresight - turned.to_radians());
+            for (edge, edge_deg) in [(&view.points[1], -35.0_f64), (view.points.last().unwrap(), 35.0)] {
+                let off = standoff::Angle::from_rad(direction(edge) - boresight - edge_deg.to_radians());
                 assert!(off.abs_rad() < 1e-9, "half of 70 degrees to either side");
                 assert!((hypot(edge.x - row.x_m, edge.y - row.y_m) - 1200.0).abs() < 1e-9, "the sensing range");
             }
@@ -198,40 +201,40 @@ fn orbits_and_ellipses_have_the_size_that_was_flown() {
     }
 }
 
-/// A track of every kind, so that no two look alike.
+/// Tracks of every kind, of which no two may look alike.
 #[test]
-fn what_must_not_be_missed_has_a_colour_of_its_own() {
+fn kinds_of_tracks_have_different_colours() {
     let scenario = scenario(&["duration_s=2"]);
     let mut frame = frames(&scenario).pop().unwrap();
     let kinds = [
-        (TrackStatus::Held, Place::Member),
-        (TrackStatus::Held, Place::Dwell),
-        (TrackStatus::Held, Place::Discarded),
-        (TrackStatus::Held, Place::Unassigned),
-        (TrackStatus::Coasting, Place::Member),
-        (TrackStatus::Coasting, Place::Discarded),
+        (TrackStatus::Updated, MembershipState::Member),
+        (TrackStatus::Updated, MembershipState::InHandoff),
+        (TrackStatus::Updated, MembershipState::Removed),
+        (TrackStatus::Updated, MembershipState::Ungrouped),
+        (TrackStatus::Coasting, MembershipState::Member),
+        (TrackStatus::Coasting, MembershipState::Removed),
     ];
     for (track, (status, place)) in frame.tracks.iter_mut().zip(kinds) {
-        (track.status, track.place, track.group) = (status, place, Some(0));
+        (track.status, track.membership, track.group) = (status, place, Some(0));
     }
     let bytes = written(&scenario, &[frame]);
     let (_, scene) = messages::<SceneUpdate>(&bytes, "/scene").pop().unwrap();
-    let mut seen: Vec<_> = Vec::new();
+    let mut looks: Vec<_> = Vec::new();
     for (target, kind) in kinds.iter().enumerate() {
         let track = entity(&scene, &format!("track/{target}"));
         let look = (track.spheres[0].color.unwrap(), track.lines[0].color.unwrap());
-        assert!(!seen.contains(&look), "{kind:?} looks like another");
-        seen.push(look);
+        assert!(!looks.contains(&look), "{kind:?} looks like another kind");
+        looks.push(look);
     }
     let label = |target| entity(&scene, &format!("track/{target}")).texts[0].text.clone();
     assert_eq!(
         (label(0), label(1), label(5)),
-        ("target-1".to_owned(), "target-2, dwell".to_owned(), "target-6, discarded, coasting".to_owned())
+        ("target-0".to_owned(), "target-1, in-handoff".to_owned(), "target-5, removed, coasting".to_owned())
     );
 }
 
 #[test]
-fn what_is_gone_is_deleted_once() {
+fn entities_that_no_longer_exist_are_deleted_once() {
     let scenario = scenario(&["duration_s=2"]);
     let mut frames = frames(&scenario);
     for frame in &mut frames[2..] {
@@ -250,12 +253,12 @@ fn what_is_gone_is_deleted_once() {
 }
 
 #[test]
-fn a_uav_over_a_map_has_latitude_and_longitude() {
+fn uavs_in_georeferenced_scenarios_have_latitude_and_longitude() {
     let folder = tempfile::tempdir().unwrap();
     let traffic = folder.path().join("traffic.csv");
     let row = |i: i32| format!("{i},car,{},{}\n", 44.5 + f64::from(i) * 1e-5, 11.3);
     fs::write(&traffic, format!("t,id,lat,lon\n{}", (0..=10).map(row).collect::<String>())).unwrap();
-    let edits = Edits { traffic: Some(traffic), ..Edits::default() };
+    let edits = Overrides { traffic: Some(traffic), ..Overrides::default() };
     let scenario = Scenario::load("traffic/convoy", &edits, 1).unwrap();
     let frames = frames(&scenario);
     let bytes = written(&scenario, &frames);
@@ -272,11 +275,11 @@ fn a_uav_over_a_map_has_latitude_and_longitude() {
     }
     let plane = self::scenario(&["duration_s=1"]);
     let bytes = written(&plane, &self::frames(&plane));
-    assert!(messages::<LocationFix>(&bytes, "/uav/1/location").is_empty(), "metres alone are on no map");
+    assert!(messages::<LocationFix>(&bytes, "/uav/1/location").is_empty(), "a scenario in metres only has no location");
 }
 
 #[test]
-fn numbers_to_plot_are_said_for_every_instant() {
+fn plot_data_exist_for_every_frame() {
     let scenario = scenario(&["duration_s=5"]);
     let frames = frames(&scenario);
     let bytes = written(&scenario, &frames);
@@ -289,13 +292,13 @@ fn numbers_to_plot_are_said_for_every_instant() {
 }
 
 #[test]
-fn the_file_says_what_was_flown() {
+fn the_file_contains_the_scenario_and_its_metadata() {
     let scenario = scenario(&["duration_s=1"]);
     let bytes = written(&scenario, &frames(&scenario));
     let summary = mcap::Summary::read(&bytes).unwrap().unwrap();
     let metadata = mcap::read::metadata(&bytes, &summary.metadata_indexes[0]).unwrap();
-    let told = ["scenario", "seed", "duration_s", "period_s", "version"].map(|key| metadata.metadata[key].as_str());
-    assert_eq!(told, [SCENARIO, "1", "1", "0.5", env!("CARGO_PKG_VERSION")]);
+    let values = ["scenario", "seed", "duration_s", "period_s", "version"].map(|key| metadata.metadata[key].as_str());
+    assert_eq!(values, [SCENARIO, "1", "1", "0.5", env!("CARGO_PKG_VERSION")]);
     let attachment = mcap::read::attachment(&bytes, &summary.attachment_indexes[0]).unwrap();
     assert_eq!(attachment.name, "scenario.toml");
     assert_eq!(attachment.data, scenario.resolved().unwrap().as_bytes());
@@ -308,7 +311,8 @@ fn the_same_run_gives_the_same_bytes() {
     assert!(written(&scenario, &frames) == written(&scenario, &frames));
 }
 
-/// A folder with something in the way, and what is said about it.
+/// Checks that a file cannot be created in a folder prepared by `make`, that the error message contains `expected`, and
+/// that the folder stays unchanged.
 fn check_refused(make: impl FnOnce(&Path) -> PathBuf, expected: &str) {
     let folder = tempfile::tempdir().unwrap();
     let path = make(folder.path());
@@ -319,16 +323,16 @@ fn check_refused(make: impl FnOnce(&Path) -> PathBuf, expected: &str) {
 }
 
 #[test]
-fn what_is_no_mcap_file_is_left_as_it_is() {
+fn files_other_than_mcap_are_not_overwritten() {
     let text = |name: &'static str| {
         move |folder: &Path| {
             fs::write(folder.join(name), "my thesis").unwrap();
             folder.join("a.mcap")
         }
     };
-    check_refused(text("a.mcap"), "a.mcap is no MCAP file and is left as it is; name another file");
-    check_refused(text("a.mcap.partial"), "a.mcap.partial is no MCAP file and is left as it is");
-    check_refused(|folder| folder.to_owned(), "is a folder and is left as it is");
+    check_refused(text("a.mcap"), "a.mcap is not an MCAP file and will not be overwritten; choose another file name");
+    check_refused(text("a.mcap.partial"), "a.mcap.partial is not an MCAP file and will not be overwritten");
+    check_refused(|folder| folder.to_owned(), "is a folder and will not be overwritten");
     check_refused(|folder| folder.join("none/a.mcap"), "none/a.mcap.partial: No such file or directory");
     check_refused(|_| PathBuf::from("/"), "does not name a file");
     #[cfg(unix)]
@@ -338,19 +342,19 @@ fn what_is_no_mcap_file_is_left_as_it_is() {
             std::os::unix::fs::symlink("thesis.tex", folder.join("a.mcap.partial")).unwrap();
             folder.join("a.mcap")
         },
-        "a.mcap.partial is no regular file",
+        "a.mcap.partial is not a regular file",
     );
 }
 
 #[test]
-fn an_older_file_is_replaced_when_the_new_one_is_whole() {
+fn an_older_file_is_replaced_only_when_the_new_one_is_complete() {
     let scenario = scenario(&["duration_s=1"]);
     let frames = frames(&scenario);
     let older = written(&scenario, &frames[..1]);
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("a.mcap");
     fs::write(&path, &older).unwrap();
-    // What an interrupted run left.
+    // The partial file of an interrupted run.
     fs::write(folder.path().join("a.mcap.partial"), &older[..200]).unwrap();
     let mut writer = begin(&path, &scenario).unwrap();
     frames.iter().for_each(|frame| writer.frame(frame).unwrap());
@@ -362,7 +366,7 @@ fn an_older_file_is_replaced_when_the_new_one_is_whole() {
 }
 
 #[test]
-fn a_writer_that_is_dropped_leaves_nothing_behind() {
+fn a_dropped_writer_deletes_its_file() {
     let scenario = scenario(&["duration_s=1"]);
     let folder = tempfile::tempdir().unwrap();
     let mut writer = begin(&folder.path().join("a.mcap"), &scenario).unwrap();
@@ -372,7 +376,7 @@ fn a_writer_that_is_dropped_leaves_nothing_behind() {
 }
 
 #[test]
-fn two_runs_do_not_write_one_file() {
+fn two_runs_cannot_write_the_same_file() {
     let scenario = scenario(&["duration_s=1"]);
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("a.mcap");
@@ -384,14 +388,14 @@ fn two_runs_do_not_write_one_file() {
 }
 
 #[test]
-fn a_file_that_cannot_be_moved_is_kept() {
+fn a_file_that_cannot_be_renamed_is_kept() {
     let scenario = scenario(&["duration_s=1"]);
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("a.mcap");
     let writer = begin(&path, &scenario).unwrap();
-    fs::write(&path, "somebody else's").unwrap();
+    fs::write(&path, "another program's data").unwrap();
     let error = writer.finish().unwrap_err().to_string();
     assert!(error.contains("stays in") && error.contains("a.mcap.partial"), "{error}");
     assert_eq!(names(&folder), ["a.mcap", "a.mcap.partial"]);
-    assert_eq!(fs::read_to_string(&path).unwrap(), "somebody else's");
+    assert_eq!(fs::read_to_string(&path).unwrap(), "another program's data");
 }

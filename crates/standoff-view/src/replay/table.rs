@@ -1,22 +1,23 @@
-//! A table of numbers over time, small when compressed.
+//! A table of numbers over time in a layout that compresses well.
 
 use std::borrow::Cow;
 use std::collections::BTreeMap;
 
 use serde::Serialize;
-use standoff_sim::record::{Place, TrackStatus};
+use standoff_sim::record::{MembershipState, TrackStatus};
 
-/// What objects had at the instants of a part: a row of single-precision numbers each, NaN for what there was not.
+/// Values of objects at the time steps of a part: a row of single-precision numbers per object and time step, with NaN
+/// for missing values.
 #[derive(Debug)]
 pub(super) struct Table {
     name: Cow<'static, str>,
     columns: &'static [&'static str],
     instants: usize,
-    /// Row after row.
+    /// Rows by object, one after the other.
     objects: BTreeMap<u32, Vec<f32>>,
 }
 
-/// How the page finds its way in a table's bytes.
+/// Directory entry of a table, with which the page reads its bytes.
 #[derive(Debug, Serialize)]
 pub(super) struct Directory {
     name: Cow<'static, str>,
@@ -29,17 +30,18 @@ impl Table {
         Self { name: name.into(), columns, instants: 0, objects: BTreeMap::new() }
     }
 
-    /// A table that begins at the how many'th instant of its part, at least the first: it had nothing before.
+    /// Makes a table that starts at a later time step of its part and was empty before. `instants`: number of time
+    /// steps including the current one, at least 1.
     pub(super) fn at(name: String, columns: &'static [&'static str], instants: usize) -> Self {
         Self { name: name.into(), columns, instants, objects: BTreeMap::new() }
     }
 
-    /// Begins the next instant.
+    /// Starts the next time step.
     pub(super) fn next_instant(&mut self) {
         self.instants += 1;
     }
 
-    /// What an object has at this instant; the first that is said counts.
+    /// Sets the row of an object at this time step; a second row for the same object is ignored.
     pub(super) fn put(&mut self, id: u32, row: &[Option<f64>]) {
         let (rows, before) = (self.objects.entry(id).or_default(), (self.instants - 1) * self.columns.len());
         if rows.len() <= before {
@@ -48,12 +50,12 @@ impl Table {
         }
     }
 
-    /// Rows put so far, missing ones between them included.
+    /// Number of rows, including missing ones.
     pub(super) fn rows(&self) -> usize {
         self.objects.len() * self.instants
     }
 
-    /// As many as they would be after one more instant with so many new objects.
+    /// Number of rows after one more time step with `new` new objects.
     pub(super) fn rows_with(&self, new: usize) -> usize {
         (self.objects.len() + new) * (self.instants + 1)
     }
@@ -66,9 +68,9 @@ impl Table {
         }
     }
 
-    /// Column by column, object by object, instant by instant: the difference of each number's bits from those of the
-    /// instant before. Of a column all least significant bytes come first, then the next, ...: what changes little is
-    /// mostly zeros then.
+    /// Writes the table by column, object and time step. Each number is stored as the difference of its bits from those
+    /// of the previous time step. Within a column, all least significant bytes come first, then the next ones, and so
+    /// on, so that slowly changing values give mostly zeros.
     pub(super) fn write(&self, bytes: &mut Vec<u8>) {
         let width = self.columns.len();
         for column in 0..width {
@@ -88,26 +90,26 @@ impl Table {
     }
 }
 
-/// A track's life as tables have it.
+/// Code of a track status in tables.
 pub(super) fn status_code(status: TrackStatus) -> f64 {
     match status {
         TrackStatus::Cued => 0.0,
-        TrackStatus::Held => 1.0,
+        TrackStatus::Updated => 1.0,
         TrackStatus::Coasting => 2.0,
     }
 }
 
-/// A target's place in the team's work as tables have it.
-pub(super) fn place_code(place: Place) -> f64 {
+/// Code of a target's membership in tables.
+pub(super) fn place_code(place: MembershipState) -> f64 {
     match place {
-        Place::Unassigned => 0.0,
-        Place::Member => 1.0,
-        Place::Dwell => 2.0,
-        Place::Discarded => 3.0,
+        MembershipState::Ungrouped => 0.0,
+        MembershipState::Member => 1.0,
+        MembershipState::InHandoff => 2.0,
+        MembershipState::Removed => 3.0,
     }
 }
 
-/// Single precision, one bit pattern for every NaN; too large a number is none.
+/// Converts to single precision. Missing, not finite and too large values become the same NaN.
 pub(super) fn single(value: Option<f64>) -> f32 {
     value.map(|value| value as f32).filter(|value| value.is_finite()).unwrap_or(f32::NAN)
 }
@@ -140,7 +142,7 @@ mod tests {
     }
 
     #[test]
-    fn a_table_reads_back_and_what_is_missing_is_nan() {
+    fn a_table_reads_back_with_nan_for_missing_values() {
         let mut table = Table::new("t", &["a", "b"]);
         table.next_instant();
         table.put(7, &[Some(1.5), None]);

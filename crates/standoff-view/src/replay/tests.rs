@@ -5,13 +5,13 @@ use flate2::read::GzDecoder;
 use serde_json::Value;
 use standoff_sim::record::{Frame, GroupRow, IntruderRow, Manifest, TrackRow, TrackStatus};
 use standoff_sim::run::Mission;
-use standoff_sim::scenario::{Edits, Scenario};
-use standoff_sim::score::{Judge, Rules};
+use standoff_sim::scenario::{Overrides, Scenario};
+use standoff_sim::score::{FrameScorer, ScoreConfig};
 
 use super::{Encoder, Head, Part, Replay};
 use crate::figures::Setup;
 
-/// A half, read back as the page reads it: its directory, and every number by table, column and id, an instant each.
+/// A half, read back like the page does: its directory, and the values over time by table, column and id.
 pub(super) struct Half {
     pub(super) directory: Value,
     columns: BTreeMap<(String, String, u32), Vec<f32>>,
@@ -47,7 +47,7 @@ pub(super) fn read(gz: &[u8]) -> Half {
 }
 
 impl Half {
-    /// A number of a table that may not be there.
+    /// A value of a table or object that may be missing.
     pub(super) fn find(&self, table: &str, column: &str, id: u32, instant: usize) -> Option<f64> {
         let values = self.columns.get(&(table.to_owned(), column.to_owned(), id))?;
         Some(values[instant]).filter(|value| !value.is_nan()).map(f64::from)
@@ -59,9 +59,9 @@ impl Half {
     }
 }
 
-/// The paper's four UAVs over two groups, which exchange a target.
+/// The paper's four UAVs with two groups that hand off a target.
 fn flight() -> (Scenario, Vec<Frame>) {
-    let scenario = Scenario::load("paper/figure-9", &Edits::default(), 1).unwrap();
+    let scenario = Scenario::load("paper/figure-9", &Overrides::default(), 1).unwrap();
     let mut mission = Mission::new(&scenario).unwrap();
     let mut frames = Vec::new();
     while let Some(frame) = mission.frame() {
@@ -71,10 +71,10 @@ fn flight() -> (Scenario, Vec<Frame>) {
 }
 
 pub(super) fn encoded(scenario: &Scenario, frames: &[Frame], stride: usize) -> Vec<Part> {
-    let mut encoder = Encoder::new(&Rules::of(&scenario.settings), stride);
+    let mut encoder = Encoder::new(&ScoreConfig::of(&scenario.settings), stride);
     let mut parts: Vec<Part> = frames.iter().filter_map(|frame| encoder.frame(frame)).collect();
     parts.extend(encoder.part());
-    assert!(encoder.part().is_none(), "nothing is told twice");
+    assert!(encoder.part().is_none(), "nothing is encoded twice");
     parts
 }
 
@@ -108,7 +108,9 @@ fn every_number_of_the_record_reads_back_from_the_parts() {
             for row in &frame.groups {
                 let got = |column| overview.value("groups", column, row.group, instant);
                 assert!(near(got("standoff_distance_m"), Some(row.standoff_distance_m)));
-                assert!(near(got("separation_m"), row.separation_m) && near(got("margin_m"), Some(row.margin_m)));
+                assert!(
+                    near(got("separation_m"), row.nearest_groupmate_m) && near(got("margin_m"), Some(row.margin_m))
+                );
             }
             for row in &frame.truth {
                 assert!(near(detail.value("targets", "true_y_m", row.target, instant), Some(row.y_m)));
@@ -119,11 +121,11 @@ fn every_number_of_the_record_reads_back_from_the_parts() {
                 assert!(
                     near(got("cov_x_y"), Some(row.covariance[3])) && near(got("cov_y_y"), Some(row.covariance[15]))
                 );
-                let held = f64::from(u8::from(row.status == TrackStatus::Held));
+                let held = f64::from(u8::from(row.status == TrackStatus::Updated));
                 assert_eq!(got("status") == Some(1.0), held == 1.0);
-                assert!(near(got("to_group"), row.to_group.map(f64::from)));
-                let seen = frame.detections.iter().filter(|detection| detection.target == row.target).count();
-                assert_eq!(got("detections"), Some(seen as f64));
+                assert!(near(got("to_group"), row.receiving_group.map(f64::from)));
+                let detected = frame.detections.iter().filter(|detection| detection.target == row.target).count();
+                assert_eq!(got("detections"), Some(detected as f64));
             }
             for row in &frame.events {
                 let event = events.next().unwrap();
@@ -137,12 +139,16 @@ fn every_number_of_the_record_reads_back_from_the_parts() {
         assert!(events.next().is_none());
     }
     assert!(left.next().is_none());
-    assert!(frames.iter().any(|frame| frame.tracks.iter().any(|track| track.to_group.is_some())), "there is a dwell");
+    assert!(
+        frames.iter().any(|frame| frame.tracks.iter().any(|track| track.receiving_group.is_some())),
+        "the run has a handoff with dwell"
+    );
 }
 
-/// What the page fits its map to holds all that is drawn in any instant, those without a detail included, and no more.
+/// The bounds, to which the page fits its map, are tight around everything drawn at any time step, also without a
+/// detail.
 #[test]
-fn a_part_tells_the_bounds_of_all_that_it_shows() {
+fn a_part_has_the_bounds_of_everything_it_shows() {
     let (scenario, frames) = flight();
     for stride in [1, 7] {
         let parts = encoded(&scenario, &frames, stride);
@@ -160,39 +166,46 @@ fn a_part_tells_the_bounds_of_all_that_it_shows() {
                 frame.truth.iter().for_each(|row| put(row.x_m, row.y_m, 0.0));
                 frame.tracks.iter().for_each(|row| put(row.state[0], row.state[3], 0.0));
             }
-            let told: [f64; 4] = serde_json::from_value(overview["bounds_m"].clone()).unwrap();
+            let bounds_m: [f64; 4] = serde_json::from_value(overview["bounds_m"].clone()).unwrap();
             let [west, south, east, north] = around;
-            assert_eq!(told, [west.floor(), south.floor(), east.ceil(), north.ceil()]);
+            assert_eq!(bounds_m, [west.floor(), south.floor(), east.ceil(), north.ceil()]);
             assert!(read(&part.detail).directory.get("bounds_m").is_none());
         }
         assert!(left.next().is_none());
     }
     let empty = encoded(&scenario, &[Frame::default()], 1);
-    assert!(read(&empty[0].overview).directory.get("bounds_m").is_none(), "nothing has no bounds");
+    assert!(read(&empty[0].overview).directory.get("bounds_m").is_none(), "an empty part has no bounds");
 }
 
-/// An intruder far away from all UAVs does not make the map small.
+/// An intruder far from all UAVs must not enlarge the extent of the map.
 #[test]
-fn the_bounds_hold_intruders_that_are_near_a_uav_alone() {
+fn the_bounds_include_only_intruders_near_a_uav() {
     let (scenario, frames) = flight();
     let uav = frames[0].uavs[0];
     let bounds_m = |off_m: f64| {
         let (x_m, y_m) = (uav.x_m, uav.y_m + off_m);
-        let intruder =
-            IntruderRow { intruder: 0, x_m, y_m, heading_rad: 0.0, speed_m_s: 40.0, altitude_m: None, told: true };
+        let intruder = IntruderRow {
+            intruder: 0,
+            x_m,
+            y_m,
+            heading_rad: 0.0,
+            speed_m_s: 40.0,
+            altitude_m: None,
+            transponder_on: true,
+        };
         let frame = Frame { uavs: vec![uav], intruders: vec![intruder], ..Frame::default() };
         let parts = encoded(&scenario, &[frame], 1);
-        let told: [f64; 4] = serde_json::from_value(read(&parts[0].overview).directory["bounds_m"].clone()).unwrap();
-        told[3] - told[1]
+        let bounds: [f64; 4] = serde_json::from_value(read(&parts[0].overview).directory["bounds_m"].clone()).unwrap();
+        bounds[3] - bounds[1]
     };
     assert!((bounds_m(1199.0) - 1200.0).abs() <= 1.0 && bounds_m(1201.0) <= 1.0);
 }
 
 #[test]
-fn a_part_tells_of_the_run_as_a_whole() {
+fn a_part_contains_the_counts_of_the_whole_run() {
     let (scenario, frames) = flight();
     let mut left = frames.iter();
-    let (mut judge, mut told) = (Judge::new(Rules::of(&scenario.settings)), 0);
+    let (mut judge, mut compared) = (FrameScorer::new(ScoreConfig::of(&scenario.settings)), 0);
     for part in &encoded(&scenario, &frames, 7) {
         let overview = read(&part.overview);
         for instant in 0..overview.directory["times_us"].as_array().unwrap().len() {
@@ -203,17 +216,17 @@ fn a_part_tells_of_the_run_as_a_whole() {
             let count = |targets: usize| targets as f64;
             assert_eq!(got("targets"), Some(count(custody.targets)));
             assert_eq!(got("tracked"), Some(count(custody.tracked)));
-            assert_eq!(got("seen"), custody.seen.map(count));
-            assert_eq!(got("watched"), custody.watched.map(count));
+            assert_eq!(got("seen"), custody.in_view.map(count));
+            assert_eq!(got("watched"), custody.in_custody.map(count));
             assert!(near(got("position_error_m"), custody.position_error_m));
-            told += usize::from(custody.watched.is_some() && custody.position_error_m.is_some());
+            compared += usize::from(custody.in_custody.is_some() && custody.position_error_m.is_some());
         }
     }
-    assert!(left.next().is_none() && told > 0);
+    assert!(left.next().is_none() && compared > 0);
 }
 
 #[test]
-fn a_stride_thins_out_the_details_alone() {
+fn a_stride_thins_out_only_the_details() {
     let (scenario, frames) = flight();
     let parts = encoded(&scenario, &frames, 7);
     let times = |gz: &[u8]| -> Vec<i64> { serde_json::from_value(read(gz).directory["times_us"].clone()).unwrap() };
@@ -221,7 +234,7 @@ fn a_stride_thins_out_the_details_alone() {
     let detail: Vec<i64> = parts.iter().flat_map(|part| times(&part.detail)).collect();
     assert_eq!(overview, frames.iter().map(|frame| frame.time_us).collect::<Vec<_>>());
     assert_eq!(detail, overview.iter().copied().step_by(7).collect::<Vec<_>>());
-    // 256 instants are no multiple of 7: the second part begins with a detail all the same.
+    // 256 is not a multiple of 7, but the second part also starts with a detail.
     let longer: Vec<Frame> =
         (0..300).map(|instant| Frame { time_us: instant * 500_000, ..frames[0].clone() }).collect();
     let second = &encoded(&scenario, &longer, 7)[1];
@@ -244,18 +257,18 @@ pub(super) fn head() -> Head {
         turn_rate_max_rad_s: 0.3,
         radius_min_m: 250.0,
         radius_max_m: 700.0,
-        separation_rad: 1.5,
+        desired_phase_rad: 1.5,
         intruders: 0,
         rules: crate::figures::tests::setup().rules,
     };
     Head::new(&Manifest::new("s", u64::MAX, 10.0, 0.5), setup, vec!["</script><b>".to_owned()])
 }
 
-/// What a watcher is told, and what it then finds.
+/// Parts are available as soon as they are shown or added.
 #[test]
-fn a_replay_grows_while_it_is_watched() {
+fn a_replay_grows_while_pages_follow_it() {
     let (scenario, frames) = flight();
-    let mut encoder = Encoder::new(&Rules::of(&scenario.settings), 1);
+    let mut encoder = Encoder::new(&ScoreConfig::of(&scenario.settings), 1);
     let replay = Replay::new(&head()).unwrap();
     let times = |path: &str| {
         let body = replay.get(path)?.body;
@@ -279,19 +292,19 @@ fn a_replay_grows_while_it_is_watched() {
     let mut json = String::new();
     GzDecoder::new(&*replay.get("head.json").unwrap().body).read_to_string(&mut json).unwrap();
     let head: Value = serde_json::from_str(&json).unwrap();
-    assert_eq!(head["seed"], "18446744073709551615", "a page's numbers have 53 bits");
+    assert_eq!(head["seed"], "18446744073709551615", "JavaScript numbers have only 53 bits");
 }
 
-/// A frame of one UAV with tracks of so many targets.
+/// A frame of one UAV with tracks of `targets` targets.
 fn crowd(instant: i64, frame: &Frame, targets: u32) -> Frame {
     let (uavs, track) = (frame.uavs[..1].to_vec(), frame.tracks[0]);
     let tracks = (0..targets).map(|target| TrackRow { target, ..track }).collect();
     Frame { time_us: instant * 500_000, uavs, tracks, ..Frame::default() }
 }
 
-/// Every target of a part takes room for each of its instants: a crowd does not join many instants.
+/// Every target of a part occupies a row for each time step, so many new targets start a new part.
 #[test]
-fn a_crowd_that_comes_late_begins_a_part_of_its_own() {
+fn many_new_targets_start_a_new_part() {
     let (scenario, frames) = flight();
     let few = (0..255).map(|instant| crowd(instant, &frames[0], 1));
     let frames: Vec<Frame> = few.chain([crowd(255, &frames[0], 20_000)]).collect();
@@ -301,7 +314,7 @@ fn a_crowd_that_comes_late_begins_a_part_of_its_own() {
 }
 
 #[test]
-fn a_part_with_ever_new_groups_is_soon_full() {
+fn many_new_groups_fill_a_part_early() {
     let (scenario, frames) = flight();
     let group = frames[0].groups[0];
     let frame = |instant: u32| Frame {
@@ -309,17 +322,17 @@ fn a_part_with_ever_new_groups_is_soon_full() {
         ..crowd(instant.into(), &frames[0], 1)
     };
     let frames: Vec<Frame> = (0..100).map(frame).collect();
-    // 100 times the square of 23 is 52,900.
+    // 100 times the square of 23 is 52,900 rows, more than the limit.
     let parts = encoded(&scenario, &frames, 1);
     let instants = |part: &Part| read(&part.overview).directory["times_us"].as_array().unwrap().len();
     assert_eq!(parts.iter().map(instants).collect::<Vec<_>>(), [23, 23, 23, 23, 8]);
 }
 
 #[test]
-fn of_very_many_events_a_page_gets_the_first() {
+fn a_page_gets_only_the_first_of_very_many_events() {
     let (scenario, frames) = flight();
     let event = frames.iter().find_map(|frame| frame.events.first()).unwrap().clone();
-    let mut encoder = Encoder::new(&Rules::of(&scenario.settings), 1);
+    let mut encoder = Encoder::new(&ScoreConfig::of(&scenario.settings), 1);
     for instant in 0..6 {
         encoder.frame(&Frame { events: vec![event.clone(); 10_000], ..crowd(instant, &frames[0], 1) });
     }

@@ -1,4 +1,4 @@
-//! Connections: accepted, bounded, answered, ended.
+//! Connections: accepts them within the limits, answers their requests and ends them.
 
 use std::convert::Infallible;
 use std::net::SocketAddr;
@@ -21,21 +21,21 @@ use tokio_io_timeout::TimeoutStream;
 use tokio_tungstenite::tungstenite::handshake::server::create_response;
 
 use super::limits::Limits;
-use super::reply::{self, Reply};
+use super::response::{self, Reply};
 use super::site::Site;
-use super::{feed, guard};
+use super::{live_feed, request_filter};
 
-/// Nobody closes these semaphores.
-const NEVER_CLOSED: &str = "a semaphore of the server is never closed";
+/// Panic message for a closed semaphore, which cannot occur.
+const NEVER_CLOSED: &str = "the semaphores of the server are never closed";
 
-/// The least that the protocol's implementation allows.
+/// Minimum buffer size that hyper allows, bytes.
 const LEAST_BUFFER_BYTES: usize = 8192;
 
-/// How long to wait where no connection could be taken up.
+/// Delay before the next attempt after a failed accept.
 const RETRY: Duration = Duration::from_millis(100);
 
-/// What all connections share.
-pub(super) struct House {
+/// State that all connections share.
+pub(super) struct ServerState {
     site: Arc<dyn Site>,
     address: SocketAddr,
     limits: Limits,
@@ -46,7 +46,7 @@ pub(super) struct House {
     stopped: watch::Receiver<()>,
 }
 
-impl House {
+impl ServerState {
     pub(super) fn new(
         site: Arc<dyn Site>,
         address: SocketAddr,
@@ -65,14 +65,14 @@ impl House {
         })
     }
 
-    /// A place for a connection, as soon as there is one.
+    /// Waits for a free connection slot.
     pub(super) async fn place(&self) -> OwnedSemaphorePermit {
         self.connections.clone().acquire_owned().await.expect(NEVER_CLOSED)
     }
 }
 
-/// Serves until `stopped`, then until all connections have ended or the time for that is over.
-pub(super) async fn serve(listener: TcpListener, house: Arc<House>) {
+/// Serves until `stopped`, then waits until all connections have ended or the time limit for that is over.
+pub(super) async fn serve(listener: TcpListener, house: Arc<ServerState>) {
     let mut stopped = house.stopped.clone();
     tokio::select! {
         () = accept(&listener, &house) => {}
@@ -80,33 +80,33 @@ pub(super) async fn serve(listener: TcpListener, house: Arc<House>) {
     }
     drop(listener);
     let all = house.connections.acquire_many(house.limits.connections as u32);
-    // What has not ended by then ends with the runtime.
+    // The remaining connections end with the runtime.
     let _ = timeout(house.limits.farewell_time, all).await;
 }
 
-/// Takes up connections as there are places for them.
-async fn accept(listener: &TcpListener, house: &Arc<House>) {
+/// Accepts connections while slots are free.
+async fn accept(listener: &TcpListener, house: &Arc<ServerState>) {
     loop {
         let place = house.place().await;
         match listener.accept().await {
             Ok((stream, _)) => {
-                // Without it, a small answer may wait for the last one's acknowledgement.
+                // Without it, a small response may wait for the acknowledgement of the previous one.
                 let _ = stream.set_nodelay(true);
                 tokio::spawn(converse(stream, house.clone(), place));
             }
-            // One that broke before it was taken up, or no file handle left: others end, and then there are some.
+            // The connection broke before it was accepted, or no file handle is free until other connections end.
             Err(_) => sleep(RETRY).await,
         }
     }
 }
 
-/// Answers the requests of a connection, one after the other.
+/// Answers the requests of a connection sequentially.
 pub(super) async fn converse<S: AsyncRead + AsyncWrite + Unpin + Send + 'static>(
     stream: S,
-    house: Arc<House>,
+    house: Arc<ServerState>,
     place: OwnedSemaphorePermit,
 ) {
-    // A write that has waited for the reader for as long fails.
+    // A write fails after waiting this long for the client.
     let mut stream = Box::pin(TimeoutStream::new(stream));
     stream.as_mut().set_write_timeout_pinned(Some(house.limits.stall_time));
     let stream = TokioIo::new(stream);
@@ -121,22 +121,22 @@ pub(super) async fn converse<S: AsyncRead + AsyncWrite + Unpin + Send + 'static>
     let answer = service_fn(move |request| answer(request, house.clone(), place.clone()));
     let mut connection = pin!(protocol.serve_connection(stream, answer).with_upgrades());
     tokio::select! {
-        // An error is a reader that is gone, too slow or speaks no HTTP: the connection ends, nobody else is concerned.
+        // An error means that the client is gone, too slow or does not speak HTTP: only this connection ends.
         _ = connection.as_mut() => return,
         _ = stopped.changed() => connection.as_mut().graceful_shutdown(),
     }
     let _ = connection.await;
 }
 
-/// Answers a request.
+/// Answers one request.
 async fn answer(
     request: Request<Incoming>,
-    house: Arc<House>,
+    house: Arc<ServerState>,
     place: Arc<OwnedSemaphorePermit>,
 ) -> Result<Reply, Infallible> {
-    let reply = if let Some((status, why)) = guard::refuse(&request, house.address) {
-        reply::refusal(status, why)
-    } else if let Some(path) = reply::decode(request.uri().path()) {
+    let reply = if let Some((status, why)) = request_filter::refuse(&request, house.address) {
+        response::refusal(status, why)
+    } else if let Some(path) = response::decode(request.uri().path()) {
         let upgrade = request.headers().get(header::UPGRADE);
         if upgrade.is_some_and(|to| to.as_bytes().eq_ignore_ascii_case(b"websocket")) {
             open(request, &path, &house, place)
@@ -146,56 +146,60 @@ async fn answer(
     } else {
         not_found()
     };
-    Ok(reply::harden(reply))
+    Ok(response::harden(reply))
 }
 
 fn not_found() -> Reply {
-    reply::text(StatusCode::NOT_FOUND, "There is nothing at this address.\n")
+    response::text(StatusCode::NOT_FOUND, "This address does not exist.\n")
 }
 
-/// What the site has at a path.
-async fn get(request: Request<Incoming>, path: String, house: &House) -> Reply {
-    let gzip = reply::takes_gzip(request.headers());
+/// Returns the content of the site at a path.
+async fn get(request: Request<Incoming>, path: String, house: &ServerState) -> Reply {
+    let gzip = response::takes_gzip(request.headers());
     let turn = house.calls.clone().acquire_owned().await.expect(NEVER_CLOSED);
     let site = house.site.clone();
     let call = move || {
         let answer = site.get(&path);
         drop(turn);
-        answer.map(|answer| reply::content(answer, gzip))
+        answer.map(|answer| response::content(answer, gzip))
     };
     let (give, answer) = oneshot::channel();
-    // Not on the runtime's own threads: where it cannot start one, it panics. Nobody may wait for the answer any more.
+    // Not with `spawn_blocking`, which panics if no thread can be started. The receiver may be gone when the answer is
+    // sent.
     let answering = thread::Builder::new().spawn(move || drop(give.send(call())));
     if answering.is_err() {
-        return reply::text(StatusCode::SERVICE_UNAVAILABLE, "No thread can be started to answer. Try again.\n");
+        return response::text(
+            StatusCode::SERVICE_UNAVAILABLE,
+            "The server cannot start a thread for this request. Try again.\n",
+        );
     }
     match answer.await {
         Ok(found) => found.unwrap_or_else(not_found),
-        Err(_) => reply::text(
+        Err(_) => response::text(
             StatusCode::INTERNAL_SERVER_ERROR,
-            "This could not be made: a fault in the program. Its terminal says more.\n",
+            "Internal error: see the terminal of the program for details.\n",
         ),
     }
 }
 
-/// Turns a connection into a WebSocket that is told a feed.
-fn open(request: Request<Incoming>, path: &str, house: &Arc<House>, place: Arc<OwnedSemaphorePermit>) -> Reply {
+/// Upgrades a connection to a WebSocket that receives a feed.
+fn open(request: Request<Incoming>, path: &str, house: &Arc<ServerState>, place: Arc<OwnedSemaphorePermit>) -> Reply {
     let Some(feed) = house.site.feed(path) else { return not_found() };
     let mut request = request;
     let upgraded = hyper::upgrade::on(&mut request);
     let Ok(reply) = create_response(&request.map(|_| ())) else {
-        return reply::refusal(StatusCode::BAD_REQUEST, "This is not how a WebSocket of version 13 is opened.\n");
+        return response::refusal(StatusCode::BAD_REQUEST, "Invalid WebSocket handshake: version 13 is required.\n");
     };
     let Ok(seat) = house.web_sockets.clone().try_acquire_owned() else {
-        return reply::text(StatusCode::SERVICE_UNAVAILABLE, "Too many pages follow already. Close one of them.\n");
+        return response::text(StatusCode::SERVICE_UNAVAILABLE, "Too many pages are connected. Close one of them.\n");
     };
     let (texts, house) = (feed.follow(), house.clone());
     tokio::spawn(async move {
-        // Both are held for as long as the WebSocket is open.
+        // Both slots stay occupied while the WebSocket is open.
         let _held = (place, seat);
         if let Ok(stream) = upgraded.await {
-            feed::tell(TokioIo::new(stream), texts, &house.limits, house.stopped.clone()).await;
+            live_feed::tell(TokioIo::new(stream), texts, &house.limits, house.stopped.clone()).await;
         }
     });
-    reply.map(|()| reply::Content::Left(Bytes::new().into()))
+    reply.map(|()| response::Content::Left(Bytes::new().into()))
 }

@@ -1,4 +1,4 @@
-//! Targets of `bolero`: what a client may send, from the first byte on. `scripts/fuzz` runs them for longer.
+//! `bolero` fuzz targets for client input, starting with the first byte. `scripts/fuzz` runs them for longer.
 
 use std::panic::{AssertUnwindSafe, RefUnwindSafe};
 use std::sync::Arc;
@@ -8,13 +8,13 @@ use tokio::io::{AsyncReadExt, AsyncWriteExt, duplex};
 use tokio::runtime::Runtime;
 use tokio::sync::watch;
 
-use super::connection::House;
-use super::{Answer, Bytes, Feed, Limits, Site, connection, feed};
+use super::connection::ServerState;
+use super::{Answer, Bytes, Feed, Limits, Site, connection, live_feed};
 
-/// Inputs of an ordinary test. `BOLERO_RANDOM_ITERATIONS` says otherwise.
+/// Number of inputs in a normal test run; `BOLERO_RANDOM_ITERATIONS` overrides it.
 const ITERATIONS: usize = 5_000;
 
-/// Pieces of heads, good and bad.
+/// Valid and invalid pieces of request heads.
 const HEAD: [&str; 40] = [
     "GET / HTTP/1.1\r\n",
     "GET ",
@@ -58,7 +58,7 @@ const HEAD: [&str; 40] = [
     "Range: bytes=0-\r\n",
 ];
 
-/// Frames of WebSockets and pieces of them, masked by zeros.
+/// WebSocket frames and pieces of frames, masked with zeros.
 const FRAMES: [&[u8]; 20] = [
     b"\x81\x85\0\0\0\0hello",
     b"\x82\x81\0\0\0\0x",
@@ -100,7 +100,7 @@ impl Site for Small {
     }
 }
 
-/// Runs a target, as the simulator's do; the choices become pieces, some of them damaged.
+/// Runs a target like those of the simulator: random choices select pieces and damage some of them.
 fn run(target: &str, pieces: &[&[u8]], starts: &[&[u8]], try_one: impl Fn(&[u8]) -> bool + RefUnwindSafe) {
     let (tried, accepted) = (AtomicU64::new(0), AtomicU64::new(0));
     bolero::check!().with_type::<[u8; 24]>().with_iterations(ITERATIONS).for_each(|bytes| {
@@ -126,7 +126,7 @@ fn run(target: &str, pieces: &[&[u8]], starts: &[&[u8]], try_one: impl Fn(&[u8])
     assert!(share > 0.05, "{target}: only {share} of the inputs were accepted");
 }
 
-/// A runtime whose time passes only when nothing else can happen: nobody waits for a client that says no more.
+/// A runtime with paused time, which advances only when all tasks are idle, so that timeouts take no real time.
 fn runtime() -> Runtime {
     tokio::runtime::Builder::new_current_thread().enable_time().start_paused(true).build().unwrap()
 }
@@ -142,7 +142,7 @@ fn any_head_is_answered_or_refused() {
         runtime.block_on(async {
             let (_stop, stopped) = watch::channel(());
             let site = Arc::new(Small(Feed::new("state".into())));
-            let house = House::new(site, ([127, 0, 0, 1], 8080).into(), Limits::default(), stopped);
+            let house = ServerState::new(site, ([127, 0, 0, 1], 8080).into(), Limits::default(), stopped);
             let place = house.place().await;
             let (mut client, server) = duplex(64 << 10);
             let served = tokio::spawn(connection::converse(server, house, place));
@@ -158,7 +158,7 @@ fn any_head_is_answered_or_refused() {
 }
 
 #[test]
-fn any_message_is_passed_over_or_ends_its_web_socket() {
+fn any_message_is_ignored_or_ends_its_web_socket() {
     let runtime = AssertUnwindSafe(runtime());
     run("server message", &FRAMES, &[b"", FRAMES[0], FRAMES[3]], |input| {
         runtime.block_on(async {
@@ -166,12 +166,12 @@ fn any_message_is_passed_over_or_ends_its_web_socket() {
             let (feed, limits) = (Feed::new("state".into()), Limits::default());
             let (mut client, server) = duplex(64 << 10);
             client.write_all(input).await.unwrap();
-            let mut told = Vec::new();
-            let tell = feed::tell(server, feed.follow(), &limits, stopped);
-            let ((), read) = tokio::join!(tell, client.read_to_end(&mut told));
+            let mut received = Vec::new();
+            let send = live_feed::tell(server, feed.follow(), &limits, stopped);
+            let ((), read) = tokio::join!(send, client.read_to_end(&mut received));
             read.unwrap();
-            assert!(told.len() < 4 << 10, "{} bytes", told.len());
-            told.windows(5).any(|text| text == b"state")
+            assert!(received.len() < 4 << 10, "{} bytes", received.len());
+            received.windows(5).any(|text| text == b"state")
         })
     });
 }

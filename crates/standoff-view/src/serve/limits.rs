@@ -1,27 +1,27 @@
-//! What the readers may cost.
+//! Resource limits of the server.
 
 use std::time::Duration;
 
-/// What the readers may cost.
+/// Resource limits of the server.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Limits {
-    /// Connections at one time; further ones wait to be accepted.
+    /// Maximum number of simultaneous connections; further ones wait to be accepted.
     pub connections: usize,
-    /// WebSockets among them; further ones are answered 503.
+    /// Maximum number of WebSockets among them; further ones get status 503.
     pub web_sockets: usize,
-    /// Calls of [`Site::get`](super::Site::get) at one time; further ones wait.
+    /// Maximum number of simultaneous calls of [`Site::get`](super::Site::get); further ones wait.
     pub calls: usize,
-    /// Largest head of a request, bytes.
+    /// Maximum size of a request head, bytes.
     pub head_bytes: usize,
-    /// How long a connection may take to send the head of its next request.
+    /// Maximum time for receiving the head of the next request of a connection.
     pub head_time: Duration,
-    /// Largest message that a WebSocket may send, bytes. None is read.
+    /// Maximum size of a message from a WebSocket, bytes. The contents of messages are ignored.
     pub message_bytes: usize,
-    /// How long a reader may take nothing of what it is sent, and a WebSocket leave pings unanswered.
+    /// Maximum time during which a client accepts no data, or a WebSocket does not answer pings.
     pub stall_time: Duration,
-    /// What the system is asked to hold back for a reader, bytes: it bounds how old a text is that a slow one gets.
+    /// Size of the send buffer of a socket, bytes. It bounds the age of the texts that a slow client receives.
     pub send_buffer_bytes: u32,
-    /// How long the end may take: answers under way are finished, WebSockets closed politely.
+    /// Maximum duration of the shutdown, in which responses in progress are completed and WebSockets are closed.
     pub farewell_time: Duration,
 }
 

@@ -1,31 +1,32 @@
-//! What is served, as the server sees it.
+//! Interface between the server and its contents.
 
 use hyper::body::Bytes;
 
-use super::feed::Feed;
+use super::live_feed::Feed;
 
-/// What is served. Paths are absolute, percent-decoded and without query, such as `/page.js`; none climbs (`..`).
+/// Contents of a server. Paths are absolute, percent-decoded and without query, such as `/page.js`, and contain no
+/// `..`.
 pub trait Site: Send + Sync + 'static {
-    /// What lies at a path. It may take seconds and block: it is called on a thread of its own, and a panic in it is an
-    /// answer of status 500.
+    /// Returns the content at a path. The call may block for seconds, because it runs on a separate thread. A panic
+    /// results in a response with status 500.
     fn get(&self, path: &str) -> Option<Answer>;
 
-    /// The feed at a path. Its newest text goes to every WebSocket that asks for it, at once and whenever it changes.
-    /// Called on the server's own thread: it has to be quick.
+    /// Returns the feed at a path. Its text is sent to every WebSocket that opens the path, immediately and after every
+    /// change. The call runs on the server's thread and must be fast.
     fn feed(&self, _path: &str) -> Option<Feed> {
         None
     }
 }
 
-/// What lies at a path.
+/// Content at a path.
 #[derive(Debug, Clone)]
 pub struct Answer {
-    /// The content type, such as `text/html; charset=utf-8`.
+    /// Content type, such as `text/html; charset=utf-8`.
     pub kind: &'static str,
-    /// The bytes, shared by all who are being sent them.
+    /// Bytes, shared between all responses that are sending them.
     pub body: Bytes,
-    /// Whether `body` is the gzip of the content. Who cannot take gzip gets the content.
+    /// True if `body` is the gzip-compressed content. It is decompressed for clients without gzip support.
     pub gzip: bool,
-    /// Whether this path will never have another content: a browser then asks once.
+    /// True if the content at this path never changes: browsers may then cache it.
     pub immutable: bool,
 }

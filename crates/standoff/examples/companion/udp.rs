@@ -1,4 +1,4 @@
-//! Real time, and a radio: datagrams between processes of one machine, one message each.
+//! Real time and a radio: UDP datagrams between processes on one machine, one message per datagram.
 
 use std::io;
 use std::net::{Ipv4Addr, UdpSocket};
@@ -9,13 +9,13 @@ use standoff::*;
 use super::arguments::Arguments;
 use super::{Companion, PERIOD};
 
-/// So long teammates' messages are waited for before a decision.
+/// Time to wait for teammates' messages before a decision.
 const WAIT: Duration = Duration::from_us(100_000);
 
-/// An instant that the program comes to later than this is over.
+/// Maximum delay of the program after which a time step is skipped.
 const LATE: Duration = Duration::from_us(250_000);
 
-/// Loses so many per cent of what comes: a radio to try with. The same seed loses the same ones.
+/// Simulated packet loss, per cent. The same seed loses the same messages.
 pub(crate) struct Loss {
     percent: u64,
     state: u64,
@@ -35,7 +35,7 @@ impl Loss {
     }
 }
 
-/// The machine's clock, from the mission's start: on aircraft that of GNSS.
+/// Mission time from the clock of the machine. On aircraft, use GNSS time.
 struct Clock {
     start_us: i64,
 }
@@ -54,7 +54,7 @@ impl Clock {
     }
 }
 
-/// A radio: whatever is sent goes to all teammates.
+/// A radio that sends every message to all teammates.
 struct Udp {
     socket: UdpSocket,
     teammates: Vec<u16>,
@@ -65,12 +65,12 @@ struct Udp {
 impl Udp {
     fn send(&self, bytes: &[u8]) {
         for port in &self.teammates {
-            // Whether anybody hears it, the agent need not know.
+            // Errors are ignored: the agent handles lost messages.
             let _ = self.socket.send_to(bytes, (Ipv4Addr::LOCALHOST, *port));
         }
     }
 
-    /// Hears what comes until a time, or for a period if that is further away: then the clock was set.
+    /// Receives messages until a time, but for one period at most, because the clock may have been set.
     fn listen(&mut self, until: Time, mut hear: impl FnMut(&[u8])) -> io::Result<()> {
         let mut datagram = vec![0; 65_536];
         let mut until = until;
@@ -82,7 +82,7 @@ impl Udp {
                 return Ok(());
             }
             self.socket.set_read_timeout(Some(std::time::Duration::from_micros(left_us as u64)))?;
-            // Nothing came in time; or a teammate's port is closed, which some systems tell here.
+            // A timeout, or a teammate's port is closed, which some systems report here.
             let Ok((length, _)) = self.socket.recv_from(&mut datagram) else { continue };
             if !self.loss.loses() {
                 hear(&datagram[..length]);
@@ -91,7 +91,7 @@ impl Udp {
     }
 }
 
-/// Flies a UAV to the mission's end.
+/// Flies a UAV until the end of the mission.
 pub(crate) fn fly(mut uav: Companion, arguments: &Arguments) -> io::Result<()> {
     let teammates = (0..arguments.team).filter(|other| *other != arguments.uav);
     let mut radio = Udp {
@@ -100,7 +100,7 @@ pub(crate) fn fly(mut uav: Companion, arguments: &Arguments) -> io::Result<()> {
         loss: Loss::new(arguments.lose_percent, arguments.uav),
         clock: Clock::new(arguments.start_us),
     };
-    let end = Time::START + Duration::from_s(arguments.seconds.into());
+    let end = Time::EPOCH + Duration::from_s(arguments.seconds.into());
     let mut last = None;
     loop {
         let number = radio.clock.now().us().div_euclid(PERIOD.us()) + 1;
@@ -109,7 +109,7 @@ pub(crate) fn fly(mut uav: Companion, arguments: &Arguments) -> io::Result<()> {
             return Ok(());
         }
         radio.listen(now, |bytes| last.iter().for_each(|observation| uav.hear(observation, bytes)))?;
-        // The mission has not begun, the clock was set, or the program did not run.
+        // The mission has not started, the clock was set, or the program was paused.
         let late = radio.clock.now() - now;
         if !(0..LATE.us()).contains(&late.us()) {
             continue;
@@ -117,8 +117,8 @@ pub(crate) fn fly(mut uav: Companion, arguments: &Arguments) -> io::Result<()> {
         if end - now <= Duration::from_s(1.0) {
             uav.agent.leave();
         }
-        let (observation, said) = uav.observe(now);
-        said.iter().for_each(|bytes| radio.send(bytes));
+        let (observation, messages) = uav.observe(now);
+        messages.iter().for_each(|bytes| radio.send(bytes));
         radio.listen(now + WAIT, |bytes| uav.hear(&observation, bytes))?;
         uav.decide(&observation);
         if number % 2 == 0 {

@@ -1,13 +1,13 @@
-//! A message as bytes, for a radio that carries nothing else.
+//! Binary encoding of messages.
 
 use standoff::*;
 
-/// The first two bytes of every message: whose, and which version of them.
+/// First two bytes of every message: identify the format and its version.
 const MAGIC: [u8; 2] = *b"s1";
 
-/// As many bytes as [`Message::size_bytes`] tells, little-endian; numbers go as they are, for all must compute with the same
-/// bits. UAVs and searchers have ids below 65,536, and a run of entries has at most as many. The checksum at the end finds
-/// damage; it keeps nobody out who means harm.
+/// Encodes a message, little-endian, in [`Message::size_bytes`] bytes. Floating-point numbers are not rounded, because
+/// all agents must compute with the same bits. Ids of UAVs and cue sources are below 65,536, and so are the lengths of
+/// ranges. The checksum at the end detects damage but does not protect against attackers.
 pub(crate) fn encode(message: &Message) -> Vec<u8> {
     let mut bytes = Vec::with_capacity(message.size_bytes());
     bytes.extend(MAGIC);
@@ -15,7 +15,7 @@ pub(crate) fn encode(message: &Message) -> Vec<u8> {
         Message::Report(report) => put_report(report, &mut bytes),
         Message::Cue(cue) => put_cue(cue, &mut bytes),
         Message::Snapshot(part) => {
-            let SnapshotPart { uav, since, stamp, index, count, bytes: part } = part;
+            let SnapshotPart { uav, start: since, commit_digest: stamp, index, count, bytes: part } = part;
             bytes.push(2);
             put(&mut bytes, [uav.0 as u16, *index, *count, part.len() as u16].map(u16::to_le_bytes));
             put(&mut bytes, [since.us().to_le_bytes()]);
@@ -29,19 +29,30 @@ pub(crate) fn encode(message: &Message) -> Vec<u8> {
     bytes
 }
 
-fn put<const N: usize, const M: usize>(bytes: &mut Vec<u8>, words: [[u8; N]; M]) {
-    bytes.extend(words.as_flattened());
+fn put<const N: usize, const M: usize>(bytes: &mut Vec<u8>, values: [[u8; N]; M]) {
+    bytes.extend(values.as_flattened());
 }
 
-fn put_stamp(stamp: &Stamp, bytes: &mut Vec<u8>) {
+fn put_stamp(stamp: &CommitDigest, bytes: &mut Vec<u8>) {
     put(bytes, [stamp.time.us().to_le_bytes(), stamp.digest.to_le_bytes()]);
 }
 
 fn put_report(report: &Report, bytes: &mut Vec<u8>) {
-    let Report { uav, epoch, sequence, time, state, boresight, detections, duty, leaves, knowledge } = report;
+    let Report {
+        uav,
+        restart_count: epoch,
+        sequence,
+        time,
+        state,
+        boresight,
+        detections,
+        assigned_group: duty,
+        is_leaving: leaves,
+        log_status: knowledge,
+    } = report;
     let UavState { position, heading, speed_m_s, turn_rate_rad_s, vertical } = state;
-    let has_asked = knowledge.as_ref().is_some_and(|told| told.asks.is_some());
-    let flags = [*leaves, duty.is_some(), knowledge.is_some(), has_asked, vertical.is_some()];
+    let has_request = knowledge.as_ref().is_some_and(|knowledge| knowledge.snapshot_request.is_some());
+    let flags = [*leaves, duty.is_some(), knowledge.is_some(), has_request, vertical.is_some()];
     bytes.push(0);
     put(bytes, [(uav.0 as u16).to_le_bytes()]);
     put(bytes, [epoch, sequence].map(|number| number.to_le_bytes()));
@@ -62,22 +73,30 @@ fn put_report(report: &Report, bytes: &mut Vec<u8>) {
     }
 }
 
-fn put_knowledge(knowledge: &Knowledge, bytes: &mut Vec<u8>) {
-    let Knowledge { since, committed, stamp, listed_after, held, disturbed, asks } = knowledge;
+fn put_knowledge(knowledge: &LogStatus, bytes: &mut Vec<u8>) {
+    let LogStatus {
+        start: since,
+        committed_until: committed,
+        commit_digest: stamp,
+        listed_after,
+        received: held,
+        degraded_at: disturbed,
+        snapshot_request: asks,
+    } = knowledge;
     put(bytes, [since, committed, listed_after, disturbed].map(|time| time.us().to_le_bytes()));
     put_stamp(stamp, bytes);
     put(bytes, [(held.len() as u16).to_le_bytes()]);
-    for Held { speaker, from, to } in held {
+    for ReceivedRange { source: speaker, from, to } in held {
         let (kind, id) = match speaker {
-            Speaker::Uav(uav) => (0, uav.0),
-            Speaker::Searcher(searcher) => (1, *searcher),
+            MessageSource::Uav(uav) => (0, uav.0),
+            MessageSource::CueSource(searcher) => (1, *searcher),
         };
         bytes.push(kind);
         put(bytes, [(id as u16).to_le_bytes()]);
         put(bytes, [from.to_le_bytes()]);
         put(bytes, [(to.saturating_sub(*from).clamp(0, 65_535) as u16).to_le_bytes()]);
     }
-    if let Some(Ask { of, stamp, next, after }) = asks {
+    if let Some(SnapshotRequest { of, commit_digest: stamp, next, after }) = asks {
         put(bytes, [of.0 as u16, *next].map(u16::to_le_bytes));
         put(bytes, [after.to_le_bytes()]);
         bytes.push(u8::from(stamp.is_some()));
@@ -86,7 +105,17 @@ fn put_knowledge(knowledge: &Knowledge, bytes: &mut Vec<u8>) {
 }
 
 fn put_cue(cue: &Cue, bytes: &mut Vec<u8>) {
-    let Cue { searcher, said, number, label, time, position, velocity, position_sd_m, velocity_sd_m_s } = cue;
+    let Cue {
+        source: searcher,
+        issued_at: said,
+        sequence: number,
+        label,
+        time,
+        position,
+        velocity,
+        position_sd_m,
+        velocity_sd_m_s,
+    } = cue;
     bytes.push(1);
     put(bytes, [*searcher as u16, *number].map(u16::to_le_bytes));
     put(bytes, [label.0.to_le_bytes()]);
@@ -96,8 +125,8 @@ fn put_cue(cue: &Cue, bytes: &mut Vec<u8>) {
     put(bytes, numbers.map(f64::to_le_bytes));
 }
 
-fn put_traffic(traffic: &Traffic, bytes: &mut Vec<u8>) {
-    let Traffic { aircraft, time, state } = traffic;
+fn put_traffic(traffic: &TrafficReport, bytes: &mut Vec<u8>) {
+    let TrafficReport { aircraft, time, state } = traffic;
     let UavState { position, heading, speed_m_s, turn_rate_rad_s, vertical } = state;
     bytes.push(3);
     put(bytes, [aircraft.to_le_bytes()]);
@@ -114,11 +143,11 @@ fn put_vertical(vertical: Option<&Vertical>, bytes: &mut Vec<u8>) {
     }
 }
 
-/// `None` for what is no message. What is one and makes no sense, the agent refuses itself.
+/// Decodes a message; `None` if the bytes are not a valid message. The agent checks the plausibility of the content.
 pub(crate) fn decode(bytes: &[u8]) -> Option<Message> {
-    let (told, checksum) = bytes.split_last_chunk()?;
-    let is_whole = crc32fast::hash(told) == u32::from_le_bytes(*checksum);
-    let mut from = Reader(told.strip_prefix(&MAGIC).filter(|_| is_whole)?);
+    let (content, checksum) = bytes.split_last_chunk()?;
+    let is_intact = crc32fast::hash(content) == u32::from_le_bytes(*checksum);
+    let mut from = Reader(content.strip_prefix(&MAGIC).filter(|_| is_intact)?);
     let message = match from.byte()? {
         0 => Message::Report(from.report()?),
         1 => Message::Cue(from.cue()?),
@@ -129,7 +158,7 @@ pub(crate) fn decode(bytes: &[u8]) -> Option<Message> {
     from.0.is_empty().then_some(message)
 }
 
-/// What has not been read yet.
+/// Reader over the bytes that are not decoded yet.
 struct Reader<'a>(&'a [u8]);
 
 impl Reader<'_> {
@@ -179,8 +208,8 @@ impl Reader<'_> {
         self.short().map(|id| UavId(id.into()))
     }
 
-    fn stamp(&mut self) -> Option<Stamp> {
-        Some(Stamp { time: self.time()?, digest: self.long()? })
+    fn stamp(&mut self) -> Option<CommitDigest> {
+        Some(CommitDigest { time: self.time()?, digest: self.long()? })
     }
 
     fn report(&mut self) -> Option<Report> {
@@ -191,13 +220,24 @@ impl Reader<'_> {
         let (duty, flags) = (GroupId(self.long()?), self.byte()?);
         let is_set = |bit: u8| flags >> bit & 1 == 1;
         let (leaves, duty) = (is_set(0), Some(duty).filter(|_| is_set(1)));
-        let seen = self.short()?;
+        let detection_count = self.short()?;
         let vertical = if is_set(4) { Some(self.vertical()?) } else { None };
         let state = UavState { position, heading, speed_m_s, turn_rate_rad_s, vertical };
-        // Nothing is made room for before it is there.
-        let detections = (0..seen).map(|_| self.detection()).collect::<Option<_>>()?;
+        // No memory is reserved for the announced count; it may be wrong.
+        let detections = (0..detection_count).map(|_| self.detection()).collect::<Option<_>>()?;
         let knowledge = if is_set(2) { Some(Box::new(self.knowledge(is_set(3))?)) } else { None };
-        Some(Report { uav, epoch, sequence, time, state, boresight, detections, duty, leaves, knowledge })
+        Some(Report {
+            uav,
+            restart_count: epoch,
+            sequence,
+            time,
+            state,
+            boresight,
+            detections,
+            assigned_group: duty,
+            is_leaving: leaves,
+            log_status: knowledge,
+        })
     }
 
     fn vertical(&mut self) -> Option<Vertical> {
@@ -206,31 +246,42 @@ impl Reader<'_> {
 
     fn detection(&mut self) -> Option<Detection> {
         let label = TargetLabel(self.word()?);
-        Some(Detection { label, measurement: RangeBearing { range_m: self.number()?, bearing: self.angle()? } })
+        Some(Detection {
+            label,
+            measurement: RangeBearingMeasurement { range_m: self.number()?, bearing: self.angle()? },
+        })
     }
 
-    fn knowledge(&mut self, has_asked: bool) -> Option<Knowledge> {
+    fn knowledge(&mut self, has_request: bool) -> Option<LogStatus> {
         let (since, committed, listed_after) = (self.time()?, self.time()?, self.time()?);
         let (disturbed, stamp) = (self.time()?, self.stamp()?);
         let held = (0..self.short()?).map(|_| self.held()).collect::<Option<_>>()?;
-        let asks = if has_asked { Some(self.ask()?) } else { None };
-        Some(Knowledge { since, committed, stamp, listed_after, held, disturbed, asks })
+        let asks = if has_request { Some(self.ask()?) } else { None };
+        Some(LogStatus {
+            start: since,
+            committed_until: committed,
+            commit_digest: stamp,
+            listed_after,
+            received: held,
+            degraded_at: disturbed,
+            snapshot_request: asks,
+        })
     }
 
-    fn held(&mut self) -> Option<Held> {
+    fn held(&mut self) -> Option<ReceivedRange> {
         let speaker = match (self.byte()?, u32::from(self.short()?)) {
-            (0, uav) => Speaker::Uav(UavId(uav)),
-            (1, searcher) => Speaker::Searcher(searcher),
+            (0, uav) => MessageSource::Uav(UavId(uav)),
+            (1, searcher) => MessageSource::CueSource(searcher),
             _ => return None,
         };
         let (from, more) = (self.signed()?, self.short()?);
-        Some(Held { speaker, from, to: from.checked_add(more.into())? })
+        Some(ReceivedRange { source: speaker, from, to: from.checked_add(more.into())? })
     }
 
-    fn ask(&mut self) -> Option<Ask> {
+    fn ask(&mut self) -> Option<SnapshotRequest> {
         let (of, next, after, has_stamp) = (self.uav()?, self.short()?, self.long()?, self.byte()? == 1);
         let stamp = Some(self.stamp()?).filter(|_| has_stamp);
-        Some(Ask { of, stamp, next, after })
+        Some(SnapshotRequest { of, commit_digest: stamp, next, after })
     }
 
     fn cue(&mut self) -> Option<Cue> {
@@ -238,14 +289,28 @@ impl Reader<'_> {
         let (label, said, time) = (TargetLabel(self.word()?), self.time()?, self.time()?);
         let (position, velocity) = (self.position()?, Velocity::from_m_s(self.number()?, self.number()?));
         let (position_sd_m, velocity_sd_m_s) = (self.number()?, self.number()?);
-        Some(Cue { searcher, said, number, label, time, position, velocity, position_sd_m, velocity_sd_m_s })
+        Some(Cue {
+            source: searcher,
+            issued_at: said,
+            sequence: number,
+            label,
+            time,
+            position,
+            velocity,
+            position_sd_m,
+            velocity_sd_m_s,
+        })
     }
 
-    fn traffic(&mut self) -> Option<Traffic> {
+    fn traffic(&mut self) -> Option<TrafficReport> {
         let (aircraft, time, position, heading) = (self.word()?, self.time()?, self.position()?, self.angle()?);
         let (speed_m_s, turn_rate_rad_s) = (self.number()?, self.number()?);
         let vertical = if self.byte()? == 1 { Some(self.vertical()?) } else { None };
-        Some(Traffic { aircraft, time, state: UavState { position, heading, speed_m_s, turn_rate_rad_s, vertical } })
+        Some(TrafficReport {
+            aircraft,
+            time,
+            state: UavState { position, heading, speed_m_s, turn_rate_rad_s, vertical },
+        })
     }
 
     fn part(&mut self) -> Option<SnapshotPart> {
@@ -253,6 +318,6 @@ impl Reader<'_> {
         let (since, stamp) = (self.time()?, self.stamp()?);
         let (bytes, rest) = self.0.split_at_checked(length.into())?;
         self.0 = rest;
-        Some(SnapshotPart { uav, since, stamp, index, count, bytes: bytes.to_vec() })
+        Some(SnapshotPart { uav, start: since, commit_digest: stamp, index, count, bytes: bytes.to_vec() })
     }
 }

@@ -1,101 +1,111 @@
-//! Which UAV serves which group, from the information that it would gain there.
+//! Assignment of UAVs to groups, based on the information that each UAV would gain there.
 //!
 //! ```text
-//! printed    max  det( sum over groups, targets and UAVs of F )          every group served         Eq. (32, 33)
+//! paper      max  det( sum over groups, targets and UAVs of F )          every group assigned       Eq. (32, 33)
 //! default    max  sum over groups and their targets of ln det( sum over the group's UAVs of F )
-//! F = H' R^-1 H, one UAV's term for one target                                                      Eq. (31)
+//! F = H' R^-1 H, the information of one UAV about one target                                        Eq. (31)
 //! ```
 //!
-//! Restated: information about different targets does not add up, so the default adds logarithms of determinants, one
-//! per target; and (33) as printed lets a UAV serve two groups, while it flies one orbit. Here every UAV serves exactly
-//! one group. N UAVs that suffice for G groups leave none unserved and put at most max(2, ceil(N / G)) to one. N UAVs
-//! that do not suffice serve N groups, one each: of all such choices those that serve the most targets, and of these
-//! the one that the objective prefers (ln det is negative in general, so it cannot say whether to serve at all).
+//! Restated: information about different targets does not add up, so that the default adds logarithms of determinants,
+//! one for each target. Furthermore, (33) as published assigns one UAV to two groups, although it flies one orbit. Here
+//! every UAV is assigned to exactly one group. If N UAVs suffice for G groups, every group gets at least one UAV and at
+//! most max(2, ceil(N / G)). Otherwise, N groups get one UAV each: of all such choices those that cover the most
+//! targets, and of these the one that the objective prefers (ln det is negative in general, so that it cannot decide
+//! whether a group is worth a UAV at all).
 //!
-//! A group's score, ln det or the sum of them, is rounded to millionths, so that scores add up alike in every order and
-//! ties are ties. Of tied assignments the first group takes the lower UAVs, then the second, and so on: where two
-//! differ, the lowest UAV that only one of them gives to the first differing group decides for that one.
+//! The score of a group, ln det or the sum of them, is rounded to millionths, so that sums do not depend on the order
+//! and ties are exact. Of tied assignments, the first group gets the lower UAVs, then the second group, and so on: at
+//! the first group that differs between two assignments, the assignment that gives it the lowest differing UAV wins.
 
+mod local_search;
 mod problem;
-mod search;
 #[cfg(test)]
 mod tests;
 
 use core::fmt;
 
 use crate::group_id::GroupId;
+use crate::params::Objective;
 use crate::sensor::SensorParams;
-use crate::team::Objective;
 use crate::time::Time;
 use crate::uav::UavId;
 use problem::Problem;
-pub use problem::{AvailableUav, DET_FLOOR_1_M4, Site};
+pub use problem::{AvailableUav, CandidateGroup, DET_FLOOR_1_M4};
 
-/// Up to so many UAVs the assignment is exact and ties are broken as said above; beyond, see [`assign`].
+/// Maximum number of UAVs with an exact assignment and the tie-breaking described above; for more UAVs, see [`assign`].
 pub const EXACT_UAVS_MAX: usize = 12;
 
-/// Up to so many UAVs and so many groups [`Objective::Printed`] is enumerated; beyond, the default takes its place.
-pub const PRINTED_MAX: usize = 8;
+/// Maximum number of UAVs and of groups that [`Objective::Printed`] enumerates; for more, the default objective
+/// replaces it.
+pub const PAPER_OBJECTIVE_UAVS_MAX: usize = 8;
 
-/// A rule of one's own in the place of [`assign`]: it is asked at every instant at which there are groups.
+/// Custom replacement for [`assign`], which is called at every time step with groups.
 pub trait AssignmentLaw: fmt::Debug + Send + Sync {
-    /// Who serves which group from now on; `None`: what the product does. UAVs and sites come by ascending id. A UAV that is
-    /// given no group, or one that is not among the sites, serves none; of two groups the first counts.
-    fn assign(&self, now: Time, uavs: &[AvailableUav], sites: &[Site<'_>]) -> Option<Vec<Duty>>;
+    /// Returns the new assignment; `None` uses the built-in law. UAVs and groups are in ascending order of ids. A UAV
+    /// without an entry, or with a group that is not in `sites`, is assigned to no group; of two entries for a UAV, the
+    /// first counts.
+    fn assign(&self, now: Time, uavs: &[AvailableUav], sites: &[CandidateGroup<'_>]) -> Option<Vec<Assignment>>;
 }
 
-/// What a law of one's own wants, as the team can do it: by ascending UAV, each at most once.
-pub(crate) fn sound(mut duties: Vec<Duty>, uavs: &[AvailableUav], sites: &[Site<'_>]) -> Vec<Duty> {
-    let is_there =
-        |duty: &Duty| uavs.iter().any(|uav| uav.uav == duty.uav) && sites.iter().any(|site| site.group == duty.group);
-    duties.retain(is_there);
+/// Makes the result of a custom law valid: existing UAVs and groups only, by ascending UAV, each at most once.
+pub(crate) fn sound(
+    mut duties: Vec<Assignment>,
+    uavs: &[AvailableUav],
+    sites: &[CandidateGroup<'_>],
+) -> Vec<Assignment> {
+    let exists = |duty: &Assignment| {
+        uavs.iter().any(|uav| uav.uav == duty.uav) && sites.iter().any(|site| site.group == duty.group)
+    };
+    duties.retain(exists);
     duties.sort_by_key(|duty| duty.uav);
     duties.dedup_by_key(|duty| duty.uav);
     duties
 }
 
-/// One UAV's group.
+/// Assignment of a UAV to a group.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
-pub struct Duty {
-    /// Which UAV.
+pub struct Assignment {
+    /// Id of the UAV.
     pub uav: UavId,
-    /// The group that it serves.
+    /// Assigned group.
     pub group: GroupId,
 }
 
-/// Gives every UAV a group; in the order of `uavs`, empty without UAVs or groups. UAVs and sites come by ascending id.
+/// Assigns every UAV to a group; in the order of `uavs`, empty without UAVs or groups. UAVs and groups must be in
+/// ascending order of ids.
 ///
 /// Implements Eq. (32), (33), as restated above.
 ///
-/// Exact up to [`EXACT_UAVS_MAX`] UAVs, and with no more UAVs than groups. Beyond, a search of bounded length, whose
-/// ties fall as they may, though alike in every run. Where the optimum is known it loses next to nothing: of 5880
-/// worlds with 6 to 12 UAVs, 2 or more groups and 1 to 10 targets in each (UAVs scattered or starting together, in a
-/// field of 2, 8 or 30 km) it missed the optimum in 4, by 0.0052 in ln det per target at worst and 1.6e-6 on average
-/// over all; the greedy rounds that it begins with missed it in 94 %, by 2.0 at worst and 0.11 on average. With 13 to
-/// 100 UAVs, in 54 worlds, twenty times as many trials gained 0.0024 per target at worst, 0.0003 on average.
+/// The result is exact for up to [`EXACT_UAVS_MAX`] UAVs, and if there are no more UAVs than groups. Otherwise, it
+/// comes from a search of bounded length, which breaks ties arbitrarily but identically in every run. Where the optimum
+/// is known, the loss is negligible: in 5880 worlds with 6 to 12 UAVs, 2 or more groups and 1 to 10 targets in each
+/// (UAVs scattered or starting together, in a field of 2, 8 or 30 km), the search missed the optimum in 4, by at most
+/// 0.0052 in ln det per target, and by 1.6e-6 on average over all worlds. The greedy rounds with which it begins missed
+/// the optimum in 94 % of them, by at most 2.0 and by 0.11 on average. With 13 to 100 UAVs, in 54 worlds, twenty times
+/// as many trials gained at most 0.0024 per target, and 0.0003 on average.
 ///
-/// `inertia` is what staying where it is counts for a UAV under the default objective, in ln det per target of its group.
+/// `inertia` is the switching cost of a UAV under the default objective, in ln det per target of its current group.
 pub fn assign(
     uavs: &[AvailableUav],
-    sites: &[Site<'_>],
+    sites: &[CandidateGroup<'_>],
     sensor: &SensorParams,
     objective: Objective,
     inertia: f64,
-) -> Vec<Duty> {
+) -> Vec<Assignment> {
     if uavs.is_empty() || sites.is_empty() {
         return Vec::new();
     }
     let problem = Problem::new(uavs, sites, sensor, inertia);
-    let blocks = if objective == Objective::Printed && uavs.len().max(sites.len()) <= PRINTED_MAX {
-        problem.printed()
+    let blocks = if objective == Objective::Paper && uavs.len().max(sites.len()) <= PAPER_OBJECTIVE_UAVS_MAX {
+        problem.paper_objective()
     } else if uavs.len() <= EXACT_UAVS_MAX {
         problem.exact()
     } else {
-        search::search(&problem)
+        local_search::search(&problem)
     };
     let group_of = |uav: usize| {
-        problem.sites.iter().zip(&blocks).find(|(_, block)| block.contains(&uav)).map(|(choice, _)| choice.group)
+        problem.groups.iter().zip(&blocks).find(|(_, block)| block.contains(&uav)).map(|(choice, _)| choice.group)
     };
-    let duty = |(index, uav): (usize, &AvailableUav)| group_of(index).map(|group| Duty { uav: uav.uav, group });
+    let duty = |(index, uav): (usize, &AvailableUav)| group_of(index).map(|group| Assignment { uav: uav.uav, group });
     uavs.iter().enumerate().filter_map(duty).collect()
 }

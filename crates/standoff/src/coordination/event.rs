@@ -1,329 +1,331 @@
-//! What can happen to targets, groups and UAVs, and why.
+//! Events: what can happen to targets, groups and UAVs, and why.
 
 use crate::estimation::track::{LossReason, TrackId};
 use crate::group_id::GroupId;
-use crate::guidance::airspace::ZoneKind;
+use crate::guidance::geofence::ZoneKind;
 use crate::uav::UavId;
 
-/// Something that changed in a picture.
+/// A change of the team state.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Event {
-    /// What happened.
+    /// Kind of event.
     pub kind: EventKind,
-    /// The track of the target it happened to.
+    /// Track of the target concerned.
     pub track: Option<TrackId>,
-    /// The group concerned; of a handoff or a re-assignment, the old one.
+    /// Group concerned; the old one in a handoff or reassignment.
     pub group: Option<GroupId>,
-    /// Of a handoff or a re-assignment, the new group.
-    pub to: Option<GroupId>,
-    /// The UAV it happened to; `None`: all UAVs of the groups are concerned.
+    /// New group in a handoff or reassignment.
+    pub to_group: Option<GroupId>,
+    /// UAV concerned; `None` if all UAVs of the groups are.
     pub uav: Option<UavId>,
 }
 
 impl Event {
-    /// Something that happened to a target; `group` is where it belongs.
+    /// Event of a target; `group` is the target's group.
     pub(crate) fn of_track(kind: EventKind, track: TrackId, group: Option<GroupId>) -> Self {
-        Self { kind, track: Some(track), group, to: None, uav: None }
+        Self { kind, track: Some(track), group, to_group: None, uav: None }
     }
 
-    /// Something that happened to a group as a whole.
+    /// Event of a group as a whole.
     pub(crate) fn of_group(kind: EventKind, group: GroupId) -> Self {
-        Self { kind, track: None, group: Some(group), to: None, uav: None }
+        Self { kind, track: None, group: Some(group), to_group: None, uav: None }
     }
 }
 
-/// What can happen.
+/// Kind of an event.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum EventKind {
-    /// A target was handed over by somebody who searches.
+    /// A cue source reported a target.
     Cued,
     /// A target was measured for the first time.
     Acquired,
-    /// A track was given up.
+    /// A track was lost.
     Lost(LossReason),
     /// A lost target was measured.
     Reacquired,
-    /// A group came into being.
-    GroupFounded {
+    /// A group was created.
+    GroupCreated {
         /// Number of its first members.
         members: u32,
-        /// Why.
-        reason: FoundingReason,
+        /// Reason for the creation.
+        reason: GroupCreatedReason,
     },
-    /// A group ended.
-    GroupDissolved(DissolutionReason),
-    /// A target joined a group in flight.
-    Joined,
-    /// A target's group was split, and it belongs to the new one.
+    /// A group was retired.
+    GroupRetired(GroupRetiredReason),
+    /// A target was admitted to a group in flight.
+    Admitted,
+    /// A group was split, and the target belongs to the new group.
     Regrouped,
-    /// A target's group has ended in favour of a neighbour, to which it belongs now.
+    /// A group was merged into a neighbour, and the target belongs to that one.
     Merged,
-    /// Clustering wants a target in another group: it belongs to both for a while (34).
-    HandoffRequested {
-        /// T_hd, s.
+    /// A handoff started because clustering assigns the target to another group; for the dwell, it belongs to both
+    /// (34).
+    HandoffStarted {
+        /// Dwell time T_hd, s.
         dwell_s: f64,
     },
-    /// A target belongs to the receiving group alone.
-    HandoffCompleted(CompletionReason),
-    /// A target stays in the passing group.
-    HandoffWithdrawn(WithdrawalReason),
-    /// A target was removed from its group: the orbit with it would need this radius.
-    Discarded {
-        /// Radius needed, m.
-        needed_m: f64,
-        /// Radius allowed, m.
-        allowed_m: f64,
+    /// A handoff was completed: the target belongs to the receiving group alone.
+    HandoffCompleted(HandoffCompletedReason),
+    /// A handoff was cancelled: the target stays in the passing group.
+    HandoffCancelled(HandoffCancelledReason),
+    /// A target was removed from its group, because the orbit that includes it would be too large.
+    Removed {
+        /// Required radius, m.
+        required_radius_m: f64,
+        /// Allowed radius, m.
+        allowed_radius_m: f64,
     },
-    /// A target was removed from its group: the orbit with it changes faster than the UAVs can follow (Lemma 3.1).
-    DiscardedDiverging {
+    /// A target was removed from its group, because the orbit that includes it changes faster than the UAVs can follow
+    /// (Lemma 3.1).
+    RemovedDiverging {
         /// xi_th of the UAV that follows best, m2/s.
         threshold_m2_s: f64,
-        /// -xi_d, m2/s.
+        /// Limit -xi_d, m2/s.
         limit_m2_s: f64,
     },
-    /// A target was removed from its group, whose centre is faster than the UAVs can be: it was the fastest.
-    DiscardedTooFast {
-        /// Its speed, m/s.
+    /// The fastest target was removed from a group whose centre is faster than the UAVs can fly.
+    RemovedTooFast {
+        /// Speed of the target, m/s.
         speed_m_s: f64,
-        /// The UAVs' largest speed, m/s.
+        /// Maximum speed of the UAVs, m/s.
         limit_m_s: f64,
     },
-    /// A discarded target was taken back.
-    TakenBack,
-    /// A target that was to be taken in or back stays outside, or its group has ended.
-    LeftOut(WithdrawalReason),
-    /// A UAV serves another group than before.
-    Reassigned(AssignmentReason),
+    /// A removed target was readmitted.
+    Readmitted,
+    /// Admission cancelled, or the group was retired first.
+    NotAdmitted(HandoffCancelledReason),
+    /// A UAV is assigned to another group than before.
+    Reassigned(ReassignmentReason),
     /// A UAV leaves its group, if it has one, to search for a lost target.
     SearchStarted,
-    /// It is called back.
-    SearchEnded(SearchEnd),
-    /// A UAV was not heard for too long: the team goes on without it.
-    UavLost,
-    /// A UAV came in, or came back.
+    /// A UAV stopped searching.
+    SearchEnded(SearchEndReason),
+    /// A UAV was silent for longer than the teammate timeout; the team continues without it.
+    UavTimeout,
+    /// A UAV joined or rejoined the team.
     UavJoined,
     /// No orbit satisfies every constraint any more.
     OrbitInfeasible {
-        /// Smallest radius that view, turn rate and bounds allow, m.
-        smallest_m: f64,
+        /// Smallest radius that field of view, turn rate and bounds allow, m.
+        radius_min_m: f64,
         /// Largest radius that bounds and sensing range allow, m.
-        largest_m: f64,
+        radius_max_m: f64,
     },
     /// Some orbit satisfies every constraint again.
     OrbitFeasible,
-    /// A zone cuts the orbit of a group: it is flown in part.
-    OrbitCut {
-        /// Share of the circle of r_d about the centre where UAVs may be, 0 to 1.
+    /// Zones block part of a group's orbit; the rest of it is flown.
+    OrbitPartlyBlocked {
+        /// Fraction of the circle of radius r_d around the centre at which UAVs may fly, 0 to 1.
         clear_fraction: f64,
-        /// Which zone, by its place in the airspace; of several one.
+        /// Index of the zone; one of them if there are several.
         zone: u32,
-        /// Of which kind that is.
+        /// Kind of the zone.
+        uav: ZoneKind,
+    },
+    /// Zones block all or almost all of a group's orbit; the UAVs fly a wider one, or as near to it as they can.
+    OrbitBlocked {
+        /// Index of the zone; one of them if there are several.
+        zone: u32,
+        /// Kind of the zone.
         by: ZoneKind,
     },
-    /// Nothing, or next to nothing, of the orbit of a group is where UAVs may be: they fly a wider one, or as near as they can.
-    OrbitBarred {
-        /// Which zone, by its place in the airspace; of several one.
-        zone: u32,
-        /// Of which kind that is.
-        by: ZoneKind,
-    },
-    /// No zone cuts the orbit any more.
-    OrbitClear,
-    /// Two UAVs of a group came closer than wanted.
-    UavsClose {
-        /// Their distance, m.
+    /// No zone blocks the orbit any more.
+    OrbitUnblocked,
+    /// Two UAVs of a group came closer than the proximity alert allows.
+    ProximityAlert {
+        /// Distance between them, m.
         distance_m: f64,
     },
-    /// They are apart again.
-    UavsApart,
+    /// The UAVs have cleared the proximity alert.
+    ProximityCleared,
 }
 
-/// Why a group came into being.
+/// Reason for the creation of a group.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum FoundingReason {
-    /// Nothing was watched yet.
+pub enum GroupCreatedReason {
+    /// There were no groups.
     First,
-    /// Targets in no group.
-    Unassigned,
-    /// Targets in no group, and there are not two UAVs for each group any more: some groups have one.
-    Scarce,
-    /// There are UAVs for another group: this one was split off.
+    /// There were targets in no group.
+    Ungrouped,
+    /// There were targets in no group, and there are fewer than two UAVs for each group, so that some groups have one.
+    UavShortage,
+    /// There are enough UAVs for another group, so that a group was split.
     Split,
 }
 
-/// Why a group ended.
+/// Reason for the retirement of a group.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum DissolutionReason {
+pub enum GroupRetiredReason {
     /// Its last member left or was lost.
     Empty,
-    /// There are fewer UAVs, or targets, than so many groups need.
-    TooMany,
-    /// Others hold all that it held, and its UAVs are needed elsewhere.
-    NotNeeded,
-    /// Another group can hold its targets too, and its UAVs can watch others.
+    /// There are fewer UAVs or targets than this number of groups needs.
+    TooManyGroups,
+    /// Other groups contain all of its members, and its UAVs are needed elsewhere.
+    Redundant,
+    /// Another group can contain its targets, too, so that its UAVs can cover others.
     Merged {
         /// The other group.
         into: GroupId,
-        /// How many others can be watched together.
-        together: u32,
+        /// Number of other targets that can be covered together.
+        coverable_targets: u32,
     },
-    /// Its UAVs can watch far more targets elsewhere, or a little to the side.
-    Outnumbered {
-        /// How many can be watched together there.
+    /// Its UAVs can cover far more targets elsewhere or slightly to the side.
+    BetterCoverage {
+        /// Number of targets that can be covered together there.
         together: u32,
     },
 }
 
-/// Why a handoff was completed.
+/// Reason for the completion of a handoff.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum CompletionReason {
+pub enum HandoffCompletedReason {
     /// The dwell is over, and a receiving UAV has the target in view.
     Received,
-    /// The passing group can hold the target no longer.
-    PassingCannotHold,
-    /// The passing group has ended.
-    PassingEnds,
-    /// The dwell is switched off.
-    Undelayed,
+    /// The passing group can no longer contain the target.
+    PassingGroupCannotHold,
+    /// The passing group was retired.
+    PassingGroupRetired,
+    /// The dwell is disabled.
+    NoDwell,
 }
 
-/// Why a handoff was withdrawn.
+/// Reason for the cancellation of a handoff.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum WithdrawalReason {
-    /// At the end of the dwell, clustering wants the target elsewhere.
-    WantedElsewhere,
-    /// The receiving group cannot hold the target.
-    ReceivingCannotHold,
-    /// In the longest dwell, no receiving UAV got the target into view.
-    NotSeen,
-    /// One of the two groups has ended, or would without the target.
-    GroupEnds,
-    /// The target's track was given up.
+pub enum HandoffCancelledReason {
+    /// At the end of the dwell, clustering assigns the target to another group.
+    ReassignedByClustering,
+    /// The receiving group cannot contain the target.
+    ReceivingGroupCannotHold,
+    /// No receiving UAV got the target into view within the maximum dwell.
+    NotInView,
+    /// One of the two groups was retired, or would be without the target.
+    GroupRetired,
+    /// The track of the target was lost.
     TargetLost,
 }
 
-/// Why a search ended.
+/// Reason for the end of a search.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum SearchEnd {
+pub enum SearchEndReason {
     /// The target was measured.
     Found,
-    /// It can be anywhere by now, or is forgotten.
+    /// The search area became too large, or the track was removed.
     GivenUp,
     /// A group needs the UAV.
-    Needed,
+    Recalled,
 }
 
-/// Why the UAVs were assigned anew.
+/// Reason for a new assignment of UAVs.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum AssignmentReason {
-    /// A group came into being.
-    GroupFounded,
-    /// A group ended.
-    GroupDissolved,
-    /// A UAV came in.
+pub enum ReassignmentReason {
+    /// A group was created.
+    GroupCreated,
+    /// A group was retired.
+    GroupRetired,
+    /// A UAV joined.
     UavJoined,
-    /// A UAV is silent.
+    /// A UAV has timed out.
     UavLost,
-    /// A UAV is back from a search.
+    /// A UAV returned from a search.
     SearchEnded,
-    /// A group has twice, or half, as many targets as when UAVs were last assigned.
+    /// A group has at least twice or at most half as many targets as at the last assignment.
     GroupChanged,
-    /// Targets would be in no group: the UAV serves the new one alone. Where groups are formed by need.
-    Unwatched,
-    /// A group has ended: the UAV makes a pair. Where groups are formed by need.
+    /// Only with groups as needed: targets would be in no group, so that the UAV covers the new group alone.
+    Untracked,
+    /// Only with groups as needed: a group was retired, so that its UAV joins the single UAV of another.
     Pair,
-    /// An assignment law of one's own wants it so.
-    OwnLaw,
+    /// A custom assignment law decided so.
+    CustomLaw,
 }
 
-impl AssignmentReason {
-    /// What it is for a UAV that becomes one of `crew` that serve the group, where groups are formed by need.
+impl ReassignmentReason {
+    /// Refines the reason for a UAV that becomes one of `crew` UAVs of a group, with groups as needed.
     pub(crate) fn by_need(self, crew: usize) -> Self {
         match self {
-            Self::GroupFounded if crew < 2 => Self::Unwatched,
-            Self::GroupDissolved if crew > 1 => Self::Pair,
+            Self::GroupCreated if crew < 2 => Self::Untracked,
+            Self::GroupRetired if crew > 1 => Self::Pair,
             other => other,
         }
     }
 }
 
 impl EventKind {
-    /// The kind's name in records, kebab-case.
+    /// Name of the kind in records, kebab-case.
     pub fn name(&self) -> &'static str {
         match self {
             Self::Cued => "cued",
             Self::Acquired => "acquired",
             Self::Lost(_) => "lost",
             Self::Reacquired => "reacquired",
-            Self::GroupFounded { .. } => "group-founded",
-            Self::GroupDissolved(_) => "group-dissolved",
-            Self::Joined => "joined",
+            Self::GroupCreated { .. } => "group-created",
+            Self::GroupRetired(_) => "group-retired",
+            Self::Admitted => "admitted",
             Self::Regrouped | Self::Merged => "regrouped",
-            Self::HandoffRequested { .. } => "handoff-requested",
+            Self::HandoffStarted { .. } => "handoff-started",
             Self::HandoffCompleted(_) => "handoff-completed",
-            Self::HandoffWithdrawn(_) => "handoff-withdrawn",
-            Self::Discarded { .. } | Self::DiscardedDiverging { .. } | Self::DiscardedTooFast { .. } => "discarded",
-            Self::TakenBack => "taken-back",
-            Self::LeftOut(_) => "left-out",
+            Self::HandoffCancelled(_) => "handoff-cancelled",
+            Self::Removed { .. } | Self::RemovedDiverging { .. } | Self::RemovedTooFast { .. } => "removed",
+            Self::Readmitted => "readmitted",
+            Self::NotAdmitted(_) => "not-admitted",
             Self::Reassigned(_) => "reassigned",
             Self::SearchStarted => "search-started",
             Self::SearchEnded(_) => "search-ended",
-            Self::UavLost => "uav-lost",
+            Self::UavTimeout => "uav-timeout",
             Self::UavJoined => "uav-joined",
             Self::OrbitInfeasible { .. } => "orbit-infeasible",
             Self::OrbitFeasible => "orbit-feasible",
-            Self::OrbitCut { .. } => "orbit-cut",
-            Self::OrbitBarred { .. } => "orbit-barred",
-            Self::OrbitClear => "orbit-clear",
-            Self::UavsClose { .. } => "uavs-close",
-            Self::UavsApart => "uavs-apart",
+            Self::OrbitPartlyBlocked { .. } => "orbit-partly-blocked",
+            Self::OrbitBlocked { .. } => "orbit-blocked",
+            Self::OrbitUnblocked => "orbit-unblocked",
+            Self::ProximityAlert { .. } => "proximity-alert",
+            Self::ProximityCleared => "proximity-cleared",
         }
     }
 
-    /// Why it happened, kebab-case, where the kind alone does not tell.
+    /// Cause in records, kebab-case; `None` if the kind has only one.
     pub fn cause(&self) -> Option<&'static str> {
         Some(match self {
-            Self::Lost(LossReason::Widened) => "widened",
-            Self::Lost(LossReason::Vanished) => "vanished",
+            Self::Lost(LossReason::TooUncertain) => "too-uncertain",
+            Self::Lost(LossReason::UnseenInView) => "unseen-in-view",
             Self::Lost(LossReason::Diverged) => "diverged",
-            Self::GroupFounded { reason: FoundingReason::First, .. } => "first",
-            Self::GroupFounded { reason: FoundingReason::Unassigned, .. } => "unassigned",
-            Self::GroupFounded { reason: FoundingReason::Scarce, .. } => "scarce",
-            Self::GroupFounded { reason: FoundingReason::Split, .. } | Self::Regrouped => "split",
-            Self::GroupDissolved(DissolutionReason::Empty) => "empty",
-            Self::GroupDissolved(DissolutionReason::TooMany) => "too-many",
-            Self::GroupDissolved(DissolutionReason::NotNeeded) => "not-needed",
-            Self::GroupDissolved(DissolutionReason::Merged { .. }) | Self::Merged => "merged",
-            Self::GroupDissolved(DissolutionReason::Outnumbered { .. }) => "outnumbered",
-            Self::HandoffCompleted(CompletionReason::Received) => "received",
-            Self::HandoffCompleted(CompletionReason::PassingCannotHold) => "passing-cannot-hold",
-            Self::HandoffCompleted(CompletionReason::PassingEnds) => "passing-ends",
-            Self::HandoffCompleted(CompletionReason::Undelayed) => "undelayed",
-            Self::HandoffWithdrawn(reason) | Self::LeftOut(reason) => match reason {
-                WithdrawalReason::WantedElsewhere => "wanted-elsewhere",
-                WithdrawalReason::ReceivingCannotHold => "receiving-cannot-hold",
-                WithdrawalReason::NotSeen => "not-seen",
-                WithdrawalReason::GroupEnds => "group-ends",
-                WithdrawalReason::TargetLost => "target-lost",
+            Self::GroupCreated { reason: GroupCreatedReason::First, .. } => "first",
+            Self::GroupCreated { reason: GroupCreatedReason::Ungrouped, .. } => "ungrouped",
+            Self::GroupCreated { reason: GroupCreatedReason::UavShortage, .. } => "uav-shortage",
+            Self::GroupCreated { reason: GroupCreatedReason::Split, .. } | Self::Regrouped => "split",
+            Self::GroupRetired(GroupRetiredReason::Empty) => "empty",
+            Self::GroupRetired(GroupRetiredReason::TooManyGroups) => "too-many",
+            Self::GroupRetired(GroupRetiredReason::Redundant) => "redundant",
+            Self::GroupRetired(GroupRetiredReason::Merged { .. }) | Self::Merged => "merged",
+            Self::GroupRetired(GroupRetiredReason::BetterCoverage { .. }) => "better-coverage",
+            Self::HandoffCompleted(HandoffCompletedReason::Received) => "received",
+            Self::HandoffCompleted(HandoffCompletedReason::PassingGroupCannotHold) => "passing-cannot-hold",
+            Self::HandoffCompleted(HandoffCompletedReason::PassingGroupRetired) => "passing-ends",
+            Self::HandoffCompleted(HandoffCompletedReason::NoDwell) => "no-dwell",
+            Self::HandoffCancelled(reason) | Self::NotAdmitted(reason) => match reason {
+                HandoffCancelledReason::ReassignedByClustering => "reassigned-by-clustering",
+                HandoffCancelledReason::ReceivingGroupCannotHold => "receiving-cannot-hold",
+                HandoffCancelledReason::NotInView => "not-seen",
+                HandoffCancelledReason::GroupRetired => "group-ends",
+                HandoffCancelledReason::TargetLost => "target-lost",
             },
-            Self::Discarded { .. } => "too-wide",
-            Self::DiscardedDiverging { .. } => "diverging",
-            Self::DiscardedTooFast { .. } => "too-fast",
-            Self::Reassigned(AssignmentReason::GroupFounded) => "group-founded",
-            Self::Reassigned(AssignmentReason::GroupDissolved) => "group-dissolved",
-            Self::Reassigned(AssignmentReason::GroupChanged) => "group-changed",
-            Self::Reassigned(AssignmentReason::Unwatched) => "unwatched",
-            Self::Reassigned(AssignmentReason::Pair) => "pair",
-            Self::Reassigned(AssignmentReason::UavJoined) => "uav-joined",
-            Self::Reassigned(AssignmentReason::UavLost) => "uav-lost",
-            Self::Reassigned(AssignmentReason::SearchEnded) => "search-ended",
-            Self::Reassigned(AssignmentReason::OwnLaw) => "own-law",
-            Self::SearchEnded(SearchEnd::Found) => "found",
-            Self::SearchEnded(SearchEnd::GivenUp) => "given-up",
-            Self::SearchEnded(SearchEnd::Needed) => "needed",
-            Self::OrbitInfeasible { smallest_m, .. } if smallest_m.is_finite() => "too-wide",
+            Self::Removed { .. } => "radius-exceeded",
+            Self::RemovedDiverging { .. } => "diverging",
+            Self::RemovedTooFast { .. } => "too-fast",
+            Self::Reassigned(ReassignmentReason::GroupCreated) => "group-created",
+            Self::Reassigned(ReassignmentReason::GroupRetired) => "group-retired",
+            Self::Reassigned(ReassignmentReason::GroupChanged) => "group-changed",
+            Self::Reassigned(ReassignmentReason::Untracked) => "untracked",
+            Self::Reassigned(ReassignmentReason::Pair) => "pair",
+            Self::Reassigned(ReassignmentReason::UavJoined) => "uav-joined",
+            Self::Reassigned(ReassignmentReason::UavLost) => "uav-timeout",
+            Self::Reassigned(ReassignmentReason::SearchEnded) => "search-ended",
+            Self::Reassigned(ReassignmentReason::CustomLaw) => "custom-law",
+            Self::SearchEnded(SearchEndReason::Found) => "found",
+            Self::SearchEnded(SearchEndReason::GivenUp) => "given-up",
+            Self::SearchEnded(SearchEndReason::Recalled) => "recalled",
+            Self::OrbitInfeasible { radius_min_m: smallest_m, .. } if smallest_m.is_finite() => "radius-exceeded",
             Self::OrbitInfeasible { .. } => "too-fast",
-            Self::OrbitCut { by, .. } | Self::OrbitBarred { by, .. } => by.name(),
+            Self::OrbitPartlyBlocked { uav: by, .. } | Self::OrbitBlocked { by, .. } => by.name(),
             _ => return None,
         })
     }
@@ -333,13 +335,14 @@ impl EventKind {
 mod tests {
     use super::*;
 
-    /// Alone to a new group, or to another one as a second: only that tells more than that groups have come or gone.
+    /// A UAV alone in a new group, or the second UAV of an old group, has a more specific reason than the creation or
+    /// retirement of groups.
     #[test]
-    fn a_uav_is_reassigned_alone_or_as_a_second() {
-        let cause = |reason: AssignmentReason, crew| EventKind::Reassigned(reason.by_need(crew)).cause();
-        let [founded, dissolved] = [AssignmentReason::GroupFounded, AssignmentReason::GroupDissolved];
-        assert_eq!([1, 2].map(|crew| cause(founded, crew)), [Some("unwatched"), Some("group-founded")]);
-        assert_eq!([1, 2].map(|crew| cause(dissolved, crew)), [Some("group-dissolved"), Some("pair")]);
-        assert_eq!(cause(AssignmentReason::UavLost, 2), Some("uav-lost"));
+    fn reassignment_reasons_distinguish_single_uavs_and_pairs() {
+        let cause = |reason: ReassignmentReason, crew| EventKind::Reassigned(reason.by_need(crew)).cause();
+        let [created, retired] = [ReassignmentReason::GroupCreated, ReassignmentReason::GroupRetired];
+        assert_eq!([1, 2].map(|crew| cause(created, crew)), [Some("untracked"), Some("group-created")]);
+        assert_eq!([1, 2].map(|crew| cause(retired, crew)), [Some("group-retired"), Some("pair")]);
+        assert_eq!(cause(ReassignmentReason::UavLost, 2), Some("uav-timeout"));
     }
 }

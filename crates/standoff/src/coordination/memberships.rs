@@ -1,79 +1,79 @@
-//! Every known target, and the groups that it belongs to.
+//! All known targets and their group memberships.
 
-use crate::coordination::handoff::Handoff;
+use crate::coordination::dwell::Handoff;
 use crate::estimation::information_filter::Estimate;
 use crate::estimation::track::{Track, TrackId};
 use crate::frame::Position;
 use crate::group_id::GroupId;
 use crate::time::{Duration, Time};
 
-/// A target's place in the team's work.
+/// Membership of a target in the groups of the team.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 pub enum Membership {
-    /// In no group: new, its track was lost, or nobody can cover it.
+    /// In no group: the target is new, its track was lost, or no UAV can cover it.
     #[default]
-    Unassigned,
+    Ungrouped,
     /// Member of a group.
     Member(GroupId),
-    /// On its way into a group that makes room for it: from another group, to which it belongs too, or from none.
-    Dwell(Handoff),
-    /// Removed from its group, still predicted.
-    Discarded,
+    /// In handoff to a group that makes room for it: from another group, where it is still a member, or from none.
+    InHandoff(Handoff),
+    /// Removed from its group; the track is still predicted.
+    Removed,
 }
 
 impl Membership {
-    /// The group whose duty it is to keep the target in view: in dwell, the passing one.
+    /// Group responsible for keeping the target in view; in a handoff, the passing group.
     pub fn group(&self) -> Option<GroupId> {
         match self {
             Self::Member(group) => Some(*group),
-            Self::Dwell(handoff) => handoff.from,
-            Self::Unassigned | Self::Discarded => None,
+            Self::InHandoff(handoff) => handoff.from,
+            Self::Ungrouped | Self::Removed => None,
         }
     }
 
-    /// In dwell, the receiving group.
+    /// Receiving group of a handoff.
     pub fn receiving_group(&self) -> Option<GroupId> {
         match self {
-            Self::Dwell(handoff) => Some(handoff.to),
+            Self::InHandoff(handoff) => Some(handoff.to),
             _ => None,
         }
     }
 
-    /// All groups it belongs to.
+    /// All groups of the target.
     pub fn groups(&self) -> impl Iterator<Item = GroupId> + use<> {
         [self.group(), self.receiving_group()].into_iter().flatten()
     }
 }
 
-/// A track and its place in the team's work.
+/// A track with its membership.
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
-pub struct Known {
+pub struct GroupedTrack {
     /// The track.
     pub track: Track,
-    /// Its place.
+    /// Membership of the target.
     pub membership: Membership,
-    /// A group that it is not to be handed to before a time: a handoff to it was withdrawn.
-    barred: Option<(GroupId, Time)>,
+    /// Blocked group and the end of the block: after a cancelled handoff, no new one to that group may start before.
+    blocked_groups: Option<(GroupId, Time)>,
 }
 
-impl Known {
-    /// The group whose duty it is to keep the target in view: in dwell, the passing one.
+impl GroupedTrack {
+    /// Group responsible for keeping the target in view; in a handoff, the passing group.
     pub fn group(&self) -> Option<GroupId> {
         self.membership.group()
     }
 
-    /// In dwell, the receiving group.
+    /// Receiving group of a handoff.
     pub fn receiving_group(&self) -> Option<GroupId> {
         self.membership.receiving_group()
     }
 
-    /// Where clustering has put it last: in dwell, the receiving group.
+    /// Group according to the last clustering; in a handoff, the receiving group.
     pub(crate) fn home(&self) -> Option<GroupId> {
         self.receiving_group().or(self.group())
     }
 
-    /// It can be watched, and nobody means to.
-    pub(crate) fn is_unassigned(&self) -> bool {
+    /// True if the target is not lost and in no group.
+    pub(crate) fn is_ungrouped(&self) -> bool {
         !self.track.is_lost() && self.home().is_none()
     }
 
@@ -89,31 +89,31 @@ impl Known {
         self.estimate().state.velocity().speed_m_s()
     }
 
-    pub(crate) fn is_barred_from(&self, group: GroupId, now: Time) -> bool {
-        self.barred.is_some_and(|(barred, until)| barred == group && now < until)
+    pub(crate) fn is_blocked_from(&self, group: GroupId, now: Time) -> bool {
+        self.blocked_groups.is_some_and(|(barred, until)| barred == group && now < until)
     }
 }
 
-/// Who is in each group. A place is a target's index among the known ones.
+/// Members of each group. A place is the index of a target in the list of known targets.
 #[derive(Debug, Clone, Default, PartialEq)]
-pub(crate) struct Roster {
-    /// Group and place of each membership, ascending; a target in dwell is there twice.
+pub(crate) struct GroupIndex {
+    /// Group and target index of each membership, ascending; a target in handoff has two entries.
     entries: Vec<(GroupId, usize)>,
-    /// The groups that have members, ascending.
+    /// Groups with members, ascending.
     groups: Vec<GroupId>,
-    /// Where the entries of each of them end.
+    /// End index of each group's entries.
     ends: Vec<usize>,
 }
 
-impl Roster {
-    /// Becomes the same as another.
+impl GroupIndex {
+    /// Copies another index and reuses the buffers.
     pub(crate) fn copy(&mut self, other: &Self) {
         self.entries.clone_from(&other.entries);
         self.groups.clone_from(&other.groups);
         self.ends.clone_from(&other.ends);
     }
 
-    /// The places of a group's members, ascending.
+    /// Indices of a group's members, ascending.
     pub(crate) fn of(&self, group: GroupId) -> impl Iterator<Item = usize> + Clone + '_ {
         let members = match self.groups.binary_search(&group) {
             Ok(index) => &self.entries[self.start(index)..self.ends[index]],
@@ -156,146 +156,147 @@ impl Roster {
     }
 }
 
-/// The known targets by ascending track, each with its membership; and, always up to date, who is in each group.
+/// Known targets by ascending track, each with its membership, and an index of the members of each group that is always
+/// current.
 #[derive(Debug, Clone, Default, PartialEq, serde::Serialize, serde::Deserialize)]
 pub(crate) struct Memberships {
-    known: Vec<Known>,
+    tracks: Vec<GroupedTrack>,
     #[serde(skip)]
-    roster: Roster,
-    /// How many groups were founded so far.
-    founded: u32,
-    /// The id that was given last.
+    roster: GroupIndex,
+    /// Number of groups created so far.
+    created_count: u32,
+    /// Last group id given.
     last: GroupId,
-    /// Of each group that was there at the last instant or is now, by ascending id: the how many'th that was founded.
+    /// Zero-based creation index of each group that exists now or existed at the last time step, by ascending id.
     numbers: Vec<(GroupId, u32)>,
 }
 
 impl Memberships {
-    /// Works out who is in each group; `false`: these are no memberships that could be at an instant, where dwells are no
-    /// longer than so long.
-    pub(crate) fn make_whole(&mut self, now: Time, dwell_max: Duration) -> bool {
-        let is_sound = |known: &Known| {
-            let Known { track, membership, barred } = known;
+    /// Rebuilds the index of members; returns `false` if the memberships are impossible at time `now` with dwells of at
+    /// most `dwell_max`.
+    pub(crate) fn rebuild_index(&mut self, now: Time, dwell_max: Duration) -> bool {
+        let is_valid = |known: &GroupedTrack| {
+            let GroupedTrack { track, membership, blocked_groups: barred } = known;
             let is_apart = membership.receiving_group().is_none_or(|to| membership.group() != Some(to));
             let has_begun = match membership {
-                Membership::Dwell(handoff) => handoff.requested_at <= now,
+                Membership::InHandoff(handoff) => handoff.requested_at <= now,
                 _ => true,
             };
             let is_in_time = barred.is_none_or(|(_, until)| until <= now + dwell_max);
-            track.is_sound() && is_apart && has_begun && is_in_time
+            track.is_valid() && is_apart && has_begun && is_in_time
         };
-        let is_whole = self.known.is_sorted_by(|a, b| a.track.id < b.track.id)
-            && self.known.iter().all(is_sound)
+        let is_whole = self.tracks.is_sorted_by(|a, b| a.track.id < b.track.id)
+            && self.tracks.iter().all(is_valid)
             && self.numbers.is_sorted_by(|a, b| a.0 < b.0)
-            // Else ids would run out, or come again.
+            // Otherwise, ids would run out or be given twice.
             && self.numbers.last().is_none_or(|(id, _)| *id <= self.last)
             && self.last.is_given_by(now);
-        self.roster = Roster::default();
-        for place in 0..self.known.len() {
-            let membership = self.known[place].membership;
-            self.roster.change(place, &Membership::Unassigned, &membership);
+        self.roster = GroupIndex::default();
+        for place in 0..self.tracks.len() {
+            let membership = self.tracks[place].membership;
+            self.roster.change(place, &Membership::Ungrouped, &membership);
         }
         is_whole && self.groups().iter().all(|group| self.number(*group).is_some())
     }
 
-    /// The known targets, by ascending track.
-    pub(crate) fn known(&self) -> &[Known] {
-        &self.known
+    /// Known targets, by ascending track.
+    pub(crate) fn tracks(&self) -> &[GroupedTrack] {
+        &self.tracks
     }
 
-    /// The place of a track; where it would have to be, if it is not known.
+    /// Index of a track, or the index at which to insert it.
     pub(crate) fn place(&self, track: TrackId) -> Result<usize, usize> {
-        self.known.binary_search_by_key(&track, |known| known.track.id)
+        self.tracks.binary_search_by_key(&track, |known| known.track.id)
     }
 
-    pub(crate) fn roster(&self) -> &Roster {
+    pub(crate) fn index(&self) -> &GroupIndex {
         &self.roster
     }
 
-    /// The groups that have members, ascending.
+    /// Groups with members, ascending.
     pub(crate) fn groups(&self) -> &[GroupId] {
         &self.roster.groups
     }
 
-    /// The places of a group's members, ascending.
+    /// Indices of a group's members, ascending.
     pub(crate) fn of(&self, group: GroupId) -> impl Iterator<Item = usize> + Clone + '_ {
         self.roster.of(group)
     }
 
-    /// Becomes the same as another; what it holds of it is used again. Groups that had no members there are forgotten.
+    /// Copies other memberships and reuses the buffers. Groups that have no members there are dropped.
     pub(crate) fn copy(&mut self, other: &Self) {
-        self.known.clone_from(&other.known);
+        self.tracks.clone_from(&other.tracks);
         self.roster.copy(&other.roster);
-        (self.founded, self.last) = (other.founded, other.last);
+        (self.created_count, self.last) = (other.created_count, other.last);
         self.numbers.clear();
         self.numbers.extend(other.numbers.iter().filter(|(id, _)| other.groups().binary_search(id).is_ok()));
     }
 
-    /// The id of a group that is founded of the targets in these places.
+    /// Returns a new id for a group of the targets with these indices.
     pub(crate) fn new_group(&mut self, now: Time, places: impl Iterator<Item = usize>) -> GroupId {
-        self.last = GroupId::founded(now, places.map(|place| self.known[place].track.id.0), self.last);
-        self.numbers.push((self.last, self.founded));
-        self.founded = self.founded.saturating_add(1);
+        self.last = GroupId::founded(now, places.map(|place| self.tracks[place].track.id.0), self.last);
+        self.numbers.push((self.last, self.created_count));
+        self.created_count = self.created_count.saturating_add(1);
         self.last
     }
 
-    /// The id of the how many'th group.
+    /// Returns the id of a group from its creation index.
     #[cfg(test)]
     pub(crate) fn id(&self, number: u32) -> Option<GroupId> {
         self.numbers.iter().find(|(_, known)| *known == number).map(|(id, _)| *id)
     }
 
-    /// The how many'th group it is that was founded, from 0.
+    /// Zero-based creation index of the group.
     pub(crate) fn number(&self, group: GroupId) -> Option<u32> {
         self.numbers.binary_search_by_key(&group, |(id, _)| *id).ok().map(|index| self.numbers[index].1)
     }
 
-    /// The tracks, to be carried on; they keep their ids.
+    /// Tracks, for prediction and update; their ids must not change.
     pub(crate) fn tracks_mut(&mut self) -> impl Iterator<Item = &mut Track> {
-        self.known.iter_mut().map(|known| &mut known.track)
+        self.tracks.iter_mut().map(|known| &mut known.track)
     }
 
-    /// One of them.
+    /// The track with an index.
     pub(crate) fn track_mut(&mut self, place: usize) -> &mut Track {
-        &mut self.known[place].track
+        &mut self.tracks[place].track
     }
 
-    /// A target that was not known, or whose track was lost, is in no group yet.
+    /// Adds or restarts a track; the target is in no group.
     pub(crate) fn start(&mut self, track: Track) {
-        let known = Known { track, membership: Membership::Unassigned, barred: None };
+        let known = GroupedTrack { track, membership: Membership::Ungrouped, blocked_groups: None };
         match self.place(track.id) {
             Ok(place) => {
-                self.set(place, Membership::Unassigned);
-                self.known[place] = known;
+                self.set(place, Membership::Ungrouped);
+                self.tracks[place] = known;
             }
             Err(place) => {
-                self.known.insert(place, known);
+                self.tracks.insert(place, known);
                 self.roster.entries.iter_mut().for_each(|entry| entry.1 += usize::from(entry.1 >= place));
             }
         }
     }
 
-    /// Tracks that have been lost for longer than `after` are known no more.
+    /// Removes tracks that have been lost for longer than `after`.
     pub(crate) fn forget_lost(&mut self, after: Duration) {
-        let is_old = |known: &Known| known.track.lost_for() > after;
-        for place in (0..self.known.len()).rev() {
-            if is_old(&self.known[place]) {
-                self.set(place, Membership::Unassigned);
-                self.known.remove(place);
+        let is_old = |known: &GroupedTrack| known.track.time_since_lost() > after;
+        for place in (0..self.tracks.len()).rev() {
+            if is_old(&self.tracks[place]) {
+                self.set(place, Membership::Ungrouped);
+                self.tracks.remove(place);
                 self.roster.entries.iter_mut().for_each(|entry| entry.1 -= usize::from(entry.1 > place));
             }
         }
     }
 
-    /// Gives a target its place in the team's work.
+    /// Sets the membership of a target.
     pub(crate) fn set(&mut self, place: usize, membership: Membership) {
-        let before = core::mem::replace(&mut self.known[place].membership, membership);
+        let before = core::mem::replace(&mut self.tracks[place].membership, membership);
         self.roster.change(place, &before, &membership);
     }
 
-    /// The target is not to be handed to a group until then.
-    pub(crate) fn bar(&mut self, place: usize, group: GroupId, until: Time) {
-        self.known[place].barred = Some((group, until));
+    /// Blocks handoffs of the target to a group until a time.
+    pub(crate) fn block(&mut self, place: usize, group: GroupId, until: Time) {
+        self.tracks[place].blocked_groups = Some((group, until));
     }
 }
 
@@ -304,33 +305,33 @@ mod tests {
     use super::*;
     use crate::frame::Velocity;
     use crate::message::{Cue, TargetLabel};
-    use crate::team::TeamParams;
+    use crate::params::TeamParams;
 
     fn track(label: u32) -> Track {
         let cue = Cue {
-            searcher: 0,
-            said: Time::START,
-            number: 0,
+            source: 0,
+            issued_at: Time::EPOCH,
+            sequence: 0,
             label: TargetLabel(label),
-            time: Time::START,
+            time: Time::EPOCH,
             position: Position::ORIGIN,
             velocity: Velocity::ZERO,
             position_sd_m: 1.0,
             velocity_sd_m_s: 1.0,
         };
-        Track::from_cue(&cue, &TeamParams::table_1().track, Time::START).unwrap()
+        Track::from_cue(&cue, &TeamParams::table_1().track, Time::EPOCH).unwrap()
     }
 
-    /// The roster, worked out anew.
+    /// The index of members, recomputed from scratch.
     fn roster(memberships: &Memberships) -> Vec<(GroupId, usize)> {
-        let of = |(place, known): (usize, &Known)| known.membership.groups().map(move |group| (group, place));
-        let mut roster: Vec<_> = memberships.known().iter().enumerate().flat_map(of).collect();
+        let of = |(place, known): (usize, &GroupedTrack)| known.membership.groups().map(move |group| (group, place));
+        let mut roster: Vec<_> = memberships.tracks().iter().enumerate().flat_map(of).collect();
         roster.sort_unstable();
         roster
     }
 
     #[test]
-    fn the_roster_follows_whatever_is_done() {
+    fn the_index_of_members_follows_every_change() {
         let mut memberships = Memberships::default();
         let mut seed = 1u64;
         let mut draw = |n: u64| {
@@ -339,29 +340,29 @@ mod tests {
         };
         let mut lost_and_forgotten = 0;
         for _ in 0..2000 {
-            let n = memberships.known().len();
+            let n = memberships.tracks().len();
             match draw(5) {
                 0 => memberships.start(track(draw(12) as u32)),
                 1 if n > 0 => {
-                    memberships.known[draw(n as u64) as usize].track.give_up();
+                    memberships.tracks[draw(n as u64) as usize].track.give_up();
                     let transition = TeamParams::table_1().track.transition(Duration::from_s(1.0));
                     memberships.tracks_mut().for_each(|track| track.predict(&transition));
                     memberships.forget_lost(Duration::from_s(2.5));
-                    lost_and_forgotten += n - memberships.known().len();
+                    lost_and_forgotten += n - memberships.tracks().len();
                 }
                 _ if n > 0 => {
                     let group = GroupId;
                     let handoff = Handoff {
                         from: Some(group(draw(3))).filter(|_| draw(3) > 0),
                         to: group(3 + draw(2)),
-                        requested_at: Time::START,
+                        requested_at: Time::EPOCH,
                         dwell: Duration::ZERO,
                     };
                     let all = [
-                        Membership::Unassigned,
+                        Membership::Ungrouped,
                         Membership::Member(group(draw(5))),
-                        Membership::Dwell(handoff),
-                        Membership::Discarded,
+                        Membership::InHandoff(handoff),
+                        Membership::Removed,
                     ];
                     memberships.set(draw(n as u64) as usize, all[draw(4) as usize]);
                 }
@@ -369,7 +370,7 @@ mod tests {
             }
             let expected = roster(&memberships);
             assert_eq!(memberships.roster.entries, expected);
-            assert!(memberships.known().is_sorted_by(|a, b| a.track.id < b.track.id));
+            assert!(memberships.tracks().is_sorted_by(|a, b| a.track.id < b.track.id));
             let groups: Vec<GroupId> = expected.chunk_by(|a, b| a.0 == b.0).map(|chunk| chunk[0].0).collect();
             assert_eq!(memberships.groups(), groups);
             for group in groups {

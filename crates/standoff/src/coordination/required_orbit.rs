@@ -1,49 +1,49 @@
-//! The orbit that a set of targets would require.
+//! Orbit that a set of targets requires.
 
-use crate::coordination::memberships::Known;
+use crate::coordination::desired_centre::DesiredCentre;
+use crate::coordination::memberships::GroupedTrack;
 use crate::coordination::spread::margin_m;
-use crate::coordination::wanted_centre::WantedCentre;
 use crate::estimation::group_centre::{mean_position_covariance, relative_covariance};
 use crate::frame::Position;
 use crate::guidance::heading::Orbit;
 use crate::guidance::standoff_distance::{Ramp, StandoffDistance};
+use crate::params::GroupingParams;
 use crate::target::TargetState;
-use crate::team::GroupParams;
 
-/// The orbit that a set of targets would require, about their centroid itself or the centre of the smallest circle about
-/// them. With the printed margin (16) none is taken: it jumps with every change of members.
+/// Orbit that a set of targets requires, around their centroid or the centre of their minimum enclosing circle. It does
+/// not use the published margin (16), which jumps with every change of members.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct RequiredOrbit {
     members: u32,
     centre: TargetState,
-    /// The place of the target furthest from the centre.
+    /// Index of the target furthest from the centre.
     pub(crate) furthest: usize,
-    /// The standoff distance.
+    /// Standoff distance and its rate.
     pub(crate) standoff: StandoffDistance,
 }
 
 impl RequiredOrbit {
-    /// `None` for no targets.
+    /// Computes the orbit; `None` without targets.
     pub(crate) fn of(
-        known: &[Known],
+        known: &[GroupedTrack],
         places: impl Iterator<Item = usize> + Clone,
-        params: &GroupParams,
+        params: &GroupingParams,
     ) -> Option<Self> {
         let estimate = |index: usize| known[index].estimate();
-        let wanted = WantedCentre::of(params.centre, known, places.clone())?;
-        let (centre, members) = (wanted.state, wanted.members);
-        let furthest = wanted.furthest(known, places.clone())?;
+        let desired = DesiredCentre::of(params.centre, known, places.clone())?;
+        let (centre, members) = (desired.state, desired.members);
+        let furthest = desired.furthest(known, places.clone())?;
         let relative_m2 = || {
             let centroid_m2 = mean_position_covariance(places.map(estimate), members);
             relative_covariance(estimate(furthest), &centroid_m2, members)
         };
         let margin_m = margin_m(params.margin, 0.0, relative_m2, known[furthest].position() - centre.position());
-        let spread = wanted.spread(&estimate(furthest).state, &centre);
+        let spread = desired.spread(&estimate(furthest).state, &centre);
         let standoff = params.standoff.distance(spread, margin_m);
         Some(Self { members, centre, furthest, standoff })
     }
 
-    /// Its centre.
+    /// Centre of the orbit.
     pub(crate) fn centre(&self) -> Position {
         self.centre.position()
     }
@@ -52,14 +52,15 @@ impl RequiredOrbit {
         self.members
     }
 
-    /// The orbit has room to spare, and the UAVs can follow it (half the limit of the discard by convergence).
-    pub(crate) fn leaves_room(&self, params: &GroupParams) -> bool {
+    /// True if the radius leaves room for readmission and the UAVs can follow the orbit (half the limit of removal by
+    /// convergence).
+    pub(crate) fn has_room(&self, params: &GroupingParams) -> bool {
         let growth_m2_s = self.standoff.distance_m * self.standoff.rate_m_s;
-        self.standoff.unclamped_m <= params.take_back_fraction * params.standoff.radius_max_m
-            && growth_m2_s <= 0.5 * params.convergence_limit_m2_s
+        self.standoff.unclamped_m <= params.readmission_radius_fraction * params.standoff.radius_max_m
+            && growth_m2_s <= 0.5 * params.divergence_limit_m2_s
     }
 
-    /// The orbit.
+    /// Returns the orbit.
     pub(crate) fn orbit(&self) -> Orbit {
         Orbit::about(&self.centre, &self.standoff, Ramp::from(&self.standoff))
     }

@@ -1,14 +1,14 @@
-//! How far the members of a group are from its centre, and the margin about the furthest.
+//! Spread of a group: the distance of its members from the centre, and the margin for the furthest member.
 
 use nalgebra::Matrix2;
 
-use crate::coordination::memberships::Known;
+use crate::coordination::memberships::GroupedTrack;
 use crate::frame::{Displacement, Position};
 use crate::guidance::standoff_distance::Spread;
+use crate::params::Margin;
 use crate::target::TargetState;
-use crate::team::Margin;
 
-/// The largest spread of members about their centre `in_s` seconds from now, if they keep their velocities.
+/// Maximum spread of the members around their centre `in_s` seconds from now, if they keep their velocities.
 pub(crate) fn spread_in(in_s: f64, members: impl Iterator<Item = TargetState>, centre: &TargetState) -> Spread {
     let later = |state: &TargetState| {
         TargetState::new(state.position() + state.velocity() * in_s, state.velocity(), [0.0, 0.0])
@@ -18,8 +18,8 @@ pub(crate) fn spread_in(in_s: f64, members: impl Iterator<Item = TargetState>, c
     spreads.max_by(|a, b| a.distance_m.total_cmp(&b.distance_m)).unwrap_or_default()
 }
 
-/// The margin d_m: printed (16), taken as if in metres, or metres from the covariance of the furthest member's position
-/// relative to the centroid, m2.
+/// Margin d_m: as published (16), interpreted as metres, or in metres from the covariance of the furthest member's
+/// position relative to the centroid, m2.
 ///
 /// Implements Eq. (16).
 pub(crate) fn margin_m(
@@ -42,11 +42,15 @@ pub(crate) fn margin_m(
     }
 }
 
-/// The place of the target furthest from a centre; of equally far ones the last.
+/// Index of the target furthest from a centre; the last of equally far ones.
 ///
-/// Equal is what rounding may have made unequal: both of a pair are as far from their centroid, and which way their line
-/// lies must not decide between them.
-pub(crate) fn furthest_from(centre: Position, known: &[Known], places: impl Iterator<Item = usize>) -> Option<usize> {
+/// Distances that differ only by rounding count as equal: the two members of a pair are equally far from their
+/// centroid, and the direction of their line must not decide between them.
+pub(crate) fn furthest_from(
+    centre: Position,
+    known: &[GroupedTrack],
+    places: impl Iterator<Item = usize>,
+) -> Option<usize> {
     let squared = places.map(|index| (known[index].position().squared_distance_m2(centre), index));
     let furthest = squared.reduce(|(most_m2, furthest), (squared_m2, index)| {
         let is_as_far = squared_m2 >= most_m2 * (1.0 - 1e-9);
@@ -60,9 +64,10 @@ mod tests {
     use super::*;
     use crate::frame::Velocity;
 
-    /// One member stands at 100 m, another moves outwards from 90 m at 5 m/s: in 4 s it is the furthest, at 110 m.
+    /// One member is stationary at 100 m, another moves outwards from 90 m at 5 m/s: in 4 s it is the furthest, at 110
+    /// m.
     #[test]
-    fn the_expected_spread_is_that_of_whoever_will_be_furthest() {
+    fn the_predicted_spread_is_that_of_the_member_furthest_by_then() {
         let member =
             |x_m, vx_m_s| TargetState::new(Position::from_m(x_m, 0.0), Velocity::from_m_s(vx_m_s, 0.0), [0.0, 0.0]);
         let centre = TargetState::new(Position::ORIGIN, Velocity::ZERO, [0.0, 0.0]);

@@ -1,58 +1,68 @@
-//! The UAVs that share the work.
+//! The UAVs of a team.
 
 use crate::angle::Angle;
 use crate::group_id::GroupId;
 use crate::message::Report;
-use crate::team::Radio;
+use crate::params::LinkModel;
 use crate::time::{Duration, Time};
 use crate::uav::{UavId, UavState};
 
-/// A UAV heard of late.
+/// A UAV whose last report is within the teammate timeout.
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Teammate {
-    /// Which UAV.
+    /// Id of the UAV.
     pub uav: UavId,
-    /// Where it is: as it says, or carried on to now from where it last said it was.
+    /// State of the UAV: as reported, or extrapolated to now from the last report.
     pub state: UavState,
-    /// It said so at this very instant.
-    pub is_heard: bool,
-    /// Where its sensor points, if it was heard at this very instant and looks.
+    /// True if the UAV has reported at this time step.
+    pub reported_now: bool,
+    /// Boresight of its sensor; `None` without a report or scan at this time step.
     pub boresight: Option<Angle>,
-    /// The group that it serves.
+    /// Assigned group of the UAV.
     pub group: Option<GroupId>,
-    /// What it last said of where it was.
-    pub(crate) said: UavState,
-    /// When.
-    pub(crate) said_at: Time,
-    /// The group that it said it serves: what it does.
-    pub(crate) does: Option<GroupId>,
-    /// It said that it leaves.
+    /// State in the last report.
+    pub(crate) last_report: UavState,
+    /// Time of the last report.
+    pub(crate) last_report_at: Time,
+    /// Assigned group according to the last report.
+    pub(crate) current_command: Option<GroupId>,
+    /// True if the UAV has announced that it leaves.
     pub(crate) has_left: bool,
 }
 
 impl Teammate {
-    /// A UAV that is heard at this instant; `group` is what the team believes that it serves.
+    /// A UAV with a report of this time step; `group` is its assignment in the team state.
     pub(crate) fn heard(report: &Report, group: Option<GroupId>) -> Self {
-        let Report { uav, state, boresight, time, duty, leaves, .. } = *report;
+        let Report { uav, state, boresight, time, assigned_group: duty, is_leaving: leaves, .. } = *report;
         let (said, said_at, does, has_left) = (state, time, duty, leaves);
-        Self { uav, state, is_heard: true, boresight, group, said, said_at, does, has_left }
+        Self {
+            uav,
+            state,
+            reported_now: true,
+            boresight,
+            group,
+            last_report: said,
+            last_report_at: said_at,
+            current_command: does,
+            has_left,
+        }
     }
 
-    /// It has been heard within the lease, and has not said that it leaves.
-    pub(crate) fn is_of_late(&self, now: Time, lease: Duration) -> bool {
-        !self.has_left && now - self.said_at <= lease
+    /// True if the last report is within the teammate timeout and does not announce that the UAV leaves.
+    pub(crate) fn is_recent(&self, now: Time, lease: Duration) -> bool {
+        !self.has_left && now - self.last_report_at <= lease
     }
 
-    /// The same, not heard now, carried on from where it last said it was: straight on, or with the turn that it flew.
-    pub(crate) fn carried_on(&self, now: Time, radio: Radio) -> Self {
-        let (said, after_s) = (&self.said, (now - self.said_at).s());
+    /// Extrapolates a UAV without a current report from its last one: straight ahead, or along its turn.
+    pub(crate) fn extrapolated(&self, now: Time, radio: LinkModel) -> Self {
+        let (last, after_s) = (&self.last_report, (now - self.last_report_at).s());
         let state = match radio {
-            Radio::Perfect => {
-                let straight = UavState { turn_rate_rad_s: 0.0, ..*said }.carried_on(after_s);
-                UavState { turn_rate_rad_s: said.turn_rate_rad_s, ..straight }
+            LinkModel::Ideal => {
+                let straight = UavState { turn_rate_rad_s: 0.0, ..*last }.extrapolated(after_s);
+                UavState { turn_rate_rad_s: last.turn_rate_rad_s, ..straight }
             }
-            Radio::Fallible => said.carried_on(after_s),
+            LinkModel::Lossy => last.extrapolated(after_s),
         };
-        Self { state, is_heard: false, boresight: None, ..*self }
+        Self { state, reported_now: false, boresight: None, ..*self }
     }
 }

@@ -1,8 +1,8 @@
-//! The centre of a group: a linear Kalman filter on the centroid of the members' estimated positions (section II.C).
+//! Centre of a group: a linear Kalman filter on the centroid of the members' estimated positions (section II.C).
 //!
-//! The model is the targets' own (5, 6). The paper prints no R: here it is the covariance of the centroid, the sum of
-//! the members' position covariances over n^2. The filter filters what is already filtered, so its own covariance is
-//! too small to take a margin from.
+//! The motion model is the target model (5, 6). The paper does not give R. This module uses the covariance of the
+//! centroid: the sum of the members' position covariances over n^2. The filter's input is already filtered, so its
+//! covariance is too small to derive a margin from it.
 
 use nalgebra::{Matrix2, Vector6};
 
@@ -11,7 +11,7 @@ use crate::estimation::information_filter::{Contribution, Estimate, InformationF
 use crate::frame::Position;
 use crate::target::{TargetState, Transition};
 
-/// The plain average of the members' estimates at one instant.
+/// The unweighted mean of the members' estimates at one time step.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Centroid {
     /// Mean of the members' states, and its covariance (the sum of theirs over n^2).
@@ -21,7 +21,7 @@ pub struct Centroid {
 }
 
 impl Centroid {
-    /// Averages; `None` for no members.
+    /// Computes the mean of the members; `None` if there are no members.
     pub fn of<'a>(members: impl Iterator<Item = &'a Estimate>) -> Option<Self> {
         let (mut sum, mut covariance, mut n) = (Vector6::zeros(), Covariance::default(), 0u32);
         for member in members {
@@ -34,33 +34,33 @@ impl Centroid {
         (n > 0).then_some(Self { mean, members: n })
     }
 
-    /// The same covariance about another state.
+    /// Replaces the mean state and keeps the covariance.
     pub(crate) fn at(mut self, state: &TargetState) -> Self {
         self.mean.state = *state;
         self
     }
 }
 
-/// Covariance of the position of a member relative to the centroid of so many, whose own is `centroid_m2`, m2: what a
-/// margin for that member must cover.
+/// Covariance of a member's position relative to the centroid of `members` members, m2. `centroid_m2` is the position
+/// covariance of the centroid. The margin of the member must cover this covariance.
 pub(crate) fn relative_covariance(member: &Estimate, centroid_m2: &Matrix2<f64>, members: u32) -> Matrix2<f64> {
     let own_share = 1.0 - 2.0 / f64::from(members);
     member.position_covariance() * own_share + centroid_m2
 }
 
-/// The mean of the members' states alone, and their number; `None` for no members.
+/// Mean of the members' states and their number; `None` if there are no members.
 pub(crate) fn mean_state<'a>(members: impl Iterator<Item = &'a Estimate>) -> Option<(TargetState, u32)> {
     let (sum, n) = members.fold((Vector6::zeros(), 0u32), |(sum, n), member| (sum + member.state.0, n + 1));
     (n > 0).then(|| (TargetState(sum * (1.0 / f64::from(n))), n))
 }
 
-/// The covariance of the mean of the members' positions alone, m2.
+/// Covariance of the mean of the positions of `n` members, m2.
 pub(crate) fn mean_position_covariance<'a>(members: impl Iterator<Item = &'a Estimate>, n: u32) -> Matrix2<f64> {
     let weight = 1.0 / f64::from(n);
     members.map(Estimate::position_covariance).sum::<Matrix2<f64>>() * (weight * weight)
 }
 
-/// The filter of a group's centre.
+/// Kalman filter of a group's centre.
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct GroupCentre {
     filter: InformationFilter,
@@ -69,8 +69,9 @@ pub struct GroupCentre {
 }
 
 impl GroupCentre {
-    /// Starts at the centroid; `None` if its numbers are no estimate. Where its components are so correlated that rounding
-    /// leaves no covariance, it starts without their correlations: a group has a centre as long as it has members.
+    /// Starts the filter at the centroid; `None` if the centroid is not a valid estimate. If the components are so
+    /// correlated that rounding makes the covariance singular, the filter starts without the correlations, because a
+    /// group with members must have a centre.
     pub fn start(centroid: &Centroid) -> Option<Self> {
         let mean = centroid.mean;
         let variances = mean.covariance.matrix().diagonal().into();
@@ -79,14 +80,15 @@ impl GroupCentre {
         Some(Self { filter: InformationFilter::new(mean).or_else(uncorrelated)?, innovation_distance: 0.0 })
     }
 
-    /// At the centroid itself.
+    /// Starts the filter at the centroid with a given innovation distance.
     pub fn at(centroid: &Centroid, innovation_distance: f64) -> Option<Self> {
         Some(Self { innovation_distance, ..Self::start(centroid)? })
     }
 
-    /// Predicts and takes in the centroid of one instant. `None` if the numbers do not allow it.
+    /// Predicts the centre and updates it with the centroid of one time step. `None` if the filter becomes invalid.
     ///
-    /// Implements section II.C. The innovation's distance is Eq. (16) as printed: weighted with the predicted position covariance alone.
+    /// Implements section II.C. The innovation's distance is Eq. (16) as published: weighted with the predicted
+    /// position covariance alone.
     #[must_use]
     #[inline]
     pub fn advance(mut self, transition: &Transition, centroid: &Centroid) -> Option<Self> {
@@ -94,35 +96,37 @@ impl GroupCentre {
         self.follow(transition, mean.state.position(), &mean.position_covariance()).then_some(self)
     }
 
-    /// [Advances](Self::advance) in place, given the position of the centroid and its covariance (m2); whether the numbers
-    /// allowed it.
+    /// [Advances](Self::advance) the centre in place, given the position of the centroid and its covariance (m2).
+    /// Returns false if the filter became invalid.
     pub(crate) fn follow(&mut self, transition: &Transition, measured: Position, covariance: &Matrix2<f64>) -> bool {
         self.filter.predict(transition);
         let predicted = self.filter.estimate();
         self.innovation_distance =
             mahalanobis_squared(measured, predicted.state.position(), &predicted.position_covariance());
-        self.filter.update(&Contribution::of_position(measured, covariance));
-        self.filter.is_sound()
+        self.filter.update(&Contribution::from_position(measured, covariance));
+        self.filter.is_valid()
     }
 
-    /// Its numbers are such as a filter keeps.
-    pub(crate) fn is_sound(&self) -> bool {
-        self.filter.is_sound()
+    /// Returns true if the filter is valid.
+    pub(crate) fn is_valid(&self) -> bool {
+        self.filter.is_valid()
     }
 
-    /// Moves the centre by what a change of members moved the centroid, so that the change is no innovation.
+    /// Shifts the centre by the jump of the centroid at a membership change, so that the jump is not treated as
+    /// innovation.
     #[must_use]
     pub fn shifted(&self, by: &Vector6<f64>) -> Self {
         Self { filter: self.filter.shifted(by), ..*self }
     }
 
-    /// Puts the centre elsewhere.
+    /// Replaces the state of the centre and keeps the covariance.
     #[must_use]
-    pub(crate) fn moved_to(&self, there: &TargetState) -> Self {
+    pub(crate) fn with_centre_at(&self, there: &TargetState) -> Self {
         Self { filter: self.filter.moved_to(there), ..*self }
     }
 
-    /// Mean and covariance of the centre; of one that is not filtered, the covariance is that of its founding.
+    /// Mean and covariance of the centre. If the centre is not filtered, the covariance is the one at the group's
+    /// creation.
     pub fn estimate(&self) -> &Estimate {
         self.filter.estimate()
     }
@@ -160,9 +164,9 @@ mod tests {
         assert!(Centroid::of([].iter()).is_none());
     }
 
-    /// A position that follows from the velocity, to the last digit.
+    /// The position is fully correlated with the velocity, to the last digit.
     #[test]
-    fn a_centre_starts_also_where_rounding_has_left_no_covariance() {
+    fn a_centre_starts_despite_a_covariance_made_singular_by_rounding() {
         let mut centroid = Centroid::of([member(0.0, 0.0, 16.0)].iter()).unwrap();
         let mut upper = centroid.mean.covariance.upper_triangle();
         upper[1] = 4.0 * (1.0 + 1e-15);
@@ -173,7 +177,7 @@ mod tests {
         assert_eq!(centre.estimate().position_covariance(), centroid.mean.position_covariance());
     }
 
-    /// Relative to the centroid of two, each member is half the difference: (P1 + P2) / 4.
+    /// Relative to the centroid of two, the position of each member is half the difference: (P1 + P2) / 4.
     #[test]
     fn the_relative_covariance_of_a_pair_is_a_quarter_of_the_sum() {
         let members = [member(0.0, 0.0, 16.0), member(8.0, 0.0, 4.0)];
@@ -184,9 +188,9 @@ mod tests {
         }
     }
 
-    /// Checks Eq. (16): dimensionless and quadratic, whatever the unit of the margin it is added to.
+    /// Checks Eq. (16): the distance is dimensionless and quadratic, although it is added to a margin in metres.
     #[test]
-    fn the_printed_margin_is_a_squared_mahalanobis_distance() {
+    fn the_published_margin_is_a_squared_mahalanobis_distance() {
         let p = Matrix2::new(4.0, 0.0, 0.0, 25.0);
         let d = mahalanobis_squared(Position::from_m(2.0, 5.0), Position::ORIGIN, &p);
         assert!((d - 2.0).abs() < 1e-12);
@@ -194,10 +198,10 @@ mod tests {
         assert!((twice - 8.0).abs() < 1e-12);
     }
 
-    /// Checks the erratum of Eq. (16): weighted with P_pos alone it runs above a chi-square of two degrees of freedom
-    /// (mean 2), which the full innovation covariance P_pos + R would give.
+    /// Checks the erratum of Eq. (16): weighted with P_pos alone, the distance exceeds a chi-square of two degrees of
+    /// freedom (mean 2), which the full innovation covariance P_pos + R would give.
     #[test]
-    fn the_printed_weight_is_too_tight() {
+    fn the_published_weight_is_too_large() {
         let transition =
             TargetParams { correlation_rate_1_s: 0.1, acceleration_sd_m_s2: 0.2 }.transition(Duration::from_s(0.5));
         let mut centre = GroupCentre::start(&Centroid::of([member(0.0, 0.0, 16.0)].iter()).unwrap()).unwrap();

@@ -1,4 +1,4 @@
-//! The extended information filter (8-11): the estimate of one target, fused from any number of UAVs' measurements.
+//! Extended information filter (8-11): estimates one target from the measurements of any number of UAVs.
 //!
 //! ```text
 //! y_{k|k-1} = Y_{k|k-1} F Y_{k-1}^-1 y_{k-1}                                    Eq. (8)
@@ -7,17 +7,17 @@
 //! Y_{k|k}   = Y_{k|k-1} + sum_i H_i' R_i^-1 H_i                                 Eq. (11)
 //! ```
 //!
-//! H has position columns only, so what all UAVs say of a target sums to one 2x2 block and one 2-vector: a
-//! [`Contribution`]. UAVs that share the prior and add the same contributions in the same order hold the same estimate.
+//! H has position columns only, so the measurements of all UAVs sum to one 2x2 block and one 2-vector: a
+//! [`Contribution`]. UAVs that share the prior and add the same contributions in the same order have the same estimate.
 
 use nalgebra::{Matrix2, Matrix6, Vector2, Vector6};
 
 use crate::covariance::{Covariance, OWN};
 use crate::frame::Position;
-use crate::sensor::{self, RANGE_MIN_M, RangeBearing, SensorParams};
+use crate::sensor::{self, RANGE_MIN_M, RangeBearingMeasurement, SensorParams};
 use crate::target::{TargetState, Transition};
 
-/// What measurements of one instant add to the information about a target's position.
+/// Information update: the information about a target's position that the measurements of one time step add.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct Contribution {
     /// H' R^-1 H, position block, 1/m2.
@@ -27,28 +27,32 @@ pub struct Contribution {
 }
 
 impl Contribution {
-    /// What a range and bearing measured from `uav` says, linearised about the predicted target position.
+    /// Contribution of a range and bearing measured from `uav`, linearised at the predicted target position.
     ///
-    /// Implements the summands of Eq. (10), (11); the bearing's innovation wraps. Nothing where the Jacobian does not
-    /// exist.
-    pub fn of_measurement(sensor: &SensorParams, uav: Position, z: &RangeBearing, predicted: Position) -> Contribution {
-        let [contribution] = Self::of_measurements(sensor, [(uav, z, predicted)]);
+    /// Implements the summands of Eq. (10), (11); the bearing's innovation wraps. Zero if the Jacobian does not exist.
+    pub fn from_measurement(
+        sensor: &SensorParams,
+        uav: Position,
+        z: &RangeBearingMeasurement,
+        predicted: Position,
+    ) -> Contribution {
+        let [contribution] = Self::from_measurements(sensor, [(uav, z, predicted)]);
         contribution
     }
 
-    /// What several measurements say, each from its own UAV and linearised about its own target's predicted position: the
-    /// same as one by one, in less time.
+    /// Like [`Self::from_measurement`] for several measurements, each with its own UAV position and predicted target
+    /// position. Same results, but faster.
     #[inline]
-    pub(crate) fn of_measurements<const N: usize>(
+    pub(crate) fn from_measurements<const N: usize>(
         sensor: &SensorParams,
-        measurements: [(Position, &RangeBearing, Position); N],
+        measurements: [(Position, &RangeBearingMeasurement, Position); N],
     ) -> [Contribution; N] {
         let targets_rel_uav = measurements.map(|(uav, _, predicted)| predicted - uav);
-        let expected = sensor::measure_each(targets_rel_uav);
+        let expected = sensor::measure_batch(targets_rel_uav);
         let weights = sensor.noise_weights();
         core::array::from_fn(|i| {
             let ((_, z, predicted), expected) = (measurements[i], expected[i]);
-            // Where the Jacobian does not exist, the measurement weighs nothing.
+            // If the Jacobian does not exist, the measurement has zero weight.
             let weights = if expected.range_m >= RANGE_MIN_M { weights } else { [0.0; 2] };
             let [range, bearing] = sensor::jacobian_rows(expected.range_m.max(RANGE_MIN_M), targets_rel_uav[i]);
             let scalar = |h: Vector2<f64>, nu: f64, weight: f64| {
@@ -56,15 +60,16 @@ impl Contribution {
                 let information = Matrix2::new(weighted.x * h.x, weighted.x * h.y, weighted.x * h.y, weighted.y * h.y);
                 Contribution { information, vector: weighted * (nu + h.dot(&predicted.vector())) }
             };
-            // R is diagonal: range and bearing are taken one by one.
+            // R is diagonal, so range and bearing are processed one after the other.
             let mut sum = scalar(range, z.range_m - expected.range_m, weights[0]);
             sum += scalar(bearing, (z.bearing - expected.bearing).rad(), weights[1]);
             sum
         })
     }
 
-    /// What a directly measured position with covariance `covariance` (m2) says. Nothing if that is singular.
-    pub fn of_position(position: Position, covariance: &Matrix2<f64>) -> Contribution {
+    /// Contribution of a directly measured position with covariance `covariance` (m2). Zero if the covariance is
+    /// singular.
+    pub fn from_position(position: Position, covariance: &Matrix2<f64>) -> Contribution {
         let Some(information) = inverse_2(covariance) else { return Contribution::default() };
         Contribution { information, vector: information * position.vector() }
     }
@@ -77,7 +82,7 @@ impl core::ops::AddAssign for Contribution {
     }
 }
 
-/// A mean and its covariance, state order `[x, vx, ax, y, vy, ay]`.
+/// Mean and covariance of a state, component order `[x, vx, ax, y, vy, ay]`.
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Estimate {
     /// Mean.
@@ -87,27 +92,27 @@ pub struct Estimate {
 }
 
 impl Estimate {
-    /// The covariance of the position, m2.
+    /// Covariance of the position, m2.
     pub fn position_covariance(&self) -> Matrix2<f64> {
         self.covariance.position()
     }
 
-    /// Standard deviation of the position in its least known direction, m.
+    /// Standard deviation of the position in its most uncertain direction, m.
     pub fn position_sd_max_m(&self) -> f64 {
         self.covariance.position_sd_max_m()
     }
 }
 
-/// A contribution is taken in at once if the product of the traces of I and A is no more than this: what differences of
-/// covariances lose grows with its cube, to the last four digits but here. A position known to 700 m and measured to 10 m
-/// makes 10,000.
+/// Maximum product of the traces of I and A for which a contribution is applied in one step. The rounding error of the
+/// covariance difference grows with the cube of this product; at the maximum about four correct digits remain. A
+/// position known to 700 m and measured to 10 m gives about 10,000.
 const AT_ONCE_MAX: f64 = 1e4;
 
-/// No direction needs more parts than this: 10,000 to that power is beyond what numbers hold.
+/// Maximum number of parts per direction. 10,000 to this power is beyond the precision of a double.
 const PARTS_MAX: u32 = 6;
 
-/// An extended information filter. It keeps the estimate; the information vector y and the information matrix Y that
-/// stand for it are made when asked for.
+/// An extended information filter. It stores the estimate (mean and covariance); the equivalent information vector y
+/// and information matrix Y are computed on request.
 ///
 /// ```
 /// use standoff::*;
@@ -115,19 +120,19 @@ const PARTS_MAX: u32 = 6;
 /// let sensor = TeamParams::table_1().track.sensor;
 /// let state = TargetState::new(Position::from_m(10.0, -5.0), Velocity::from_m_s(8.0, 0.0), [0.0, 0.0]);
 /// let covariance = Covariance::from_diagonal([400.0, 400.0, 4.0, 4.0, 0.1, 0.1]);
-/// let mut filter = InformationFilter::new(Estimate { state, covariance }).expect("it is positive definite");
+/// let mut filter = InformationFilter::new(Estimate { state, covariance }).expect("the covariance is positive definite");
 /// filter.predict(&TargetParams { correlation_rate_1_s: 0.1, acceleration_sd_m_s2: 0.3 }.transition(Duration::from_s(0.5)));
 ///
-/// // Two UAVs measure; their contributions add up, whatever their order.
+/// // The contributions of two UAVs are summed; their order does not matter.
 /// let predicted = filter.estimate().state.position();
 /// let mut sum = Contribution::default();
 /// for uav in [Position::from_m(400.0, 0.0), Position::from_m(0.0, 400.0)] {
-///     let z = RangeBearing { range_m: 400.0, bearing: (Position::from_m(0.0, 0.0) - uav).direction() };
-///     sum += Contribution::of_measurement(&sensor, uav, &z, predicted);
+///     let z = RangeBearingMeasurement { range_m: 400.0, bearing: (Position::from_m(0.0, 0.0) - uav).direction() };
+///     sum += Contribution::from_measurement(&sensor, uav, &z, predicted);
 /// }
 /// let before_m = filter.estimate().position_sd_max_m();
 /// filter.update(&sum);
-/// assert!(filter.is_sound() && filter.estimate().position_sd_max_m() < before_m / 2.0);
+/// assert!(filter.is_valid() && filter.estimate().position_sd_max_m() < before_m / 2.0);
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct InformationFilter {
@@ -135,11 +140,11 @@ pub struct InformationFilter {
 }
 
 impl InformationFilter {
-    /// Starts from an estimate; `None` unless its covariance is positive definite and all is finite.
+    /// Creates a filter from an estimate; `None` unless all numbers are finite and the covariance is positive definite.
     pub fn new(estimate: Estimate) -> Option<Self> {
         inverse(&estimate.covariance.matrix())?;
         let filter = Self { estimate };
-        filter.is_sound().then_some(filter)
+        filter.is_valid().then_some(filter)
     }
 
     /// Mean and covariance.
@@ -147,17 +152,17 @@ impl InformationFilter {
         &self.estimate
     }
 
-    /// Information vector y = Y x; `None` where Y does not exist in these numbers.
+    /// Information vector y = Y x; `None` if Y cannot be computed numerically.
     pub fn information_vector(&self) -> Option<Vector6<f64>> {
         Some(self.information_matrix()? * self.estimate.state.0)
     }
 
-    /// Information matrix Y = P^-1; `None` where it does not exist in these numbers.
+    /// Information matrix Y = P^-1; `None` if it cannot be computed numerically.
     pub fn information_matrix(&self) -> Option<Matrix6<f64>> {
         inverse(&self.estimate.covariance.matrix())
     }
 
-    /// Carries the estimate over a time step.
+    /// Predicts the estimate over a time step.
     ///
     /// Implements Eq. (8), (9).
     pub fn predict(&mut self, transition: &Transition) {
@@ -165,27 +170,28 @@ impl InformationFilter {
         transition.predict_covariance(&mut self.estimate.covariance);
     }
 
-    /// Adds what was measured.
+    /// Updates the estimate with the sum of all UAVs' contributions.
     ///
-    /// Implements Eq. (10), (11), for the sum of all UAVs' contributions: what is added to Y has rank two, so by the
-    /// matrix inversion lemma P loses `C W C'`, where C are the position columns of P, A its position block, I the
-    /// contribution's information and `W = (1 + I A)^-1 I`; and x moves by `C (1 + I A)^-1 (i - I x)`.
+    /// Implements Eq. (10), (11). The matrix added to Y has rank two, so by the matrix inversion lemma P decreases by
+    /// `C W C'`, where C are the position columns of P, A is its position block, I is the contribution's information
+    /// and `W = (1 + I A)^-1 I`. The mean x moves by `C (1 + I A)^-1 (i - I x)`.
     pub fn update(&mut self, contribution: &Contribution) {
-        // One triangle speaks for both, whatever the contribution's rounding.
+        // Use one triangle for both, so that rounding in the contribution cannot make it asymmetric.
         let of = |row, column| contribution.information[(row, column)];
         let information = Matrix2::new(of(0, 0), of(0, 1), of(0, 1), of(1, 1));
         if information.trace() * self.estimate.position_covariance().trace() > AT_ONCE_MAX {
             self.update_direction_by_direction(&information, &contribution.vector);
         } else {
-            self.update_at_once(&information, &contribution.vector);
+            self.update_in_one_step(&information, &contribution.vector);
         }
     }
 
-    /// Adds what tells far more than was known, or tells it in one direction alone, where the 2x2 inverse of
-    /// [`Self::update_at_once`] would lose it: the two directions in which it tells most and least, one after the other,
-    /// each in parts of which none leaves next to nothing. Information adds, so all that comes to the same.
+    /// Update for a contribution that is much more informative than the prior, possibly in one direction only, for
+    /// which the 2x2 inverse of [`Self::update_in_one_step`] would lose precision. Processes the two eigenvectors of
+    /// the information one after the other, each in parts small enough to leave a well-conditioned covariance.
+    /// Information is additive, so the result is the same.
     ///
-    /// Where numbers hold the result no longer, it is made unsound.
+    /// If the result cannot be represented numerically, the filter becomes invalid (NaN).
     #[cold]
     fn update_direction_by_direction(&mut self, information: &Matrix2<f64>, vector: &Vector2<f64>) {
         let Estimate { state, covariance } = &mut self.estimate;
@@ -193,7 +199,7 @@ impl InformationFilter {
         let directions = information.symmetric_eigen();
         let predicted = state.position().vector();
         for (direction, weight) in directions.eigenvectors.column_iter().zip(&directions.eigenvalues) {
-            // Where it tells nothing, rounding leaves a little, of either sign.
+            // A direction without information has a tiny eigenvalue of either sign, due to rounding.
             if *weight <= f64::EPSILON * information.trace() {
                 continue;
             }
@@ -219,7 +225,7 @@ impl InformationFilter {
     }
 
     #[inline]
-    fn update_at_once(&mut self, information: &Matrix2<f64>, vector: &Vector2<f64>) {
+    fn update_in_one_step(&mut self, information: &Matrix2<f64>, vector: &Vector2<f64>) {
         let Estimate { state, covariance: p } = &mut self.estimate;
         let undamped = Matrix2::identity() + information * p.position();
         let determinant = undamped[(0, 0)] * undamped[(1, 1)] - undamped[(0, 1)] * undamped[(1, 0)];
@@ -229,18 +235,18 @@ impl InformationFilter {
         let weight = damping * information;
         let (w_xx, w_xy, w_yy) = (weight[(0, 0)], weight[(0, 1)], weight[(1, 1)]);
 
-        // C: how each component of east and of north goes with x, and with y.
-        let with_x = [0, 1, 2].map(|i| Vector2::new(p.own[i].x, p.across[0][i]));
-        let with_y = [0, 1, 2].map(|i| Vector2::new(p.across[i][0], p.own[i].y));
+        // C: covariance of each east and north component with x, and with y.
+        let with_x = [0, 1, 2].map(|i| Vector2::new(p.same_axis[i].x, p.cross_axis[0][i]));
+        let with_y = [0, 1, 2].map(|i| Vector2::new(p.cross_axis[i][0], p.same_axis[i].y));
         let lost_x = [0, 1, 2].map(|i| with_x[i] * w_xx + with_y[i] * w_xy);
         let lost_y = [0, 1, 2].map(|i| with_x[i] * w_xy + with_y[i] * w_yy);
         for row in 0..3 {
             for column in row..3 {
-                p.own[OWN[row][column]] -=
+                p.same_axis[OWN[row][column]] -=
                     lost_x[row].component_mul(&with_x[column]) + lost_y[row].component_mul(&with_y[column]);
             }
             for column in 0..3 {
-                p.across[row][column] -= lost_x[row].x * with_x[column].y + lost_y[row].x * with_y[column].y;
+                p.cross_axis[row][column] -= lost_x[row].x * with_x[column].y + lost_y[row].x * with_y[column].y;
             }
             let moved = with_x[row] * innovation.x + with_y[row] * innovation.y;
             state.0[row] += moved.x;
@@ -248,37 +254,38 @@ impl InformationFilter {
         }
     }
 
-    /// The same information about a target displaced by `by`: shifts the mean, keeps the covariance.
+    /// Shifts the mean by `by` and keeps the covariance.
     pub(crate) fn shifted(&self, by: &Vector6<f64>) -> Self {
         Self { estimate: Estimate { state: TargetState(self.estimate.state.0 + by), ..self.estimate } }
     }
 
-    /// The same information about a target that is elsewhere: keeps the covariance.
+    /// Replaces the mean by `state` and keeps the covariance.
     pub(crate) fn moved_to(&self, state: &TargetState) -> Self {
         Self { estimate: Estimate { state: *state, ..self.estimate } }
     }
 
-    /// All is finite, and no variance has vanished: what was done to it since did not go beyond what numbers can hold.
-    pub fn is_sound(&self) -> bool {
+    /// Returns true if all numbers are finite and all variances are positive, so no update has exceeded the number
+    /// range.
+    pub fn is_valid(&self) -> bool {
         let Estimate { state, covariance } = &self.estimate;
         let is_positive =
-            [0, 3, 5].map(|i| covariance.own[i]).iter().fold(true, |all, v| all & (v.x > 0.0) & (v.y > 0.0));
-        // What is not finite in a sum stays so.
-        let own: Vector2<f64> = covariance.own.iter().sum();
-        let across: f64 = covariance.across.as_flattened().iter().sum();
+            [0, 3, 5].map(|i| covariance.same_axis[i]).iter().fold(true, |all, v| all & (v.x > 0.0) & (v.y > 0.0));
+        // A sum with a term that is not finite is not finite.
+        let own: Vector2<f64> = covariance.same_axis.iter().sum();
+        let across: f64 = covariance.cross_axis.as_flattened().iter().sum();
         is_positive && (own.x + own.y + across + state.0.sum()).is_finite()
     }
 }
 
-/// All of them, without a branch for each: of what is not finite, all bits of the exponent are set, and one more carries
-/// into the sign.
+/// Returns true if all values are finite, without branches: all exponent bits of infinities and NaN are set, so adding
+/// one carries into the sign bit.
 fn are_finite(values: &[f64]) -> bool {
     const ONE_IN_EXPONENT: u64 = 1 << (f64::MANTISSA_DIGITS - 1);
     let carried = values.iter().fold(0, |any, value| any | (value.abs().to_bits() + ONE_IN_EXPONENT));
     carried >> 63 == 0
 }
 
-/// Positive definite, and by more than rounding: whatever the units, no component follows from the others.
+/// Returns true if the covariance is positive definite by more than rounding, independent of the units.
 pub(crate) fn is_well_posed(covariance: &Matrix6<f64>) -> bool {
     const MARGIN: f64 = 1e-13;
     let sds = covariance.diagonal().map(f64::sqrt);
@@ -288,14 +295,14 @@ pub(crate) fn is_well_posed(covariance: &Matrix6<f64>) -> bool {
     correlations.cholesky().is_some()
 }
 
-/// Inverse of a covariance of two, of which the upper triangle counts; `None` if it is not positive definite.
+/// Inverse of a 2x2 covariance; `None` if it is not positive definite. Only the upper triangle is used.
 pub(crate) fn inverse_2(covariance: &Matrix2<f64>) -> Option<Matrix2<f64>> {
     let (a, b, d) = (covariance[(0, 0)], covariance[(0, 1)], covariance[(1, 1)]);
     let determinant = a * d - b * b;
     (a > 0.0 && determinant > 0.0).then(|| Matrix2::new(d, -b, -b, a) / determinant)
 }
 
-/// Inverse of a symmetric positive definite matrix, symmetric to the bit; `None` if it is not that.
+/// Inverse of a symmetric positive definite matrix, exactly symmetric; `None` if the matrix is not positive definite.
 fn inverse(matrix: &Matrix6<f64>) -> Option<Matrix6<f64>> {
     if !are_finite(matrix.as_slice()) {
         return None;
@@ -329,11 +336,12 @@ mod tests {
         Estimate { state, covariance: Covariance::from_diagonal(variances) }
     }
 
-    /// A textbook extended Kalman filter in Joseph form, all UAVs stacked one after the other at one linearisation.
-    fn kalman_update(prior: &Estimate, looks: &[(Position, RangeBearing)]) -> Estimate {
+    /// A textbook extended Kalman filter in Joseph form. The UAVs are processed one after the other at one
+    /// linearisation.
+    fn kalman_update(prior: &Estimate, measurements: &[(Position, RangeBearingMeasurement)]) -> Estimate {
         let linearised_at = prior.state.position();
         let (mut x, mut p) = (prior.state.0, prior.covariance.matrix());
-        for (uav, z) in looks {
+        for (uav, z) in measurements {
             let h2 = sensor::jacobian(*uav, linearised_at).unwrap();
             let mut h = Matrix2x6::zeros();
             for i in 0..2 {
@@ -342,7 +350,7 @@ mod tests {
             }
             let expected = sensor::measure(*uav, linearised_at);
             let nu = Vector2::new(z.range_m - expected.range_m, (z.bearing - expected.bearing).rad());
-            // Every look is linearised at the prior, as (10) has it, so later ones see z - h(x0) + H x0 - H x.
+            // As in (10), every measurement is linearised at the prior, so the innovation is z - h(x0) + H x0 - H x.
             let nu = nu + h * prior.state.0 - h * x;
             let r = Matrix2::from_diagonal(&Vector2::new(100.0, 3f64.to_radians() * 3f64.to_radians()));
             let s = h * p * h.transpose() + r;
@@ -354,9 +362,9 @@ mod tests {
         Estimate { state: TargetState(x), covariance: Covariance::from(&p) }
     }
 
-    /// Checks Eq. (8), (9), (10), (11): the same numbers as a Kalman filter in Joseph form, over many fused steps.
+    /// Checks Eq. (8), (9), (10), (11): same results as a Kalman filter in Joseph form over many fused steps.
     #[test]
-    fn it_equals_a_kalman_filter_in_joseph_form() {
+    fn results_equal_a_kalman_filter_in_joseph_form() {
         let mut filter = InformationFilter::new(start()).unwrap();
         let mut kalman = start();
         for step in 0..200 {
@@ -365,23 +373,23 @@ mod tests {
             kalman.state = transition().predict(&kalman.state);
             transition().predict_covariance(&mut kalman.covariance);
             let truth = Position::from_m(12.0 + 4.0 * t, -30.0 + t);
-            let looks: Vec<_> = [0.1 * t, 0.1 * t + 1.5]
+            let measurements: Vec<_> = [0.1 * t, 0.1 * t + 1.5]
                 .into_iter()
                 .map(|phase| {
                     let uav = truth + Displacement::from_polar(400.0, Angle::from_rad(phase));
                     let exact = sensor::measure(uav, truth);
                     let noise = math::sin(7.0 * t + phase);
                     let bearing = exact.bearing + Angle::from_rad(0.05 * noise);
-                    (uav, RangeBearing { range_m: exact.range_m + 9.0 * noise, bearing })
+                    (uav, RangeBearingMeasurement { range_m: exact.range_m + 9.0 * noise, bearing })
                 })
                 .collect();
             let predicted = filter.estimate().state.position();
             let mut sum = Contribution::default();
-            for (uav, z) in &looks {
-                sum += Contribution::of_measurement(&sensor(), *uav, z, predicted);
+            for (uav, z) in &measurements {
+                sum += Contribution::from_measurement(&sensor(), *uav, z, predicted);
             }
             filter.update(&sum);
-            kalman = kalman_update(&kalman, &looks);
+            kalman = kalman_update(&kalman, &measurements);
             let got = filter.estimate();
             assert!((got.state.0 - kalman.state.0).norm() < 1e-9 * kalman.state.0.norm(), "step {step}");
             let (got, kalman) = (got.covariance.matrix(), kalman.covariance.matrix());
@@ -389,29 +397,31 @@ mod tests {
         }
     }
 
-    /// Though one UAV is so near that its measurement tells nothing, and whatever the company.
+    /// Also checks a UAV that is too near for its measurement to carry information.
     #[test]
-    fn several_measurements_say_what_each_says() {
+    fn batched_contributions_equal_single_ones() {
         let at = Position::from_m(110.0, 50.0);
         let uavs = [(-200.0, -100.0), (110.1, 50.2), (300.0, 20.0), (90.0, -60.0)];
-        let looks = uavs.map(|(x_m, y_m)| {
+        let measurements = uavs.map(|(x_m, y_m)| {
             let uav = Position::from_m(x_m, y_m);
             (uav, sensor::measure(uav, Position::from_m(115.0, 45.0)), at + Displacement::from_m(0.1 * x_m, 0.0))
         });
-        let looks = [looks[0], (looks[1].0, looks[1].1, at), looks[2], looks[3]];
-        let each = looks.map(|(uav, z, predicted)| Contribution::of_measurement(&sensor(), uav, &z, predicted));
-        let together = looks.each_ref().map(|(uav, z, predicted)| (*uav, z, *predicted));
-        assert_eq!(Contribution::of_measurements(&sensor(), together), each);
-        assert_eq!(each[1], Contribution::default());
-        assert!(each[0].information.trace() > 0.0);
+        let [first, second, third, fourth] = measurements;
+        let measurements = [first, (second.0, second.1, at), third, fourth];
+        let single =
+            measurements.map(|(uav, z, predicted)| Contribution::from_measurement(&sensor(), uav, &z, predicted));
+        let batch = measurements.each_ref().map(|(uav, z, predicted)| (*uav, z, *predicted));
+        assert_eq!(Contribution::from_measurements(&sensor(), batch), single);
+        assert_eq!(single[1], Contribution::default());
+        assert!(single[0].information.trace() > 0.0);
     }
 
-    /// Checks Eq. (11): with no prior to speak of, what is left is the Fisher information (31).
+    /// Checks Eq. (11): the information gained by an update is the Fisher information (31).
     #[test]
-    fn information_adds() {
+    fn information_is_additive() {
         let prior = InformationFilter::new(start()).unwrap();
         let (uav, at) = (Position::from_m(300.0, 10.0), prior.estimate().state.position());
-        let contribution = Contribution::of_measurement(&sensor(), uav, &sensor::measure(uav, at), at);
+        let contribution = Contribution::from_measurement(&sensor(), uav, &sensor::measure(uav, at), at);
         let mut posterior = prior;
         posterior.update(&contribution);
         let gained = posterior.information_matrix().unwrap() - prior.information_matrix().unwrap();
@@ -421,7 +431,7 @@ mod tests {
         assert!((vector[0] - contribution.vector[0]).abs() < 1e-9 && (vector[3] - contribution.vector[1]).abs() < 1e-9);
     }
 
-    /// Checks the wrap of Eq. (10): a target due west, seen a little to the other side of +-180 degrees.
+    /// Checks the wrap of Eq. (10): a target due west, measured slightly beyond +-180 degrees.
     #[test]
     fn a_bearing_across_west_is_a_small_innovation() {
         let prior = InformationFilter::new(Estimate {
@@ -429,15 +439,15 @@ mod tests {
             ..start()
         })
         .unwrap();
-        let z = RangeBearing { range_m: 400.0, bearing: Angle::from_deg(-179.9) };
+        let z = RangeBearingMeasurement { range_m: 400.0, bearing: Angle::from_deg(-179.9) };
         let at = prior.estimate().state.position();
         let mut posterior = prior;
-        posterior.update(&Contribution::of_measurement(&sensor(), Position::ORIGIN, &z, at));
+        posterior.update(&Contribution::from_measurement(&sensor(), Position::ORIGIN, &z, at));
         assert!(posterior.estimate().state.position().distance_m(at) < 2.0);
     }
 
     #[test]
-    fn one_value_that_is_not_finite_is_found_among_others() {
+    fn a_single_value_that_is_not_finite_is_detected() {
         let mut values = [0.0, -1e-310, f64::MAX, f64::MIN, -0.0, 1.0, f64::MIN_POSITIVE];
         assert!(are_finite(&values));
         for index in 0..values.len() {
@@ -450,7 +460,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_not_a_covariance_makes_no_filter() {
+    fn an_invalid_covariance_is_rejected() {
         let mut estimate = start();
         estimate.covariance = estimate.covariance.with_position(&Matrix2::new(-1.0, 0.0, 0.0, 1.0));
         assert_eq!(InformationFilter::new(estimate), None);
@@ -458,7 +468,7 @@ mod tests {
         assert_eq!(InformationFilter::new(estimate), None);
     }
 
-    /// A filter that loses what it knows somewhere looks right for hundreds of steps and then diverges.
+    /// A filter that slowly loses precision looks correct for hundreds of steps and then diverges.
     #[test]
     fn the_covariance_stays_positive_over_a_long_run() {
         let mut filter = InformationFilter::new(start()).unwrap();
@@ -468,9 +478,9 @@ mod tests {
             if step % 3 == 0 {
                 let at = filter.estimate().state.position();
                 let z = sensor::measure(uav, Position::from_m(3.0, 5.0));
-                filter.update(&Contribution::of_measurement(&sensor(), uav, &z, at));
+                filter.update(&Contribution::from_measurement(&sensor(), uav, &z, at));
             }
-            assert!(filter.information_matrix().is_some(), "positive definite, step {step}");
+            assert!(filter.information_matrix().is_some(), "not positive definite, step {step}");
         }
         assert!(filter.estimate().state.position().distance_m(Position::from_m(3.0, 5.0)) < 1.0);
     }

@@ -1,123 +1,133 @@
-//! The life of a track: cued, held, coasting, lost.
+//! Life cycle of a track: cued, updated, coasting, lost.
 //!
-//! A track starts from a cue, or from a first measurement; it is held while some UAV measures it and coasts on the
-//! target model when none does. It is lost when it has grown too wide to be found, or when it stays unseen where it
-//! should be in plain view. A lost track is frozen until a measurement or a cue starts it again.
+//! A track starts from a cue or from a first measurement. While a UAV measures the target, the track is updated;
+//! otherwise it coasts on the target model. It is lost when its position becomes too uncertain, or when the target
+//! stays unseen although it should be well in view. A lost track is frozen until a measurement or a cue restarts it.
 
 use crate::covariance::Covariance;
 use crate::estimation::information_filter::{Contribution, Estimate, InformationFilter, is_well_posed};
 use crate::frame::{Position, Velocity};
 use crate::message::{Cue, TargetLabel};
-use crate::param::{Allowed, ParamError, errors_of};
-use crate::sensor::{RangeBearing, SensorParams};
+use crate::sensor::{RangeBearingMeasurement, SensorParams};
 use crate::target::{TargetParams, TargetState, Transition};
 use crate::time::{Duration, Time};
+use crate::validation::{Allowed, ParamError, errors_of};
 
 /// Parameters of the tracks.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct TrackParams {
-    /// The target model that the filter assumes.
+    /// Target model assumed by the filter.
     pub target: TargetParams,
-    /// The sensor that the filter assumes.
+    /// Sensor model assumed by the filter.
     pub sensor: SensorParams,
-    /// A track whose position is less certain than this (standard deviation in its worst direction, m) is lost; above 0,
-    /// at most 10,000: beyond, covariances do not fit into numbers beside the errors of a good sensor.
-    pub lost_position_sd_m: f64,
-    /// A track unseen for this long where it should be in view is lost, s; above 0, at most 1,000,000.
-    pub lost_in_view_s: f64,
-    /// Standard deviation per axis of the velocity of a track that starts from a measurement, m/s; 0.001 to 1,000.
-    pub start_velocity_sd_m_s: f64,
-    /// A lost track is forgotten after this time, s; above 0, at most 1,000,000.
-    pub forget_lost_s: f64,
+    /// Position uncertainty above which a track is lost (standard deviation in the worst direction), m; above 0, at
+    /// most 10,000. Larger covariances would exceed the number precision in combination with a good sensor.
+    pub deletion_position_sd_m: f64,
+    /// Time after which a track is lost if its target is unseen although it should be in view, s; above 0, at most
+    /// 1,000,000.
+    pub deletion_unseen_in_view_s: f64,
+    /// Standard deviation per axis of the initial velocity of a track that starts from a measurement, m/s; 0.001 to
+    /// 1,000.
+    pub initial_velocity_sd_m_s: f64,
+    /// Time after which a lost track is deleted, s; above 0, at most 1,000,000.
+    pub lost_track_retention_s: f64,
 }
 
 impl TrackParams {
-    /// Every parameter that is out of range.
+    /// Returns every parameter that is out of range.
     pub fn errors(&self) -> Vec<ParamError> {
         let mut errors = errors_of([("target", self.target.errors()), ("sensor", self.sensor.errors())]);
-        Allowed::above(0.0).at_most(1e4).check("lost_position_sd_m", self.lost_position_sd_m, &mut errors);
-        Allowed::above(0.0).at_most(1e6).check("lost_in_view_s", self.lost_in_view_s, &mut errors);
-        Allowed::at_least(1e-3).at_most(1e3).check("start_velocity_sd_m_s", self.start_velocity_sd_m_s, &mut errors);
-        Allowed::above(0.0).at_most(1e6).check("forget_lost_s", self.forget_lost_s, &mut errors);
+        Allowed::above(0.0).at_most(1e4).check("deletion_position_sd_m", self.deletion_position_sd_m, &mut errors);
+        Allowed::above(0.0).at_most(1e6).check(
+            "deletion_unseen_in_view_s",
+            self.deletion_unseen_in_view_s,
+            &mut errors,
+        );
+        Allowed::at_least(1e-3).at_most(1e3).check(
+            "initial_velocity_sd_m_s",
+            self.initial_velocity_sd_m_s,
+            &mut errors,
+        );
+        Allowed::above(0.0).at_most(1e6).check("lost_track_retention_s", self.lost_track_retention_s, &mut errors);
         errors
     }
 
-    /// The target model over a time step, as the tracks take it.
+    /// Discretises the target model of the tracks for a time step of `dt`.
     ///
-    /// A target that the model says never accelerates may do so after all, by micrometres per second squared: else what
-    /// is left of a track's acceleration would decay until numbers hold it no longer.
+    /// The acceleration standard deviation is at least 1e-6 m/s2, even for a target that never accelerates. Otherwise
+    /// the acceleration variance would decay until it underflows.
     pub fn transition(&self, dt: Duration) -> Transition {
         TargetParams { acceleration_sd_m_s2: self.start_acceleration_sd_m_s2(), ..self.target }.transition(dt)
     }
 
-    /// Standard deviation of the acceleration, of which nothing is known at first but the model.
+    /// Initial standard deviation of the acceleration, m/s2, from the target model.
     fn start_acceleration_sd_m_s2(&self) -> f64 {
         self.target.acceleration_sd_m_s2.max(1e-6)
     }
 }
 
-/// Where a track is in its life.
+/// State of a track in its life cycle.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 pub enum TrackStatus {
-    /// Handed over, not measured yet.
+    /// Started from a cue, not measured yet.
     Cued,
-    /// Measured at this instant.
-    Held,
-    /// Measured before, not at this instant.
+    /// Measured in this time step.
+    Updated,
+    /// Measured before, but not in this time step.
     Coasting,
-    /// Given up.
+    /// No longer predicted, for this reason.
     Lost(LossReason),
 }
 
-/// Why a track was given up.
+/// Reason why a track was lost.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 pub enum LossReason {
-    /// Its position became too uncertain.
-    Widened,
-    /// It stayed unseen where it should have been in plain view.
-    Vanished,
-    /// Its numbers broke down (overflow).
+    /// The position became too uncertain.
+    TooUncertain,
+    /// The target stayed unseen although it should have been well in view.
+    UnseenInView,
+    /// The filter diverged numerically (overflow).
     Diverged,
 }
 
-/// The team's own name for a track. What a sensor calls the target is the track's [`label`](Track::label); with labels, ids
-/// follow them, so that all who hear the same give the same ids.
+/// Id of a track in the team. It is derived from the identity reported by the sensors ([`label`](Track::label)), so
+/// that all agents with the same messages assign the same ids.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, serde::Serialize, serde::Deserialize)]
 pub struct TrackId(pub u32);
 
 impl TrackId {
-    /// The track of a labelled target.
-    pub fn of(label: TargetLabel) -> Self {
+    /// Returns the track id of a target with this label.
+    pub fn from_label(label: TargetLabel) -> Self {
         Self(label.0)
     }
 }
 
-/// A target as the team knows it.
+/// The team's estimate of a target.
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Track {
-    /// Which track.
+    /// Id of the track.
     pub id: TrackId,
-    /// What sensors call the target.
+    /// Identity of the target as reported by the sensors.
     pub label: TargetLabel,
-    /// Where it is in its life.
+    /// State in the life cycle.
     pub status: TrackStatus,
     filter: InformationFilter,
-    /// How long it has been unseen where it should have been in view.
+    /// Accumulated time without measurements although the target should have been in view.
     missed: Duration,
-    /// How long it has been lost.
-    lost_for: Duration,
+    /// Time since the track was lost.
+    time_since_lost: Duration,
 }
 
 impl Track {
-    /// Its numbers are such as a filter keeps, and it is the track of its label.
-    pub(crate) fn is_sound(&self) -> bool {
-        let [missed, lost_for] = [self.missed, self.lost_for].map(|time| time >= Duration::ZERO);
-        self.filter.is_sound() && self.id == TrackId::of(self.label) && missed && lost_for
+    /// Returns true if the filter is valid, the id matches the label and the durations are not negative.
+    pub(crate) fn is_valid(&self) -> bool {
+        let [missed, time_since_lost] = [self.missed, self.time_since_lost].map(|time| time >= Duration::ZERO);
+        self.filter.is_valid() && self.id == TrackId::from_label(self.label) && missed && time_since_lost
     }
 
-    /// Starts a track from a cue, predicted to `now`; `None` if the cue makes no sense.
+    /// Starts a track from a cue, predicted to `now`; `None` if the cue is invalid or later than `now`.
     pub fn from_cue(cue: &Cue, params: &TrackParams, now: Time) -> Option<Self> {
-        if !cue.is_sound() || cue.time > now {
+        if !cue.is_valid() || cue.time > now {
             return None;
         }
         let position_variance = cue.position_sd_m * cue.position_sd_m;
@@ -126,52 +136,60 @@ impl Track {
         if cue.time < now {
             filter.predict(&params.transition(now - cue.time));
         }
-        filter.is_sound().then_some(Self::start(cue.label, TrackStatus::Cued, filter))
+        filter.is_valid().then_some(Self::start(cue.label, TrackStatus::Cued, filter))
     }
 
-    /// Starts a track from measurements of one instant, each with the position of the UAV that made it: from the first,
-    /// then updated with the others. `None` for none, or for one so much sharper along than across that numbers do not
-    /// hold both.
+    /// Starts a track from the measurements of one time step, each with the position of its UAV. The first measurement
+    /// initialises the track, the others update it. `None` if there is no measurement, or if the first is so much more
+    /// precise in one direction than in the other that its covariance is numerically singular.
     pub fn from_measurements(
         label: TargetLabel,
-        measurements: impl IntoIterator<Item = (Position, RangeBearing)>,
+        measurements: impl IntoIterator<Item = (Position, RangeBearingMeasurement)>,
         params: &TrackParams,
     ) -> Option<Self> {
         let mut measurements = measurements.into_iter();
         let (uav, first) = measurements.next()?;
-        let (position, covariance) = params.sensor.converted(uav, &first);
-        let velocity_variance = params.start_velocity_sd_m_s * params.start_velocity_sd_m_s;
+        let (position, covariance) = params.sensor.to_cartesian(uav, &first);
+        let velocity_variance = params.initial_velocity_sd_m_s * params.initial_velocity_sd_m_s;
         let start = start_filter(position, Velocity::ZERO, 1.0, velocity_variance, params)?;
         let mut estimate = *start.estimate();
         estimate.covariance = estimate.covariance.with_position(&covariance);
         let mut filter = InformationFilter::new(estimate).filter(|_| is_well_posed(&estimate.covariance.matrix()))?;
         let mut sum = Contribution::default();
         for (uav, z) in measurements {
-            sum += Contribution::of_measurement(&params.sensor, uav, &z, position);
+            sum += Contribution::from_measurement(&params.sensor, uav, &z, position);
         }
         filter.update(&sum);
-        filter.is_sound().then_some(Self::start(label, TrackStatus::Held, filter))
+        filter.is_valid().then_some(Self::start(label, TrackStatus::Updated, filter))
     }
 
     fn start(label: TargetLabel, status: TrackStatus, filter: InformationFilter) -> Self {
-        Self { id: TrackId::of(label), label, status, filter, missed: Duration::ZERO, lost_for: Duration::ZERO }
+        Self {
+            id: TrackId::from_label(label),
+            label,
+            status,
+            filter,
+            missed: Duration::ZERO,
+            time_since_lost: Duration::ZERO,
+        }
     }
 
-    /// Carries the track on over a time step, without a measurement. A lost track stays as it is.
+    /// Predicts the track over a time step. A lost track does not change.
     #[inline]
     pub fn predict(&mut self, transition: &Transition) {
         if self.is_lost() {
-            self.lost_for = self.lost_for + transition.dt;
+            self.time_since_lost = self.time_since_lost + transition.dt;
         } else {
             self.filter.predict(transition);
         }
     }
 
-    /// Takes in what all measurements of the instant say together, linearised about the predicted position; `None`: there
-    /// is none, so it coasts. `before` is the track before [`Self::predict`], `dt` the time since then.
+    /// Updates the track with the summed contributions of all measurements of the time step, linearised at the
+    /// predicted position. If `measured` is `None`, the track coasts. `before` is the track before [`Self::predict`],
+    /// `dt` the time since then.
     ///
-    /// `should_be_seen` judges from the predicted position and its uncertainty (m) whether some sensor had it in plain
-    /// view. A lost track stays as it is: [`Self::from_measurements`] starts it again.
+    /// `should_be_seen` decides from the predicted position and its uncertainty (m) whether a sensor had the target
+    /// well in view. A lost track does not change; [`Self::from_measurements`] restarts it.
     #[inline]
     pub fn update(
         &mut self,
@@ -186,24 +204,24 @@ impl Track {
         }
         if let Some(measured) = measured {
             self.filter.update(measured);
-            (self.status, self.missed) = (TrackStatus::Held, Duration::ZERO);
+            (self.status, self.missed) = (TrackStatus::Updated, Duration::ZERO);
         } else {
             self.coast(dt, should_be_seen, params);
         }
-        if !self.filter.is_sound() {
+        if !self.filter.is_valid() {
             (self.filter, self.status) = (before.filter, TrackStatus::Lost(LossReason::Diverged));
         }
     }
 
     fn coast(&mut self, dt: Duration, should_be_seen: impl Fn(Position, f64) -> bool, params: &TrackParams) {
         let sd_m = self.estimate().position_sd_max_m();
-        // One standard deviation of clearance: the orbit leaves room for that much about its furthest member.
+        // Clearance of one standard deviation: the margin of the orbit around its furthest member.
         if should_be_seen(self.estimate().state.position(), sd_m) {
             self.missed = self.missed + dt;
         }
         self.status = match self.status {
-            _ if sd_m > params.lost_position_sd_m => TrackStatus::Lost(LossReason::Widened),
-            _ if self.missed.s() >= params.lost_in_view_s => TrackStatus::Lost(LossReason::Vanished),
+            _ if sd_m > params.deletion_position_sd_m => TrackStatus::Lost(LossReason::TooUncertain),
+            _ if self.missed.s() >= params.deletion_unseen_in_view_s => TrackStatus::Lost(LossReason::UnseenInView),
             TrackStatus::Cued => TrackStatus::Cued,
             _ => TrackStatus::Coasting,
         };
@@ -211,20 +229,20 @@ impl Track {
 
     #[cfg(test)]
     pub(crate) fn give_up(&mut self) {
-        self.status = TrackStatus::Lost(LossReason::Vanished);
+        self.status = TrackStatus::Lost(LossReason::UnseenInView);
     }
 
-    /// The track has been given up.
+    /// Returns true if the track is lost.
     pub fn is_lost(&self) -> bool {
         matches!(self.status, TrackStatus::Lost(_))
     }
 
-    /// For how long it has been lost; zero while it is not.
-    pub fn lost_for(&self) -> Duration {
-        self.lost_for
+    /// Time since the track was lost; zero while it is not lost.
+    pub fn time_since_lost(&self) -> Duration {
+        self.time_since_lost
     }
 
-    /// Mean and covariance (of a lost track: the last ones).
+    /// Mean and covariance; the last ones if the track is lost.
     pub fn estimate(&self) -> &Estimate {
         self.filter.estimate()
     }
@@ -259,20 +277,20 @@ mod tests {
                 field_of_view_rad: 70f64.to_radians(),
                 sensing_range_m: 1200.0,
             },
-            lost_position_sd_m: 150.0,
-            lost_in_view_s: 5.0,
-            start_velocity_sd_m_s: 10.0,
-            forget_lost_s: 600.0,
+            deletion_position_sd_m: 150.0,
+            deletion_unseen_in_view_s: 5.0,
+            initial_velocity_sd_m_s: 10.0,
+            lost_track_retention_s: 600.0,
         }
     }
 
     fn cue() -> Cue {
         Cue {
-            searcher: 0,
-            said: Time::START,
-            number: 0,
+            source: 0,
+            issued_at: Time::EPOCH,
+            sequence: 0,
             label: TargetLabel(7),
-            time: Time::START,
+            time: Time::EPOCH,
             position: Position::from_m(100.0, 50.0),
             velocity: Velocity::from_m_s(10.0, 0.0),
             position_sd_m: 20.0,
@@ -280,17 +298,19 @@ mod tests {
         }
     }
 
-    fn look(truth: Position) -> (Position, RangeBearing) {
+    fn measurement(truth: Position) -> (Position, RangeBearingMeasurement) {
         let uav = Position::from_m(-200.0, -100.0);
         (uav, measure(uav, truth))
     }
 
-    fn advanced(track: &Track, looks: &[(Position, RangeBearing)], should_be_seen: bool) -> Track {
+    fn advanced(track: &Track, measurements: &[(Position, RangeBearingMeasurement)], should_be_seen: bool) -> Track {
         let (mut advanced, params) = (*track, params());
         advanced.predict(&transition());
         let predicted = advanced.estimate().state.position();
-        let of = |(uav, z): &(Position, RangeBearing)| Contribution::of_measurement(&params.sensor, *uav, z, predicted);
-        let sum = looks.iter().map(of).reduce(|mut sum, contribution| {
+        let of = |(uav, z): &(Position, RangeBearingMeasurement)| {
+            Contribution::from_measurement(&params.sensor, *uav, z, predicted)
+        };
+        let sum = measurements.iter().map(of).reduce(|mut sum, contribution| {
             sum += contribution;
             sum
         });
@@ -303,13 +323,13 @@ mod tests {
     }
 
     #[test]
-    fn a_track_is_cued_then_held_then_coasts() {
-        let cued = Track::from_cue(&cue(), &params(), Time::START).unwrap();
+    fn a_track_is_cued_then_updated_then_coasts() {
+        let cued = Track::from_cue(&cue(), &params(), Time::EPOCH).unwrap();
         assert_eq!(cued.status, TrackStatus::Cued);
         let unseen = advanced(&cued, &[], false);
         assert_eq!(unseen.status, TrackStatus::Cued);
-        let held = advanced(&unseen, &[look(Position::from_m(110.0, 50.0))], true);
-        assert_eq!(held.status, TrackStatus::Held);
+        let held = advanced(&unseen, &[measurement(Position::from_m(110.0, 50.0))], true);
+        assert_eq!(held.status, TrackStatus::Updated);
         assert!(held.estimate().position_sd_max_m() < unseen.estimate().position_sd_max_m());
         let coasting = advanced(&held, &[], false);
         assert_eq!(coasting.status, TrackStatus::Coasting);
@@ -322,38 +342,39 @@ mod tests {
         assert!(track.estimate().state.position().distance_m(Position::from_m(120.0, 50.0)) < 1e-9);
         assert!(Track::from_cue(&cue(), &params(), Time::from_us(-1)).is_none());
         let broken = Cue { position_sd_m: f64::NAN, ..cue() };
-        assert!(Track::from_cue(&broken, &params(), Time::START).is_none());
+        assert!(Track::from_cue(&broken, &params(), Time::EPOCH).is_none());
     }
 
     #[test]
-    fn out_of_view_a_track_widens_until_it_is_lost_and_a_look_starts_it_again() {
-        let mut track = Track::from_cue(&cue(), &params(), Time::START).unwrap();
+    fn an_unmeasured_track_is_lost_when_too_uncertain_and_restarted_by_a_measurement() {
+        let mut track = Track::from_cue(&cue(), &params(), Time::EPOCH).unwrap();
         let mut coasted_s = 0.0;
         while !track.is_lost() {
             track = advanced(&track, &[], false);
             coasted_s += 0.5;
-            assert!(coasted_s < 120.0, "it must be lost one day");
+            assert!(coasted_s < 120.0, "not lost after {coasted_s} s");
         }
-        assert_eq!(track.status, TrackStatus::Lost(LossReason::Widened));
+        assert_eq!(track.status, TrackStatus::Lost(LossReason::TooUncertain));
         assert!(coasted_s > 15.0, "lost after {coasted_s} s");
-        assert_eq!(track.lost_for(), Duration::ZERO);
+        assert_eq!(track.time_since_lost(), Duration::ZERO);
         let frozen = advanced(&track, &[], false);
         assert_eq!((frozen.estimate(), frozen.status), (track.estimate(), track.status));
-        assert_eq!(frozen.lost_for(), transition().dt);
+        assert_eq!(frozen.time_since_lost(), transition().dt);
         let truth = Position::from_m(500.0, 500.0);
-        let again = Track::from_measurements(track.label, [look(truth), look(truth)], &params()).unwrap();
-        assert_eq!(again.status, TrackStatus::Held);
+        let again = Track::from_measurements(track.label, [measurement(truth), measurement(truth)], &params()).unwrap();
+        assert_eq!(again.status, TrackStatus::Updated);
         assert!(again.estimate().state.position().distance_m(truth) < 1.0);
     }
 
     #[test]
-    fn unseen_in_plain_view_a_track_is_soon_lost() {
-        let held = Track::from_measurements(TargetLabel(7), [look(Position::from_m(110.0, 50.0))], &params()).unwrap();
+    fn a_track_unseen_while_well_in_view_is_soon_lost() {
+        let held =
+            Track::from_measurements(TargetLabel(7), [measurement(Position::from_m(110.0, 50.0))], &params()).unwrap();
         let mut track = held;
         for step in 1..=10 {
             assert!(!track.is_lost(), "step {step}");
             track = advanced(&track, &[], true);
         }
-        assert_eq!(track.status, TrackStatus::Lost(LossReason::Vanished));
+        assert_eq!(track.status, TrackStatus::Lost(LossReason::UnseenInView));
     }
 }

@@ -1,4 +1,4 @@
-//! What a pair of UAVs tells about one target, and the separation at which it tells most (36).
+//! Information of a pair of UAVs about one target, and the phase difference that maximises it (36).
 //!
 //! ```text
 //! eta = a (b_1 + b_2)(1 + cos^2 gamma) + (a^2 + b_1 b_2) sin^2 gamma                     Eq. (36)
@@ -6,44 +6,44 @@
 //! d eta / d(cos^2 gamma) = -(a - b_1)(a - b_2)
 //! ```
 //!
-//! gamma is the angle at the target between the two lines of sight; for a target at the centre of an orbit it is the
-//! separation of the UAVs. A range and a bearing tell equally much at r* = sigma_r / sigma_theta: nearer, the bearing
-//! tells more, further, the range. So 90 degrees is best while both UAVs are on the same side of r*, 0 or 180 degrees
-//! with one on either side, and at r* itself separation does not matter.
+//! gamma is the angle at the target between the two lines of sight. For a target at the centre of an orbit it is the
+//! phase difference of the UAVs. Range and bearing are equally accurate at r* = sigma_r / sigma_theta. At shorter
+//! ranges the bearing is more accurate, at longer ranges the range. Therefore 90 degrees is optimal if both UAVs are on
+//! the same side of r*, and 0 or 180 degrees if they are on different sides. At r* the angle does not matter.
 
 use crate::angle::Angle;
 use crate::frame::Position;
 use crate::math;
 use crate::sensor::{RANGE_MIN_M, SensorParams};
 
-/// Determinant of what two UAVs at these ranges tell together about a target's position, 1/m4; `separation_rad` is the
-/// angle between their lines of sight. Within [`RANGE_MIN_M`] a UAV tells nothing.
+/// Determinant of the joint information of two UAVs at these ranges about a target's position, 1/m4. `desired_phase_rad`
+/// is the angle between their lines of sight. A UAV closer than [`RANGE_MIN_M`] gives no information.
 ///
 /// Implements Eq. (36).
 #[doc(alias = "eta_D")]
-pub fn pair_information_1_m4(ranges_m: [f64; 2], separation_rad: f64, sensor: &SensorParams) -> f64 {
+pub fn pair_information_1_m4(ranges_m: [f64; 2], desired_phase_rad: f64, sensor: &SensorParams) -> f64 {
     let [(a_1, b_1), (a_2, b_2)] = ranges_m.map(|range_m| along_and_across(range_m, sensor));
-    let cos = math::cos(separation_rad);
+    let cos = math::cos(desired_phase_rad);
     let cos2 = cos * cos;
     a_1 * b_1 + a_2 * b_2 + (a_1 * b_2 + a_2 * b_1) * cos2 + (a_1 * a_2 + b_1 * b_2) * (1.0 - cos2)
 }
 
-/// The same for a target seen from two places.
+/// Like [`pair_information_1_m4`], from the positions of the UAVs and the target.
 pub fn pair_information_at_1_m4(uavs: [Position; 2], target: Position, sensor: &SensorParams) -> f64 {
     let [first, second] = uavs.map(|uav| target - uav);
     let separation: Angle = second.direction() - first.direction();
     pair_information_1_m4([first.length_m(), second.length_m()], separation.rad(), sensor)
 }
 
-/// Range at which a range and a bearing tell equally much, r* = sigma_r / sigma_theta, m.
-pub fn even_range_m(sensor: &SensorParams) -> f64 {
+/// Range at which range and bearing measurements are equally accurate, r* = sigma_r / sigma_theta, m.
+pub fn equal_accuracy_range_m(sensor: &SensorParams) -> f64 {
     sensor.range_sd_m / sensor.bearing_sd_rad
 }
 
-/// The separation in [0, pi/2] at which two UAVs at these ranges tell most, rad: pi/2 with both nearer or both further
-/// than [`even_range_m`], 0 (or, alike, pi) with one on either side. `None` where separation does not matter: one of
-/// them at that range, or overhead.
-pub fn best_separation_rad(ranges_m: [f64; 2], sensor: &SensorParams) -> Option<f64> {
+/// Optimal angle in [0, pi/2] between the lines of sight of two UAVs at these ranges, rad. It is pi/2 if both are
+/// nearer or both further than [`equal_accuracy_range_m`], and 0 (equivalent to pi) if they are on different sides. `None` if the
+/// angle does not matter because one UAV is at that range or directly above the target.
+pub fn optimal_phase_rad(ranges_m: [f64; 2], sensor: &SensorParams) -> Option<f64> {
     let [first, second] = ranges_m.map(|range_m| {
         let (along, across) = along_and_across(range_m, sensor);
         along - across
@@ -55,7 +55,7 @@ pub fn best_separation_rad(ranges_m: [f64; 2], sensor: &SensorParams) -> Option<
     }
 }
 
-/// What one measurement tells along and across the line of sight: a and b_i, 1/m2.
+/// Information of one measurement along and across the line of sight: a and b_i, 1/m2.
 fn along_and_across(range_m: f64, sensor: &SensorParams) -> (f64, f64) {
     if range_m.is_nan() || range_m < RANGE_MIN_M {
         return (0.0, 0.0);
@@ -104,16 +104,16 @@ mod tests {
         }
     }
 
-    /// Checks Eq. (36): with Table I a range and a bearing tell equally much at 191 m; 90 degrees is best with both UAVs
-    /// on one side of it, 0 degrees with one on either side, and by search as by sign.
+    /// Checks Eq. (36): with Table I range and bearing are equally accurate at 191 m. 90 degrees is optimal if both
+    /// UAVs are on the same side of it, 0 degrees otherwise; a search over the angles confirms it.
     #[test]
-    fn a_right_angle_is_best_only_on_one_side_of_the_even_range() {
+    fn a_right_angle_is_optimal_only_if_both_uavs_are_on_the_same_side_of_the_even_range() {
         let sensor = sensor();
-        assert!((even_range_m(&sensor) - 190.986).abs() < 1e-3);
+        assert!((equal_accuracy_range_m(&sensor) - 190.986).abs() < 1e-3);
         for (ranges_m, best_deg) in
             [([100.0, 150.0], 90.0), ([250.0, 700.0], 90.0), ([150.0, 400.0], 0.0), ([700.0, 100.0], 0.0)]
         {
-            let best = best_separation_rad(ranges_m, &sensor).unwrap();
+            let best = optimal_phase_rad(ranges_m, &sensor).unwrap();
             assert!((best.to_degrees() - best_deg).abs() < 1e-9, "{ranges_m:?}");
             let eta = |deg: f64| pair_information_1_m4(ranges_m, deg.to_radians(), &sensor);
             assert!((0..=90).all(|deg| eta(f64::from(deg)) <= eta(best_deg)), "{ranges_m:?}");
@@ -122,11 +122,11 @@ mod tests {
     }
 
     #[test]
-    fn separation_does_not_matter_at_the_even_range_nor_overhead() {
-        // Numbers at which the two are equal to the bit.
+    fn the_angle_does_not_matter_at_the_even_range_or_directly_above() {
+        // With these numbers both accuracies are exactly equal.
         let sensor = SensorParams { range_sd_m: 8.0, bearing_sd_rad: 0.0625, ..sensor() };
         for ranges_m in [[128.0, 700.0], [0.5, 400.0], [f64::NAN, 400.0]] {
-            assert_eq!(best_separation_rad(ranges_m, &sensor), None, "{ranges_m:?}");
+            assert_eq!(optimal_phase_rad(ranges_m, &sensor), None, "{ranges_m:?}");
             let eta = |rad| pair_information_1_m4(ranges_m, rad, &sensor);
             assert!((eta(0.0) - eta(1.0)).abs() <= 1e-12 * eta(0.0), "{ranges_m:?}");
         }

@@ -1,4 +1,4 @@
-//! The standoff distance: the radius at which every member of a group lies inside the field of view (15, 22, 26, 27).
+//! Standoff distance: the orbit radius at which every member of a group is inside the field of view (15, 22, 26, 27).
 //!
 //! ```text
 //! r_d = (d_max + d_m) / sin((alpha_f - eps_m) / 2)                     Eq. (15)
@@ -6,13 +6,13 @@
 //! r_d >= (v - r_d') / omega_max                                        Eq. (27), from (26)
 //! ```
 //!
-//! The radius flown is (15) clamped to [r_d,min, r_d,max]; what must be discarded is judged by the unclamped one.
-//! Erratum: (27) leaves the centre's motion out. A true circle about a centre that moves at v_t needs
+//! The flown radius is (15) clamped to [r_d,min, r_d,max]. The removal of members depends on the unclamped radius.
+//! Erratum: (27) ignores the motion of the centre. A true circle around a centre that moves at v_t needs
 //! r_d >= (v + v_t)^2 / (v omega_max): see [`moving_centre_limit_m`].
 
 use crate::math;
-use crate::param::{Allowed, ParamError};
 use crate::target::TargetState;
+use crate::validation::{Allowed, ParamError};
 
 /// Bounds and margins of the standoff distance.
 ///
@@ -20,7 +20,7 @@ use crate::target::TargetState;
 /// use standoff::{Spread, TeamParams};
 ///
 /// let orbit = TeamParams::table_1().group.standoff;
-/// // The further the furthest target from the centre, the larger the orbit, within its bounds.
+/// // The orbit grows with the distance of the furthest target from the centre, within its bounds.
 /// let of = |furthest_m: f64| orbit.distance(Spread { distance_m: furthest_m, rate_m_s: 0.0 }, 0.0).distance_m;
 /// assert_eq!((of(0.0), of(1000.0)), (250.0, 700.0));
 /// assert!(of(150.0) > of(120.0));
@@ -30,29 +30,29 @@ pub struct StandoffParams {
     /// Field of view alpha_f of the sensor, rad.
     #[doc(alias = "alpha_f")]
     pub field_of_view_rad: f64,
-    /// Margin eps_m taken off the field of view, rad; at least 0, below the field of view.
+    /// Margin eps_m subtracted from the field of view, rad; at least 0, below the field of view.
     #[doc(alias = "eps_m")]
     pub field_of_view_margin_rad: f64,
-    /// Smallest radius flown, r_d,min, m; above 0.
+    /// Minimum flown radius r_d,min, m; above 0.
     #[doc(alias = "r_d,min")]
     pub radius_min_m: f64,
-    /// Largest radius flown, r_d,max, m; at least `radius_min_m`.
+    /// Maximum flown radius r_d,max, m; at least `radius_min_m`.
     #[doc(alias = "r_d,max")]
     pub radius_max_m: f64,
 }
 
-/// How far the furthest member is from the centre, and how fast that grows.
+/// Spread of a group: distance of the furthest member from the centre, and its rate.
 #[derive(Debug, Clone, Copy, Default, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Spread {
-    /// d_max, m.
+    /// Distance d_max, m.
     #[doc(alias = "d_max")]
     pub distance_m: f64,
-    /// d_max', m/s.
+    /// Rate d_max', m/s.
     pub rate_m_s: f64,
 }
 
 impl Spread {
-    /// That of the member furthest from a centre.
+    /// Computes the spread from the furthest member and the centre.
     pub fn of(furthest: &TargetState, centre: &TargetState) -> Self {
         let member_rel_centre = (furthest.position() - centre.position()).vector();
         let velocity_rel_centre = (furthest.velocity() - centre.velocity()).vector();
@@ -61,7 +61,7 @@ impl Spread {
         Self { distance_m, rate_m_s }
     }
 
-    /// What it comes to `in_s` seconds from now if it goes on so, and at least 0.
+    /// Extrapolates the spread by `in_s` seconds at its rate; at least 0.
     #[must_use]
     pub(crate) fn after(self, in_s: f64) -> Self {
         Self { distance_m: (self.distance_m + self.rate_m_s * in_s).max(0.0), ..self }
@@ -71,25 +71,25 @@ impl Spread {
 /// A standoff distance and its rate.
 #[derive(Debug, Clone, Copy, Default, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct StandoffDistance {
-    /// (15) before the clamp, m.
+    /// Standoff distance (15) before clamping, m.
     pub unclamped_m: f64,
-    /// (15) clamped, r_d, m.
+    /// Standoff distance r_d (15), clamped, m.
     #[doc(alias = "r_d")]
     pub distance_m: f64,
-    /// Rate of r_d, m/s; zero on the clamp.
+    /// Rate of r_d, m/s; zero if clamped.
     pub rate_m_s: f64,
 }
 
 impl StandoffParams {
-    /// Every parameter that is out of range.
+    /// Returns every parameter that is out of range.
     pub fn errors(&self) -> Vec<ParamError> {
         let mut errors = Vec::new();
         Allowed::at_least(0.0)
             .below(self.field_of_view_rad)
-            .because("the margin must leave some of the field of view")
+            .with_reason("the margin must leave some of the field of view")
             .check("field_of_view_margin_rad", self.field_of_view_margin_rad, &mut errors);
         Allowed::at_least(1.0).at_most(1e5).check("radius_min_m", self.radius_min_m, &mut errors);
-        Allowed::at_least(self.radius_min_m).at_most(1e5).because("not smaller than radius_min_m").check(
+        Allowed::at_least(self.radius_min_m).at_most(1e5).with_reason("not smaller than radius_min_m").check(
             "radius_max_m",
             self.radius_max_m,
             &mut errors,
@@ -99,11 +99,11 @@ impl StandoffParams {
 
     /// Radius per metre of spread and margin, 1 / sin((alpha_f - eps_m) / 2).
     pub fn radius_per_spread(&self) -> f64 {
-        // Half of what is left of a field of view beyond a half-turn keeps everything in view at any radius.
+        // If half the remaining field of view exceeds a quarter turn, any radius keeps everything in view.
         1.0 / math::sin((0.5 * (self.field_of_view_rad - self.field_of_view_margin_rad)).min(0.5 * math::PI))
     }
 
-    /// The standoff distance for a spread and a margin d_m (m).
+    /// Computes the standoff distance for a spread and a margin d_m (m).
     ///
     /// Implements Eq. (15), and the clamp.
     pub fn distance(&self, spread: Spread, margin_m: f64) -> StandoffDistance {
@@ -126,27 +126,32 @@ pub struct Ramp {
 }
 
 impl Ramp {
-    /// A standoff distance smoothed: `dt_s` after `before`, with a time constant of `smoothing_s`. Carried on at its own
-    /// rate, so that a steady change is followed without lag, and corrected by what is new. Starts at the standoff
-    /// distance, and stays there with no time constant.
-    pub fn smoothed(before: Option<Self>, standoff: &StandoffDistance, smoothing_s: f64, dt_s: f64) -> Self {
-        let at_once = Self::from(standoff);
-        let Some(before) = before.filter(|_| smoothing_s > 0.0) else { return at_once };
-        let gain = dt_s / (smoothing_s + dt_s);
-        let carried_m = before.radius_m + before.rate_m_s * dt_s;
+    /// Low-pass filters a standoff distance: returns the ramp `dt_s` after `before`, with time constant `radius_time_constant_s`.
+    /// The ramp is extrapolated at its own rate and then corrected, so that it follows a steady change without lag.
+    /// Without `before`, or with a time constant of 0, it equals the standoff distance.
+    pub fn low_passed(
+        before: Option<Self>,
+        standoff: &StandoffDistance,
+        radius_time_constant_s: f64,
+        dt_s: f64,
+    ) -> Self {
+        let unfiltered = Self::from(standoff);
+        let Some(before) = before.filter(|_| radius_time_constant_s > 0.0) else { return unfiltered };
+        let gain = dt_s / (radius_time_constant_s + dt_s);
+        let predicted_m = before.radius_m + before.rate_m_s * dt_s;
         Self {
-            radius_m: carried_m + gain * (at_once.radius_m - carried_m),
-            rate_m_s: before.rate_m_s + gain * (at_once.rate_m_s - before.rate_m_s),
+            radius_m: predicted_m + gain * (unfiltered.radius_m - predicted_m),
+            rate_m_s: before.rate_m_s + gain * (unfiltered.rate_m_s - before.rate_m_s),
         }
     }
 
-    /// The radius steered for, `lead_s` ahead of this one: active measure 2. Held within the bounds, where it does not
-    /// change, whatever r_d does.
+    /// Returns the steered radius: this ramp extrapolated by `lead_s` (active measure 2) and clamped to the bounds. At
+    /// a bound its rate is zero.
     ///
     /// Implements Eq. (22); `lead_s` is k_rd.
     #[doc(alias = "k_rd")]
     #[must_use]
-    pub fn led(self, lead_s: f64, bounds: &StandoffParams) -> Self {
+    pub fn with_lead(self, lead_s: f64, bounds: &StandoffParams) -> Self {
         let led_m = self.radius_m + lead_s * self.rate_m_s;
         let radius_m = led_m.clamp(bounds.radius_min_m, bounds.radius_max_m);
         let is_bounded = led_m < bounds.radius_min_m || led_m > bounds.radius_max_m;
@@ -160,16 +165,17 @@ impl From<&StandoffDistance> for Ramp {
     }
 }
 
-/// Smallest radius that a UAV at `speed_m_s` can hold about a centre at rest while it changes at `rate_m_s`, m.
+/// Minimum radius that a UAV at `speed_m_s` can fly around a stationary centre while the radius changes at `rate_m_s`,
+/// m.
 ///
 /// Implements Eq. (27), the solution of (26).
 pub fn turn_limit_m(speed_m_s: f64, rate_m_s: f64, turn_rate_max_rad_s: f64) -> f64 {
     (speed_m_s - rate_m_s) / turn_rate_max_rad_s
 }
 
-/// Smallest radius of a true circle about a centre that moves, m; infinite for a centre as fast as the UAV.
+/// Minimum radius of a true circle around a moving centre, m; infinite if the centre is at least as fast as the UAV.
 ///
-/// Implements Eq. (27), mended: where UAV and centre move in opposite directions, the UAV must turn at
+/// Implements Eq. (27), corrected: where UAV and centre move in opposite directions, the UAV must turn at
 /// `(v + v_t)^2 / (v r_d)`.
 pub fn moving_centre_limit_m(speed_m_s: f64, centre_speed_m_s: f64, turn_rate_max_rad_s: f64) -> f64 {
     if centre_speed_m_s >= speed_m_s {
@@ -202,7 +208,7 @@ mod tests {
     }
 
     #[test]
-    fn the_flown_distance_is_clamped_and_does_not_move_there() {
+    fn the_flown_distance_is_clamped_with_a_rate_of_zero() {
         let near = table_1().distance(Spread { distance_m: 10.0, rate_m_s: 2.0 }, 0.0);
         assert_eq!((near.distance_m, near.rate_m_s), (250.0, 0.0));
         let far = table_1().distance(Spread { distance_m: 400.0, rate_m_s: 2.0 }, 0.0);
@@ -210,26 +216,29 @@ mod tests {
         assert!((far.unclamped_m - 800.0).abs() < 1e-9);
     }
 
-    /// Checks Eq. (22), and that a radius held at its bound stays there.
+    /// Checks Eq. (22), and that a radius clamped to its bound has a rate of zero.
     #[test]
     fn the_virtual_radius_leads_by_the_rate() {
-        let led = |radius_m, rate_m_s| Ramp { radius_m, rate_m_s }.led(3.0, &table_1());
+        let led = |radius_m, rate_m_s| Ramp { radius_m, rate_m_s }.with_lead(3.0, &table_1());
         assert_eq!(led(400.0, -5.0), Ramp { radius_m: 385.0, rate_m_s: -5.0 });
         assert_eq!(led(260.0, -5.0), Ramp { radius_m: 250.0, rate_m_s: 0.0 });
     }
 
-    /// A ramp is followed without lag, a jump with the time constant, noise is damped.
+    /// A ramp is followed without lag, a jump with the time constant.
     #[test]
-    fn smoothing_follows_a_ramp_and_damps_a_jump() {
+    fn the_low_pass_follows_a_ramp_and_damps_a_jump() {
         let at = |distance_m, rate_m_s| StandoffDistance { unclamped_m: distance_m, distance_m, rate_m_s };
-        let mut smoothed = Ramp::smoothed(None, &at(300.0, 2.0), 4.0, 0.5);
+        let mut smoothed = Ramp::low_passed(None, &at(300.0, 2.0), 4.0, 0.5);
         for step in 1..20 {
-            smoothed = Ramp::smoothed(Some(smoothed), &at(300.0 + f64::from(step), 2.0), 4.0, 0.5);
+            smoothed = Ramp::low_passed(Some(smoothed), &at(300.0 + f64::from(step), 2.0), 4.0, 0.5);
             assert!((smoothed.radius_m - 300.0 - f64::from(step)).abs() < 1e-9);
         }
-        let jumped = Ramp::smoothed(Some(Ramp { radius_m: 300.0, rate_m_s: 0.0 }), &at(309.0, 0.0), 4.0, 0.5);
+        let jumped = Ramp::low_passed(Some(Ramp { radius_m: 300.0, rate_m_s: 0.0 }), &at(309.0, 0.0), 4.0, 0.5);
         assert!((jumped.radius_m - 301.0).abs() < 1e-9);
-        assert_eq!(Ramp::smoothed(Some(smoothed), &at(400.0, 1.0), 0.0, 0.5), Ramp { radius_m: 400.0, rate_m_s: 1.0 });
+        assert_eq!(
+            Ramp::low_passed(Some(smoothed), &at(400.0, 1.0), 0.0, 0.5),
+            Ramp { radius_m: 400.0, rate_m_s: 1.0 }
+        );
     }
 
     /// Checks Eq. (26), (27).
@@ -237,12 +246,12 @@ mod tests {
     fn the_turn_limit_of_table_1_is_133_m() {
         let limit_m = turn_limit_m(40.0, 0.0, 0.3);
         assert!((limit_m - 133.333).abs() < 1e-3);
-        // At the limit, (26) holds with equality.
+        // At the limit, (26) is an equality.
         assert!((40.0 / limit_m - 0.3).abs() < 1e-12);
         assert!((turn_limit_m(40.0, 4.0, 0.3) - 120.0).abs() < 1e-9);
     }
 
-    /// Checks the erratum of Eq. (27): 133, 208, 252, 300 m for a centre at 0, 10, 15, 20 m/s.
+    /// Checks the erratum of Eq. (27): the limit is 133, 208, 252, 300 m for a centre speed of 0, 10, 15, 20 m/s.
     #[test]
     fn a_moving_centre_needs_a_wider_orbit() {
         for (centre_m_s, expected_m) in [(0.0, 133.33), (10.0, 208.33), (15.0, 252.08), (20.0, 300.0)] {
@@ -252,7 +261,7 @@ mod tests {
     }
 
     #[test]
-    fn a_margin_that_eats_the_field_of_view_is_refused() {
+    fn a_margin_larger_than_the_field_of_view_is_rejected() {
         let bad = StandoffParams { field_of_view_margin_rad: 1.5, radius_max_m: 200.0, ..table_1() };
         let names: Vec<_> = bad.errors().into_iter().map(|error| error.path).collect();
         assert_eq!(names, ["field_of_view_margin_rad", "radius_max_m"]);

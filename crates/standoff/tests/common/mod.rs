@@ -1,4 +1,4 @@
-//! A small world for tests: targets on straight lines, sensors without noise, a perfect radio.
+//! A small simulated world for tests: targets on straight lines, sensors without noise, an ideal radio.
 
 #![allow(
     dead_code,
@@ -12,12 +12,12 @@ pub mod radio;
 
 use standoff::*;
 
-/// Numbers in [-1, 1) without a pattern: xorshift.
+/// Random number generator for numbers in [-1, 1) (xorshift).
 #[derive(Clone)]
 pub struct Draw(pub u64);
 
 impl Draw {
-    /// The next one.
+    /// Returns the next random number.
     pub fn next(&mut self) -> f64 {
         self.0 ^= self.0 << 13;
         self.0 ^= self.0 >> 7;
@@ -26,30 +26,30 @@ impl Draw {
     }
 }
 
-/// Where a target is at a time, and how it moves; `None`: it is not there.
+/// Position and velocity of a target at a time; `None` if the target does not exist at that time.
 pub type Motion = fn(u32, Time) -> Option<(Position, Velocity)>;
 
-/// A team of UAVs and the targets below it.
+/// A team of UAVs and its targets.
 #[derive(Clone)]
 pub struct Team {
-    /// The brains.
+    /// The agents, one per UAV.
     pub agents: Vec<Agent>,
-    /// The UAVs.
+    /// States of the UAVs.
     pub states: Vec<UavState>,
-    look_at: Vec<Option<LookAt>>,
+    pointing_target: Vec<Option<PointingTarget>>,
     commands: Vec<Command>,
     targets: u32,
     cued: Vec<bool>,
     motion: Motion,
-    /// UAVs that are silent: their sensors and transmitters are off.
+    /// UAVs whose sensors and transmitters are off.
     pub silent: Vec<UavId>,
-    /// The places of UAVs whose computers are off.
+    /// Indices of UAVs whose computers are off.
     pub off: Vec<usize>,
-    /// By how much the clock of each is wrong, where words go over a radio.
+    /// Clock offset of each UAV; only used with a radio.
     pub clock_ahead: Vec<Duration>,
 }
 
-/// What one sensor said: boresight and detections.
+/// A sensor scan: boresight and detections.
 pub type OwnedScan = (Option<Angle>, Vec<Detection>);
 
 /// Borrows a scan for the agent.
@@ -57,21 +57,21 @@ pub fn scan_of(scan: &OwnedScan) -> Scan<'_> {
     Scan { boresight: scan.0, detections: &scan.1 }
 }
 
-/// A whole instant of an agent: observed, heard, decided.
-pub fn step(agent: &mut Agent, now: Time, own: &UavState, scan: Scan, inbox: &[Message]) -> Step {
+/// Runs one time step of an agent: observe, receive, decide.
+pub fn step(agent: &mut Agent, now: Time, own: &UavState, scan: Scan, inbox: &[Message]) -> AgentOutput {
     let observation = agent.observe(now, own, Some(scan));
-    inbox.iter().for_each(|message| agent.hear(&observation, message));
+    inbox.iter().for_each(|message| agent.receive(&observation, message));
     agent.decide(&observation)
 }
 
-/// All that an agent would say of a scan.
+/// Messages that an agent would send after a scan.
 pub fn said(agent: &Agent, now: Time, own: &UavState, scan: Scan) -> Vec<Message> {
     let mut agent = agent.clone();
     let observation = agent.observe(now, own, Some(scan));
     agent.outbox(&observation).to_vec()
 }
 
-/// The agent's own report of a scan.
+/// The agent's own report after a scan.
 pub fn report(agent: &Agent, now: Time, own: &UavState, scan: Scan) -> Option<Report> {
     match said(agent, now, own, scan).into_iter().next() {
         Some(Message::Report(report)) => Some(report),
@@ -79,9 +79,9 @@ pub fn report(agent: &Agent, now: Time, own: &UavState, scan: Scan) -> Option<Re
     }
 }
 
-/// A fleet takes in where all UAVs are, by ascending id, and what they and others say.
+/// Passes the states and scans of all UAVs, by ascending id, and the cues to a fleet.
 pub fn observe_all(
-    fleet: &mut Fleet,
+    fleet: &mut TeamAgent,
     now: Time,
     states: &[UavState],
     scans: &[OwnedScan],
@@ -90,22 +90,22 @@ pub fn observe_all(
     let observe = |((id, state), scan)| fleet.observe(now, UavId(id), state, Some(scan_of(scan)));
     let observed: Vec<_> = (0..).zip(states).zip(scans).map(observe).collect();
     for cue in cues.iter().filter(|message| matches!(message, Message::Cue(_))) {
-        fleet.hear(&observed[0], cue);
+        fleet.receive(&observed[0], cue);
     }
     observed
 }
 
 impl Team {
-    /// UAVs on a ring of 450 m about the targets' start.
+    /// UAVs on a ring of 450 m around the initial position of the targets, with the parameters of Table I.
     pub fn new(uavs: u32, targets: u32) -> Self {
         Self::of(uavs, targets, TeamParams::table_1())
     }
 
-    /// The same, of other parameters.
+    /// Like [`Self::new`] with other parameters.
     pub fn of(uavs: u32, targets: u32, params: TeamParams) -> Self {
         let states = (0..uavs).map(|id| {
             let phase = Angle::from_deg(75.0 * f64::from(id));
-            UavState::straight(
+            UavState::level_flight(
                 Position::ORIGIN + Displacement::from_polar(450.0, phase),
                 phase + Angle::from_deg(90.0),
                 40.0,
@@ -114,7 +114,7 @@ impl Team {
         Self {
             agents: (0..uavs).map(|id| Agent::new(UavId(id), params).unwrap()).collect(),
             states: states.collect(),
-            look_at: vec![None; uavs as usize],
+            pointing_target: vec![None; uavs as usize],
             commands: vec![Command { speed_m_s: 40.0, turn_rate_rad_s: 0.0 }; uavs as usize],
             targets,
             cued: vec![false; targets as usize],
@@ -129,12 +129,13 @@ impl Team {
         }
     }
 
-    /// The same with targets that move otherwise.
+    /// Replaces the motion of the targets.
     pub fn with_motion(self, motion: Motion) -> Self {
         Self { motion, ..self }
     }
 
-    /// The instant, every sensor's scan, and everything said: cues of targets that appear, then what all UAVs say.
+    /// Returns the time, all sensor scans, and all messages: cues of targets that appear, then the messages of all
+    /// UAVs.
     pub fn speak(&mut self, tick: i64) -> (Time, Vec<OwnedScan>, Vec<Message>) {
         let (now, mut inbox, scans) = self.look(tick);
         for ((agent, state), scan) in self.agents.iter().zip(&self.states).zip(&scans) {
@@ -145,7 +146,7 @@ impl Team {
         (now, scans, inbox)
     }
 
-    /// The instant, cues of targets that appear, and every sensor's scan.
+    /// Returns the time, the cues of targets that appear, and all sensor scans.
     fn look(&mut self, tick: i64) -> (Time, Vec<Message>, Vec<OwnedScan>) {
         let now = Time::from_us(tick * 500_000);
         let sensor = TeamParams::table_1().track.sensor;
@@ -157,9 +158,9 @@ impl Team {
             let (position_sd_m, velocity_sd_m_s) = (20.0, 2.0);
             let label = TargetLabel(id);
             cues.push(Message::Cue(Cue {
-                searcher: 0,
-                said: now,
-                number: label.0 as u16,
+                source: 0,
+                issued_at: now,
+                sequence: label.0 as u16,
                 label,
                 time: now,
                 position,
@@ -169,8 +170,8 @@ impl Team {
             }));
             self.cued[id as usize] = true;
         }
-        let scan = |(state, look_at): (&UavState, &Option<LookAt>)| {
-            let boresight = look_at.map(|look| look.boresight(state.position, Duration::from_s(0.5)));
+        let scan = |(state, pointing_target): (&UavState, &Option<PointingTarget>)| {
+            let boresight = pointing_target.map(|look| look.boresight(state.position, Duration::from_s(0.5)));
             let mut detections = Vec::new();
             for id in 0..self.targets {
                 let Some((position, _)) = (self.motion)(id, now) else { continue };
@@ -181,10 +182,10 @@ impl Team {
             }
             (boresight, detections)
         };
-        (now, cues, self.states.iter().zip(&self.look_at).map(scan).collect())
+        (now, cues, self.states.iter().zip(&self.pointing_target).map(scan).collect())
     }
 
-    /// Carries the UAVs on by one period under the commands of the last step.
+    /// Moves the UAVs by one period under the commands of the last step.
     pub fn fly(&mut self, _now: Time) {
         let uav = TeamParams::table_1().uav;
         for (state, command) in self.states.iter_mut().zip(&self.commands) {
@@ -192,27 +193,27 @@ impl Team {
         }
     }
 
-    /// One whole tick.
+    /// Runs one complete time step with an ideal radio.
     pub fn tick(&mut self, tick: i64) {
         let (now, scans, inbox) = self.speak(tick);
         self.decide(now, &scans, &inbox);
     }
 
-    /// What follows once all have spoken: every agent decides, and its UAV flies.
+    /// Second half of a time step: every agent receives `inbox` and decides, and its UAV flies.
     pub fn decide(&mut self, now: Time, scans: &[OwnedScan], inbox: &[Message]) {
         self.decide_each(now, scans, |_| inbox.to_vec());
     }
 
-    /// The same where each hears what it hears.
+    /// Like [`Self::decide`] with a separate inbox for each agent.
     pub fn decide_each(&mut self, now: Time, scans: &[OwnedScan], mut inbox_of: impl FnMut(usize) -> Vec<Message>) {
         for (index, agent) in self.agents.iter_mut().enumerate() {
             let is_silent = self.silent.contains(&agent.id());
             let scan = Some(scan_of(&scans[index])).filter(|_| !is_silent);
             let observation = agent.observe(now, &self.states[index], scan);
-            inbox_of(index).iter().for_each(|message| agent.hear(&observation, message));
+            inbox_of(index).iter().for_each(|message| agent.receive(&observation, message));
             let step = agent.decide(&observation);
             self.commands[index] = step.command;
-            self.look_at[index] = step.look_at;
+            self.pointing_target[index] = step.pointing_target;
         }
         self.fly(now);
     }

@@ -1,88 +1,89 @@
-//! A radio for tests: words go missing, come late, twice and in any order, all drawn from a seed; and what a fleet that
-//! hears all at once knows of the same words.
+//! A lossy radio for tests: messages are lost, delayed, duplicated and reordered at random, from a seed. Also a
+//! reference fleet that receives all messages immediately.
 
 use standoff::*;
 
 use super::{Draw, Team, scan_of};
 
-/// Carries what a team says.
+/// A radio that carries the messages of a team.
 #[derive(Clone)]
 pub struct Radio {
     draw: Draw,
-    /// The part of the words that goes missing, for each hearer by itself; 0 to 1.
+    /// Packet loss, independent for each receiver; 0 to 1.
     pub loss: f64,
-    /// By so many periods words are late at most.
+    /// Maximum latency, periods.
     pub late_max: i64,
-    /// The part of the words that is heard twice.
+    /// Fraction of messages that are received twice.
     pub twice: f64,
-    /// Who hears nothing of whom: speaker, hearer.
+    /// Blocked links: sender, receiver.
     pub deaf: Vec<(usize, usize)>,
-    /// Who hears no cues.
+    /// UAVs that receive no cues.
     pub uncued: Vec<usize>,
-    /// When it is heard, and by whom.
-    under_way: Vec<(i64, usize, Message)>,
+    /// Messages in transit: time step of arrival, receiver, message.
+    in_transit: Vec<(i64, usize, Message)>,
 }
 
 impl Radio {
-    /// A perfect one.
+    /// An ideal radio.
     pub fn new(seed: u64) -> Self {
         let draw = Draw(seed.wrapping_mul(0x9E37_79B9_7F4A_7C15) | 1);
-        Self { draw, loss: 0.0, late_max: 0, twice: 0.0, deaf: Vec::new(), uncued: Vec::new(), under_way: Vec::new() }
+        Self { draw, loss: 0.0, late_max: 0, twice: 0.0, deaf: Vec::new(), uncued: Vec::new(), in_transit: Vec::new() }
     }
 
-    /// From now on it is perfect; what is under way comes yet.
+    /// Makes the radio ideal from now on. Messages in transit still arrive.
     pub fn heal(&mut self) {
         (self.loss, self.late_max, self.twice) = (0.0, 0, 0.0);
         self.deaf.clear();
         self.uncued.clear();
     }
 
-    /// Nobody of one side hears anybody of the other.
+    /// Blocks all links between two sides.
     pub fn part(&mut self, one: &[usize], other: &[usize]) {
         let both = one.iter().flat_map(|a| other.iter().flat_map(|b| [(*a, *b), (*b, *a)]));
         self.deaf.extend(both);
     }
 
-    /// Somebody hears what nobody of the team has said.
+    /// Injects a message that no team member has sent.
     pub fn tell(&mut self, tick: i64, to: usize, message: Message) {
-        self.under_way.push((tick, to, message));
+        self.in_transit.push((tick, to, message));
     }
 
-    fn send(&mut self, tick: i64, (from, to): (Option<usize>, usize), message: &Message, is_sure: bool) {
-        let is_deaf = from.is_some_and(|from| self.deaf.contains(&(from, to)));
-        if !is_sure && (is_deaf || self.chance(self.loss)) {
+    fn send(&mut self, tick: i64, (from, to): (Option<usize>, usize), message: &Message, is_reliable: bool) {
+        let is_blocked = from.is_some_and(|from| self.deaf.contains(&(from, to)));
+        if !is_reliable && (is_blocked || self.chance(self.loss)) {
             return;
         }
         for _ in 0..1 + u32::from(self.chance(self.twice)) {
-            let late = if is_sure { 0 } else { self.pick(self.late_max + 1) };
-            self.under_way.push((tick + late, to, message.clone()));
+            let latency = if is_reliable { 0 } else { self.pick(self.late_max + 1) };
+            self.in_transit.push((tick + latency, to, message.clone()));
         }
     }
 
-    /// What somebody hears at an instant, in any order.
-    fn heard(&mut self, tick: i64, by: usize) -> Vec<Message> {
-        let mine = self.under_way.extract_if(.., |(at, to, _)| *at <= tick && *to == by);
-        let mut heard: Vec<Message> = mine.map(|(.., message)| message).collect();
-        for place in (1..heard.len()).rev() {
-            let other = self.pick(place as i64 + 1) as usize;
-            heard.swap(place, other);
+    /// Messages that a UAV receives at a time step, in random order.
+    fn received(&mut self, tick: i64, by: usize) -> Vec<Message> {
+        let arrived = self.in_transit.extract_if(.., |(at, to, _)| *at <= tick && *to == by);
+        let mut received: Vec<Message> = arrived.map(|(.., message)| message).collect();
+        for index in (1..received.len()).rev() {
+            let other = self.pick(index as i64 + 1) as usize;
+            received.swap(index, other);
         }
-        heard
+        received
     }
 
-    fn chance(&mut self, of: f64) -> bool {
-        self.draw.next() < 2.0 * of - 1.0
+    fn chance(&mut self, probability: f64) -> bool {
+        self.draw.next() < 2.0 * probability - 1.0
     }
 
-    /// A number from 0 to one below this.
+    /// Random integer from 0 to `below` - 1.
     fn pick(&mut self, below: i64) -> i64 {
         (0.5 * (self.draw.next() + 1.0) * below as f64) as i64
     }
 }
 
 impl Team {
-    /// One whole tick over a radio; what all have said, and what each has heard. Of each cue one that is on hears at once: what nobody hears was never
-    /// said. Whose computer is off flies on, unseeing and unheard.
+    /// Runs one complete time step over a radio, and returns the messages sent and received. Every cue is received
+    /// immediately by at least one UAV that is on, because a cue that no UAV receives has no effect. A UAV whose
+    /// computer is off flies on with its last command, without sensor and radio.
     pub fn tick_over(&mut self, tick: i64, radio: &mut Radio) -> Words {
         let (now, cues, scans) = self.look(tick);
         let on: Vec<usize> = (0..self.agents.len()).filter(|index| !self.off.contains(index)).collect();
@@ -101,17 +102,17 @@ impl Team {
             }
         }
         let cued: Vec<usize> = on.into_iter().filter(|index| !radio.uncued.contains(index)).collect();
-        for (place, cue) in cues.iter().enumerate() {
+        for (number, cue) in cues.iter().enumerate() {
             said.push((None, cue.clone()));
-            cued.iter().for_each(|to| radio.send(tick, (None, *to), cue, *to == cued[place % cued.len()]));
+            cued.iter().for_each(|to| radio.send(tick, (None, *to), cue, *to == cued[number % cued.len()]));
         }
         for (index, observation) in observed {
-            for message in radio.heard(tick, index) {
-                self.agents[index].hear(&observation, &message);
+            for message in radio.received(tick, index) {
+                self.agents[index].receive(&observation, &message);
                 heard.push((index, message));
             }
             let step = self.agents[index].decide(&observation);
-            (self.commands[index], self.look_at[index]) = (step.command, step.look_at);
+            (self.commands[index], self.pointing_target[index]) = (step.command, step.pointing_target);
             steps.push((index, step));
         }
         self.fly(now);
@@ -119,46 +120,49 @@ impl Team {
     }
 }
 
-/// What was said at an instant, by whomever, who has heard what, and what each has decided.
+/// Messages and decisions of one time step.
 pub struct Words {
+    /// Messages sent, with the index of the sender; `None` for cue sources.
     pub said: Vec<(Option<usize>, Message)>,
+    /// Messages received, with the index of the receiver.
     pub heard: Vec<(usize, Message)>,
-    pub steps: Vec<(usize, Step)>,
+    /// Decisions, with the index of the UAV.
+    pub steps: Vec<(usize, AgentOutput)>,
 }
 
-/// What a fleet knows that hears every word at once, instant by instant.
+/// Reference: the team state of a fleet that receives every message immediately.
 pub struct Truth {
-    fleet: Fleet,
-    /// What it knew at each instant.
+    fleet: TeamAgent,
+    /// Digest of the team state at each time step.
     digests: Vec<u64>,
 }
 
 impl Truth {
-    /// A team of such parameters.
+    /// Creates the reference for a team with these parameters.
     pub fn new(params: TeamParams) -> Self {
-        Self { fleet: Fleet::new(params).unwrap(), digests: Vec::new() }
+        Self { fleet: TeamAgent::new(params).unwrap(), digests: Vec::new() }
     }
 
-    /// Takes in what was said at the next instant, of that instant.
+    /// Processes the messages sent at the next time step that belong to that time step.
     pub fn hear(&mut self, now: Time, said: &[(Option<usize>, Message)]) {
-        let nowhere = Team::new(1, 0).states[0];
-        let observed = self.fleet.observe(now, UavId(0), &nowhere, None);
+        let any_state = Team::new(1, 0).states[0];
+        let observed = self.fleet.observe(now, UavId(0), &any_state, None);
         for (_, message) in said {
             match message {
-                Message::Report(report) if report.time == now => self.fleet.hear(&observed, message),
-                Message::Cue(cue) if cue.said == now => self.fleet.hear(&observed, message),
+                Message::Report(report) if report.time == now => self.fleet.receive(&observed, message),
+                Message::Cue(cue) if cue.issued_at == now => self.fleet.receive(&observed, message),
                 _ => {}
             }
         }
         let _ = self.fleet.decide(&observed);
-        self.digests.push(self.fleet.picture().digest());
+        self.digests.push(self.fleet.team_state().digest());
     }
 
-    /// Whether this is what was known at its instant, to the bit.
-    pub fn is(&self, picture: &Picture) -> bool {
+    /// Returns true if a team state equals the reference of its time step, bit for bit.
+    pub fn is(&self, picture: &TeamState) -> bool {
         self.digests[(picture.time.us() / PERIOD.us()) as usize] == picture.digest()
     }
 }
 
-/// That of Table I.
+/// Period of Table I.
 pub const PERIOD: Duration = Duration::from_us(500_000);

@@ -1,4 +1,4 @@
-//! Whatever happens to a journal's bytes, a run in it is right or is not there.
+//! Whatever happens to the bytes of a journal, a run in it is either correct or missing.
 
 use super::super::{Shard, results};
 use super::*;
@@ -19,7 +19,7 @@ fn batch() -> Batch {
     }
 }
 
-/// What run `run` came to.
+/// Values of run `run`.
 fn values(run: u64) -> Vec<Option<f64>> {
     vec![Some(run as f64 / 3.0), run.is_multiple_of(2).then_some(-0.0)]
 }
@@ -43,7 +43,7 @@ fn bytes(dir: &tempfile::TempDir) -> Vec<u8> {
     fs::read(dir.path().join(JOURNAL)).unwrap()
 }
 
-/// The journal after these runs, and where its slots begin.
+/// Returns the journal after these runs, and the offset of its first slot.
 fn journal_of(runs: &[u64]) -> (Vec<u8>, usize) {
     let dir = tempfile::tempdir().unwrap();
     let mut journal = Journal::open(dir.path(), &batch()).unwrap();
@@ -51,7 +51,7 @@ fn journal_of(runs: &[u64]) -> (Vec<u8>, usize) {
     (bytes(&dir), journal.slots.start as usize)
 }
 
-/// Flies what is missing, so to speak.
+/// Writes the missing runs.
 fn complete(journal: &mut Journal) {
     let missing: Vec<u64> = journal.missing(&NEVER).unwrap().map(Result::unwrap).collect();
     missing.into_iter().for_each(|run| put(journal, run).unwrap());
@@ -60,10 +60,10 @@ fn complete(journal: &mut Journal) {
 }
 
 #[test]
-fn runs_are_kept_in_their_places_in_whatever_order_they_end() {
+fn runs_are_stored_in_order_whatever_the_order_they_end() {
     let (in_order, _) = journal_of(&[6, 7, 8, 9, 10, 11]);
-    let (as_it_comes, _) = journal_of(&[9, 6, 11, 10, 8, 7]);
-    assert_eq!(in_order, as_it_comes);
+    let (out_of_order, _) = journal_of(&[9, 6, 11, 10, 8, 7]);
+    assert_eq!(in_order, out_of_order);
     let (some, _) = journal_of(&[9, 6]);
     let dir = folder(&some);
     let journal = Journal::open(dir.path(), &batch()).unwrap();
@@ -73,7 +73,7 @@ fn runs_are_kept_in_their_places_in_whatever_order_they_end() {
 }
 
 #[test]
-fn a_journal_cut_off_anywhere_keeps_the_runs_before_the_cut() {
+fn truncated_journal_keeps_the_runs_before_the_cut() {
     let (whole, start) = journal_of(&[6, 7, 8, 9, 10, 11]);
     let slot = 8 + 2 * 8 + 4;
     assert_eq!(whole.len(), start + 6 * slot);
@@ -90,7 +90,7 @@ fn a_journal_cut_off_anywhere_keeps_the_runs_before_the_cut() {
 }
 
 #[test]
-fn a_changed_byte_is_refused_or_costs_one_run() {
+fn changed_byte_is_refused_or_loses_one_run() {
     let (whole, start) = journal_of(&[6, 7, 8, 9, 10, 11]);
     for at in 0..whole.len() {
         for change in [0x01, 0x80, 0xff] {
@@ -114,9 +114,9 @@ fn a_changed_byte_is_refused_or_costs_one_run() {
     }
 }
 
-/// Slots of another batch, or in another place, have good checksums of their own.
+/// Slots of another batch, or at another index, have valid checksums, but not for this batch and index.
 #[test]
-fn a_slot_counts_only_in_its_batch_and_place() {
+fn slot_is_valid_only_in_its_batch_and_at_its_index() {
     let (whole, start) = journal_of(&[6, 7, 8, 9, 10, 11]);
     let mut moved = whole.clone();
     moved.copy_within(start..start + 28, start + 28);
@@ -148,16 +148,19 @@ fn two_processes_do_not_write_one_journal() {
 }
 
 #[test]
-fn a_journal_of_a_later_format_is_left_to_its_version() {
+fn journal_of_a_later_format_is_refused() {
     let dir = tempfile::tempdir().unwrap();
     let later = Batch { format: FORMAT + 1, version: "9.9".to_owned(), ..batch() };
     Journal::open(dir.path(), &later).unwrap();
     let refusal = Journal::open(dir.path(), &batch()).unwrap_err().to_string();
-    assert!(refusal.contains("has format 2 of standoff 9.9, this one knows 1; use that version"), "{refusal}");
+    assert!(
+        refusal.contains("has format 2 of standoff 9.9; this version supports format 1; use the version that wrote it"),
+        "{refusal}"
+    );
 }
 
 #[test]
-fn a_value_that_is_no_number_is_a_fault_and_is_not_kept() {
+fn non_finite_value_is_an_error_and_is_not_stored() {
     let dir = tempfile::tempdir().unwrap();
     let mut journal = Journal::open(dir.path(), &batch()).unwrap();
     for wrong in [f64::NAN, f64::INFINITY] {
@@ -169,7 +172,7 @@ fn a_value_that_is_no_number_is_a_fault_and_is_not_kept() {
 
 #[test]
 #[cfg(target_os = "linux")]
-fn a_full_disk_is_an_error_with_the_systems_reason() {
+fn full_disk_is_an_error_with_the_reason_of_the_system() {
     let dir = tempfile::tempdir().unwrap();
     let mut journal = Journal::open(dir.path(), &batch()).unwrap();
     journal.file = File::options().write(true).open("/dev/full").unwrap();
@@ -180,7 +183,7 @@ fn a_full_disk_is_an_error_with_the_systems_reason() {
 
 #[test]
 #[cfg(unix)]
-fn a_link_is_no_journal_and_what_it_leads_to_is_left_alone() {
+fn symbolic_link_is_refused_and_its_target_unchanged() {
     let dir = tempfile::tempdir().unwrap();
     let victim = dir.path().join("victim");
     fs::write(&victim, "hi").unwrap();
@@ -188,13 +191,13 @@ fn a_link_is_no_journal_and_what_it_leads_to_is_left_alone() {
     fs::create_dir(&batches).unwrap();
     std::os::unix::fs::symlink(&victim, batches.join(JOURNAL)).unwrap();
     let error = Journal::open(&batches, &batch()).unwrap_err();
-    assert!(error.is_wrong_input() && error.to_string().contains("holds something other than a run"), "{error}");
+    assert!(error.is_wrong_input() && error.to_string().contains("contains something other than a run"), "{error}");
     assert_eq!(fs::read_to_string(&victim).unwrap(), "hi");
 }
 
-/// So a batch of very many begins and goes on at once.
+/// Hence a batch with very many runs starts and resumes quickly.
 #[test]
-fn nothing_is_read_of_runs_behind_the_last_that_was_kept() {
+fn nothing_is_read_after_the_last_stored_run() {
     let dir = tempfile::tempdir().unwrap();
     let many = Batch { runs: 100_000_000, shard: None, ..batch() };
     let mut journal = Journal::open(dir.path(), &many).unwrap();
@@ -208,7 +211,7 @@ fn nothing_is_read_of_runs_behind_the_last_that_was_kept() {
 }
 
 #[test]
-fn stopped_on_its_last_steps_a_batch_is_not_complete_and_nothing_is_lost() {
+fn batch_stopped_in_its_last_steps_is_incomplete_but_keeps_all_runs() {
     let (whole, _) = journal_of(&[6, 7, 8, 9, 10, 11]);
     let dir = folder(&whole);
     let journal = Journal::open(dir.path(), &batch()).unwrap();
@@ -225,8 +228,8 @@ fn stopped_on_its_last_steps_a_batch_is_not_complete_and_nothing_is_lost() {
     assert!(results::Results::open(dir.path()).is_ok());
 }
 
-/// The batch of a journal, and its runs, as [`Journal::open`] and [`Journal::rows`] would read them.
-pub(in super::super) fn look_into(path: &Path) -> Result<Option<(Batch, Rows<'static>)>, MonteCarloError> {
+/// Returns the batch of a journal and its runs, as [`Journal::open`] and [`Journal::rows`] read them.
+pub(in super::super) fn read_journal(path: &Path) -> Result<Option<(Batch, Rows<'static>)>, MonteCarloError> {
     let mut file = File::open(path).unwrap();
     let Some(batch) = read_head(&mut file, path)? else { return Ok(None) };
     let start = file.stream_position().unwrap();
@@ -235,7 +238,7 @@ pub(in super::super) fn look_into(path: &Path) -> Result<Option<(Batch, Rows<'st
     Ok(Some((batch, Rows::new(path.to_owned(), file, slots, &NEVER).unwrap())))
 }
 
-/// A journal of anything, with the checksums that belong to it.
+/// Makes a journal with arbitrary contents and valid checksums.
 pub(in super::super) fn sealed(json: &[u8], slots: &[u8]) -> Vec<u8> {
     [&head(json).unwrap().0, slots].concat()
 }

@@ -1,14 +1,14 @@
-//! The numbers and times of a CSV table, as spreadsheets and GPS loggers write them.
+//! Numbers and times of a CSV table as spreadsheets and GPS loggers write them.
 
 use chrono::{DateTime, FixedOffset, NaiveDateTime};
 
-use super::super::value::{LOGGED_MILLISECONDS, LOGGED_SECONDS, Quantity};
-use crate::text::quoted;
+use super::super::validate::{LOGGED_MILLISECONDS, LOGGED_SECONDS, Quantity};
+use crate::display_text::quoted;
 
-/// How the numbers of a table are written: where semicolons separate its fields, the first that has a decimal sign tells
-/// which, for 1,234 is another number with a point than with a comma.
+/// Number format of a table. If semicolons separate its fields, the first number with a decimal sign determines that
+/// sign, because 1,234 is a different number with a decimal point than with a decimal comma.
 pub(super) struct Numbers {
-    /// A comma may be one.
+    /// True if a comma may be the decimal sign.
     may_be_comma: bool,
     decimal_sign: Option<char>,
 }
@@ -18,13 +18,13 @@ impl Numbers {
         Self { may_be_comma: separator == b';', decimal_sign: None }
     }
 
-    /// The number that `text`, the value of `key`, stands for.
+    /// Parses `text`, the value of `key`.
     pub(super) fn parse(&mut self, key: &str, text: &str, quantity: &Quantity) -> Result<f64, String> {
         if !self.may_be_comma {
             return quantity.parse(key, text);
         }
         let value = text.trim().replace(',', ".").parse().ok();
-        // What is no number has no decimal sign either.
+        // Only valid numbers determine the decimal sign.
         if let (Some(_), Some(sign)) = (value, text.chars().find(|c| [',', '.'].contains(c)))
             && *self.decimal_sign.get_or_insert(sign) != sign
         {
@@ -36,26 +36,29 @@ impl Numbers {
     }
 }
 
-/// How the times of a table are written: the first row tells.
+/// Time format of a table; the first row determines it.
 pub(super) struct Clock {
     in_milliseconds: bool,
     form: Option<&'static str>,
 }
 
 impl Clock {
-    /// Of the column `key`.
+    /// Creates the clock of the column `key`.
     pub(super) fn new(key: &str) -> Self {
         Self { in_milliseconds: key.to_ascii_lowercase().ends_with("_ms"), form: None }
     }
 
-    /// The time that `text`, the value of `key`, stands for; microseconds.
+    /// Parses `text`, the value of `key`, as a time; returns microseconds.
     pub(super) fn time_us(&mut self, key: &str, text: &str, numbers: &mut Numbers) -> Result<i64, String> {
         let (quantity, unit_us) =
             if self.in_milliseconds { (&LOGGED_MILLISECONDS, 1e3) } else { (&LOGGED_SECONDS, 1e6) };
         let (form, time_us) = match date_time(text) {
             Some((form, time_us)) if (-9e15..=9e15).contains(&(time_us as f64)) => (form, time_us),
             Some(_) => {
-                return Err(format!("{key} = {} is out of range; the years 1685 to 2255; correct it", quoted(text)));
+                return Err(format!(
+                    "{key} = {} is out of range; must be in the years 1685 to 2255; correct it",
+                    quoted(text)
+                ));
             }
             None => ("number", (numbers.parse(key, text, quantity)? * unit_us).round() as i64),
         };
@@ -68,9 +71,10 @@ impl Clock {
     }
 }
 
-/// A date and time by ISO 8601, with a T or a blank between them; since 1970, microseconds.
+/// Parses a date and time in ISO 8601, with a T or a blank in between; returns the form and the microseconds since
+/// 1970.
 fn date_time(text: &str) -> Option<(&'static str, i64)> {
-    // Most files have numbers.
+    // Most files have numbers, which this skips quickly.
     if !text.contains(':') {
         return None;
     }
@@ -80,7 +84,7 @@ fn date_time(text: &str) -> Option<(&'static str, i64)> {
             .into_iter()
             .find_map(|format| NaiveDateTime::parse_from_str(&text, format).ok())
     };
-    // An offset may be of hours alone.
+    // An offset may consist of hours only.
     let zoned = || {
         ["%Y-%m-%dT%H:%M:%S%.f%#z", "%Y-%m-%d %H:%M:%S%.f%#z"]
             .into_iter()
@@ -95,10 +99,10 @@ fn date_time(text: &str) -> Option<(&'static str, i64)> {
 #[cfg(test)]
 mod tests {
     use super::super::super::Coordinates;
-    use super::super::super::value::axes;
+    use super::super::super::validate::axes;
     use super::*;
 
-    /// What a column of such times comes to.
+    /// Parses the times of a column.
     fn times(key: &str, separator: u8, texts: &[&str]) -> Result<Vec<i64>, String> {
         let (mut clock, mut numbers) = (Clock::new(key), Numbers::new(separator));
         texts.iter().map(|text| clock.time_us(key, text, &mut numbers)).collect()
@@ -106,7 +110,7 @@ mod tests {
 
     #[test]
     fn times_may_be_date_times() {
-        // 2026-03-01 12:00 UTC, as `date -d 2026-03-01T12:00Z +%s` says.
+        // 2026-03-01 12:00 UTC, from `date -d 2026-03-01T12:00Z +%s`.
         let noon_us = 1_772_366_400_000_000;
         for text in [
             "2026-03-01T12:00:00Z",
@@ -134,7 +138,7 @@ mod tests {
     }
 
     #[test]
-    fn times_are_written_alike() {
+    fn all_times_must_have_one_form() {
         for (first, second, expected) in [
             ("5", "2026-03-01T12:00:00Z", "is a date-time with an offset, the time before it a number"),
             ("2026-03-01T12:00:00Z", "5", "is a number, the time before it a date-time with an offset"),
@@ -146,7 +150,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_time_is_refused() {
+    fn invalid_times_are_rejected() {
         for text in ["noon", "", "12:00:00", "2026-02-30T12:00:00Z", "2026-03-01T25:00:00Z", "01.03.2026 12:00:00"] {
             let error = times("time", b',', &[text]).unwrap_err();
             assert!(error.contains("is not a number") && error.contains("2026-03-01T12:00:00.5Z"), "{error}");
@@ -155,7 +159,7 @@ mod tests {
     }
 
     #[test]
-    fn decimal_signs_are_alike() {
+    fn all_numbers_must_have_one_decimal_sign() {
         let metres = &axes(Coordinates::Metres)[0];
         let mut numbers = Numbers::new(b';');
         assert_eq!(numbers.parse("x", "12", metres), Ok(12.0));

@@ -1,30 +1,30 @@
-//! What separates the fields of a CSV row, where they begin, and whether its quotes come in pairs.
+//! Separator of a CSV row, start of each field, and whether the quotes are paired.
 //!
-//! The CSV reader takes whatever stands between a quote and the next one for a field, lines of other vehicles included,
-//! and what stands behind a closing quote for a part of it: so one quote too many is not seen until far behind it.
+//! The CSV reader takes everything between a quote and the next one as one field, rows of other vehicles included, and
+//! text after a closing quote as part of the field. One quote too many would therefore be detected only much later.
 
-/// What is wrong with the quotes of a row; places are bytes from its begin.
+/// Error in the quotes of a row; positions are bytes from its start.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) struct Wrong {
-    /// Where one opens.
+    /// Position of the opening quote.
     pub(super) open: usize,
-    /// Where it is closed, and the field goes on; none if it is not closed.
+    /// Position of the closing quote after which the field continues; `None` if the quote is not closed.
     pub(super) close: Option<usize>,
 }
 
 #[derive(Clone, Copy)]
 enum Within {
-    /// At the begin of a field.
+    /// At the start of a field.
     Begin,
-    /// A field without quotes: a quote in it is a sign like any other.
+    /// In a field without quotes, where a quote is an ordinary character.
     Bare,
-    /// Where the quote is that opened.
+    /// In a quoted field; the position of its opening quote.
     Quotes(usize),
-    /// Behind a quote that closes, and blanks; or behind the first half of a quote that is meant.
+    /// After a closing quote and blanks, or after the first half of a doubled quote.
     Closed { open: usize, close: usize },
 }
 
-/// What separates the fields of a table: semicolons if its header has more of them than commas, outside of quotes.
+/// Returns the separator of a table: semicolon if its header has more of them than commas outside of quotes.
 pub(super) fn separator(header: &[u8]) -> u8 {
     let (mut is_quoted, mut commas, mut semicolons) = (false, 0, 0);
     for byte in header {
@@ -38,7 +38,7 @@ pub(super) fn separator(header: &[u8]) -> u8 {
     if semicolons > commas { b';' } else { b',' }
 }
 
-/// Where each field of a row begins, as far as its quotes are right, and what is wrong with them.
+/// Returns the start of each field of a row, up to the first error in its quotes, and that error.
 pub(super) fn fields(row: &[u8], separator: u8) -> (Vec<usize>, Option<Wrong>) {
     let mut begins = vec![0];
     let mut within = Within::Begin;
@@ -67,7 +67,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn fields_begin_behind_commas_outside_of_quotes() {
+    fn fields_begin_after_commas_outside_of_quotes() {
         for (row, begins) in [
             ("", vec![0]),
             ("a,b,,c\n", vec![0, 2, 4, 5]),
@@ -80,7 +80,7 @@ mod tests {
     }
 
     #[test]
-    fn fields_may_begin_behind_semicolons() {
+    fn fields_may_begin_after_semicolons() {
         assert_eq!(fields(b"1,5;\"a;\";;2,5\n", b';'), (vec![0, 4, 9, 10], None));
         for (header, expected) in [
             ("t;id;x;y", b';'),

@@ -1,24 +1,24 @@
-//! Reads the rows of a CSV table, and knows the place of each field.
+//! Reads the rows of a CSV table with the position of each field.
 
 use std::io::{self, BufRead, Cursor, Read};
 
 use csv::{ByteRecord, ReaderBuilder};
 
 use super::quotes::{self, Wrong};
-use crate::source::limit::MAX_PIECE;
-use crate::source::{Fault, Lines, Position, input_fault};
+use crate::text_source::limits::MAX_PIECE;
+use crate::text_source::{Fault, Lines, Position, input_fault};
 
-/// The rows, with the place of each field.
+/// Rows of a table, with the position of each field.
 pub(super) struct Table<R> {
     reader: csv::Reader<RowText<R>>,
     /// The current row.
     pub(super) row: ByteRecord,
-    /// Between fields: a comma or a semicolon.
+    /// Separator between fields: a comma or a semicolon.
     pub(super) separator: u8,
 }
 
 impl<R: Read> Table<R> {
-    /// Looks at the header for what separates the fields.
+    /// Creates the table; determines the separator from the header.
     pub(super) fn new(lines: Lines<R>) -> Result<Self, Fault> {
         let start = lines.position();
         let mut text =
@@ -30,12 +30,12 @@ impl<R: Read> Table<R> {
         Ok(Self { reader, row: ByteRecord::new(), separator })
     }
 
-    /// Goes to the next row; `false` at the end. Fails where the quotes of the row are not in pairs.
+    /// Reads the next row; `false` at the end. Fails if the quotes of the row are not paired.
     pub(super) fn next_row(&mut self) -> Result<bool, Fault> {
         self.reader.get_mut().text.clear();
         let read = self.reader.read_byte_record(&mut self.row);
         let text = &self.reader.get_ref().text;
-        // A row may be too long because a quote in it is not closed.
+        // A row can be too long because of an unclosed quote.
         if (read.is_ok() || text.len() >= MAX_PIECE) && text.contains(&b'"') {
             self.check_quotes()?;
         }
@@ -54,19 +54,20 @@ impl<R: Read> Table<R> {
         let RowText { start, text, separator, .. } = self.reader.get_ref();
         let place = |at: usize| start.after(&text[..at]);
         let Some(Wrong { open, close }) = quotes::fields(text, *separator).1 else { return Ok(()) };
-        let closed = close.map(|close| format!("is closed at {}, amid a field", place(close)));
+        let closed = close.map(|close| format!("is closed at {}, in the middle of a field", place(close)));
         let what = closed.unwrap_or_else(|| "is not closed".to_string());
-        let advice = "quotes stand around a whole field; close it before the separator, remove it, or write it twice within quotes";
+        let advice =
+            "quotes must enclose a whole field; close it before the separator, remove it, or double it within quotes";
         Err(Fault::at(place(open), format!("a quote opens here and {what}; {advice}")))
     }
 
-    /// Field `index` of this row.
+    /// Returns the text of field `index` of this row.
     pub(super) fn text(&self, index: usize) -> Result<&str, Fault> {
         std::str::from_utf8(self.row.get(index).unwrap_or_default())
             .map_err(|_| self.fault(index, "not text; must be UTF-8; save the file as UTF-8".to_string()))
     }
 
-    /// A fault in field `index` of this row.
+    /// Creates an error in field `index` of this row.
     pub(super) fn fault(&self, index: usize, message: String) -> Fault {
         let RowText { start, text, separator, .. } = self.reader.get_ref();
         let begin = quotes::fields(text, *separator).0.get(index).copied().unwrap_or(0);
@@ -74,28 +75,28 @@ impl<R: Read> Table<R> {
     }
 }
 
-/// Gives the text line by line, without comments and blank lines, and keeps that of the current row.
+/// Yields the text line by line, without comments and blank lines, and stores the text of the current row.
 ///
-/// The CSV reader asks for more only when it has used up what it got, so nothing is read ahead of the row.
+/// The CSV reader requests more only after it has used all it got, so nothing is read ahead of the row.
 struct RowText<R> {
     lines: Lines<R>,
     start: Position,
-    /// The first line, looked at before it is asked for.
+    /// The first line, read ahead of the CSV reader.
     ahead: Cursor<Vec<u8>>,
     text: Vec<u8>,
     separator: u8,
-    /// Between the fields of the header, once it is read.
+    /// Number of separators in the header, once it has been read.
     separators: Option<usize>,
 }
 
 impl<R: Read> RowText<R> {
-    /// Begins the first row and reads its first line.
+    /// Starts the first row and reads its first line.
     fn look_ahead(&mut self) -> io::Result<()> {
         self.begin_row()?;
         self.lines.read_until(b'\n', self.ahead.get_mut()).map(drop)
     }
 
-    /// Skips comments and blank lines, and begins a row behind them.
+    /// Skips comments and blank lines, and starts a row after them.
     fn begin_row(&mut self) -> io::Result<()> {
         loop {
             self.skip_blank_lines()?;
@@ -113,8 +114,8 @@ impl<R: Read> RowText<R> {
                 }
             }
             if self.separators == Some(separators) {
-                let what = format!("begins with # as a comment does, and has {} fields as a row", separators + 1);
-                let advice = "put the name into quotes if it is one, or remove the line";
+                let what = format!("begins with # like a comment, but has {} fields like a row", separators + 1);
+                let advice = "quote the name if this is a row, or remove the line";
                 return Err(Fault::at(self.start, format!("{what}; {advice}")).into());
             }
         }
@@ -131,7 +132,7 @@ impl<R: Read> RowText<R> {
         }
     }
 
-    /// As much of the line as `out` holds, with its end.
+    /// Returns as much of the line as fits into `out`, line end included.
     fn take_line<'a>(&mut self, out: &'a mut [u8]) -> io::Result<&'a [u8]> {
         let line = self.lines.fill_buf()?;
         let length = line.iter().position(|&byte| byte == b'\n').map_or(line.len(), |end| end + 1).min(out.len());

@@ -1,4 +1,4 @@
-//! What there is to choose from when UAVs are assigned, and what a choice is worth.
+//! Assignment problem: the possible choices and their scores.
 
 use core::ops::RangeInclusive;
 
@@ -10,61 +10,68 @@ use crate::math;
 use crate::sensor::SensorParams;
 use crate::uav::UavId;
 
-/// Least determinant that a target's information counts for, 1/m4: known to a thousand kilometres each way. It stands
-/// in for targets out of everybody's sight, overhead, or not at a finite position. Its inverse is the most.
+/// Minimum determinant of a target's information, 1/m4: a position known to a thousand kilometres in each direction. It
+/// replaces the determinant of targets that no UAV has in range, that are directly below a UAV, or whose position is
+/// not finite. Its inverse is the maximum.
 pub const DET_FLOOR_1_M4: f64 = 1e-24;
 
-/// A UAV to be assigned.
+/// A UAV that can be assigned.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct AvailableUav {
-    /// Which UAV.
+    /// Id of the UAV.
     pub uav: UavId,
-    /// Where it is.
+    /// Position of the UAV.
     pub position: Position,
-    /// The group that it serves until now; staying there counts.
-    pub serves: Option<GroupId>,
+    /// Current group of the UAV; staying there has a bonus.
+    pub current_group: Option<GroupId>,
 }
 
-/// A group to be served.
+/// A group that can get UAVs.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Site<'a> {
-    /// Which group.
+pub struct CandidateGroup<'a> {
+    /// Id of the group.
     pub group: GroupId,
-    /// Where its members are.
+    /// Positions of its members.
     pub members: &'a [Position],
 }
 
-/// Natural logarithm of a determinant, or a sum of them, in millionths.
+/// Natural logarithm of a determinant, or a sum of such logarithms, in millionths.
 pub(super) type Score = i64;
 
-/// The UAVs of one site by index, ascending.
-pub(super) type Block = Vec<usize>;
+/// Indices of the UAVs of one group, ascending.
+pub(super) type UavSet = Vec<usize>;
 
-/// A site that may be served.
-pub(super) struct Choice {
+/// A group that may get UAVs.
+pub(super) struct Candidate {
     pub(super) group: GroupId,
-    /// How many UAVs it may have.
+    /// Allowed number of UAVs.
     pub(super) sizes: RangeInclusive<usize>,
-    /// What each UAV tells about each target, 1/m2.
+    /// Information of each UAV about each target, 1/m2.
     information: Vec<Vec<Matrix2<f64>>>,
-    /// What each UAV's staying counts.
-    inertia: Vec<Score>,
+    /// Bonus of each UAV for staying in this group.
+    switching_cost: Vec<Score>,
 }
 
-/// What there is to choose from.
+/// All UAVs and groups of an assignment.
 pub(super) struct Problem {
     pub(super) uavs: usize,
-    pub(super) sites: Vec<Choice>,
+    pub(super) groups: Vec<Candidate>,
 }
 
 impl Problem {
-    pub(super) fn new(uavs: &[AvailableUav], sites: &[Site<'_>], sensor: &SensorParams, inertia: f64) -> Self {
+    pub(super) fn new(
+        uavs: &[AvailableUav],
+        sites: &[CandidateGroup<'_>],
+        sensor: &SensorParams,
+        inertia: f64,
+    ) -> Self {
         let n = uavs.len();
         let mut targets: Vec<usize> = sites.iter().map(|site| site.members.len()).collect();
         targets.sort_unstable_by(|a, b| b.cmp(a));
-        // With too few UAVs larger sites are served, smaller ones are not, and those as large as this may be.
+        // With too few UAVs, larger groups get one, smaller groups get none, and groups of exactly this size may get
+        // one.
         let marginal = targets.get(n).and(targets.get(n - 1));
-        let sizes = |site: &Site<'_>| match marginal.map(|marginal| site.members.len().cmp(marginal)) {
+        let sizes = |site: &CandidateGroup<'_>| match marginal.map(|marginal| site.members.len().cmp(marginal)) {
             None => Some(1..=n.div_ceil(sites.len()).max(2)),
             Some(core::cmp::Ordering::Greater) => Some(1..=1),
             Some(core::cmp::Ordering::Equal) => Some(0..=1),
@@ -74,54 +81,56 @@ impl Problem {
             let information = sensor.information(uav, *target);
             if information.iter().all(|entry| entry.is_finite()) { information } else { Matrix2::zeros() }
         };
-        let choice = |site: &Site<'_>| {
+        let choice = |site: &CandidateGroup<'_>| {
             let information = uavs
                 .iter()
                 .map(|uav| site.members.iter().map(|target| information_of(uav.position, target)).collect())
                 .collect();
             let staying = in_millionths(inertia * site.members.len() as f64);
-            let inertia = uavs.iter().map(|uav| if uav.serves == Some(site.group) { staying } else { 0 }).collect();
-            Some(Choice { group: site.group, sizes: sizes(site)?, information, inertia })
+            let inertia =
+                uavs.iter().map(|uav| if uav.current_group == Some(site.group) { staying } else { 0 }).collect();
+            Some(Candidate { group: site.group, sizes: sizes(site)?, information, switching_cost: inertia })
         };
-        Self { uavs: n, sites: sites.iter().filter_map(choice).collect() }
+        Self { uavs: n, groups: sites.iter().filter_map(choice).collect() }
     }
 
-    /// The score of a site under its UAVs.
+    /// Score of a group with its UAVs.
     pub(super) fn score(&self, site: usize, block: &[usize]) -> Score {
-        let choice = &self.sites[site];
+        let choice = &self.groups[site];
         if block.is_empty() { 0 } else { choice.score(&choice.sums(block), None) + choice.inertia(block) }
     }
 
-    pub(super) fn total(&self, blocks: &[Block]) -> Score {
+    pub(super) fn total(&self, blocks: &[UavSet]) -> Score {
         blocks.iter().enumerate().map(|(site, block)| self.score(site, block)).sum()
     }
 
-    /// The sizes that a site's block can have in an assignment of all UAVs.
+    /// Possible numbers of UAVs of a group in an assignment of all UAVs.
     fn sizes(&self, site: usize) -> RangeInclusive<usize> {
-        let (own, all) = (&self.sites[site].sizes, || self.sites.iter().map(|choice| &choice.sizes));
+        let (own, all) = (&self.groups[site].sizes, || self.groups.iter().map(|choice| &choice.sizes));
         let least_of_others = all().map(|sizes| sizes.start()).sum::<usize>() - own.start();
         let most_of_others = all().map(|sizes| sizes.end()).sum::<usize>() - own.end();
         let (least, most) = (self.uavs.saturating_sub(most_of_others), self.uavs.saturating_sub(least_of_others));
         least.max(*own.start())..=most.min(*own.end())
     }
 
-    /// Every block that a site can have, as bits, those that win ties first: the first UAV is the highest bit.
+    /// All possible sets of UAVs of a group, as bits, in the order in which they win ties: the first UAV is the highest
+    /// bit.
     fn candidates(&self, site: usize) -> Vec<usize> {
         let sizes = self.sizes(site);
         (0..1 << self.uavs).rev().filter(|block: &usize| sizes.contains(&(block.count_ones() as usize))).collect()
     }
 
-    fn block(&self, bits: usize) -> Block {
+    fn block(&self, bits: usize) -> UavSet {
         (0..self.uavs).filter(|uav| bits >> (self.uavs - 1 - uav) & 1 == 1).collect()
     }
 
-    /// The best assignment, by dynamic programming over the sets of UAVs that the last sites share.
-    pub(super) fn exact(&self) -> Vec<Block> {
+    /// Finds the best assignment by dynamic programming over the sets of UAVs that the last groups share.
+    pub(super) fn exact(&self) -> Vec<UavSet> {
         let all = (1 << self.uavs) - 1;
         let mut best = vec![None; all + 1];
         best[0] = Some(0);
         let mut picks = Vec::new();
-        for site in (0..self.sites.len()).rev() {
+        for site in (0..self.groups.len()).rev() {
             let scored = |bits| (bits, self.score(site, &self.block(bits)));
             let candidates: Vec<(usize, Score)> = self.candidates(site).into_iter().map(scored).collect();
             let (mut next, mut pick) = (vec![None; all + 1], vec![0; all + 1]);
@@ -145,21 +154,21 @@ impl Problem {
         picks.into_iter().rev().map(&mut take).collect()
     }
 
-    /// The best assignment by the printed objective, by enumeration.
-    pub(super) fn printed(&self) -> Vec<Block> {
+    /// Finds the best assignment by the objective of the paper, by enumeration.
+    pub(super) fn paper_objective(&self) -> Vec<UavSet> {
         let candidate = |site: usize, bits| {
-            let sum: Matrix2<f64> = self.sites[site].sums(&self.block(bits)).iter().sum();
+            let sum: Matrix2<f64> = self.groups[site].sums(&self.block(bits)).iter().sum();
             (bits, sum)
         };
         let site = |site| self.candidates(site).into_iter().map(|bits| candidate(site, bits)).collect();
-        let candidates: Vec<Vec<(usize, Matrix2<f64>)>> = (0..self.sites.len()).map(site).collect();
+        let candidates: Vec<Vec<(usize, Matrix2<f64>)>> = (0..self.groups.len()).map(site).collect();
         let mut best = (Score::MIN, Vec::new());
         enumerate(&candidates, (1 << self.uavs) - 1, Matrix2::zeros(), &mut Vec::new(), &mut best);
         best.1.into_iter().map(|bits| self.block(bits)).collect()
     }
 }
 
-/// Goes on from the blocks `chosen` for the first sites, whose information is `sum`, and keeps the `best` of all.
+/// Continues from the sets `chosen` for the first groups, whose information is `sum`, and keeps the `best` result.
 fn enumerate(
     candidates: &[Vec<(usize, Matrix2<f64>)>],
     free: usize,
@@ -181,8 +190,8 @@ fn enumerate(
     }
 }
 
-impl Choice {
-    /// What the UAVs of a block tell together about each target, 1/m2.
+impl Candidate {
+    /// Information of a set of UAVs about each target, 1/m2.
     pub(super) fn sums(&self, block: &[usize]) -> Vec<Matrix2<f64>> {
         let mut uavs = block.iter().map(|uav| &self.information[*uav]);
         let mut sums = uavs.next().cloned().unwrap_or_default();
@@ -192,12 +201,12 @@ impl Choice {
         sums
     }
 
-    /// What the staying of a block's UAVs counts.
+    /// Bonus of a set of UAVs for staying.
     pub(super) fn inertia(&self, block: &[usize]) -> Score {
-        block.iter().map(|uav| self.inertia[*uav]).sum()
+        block.iter().map(|uav| self.switching_cost[*uav]).sum()
     }
 
-    /// The score of `sums`, joined by another UAV or by none, without what staying counts.
+    /// Score of `sums`, optionally with one more UAV, without the bonus for staying.
     pub(super) fn score(&self, sums: &[Matrix2<f64>], joined: Option<usize>) -> Score {
         match joined {
             None => ln_product(sums.iter().map(floored_det)),
@@ -208,7 +217,8 @@ impl Choice {
     }
 }
 
-/// Sum of the logarithms of floored determinants; takes few logarithms, for most of the time is spent here.
+/// Sum of the logarithms of floored determinants. It computes as few logarithms as possible, because most of the time
+/// is spent here.
 fn ln_product(dets: impl Iterator<Item = f64>) -> Score {
     let (mut ln, mut product) = (0.0, 1.0);
     for det in dets {
@@ -221,7 +231,7 @@ fn ln_product(dets: impl Iterator<Item = f64>) -> Score {
     in_millionths(ln + math::ln(product))
 }
 
-/// The determinant of a target's information, 1/m4, within what counts. A NaN is the floor.
+/// Determinant of a target's information, 1/m4, limited to the range that counts. NaN becomes the minimum.
 fn floored_det(information: &Matrix2<f64>) -> f64 {
     let det = information.determinant();
     if det > DET_FLOOR_1_M4 { det.min(1.0 / DET_FLOOR_1_M4) } else { DET_FLOOR_1_M4 }

@@ -2,20 +2,20 @@ use nalgebra::Matrix2;
 use pathfinding::kuhn_munkres::kuhn_munkres;
 use pathfinding::matrix::Matrix;
 
-use super::problem::{Block, Score};
-use super::search::{Search, matching, search};
+use super::local_search::{Search, matching, search};
+use super::problem::{Score, UavSet};
 use super::*;
 use crate::frame::{Displacement, Position};
 use crate::math;
 
-/// Of Table I.
+/// Switching cost in Table I.
 const INERTIA: f64 = 0.5;
 
 fn sensor() -> SensorParams {
     crate::TeamParams::table_1().track.sensor
 }
 
-/// Numbers for worlds: splitmix64.
+/// Random numbers for worlds: splitmix64.
 struct Draw(u64);
 
 impl Draw {
@@ -34,7 +34,7 @@ impl Draw {
 }
 
 fn available(id: u32, position: Position) -> AvailableUav {
-    AvailableUav { uav: UavId(id), position, serves: None }
+    AvailableUav { uav: UavId(id), position, current_group: None }
 }
 
 struct World {
@@ -56,7 +56,7 @@ impl World {
         Self { uavs, groups: (0..groups).map(group).collect() }
     }
 
-    /// On a grid so coarse that UAVs and whole groups coincide and mirror each other.
+    /// On a grid so coarse that UAVs and whole groups coincide or mirror each other.
     fn tied(uavs: usize, groups: usize, draw: &mut Draw) -> Self {
         let at = |draw: &mut Draw| Position::from_m(100.0 * draw.below(3) as f64, 0.0);
         let uavs = (0..uavs as u32).map(|id| available(id, at(draw))).collect();
@@ -64,8 +64,8 @@ impl World {
         Self { uavs, groups: (0..groups).map(group).collect() }
     }
 
-    fn sites<'a>(&'a self) -> Vec<Site<'a>> {
-        let site = |(id, members): (u64, &'a Vec<Position>)| Site { group: GroupId(id), members };
+    fn sites<'a>(&'a self) -> Vec<CandidateGroup<'a>> {
+        let site = |(id, members): (u64, &'a Vec<Position>)| CandidateGroup { group: GroupId(id), members };
         (0..).zip(&self.groups).map(site).collect()
     }
 
@@ -79,7 +79,7 @@ impl World {
         duties.iter().map(|duty| duty.group.0 as usize).collect()
     }
 
-    /// The rules in plain words, over every way to give every UAV a group, ties included.
+    /// Straightforward implementation of the rules: tries every assignment of the UAVs to groups, including ties.
     fn brute_force(&self, objective: Objective) -> Vec<usize> {
         let (n, g) = (self.uavs.len(), self.groups.len());
         let key = |groups: &Vec<usize>| {
@@ -89,10 +89,10 @@ impl World {
             } else {
                 (0..g).all(|group| (1..=n.div_ceil(g).max(2)).contains(&size(group)))
             };
-            let served: usize = if n < g { groups.iter().map(|group| self.groups[*group].len()).sum() } else { 0 };
+            let covered: usize = if n < g { groups.iter().map(|group| self.groups[*group].len()).sum() } else { 0 };
             let first_takes_lower: Vec<bool> =
                 (0..g).flat_map(|group| groups.iter().map(move |of| *of == group)).collect();
-            feasible.then(|| (served, self.score(groups, objective), first_takes_lower))
+            feasible.then(|| (covered, self.score(groups, objective), first_takes_lower))
         };
         let nth = |index: usize| (0..n).scan(index, |rest, _| Some((*rest % g, *rest /= g).0)).collect();
         (0..g.pow(n as u32)).map(nth).max_by_key(key).unwrap()
@@ -103,26 +103,26 @@ impl World {
             let uavs = self.uavs.iter().zip(groups).filter(|(_, of)| **of == group);
             uavs.map(|(available, _)| sensor().information(available.position, target)).sum::<Matrix2<f64>>()
         };
-        let served = |group: &usize| groups.contains(group);
+        let has_uav = |group: &usize| groups.contains(group);
         let of = |group: usize| self.groups[group].iter().map(move |target| information_of(group, *target));
         let ln = |information: Matrix2<f64>| math::ln(information.determinant().max(1e-24));
         let millionths = |ln: f64| (1e6 * ln).round() as i64;
-        let groups = (0..self.groups.len()).filter(served);
+        let groups = (0..self.groups.len()).filter(has_uav);
         match objective {
             Objective::LogDet => groups.map(|group| millionths(of(group).map(ln).sum())).sum(),
-            Objective::Printed => millionths(ln(groups.flat_map(of).sum())),
+            Objective::Paper => millionths(ln(groups.flat_map(of).sum())),
         }
     }
 }
 
-/// Checks Eq. (32), (33), as restated and with the printed objective, where UAVs suffice, abound and are too few.
+/// Checks Eq. (32), (33), as restated and with the paper's objective, with enough, many and too few UAVs.
 #[test]
-fn the_exact_assignment_is_the_best_of_all_and_the_first_of_the_tied() {
+fn the_exact_assignment_is_optimal_and_breaks_ties_in_order() {
     let mut draw = Draw(1);
     for round in 0..25 {
         for (uavs, groups) in [(1, 1), (1, 3), (2, 2), (2, 4), (3, 2), (4, 2), (5, 2), (4, 3), (5, 4), (6, 3), (3, 5)] {
             for world in [World::new(round, uavs, groups, &mut draw), World::tied(uavs, groups, &mut draw)] {
-                for objective in [Objective::LogDet, Objective::Printed] {
+                for objective in [Objective::LogDet, Objective::Paper] {
                     let (got, best) = (world.groups_assigned(objective), world.brute_force(objective));
                     assert_eq!(got, best, "{objective:?} {:?} {:?}", world.uavs, world.groups);
                 }
@@ -131,16 +131,16 @@ fn the_exact_assignment_is_the_best_of_all_and_the_first_of_the_tied() {
     }
 }
 
-/// Checks the erratum of Eq. (32): added up over different targets, information looks best where lines of sight cross,
-/// though they lead to different targets, each of which is known less well.
+/// Checks the erratum of Eq. (32): summed over different targets, the information is largest if lines of sight cross,
+/// even if they lead to different targets, each of which is then known less well.
 #[test]
-fn the_printed_objective_sends_each_uav_the_longer_way() {
+fn the_objective_of_the_paper_sends_each_uav_the_longer_way() {
     let world = World {
         uavs: vec![available(0, Position::ORIGIN), available(1, Position::from_m(500.0, -600.0))],
         groups: vec![vec![Position::from_m(500.0, 0.0)], vec![Position::from_m(1000.0, -600.0)]],
     };
     assert_eq!(world.groups_assigned(Objective::LogDet), [0, 1]);
-    assert_eq!(world.groups_assigned(Objective::Printed), [1, 0]);
+    assert_eq!(world.groups_assigned(Objective::Paper), [1, 0]);
 }
 
 #[test]
@@ -155,9 +155,9 @@ fn of_tied_assignments_the_first_group_takes_the_lower_uavs() {
     assert_eq!(world(2, 3).groups_assigned(Objective::LogDet), [0, 1]);
 }
 
-/// Two UAVs, and groups of 2, 3 and 2: the largest is served, and of the others the one that is nearer.
+/// Two UAVs, and groups of 2, 3 and 2 targets: the largest group gets a UAV, and of the other two the nearer one.
 #[test]
-fn too_few_uavs_serve_the_most_targets_first() {
+fn too_few_uavs_cover_the_most_targets_first() {
     let group = |x_m: f64, n: usize| vec![Position::from_m(x_m, 0.0); n];
     let world = World {
         uavs: vec![available(3, Position::ORIGIN), available(7, Position::from_m(0.0, 400.0))],
@@ -169,7 +169,7 @@ fn too_few_uavs_serve_the_most_targets_first() {
 }
 
 #[test]
-fn whatever_the_positions_every_uav_gets_one_group_and_no_group_too_many() {
+fn every_uav_gets_one_group_and_no_group_too_many_for_any_positions() {
     let mut draw = Draw(2);
     for (n, g) in [(2, 2), (6, 3), (3, 9), (9, 4), (12, 6), (13, 6), (14, 30), (30, 15), (31, 3), (40, 1), (20, 20)] {
         let mut world = World::new(n, n, g, &mut draw);
@@ -180,7 +180,7 @@ fn whatever_the_positions_every_uav_gets_one_group_and_no_group_too_many() {
         if g > 1 {
             world.groups[1].clear();
         }
-        for objective in [Objective::LogDet, Objective::Printed] {
+        for objective in [Objective::LogDet, Objective::Paper] {
             let groups = world.groups_assigned(objective);
             assert_eq!(groups, world.groups_assigned(objective));
             let sizes = (0..g).map(|group| groups.iter().filter(|of| **of == group).count());
@@ -190,7 +190,7 @@ fn whatever_the_positions_every_uav_gets_one_group_and_no_group_too_many() {
         }
     }
     assert_eq!(assign(&[], &World::new(0, 1, 1, &mut draw).sites(), &sensor(), Objective::LogDet, INERTIA), []);
-    assert_eq!(assign(&[available(0, Position::ORIGIN)], &[], &sensor(), Objective::Printed, INERTIA), []);
+    assert_eq!(assign(&[available(0, Position::ORIGIN)], &[], &sensor(), Objective::Paper, INERTIA), []);
 }
 
 #[test]
@@ -209,7 +209,8 @@ fn the_matching_is_the_best_from_any_prices() {
     }
 }
 
-/// What a method loses against the optimum, per target, ln det: mean and worst; and in how many of how many worlds.
+/// Loss of a method compared with the optimum, in ln det per target: mean and worst, and the numbers of worlds with a
+/// loss and of all worlds.
 #[derive(Debug)]
 struct Loss {
     worlds: usize,
@@ -218,8 +219,9 @@ struct Loss {
     worst: f64,
 }
 
-/// Over `worlds` worlds of each of six kinds for every number of 6 to 12 UAVs and of groups from 2 to one less.
-fn loss(worlds: usize, method: impl Fn(&Problem) -> Vec<Block>) -> Loss {
+/// Evaluates `worlds` worlds of each of six kinds, for every number of UAVs from 6 to 12 and of groups from 2 to one
+/// less.
+fn loss(worlds: usize, method: impl Fn(&Problem) -> Vec<UavSet>) -> Loss {
     let mut draw = Draw(4);
     let mut losses = Vec::new();
     for (kind, uavs) in (0..6).flat_map(|kind| (6..=EXACT_UAVS_MAX).map(move |uavs| (kind, uavs))) {
@@ -239,16 +241,16 @@ fn loss(worlds: usize, method: impl Fn(&Problem) -> Vec<Block>) -> Loss {
     }
 }
 
-/// Greedy rounds alone, where the search begins, lose a thousand times as much.
+/// The greedy rounds alone, with which the search begins, lose a thousand times as much.
 #[test]
-fn the_search_loses_next_to_nothing() {
+fn the_loss_of_the_search_is_negligible() {
     let searched = loss(1, search);
     assert!(searched.mean < 5e-5 && searched.worst < 0.01 && searched.lossy <= 2, "{searched:?}");
     let started = loss(1, |problem| Search::new(problem).start());
     assert!(started.mean > 0.05 && started.lossy > 250, "{started:?}");
 }
 
-/// Where the numbers in the documentation come from.
+/// Source of the numbers in the documentation.
 #[test]
 #[ignore = "long: for .ci/long"]
 fn the_loss_is_the_documented_one() {
@@ -257,19 +259,19 @@ fn the_loss_is_the_documented_one() {
     assert!(searched.mean < 1.6e-6 && searched.worst < 0.0053, "{searched:?}");
 }
 
-/// Beyond Eq. (32): in flight, a UAV changes groups only for a gain worth the move.
+/// Beyond Eq. (32): in flight, a UAV changes groups only if the gain exceeds the switching cost.
 #[test]
-fn nobody_moves_for_a_little_more() {
+fn uavs_are_not_reassigned_for_a_small_gain() {
     let at = |x_m| vec![Position::from_m(x_m, 0.0)];
     let mut world = World {
         uavs: vec![available(0, at(-10.0)[0]), available(1, at(10.0)[0])],
         groups: vec![at(-500.0), at(500.0)],
     };
     assert_eq!(world.groups_assigned(Objective::LogDet), [0, 1]);
-    // Crossed, each is a little further from its own than from the other's: not worth two moves.
-    (world.uavs[0].serves, world.uavs[1].serves) = (Some(GroupId(1)), Some(GroupId(0)));
+    // Crossed, each UAV is slightly farther from its own group than from the other: not worth two reassignments.
+    (world.uavs[0].current_group, world.uavs[1].current_group) = (Some(GroupId(1)), Some(GroupId(0)));
     assert_eq!(world.groups_assigned(Objective::LogDet), [1, 0]);
-    // Twice as far is.
+    // Twice the distance is.
     (world.uavs[0].position, world.uavs[1].position) = (at(-200.0)[0], at(200.0)[0]);
     assert_eq!(world.groups_assigned(Objective::LogDet), [0, 1]);
 }

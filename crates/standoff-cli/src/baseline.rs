@@ -1,0 +1,65 @@
+//! `standoff baseline`: computes the coverage baseline, the coverage of greedy discs with perfect knowledge.
+
+use clap::Parser;
+use standoff_results::{BaselineReport, Failure, count, warn, wrapped};
+use standoff_sim::baseline::{CoverageShare, SPEED_M_S};
+use standoff_sim::display_text;
+use standoff_sim::scenario::Scenario;
+
+use crate::overrides::{DEFAULT_SCENARIO, OverrideArgs};
+use crate::terminal::{note, print};
+
+pub(crate) const EXAMPLES: &str = "\
+Examples:
+  standoff yardstick improved/figure-9
+  standoff yardstick traffic/city --uavs 4
+  standoff yardstick --traffic city.fcd.xml.gz --uavs 2 --json";
+
+/// Options of `standoff baseline`.
+#[derive(Parser)]
+pub(crate) struct Args {
+    /// The name of a built-in scenario, or a scenario file [default: improved/figure-9; with --traffic, the settings of
+    /// traffic/convoy].
+    scenario: Option<String>,
+    #[command(flatten)]
+    changes: OverrideArgs,
+    /// Seed of all random numbers.
+    #[arg(long, value_name = "N", default_value_t = 1)]
+    seed: u64,
+    /// Print one JSON object instead of the table.
+    #[arg(long)]
+    json: bool,
+}
+
+pub(crate) fn run(args: &Args) -> Result<(), Failure> {
+    let name = args.changes.scenario(args.scenario.as_deref(), DEFAULT_SCENARIO);
+    let scenario = Scenario::load(name, &args.changes.edits()?, args.seed).map_err(Failure::Scenario)?;
+    warn(&scenario, "", &note);
+    let result = BaselineReport::of(&scenario);
+    print(&if args.json { result.json().map_err(Failure::running)? } else { display_text::lines(&table(&result)) })
+}
+
+fn table(result: &BaselineReport) -> String {
+    let BaselineReport { scenario, seed, duration_s, uavs, targets, baseline } = result;
+    let counts = format!("{}, {}", count(*uavs, "UAV"), count(*targets, "target"));
+    let mut table = format!("{}, seed {seed}: {counts}, {duration_s} s\n\n", display_text::printable(scenario));
+    table += &format!("{:30} {:>10} {:>10}\n", "covered, % of target-time", "mover", "best discs");
+    // With one UAV, both rows would have one disc.
+    let half = (baseline.half_of_uavs.discs < *uavs).then_some(("half as many as UAVs", baseline.half_of_uavs));
+    for (relation, watched) in half.into_iter().chain([("as many as UAVs", baseline.all_uavs)]) {
+        let CoverageShare { discs, mover_fraction, best_fraction } = watched;
+        let discs = format!("{}, {relation}", count(discs, "disc"));
+        table += &format!("{discs:30} {:>10} {:>10}\n", percent(mover_fraction), percent(best_fraction));
+    }
+    table += "\n";
+    let disc =
+        format!("disc: the area in view from the largest orbit, {:.0} m around its centre;", baseline.disc_radius_m);
+    let mover = format!("mover: discs move greedily at {SPEED_M_S} m/s, with a new destination each second;");
+    let best = "best discs: placed again at every time step. Both know all target positions. A baseline, not a bound";
+    table + &wrapped("* ", &format!("{disc} {mover} {best}"))
+}
+
+/// Formats a fraction in percent.
+fn percent(share: Option<f64>) -> String {
+    share.map_or_else(|| "-".to_owned(), |share| format!("{:.1}", 100.0 * share))
+}

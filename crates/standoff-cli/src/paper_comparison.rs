@@ -1,0 +1,57 @@
+//! Comparison of a run with the paper's law in the same mission.
+
+use standoff_reproduce::PAPERS_LAW;
+use standoff_results::{Failure, refused};
+use standoff_sim::run::fly;
+use standoff_sim::scenario::Scenario;
+use standoff_sim::score::{MetricSelection, Metrics};
+
+use crate::overrides::{DEFAULT_SCENARIO, OverrideArgs};
+
+/// Lead of the paper's law. Traffic scenarios set their own lead.
+const LEAD: &str = "guidance.lead_s=3";
+
+/// Returns the metrics of the default mission under the paper's law, with the same changes, initial positions and seed.
+/// Returns `None` if the user chose a mission or metrics: those are printed without the comparison.
+pub(crate) fn of(
+    named: Option<&str>,
+    changes: &OverrideArgs,
+    seed: u64,
+    choice: MetricSelection,
+) -> Result<Option<Metrics>, Failure> {
+    if named.is_some()
+        || choice != MetricSelection::standard()
+        || changes.scenario(None, DEFAULT_SCENARIO) != DEFAULT_SCENARIO
+    {
+        return Ok(None);
+    }
+    let edits = changes.edits_and(&set())?;
+    let scenario = Scenario::load(DEFAULT_SCENARIO, &edits, seed).map_err(Failure::Scenario)?;
+    fly(&scenario, choice).map(Some).map_err(|errors| Failure::Input(refused(&errors)))
+}
+
+/// Returns the settings that switch a mission to the paper's law.
+fn set() -> Vec<String> {
+    PAPERS_LAW.iter().chain(&[LEAD]).map(|key| (*key).to_owned()).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use standoff_sim::scenario::Overrides;
+
+    use super::*;
+
+    /// The initial positions stay the same, and the settings equal those of the paper's mission.
+    #[test]
+    fn only_the_law_differs_from_the_default_mission() {
+        let set = set();
+        let load = |name: &str, set: &[String]| {
+            Scenario::load(name, &Overrides { set: set.to_vec(), ..Overrides::default() }, 7).unwrap()
+        };
+        let (default, switched) = (load(DEFAULT_SCENARIO, &[]), load(DEFAULT_SCENARIO, &set));
+        let paper = load("paper/figure-9", &[]);
+        assert_eq!(default.uavs, switched.uavs);
+        assert_eq!(switched.settings, paper.settings);
+        assert_ne!(default.settings, paper.settings);
+    }
+}

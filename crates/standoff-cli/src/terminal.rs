@@ -1,0 +1,48 @@
+//! Terminal output: results go to standard output, everything else to standard error.
+
+use std::io::{self, IsTerminal, Write};
+use std::path::Path;
+
+use standoff_results::{Failure, Outcome, OutcomeOptions};
+use standoff_sim::display_text;
+
+/// Prints the messages of a failure, and returns the exit status.
+pub(crate) fn warn_line(failure: &Failure) -> u8 {
+    let colours = io::stderr().is_terminal() && std::env::var_os("NO_COLOR").is_none();
+    failure.message(colours).iter().for_each(|message| write_line(message));
+    failure.status()
+}
+
+/// Returns the failure for a thread that could not be started.
+pub(crate) fn no_thread(reason: io::Error) -> Failure {
+    Failure::running(format!("cannot start a thread: {reason}; end other programs, or allow more (ulimit -u)"))
+}
+
+/// Prints to standard output.
+pub(crate) fn print(text: &str) -> Result<(), Failure> {
+    let mut out = io::stdout().lock();
+    match out.write_all(text.as_bytes()).and_then(|()| out.flush()) {
+        Err(error) if error.kind() == io::ErrorKind::BrokenPipe => Err(Failure::OutputClosed),
+        Err(error) => Err(Failure::running(format!("standard output: {error}"))),
+        Ok(()) => Ok(()),
+    }
+}
+
+/// Prints the outcome of a run whose results are in `out`, as JSON or as a table.
+pub(crate) fn print_outcome(outcome: &Outcome, json: bool, out: &Path, telling: OutcomeOptions) -> Result<(), Failure> {
+    print(&if json {
+        outcome.json().map_err(Failure::running)?
+    } else {
+        display_text::lines(&outcome.text(out, telling))
+    })
+}
+
+/// Prints a message to standard error, with control characters escaped.
+pub(crate) fn note(text: &str) {
+    write_line(&display_text::lines(text));
+}
+
+/// Writes a line to standard error; write errors are ignored.
+fn write_line(text: &str) {
+    let _ = writeln!(io::stderr(), "{text}");
+}

@@ -1,0 +1,219 @@
+//! Transforms maps from their frame to the plane of a run.
+//!
+//! For traffic in metres, the plane is that of the net: both have the same x, y. For traffic in degrees, it is the
+//! plane tangent to the Earth at the origin: the net's `netOffset` is subtracted, and its projection is inverted.
+
+use proj4rs::Proj;
+use proj4rs::transform::transform;
+use standoff_geodesy::LocalPlane;
+use standoff_sim::display_text::{printable, quoted};
+use standoff_sim::text_source::{Fault, Position};
+use standoff_sim::traffic::Origin;
+
+use crate::error::{MapError, named};
+use crate::geometry::{Bounds, Form, Point, Shape, Shapes};
+use crate::limits::{FURTHEST_M, MARGIN_M};
+
+/// Location of a run.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Place {
+    /// Point where its plane touches the Earth, if known.
+    pub origin: Option<Origin>,
+    /// Bounds of its vehicles and UAVs in the plane, m.
+    pub bounds: Bounds,
+}
+
+/// Contents of a file.
+#[derive(Debug)]
+pub(crate) struct Read {
+    /// In the frame of `location`, or in metres without one. Separate shapes are in degrees: longitude, latitude.
+    pub(crate) shapes: Shapes,
+    pub(crate) location: Option<Location>,
+    /// True for a net. Traffic is in the frame of its net.
+    pub(crate) is_net: bool,
+    pub(crate) is_of_openstreetmap: bool,
+}
+
+/// Frame of a net.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Location {
+    /// Offset that was added to projected positions.
+    pub(crate) offset_m: Point,
+    /// Projection as a PROJ string; `!` or `-` for none.
+    pub(crate) projection: String,
+    /// Position of the projection in its file.
+    pub(crate) position: Position,
+}
+
+/// Frame of a net, related to the Earth.
+struct Projected {
+    projection: Proj,
+    earth: Proj,
+    offset_m: Point,
+}
+
+impl Projected {
+    fn of(location: &Location) -> Result<Self, Fault> {
+        let Location { offset_m, projection, position } = location;
+        let refused = |what: &str| {
+            let advice = "make the net again with a supported projection, for example netconvert --proj.utm";
+            Fault::at(*position, format!("projParameter = {}: {what}; {advice}", quoted(projection)))
+        };
+        if !has_projection(location) {
+            let what = "it has no projection, so its location on the Earth is unknown, but the traffic is in degrees";
+            let advice = "use traffic in metres (sumo --fcd-output without .geo), or a map with a projection";
+            return Err(Fault::at(*position, format!("projParameter = {}: {what}; {advice}", quoted(projection))));
+        }
+        // Grids would be other files that this file names.
+        if projection.to_lowercase().contains("grids") || projection.contains("NAD27") {
+            return Err(refused("grid files for datum shifts are not supported"));
+        }
+        let parsed = Proj::from_proj_string(projection).map_err(|error| refused(&printable(&error.to_string())))?;
+        if parsed.is_latlong() || !parsed.has_inverse() || !parsed.has_forward() {
+            return Err(refused("must convert degrees to metres and back"));
+        }
+        let earth = Proj::from_proj_string("+proj=longlat +datum=WGS84 +no_defs");
+        let earth = earth.map_err(|error| refused(&printable(&error.to_string())))?;
+        Ok(Self { projection: parsed, earth, offset_m: *offset_m })
+    }
+
+    /// Returns longitude and latitude, degrees; `None` if the projection cannot be inverted there.
+    fn degrees(&self, [x_m, y_m]: Point) -> Option<Point> {
+        let mut point = (x_m - self.offset_m[0], y_m - self.offset_m[1], 0.0);
+        transform(&self.projection, &self.earth, &mut point).ok()?;
+        finite([point.0.to_degrees(), point.1.to_degrees()])
+    }
+
+    fn metres(&self, [lon_deg, lat_deg]: Point) -> Option<Point> {
+        let mut point = (lon_deg.to_radians(), lat_deg.to_radians(), 0.0);
+        transform(&self.earth, &self.projection, &mut point).ok()?;
+        finite([point.0 + self.offset_m[0], point.1 + self.offset_m[1]])
+    }
+}
+
+fn has_projection(location: &Location) -> bool {
+    !matches!(location.projection.trim(), "" | "!" | "-" | ".")
+}
+
+fn finite(point: Point) -> Option<Point> {
+    point.iter().all(|value| value.abs() <= FURTHEST_M).then_some(point)
+}
+
+/// Shapes in the plane of a run.
+#[derive(Debug, Default)]
+pub(crate) struct Placed {
+    pub(crate) shapes: Vec<Shape>,
+    /// Total number of shapes, including omitted ones.
+    pub(crate) of: usize,
+}
+
+/// Transforms all shapes to the plane of a run and drops those that are too far from it. Fails if a frame cannot be
+/// transformed, or if no shape of a file is near the run.
+pub(crate) fn all(files: Vec<(String, Read)>, place: &Place) -> Result<Placed, MapError> {
+    let nets = files.iter().filter(|(_, file)| file.is_net);
+    let located = nets.chain(&files).find_map(|(name, file)| Some((name.clone(), file.location.clone()?)));
+    let near = place.bounds.grown(MARGIN_M);
+    let mut placed = Placed::default();
+    for (name, file) in files {
+        let named = |fault| named(&name)(fault);
+        let Read { shapes: Shapes { all: shapes, in_degrees, .. }, location, .. } = file;
+        placed.of += shapes.len() + in_degrees.len();
+        let before = placed.shapes.len();
+        let mut spans: Option<Bounds> = None;
+        let mut take = |shapes: Vec<Shape>, to: &dyn Fn(Point) -> Option<Point>| {
+            for Shape { kind, form } in shapes {
+                let Some(form) = moved(form, to) else { continue };
+                let Some(bounds) = Bounds::of(form.points().copied()) else { continue };
+                spans = Bounds::of(spans.iter().flat_map(|spans| spans.corners()).chain(bounds.corners()));
+                if bounds.touches(near) {
+                    placed.shapes.push(Shape { kind, form });
+                }
+            }
+        };
+        if !shapes.is_empty() {
+            let to = of_frame(location.as_ref(), located.as_ref(), place).map_err(named)?;
+            take(shapes, &*to);
+        }
+        if !in_degrees.is_empty() {
+            let to = of_degrees(located.as_ref(), place).map_err(named)?;
+            take(in_degrees, &*to);
+        }
+        if placed.shapes.len() == before {
+            let [west, south, east, north] = place.bounds.0;
+            let spans = spans.map_or_else(String::new, |Bounds([w, s, e, n])| {
+                format!("; it spans x = {w:.0} to {e:.0} m, y = {s:.0} to {n:.0} m")
+            });
+            let message = format!(
+                "no part of it is within {:.0} km of the run, which is at x = {west:.0} to {east:.0} m, y = {south:.0} to \
+                 {north:.0} m{spans}; is it a map of another place, or in another frame?",
+                MARGIN_M / 1e3
+            );
+            return Err(named(Fault::whole(message)));
+        }
+    }
+    Ok(placed)
+}
+
+type To = Box<dyn Fn(Point) -> Option<Point>>;
+
+fn plane(place: &Place) -> Result<Option<LocalPlane>, Fault> {
+    let plane = place.origin.map(|origin| origin.plane()).transpose();
+    plane.map_err(|error| Fault::whole(format!("the origin of the run is not a place on the Earth: {error}")))
+}
+
+/// Projects degrees onto the tangent plane.
+fn onto(plane: LocalPlane, [lon_deg, lat_deg]: Point) -> Option<Point> {
+    plane.position(lat_deg, lon_deg).ok().map(|at| [at.x_m(), at.y_m()])
+}
+
+/// Returns the transformation from the frame of a file in metres.
+fn of_frame(own: Option<&Location>, located: Option<&(String, Location)>, place: &Place) -> Result<To, Fault> {
+    // Without a frame, coordinates are metres in the plane.
+    let Some(own) = own else { return Ok(Box::new(finite)) };
+    if let Some(plane) = plane(place)? {
+        let own = Projected::of(own)?;
+        return Ok(Box::new(move |point| onto(plane, own.degrees(point)?)));
+    }
+    match located {
+        // Nets with other offsets are shifted to that of the first net.
+        Some((_, first)) if first.projection == own.projection => {
+            let by = [0, 1].map(|axis| first.offset_m[axis] - own.offset_m[axis]);
+            Ok(Box::new(move |[x, y]| finite([x + by[0], y + by[1]])))
+        }
+        Some((_, first)) if has_projection(first) && has_projection(own) => {
+            let (first, own) = (Projected::of(first)?, Projected::of(own)?);
+            Ok(Box::new(move |point| first.metres(own.degrees(point)?)))
+        }
+        _ => Ok(Box::new(finite)),
+    }
+}
+
+/// Returns the transformation from degrees.
+fn of_degrees(located: Option<&(String, Location)>, place: &Place) -> Result<To, Fault> {
+    if let Some(plane) = plane(place)? {
+        return Ok(Box::new(move |point| onto(plane, point)));
+    }
+    let Some((name, first)) = located.filter(|(_, first)| has_projection(first)) else {
+        let what = "its coordinates are in degrees, but the run is in metres and its location on the Earth is unknown";
+        let advice = "give the SUMO net of the traffic as well (--map town.net.xml --map buildings.geojson; it needs a \
+                      projection), or use traffic in degrees (sumo --fcd-output.geo)";
+        return Err(Fault::whole(format!("{what}; {advice}")));
+    };
+    let first = Projected::of(first).map_err(|fault| Fault::whole(format!("with {}: {fault}", printable(name))))?;
+    Ok(Box::new(move |point| first.metres(point)))
+}
+
+fn moved(form: Form, to: &dyn Fn(Point) -> Option<Point>) -> Option<Form> {
+    let line = |line: Vec<Point>| line.into_iter().map(to).collect::<Option<Vec<_>>>();
+    Some(match form {
+        Form::Line(width_m, points) => Form::Line(width_m, line(points)?),
+        Form::Area(rings) => Form::Area(rings.into_iter().map(line).collect::<Option<_>>()?),
+    })
+}
+
+impl Bounds {
+    fn corners(self) -> [Point; 2] {
+        let [west, south, east, north] = self.0;
+        [[west, south], [east, north]]
+    }
+}

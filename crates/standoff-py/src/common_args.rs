@@ -1,0 +1,153 @@
+//! Argument types that several functions share, with their range checks and warnings.
+
+use std::convert::Infallible;
+use std::ffi::CString;
+use std::num::NonZeroUsize;
+
+use pyo3::exceptions::{PyOverflowError, PyUserWarning};
+#[cfg(feature = "stubs")]
+use pyo3::inspect::PyStaticExpr;
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+#[cfg(feature = "stubs")]
+use pyo3::{type_hint_identifier, type_hint_subscript};
+use standoff_sim::scenario::Scenario;
+use standoff_sim::score::MetricSelection;
+
+use crate::exceptions::InputError;
+
+/// Requested metrics.
+#[derive(FromPyObject)]
+pub(crate) enum MetricsArg {
+    /// Names, separated by commas.
+    #[pyo3(transparent, annotation = "str")]
+    Text(String),
+    #[pyo3(transparent, annotation = "list[str]")]
+    Names(Vec<String>),
+}
+
+impl Default for MetricsArg {
+    fn default() -> Self {
+        Self::Text("standard".to_owned())
+    }
+}
+
+impl MetricsArg {
+    pub(crate) fn choice(&self) -> PyResult<MetricSelection> {
+        let choice = match self {
+            Self::Text(text) => MetricSelection::parse(text),
+            Self::Names(names) => MetricSelection::parse(&names.join(",")),
+        };
+        choice.map_err(|what| InputError::new_err(format!("metrics: {what}")))
+    }
+}
+
+/// A Python integer of any size; values outside the range of `i128` are clamped.
+#[derive(Clone, Copy)]
+pub(crate) struct Whole(pub(crate) i128);
+
+impl FromPyObject<'_, '_> for Whole {
+    type Error = PyErr;
+
+    #[cfg(feature = "stubs")]
+    const INPUT_TYPE: PyStaticExpr = type_hint_identifier!("typing", "SupportsIndex");
+
+    fn extract(given: Borrowed<'_, '_, PyAny>) -> PyResult<Self> {
+        given.extract().map(Self).or_else(|error: PyErr| {
+            // Such values are out of every allowed range, so the exact value does not matter.
+            let is_large = error.is_instance_of::<PyOverflowError>(given.py());
+            if is_large { Ok(Self(if given.lt(0)? { i128::MIN } else { i128::MAX })) } else { Err(error) }
+        })
+    }
+}
+
+/// Highest number that a record or a batch can store.
+const MOST: u64 = i64::MAX as u64;
+
+/// Checks that a number is at least `least` and fits into a record.
+pub(crate) fn count(name: &str, number: Whole, least: u64) -> PyResult<u64> {
+    within(name, number, least, MOST)
+}
+
+/// Checks that a number is between `least` and `most`.
+pub(crate) fn within(name: &str, Whole(number): Whole, least: u64, most: u64) -> PyResult<u64> {
+    let counted = u64::try_from(number).ok().filter(|number| (least..=most).contains(number));
+    counted.ok_or_else(|| {
+        let what = if number > i128::from(least) { format!("at most {most}") } else { format!("at least {least}") };
+        InputError::new_err(format!("{name} = {number}: must be {what}"))
+    })
+}
+
+/// Checks a count or an id of UAVs or groups, if there is one.
+pub(crate) fn small(name: &str, number: Option<Whole>) -> PyResult<Option<u32>> {
+    let small = number.map(|number| within(name, number, 0, i32::MAX as u64)).transpose()?;
+    Ok(small.and_then(|number| u32::try_from(number).ok()))
+}
+
+/// Checks a number of threads; `None` means one per core.
+pub(crate) fn number_of_threads(threads: Option<Whole>) -> PyResult<Option<NonZeroUsize>> {
+    let counted = threads.map(|threads| count("threads", threads, 1)).transpose()?;
+    Ok(counted.and_then(|threads| NonZeroUsize::new(usize::try_from(threads).unwrap_or(usize::MAX))))
+}
+
+/// Issues the non-fatal warnings about a scenario as Python warnings.
+pub(crate) fn warn(py: Python<'_>, scenario: &Scenario) -> PyResult<()> {
+    scenario.warnings.iter().try_for_each(|what| warning(py, what))
+}
+
+/// Issues a `UserWarning`.
+pub(crate) fn warning(py: Python<'_>, what: &str) -> PyResult<()> {
+    let what = CString::new(what.replace('\0', " ")).unwrap_or_default();
+    PyErr::warn(py, &py.get_type::<PyUserWarning>(), &what, 1)
+}
+
+/// A dict with str keys.
+pub(crate) struct Dict<'py>(pub(crate) Bound<'py, PyDict>);
+
+impl<'py> Dict<'py> {
+    /// Returns the value of a key.
+    pub(crate) fn get(&self, name: &str) -> PyResult<Bound<'py, PyAny>> {
+        self.0.as_any().get_item(name)
+    }
+
+    /// Returns the value of a key, which must be a dict.
+    pub(crate) fn dict(&self, name: &str) -> PyResult<Self> {
+        Ok(Self(self.get(name)?.cast_into()?))
+    }
+}
+
+impl<'py> FromPyObject<'_, 'py> for Dict<'py> {
+    type Error = PyErr;
+
+    #[cfg(feature = "stubs")]
+    const INPUT_TYPE: PyStaticExpr = DICT;
+
+    fn extract(given: Borrowed<'_, 'py, PyAny>) -> PyResult<Self> {
+        Ok(Self(given.cast::<PyDict>()?.to_owned()))
+    }
+}
+
+impl<'py> IntoPyObject<'py> for Dict<'py> {
+    type Target = PyDict;
+    type Output = Bound<'py, PyDict>;
+    type Error = Infallible;
+
+    #[cfg(feature = "stubs")]
+    const OUTPUT_TYPE: PyStaticExpr = DICT;
+
+    fn into_pyobject(self, _: Python<'py>) -> Result<Self::Output, Self::Error> {
+        Ok(self.0)
+    }
+}
+
+#[cfg(feature = "stubs")]
+const DICT: PyStaticExpr = type_hint_subscript!(
+    type_hint_identifier!("builtins", "dict"),
+    type_hint_identifier!("builtins", "str"),
+    type_hint_identifier!("typing", "Any")
+);
+
+/// Parses a JSON object into a Python dict.
+pub(crate) fn json<'py>(py: Python<'py>, text: &str) -> PyResult<Dict<'py>> {
+    Ok(Dict(py.import("json")?.call_method1("loads", (text,))?.cast_into()?))
+}

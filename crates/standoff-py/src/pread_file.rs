@@ -1,0 +1,61 @@
+//! Positional reads: several readers share one open file without a common file position.
+
+use std::fs::File;
+use std::io::{self, Read};
+use std::sync::Arc;
+
+use bytes::Bytes;
+use parquet::errors::Result;
+use parquet::file::reader::{ChunkReader, Length};
+
+/// An open file that is read at explicit offsets.
+#[derive(Clone)]
+pub(crate) struct Positional(pub(crate) Arc<File>);
+
+#[cfg(unix)]
+fn read_at(file: &File, buffer: &mut [u8], at: u64) -> io::Result<usize> {
+    std::os::unix::fs::FileExt::read_at(file, buffer, at)
+}
+
+#[cfg(windows)]
+fn read_at(file: &File, buffer: &mut [u8], at: u64) -> io::Result<usize> {
+    std::os::windows::fs::FileExt::seek_read(file, buffer, at)
+}
+
+/// A sequential reader with its own offset.
+pub(crate) struct From {
+    file: Arc<File>,
+    at: u64,
+}
+
+impl Read for From {
+    fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
+        let read = read_at(&self.file, buffer, self.at)?;
+        self.at += read as u64;
+        Ok(read)
+    }
+}
+
+impl Length for Positional {
+    fn len(&self) -> u64 {
+        self.0.metadata().map_or(0, |metadata| metadata.len())
+    }
+}
+
+impl ChunkReader for Positional {
+    type T = From;
+
+    fn get_read(&self, at: u64) -> Result<From> {
+        Ok(From { file: Arc::clone(&self.0), at })
+    }
+
+    fn get_bytes(&self, at: u64, length: usize) -> Result<Bytes> {
+        // Nothing is allocated up front: a damaged file may give a huge length.
+        let mut bytes = Vec::new();
+        let read = self.get_read(at)?.take(length as u64).read_to_end(&mut bytes)?;
+        if read == length {
+            return Ok(bytes.into());
+        }
+        Err(io::Error::new(io::ErrorKind::UnexpectedEof, format!("ends {} bytes too early", length - read)).into())
+    }
+}

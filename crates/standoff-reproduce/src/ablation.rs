@@ -1,0 +1,258 @@
+//! Beyond the paper: the effect of each improvement, and the remaining distance from theoretical limits.
+
+use standoff_sim::score::{MetricSelection, Metrics};
+
+use super::claim::{shown, signed};
+use super::monte_carlo_plan::{Flown, PAPERS_LAW, Plan, file_name, measured};
+use super::statistics::Estimate;
+use super::study::{Data, Study, Table};
+use crate::error::Failure;
+
+/// An improvement: the settings that enable it, and those that undo it in `improved/table-2-pair` (empty if not used
+/// there).
+struct Improvement {
+    name: &'static str,
+    set: &'static [&'static str],
+    undo: &'static [&'static str],
+}
+
+const IMPROVEMENTS: [Improvement; 14] = [
+    Improvement { name: "feedforward of the commanded field", set: &["guidance.feedforward=field"], undo: &[] },
+    Improvement {
+        name: "feedforward along the trajectory, with turn-rate damping",
+        set: &["guidance.feedforward=trajectory", "guidance.turn_rate_gain=0.3"],
+        undo: &["guidance.feedforward=static-centre", "guidance.turn_rate_gain=0"],
+    },
+    Improvement { name: "lead scheduled to k_l r_d / v", set: &["guidance.lead=scheduled"], undo: &[] },
+    Improvement {
+        name: "lead predicted: scheduled, and applied to the predicted spread",
+        set: &["guidance.lead=predicted"],
+        undo: &["guidance.lead=constant"],
+    },
+    Improvement {
+        name: "standoff distance and rate low-pass filtered (2 s)",
+        set: &["orbit.radius_time_constant_s=2"],
+        undo: &[],
+    },
+    Improvement {
+        name: "margin of 1.645 standard deviations, in metres",
+        set: &["orbit.margin=standard-deviations", "orbit.margin_sds=1.645"],
+        undo: &[],
+    },
+    Improvement {
+        name: "no margin except eps_m",
+        set: &["orbit.margin=standard-deviations", "orbit.margin_sds=0"],
+        undo: &["orbit.margin=mahalanobis"],
+    },
+    Improvement {
+        name: "centre state shifted by the known jump at a change of members",
+        set: &["orbit.centre_jump=shift-state"],
+        undo: &["orbit.centre_jump=innovation"],
+    },
+    Improvement { name: "centre at the centroid of the estimates", set: &["orbit.centre=centroid"], undo: &[] },
+    Improvement {
+        name: "centre of the minimum enclosing circle of the estimates",
+        set: &["orbit.centre=enclosing-circle"],
+        undo: &["orbit.centre=centroid"],
+    },
+    Improvement {
+        name: "sensors pointed at the angular midpoint of the members",
+        set: &["orbit.pointing=angular-midpoint"],
+        undo: &["orbit.pointing=group-centre"],
+    },
+    Improvement {
+        name: "orbit around the centroid, with motion limited to what UAVs can follow",
+        set: &["orbit.centre=centroid", "orbit.time_constant_s=1.5"],
+        undo: &["orbit.time_constant_s=0"],
+    },
+    Improvement {
+        name: "heading gain halved",
+        set: &["guidance.heading_gain_1_s=1"],
+        undo: &["guidance.heading_gain_1_s=2"],
+    },
+    Improvement {
+        name: "speed relative to the centre",
+        set: &["guidance.speed_reference=centre"],
+        undo: &["guidance.speed_reference=ground"],
+    },
+];
+
+/// All improvements, as in `improved/figure-9`.
+const ALL: [&str; 18] = [
+    "filter.deletion_unseen_in_view_s=2",
+    "guidance.feedforward=trajectory",
+    "guidance.heading_gain_1_s=1",
+    "guidance.turn_rate_gain=0.3",
+    "guidance.lead=predicted",
+    "guidance.speed_reference=centre",
+    "orbit.margin=standard-deviations",
+    "orbit.margin_sds=0",
+    "orbit.centre_jump=shift-state",
+    "orbit.centre=enclosing-circle",
+    "orbit.pointing=angular-midpoint",
+    "orbit.time_constant_s=1.5",
+    "orbit.acceleration_max_m_s2=2.5",
+    "orbit.readmission_radius_fraction=0.97",
+    "groups.count=as-needed",
+    "groups.removal=largest-radius-reduction",
+    "groups.assignment_switching_cost=10",
+    "groups.search_lost_targets=true",
+];
+
+/// Metrics in the tables: metric, heading.
+const SHOWN: [(&str, &str); 5] = [
+    ("standoff_error_m_settled", "standoff error, true (m)"),
+    ("standoff_error_own_estimate_m_settled", "own estimate (m)"),
+    ("phase_error_deg", "phase (deg)"),
+    ("off_boresight_max_deg", "off-boresight angle, maximum (deg)"),
+    ("standoff_distance_m", "mean r_d (m)"),
+];
+
+/// Goals of `improved/table-2-pair`: metric, description, minimum, maximum.
+const GOALS: [(&str, &str, f64, f64); 3] = [
+    ("standoff_error_m_settled", "standoff error after the transient, true geometry (m)", 0.0, 3.0),
+    ("standoff_error_own_estimate_m_settled", "the same by the agents' own estimates (m)", 0.0, 1.5),
+    ("phase_error_deg", "phase error (deg)", 0.0, 0.8),
+];
+
+/// Factor by which the search for out-of-view targets uses more runs.
+const VIEWS: u32 = 50;
+
+const PAIR: &str = "paper/table-2-pair";
+const BEST: &str = "improved/table-2-pair";
+
+/// Flies every mission with each improvement, and compares the best settings with their goals.
+pub(crate) fn improvements(plan: &Plan) -> Result<Study, Failure> {
+    let mut found = Study::new(
+        "improvements",
+        "Beyond the paper: improvements, one at a time",
+        "Each improvement is a setting of the scenario. The tables show differences from the paper's law with the same \
+         seeds, with 95 % intervals. *True* errors use the true geometry, *own estimate* errors the agents' own \
+         unfiltered (15), both after the transient. Traffic missions start from the paper's law, too, with the exact \
+         (25) and the margin (16) as published.",
+    );
+    let mut missions = vec![
+        (PAIR.to_owned(), Flown::of(PAIR, &[])),
+        ("paper/figure-9".to_owned(), Flown::of("paper/figure-9", &[])),
+        ("traffic/convoy".to_owned(), Flown::of("traffic/convoy", &PAPERS_LAW)),
+        ("traffic/city".to_owned(), Flown::of("traffic/city", &PAPERS_LAW)),
+    ];
+    missions.extend(plan.traffic.iter().map(|file| (file_name(file), Flown::over(file, &PAPERS_LAW))));
+    let names: Vec<&str> = SHOWN.iter().map(|(metric, _)| *metric).collect();
+    let choice = MetricSelection::parse(&names.join(",")).map_err(Failure::running)?;
+    let mut data = Vec::new();
+    for (index, (name, mission)) in missions.iter().enumerate() {
+        let runs = |set: &[&str]| plan.fly(&mission.and(set), choice);
+        let base = runs(&[])?;
+        let mut table = gains(&format!("`{name}`: effect of each improvement on the paper's law"), &base);
+        let rows = IMPROVEMENTS.iter().map(|improvement| (improvement.name, improvement.set));
+        for (number, (row, set)) in rows.chain([("all improvements of improved/figure-9", &ALL[..])]).enumerate() {
+            let changed = runs(set)?;
+            add(&mut table, row, &base, &changed);
+            data.push(numbers(index, number, &base, &changed));
+        }
+        found.tables.push(table);
+    }
+    let all = MetricSelection::parse("standard,limits").map_err(Failure::running)?;
+    let best = plan.fly(&Flown::of(BEST, &[]), all)?;
+    found.tables.push(without_each(plan, choice, &best)?);
+    found.tables.push(goals(plan, &best, &plan.fly(&Flown::of(PAIR, &[]), all)?)?);
+    let mut columns = "mission,improvement".to_owned();
+    for (metric, _) in SHOWN {
+        columns += &format!(",{metric}_before,{metric}_difference,{metric}_half_width");
+    }
+    found.data.push(Data::new("improvements", columns, data));
+    Ok(found)
+}
+
+/// Measures `improved/table-2-pair` without each of its improvements.
+fn without_each(plan: &Plan, choice: MetricSelection, best: &[Metrics]) -> Result<Table, Failure> {
+    let mut table = gains(&format!("`{BEST}` without each improvement"), best);
+    for improvement in IMPROVEMENTS.iter().filter(|improvement| !improvement.undo.is_empty()) {
+        let without = plan.fly(&Flown::of(BEST, improvement.undo), choice)?;
+        add(&mut table, improvement.name, best, &without);
+    }
+    Ok(table)
+}
+
+/// Creates a table of differences; its first row has the reference values.
+fn gains(title: &str, base: &[Metrics]) -> Table {
+    let heads = [""].into_iter().chain(SHOWN.map(|(_, head)| head));
+    let mut table = Table::new(format!("{title} (differences from the first row):"), heads);
+    table.add("reference", SHOWN.map(|(metric, _)| Estimate::mean(&measured(base, metric)).told(shown)));
+    table
+}
+
+fn add(table: &mut Table, name: &str, base: &[Metrics], changed: &[Metrics]) {
+    table.add(name, SHOWN.map(|(metric, _)| difference(base, changed, metric).told(signed)));
+}
+
+/// Computes the mean paired difference of a metric.
+pub(crate) fn difference(base: &[Metrics], changed: &[Metrics], metric: &str) -> Estimate {
+    let pairs = base.iter().zip(changed).filter_map(|(from, to)| Some(to.value(metric)? - from.value(metric)?));
+    Estimate::mean(&pairs.collect::<Vec<_>>())
+}
+
+fn numbers(mission: usize, improvement: usize, base: &[Metrics], changed: &[Metrics]) -> Vec<f64> {
+    let mut row = vec![mission as f64, improvement as f64];
+    for (metric, _) in SHOWN {
+        let difference = difference(base, changed, metric);
+        row.extend([
+            Estimate::mean(&measured(base, metric)).value,
+            difference.value,
+            0.5 * (difference.high - difference.low),
+        ]);
+    }
+    row
+}
+
+/// Creates the table of goals and of theoretical limits.
+fn goals(plan: &Plan, best: &[Metrics], paper: &[Metrics]) -> Result<Table, Failure> {
+    let mut table = Table::new(format!("Goals of `{BEST}`, and theoretical limits:"), ["", "goal", "reached", "value"]);
+    let mut row = |what: &str, at_least: f64, at_most: f64, value: Estimate| {
+        let within = |value: f64| (at_least..=at_most).contains(&value);
+        let reached = match (within(value.value), within(value.low) && within(value.high)) {
+            (true, true) => "yes",
+            (true, false) => "yes, but not the whole interval",
+            (false, _) => "no",
+        };
+        let goal = if at_least == 0.0 { format!("at most {at_most}") } else { format!("{at_least} to {at_most}") };
+        table.add(what, [goal, reached.to_owned(), value.told(shown)]);
+    };
+    for (metric, what, at_least, at_most) in GOALS {
+        row(what, at_least, at_most, Estimate::mean(&measured(best, metric)));
+    }
+    // Orbits around the minimum enclosing circle are smaller by definition, so that the reference uses this centre,
+    // too.
+    let same_centre = plan.fly(&Flown::of(PAIR, &["orbit.centre=enclosing-circle"]), MetricSelection::standard())?;
+    let [own, papers] = [best, &same_centre].map(|runs| measured(runs, "standoff_distance_m"));
+    let percent = Estimate::percent(&papers, &own);
+    row("mean r_d relative to the paper's law with the minimum enclosing circle (% more)", -2.0, 2.0, percent);
+    let more = Plan { runs: plan.runs.saturating_mul(VIEWS), ..plan.clone() };
+    let views = MetricSelection::parse("member_longest_out_of_view_s,infeasible_fraction").map_err(Failure::running)?;
+    let unseen = more.fly(&Flown::of(BEST, &[]), views)?;
+    // Runs with a group that no feasible orbit covers are excluded, because members may then be lost.
+    let feasible: Vec<&Metrics> = unseen.iter().filter(|run| run.infeasible_fraction == Some(0.0)).collect();
+    let longest_s =
+        feasible.iter().map(|run| run.member_longest_out_of_view_s.unwrap_or(f64::INFINITY)).fold(0.0, f64::max);
+    let what =
+        format!("longest time out of view, in {} of {} runs (always feasible) (s)", feasible.len(), unseen.len());
+    row(&what, 0.0, 0.0, Estimate::exact(longest_s));
+    for (name, runs) in [(BEST, best), (PAIR, paper)] {
+        for (ratio, numerator, denominator) in Metrics::POOLED {
+            let value = Estimate::pooled(runs, numerator, denominator);
+            row(&format!("`{ratio}` of `{name}`"), 0.97, 1.02, value);
+        }
+        for metric in ["anees", "nis"] {
+            row(&format!("`{metric}` of `{name}`"), 0.95, 1.05, Estimate::mean(&measured(runs, metric)));
+        }
+    }
+    for (metric, what) in [
+        ("orbit_prediction_error_m_settled", "lower bound of the true standoff error with this information (m)"),
+        ("own_orbit_prediction_error_m_settled", "lower bound of the error by own estimates (m)"),
+    ] {
+        let limit = Estimate::mean(&measured(best, metric)).told(shown);
+        table.add(what, [String::new(), String::new(), limit]);
+    }
+    Ok(table)
+}

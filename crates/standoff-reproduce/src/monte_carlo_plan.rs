@@ -1,0 +1,183 @@
+//! Flies one scenario with many seeds on all cores; results are in the order of the seeds.
+
+use std::num::NonZeroUsize;
+use std::ops::Range;
+use std::path::{Path, PathBuf};
+
+use standoff::ParamError;
+use standoff_sim::monte_carlo::{each_seed, fly_all};
+use standoff_sim::record::Frame;
+use standoff_sim::run::{Mission, fly};
+use standoff_sim::scenario::{Overrides, Scenario, ScenarioTemplate};
+use standoff_sim::score::{MetricSelection, Metrics};
+
+use crate::error::Failure;
+use crate::street_traffic::Streets;
+
+/// Settings that switch a mission to the paper's law. Traffic scenarios keep their own `guidance.lead_s`.
+pub const PAPERS_LAW: [&str; 16] = [
+    "filter.deletion_unseen_in_view_s=5",
+    "guidance.feedforward=static-centre",
+    "guidance.turn_rate_gain=0",
+    "guidance.heading_gain_1_s=2",
+    "guidance.lead=constant",
+    "guidance.speed_reference=ground",
+    "orbit.margin=mahalanobis",
+    "orbit.centre_jump=innovation",
+    "orbit.centre=filtered",
+    "orbit.pointing=group-centre",
+    "orbit.time_constant_s=0",
+    "orbit.readmission_radius_fraction=0.9",
+    "groups.count=half-of-uavs",
+    "groups.removal=furthest-from-centre",
+    "groups.assignment_switching_cost=0.5",
+    "groups.search_lost_targets=false",
+];
+
+/// Settings for a margin in metres that replaces (16); it is not part of the paper's law.
+pub(crate) const IN_METRES: [&str; 3] =
+    ["orbit.margin=standard-deviations", "orbit.margin_sds=1.645", "orbit.centre_jump=shift-state"];
+
+/// Number of runs, seeds, threads and traffic files of a reproduction.
+#[derive(Debug, Clone)]
+pub struct Plan {
+    /// Number of runs; at least two, because an interval needs two.
+    pub runs: u32,
+    /// Seed of the first run; each further run uses the next seed.
+    pub first_seed: u64,
+    /// Number of threads; one per core if `None`. It does not affect the results.
+    pub threads: Option<NonZeroUsize>,
+    /// Traffic files on which the studies improvements and coverage are run, too.
+    pub traffic: Vec<PathBuf>,
+}
+
+impl Plan {
+    /// Returns the range of seeds.
+    pub(crate) fn seeds(&self) -> Range<u64> {
+        self.first_seed..self.first_seed + u64::from(self.runs)
+    }
+
+    /// Calls `look` with the scenario of each seed; returns the results in the order of the seeds.
+    pub(crate) fn each<T: Send>(
+        &self,
+        scenario: &str,
+        set: &[&str],
+        look: impl Fn(&Scenario) -> Result<T, Failure> + Sync,
+    ) -> Result<Vec<T>, Failure> {
+        self.look(&Flown::of(scenario, set), look)
+    }
+
+    /// Calls `look` with a mission's scenario of each seed; returns the results in the order of the seeds.
+    pub(crate) fn look<T: Send>(
+        &self,
+        mission: &Flown,
+        look: impl Fn(&Scenario) -> Result<T, Failure> + Sync,
+    ) -> Result<Vec<T>, Failure> {
+        let template = mission.template()?;
+        let results = each_seed(&template, self.seeds(), self.threads, |scenario| match &mission.streets {
+            None => look(scenario),
+            Some(streets) => look(&template.clone().over(streets.traffic(scenario.seed)?).draw(scenario.seed)?),
+        });
+        results.map_err(Failure::running)?.into_iter().collect()
+    }
+
+    /// Flies and scores all seeds; returns the metrics in the order of the seeds.
+    pub(crate) fn fly(&self, mission: &Flown, choice: MetricSelection) -> Result<Vec<Metrics>, Failure> {
+        if mission.streets.is_none() {
+            return fly_all(&mission.template()?, self.seeds(), choice, self.threads).map_err(Failure::running);
+        }
+        self.look(mission, |scenario| fly(scenario, choice).map_err(|errors| refused(&errors)))
+    }
+
+    /// Returns the scenario of the first seed.
+    pub(crate) fn first(&self, scenario: &str, set: &[&str]) -> Result<Scenario, Failure> {
+        Flown::of(scenario, set).template()?.draw(self.first_seed).map_err(Failure::running)
+    }
+}
+
+/// A scenario with changes.
+#[derive(Debug, Clone)]
+pub(crate) struct Flown {
+    scenario: String,
+    edits: Overrides,
+    /// Random streets whose traffic, drawn from the seed, replaces that of the scenario.
+    streets: Option<Streets>,
+}
+
+impl Flown {
+    /// Selects a built-in scenario with these values set.
+    pub(crate) fn of(scenario: &str, set: &[&str]) -> Self {
+        Self { scenario: scenario.to_owned(), edits: Overrides::default(), streets: None }.and(set)
+    }
+
+    /// Selects a traffic file, with the settings of `traffic/convoy`.
+    pub(crate) fn over(file: &Path, set: &[&str]) -> Self {
+        let edits = Overrides { traffic: Some(file.to_owned()), ..Overrides::default() };
+        Self { scenario: "traffic/convoy".to_owned(), edits, streets: None }.and(set)
+    }
+
+    /// Selects traffic on random streets, with the settings of `traffic/convoy`.
+    pub(crate) fn streets(streets: Streets) -> Self {
+        Self { streets: Some(streets), ..Self::of("traffic/convoy", &[]) }
+    }
+
+    /// Sets the number of UAVs.
+    #[must_use]
+    pub(crate) fn with_uavs(mut self, uavs: u32) -> Self {
+        self.edits.uavs = Some(uavs);
+        self
+    }
+
+    /// Returns a copy with further values set.
+    #[must_use]
+    pub(crate) fn and(&self, set: &[&str]) -> Self {
+        let mut more = self.clone();
+        more.edits.set.extend(set.iter().map(|edit| (*edit).to_owned()));
+        more
+    }
+
+    fn template(&self) -> Result<ScenarioTemplate, Failure> {
+        Ok(ScenarioTemplate::load(&self.scenario, &self.edits)?)
+    }
+}
+
+/// Returns the name of a file without its folders.
+pub(crate) fn file_name(file: &Path) -> String {
+    file.file_name().map_or_else(String::new, |name| name.to_string_lossy().into_owned())
+}
+
+/// Returns the values of a metric in the runs that have it.
+pub(crate) fn measured(runs: &[Metrics], metric: &str) -> Vec<f64> {
+    runs.iter().filter_map(|run| run.value(metric)).collect()
+}
+
+/// Returns the time of a frame, s.
+pub(crate) fn time_s(frame: &Frame) -> f64 {
+    frame.time_us as f64 * 1e-6
+}
+
+/// Converts parameter errors of a mission.
+fn refused(errors: &[ParamError]) -> Failure {
+    Failure::Running(errors.iter().map(ToString::to_string).collect::<Vec<_>>().join("\n"))
+}
+
+/// Flies a mission and calls `look` with every frame.
+pub(crate) fn watch(scenario: &Scenario, mut look: impl FnMut(&Frame)) -> Result<(), Failure> {
+    let mut mission = Mission::new(scenario).map_err(|errors| refused(&errors))?;
+    while let Some(frame) = mission.frame() {
+        look(frame);
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn results_are_in_the_order_of_the_seeds() {
+        let plan = Plan { runs: 40, first_seed: 7, threads: None, traffic: Vec::new() };
+        let seeds = plan.each("tour/01-one-uav", &[], |scenario| Ok(scenario.seed)).map_err(|_| ()).unwrap();
+        assert_eq!(seeds, (7..47).collect::<Vec<_>>());
+    }
+}

@@ -1,0 +1,283 @@
+//! Converts the types of the agents to rows of the record.
+
+use standoff::{
+    Agent, AgentOutput, Aircraft, Angle, Assignment, Avoidance, Detection, Event, EventKind, GroupId,
+    GroupRetiredReason, GroupedTrack, Membership, TeamState, Time, TrackStatus as Status, UavId, UavState,
+};
+
+use crate::frame::{
+    AgentEventRow, AgentRow, ByAgent, DetectionRow, EventRow, Frame, GroupRow, IntruderRow, MembershipState,
+    PerAgentTables, ReportedState, TeammateRow, TrackRow, TrackStatus, TruthRow, UavRow,
+};
+use crate::intruders::Intruder;
+use crate::world::Truth;
+
+/// Starts the frame of a time step: fills in the truth and empties all other tables.
+pub(crate) fn begin(now: Time, truth: &[Truth], frame: &mut Frame) {
+    let Frame { time_us, uavs, truth: rows, tracks, groups, detections, events, intruders, agents } = frame;
+    *time_us = now.us();
+    uavs.clear();
+    rows.clear();
+    tracks.clear();
+    groups.clear();
+    detections.clear();
+    events.clear();
+    intruders.clear();
+    agents.clear();
+    rows.extend(truth.iter().map(|target| {
+        let (position, velocity) = (target.state.position(), target.state.velocity());
+        let [ax, ay] = target.state.acceleration_m_s2();
+        TruthRow {
+            target: target.target.0,
+            x_m: position.x_m(),
+            y_m: position.y_m(),
+            vx_m_s: velocity.x_m_s(),
+            vy_m_s: velocity.y_m_s(),
+            ax_m_s2: target.knows_acceleration.then_some(ax),
+            ay_m_s2: target.knows_acceleration.then_some(ay),
+        }
+    }));
+}
+
+pub(crate) fn uav(uav: UavId, state: &UavState, boresight: Option<Angle>, step: &AgentOutput) -> UavRow {
+    let steering = step.diagnostics.steering.as_ref();
+    UavRow {
+        uav: uav.0,
+        group: step.diagnostics.group_number,
+        x_m: state.position.x_m(),
+        y_m: state.position.y_m(),
+        heading_rad: state.heading.rad(),
+        speed_m_s: state.speed_m_s,
+        turn_rate_rad_s: state.turn_rate_rad_s,
+        boresight_rad: boresight.map(Angle::rad),
+        speed_command_m_s: step.command.speed_m_s,
+        turn_rate_command_rad_s: step.command.turn_rate_rad_s,
+        speed_limited: step.diagnostics.speed_limited,
+        turn_rate_limited: step.diagnostics.turn_rate_limited,
+        centre_distance_m: steering.map(|steering| steering.centre_distance_m),
+        phase_rad: steering.map(|steering| steering.phase.rad()),
+        steered_radius_m: steering.map(|steering| steering.steered_radius_m),
+        desired_heading_rad: steering.map(|steering| steering.desired_heading.rad()),
+        feedforward_rad_s: steering.map(|steering| steering.feedforward_rad_s),
+        convergence_threshold_m2_s: steering.map(|steering| steering.convergence_threshold_m2_s),
+        centre_too_fast: steering.is_some_and(|steering| steering.centre_too_fast),
+        commanded_altitude_m: step.altitude_m,
+        altitude_m: state.vertical.map(|vertical| vertical.altitude_m),
+        climb_rate_m_s: state.vertical.map(|vertical| vertical.climb_rate_m_s),
+        avoided_uav: step.diagnostics.avoiding.and_then(|avoids| uav_of(avoids.aircraft)),
+        avoided_intruder: step.diagnostics.avoiding.and_then(|avoids| intruder_of(avoids.aircraft)),
+        predicted_distance_m: step
+            .diagnostics
+            .avoiding
+            .map(|avoids| avoids.predicted_distance_m)
+            .filter(|metres| metres.is_finite()),
+        limiting_zone: step.diagnostics.limiting_zone,
+    }
+}
+
+fn uav_of(aircraft: Aircraft) -> Option<u32> {
+    if let Aircraft::Uav(uav) = aircraft { Some(uav.0) } else { None }
+}
+
+fn intruder_of(aircraft: Aircraft) -> Option<u32> {
+    if let Aircraft::Intruder(intruder) = aircraft { Some(intruder) } else { None }
+}
+
+pub(crate) fn intruder(number: u32, intruder: &Intruder, now: Time) -> IntruderRow {
+    let state = &intruder.truth;
+    IntruderRow {
+        intruder: number,
+        x_m: state.position.x_m(),
+        y_m: state.position.y_m(),
+        heading_rad: state.heading.rad(),
+        speed_m_s: state.speed_m_s,
+        altitude_m: state.vertical.map(|vertical| vertical.altitude_m),
+        transponder_on: intruder.reports(now),
+    }
+}
+
+pub(crate) fn detection(uav: UavId, detection: &Detection) -> DetectionRow {
+    DetectionRow {
+        uav: uav.0,
+        target: detection.label.0,
+        range_m: detection.measurement.range_m,
+        bearing_rad: detection.measurement.bearing.rad(),
+    }
+}
+
+/// Converts an event. If it names no UAV, its UAVs are those assigned to its groups.
+fn event(event: &Event, picture: &TeamState) -> EventRow {
+    let is_concerned = |duty: &&Assignment| Some(duty.group) == event.group || Some(duty.group) == event.to_group;
+    let assigned = || picture.assignments.iter().filter(is_concerned).map(|duty| duty.uav.0).collect();
+    let number = |group: GroupId| picture.group_number(group);
+    let mut row = EventRow {
+        kind: event.kind.name().to_owned(),
+        target: event.track.and_then(|track| picture.track(track)).map(|known| known.track.label.0),
+        track: event.track.map(|track| track.0),
+        group: event.group.and_then(number),
+        to_group: event.to_group.and_then(number),
+        group_id: event.group.map(|group| group.0),
+        to_group_id: event.to_group.map(|group| group.0),
+        uavs: event.uav.map_or_else(assigned, |uav| vec![uav.0]),
+        cause: event.kind.cause().map(str::to_owned),
+        ..EventRow::default()
+    };
+    let finite = |value: f64| Some(value).filter(|value| value.is_finite());
+    match event.kind {
+        EventKind::GroupCreated { members, .. } => row.members = Some(members),
+        EventKind::GroupRetired(GroupRetiredReason::Merged { into, coverable_targets: together }) => {
+            (row.into_group, row.coverable_targets) = (number(into), Some(together));
+        }
+        EventKind::GroupRetired(GroupRetiredReason::BetterCoverage { together }) => {
+            row.coverable_targets = Some(together)
+        }
+        EventKind::HandoffStarted { dwell_s } => row.dwell_s = finite(dwell_s),
+        EventKind::Removed { required_radius_m, allowed_radius_m }
+        | EventKind::OrbitInfeasible { radius_min_m: required_radius_m, radius_max_m: allowed_radius_m } => {
+            (row.required_radius_m, row.allowed_radius_m) = (finite(required_radius_m), finite(allowed_radius_m));
+        }
+        EventKind::RemovedDiverging { threshold_m2_s, limit_m2_s } => {
+            (row.threshold_m2_s, row.limit_m2_s) = (finite(threshold_m2_s), finite(limit_m2_s));
+        }
+        EventKind::RemovedTooFast { speed_m_s, limit_m_s } => {
+            (row.speed_m_s, row.limit_m_s) = (finite(speed_m_s), finite(limit_m_s));
+        }
+        EventKind::OrbitPartlyBlocked { clear_fraction, zone, .. } => {
+            (row.clear_fraction, row.zone) = (finite(clear_fraction), Some(zone));
+        }
+        EventKind::OrbitBlocked { zone, .. } => row.zone = Some(zone),
+        EventKind::ProximityAlert { distance_m } => row.distance_m = finite(distance_m),
+        _ => {}
+    }
+    row.reason = row.reason_text();
+    row
+}
+
+/// Creates the event of a UAV that starts to avoid another UAV or an intruder.
+pub(crate) fn avoidance(uav: UavId, avoidance: &Avoidance) -> EventRow {
+    let distance_m = Some(avoidance.predicted_distance_m).filter(|metres| metres.is_finite());
+    let uavs = std::iter::once(uav.0).chain(uav_of(avoidance.aircraft)).collect();
+    let (kind, intruder) = ("avoidance".to_owned(), intruder_of(avoidance.aircraft));
+    let mut row = EventRow { kind, uavs, intruder, distance_m, ..EventRow::default() };
+    row.reason = row.reason_text();
+    row
+}
+
+/// Adds the tracks, groups and events of a team state; for controllers that keep the built-in team state.
+pub fn team_state(picture: &TeamState, beliefs: &mut ReportedState) {
+    events(picture, beliefs);
+    state(picture, beliefs);
+}
+
+/// Adds the tracks and groups of an agent's team state, and the events that it publishes.
+pub fn agent(agent: &Agent, beliefs: &mut ReportedState) {
+    agent.published_states().for_each(|(picture, _)| events(picture, beliefs));
+    state(agent.team_state(), beliefs);
+}
+
+/// Adds the rows of one agent of several. The radio fills in the numbers of sent messages.
+pub(crate) fn own_rows(agent: &Agent, double_counted: Option<bool>, agents: &mut PerAgentTables) {
+    let (by, picture) = (agent.id().0, agent.team_state());
+    agents.all.push(AgentRow {
+        agent: by,
+        committed_us: agent.committed_at().map(Time::us),
+        link_degraded: agent.link_is_degraded(),
+        sent_messages: 0,
+        sent_bytes: 0,
+        double_counted,
+    });
+    tracks(picture, |row| agents.tracks.push(ByAgent { agent: by, row }));
+    groups(picture, |row| agents.groups.push(ByAgent { agent: by, row }));
+    for (picture, provisional) in agent.published_states() {
+        let event_time_us = picture.time.us();
+        let row = |of| AgentEventRow { agent: by, event_time_us, provisional, event: event(of, picture) };
+        let rows = picture.events.iter().map(row);
+        agents.events.extend(rows);
+    }
+    let row = |uav: UavId, presence| {
+        let group = picture.group_of(uav).map(|group| group.id);
+        TeammateRow {
+            agent: by,
+            uav: uav.0,
+            status: presence,
+            last_report_us: agent.last_report_at(uav).map(Time::us),
+            group: group.and_then(|group| picture.group_number(group)),
+            group_id: group.map(|group| group.0),
+        }
+    };
+    agents.teammates.extend(agent.teammate_status().map(|(uav, presence)| row(uav, Some(presence))));
+    let never_reported = |duty: &&Assignment| agent.last_report_at(duty.uav).is_none();
+    agents.teammates.extend(picture.assignments.iter().filter(never_reported).map(|duty| row(duty.uav, None)));
+}
+
+fn events(picture: &TeamState, beliefs: &mut ReportedState) {
+    beliefs.events.extend(picture.events.iter().map(|of| event(of, picture)));
+}
+
+fn state(picture: &TeamState, beliefs: &mut ReportedState) {
+    tracks(picture, |row| beliefs.tracks.push(row));
+    groups(picture, |row| beliefs.groups.push(row));
+}
+
+fn tracks(picture: &TeamState, mut put: impl FnMut(TrackRow)) {
+    // Not `extend` with a filtered iterator, which would copy the long rows once more.
+    for known in picture.tracks() {
+        if let Some(status) = live_status(known) {
+            put(track(known, status, picture));
+        }
+    }
+}
+
+fn groups(picture: &TeamState, mut put: impl FnMut(GroupRow)) {
+    for group in &picture.groups {
+        let centre = group.centre.estimate().state;
+        put(GroupRow {
+            group: picture.group_number(group.id).unwrap_or_default(),
+            members: group.members,
+            x_m: centre.position().x_m(),
+            y_m: centre.position().y_m(),
+            vx_m_s: centre.velocity().x_m_s(),
+            vy_m_s: centre.velocity().y_m_s(),
+            spread_m: group.spread.distance_m,
+            margin_m: group.margin_m,
+            standoff_unclamped_m: group.standoff.unclamped_m,
+            standoff_distance_m: group.standoff.distance_m,
+            standoff_rate_m_s: group.standoff.rate_m_s,
+            turn_limit_m: group.turn_limit_m.is_finite().then_some(group.turn_limit_m),
+            feasible: group.has_feasible_orbit(),
+            convergence_threshold_m2_s: group.threshold_m2_s,
+            altitude_m: group.altitude_m,
+            nearest_groupmate_m: group.nearest_groupmate_m,
+            group_uid: Some(group.id.0),
+        });
+    }
+}
+
+fn live_status(known: &GroupedTrack) -> Option<TrackStatus> {
+    match known.track.status {
+        Status::Cued => Some(TrackStatus::Cued),
+        Status::Updated => Some(TrackStatus::Updated),
+        Status::Coasting => Some(TrackStatus::Coasting),
+        Status::Lost(_) => None,
+    }
+}
+
+fn track(known: &GroupedTrack, status: TrackStatus, picture: &TeamState) -> TrackRow {
+    let number = |group: GroupId| picture.group_number(group);
+    let estimate = known.track.estimate();
+    TrackRow {
+        target: known.track.label.0,
+        track: known.track.id.0,
+        status,
+        membership: match known.membership {
+            Membership::Ungrouped => MembershipState::Ungrouped,
+            Membership::Member(_) => MembershipState::Member,
+            Membership::InHandoff(_) => MembershipState::InHandoff,
+            Membership::Removed => MembershipState::Removed,
+        },
+        group: known.group().and_then(number),
+        receiving_group: known.receiving_group().and_then(number),
+        state: estimate.state.0.into(),
+        covariance: estimate.covariance.upper_triangle(),
+    }
+}

@@ -1,0 +1,278 @@
+//! Interface between the simulator and the controller that flies the UAVs: the built-in agents, or your own controller.
+//!
+//! In every time step each UAV observes, then each UAV receives the messages of the others, then each decides.
+//! `docs/controllers.md` explains how to write a controller; `examples/follower.rs` is its example.
+
+use standoff::{
+    Agent, AgentOutput, Command, Geofence, Message, Observation, ParamError, Scan, TeamAgent, TeamParams, Time, UavId,
+    UavState,
+};
+
+use crate::agent_rows;
+pub use crate::frame::{
+    AgentEventRow, AgentRow, ByAgent, EventRow, GroupRow, MembershipState, PerAgentTables, ReportedState,
+    ReportedTables, TeammateRow, TrackRow, TrackStatus,
+};
+use crate::reference_replay::{Before, ReferenceReplay};
+use crate::scenario::AgentSetup;
+
+/// Controller of a team, or the controllers of its UAVs. In every time step a mission calls its methods for every UAV,
+/// in the order below.
+///
+/// Controllers do not depend on the lifetime of a scenario or a mission: inputs are borrowed for one call; outputs are
+/// owned, or borrowed from the controller.
+pub trait Controller {
+    /// Notifies the controller that the computer of a UAV has restarted: the state of its agent is lost. `epoch` is
+    /// higher than before. While the computer is off, no method is called for the UAV.
+    fn restart(&mut self, _uav: UavId, _epoch: u32) {}
+
+    /// Passes the observation of a UAV at time `now` by its own clock. `own` is the state that the UAV estimates for
+    /// itself, `scan` the measurements of its sensor; `None` during an outage, in which the UAV neither measures nor
+    /// sends, but receives.
+    fn observe(&mut self, now: Time, uav: UavId, own: &UavState, scan: Option<Scan>);
+
+    /// Returns the messages that a UAV sends after its last observation; the radio delivers them unchanged to the other
+    /// UAVs. The mission does not call it during an outage of the UAV. Controllers without communication return
+    /// nothing.
+    fn outbox(&self, _uav: UavId) -> &[Message] {
+        &[]
+    }
+
+    /// Passes a message that a UAV receives. With an ideal radio it belongs to the time step that the UAV observed
+    /// last. The order is: teammates' reports by ascending UAV, then cues of targets that have just appeared, then
+    /// reports of intruders.
+    fn receive(&mut self, uav: UavId, message: &Message);
+
+    /// Returns the command of a UAV until the next time step. A command outside the limits is limited; a command that
+    /// is not finite is replaced by straight flight at nominal speed; a pointing target or an altitude that is not
+    /// finite is ignored.
+    fn decide(&mut self, uav: UavId) -> AgentOutput;
+
+    /// Tables that [`Self::report`] fills; tables that are not reported are not scored.
+    fn reported(&self) -> ReportedTables {
+        ReportedTables::NOTHING
+    }
+
+    /// Writes what the team estimates and intends at this time step, after all UAVs have decided. The tables are empty
+    /// before the call.
+    fn report(&self, _beliefs: &mut ReportedState) {}
+
+    /// Writes the state of each agent whose computer is on, for controllers with one agent per UAV; other controllers
+    /// write nothing. The tables are empty before the call; the mission fills in the numbers of sent messages
+    /// afterwards.
+    fn report_per_agent(&self, _agents: &mut PerAgentTables) {}
+}
+
+impl<B: Controller + ?Sized> Controller for Box<B> {
+    fn restart(&mut self, uav: UavId, epoch: u32) {
+        (**self).restart(uav, epoch);
+    }
+
+    fn observe(&mut self, now: Time, uav: UavId, own: &UavState, scan: Option<Scan>) {
+        (**self).observe(now, uav, own, scan);
+    }
+
+    fn outbox(&self, uav: UavId) -> &[Message] {
+        (**self).outbox(uav)
+    }
+
+    fn receive(&mut self, uav: UavId, message: &Message) {
+        (**self).receive(uav, message);
+    }
+
+    fn decide(&mut self, uav: UavId) -> AgentOutput {
+        (**self).decide(uav)
+    }
+
+    fn reported(&self) -> ReportedTables {
+        (**self).reported()
+    }
+
+    fn report(&self, beliefs: &mut ReportedState) {
+        (**self).report(beliefs);
+    }
+
+    fn report_per_agent(&self, agents: &mut PerAgentTables) {
+        (**self).report_per_agent(agents);
+    }
+}
+
+/// Creates the built-in controller for an airspace. Returns all parameters that are out of range.
+pub fn team_controller(
+    minds: AgentSetup,
+    team: TeamParams,
+    airspace: Geofence,
+    uavs: usize,
+) -> Result<Box<dyn Controller + Send>, Vec<ParamError>> {
+    Ok(match minds {
+        AgentSetup::Shared => {
+            Box::new(SharedAgent { fleet: TeamAgent::new(team)?.with_geofence(airspace), observed: Vec::new() })
+        }
+        AgentSetup::PerUav => Box::new(AgentPerUav::new(team, airspace, uavs)?),
+    })
+}
+
+/// Creates one built-in agent per UAV, each compared with a reference replay of the messages that it has received.
+pub(crate) fn audited(team: TeamParams, airspace: Geofence, uavs: usize) -> Result<AgentPerUav, Vec<ParamError>> {
+    let audits = (0..uavs).map(|_| ReferenceReplay::new(team, airspace.clone())).collect::<Result<_, _>>()?;
+    Ok(AgentPerUav { audits, ..AgentPerUav::new(team, airspace, uavs)? })
+}
+
+/// The last observation of each UAV, by id.
+type Observed = Vec<Option<Observation>>;
+
+fn store(observed: &mut Observed, observation: Observation) {
+    let index = observation.uav().0 as usize;
+    if index >= observed.len() {
+        observed.resize(index + 1, None);
+    }
+    observed[index] = Some(observation);
+}
+
+fn last(observed: &Observed, uav: UavId) -> Option<&Observation> {
+    observed.get(uav.0 as usize)?.as_ref()
+}
+
+/// Output for a UAV that has never observed.
+const IDLE_COMMAND: AgentOutput = AgentOutput::command_only(Command { speed_m_s: 0.0, turn_rate_rad_s: 0.0 });
+
+/// One agent for the whole team: with an ideal radio, one team state serves all UAVs.
+struct SharedAgent {
+    fleet: TeamAgent,
+    observed: Observed,
+}
+
+impl Controller for SharedAgent {
+    fn observe(&mut self, now: Time, uav: UavId, own: &UavState, scan: Option<Scan>) {
+        let observation = self.fleet.observe(now, uav, own, scan);
+        store(&mut self.observed, observation);
+    }
+
+    /// All UAVs receive the same messages, so those of UAV 0 suffice.
+    fn receive(&mut self, uav: UavId, message: &Message) {
+        if let Some(observation) = last(&self.observed, uav).filter(|_| uav.0 == 0) {
+            self.fleet.receive(observation, message);
+        }
+    }
+
+    fn decide(&mut self, uav: UavId) -> AgentOutput {
+        last(&self.observed, uav).map_or(IDLE_COMMAND, |observation| self.fleet.decide(observation))
+    }
+
+    fn reported(&self) -> ReportedTables {
+        ReportedTables::default()
+    }
+
+    fn report(&self, beliefs: &mut ReportedState) {
+        agent_rows::team_state(self.fleet.team_state(), beliefs);
+    }
+}
+
+/// One agent per UAV, by id. With an ideal radio all agents have the same team state; the record stores that of the
+/// first UAV whose computer is on.
+pub(crate) struct AgentPerUav {
+    team: TeamParams,
+    airspace: Geofence,
+    agents: Vec<Agent>,
+    /// Reference replays by UAV; empty unless a metric needs them.
+    pub(crate) audits: Vec<ReferenceReplay>,
+    observed: Observed,
+    /// UAVs that have observed in this time step, ascending.
+    awake: Vec<UavId>,
+    /// True after a decision, so that the next observation starts a new time step.
+    is_decided: bool,
+}
+
+impl Controller for AgentPerUav {
+    fn restart(&mut self, uav: UavId, epoch: u32) {
+        // The parameters were valid when the first agent was created.
+        if let (Some(agent), Ok(new)) = (self.agents.get_mut(uav.0 as usize), Agent::new(uav, self.team)) {
+            *agent = new.with_geofence(self.airspace.clone()).with_restart_count(epoch);
+        }
+        self.audits.get_mut(uav.0 as usize).into_iter().for_each(ReferenceReplay::restart);
+    }
+
+    fn observe(&mut self, now: Time, uav: UavId, own: &UavState, scan: Option<Scan>) {
+        if std::mem::take(&mut self.is_decided) {
+            self.awake.clear();
+        }
+        self.awake.push(uav);
+        if let Some(agent) = self.agents.get_mut(uav.0 as usize) {
+            let observation = agent.observe(now, own, scan);
+            if let Some(audit) = self.audits.get_mut(uav.0 as usize) {
+                audit.observe(agent, &observation);
+            }
+            store(&mut self.observed, observation);
+        }
+    }
+
+    fn outbox(&self, uav: UavId) -> &[Message] {
+        last(&self.observed, uav).map_or(&[], |observation| self.agents[uav.0 as usize].outbox(observation))
+    }
+
+    fn receive(&mut self, uav: UavId, message: &Message) {
+        if let Some(observation) = last(&self.observed, uav) {
+            let agent = &mut self.agents[uav.0 as usize];
+            let Some(audit) = self.audits.get_mut(uav.0 as usize) else {
+                return agent.receive(observation, message);
+            };
+            let before = Before::of(agent, message);
+            agent.receive(observation, message);
+            audit.receive(agent, &before, message);
+        }
+    }
+
+    fn decide(&mut self, uav: UavId) -> AgentOutput {
+        self.is_decided = true;
+        let Some(observation) = last(&self.observed, uav) else { return IDLE_COMMAND };
+        let agent = &mut self.agents[uav.0 as usize];
+        let step = agent.decide(observation);
+        if !self.audits.is_empty() {
+            // The check also needs the reference replays of the other UAVs.
+            let mut audit = self.audits.swap_remove(uav.0 as usize);
+            audit.check(agent, &self.audits);
+            self.audits.push(audit);
+            let last = self.audits.len() - 1;
+            self.audits.swap(uav.0 as usize, last);
+        }
+        step
+    }
+
+    fn reported(&self) -> ReportedTables {
+        ReportedTables::default()
+    }
+
+    fn report(&self, beliefs: &mut ReportedState) {
+        if let Some(agent) = self.awake().next() {
+            agent_rows::agent(agent, beliefs);
+        }
+    }
+
+    fn report_per_agent(&self, agents: &mut PerAgentTables) {
+        for agent in self.awake() {
+            let audit = self.audits.get(agent.id().0 as usize);
+            agent_rows::own_rows(agent, audit.and_then(|audit| audit.holds_more), agents);
+        }
+    }
+}
+
+impl AgentPerUav {
+    fn new(team: TeamParams, airspace: Geofence, uavs: usize) -> Result<Self, Vec<ParamError>> {
+        let agent = |uav| Agent::new(uav, team).map(|agent| agent.with_geofence(airspace.clone()));
+        let agents = (0..).map(UavId).take(uavs).map(agent).collect::<Result<_, _>>()?;
+        Ok(Self {
+            team,
+            airspace,
+            agents,
+            audits: Vec::new(),
+            observed: Vec::new(),
+            awake: Vec::new(),
+            is_decided: true,
+        })
+    }
+
+    /// Agents of the UAVs whose computer is on, ascending.
+    fn awake(&self) -> impl Iterator<Item = &Agent> {
+        self.awake.iter().filter_map(|uav| self.agents.get(uav.0 as usize))
+    }
+}

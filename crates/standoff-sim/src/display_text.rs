@@ -1,0 +1,125 @@
+//! Makes untrusted text safe to print: names and values from files can contain anything, control characters and
+//! megabytes of text included.
+
+use std::path::Path;
+
+/// Maximum number of characters of untrusted text within a message.
+const PART: usize = 200;
+
+/// Maximum number of characters of a line: enough for two paths and an explanation.
+const LINE: usize = 1500;
+
+/// Quotes a value from a file: on one line, at most 60 characters of it.
+#[must_use]
+pub fn quoted(text: &str) -> String {
+    let (text, more) = cut(text, 60);
+    format!("\"{}{more}\"", text.escape_debug())
+}
+
+/// Escapes untrusted text within a message: on one line, at most 200 characters.
+#[must_use]
+pub fn printable(text: &str) -> String {
+    // An escaped character can take ten characters.
+    let (text, more) = cut(text, PART);
+    let escaped = escaped(text);
+    let (escaped, still_more) = cut(&escaped, PART);
+    escaped.to_owned() + if more.is_empty() { still_more } else { more }
+}
+
+/// Escapes all characters that break the line or control a terminal, line ends included.
+#[must_use]
+pub fn escaped(text: &str) -> String {
+    let mut shown = String::with_capacity(text.len());
+    for c in text.chars() {
+        match c {
+            '"' | '\'' | '\\' => shown.push(c),
+            c => shown.extend(c.escape_debug()),
+        }
+    }
+    shown
+}
+
+/// Escapes text of several lines except for its line ends. The middle of a very long line is left out.
+#[must_use]
+pub fn lines(text: &str) -> String {
+    text.split('\n').map(|line| without_middle(escaped(line))).collect::<Vec<_>>().join("\n")
+}
+
+/// Returns text as typed by the user, with each character that could control a terminal replaced by one printable
+/// character, so that the columns stay the same.
+#[must_use]
+pub(crate) fn as_typed(text: &str) -> String {
+    text.replace("\r\n", "\n").chars().map(sign).collect()
+}
+
+fn sign(c: char) -> char {
+    match c {
+        '\n' | '\t' | '"' | '\'' | '\\' => c,
+        // The Unicode pictures of control characters have the same order.
+        '\0'..='\u{1f}' => char::from_u32(0x2400 + u32::from(c)).unwrap_or(char::REPLACEMENT_CHARACTER),
+        c if c.escape_debug().len() > 1 => char::REPLACEMENT_CHARACTER,
+        c => c,
+    }
+}
+
+fn without_middle(line: String) -> String {
+    let half = LINE / 2;
+    if line.chars().count() <= LINE {
+        return line;
+    }
+    let end = line.char_indices().nth_back(half - 1).map_or("", |(end, _)| &line[end..]);
+    format!("{} ... {end}", cut(&line, half).0)
+}
+
+/// Formats the help line that suggests a known key or value.
+pub(crate) fn did_you_mean(word: &str) -> String {
+    format!("did you mean `{word}`?")
+}
+
+/// Returns the known word that is closest to the typed one: the same without its unit, or with a few wrong letters.
+pub(crate) fn nearest<'a>(typed: &str, words: &[&'a str]) -> Option<&'a str> {
+    // No key is longer. The distance takes time proportional to the product of both lengths.
+    if typed.len() > 60 {
+        return None;
+    }
+    let typed = typed.to_lowercase().replace('-', "_");
+    let distance = |word: &str| {
+        let without_unit = word.strip_prefix(typed.as_str()).is_some_and(|rest| rest.starts_with('_'));
+        if without_unit { 0 } else { strsim::damerau_levenshtein(&typed, &word.replace('-', "_")) }
+    };
+    let near = words.iter().map(|word| (distance(word), *word)).min_by_key(|(distance, _)| *distance);
+    near.filter(|(distance, word)| *distance * 3 <= word.len()).map(|(_, word)| word)
+}
+
+/// Formats a path for messages.
+#[must_use]
+pub fn path(path: &Path) -> String {
+    escaped(&path.to_string_lossy())
+}
+
+/// Returns the first `most` characters of a text, and `...` if characters were left out.
+fn cut(text: &str, most: usize) -> (&str, &'static str) {
+    match text.char_indices().nth(most) {
+        Some((end, _)) => (&text[..end], "..."),
+        None => (text, ""),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn text_from_files_is_shown_on_one_line() {
+        assert_eq!(quoted("a\n\u{1b}[31m\"\u{202e}"), r#""a\n\u{1b}[31m\"\u{202e}""#);
+        assert_eq!(quoted(&"é".repeat(61)), format!("\"{}...\"", "é".repeat(60)));
+        assert_eq!(printable("it's \"é\"\r\u{9b}2J\0\u{7f}"), "it's \"é\"\\r\\u{9b}2J\\0\\u{7f}");
+        assert_eq!(printable(&"x".repeat(9999)), "x".repeat(200) + "...");
+        assert_eq!(printable(&"\u{10ff00}".repeat(199)), r"\u{10ff00}".repeat(20) + "...");
+        assert_eq!(lines("a\n\u{1b}b\n"), "a\n\\u{1b}b\n");
+        assert_eq!(lines(&"🚗".repeat(1500)), "🚗".repeat(1500));
+        assert_eq!(lines(&format!("a{}z", "é".repeat(9000))), format!("a{0} ... {0}z", "é".repeat(749)));
+        assert_eq!(as_typed("\ta = \"\u{9b}2J\u{2028}\"\r\n\\b\u{feff}\r\u{7f}"), "\ta = \"�2J�\"\n\\b�␍�");
+        assert_eq!(path(Path::new("o\u{1b}]0;title\u{7}/it's")), "o\\u{1b}]0;title\\u{7}/it's");
+    }
+}

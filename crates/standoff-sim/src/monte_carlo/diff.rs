@@ -1,0 +1,89 @@
+//! Flattened values of a batch's scenario, to find the differences between batches and to reproduce them.
+
+use std::collections::BTreeMap;
+
+use toml::{Table, Value};
+
+use super::Batch;
+use crate::scenario::{Overrides, ScenarioError, ScenarioTemplate, built_in};
+
+/// TOML values by dotted key.
+pub type Settings = BTreeMap<String, String>;
+
+impl Batch {
+    /// Returns the `--set` arguments that turn the built-in scenario of the same name into this one. `None` if there is
+    /// no such scenario, or if the arguments do not reproduce this one.
+    pub fn changes_of_built_in(&self) -> Option<Vec<String>> {
+        built_in(&self.scenario)?;
+        let load = |set: &[String]| -> Result<(String, Option<u32>), ScenarioError> {
+            let template =
+                ScenarioTemplate::load(&self.scenario, &Overrides { set: set.to_vec(), ..Overrides::default() })?;
+            Ok((template.text()?, template.traffic_crc32()))
+        };
+        let (unchanged, _) = load(&[]).ok()?;
+        let (ours, unchanged) = (settings_of(&self.scenario_toml).ok()?, settings_of(&unchanged).ok()?);
+        let changed = ours.into_iter().filter(|(key, value)| unchanged.get(key) != Some(value));
+        let set: Vec<String> = changed.map(|(key, value)| format!("{key}={value}")).collect();
+        (load(&set).ok()? == (self.scenario_toml.clone(), self.traffic_crc32)).then_some(set)
+    }
+}
+
+/// Returns every value of a TOML document by its dotted key; an array is one value.
+pub(super) fn settings_of(toml: &str) -> Result<Settings, toml::de::Error> {
+    let mut settings = Settings::new();
+    gather("", toml::from_str(toml)?, &mut settings);
+    Ok(settings)
+}
+
+fn gather(prefix: &str, table: Table, settings: &mut Settings) {
+    for (key, value) in table {
+        let key = if prefix.is_empty() { key } else { format!("{prefix}.{key}") };
+        match value {
+            Value::Table(table) => gather(&key, table, settings),
+            value => {
+                settings.insert(key, value.to_string());
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::score::MetricSelection;
+
+    fn batch(edits: &Overrides) -> Batch {
+        let template = ScenarioTemplate::load("paper/table-2-pair", edits).unwrap();
+        Batch::new(&template, 1, 2, None, MetricSelection::standard()).unwrap()
+    }
+
+    fn set(changes: &[&str]) -> Overrides {
+        Overrides { set: changes.iter().map(|change| (*change).to_owned()).collect(), ..Overrides::default() }
+    }
+
+    #[test]
+    fn settings_have_dotted_keys() {
+        let settings = settings_of("a = 1\n[b]\nc = \"x\"\n[b.d]\ne = [1, 2]\n[[f]]\ng = 1.5\n").unwrap();
+        let expected = [("a", "1"), ("b.c", "\"x\""), ("b.d.e", "[1, 2]"), ("f", "[{ g = 1.5 }]")];
+        assert_eq!(settings, expected.map(|(key, value)| (key.to_owned(), value.to_owned())).into());
+    }
+
+    #[test]
+    fn changes_of_a_built_in_scenario_reproduce_it() {
+        assert_eq!(batch(&Overrides::default()).changes_of_built_in(), Some(Vec::new()));
+        let flown = batch(&set(&["guidance.lead_s=0.5", "targets.random.x_m=7", "orbit.centre=centroid"]));
+        let changes = flown.changes_of_built_in().unwrap();
+        assert_eq!(changes.len(), 3, "{changes:?}");
+        assert_eq!(batch(&Overrides { set: changes, ..Overrides::default() }), flown);
+    }
+
+    #[test]
+    fn no_changes_if_set_cannot_express_them() {
+        let mut other = batch(&Overrides::default());
+        other.scenario = "mine".to_owned();
+        assert_eq!(other.changes_of_built_in(), None);
+        let mut less = batch(&Overrides::default());
+        less.scenario_toml = less.scenario_toml.replace("lead_s = 3\n", "");
+        assert_eq!(less.changes_of_built_in(), None);
+    }
+}

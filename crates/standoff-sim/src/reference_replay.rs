@@ -1,0 +1,279 @@
+//! Reference replay: recomputes the team state of an agent from the messages that its UAV has sent and received, each
+//! counted once.
+//!
+//! The agent keeps a message log, inserts late messages and replays its team states. The reference keeps plain lists,
+//! and computes each time step once, when the agent has committed it.
+
+use std::collections::BTreeMap;
+use std::collections::btree_map::Entry;
+
+use standoff::{
+    Agent, Angle, Cue, Duration, Geofence, Message, Observation, ParamError, Position, Report, TeamAgent, TeamParams,
+    TeamState, Time, UavId, UavState,
+};
+
+/// Relative tolerance below which a smaller covariance does not count as more information.
+const MORE: f64 = 1e-9;
+
+/// Reference replay of one agent.
+pub(crate) struct ReferenceReplay {
+    team: TeamParams,
+    airspace: Geofence,
+    period: Duration,
+    /// Number of periods for which an agent keeps messages.
+    kept: i64,
+    /// Number of periods ahead of its own time for which an agent accepts messages.
+    early: i64,
+    fleet: TeamAgent,
+    /// First time step of the agent, and the last one that it observed.
+    began: Option<i64>,
+    now: Option<i64>,
+    /// Time step of the reference state; `None` before the first one.
+    replayed_until: Option<i64>,
+    /// True if the agent has adopted a snapshot that no reference replay has reached yet.
+    is_lost: bool,
+    /// Messages by time step.
+    sent: BTreeMap<i64, Row>,
+    /// Whether the agent's committed state contained more information than the reference at the last comparison; `None`
+    /// if this time step had no comparison.
+    pub(crate) holds_more: Option<bool>,
+    /// Number of compared states, and number of those that differed in at least one bit.
+    pub(crate) checked: u64,
+    pub(crate) differed: u64,
+}
+
+/// Messages of one time step.
+#[derive(Default)]
+struct Row {
+    /// The report of each UAV; of several, the one that was sent first.
+    reports: BTreeMap<UavId, Report>,
+    cues: Vec<Cue>,
+}
+
+/// State of an agent before it received a message.
+#[derive(PartialEq)]
+pub(crate) struct Before {
+    committed: Option<Time>,
+    /// Digest of the committed state, if the message can change that state.
+    digest: Option<u64>,
+}
+
+impl Before {
+    pub(crate) fn of(agent: &Agent, message: &Message) -> Self {
+        let is_picture = matches!(message, Message::Snapshot(_));
+        let digest = agent.committed().filter(|_| is_picture).map(TeamState::digest);
+        Self { committed: agent.committed_at(), digest }
+    }
+}
+
+impl ReferenceReplay {
+    pub(crate) fn new(team: TeamParams, airspace: Geofence) -> Result<Self, Vec<ParamError>> {
+        let period = Duration::from_s(team.log.period_s);
+        let periods = |s: f64| (s / team.log.period_s).ceil() as i64;
+        Ok(Self {
+            team,
+            period,
+            kept: periods(team.log.message_retention_s) + 2,
+            early: periods(team.teammate_timeout_s),
+            fleet: TeamAgent::new(team)?.with_geofence(airspace.clone()),
+            airspace,
+            began: None,
+            now: None,
+            replayed_until: None,
+            is_lost: false,
+            sent: BTreeMap::new(),
+            holds_more: None,
+            checked: 0,
+            differed: 0,
+        })
+    }
+
+    /// Restarts with an empty state, as the agent does.
+    pub(crate) fn restart(&mut self) {
+        if let Ok(new) = Self::new(self.team, self.airspace.clone()) {
+            *self = Self { checked: self.checked, differed: self.differed, ..new };
+        }
+    }
+
+    /// Records that the agent has observed a time step.
+    pub(crate) fn observe(&mut self, agent: &Agent, observation: &Observation) {
+        let Some(instant) = self.instant(observation.time()) else { return };
+        let ahead = |now: i64| instant.saturating_sub(now);
+        let jumps =
+            |now: i64| ahead(now) < 0 || ahead(now).saturating_mul(self.period.us()) > Agent::TIME_JUMP_MAX.us();
+        if self.now.is_some_and(jumps) {
+            return;
+        }
+        self.began.get_or_insert(instant);
+        self.now = Some(instant);
+        let own = agent.outbox(observation).first();
+        if let Some(Message::Report(report)) = own.filter(|_| observation.uav() == agent.id()) {
+            self.put(instant, report);
+        }
+        let oldest = instant - self.kept;
+        self.sent.retain(|instant, _| *instant >= oldest);
+    }
+
+    /// Records that the agent has received a message.
+    pub(crate) fn receive(&mut self, agent: &Agent, before: &Before, message: &Message) {
+        let (Some(began), Some(now)) = (self.began, self.now) else { return };
+        let after = before.committed.and_then(|time| self.instant(time)).unwrap_or(began - 1);
+        let is_open = |instant: &i64| *instant > after && *instant <= now + self.early;
+        match message {
+            Message::Report(report) => {
+                let Some(instant) = self.instant(report.time).filter(is_open) else { return };
+                // `observe` has stored the agent's own reports since its start.
+                if report.uav != agent.id() || instant < began {
+                    self.put(instant, report);
+                }
+            }
+            Message::Cue(cue) => {
+                let Some(instant) = self.instant(cue.issued_at).filter(is_open) else { return };
+                let cues = &mut self.sent.entry(instant).or_default().cues;
+                if !cues.contains(cue) {
+                    cues.push(*cue);
+                }
+            }
+            // No other message changes the committed state when it is received.
+            Message::Snapshot(_) => self.is_lost |= Before::of(agent, message) != *before,
+            // Not part of the team state.
+            Message::Traffic(_) => {}
+        }
+    }
+
+    /// Advances the reference to the agent's committed state and compares the two.
+    pub(crate) fn check(&mut self, agent: &Agent, others: &[Self]) {
+        self.holds_more = None;
+        let Some((committed, began)) = agent.committed().zip(self.began) else { return };
+        let Some(instant) = self.instant(committed.time) else { return };
+        if self.is_lost || self.replayed_until.is_some_and(|folded| folded > instant) {
+            let is_same = |other: &&Self| {
+                let picture = other.fleet.team_state();
+                !other.is_lost && picture.time == committed.time && picture.digest() == committed.digest()
+            };
+            let Some(same) = others.iter().find(is_same) else { return };
+            (self.fleet, self.replayed_until, self.is_lost) = (same.fleet.clone(), Some(instant), false);
+        }
+        for next in self.replayed_until.map_or(began, |folded| folded + 1)..=instant {
+            self.replay(agent.id(), next);
+        }
+        self.replayed_until = Some(instant);
+        let fold = self.fleet.team_state();
+        self.checked += 1;
+        self.differed += u64::from(fold.digest() != committed.digest());
+        self.holds_more = Some(holds_more(committed, fold));
+    }
+
+    fn replay(&mut self, by: UavId, instant: i64) {
+        let nowhere = UavState::level_flight(Position::ORIGIN, Angle::ZERO, 0.0);
+        // Without a scan, the UAV reports no detections.
+        let observation = self.fleet.observe(self.time(instant), by, &nowhere, None);
+        if let Some(Row { reports, cues }) = self.sent.get(&instant) {
+            let reports = reports.values().cloned().map(Message::Report);
+            let said = reports.chain(cues.iter().copied().map(Message::Cue));
+            said.for_each(|message| self.fleet.receive(&observation, &message));
+        }
+        self.fleet.decide(&observation);
+    }
+
+    fn put(&mut self, instant: i64, report: &Report) {
+        let report = Report { time: self.time(instant), log_status: None, ..report.clone() };
+        match self.sent.entry(instant).or_default().reports.entry(report.uav) {
+            Entry::Vacant(place) => drop(place.insert(report)),
+            Entry::Occupied(mut known) => {
+                let stamp = |report: &Report| (report.restart_count, report.sequence);
+                if stamp(&report) < stamp(known.get()) {
+                    known.insert(report);
+                }
+            }
+        }
+    }
+
+    /// Returns the index of the team's time step to which a time belongs: within a tenth of a period.
+    fn instant(&self, time: Time) -> Option<i64> {
+        let period_us = self.period.us().max(1);
+        let nearest = (time.us() + period_us / 2).div_euclid(period_us);
+        ((time.us() - nearest * period_us).abs() * 10 <= period_us).then_some(nearest)
+    }
+
+    fn time(&self, instant: i64) -> Time {
+        Time::from_us(instant * self.period.us())
+    }
+}
+
+/// Returns whether a team state has more information about some target than another one: a smaller uncertainty
+/// ellipsoid.
+fn holds_more(picture: &TeamState, other: &TeamState) -> bool {
+    picture.tracks().iter().filter(|known| !known.track.is_lost()).any(|known| {
+        let Some(other) = other.track(known.track.id) else { return true };
+        let [covariance, other] = [known, other].map(|known| known.track.estimate().covariance);
+        let volume = |covariance: &standoff::Covariance| covariance.matrix().determinant();
+        covariance != other && volume(&covariance) < volume(&other) * (1.0 - MORE)
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use standoff::{Detection, Displacement, RangeBearingMeasurement, Scan, TargetLabel, Velocity};
+
+    /// Runs two agents that track one target, and compares the first with a reference that receives the same messages,
+    /// except those of time step `withheld`. Returns [`Audit::holds_more`] of each time step.
+    fn compared(withheld: Option<i64>) -> Vec<Option<bool>> {
+        let team = TeamParams::table_1();
+        let mut agents = [0, 1].map(|uav| Agent::new(UavId(uav), team).unwrap());
+        let mut audit = ReferenceReplay::new(team, Geofence::default()).unwrap();
+        let cue = Message::Cue(Cue {
+            source: 0,
+            issued_at: Time::EPOCH,
+            sequence: 0,
+            label: TargetLabel(0),
+            time: Time::EPOCH,
+            position: Position::ORIGIN,
+            velocity: Velocity::ZERO,
+            position_sd_m: 20.0,
+            velocity_sd_m_s: 2.0,
+        });
+        let look = |instant: i64| {
+            let now = audit_time(instant);
+            let observed = [0, 1].map(|place| {
+                let (x_m, bearing) = [(400.0, 180.0), (-400.0, 0.0)][place];
+                let position = Position::ORIGIN + Displacement::from_m(x_m, 0.0);
+                let own = UavState::level_flight(position, Angle::ZERO, 40.0);
+                let measurement = RangeBearingMeasurement { range_m: 400.0, bearing: Angle::from_deg(bearing) };
+                let detected = [Detection { label: TargetLabel(0), measurement }];
+                let scan = Scan { boresight: Some(measurement.bearing), detections: &detected };
+                agents[place].observe(now, &own, Some(scan))
+            });
+            audit.observe(&agents[0], &observed[0]);
+            let sent = [0, 1].map(|place| agents[place].outbox(&observed[place]).to_vec());
+            for place in [0, 1] {
+                let received = sent[1 - place].iter().chain((instant == 0).then_some(&cue));
+                for message in received {
+                    let before = Before::of(&agents[place], message);
+                    agents[place].receive(&observed[place], message);
+                    if place == 0 && withheld != Some(instant) {
+                        audit.receive(&agents[0], &before, message);
+                    }
+                }
+                agents[place].decide(&observed[place]);
+            }
+            audit.check(&agents[0], &[]);
+            audit.holds_more
+        };
+        (0..20).map(look).collect()
+    }
+
+    fn audit_time(instant: i64) -> Time {
+        Time::from_us(instant * 500_000)
+    }
+
+    #[test]
+    fn a_report_that_counts_twice_is_detected() {
+        let whole = compared(None);
+        assert!(whole.ends_with(&[Some(false); 8]), "{whole:?}");
+        // If the reference misses one report, the agent counts one report too many.
+        let one_more = compared(Some(5));
+        assert!(!one_more[..5].contains(&Some(true)) && one_more.contains(&Some(true)), "{one_more:?}");
+    }
+}

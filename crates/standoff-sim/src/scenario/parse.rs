@@ -1,0 +1,167 @@
+//! Form of a scenario: converts TOML to the types of the tables, and collects the errors.
+//!
+//! A value of the wrong type is reported and left out, and reading continues without it, so that all errors are found
+//! in one pass.
+
+use serde_path_to_error::{Path, Segment};
+use toml::{Table, Value};
+
+use super::schema::KEYS;
+use super::schema_types::ScenarioFile;
+use crate::display_text::{did_you_mean, nearest, printable, quoted};
+
+/// Maximum number of mistakes; reading stops after that, because a text with more is probably not a scenario.
+pub const MISTAKES_MAX: usize = 20;
+
+/// A key or value of the wrong form.
+pub(super) struct Mistake {
+    /// Dotted key.
+    pub(super) key: String,
+    /// Dotted key of the part that was left out: the key itself or something around it.
+    pub(super) left_out: String,
+    pub(super) message: String,
+    pub(super) help: Option<String>,
+}
+
+/// Returns the scenario without the mistakes; `None` if there are too many.
+pub(super) fn typed(mut table: Table) -> (Option<ScenarioFile>, Vec<Mistake>) {
+    let mut mistakes = Vec::new();
+    take_out_unknown(&mut table, "", &mut mistakes);
+    while mistakes.len() < MISTAKES_MAX {
+        let error = match serde_path_to_error::deserialize(Value::Table(table.clone())) {
+            Ok(file) => return (Some(file), mistakes),
+            Err(error) => error,
+        };
+        let key = dotted(error.path());
+        // The library appends a line with the position, for which the key is better.
+        let inner = error.into_inner().to_string();
+        let value = value_at(&table, &key).cloned();
+        let (message, help) = message(&key, value.as_ref(), inner.lines().next().unwrap_or_default());
+        let left_out = take_out(&mut table, &key);
+        let stuck = left_out.is_none();
+        mistakes.push(Mistake { left_out: left_out.unwrap_or_else(|| key.clone()), key, message, help });
+        if stuck {
+            break;
+        }
+    }
+    (None, mistakes)
+}
+
+/// Removes all unknown keys of a table in one pass, because there can be many. `at` is the key of the table.
+fn take_out_unknown(table: &mut Table, at: &str, mistakes: &mut Vec<Mistake>) {
+    // The library reports errors in the distribution of a number, and values in place of a table.
+    let Some(keys) = KEYS.of(at) else { return };
+    table.retain(|typed, value| {
+        let key = if at.is_empty() { typed.to_owned() } else { format!("{at}.{typed}") };
+        let is_known = keys.contains(&typed);
+        if is_known {
+            inner_tables(&key, value).for_each(|(key, table)| take_out_unknown(table, &key, mistakes));
+        } else if mistakes.len() < MISTAKES_MAX {
+            let message = format!("{}: there is no such key", printable(&key));
+            let help = Some(suggestion(at, typed, &keys));
+            mistakes.push(Mistake { left_out: key.clone(), key, message, help });
+        }
+        is_known
+    });
+}
+
+/// Returns the value if it is a table, or the tables of an array, with their keys.
+fn inner_tables<'a>(key: &str, value: &'a mut Value) -> impl Iterator<Item = (String, &'a mut Table)> {
+    let (table, array) = match value {
+        Value::Table(table) => (Some((key.to_owned(), table)), None),
+        Value::Array(values) => (None, Some(values)),
+        _ => (None, None),
+    };
+    let array = array.into_iter().flatten().enumerate();
+    table.into_iter().chain(array.filter_map(move |(index, value)| match value {
+        Value::Table(table) => Some((format!("{key}.{index}"), table)),
+        _ => None,
+    }))
+}
+
+/// Dotted form of a path, such as `uavs.start.1.x_m`.
+fn dotted(path: &Path) -> String {
+    let parts = path.iter().filter_map(|segment| match segment {
+        Segment::Map { key } => Some(key.clone()),
+        Segment::Seq { index } => Some(index.to_string()),
+        Segment::Enum { .. } | Segment::Unknown => None,
+    });
+    parts.collect::<Vec<_>>().join(".")
+}
+
+/// Describes the mistake at a key, from the library's message `what`; also returns advice.
+fn message(key: &str, value: Option<&Value>, what: &str) -> (String, Option<String>) {
+    let is = with_value(key, value);
+    if let Some(words) = KEYS.words(key) {
+        let listed: Vec<_> = words.iter().map(|word| format!("\"{word}\"")).collect();
+        let near = value.and_then(Value::as_str).and_then(|typed| nearest(typed, &words));
+        return (format!("{is}: must be {}", listed.join(" or ")), near.map(did_you_mean));
+    }
+    let expected = what.strip_prefix("invalid type").and_then(|what| what.rsplit_once(", expected "));
+    match expected {
+        Some((_, expected)) if expected.starts_with("struct ") => (format!("{is}: must be a table"), None),
+        Some((_, "a sequence")) if KEYS.of(key).is_none() => (format!("{is}: must be an array, in []"), None),
+        Some((_, "a sequence")) => (format!("{is}: must be an array of tables, [[{key}]]"), None),
+        Some((_, expected)) => (format!("{is}: must be {expected}"), None),
+        None => (format!("{is}: {}", printable(what)), None),
+    }
+}
+
+/// Suggests what an unknown key of a table may have meant.
+fn suggestion(table: &str, typed: &str, keys: &[&str]) -> String {
+    if let Some(near) = nearest(typed, keys) {
+        return did_you_mean(near);
+    }
+    let place = |table: &str| if table.is_empty() { "at the top".to_owned() } else { format!("in [{table}]") };
+    match KEYS.tables_with(typed).first() {
+        Some(elsewhere) => format!("`{typed}` belongs {}", place(elsewhere)),
+        None => format!("the keys {} are {}", place(table), keys.join(", ")),
+    }
+}
+
+/// Formats a key with its value, if the value is short: `uavs.count = 0`.
+pub(super) fn with_value(key: &str, value: Option<&Value>) -> String {
+    let key = printable(key);
+    match value {
+        // 1e300 and 1e-300, not three hundred digits.
+        Some(Value::Float(value)) if value.abs() >= 1e15 || value.abs() > 0.0 && value.abs() < 1e-6 => {
+            format!("{key} = {value:e}")
+        }
+        Some(Value::String(text)) => format!("{key} = {}", quoted(text)),
+        Some(value) if !value.is_table() && !value.is_array() => format!("{key} = {value}"),
+        _ => key,
+    }
+}
+
+/// Returns the value of a dotted key.
+pub(super) fn value_at<'a>(table: &'a Table, key: &str) -> Option<&'a Value> {
+    let mut parts = key.split('.');
+    let first = table.get(parts.next()?)?;
+    parts.try_fold(first, |here, part| match here {
+        Value::Array(values) => values.get(part.parse::<usize>().ok()?),
+        here => here.get(part),
+    })
+}
+
+/// Removes the value of a key: for a part of a distribution the whole number, for an element of an array the whole
+/// array, so that the rest is valid. Returns the key of the removed part, if there was one.
+pub(super) fn take_out(table: &mut Table, key: &str) -> Option<String> {
+    let mut key = KEYS.number(key).unwrap_or(key);
+    while let Some((array, index)) = key.rsplit_once('.')
+        && index.parse::<usize>().is_ok()
+    {
+        key = array;
+    }
+    let (parent, last) = key.rsplit_once('.').unwrap_or(("", key));
+    let mut parts = parent.split('.').filter(|part| !part.is_empty());
+    let parent = match parts.next() {
+        None => table,
+        Some(first) => parts
+            .try_fold(table.get_mut(first)?, |here, part| match here {
+                Value::Array(values) => values.get_mut(part.parse::<usize>().ok()?),
+                here => here.get_mut(part),
+            })?
+            .as_table_mut()?,
+    };
+    parent.remove(last).map(|_| key.to_owned())
+}

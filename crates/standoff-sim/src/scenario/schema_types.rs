@@ -1,0 +1,871 @@
+//! What a person types: the tables and keys of a scenario file, their meaning and their defaults; and, from the same
+//! lines, the type into which it is resolved.
+//!
+//! Every number may be typed as a distribution (see [`Number`]). Units stand at the end of the keys. Defaults are Table I of
+//! the paper where it states a value; imperfections default to none. A key that is not listed here is an error.
+
+use std::borrow::Cow;
+use std::fmt::Display;
+use std::path::Path;
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize, Serializer};
+use standoff::{Agent, Allowed};
+
+use super::number::{Number, as_typed, lists_as_typed};
+use super::sample::{Draw, Drawing};
+use crate::traffic;
+
+/// Defines the tables of a scenario file twice: as they are typed, and, in [`resolved`], as they are flown. A number comes
+/// with its default, and with the range in which it must be if it is not the library's to say.
+macro_rules! tables {
+    ($(
+        $(#[$doc:meta])*
+        table $name:ident
+        // Texts, at first empty.
+        $(texts { $($(#[$text_doc:meta])* $text:ident;)* })?
+        // Lists of files, at first empty.
+        $(files { $($(#[$files_doc:meta])* $files:ident;)* })?
+        // Numbers.
+        $(numbers { $($(#[$number_doc:meta])* $number:ident = $default:expr $(, $allowed:expr)?;)* })?
+        // Numbers that follow others if they are absent: see `Absent`.
+        $(absent { $($(#[$absent_doc:meta])* $absent:ident $(: $absent_allowed:expr)?;)* })?
+        // Words.
+        $(words { $($(#[$word_doc:meta])* $word:ident: $word_type:ident = $word_default:ident;)* })?
+        // Switches.
+        $(flags { $($(#[$flag_doc:meta])* $flag:ident = $flag_default:literal;)* })?
+        // Numbers that may stay absent.
+        $(optional { $($(#[$optional_doc:meta])* $optional:ident: $optional_allowed:expr;)* })?
+        // Numbers that may stay absent, and of which the flight draws many: distributions stay distributions.
+        $(many { $($(#[$many_doc:meta])* $many:ident: $many_allowed:expr;)* })?
+        // Lists of lists of numbers, at first empty.
+        $(lists { $($(#[$lists_doc:meta])* $lists:ident;)* })?
+        // Tables that are typed, in the place of which others are flown.
+        $(typed { $($(#[$typed_doc:meta])* $typed:ident: $typed_type:ty;)* })?
+        // Tables in this one.
+        $(tables { $($(#[$inner_doc:meta])* $inner:ident: $inner_type:ty;)* })?
+    )*) => {
+        $(
+            $(#[$doc])*
+            #[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
+            #[serde(default, deny_unknown_fields)]
+            pub struct $name {
+                $($($(#[$text_doc])* pub $text: String,)*)?
+                $($($(#[$files_doc])* #[serde(serialize_with = "names_alone", skip_serializing_if = "Vec::is_empty")] pub $files: Vec<String>,)*)?
+                $($($(#[$number_doc])* pub $number: Number,)*)?
+                $($($(#[$absent_doc])* pub $absent: Option<Number>,)*)?
+                $($($(#[$word_doc])* pub $word: $word_type,)*)?
+                $($($(#[$flag_doc])* pub $flag: bool,)*)?
+                $($($(#[$optional_doc])* pub $optional: Option<Number>,)*)?
+                $($($(#[$many_doc])* pub $many: Option<Number>,)*)?
+                $($($(#[$lists_doc])* pub $lists: Vec<Vec<Number>>,)*)?
+                $($($(#[$typed_doc])* pub $typed: $typed_type,)*)?
+                $($($(#[$inner_doc])* pub $inner: $inner_type,)*)?
+            }
+
+            impl Default for $name {
+                fn default() -> Self {
+                    Self {
+                        $($($text: String::new(),)*)?
+                        $($($files: Vec::new(),)*)?
+                        $($($number: Number::Constant($default),)*)?
+                        $($($absent: None,)*)?
+                        $($($word: $word_type::$word_default,)*)?
+                        $($($flag: $flag_default,)*)?
+                        $($($optional: None,)*)?
+                        $($($many: None,)*)?
+                        $($($lists: Vec::new(),)*)?
+                        $($($typed: Default::default(),)*)?
+                        $($($inner: Default::default(),)*)?
+                    }
+                }
+            }
+
+            impl Draw for $name {
+                type Drawn = resolved::$name;
+
+                fn drawn(&self, at: &dyn Display, drawing: &mut Drawing) -> resolved::$name {
+                    resolved::$name {
+                        $($($text: self.$text.clone(),)*)?
+                        $($($files: self.$files.clone(),)*)?
+                        $($($number: drawing.number(at, stringify!($number), &self.$number, [$($allowed,)? Allowed::FINITE][0]),)*)?
+                        $($($absent: {
+                            let typed = self.$absent.unwrap_or(drawing.absent.$absent.into());
+                            drawing.number(at, stringify!($absent), &typed, [$($absent_allowed,)? Allowed::FINITE][0])
+                        },)*)?
+                        $($($word: self.$word,)*)?
+                        $($($flag: self.$flag,)*)?
+                        $($($optional: self.$optional.map(|typed| drawing.number(at, stringify!($optional), &typed, $optional_allowed)),)*)?
+                        $($($many: self.$many.inspect(|typed| drawing.check_many(at, stringify!($many), typed, $many_allowed)),)*)?
+                        $($($lists: drawing.lists(at, stringify!($lists), &self.$lists),)*)?
+                        $($($inner: self.$inner.drawn(&format_args!("{at}{}.", stringify!($inner)), drawing),)*)?
+                    }
+                }
+            }
+        )*
+
+        /// The same tables with nothing left to draw or to fill in.
+        pub(super) mod resolved {
+            use super::*;
+            $(
+                $(#[$doc])*
+                #[derive(Debug, Clone, PartialEq, Serialize)]
+                pub(crate) struct $name {
+                    $($($(#[$text_doc])* pub(crate) $text: String,)*)?
+                    $($($(#[$files_doc])* #[serde(serialize_with = "names_alone", skip_serializing_if = "Vec::is_empty")] pub(crate) $files: Vec<String>,)*)?
+                    $($($(#[$number_doc])* #[serde(serialize_with = "as_typed")] pub(crate) $number: f64,)*)?
+                    $($($(#[$absent_doc])* #[serde(serialize_with = "as_typed")] pub(crate) $absent: f64,)*)?
+                    $($($(#[$word_doc])* pub(crate) $word: $word_type,)*)?
+                    $($($(#[$flag_doc])* pub(crate) $flag: bool,)*)?
+                    $($($(#[$optional_doc])* pub(crate) $optional: Option<f64>,)*)?
+                    $($($(#[$many_doc])* pub(crate) $many: Option<Number>,)*)?
+                    $($($(#[$lists_doc])* #[serde(serialize_with = "lists_as_typed")] pub(crate) $lists: Vec<Vec<f64>>,)*)?
+                    $($($(#[$inner_doc])* pub(crate) $inner: $inner_type,)*)?
+                }
+            )*
+        }
+    };
+}
+
+/// East or north, m.
+const PLACE_M: Allowed = Allowed::at_least(-1e7).at_most(1e7);
+const VELOCITY_M_S: Allowed = Allowed::at_least(-1e3).at_most(1e3);
+const ACCELERATION_M_S2: Allowed = Allowed::at_least(-100.0).at_most(100.0);
+const ANGLE_DEG: Allowed = Allowed::at_least(-1e6).at_most(1e6);
+const TIME_S: Allowed = Allowed::at_least(0.0).at_most(1e9);
+const PROBABILITY: Allowed = Allowed::at_least(0.0).at_most(1.0);
+/// What is under way must be held.
+const DELAY_S: Allowed = Allowed::at_least(0.0).at_most(120.0);
+/// Of the target model: as the library has it.
+const TARGET_MODEL: Allowed = Allowed::at_least(0.0).at_most(100.0);
+
+tables! {
+    /// A scenario file.
+    table ScenarioFile texts {
+        /// Description of the scenario, one line of at most 1,000 characters.
+        about;
+    } files {
+        /// Background maps: files with a SUMO net or GeoJSON, plain or gzip, relative to the scenario file; at most 16.
+        /// They are only displayed and do not affect the mission.
+        basemap;
+    } absent {
+        /// Length of the mission, s; from one `period_s` to ten million of them. If absent: 100 s, or the length of the
+        /// traffic file.
+        duration_s;
+        /// Time between two scans, T_s, which is also the guidance period, s; 0.01 to 10. If absent: 0.5.
+        period_s: Allowed::at_least(0.01).at_most(Agent::TIME_JUMP_MAX.s());
+        /// Start of the interval that the `..._settled` metrics evaluate, s; 0 to 1e9. If absent: 30.
+        transient_s: TIME_S;
+    } tables {
+        /// UAVs: number, flight dynamics and starts.
+        uavs: Uavs;
+        /// How the team shares its state.
+        team: Team;
+        /// Radio faults. If absent: the radio is ideal, and every message is received in the time step in which it was
+        /// sent.
+        radio: Option<Radio>;
+        /// True properties of the sensors.
+        sensor: Sensor;
+        /// Assumptions of the UAVs' filters, and the rules for lost tracks.
+        filter: Filter;
+        /// Accuracy of the cues that report new targets to the team.
+        cue: Cue;
+        /// Orbit of a group: radius, centre and sensor pointing.
+        orbit: Orbit;
+        /// Groups, and the assignment of UAVs to them.
+        groups: Groups;
+        /// Guidance law.
+        guidance: Guidance;
+        /// Collision avoidance: minimum distances between aircraft. If absent: UAVs are kept apart only by their phases
+        /// on an orbit.
+        separation: Option<Separation>;
+        /// Geofence: keep-out and keep-in zones. If absent: UAVs may fly everywhere.
+        #[serde(skip_serializing_if = "Vec::is_empty")]
+        geofence: Vec<Zone>;
+        /// Aircraft outside the team; at most 100.
+        #[serde(skip_serializing_if = "Vec::is_empty")]
+        intruders: Vec<Intruder>;
+        /// Random targets, drawn from the target model (5, 6).
+        targets: Option<Targets>;
+        /// Targets from a traffic file, instead of `[targets]`.
+        traffic: Option<Traffic>;
+    }
+
+    /// `[uavs]`: number, flight dynamics and starts of the UAVs.
+    table Uavs numbers {
+        /// Nominal speed v_0 = v_d, m/s; 1 to 1,000.
+        speed_m_s = 40.0;
+        /// Largest deviation of the commanded speed from the nominal speed, dv_max (2), m/s; at least 0, below
+        /// `speed_m_s`.
+        speed_change_max_m_s = 15.0;
+        /// Largest commanded turn rate, omega_max (3), rad/s; 0.001 to 10.
+        turn_rate_max_rad_s = 0.3;
+        /// Time constant tau_v of the speed (1), s; 0.001 to 60, with `euler` at least `period_s`.
+        speed_lag_s = 1.0 / 3.0;
+        /// Time constant tau_omega of the turn rate (1), s; 0.001 to 60, with `euler` at least `period_s`.
+        turn_rate_lag_s = 1.0 / 3.0;
+    } absent {
+        /// Number of UAVs, 1 to 100. If absent: the number of `[[uavs.start]]` tables, or 1. A drawn value is rounded.
+        count;
+    } words {
+        /// Integration of the UAVs' motion over a time step: `exact` or `euler` (4).
+        integrator: Integrator = Exact;
+    } many {
+        /// Delay after which a UAV's computer starts, s; 0 to 1e9. Drawn for each UAV. If absent: 0.
+        boot_delay_s: TIME_S;
+    } typed {
+        /// Start on a ring about the targets. If absent, and without `[[uavs.start]]`: on orbits about the groups of
+        /// targets.
+        start_ring: Option<Ring>;
+    } tables {
+        /// Start of each UAV, one table per UAV, instead of a ring.
+        start: Vec<UavAt>;
+        /// Outages of sensor and transmitter.
+        #[serde(skip_serializing_if = "Vec::is_empty")]
+        outage: Vec<Outage>;
+        /// Restarts of computers.
+        #[serde(skip_serializing_if = "Vec::is_empty")]
+        restart: Vec<Restart>;
+        /// Errors of clocks, at most one table per UAV.
+        #[serde(skip_serializing_if = "Vec::is_empty")]
+        clock: Vec<Clock>;
+        /// Climb and descent. If absent: UAVs change altitude immediately; with `[separation]`, the defaults of this
+        /// table apply.
+        climb: Option<Climb>;
+    }
+
+    /// `[uavs.climb]`: how UAVs climb and descend, and between which altitudes.
+    table Climb numbers {
+        /// Largest rate of climb and of descent, m/s; 0.01 to 100.
+        rate_max_m_s = 3.0;
+        /// Time constant of the rate of climb, s; 0.001 to 60.
+        lag_s = 1.0;
+        /// Lowest altitude that may be commanded, m above the plane; 1 to 20,000.
+        altitude_min_m = 50.0;
+        /// Highest altitude that may be commanded, m above the plane; `altitude_min_m` to 20,000.
+        altitude_max_m = 3000.0;
+    }
+
+    /// `[team]`: how the team shares its state.
+    table Team numbers {
+        /// Teammate timeout: a UAV that has been silent for longer counts as gone, s; above 0, at most 60.
+        teammate_timeout_s = 3.0;
+        /// Maximum age of a message that is still used, s; above 0, at most 600, and at most 1,200 periods. Applies if
+        /// `agents = "per-uav"`.
+        message_retention_s = 60.0;
+        /// While messages are missing, groups and assignments are those of this much earlier, s; 0 to 10. Applies if
+        /// `agents = "per-uav"`.
+        decision_lag_s = 2.0;
+        /// Maximum rate at which a UAV retransmits messages for others, bytes/s; 0 to 1,000,000. Applies if `minds =
+        /// "each"`.
+        retransmit_bytes_per_s = 1500.0;
+    } words {
+        /// Where the team state is kept: once for all UAVs (`one`), or by each UAV separately (`each`). If absent:
+        /// `one`, or `each` if the scenario has a radio, restarts, late starts or clocks.
+        agents: AgentSetup = Shared;
+    }
+
+    /// `[radio]`: how messages are transmitted between UAVs. With the defaults, no message is lost, late or duplicated.
+    table Radio numbers {
+        /// Probability that a received message is received twice, 0 to 1.
+        duplication = 0.0, PROBABILITY;
+    } optional {
+        /// Range beyond which no message is received, m; above 0, at most 1e7. If absent: unlimited.
+        range_m: Allowed::above(0.0).at_most(1e7);
+        /// Bandwidth of a UAV's transmitter, bytes/s; above 0, at most 1e9. Messages of up to one second wait; further
+        /// messages are dropped. If absent: unlimited.
+        bandwidth_bytes_per_s: Allowed::above(0.0).at_most(1e9);
+        /// Time at which all faults except partitions end, s; 0 to 1e9. If absent: never.
+        fault_until_s: TIME_S;
+    } many {
+        /// Probability that a message is lost, 0 to 1, for each receiver. A distribution is drawn for each message and
+        /// receiver. If absent: 0.
+        packet_loss: PROBABILITY;
+        /// Latency of a message, s; 0 to 120. A distribution is drawn for each message and receiver. If absent: 0.
+        latency_s: DELAY_S;
+    } tables {
+        /// Links that differ from the others.
+        #[serde(skip_serializing_if = "Vec::is_empty")]
+        link: Vec<Link>;
+        /// Times in which the team is split into parts that cannot communicate.
+        #[serde(skip_serializing_if = "Vec::is_empty")]
+        partition: Vec<Partition>;
+    }
+
+    /// `[[radio.link]]`: the link from one UAV to another, in one direction.
+    table Link numbers {
+        /// Sender, counted from 0.
+        from = 0.0;
+        /// Receiver, counted from 0.
+        to = 1.0;
+    } many {
+        /// Probability that a message is lost, 0 to 1. If absent: that of `[radio]`.
+        packet_loss: PROBABILITY;
+        /// Latency of a message, s; 0 to 120. If absent: that of `[radio]`.
+        latency_s: DELAY_S;
+    }
+
+    /// `[[radio.partition]]`: for some time, only UAVs on the same side receive each other's messages.
+    table Partition numbers {
+        /// Start, s; 0 to 1e9.
+        from_s = 0.0, TIME_S;
+        /// End, s; `from_s` to 1e9.
+        until_s = 1e9;
+    } lists {
+        /// UAVs of each side, as lists. A UAV on no side neither sends to nor receives from any other UAV.
+        sides;
+    }
+
+    /// `[[uavs.restart]]`: the computer of a UAV is off for some time and then starts with an empty team state.
+    /// Meanwhile the UAV circles, and neither measures, sends nor receives.
+    table Restart numbers {
+        /// UAV, counted from 0.
+        uav = 0.0;
+        /// Time at which the computer goes off, s; 0 to 1e9.
+        at_s = 0.0, TIME_S;
+        /// Time for which it stays off, s; 0 to 1e9.
+        down_s = 0.0, TIME_S;
+    }
+
+    /// `[[uavs.clock]]`: the clock of a UAV is ahead of the true time t by `offset_s + drift_ppm t / 1e6`.
+    table Clock numbers {
+        /// UAV, counted from 0.
+        uav = 0.0;
+        /// Offset at the start, s; -1e6 to 1e6.
+        offset_s = 0.0, Allowed::at_least(-1e6).at_most(1e6);
+        /// Drift, parts per million; positive if the clock is fast; -1e5 to 1e5.
+        drift_ppm = 0.0, Allowed::at_least(-1e5).at_most(1e5);
+    }
+
+    /// `[[uavs.outage]]`: for some time, a UAV neither measures nor sends; it circles at its position.
+    table Outage numbers {
+        /// UAV, counted from 0.
+        uav = 0.0;
+        /// Start, s; 0 to 1e9.
+        from_s = 0.0, TIME_S;
+        /// End, s; `from_s` to 1e9.
+        until_s = 1e9;
+    }
+
+    /// `[uavs.start_ring]`: UAVs start on a ring about the centre of the first targets, with headings along the ring.
+    table Ring optional {
+        /// Radius, m; above 0, at most 1e6. If absent: the standoff distance for the starts of the targets.
+        radius_m: Allowed::above(0.0).at_most(1e6);
+        /// Direction from the centre to UAV 0, degrees anticlockwise from east. If absent: 0.
+        phase_deg: ANGLE_DEG;
+        /// Angle from one UAV to the next, degrees. If absent: `guidance.desired_phase_deg` for two UAVs, otherwise even
+        /// spacing.
+        spacing_deg: ANGLE_DEG;
+    }
+
+    /// `[[uavs.start]]`: start of one UAV.
+    table UavAt numbers {
+        /// East, m; -1e7 to 1e7.
+        x_m = 0.0, PLACE_M;
+        /// North, m; -1e7 to 1e7.
+        y_m = 0.0, PLACE_M;
+        /// Heading, degrees anticlockwise from east.
+        heading_deg = 0.0, ANGLE_DEG;
+        /// Speed, m/s; above 0, at most 1,000.
+        speed_m_s = 40.0, Allowed::above(0.0).at_most(1e3);
+    } optional {
+        /// Altitude, m; 1 to 20,000. Applies if altitudes are simulated. If absent: the lowest altitude, or that of the
+        /// UAV if each UAV has its own.
+        altitude_m: Allowed::at_least(1.0).at_most(2e4);
+    }
+
+    /// `[sensor]`: true properties of the sensors.
+    table Sensor numbers {
+        /// Standard deviation of the range noise, m; 0 to 1e5.
+        range_sd_m = 0.0, Allowed::at_least(0.0).at_most(1e5);
+        /// Standard deviation of the bearing noise, degrees; 0 to 180.
+        bearing_sd_deg = 0.0, Allowed::at_least(0.0).at_most(180.0);
+        /// Field of view alpha_f, degrees; above 0, at most 360.
+        field_of_view_deg = 70.0;
+        /// Maximum range at which a target is detected, m; above `orbit.radius_min_m`, at most 1e6.
+        sensing_range_m = 1200.0;
+    }
+
+    /// `[filter]`: assumptions of the filters, and the rules for lost tracks.
+    table Filter numbers {
+        /// A track is lost if the standard deviation of its position exceeds this, m; above 0, at most 1e4.
+        deletion_position_sd_m = 300.0;
+        /// A track is lost if its target is not detected for this long although it should clearly be in view, s; above
+        /// 0, at most 1e6.
+        deletion_unseen_in_view_s = 2.0;
+        /// Standard deviation of the velocity, per axis, of a track that starts from a measurement, m/s; 0.001 to
+        /// 1,000.
+        initial_velocity_sd_m_s = 10.0;
+        /// Time after which a lost track is forgotten, s; above 0, at most 1e6.
+        lost_track_retention_s = 600.0;
+    } absent {
+        /// Assumed correlation rate alpha of the targets' acceleration, 1/s; 0 to 100. If absent: that of `[targets]`,
+        /// or 0.3 for traffic.
+        correlation_rate_1_s;
+        /// Assumed standard deviation sigma_a of the targets' acceleration, per axis, m/s2; 0 to 100. If absent: that
+        /// of `[targets]`, or 0.75 for traffic.
+        acceleration_sd_m_s2;
+        /// Assumed standard deviation sigma_r of the range, m; 0.001 to 1e5. If absent: that of the sensor, or 10 if
+        /// the sensor has no noise.
+        range_sd_m;
+        /// Assumed standard deviation sigma_theta of the bearing, degrees; above 0, at most 180. If absent: that of the
+        /// sensor, or 3 if the sensor has no noise.
+        bearing_sd_deg;
+    }
+
+    /// `[cue]`: errors of the cue that reports each target once, when it appears.
+    table Cue numbers {
+        /// Standard deviation of the position, per axis, m; at least 0.001, below `filter.deletion_position_sd_m`.
+        position_sd_m = 20.0;
+        /// Standard deviation of the velocity, per axis, m/s; 0.001 to 1,000.
+        velocity_sd_m_s = 2.0, Allowed::at_least(1e-3).at_most(1e3);
+    }
+
+    /// `[orbit]`: standoff distance (15, 16), centre of the orbit, and sensor pointing.
+    table Orbit numbers {
+        /// Margin eps_m by which the field of view is reduced (15), degrees; at least 0, below
+        /// `sensor.field_of_view_deg`.
+        field_of_view_margin_deg = 10.0;
+        /// Minimum radius r_d,min, m; 1 to 1e5.
+        radius_min_m = 250.0;
+        /// Maximum radius r_d,max, m; `radius_min_m` to 1e5.
+        radius_max_m = 700.0;
+        /// Number of standard deviations for `margin = "standard-deviations"`; 0 to 100.
+        margin_sds = 0.0;
+        /// Time constant with which the commanded radius follows r_d, s; 0 to 3,600. 0, as in the paper: immediately.
+        radius_time_constant_s = 0.0;
+        /// Time constant with which the orbit's centre and radius follow their desired values, s; 0 to 60. 0:
+        /// immediately.
+        time_constant_s = 1.5;
+        /// Largest acceleration of the orbit's centre and radius, m/s2; above 0, at most 100.
+        acceleration_max_m_s2 = 2.5;
+        /// Largest speed at which the orbit's centre and radius approach their desired values, m/s; above 0, at most
+        /// 1,000.
+        closing_speed_max_m_s = 25.0;
+        /// A target outside is admitted to a group if the orbit that includes it needs at most this fraction of the
+        /// maximum radius; above 0, at most 1.
+        readmission_radius_fraction = 0.97;
+    } words {
+        /// Margin d_m (16): `standard-deviations` of the relative position of the furthest target, in metres, or
+        /// `mahalanobis`, as published.
+        margin: Margin = StandardDeviations;
+        /// Centre of the orbit: `filtered`, the `centroid` of the members, or the centre of their minimum enclosing
+        /// circle (`enclosing-circle`).
+        centre: Centre = EnclosingCircle;
+        /// Where sensors point: the group's `centre`, or the `middle` of the angular extent of the members as each UAV
+        /// sees them.
+        pointing: Pointing = AngularMidpoint;
+        /// When members change, the centre moves by the known jump (`shift`), or its filter treats the jump as an
+        /// innovation (`filter`).
+        centre_jump: CentreJump = ShiftState;
+    }
+
+    /// `[groups]`: groups, and the assignment of UAVs to them.
+    table Groups numbers {
+        /// A target is handed off if another group's centroid is nearer by more than this, m; 0 to 1e5. The paper has
+        /// no such margin.
+        handoff_margin_m = 50.0;
+        /// Minimum dwell time T_hd of a handoff (34), s; 0 to 3,600.
+        dwell_min_s = 3.0;
+        /// Maximum dwell time, s; `dwell_min_s` to 3,600. 0 disables the dwell.
+        dwell_max_s = 30.0;
+        /// Limit xi_d, m2/s; above 0, at most 1e9. If xi_th (Lemma 3.1) of all UAVs of a group stays below -xi_d, the
+        /// group removes its furthest target.
+        divergence_limit_m2_s = 6000.0;
+        /// Time for which xi_th must stay below -xi_d, s; 0 to 3,600.
+        divergence_time_s = 3.0;
+        /// Period of the check whether the UAVs of a group could cover more targets by forming another group, s; 0 to
+        /// 3,600. 0: no check.
+        regrouping_period_s = 30.0;
+        /// UAVs are not sent to targets that they cannot bring within sensing range in this time, s; 0 to 3,600.
+        assignment_reach_s = 30.0;
+        /// Switching cost of a UAV in the assignment with `log-det`, in ln det per target; 0 to 100.
+        assignment_switching_cost = 10.0;
+        /// Altitude of the lowest orbit, m; 1 to 20,000.
+        altitude_lowest_m = 300.0;
+        /// Step between altitudes, m; 1 to 20,000.
+        altitude_step_m = 50.0;
+        /// Distance below which two UAVs of a group cause a proximity alert, m; 0 to 1e4.
+        proximity_alert_m = 50.0;
+    } words {
+        /// Number of groups: `half` the number of UAVs, or as many as the targets need (`needed`).
+        count: GroupCount = AsNeeded;
+        /// Objective of the assignment (32): `log-det`, or `printed`, as published, for up to 8 UAVs and groups.
+        objective: Objective = LogDet;
+        /// Which member a group removes if its orbit cannot cover all: the `furthest` from the centre, or the one
+        /// `widening` the orbit most.
+        removal: RemovalRule = LargestRadiusReduction;
+        /// Which UAVs share an altitude: those of a group (`by-group`; the same as `by-uav` if messages can be lost),
+        /// none (`by-uav`), or all (`one`).
+        altitude_policy: AltitudePolicy = PerGroup;
+    } flags {
+        /// UAVs that no group needs search for lost targets.
+        search_lost_targets = true;
+    }
+
+    /// `[separation]`: minimum distances of collision avoidance. Two aircraft may violate one of the two, but not both
+    /// at the same time.
+    table Separation numbers {
+        /// Minimum horizontal distance, m; 1 to 1e4.
+        horizontal_min_m = 50.0;
+        /// Minimum difference of altitude, m; 1 to 1e4.
+        vertical_min_m = 30.0;
+    }
+
+    /// `[[geofence]]`: a polygon of the geofence. A UAV must be inside every keep-in zone and outside every keep-out zone.
+    table Zone texts {
+        /// Name of the zone, for display; at most 100 characters.
+        #[serde(skip_serializing_if = "String::is_empty")]
+        name;
+        /// GeoJSON file with the polygons, relative to the scenario file, instead of `points`. A record contains the
+        /// points.
+        #[serde(serialize_with = "name_alone", skip_serializing_if = "String::is_empty")]
+        file;
+    } words {
+        /// Kind of the zone: `keep-out` or `keep-in`.
+        kind: ZoneKind = KeepOut;
+    } lists {
+        /// Vertices in order, each [east, north], m.
+        vertices;
+    }
+
+    /// `[[intruders]]`: an aircraft outside the team that avoids no other aircraft. It pursues a UAV, or flies with a
+    /// constant turn rate.
+    table Intruder numbers {
+        /// Speed, m/s; above 0, at most 1,000.
+        speed_m_s = 40.0, Allowed::above(0.0).at_most(1e3);
+    } optional {
+        /// UAV that it pursues, counted from 0. If absent: none.
+        pursued_uav: Allowed::FINITE;
+        /// Turn rate if it pursues no UAV, degrees per second, positive anticlockwise; -60 to 60. If absent: 0.
+        turn_rate_deg_s: Allowed::at_least(-60.0).at_most(60.0);
+        /// Start, east, m; -1e7 to 1e7.
+        x_m: PLACE_M;
+        /// Start, north, m; -1e7 to 1e7.
+        y_m: PLACE_M;
+        /// Distance from the start of the pursued UAV, m; 0 to 1e6; instead of `x_m` and `y_m`. If absent: 1,000.
+        distance_m: Allowed::at_least(0.0).at_most(1e6);
+        /// Direction from the start of the pursued UAV, degrees anticlockwise from east. If absent: 0.
+        bearing_deg: ANGLE_DEG;
+        /// Initial heading, degrees anticlockwise from east. If absent: towards the pursued UAV, or 0.
+        heading_deg: ANGLE_DEG;
+        /// Altitude, m; 1 to 20,000. Applies if altitudes are simulated. If absent: always that of the pursued UAV, or
+        /// the lowest altitude.
+        altitude_m: Allowed::at_least(1.0).at_most(2e4);
+    } tables {
+        /// Times in which it does not broadcast its position.
+        #[serde(skip_serializing_if = "Vec::is_empty")]
+        transponder_off: Vec<Silence>;
+    }
+
+    /// `[[intruders.transponder_off]]`: a time in which the intruder does not broadcast its position.
+    table Silence numbers {
+        /// Start, s; 0 to 1e9.
+        from_s = 0.0, TIME_S;
+        /// End, s; `from_s` to 1e9.
+        until_s = 1e9;
+    }
+
+    /// `[guidance]`: gains and options of the guidance law.
+    table Guidance numbers {
+        /// Gain k_l of active measure 1 (20); 0.001 to 1. 1 disables the measure.
+        radial_gain = 0.2;
+        /// Lead time k_rd of active measure 2 (22) for `lead = "constant"`, s; 0 to 100. 0 disables the measure.
+        lead_s = 3.0;
+        /// Heading gain k_omega (24), 1/s; above 0, at most 100.
+        heading_gain_1_s = 1.0;
+        /// Gain on the difference between the turn rate and the feedforward; 0 to 100. 0, as in the paper: none.
+        turn_rate_gain = 0.0;
+        /// Phase gain k_v (35), 1/s; 0 to 100.
+        phase_gain_1_s = 0.5;
+        /// Desired phase theta_d between two UAVs (35), degrees; 0 to 180.
+        desired_phase_deg = 90.0;
+    } words {
+        /// Feedforward turn rate (25): the derivative of the flown field (`flown`), the same along the actual motion
+        /// (`actual`), (25) corrected (`exact`), or (25) as published (`printed`).
+        feedforward: Feedforward = Field;
+        /// Lead of active measure 2 (22): `constant`; `scheduled` to the lag of the field, k_l r_d / v; or `predicted`,
+        /// with the spread predicted for that time.
+        lead: Lead = Constant;
+        /// Reference of the nominal speed: the `ground`, or the `centre` of the group.
+        speed_reference: SpeedReference = Ground;
+        /// Direction of the orbits: `anticlockwise` or `clockwise`.
+        orbit_direction: OrbitDirection = Anticlockwise;
+    }
+
+    /// `[targets]`: random targets.
+    table Targets numbers {
+        /// Correlation rate alpha of the targets' acceleration, 1/s; 0 to 100.
+        correlation_rate_1_s = 0.1, TARGET_MODEL;
+        /// Standard deviation sigma_a of the targets' acceleration, per axis, m/s2; 0 to 100.
+        acceleration_sd_m_s2 = 0.0, TARGET_MODEL;
+    } typed {
+        /// Targets with random starts.
+        random: Option<Scatter>;
+    } tables {
+        /// Targets with given starts, one table per target; at most 5,000 targets in total.
+        start: Vec<TargetAt>;
+        /// Manoeuvres of single targets.
+        #[serde(skip_serializing_if = "Vec::is_empty")]
+        manoeuvre: Vec<Manoeuvre>;
+    }
+
+    /// `[[targets.manoeuvre]]`: for some time, an acceleration in addition to the random one.
+    table Manoeuvre numbers {
+        /// Target: 1 is the first of `[[targets.start]]`; those of `[targets.random]` follow.
+        target = 0.0;
+        /// Start, s; 0 to 1e9.
+        from_s = 0.0, TIME_S;
+        /// End, s; `from_s` to 1e9.
+        until_s = 0.0;
+        /// Acceleration east, m/s2; -100 to 100.
+        ax_m_s2 = 0.0, ACCELERATION_M_S2;
+        /// Acceleration north, m/s2; -100 to 100.
+        ay_m_s2 = 0.0, ACCELERATION_M_S2;
+    }
+
+    /// `[targets.random]`: targets with random starts, each drawn independently.
+    table Scatter numbers {
+        /// East, m; -1e7 to 1e7.
+        x_m = 0.0, PLACE_M;
+        /// North, m; -1e7 to 1e7.
+        y_m = 0.0, PLACE_M;
+        /// Velocity east, m/s; -1,000 to 1,000.
+        vx_m_s = 0.0, VELOCITY_M_S;
+        /// Velocity north, m/s; -1,000 to 1,000.
+        vy_m_s = 0.0, VELOCITY_M_S;
+        /// Number of these targets; at least 1, at most 5,000 targets in total. A drawn value is rounded.
+        count = 1.0;
+    }
+
+    /// `[[targets.start]]`: start of one target.
+    table TargetAt numbers {
+        /// East, m; -1e7 to 1e7.
+        x_m = 0.0, PLACE_M;
+        /// North, m; -1e7 to 1e7.
+        y_m = 0.0, PLACE_M;
+        /// Velocity east, m/s; -1,000 to 1,000.
+        vx_m_s = 0.0, VELOCITY_M_S;
+        /// Velocity north, m/s; -1,000 to 1,000.
+        vy_m_s = 0.0, VELOCITY_M_S;
+        /// Acceleration east, m/s2; -100 to 100.
+        ax_m_s2 = 0.0, ACCELERATION_M_S2;
+        /// Acceleration north, m/s2; -100 to 100.
+        ay_m_s2 = 0.0, ACCELERATION_M_S2;
+    }
+
+    /// `[traffic]`: targets from a traffic file.
+    table Traffic texts {
+        /// Traffic file: SUMO floating-car data (XML) or CSV tracks, plain or gzip, relative to the scenario file.
+        #[serde(serialize_with = "name_alone")]
+        file;
+    } absent {
+        /// Gap limit, s; above 0: a vehicle without samples for longer is absent during the gap. If absent: 1 s or 2.5
+        /// time steps of the file, whichever is longer.
+        gap_s: Allowed::above(0.0);
+    } words {
+        /// Unit of the file's coordinates: `auto`, `metres` or `degrees`.
+        coordinates: Coordinates = Auto;
+    }
+}
+
+impl ScenarioFile {
+    /// Something in it makes UAVs know different things.
+    pub(super) fn needs_minds(&self) -> bool {
+        let Uavs { restart, clock, boot_delay_s, .. } = &self.uavs;
+        self.radio.is_some() || !restart.is_empty() || !clock.is_empty() || boot_delay_s.is_some()
+    }
+}
+
+/// Paths stay behind: a record says what was flown, not where.
+fn name_alone<S: Serializer>(path: &str, serializer: S) -> Result<S::Ok, S::Error> {
+    serializer.serialize_str(&name(path))
+}
+
+fn names_alone<S: Serializer>(paths: &[String], serializer: S) -> Result<S::Ok, S::Error> {
+    serializer.collect_seq(paths.iter().map(|path| name(path)))
+}
+
+fn name(path: &str) -> Cow<'_, str> {
+    Path::new(path).file_name().unwrap_or_default().to_string_lossy()
+}
+
+/// Defines a key whose value is one of a few words, those of an enum of the library if it has one.
+macro_rules! words {
+    ($(#[$doc:meta])* $name:ident $(for $library_s:ty)? { $($(#[$word_doc:meta])* $word:ident),* $(,)? }) => {
+        $(#[$doc])*
+        #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
+        #[serde(rename_all = "kebab-case")]
+        pub enum $name { $($(#[$word_doc])* $word,)* }
+
+        words!(@from $name, $($library_s,)? $($word)*);
+    };
+    (@from $name:ident, $library_s:ty, $($word:ident)*) => {
+        impl From<$name> for $library_s {
+            fn from(word: $name) -> Self {
+                match word {
+                    $($name::$word => Self::$word,)*
+                }
+            }
+        }
+    };
+    (@from $name:ident, $($word:ident)*) => {};
+}
+
+words! {
+    /// Integration of the UAVs' motion over a time step (1, 4).
+    Integrator for standoff::Integrator {
+        /// Exact integration.
+        Exact,
+        /// One Euler step, as published; both lags must be at least `period_s`.
+        Euler,
+    }
+}
+words! {
+    /// Where the team state is kept. With an ideal radio both variants are equal to the bit, because every UAV receives
+    /// every message.
+    AgentSetup {
+        /// One agent keeps the team state for all UAVs.
+        Shared,
+        /// Each UAV has its own agent.
+        PerUav,
+    }
+}
+words! {
+    /// Margin of the standoff distance (16).
+    Margin {
+        /// A number of standard deviations in metres, from the fused covariances.
+        StandardDeviations,
+        /// The squared Mahalanobis distance, as published.
+        Mahalanobis,
+    }
+}
+words! {
+    /// Centre of a group.
+    Centre for standoff::CentreEstimate {
+        /// A separate filter follows the centroid.
+        Filtered,
+        /// Centroid of the members' estimates.
+        Centroid,
+        /// Centre of the minimum enclosing circle of the members' estimates.
+        EnclosingCircle,
+    }
+}
+words! {
+    /// Where sensors point.
+    Pointing for standoff::Pointing {
+        /// The group's centre.
+        GroupCentre,
+        /// The middle of the members' angular extent as the UAV sees them.
+        AngularMidpoint,
+    }
+}
+words! {
+    /// Which member a group removes if its orbit cannot cover all.
+    RemovalRule for standoff::RemovalRule {
+        /// The member furthest from the centre.
+        FurthestFromCentre,
+        /// The member without which the orbit is smallest.
+        LargestRadiusReduction,
+    }
+}
+words! {
+    /// How the centre of a group reacts to a change of members.
+    CentreJump for standoff::CentreJump {
+        /// The centre moves by the known jump.
+        ShiftState,
+        /// The filter of the centre treats the jump as an innovation.
+        Innovation,
+    }
+}
+words! {
+    /// Number of groups.
+    GroupCount for standoff::GroupCount {
+        /// Half the number of UAVs (Algorithm 1).
+        HalfOfUavs,
+        /// As many as the targets need; one UAV is enough for a group.
+        AsNeeded,
+    }
+}
+words! {
+    /// Kind of a zone.
+    ZoneKind for standoff::ZoneKind {
+        /// UAVs must stay outside.
+        KeepOut,
+        /// UAVs must stay inside.
+        KeepIn,
+    }
+}
+words! {
+    /// Which UAVs share an altitude.
+    AltitudePolicy for standoff::AltitudePolicy {
+        /// Each group has its own altitude.
+        PerGroup,
+        /// Each UAV has its own altitude.
+        PerUav,
+        /// All UAVs fly at the lowest altitude.
+        Common,
+    }
+}
+words! {
+    /// Objective of the assignment (32).
+    Objective for standoff::Objective {
+        /// Sum over targets of the logarithm of the determinant of their information.
+        LogDet,
+        /// Determinant of the sum of all information, as published.
+        Paper,
+    }
+}
+words! {
+    /// Feedforward turn rate (25).
+    Feedforward for standoff::Feedforward {
+        /// Derivative along the flown field.
+        Field,
+        /// Derivative along the actual motion of the UAV.
+        Trajectory,
+        /// (25) corrected.
+        StaticCentre,
+        /// (25) as published.
+        Paper,
+    }
+}
+words! {
+    /// Lead of active measure 2 (22).
+    Lead {
+        /// The constant `lead_s`.
+        Constant,
+        /// The lag of the field.
+        Scheduled,
+        /// The lag of the field, with the spread predicted for that time.
+        Predicted,
+    }
+}
+words! {
+    /// Reference of the nominal speed.
+    SpeedReference for standoff::SpeedReference {
+        /// The ground, as in (28), (29).
+        Ground,
+        /// The centre of the group, so that UAVs on an orbit keep their phases.
+        Centre,
+    }
+}
+words! {
+    /// Direction of the orbits, seen from above.
+    OrbitDirection for standoff::OrbitDirection {
+        /// Anticlockwise, seen from above.
+        Anticlockwise,
+        /// Clockwise, seen from above.
+        Clockwise,
+    }
+}
+words! {
+    /// Unit of x and y in a traffic file.
+    Coordinates for traffic::Coordinates {
+        /// Determined from the file.
+        Auto,
+        /// Metres east and north.
+        Metres,
+        /// Degrees of longitude and latitude.
+        Degrees,
+    }
+}

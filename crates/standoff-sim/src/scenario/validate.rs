@@ -1,0 +1,273 @@
+//! Checks of a scenario beyond the range of each number. Errors point to where the value was typed, in the unit in
+//! which it was typed.
+
+use standoff::{Allowed, ParamError};
+
+use super::basemap::MAPS_MAX;
+use super::diagnostics::{Found, Problems};
+use super::error::{Problem, ScenarioError};
+use super::load::{Typed, related};
+use super::locate::Map;
+use super::number::Number;
+use super::parse::{MISTAKES_MAX, value_at, with_value};
+use super::schema_types::resolved::{Intruder, Link, Radio, Ring, Scatter, ScenarioFile};
+use super::to_params::Passed;
+use super::traffic::NAME_MAX;
+use crate::display_text::quoted;
+use crate::traffic::MAX_AT_ONCE;
+
+/// Maximum number of time steps of a mission: a longer record would fill the disk.
+const TICKS_MAX: f64 = 10_000_000.0;
+
+/// Maximum number of outages, manoeuvres and other listed faults, each.
+const LISTED_MAX: usize = 1_000;
+
+/// Maximum number of intruders, which is also the number that an agent can track.
+const INTRUDERS_MAX: usize = 100;
+
+/// Maximum length of the description of a scenario, characters.
+const ABOUT_MAX: usize = 1_000;
+
+/// Checks the settings: relations between numbers here, everything else by the library, whose errors are `errors`.
+pub(super) fn check_settings(file: &ScenarioFile, errors: Vec<ParamError>, passed: &[Passed], problems: &mut Problems) {
+    let longest_s = file.period_s.max(0.01) * TICKS_MAX;
+    let duration =
+        Allowed::at_least(file.period_s).at_most(longest_s).with_reason("one period_s to ten million of them");
+    problems.check("duration_s", file.duration_s, duration);
+    let findable = Allowed::at_least(1e-3)
+        .below(file.filter.deletion_position_sd_m)
+        .with_reason("a less certain track is lost: below filter.deletion_position_sd_m");
+    problems.check("cue.position_sd_m", file.cue.position_sd_m, findable);
+    for ParamError { path, value, allowed } in errors {
+        // Converted to the unit in which the value was typed.
+        let (key, typed, allowed) = match passed.iter().find(|passed| passed.path == path) {
+            Some(passed) if passed.is_angle => (passed.key, passed.typed, allowed.map(f64::to_degrees)),
+            Some(passed) => (passed.key, passed.typed, allowed),
+            None => (path.as_str(), value, allowed),
+        };
+        problems.add(key, format!("must be {allowed}"), Some(typed.into()));
+    }
+}
+
+/// Checks UAVs, targets, intruders, radio and description. This happens before targets are drawn, so that every error
+/// points to where it was typed.
+pub(super) fn check_objects(
+    file: &ScenarioFile,
+    ring: Option<&Ring>,
+    scatter: Option<&Scatter>,
+    problems: &mut Problems,
+) {
+    if file.about.chars().any(char::is_control) || file.about.chars().count() > ABOUT_MAX {
+        problems.add("about", format!("must be one line of at most {ABOUT_MAX} characters"), None);
+    }
+    if file.basemap.len() > MAPS_MAX {
+        problems.add("basemap", format!("must be at most {MAPS_MAX} files, not {}", file.basemap.len()), None);
+    }
+    if let Some(name) = file.basemap.iter().find(|name| name.is_empty() || name.len() > NAME_MAX) {
+        problems.add(
+            "basemap",
+            format!("{}: must be names of files, at most {NAME_MAX} bytes each", quoted(name)),
+            None,
+        );
+    }
+    let count = file.uavs.count;
+    problems.check_whole("uavs.count", count, Allowed::at_least(1.0).at_most(100.0));
+    let listed = file.uavs.start.len() as f64;
+    if listed > 0.0 {
+        problems.check("uavs.count", count, Allowed::exactly(listed).with_reason("as many as [[uavs.start]]"));
+        if ring.is_some() {
+            problems.add("uavs.start_ring", "[uavs.start_ring] and [[uavs.start]] exclude each other; keep one", None);
+        }
+    }
+    let uav_range =
+        Allowed::at_least(0.0).at_most((count - 1.0).max(0.0)).with_reason("one of the UAVs, counted from 0");
+    problems.check_many("uavs.outage", file.uavs.outage.len(), LISTED_MAX);
+    for (index, outage) in file.uavs.outage.iter().enumerate() {
+        let table = format!("uavs.outage.{index}");
+        problems.check_whole(&format!("{table}.uav"), outage.uav, uav_range);
+        problems.check_until(&table, outage.from_s, outage.until_s);
+    }
+    problems.check_many("uavs.restart", file.uavs.restart.len(), LISTED_MAX);
+    for (index, restart) in file.uavs.restart.iter().enumerate() {
+        problems.check_whole(&format!("uavs.restart.{index}.uav"), restart.uav, uav_range);
+    }
+    problems.check_many("uavs.clock", file.uavs.clock.len(), LISTED_MAX);
+    for (index, clock) in file.uavs.clock.iter().take(LISTED_MAX).enumerate() {
+        let key = format!("uavs.clock.{index}.uav");
+        problems.check_whole(&key, clock.uav, uav_range);
+        if file.uavs.clock[..index].iter().any(|other| is_same(other.uav, clock.uav)) {
+            problems.add(key, "already has a clock; at most one per UAV", Some(clock.uav.into()));
+        }
+    }
+    if let Some(radio) = &file.radio {
+        check_radio(radio, uav_range, problems);
+    }
+    check_intruders(&file.intruders, uav_range, problems);
+    let at = file.targets.as_ref().map_or(0, |targets| targets.start.len());
+    if file.traffic.is_none() && scatter.is_none() && at == 0 {
+        problems.add("targets", "no targets; give [targets.random], [[targets.start]] or [traffic]", None);
+    }
+    let Some(targets) = &file.targets else { return };
+    problems.check_many("targets.start", at, MAX_AT_ONCE);
+    problems.check_many("targets.manoeuvre", targets.manoeuvre.len(), LISTED_MAX);
+    let scattered = scatter.map_or(0.0, |scatter| scatter.count);
+    let last = (at as f64 + scattered - 1.0).max(0.0);
+    let target_range = Allowed::at_least(0.0).at_most(last).with_reason("one of the targets, counted from 0");
+    for (index, manoeuvre) in targets.manoeuvre.iter().enumerate() {
+        let table = format!("targets.manoeuvre.{index}");
+        problems.check_whole(&format!("{table}.target"), manoeuvre.target, target_range);
+        problems.check_until(&table, manoeuvre.from_s, manoeuvre.until_s);
+    }
+    if scatter.is_some() {
+        let most = MAX_AT_ONCE.saturating_sub(at).max(1) as f64;
+        let count = Allowed::at_least(1.0).at_most(most).with_reason("5,000 targets in total");
+        problems.check_whole("targets.random.count", scattered, count);
+    }
+}
+
+/// Checks the intruders; `uav_range` are the valid UAVs.
+fn check_intruders(intruders: &[Intruder], uav_range: Allowed, problems: &mut Problems) {
+    if intruders.len() > INTRUDERS_MAX {
+        problems.add("intruders", format!("must be at most {INTRUDERS_MAX}, not {}", intruders.len()), None);
+    }
+    for (index, intruder) in intruders.iter().take(INTRUDERS_MAX).enumerate() {
+        let table = format!("intruders.{index}");
+        let Intruder { pursued_uav, turn_rate_deg_s, x_m, y_m, distance_m, bearing_deg, .. } = intruder;
+        let (from_uav, in_plane) = (distance_m.or(*bearing_deg), x_m.or(*y_m));
+        let half = match (x_m, y_m) {
+            (Some(_), None) => Some(("x_m", "y_m")),
+            (None, Some(_)) => Some(("y_m", "x_m")),
+            _ => None,
+        };
+        if let Some(uav) = *pursued_uav {
+            problems.check_whole(&format!("{table}.pursued_uav"), uav, uav_range);
+        }
+        if turn_rate_deg_s.is_some() && pursued_uav.is_some() {
+            problems.add(
+                format!("{table}.turn_rate_deg_s"),
+                "an intruder that `pursued_uav` a UAV turns towards it; keep one",
+                None,
+            );
+        }
+        if in_plane.is_some() && from_uav.is_some() {
+            problems.add(table.clone(), "has both `x_m`, `y_m` and a start relative to a UAV; keep one", None);
+        } else if let Some((given, missing)) = half {
+            problems.add(format!("{table}.{given}"), format!("incomplete start; give `{missing}` as well"), None);
+        } else if in_plane.or(from_uav).or(*pursued_uav).is_none() {
+            problems.add(table.clone(), "has no start; give `x_m` and `y_m`, or `pursued_uav`", None);
+        } else if from_uav.is_some() && pursued_uav.is_none() {
+            problems.add(
+                table.clone(),
+                "`distance_m` and `bearing_deg` are relative to the UAV that it pursued_uav; give `pursued_uav`",
+                None,
+            );
+        }
+        problems.check_many(&format!("{table}.transponder_off"), intruder.transponder_off.len(), LISTED_MAX);
+        for (place, silence) in intruder.transponder_off.iter().take(LISTED_MAX).enumerate() {
+            problems.check_until(&format!("{table}.transponder_off.{place}"), silence.from_s, silence.until_s);
+        }
+    }
+}
+
+/// Checks links and partitions; `uav_range` are the valid UAVs.
+fn check_radio(radio: &Radio, uav_range: Allowed, problems: &mut Problems) {
+    problems.check_many("radio.link", radio.link.len(), LISTED_MAX);
+    for (index, link) in radio.link.iter().take(LISTED_MAX).enumerate() {
+        let table = format!("radio.link.{index}");
+        problems.check_whole(&format!("{table}.from"), link.from, uav_range);
+        problems.check_whole(&format!("{table}.to"), link.to, uav_range);
+        if is_same(link.from, link.to) {
+            problems.add(format!("{table}.to"), "must be another UAV than `from`", Some(link.to.into()));
+        }
+        let is_same_link = |other: &Link| is_same(other.from, link.from) && is_same(other.to, link.to);
+        if radio.link[..index].iter().any(is_same_link) {
+            problems.add(table, "is the second link between the same two UAVs; keep one", None);
+        }
+    }
+    problems.check_many("radio.partition", radio.partition.len(), LISTED_MAX);
+    for (index, partition) in radio.partition.iter().enumerate() {
+        let table = format!("radio.partition.{index}");
+        problems.check_until(&table, partition.from_s, partition.until_s);
+        if partition.sides.is_empty() {
+            problems.add(format!("{table}.sides"), "must be lists of UAVs, like [[0, 1], [2, 3]]", None);
+        }
+        let mut sided: Vec<f64> = Vec::new();
+        for (side, uavs) in partition.sides.iter().enumerate() {
+            for (place, uav) in uavs.iter().enumerate() {
+                let key = format!("{table}.sides.{side}.{place}");
+                problems.check_whole(&key, *uav, uav_range);
+                if sided.iter().any(|other| is_same(*other, *uav)) {
+                    problems.add(key, "is listed already; a UAV is on one side, and once", Some((*uav).into()));
+                } else if uav_range.contains(*uav) {
+                    sided.push(*uav);
+                }
+            }
+        }
+    }
+}
+
+/// Returns whether two numbers are the same UAV. Numbers that are not whole are reported elsewhere.
+fn is_same(one: f64, other: f64) -> bool {
+    (one - other).abs() < 0.5
+}
+
+/// Keys whose ranges depend on each other: if only one of them was typed, the error points to that one.
+const PARTNERS: &[(&str, &str)] = &[
+    ("orbit.field_of_view_margin_deg", "sensor.field_of_view_deg"),
+    ("orbit.radius_max_m", "orbit.radius_min_m"),
+    ("groups.dwell_max_s", "groups.dwell_min_s"),
+    ("uavs.speed_change_max_m_s", "uavs.speed_m_s"),
+    ("uavs.speed_lag_s", "uavs.integrator"),
+    ("uavs.turn_rate_lag_s", "uavs.integrator"),
+    ("sensor.sensing_range_m", "orbit.radius_min_m"),
+    ("cue.position_sd_m", "filter.deletion_position_sd_m"),
+    ("filter.range_sd_m", "sensor.range_sd_m"),
+    ("filter.bearing_sd_deg", "sensor.bearing_sd_deg"),
+    ("filter.correlation_rate_1_s", "targets.correlation_rate_1_s"),
+    ("filter.acceleration_sd_m_s2", "targets.acceleration_sd_m_s2"),
+    ("duration_s", "period_s"),
+];
+
+/// Returns all problems found, and those in the form of the scenario, as an error with the values that were typed or
+/// drawn for the seed.
+pub(super) fn report(problems: Problems, typed: &Typed, seed: u64) -> Result<(), ScenarioError> {
+    let found = problems.found;
+    let mut problems = typed.problems.clone();
+    if found.is_empty() && problems.is_empty() {
+        return Ok(());
+    }
+    let map = Map::new(&typed.origin.text);
+    let is_typed = |key: &str| typed.origin.is_typed(&map, key);
+    let is_left_out = |key: &str| typed.left_out.iter().any(|out| related(out, key));
+    let as_typed = toml::Table::try_from(&typed.file).unwrap_or_default();
+    let keys: Vec<String> = found.iter().map(|found| found.key.clone()).collect();
+    for (index, Found { key, what, number }) in found.into_iter().enumerate() {
+        if problems.len() >= MISTAKES_MAX {
+            break;
+        }
+        let partner = PARTNERS.iter().find(|(bounded, _)| *bounded == key).map(|(_, by)| *by);
+        // A consequence of a part that was left out is not a separate mistake.
+        if is_left_out(&key) || partner.is_some_and(is_left_out) || typed.is_text_broken && !is_typed(&key) {
+            continue;
+        }
+        let partner = partner.filter(|by| !is_typed(&key) && is_typed(by));
+        // Nor is a default that depends on another wrong value, nor a key that has been reported.
+        if partner.is_some_and(|by| keys.iter().any(|key| key == by)) || keys[..index].contains(&key) {
+            continue;
+        }
+        let is_typed_as_table = value_at(&as_typed, &key).is_some_and(toml::Value::is_table);
+        let is_drawn = is_typed_as_table && matches!(number, Some(Number::Constant(_)));
+        let value = number.and_then(|number| toml::Value::try_from(number).ok());
+        let value = value.as_ref().or_else(|| value_at(&as_typed, &key));
+        let message = format!("{}: {what}", with_value(&key, value));
+        let help = is_drawn.then(|| format!("this value was drawn for seed {seed}: narrow the distribution"));
+        let problem = typed.origin.problem(&map, partner.unwrap_or(&key), message, help);
+        // If a line cannot be parsed, that is the only mistake in it.
+        let line = |problem: &Problem| problem.place.map(|place| place.line);
+        if !(typed.is_text_broken && typed.problems.iter().any(|reported| line(reported) == line(&problem))) {
+            problems.push(problem);
+        }
+    }
+    problems.sort_by_key(|problem| problem.place.map_or((usize::MAX, 0), |place| (place.line, place.column)));
+    Err(problems.into())
+}

@@ -1,0 +1,192 @@
+//! Scores of a single frame relative to the truth. The metrics average these values.
+
+use standoff::{Angle, Position};
+
+use super::config::ScoreConfig;
+use super::true_orbits::TrueOrbits;
+use crate::frame::{Frame, GroupRow, UavRow, ViewRow};
+use crate::geometry::{
+    Geometry, at, existing, is_in_view, off_orbit_m, pointed_sensors, position, position_error_m, truth_of,
+};
+
+/// Scores the frames of a run in sequence: true orbits have a state, and no target counts as in view before the first
+/// cue.
+///
+/// ```
+/// use standoff_sim::run::Mission;
+/// use standoff_sim::scenario::{Edits, Scenario};
+/// use standoff_sim::score::{Judge, Rules};
+///
+/// let scenario = Scenario::load("paper/table-2-pair", &Edits::default(), 1)?;
+/// let mut mission = Mission::new(&scenario).expect("a loaded scenario can be flown");
+/// let mut judge = Judge::new(Rules::of(&scenario.settings));
+/// while let Some(frame) = mission.frame() {
+///     let judged = judge.frame(frame);
+///     assert!(frame.uavs.iter().all(|uav| judged.standoff_error_m(uav).is_none_or(f64::is_finite)));
+/// }
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[derive(Debug, Clone)]
+pub struct FrameScorer {
+    config: ScoreConfig,
+    orbits: TrueOrbits,
+    /// True if an earlier frame contained a target.
+    is_after_cue: bool,
+}
+
+impl FrameScorer {
+    /// Makes a scorer that has not processed any frame.
+    #[must_use]
+    pub fn new(rules: ScoreConfig) -> Self {
+        Self { config: rules, orbits: TrueOrbits::default(), is_after_cue: false }
+    }
+
+    /// Processes the next frame.
+    pub fn frame<'a>(&'a mut self, frame: &'a Frame) -> FrameScores<'a> {
+        let geometry = Geometry::of(frame);
+        self.orbits.next(&self.config, &frame.groups, geometry.tracked());
+        let is_after_cue = self.is_after_cue;
+        self.is_after_cue |= !frame.truth.is_empty();
+        FrameScores {
+            geometry,
+            rules: &self.config,
+            frame,
+            is_after_cue,
+            looking: pointed_sensors(frame),
+            orbits: &self.orbits,
+        }
+    }
+}
+
+/// Frame with its scores relative to the truth.
+#[derive(Debug)]
+pub struct FrameScores<'a> {
+    /// Quantities that need no scoring rules.
+    pub geometry: Geometry<'a>,
+    rules: &'a ScoreConfig,
+    frame: &'a Frame,
+    /// True if a target existed before this time step, so that sensors could have been pointed.
+    is_after_cue: bool,
+    looking: Vec<(u32, Position, Angle)>,
+    orbits: &'a TrueOrbits,
+}
+
+/// Custody of all existing targets, and accuracy of their estimates.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct CustodyCounts {
+    /// Number of existing targets, tracked or not.
+    pub targets: usize,
+    /// Number of existing targets that have a track.
+    pub tracked: usize,
+    /// Number of tracked targets that are in a group and in view of any UAV. `None` as for [`FrameScores::in_view`].
+    pub in_custody: Option<usize>,
+    /// Number of existing targets in view of any UAV, tracked or not.
+    pub in_view: Option<usize>,
+    /// Root-mean-square position error of the tracked targets, m; `None` if no target is tracked.
+    pub position_error_m: Option<f64>,
+}
+
+impl FrameScores<'_> {
+    /// Standoff error r - r_d of a UAV relative to the true orbit, m, as in `standoff_error_m`; positive outside.
+    #[must_use]
+    pub fn standoff_error_m(&self, uav: &UavRow) -> Option<f64> {
+        let orbit = self.orbits.of(uav.group?)?.flown;
+        Some(off_orbit_m(at(uav), orbit.centre, orbit.radius_m))
+    }
+
+    /// Distance from the estimated centre of a group to the centre of its true orbit, m. `None` if a target on the
+    /// orbit does not exist, because the estimate includes all of them.
+    #[must_use]
+    pub fn centre_error_m(&self, group: &GroupRow) -> Option<f64> {
+        self.geometry.centre_error_m(group, self.orbits.of(group.group).map(|orbit| orbit.flown.centre))
+    }
+
+    /// True if any UAV has the target in view, as in `member_out_of_view_fraction`. `None` at the first cue, before which no
+    /// sensor can be pointed, and for unknown targets.
+    #[must_use]
+    pub fn in_view(&self, target: u32) -> Option<bool> {
+        let target = position(truth_of(self.frame, target)?);
+        self.is_after_cue.then(|| is_in_view(&self.rules.sensor, &self.looking, target))
+    }
+
+    /// Returns the custody of all targets.
+    #[must_use]
+    pub fn custody(&self) -> CustodyCounts {
+        let is_in_view = |truth| is_in_view(&self.rules.sensor, &self.looking, position(truth));
+        // Ascending by target, like the truth.
+        let in_view: Vec<u32> =
+            self.frame.truth.iter().filter(|truth| is_in_view(truth)).map(|truth| truth.target).collect();
+        let (mut tracked, mut watched, mut errors_m2) = (0, 0, 0.0);
+        for (track, truth) in existing(self.frame) {
+            tracked += 1;
+            watched += usize::from(track.group.is_some() && in_view.binary_search(&track.target).is_ok());
+            let error_m = position_error_m(track, truth);
+            errors_m2 += error_m * error_m;
+        }
+        CustodyCounts {
+            targets: self.frame.truth.len(),
+            tracked,
+            in_custody: self.is_after_cue.then_some(watched),
+            in_view: self.is_after_cue.then_some(in_view.len()),
+            position_error_m: (tracked > 0).then(|| (errors_m2 / tracked as f64).sqrt()),
+        }
+    }
+
+    /// Returns what each UAV has in view, sorted by UAV and target.
+    pub fn views(&self) -> impl Iterator<Item = ViewRow> {
+        let pairs = self.looking.iter().flat_map(|uav| self.frame.truth.iter().map(move |truth| (uav, truth)));
+        pairs.filter_map(|((uav, at, boresight), truth)| {
+            let seen = self.rules.sensor.measure(*at, *boresight, position(truth))?;
+            let off_boresight_rad = (seen.bearing - *boresight).rad();
+            Some(ViewRow { uav: *uav, target: truth.target, range_m: seen.range_m, off_boresight_rad })
+        })
+    }
+
+    /// Fourth root of the inverse determinant of the information that one scan by each UAV of a group provides about a
+    /// target at the group's true centre, m. This is the geometric mean of the semi-axes of the one-sigma ellipse. For
+    /// a pair, the determinant is (36).
+    #[must_use]
+    pub fn scan_sd_m(&self, group: u32) -> Option<f64> {
+        let centre = self.orbits.of(group)?.flown.centre;
+        let crew = self.frame.uavs.iter().filter(|uav| uav.group == Some(group));
+        let information = crew.map(|uav| self.rules.sensor.information(at(uav), centre)).reduce(|a, b| a + b)?;
+        Some(information.determinant().sqrt().sqrt().recip()).filter(|sd_m| sd_m.is_finite())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::run::Mission;
+    use crate::scenario::{Overrides, Scenario};
+
+    /// A mission in which targets go out of view.
+    #[test]
+    fn custody_counts_equal_those_of_single_targets() {
+        let scenario = Scenario::load("paper/figure-9-basic", &Overrides::default(), 1).unwrap();
+        let mut mission = Mission::new(&scenario).unwrap();
+        let mut judge = FrameScorer::new(ScoreConfig::of(&scenario.settings));
+        let (mut time_steps, mut unseen) = (0, 0);
+        while let Some(frame) = mission.frame() {
+            let judged = judge.frame(frame);
+            let custody = judged.custody();
+            assert_eq!(custody.targets, frame.truth.len());
+            let tracks: Vec<_> = frame.tracks.iter().filter(|row| truth_of(frame, row.target).is_some()).collect();
+            assert_eq!(custody.tracked, tracks.len());
+            let errors = tracks.iter().filter_map(|track| judged.geometry.position_error_m(track));
+            let mean_m2 = errors.map(|error_m| error_m * error_m).sum::<f64>() / tracks.len() as f64;
+            assert_eq!(custody.position_error_m, Some(mean_m2.sqrt()).filter(|_| !tracks.is_empty()));
+            let views: Option<Vec<bool>> = frame.truth.iter().map(|truth| judged.in_view(truth.target)).collect();
+            let Some(views) = views.filter(|_| judged.is_after_cue) else {
+                assert_eq!((custody.in_view, custody.in_custody), (None, None));
+                continue;
+            };
+            assert_eq!(custody.in_view, Some(views.iter().filter(|&&view| view).count()));
+            let members = tracks.iter().filter(|row| row.group.is_some() && judged.in_view(row.target) == Some(true));
+            assert_eq!(custody.in_custody, Some(members.count()));
+            time_steps += 1;
+            unseen += usize::from(custody.in_view < Some(custody.targets));
+        }
+        assert!(time_steps > 150 && unseen > 0, "{time_steps} time steps, {unseen} with a target out of view");
+    }
+}

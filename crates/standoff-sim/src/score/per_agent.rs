@@ -1,0 +1,160 @@
+//! Averages the metrics of tracks and groups over the agents if each agent has its own team state.
+
+use std::collections::BTreeMap;
+
+use super::metrics::Metrics;
+use crate::frame::Frame;
+
+/// Scorer of one team state, frame by frame.
+pub(super) trait Scores {
+    /// Adds the next frame.
+    fn frame(&mut self, frame: &Frame);
+    /// Returns the scores so far.
+    fn metrics(&self) -> Metrics;
+}
+
+/// Scores of several agents, one scorer `S` each. Empty if one agent acts for the whole team.
+#[derive(Debug, Clone)]
+pub(super) struct PerAgentScores<S> {
+    lives: BTreeMap<u32, AgentLife<S>>,
+    /// Scores of ended lives, and the number of time steps of each.
+    over: Vec<(Metrics, u64)>,
+    instants: u64,
+    /// Frame of a single agent; reused buffer.
+    frame: Frame,
+}
+
+/// Uninterrupted running period of an agent. A restart begins a new one.
+#[derive(Debug, Clone)]
+struct AgentLife<S> {
+    scorer: S,
+    instants: u64,
+    /// Last time step, counted from 1.
+    last: u64,
+}
+
+impl<S> Default for PerAgentScores<S> {
+    fn default() -> Self {
+        Self { lives: BTreeMap::new(), over: Vec::new(), instants: 0, frame: Frame::default() }
+    }
+}
+
+impl<S: Scores> PerAgentScores<S> {
+    /// Adds the next frame; `scorer` makes a scorer without data.
+    pub(super) fn frame(&mut self, frame: &Frame, scorer: impl Fn() -> S) {
+        self.instants += 1;
+        for row in &frame.agents.all {
+            let new = || AgentLife { scorer: scorer(), instants: 0, last: self.instants };
+            let life = self.lives.entry(row.agent).or_insert_with(new);
+            if life.last + 1 < self.instants {
+                let old = std::mem::replace(life, new());
+                self.over.push((old.scorer.metrics(), old.instants));
+            }
+            (life.instants, life.last) = (life.instants + 1, self.instants);
+            own_frame(frame, row.agent, &mut self.frame);
+            life.scorer.frame(&self.frame);
+        }
+    }
+
+    /// Replaces the metrics of a shared team state by the means over all agents, weighted by their running time.
+    pub(super) fn average(&self, metrics: Metrics) -> Metrics {
+        let lives = self.lives.values().map(|life| (life.scorer.metrics(), life.instants));
+        let all: Vec<(Metrics, u64)> = self.over.iter().copied().chain(lives).collect();
+        if all.is_empty() { metrics } else { metrics.averaged(&all) }
+    }
+}
+
+/// Fills `own` with the frame of this agent alone: the assignments are those that the agent believes.
+fn own_frame(frame: &Frame, agent: u32, own: &mut Frame) {
+    let agents = &frame.agents;
+    own.time_us = frame.time_us;
+    own.truth.clone_from(&frame.truth);
+    own.detections.clone_from(&frame.detections);
+    own.uavs.clone_from(&frame.uavs);
+    for uav in &mut own.uavs {
+        let is_there = agents.all.binary_search_by_key(&uav.uav, |row| row.agent).is_ok();
+        uav.group = agents.teammate(agent, uav.uav).filter(|_| is_there).and_then(|mate| mate.group);
+    }
+    own.tracks.clear();
+    own.tracks.extend(agents.tracks_of(agent).iter().map(|of| of.row));
+    own.groups.clear();
+    own.groups.extend(agents.groups_of(agent).iter().map(|of| of.row));
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::frame::{AgentRow, ByAgent, PerAgentTables, TeammateRow};
+    use crate::scenario::{Overrides, Scenario};
+    use crate::score::fixtures::{group_row, track_row, truth_row, uav_row};
+    use crate::score::{MetricSelection, ScoreConfig, Scorer};
+
+    fn scored(frames: impl IntoIterator<Item = Frame>) -> Metrics {
+        let scenario = Scenario::load("paper/table-2-pair", &Overrides::default(), 1).unwrap();
+        let mut scorer = Scorer::new(ScoreConfig::of(&scenario.settings), MetricSelection::ALL);
+        frames.into_iter().for_each(|frame| scorer.frame(&frame));
+        scorer.metrics()
+    }
+
+    /// Frame with two UAVs and a target in view of both, without a shared team state. `minds` lists for each agent its
+    /// id, whether the target is in its group 5, its position error and the UAV that it believes to be assigned to the
+    /// group.
+    fn frame(instant: i64, minds: &[(u32, bool, f64, u32)]) -> Frame {
+        let mut frame = Frame { time_us: instant * 500_000, ..Frame::default() };
+        frame.uavs.extend((0..2).map(uav_row));
+        frame.truth.push(truth_row(0, 100.0, 0.0));
+        for &(agent, has, off_m, served_by) in minds {
+            let PerAgentTables { all, tracks, groups, teammates: team, .. } = &mut frame.agents;
+            all.push(AgentRow {
+                agent,
+                committed_us: None,
+                link_degraded: false,
+                sent_messages: 0,
+                sent_bytes: 0,
+                double_counted: None,
+            });
+            let mut row = track_row(0, has.then_some(5));
+            row.state[0] = 100.0 + off_m;
+            tracks.push(ByAgent { agent, row });
+            groups.push(ByAgent { agent, row: group_row(5) });
+            let group = |uav| (uav == served_by).then_some(5);
+            let of_uav =
+                |uav| TeammateRow { agent, uav, status: None, last_report_us: None, group: group(uav), group_id: None };
+            team.extend((0..2).map(of_uav));
+        }
+        frame
+    }
+
+    /// The first agent runs for four time steps with an error of 3 m, the second for one with 13 m.
+    #[test]
+    fn agents_are_weighted_by_their_running_time() {
+        let both = [(0, true, 3.0, 0), (1, true, 13.0, 0)];
+        let metrics = scored((0..4).map(|instant| frame(instant, if instant == 2 { &both } else { &both[..1] })));
+        assert_eq!(metrics.position_error_m, Some(5.0));
+        assert_eq!(metrics.ungrouped_fraction, Some(0.0));
+        assert_eq!(metrics.handoffs, Some(0));
+        // Without agents there are no tracks and groups.
+        let without = scored((0..4).map(|instant| frame(instant, &[])));
+        assert_eq!((without.position_error_m, without.ungrouped_fraction), (None, Some(1.0)));
+        assert_eq!(metrics.in_view_fraction, without.in_view_fraction);
+    }
+
+    /// After a restart, the first time step of an agent counts as the time step of the cue; the gap is not scored.
+    #[test]
+    fn restarted_agent_is_scored_from_scratch() {
+        let at = |instant| match instant {
+            2 => frame(2, &[]),
+            _ => frame(instant, &[(1, instant < 2, 0.0, 1)]),
+        };
+        assert_eq!(scored((0..5).map(at)).custody_fraction, Some(0.5));
+    }
+
+    /// Each agent believes that the other UAV is assigned to the group. A UAV whose computer is off has no assignment.
+    /// The UAVs are 300 m inside the orbit.
+    #[test]
+    fn assignments_are_those_that_each_agent_believes() {
+        let both = [(0, true, 0.0, 1), (1, true, 0.0, 0)];
+        assert_eq!(scored([frame(0, &both)]).standoff_error_own_estimate_m, Some(300.0));
+        assert_eq!(scored([frame(0, &both[..1])]).standoff_error_own_estimate_m, None);
+    }
+}

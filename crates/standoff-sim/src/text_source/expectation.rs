@@ -1,0 +1,12 @@
+//! Expected contents of a file.
+
+/// Expected contents of a file, as used in messages.
+#[derive(Debug, Clone, Copy)]
+pub struct Expectation {
+    /// Name of the contents.
+    pub description: &'static str,
+    /// The name with its article, if it takes one.
+    pub complete_form: &'static str,
+    /// Accepted formats.
+    pub formats: &'static str,
+}

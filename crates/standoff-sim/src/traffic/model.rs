@@ -1,0 +1,117 @@
+//! Options of the traffic reader, and the traffic that it returns.
+
+use serde::{Deserialize, Serialize};
+use standoff::ParamError;
+use standoff_geodesy::LocalPlane;
+
+use super::vehicle::Vehicle;
+
+/// Options of the traffic reader.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct Options {
+    /// Unit of the file's coordinates.
+    pub coordinates: Coordinates,
+    /// Gap limit, s, finite and above 0: a vehicle without samples for longer is absent during the gap. `None`: 2.5
+    /// times the median step between samples of a vehicle, and at least 1 s.
+    pub gap_s: Option<f64>,
+}
+
+/// Unit of the coordinates of a file.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub enum Coordinates {
+    /// Determined from the file. CSV: by the column names; metres if there are columns of both units. FCD: degrees if
+    /// SUMO's header comment states so, otherwise by the motion of the vehicles, because a drive in degrees is no
+    /// plausible motion in metres. The reader rejects an FCD file for which neither is conclusive, and a CSV file whose
+    /// columns `x` and `y` are degrees.
+    #[default]
+    Auto,
+    /// Metres east and north.
+    Metres,
+    /// Degrees of longitude and latitude (WGS84).
+    Degrees,
+}
+
+/// Setting to recommend if the unit of the coordinates cannot be determined.
+pub(super) const COORDINATES_HELP: &str =
+    "traffic.coordinates = \"metres\" or \"degrees\" (--set traffic.coordinates=degrees)";
+
+/// Unit that was used for the coordinates of a file.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Unit {
+    /// Metres east and north.
+    Metres,
+    /// Degrees of longitude and latitude (WGS84), projected about the [`Origin`].
+    Degrees,
+}
+
+/// Point on the WGS84 ellipsoid at which the local east-north plane of a file in degrees touches it.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Origin {
+    /// Latitude, degrees north, in [-90, 90].
+    pub latitude_deg: f64,
+    /// Longitude, degrees east, in [-180, 180].
+    pub longitude_deg: f64,
+}
+
+impl Origin {
+    /// Returns the plane. Fails if the origin is not a valid position.
+    pub fn plane(self) -> Result<LocalPlane, ParamError> {
+        LocalPlane::about(self.latitude_deg, self.longitude_deg)
+    }
+}
+
+/// The vehicles of one file; at least one.
+///
+/// ```
+/// use standoff_sim::traffic::{Options, read_from};
+///
+/// let csv = "t,id,x,y\n0,car,0,0\n1,car,10,0\n2,car,20,0\n";
+/// let traffic = read_from(csv.as_bytes(), "mine.csv", &Options::default())?;
+/// assert_eq!((traffic.vehicles.len(), traffic.span_s()), (1, 2.0));
+///
+/// let error = read_from("t,id,x,y\n0,car,here,0\n".as_bytes(), "mine.csv", &Options::default()).unwrap_err();
+/// assert!(error.to_string().starts_with("mine.csv:2:"));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[derive(Debug, Clone, PartialEq)]
+pub struct Traffic {
+    /// Vehicles by time of first appearance, then name.
+    pub vehicles: Vec<Vehicle>,
+    /// Time of the first sample, microseconds, as in the file (which need not begin at 0).
+    pub begin_us: i64,
+    /// Time of the last sample, microseconds.
+    pub end_us: i64,
+    /// Origin of the local frame; `None` if the file was in metres.
+    pub origin: Option<Origin>,
+}
+
+impl Traffic {
+    /// Returns the unit that was used for the file's coordinates.
+    pub fn unit(&self) -> Unit {
+        if self.origin.is_some() { Unit::Degrees } else { Unit::Metres }
+    }
+
+    /// Time from the first sample to the last, s.
+    pub fn span_s(&self) -> f64 {
+        self.end_us.saturating_sub(self.begin_us) as f64 / 1e6
+    }
+
+    /// Gap limit, s: a vehicle without samples for longer is absent during the gap.
+    pub fn gap_s(&self) -> f64 {
+        self.vehicles.first().map_or(1.0, Vehicle::gap_s)
+    }
+
+    /// Positions of all samples, east and north, m.
+    pub fn places(&self) -> impl Iterator<Item = [f64; 2]> {
+        self.vehicles.iter().flat_map(Vehicle::places)
+    }
+
+    /// Checksum over all vehicles and samples; files with the same traffic have the same checksum.
+    pub fn crc32(&self) -> u32 {
+        let mut crc = crc32fast::Hasher::new();
+        self.vehicles.iter().for_each(|vehicle| vehicle.check_in(&mut crc));
+        crc.finalize()
+    }
+}

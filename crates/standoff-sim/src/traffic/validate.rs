@@ -1,0 +1,161 @@
+//! Checks the single values of traffic files and describes what is wrong.
+
+use super::Coordinates;
+use super::limits::MAX_SPEED_M_S;
+use crate::display_text::quoted;
+
+/// A kind of number: its range, and the advice if a value is outside it.
+pub(super) struct Quantity {
+    low: f64,
+    high: f64,
+    unit: &'static str,
+    advice: &'static str,
+}
+
+/// Time. Beyond this range, an f64 in seconds cannot resolve a microsecond.
+const TIME: Quantity =
+    Quantity { low: -9e9, high: 9e9, unit: "s", advice: "give plain seconds (SUMO: without --human-readable-time)" };
+/// Time in a table, in seconds.
+pub(super) const LOGGED_SECONDS: Quantity = Quantity {
+    unit: "s, or a date-time like 2026-03-01T12:00:00.5Z",
+    advice: "if it is milliseconds, call the column time_ms",
+    ..TIME
+};
+/// Time in a table, in milliseconds.
+pub(super) const LOGGED_MILLISECONDS: Quantity = Quantity {
+    low: -9e12,
+    high: 9e12,
+    unit: "ms, or a date-time like 2026-03-01T12:00:00.5Z",
+    advice: "if it is seconds, call the column time_s",
+};
+/// East or north.
+const METRES: Quantity = Quantity { low: -1e8, high: 1e8, unit: "m", advice: "remove the sample or correct it" };
+/// East or north, if the unit of the file's coordinates is unknown.
+const METRES_OR_DEGREES: Quantity = Quantity { unit: "m, or degrees", ..METRES };
+/// Degrees north.
+const LATITUDE: Quantity =
+    Quantity { low: -90.0, high: 90.0, unit: "degrees north", advice: "if the file is in metres, choose metres" };
+/// Degrees east.
+const LONGITUDE: Quantity =
+    Quantity { low: -180.0, high: 180.0, unit: "degrees east", advice: "if the file is in metres, choose metres" };
+/// Forward speed.
+pub(super) const SPEED: Quantity =
+    Quantity { low: 0.0, high: MAX_SPEED_M_S, unit: "m/s", advice: "leave out speed to compute it from the positions" };
+/// Heading.
+pub(super) const ANGLE: Quantity = Quantity {
+    low: -360.0,
+    high: 360.0,
+    unit: "degrees clockwise from north",
+    advice: "leave out angle to compute it from the positions",
+};
+
+/// Returns the quantities of x and y.
+pub(super) fn axes(coordinates: Coordinates) -> [Quantity; 2] {
+    match coordinates {
+        Coordinates::Auto => [METRES_OR_DEGREES, METRES_OR_DEGREES],
+        Coordinates::Metres => [METRES, METRES],
+        Coordinates::Degrees => [LONGITUDE, LATITUDE],
+    }
+}
+
+impl Quantity {
+    /// Returns whether `value` is in the range; `false` for NaN.
+    pub(super) fn contains(&self, value: f64) -> bool {
+        (self.low..=self.high).contains(&value)
+    }
+
+    /// Parses `text`, the value of `key`.
+    pub(super) fn parse(&self, key: &str, text: &str) -> Result<f64, String> {
+        self.check(key, text, text.trim().parse().ok())
+    }
+
+    /// Checks `value`, which was parsed from `text`, the value of `key`; `None` if that is not a number.
+    pub(super) fn check(&self, key: &str, text: &str, value: Option<f64>) -> Result<f64, String> {
+        let wrong = match value {
+            Some(value) if self.contains(value) => return Ok(value),
+            Some(value) if value.is_finite() => "is out of range",
+            Some(_) => "is not finite",
+            None => "is not a number",
+        };
+        let Self { low, high, unit, advice } = self;
+        Err(format!("{key} = {} {wrong}; {low} to {high} {unit}; {advice}", quoted(text)))
+    }
+}
+
+/// Parses `text`, the value of `key`, as a time in seconds; returns microseconds.
+pub(super) fn time_us(key: &str, text: &str) -> Result<i64, String> {
+    Ok((TIME.parse(key, text)? * 1e6).round() as i64)
+}
+
+/// Converts microseconds to seconds, for messages.
+pub(super) fn seconds(time_us: i64) -> f64 {
+    time_us as f64 / 1e6
+}
+
+/// Checks the name of a vehicle, the value of `key`.
+pub(super) fn check_name(key: &str, name: &str) -> Result<(), String> {
+    let length = name.chars().count();
+    if (1..=200).contains(&length) {
+        return Ok(());
+    }
+    let advice = if length == 0 { "a name" } else { "a shorter name" };
+    Err(format!("{key} = {} has {length} characters; 1 to 200; give the vehicle {advice}", quoted(name)))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_are_read_with_blanks_around() {
+        assert_eq!(METRES.parse("x", " -1.5e3\r"), Ok(-1500.0));
+        assert_eq!(METRES.parse("x", "1e8"), Ok(1e8));
+    }
+
+    #[test]
+    fn errors_of_numbers_have_the_range_and_an_advice() {
+        for (text, wrong) in [
+            ("abc", "is not a number"),
+            ("", "is not a number"),
+            ("1,5", "is not a number"),
+            ("NaN", "is not finite"),
+            ("-inf", "is not finite"),
+            ("1e999", "is not finite"),
+            ("1.0001e8", "is out of range"),
+        ] {
+            let expected =
+                format!("x = \"{text}\" {wrong}; -100000000 to 100000000 m; remove the sample or correct it");
+            assert_eq!(METRES.parse("x", text), Err(expected));
+        }
+    }
+
+    #[test]
+    fn every_quantity_has_its_range() {
+        for (quantity, inside, outside) in [
+            (&METRES_OR_DEGREES, "-1e8", "-1.1e8"),
+            (&LATITUDE, "-90", "90.1"),
+            (&LONGITUDE, "180", "-180.1"),
+            (&SPEED, "0", "-0.1"),
+            (&ANGLE, "-360", "361"),
+        ] {
+            assert!(quantity.parse("key", inside).is_ok());
+            assert!(quantity.parse("key", outside).is_err());
+        }
+    }
+
+    #[test]
+    fn times_become_whole_microseconds() {
+        assert_eq!(time_us("time", "1250.30"), Ok(1_250_300_000));
+        assert_eq!(time_us("time", "-0.0000015"), Ok(-2));
+        assert!(time_us("time", "00:20:50").unwrap_err().contains("--human-readable-time"));
+        assert!(time_us("time", "1e10").unwrap_err().contains("out of range"));
+    }
+
+    #[test]
+    fn names_are_neither_empty_nor_too_long() {
+        assert!(check_name("id", &"é".repeat(200)).is_ok());
+        assert!(check_name("id", "").is_err());
+        let message = check_name("id", &"x".repeat(201)).unwrap_err();
+        assert!(message.contains("has 201 characters; 1 to 200") && message.len() < 150, "{message}");
+    }
+}

@@ -1,0 +1,131 @@
+//! Head of a replay: the properties of the run.
+
+use serde::{Serialize, Serializer};
+use standoff::Zone;
+use standoff_sim::record::Manifest;
+use standoff_sim::traffic::Origin;
+
+use crate::figures::Setup;
+use crate::serve::Bytes;
+
+/// Format number of heads and parts; it increases when either format changes.
+pub const FORMAT: u32 = 3;
+
+/// Properties of a run that the page needs in addition to the parts.
+#[derive(Debug, Clone, Serialize)]
+pub struct Head {
+    format: u32,
+    /// Name of the scenario.
+    pub scenario: String,
+    /// Seed of the run, as text because JavaScript numbers have only 53 bits.
+    pub seed: String,
+    /// Version of standoff that simulated the run.
+    pub version: String,
+    /// Length of the mission, s.
+    pub duration_s: f64,
+    /// Length of a time step, s.
+    pub period_s: f64,
+    /// Point at which the local plane touches the Earth.
+    pub origin: Option<Origin>,
+    /// Limits of the UAVs.
+    pub limits: Setup,
+    /// Basemap, encoded by `standoff-map`. In the JSON it is a flag; if it is set, the page requests the map.
+    #[serde(serialize_with = "is_there")]
+    pub map: Option<Bytes>,
+    /// Keep-out and keep-in zones.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub zones: Vec<Outline>,
+    /// True if collision avoidance is on.
+    #[serde(skip_serializing_if = "std::ops::Not::not")]
+    pub has_separation: bool,
+    /// Names of the targets by id. They may come from untrusted files, so the page shows them as plain text.
+    pub targets: Vec<String>,
+    /// Results of the run; empty while it is in progress.
+    pub outcome: Vec<Line>,
+    /// Interval between details, in time steps.
+    pub stride: usize,
+    /// True while the run is in progress: the page shows the newest time step.
+    pub live: bool,
+    /// True if the run was stopped before the end of the mission.
+    #[serde(skip_serializing_if = "std::ops::Not::not")]
+    pub unfinished: bool,
+    /// Number of events of the run that are in no part, because a page could not show them all.
+    #[serde(skip_serializing_if = "is_none")]
+    pub events_left_out: u64,
+    /// Number of events reported only by other agents that are in no part.
+    #[serde(skip_serializing_if = "is_none")]
+    pub other_events_left_out: u64,
+}
+
+/// Outline of a zone.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Outline {
+    /// Name of the zone. It may come from an untrusted file, so the page shows it as plain text.
+    pub name: String,
+    /// `keep-out` or `keep-in`.
+    pub kind: &'static str,
+    /// Vertices, east and north, m.
+    pub corners_m: Vec<[f64; 2]>,
+}
+
+impl Outline {
+    fn of(zone: &Zone) -> Self {
+        let corners_m = zone.vertices.iter().map(|at| [at.x_m(), at.y_m()]).collect();
+        Self { name: zone.name.clone(), kind: zone.kind.name(), corners_m }
+    }
+}
+
+fn is_none(events: &u64) -> bool {
+    *events == 0
+}
+
+fn is_there<S: Serializer>(map: &Option<Bytes>, serializer: S) -> Result<S::Ok, S::Error> {
+    serializer.serialize_bool(map.is_some())
+}
+
+/// A line of the table of results.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Line {
+    /// Name of the metric.
+    pub metric: &'static str,
+    /// Short description of the metric.
+    pub label: &'static str,
+    /// Value, in `unit`.
+    pub value: Option<f64>,
+    /// Unit of the value.
+    pub unit: &'static str,
+    /// Target range of the value, as text.
+    pub target: String,
+}
+
+impl Head {
+    /// Makes the head of a run without results.
+    #[must_use]
+    pub fn new(manifest: &Manifest, limits: Setup, targets: Vec<String>) -> Self {
+        Self {
+            format: FORMAT,
+            scenario: manifest.scenario.clone(),
+            seed: manifest.seed.to_string(),
+            version: manifest.version.clone(),
+            duration_s: manifest.duration_s,
+            period_s: manifest.period_s,
+            origin: manifest.origin,
+            zones: limits.rules.geofence.zones().map(Outline::of).collect(),
+            has_separation: limits.rules.has_separation,
+            limits,
+            map: None,
+            targets,
+            outcome: Vec::new(),
+            stride: 1,
+            live: false,
+            unfinished: manifest.unfinished,
+            events_left_out: 0,
+            other_events_left_out: 0,
+        }
+    }
+
+    /// Serialises the head to JSON.
+    pub fn json(&self) -> serde_json::Result<String> {
+        serde_json::to_string(self)
+    }
+}

@@ -1,0 +1,195 @@
+//! States of the agents, in runs with one agent per UAV, encoded as differences from the main tables.
+//!
+//! The main tables contain the team state of the UAV of lowest id whose computer is on. For the other agents, only
+//! differences are stored: an object that is missing in a table equals the object in the main table at that time step.
+
+use std::collections::BTreeMap;
+
+use standoff::TeammateStatus;
+use standoff_sim::record::{ByAgent, Frame, GroupRow, TeammateRow, TrackRow};
+
+use super::table::{Table, place_code, single, status_code};
+
+#[cfg(test)]
+mod tests;
+
+/// Number of rows of other agents' states after which a part is full.
+const ROWS: usize = 200_000;
+
+/// Columns of an agent, by UAV; missing while its computer is off. `lag_s`: age of the last committed time step.
+/// `disturbed`: whether its link is degraded. `group`, `founded_s`: assigned group and its creation time. `crew`:
+/// lowest UAV whose agent has the same assignments.
+const MIND: [&str; 5] = ["lag_s", "disturbed", "group", "founded_s", "crew"];
+/// Columns of a UAV in the state of an agent: code of its [`TeammateStatus`] or `NEVER_HEARD`, age of its newest report, and
+/// assigned group. A missing row means: live, with a report of this time step, and assigned to the group that the UAV
+/// itself reports.
+const TEAM: [&str; 4] = ["presence", "age_s", "group", "founded_s"];
+/// Columns of a track in the state of an agent. `own`: 1 if the track differs from the main table, 0 if the agent has
+/// no such track.
+const TRACK: [&str; 12] =
+    ["own", "x_m", "y_m", "vx_m_s", "vy_m_s", "cov_x_x", "cov_x_y", "cov_y_y", "status", "place", "group", "to_group"];
+/// Columns of a group in the state of an agent; `own` as in [`TRACK`].
+const GROUP: [&str; 9] =
+    ["own", "x_m", "y_m", "members", "spread_m", "margin_m", "standoff_distance_m", "feasible", "separation_m"];
+/// Presence code of a UAV from which the agent has received no report.
+const NEVER_RECEIVED: f64 = 4.0;
+
+/// Teammates and assignments of all agents; they belong to the overview.
+#[derive(Debug)]
+pub(super) struct AssignmentTables {
+    instants: usize,
+    minds: Table,
+    /// Teammates by agent.
+    teams: BTreeMap<u32, Table>,
+}
+
+/// Tracks and groups of all agents except the first one, which a page requests separately when it shows them.
+#[derive(Debug, Default)]
+pub(super) struct TeamStates {
+    pub(super) times_us: Vec<i64>,
+    /// Tracks and groups by agent.
+    of: BTreeMap<u32, (Table, Table)>,
+}
+
+impl AssignmentTables {
+    pub(super) fn new() -> Self {
+        Self { instants: 0, minds: Table::new("minds", &MIND), teams: BTreeMap::new() }
+    }
+
+    /// Adds the next time step.
+    pub(super) fn next_instant(&mut self, frame: &Frame) {
+        self.minds.next_instant();
+        self.teams.values_mut().for_each(Table::next_instant);
+        self.instants += 1;
+        let agents = &frame.agents;
+        let mut known: Vec<u32> = Vec::new();
+        for row in &agents.all {
+            let crew = known
+                .iter()
+                .copied()
+                .find(|other| agents.assignments(*other).eq(agents.assignments(row.agent)))
+                .unwrap_or(row.agent);
+            if crew == row.agent {
+                known.push(crew);
+            }
+            let lag_s = row.committed_us.map(|committed_us| seconds(frame.time_us.saturating_sub(committed_us)));
+            let [group, founded_s] = duty(agents.teammate(row.agent, row.agent));
+            self.minds
+                .put(row.agent, &[lag_s, Some(f64::from(row.link_degraded)), group, founded_s, Some(f64::from(crew))]);
+            self.team(frame, row.agent);
+        }
+    }
+
+    fn team(&mut self, frame: &Frame, agent: u32) {
+        let (agents, instants) = (&frame.agents, self.instants);
+        let table = self.teams.entry(agent).or_insert_with(|| Table::at(format!("team-{agent}"), &TEAM, instants));
+        // Time of the agent's own clock.
+        let now_us = agents.teammate(agent, agent).and_then(|row| row.last_report_us).unwrap_or(frame.time_us);
+        for uav in &frame.uavs {
+            let row = agents.teammate(agent, uav.uav);
+            let [group, founded_s] = duty(row);
+            let age_s = row.and_then(|row| row.last_report_us).map(|heard_us| seconds(now_us.saturating_sub(heard_us)));
+            let presence = match row.and_then(|row| row.status) {
+                Some(TeammateStatus::Live) => 0.0,
+                Some(TeammateStatus::Silent) => 1.0,
+                Some(TeammateStatus::TimedOut) => 2.0,
+                Some(TeammateStatus::Left) => 3.0,
+                None => NEVER_RECEIVED,
+            };
+            let is_on = agents.all.binary_search_by_key(&uav.uav, |row| row.agent).is_ok();
+            let own = duty(agents.teammate(uav.uav, uav.uav));
+            if !is_on || (presence, age_s, [group, founded_s]) != (0.0, Some(0.0), own) {
+                table.put(uav.uav, &[Some(presence), age_s, group, founded_s]);
+            }
+        }
+    }
+
+    pub(super) fn rows(&self) -> usize {
+        self.minds.rows() + self.teams.values().map(Table::rows).sum::<usize>()
+    }
+
+    /// The tables that are not empty.
+    pub(super) fn tables(&self) -> impl Iterator<Item = &Table> {
+        [&self.minds].into_iter().chain(self.teams.values()).filter(|table| table.rows() > 0)
+    }
+}
+
+impl TeamStates {
+    /// Adds the next time step.
+    pub(super) fn next_instant(&mut self, frame: &Frame) {
+        self.times_us.push(frame.time_us);
+        let instants = self.times_us.len();
+        for (tracks, groups) in self.of.values_mut() {
+            tracks.next_instant();
+            groups.next_instant();
+        }
+        let agents = &frame.agents;
+        for row in agents.all.iter().skip(1) {
+            let agent = row.agent;
+            let (tracks, groups) = self.of.entry(agent).or_insert_with(|| {
+                let table = |of, columns| Table::at(format!("{of}-{agent}"), columns, instants);
+                (table("tracks", &TRACK), table("groups", &GROUP))
+            });
+            differences(tracks, &frame.tracks, agents.tracks_of(agent), |row| row.target, track);
+            differences(groups, &frame.groups, agents.groups_of(agent), |row| row.group, group);
+        }
+    }
+
+    pub(super) fn is_full(&self) -> bool {
+        self.of.values().map(|(tracks, groups)| tracks.rows() + groups.rows()).sum::<usize>() >= ROWS
+    }
+
+    pub(super) fn tables(&self) -> impl Iterator<Item = &Table> {
+        self.of.values().flat_map(|(tracks, groups)| [tracks, groups]).filter(|table| table.rows() > 0)
+    }
+}
+
+/// Stores the differences between the rows of an agent (`own`) and those of the main table (`shown`), including rows
+/// that the agent lacks. Both lists are sorted by id.
+fn differences<R: Copy, const N: usize>(
+    table: &mut Table,
+    shown: &[R],
+    own: &[ByAgent<R>],
+    id: impl Fn(&R) -> u32,
+    row: impl Fn(&R) -> [Option<f64>; N],
+) {
+    let bits = |row: [Option<f64>; N]| row.map(|value| single(value).to_bits());
+    for of in own {
+        let same = shown.binary_search_by_key(&id(&of.row), &id).ok().map(|place| row(&shown[place]));
+        let own = row(&of.row);
+        if same.is_none_or(|same| bits(same) != bits(own)) {
+            table.put(id(&of.row), &own);
+        }
+    }
+    for lacking in shown.iter().filter(|one| own.binary_search_by_key(&id(one), |of| id(&of.row)).is_err()) {
+        let mut none = [None; N];
+        none[0] = Some(0.0);
+        table.put(id(lacking), &none);
+    }
+}
+
+fn track(row: &TrackRow) -> [Option<f64>; TRACK.len()] {
+    let ([x, vx, _, y, vy, _], covariance) = (row.state, &row.covariance);
+    let numbers = [1.0, x, y, vx, vy, covariance[0], covariance[3], covariance[15]];
+    let [own, x, y, vx, vy, x_x, x_y, y_y] = numbers.map(Some);
+    let [group, to_group] = [row.group, row.receiving_group].map(|group| group.map(f64::from));
+    let [status, place] = [status_code(row.status), place_code(row.membership)].map(Some);
+    [own, x, y, vx, vy, x_x, x_y, y_y, status, place, group, to_group]
+}
+
+fn group(row: &GroupRow) -> [Option<f64>; GROUP.len()] {
+    let numbers = [row.x_m, row.y_m, f64::from(row.members), row.spread_m, row.margin_m, row.standoff_distance_m];
+    let [x, y, members, spread, margin, distance] = numbers.map(Some);
+    [Some(1.0), x, y, members, spread, margin, distance, Some(f64::from(row.feasible)), row.nearest_groupmate_m]
+}
+
+/// Assigned group and its creation time, s, which distinguishes groups with the same number. A group id starts with the
+/// creation time.
+fn duty(row: Option<&TeammateRow>) -> [Option<f64>; 2] {
+    let group = row.and_then(|row| Some((row.group?, row.group_id?)));
+    [group.map(|(number, _)| f64::from(number)), group.map(|(_, id)| seconds((id >> 16) as i64))]
+}
+
+fn seconds(time_us: i64) -> f64 {
+    time_us as f64 / 1e6
+}

@@ -1,0 +1,282 @@
+//! Command law of a UAV: computes the command and the sensor pointing from the team state.
+
+use crate::angle::Angle;
+use crate::coordination::group::Group;
+use crate::coordination::lost_target_search::SearchArea;
+use crate::coordination::memberships::GroupedTrack;
+use crate::frame::{Displacement, Position, Velocity};
+use crate::group_id::GroupId;
+use crate::guidance::avoidance::{Avoidance, CollisionAvoidance, OtherAircraft, SeparationParams};
+use crate::guidance::geofence_safety::GeofenceSafety;
+use crate::guidance::heading::{OnOrbit, Orbit, Steering, steer};
+use crate::guidance::phase_spacing::{is_in_transit, phase_control_speed_m_s, phase_error_rad};
+use crate::guidance::predicted_trajectory::Intent;
+use crate::guidance::sensor_pointing::{angular_midpoint, angular_midpoint_of_most};
+use crate::guidance::standoff_distance::Ramp;
+use crate::intruders::Intruders;
+use crate::output::{AgentOutput, Diagnostics, Observation, PointingTarget, Rejected};
+use crate::params::{LinkModel, Pointing, TeamParams};
+use crate::team_state::TeamState;
+use crate::uav::{Aircraft, Command, LimitedCommand, UavId, UavState};
+
+/// Maximum distance to an orbit, as a fraction of its radius, at which a UAV of another group counts as a neighbour on
+/// it.
+const NEAR_ORBIT: f64 = 0.25;
+
+/// Decides for any UAV of a team, from one team state.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct CommandLaw<'a> {
+    pub(crate) params: &'a TeamParams,
+    pub(crate) team_state: &'a TeamState,
+    /// Geofence safety function; `None` without zones.
+    pub(crate) geofence_safety: Option<&'a GeofenceSafety>,
+    /// Aircraft outside the team.
+    pub(crate) intruders: &'a Intruders,
+}
+
+impl CommandLaw<'_> {
+    /// Returns the command of the observed UAV.
+    pub(crate) fn decide(&self, observation: &Observation, refused: Rejected) -> AgentOutput {
+        let Observation { uav: id, ref own, .. } = *observation;
+        let own_state_invalid = !own.is_finite();
+        let group = self.team_state.group_of(id).filter(|_| !own_state_invalid);
+        let (desired, phase_error_rad, steering) = match group {
+            _ if own_state_invalid => {
+                (Command { speed_m_s: self.params.uav.speed_m_s, turn_rate_rad_s: 0.0 }, 0.0, None)
+            }
+            Some(group) => self.fly_orbit(observation, group),
+            None => (self.wait(id, own), 0.0, None),
+        };
+        let borders = self.geofence_safety.filter(|_| !own_state_invalid);
+        let detour = borders.and_then(|borders| {
+            let (orbit, largest_m) = match group {
+                Some(group) => (group.orbit(self.params), group.radius_max_m),
+                None => (self.waiting_orbit(id, own)?, f64::INFINITY),
+            };
+            borders.detours.detour(&self.params.guidance, own, &orbit, self.params.uav.speed_m_s, largest_m)
+        });
+        let desired = detour.map_or(desired, |detour| detour.command);
+        let LimitedCommand { command, speed_limited, turn_rate_limited } = self.params.uav.limit(desired);
+        // The geofence limits the command before and after collision avoidance.
+        let (command, stopped_by) = borders.map_or((command, None), |borders| borders.make_safe(own, command));
+        let border = stopped_by.or(detour.map(|detour| detour.zone));
+        // A command changed by a zone is not the command of the orbit.
+        let intended = steering.as_ref().filter(|_| border.is_none());
+        let altitude_m = self.altitude_m(id, group);
+        let (command, altitude_m, avoids) = match self.params.separation.as_ref().filter(|_| !own_state_invalid) {
+            Some(separation) => self.avoid_aircraft(separation, observation, (command, intended), altitude_m),
+            None => (command, altitude_m, None),
+        };
+        // The diagnostics describe the command in effect, whatever its source.
+        let is_at_limit = || command.turn_rate_rad_s.abs() >= self.params.uav.turn_rate_max_rad_s;
+        let is_changed = avoids.is_some() || border.is_some();
+        let turn_rate_limited = if is_changed { is_at_limit() } else { turn_rate_limited };
+        AgentOutput {
+            command,
+            altitude_m,
+            pointing_target: self.pointing_target(id, own, group),
+            diagnostics: Diagnostics {
+                group: group.map(|group| group.id),
+                group_number: group.and_then(|group| self.team_state.group_number(group.id)),
+                steering,
+                speed_limited,
+                turn_rate_limited,
+                orbit_is_infeasible: group.is_some_and(|group| !group.has_feasible_orbit()),
+                phase_error_rad,
+                nearest_groupmate_m: group.and_then(|group| {
+                    let teammates = self.groupmates(id, group.id);
+                    let others = teammates.map(|(at, _, _)| at.distance_m(own.position));
+                    others.reduce(f64::min)
+                }),
+                ungrouped_targets: self.team_state.ungrouped_count,
+                rejected: refused,
+                own_state_invalid,
+                avoiding: avoids,
+                limiting_zone: border.map(|zone| zone as u32),
+            },
+        }
+    }
+
+    /// Returns the command and altitude that keep the minimum separation, and the aircraft avoided.
+    fn avoid_aircraft(
+        &self,
+        separation: &SeparationParams,
+        observation: &Observation,
+        desired: (Command, Option<&Steering>),
+        altitude_m: Option<f64>,
+    ) -> (Command, Option<f64>, Option<Avoidance>) {
+        let Observation { uav: id, ref own, time } = *observation;
+        let keeper = CollisionAvoidance { separation, uav: &self.params.uav, id, own };
+        let teammates = self
+            .team_state
+            .teammates
+            .iter()
+            .filter(|teammate| teammate.uav != id && keeper.may_come_near(&teammate.last_report));
+        let teammates = teammates.map(|teammate| {
+            let age_s = (time - teammate.last_report_at).s().max(0.0);
+            OtherAircraft { aircraft: Aircraft::Uav(teammate.uav), reported_state: teammate.last_report, age_s }
+        });
+        let others = teammates.chain(self.intruders.others(time));
+        let altitude_m = altitude_m.map(|altitude_m| keeper.altitude_m(altitude_m, others.clone()));
+        let is_allowed = |command| self.geofence_safety.is_none_or(|borders| borders.allows(own, command));
+        let (command, avoids) =
+            keeper.avoid(desired, altitude_m, others, |teammate| self.intent_of(teammate), is_allowed);
+        (command, altitude_m, avoids)
+    }
+
+    /// Predicted intent of a teammate at its last report, if it follows the orbit of its group.
+    fn intent_of(&self, teammate: UavId) -> Option<Intent> {
+        let teammate = self.team_state.teammate(teammate)?;
+        let (state, group) = (&teammate.last_report, teammate.group?);
+        let guidance = &self.params.guidance;
+        let steering = match self.on_orbit_as_reported(teammate.uav, group) {
+            Some(known) => known.steer(guidance, state, state.speed_m_s),
+            None => steer(guidance, state, &self.team_state.group(group)?.orbit(self.params), state.speed_m_s),
+        };
+        let command = Command { speed_m_s: state.speed_m_s, turn_rate_rad_s: steering.turn_rate_rad_s };
+        Some(Intent::of(self.params.uav.limit(command).command, state.heading, &steering))
+    }
+
+    /// Other UAVs of a group: position, id and place on the orbit.
+    fn groupmates(&self, id: UavId, group: GroupId) -> impl Iterator<Item = (Position, UavId, &OnOrbit)> {
+        let crew = self.team_state.on_orbit_of(group).filter(move |(teammate, _)| teammate.uav != id);
+        crew.map(|(teammate, on_orbit)| (teammate.state.position, teammate.uav, on_orbit))
+    }
+
+    /// Place of a UAV on its group's orbit, if its report is of the time of the team state; only then it is known.
+    fn on_orbit_as_reported(&self, uav: UavId, group: GroupId) -> Option<&OnOrbit> {
+        let mut crew = self.team_state.on_orbit_of(group);
+        crew.find(|(teammate, _)| teammate.uav == uav && teammate.reported_now).map(|(_, on_orbit)| on_orbit)
+    }
+
+    fn fly_orbit(&self, observation: &Observation, group: &Group) -> (Command, f64, Option<Steering>) {
+        let Observation { uav: id, ref own, .. } = *observation;
+        let guidance = &self.params.guidance;
+        let computed;
+        let known = self.on_orbit_as_reported(id, group.id).filter(|_| observation.time == self.team_state.time);
+        let on_orbit = match known {
+            Some(known) => known,
+            None => {
+                computed = OnOrbit::of(guidance, own.position, &group.orbit(self.params));
+                &computed
+            }
+        };
+        let orbit = &on_orbit.orbit;
+        let is_away = |teammate: &OnOrbit| is_in_transit(teammate.centre_distance_m(), orbit.distance_m);
+        let spacing = |others: &mut dyn Iterator<Item = (UavId, Angle)>| {
+            phase_error_rad((id, on_orbit.phase), others, guidance.desired_phase_rad, guidance.orbit_direction)
+        };
+        let error_rad = match self.params.link {
+            _ if is_away(on_orbit) => 0.0,
+            LinkModel::Ideal => {
+                let others = self.groupmates(id, group.id).filter(|(.., teammate)| !is_away(teammate));
+                spacing(&mut others.map(|(_, teammate, on_orbit)| (teammate, on_orbit.phase)))
+            }
+            // Every UAV near the orbit needs phase spacing, whatever its assignment.
+            LinkModel::Lossy => {
+                let others = self.team_state.teammates.iter().filter(|teammate| teammate.uav != id);
+                let others = others.map(|teammate| (teammate, OnOrbit::of(guidance, teammate.state.position, orbit)));
+                let is_near = |on_orbit: &OnOrbit| {
+                    (on_orbit.centre_distance_m() - orbit.distance_m).abs() <= NEAR_ORBIT * orbit.distance_m
+                };
+                let others = others.filter(|(teammate, on_orbit)| match teammate.group == Some(group.id) {
+                    true => !is_away(on_orbit),
+                    false => is_near(on_orbit),
+                });
+                spacing(&mut others.map(|(teammate, on_orbit)| (teammate.uav, on_orbit.phase)))
+            }
+        };
+        let nominal_m_s = self.params.uav.speed_m_s;
+        let centre_m_s = orbit.centre_velocity.speed_m_s();
+        let desired_m_s =
+            phase_control_speed_m_s(error_rad, guidance.phase_gain_1_s, orbit.distance_m, nominal_m_s, centre_m_s);
+        let desired_m_s = on_orbit.ground_speed_m_s(guidance, desired_m_s);
+        // The field is followed at the speed that the limits allow, so that (25) and (29) hold for it.
+        let (limited_m_s, _) = self.params.uav.limit_speed_m_s(desired_m_s);
+        let steering = on_orbit.steer(guidance, own, limited_m_s);
+        let desired = Command { speed_m_s: desired_m_s, turn_rate_rad_s: steering.turn_rate_rad_s };
+        (desired, error_rad, Some(steering))
+    }
+
+    /// Altitude of the group's orbit, or the UAV's own altitude.
+    fn altitude_m(&self, id: UavId, group: Option<&Group>) -> Option<f64> {
+        let altitude_m = self.params.own_altitude_m(id).or(group.map(|group| group.altitude_m))?;
+        Some(self.params.limit_altitude_m(altitude_m))
+    }
+
+    /// Command without a group: a circle around the search area; otherwise the smallest orbit around the last known
+    /// position of a target, or around the UAV's own position.
+    fn wait(&self, id: UavId, own: &UavState) -> Command {
+        let speed_m_s = self.params.uav.speed_m_s;
+        let Some(orbit) = self.waiting_orbit(id, own) else { return self.params.fallback_command() };
+        Command { speed_m_s, turn_rate_rad_s: steer(&self.params.guidance, own, &orbit, speed_m_s).turn_rate_rad_s }
+    }
+
+    fn waiting_orbit(&self, id: UavId, own: &UavState) -> Option<Orbit> {
+        let smallest_m = self.params.group.standoff.radius_min_m;
+        let search_area = self.search_area(id).map(|area| (area.centre, area.radius_m));
+        let last_known = || self.nearest_known(id, own).map(|last_known| (last_known.position, smallest_m));
+        let (centre, radius_m) = search_area.or_else(last_known)?;
+        Some(Orbit {
+            centre,
+            centre_velocity: Velocity::ZERO,
+            distance_m: radius_m,
+            rate_m_s: 0.0,
+            steered: Ramp { radius_m, rate_m_s: 0.0 },
+        })
+    }
+
+    fn search_area(&self, id: UavId) -> Option<SearchArea> {
+        SearchArea::of(self.team_state.search_target_of(id)?, 0.0, self.params)
+    }
+
+    /// Points at the centre of the group or the angular midpoint of its members; without a group, at the search area or
+    /// at the last known position of a target.
+    fn pointing_target(&self, id: UavId, uav: &UavState, group: Option<&Group>) -> Option<PointingTarget> {
+        let Some(group) = group else {
+            let in_search_area = self.search_area(id).map(|area| {
+                let sensor = &self.params.track.sensor;
+                let boresight = area.boresight(id, uav.position, self.team_state.time, sensor.field_of_view_rad);
+                let ahead = Displacement::from_polar(sensor.sensing_range_m, boresight);
+                PointingTarget { position: uav.position + ahead, velocity: Velocity::ZERO }
+            });
+            return in_search_area.or_else(|| self.nearest_known(id, uav));
+        };
+        let centre = group.centre.estimate().state;
+        let centre = PointingTarget { position: centre.position(), velocity: centre.velocity() };
+        if self.params.group.pointing == Pointing::GroupCentre {
+            return Some(centre);
+        }
+        let members = self.team_state.members_of(group.id);
+        let own = members.clone().filter(|known| known.membership.group() == Some(group.id));
+        let state = |known: &GroupedTrack| known.estimate().state;
+        let with_variance = |known: &GroupedTrack| {
+            let sd_m = known.estimate().position_sd_max_m();
+            (state(known), sd_m * sd_m)
+        };
+        let fits_rad = self.params.track.sensor.field_of_view_rad;
+        // Members of the group come first; targets in handoff to it follow once the orbit has room for all.
+        angular_midpoint(uav, centre.position, members.map(state), fits_rad)
+            .or_else(|| angular_midpoint(uav, centre.position, own.clone().map(state), fits_rad))
+            .or_else(|| angular_midpoint_of_most(uav, own.map(with_variance), fits_rad))
+            .or(Some(centre))
+    }
+
+    /// Nearest track; a lost one, at its last position, if there are no others. `None` for a UAV that the team does not
+    /// receive, because no teammate counts on it.
+    fn nearest_known(&self, id: UavId, own: &UavState) -> Option<PointingTarget> {
+        self.team_state.teammate(id)?;
+        let nearest = |lost: bool| {
+            let tracks =
+                self.team_state.tracks().iter().map(|known| &known.track).filter(|track| track.is_lost() == lost);
+            let positions = tracks.map(|track| {
+                let state = track.estimate().state;
+                let velocity = if lost { Velocity::ZERO } else { state.velocity() };
+                PointingTarget { position: state.position(), velocity }
+            });
+            let squared_m2 = |target: &PointingTarget| target.position.squared_distance_m2(own.position);
+            positions.min_by(|a, b| squared_m2(a).total_cmp(&squared_m2(b)))
+        };
+        nearest(false).or_else(|| nearest(true))
+    }
+}

@@ -1,0 +1,216 @@
+//! Assignment of many UAVs by local search. Taking one UAV out of every group and reassigning these, one to a group, is
+//! an assignment problem that the Hungarian method solves exactly. A fixed pseudorandom sequence selects the UAVs to
+//! take out.
+
+use core::cmp::Reverse;
+use std::collections::BTreeMap;
+
+use super::problem::{Problem, Score, UavSet};
+use crate::coordination::clustering::Draw;
+
+/// Number of times that UAVs are taken out and reassigned.
+const TRIALS: u32 = 2000;
+
+/// Maximum number of consecutive trials without a gain; after more, a few swaps lead away from the best result so far.
+const PATIENCE: u32 = 10;
+
+/// Number of these swaps.
+const SWAPS: u32 = 3;
+
+/// Maximum number of cached scores.
+const REMEMBERED_MAX: usize = 1 << 20;
+
+/// Score of a forbidden choice; sums of it do not overflow.
+const FORBIDDEN: Score = -(1 << 50);
+
+/// Returns a good assignment of all UAVs; the best one if there are no more UAVs than groups.
+pub(super) fn search(problem: &Problem) -> Vec<UavSet> {
+    let mut search = Search::new(problem);
+    let mut best = search.start();
+    if problem.uavs <= problem.groups.len() {
+        return best;
+    }
+    let mut best_score = problem.total(&best);
+    let (mut blocks, mut score, mut idle) = (best.clone(), best_score, 0);
+    let mut draw = Draw(0x9E37_79B9_7F4A_7C15);
+    for _ in 0..TRIALS {
+        let pulled = pull(&mut blocks, &mut draw);
+        let before = core::mem::replace(&mut score, search.place(&mut blocks, &pulled));
+        idle = if score > before { 0 } else { idle + 1 };
+        if score > best_score {
+            (best, best_score) = (blocks.clone(), score);
+        }
+        if idle > PATIENCE {
+            blocks.clone_from(&best);
+            (0..SWAPS).for_each(|_| swap(&mut blocks, &mut draw));
+            (score, idle) = (problem.total(&blocks), 0);
+        }
+    }
+    best
+}
+
+/// Takes the UAV in a random seat out of every group that has this seat.
+fn pull(blocks: &mut [UavSet], draw: &mut Draw) -> Vec<usize> {
+    let seats = blocks.iter().map(Vec::len).max().unwrap_or(0);
+    let from = |block: &mut UavSet| {
+        let seat = draw.below(seats);
+        (seat < block.len()).then(|| block.remove(seat))
+    };
+    blocks.iter_mut().filter_map(from).collect()
+}
+
+/// Swaps two random UAVs of two random groups.
+fn swap(blocks: &mut [UavSet], draw: &mut Draw) {
+    let (one, other) = (draw.below(blocks.len()), draw.below(blocks.len()));
+    if one != other {
+        let (seat, other_seat) = (draw.below(blocks[one].len()), draw.below(blocks[other].len()));
+        let (uav, other_uav) = (blocks[one].remove(seat), blocks[other].remove(other_seat));
+        join(&mut blocks[one], other_uav);
+        join(&mut blocks[other], uav);
+    }
+}
+
+fn join(block: &mut UavSet, uav: usize) {
+    block.insert(block.partition_point(|member| *member < uav), uav);
+}
+
+/// Search state: a problem and cached results.
+pub(super) struct Search<'a> {
+    problem: &'a Problem,
+    /// Cached scores of a group's UAVs with each further UAV, and in the last entry without one.
+    assigned: BTreeMap<(usize, UavSet), Vec<Option<Score>>>,
+    /// Price of each UAV in the last matching, and in the last entry of no UAV. The next matching starts from these
+    /// prices, which saves most of the work.
+    prices: Vec<Score>,
+}
+
+impl<'a> Search<'a> {
+    pub(super) fn new(problem: &'a Problem) -> Self {
+        Self { problem, assigned: BTreeMap::new(), prices: vec![0; problem.uavs + 1] }
+    }
+
+    /// Assigns the best UAV to every group, then the second best, and so on; each round is optimal over all groups.
+    pub(super) fn start(&mut self) -> Vec<UavSet> {
+        let mut blocks = vec![UavSet::new(); self.problem.groups.len()];
+        let mut free: Vec<usize> = (0..self.problem.uavs).collect();
+        while !free.is_empty() {
+            self.place(&mut blocks, &free);
+            free.retain(|uav| !blocks.iter().any(|block| block.contains(uav)));
+        }
+        blocks
+    }
+
+    /// Assigns free UAVs to groups, at most one to each and as many as there are groups, so that the total score is
+    /// maximal; returns that score.
+    fn place(&mut self, blocks: &mut [UavSet], free: &[usize]) -> Score {
+        let columns = free.len().max(blocks.len());
+        let worth: Vec<Vec<Score>> =
+            blocks.iter().enumerate().map(|(site, block)| self.worth(site, block, free, columns)).collect();
+        let no_uav = self.problem.uavs;
+        let price_of = |column: usize| free.get(column).copied().unwrap_or(no_uav);
+        // If there are more columns than groups, all prices start at zero.
+        let left_over = columns > blocks.len();
+        let mut prices: Vec<Score> =
+            (0..columns).map(|column| if left_over { 0 } else { self.prices[price_of(column)] }).collect();
+        let chosen = matching(&worth, &mut prices);
+        let least = prices.iter().copied().min().unwrap_or(0);
+        prices.iter().enumerate().for_each(|(column, price)| self.prices[price_of(column)] = price - least);
+        let mut score = 0;
+        for (site, column) in chosen.into_iter().enumerate() {
+            score += worth[site][column];
+            if let Some(uav) = free.get(column) {
+                join(&mut blocks[site], *uav);
+            }
+        }
+        score
+    }
+
+    /// Scores of a group's UAVs with each of the free UAVs, then without a further UAV.
+    fn worth(&mut self, site: usize, block: &UavSet, free: &[usize], columns: usize) -> Vec<Score> {
+        let (problem, choice) = (self.problem, &self.problem.groups[site]);
+        if self.assigned.len() * (problem.uavs + 1) > REMEMBERED_MAX {
+            self.assigned.clear();
+        }
+        let known = self.assigned.entry((site, block.clone())).or_insert_with(|| vec![None; problem.uavs + 1]);
+        let mut sums = None;
+        let mut with = |uav: Option<usize>| {
+            if !choice.sizes.contains(&(block.len() + usize::from(uav.is_some()))) {
+                return FORBIDDEN;
+            }
+            let score = || match uav {
+                Some(uav) if block.is_empty() => problem.score(site, &[uav]),
+                None if block.is_empty() => 0,
+                _ => {
+                    let informed = choice.score(sums.get_or_insert_with(|| choice.sums(block)), uav);
+                    informed + choice.inertia(block) + uav.map_or(0, |uav| choice.inertia(&[uav]))
+                }
+            };
+            *known[uav.unwrap_or(problem.uavs)].get_or_insert_with(score)
+        };
+        (0..columns).map(|column| with(free.get(column).copied())).collect()
+    }
+}
+
+/// Returns the column of each row in the matching of maximum worth, by the Hungarian method with shortest paths. There
+/// must be at least as many columns as rows. The prices of columns may start at any values if the numbers are equal,
+/// otherwise at zero; on return, they are the final prices.
+///
+/// This is a custom implementation: with the crate `pathfinding`, against which the tests check it, a whole assignment
+/// takes 1.4 times as long with 13 UAVs and 1.9 times with 100 (docs/benchmarks.md).
+pub(super) fn matching(worth: &[Vec<Score>], prices: &mut [Score]) -> Vec<usize> {
+    let mut gains = vec![0; worth.len()];
+    let mut row_of = vec![None; prices.len()];
+    let mut waiting = Vec::new();
+    for (row, worth) in worth.iter().enumerate() {
+        let gain = |column: usize| worth[column] - prices[column];
+        let best = (0..prices.len()).max_by_key(|column| (gain(*column), Reverse(*column))).unwrap_or(0);
+        gains[row] = gain(best);
+        if row_of[best].is_some() {
+            waiting.push(row);
+        } else {
+            row_of[best] = Some(row);
+        }
+    }
+    let mut from = vec![None; prices.len()];
+    let mut distances = vec![0; prices.len()];
+    for start in waiting {
+        // Dijkstra over the columns; the length of an edge is the loss of its row.
+        distances.fill(Score::MAX);
+        let mut open: Vec<usize> = (0..prices.len()).collect();
+        let mut passed = Vec::new();
+        let (mut row, mut via, mut distance) = (start, None, 0);
+        let mut column = loop {
+            let reach = distance + gains[row];
+            let (mut nearest, mut next) = (Score::MAX, 0);
+            for (index, &column) in open.iter().enumerate() {
+                let reached = reach - worth[row][column] + prices[column];
+                if reached < distances[column] {
+                    (distances[column], from[column]) = (reached, via);
+                }
+                if distances[column] < nearest {
+                    (nearest, next) = (distances[column], index);
+                }
+            }
+            distance = nearest;
+            let column = open.swap_remove(next);
+            let Some(taken_by) = row_of[column] else { break column };
+            passed.push((column, taken_by));
+            (row, via) = (taken_by, Some(column));
+        };
+        gains[start] -= distance;
+        for (column, row) in passed {
+            prices[column] += distance - distances[column];
+            gains[row] -= distance - distances[column];
+        }
+        while let Some(previous) = from[column] {
+            row_of[column] = row_of[previous];
+            column = previous;
+        }
+        row_of[column] = Some(start);
+    }
+    let mut columns = vec![0; worth.len()];
+    for (column, row) in row_of.into_iter().enumerate() {
+        row.into_iter().for_each(|row| columns[row] = column);
+    }
+    columns
+}

@@ -1,0 +1,293 @@
+//! Creation and retirement of groups.
+
+use crate::coordination::clustering::{KMeans, group_count};
+use crate::coordination::event::{
+    Event, EventKind, GroupCreatedReason, GroupRetiredReason, HandoffCancelledReason, HandoffCompletedReason,
+};
+use crate::coordination::grouping::Grouping;
+use crate::coordination::memberships::{GroupedTrack, Membership};
+use crate::frame::Position;
+use crate::group_id::GroupId;
+use crate::params::{GroupCount, LinkModel};
+use crate::time::Duration;
+
+impl Grouping<'_> {
+    /// Clusters all targets if there are no groups.
+    ///
+    /// Implements Algorithm 1's place in the mission.
+    pub(super) fn create_first_groups(&mut self, desired: usize) {
+        self.state.next_regrouping = self.now + Duration::from_s(self.params.group.regrouping_period_s);
+        let live: Vec<usize> = self.places(|known| !known.track.is_lost());
+        let clusters = self.clustered(&live, group_count(self.team.len(), live.len()));
+        if self.params.group.count == GroupCount::AsNeeded && !self.all_are_grouped(&live, &clusters) {
+            while self.groups() < desired && self.create_another() {}
+            return;
+        }
+        // Groups are numbered in the order of their first targets.
+        let mut ids: Vec<(usize, GroupId)> = Vec::new();
+        for (cluster, place) in clusters.iter().zip(&live) {
+            let id = match ids.iter().find(|(known, _)| known == cluster) {
+                Some((_, id)) => *id,
+                None => {
+                    let members = clusters.iter().zip(&live).filter(|(of, _)| *of == cluster);
+                    let id = self.memberships.new_group(self.now, members.map(|(_, place)| *place));
+                    ids.push((*cluster, id));
+                    id
+                }
+            };
+            self.memberships.set(*place, Membership::Member(id));
+        }
+        for (_, id) in ids {
+            self.emit_group_created(id, GroupCreatedReason::First);
+        }
+    }
+
+    /// True if one orbit for each cluster contains it with room to spare.
+    fn all_are_grouped(&self, places: &[usize], clusters: &[usize]) -> bool {
+        let of = |cluster| places.iter().zip(clusters).filter(move |(_, of)| **of == cluster).map(|(place, _)| *place);
+        let count = clusters.iter().max().map_or(0, |last| last + 1);
+        (0..count).all(|cluster| self.required(of(cluster)).is_none_or(|orbit| orbit.has_room(&self.params.group)))
+    }
+
+    fn emit_group_created(&mut self, id: GroupId, reason: GroupCreatedReason) {
+        let members = self.members(id).count() as u32;
+        self.events.push(Event::of_group(EventKind::GroupCreated { members, reason }, id));
+    }
+
+    /// Retires the group with the fewest members; of ties the newest. With a lossy link, groups to which no received
+    /// UAV is assigned go first: their UAVs may only be out of range and continue with them.
+    pub(super) fn retire_smallest(&mut self) {
+        let has_uav = |id: &GroupId| {
+            self.params.link == LinkModel::Lossy && self.team.iter().any(|teammate| teammate.group == Some(*id))
+        };
+        let size = |id: &&GroupId| (has_uav(id), self.members(**id).count());
+        let smallest = self.memberships.groups().iter().rev().min_by_key(size).copied();
+        if let Some(id) = smallest {
+            self.retire(id, GroupRetiredReason::TooManyGroups);
+        }
+    }
+
+    fn retire(&mut self, id: GroupId, reason: GroupRetiredReason) {
+        self.events.push(Event::of_group(EventKind::GroupRetired(reason), id));
+        for place in 0..self.grouped_track().len() {
+            match self.grouped_track()[place].membership {
+                Membership::Member(group) if group == id => {
+                    let track = self.track(place);
+                    if let GroupRetiredReason::Merged { into, .. } = reason {
+                        self.admit_into(place, into);
+                        let event = Event::of_track(EventKind::Merged, track, Some(id));
+                        self.events.push(Event { to_group: Some(into), ..event });
+                    } else {
+                        self.memberships.set(place, Membership::Ungrouped);
+                        let kind = EventKind::NotAdmitted(HandoffCancelledReason::GroupRetired);
+                        self.events.push(Event::of_track(kind, track, Some(id)));
+                    }
+                }
+                Membership::InHandoff(handoff) if handoff.to == id => {
+                    self.cancel_handoff(place, HandoffCancelledReason::GroupRetired)
+                }
+                Membership::InHandoff(handoff) if handoff.from == Some(id) => {
+                    self.complete_handoff(place, HandoffCompletedReason::PassingGroupRetired);
+                }
+                _ => {}
+            }
+        }
+    }
+
+    /// Periodic regrouping. A group is retired if its UAVs could cover half as many targets again, and at least two
+    /// more, by forming a group of its own targets and ungrouped ones; or any number of others, if a neighbour's orbit
+    /// can contain its own targets, too. Only targets count that its UAVs can bring within sensing range soon. With
+    /// groups as needed, the gain must be worth it ([`Self::is_worth_a_group`]), and the retirement of a group whose
+    /// members fit into others comes first, because its UAV can then cover others. Of groups with the same gain, the
+    /// one nearest to an ungrouped target is retired.
+    pub(super) fn regroup(&mut self, desired: usize) {
+        let period_s = self.params.group.regrouping_period_s;
+        if period_s <= 0.0 || self.now < self.state.next_regrouping || self.state.retiring.is_some() {
+            return;
+        }
+        // With spare UAVs, ungrouped targets get a group in any case.
+        if self.groups() < desired || !self.grouped_track().iter().any(GroupedTrack::is_ungrouped) {
+            return;
+        }
+        self.state.next_regrouping = self.now + Duration::from_s(period_s);
+        let by_need = self.params.group.count == GroupCount::AsNeeded;
+        if by_need
+            && (!self.is_worth_a_group(self.coverable_together(GroupedTrack::is_ungrouped).len())
+                || self.retire_redundant_group())
+        {
+            return;
+        }
+        let mut best: Option<(usize, f64, GroupId, Position, GroupRetiredReason)> = None;
+        for &id in self.memberships.groups() {
+            let Some(from) = self.required_by(id).map(|required| required.centre()) else { continue };
+            let members = self.members(id).count();
+            let into = self.groups_able_to_hold(id);
+            let together = self.coverable_together(|known| {
+                let is_own = into.is_none() && known.membership == Membership::Member(id);
+                is_own || (known.is_ungrouped() && self.is_soon_in_view(known, from))
+            });
+            let together = together.len();
+            let (gain, reason) = match into {
+                Some(into) => {
+                    let is_worth_it = !by_need || self.is_worth_a_group(together);
+                    let reason = GroupRetiredReason::Merged { into, coverable_targets: together as u32 };
+                    (if is_worth_it { together } else { 0 }, reason)
+                }
+                None => {
+                    let gain = together.saturating_sub(members);
+                    let is_worth_it = gain >= 2 && 2 * gain >= members;
+                    (
+                        if is_worth_it { gain } else { 0 },
+                        GroupRetiredReason::BetterCoverage { together: together as u32 },
+                    )
+                }
+            };
+            let away_m2 = if by_need { self.distance_to_untracked_m2(from) } else { f64::INFINITY };
+            let (most, nearest_m2) = best.map_or((0, f64::INFINITY), |(most, nearest_m2, ..)| (most, nearest_m2));
+            if gain > most || (gain > 0 && gain == most && away_m2 < nearest_m2) {
+                best = Some((gain, away_m2, id, from, reason));
+            }
+        }
+        if let Some((.., id, from, reason)) = best {
+            self.retire(id, reason);
+            let together = self.coverable_together(|known| known.is_ungrouped() && self.is_soon_in_view(known, from));
+            if !together.is_empty() {
+                self.create(&together);
+            }
+        }
+    }
+
+    /// True if this number of ungrouped targets on one orbit justifies moving a UAV from a group that others can
+    /// contain: two, or a tenth of all targets. For one of many targets, the flight took as long as the additional
+    /// coverage lasted: with 8 UAVs over 30 cars, nothing was gained and the standoff error grew by half.
+    fn is_worth_a_group(&self, together: usize) -> bool {
+        together >= 2 || 10 * together >= self.live()
+    }
+
+    /// Squared distance to the nearest ungrouped target, m2; infinite without one.
+    pub(super) fn distance_to_untracked_m2(&self, from: Position) -> f64 {
+        let ungrouped = self.grouped_track().iter().filter(|known| known.is_ungrouped());
+        ungrouped.map(|known| known.position().squared_distance_m2(from)).fold(f64::INFINITY, f64::min)
+    }
+
+    /// True if UAVs around `from` can bring the target within sensing range in time, even if it drives away.
+    fn is_soon_in_view(&self, known: &GroupedTrack, from: Position) -> bool {
+        let closing_m_s = (self.params.uav.speed_m_s - known.speed_m_s()).max(0.0);
+        let reach_m = self.params.track.sensor.sensing_range_m + self.params.group.assignment_reach_s * closing_m_s;
+        known.position().squared_distance_m2(from) <= reach_m * reach_m
+    }
+
+    /// First other group whose orbit has room for all members of a group.
+    fn groups_able_to_hold(&self, id: GroupId) -> Option<GroupId> {
+        self.memberships.groups().iter().copied().filter(|other| *other != id).find(|other| {
+            let belongs = |place: &usize| self.grouped_track()[*place].membership.groups().any(|group| group == id);
+            let of_other = self.members(*other).filter(|place| !belongs(place));
+            let both = of_other.chain(self.members(id));
+            self.required(both).is_some_and(|required| required.has_room(&self.params.group))
+        })
+    }
+
+    /// Indices of the largest set of eligible targets that one orbit around one of them could contain. Targets faster
+    /// than the UAVs are not eligible.
+    fn coverable_together(&self, is_eligible: impl Fn(&GroupedTrack) -> bool) -> Vec<usize> {
+        let (reach_m, limit_m_s) = (self.params.group.reach_m(), self.params.uav.speed_max_m_s());
+        let is_near = |a: Position, b: Position| a.squared_distance_m2(b) <= reach_m * reach_m;
+        let mut places = self.places(|known| known.speed_m_s() <= limit_m_s && is_eligible(known));
+        let positions = self.positions(&places);
+        let mut best: Option<(usize, Position)> = None;
+        for centre in &positions {
+            let near = positions.iter().filter(|position| is_near(**position, *centre)).count();
+            if best.is_none_or(|(most, _)| near > most) {
+                best = Some((near, *centre));
+            }
+        }
+        places.retain(|place| best.is_some_and(|(_, centre)| is_near(self.grouped_track()[*place].position(), centre)));
+        while let Some(required) = self.required(places.iter().copied()) {
+            if required.has_room(&self.params.group) || places.len() == 1 {
+                break;
+            }
+            let target = self.removal_candidate(places.iter().copied(), &required);
+            places.retain(|place| *place != target);
+        }
+        places
+    }
+
+    /// Creates one more group: of ungrouped targets, or else by splitting the most scattered group. Returns `false` if
+    /// neither is possible.
+    pub(super) fn create_another(&mut self) -> bool {
+        let Some(first) = self.grouped_track().iter().position(GroupedTrack::is_ungrouped) else {
+            // If all targets are in groups, further groups are only created while each can have two UAVs.
+            return self.groups() < group_count(self.team.len(), self.live()) && self.split();
+        };
+        let together = self.coverable_together(GroupedTrack::is_ungrouped);
+        // If no ungrouped target is slow enough, the first one is used.
+        self.create(if together.is_empty() { core::slice::from_ref(&first) } else { &together });
+        true
+    }
+
+    /// Creates a group of the targets with these indices.
+    fn create(&mut self, places: &[usize]) {
+        let id = self.memberships.new_group(self.now, places.iter().copied());
+        for place in places {
+            // With groups as needed, the UAVs have yet to arrive, so that the targets are not members until then.
+            match self.params.group.count {
+                GroupCount::HalfOfUavs => self.memberships.set(*place, Membership::Member(id)),
+                GroupCount::AsNeeded => self.admit_into(*place, id),
+            }
+            self.events.push(Event::of_track(EventKind::Admitted, self.track(*place), Some(id)));
+        }
+        let is_scarce = self.params.group.count == GroupCount::AsNeeded && 2 * self.groups() > self.team.len();
+        self.emit_group_created(
+            id,
+            if is_scarce { GroupCreatedReason::UavShortage } else { GroupCreatedReason::Ungrouped },
+        );
+    }
+
+    /// Splits the group with the largest sum of squares in two; the part with more members keeps the id.
+    fn split(&mut self) -> bool {
+        let mut widest: Option<(f64, GroupId, Vec<usize>)> = None;
+        for &id in self.memberships.groups() {
+            let places = self.settled_members(id);
+            let mut together = KMeans::default();
+            together.cluster_of.resize(places.len(), 0);
+            let sum_m2 = together.cost_m2(&self.positions(&places)) * places.len() as f64;
+            if places.len() > 1 && widest.as_ref().is_none_or(|(most_m2, ..)| sum_m2 > *most_m2) {
+                widest = Some((sum_m2, id, places));
+            }
+        }
+        let Some((_, id, places)) = widest else { return false };
+        let clusters = self.clustered(&places, 2);
+        let of_second = clusters.iter().filter(|cluster| **cluster == 1).count();
+        let leaves = usize::from(2 * of_second <= places.len());
+        let leaving = places.iter().zip(&clusters).filter(|(_, cluster)| **cluster == leaves);
+        let new = self.memberships.new_group(self.now, leaving.clone().map(|(place, _)| *place));
+        for (place, _) in leaving {
+            self.memberships.set(*place, Membership::Member(new));
+            let event = Event::of_track(EventKind::Regrouped, self.track(*place), Some(id));
+            self.events.push(Event { to_group: Some(new), ..event });
+        }
+        self.emit_group_created(new, GroupCreatedReason::Split);
+        true
+    }
+
+    /// Indices of a group's members that are not in handoff.
+    fn settled_members(&self, id: GroupId) -> Vec<usize> {
+        self.members(id).filter(|place| self.grouped_track()[*place].membership == Membership::Member(id)).collect()
+    }
+
+    /// Indices of the targets that satisfy a condition.
+    fn places(&self, condition: impl Fn(&GroupedTrack) -> bool) -> Vec<usize> {
+        (0..self.grouped_track().len()).filter(|place| condition(&self.grouped_track()[*place])).collect()
+    }
+
+    fn positions(&self, places: &[usize]) -> Vec<Position> {
+        places.iter().map(|place| self.grouped_track()[*place].position()).collect()
+    }
+
+    /// Clusters the targets with these indices from scratch; returns the cluster of each.
+    fn clustered(&self, places: &[usize], k: usize) -> Vec<usize> {
+        let mut clusters = KMeans::default();
+        clusters.seed(&self.positions(places), k);
+        clusters.cluster_of
+    }
+}

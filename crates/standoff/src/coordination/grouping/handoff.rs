@@ -1,0 +1,178 @@
+//! Handoff of targets between groups.
+
+use crate::coordination::dwell::{Handoff, dwell_s};
+use crate::coordination::event::{Event, EventKind, HandoffCancelledReason, HandoffCompletedReason};
+use crate::coordination::grouping::{Grouping, GroupingBuffers};
+use crate::coordination::memberships::Membership;
+use crate::group_id::GroupId;
+use crate::math;
+use crate::time::Duration;
+
+impl Grouping<'_> {
+    /// Refines the last clustering, starts handoffs, and ends those whose dwell is over.
+    ///
+    /// Implements section IV.B.1.
+    pub(super) fn update_handoffs(&mut self) {
+        self.keep_groups_nonempty();
+        let desired = self.desired_groups();
+        for &(place, group) in &desired {
+            match self.grouped_track()[place].membership {
+                Membership::Member(own) if own != group => self.start_handoff(place, own, group),
+                Membership::InHandoff(handoff) => self.end_dwell(place, handoff, group),
+                _ => {}
+            }
+        }
+        self.buffers.desired_groups = desired;
+    }
+
+    /// Group that clustering proposes for each grouped target, starting from the last clustering.
+    fn desired_groups(&mut self) -> Vec<(usize, GroupId)> {
+        let (memberships, winding_up) = (&*self.memberships, self.state.retiring);
+        let GroupingBuffers { clusters, places, positions, desired_groups: wanted, groups, .. } = &mut *self.buffers;
+        groups.clear();
+        groups.extend(memberships.groups().iter().filter(|id| winding_up != Some(**id)));
+        places.clear();
+        positions.clear();
+        clusters.cluster_of.clear();
+        for (place, known) in memberships.tracks().iter().enumerate() {
+            let Some(cluster) = known.home().and_then(|home| groups.binary_search(&home).ok()) else {
+                continue;
+            };
+            places.push(place);
+            positions.push(known.position());
+            clusters.cluster_of.push(cluster);
+        }
+        clusters.refine(positions, groups.len(), self.params.group.handoff_margin_m);
+        let mut wanted = core::mem::take(wanted);
+        wanted.clear();
+        wanted.extend(places.iter().copied().zip(clusters.cluster_of.iter().map(|cluster| groups[*cluster])));
+        wanted
+    }
+
+    /// If all members of a group are in handoff to others, cancels the handoff of the first one.
+    fn keep_groups_nonempty(&mut self) {
+        let groups = self.groups_now();
+        for &id in &groups {
+            let has_home = self.members(id).any(|place| self.grouped_track()[place].home() == Some(id));
+            let first = self.members(id).next();
+            if let Some(first) = first.filter(|_| !has_home && self.state.retiring != Some(id)) {
+                self.cancel_handoff(first, HandoffCancelledReason::GroupRetired);
+            }
+        }
+        self.buffers.groups = groups;
+    }
+
+    /// Starts a handoff, if the receiving group has room.
+    ///
+    /// Implements section IV.B.1, with the dwell (34).
+    pub(super) fn start_handoff(&mut self, place: usize, from: GroupId, to: GroupId) {
+        if self.grouped_track()[place].is_blocked_from(to, self.now) {
+            return;
+        }
+        let Some(required) = self.has_room(to, place) else { return };
+        let (group, guidance) = (&self.params.group, &self.params.guidance);
+        let uavs =
+            self.team.iter().filter(|teammate| teammate.group == Some(to)).map(|teammate| teammate.state.position);
+        let (orbit, speed_m_s) = (required.orbit(), self.params.uav.speed_m_s);
+        let dwell_s = dwell_s(uavs, &orbit, guidance.radial_gain, speed_m_s, (group.dwell_min_s, group.dwell_max_s));
+        let handoff = Handoff { from: Some(from), to, requested_at: self.now, dwell: Duration::from_s(dwell_s) };
+        self.memberships.set(place, Membership::InHandoff(handoff));
+        self.emit_handoff(place, EventKind::HandoffStarted { dwell_s }, handoff);
+        if group.dwell_max_s <= 0.0 {
+            self.complete_handoff(place, HandoffCompletedReason::NoDwell);
+        }
+    }
+
+    /// Completes or cancels a handoff whose dwell is over. It is completed when all receiving UAVs have the target in
+    /// view; after the maximum dwell, one is enough.
+    fn end_dwell(&mut self, place: usize, handoff: Handoff, desired: GroupId) {
+        let elapsed = self.now - handoff.requested_at;
+        if elapsed < handoff.dwell {
+            return;
+        }
+        let is_last = elapsed.s() >= self.params.group.dwell_max_s;
+        let is_retiring = handoff.from.is_some_and(|from| self.state.retiring == Some(from));
+        if handoff.from.is_some() && desired != handoff.to && !is_retiring {
+            self.cancel_handoff(place, HandoffCancelledReason::ReassignedByClustering);
+        } else if self.is_held_by(place, handoff.to)
+            || (is_last && self.views(place, handoff.to).any(|in_view| in_view))
+        {
+            self.complete_handoff(place, HandoffCompletedReason::Received);
+        } else if is_last {
+            self.cancel_handoff(place, HandoffCancelledReason::NotInView);
+        }
+    }
+
+    /// For each UAV of a group, whether it has the target in view, by the target's estimate and with a clearance of one
+    /// standard deviation.
+    fn views(&self, place: usize, group: GroupId) -> impl Iterator<Item = bool> {
+        let sensor = &self.params.track.sensor;
+        let estimate = self.grouped_track()[place].estimate();
+        let (at, clearance_m) = (estimate.state.position(), estimate.position_sd_max_m());
+        self.team.iter().filter(move |teammate| teammate.group == Some(group)).map(move |teammate| {
+            let from = teammate.state.position;
+            teammate.boresight.is_some_and(|boresight| sensor.in_view_with_clearance(from, boresight, at, clearance_m))
+        })
+    }
+
+    /// True if all UAVs of the group, at least one, have the target in view. With an orbit motion model, the orbit must
+    /// also have made room for it: the current orbit keeps the target in view, and no UAV has yet to turn towards it.
+    pub(super) fn is_held_by(&self, place: usize, group: GroupId) -> bool {
+        let mut views = self.views(place, group);
+        let is_in_view = views.next().is_some_and(|first| first && views.all(|in_view| in_view));
+        is_in_view
+            && (self.params.group.motion.is_instantaneous() || (self.is_inside(place, group) && self.is_near(group)))
+    }
+
+    /// True if each UAV of a group is at most a turn radius outside its orbit, or stays within sensing range of the
+    /// centre even if it turns away first, by one turn diameter.
+    fn is_near(&self, group: GroupId) -> bool {
+        let (uav, sensor) = (&self.params.uav, &self.params.track.sensor);
+        let turn_m = uav.speed_m_s / uav.turn_rate_max_rad_s;
+        self.last(group).is_none_or(|group| {
+            let near_m = (sensor.sensing_range_m - 2.0 * turn_m).max(group.standoff.distance_m + turn_m);
+            let centre = group.centre.estimate().state.position();
+            let mut uavs = self.team.iter().filter(|teammate| teammate.group == Some(group.id));
+            uavs.all(|teammate| teammate.state.position.distance_m(centre) <= near_m)
+        })
+    }
+
+    /// True if the target is within the field of view from every point of the group's last orbit.
+    fn is_inside(&self, place: usize, group: GroupId) -> bool {
+        let half_rad = 0.5 * self.params.track.sensor.field_of_view_rad;
+        self.last(group).is_none_or(|group| {
+            let held_m = group.standoff.distance_m * math::sin(half_rad.min(0.5 * math::PI));
+            self.grouped_track()[place].position().distance_m(group.centre.estimate().state.position()) <= held_m
+        })
+    }
+
+    pub(super) fn complete_handoff(&mut self, place: usize, reason: HandoffCompletedReason) {
+        let Membership::InHandoff(handoff) = self.grouped_track()[place].membership else { return };
+        self.memberships.set(place, Membership::Member(handoff.to));
+        self.emit_handoff(place, EventKind::HandoffCompleted(reason), handoff);
+    }
+
+    pub(super) fn cancel_handoff(&mut self, place: usize, reason: HandoffCancelledReason) {
+        let Membership::InHandoff(handoff) = self.grouped_track()[place].membership else { return };
+        self.memberships.set(place, handoff.from.map_or(Membership::Removed, Membership::Member));
+        let dwell = handoff.dwell.max(Duration::from_s(self.params.group.dwell_min_s));
+        self.memberships.block(place, handoff.to, self.now + dwell);
+        self.emit_handoff(place, EventKind::HandoffCancelled(reason), handoff);
+    }
+
+    /// Emits the event of a handoff. The admission of a target from no group was reported when it started, so that only
+    /// its failure is reported here.
+    fn emit_handoff(&mut self, place: usize, kind: EventKind, handoff: Handoff) {
+        let track = self.track(place);
+        match (handoff.from, kind) {
+            (Some(from), _) => {
+                let event = Event::of_track(kind, track, Some(from));
+                self.events.push(Event { to_group: Some(handoff.to), ..event });
+            }
+            (None, EventKind::HandoffCancelled(reason)) if reason != HandoffCancelledReason::TargetLost => {
+                self.events.push(Event::of_track(EventKind::NotAdmitted(reason), track, Some(handoff.to)));
+            }
+            _ => {}
+        }
+    }
+}

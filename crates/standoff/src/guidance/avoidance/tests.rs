@@ -1,0 +1,272 @@
+use proptest::prelude::*;
+
+use super::*;
+use crate::angle::Angle;
+use crate::frame::{Displacement, Position};
+use crate::params::TeamParams;
+use crate::time::Duration;
+use crate::uav::{AutopilotModel, ClimbParams};
+
+const PERIOD_S: f64 = 0.5;
+
+/// A simulated UAV with a desired course and speed, with or without collision avoidance.
+#[derive(Debug, Clone, Copy)]
+struct Flier {
+    state: UavState,
+    course: Angle,
+    speed_m_s: f64,
+    avoids: bool,
+    /// Desired altitude, m.
+    altitude_m: Option<f64>,
+}
+
+impl Flier {
+    fn new((x_m, y_m): (f64, f64), course_deg: f64) -> Self {
+        let (course, speed_m_s) = (Angle::from_deg(course_deg), 40.0);
+        let position = Position::from_m(x_m, y_m);
+        let state = UavState::level_flight(position, course, speed_m_s);
+        Self { state, course, speed_m_s, avoids: true, altitude_m: None }
+    }
+
+    /// A UAV at one altitude that wants to fly at another.
+    fn climbing(self, from_m: f64, to_m: f64) -> Self {
+        let vertical = Some(Vertical { altitude_m: from_m, climb_rate_m_s: 0.0 });
+        Self { state: UavState { vertical, ..self.state }, altitude_m: Some(to_m), ..self }
+    }
+}
+
+/// Results of a simulated flight.
+#[derive(Debug)]
+struct Flown {
+    /// Minimum distance of two UAVs that were not separated by altitude, m.
+    closest_m: f64,
+    /// Number of UAV time steps with an avoidance command.
+    avoided: usize,
+    /// Number of reversals of the turn direction.
+    reversals: usize,
+    last: Vec<UavState>,
+}
+
+fn params() -> UavParams {
+    UavParams { climb: Some(ClimbParams::default()), ..TeamParams::table_1().uav }
+}
+
+fn fly(mut fliers: Vec<Flier>, seconds: f64) -> Flown {
+    let (uav, separation, dt) = (params(), SeparationParams::default(), Duration::from_s(PERIOD_S));
+    let response: AutopilotModel = uav.response(dt);
+    let mut flown = Flown { closest_m: f64::INFINITY, avoided: 0, reversals: 0, last: Vec::new() };
+    let mut sides = vec![0.0f64; fliers.len()];
+    for _ in 0..(seconds / PERIOD_S) as usize {
+        let others: Vec<OtherAircraft> = (0..)
+            .zip(&fliers)
+            .map(|(id, flier)| OtherAircraft {
+                aircraft: Aircraft::Uav(UavId(id)),
+                reported_state: flier.state,
+                age_s: 0.0,
+            })
+            .collect();
+        for (index, flier) in fliers.iter_mut().enumerate() {
+            for other in &others[index + 1..] {
+                let up_m = flier
+                    .state
+                    .vertical
+                    .zip(other.reported_state.vertical)
+                    .map(|(a, b)| (a.altitude_m - b.altitude_m).abs());
+                if up_m.is_none_or(|up_m| up_m < separation.vertical_min_m) {
+                    flown.closest_m =
+                        flown.closest_m.min(flier.state.position.distance_m(other.reported_state.position));
+                }
+            }
+            let off_rad = (flier.course - flier.state.heading).rad();
+            let desired = uav.limit(Command { speed_m_s: flier.speed_m_s, turn_rate_rad_s: off_rad }).command;
+            let own = flier.state;
+            let avoidance =
+                CollisionAvoidance { separation: &separation, uav: &uav, id: UavId(index as u32), own: &own };
+            let teammates = others.iter().copied().filter(|other| other.aircraft != Aircraft::Uav(avoidance.id));
+            let mut altitude_m = flier.altitude_m;
+            let mut command = desired;
+            if flier.avoids {
+                altitude_m = altitude_m.map(|desired_m| avoidance.altitude_m(desired_m, teammates.clone()));
+                let (safe, avoided) = avoidance.avoid((desired, None), altitude_m, teammates, |_| None, |_| true);
+                assert_eq!(uav.limit(safe).command, safe, "command exceeds the limits");
+                flown.avoided += usize::from(avoided.is_some());
+                command = safe;
+            }
+            let side =
+                if command.turn_rate_rad_s.abs() > 0.05 { command.turn_rate_rad_s.signum() } else { sides[index] };
+            flown.reversals += usize::from(side * sides[index] < 0.0);
+            sides[index] = side;
+            let climb = uav.climb.unwrap_or_default();
+            flier.state = response.step(&own, command);
+            flier.state.vertical = own.vertical.map(|vertical| climb.step(&vertical, altitude_m, dt));
+        }
+    }
+    flown.last = fliers.iter().map(|flier| flier.state).collect();
+    flown
+}
+
+/// Head-on, from the side at several angles, overtaking, converging: two UAVs keep the minimum distance, independent of
+/// the right of way. They do not turn back and forth, and return to their courses.
+#[test]
+fn two_uavs_that_meet_pass_each_other() {
+    for angle_deg in [180.0, 175.0, 150.0, 120.0, 90.0, 60.0, 40.0, 20.0] {
+        for offset_m in [0.0, 5.0, -5.0, 30.0, -30.0] {
+            for first in [0, 1] {
+                let angle = Angle::from_deg(angle_deg);
+                // Without avoidance, both would be at the origin after 15 s, or one of them at an offset from it.
+                let start = Position::ORIGIN + Displacement::from_polar(-600.0, angle);
+                let mut fliers =
+                    vec![Flier::new((-600.0, offset_m), 0.0), Flier::new((start.x_m(), start.y_m()), angle_deg)];
+                fliers.rotate_left(first);
+                let flown = fly(fliers.clone(), 60.0);
+                let case = format!("{angle_deg} degrees, {offset_m} m, {first}: {flown:?}");
+                assert!(flown.closest_m >= 50.0 && flown.avoided > 0, "{case}");
+                assert!(flown.reversals <= 6, "{case}");
+                for (flier, last) in fliers.iter().zip(&flown.last) {
+                    assert!((last.heading - flier.course).abs_rad() < 0.01, "{case}");
+                }
+            }
+        }
+    }
+}
+
+/// A UAV follows another one on the same course, 12 m/s faster. With the lower id it gives way and passes. With the
+/// higher id, the UAV ahead gives way by flying faster.
+#[test]
+fn an_overtaking_uav_keeps_the_minimum_distance() {
+    for first in [0, 1] {
+        let mut fliers = vec![
+            Flier { speed_m_s: 50.0, ..Flier::new((-300.0, 2.0), 0.0) },
+            Flier { speed_m_s: 38.0, ..Flier::new((0.0, 0.0), 0.0) },
+        ];
+        fliers.rotate_left(first);
+        let flown = fly(fliers, 120.0);
+        assert!(flown.closest_m >= 50.0, "{first}: {flown:?}");
+        let ahead_m = flown.last[first].position.x_m() - flown.last[1 - first].position.x_m();
+        assert_eq!(ahead_m > 200.0, first == 0, "{first}: {ahead_m} m ahead");
+    }
+}
+
+/// One of two UAVs does not avoid. Whether it has the lower or the higher id, the other one avoids it.
+#[test]
+fn a_uav_without_avoidance_is_avoided() {
+    for angle_deg in [180.0, 135.0, 90.0, 45.0] {
+        for passive in [0, 1] {
+            let start = Position::ORIGIN + Displacement::from_polar(-600.0, Angle::from_deg(angle_deg));
+            let mut fliers = vec![Flier::new((-600.0, 0.0), 0.0), Flier::new((start.x_m(), start.y_m()), angle_deg)];
+            fliers[passive].avoids = false;
+            let flown = fly(fliers, 60.0);
+            // The UAV with the right of way waits longer for the other one to give way.
+            let least_m = if passive == 0 { 30.0 } else { 50.0 };
+            assert!(flown.closest_m >= least_m, "{angle_deg} degrees, UAV {passive} passive: {flown:?}");
+        }
+    }
+}
+
+/// If no aircraft is near, the desired command is flown unchanged.
+#[test]
+fn commands_of_distant_uavs_are_unchanged() {
+    let flown = fly(vec![Flier::new((0.0, 0.0), 90.0), Flier::new((400.0, 0.0), 90.0)], 60.0);
+    assert!(flown.avoided == 0 && (flown.closest_m - 400.0).abs() < 1e-9, "{flown:?}");
+}
+
+/// A UAV more than 30 m higher is no conflict. A UAV that wants to climb past a nearby one waits until that one is
+/// away.
+#[test]
+fn uavs_separated_by_altitude_pass_over_each_other() {
+    let level =
+        |altitude_m: f64, x_m: f64, course_deg| Flier::new((x_m, 0.0), course_deg).climbing(altitude_m, altitude_m);
+    let flown = fly(vec![level(300.0, -600.0, 0.0), level(331.0, 600.0, 180.0)], 40.0);
+    assert_eq!((flown.avoided, flown.closest_m), (0, f64::INFINITY));
+    // Side by side at 150 m: the lower UAV wants to climb above the upper one and must wait below it.
+    let abreast = |y_m: f64| Flier::new((0.0, y_m), 0.0);
+    let flown = fly(vec![abreast(0.0).climbing(300.0, 400.0), abreast(150.0).climbing(350.0, 350.0)], 60.0);
+    let altitude_m = |index: usize| flown.last[index].vertical.map_or(0.0, |vertical| vertical.altitude_m);
+    assert!((altitude_m(0) - 319.0).abs() < 0.1 && (altitude_m(1) - 350.0).abs() < 1e-9, "{flown:?}");
+    // At 700 m, it climbs.
+    let flown = fly(vec![abreast(0.0).climbing(300.0, 400.0), abreast(700.0).climbing(350.0, 350.0)], 60.0);
+    assert!(flown.last[0].vertical.is_some_and(|vertical| (vertical.altitude_m - 400.0).abs() < 0.5), "{flown:?}");
+}
+
+/// Two UAVs above each other want to swap altitudes, also with a third one between them: all keep their altitudes.
+#[test]
+fn uavs_above_each_other_do_not_swap_altitudes() {
+    let at = |y_m: f64, from_m: f64, to_m: f64| Flier::new((0.0, y_m), 0.0).climbing(from_m, to_m);
+    for apart_m in [32.0, 40.0, 55.0, 80.0] {
+        let flown = fly(vec![at(0.0, 300.0, 400.0), at(10.0, 300.0 + apart_m, 200.0)], 60.0);
+        assert_eq!(flown.closest_m, f64::INFINITY, "{apart_m} m: {flown:?}");
+        let top_m = 300.0 + 2.0 * apart_m;
+        let all = vec![at(0.0, 300.0, 400.0), at(10.0, 300.0 + apart_m, top_m), at(20.0, top_m, 200.0)];
+        let flown = fly(all, 60.0);
+        assert_eq!(flown.closest_m, f64::INFINITY, "{apart_m} m: {flown:?}");
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::with_cases(cases()) })]
+    /// Up to four UAVs that start at least 300 m apart on random courses never come nearer than the minimum.
+    #[test]
+    fn a_few_uavs_on_random_courses_keep_the_minimum_distance(
+        starts in proptest::collection::vec((-800.0..800.0f64, -800.0..800.0f64, -180.0..180.0f64), 2..5),
+    ) {
+        let fliers: Vec<Flier> = starts.iter().map(|(x_m, y_m, course_deg)| Flier::new((*x_m, *y_m), *course_deg)).collect();
+        let is_far = |index: usize| {
+            fliers[..index].iter().all(|other| other.state.position.distance_m(fliers[index].state.position) >= 300.0)
+        };
+        prop_assume!((0..fliers.len()).all(is_far));
+        let flown = fly(fliers, 60.0);
+        prop_assert!(flown.closest_m >= 50.0, "{:?}", flown);
+    }
+}
+
+/// Number of cases: `PROPTEST_CASES`, or 200 if it is not set.
+fn cases() -> u32 {
+    std::env::var("PROPTEST_CASES").ok().and_then(|cases| cases.parse().ok()).unwrap_or(200)
+}
+
+/// A UAV on an orbit of 400 m, and an intruder that starts 1 km away and keeps turning towards it. Returns the minimum
+/// distance, m, and the fraction of the time steps with avoidance.
+fn pursued(intruder_m_s: f64, direction_deg: f64, seconds: f64) -> (f64, f64) {
+    let (uav, separation, dt) = (params(), SeparationParams::default(), Duration::from_s(PERIOD_S));
+    let response: AutopilotModel = uav.response(dt);
+    let guidance = TeamParams::table_1().guidance;
+    let ramp = crate::guidance::standoff_distance::Ramp { radius_m: 400.0, rate_m_s: 0.0 };
+    let orbit = crate::guidance::heading::Orbit {
+        centre: Position::ORIGIN,
+        centre_velocity: crate::frame::Velocity::ZERO,
+        distance_m: 400.0,
+        rate_m_s: 0.0,
+        steered: ramp,
+    };
+    let mut own = UavState::level_flight(Position::from_m(400.0, 0.0), Angle::from_deg(90.0), 40.0);
+    let direction = Angle::from_deg(direction_deg);
+    let start = own.position + Displacement::from_polar(1000.0, direction);
+    let mut intruder = UavState::level_flight(start, direction + Angle::from_deg(180.0), intruder_m_s);
+    let (mut closest_m, mut avoided, steps) = (f64::INFINITY, 0, (seconds / PERIOD_S) as usize);
+    for _ in 0..steps {
+        closest_m = closest_m.min(own.position.distance_m(intruder.position));
+        let steering = crate::guidance::heading::steer(&guidance, &own, &orbit, 40.0);
+        let desired = uav.limit(Command { speed_m_s: 40.0, turn_rate_rad_s: steering.turn_rate_rad_s }).command;
+        let avoidance = CollisionAvoidance { separation: &separation, uav: &uav, id: UavId(3), own: &own };
+        let other = OtherAircraft { aircraft: Aircraft::Intruder(0), reported_state: intruder, age_s: 0.0 };
+        let (safe, avoided_aircraft) =
+            avoidance.avoid((desired, Some(&steering)), None, core::iter::once(other), |_| None, |_| true);
+        avoided += usize::from(avoided_aircraft.is_some());
+        let off_rad = ((own.position - intruder.position).direction() - intruder.heading).rad();
+        let turn_rate_rad_s = (1.2 * off_rad).clamp(-uav.turn_rate_max_rad_s, uav.turn_rate_max_rad_s);
+        intruder = response.step(&intruder, Command { speed_m_s: intruder_m_s, turn_rate_rad_s });
+        own = response.step(&own, safe);
+    }
+    (closest_m, avoided as f64 / steps as f64)
+}
+
+/// A UAV pursued by an intruder of its own nominal speed keeps the minimum distance, and flies its orbit for a large
+/// part of the time.
+#[test]
+fn a_pursuing_intruder_is_avoided() {
+    for direction in 0..12 {
+        let direction_deg = 30.0 * f64::from(direction);
+        let (closest_m, avoided) = pursued(40.0, direction_deg, 120.0);
+        assert!(closest_m >= 60.0 && avoided < 0.6, "from {direction_deg} degrees: {closest_m} m, {avoided}");
+    }
+}

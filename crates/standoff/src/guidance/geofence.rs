@@ -1,0 +1,405 @@
+//! Geofence: keep-out and keep-in zones, and the geometry of their outlines.
+//!
+//! A UAV must be outside *each* keep-out zone and inside *each* keep-in zone, so of two keep-in zones only the
+//! intersection is allowed. A zone has no holes; a hole in a keep-in zone is a keep-out zone.
+
+use std::sync::Arc;
+
+use crate::frame::{Displacement, Position};
+
+/// Maximum number of zones of a team.
+pub const ZONES_MAX: usize = 100;
+
+/// Maximum total number of corners of all zones. It bounds the time of detour planning.
+pub const VERTICES_MAX: usize = 1_000;
+
+/// Maximum coordinate of a corner, m.
+const FARTHEST_M: f64 = 1e7;
+
+/// Distance below which two corners count as the same, m.
+const SAME_M: f64 = 1e-6;
+
+/// Kind of a zone: the side of the outline on which UAVs may fly.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum ZoneKind {
+    /// UAVs must stay outside.
+    KeepOut,
+    /// UAVs must stay inside.
+    KeepIn,
+}
+
+impl ZoneKind {
+    /// Name of the kind in scenarios and records, kebab-case.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::KeepOut => "keep-out",
+            Self::KeepIn => "keep-in",
+        }
+    }
+}
+
+/// A keep-out or keep-in zone: a polygon, convex or not.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Zone {
+    /// Name for users; may be empty.
+    pub name: String,
+    /// Keep-out or keep-in.
+    pub kind: ZoneKind,
+    /// Corners in order, clockwise or anticlockwise. The last is joined to the first.
+    pub vertices: Vec<Position>,
+}
+
+/// Error in the zones of a geofence.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[error("{position}{reason}")]
+pub struct GeofenceError {
+    /// Index of the zone, from 0; `None` if the error concerns all zones together.
+    pub zone: Option<usize>,
+    /// Index of the corner, from 0; `None` if the error concerns the whole zone.
+    pub vertex: Option<usize>,
+    /// Zone and corner as text, such as `zone 2 "airfield", corner 3: `; empty if the error concerns all zones
+    /// together.
+    pub position: String,
+    /// The error, and how to correct it.
+    pub reason: String,
+}
+
+/// Geofence: the validated zones of a team. Clones share the zones.
+///
+/// ```
+/// use standoff::{Airspace, Position, Zone, ZoneKind};
+///
+/// let outline = [(0.0, 0.0), (400.0, 0.0), (0.0, 400.0)].map(|(x_m, y_m)| Position::from_m(x_m, y_m));
+/// let zone = Zone { name: "airfield".into(), kind: ZoneKind::KeepOut, outline: outline.into() };
+/// let airspace = Airspace::new(vec![zone]).unwrap();
+/// assert!(!airspace.allows(Position::from_m(100.0, 100.0)));
+/// assert!(airspace.allows(Position::from_m(300.0, 300.0)));
+/// ```
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Geofence {
+    zones: Arc<[Bounded]>,
+}
+
+/// A zone and its bounding box.
+#[derive(Debug, Clone, PartialEq)]
+struct Bounded {
+    zone: Zone,
+    low: Position,
+    high: Position,
+}
+
+/// A side of a zone's outline.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Side {
+    /// Index of the zone.
+    pub(crate) zone: usize,
+    pub(crate) from: Position,
+    pub(crate) to: Position,
+}
+
+impl Geofence {
+    /// Validates zones. Each must be a polygon with at least three corners that does not cross itself.
+    pub fn new(zones: Vec<Zone>) -> Result<Self, GeofenceError> {
+        let of_all = |what: String| GeofenceError { zone: None, vertex: None, position: String::new(), reason: what };
+        if zones.len() > ZONES_MAX {
+            return Err(of_all(format!("there are {} zones: at most {ZONES_MAX} are allowed", zones.len())));
+        }
+        let corners: usize = zones.iter().map(|zone| zone.vertices.len()).sum();
+        if corners > VERTICES_MAX {
+            let what = "simplify the outlines";
+            return Err(of_all(format!(
+                "the zones have {corners} corners: at most {VERTICES_MAX} are allowed; {what}"
+            )));
+        }
+        zones
+            .into_iter()
+            .enumerate()
+            .map(|(number, zone)| Bounded::new(number, zone))
+            .collect::<Result<_, _>>()
+            .map(|zones: Vec<Bounded>| Self { zones: zones.into() })
+    }
+
+    /// Returns true if there are no zones.
+    pub fn is_empty(&self) -> bool {
+        self.zones.is_empty()
+    }
+
+    /// The zones, without repeated corners.
+    pub fn zones(&self) -> impl ExactSizeIterator<Item = &Zone> {
+        self.zones.iter().map(|bounded| &bounded.zone)
+    }
+
+    /// Returns true if a UAV may be at a position: outside every keep-out zone and inside every keep-in zone. On an
+    /// outline the result is unspecified.
+    pub fn contains(&self, at: Position) -> bool {
+        self.violated_zone(at).next().is_none()
+    }
+
+    /// Indices of the zones that forbid a position, ascending.
+    pub fn violated_zone(&self, at: Position) -> impl Iterator<Item = usize> {
+        self.zones.iter().enumerate().filter(move |(_, bounded)| bounded.is_violated(at)).map(|(number, _)| number)
+    }
+
+    /// Indices of the zones whose outline the straight line between two positions crosses or touches, ascending.
+    pub fn crosses(&self, from: Position, to: Position) -> impl Iterator<Item = usize> {
+        let reach_m = from.distance_m(to) + SAME_M;
+        let near = self.zones.iter().enumerate().filter(move |(_, bounded)| bounded.is_near(from, reach_m));
+        let meets = move |side: Side| squared_between_m2((from, to), (side.from, side.to)) == 0.0;
+        near.filter(move |(number, bounded)| bounded.zone.sides(*number).any(meets)).map(|(number, _)| number)
+    }
+
+    /// All sides closer to a position than `reach_m`.
+    pub(crate) fn sides_near(&self, at: Position, reach_m: f64) -> impl Iterator<Item = Side> {
+        let near = self.zones.iter().enumerate().filter(move |(_, bounded)| bounded.is_near(at, reach_m));
+        let sides = near.flat_map(|(number, bounded)| bounded.zone.sides(number));
+        sides.filter(move |side| squared_to_side_m2(at, side.from, side.to) < reach_m * reach_m)
+    }
+
+    /// Returns true if a side is closer to a position than `reach_m`.
+    pub(crate) fn has_side_near(&self, at: Position, reach_m: f64) -> bool {
+        self.sides_near(at, reach_m).next().is_some()
+    }
+
+    /// All sides of all zones.
+    pub(crate) fn sides(&self) -> impl Iterator<Item = Side> {
+        self.zones.iter().enumerate().flat_map(|(number, bounded)| bounded.zone.sides(number))
+    }
+}
+
+impl Zone {
+    fn sides(&self, zone: usize) -> impl Iterator<Item = Side> {
+        let next = self.vertices.iter().cycle().skip(1);
+        self.vertices.iter().zip(next).map(move |(from, to)| Side { zone, from: *from, to: *to })
+    }
+
+    /// Returns true if a position is inside the outline: a ray to the east crosses it an odd number of times.
+    fn contains(&self, at: Position) -> bool {
+        let crossed = self.sides(0).filter(|side| {
+            let Side { from, to, .. } = side;
+            (from.y_m() > at.y_m()) != (to.y_m() > at.y_m()) && {
+                let share = (at.y_m() - from.y_m()) / (to.y_m() - from.y_m());
+                at.x_m() < from.x_m() + share * (to.x_m() - from.x_m())
+            }
+        });
+        crossed.count() % 2 == 1
+    }
+
+    /// Twice the signed area, m2; positive if the corners are in anticlockwise order.
+    pub(crate) fn twice_area_m2(&self) -> f64 {
+        let origin = self.vertices.first().copied().unwrap_or_default();
+        self.sides(0).map(|side| cross(side.from - origin, side.to - origin)).sum()
+    }
+}
+
+impl Bounded {
+    fn new(number: usize, mut zone: Zone) -> Result<Self, GeofenceError> {
+        let name = if zone.name.is_empty() { String::new() } else { format!(" {:?}", zone.name) };
+        let error = |corner: Option<usize>, what: String| {
+            let at = corner.map_or(String::new(), |corner| format!(", corner {}", corner + 1));
+            let place = format!("zone {}{name}{at}: ", number + 1);
+            Err(GeofenceError { zone: Some(number), vertex: corner, position: place, reason: what })
+        };
+        let is_valid = |at: &Position| at.x_m().abs() <= FARTHEST_M && at.y_m().abs() <= FARTHEST_M;
+        if let Some(corner) = zone.vertices.iter().position(|at| !is_valid(at)) {
+            return error(
+                Some(corner),
+                "must be finite numbers, at most 10,000 km from the origin on each axis".to_owned(),
+            );
+        }
+        // The rings of polygon files repeat the first corner at the end.
+        zone.vertices.dedup_by(|a, b| a.distance_m(*b) <= SAME_M);
+        while zone.vertices.len() > 1 && zone.vertices[0].distance_m(zone.vertices[zone.vertices.len() - 1]) <= SAME_M {
+            zone.vertices.pop();
+        }
+        let corners = zone.vertices.len();
+        if corners < 3 {
+            return error(None, format!("has {corners} different corners; an outline needs at least three"));
+        }
+        let sides: Vec<Side> = zone.sides(number).collect();
+        for (first, one) in sides.iter().enumerate() {
+            for (second, other) in sides.iter().enumerate().skip(first + 1) {
+                let is_next = second == first + 1 || (first == 0 && second + 1 == corners);
+                let crosses = if is_next {
+                    // Adjacent sides share a corner; if they share more, the outline folds back on itself.
+                    let (shared, a, b) = if one.to == other.from {
+                        (one.to, one.from, other.to)
+                    } else {
+                        (one.from, one.to, other.from)
+                    };
+                    squared_to_side_m2(a, shared, b) <= SAME_M * SAME_M
+                        || squared_to_side_m2(b, shared, a) <= SAME_M * SAME_M
+                } else {
+                    squared_between_m2((one.from, one.to), (other.from, other.to)) <= SAME_M * SAME_M
+                };
+                if crosses {
+                    let what = format!(
+                        "the side from here crosses or touches the side from corner {}; an outline must not cross itself",
+                        second + 1
+                    );
+                    return error(Some(first), what);
+                }
+            }
+        }
+        let (mut low, mut high) = ((f64::INFINITY, f64::INFINITY), (f64::NEG_INFINITY, f64::NEG_INFINITY));
+        for at in &zone.vertices {
+            low = (low.0.min(at.x_m()), low.1.min(at.y_m()));
+            high = (high.0.max(at.x_m()), high.1.max(at.y_m()));
+        }
+        Ok(Self { zone, low: Position::from_m(low.0, low.1), high: Position::from_m(high.0, high.1) })
+    }
+
+    fn is_near(&self, at: Position, reach_m: f64) -> bool {
+        at.x_m() > self.low.x_m() - reach_m
+            && at.x_m() < self.high.x_m() + reach_m
+            && at.y_m() > self.low.y_m() - reach_m
+            && at.y_m() < self.high.y_m() + reach_m
+    }
+
+    fn is_violated(&self, at: Position) -> bool {
+        let contains = self.is_near(at, SAME_M) && self.zone.contains(at);
+        contains == (self.zone.kind == ZoneKind::KeepOut)
+    }
+}
+
+/// Cross product, m2; positive if the second vector is to the left of the first.
+pub(crate) fn cross(a: Displacement, b: Displacement) -> f64 {
+    a.vector().perp(&b.vector())
+}
+
+/// Squared distance from a position to a side, m2.
+pub(crate) fn squared_to_side_m2(at: Position, from: Position, to: Position) -> f64 {
+    at.squared_distance_m2(nearest_on_side(at, from, to))
+}
+
+/// Nearest point on a side.
+pub(crate) fn nearest_on_side(at: Position, from: Position, to: Position) -> Position {
+    let (along, to_place) = ((to - from).vector(), (at - from).vector());
+    let squared_m2 = along.norm_squared();
+    let share = if squared_m2 > 0.0 { (to_place.dot(&along) / squared_m2).clamp(0.0, 1.0) } else { 0.0 };
+    Position::from(from.vector() + along * share)
+}
+
+/// Squared distance between two sides, m2; zero if they cross.
+pub(crate) fn squared_between_m2(one: (Position, Position), other: (Position, Position)) -> f64 {
+    let side_of = |line: (Position, Position), at: Position| cross(line.1 - line.0, at - line.0);
+    let (a, b) = (side_of(other, one.0), side_of(other, one.1));
+    let (c, d) = (side_of(one, other.0), side_of(one, other.1));
+    if (a > 0.0) != (b > 0.0) && (c > 0.0) != (d > 0.0) {
+        return 0.0;
+    }
+    squared_to_side_m2(one.0, other.0, other.1)
+        .min(squared_to_side_m2(one.1, other.0, other.1))
+        .min(squared_to_side_m2(other.0, one.0, one.1))
+        .min(squared_to_side_m2(other.1, one.0, one.1))
+}
+
+/// Distance along a ray to its crossing with a side, in units of the length of `direction`; `None` if they do not
+/// cross.
+pub(crate) fn crossed_at(from: Position, direction: Displacement, side: &Side) -> Option<f64> {
+    let along = side.to - side.from;
+    let apart = cross(direction, along);
+    let between = side.from - from;
+    let (ahead, share) = (cross(between, along) / apart, cross(between, direction) / apart);
+    (ahead >= 0.0 && (0.0..=1.0).contains(&share)).then_some(ahead)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn outline(corners: &[(f64, f64)]) -> Vec<Position> {
+        corners.iter().map(|(x_m, y_m)| Position::from_m(*x_m, *y_m)).collect()
+    }
+
+    fn zone(kind: ZoneKind, corners: &[(f64, f64)]) -> Zone {
+        Zone { name: String::new(), kind, vertices: outline(corners) }
+    }
+
+    const L: [(f64, f64); 6] = [(0.0, 0.0), (300.0, 0.0), (300.0, 100.0), (100.0, 100.0), (100.0, 300.0), (0.0, 300.0)];
+
+    #[test]
+    fn a_keep_out_forbids_its_inside_and_a_keep_in_its_outside() {
+        let places = [((50.0, 200.0), true), ((200.0, 200.0), false), ((200.0, 50.0), true), ((-1.0, 50.0), false)];
+        for ((x_m, y_m), is_inside) in places {
+            for kind in [ZoneKind::KeepOut, ZoneKind::KeepIn] {
+                let airspace = Geofence::new(vec![zone(kind, &L)]).unwrap();
+                assert_eq!(airspace.contains(Position::from_m(x_m, y_m)), is_inside == (kind == ZoneKind::KeepIn));
+            }
+        }
+        // Of two keep-in zones only the intersection is allowed.
+        let square = |x_m: f64| [(x_m, 0.0), (x_m + 100.0, 0.0), (x_m + 100.0, 100.0), (x_m, 100.0)];
+        let both = [0.0, 50.0].map(|x_m| zone(ZoneKind::KeepIn, &square(x_m)));
+        let airspace = Geofence::new(both.into()).unwrap();
+        let at = |x_m| Position::from_m(x_m, 50.0);
+        assert_eq!(airspace.violated_zone(at(25.0)).collect::<Vec<_>>(), [1]);
+        assert!(airspace.contains(at(75.0)));
+        assert_eq!(airspace.violated_zone(at(125.0)).collect::<Vec<_>>(), [0]);
+    }
+
+    /// Lines over a corner with both ends outside, past it, and from one arm of an L to the other across the notch
+    /// outside.
+    #[test]
+    fn a_straight_line_reports_the_zones_that_it_crosses() {
+        let airspace = Geofence::new(vec![zone(ZoneKind::KeepOut, &L), zone(ZoneKind::KeepIn, &L)]).unwrap();
+        let crossed = |from: (f64, f64), to: (f64, f64)| {
+            airspace.crosses(Position::from_m(from.0, from.1), Position::from_m(to.0, to.1)).count()
+        };
+        assert_eq!(crossed((-5.0, 10.0), (10.0, -5.0)), 2);
+        assert_eq!(crossed((-5.0, 4.0), (4.0, -5.0)), 0);
+        assert_eq!(crossed((50.0, 200.0), (200.0, 50.0)), 2);
+        assert_eq!(crossed((50.0, 200.0), (50.0, 50.0)), 0);
+        assert_eq!(crossed((150.0, 200.0), (250.0, 200.0)), 0);
+    }
+
+    #[test]
+    fn an_invalid_polygon_is_rejected_with_its_corner() {
+        let error = |corners: &[(f64, f64)]| {
+            let error = Geofence::new(vec![zone(ZoneKind::KeepOut, &L), zone(ZoneKind::KeepOut, corners)]).unwrap_err();
+            assert_eq!(error.zone, Some(1));
+            error.to_string()
+        };
+        assert_eq!(
+            error(&[(0.0, 0.0), (100.0, 100.0), (100.0, 0.0), (0.0, 100.0)]),
+            "zone 2, corner 1: the side from here crosses or touches the side from corner 3; an outline must not cross itself"
+        );
+        // An outline that folds back on itself.
+        assert!(error(&[(0.0, 0.0), (100.0, 0.0), (50.0, 0.0), (50.0, 50.0)]).contains("cross itself"));
+        assert_eq!(
+            error(&[(0.0, 0.0), (1.0, 1.0), (0.0, 0.0)]),
+            "zone 2: has 2 different corners; an outline needs at least three"
+        );
+        assert!(
+            error(&[(0.0, 0.0), (f64::NAN, 1.0), (0.0, 5.0)]).starts_with("zone 2, corner 2: must be finite numbers")
+        );
+        assert!(error(&[(0.0, 0.0), (1e8, 1.0), (0.0, 5.0)]).starts_with("zone 2, corner 2: must be finite numbers"));
+    }
+
+    #[test]
+    fn the_numbers_of_zones_and_corners_are_limited() {
+        let many = |zones: usize| Geofence::new(vec![zone(ZoneKind::KeepOut, &L); zones]).map(|_| ());
+        assert_eq!(many(ZONES_MAX), Ok(()));
+        assert_eq!(many(ZONES_MAX + 1).unwrap_err().to_string(), "there are 101 zones: at most 100 are allowed");
+        let ring = |corners: usize| {
+            let corner = |n: usize| {
+                let (sin, cos) = crate::math::sin_cos(n as f64 / corners as f64 * crate::math::TAU);
+                (1000.0 * cos, 1000.0 * sin)
+            };
+            Geofence::new(vec![zone(ZoneKind::KeepIn, &(0..corners).map(corner).collect::<Vec<_>>())]).map(|_| ())
+        };
+        assert_eq!(ring(VERTICES_MAX), Ok(()));
+        assert!(ring(VERTICES_MAX + 1).unwrap_err().to_string().starts_with("the zones have 1001 corners"));
+    }
+
+    #[test]
+    fn the_distance_of_crossing_sides_is_zero() {
+        let at = |x_m, y_m| Position::from_m(x_m, y_m);
+        let one = (at(0.0, 0.0), at(10.0, 0.0));
+        assert_eq!(squared_between_m2(one, (at(5.0, -1.0), at(5.0, 1.0))), 0.0);
+        assert_eq!(squared_between_m2(one, (at(5.0, 2.0), at(5.0, 9.0))), 4.0);
+        assert_eq!(squared_between_m2(one, (at(13.0, 4.0), at(20.0, 4.0))), 25.0);
+        let side = Side { zone: 0, from: at(5.0, -1.0), to: at(5.0, 1.0) };
+        assert_eq!(crossed_at(at(0.0, 0.0), Displacement::from_m(2.0, 0.0), &side), Some(2.5));
+        assert_eq!(crossed_at(at(0.0, 0.0), Displacement::from_m(-2.0, 0.0), &side), None);
+        assert_eq!(crossed_at(at(0.0, 3.0), Displacement::from_m(2.0, 0.0), &side), None);
+    }
+}

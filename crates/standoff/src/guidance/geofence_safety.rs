@@ -1,0 +1,461 @@
+//! Geofence safety: restricts the commands so that a UAV never crosses the outline of a zone.
+//!
+//! Two fallback manoeuvres are the hardest turns to the left and to the right at the lowest speed. Both end in circles,
+//! which can be flown indefinitely. A state is *safe* if one of them stays clear of every outline forever. A command is
+//! *allowed* if holding it for one period, with the exact response of the UAV including its lags, stays clear and ends
+//! in a safe state.
+//!
+//! If the desired command is allowed, it is flown. Otherwise the nearest allowed command is flown. If no command is
+//! allowed, the fallback manoeuvre that stays furthest from all outlines is flown; from a safe state it stays clear.
+//! Therefore a safe state is followed by a safe state: a UAV that starts safe and flies these commands never crosses an
+//! outline. Loiter circles as fallback manoeuvres come from T. Schouwenaars, J. How and E. Feron, *Receding Horizon
+//! Path Planning with Implicit Safety Guarantees*, American Control Conference 2004.
+//!
+//! Safety alone would make the UAV turn away at the last moment, again and again. Therefore detour planning
+//! ([`DetourPlanner`](crate::guidance::ways)) looks further ahead: if a zone blocks the path onto an orbit, or the orbit itself,
+//! the UAV flies the shortest path around it to the next free part of the orbit.
+
+use crate::frame::Displacement;
+use crate::guidance::command_candidates::Costs;
+use crate::guidance::detour::DetourPlanner;
+use crate::guidance::geofence::{Geofence, Side, crossed_at, squared_between_m2, squared_to_side_m2};
+use crate::math::{PI, TAU};
+use crate::time::Duration;
+use crate::uav::{AutopilotModel, Command, Integrator, UavParams, UavState};
+use crate::{Angle, math};
+
+/// Minimum clearance of paths from outlines, m. Larger than the deviation of an arc from its chord between two record
+/// frames.
+const MARGIN_M: f64 = 5.0;
+
+/// Maximum turn between two consecutive points of a path, rad.
+const TURN_STEP_RAD: f64 = 0.08;
+
+/// Number of lags after which a manoeuvre counts as a circle.
+const SETTLED_LAGS: f64 = 8.0;
+
+/// Costs of a command that differs from the desired one.
+const COSTS: Costs = Costs { speed: 0.3, turn: 0.1 };
+
+/// Keeps a UAV within its geofence.
+#[derive(Debug, Clone)]
+pub(crate) struct GeofenceSafety {
+    /// Detour planner.
+    pub(crate) detours: DetourPlanner,
+    uav: UavParams,
+    /// One period, in pieces.
+    period: Pieces,
+    /// Time until a manoeuvre is a circle, in pieces.
+    settling: Pieces,
+    /// Clearance of path points from outlines, m. Covers the deviation of the path between two points.
+    margin_m: f64,
+    /// Distance beyond which sides are ignored, m.
+    reach_m: f64,
+}
+
+/// A duration, divided into equal pieces.
+#[derive(Debug, Clone)]
+struct Pieces {
+    response: AutopilotModel,
+    count: u32,
+    piece_s: f64,
+}
+
+impl Pieces {
+    fn of(time_s: f64, count: u32, uav: &UavParams) -> Self {
+        let piece_s = time_s / f64::from(count);
+        Self { response: uav.response(Duration::from_s(piece_s)), count, piece_s }
+    }
+}
+
+/// Point of closest approach of a path to outlines.
+#[derive(Debug, Clone, Copy)]
+struct Closest {
+    squared_m2: f64,
+    /// Index of the zone.
+    zone: usize,
+    /// Number of pieces flown until then.
+    pieces: u32,
+}
+
+impl Closest {
+    const NOWHERE: Self = Self { squared_m2: f64::INFINITY, zone: 0, pieces: 0 };
+
+    fn note(&mut self, squared_m2: f64, zone: usize, pieces: u32) {
+        if squared_m2 < self.squared_m2 {
+            *self = Self { squared_m2, zone, pieces };
+        }
+    }
+}
+
+impl Geofence {
+    /// Returns true if a UAV in this state can stay within the geofence: one of its two hardest turns at the lowest
+    /// speed stays clear of every outline. An [`Agent`](crate::Agent) that commands it every `period` then keeps it
+    /// inside.
+    pub fn can_stay_inside(&self, uav: &UavParams, period: Duration, own: &UavState) -> bool {
+        GeofenceSafety::new(self.clone(), *uav, period.s()).is_safe(own)
+    }
+}
+
+impl GeofenceSafety {
+    pub(crate) fn new(airspace: Geofence, uav: UavParams, period_s: f64) -> Self {
+        let turn_max = uav.turn_rate_max_rad_s;
+        let pieces = |time_s: f64| (time_s * turn_max / TURN_STEP_RAD).ceil().clamp(1.0, 200.0) as u32;
+        let lag_s = uav.speed_lag_s.max(uav.turn_rate_lag_s);
+        let (period, settling) = match uav.integrator {
+            Integrator::Exact => {
+                let settled_s = SETTLED_LAGS * lag_s;
+                (Pieces::of(period_s, pieces(period_s), &uav), Pieces::of(settled_s, pieces(settled_s), &uav))
+            }
+            // Whole periods, with straight flight in each.
+            Integrator::Euler => {
+                let periods = (3.0 * SETTLED_LAGS * lag_s / period_s).ceil().clamp(1.0, 200.0);
+                (Pieces::of(period_s, 1, &uav), Pieces::of(periods * period_s, periods as u32, &uav))
+            }
+        };
+        let sagitta_m = |piece_s: f64| uav.speed_max_m_s() * piece_s * turn_max * piece_s / 8.0;
+        let settled_s = settling.piece_s * f64::from(settling.count);
+        let circle_m = 2.0 * uav.speed_max_m_s() / turn_max;
+        Self {
+            detours: DetourPlanner::of(airspace, uav),
+            margin_m: MARGIN_M + sagitta_m(period.piece_s).max(sagitta_m(settling.piece_s)),
+            reach_m: uav.speed_max_m_s() * (period_s + settled_s) + circle_m + 2.0 * MARGIN_M,
+            uav,
+            period,
+            settling,
+        }
+    }
+
+    pub(crate) fn airspace(&self) -> &Geofence {
+        &self.detours.airspace
+    }
+
+    /// Returns the command to fly instead of the desired one, and the zone that makes it necessary, if any. The desired
+    /// command must be within the limits.
+    pub(crate) fn make_safe(&self, own: &UavState, desired: Command) -> (Command, Option<usize>) {
+        if let Some(zone) = self.airspace().violated_zone(own.position).next() {
+            return (self.way_out(own), Some(zone));
+        }
+        let sides = self.sides_near(own);
+        let Some(zone) = self.forbidding_zone(own, desired, &sides) else { return (desired, None) };
+        let mut commands =
+            COSTS.candidates(&self.uav, own.turn_rate_rad_s, desired).into_iter().map(|(_, command)| command);
+        let allowed = commands.find(|command| self.forbidding_zone(own, *command, &sides).is_none());
+        (allowed.unwrap_or_else(|| self.manoeuvre(own, &sides)), Some(zone))
+    }
+
+    /// Returns true if a command, which must be within the limits, is allowed.
+    pub(crate) fn allows(&self, own: &UavState, command: Command) -> bool {
+        let sides = self.sides_near(own);
+        self.airspace().contains(own.position) && self.forbidding_zone(own, command, &sides).is_none()
+    }
+
+    /// Returns true if the position is allowed and a fallback manoeuvre stays clear of every outline forever.
+    pub(crate) fn is_safe(&self, own: &UavState) -> bool {
+        let sides = self.sides_near(own);
+        self.airspace().contains(own.position) && self.unsafe_for(own, &sides).is_none()
+    }
+
+    /// All sides within reach.
+    fn sides_near(&self, own: &UavState) -> Vec<Side> {
+        self.airspace().sides_near(own.position, self.reach_m).collect()
+    }
+
+    /// Index of the zone that forbids a command; `None` if the command is allowed.
+    fn forbidding_zone(&self, own: &UavState, command: Command, sides: &[Side]) -> Option<usize> {
+        if sides.is_empty() {
+            return None;
+        }
+        let least_m2 = self.margin_m * self.margin_m;
+        let (end, closest) = flown(&self.period, own, command, sides, least_m2);
+        if closest.squared_m2 < least_m2 { Some(closest.zone) } else { self.unsafe_for(&end, sides) }
+    }
+
+    /// Index of a zone from which neither manoeuvre stays clear; `None` if the state is safe.
+    fn unsafe_for(&self, own: &UavState, sides: &[Side]) -> Option<usize> {
+        let least_m2 = self.margin_m * self.margin_m;
+        let [left, right] = self.manoeuvres();
+        let closest = self.for_good(own, left, sides, least_m2);
+        let is_near = closest.squared_m2 < least_m2;
+        (is_near && self.for_good(own, right, sides, least_m2).squared_m2 < least_m2).then_some(closest.zone)
+    }
+
+    /// The two fallback manoeuvres: hardest turn to the left and to the right at the lowest speed.
+    fn manoeuvres(&self) -> [Command; 2] {
+        let speed_m_s = self.uav.speed_m_s - self.uav.speed_change_max_m_s;
+        [1.0, -1.0].map(|sense| Command { speed_m_s, turn_rate_rad_s: sense * self.uav.turn_rate_max_rad_s })
+    }
+
+    /// The fallback manoeuvre that stays furthest from all outlines. If both cross an outline, the one that crosses
+    /// later.
+    fn manoeuvre(&self, own: &UavState, sides: &[Side]) -> Command {
+        let [left, right] = self.manoeuvres();
+        let [l, r] = [left, right].map(|command| self.for_good(own, command, sides, f64::MIN_POSITIVE));
+        let is_left = l.squared_m2.total_cmp(&r.squared_m2).then(l.pieces.cmp(&r.pieces)).is_ge();
+        if is_left { left } else { right }
+    }
+
+    /// Closest approach of a manoeuvre that is flown forever. The search stops at a point nearer than `least_m2`.
+    fn for_good(&self, own: &UavState, command: Command, sides: &[Side], least_m2: f64) -> Closest {
+        let (end, mut closest) = flown(&self.settling, own, command, sides, least_m2);
+        if closest.squared_m2 < least_m2 {
+            return closest;
+        }
+        let sense = if command.turn_rate_rad_s < 0.0 { -1.0 } else { 1.0 };
+        // Euler steps form a polygon; its corners are on the circle.
+        let (radius_m, lean_rad) = match self.uav.integrator {
+            Integrator::Exact => (end.speed_m_s / end.turn_rate_rad_s.abs(), 0.0),
+            Integrator::Euler => {
+                let lean_rad = (0.5 * end.turn_rate_rad_s.abs() * self.period.piece_s).clamp(1e-6, 1.5);
+                (0.5 * end.speed_m_s * self.period.piece_s / math::sin(lean_rad), lean_rad)
+            }
+        };
+        let to_centre = end.heading + Angle::from_rad(sense * (0.5 * PI - lean_rad));
+        let centre = end.position + Displacement::from_polar(radius_m, to_centre);
+        for side in sides {
+            let nearest_m = squared_to_side_m2(centre, side.from, side.to).sqrt();
+            let furthest_m = centre.distance_m(side.from).max(centre.distance_m(side.to));
+            let apart_m = (nearest_m - radius_m).max(radius_m - furthest_m).max(0.0);
+            closest.note(apart_m * apart_m, side.zone, self.settling.count);
+        }
+        closest
+    }
+
+    /// Command that leaves the forbidden zones soonest, by a hard turn followed by straight flight.
+    fn way_out(&self, own: &UavState) -> Command {
+        let speed_m_s = self.uav.speed_max_m_s();
+        let turn_max = self.uav.turn_rate_max_rad_s;
+        let straight_on = Command { speed_m_s, turn_rate_rad_s: 0.0 };
+        let mut soonest = (f64::INFINITY, straight_on);
+        let piece_s = (0.1 / turn_max).max(1e-2);
+        let response = self.uav.response(Duration::from_s(piece_s));
+        let pieces = (TAU / 0.1 + self.settling.piece_s * f64::from(self.settling.count) / piece_s).min(500.0) as u32;
+        for sense in [1.0, -1.0] {
+            let turn = Command { speed_m_s, turn_rate_rad_s: sense * turn_max };
+            let mut state = *own;
+            for piece in 0..=pieces {
+                let after_s = f64::from(piece) * piece_s;
+                let out_s = after_s + self.exit_distance_m(&state) / speed_m_s;
+                if out_s < soonest.0 {
+                    soonest = (out_s, if piece == 0 { straight_on } else { turn });
+                }
+                if after_s >= soonest.0 {
+                    break;
+                }
+                state = response.step(&state, turn);
+            }
+        }
+        soonest.1
+    }
+
+    /// Distance straight ahead to the exit from all zones that forbid the position, m.
+    fn exit_distance_m(&self, state: &UavState) -> f64 {
+        let ahead = Displacement::from_polar(1.0, state.heading);
+        let mut furthest_m = 0.0;
+        for zone in self.airspace().violated_zone(state.position) {
+            let sides = self.airspace().sides().filter(|side| side.zone == zone);
+            let exit_m =
+                sides.filter_map(|side| crossed_at(state.position, ahead, &side)).fold(f64::INFINITY, f64::min);
+            furthest_m = f64::max(furthest_m, exit_m);
+        }
+        furthest_m
+    }
+}
+
+/// State after holding a command, and its closest approach to the sides. Stops at a point nearer than `least_m2`.
+fn flown(pieces: &Pieces, own: &UavState, command: Command, sides: &[Side], least_m2: f64) -> (UavState, Closest) {
+    let (mut state, mut closest) = (*own, Closest::NOWHERE);
+    for piece in 0..pieces.count {
+        let next = pieces.response.step(&state, command);
+        for side in sides {
+            let squared_m2 = squared_between_m2((state.position, next.position), (side.from, side.to));
+            closest.note(squared_m2, side.zone, piece);
+        }
+        state = next;
+        if closest.squared_m2 < least_m2 {
+            break;
+        }
+    }
+    (state, closest)
+}
+
+#[cfg(test)]
+pub(crate) mod tests {
+    use super::*;
+    use crate::frame::Position;
+    use crate::guidance::geofence::{Zone, ZoneKind};
+    use crate::params::TeamParams;
+    use proptest::prelude::*;
+
+    /// Random number generator (splitmix64).
+    pub(crate) struct Drawn(pub(crate) u64);
+
+    impl Drawn {
+        pub(crate) fn between(&mut self, low: f64, high: f64) -> f64 {
+            self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
+            let mut z = self.0;
+            z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+            z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+            low + (high - low) * ((z ^ (z >> 31)) >> 11) as f64 / (1u64 << 53) as f64
+        }
+
+        pub(crate) fn below(&mut self, count: usize) -> usize {
+            (self.between(0.0, count as f64) as usize).min(count - 1)
+        }
+    }
+
+    /// A star, an L or a U around `centre`, within `size_m` of it, rotated at random.
+    pub(crate) fn shape(drawn: &mut Drawn, centre: Position, size_m: f64) -> Vec<Position> {
+        let turned = Angle::from_rad(drawn.between(-PI, PI));
+        let at = |(x, y): (f64, f64)| {
+            let (length, direction) = (math::hypot(x, y), Displacement::from_m(x, y).direction());
+            centre + Displacement::from_polar(length * size_m, direction + turned)
+        };
+        let wide = drawn.between(0.1, 0.5);
+        match drawn.below(3) {
+            0 => {
+                let corners = 3 + drawn.below(9);
+                let corner = |n: usize| {
+                    let along = Angle::from_rad(TAU * (n as f64 + drawn.between(0.0, 0.7)) / corners as f64);
+                    centre + Displacement::from_polar(size_m * drawn.between(0.2, 1.0), along + turned)
+                };
+                (0..corners).map(corner).collect()
+            }
+            1 => {
+                let (a, b) = (-0.7, -0.7 + wide);
+                [(a, a), (0.7, a), (0.7, b), (b, b), (b, 0.7), (a, 0.7)].map(at).into()
+            }
+            _ => {
+                let (a, b) = (-0.7, -0.7 + wide);
+                let corners = [(a, a), (0.7, a), (0.7, 0.7), (-b, 0.7), (-b, b), (b, b), (b, 0.7), (a, 0.7)];
+                corners.map(at).into()
+            }
+        }
+    }
+
+    /// A random geofence: keep-out zones at least `apart_m` apart, sometimes within a keep-in zone.
+    pub(crate) fn drawn_airspace(drawn: &mut Drawn, apart_m: f64) -> Geofence {
+        let mut zones: Vec<Zone> = Vec::new();
+        let mut discs: Vec<(Position, f64)> = Vec::new();
+        for _ in 0..1 + drawn.below(5) {
+            let size_m = drawn.between(30.0, 500.0);
+            let centre = Position::from_m(drawn.between(-900.0, 900.0), drawn.between(-900.0, 900.0));
+            if discs.iter().all(|(other, other_m)| other.distance_m(centre) > other_m + size_m + apart_m) {
+                discs.push((centre, size_m));
+                let outline = shape(drawn, centre, size_m);
+                zones.push(Zone { name: String::new(), kind: ZoneKind::KeepOut, vertices: outline });
+            }
+        }
+        if drawn.below(3) == 0 {
+            let furthest_m = discs.iter().map(|(at, size_m)| at.distance_m(Position::ORIGIN) + size_m);
+            let half_m = (furthest_m.fold(300.0, f64::max) + apart_m) * 1.5;
+            let corners = [(-half_m, -half_m), (half_m, -half_m), (half_m, half_m), (-half_m, half_m)];
+            let outline = corners.map(|(x_m, y_m)| Position::from_m(x_m, y_m)).into();
+            zones.push(Zone { name: String::new(), kind: ZoneKind::KeepIn, vertices: outline });
+        }
+        Geofence::new(zones).unwrap_or_default()
+    }
+
+    pub(crate) fn drawn_state(drawn: &mut Drawn) -> UavState {
+        UavState {
+            position: Position::from_m(drawn.between(-1500.0, 1500.0), drawn.between(-1500.0, 1500.0)),
+            heading: Angle::from_rad(drawn.between(-PI, PI)),
+            speed_m_s: drawn.between(25.0, 55.0),
+            turn_rate_rad_s: drawn.between(-0.3, 0.3),
+            vertical: None,
+        }
+    }
+
+    /// Checks that a UAV that starts safe never leaves its geofence, for random desired commands, also between time
+    /// steps.
+    fn stays_within(seed: u64, params: &TeamParams) {
+        let mut drawn = Drawn(seed);
+        let airspace = drawn_airspace(&mut drawn, 2.0 * 40.0 / 0.3);
+        let borders = GeofenceSafety::new(airspace, params.uav, params.log.period_s);
+        let Some(mut state) = (0..20).map(|_| drawn_state(&mut drawn)).find(|state| borders.is_safe(state)) else {
+            return;
+        };
+        let pieces = if params.uav.integrator == Integrator::Euler { 1 } else { 5 };
+        let response = params.uav.response(Duration::from_s(params.log.period_s / f64::from(pieces)));
+        // Random commands that last a few seconds, or flight straight towards a corner or the origin.
+        let (mut desired, mut until) = (Command { speed_m_s: 40.0, turn_rate_rad_s: 0.0 }, 0);
+        let corners: Vec<Position> =
+            borders.airspace().zones().flat_map(|zone| zone.vertices.clone()).chain([Position::ORIGIN]).collect();
+        let mut goal = None;
+        for step in 0..60 {
+            if step >= until {
+                until = step + 1 + drawn.below(20);
+                let (speed_m_s, turn_rate_rad_s) = (drawn.between(25.0, 55.0), drawn.between(-0.3, 0.3));
+                desired = Command { speed_m_s, turn_rate_rad_s };
+                goal = (drawn.below(2) == 0).then(|| corners[drawn.below(corners.len())]);
+            }
+            if let Some(goal) = goal {
+                let error_rad = ((goal - state.position).direction() - state.heading).rad();
+                desired.turn_rate_rad_s = error_rad.clamp(-0.3, 0.3);
+            }
+            let (command, _) = borders.make_safe(&state, desired);
+            assert_eq!(params.uav.limit(command).command, command, "command exceeds the limits");
+            for _ in 0..pieces {
+                state = response.step(&state, command);
+                let violated_zone = borders.airspace().violated_zone(state.position).next();
+                assert_eq!(violated_zone, None, "seed {seed}, step {step}: {state:?}");
+            }
+        }
+    }
+
+    proptest! {
+        #[test]
+        fn a_uav_that_starts_safe_stays_within_its_geofence(seed in any::<u64>()) {
+            stays_within(seed, &TeamParams::table_1());
+        }
+
+        #[test]
+        fn a_uav_with_long_lags_or_euler_steps_stays_within_its_geofence(seed in any::<u64>()) {
+            let mut params = TeamParams::table_1();
+            (params.uav.speed_lag_s, params.uav.turn_rate_lag_s) = (0.6, 1.5);
+            stays_within(seed, &params);
+            params.uav.integrator = Integrator::Euler;
+            stays_within(seed, &params);
+        }
+    }
+
+    fn square(x_m: f64, y_m: f64, half_m: f64) -> Zone {
+        let outline = [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)]
+            .map(|(x, y)| Position::from_m(x_m + x * half_m, y_m + y * half_m));
+        Zone { name: String::new(), kind: ZoneKind::KeepOut, vertices: outline.into() }
+    }
+
+    fn east(x_m: f64, y_m: f64) -> UavState {
+        UavState::level_flight(Position::from_m(x_m, y_m), Angle::ZERO, 40.0)
+    }
+
+    #[test]
+    fn allowed_commands_are_unchanged_and_others_report_the_zone() {
+        let airspace = Geofence::new(vec![square(-5000.0, 0.0, 10.0), square(600.0, 0.0, 200.0)]).unwrap();
+        let borders = GeofenceSafety::new(airspace, TeamParams::table_1().uav, 0.5);
+        let desired = Command { speed_m_s: 41.25, turn_rate_rad_s: 0.012_345 };
+        assert_eq!(borders.make_safe(&east(0.0, 0.0), desired), (desired, None));
+        // The radius of the tightest circle is 83 m, so at 110 m from the zone the UAV cannot continue.
+        let (command, zone) = borders.make_safe(&east(290.0, 0.0), desired);
+        assert!(zone == Some(1) && command.turn_rate_rad_s.abs() > 0.1, "{command:?}");
+    }
+
+    #[test]
+    fn a_uav_inside_a_keep_out_zone_leaves_it_on_the_fastest_path() {
+        let airspace = Geofence::new(vec![square(0.0, 0.0, 400.0)]).unwrap();
+        let borders = GeofenceSafety::new(airspace, TeamParams::table_1().uav, 0.5);
+        // Straight ahead the exit is 100 m away; behind, it is a turn and 700 m.
+        let straight_on = Command { speed_m_s: 55.0, turn_rate_rad_s: 0.0 };
+        assert_eq!(borders.make_safe(&east(300.0, 0.0), straight_on), (straight_on, Some(0)));
+        // To the north the exit is 50 m away: a quarter turn with a radius of 133 m is shorter than 700 m.
+        let (command, _) = borders.make_safe(&east(-300.0, 350.0), straight_on);
+        assert_eq!(command.turn_rate_rad_s, 0.3);
+        let response = TeamParams::table_1().uav.response(Duration::from_s(0.5));
+        let mut state = east(-300.0, 350.0);
+        let inside = (0..40).take_while(|_| {
+            state = response.step(&state, borders.make_safe(&state, straight_on).0);
+            !borders.airspace().contains(state.position)
+        });
+        assert!(inside.count() < 8);
+    }
+}

@@ -1,0 +1,471 @@
+//! Messages of one time step: at most one report of each UAV, and cues; each counts once.
+//!
+//! Of several reports of one UAV, the one that was sent first counts, in whatever order they arrive. Agents that have
+//! received the same entries therefore store the same messages.
+
+use core::cmp::Ordering;
+
+use crate::angle::Angle;
+use crate::group_id::GroupId;
+use crate::message::{Cue, Detection, Report, Scan};
+use crate::time::Time;
+use crate::uav::{UavId, UavState};
+
+/// Maximum number of UAVs; reports of more UAVs are rejected.
+pub(crate) const TEAM_MAX: usize = 256;
+
+/// Maximum number of targets: as many as fit into a snapshot (`PARTS_MAX`). The same limit holds for the detections of
+/// one report and for the cues of one time step.
+pub(crate) const TARGETS_MAX: usize = 8_000;
+
+/// Result of inserting a report or cue.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Insert {
+    /// It was not known and counts.
+    Added,
+    /// It is a duplicate.
+    Duplicate,
+    /// It is malformed, or another one from the same source counts.
+    Rejected,
+    /// It counts and replaces another one.
+    Replaced,
+}
+
+/// View of a report's content, independent of where it is stored.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct ReportView<'a> {
+    pub(crate) uav: UavId,
+    /// Restart count and sequence number.
+    pub(crate) order: (u32, u32),
+    pub(crate) state: &'a UavState,
+    pub(crate) scan: Scan<'a>,
+    pub(crate) assigned_group: Option<GroupId>,
+    pub(crate) is_leaving: bool,
+}
+
+impl<'a> ReportView<'a> {
+    pub(crate) fn of(report: &'a Report) -> Self {
+        let Report {
+            uav,
+            restart_count: epoch,
+            sequence,
+            ref state,
+            boresight,
+            ref detections,
+            assigned_group: duty,
+            is_leaving: leaves,
+            ..
+        } = *report;
+        Self {
+            uav,
+            order: (epoch, sequence),
+            state,
+            scan: Scan { boresight, detections },
+            assigned_group: duty,
+            is_leaving: leaves,
+        }
+    }
+}
+
+/// Reports and cues of a time step.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct StepMessages {
+    /// Time of the time step.
+    pub(crate) time: Time,
+    /// Reports by ascending UAV. The first `said` of them count; the others are reusable buffers.
+    reports: Vec<Report>,
+    views: usize,
+    /// Cues by ascending label; of several cues for one target, the one that counts comes first.
+    cues: Vec<Cue>,
+}
+
+impl StepMessages {
+    /// Starts another time step without messages.
+    pub(crate) fn open(&mut self, time: Time) {
+        self.time = time;
+        self.cues.clear();
+        self.views = 0;
+    }
+
+    /// Reports by ascending UAV.
+    pub(crate) fn reports(&self) -> &[Report] {
+        &self.reports[..self.views]
+    }
+
+    /// Returns the report of a UAV.
+    pub(crate) fn report_of(&self, uav: UavId) -> Option<&Report> {
+        self.reports().binary_search_by_key(&uav, |report| report.uav).ok().map(|index| &self.reports[index])
+    }
+
+    /// Cues by ascending label; of several cues for one target, the first one counts.
+    pub(crate) fn cues(&self) -> &[Cue] {
+        &self.cues
+    }
+
+    /// Inserts a report.
+    pub(crate) fn put(&mut self, said: ReportView) -> Insert {
+        let ReportView { uav, order: stamp, state, scan, assigned_group: duty, is_leaving: leaves } = said;
+        let is_valid = state.is_valid() && scan.boresight.is_none_or(|angle| angle.rad().is_finite());
+        if !is_valid || scan.detections.len() > TARGETS_MAX {
+            return Insert::Rejected;
+        }
+        let (index, put) = match self.reports().binary_search_by_key(&uav, |report| report.uav) {
+            Ok(index) => {
+                let known = &self.reports[index];
+                match stamp.cmp(&(known.restart_count, known.sequence)).then_with(|| any_order(&said, known)) {
+                    Ordering::Equal => return Insert::Duplicate,
+                    Ordering::Greater => return Insert::Rejected,
+                    Ordering::Less => (index, Insert::Replaced),
+                }
+            }
+            Err(_) if self.views >= TEAM_MAX => return Insert::Rejected,
+            Err(index) => {
+                if self.reports.len() == self.views {
+                    self.reports.push(Report::position_only(uav, self.time, *state));
+                }
+                self.reports[index..=self.views].rotate_right(1);
+                self.views += 1;
+                (index, Insert::Added)
+            }
+        };
+        let report = &mut self.reports[index];
+        keep_sound(scan.detections, &mut report.detections);
+        (report.uav, report.time, report.state, report.boresight) = (uav, self.time, *state, scan.boresight);
+        (report.restart_count, report.sequence) = stamp;
+        (report.assigned_group, report.is_leaving) = (duty, leaves);
+        put
+    }
+
+    /// True if the maximum number of cues is stored.
+    pub(crate) fn is_full(&self) -> bool {
+        self.cues.len() >= TARGETS_MAX
+    }
+
+    /// Inserts a cue. If there are too many, those first in order are kept, in whatever order they arrive.
+    pub(crate) fn put_cue(&mut self, cue: &Cue) -> Insert {
+        let is_same = |known: &Cue| (known.source, known.sequence) == (cue.source, cue.sequence);
+        let is_beyond = |last: &Cue| self.is_full() && counting_order(last, cue).is_lt();
+        if !cue.is_valid() || cue.time > self.time || self.cues.last().is_some_and(is_beyond) {
+            return Insert::Rejected;
+        }
+        let mut put = Insert::Added;
+        // A cue with the same source and number but other content, for any target, is the same entry.
+        if let Some(index) = self.cues.iter().position(is_same) {
+            match counting_order(cue, &self.cues[index]) {
+                Ordering::Equal => return Insert::Duplicate,
+                Ordering::Greater => return Insert::Rejected,
+                Ordering::Less => put = Insert::Replaced,
+            }
+            self.cues.remove(index);
+        }
+        let place = self.cues.partition_point(|known| counting_order(known, cue).is_lt());
+        self.cues.insert(place, *cue);
+        self.cues.truncate(TARGETS_MAX);
+        put
+    }
+}
+
+/// Orders two different reports with the same restart count and sequence number: an arbitrary order that all agents
+/// share.
+#[cold]
+fn any_order(said: &ReportView, known: &Report) -> Ordering {
+    let bits = |state: &UavState, boresight: Option<Angle>| {
+        let UavState { position, heading, speed_m_s, turn_rate_rad_s, vertical } = *state;
+        let numbers = [position.x_m(), position.y_m(), heading.rad(), speed_m_s, turn_rate_rad_s].map(f64::to_bits);
+        let vertical = vertical.map(|vertical| vertical.numbers().map(f64::to_bits));
+        (numbers, vertical, boresight.map(|boresight| boresight.rad().to_bits()))
+    };
+    let bits_of = |of: &Detection| (of.label, of.measurement.range_m.to_bits(), of.measurement.bearing.rad().to_bits());
+    let heads = (bits(said.state, said.scan.boresight), said.assigned_group, said.is_leaving);
+    heads.cmp(&(bits(&known.state, known.boresight), known.assigned_group, known.is_leaving)).then_with(|| {
+        // Usually the two reports are equal.
+        if said.scan.detections.iter().map(bits_of).eq(known.detections.iter().map(bits_of)) {
+            return Ordering::Equal;
+        }
+        let mut kept = Vec::new();
+        keep_sound(said.scan.detections, &mut kept);
+        kept.iter().map(bits_of).cmp(known.detections.iter().map(bits_of))
+    })
+}
+
+/// Copies the valid detections of a scan into `kept`, by ascending label without duplicates.
+fn keep_sound(detections: &[Detection], kept: &mut Vec<Detection>) {
+    kept.clear();
+    kept.extend_from_slice(detections);
+    if !kept.iter().all(Detection::is_valid) {
+        kept.retain(Detection::is_valid);
+    }
+    if !kept.is_sorted_by(|a, b| a.label < b.label) {
+        kept.sort_by_key(|detection| detection.label);
+        kept.dedup_by_key(|detection| detection.label);
+    }
+}
+
+/// By label; of one target the newest first, then the most accurate; then an arbitrary order that all agents share.
+fn counting_order(cue: &Cue, other: &Cue) -> Ordering {
+    let numbers = |cue: &Cue| {
+        let Cue { position, velocity, position_sd_m, velocity_sd_m_s, .. } = *cue;
+        [position_sd_m, velocity_sd_m_s, position.x_m(), position.y_m(), velocity.x_m_s(), velocity.y_m_s()]
+    };
+    let mut pairs = numbers(cue).into_iter().zip(numbers(other));
+    let by_numbers = pairs.find_map(|(a, b)| Some(a.total_cmp(&b)).filter(|order| order.is_ne()));
+    let by_source = (cue.source, cue.sequence).cmp(&(other.source, other.sequence));
+    (cue.label.cmp(&other.label))
+        .then(other.time.cmp(&cue.time))
+        .then(by_numbers.unwrap_or(Ordering::Equal))
+        .then(by_source)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::frame::Position;
+    use crate::message::TargetLabel;
+    use crate::sensor::RangeBearingMeasurement;
+    use crate::{Angle, Velocity};
+
+    fn report(uav: u32, epoch: u32, sequence: u32) -> Report {
+        let state = UavState::level_flight(Position::ORIGIN, Angle::ZERO, 40.0);
+        Report { restart_count: epoch, sequence, ..Report::position_only(UavId(uav), Time::from_us(5), state) }
+    }
+
+    fn row() -> StepMessages {
+        let mut row = StepMessages::default();
+        row.open(Time::from_us(5));
+        row
+    }
+
+    /// Inserts reports; returns the result of each, and the UAV and sequence number of the stored reports.
+    fn put(row: &mut StepMessages, reports: &[Report]) -> (Vec<Insert>, Vec<(u32, u32)>) {
+        let puts = reports.iter().map(|report| row.put(ReportView::of(report))).collect();
+        (puts, row.reports().iter().map(|report| (report.uav.0, report.sequence)).collect())
+    }
+
+    #[test]
+    fn reports_are_sorted_by_uav_regardless_of_arrival_order() {
+        let (mut row, all) = (row(), [3, 1, 2].map(|uav| report(uav, 0, 9)));
+        assert_eq!(put(&mut row, &all), (vec![Insert::Added; 3], vec![(1, 9), (2, 9), (3, 9)]));
+        assert_eq!((row.report_of(UavId(2)), row.report_of(UavId(4))), (Some(&report(2, 0, 9)), None));
+    }
+
+    #[test]
+    fn duplicates_are_ignored_and_reopening_clears_all_messages() {
+        let mut row = row();
+        assert_eq!(
+            put(&mut row, &[report(1, 0, 9), report(1, 0, 9)]),
+            (vec![Insert::Added, Insert::Duplicate], vec![(1, 9)])
+        );
+        row.open(Time::from_us(6));
+        assert_eq!(put(&mut row, &[]).1, []);
+        // After a restart, the sequence number starts again. The time is that of the time step, to the microsecond.
+        assert_eq!(put(&mut row, &[report(1, 1, 0)]), (vec![Insert::Added], vec![(1, 0)]));
+        assert_eq!(row.reports()[0].time, Time::from_us(6));
+    }
+
+    /// The report that was sent first counts, in whatever order they arrive, and the other one is counted as rejected.
+    #[test]
+    fn of_two_reports_of_one_uav_the_one_sent_first_counts() {
+        let honest = report(1, 0, 9);
+        for (other, counts) in [(report(1, u32::MAX, u32::MAX), 9), (report(1, 1, 0), 9), (report(1, 0, 0), 0)] {
+            let (first, second) = if counts == 9 { (&honest, &other) } else { (&other, &honest) };
+            let both = put(&mut row(), &[first.clone(), second.clone()]);
+            assert_eq!(both, (vec![Insert::Added, Insert::Rejected], vec![(1, counts)]));
+            let reversed = put(&mut row(), &[second.clone(), first.clone()]);
+            assert_eq!(reversed, (vec![Insert::Added, Insert::Replaced], vec![(1, counts)]));
+        }
+    }
+
+    /// A UAV that sends two different reports with one sequence number cannot make the stored message depend on the
+    /// order of arrival.
+    #[test]
+    fn of_two_reports_with_one_sequence_number_the_same_counts_in_any_order() {
+        let honest = report(1, 0, 9);
+        let detection = |range_m| Detection {
+            label: TargetLabel(1),
+            measurement: RangeBearingMeasurement { range_m, bearing: Angle::ZERO },
+        };
+        let changes: [fn(&mut Report); 4] = [
+            |change| change.state.speed_m_s = 41.0,
+            |change| change.state.heading = Angle::from_rad(-0.0),
+            |change| change.boresight = Some(Angle::ZERO),
+            |change| change.is_leaving = true,
+        ];
+        let mut others = changes.map(|change| {
+            let mut other = honest.clone();
+            change(&mut other);
+            other
+        });
+        others[3].detections = vec![detection(5.0)];
+        for other in others {
+            let mut rows = [row(), row()];
+            let puts =
+                [put(&mut rows[0], &[honest.clone(), other.clone()]).0, put(&mut rows[1], &[other, honest.clone()]).0];
+            assert!(
+                puts.contains(&vec![Insert::Added, Insert::Rejected])
+                    && puts.contains(&vec![Insert::Added, Insert::Replaced]),
+                "{puts:?}"
+            );
+            assert_eq!(format!("{:?}", rows[0].reports()), format!("{:?}", rows[1].reports()));
+        }
+        // An invalid detection makes no difference.
+        let mut again = honest.clone();
+        again.detections = vec![detection(f64::NAN)];
+        assert_eq!(put(&mut row(), &[honest, again]).0, [Insert::Added, Insert::Duplicate]);
+    }
+
+    /// The log status of a report is not stored with the messages: retransmissions do not contain it.
+    #[test]
+    fn a_report_is_the_same_entry_with_and_without_log_status() {
+        let mut with_status = report(1, 0, 9);
+        (with_status.log_status, with_status.assigned_group, with_status.is_leaving) =
+            (Some(Box::default()), Some(GroupId(3)), true);
+        let mut row = row();
+        row.put(ReportView::of(&with_status));
+        assert_eq!(row.reports(), [Report { log_status: None, ..with_status }]);
+    }
+
+    #[test]
+    fn reports_of_more_uavs_than_the_maximum_are_rejected() {
+        let mut row = row();
+        let all: Vec<Report> = (0..=TEAM_MAX as u32).map(|uav| report(1000 + uav, 0, 1)).collect();
+        let (puts, heard) = put(&mut row, &all);
+        assert_eq!((heard.len(), puts[TEAM_MAX]), (TEAM_MAX, Insert::Rejected));
+        // An earlier report of a stored UAV can still replace the stored one.
+        assert_eq!(put(&mut row, &[report(1000, 0, 0)]).0, [Insert::Replaced]);
+    }
+
+    #[test]
+    fn reports_with_nan_or_positions_beyond_the_earth_are_rejected() {
+        let mut row = row();
+        let mut far = report(1, 0, 1);
+        for x_m in [1e300, -2e8] {
+            far.state.position = Position::from_m(x_m, 0.0);
+            assert_eq!(row.put(ReportView::of(&far)), Insert::Rejected);
+        }
+        for wrong in [f64::NAN, f64::INFINITY, 1e300] {
+            let (mut speed, mut turn, mut boresight) = (report(1, 0, 1), report(1, 0, 1), report(1, 0, 1));
+            speed.state.speed_m_s = wrong;
+            // Extrapolated along such a turn, the position would be undefined.
+            turn.state.turn_rate_rad_s = -wrong;
+            boresight.boresight = Some(Angle::from_rad(f64::INFINITY));
+            assert_eq!(put(&mut row, &[speed, turn, boresight]), (vec![Insert::Rejected; 3], vec![]));
+        }
+    }
+
+    #[test]
+    fn invalid_detections_are_dropped() {
+        let detection = |target, range_m| Detection {
+            label: TargetLabel(target),
+            measurement: RangeBearingMeasurement { range_m, bearing: Angle::ZERO },
+        };
+        let mut row = row();
+        let mut sent = report(1, 0, 1);
+        sent.detections = vec![
+            detection(4, 10.0),
+            detection(2, f64::NAN),
+            detection(1, 5.0),
+            detection(4, 11.0),
+            detection(3, 1e300),
+        ];
+        row.put(ReportView::of(&sent));
+        let kept: Vec<_> =
+            row.reports().iter().flat_map(|r| &r.detections).map(|d| (d.label.0, d.measurement.range_m)).collect();
+        assert_eq!(kept, [(1, 5.0), (4, 10.0)]);
+    }
+
+    fn cue() -> Cue {
+        Cue {
+            source: 0,
+            issued_at: Time::EPOCH,
+            sequence: 0,
+            label: TargetLabel(1),
+            time: Time::EPOCH,
+            position: Position::ORIGIN,
+            velocity: Velocity::ZERO,
+            position_sd_m: 20.0,
+            velocity_sd_m_s: 3.0,
+        }
+    }
+
+    /// Two cues with the same source and number are one entry: the same one of them counts in any order.
+    #[test]
+    fn a_cue_counts_once_and_only_if_valid() {
+        let mut row = row();
+        let other = Cue { position: Position::from_m(9.0, 9.0), ..cue() };
+        let of_other_target = Cue { label: TargetLabel(2), ..cue() };
+        let invalid = Cue { label: TargetLabel(2), velocity_sd_m_s: -1.0, ..cue() };
+        let in_the_future = Cue { label: TargetLabel(2), time: Time::from_us(6), ..cue() };
+        let puts = [cue(), cue(), other, of_other_target, invalid, in_the_future].map(|cue| row.put_cue(&cue));
+        assert_eq!(
+            puts,
+            [Insert::Added, Insert::Duplicate, Insert::Rejected, Insert::Rejected, Insert::Rejected, Insert::Rejected]
+        );
+        assert_eq!(row.cues(), [cue()]);
+        row.open(Time::from_us(5));
+        assert_eq!(
+            [of_other_target, other, cue()].map(|cue| row.put_cue(&cue)),
+            [Insert::Added, Insert::Replaced, Insert::Replaced]
+        );
+        assert_eq!(row.cues(), [cue()]);
+    }
+
+    /// Agents that have received all of the cues store the same ones, in whatever order they arrive.
+    #[test]
+    fn of_too_many_cues_the_same_are_kept_in_any_order() {
+        let cues: Vec<Cue> = (0..TARGETS_MAX as u32 + 9)
+            .map(|label| Cue {
+                source: label / 1000,
+                sequence: (label % 1000) as u16,
+                label: TargetLabel(label),
+                ..cue()
+            })
+            .collect();
+        let (mut row, mut reversed) = (row(), row());
+        cues.iter().for_each(|cue| _ = row.put_cue(cue));
+        cues.iter().rev().for_each(|cue| _ = reversed.put_cue(cue));
+        assert_eq!((row.cues(), reversed.cues()), (&cues[..TARGETS_MAX], &cues[..TARGETS_MAX]));
+        assert_eq!((row.put_cue(&cues[TARGETS_MAX]), row.put_cue(&cues[3])), (Insert::Rejected, Insert::Duplicate));
+    }
+
+    #[test]
+    fn a_report_with_more_than_the_maximum_number_of_targets_is_rejected() {
+        let detection = Detection {
+            label: TargetLabel(1),
+            measurement: RangeBearingMeasurement { range_m: 10.0, bearing: Angle::ZERO },
+        };
+        let with_detections = |n| Report { detections: vec![detection; n], ..report(1, 0, 1) };
+        assert_eq!(
+            put(&mut row(), &[with_detections(TARGETS_MAX + 1), with_detections(TARGETS_MAX)]).0,
+            [Insert::Rejected, Insert::Added]
+        );
+    }
+
+    /// The newest counts, of those the most accurate, and of those always the same one. All are kept so that each can
+    /// be retransmitted.
+    #[test]
+    fn which_of_several_cues_counts_does_not_depend_on_order() {
+        let mut best_first = [
+            Cue { time: Time::from_us(4), position_sd_m: 90.0, ..cue() },
+            Cue { position_sd_m: 19.0, velocity_sd_m_s: 9.0, ..cue() },
+            Cue { velocity_sd_m_s: 2.0, ..cue() },
+            Cue { position: Position::from_m(-1.0, 5.0), ..cue() },
+            Cue { position: Position::from_m(0.0, -1.0), ..cue() },
+            Cue { velocity: Velocity::from_m_s(-0.0, 9.0), ..cue() },
+            Cue { velocity: Velocity::from_m_s(0.0, -9.0), ..cue() },
+            cue(),
+        ];
+        for (rank, cue) in (0..).zip(&mut best_first) {
+            cue.source = 99 - rank;
+        }
+        for (rank, better) in best_first.iter().enumerate() {
+            for worse in &best_first[rank + 1..] {
+                for order in [[better, worse], [worse, better]] {
+                    let mut row = row();
+                    order.into_iter().for_each(|cue| assert_eq!(row.put_cue(cue), Insert::Added));
+                    // Bitwise equal, including the sign of zero.
+                    assert_eq!(format!("{:?}", row.cues()), format!("{:?}", [better, worse]));
+                }
+            }
+        }
+    }
+}

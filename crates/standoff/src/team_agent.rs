@@ -1,0 +1,188 @@
+//! A team with an ideal link, in one process: all agents would compute the same team state, so that one is enough.
+
+use std::sync::Arc;
+
+use crate::agent::Agent;
+use crate::command_law::CommandLaw;
+use crate::coordination::assignment::AssignmentLaw;
+use crate::guidance::geofence::Geofence;
+use crate::intruders::Intruders;
+use crate::message::{Message, Scan};
+use crate::output::{AgentOutput, Observation, Rejected, count};
+use crate::params::TeamParams;
+use crate::state_update::TeamStateUpdater;
+use crate::step_messages::{Insert, ReportView, StepMessages};
+use crate::team_state::TeamState;
+use crate::time::{Duration, Time};
+use crate::uav::{UavId, UavState};
+use crate::validation::ParamError;
+
+/// The agents of a team whose messages reach all UAVs immediately. Each answers bitwise like a separate
+/// [`Agent`], but the team state is computed once instead of once for each agent.
+///
+/// ```
+/// # use standoff::*;
+/// # fn main() -> Result<(), Vec<ParamError>> {
+/// let mut fleet = Fleet::new(TeamParams::table_1())?;
+/// let state = |x_m| UavState::straight(Position::from_m(x_m, 0.0), Angle::from_deg(90.0), 40.0);
+/// let states = [(UavId(0), state(400.0)), (UavId(1), state(-400.0))];
+/// let observed = states.map(|(uav, own)| fleet.observe(Time::START, uav, &own, Some(Scan::default())));
+/// for observation in &observed {
+///     let step = fleet.decide(observation);
+///     assert_eq!(step.command.speed_m_s, 40.0);
+/// }
+/// # Ok(())
+/// # }
+/// ```
+#[derive(Debug, Clone)]
+pub struct TeamAgent {
+    updater: TeamStateUpdater,
+    /// Team state of the previous time step.
+    previous: Box<TeamState>,
+    /// Team state of the current time step once it has been computed; until then an older one, which is overwritten.
+    team_state: Box<TeamState>,
+    /// Messages of the current time step.
+    messages: StepMessages,
+    /// Aircraft outside the team.
+    intruders: Intruders,
+    /// Time since the previous time step.
+    dt: Duration,
+    started: bool,
+    /// True if messages have arrived since the team state was computed.
+    is_stale: bool,
+    /// Number of time steps started.
+    sequence: u32,
+    refused: Rejected,
+}
+
+impl TeamAgent {
+    /// Creates a team. Returns all parameters that are out of range.
+    pub fn new(params: TeamParams) -> Result<Self, Vec<ParamError>> {
+        Ok(Self {
+            updater: TeamStateUpdater::new(params)?,
+            previous: Box::default(),
+            team_state: Box::default(),
+            messages: StepMessages::default(),
+            intruders: Intruders::default(),
+            dt: Duration::ZERO,
+            started: false,
+            is_stale: false,
+            sequence: 0,
+            refused: Rejected::default(),
+        })
+    }
+
+    /// Replaces the assignment law (33) with a custom one.
+    #[must_use]
+    pub fn with_assignment_law(mut self, law: Arc<dyn AssignmentLaw>) -> Self {
+        self.updater.assignment = Some(law);
+        self
+    }
+
+    /// Adds keep-out and keep-in zones.
+    #[must_use]
+    pub fn with_geofence(self, airspace: Geofence) -> Self {
+        Self { updater: self.updater.with_geofence_zones(airspace), ..self }
+    }
+
+    /// First half of a time step: takes a UAV's state and the scan of its sensor, which all agents receive. It works
+    /// like [`Agent::observe`](crate::Agent::observe), but accepts any time, because this team has no grid of time
+    /// steps.
+    ///
+    /// For each UAV, the first observation of a time step with a scan counts. A time that is neither new nor the
+    /// current one is rejected and counted, and no message is accepted for it.
+    pub fn observe(&mut self, now: Time, uav: UavId, own: &UavState, scan: Option<Scan>) -> Observation {
+        let gap = now - self.messages.time;
+        if !self.started || gap > Duration::ZERO && gap <= Agent::TIME_JUMP_MAX {
+            self.open(now);
+        } else if now != self.messages.time {
+            count(&mut self.refused.bad_time);
+            return Observation { uav, time: now, own: *own };
+        }
+        // A UAV that does not know its own state sends no report.
+        if let Some(scan) = scan.filter(|_| own.is_finite() && self.messages.report_of(uav).is_none()) {
+            let (stamp, duty) = ((0, self.sequence), self.previous.assignment_of(uav));
+            let put = self.messages.put(ReportView {
+                uav,
+                order: stamp,
+                state: own,
+                scan,
+                assigned_group: duty,
+                is_leaving: false,
+            });
+            if put == Insert::Rejected {
+                count(&mut self.refused.malformed);
+            }
+            self.is_stale = true;
+        }
+        let own = self.messages.report_of(uav).map_or(*own, |report| report.state);
+        Observation { uav, time: now, own }
+    }
+
+    /// Processes a message from outside the team, of the observed time step, which all agents receive. A message of
+    /// another time step is rejected and counted. Only traffic messages may be older.
+    pub fn receive(&mut self, observation: &Observation, message: &Message) {
+        if !self.is_of_now(observation) {
+            return;
+        }
+        let put = match message {
+            Message::Report(report) if report.time == self.messages.time => self.messages.put(ReportView::of(report)),
+            Message::Cue(cue) => self.messages.put_cue(cue),
+            Message::Report(_) => Insert::Rejected,
+            // All agents have the same state.
+            Message::Snapshot(_) => Insert::Duplicate,
+            // Traffic is not part of the team state.
+            Message::Traffic(traffic) => {
+                return self.intruders.receive(traffic, observation.time, &mut self.refused);
+            }
+        };
+        if matches!(put, Insert::Rejected | Insert::Replaced) {
+            count(&mut self.refused.malformed);
+        }
+        self.is_stale = true;
+    }
+
+    /// Second half of a time step, after all UAVs were observed: returns the command of one UAV, like
+    /// [`Agent::decide`](crate::Agent::decide).
+    pub fn decide(&mut self, observation: &Observation) -> AgentOutput {
+        self.catch_up();
+        let TeamStateUpdater { params, geofence_safety: borders, .. } = &self.updater;
+        let (picture, borders) = (self.team_state(), borders.as_deref());
+        CommandLaw { params, team_state: picture, geofence_safety: borders, intruders: &self.intruders }
+            .decide(observation, self.refused)
+    }
+
+    /// Clears the team state and all received messages; the counters of rejected messages keep their values.
+    pub fn reset(&mut self) {
+        (self.previous, self.team_state) = (Box::default(), Box::default());
+        self.messages.open(Time::EPOCH);
+        self.intruders.clear();
+        (self.dt, self.started, self.is_stale) = (Duration::ZERO, false, false);
+    }
+
+    /// Team state of the last decision or, if the current time step has none yet, of the previous time step.
+    pub fn team_state(&self) -> &TeamState {
+        if self.team_state.time == self.messages.time { &self.team_state } else { &self.previous }
+    }
+
+    fn is_of_now(&self, observation: &Observation) -> bool {
+        self.started && observation.time == self.messages.time
+    }
+
+    fn open(&mut self, now: Time) {
+        // A time step without a decision is still part of the past.
+        self.catch_up();
+        core::mem::swap(&mut self.previous, &mut self.team_state);
+        self.dt = if self.started { now - self.messages.time } else { Duration::ZERO };
+        (self.started, self.is_stale) = (true, true);
+        self.sequence = self.sequence.wrapping_add(1);
+        self.messages.open(now);
+    }
+
+    fn catch_up(&mut self) {
+        if self.is_stale {
+            self.updater.advance(&self.previous, self.dt, &self.messages, &mut self.team_state);
+            self.is_stale = false;
+        }
+    }
+}

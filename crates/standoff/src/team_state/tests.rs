@@ -1,0 +1,131 @@
+use super::*;
+use crate::coordination::dwell::Handoff;
+use crate::coordination::memberships::Membership;
+use crate::{Cue, Message, TargetLabel, TeamAgent, UavState, Velocity};
+
+/// Team state of two UAVs with three cued targets.
+fn known() -> TeamState {
+    let mut fleet = TeamAgent::new(TeamParams::table_1()).unwrap();
+    let state = UavState::level_flight(Position::ORIGIN, Angle::ZERO, 40.0);
+    let observed = [0, 1].map(|uav| fleet.observe(Time::EPOCH, UavId(uav), &state, Some(Default::default())));
+    for number in 0..3 {
+        let (said, time, searcher, label) = (Time::EPOCH, Time::EPOCH, 0, TargetLabel(u32::from(number)));
+        let (position, velocity) = (Position::from_m(300.0, 0.0), Velocity::ZERO);
+        let (position_sd_m, velocity_sd_m_s) = (20.0, 2.0);
+        let cue = Cue {
+            source: searcher,
+            issued_at: said,
+            sequence: number,
+            label,
+            time,
+            position,
+            velocity,
+            position_sd_m,
+            velocity_sd_m_s,
+        };
+        fleet.receive(&observed[0], &Message::Cue(cue));
+    }
+    let _ = fleet.decide(&observed[0]);
+    fleet.team_state().clone()
+}
+
+/// A number beyond every possible team causes no overflow.
+#[test]
+fn a_group_with_an_impossible_member_count_has_changed() {
+    let mut picture = known();
+    assert!(!picture.groups[0].has_changed());
+    picture.groups[0].members_when_assigned = u32::MAX;
+    assert!(picture.rebuild_index(&TeamParams::table_1()) && picture.groups[0].has_changed());
+}
+
+/// After a partition in which both halves reassigned, each UAV would otherwise switch to the group that it believes the
+/// other half has left.
+#[test]
+fn assignment_starts_from_the_reported_assignments() {
+    let mut params = TeamParams::table_1();
+    params.group.assignment_switching_cost = 10.0;
+    let mut fold = crate::state_update::TeamStateUpdater::new(params).unwrap();
+    let at = |instant: i64| Time::from_us(instant * 500_000);
+    let state = UavState::level_flight(Position::ORIGIN, Angle::ZERO, 40.0);
+    let row = |instant: i64, uavs: u32, duty: &dyn Fn(u32) -> Option<GroupId>| {
+        let mut row = StepMessages::default();
+        row.open(at(instant));
+        for uav in 0..uavs {
+            let report = Report { assigned_group: duty(uav), ..Report::position_only(UavId(uav), at(instant), state) };
+            row.put(crate::step_messages::ReportView::of(&report));
+        }
+        for number in (0..4).filter(|_| instant == 0) {
+            // Both groups look the same from the middle.
+            let x_m = if number < 2 { -900.0 } else { 900.0 };
+            let position = Position::from_m(x_m, 40.0 * f64::from(number % 2) - 20.0);
+            let (said, searcher, label) = (at(0), 0, TargetLabel(u32::from(number)));
+            let (velocity, position_sd_m, velocity_sd_m_s) = (Velocity::ZERO, 20.0, 2.0);
+            row.put_cue(&Cue {
+                source: searcher,
+                issued_at: said,
+                sequence: number,
+                label,
+                time: said,
+                position,
+                velocity,
+                position_sd_m,
+                velocity_sd_m_s,
+            });
+        }
+        row
+    };
+    let [mut first, mut second] = [TeamState::default(), TeamState::default()];
+    fold.advance(&TeamState::default(), Duration::ZERO, &row(0, 4, &|_| None), &mut first);
+    let assigned: Vec<GroupId> = first.assignments.iter().map(|duty| duty.group).collect();
+    let [one, other] = [first.groups[0].id, first.groups[1].id];
+    assert_eq!(assigned, [one, one, other, other]);
+    // A fifth UAV joins, with an unknown group: all UAVs are reassigned. The other UAVs report the opposite assignment.
+    let reported = |uav: u32| Some([other, other, one, one, GroupId(7)][uav as usize]);
+    fold.advance(&first, Duration::from_s(0.5), &row(1, 5, &reported), &mut second);
+    let assigned: Vec<GroupId> = second.assignments.iter().map(|duty| duty.group).take(4).collect();
+    assert_eq!(assigned, [other, other, one, one]);
+}
+
+/// Invalid states whose content would never expire: members that left long ago or are far beyond the Earth, a dwell or
+/// a block without end, no group id left.
+#[test]
+fn impossible_team_states_are_rejected() {
+    let corruptions: [fn(&mut TeamState); 9] = [
+        |picture| picture.teammates[0].last_report.position = Position::from_m(1e300, 0.0),
+        |picture| picture.teammates[0].last_report_at = Time::from_us(1),
+        |picture| _ = picture.memberships.new_group(Time::from_us(10_000_000), [0].into_iter()),
+        |picture| _ = picture.memberships.new_group(Time::from_us(i64::MAX), [0].into_iter()),
+        |picture| picture.memberships.block(0, picture.groups[0].id, Time::from_us(30_000_001)),
+        |picture| {
+            let (from, to, requested_at) = (None, picture.groups[0].id, Time::from_us(1));
+            picture
+                .memberships
+                .set(0, Membership::InHandoff(Handoff { from, to, requested_at, dwell: Duration::ZERO }));
+        },
+        |picture| {
+            let params = TeamParams::table_1().track;
+            let before = *picture.memberships.track_mut(0);
+            picture.memberships.track_mut(0).update(&before, None, Duration::from_us(-1), |_, _| true, &params);
+        },
+        |picture| picture.grouping_state = GroupingState::next_regrouping(Time::from_us(30_000_001)),
+        |picture| {
+            let position = Position::from_m(300.0, 0.0);
+            let measurements = [(Position::ORIGIN, crate::sensor::measure(Position::ORIGIN, position))];
+            for label in 3..=TARGETS_MAX as u32 {
+                let track = Track::from_measurements(TargetLabel(label), measurements, &TeamParams::table_1().track);
+                picture.memberships.start(track.unwrap());
+            }
+        },
+    ];
+    let params = TeamParams::table_1();
+    assert!(known().rebuild_index(&params) && !known().groups.is_empty());
+    let block_in_time = |picture: &mut TeamState| picture.memberships.block(0, GroupId(7), Time::from_us(30_000_000));
+    let mut picture = known();
+    block_in_time(&mut picture);
+    assert!(picture.rebuild_index(&params));
+    for (index, corrupt) in corruptions.into_iter().enumerate() {
+        let mut picture = known();
+        corrupt(&mut picture);
+        assert!(!picture.rebuild_index(&params), "{index}");
+    }
+}
