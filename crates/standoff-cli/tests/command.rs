@@ -182,7 +182,7 @@ fn show_lists_each_target() {
     let rows: Vec<&str> = output.lines().filter(|line| line.starts_with("target-")).collect();
     assert_eq!(rows.len(), 7, "{output}");
     assert!(rows[0].ends_with("manoeuvres") && !rows[1].ends_with("manoeuvres"), "{output}");
-    assert!(output.contains("\nanees_quiet ") && output.contains("\nanees_manoeuvring "), "{output}");
+    assert!(output.contains("\nanees_nonmanoeuvring ") && output.contains("\nanees_manoeuvring "), "{output}");
     assert!(!output.contains("\nanees "), "{output}");
 }
 
@@ -396,7 +396,7 @@ fn bash_completes_commands_options_and_names() {
     };
     assert_eq!(completed(&["m"]), "monte-carlo merge");
     assert_eq!(completed(&["run", "--se"]), "--set --seed");
-    assert_eq!(completed(&["run", "best/"]), "improved/table-2-pair improved/figure-9");
+    assert_eq!(completed(&["run", "impr"]), "improved/table-2-pair improved/figure-9");
     assert_eq!(completed(&["compare", "improved/figure-9", "paper/figure-9-"]), "paper/figure-9-basic");
     assert_eq!(completed(&["view", "tour/04"]), "tour/04-two-groups");
     assert_eq!(completed(&["reproduce", "table"]), "table-2");

@@ -15,8 +15,7 @@ use parquet::schema::parser::parse_message_type;
 
 use crate::{Blocks, Error, Footer, Source};
 
-const COLUMNS: [(&str, Type, bool); 3] =
-    [("x_m", Type::DOUBLE, false), ("target", Type::INT32, false), ("kind", Type::BYTE_ARRAY, true)];
+const COLUMNS: [(&str, Type); 3] = [("x_m", Type::DOUBLE), ("target", Type::INT32), ("kind", Type::BYTE_ARRAY)];
 
 /// A valid file: two row groups of 40 rows each, with missing values and dictionary-encoded text.
 fn valid() -> Vec<u8> {

@@ -14,7 +14,7 @@
 //! use standoff_parquet::{Blocks, Source};
 //!
 //! let source = Source::open(std::fs::File::open("truth.parquet")?)?;
-//! let mut blocks = Blocks::new([source], &[("x_m", Type::DOUBLE, false)])?;
+//! let mut blocks = Blocks::new([source], &[("x_m", Type::DOUBLE)])?;
 //! let mut x_m: Vec<f64> = Vec::new();
 //! while blocks.next(65_536, |_, reader, rows| match reader {
 //!     ColumnReader::DoubleColumnReader(reader) => Ok(reader.read_records(rows, None, None, &mut x_m)?.0),

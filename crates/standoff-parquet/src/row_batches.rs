@@ -20,8 +20,8 @@ pub struct Blocks {
     /// Sources that remain to be read, the next one first.
     sources: VecDeque<Source>,
     names: Vec<String>,
-    /// Index of each column in the file; `None` if the column is missing.
-    places: Vec<Option<usize>>,
+    /// Index of each column in the file.
+    places: Vec<usize>,
     /// Next row group of the first source.
     next_group: usize,
     /// Number of bytes of the first source's columns that were checked. Limited by the file length, because a
@@ -34,21 +34,19 @@ pub struct Blocks {
 }
 
 impl Blocks {
-    /// Prepares to read columns, each given by name, type, and whether it is optional. Fails if a required column is
-    /// missing, if a column has another type, if the sources have the columns at different positions, or if their
+    /// Prepares to read columns, each given by name and type. Fails if a column is missing, if a column has another type, if the sources have the columns at different positions, or if their
     /// compression or encoding is not supported.
-    pub fn new(sources: impl Into<VecDeque<Source>>, columns: &[(&str, Type, bool)]) -> Result<Self, Error> {
+    pub fn new(sources: impl Into<VecDeque<Source>>, columns: &[(&str, Type)]) -> Result<Self, Error> {
         let (sources, mut places) = (sources.into(), Vec::new());
         for Source { footer: Footer(metadata), .. } in &sources {
             metadata_checks::check_rows(metadata).map_err(Error::Damaged)?;
             let schema = metadata.file_metadata().schema_descr();
-            let found = columns.iter().map(|&(name, kind, may_miss)| match column_index(name, kind, schema)? {
-                None if !may_miss => Err(Error::Damaged(format!("column {name} is missing"))),
-                found => Ok(found),
+            let found = columns.iter().map(|&(name, kind)| {
+                let missing = || Error::Damaged(format!("column {name} is missing"));
+                column_index(name, kind, schema)?.ok_or_else(missing)
             });
             let found = found.collect::<Result<Vec<_>, _>>()?;
-            let present: Vec<usize> = found.iter().copied().flatten().collect();
-            metadata_checks::check_format(metadata, &present).map_err(Error::Foreign)?;
+            metadata_checks::check_format(metadata, &found).map_err(Error::Foreign)?;
             if !(places.is_empty() || places == found) {
                 return Err(Error::Damaged("its parts have different columns".to_owned()));
             }
@@ -56,11 +54,6 @@ impl Blocks {
         }
         let names = columns.iter().map(|(name, ..)| (*name).to_owned()).collect();
         Ok(Self { sources, names, places, next_group: 0, looked_at: 0, readers: Vec::new(), unread: 0 })
-    }
-
-    /// For each column, in the order of [`Self::new`], whether it is missing.
-    pub fn missing(&self) -> impl Iterator<Item = bool> {
-        self.places.iter().map(Option::is_none)
     }
 
     /// Total row count of the remaining sources according to their metadata; valid before the first row is read.
@@ -110,8 +103,7 @@ impl Blocks {
         let mut bytes = file.try_clone()?;
         let length = bytes.metadata()?.len();
         self.readers.clear();
-        for (column, place) in self.places.iter().enumerate() {
-            let Some(place) = *place else { continue };
+        for (column, &place) in self.places.iter().enumerate() {
             let chunk = about.columns().get(place).ok_or_else(|| damage("a column is missing"))?;
             self.looked_at = self.looked_at.saturating_add(u64::try_from(chunk.compressed_size())?);
             if self.looked_at > length {

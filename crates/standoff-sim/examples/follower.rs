@@ -86,9 +86,9 @@ pub(crate) fn compared(name: &str, seed: u64) -> Result<Vec<String>, Box<dyn Err
     let ours = fly(&scenario, MetricSelection::standard()).map_err(|errors| errors[0].clone())?;
     let line = |(controller, metrics): (&str, Metrics)| {
         let percent =
-            |share: Option<f64>| share.map_or("not told".to_owned(), |share| format!("{:.0} %", 100.0 * share));
+            |share: Option<f64>| share.map_or("not reported".to_owned(), |share| format!("{:.0} %", 100.0 * share));
         let (seen, watched) = (percent(metrics.in_view_fraction), percent(metrics.custody_fraction));
-        format!("{controller}: in some UAV's view {seen} of the time, watched in a group {watched}")
+        format!("{controller}: in some UAV's view {seen} of the time, in custody {watched}")
     };
     Ok([("follower", follow(&scenario)?), ("standoff", ours)].map(line).into())
 }

@@ -162,7 +162,7 @@ mod tests {
         baseline(&Scenario::load("traffic/convoy", &edits, 1).unwrap()).all_uavs
     }
 
-    const CLUSTERS: &str = "targets={ acceleration_sd_m_s2 = 0.0, at = [{ x_m = 0.0 }, { x_m = 30.0 }, { x_m = 60.0 }, \
+    const CLUSTERS: &str = "targets={ acceleration_sd_m_s2 = 0.0, start = [{ x_m = 0.0 }, { x_m = 30.0 }, { x_m = 60.0 }, \
         { x_m = 2000.0 }, { x_m = 2040.0 }, { x_m = 2080.0 }] }";
 
     /// The disc radius for Table I is 700 m sin((70 - 10)/2 degrees). Of two clusters of three vehicles, 2 km apart,
@@ -223,11 +223,11 @@ mod tests {
     /// A thousand vehicles in one place, and some at the limits of the coordinates.
     #[test]
     fn extreme_targets_still_have_a_coverage() {
-        let many = "targets={ scatter = { count = 1000, x_m = 0.0, y_m = 0.0, vx_m_s = 0.0, vy_m_s = 0.0 } }";
+        let many = "targets={ random = { count = 1000, x_m = 0.0, y_m = 0.0, vx_m_s = 0.0, vy_m_s = 0.0 } }";
         let CoverageShare { mover_fraction, best_fraction, .. } =
             of("tour/01-one-uav", &[many, "duration_s=5"]).all_uavs;
         assert_eq!((mover_fraction, best_fraction), (Some(1.0), Some(1.0)));
-        let far = "targets={ at = [{ x_m = 1e6, y_m = -1e6 }, { x_m = -1e6, y_m = 1e6 }, { x_m = 0.0 }] }";
+        let far = "targets={ start = [{ x_m = 1e6, y_m = -1e6 }, { x_m = -1e6, y_m = 1e6 }, { x_m = 0.0 }] }";
         let CoverageShare { best_fraction, .. } =
             of("tour/01-one-uav", &[far, "duration_s=5", "orbit.radius_min_m=1"]).all_uavs;
         assert!(best_fraction.is_some_and(|share| (share - 1.0 / 3.0).abs() < 1e-12), "{best_fraction:?}");

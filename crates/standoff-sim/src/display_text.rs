@@ -76,7 +76,7 @@ pub(crate) fn did_you_mean(word: &str) -> String {
     format!("did you mean `{word}`?")
 }
 
-/// Returns the known word that is closest to the typed one: the same without its unit, or with a few wrong letters.
+/// Returns the known word that is closest to the typed one: the first that continues it, or one with a few wrong letters.
 pub(crate) fn nearest<'a>(typed: &str, words: &[&'a str]) -> Option<&'a str> {
     // No key is longer. The distance takes time proportional to the product of both lengths.
     if typed.len() > 60 {
@@ -84,8 +84,8 @@ pub(crate) fn nearest<'a>(typed: &str, words: &[&'a str]) -> Option<&'a str> {
     }
     let typed = typed.to_lowercase().replace('-', "_");
     let distance = |word: &str| {
-        let without_unit = word.strip_prefix(typed.as_str()).is_some_and(|rest| rest.starts_with('_'));
-        if without_unit { 0 } else { strsim::damerau_levenshtein(&typed, &word.replace('-', "_")) }
+        let continues = typed.len() > 3 && word.replace('-', "_").starts_with(&typed);
+        if continues { 0 } else { strsim::damerau_levenshtein(&typed, &word.replace('-', "_")) }
     };
     let near = words.iter().map(|word| (distance(word), *word)).min_by_key(|(distance, _)| *distance);
     near.filter(|(distance, word)| *distance * 3 <= word.len()).map(|(_, word)| word)

@@ -22,6 +22,7 @@ pub mod radio;
 pub mod random;
 pub mod record;
 mod reference_replay;
+mod renamed;
 pub mod run;
 pub mod scenario;
 pub mod score;

@@ -146,18 +146,18 @@ fn errors_in_intruders_are_reported_at_their_position() {
         ("{}", "intruders.0: has no start; give `x_m` and `y_m`, or `pursued_uav`"),
         ("{x_m=1}", "intruders.0.x_m = 1: incomplete start; give `y_m` as well"),
         ("{pursued_uav=0, y_m=1}", "intruders.0.y_m = 1: incomplete start; give `x_m` as well"),
-        (
-            "{distance_m=5}",
-            "`distance_m` and `direction_deg` are relative to the UAV that it pursued_uav; give `pursued_uav`",
-        ),
+        ("{distance_m=5}", "`distance_m` and `bearing_deg` are relative to the pursued UAV; give `pursued_uav`"),
         ("{x_m=1, y_m=2, distance_m=5, pursued_uav=0}", "a start relative to a UAV; keep one"),
         (
             "{pursued_uav=4}",
             "intruders.0.pursued_uav = 4: must be at least 0 and at most 3 (one of the UAVs, counted from 0)",
         ),
-        ("{pursued_uav=0, turn_rate_deg_s=3}", "an intruder that `pursued_uav` a UAV turns towards it; keep one"),
+        ("{pursued_uav=0, turn_rate_deg_s=3}", "an intruder with a `pursued_uav` turns towards that UAV; keep one"),
         ("{pursued_uav=0, speed_m_s=0}", "intruders.0.speed_m_s = 0: must be above 0"),
-        ("{pursued_uav=0, silent=[{from_s=3, until_s=2}]}", "intruders.0.silent.0.until_s = 2: must be at least 3"),
+        (
+            "{pursued_uav=0, transponder_off=[{from_s=3, until_s=2}]}",
+            "intruders.0.transponder_off.0.until_s = 2: must be at least 3",
+        ),
         ("{pursue=0}", "there is no such key; did you mean `pursued_uav`?"),
     ] {
         let message = error_text(intruder);

@@ -128,7 +128,7 @@ fn pointing_at_the_angular_midpoint_reduces_the_off_boresight_angle() {
     };
     for seed in 1..=3 {
         let ((centre, centre_lopsided_deg), (middle, middle_lopsided_deg)) =
-            (flown("centre", seed), flown("middle", seed));
+            (flown("group-centre", seed), flown("angular-midpoint", seed));
         assert_eq!(middle.position_error_m, centre.position_error_m);
         assert!(centre_lopsided_deg > 3.5 && middle_lopsided_deg < 1.5, "{centre_lopsided_deg} {middle_lopsided_deg}");
         assert!(middle.off_boresight_mean_deg.unwrap() < centre.off_boresight_mean_deg.unwrap() - 1.0);
@@ -591,7 +591,7 @@ fn about_the_origin(zones: &str, duration_s: f64) -> Scenario {
 #[test]
 fn zone_across_an_orbit_is_avoided_and_reported() {
     let wood = "[[geofence]]\nname = \"wood\"\nvertices = [[100, 100], [900, 100], [900, 900], [100, 900]]";
-    let flown = ["one", "each"].map(|minds| {
+    let flown = ["shared", "per-uav"].map(|minds| {
         let scenario = about_the_origin(&format!("team.agents = \"{minds}\"\n{wood}"), 250.0);
         let frames = frames(&scenario);
         let metrics = score(&scenario, &frames);

@@ -481,8 +481,8 @@ fn changed_results_are_refused() {
     let text = fs::read_to_string(&manifest).unwrap();
     fs::write(&manifest, text.replace("\"seed\": 5", "\"seed\": 6")).unwrap();
     check_refused(Results::open(home.path()).unwrap().summary(), &["the row of run 0 with seed 6 is out of order"]);
-    fs::write(&manifest, text.replace("\"format\": 1", "\"format\": 2")).unwrap();
-    check_refused(Results::open(home.path()), &["monte-carlo.json has format 2"]);
+    fs::write(&manifest, text.replace("\"format\": 2", "\"format\": 3")).unwrap();
+    check_refused(Results::open(home.path()), &["monte-carlo.json has format 3"]);
     fs::write(&manifest, text.replace("\"seed\": 5", "\"seed\": 5,\n\"seed\": 5")).unwrap();
     check_refused(Results::open(home.path()), &["monte-carlo.json is damaged", "duplicate field `seed` at line 6"]);
     let long = format!("\"scenario\": \"{}", "x".repeat(1000));
@@ -523,7 +523,7 @@ fn comparison_uses_the_same_draws() {
     let at = |name: &str| home.path().join(name);
     fly_whole(&at("a"), &fine, &batch(&fine, 4, None), 1);
     let later =
-        Batch::new(&coarse, 3, 10, None, MetricSelection::parse("position_error_m,anees,discards").unwrap()).unwrap();
+        Batch::new(&coarse, 3, 10, None, MetricSelection::parse("position_error_m,anees,removals").unwrap()).unwrap();
     fly_whole(&at("b"), &coarse, &later, 1);
     let of_folders = compare_results(&at("a"), &at("b"), &NEVER).unwrap();
     assert_eq!((of_folders.seed, of_folders.runs), (5, 4));

@@ -269,8 +269,8 @@ fn duplicates_have_the_given_probability_and_their_own_delay() {
 
 #[test]
 fn radio_is_ideal_after_until_s() {
-    let fault = "[radio]\nloss = 0.5\nduplicate = 0.5\ndelay_s = { uniform = { min = 0.0, max = 3.0 } }\nrange_m = 1\n\
-                 bandwidth_bytes_per_s = 10\nuntil_s = 40\n[[radio.link]]\nfrom = 1\nto = 0\nloss = 1\n";
+    let fault = "[radio]\npacket_loss = 0.5\nduplication = 0.5\nlatency_s = { uniform = { min = 0.0, max = 3.0 } }\nrange_m = 1\n\
+                 bandwidth_bytes_per_s = 10\nfault_until_s = 40\n[[radio.link]]\nfrom = 1\nto = 0\npacket_loss = 1\n";
     let received = reports(&received(4, fault));
     assert!(received.iter().all(|received| received.at_s >= 40.0), "nothing is received out of range");
     // Queued messages are finally sent: at most one second's worth, which is less than one message.
@@ -312,7 +312,7 @@ fn nothing_is_received_beyond_the_range() {
 
 #[test]
 fn link_is_directed_and_inherits_unset_keys() {
-    let link = "[radio]\ndelay_s = 0.5\n[[radio.link]]\nfrom = 0\nto = 1\nloss = 1\n[[radio.link]]\nfrom = 2\nto = 1\n\
+    let link = "[radio]\nlatency_s = 0.5\n[[radio.link]]\nfrom = 0\nto = 1\npacket_loss = 1\n[[radio.link]]\nfrom = 2\nto = 1\n\
                 latency_s = 1\n";
     let received = reports(&received(3, link));
     let of = |from, to| received.iter().filter(move |received| (received.from, received.to) == (from, to));
@@ -323,8 +323,8 @@ fn link_is_directed_and_inherits_unset_keys() {
     }
     assert_eq!(of(2, 1).count(), 199);
     assert!(of(2, 1).all(|received| received.at_s - received.sent_s == 1.0));
-    let better = "[radio]\nloss = 1\ndelay_s = 0.5\n[[radio.link]]\nfrom = 0\nto = 1\nloss = 0\n[[radio.link]]\nfrom = 2\n\
-                  to = 1\ndelay_s = 0\n";
+    let better = "[radio]\npacket_loss = 1\nlatency_s = 0.5\n[[radio.link]]\nfrom = 0\nto = 1\npacket_loss = 0\n[[radio.link]]\nfrom = 2\n\
+                  to = 1\nlatency_s = 0\n";
     let received = reports(&self::received(3, better));
     assert_eq!(received.len(), 200);
     assert!(
@@ -380,7 +380,7 @@ fn outage_clears_the_send_queue() {
 /// Its computer is off from 20 s to before 25.2 s.
 #[test]
 fn uav_without_computer_circles_without_sensing_and_sending() {
-    let text = "uavs = { at = [{ x_m = -400 }, { x_m = 400 }], restart = [{ uav = 0, at_s = 20, down_s = 5.2 }, \
+    let text = "uavs = { start = [{ x_m = -400 }, { x_m = 400 }], restart = [{ uav = 0, at_s = 20, down_s = 5.2 }, \
                 { uav = 0, at_s = 60.1, down_s = 0.2 }] }\n[[targets.start]]\n";
     let (log, frames, sent) = flown(&scenario(text), 1, 0);
     let is_off = |s: f64| (20.0..25.2).contains(&s);
@@ -484,7 +484,7 @@ fn draws_are_keyed_by_sender_receiver_and_time() {
         .filter(|received| received.to < 3 && (received.from < 3 || received.from == OUTSIDE))
         .collect();
     assert_eq!(three, of_three);
-    let link = format!("{ALL}[[radio.link]]\nfrom = 2\nto = 0\nloss = 1\n");
+    let link = format!("{ALL}[[radio.link]]\nfrom = 2\nto = 0\npacket_loss = 1\n");
     let restart = format!("uavs.restart = [{{ uav = 2, at_s = 20, down_s = 20 }}]\n{ALL}");
     let outage = format!("uavs.outage = [{{ uav = 2, from_s = 20, until_s = 40 }}]\n{ALL}");
     for (fault, keeps_receiving) in [(link, true), (restart, false), (outage, true)] {
@@ -542,7 +542,7 @@ fn resolved_scenario_has_the_same_faults() {
     let fault = format!(
         "uavs.boot_delay_s = {{ uniform = {{ min = 0.0, max = 5.0 }} }}\n\
          uavs.restart = [{{ uav = 1, at_s = {{ uniform = {{ min = 30.0, max = 40.0 }} }}, down_s = 3 }}]\n\
-         uavs.clock = [{{ uav = 0, drift_ppm = 3 }}]\n{ALL}bytes_per_s = 500\n[[radio.link]]\nloss = 0.4\n\
+         uavs.clock = [{{ uav = 0, drift_ppm = 3 }}]\n{ALL}bandwidth_bytes_per_s = 500\n[[radio.link]]\npacket_loss = 0.4\n\
          [[radio.partition]]\nfrom_s = 10\nuntil_s = 20\nsides = [[0, 1], [2]]\n"
     );
     let first = team(3, &fault);
@@ -682,7 +682,10 @@ fn errors_in_faults_are_reported_at_their_key() {
     let probability = "must be at least 0 and at most 1";
     wrong("[radio]\npacket_loss = 1.5", &format!("radio.packet_loss = 1.5: {probability}"));
     wrong("[radio]\npacket_loss = nan", "radio.packet_loss = nan: must be a finite number");
-    wrong("[radio]\npacket_loss = { uniform = { min = 0, max = 2 } }", &format!("radio.packet_loss: up to 2: {probability}"));
+    wrong(
+        "[radio]\npacket_loss = { uniform = { min = 0, max = 2 } }",
+        &format!("radio.packet_loss: up to 2: {probability}"),
+    );
     wrong("[radio]\nduplication = -1", &format!("radio.duplication = -1: {probability}"));
     wrong("[radio]\nlatency_s = -0.1", "radio.latency_s = -0.1: must be at least 0 and at most 120");
     wrong(
@@ -690,14 +693,17 @@ fn errors_in_faults_are_reported_at_their_key() {
         "radio.latency_s: up to -5: must be at least 0 and at most 120",
     );
     wrong("[radio]\nrange_m = 0", "radio.range_m = 0: must be above 0 and at most 10000000");
-    wrong("[radio]\nbandwidth_bytes_per_s = 0", "radio.bandwidth_bytes_per_s = 0: must be above 0 and at most 1000000000");
+    wrong(
+        "[radio]\nbandwidth_bytes_per_s = 0",
+        "radio.bandwidth_bytes_per_s = 0: must be above 0 and at most 1000000000",
+    );
     wrong("[radio]\nfault_until_s = -1", "radio.fault_until_s = -1: must be at least 0 and at most 1000000000");
-    wrong("[radio]\nlos = 1", "radio.los: there is no such key; did you mean `loss`?");
+    wrong("[radio]\npacket_los = 1", "radio.packet_los: there is no such key; did you mean `packet_loss`?");
     let one = "must be at least 0 and at most 2 (one of the UAVs, counted from 0)";
     wrong("[[radio.link]]\nto = 3", &format!("radio.link.0.to = 3: {one}"));
     wrong("[[radio.link]]\nto = 0", "radio.link.0.to = 0: must be another UAV than `from`");
     wrong("[[radio.link]]\nfrom = 0.5", "radio.link.0.from = 0.5: must be a whole number");
-    wrong("[[radio.link]]\npacket_loss = 2", &format!("radio.link.0.loss = 2: {probability}"));
+    wrong("[[radio.link]]\npacket_loss = 2", &format!("radio.link.0.packet_loss = 2: {probability}"));
     wrong(
         "[radio]\nlink = [{ from = 0, to = 1 }, { from = 0, to = 1 }]",
         "radio.link.1: is the second link between the same two UAVs; keep one",

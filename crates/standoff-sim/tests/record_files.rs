@@ -5,6 +5,7 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
+use parquet::file::reader::{FileReader, SerializedFileReader};
 use standoff::TeammateStatus;
 use standoff_sim::record::{
     AgentEventRow, AgentRow, ByAgent, Counts, DetectionRow, EventRow, Frame, GroupRow, Manifest, MembershipState,
@@ -71,8 +72,8 @@ fn uavs_table_without_rows_is_reported_as_damaged() {
     let (dir, empty) = (home.path().join("run"), home.path().join("empty"));
     write(&empty, &[]);
     write(&dir, &frames(10, 2, 4));
-    forget_counts(&dir);
     fs::copy(empty.join("uavs.parquet"), dir.join("uavs.parquet")).unwrap();
+    recount(&dir);
     for dir in [empty, dir] {
         let error = read(&dir).unwrap_err();
         assert!(error.to_string().contains("uavs.parquet is damaged: it has no rows"), "{error}");
@@ -102,7 +103,6 @@ fn check_limits(spoil: impl Fn(&mut Frame), table: &str, expected: &str) {
     let dir = home.path().join("run");
     let mut frames = frames(3, 2, 4);
     write(&dir, &frames);
-    forget_counts(&dir);
     // In a longer run with more targets, the frames are valid.
     frames.iter_mut().for_each(&spoil);
     let (other, long) = (home.path().join("other"), Manifest::new("two", 1, 900.0, 0.2));
@@ -115,6 +115,7 @@ fn check_limits(spoil: impl Fn(&mut Frame), table: &str, expected: &str) {
     for table in ["uavs", "truth", "tracks", "groups", "detections", "events"] {
         fs::copy(other.join(format!("{table}.parquet")), dir.join(format!("{table}.parquet"))).unwrap();
     }
+    recount(&dir);
     let error = read(&dir).unwrap_err().to_string();
     assert!(error.contains(&format!("{table}.parquet is damaged: ")) && error.contains(expected), "{error}");
 }
@@ -139,13 +140,13 @@ fn check_times(other: &Manifest, spoil: impl Fn(&mut Frame), table: &str, expect
     let (dir, other_dir) = (home.path().join("run"), home.path().join("other"));
     let mut frames = frames(3, 2, 4);
     write(&dir, &frames);
-    forget_counts(&dir);
     frames.iter_mut().for_each(&spoil);
     let mut writer = Writer::create(&other_dir, other, SCENARIO, &names(4)).unwrap();
     frames.iter().for_each(|frame| writer.frame(frame).unwrap());
     writer.finish().unwrap();
     let path = dir.join(format!("{table}.parquet"));
     fs::copy(other_dir.join(format!("{table}.parquet")), path).unwrap();
+    recount(&dir);
     let error = read(&dir).unwrap_err().to_string();
     assert!(error.contains(&format!("{table}.parquet is damaged: {expected}")), "{error}");
 }
@@ -170,13 +171,13 @@ fn rows_between_time_steps_are_refused_and_not_skipped() {
     let (home, endless) = (TempDir::new().unwrap(), Manifest::new("two", 1, 1e13, 1e13));
     let (dir, other) = (home.path().join("run"), home.path().join("other"));
     write(&dir, &last[..1]);
-    forget_counts(&dir);
     let mut writer = Writer::create(&other, &endless, SCENARIO, &names(4)).unwrap();
     last.iter().for_each(|frame| writer.frame(frame).unwrap());
     writer.finish().unwrap();
     for table in ["truth", "tracks", "groups", "detections", "events"].map(|table| format!("{table}.parquet")) {
         let good = fs::read(dir.join(&table)).unwrap();
         fs::copy(other.join(&table), dir.join(&table)).unwrap();
+        recount(&dir);
         let error = read(&dir).unwrap_err().to_string();
         assert!(error.contains(&format!("{table} is damaged: its rows at 9223372036854.")), "{error}");
         fs::write(dir.join(&table), good).unwrap();
@@ -216,9 +217,6 @@ fn missing_rows_and_time_steps_are_reported_with_the_table() {
         let error = read(&dir).unwrap_err().to_string();
         let expected = format!("{name} is damaged: it has {read_rows} rows, but run.json contains {counted}");
         assert!(error.contains(&expected) && read_rows < counted, "{error}");
-        // Records without counts were read in this case, unless rows belonged to no frame.
-        forget_counts(&dir);
-        assert_eq!(read(&dir).is_ok(), table != "targets", "{table}");
     }
 
     write(&dir, &frames);
@@ -360,8 +358,8 @@ fn check_agents(spoil: impl Fn(&mut PerAgentTables), table: &str, expected: &str
     // In a run with more UAVs and targets, the rows are valid.
     flown.iter_mut().for_each(|frame| frame.uavs.push(uav(7, 1.0)));
     write_of(&other, &names(9), &flown);
-    forget_counts(&dir);
     fs::copy(other.join(format!("{table}.parquet")), dir.join(format!("{table}.parquet"))).unwrap();
+    recount(&dir);
     let error = read(&dir).unwrap_err().to_string();
     assert!(error.contains(&format!("{table}.parquet is damaged: {expected}")), "{error}");
 }
@@ -434,8 +432,8 @@ fn tables_of_different_runs_do_not_make_a_record() {
     let (dir, longer) = (home.path().join("run"), home.path().join("longer"));
     write(&dir, &frames(10, 2, 4));
     write(&longer, &frames(11, 2, 4));
-    forget_counts(&dir);
     fs::copy(longer.join("tracks.parquet"), dir.join("tracks.parquet")).unwrap();
+    recount(&dir);
     let error = read(&dir).unwrap_err().to_string();
     assert!(error.contains("tracks.parquet is damaged"), "{error}");
 
@@ -445,7 +443,7 @@ fn tables_of_different_runs_do_not_make_a_record() {
 }
 
 #[test]
-fn later_formats_are_refused_older_formats_and_other_versions_are_read() {
+fn other_formats_are_refused_and_other_versions_are_read() {
     let home = TempDir::new().unwrap();
     let dir = home.path().join("run");
     write(&dir, &frames(1, 2, 4));
@@ -484,20 +482,18 @@ fn later_formats_are_refused_older_formats_and_other_versions_are_read() {
     let error = Record::open(&dir).unwrap_err().to_string();
     assert!(error.contains("run.json is damaged: unknown field `conts`"), "{error}");
     fs::write(&path, &text).unwrap();
-    // Older formats: without counts, and also without origins.
-    for format in [3, 2] {
-        forget_counts(&dir);
-        let uncounted = fs::read_to_string(&path).unwrap();
-        fs::write(&path, uncounted.replace(r#""format": 3"#, &format!(r#""format": {format}"#))).unwrap();
-        assert_eq!((Record::open(&dir).unwrap().manifest().origin, read(&dir).unwrap()), (None, frames(1, 2, 4)));
-        fs::write(&path, uncounted.replace(r#""format": 3"#, r#""format": 4"#)).unwrap();
+    // Records of other versions are refused by their format.
+    for format in [2, 3, 4, 6] {
+        fs::write(&path, text.replace(r#""format": 5"#, &format!(r#""format": {format}"#))).unwrap();
         let error = Record::open(&dir).unwrap_err().to_string();
-        assert!(
-            error.contains("run.json is damaged: it must have counts if and only if the run is finished"),
-            "{error}"
-        );
+        assert!(error.contains(&format!("format {format}")), "{error}");
         fs::write(&path, &text).unwrap();
     }
+    let unfinished = text.replace(&ours, &format!(r#"{ours}, "unfinished": true"#));
+    fs::write(&path, unfinished).unwrap();
+    let error = Record::open(&dir).unwrap_err().to_string();
+    assert!(error.contains("run.json is damaged: it must have counts if and only if the run is finished"), "{error}");
+    fs::write(&path, &text).unwrap();
 
     for (what, expected) in [
         (r#""scenario": "two","scenario": "two""#, "duplicate field `scenario` at line 4 column 30"),
@@ -508,10 +504,10 @@ fn later_formats_are_refused_older_formats_and_other_versions_are_read() {
         assert!(error.contains("run.json is damaged") && error.contains(expected), "{error}");
     }
 
-    let later = r#"{"format": 5, "version": "9.1.0", "wind": true}"#;
+    let later = r#"{"format": 6, "version": "9.1.0", "wind": true}"#;
     fs::write(&path, later).unwrap();
     let error = Record::open(&dir).unwrap_err();
-    assert!(matches!(error, RecordError::OtherFormat { format: 5, .. }));
+    assert!(matches!(error, RecordError::OtherFormat { format: 6, .. }));
     assert!(error.to_string().contains("9.1.0"), "{error}");
     assert_eq!(occupancy(&dir), Occupancy::OlderRun);
 
@@ -639,8 +635,7 @@ fn interrupted_record_is_read_up_to_its_last_checkpoint() {
         assert_eq!((record.target_names(), record.target_rows().unwrap()), (&names(100)[..], 70_000));
         assert!(record.frames().unwrap().map(Result::unwrap).eq(flown[..700].iter().cloned()));
     };
-    look();
-    // Few frames, so that less than a second passes and no automatic checkpoint is made.
+    // Few frames directly after the checkpoint, so that less than a second passes and no automatic one is made.
     flown[700..720].iter().for_each(|frame| writer.frame(frame).unwrap());
     look();
     drop(writer);
@@ -885,12 +880,14 @@ fn write_of(dir: &Path, names: &[String], frames: &[Frame]) {
     writer.finish().unwrap();
 }
 
-/// Converts the record to the older format without counts.
-fn forget_counts(dir: &Path) {
+/// Makes the counts of the manifest agree with the tables, so that only the tables themselves can be refused.
+fn recount(dir: &Path) {
     let path = dir.join("run.json");
     let mut json: serde_json::Value = serde_json::from_str(&fs::read_to_string(&path).unwrap()).unwrap();
-    json["format"] = 3.into();
-    json.as_object_mut().unwrap().remove("counts").unwrap();
+    for (table, count) in json["counts"]["rows"].as_object_mut().unwrap() {
+        let file = fs::File::open(dir.join(format!("{table}.parquet"))).unwrap();
+        *count = SerializedFileReader::new(file).unwrap().metadata().file_metadata().num_rows().into();
+    }
     fs::write(&path, serde_json::to_string_pretty(&json).unwrap()).unwrap();
 }
 

@@ -114,8 +114,8 @@ fn unknown_key_suggests_the_right_one() {
     );
     unknown(
         "[uavs]\ncolour = 5\n",
-        "/mine.toml:2:1: uavs.colour: there is no such key; in [uavs] there are speed_m_s, speed_change_max_m_s, \
-         turn_rate_max_rad_s, speed_lag_s, turn_rate_lag_s, count, integrator, boot_delay_s, ring, at, outage, restart, \
+        "/mine.toml:2:1: uavs.colour: there is no such key; the keys in [uavs] are speed_m_s, speed_change_max_m_s, \
+         turn_rate_max_rad_s, speed_lag_s, turn_rate_lag_s, count, integrator, boot_delay_s, start_ring, start, outage, restart, \
          clock, climb",
     );
     unknown(
@@ -133,11 +133,11 @@ fn value_of_the_wrong_type_is_an_error_with_line_and_column() {
          { uniform = { min = .., max = .. } } or { normal = { mean = .., sd = .. } }",
     );
     wrong(
-        "[guidance]\nsense = \"left\"\n",
+        "[guidance]\norbit_direction = \"left\"\n",
         "/mine.toml:2:1: guidance.orbit_direction = \"left\": must be \"anticlockwise\" or \"clockwise\"",
     );
     wrong(
-        "[guidance]\nsense = \"clokwise\"\n",
+        "[guidance]\norbit_direction = \"clokwise\"\n",
         "/mine.toml:2:1: guidance.orbit_direction = \"clokwise\": must be \"anticlockwise\" or \"clockwise\"; did you mean `clockwise`?",
     );
     wrong("duration_s = \n", "/mine.toml:1:14: not a value: a number, true, false, or text in \"quotes\"");
@@ -180,7 +180,7 @@ y_m = [
     let lines: Vec<_> = error.lines().map(|line| line.split_once(": ").unwrap()).collect();
     let places: Vec<_> = lines.iter().map(|(place, _)| place.trim_start_matches("/mine.toml:")).collect();
     let expected =
-        ["1:1", "2:1", "3:1", "4:14", "6:1", "7:1", "8:1", "10:1", "11:7", "13:37", "14:1", "16:1", "17:1", "19:8"];
+        ["1:1", "2:1", "3:1", "4:14", "6:1", "7:1", "8:1", "10:1", "11:10", "13:37", "14:1", "16:1", "17:1", "19:8"];
     assert_eq!(places, expected, "{error}");
 }
 
@@ -284,7 +284,7 @@ fn impossible_values_name_key_value_and_range() {
 
 #[test]
 fn all_values_out_of_range_are_reported_together() {
-    let error = load(&format!("period_s = 0.0\n[guidance]\nradial_gain = 2.0\nseparation_deg = 200.0\n{TARGET}"));
+    let error = load(&format!("period_s = 0.0\n[guidance]\nradial_gain = 2.0\ndesired_phase_deg = 200.0\n{TARGET}"));
     let lines: Vec<_> = error.unwrap_err().lines().map(str::to_owned).collect();
     assert_eq!(
         lines,
@@ -391,7 +391,7 @@ fn only_the_edit_is_reported_if_it_is_invalid() {
 fn at_most_5000_targets_are_allowed_however_they_are_listed() {
     let refused = |scattered: usize, listed: usize| {
         let at = "{x_m=1,y_m=2,vx_m_s=0,vy_m_s=0},".repeat(listed);
-        let scatter = format!("scatter = {{count={scattered},x_m=0,y_m=0,vx_m_s=0,vy_m_s=0}}");
+        let scatter = format!("random = {{count={scattered},x_m=0,y_m=0,vx_m_s=0,vy_m_s=0}}");
         let text = format!("[targets]\nstart = [{at}]\n{scatter}\n");
         ScenarioTemplate::of_text("many", &text, None)
             .and_then(|template| template.draw(1))
@@ -575,7 +575,7 @@ fn improved_scenarios_differ_from_the_paper_only_by_the_improvements() {
             flat("", &toml::from_str(built_in(&format!("{folder}/{name}")).unwrap().text).unwrap(), &mut all);
             all
         };
-        let (paper, best) = (keys("paper"), keys("best"));
+        let (paper, best) = (keys("paper"), keys("improved"));
         let differ = paper.keys().chain(best.keys()).filter(|key| paper.get(*key) != best.get(*key));
         for key in differ {
             assert!(improved.contains(&key.as_str()), "{name}: {key} is no improvement");

@@ -7,7 +7,7 @@ use crate::record::RecordError;
 use crate::scenario::ScenarioError;
 
 /// Format of the journals and results that this version writes and reads.
-pub(super) const FORMAT: u64 = 1;
+pub(super) const FORMAT: u64 = 2;
 
 /// Reason why a batch was not flown, completed, merged or compared.
 #[derive(Debug, thiserror::Error)]

@@ -89,19 +89,10 @@ fn next<'a>(cells: &mut Cells<'a>) -> Result<&'a mut Column, Fault> {
     })
 }
 
-/// Skips the next column if the file does not contain it.
-pub(crate) fn is_missing(cells: &mut Cells<'_>) -> bool {
-    let is_missing = cells.as_slice().first().is_some_and(|column| column.is_missing);
-    is_missing && cells.next().is_some()
-}
-
 /// Column: its name and its values of the buffered rows.
 pub(crate) struct Column {
     name: String,
     optional: bool,
-    /// True if files of older versions may lack the column.
-    pub(crate) may_be_missing: bool,
-    pub(crate) is_missing: bool,
     /// One level per row, 1 for a value and 0 for null; empty if no row is null.
     levels: Vec<i16>,
     values: Values,
@@ -113,16 +104,7 @@ pub(crate) struct Column {
 
 impl Column {
     fn new<T: Cell>(name: &str, optional: bool) -> Self {
-        Self {
-            name: name.to_owned(),
-            optional,
-            may_be_missing: false,
-            is_missing: false,
-            levels: Vec::new(),
-            values: T::empty(),
-            rows_taken: 0,
-            values_taken: 0,
-        }
+        Self { name: name.to_owned(), optional, levels: Vec::new(), values: T::empty(), rows_taken: 0, values_taken: 0 }
     }
 
     pub(crate) fn name(&self) -> &str {

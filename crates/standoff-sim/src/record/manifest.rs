@@ -13,7 +13,7 @@ use crate::frame::ReportedTables;
 use crate::traffic::{Origin, Unit};
 
 /// Record format that this version writes and reads. It is incremented when the manifest or a table changes.
-pub const FORMAT: u64 = 4;
+pub const FORMAT: u64 = 5;
 /// File name of the manifest.
 pub(super) const MANIFEST: &str = "run.json";
 /// Maximum size of a manifest, bytes; typical are 300.
@@ -22,8 +22,6 @@ const MAX_MANIFEST: u64 = 64 << 10;
 pub(crate) const MAX_NAME: usize = 1_000;
 /// Maximum length of a version, characters.
 pub(crate) const MAX_VERSION: usize = 100;
-/// Older formats that are also read: they only lack the counts, or also the origin.
-const WITHOUT_COUNTS: [u64; 2] = [3, 2];
 
 /// Description of a run.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -44,8 +42,7 @@ pub struct Manifest {
     /// Origin of the local plane on the Earth, if the scenario has one.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub origin: Option<Origin>,
-    /// Unit of the coordinates of the traffic file, if the scenario has one. In older records, only the origin shows
-    /// the unit.
+    /// Unit of the coordinates of the traffic file, if the scenario has one.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub traffic_unit: Option<Unit>,
     /// Tables that the controller reports, if not all.
@@ -141,7 +138,7 @@ impl Manifest {
         let damaged = |error: serde_json::Error| RecordError::damaged(&path, error.to_string());
         // A later format may have other fields, so the format is checked first.
         let Heading { format, version } = serde_json::from_str(&text).map_err(damaged)?;
-        if format != FORMAT && !WITHOUT_COUNTS.contains(&format) {
+        if format != FORMAT {
             return Err(RecordError::OtherFormat { path, format, known: FORMAT, version });
         }
         let manifest: Self = serde_json::from_str(&text).map_err(damaged)?;
@@ -153,7 +150,7 @@ impl Manifest {
     fn check(&self) -> Result<(), String> {
         check_length("scenario", &self.scenario, MAX_NAME)?;
         check_length("version", &self.version, MAX_VERSION)?;
-        if self.format == FORMAT && self.counts.is_none() != self.unfinished {
+        if self.counts.is_none() != self.unfinished {
             return Err("it must have counts if and only if the run is finished".to_owned());
         }
         let mut values = vec![("duration_s", self.duration_s, 0.0..=1e9), ("period_s", self.period_s, 1e-6..=1e9)];

@@ -4,7 +4,7 @@ use parquet::data_type::ByteArray;
 use standoff::TeammateStatus;
 use standoff_parquet::MAX_CELL;
 
-use super::column::{self, Cells, Column, Fault, Field, Scalar, What};
+use super::column::{Cells, Column, Fault, Field, Scalar, What};
 use super::table::Row;
 use crate::display_text::quoted;
 use crate::frame::{
@@ -61,37 +61,29 @@ pub(super) fn most_at_once(table: &str) -> usize {
     }
 }
 
-/// Implements `Row` for a struct: one column per field, with the same name, in this order. Fields after `added` may be
-/// missing in files of older versions; they then get the value of `or`, or `None`.
+/// Implements `Row` for a struct: one column per field, with the same name, in this order.
 macro_rules! table {
-    ($name:literal, $row:ident: $($field:ident),+ $(; added $($new:ident $(or $old:ident)?),+)? $(,)?) => {
+    ($name:literal, $row:ident: $($field:ident),+ $(,)?) => {
         impl Row for $row {
             const TABLE: &'static str = $name;
 
             fn columns() -> Vec<Column> {
                 let mut columns = Vec::new();
                 $(declare(|row: &Self| &row.$field, stringify!($field), &mut columns);)+
-                let _old = columns.len();
-                $($(declare(|row: &Self| &row.$new, stringify!($new), &mut columns);)+
-                columns[_old..].iter_mut().for_each(|column| column.may_be_missing = true);)?
                 columns
             }
 
             fn put(&self, cells: &mut Cells<'_>) -> Result<(), Fault> {
                 $(self.$field.put(cells)?;)+
-                $($(self.$new.put(cells)?;)+)?
                 Ok(())
             }
 
             fn get(cells: &mut Cells<'_>) -> Result<Self, Fault> {
                 $(let $field = Field::get(cells)?;)+
-                $($(let $new = if column::is_missing(cells) { table!(@ $($old)?) } else { Field::get(cells)? };)+)?
-                Ok(Self { $($field,)+ $($($new,)+)? })
+                Ok(Self { $($field,)+ })
             }
         }
     };
-    (@ $old:ident) => { $old };
-    (@) => { None };
 }
 
 /// Declares the columns of the field selected by `_of`; only its type is used.
@@ -103,8 +95,7 @@ table! { "uavs", UavRow:
     uav, group, x_m, y_m, heading_rad, speed_m_s, turn_rate_rad_s, boresight_rad,
     speed_command_m_s, turn_rate_command_rad_s, speed_limited, turn_rate_limited,
     centre_distance_m, phase_rad, steered_radius_m, desired_heading_rad, feedforward_rad_s,
-    convergence_threshold_m2_s, centre_too_fast, commanded_altitude_m;
-    added altitude_m, climb_rate_m_s, avoided_uav, predicted_distance_m, limiting_zone, avoided_intruder
+    convergence_threshold_m2_s, centre_too_fast, commanded_altitude_m, altitude_m, climb_rate_m_s, avoided_uav, predicted_distance_m, limiting_zone, avoided_intruder
 }
 
 table! { "truth", TruthRow:
@@ -113,13 +104,12 @@ table! { "truth", TruthRow:
 
 // `state` and `covariance` expand to several columns each: see `Named` below.
 table! { "tracks", TrackRow:
-    target, status, membership, group, receiving_group, state, covariance; added track or target
+    target, status, membership, group, receiving_group, state, covariance, track
 }
 
 table! { "groups", GroupRow:
     group, members, x_m, y_m, vx_m_s, vy_m_s, spread_m, margin_m, standoff_unclamped_m,
-    standoff_distance_m, standoff_rate_m_s, turn_limit_m, feasible, convergence_threshold_m2_s, altitude_m, nearest_groupmate_m;
-    added group_uid
+    standoff_distance_m, standoff_rate_m_s, turn_limit_m, feasible, convergence_threshold_m2_s, altitude_m, nearest_groupmate_m, group_uid
 }
 
 table! { "detections", DetectionRow:
@@ -127,7 +117,7 @@ table! { "detections", DetectionRow:
 }
 
 table! { "events", EventRow:
-    kind, target, group, to_group, uavs, reason; added track, cause, into_group, members, coverable_targets, dwell_s, required_radius_m,
+    kind, target, group, to_group, uavs, reason, track, cause, into_group, members, coverable_targets, dwell_s, required_radius_m,
     allowed_radius_m, threshold_m2_s, limit_m2_s, speed_m_s, limit_m_s, distance_m, group_id, to_group_id, clear_fraction, zone, intruder
 }
 
@@ -461,27 +451,6 @@ mod tests {
     use super::super::table::{TableReader, TableWriter, file_of};
     use super::*;
 
-    /// Rows before tracks had ids and events had numbers.
-    struct OldTrack {
-        target: u32,
-        status: TrackStatus,
-        place: MembershipState,
-        group: Option<u32>,
-        to_group: Option<u32>,
-        state: [f64; 6],
-        covariance: [f64; 21],
-    }
-    struct OldEvent {
-        kind: String,
-        target: Option<u32>,
-        group: Option<u32>,
-        to_group: Option<u32>,
-        uavs: Vec<u32>,
-        reason: String,
-    }
-    table! { "tracks", OldTrack: target, status, place, group, to_group, state, covariance }
-    table! { "events", OldEvent: kind, target, group, to_group, uavs, reason }
-
     fn reread<R: Row, S: Row>(row: &R) -> Result<S, String> {
         let home = tempfile::tempdir().unwrap();
         let mut table = TableWriter::create::<R>(home.path()).unwrap();
@@ -492,23 +461,19 @@ mod tests {
     }
 
     #[test]
-    fn added_columns_may_be_missing_and_no_others() {
-        let (status, place, state) = (TrackStatus::Updated, MembershipState::Member, [1.0; 6]);
-        let old = OldTrack { target: 7, status, place, group: None, to_group: Some(1), state, covariance: [2.0; 21] };
-        let track: TrackRow = reread(&old).unwrap();
-        assert_eq!((track.target, track.track, track.receiving_group, track.covariance[20]), (7, 7, Some(1), 2.0));
-        let (kind, reason) = ("lost".to_owned(), "unseen".to_owned());
-        let old = OldEvent { kind, target: Some(7), group: None, to_group: None, uavs: vec![3], reason };
-        let event: EventRow = reread(&old).unwrap();
-        assert_eq!((event.track, event.dwell_s, event.reason_text()), (None, None, "unseen".to_owned()));
-        let whole = EventRow { track: Some(9), dwell_s: Some(0.5), cause: Some("too-uncertain".to_owned()), ..event };
+    fn rows_are_read_as_they_were_written_and_missing_columns_are_refused() {
+        let whole = EventRow { track: Some(9), dwell_s: Some(0.5), cause: Some("too-uncertain".to_owned()), ..event() };
         assert_eq!(reread(&whole), Ok(whole.clone()));
-        let error = reread::<_, EventRow>(&OldNothing { kind: "lost".to_owned() }).unwrap_err();
+        let error = reread::<_, EventRow>(&OneColumn { kind: "lost".to_owned() }).unwrap_err();
         assert!(error.contains("events.parquet is damaged: column target is missing"), "{error}");
     }
 
-    struct OldNothing {
+    fn event() -> EventRow {
+        EventRow { kind: "lost".to_owned(), target: Some(7), reason: "unseen".to_owned(), ..EventRow::default() }
+    }
+
+    struct OneColumn {
         kind: String,
     }
-    table! { "events", OldNothing: kind }
+    table! { "events", OneColumn: kind }
 }

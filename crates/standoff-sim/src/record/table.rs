@@ -197,13 +197,11 @@ impl<R: Row> TableReader<R> {
     /// Reads these columns from several sources in sequence and skips all other columns; `path` is for error messages.
     pub(crate) fn of(
         path: PathBuf,
-        mut columns: Vec<Column>,
+        columns: Vec<Column>,
         sources: impl Into<VecDeque<Source>>,
     ) -> Result<Self, RecordError> {
-        let wanted: Vec<_> =
-            columns.iter().map(|column| (column.name(), column.physical(), column.may_be_missing)).collect();
+        let wanted: Vec<_> = columns.iter().map(|column| (column.name(), column.physical())).collect();
         let blocks = Blocks::new(sources, &wanted).map_err(|error| RecordError::parquet_read(&path, error))?;
-        columns.iter_mut().zip(blocks.missing()).for_each(|(column, is_missing)| column.is_missing = is_missing);
         Ok(Self { path, blocks, columns, left: 0, taken: 0, kind: PhantomData })
     }
 
@@ -272,7 +270,7 @@ mod tests {
         let columns = || TargetRow::columns().into_iter().chain(TargetRow::columns()).collect();
         TableWriter::with_columns(path.clone(), columns()).unwrap().finish().unwrap();
         let error = TableReader::<TargetRow>::open(path).map(drop).unwrap_err().to_string();
-        assert!(error.contains("column target is there twice"), "{error}");
+        assert!(error.contains("column target occurs twice"), "{error}");
     }
 
     /// pandas saves integer columns with missing values as doubles.

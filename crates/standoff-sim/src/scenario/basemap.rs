@@ -42,7 +42,7 @@ mod tests {
         fs::write(&file, "basemap = [\"in/town.net.xml\"]\n[[targets.start]]\nx_m = 1\n").unwrap();
         let scenario = Scenario::load(file.to_str().unwrap(), &Overrides::default(), 1).unwrap();
         assert_eq!(scenario.map, [MapFile::OnDisk(home.path().join("in/town.net.xml"))]);
-        assert!(scenario.resolved().unwrap().contains("map = [\"town.net.xml\"]"));
+        assert!(scenario.resolved().unwrap().contains("basemap = [\"town.net.xml\"]"));
     }
 
     #[test]
@@ -60,12 +60,12 @@ mod tests {
 
     #[test]
     fn too_many_maps_and_empty_names_are_refused() {
-        for (set, expected) in [("map=[\"\"]", "must be names of files"), ("map=\"a.net.xml\"", "map")] {
+        for (set, expected) in [("basemap=[\"\"]", "must be names of files"), ("basemap=\"a.net.xml\"", "basemap")] {
             let edits = Overrides { set: vec![set.to_owned()], ..Overrides::default() };
             let error = Scenario::load("traffic/city", &edits, 1).unwrap_err().to_string();
             assert!(error.contains(expected), "{error}");
         }
-        let many = format!("map=[{}]", "\"a\",".repeat(MAPS_MAX + 1));
+        let many = format!("basemap=[{}]", "\"a\",".repeat(MAPS_MAX + 1));
         let edits = Overrides { set: vec![many], ..Overrides::default() };
         assert!(Scenario::load("traffic/city", &edits, 1).is_err());
     }

@@ -34,7 +34,7 @@ pub(super) fn spell_out(typed: &mut Typed, origin: Option<Origin>) -> Result<(),
         if zone.file.is_empty() {
             continue;
         }
-        let key = format!("zones.{place}.file");
+        let key = format!("geofence.{place}.file");
         let problem = |message: String| {
             let message = format!("{key} = {}: {message}", quoted(&zone.file));
             ScenarioError::from(typed.origin.problem(&Map::new(&typed.origin.text), &key, message, None))
@@ -43,7 +43,7 @@ pub(super) fn spell_out(typed: &mut Typed, origin: Option<Origin>) -> Result<(),
             return Err(problem(format!("must be at most {NAME_MAX} bytes")));
         }
         if !zone.vertices.is_empty() {
-            return Err(problem("a zone has `points` or a `file`; keep one".to_owned()));
+            return Err(problem("a zone has `vertices` or a `file`; keep one".to_owned()));
         }
         let path = typed.files_from.as_deref().unwrap_or(Path::new("")).join(&zone.file);
         let bytes = bounded_input::bytes(&path, LENGTH_MAX).map_err(|reason| {
@@ -64,7 +64,7 @@ pub(super) fn spell_out(typed: &mut Typed, origin: Option<Origin>) -> Result<(),
 /// Returns the geofence; an empty one if it has problems.
 pub(super) fn geofence(zones: &[resolved::Zone], problems: &mut Problems) -> Geofence {
     if zones.len() > ZONES_MAX {
-        problems.add("zones", format!("must be at most {ZONES_MAX}, not {}", zones.len()), None);
+        problems.add("geofence", format!("must be at most {ZONES_MAX}, not {}", zones.len()), None);
         return Geofence::default();
     }
     let before = problems.found.len();
@@ -72,21 +72,21 @@ pub(super) fn geofence(zones: &[resolved::Zone], problems: &mut Problems) -> Geo
     for (place, zone) in zones.iter().enumerate() {
         if zone.name.chars().any(char::is_control) || zone.name.chars().count() > CALLED_MAX {
             problems.add(
-                format!("zones.{place}.name"),
+                format!("geofence.{place}.name"),
                 format!("must be one line of at most {CALLED_MAX} characters"),
                 None,
             );
         }
         if zone.vertices.is_empty() {
             problems.add(
-                format!("zones.{place}"),
-                "has no outline; give `points` = [[0, 0], [500, 0], [0, 500]] or a `file`",
+                format!("geofence.{place}"),
+                "has no outline; give `vertices` = [[0, 0], [500, 0], [0, 500]] or a `file`",
                 None,
             );
             continue;
         }
         if let Some(corner) = zone.vertices.iter().position(|point| point.len() != 2) {
-            problems.add(format!("zones.{place}.points.{corner}"), "must be [east, north], m", None);
+            problems.add(format!("geofence.{place}.vertices.{corner}"), "must be [east, north], m", None);
             continue;
         }
         let outline = zone.vertices.iter().map(|point| Position::from_m(point[0], point[1])).collect();
@@ -94,8 +94,8 @@ pub(super) fn geofence(zones: &[resolved::Zone], problems: &mut Problems) -> Geo
         // Each zone is checked separately to locate its error.
         if let Err(error) = Geofence::new(vec![zone.clone()]) {
             let key = match error.vertex {
-                Some(corner) => format!("zones.{place}.points.{corner}"),
-                None => format!("zones.{place}.points"),
+                Some(corner) => format!("geofence.{place}.vertices.{corner}"),
+                None => format!("geofence.{place}.vertices"),
             };
             problems.add(key, error.reason, None);
         }
@@ -105,7 +105,7 @@ pub(super) fn geofence(zones: &[resolved::Zone], problems: &mut Problems) -> Geo
         return Geofence::default();
     }
     Geofence::new(all).unwrap_or_else(|error| {
-        problems.add("zones", error.to_string(), None);
+        problems.add("geofence", error.to_string(), None);
         Geofence::default()
     })
 }
@@ -261,8 +261,8 @@ mod tests {
     #[test]
     fn zones_are_flown_and_a_record_has_them() {
         let scenario = typed(
-            "[[geofence]]\nname = \"airfield\"\npoints = [[2000, 0], [2500, 0], [2000, { uniform = [400, 500] }]]\n\
-             [[geofence]]\nkind = \"keep-in\"\npoints = [[-5000, -5000], [5000, -5000], [0, 5000]]",
+            "[[geofence]]\nname = \"airfield\"\nvertices = [[2000, 0], [2500, 0], [2000, { uniform = [400, 500] }]]\n\
+             [[geofence]]\nkind = \"keep-in\"\nvertices = [[-5000, -5000], [5000, -5000], [0, 5000]]",
         )
         .unwrap();
         let airspace = &scenario.settings.geofence;
@@ -274,7 +274,7 @@ mod tests {
         assert_eq!(&of_record.geofence, airspace);
         assert_eq!(scenario.warnings, [""; 0]);
         // A scenario without zones does not mention them.
-        assert!(!typed("").unwrap().resolved().unwrap().contains("zones"));
+        assert!(!typed("").unwrap().resolved().unwrap().contains("geofence"));
     }
 
     #[test]
@@ -283,7 +283,7 @@ mod tests {
         let bow = "[[geofence]]\nvertices = [[0, 0], [100, 100], [100, 0], [0, 100]]";
         assert_eq!(
             error(bow),
-            "mine:2:11: zones.0.points.0: the side from here crosses or touches the side from corner 3; an outline must not cross \
+            "mine:2:13: geofence.0.vertices.0: the side from here crosses or touches the side from corner 3; an outline must not cross \
              itself"
         );
         assert!(error("[[geofence]]\nvertices = [[0, 0], [100, 100], [5]]").contains("must be [east, north], m"));

@@ -195,7 +195,7 @@ impl Origin {
             table.remove("targets");
             table.remove("traffic");
             // The map shows another place.
-            table.remove("map");
+            table.remove("basemap");
             // The size of the scenario's ring has no meaning for other targets.
             parse::take_out(table, "uavs.start_ring");
             parse::take_out(table, "uavs.start");

@@ -150,7 +150,7 @@ pub(super) fn settings_of_record(typed: &Typed) -> Result<Settings, ScenarioErro
     let (file, mut drawing) = drawn(&typed.file, None, Draws::new(0));
     // The starts of UAVs and intruders do not matter here: a ring about distant targets can exceed the range of typed
     // coordinates.
-    drawing.problems.found.retain(|found| !found.key.contains(".at.") && !found.key.starts_with("intruders."));
+    drawing.problems.found.retain(|found| !found.key.contains(".start.") && !found.key.starts_with("intruders."));
     let (mut settings, passed) = settings(&file);
     settings.geofence = geofence::geofence(&file.geofence, &mut drawing.problems);
     check_settings(&file, settings.team.errors(), &passed, &mut drawing.problems);

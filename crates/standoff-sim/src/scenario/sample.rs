@@ -118,10 +118,10 @@ pub(super) fn value(number: &Number, key: &dyn Display, draws: Draws, nth: u64) 
 /// same values whatever the table is called.
 const STREAM_NAMES: [(&str, &str); 5] = [
     ("uavs.boot_delay_s", "uavs.start_late_s"),
-    ("uavs.start_ring.", "uavs.start_ring."),
-    ("uavs.start.", "uavs.start."),
-    ("targets.random.", "targets.random."),
-    ("targets.start.", "targets.start."),
+    ("uavs.start_ring.", "uavs.ring."),
+    ("uavs.start.", "uavs.at."),
+    ("targets.random.", "targets.scatter."),
+    ("targets.start.", "targets.at."),
 ];
 
 /// The name that keys the random stream of a scenario key.

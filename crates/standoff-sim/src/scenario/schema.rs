@@ -121,7 +121,7 @@ mod tests {
         assert_eq!(KEYS.number("duration_s"), Some("duration_s"));
         assert_eq!(KEYS.number("guidance.orbit_direction"), None);
         assert_eq!(KEYS.tables_with("lead_s"), ["guidance"]);
-        assert_eq!(KEYS.tables_with("ring"), ["uavs"]);
+        assert_eq!(KEYS.tables_with("start_ring"), ["uavs"]);
         assert_eq!(
             KEYS.tables_with("x_m"),
             ["uavs.start", "intruders", "targets.random", "targets.start"].map(str::to_owned)

@@ -256,8 +256,8 @@ tables! {
         /// While messages are missing, groups and assignments are those of this much earlier, s; 0 to 10. Applies if
         /// `agents = "per-uav"`.
         decision_lag_s = 2.0;
-        /// Maximum rate at which a UAV retransmits messages for others, bytes/s; 0 to 1,000,000. Applies if `minds =
-        /// "each"`.
+        /// Maximum rate at which a UAV retransmits messages for others, bytes/s; 0 to 1,000,000. Applies if
+        /// `agents = "per-uav"`.
         retransmit_bytes_per_s = 1500.0;
     } words {
         /// Where the team state is kept: once for all UAVs (`one`), or by each UAV separately (`each`). If absent:

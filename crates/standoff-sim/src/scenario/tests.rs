@@ -114,7 +114,7 @@ fn a_range_is_reported_in_the_unit_of_the_key() {
         ScenarioTemplate::of_text("mine", &text, None).unwrap().draw(1).unwrap_err().to_string()
     };
     assert_eq!(
-        error("[guidance]\nseparation_deg = 181"),
+        error("[guidance]\ndesired_phase_deg = 181"),
         "mine:2:1: guidance.desired_phase_deg = 181: must be at least 0 and at most 180"
     );
     assert_eq!(

@@ -145,7 +145,7 @@ fn check_intruders(intruders: &[Intruder], uav_range: Allowed, problems: &mut Pr
         if turn_rate_deg_s.is_some() && pursued_uav.is_some() {
             problems.add(
                 format!("{table}.turn_rate_deg_s"),
-                "an intruder that `pursued_uav` a UAV turns towards it; keep one",
+                "an intruder with a `pursued_uav` turns towards that UAV; keep one",
                 None,
             );
         }
@@ -158,7 +158,7 @@ fn check_intruders(intruders: &[Intruder], uav_range: Allowed, problems: &mut Pr
         } else if from_uav.is_some() && pursued_uav.is_none() {
             problems.add(
                 table.clone(),
-                "`distance_m` and `bearing_deg` are relative to the UAV that it pursued_uav; give `pursued_uav`",
+                "`distance_m` and `bearing_deg` are relative to the pursued UAV; give `pursued_uav`",
                 None,
             );
         }

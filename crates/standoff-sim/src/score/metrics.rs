@@ -3,7 +3,9 @@
 use serde::ser::{Serialize, SerializeMap, Serializer};
 
 use super::mean;
+use crate::display_text::{did_you_mean, nearest, quoted};
 use crate::frame::ReportedTables;
+use crate::renamed;
 
 /// Worse direction of a metric.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
@@ -347,10 +349,14 @@ impl MetricSelection {
                 "limits" => Self::of(LIMITS).0,
                 "table-2" => Self::of(TABLE_2).0,
                 name if bit(name).is_none() => {
-                    let names = Metrics::NAMES.join(", ");
-                    return Err(format!(
-                        "\"{name}\": no such metric; allowed: standard, limits, table-2, all, {names}"
-                    ));
+                    let advice = match (renamed::metric(name), nearest(name, Metrics::NAMES)) {
+                        (Some(now), _) => format!("it is now called `{now}`"),
+                        (None, Some(near)) => did_you_mean(near),
+                        (None, None) => {
+                            format!("allowed: standard, limits, table-2, all, {}", Metrics::NAMES.join(", "))
+                        }
+                    };
+                    return Err(format!("{}: no such metric; {advice}", quoted(name)));
                 }
                 name => Self::of(&[name]).0,
             };

@@ -154,7 +154,7 @@ fn journal_of_a_later_format_is_refused() {
     Journal::open(dir.path(), &later).unwrap();
     let refusal = Journal::open(dir.path(), &batch()).unwrap_err().to_string();
     assert!(
-        refusal.contains("has format 2 of standoff 9.9; this version supports format 1; use the version that wrote it"),
+        refusal.contains("has format 3 of standoff 9.9; this version supports format 2; use the version that wrote it"),
         "{refusal}"
     );
 }
