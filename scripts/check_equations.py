@@ -67,7 +67,7 @@ class Record:
         self.tracks = self.by_instant("tracks", "target")
         self.groups = self.by_instant("groups", "group")
         self.detections = self.by_instant("detections", "uav", "target")
-        self.views = self.by_instant("in_view", "uav", "target") if (folder / "views.parquet").exists() else None
+        self.views = self.by_instant("in_view", "uav", "target") if (folder / "in_view.parquet").exists() else None
         self.events = defaultdict(list)
         for event in self.rows("events"):
             self.events[event.time_us].append(event)

@@ -137,12 +137,12 @@ def check_states(topics, record, compare):
             compare("state: standoff_distance_m", expected, state.pop("standoff_distance_m"))
             error = row.centre_distance_m - expected if known else None
             compare("state: standoff_error_own_estimate_m", error, state.pop("standoff_error_own_estimate_m"))
-            compare("state: off_boresight_rad", line_of_sight(record, time, row), state.pop("off_boresight_rad"))
+            compare("state: off_boresight_rad", off_boresight(record, time, row), state.pop("off_boresight_rad"))
             for name, value in state.items():
                 compare(f"state: {name}", getattr(row, name), value)
 
 
-def line_of_sight(record, time, uav):
+def off_boresight(record, time, uav):
     """Returns the largest angle between the boresight and the true position of a member of the UAV's group."""
     if uav.boresight_rad is None or uav.group is None:
         return None

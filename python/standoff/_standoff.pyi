@@ -1294,7 +1294,7 @@ def run(scenario: Any | None = None, *, seed: SupportsIndex = ..., traffic: str 
     :param law: a law of your own that flies in the place of the product: a class like :class:`Law`, or whatever is called
         with a :class:`MissionInfo` and gives an object that decides.
     :param law_limit_s: how long a law may take to answer, s, above 0.
-    :param yardstick: tell beside it what greedy discs that know where every target is would watch.
+    :param baseline: tell beside it what greedy discs that know where every target is would watch.
     :returns: the run.
     :raises ScenarioError: the scenario cannot be used; what is wrong is drawn under what was typed.
     :raises InputError: another argument is wrong, or ``out`` holds something else.
@@ -1378,7 +1378,7 @@ def wrapped_angle_rad(angle_rad: ArrayLike) -> NDArray[float64]:
 
 def baseline(scenario: Any | None = None, *, seed: SupportsIndex = ..., traffic: str | PathLike[str] | None = None, uavs: SupportsIndex | None = None, set: dict[str, Any] | None = None) -> dict[str, Any]:
     """
-    What greedy discs that know where every target is would watch: the numbers of ``standoff yardstick``.
+    What greedy discs that know where every target is would watch: the numbers of ``standoff baseline``.
 
     :param scenario: as of :func:`run`, as are the other parameters.
     :returns: ``{"scenario", "seed", "duration_s", "uavs", "targets", "yardstick": {"disc_radius_m", "half", "all"}}``.

@@ -27,7 +27,7 @@ before(() => {
   standoff("monte-carlo", "paper/table-2-pair", ...fly, "a");
   standoff("monte-carlo", "paper/table-2-pair", "--set", "sensor.range_sd_m=30", ...fly, "b");
   standoff("compare", "a", "b", "--report", "ab.html");
-  writeFileSync(join(folder, `${HOSTILE}.toml`), standoff("scenarios", "tour/02-two-uavs"));
+  writeFileSync(join(folder, `${HOSTILE}.toml`), standoff("scenarios", "show", "tour/02-two-uavs"));
   standoff("monte-carlo", `${HOSTILE}.toml`, "--runs", "3", "--out", "hostile");
 });
 

@@ -13,7 +13,7 @@ const DEGREES = 180 / Math.PI;
 const PANELS = [
   ["watched", 1, [["run", "targets", "solid"], ["run", "tracked", "dash"], ["run", "seen", "dot"], ["run", "watched", "solid"]]],
   ["position_error", 1, [["groups", "position_error_m", "solid"], ["groups", "position_bound_m", "dash"], ["run", "position_error_m", "dot"]]],
-  ["line_of_sight", DEGREES, [["uavs", "off_boresight_rad", "solid"]]],
+  ["off_boresight", DEGREES, [["uavs", "off_boresight_rad", "solid"]]],
   ["standoff_distance", 1, [["groups", "standoff_distance_m", "solid"], ["uavs", "centre_distance_m", "dot"]]],
   ["standoff_error", 1, [["uavs", "standoff_error_m", "solid"]]],
   ["phase", DEGREES, [["groups", "phase_rad", "solid"], ["groups", "phase_wanted_rad", "dash"]]],
@@ -106,7 +106,7 @@ inReport("the charts of a long mission show the extremes, and every time step af
   const button = page.getByRole("button", { name: "Whole run" });
   assert.equal(await button.count(), 0, "the whole run is shown");
   await goTo(page, 700);
-  await drag(page, "line_of_sight", 0.25, 0.5);
+  await drag(page, "off_boresight", 0.25, 0.5);
   await page.waitForFunction(() => [...document.querySelectorAll(".panel:not([hidden]) .plot")].every(({ data }) => data[0].x[0] > 100));
   const zoomed = await drawn(page);
   const [from, to] = await range(page);
@@ -314,7 +314,7 @@ inReport("panels have descriptions and can be hidden", {}, async (page) => {
   await list.getByRole("checkbox", { name: "Off-boresight angle" }).uncheck();
   await page.keyboard.press("Escape");
   assert.ok(await page.locator("#panel-list").isHidden());
-  await page.waitForFunction(() => document.querySelector("[data-panel=line_of_sight]").hidden);
+  await page.waitForFunction(() => document.querySelector("[data-panel=off_boresight]").hidden);
   assert.equal(await heading(/^Off-boresight angle/).count(), 0);
   assert.equal(await heading(/^Speed/).count(), 1);
 });

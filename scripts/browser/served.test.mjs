@@ -15,7 +15,7 @@ const limits = { timeout: 2 * PATIENCE_MS };
 const shown_s = async (page) => Number.parseFloat(await page.textContent("#clock"));
 
 test("a page follows a running mission, survives a reload, and shows the outcome at the end", limits, async () => {
-  const run = await serving("run", "paper/table-2-pair", "--view", "--rate", "10", "--out", "live");
+  const run = await serving("run", "paper/table-2-pair", "--view", "--speed", "10", "--out", "live");
   const { page, complaints, close } = await watching(run.address);
   assert.equal(await page.getAttribute("#live", "aria-pressed"), "true");
   const first = await shown_s(page);
@@ -78,7 +78,7 @@ function notePictures() {
 }
 
 test("a page opened late always shows UAVs and targets at the same time, and reports its delay until it has caught up", limits, async () => {
-  const run = await serving("run", "improved/figure-9", "--set", "duration_s=4000", "--view", "--rate", "20", "--out", "late");
+  const run = await serving("run", "improved/figure-9", "--set", "duration_s=4000", "--view", "--speed", "20", "--out", "late");
   const LATE_MS = 700;
   // The run ends even if the test fails.
   after(run.end);
@@ -132,7 +132,7 @@ test("a page opened late always shows UAVs and targets at the same time, and rep
 });
 
 test("the map of a running mission zooms out rarely and smoothly until the user moves it", limits, async () => {
-  const run = await serving("run", "paper/table-2-pair", "--view", "--rate", "10", "--out", "grows");
+  const run = await serving("run", "paper/table-2-pair", "--view", "--speed", "10", "--out", "grows");
   const { page, complaints, close } = await watching(run.address);
   await page.getByRole("tab", { name: "State" }).click();
   // Every drawn frame is checked; the number of frames depends on the machine.
@@ -171,7 +171,7 @@ test("the map of a running mission zooms out rarely and smoothly until the user 
 });
 
 test("a page that reads no data does not delay the run", limits, async () => {
-  const run = await serving("run", "tour/02-two-uavs", "--view", "--rate", "100", "--out", "slow");
+  const run = await serving("run", "tour/02-two-uavs", "--view", "--speed", "100", "--out", "slow");
   const { page } = await watching(run.address);
   const session = await page.context().newCDPSession(page);
   await session.send("Page.setWebLifecycleState", { state: "frozen" });

@@ -11,9 +11,9 @@ use crate::terminal::{note, print};
 
 pub(crate) const EXAMPLES: &str = "\
 Examples:
-  standoff yardstick improved/figure-9
-  standoff yardstick traffic/city --uavs 4
-  standoff yardstick --traffic city.fcd.xml.gz --uavs 2 --json";
+  standoff baseline improved/figure-9
+  standoff baseline traffic/city --uavs 4
+  standoff baseline --traffic city.fcd.xml.gz --uavs 2 --json";
 
 /// Options of `standoff baseline`.
 #[derive(Parser)]

@@ -150,7 +150,7 @@ impl Pace {
 }
 
 /// Parses a rate: simulated seconds per real second.
-pub(crate) fn rate(text: &str) -> Result<f64, String> {
+pub(crate) fn speed(text: &str) -> Result<f64, String> {
     let rate: f64 = text.parse().map_err(|_| "must be a number, such as 1 (real time) or 20".to_owned())?;
     if (0.01..=10_000.0).contains(&rate) { Ok(rate) } else { Err("must be between 0.01 and 10000".to_owned()) }
 }

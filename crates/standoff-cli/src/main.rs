@@ -19,6 +19,7 @@ mod run;
 mod scenarios;
 mod signals;
 mod terminal;
+mod usage;
 mod view;
 
 use std::panic;
@@ -38,7 +39,7 @@ use standoff_sim::record::panic_is_expected;
 /// Without a command: fly improved/figure-9, print a summary next to the values of the paper's law, write the results and
 /// print their folder.
 #[derive(Parser)]
-#[command(name = "standoff", version, after_help = EXAMPLES, disable_help_subcommand = true, max_term_width = WIDTH)]
+#[command(name = "standoff", version, after_help = EXAMPLES, max_term_width = WIDTH)]
 struct Cli {
     #[command(subcommand)]
     command: Option<Command>,
@@ -80,13 +81,11 @@ enum Command {
     /// Reproduce the paper's tables, figures and claims: the paper's values next to ours.
     #[command(after_help = reproduce::EXAMPLES)]
     Reproduce(reproduce::Args),
-    /// List the built-in scenarios, or print one.
+    /// List the built-in scenarios, print one, or print the schema of scenario files.
+    #[command(disable_help_subcommand = true)]
     Scenarios {
-        /// The scenario to print.
-        name: Option<String>,
-        /// Print the JSON schema of scenario files, for completion and checks in editors.
-        #[arg(long, conflicts_with = "name")]
-        schema: bool,
+        #[command(subcommand)]
+        action: Option<scenarios::Action>,
     },
     /// Check a scenario file and the traffic and map files it names, without flying it.
     Check {
@@ -112,11 +111,11 @@ Examples:
   standoff monte-carlo paper/table-2-pair --runs 200  statistics of many runs
   standoff compare paper/table-2-pair --set-b guidance.lead_s=0
                                                       effect of a change
-  standoff yardstick traffic/city --uavs 4            coverage baseline
-  standoff scenarios tour/01-one-uav > mine.toml      start your own scenario
+  standoff baseline traffic/city --uavs 4             coverage baseline
+  standoff scenarios show tour/01-one-uav > mine.toml start your own scenario
   standoff check mine.toml
-  standoff show standoff-out/improved/figure-9-1          print a run's results
-  standoff view standoff-out/improved/figure-9-1          show it in a browser
+  standoff report standoff-out/improved/figure-9-1    print a run's results
+  standoff view standoff-out/improved/figure-9-1      show it in a browser
   standoff reproduce table-2                          compare with the paper
 
 Exit status: 0 success, 1 failure while running, 2 wrong input or usage.";
@@ -169,7 +168,7 @@ fn done() -> Result<(), Failure> {
         Err(misused) if misused.use_stderr() => {
             let message = misused.render().to_string();
             let message = message.trim_start_matches("error: ").trim_end().to_owned();
-            return Err(Failure::Input(without_value().unwrap_or(message)));
+            return Err(Failure::Input(without_value().or_else(|| usage::advice(&misused)).unwrap_or(message)));
         }
         Err(help) => help.exit(),
     };
@@ -183,8 +182,7 @@ fn done() -> Result<(), Failure> {
         Some(Command::Report { dir, metrics, maps, json }) => report::show(&dir, metrics.choice, &maps.named(), json),
         Some(Command::View(args)) => view::view(&args),
         Some(Command::Reproduce(args)) => reproduce::reproduce(&args),
-        Some(Command::Scenarios { schema: true, .. }) => scenarios::show_schema(),
-        Some(Command::Scenarios { name, .. }) => scenarios::show(name.as_deref()),
+        Some(Command::Scenarios { action }) => scenarios::run(action),
         Some(Command::Check { file }) => scenarios::check(&file),
         Some(Command::Completions { shell }) => completions::show(shell, Cli::command()),
     }

@@ -74,7 +74,7 @@ mod tests {
     #[test]
     fn characters_special_to_a_shell_are_replaced_and_names_stay_unique() {
         let drawn = name("mine", &[("targets.random.x_m", "{ normal = { sd = 3 } }")]);
-        assert_eq!(drawn, "mine-1+targets.random.x_m=--normal-----sd---3----+12dde255");
+        assert_eq!(drawn, "mine-1+targets.random.x_m=--normal-----sd---3----+ef351d7a");
         let all = [
             name("a b", &[]),
             name("a-b", &[]),

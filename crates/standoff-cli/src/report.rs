@@ -1,4 +1,4 @@
-//! `standoff show`: recomputes and prints the results of a recorded run.
+//! `standoff report`: recomputes and prints the results of a recorded run.
 
 use std::path::Path;
 

@@ -17,7 +17,7 @@ use standoff_view::replay::Line;
 use standoff_view::serve::{Bytes, Server};
 use standoff_view::site::RunSite;
 
-use crate::live_view::{LiveReplay, Pace, ServeArgs, rate};
+use crate::live_view::{LiveReplay, Pace, ServeArgs, speed};
 use crate::maps::Maps;
 use crate::mcap::Mcap;
 use crate::metric_args::MetricArgs;
@@ -32,9 +32,9 @@ Examples:
   standoff run paper/table-2-pair --set guidance.radial_gain=0.5 --out half
   standoff run tour/02-two-uavs --json | jq .metrics.position_error_m
   standoff run --traffic city.fcd.xml.gz --uavs 4
-  standoff run traffic/city --view --rate 20
+  standoff run traffic/city --view --speed 20
   standoff run --traffic city.fcd.xml.gz --map city.net.xml.gz
-  standoff run traffic/city --uavs 4 --yardstick
+  standoff run traffic/city --uavs 4 --baseline
   standoff run --mcap figure-9.mcap
   standoff run mine.toml --set uavs.count=3 --set targets.random.count=6";
 
@@ -59,7 +59,7 @@ pub(crate) struct Args {
     maps: Maps,
     #[command(flatten)]
     metrics: MetricArgs,
-    /// Also compute the coverage baseline: see standoff yardstick.
+    /// Also compute the coverage baseline: see standoff baseline.
     #[arg(long)]
     baseline: bool,
     /// Print one JSON object instead of the table.
@@ -69,8 +69,8 @@ pub(crate) struct Args {
     #[arg(long)]
     view: bool,
     /// With --view, the speed of the simulation relative to real time.
-    #[arg(long, value_name = "FACTOR", default_value = "1", value_parser = rate, requires = "view")]
-    rate: f64,
+    #[arg(long, value_name = "FACTOR", default_value = "1", value_parser = speed, requires = "view")]
+    speed: f64,
     #[command(flatten)]
     served: ServeArgs,
 }
@@ -117,16 +117,16 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     let mcap_result = mcap.map_or(Ok(()), Mcap::close);
     // The complete record is published even if there is no room for the figures.
     let (dir, place, choice) = (closed.dir().to_owned(), out.clone(), args.metrics.choice);
-    let with_yardstick = args.baseline;
+    let with_baseline = args.baseline;
     let report = interruption.unless_come(move || {
         let report = report_run(&dir, &place, choice, &note)?;
-        Ok((report, with_yardstick.then(|| baseline(&scenario))))
+        Ok((report, with_baseline.then(|| baseline(&scenario))))
     });
     closed.publish().map_err(Failure::running)?;
     let (Report { mut outcome, written }, baseline) = report.ok_or_else(|| {
         let out = display_text::path(&out);
         Failure::running(format!(
-            "interrupted; the run is complete in {out}: to print its results, run standoff show {out}"
+            "interrupted; the run is complete in {out}: to print its results, run standoff report {out}"
         ))
     })??;
     outcome.baseline = baseline;
@@ -162,7 +162,7 @@ impl Live {
             Ok(())
         };
         let server = args.served.serve(Arc::new(RunSite::new(watched.replay(), None)), announce)?;
-        Ok(Self { watched, pace: Pace::new(args.rate), _server: server })
+        Ok(Self { watched, pace: Pace::new(args.speed), _server: server })
     }
 
     /// Waits until a frame is due, then shows it.

@@ -1,31 +1,47 @@
 //! `standoff scenarios` and `standoff check`.
 
+use clap::Subcommand;
 use standoff_results::{Failure, Maps, count, warn};
 use standoff_sim::scenario::{BUILT_IN, Overrides, Scenario, built_in, built_in_like, schema};
 
 use crate::terminal::{note, print};
 
-/// Lists the built-in scenarios, or prints one.
-pub(crate) fn show(name: Option<&str>) -> Result<(), Failure> {
-    let Some(name) = name else {
-        let width = BUILT_IN.iter().map(|scenario| scenario.name.len()).max().unwrap_or_default();
-        let mut list = String::new();
-        for scenario in BUILT_IN {
-            let about = Scenario::load(scenario.name, &Overrides::default(), 1).map_err(Failure::running)?.about;
-            list += &format!("{:width$}  {about}\n", scenario.name);
-        }
-        return print(&list);
-    };
+/// What `standoff scenarios` does besides listing.
+#[derive(Subcommand)]
+pub(crate) enum Action {
+    /// Print a built-in scenario.
+    Show {
+        /// The scenario's name.
+        name: String,
+    },
+    /// Print the JSON schema of scenario files, for completion and checks in editors.
+    Schema,
+}
+
+pub(crate) fn run(action: Option<Action>) -> Result<(), Failure> {
+    match action {
+        None => list(),
+        Some(Action::Show { name }) => show(&name),
+        Some(Action::Schema) => print(&format!("{:#}\n", schema())),
+    }
+}
+
+fn list() -> Result<(), Failure> {
+    let width = BUILT_IN.iter().map(|scenario| scenario.name.len()).max().unwrap_or_default();
+    let mut list = String::new();
+    for scenario in BUILT_IN {
+        let about = Scenario::load(scenario.name, &Overrides::default(), 1).map_err(Failure::running)?.about;
+        list += &format!("{:width$}  {about}\n", scenario.name);
+    }
+    print(&list)
+}
+
+fn show(name: &str) -> Result<(), Failure> {
     let found = built_in(name).ok_or_else(|| {
         let hint = built_in_like(name).map_or_else(String::new, |hint| format!("; {hint}"));
         Failure::Input(format!("{name}: no built-in scenario has this name; `standoff scenarios` lists them{hint}"))
     })?;
     print(found.text)
-}
-
-/// Prints the JSON schema of scenario files.
-pub(crate) fn show_schema() -> Result<(), Failure> {
-    print(&format!("{:#}\n", schema()))
 }
 
 /// Checks a scenario and the files it names.

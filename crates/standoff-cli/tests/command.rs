@@ -62,8 +62,9 @@ fn without_arguments_it_flies_figure_9_compares_the_papers_law_and_prints_the_re
             "detections.parquet",
             "events.parquet",
             "groups.parquet",
-            "line_of_sight.svg",
+            "in_view.parquet",
             "margin.svg",
+            "off_boresight.svg",
             "phase.svg",
             "report.html",
             "run.json",
@@ -77,7 +78,7 @@ fn without_arguments_it_flies_figure_9_compares_the_papers_law_and_prints_the_re
             "trajectories.svg",
             "truth.parquet",
             "uavs.parquet",
-            "views.parquet"
+            "in_view.parquet"
         ]
     );
     // No file contains the path of the folder.
@@ -127,10 +128,10 @@ fn metrics_are_chosen_by_name() {
     };
     let run = ["run", "tour/02-two-uavs", "--out", "o", "--json", "--metrics"];
     assert_eq!(metrics(&[&run[..], &["nis,handoffs"]].concat()), ["handoffs", "nis"]);
-    assert_eq!(metrics(&["show", "o", "--json", "--metrics", "velocity_crlb_ratio"]).len(), 3);
-    let standard = metrics(&["show", "o", "--json"]);
+    assert_eq!(metrics(&["report", "o", "--json", "--metrics", "velocity_crlb_ratio"]).len(), 3);
+    let standard = metrics(&["report", "o", "--json"]);
     assert!(standard.contains(&"anees".to_owned()) && !standard.contains(&"nis".to_owned()), "{standard:?}");
-    let table = text(&standoff(folder.path(), &["show", "o", "--metrics", "nis"]).stdout);
+    let table = text(&standoff(folder.path(), &["report", "o", "--metrics", "nis"]).stdout);
     assert!(table.lines().any(|line| line.starts_with("nis ") && line.ends_with("goal 1")), "{table}");
     assert!(!table.contains("velocity_error_m_s"), "{table}");
 }
@@ -178,7 +179,7 @@ fn a_remark_explains_the_orbit_jumps_of_the_papers_mission() {
 fn show_lists_each_target() {
     let folder = tempfile::tempdir().unwrap();
     standoff(folder.path(), &["run", "improved/figure-9", "--out", "o"]);
-    let output = text(&standoff(folder.path(), &["show", "o"]).stdout);
+    let output = text(&standoff(folder.path(), &["report", "o"]).stdout);
     let rows: Vec<&str> = output.lines().filter(|line| line.starts_with("target-")).collect();
     assert_eq!(rows.len(), 7, "{output}");
     assert!(rows[0].ends_with("manoeuvres") && !rows[1].ends_with("manoeuvres"), "{output}");
@@ -222,11 +223,11 @@ fn show_reproduces_the_results_and_uses_the_truth_for_scores_only() {
     let run = standoff(folder.path(), &["run", "traffic/convoy", "--json", "--out", "o"]);
     let read = |name: &str| fs::read(folder.path().join("o").join(name)).unwrap();
     let (flown, drawn) = (read("summary.json"), read("standoff_distance.svg"));
-    let shown = standoff(folder.path(), &["show", "o", "--json"]);
+    let shown = standoff(folder.path(), &["report", "o", "--json"]);
     assert_eq!((&shown.stdout, &read("summary.json")), (&run.stdout, &flown));
 
     fs::remove_file(folder.path().join("o/truth.parquet")).unwrap();
-    let blind = standoff(folder.path(), &["show", "o", "--json"]);
+    let blind = standoff(folder.path(), &["report", "o", "--json"]);
     assert!(text(&blind.stderr).contains("no truth table"));
     assert!(read("standoff_distance.svg") == drawn, "the figure changed");
     let (blind, flown): (Value, Value) =
@@ -248,7 +249,7 @@ fn metrics_of_data_that_the_controller_does_not_report_are_null() {
     assert!(!text_before.contains("reported"), "{text_before}");
     let silent = text_before.replacen('{', r#"{"reported": {"tracks": false, "groups": false, "events": false},"#, 1);
     fs::write(&manifest, silent).unwrap();
-    let shown = standoff(folder.path(), &["show", "o", "--json"]);
+    let shown = standoff(folder.path(), &["report", "o", "--json"]);
     assert!(text(&shown.stderr).contains("reports no tracks") && text(&shown.stderr).contains("reports no groups"));
     let summary: Value = serde_json::from_slice(&shown.stdout).unwrap();
     let metrics = &summary["metrics"];
@@ -326,7 +327,7 @@ fn different_changes_have_different_folders_and_their_order_does_not_matter() {
 #[test]
 fn messages_suggest_what_the_user_may_have_meant() {
     let figure_9 = "did you mean `paper/figure-9` or `improved/figure-9`?";
-    for command in ["run", "check", "view", "scenarios"] {
+    for command in ["run", "check", "view", "scenarios", "baseline"] {
         check_refused(&[command, "figure-9"], &[figure_9]);
         check_refused(&[command, "figure9"], &[figure_9]);
     }
@@ -369,7 +370,7 @@ fn help_has_a_fixed_width_in_pipes_and_examples_fit_a_terminal() {
     // Indented lines continue the description of a command.
     let names = listed.filter(|line| !line.starts_with("   ")).filter_map(|line| line.split_whitespace().next());
     commands.extend(names.map(|name| vec![name, "--help"]));
-    assert_eq!(commands.len(), 12, "{commands:?}");
+    assert_eq!(commands.len(), 13, "{commands:?}");
     for command in commands {
         let help = text(&standoff(folder.path(), &command).stdout);
         let widest = help.lines().max_by_key(|line| line.chars().count()).unwrap();
@@ -417,7 +418,7 @@ fn wrong_input_is_refused_with_one_clear_message() {
     check_refused(&["monte-carlo", "bad.toml", "--runs", "2"], &[drawn]);
     check_refused(&["compare", "bad.toml", "paper/figure-8", "--runs", "2"], &[drawn]);
     check_refused(&["run", "paper/table-9"], &["no such scenario", "paper/table-2-pair"]);
-    check_refused(&["scenarios", "paper/table-9"], &["no built-in scenario has this name"]);
+    check_refused(&["scenarios", "show", "paper/table-9"], &["no built-in scenario has this name"]);
     check_refused(&["run", "--traffic", "bad.xml"], &["bad.xml:2:"]);
     check_refused(&["run", "--traffic", "none.xml"], &["none.xml", "No such file"]);
     check_refused(&["run", "--traffic", "mine"], &["mine"]);
@@ -437,10 +438,10 @@ fn wrong_input_is_refused_with_one_clear_message() {
     );
     check_refused(&["run", "--set", "sensor.field_of_view_deg=5"], &["field_of_view_margin_deg = 10", "below 5"]);
     check_refused(&["run", "--out", "mine"], &["mine contains something other than a run of standoff (thesis.tex)"]);
-    check_refused(&["run", "--metrics", "speed"], &["--metrics", "no such metric", "position_error_m"]);
+    check_refused(&["run", "--metrics", "wind"], &["--metrics", "no such metric", "position_error_m"]);
     check_refused(&["run", "--metrics", ","], &["--metrics", "names no metric"]);
-    check_refused(&["show", "mine"], &["mine"]);
-    check_refused(&["show", "nowhere"], &["nowhere"]);
+    check_refused(&["report", "mine"], &["mine"]);
+    check_refused(&["report", "nowhere"], &["nowhere"]);
     check_refused(&["fly"], &["fly"]);
 }
 
@@ -448,7 +449,7 @@ fn wrong_input_is_refused_with_one_clear_message() {
 #[test]
 fn the_coverage_baseline_is_printed_for_a_scenario_and_with_a_run() {
     let folder = tempfile::tempdir().unwrap();
-    let apart = "targets={ acceleration_sd_m_s2 = 0.0, at = [{ x_m = 0.0 }, { x_m = 2000.0 }] }";
+    let apart = "targets={ acceleration_sd_m_s2 = 0.0, start = [{ x_m = 0.0 }, { x_m = 2000.0 }] }";
     let of = |args: &[&str]| {
         let output = standoff(folder.path(), &[args, &["tour/01-one-uav", "--set", apart]].concat());
         assert!(output.status.success(), "{}", text(&output.stderr));
@@ -465,12 +466,12 @@ fn the_coverage_baseline_is_printed_for_a_scenario_and_with_a_run() {
     assert!(!of(&["baseline"]).contains("half as many"), "with one UAV, both rows would be equal");
     assert!(names(folder.path()).is_empty(), "nothing is written");
 
-    let run = of(&["run", "--yardstick", "--out", "o"]);
+    let run = of(&["run", "--baseline", "--out", "o"]);
     assert!(
         run.contains(" %, baseline 50 %: 1 greedy disc with perfect knowledge of all targets, at 20 m/s\n\n"),
         "{run}"
     );
-    let json: Value = serde_json::from_str(&of(&["run", "--yardstick", "--json", "--out", "o"])).unwrap();
+    let json: Value = serde_json::from_str(&of(&["run", "--baseline", "--json", "--out", "o"])).unwrap();
     assert_eq!(json["baseline"]["all"], one);
     let files = || {
         names(&folder.path().join("o"))
@@ -497,12 +498,12 @@ fn check_prints_that_a_scenario_is_valid_and_writes_nothing() {
 #[test]
 fn a_printed_scenario_can_be_run() {
     let folder = tempfile::tempdir().unwrap();
-    let printed = standoff(folder.path(), &["scenarios", "tour/01-one-uav"]);
+    let printed = standoff(folder.path(), &["scenarios", "show", "tour/01-one-uav"]);
     fs::write(folder.path().join("mine.toml"), &printed.stdout).unwrap();
     let output = standoff(folder.path(), &["run", "mine.toml"]);
     assert!(text(&output.stdout).contains("results in standoff-out/mine-1"));
     assert!(text(&standoff(folder.path(), &["scenarios"]).stdout).contains("paper/table-2-pair "));
-    let schema: Value = serde_json::from_slice(&standoff(folder.path(), &["scenarios", "--schema"]).stdout).unwrap();
+    let schema: Value = serde_json::from_slice(&standoff(folder.path(), &["scenarios", "schema"]).stdout).unwrap();
     assert_eq!(schema["title"], "A scenario of standoff");
 }
 
@@ -530,7 +531,7 @@ fn the_record_is_kept_if_the_page_cannot_be_written() {
     assert!(message.contains("report.html: File too large"), "{message}");
     assert_eq!(names(folder.path()), ["o"]);
     assert!(!names(&folder.path().join("o")).contains(&"report.html".to_owned()), "a partial page is left");
-    let shown = standoff(folder.path(), &["show", "o"]);
+    let shown = standoff(folder.path(), &["report", "o"]);
     assert!(shown.status.success(), "{}", text(&shown.stderr));
     assert!(folder.path().join("o/report.html").exists(), "show did not write the page");
 }

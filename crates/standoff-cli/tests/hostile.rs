@@ -174,7 +174,7 @@ fn keys_and_names_on_the_command_line_have_limits() {
     }
     let long = "\u{1b}".repeat(4_096);
     check_refused(folder.path(), &["run", "tour/01-one-uav", "--traffic", &long], &["File name too long"]);
-    check_refused(folder.path(), &["show", &long], &["File name too long"]);
+    check_refused(folder.path(), &["report", &long], &["File name too long"]);
     let output = standoff(folder.path(), &["run", "--seed", "\u{1b}[31m\u{202e}"]);
     let message = String::from_utf8(output.stderr).unwrap();
     assert_eq!(output.status.code(), Some(2), "{:?}", output.status);
@@ -265,7 +265,7 @@ fn invalid_traffic_is_refused() {
         (vehicle("-inf"), r#"x = "-inf" is not finite"#),
         (vehicle("1e9"), r#"f:3:17: vehicle "v": x = "1e9" is out of range"#),
         (inside("<vehicle id=\"v\" x=\"1\" x=\"2\" y=\"3\"/>"), "f:3:1: not well-formed XML"),
-        (vehicle("1"), "f: its x and y may be metres or degrees: SUMO's header comment is not there"),
+        (vehicle("1"), "f: its x and y may be metres or degrees: SUMO's header comment is missing"),
         (
             inside("<vehcle id=\"v\" x=\"1\" y=\"4\"/>"),
             "f:3:1: element = \"vehcle\" would be ignored; did you mean vehicle?",
@@ -300,7 +300,7 @@ fn oversized_traffic_is_refused() {
         (format!("<fcd-export {}/>", "a=\"\" ".repeat(150_000)).into_bytes(), "contains no vehicles"),
         (format!("{CSV}{}", "x".repeat(5_000_000)).into_bytes(), "f:4:1: one XML element or CSV row is too long"),
         (format!("t,id,x,y{}\n", ",".repeat(900_000)).into_bytes(), "f: contains no vehicles"),
-        (format!("t,id,x,y\n{}\n", ",".repeat(900_000)).into_bytes(), "f:2:1: fields = 900001; 4"),
+        (format!("t,id,x,y\n{}\n", ",".repeat(900_000)).into_bytes(), "f:2:1: fields = 900001; must be 4"),
         (" ".repeat(5_000_000).into_bytes(), "f:1:1: more than 1 MiB of blanks in one place; at most 1 MiB"),
         (
             format!("{CSV}3,\"v,5,4\n{}", "4,w,5,4\n".repeat(500_000)).into_bytes(),
@@ -424,7 +424,7 @@ fn damaged(which: &str, change: impl FnOnce(&Path)) -> TempDir {
 #[track_caller]
 fn check_record(name: &str, bytes: &[u8], expected: &str) {
     let folder = damaged("run", |run| fs::write(run.join(name), bytes).unwrap());
-    check_refused(folder.path(), &["show", "run"], &[&format!("run/{name}"), expected]);
+    check_refused(folder.path(), &["report", "run"], &[&format!("run/{name}"), expected]);
 }
 
 #[test]
@@ -443,7 +443,7 @@ fn invalid_manifests_are_refused() {
         (with("\"seed\": 1", "\"seed\": \"\\u001b[2J\""), "invalid type"),
         (with("\"seed\": 1", "\"\\u001b[2J\": 1"), "unknown field"),
         (with("\"duration_s\": ", "\"duration_s\": -"), "is out of range; must be 0e0 to 1e9"),
-        (with("\"format\": 4", "\"format\": 99"), "has record format 99"),
+        (with("\"format\": 5", "\"format\": 99"), "has record format 99"),
         (with("\"instants\": ", "\"instants\": -"), "invalid value"),
         (vec![b' '; 100_000], "it has 98 KiB; at most 64 KiB"),
         (with("\"seed\": 1", "\"seed\": 1,\n  \"seed\": 1"), "duplicate field `seed` at line 6 column 8"),
@@ -472,7 +472,7 @@ fn a_panic_of_the_parquet_library_is_reported_as_damage_and_prints_nothing() {
         Record::open(&run).is_err() && PANICKED.get()
     });
     assert!(panics.is_some(), "no bit flip makes the library panic: the panic hook may be obsolete");
-    check_refused(folder.path(), &["show", "run"], &["run/targets.parquet", "its bytes cannot be decoded"]);
+    check_refused(folder.path(), &["report", "run"], &["run/targets.parquet", "its bytes cannot be decoded"]);
 }
 
 #[test]
@@ -489,7 +489,7 @@ fn damaged_tables_are_refused() {
     long_footer[at..at + 4].copy_from_slice(&u32::MAX.to_le_bytes());
     check_record("tracks.parquet", &long_footer, "it does not end as a Parquet file");
     let folder = damaged("run", |run| File::create(run.join("uavs.parquet")).unwrap().set_len(1_000_000_000).unwrap());
-    check_refused(folder.path(), &["show", "run"], &["run/uavs.parquet", "does not end as a Parquet file"]);
+    check_refused(folder.path(), &["report", "run"], &["run/uavs.parquet", "does not end as a Parquet file"]);
 }
 
 /// A table that another program has rewritten is not damaged, so that the advice must not be to copy it again.
@@ -522,7 +522,7 @@ fn truncated_files_and_files_of_another_run_are_refused() {
         let folder = damaged("run", |run| fs::write(run.join(name), &bytes).unwrap());
         // If two files contradict each other, the message names both.
         let expected = if name == "run.json" { "but run.json contains 3".to_owned() } else { format!("run/{name}") };
-        check_refused(folder.path(), &["show", "run"], &[&expected]);
+        check_refused(folder.path(), &["report", "run"], &[&expected]);
         if name.ends_with("parquet") {
             let good = fs::read(GOOD.path().join("run").join(name)).unwrap();
             (0..20).for_each(|part| check_record(name, &good[..good.len() * part / 20], "damaged"));
@@ -537,7 +537,7 @@ fn terminal_control_sequences_in_names_are_printed_escaped() {
         let text = fs::read_to_string(run.join("run.json")).unwrap();
         fs::write(run.join("run.json"), text.replace("tour/01-one-uav", &name)).unwrap();
     });
-    let output = standoff(folder.path(), &["show", "run"]);
+    let output = standoff(folder.path(), &["report", "run"]);
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
     let printed = String::from_utf8(output.stdout).unwrap();
     let first = printed.lines().next().unwrap();
@@ -553,7 +553,7 @@ fn tables_without_rows_are_refused() {
     let record = Record::open(&GOOD.path().join("run")).unwrap();
     let names = record.target_names();
     Writer::create(&path, record.manifest(), record.scenario_toml(), names).unwrap().finish().unwrap();
-    check_refused(empty.path(), &["show", "empty"], &["empty/uavs.parquet is damaged: it has no rows"]);
+    check_refused(empty.path(), &["report", "empty"], &["empty/uavs.parquet is damaged: it has no rows"]);
     check_refused(empty.path(), &["view", "empty"], &["empty/uavs.parquet is damaged: it has no rows"]);
     let uavs = fs::read(path.join("uavs.parquet")).unwrap();
     check_record("uavs.parquet", &uavs, "it has 0 rows, but run.json contains");
@@ -580,7 +580,7 @@ fn of_very_many_events_the_first_are_listed_and_all_are_counted() {
     writer.finish().unwrap();
     let bytes: u64 = fs::read_dir(&path).unwrap().map(|entry| entry.unwrap().metadata().unwrap().len()).sum();
     assert!(bytes < 200_000, "{bytes}");
-    let output = standoff(folder.path(), &["show", "run"]);
+    let output = standoff(folder.path(), &["report", "run"]);
     assert!(output.status.success(), "{:?}", output.status);
     // The limit is 8 MiB; each event takes 1,812 bytes.
     let notes = String::from_utf8(output.stderr).unwrap();
@@ -599,11 +599,11 @@ fn pipes_and_huge_files_in_a_record_are_refused() {
             fs::remove_file(run.join(name)).unwrap();
             assert!(Command::new("mkfifo").arg(run.join(name)).status().unwrap().success());
         });
-        check_refused(folder.path(), &["show", "run"], &[name, "it is a pipe or a device, not a file"]);
+        check_refused(folder.path(), &["report", "run"], &[name, "it is a pipe or a device, not a file"]);
     }
     for name in ["run.json", "scenario.toml"] {
         let folder = damaged("run", |run| File::create(run.join(name)).unwrap().set_len(1_000_000_000).unwrap());
-        check_refused(folder.path(), &["show", "run"], &[name, "it has 954 MiB; at most"]);
+        check_refused(folder.path(), &["report", "run"], &[name, "it has 954 MiB; at most"]);
     }
 }
 
@@ -618,7 +618,7 @@ fn damaged_batch_results_are_refused() {
         ("monte-carlo.json", with("\"runs\": 3", "\"runs\": 1000000000000"), "too many"),
         ("monte-carlo.json", with("\"runs\": 3", "\"runs\": 3, \"shard\": {\"index\": 0, \"of\": 0}"), "must be I/N"),
         ("monte-carlo.json", with("\"metrics\": [", "\"metrics\": [\"\\u001b[2J\","), "must be lowercase letters"),
-        ("monte-carlo.json", with("\"format\": 1", "\"format\": 99"), "has format 99"),
+        ("monte-carlo.json", with("\"format\": 2", "\"format\": 99"), "has format 99"),
         ("runs.parquet", vec![b'x'; 1000], "it was changed since it was written"),
     ] {
         let folder = damaged("batch", |batch| fs::write(batch.join(name), bytes).unwrap());

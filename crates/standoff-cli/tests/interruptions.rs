@@ -16,7 +16,7 @@ use std::time::{Duration, Instant};
 use serde_json::Value;
 
 /// The mission of `SHORT`, paced so slowly on any machine that checkpoints are written during the flight.
-const SLOW: [&str; 6] = ["run", "tour/02-two-uavs", "--view", "--no-open", "--rate=30", "--out"];
+const SLOW: [&str; 6] = ["run", "tour/02-two-uavs", "--view", "--no-open", "--speed=30", "--out"];
 /// Duration of that mission, s.
 const SLOW_S: f64 = 150.0;
 /// A run that takes some seconds at full speed.
@@ -50,16 +50,16 @@ fn is_same(a: &Path, b: &Path) -> bool {
         && names(a).iter().all(|name| fs::read(a.join(name)).unwrap() == fs::read(b.join(name)).unwrap())
 }
 
-/// Returns the end of an unfinished run, s, and checks that the JSON, the note and the table of `standoff show` agree.
+/// Returns the end of an unfinished run, s, and checks that the JSON, the note and the table of `standoff report` agree.
 fn recorded_until_s(folder: &Path, dir: &str, duration_s: f64) -> f64 {
-    let shown = standoff(folder, &["show", dir, "--json"]);
+    let shown = standoff(folder, &["report", dir, "--json"]);
     let message = text(&shown.stderr);
     assert!(shown.status.success(), "{message}");
     let outcome: Value = serde_json::from_slice(&shown.stdout).unwrap();
     let until_s = outcome["unfinished_after_s"].as_f64().unwrap();
     assert_eq!(outcome["duration_s"].as_f64(), Some(duration_s));
     assert_eq!(message, format!("note: this run is unfinished: it covers {until_s} s of {duration_s} s\n"));
-    let table = text(&standoff(folder, &["show", dir]).stdout);
+    let table = text(&standoff(folder, &["report", dir]).stdout);
     let line = table.lines().next().unwrap();
     assert!(line.ends_with(&format!("{duration_s} s, unfinished after {until_s} s")), "{line}");
     until_s
@@ -105,7 +105,7 @@ fn a_short_run_killed_at_any_time_leaves_the_older_or_the_new_run_complete() {
             "{:?}",
             names(&path(place))
         );
-        assert!(path("o").exists() || standoff(folder.path(), &["show", "o.partial"]).status.success());
+        assert!(path("o").exists() || standoff(folder.path(), &["report", "o.partial"]).status.success());
         let again = standoff(folder.path(), &[&SHORT[..], &["o"]].concat());
         assert!(again.status.success(), "{}", text(&again.stderr));
         assert!(is_same(&path("o"), &path("new")));
@@ -136,7 +136,7 @@ fn a_slow_run_killed_at_any_time_can_be_read_up_to_its_last_checkpoint() {
             assert!(until_s > 0.0 && until_s < SLOW_S);
             assert!(path("o.partial/report.html").exists());
         } else {
-            let shown = standoff(folder.path(), &["show", "o.partial"]);
+            let shown = standoff(folder.path(), &["report", "o.partial"]);
             let message = text(&shown.stderr);
             assert_eq!((attempt, shown.status.code()), (0, Some(2)), "{message}");
             assert!(message.contains("ended before its first checkpoint"), "{message}");
@@ -171,7 +171,7 @@ fn an_interrupted_run_ends_soon_and_prints_its_folder_and_its_end_time() {
         child.stderr.unwrap().read_to_string(&mut message).unwrap();
         assert_eq!((status.code(), printed.as_str()), (Some(1), ""), "{message}");
         let until_s = recorded_until_s(folder.path(), &partial, 20_000.0);
-        let advice = format!("to print its results, run standoff show {partial}");
+        let advice = format!("to print its results, run standoff report {partial}");
         let expected =
             format!("error: interrupted; the run up to {until_s} s is saved in {partial}, unfinished: {advice}\n");
         assert_eq!(message, expected);

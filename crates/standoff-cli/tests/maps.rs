@@ -49,7 +49,7 @@ fn a_record_contains_the_map_of_its_scenario_but_not_its_path() {
     }
     // `show` and a repeated run work as for any other record.
     fs::remove_file(at("named/report.html")).unwrap();
-    done(home.path(), &["show", "named"]);
+    done(home.path(), &["report", "named"]);
     assert!(has_map(&at("named/report.html")));
     done(home.path(), &["run", "named.toml", "--out", "named"]);
 }
@@ -70,7 +70,7 @@ fn a_map_changes_only_the_page() {
         }
     }
     // `show --map` adds a map to an existing record.
-    done(home.path(), &["show", "bare", "--map", "secret/town.net.xml"]);
+    done(home.path(), &["report", "bare", "--map", "secret/town.net.xml"]);
     assert_eq!(fs::read(at("bare/map.json.gz")).unwrap(), fs::read(at("with/map.json.gz")).unwrap());
     assert!(has_map(&at("bare/report.html")));
 }
@@ -80,7 +80,7 @@ fn a_damaged_map_in_a_record_is_left_out_with_a_warning() {
     let home = folder();
     done(home.path(), &["run", "named.toml", "--out", "named"]);
     fs::write(home.path().join("named/map.json.gz"), "rubbish\u{1b}").unwrap();
-    let printed = done(home.path(), &["show", "named"]);
+    let printed = done(home.path(), &["report", "named"]);
     assert!(printed.contains("warning: map.json.gz is not a valid packed map"), "{printed}");
     assert!(!has_map(&home.path().join("named/report.html")));
 }

@@ -91,7 +91,7 @@ mod with_the_feature {
         assert!(message.starts_with("error: cannot write a.mcap.partial: File too large"), "{message}");
         assert!(String::from_utf8(output.stdout).unwrap().ends_with("results in o\n"));
         assert_eq!(names(folder.path()), ["o"]);
-        let shown = Command::new(STANDOFF).current_dir(folder.path()).args(["show", "o"]).output().unwrap();
+        let shown = Command::new(STANDOFF).current_dir(folder.path()).args(["report", "o"]).output().unwrap();
         assert!(shown.status.success(), "the record is incomplete");
     }
 }

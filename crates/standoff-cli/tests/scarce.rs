@@ -80,7 +80,7 @@ fn without_threads_a_run_succeeds_and_serving_a_page_fails() {
 fn too_many_open_files_are_not_reported_as_wrong_input() {
     let folder = TempDir::new().unwrap();
     run_in(folder.path(), "o");
-    for args in [&["show", "o"][..], &["view", "o", "--no-open"], &[&RUN[..], &["p"]].concat()] {
+    for args in [&["report", "o"][..], &["view", "o", "--no-open"], &[&RUN[..], &["p"]].concat()] {
         check(&limited(folder.path(), "ulimit -n 6", args), 1, &["os error 24", "allow more (ulimit -n)"]);
     }
 }
@@ -90,10 +90,10 @@ fn too_many_open_files_are_not_reported_as_wrong_input() {
 fn a_page_without_room_is_reported_with_its_final_path() {
     let folder = TempDir::new().unwrap();
     let flown = limited(folder.path(), "trap '' XFSZ; ulimit -f 1000", &[&RUN[..], &["o"]].concat());
-    let advice = "the record is complete: standoff show o creates the missing files";
+    let advice = "the record is complete: standoff report o creates the missing files";
     check(&flown, 1, &["error: cannot write o/report.html: File too large", advice]);
     assert!(!String::from_utf8_lossy(&flown.stderr).contains(".partial"));
-    check(&standoff(folder.path(), &["show", "o"]), 0, &[]);
+    check(&standoff(folder.path(), &["report", "o"]), 0, &[]);
 }
 
 #[test]

@@ -240,7 +240,7 @@ fn a_live_view_does_not_change_the_results_of_a_run() {
     assert!(start(folder.path(), &args).wait_with_output().unwrap().status.success());
     let live = Serving::run(
         folder.path(),
-        &["run", "tour/02-two-uavs", "--view", "--rate", "10000", "--out", "live", "--json"],
+        &["run", "tour/02-two-uavs", "--view", "--speed", "10000", "--out", "live", "--json"],
     );
     live.outcome();
     #[cfg(unix)]
@@ -255,7 +255,7 @@ fn a_live_view_does_not_change_the_results_of_a_run() {
 #[test]
 fn an_interrupted_live_run_is_saved_and_can_be_viewed() {
     let folder = tempfile::tempdir().unwrap();
-    let args = ["run", "tour/02-two-uavs", "--set", "duration_s=20000", "--view", "--rate", "1000", "--out", "live"];
+    let args = ["run", "tour/02-two-uavs", "--set", "duration_s=20000", "--view", "--speed", "1000", "--out", "live"];
     let live = Serving::run(folder.path(), &args);
     // The first part of the replay is served once it is full, long before the end of the run.
     let until = Instant::now() + Duration::from_secs(60);
@@ -288,8 +288,8 @@ fn invalid_view_arguments_are_refused() {
         (&["view", "half/"], 2, "an unfinished run is in half.partial"),
         (&["view", "--listen", "nowhere"], 2, "--listen"),
         (&["view", "--listen", &taken], 1, &taken),
-        (&["run", "tour/02-two-uavs", "--view", "--rate", "0"], 2, "between 0.01 and 10000"),
-        (&["run", "tour/02-two-uavs", "--rate", "2"], 2, "--view"),
+        (&["run", "tour/02-two-uavs", "--view", "--speed", "0"], 2, "between 0.01 and 10000"),
+        (&["run", "tour/02-two-uavs", "--speed", "2"], 2, "--view"),
         (&["run", "tour/02-two-uavs", "--listen", "127.0.0.1:0"], 2, "add --view"),
         (&["view", "empty", "--seed", "3"], 2, "apply to scenarios"),
     ] {

@@ -96,12 +96,12 @@ impl Flight {
         let map = self.maps.of_scenario(&self.scenario, &say)?;
         let closed = fly(&self.scenario, mission, &self.out, map.as_ref(), &say, go_on, |_| {})?;
         let (dir, out, choice, notes) = (closed.dir().to_owned(), self.out.clone(), self.choice, self.notes.clone());
-        let (scenario, with_yardstick) = (self.scenario.clone(), self.baseline);
+        let (scenario, with_baseline) = (self.scenario.clone(), self.baseline);
         let told = run_unless(
             || stop.load(Ordering::Relaxed),
             move || {
                 let told = report_run(&dir, &out, choice, &|line| notes.say(line))?;
-                Ok((told, with_yardstick.then(|| BaselineReport::of(&scenario).baseline)))
+                Ok((told, with_baseline.then(|| BaselineReport::of(&scenario).baseline)))
             },
         );
         closed.publish().map_err(Failure::running)?;
@@ -129,7 +129,7 @@ impl Flight {
 /// :param law: custom law that replaces the built-in controller: a subclass of :class:`Law`, or a callable that takes a
 ///     :class:`MissionInfo` and returns an object with a method ``decide``.
 /// :param law_limit_s: time limit for each call of a custom law, s, above 0.
-/// :param yardstick: also compute the coverage baseline: the coverage of greedily placed sensor footprints with perfect
+/// :param baseline: also compute the coverage baseline: the coverage of greedily placed sensor footprints with perfect
 ///     knowledge of the target positions.
 /// :returns: the run.
 /// :raises ScenarioError: if the scenario is invalid; the message shows the line and marks the position.
@@ -206,7 +206,7 @@ pub(crate) fn run(
 }
 
 /// Computes the coverage baseline of a scenario: the coverage of greedily placed sensor footprints with perfect
-/// knowledge of the target positions. The numbers are those of ``standoff yardstick``.
+/// knowledge of the target positions. The numbers are those of ``standoff baseline``.
 ///
 /// :param scenario: as for :func:`run`, like the other parameters.
 /// :returns: ``{"scenario", "seed", "duration_s", "uavs", "targets", "yardstick": {"disc_radius_m", "half", "all"}}``.

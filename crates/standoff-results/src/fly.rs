@@ -85,7 +85,7 @@ fn ended_early(error: impl Display, kept: Option<PartialRecord>) -> Failure {
         |PartialRecord { dir, until_s }| {
             let dir = display_text::path(&dir);
             format!(
-                "the run up to {until_s} s is saved in {dir}, unfinished: to print its results, run standoff show {dir}"
+                "the run up to {until_s} s is saved in {dir}, unfinished: to print its results, run standoff report {dir}"
             )
         },
     );

@@ -95,7 +95,7 @@ pub fn report_run(dir: &Path, place: &Path, choice: MetricSelection, say: Warnin
     let save = |name: &str, text: &str| {
         atomic_file::save_quickly(&dir.join(name), text).map_err(|reason| {
             let (path, place) = (display_text::path(&place.join(name)), display_text::path(place));
-            let advice = format!("the record is complete: standoff show {place} creates the missing files");
+            let advice = format!("the record is complete: standoff report {place} creates the missing files");
             Failure::running(format!("cannot write {path}: {reason}; {advice}"))
         })
     };

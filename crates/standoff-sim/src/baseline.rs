@@ -50,10 +50,10 @@ pub struct CoverageBaseline {
 ///
 /// ```
 /// use standoff_sim::scenario::{Edits, Scenario};
-/// use standoff_sim::yardstick::yardstick;
+/// use standoff_sim::baseline::baseline;
 ///
 /// let scenario = Scenario::load("tour/01-one-uav", &Edits::default(), 1)?;
-/// let of_one = yardstick(&scenario).all;
+/// let of_one = baseline(&scenario).all;
 /// assert_eq!((of_one.discs, of_one.mover_fraction), (1, Some(1.0)));
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```

@@ -49,7 +49,7 @@ struct Needed {
     consistency: bool,
     orbits: bool,
     separation: bool,
-    line_of_sight: bool,
+    off_boresight: bool,
     tallies: bool,
     limits: bool,
     calm: bool,
@@ -86,7 +86,7 @@ impl Needed {
                 "separation_violations",
                 "avoidance_time_s",
             ]),
-            line_of_sight: choice.includes(&["off_boresight_mean_deg", "off_boresight_max_deg"]),
+            off_boresight: choice.includes(&["off_boresight_mean_deg", "off_boresight_max_deg"]),
             tallies: choice.includes(&[
                 "custody_fraction",
                 "in_view_fraction",
@@ -229,7 +229,7 @@ impl Scorer {
         if wanted.separation {
             self.separations.frame(&self.config.separation, frame);
         }
-        if wanted.line_of_sight {
+        if wanted.off_boresight {
             self.lines_of_sight(frame);
         }
         if wanted.limits {

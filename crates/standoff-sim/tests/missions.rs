@@ -213,11 +213,11 @@ fn paper_table_2_columns_have_the_published_order() {
     let position = |column: &[Metrics]| mean(column.iter().map(|m| m.position_error_m));
     let velocity = |column: &[Metrics]| mean(column.iter().map(|m| m.velocity_error_m_s));
     let standoff = |column: &[Metrics]| mean(column.iter().map(|m| m.standoff_error_own_estimate_m));
-    let line_of_sight = |column: &[Metrics]| mean(column.iter().map(|m| m.off_boresight_mean_deg));
+    let off_boresight = |column: &[Metrics]| mean(column.iter().map(|m| m.off_boresight_mean_deg));
     assert!(position(&basic) < 0.85 * position(&single));
     assert!(velocity(&basic) < 0.95 * velocity(&single));
     assert!(standoff(&pair) < 0.65 * standoff(&basic), "{} against {}", standoff(&pair), standoff(&basic));
-    assert!(line_of_sight(&pair) < line_of_sight(&basic));
+    assert!(off_boresight(&pair) < off_boresight(&basic));
     assert!(pair.iter().all(|metrics| metrics.member_out_of_view_fraction == Some(0.0)));
 }
 

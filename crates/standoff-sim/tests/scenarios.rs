@@ -243,7 +243,7 @@ fn line_endings_and_byte_order_mark_do_not_matter() {
 fn schema_for_editors_is_up_to_date() {
     let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../../docs/scenario.schema.json");
     let schema = format!("{:#}\n", standoff_sim::scenario::schema());
-    let hint = "write it again: standoff scenarios --schema > docs/scenario.schema.json";
+    let hint = "write it again: standoff scenarios schema > docs/scenario.schema.json";
     assert!(fs::read_to_string(path).unwrap() == schema, "{hint}");
 }
 

@@ -23,7 +23,7 @@ const PANELS = [
       { of: "groups", column: "position_bound_m", note: "bound", dash: "dash" },
       { of: "run", column: "position_error_m", note: "all tracks", dash: "dot", ink: "ink" },
     ], fromZero: true },
-  { key: "line_of_sight", title: "Off-boresight angle", unit: "\u00b0", factor: DEGREES,
+  { key: "off_boresight", title: "Off-boresight angle", unit: "\u00b0", factor: DEGREES,
     about: "The largest angle between a UAV's boresight and the true direction to a member of its group. Beyond half the field of view " +
       "the member is out of view of that UAV.",
     curves: [{ of: "uavs", column: "off_boresight_rad", note: "", dash: "solid" }],

@@ -30,13 +30,13 @@ const PAGES: [(&str, Draw); 8] = [
     ("phase", time_series::phase),
     ("separation", time_series::separation),
     ("margin", time_series::margin),
-    ("line_of_sight", time_series::off_boresight),
+    ("off_boresight", time_series::off_boresight),
     ("speed_and_turn_rate", time_series::speed_and_turn_rate),
     ("agreement", time_series::agreement),
 ];
 
 /// Reads the frames once and draws `trajectories`, `standoff_distance`, `phase`, `separation`, `margin`,
-/// `line_of_sight`, `speed_and_turn_rate` and `agreement` (only with one agent per UAV), in this order. Figures without
+/// `off_boresight`, `speed_and_turn_rate` and `agreement` (only with one agent per UAV), in this order. Figures without
 /// data are left out.
 ///
 /// Values that are not finite or too large for a physical quantity are treated as missing.

@@ -18,7 +18,7 @@ use std::convert::Infallible;
 use std::f64::consts::FRAC_PI_2;
 
 const ALL: [&str; 7] =
-    ["trajectories", "standoff_distance", "phase", "separation", "margin", "line_of_sight", "speed_and_turn_rate"];
+    ["trajectories", "standoff_distance", "phase", "separation", "margin", "off_boresight", "speed_and_turn_rate"];
 
 pub(crate) fn setup() -> Setup {
     Setup {
@@ -374,7 +374,7 @@ fn the_map_has_few_legend_entries_and_the_most_important_ones() {
 #[test]
 fn a_legend_shows_the_number_of_unnamed_uavs() {
     let figures = drawn(run(24, 4, 40), &setup());
-    let names = legend(svg(&figures, "line_of_sight"));
+    let names = legend(svg(&figures, "off_boresight"));
     assert!(
         names.contains(&"UAV 12") && !names.contains(&"UAV 13") && names.contains(&"and 12 more UAVs"),
         "{names:?}"
@@ -440,7 +440,7 @@ fn figures_that_need_no_truth_are_drawn_without_it() {
     let mut frames = handoff(200);
     frames.iter_mut().for_each(|frame| frame.truth.clear());
     let names = names(frames);
-    assert!(names.contains(&"margin") && names.contains(&"standoff_distance") && !names.contains(&"line_of_sight"));
+    assert!(names.contains(&"margin") && names.contains(&"standoff_distance") && !names.contains(&"off_boresight"));
 }
 
 /// Groups that exist one after the other for 2, 3, 4, ... time steps, and one group that exists all the time.
