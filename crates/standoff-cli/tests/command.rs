@@ -77,8 +77,7 @@ fn without_arguments_it_flies_figure_9_compares_the_papers_law_and_prints_the_re
             "tracks.parquet",
             "trajectories.svg",
             "truth.parquet",
-            "uavs.parquet",
-            "in_view.parquet"
+            "uavs.parquet"
         ]
     );
     // No file contains the path of the folder.
@@ -439,7 +438,7 @@ fn wrong_input_is_refused_with_one_clear_message() {
     check_refused(&["run", "--set", "sensor.field_of_view_deg=5"], &["field_of_view_margin_deg = 10", "below 5"]);
     check_refused(&["run", "--out", "mine"], &["mine contains something other than a run of standoff (thesis.tex)"]);
     check_refused(&["run", "--metrics", "wind"], &["--metrics", "no such metric", "position_error_m"]);
-    check_refused(&["run", "--metrics", ","], &["--metrics", "names no metric"]);
+    check_refused(&["run", "--metrics", ","], &["--metrics", "must name at least one metric"]);
     check_refused(&["report", "mine"], &["mine"]);
     check_refused(&["report", "nowhere"], &["nowhere"]);
     check_refused(&["fly"], &["fly"]);
@@ -458,7 +457,7 @@ fn the_coverage_baseline_is_printed_for_a_scenario_and_with_a_run() {
     let one: Value = serde_json::from_str(r#"{"discs": 1, "mover_fraction": 0.5, "best_fraction": 0.5}"#).unwrap();
     let two: Value = serde_json::from_str(r#"{"discs": 2, "mover_fraction": 1.0, "best_fraction": 1.0}"#).unwrap();
     let printed: Value = serde_json::from_str(&of(&["baseline", "--json", "--uavs", "2"])).unwrap();
-    assert_eq!((&printed["baseline"]["half"], &printed["baseline"]["all"]), (&one, &two));
+    assert_eq!((&printed["baseline"]["half_of_uavs"], &printed["baseline"]["all_uavs"]), (&one, &two));
     assert_eq!((&printed["uavs"], &printed["targets"], &printed["seed"]), (&2.into(), &2.into(), &1.into()));
     let table = of(&["baseline", "--uavs", "2"]);
     assert!(table.contains("1 disc, half as many as UAVs         50.0       50.0\n"), "{table}");
@@ -472,7 +471,7 @@ fn the_coverage_baseline_is_printed_for_a_scenario_and_with_a_run() {
         "{run}"
     );
     let json: Value = serde_json::from_str(&of(&["run", "--baseline", "--json", "--out", "o"])).unwrap();
-    assert_eq!(json["baseline"]["all"], one);
+    assert_eq!(json["baseline"]["all_uavs"], one);
     let files = || {
         names(&folder.path().join("o"))
             .iter()

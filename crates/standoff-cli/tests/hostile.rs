@@ -178,7 +178,7 @@ fn keys_and_names_on_the_command_line_have_limits() {
     let output = standoff(folder.path(), &["run", "--seed", "\u{1b}[31m\u{202e}"]);
     let message = String::from_utf8(output.stderr).unwrap();
     assert_eq!(output.status.code(), Some(2), "{:?}", output.status);
-    assert!(message.starts_with(r"error: invalid value '\u{202e}' for '--seed <N>'"), "{message:?}");
+    assert!(message.starts_with(r#"error: --seed "\u{1b}[31m\u{202e}": must be a whole number"#), "{message:?}");
     // The name of a traffic file may contain any characters.
     fs::write(folder.path().join("y\n\u{1b}z.csv"), CSV).unwrap();
     let output = standoff(folder.path(), &["run", "--traffic", "y\n\u{1b}z.csv", "--out", "o"]);

@@ -167,7 +167,7 @@ fn wrong_input_is_refused_with_one_clear_message() {
     }
     refused(&["monte-carlo", "--runs", "2", "--shard", "0/3"], &["at least one run for each of N shards"]);
     refused(&["monte-carlo", "--runs", "2", "--metrics", "speed"], &["--metrics", "\"speed\": no such metric"]);
-    refused(&["monte-carlo", "--runs", "2", "--metrics", ","], &["--metrics", "names no metric"]);
+    refused(&["monte-carlo", "--runs", "2", "--metrics", ","], &["--metrics", "must name at least one metric"]);
     refused(&["monte-carlo", "paper/table-9", "--runs", "2"], &["no such scenario"]);
     refused(&["monte-carlo", "--runs", "2", "--set", "uavs.count=0"], &["uavs.count = 0", "| --set uavs.count=0"]);
     refused(&["monte-carlo", "--runs", "2", "--out", "mine"], &["mine contains something other than a run"]);

@@ -117,7 +117,7 @@ fn wrong_usage_is_refused_with_status_2_and_leaves_nothing_behind() {
     for (args, expected) in [
         (&["--runs", "0"][..], "0 is not in 2..=1000000"),
         (&["--runs", "1"], "1 is not in 2..=1000000"),
-        (&["--runs", "many"], "invalid digit"),
+        (&["--runs", "many"], "--runs \"many\": must be a whole number"),
         (
             &["table-3"],
             "[possible values: table-2, figure-6, figure-7, figure-8, figure-9, figure-10, figure-11, errata, improvements, coverage]",

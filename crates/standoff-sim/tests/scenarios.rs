@@ -47,25 +47,15 @@ fn resolved_scenario_resolves_to_itself() {
     }
 }
 
+/// Only the target model differs: without keys, the filter's is that of the targets.
 #[test]
-fn defaults_are_table_1_except_for_the_improvements() {
-    let scenario = load(TARGET).unwrap();
-    let mut table_1 = standoff::TeamParams::table_1();
-    assert_eq!(scenario.settings.team.uav, table_1.uav);
-    table_1.guidance.heading_gain_1_s = 1.0;
-    assert_eq!(scenario.settings.team.guidance, table_1.guidance);
-    table_1.group.count = standoff::GroupCount::AsNeeded;
-    table_1.group.centre = standoff::CentreEstimate::EnclosingCircle;
-    table_1.group.pointing = standoff::Pointing::AngularMidpoint;
-    table_1.group.removal = standoff::RemovalRule::LargestRadiusReduction;
-    table_1.group.motion =
-        standoff::MotionParams { time_constant_s: 1.5, acceleration_max_m_s2: 2.5, closing_speed_max_m_s: 25.0 };
-    table_1.group.readmission_radius_fraction = 0.97;
-    table_1.group.margin = standoff::Margin::StandardDeviations(0.0);
-    table_1.group.search_lost_targets = true;
-    table_1.group.assignment_switching_cost = 10.0;
-    assert_eq!(scenario.settings.team.group, table_1.group);
-    assert_eq!(scenario.settings.team.track.sensor, table_1.track.sensor);
+fn defaults_are_the_recommended_parameters() {
+    let mut team = load(TARGET).unwrap().settings.team;
+    let recommended = standoff::TeamParams::recommended();
+    assert_ne!(team.track.target, recommended.track.target);
+    team.track.target = recommended.track.target;
+    team.track.sensor = recommended.track.sensor;
+    assert_eq!(team, recommended);
 }
 
 #[test]

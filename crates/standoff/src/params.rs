@@ -176,6 +176,38 @@ impl TeamParams {
         }
     }
 
+    /// Returns the recommended parameters: those of [`Self::table_1`] with this project's modified grouping and guidance,
+    /// as flown by scenarios that set nothing. `docs/validation.md` lists the measured gain of each modification.
+    ///
+    /// ```
+    /// # use standoff::{Agent, TeamParams, UavId};
+    /// let mut params = TeamParams::recommended();
+    /// params.uav.speed_m_s = 25.0;
+    /// params.uav.speed_change_max_m_s = 8.0;
+    /// let agent = Agent::new(UavId(0), params)?;
+    /// # Ok::<(), Vec<standoff::ParamError>>(())
+    /// ```
+    pub fn recommended() -> Self {
+        let table_1 = Self::table_1();
+        Self {
+            track: TrackParams { deletion_unseen_in_view_s: 2.0, ..table_1.track },
+            group: GroupingParams {
+                count: GroupCount::AsNeeded,
+                search_lost_targets: true,
+                margin: Margin::StandardDeviations(0.0),
+                centre: CentreEstimate::EnclosingCircle,
+                pointing: Pointing::AngularMidpoint,
+                removal: RemovalRule::LargestRadiusReduction,
+                motion: MotionParams { time_constant_s: 1.5, acceleration_max_m_s2: 2.5, closing_speed_max_m_s: 25.0 },
+                readmission_radius_fraction: 0.97,
+                assignment_switching_cost: 10.0,
+                ..table_1.group
+            },
+            guidance: GuidanceParams { heading_gain_1_s: 1.0, ..table_1.guidance },
+            ..table_1
+        }
+    }
+
     /// Command of a UAV that knows no targets or whose computer is off: the smallest orbit at its position.
     pub fn fallback_command(&self) -> Command {
         let (speed_m_s, radius_m) = (self.uav.speed_m_s, self.group.standoff.radius_min_m);

@@ -41,7 +41,7 @@ impl Filter {
         parameters: Option<&Bound<'_, Parameters>>,
         start: impl FnOnce(&TeamParams) -> PyResult<Vec<InformationFilter>>,
     ) -> PyResult<Self> {
-        let team = Parameters::or_table_1(parameters);
+        let team = Parameters::or_recommended(parameters);
         let filters = Mutex::new(start(&team)?);
         Ok(Self { params: team.track, parameters: parameters.map(|given| given.clone().unbind()), filters })
     }

@@ -155,7 +155,7 @@ pub(crate) fn assignment(
     serves: Option<Given<'_>>,
     parameters: Option<&Bound<'_, Parameters>>,
 ) -> PyResult<Made<i64>> {
-    let team = Parameters::or_table_1(parameters);
+    let team = Parameters::or_recommended(parameters);
     let uav = Rows::<f64, 2>::read(&uav_position_m, "uav_position_m", "..., u, 2")?.within(COORDINATE_M, None)?;
     let target =
         Rows::<f64, 2>::read(&target_position_m, "target_position_m", "..., t, 2")?.within(COORDINATE_M, None)?;

@@ -46,7 +46,7 @@ pub(crate) fn standoff_distance(
     margin_m: Option<Given<'_>>,
     parameters: Option<&Bound<'_, Parameters>>,
 ) -> PyResult<StandoffDistance> {
-    let standoff = Parameters::or_table_1(parameters).group.standoff;
+    let standoff = Parameters::or_recommended(parameters).group.standoff;
     let spread = number(&spread_m, "spread_m", DISTANCE_M)?;
     let rate = number_or(spread_rate_m_s, "spread_rate_m_s", RATE, 0.0)?;
     let margin = number_or(margin_m, "margin_m", DISTANCE_M, 0.0)?;
@@ -81,7 +81,7 @@ pub(crate) fn led_distance(
     speed_m_s: Option<Given<'_>>,
     parameters: Option<&Bound<'_, Parameters>>,
 ) -> PyResult<(Made<f64>, Made<f64>)> {
-    let team = Parameters::or_table_1(parameters);
+    let team = Parameters::or_recommended(parameters);
     let distance = number(&distance_m, "distance_m", RADIUS_M)?;
     let rate = number(&rate_m_s, "rate_m_s", RATE)?;
     let speed = number_or(speed_m_s, "speed_m_s", SPEED_M_S, team.uav.speed_m_s)?;
@@ -116,7 +116,7 @@ pub(crate) fn vector_field(
     speed_m_s: Option<Given<'_>>,
     parameters: Option<&Bound<'_, Parameters>>,
 ) -> PyResult<Made<f64>> {
-    let team = Parameters::or_table_1(parameters);
+    let team = Parameters::or_recommended(parameters);
     let uav = vector(&uav_position_m, "uav_position_m", COORDINATE_M)?;
     let centre = vector(&centre_m, "centre_m", COORDINATE_M)?;
     let distance = number(&distance_m, "distance_m", RADIUS_M)?;
@@ -203,7 +203,7 @@ pub(crate) fn steer(
     turn_rate_rad_s: Option<Given<'_>>,
     parameters: Option<&Bound<'_, Parameters>>,
 ) -> PyResult<Steering> {
-    let team = Parameters::or_table_1(parameters);
+    let team = Parameters::or_recommended(parameters);
     let guidance = team.guidance;
     let uav = vector(&uav_position_m, "uav_position_m", COORDINATE_M)?;
     let heading = number(&heading_rad, "heading_rad", Allowed::FINITE)?;

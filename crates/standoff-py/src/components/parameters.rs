@@ -190,8 +190,8 @@ pub(crate) struct Parameters {
 
 impl Parameters {
     /// The library's parameters for `given`, or Table I.
-    pub(super) fn or_table_1(given: Option<&Bound<'_, Self>>) -> TeamParams {
-        given.map_or_else(TeamParams::table_1, |given| given.get().team())
+    pub(super) fn or_recommended(given: Option<&Bound<'_, Self>>) -> TeamParams {
+        given.map_or_else(TeamParams::recommended, |given| given.get().team())
     }
 
     fn of_team(team: &TeamParams) -> Self {
@@ -319,7 +319,7 @@ impl Parameters {
         assignment_switching_cost: Option<f64>,
     ) -> PyResult<Self> {
         let mut parameters = match of {
-            None => Self::of_team(&TeamParams::table_1()),
+            None => Self::of_team(&TeamParams::recommended()),
             Some(Source(of)) => match of.cast::<Self>() {
                 Ok(parameters) => parameters.get().clone(),
                 Err(_) => {

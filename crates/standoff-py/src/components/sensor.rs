@@ -60,7 +60,7 @@ pub(crate) fn information_1_m2(
     target_position_m: Given<'_>,
     parameters: Option<&Bound<'_, Parameters>>,
 ) -> PyResult<Made<f64>> {
-    let sensor = Parameters::or_table_1(parameters).track.sensor;
+    let sensor = Parameters::or_recommended(parameters).track.sensor;
     let [uav, target] = positions(&uav_position_m, &target_position_m)?;
     let lead = common(&[uav.axes(), target.axes()])?;
     let (uav, target) = (uav.over(&lead)?, target.over(&lead)?);
@@ -87,7 +87,7 @@ pub(crate) fn pair_information_1_m4(
     desired_phase_rad: Given<'_>,
     parameters: Option<&Bound<'_, Parameters>>,
 ) -> PyResult<Made<f64>> {
-    let sensor = Parameters::or_table_1(parameters).track.sensor;
+    let sensor = Parameters::or_recommended(parameters).track.sensor;
     let ranges = Rows::<f64, 2>::read(&range_m, "range_m", "..., 2")?.within(DISTANCE_M, None)?;
     let separation =
         Rows::<f64, 1>::read(&desired_phase_rad, "desired_phase_rad", "...")?.within(Allowed::FINITE, None)?;
@@ -115,7 +115,7 @@ pub(crate) fn optimal_phase_rad(
     range_m: Given<'_>,
     parameters: Option<&Bound<'_, Parameters>>,
 ) -> PyResult<Made<f64>> {
-    let sensor = Parameters::or_table_1(parameters).track.sensor;
+    let sensor = Parameters::or_recommended(parameters).track.sensor;
     let ranges = Rows::<f64, 2>::read(&range_m, "range_m", "..., 2")?.within(DISTANCE_M, None)?;
     let lead = common(&[ranges.axes()])?;
     let best = each(py, lead.iter().product(), PATIENCE, |row| {

@@ -44,7 +44,7 @@ pub(crate) struct Companion {
 
 /// Must be the same on every aircraft of a team: with different parameters, the team states differ.
 fn team_params() -> TeamParams {
-    TeamParams { link: LinkModel::Lossy, ..TeamParams::table_1() }
+    TeamParams { link: LinkModel::Lossy, ..TeamParams::recommended() }
 }
 
 /// Initial state of a UAV: the team starts in a row, flying north.
