@@ -63,7 +63,7 @@ impl Controller for Follower {
         let off_rad = ((goal - own.position).direction() - own.heading).rad();
         let pointing_target = Some(PointingTarget { position: goal, velocity: Velocity::ZERO });
         AgentOutput {
-            pointing_target: pointing_target,
+            pointing_target,
             ..AgentOutput::command_only(Command { speed_m_s: 40.0, turn_rate_rad_s: off_rad })
         }
     }

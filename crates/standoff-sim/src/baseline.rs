@@ -49,10 +49,10 @@ pub struct CoverageBaseline {
 /// Computes the coverage baseline of a scenario. It depends on the true targets only, not on the controller.
 ///
 /// ```
-/// use standoff_sim::scenario::{Edits, Scenario};
+/// use standoff_sim::scenario::{Overrides, Scenario};
 /// use standoff_sim::baseline::baseline;
 ///
-/// let scenario = Scenario::load("tour/01-one-uav", &Edits::default(), 1)?;
+/// let scenario = Scenario::load("tour/01-one-uav", &Overrides::default(), 1)?;
 /// let of_one = baseline(&scenario).all;
 /// assert_eq!((of_one.discs, of_one.mover_fraction), (1, Some(1.0)));
 /// # Ok::<(), Box<dyn std::error::Error>>(())

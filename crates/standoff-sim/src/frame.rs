@@ -467,7 +467,7 @@ pub struct EventRow {
     pub to_group: Option<u32>,
     /// UAVs concerned.
     pub uavs: Vec<u32>,
-    /// Reason as text, as written with the event; [`EventRow::why`] derives it from the columns below.
+    /// Reason as text, as written with the event; [`EventRow::reason_text`] derives it from the columns below.
     pub reason: String,
     /// The team's id of the target's track.
     pub track: Option<u32>,

@@ -218,7 +218,7 @@ mod tests {
     use standoff::{Detection, Displacement, RangeBearingMeasurement, Scan, TargetLabel, Velocity};
 
     /// Runs two agents that track one target, and compares the first with a reference that receives the same messages,
-    /// except those of time step `withheld`. Returns [`Audit::holds_more`] of each time step.
+    /// except those of time step `withheld`. Returns [`ReferenceReplay::holds_more`] of each time step.
     fn compared(withheld: Option<i64>) -> Vec<Option<bool>> {
         let team = TeamParams::table_1();
         let mut agents = [0, 1].map(|uav| Agent::new(UavId(uav), team).unwrap());

@@ -25,9 +25,9 @@ use crate::world::{Truth, World};
 ///
 /// ```
 /// use standoff_sim::run::Mission;
-/// use standoff_sim::scenario::{Edits, Scenario};
+/// use standoff_sim::scenario::{Overrides, Scenario};
 ///
-/// let scenario = Scenario::load("tour/01-one-uav", &Edits::default(), 1)?;
+/// let scenario = Scenario::load("tour/01-one-uav", &Overrides::default(), 1)?;
 /// let mut mission = Mission::new(&scenario).expect("a loaded scenario can be flown");
 /// let mut last_s = 0.0;
 /// while let Some(frame) = mission.frame() {

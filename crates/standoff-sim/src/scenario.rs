@@ -59,7 +59,7 @@ impl Scenario {
 /// A scenario before anything is drawn; one template serves every seed.
 ///
 /// ```
-/// use standoff_sim::scenario::{Edits, Template};
+/// use standoff_sim::scenario::{Overrides, ScenarioTemplate};
 ///
 /// Read once, drawn for any number of seeds.
 /// # Ok::<(), Box<dyn std::error::Error>>(())

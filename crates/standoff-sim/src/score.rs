@@ -112,12 +112,12 @@ impl Needed {
 ///
 /// ```
 /// use standoff_sim::run::Mission;
-/// use standoff_sim::scenario::{Edits, Scenario};
-/// use standoff_sim::score::{Choice, Rules, Scorer};
+/// use standoff_sim::scenario::{Overrides, Scenario};
+/// use standoff_sim::score::{MetricSelection, ScoreConfig, Scorer};
 ///
-/// let scenario = Scenario::load("paper/table-2-pair", &Edits::default(), 1)?;
+/// let scenario = Scenario::load("paper/table-2-pair", &Overrides::default(), 1)?;
 /// let mut mission = Mission::new(&scenario).expect("a loaded scenario can be flown");
-/// let mut scorer = Scorer::new(Rules::of(&scenario.settings), Choice::standard());
+/// let mut scorer = Scorer::new(ScoreConfig::of(&scenario.settings), MetricSelection::standard());
 /// while let Some(frame) = mission.frame() {
 ///     scorer.frame(frame);
 /// }

@@ -106,10 +106,7 @@ impl Controller for TestController {
     fn decide(&mut self, _: UavId) -> AgentOutput {
         self.log.borrow_mut().decided += 1;
         let pointing_target = Some(PointingTarget { position: Position::ORIGIN, velocity: Velocity::ZERO });
-        AgentOutput {
-            pointing_target: pointing_target,
-            ..AgentOutput::command_only(Command { speed_m_s: 40.0, turn_rate_rad_s: 0.0 })
-        }
+        AgentOutput { pointing_target, ..AgentOutput::command_only(Command { speed_m_s: 40.0, turn_rate_rad_s: 0.0 }) }
     }
 }
 

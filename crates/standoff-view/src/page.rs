@@ -108,18 +108,18 @@ pub(crate) fn asset(path: &str) -> Option<Answer> {
 /// ```
 /// use standoff_sim::record::Manifest;
 /// use standoff_sim::run::Mission;
-/// use standoff_sim::scenario::{Edits, Scenario};
-/// use standoff_sim::score::Rules;
+/// use standoff_sim::scenario::{Overrides, Scenario};
+/// use standoff_sim::score::ScoreConfig;
 /// use standoff_sim::world::World;
 /// use standoff_view::figures::Setup;
 /// use standoff_view::page::report;
 /// use standoff_view::replay::{Encoder, Head};
 ///
-/// let scenario = Scenario::load("tour/02-two-uavs", &Edits::default(), 1)?;
+/// let scenario = Scenario::load("tour/02-two-uavs", &Overrides::default(), 1)?;
 /// let settings = &scenario.settings;
 /// let manifest = Manifest::new(&scenario.name, scenario.seed, settings.duration.s(), settings.period.s());
 /// let setup = Setup::of(manifest.title(), settings);
-/// let mut encoder = Encoder::new(&Rules::of(settings), 1);
+/// let mut encoder = Encoder::new(&ScoreConfig::of(settings), 1);
 /// let mut mission = Mission::new(&scenario).expect("the parameters of a built-in scenario are valid");
 /// let mut parts = Vec::new();
 /// while let Some(frame) = mission.frame() {

@@ -55,7 +55,7 @@ const DIGEST_MISMATCH_MAX: i64 = 10;
 /// [`Self::decide`] returns the command.
 ///
 /// Time steps lie on the team's grid: whole periods ([`LogParams::period_s`](crate::team::LogParams)) after
-/// [`Time::START`]. A late message still counts for its own time step: all later time steps are recomputed. Agents that
+/// [`Time::EPOCH`]. A late message still counts for its own time step: all later time steps are recomputed. Agents that
 /// have received the same messages, in any order, therefore have bitwise equal team states. Missing messages are
 /// retransmitted: the outbox contains these retransmissions, too.
 ///
@@ -63,25 +63,25 @@ const DIGEST_MISMATCH_MAX: i64 = 10;
 /// # use standoff::*;
 /// # fn main() -> Result<(), Vec<ParamError>> {
 /// let mut agent = Agent::new(UavId(0), TeamParams::table_1())?;
-/// let own = UavState::straight(Position::from_m(400.0, 0.0), Angle::from_deg(90.0), 40.0);
+/// let own = UavState::level_flight(Position::from_m(400.0, 0.0), Angle::from_deg(90.0), 40.0);
 /// // A cue source reports a target; the agent turns onto an orbit around it.
 /// let cue = Message::Cue(Cue {
-///     searcher: 0,
-///     said: Time::START,
-///     number: 0,
+///     source: 0,
+///     issued_at: Time::EPOCH,
+///     sequence: 0,
 ///     label: TargetLabel(0),
-///     time: Time::START,
+///     time: Time::EPOCH,
 ///     position: Position::from_m(0.0, 0.0),
 ///     velocity: Velocity::from_m_s(5.0, 0.0),
 ///     position_sd_m: 20.0,
 ///     velocity_sd_m_s: 2.0,
 /// });
-/// let observation = agent.observe(Time::START, &own, Some(Scan::default()));
+/// let observation = agent.observe(Time::EPOCH, &own, Some(Scan::default()));
 /// assert_eq!(agent.outbox(&observation).len(), 1);
-/// agent.hear(&observation, &cue);
+/// agent.receive(&observation, &cue);
 /// let step = agent.decide(&observation);
 /// assert!(step.command.turn_rate_rad_s.abs() <= 0.3);
-/// assert_eq!(step.diagnostics.group, agent.picture().groups.first().map(|group| group.id));
+/// assert_eq!(step.diagnostics.group, agent.team_state().groups.first().map(|group| group.id));
 /// # Ok(())
 /// # }
 /// ```
@@ -253,7 +253,7 @@ impl Agent {
     }
 
     /// Processes a message from any sender and of any time step. Malformed and late messages are rejected and counted
-    /// ([`Diagnostics::refused`](crate::Diagnostics::refused)). Order and repetition do not matter. With an observation
+    /// ([`Diagnostics::rejected`](crate::Diagnostics::refused)). Order and repetition do not matter. With an observation
     /// of a past time step, or of another agent, the call has no effect.
     pub fn receive(&mut self, observation: &Observation, message: &Message) {
         let Some(now) = self.now.filter(|_| self.is_of_now(observation)) else { return };

@@ -24,7 +24,7 @@ pub struct Covariance {
     pub(crate) cross_axis: [[f64; 3]; 3],
 }
 
-/// Index in [`Covariance::own`] of each row and column of one axis.
+/// Index in [`Covariance::same_axis`] of each row and column of one axis.
 pub(crate) const OWN: [[usize; 3]; 3] = [[0, 1, 2], [1, 3, 4], [2, 4, 5]];
 
 impl Covariance {

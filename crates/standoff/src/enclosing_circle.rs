@@ -16,7 +16,7 @@ use crate::frame::{Displacement, Position, Velocity};
 /// let circle = EnclosingCircle::of(points.into_iter()).unwrap();
 /// assert_eq!((circle.centre, circle.radius_m), (Position::from_m(4.0, 3.0), 5.0));
 /// // Points 1 and 3 are the support points.
-/// assert!(circle.rim().eq([3, 1]));
+/// assert!(circle.support_points().eq([3, 1]));
 /// ```
 #[doc(alias = "smallest enclosing circle")]
 #[doc(alias = "minimum bounding circle")]

@@ -1,6 +1,6 @@
 //! Message log: all messages by time step, in whatever order they arrived, and which agent has received which of them.
 //!
-//! Time steps are numbers of periods since [`Time::START`]. A report or cue is an entry of one time step. It is kept
+//! Time steps are numbers of periods since [`Time::EPOCH`]. A report or cue is an entry of one time step. It is kept
 //! until the retention time has passed, so that it can be retransmitted to agents that lack it.
 
 mod ranges;

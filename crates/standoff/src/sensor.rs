@@ -31,10 +31,10 @@ pub struct RangeBearingMeasurement {
 /// let sensor = TeamParams::table_1().track.sensor;
 /// let (uav, target) = (Position::from_m(0.0, 400.0), Position::from_m(0.0, 0.0));
 /// let south = Angle::from_deg(-90.0);
-/// let z = sensor.look(uav, south, target).expect("the target is in view");
+/// let z = sensor.measure(uav, south, target).expect("the target is in view");
 /// assert_eq!((z.range_m, z.bearing), (400.0, south));
 /// // A target behind the sensor is not in view.
-/// assert!(sensor.look(uav, Angle::from_deg(90.0), target).is_none());
+/// assert!(sensor.measure(uav, Angle::from_deg(90.0), target).is_none());
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SensorParams {

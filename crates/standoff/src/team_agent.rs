@@ -23,10 +23,10 @@ use crate::validation::ParamError;
 /// ```
 /// # use standoff::*;
 /// # fn main() -> Result<(), Vec<ParamError>> {
-/// let mut fleet = Fleet::new(TeamParams::table_1())?;
-/// let state = |x_m| UavState::straight(Position::from_m(x_m, 0.0), Angle::from_deg(90.0), 40.0);
+/// let mut fleet = TeamAgent::new(TeamParams::table_1())?;
+/// let state = |x_m| UavState::level_flight(Position::from_m(x_m, 0.0), Angle::from_deg(90.0), 40.0);
 /// let states = [(UavId(0), state(400.0)), (UavId(1), state(-400.0))];
-/// let observed = states.map(|(uav, own)| fleet.observe(Time::START, uav, &own, Some(Scan::default())));
+/// let observed = states.map(|(uav, own)| fleet.observe(Time::EPOCH, uav, &own, Some(Scan::default())));
 /// for observation in &observed {
 ///     let step = fleet.decide(observation);
 ///     assert_eq!(step.command.speed_m_s, 40.0);

@@ -8,9 +8,9 @@ use core::ops::{Add, Sub};
 /// use standoff::{Duration, Time};
 ///
 /// let period = Duration::from_s(0.5);
-/// let third = Time::START + period + period;
+/// let third = Time::EPOCH + period + period;
 /// assert_eq!((third.us(), third.s()), (1_000_000, 1.0));
-/// assert_eq!(third - Time::START, Duration::from_s(1.0));
+/// assert_eq!(third - Time::EPOCH, Duration::from_s(1.0));
 /// ```
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, PartialOrd, Ord, serde::Serialize, serde::Deserialize)]
 pub struct Time(i64);

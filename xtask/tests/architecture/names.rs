@@ -69,7 +69,7 @@ impl Known {
             return self.files.iter().any(|file| file.ends_with(path))
                 || self.texts.iter().any(|text| text.contains(&format!("\"{name}\"")));
         }
-        // In `agent.picture()` the variable can have any name; the members must exist.
+        // In `agent.team_state()` the variable can have any name; the members must exist.
         if let Some((_, members)) = name.split_once('.') {
             return members.split('.').all(|member| self.has_member(member.split('(').next().unwrap_or_default()));
         }

@@ -27,12 +27,12 @@ const MAX_METRICS: usize = 200;
 ///
 /// ```
 /// use standoff_sim::monte_carlo::{Batch, Shard};
-/// use standoff_sim::scenario::{Edits, Template};
+/// use standoff_sim::scenario::{Overrides, ScenarioTemplate};
 /// use standoff_sim::score::Choice;
 ///
-/// let template = Template::load("paper/table-2-pair", &Edits::default())?;
+/// let template = ScenarioTemplate::load("paper/table-2-pair", &Overrides::default())?;
 /// A batch of a hundred runs, and the shard with its second quarter.
-/// let batch = Batch::new(&template, 1, 100, Some(Shard { index: 1, of: 4 }), Choice::standard())?;
+/// let batch = Batch::new(&template, 1, 100, Some(Shard { index: 1, of: 4 }), MetricSelection::standard())?;
 /// assert_eq!((batch.flown(), batch.seed_of(25)), (25..50, 26));
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```

@@ -26,7 +26,7 @@ const CHECKPOINT_SHARE: u32 = 50;
 
 /// Writes a record frame by frame, in bounded memory.
 ///
-/// The files grow in `<dir>.partial`. [`Closed::publish`] moves that folder to `dir`. If the record is never published,
+/// The files grow in `<dir>.partial`. [`FinishedRecord::publish`] moves that folder to `dir`. If the record is never published,
 /// the folder remains as an unfinished record that can be read up to its last checkpoint; without a checkpoint it is
 /// removed.
 ///
@@ -35,12 +35,12 @@ const CHECKPOINT_SHARE: u32 = 50;
 /// ```
 /// use standoff_sim::record::{Manifest, Record, Writer};
 /// use standoff_sim::run::Mission;
-/// use standoff_sim::scenario::{Edits, Scenario};
+/// use standoff_sim::scenario::{Overrides, Scenario};
 /// use standoff_sim::world::World;
 ///
 /// # let folder = tempfile::tempdir()?;
 /// # let dir = folder.path().join("mine-1");
-/// let scenario = Scenario::load("tour/01-one-uav", &Edits::default(), 1)?;
+/// let scenario = Scenario::load("tour/01-one-uav", &Overrides::default(), 1)?;
 /// let settings = &scenario.settings;
 /// let manifest = Manifest::new(&scenario.name, scenario.seed, settings.duration.s(), settings.period.s());
 /// let mut writer = Writer::create(&dir, &manifest, &scenario.resolved()?, &World::names(&scenario))?;

@@ -15,13 +15,13 @@ use crate::traffic::{Origin, Traffic, Unit};
 /// Everything that determines a run.
 ///
 /// ```
-/// use standoff_sim::scenario::{Edits, Scenario};
+/// use standoff_sim::scenario::{Overrides, Scenario};
 ///
-/// let edits = Edits { set: vec!["duration_s=20".to_owned()], ..Edits::default() };
+/// let edits = Overrides { set: vec!["duration_s=20".to_owned()], ..Overrides::default() };
 /// let scenario = Scenario::load("paper/table-2-pair", &edits, 7)?;
 /// assert_eq!((scenario.uavs.len(), scenario.settings.duration.s()), (2, 20.0));
 ///
-/// let wrong = Edits { set: vec!["guidance.lead_sec=3".to_owned()], ..Edits::default() };
+/// let wrong = Overrides { set: vec!["guidance.lead_sec=3".to_owned()], ..Overrides::default() };
 /// let error = Scenario::load("paper/table-2-pair", &wrong, 7).unwrap_err();
 /// assert_eq!(error.to_string(), "command line: guidance.lead_sec: there is no such key; did you mean `lead_s`?");
 /// # Ok::<(), Box<dyn std::error::Error>>(())
@@ -187,9 +187,9 @@ pub struct Link {
     pub from: UavId,
     /// Who hears.
     pub to: UavId,
-    /// See [`Radio::loss`].
+    /// See [`LinkModel::packet_loss`].
     pub packet_loss: Number,
-    /// See [`Radio::delay_s`].
+    /// See [`LinkModel::latency_s`].
     pub latency_s: Number,
 }
 

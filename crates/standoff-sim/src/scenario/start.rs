@@ -52,7 +52,7 @@ pub(super) fn intruders(typed: &mut [resolved::Intruder], uavs: &[UavState], tea
         let turn_rate_rad_s = intruder.turn_rate_deg_s.unwrap_or(0.0).to_radians();
         Intruder {
             start: UavState { vertical, ..UavState::level_flight(position, heading, intruder.speed_m_s) },
-            pursued_uav: pursued_uav,
+            pursued_uav,
             turn_rate_rad_s,
             altitude_m: fixed_altitude_m,
             transponder_off_s: intruder

@@ -14,12 +14,12 @@ use crate::geometry::{
 ///
 /// ```
 /// use standoff_sim::run::Mission;
-/// use standoff_sim::scenario::{Edits, Scenario};
-/// use standoff_sim::score::{Judge, Rules};
+/// use standoff_sim::scenario::{Overrides, Scenario};
+/// use standoff_sim::score::{FrameScorer, ScoreConfig};
 ///
-/// let scenario = Scenario::load("paper/table-2-pair", &Edits::default(), 1)?;
+/// let scenario = Scenario::load("paper/table-2-pair", &Overrides::default(), 1)?;
 /// let mut mission = Mission::new(&scenario).expect("a loaded scenario can be flown");
-/// let mut judge = Judge::new(Rules::of(&scenario.settings));
+/// let mut judge = FrameScorer::new(ScoreConfig::of(&scenario.settings));
 /// while let Some(frame) = mission.frame() {
 ///     let judged = judge.frame(frame);
 ///     assert!(frame.uavs.iter().all(|uav| judged.standoff_error_m(uav).is_none_or(f64::is_finite)));

@@ -20,7 +20,7 @@ const ROWS: usize = 200_000;
 /// `disturbed`: whether its link is degraded. `group`, `founded_s`: assigned group and its creation time. `crew`:
 /// lowest UAV whose agent has the same assignments.
 const MIND: [&str; 5] = ["lag_s", "disturbed", "group", "founded_s", "crew"];
-/// Columns of a UAV in the state of an agent: code of its [`TeammateStatus`] or `NEVER_HEARD`, age of its newest report, and
+/// Columns of a UAV in the state of an agent: code of its [`TeammateStatus`] or `NEVER_RECEIVED`, age of its newest report, and
 /// assigned group. A missing row means: live, with a report of this time step, and assigned to the group that the UAV
 /// itself reports.
 const TEAM: [&str; 4] = ["presence", "age_s", "group", "founded_s"];

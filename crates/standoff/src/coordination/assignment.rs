@@ -35,7 +35,7 @@ pub use problem::{AvailableUav, CandidateGroup, DET_FLOOR_1_M4};
 /// Maximum number of UAVs with an exact assignment and the tie-breaking described above; for more UAVs, see [`assign`].
 pub const EXACT_UAVS_MAX: usize = 12;
 
-/// Maximum number of UAVs and of groups that [`Objective::Printed`] enumerates; for more, the default objective
+/// Maximum number of UAVs and of groups that [`Objective::Paper`] enumerates; for more, the default objective
 /// replaces it.
 pub const PAPER_OBJECTIVE_UAVS_MAX: usize = 8;
 

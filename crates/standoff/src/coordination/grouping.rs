@@ -7,7 +7,7 @@
 //! it if its orbit has room to spare, so that a target at the limit does not alternate. In the paper, removed targets
 //! stay outside.
 //!
-//! With [`GroupCount::Needed`] the objective is to have as many targets in groups as the UAVs can cover, with one UAV
+//! With [`GroupCount::AsNeeded`] the objective is to have as many targets in groups as the UAVs can cover, with one UAV
 //! to a group if necessary. Among equal coverages, the most information wins, the sum of ln det (`assignment`): two
 //! UAVs on one orbit provide more of it than one UAV on each of two orbits. Therefore, a group is created immediately
 //! for targets that are in none, even if a UAV leaves its partner. While some targets are in no group, a group is

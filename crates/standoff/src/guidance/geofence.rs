@@ -67,11 +67,11 @@ pub struct GeofenceError {
 /// Geofence: the validated zones of a team. Clones share the zones.
 ///
 /// ```
-/// use standoff::{Airspace, Position, Zone, ZoneKind};
+/// use standoff::{Geofence, Position, Zone, ZoneKind};
 ///
 /// let outline = [(0.0, 0.0), (400.0, 0.0), (0.0, 400.0)].map(|(x_m, y_m)| Position::from_m(x_m, y_m));
-/// let zone = Zone { name: "airfield".into(), kind: ZoneKind::KeepOut, outline: outline.into() };
-/// let airspace = Airspace::new(vec![zone]).unwrap();
+/// let zone = Zone { name: "airfield".into(), kind: ZoneKind::KeepOut, vertices: outline.into() };
+/// let airspace = Geofence::new(vec![zone]).unwrap();
 /// assert!(!airspace.allows(Position::from_m(100.0, 100.0)));
 /// assert!(airspace.allows(Position::from_m(300.0, 300.0)));
 /// ```

@@ -8,7 +8,7 @@
 //!
 //! Erratum: the published form is the derivative of the field's heading only on the orbit (r = r_d). The exact form is
 //! correct everywhere for the field (13) around a stationary centre. The flown field also includes k_l, a virtual
-//! radius and a moving centre; the third form ([`Feedforward::Flown`]) differentiates that field.
+//! radius and a moving centre; the third form ([`Feedforward::Field`]) differentiates that field.
 
 use nalgebra::Vector2;
 

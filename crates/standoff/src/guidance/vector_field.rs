@@ -41,9 +41,9 @@ impl OrbitDirection {
 /// A vector field that converges to the circle of radius `radius_m`.
 ///
 /// ```
-/// use standoff::{Displacement, Sense, VectorField};
+/// use standoff::{Displacement, OrbitDirection, VectorField};
 ///
-/// let field = VectorField { radius_m: 400.0, radial_gain: 1.0, sense: Sense::Anticlockwise };
+/// let field = VectorField { radius_m: 400.0, radial_gain: 1.0, orbit_direction: OrbitDirection::Anticlockwise };
 /// // On the orbit the field is tangential: east of the centre it points north.
 /// let on_orbit = field.velocity(Displacement::from_m(400.0, 0.0), 40.0);
 /// assert!(on_orbit.x_m_s().abs() < 1e-9 && (on_orbit.y_m_s() - 40.0).abs() < 1e-9);
