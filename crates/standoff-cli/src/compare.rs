@@ -6,10 +6,10 @@ use std::sync::atomic::AtomicBool;
 
 use clap::Parser;
 use standoff_results::{Failure, of_batch, save, warn};
-use standoff_sim::display_text;
+use standoff_sim::display_text::{self, wrapped};
 use standoff_sim::monte_carlo::{Better, Comparison, Paired, compare, compare_results};
 use standoff_sim::scenario::{ScenarioTemplate, built_in};
-use standoff_sim::score::Metrics;
+use standoff_sim::score::MetricInfo;
 use standoff_view::batch::Batch;
 use standoff_view::page;
 
@@ -46,7 +46,7 @@ pub(crate) struct Args {
     #[arg(long, value_name = "KEY=VALUE", value_parser = key_and_value)]
     set_b: Vec<String>,
     #[command(flatten)]
-    wanted: MetricArgs,
+    metrics: MetricArgs,
     /// Number of threads [default: one per core]. It does not affect the results.
     #[arg(long, value_name = "N")]
     threads: Option<NonZeroUsize>,
@@ -109,7 +109,7 @@ fn of_scenarios(args: &Args, b: &str) -> Result<Comparison, Failure> {
         Ok(template)
     };
     let (first, second) = (load(&args.a, &[])?, load(b, &args.set_b)?);
-    let choice = args.wanted.choice;
+    let choice = args.metrics.choice;
     let never = AtomicBool::new(false);
     let flown = compare(&first, &second, args.seed, args.runs, choice, args.threads, &never);
     let mut comparison = flown.map_err(of_batch)?;
@@ -119,46 +119,115 @@ fn of_scenarios(args: &Args, b: &str) -> Result<Comparison, Failure> {
     Ok(comparison)
 }
 
+/// Formats a comparison for a terminal of 100 columns: the verdict, the metrics that differ, and a table of all.
 fn table(comparison: &Comparison) -> String {
     let Comparison { a, b, seed, runs, metrics } = comparison;
-    let mut text = format!("A: {a}\nB: {b}\n{runs} runs of each with the same random draws, from seed {seed}\n\n");
-    let width = name_width(metrics);
-    text += format!("{:width$} {:>9} {:>9} {:>10}  {:^20}", "metric", "A", "B", "B - A", "95 % interval").trim_end();
-    text += "\n";
     let is_measured = |paired: &Paired| paired.mean_a.or(paired.mean_b).is_some();
-    // If all UAVs share one team state, the agreement metrics have no values.
-    let is_shown = |name: &str, paired: &Paired| is_measured(paired) || !Metrics::AGREEMENT.contains(&name);
-    for (name, paired) in metrics.iter().filter(|(name, paired)| is_shown(name, paired)) {
+    let measured: Vec<_> = metrics.iter().filter(|(_, paired)| is_measured(paired)).collect();
+    let mut text = format!("{}\n\nA: {a}\nB: {b}\n", overall(&measured));
+    text += &format!("{runs} runs of each with the same random draws, from seed {seed}\n");
+    text += &differences(&measured);
+    let width = name_width(metrics);
+    let head =
+        format!("{:width$} {:>9} {:>9} {:>10}  {:^20}  {}", "metric", "A", "B", "B - A", "95 % interval", "result");
+    text += &format!("\n{head}\n");
+    for (name, paired) in &measured {
         let interval =
             paired.ci95.map_or_else(|| "-".to_owned(), |[lo, hi]| format!("{} to {}", number(lo), number(hi)));
-        let line = format!(
-            "{name:width$} {:>9} {:>9} {:>10}  {interval:^20}  {}",
-            maybe(paired.mean_a),
-            maybe(paired.mean_b),
-            maybe(paired.difference),
-            verdict(paired, *runs)
-        );
-        text += line.trim_end();
-        text += "\n";
+        let (mean_a, mean_b, difference) = (maybe(paired.mean_a), maybe(paired.mean_b), maybe(paired.difference));
+        let result = Verdict::of(paired).text();
+        text += &format!("{name:width$} {mean_a:>9} {mean_b:>9} {difference:>10}  {interval:^20}  {result}\n");
     }
-    text + "\nmetrics named *_fraction range from 0 to 1\n\
-            * the whole interval of B - A, over pairs of runs, exceeds the metric's size of interest (docs/metrics.md)\n"
+    let names = |is: &dyn Fn(&Paired) -> bool, with_runs: bool| {
+        let names = metrics
+            .iter()
+            .filter(|(_, paired)| is(paired))
+            .map(|(name, paired)| if with_runs { format!("{name} ({})", paired.n) } else { name.clone() });
+        names.collect::<Vec<_>>().join(", ")
+    };
+    let partly = names(&|paired| is_measured(paired) && paired.n < *runs, true);
+    let never = names(&|paired| !is_measured(paired), false);
+    text += "\n";
+    for (what, list) in [("measured in fewer runs: ", partly), ("without values: ", never)] {
+        if !list.is_empty() {
+            text += &wrapped("", &format!("{what}{list}"));
+        }
+    }
+    text + "metrics named *_fraction range from 0 to 1\n\
+            better, differs: the whole interval of B - A is beyond the metric's size of interest (docs/metrics.md)\n\
+            same: the whole interval is below the size of interest; unclear: neither, more runs may decide\n"
 }
 
-/// Returns the verdict on a metric as text.
-fn verdict(paired: &Paired, runs: u64) -> String {
-    let differs = match (paired.differs, paired.better) {
-        (false, _) => None,
-        (true, None) => Some("* differs".to_owned()),
-        (true, Some(Better::A)) => Some("* A is better".to_owned()),
-        (true, Some(Better::B)) => Some("* B is better".to_owned()),
+/// Result of comparing one metric.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Verdict {
+    ABetter,
+    BBetter,
+    Differs,
+    Same,
+    Unclear,
+}
+
+impl Verdict {
+    fn of(paired: &Paired) -> Self {
+        match (paired.differs, paired.better, paired.ci95) {
+            (true, Some(Better::A), _) => Self::ABetter,
+            (true, Some(Better::B), _) => Self::BBetter,
+            (true, None, _) => Self::Differs,
+            (false, _, Some([lo, hi])) if lo >= -paired.interest && hi <= paired.interest => Self::Same,
+            (false, ..) if paired.equal == Some(1.0) => Self::Same,
+            (false, ..) => Self::Unclear,
+        }
+    }
+
+    fn text(self) -> &'static str {
+        match self {
+            Self::ABetter => "A better",
+            Self::BBetter => "B better",
+            Self::Differs => "differs",
+            Self::Same => "same",
+            Self::Unclear => "unclear",
+        }
+    }
+}
+
+/// Returns the verdict on all measured metrics in one line.
+fn overall(measured: &[&(String, Paired)]) -> String {
+    let count = |verdict| measured.iter().filter(|(_, paired)| Verdict::of(paired) == verdict).count();
+    let (a, b, differs) = (count(Verdict::ABetter), count(Verdict::BBetter), count(Verdict::Differs));
+    let (same, unclear) = (count(Verdict::Same), count(Verdict::Unclear));
+    let verdict = match (a, b) {
+        (0, 0) => "neither A nor B is better in any metric".to_owned(),
+        (0, b) => format!("B is better in {b} of {} metrics, A in none", measured.len()),
+        (a, 0) => format!("A is better in {a} of {} metrics, B in none", measured.len()),
+        (a, b) => format!("B is better in {b} of {} metrics, A in {a}", measured.len()),
     };
-    let percent = |share: f64| format!("{:.0} %", 100.0 * share);
-    let smaller = match (paired.b_smaller, paired.equal) {
-        (_, Some(1.0)) => Some("equal in all runs".to_owned()),
-        (Some(share), _) => Some(format!("B smaller in {} of runs", percent(share))),
-        _ => None,
-    };
-    let measured = (paired.n > 0 && paired.n < runs).then(|| format!("measured in {} runs", paired.n));
-    [differs, smaller, measured].into_iter().flatten().collect::<Vec<_>>().join("; ")
+    let neutral = if differs > 0 { format!(", {differs} differ") } else { String::new() };
+    format!("verdict: {verdict}{neutral}; {same} the same, {unclear} unclear")
+}
+
+/// Lists the metrics that differ, the largest difference relative to the size of interest first.
+fn differences(measured: &[&(String, Paired)]) -> String {
+    let mut text = String::new();
+    for (verdict, heading) in [
+        (Verdict::BBetter, "B is better"),
+        (Verdict::ABetter, "A is better"),
+        (Verdict::Differs, "A and B differ, neither is better"),
+    ] {
+        let mut found: Vec<_> = measured.iter().filter(|(_, paired)| Verdict::of(paired) == verdict).collect();
+        let size = |paired: &Paired| paired.difference.unwrap_or(0.0).abs() / paired.interest;
+        found.sort_by(|(_, one), (_, other)| size(other).total_cmp(&size(one)));
+        if !found.is_empty() {
+            text += &format!("\n{heading}\n");
+        }
+        for (name, paired) in found {
+            let (unit, factor) = MetricInfo::unit(name);
+            let value = |mean: Option<f64>| maybe(mean.map(|mean| factor * mean));
+            let label = MetricInfo::of(name).map_or(name.as_str(), |info| info.label);
+            let (mean_a, mean_b) = (value(paired.mean_a), value(paired.mean_b));
+            text += format!("  {label:47} A {mean_a:>9}   B {mean_b:>9} {unit}").trim_end();
+            text += "\n";
+        }
+    }
+    text
 }

@@ -179,12 +179,12 @@ fn without_each(plan: &Plan, choice: MetricSelection, best: &[Metrics]) -> Resul
 fn gains(title: &str, base: &[Metrics]) -> Table {
     let heads = [""].into_iter().chain(SHOWN.map(|(_, head)| head));
     let mut table = Table::new(format!("{title} (differences from the first row):"), heads);
-    table.add("reference", SHOWN.map(|(metric, _)| Estimate::mean(&measured(base, metric)).told(shown)));
+    table.add("reference", SHOWN.map(|(metric, _)| Estimate::mean(&measured(base, metric)).formatted(shown)));
     table
 }
 
 fn add(table: &mut Table, name: &str, base: &[Metrics], changed: &[Metrics]) {
-    table.add(name, SHOWN.map(|(metric, _)| difference(base, changed, metric).told(signed)));
+    table.add(name, SHOWN.map(|(metric, _)| difference(base, changed, metric).formatted(signed)));
 }
 
 /// Computes the mean paired difference of a metric.
@@ -213,11 +213,11 @@ fn goals(plan: &Plan, best: &[Metrics], paper: &[Metrics]) -> Result<Table, Fail
         let within = |value: f64| (at_least..=at_most).contains(&value);
         let reached = match (within(value.value), within(value.low) && within(value.high)) {
             (true, true) => "yes",
-            (true, false) => "yes, but not the whole interval",
+            (true, false) => "mean only",
             (false, _) => "no",
         };
         let goal = if at_least == 0.0 { format!("at most {at_most}") } else { format!("{at_least} to {at_most}") };
-        table.add(what, [goal, reached.to_owned(), value.told(shown)]);
+        table.add(what, [goal, reached.to_owned(), value.formatted(shown)]);
     };
     for (metric, what, at_least, at_most) in GOALS {
         row(what, at_least, at_most, Estimate::mean(&measured(best, metric)));
@@ -251,7 +251,7 @@ fn goals(plan: &Plan, best: &[Metrics], paper: &[Metrics]) -> Result<Table, Fail
         ("orbit_prediction_error_m_settled", "lower bound of the true standoff error with this information (m)"),
         ("own_orbit_prediction_error_m_settled", "lower bound of the error by own estimates (m)"),
     ] {
-        let limit = Estimate::mean(&measured(best, metric)).told(shown);
+        let limit = Estimate::mean(&measured(best, metric)).formatted(shown);
         table.add(what, [String::new(), String::new(), limit]);
     }
     Ok(table)

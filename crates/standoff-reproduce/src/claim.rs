@@ -27,7 +27,8 @@ pub(crate) const RULES: [(&str, &str); 5] = [
         "difference",
         "the direction is confirmed if the 95 % interval of the paired difference (same seeds) excludes zero and has \
          the paper's sign; reproduced if also the interval of the relative size overlaps 0.5 to 1.5 times the paper's, \
-         provided the paper states a size; otherwise direction only",
+         provided the paper states a size; otherwise direction only; undecided if the interval contains both zero and \
+         what the paper states",
     ),
     (
         "always",
@@ -90,16 +91,19 @@ pub(crate) enum Paper {
 pub(crate) enum Verdict {
     Reproduced,
     DirectionOnly,
+    /// The interval contains both the paper's value and zero.
+    Undecided,
     NotReproduced,
 }
 
 impl Verdict {
-    pub(crate) const ALL: [Self; 3] = [Self::Reproduced, Self::DirectionOnly, Self::NotReproduced];
+    pub(crate) const ALL: [Self; 4] = [Self::Reproduced, Self::DirectionOnly, Self::Undecided, Self::NotReproduced];
 
     pub(crate) fn words(self) -> &'static str {
         match self {
             Self::Reproduced => "reproduced",
             Self::DirectionOnly => "direction only",
+            Self::Undecided => "undecided",
             Self::NotReproduced => "not reproduced",
         }
     }
@@ -113,30 +117,52 @@ impl Finding {
 
     /// Returns the verdict according to [`RULES`]. A claim that could not be measured is not reproduced.
     pub(crate) fn verdict(&self) -> Verdict {
-        let overlaps = |ours: &Estimate, low: f64, high: f64| ours.low <= high && ours.high >= low;
-        let (is_reproduced, has_direction) = match self {
-            Self::Number { paper, tolerance, ours } => (overlaps(ours, paper - tolerance, paper + tolerance), false),
-            Self::Difference { paper, ours, percent } => {
-                let (sign, same_size) = match *paper {
-                    Paper::Less => (-1.0, true),
-                    Paper::Percent(size) => {
-                        let mut bounds = SAME_SIZE.map(|share| share * size);
-                        bounds.sort_by(f64::total_cmp);
-                        (size, overlaps(percent, bounds[0], bounds[1]))
-                    }
-                };
-                let has_direction = if sign < 0.0 { ours.high < 0.0 } else { ours.low > 0.0 };
-                (has_direction && same_size, has_direction)
+        let overlaps = |ours: &Estimate, [low, high]: [f64; 2]| ours.low <= high && ours.high >= low;
+        match self {
+            Self::Number { paper, tolerance, ours } if overlaps(ours, [paper - tolerance, paper + tolerance]) => {
+                Verdict::Reproduced
             }
-            Self::Always { ours } => (ours.value >= 100.0, ours.low > MOST),
-            Self::OneRun { paper, ours } => ((ours.low..=ours.high).contains(paper), false),
-            Self::Tendency { ours } => (ours.low > SAME_TENDENCY, ours.low > 0.0),
-        };
-        match (is_reproduced, has_direction) {
-            (true, _) => Verdict::Reproduced,
-            (false, true) => Verdict::DirectionOnly,
-            (false, false) => Verdict::NotReproduced,
+            Self::Difference { paper, ours, percent } => {
+                let is_same_size = paper.sizes().is_none_or(|sizes| overlaps(percent, sizes));
+                let (is_same_sign, may_be_same_sign) = if paper.is_negative() {
+                    (ours.high < 0.0, ours.low < 0.0)
+                } else {
+                    (ours.low > 0.0, ours.high > 0.0)
+                };
+                match (is_same_sign, may_be_same_sign && is_same_size) {
+                    (true, true) => Verdict::Reproduced,
+                    (true, false) => Verdict::DirectionOnly,
+                    (false, true) => Verdict::Undecided,
+                    (false, false) => Verdict::NotReproduced,
+                }
+            }
+            Self::Always { ours } if ours.value >= 100.0 => Verdict::Reproduced,
+            Self::Always { ours } if ours.low > MOST => Verdict::DirectionOnly,
+            Self::OneRun { paper, ours } if (ours.low..=ours.high).contains(paper) => Verdict::Reproduced,
+            Self::Tendency { ours } if ours.low > SAME_TENDENCY => Verdict::Reproduced,
+            Self::Tendency { ours } if ours.low > 0.0 => Verdict::DirectionOnly,
+            Self::Number { .. } | Self::Always { .. } | Self::OneRun { .. } | Self::Tendency { .. } => {
+                Verdict::NotReproduced
+            }
         }
+    }
+}
+
+impl Paper {
+    /// True if the paper states a decrease.
+    fn is_negative(self) -> bool {
+        match self {
+            Self::Percent(size) => size < 0.0,
+            Self::Less => true,
+        }
+    }
+
+    /// Returns the changes in percent that count as the same size; `None` if the paper states no size.
+    fn sizes(self) -> Option<[f64; 2]> {
+        let Self::Percent(size) = self else { return None };
+        let mut bounds = SAME_SIZE.map(|share| share * size);
+        bounds.sort_by(f64::total_cmp);
+        Some(bounds)
     }
 }
 
@@ -201,10 +227,10 @@ impl Claim {
     pub(crate) fn ours(&self) -> String {
         match self.finding {
             Finding::Number { ours, .. } | Finding::Tendency { ours } => self.estimate(ours),
-            Finding::Difference { paper: Paper::Less, ours, .. } => ours.told(signed) + &self.after(),
+            Finding::Difference { paper: Paper::Less, ours, .. } => ours.formatted(signed) + &self.after(),
             Finding::Difference { ours, percent, .. } => {
                 let [percent, low, high] = [percent.value, percent.low, percent.high].map(signed);
-                format!("{percent} % [{low}, {high}]; {}{}", ours.told(signed), self.after())
+                format!("{percent} % [{low}, {high}]; {}{}", ours.formatted(signed), self.after())
             }
             Finding::Always { ours } => {
                 let [value, low, high] = [ours.value, ours.low, ours.high].map(shown);
@@ -216,12 +242,57 @@ impl Claim {
         }
     }
 
-    /// Returns the reason why the claim is not reproduced; empty if it is.
-    pub(crate) fn why(&self) -> &'static str {
-        match self.finding.verdict() {
-            Verdict::Reproduced => "",
-            _ if self.reason.is_empty() => "not explained",
-            _ => self.reason,
+    /// Returns how the numbers differ from the paper's, and the known cause; empty if the claim is reproduced.
+    pub(crate) fn reason(&self) -> String {
+        let cause = self.cause().map_or_else(String::new, |cause| format!("; {cause}"));
+        self.gap() + &cause
+    }
+
+    /// Returns the known cause why the claim is not reproduced; `None` if it is, or if no cause is known.
+    pub(crate) fn cause(&self) -> Option<&'static str> {
+        (self.finding.verdict() != Verdict::Reproduced && !self.reason.is_empty()).then_some(self.reason)
+    }
+
+    /// Describes how the numbers differ from the paper's; empty if the claim is reproduced.
+    pub(crate) fn gap(&self) -> String {
+        let verdict = self.finding.verdict();
+        let (Finding::Number { ours, .. }
+        | Finding::Difference { ours, .. }
+        | Finding::Always { ours }
+        | Finding::OneRun { ours, .. }
+        | Finding::Tendency { ours }) = self.finding;
+        if verdict == Verdict::Reproduced {
+            return String::new();
+        }
+        if ours.value.is_nan() {
+            return "could not be measured".to_owned();
+        }
+        match self.finding {
+            Finding::Number { paper, tolerance, ours } if ours.low > paper + tolerance => {
+                format!("above {}, the upper end of the tolerance", self.with_unit(paper + tolerance))
+            }
+            Finding::Number { paper, tolerance, .. } => {
+                format!("below {}, the lower end of the tolerance", self.with_unit(paper - tolerance))
+            }
+            Finding::Difference { .. } if verdict == Verdict::Undecided => {
+                "the interval contains the paper's value, and zero".to_owned()
+            }
+            Finding::Difference { paper, .. } if verdict == Verdict::DirectionOnly => {
+                let sizes = paper.sizes().unwrap_or_default().map(signed);
+                format!("outside {} to {} %, 0.5 to 1.5 times the paper's change", sizes[0], sizes[1])
+            }
+            Finding::Difference { ours, .. } if ours.low <= 0.0 && ours.high >= 0.0 => {
+                "the interval contains zero, and no change of the paper's size".to_owned()
+            }
+            Finding::Difference { .. } => "a change in the opposite direction".to_owned(),
+            Finding::Always { ours } => {
+                format!("does not hold in {} % of the {}", shown(100.0 - ours.value), self.unit)
+            }
+            Finding::OneRun { .. } => "the paper's value is outside this range".to_owned(),
+            Finding::Tendency { .. } if verdict == Verdict::DirectionOnly => {
+                "the interval of the correlation does not exceed 0.5".to_owned()
+            }
+            Finding::Tendency { .. } => "the interval of the correlation does not exceed 0".to_owned(),
         }
     }
 
@@ -229,7 +300,7 @@ impl Claim {
         if ours.low == ours.high {
             return self.with_unit(ours.value);
         }
-        ours.told(shown) + &self.after()
+        ours.formatted(shown) + &self.after()
     }
 
     fn with_unit(&self, value: f64) -> String {
@@ -297,16 +368,18 @@ mod tests {
         assert_eq!(verdict((-9.0, -7.0), (-50.0, -40.0)), Verdict::Reproduced);
         assert_eq!(verdict((-9.0, -7.0), (-29.0, -20.0)), Verdict::DirectionOnly);
         assert_eq!(verdict((-9.0, -7.0), (-99.0, -91.0)), Verdict::DirectionOnly);
-        assert_eq!(verdict((-9.0, 1.0), (-60.0, 5.0)), Verdict::NotReproduced);
+        assert_eq!(verdict((-9.0, 1.0), (-60.0, 5.0)), Verdict::Undecided);
+        assert_eq!(verdict((-9.0, 1.0), (-20.0, 5.0)), Verdict::NotReproduced);
         assert_eq!(verdict((7.0, 9.0), (40.0, 50.0)), Verdict::NotReproduced);
         let more = |low, high| {
             let paper = Paper::Percent(20.0);
             Finding::Difference { paper, ours: estimate(low, high), percent: estimate(10.0, 12.0) }.verdict()
         };
-        assert_eq!((more(1.0, 2.0), more(-1.0, 2.0)), (Verdict::Reproduced, Verdict::NotReproduced));
+        assert_eq!((more(1.0, 2.0), more(-1.0, 2.0)), (Verdict::Reproduced, Verdict::Undecided));
         let less = |ours| Finding::Difference { paper: Paper::Less, ours, percent: NONE }.verdict();
         assert_eq!(less(estimate(-2.0, -1.0)), Verdict::Reproduced);
-        assert_eq!(less(estimate(-2.0, 0.1)), Verdict::NotReproduced);
+        assert_eq!(less(estimate(-2.0, 0.1)), Verdict::Undecided);
+        assert_eq!(less(estimate(0.1, 0.2)), Verdict::NotReproduced);
         assert_eq!(less(NONE), Verdict::NotReproduced);
     }
 
@@ -339,7 +412,7 @@ mod tests {
     }
 
     #[test]
-    fn a_claim_that_is_not_reproduced_has_a_reason_or_is_not_explained() {
+    fn a_claim_that_is_not_reproduced_has_a_reason() {
         let claim = |ours, reason| Claim {
             what: String::new(),
             unit: "m",
@@ -347,8 +420,12 @@ mod tests {
             runs: 0,
             reason,
         };
-        assert_eq!((claim(10.0, "because").why(), claim(20.0, "because").why()), ("", "because"));
-        assert_eq!((claim(20.0, "").why(), claim(20.0, "").ours()), ("not explained", "20.00 m".to_owned()));
+        let reason = |ours, cause| claim(ours, cause).reason();
+        assert_eq!(reason(10.0, "because"), "");
+        assert_eq!(reason(20.0, "because"), "above 11.00 m, the upper end of the tolerance; because");
+        assert_eq!(reason(5.0, ""), "below 9.000 m, the lower end of the tolerance");
+        assert_eq!(reason(f64::NAN, ""), "could not be measured");
+        assert_eq!(claim(20.0, "").ours(), "20.00 m");
     }
 
     #[test]

@@ -77,10 +77,10 @@ pub(crate) fn coverage(plan: &Plan) -> Result<Study, Failure> {
         let heads = [""].into_iter().chain(SHOWN.map(|(_, head, _)| head));
         let title = format!("{name}: all improvements, and differences from them:");
         let mut table = Table::new(title, heads);
-        table.add("all", SHOWN.map(|(metric, _, unit)| mean(&all, metric).times(unit).told(shown)));
+        table.add("all", SHOWN.map(|(metric, _, unit)| mean(&all, metric).times(unit).formatted(shown)));
         let mut add = |number: usize, row: &str, changed: &[Metrics]| {
             let changes = SHOWN.map(|(metric, _, unit)| (difference(&all, changed, metric), unit));
-            table.add(row, changes.map(|(change, unit)| change.times(unit).told(signed)));
+            table.add(row, changes.map(|(change, unit)| change.times(unit).formatted(signed)));
             let numbers = SHOWN.iter().zip(changes).flat_map(|(&(metric, ..), (change, _))| {
                 [mean(&all, metric).value, change.value, 0.5 * (change.high - change.low)]
             });
@@ -93,7 +93,7 @@ pub(crate) fn coverage(plan: &Plan) -> Result<Study, Failure> {
         tables.push(table);
         let custody = [&papers, &all].map(|runs| mean(runs, "custody_fraction"));
         let cells = custody.into_iter().chain(discs(plan, mission)?);
-        summary.add(name, cells.map(|estimate| estimate.times(100.0).told(shown)));
+        summary.add(name, cells.map(|estimate| estimate.times(100.0).formatted(shown)));
     }
     found.tables.push(summary);
     found.tables.extend(tables);

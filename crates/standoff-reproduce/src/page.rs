@@ -83,7 +83,7 @@ fn claim_row(claim: &Claim, study: &str, plan: &Plan) -> Vec<String> {
         if_random(plan.first_seed.to_string()),
         format!("`{}`", command(Some(study), plan)),
         claim.finding.verdict().words().to_owned(),
-        claim.why().to_owned(),
+        claim.reason(),
     ]
 }
 
@@ -143,8 +143,8 @@ mod tests {
             "| \\|x\\| is 1, 1 here | 1.000 m | 1.000 m | - | - | `standoff reproduce table-2 --runs 9 --seed 3` | \
              reproduced |  |",
             "| \\|x\\| is 1, 2 here | 1.000 m | 2.000 m | - | - | `standoff reproduce table-2 --runs 9 --seed 3` | not \
-             reproduced | because of *it* |",
-            "| [Table II: errors](#table-ii-errors) | 2 | 1 | 0 | 1 |",
+             reproduced | above 1.100 m, the upper end of the tolerance; because of *it* |",
+            "| [Table II: errors](#table-ii-errors) | 2 | 1 | 0 | 0 | 1 |",
         ] {
             assert!(text.contains(line), "{line}\n{text}");
         }

@@ -73,7 +73,7 @@ impl Estimate {
     }
 
     /// Formats the estimate with its interval in brackets.
-    pub(crate) fn told(&self, number: fn(f64) -> String) -> String {
+    pub(crate) fn formatted(&self, number: fn(f64) -> String) -> String {
         format!("{} [{}, {}]", number(self.value), number(self.low), number(self.high))
     }
 }

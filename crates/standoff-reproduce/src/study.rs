@@ -3,14 +3,22 @@
 use std::fs;
 use std::path::Path;
 
-use standoff_sim::{atomic_file, display_text};
+use standoff_sim::atomic_file;
+use standoff_sim::display_text::{self, wrapped, wrapped_lines};
 use standoff_view::figures::Figure;
 use standoff_view::figures::study::{Line, Plot, study};
 
-use super::claim::{Claim, FEW_RUNS, Verdict, shown};
+use super::claim::{Claim, FEW_RUNS, RULES, Verdict, shown};
 use super::monte_carlo_plan::Plan;
 use super::statistics::Estimate;
 use crate::error::Failure;
+
+/// Maximum width of the printed text, columns.
+const COLUMNS: usize = 100;
+/// Minimum width of the names of a table's rows; if less is left, columns are continued below.
+const NAME_MIN: usize = 28;
+/// Maximum width of the names in a table that is continued below.
+const NAME_MAX: usize = 52;
 
 /// Function that runs a study. Fails if a scenario, or the traffic that the plan names, cannot be used.
 pub(crate) type Measure = fn(&Plan) -> Result<Study, Failure>;
@@ -75,18 +83,22 @@ impl Study {
         self.claims.iter().filter(|claim| claim.finding.verdict() == verdict).count()
     }
 
-    /// Formats the claims and tables as plain text.
+    /// Formats the claims and tables as plain text for a terminal of 100 columns.
     pub fn text(&self) -> String {
-        let mut text = format!("{}\n", self.title);
-        if !self.claims.is_empty() {
-            let row = |claim: &Claim| {
-                let verdict = claim.finding.verdict().words().to_owned();
-                vec![plain(&claim.what), claim.paper(), claim.ours(), verdict]
-            };
-            text += &columns(&["claim", "paper", "ours", "verdict"], self.claims.iter().map(row).collect());
+        let (mut text, mut last) = (format!("{}\n", self.title), "");
+        for claim in &self.claims {
+            text += &wrapped(&format!("  {:15} ", claim.finding.verdict().words()), &plain(&claim.what));
+            text += &wrapped(&" ".repeat(18), &format!("paper {}; ours {}", claim.paper(), claim.ours()));
+            let is_same = claim.cause().is_some_and(|cause| cause == last);
+            let reason = if is_same { format!("{}; cause as above", claim.gap()) } else { claim.reason() };
+            if !reason.is_empty() {
+                text += &wrapped(&" ".repeat(18), &plain(&reason));
+            }
+            last = claim.cause().unwrap_or_default();
         }
         for table in &self.tables {
-            text += &format!("\n  {}\n{}", plain(&table.title), columns(&table.columns, table.rows.clone()));
+            text +=
+                &format!("\n{}{}", wrapped("  ", &plain(&table.title)), columns(&table.columns, table.plain_rows()));
         }
         text
     }
@@ -95,6 +107,11 @@ impl Study {
 impl Table {
     pub(crate) fn new(title: impl Into<String>, columns: impl IntoIterator<Item: Into<String>>) -> Self {
         Self { title: title.into(), columns: columns.into_iter().map(Into::into).collect(), rows: Vec::new() }
+    }
+
+    /// Returns the rows without the backticks of Markdown.
+    fn plain_rows(&self) -> Vec<Vec<String>> {
+        self.rows.iter().map(|row| row.iter().map(|cell| plain(cell)).collect()).collect()
     }
 
     /// Adds a row of texts after its name.
@@ -161,8 +178,12 @@ pub fn summary(studies: &[Study]) -> String {
     if rows.len() > 1 {
         rows.push(row("total", &studies));
     }
-    let heads = ["", "claims", "reproduced", "direction", "failed"];
+    let heads = ["", "claims", "reproduced", "direction only", "undecided", "not reproduced"];
     let mut text = "Summary\n".to_owned() + &columns(&heads, rows);
+    text += "\nRules of the verdicts, by kind of claim\n";
+    for (kind, rule) in RULES {
+        text += &wrapped(&format!("  {kind:11}"), rule);
+    }
     let weak = studies.iter().flat_map(|study| &study.claims).filter(|claim| (1..FEW_RUNS).contains(&claim.runs));
     let weak = weak.count();
     if weak > 0 {
@@ -210,16 +231,38 @@ fn plain(text: &str) -> String {
     text.replace('`', "")
 }
 
-/// Formats the rows of a table under their heads, with aligned columns.
+/// Formats the rows of a table under their heads, with aligned columns. The first column is wrapped, and further columns
+/// are continued below, so that no line is longer than 100 columns.
 fn columns(heads: &[impl ToString], mut rows: Vec<Vec<String>>) -> String {
     rows.insert(0, heads.iter().map(ToString::to_string).collect());
     let width = |column: usize| rows.iter().filter_map(|row| row.get(column)).map(|cell| cell.chars().count()).max();
-    let widths: Vec<usize> = (0..heads.len()).map(|column| width(column).unwrap_or_default()).collect();
-    let line = |row: &Vec<String>| {
-        let cells: Vec<String> = row.iter().zip(&widths).map(|(cell, &width)| format!("{cell:width$}")).collect();
-        format!("  {}\n", cells.join("  ").trim_end())
+    let mut widths: Vec<usize> = (0..heads.len()).map(|column| width(column).unwrap_or_default()).collect();
+    let others: usize = widths.iter().skip(1).map(|width| 2 + width).sum();
+    let left = (COLUMNS - 2).saturating_sub(others);
+    widths[0] = widths[0].min(if left < NAME_MIN { NAME_MAX } else { left });
+    let mut blocks: Vec<Vec<usize>> = Vec::new();
+    let mut used = usize::MAX;
+    for (column, width) in widths.iter().enumerate().skip(1) {
+        if used.saturating_add(2 + width) > COLUMNS {
+            used = 2 + widths[0];
+            blocks.push(Vec::new());
+        }
+        used += 2 + width;
+        blocks.iter_mut().last().into_iter().for_each(|block| block.push(column));
+    }
+    let line = |row: &Vec<String>, block: &Vec<usize>| {
+        let mut names = wrapped_lines(row.first().map_or("", String::as_str), widths[0]).into_iter();
+        let name = names.next().unwrap_or_default();
+        let cell = |column: &usize| Some(format!("  {:width$}", row.get(*column)?, width = widths[*column]));
+        let cells: String = block.iter().filter_map(cell).collect();
+        let first = format!("  {name:width$}{cells}", width = widths[0]);
+        [first]
+            .into_iter()
+            .chain(names.map(|name| format!("    {name}")))
+            .fold(String::new(), |text, line| text + line.trim_end() + "\n")
     };
-    rows.iter().map(line).collect()
+    let block = |block: &Vec<usize>| rows.iter().map(|row| line(row, block)).collect::<String>();
+    blocks.iter().map(block).collect::<Vec<_>>().join("\n")
 }
 
 #[cfg(test)]

@@ -209,7 +209,7 @@ fn side_by_side(title: &str, columns: &[Vec<Metrics>]) -> Table {
 
 /// Formats a number with its interval; `-` if it could not be measured.
 fn interval(estimate: Estimate) -> String {
-    if estimate.value.is_nan() { "-".to_owned() } else { estimate.told(shown) }
+    if estimate.value.is_nan() { "-".to_owned() } else { estimate.formatted(shown) }
 }
 
 fn every_run(name: &'static str, plan: &Plan, columns: &[Vec<Metrics>]) -> Data {

@@ -1,10 +1,10 @@
 //! Flies, records and reports runs and batches in folders; shared by the command line and the Python package.
 //!
 //! ```text
-//! scenario -> fly -> record -> tell -> outcome (a table, JSON), summary.json, figures, report.html
+//! scenario -> fly -> record -> report -> outcome (text, JSON), summary.json, figures, report.html
 //! ```
 //!
-//! Nothing here prints: warnings and notes go to a [`Say`] callback, and errors are [`Failure`]s with advice for the
+//! Nothing here prints: warnings and notes go to a [`Warnings`] callback, and errors are [`Failure`]s with advice for the
 //! user.
 
 mod baseline;
@@ -23,6 +23,6 @@ pub use cancellable::{POLL, run_unless};
 pub use error::{Failure, of_batch, of_record, refused};
 pub use fly::{fly, has_older_run, manifest};
 pub use maps::Maps;
-pub use outcome::{Outcome, OutcomeOptions, count, lines, wrapped};
+pub use outcome::{Outcome, OutcomeOptions, count, lines};
 pub use report::{Report, report_end, report_run, save, settings_of, warn_omitted};
 pub use warnings::{Warnings, warn};

@@ -1,4 +1,4 @@
-//! The outcome of a run, as a table or as JSON.
+//! The outcome of a run, as text for a terminal or as JSON.
 
 mod events;
 mod targets_and_limits;
@@ -7,17 +7,14 @@ use std::path::Path;
 
 use serde::Serialize;
 use standoff_sim::baseline::{CoverageBaseline, SPEED_M_S};
-use standoff_sim::display_text;
+use standoff_sim::display_text::{self, wrapped};
 use standoff_sim::scenario::Settings;
-use standoff_sim::score::{MetricInfo, Metrics, SelectedMetrics, TargetScore};
+use standoff_sim::score::{MetricInfo, MetricSelection, Metrics, SelectedMetrics, TargetScore};
 use standoff_view::replay::Line;
 
 pub(crate) use events::Events;
 use events::named;
-pub use events::wrapped;
 
-/// Minimum fraction of ungrouped target time that is printed first: above it, the metrics of groups matter less.
-const UNGROUPED_NOTABLE: f64 = 0.1;
 /// Maximum number of targets listed in the table.
 const TARGETS_SHOWN: usize = 20;
 
@@ -33,7 +30,7 @@ const HIDDEN: [&str; 7] = [
 ];
 
 /// Metrics that are printed in a comparison with the paper's law.
-const BESIDE_PAPERS_LAW: [&str; 9] = [
+const PAPER_COMPARISON: [&str; 9] = [
     "custody_fraction",
     "in_view_fraction",
     "longest_out_of_view_s",
@@ -49,6 +46,9 @@ const BESIDE_PAPERS_LAW: [&str; 9] = [
 #[derive(Serialize)]
 pub struct Outcome {
     pub(crate) scenario: String,
+    /// Description of the scenario.
+    #[serde(skip)]
+    pub(crate) about: String,
     pub(crate) seed: u64,
     pub(crate) duration_s: f64,
     /// Time of the last time step of an unfinished run, s; `None` for a complete run.
@@ -104,21 +104,22 @@ pub fn lines(metrics: &SelectedMetrics, settings: &Settings) -> Vec<Line> {
     let is_hidden = |name: &&str| {
         HIDDEN.contains(name) || (*name == "anees" && is_split) || (by_uav_count.contains(name) && !is_mixed)
     };
-    let line = |about: &MetricInfo| {
-        let (unit, factor) = MetricInfo::unit(about.name);
-        let value = metrics.get(about.name)?.map(|value| factor * value);
-        let good = targets_and_limits::target(about.name, settings);
-        Some(Line { metric: about.name, label: about.label, value, unit, target: good })
+    // A row without a value is shown only if the user selected the metric.
+    let is_standard = metrics.choice == MetricSelection::standard();
+    let line = |info: &MetricInfo| {
+        let (unit, factor) = MetricInfo::unit(info.name);
+        let value = metrics.get(info.name)?.map(|value| factor * value);
+        let is_off = is_standard && (value.is_none() || is_feature_off(info.name, value, settings));
+        let target = targets_and_limits::target(info.name, settings);
+        (!is_off).then_some(Line { metric: info.name, label: info.label, value, unit, target })
     };
-    let shown = Metrics::ABOUT.iter().filter(|about| !is_hidden(&about.name));
-    let lines = shown.filter_map(line);
-    // These metrics have no value if no target manoeuvres, no target is lost, or all UAVs share one team state. Then
-    // their rows are left out.
-    let is_optional = |metric: &str| {
-        ["anees_", "refound_", "refind_"].iter().any(|start| metric.starts_with(start))
-            || Metrics::AGREEMENT.contains(&metric)
-    };
-    lines.filter(|line| line.value.is_some() || !is_optional(line.metric)).collect()
+    Metrics::ABOUT.iter().filter(|info| !is_hidden(&info.name)).filter_map(line).collect()
+}
+
+/// True for metrics of collision avoidance if the scenario does not use it and no violation occurred.
+fn is_feature_off(metric: &str, value: Option<f64>, settings: &Settings) -> bool {
+    let is_avoidance = ["separation_violations", "avoidance_time_s"].contains(&metric);
+    is_avoidance && settings.team.separation.is_none() && value == Some(0.0)
 }
 
 impl Outcome {
@@ -127,8 +128,8 @@ impl Outcome {
         Ok(serde_json::to_string_pretty(self)? + "\n")
     }
 
-    /// Formats the outcome as text for the terminal, most important lines first; `out` is the folder of the results.
-    pub fn text(&self, out: &Path, telling: OutcomeOptions) -> String {
+    /// Formats the outcome as text for a terminal of 100 columns; `out` is the folder of the results.
+    pub fn text(&self, out: &Path, options: OutcomeOptions) -> String {
         let Self { scenario, seed, duration_s, unfinished_after_s, uavs, targets, targets_mean, .. } = self;
         let end = unfinished_after_s.map_or_else(String::new, |end_s| format!(", unfinished after {end_s} s"));
         // If vehicles appear and disappear, the mean number of targets at a time is below their total number.
@@ -140,93 +141,96 @@ impl Outcome {
             count(*uavs, "UAV"),
             count(*targets, "target")
         );
+        if !self.about.is_empty() {
+            text += &wrapped("", &display_text::printable(&self.about));
+        }
         if let Some(traffic) = &self.traffic {
-            text += &format!("traffic coordinates interpreted as {traffic}\n");
+            text += &format!("Traffic coordinates interpreted as {traffic}.\n");
         }
-        text += "\n";
-        text += &self.custody();
-        text += &self.baseline_rows();
-        text += if text.ends_with("\n\n") { "" } else { "\n" };
-        text += &self.table(telling.paper_comparison);
-        let is_shown = |metric: &str| telling.paper_comparison.is_none() || BESIDE_PAPERS_LAW.contains(&metric);
-        for remark in targets_and_limits::notes(&self.metrics, &self.events, &self.settings, is_shown) {
-            text += &wrapped("* ", &remark);
-        }
-        if telling.paper_comparison.is_some() {
+        text += &self.table(options.paper_comparison);
+        if options.paper_comparison.is_some() {
             text += &wrapped("* ", targets_and_limits::PAPERS_LAW);
         }
-        if telling.per_target && !self.per_target.is_empty() {
+        if options.per_target && !self.per_target.is_empty() {
             text += &self.targets_table();
         }
         let ends_s = self.per_target.iter().map(|one| (one.target.as_str(), one.score.until_s)).collect();
         text += &self.events.text(unfinished_after_s.unwrap_or(*duration_s), &ends_s);
-        text + &format!("\nresults in {}\n", display_text::path(out))
+        let dir = display_text::path(out);
+        text + &format!(
+            "\nresults in {dir}\nnext:\n  open {dir}/report.html  (replays the run in a browser)\n  \
+             standoff view {dir}  (serves the replay with every time step)\n"
+        )
     }
 
-    /// Formats the mean number of targets in custody and in view, and the longest gap.
-    fn custody(&self) -> String {
-        let get = |name: &str| self.metrics.get(name).flatten();
-        let Some(mean) = self.targets_mean else { return String::new() };
-        let is_whole = (mean - mean.round()).abs() < 0.05;
-        let total = if is_whole { format!("of {mean:.0}") } else { format!("of {mean:.2}") };
-        let mut text = String::new();
-        if let Some(share) = get("ungrouped_fraction").filter(|share| *share > UNGROUPED_NOTABLE) {
-            text += &format!(
-                "in no group   {:.2} {total} targets on average ({:.2} %): no orbit covers them\n",
-                share * mean,
-                100.0 * share
-            );
-        }
-        for (label, metric, meaning) in [
-            ("in custody", "custody_fraction", "in a group and in some UAV's view"),
-            ("in view", "in_view_fraction", "in some UAV's view, in a group or not"),
-        ] {
-            if let Some(share) = get(metric) {
-                let percent = 100.0 * share;
-                text +=
-                    &format!("{label:13} {:.2} {total} targets on average ({percent:.2} %): {meaning}\n", share * mean);
+    /// Formats the metrics as a table with one section per topic, with lines that explain values below their row.
+    fn table(&self, paper_comparison: Option<&Metrics>) -> String {
+        let paper_heading = if paper_comparison.is_some() { "  paper's law*" } else { "" };
+        let mut text = format!("\n{:49} {:>9}{paper_heading}        goal or limit\n", "", "this run");
+        let remarks = targets_and_limits::remarks(&self.metrics, &self.events, &self.settings);
+        let mut section = "";
+        for line in lines(&self.metrics, &self.settings) {
+            let Some(info) = MetricInfo::of(line.metric) else { continue };
+            if paper_comparison.is_some() && !PAPER_COMPARISON.contains(&line.metric) {
+                continue;
+            }
+            if info.section != section {
+                section = info.section;
+                text += &format!("{section}\n");
+            }
+            let Line { label, value, unit, target, .. } = &line;
+            let mut row = format!("  {label:47} {:>9}", number(*value, info.is_count));
+            if let Some(paper) = paper_comparison {
+                let (_, factor) = MetricInfo::unit(line.metric);
+                row += &format!("{:>14}", number(paper.value(line.metric).map(|value| factor * value), info.is_count));
+            }
+            row += &format!(" {unit:6} {target}");
+            text += row.trim_end();
+            text += "\n";
+            let own = remarks.iter().filter(|(metric, _)| *metric == line.metric).map(|(_, remark)| remark.clone());
+            for explanation in self.explanation(line.metric).into_iter().chain(own) {
+                text += &wrapped("      ", &explanation);
             }
         }
-        if let Some(gap_s) = get("longest_out_of_view_s") {
-            let is_longest = |one: &&PerTarget| gap_s > 0.0 && one.score.longest_out_of_view_s == Some(gap_s);
-            let target = self.per_target.iter().find(is_longest);
-            let target =
-                target.map_or_else(String::new, |one| format!(", {}", display_text::printable(&named(&one.target))));
-            text += &format!("longest gap   {gap_s:.1} s in no UAV's view{target}\n");
-        }
         text
     }
 
-    /// Formats the custody next to the coverage of one greedy disc per UAV, in whole percent; empty without a baseline.
-    fn baseline_rows(&self) -> String {
-        let Some(CoverageBaseline { all_uavs: all, .. }) = self.baseline else { return String::new() };
-        let percent =
-            |share: Option<f64>| share.map_or_else(|| "-".to_owned(), |share| format!("{:.0} %", 100.0 * share));
-        let (custody, baseline) = (self.metrics.get("custody_fraction").flatten(), all.mover_fraction);
+    /// Returns the line that explains the value of a metric.
+    fn explanation(&self, metric: &str) -> Option<String> {
+        let value = self.metrics.get(metric).flatten();
+        let meaning = targets_and_limits::meaning(metric, value?, &self.settings);
+        match metric {
+            "custody_fraction" => Some(
+                meaning?
+                    + &self.of_targets(value).map_or_else(String::new, |n| format!(": {n}"))
+                    + &self.baseline_text().unwrap_or_default(),
+            ),
+            "in_view_fraction" => {
+                Some(meaning? + &self.of_targets(value).map_or_else(String::new, |n| format!(": {n}")))
+            }
+            "longest_out_of_view_s" => {
+                let gap_s = value.filter(|gap_s| *gap_s > 0.0)?;
+                let longest = self.per_target.iter().find(|one| one.score.longest_out_of_view_s == Some(gap_s))?;
+                Some(display_text::printable(&named(&longest.target)))
+            }
+            _ => meaning,
+        }
+    }
+
+    /// Formats a fraction of target time as a mean number of targets.
+    fn of_targets(&self, share: Option<f64>) -> Option<String> {
+        let mean = self.targets_mean?;
+        let is_whole = (mean - mean.round()).abs() < 0.05;
+        let total = if is_whole { format!("{mean:.0}") } else { format!("{mean:.2}") };
+        Some(format!("{:.2} of {total} targets on average", share? * mean))
+    }
+
+    /// Formats the coverage of one greedy disc per UAV; `None` without a baseline.
+    fn baseline_text(&self) -> Option<String> {
+        let CoverageBaseline { all_uavs: all, .. } = self.baseline.as_ref()?;
+        let percent = all.mover_fraction.map_or_else(|| "-".to_owned(), |share| format!("{:.0} %", 100.0 * share));
         let discs = count(all.discs, "greedy disc");
-        let meaning = format!("{discs} with perfect knowledge of all targets, at {SPEED_M_S} m/s");
-        format!("custody {}, baseline {}: {meaning}\n", percent(custody), percent(baseline))
-    }
-
-    fn table(&self, paper_comparison: Option<&Metrics>) -> String {
-        let mut text = match paper_comparison {
-            Some(_) => format!("{:33} {:>9} {:>12}       goal or limit\n", "metric", "this run", "paper's law*"),
-            None => format!("{:36} {:>9}       goal or limit\n", "metric", "value"),
-        };
-        for Line { metric, value, unit, target: good, .. } in lines(&self.metrics, &self.settings) {
-            let line = match paper_comparison {
-                Some(_) if !BESIDE_PAPERS_LAW.contains(&metric) => continue,
-                Some(paper) => {
-                    let (_, factor) = MetricInfo::unit(metric);
-                    let paper = paper.value(metric).map(|value| factor * value);
-                    format!("{metric:33} {:>9} {:>12} {unit:5} {good}", number(value), number(paper))
-                }
-                None => format!("{metric:36} {:>9} {unit:5} {good}", number(value)),
-            };
-            text += line.trim_end();
-            text += "\n";
-        }
-        text
+        Some(format!("; baseline {percent}: {discs} with perfect knowledge of all targets, at {SPEED_M_S} m/s"))
     }
 
     /// Formats one row per target: all targets, or those with the longest gaps.
@@ -239,19 +243,19 @@ impl Outcome {
         }
         let mut text = format!(
             "\n{:24} {:>10} {:>9} {:>13} {:>16} {:>6}\n",
-            "target", "custody %", "in view %", "longest_out_of_view_s", "position_error_m", "anees"
+            "target", "custody %", "in view %", "longest gap s", "position error m", "ANEES"
         );
         for PerTarget { target, score } in &targets {
-            let percent = |share: Option<f64>| number(share.map(|share| 100.0 * share));
+            let percent = |share: Option<f64>| number(share.map(|share| 100.0 * share), false);
             let manoeuvres = if score.manoeuvres { "  manoeuvres" } else { "" };
             text += &format!(
                 "{:24} {:>10} {:>9} {:>13} {:>16} {:>6}{manoeuvres}\n",
                 display_text::printable(&named(target)),
                 percent(score.custody_fraction),
                 percent(score.in_view_fraction),
-                number(score.longest_out_of_view_s),
-                number(score.position_error_m),
-                number(score.anees)
+                number(score.longest_out_of_view_s, false),
+                number(score.position_error_m, false),
+                number(score.anees, false)
             );
         }
         if self.per_target.len() > targets.len() {
@@ -261,8 +265,9 @@ impl Outcome {
     }
 }
 
-fn number(value: Option<f64>) -> String {
-    value.map_or_else(|| "-".to_owned(), |value| format!("{value:.2}"))
+fn number(value: Option<f64>, is_count: bool) -> String {
+    let digits = if is_count { 0 } else { 2 };
+    value.map_or_else(|| "-".to_owned(), |value| format!("{value:.digits$}"))
 }
 
 /// Formats a number with its noun: `1 UAV`, `2 UAVs`.

@@ -5,7 +5,7 @@ use std::path::Path;
 use standoff_sim::atomic_file;
 use standoff_sim::display_text;
 use standoff_sim::record::Record;
-use standoff_sim::scenario::Settings;
+use standoff_sim::scenario::{Scenario, Settings};
 use standoff_sim::score::{MetricSelection, ScoreConfig, Scorer, SelectedMetrics};
 use standoff_view::figures::{FigureError, Setup, figures};
 use standoff_view::page;
@@ -33,26 +33,26 @@ pub struct Report {
 
 /// Computes the results of the record in `dir`, and writes its summary, figures and page there. Messages name `place`,
 /// the final location of the folder.
-pub fn report_run(dir: &Path, place: &Path, choice: MetricSelection, say: Warnings) -> Result<Report, Failure> {
+pub fn report_run(dir: &Path, place: &Path, choice: MetricSelection, warn: Warnings) -> Result<Report, Failure> {
     let record = Record::open(dir).map_err(of_record)?;
-    report_end(&record, say);
+    report_end(&record, warn);
     if !record.has_truth() {
-        say("note: the record has no truth table; scores that need it are missing");
+        warn("note: the record has no truth table; scores that need it are missing");
     }
     let settings = settings_of(&record)?;
     let reported = record.manifest().reported;
     for (is_reported, what) in [(reported.tracks, "tracks"), (reported.groups, "groups")] {
         if !is_reported {
-            say(&format!("note: the controller of this run reports no {what}; scores that need them are missing"));
+            warn(&format!("note: the controller of this run reports no {what}; scores that need them are missing"));
         }
     }
-    let rules = ScoreConfig { reported, ..ScoreConfig::of(&settings) };
-    let mut scorer = Scorer::new(rules.clone(), choice);
+    let config = ScoreConfig { reported, ..ScoreConfig::of(&settings) };
+    let mut scorer = Scorer::new(config.clone(), choice);
     let rows = record.target_rows().map_err(of_record)?;
     let stride = usize::try_from(rows.div_ceil(REPORT_ROWS)).unwrap_or(usize::MAX).max(1);
     let own_rows = record.agent_track_rows().map_err(of_record)?;
-    let pictures = usize::try_from(own_rows.div_ceil(REPORT_OTHER_ROWS)).unwrap_or(usize::MAX).div_ceil(stride);
-    let (mut encoder, mut parts) = (Encoder::new(&rules, stride).with_team_states_every(pictures), Vec::new());
+    let state_stride = usize::try_from(own_rows.div_ceil(REPORT_OTHER_ROWS)).unwrap_or(usize::MAX).div_ceil(stride);
+    let (mut encoder, mut parts) = (Encoder::new(&config, stride).with_team_states_every(state_stride), Vec::new());
     let (mut events, mut uavs) = (Events::default(), 0);
     let frames = record.frames().map_err(of_record)?.inspect(|frame| {
         let Ok(frame) = frame else { return };
@@ -70,6 +70,7 @@ pub fn report_run(dir: &Path, place: &Path, choice: MetricSelection, say: Warnin
     let name = |target: u32| record.target_names().get(target as usize).cloned().unwrap_or_default();
     let outcome = Outcome {
         scenario: manifest.scenario.clone(),
+        about: about_of(&record),
         seed: manifest.seed,
         duration_s: manifest.duration_s,
         unfinished_after_s: record.ends_s(),
@@ -85,10 +86,10 @@ pub fn report_run(dir: &Path, place: &Path, choice: MetricSelection, say: Warnin
         per_target: scorer.targets().map(|score| PerTarget { target: name(score.target), score }).collect(),
         settings,
     };
-    warn_omitted(outcome.events.left_out(), say);
+    warn_omitted(outcome.events.left_out(), warn);
     parts.extend(encoder.part());
     let mut head = Head::new(manifest, setup, record.target_names().to_vec());
-    head.map = Maps::default().of_record(&record, say)?;
+    head.map = Maps::default().of_record(&record, warn)?;
     (head.stride, head.outcome) = (stride, lines(&outcome.metrics, &outcome.settings));
     head.events_left_out = encoder.events_left_out();
     head.other_events_left_out = encoder.other_events_left_out();
@@ -108,11 +109,16 @@ pub fn report_run(dir: &Path, place: &Path, choice: MetricSelection, say: Warnin
     Ok(Report { outcome, written })
 }
 
-/// Passes a note to `say` if the run is unfinished.
-pub fn report_end(record: &Record, say: Warnings) {
+/// Returns the description of a recorded run's scenario; empty if it has none.
+fn about_of(record: &Record) -> String {
+    Scenario::about_of_record("", record.scenario_toml()).unwrap_or_default()
+}
+
+/// Passes a note to `warn` if the run is unfinished.
+pub fn report_end(record: &Record, warn: Warnings) {
     if let Some(end_s) = record.ends_s() {
         let duration_s = record.manifest().duration_s;
-        say(&format!("note: this run is unfinished: it covers {end_s} s of {duration_s} s"));
+        warn(&format!("note: this run is unfinished: it covers {end_s} s of {duration_s} s"));
     }
 }
 
@@ -135,10 +141,10 @@ pub fn settings_of(record: &Record) -> Result<Settings, Failure> {
     Ok(settings)
 }
 
-/// Passes a note to `say` if the page does not include all events; `events` is the number left out.
-pub fn warn_omitted(events: u64, say: Warnings) {
+/// Passes a note to `warn` if the page does not include all events; `events` is the number left out.
+pub fn warn_omitted(events: u64, warn: Warnings) {
     if events > 0 {
-        say(&format!("note: the run has many events: {events} of them are in events.parquet only"));
+        warn(&format!("note: the run has many events: {events} of them are in events.parquet only"));
     }
 }
 

@@ -105,6 +105,30 @@ fn cut(text: &str, most: usize) -> (&str, &'static str) {
     }
 }
 
+/// Wraps text at 99 characters. The first line starts with `first`; the others are indented by its length.
+pub fn wrapped(first: &str, words: &str) -> String {
+    let indent = " ".repeat(first.chars().count());
+    let lines = wrapped_lines(words, 99_usize.saturating_sub(indent.len()));
+    let starts = [first].into_iter().chain(std::iter::repeat(&*indent));
+    starts.zip(&lines).map(|(start, line)| format!("{start}{line}").trim_end().to_owned() + "\n").collect()
+}
+
+/// Breaks text into lines of at most `width` characters at its spaces; longer words have a line of their own.
+pub fn wrapped_lines(words: &str, width: usize) -> Vec<String> {
+    let mut lines = vec![String::new()];
+    for word in words.split(' ') {
+        let line = lines.last_mut().filter(|line| {
+            let length = line.chars().count();
+            length == 0 || length + 1 + word.chars().count() <= width
+        });
+        match line {
+            Some(line) => *line += &if line.is_empty() { word.to_owned() } else { format!(" {word}") },
+            None => lines.push(word.to_owned()),
+        }
+    }
+    lines
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -121,5 +145,15 @@ mod tests {
         assert_eq!(lines(&format!("a{}z", "é".repeat(9000))), format!("a{0} ... {0}z", "é".repeat(749)));
         assert_eq!(as_typed("\ta = \"\u{9b}2J\u{2028}\"\r\n\\b\u{feff}\r\u{7f}"), "\ta = \"�2J�\"\n\\b�␍�");
         assert_eq!(path(Path::new("o\u{1b}]0;title\u{7}/it's")), "o\\u{1b}]0;title\\u{7}/it's");
+    }
+
+    #[test]
+    fn text_is_wrapped_at_spaces_and_indented() {
+        assert_eq!(wrapped_lines("a bc def", 4), ["a bc", "def"]);
+        assert_eq!(wrapped_lines("abcdef a", 4), ["abcdef", "a"]);
+        let text = wrapped("  * ", &"word ".repeat(40));
+        assert!(text.starts_with("  * word ") && text.contains("\n    word "), "{text}");
+        assert!(text.lines().all(|line| line.chars().count() <= 99), "{text}");
+        assert_eq!(wrapped("", ""), "\n");
     }
 }

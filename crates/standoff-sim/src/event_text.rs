@@ -120,7 +120,7 @@ fn text(event: &EventRow) -> Option<String> {
 
 /// Names a zone by its kind and its index.
 fn zone_of(kind: &str, zone: u32) -> Option<String> {
-    ["keep-out", "keep-in"].contains(&kind).then(|| format!("the {kind} zone {}", zone + 1))
+    ["keep-out", "keep-in"].contains(&kind).then(|| format!("{kind} zone {zone}"))
 }
 
 fn created_text(cause: &str, members: u32) -> Option<String> {

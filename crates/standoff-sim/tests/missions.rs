@@ -603,7 +603,7 @@ fn zone_across_an_orbit_is_avoided_and_reported() {
         );
         let found =
             frames.iter().flat_map(|frame| &frame.events).find(|event| event.kind == "orbit-partly-blocked").unwrap();
-        assert!(found.reason.starts_with("the keep-out zone 1 leaves "), "{}", found.reason);
+        assert!(found.reason.starts_with("keep-out zone 0 leaves "), "{}", found.reason);
         assert!(frames.iter().flat_map(|frame| &frame.uavs).any(|uav| uav.limiting_zone == Some(0)));
         frames.into_iter().map(|frame| frame.uavs).collect::<Vec<_>>()
     });
@@ -618,8 +618,5 @@ fn zone_that_blocks_a_whole_orbit_is_reported() {
     let frames = frames(&scenario);
     assert_eq!(score(&scenario, &frames).zone_violations, Some(0));
     let found = frames.iter().flat_map(|frame| &frame.events).find(|event| event.kind == "orbit-blocked").unwrap();
-    assert_eq!(
-        found.reason,
-        "the keep-out zone 1 blocks all of its orbit; UAVs fly a wider one, or as close as they can"
-    );
+    assert_eq!(found.reason, "keep-out zone 0 blocks all of its orbit; UAVs fly a wider one, or as close as they can");
 }

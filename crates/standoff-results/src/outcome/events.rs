@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use serde::{Serialize, Serializer};
-use standoff_sim::display_text;
+use standoff_sim::display_text::{self, wrapped};
 use standoff_sim::record::{EventQuota, EventRow};
 
 /// Maximum number of events in the table; the files contain the others.
@@ -84,32 +84,30 @@ impl Events {
         self.allowance.left_out()
     }
 
-    /// Formats the number of events of each kind, and the worst events in order of time. Bad events rank by duration:
-    /// they last until the event that ends them, or until their target (times by name in `ends_s`) or the run (`end_s`)
-    /// ends.
+    /// Formats the events in the order of their cost to the mission, and the number of events of each kind. Events that
+    /// degrade the tracking come first, the longest before the others: they last until the event that ends them, or
+    /// until their target (times by name in `ends_s`) or the run (`end_s`) ends. The other events follow in order of time.
     pub(super) fn text(&self, end_s: f64, ends_s: &BTreeMap<&str, f64>) -> String {
         let counts: Vec<String> =
             self.counts.iter().map(|(kind, n)| format!("{n} {}", display_text::printable(kind))).collect();
-        let mut text = String::from("\nevents\n");
-        text += &wrapped("  ", &if counts.is_empty() { "none".to_owned() } else { counts.join(", ") });
+        let all = if counts.is_empty() { "none".to_owned() } else { counts.join(", ") };
         let lasting_s = self.lasting_s(end_s, ends_s);
         let mut shown: Vec<usize> =
             (0..self.events.len()).filter(|&index| !ROUTINE.contains(&self.events[index].kind.as_str())).collect();
         let left = shown.len().saturating_sub(SHOWN);
-        // Other events rank after all bad ones.
-        let badness_s = |index: &usize| lasting_s[*index].unwrap_or(f64::NEG_INFINITY);
-        shown.sort_by(|a, b| badness_s(b).total_cmp(&badness_s(a)).then(a.cmp(b)));
+        let cost_s = |index: &usize| lasting_s[*index].unwrap_or(f64::NEG_INFINITY);
+        shown.sort_by(|a, b| cost_s(b).total_cmp(&cost_s(a)).then(a.cmp(b)));
         shown.truncate(SHOWN);
-        shown.sort_unstable();
-        if left > 0 {
-            text += &format!("the {SHOWN} worst, by duration:\n");
-        }
+        let heading = if shown.is_empty() { "Events" } else { "Events, the longest losses of tracking first" };
+        let mut text = format!("\n{heading}\n");
         for index in shown {
             let event = &self.events[index];
             let [kind, objects, reason] =
                 [&event.kind, &event.subject(), &event.reason].map(|part| display_text::printable(part));
             let lasting = lasting_s[index].map_or_else(String::new, |s| format!(" (lasts {s:.1} s)"));
-            text += &format!("{:8.1} s  {kind:17}  {objects}: {reason}{lasting}\n", event.time_s);
+            let first = format!("{:8.1} s  {kind:21}", event.time_s);
+            let colon = if objects.is_empty() { "" } else { ": " };
+            text += &wrapped(&first, &format!("{objects}{colon}{reason}{lasting}"));
         }
         if left > 0 {
             text += &format!("  and {left} more in summary.json\n");
@@ -117,7 +115,7 @@ impl Events {
         if self.left_out() > 0 {
             text += &format!("  and {} later events of all kinds in events.parquet\n", self.left_out());
         }
-        text
+        text + &wrapped("  all: ", &all)
     }
 
     /// Returns the duration of each bad event, s; `None` for other events.
@@ -173,20 +171,6 @@ pub(super) fn named(name: &str) -> String {
     if name.starts_with(char::is_alphabetic) { name.to_owned() } else { format!("target \"{name}\"") }
 }
 
-/// Wraps text at 99 characters. The first line starts with `sign` (two characters); the others are indented by two.
-pub fn wrapped(sign: &str, words: &str) -> String {
-    let (mut text, mut line) = (String::new(), sign.to_owned());
-    for word in words.split(' ') {
-        if line.chars().count() + word.chars().count() > 99 {
-            text += &format!("{}\n", line.trim_end());
-            line = "  ".to_owned();
-        }
-        line += word;
-        line.push(' ');
-    }
-    text + line.trim_end() + "\n"
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -208,8 +192,9 @@ mod tests {
         events.add(70_000_000, &event("orbit-feasible", None, Some(3)), &names);
         events.add(80_000_000, &event("lost", Some(25), None), &names);
         let text = events.text(100.0, &BTreeMap::new());
-        assert!(text.contains("30.0 s  orbit-infeasible   group 3: so (lasts 40.0 s)"), "{text}");
-        assert!(text.contains("80.0 s  lost               car-25: so (lasts 20.0 s)"), "{text}");
+        assert!(text.contains("30.0 s  orbit-infeasible     group 3: so (lasts 40.0 s)"), "{text}");
+        assert!(text.contains("80.0 s  lost                 car-25: so (lasts 20.0 s)"), "{text}");
+        assert!(text.find("group 3").unwrap() < text.find("car-25").unwrap(), "{text}");
         assert!(text.contains("and 30 more in summary.json"), "{text}");
         // Admission to another group ends the removal.
         events.add(85_000_000, &event("removed", Some(26), Some(3)), &names);
@@ -228,7 +213,7 @@ mod tests {
         let dwell = EventRow { dwell_s: Some(12.34), ..event("handoff-started", Some(0), Some(1)) };
         events.add(0, &dwell, &["lead".to_owned()]);
         let text = events.text(1.0, &BTreeMap::new());
-        assert!(text.contains("lead, group 1: closer to the new group; in both for 12.3 s, until"), "{text}");
+        assert!(text.contains("lead, group 1: closer to the new group; in both for 12.3"), "{text}");
     }
 
     #[test]

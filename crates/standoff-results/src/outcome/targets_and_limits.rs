@@ -1,4 +1,4 @@
-//! Goals, limits and bounds of the metrics, and remarks that explain unusual values.
+//! Goals, limits and bounds of the metrics, and lines that explain their values.
 
 use standoff::Margin;
 use standoff_sim::scenario::Settings;
@@ -18,103 +18,136 @@ pub(super) const PAPERS_LAW: &str = "paper's law: same scenario, initial positio
                                      published adds a squared distance to a length (an erratum), so that orbits jump \
                                      to r_d,max whenever members change";
 
-/// Returns the desired values of a metric: a goal (closer is better), a limit (must not be exceeded) or a bound (cannot
+/// Returns the desired value of a metric: a goal (closer is better), a limit (must not be exceeded) or a bound (cannot
 /// be exceeded). Empty if none is known.
 pub(super) fn target(metric: &str, settings: &Settings) -> String {
-    let sensor = &settings.team.track.sensor;
-    let half_deg = 0.5 * sensor.field_of_view_rad.to_degrees();
     match metric {
         "custody_fraction" | "in_view_fraction" | "reacquired_fraction" => "goal 100".to_owned(),
-        "off_boresight_mean_deg" | "off_boresight_max_deg" => format!("limit {half_deg:.0}: half the field of view"),
-        "position_error_m" | "position_error_single_uav_m" | "position_error_multi_uav_m" => {
-            let (range_m, bearing_deg) = (settings.noise.range_sd_m, settings.noise.bearing_sd_rad.to_degrees());
-            format!("small (one scan: {range_m} m, {bearing_deg:.0} deg)")
+        "off_boresight_mean_deg" | "off_boresight_max_deg" => {
+            format!("limit {:.0}", 0.5 * settings.team.track.sensor.field_of_view_rad.to_degrees())
         }
-        "velocity_error_m_s" | "reacquisition_time_s" | "turn_reversals_per_min" | "reassignments_per_uav_min" => {
-            "small".to_owned()
-        }
-        "commit_lag_s" | "commit_lag_max_s" | "sent_bytes_per_s" | "sent_bytes_per_s_max" => "small".to_owned(),
-        "separation_min_m" => "altitudes may differ".to_owned(),
         "separation_min_same_altitude_m" => {
-            format!("limit {:.0}: UAVs at one altitude", close_m(settings))
-        }
-        "avoidance_time_s" => "small".to_owned(),
-        "turn_rate_saturated_fraction" => {
-            format!("small; the limit is {:.2} rad/s", settings.team.uav.turn_rate_max_rad_s)
-        }
-        "speed_saturated_fraction" => {
-            let uav = &settings.team.uav;
-            let bounds_m_s = [-1.0, 1.0].map(|sign| uav.speed_m_s + sign * uav.speed_change_max_m_s);
-            format!("small; the limits are {} and {} m/s", bounds_m_s[0], bounds_m_s[1])
+            settings.team.separation.map_or_else(String::new, |least| format!("limit {:.0}", least.horizontal_min_m))
         }
         "anees" | "anees_nonmanoeuvring" | "anees_manoeuvring" | "nis" => "goal 1".to_owned(),
         "position_crlb_ratio" | "velocity_crlb_ratio" => "bound 1".to_owned(),
-        "handoffs" | "removals" => String::new(),
-        name if name.contains("surprise") => "lower bound of the standoff error".to_owned(),
+        "handoffs"
+        | "removals"
+        | "standoff_distance_m"
+        | "separation_min_m"
+        | "separation_min_same_group_m"
+        | "orbit_prediction_error_m_settled"
+        | "own_orbit_prediction_error_m_settled" => String::new(),
+        "position_error_m"
+        | "position_error_single_uav_m"
+        | "position_error_multi_uav_m"
+        | "velocity_error_m_s"
+        | "reacquisition_time_s"
+        | "turn_rate_saturated_fraction"
+        | "speed_saturated_fraction"
+        | "turn_reversals_per_min"
+        | "reassignments_per_uav_min"
+        | "avoidance_time_s"
+        | "commit_lag_s"
+        | "commit_lag_max_s"
+        | "sent_bytes_per_s"
+        | "sent_bytes_per_s_max" => "small".to_owned(),
         _ => "goal 0".to_owned(),
     }
 }
 
-/// Returns the minimum distance of two UAVs at one altitude, m.
-fn close_m(settings: &Settings) -> f64 {
-    settings.team.separation.map_or(CLOSE_M, |separation| separation.horizontal_min_m)
+/// Returns one line that prevents a misreading of a metric; `None` if its label is clear.
+pub(super) fn meaning(metric: &str, value: f64, settings: &Settings) -> Option<String> {
+    let uav = &settings.team.uav;
+    let text = match metric {
+        "in_view_fraction" => "in a group or not",
+        "custody_fraction" => "in a group and in some UAV's view",
+        "member_out_of_view_fraction" if value > 0.0 => "targets that are in a group, but in no UAV's view",
+        "off_boresight_max_deg" => "worst moment of one UAV; the limit is half its field of view",
+        "position_error_m" => {
+            let (range_m, bearing_deg) = (settings.noise.range_sd_m, settings.noise.bearing_sd_rad.to_degrees());
+            if range_m == 0.0 {
+                return None;
+            }
+            return Some(format!(
+                "of group members; a single measurement has {range_m} m in range, {bearing_deg:.0}\u{b0} in bearing"
+            ));
+        }
+        "anees" | "anees_nonmanoeuvring" => {
+            "squared error relative to the filter's own covariance; above 1: less accurate than it assumes"
+        }
+        "position_crlb_ratio" => "relative to the Cramer-Rao bound: no unbiased filter is below 1",
+        "standoff_error_own_estimate_m" => "relative to the orbit that the UAVs estimate, which may itself be wrong",
+        "orbit_prediction_error_m_settled" => "part of the standoff error that no guidance law can avoid",
+        "phase_error_deg" => "deviation from the desired angle between UAVs on one orbit",
+        "infeasible_fraction" if value > 0.0 => "no orbit within the limits covers the whole group",
+        "turn_rate_saturated_fraction" => return Some(format!("the limit is {:.2} rad/s", uav.turn_rate_max_rad_s)),
+        "speed_saturated_fraction" => {
+            let [low_m_s, high_m_s] = [-1.0, 1.0].map(|sign| uav.speed_m_s + sign * uav.speed_change_max_m_s);
+            return Some(format!("the limits are {low_m_s} and {high_m_s} m/s"));
+        }
+        "separation_min_m" => "horizontal distance of any two UAVs; their altitudes may differ",
+        "duplicate_coverage_fraction" if value > 0.0 => {
+            "two groups that both have UAVs contain the target, outside a handoff too"
+        }
+        _ => return None,
+    };
+    Some(text.to_owned())
 }
 
-/// Returns remarks that explain values that could be mistaken for a failure.
-pub(super) fn notes(
-    metrics: &SelectedMetrics,
-    events: &Events,
-    settings: &Settings,
-    is_shown: impl Fn(&str) -> bool,
-) -> Vec<String> {
-    let get = |metric: &str| metrics.get(metric).flatten().filter(|_| is_shown(metric));
+/// Returns remarks that explain values that could be mistaken for a failure, each with the metric that it concerns.
+pub(super) fn remarks(metrics: &SelectedMetrics, events: &Events, settings: &Settings) -> Vec<(&'static str, String)> {
+    let get = |metric: &str| metrics.get(metric).flatten();
     let mut remarks = Vec::new();
-    if settings.team.group.margin == Margin::Mahalanobis {
-        let remedy = "--set orbit.margin=standard-deviations";
-        remarks.push(format!("r_d jumps: margin (16) is not a length (an erratum); use {remedy}"));
-    }
-    if let Some(closest_m) = get("separation_min_same_altitude_m").filter(|closest_m| *closest_m < close_m(settings)) {
-        let required = match settings.team.separation {
-            Some(separation) => format!("the required minimum is {} m", separation.horizontal_min_m),
-            None => "the scenario sets no minimum separation".to_owned(),
-        };
-        remarks.push(format!("two UAVs at one altitude came within {closest_m:.0} m; {required}"));
-    }
     let is_custody_complete = get("custody_fraction").is_none_or(|share| share >= 1.0);
     if events.count("uav-timeout") > 0 && !is_custody_complete {
-        let what = "UAVs were out of service (uav-timeout below)";
-        remarks.push(format!("{what}: targets that only they could see count as out of view"));
+        let what =
+            "UAVs were out of service (uav-timeout below): targets that only they could see count as out of view";
+        remarks.push(("custody_fraction", what.to_owned()));
     }
     if events.count("removed") > 0 && !is_custody_complete {
-        let what = "custody_fraction, in_view_fraction and longest_out_of_view_s include removed targets";
-        remarks.push(format!("{what}; the events below give the reasons"));
+        remarks.push(("custody_fraction", "includes removed targets; the events below give the reasons".to_owned()));
+    }
+    if settings.team.group.margin == Margin::Mahalanobis {
+        let remedy = "--set orbit.margin=standard-deviations";
+        let what = format!("r_d jumps because margin (16) is not a length (an erratum); use {remedy}");
+        remarks.push(("standoff_error_m", what));
     }
     let changes = events.count("removed") + events.count("handoff-completed");
     if changes > 0 && get("standoff_error_m_settled").is_some_and(|error_m| error_m > UNSETTLED_M) {
-        remarks.push(format!(
-            "standoff errors include transitions to another orbit, as after handoffs and removals ({changes} here)"
-        ));
+        let what = format!("includes transitions to another orbit after handoffs and removals ({changes} here)");
+        remarks.push(("standoff_error_m_settled", what));
     }
     let half_deg = 0.5 * settings.team.track.sensor.field_of_view_rad.to_degrees();
     if get("off_boresight_max_deg").is_some_and(|worst_deg| worst_deg > half_deg) {
-        let what = "off_boresight_max_deg exceeds half the field of view for one UAV";
-        remarks.push(format!("{what}; member_out_of_view_fraction counts targets that no UAV had in view"));
+        let what = "above the limit for one UAV; another UAV may have had the target in view (group-member time above)";
+        remarks.push(("off_boresight_max_deg", what.to_owned()));
     }
-    let quiet = get("anees_nonmanoeuvring").or(get("anees")).filter(|anees| !CONSISTENT.contains(anees));
-    if let Some(anees) = quiet {
+    let closest_m = get("separation_min_same_altitude_m").unwrap_or(f64::INFINITY);
+    if closest_m < settings.team.separation.map_or(CLOSE_M, |separation| separation.horizontal_min_m) {
+        let required = match settings.team.separation {
+            Some(separation) => format!("the required minimum is {} m", separation.horizontal_min_m),
+            None => "the scenario sets no minimum (see [separation])".to_owned(),
+        };
+        let what = format!("two UAVs at one altitude came within {closest_m:.0} m; {required}");
+        remarks.push(("separation_min_same_altitude_m", what));
+    }
+    let consistency = ["anees_nonmanoeuvring", "anees"].into_iter().find_map(|name| Some((name, get(name)?)));
+    if let Some((name, anees)) = consistency.filter(|(_, anees)| !CONSISTENT.contains(anees)) {
         let assumed = settings.team.track.target.acceleration_sd_m_s2;
         let wider = settings.model.filter(|model| model.acceleration_sd_m_s2 < assumed);
-        remarks.push(match (wider, anees < 1.0) {
+        let what = match (wider, anees < 1.0) {
             (Some(model), true) => format!(
-                "anees below 1: the filter assumes accelerations of {assumed} m/s2, non-manoeuvring targets have {}",
+                "below 1: the filter assumes accelerations of {assumed} m/s2, non-manoeuvring targets have {}",
                 model.acceleration_sd_m_s2
             ),
-            (_, true) => "anees below 1: the estimates are more accurate than the filter assumes".to_owned(),
-            (_, false) => "anees above 1: the estimates are less accurate than the filter assumes".to_owned(),
-        });
+            (_, true) => "below 1: the estimates are more accurate than the filter assumes".to_owned(),
+            (_, false) => "above 1: the estimates are less accurate than the filter assumes".to_owned(),
+        };
+        remarks.push((name, what));
     }
     if get("anees_manoeuvring").is_some_and(|anees| !CONSISTENT.contains(&anees)) {
-        remarks.push("anees_manoeuvring: the filter's target model does not include manoeuvres".to_owned());
+        remarks.push(("anees_manoeuvring", "the filter's target model does not include manoeuvres".to_owned()));
     }
     remarks
 }

@@ -85,8 +85,8 @@ pub(super) fn geofence(zones: &[resolved::Zone], problems: &mut Problems) -> Geo
             );
             continue;
         }
-        if let Some(corner) = zone.vertices.iter().position(|point| point.len() != 2) {
-            problems.add(format!("geofence.{place}.vertices.{corner}"), "must be [east, north], m", None);
+        if let Some(vertex) = zone.vertices.iter().position(|point| point.len() != 2) {
+            problems.add(format!("geofence.{place}.vertices.{vertex}"), "must be [east, north], m", None);
             continue;
         }
         let outline = zone.vertices.iter().map(|point| Position::from_m(point[0], point[1])).collect();
@@ -94,7 +94,7 @@ pub(super) fn geofence(zones: &[resolved::Zone], problems: &mut Problems) -> Geo
         // Each zone is checked separately to locate its error.
         if let Err(error) = Geofence::new(vec![zone.clone()]) {
             let key = match error.vertex {
-                Some(corner) => format!("geofence.{place}.vertices.{corner}"),
+                Some(vertex) => format!("geofence.{place}.vertices.{vertex}"),
                 None => format!("geofence.{place}.vertices"),
             };
             problems.add(key, error.reason, None);
@@ -220,8 +220,8 @@ fn zones(table: &schema_types::Zone, polygons: Vec<(String, Rings)>) -> Result<V
             let outline = ring.iter().map(|[x_m, y_m]| Position::from_m(*x_m, *y_m)).collect();
             let checked = Zone { name: String::new(), kind: kind.into(), vertices: outline };
             Geofence::new(vec![checked]).map_err(|error| {
-                let corner = error.vertex.map_or(String::new(), |corner| format!(", corner {}", corner + 1));
-                format!("polygon {}{corner}: {}", all.len() + 1, error.reason)
+                let vertex = error.vertex.map_or(String::new(), |vertex| format!(", vertex {vertex}"));
+                format!("polygon {}{vertex}: {}", all.len(), error.reason)
             })?;
             let points = ring.iter().map(|point| point.map(Number::Constant).to_vec()).collect();
             all.push(schema_types::Zone { name: name.clone(), file: String::new(), kind, vertices: points });
@@ -283,7 +283,7 @@ mod tests {
         let bow = "[[geofence]]\nvertices = [[0, 0], [100, 100], [100, 0], [0, 100]]";
         assert_eq!(
             error(bow),
-            "mine:2:13: geofence.0.vertices.0: the side from here crosses or touches the side from corner 3; an outline must not cross \
+            "mine:2:13: geofence.0.vertices.0: the side from here crosses or touches the side from vertex 2; an outline must not cross \
              itself"
         );
         assert!(error("[[geofence]]\nvertices = [[0, 0], [100, 100], [5]]").contains("must be [east, north], m"));
@@ -310,8 +310,8 @@ mod tests {
             |kind: &str| of_toml(&format!("[[geofence]]\nkind = \"{kind}\"\nfile = \"z.geojson\""), folder.path());
         write(&[feature("a", ring), feature("b", hole)].join(","));
         let scenario = of_kind("keep-out").unwrap();
-        let corners: Vec<usize> = scenario.settings.geofence.zones().map(|zone| zone.vertices.len()).collect();
-        assert_eq!(corners, [4, 3]);
+        let vertices: Vec<usize> = scenario.settings.geofence.zones().map(|zone| zone.vertices.len()).collect();
+        assert_eq!(vertices, [4, 3]);
         // The resolved scenario needs no file.
         let resolved = scenario.resolved().unwrap();
         assert!(!resolved.contains("geojson"), "{resolved}");

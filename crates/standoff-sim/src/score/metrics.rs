@@ -22,8 +22,12 @@ pub enum WorseDirection {
 pub struct MetricInfo {
     /// Name of the metric.
     pub name: &'static str,
+    /// Section of the results table that shows the metric.
+    pub section: &'static str,
     /// Short label for users.
     pub label: &'static str,
+    /// True if the values of single runs are whole numbers.
+    pub is_count: bool,
     /// Worse direction of the metric, `None` if it has no preferred one: a consistent filter has an `anees` of 1, and
     /// fewer handoffs may be good or bad.
     pub worse: Option<WorseDirection>,
@@ -51,7 +55,7 @@ impl MetricInfo {
     /// percent.
     #[must_use]
     pub fn unit(metric: &str) -> (&'static str, f64) {
-        let plain = metric.strip_suffix("_settled").unwrap_or(metric);
+        let plain = metric.trim_end_matches("_settled").trim_end_matches("_max");
         let (_, unit, factor) = UNITS.iter().find(|(end, ..)| plain.ends_with(end)).copied().unwrap_or_default();
         (unit, factor)
     }
@@ -63,56 +67,67 @@ impl MetricInfo {
     }
 }
 
-/// Defines the metrics in one order: their fields, names, labels and the serialisation of the selected ones.
+/// Defines the metrics in one order, in sections: their fields, names, labels and the serialisation of the selected
+/// ones.
 macro_rules! metrics {
     ($(#[$struct_doc:meta])* $name:ident {
-        $($(#[$doc:meta])* $field:ident: $type:ty, $words:literal, $bad:expr, $interest:literal, $needs:expr;)*
+        $($section:literal {
+            $($(#[$doc:meta])* $field:ident: $type:ident, $label:literal, $worse:expr, $interest:literal, $needs:expr;)*
+        })*
     }) => {
         $(#[$struct_doc])*
         #[derive(Debug, Clone, Copy, PartialEq)]
-        pub struct $name { $($(#[$doc])* pub $field: Option<$type>,)* }
+        pub struct $name { $($($(#[$doc])* pub $field: Option<$type>,)*)* }
 
         impl $name {
             /// All names, in the order of [`Self::values`].
-            pub const NAMES: &'static [&'static str] = &[$(stringify!($field)),*];
+            pub const NAMES: &'static [&'static str] = &[$($(stringify!($field),)*)*];
 
             /// Information about every metric, in the same order.
-            pub const ABOUT: &'static [MetricInfo] = &[$(
-                MetricInfo { name: stringify!($field), label: $words, worse: $bad, interest: $interest }
-            ),*];
+            pub const ABOUT: &'static [MetricInfo] = &[$($(
+                MetricInfo {
+                    name: stringify!($field),
+                    section: $section,
+                    label: $label,
+                    is_count: matches!(stringify!($type).as_bytes(), b"u64"),
+                    worse: $worse,
+                    interest: $interest,
+                },
+            )*)*];
 
             /// All values, in the order of [`Self::NAMES`].
             pub fn values(&self) -> [Option<f64>; Self::NAMES.len()] {
-                [$(self.$field.map(|value| value as f64)),*]
+                [$($(self.$field.map(|value| value as f64),)*)*]
             }
 
             /// Sets the metrics to `None` that need data the controller does not report.
             pub(super) fn only_by(mut self, reported: ReportedTables) -> Self {
-                $(self.$field = self.$field.filter(|_| reported.has($needs));)*
+                $($(self.$field = self.$field.filter(|_| reported.has($needs));)*)*
                 self
             }
 
             /// Replaces the metrics that depend on tracks or groups by the weighted means of `others`.
             pub(super) fn averaged(mut self, others: &[(Self, u64)]) -> Self {
-                $(if is_of_picture($needs) {
+                $($(if needs_team_state($needs) {
                     let values = others.iter().filter_map(|(of, times)| Some((of.$field? as f64, *times)));
                     self.$field = mean::weighted(values).map(|value| value as $type);
-                })*
+                })*)*
                 self
             }
 
             /// Names of the metrics that depend on tracks or groups.
-            fn of_pictures() -> impl Iterator<Item = &'static str> {
-                [$((stringify!($field), $needs)),*].into_iter().filter(|(_, needs)| is_of_picture(*needs)).map(|(name, _)| name)
+            fn of_team_states() -> impl Iterator<Item = &'static str> {
+                let all = [$($((stringify!($field), $needs),)*)*];
+                all.into_iter().filter(|(_, needs)| needs_team_state(*needs)).map(|(name, _)| name)
             }
         }
 
         impl Serialize for SelectedMetrics {
             fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
                 let mut map = serializer.serialize_map(None)?;
-                $(if self.choice.includes(&[stringify!($field)]) {
+                $($(if self.choice.includes(&[stringify!($field)]) {
                     map.serialize_entry(stringify!($field), &self.metrics.$field)?;
-                })*
+                })*)*
                 map.end()
             }
         }
@@ -131,7 +146,7 @@ const BOTH: ReportedTables = ReportedTables { tracks: true, groups: true, ..NOTH
 const EVENTS: ReportedTables = ReportedTables { events: true, ..NOTHING };
 
 /// True if a metric depends on tracks or groups, and hence on the team state of one agent.
-fn is_of_picture(needs: ReportedTables) -> bool {
+fn needs_team_state(needs: ReportedTables) -> bool {
     needs.tracks || needs.groups
 }
 
@@ -139,120 +154,132 @@ metrics! {
     /// Scores of a run, defined in `docs/metrics.md`. A value is `None` if it was not selected or if nothing could be
     /// measured, for example the phase error of a single UAV.
     Metrics {
-        /// Fraction of target time in custody (in a group and in some UAV's view), 0 to 1.
-        custody_fraction: f64, "target time in custody (in a group and in view)", SMALL, 0.01, BOTH;
-        /// Fraction of target time in some UAV's view, in a group or not, 0 to 1.
-        in_view_fraction: f64, "target time in view of any UAV", SMALL, 0.01, NOTHING;
-        /// Longest uninterrupted time that an existing target was out of view, s.
-        longest_out_of_view_s: f64, "longest time a target was out of view", LARGE, 1.0, NOTHING;
-        /// Fraction of target losses after which the target came back into custody, 0 to 1.
-        reacquired_fraction: f64, "lost targets reacquired", SMALL, 0.02, BOTH;
-        /// Mean time from such a loss until the target is in custody again, reacquired targets only, s.
-        reacquisition_time_s: f64, "time to reacquire a lost target", LARGE, 5.0, BOTH;
-        /// Mean position error of the estimates of group members, m.
-        position_error_m: f64, "position error", LARGE, 0.1, BOTH;
-        /// Mean position error of members of groups with one assigned UAV, m.
-        position_error_single_uav_m: f64, "position error, groups with one UAV", LARGE, 0.1, BOTH;
-        /// Mean position error of members of groups with two or more assigned UAVs, m.
-        position_error_multi_uav_m: f64, "position error, groups with two or more UAVs", LARGE, 0.1, BOTH;
-        /// Mean velocity error of the estimates of group members, m/s.
-        velocity_error_m_s: f64, "velocity error", LARGE, 0.05, BOTH;
-        /// Mean position error of all tracked targets, m.
-        position_error_all_m: f64, "position error of all tracks", LARGE, 0.5, TRACKS;
-        /// Standoff distance r_d (15) from the agents' estimates, m.
-        standoff_distance_m: f64, "desired standoff distance", NEITHER, 5.0, GROUPS;
-        /// |r - r_d| with the true target positions, m.
-        standoff_error_m: f64, "standoff error (truth)", LARGE, 0.5, BOTH;
-        /// |r - r_d| with the agents' own estimate of the centre and of (15), m.
-        standoff_error_own_estimate_m: f64, "standoff error (own estimate)", LARGE, 0.5, GROUPS;
-        /// `standoff_error_m` from `transient_s` on.
-        standoff_error_m_settled: f64, "standoff error (truth), steady state", LARGE, 0.5, BOTH;
-        /// `standoff_error_own_estimate_m` from `transient_s` on.
-        standoff_error_own_estimate_m_settled: f64, "standoff error (own estimate), steady state", LARGE, 0.5, GROUPS;
-        /// `standoff_error_m_settled` relative to the unfiltered orbit of the time step, without motion limits.
-        standoff_error_unfiltered_m_settled: f64, "standoff error (truth, unfiltered), steady state", LARGE, 0.5, BOTH;
-        /// Deviation from the desired phase, degrees.
-        phase_error_deg: f64, "phase error", LARGE, 0.5, BOTH;
-        /// Largest off-boresight angle of the group members of a UAV, mean over time and UAVs, degrees.
-        off_boresight_mean_deg: f64, "off-boresight angle of the outermost member, mean", LARGE, 0.5, BOTH;
-        /// Maximum of those angles.
-        off_boresight_max_deg: f64, "off-boresight angle of the outermost member, maximum", LARGE, 1.0, BOTH;
-        /// Fraction of group-member time out of view, 0 to 1.
-        member_out_of_view_fraction: f64, "group-member time out of view", LARGE, 0.001, BOTH;
-        /// Longest uninterrupted time that a group member was out of view, s.
-        member_longest_out_of_view_s: f64, "longest time a group member was out of view", LARGE, 0.5, BOTH;
-        /// Fraction of target time in no group, 0 to 1.
-        ungrouped_fraction: f64, "target time in no group", LARGE, 0.01, BOTH;
-        /// Fraction of UAV time without a feasible orbit, 0 to 1.
-        infeasible_fraction: f64, "UAV time without a feasible orbit", LARGE, 0.01, GROUPS;
-        /// Fraction of UAV time with the turn rate at its limit, 0 to 1.
-        turn_rate_saturated_fraction: f64, "UAV time with turn rate at its limit", LARGE, 0.01, NOTHING;
-        /// Fraction of UAV time with a pointed sensor in which the law commands a speed outside the limits, 0 to 1.
-        speed_saturated_fraction: f64, "UAV time with speed at a limit", LARGE, 0.01, NOTHING;
-        /// Reversals of the turn direction per UAV and minute.
-        turn_reversals_per_min: f64, "turn reversals per UAV and minute", LARGE, 0.5, NOTHING;
-        /// Changes of the assigned group per UAV and minute.
-        reassignments_per_uav_min: f64, "reassignments per UAV and minute", LARGE, 0.05, GROUPS;
-        /// Smallest horizontal distance between any two UAVs, m.
-        separation_min_m: f64, "minimum separation", SMALL, 10.0, NOTHING;
-        /// Smallest horizontal distance between two UAVs at the same altitude, m.
-        separation_min_same_altitude_m: f64, "minimum separation at the same altitude", SMALL, 10.0, NOTHING;
-        /// Smallest horizontal distance between two UAVs assigned to the same group, m.
-        separation_min_same_group_m: f64, "minimum separation within a group", SMALL, 10.0, GROUPS;
-        /// Number of times that two UAVs violated both minima of `[separation]`, or 50 m and 30 m by default.
-        separation_violations: u64, "separation violations", LARGE, 0.1, NOTHING;
-        /// Total time that UAVs spent on collision avoidance, s.
-        avoidance_time_s: f64, "UAV time spent on collision avoidance", LARGE, 5.0, NOTHING;
-        /// Number of times that a UAV entered a keep-out zone or left a keep-in zone. `None` without zones.
-        zone_violations: u64, "geofence violations", LARGE, 0.1, NOTHING;
-        /// Fraction of UAV time in which the geofence changed the flown command, 0 to 1. `None` without zones.
-        geofence_detour_fraction: f64, "UAV time on geofence detours", LARGE, 0.01, NOTHING;
-        /// Completed handoffs.
-        handoffs: u64, "completed handoffs", NEITHER, 0.1, EVENTS;
-        /// Targets removed from a group because no orbit could cover them.
-        removals: u64, "targets removed from groups", NEITHER, 0.1, EVENTS;
-        /// Fraction of time steps at which two or more agents disagree about the assignments, 0 to 1.
-        assignment_disagreement_fraction: f64, "time with disagreement about assignments", LARGE, 0.01, NOTHING;
-        /// Time from the end of the last fault to the last time step with such a disagreement, s.
-        reconvergence_time_s: f64, "time to agree after the last fault", LARGE, 1.0, NOTHING;
-        /// Fraction of target time in two groups simultaneously that both have assigned UAVs, 0 to 1.
-        duplicate_coverage_fraction: f64, "target time covered by two groups", LARGE, 0.01, NOTHING;
-        /// Mean delay between a time step and its commit, s.
-        commit_lag_s: f64, "commit delay, mean", LARGE, 1.0, NOTHING;
-        /// Maximum of these delays.
-        commit_lag_max_s: f64, "commit delay, maximum", LARGE, 1.0, NOTHING;
-        /// Mean data rate sent per UAV, bytes/s.
-        sent_bytes_per_s: f64, "data rate sent per UAV, mean", LARGE, 50.0, NOTHING;
-        /// Data rate of the UAV that sends most, bytes/s.
-        sent_bytes_per_s_max: f64, "data rate sent per UAV, maximum", LARGE, 50.0, NOTHING;
-        /// Agent time steps whose team state contains more information than the reports provide, each counted once.
-        /// Must be 0.
-        double_counted_steps: u64, "team states with double-counted information", LARGE, 0.1, NOTHING;
-        /// Average normalised estimation error squared of group members, divided by the number of random states; 1 is
-        /// consistent.
-        anees: f64, "ANEES of group members (1 = consistent)", NEITHER, 0.05, BOTH;
-        /// `anees` of the targets that never manoeuvre, if the scenario has manoeuvring targets.
-        anees_nonmanoeuvring: f64, "ANEES, targets without manoeuvres (1 = consistent)", NEITHER, 0.05, BOTH;
-        /// `anees` of the targets that manoeuvre.
-        anees_manoeuvring: f64, "ANEES, manoeuvring targets (1 = consistent)", NEITHER, 0.05, BOTH;
-        /// Part of `standoff_error_m_settled` that no guidance law can predict, m.
-        orbit_prediction_error_m_settled: f64, "one-step orbit prediction error (truth)", NEITHER, 0.2, BOTH;
-        /// Part of `standoff_error_own_estimate_m_settled` that no guidance law can predict, m.
-        own_orbit_prediction_error_m_settled: f64, "one-step orbit prediction error (own estimate)", NEITHER, 0.2, BOTH;
-        /// Normalised innovation squared, divided by the number of measured values; 1 is consistent.
-        nis: f64, "NIS (1 = consistent)", NEITHER, 0.02, TRACKS;
-        /// Root-mean-square position error of group members divided by its Cramer-Rao bound.
-        position_crlb_ratio: f64, "position error / Cramer-Rao bound", NEITHER, 0.01, BOTH;
-        /// Root-mean-square velocity error of group members divided by its Cramer-Rao bound.
-        velocity_crlb_ratio: f64, "velocity error / Cramer-Rao bound", NEITHER, 0.01, BOTH;
-        /// Mean squared position error of group members, m2.
-        position_squared_error_m2: f64, "mean squared position error", NEITHER, 1.0, BOTH;
-        /// Mean of its Cramer-Rao bound over the same samples, m2.
-        position_crlb_m2: f64, "Cramer-Rao bound of the position", NEITHER, 1.0, BOTH;
-        /// Mean squared velocity error of group members, m2/s2.
-        velocity_squared_error_m2_s2: f64, "mean squared velocity error", NEITHER, 0.1, BOTH;
-        /// Mean of its Cramer-Rao bound over the same samples, m2/s2.
-        velocity_crlb_m2_s2: f64, "Cramer-Rao bound of the velocity", NEITHER, 0.1, BOTH;
+        "Custody" {
+            /// Fraction of target time in custody (in a group and in some UAV's view), 0 to 1.
+            custody_fraction: f64, "target time in custody", SMALL, 0.01, BOTH;
+            /// Fraction of target time in some UAV's view, in a group or not, 0 to 1.
+            in_view_fraction: f64, "target time in view of a UAV", SMALL, 0.01, NOTHING;
+            /// Longest uninterrupted time that an existing target was out of view, s.
+            longest_out_of_view_s: f64, "longest time a target was out of view", LARGE, 1.0, NOTHING;
+            /// Fraction of target time in no group, 0 to 1.
+            ungrouped_fraction: f64, "target time in no group", LARGE, 0.01, BOTH;
+            /// Fraction of group-member time out of view, 0 to 1.
+            member_out_of_view_fraction: f64, "group-member time out of view", LARGE, 0.001, BOTH;
+            /// Longest uninterrupted time that a group member was out of view, s.
+            member_longest_out_of_view_s: f64, "longest time a group member was out of view", LARGE, 0.5, BOTH;
+            /// Fraction of target losses after which the target came back into custody, 0 to 1.
+            reacquired_fraction: f64, "lost targets reacquired", SMALL, 0.02, BOTH;
+            /// Mean time from such a loss until the target is in custody again, reacquired targets only, s.
+            reacquisition_time_s: f64, "time to reacquire a lost target", LARGE, 5.0, BOTH;
+            /// Largest off-boresight angle of the group members of a UAV, mean over time and UAVs, degrees.
+            off_boresight_mean_deg: f64, "outermost member's off-boresight angle, mean", LARGE, 0.5, BOTH;
+            /// Maximum of those angles.
+            off_boresight_max_deg: f64, "outermost member's off-boresight angle, maximum", LARGE, 1.0, BOTH;
+        }
+        "Estimation" {
+            /// Mean position error of the estimates of group members, m.
+            position_error_m: f64, "position error", LARGE, 0.1, BOTH;
+            /// Mean position error of members of groups with one assigned UAV, m.
+            position_error_single_uav_m: f64, "position error, groups with one UAV", LARGE, 0.1, BOTH;
+            /// Mean position error of members of groups with two or more assigned UAVs, m.
+            position_error_multi_uav_m: f64, "position error, groups with two or more UAVs", LARGE, 0.1, BOTH;
+            /// Mean velocity error of the estimates of group members, m/s.
+            velocity_error_m_s: f64, "velocity error", LARGE, 0.05, BOTH;
+            /// Mean position error of all tracked targets, m.
+            position_error_all_m: f64, "position error of all tracks", LARGE, 0.5, TRACKS;
+            /// Average normalised estimation error squared of group members, divided by the number of random states; 1 is
+            /// consistent.
+            anees: f64, "ANEES of group members", NEITHER, 0.05, BOTH;
+            /// `anees` of the targets that never manoeuvre, if the scenario has manoeuvring targets.
+            anees_nonmanoeuvring: f64, "ANEES, targets without manoeuvres", NEITHER, 0.05, BOTH;
+            /// `anees` of the targets that manoeuvre.
+            anees_manoeuvring: f64, "ANEES, manoeuvring targets", NEITHER, 0.05, BOTH;
+            /// Normalised innovation squared, divided by the number of measured values; 1 is consistent.
+            nis: f64, "NIS", NEITHER, 0.02, TRACKS;
+            /// Root-mean-square position error of group members divided by its Cramer-Rao bound.
+            position_crlb_ratio: f64, "position error / Cramer-Rao bound", NEITHER, 0.01, BOTH;
+            /// Root-mean-square velocity error of group members divided by its Cramer-Rao bound.
+            velocity_crlb_ratio: f64, "velocity error / Cramer-Rao bound", NEITHER, 0.01, BOTH;
+            /// Mean squared position error of group members, m2.
+            position_squared_error_m2: f64, "mean squared position error", NEITHER, 1.0, BOTH;
+            /// Mean of its Cramer-Rao bound over the same samples, m2.
+            position_crlb_m2: f64, "Cramer-Rao bound of the position", NEITHER, 1.0, BOTH;
+            /// Mean squared velocity error of group members, m2/s2.
+            velocity_squared_error_m2_s2: f64, "mean squared velocity error", NEITHER, 0.1, BOTH;
+            /// Mean of its Cramer-Rao bound over the same samples, m2/s2.
+            velocity_crlb_m2_s2: f64, "Cramer-Rao bound of the velocity", NEITHER, 0.1, BOTH;
+        }
+        "Guidance" {
+            /// Standoff distance r_d (15) from the agents' estimates, m.
+            standoff_distance_m: f64, "desired standoff distance", NEITHER, 5.0, GROUPS;
+            /// |r - r_d| with the true target positions, m.
+            standoff_error_m: f64, "standoff error", LARGE, 0.5, BOTH;
+            /// |r - r_d| with the agents' own estimate of the centre and of (15), m.
+            standoff_error_own_estimate_m: f64, "standoff error (own estimate)", LARGE, 0.5, GROUPS;
+            /// `standoff_error_m` from `transient_s` on.
+            standoff_error_m_settled: f64, "standoff error, steady state", LARGE, 0.5, BOTH;
+            /// `standoff_error_own_estimate_m` from `transient_s` on.
+            standoff_error_own_estimate_m_settled: f64, "standoff error (own estimate), steady state", LARGE, 0.5, GROUPS;
+            /// `standoff_error_m_settled` relative to the unfiltered orbit of the time step, without motion limits.
+            standoff_error_unfiltered_m_settled: f64, "standoff error (unfiltered orbit), steady state", LARGE, 0.5, BOTH;
+            /// Part of `standoff_error_m_settled` that no guidance law can predict, m.
+            orbit_prediction_error_m_settled: f64, "one-step orbit prediction error", NEITHER, 0.2, BOTH;
+            /// Part of `standoff_error_own_estimate_m_settled` that no guidance law can predict, m.
+            own_orbit_prediction_error_m_settled: f64, "one-step orbit prediction error (own estimate)", NEITHER, 0.2, BOTH;
+            /// Deviation from the desired phase, degrees.
+            phase_error_deg: f64, "phase error", LARGE, 0.5, BOTH;
+            /// Fraction of UAV time without a feasible orbit, 0 to 1.
+            infeasible_fraction: f64, "UAV time without a feasible orbit", LARGE, 0.01, GROUPS;
+            /// Fraction of UAV time with the turn rate at its limit, 0 to 1.
+            turn_rate_saturated_fraction: f64, "UAV time with the turn rate at its limit", LARGE, 0.01, NOTHING;
+            /// Fraction of UAV time with a pointed sensor in which the law commands a speed outside the limits, 0 to 1.
+            speed_saturated_fraction: f64, "UAV time with the speed at a limit", LARGE, 0.01, NOTHING;
+            /// Reversals of the turn direction per UAV and minute.
+            turn_reversals_per_min: f64, "turn reversals per UAV and minute", LARGE, 0.5, NOTHING;
+        }
+        "Separation and geofences" {
+            /// Smallest horizontal distance between any two UAVs, m.
+            separation_min_m: f64, "minimum separation", SMALL, 10.0, NOTHING;
+            /// Smallest horizontal distance between two UAVs at the same altitude, m.
+            separation_min_same_altitude_m: f64, "minimum separation at the same altitude", SMALL, 10.0, NOTHING;
+            /// Smallest horizontal distance between two UAVs assigned to the same group, m.
+            separation_min_same_group_m: f64, "minimum separation within a group", SMALL, 10.0, GROUPS;
+            /// Number of times that two UAVs violated both minima of `[separation]`, or 50 m and 30 m by default.
+            separation_violations: u64, "separation violations", LARGE, 0.1, NOTHING;
+            /// Total time that UAVs spent on collision avoidance, s.
+            avoidance_time_s: f64, "UAV time spent on collision avoidance", LARGE, 5.0, NOTHING;
+            /// Number of times that a UAV entered a keep-out zone or left a keep-in zone. `None` without zones.
+            zone_violations: u64, "geofence violations", LARGE, 0.1, NOTHING;
+            /// Fraction of UAV time in which the geofence changed the flown command, 0 to 1. `None` without zones.
+            geofence_detour_fraction: f64, "UAV time on geofence detours", LARGE, 0.01, NOTHING;
+        }
+        "Coordination" {
+            /// Completed handoffs.
+            handoffs: u64, "completed handoffs", NEITHER, 0.1, EVENTS;
+            /// Targets removed from a group because no orbit could cover them.
+            removals: u64, "targets removed from groups", NEITHER, 0.1, EVENTS;
+            /// Changes of the assigned group per UAV and minute.
+            reassignments_per_uav_min: f64, "reassignments per UAV and minute", LARGE, 0.05, GROUPS;
+            /// Fraction of target time in two groups simultaneously that both have assigned UAVs, 0 to 1.
+            duplicate_coverage_fraction: f64, "target time covered by two groups", LARGE, 0.01, NOTHING;
+        }
+        "Communication" {
+            /// Fraction of time steps at which two or more agents disagree about the assignments, 0 to 1.
+            assignment_disagreement_fraction: f64, "time with disagreement about assignments", LARGE, 0.01, NOTHING;
+            /// Time from the end of the last fault to the last time step with such a disagreement, s.
+            reconvergence_time_s: f64, "time to agree after the last fault", LARGE, 1.0, NOTHING;
+            /// Mean delay between a time step and its commit, s.
+            commit_lag_s: f64, "commit delay, mean", LARGE, 1.0, NOTHING;
+            /// Maximum of these delays.
+            commit_lag_max_s: f64, "commit delay, maximum", LARGE, 1.0, NOTHING;
+            /// Mean data rate sent per UAV, bytes/s.
+            sent_bytes_per_s: f64, "data rate sent per UAV, mean", LARGE, 50.0, NOTHING;
+            /// Data rate of the UAV that sends most, bytes/s.
+            sent_bytes_per_s_max: f64, "data rate sent per UAV, maximum", LARGE, 50.0, NOTHING;
+            /// Agent time steps whose team state contains more information than the reports provide, each counted once.
+            /// Must be 0.
+            double_counted_steps: u64, "team states with double-counted information", LARGE, 0.1, NOTHING;
+        }
     }
 }
 
@@ -376,7 +403,7 @@ impl MetricSelection {
 
     /// Returns the selected metrics that depend on tracks or groups: each of several agents has its own values.
     pub(super) fn of_team_states(self) -> Self {
-        Self(Metrics::of_pictures().filter_map(bit).fold(0, |bits, bit| bits | bit) & self.0)
+        Self(Metrics::of_team_states().filter_map(bit).fold(0, |bits, bit| bits | bit) & self.0)
     }
 
     /// True if `double_counted_steps` is selected, so that the reference replay has to run.

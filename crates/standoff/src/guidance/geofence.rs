@@ -10,13 +10,13 @@ use crate::frame::{Displacement, Position};
 /// Maximum number of zones of a team.
 pub const ZONES_MAX: usize = 100;
 
-/// Maximum total number of corners of all zones. It bounds the time of detour planning.
+/// Maximum total number of vertices of all zones. It bounds the time of detour planning.
 pub const VERTICES_MAX: usize = 1_000;
 
-/// Maximum coordinate of a corner, m.
+/// Maximum coordinate of a vertex, m.
 const FARTHEST_M: f64 = 1e7;
 
-/// Distance below which two corners count as the same, m.
+/// Distance below which two vertices count as the same, m.
 const SAME_M: f64 = 1e-6;
 
 /// Kind of a zone: the side of the outline on which UAVs may fly.
@@ -55,9 +55,9 @@ pub struct Zone {
 pub struct GeofenceError {
     /// Index of the zone, from 0; `None` if the error concerns all zones together.
     pub zone: Option<usize>,
-    /// Index of the corner, from 0; `None` if the error concerns the whole zone.
+    /// Index of the vertex, from 0; `None` if the error concerns the whole zone.
     pub vertex: Option<usize>,
-    /// Zone and corner as text, such as `zone 2 "airfield", corner 3: `; empty if the error concerns all zones
+    /// Zone and vertex as text, such as `zone 1 "airfield", vertex 2: `; empty if the error concerns all zones
     /// together.
     pub position: String,
     /// The error, and how to correct it.
@@ -98,17 +98,17 @@ pub(crate) struct Side {
 }
 
 impl Geofence {
-    /// Validates zones. Each must be a polygon with at least three corners that does not cross itself.
+    /// Validates zones. Each must be a polygon with at least three vertices that does not cross itself.
     pub fn new(zones: Vec<Zone>) -> Result<Self, GeofenceError> {
         let of_all = |what: String| GeofenceError { zone: None, vertex: None, position: String::new(), reason: what };
         if zones.len() > ZONES_MAX {
             return Err(of_all(format!("there are {} zones: at most {ZONES_MAX} are allowed", zones.len())));
         }
-        let corners: usize = zones.iter().map(|zone| zone.vertices.len()).sum();
-        if corners > VERTICES_MAX {
+        let vertices: usize = zones.iter().map(|zone| zone.vertices.len()).sum();
+        if vertices > VERTICES_MAX {
             let what = "simplify the outlines";
             return Err(of_all(format!(
-                "the zones have {corners} corners: at most {VERTICES_MAX} are allowed; {what}"
+                "the zones have {vertices} vertices: at most {VERTICES_MAX} are allowed; {what}"
             )));
         }
         zones
@@ -124,7 +124,7 @@ impl Geofence {
         self.zones.is_empty()
     }
 
-    /// The zones, without repeated corners.
+    /// The zones, without repeated vertices.
     pub fn zones(&self) -> impl ExactSizeIterator<Item = &Zone> {
         self.zones.iter().map(|bounded| &bounded.zone)
     }
@@ -184,7 +184,7 @@ impl Zone {
         crossed.count() % 2 == 1
     }
 
-    /// Twice the signed area, m2; positive if the corners are in anticlockwise order.
+    /// Twice the signed area, m2; positive if the vertices are in anticlockwise order.
     pub(crate) fn twice_area_m2(&self) -> f64 {
         let origin = self.vertices.first().copied().unwrap_or_default();
         self.sides(0).map(|side| cross(side.from - origin, side.to - origin)).sum()
@@ -194,33 +194,33 @@ impl Zone {
 impl Bounded {
     fn new(number: usize, mut zone: Zone) -> Result<Self, GeofenceError> {
         let name = if zone.name.is_empty() { String::new() } else { format!(" {:?}", zone.name) };
-        let error = |corner: Option<usize>, what: String| {
-            let at = corner.map_or(String::new(), |corner| format!(", corner {}", corner + 1));
-            let place = format!("zone {}{name}{at}: ", number + 1);
-            Err(GeofenceError { zone: Some(number), vertex: corner, position: place, reason: what })
+        let error = |vertex: Option<usize>, what: String| {
+            let at = vertex.map_or(String::new(), |vertex| format!(", vertex {vertex}"));
+            let place = format!("zone {number}{name}{at}: ");
+            Err(GeofenceError { zone: Some(number), vertex: vertex, position: place, reason: what })
         };
         let is_valid = |at: &Position| at.x_m().abs() <= FARTHEST_M && at.y_m().abs() <= FARTHEST_M;
-        if let Some(corner) = zone.vertices.iter().position(|at| !is_valid(at)) {
+        if let Some(vertex) = zone.vertices.iter().position(|at| !is_valid(at)) {
             return error(
-                Some(corner),
+                Some(vertex),
                 "must be finite numbers, at most 10,000 km from the origin on each axis".to_owned(),
             );
         }
-        // The rings of polygon files repeat the first corner at the end.
+        // The rings of polygon files repeat the first vertex at the end.
         zone.vertices.dedup_by(|a, b| a.distance_m(*b) <= SAME_M);
         while zone.vertices.len() > 1 && zone.vertices[0].distance_m(zone.vertices[zone.vertices.len() - 1]) <= SAME_M {
             zone.vertices.pop();
         }
-        let corners = zone.vertices.len();
-        if corners < 3 {
-            return error(None, format!("has {corners} different corners; an outline needs at least three"));
+        let vertices = zone.vertices.len();
+        if vertices < 3 {
+            return error(None, format!("has {vertices} different vertices; an outline needs at least three"));
         }
         let sides: Vec<Side> = zone.sides(number).collect();
         for (first, one) in sides.iter().enumerate() {
             for (second, other) in sides.iter().enumerate().skip(first + 1) {
-                let is_next = second == first + 1 || (first == 0 && second + 1 == corners);
+                let is_next = second == first + 1 || (first == 0 && second + 1 == vertices);
                 let crosses = if is_next {
-                    // Adjacent sides share a corner; if they share more, the outline folds back on itself.
+                    // Adjacent sides share a vertex; if they share more, the outline folds back on itself.
                     let (shared, a, b) = if one.to == other.from {
                         (one.to, one.from, other.to)
                     } else {
@@ -233,8 +233,8 @@ impl Bounded {
                 };
                 if crosses {
                     let what = format!(
-                        "the side from here crosses or touches the side from corner {}; an outline must not cross itself",
-                        second + 1
+                        "the side from here crosses or touches the side from vertex {second}; an outline must not cross \
+                         itself"
                     );
                     return error(Some(first), what);
                 }
@@ -307,12 +307,12 @@ pub(crate) fn crossed_at(from: Position, direction: Displacement, side: &Side) -
 mod tests {
     use super::*;
 
-    fn outline(corners: &[(f64, f64)]) -> Vec<Position> {
-        corners.iter().map(|(x_m, y_m)| Position::from_m(*x_m, *y_m)).collect()
+    fn outline(vertices: &[(f64, f64)]) -> Vec<Position> {
+        vertices.iter().map(|(x_m, y_m)| Position::from_m(*x_m, *y_m)).collect()
     }
 
-    fn zone(kind: ZoneKind, corners: &[(f64, f64)]) -> Zone {
-        Zone { name: String::new(), kind, vertices: outline(corners) }
+    fn zone(kind: ZoneKind, vertices: &[(f64, f64)]) -> Zone {
+        Zone { name: String::new(), kind, vertices: outline(vertices) }
     }
 
     const L: [(f64, f64); 6] = [(0.0, 0.0), (300.0, 0.0), (300.0, 100.0), (100.0, 100.0), (100.0, 300.0), (0.0, 300.0)];
@@ -336,7 +336,7 @@ mod tests {
         assert_eq!(airspace.violated_zone(at(125.0)).collect::<Vec<_>>(), [0]);
     }
 
-    /// Lines over a corner with both ends outside, past it, and from one arm of an L to the other across the notch
+    /// Lines over a vertex with both ends outside, past it, and from one arm of an L to the other across the notch
     /// outside.
     #[test]
     fn a_straight_line_reports_the_zones_that_it_crosses() {
@@ -353,25 +353,26 @@ mod tests {
 
     #[test]
     fn an_invalid_polygon_is_rejected_with_its_corner() {
-        let error = |corners: &[(f64, f64)]| {
-            let error = Geofence::new(vec![zone(ZoneKind::KeepOut, &L), zone(ZoneKind::KeepOut, corners)]).unwrap_err();
+        let error = |vertices: &[(f64, f64)]| {
+            let error =
+                Geofence::new(vec![zone(ZoneKind::KeepOut, &L), zone(ZoneKind::KeepOut, vertices)]).unwrap_err();
             assert_eq!(error.zone, Some(1));
             error.to_string()
         };
         assert_eq!(
             error(&[(0.0, 0.0), (100.0, 100.0), (100.0, 0.0), (0.0, 100.0)]),
-            "zone 2, corner 1: the side from here crosses or touches the side from corner 3; an outline must not cross itself"
+            "zone 1, vertex 0: the side from here crosses or touches the side from vertex 2; an outline must not cross itself"
         );
         // An outline that folds back on itself.
         assert!(error(&[(0.0, 0.0), (100.0, 0.0), (50.0, 0.0), (50.0, 50.0)]).contains("cross itself"));
         assert_eq!(
             error(&[(0.0, 0.0), (1.0, 1.0), (0.0, 0.0)]),
-            "zone 2: has 2 different corners; an outline needs at least three"
+            "zone 1: has 2 different vertices; an outline needs at least three"
         );
         assert!(
-            error(&[(0.0, 0.0), (f64::NAN, 1.0), (0.0, 5.0)]).starts_with("zone 2, corner 2: must be finite numbers")
+            error(&[(0.0, 0.0), (f64::NAN, 1.0), (0.0, 5.0)]).starts_with("zone 1, vertex 1: must be finite numbers")
         );
-        assert!(error(&[(0.0, 0.0), (1e8, 1.0), (0.0, 5.0)]).starts_with("zone 2, corner 2: must be finite numbers"));
+        assert!(error(&[(0.0, 0.0), (1e8, 1.0), (0.0, 5.0)]).starts_with("zone 1, vertex 1: must be finite numbers"));
     }
 
     #[test]
@@ -379,15 +380,15 @@ mod tests {
         let many = |zones: usize| Geofence::new(vec![zone(ZoneKind::KeepOut, &L); zones]).map(|_| ());
         assert_eq!(many(ZONES_MAX), Ok(()));
         assert_eq!(many(ZONES_MAX + 1).unwrap_err().to_string(), "there are 101 zones: at most 100 are allowed");
-        let ring = |corners: usize| {
-            let corner = |n: usize| {
-                let (sin, cos) = crate::math::sin_cos(n as f64 / corners as f64 * crate::math::TAU);
+        let ring = |vertices: usize| {
+            let vertex = |n: usize| {
+                let (sin, cos) = crate::math::sin_cos(n as f64 / vertices as f64 * crate::math::TAU);
                 (1000.0 * cos, 1000.0 * sin)
             };
-            Geofence::new(vec![zone(ZoneKind::KeepIn, &(0..corners).map(corner).collect::<Vec<_>>())]).map(|_| ())
+            Geofence::new(vec![zone(ZoneKind::KeepIn, &(0..vertices).map(vertex).collect::<Vec<_>>())]).map(|_| ())
         };
         assert_eq!(ring(VERTICES_MAX), Ok(()));
-        assert!(ring(VERTICES_MAX + 1).unwrap_err().to_string().starts_with("the zones have 1001 corners"));
+        assert!(ring(VERTICES_MAX + 1).unwrap_err().to_string().starts_with("the zones have 1001 vertices"));
     }
 
     #[test]
