@@ -70,8 +70,8 @@ fn one_agent_per_uav_and_one_per_team_have_the_same_scores() {
         }
     }
     let expected = [
-        "assignment_disagreement_fraction",
         "duplicate_coverage_fraction",
+        "assignment_disagreement_fraction",
         "commit_lag_s",
         "commit_lag_max_s",
         "sent_bytes_per_s",

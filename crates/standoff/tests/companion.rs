@@ -44,15 +44,15 @@ fn team(uavs: u32) -> Vec<Companion> {
     (0..uavs).map(|id| Companion::new(id, 0, start(id, uavs)).unwrap()).collect()
 }
 
-/// Distance of a UAV at the end from an orbit of radius `r_d_m` around the true centroid, m.
+/// Distance of a UAV at the end from an orbit of radius `r_d_m` around the true centre of the group, m.
 fn error_m(uav: &Companion, end: Time, r_d_m: f64) -> f64 {
-    (uav.own.position.distance_m(centroid(end)) - r_d_m).abs()
+    (uav.own.position.distance_m(true_centre(end)) - r_d_m).abs()
 }
 
-fn centroid(now: Time) -> Position {
+/// Centre of the minimum enclosing circle of the vehicles, which [`TeamParams::recommended`] orbits.
+fn true_centre(now: Time) -> Position {
     let positions: Vec<_> = vehicles(now).map(|(_, position, _)| position).collect();
-    let mean = |of: fn(&Position) -> f64| positions.iter().map(of).sum::<f64>() / positions.len() as f64;
-    Position::from_m(mean(|position| position.x_m()), mean(|position| position.y_m()))
+    EnclosingCircle::of(positions.into_iter()).unwrap().centre
 }
 
 /// Flies a pair for two minutes. Returns the pair, and r_d and the number of measured vehicles of UAV 0 at each tick.
@@ -84,7 +84,7 @@ fn the_pair_flies_its_orbit_at_the_desired_phase_despite_packet_loss() {
         for uav in &team {
             assert!(error_m(uav, END, r_d_m) < 10.0, "{lose_percent}: {} m", error_m(uav, END, r_d_m));
         }
-        let directions: Vec<_> = team.iter().map(|uav| (uav.own.position - centroid(END)).direction()).collect();
+        let directions: Vec<_> = team.iter().map(|uav| (uav.own.position - true_centre(END)).direction()).collect();
         let difference_deg = (directions[1] - directions[0]).abs_rad().to_degrees();
         assert!((difference_deg - 90.0).abs() < 10.0, "{lose_percent}: {difference_deg}");
         assert!(history[4..].iter().all(|(_, measured)| *measured == 3), "{lose_percent}: {history:?}");
@@ -180,7 +180,7 @@ fn a_restarted_uav_recovers_while_another_one_is_silent() {
     let (silent_from, down) = (16, 56..59);
     let is_on = |uav: usize, tick: i64| !(uav == 2 && tick >= silent_from || uav == 0 && down.contains(&tick));
     let mut took_s: Vec<f64> = Vec::new();
-    for seed in 0..20 {
+    for seed in 0..100 {
         let mut differ = 0;
         fly(team(4), 50, (20, 1000 * seed), is_on, |tick, team| {
             if tick + 1 == down.end {
@@ -195,7 +195,7 @@ fn a_restarted_uav_recovers_while_another_one_is_silent() {
         took_s.push(0.5 * differ as f64);
     }
     took_s.sort_by(f64::total_cmp);
-    assert!(took_s[10] <= 3.0 && took_s[19] <= 6.0, "{took_s:?}");
+    assert!(took_s[50] <= 3.0 && took_s[95] <= 6.0, "{took_s:?}");
 }
 
 fn any_time() -> impl Strategy<Value = Time> {

@@ -178,11 +178,10 @@ pub(crate) fn vehicles(now: Time) -> impl Iterator<Item = (TargetLabel, Position
 }
 
 pub(crate) fn cue(time: Time, (label, position, velocity): (TargetLabel, Position, Velocity)) -> Message {
-    let (searcher, said, number) = (0, time, label.0 as u16);
     Message::Cue(Cue {
-        source: searcher,
-        issued_at: said,
-        sequence: number,
+        source: 0,
+        issued_at: time,
+        sequence: label.0 as u16,
         label,
         time,
         position,
