@@ -586,7 +586,7 @@ fn of_very_many_events_the_first_are_listed_and_all_are_counted() {
     let notes = String::from_utf8(output.stderr).unwrap();
     assert_eq!(notes, "note: the run has many events: 395371 of them are in events.parquet only\n");
     let printed = String::from_utf8(output.stdout).unwrap();
-    assert!(printed.contains("\nevents\n  400000 lost\n") && printed.contains("395371 later events"), "{printed}");
+    assert!(printed.contains("\n  all: 400000 lost\n") && printed.contains("395371 later events"), "{printed}");
     let summary = fs::read(path.join("summary.json")).unwrap();
     let summary: serde_json::Value = serde_json::from_slice(&summary).unwrap();
     assert_eq!((summary["events"].as_array().unwrap().len(), &summary["events_left_out"]), (4629, &395_371.into()));

@@ -15,6 +15,8 @@ use standoff_view::replay::Line;
 pub(crate) use events::Events;
 use events::named;
 
+/// Minimum fraction of ungrouped target time that is explained.
+const UNGROUPED_NOTABLE: f64 = 0.1;
 /// Maximum number of targets listed in the table.
 const TARGETS_SHOWN: usize = 20;
 
@@ -187,8 +189,9 @@ impl Outcome {
             row += &format!(" {unit:6} {target}");
             text += row.trim_end();
             text += "\n";
+            let baseline = self.baseline_text().filter(|_| line.metric == "custody_fraction");
             let own = remarks.iter().filter(|(metric, _)| *metric == line.metric).map(|(_, remark)| remark.clone());
-            for explanation in self.explanation(line.metric).into_iter().chain(own) {
+            for explanation in self.explanation(line.metric).into_iter().chain(baseline).chain(own) {
                 text += &wrapped("      ", &explanation);
             }
         }
@@ -200,13 +203,12 @@ impl Outcome {
         let value = self.metrics.get(metric).flatten();
         let meaning = targets_and_limits::meaning(metric, value?, &self.settings);
         match metric {
-            "custody_fraction" => Some(
-                meaning?
-                    + &self.of_targets(value).map_or_else(String::new, |n| format!(": {n}"))
-                    + &self.baseline_text().unwrap_or_default(),
-            ),
-            "in_view_fraction" => {
+            "custody_fraction" | "in_view_fraction" => {
                 Some(meaning? + &self.of_targets(value).map_or_else(String::new, |n| format!(": {n}")))
+            }
+            "ungrouped_fraction" => {
+                let ungrouped = self.of_targets(value.filter(|share| *share > UNGROUPED_NOTABLE))?;
+                Some(format!("{ungrouped} are in no group: no orbit covers them"))
             }
             "longest_out_of_view_s" => {
                 let gap_s = value.filter(|gap_s| *gap_s > 0.0)?;
@@ -230,7 +232,7 @@ impl Outcome {
         let CoverageBaseline { all_uavs: all, .. } = self.baseline.as_ref()?;
         let percent = all.mover_fraction.map_or_else(|| "-".to_owned(), |share| format!("{:.0} %", 100.0 * share));
         let discs = count(all.discs, "greedy disc");
-        Some(format!("; baseline {percent}: {discs} with perfect knowledge of all targets, at {SPEED_M_S} m/s"))
+        Some(format!("baseline {percent}: {discs} with perfect knowledge of all targets, at {SPEED_M_S} m/s"))
     }
 
     /// Formats one row per target: all targets, or those with the longest gaps.
