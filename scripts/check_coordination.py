@@ -58,7 +58,7 @@ def check_places(record, compare):
     for before, time in zip([None, *record.times], record.times):
         step = TimeStep(record, before, time, memory, compare)
         step.regroup()
-        recorded = {target: (row.place, row.group, row.to_group) for target, row in record.tracks[time].items()}
+        recorded = {target: (row.membership, row.group, row.receiving_group) for target, row in record.tracks[time].items()}
         wrong = [target for target in recorded if step.places[target] != recorded[target]]
         compare("section IV: membership and groups of a target", 0, np.isin(list(recorded), wrong))
         events = [event for event in record.events[time] if event.kind in REPLAYED]
@@ -92,7 +92,7 @@ class TimeStep:
         self.by_need = record.scenario["groups"]["count"] == "as-needed"
         self.tracks, self.orbit, self.rules = record.tracks[time], record.scenario["orbit"], record.scenario["groups"]
         old = record.tracks[before] if before is not None else {}
-        self.places = {target: (row.place, row.group, row.to_group) for target, row in old.items()}
+        self.places = {target: (row.membership, row.group, row.receiving_group) for target, row in old.items()}
         self.old_groups = set(record.groups[before]) if before is not None else set()
         self.crew = {group: [row for uav, row in record.uavs[time].items() if record.uavs[before][uav].group == group]
                      for group in self.old_groups}
@@ -182,7 +182,7 @@ class TimeStep:
         """Returns the first target to remove if one orbit cannot cover all: the furthest, or with `removal = "largest-radius-reduction"` the
         one whose removal reduces the radius most."""
         furthest = self.required_orbit(targets).furthest
-        if self.rules["discard"] != "widening":
+        if self.rules["removal"] != "largest-radius-reduction":
             return furthest
 
         def radius_without(target):
@@ -615,7 +615,7 @@ class TimeStep:
 
     def has_same_members(self, group):
         """Returns true if the members are the same; otherwise the orbit is a different one."""
-        now, then = ({target for target, row in self.record.tracks[time].items() if group in [row.group, row.to_group]}
+        now, then = ({target for target, row in self.record.tracks[time].items() if group in [row.group, row.receiving_group]}
                      for time in [self.time, self.before])
         return now == then
 
@@ -720,7 +720,7 @@ def equation_32(record, time, groups, old_crew, available):
         return ln_det(sum(sums)) if as_published else sum(sums) + inertia * staying[crew, range(len(crew))].sum()
 
     objective, inertia = (record.scenario["groups"][key] for key in ["objective", "assignment_switching_cost"])
-    as_published = objective == "printed"
+    as_published = objective == "paper"
     information_of = (lambda by_target: by_target.sum(axis=0)) if as_published else (
         lambda by_target: ln_det(by_target).sum())
     recorded = np.array([groups.index(uav.group) for uav in uavs])
@@ -748,28 +748,28 @@ def check_altitudes(record, compare):
         altitudes = {group: altitudes[group] for group in record.groups[time] if group in altitudes}
         for group, row in record.groups[time].items():
             free = next(altitude for altitude in (lowest + step * n for n in range(len(altitudes) + 1))
-                        if altitude not in altitudes.values() or rules["altitudes"] == "one")
+                        if altitude not in altitudes.values() or rules["altitude_policy"] == "common")
             altitudes.setdefault(group, free)
             compare("altitude of a group", row.altitude_m, altitudes[group])
         uavs = record.uavs[time]
         for uav in uavs.values():
-            desired = {"by-group": altitudes.get(uav.group), "by-uav": lowest + step * uav.uav, "one": lowest}[rules["altitudes"]]
+            desired = {"per-group": altitudes.get(uav.group), "per-uav": lowest + step * uav.uav, "common": lowest}[rules["altitude_policy"]]
             if climb and desired is not None:
                 desired = np.clip(desired, climb["altitude_min_m"], climb["altitude_max_m"])
-            if "separation" in record.scenario and desired is not None and uav.altitude_m != desired:
+            if "separation" in record.scenario and desired is not None and uav.commanded_altitude_m != desired:
                 # The UAV waits for near UAVs at altitudes in between.
-                clear, vertical = (minima(record)[key] for key in ["minimum_m", "vertical_m"])
+                clear, vertical = (minima(record)[key] for key in ["horizontal_min_m", "vertical_min_m"])
                 near = [other for other in uavs.values() if other is not uav
                         and np.hypot(*(other.position - uav.position)) < CLEAR_MINIMA * clear]
                 compare("commanded altitude: waits without a reason", 0, not near)
-                past = [np.sign(desired - uav.flown_altitude_m) * (uav.altitude_m - end)
-                        for end in [uav.flown_altitude_m, desired]]
+                past = [np.sign(desired - uav.altitude_m) * (uav.commanded_altitude_m - end)
+                        for end in [uav.altitude_m, desired]]
                 compare("commanded altitude: waits outside its way", 0, not past[0] >= 0 >= past[1])
-                height = min([abs(other.flown_altitude_m - uav.altitude_m) for other in near], default=0.0)
-                stays = uav.altitude_m == uav.flown_altitude_m
+                height = min([abs(other.altitude_m - uav.commanded_altitude_m) for other in near], default=0.0)
+                stays = uav.commanded_altitude_m == uav.altitude_m
                 compare("commanded altitude: waits too near", 0, height < vertical * (1 - 1e-9) and not stays)
             else:
-                compare("commanded altitude", uav.altitude_m, desired)
+                compare("commanded altitude", uav.commanded_altitude_m, desired)
 
 
 PLACES = 72  # number of points on an orbit that are checked against the zones
@@ -791,7 +791,7 @@ def cut(left, was):
 
 def check_cuts(record, compare):
     """Checks the events of orbits that zones block in part or in full."""
-    outlines, cuts = [Outline(zone) for zone in record.scenario.get("zones", [])], {}
+    outlines, cuts = [Outline(zone) for zone in record.scenario.get("geofence", [])], {}
     for time in record.times:
         old, cuts, expected = cuts, {}, []
         for group, row in record.groups[time].items() if outlines else []:
@@ -816,7 +816,7 @@ def check_alarms(record, compare):
         for group, row in record.groups[time].items():
             uavs = [uav.position for uav in record.uavs[time].values() if uav.group == group]
             separation = min([np.hypot(*(a - b)) for i, a in enumerate(uavs) for b in uavs[:i]], default=None)
-            compare("separation of the UAVs of a group", row.separation_m, separation)
+            compare("separation of the UAVs of a group", row.nearest_groupmate_m, separation)
             turn_limit = np.inf if row.turn_limit_m is None else row.turn_limit_m
             members, required = record.members(time, group), row.standoff_unclamped_m
             if group in previous and orbit["time_constant_s"] > 0:

@@ -32,7 +32,7 @@ from scipy.linalg import block_diag, expm
 
 AXES = ["x", "vx", "ax", "y", "vy", "ay"]
 POSITION, VELOCITY = [0, 3], [1, 4]
-SENSE = {"anticlockwise": 1.0, "clockwise": -1.0}
+DIRECTION = {"anticlockwise": 1.0, "clockwise": -1.0}
 ROUNDING = 1e-10  # the same algebra in another order
 DIFFERENCES = 1e-7  # for numeric derivatives, which are least accurate if a centre becomes too fast to follow
 RUN_ON = 1e-7  # for filters that run for a whole record: rounding accumulates if measurements are rare
@@ -75,7 +75,7 @@ class Record:
         self.filter_acceleration_sd_m_s2 = self.scenario["filter"]["acceleration_sd_m_s2"]
         # Targets are numbered from 1 in scenarios, from 0 in records.
         manoeuvres = self.scenario.get("targets", {}).get("manoeuvre", [])
-        self.manoeuvring = {int(manoeuvre["target"]) - 1 for manoeuvre in manoeuvres}
+        self.manoeuvring = {int(manoeuvre["target"]) for manoeuvre in manoeuvres}
 
     def rows(self, table):
         for values in pandas.read_parquet(self.folder / f"{table}.parquet").to_dict("records"):
@@ -102,7 +102,7 @@ class Record:
 
     def members(self, time, group):
         """Returns the tracks of a group's members by target, including those in dwell from and to the group."""
-        return {target: row for target, row in self.tracks[time].items() if group in (row.group, row.to_group)}
+        return {target: row for target, row in self.tracks[time].items() if group in (row.group, row.receiving_group)}
 
     def duty(self, time, group):
         """Returns the targets that a group must keep in view; a target in dwell belongs to the passing group."""
@@ -176,7 +176,7 @@ def check_kinematics(record, compare):
     compare(f"{which}: position", after[:2], computed[:2])
     compare.angle(f"{which}: heading", after[2], computed[2])
     compare(f"{which}: speed and turn rate", after[3:], computed[3:])
-    check_climbs(record, [pair for pair in pairs if pair[0].flown_altitude_m is not None], compare)
+    check_climbs(record, [pair for pair in pairs if pair[0].altitude_m is not None], compare)
     over = np.abs(commands.T - [uavs["speed_m_s"], 0.0]) - [uavs["speed_change_max_m_s"], uavs["turn_rate_max_rad_s"]]
     compare("(2, 3) commands within their limits", 0.0, np.maximum(over, 0.0).max())
 
@@ -191,14 +191,14 @@ def check_climbs(record, pairs, compare):
     """Checks altitudes: the climb rate has a first-order lag, like the turn rate in (1). The commanded climb rate approaches
     the commanded altitude over four lags and two periods, so that it does not overshoot."""
     climb, period = climb_of(record.scenario), record.period
-    flown = sum(row.flown_altitude_m is not None for rows in record.uavs.values() for row in rows.values())
+    flown = sum(row.altitude_m is not None for rows in record.uavs.values() for row in rows.values())
     compare("altitudes flown", flown, sum(map(len, record.uavs.values())) if climb else 0)
     if not pairs:
         return
-    level = lambda row: (row.flown_altitude_m, row.climb_rate_m_s)
+    level = lambda row: (row.altitude_m, row.climb_rate_m_s)
     before, after = (np.array([level(pair[i]) for pair in pairs]).T for i in [0, 1])
-    way = np.array([0.0 if row.altitude_m is None else
-                    np.clip(row.altitude_m, climb["altitude_min_m"], climb["altitude_max_m"]) - row.flown_altitude_m
+    way = np.array([0.0 if row.commanded_altitude_m is None else
+                    np.clip(row.commanded_altitude_m, climb["altitude_min_m"], climb["altitude_max_m"]) - row.altitude_m
                     for row, _ in pairs])
     fastest, lag = climb["rate_max_m_s"], climb["lag_s"]
     commanded = np.clip(way / (4 * lag + 2 * period), -fastest, fastest)
@@ -213,11 +213,11 @@ def check_climbs(record, pairs, compare):
     groups = record.scenario["groups"]
     for row in record.uavs[record.times[0]].values():
         # At the altitude in the scenario; otherwise at the UAV's altitude by number, or at the lowest.
-        steps = row.uav if groups["altitudes"] == "by-uav" or "radio" in record.scenario and groups["altitudes"] != "one" else 0
+        steps = row.uav if groups["altitude_policy"] == "per-uav" or "radio" in record.scenario and groups["altitude_policy"] != "common" else 0
         first = np.clip(groups["altitude_lowest_m"] + steps * groups["altitude_step_m"],
                         climb["altitude_min_m"], climb["altitude_max_m"])
-        start = record.scenario["uavs"]["at"][row.uav].get("altitude_m", first)
-        compare("climbing: at the first time step", [row.climb_rate_m_s, row.flown_altitude_m], [0.0, start])
+        start = record.scenario["uavs"]["start"][row.uav].get("altitude_m", first)
+        compare("climbing: at the first time step", [row.climb_rate_m_s, row.altitude_m], [0.0, start])
 
 
 def equations_5_6(model, period):
@@ -266,7 +266,7 @@ def manoeuvred(model, target, now_s):
     """Returns the change of a target's state by its manoeuvres, which are accelerations for a limited time."""
     added = np.zeros((2, 3))
     for manoeuvre in model.get("manoeuvre", []):
-        if manoeuvre["target"] == target + 1:
+        if manoeuvre["target"] == target:
             since, until = now_s - manoeuvre["from_s"], now_s - manoeuvre["until_s"]
             ramps = [max(since, 0.0) ** 2 / 2 - max(until, 0.0) ** 2 / 2, max(since, 0.0) - max(until, 0.0),
                      float(since >= 0.0 > until)]
@@ -344,7 +344,7 @@ def check_measurements(record, compare):
             if centre is not None:
                 ahead, what, tolerance = centre.position + centre.velocity * record.period, "", ROUNDING
                 middle = None
-                if record.scenario["orbit"]["aim"] == "middle":
+                if record.scenario["orbit"]["pointing"] == "angular-midpoint":
                     middle = aim_at_middle(record, before, record.uavs[before][uav], centre)
                 if middle is not None:
                     ahead, what, tolerance = middle, ", angular midpoint", DIFFERENCES
@@ -633,7 +633,7 @@ def check_groups(record, compare):
             mean_p = sum(track.p for track in members.values()) / len(members) ** 2
             if group in previous:
                 centre, p = previous[group]
-                if orbit["centre_jump"] == "shift":
+                if orbit["centre_jump"] == "shift-state":
                     centre = centre + shift(record, before, time, group, f)
                 centre, p, margin = section_2c(centre, p, f, q, mean[POSITION], mean_p[np.ix_(POSITION, POSITION)])
             if group not in previous or orbit["centre"] != "filtered":
@@ -722,7 +722,7 @@ def equations_13_20(scenario, uav_rel_centre, virtual):
     """Returns the direction of the flown field toward the steered radius, a unit vector."""
     guidance = scenario["guidance"]
     r, outward = np.hypot(*uav_rel_centre), unit(direction(uav_rel_centre))
-    along = SENSE[guidance["sense"]] * np.array([-outward[1], outward[0]])
+    along = DIRECTION[guidance["orbit_direction"]] * np.array([-outward[1], outward[0]])
     field = -(r**2 - virtual**2) / guidance["radial_gain"] * outward + 2 * r * virtual * along
     return field / np.hypot(*field)
 
@@ -741,9 +741,9 @@ def equations_28_29(field, centre_velocity, speed):
 
 def equation_25(guidance, r, radius, rate, speed):
     """Returns the feedforward as published, or exact: the derivative of the field's heading along the field (13)."""
-    cubed = radius * r**2 if guidance["feedforward"] == "printed" else radius**3
+    cubed = radius * r**2 if guidance["feedforward"] == "paper" else radius**3
     turn_rate = 4 * speed * cubed / (r**2 + radius**2) ** 2 - 2 * r * rate / (r**2 + radius**2)
-    return SENSE[guidance["sense"]] * turn_rate
+    return DIRECTION[guidance["orbit_direction"]] * turn_rate
 
 
 def flown_feedforward(scenario, uav, uav_rel_centre, centre_velocity, steered, speed):
@@ -763,7 +763,7 @@ def flown_feedforward(scenario, uav, uav_rel_centre, centre_velocity, steered, s
     def change(t):
         return wrap(direction(ground_track(t)) - direction(ground_track(-t)))
 
-    velocity = uav.speed_m_s * unit(uav.heading_rad) if guidance["feedforward"] == "actual" else over_ground_now
+    velocity = uav.speed_m_s * unit(uav.heading_rad) if guidance["feedforward"] == "trajectory" else over_ground_now
     flown, h = velocity - centre_velocity, 1e-4
     return (8 * change(h) - change(2 * h)) / (12 * h)
 
@@ -771,7 +771,7 @@ def flown_feedforward(scenario, uav, uav_rel_centre, centre_velocity, steered, s
 def equation_35(guidance, phases, own, radius, speed):
     """Returns the speed that keeps a pair at theta_d, or more UAVs evenly spaced; before limits."""
     # Phase of each teammate ahead of this UAV, in [0, 2 pi]; of two at the same phase the lower id is behind.
-    sign = SENSE[guidance["sense"]]
+    sign = DIRECTION[guidance["orbit_direction"]]
     ahead = {uav: sign * (phase - phases[own]) % (2 * np.pi) for uav, phase in phases.items() if uav != own}
     ahead = [2 * np.pi if gap == 0.0 and uav < own else gap for uav, gap in ahead.items()]
     if not ahead:
@@ -825,10 +825,10 @@ def check_guidance(record, compare):
             if guidance["speed_reference"] == "centre":
                 desired_speed = np.hypot(*(group.velocity + desired_speed * field))
             speed = np.clip(desired_speed, uavs["speed_m_s"] - change_max, uavs["speed_m_s"] + change_max)
-            changed = row.avoids is not None or row.border is not None
+            changed = row.avoided_uav is not None or row.limiting_zone is not None
             if not changed:
                 compare("(35, 2) speed command", row.speed_command_m_s, speed)
-            if row.border is None:
+            if row.limiting_zone is None:
                 compare("(2) speed limited", row.speed_limited, speed != desired_speed)
 
             ground_track, too_fast = equations_28_29(field, group.velocity, speed)
@@ -837,7 +837,7 @@ def check_guidance(record, compare):
             compare.angle("(13, 20, 23, 28, 29) desired heading", row.desired_heading_rad, desired)
             compare("(29) centre too fast", row.centre_too_fast, too_fast)
 
-            if guidance["feedforward"] in ("flown", "actual"):
+            if guidance["feedforward"] in ("field", "trajectory"):
                 tolerance = DIFFERENCES
                 feedforward = flown_feedforward(scenario, row, relative, group.velocity, steered, speed)
             else:
@@ -855,7 +855,7 @@ def check_guidance(record, compare):
             else:
                 compare("(24, 3) turn rate command", row.turn_rate_command_rad_s, limited, tolerance=tolerance)
                 compare("(3) turn rate limited", row.turn_rate_limited, turn_rate != limited)
-            if changed and row.border is None:
+            if changed and row.limiting_zone is None:
                 # The candidates are 17 turn rates and 7 speeds, and the command of the law.
                 turns = np.append(np.linspace(-turn_rate_max, turn_rate_max, 17), limited)
                 speeds = np.append(uavs["speed_m_s"] + np.linspace(-change_max, change_max, 7), speed)
@@ -877,35 +877,35 @@ def check_avoidance(record, compare):
     """Checks that each avoidance has a cause and exactly one event."""
     scenario, last = record.scenario, {}
     has_no_latency = "radio" not in scenario
-    avoidances = sum(row.avoids is not None for rows in record.uavs.values() for row in rows.values())
+    avoidances = sum(row.avoided_uav is not None for rows in record.uavs.values() for row in rows.values())
     compare("separation: avoidance that is not enabled", 0, 0 if "separation" in scenario else avoidances)
     compare("zones: limiting zone that does not exist", 0, sum(
-        not 0 <= row.border < len(scenario.get("zones", []))
-        for rows in record.uavs.values() for row in rows.values() if row.border is not None))
+        not 0 <= row.limiting_zone < len(scenario.get("geofence", []))
+        for rows in record.uavs.values() for row in rows.values() if row.limiting_zone is not None))
     for time, uavs in record.uavs.items():
         began = []
         for row in uavs.values():
-            compare("separation: avoided UAV and predicted distance", row.avoids is None, row.predicted_distance_m is None)
-            if row.avoids is None:
+            compare("separation: avoided UAV and predicted distance", row.avoided_uav is None, row.predicted_distance_m is None)
+            if row.avoided_uav is None:
                 continue
-            compare("separation: avoided UAV that does not exist", 0, row.avoids not in uavs or row.avoids == row.uav)
+            compare("separation: avoided UAV that does not exist", 0, row.avoided_uav not in uavs or row.avoided_uav == row.uav)
             since = last.get(row.uav)
-            if since is None or since[0] != row.avoids or time - since[1] > ONE_AVOIDANCE_S * 1e6:
-                began.append((f"{row.uav} {row.avoids:.0f}", row.predicted_distance_m))
-            last[row.uav] = row.avoids, time
-            if not has_no_latency or row.avoids not in uavs:
+            if since is None or since[0] != row.avoided_uav or time - since[1] > ONE_AVOIDANCE_S * 1e6:
+                began.append((f"{row.uav} {row.avoided_uav:.0f}", row.predicted_distance_m))
+            last[row.uav] = row.avoided_uav, time
+            if not has_no_latency or row.avoided_uav not in uavs:
                 continue
-            least, other = minima(record), uavs[row.avoids]
-            required = least["minimum_m"] + (SPARE_M if row.uav < row.avoids else SPARE_LATE_M)
+            least, other = minima(record), uavs[row.avoided_uav]
+            required = least["horizontal_min_m"] + (SPARE_M if row.uav < row.avoided_uav else SPARE_LATE_M)
             compare("separation: predicted above required distance, m", 0.0, max(row.predicted_distance_m - required, 0.0))
             distance = np.hypot(*(row.position - other.position))
             compare("separation: predicted above present distance, m", 0.0, max(row.predicted_distance_m - distance, 0.0),
                     tolerance=1e-6)
             # Range of altitudes within the horizon: the avoiding UAV is on its way to its commanded altitude.
-            own = [row.flown_altitude_m, row.altitude_m or row.flown_altitude_m]
+            own = [row.altitude_m, row.commanded_altitude_m or row.altitude_m]
             reach = 2.0 * abs(row.climb_rate_m_s) + AHEAD_S * abs(other.climb_rate_m_s)
-            between = max(min(own) - other.flown_altitude_m, other.flown_altitude_m - max(own)) - reach
-            compare("separation: avoided despite vertical distance, m", 0.0, max(between - least["vertical_m"], 0.0))
+            between = max(min(own) - other.altitude_m, other.altitude_m - max(own)) - reach
+            compare("separation: avoided despite vertical distance, m", 0.0, max(between - least["vertical_min_m"], 0.0))
         events = [(event.uavs, event.distance_m) for event in record.events[time] if event.kind == "avoidance"]
         compare("separation: missing or unexpected events", 0, len(set(events) ^ set(began)))
 
@@ -918,7 +918,7 @@ def check_metrics(record, compare):
     for time in record.times:
         track_samples(record, time, samples)
         orbit_samples(record, time, orbits, samples, compare)
-        separation_samples(record.uavs[time].values(), minima(record)["vertical_m"], samples)
+        separation_samples(record.uavs[time].values(), minima(record)["vertical_min_m"], samples)
         line_of_sight_samples(record, time, samples)
         if gaps:
             unseen.append(view_samples(record, time, samples))
@@ -969,16 +969,16 @@ def calm_metrics(record):
 
 def minima(record):
     """Returns the minimum distances of UAVs, whether they are enforced or not."""
-    return record.scenario.get("separation") or {"minimum_m": 50.0, "vertical_m": 30.0}
+    return record.scenario.get("separation") or {"horizontal_min_m": 50.0, "vertical_min_m": 30.0}
 
 
 def height_apart(one, other):
     """Returns the vertical distance of two UAVs: by flown altitudes, or by commanded ones, which count as infinitely far
     apart unless they are equal."""
-    flown = one.flown_altitude_m, other.flown_altitude_m
+    flown = one.altitude_m, other.altitude_m
     if None not in flown:
         return abs(flown[0] - flown[1])
-    commanded = one.altitude_m, other.altitude_m
+    commanded = one.commanded_altitude_m, other.commanded_altitude_m
     return 0.0 if None in commanded or commanded[0] == commanded[1] else np.inf
 
 
@@ -988,12 +988,12 @@ def separation_metrics(record):
     near, times, avoiding, pairs = set(), 0, 0, False
     for time in record.times:
         uavs = list(record.uavs[time].values())
-        avoiding += sum(row.avoids is not None or row.avoided_intruder is not None for row in uavs)
+        avoiding += sum(row.avoided_uav is not None or row.avoided_intruder is not None for row in uavs)
         now = set()
         for one, other in combinations(uavs, 2):
             pairs = True
             distance = np.hypot(*(one.position - other.position))
-            if distance < least["minimum_m"] and height_apart(one, other) < least["vertical_m"]:
+            if distance < least["horizontal_min_m"] and height_apart(one, other) < least["vertical_min_m"]:
                 now.add((one.uav, other.uav))
         times, near = times + len(now - near), now
     return {"separation_violations": times, "avoidance_time_s": avoiding * record.period} if pairs else {}
@@ -1003,7 +1003,7 @@ class Outline:
     """A zone, evaluated by angles and straight lines."""
 
     def __init__(self, zone):
-        self.corners, self.is_keep_out = np.array(zone["points"], float), zone["kind"] == "keep-out"
+        self.corners, self.is_keep_out = np.array(zone["vertices"], float), zone["kind"] == "keep-out"
 
     def forbids(self, at):
         """Returns true if the zone forbids a position. The outline winds around positions inside it."""
@@ -1026,7 +1026,7 @@ class Outline:
 def zone_metrics(record):
     """Returns the number of zone violations, including those between time steps, and the fraction of time steps at which a
     zone changes the command."""
-    outlines = [Outline(zone) for zone in record.scenario.get("zones", [])]
+    outlines = [Outline(zone) for zone in record.scenario.get("geofence", [])]
     if not outlines:
         return {}
     rows = [row for uavs in record.uavs.values() for row in uavs.values()]
@@ -1039,7 +1039,7 @@ def zone_metrics(record):
             crossed = [outline.crossed(a, b) for a, b in zip(flown, flown[1:])]
             times += forbidden[0] + sum(not was and (now or met) for was, now, met in
                                         zip(forbidden, forbidden[1:], crossed))
-    return {"zone_violations": times, "geofence_detour_fraction": np.mean([row.border is not None for row in rows])}
+    return {"zone_violations": times, "geofence_detour_fraction": np.mean([row.limiting_zone is not None for row in rows])}
 
 
 def custody_metrics(record):
@@ -1087,7 +1087,7 @@ def bound_metrics(record):
                 samples["velocity_crlb_m2_s2"].append(np.trace(p[np.ix_(VELOCITY, VELOCITY)]))
     means = {name: np.mean(values) for name, values in samples.items()}
     for what, unit in [("position", "m2"), ("velocity", "m2_s2")] if means else []:
-        means[f"{what}_bound_ratio"] = np.sqrt(means[f"{what}_squared_error_{unit}"] / means[f"{what}_bound_{unit}"])
+        means[f"{what}_crlb_ratio"] = np.sqrt(means[f"{what}_squared_error_{unit}"] / means[f"{what}_crlb_{unit}"])
     return means
 
 
@@ -1152,7 +1152,7 @@ def track_samples(record, time, samples):
             samples["position_error_m"].append(np.hypot(*(track.position - truth.position)))
             uav_count = sum(uav.group == track.group for uav in looking(record, time))
             if uav_count > 0:
-                samples[f"position_error_{'one' if uav_count == 1 else 'more'}_m"].append(samples["position_error_m"][-1])
+                samples[f"position_error_{'single_uav' if uav_count == 1 else 'multi_uav'}_m"].append(samples["position_error_m"][-1])
             samples["velocity_error_m_s"].append(np.hypot(*(track.velocity - truth.velocity)))
             known = np.flatnonzero(np.isfinite(truth.state))
             if record.filter_acceleration_sd_m_s2 < 1e-6:

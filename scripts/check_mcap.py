@@ -79,7 +79,7 @@ def check_times(what, recorded, messages, compare):
 
 def height(row):
     """Returns the altitude of a UAV: the flown one, or otherwise the commanded one; 0 for other objects."""
-    flown, commanded = (getattr(row, name, None) for name in ["flown_altitude_m", "altitude_m"])
+    flown, commanded = (getattr(row, name, None) for name in ["altitude_m", "commanded_altitude_m"])
     return commanded or 0.0 if flown is None else flown
 
 
@@ -171,7 +171,7 @@ def check_scene(topics, record, compare):
         shown |= {entity.id: entity for entity in update.entities}
         kinds = {"uav": record.uavs, "truth": record.truth, "track": record.tracks, "group": record.groups}
         there = {f"{kind}/{key}": row for kind, rows in kinds.items() for key, row in rows[time].items()}
-        there |= {f"zone/{number}": zone for number, zone in enumerate(record.scenario.get("zones", []))}
+        there |= {f"zone/{number}": zone for number, zone in enumerate(record.scenario.get("geofence", []))}
         compare("/scene: entities that differ", 0, len(set(there) ^ set(shown)))
         for name, row in there.items():
             entity = shown[name]
@@ -210,8 +210,8 @@ def check_track(entity, row, _, compare):
             tolerance=1e-8)
     metadata = {pair.key: pair.value for pair in entity.metadata}
     compare("/scene: metadata of a track that differ", 0,
-            metadata["place"] != row.place or metadata["status"] != row.status)
-    for name in ["group", "to_group"]:
+            metadata["membership"] != row.membership or metadata["status"] != row.status)
+    for name in ["group", "receiving_group"]:
         compare(f"/scene: {name} of a track", getattr(row, name), float(metadata[name]) if name in metadata else None)
 
 
@@ -222,7 +222,7 @@ def check_group(entity, row, _, compare):
 
 
 def check_zone(entity, zone, _, compare):
-    compare("/scene: vertices of a zone", zone["points"], points(only(entity.lines))[:, :2])
+    compare("/scene: vertices of a zone", zone["vertices"], points(only(entity.lines))[:, :2])
     metadata = {pair.key: pair.value for pair in entity.metadata}
     compare("/scene: metadata of a zone that differ", 0, metadata != {"kind": zone["kind"], "name": zone.get("name", "")})
 

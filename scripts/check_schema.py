@@ -39,6 +39,6 @@ for path in sys.argv[2:]:
     refused("guidance", "lead", "scheduld")
     refused("orbit", "margin_sds", {"uniform": {"min": 1}})
     refused("orbit", "margin_sds", {"uniform": {"min": 1, "max": 2, "mode": 1}})
-    refused("uavs", "at", [{"z_m": 1}])
+    refused("uavs", "start", [{"z_m": 1}])
 
 print(f"the schema accepts {len(sys.argv) - 2} scenarios, and rejects seven errors in each")

@@ -6,8 +6,8 @@ Usage: page_values.py <record folder> > values.json
 Writes {"times_s": [...], "names": [...], "events": [...]} and, by table ("run", "uavs", "groups", "targets", and
 "intruders" if the record has any), id and column, one value for every time step; null for missing values. Columns have
 the names and units of the record. Columns that the record does not contain are recomputed with check_equations.py, as
-docs/metrics.md defines them. With per-UAV team states, "minds" has the team state of each agent at every time step, and
-"mind_events" the number of events that each agent publishes. Needs requirements.txt.
+docs/metrics.md defines them. With per-UAV team states, "agents" has the team state of each agent at every time step, and
+"agent_events" the number of events that each agent publishes. Needs requirements.txt.
 """
 
 import json
@@ -20,10 +20,10 @@ from check_equations import POSITION, Record, direction, equation_15, equations_
 from check_equations import looking, looks_by_target, stacked, true_centre, wrap
 
 UAVS = ["group", "x_m", "y_m", "speed_m_s", "turn_rate_rad_s", "speed_limited", "turn_rate_limited", "centre_distance_m",
-        "avoids", "avoided_intruder", "predicted_distance_m", "border"]
-GROUPS = ["x_m", "y_m", "members", "spread_m", "standoff_distance_m", "feasible", "separation_m"]
-INTRUDERS = ["x_m", "y_m", "heading_rad", "speed_m_s", "told"]
-TARGETS = ["status", "place", "group", "to_group"]
+        "avoided_uav", "avoided_intruder", "predicted_distance_m", "limiting_zone"]
+GROUPS = ["x_m", "y_m", "members", "spread_m", "standoff_distance_m", "feasible", "nearest_groupmate_m"]
+INTRUDERS = ["x_m", "y_m", "heading_rad", "speed_m_s", "transponder_on"]
+TARGETS = ["status", "membership", "group", "receiving_group"]
 
 
 def main(arguments):
@@ -47,7 +47,7 @@ def main(arguments):
         page["intruders"] = columns(times, lambda time: {
             intruder: {name: getattr(row, name) for name in INTRUDERS} for intruder, row in intruders[time].items()})
     if (record.folder / "agents.parquet").exists():
-        page |= {"minds": [minds(record, time) for time in times], "mind_events": Counter(row.agent for row in record.rows("agent_events"))}
+        page |= {"agents": [agents(record, time) for time in times], "agent_events": Counter(row.agent for row in record.rows("agent_events"))}
     json.dump(page, sys.stdout, default=lambda number: number.item(), allow_nan=False)
     return 0
 
@@ -62,17 +62,17 @@ def columns(times, rows):
     return found
 
 
-def minds(record, time):
+def agents(record, time):
     """Returns {agent: its team state at a time}, for agents whose computer is on."""
-    if not hasattr(record, "minds"):
+    if not hasattr(record, "agents"):
         tables = {"all": ("agents",), "team": ("agent_teammates", "uav"), "tracks": ("agent_tracks", "target"), "groups": ("agent_groups", "group")}
-        record.minds = {name: record.by_instant(table, "agent", *key) for name, (table, *key) in tables.items()}
+        record.agents = {name: record.by_instant(table, "agent", *key) for name, (table, *key) in tables.items()}
     found = {}
-    for agent in record.minds["all"][time]:
-        own = {name: {ids[1]: row for ids, row in record.minds[name][time].items() if ids[0] == agent}
+    for agent in record.agents["all"][time]:
+        own = {name: {ids[1]: row for ids, row in record.agents[name][time].items() if ids[0] == agent}
                for name in ["team", "tracks", "groups"]}
-        team = {uav: {"presence": row.presence, "group": row.group, "group_id": None if row.group_id is None else str(int(row.group_id)),
-                      "age_s": None if row.heard_us is None else (time - row.heard_us) / 1e6} for uav, row in own["team"].items()}
+        team = {uav: {"status": row.status, "group": row.group, "group_id": None if row.group_id is None else str(int(row.group_id)),
+                      "age_s": None if row.last_report_us is None else (time - row.last_report_us) / 1e6} for uav, row in own["team"].items()}
         truth = record.truth[time]
         tracks = {target: {"group": row.group, "position_error_m": error(row, truth[target]) if target in truth else None}
                   for target, row in own["tracks"].items()}
@@ -114,7 +114,7 @@ def group_values(record, time, row, bounds):
     bound = np.sqrt(np.mean(variances)) if variances else np.nan
     return values | {
         "phase_rad": phase,
-        "phase_wanted_rad": desired,
+        "desired_phase_rad": desired,
         "position_error_m": np.sqrt(np.mean(errors)) if errors else None,
         "position_bound_m": None if np.isnan(bound) else bound,
         "scan_sd_m": scan_sd(record, true_members(record, time, row.group), uavs),
@@ -198,8 +198,8 @@ def run_values(record, time):
     return {
         "targets": len(there),
         "tracked": len(tracked),
-        "watched": sum(row["in_view"] and row["group"] is not None for row in tracked) if is_after_cue else None,
-        "seen": sum(bool(row["in_view"]) for row in there) if is_after_cue else None,
+        "in_custody": sum(row["in_view"] and row["group"] is not None for row in tracked) if is_after_cue else None,
+        "in_view": sum(bool(row["in_view"]) for row in there) if is_after_cue else None,
         "position_error_m": np.sqrt(np.mean([row["error_m"] ** 2 for row in tracked])) if tracked else None,
     }
 

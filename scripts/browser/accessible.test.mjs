@@ -42,7 +42,7 @@ for (const theme of THEMES) {
 }
 
 for (const theme of THEMES) {
-  inReport(`axe-core reports no violations with one agent per UAV: ${theme}`, { flight: "minds", colorScheme: theme }, async (page) => {
+  inReport(`axe-core reports no violations with one agent per UAV: ${theme}`, { flight: "agents", colorScheme: theme }, async (page) => {
     await goTo(page, 25);
     await page.getByRole("combobox", { name: "Team state" }).selectOption("2");
     for (const name of ["Charts", "State", "Events"]) {
@@ -183,7 +183,7 @@ inReport("the keyboard reaches every control, the focus is visible, and the focu
     }
   };
   const names = (await walk()).map((at) => at.id);
-  for (const id of ["keys", "theme", "map", "zoom-in", "zoom-out", "fit", "ruler", "follow", "only", "find", "summary", "map-png", "tab-charts", "panel-choice", "png", "csv",
+  for (const id of ["keys", "theme", "map", "zoom-in", "zoom-out", "fit", "ruler", "follow", "only", "find", "summary", "map-png", "tab-charts", "panel-selection", "png", "csv",
     "curve-uavs-0",
     "play", "back", "on", "time", "speed"]) assert.ok(names.includes(id), `${id} is among ${names}`);
   assert.ok(!names.includes("tab-state"), "the tab list is one tab stop");
@@ -206,7 +206,7 @@ inReport("the keyboard reaches every control, the focus is visible, and the focu
 
 for (const [screen, flight, options] of [["1280x720", "figure-9", DESKTOP], ["a tablet", "figure-9", TABLET],
   ["1280x720, with a long name", "hostile-name", DESKTOP], ["a phone", "figure-9", PHONE], ["a phone, with a long name", "hostile-name", PHONE],
-  ["a screen of 3840x2160", "figure-9", FOUR_K], ["1280x720, with one agent per UAV", "minds", DESKTOP], ["a phone, with one agent per UAV", "minds", PHONE]]) {
+  ["a screen of 3840x2160", "figure-9", FOUR_K], ["1280x720, with one agent per UAV", "agents", DESKTOP], ["a phone, with one agent per UAV", "agents", PHONE]]) {
   inReport(`the layout fits on ${screen}: no overlap, nothing cut off, no horizontal scrolling`, { flight, ...options }, async (page) => {
     await goTo(page, await lastTime(page));
     await page.getByRole("button", { name: "Ruler" }).click();

@@ -57,7 +57,7 @@ function cells(page, table, metric, batch = "") {
 /** Selects a metric by a click. */
 async function choose(page, metric) {
   await page.locator(`#metrics tr[data-metric="${metric}"] button`).click();
-  await page.waitForFunction((name) => document.querySelector("#told").textContent.startsWith(`${name}.`), metric);
+  await page.waitForFunction((name) => document.querySelector("#summary").textContent.startsWith(`${name}.`), metric);
 }
 
 /** Clicks a button and returns the file that it downloads. */
@@ -98,7 +98,7 @@ test("selecting a metric shows the distribution of its values", () =>
     assert.equal(await page.textContent("#metric"), "velocity error");
     assert.match(page.url(), /#velocity_error_m_s$/);
     const mean = (await cells(page, "metrics", "velocity_error_m_s")).mean.text;
-    assert.ok((await page.textContent("#told")).includes(`mean ${mean} m/s (`));
+    assert.ok((await page.textContent("#summary")).includes(`mean ${mean} m/s (`));
     await page.waitForFunction(() => document.querySelector("#distribution").layout.xaxis.title.text === "velocity error (m/s)");
     const [bars, line] = await page.evaluate(() => {
       const { data, layout } = document.querySelector("#distribution");

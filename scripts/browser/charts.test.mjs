@@ -11,12 +11,12 @@ const DEGREES = 180 / Math.PI;
 
 /** Panels from top to bottom: key, factor, and the curves: table, column, dash style. */
 const PANELS = [
-  ["watched", 1, [["run", "targets", "solid"], ["run", "tracked", "dash"], ["run", "seen", "dot"], ["run", "watched", "solid"]]],
+  ["in_custody", 1, [["run", "targets", "solid"], ["run", "tracked", "dash"], ["run", "in_view", "dot"], ["run", "in_custody", "solid"]]],
   ["position_error", 1, [["groups", "position_error_m", "solid"], ["groups", "position_bound_m", "dash"], ["run", "position_error_m", "dot"]]],
   ["off_boresight", DEGREES, [["uavs", "off_boresight_rad", "solid"]]],
   ["standoff_distance", 1, [["groups", "standoff_distance_m", "solid"], ["uavs", "centre_distance_m", "dot"]]],
   ["standoff_error", 1, [["uavs", "standoff_error_m", "solid"]]],
-  ["phase", DEGREES, [["groups", "phase_rad", "solid"], ["groups", "phase_wanted_rad", "dash"]]],
+  ["phase", DEGREES, [["groups", "phase_rad", "solid"], ["groups", "desired_phase_rad", "dash"]]],
   ["speed", 1, [["uavs", "speed_m_s", "solid"]]],
   ["turn_rate", DEGREES, [["uavs", "turn_rate_rad_s", "solid"]]],
   ["scan_sd", 1, [["groups", "scan_sd_m", "solid"]]],
@@ -230,7 +230,7 @@ inReport("the time axis covers the time range shown", {}, async (page) => {
 });
 
 inReport("a click on a plot goes to that time, and the cursor marks it", {}, async (page) => {
-  for (const [panel, share] of [["watched", 0.25], ["turn_rate", 0.8]]) {
+  for (const [panel, share] of [["in_custody", 0.25], ["turn_rate", 0.8]]) {
     const box = await plot(page, panel);
     await page.mouse.click(box.x + share * box.width, box.y + box.height / 2);
     await painted(page);
@@ -277,7 +277,7 @@ inReport("the tooltip of a plot lists the values of that panel at that time, lar
 });
 
 inReport("the tooltip is never cut off, and disappears when the pointer leaves", {}, async (page) => {
-  for (const [panel, share, height] of [["watched", 0.01, 0.05], ["watched", 0.99, 0.95], ["scan_sd", 0.99, 0.95], ["standoff_distance", 0.5, 0.5]]) {
+  for (const [panel, share, height] of [["in_custody", 0.01, 0.05], ["in_custody", 0.99, 0.95], ["scan_sd", 0.99, 0.95], ["standoff_distance", 0.5, 0.5]]) {
     const { box, pane, rows, hidden } = await tooltip(page, panel, share, height);
     assert.ok(!hidden && rows.length > 0, panel);
     assert.ok(box.left >= pane.left && box.right <= pane.right && box.top >= pane.top && box.bottom <= pane.bottom, JSON.stringify([panel, box, pane]));

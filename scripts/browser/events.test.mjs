@@ -248,7 +248,7 @@ inReport("the event strip shows the number of events, and its tooltip lists the 
   assert.match(one, /^[\d.]+ s (lost|discarded)/);
   await marks.click({ position: { x: x(mixed.time_s), y: 8 } });
   await painted(page);
-  assert.match(await page.locator("#told-event").textContent(), /^[\d.]+ s (lost|discarded)/, "a critical event comes first");
+  assert.match(await page.locator("#event-summary").textContent(), /^[\d.]+ s (lost|discarded)/, "a critical event comes first");
   assert.ok(Math.abs(x(await clock(page)) - x(mixed.time_s)) <= 2);
   // The same holds if another event comes first in the record.
   const first = important.find((event, k) => !isGrave(event) && important[k - 1]?.time_s !== event.time_s && important.some((other) => isGrave(other) && other.time_s === event.time_s));

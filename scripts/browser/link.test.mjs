@@ -11,7 +11,7 @@ import { recordOf } from "./record.mjs";
 after(leave);
 
 const record = recordOf("figure-9");
-const message = (page) => page.locator("#told-event").textContent();
+const message = (page) => page.locator("#event-summary").textContent();
 
 /** Opens a report with a fragment in its address. */
 async function at(page, hash, flight = "figure-9") {
@@ -34,7 +34,7 @@ async function to(page, hash) {
 /** Clicks "Copy link" and returns the fragment that the page puts into the address. */
 async function copied(page) {
   await page.getByRole("button", { name: "Copy link" }).click();
-  await page.waitForFunction(() => document.getElementById("told-event").textContent !== "");
+  await page.waitForFunction(() => document.getElementById("event-summary").textContent !== "");
   return new URL(page.url()).hash;
 }
 

@@ -64,7 +64,7 @@ inReport("the card of the object under the pointer shows its name and its curren
     const { error_m, detections, state } = await facts(hovered(page));
     agrees(error_m, target.error_m, 2, `error of target ${id}`);
     assert.equal(detections, `${target.detections}`);
-    assert.equal(state, `${target.place}, ${target.status}`);
+    assert.equal(state, `${target.membership}, ${target.status}`);
     const box = await hovered(page).boundingBox();
     const map = await page.locator("#map").boundingBox();
     assert.ok(box.x >= map.x && box.x + box.width <= map.x + map.width && box.y + box.height <= map.y + map.height, "inside the map");

@@ -191,7 +191,7 @@ test("one click replays the worst run of a batch with the same outcome", limits,
   const view = await serving("view", "batch");
   const { page, complaints, close } = await watching(view.address);
   await page.locator('#metrics tr[data-metric="position_error_m"] button').click();
-  await page.waitForFunction(() => document.querySelector("#told").textContent.startsWith("position_error_m."));
+  await page.waitForFunction(() => document.querySelector("#summary").textContent.startsWith("position_error_m."));
   const values = (await page.locator("#runs tbody tr").first().locator("td").allTextContents()).map(Number);
   await page.locator("#runs tbody a").first().click();
   await page.waitForSelector("#outcome td[data-metric=position_error_m]", { state: "attached" });

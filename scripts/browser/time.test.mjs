@@ -150,7 +150,7 @@ inReport("Space plays after a click on any control, and Enter presses a button t
 
 inReport("the text of the current event is shown above the strip until the time moves on, and the layout does not change", {}, async (page) => {
   await page.clock.install();
-  const eventText = page.locator("#told-event");
+  const eventText = page.locator("#event-summary");
   const boxes = () => page.evaluate(() => [...document.querySelectorAll("footer, footer *, #map")].filter((one) => one.id !== "now").map((one) => {
     const { left, top, width, height } = one.getBoundingClientRect();
     return one.closest("#tip, .clock") ? [] : [left, top, width, height];

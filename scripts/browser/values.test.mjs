@@ -42,7 +42,7 @@ function checkGroups(rows, recorded) {
     agrees(row.standoff_distance_m.replace(group.feasible ? /^$/ : / not feasible$/, ""), group.standoff_distance_m, 1, `group ${id} orbit`);
     agrees(row.spread_m, group.spread_m, 1, `group ${id} spread`);
     agrees(row.phase_deg, group.phase_rad === null ? null : group.phase_rad * DEGREES, 1, `group ${id} phase`);
-    agrees(row.separation_m, group.separation_m, 0, `group ${id} separation`);
+    agrees(row.nearest_groupmate_m, group.nearest_groupmate_m, 0, `group ${id} separation`);
     agrees(row.position_error_m, group.position_error_m, 2, `group ${id} position error`);
   }
 }
@@ -50,8 +50,8 @@ function checkGroups(rows, recorded) {
 /** The expected warning about a target. */
 function concern(target) {
   if (target.in_view === false && target.group !== null) return "out of view";
-  if (["removed", "ungrouped"].includes(target.place)) return target.place;
-  if (target.place === "in-handoff") return "in dwell";
+  if (["removed", "ungrouped"].includes(target.membership)) return target.membership;
+  if (target.membership === "in-handoff") return "in handoff";
   if (target.status === "coasting") return "coasting";
   return target.exists && target.status === null ? "untracked" : "";
 }
@@ -63,10 +63,10 @@ function checkTargets(rows, recorded, names) {
   for (const [id, row] of rows) {
     const target = recorded.get(id);
     assert.equal(row.name, names[id]);
-    assert.equal(row.state, [target.place, target.status].filter(Boolean).join(", ") || "no track");
+    assert.equal(row.state, [target.membership, target.status].filter(Boolean).join(", ") || "no track");
     assert.equal(row.concern, concern(target));
     const group = target.group === null ? "none" : `${target.group}`;
-    assert.equal(row.group, target.group !== null && target.to_group !== null ? `${group} to ${target.to_group}` : group);
+    assert.equal(row.group, target.group !== null && target.receiving_group !== null ? `${group} to ${target.receiving_group}` : group);
     agrees(row.error_m, target.error_m, 2, `target ${id} error`);
     assert.equal(row.detections, `${target.detections}`);
   }
@@ -74,7 +74,7 @@ function checkTargets(rows, recorded, names) {
 
 /** Runs with times, and the warnings expected at these times. */
 const CHOSEN = [
-  ["figure-9", [0, 0.5, 33, 60, 100], ["in dwell", "removed"]],
+  ["figure-9", [0, 0.5, 33, 60, 100], ["in handoff", "removed"]],
   ["slips", [27], ["out of view"]],
 ];
 for (const [flight, times_s, warnings] of CHOSEN) {

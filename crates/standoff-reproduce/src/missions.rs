@@ -50,7 +50,7 @@ impl Orbits {
         let time_s = time_s(frame);
         // |r - r_d| by the agents' own estimates: the paper's standoff distance error.
         let in_groups = frame.uavs.iter().filter_map(|uav| Some((uav, geometry::group_of(frame, uav)?)));
-        let errors: Vec<f64> = in_groups.map(|(uav, group)| geometry::tracking_error_m(uav, group).abs()).collect();
+        let errors: Vec<f64> = in_groups.map(|(uav, group)| geometry::own_estimate_error_m(uav, group).abs()).collect();
         let angles: Vec<f64> = frame.groups.iter().filter_map(|group| desired_phase_deg(frame, group)).collect();
         if time_s >= settings.transient.s() {
             self.settled_errors_m.extend(&errors);

@@ -53,7 +53,7 @@ impl<'a> Geometry<'a> {
 
 /// Orbit error r - r_d of a UAV with respect to the agents' own estimate of its group, m; positive outside the orbit.
 #[must_use]
-pub fn tracking_error_m(uav: &UavRow, group: &GroupRow) -> f64 {
+pub fn own_estimate_error_m(uav: &UavRow, group: &GroupRow) -> f64 {
     off_orbit_m(at(uav), centre(group), group.standoff_distance_m)
 }
 
@@ -292,7 +292,7 @@ mod tests {
                 for uav in frame.uavs.iter().filter(|uav| uav.group == Some(group.group)) {
                     assert_eq!(group_of(frame, uav), Some(group));
                     widest_deg = widest_deg.max(geometry.off_boresight_rad(uav).map_or(0.0, f64::to_degrees));
-                    (tracking_m, n) = (tracking_m + tracking_error_m(uav, group).abs(), n + 1.0);
+                    (tracking_m, n) = (tracking_m + own_estimate_error_m(uav, group).abs(), n + 1.0);
                 }
             }
         }

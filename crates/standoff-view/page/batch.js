@@ -276,7 +276,7 @@ class BatchPage {
       // Some browsers do not allow a page opened from a file to change its address.
     }
     element("metric").textContent = metric.what || metric.name;
-    element("told").textContent = this.sentence();
+    element("summary").textContent = this.sentence();
     element("value").textContent = metric.unit ? `Value (${metric.unit})` : "Value";
     const ends = { large: ["largest", "smallest"], small: ["smallest", "largest"] }[metric.bad] ?? ["largest", "smallest"];
     const label = (end, index) => (metric.bad ? `${index === 0 ? "worst" : "best"}: ${end} first` : `${end} first`);

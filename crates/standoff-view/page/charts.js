@@ -37,12 +37,12 @@ class Charts {
     element("png").addEventListener("click", () => savePng(this));
     element("csv").addEventListener("click", () => saveCsv(this));
     element("whole").addEventListener("click", () => this.zoom(null));
-    for (const run of page.runs) run.choice.on(() => objectWord(page.choice.object) !== this.object && this.renew());
+    for (const run of page.runs) run.selection.on(() => objectWord(page.selection.object) !== this.object && this.renew());
     new ResizeObserver(() => this.place.clientWidth !== this.width && this.draw()).observe(this.place);
   }
 
-  get film() {
-    return this.page.film;
+  get replayData() {
+    return this.page.replayData;
   }
 
   /** The visible panels. */
@@ -51,24 +51,24 @@ class Charts {
   }
 
   get shown_s() {
-    const { times_s, end_s } = this.film;
+    const { times_s, end_s } = this.replayData;
     return this.range_s ?? [times_s[0] ?? 0, Math.max(end_s, (times_s[0] ?? 0) + 1)];
   }
 
   /** The curves of a panel: object, name, style, values. */
   *curvesOf(spec) {
-    const { film, target } = this;
+    const { replayData, target } = this;
     if (spec === TARGET_PANEL) {
       const { times_s, error_m, id } = target;
       yield { of: "targets", id, name: "", note: "error", column: "position_error_m", colour: palette().ink, dash: "solid", factor: 1, times_s, values: error_m };
       return;
     }
     for (const { of, column, note, dash, ink } of spec.curves) {
-      for (const id of of === "run" ? [0] : film.ids[of]) {
-        const values = film.series(of, column, id);
+      for (const id of of === "run" ? [0] : replayData.ids[of]) {
+        const values = replayData.series(of, column, id);
         if (values.every(Number.isNaN)) continue;
-        const colour = ink ? palette()[ink] : curveColour(film, of, id);
-        yield { of, id, name: curveName(of, id), note, column, colour, dash, factor: spec.factor, times_s: film.times_s, values };
+        const colour = ink ? palette()[ink] : curveColour(replayData, of, id);
+        yield { of, id, name: curveName(of, id), note, column, colour, dash, factor: spec.factor, times_s: replayData.times_s, values };
       }
     }
   }
@@ -115,7 +115,7 @@ class Charts {
   /** Horizontal lines and shaded time ranges of a panel. */
   shapes(spec) {
     const { alarm, none } = palette();
-    const levels = spec.levels?.(this.film.head.limits) ?? [];
+    const levels = spec.levels?.(this.replayData.head.limits) ?? [];
     const shapes = levels.map((level) => ({
       type: "line", xref: "paper", x0: 0, x1: 1, y0: level * spec.factor, y1: level * spec.factor, line: { color: alarm, width: 1, dash: "dash" },
     }));
@@ -129,7 +129,7 @@ class Charts {
 
   layout({ spec, traces }) {
     const { grid } = palette();
-    const levels = spec.levels?.(this.film.head.limits).map((level) => level * spec.factor) ?? [];
+    const levels = spec.levels?.(this.replayData.head.limits).map((level) => level * spec.factor) ?? [];
     const most = traces.flatMap(({ y }) => y).reduce((a, b) => Math.max(a, b), Math.max(0, ...levels));
     const scale = spec.fromZero ? { range: [0, 1.06 * most || 1] } : {};
     return {
@@ -190,7 +190,7 @@ class Charts {
     panel.name = spec.title;
     if (spec === TARGET_PANEL) {
       const { share, id } = this.target;
-      panel.name = `Target ${short(this.film.head.targets[id] ?? String(id))}`;
+      panel.name = `Target ${short(this.replayData.head.targets[id] ?? String(id))}`;
       notes.push([alarm, "solid", "out of view"], [none, "solid", "coasting"]);
       if (share < 1) notes.push([none, "dot", `loading, ${Math.floor(100 * share)} %`]);
     }
@@ -199,10 +199,10 @@ class Charts {
 
   /** Updates the charts to the run and the selection of the page. */
   chosen() {
-    const { film } = this;
-    const { object } = this.page.choice;
-    if (this.filmDrawn !== film) {
-      this.filmDrawn = film;
+    const { replayData } = this;
+    const { object } = this.page.selection;
+    if (this.drawnData !== replayData) {
+      this.drawnData = replayData;
       this.only.uavs.clear();
       this.only.groups.clear();
       // The time range may be beyond the end of the other run.
@@ -210,13 +210,13 @@ class Charts {
     }
     this.object = objectWord(object);
     const id = object?.kind === "target" ? object.id : null;
-    if (this.target && (this.target.id !== id || this.target.film !== film)) {
+    if (this.target && (this.target.id !== id || this.target.replayData !== replayData)) {
       this.target.drop();
       this.target = null;
     }
     if (id !== null) {
       if (!this.target) {
-        this.target = new TargetSeries(film, id);
+        this.target = new TargetSeries(replayData, id);
         this.place.parentElement.scrollTop = 0;
       }
       this.target.load(() => this.draw());
@@ -227,12 +227,12 @@ class Charts {
   /** Ids of the emphasised curves: those of an object, and of the groups or UAVs related to it at any time. */
   frontOf(object) {
     if (!object) return null;
-    const { film } = this;
-    const groupsOf = (uav) => new Set(film.series("uavs", "group", uav).filter((group) => !Number.isNaN(group)));
+    const { replayData } = this;
+    const groupsOf = (uav) => new Set(replayData.series("uavs", "group", uav).filter((group) => !Number.isNaN(group)));
     const sets = {
       uav: () => ({ uavs: new Set([object.id]), groups: groupsOf(object.id) }),
-      group: () => ({ uavs: new Set(film.ids.uavs.filter((uav) => groupsOf(uav).has(object.id))), groups: new Set([object.id]) }),
-      intruder: () => ({ uavs: new Set(film.ids.uavs.filter((uav) => film.series("uavs", "avoided_intruder", uav).includes(object.id))), groups: new Set() }),
+      group: () => ({ uavs: new Set(replayData.ids.uavs.filter((uav) => groupsOf(uav).has(object.id))), groups: new Set([object.id]) }),
+      intruder: () => ({ uavs: new Set(replayData.ids.uavs.filter((uav) => replayData.series("uavs", "avoided_intruder", uav).includes(object.id))), groups: new Set() }),
       target: () => ({ uavs: new Set(), groups: this.target.groups }),
     }[object.kind]();
     return { ...sets, key: `${objectWord(object)}: ${[...sets.uavs]}; ${[...sets.groups]}` };
@@ -245,7 +245,7 @@ class Charts {
 
   /** Shows a time range; `null` shows the whole run. */
   zoom(range_s) {
-    const [first, last] = [this.film.times_s[0], this.film.end_s];
+    const [first, last] = [this.replayData.times_s[0], this.replayData.end_s];
     this.range_s = range_s && (range_s[0] > first || range_s[1] < last) ? this.atLeast(range_s) : null;
     this.hover.hide();
     this.draw();
@@ -253,7 +253,7 @@ class Charts {
 
   /** A time range, widened to at least four time steps. */
   atLeast([from_s, to_s]) {
-    const missing_s = Math.max(0, 4 * this.film.head.period_s - (to_s - from_s));
+    const missing_s = Math.max(0, 4 * this.replayData.head.period_s - (to_s - from_s));
     return [from_s - missing_s / 2, to_s + missing_s / 2];
   }
 
@@ -280,7 +280,7 @@ class Charts {
     this.cursor.hidden = !(time_s >= first && time_s <= last);
     this.cursor.style.transform = `translateX(${this.pxOf(time_s)}px)`;
     const now_ms = performance.now();
-    if (this.film.ids.groups.length > MOST_GROUPS && now_ms - (this.named_ms ?? 0) > 500) {
+    if (this.replayData.ids.groups.length > MOST_GROUPS && now_ms - (this.named_ms ?? 0) > 500) {
       this.named_ms = now_ms;
       this.legend.show();
     }
@@ -390,7 +390,7 @@ class Charts {
       hint.append("Click in a chart to go to that time; drag to zoom in on a time range; double-click to show the whole run.");
       list.replaceChildren(...(toggle.newState === "open" ? [hint, ...PANELS.flatMap(row)] : []));
       const high = innerHeight / pageZoom();
-      const top = Math.min(element("panel-choice").getBoundingClientRect().bottom / pageZoom() + 4, high / 2);
+      const top = Math.min(element("panel-selection").getBoundingClientRect().bottom / pageZoom() + 4, high / 2);
       list.style.top = `${top}px`;
       list.style.right = "8px";
       list.style.maxHeight = `${high - top - 12}px`;

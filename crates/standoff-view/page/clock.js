@@ -3,9 +3,9 @@
 class Clock {
   static SPEEDS = [0.25, 0.5, 1, 2, 4, 8, 16, 32];
 
-  /** Creates the clock of one film, or of several films that are shown at the same time. */
-  constructor(films) {
-    this.films = films;
+  /** Creates the clock of one replayData, or of several replays that are shown at the same time. */
+  constructor(replays) {
+    this.replays = replays;
     this.time_s = 0;
     this.speed = 1;
     this.playing = false;
@@ -15,14 +15,14 @@ class Clock {
     this.listeners = [];
   }
 
-  /** The longest film. */
-  get film() {
-    return this.films.reduce((longest, film) => (film.end_s > longest.end_s ? film : longest));
+  /** The longest replayData. */
+  get replayData() {
+    return this.replays.reduce((longest, replayData) => (replayData.end_s > longest.end_s ? replayData : longest));
   }
 
   /** Whether all runs have ended and are loaded. */
   get done() {
-    return this.films.every((film) => film.done);
+    return this.replays.every((replayData) => replayData.done);
   }
 
   on(listener) {
@@ -37,21 +37,21 @@ class Clock {
   /** Goes to a time, limited to the loaded range. */
   seek(time_s) {
     this.following = false;
-    this.time_s = Math.min(Math.max(time_s, this.film.times_s[0] ?? 0), this.film.end_s);
+    this.time_s = Math.min(Math.max(time_s, this.replayData.times_s[0] ?? 0), this.replayData.end_s);
     this.notify();
   }
 
   /** Moves by a number of time steps, and pauses. */
   step(count) {
-    const last = this.film.times_s.length - 1;
+    const last = this.replayData.times_s.length - 1;
     if (last < 0) return;
-    const instant = Math.min(Math.max(this.film.instant(this.time_s) + count, 0), last);
+    const instant = Math.min(Math.max(this.replayData.instant(this.time_s) + count, 0), last);
     this.pause();
-    this.seek(this.film.times_s[instant]);
+    this.seek(this.replayData.times_s[instant]);
   }
 
   play() {
-    if (this.done && this.time_s >= this.film.end_s) this.time_s = this.film.times_s[0] ?? 0;
+    if (this.done && this.time_s >= this.replayData.end_s) this.time_s = this.replayData.times_s[0] ?? 0;
     this.playing = true;
     this.last_ms = null;
     this.notify();
@@ -91,14 +91,14 @@ class Clock {
    * behind, or if data on the way is missing.
    */
   glide(passed_s) {
-    const { film } = this;
-    const end_s = film.shown_end_s;
+    const { replayData } = this;
+    const end_s = replayData.shown_end_s;
     const behind_s = end_s - this.time_s;
     if (!(behind_s > 0)) return;
-    const { period_s } = film.head;
+    const { period_s } = replayData.head;
     const from_s = behind_s > 20 * period_s ? Math.max(end_s - period_s, this.time_s) : this.time_s;
     const next_s = Math.min(from_s + passed_s * Math.max(1, 4 * behind_s), end_s);
-    this.time_s = film.isWhole(next_s) ? next_s : end_s;
+    this.time_s = replayData.isWhole(next_s) ? next_s : end_s;
   }
 
   /** Advances the clock to the time of a drawn frame; returns whether the mission time has changed. */
@@ -108,10 +108,10 @@ class Clock {
     if (!this.playing) return false;
     const before_s = this.time_s;
     if (this.following) this.glide(passed_s);
-    else this.time_s = Math.min(this.time_s + passed_s * this.speed, this.film.end_s);
+    else this.time_s = Math.min(this.time_s + passed_s * this.speed, this.replayData.end_s);
     // Playback that has reached the newest time step of a running mission follows it from there.
-    if (!this.done && !this.following && this.time_s >= this.film.end_s) this.follow();
-    if (this.done && this.time_s >= this.film.end_s) this.pause();
+    if (!this.done && !this.following && this.time_s >= this.replayData.end_s) this.follow();
+    if (this.done && this.time_s >= this.replayData.end_s) this.pause();
     if (this.time_s !== before_s) this.notify();
     return this.time_s !== before_s;
   }

@@ -21,14 +21,14 @@ const UAV_COLUMNS = [
   ["off_boresight_mean_deg", "Off-bore\u00adsight angle (\u00b0)", (uav) =>
     uav.out ? `out since ${uav.out.since_s.toFixed(1)} s` : fixed(uav.off_boresight_rad * DEGREES, 1),
     "Largest angle between the boresight and the true direction to a member of the group; beyond half the field of view the member is out of view"],
-  ["keeps_off", "Avoiding", (uav) => [avoidsWords(uav), uav.zone].filter(Boolean).join(", "),
+  ["avoiding", "Avoiding", (uav) => [avoidedText(uav), uav.zone].filter(Boolean).join(", "),
     "UAV or intruder that collision avoidance reacts to, with the predicted minimum distance; and the geofence zone that makes the UAV deviate"],
 ];
 
 /** The aircraft that a UAV avoids, with the predicted minimum distance; empty if there is none. */
-function avoidsWords({ avoids, avoided_intruder, predicted_distance_m }) {
-  if (avoids === null && avoided_intruder === null) return "";
-  const aircraft = avoids === null ? `intruder ${avoided_intruder}` : `UAV ${avoids}`;
+function avoidedText({ avoided_uav, avoided_intruder, predicted_distance_m }) {
+  if (avoided_uav === null && avoided_intruder === null) return "";
+  const aircraft = avoided_uav === null ? `intruder ${avoided_intruder}` : `UAV ${avoided_uav}`;
   return `${aircraft}${Number.isNaN(predicted_distance_m) ? "" : ` (${predicted_distance_m.toFixed(0)} m predicted)`}`;
 }
 
@@ -40,7 +40,7 @@ const GROUP_COLUMNS = [
   ["spread_m", "Spread (m)", (group) => fixed(group.spread_m, 1), "d_max: distance from the estimated centre to the furthest member"],
   ["phase_deg", "Phase (\u00b0)", (group) => fixed(group.phase_rad * DEGREES, 1),
     "Angle between neighbouring UAVs on the orbit, seen from its centre; for the pair that is furthest from the desired phase"],
-  ["separation_m", "Separation (m)", (group) => fixed(group.separation_m, 0), "Smallest distance between two UAVs of the group"],
+  ["nearest_groupmate_m", "Separation (m)", (group) => fixed(group.nearest_groupmate_m, 0), "Smallest distance between two UAVs of the group"],
   ["position_error_m", "Position error (m)", (group) => fixed(group.position_error_m, 2),
     "Root mean square distance between the estimated and the true positions of the members"],
 ];
@@ -53,29 +53,29 @@ const INTRUDER_COLUMNS = [
   ["heading_deg", "Heading (\u00b0)", (intruder) => compass(intruder.heading_rad), "Compass heading: 0 is north, 90 east"],
   ["nearest_m", "Nearest UAV (m)", ({ nearest }) => (nearest ? `${fixed(nearest.distance_m, 0)} (UAV ${nearest.uav})` : "\u2013"),
     "Horizontal distance to the nearest UAV, and the number of that UAV"],
-  ["tells", "Transponder", ({ silent }) => silent || "on",
+  ["transponder", "Transponder", ({ silent }) => silent || "on",
     `Whether the intruder reports its position; UAVs stop avoiding an intruder that has sent no report for more than ${FORGOTTEN_S} s`],
 ];
 
 const TARGET_COLUMNS = [
   ["name", "Target", (target) => target.name, "Name of the target in the scenario or the traffic file"],
-  ["state", "State", (target) => [target.place, target.status].filter(Boolean).join(", ") || "no track",
+  ["state", "State", (target) => [target.membership, target.status].filter(Boolean).join(", ") || "no track",
     "Membership of the track (member: in a group; dwell: in handoff; unassigned: in no group; discarded: no feasible orbit could include it) " +
     "and its status (held: measured in this time step; coasting: predicted only; cued: reported by a cue source, not measured yet)"],
   ["concern", "Warning", (target) => concern(target), "State that needs attention; out of view: a group member that is in no UAV's field of view (true geometry)"],
   ["group", "Group", (target) =>
-    target.group === null ? "none" : target.to_group === null ? `${target.group}` : `${target.group} to ${target.to_group}`,
+    target.group === null ? "none" : target.receiving_group === null ? `${target.group}` : `${target.group} to ${target.receiving_group}`,
     "Group of the track; two numbers: handoff from the first group to the second"],
   ["error_m", "Position error (m)", (target) => fixed(target.error_m, 2), "Distance between the estimated and the true position"],
   ["detections", "Detected by", (target) => `${target.detections}`, "Number of UAVs that measured the target in this time step"],
 ];
 
 /** Columns of agents; used only if every UAV runs its own agent. */
-const MIND_COLUMNS = [
+const AGENT_COLUMNS = [
   ["id", "Agent", (agent) => `UAV ${agent.id}`, "UAV that runs the agent"],
-  ["hears", "No reports from", (agent) => (agent.is_on ? agent.unheard : "off"),
+  ["missing_reports", "No reports from", (agent) => (agent.is_on ? agent.notReceived : "off"),
     "UAVs whose reports this agent does not receive, with the age of the last report; off: the computer is off"],
-  ["crews", "Assignments", (agent) => agent.crews,
+  ["assignments", "Assignments", (agent) => agent.assignments,
     "UAVs assigned to each group in this agent's team state; the creation time tells groups with equal numbers apart"],
   ["agrees", "Same assignments", (agent) => agent.agrees, "Agents whose team states have the same assignments"],
   ["lag_s", "Commit lag (s)", (agent) => fixed(agent.lag_s, 1), "Time since the last committed time step; the team state up to that step is final"],

@@ -1,13 +1,13 @@
 // Buttons, lists and keyboard shortcuts.
 
 /** Updates the list of objects to follow. A target is listed only while it is followed, because there may be many. */
-function follows({ film, choice }) {
+function follows({ replayData, selection }) {
   const select = element("follow");
-  const word = objectWord(choice.followed);
-  const objects = ["group", "uav", "intruder"].flatMap((kind) => film.ids[`${kind}s`].map((id) => ({ kind, id })));
-  if (choice.followed?.kind === "target") objects.push(choice.followed);
+  const word = objectWord(selection.followed);
+  const objects = ["group", "uav", "intruder"].flatMap((kind) => replayData.ids[`${kind}s`].map((id) => ({ kind, id })));
+  if (selection.followed?.kind === "target") objects.push(selection.followed);
   const options = [["run", "whole run"], ["now", "all objects"], ["", "nothing"],
-    ...objects.map((object) => [objectWord(object), objectName(film, object)])];
+    ...objects.map((object) => [objectWord(object), objectName(replayData, object)])];
   if (String(options) !== String([...select.options].map(({ value, text }) => [value, text]))) {
     select.replaceChildren(...options.map(([value, text]) => new Option(text, value)));
   }
@@ -15,38 +15,38 @@ function follows({ film, choice }) {
 }
 
 /** Updates the controls of the time. */
-function controls({ clock, film }) {
+function controls({ clock, replayData }) {
   const play = element("play");
   play.textContent = clock.playing ? "Pause" : "Play";
   play.setAttribute("aria-pressed", String(clock.playing));
   element("speed").value = String(clock.speed);
   const live = element("live");
-  live.hidden = film.done || !film.head.live;
+  live.hidden = replayData.done || !replayData.head.live;
   live.setAttribute("aria-pressed", String(clock.following));
 }
 
 /** Updates the selection of the team state, which is shown only if every UAV runs its own agent. */
 function pictureOf(page) {
-  const { minds } = page.film;
+  const { agents } = page.replayData;
   listLayers(page);
-  element("picture-of").hidden = !minds.isSeveral;
-  for (const name of MINDS_LAYERS) document.querySelector(`label[data-layer="${name}"]`).hidden = !minds.isSeveral;
-  const select = element("picture");
-  const options = [["", "auto"], ...minds.ids.map((uav) => [`${uav}`, `UAV ${uav}`])];
+  element("agent-label").hidden = !agents.isSeveral;
+  for (const name of AGENT_LAYERS) document.querySelector(`label[data-layer="${name}"]`).hidden = !agents.isSeveral;
+  const select = element("agent");
+  const options = [["", "auto"], ...agents.ids.map((uav) => [`${uav}`, `UAV ${uav}`])];
   if (select.options.length !== options.length) select.replaceChildren(...options.map(([value, text]) => new Option(text, value)));
-  select.value = minds.chosen ?? "";
+  select.value = agents.chosen ?? "";
 }
 
 /** Shows which UAV the option "auto" selects now, and to which team state the group charts belong. */
-function updateAutoOption({ film, clock }) {
-  const { minds } = film;
-  if (!minds.isSeveral) return;
-  const instant = film.instant(clock.time_s);
-  const first = minds.first(instant);
+function updateAutoOption({ replayData, clock }) {
+  const { agents } = replayData;
+  if (!agents.isSeveral) return;
+  const instant = replayData.instant(clock.time_s);
+  const first = agents.first(instant);
   const text = first === null ? "auto: none on" : `auto: UAV ${first}`;
-  const [option] = element("picture").options;
+  const [option] = element("agent").options;
   if (option && option.text !== text) option.text = text;
-  const charts = minds.chosen === null ? "" : `groups: ${first === null ? "no team state" : `team state of UAV ${first}`}`;
+  const charts = agents.chosen === null ? "" : `groups: ${first === null ? "no team state" : `team state of UAV ${first}`}`;
   if (element("charts-of").textContent !== charts) element("charts-of").textContent = charts;
 }
 
@@ -61,12 +61,12 @@ function connect(page) {
   element("speed").append(...Clock.SPEEDS.map((speed) => new Option(`${speed}\u00d7`, String(speed))));
   element("speed").addEventListener("change", (change) => clock.setSpeed(Number(change.target.value)));
   const follow = element("follow");
-  follow.addEventListener("change", () => page.choice.follow(wordObject(follow.value)));
-  for (const { choice } of page.runs) choice.on(() => follows(page));
+  follow.addEventListener("change", () => page.selection.follow(wordObject(follow.value)));
+  for (const { selection } of page.runs) selection.on(() => follows(page));
   const fit = () => {
-    for (const { choice, map } of page.runs) {
+    for (const { selection, map } of page.runs) {
       map.view.restart();
-      choice.follow(WHOLE_RUN);
+      selection.follow(WHOLE_RUN);
     }
   };
   pressed("fit", fit);
@@ -81,8 +81,8 @@ function connect(page) {
   };
   pressed("ruler", () => rule(!page.map.ruler));
   const zoom = (factor) => {
-    for (const { choice, map } of page.runs) {
-      choice.stopFitting();
+    for (const { selection, map } of page.runs) {
+      selection.stopFitting();
       map.camera.zoom(factor);
     }
     page.renew();
@@ -92,8 +92,8 @@ function connect(page) {
   pressed("map-png", () => savePicture(page));
   connectFind(page);
   connectFilter(page);
-  const picture = element("picture");
-  picture.addEventListener("change", () => page.choosePicture(picture.value === "" ? null : Number(picture.value)));
+  const agent = element("agent");
+  agent.addEventListener("change", () => page.chooseAgent(agent.value === "" ? null : Number(agent.value)));
   layers(page);
   tabs(document.querySelector("[role=tablist]"), (tab) => {
     if (tab.id === "tab-charts") charts.draw();
@@ -117,14 +117,14 @@ function connect(page) {
     f: () => {
       const objects = [...follow.options].filter((option) => option.value.includes(" "));
       const next = objects[objects.indexOf(follow.selectedOptions[0]) + 1];
-      page.choice.follow(next ? wordObject(next.value) : WHOLE_RUN);
+      page.selection.follow(next ? wordObject(next.value) : WHOLE_RUN);
     },
     r: () => rule(!page.map.ruler),
     t: () => element("theme").click(),
     c: () => page.link.copy(),
     l: () => element("live").hidden || clock.follow(),
     "/": () => element("find").focus(),
-    Escape: () => page.choice.choose(null),
+    Escape: () => page.selection.choose(null),
     "?": () => element("help").showModal(),
   };
   document.addEventListener("keydown", (key) => {
@@ -172,8 +172,8 @@ function releaseFocus() {
 
 /** Writes the names of the drawn layers into the `data-layers` attribute of each map. */
 function listLayers(page) {
-  for (const { map, film } of page.runs) {
-    map.canvas.dataset.layers = [...map.shown].filter((name) => film.minds.isSeveral || !MINDS_LAYERS.has(name)).join(" ");
+  for (const { map, replayData } of page.runs) {
+    map.canvas.dataset.layers = [...map.shown].filter((name) => replayData.agents.isSeveral || !AGENT_LAYERS.has(name)).join(" ");
   }
 }
 
@@ -200,7 +200,7 @@ function layers(page) {
     label.append(box, ` ${title}`);
     label.title = about;
     label.dataset.layer = name;
-    label.hidden = MINDS_LAYERS.has(name);
+    label.hidden = AGENT_LAYERS.has(name);
     element("layers").append(label);
   }
   // The list covers other controls: a click elsewhere and Escape close it.

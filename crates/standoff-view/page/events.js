@@ -33,17 +33,17 @@ class Sieve {
     for (const field of [this.kind, this.group, this.routine, this.chosen]) field.addEventListener("change", sift);
     this.vehicle.addEventListener("input", sift);
     this.vehicle.addEventListener("focus", () => this.propose());
-    for (const { choice } of page.runs) choice.on(() => this.offer() && sift());
+    for (const { selection } of page.runs) selection.on(() => this.offer() && sift());
     this.offer();
   }
 
   /** Offers to list only the events of the selected object; returns whether this changes the filter. */
   offer() {
-    const { object } = this.page.choice;
+    const { object } = this.page.selection;
     const before = this.object;
     this.object = object;
     this.chosen.closest("label").hidden = !object;
-    const name = object?.kind === "target" ? targetName(this.page.film, object.id) : objectWord(object).replace("uav", "UAV");
+    const name = object?.kind === "target" ? targetName(this.page.replayData, object.id) : objectWord(object).replace("uav", "UAV");
     element("chosen").textContent = `only ${name}`;
     const isOn = this.chosen.checked;
     if (!object) this.chosen.checked = false;
@@ -52,14 +52,14 @@ class Sieve {
 
   /** Fills the proposals of the object field. */
   propose() {
-    const { film } = this.page;
-    const names = [...film.ids.uavs.map((id) => `UAV ${id}`), ...film.ids.intruders.map((id) => `intruder ${id}`), ...film.head.targets.slice(0, MOST_VEHICLES)];
+    const { replayData } = this.page;
+    const names = [...replayData.ids.uavs.map((id) => `UAV ${id}`), ...replayData.ids.intruders.map((id) => `intruder ${id}`), ...replayData.head.targets.slice(0, MOST_VEHICLES)];
     element("vehicles").replaceChildren(...names.map((name) => Object.assign(new Option(), { value: name })));
   }
 
   /** Updates the options and the filter after new data has been loaded. */
   renew() {
-    const { film, run } = this.page;
+    const { replayData, run } = this.page;
     if (this.run !== run) for (const select of [this.kind, this.group]) select.length = 1;
     this.run = run;
     this.offer();
@@ -68,14 +68,14 @@ class Sieve {
       const existing = offered(select);
       select.append(...values.filter((value) => !existing.has(value)).map((value) => new Option(value, value)));
     };
-    add(this.kind, [...new Set(film.events.map((event) => event.kind))].sort());
-    add(this.group, film.ids.groups.map(String));
+    add(this.kind, [...new Set(replayData.events.map((event) => event.kind))].sort());
+    add(this.group, replayData.ids.groups.map(String));
     this.sift();
   }
 
   /** Applies the filter. */
   sift() {
-    const { film } = this.page;
+    const { replayData } = this.page;
     const kind = this.kind.value;
     const group = this.group.value === "" ? null : Number(this.group.value);
     const isVehicle = this.ofVehicle();
@@ -84,10 +84,10 @@ class Sieve {
     const passes = (event) =>
       (kind ? event.kind === kind : isUsual(event)) &&
       (group === null || isOf(event, { kind: "group", id: group })) && isVehicle(event) && (!object || isOf(event, object));
-    this.usual = film.events.filter(isUsual);
-    this.events = film.events.filter(passes);
+    this.usual = replayData.events.filter(isUsual);
+    this.events = replayData.events.filter(passes);
     /** Identifies the filter; it does not change when more events are loaded. */
-    this.key = JSON.stringify([this.page.run.letter, film.minds.chosen, kind, group, this.vehicle.value, this.routine.checked, object]);
+    this.key = JSON.stringify([this.page.run.letter, replayData.agents.chosen, kind, group, this.vehicle.value, this.routine.checked, object]);
   }
 
   /** Returns a function that tests an event against the object field: `UAV 2`, `intruder 0`, a target name, or a part of names. */
@@ -96,19 +96,19 @@ class Sieve {
     if (!text) return () => true;
     const [, kind, id] = /^(uav|intruder) (\d+)$/.exec(text) ?? [];
     if (kind) return (event) => isOf(event, { kind, id: Number(id) });
-    const names = this.page.film.head.targets.map((name) => name.toLowerCase());
+    const names = this.page.replayData.head.targets.map((name) => name.toLowerCase());
     const isSame = names.includes(text);
     return (event) => event.target !== null && (isSame ? names[event.target] === text : names[event.target]?.includes(text));
   }
 
   /** Text with the numbers of events. */
   count() {
-    const { film } = this.page;
-    const isOther = film.minds.chosen !== null;
-    const omitted = isOther ? film.head.other_events_left_out : film.head.events_left_out;
+    const { replayData } = this.page;
+    const isOther = replayData.agents.chosen !== null;
+    const omitted = isOther ? replayData.head.other_events_left_out : replayData.head.events_left_out;
     const file = isOther ? "agent_events.parquet" : "events.parquet";
     const more = omitted ? `; ${counted(omitted)} later events are only in ${file}` : "";
-    return `${counted(this.events.length)} of ${counted(film.events.length)} events${more}`;
+    return `${counted(this.events.length)} of ${counted(replayData.events.length)} events${more}`;
   }
 }
 
@@ -276,7 +276,7 @@ class EventList {
     Object.assign(row.dataset, { place, kind: event.kind, timeUs: event.time_us });
     const time = document.createElement("time");
     time.textContent = `${event.time_s.toFixed(1)} s`;
-    row.append(time, ` ${eventText(this.page.film, event)}`);
+    row.append(time, ` ${eventText(this.page.replayData, event)}`);
     row.title = row.textContent;
     return row;
   }
@@ -284,7 +284,7 @@ class EventList {
   /** Shows the full text of the event under the pointer, or otherwise at the cursor, or otherwise of the current event. */
   showText(place = -1) {
     const event = this.sieve.events[[place, this.cursor, this.current].find((one) => one >= 0) ?? -1];
-    const text = event ? `${event.time_s.toFixed(1)} s ${eventText(this.page.film, event)}` : "";
+    const text = event ? `${event.time_s.toFixed(1)} s ${eventText(this.page.replayData, event)}` : "";
     if (this.text.textContent !== text) this.text.textContent = text;
   }
 
@@ -311,14 +311,14 @@ class EventList {
 }
 
 /** Text of an event. */
-function eventText(film, event) {
+function eventText(replayData, event) {
   const groups =
     event.group !== null && event.to_group !== null
       ? `group ${event.group} to ${event.to_group}`
       : event.group !== null
         ? `group ${event.group}`
         : "";
-  const target = event.target === null ? "" : targetName(film, event.target);
+  const target = event.target === null ? "" : targetName(replayData, event.target);
   const uavs = event.target === null && event.uavs.length ? `UAV ${event.uavs.join(", ")}` : "";
   const intruder = event.intruder === undefined ? "" : `intruder ${event.intruder}`;
   const objects = [target || uavs, intruder, groups].filter(Boolean).join(", ");

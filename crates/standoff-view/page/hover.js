@@ -49,9 +49,9 @@ class Hover {
 
   /** The values of the curves at the time step nearest to a time; `null` if there are none. */
   values(panel, time_s) {
-    const { film } = this.charts;
-    const before = film.instant(time_s);
-    const [a, b] = [film.times_s[before], film.times_s[before + 1]];
+    const { replayData } = this.charts;
+    const before = replayData.instant(time_s);
+    const [a, b] = [replayData.times_s[before], replayData.times_s[before + 1]];
     const instant_s = b !== undefined && b - time_s < time_s - a ? b : a;
     const values = [];
     for (const curve of panel.curves) {

@@ -57,14 +57,14 @@ function short(name) {
 }
 
 /** The name of a target as shown on the page. */
-function targetName(film, id) {
-  return short(film.head.targets[id] ?? `${id}`);
+function targetName(replayData, id) {
+  return short(replayData.head.targets[id] ?? `${id}`);
 }
 
 /** Draws the names of visible objects, the most important first; names without space are left out. */
 function drawNames(map, { pen, labels, scene, size }) {
-  const { camera, choice, film } = map;
-  const isVisible = (one) => camera.sees(one.x_m, one.y_m, 0) && choice.passes(one.group);
+  const { camera, selection, replayData } = map;
+  const isVisible = (one) => camera.sees(one.x_m, one.y_m, 0) && selection.passes(one.group);
   pen.fillStyle = palette().ink;
   for (const uav of scene.uavs) {
     if (!isVisible(uav)) continue;
@@ -72,18 +72,18 @@ function drawNames(map, { pen, labels, scene, size }) {
     labels.beside(`UAV ${uav.id}${out}`, ...camera.at(uav.x_m, uav.y_m), 15, 14);
   }
   for (const group of scene.groups) {
-    if (camera.sees(group.x_m, group.y_m, 0) && choice.passes(group.id)) {
+    if (camera.sees(group.x_m, group.y_m, 0) && selection.passes(group.id)) {
       labels.beside(`group ${group.id}`, ...camera.at(group.x_m, group.y_m), 8, 10);
     }
   }
   pen.font = "11px system-ui, sans-serif";
   const inSight = map.drawn.filter(({ target }) => target.tracked && isVisible(target));
-  const isChosen = ({ target }) => choice.isChosen("target", target.id);
+  const isChosen = ({ target }) => selection.isChosen("target", target.id);
   const few = inSight.length > MOST_NAMED ? inSight.filter(isChosen) : inSight;
   const named = few.map(({ target, x, y }) => {
     const warning = concern(target);
     const suffix = warning && warning !== "out of view" ? ` (${warning})` : "";
-    return { x, y, first: warning || choice.isChosen("target", target.id), name: `${targetName(film, target.id)}${suffix}` };
+    return { x, y, first: warning || selection.isChosen("target", target.id), name: `${targetName(replayData, target.id)}${suffix}` };
   });
   for (const { x, y, name } of [...named.filter((one) => one.first), ...named.filter((one) => !one.first)]) {
     labels.beside(name, x, y, 8 * size, 10);

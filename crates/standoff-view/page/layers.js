@@ -2,8 +2,8 @@
 
 /** Layers that the user can switch on and off: name, title, initially shown, tooltip, draw function. */
 const LAYERS = [
-  ["underlay", "Roads and buildings", true, "Background map of the scenario or of the option --map",
-    (map, { pen }) => map.underlay?.draw(pen, map.camera)],
+  ["basemap", "Roads and buildings", true, "Background map of the scenario or of the option --map",
+    (map, { pen }) => map.basemap?.draw(pen, map.camera)],
   ["grid", "Grid and scale", true, "Grid lines at round distances; the scale bar at the lower left is one grid step", drawGrid],
   ["zones", "Zones", true, "Keep-out zones (hatched) and keep-in zones (dashed outline) of the geofence", drawZones],
   ["truth", "True targets", true, "True positions of the targets, which the UAVs do not know", drawTruth],
@@ -31,4 +31,4 @@ const LAYERS = [
 ];
 
 /** Layers that exist only if every UAV runs its own agent. */
-const MINDS_LAYERS = new Set(["radio", "silence"]);
+const AGENT_LAYERS = new Set(["radio", "silence"]);

@@ -15,13 +15,13 @@ class Legend {
 
   /** UAVs and groups that have a button, and the number of groups without one. */
   entries() {
-    const { film, clock } = this.charts;
-    const instant = film.instant(clock.time_s);
-    const { groups } = film.ids;
-    const exists = (id) => this.charts.only.groups.has(id) || !Number.isNaN(film.value("groups", "x_m", id, instant));
+    const { replayData, clock } = this.charts;
+    const instant = replayData.instant(clock.time_s);
+    const { groups } = replayData.ids;
+    const exists = (id) => this.charts.only.groups.has(id) || !Number.isNaN(replayData.value("groups", "x_m", id, instant));
     const shown = groups.length > MOST_GROUPS ? groups.filter(exists) : groups;
     return {
-      names: [...film.ids.uavs.map((id) => ({ of: "uavs", id })), ...shown.map((id) => ({ of: "groups", id }))],
+      names: [...replayData.ids.uavs.map((id) => ({ of: "uavs", id })), ...shown.map((id) => ({ of: "groups", id }))],
       left: groups.length - shown.length,
     };
   }
@@ -45,7 +45,7 @@ class Legend {
       button.classList.toggle("back", !charts.isShown({ of, id }));
       button.classList.toggle("front", charts.front?.[of].has(id) ?? false);
       button.title = `show only ${curveName(of, id)} and other selected curves`;
-      button.append(stroke(curveColour(charts.film, of, id), "solid"), curveName(of, id));
+      button.append(stroke(curveColour(charts.replayData, of, id), "solid"), curveName(of, id));
       return button;
     });
     if (charts.only.uavs.size || charts.only.groups.size) {
@@ -97,6 +97,6 @@ function curveName(of, id) {
   return { uavs: `UAV ${id}`, groups: `group ${id}` }[of] ?? "";
 }
 
-function curveColour(film, of, id) {
-  return of === "uavs" ? uavColour(film, id) : groupColour(film, id);
+function curveColour(replayData, of, id) {
+  return of === "uavs" ? uavColour(replayData, id) : groupColour(replayData, id);
 }

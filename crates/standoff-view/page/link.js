@@ -4,7 +4,7 @@
 const LONGEST_NAME = 100;
 
 /** Parameters of a link. */
-const KEYS = ["t", "run", "picture", "uav", "group", "target", "intruder", "follow"];
+const KEYS = ["t", "run", "agent", "uav", "group", "target", "intruder", "follow"];
 
 class Link {
   constructor(page) {
@@ -22,25 +22,25 @@ class Link {
       .map(([key]) => `contains ${short(key)}, which is unknown or repeated`);
     const run = page.runs.find(({ letter }) => page.pair && letter.toLowerCase() === parameters.get("run"));
     if (run) page.show(run);
-    const picture = this.picture(parameters, problems);
-    if (picture !== page.film.minds.chosen) page.choosePicture(picture);
+    const agent = this.agent(parameters, problems);
+    if (agent !== page.replayData.agents.chosen) page.chooseAgent(agent);
     if (parameters.has("t")) this.seek(parameters.get("t"), problems);
     const object = this.object(parameters, problems);
-    if (object) page.choice.choose(object);
-    if (object && parameters.get("follow") === "1") page.choice.follow(object);
+    if (object) page.selection.choose(object);
+    if (object && parameters.get("follow") === "1") page.selection.follow(object);
     page.timeline.showMessage(problems.length ? `The link ${problems.join("; it ")}.` : "");
   }
 
   /** Goes to the time in a link. */
   seek(text, problems) {
     const { clock } = this.page;
-    const { film } = clock;
+    const { replayData } = clock;
     const time_s = /^-?\d+(\.\d+)?$/.test(text) ? Number(text) : NaN;
     if (Number.isNaN(time_s)) {
       problems.push(`contains t=${short(text)}, which is not a number of seconds`);
       return;
     }
-    const [first_s, last_s] = [film.times_s[0], film.end_s];
+    const [first_s, last_s] = [replayData.times_s[0], replayData.end_s];
     clock.pause();
     clock.seek(time_s);
     if (time_s >= first_s && time_s <= last_s) return;
@@ -49,13 +49,13 @@ class Link {
   }
 
   /** The UAV whose team state the address requests; `null` if it requests none, or one that does not exist. */
-  picture(parameters, problems) {
-    if (!parameters.has("picture")) return null;
-    const text = parameters.get("picture");
-    const { minds } = this.page.film;
-    const uav = minds.ids.find((id) => String(id) === text);
+  agent(parameters, problems) {
+    if (!parameters.has("agent")) return null;
+    const text = parameters.get("agent");
+    const { agents } = this.page.replayData;
+    const uav = agents.ids.find((id) => String(id) === text);
     if (uav === undefined) {
-      const reason = minds.isSeveral ? "which is not in this run" : "but in this run all UAVs share one agent";
+      const reason = agents.isSeveral ? "which is not in this run" : "but in this run all UAVs share one agent";
       problems.push(`requests the team state of UAV ${short(text) || "(empty)"}, ${reason}`);
     }
     return uav ?? null;
@@ -63,11 +63,11 @@ class Link {
 
   /** The first object in the address that exists in this run. */
   object(parameters, problems) {
-    const { film } = this.page;
+    const { replayData } = this.page;
     for (const kind of ["uav", "group", "target", "intruder"]) {
       if (!parameters.has(kind)) continue;
       const text = parameters.get(kind);
-      const id = kind === "target" ? targetOf(film, text) : film.ids[`${kind}s`].find((id) => String(id) === text);
+      const id = kind === "target" ? targetOf(replayData, text) : replayData.ids[`${kind}s`].find((id) => String(id) === text);
       if (id !== undefined) return { kind, id };
       problems.push(`names ${kind === "uav" ? "UAV" : kind} ${short(text) || "(empty)"}, which is not in this run`);
     }
@@ -76,13 +76,13 @@ class Link {
 
   /** The link to the time and the selection that are shown. */
   get hash() {
-    const { clock, choice, film } = this.page;
-    const object = [choice.object, choice.followed].find((one) => one?.id !== undefined);
+    const { clock, selection, replayData } = this.page;
+    const object = [selection.object, selection.followed].find((one) => one?.id !== undefined);
     const parameters = new URLSearchParams({ t: String(Number(clock.time_s.toFixed(3))) });
     if (this.page.pair) parameters.set("run", this.page.run.letter.toLowerCase());
-    if (film.minds.chosen !== null) parameters.set("picture", film.minds.chosen);
-    if (object) parameters.set(object.kind, object.kind === "target" ? targetWord(film, object.id) : object.id);
-    if (object && objectWord(object) === objectWord(choice.followed)) parameters.set("follow", "1");
+    if (replayData.agents.chosen !== null) parameters.set("agent", replayData.agents.chosen);
+    if (object) parameters.set(object.kind, object.kind === "target" ? targetWord(replayData, object.id) : object.id);
+    if (object && objectWord(object) === objectWord(selection.followed)) parameters.set("follow", "1");
     return `#${parameters}`;
   }
 
@@ -112,7 +112,7 @@ function targetOf({ head }, word) {
 }
 
 /** The text for a target in a link: its name, or its id if the name is ambiguous or too long. */
-function targetWord(film, id) {
-  const name = film.head.targets[id] ?? "";
-  return name.length <= LONGEST_NAME && targetOf(film, name) === id ? name : String(id);
+function targetWord(replayData, id) {
+  const name = replayData.head.targets[id] ?? "";
+  return name.length <= LONGEST_NAME && targetOf(replayData, name) === id ? name : String(id);
 }

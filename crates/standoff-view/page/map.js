@@ -4,16 +4,16 @@
 const NO_SCENE = { time_s: 0, uavs: [], groups: [], intruders: [], targets: null };
 
 class MissionMap {
-  constructor(canvas, film, choice) {
+  constructor(canvas, replayData, selection) {
     this.canvas = canvas;
-    this.film = film;
-    this.choice = choice;
+    this.replayData = replayData;
+    this.selection = selection;
     this.camera = new Camera();
     this.view = new View(this);
-    this.underlay = film.head.map ? new Underlay(canvas) : null;
+    this.basemap = replayData.head.map ? new Basemap(canvas) : null;
     /** Available layers: background map, zones, intruders and collision avoidance are optional. */
-    const { zones, has_separation, limits } = film.head;
-    const needs = { underlay: this.underlay, zones, intruders: limits.intruders, avoidance: has_separation };
+    const { zones, has_separation, limits } = replayData.head;
+    const needs = { basemap: this.basemap, zones, intruders: limits.intruders, avoidance: has_separation };
     this.layers = LAYERS.filter(([name]) => !(name in needs) || needs[name]);
     this.shown = new Set(this.layers.filter((layer) => layer[2]).map((layer) => layer[0]));
     this.ruler = null;
@@ -97,8 +97,8 @@ class MissionMap {
   ink(group, opacity = 1) {
     const key = `${group} ${opacity}`;
     if (!this.inks.has(key)) {
-      const colour = groupColour(this.film, group);
-      const alpha = opacity * (this.choice.passes(group) ? 1 : 0.15);
+      const colour = groupColour(this.replayData, group);
+      const alpha = opacity * (this.selection.passes(group) ? 1 : 0.15);
       this.inks.set(key, alpha < 1 ? faded(colour, alpha) : colour);
     }
     return this.inks.get(key);
@@ -121,7 +121,7 @@ class MissionMap {
 
 /** Draws a ring about the selected object; for a group it also highlights the orbit. */
 function drawChosen(map, { pen, scene }) {
-  const { object } = map.choice;
+  const { object } = map.selection;
   const place = object && placeAt(scene, object);
   if (!place) return;
   const [x, y] = map.camera.at(...place);

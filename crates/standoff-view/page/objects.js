@@ -9,7 +9,7 @@ const FINGER_PX = 24;
  * group centres, orbits, and fields of view. `part` is set if the position is on an orbit or in a field of view.
  */
 function objectsAt(map, x, y, near_px = NEAR_PX) {
-  const { camera, scene, shown, film, choice } = map;
+  const { camera, scene, shown, replayData, selection } = map;
   const off = (one) => {
     const [at_x, at_y] = camera.at(one.x_m, one.y_m);
     return Math.hypot(at_x - x, at_y - y);
@@ -18,7 +18,7 @@ function objectsAt(map, x, y, near_px = NEAR_PX) {
   if (shown.has("tracks") || shown.has("truth")) {
     for (const { target, x: at_x, y: at_y } of map.drawn) {
       if (!target.tracked && !shown.has("truth")) continue;
-      near.push({ kind: "target", id: target.id, off: Math.hypot(at_x - x, at_y - y), plain: choice.passes(target.group) });
+      near.push({ kind: "target", id: target.id, off: Math.hypot(at_x - x, at_y - y), plain: selection.passes(target.group) });
     }
   }
   if (shown.has("uavs")) for (const uav of scene.uavs) near.push({ kind: "uav", id: uav.id, off: off(uav), plain: true });
@@ -34,7 +34,7 @@ function objectsAt(map, x, y, near_px = NEAR_PX) {
   const found = [near, centres, orbits].flatMap((some) =>
     some.filter((one) => one.off <= near_px && one.plain).sort((a, b) => a.off - b.off));
   if (shown.has("views")) {
-    const half_rad = film.head.limits.field_of_view_rad / 2;
+    const half_rad = replayData.head.limits.field_of_view_rad / 2;
     const [x_m, y_m] = camera.world(x, y);
     for (const uav of scene.uavs) {
       const [dx, dy] = [x_m - uav.x_m, y_m - uav.y_m];
@@ -48,55 +48,55 @@ function objectsAt(map, x, y, near_px = NEAR_PX) {
 
 /** Returns the contents of an object's card: title, description, and facts (heading, value, tooltip, key). */
 function account(run, object) {
-  const { film, map } = run;
+  const { replayData, map } = run;
   const { scene } = map;
   const one = found(scene, object);
-  const name = objectName(film, object);
+  const name = objectName(replayData, object);
   const part = { orbit: "Orbit of ", view: "Field of view of " }[object.part];
   const title = part ? part + name : capital(object, name);
   const factsOf = (columns, item) => columns.slice(1).map(([key, heading, text, about]) => [heading, text(item), about, key]);
-  if (!one) return { title, what: absence(film, scene, object), facts: [] };
+  if (!one) return { title, what: absence(replayData, scene, object), facts: [] };
   if (object.kind === "target") {
     const target = { ...one, name };
     const more = one.tracked ? factsOf([null, ...TARGET_DETAILS], target) : [];
     return { title, what: "Target", facts: [...factsOf(TARGET_COLUMNS, target), ...more] };
   }
-  if (object.kind === "group") return { title, what: groupWords(one, object.part), facts: factsOf(GROUP_COLUMNS, one) };
+  if (object.kind === "group") return { title, what: groupText(one, object.part), facts: factsOf(GROUP_COLUMNS, one) };
   if (object.kind === "intruder") return { title, what: "Intruder: aircraft outside the team", facts: factsOf(INTRUDER_COLUMNS, one) };
-  const facts = [...factsOf([...UAV_COLUMNS, ...UAV_DETAILS], one), ...mindFacts(film, one)];
-  if (object.part === "view") return { title, what: viewWords(film), facts: facts.filter(([, , , key]) => /sight/.test(key)) };
-  return { title, what: one.out ? `${outWords(one)}: no UAV receives its reports, and its sensor points nowhere` : "UAV", facts };
+  const facts = [...factsOf([...UAV_COLUMNS, ...UAV_DETAILS], one), ...agentFacts(replayData, one)];
+  if (object.part === "view") return { title, what: viewText(replayData), facts: facts.filter(([, , , key]) => /sight/.test(key)) };
+  return { title, what: one.out ? `${outageText(one)}: no UAV receives its reports, and its sensor points nowhere` : "UAV", facts };
 }
 
 /** Facts about the agent of a UAV; empty if the team shares one agent. */
-function mindFacts(film, { id, mind }) {
-  if (!mind) return [];
-  const { instant, shown, owner } = mind;
+function agentFacts(replayData, { id, agentState }) {
+  if (!agentState) return [];
+  const { instant, shown, owner } = agentState;
   const facts = [];
   if (shown) {
     const age = Number.isNaN(shown.age_s) ? "" : `, last report ${shown.age_s.toFixed(1)} s ago`;
-    facts.push([`Status at UAV ${owner}`, `${shown.presence}${age}`, "Status of this UAV in the shown team state", "presence"]);
+    facts.push([`Status at UAV ${owner}`, `${shown.status}${age}`, "Status of this UAV in the shown team state", "status"]);
   }
-  if (!mind.is_on) return [...facts, ["Computer", "off", "The agent neither sends nor receives", "computer"]];
-  const ownGroup = mind.group === null ? "none" : `${mind.group}`;
+  if (!agentState.is_on) return [...facts, ["Computer", "off", "The agent neither sends nor receives", "computer"]];
+  const ownGroup = agentState.group === null ? "none" : `${agentState.group}`;
   return [
     ...facts,
     ["Own assignment", ownGroup, "Group that this UAV is assigned to in its own team state, with the number used there; the UAV flies this assignment", "own_group"],
-    ["No reports from", film.minds.unheard(id, instant).map((other) => `UAV ${other.uav} (${other.presence})`).join(", ") || "none",
-      "UAVs whose reports this agent does not receive", "hears"],
-    ["Report ages", agesWords(film, id, instant), "Age of the last report received from each other UAV", "ages"],
-    ["Commit lag (s)", fixed(mind.lag_s, 1), "Time since the last committed time step; the team state up to that step is final", "lag_s"],
+    ["No reports from", replayData.agents.notReceived(id, instant).map((other) => `UAV ${other.uav} (${other.status})`).join(", ") || "none",
+      "UAVs whose reports this agent does not receive", "missing_reports"],
+    ["Report ages", reportAgesText(replayData, id, instant), "Age of the last report received from each other UAV", "ages"],
+    ["Commit lag (s)", fixed(agentState.lag_s, 1), "Time since the last committed time step; the team state up to that step is final", "lag_s"],
   ];
 }
 
-function groupWords(group, part) {
+function groupText(group, part) {
   if (part !== "orbit") return "Group; the small cross marks its estimated centre";
   return `Desired orbit: radius r_d about the estimated centre of the group${group.feasible ? "" : "; dashed: no orbit satisfies all constraints"}`;
 }
 
 /** Description of the field of view. */
-function viewWords(film) {
-  const wide_deg = film.head.limits.field_of_view_rad * DEGREES;
+function viewText(replayData) {
+  const wide_deg = replayData.head.limits.field_of_view_rad * DEGREES;
   return `${wide_deg.toFixed(0)}\u00b0 wide, centred on the boresight. A target is in view if its true position is inside and within ` +
     "sensing range; the wedge is drawn only to the far side of the group";
 }
@@ -107,13 +107,13 @@ function capital({ kind }, name) {
 }
 
 /** Text that says that an object does not exist at the time shown, and when it ended or begins, if known. */
-function absence(film, scene, { kind, id }) {
+function absence(replayData, scene, { kind, id }) {
   const { time_s } = scene;
-  const name = capital({ kind }, objectName(film, { kind, id }));
+  const name = capital({ kind }, objectName(replayData, { kind, id }));
   if (kind === "target") return scene.targets ? `${name} does not exist at ${time_s.toFixed(1)} s` : "";
-  const there = film.series(`${kind}s`, "x_m", id);
-  const now = film.instant(time_s);
-  for (let k = now; k >= 0; k--) if (!Number.isNaN(there[k])) return `${name} ended at ${(film.times_s[k + 1] ?? time_s).toFixed(1)} s`;
+  const there = replayData.series(`${kind}s`, "x_m", id);
+  const now = replayData.instant(time_s);
+  for (let k = now; k >= 0; k--) if (!Number.isNaN(there[k])) return `${name} ended at ${(replayData.times_s[k + 1] ?? time_s).toFixed(1)} s`;
   const first = there.findIndex((x_m) => !Number.isNaN(x_m));
-  return first < 0 ? `${name} does not exist` : `${name} begins at ${film.times_s[first].toFixed(1)} s`;
+  return first < 0 ? `${name} does not exist` : `${name} begins at ${replayData.times_s[first].toFixed(1)} s`;
 }

@@ -3,7 +3,7 @@
 /** Shows the metrics of the runs that have ended. */
 function showOutcome({ runs }) {
   const table = element("outcome");
-  const outcomes = runs.map(({ film }) => new Map(film.head.outcome.map((line) => [line.metric, line])));
+  const outcomes = runs.map(({ replayData }) => new Map(replayData.head.outcome.map((line) => [line.metric, line])));
   const isPair = runs.length > 1;
   const headings = ["Metric", ...(isPair ? [...runs.map((run) => run.letter), "B \u2212 A"] : ["Value"]), "Unit", "Goal or limit"];
   table.tHead.replaceChildren();

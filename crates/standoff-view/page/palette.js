@@ -7,7 +7,7 @@ const PALETTES = {
       "#5d92d5", "#4a0885", "#ac4ad9", "#0e2b66"],
     groups: ["#eb6e10", "#01a806", "#4a6702", "#502001", "#01a584", "#885a42", "#054e3d", "#8d925e"],
     ground: "#ffffff",
-    underlay: { green: "#e9f1e4", water: "#dbe8f3", other: "#f0f0f0", building: "#e7e1da", path: "#e0d6c4", rail: "#c2c2ce",
+    basemap: { green: "#e9f1e4", water: "#dbe8f3", other: "#f0f0f0", building: "#e7e1da", path: "#e0d6c4", rail: "#c2c2ce",
       minor: "#d3dae2", major: "#c0cad5" },
     grid: "#e6e8eb",
     ink: "#1d2329",
@@ -20,7 +20,7 @@ const PALETTES = {
       "#aecbfe", "#936db1", "#ffd4fe", "#6792d5"],
     groups: ["#ff9d21", "#148601", "#d3f461", "#aa6a46", "#18e18b", "#f6c1a5", "#4dab84", "#9e9302"],
     ground: "#11161c",
-    underlay: { green: "#14201a", water: "#13222f", other: "#181d24", building: "#242b35", path: "#2a2722", rail: "#33333f",
+    basemap: { green: "#14201a", water: "#13222f", other: "#181d24", building: "#242b35", path: "#2a2722", rail: "#33333f",
       minor: "#333f4c", major: "#435160" },
     grid: "#222b35",
     ink: "#e6ebf0",
@@ -35,14 +35,14 @@ function palette() {
   return PALETTES[document.documentElement.dataset.theme] ?? PALETTES.light;
 }
 
-function uavColour(film, id) {
+function uavColour(replayData, id) {
   const { uavs } = palette();
-  return uavs[Math.max(0, film.ids.uavs.indexOf(id)) % uavs.length];
+  return uavs[Math.max(0, replayData.ids.uavs.indexOf(id)) % uavs.length];
 }
 
-function groupColour(film, id) {
+function groupColour(replayData, id) {
   const { groups, none } = palette();
-  return id === null ? none : groups[(film.colours.get(id) ?? id) % groups.length];
+  return id === null ? none : groups[(replayData.colours.get(id) ?? id) % groups.length];
 }
 
 /** A colour with an opacity. */

@@ -6,14 +6,14 @@
  * curves of the same object. `levels` are horizontal lines, described by `level`.
  */
 const PANELS = [
-  { key: "watched", title: "Targets in custody", unit: "", factor: 1,
+  { key: "in_custody", title: "Targets in custody", unit: "", factor: 1,
     about: "Number of targets that exist, that have a track, that are in the field of view of at least one UAV (in view), and that are " +
       "in view and belong to a group (in custody). True geometry.",
     curves: [
       { of: "run", column: "targets", note: "exist", dash: "solid", ink: "none" },
       { of: "run", column: "tracked", note: "tracked", dash: "dash", ink: "none" },
-      { of: "run", column: "seen", note: "in view", dash: "dot", ink: "ink" },
-      { of: "run", column: "watched", note: "in custody", dash: "solid", ink: "ink" },
+      { of: "run", column: "in_view", note: "in view", dash: "dot", ink: "ink" },
+      { of: "run", column: "in_custody", note: "in custody", dash: "solid", ink: "ink" },
     ], fromZero: true },
   { key: "position_error", title: "Position error", unit: "m", factor: 1,
     about: "Root mean square distance between tracks and true target positions, over the members of a group and over all tracks " +
@@ -46,7 +46,7 @@ const PANELS = [
       "furthest from the desired phase is shown.",
     curves: [
       { of: "groups", column: "phase_rad", note: "", dash: "solid" },
-      { of: "groups", column: "phase_wanted_rad", note: "desired", dash: "dash" },
+      { of: "groups", column: "desired_phase_rad", note: "desired", dash: "dash" },
     ] },
   { key: "speed", title: "Speed", unit: "m/s", factor: 1,
     about: "The airspeed of each UAV and its limits.",

@@ -1,7 +1,7 @@
 // Mouse and touch input on the map.
 
 /** Connects selecting, panning, zooming and measuring on the map of a run. */
-function pointer(page, { map, film, choice, cards }) {
+function pointer(page, { map, replayData, selection, cards }) {
   const { canvas, camera } = map;
   const down = new Map();
   let pressed = [0, 0];
@@ -9,7 +9,7 @@ function pointer(page, { map, film, choice, cards }) {
   const place = (event) => [event.offsetX / pageZoom(), event.offsetY / pageZoom()];
   const showPosition = (x, y) => {
     const [east_m, north_m] = camera.world(x, y);
-    const { origin } = film.head;
+    const { origin } = replayData.head;
     const [lat, lon] = origin ? geographic(origin, east_m, north_m) : [];
     const latLon = origin ? `, ${degrees(lat, "N", "S")} ${degrees(lon, "E", "W")}` : "";
     element("where").textContent = `${fixed(east_m, 0)} m east, ${fixed(north_m, 0)} m north${latLon}`;
@@ -37,14 +37,14 @@ function pointer(page, { map, film, choice, cards }) {
       element("measured").textContent = map.measured();
     } else if (down.size === 2) {
       const [other] = [...down].filter(([id]) => id !== event.pointerId).map(([, at]) => at);
-      choice.stopFitting();
+      selection.stopFitting();
       const distance = (a, b) => Math.max(Math.hypot(a[0] - b[0], a[1] - b[1]), 1);
       // The point between the fingers stays in place.
       camera.pan((x - before[0]) / 2, (y - before[1]) / 2);
       camera.zoom(distance([x, y], other) / distance(before, other), (x + other[0]) / 2, (y + other[1]) / 2);
     } else {
       if (!dragged) return;
-      if (choice.followed) choice.follow(null);
+      if (selection.followed) selection.follow(null);
       camera.pan(x - before[0], y - before[1]);
     }
     down.set(event.pointerId, [x, y]);
@@ -62,15 +62,15 @@ function pointer(page, { map, film, choice, cards }) {
   /** Selects the object at a position. If it is already selected, selects the next object at that position. */
   const click = (x, y, isFinger) => {
     const objects = objectsAt(map, x, y, isFinger ? FINGER_PX : NEAR_PX);
-    const chosen = objects.findIndex(({ kind, id }) => choice.isChosen(kind, id));
+    const chosen = objects.findIndex(({ kind, id }) => selection.isChosen(kind, id));
     const next = objects[(chosen + 1) % Math.max(objects.length, 1)];
-    choice.choose(next ? { kind: next.kind, id: next.id } : null);
+    selection.choose(next ? { kind: next.kind, id: next.id } : null);
   };
   canvas.addEventListener(
     "wheel",
     (event) => {
       event.preventDefault();
-      choice.stopFitting();
+      selection.stopFitting();
       camera.zoom(Math.exp(-event.deltaY * (event.deltaMode ? 0.05 : 0.0015)), ...place(event));
       page.renew();
     },

@@ -6,7 +6,7 @@ class Page {
     this.runs = runs;
     /** The run shown in the side panel. */
     this.run = runs[0];
-    this.clock = new Clock(runs.map((run) => run.film));
+    this.clock = new Clock(runs.map((run) => run.replayData));
     this.stale = true;
   }
 
@@ -18,25 +18,25 @@ class Page {
     this.pair.shown(before);
     follows(this);
     pictureOf(this);
-    this.choice.notify();
+    this.selection.notify();
     this.timeline.renew();
     this.charts.draw();
   }
 
   /** Shows the team state of a UAV; `null` selects the UAV of lowest id whose computer is on. */
-  choosePicture(uav) {
-    this.film.minds.choose(uav);
+  chooseAgent(uav) {
+    this.replayData.agents.choose(uav);
     pictureOf(this);
     this.timeline.renew();
     this.renew();
   }
 
-  get film() {
-    return this.run.film;
+  get replayData() {
+    return this.run.replayData;
   }
 
-  get choice() {
-    return this.run.choice;
+  get selection() {
+    return this.run.selection;
   }
 
   get map() {
@@ -61,9 +61,9 @@ async function showReplay(sources) {
   page.link = new Link(page);
   showOutcome(page);
   connect(page);
-  for (const { film, choice } of page.runs) {
-    film.loaded = () => page.renew();
-    choice.on(() => page.renew());
+  for (const { replayData, selection } of page.runs) {
+    replayData.loaded = () => page.renew();
+    selection.on(() => page.renew());
   }
   page.clock.on(() => {
     page.renew();
@@ -78,12 +78,12 @@ async function showReplay(sources) {
     for (const { map } of page.runs) map.cover();
     page.renew();
   }).observe(document.querySelector(".tools"));
-  page.pair = page.runs.length > 1 ? new Pair(page) : null;
+  page.pair = page.runs.length > 1 ? new CompareView(page) : null;
   pictures(page);
   const drawCharts = drawsCharts(page);
   for (const run of page.runs) {
     load(page, run, drawCharts);
-    run.map.underlay?.load(run.source, () => page.renew());
+    run.map.basemap?.load(run.source, () => page.renew());
   }
 }
 
@@ -97,7 +97,7 @@ function pictures(page) {
       run.note(now_ms, clock.following);
       if (run.map.resize()) page.renew();
     }
-    if (page.stale && page.runs.every(({ film }) => film.times_s.length)) {
+    if (page.stale && page.runs.every(({ replayData }) => replayData.times_s.length)) {
       page.stale = false;
       const scenes = page.runs.map((run) => run.scene(clock.time_s));
       // The map whose view the others copy is drawn first.
@@ -111,8 +111,8 @@ function pictures(page) {
       // Tables are updated five times per second during playback, and in every frame while the time is paused.
       if (!clock.playing || now_ms - tables_ms > 200) {
         tables_ms = now_ms;
-        page.runs.forEach(({ map, film, cards }, index) => {
-          map.canvas.setAttribute("aria-label", summary(film, scenes[index]));
+        page.runs.forEach(({ map, replayData, cards }, index) => {
+          map.canvas.setAttribute("aria-label", summary(replayData, scenes[index]));
           cards.show();
         });
         state.show(scenes[page.runs.indexOf(page.run)]);
@@ -164,7 +164,7 @@ function load(page, run, drawCharts) {
       filters(page);
       pictureOf(page);
       controls(page);
-      if (!page.film.parts.length) return;
+      if (!page.replayData.parts.length) return;
       run.isBegun = true;
       if (!page.isOpened && page.runs.every(({ isBegun }) => isBegun)) {
         page.isOpened = true;
@@ -178,11 +178,11 @@ function load(page, run, drawCharts) {
 }
 
 /** Sets the initial time: the start, or the newest time step of a running mission. */
-function begin({ clock, film, runs, pair }) {
-  if (!runs.every((run) => run.film.times_s.length)) return;
+function begin({ clock, replayData, runs, pair }) {
+  if (!runs.every((run) => run.replayData.times_s.length)) return;
   pair?.begin();
-  clock.seek(film.times_s[0]);
-  if (film.head.live) clock.follow();
+  clock.seek(replayData.times_s[0]);
+  if (replayData.head.live) clock.follow();
   document.body.dataset.ready = "map";
 }
 
@@ -193,13 +193,13 @@ function runName(head) {
 
 /** Sets the title of the page. */
 function title(runs) {
-  const names = runs.map((run) => runName(run.film.head)).join(" | ");
+  const names = runs.map((run) => runName(run.replayData.head)).join(" | ");
   document.title = `${names} \u2013 standoff`;
   element("title").textContent = names;
 }
 
 /** Description of the map for screen readers. */
-function summary(film, scene) {
+function summary(replayData, scene) {
   const count = (n, noun) => `${n} ${noun}${n === 1 ? "" : "s"}`;
   const targets = scene.targets ?? [];
   const outOfView = targets.filter((target) => target.out_of_view).length;
@@ -207,6 +207,6 @@ function summary(film, scene) {
     `Map at ${scene.time_s.toFixed(1)} seconds: ${count(scene.uavs.length, "UAV")}, ${count(scene.groups.length, "group")}, ` +
     `${count(targets.length, "target")}, ${outOfView ? `${outOfView} out of view` : "none out of view"}` +
     (scene.intruders.length ? `, ${count(scene.intruders.length, "intruder")}` : "") +
-    (film.minds.isSeveral ? `; ${pictureWords(film, film.instant(scene.time_s))}` : "")
+    (replayData.agents.isSeveral ? `; ${teamStateText(replayData, replayData.instant(scene.time_s))}` : "")
   );
 }

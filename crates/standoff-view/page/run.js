@@ -5,10 +5,10 @@ class Run {
     /** Label that distinguishes the runs of a pair. */
     this.letter = "AB"[index];
     this.source = source;
-    this.film = new Film(source, head);
-    this.choice = new Choice();
-    this.map = new MissionMap(canvas, this.film, this.choice);
-    this.cards = new Cards(this, canvas);
+    this.replayData = new ReplayData(source, head);
+    this.selection = new Selection();
+    this.map = new MissionMap(canvas, this.replayData, this.selection);
+    this.cards = new InfoCards(this, canvas);
     /** Number of complete parts, and number of time steps of the growing part: as announced by the source, and as loaded. */
     this.announced = { sealed: 0, open: 0, done: false };
     this.taken = { sealed: 0, open: 0 };
@@ -19,9 +19,9 @@ class Run {
 
   /** The scene at a time. */
   scene(time_s) {
-    const { film } = this;
-    const [uavs, targets] = [uavsAt(film, time_s), targetsAt(film, time_s)];
-    return { time_s, uavs, groups: groupsAt(film, time_s), intruders: intrudersAt(film, time_s, uavs), targets, ...shownTimes(film, time_s) };
+    const { replayData } = this;
+    const [uavs, targets] = [uavsAt(replayData, time_s), targetsAt(replayData, time_s)];
+    return { time_s, uavs, groups: groupsAt(replayData, time_s), intruders: intrudersAt(replayData, time_s, uavs), targets, ...shownTimes(replayData, time_s) };
   }
 
   /** Draws the map; data attributes contain the times of the UAVs and the targets. */
@@ -39,16 +39,16 @@ class Run {
 
   /** Called for every drawn frame: records whether the page has all data, and whether the newest time step is shown. */
   note(now_ms, isFollowed) {
-    const { film } = this;
-    film.followed = isFollowed;
-    if (!this.isBehind && film.shown_end_s >= film.end_s) this.whole_ms = now_ms;
+    const { replayData } = this;
+    replayData.followed = isFollowed;
+    if (!this.isBehind && replayData.shown_end_s >= replayData.end_s) this.whole_ms = now_ms;
   }
 
   /** Text about missing data in a scene; empty if nothing is missing. Delays of up to one second are not reported. */
   missingText(scene, now_ms) {
-    const { film, late } = this;
-    const behind_s = film.end_s - scene.time_s;
-    if (!film.followed || now_ms - this.whole_ms < 1000 || behind_s <= film.head.period_s) late.words = "";
+    const { replayData, late } = this;
+    const behind_s = replayData.end_s - scene.time_s;
+    if (!replayData.followed || now_ms - this.whole_ms < 1000 || behind_s <= replayData.head.period_s) late.words = "";
     else if (!late.words || now_ms - late.at_ms > 1000) {
       const bound = this.taken.sealed < this.announced.sealed ? "more than " : "";
       this.late = { words: `catching up: ${bound}${Math.ceil(behind_s)} s behind`, at_ms: now_ms };
@@ -61,7 +61,7 @@ class Run {
    * `whole` (all data is loaded) and `trouble` (an error text; empty when the error is over).
    */
   load({ begun, changed, whole, trouble }) {
-    const { film, source } = this;
+    const { replayData, source } = this;
     let loading = false;
     let again;
     const pause_ms = 2000;
@@ -74,15 +74,15 @@ class Run {
           const isSealed = sealed < this.announced.sealed;
           const open = isSealed ? 0 : this.announced.open;
           if (isSealed || open > 0) {
-            const isFirst = film.parts.length === 0;
-            film.put(sealed, await source.half("overview", sealed));
+            const isFirst = replayData.parts.length === 0;
+            replayData.put(sealed, await source.half("overview", sealed));
             if (isFirst) begun();
           }
           this.taken = { sealed: isSealed ? sealed + 1 : sealed, open };
         }
-        if (this.announced.done && !film.done) {
-          film.head = await source.head();
-          film.done = true;
+        if (this.announced.done && !replayData.done) {
+          replayData.head = await source.head();
+          replayData.done = true;
           whole();
         }
         trouble("");
@@ -96,7 +96,7 @@ class Run {
         return;
       }
       loading = false;
-      if (this.isBehind || (this.announced.done && !film.done)) more();
+      if (this.isBehind || (this.announced.done && !replayData.done)) more();
     };
     const announce = (state) => {
       // The server at this address now serves another run.

@@ -1,7 +1,7 @@
 // The scene at a time: plain objects from the replay data, which the map and the tables show.
 
 const STATUS = ["cued", "updated", "coasting"];
-const PLACE = ["ungrouped", "member", "in-handoff", "removed"];
+const MEMBERSHIP = ["ungrouped", "member", "in-handoff", "removed"];
 
 /** Converts a stored id: `null` for NaN. */
 function idOf(value) {
@@ -9,14 +9,14 @@ function idOf(value) {
 }
 
 /** UAVs at a time. Positions and directions are interpolated; other values are those of the current time step. */
-function uavsAt(film, time_s) {
-  const { instant, share } = placeOf(film.times_s, time_s);
+function uavsAt(replayData, time_s) {
+  const { instant, share } = placeOf(replayData.times_s, time_s);
   const found = [];
-  const { minds } = film;
-  const owner = minds.isSeveral ? minds.owner(instant) : undefined;
-  for (const id of film.ids.uavs) {
-    const now = (column) => film.value("uavs", column, id, instant);
-    const then = (column) => film.value("uavs", column, id, instant + 1);
+  const { agents } = replayData;
+  const owner = agents.isSeveral ? agents.owner(instant) : undefined;
+  for (const id of replayData.ids.uavs) {
+    const now = (column) => replayData.value("uavs", column, id, instant);
+    const then = (column) => replayData.value("uavs", column, id, instant + 1);
     if (Number.isNaN(now("x_m"))) continue;
     const turnedTo = (column) => (Number.isNaN(then(column)) ? now(column) : turned(now(column), then(column), share));
     found.push({
@@ -25,8 +25,8 @@ function uavsAt(film, time_s) {
       y_m: between(now("y_m"), then("y_m"), share),
       heading_rad: turnedTo("heading_rad"),
       boresight_rad: Number.isNaN(now("boresight_rad")) ? NaN : turnedTo("boresight_rad"),
-      group: owner === undefined ? idOf(now("group")) : owner === null ? null : minds.believed(owner, id, instant).group,
-      mind: minds.isSeveral ? mindAt(film, id, owner, instant) : null,
+      group: owner === undefined ? idOf(now("group")) : owner === null ? null : agents.believed(owner, id, instant).group,
+      agentState: agents.isSeveral ? agentAt(replayData, id, owner, instant) : null,
       speed_m_s: now("speed_m_s"),
       turn_rate_rad_s: now("turn_rate_rad_s"),
       turn_rate_limited: now("turn_rate_limited") === 1,
@@ -34,14 +34,14 @@ function uavsAt(film, time_s) {
       centre_distance_m: now("centre_distance_m"),
       standoff_error_m: now("standoff_error_m"),
       off_boresight_rad: now("off_boresight_rad"),
-      avoids: idOf(now("avoids")),
+      avoided_uav: idOf(now("avoided_uav")),
       avoided_intruder: idOf(now("avoided_intruder")),
       predicted_distance_m: now("predicted_distance_m"),
-      border: idOf(now("border")),
-      zone: zoneName(film, now("border")),
+      limiting_zone: idOf(now("limiting_zone")),
+      zone: zoneName(replayData, now("limiting_zone")),
       now_x_m: now("x_m"),
       now_y_m: now("y_m"),
-      out: outages(film).find((out) => out.uav === id && out.since_s <= time_s && time_s <= out.until_s) ?? null,
+      out: outages(replayData).find((out) => out.uav === id && out.since_s <= time_s && time_s <= out.until_s) ?? null,
     });
   }
   return found;
@@ -54,11 +54,11 @@ const CONCERN_M = 1200;
 const FORGOTTEN_S = 30;
 
 /** Intruders at a time, with the nearest of the given UAVs and the state of the transponder. */
-function intrudersAt(film, time_s, uavs) {
-  const { instant, share } = placeOf(film.times_s, time_s);
-  const found = film.ids.intruders.map((id) => {
-    const now = (column) => film.value("intruders", column, id, instant);
-    const then = (column) => film.value("intruders", column, id, instant + 1);
+function intrudersAt(replayData, time_s, uavs) {
+  const { instant, share } = placeOf(replayData.times_s, time_s);
+  const found = replayData.ids.intruders.map((id) => {
+    const now = (column) => replayData.value("intruders", column, id, instant);
+    const then = (column) => replayData.value("intruders", column, id, instant + 1);
     const [now_x_m, now_y_m] = [now("x_m"), now("y_m")];
     const distances = uavs.map((uav) => ({ uav: uav.id, distance_m: Math.hypot(uav.now_x_m - now_x_m, uav.now_y_m - now_y_m) }));
     return {
@@ -67,8 +67,8 @@ function intrudersAt(film, time_s, uavs) {
       y_m: between(now_y_m, then("y_m"), share),
       heading_rad: Number.isNaN(then("heading_rad")) ? now("heading_rad") : turned(now("heading_rad"), then("heading_rad"), share),
       speed_m_s: now("speed_m_s"),
-      told: now("told") === 1,
-      silent: silentWords(film, id, instant),
+      transponder_on: now("transponder_on") === 1,
+      silent: transponderText(replayData, id, instant),
       nearest: distances.reduce((best, one) => (best && best.distance_m <= one.distance_m ? best : one), null),
       now_x_m,
       now_y_m,
@@ -78,9 +78,9 @@ function intrudersAt(film, time_s, uavs) {
 }
 
 /** Text with the time since the last report of an intruder; empty while its transponder is on. */
-function silentWords(film, id, instant) {
-  const isOn = (k) => film.value("intruders", "told", id, k) === 1;
-  const ago_s = (k) => film.times_s[instant] - film.times_s[k];
+function transponderText(replayData, id, instant) {
+  const isOn = (k) => replayData.value("intruders", "transponder_on", id, k) === 1;
+  const ago_s = (k) => replayData.times_s[instant] - replayData.times_s[k];
   let last = instant;
   while (last >= 0 && !isOn(last) && ago_s(last) <= FORGOTTEN_S) last -= 1;
   if (last === instant) return "";
@@ -89,21 +89,21 @@ function silentWords(film, id, instant) {
 }
 
 /** Name of a zone by its index; empty for NaN. */
-function zoneName(film, place) {
-  if (Number.isNaN(place)) return "";
-  const { name, kind } = film.head.zones?.[place] ?? {};
-  return `${kind ?? "zone"} ${name ? name.slice(0, 40) : place + 1}`;
+function zoneName(replayData, index) {
+  if (Number.isNaN(index)) return "";
+  const { name, kind } = replayData.head.zones?.[index] ?? {};
+  return `${kind ?? "zone"} ${name ? name.slice(0, 40) : index}`;
 }
 
 /** State of the agent of a UAV, and the UAV's status in the shown team state. */
-function mindAt(film, id, owner, instant) {
-  const { minds } = film;
-  const shown = owner === null || owner === id ? null : minds.believed(owner, id, instant);
-  const own = (column) => film.value("minds", column, id, instant);
-  const is_on = minds.isOn(id, instant);
+function agentAt(replayData, id, owner, instant) {
+  const { agents } = replayData;
+  const shown = owner === null || owner === id ? null : agents.believed(owner, id, instant);
+  const own = (column) => replayData.value("agents", column, id, instant);
+  const is_on = agents.isOn(id, instant);
   return {
-    instant, owner, is_on, shown, lag_s: own("lag_s"), disturbed: own("disturbed") === 1, group: idOf(own("group")),
-    is_unheard: shown !== null && UNHEARD.has(shown.presence),
+    instant, owner, is_on, shown, lag_s: own("lag_s"), link_degraded: own("link_degraded") === 1, group: idOf(own("group")),
+    is_not_received: shown !== null && NOT_RECEIVED.has(shown.status),
   };
 }
 
@@ -118,21 +118,21 @@ function groupOf(id, now, moved) {
     members: now("members"),
     spread_m: now("spread_m"),
     feasible: now("feasible") === 1,
-    separation_m: now("separation_m"),
+    nearest_groupmate_m: now("nearest_groupmate_m"),
   };
 }
 
 /** Group columns that exist only in the run's main tables. */
-const OF_OWN_GROUPS = ["phase_rad", "phase_wanted_rad", "position_error_m", "position_bound_m"];
+const OF_OWN_GROUPS = ["phase_rad", "desired_phase_rad", "position_error_m", "position_bound_m"];
 
 /** Groups at a time; empty while another agent's team state is being loaded. */
-function groupsAt(film, time_s) {
-  const { instant, share } = placeOf(film.times_s, time_s);
+function groupsAt(replayData, time_s) {
+  const { instant, share } = placeOf(replayData.times_s, time_s);
   const found = [];
-  if (film.minds.isOther(instant)) return otherGroupsAt(film, time_s);
-  for (const id of film.ids.groups) {
-    const now = (column) => film.value("groups", column, id, instant);
-    const moved = (column) => between(now(column), film.value("groups", column, id, instant + 1), share);
+  if (replayData.agents.isOther(instant)) return otherGroupsAt(replayData, time_s);
+  for (const id of replayData.ids.groups) {
+    const now = (column) => replayData.value("groups", column, id, instant);
+    const moved = (column) => between(now(column), replayData.value("groups", column, id, instant + 1), share);
     if (Number.isNaN(now("x_m"))) continue;
     found.push({ ...groupOf(id, now, moved), ...Object.fromEntries(OF_OWN_GROUPS.map((column) => [column, now(column)])) });
   }
@@ -140,14 +140,14 @@ function groupsAt(film, time_s) {
 }
 
 /** Position of a time in another agent's team states: the current and the next time step, and the fraction between them. */
-function otherAt(film, time_s) {
-  const half = film.minds.pictures(time_s);
+function otherAt(replayData, time_s) {
+  const half = replayData.agents.teamStates(time_s);
   if (!half) return null;
-  const part = film.part(film.instant(time_s));
-  const start = film.starts[part];
-  const until_s = film.times_s[start + film.parts[part].times_s.length];
+  const part = replayData.part(replayData.instant(time_s));
+  const start = replayData.starts[part];
+  const until_s = replayData.times_s[start + replayData.parts[part].times_s.length];
   const { instant, share } = placeOf(until_s === undefined ? half.times_s : [...half.times_s, until_s], time_s);
-  const owner = film.minds.owner(film.instant(time_s));
+  const owner = replayData.agents.owner(replayData.instant(time_s));
   // The first time step of the next part is not looked up, so objects do not move during the last step.
   const isLast = instant + 1 >= half.times_s.length;
   return { half, owner, instant, next: isLast ? instant : instant + 1, share: isLast ? 0 : share };
@@ -161,14 +161,14 @@ function otherValue(table, column, id, instant, shown) {
 }
 
 /** Groups in another agent's team state. */
-function otherGroupsAt(film, time_s) {
-  const other = otherAt(film, time_s);
+function otherGroupsAt(replayData, time_s) {
+  const other = otherAt(replayData, time_s);
   if (!other || other.owner === null) return [];
   const table = other.half.tables[`groups-${other.owner}`];
   const found = [];
-  for (const id of new Set([...film.ids.groups, ...(table?.ids ?? [])])) {
+  for (const id of new Set([...replayData.ids.groups, ...(table?.ids ?? [])])) {
     const at = (column, k) =>
-      otherValue(table, column, id, k, () => film.value("groups", column, id, film.instant(other.half.times_s[k])));
+      otherValue(table, column, id, k, () => replayData.value("groups", column, id, replayData.instant(other.half.times_s[k])));
     const now = (column) => at(column, other.instant);
     const moved = (column) => between(now(column), at(column, other.next), other.share);
     if (Number.isNaN(now("x_m"))) continue;
@@ -197,9 +197,9 @@ function knownTarget(id, { truth, movedTruth, at, moved }) {
     vy_m_s: at("vy_m_s"),
     covariance: [at("cov_x_x"), at("cov_x_y"), at("cov_y_y")],
     status: tracked ? STATUS[at("status")] : null,
-    place: tracked ? PLACE[at("place")] : null,
+    membership: tracked ? MEMBERSHIP[at("membership")] : null,
     group,
-    to_group: idOf(at("to_group")),
+    receiving_group: idOf(at("receiving_group")),
     detections: Number.isNaN(detections) ? 0 : detections,
     out_of_view: truth("in_view") === 0 && group !== null,
     error_m: Math.hypot(at("x_m") - truth("true_x_m"), at("y_m") - truth("true_y_m")),
@@ -207,8 +207,8 @@ function knownTarget(id, { truth, movedTruth, at, moved }) {
 }
 
 /** Targets with their true positions and their tracks in another agent's team state; `null` while that is being loaded. */
-function otherTargetsAt(film, time_s, detail) {
-  const other = otherAt(film, time_s);
+function otherTargetsAt(replayData, time_s, detail) {
+  const other = otherAt(replayData, time_s);
   if (!other) return null;
   const { targets } = detail.tables;
   const table = other.half.tables[`tracks-${other.owner}`];
@@ -229,13 +229,13 @@ function otherTargetsAt(film, time_s, detail) {
 }
 
 /** Targets at a time; `null` while they are being loaded. */
-function targetsAt(film, time_s) {
-  const detail = film.detail(time_s);
+function targetsAt(replayData, time_s) {
+  const detail = replayData.detail(time_s);
   if (!detail) return null;
-  if (film.minds.isOther(film.instant(time_s))) return otherTargetsAt(film, time_s, detail);
+  if (replayData.agents.isOther(replayData.instant(time_s))) return otherTargetsAt(replayData, time_s, detail);
   const table = detail.tables.targets;
-  const following = film.after(detail);
-  const { instant, share } = placeOf(film.detailTimes(detail), time_s);
+  const following = replayData.after(detail);
+  const { instant, share } = placeOf(replayData.detailTimes(detail), time_s);
   const columns = Object.fromEntries(table.columns);
   const found = [];
   table.ids.forEach((id, place) => {
@@ -253,13 +253,13 @@ function targetsAt(film, time_s) {
 }
 
 /** The times of the UAVs and the targets that are shown; the time of the targets is undefined while they are being loaded. */
-function shownTimes(film, time_s) {
+function shownTimes(replayData, time_s) {
   const shown_s = (times_s) => {
     const { instant, share } = placeOf(times_s, time_s);
     return share > 0 ? times_s[instant] + share * (times_s[instant + 1] - times_s[instant]) : times_s[instant];
   };
-  const detail = film.detail(time_s);
-  return { uavs_s: shown_s(film.times_s), targets_s: detail && shown_s(film.detailTimes(detail)) };
+  const detail = replayData.detail(time_s);
+  return { uavs_s: shown_s(replayData.times_s), targets_s: detail && shown_s(replayData.detailTimes(detail)) };
 }
 
 /** The last time step that is not after a time, and the fraction of the way to the next time step. */
@@ -273,39 +273,39 @@ function placeOf(times_s, time_s) {
 /** The warning about a target; empty if there is none. */
 function concern(target) {
   if (target.out_of_view) return "out of view";
-  if (target.place === "removed") return "removed";
-  if (target.place === "in-handoff") return "in dwell";
-  if (target.tracked && target.place === "ungrouped") return "ungrouped";
+  if (target.membership === "removed") return "removed";
+  if (target.membership === "in-handoff") return "in handoff";
+  if (target.tracked && target.membership === "ungrouped") return "ungrouped";
   if (target.status === "coasting") return "coasting";
   // Without a team state, a missing track is no warning.
   if (target.there && !target.tracked && target.is_told !== false) return "untracked";
   return "";
 }
 
-/** Outages by film, with the number of time steps and events from which they were computed. */
+/** Outages by replayData, with the number of time steps and events from which they were computed. */
 const OUTAGES = new WeakMap();
 
 /**
  * Outages of UAVs in the loaded data: start, end, and the position at the start. The sensor of a UAV in an outage points
  * nowhere. A UAV without targets also points nowhere, so the team must have reported the loss of the UAV as well.
  */
-function outages(film) {
-  const size = film.times_s.length + film.allEvents.length;
-  if (OUTAGES.get(film)?.size === size) return OUTAGES.get(film).found;
+function outages(replayData) {
+  const size = replayData.times_s.length + replayData.allEvents.length;
+  if (OUTAGES.get(replayData)?.size === size) return OUTAGES.get(replayData).found;
   const found = [];
-  for (const { time_s, uavs } of film.allEvents.filter((event) => event.kind === "uav-timeout")) {
+  for (const { time_s, uavs } of replayData.allEvents.filter((event) => event.kind === "uav-timeout")) {
     for (const uav of uavs) {
-      const points = (instant) => !Number.isNaN(film.value("uavs", "boresight_rad", uav, instant));
-      let [first, last] = [film.instant(time_s), film.instant(time_s)];
+      const points = (instant) => !Number.isNaN(replayData.value("uavs", "boresight_rad", uav, instant));
+      let [first, last] = [replayData.instant(time_s), replayData.instant(time_s)];
       if (points(first)) continue;
       while (first > 0 && !points(first - 1)) first -= 1;
-      while (last + 1 < film.times_s.length && !points(last + 1)) last += 1;
-      const [x_m, y_m] = ["x_m", "y_m"].map((column) => film.value("uavs", column, uav, first));
-      if (found.some((out) => out.uav === uav && out.since_s === film.times_s[first])) continue;
-      const until_s = last + 1 < film.times_s.length ? film.times_s[last] : Infinity;
-      found.push({ uav, since_s: film.times_s[first], until_s, x_m, y_m });
+      while (last + 1 < replayData.times_s.length && !points(last + 1)) last += 1;
+      const [x_m, y_m] = ["x_m", "y_m"].map((column) => replayData.value("uavs", column, uav, first));
+      if (found.some((out) => out.uav === uav && out.since_s === replayData.times_s[first])) continue;
+      const until_s = last + 1 < replayData.times_s.length ? replayData.times_s[last] : Infinity;
+      found.push({ uav, since_s: replayData.times_s[first], until_s, x_m, y_m });
     }
   }
-  OUTAGES.set(film, { size, found });
+  OUTAGES.set(replayData, { size, found });
   return found;
 }

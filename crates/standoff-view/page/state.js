@@ -4,9 +4,9 @@
 const MOST_ROWS = 100;
 
 /** Columns of the CSV file of the state; a column is empty for objects that do not have it. */
-const CSV_COLUMNS = ["kind", "id", "name", "group", "to_group", "x_m", "y_m", "true_x_m", "true_y_m", "heading_rad", "boresight_rad",
-  "speed_m_s", "turn_rate_rad_s", "out_since_s", "centre_distance_m", "standoff_error_m", "off_boresight_rad", "avoids", "avoided_intruder",
-  "predicted_distance_m", "border", "told", "members", "standoff_distance_m", "feasible", "spread_m", "separation_m", "phase_rad", "position_error_m", "place", "status",
+const CSV_COLUMNS = ["kind", "id", "name", "group", "receiving_group", "x_m", "y_m", "true_x_m", "true_y_m", "heading_rad", "boresight_rad",
+  "speed_m_s", "turn_rate_rad_s", "out_since_s", "centre_distance_m", "standoff_error_m", "off_boresight_rad", "avoided_uav", "avoided_intruder",
+  "predicted_distance_m", "limiting_zone", "transponder_on", "members", "standoff_distance_m", "feasible", "spread_m", "nearest_groupmate_m", "phase_rad", "position_error_m", "membership", "status",
   "out_of_view", "error_m", "detections"];
 
 /** Formats a value for CSV. A text that a spreadsheet would interpret as a formula gets an apostrophe in front. */
@@ -17,7 +17,7 @@ function csvText(value) {
 }
 
 /** Warnings about targets, most severe first. */
-const CONCERNS = ["out of view", "coasting", "in dwell", "untracked", "ungrouped", "removed"];
+const CONCERNS = ["out of view", "coasting", "in handoff", "untracked", "ungrouped", "removed"];
 
 class State {
   constructor(page) {
@@ -27,7 +27,7 @@ class State {
     // If the text is cut off, a click shows all of it.
     this.warning.addEventListener("click", () => this.warning.classList.toggle("whole"));
     this.more = element("more");
-    for (const [id, columns] of [["uavs", UAV_COLUMNS], ["groups", GROUP_COLUMNS], ["intruders", INTRUDER_COLUMNS], ["targets", TARGET_COLUMNS], ["minds", MIND_COLUMNS]]) {
+    for (const [id, columns] of [["uavs", UAV_COLUMNS], ["groups", GROUP_COLUMNS], ["intruders", INTRUDER_COLUMNS], ["targets", TARGET_COLUMNS], ["agents", AGENT_COLUMNS]]) {
       headings(element(id), columns);
       this[id] = element(id).tBodies[0];
       this[id].addEventListener("click", (click) => this.clicked(id, click.target.closest("tr")));
@@ -50,35 +50,35 @@ class State {
   }
 
   show(scene) {
-    const { film, choice } = this.page;
+    const { replayData, selection } = this.page;
     this.scene = scene;
-    const targets = (scene.targets ?? []).map((target) => ({ ...target, name: targetName(film, target.id) }));
+    const targets = (scene.targets ?? []).map((target) => ({ ...target, name: targetName(replayData, target.id) }));
     const worst = targets.filter((target) => concern(target));
-    const shown = targets.filter((target) => choice.passes(target.group));
+    const shown = targets.filter((target) => selection.passes(target.group));
     // The selected target comes first, then targets with warnings.
-    const rank = (target) => (choice.isChosen("target", target.id) ? 0 : concern(target) ? 1 : 2);
+    const rank = (target) => (selection.isChosen("target", target.id) ? 0 : concern(target) ? 1 : 2);
     const listed = [0, 1, 2].flatMap((place) => shown.filter((target) => rank(target) === place)).slice(0, MOST_ROWS);
-    const isChosen = (kind) => (one) => choice.isChosen(kind, one.id);
+    const isChosen = (kind) => (one) => selection.isChosen(kind, one.id);
     // The last column shows what UAVs avoid; it is hidden if there is nothing to avoid.
-    element("uavs").classList.toggle("free", !film.head.has_separation && !film.head.zones);
+    element("uavs").classList.toggle("free", !replayData.head.has_separation && !replayData.head.zones);
     rows(this.uavs, UAV_COLUMNS, scene.uavs, isChosen("uav"));
     rows(this.groups, GROUP_COLUMNS, scene.groups, isChosen("group"));
-    element("intruders").hidden = !film.ids.intruders.length;
+    element("intruders").hidden = !replayData.ids.intruders.length;
     rows(this.intruders, INTRUDER_COLUMNS, scene.intruders, isChosen("intruder"));
     rows(this.targets, TARGET_COLUMNS, listed, isChosen("target"));
-    element("minds").hidden = !film.minds.isSeveral;
-    rows(this.minds, MIND_COLUMNS, mindRows(film, scene), isChosen("uav"));
+    element("agents").hidden = !replayData.agents.isSeveral;
+    rows(this.agents, AGENT_COLUMNS, agentRows(replayData, scene), isChosen("uav"));
     this.more.textContent = shown.length > listed.length ? `and ${shown.length - listed.length} more` : "";
-    this.bring(choice.object);
+    this.bring(selection.object);
     this.warn(scene, worst);
   }
 
   /** Selects the object of a row, or clears the selection if the object is already selected. */
   clicked(table, row) {
-    const { choice } = this.page;
-    const kind = table === "minds" ? "uav" : table.slice(0, -1);
+    const { selection } = this.page;
+    const kind = table === "agents" ? "uav" : table.slice(0, -1);
     const object = row && { kind, id: Number(row.dataset.id) };
-    if (object) choice.choose(choice.isChosen(object.kind, object.id) ? null : object);
+    if (object) selection.choose(selection.isChosen(object.kind, object.id) ? null : object);
   }
 
   /** Scrolls to the row of a newly selected object, once the table is visible. */
@@ -95,8 +95,8 @@ class State {
     const kinds = new Map();
     for (const target of worst) kinds.set(concern(target), [...(kinds.get(concern(target)) ?? []), target.name]);
     // The most severe warnings come first, because the space may not suffice for all.
-    const warnings = scene.uavs.filter((uav) => uav.out).map(outWords);
-    warnings.push(...mindsWords(this.page.film, scene));
+    const warnings = scene.uavs.filter((uav) => uav.out).map(outageText);
+    warnings.push(...agentsText(this.page.replayData, scene));
     for (const group of scene.groups) if (!group.feasible) warnings.push(`group ${group.id}: no feasible orbit`);
     for (const [what, names] of [...kinds].sort(([a], [b]) => CONCERNS.indexOf(a) - CONCERNS.indexOf(b))) {
       const some = names.slice(0, 3).join(", ");
@@ -109,17 +109,17 @@ class State {
 
   /** Saves the current time step as CSV: UAVs, groups, intruders and targets, in SI units. */
   saveCsv() {
-    const { film, choice } = this.page;
+    const { replayData, selection } = this.page;
     if (!this.scene) return;
     // The values of the time step, without interpolation.
-    const { time_s, uavs, groups, intruders, targets } = this.page.run.scene(film.times_s[film.instant(this.scene.time_s)]);
-    const shown = (targets ?? []).filter((target) => choice.passes(target.group));
-    const of = (kind, some) => some.map((one) => ({ ...one, kind, name: wholeName(film, { kind, id: one.id }) }));
+    const { time_s, uavs, groups, intruders, targets } = this.page.run.scene(replayData.times_s[replayData.instant(this.scene.time_s)]);
+    const shown = (targets ?? []).filter((target) => selection.passes(target.group));
+    const of = (kind, some) => some.map((one) => ({ ...one, kind, name: wholeName(replayData, { kind, id: one.id }) }));
     const all = [...of("uav", uavs.map((uav) => ({ ...uav, out_since_s: uav.out?.since_s }))), ...of("group", groups),
       ...of("intruder", intruders), ...of("target", shown)];
     const cell = (value) => (value === null || value === undefined || Number.isNaN(value) ? "" : csvText(value));
     const lines = all.map((one) => [time_s, ...CSV_COLUMNS.map((column) => one[column])].map(cell).join(","));
-    save(`${fileName(`${runName(film.head)}-state-${time_s.toFixed(1)}s`)}.csv`,
+    save(`${fileName(`${runName(replayData.head)}-state-${time_s.toFixed(1)}s`)}.csv`,
       `${["time_s", ...CSV_COLUMNS].join(",")}\n${lines.join("\n")}\n`, "text/csv");
   }
 
@@ -150,33 +150,33 @@ class State {
 }
 
 /** Rows of the table of agents at the time shown. */
-function mindRows(film, scene) {
-  const { minds } = film;
-  const instant = film.instant(scene.time_s);
-  const parties = minds.parties(instant);
-  return minds.ids.map((id) => {
-    const is_on = minds.isOn(id, instant);
-    const party = parties.find((some) => some.includes(id)) ?? [];
-    const others = party.filter((uav) => uav !== id);
+function agentRows(replayData, scene) {
+  const { agents } = replayData;
+  const instant = replayData.instant(scene.time_s);
+  const agreeingSets = agents.agreeingSets(instant);
+  return agents.ids.map((id) => {
+    const is_on = agents.isOn(id, instant);
+    const set = agreeingSets.find((some) => some.includes(id)) ?? [];
+    const others = set.filter((uav) => uav !== id);
     const agrees = !is_on ? "" : others.length ? `UAV ${others.join(", ")}` : "none";
     return {
-      id, is_on, unheard: is_on && hearsWords(film, id, instant), crews: is_on ? crewsWords(film, id, instant) : "", agrees,
-      lag_s: film.value("minds", "lag_s", id, instant),
+      id, is_on, notReceived: is_on && notReceivedText(replayData, id, instant), assignments: is_on ? assignmentsText(replayData, id, instant) : "", agrees,
+      lag_s: replayData.value("agents", "lag_s", id, instant),
     };
   });
 }
 
 /** Warnings about agents: the shown team state if it is not the default, silent UAVs, and different assignments. */
-function mindsWords(film, scene) {
-  const { minds } = film;
-  if (!minds.isSeveral) return [];
-  const instant = film.instant(scene.time_s);
-  const owner = minds.owner(instant);
-  const silent = scene.uavs.filter((uav) => uav.mind.is_unheard && !uav.out);
-  const whose = owner === null || minds.chosen !== null ? [pictureWords(film, instant)] : [];
-  const names = silent.map(({ id, mind }) => `UAV ${id} (${mind.shown.presence})`).join(", ");
-  const unheard = silent.length ? [`UAV ${owner} receives no reports from ${names}`] : [];
-  return [...whose, ...unheard, differWords(film, instant)].filter(Boolean);
+function agentsText(replayData, scene) {
+  const { agents } = replayData;
+  if (!agents.isSeveral) return [];
+  const instant = replayData.instant(scene.time_s);
+  const owner = agents.owner(instant);
+  const silent = scene.uavs.filter((uav) => uav.agentState.is_not_received && !uav.out);
+  const whose = owner === null || agents.chosen !== null ? [teamStateText(replayData, instant)] : [];
+  const names = silent.map(({ id, agentState }) => `UAV ${id} (${agentState.shown.status})`).join(", ");
+  const notReceived = silent.length ? [`UAV ${owner} receives no reports from ${names}`] : [];
+  return [...whose, ...notReceived, disagreementText(replayData, instant)].filter(Boolean);
 }
 
 /** Fills the body of a table. Existing cells are reused, so that the selection and the focus stay. */

@@ -1,8 +1,8 @@
 // One target over the whole run. Details are loaded one after the other, and only the charted values are kept.
 
 class TargetSeries {
-  constructor(film, id) {
-    this.film = film;
+  constructor(replayData, id) {
+    this.replayData = replayData;
     this.id = id;
     this.times_s = [];
     this.error_m = [];
@@ -23,27 +23,27 @@ class TargetSeries {
 
   /** Fraction of the parts that have been read. */
   get share() {
-    return this.film.parts.length ? this.read.length / this.film.parts.length : 1;
+    return this.replayData.parts.length ? this.read.length / this.replayData.parts.length : 1;
   }
 
   /** Index of the part to read next: the first part that has not been read completely; `undefined` if there is none. */
   get next() {
-    const part = this.film.parts.findIndex((half, k) => (this.read[k]?.instants ?? 0) < half.times_s.length);
+    const part = this.replayData.parts.findIndex((half, k) => (this.read[k]?.instants ?? 0) < half.times_s.length);
     return part < 0 ? undefined : part;
   }
 
   /** Reads the parts that have not been read; calls `progress` every 0.5 s and at the end. */
   async load(progress) {
-    const { film } = this;
+    const { replayData } = this;
     // After an error, reading continues when the run has grown.
-    if (this.loading || this.next === undefined || this.failed_s === film.end_s) return;
+    if (this.loading || this.next === undefined || this.failed_s === replayData.end_s) return;
     this.loading = true;
     let reported_ms = performance.now();
     try {
       for (let part = this.next; part !== undefined && !this.dropped; part = this.next) {
-        const instants = film.parts[part].times_s.length;
-        const held = film.details.get(part);
-        this.take(part, instants, held?.instants >= instants ? held.half : await film.source.half("detail", part));
+        const instants = replayData.parts[part].times_s.length;
+        const held = replayData.details.get(part);
+        this.take(part, instants, held?.instants >= instants ? held.half : await replayData.source.half("detail", part));
         if (performance.now() - reported_ms > 500) {
           progress();
           reported_ms = performance.now();
@@ -52,7 +52,7 @@ class TargetSeries {
         await new Promise((resolve) => setTimeout(resolve));
       }
     } catch {
-      this.failed_s = film.end_s;
+      this.failed_s = replayData.end_s;
     }
     this.loading = false;
     if (!this.dropped) progress();

@@ -5,14 +5,14 @@ const BAR = 2;
 /** Maximum distance between the pointer and an event, px. */
 const NEAR = 6;
 
-const shownState = ({ minds }) => (minds.chosen === null ? "the shown team state" : `the team state of UAV ${minds.chosen}`);
+const shownState = ({ agents }) => (agents.chosen === null ? "the shown team state" : `the team state of UAV ${agents.chosen}`);
 
 /** Descriptions of the kinds of time ranges. */
 const SPANS = {
   differ: () => "the agents' assignments differ",
-  silent: (film) => `a UAV is silent in ${shownState(film)}`,
-  gone: (film) => `a UAV has timed out in ${shownState(film)}`,
-  off: ({ minds }) => (minds.chosen === null ? "all computers are off" : `the computer of UAV ${minds.chosen} is off`),
+  silent: (replayData) => `a UAV is silent in ${shownState(replayData)}`,
+  timedOut: (replayData) => `a UAV has timed out in ${shownState(replayData)}`,
+  off: ({ agents }) => (agents.chosen === null ? "all computers are off" : `the computer of UAV ${agents.chosen} is off`),
 };
 
 class Timeline {
@@ -24,7 +24,7 @@ class Timeline {
     this.marks = element("marks");
     this.now = element("now");
     this.total = element("total");
-    this.message = element("told-event");
+    this.message = element("event-summary");
     this.tip = element("tip");
     /** The event that the user went to; `null` once the time has moved on. */
     this.gone = null;
@@ -49,14 +49,14 @@ class Timeline {
     }).observe(this.marks);
   }
 
-  get film() {
-    return this.page.film;
+  get replayData() {
+    return this.page.replayData;
   }
 
   /** Time range of the slider: the whole mission, or the part flown so far. */
   get range_s() {
-    const { film } = this.clock;
-    return [film.times_s[0] ?? 0, Math.max(film.end_s, film.done ? 0 : film.head.duration_s, 1e-6)];
+    const { replayData } = this.clock;
+    return [replayData.times_s[0] ?? 0, Math.max(replayData.end_s, replayData.done ? 0 : replayData.head.duration_s, 1e-6)];
   }
 
   x(time_s) {
@@ -86,21 +86,21 @@ class Timeline {
     const events = this.at(x);
     this.tip.hidden = !events.length;
     if (!events.length) return;
-    this.tip.textContent = `${manyText(events)}\n${events[0].time_s.toFixed(1)} s ${eventText(this.film, events[0])}`;
+    this.tip.textContent = `${manyText(events)}\n${events[0].time_s.toFixed(1)} s ${eventText(this.replayData, events[0])}`;
     this.placeTip(x);
   }
 
   /** Shows a tooltip for the time ranges under the pointer. */
   hintSpans(x) {
     const time_s = this.time(x);
-    const spans = this.film.minds.spans();
+    const spans = this.replayData.agents.spans();
     // The tolerance of one pixel makes very short ranges selectable.
     const near_s = this.time(x + 1) - time_s;
     const under = Object.keys(SPANS).flatMap((kind) =>
       spans[kind].filter(({ from_s, until_s }) => from_s - near_s <= time_s && time_s < until_s + near_s).slice(0, 1).map((span) => ({ kind, span })));
     this.tip.hidden = !under.length;
     if (!under.length) return;
-    const text = ({ kind, span }) => `${span.from_s.toFixed(1)} to ${span.until_s.toFixed(1)} s: ${SPANS[kind](this.film)}`;
+    const text = ({ kind, span }) => `${span.from_s.toFixed(1)} to ${span.until_s.toFixed(1)} s: ${SPANS[kind](this.replayData)}`;
     this.tip.textContent = under.map(text).join("\n");
     this.placeTip(x);
   }
@@ -118,7 +118,7 @@ class Timeline {
     this.clock.seek(event.time_s);
     const others = this.list.times().filter((time_s) => time_s === event.time_s).length - 1;
     const more = others > 0 ? ` (${others} more at this time)` : "";
-    this.showMessage(`${event.time_s.toFixed(1)} s ${eventText(this.film, event)}${more}`);
+    this.showMessage(`${event.time_s.toFixed(1)} s ${eventText(this.replayData, event)}${more}`);
   }
 
   /** Shows a text above the strip until the time moves on. */
@@ -146,7 +146,7 @@ class Timeline {
     this.slider.min = first;
     this.slider.max = last;
     this.slider.step = "any";
-    const { head, end_s, done } = this.clock.film;
+    const { head, end_s, done } = this.clock.replayData;
     const planned = `${head.duration_s.toFixed(1)} s`;
     this.total.textContent = done ? `/ ${end_s.toFixed(1)} s` : head.live ? `/ ${end_s.toFixed(1)} of ${planned}` : `/ ${planned}`;
     this.sieve.renew();
@@ -193,9 +193,9 @@ class Timeline {
 
   /** Draws two bands below the strip: times with different assignments, and times with missing reports in the shown team state. */
   stretches() {
-    const { minds } = this.film;
-    this.spans.hidden = !minds.isSeveral;
-    if (!minds.isSeveral) return;
+    const { agents } = this.replayData;
+    this.spans.hidden = !agents.isSeveral;
+    if (!agents.isSeveral) return;
     const ratio = screenRatio();
     const { clientWidth, clientHeight } = this.spans;
     this.spans.width = clientWidth * ratio;
@@ -206,7 +206,7 @@ class Timeline {
     const tall = (clientHeight - 1) / 2;
     pen.fillStyle = grid;
     for (const top of [0, tall + 1]) pen.fillRect(0, top, clientWidth, tall);
-    const spans = minds.spans();
+    const spans = agents.spans();
     const draw = (kind, ink, top, high = tall) => {
       pen.fillStyle = ink;
       for (const { from_s, until_s } of spans[kind]) {
@@ -216,7 +216,7 @@ class Timeline {
     };
     draw("differ", groups[0], 0);
     draw("silent", faint, tall + 1);
-    draw("timed-out", alarm, tall + 1);
+    draw("timedOut", alarm, tall + 1);
     // No team state: a thin line instead of the band.
     draw("off", alarm, tall + 1 + tall / 2 - 0.5, 1);
     const ranges = Object.entries(spans).map(([kind, some]) => [kind, some.map(({ from_s, until_s }) => `${from_s}-${until_s}`).join(" ")]);

@@ -8,11 +8,11 @@ const AMPLE_ROOM = 1.4;
 const GLIDE_S = 0.3;
 
 class View {
-  constructor({ camera, film, choice }) {
+  constructor({ camera, replayData, selection }) {
     this.camera = camera;
     /** Films whose bounds are fitted: that of the map, or those of all linked maps. */
-    this.films = [film];
-    this.choice = choice;
+    this.replays = [replayData];
+    this.selection = selection;
     /** View that the camera moves to. */
     this.goal = null;
     /** Object, or other value of `followed`, that the goal belongs to. */
@@ -31,7 +31,7 @@ class View {
 
   /** Moves the camera for the frame of a scene. */
   keep(scene, now_ms = performance.now()) {
-    const { followed } = this.choice;
+    const { followed } = this.selection;
     const passed_s = Math.min((now_ms - this.last_ms) / 1000, 0.1);
     this.last_ms = now_ms;
     this.isSettled = true;
@@ -43,13 +43,13 @@ class View {
       if (place) [this.camera.x_m, this.camera.y_m] = place;
       return;
     }
-    const bounds_m = (followed.kind === "run" && unionOf(this.films.map((film) => film.bounds_m()))) || boundsOf(scene);
+    const bounds_m = (followed.kind === "run" && unionOf(this.replays.map((replayData) => replayData.bounds_m()))) || boundsOf(scene);
     if (bounds_m) this.fit(bounds_m, followed.kind === "now" || this.isGrowing, passed_s);
   }
 
   /** Whether a run is still being flown. */
   get isGrowing() {
-    return this.films.some((film) => film.head.live && !film.done);
+    return this.replays.some((replayData) => replayData.head.live && !replayData.done);
   }
 
   /** Fits bounds immediately. If the bounds move (`moves`), fits them with a larger margin, only when necessary, and smoothly. */

@@ -6,9 +6,9 @@ const HATCH_PX = 9;
 const MOST_HATCHES = 400;
 
 function drawZones(map, { pen }) {
-  const { camera, film } = map;
+  const { camera, replayData } = map;
   const { alarm, faint } = palette();
-  for (const zone of film.head.zones) {
+  for (const zone of replayData.head.zones) {
     const isOut = zone.kind === "keep-out";
     const corners = zone.corners_m.map(([x_m, y_m]) => camera.at(x_m, y_m));
     const outline = new Path2D();

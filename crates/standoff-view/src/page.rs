@@ -14,26 +14,26 @@ use crate::serve::{Answer, Bytes};
 const SCRIPT: &str = concat!(
     "(() => {\n\"use strict\";\n",
     include_str!("../page/common.js"),
-    include_str!("../page/film.js"),
-    include_str!("../page/minds.js"),
-    include_str!("../page/source.js"),
+    include_str!("../page/replay-data.js"),
+    include_str!("../page/per-agent.js"),
+    include_str!("../page/data-source.js"),
     include_str!("../page/clock.js"),
     include_str!("../page/camera.js"),
     include_str!("../page/scene.js"),
     include_str!("../page/palette.js"),
-    include_str!("../page/choice.js"),
+    include_str!("../page/selection.js"),
     include_str!("../page/labels.js"),
-    include_str!("../page/marks.js"),
-    include_str!("../page/paths.js"),
-    include_str!("../page/radio.js"),
+    include_str!("../page/symbols.js"),
+    include_str!("../page/trails.js"),
+    include_str!("../page/links.js"),
     include_str!("../page/layers.js"),
     include_str!("../page/view.js"),
-    include_str!("../page/underlay.js"),
+    include_str!("../page/basemap.js"),
     include_str!("../page/zones.js"),
     include_str!("../page/map.js"),
     include_str!("../page/columns.js"),
     include_str!("../page/objects.js"),
-    include_str!("../page/card.js"),
+    include_str!("../page/info-card.js"),
     include_str!("../page/run.js"),
     include_str!("../page/events.js"),
     include_str!("../page/timeline.js"),
@@ -43,12 +43,12 @@ const SCRIPT: &str = concat!(
     include_str!("../page/target-series.js"),
     include_str!("../page/legend.js"),
     include_str!("../page/hover.js"),
-    include_str!("../page/take-away.js"),
+    include_str!("../page/export.js"),
     include_str!("../page/charts.js"),
-    include_str!("../page/pair.js"),
+    include_str!("../page/compare-view.js"),
     include_str!("../page/outcome.js"),
     include_str!("../page/pointer.js"),
-    include_str!("../page/find.js"),
+    include_str!("../page/search.js"),
     include_str!("../page/controls.js"),
     include_str!("../page/replay.js"),
     include_str!("../page/batch-plots.js"),
@@ -63,7 +63,7 @@ const BATCH: &str = include_str!("../page/batch.html");
 const CHARTS: &[u8] = include_bytes!(concat!(env!("OUT_DIR"), "/plotly.js.gz"));
 
 /// Decompresses the page script and runs it. It is the only script of a report in plain text.
-const START: &str = include_str!("../page/start.js");
+const START: &str = include_str!("../page/boot.js");
 
 /// Content security policy of a report: only its own contents may run, and nothing is fetched.
 const REPORT_POLICY: &str = "default-src 'none'; script-src 'unsafe-inline' blob:; style-src 'unsafe-inline'; \
@@ -136,8 +136,8 @@ pub fn report(head: &Head, parts: &[Part]) -> serde_json::Result<String> {
     for (number, part) in parts.iter().enumerate() {
         put(&mut page, &format!("overview-{number}"), &part.overview);
         put(&mut page, &format!("detail-{number}"), &part.detail);
-        if let Some(pictures) = &part.team_states {
-            put(&mut page, &format!("pictures-{number}"), pictures);
+        if let Some(states) = &part.team_states {
+            put(&mut page, &format!("team-states-{number}"), states);
         }
     }
     if let Some(map) = &head.map {

@@ -11,8 +11,8 @@
 //! ```
 //!
 //! With one agent per UAV, `tracks`, `groups` and `uavs` are those of the UAV of lowest id whose computer is on.
-//! Overviews then also have the tables `minds` and `team-UAV`, events have `by`, and a part has a third piece, its
-//! *pictures*: the tables `tracks-UAV` and `groups-UAV` of the other agents, described in `minds.rs`.
+//! Overviews then also have the tables `agents` and `team-UAV`, events have `by`, and a part has a third piece, its
+//! *team states*: the tables `tracks-UAV` and `groups-UAV` of the other agents, described in `per_agent.rs`.
 //!
 //! The directory of an overview also has `"bounds_m": [west, south, east, north]` of everything that its time steps
 //! show: UAVs, orbits, and true and estimated positions of targets. It is absent if there is nothing to show.

@@ -5,7 +5,7 @@ use super::symbol::Mark;
 use crate::colours::{GROUPS, GroupColours, UAVS};
 use plotters::style::RGBColor;
 use standoff::TeammateStatus;
-use standoff_sim::geometry::{Between, group_of, phase_separations, tracking_error_m};
+use standoff_sim::geometry::{Between, group_of, own_estimate_error_m, phase_separations};
 use standoff_sim::record::{AgentRow, EventRow, Frame};
 use standoff_sim::score::FrameScorer;
 use std::collections::BTreeMap;
@@ -204,7 +204,7 @@ impl Run {
                 let reach = usable(row.centre_distance_m?.abs() + group.spread_m.abs())?;
                 Some((place(row.x_m, row.y_m)?, usable(row.boresight_rad?)?, reach))
             });
-            uav.error.push(index, time, group.map(|group| tracking_error_m(row, group)));
+            uav.error.push(index, time, group.map(|group| own_estimate_error_m(row, group)));
             uav.off_boresight.push(index, time, geometry.off_boresight_rad(row).map(f64::to_degrees));
             uav.speed.push(index, time, row.speed_m_s);
             uav.speed_command.push(index, time, row.speed_command_m_s);
@@ -242,12 +242,12 @@ impl Run {
         let groups = self.groups.values_mut().flat_map(Group::curves);
         let tracks = self.tracks.values_mut().flat_map(Path::curves);
         let others = self.truth.values_mut().chain(self.dwells.values_mut()).chain(self.marks.values_mut());
-        let minds = self.agents.values_mut().flat_map(
+        let agents = self.agents.values_mut().flat_map(
             |AgentCurves { not_received: unheard, disagreeing: contradicting, uncommitted: open }| {
                 [unheard, contradicting, open]
             },
         );
-        uavs.chain(groups).chain(tracks).chain(others).chain(minds)
+        uavs.chain(groups).chain(tracks).chain(others).chain(agents)
     }
 
     /// Adds new groups.

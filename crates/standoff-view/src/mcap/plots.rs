@@ -3,7 +3,7 @@
 #![expect(clippy::disallowed_types, reason = "derived code only tests membership in a HashSet")]
 
 use foxglove::Encode;
-use standoff_sim::geometry::tracking_error_m;
+use standoff_sim::geometry::own_estimate_error_m;
 use standoff_sim::record::{GroupRow, UavRow};
 
 /// Defines a message type, each field with its value. Types are given as tokens in brackets, because `Encode` looks for
@@ -23,8 +23,8 @@ macro_rules! message {
 }
 
 message! {
-    /// State of a UAV: the fields of [`UavRow`] and three derived ones. `served`: assigned group.
-    UavState(row: &UavRow, served: Option<&GroupRow>, angle_rad: Option<f64>) {
+    /// State of a UAV: the fields of [`UavRow`] and three derived ones. `assigned`: its group.
+    UavState(row: &UavRow, assigned: Option<&GroupRow>, angle_rad: Option<f64>) {
         group: [Option<u32>] = row.group,
         speed_m_s: [f64] = row.speed_m_s,
         speed_command_m_s: [f64] = row.speed_command_m_s,
@@ -38,18 +38,18 @@ message! {
         off_boresight_rad: [Option<f64>] = angle_rad,
         centre_distance_m: [Option<f64>] = row.centre_distance_m,
         steered_radius_m: [Option<f64>] = row.steered_radius_m,
-        standoff_distance_m: [Option<f64>] = served.map(|group| group.standoff_distance_m),
-        standoff_error_own_estimate_m: [Option<f64>] = served.map(|group| tracking_error_m(row, group)),
+        standoff_distance_m: [Option<f64>] = assigned.map(|group| group.standoff_distance_m),
+        standoff_error_own_estimate_m: [Option<f64>] = assigned.map(|group| own_estimate_error_m(row, group)),
         phase_rad: [Option<f64>] = row.phase_rad,
         feedforward_rad_s: [Option<f64>] = row.feedforward_rad_s,
         convergence_threshold_m2_s: [Option<f64>] = row.convergence_threshold_m2_s,
         centre_too_fast: [bool] = row.centre_too_fast,
-        altitude_m: [Option<f64>] = row.commanded_altitude_m,
-        flown_altitude_m: [Option<f64>] = row.altitude_m,
+        commanded_altitude_m: [Option<f64>] = row.commanded_altitude_m,
+        altitude_m: [Option<f64>] = row.altitude_m,
         climb_rate_m_s: [Option<f64>] = row.climb_rate_m_s,
-        avoids: [Option<u32>] = row.avoided_uav,
+        avoided_uav: [Option<u32>] = row.avoided_uav,
         predicted_distance_m: [Option<f64>] = row.predicted_distance_m,
-        border: [Option<u32>] = row.limiting_zone,
+        limiting_zone: [Option<u32>] = row.limiting_zone,
     }
 }
 
@@ -70,6 +70,6 @@ message! {
         feasible: [bool] = row.feasible,
         convergence_threshold_m2_s: [Option<f64>] = row.convergence_threshold_m2_s,
         altitude_m: [f64] = row.altitude_m,
-        separation_m: [Option<f64>] = row.nearest_groupmate_m,
+        nearest_groupmate_m: [Option<f64>] = row.nearest_groupmate_m,
     }
 }

@@ -117,10 +117,10 @@ impl Scene {
         let group = |key, group: Option<u32>| group.map(|id| pair(key, &id.to_string()));
         let metadata = [
             Some(pair("name", &name)),
-            Some(pair("place", place)),
+            Some(pair("membership", place)),
             Some(pair("status", status)),
             group("group", row.group),
-            group("to_group", row.receiving_group),
+            group("receiving_group", row.receiving_group),
         ];
         SceneEntity {
             id: format!("track/{}", row.target),

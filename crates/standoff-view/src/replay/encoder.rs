@@ -10,7 +10,7 @@ use standoff_sim::score::{CustodyCounts, FrameScorer, FrameScores, PositionBound
 
 use super::chunk::{ChunkBounds, Event, half};
 use super::per_agent::{AssignmentTables, TeamStates};
-use super::table::{Table, place_code, status_code};
+use super::table::{Table, membership_code, status_code};
 use crate::colours::GroupColours;
 use crate::serve::Bytes;
 
@@ -44,10 +44,10 @@ columns! { UAV: uav(row: &UavRow, judged: &FrameScores<'_>) {
     speed_limited: Some(f64::from(row.speed_limited)),
     turn_rate_limited: Some(f64::from(row.turn_rate_limited)),
     centre_distance_m: row.centre_distance_m,
-    avoids: row.avoided_uav.map(f64::from),
+    avoided_uav: row.avoided_uav.map(f64::from),
     avoided_intruder: row.avoided_intruder.map(f64::from),
     predicted_distance_m: row.predicted_distance_m,
-    border: row.limiting_zone.map(f64::from),
+    limiting_zone: row.limiting_zone.map(f64::from),
     // derived values
     standoff_error_m: judged.standoff_error_m(row),
     off_boresight_rad: judged.geometry.off_boresight_rad(row),
@@ -62,10 +62,10 @@ columns! { GROUP: group(row: &GroupRow, phase: Option<(f64, f64)>, errors: Optio
     margin_m: Some(row.margin_m),
     standoff_distance_m: Some(row.standoff_distance_m),
     feasible: Some(f64::from(row.feasible)),
-    separation_m: row.nearest_groupmate_m,
+    nearest_groupmate_m: row.nearest_groupmate_m,
     // derived values
     phase_rad: phase.map(|(phase_rad, _)| phase_rad),
-    phase_wanted_rad: phase.map(|(_, wanted_rad)| wanted_rad),
+    desired_phase_rad: phase.map(|(_, desired_rad)| desired_rad),
     position_error_m: errors.map(|(error_m, _)| error_m),
     position_bound_m: errors.and_then(|(_, bound_m)| bound_m),
     scan_sd_m: scan_sd_m,
@@ -77,14 +77,14 @@ columns! { INTRUDER: intruder(row: &IntruderRow) {
     y_m: Some(row.y_m),
     heading_rad: Some(row.heading_rad),
     speed_m_s: Some(row.speed_m_s),
-    told: Some(f64::from(row.transponder_on)),
+    transponder_on: Some(f64::from(row.transponder_on)),
 } }
 
 columns! { RUN: run(custody: &CustodyCounts) {
     targets: Some(custody.targets as f64),
     tracked: Some(custody.tracked as f64),
-    watched: custody.in_custody.map(|count| count as f64),
-    seen: custody.in_view.map(|count| count as f64),
+    in_custody: custody.in_custody.map(|count| count as f64),
+    in_view: custody.in_view.map(|count| count as f64),
     position_error_m: custody.position_error_m,
 } }
 
@@ -101,9 +101,9 @@ columns! { TARGET: target(truth: Option<&TruthRow>, track: Option<&TrackRow>, is
     cov_x_y: track.map(|track| track.covariance[3]),
     cov_y_y: track.map(|track| track.covariance[15]),
     status: track.map(|track| status_code(track.status)),
-    place: track.map(|track| place_code(track.membership)),
+    membership: track.map(|track| membership_code(track.membership)),
     group: track.and_then(|track| track.group).map(f64::from),
-    to_group: track.and_then(|track| track.receiving_group).map(f64::from),
+    receiving_group: track.and_then(|track| track.receiving_group).map(f64::from),
     // derived values
     in_view: is_in_view.map(f64::from),
     detections: Some(f64::from(detected)),
@@ -115,7 +115,7 @@ pub struct Encoder {
     judge: FrameScorer,
     desired_phase_rad: f64,
     stride: usize,
-    pictures_stride: usize,
+    team_states_stride: usize,
     bound: Option<PositionBound>,
     colours: GroupColours,
     allowance: EventQuota,
@@ -146,8 +146,8 @@ struct Draft {
     groups: Table,
     intruders: Table,
     targets: Table,
-    crews: AssignmentTables,
-    pictures: TeamStates,
+    agents: AssignmentTables,
+    team_states: TeamStates,
 }
 
 impl Encoder {
@@ -158,7 +158,7 @@ impl Encoder {
             judge: FrameScorer::new(rules.clone()),
             desired_phase_rad: rules.desired_phase_rad,
             stride: stride.max(1),
-            pictures_stride: stride.max(1),
+            team_states_stride: stride.max(1),
             bound: PositionBound::of(rules),
             colours: GroupColours::default(),
             allowance: EventQuota::default(),
@@ -167,10 +167,10 @@ impl Encoder {
         }
     }
 
-    /// Encodes the states of other agents only at every `pictures`-th detail of a part (at least 1).
+    /// Encodes the states of other agents only at every `team_states`-th detail of a part (at least 1).
     #[must_use]
-    pub fn with_team_states_every(self, pictures: usize) -> Self {
-        Self { pictures_stride: self.stride.saturating_mul(pictures.max(1)), ..self }
+    pub fn with_team_states_every(self, team_states: usize) -> Self {
+        Self { team_states_stride: self.stride.saturating_mul(team_states.max(1)), ..self }
     }
 
     /// Number of events of the run that are in no part, because a page could not show them all.
@@ -205,7 +205,7 @@ impl Encoder {
         } else {
             draft.events.extend(by_agents(frame, shown, &mut self.others_allowance));
         }
-        draft.crews.next_instant(frame);
+        draft.agents.next_instant(frame);
         draft.bounds.take(frame);
         draft.run.next_instant();
         draft.run.put(0, &run(&judged.custody()));
@@ -230,8 +230,8 @@ impl Encoder {
         if (draft.times_us.len() - 1).is_multiple_of(self.stride) {
             draft.detail(frame, &judged);
         }
-        if (draft.times_us.len() - 1).is_multiple_of(self.pictures_stride) {
-            draft.pictures.next_instant(frame);
+        if (draft.times_us.len() - 1).is_multiple_of(self.team_states_stride) {
+            draft.team_states.next_instant(frame);
         }
     }
 
@@ -245,14 +245,25 @@ impl Encoder {
     /// Encodes the part that is being filled, and returns it with its number of time steps; `None` if there are none.
     #[must_use]
     pub fn so_far(&self) -> Option<(Part, usize)> {
-        let Draft { times_us, detail_times_us, events, bounds, run, uavs, groups, intruders, targets, crews, pictures } =
-            &self.draft;
+        let Draft {
+            times_us,
+            detail_times_us,
+            events,
+            bounds,
+            run,
+            uavs,
+            groups,
+            intruders,
+            targets,
+            agents,
+            team_states,
+        } = &self.draft;
         let intruders = Some(intruders).filter(|table| table.rows() > 0);
-        let tables = || [run, uavs, groups].into_iter().chain(intruders).chain(crews.tables());
+        let tables = || [run, uavs, groups].into_iter().chain(intruders).chain(agents.tables());
         let part = || Part {
             overview: half(times_us, bounds.listed_m(), events, tables()),
             detail: half(detail_times_us, None, &[], [targets]),
-            team_states: crews.tables().next().map(|_| half(&pictures.times_us, None, &[], pictures.tables())),
+            team_states: agents.tables().next().map(|_| half(&team_states.times_us, None, &[], team_states.tables())),
         };
         (!times_us.is_empty()).then(|| (part(), times_us.len()))
     }
@@ -270,15 +281,15 @@ impl Draft {
             groups: Table::new("groups", &GROUP),
             intruders: Table::new("intruders", &INTRUDER),
             targets: Table::new("targets", &TARGET),
-            crews: AssignmentTables::new(),
-            pictures: TeamStates::default(),
+            agents: AssignmentTables::new(),
+            team_states: TeamStates::default(),
         }
     }
 
     fn is_full(&self) -> bool {
-        let Self { uavs, groups, targets, crews, pictures, .. } = self;
-        let rows = [uavs.rows(), groups.rows(), targets.rows(), crews.rows()];
-        self.times_us.len() >= INSTANTS || rows.iter().any(|&rows| rows >= ROWS) || pictures.is_full()
+        let Self { uavs, groups, targets, agents, team_states, .. } = self;
+        let rows = [uavs.rows(), groups.rows(), targets.rows(), agents.rows()];
+        self.times_us.len() >= INSTANTS || rows.iter().any(|&rows| rows >= ROWS) || team_states.is_full()
     }
 
     /// Returns true if the rows of targets stay bounded even if all targets of the frame are new to the part.
@@ -343,9 +354,9 @@ fn by_agents<'a>(
 fn phases(frame: &Frame, pair_rad: f64) -> BTreeMap<u32, (f64, f64)> {
     let mut worst: BTreeMap<u32, (f64, f64)> = BTreeMap::new();
     for (group, (count, ..), phase_rad) in phase_separations(frame) {
-        let wanted_rad = desired_pair_phase_rad(count, pair_rad);
-        let off_rad = |(phase_rad, wanted_rad): (f64, f64)| (phase_rad - wanted_rad).abs();
-        let this = (phase_rad, wanted_rad);
+        let desired_rad = desired_pair_phase_rad(count, pair_rad);
+        let off_rad = |(phase_rad, desired_rad): (f64, f64)| (phase_rad - desired_rad).abs();
+        let this = (phase_rad, desired_rad);
         let entry = worst.entry(group).or_insert(this);
         if off_rad(this) > off_rad(*entry) {
             *entry = this;

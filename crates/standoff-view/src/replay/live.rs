@@ -81,7 +81,7 @@ impl Replay {
         self.feed.clone()
     }
 
-    /// Returns the contents of `head.json`, `map.json`, `overview/N`, `detail/N` or `pictures/N`.
+    /// Returns the contents of `head.json`, `map.json`, `overview/N`, `detail/N` or `team-states/N`.
     #[must_use]
     pub fn get(&self, path: &str) -> Option<Answer> {
         let held = self.held();
@@ -99,7 +99,7 @@ impl Replay {
         let body = match half {
             "overview" => &part.overview,
             "detail" => &part.detail,
-            "pictures" => part.team_states.as_ref()?,
+            "team-states" => part.team_states.as_ref()?,
             _ => return None,
         };
         // Browsers must not cache: another run may be served at the same address later.

@@ -8,7 +8,7 @@ use std::collections::BTreeMap;
 use standoff::TeammateStatus;
 use standoff_sim::record::{ByAgent, Frame, GroupRow, TeammateRow, TrackRow};
 
-use super::table::{Table, place_code, single, status_code};
+use super::table::{Table, membership_code, single, status_code};
 
 #[cfg(test)]
 mod tests;
@@ -17,20 +17,32 @@ mod tests;
 const ROWS: usize = 200_000;
 
 /// Columns of an agent, by UAV; missing while its computer is off. `lag_s`: age of the last committed time step.
-/// `disturbed`: whether its link is degraded. `group`, `founded_s`: assigned group and its creation time. `crew`:
+/// `disturbed`: whether its link is degraded. `group`, `created_s`: assigned group and its creation time. `crew`:
 /// lowest UAV whose agent has the same assignments.
-const MIND: [&str; 5] = ["lag_s", "disturbed", "group", "founded_s", "crew"];
+const AGENT: [&str; 5] = ["lag_s", "link_degraded", "group", "created_s", "assignments"];
 /// Columns of a UAV in the state of an agent: code of its [`TeammateStatus`] or `NEVER_RECEIVED`, age of its newest report, and
 /// assigned group. A missing row means: live, with a report of this time step, and assigned to the group that the UAV
 /// itself reports.
-const TEAM: [&str; 4] = ["presence", "age_s", "group", "founded_s"];
+const TEAM: [&str; 4] = ["status", "age_s", "group", "created_s"];
 /// Columns of a track in the state of an agent. `own`: 1 if the track differs from the main table, 0 if the agent has
 /// no such track.
-const TRACK: [&str; 12] =
-    ["own", "x_m", "y_m", "vx_m_s", "vy_m_s", "cov_x_x", "cov_x_y", "cov_y_y", "status", "place", "group", "to_group"];
+const TRACK: [&str; 12] = [
+    "own",
+    "x_m",
+    "y_m",
+    "vx_m_s",
+    "vy_m_s",
+    "cov_x_x",
+    "cov_x_y",
+    "cov_y_y",
+    "status",
+    "membership",
+    "group",
+    "receiving_group",
+];
 /// Columns of a group in the state of an agent; `own` as in [`TRACK`].
 const GROUP: [&str; 9] =
-    ["own", "x_m", "y_m", "members", "spread_m", "margin_m", "standoff_distance_m", "feasible", "separation_m"];
+    ["own", "x_m", "y_m", "members", "spread_m", "margin_m", "standoff_distance_m", "feasible", "nearest_groupmate_m"];
 /// Presence code of a UAV from which the agent has received no report.
 const NEVER_RECEIVED: f64 = 4.0;
 
@@ -38,7 +50,7 @@ const NEVER_RECEIVED: f64 = 4.0;
 #[derive(Debug)]
 pub(super) struct AssignmentTables {
     instants: usize,
-    minds: Table,
+    agents: Table,
     /// Teammates by agent.
     teams: BTreeMap<u32, Table>,
 }
@@ -53,12 +65,12 @@ pub(super) struct TeamStates {
 
 impl AssignmentTables {
     pub(super) fn new() -> Self {
-        Self { instants: 0, minds: Table::new("minds", &MIND), teams: BTreeMap::new() }
+        Self { instants: 0, agents: Table::new("agents", &AGENT), teams: BTreeMap::new() }
     }
 
     /// Adds the next time step.
     pub(super) fn next_instant(&mut self, frame: &Frame) {
-        self.minds.next_instant();
+        self.agents.next_instant();
         self.teams.values_mut().for_each(Table::next_instant);
         self.instants += 1;
         let agents = &frame.agents;
@@ -73,9 +85,9 @@ impl AssignmentTables {
                 known.push(crew);
             }
             let lag_s = row.committed_us.map(|committed_us| seconds(frame.time_us.saturating_sub(committed_us)));
-            let [group, founded_s] = duty(agents.teammate(row.agent, row.agent));
-            self.minds
-                .put(row.agent, &[lag_s, Some(f64::from(row.link_degraded)), group, founded_s, Some(f64::from(crew))]);
+            let [group, created_s] = duty(agents.teammate(row.agent, row.agent));
+            self.agents
+                .put(row.agent, &[lag_s, Some(f64::from(row.link_degraded)), group, created_s, Some(f64::from(crew))]);
             self.team(frame, row.agent);
         }
     }
@@ -87,7 +99,7 @@ impl AssignmentTables {
         let now_us = agents.teammate(agent, agent).and_then(|row| row.last_report_us).unwrap_or(frame.time_us);
         for uav in &frame.uavs {
             let row = agents.teammate(agent, uav.uav);
-            let [group, founded_s] = duty(row);
+            let [group, created_s] = duty(row);
             let age_s = row.and_then(|row| row.last_report_us).map(|heard_us| seconds(now_us.saturating_sub(heard_us)));
             let presence = match row.and_then(|row| row.status) {
                 Some(TeammateStatus::Live) => 0.0,
@@ -98,19 +110,19 @@ impl AssignmentTables {
             };
             let is_on = agents.all.binary_search_by_key(&uav.uav, |row| row.agent).is_ok();
             let own = duty(agents.teammate(uav.uav, uav.uav));
-            if !is_on || (presence, age_s, [group, founded_s]) != (0.0, Some(0.0), own) {
-                table.put(uav.uav, &[Some(presence), age_s, group, founded_s]);
+            if !is_on || (presence, age_s, [group, created_s]) != (0.0, Some(0.0), own) {
+                table.put(uav.uav, &[Some(presence), age_s, group, created_s]);
             }
         }
     }
 
     pub(super) fn rows(&self) -> usize {
-        self.minds.rows() + self.teams.values().map(Table::rows).sum::<usize>()
+        self.agents.rows() + self.teams.values().map(Table::rows).sum::<usize>()
     }
 
     /// The tables that are not empty.
     pub(super) fn tables(&self) -> impl Iterator<Item = &Table> {
-        [&self.minds].into_iter().chain(self.teams.values()).filter(|table| table.rows() > 0)
+        [&self.agents].into_iter().chain(self.teams.values()).filter(|table| table.rows() > 0)
     }
 }
 
@@ -173,7 +185,7 @@ fn track(row: &TrackRow) -> [Option<f64>; TRACK.len()] {
     let numbers = [1.0, x, y, vx, vy, covariance[0], covariance[3], covariance[15]];
     let [own, x, y, vx, vy, x_x, x_y, y_y] = numbers.map(Some);
     let [group, to_group] = [row.group, row.receiving_group].map(|group| group.map(f64::from));
-    let [status, place] = [status_code(row.status), place_code(row.membership)].map(Some);
+    let [status, place] = [status_code(row.status), membership_code(row.membership)].map(Some);
     [own, x, y, vx, vy, x_x, x_y, y_y, status, place, group, to_group]
 }
 

@@ -100,7 +100,7 @@ pub(super) fn status_code(status: TrackStatus) -> f64 {
 }
 
 /// Code of a target's membership in tables.
-pub(super) fn place_code(place: MembershipState) -> f64 {
+pub(super) fn membership_code(place: MembershipState) -> f64 {
     match place {
         MembershipState::Ungrouped => 0.0,
         MembershipState::Member => 1.0,

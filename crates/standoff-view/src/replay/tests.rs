@@ -109,7 +109,8 @@ fn every_number_of_the_record_reads_back_from_the_parts() {
                 let got = |column| overview.value("groups", column, row.group, instant);
                 assert!(near(got("standoff_distance_m"), Some(row.standoff_distance_m)));
                 assert!(
-                    near(got("separation_m"), row.nearest_groupmate_m) && near(got("margin_m"), Some(row.margin_m))
+                    near(got("nearest_groupmate_m"), row.nearest_groupmate_m)
+                        && near(got("margin_m"), Some(row.margin_m))
                 );
             }
             for row in &frame.truth {
@@ -123,7 +124,7 @@ fn every_number_of_the_record_reads_back_from_the_parts() {
                 );
                 let held = f64::from(u8::from(row.status == TrackStatus::Updated));
                 assert_eq!(got("status") == Some(1.0), held == 1.0);
-                assert!(near(got("to_group"), row.receiving_group.map(f64::from)));
+                assert!(near(got("receiving_group"), row.receiving_group.map(f64::from)));
                 let detected = frame.detections.iter().filter(|detection| detection.target == row.target).count();
                 assert_eq!(got("detections"), Some(detected as f64));
             }
@@ -216,8 +217,8 @@ fn a_part_contains_the_counts_of_the_whole_run() {
             let count = |targets: usize| targets as f64;
             assert_eq!(got("targets"), Some(count(custody.targets)));
             assert_eq!(got("tracked"), Some(count(custody.tracked)));
-            assert_eq!(got("seen"), custody.in_view.map(count));
-            assert_eq!(got("watched"), custody.in_custody.map(count));
+            assert_eq!(got("in_view"), custody.in_view.map(count));
+            assert_eq!(got("in_custody"), custody.in_custody.map(count));
             assert!(near(got("position_error_m"), custody.position_error_m));
             compared += usize::from(custody.in_custody.is_some() && custody.position_error_m.is_some());
         }

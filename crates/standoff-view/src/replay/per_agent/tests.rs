@@ -97,8 +97,8 @@ fn the_teammates_of_every_agent_read_back() {
                 |agent: u32, uav: u32| frame.agents.teammates.iter().find(|row| (row.agent, row.uav) == (agent, uav));
             for uav in &frame.uavs {
                 let agent = frame.agents.all.iter().find(|agent| agent.agent == uav.uav);
-                let got = |column| overview.find("minds", column, uav.uav, instant);
-                assert_eq!(got("disturbed"), agent.map(|agent| f64::from(agent.link_degraded)));
+                let got = |column| overview.find("agents", column, uav.uav, instant);
+                assert_eq!(got("link_degraded"), agent.map(|agent| f64::from(agent.link_degraded)));
                 let lag_us =
                     agent.and_then(|agent| agent.committed_us).map(|committed_us| frame.time_us - committed_us);
                 assert!(near(got("lag_s"), lag_us.map(|lag_us| lag_us as f64 / 1e6)));
@@ -106,8 +106,8 @@ fn the_teammates_of_every_agent_read_back() {
             for agent in &frame.agents.all {
                 for uav in frame.uavs.iter().map(|uav| uav.uav) {
                     let stored = |column| overview.find(&format!("team-{}", agent.agent), column, uav, instant);
-                    let own = |column| overview.find("minds", column, uav, instant);
-                    let [presence, age_s, group] = match stored("presence") {
+                    let own = |column| overview.find("agents", column, uav, instant);
+                    let [presence, age_s, group] = match stored("status") {
                         Some(presence) => [Some(presence), stored("age_s"), stored("group")],
                         None => [Some(0.0), Some(0.0), own("group")],
                     };
@@ -142,10 +142,11 @@ fn disagreement_of_agents_matches_the_metric() {
     for part in encoded(&scenario, &frames, 1) {
         let overview = read(&part.overview);
         for instant in 0..overview.directory["times_us"].as_array().unwrap().len() {
-            let crews = (0..4).filter_map(|uav| overview.find("minds", "crew", uav, instant).map(|crew| (uav, crew)));
-            let crews: Vec<(u32, f64)> = crews.collect();
-            all += usize::from(crews.len() > 1);
-            differ += usize::from(crews.iter().any(|(_, crew)| *crew != f64::from(crews[0].0)));
+            let agents =
+                (0..4).filter_map(|uav| overview.find("agents", "assignments", uav, instant).map(|crew| (uav, crew)));
+            let agents: Vec<(u32, f64)> = agents.collect();
+            all += usize::from(agents.len() > 1);
+            differ += usize::from(agents.iter().any(|(_, crew)| *crew != f64::from(agents[0].0)));
         }
     }
     assert!(differ > 0 && differ < all);
@@ -261,9 +262,9 @@ fn differing_assignments_are_stored() {
             (Some(TeammateStatus::Live), Some(now_us), Some(1), Some(id));
     }
     let overview = read(&encoded(&scenario, &[frame], 1)[0].overview);
-    let founded_s = |id: u64| (id >> 16) as f64 / 1e6;
-    assert!(near(overview.find("minds", "founded_s", 3, 0), Some(founded_s(7 << 40))));
-    assert!(near(overview.find("team-0", "founded_s", 3, 0), Some(founded_s(8 << 40))));
+    let created_s = |id: u64| (id >> 16) as f64 / 1e6;
+    assert!(near(overview.find("agents", "created_s", 3, 0), Some(created_s(7 << 40))));
+    assert!(near(overview.find("team-0", "created_s", 3, 0), Some(created_s(8 << 40))));
     assert_eq!(overview.find("team-0", "group", 3, 0), Some(1.0));
 }
 
@@ -280,8 +281,8 @@ fn a_growing_replay_serves_the_agent_states_of_its_parts() {
     frames[..5].iter().for_each(|frame| drop(encoder.frame(frame)));
     let (part, shown) = encoder.so_far().unwrap();
     replay.show(part, shown);
-    assert_eq!((instants("pictures/0"), instants("pictures/1")), (Some(5), None));
+    assert_eq!((instants("team-states/0"), instants("team-states/1")), (Some(5), None));
     let one = Frame { agents: Default::default(), ..frames[0].clone() };
     replay.show(encoded(&scenario, &[one], 1).remove(0), 1);
-    assert_eq!((instants("overview/0"), instants("pictures/0")), (Some(1), None));
+    assert_eq!((instants("overview/0"), instants("team-states/0")), (Some(1), None));
 }

@@ -4,18 +4,18 @@
 const MOST_PROPOSED = 20;
 
 /** Objects whose name contains a text. Exact matches come first, then names that begin with the text, then the others. */
-function* matches({ film }, query) {
+function* matches({ replayData }, query) {
   const lower = query.trim().toLowerCase();
   if (!lower) return;
   const objects = function* () {
-    for (const id of film.ids.uavs) yield { kind: "uav", id };
-    for (const id of film.ids.groups) yield { kind: "group", id };
-    for (const id of film.ids.intruders) yield { kind: "intruder", id };
-    for (const id of film.head.targets.keys()) yield { kind: "target", id };
+    for (const id of replayData.ids.uavs) yield { kind: "uav", id };
+    for (const id of replayData.ids.groups) yield { kind: "group", id };
+    for (const id of replayData.ids.intruders) yield { kind: "intruder", id };
+    for (const id of replayData.head.targets.keys()) yield { kind: "target", id };
   };
   const ranks = [(name) => name === lower, (name) => name !== lower && name.startsWith(lower), (name) => name.indexOf(lower) > 0];
   // Names as stored in files, and as shown on the page.
-  const names = (object) => [wholeName(film, object), objectName(film, object)].map((name) => name.toLowerCase());
+  const names = (object) => [wholeName(replayData, object), objectName(replayData, object)].map((name) => name.toLowerCase());
   for (const fits of ranks) for (const object of objects()) if (names(object).some(fits)) yield object;
 }
 
@@ -31,21 +31,21 @@ function connectFind(page) {
   const field = element("find");
   const message = element("found");
   const propose = () => {
-    const { film } = page;
+    const { replayData } = page;
     const found = first(matches(page, field.value), MOST_PROPOSED);
-    element("names").replaceChildren(...found.map((object) => new Option(objectName(film, object), wholeName(film, object))));
+    element("names").replaceChildren(...found.map((object) => new Option(objectName(replayData, object), wholeName(replayData, object))));
     message.textContent = field.value.trim() && !found.length ? "no match" : "";
   };
   const take = () => {
     const [object] = first(matches(page, field.value), 1);
     if (!object) return propose();
-    page.choice.choose(object);
+    page.selection.choose(object);
     const { map } = page;
     const { scene, camera } = map;
     const place = placeAt(scene, object);
-    message.textContent = place ? "" : absence(page.film, scene, object);
+    message.textContent = place ? "" : absence(page.replayData, scene, object);
     if (!place) return undefined;
-    page.choice.follow(null);
+    page.selection.follow(null);
     map.canvas.focus();
     [camera.x_m, camera.y_m] = place;
     return page.renew();
@@ -66,25 +66,25 @@ function connectFind(page) {
 }
 
 /** Updates the list of groups that can be highlighted. */
-function filters({ film, choice }) {
+function filters({ replayData, selection }) {
   const select = element("only");
-  const options = [["all", "all"], ...film.ids.groups.map((id) => [`${id}`, `group ${id}`]), ["none", "ungrouped"]];
+  const options = [["all", "all"], ...replayData.ids.groups.map((id) => [`${id}`, `group ${id}`]), ["none", "ungrouped"]];
   const isSame = options.length === select.options.length && options.every(([value], k) => select.options[k].value === value);
   if (!isSame) select.replaceChildren(...options.map(([value, text]) => new Option(text, value)));
-  select.value = choice.group === null ? "none" : `${choice.group}`;
+  select.value = selection.group === null ? "none" : `${selection.group}`;
 }
 
 function connectFilter(page) {
   const select = element("only");
   select.addEventListener("change", () => {
     const { value } = select;
-    page.choice.filter(value === "all" ? value : value === "none" ? null : Number(value));
+    page.selection.filter(value === "all" ? value : value === "none" ? null : Number(value));
   });
-  for (const { choice } of page.runs) choice.on(() => filters(page));
+  for (const { selection } of page.runs) selection.on(() => filters(page));
 }
 
 /** Saves the map as an image with the scale, the time and the name of the run. */
-async function savePicture({ map, film, clock }) {
+async function savePicture({ map, replayData, clock }) {
   const { canvas } = map;
   const ratio = canvas.width / map.camera.width;
   const strip = 26;
@@ -105,11 +105,11 @@ async function savePicture({ map, film, clock }) {
   pen.fillStyle = ink;
   pen.textBaseline = "middle";
   const time = `${clock.time_s.toFixed(1)} s`;
-  const state = film.minds.isSeveral ? `, ${pictureWords(film, film.instant(clock.time_s))}` : "";
-  pen.fillText(`${runName(film.head)}${state}`, 10, height + strip / 2, width - 100);
+  const state = replayData.agents.isSeveral ? `, ${teamStateText(replayData, replayData.instant(clock.time_s))}` : "";
+  pen.fillText(`${runName(replayData.head)}${state}`, 10, height + strip / 2, width - 100);
   pen.textAlign = "right";
   pen.fillText(time, width - 10, height + strip / 2);
   const picture = await new Promise((resolve) => copy.toBlob(resolve, "image/png"));
   if (!picture) return element("found").replaceChildren("The map is too large for an image");
-  return save(`${fileName(`${runName(film.head)}-map-${time}`)}.png`, picture, "image/png");
+  return save(`${fileName(`${runName(replayData.head)}-map-${time}`)}.png`, picture, "image/png");
 }

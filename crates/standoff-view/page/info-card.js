@@ -1,6 +1,6 @@
-// Cards on the map: for the object under the pointer and for the selected object; and a note if the followed object does not exist.
+// InfoCards on the map: for the object under the pointer and for the selected object; and a note if the followed object does not exist.
 
-class Cards {
+class InfoCards {
   constructor(run, canvas) {
     this.run = run;
     this.canvas = canvas;
@@ -32,18 +32,18 @@ class Cards {
     const dock = make("div", "dock");
     dock.append(this.note, this.chosen);
     canvas.after(dock, this.hover);
-    const { choice } = run;
-    this.follow.addEventListener("click", () => choice.follow(this.follows() ? null : choice.object));
-    choice.on(() => this.show());
+    const { selection } = run;
+    this.follow.addEventListener("click", () => selection.follow(this.follows() ? null : selection.object));
+    selection.on(() => this.show());
     this.close.addEventListener("click", () => {
-      choice.choose(null);
+      selection.choose(null);
       canvas.focus();
     });
   }
 
   /** Whether the map follows the selected object. */
   follows() {
-    const { object, followed } = this.run.choice;
+    const { object, followed } = this.run.selection;
     return Boolean(object && followed) && objectWord(object) === objectWord(followed);
   }
 
@@ -51,8 +51,8 @@ class Cards {
   show() {
     const { run, canvas } = this;
     // Before the first drawn frame there is nothing to show.
-    if (!run.film.parts.length || run.map.scene === NO_SCENE) return;
-    const { object } = run.choice;
+    if (!run.replayData.parts.length || run.map.scene === NO_SCENE) return;
+    const { object } = run.selection;
     this.chosen.hidden = !object;
     if (object) {
       fill(this.title, this.body, account(run, object));
@@ -80,12 +80,12 @@ class Cards {
 
   /** Text that says that the followed object does not exist or has dropped out; empty otherwise. */
   noteText() {
-    const { film, choice, map } = this.run;
-    const { followed } = choice;
+    const { replayData, selection, map } = this.run;
+    const { followed } = selection;
     if (!followed || followed === WHOLE_RUN || followed === ALL_NOW) return "";
     const one = found(map.scene, followed);
-    if (one) return one.out ? outWords(one) : "";
-    const text = absence(film, map.scene, followed);
+    if (one) return one.out ? outageText(one) : "";
+    const text = absence(replayData, map.scene, followed);
     return text && `${text}; the map stays in place`;
   }
 }

@@ -96,7 +96,7 @@ function drawTruth(map, { pen, scene, size }) {
   const visible = (scene.targets ?? []).filter((target) => target.there && map.camera.sees(target.true_x_m, target.true_y_m));
   const { faint } = palette();
   pen.lineWidth = 1.25;
-  inkedTogether(pen, visible, ({ group }) => (map.choice.passes(group) ? faint : faded(faint, 0.2)), (target) => {
+  inkedTogether(pen, visible, ({ group }) => (map.selection.passes(group) ? faint : faded(faint, 0.2)), (target) => {
     const [x, y] = map.camera.at(target.true_x_m, target.true_y_m);
     addCross(pen, x, y, 3 * size);
   });
@@ -133,7 +133,7 @@ function ellipseOf([xx, xy, yy]) {
 /** Draws tracks. Updated: disc. Coasting or cued: ring. Ungrouped: square. In handoff: two rings. Removed from its group: cross. */
 function drawTracks(map, { pen, labels, size }) {
   const looks = grouped(map.drawn.filter(({ target }) => target.tracked), ({ target }) =>
-    target.place === "removed" || target.place === "ungrouped" ? target.place : target.status === "updated" ? "updated" : "ring");
+    target.membership === "removed" || target.membership === "ungrouped" ? target.membership : target.status === "updated" ? "updated" : "ring");
   const ink = ({ target }) => map.ink(target.group);
   const draw = (some, of, add, end) => inkedTogether(pen, some ?? [], of, add, end);
   pen.lineWidth = size < 0.8 ? 1.25 : 2;
@@ -142,11 +142,11 @@ function drawTracks(map, { pen, labels, size }) {
   draw(looks.get("removed"), ink, ({ x, y }) => addCross(pen, x, y, 5 * size));
   draw(looks.get("ring"), ink, ({ x, y }) => addDisc(pen, x, y, 4.5 * size));
   draw(looks.get("updated"), ink, ({ x, y }) => addDisc(pen, x, y, 4.5 * size), "fill");
-  const passing = map.drawn.filter(({ target }) => target.tracked && target.place === "in-handoff");
-  draw(passing, ({ target }) => map.ink(target.to_group), ({ x, y }) => addDisc(pen, x, y, 8 * size));
+  const passing = map.drawn.filter(({ target }) => target.tracked && target.membership === "in-handoff");
+  draw(passing, ({ target }) => map.ink(target.receiving_group), ({ x, y }) => addDisc(pen, x, y, 8 * size));
   const { alarm } = palette();
   pen.lineWidth = 2.5;
-  const hidden = map.drawn.filter(({ target }) => target.out_of_view && map.choice.passes(target.group));
+  const hidden = map.drawn.filter(({ target }) => target.out_of_view && map.selection.passes(target.group));
   draw(hidden, () => alarm, ({ x, y }) => addDisc(pen, x, y, 12));
   pen.fillStyle = alarm;
   for (const { x, y } of hidden) labels.beside("out of view", x, y, 15, 8);
@@ -158,10 +158,10 @@ const AIRCRAFT = [[13, 0], [2, 2.2], [0, 12], [-4, 12], [-2.5, 2], [-9, 1.5], [-
 
 /** Draws UAVs. For a UAV that has dropped out it also draws the last position known to the team. */
 function drawUavs(map, { pen, labels, scene }) {
-  const { camera, film, choice } = map;
+  const { camera, replayData, selection } = map;
   for (const uav of scene.uavs) {
-    const isFaint = uav.out || !choice.passes(uav.group);
-    const colour = uavColour(film, uav.id);
+    const isFaint = uav.out || !selection.passes(uav.group);
+    const colour = uavColour(replayData, uav.id);
     if (camera.sees(uav.x_m, uav.y_m)) {
       const [x, y] = camera.at(uav.x_m, uav.y_m);
       const [cos, sin] = [Math.cos(uav.heading_rad), Math.sin(uav.heading_rad)];
@@ -183,7 +183,7 @@ function drawUavs(map, { pen, labels, scene }) {
       pen.beginPath();
       addCross(pen, x, y, 9);
       pen.stroke();
-      labels.beside(outWords(uav), x, y, 13, 8);
+      labels.beside(outageText(uav), x, y, 13, 8);
     }
   }
 }
@@ -194,26 +194,26 @@ const INTRUDER = [[14, 0], [-10, 9], [-5, 0], [-10, -9]];
 /** Draws intruders; hollow while the transponder is off. */
 function drawIntruders(map, { pen, labels, scene }) {
   const { alarm, ground } = palette();
-  for (const { id, x_m, y_m, heading_rad, told } of scene.intruders) {
+  for (const { id, x_m, y_m, heading_rad, transponder_on } of scene.intruders) {
     if (!map.camera.sees(x_m, y_m)) continue;
     const [x, y] = map.camera.at(x_m, y_m);
     const [cos, sin] = [Math.cos(heading_rad), Math.sin(heading_rad)];
     pen.beginPath();
     for (const [dx, dy] of INTRUDER) pen.lineTo(x + dx * cos + dy * sin, y - dx * sin + dy * cos);
     pen.closePath();
-    pen.fillStyle = told ? alarm : ground;
+    pen.fillStyle = transponder_on ? alarm : ground;
     pen.strokeStyle = alarm;
     pen.lineWidth = 1.5;
     pen.fill();
     pen.stroke();
     pen.fillStyle = alarm;
     // The offset keeps the label clear of the selection ring.
-    labels.beside(`intruder ${id}${told ? "" : ", transponder off"}`, x, y, 22, 8);
+    labels.beside(`intruder ${id}${transponder_on ? "" : ", transponder off"}`, x, y, 22, 8);
   }
 }
 
 /** Text that says since when a UAV has dropped out. */
-function outWords({ id, out }) {
+function outageText({ id, out }) {
   return `UAV ${id} dropped out at ${out.since_s.toFixed(1)} s`;
 }
 

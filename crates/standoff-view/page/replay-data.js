@@ -76,8 +76,8 @@ class Shelf {
   /** Maximum number of halves in the cache. */
   static KEPT = 12;
 
-  constructor(film, kind) {
-    this.film = film;
+  constructor(replayData, kind) {
+    this.replayData = replayData;
     this.kind = kind;
     /** By part: the half, and the number of time steps of the overview when the half was requested. */
     this.halves = new Map();
@@ -93,18 +93,18 @@ class Shelf {
 
   /** Loads requested halves that are missing or have grown, one at a time, so that halves skipped while scrubbing are not loaded. */
   async load() {
-    const { film } = this;
-    const size = (part) => film.parts[part]?.times_s.length ?? 0;
+    const { replayData } = this;
+    const size = (part) => replayData.parts[part]?.times_s.length ?? 0;
     const part = this.requested.find((part) => (this.halves.get(part)?.instants ?? 0) < size(part));
     if (part === undefined || this.loading) return;
     this.loading = true;
     const instants = size(part);
     let half;
     try {
-      half = await film.source.half(this.kind, part);
+      half = await replayData.source.half(this.kind, part);
     } catch {
       // The next drawn frame requests it again; while the time is paused, a frame is drawn after one second.
-      setTimeout(() => film.loaded?.(), 1000);
+      setTimeout(() => replayData.loaded?.(), 1000);
     }
     this.loading = false;
     if (half) {
@@ -118,12 +118,12 @@ class Shelf {
     this.halves.set(part, held);
     const old = [...this.halves.keys()].filter((other) => Math.abs(other - part) > 1);
     for (const other of old.slice(0, Math.max(0, this.halves.size - Shelf.KEPT))) this.halves.delete(other);
-    this.film.loaded?.();
+    this.replayData.loaded?.();
   }
 }
 
 /** The loaded part of a replay: all overviews, and the details around the time shown. */
-class Film {
+class ReplayData {
   constructor(source, head) {
     this.source = source;
     this.head = head;
@@ -135,7 +135,7 @@ class Film {
     this.events = [];
     this.shelf = new Shelf(this, "detail");
     this.details = this.shelf.halves;
-    this.minds = new Minds(this);
+    this.agents = new Agents(this);
     /** Whether the newest time step is shown; its detail is then loaded first. */
     this.followed = false;
     this.ids = { uavs: [], groups: [], intruders: [] };
@@ -171,14 +171,14 @@ class Film {
       const colours = columns.get("colour").subarray(place * instants, (place + 1) * instants);
       this.colours.set(id, colours.find((colour) => !Number.isNaN(colour)));
     }
-    this.minds.put(half);
+    this.agents.put(half);
     this.selectEvents();
     this.loaded?.();
   }
 
   /** Selects the events of the shown team state. */
   selectEvents() {
-    this.events = this.minds.isSeveral ? this.allEvents.filter((event) => this.minds.hasEvent(event)) : this.allEvents;
+    this.events = this.agents.isSeveral ? this.allEvents.filter((event) => this.agents.hasEvent(event)) : this.allEvents;
   }
 
   get end_s() {

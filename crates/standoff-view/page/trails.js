@@ -29,35 +29,35 @@ function strokePath(camera, pen, places) {
 }
 
 /** Indices of the time steps from `from_s` to `time_s`. */
-function* recent(film, time_s, from_s) {
-  const last = film.instant(time_s);
-  for (let k = Math.max(0, film.instant(Math.max(from_s, film.times_s[0] ?? 0))); k <= last; k++) yield k;
+function* recent(replayData, time_s, from_s) {
+  const last = replayData.instant(time_s);
+  for (let k = Math.max(0, replayData.instant(Math.max(from_s, replayData.times_s[0] ?? 0))); k <= last; k++) yield k;
 }
 
 /** Draws the trails of UAVs. */
 function drawTrails(map, { pen, scene }) {
-  const { film, choice, camera } = map;
+  const { replayData, selection, camera } = map;
   pen.lineWidth = 1.5;
   for (const uav of scene.uavs) {
     const places = [];
-    for (const k of recent(film, scene.time_s, scene.time_s - TRAIL_S)) {
-      places.push([film.value("uavs", "x_m", uav.id, k), film.value("uavs", "y_m", uav.id, k)]);
+    for (const k of recent(replayData, scene.time_s, scene.time_s - TRAIL_S)) {
+      places.push([replayData.value("uavs", "x_m", uav.id, k), replayData.value("uavs", "y_m", uav.id, k)]);
     }
     places.push([uav.x_m, uav.y_m]);
-    pen.strokeStyle = faded(uavColour(film, uav.id), choice.passes(uav.group) ? 0.55 : 0.1);
+    pen.strokeStyle = faded(uavColour(replayData, uav.id), selection.passes(uav.group) ? 0.55 : 0.1);
     strokePath(camera, pen, places);
   }
 }
 
 /** Draws the trails of visible target tracks, as far as they are loaded. */
 function drawTargetTrails(map, { pen, scene }) {
-  const { film, camera } = map;
+  const { replayData, camera } = map;
   // The page has no past positions in the team states of other agents.
-  if (film.minds.isOther(film.instant(scene.time_s))) return;
+  if (replayData.agents.isOther(replayData.instant(scene.time_s))) return;
   const seen = map.drawn.filter(({ target }) => target.tracked);
   if (!seen.length) return;
   const times = [];
-  for (const half of [...film.details].sort((a, b) => a[0] - b[0]).map(([, held]) => held.half)) {
+  for (const half of [...replayData.details].sort((a, b) => a[0] - b[0]).map(([, held]) => held.half)) {
     half.times_s.forEach((time_s, instant) => {
       if (time_s > scene.time_s - TRAIL_S && time_s < scene.time_s) times.push({ half, instant, time_s });
     });
@@ -106,8 +106,8 @@ function drawDesired(map, { pen, scene }) {
 
 /** Draws the last revolution of each UAV relative to its group centre, about the current centre. */
 function drawFlown(map, { pen, scene }) {
-  const { film, choice, camera } = map;
-  if (film.minds.isOther(film.instant(scene.time_s))) return;
+  const { replayData, selection, camera } = map;
+  if (replayData.agents.isOther(replayData.instant(scene.time_s))) return;
   pen.lineWidth = 1.25;
   pen.setLineDash([2, 4]);
   for (const uav of scene.uavs) {
@@ -115,15 +115,15 @@ function drawFlown(map, { pen, scene }) {
     if (!group) continue;
     const turn_s = Math.min((2 * Math.PI * group.standoff_distance_m) / Math.max(uav.speed_m_s, 1), 4 * TRAIL_S);
     const places = [];
-    for (const k of recent(film, scene.time_s, scene.time_s - turn_s)) {
-      const same = film.value("uavs", "group", uav.id, k) === group.id;
-      const dx = film.value("uavs", "x_m", uav.id, k) - film.value("groups", "x_m", group.id, k);
-      const dy = film.value("uavs", "y_m", uav.id, k) - film.value("groups", "y_m", group.id, k);
+    for (const k of recent(replayData, scene.time_s, scene.time_s - turn_s)) {
+      const same = replayData.value("uavs", "group", uav.id, k) === group.id;
+      const dx = replayData.value("uavs", "x_m", uav.id, k) - replayData.value("groups", "x_m", group.id, k);
+      const dy = replayData.value("uavs", "y_m", uav.id, k) - replayData.value("groups", "y_m", group.id, k);
       places.push(same ? [group.x_m + dx, group.y_m + dy] : [NaN, NaN]);
     }
     places.push([uav.x_m, uav.y_m]);
-    const colour = uavColour(film, uav.id);
-    pen.strokeStyle = choice.passes(group.id) ? colour : faded(colour, 0.15);
+    const colour = uavColour(replayData, uav.id);
+    pen.strokeStyle = selection.passes(group.id) ? colour : faded(colour, 0.15);
     strokePath(camera, pen, places);
   }
 }
@@ -136,7 +136,7 @@ function wedgeReach_m(uav, scene) {
 
 /** Draws the fields of view of UAVs. */
 function drawViews(map, { pen, scene }) {
-  const half_rad = map.film.head.limits.field_of_view_rad / 2;
+  const half_rad = map.replayData.head.limits.field_of_view_rad / 2;
   for (const uav of scene.uavs) {
     if (Number.isNaN(uav.boresight_rad)) continue;
     const [x, y] = map.camera.at(uav.x_m, uav.y_m);
@@ -162,7 +162,7 @@ function drawVectors(map, { pen, scene }) {
     pen.lineTo(...camera.at(target.x_m + target.vx_m_s * AHEAD_S, target.y_m + target.vy_m_s * AHEAD_S));
   });
   pen.lineWidth = 1.5;
-  inkedTogether(pen, scene.uavs, ({ id, group }) => faded(uavColour(map.film, id), map.choice.passes(group) ? 0.8 : 0.15), (uav) =>
+  inkedTogether(pen, scene.uavs, ({ id, group }) => faded(uavColour(map.replayData, id), map.selection.passes(group) ? 0.8 : 0.15), (uav) =>
     addPath(camera, pen, ahead(uav)));
 }
 

@@ -8,19 +8,19 @@ import { chosen, clock, folder, goTo, noteTexts, painted, picture, texts } from 
 import { inReport } from "./in_report.mjs";
 import { agrees, recordOf } from "./record.mjs";
 
-const flight = "minds";
+const flight = "agents";
 const record = recordOf(flight);
 const UAVS = [0, 1, 2, 3];
 
 /** Texts of the page for the teammate statuses of the record. */
-const STATUS = { live: "live", silent: "silent", gone: "timed out", left: "left" };
+const STATUS = { live: "live", silent: "silent", "timed-out": "timed out", left: "left" };
 /** Text for the status of a teammate in a team state; a teammate without a row has never been received. */
-const statusOf = (agent, uav) => STATUS[agent.team[uav]?.presence] ?? "never received";
+const statusOf = (agent, uav) => STATUS[agent.team[uav]?.status] ?? "never received";
 
 /** The team states in the record at a time step, by UAV. */
-const mindsAt = (time_s) => record.tables.minds[record.times_s.indexOf(time_s)];
+const agentsAt = (time_s) => record.tables.agents[record.times_s.indexOf(time_s)];
 /** The first time step at which a condition holds. */
-const when = (condition) => record.times_s.find((time_s) => condition(mindsAt(time_s)));
+const when = (condition) => record.times_s.find((time_s) => condition(agentsAt(time_s)));
 const list = (page) => page.getByRole("combobox", { name: "Team state" });
 const warning = (page) => page.locator("#warning").textContent();
 
@@ -48,21 +48,21 @@ const assignmentsOf = (agent) => {
 
 inReport("the team state of every agent equals the record: tracks, groups, assignments", { flight }, async (page) => {
   await page.getByRole("tab", { name: "State" }).click();
-  const timeout_s = when((minds) => minds[0]?.team[2]?.presence === "timed-out");
+  const timeout_s = when((agents) => agents[0]?.team[2]?.status === "timed-out");
   for (const time_s of [10, timeout_s + 2, 38, 45]) {
     await goTo(page, time_s);
-    const minds = mindsAt(time_s);
-    for (const uav of UAVS.filter((uav) => minds[uav])) {
+    const agents = agentsAt(time_s);
+    for (const uav of UAVS.filter((uav) => agents[uav])) {
       await show(page, uav);
       const what = `UAV ${uav} at ${time_s} s`;
-      const groups = Object.fromEntries(UAVS.map((other) => [other, minds[uav].team[other]?.group ?? null]));
+      const groups = Object.fromEntries(UAVS.map((other) => [other, agents[uav].team[other]?.group ?? null]));
       const shown = await cells(page, "uavs", "group");
       for (const other of UAVS) assert.equal(shown[other], groups[other] === null ? "none" : `${groups[other]}`, `${what}: UAV ${other}`);
       const members = await cells(page, "groups", "members");
-      assert.deepEqual(Object.keys(members).map(Number), Object.keys(minds[uav].groups).map(Number), `${what}: groups`);
-      for (const [group, row] of Object.entries(minds[uav].groups)) agrees(members[group], row.members, 0, `${what}: members of ${group}`);
+      assert.deepEqual(Object.keys(members).map(Number), Object.keys(agents[uav].groups).map(Number), `${what}: groups`);
+      for (const [group, row] of Object.entries(agents[uav].groups)) agrees(members[group], row.members, 0, `${what}: members of ${group}`);
       const errors = await cells(page, "targets", "error_m");
-      for (const [target, row] of Object.entries(minds[uav].tracks)) agrees(errors[target], row.position_error_m, 2, `${what}: target ${target}`);
+      for (const [target, row] of Object.entries(agents[uav].tracks)) agrees(errors[target], row.position_error_m, 2, `${what}: target ${target}`);
     }
   }
 });
@@ -78,15 +78,15 @@ inReport("the page names the shown team state, and links contain the selection",
   assert.match(await warning(page), /^.*team state of UAV 3/);
   assert.match(await page.locator("#map").getAttribute("aria-label"), /team state of UAV 3$/);
   await page.getByRole("button", { name: "Copy link" }).click();
-  await page.waitForFunction(() => location.hash === "#t=44&picture=3");
+  await page.waitForFunction(() => location.hash === "#t=44&agent=3");
   await page.goto("about:blank");
   const report = pathToFileURL(join(folder(flight), "report.html")).href;
-  await page.goto(`${report}#t=20&picture=2`);
+  await page.goto(`${report}#t=20&agent=2`);
   await page.waitForSelector('body[data-ready="charts"]');
   assert.equal(await list(page).inputValue(), "2");
   assert.equal(await clock(page), 20);
-  await page.evaluate(() => (location.hash = "#t=20&picture=9"));
-  await page.waitForFunction(() => /team state of UAV 9, which is not in this run/.test(document.getElementById("told-event").textContent));
+  await page.evaluate(() => (location.hash = "#t=20&agent=9"));
+  await page.waitForFunction(() => /team state of UAV 9, which is not in this run/.test(document.getElementById("event-summary").textContent));
   assert.equal(await list(page).inputValue(), "");
 });
 
@@ -99,7 +99,7 @@ inReport("the page reports that a UAV whose computer is off has no team state", 
   assert.equal(await page.locator("#groups tbody tr").count(), 0);
   assert.deepEqual(Object.values(await cells(page, "targets", "state")), record.names.map(() => "no track"));
   await goTo(page, 50);
-  assert.equal(await page.locator("#groups tbody tr").count(), Object.keys(mindsAt(50)[0].groups).length);
+  assert.equal(await page.locator("#groups tbody tr").count(), Object.keys(agentsAt(50)[0].groups).length);
 });
 
 inReport("the table of agents shows missing reports, assignments, and agents with equal assignments", { flight }, async (page) => {
@@ -107,26 +107,26 @@ inReport("the table of agents shows missing reports, assignments, and agents wit
   for (const time_s of [5, 17, 28, 44, 59]) {
     await goTo(page, time_s);
     await painted(page);
-    const minds = mindsAt(time_s);
-    const [unheard, assignments, agree] = [await cells(page, "minds", "hears"), await cells(page, "minds", "crews"), await cells(page, "minds", "agrees")];
+    const agents = agentsAt(time_s);
+    const [notReceived, assignments, agree] = [await cells(page, "agents", "missing_reports"), await cells(page, "agents", "assignments"), await cells(page, "agents", "agrees")];
     const ids = (agent) => JSON.stringify(UAVS.map((uav) => agent.team[uav]?.group_id ?? null));
     for (const uav of UAVS) {
       const what = `UAV ${uav} at ${time_s} s`;
-      if (!minds[uav]) {
-        assert.equal(unheard[uav], "off", what);
+      if (!agents[uav]) {
+        assert.equal(notReceived[uav], "off", what);
         continue;
       }
-      const silent = UAVS.filter((other) => other !== uav && !["live", "left"].includes(minds[uav].team[other]?.presence));
-      assert.deepEqual([...unheard[uav].matchAll(/UAV (\d+)/g)].map((found) => Number(found[1])), silent, what);
+      const silent = UAVS.filter((other) => other !== uav && !["live", "left"].includes(agents[uav].team[other]?.status));
+      assert.deepEqual([...notReceived[uav].matchAll(/UAV (\d+)/g)].map((found) => Number(found[1])), silent, what);
       for (const other of silent) {
-        const { presence, age_s } = minds[uav].team[other] ?? {};
-        const age = presence ? `, last report ${age_s.toFixed(1)} s ago` : "";
-        const expected = `UAV ${other} ${statusOf(minds[uav], other)}${age}`;
-        assert.ok(unheard[uav].includes(expected), `${what}: ${unheard[uav]} contains ${expected}`);
+        const { status, age_s } = agents[uav].team[other] ?? {};
+        const age = status ? `, last report ${age_s.toFixed(1)} s ago` : "";
+        const expected = `UAV ${other} ${statusOf(agents[uav], other)}${age}`;
+        assert.ok(notReceived[uav].includes(expected), `${what}: ${notReceived[uav]} contains ${expected}`);
       }
       const shown = [...assignments[uav].matchAll(/(group \d+) \(created at [\d.]+ s\): (UAV [\d, ]+)/g)].map((found) => [found[1], found[2]]);
-      assert.deepEqual(shown, assignmentsOf(minds[uav]), what);
-      const others = UAVS.filter((other) => other !== uav && minds[other] && ids(minds[other]) === ids(minds[uav]));
+      assert.deepEqual(shown, assignmentsOf(agents[uav]), what);
+      const others = UAVS.filter((other) => other !== uav && agents[other] && ids(agents[other]) === ids(agents[uav]));
       assert.equal(agree[uav], others.length ? `UAV ${others.join(", ")}` : "none", what);
     }
   }
@@ -138,10 +138,10 @@ inReport("the card of a UAV shows its missing reports and the ages of its report
   await page.evaluate(() => (location.hash = "#t=22&uav=2"));
   await chosen(page).waitFor();
   const fact = (field) => chosen(page).locator(`[data-field="${field}"]`).textContent();
-  const { team } = mindsAt(time_s)[2];
-  assert.equal(await fact("presence"), `timed out, last report ${mindsAt(time_s)[0].team[2].age_s.toFixed(1)} s ago`);
+  const { team } = agentsAt(time_s)[2];
+  assert.equal(await fact("status"), `timed out, last report ${agentsAt(time_s)[0].team[2].age_s.toFixed(1)} s ago`);
   assert.equal(await fact("ages"), [0, 1, 3].map((uav) => `UAV ${uav} ${team[uav].age_s.toFixed(1)} s`).join(", "));
-  assert.match(await fact("hears"), /^UAV 0 \(timed out\), UAV 1 \(timed out\)/);
+  assert.match(await fact("missing_reports"), /^UAV 0 \(timed out\), UAV 1 \(timed out\)/);
 });
 
 inReport("bands below the event strip show different assignments, and silent and timed-out UAVs", { flight }, async (page) => {
@@ -152,15 +152,15 @@ inReport("bands below the event strip show different assignments, and silent and
     await show(page, shown);
     const [differ, silent, gone, off] = [await spans("differ"), await spans("silent"), await spans("timed-out"), await spans("off")];
     for (const time_s of record.times_s) {
-      const minds = mindsAt(time_s);
-      const on = UAVS.filter((uav) => minds[uav]);
+      const agents = agentsAt(time_s);
+      const on = UAVS.filter((uav) => agents[uav]);
       const owner = shown === "" ? on[0] : shown;
-      const ids = on.map((uav) => JSON.stringify(UAVS.map((other) => minds[uav].team[other]?.group_id ?? null)));
+      const ids = on.map((uav) => JSON.stringify(UAVS.map((other) => agents[uav].team[other]?.group_id ?? null)));
       assert.equal(within(differ, time_s), new Set(ids).size > 1, `assignments differ at ${time_s} s`);
-      const statuses = UAVS.filter((uav) => uav !== owner).map((uav) => minds[owner] && statusOf(minds[owner], uav));
+      const statuses = UAVS.filter((uav) => uav !== owner).map((uav) => agents[owner] && statusOf(agents[owner], uav));
       assert.equal(within(silent, time_s), statuses.includes("silent"), `a UAV is silent for ${owner} at ${time_s} s`);
       assert.equal(within(gone, time_s), statuses.includes("timed out") || statuses.includes("never received"), `a UAV has timed out for ${owner} at ${time_s} s`);
-      assert.equal(within(off, time_s), !minds[owner], `${owner} is off at ${time_s} s`);
+      assert.equal(within(off, time_s), !agents[owner], `${owner} is off at ${time_s} s`);
     }
   }
   assert.ok((await spans("off")).length > 0 && (await spans("differ")).length > 0);
@@ -180,7 +180,7 @@ inReport("the map shows radio links and silent UAVs, and both layers can be hidd
   await goTo(page, 25);
   const labels = (await texts(page)).map(({ text }) => text);
   for (const uav of [2, 3]) {
-    const { age_s } = mindsAt(25)[0].team[uav];
+    const { age_s } = agentsAt(25)[0].team[uav];
     assert.ok(labels.includes(`no report at UAV 0 for ${age_s.toFixed(1)} s`), `UAV ${uav}: ${labels}`);
   }
   await page.getByText("Layers", { exact: true }).first().click();
@@ -197,16 +197,16 @@ inReport("the listed events belong to the shown team state", { flight }, async (
   await page.getByLabel("routine events").check();
   for (const uav of ["", 2, 0]) {
     await show(page, uav);
-    const count = uav === "" ? record.events.length : record.tables.mind_events[uav];
+    const count = uav === "" ? record.events.length : record.tables.agent_events[uav];
     assert.match(await page.locator("#count").textContent(), new RegExp(`^${count} of ${count} events`), `of ${uav}`);
   }
 });
 
 inReport("controls of team states are hidden if all UAVs share one agent", {}, async (page) => {
-  assert.ok(await page.locator("#picture-of").isHidden());
+  assert.ok(await page.locator("#agent-label").isHidden());
   assert.ok(await page.locator("#spans").isHidden());
   await page.getByRole("tab", { name: "State" }).click();
-  assert.ok(await page.locator("#minds").isHidden());
+  assert.ok(await page.locator("#agents").isHidden());
   await page.getByText("Layers", { exact: true }).first().click();
   assert.ok(await page.getByLabel("Radio links").isHidden());
 });

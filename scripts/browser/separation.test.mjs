@@ -7,7 +7,7 @@ import { inReport } from "./in_report.mjs";
 import { agrees, recordOf } from "./record.mjs";
 
 /** The text in the column "Avoiding" of a UAV. */
-const avoiding = (page, id) => page.locator(`#uavs tr[data-id="${id}"] td[data-field="keeps_off"]`).textContent();
+const avoiding = (page, id) => page.locator(`#uavs tr[data-id="${id}"] td[data-field="avoiding"]`).textContent();
 
 /** Fraction of the middle half of the line between two positions, m, that is drawn in the alarm colour. */
 async function alarmFraction(page, from, to) {
@@ -28,20 +28,20 @@ async function alarmFraction(page, from, to) {
   }, { x_m, y_m, px_per_m, from, to });
 }
 
-inReport("a UAV that avoids another UAV has a dashed line to it and an entry in the table", { flight: "apart" }, async (page) => {
-  const record = recordOf("apart");
+inReport("a UAV that avoids another UAV has a dashed line to it and an entry in the table", { flight: "separation" }, async (page) => {
+  const record = recordOf("separation");
   await page.getByRole("tab", { name: "State" }).click();
-  const avoidingAt = (time_s) => [...record.rows("uavs", time_s)].filter(([, uav]) => uav.avoids !== null);
+  const avoidingAt = (time_s) => [...record.rows("uavs", time_s)].filter(([, uav]) => uav.avoided_uav !== null);
   const distance_m = ([one, other]) => Math.hypot(one.x_m - other.x_m, one.y_m - other.y_m);
-  const pair = (time_s, [, uav]) => [uav, record.rows("uavs", time_s).get(uav.avoids)];
+  const pair = (time_s, [, uav]) => [uav, record.rows("uavs", time_s).get(uav.avoided_uav)];
   // The pair with the largest distance has the longest line.
   const furthest = (time_s) => Math.max(0, ...avoidingAt(time_s).map((one) => distance_m(pair(time_s, one))));
   const time_s = record.times_s.reduce((best, time_s) => (furthest(time_s) > furthest(best) ? time_s : best));
   await goTo(page, time_s);
   for (const [id, uav] of record.rows("uavs", time_s)) {
     const text = await avoiding(page, id);
-    if (uav.avoids === null) assert.ok(!text.includes("UAV"), text);
-    else assert.ok(text.includes(`UAV ${uav.avoids} (${uav.predicted_distance_m.toFixed(0)} m predicted)`), text);
+    if (uav.avoided_uav === null) assert.ok(!text.includes("UAV"), text);
+    else assert.ok(text.includes(`UAV ${uav.avoided_uav} (${uav.predicted_distance_m.toFixed(0)} m predicted)`), text);
   }
   const [one, other] = avoidingAt(time_s).map((one) => pair(time_s, one)).sort((a, b) => distance_m(b) - distance_m(a))[0];
   const positions = [one, other].map(({ x_m, y_m }) => [x_m, y_m]);
@@ -54,10 +54,10 @@ inReport("a UAV that avoids another UAV has a dashed line to it and an entry in 
   assert.ok((await alarmFraction(page, ...positions)) < drawn / 3);
 });
 
-inReport("the table shows the geofence zone that makes a UAV deviate", { flight: "apart" }, async (page) => {
-  const record = recordOf("apart");
+inReport("the table shows the geofence zone that makes a UAV deviate", { flight: "separation" }, async (page) => {
+  const record = recordOf("separation");
   await page.getByRole("tab", { name: "State" }).click();
-  const limited = (time_s) => [...record.rows("uavs", time_s)].filter(([, uav]) => uav.border !== null);
+  const limited = (time_s) => [...record.rows("uavs", time_s)].filter(([, uav]) => uav.limiting_zone !== null);
   const time_s = record.times_s.find((time_s) => limited(time_s).length > 0);
   assert.ok(time_s !== undefined, "at least one UAV flies around the field");
   await goTo(page, time_s);
@@ -75,7 +75,7 @@ inReport("a UAV that avoids an intruder has a dashed line to it and an entry in 
   // The largest distance to the intruder, while no UAV avoids another UAV: the line is long, and it is the only one.
   const candidates = record.times_s.flatMap((time_s) => {
     const uavs = [...record.rows("uavs", time_s)];
-    return uavs.some(([, { avoids }]) => avoids !== null) ? []
+    return uavs.some(([, { avoided_uav }]) => avoided_uav !== null) ? []
       : uavs.filter(([, uav]) => uav.avoided_intruder !== null).map(([id, uav]) => ({ time_s, id, uav, at: positions(time_s, id, uav.avoided_intruder) }));
   });
   const distance_m = ({ at: [[x_m, y_m], [x2_m, y2_m]] }) => Math.hypot(x2_m - x_m, y2_m - y_m);
@@ -90,7 +90,7 @@ inReport("a UAV that avoids an intruder has a dashed line to it and an entry in 
 
 /** The expected state of an intruder's transponder. */
 function transponder(record, id, time_s) {
-  const reports_s = record.times_s.filter((at_s) => at_s <= time_s && record.rows("intruders", at_s).get(id).told);
+  const reports_s = record.times_s.filter((at_s) => at_s <= time_s && record.rows("intruders", at_s).get(id).transponder_on);
   const ago_s = time_s - reports_s.at(-1);
   return ago_s === 0 ? "on" : ago_s > 30 ? "off for more than 30 s: no longer avoided" : `off for ${ago_s.toFixed(1)} s`;
 }

@@ -3,7 +3,7 @@
 /** The plotly figure of the visible panels, one below the other, with a legend. */
 function chartsFigure(charts, width) {
   const { ink, faint, grid } = palette();
-  const { head } = charts.film;
+  const { head } = charts.replayData;
   const { shown } = charts;
   const count = shown.length;
   const named = new Set();
@@ -50,12 +50,12 @@ async function savePng(charts) {
   if (!window.Plotly || !charts.shown.length || !charts.shown.every(({ plot }) => plot.layout)) return;
   const width = 1000;
   const { data, layout } = chartsFigure(charts, width);
-  await window.Plotly.downloadImage({ data, layout }, { format: "png", filename: filesName(charts.film), scale: 2, width, height: layout.height });
+  await window.Plotly.downloadImage({ data, layout }, { format: "png", filename: filesName(charts.replayData), scale: 2, width, height: layout.height });
 }
 
 /** Saves all curves at all time steps as CSV in SI units, including hidden curves. */
 function saveCsv(charts) {
-  const { film } = charts;
+  const { replayData } = charts;
   const one = { uavs: "uav_", groups: "group_", targets: "target_" };
   const specs = charts.target ? [...PANELS, TARGET_PANEL] : PANELS;
   const curves = specs.flatMap((spec) => [...charts.curvesOf(spec)]);
@@ -65,9 +65,9 @@ function saveCsv(charts) {
   const at = (curve) => {
     if (curve.of !== "targets") return (k) => curve.values[k];
     const values = new Map(curve.times_s.map((time_s, k) => [time_s, curve.values[k]]));
-    return (k) => values.get(film.times_s[k]);
+    return (k) => values.get(replayData.times_s[k]);
   };
   const columns = curves.map(at);
-  const lines = film.times_s.map((time_s, k) => [time_s, ...columns.map((value) => number(value(k)))].join(","));
-  save(`${filesName(film)}.csv`, `${[["time_s", ...heads].join(","), ...lines].join("\n")}\n`, "text/csv");
+  const lines = replayData.times_s.map((time_s, k) => [time_s, ...columns.map((value) => number(value(k)))].join(","));
+  save(`${filesName(replayData)}.csv`, `${[["time_s", ...heads].join(","), ...lines].join("\n")}\n`, "text/csv");
 }

@@ -4,7 +4,7 @@
 const WHOLE_RUN = { kind: "run" };
 const ALL_NOW = { kind: "now" };
 
-class Choice {
+class Selection {
   constructor() {
     /** The selected object: `null`, or `{kind: "uav" | "group" | "target" | "intruder", id}`. A group includes its orbit. */
     this.object = null;
@@ -70,14 +70,14 @@ function wordObject(word) {
 }
 
 /** The full name of an object, as stored in files. */
-function wholeName(film, object) {
-  return object.kind === "target" ? (film.head.targets[object.id] ?? `${object.id}`) : objectName(film, object);
+function wholeName(replayData, object) {
+  return object.kind === "target" ? (replayData.head.targets[object.id] ?? `${object.id}`) : objectName(replayData, object);
 }
 
 /** The name of an object as shown on the page. */
-function objectName(film, { kind, id }) {
+function objectName(replayData, { kind, id }) {
   if (kind !== "target") return kind === "uav" ? `UAV ${id}` : `${kind} ${id}`;
   // Many traffic files use plain numbers as names.
-  const name = targetName(film, id);
+  const name = targetName(replayData, id);
   return /^\d+$/.test(name) ? `target ${name}` : name;
 }

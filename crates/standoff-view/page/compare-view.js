@@ -15,7 +15,7 @@ function canvases(count) {
 }
 
 /** The maps of two runs. The name of a run selects it for the side panel; linked maps show the same area. */
-class Pair {
+class CompareView {
   constructor(page) {
     this.page = page;
     this.names = page.runs.map((run) => this.name(run));
@@ -47,7 +47,7 @@ class Pair {
 
   /** Links the maps if the runs are in the same area; called when both runs have data. */
   begin() {
-    const [a, b] = this.page.runs.map(({ film }) => film.bounds_m());
+    const [a, b] = this.page.runs.map(({ replayData }) => replayData.bounds_m());
     this.box.checked = Boolean(a && b) && a[0] <= b[2] && b[0] <= a[2] && a[1] <= b[3] && b[1] <= a[3];
     this.link();
   }
@@ -57,7 +57,7 @@ class Pair {
     const { page, box } = this;
     for (const run of page.runs) {
       run.map.leader = box.checked && run !== page.run ? page.map : null;
-      run.map.view.films = box.checked ? page.runs.map(({ film }) => film) : [run.film];
+      run.map.view.replays = box.checked ? page.runs.map(({ replayData }) => replayData) : [run.replayData];
       run.map.view.restart();
     }
     page.renew();
@@ -66,11 +66,11 @@ class Pair {
   /** Keeps the view of linked maps when the side panel changes to another run. */
   shown(before) {
     if (!this.box.checked) return;
-    const { followed } = before.choice;
-    const { film, choice } = this.page;
+    const { followed } = before.selection;
+    const { replayData, selection } = this.page;
     // Targets and groups with equal numbers are different objects in different runs.
-    const isHere = followed?.id === undefined || (followed.kind === "uav" && film.ids.uavs.includes(followed.id));
-    choice.followed = isHere ? followed : null;
+    const isHere = followed?.id === undefined || (followed.kind === "uav" && replayData.ids.uavs.includes(followed.id));
+    selection.followed = isHere ? followed : null;
     this.link();
   }
 
@@ -78,9 +78,9 @@ class Pair {
   update() {
     const { page } = this;
     page.runs.forEach((run, k) => {
-      const { film } = run;
-      const over = film.done && page.clock.time_s > film.end_s ? `, ended at ${film.end_s.toFixed(1)} s` : "";
-      this.names[k].textContent = `${run.letter}: ${runName(film.head)}${over}`;
+      const { replayData } = run;
+      const over = replayData.done && page.clock.time_s > replayData.end_s ? `, ended at ${replayData.end_s.toFixed(1)} s` : "";
+      this.names[k].textContent = `${run.letter}: ${runName(replayData.head)}${over}`;
       this.names[k].setAttribute("aria-pressed", String(run === page.run));
     });
   }

@@ -11,7 +11,7 @@ import { inReport } from "./in_report.mjs";
 /** Waits until the background map is drawn completely. */
 async function drawn(page) {
   await painted(page);
-  await page.waitForSelector('#map[data-underlay-tiles="all"]');
+  await page.waitForSelector('#map[data-basemap-tiles="all"]');
   await painted(page);
 }
 
@@ -43,7 +43,7 @@ async function colours(page, positions, radius_px = 0) {
 async function hideOtherLayers(page) {
   await layer(page);
   for (const box of await page.getByRole("group", { name: "Layers" }).getByRole("checkbox").all()) {
-    if ((await box.getAttribute("name")) !== "layer-underlay" && (await box.isChecked())) await box.click();
+    if ((await box.getAttribute("name")) !== "layer-basemap" && (await box.isChecked())) await box.click();
   }
 }
 
@@ -66,7 +66,7 @@ inReport("the roads of a city are drawn at their positions, and their layer can 
   await goTo(page, 40);
   await page.keyboard.press("0");
   await drawn(page);
-  assert.ok(Number(await page.locator("#map").getAttribute("data-underlay")) > 500, "lines and areas were loaded");
+  assert.ok(Number(await page.locator("#map").getAttribute("data-basemap")) > 500, "lines and areas were loaded");
   const whole = await picture(page);
   await hideOtherLayers(page);
   for (let press = 0; press < 6; press++) await page.keyboard.press("+");
@@ -123,7 +123,7 @@ inReport("the background map follows the camera and the zoom in both themes", { 
 inReport("a run without a background map has no layer for it", {}, async (page) => {
   await page.locator("summary", { hasText: "Layers" }).click();
   assert.equal(await page.getByLabel("Roads and buildings").count(), 0);
-  assert.equal(await page.locator("#map").getAttribute("data-underlay"), null);
+  assert.equal(await page.locator("#map").getAttribute("data-basemap"), null);
 });
 
 inReport("a hostile map does no harm, and its copyright notice is shown", { flight: "hostile-map" }, async (page) => {

@@ -7,12 +7,12 @@ const CLEAR_PX = 16;
 
 /** Draws radio links. For a one-way link, an arrow points to the UAV that receives. */
 function drawRadio(map, { pen, scene }) {
-  const { choice, film: { minds } } = map;
-  if (!minds.isSeveral) return;
-  const isOf = (uav) => scene.uavs.length <= MOST_LINKED || choice.isChosen("uav", uav.id);
+  const { selection, replayData: { agents } } = map;
+  if (!agents.isSeveral) return;
+  const isOf = (uav) => scene.uavs.length <= MOST_LINKED || selection.isChosen("uav", uav.id);
   const { faint, alarm } = palette();
-  const instant = map.film.instant(scene.time_s);
-  const receives = (one, other) => one.mind.is_on && other.mind.is_on && !UNHEARD.has(minds.believed(one.id, other.id, instant).presence);
+  const instant = map.replayData.instant(scene.time_s);
+  const receives = (one, other) => one.agentState.is_on && other.agentState.is_on && !NOT_RECEIVED.has(agents.believed(one.id, other.id, instant).status);
   scene.uavs.forEach((one, k) => {
     for (const other of scene.uavs.slice(k + 1)) {
       const ways = [receives(one, other), receives(other, one)];
@@ -42,22 +42,22 @@ function drawRadio(map, { pen, scene }) {
 
 /** Draws a ring about each UAV whose reports are not received, and its position at the last report. */
 function drawSilence(map, { pen, labels, scene }) {
-  const { camera, film } = map;
-  for (const { id, x_m, y_m, mind, out } of scene.uavs.filter((uav) => uav.mind?.is_unheard)) {
-    const { presence, age_s } = mind.shown;
+  const { camera, replayData } = map;
+  for (const { id, x_m, y_m, agentState, out } of scene.uavs.filter((uav) => uav.agentState?.is_not_received)) {
+    const { status, age_s } = agentState.shown;
     const [x, y] = camera.at(x_m, y_m);
     const { alarm, faint } = palette();
-    pen.strokeStyle = pen.fillStyle = presence === "silent" ? faint : alarm;
+    pen.strokeStyle = pen.fillStyle = status === "silent" ? faint : alarm;
     pen.lineWidth = 2;
     pen.setLineDash([5, 4]);
     pen.beginPath();
     addDisc(pen, x, y, 17);
     pen.stroke();
     pen.setLineDash([]);
-    if (!out && camera.sees(x_m, y_m)) labels.beside(silenceWords(mind), x, y, 20, 24);
+    if (!out && camera.sees(x_m, y_m)) labels.beside(silenceText(agentState), x, y, 20, 24);
     if (Number.isNaN(age_s)) continue;
-    const then = film.instant(film.times_s[mind.instant] - age_s);
-    const [x2, y2] = camera.at(film.value("uavs", "x_m", id, then), film.value("uavs", "y_m", id, then));
+    const then = replayData.instant(replayData.times_s[agentState.instant] - age_s);
+    const [x2, y2] = camera.at(replayData.value("uavs", "x_m", id, then), replayData.value("uavs", "y_m", id, then));
     if (Math.hypot(x2 - x, y2 - y) < 24) continue;
     pen.lineWidth = 1.25;
     pen.beginPath();
@@ -67,7 +67,7 @@ function drawSilence(map, { pen, labels, scene }) {
 }
 
 /** Text that names the UAV that receives no reports, and the age of the last report. */
-function silenceWords({ owner, shown: { age_s } }) {
+function silenceText({ owner, shown: { age_s } }) {
   const age = Number.isNaN(age_s) ? "" : ` for ${age_s.toFixed(1)} s`;
   return `no report at UAV ${owner}${age}`;
 }
@@ -76,7 +76,7 @@ function silenceWords({ owner, shown: { age_s } }) {
 function drawAvoidance(map, { pen, scene }) {
   const { alarm } = palette();
   for (const uav of scene.uavs) {
-    const other = scene.uavs.find(({ id }) => id === uav.avoids) ?? scene.intruders.find(({ id }) => id === uav.avoided_intruder);
+    const other = scene.uavs.find(({ id }) => id === uav.avoided_uav) ?? scene.intruders.find(({ id }) => id === uav.avoided_intruder);
     if (!other) continue;
     const [[x, y], [x2, y2]] = [uav, other].map(({ x_m, y_m }) => map.camera.at(x_m, y_m));
     pen.strokeStyle = pen.fillStyle = alarm;

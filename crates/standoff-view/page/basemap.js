@@ -7,7 +7,7 @@ const UNDERLAY = {
   rail: [0.7, 0.03, []], minor: [1, 0.02, []], major: [1.6, 0, []],
 };
 
-class Underlay {
+class Basemap {
   /** Side of a tile, device px. Tiles are drawn in quarters to limit the time per frame. */
   static TILE = 512;
   /** Number of tiles in the cache, as a multiple of the visible tiles. */
@@ -52,7 +52,7 @@ class Underlay {
       for (const line of lines) this.add(kind, width_m, [line], false);
       for (const rings of areas) this.add(kind, 0, rings, true);
     }
-    this.canvas.dataset.underlay = String(this.shapes.length);
+    this.canvas.dataset.basemap = String(this.shapes.length);
   }
 
   /** Adds a shape. Its lines are coordinate differences in decimetres. */
@@ -73,7 +73,7 @@ class Underlay {
     });
     const shape = { kind, width_m, rings, area, west, south, east, north, size_m: Math.max(east - west, north - south) };
     const index = this.shapes.push(shape) - 1;
-    const cell = (value) => Math.floor(value / Underlay.CELL_M);
+    const cell = (value) => Math.floor(value / Basemap.CELL_M);
     const [left, right, low, high] = [cell(west), cell(east), cell(south), cell(north)];
     if ((right - left + 1) * (high - low + 1) > 64) {
       this.large.push(index);
@@ -100,13 +100,13 @@ class Underlay {
     if (this.level?.theme !== theme) this.level = this.before = null;
     if (this.level?.scale !== scale) {
       if (this.scale !== scale) this.zoomed_ms = now;
-      const isAtRest = now - this.zoomed_ms >= Underlay.REST_MS;
+      const isAtRest = now - this.zoomed_ms >= Basemap.REST_MS;
       if (!this.level || isAtRest) {
         this.before = this.level ?? this.before;
         this.level = { scale, theme, tiles: new Map() };
       } else {
         clearTimeout(this.waiting);
-        this.waiting = setTimeout(this.renew, Underlay.REST_MS);
+        this.waiting = setTimeout(this.renew, Basemap.REST_MS);
       }
     }
     this.scale = scale;
@@ -127,7 +127,7 @@ class Underlay {
 
   /** Copies the tiles of the current scale, and draws missing tiles within the time budget. */
   show(pen, left, top, width, height, from_ms) {
-    const { TILE, KEPT, BUDGET_MS } = Underlay;
+    const { TILE, KEPT, BUDGET_MS } = Basemap;
     const { tiles, scale } = this.level;
     const [i0, i1] = [Math.floor(left / TILE), Math.floor((left + width - 1) / TILE)];
     const [j0, j1] = [Math.floor(top / TILE), Math.floor((top + height - 1) / TILE)];
@@ -174,7 +174,7 @@ class Underlay {
   stretch(pen, level, scale, left, top) {
     if (!level) return;
     const factor = scale / level.scale;
-    const side = Underlay.TILE * factor;
+    const side = Basemap.TILE * factor;
     for (const [key, { canvas, quarters }] of level.tiles) {
       if (quarters < 4) continue;
       const [i, j] = key.split(" ").map(Number);
@@ -186,7 +186,7 @@ class Underlay {
 
   /** The shapes that may be in a rectangle, in drawing order. */
   near(west, east, south, north) {
-    const cell = (value) => Math.floor(value / Underlay.CELL_M);
+    const cell = (value) => Math.floor(value / Basemap.CELL_M);
     const [left, right, low, high] = [cell(west), cell(east), cell(south), cell(north)];
     if ((right - left + 1) * (high - low + 1) > this.cells.size / 2) return this.shapes;
     const found = new Set(this.large);
@@ -198,16 +198,16 @@ class Underlay {
 
   /** Draws the next quarter of a tile. */
   quarter(tile, tileI, tileJ, scale) {
-    const side = Underlay.TILE / 2;
+    const side = Basemap.TILE / 2;
     if (!tile.canvas) {
       tile.canvas = document.createElement("canvas");
-      tile.canvas.width = tile.canvas.height = Underlay.TILE;
+      tile.canvas.width = tile.canvas.height = Basemap.TILE;
       tile.pen = tile.canvas.getContext("2d", { alpha: false });
     }
     const [across, down] = [tile.quarters % 2, tile.quarters >> 1];
     const [i, j] = [2 * tileI + across, 2 * tileJ + down];
     const { pen } = tile;
-    const colours = palette().underlay;
+    const colours = palette().basemap;
     pen.save();
     pen.translate(across * side, down * side);
     pen.beginPath();
