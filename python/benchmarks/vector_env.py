@@ -30,7 +30,7 @@ MORE_TARGETS = [
 def four_over_eight() -> standoff.Scenario:
     """Four UAVs, eight targets, two groups; 150 s, 300 steps."""
     scenario = standoff.Scenario("tour/04-two-groups").to_dict()
-    scenario["targets"]["at"] += MORE_TARGETS
+    scenario["targets"]["start"] += MORE_TARGETS
     return standoff.Scenario.from_dict(scenario, name="four over eight")
 
 

@@ -3,7 +3,7 @@
 from standoff._standoff import (
     Batch,
     MissionInfo,
-    Choice,
+    AssignmentProblem,
     Command,
     Comparison,
     Cue,
@@ -28,12 +28,12 @@ from standoff.errors import InputError, ScenarioError, StandoffError
 from standoff.law import Law
 
 # Last, because it imports this package.
-from standoff import pieces  # isort: skip
+from standoff import components  # isort: skip
 
 __all__ = [
     "Batch",
     "MissionInfo",
-    "Choice",
+    "AssignmentProblem",
     "Command",
     "Comparison",
     "Cue",
@@ -54,7 +54,7 @@ __all__ = [
     "compare",
     "merge",
     "monte_carlo",
-    "pieces",
+    "components",
     "run",
     "scenarios",
     "baseline",

@@ -25,12 +25,12 @@ ahead along its heading, and left of it.
 
 **Reward**, for the time step after the action, computed from the truth, 0 to 1::
 
-    reward   = (targets * watched + mean of on_orbit over the UAVs) / (targets + 1)
-    targets  = number of existing targets
-    watched  = fraction of them that are in a group and in some UAV's view
-    on_orbit = 1 / (1 + |r - r_d| / radius_min_m); 0 for a UAV without a group, or whose group has no true orbit
+    reward     = (targets * in_custody + mean of on_orbit over the UAVs) / (targets + 1)
+    targets    = number of existing targets
+    in_custody  = fraction of them that are in a group and in some UAV's view
+    on_orbit   = 1 / (1 + |r - r_d| / radius_min_m); 0 for a UAV without a group, or whose group has no true orbit
 
-``watched`` is averaged by the metric ``custody_fraction``, and r - r_d by ``standoff_error_m``: the distance of the UAV
+``in_custody`` is averaged by the metric ``custody_fraction``, and r - r_d by ``standoff_error_m``: the distance of the UAV
 from its group's true orbit, about the true positions of the group's targets. Failures cannot increase the reward: of the
 team's estimates it uses only the grouping. A target that is lost, removed or never found stays in the divisor and counts
 as much as all orbits together, so losing it never pays, however much easier an orbit is without it. A UAV without a
@@ -39,7 +39,7 @@ nothing.
 
 **End**: terminated when targets exist but no live track is left; truncated at the scenario's duration.
 
-**Info**: ``watched``, ``on_orbit`` (mean), ``targets`` (number of existing targets), ``seed`` (``standoff.run(scenario,
+**Info**: ``in_custody``, ``on_orbit`` (mean), ``targets`` (number of existing targets), ``seed`` (``standoff.run(scenario,
 seed=...)`` and the command simulate the same world), ``time_s``, and ``standoff_error_m`` (mean of |r - r_d| over the
 UAVs that have an orbit, m), which is omitted, or masked, if no UAV has one.
 
@@ -59,7 +59,7 @@ from gymnasium.vector import AutoresetMode, VectorEnv
 from gymnasium.vector.utils import batch_space
 from numpy.typing import NDArray
 
-from standoff._standoff import Instant, Scenario, Worlds, observation_features
+from standoff._standoff import EnvStep, Scenario, Worlds, observation_features
 from standoff.errors import InputError
 
 __all__ = ["GroupTrackingEnv", "GroupTrackingVectorEnv", "observation_features"]
@@ -111,9 +111,9 @@ class GroupTrackingEnv(gymnasium.Env[Observations, Actions]):
         super().reset(seed=seed)
         if seed is None and not self._has_seed:
             seed = int(self.np_random.integers(SEED_MAX, endpoint=True))
-        instant = self._worlds.reset([seed])
+        step = self._worlds.reset([seed])
         self._has_seed = True
-        return instant.observations[0], info_of(instant, 0)
+        return step.observations[0], info_of(step, 0)
 
     def step(self, action: Actions) -> tuple[Observations, float, bool, bool, dict[str, Any]]:
         """Applies an action until the next guidance period.
@@ -123,13 +123,13 @@ class GroupTrackingEnv(gymnasium.Env[Observations, Actions]):
         :raises standoff.InputError: the action has another shape or type, or is not finite; or the mission is over or
             was not reset. The world is unchanged.
         """
-        instant = self._worlds.step(np.asarray(action)[np.newaxis])
+        step = self._worlds.step(np.asarray(action)[np.newaxis])
         return (
-            instant.observations[0],
-            float(instant.rewards[0]),
-            bool(instant.terminated[0]),
-            bool(instant.truncated[0]),
-            info_of(instant, 0),
+            step.observations[0],
+            float(step.rewards[0]),
+            bool(step.terminated[0]),
+            bool(step.truncated[0]),
+            info_of(step, 0),
         )
 
     def law_action(self) -> NDArray[np.float64]:
@@ -207,9 +207,9 @@ class GroupTrackingVectorEnv(VectorEnv[Observations, Actions, NDArray[Any]]):
         for index in np.flatnonzero(~self._has_seeds[: len(seeds)]).tolist():
             if seeds[index] is None:
                 seeds[index] = int(self.np_random.integers(SEED_MAX, endpoint=True))
-        instant = self._worlds.reset(seeds, mask=None if mask is None else mask.tolist())
+        step = self._worlds.reset(seeds, mask=None if mask is None else mask.tolist())
         self._has_seeds |= True if mask is None else mask
-        return instant.observations, infos_of(instant)
+        return step.observations, infos_of(step)
 
     def step(
         self, actions: Actions
@@ -221,18 +221,18 @@ class GroupTrackingVectorEnv(VectorEnv[Observations, Actions, NDArray[Any]]):
         :raises standoff.InputError: the actions have another shape or type, or are not finite; or a mission was not
             reset, or is over with ``DISABLED``. The worlds are unchanged.
         """
-        instant = self._worlds.step(np.asarray(actions))
-        infos = infos_of(instant)
-        ended = instant.ended
+        step = self._worlds.step(np.asarray(actions))
+        infos = infos_of(step)
+        ended = step.ended
         if ended is None:
-            return instant.observations, instant.rewards, instant.terminated, instant.truncated, infos
+            return step.observations, step.rewards, step.terminated, step.truncated, infos
         final_obs = np.full(self.num_envs, None, dtype=object)
-        for index in np.flatnonzero(instant.has_ended):
+        for index in np.flatnonzero(step.has_ended):
             final_obs[index] = ended.observations[index]
-        infos["final_obs"], infos["_final_obs"] = final_obs, instant.has_ended
-        infos["final_info"], infos["_final_info"] = infos_of(ended, instant.has_ended), instant.has_ended.copy()
+        infos["final_obs"], infos["_final_obs"] = final_obs, step.has_ended
+        infos["final_info"], infos["_final_info"] = infos_of(ended, step.has_ended), step.has_ended.copy()
         # Rewards and flags of the finished mission, but the first observation of the next one.
-        return instant.observations, ended.rewards, ended.terminated, ended.truncated, infos
+        return step.observations, ended.rewards, ended.terminated, ended.truncated, infos
 
     def law_actions(self) -> NDArray[np.float64]:
         """The actions of the built-in law at this time step, (num_envs, UAVs, 2)."""
@@ -264,32 +264,32 @@ def action_space(uavs: int | None = None) -> Box:
     return Box(-1.0, 1.0, (2,) if uavs is None else (uavs, 2), np.float32)
 
 
-def info_of(instant: Instant, world: int) -> dict[str, Any]:
+def info_of(step: EnvStep, world: int) -> dict[str, Any]:
     """The info dict of one world at one time step."""
     info: dict[str, Any] = {
-        "watched": float(instant.watched[world]),
-        "on_orbit": float(instant.mean_on_orbit[world]),
-        "targets": int(instant.targets[world]),
-        "seed": int(instant.seeds[world]),
-        "time_s": float(instant.time_s[world]),
+        "in_custody": float(step.in_custody[world]),
+        "on_orbit": float(step.mean_on_orbit[world]),
+        "targets": int(step.targets[world]),
+        "seed": int(step.seeds[world]),
+        "time_s": float(step.time_s[world]),
     }
-    if instant.has_orbit[world]:
-        info["standoff_error_m"] = float(instant.standoff_error_m[world])
+    if step.has_orbit[world]:
+        info["standoff_error_m"] = float(step.standoff_error_m[world])
     return info
 
 
-def infos_of(instant: Instant, mask: NDArray[np.bool_] | None = None) -> dict[str, Any]:
+def infos_of(step: EnvStep, mask: NDArray[np.bool_] | None = None) -> dict[str, Any]:
     """The info dict of all worlds: one array per entry, and a mask of its valid elements."""
-    everywhere = np.ones(len(instant.targets), dtype=bool) if mask is None else mask
+    everywhere = np.ones(len(step.targets), dtype=bool) if mask is None else mask
     infos = {
-        "watched": instant.watched,
-        "on_orbit": instant.mean_on_orbit,
-        "targets": instant.targets,
-        "seed": instant.seeds,
-        "time_s": instant.time_s,
+        "in_custody": step.in_custody,
+        "on_orbit": step.mean_on_orbit,
+        "targets": step.targets,
+        "seed": step.seeds,
+        "time_s": step.time_s,
     }
     masks = {f"_{name}": everywhere.copy() for name in infos}
-    error_m = {"standoff_error_m": instant.standoff_error_m, "_standoff_error_m": everywhere & instant.has_orbit}
+    error_m = {"standoff_error_m": step.standoff_error_m, "_standoff_error_m": everywhere & step.has_orbit}
     return {**infos, **masks, **error_m}
 
 

@@ -150,7 +150,7 @@ def test_the_table_of_runs_converts_to_arrow_and_numpy(tmp_path: Path) -> None:
     )
     runs = batch.runs
     assert (
-        runs.column_names == ["run", "seed", "reacquisition_time_s", "handoffs", "anees"] and runs.num_rows == len(runs) == 5
+        runs.column_names == ["run", "seed", "reacquisition_time_s", "anees", "handoffs"] and runs.num_rows == len(runs) == 5
     )
     stored = pq.read_table(batch.dir / "runs.parquet")
     assert pa.table(runs).equals(stored) and pa.schema(runs).equals(stored.schema)
@@ -202,7 +202,7 @@ def test_wrong_arguments_are_errors(wrong: dict[str, object], message: str) -> N
 def test_a_comparison_has_the_numbers_of_its_batches(tmp_path: Path) -> None:
     compared = standoff.compare(pair(), pair(), runs=4, seed=9, metrics="anees,handoffs")
     assert (compared.a, compared.runs, compared.seed) == ("paper/table-2-pair", 4, 9)
-    assert list(compared.metrics) == ["handoffs", "anees"] and compared.to_dict() == json.loads(compared.json)
+    assert list(compared.metrics) == ["anees", "handoffs"] and compared.to_dict() == json.loads(compared.json)
     assert repr(compared) == 'Comparison(a="paper/table-2-pair", b="paper/table-2-pair", runs=4)'
     assert "<tr><td>anees</td><td>4</td>" in compared._repr_html_()
     batch = standoff.monte_carlo(pair(), runs=4, seed=9, metrics="anees")

@@ -155,8 +155,8 @@ def test_other_worlds_and_threads_do_not_change_a_world() -> None:
 
 def test_one_team_state_or_one_per_uav_give_the_same_observations() -> None:
     observations = []
-    for world_model in ("one", "each"):
-        env = GroupTrackingEnv(Scenario(SHORT, set={"team.agents": world_model}))
+    for agents in ("shared", "per-uav"):
+        env = GroupTrackingEnv(Scenario(SHORT, set={"team.agents": agents}))
         observations.append([env.reset(seed=1)[0]] + [env.step(drawn((4, 2), step))[0] for step in range(20)])
     np.testing.assert_array_equal(np.stack(observations[0]), np.stack(observations[1]))
 
@@ -285,16 +285,16 @@ def test_an_action_is_a_turn_rate_and_a_speed() -> None:
 def test_the_reward_follows_from_the_info(scenario: str) -> None:
     env = GroupTrackingEnv(scenario)
     env.reset(seed=1)
-    watched = set()
+    in_custody = set()
     for step in range(200):
         law = env.law_action()
         _, reward, _, _, info = env.step(law if step < 60 else drawn(law.shape, step))
         n = info["targets"]
-        assert reward == pytest.approx((n * info["watched"] + info["on_orbit"]) / (n + 1), abs=1e-12)
+        assert reward == pytest.approx((n * info["in_custody"] + info["on_orbit"]) / (n + 1), abs=1e-12)
         if len(law) == 1:
             assert info["on_orbit"] == pytest.approx(1.0 / (1.0 + info["standoff_error_m"] / 250.0), abs=1e-12)
-        watched.add(round(n * info["watched"], 9))
-    assert len(watched) > 1 and all(number == int(number) for number in watched), "integer numbers of targets"
+        in_custody.add(round(n * info["in_custody"], 9))
+    assert len(in_custody) > 1 and all(number == int(number) for number in in_custody), "integer numbers of targets"
 
 
 def test_the_built_in_law_is_far_better_than_straight_flight() -> None:
@@ -307,12 +307,12 @@ def test_the_built_in_law_is_far_better_than_straight_flight() -> None:
         while True:
             action = env.law_action() if is_law else np.zeros((4, 2))
             _, reward, terminated, truncated, info = env.step(action)
-            steps.append((reward, info["watched"], info.get("standoff_error_m")))
+            steps.append((reward, info["in_custody"], info.get("standoff_error_m")))
             if terminated or truncated:
                 break
         totals.append(sum(step[0] for step in steps))
         if is_law:
-            assert len(steps) == 300 and all(watched == 1.0 for _, watched, _ in steps)
+            assert len(steps) == 300 and all(in_custody == 1.0 for _, in_custody, _ in steps)
             assert np.mean([error_m for *_, error_m in steps[100:]]) < 30.0
     assert totals[0] > 280.0 and totals[1] < 150.0
 
@@ -326,7 +326,7 @@ def test_losing_every_target_ends_the_mission_and_gains_nothing() -> None:
     terminated = truncated = False
     while not terminated and not truncated:
         observation, reward, terminated, truncated, info = env.step(np.zeros((1, 2)))
-        flown.append((reward, info["watched"], info["on_orbit"], info["targets"]))
+        flown.append((reward, info["in_custody"], info["on_orbit"], info["targets"]))
     assert terminated and not truncated and len(flown) < 1199
     assert flown[-1] == (0.0, 0.0, 0.0, 1), "without a group the reward must be 0"
     assert observation[0, feature("lost")] == 1.0 and observation[0, feature("has_group")] == 0.0
@@ -340,15 +340,15 @@ def test_the_built_in_law_scores_as_in_a_run(scenario: str) -> None:
     """The terms of the reward, averaged over a mission of the built-in law, equal the metrics of the same run."""
     env = GroupTrackingEnv(scenario)
     env.reset(seed=3)
-    watched, errors_m, over = [], [], False
+    in_custody, errors_m, over = [], [], False
     while not over:
         _, _, terminated, truncated, info = env.step(env.law_action())
-        watched.append(info["watched"])
+        in_custody.append(info["in_custody"])
         errors_m.append(info["standoff_error_m"])
         over = terminated or truncated
     run: Any = vars(standoff)["run"]
     metrics = run(scenario, seed=3).metrics
-    assert np.mean(watched) == pytest.approx(metrics["custody_fraction"], abs=1e-6)
+    assert np.mean(in_custody) == pytest.approx(metrics["custody_fraction"], abs=1e-6)
     # The mean of the run includes its first time step.
     assert np.mean(errors_m) == pytest.approx(metrics["standoff_error_m"], rel=0.05)
 

@@ -1,4 +1,4 @@
-"""Recomputing a flight with `standoff.pieces` gives bit-identical results."""
+"""Recomputing a flight with `standoff.components` gives bit-identical results."""
 
 from typing import Any
 
@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 import standoff
-from standoff import pieces
+from standoff import components
 
 Floats = NDArray[np.float64]
 STATE = ["x_m", "vx_m_s", "ax_m_s2", "y_m", "vy_m_s", "ay_m_s2"]
@@ -17,8 +17,8 @@ def stacked(table: standoff.Table, *columns: str) -> Floats:
     return np.stack([table.to_numpy(column) for column in columns], axis=-1).astype(float)
 
 
-def parameters(run: standoff.Run) -> pieces.Parameters:
-    return pieces.Parameters(run.dir / "scenario.toml")
+def parameters(run: standoff.Run) -> components.Parameters:
+    return components.Parameters(run.dir / "scenario.toml")
 
 
 def test_recomputed_orbits_and_headings_are_bit_identical() -> None:
@@ -28,14 +28,14 @@ def test_recomputed_orbits_and_headings_are_bit_identical() -> None:
     column: Any = {name: uavs.to_numpy(name).astype(float) for name in uavs.column_names if name != "uav"}
     twice = {name: np.repeat(groups.to_numpy(name).astype(float), 2) for name in groups.column_names}
     assert np.array_equal(column["time_s"], twice["time_s"]) and len(column["time_s"]) > 300
-    distance = pieces.standoff_distance(twice["spread_m"], margin_m=twice["margin_m"], parameters=of)
+    distance = components.standoff_distance(twice["spread_m"], margin_m=twice["margin_m"], parameters=of)
     assert np.array_equal(distance.distance_m, twice["standoff_distance_m"])
     assert np.array_equal(distance.unclamped_m, twice["standoff_unclamped_m"])
-    led_m, led_rate_m_s = pieces.led_distance(
+    led_m, led_rate_m_s = components.led_distance(
         twice["standoff_distance_m"], twice["standoff_rate_m_s"], parameters=of
     )
     assert np.array_equal(led_m, column["steered_radius_m"])
-    steering = pieces.steer(
+    steering = components.steer(
         stacked(uavs, "x_m", "y_m"),
         column["heading_rad"],
         np.stack([twice["x_m"], twice["y_m"]], axis=-1),
@@ -72,7 +72,7 @@ def test_recomputed_tracks_are_bit_identical() -> None:
     steps_us = np.unique(times_us)
     for before_us, now_us in zip(steps_us[:-1], steps_us[1:], strict=True):
         before, now = times_us == before_us, times_us == now_us
-        estimate = pieces.Filter(states[before], covariances[before], parameters=parameters(run))
+        estimate = components.Filter(states[before], covariances[before], parameters=parameters(run))
         estimate.predict((now_us - before_us) / 1e6)
         measured = np.full((2, len(tracked), 2), np.nan)
         at = np.flatnonzero(detected_us == now_us)

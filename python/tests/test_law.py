@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 
 import standoff
-from standoff import MissionInfo, Choice, Command, Law, Observation, Tracks, pieces
+from standoff import AssignmentProblem, Command, Law, MissionInfo, Observation, Tracks, components
 
 SCENARIO = "tour/04-two-groups"
 INTRUDERS = standoff.Scenario(
@@ -23,8 +23,8 @@ INTRUDERS = standoff.Scenario(
         "separation": {},
         "groups.altitude_policy": "common",
         "intruders": [
-            {"pursues": 1, "direction_deg": 20},
-            {"x_m": 0, "y_m": 5000, "silent": [{"from_s": 20, "until_s": 30}]},
+            {"pursued_uav": 1, "bearing_deg": 20},
+            {"x_m": 0, "y_m": 5000, "transponder_off": [{"from_s": 20, "until_s": 30}]},
         ],
     },
 )
@@ -36,7 +36,7 @@ STUBBORN = """while True:
 class Nothing(Law):
     """Leaves everything to the built-in law."""
 
-    sees = "picture"
+    sees = "team-state"
 
     def decide(self, observation: Observation) -> None:
         return None
@@ -52,7 +52,7 @@ class NothingForAll(Nothing):
 class NothingToAssign(Law):
     replaces = "assignment"
 
-    def decide(self, choice: Choice) -> None:
+    def decide(self, problem: AssignmentProblem) -> None:
         return None
 
 
@@ -75,8 +75,8 @@ def test_a_law_that_returns_none_gives_the_built_in_flight(law: type[Law], scena
 class Follower(Law):
     """Each UAV flies towards the nearest vehicle that it saw, as in crates/standoff-sim/examples/follower.rs."""
 
-    def __init__(self, briefing: MissionInfo) -> None:
-        super().__init__(briefing)
+    def __init__(self, mission: MissionInfo) -> None:
+        super().__init__(mission)
         self.goal: tuple[float, float] | None = None
 
     def decide(self, own: Observation) -> Command:
@@ -124,15 +124,15 @@ def test_an_agent_sees_its_own_state_its_scan_and_reports() -> None:
         (report,) = teammate.reports
         assert report.uav == 0 and own.scan is not None
         assert np.array_equal(report.state, own.scan.state) and np.array_equal(report.range_m, own.scan.range_m)
-    assert len(seen[0].cues) == len(set(run.truth.to_numpy("target"))) and seen[0].picture is None and seen[1].cues == []
+    assert len(seen[0].cues) == len(set(run.truth.to_numpy("target"))) and seen[0].team_state is None and seen[1].cues == []
 
 
 class Watcher(Law):
-    sees, decides_for, replaces = "picture", "team", "guidance"
+    sees, decides_for, replaces = "team-state", "team", "guidance"
     seen: list[Any] = []
 
     def decide(self, observations: list[Observation]) -> list[None]:
-        self.seen.append(observations[0].picture)
+        self.seen.append(observations[0].team_state)
         return [None] * len(observations)
 
 
@@ -157,36 +157,36 @@ def test_a_picture_equals_the_recorded_tracks_and_groups() -> None:
 class Level(Law):
     """Stores altitudes: its own, those that teammates report, and those of the team state."""
 
-    sees, replaces = "picture", "guidance"
-    briefings: list[MissionInfo] = []
+    sees, replaces = "team-state", "guidance"
+    missions: list[MissionInfo] = []
     levels: list[tuple[float, int, float | None, float | None]] = []
 
     def decide(self, observation: Observation) -> None:
-        Level.briefings.append(self.briefing)
+        Level.missions.append(self.mission)
         rows = [(observation.uav, observation.altitude_m, observation.climb_rate_m_s)]
         rows += [(report.uav, report.altitude_m, report.climb_rate_m_s) for report in observation.reports]
         Level.levels += [(observation.time_s, *row) for row in rows]
-        picture = observation.picture
-        assert picture is not None
+        team_state = observation.team_state
+        assert team_state is not None
         if observation.altitude_m is None:
-            assert picture.uav_vertical is None
+            assert team_state.uav_vertical is None
         else:
-            assert picture.uav_vertical[picture.uav == observation.uav].tolist() == [[row for row in rows[0][1:]]]
+            assert team_state.uav_vertical[team_state.uav == observation.uav].tolist() == [[row for row in rows[0][1:]]]
 
 
 def test_a_law_sees_altitudes_and_zones() -> None:
-    Level.levels, Level.briefings = [], []
+    Level.levels, Level.missions = [], []
     run = standoff.run(standoff.Scenario("tour/09-separation", set={"groups.altitude_policy": "per-group"}), law=Level)
-    names = ["time_s", "uav", "flown_altitude_m", "climb_rate_m_s"]
+    names = ["time_s", "uav", "altitude_m", "climb_rate_m_s"]
     flown = set(zip(*(run.uavs.to_numpy(name).tolist() for name in names), strict=True))
     assert set(Level.levels) == flown and len({altitude_m for _, _, altitude_m, _ in flown}) > 10
-    (zone,) = Level.briefings[0].zones
+    (zone,) = Level.missions[0].zones
     assert (zone.name, zone.kind) == ("field", "keep-out")
     assert zone.points.tolist() == [[650.0, -100.0], [900.0, -350.0], [1150.0, -100.0]]
     # If altitude is not flown and the scenario has no zones, altitudes are None and the list of zones is empty.
     Level.levels = []
     standoff.run(SCENARIO, law=Level)
-    assert {row[2:] for row in Level.levels} == {(None, None)} and Level.briefings[-1].zones == []
+    assert {row[2:] for row in Level.levels} == {(None, None)} and Level.missions[-1].zones == []
 
 
 class Lookout(Law):
@@ -205,7 +205,7 @@ class Lookout(Law):
 def test_laws_receive_reports_of_intruders_unless_these_are_silent() -> None:
     Lookout.reports = []
     run = standoff.run(INTRUDERS, law=Lookout)
-    names = ["time_s", "intruder", "x_m", "y_m", "heading_rad", "speed_m_s", "altitude_m", "told"]
+    names = ["time_s", "intruder", "x_m", "y_m", "heading_rad", "speed_m_s", "altitude_m", "transponder_on"]
     rows = zip(*(run.table("intruders").to_numpy(name).tolist() for name in names), strict=True)
     reported = [row for row in rows if row[-1]]
     silent_s = {row[0] for row in reported if row[1] == 0} - {row[0] for row in reported if row[1] == 1}
@@ -216,15 +216,15 @@ def test_laws_receive_reports_of_intruders_unless_these_are_silent() -> None:
 class Slow(Law):
     """Flies the built-in turn rate at a changed speed."""
 
-    replaces, sees = "guidance", "picture"
+    replaces, sees = "guidance", "team-state"
 
-    def __init__(self, briefing: MissionInfo, change_m_s: float) -> None:
-        super().__init__(briefing)
+    def __init__(self, mission: MissionInfo, change_m_s: float) -> None:
+        super().__init__(mission)
         self.change_m_s = change_m_s
 
     def decide(self, observation: Observation) -> tuple[float, float]:
-        assert observation.product is not None
-        return self.briefing.speed_m_s + self.change_m_s, observation.product.turn_rate_rad_s
+        assert observation.builtin_command is not None
+        return self.mission.speed_m_s + self.change_m_s, observation.builtin_command.turn_rate_rad_s
 
 
 def test_a_guidance_law_replaces_only_the_guidance() -> None:
@@ -244,11 +244,11 @@ class Swapped(Law):
 
     replaces = "assignment"
 
-    def decide(self, choice: Choice) -> dict[int, int] | None:
-        if len(choice.group) < 2:
+    def decide(self, problem: AssignmentProblem) -> dict[int, int] | None:
+        if len(problem.group) < 2:
             return None
-        half = len(choice.uav) // 2
-        return {int(uav): int(choice.group[int(index < half)]) for index, uav in enumerate(choice.uav)}
+        half = len(problem.uav) // 2
+        return {int(uav): int(problem.group[int(index < half)]) for index, uav in enumerate(problem.uav)}
 
 
 def test_an_assignment_law_replaces_only_the_assignment() -> None:
@@ -350,12 +350,12 @@ class Failing(NothingForAll):
 class Nowhere(Law):
     replaces = "assignment"
 
-    def decide(self, choice: Choice) -> dict[int, int]:
+    def decide(self, problem: AssignmentProblem) -> dict[int, int]:
         return {0: 999}
 
 
 class Stranger(Law):
-    sees = "picture"
+    sees = "team-state"
 
     def decide(self, observation: Observation) -> Command:
         return Command(40.0, 0.0, group=999)
@@ -364,7 +364,7 @@ class Stranger(Law):
 class Listed(Law):
     replaces = "assignment"
 
-    def decide(self, choice: Choice) -> list[int]:
+    def decide(self, problem: AssignmentProblem) -> list[int]:
         return [0, 1]
 
 
@@ -376,7 +376,7 @@ class Misspelt(Law):
 
 
 class Mute:
-    def __init__(self, briefing: MissionInfo) -> None:
+    def __init__(self, mission: MissionInfo) -> None:
         pass
 
 
@@ -389,7 +389,7 @@ class Mute:
         (Nowhere, ValueError, "group 999 is not one of"),
         (Stranger, ValueError, "group 999 is not one of"),
         (Listed, TypeError, "a dict from UAVs to groups"),
-        (Misspelt, ValueError, "sees = everything: must be one of own, picture"),
+        (Misspelt, ValueError, "sees = everything: must be one of own, team-state"),
         (Mute, TypeError, "has no method decide"),
         (Law, NotImplementedError, "^$"),
     ],
@@ -420,7 +420,7 @@ class Stubborn(Law):
 
 
 class Unborn(Law):
-    def __init__(self, briefing: MissionInfo) -> None:
+    def __init__(self, mission: MissionInfo) -> None:
         while True:
             pass
 
@@ -451,21 +451,21 @@ def test_a_law_that_exceeds_its_time_limit_is_an_error(law: type[Law], fly: Any)
 class Estimating(Law):
     """Circles, and filters its own measurements."""
 
-    def __init__(self, briefing: MissionInfo) -> None:
-        super().__init__(briefing)
-        self.filter: pieces.Filter | None = None
+    def __init__(self, mission: MissionInfo) -> None:
+        super().__init__(mission)
+        self.filter: components.Filter | None = None
 
     def decide(self, own: Observation) -> Command:
         if own.cues:
             cue = own.cues[0]
-            self.filter = pieces.Filter.of_cues(
+            self.filter = components.Filter.of_cues(
                 [[cue.x_m, cue.y_m]],
                 [[cue.vx_m_s, cue.vy_m_s]],
                 position_sd_m=cue.position_sd_m,
                 velocity_sd_m_s=cue.velocity_sd_m_s,
             )
         elif self.filter is not None:
-            self.filter.predict(self.briefing.period_s)
+            self.filter.predict(self.mission.period_s)
             if own.scan is not None and len(own.scan.range_m) > 0:
                 self.filter.update([own.x_m, own.y_m], own.scan.range_m, own.scan.bearing_rad)
         x_m, y_m = (0.0, 0.0) if self.filter is None else self.filter.position_m[0]
@@ -508,9 +508,9 @@ def test_a_run_creates_one_law_per_uav_or_team(law: type[Law], times: int) -> No
     made: list[int | None] = []
 
     class Made(law):  # type: ignore[misc, valid-type]
-        def __init__(self, briefing: MissionInfo) -> None:
-            super().__init__(briefing)
-            made.append(briefing.uav)
+        def __init__(self, mission: MissionInfo) -> None:
+            super().__init__(mission)
+            made.append(mission.uav)
 
     standoff.run(SCENARIO, law=Made)
     assert made == ([None] if times == 1 else [0, 1, 2, 3])
@@ -523,11 +523,11 @@ def test_an_exception_in_a_comparison_names_seed_and_side() -> None:
 
 
 class Changing(Law):
-    sees = "picture"
+    sees = "team-state"
 
     def decide(self, observation: Observation) -> None:
-        assert observation.picture is not None
-        observation.picture.state[:] = 0.0
+        assert observation.team_state is not None
+        observation.team_state.state[:] = 0.0
 
 
 def test_a_shared_picture_is_read_only() -> None:
@@ -539,8 +539,8 @@ def test_all_of_a_law_runs_on_one_thread() -> None:
     threads = set()
 
     class Threaded(Nothing):
-        def __init__(self, briefing: MissionInfo) -> None:
-            super().__init__(briefing)
+        def __init__(self, mission: MissionInfo) -> None:
+            super().__init__(mission)
             threads.add(threading.current_thread())
 
         def decide(self, observation: Observation) -> None:

@@ -100,7 +100,7 @@ def test_a_notebook_displays_the_page() -> None:
     run = standoff.run("tour/01-one-uav")
     shown = run._repr_html_()
     assert shown is not None and shown.startswith("<iframe") and "<title>standoff" in html.unescape(shown)
-    assert "position_error_m" in str(run) and "tour/01-one-uav, seed 1" in repr(run)
+    assert "position error" in str(run) and "tour/01-one-uav, seed 1" in repr(run)
 
 
 def test_scenarios_convert_to_and_from_dicts_and_toml() -> None:

@@ -134,9 +134,8 @@ test("the command of the worst run repeats that run exactly", () =>
 
 test("metric, order and run can be selected with the keyboard", () =>
   opened("a/report.html", async (page) => {
-    // The metrics before it are the position errors of groups of one UAV and of several UAVs.
     const chosen = () => page.locator('#metrics button[aria-pressed="true"]').textContent();
-    for (let n = 0; n < 3 && (await chosen()) !== "velocity error\u00a0m/s"; n += 1) await page.keyboard.press("ArrowDown");
+    for (let n = 0; n < 12 && (await chosen()) !== "velocity error\u00a0m/s"; n += 1) await page.keyboard.press("ArrowDown");
     assert.equal(await chosen(), "velocity error\u00a0m/s");
     await page.locator("#end").selectOption({ index: 1 });
     const best = await page.locator("#runs tbody tr td:nth-child(2)").first().getAttribute("title");
@@ -182,6 +181,7 @@ test("two batches are compared run by run", () =>
 test("a click on a point of the scatter plot selects that run", () =>
   opened("a/report.html", async (page) => {
     await page.click("#tab-scatter");
+    await page.locator("#across").selectOption("position_error_m");
     await page.locator("#up").selectOption("anees");
     await page.waitForFunction(() => document.querySelector("#scatter").layout?.yaxis.title.text.startsWith("ANEES"));
     const runs = await values(page);

@@ -14,9 +14,9 @@ use standoff_sim::score::MetricSelection;
 use crate::common_args::{Dict, MetricsArg, Whole, count, json, number_of_threads, warn};
 use crate::exceptions::{InputError, StandoffError, of_batch as refused};
 use crate::folder::in_folder;
-use crate::interruptible::{Told, while_listening};
+use crate::interruptible::{LatestProgress, batch_until_done};
 use crate::notebook_repr::{framed, html_table};
-use crate::scenario::asked_for;
+use crate::scenario::scenario_of;
 use crate::table::Table;
 
 /// A complete Monte Carlo batch, read from its folder.
@@ -30,8 +30,8 @@ pub(crate) struct Batch {
 
 impl Batch {
     /// Raises an error if no batch can have this number of runs and first seed.
-    pub(crate) fn check(template: &ScenarioTemplate, seed: u64, runs: u64, choice: MetricSelection) -> PyResult<()> {
-        Flown::new(template, seed, runs, None, choice).map(drop).map_err(refused)
+    pub(crate) fn check(template: &ScenarioTemplate, seed: u64, runs: u64, selection: MetricSelection) -> PyResult<()> {
+        Flown::new(template, seed, runs, None, selection).map(drop).map_err(refused)
     }
 
     pub(crate) fn folder(&self) -> &Path {
@@ -131,17 +131,17 @@ pub(crate) fn monte_carlo(
     out: Option<PathBuf>,
     progress: Option<&Bound<'_, PyAny>>,
 ) -> PyResult<Py<Batch>> {
-    let (scenario, threads) = (asked_for(scenario)?, number_of_threads(threads)?);
+    let (scenario, threads) = (scenario_of(scenario)?, number_of_threads(threads)?);
     let shard = shard.map(str::parse).transpose().map_err(|what| InputError::new_err(format!("shard: {what}")))?;
     let flown = batch(scenario.template(), runs, seed, shard, &metrics)?;
     warn(py, &scenario.drawn(flown.seed_of(flown.flown().start))?)?;
     in_folder(py, out, |out| {
         let (out, template) = (out.to_owned(), scenario.template().clone());
-        let fly = move |stop: &AtomicBool, latest: &Told| {
+        let fly = move |stop: &AtomicBool, latest: &LatestProgress| {
             let results = fly_into(&out, &template, &flown, threads, stop, |progress| store_progress(latest, progress));
             results.map_err(of_batch).and_then(with_page)
         };
-        while_listening(py, progress, fly).map(|results| Batch { results })
+        batch_until_done(py, progress, fly).map(|results| Batch { results })
     })
 }
 
@@ -157,8 +157,8 @@ pub(crate) fn merge(py: Python<'_>, dirs: Vec<PathBuf>, out: Option<PathBuf>) ->
     in_folder(py, out, |out| {
         let out = out.to_owned();
         let merge =
-            move |stop: &AtomicBool, _: &Told| merge_shards(&dirs, &out, stop).map_err(of_batch).and_then(with_page);
-        while_listening(py, None, merge).map(|results| Batch { results })
+            move |stop: &AtomicBool, _: &LatestProgress| merge_shards(&dirs, &out, stop).map_err(of_batch).and_then(with_page);
+        batch_until_done(py, None, merge).map(|results| Batch { results })
     })
 }
 
@@ -170,7 +170,7 @@ pub(crate) fn _described(
     seed: Whole,
     metrics: MetricsArg,
 ) -> PyResult<String> {
-    let flown = batch(asked_for(scenario)?.template(), runs, seed, None, &metrics)?;
+    let flown = batch(scenario_of(scenario)?.template(), runs, seed, None, &metrics)?;
     flown.json().map_err(|error| StandoffError::new_err(error.to_string()))
 }
 
@@ -199,7 +199,7 @@ pub(crate) fn _fly_described(
 ) -> PyResult<()> {
     let (flown, threads) = (part(described, shard)?, number_of_threads(threads)?);
     let template = flown.template(traffic.as_deref()).map_err(refused)?;
-    while_listening(py, progress, move |stop, latest| {
+    batch_until_done(py, progress, move |stop, latest| {
         let flown = fly_into(&out, &template, &flown, threads, stop, |progress| store_progress(latest, progress));
         flown.map(drop).map_err(of_batch)
     })
@@ -221,10 +221,10 @@ fn batch(
     metrics: &MetricsArg,
 ) -> PyResult<Flown> {
     let (runs, seed) = (count("runs", runs, 1)?, count("seed", seed, 0)?);
-    Flown::new(template, seed, runs, shard, metrics.choice()?).map_err(refused)
+    Flown::new(template, seed, runs, shard, metrics.selection()?).map_err(refused)
 }
 
-fn store_progress(latest: &Told, progress: Progress) {
+fn store_progress(latest: &LatestProgress, progress: Progress) {
     *latest.lock().unwrap_or_else(PoisonError::into_inner) = Some(progress);
 }
 

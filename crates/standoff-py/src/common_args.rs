@@ -33,12 +33,12 @@ impl Default for MetricsArg {
 }
 
 impl MetricsArg {
-    pub(crate) fn choice(&self) -> PyResult<MetricSelection> {
-        let choice = match self {
+    pub(crate) fn selection(&self) -> PyResult<MetricSelection> {
+        let selection = match self {
             Self::Text(text) => MetricSelection::parse(text),
             Self::Names(names) => MetricSelection::parse(&names.join(",")),
         };
-        choice.map_err(|what| InputError::new_err(format!("metrics: {what}")))
+        selection.map_err(|what| InputError::new_err(format!("metrics: {what}")))
     }
 }
 
@@ -62,11 +62,11 @@ impl FromPyObject<'_, '_> for Whole {
 }
 
 /// Highest number that a record or a batch can store.
-const MOST: u64 = i64::MAX as u64;
+const NUMBER_MAX: u64 = i64::MAX as u64;
 
 /// Checks that a number is at least `least` and fits into a record.
 pub(crate) fn count(name: &str, number: Whole, least: u64) -> PyResult<u64> {
-    within(name, number, least, MOST)
+    within(name, number, least, NUMBER_MAX)
 }
 
 /// Checks that a number is between `least` and `most`.

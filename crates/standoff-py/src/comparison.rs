@@ -15,10 +15,10 @@ use standoff_sim::score::{MetricSelection, Metrics, Scorer};
 use crate::batch::Batch;
 use crate::common_args::{Dict, MetricsArg, Whole, count, json, number_of_threads, warn};
 use crate::exceptions::{InputError, StandoffError, of_scenario};
-use crate::interruptible::{Told, listening, while_listening};
+use crate::interruptible::{LatestProgress, until_done, batch_until_done};
 use crate::law::{self, LawCalls};
 use crate::notebook_repr::{escaped, html_table};
-use crate::scenario::{Scenario, asked_for};
+use crate::scenario::{Scenario, scenario_of};
 
 /// Paired comparison of B with A, run by run with the same seeds. The numbers are bit for bit those of ``standoff
 /// compare``.
@@ -100,7 +100,7 @@ impl Compared {
         }
         match what.extract::<PathBuf>() {
             Ok(path) if path.is_dir() && !is_built_in(&path) => Ok(Self::Folder(path)),
-            _ => asked_for(what).map(Box::new).map(Self::Scenario),
+            _ => scenario_of(what).map(Box::new).map(Self::Scenario),
         }
     }
 }
@@ -141,7 +141,7 @@ pub(crate) fn compare(
     law_b: Option<Bound<'_, PyAny>>,
     law_limit_s: f64,
 ) -> PyResult<Comparison> {
-    let (choice, threads) = (metrics.choice()?, number_of_threads(threads)?);
+    let (selection, threads) = (metrics.selection()?, number_of_threads(threads)?);
     let (runs, seed) = (count("runs", runs, 1)?, count("seed", seed, 0)?);
     let has_law = law_a.is_some() || law_b.is_some();
     if b.is_none() && !has_law {
@@ -149,7 +149,7 @@ pub(crate) fn compare(
     }
     let compared = match (Compared::of(a)?, Compared::of(b.unwrap_or(a))?) {
         (Compared::Folder(a), Compared::Folder(b)) if !has_law => {
-            while_listening(py, None, move |stop, _| compare_results(&a, &b, stop).map_err(of_batch))?
+            batch_until_done(py, None, move |stop, _| compare_results(&a, &b, stop).map_err(of_batch))?
         }
         (Compared::Scenario(a), Compared::Scenario(b)) => {
             for scenario in [&a, &b] {
@@ -159,16 +159,16 @@ pub(crate) fn compare(
             let templates = [a.template().clone(), b.template().clone()];
             let mut compared = if has_law {
                 // The limits are those of a batch.
-                Batch::check(&templates[0], seed, runs, choice)?;
+                Batch::check(&templates[0], seed, runs, selection)?;
                 let sides = templates.into_iter().zip([law_a, law_b]);
                 let sides = sides.map(|(template, law)| Side { template, law: law.map(Bound::unbind) }).collect();
-                laws(py, sides, seed..seed + runs, choice, law_limit_s)?
+                laws(py, sides, seed..seed + runs, selection, law_limit_s)?
             } else {
                 let [one, other] = templates;
-                let compare = move |stop: &AtomicBool, _: &Told| {
-                    compare_scenarios(&one, &other, seed, runs, choice, threads, stop).map_err(of_batch)
+                let compare = move |stop: &AtomicBool, _: &LatestProgress| {
+                    compare_scenarios(&one, &other, seed, runs, selection, threads, stop).map_err(of_batch)
                 };
-                while_listening(py, None, compare)?
+                batch_until_done(py, None, compare)?
             };
             // The command line describes the changes of --set-b in the same way.
             for change in changes {
@@ -207,24 +207,24 @@ impl Side {
     fn fly(
         &self,
         seed: u64,
-        choice: MetricSelection,
-        asked: &Arc<LawCalls>,
+        selection: MetricSelection,
+        calls: &Arc<LawCalls>,
         go_on: impl Fn() -> bool,
     ) -> PyResult<Metrics> {
         let scenario = self.template.draw(seed).map_err(of_scenario)?;
         let Some(law) = &self.law else {
-            return fly_while(&scenario, choice, go_on)
+            return fly_while(&scenario, selection, go_on)
                 .map_err(|errors| InputError::new_err(format!("seed {seed}: {}", refused(&errors))));
         };
-        let mut mission = Python::attach(|py| law::mission(py, &scenario, law.bind(py), asked))?;
-        let mut scorer = Scorer::new(mission.score_config(), choice);
-        while go_on() && !asked.has_failed() {
+        let mut mission = Python::attach(|py| law::mission(py, &scenario, law.bind(py), calls))?;
+        let mut scorer = Scorer::new(mission.score_config(), selection);
+        while go_on() && !calls.has_failed() {
             let Some(frame) = mission.frame() else { break };
             scorer.frame(frame);
         }
         // The law's Python objects are released before the result is returned.
         Python::attach(|_| drop(mission));
-        asked.take().map_or(Ok(scorer.metrics()), Err)
+        calls.take().map_or(Ok(scorer.metrics()), Err)
     }
 }
 
@@ -233,19 +233,19 @@ fn laws(
     py: Python<'_>,
     sides: Vec<Side>,
     seeds: Range<u64>,
-    choice: MetricSelection,
+    selection: MetricSelection,
     law_limit_s: f64,
 ) -> PyResult<Flown> {
     let names: Vec<String> = sides.iter().map(|side| side.name(py)).collect();
     let (stop, first) = (Arc::new(AtomicBool::new(false)), seeds.start);
-    let asked = LawCalls::within(py, law_limit_s, &stop)?;
+    let calls = LawCalls::within(py, law_limit_s, &stop)?;
     let stopped = Arc::clone(&stop);
     let work = move || {
-        let mut flown = Vec::new();
+        let mut metrics = Vec::new();
         for seed in seeds {
             let fly = |side: &Side, which: &str| {
-                let flown = side.fly(seed, choice, &asked, || !stopped.load(Ordering::Relaxed));
-                flown.inspect_err(|error| {
+                let metrics = side.fly(seed, selection, &calls, || !stopped.load(Ordering::Relaxed));
+                metrics.inspect_err(|error| {
                     // If the note cannot be added, the error is still complete.
                     let _ = Python::attach(|py| error.add_note(py, format!("seed {seed}, {which}")));
                 })
@@ -254,11 +254,11 @@ fn laws(
             if stopped.load(Ordering::Relaxed) {
                 break;
             }
-            flown.push(both);
+            metrics.push(both);
         }
-        PyResult::Ok(flown)
+        PyResult::Ok(metrics)
     };
-    let ended = listening(py, &stop, || Ok(()), work)?;
+    let ended = until_done(py, &stop, || Ok(()), work)?;
     ended.raised.map_or(Ok(()), Err)?;
-    Ok(Flown::of([&names[0], &names[1]], first, choice, &ended.done?))
+    Ok(Flown::of([&names[0], &names[1]], first, selection, &ended.done?))
 }

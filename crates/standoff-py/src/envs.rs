@@ -13,9 +13,9 @@ use pyo3::prelude::*;
 use standoff_sim::display_text;
 
 use crate::exceptions::{InputError, ScenarioError, StandoffError, of_scenario};
-use crate::scenario::asked_for;
+use crate::scenario::scenario_of;
 use observation::{FEATURES, LENGTH};
-use vector::{Autoreset, Place};
+use vector::{Autoreset, Slot};
 use world::{Kind, NoMission, Seeds, World};
 
 /// Maximum number of worlds in one object; more would not fit into memory.
@@ -49,7 +49,7 @@ pub(crate) struct Worlds {
     autoreset: Autoreset,
     threads: usize,
     /// `None` after `close`.
-    places: Mutex<Option<Vec<Place>>>,
+    slots: Mutex<Option<Vec<Slot>>>,
 }
 
 /// Current time step of all worlds: the observations for the next decision and the results of the last step.
@@ -96,7 +96,7 @@ impl Worlds {
     #[new]
     #[pyo3(signature = (scenario, *, count=1, autoreset="NextStep", threads=1))]
     fn new(scenario: &Bound<'_, PyAny>, count: i64, autoreset: &str, threads: i64) -> PyResult<Self> {
-        let scenario = asked_for(scenario)?;
+        let scenario = scenario_of(scenario)?;
         let autoreset = match autoreset {
             "NextStep" => Autoreset::NextStep,
             "SameStep" => Autoreset::SameStep,
@@ -114,8 +114,8 @@ impl Worlds {
         let (count, threads) = (within("count", count, COUNT_MAX)?, within("threads", threads, THREADS_MAX)?);
         let uavs = scenario.drawn(0)?.uavs.len();
         let kind = Kind { template: scenario.template().clone(), uavs };
-        let places = (0..count).map(|_| Place::default()).collect();
-        Ok(Self { kind, count, autoreset, threads, places: Mutex::new(Some(places)) })
+        let slots = (0..count).map(|_| Slot::default()).collect();
+        Ok(Self { kind, count, autoreset, threads, slots: Mutex::new(Some(slots)) })
     }
 
     /// Number of worlds.
@@ -142,7 +142,7 @@ impl Worlds {
     #[pyo3(signature = (seeds, *, mask=None))]
     fn reset(&self, py: Python<'_>, seeds: Vec<Option<i128>>, mask: Option<Vec<bool>>) -> PyResult<EnvStep> {
         let mut guard = self.lock()?;
-        let places = open(&mut guard)?;
+        let slots = open(&mut guard)?;
         let mask = mask.unwrap_or_else(|| vec![true; self.count]);
         for (what, there) in [("seeds", seeds.len()), ("mask", mask.len())] {
             if there != self.count {
@@ -151,23 +151,23 @@ impl Worlds {
                 return Err(InputError::new_err(what));
             }
         }
-        let new_seeds = places.iter().zip(seeds).zip(mask).enumerate().map(|(index, ((place, seed), is_reset))| {
+        let new_seeds = slots.iter().zip(seeds).zip(mask).enumerate().map(|(index, ((slot, seed), is_reset))| {
             if !is_reset {
                 let what = || format!("mask: world {index} has no mission yet: reset it too");
-                return place.world.as_ref().map(|_| None).ok_or_else(|| InputError::new_err(what()));
+                return slot.world.as_ref().map(|_| None).ok_or_else(|| InputError::new_err(what()));
             }
             let first = seed.map(|seed| {
                 let within = u64::try_from(seed).ok().filter(|seed| *seed <= SEED_MAX);
                 let what = || format!("seeds: {seed} of world {index} must be between 0 and {SEED_MAX}");
                 within.map(Seeds::from).ok_or_else(|| InputError::new_err(what()))
             });
-            let next = || place.seeds.map(Seeds::next);
+            let next = || slot.seeds.map(Seeds::next);
             let what = || format!("seeds: world {index} has no seed yet: reset it with a seed first");
             first.transpose()?.or_else(next).map(Some).ok_or_else(|| InputError::new_err(what()))
         });
         let new_seeds = new_seeds.collect::<PyResult<Vec<_>>>()?;
-        py.detach(|| vector::reset(places, &new_seeds, &self.kind)).map_err(failure)?;
-        instant(py, places, self.kind.uavs)
+        py.detach(|| vector::reset(slots, &new_seeds, &self.kind)).map_err(failure)?;
+        env_step(py, slots, self.kind.uavs)
     }
 
     /// Advances all worlds by one time step.
@@ -182,11 +182,11 @@ impl Worlds {
     ///     have advanced.
     fn step(&self, py: Python<'_>, actions: &Bound<'_, PyAny>) -> PyResult<EnvStep> {
         let mut guard = self.lock()?;
-        let places = open(&mut guard)?;
-        self.check_ready(places)?;
+        let slots = open(&mut guard)?;
+        self.check_ready(slots)?;
         let actions = actions::read(actions, [self.count, self.kind.uavs, 2])?;
-        py.detach(|| vector::step(places, &actions, &self.kind, self.autoreset, self.threads)).map_err(failure)?;
-        instant(py, places, self.kind.uavs)
+        py.detach(|| vector::step(slots, &actions, &self.kind, self.autoreset, self.threads)).map_err(failure)?;
+        env_step(py, slots, self.kind.uavs)
     }
 
     /// Returns the actions that the built-in guidance law would choose at this time step, as a baseline for the policy
@@ -209,8 +209,8 @@ impl Worlds {
 }
 
 impl Worlds {
-    fn lock(&self) -> PyResult<MutexGuard<'_, Option<Vec<Place>>>> {
-        self.places.try_lock().map_err(|error| {
+    fn lock(&self) -> PyResult<MutexGuard<'_, Option<Vec<Slot>>>> {
+        self.slots.try_lock().map_err(|error| {
             StandoffError::new_err(match error {
                 TryLockError::WouldBlock => "another thread is using these worlds: use them from one thread at a time",
                 TryLockError::Poisoned(_) => "an earlier step of these worlds failed: create new ones",
@@ -219,8 +219,8 @@ impl Worlds {
     }
 
     /// Raises an error unless every world has a mission that can continue or be restarted.
-    fn check_ready(&self, places: &[Place]) -> PyResult<()> {
-        for (index, world) in worlds(places)?.iter().enumerate() {
+    fn check_ready(&self, slots: &[Slot]) -> PyResult<()> {
+        for (index, world) in worlds(slots)?.iter().enumerate() {
             if world.is_over() && self.autoreset == Autoreset::Disabled {
                 return Err(InputError::new_err(format!("the mission of world {index} is over: reset it")));
             }
@@ -229,26 +229,26 @@ impl Worlds {
     }
 }
 
-fn open<'a>(guard: &'a mut MutexGuard<'_, Option<Vec<Place>>>) -> PyResult<&'a mut Vec<Place>> {
+fn open<'a>(guard: &'a mut MutexGuard<'_, Option<Vec<Slot>>>) -> PyResult<&'a mut Vec<Slot>> {
     guard.as_mut().ok_or_else(|| InputError::new_err("the worlds are closed: create new ones"))
 }
 
-/// All worlds; an error if a place is empty.
-fn worlds(places: &[Place]) -> PyResult<Vec<&World>> {
-    let world = |(index, place): (usize, &'_ Place)| -> PyResult<()> {
+/// All worlds; an error if a slot is empty.
+fn worlds(slots: &[Slot]) -> PyResult<Vec<&World>> {
+    let world = |(index, slot): (usize, &'_ Slot)| -> PyResult<()> {
         let what = || format!("world {index} has no mission yet: reset it first");
-        place.world.as_ref().map(|_| ()).ok_or_else(|| InputError::new_err(what()))
+        slot.world.as_ref().map(|_| ()).ok_or_else(|| InputError::new_err(what()))
     };
-    places.iter().enumerate().try_for_each(world)?;
-    Ok(places.iter().filter_map(|place| place.world.as_ref()).collect())
+    slots.iter().enumerate().try_for_each(world)?;
+    Ok(slots.iter().filter_map(|slot| slot.world.as_ref()).collect())
 }
 
 /// The current time step of all worlds, including the missions that ended in the last step.
-fn instant(py: Python<'_>, places: &[Place], uavs: usize) -> PyResult<EnvStep> {
-    let present = worlds(places)?;
-    let has_ended: Vec<bool> = places.iter().map(|place| place.ended.is_some()).collect();
+fn env_step(py: Python<'_>, slots: &[Slot], uavs: usize) -> PyResult<EnvStep> {
+    let present = worlds(slots)?;
+    let has_ended: Vec<bool> = slots.iter().map(|slot| slot.ended.is_some()).collect();
     let ended = if has_ended.contains(&true) {
-        let last = places.iter().zip(&present).map(|(place, world)| place.ended.as_deref().unwrap_or(world));
+        let last = slots.iter().zip(&present).map(|(slot, world)| slot.ended.as_deref().unwrap_or(world));
         let last = arrays(py, &last.collect::<Vec<_>>(), &has_ended, uavs)?;
         Some(Py::new(py, last)?)
     } else {
@@ -263,7 +263,7 @@ fn arrays(py: Python<'_>, worlds: &[&World], has_ended: &[bool], uavs: usize) ->
     let flat = |of: fn(&World) -> f64| worlds.iter().map(|world| of(world)).collect::<Vec<f64>>();
     let flags = |of: fn(&World) -> bool| worlds.iter().map(|world| of(world)).collect::<Vec<bool>>();
     let observations = worlds.iter().flat_map(|world| &world.observations).copied().collect();
-    let on_orbit = worlds.iter().flat_map(|world| &world.worth.on_orbit).copied().collect();
+    let on_orbit = worlds.iter().flat_map(|world| &world.score.on_orbit).copied().collect();
     let rewards = flat(World::reward);
     let uav_rewards = worlds.iter().flat_map(|world| world.uav_rewards()).collect();
     Ok(EnvStep {
@@ -272,12 +272,12 @@ fn arrays(py: Python<'_>, worlds: &[&World], has_ended: &[bool], uavs: usize) ->
         uav_rewards: PyArray1::from_vec(py, uav_rewards).reshape([count, uavs])?.unbind(),
         terminated: PyArray1::from_vec(py, flags(|world| world.is_terminated)).unbind(),
         truncated: PyArray1::from_vec(py, flags(|world| world.is_truncated)).unbind(),
-        in_custody: PyArray1::from_vec(py, flat(|world| world.worth.in_custody)).unbind(),
+        in_custody: PyArray1::from_vec(py, flat(|world| world.score.in_custody)).unbind(),
         on_orbit: PyArray1::from_vec(py, on_orbit).reshape([count, uavs])?.unbind(),
-        mean_on_orbit: PyArray1::from_vec(py, flat(|world| world.worth.mean_on_orbit())).unbind(),
-        standoff_error_m: PyArray1::from_vec(py, flat(|world| world.worth.standoff_error_m.unwrap_or(0.0))).unbind(),
-        has_orbit: PyArray1::from_vec(py, flags(|world| world.worth.standoff_error_m.is_some())).unbind(),
-        targets: PyArray1::from_iter(py, worlds.iter().map(|world| world.worth.targets as i64)).unbind(),
+        mean_on_orbit: PyArray1::from_vec(py, flat(|world| world.score.mean_on_orbit())).unbind(),
+        standoff_error_m: PyArray1::from_vec(py, flat(|world| world.score.standoff_error_m.unwrap_or(0.0))).unbind(),
+        has_orbit: PyArray1::from_vec(py, flags(|world| world.score.standoff_error_m.is_some())).unbind(),
+        targets: PyArray1::from_iter(py, worlds.iter().map(|world| world.score.targets as i64)).unbind(),
         seeds: PyArray1::from_iter(py, worlds.iter().map(|world| world.seed as i64)).unbind(),
         time_s: PyArray1::from_vec(py, flat(World::time_s)).unbind(),
         duration_s: PyArray1::from_vec(py, flat(World::duration_s)).unbind(),
@@ -293,8 +293,8 @@ fn failure(reason: NoMission) -> PyErr {
             let errors: Vec<String> = errors.iter().map(ToString::to_string).collect();
             ScenarioError::new_err(format!("{name}, seed {seed}: {}", errors.join("; ")))
         }
-        NoMission::Uavs { name, seed, there, wanted } => ScenarioError::new_err(format!(
-            "{name}, seed {seed}: {there} UAVs where other seeds have {wanted}: actions need a fixed number of UAVs, so \
+        NoMission::Uavs { name, seed, there, expected } => ScenarioError::new_err(format!(
+            "{name}, seed {seed}: {there} UAVs where other seeds have {expected}: actions need a fixed number of UAVs, so \
              set uavs.count to a number"
         )),
     }

@@ -18,12 +18,12 @@ pub(crate) struct Ended<T> {
     pub(crate) raised: Option<PyErr>,
 }
 
-/// Runs `work` on another thread with the GIL released. Ctrl-C, or an exception from `glance`, which is called at every
+/// Runs `work` on another thread with the GIL released. Ctrl-C, or an exception from `on_poll`, which is called at every
 /// poll, sets `stop`; the work must then end.
-pub(crate) fn listening<T: Send + 'static>(
+pub(crate) fn until_done<T: Send + 'static>(
     py: Python<'_>,
     stop: &AtomicBool,
-    mut glance: impl FnMut() -> PyResult<()>,
+    mut on_poll: impl FnMut() -> PyResult<()>,
     work: impl FnOnce() -> T + Send + 'static,
 ) -> PyResult<Ended<T>> {
     let (give, result) = channel();
@@ -46,23 +46,23 @@ pub(crate) fn listening<T: Send + 'static>(
             },
         }
         if raised.is_none() {
-            raised = py.check_signals().and_then(|()| glance()).err();
+            raised = py.check_signals().and_then(|()| on_poll()).err();
             stop.store(raised.is_some(), Ordering::Relaxed);
         }
     }
 }
 
 /// Latest progress of a batch.
-pub(crate) type Told = Mutex<Option<Progress>>;
+pub(crate) type LatestProgress = Mutex<Option<Progress>>;
 
-/// Like [`listening`], for a batch. `progress` is called with the numbers of completed and of all runs, at every poll
+/// Like [`until_done`], for a batch. `progress` is called with the numbers of completed and of all runs, at every poll
 /// and at the end.
-pub(crate) fn while_listening<T: Send + 'static>(
+pub(crate) fn batch_until_done<T: Send + 'static>(
     py: Python<'_>,
     progress: Option<&Bound<'_, PyAny>>,
-    work: impl FnOnce(&AtomicBool, &Told) -> Result<T, Failure> + Send + 'static,
+    work: impl FnOnce(&AtomicBool, &LatestProgress) -> Result<T, Failure> + Send + 'static,
 ) -> PyResult<T> {
-    let (stop, latest) = (Arc::new(AtomicBool::new(false)), Arc::new(Told::default()));
+    let (stop, latest) = (Arc::new(AtomicBool::new(false)), Arc::new(LatestProgress::default()));
     let call_progress = || {
         // The lock is released before the call: the batch must not wait for the callback.
         let now = *latest.lock().unwrap_or_else(PoisonError::into_inner);
@@ -72,7 +72,7 @@ pub(crate) fn while_listening<T: Send + 'static>(
         }
     };
     let (work_stop, work_latest) = (Arc::clone(&stop), Arc::clone(&latest));
-    let ended = listening(py, &stop, call_progress, move || work(&work_stop, &work_latest))?;
+    let ended = until_done(py, &stop, call_progress, move || work(&work_stop, &work_latest))?;
     // A raised exception takes precedence: it is the reason why the work was stopped.
     ended.raised.map_or(Ok(()), Err)?;
     let done = ended.done.map_err(|failure| raised(&failure))?;
@@ -86,7 +86,7 @@ pub(crate) fn unless_interrupted<T: Send + 'static>(
 ) -> PyResult<T> {
     let stop = Arc::new(AtomicBool::new(false));
     let stopped = Arc::clone(&stop);
-    let ended = listening(py, &stop, || Ok(()), move || run_unless(|| stopped.load(Ordering::Relaxed), work))?;
+    let ended = until_done(py, &stop, || Ok(()), move || run_unless(|| stopped.load(Ordering::Relaxed), work))?;
     ended.raised.map_or(Ok(()), Err)?;
     ended.done.ok_or_else(|| StandoffError::new_err("the work was interrupted"))
 }

@@ -40,7 +40,7 @@ enum Replaces {
 struct Kind {
     replaces: Replaces,
     /// One law decides for all UAVs.
-    is_builtin: bool,
+    decides_for_team: bool,
     /// The law receives the team state, which the built-in controller computes.
     sees_team_state: bool,
     /// The law reports its own tracks.
@@ -62,18 +62,18 @@ impl Kind {
             1 => Replaces::Guidance,
             _ => Replaces::Assignment,
         };
-        let is_team_s = option("decides_for", &["agent", "team"], 0)? == 1;
-        let sees_picture = option("sees", &["own", "picture"], 0)? == 1;
+        let decides_for_team = option("decides_for", &["agent", "team"], 0)? == 1;
+        let sees_team_state = option("sees", &["own", "team-state"], 0)? == 1;
         if !law.getattr_opt("decide")?.is_some_and(|decide| decide.is_callable()) {
             return Err(PyTypeError::new_err(format!("{law} has no method decide: see standoff.Law")));
         }
-        let is_team_s = is_team_s || replaces == Replaces::Assignment;
+        let decides_for_team = decides_for_team || replaces == Replaces::Assignment;
         let has_tracks = law.getattr_opt("tracks")?.is_some_and(|tracks| tracks.is_callable());
-        Ok(Self { replaces, is_builtin: is_team_s, sees_team_state: sees_picture, has_tracks })
+        Ok(Self { replaces, decides_for_team, sees_team_state, has_tracks })
     }
 
     /// True if the built-in estimation and grouping run alongside the law.
-    fn has_fleet(self) -> bool {
+    fn runs_builtin(self) -> bool {
         self.sees_team_state || self.replaces != Replaces::All
     }
 }
@@ -84,21 +84,21 @@ pub(crate) fn mission(
     py: Python<'_>,
     scenario: &Scenario,
     law: &Bound<'_, PyAny>,
-    asked: &Arc<LawCalls>,
+    calls: &Arc<LawCalls>,
 ) -> PyResult<Mission<CustomLaw>> {
     if !law.is_callable() {
-        let what = "law: must be a class, or a callable that takes a Briefing and returns a law; a law object would \
+        let what = "law: must be a class, or a callable that takes a MissionInfo and returns a law; a law object would \
                     carry its state from one run into the next";
         return Err(PyTypeError::new_err(what));
     }
     let uavs = scenario.uavs.len();
     let nothing = PyTuple::empty(py);
     let make = |uav: Option<u32>| {
-        let briefing = (MissionInfo::of(py, scenario, uav)?,).into_pyobject(py)?;
-        asked.ask(law, briefing, "made", nothing.clone()).map(Bound::unbind)
+        let mission_info = (MissionInfo::of(py, scenario, uav)?,).into_pyobject(py)?;
+        calls.call(law, mission_info, "made", nothing.clone()).map(Bound::unbind)
     };
     let kind = Kind::of(&class_of(law, || make(Some(0)))?)?;
-    let laws = if kind.is_builtin {
+    let laws = if kind.decides_for_team {
         vec![make(None)?]
     } else {
         (0..uavs as u32).map(|uav| make(Some(uav))).collect::<PyResult<_>>()?
@@ -107,27 +107,27 @@ pub(crate) fn mission(
     let refused = |errors: Vec<standoff::ParamError>| {
         InputError::new_err(errors.iter().map(ToString::to_string).collect::<Vec<_>>().join("\n"))
     };
-    let fleet = kind.has_fleet().then(|| TeamAgent::new(team)).transpose().map_err(refused)?;
-    let fleet = fleet.map(|fleet| fleet.with_geofence(scenario.settings.geofence.clone()));
-    let fleet =
-        match (fleet, kind.replaces) {
-            (Some(fleet), Replaces::Assignment) => Some(fleet.with_assignment_law(Arc::new(CustomAssignment {
+    let team_agent = kind.runs_builtin().then(|| TeamAgent::new(team)).transpose().map_err(refused)?;
+    let team_agent = team_agent.map(|team_agent| team_agent.with_geofence(scenario.settings.geofence.clone()));
+    let team_agent =
+        match (team_agent, kind.replaces) {
+            (Some(team_agent), Replaces::Assignment) => Some(team_agent.with_assignment_law(Arc::new(CustomAssignment {
                 law: laws[0].clone_ref(py),
-                asked: Arc::clone(asked),
+                calls: Arc::clone(calls),
             }))),
-            (fleet, _) => fleet,
+            (team_agent, _) => team_agent,
         };
-    let seen = scenario.uavs.iter().map(|state| Inbox { own: *state, ..Inbox::default() }).collect();
+    let inboxes = scenario.uavs.iter().map(|state| Inbox { own: *state, ..Inbox::default() }).collect();
     let controller = CustomLaw {
         kind,
         limits: team.uav,
         laws,
-        fleet,
-        seen,
-        asked: Arc::clone(asked),
-        answered: None,
+        team_agent,
+        inboxes,
+        calls: Arc::clone(calls),
+        answers: None,
         now: Time::EPOCH,
-        picture: None,
+        team_state: None,
     };
     Mission::with_brain(scenario, controller).map_err(refused)
 }
@@ -171,14 +171,14 @@ pub(crate) struct CustomLaw {
     limits: UavParams,
     /// One law per UAV, or one for all.
     laws: Vec<Py<PyAny>>,
-    fleet: Option<TeamAgent>,
-    seen: Vec<Inbox>,
-    asked: Arc<LawCalls>,
+    team_agent: Option<TeamAgent>,
+    inboxes: Vec<Inbox>,
+    calls: Arc<LawCalls>,
     /// Answers of a team law at this time step, by UAV.
-    answered: Option<Vec<Option<Answer>>>,
+    answers: Option<Vec<Option<Answer>>>,
     now: Time,
     /// Team state at this time step as a Python object, made on first use.
-    picture: Option<Py<TeamState>>,
+    team_state: Option<Py<TeamState>>,
 }
 
 /// Answer of a law for one UAV.
@@ -192,8 +192,8 @@ struct Answer {
 
 impl Controller for CustomLaw {
     fn observe(&mut self, now: Time, uav: UavId, own: &UavState, scan: Option<Scan>) {
-        (self.now, self.answered, self.picture) = (now, None, None);
-        let observation = self.fleet.as_mut().map(|fleet| fleet.observe(now, uav, own, scan));
+        (self.now, self.answers, self.team_state) = (now, None, None);
+        let observation = self.team_agent.as_mut().map(|team_agent| team_agent.observe(now, uav, own, scan));
         let report = scan.map(|scan| {
             let Scan { boresight, detections } = scan;
             // Custom laws never restart during a mission, so the time can serve as the sequence number.
@@ -201,48 +201,48 @@ impl Controller for CustomLaw {
             let detections = detections.to_vec();
             Message::Report(Report { sequence, boresight, detections, ..Report::position_only(uav, now, *own) })
         });
-        if let Some(seen) = self.seen.get_mut(uav.0 as usize) {
-            *seen = Inbox { own: *own, report, observation, ..Inbox::default() };
+        if let Some(inbox) = self.inboxes.get_mut(uav.0 as usize) {
+            *inbox = Inbox { own: *own, report, observation, ..Inbox::default() };
         }
     }
 
     fn outbox(&self, uav: UavId) -> &[Message] {
         // A law that only assigns UAVs does not use reports.
-        let seen = self.seen.get(uav.0 as usize).filter(|_| self.kind.replaces != Replaces::Assignment);
-        seen.map_or(&[], |seen| seen.report.as_slice())
+        let inbox = self.inboxes.get(uav.0 as usize).filter(|_| self.kind.replaces != Replaces::Assignment);
+        inbox.map_or(&[], |inbox| inbox.report.as_slice())
     }
 
     fn receive(&mut self, uav: UavId, message: &Message) {
-        let Some(seen) = self.seen.get_mut(uav.0 as usize) else { return };
+        let Some(inbox) = self.inboxes.get_mut(uav.0 as usize) else { return };
         match message {
-            Message::Report(report) => seen.reports.push(report.clone()),
-            Message::Cue(cue) => seen.cues.push(*cue),
-            Message::Traffic(traffic) => seen.traffic.push(*traffic),
+            Message::Report(report) => inbox.reports.push(report.clone()),
+            Message::Cue(cue) => inbox.cues.push(*cue),
+            Message::Traffic(traffic) => inbox.traffic.push(*traffic),
             // Custom laws do not exchange snapshots.
             Message::Snapshot(_) => {}
         }
         // Messages from outside the team reach all UAVs, so only those to UAV 0 are passed on.
-        if let (Message::Cue(_) | Message::Traffic(_), Some(fleet), Some(observation), 0) =
-            (message, &mut self.fleet, &seen.observation, uav.0)
+        if let (Message::Cue(_) | Message::Traffic(_), Some(team_agent), Some(observation), 0) =
+            (message, &mut self.team_agent, &inbox.observation, uav.0)
         {
-            fleet.receive(observation, message);
+            team_agent.receive(observation, message);
         }
     }
 
     fn decide(&mut self, uav: UavId) -> AgentOutput {
-        let own = self.seen.get(uav.0 as usize).map(|seen| seen.own);
+        let own = self.inboxes.get(uav.0 as usize).map(|inbox| inbox.own);
         let straight = Flown { speed_m_s: own.map_or(0.0, |own| own.speed_m_s), turn_rate_rad_s: 0.0 };
-        let observation = self.seen.get(uav.0 as usize).and_then(|seen| seen.observation);
-        let ours = match (&mut self.fleet, observation) {
-            (Some(fleet), Some(observation)) => Some(fleet.decide(&observation)),
+        let observation = self.inboxes.get(uav.0 as usize).and_then(|inbox| inbox.observation);
+        let builtin = match (&mut self.team_agent, observation) {
+            (Some(team_agent), Some(observation)) => Some(team_agent.decide(&observation)),
             _ => None,
         };
-        let step = ours.unwrap_or(AgentOutput::command_only(straight));
-        if self.kind.replaces == Replaces::Assignment || self.asked.has_failed() {
+        let step = builtin.unwrap_or(AgentOutput::command_only(straight));
+        if self.kind.replaces == Replaces::Assignment || self.calls.has_failed() {
             return step;
         }
-        let answer = Python::attach(|py| self.answer(py, uav, ours.as_ref())).unwrap_or_else(|error| {
-            self.asked.fail(error);
+        let answer = Python::attach(|py| self.answer(py, uav, builtin.as_ref())).unwrap_or_else(|error| {
+            self.calls.fail(error);
             None
         });
         let Some(Answer { command, pointing_target, altitude_m, group }) = answer else { return step };
@@ -262,20 +262,20 @@ impl Controller for CustomLaw {
     }
 
     fn reported(&self) -> ReportedTables {
-        if self.fleet.is_some() {
+        if self.team_agent.is_some() {
             ReportedTables::default()
         } else {
             ReportedTables { tracks: self.kind.has_tracks, ..ReportedTables::NOTHING }
         }
     }
 
-    fn report(&self, beliefs: &mut ReportedState) {
-        if let Some(fleet) = &self.fleet {
-            rows_of_picture(fleet.team_state(), beliefs);
-        } else if self.kind.has_tracks && !self.asked.has_failed() {
+    fn report(&self, state: &mut ReportedState) {
+        if let Some(team_agent) = &self.team_agent {
+            rows_of_picture(team_agent.team_state(), state);
+        } else if self.kind.has_tracks && !self.calls.has_failed() {
             match Python::attach(|py| self.tracks(py)) {
-                Ok(tracks) => beliefs.tracks.extend(tracks),
-                Err(error) => self.asked.fail(error),
+                Ok(tracks) => state.tracks.extend(tracks),
+                Err(error) => self.calls.fail(error),
             }
         }
     }
@@ -283,38 +283,38 @@ impl Controller for CustomLaw {
 
 impl CustomLaw {
     /// Calls the law for a UAV; `None`: use the command of the built-in controller or, without it, fly straight.
-    fn answer(&mut self, py: Python<'_>, uav: UavId, ours: Option<&AgentOutput>) -> PyResult<Option<Answer>> {
+    fn answer(&mut self, py: Python<'_>, uav: UavId, builtin: Option<&AgentOutput>) -> PyResult<Option<Answer>> {
         let place = uav.0 as usize;
-        if !self.kind.is_builtin {
-            let observed = (self.observed(py, place, ours)?,).into_pyobject(py)?;
+        if !self.kind.decides_for_team {
+            let observation = (self.observation(py, place, builtin)?,).into_pyobject(py)?;
             let law = self.laws[place].bind(py);
-            let answer = self.asked.ask(&law.getattr("decide")?, observed, "command", name_argument(law)?)?;
+            let answer = self.calls.call(&law.getattr("decide")?, observation, "command", name_argument(law)?)?;
             return self.answer_of(&answer);
         }
-        if self.answered.is_none() {
+        if self.answers.is_none() {
             let mut all = Vec::new();
-            for place in 0..self.seen.len() {
+            for place in 0..self.inboxes.len() {
                 // The built-in controller decides for all UAVs first, because a team law sees its commands.
-                let ours = match (&mut self.fleet, self.seen[place].observation) {
-                    (Some(fleet), Some(observation)) => Some(fleet.decide(&observation)),
+                let builtin = match (&mut self.team_agent, self.inboxes[place].observation) {
+                    (Some(team_agent), Some(observation)) => Some(team_agent.decide(&observation)),
                     _ => None,
                 };
-                all.push(self.observed(py, place, ours.as_ref())?);
+                all.push(self.observation(py, place, builtin.as_ref())?);
             }
             let law = self.laws[0].bind(py);
-            let (observed, uavs) = ((PyList::new(py, all)?,).into_pyobject(py)?, self.seen.len());
+            let (observations, uavs) = ((PyList::new(py, all)?,).into_pyobject(py)?, self.inboxes.len());
             let how = (name(law)?, uavs).into_pyobject(py)?;
-            let answers = self.asked.ask(&law.getattr("decide")?, observed, "commands", how)?;
+            let answers = self.calls.call(&law.getattr("decide")?, observations, "commands", how)?;
             let answers = answers.try_iter()?.map(|answer| self.answer_of(&answer?)).collect::<PyResult<_>>()?;
-            self.answered = Some(answers);
+            self.answers = Some(answers);
         }
-        Ok(self.answered.as_ref().and_then(|answers| *answers.get(place)?))
+        Ok(self.answers.as_ref().and_then(|answers| *answers.get(place)?))
     }
 
     /// Tracks reported by the team law, or by the law of UAV 0.
     fn tracks(&self, py: Python<'_>) -> PyResult<Vec<TrackRow>> {
         let law = self.laws[0].bind(py);
-        let tracks = self.asked.ask(&law.getattr("tracks")?, PyTuple::empty(py), "tracks", name_argument(law)?)?;
+        let tracks = self.calls.call(&law.getattr("tracks")?, PyTuple::empty(py), "tracks", name_argument(law)?)?;
         let tracks = tracks.cast::<Tracks>()?;
         Ok(tracks.get().rows.clone())
     }
@@ -326,9 +326,9 @@ impl CustomLaw {
         }
         let Command { speed_m_s, turn_rate_rad_s, pointing_target, altitude_m, group } =
             answer.cast::<Command>()?.get().clone();
-        if let (Some(group), Some(picture)) = (group, self.fleet.as_ref().map(TeamAgent::team_state))
+        if let (Some(group), Some(team_state)) = (group, self.team_agent.as_ref().map(TeamAgent::team_state))
             && let existing =
-                picture.groups.iter().filter_map(|group| picture.group_number(group.id)).collect::<Vec<u32>>()
+                team_state.groups.iter().filter_map(|group| team_state.group_number(group.id)).collect::<Vec<u32>>()
             && !existing.contains(&group)
         {
             return Err(PyValueError::new_err(format!("decide: group {group} is not one of {existing:?}")));
@@ -340,20 +340,20 @@ impl CustomLaw {
         Ok(Some(Answer { command: Flown { speed_m_s, turn_rate_rad_s }, pointing_target, altitude_m, group }))
     }
 
-    fn observed(&mut self, py: Python<'_>, place: usize, ours: Option<&AgentOutput>) -> PyResult<Py<Observation>> {
-        if self.kind.sees_team_state && self.picture.is_none() {
-            let picture = self.fleet.as_ref().map(|fleet| TeamState::of(py, fleet.team_state()));
-            self.picture = picture.map(|picture| Py::new(py, picture)).transpose()?;
+    fn observation(&mut self, py: Python<'_>, place: usize, builtin: Option<&AgentOutput>) -> PyResult<Py<Observation>> {
+        if self.kind.sees_team_state && self.team_state.is_none() {
+            let team_state = self.team_agent.as_ref().map(|team_agent| TeamState::of(py, team_agent.team_state()));
+            self.team_state = team_state.map(|team_state| Py::new(py, team_state)).transpose()?;
         }
-        let Inbox { own, report, reports: heard, cues, traffic, .. } = &self.seen[place];
-        let report = match report {
+        let Inbox { own, report, reports, cues, traffic, .. } = &self.inboxes[place];
+        let scan = match report {
             Some(Message::Report(report)) => Some(report),
             _ => None,
         };
-        let picture = self.picture.as_ref().map(|picture| picture.clone_ref(py));
+        let team_state = self.team_state.as_ref().map(|team_state| team_state.clone_ref(py));
         Py::new(
             py,
-            Observation::new(py, self.now, (place as u32, own), report, (heard, cues, traffic), (picture, ours))?,
+            Observation::new(py, self.now, (place as u32, own), scan, (reports, cues, traffic), (team_state, builtin))?,
         )
     }
 }
@@ -371,33 +371,33 @@ fn name_argument<'py>(law: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyTuple>> 
 /// Assignment law written in Python: assigns UAVs to groups.
 struct CustomAssignment {
     law: Py<PyAny>,
-    asked: Arc<LawCalls>,
+    calls: Arc<LawCalls>,
 }
 
 impl std::fmt::Debug for CustomAssignment {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.write_str("OwnAssignment")
+        f.write_str("CustomAssignment")
     }
 }
 
 impl AssignmentLaw for CustomAssignment {
-    fn assign(&self, now: Time, uavs: &[AvailableUav], sites: &[CandidateGroup<'_>]) -> Option<Vec<Assignment>> {
-        if self.asked.has_failed() {
+    fn assign(&self, now: Time, uavs: &[AvailableUav], groups: &[CandidateGroup<'_>]) -> Option<Vec<Assignment>> {
+        if self.calls.has_failed() {
             return None;
         }
         Python::attach(|py| {
             let law = self.law.bind(py);
-            let choice = (AssignmentProblem::of(py, now, uavs, sites)?,).into_pyobject(py)?;
+            let problem = (AssignmentProblem::of(py, now, uavs, groups)?,).into_pyobject(py)?;
             let uavs = PyFrozenSet::new(py, uavs.iter().map(|uav| uav.uav.0))?;
-            let groups = PyFrozenSet::new(py, sites.iter().map(|site| site.group.0))?;
+            let groups = PyFrozenSet::new(py, groups.iter().map(|group| group.group.0))?;
             let how = (name(law)?, uavs, groups).into_pyobject(py)?;
-            let answer = self.asked.ask(&law.getattr("decide")?, choice, "duties", how)?;
-            let duties: Option<Vec<(u32, u64)>> = answer.extract()?;
-            let duty = |(uav, group)| Assignment { uav: UavId(uav), group: GroupId(group) };
-            PyResult::Ok(duties.map(|duties| duties.into_iter().map(duty).collect()))
+            let answer = self.calls.call(&law.getattr("decide")?, problem, "assignments", how)?;
+            let assigned: Option<Vec<(u32, u64)>> = answer.extract()?;
+            let assignment = |(uav, group)| Assignment { uav: UavId(uav), group: GroupId(group) };
+            PyResult::Ok(assigned.map(|assigned| assigned.into_iter().map(assignment).collect()))
         })
         .unwrap_or_else(|error| {
-            self.asked.fail(error);
+            self.calls.fail(error);
             None
         })
     }

@@ -17,10 +17,10 @@ use standoff_sim::score::MetricSelection;
 use crate::common_args::{Dict, MetricsArg, Whole, count, json, small, warn, warning};
 use crate::exceptions::{InputError, StandoffError, raised};
 use crate::folder::in_folder;
-use crate::interruptible::{listening, unless_interrupted};
+use crate::interruptible::{until_done, unless_interrupted};
 use crate::law::{self, LawCalls};
 use crate::notebook_repr::framed;
-use crate::scenario::changed_as_asked;
+use crate::scenario::scenario_with;
 use crate::table::Table;
 
 /// Names of the tables in a record.
@@ -42,7 +42,7 @@ const TABLES: [&str; 13] = [
 
 /// A recorded run, read from its folder: its tables and its results.
 ///
-/// ``run.uavs``, ``run.truth``, ``run.tracks``, ``run.groups``, ``run.detections``, ``run.views`` and ``run.events``
+/// ``run.uavs``, ``run.truth``, ``run.tracks``, ``run.groups``, ``run.detections``, ``run.in_view`` and ``run.events``
 /// are its tables (docs/record.md describes their columns). A notebook shows the report page of the run; ``print``
 /// shows the same table as the command line.
 ///
@@ -53,7 +53,7 @@ const TABLES: [&str; 13] = [
 pub(crate) struct Run {
     dir: PathBuf,
     summary: String,
-    told: String,
+    text: String,
 }
 
 /// Inputs of a run that move to the worker thread.
@@ -61,7 +61,7 @@ struct Flight {
     scenario: standoff_sim::scenario::Scenario,
     out: PathBuf,
     maps: Maps,
-    choice: MetricSelection,
+    selection: MetricSelection,
     baseline: bool,
     notes: Notes,
 }
@@ -71,7 +71,7 @@ struct Flight {
 pub(crate) struct Notes(Arc<Mutex<Vec<String>>>);
 
 impl Notes {
-    pub(crate) fn say(&self, line: &str) {
+    pub(crate) fn add(&self, line: &str) {
         self.0.lock().unwrap_or_else(PoisonError::into_inner).push(line.to_owned());
     }
 
@@ -92,21 +92,21 @@ impl Flight {
         stop: &AtomicBool,
         go_on: impl Fn() -> bool,
     ) -> Result<(String, String), Failure> {
-        let say = |line: &str| self.notes.say(line);
-        let map = self.maps.of_scenario(&self.scenario, &say)?;
-        let closed = fly(&self.scenario, mission, &self.out, map.as_ref(), &say, go_on, |_| {})?;
-        let (dir, out, choice, notes) = (closed.dir().to_owned(), self.out.clone(), self.choice, self.notes.clone());
+        let note = |line: &str| self.notes.add(line);
+        let map = self.maps.of_scenario(&self.scenario, &note)?;
+        let record = fly(&self.scenario, mission, &self.out, map.as_ref(), &note, go_on, |_| {})?;
+        let (dir, out, selection, notes) = (record.dir().to_owned(), self.out.clone(), self.selection, self.notes.clone());
         let (scenario, with_baseline) = (self.scenario.clone(), self.baseline);
-        let told = run_unless(
+        let text = run_unless(
             || stop.load(Ordering::Relaxed),
             move || {
-                let told = report_run(&dir, &out, choice, &|line| notes.say(line))?;
-                Ok((told, with_baseline.then(|| BaselineReport::of(&scenario).baseline)))
+                let text = report_run(&dir, &out, selection, &|line| notes.add(line))?;
+                Ok((text, with_baseline.then(|| BaselineReport::of(&scenario).baseline)))
             },
         );
-        closed.publish().map_err(Failure::running)?;
+        record.publish().map_err(Failure::running)?;
         let (Report { mut outcome, written }, baseline) =
-            told.ok_or_else(|| Failure::running(format!("the run is complete in {}", display_text::path(&self.out))))??;
+            text.ok_or_else(|| Failure::running(format!("the run is complete in {}", display_text::path(&self.out))))??;
         written?;
         outcome.baseline = baseline;
         let summary = outcome.json().map_err(Failure::running)?;
@@ -157,11 +157,11 @@ pub(crate) fn run(
     baseline: bool,
 ) -> PyResult<Py<Run>> {
     let scenario =
-        changed_as_asked(scenario, traffic, small("uavs", uavs)?, set.as_ref())?.drawn(count("seed", seed, 0)?)?;
-    let choice = metrics.choice()?;
+        scenario_with(scenario, traffic, small("uavs", uavs)?, set.as_ref())?.drawn(count("seed", seed, 0)?)?;
+    let selection = metrics.selection()?;
     warn(py, &scenario)?;
     let stop = Arc::new(AtomicBool::new(false));
-    let asked = law.map(|_| LawCalls::within(py, law_limit_s, &stop)).transpose()?;
+    let calls = law.map(|_| LawCalls::within(py, law_limit_s, &stop)).transpose()?;
     let law = law.map(|law| law.clone().unbind());
     let is_named = out.is_some();
     in_folder(py, out, |out| {
@@ -169,30 +169,30 @@ pub(crate) fn run(
         let out: PathBuf = out.components().collect();
         let notes = Notes::default();
         if has_older_run(&scenario, &out).map_err(|failure| raised(&failure))? {
-            notes.say(&format!("note: replacing the older run in {}", out.display()));
+            notes.add(&format!("note: replacing the older run in {}", out.display()));
         }
-        let (asking, stopped) = (asked.clone(), Arc::clone(&stop));
-        let flight = Flight { scenario, out: out.clone(), maps: Maps(maps), choice, baseline, notes: notes.clone() };
+        let (law_calls, stopped) = (calls.clone(), Arc::clone(&stop));
+        let flight = Flight { scenario, out: out.clone(), maps: Maps(maps), selection, baseline, notes: notes.clone() };
         let work = move || {
             let go_on = || !stopped.load(Ordering::Relaxed);
-            let Some((law, asked)) = law.zip(asking) else {
-                let mission = Mission::new_for_metrics(&flight.scenario, flight.choice);
+            let Some((law, calls)) = law.zip(law_calls) else {
+                let mission = Mission::new_for_metrics(&flight.scenario, flight.selection);
                 let mut mission = mission.map_err(|errors| Failure::Input(refused(&errors)))?;
                 return flight.fly(&mut mission, &stopped, go_on);
             };
-            match Python::attach(|py| law::mission(py, &flight.scenario, law.bind(py), &asked)) {
-                Ok(mut mission) => flight.fly(&mut mission, &stopped, || go_on() && !asked.has_failed()),
+            match Python::attach(|py| law::mission(py, &flight.scenario, law.bind(py), &calls)) {
+                Ok(mut mission) => flight.fly(&mut mission, &stopped, || go_on() && !calls.has_failed()),
                 Err(error) => {
-                    asked.fail(error);
+                    calls.fail(error);
                     Err(Failure::running("the mission did not start"))
                 }
             }
         };
-        let ended = listening(py, &stop, || Ok(()), work)?;
+        let ended = until_done(py, &stop, || Ok(()), work)?;
         notes.warn(py)?;
-        let raised_error = ended.raised.or_else(|| asked.and_then(|asked| asked.take()));
+        let raised_error = ended.raised.or_else(|| calls.and_then(|calls| calls.take()));
         match (ended.done, raised_error) {
-            (Ok((summary, told)), None) => Ok(Run { dir: out, summary, told }),
+            (Ok((summary, text)), None) => Ok(Run { dir: out, summary, text }),
             (Err(failure), None) => Err(raised(&failure)),
             // A raised exception takes precedence: it is the reason why the run ended.
             (done, Some(error)) => {
@@ -222,7 +222,7 @@ pub(crate) fn baseline<'py>(
     set: Option<Dict<'py>>,
 ) -> PyResult<Dict<'py>> {
     let scenario =
-        changed_as_asked(scenario, traffic, small("uavs", uavs)?, set.as_ref())?.drawn(count("seed", seed, 0)?)?;
+        scenario_with(scenario, traffic, small("uavs", uavs)?, set.as_ref())?.drawn(count("seed", seed, 0)?)?;
     warn(py, &scenario)?;
     let done = unless_interrupted(py, move || BaselineReport::of(&scenario).json())?;
     json(py, &done.map_err(|error| StandoffError::new_err(error.to_string()))?)
@@ -233,18 +233,18 @@ impl Run {
     #[new]
     #[pyo3(signature = (dir, *, metrics=MetricsArg::default()))]
     fn new(py: Python<'_>, dir: PathBuf, metrics: MetricsArg) -> PyResult<Self> {
-        let (choice, notes) = (metrics.choice()?, Notes::default());
-        let (place, say) = (dir.clone(), notes.clone());
+        let (selection, notes) = (metrics.selection()?, Notes::default());
+        let (folder, note) = (dir.clone(), notes.clone());
         let work = move || -> Result<_, Failure> {
-            let Report { outcome, written } = report_run(&place, &place, choice, &|line| say.say(line))?;
+            let Report { outcome, written } = report_run(&folder, &folder, selection, &|line| notes.add(line))?;
             written?;
-            let told = outcome.text(&place, OutcomeOptions { per_target: true, ..OutcomeOptions::default() });
-            Ok((outcome.json().map_err(Failure::running)?, told))
+            let text = outcome.text(&folder, OutcomeOptions { per_target: true, ..OutcomeOptions::default() });
+            Ok((outcome.json().map_err(Failure::running)?, text))
         };
         let done = unless_interrupted(py, work)?;
         notes.warn(py)?;
-        let (summary, told) = done.map_err(|failure| raised(&failure))?;
-        Ok(Self { dir, summary, told })
+        let (summary, text) = done.map_err(|failure| raised(&failure))?;
+        Ok(Self { dir, summary, text })
     }
 
     /// Folder of the run.
@@ -317,7 +317,7 @@ impl Run {
 
     /// Targets in the view of each UAV.
     #[getter]
-    fn views(this: &Bound<'_, Self>) -> PyResult<Table> {
+    fn in_view(this: &Bound<'_, Self>) -> PyResult<Table> {
         Self::table(this, "in_view")
     }
 
@@ -328,7 +328,7 @@ impl Run {
     }
 
     fn __str__(&self) -> &str {
-        &self.told
+        &self.text
     }
 
     fn __repr__(&self, py: Python<'_>) -> PyResult<String> {

@@ -25,7 +25,7 @@ use crate::exceptions::{ScenarioError, of_scenario};
 #[derive(Clone)]
 pub(crate) struct Scenario {
     source: Source,
-    edits: Overrides,
+    overrides: Overrides,
     template: ScenarioTemplate,
 }
 
@@ -37,12 +37,12 @@ enum Source {
 }
 
 impl Scenario {
-    fn load(source: Source, edits: Overrides) -> PyResult<Self> {
+    fn load(source: Source, overrides: Overrides) -> PyResult<Self> {
         let template = match &source {
-            Source::Named(name) => ScenarioTemplate::load(name, &edits),
-            Source::Toml { name, toml, folder } => ScenarioTemplate::of_toml(name, toml, &edits, folder),
+            Source::Named(name) => ScenarioTemplate::load(name, &overrides),
+            Source::Toml { name, toml, folder } => ScenarioTemplate::of_toml(name, toml, &overrides, folder),
         };
-        Ok(Self { source, edits, template: template.map_err(of_scenario)? })
+        Ok(Self { source, overrides, template: template.map_err(of_scenario)? })
     }
 
     pub(crate) fn template(&self) -> &ScenarioTemplate {
@@ -52,7 +52,7 @@ impl Scenario {
     /// Changes made to `other`, if this scenario is `other` with further changes; otherwise none.
     pub(crate) fn changes_of(&self, other: &Self) -> &[String] {
         let is_of_it = self.source == other.source;
-        is_of_it.then(|| self.edits.set.strip_prefix(other.edits.set.as_slice())).flatten().unwrap_or_default()
+        is_of_it.then(|| self.overrides.set.strip_prefix(other.overrides.set.as_slice())).flatten().unwrap_or_default()
     }
 
     /// Draws the scenario with a seed.
@@ -66,27 +66,27 @@ const DEFAULT_SCENARIO: &str = "improved/figure-9";
 const DEFAULT_FOR_TRAFFIC: &str = "traffic/convoy";
 
 /// Converts a scenario argument: a `Scenario`, a built-in name or a path.
-pub(crate) fn asked_for(scenario: &Bound<'_, PyAny>) -> PyResult<Scenario> {
-    changed_as_asked(Some(scenario), None, None, None)
+pub(crate) fn scenario_of(scenario: &Bound<'_, PyAny>) -> PyResult<Scenario> {
+    scenario_with(Some(scenario), None, None, None)
 }
 
 /// Converts a scenario argument and applies changes. Without a scenario, uses the default of the command line.
-pub(crate) fn changed_as_asked(
+pub(crate) fn scenario_with(
     scenario: Option<&Bound<'_, PyAny>>,
     traffic: Option<PathBuf>,
     uavs: Option<u32>,
     set: Option<&Dict<'_>>,
 ) -> PyResult<Scenario> {
     let default = if traffic.is_some() { DEFAULT_FOR_TRAFFIC } else { DEFAULT_SCENARIO };
-    let (source, edits) = match scenario {
+    let (source, overrides) = match scenario {
         None => (Source::Named(default.to_owned()), Overrides::default()),
         Some(scenario) => match scenario.cast::<Scenario>() {
             Ok(scenario) if traffic.is_none() && uavs.is_none() && set.is_none() => return Ok(scenario.get().clone()),
-            Ok(scenario) => (scenario.get().source.clone(), scenario.get().edits.clone()),
+            Ok(scenario) => (scenario.get().source.clone(), scenario.get().overrides.clone()),
             Err(_) => (Source::Named(path(scenario)?), Overrides::default()),
         },
     };
-    Scenario::load(source, changed(edits, traffic, uavs, set)?)
+    Scenario::load(source, changed(overrides, traffic, uavs, set)?)
 }
 
 #[pymethods]
@@ -99,7 +99,7 @@ impl Scenario {
         uavs: Option<Whole>,
         set: Option<Dict<'_>>,
     ) -> PyResult<Self> {
-        changed_as_asked(Some(scenario), traffic, small("uavs", uavs)?, set.as_ref())
+        scenario_with(Some(scenario), traffic, small("uavs", uavs)?, set.as_ref())
     }
 
     /// Makes a scenario from TOML text.
@@ -129,7 +129,7 @@ impl Scenario {
     /// Returns a copy with further changes; parameters as for the class.
     #[pyo3(signature = (*, traffic=None, uavs=None, set=None))]
     fn changed(&self, traffic: Option<PathBuf>, uavs: Option<Whole>, set: Option<Dict<'_>>) -> PyResult<Self> {
-        Self::load(self.source.clone(), changed(self.edits.clone(), traffic, small("uavs", uavs)?, set.as_ref())?)
+        Self::load(self.source.clone(), changed(self.overrides.clone(), traffic, small("uavs", uavs)?, set.as_ref())?)
     }
 
     /// Name of the scenario.
@@ -164,13 +164,13 @@ impl Scenario {
     }
 
     fn __repr__(&self) -> String {
-        let changes = self.edits.set.iter().map(|edit| format!(", {edit}")).collect::<String>();
+        let changes = self.overrides.set.iter().map(|edit| format!(", {edit}")).collect::<String>();
         format!("Scenario({:?}{changes})", self.template.name())
     }
 
     #[pyo3(signature = () -> "tuple[object, tuple[object, ...]]")]
     fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyTuple>)> {
-        let Overrides { set, traffic, uavs } = self.edits.clone();
+        let Overrides { set, traffic, uavs } = self.overrides.clone();
         let (name, toml, folder) = match self.source.clone() {
             Source::Named(name) => (name, None, None),
             Source::Toml { name, toml, folder } => (name, Some(toml), Some(folder)),
@@ -216,19 +216,19 @@ fn path(scenario: &Bound<'_, PyAny>) -> PyResult<String> {
 }
 
 fn changed(
-    mut edits: Overrides,
+    mut overrides: Overrides,
     traffic: Option<PathBuf>,
     uavs: Option<u32>,
     set: Option<&Dict<'_>>,
 ) -> PyResult<Overrides> {
-    edits.traffic = traffic.or(edits.traffic);
-    edits.uavs = uavs.or(edits.uavs);
+    overrides.traffic = traffic.or(overrides.traffic);
+    overrides.uavs = uavs.or(overrides.uavs);
     for (key, value) in set.into_iter().flat_map(|set| set.0.iter()) {
         let key: String = key.extract().map_err(|_| ScenarioError::new_err("set: keys must be str"))?;
         let value = self::value(&value).map_err(|what| ScenarioError::new_err(format!("set: {key}: {what}")))?;
-        edits.set.push(format!("{key}={value}"));
+        overrides.set.push(format!("{key}={value}"));
     }
-    Ok(edits)
+    Ok(overrides)
 }
 
 /// Converts a dict to a TOML table.

@@ -2,7 +2,7 @@
 // is cheap to draw while the camera moves. `crates/standoff-map` describes the data.
 
 /** Feature classes with the style of their lines: minimum width, px; minimum scale, px per m; dash pattern. */
-const UNDERLAY = {
+const SHAPES = {
   green: [0, 0, []], water: [1, 0, []], other: [0.5, 0.02, []], building: [0, 0.03, []], path: [0.6, 0.15, []],
   rail: [0.7, 0.03, []], minor: [1, 0.02, []], major: [1.6, 0, []],
 };
@@ -48,7 +48,7 @@ class Basemap {
   put({ layers, credit }) {
     this.credit = credit;
     for (const { kind, width_m, lines, areas } of layers) {
-      if (!Object.hasOwn(UNDERLAY, kind)) continue;
+      if (!Object.hasOwn(SHAPES, kind)) continue;
       for (const line of lines) this.add(kind, width_m, [line], false);
       for (const rings of areas) this.add(kind, 0, rings, true);
     }
@@ -117,7 +117,7 @@ class Basemap {
     if (this.level.scale !== scale) {
       this.stretch(pen, this.before, scale, left, top);
       this.stretch(pen, this.level, scale, left, top);
-      this.canvas.dataset.underlayTiles = "some";
+      this.canvas.dataset.basemapTiles = "some";
     } else {
       this.show(pen, left, top, width, height, now);
     }
@@ -167,7 +167,7 @@ class Basemap {
       if (tiles.size <= most) break;
       tiles.delete(key);
     }
-    this.canvas.dataset.underlayTiles = missing ? "some" : "all";
+    this.canvas.dataset.basemapTiles = missing ? "some" : "all";
   }
 
   /** Draws the tiles of another scale, stretched. */
@@ -224,7 +224,7 @@ class Basemap {
       const { kind, width_m, area, rings } = shape;
       if (shape.east < west || shape.west > east || shape.north < south || shape.south > north) continue;
       // Shapes smaller than about a pixel are not visible.
-      if (scale < UNDERLAY[kind][1] || shape.size_m * scale < (area ? 1.2 : 0.5)) continue;
+      if (scale < SHAPES[kind][1] || shape.size_m * scale < (area ? 1.2 : 0.5)) continue;
       const key = `${kind} ${area ? "area" : width_m}`;
       if (!groups.has(key)) groups.set(key, { kind, width_m, area, path: new Path2D() });
       const { path } = groups.get(key);
@@ -239,7 +239,7 @@ class Basemap {
       if (area) {
         pen.fill(path, "evenodd");
       } else {
-        pen.lineWidth = Math.max(width_m * scale, UNDERLAY[kind][0]);
+        pen.lineWidth = Math.max(width_m * scale, SHAPES[kind][0]);
         // Round ends of thin lines are slow to draw and not visible.
         [pen.lineJoin, pen.lineCap] = pen.lineWidth > 2 ? ["round", "round"] : ["bevel", "butt"];
         pen.stroke(path);

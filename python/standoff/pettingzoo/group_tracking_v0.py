@@ -7,7 +7,7 @@ action (2,). Agents are named ``uav_0``, ``uav_1``, ... by UAV number, and all o
 The mean over the agents is the team's reward.
 
 **State**: the input of a central critic: the observations of all UAVs, concatenated, then true values of the team:
-``watched``, mean ``on_orbit``, and the elapsed fraction of the scenario's duration; all within bounds.
+``in_custody``, mean ``on_orbit``, and the elapsed fraction of the scenario's duration; all within bounds.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from gymnasium.spaces import Box
 from numpy.typing import NDArray
 from pettingzoo import ParallelEnv
 
-from standoff._standoff import Instant, Scenario, Worlds
+from standoff._standoff import EnvStep, Scenario, Worlds
 from standoff.errors import InputError
 from standoff.gym import SEED_MAX, Space, action_space, info_of, observation_space
 
@@ -56,7 +56,7 @@ class GroupTrackingParallelEnv(ParallelEnv[str, Observation, Action]):
         self.state_space = Box(
             np.append(team.low, np.zeros(3, np.float32)), np.append(team.high, np.ones(3, np.float32))
         )
-        self._instant: Instant | None = None
+        self._step: EnvStep | None = None
 
     def reset(
         self, seed: int | None = None, options: dict[str, Any] | None = None
@@ -67,11 +67,11 @@ class GroupTrackingParallelEnv(ParallelEnv[str, Observation, Action]):
         :param options: ignored.
         :returns: observations and infos by agent.
         """
-        if seed is None and self._instant is None:
+        if seed is None and self._step is None:
             seed = int(np.random.default_rng().integers(SEED_MAX, endpoint=True))
-        self._instant = self._worlds.reset([seed])
+        self._step = self._worlds.reset([seed])
         self.agents = list(self.possible_agents)
-        return self._observations(self._instant), self._infos(self._instant)
+        return self._observations(self._step), self._infos(self._step)
 
     def step(
         self, actions: Mapping[str, Action]
@@ -93,15 +93,15 @@ class GroupTrackingParallelEnv(ParallelEnv[str, Observation, Action]):
         for agent, action in zip(self.agents, single, strict=True):
             if action.shape != (2,):
                 raise InputError(f"actions: the one of {agent} must have shape (2,), not {action.shape}")
-        instant = self._worlds.step(np.stack(single)[np.newaxis])
-        self._instant = instant
-        terminated, truncated = bool(instant.terminated[0]), bool(instant.truncated[0])
+        step = self._worlds.step(np.stack(single)[np.newaxis])
+        self._step = step
+        terminated, truncated = bool(step.terminated[0]), bool(step.truncated[0])
         stepped = (
-            self._observations(instant),
-            {agent: float(instant.uav_rewards[0, index]) for index, agent in enumerate(self.agents)},
+            self._observations(step),
+            {agent: float(step.uav_rewards[0, index]) for index, agent in enumerate(self.agents)},
             dict.fromkeys(self.agents, terminated),
             dict.fromkeys(self.agents, truncated),
-            self._infos(instant),
+            self._infos(step),
         )
         if terminated or truncated:
             self.agents = []
@@ -116,12 +116,12 @@ class GroupTrackingParallelEnv(ParallelEnv[str, Observation, Action]):
 
         :raises standoff.InputError: the environment was not reset.
         """
-        if self._instant is None:
+        if self._step is None:
             raise InputError("no mission was started: call reset first")
-        instant = self._instant
-        elapsed = instant.time_s[0] / instant.duration_s[0]
-        truth = np.array([instant.watched[0], instant.mean_on_orbit[0], elapsed])
-        return np.append(instant.observations[0], truth.astype(np.float32))
+        step = self._step
+        elapsed = step.time_s[0] / step.duration_s[0]
+        truth = np.array([step.in_custody[0], step.mean_on_orbit[0], elapsed])
+        return np.append(step.observations[0], truth.astype(np.float32))
 
     def observation_space(self, agent: str) -> Space:
         """The space of an agent's observation."""
@@ -139,13 +139,13 @@ class GroupTrackingParallelEnv(ParallelEnv[str, Observation, Action]):
         self._worlds.close()
         self.agents = []
 
-    def _observations(self, instant: Instant) -> dict[str, Observation]:
-        return {agent: instant.observations[0, index].copy() for index, agent in enumerate(self.possible_agents)}
+    def _observations(self, step: EnvStep) -> dict[str, Observation]:
+        return {agent: step.observations[0, index].copy() for index, agent in enumerate(self.possible_agents)}
 
-    def _infos(self, instant: Instant) -> dict[str, dict[str, Any]]:
+    def _infos(self, step: EnvStep) -> dict[str, dict[str, Any]]:
         infos = {}
         for index, agent in enumerate(self.possible_agents):
-            infos[agent] = {**info_of(instant, 0), "on_orbit": float(instant.on_orbit[0, index])}
+            infos[agent] = {**info_of(step, 0), "on_orbit": float(step.on_orbit[0, index])}
         return infos
 
 

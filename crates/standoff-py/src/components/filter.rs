@@ -26,9 +26,9 @@ const RANGE_M: Allowed = Allowed::above(0.0).at_most(1e9);
 /// :param state: means, shape (n, 6).
 /// :param covariance: covariances P, shape (n, 6, 6), or (6, 6) for all targets; symmetric and positive definite.
 /// :param parameters: uses correlation_rate_1_s, acceleration_sd_m_s2, range_sd_m, bearing_sd_rad,
-///     initial_velocity_sd_m_s; the paper's Table I by default.
+///     initial_velocity_sd_m_s; ``Parameters()`` by default.
 /// :raises InputError: if an argument has the wrong shape or type, or a value is out of range.
-#[pyclass(frozen, module = "standoff.pieces")]
+#[pyclass(frozen, module = "standoff.components")]
 #[derive(Debug)]
 pub(crate) struct Filter {
     params: TrackParams,

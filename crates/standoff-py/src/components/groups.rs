@@ -17,10 +17,10 @@ const NONE: i64 = -1;
 const DISTANCES_MAX: usize = 1_000_000;
 
 /// Maximum number of UAVs and of groups in one assignment. This size takes a second or two with a thousand targets.
-const CREW_MAX: usize = 256;
+const UAVS_MAX: usize = 256;
 
 /// Maximum number of UAVs times targets in one assignment.
-const LOOKS_MAX: usize = 1_000_000;
+const PAIRS_MAX: usize = 1_000_000;
 
 /// Computes minimum enclosing circles of points.
 ///
@@ -117,7 +117,7 @@ pub(crate) fn clustering(
         }
         let mut of = clusters.cluster_of.iter();
         let label =
-            |index: usize| if points.is_there(index) { of.next().map_or(NONE, |label| *label as i64) } else { NONE };
+            |index: usize| if points.is_present(index) { of.next().map_or(NONE, |label| *label as i64) } else { NONE };
         Ok((row * k..(row + 1) * k).map(label).collect::<Vec<_>>())
     })?;
     let labels: Result<Vec<Vec<i64>>, usize> = labels.into_iter().collect();
@@ -140,19 +140,19 @@ pub(crate) fn clustering(
 /// :param uav_position_m: shape (..., u, 2), east and north, m.
 /// :param target_position_m: shape (..., t, 2), east and north, m.
 /// :param group: shape (..., t), group of each target, any number from 0; -1: no group.
-/// :param serves: shape (..., u), current group of each UAV, or -1: no group. Keeping it adds assignment_switching_cost to the
-///     objective.
-/// :param parameters: uses range_sd_m, bearing_sd_rad, objective, assignment_switching_cost; the paper's Table I by default.
+/// :param current_group: shape (..., u), current group of each UAV; -1: no group. Keeping it adds assignment_switching_cost to
+///     the objective.
+/// :param parameters: uses range_sd_m, bearing_sd_rad, objective, assignment_switching_cost; ``Parameters()`` by default.
 /// :returns: shape (..., u), assigned group of each UAV; -1: no group.
 /// :raises InputError: if an argument has the wrong shape or type, or a value is out of range.
 #[pyfunction]
-#[pyo3(signature = (uav_position_m, target_position_m, group, *, serves=None, parameters=None))]
+#[pyo3(signature = (uav_position_m, target_position_m, group, *, current_group=None, parameters=None))]
 pub(crate) fn assignment(
     py: Python<'_>,
     uav_position_m: Given<'_>,
     target_position_m: Given<'_>,
     group: Given<'_>,
-    serves: Option<Given<'_>>,
+    current_group: Option<Given<'_>>,
     parameters: Option<&Bound<'_, Parameters>>,
 ) -> PyResult<Made<i64>> {
     let team = Parameters::or_recommended(parameters);
@@ -160,32 +160,32 @@ pub(crate) fn assignment(
     let target =
         Rows::<f64, 2>::read(&target_position_m, "target_position_m", "..., t, 2")?.within(COORDINATE_M, None)?;
     let group = Rows::<i64, 1>::read(&group, "group", "..., t")?;
-    let serves = Rows::<i64, 1>::read_if(serves.as_ref(), "serves", "..., u")?;
+    let current_group = Rows::<i64, 1>::read_if(current_group.as_ref(), "current_group", "..., u")?;
     let ((uav_axes, uavs), (target_axes, targets)) = (uav.outer_axes(), target.outer_axes());
     let (group_axes, grouped) = group.outer_axes();
     let mut outer = vec![uav_axes, target_axes, group_axes];
-    let serving = serves.as_ref().map(Rows::outer_axes);
-    outer.extend(serving.iter().map(|(axes, _)| *axes));
+    let current = current_group.as_ref().map(Rows::outer_axes);
+    outer.extend(current.iter().map(|(axes, _)| *axes));
     let lead = common(&outer)?;
-    if grouped != targets || serving.is_some_and(|(_, serving)| serving != uavs) {
-        let (length, name) = if grouped == targets { (uavs, "serves") } else { (targets, "group") };
+    if grouped != targets || current.is_some_and(|(_, current)| current != uavs) {
+        let (length, name) = if grouped == targets { (uavs, "current_group") } else { (targets, "group") };
         return Err(InputError::new_err(format!("{name}: the last axis must be {length} long, one for each position")));
     }
-    if uavs > CREW_MAX || uavs * targets > LOOKS_MAX {
+    if uavs > UAVS_MAX || uavs * targets > PAIRS_MAX {
         return Err(InputError::new_err(format!(
-            "{uavs} UAVs and {targets} targets are too many: at most {CREW_MAX} UAVs and {LOOKS_MAX} UAV-target pairs"
+            "{uavs} UAVs and {targets} targets are too many: at most {UAVS_MAX} UAVs and {PAIRS_MAX} UAV-target pairs"
         )));
     }
     let (of_uavs, of_targets) = ([&lead[..], &[uavs]].concat(), [&lead[..], &[targets]].concat());
     let (uav, target, group) = (uav.over(&of_uavs)?, target.over(&of_targets)?, group.over(&of_targets)?);
-    let serves = serves.map(|serves| serves.over(&of_uavs)).transpose()?;
+    let current_group = current_group.map(|current_group| current_group.over(&of_uavs)).transpose()?;
     let assigned = each(py, lead.iter().product(), PATIENCE / (1 + uavs * uavs * uavs), |row| {
         let (uav_row, target_row) = (row * uavs..(row + 1) * uavs, row * targets..(row + 1) * targets);
         let mut labels: Vec<i64> =
             target_row.clone().map(|index| group.one(index)).filter(|label| *label >= 0).collect();
         labels.sort_unstable();
         labels.dedup();
-        if labels.len() > CREW_MAX {
+        if labels.len() > UAVS_MAX {
             return Err(labels.len());
         }
         let id = |label: i64| labels.binary_search(&label).ok().map(|index| GroupId(index as u64));
@@ -195,26 +195,26 @@ pub(crate) fn assignment(
                 members[place].push(target.position(index));
             }
         }
-        let sites = members.iter().enumerate();
-        let sites: Vec<CandidateGroup<'_>> =
-            sites.map(|(place, members)| CandidateGroup { group: GroupId(place as u64), members }).collect();
+        let candidates = members.iter().enumerate();
+        let candidates: Vec<CandidateGroup<'_>> =
+            candidates.map(|(place, members)| CandidateGroup { group: GroupId(place as u64), members }).collect();
         let available = uav_row.enumerate().map(|(number, index)| AvailableUav {
             uav: UavId(number as u32),
             position: uav.position(index),
-            current_group: serves.as_ref().and_then(|serves| id(serves.one(index))),
+            current_group: current_group.as_ref().and_then(|current_group| id(current_group.one(index))),
         });
         let available: Vec<AvailableUav> = available.collect();
-        let (sensor, inertia) = (&team.track.sensor, team.group.assignment_switching_cost);
-        let duties = assign(&available, &sites, sensor, team.group.objective, inertia);
+        let (sensor, switching_cost) = (&team.track.sensor, team.group.assignment_switching_cost);
+        let assignments = assign(&available, &candidates, sensor, team.group.objective, switching_cost);
         let mut of = vec![NONE; uavs];
-        for duty in duties {
-            of[duty.uav.0 as usize] = labels[duty.group.0 as usize];
+        for assignment in assignments {
+            of[assignment.uav.0 as usize] = labels[assignment.group.0 as usize];
         }
         Ok(of)
     })?;
     let assigned: Result<Vec<Vec<i64>>, usize> = assigned.into_iter().collect();
     let assigned = assigned
-        .map_err(|groups| InputError::new_err(format!("group: {groups} groups are too many: at most {CREW_MAX}")))?;
+        .map_err(|groups| InputError::new_err(format!("group: {groups} groups are too many: at most {UAVS_MAX}")))?;
     Made::of(py, &lead, &[uavs], assigned.concat())
 }
 
@@ -252,13 +252,13 @@ impl Points {
         self.lead.iter().product()
     }
 
-    fn is_there(&self, index: usize) -> bool {
+    fn is_present(&self, index: usize) -> bool {
         self.mask.one(index)
     }
 
     /// Indices of the points of a row that are not masked out.
     fn indices(&self, row: usize) -> impl Iterator<Item = usize> + Clone {
-        (row * self.k..(row + 1) * self.k).filter(|index| self.is_there(*index))
+        (row * self.k..(row + 1) * self.k).filter(|index| self.is_present(*index))
     }
 
     fn of_row(&self, row: usize) -> impl Iterator<Item = Position> + Clone {

@@ -14,7 +14,7 @@ const RADIUS_M: Allowed = Allowed::at_least(1e-3).at_most(1e9);
 const SPEED_M_S: Allowed = Allowed::at_least(1e-3).at_most(1e6);
 
 /// Standoff distances and their rates.
-#[pyclass(frozen, module = "standoff.pieces")]
+#[pyclass(frozen, module = "standoff.components")]
 #[derive(Debug)]
 pub(crate) struct StandoffDistance {
     /// Standoff distance r_d of (15), limited to its bounds, shape (...), m.
@@ -33,7 +33,7 @@ pub(crate) struct StandoffDistance {
 /// :param spread_m: shape (...), distance d_max from the centre to the furthest member, m.
 /// :param spread_rate_m_s: shape (...), rate of change of d_max, m/s; 0 by default.
 /// :param margin_m: shape (...), margin d_m, m; 0 by default.
-/// :param parameters: uses field_of_view_rad, field_of_view_margin_rad, radius_min_m, radius_max_m; the paper's Table I
+/// :param parameters: uses field_of_view_rad, field_of_view_margin_rad, radius_min_m, radius_max_m; ``Parameters()``
 ///     by default.
 /// :returns: the distances with and without bounds, and their rates.
 /// :raises InputError: if an argument has the wrong shape or type, or a value is out of range.
@@ -69,7 +69,7 @@ pub(crate) fn standoff_distance(
 /// :param rate_m_s: shape (...), rate of r_d, m/s.
 /// :param speed_m_s: shape (...), speed relative to the centre, on which the lead time may depend, m/s; speed_m_s of
 ///     the parameters by default.
-/// :param parameters: uses lead, lead_s, radial_gain, radius_min_m, radius_max_m; the paper's Table I by default.
+/// :param parameters: uses lead, lead_s, radial_gain, radius_min_m, radius_max_m; ``Parameters()`` by default.
 /// :returns: radius, shape (...), m, and its rate, shape (...), m/s; the rate is 0 at a bound.
 /// :raises InputError: if an argument has the wrong shape or type, or a value is out of range.
 #[pyfunction]
@@ -102,7 +102,7 @@ pub(crate) fn led_distance(
 /// :param centre_m: shape (..., 2), east and north, m.
 /// :param distance_m: shape (...), radius r_d of the circle, m.
 /// :param speed_m_s: shape (...), magnitude of the field, m/s; speed_m_s of the parameters by default.
-/// :param parameters: uses sense, radial_gain, speed_m_s; the paper's Table I by default.
+/// :param parameters: uses orbit_direction, radial_gain, speed_m_s; ``Parameters()`` by default.
 /// :returns: desired velocity relative to the centre, shape (..., 2), east and north, m/s; exactly at the centre it
 ///     points east.
 /// :raises InputError: if an argument has the wrong shape or type, or a value is out of range.
@@ -137,7 +137,7 @@ pub(crate) fn vector_field(
 }
 
 /// Output of the turn-rate law, with intermediate values.
-#[pyclass(frozen, module = "standoff.pieces")]
+#[pyclass(frozen, module = "standoff.components")]
 #[derive(Debug)]
 pub(crate) struct Steering {
     /// Commanded turn rate u_omega before limits (24), shape (...), rad/s, positive to the left.
@@ -176,11 +176,11 @@ pub(crate) struct Steering {
 /// :param steered_rate_m_s: shape (...), rate of that radius, m/s; rate_m_s by default.
 /// :param centre_velocity_m_s: shape (..., 2), velocity of the centre, east and north, m/s; 0 by default.
 /// :param speed_m_s: shape (...), commanded ground speed, m/s; speed_m_s of the parameters by default.
-/// :param uav_speed_m_s: shape (...), current speed, m/s, used only by the feedforward ``"actual"``; speed_m_s by
+/// :param uav_speed_m_s: shape (...), current speed, m/s, used only by the feedforward ``"trajectory"``; speed_m_s by
 ///     default.
 /// :param turn_rate_rad_s: shape (...), current turn rate, rad/s, used only if turn_rate_gain > 0; 0 by default.
-/// :param parameters: uses sense, radial_gain, speed_reference, heading_gain_1_s, turn_rate_gain, feedforward,
-///     speed_m_s; the paper's Table I by default.
+/// :param parameters: uses orbit_direction, radial_gain, speed_reference, heading_gain_1_s, turn_rate_gain, feedforward,
+///     speed_m_s; ``Parameters()`` by default.
 /// :returns: the turn rate and its intermediate values.
 /// :raises InputError: if an argument has the wrong shape or type, or a value is out of range.
 #[pyfunction]

@@ -12,7 +12,7 @@ use crate::common_args::{Whole, count};
 use crate::exceptions::InputError;
 use crate::scenario;
 
-/// A choice between named options.
+/// Option of a parameter, given by name.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Word<T>(T);
 
@@ -31,7 +31,7 @@ pub(crate) enum LeadBy {
 }
 
 impl Chosen for OrbitDirection {
-    const NAME: &'static str = "sense";
+    const NAME: &'static str = "orbit_direction";
     const WORDS: &'static [(&'static str, Self)] =
         &[("anticlockwise", Self::Anticlockwise), ("clockwise", Self::Clockwise)];
 }
@@ -50,16 +50,16 @@ impl Chosen for SpeedReference {
 impl Chosen for Feedforward {
     const NAME: &'static str = "feedforward";
     const WORDS: &'static [(&'static str, Self)] = &[
-        ("flown", Self::Field),
-        ("actual", Self::Trajectory),
-        ("exact", Self::StaticCentre),
-        ("printed", Self::Paper),
+        ("field", Self::Field),
+        ("trajectory", Self::Trajectory),
+        ("static-centre", Self::StaticCentre),
+        ("paper", Self::Paper),
     ];
 }
 
 impl Chosen for Objective {
     const NAME: &'static str = "objective";
-    const WORDS: &'static [(&'static str, Self)] = &[("log-det", Self::LogDet), ("printed", Self::Paper)];
+    const WORDS: &'static [(&'static str, Self)] = &[("log-det", Self::LogDet), ("paper", Self::Paper)];
 }
 
 impl<T: Chosen> FromPyObject<'_, '_> for Word<T> {
@@ -110,12 +110,13 @@ impl<'py> FromPyObject<'_, 'py> for Source<'py> {
 
 /// Parameters of filter, sensor, orbits, guidance and assignment. They are immutable and checked when they are created.
 ///
-/// ``Parameters()`` gives the paper's Table I, ``Parameters("improved/figure-9")`` the parameters of a scenario, and
-/// ``Parameters(other, radial_gain=1.0)`` a copy with one change. The names are those of the keys in scenario files,
-/// but angles are in radians.
+/// ``Parameters()`` gives the recommended values, which are also the defaults of scenario files.
+/// ``Parameters("improved/figure-9")`` gives the parameters of a scenario, :meth:`table_1` those of the paper, and
+/// ``Parameters(other, radial_gain=1.0)`` a copy with one change. The names are those of the keys in scenario files, but
+/// angles are in radians.
 ///
 /// :param of: source of the parameters that are not given: other parameters, a :class:`standoff.Scenario`, the name of
-///     a built-in scenario or the path of a scenario file; the paper's Table I by default.
+///     a built-in scenario or the path of a scenario file; by default the recommended values.
 /// :param seed: seed for a scenario with random parameters; 1 by default.
 /// :param correlation_rate_1_s: filter: correlation rate alpha of the targets' acceleration (5, 6), 1/s.
 /// :param acceleration_sd_m_s2: filter: standard deviation of the targets' acceleration per axis, m/s2.
@@ -128,7 +129,7 @@ impl<'py> FromPyObject<'_, 'py> for Source<'py> {
 /// :param radius_min_m: orbit: lower bound of the standoff distance, r_d,min, m.
 /// :param radius_max_m: orbit: upper bound of the standoff distance, r_d,max, m.
 /// :param speed_m_s: nominal ground speed v_d of a UAV, m/s.
-/// :param sense: guidance: orbit direction seen from above, ``"anticlockwise"`` or ``"clockwise"``.
+/// :param orbit_direction: guidance: orbit direction seen from above, ``"anticlockwise"`` or ``"clockwise"``.
 /// :param radial_gain: guidance: k_l of active measure 1 (20), above 0, at most 1; 1 switches it off.
 /// :param lead: guidance: lead time of active measure 2 (22): ``"constant"`` (``lead_s``), ``"scheduled"`` or
 ///     ``"predicted"`` (the lag of the field, k_l r_d / v).
@@ -137,13 +138,14 @@ impl<'py> FromPyObject<'_, 'py> for Source<'py> {
 /// :param speed_reference: guidance: frame in which speeds are commanded, ``"ground"`` or ``"centre"``.
 /// :param heading_gain_1_s: guidance: k_omega (24), 1/s.
 /// :param turn_rate_gain: guidance: gain on the difference between turn rate and feedforward; 0 (none) in the paper.
-/// :param feedforward: guidance: derivative of the desired heading used as feedforward (25): ``"flown"``, ``"actual"``,
-///     ``"exact"`` or ``"printed"``.
-/// :param objective: assignment: ``"log-det"``, or ``"printed"`` (32).
+/// :param feedforward: guidance: derivative of the desired heading used as feedforward (25): ``"field"`` (along the
+///     flown field), ``"trajectory"`` (along the UAV's actual motion), ``"static-centre"`` ((25) corrected) or ``"paper"``
+///     ((25) as published).
+/// :param objective: assignment: ``"log-det"``, or ``"paper"``, (32) as published.
 /// :param assignment_switching_cost: assignment: bonus for a UAV that keeps its group, in ln det per target.
 /// :raises InputError: if a value is out of range; the message gives the range.
 /// :raises ScenarioError: if the scenario is invalid.
-#[pyclass(frozen, eq, module = "standoff.pieces")]
+#[pyclass(frozen, eq, module = "standoff.components")]
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Parameters {
     #[pyo3(get)]
@@ -167,7 +169,7 @@ pub(crate) struct Parameters {
     #[pyo3(get)]
     speed_m_s: f64,
     #[pyo3(get)]
-    sense: Word<OrbitDirection>,
+    orbit_direction: Word<OrbitDirection>,
     #[pyo3(get)]
     radial_gain: f64,
     #[pyo3(get)]
@@ -189,7 +191,7 @@ pub(crate) struct Parameters {
 }
 
 impl Parameters {
-    /// The library's parameters for `given`, or Table I.
+    /// The library's parameters for `given`, or the recommended ones.
     pub(super) fn or_recommended(given: Option<&Bound<'_, Self>>) -> TeamParams {
         given.map_or_else(TeamParams::recommended, |given| given.get().team())
     }
@@ -211,7 +213,7 @@ impl Parameters {
             radius_min_m: team.group.standoff.radius_min_m,
             radius_max_m: team.group.standoff.radius_max_m,
             speed_m_s: team.uav.speed_m_s,
-            sense: Word(team.guidance.orbit_direction),
+            orbit_direction: Word(team.guidance.orbit_direction),
             radial_gain: team.guidance.radial_gain,
             lead: Word(lead),
             lead_s,
@@ -224,9 +226,9 @@ impl Parameters {
         }
     }
 
-    /// Parameters in the library's form. Those that no component uses have the values of Table I.
+    /// Parameters in the library's form. Those that no component uses have the recommended values.
     fn team(&self) -> TeamParams {
-        let mut team = TeamParams::table_1();
+        let mut team = TeamParams::recommended();
         team.uav.speed_m_s = self.speed_m_s;
         team.track.target.correlation_rate_1_s = self.correlation_rate_1_s;
         team.track.target.acceleration_sd_m_s2 = self.acceleration_sd_m_s2;
@@ -241,7 +243,7 @@ impl Parameters {
         team.group.objective = self.objective.0;
         team.group.assignment_switching_cost = self.assignment_switching_cost;
         team.guidance = GuidanceParams {
-            orbit_direction: self.sense.0,
+            orbit_direction: self.orbit_direction.0,
             radial_gain: self.radial_gain,
             lead: match self.lead.0 {
                 LeadBy::Constant => Lead::Constant(self.lead_s),
@@ -290,7 +292,7 @@ impl Parameters {
     #[new]
     #[pyo3(signature = (of=None, *, seed=Whole(1), correlation_rate_1_s=None, acceleration_sd_m_s2=None, range_sd_m=None,
         bearing_sd_rad=None, initial_velocity_sd_m_s=None, field_of_view_rad=None, field_of_view_margin_rad=None,
-        radius_min_m=None, radius_max_m=None, speed_m_s=None, sense=None, radial_gain=None, lead=None, lead_s=None,
+        radius_min_m=None, radius_max_m=None, speed_m_s=None, orbit_direction=None, radial_gain=None, lead=None, lead_s=None,
         speed_reference=None, heading_gain_1_s=None, turn_rate_gain=None, feedforward=None, objective=None,
         assignment_switching_cost=None))]
     #[expect(clippy::too_many_arguments, reason = "Python callers pass them by keyword")]
@@ -307,7 +309,7 @@ impl Parameters {
         radius_min_m: Option<f64>,
         radius_max_m: Option<f64>,
         speed_m_s: Option<f64>,
-        sense: Option<Word<OrbitDirection>>,
+        orbit_direction: Option<Word<OrbitDirection>>,
         radial_gain: Option<f64>,
         lead: Option<Word<LeadBy>>,
         lead_s: Option<f64>,
@@ -323,7 +325,7 @@ impl Parameters {
             Some(Source(of)) => match of.cast::<Self>() {
                 Ok(parameters) => parameters.get().clone(),
                 Err(_) => {
-                    let scenario = scenario::asked_for(&of)?;
+                    let scenario = scenario::scenario_of(&of)?;
                     let seed = count("seed", seed, 0)?;
                     Self::of_team(&of.py().detach(|| scenario.drawn(seed))?.settings.team)
                 }
@@ -344,7 +346,7 @@ impl Parameters {
         };
         change! { parameters:
             correlation_rate_1_s acceleration_sd_m_s2 range_sd_m bearing_sd_rad initial_velocity_sd_m_s
-            field_of_view_rad field_of_view_margin_rad radius_min_m radius_max_m speed_m_s sense radial_gain
+            field_of_view_rad field_of_view_margin_rad radius_min_m radius_max_m speed_m_s orbit_direction radial_gain
             lead lead_s speed_reference heading_gain_1_s turn_rate_gain feedforward objective assignment_switching_cost
         }
         parameters.check()?;
@@ -357,7 +359,7 @@ impl Parameters {
         let dict = PyDict::new(py);
         add! { self to dict:
             correlation_rate_1_s acceleration_sd_m_s2 range_sd_m bearing_sd_rad initial_velocity_sd_m_s
-            field_of_view_rad field_of_view_margin_rad radius_min_m radius_max_m speed_m_s sense radial_gain
+            field_of_view_rad field_of_view_margin_rad radius_min_m radius_max_m speed_m_s orbit_direction radial_gain
             lead lead_s speed_reference heading_gain_1_s turn_rate_gain feedforward objective assignment_switching_cost
         }
         Ok(dict)

@@ -49,7 +49,7 @@ pub(crate) fn measure(
 ///
 /// :param uav_position_m: shape (..., 2), east and north, m.
 /// :param target_position_m: shape (..., 2), east and north, m.
-/// :param parameters: uses range_sd_m, bearing_sd_rad; the paper's Table I by default.
+/// :param parameters: uses range_sd_m, bearing_sd_rad; ``Parameters()`` by default.
 /// :returns: shape (..., 2, 2), 1/m2. The information of several UAVs about one target adds up.
 /// :raises InputError: if an argument has the wrong shape or type, or a value is out of range.
 #[pyfunction]
@@ -75,26 +75,26 @@ pub(crate) fn information_1_m2(
 /// Computes the determinant of the joint Fisher information of two UAVs about a target's position (36).
 ///
 /// :param range_m: shape (..., 2), ranges from both UAVs to the target, m; a UAV within 1 m contributes no information.
-/// :param desired_phase_rad: shape (...), angle gamma at the target between the directions to the two UAVs, rad.
-/// :param parameters: uses range_sd_m, bearing_sd_rad; the paper's Table I by default.
+/// :param phase_rad: shape (...), angle gamma at the target between the directions to the two UAVs, rad.
+/// :param parameters: uses range_sd_m, bearing_sd_rad; ``Parameters()`` by default.
 /// :returns: shape (...), 1/m4.
 /// :raises InputError: if an argument has the wrong shape or type, or a value is out of range.
 #[pyfunction]
-#[pyo3(signature = (range_m, desired_phase_rad, *, parameters=None))]
+#[pyo3(signature = (range_m, phase_rad, *, parameters=None))]
 pub(crate) fn pair_information_1_m4(
     py: Python<'_>,
     range_m: Given<'_>,
-    desired_phase_rad: Given<'_>,
+    phase_rad: Given<'_>,
     parameters: Option<&Bound<'_, Parameters>>,
 ) -> PyResult<Made<f64>> {
     let sensor = Parameters::or_recommended(parameters).track.sensor;
     let ranges = Rows::<f64, 2>::read(&range_m, "range_m", "..., 2")?.within(DISTANCE_M, None)?;
-    let separation =
-        Rows::<f64, 1>::read(&desired_phase_rad, "desired_phase_rad", "...")?.within(Allowed::FINITE, None)?;
-    let lead = common(&[ranges.axes(), separation.axes()])?;
-    let (ranges, separation) = (ranges.over(&lead)?, separation.over(&lead)?);
+    let phase =
+        Rows::<f64, 1>::read(&phase_rad, "phase_rad", "...")?.within(Allowed::FINITE, None)?;
+    let lead = common(&[ranges.axes(), phase.axes()])?;
+    let (ranges, phase) = (ranges.over(&lead)?, phase.over(&lead)?);
     let information = each(py, lead.iter().product(), PATIENCE, |row| {
-        pair_information::pair_information_1_m4(ranges.at(row), separation.one(row), &sensor)
+        pair_information::pair_information_1_m4(ranges.at(row), phase.one(row), &sensor)
     })?;
     Made::of(py, &lead, &[], information)
 }
@@ -105,7 +105,7 @@ pub(crate) fn pair_information_1_m4(
 /// and one above. If the angle has no influence, the result is pi/2.
 ///
 /// :param range_m: shape (..., 2), ranges from both UAVs to the target, m.
-/// :param parameters: uses range_sd_m, bearing_sd_rad; the paper's Table I by default.
+/// :param parameters: uses range_sd_m, bearing_sd_rad; ``Parameters()`` by default.
 /// :returns: shape (...), angle at the target between the directions to the two UAVs, rad.
 /// :raises InputError: if an argument has the wrong shape or type, or a value is out of range.
 #[pyfunction]

@@ -56,7 +56,7 @@ pub(super) fn of(frame: &Frame, ever_known: usize, team: &TeamParams, observatio
     let live = frame.tracks.len();
     let share = |part: usize, of: usize| if of > 0 { part as f64 / of as f64 } else { 0.0 };
     let is_ungrouped = |track: &&TrackRow| track.group.is_none() && track.receiving_group.is_none();
-    let unassigned = share(frame.tracks.iter().filter(is_ungrouped).count(), live);
+    let ungrouped = share(frame.tracks.iter().filter(is_ungrouped).count(), live);
     let lost = share(ever_known.saturating_sub(live), ever_known);
     for uav in &frame.uavs {
         let group = frame.groups.iter().find(|group| Some(group.group) == uav.group);
@@ -67,7 +67,7 @@ pub(super) fn of(frame: &Frame, ever_known: usize, team: &TeamParams, observatio
             f64::from(uav.boresight_rad.is_some()),
             f64::from(group.is_some()),
         ];
-        let numbers = own.into_iter().chain(of_orbit).chain([unassigned, lost]).zip(&FEATURES);
+        let numbers = own.into_iter().chain(of_orbit).chain([ungrouped, lost]).zip(&FEATURES);
         observations.extend(numbers.map(|(number, Feature { low, high, .. })| (number as f32).clamp(*low, *high)));
     }
 }
@@ -94,17 +94,17 @@ fn of_orbit(frame: &Frame, uav: &UavRow, group: &GroupRow, team: &TeamParams) ->
     let members = frame.tracks.iter().filter(|track| [track.group, track.receiving_group].contains(&uav.group));
     let sd_m = |track: &TrackRow| Covariance::from_upper_triangle(&track.covariance).position_sd_max_m();
     let sd_max_m = members.map(sd_m).fold(0.0, f64::max);
-    let mates = || frame.uavs.iter().filter(|mate| mate.group == uav.group && mate.uav != uav.uav);
-    let sense = team.guidance.orbit_direction.sign();
+    let teammates = || frame.uavs.iter().filter(|teammate| teammate.group == uav.group && teammate.uav != uav.uav);
+    let direction = team.guidance.orbit_direction.sign();
     let gap = |sign: f64| {
-        let gaps = mates().filter_map(|mate| Some(turns(sign * (mate.phase_rad? - uav.phase_rad?))));
+        let gaps = teammates().filter_map(|teammate| Some(turns(sign * (teammate.phase_rad? - uav.phase_rad?))));
         gaps.fold(1.0, f64::min)
     };
-    let squared_m2 = |mate: &UavRow| {
-        let (x_m, y_m) = (mate.x_m - uav.x_m, mate.y_m - uav.y_m);
+    let squared_m2 = |teammate: &UavRow| {
+        let (x_m, y_m) = (teammate.x_m - uav.x_m, teammate.y_m - uav.y_m);
         x_m * x_m + y_m * y_m
     };
-    let nearest_m = mates().map(squared_m2).reduce(f64::min).map_or(standoff.radius_max_m, f64::sqrt);
+    let nearest_m = teammates().map(squared_m2).reduce(f64::min).map_or(standoff.radius_max_m, f64::sqrt);
     [
         (centre_distance_m - standoff_distance_m) / standoff_distance_m,
         along(ahead_m),
@@ -116,8 +116,8 @@ fn of_orbit(frame: &Frame, uav: &UavRow, group: &GroupRow, team: &TeamParams) ->
         group.spread_m / standoff.radius_max_m,
         sd_max_m / standoff.radius_min_m,
         f64::from(group.members) / frame.tracks.len().max(1) as f64,
-        gap(sense),
-        gap(-sense),
+        gap(direction),
+        gap(-direction),
         nearest_m / standoff.radius_max_m,
     ]
 }

@@ -5,7 +5,7 @@ use standoff_sim::score::{FrameScorer, FrameScores};
 
 /// Score of a time step.
 #[derive(Debug, Clone, Default)]
-pub(super) struct Worth {
+pub(super) struct StepScore {
     /// Number of existing targets.
     pub(super) targets: usize,
     /// Fraction of them that are in custody (in a group and in some UAV's view), as in `custody_fraction`; 0 if no
@@ -17,17 +17,17 @@ pub(super) struct Worth {
     pub(super) standoff_error_m: Option<f64>,
 }
 
-impl Worth {
+impl StepScore {
     /// Scores the next frame of a run. A UAV at `scale_m` from its orbit has an `on_orbit` value of 0.5.
-    pub(super) fn judge(&mut self, judge: &mut FrameScorer, frame: &Frame, scale_m: f64) {
-        let judged: FrameScores = judge.frame(frame);
-        let custody = judged.custody();
+    pub(super) fn update(&mut self, scorer: &mut FrameScorer, frame: &Frame, scale_m: f64) {
+        let scores: FrameScores = scorer.frame(frame);
+        let custody = scores.custody();
         self.targets = custody.targets;
-        self.in_custody = custody.in_custody.map_or(0.0, |watched| watched as f64 / custody.targets.max(1) as f64);
+        self.in_custody = custody.in_custody.map_or(0.0, |count| count as f64 / custody.targets.max(1) as f64);
         self.on_orbit.clear();
         let (mut sum_m, mut n) = (0.0, 0u32);
         for uav in &frame.uavs {
-            let error_m = judged.standoff_error_m(uav).map(f64::abs);
+            let error_m = scores.standoff_error_m(uav).map(f64::abs);
             if let Some(error_m) = error_m {
                 (sum_m, n) = (sum_m + error_m, n + 1);
             }

@@ -18,7 +18,7 @@ pub(super) enum Autoreset {
 
 /// Slot for one world: empty before its first mission, or if its next mission could not start.
 #[derive(Default)]
-pub(super) struct Place {
+pub(super) struct Slot {
     pub(super) world: Option<World>,
     /// Seeds of the last mission, also if that mission could not start.
     pub(super) seeds: Option<Seeds>,
@@ -27,23 +27,23 @@ pub(super) struct Place {
     failed: Option<NoMission>,
 }
 
-/// Steps every world. If next missions cannot start, returns the first error and leaves those places empty.
+/// Steps every world. If next missions cannot start, returns the first error and leaves those slots empty.
 pub(super) fn step(
-    places: &mut [Place],
+    slots: &mut [Slot],
     actions: &[f64],
     kind: &Kind,
     autoreset: Autoreset,
     threads: usize,
 ) -> Result<(), NoMission> {
-    let per_world = actions.len() / places.len().max(1);
-    let fly = |(places, actions): (&mut [Place], &[f64])| {
-        for (place, actions) in places.iter_mut().zip(actions.chunks_exact(per_world)) {
-            place.step(actions, kind, autoreset);
+    let per_world = actions.len() / slots.len().max(1);
+    let fly = |(slots, actions): (&mut [Slot], &[f64])| {
+        for (slot, actions) in slots.iter_mut().zip(actions.chunks_exact(per_world)) {
+            slot.step(actions, kind, autoreset);
         }
     };
-    let per_thread = places.len().div_ceil(threads).max(1);
-    let others = places.len().div_ceil(per_thread).saturating_sub(1);
-    let parts = Mutex::new(places.chunks_mut(per_thread).zip(actions.chunks(per_thread * per_world)));
+    let per_thread = slots.len().div_ceil(threads).max(1);
+    let others = slots.len().div_ceil(per_thread).saturating_sub(1);
+    let parts = Mutex::new(slots.chunks_mut(per_thread).zip(actions.chunks(per_thread * per_world)));
     let fly_remaining_parts = || {
         while let Some(part) = parts.lock().ok().and_then(|mut parts| parts.next()) {
             fly(part);
@@ -56,23 +56,23 @@ pub(super) fn step(
         }
         fly_remaining_parts();
     });
-    places.iter_mut().find_map(|place| place.failed.take()).map_or(Ok(()), Err)
+    slots.iter_mut().find_map(|slot| slot.failed.take()).map_or(Ok(()), Err)
 }
 
-/// Starts a mission in every place with `Some` seeds. If one cannot start, all places stay unchanged.
-pub(super) fn reset(places: &mut [Place], seeds: &[Option<Seeds>], kind: &Kind) -> Result<(), NoMission> {
+/// Starts a mission in every slot with `Some` seeds. If one cannot start, all slots stay unchanged.
+pub(super) fn reset(slots: &mut [Slot], seeds: &[Option<Seeds>], kind: &Kind) -> Result<(), NoMission> {
     let begin = |seeds: &Option<Seeds>| seeds.map(|seeds| World::begin(kind, seeds)).transpose();
     let worlds = seeds.iter().map(begin).collect::<Result<Vec<_>, _>>()?;
-    for (place, world) in places.iter_mut().zip(worlds) {
-        place.ended = None;
+    for (slot, world) in slots.iter_mut().zip(worlds) {
+        slot.ended = None;
         if let Some(world) = world {
-            *place = Place { seeds: Some(world.seeds), world: Some(world), ..Place::default() };
+            *slot = Slot { seeds: Some(world.seeds), world: Some(world), ..Slot::default() };
         }
     }
     Ok(())
 }
 
-impl Place {
+impl Slot {
     fn step(&mut self, actions: &[f64], kind: &Kind, autoreset: Autoreset) {
         self.ended = None;
         let Some(world) = &mut self.world else { return };

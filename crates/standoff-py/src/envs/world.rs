@@ -8,13 +8,13 @@ use standoff_sim::scenario::{ScenarioError, ScenarioTemplate};
 use standoff_sim::score::FrameScorer;
 
 use super::observation;
-use super::reward::Worth;
+use super::reward::StepScore;
 
 /// Reason why a mission cannot start.
 pub(super) enum NoMission {
     Scenario(ScenarioError),
     Parameters { name: String, seed: u64, errors: Vec<ParamError> },
-    Uavs { name: String, seed: u64, there: usize, wanted: usize },
+    Uavs { name: String, seed: u64, there: usize, expected: usize },
 }
 
 /// Properties that all missions of the worlds share.
@@ -58,7 +58,7 @@ pub(super) struct World {
     duration_s: f64,
     team: TeamParams,
     mission: Mission,
-    judge: FrameScorer,
+    scorer: FrameScorer,
     /// By target: whether it has had a live track so far.
     ever_known: Vec<bool>,
     /// Features by UAV, [`observation::LENGTH`] values each.
@@ -66,7 +66,7 @@ pub(super) struct World {
     /// Commands of the built-in guidance law for each UAV, in action units: turn rate and speed.
     pub(super) law: Vec<f64>,
     /// Score of the current time step.
-    pub(super) worth: Worth,
+    pub(super) score: StepScore,
     has_stepped: bool,
     /// True if targets exist but none has a live track any more.
     pub(super) is_terminated: bool,
@@ -81,7 +81,7 @@ impl World {
         let scenario = template.draw(seed).map_err(NoMission::Scenario)?;
         let name = || template.name().to_owned();
         if scenario.uavs.len() != *uavs {
-            return Err(NoMission::Uavs { name: name(), seed, there: scenario.uavs.len(), wanted: *uavs });
+            return Err(NoMission::Uavs { name: name(), seed, there: scenario.uavs.len(), expected: *uavs });
         }
         let parameters = |errors: Vec<ParamError>| NoMission::Parameters { name: name(), seed, errors };
         let mission = Mission::new(&scenario).map_err(parameters)?;
@@ -90,12 +90,12 @@ impl World {
             seed,
             duration_s: (mission.frames() - 1) as f64 * scenario.settings.period.s(),
             team: scenario.settings.team,
-            judge: FrameScorer::new(mission.score_config()),
+            scorer: FrameScorer::new(mission.score_config()),
             mission,
             ever_known: Vec::new(),
             observations: Vec::new(),
             law: Vec::new(),
-            worth: Worth::default(),
+            score: StepScore::default(),
             has_stepped: false,
             is_terminated: false,
             is_truncated: false,
@@ -120,12 +120,12 @@ impl World {
 
     /// Team reward of the last step; 0 before the first step.
     pub(super) fn reward(&self) -> f64 {
-        if self.has_stepped { self.worth.reward() } else { 0.0 }
+        if self.has_stepped { self.score.reward() } else { 0.0 }
     }
 
     /// Reward of each UAV for the last step; 0 before the first step.
     pub(super) fn uav_rewards(&self) -> impl Iterator<Item = f64> {
-        self.worth.rewards().map(|reward| if self.has_stepped { reward } else { 0.0 })
+        self.score.rewards().map(|reward| if self.has_stepped { reward } else { 0.0 })
     }
 
     /// Applies the actions (turn rate and speed of each UAV) for one time step. Has no effect after the end of the
@@ -148,18 +148,18 @@ impl World {
         self.mission.observe();
         let Some(frame) = self.mission.propose() else { return };
         for track in &frame.tracks {
-            let place = track.target as usize;
-            if place >= self.ever_known.len() {
-                self.ever_known.resize(place + 1, false);
+            let index = track.target as usize;
+            if index >= self.ever_known.len() {
+                self.ever_known.resize(index + 1, false);
             }
-            self.ever_known[place] = true;
+            self.ever_known[index] = true;
         }
         let ever_known = self.ever_known.iter().filter(|known| **known).count();
         self.observations.clear();
         observation::of(frame, ever_known, &self.team, &mut self.observations);
         self.law.clear();
         self.law.extend(frame.uavs.iter().flat_map(|uav| action(uav, &self.team.uav)));
-        self.worth.judge(&mut self.judge, frame, self.team.group.standoff.radius_min_m);
+        self.score.update(&mut self.scorer, frame, self.team.group.standoff.radius_min_m);
         // If no target exists, none can be lost.
         self.is_terminated = ever_known > 0 && frame.tracks.is_empty() && !frame.truth.is_empty();
     }

@@ -1,4 +1,4 @@
-//! Calls of custom laws on a separate Python thread (python/standoff/_asking.py), with time limit and error handling.
+//! Calls of custom laws on a separate Python thread (python/standoff/_law_thread.py), with time limit and error handling.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, channel};
@@ -20,8 +20,8 @@ type Answer = Result<Py<PyAny>, PyErr>;
 pub(crate) struct LawCalls {
     /// Python function that queues a call.
     put: Py<PyAny>,
-    /// Python module with the functions that check answers.
-    reads: Py<PyAny>,
+    /// Python module with the functions that convert answers.
+    converters: Py<PyAny>,
     answers: Mutex<Receiver<Answer>>,
     /// Python's identifier of the thread.
     thread: u64,
@@ -39,7 +39,7 @@ impl LawCalls {
         let limit = limit.ok_or_else(|| {
             InputError::new_err(format!("law_limit_s = {limit_s:?}: must be a time in seconds, above 0"))
         })?;
-        let reads = py.import("standoff._asking")?;
+        let converters = py.import("standoff._law_thread")?;
         let (give, answers) = channel();
         let deliver = PyCFunction::new_closure(py, None, None, move |answered, _| {
             let (answer, raised) = answered.extract::<(Py<PyAny>, Option<Bound<'_, PyAny>>)>()?;
@@ -47,10 +47,10 @@ impl LawCalls {
             let _ = give.send(raised.map_or(Ok(answer), |raised| Err(PyErr::from_value(raised))));
             PyResult::Ok(())
         })?;
-        let (put, thread) = reads.call_method1("begin", (deliver,))?.extract()?;
+        let (put, thread) = converters.call_method1("begin", (deliver,))?.extract()?;
         Ok(Arc::new(Self {
             put,
-            reads: reads.into_any().unbind(),
+            converters: converters.into_any().unbind(),
             answers: Mutex::new(answers),
             thread,
             limit,
@@ -76,17 +76,18 @@ impl LawCalls {
         self.raised.lock().unwrap_or_else(PoisonError::into_inner).take()
     }
 
-    /// Calls a law and checks its answer with the Python function `read`, which also gets the arguments `how`.
-    pub(crate) fn ask<'py>(
+    /// Calls a method of a law and converts its answer with the Python function `convert`, which also gets the arguments
+    /// `convert_arguments`.
+    pub(crate) fn call<'py>(
         &self,
-        call: &Bound<'py, PyAny>,
+        law: &Bound<'py, PyAny>,
         arguments: Bound<'py, PyTuple>,
-        read: &str,
-        how: Bound<'py, PyTuple>,
+        convert: &str,
+        convert_arguments: Bound<'py, PyTuple>,
     ) -> PyResult<Bound<'py, PyAny>> {
-        let py = call.py();
-        let read = self.reads.bind(py).getattr(read)?;
-        self.put.call1(py, ((call, arguments, read, how),))?;
+        let py = law.py();
+        let convert = self.converters.bind(py).getattr(convert)?;
+        self.put.call1(py, ((law, arguments, convert, convert_arguments),))?;
         let answer = py.detach(|| self.wait());
         if answer.is_err() {
             // A late answer must not be taken for the answer to a later call.

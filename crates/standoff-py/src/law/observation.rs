@@ -4,7 +4,7 @@ use numpy::ndarray::Dimension;
 use numpy::{IntoPyArray, PyArray, PyArray1, PyArray2, PyArray3, PyArrayMethods};
 use pyo3::prelude::*;
 use standoff::{
-    AgentOutput, Allowed, AvailableUav, CandidateGroup, Cue, GroupedTrack, Membership, Report, TeamState as Kept, Time,
+    AgentOutput, Allowed, AvailableUav, CandidateGroup, Cue, GroupedTrack, Membership, Report, TeamState as AgentTeamState, Time,
     TrackStatus, TrafficReport, UavState,
 };
 use standoff_sim::scenario::Scenario;
@@ -53,13 +53,13 @@ pub(crate) struct Zone {
     /// ``"keep-out"`` or ``"keep-in"``.
     kind: &'static str,
     /// Vertices in order, shape ``(n, 2)``: x_m, y_m. An edge joins the last one to the first.
-    points: Py<PyArray2<f64>>,
+    vertices: Py<PyArray2<f64>>,
 }
 
 impl Zone {
     fn of(py: Python<'_>, zone: &standoff::Zone) -> Self {
-        let points = zone.vertices.iter().flat_map(|at| [at.x_m(), at.y_m()]).collect();
-        Self { name: zone.name.clone(), kind: zone.kind.name(), points: two(py, points, 2) }
+        let vertices = zone.vertices.iter().flat_map(|at| [at.x_m(), at.y_m()]).collect();
+        Self { name: zone.name.clone(), kind: zone.kind.name(), vertices: two(py, vertices, 2) }
     }
 }
 
@@ -116,7 +116,7 @@ const ALTITUDE_M: Allowed = Allowed::at_least(-1e5).at_most(1e5);
 
 /// A fixed or a moving point.
 #[derive(FromPyObject)]
-enum Place {
+enum Point {
     Moving([f64; 4]),
     Still([f64; 2]),
 }
@@ -128,18 +128,18 @@ impl Command {
     fn new(
         speed_m_s: f64,
         turn_rate_rad_s: f64,
-        pointing_target: Option<Place>,
+        pointing_target: Option<Point>,
         altitude_m: Option<f64>,
         group: Option<Whole>,
     ) -> PyResult<Self> {
-        let pointing_target = pointing_target.map(|place| match place {
-            Place::Moving(place) => place,
-            Place::Still([x, y]) => [x, y, 0.0, 0.0],
+        let pointing_target = pointing_target.map(|point| match point {
+            Point::Moving(point) => point,
+            Point::Still([x, y]) => [x, y, 0.0, 0.0],
         });
-        let place = pointing_target.into_iter().flatten().map(|number| ("pointing_target", number, FINITE));
+        let point = pointing_target.into_iter().flatten().map(|number| ("pointing_target", number, FINITE));
         let altitude = altitude_m.map(|altitude_m| ("altitude_m", altitude_m, ALTITUDE_M));
         let motion = [("speed_m_s", speed_m_s, FINITE), ("turn_rate_rad_s", turn_rate_rad_s, FINITE)];
-        for (name, number, allowed) in motion.into_iter().chain(place).chain(altitude) {
+        for (name, number, allowed) in motion.into_iter().chain(point).chain(altitude) {
             if !allowed.contains(number) {
                 return Err(InputError::new_err(format!("{name} = {number}: must be {allowed}")));
             }
@@ -262,7 +262,7 @@ impl Intruder {
 }
 
 /// Inputs of a UAV's agent at one time step: its own state and sensor scan, the received messages and, for laws with
-/// ``sees = "picture"``, the team state.
+/// ``sees = "team-state"``, the team state.
 #[pyclass(frozen, get_all, name = "Observation", module = "standoff")]
 pub(crate) struct Observation {
     /// Time since the start of the mission, s.
@@ -289,9 +289,10 @@ pub(crate) struct Observation {
     reports: Vec<Py<ReceivedReport>>,
     /// Cues for targets that have just appeared.
     cues: Vec<Py<ReceivedCue>>,
-    /// Traffic reports of aircraft outside the team, in ascending order of ``intruder``; silent aircraft are missing.
+    /// Traffic reports of aircraft outside the team, in ascending order of ``intruder``; aircraft whose transponder is
+    /// off are missing.
     intruders: Vec<Py<Intruder>>,
-    /// Team state, for laws with ``sees = "picture"``; otherwise None.
+    /// Team state, for laws with ``sees = "team-state"``; otherwise None.
     team_state: Option<Py<TeamState>>,
     /// Command of the built-in controller for the UAV; None if it does not run alongside the law.
     builtin_command: Option<Py<Command>>,
@@ -303,10 +304,10 @@ impl Observation {
         now: Time,
         (uav, own): (u32, &UavState),
         scan: Option<&Report>,
-        (heard, cues, traffic): (&[Report], &[Cue], &[TrafficReport]),
-        (picture, ours): (Option<Py<TeamState>>, Option<&AgentOutput>),
+        (reports, cues, traffic): (&[Report], &[Cue], &[TrafficReport]),
+        (team_state, builtin): (Option<Py<TeamState>>, Option<&AgentOutput>),
     ) -> PyResult<Self> {
-        let product = ours.map(|step| Command {
+        let builtin_command = builtin.map(|step| Command {
             speed_m_s: step.command.speed_m_s,
             turn_rate_rad_s: step.command.turn_rate_rad_s,
             pointing_target: step
@@ -326,11 +327,11 @@ impl Observation {
             altitude_m: own.vertical.map(|vertical| vertical.altitude_m),
             climb_rate_m_s: own.vertical.map(|vertical| vertical.climb_rate_m_s),
             scan: scan.map(|report| Py::new(py, ReceivedReport::of(py, report))).transpose()?,
-            reports: heard.iter().map(|report| Py::new(py, ReceivedReport::of(py, report))).collect::<PyResult<_>>()?,
+            reports: reports.iter().map(|report| Py::new(py, ReceivedReport::of(py, report))).collect::<PyResult<_>>()?,
             cues: cues.iter().map(|cue| Py::new(py, ReceivedCue::of(cue))).collect::<PyResult<_>>()?,
             intruders: traffic.iter().map(|report| Py::new(py, Intruder::of(py, report))).collect::<PyResult<_>>()?,
-            team_state: picture,
-            builtin_command: product.map(|command| Py::new(py, command)).transpose()?,
+            team_state,
+            builtin_command: builtin_command.map(|command| Py::new(py, command)).transpose()?,
         })
     }
 }
@@ -367,30 +368,30 @@ pub(crate) struct TeamState {
     uav_vertical: Option<Py<PyArray2<f64>>>,
 }
 
-/// Id of a group in a `Choice`, or -1. The conversion to a signed number is lossless.
-fn name(group: Option<standoff::GroupId>) -> i64 {
+/// Id of a group in an `AssignmentProblem`; -1: no group. The conversion to a signed number is lossless.
+fn id_or_none(group: Option<standoff::GroupId>) -> i64 {
     group.map_or(-1, |group| group.0.cast_signed())
 }
 
 impl TeamState {
-    pub(super) fn of(py: Python<'_>, kept: &Kept) -> Self {
-        let live: Vec<&GroupedTrack> = kept.tracks().iter().filter(|known| !known.track.is_lost()).collect();
+    pub(super) fn of(py: Python<'_>, team: &AgentTeamState) -> Self {
+        let live: Vec<&GroupedTrack> = team.tracks().iter().filter(|known| !known.track.is_lost()).collect();
         let whole = |of: &dyn Fn(&GroupedTrack) -> i64| one(py, live.iter().map(|known| of(known)).collect());
         let states = live.iter().flat_map(|known| <[f64; 6]>::from(known.track.estimate().state.0)).collect();
         let covariances =
             live.iter().flat_map(|known| known.track.estimate().covariance.matrix().as_slice().to_vec()).collect();
-        let centres = kept.groups.iter().flat_map(|group| {
+        let centres = team.groups.iter().flat_map(|group| {
             let centre = group.centre.estimate().state;
             let (at, velocity) = (centre.position(), centre.velocity());
             [at.x_m(), at.y_m(), velocity.x_m_s(), velocity.y_m_s()]
         });
-        let of_groups = |of: &dyn Fn(&standoff::Group) -> f64| one(py, kept.groups.iter().map(of).collect());
+        let of_groups = |of: &dyn Fn(&standoff::Group) -> f64| one(py, team.groups.iter().map(of).collect());
         let number =
-            |group: Option<standoff::GroupId>| group.and_then(|group| kept.group_number(group)).map_or(-1, i64::from);
+            |group: Option<standoff::GroupId>| group.and_then(|group| team.group_number(group)).map_or(-1, i64::from);
         let is_removed = |known: &GroupedTrack| matches!(known.membership, Membership::Removed);
-        let flying = kept.teammates.iter().flat_map(|mate| level(&mate.state));
-        let is_flown = kept.teammates.iter().any(|mate| mate.state.vertical.is_some());
-        let vertical = kept.teammates.iter().flat_map(|mate| {
+        let flying = team.teammates.iter().flat_map(|mate| level(&mate.state));
+        let is_flown = team.teammates.iter().any(|mate| mate.state.vertical.is_some());
+        let vertical = team.teammates.iter().flat_map(|mate| {
             mate.state.vertical.map_or([f64::NAN; 2], |vertical| [vertical.altitude_m, vertical.climb_rate_m_s])
         });
         Self {
@@ -399,12 +400,12 @@ impl TeamState {
             covariance: three(py, covariances),
             updated: one(py, live.iter().map(|known| known.track.status == TrackStatus::Updated).collect()),
             target_group: whole(&|known| number(known.group().filter(|_| !is_removed(known)))),
-            group: one(py, kept.groups.iter().map(|group| number(Some(group.id))).collect()),
+            group: one(py, team.groups.iter().map(|group| number(Some(group.id))).collect()),
             centre: two(py, centres.collect(), 4),
             spread_m: of_groups(&|group| group.spread.distance_m),
             standoff_distance_m: of_groups(&|group| group.standoff.distance_m),
-            uav: one(py, kept.teammates.iter().map(|mate| i64::from(mate.uav.0)).collect()),
-            uav_group: one(py, kept.teammates.iter().map(|mate| number(mate.group)).collect()),
+            uav: one(py, team.teammates.iter().map(|mate| i64::from(mate.uav.0)).collect()),
+            uav_group: one(py, team.teammates.iter().map(|mate| number(mate.group)).collect()),
             uav_state: two(py, flying.collect(), 5),
             uav_vertical: is_flown.then(|| two(py, vertical.collect(), 2)),
         }
@@ -453,18 +454,18 @@ pub(crate) struct AssignmentProblem {
 }
 
 impl AssignmentProblem {
-    pub(super) fn of(py: Python<'_>, now: Time, uavs: &[AvailableUav], sites: &[CandidateGroup<'_>]) -> PyResult<Self> {
-        let places = |places: &[standoff::Position]| {
-            two(py, places.iter().flat_map(|place| [place.x_m(), place.y_m()]).collect(), 2)
+    pub(super) fn of(py: Python<'_>, now: Time, uavs: &[AvailableUav], groups: &[CandidateGroup<'_>]) -> PyResult<Self> {
+        let points = |points: &[standoff::Position]| {
+            two(py, points.iter().flat_map(|point| [point.x_m(), point.y_m()]).collect(), 2)
         };
         let positions: Vec<_> = uavs.iter().map(|uav| uav.position).collect();
         Ok(Self {
             time_s: now.s(),
             uav: one(py, uavs.iter().map(|uav| i64::from(uav.uav.0)).collect()),
-            position: places(&positions),
-            current_group: one(py, uavs.iter().map(|uav| name(uav.current_group)).collect()),
-            group: one(py, sites.iter().map(|site| name(Some(site.group))).collect()),
-            members: sites.iter().map(|site| places(site.members)).collect(),
+            position: points(&positions),
+            current_group: one(py, uavs.iter().map(|uav| id_or_none(uav.current_group)).collect()),
+            group: one(py, groups.iter().map(|group| id_or_none(Some(group.group))).collect()),
+            members: groups.iter().map(|group| points(group.members)).collect(),
         })
     }
 }

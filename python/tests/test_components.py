@@ -17,7 +17,7 @@ import numpy.typing as npt
 import pytest
 
 import standoff
-from standoff import InputError, pieces
+from standoff import InputError, components
 
 Floats = npt.NDArray[np.float64]
 
@@ -67,17 +67,17 @@ def kalman_step(
     return x + gain @ nu.reshape(-1), (np.eye(6) - gain @ stacked) @ p
 
 
-def some_filter(rng: np.random.Generator, n: int, parameters: pieces.Parameters | None = None) -> pieces.Filter:
+def some_filter(rng: np.random.Generator, n: int, parameters: components.Parameters | None = None) -> components.Filter:
     position_m, velocity_m_s = rng.uniform(-300, 300, (n, 2)), rng.uniform(-15, 15, (n, 2))
     sd_m = rng.uniform(5, 50, n)
-    return pieces.Filter.of_cues(
+    return components.Filter.of_cues(
         position_m, velocity_m_s, position_sd_m=sd_m, velocity_sd_m_s=3.0, parameters=parameters
     )
 
 
 def test_the_filter_equals_an_extended_kalman_filter(rng: np.random.Generator) -> None:
     """Eq. (8-11) over six steps of five targets and three UAVs, with missing measurements and bearings across pi."""
-    parameters = pieces.Parameters(
+    parameters = components.Parameters(
         correlation_rate_1_s=0.3, acceleration_sd_m_s2=0.7, range_sd_m=8.0, bearing_sd_rad=0.04
     )
     n, m = 5, 3
@@ -89,7 +89,7 @@ def test_the_filter_equals_an_extended_kalman_filter(rng: np.random.Generator) -
     for _ in range(6):
         truth += rng.normal(0, 4, (n, 2))
         uav = rng.uniform(300, 700, (n, m, 2))
-        range_m, bearing_rad = pieces.measure(uav, truth[:, None])
+        range_m, bearing_rad = components.measure(uav, truth[:, None])
         range_m, bearing_rad = range_m + rng.normal(0, 8, (n, m)), bearing_rad + rng.normal(0, 0.04, (n, m))
         mask = rng.random((n, m)) < 0.7
         filter_.predict(0.5)
@@ -114,17 +114,17 @@ def test_the_filter_equals_an_extended_kalman_filter(rng: np.random.Generator) -
 
 
 def test_a_filter_starts_from_a_cue_or_from_a_measurement() -> None:
-    cued = pieces.Filter.of_cues([[1, 2]], [[3, 4]], position_sd_m=20, velocity_sd_m_s=[2])
+    cued = components.Filter.of_cues([[1, 2]], [[3, 4]], position_sd_m=20, velocity_sd_m_s=[2])
     assert cued.state.tolist() == [[1, 3, 0, 2, 4, 0]]
     np.testing.assert_allclose(np.diag(cued.covariance[0]), [400, 4, 0.2**2] * 2, rtol=1e-12)
     # From 400 m north: the standard deviation is 10 m along the range and 400 m times 3 degrees across it.
-    seen = pieces.Filter.from_measurements([0, 400], [400], [-np.pi / 2])
+    seen = components.Filter.from_measurements([0, 400], [400], [-np.pi / 2])
     np.testing.assert_allclose(seen.position_m, [[0, 0]], atol=1e-9)
     across_m = 400 * np.radians(3)
     expected = [across_m**2, 100, 0.04, 100, 100, 0.04]
     np.testing.assert_allclose(np.diag(seen.covariance[0]), expected, rtol=1e-9)
     # A second UAV in the east measures the other axis accurately.
-    both = pieces.Filter.from_measurements([[0, 400], [400, 0]], [[400, 400]], [[-np.pi / 2, np.pi]])
+    both = components.Filter.from_measurements([[0, 400], [400, 0]], [[400, 400]], [[-np.pi / 2, np.pi]])
     variance_m2 = 1 / (1 / 100 + 1 / across_m**2)
     np.testing.assert_allclose(both.covariance[0][[0, 3], [0, 3]], [variance_m2, variance_m2], rtol=1e-9)
     np.testing.assert_allclose(both.position_m, [[0, 0]], atol=1e-9)
@@ -133,7 +133,7 @@ def test_a_filter_starts_from_a_cue_or_from_a_measurement() -> None:
 def test_a_batch_of_filters_equals_single_filters(rng: np.random.Generator) -> None:
     n, m = 40, 3
     together = some_filter(rng, n)
-    alone = [pieces.Filter(together.state[[i]], together.covariance[[i]]) for i in range(n)]
+    alone = [components.Filter(together.state[[i]], together.covariance[[i]]) for i in range(n)]
     for _ in range(4):
         uav = rng.uniform(-600, 600, (m, 2))
         range_m, bearing_rad = rng.uniform(100, 900, (n, m)), rng.uniform(-9, 9, (n, m))
@@ -166,7 +166,7 @@ def test_update_accepts_shorter_shapes_for_a_single_uav(rng: np.random.Generator
 
 
 def test_filters_can_be_copied_pickled_and_rebuilt_from_their_state(rng: np.random.Generator) -> None:
-    filter_ = some_filter(rng, 3, pieces.Parameters(range_sd_m=2.0))
+    filter_ = some_filter(rng, 3, components.Parameters(range_sd_m=2.0))
     filter_.predict(0.5)
     filter_.update([900, 900], [1200, 1200, 1200], [-2.3, -2.4, -2.5])
     state = filter_.state
@@ -175,7 +175,7 @@ def test_filters_can_be_copied_pickled_and_rebuilt_from_their_state(rng: np.rand
     for again in (
         filter_.copy(),
         pickle.loads(pickle.dumps(filter_)),
-        pieces.Filter(filter_.state, filter_.covariance, parameters=pieces.Parameters(range_sd_m=2.0)),
+        components.Filter(filter_.state, filter_.covariance, parameters=components.Parameters(range_sd_m=2.0)),
     ):
         again.predict(1.0)
         again.update([900, 900], [1100, 1100, 1100], [-2.3, -2.4, -2.5])
@@ -213,33 +213,33 @@ def test_invalid_initial_states_are_errors() -> None:
     lopsided, negative = eye.copy(), eye.copy()
     lopsided[0, 3], negative[2, 2] = 0.5, -1
     bad: list[tuple[Callable[[], Any], str]] = [
-        (lambda: pieces.Filter(np.zeros(6), eye), r"state has the shape \(6,\): expected \(n, 6\)"),
-        (lambda: pieces.Filter(np.zeros((2, 6)), np.zeros((3, 6, 6))), r"covariance.*\(3, 6, 6\): expected \(2, 6, 6\)"),
-        (lambda: pieces.Filter(np.zeros((1, 6)), np.zeros((6, 5))), r"\(6, 5\): expected \(..., 6, 6\)"),
-        (lambda: pieces.Filter(np.zeros((2, 6)), [eye, lopsided]), "target 1: 0.5 at .0, 3., 0 at .3, 0.*symmetric"),
-        (lambda: pieces.Filter(np.zeros((2, 6)), [eye, negative]), "target 1: must be positive definite"),
-        (lambda: pieces.Filter(np.zeros((1, 6)), np.zeros((6, 6))), "target 0: must be positive definite"),
+        (lambda: components.Filter(np.zeros(6), eye), r"state has the shape \(6,\): expected \(n, 6\)"),
+        (lambda: components.Filter(np.zeros((2, 6)), np.zeros((3, 6, 6))), r"covariance.*\(3, 6, 6\): expected \(2, 6, 6\)"),
+        (lambda: components.Filter(np.zeros((1, 6)), np.zeros((6, 5))), r"\(6, 5\): expected \(..., 6, 6\)"),
+        (lambda: components.Filter(np.zeros((2, 6)), [eye, lopsided]), "target 1: 0.5 at .0, 3., 0 at .3, 0.*symmetric"),
+        (lambda: components.Filter(np.zeros((2, 6)), [eye, negative]), "target 1: must be positive definite"),
+        (lambda: components.Filter(np.zeros((1, 6)), np.zeros((6, 6))), "target 0: must be positive definite"),
         (
-            lambda: pieces.Filter.of_cues([[0, 0]], [[0, 0]], position_sd_m=0, velocity_sd_m_s=1),
+            lambda: components.Filter.of_cues([[0, 0]], [[0, 0]], position_sd_m=0, velocity_sd_m_s=1),
             "position_sd_m = 0: must be at least",
         ),
         (
-            lambda: pieces.Filter.of_cues([[0, 0]], [[0, 0]], position_sd_m=np.ones((2, 1)), velocity_sd_m_s=1),
+            lambda: components.Filter.of_cues([[0, 0]], [[0, 0]], position_sd_m=np.ones((2, 1)), velocity_sd_m_s=1),
             r"one leading axis, of n targets: the arguments broadcast to \(2, 1\)",
         ),
         (
-            lambda: pieces.Filter.from_measurements([0, 0], [5, 5], [0, 0], mask=[True, False]),
+            lambda: components.Filter.from_measurements([0, 0], [5, 5], [0, 0], mask=[True, False]),
             "target 1 has no measurement",
         ),
     ]
     for call, message in bad:
         with pytest.raises(InputError, match=message):
             call()
-    assert len(pieces.Filter(np.zeros((0, 6)), eye)) == 0
+    assert len(components.Filter(np.zeros((0, 6)), eye)) == 0
 
 
 def test_an_overflow_of_one_target_leaves_all_targets_unchanged() -> None:
-    filter_ = pieces.Filter([[0] * 6, [0] * 6], [np.eye(6), np.eye(6) * 1e307])
+    filter_ = components.Filter([[0] * 6, [0] * 6], [np.eye(6), np.eye(6) * 1e307])
     before = filter_.covariance
     with pytest.raises(InputError, match="target 1 has become too uncertain"):
         filter_.predict(3600)
@@ -253,7 +253,7 @@ def test_a_measurement_that_makes_the_covariance_invalid_is_ignored(rng: np.rand
         along = rng.normal(size=6) * [1e4, 1e2, 1e1, 1e4, 1e2, 1e1]
         covariance = np.outer(along, along) + 3e-16 * np.diag(along**2)
         try:
-            filters.append(pieces.Filter(np.zeros((1, 6)), covariance))
+            filters.append(components.Filter(np.zeros((1, 6)), covariance))
         except InputError as error:
             assert "must be positive definite" in str(error)
     for filter_ in filters:
@@ -297,35 +297,35 @@ def fisher(uav: Floats, target: Floats, range_sd_m: float, bearing_sd_rad: float
 def test_measurements_and_their_information(rng: np.random.Generator) -> None:
     """Eq. (7), (31)."""
     uav, target = rng.uniform(-500, 500, (30, 2)), rng.uniform(-500, 500, (30, 2))
-    range_m, bearing_rad = pieces.measure(uav, target)
+    range_m, bearing_rad = components.measure(uav, target)
     rel = target - uav
     np.testing.assert_allclose(range_m, np.hypot(rel[:, 0], rel[:, 1]), rtol=1e-14)
     np.testing.assert_allclose(bearing_rad, np.arctan2(rel[:, 1], rel[:, 0]), rtol=1e-14)
-    parameters = pieces.Parameters(range_sd_m=4.0, bearing_sd_rad=0.01)
-    got = pieces.information_1_m2(uav, target, parameters=parameters)
+    parameters = components.Parameters(range_sd_m=4.0, bearing_sd_rad=0.01)
+    got = components.information_1_m2(uav, target, parameters=parameters)
     np.testing.assert_allclose(got, [fisher(*row, 4.0, 0.01) for row in zip(uav, target)], rtol=1e-9, atol=1e-15)
-    assert not pieces.information_1_m2([0, 0], [0.5, 0]).any()
+    assert not components.information_1_m2([0, 0], [0.5, 0]).any()
 
 
 def test_pair_information_is_the_determinant_of_the_sum(rng: np.random.Generator) -> None:
     """Eq. (36)."""
     range_m, desired_phase_rad = rng.uniform(20, 900, (50, 2)), rng.uniform(-np.pi, np.pi, 50)
-    got = pieces.pair_information_1_m4(range_m, desired_phase_rad)
+    got = components.pair_information_1_m4(range_m, desired_phase_rad)
     for (first, second), angle, one in zip(range_m, desired_phase_rad, got):
         uavs = [np.array([first, 0.0]), second * np.array([np.cos(angle), np.sin(angle)])]
         both = np.sum([fisher(uav, np.zeros(2), 10.0, np.radians(3)) for uav in uavs], axis=0)
         np.testing.assert_allclose(one, np.linalg.det(both), rtol=1e-9)
-    best_rad = pieces.optimal_phase_rad(range_m)
+    best_rad = components.optimal_phase_rad(range_m)
     angles = np.linspace(0, np.pi, 181)
-    over = pieces.pair_information_1_m4(range_m[:, None], angles)
-    assert (pieces.pair_information_1_m4(range_m, best_rad) >= over.max(axis=1) * (1 - 1e-12)).all()
+    over = components.pair_information_1_m4(range_m[:, None], angles)
+    assert (components.pair_information_1_m4(range_m, best_rad) >= over.max(axis=1) * (1 - 1e-12)).all()
     # 90 degrees if both ranges are on the same side of 191 m, otherwise 0.
     assert best_rad.tolist() == [np.pi / 2 if (a < 190.98) == (b < 190.98) else 0.0 for a, b in range_m]
-    assert pieces.optimal_phase_rad([0.5, 300]) == np.pi / 2
+    assert components.optimal_phase_rad([0.5, 300]) == np.pi / 2
 
 
 def test_angles_wrap() -> None:
-    got = pieces.wrapped_angle_rad([[np.pi, -np.pi, 3.5], [0, 7 * np.pi, -100]])
+    got = components.wrapped_angle_rad([[np.pi, -np.pi, 3.5], [0, 7 * np.pi, -100]])
     np.testing.assert_allclose(got, [[np.pi, np.pi, 3.5 - 2 * np.pi], [0, np.pi, -100 + 32 * np.pi]], atol=1e-12)
     assert got[0, 1] == np.pi
 
@@ -342,20 +342,20 @@ def test_the_vector_field_is_the_published_one(rng: np.random.Generator) -> None
     factor = -v / (r * (r**2 + r_d**2))
     x = factor * (dx * (r**2 - r_d**2) + dy * 2 * r * r_d)
     y = factor * (dy * (r**2 - r_d**2) - dx * 2 * r * r_d)
-    plain = pieces.Parameters(radial_gain=1.0)
-    got = pieces.vector_field(uav, centre, distance_m=r_d, speed_m_s=v, parameters=plain)
+    plain = components.Parameters(radial_gain=1.0)
+    got = components.vector_field(uav, centre, distance_m=r_d, speed_m_s=v, parameters=plain)
     np.testing.assert_allclose(got, np.stack([x, y], axis=1), rtol=1e-9, atol=1e-9)
     radial, tangential = (x * dx + y * dy) / r, (y * dx - x * dy) / r
-    for k_l, sense in ((0.2, "anticlockwise"), (0.5, "clockwise")):
-        sign = 1 if sense == "anticlockwise" else -1
+    for k_l, orbit_direction in ((0.2, "anticlockwise"), (0.5, "clockwise")):
+        sign = 1 if orbit_direction == "anticlockwise" else -1
         a, b = radial / k_l, sign * tangential
         steep = np.stack([a * dx - b * dy, a * dy + b * dx], axis=1) / r[:, None]
         steep *= (v / np.hypot(*steep.T))[:, None]
-        parameters = pieces.Parameters(radial_gain=k_l, sense=sense)
-        got = pieces.vector_field(uav, centre, distance_m=r_d, speed_m_s=v, parameters=parameters)
+        parameters = components.Parameters(radial_gain=k_l, orbit_direction=orbit_direction)
+        got = components.vector_field(uav, centre, distance_m=r_d, speed_m_s=v, parameters=parameters)
         np.testing.assert_allclose(got, steep, rtol=1e-9, atol=1e-9)
     # It is also defined exactly at the centre.
-    assert pieces.vector_field([3, 4], [3, 4], distance_m=300).tolist() == [40.0, 0.0]
+    assert components.vector_field([3, 4], [3, 4], distance_m=300).tolist() == [40.0, 0.0]
 
 
 def flown(
@@ -380,9 +380,9 @@ def test_the_turn_rate_is_feedback_plus_the_derivative_of_the_desired_heading(rn
     uav, centre = rng.uniform(-800, 800, (n, 2)), rng.uniform(-99, 99, (n, 2))
     centre_velocity = rng.uniform(-14, 14, (n, 2))
     r_d, rate, heading = rng.uniform(250, 700, n), rng.uniform(-4, 4, n), rng.uniform(-9, 9, n)
-    got = pieces.steer(
+    got = components.steer(
         uav, heading, centre, distance_m=r_d, rate_m_s=rate, centre_velocity_m_s=centre_velocity,
-        parameters=pieces.Parameters(radial_gain=k_l, heading_gain_1_s=k_omega),
+        parameters=components.Parameters(radial_gain=k_l, heading_gain_1_s=k_omega),
     )  # fmt: skip
     for i in range(n):
         psi_d, _ = flown(uav[i], centre[i], r_d[i], centre_velocity[i], v, k_l)
@@ -409,51 +409,51 @@ def test_the_turn_rate_is_feedback_plus_the_derivative_of_the_desired_heading(rn
 def test_feedforward_as_published_and_exact() -> None:
     """Eq. (25): 0.432 rad/s inside the orbit, where the published form gives 0.048."""
     rates = {}
-    for feedforward in ("printed", "exact", "flown"):
-        parameters = pieces.Parameters(feedforward=feedforward, radial_gain=1.0)
-        rates[feedforward] = float(pieces.steer([100, 0], 0, [0, 0], distance_m=300, parameters=parameters).feedforward_rad_s)
+    for feedforward in ("paper", "static-centre", "field"):
+        parameters = components.Parameters(feedforward=feedforward, radial_gain=1.0)
+        rates[feedforward] = float(components.steer([100, 0], 0, [0, 0], distance_m=300, parameters=parameters).feedforward_rad_s)
     r, r_d, v = 100, 300, 40
     square = (r**2 + r_d**2) ** 2
-    assert rates["exact"] == pytest.approx(4 * v * r_d**3 / square) == pytest.approx(0.432)
-    assert rates["printed"] == pytest.approx(4 * v * r_d * r**2 / square) == pytest.approx(0.048)
-    assert rates["flown"] == pytest.approx(rates["exact"])
+    assert rates["static-centre"] == pytest.approx(4 * v * r_d**3 / square) == pytest.approx(0.432)
+    assert rates["paper"] == pytest.approx(4 * v * r_d * r**2 / square) == pytest.approx(0.048)
+    assert rates["field"] == pytest.approx(rates["static-centre"])
 
 
 def test_optional_arguments_of_steer() -> None:
     """(22) changes only the field; the current turn rate matters with its gain; the actual speed with its feedforward."""
-    plain = pieces.steer([500, 0], 1, [0, 0], distance_m=400, rate_m_s=2)
-    led = pieces.steer([500, 0], 1, [0, 0], distance_m=400, rate_m_s=2, steered_radius_m=406)
-    other = pieces.steer([500, 0], 1, [0, 0], distance_m=406, rate_m_s=2)
+    plain = components.steer([500, 0], 1, [0, 0], distance_m=400, rate_m_s=2)
+    led = components.steer([500, 0], 1, [0, 0], distance_m=400, rate_m_s=2, steered_radius_m=406)
+    other = components.steer([500, 0], 1, [0, 0], distance_m=406, rate_m_s=2)
     assert led.desired_heading_rad == other.desired_heading_rad != plain.desired_heading_rad
-    damped = pieces.Parameters(turn_rate_gain=0.5)
-    turning = pieces.steer([500, 0], 1, [0, 0], distance_m=400, rate_m_s=2, turn_rate_rad_s=0.2, parameters=damped)
+    damped = components.Parameters(turn_rate_gain=0.5)
+    turning = components.steer([500, 0], 1, [0, 0], distance_m=400, rate_m_s=2, turn_rate_rad_s=0.2, parameters=damped)
     assert turning.turn_rate_rad_s == pytest.approx(
         float(plain.turn_rate_rad_s - 0.5 * (0.2 - plain.feedforward_rad_s))
     )
-    actual = pieces.Parameters(feedforward="trajectory")
+    actual = components.Parameters(feedforward="trajectory")
     rates = [
         float(
-            pieces.steer([500, 0], 1, [0, 0], distance_m=400, uav_speed_m_s=speed, parameters=actual).feedforward_rad_s
+            components.steer([500, 0], 1, [0, 0], distance_m=400, uav_speed_m_s=speed, parameters=actual).feedforward_rad_s
         )
         for speed in (0.0, 20.0, 40.0)
     ]
     assert rates[0] == 0 and rates[2] == pytest.approx(2 * rates[1]) != 0
-    chased = pieces.steer([500, 0], 1, [0, 0], distance_m=400, centre_velocity_m_s=[-60, 0])
+    chased = components.steer([500, 0], 1, [0, 0], distance_m=400, centre_velocity_m_s=[-60, 0])
     assert bool(chased.centre_too_fast) and np.isfinite(chased.turn_rate_rad_s)
 
 
 def test_the_standoff_distance_and_its_lead() -> None:
     """Eq. (15): with Table I, 2 (d_max + d_m), clamped to 250 m to 700 m; (22): k_rd = 3 s ahead."""
-    got = pieces.standoff_distance([10, 150, 400], spread_rate_m_s=2, margin_m=[0, 10, 0])
+    got = components.standoff_distance([10, 150, 400], spread_rate_m_s=2, margin_m=[0, 10, 0])
     np.testing.assert_allclose(got.unclamped_m, [20, 320, 800])
     np.testing.assert_allclose(got.distance_m, [250, 320, 700])
     np.testing.assert_allclose(got.rate_m_s, [0, 4, 0])
-    wide = pieces.Parameters(field_of_view_rad=np.pi / 2, field_of_view_margin_rad=0.0, radius_min_m=1.0)
-    assert pieces.standoff_distance(100, parameters=wide).distance_m == pytest.approx(100 * np.sqrt(2))
-    distance_m, rate_m_s = pieces.led_distance([400, 260, 690], [-5, -5, 5])
+    wide = components.Parameters(field_of_view_rad=np.pi / 2, field_of_view_margin_rad=0.0, radius_min_m=1.0)
+    assert components.standoff_distance(100, parameters=wide).distance_m == pytest.approx(100 * np.sqrt(2))
+    distance_m, rate_m_s = components.led_distance([400, 260, 690], [-5, -5, 5])
     assert (distance_m.tolist(), rate_m_s.tolist()) == ([385, 250, 700], [-5, 0, 0])
-    scheduled = pieces.Parameters(lead="scheduled")
-    assert pieces.led_distance(400, 2, speed_m_s=20, parameters=scheduled)[0] == 400 + 2 * 0.2 * 400 / 20
+    scheduled = components.Parameters(lead="scheduled")
+    assert components.led_distance(400, 2, speed_m_s=20, parameters=scheduled)[0] == 400 + 2 * 0.2 * 400 / 20
 
 
 # Groups.
@@ -474,22 +474,22 @@ def test_the_smallest_circle_equals_exhaustive_search(rng: np.random.Generator) 
     points = rng.uniform(-500, 500, (60, 6, 2))
     mask = rng.random((60, 6)) < 0.7
     mask[:, 0] = True
-    centre_m, radius_m = pieces.enclosing_circle(points)
+    centre_m, radius_m = components.enclosing_circle(points)
     assert centre_m.shape == (60, 2) and radius_m.shape == (60,)
     reach = np.hypot(*np.moveaxis(points - centre_m[:, None], 2, 0)).max(axis=1)
     np.testing.assert_allclose(reach, radius_m, rtol=1e-12)
     np.testing.assert_allclose(radius_m, [circle_by_trying_all(row) for row in points], rtol=1e-9)
-    _, masked_m = pieces.enclosing_circle(np.where(mask[..., None], points, np.nan), mask=mask)
+    _, masked_m = components.enclosing_circle(np.where(mask[..., None], points, np.nan), mask=mask)
     np.testing.assert_allclose(
         masked_m, [circle_by_trying_all(row[used]) for row, used in zip(points, mask)], rtol=1e-9, atol=1e-9
     )
-    assert pieces.enclosing_circle([[1, 2]])[1] == 0
+    assert components.enclosing_circle([[1, 2]])[1] == 0
 
 
 def test_clusters_are_a_k_means_solution(rng: np.random.Generator) -> None:
     """(30), Algorithm 1: every point is nearest to its own centroid, and the partition is almost always optimal."""
     points = rng.uniform(0, 1000, (40, 7, 2))
-    labels = pieces.clustering(points, count=3)
+    labels = components.clustering(points, count=3)
     every = np.array([of for of in itertools.product(range(3), repeat=7) if len(set(of)) == 3])
     member = (every[..., None] == np.arange(3)).astype(float)
     best = 0
@@ -503,18 +503,18 @@ def test_clusters_are_a_k_means_solution(rng: np.random.Generator) -> None:
         costs = (row**2).sum() - ((sums**2).sum(axis=2) / member.sum(axis=1)).sum(axis=1)
         best += ((row - centroids[label]) ** 2).sum() <= costs.min() * (1 + 1e-9)
     assert best >= 38
-    assert pieces.group_count(5, 9) == 3 and pieces.group_count(8, 2) == 2
+    assert components.group_count(5, 9) == 3 and components.group_count(8, 2) == 2
 
 
 def test_clusters_start_from_the_previous_ones() -> None:
     """The second point is 35 m from its own centroid and 30 m from the other: it moves unless a margin keeps it."""
     points = [[0, 0], [70, 0], [100, 0]]
-    assert pieces.clustering(points, count=2, before=[0, 0, 1]).tolist() == [0, 1, 1]
-    assert pieces.clustering(points, count=2, before=[0, 0, 1], margin_m=6).tolist() == [0, 0, 1]
-    assert pieces.clustering(points, count=2, before=[1, 1, 0]).tolist() == [1, 0, 0]
-    masked = pieces.clustering(np.array([*points, [np.nan, 0]]), count=2, before=[0, 0, 1, -1], mask=[True, True, True, False])
+    assert components.clustering(points, count=2, before=[0, 0, 1]).tolist() == [0, 1, 1]
+    assert components.clustering(points, count=2, before=[0, 0, 1], margin_m=6).tolist() == [0, 0, 1]
+    assert components.clustering(points, count=2, before=[1, 1, 0]).tolist() == [1, 0, 0]
+    masked = components.clustering(np.array([*points, [np.nan, 0]]), count=2, before=[0, 0, 1, -1], mask=[True, True, True, False])
     assert masked.tolist() == [0, 1, 1, -1]
-    assert pieces.clustering(np.zeros((3, 0, 2)), count=2).shape == (3, 0)
+    assert components.clustering(np.zeros((3, 0, 2)), count=2).shape == (3, 0)
 
 
 def assigned_by_trying_all(uavs: Floats, targets: Floats, group: npt.NDArray[np.int64], most: int) -> float:
@@ -538,7 +538,7 @@ def test_the_assignment_maximises_information(rng: np.random.Generator) -> None:
     """(32), (33) restated: ln det summed over targets, one or two UAVs per group."""
     uavs, targets = rng.uniform(-900, 900, (12, 4, 2)), rng.uniform(-900, 900, (12, 5, 2))
     group = np.array([3, 8, 3, 8, 8])
-    got = pieces.assignment(uavs, targets, group, parameters=pieces.Parameters(assignment_switching_cost=0.0))
+    got = components.assignment(uavs, targets, group, parameters=components.Parameters(assignment_switching_cost=0.0))
     for row in range(12):
         assert sorted(got[row].tolist()) == [3, 3, 8, 8]
         one = sum(
@@ -555,28 +555,28 @@ def test_the_assignment_maximises_information(rng: np.random.Generator) -> None:
 
 def test_a_switching_cost_keeps_the_assignment_and_no_group_is_minus_one() -> None:
     uavs, targets, group = [[0.0, 0.0], [1.0, 0.0]], [[300.0, 0.0], [-300.0, 0.0]], [0, 1]
-    stay = pieces.Parameters(assignment_switching_cost=9.0)
+    stay = components.Parameters(assignment_switching_cost=9.0)
     for serves in ([0, 1], [1, 0]):
-        assert pieces.assignment(uavs, targets, group, serves=serves, parameters=stay).tolist() == serves
-    assert pieces.assignment(uavs, targets, [-1, -1]).tolist() == [-1, -1]
-    assert pieces.assignment(uavs, targets, [-1, 6]).tolist() == [6, 6]
+        assert components.assignment(uavs, targets, group, serves=serves, parameters=stay).tolist() == serves
+    assert components.assignment(uavs, targets, [-1, -1]).tolist() == [-1, -1]
+    assert components.assignment(uavs, targets, [-1, 6]).tolist() == [6, 6]
     # A single UAV is assigned to the larger of two groups.
-    assert pieces.assignment([[0, 0]], [[9, 9], [99, 9], [99, 0]], [4, 5, 5]).tolist() == [5]
-    assert pieces.assignment(np.zeros((2, 0, 2)), np.zeros((2, 1, 2)), [0]).shape == (2, 0)
+    assert components.assignment([[0, 0]], [[9, 9], [99, 9], [99, 0]], [4, 5, 5]).tolist() == [5]
+    assert components.assignment(np.zeros((2, 0, 2)), np.zeros((2, 1, 2)), [0]).shape == (2, 0)
 
 
 # Parameters.
 
 
-def test_parameters_are_those_of_table_1_or_of_a_scenario() -> None:
-    table_1 = pieces.Parameters()
-    assert (table_1.radial_gain, table_1.heading_gain_1_s, table_1.lead_s, table_1.speed_m_s) == (0.2, 2.0, 3.0, 40.0)
-    assert (table_1.radius_min_m, table_1.radius_max_m, table_1.range_sd_m) == (250.0, 700.0, 10.0)
-    assert np.degrees([table_1.field_of_view_rad, table_1.bearing_sd_rad]) == pytest.approx([70, 3])
+def test_parameters_are_the_recommended_ones_or_those_of_a_scenario() -> None:
+    recommended = components.Parameters()
+    assert (recommended.radial_gain, recommended.heading_gain_1_s, recommended.lead_s, recommended.speed_m_s) == (0.2, 1.0, 3.0, 40.0)
+    assert (recommended.radius_min_m, recommended.radius_max_m, recommended.range_sd_m) == (250.0, 700.0, 10.0)
+    assert np.degrees([recommended.field_of_view_rad, recommended.bearing_sd_rad]) == pytest.approx([70, 3])
     scenario = standoff.Scenario("improved/figure-9", set={"guidance.radial_gain": 0.37})
-    of, toml = pieces.Parameters(scenario), tomllib.loads(scenario.resolved(1))
+    of, toml = components.Parameters(scenario), tomllib.loads(scenario.resolved(1))
     for table, names in {
-        "guidance": "sense radial_gain lead speed_reference heading_gain_1_s turn_rate_gain feedforward",
+        "guidance": "orbit_direction radial_gain lead speed_reference heading_gain_1_s turn_rate_gain feedforward",
         "orbit": "radius_min_m radius_max_m",
         "filter": "correlation_rate_1_s acceleration_sd_m_s2 range_sd_m initial_velocity_sd_m_s",
         "groups": "objective assignment_switching_cost",
@@ -586,13 +586,13 @@ def test_parameters_are_those_of_table_1_or_of_a_scenario() -> None:
             assert getattr(of, name) == toml[table][name], name
     assert of.radial_gain == 0.37 and of.lead_s == 0.0
     assert np.degrees(of.field_of_view_rad) == pytest.approx(toml["sensor"]["field_of_view_deg"])
-    changed = pieces.Parameters(of, radial_gain=1)
-    assert changed != of and pieces.Parameters(changed, radial_gain=0.37) == of
+    changed = components.Parameters(of, radial_gain=1)
+    assert changed != of and components.Parameters(changed, radial_gain=0.37) == of
     assert pickle.loads(pickle.dumps(of)) == of
-    assert eval(repr(of), {"Parameters": pieces.Parameters}) == of
-    assert pieces.Parameters("improved/figure-9", radial_gain=0.37) == of
-    assert pieces.Parameters(of, lead_s=2.0).lead == "constant"
-    assert pieces.Parameters(lead="predicted").lead_s == 0.0
+    assert eval(repr(of), {"Parameters": components.Parameters}) == of
+    assert components.Parameters("improved/figure-9", radial_gain=0.37) == of
+    assert components.Parameters(of, lead_s=2.0).lead == "constant"
+    assert components.Parameters(lead="predicted").lead_s == 0.0
 
 
 def test_errors_about_parameters_state_the_range() -> None:
@@ -601,32 +601,32 @@ def test_errors_about_parameters_state_the_range() -> None:
         ({"range_sd_m": np.nan}, "range_sd_m = NaN"),
         ({"radius_min_m": 800}, "radius_max_m = 700: must be at least 800"),
         ({"speed_m_s": 0}, "^speed_m_s = 0"),
-        ({"sense": "left"}, "sense = 'left': must be one of \"anticlockwise\", \"clockwise\""),
+        ({"orbit_direction": "left"}, "orbit_direction = 'left': must be one of \"anticlockwise\", \"clockwise\""),
         ({"lead": "scheduled", "lead_s": 3}, 'lead_s = 3: allowed only with lead = "constant"'),
-        ({"of": pieces.Parameters(lead="scheduled"), "lead": "constant"}, "needs lead_s"),
+        ({"of": components.Parameters(lead="scheduled"), "lead": "constant"}, "needs lead_s"),
     ]
     for named, message in bad:
         with pytest.raises(InputError, match=message):
-            pieces.Parameters(**named)
+            components.Parameters(**named)
     with pytest.raises(standoff.ScenarioError, match="no-such-scenario"):
-        pieces.Parameters("no-such-scenario")
+        components.Parameters("no-such-scenario")
     with pytest.raises(TypeError):
-        pieces.Parameters(radial_gian=1.0)  # type: ignore[call-arg]
+        components.Parameters(radial_gian=1.0)  # type: ignore[call-arg]
     # Limits that no component uses are not checked.
-    assert pieces.Parameters(speed_m_s=10.0).speed_m_s == 10.0
+    assert components.Parameters(speed_m_s=10.0).speed_m_s == 10.0
 
 
 # All components.
 
 
 def test_the_doctest_passes() -> None:
-    assert doctest.testmod(pieces).attempted == 7
-    assert doctest.testmod(pieces).failed == 0
+    assert doctest.testmod(components).attempted == 7
+    assert doctest.testmod(components).failed == 0
 
 
 def test_all_lists_every_public_name() -> None:
-    assert all(hasattr(pieces, name) for name in pieces.__all__)
-    assert {name for name in vars(pieces) if not name.startswith("_")} == set(pieces.__all__)
+    assert all(hasattr(components, name) for name in components.__all__)
+    assert {name for name in vars(components) if not name.startswith("_")} == set(components.__all__)
 
 
 def everything(rng: np.random.Generator, lead: tuple[int, ...]) -> dict[str, tuple[Callable[..., Any], list[Any]]]:
@@ -636,35 +636,35 @@ def everything(rng: np.random.Generator, lead: tuple[int, ...]) -> dict[str, tup
         return rng.uniform(low, high, (*lead, *row))
 
     def steered(uav: Floats, heading: Floats, centre: Floats, distance: Floats, moving: Floats) -> list[Any]:
-        got = pieces.steer(uav, heading, centre, distance_m=distance, centre_velocity_m_s=moving)
+        got = components.steer(uav, heading, centre, distance_m=distance, centre_velocity_m_s=moving)
         return [
             got.turn_rate_rad_s, got.desired_heading_rad, got.feedforward_rad_s, got.centre_distance_m, got.phase_rad,
             got.convergence_threshold_m2_s, got.centre_too_fast,
         ]  # fmt: skip
 
     def stood_off(spread: Floats, rate: Floats, margin: Floats) -> list[Any]:
-        got = pieces.standoff_distance(spread, spread_rate_m_s=rate, margin_m=margin)
+        got = components.standoff_distance(spread, spread_rate_m_s=rate, margin_m=margin)
         return [got.distance_m, got.rate_m_s, got.unclamped_m]
 
     uav, centre, distance = uniform(-900, 900, 2), uniform(-99, 99, 2), uniform(250, 700)
     group = rng.integers(0, 2, (*lead, 6))
     return {
-        "wrapped_angle_rad": (lambda a: [pieces.wrapped_angle_rad(a)], [uniform(-99, 99)]),
-        "measure": (lambda a, b: list(pieces.measure(a, b)), [uav, centre]),
-        "information_1_m2": (lambda a, b: [pieces.information_1_m2(a, b)], [uav, centre]),
+        "wrapped_angle_rad": (lambda a: [components.wrapped_angle_rad(a)], [uniform(-99, 99)]),
+        "measure": (lambda a, b: list(components.measure(a, b)), [uav, centre]),
+        "information_1_m2": (lambda a, b: [components.information_1_m2(a, b)], [uav, centre]),
         "pair_information_1_m4": (
-            lambda a, b: [pieces.pair_information_1_m4(a, b)],
+            lambda a, b: [components.pair_information_1_m4(a, b)],
             [uniform(0, 900, 2), uniform(-9, 9)],
         ),
-        "optimal_phase_rad": (lambda a: [pieces.optimal_phase_rad(a)], [uniform(0, 900, 2)]),
-        "vector_field": (lambda a, b, c: [pieces.vector_field(a, b, distance_m=c)], [uav, centre, distance]),
+        "optimal_phase_rad": (lambda a: [components.optimal_phase_rad(a)], [uniform(0, 900, 2)]),
+        "vector_field": (lambda a, b, c: [components.vector_field(a, b, distance_m=c)], [uav, centre, distance]),
         "steer": (steered, [uav, uniform(-9, 9), centre, distance, uniform(-60, 60, 2)]),
         "standoff_distance": (stood_off, [uniform(0, 500), uniform(-9, 9), uniform(0, 50)]),
-        "led_distance": (lambda a, b: list(pieces.led_distance(a, b)), [distance, uniform(-9, 9)]),
-        "enclosing_circle": (lambda a: list(pieces.enclosing_circle(a)), [uniform(-500, 500, 5, 2)]),
-        "clustering": (lambda a: [pieces.clustering(a, count=2)], [uniform(-500, 500, 6, 2)]),
+        "led_distance": (lambda a, b: list(components.led_distance(a, b)), [distance, uniform(-9, 9)]),
+        "enclosing_circle": (lambda a: list(components.enclosing_circle(a)), [uniform(-500, 500, 5, 2)]),
+        "clustering": (lambda a: [components.clustering(a, count=2)], [uniform(-500, 500, 6, 2)]),
         "assignment": (
-            lambda a, b, c: [pieces.assignment(a, b, c)],
+            lambda a, b, c: [components.assignment(a, b, c)],
             [uniform(-900, 900, 4, 2), uniform(-900, 900, 6, 2), group],
         ),
     }
@@ -782,10 +782,10 @@ def test_extreme_values_give_finite_results_or_errors(name: str, rng: np.random.
 
 def test_too_large_problems_are_errors() -> None:
     bad: list[tuple[Callable[[], Any], str]] = [
-        (lambda: pieces.measure(np.zeros((10_000, 1, 2)), np.zeros((10_000, 2))), "too many rows: at most 10000000"),
-        (lambda: pieces.clustering(np.zeros((2000, 2)), count=2000), "2000 points in 2000 clusters are too many"),
-        (lambda: pieces.assignment(np.zeros((300, 2)), np.zeros((1, 2)), [0]), "300 UAVs and 1 targets are too many"),
-        (lambda: pieces.assignment(np.zeros((3, 2)), np.zeros((300, 2)), np.arange(300)), "300 groups are too many"),
+        (lambda: components.measure(np.zeros((10_000, 1, 2)), np.zeros((10_000, 2))), "too many rows: at most 10000000"),
+        (lambda: components.clustering(np.zeros((2000, 2)), count=2000), "2000 points in 2000 clusters are too many"),
+        (lambda: components.assignment(np.zeros((300, 2)), np.zeros((1, 2)), [0]), "300 UAVs and 1 targets are too many"),
+        (lambda: components.assignment(np.zeros((3, 2)), np.zeros((300, 2)), np.arange(300)), "300 groups are too many"),
     ]
     for call, message in bad:
         with pytest.raises(InputError, match=message):
@@ -795,18 +795,18 @@ def test_too_large_problems_are_errors() -> None:
 def test_invalid_points_and_groups_are_errors() -> None:
     points = np.arange(8.0).reshape(4, 2)
     bad: list[tuple[Callable[[], Any], str]] = [
-        (lambda: pieces.enclosing_circle(np.zeros((2, 0, 2))), "row 0 .* has no point"),
-        (lambda: pieces.enclosing_circle(points, mask=[False] * 4), "row 0 .* has no point"),
-        (lambda: pieces.enclosing_circle(points, mask=[True]), r"mask has the shape \(1,\): its last axis"),
-        (lambda: pieces.clustering(points, count=0), "count: must be at least 1"),
-        (lambda: pieces.clustering(points, count=-3), "count: must be at least 1"),
-        (lambda: pieces.clustering(points, count=2, margin_m=np.nan), "margin_m = NaN"),
-        (lambda: pieces.clustering(points, count=2, before=[0, 0, 0, 0]), "not every label has a point"),
-        (lambda: pieces.clustering(points, count=2, before=[0, 1, 2, 0]), "has a label from 0 to 1"),
-        (lambda: pieces.clustering(points, count=2, before=[0, 1, -1, 0]), "has a label from 0 to 1"),
-        (lambda: pieces.clustering(points, count=2, before=[0, 1, 1]), "before"),
-        (lambda: pieces.assignment(points, points, [0, 1]), "group: the last axis must be 4 long"),
-        (lambda: pieces.assignment(points, points, [0] * 4, serves=[0]), "serves: the last axis must be 4 long"),
+        (lambda: components.enclosing_circle(np.zeros((2, 0, 2))), "row 0 .* has no point"),
+        (lambda: components.enclosing_circle(points, mask=[False] * 4), "row 0 .* has no point"),
+        (lambda: components.enclosing_circle(points, mask=[True]), r"mask has the shape \(1,\): its last axis"),
+        (lambda: components.clustering(points, count=0), "count: must be at least 1"),
+        (lambda: components.clustering(points, count=-3), "count: must be at least 1"),
+        (lambda: components.clustering(points, count=2, margin_m=np.nan), "margin_m = NaN"),
+        (lambda: components.clustering(points, count=2, before=[0, 0, 0, 0]), "not every label has a point"),
+        (lambda: components.clustering(points, count=2, before=[0, 1, 2, 0]), "has a label from 0 to 1"),
+        (lambda: components.clustering(points, count=2, before=[0, 1, -1, 0]), "has a label from 0 to 1"),
+        (lambda: components.clustering(points, count=2, before=[0, 1, 1]), "before"),
+        (lambda: components.assignment(points, points, [0, 1]), "group: the last axis must be 4 long"),
+        (lambda: components.assignment(points, points, [0] * 4, serves=[0]), "serves: the last axis must be 4 long"),
     ]
     for call, message in bad:
         with pytest.raises(InputError, match=message):
@@ -840,7 +840,7 @@ def test_ctrl_c_stops_a_computation_that_does_not_block_other_threads(rng: np.ra
     signal.setitimer(signal.ITIMER_REAL, 0.4)
     try:
         with pytest.raises(KeyboardInterrupt):
-            pieces.clustering(points, count=10)
+            components.clustering(points, count=10)
     finally:
         done.set()
         thread.join()

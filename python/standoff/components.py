@@ -3,18 +3,18 @@ assignment, pair information.
 
 Arguments are anything that NumPy converts to arrays (lists, integers, any strides). Leading axes broadcast by NumPy's
 rules, and results are arrays. Frame: x east, y north, metres; angles in radians, anticlockwise from east; the unit is the
-suffix of a name. :class:`Parameters` contains numbers such as gains; the defaults are the paper's Table I.
+suffix of a name. :class:`Parameters` contains numbers such as gains; the defaults are the recommended parameters, which scenarios use by default.
 
 Two UAVs orbit three vehicles; the turn rates that the law commands:
 
->>> from standoff import pieces
->>> centre_m, radius_m = pieces.enclosing_circle([[0, 0], [160, 0], [0, 120]])
+>>> from standoff import components
+>>> centre_m, radius_m = components.enclosing_circle([[0, 0], [160, 0], [0, 120]])
 >>> print(centre_m, radius_m)
 [80. 60.] 100.0
->>> orbit = pieces.standoff_distance(radius_m, margin_m=50)
+>>> orbit = components.standoff_distance(radius_m, margin_m=50)
 >>> print(orbit.distance_m.round(3))
 300.0
->>> steering = pieces.steer([[380, 60], [80, -240]], [1.5, 0.0], centre_m, distance_m=orbit.distance_m)
+>>> steering = components.steer([[380, 60], [80, -240]], [1.5, 0.0], centre_m, distance_m=orbit.distance_m)
 >>> print(steering.turn_rate_rad_s.round(3))
 [0.275 0.133]
 """

@@ -80,7 +80,7 @@ def commands(answer: Any, law_name: str, uavs: int) -> list[Command | None]:
     return [command(one, law_name) for one in answers]
 
 
-def duties(answer: Any, law_name: str, uavs: frozenset[int], groups: frozenset[int]) -> list[tuple[int, int]] | None:
+def assignments(answer: Any, law_name: str, uavs: frozenset[int], groups: frozenset[int]) -> list[tuple[int, int]] | None:
     """Converts an assignment law's return value to pairs of UAV and group; None for the built-in assignment."""
     if answer is None:
         return None

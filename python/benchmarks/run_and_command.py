@@ -1,6 +1,6 @@
 """Compares the run time from Python with that of the command, alternately.
 
-    STANDOFF=target/release/standoff python beside_the_command.py
+    STANDOFF=target/release/standoff python run_and_command.py
 
 The wheel and the command must be release builds of the same source. Prints medians of wall time, and the time to import
 the package after NumPy.
