@@ -40,7 +40,7 @@ SAME_M = 1e-6  # distances with a smaller difference count as equal
 REPLAYED = ["group-created", "group-retired", "admitted", "handoff-started", "handoff-completed", "handoff-cancelled",
             "removed", "readmitted", "not-admitted", "regrouped"]
 STATED = {"handoff-started": 0.05}  # rounding of the number in a reason; 0.5 for other events
-UNASSIGNED, DISCARDED = ("ungrouped", None, None), ("removed", None, None)
+UNGROUPED, REMOVED = ("ungrouped", None, None), ("removed", None, None)
 
 
 def member(group):
@@ -103,7 +103,7 @@ class TimeStep:
             self.cancel(target, lost=True)
             del self.places[target]
         for target in self.tracks:
-            self.places.setdefault(target, UNASSIGNED)
+            self.places.setdefault(target, UNGROUPED)
         # Half as many groups as UAVs, rounded up, and never more than targets; as needed, up to one per UAV.
         uavs = len(self.record.uavs[self.time])
         self.half = min((uavs + 1) // 2, len(self.tracks))
@@ -264,7 +264,7 @@ class TimeStep:
                 self.receive(target, into)
                 self.emit("regrouped", target, group, into)
             else:
-                self.places[target] = UNASSIGNED
+                self.places[target] = UNGROUPED
                 self.emit("not-admitted", target, group)
 
     def admit(self):
@@ -282,8 +282,8 @@ class TimeStep:
             pairs += [(distance, target, group) for distance, target in zip(distances, outside)
                       if distance <= reach and not self.is_blocked(target, group)]
         for _, target, group in sorted(pairs):
-            if self.places[target] in [UNASSIGNED, DISCARDED] and self.orbit_with(group, target):
-                self.emit("admitted" if self.places[target] == UNASSIGNED else "readmitted", target, group)
+            if self.places[target] in [UNGROUPED, REMOVED] and self.orbit_with(group, target):
+                self.emit("admitted" if self.places[target] == UNGROUPED else "readmitted", target, group)
                 self.receive(target, group)
 
     def receive(self, target, group):
@@ -447,7 +447,7 @@ class TimeStep:
             members = self.members(group)
             if all(self.home(target) != group for target in members):
                 self.cancel(members[0])
-        targets = [target for target, place in sorted(self.places.items()) if place not in [UNASSIGNED, DISCARDED]]
+        targets = [target for target, place in sorted(self.places.items()) if place not in [UNGROUPED, REMOVED]]
         clusters = algorithm_1(self.positions(targets), np.searchsorted(groups, [self.home(t) for t in targets]),
                                len(groups), self.rules["handoff_margin_m"])
         for target, desired in zip(targets, np.array(groups)[clusters]):
@@ -543,7 +543,7 @@ class TimeStep:
     def cancel(self, target, lost=False):
         place, passing, receiving = self.places[target]
         if place == "in-handoff":
-            self.places[target] = DISCARDED if passing is None else member(passing)
+            self.places[target] = REMOVED if passing is None else member(passing)
             dwell = max(self.memory.dwells[target][1], self.rules["dwell_min_s"] * 1e6)
             self.memory.blocked[target] = receiving, self.time + dwell
             if passing is not None:
@@ -585,7 +585,7 @@ class TimeStep:
                 self.orbit["time_constant_s"] == 0 or self.is_covered(furthest, self.places[furthest][2])):
             self.complete(furthest)
         else:
-            self.places[furthest] = DISCARDED
+            self.places[furthest] = REMOVED
             self.emit("removed", furthest, group, number=number)
 
     def update_divergence(self):

@@ -925,10 +925,10 @@ def check_metrics(record, compare):
         # A target counts from the time step after its cue.
         for target in record.truth[time]:
             if target in gaps:
-                seen, watched = is_seen(record, time, target), is_member(record, time, target)
-                samples["in_view_fraction"].append(seen)
-                samples["custody_fraction"].append(seen and watched)
-                gaps[target] = 0 if seen else gaps[target] + 1
+                in_view, is_grouped = is_seen(record, time, target), is_member(record, time, target)
+                samples["in_view_fraction"].append(in_view)
+                samples["custody_fraction"].append(in_view and is_grouped)
+                gaps[target] = 0 if in_view else gaps[target] + 1
                 gap = max(gap, gaps[target])
             else:
                 gaps[target] = 0

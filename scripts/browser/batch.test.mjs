@@ -124,7 +124,7 @@ test("the command of the worst run repeats that run exactly", () =>
       const { seed } = runs.find((run) => Number(run[metric]) === value);
       const first = page.locator("#runs tbody tr").first();
       assert.equal(await first.locator("td").nth(1).getAttribute("title"), String(value));
-      assert.equal(await first.locator("td").nth(3).textContent(), seed);
+      assert.equal(await first.locator("td").nth(2).textContent(), seed);
       const command = await page.textContent("#command");
       assert.equal(command, `standoff run paper/table-2-pair --set duration_s=40 --seed ${seed}`);
       const outcome = JSON.parse(standoff(...command.split(" ").slice(1), "--json", "--out", `again-${metric}`));
@@ -142,7 +142,7 @@ test("metric, order and run can be selected with the keyboard", () =>
     const all = (await values(page)).map((run) => Number(run.velocity_error_m_s));
     assert.equal(Number(best), Math.min(...all));
     await page.locator("#runs button").nth(2).press("Enter");
-    const seed = await page.locator("#runs tbody tr").nth(2).locator("td").nth(3).textContent();
+    const seed = await page.locator("#runs tbody tr").nth(2).locator("td").nth(2).textContent();
     assert.ok((await page.textContent("#command")).endsWith(`--seed ${seed}`));
     const theme = () => page.evaluate(() => document.documentElement.dataset.theme);
     const earlier = await theme();

@@ -243,12 +243,12 @@ inReport("the event strip shows the number of events, and its tooltip lists the 
   const near = around(mixed);
   const [, count, kinds] = many.match(/^(\d+) events, [\d.]+(?: to [\d.]+)? s: (.*)$/);
   assert.equal(Number(count), near.length);
-  assert.match(kinds, /^\d+ (lost|discarded)/, "critical events come first");
+  assert.match(kinds, /^\d+ (lost|removed)/, "critical events come first");
   for (const { kind } of near) assert.ok(kinds.includes(`${near.filter((event) => event.kind === kind).length} ${kind}`), kind);
-  assert.match(one, /^[\d.]+ s (lost|discarded)/);
+  assert.match(one, /^[\d.]+ s (lost|removed)/);
   await marks.click({ position: { x: x(mixed.time_s), y: 8 } });
   await painted(page);
-  assert.match(await page.locator("#event-summary").textContent(), /^[\d.]+ s (lost|discarded)/, "a critical event comes first");
+  assert.match(await page.locator("#event-summary").textContent(), /^[\d.]+ s (lost|removed)/, "a critical event comes first");
   assert.ok(Math.abs(x(await clock(page)) - x(mixed.time_s)) <= 2);
   // The same holds if another event comes first in the record.
   const first = important.find((event, k) => !isGrave(event) && important[k - 1]?.time_s !== event.time_s && important.some((other) => isGrave(other) && other.time_s === event.time_s));

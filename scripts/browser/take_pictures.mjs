@@ -5,6 +5,8 @@ import { pathToFileURL } from "node:url";
 
 import { chromium } from "playwright-core";
 
+import { chosen, goTo, noteTexts } from "./browser.mjs";
+
 const [results, pictures] = process.argv.slice(2);
 const browser = await chromium.launch({
   executablePath: process.env.CHROMIUM ?? "/usr/bin/chromium",
@@ -18,14 +20,14 @@ async function picture(file, name, theme, arrange) {
   await page.goto(pathToFileURL(resolve(results, file)).href);
   await arrange(page);
   await page.waitForTimeout(500);
-  await page.screenshot({ path: join(pictures, `${name}-${theme}.png`) });
+  await page.screenshot({ path: join(pictures, `${name}.png`) });
   await page.close();
 }
 
-/** Moves to a time at which the two groups are far from each other. */
-async function later(page) {
+/** Goes to the handoff. */
+async function handoff(page) {
   await page.waitForSelector("body[data-ready=charts]");
-  for (let press = 0; press < 15; press++) await page.keyboard.press("Shift+ArrowRight");
+  await goTo(page, 33);
 }
 
 /** Selects the metric with the largest difference. */
@@ -34,8 +36,44 @@ async function selectMetric(page) {
   await page.waitForSelector(".main-svg");
 }
 
-for (const theme of ["light", "dark"]) {
-  await picture("run/report.html", "page", theme, later);
-  await picture("compared.html", "runs", theme, selectMetric);
+/** Labels the parts of the page with the numbers of docs/page.md. */
+async function numbered(page) {
+  await handoff(page);
+  await noteTexts(page);
+  await page.fill("#find", "UAV 0");
+  await page.press("#find", "Enter");
+  await page.click("#fit");
+  await page.click("summary");
+  await page.waitForTimeout(500);
+  const map = await page.locator("#map").boundingBox();
+  const labels = await page.evaluate(() => window.texts.map);
+  const label = (text) => {
+    const { x, y } = labels.find((label) => label.text === text);
+    return [map.x + x - 14, map.y + y - 4];
+  };
+  const corner = async (part) => {
+    const { x, y } = await part.boundingBox();
+    return [x + 2, y + 2];
+  };
+  const at = [
+    [map.x + 24, map.y + map.height - 90], label("group 0"), label("UAV 1"), await corner(page.locator(".track")),
+    await corner(page.locator("#tab-events")), await corner(page.locator("#panels")), await corner(chosen(page)),
+    await corner(page.locator("#layers")), await corner(page.locator("#find")),
+  ];
+  await page.evaluate((at) => {
+    at.forEach(([x, y], index) => {
+      const mark = document.createElement("div");
+      mark.textContent = index + 1;
+      mark.style.cssText = `position: fixed; left: ${x - 11}px; top: ${y - 11}px; width: 22px; height: 22px; z-index: 99;
+        border-radius: 11px; background: #cc3311; color: white; font: bold 14px/22px sans-serif; text-align: center;`;
+      document.body.append(mark);
+    });
+  }, at);
 }
+
+for (const theme of ["light", "dark"]) {
+  await picture("run/report.html", `page-${theme}`, theme, handoff);
+  await picture("compared.html", `runs-${theme}`, theme, selectMetric);
+}
+await picture("run/report.html", "page-annotated", "light", numbered);
 await browser.close();

@@ -156,7 +156,7 @@ inReport("the text of the current event is shown above the strip until the time 
     return one.closest("#tip, .clock") ? [] : [left, top, width, height];
   }));
   assert.equal(await eventText.getAttribute("aria-live"), "polite");
-  const patterns = [/^76\.0 s discarded \u2013 target-0, group 1: /, /^35\.0 s handoff-completed \u2013 target-0, group 0 to 1: /];
+  const patterns = [/^76\.0 s removed \u2013 target-0, group 1: /, /^35\.0 s handoff-completed \u2013 target-0, group 0 to 1: /];
   await page.getByRole("tab", { name: "Events" }).click();
   await page.getByPlaceholder("UAV or target").fill("target-0");
   await page.locator("#map").focus();

@@ -46,8 +46,8 @@ fn table(result: &BaselineReport) -> String {
     table += &format!("{:30} {:>10} {:>10}\n", "covered, % of target-time", "mover", "best discs");
     // With one UAV, both rows would have one disc.
     let half = (baseline.half_of_uavs.discs < *uavs).then_some(("half as many as UAVs", baseline.half_of_uavs));
-    for (relation, watched) in half.into_iter().chain([("as many as UAVs", baseline.all_uavs)]) {
-        let CoverageShare { discs, mover_fraction, best_fraction } = watched;
+    for (relation, share) in half.into_iter().chain([("as many as UAVs", baseline.all_uavs)]) {
+        let CoverageShare { discs, mover_fraction, best_fraction } = share;
         let discs = format!("{}, {relation}", count(discs, "disc"));
         table += &format!("{discs:30} {:>10} {:>10}\n", percent(mover_fraction), percent(best_fraction));
     }

@@ -148,7 +148,7 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
 
 /// A run that a page shows while it flies.
 struct Live {
-    watched: LiveReplay,
+    replay: LiveReplay,
     pace: Pace,
     /// Serves the page until it is dropped.
     _server: Server,
@@ -156,24 +156,24 @@ struct Live {
 
 impl Live {
     fn begin(args: &Args, scenario: &Scenario, map: Option<Bytes>) -> Result<Self, Failure> {
-        let watched = LiveReplay::flight(scenario, true, map)?;
+        let replay = LiveReplay::flight(scenario, true, map)?;
         let announce = |url: &str| {
             note(&format!("live view: {url}", url = url.trim_end()));
             Ok(())
         };
-        let server = args.served.serve(Arc::new(RunSite::new(watched.replay(), None)), announce)?;
-        Ok(Self { watched, pace: Pace::new(args.speed), _server: server })
+        let server = args.served.serve(Arc::new(RunSite::new(replay.replay(), None)), announce)?;
+        Ok(Self { replay, pace: Pace::new(args.speed), _server: server })
     }
 
     /// Waits until a frame is due, then shows it.
     fn frame(&mut self, frame: &Frame, interruption: &Interruption) {
         self.pace.keep(frame.time_us, interruption);
-        self.watched.frame(frame);
+        self.replay.frame(frame);
     }
 
     /// Shows the results of the run until Ctrl-C.
     fn end(self, outcome: Vec<Line>, interruption: &Interruption) -> Result<(), Failure> {
-        self.watched.finish(outcome)?;
+        self.replay.finish(outcome)?;
         note("the run is finished; press Ctrl-C to stop serving the page");
         interruption.wait(None);
         Ok(())

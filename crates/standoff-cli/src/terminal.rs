@@ -29,11 +29,11 @@ pub(crate) fn print(text: &str) -> Result<(), Failure> {
 }
 
 /// Prints the outcome of a run whose results are in `out`, as JSON or as a table.
-pub(crate) fn print_outcome(outcome: &Outcome, json: bool, out: &Path, telling: OutcomeOptions) -> Result<(), Failure> {
+pub(crate) fn print_outcome(outcome: &Outcome, json: bool, out: &Path, options: OutcomeOptions) -> Result<(), Failure> {
     print(&if json {
         outcome.json().map_err(Failure::running)?
     } else {
-        display_text::lines(&outcome.text(out, telling))
+        display_text::lines(&outcome.text(out, options))
     })
 }
 

@@ -78,12 +78,12 @@ fn run(what: &Path, args: &Args) -> Result<Shown, Failure> {
 
 /// Serves one or two runs; the page shows them while they are still being flown or read.
 fn show(first: Shown, second: Option<Shown>, args: &Args) -> Result<(), Failure> {
-    let site = RunSite::new(first.watched.replay(), second.as_ref().map(|shown| shown.watched.replay()));
+    let site = RunSite::new(first.live.replay(), second.as_ref().map(|shown| shown.live.replay()));
     let interruption = Interruption::expected()?;
     let server = args.served.serve(Arc::new(site), print)?;
     note("Press Ctrl-C to stop.");
     let begin = |shown: Shown| {
-        let work = move || (shown.work)(shown.watched).map_err(|failure| warn_line(&failure));
+        let work = move || (shown.work)(shown.live).map_err(|failure| warn_line(&failure));
         thread::Builder::new().spawn(work).map_err(no_thread)
     };
     let works = [Some(first), second].into_iter().flatten().map(begin).collect::<Result<Vec<_>, _>>()?;
@@ -117,9 +117,9 @@ fn batches(dirs: &[&Path], args: &Args) -> Result<(), Failure> {
             failure.warning().iter().for_each(|warning| note(warning));
             None
         });
-        let watched = LiveReplay::flight(&scenario, false, map).ok()?;
-        let replay = watched.replay();
-        fly(&scenario, watched, choice).ok()?;
+        let live = LiveReplay::flight(&scenario, false, map).ok()?;
+        let replay = live.replay();
+        fly(&scenario, live, choice).ok()?;
         Some(replay)
     };
     let interruption = Interruption::expected()?;
@@ -132,7 +132,7 @@ fn batches(dirs: &[&Path], args: &Args) -> Result<(), Failure> {
 
 /// A replay, and the work that fills it.
 struct Shown {
-    watched: LiveReplay,
+    live: LiveReplay,
     work: Box<dyn FnOnce(LiveReplay) -> Result<(), Failure> + Send>,
 }
 
@@ -147,12 +147,12 @@ fn record(dir: &Path, args: &Args) -> Result<Shown, Failure> {
     report_end(&record, &note);
     let settings = settings_of(&record)?;
     let map = args.maps.named().of_record(&record, &note)?;
-    let watched = LiveReplay::new(record.manifest(), &settings, record.target_names().to_vec(), false, map)?;
+    let live = LiveReplay::new(record.manifest(), &settings, record.target_names().to_vec(), false, map)?;
     let choice = args.metrics.choice;
     let dir = PathBuf::from(dir);
     let frames = record.frames().map_err(of_record)?;
-    let work = move |watched: LiveReplay| {
-        score_and_show(watched, &settings, choice, |look| {
+    let work = move |live: LiveReplay| {
+        score_and_show(live, &settings, choice, |look| {
             for frame in frames {
                 match frame {
                     Ok(frame) => look(&frame),
@@ -164,7 +164,7 @@ fn record(dir: &Path, args: &Args) -> Result<Shown, Failure> {
             }
         })
     };
-    Ok(Shown { watched, work: Box::new(work) })
+    Ok(Shown { live, work: Box::new(work) })
 }
 
 /// Returns the failure for a name that is neither a folder nor a scenario.
@@ -195,14 +195,14 @@ fn flight(what: Option<&str>, args: &Args) -> Result<Shown, Failure> {
     }
     let scenario = Scenario::load(name, &args.changes.edits()?, args.seed.unwrap_or(1)).map_err(Failure::Scenario)?;
     warn(&scenario, "", &note);
-    let watched = LiveReplay::flight(&scenario, false, args.maps.named().of_scenario(&scenario, &note)?)?;
+    let live = LiveReplay::flight(&scenario, false, args.maps.named().of_scenario(&scenario, &note)?)?;
     let choice = args.metrics.choice;
-    Ok(Shown { watched, work: Box::new(move |watched| fly(&scenario, watched, choice)) })
+    Ok(Shown { live, work: Box::new(move |live| fly(&scenario, live, choice)) })
 }
 
-fn fly(scenario: &Scenario, watched: LiveReplay, choice: MetricSelection) -> Result<(), Failure> {
+fn fly(scenario: &Scenario, live: LiveReplay, choice: MetricSelection) -> Result<(), Failure> {
     let mut mission = Mission::new_for_metrics(scenario, choice).map_err(|errors| Failure::Input(refused(&errors)))?;
-    score_and_show(watched, &scenario.settings, choice, |look| {
+    score_and_show(live, &scenario.settings, choice, |look| {
         while let Some(frame) = mission.frame() {
             look(frame);
         }
@@ -211,7 +211,7 @@ fn fly(scenario: &Scenario, watched: LiveReplay, choice: MetricSelection) -> Res
 
 /// Scores all frames and adds them to the replay.
 fn score_and_show(
-    mut watched: LiveReplay,
+    mut live: LiveReplay,
     settings: &Settings,
     choice: MetricSelection,
     frames: impl FnOnce(&mut dyn FnMut(&Frame)),
@@ -219,7 +219,7 @@ fn score_and_show(
     let mut scorer = Scorer::new(ScoreConfig::of(settings), choice);
     frames(&mut |frame| {
         scorer.frame(frame);
-        watched.frame(frame);
+        live.frame(frame);
     });
-    watched.finish(lines(&SelectedMetrics { metrics: scorer.metrics(), choice }, settings))
+    live.finish(lines(&SelectedMetrics { metrics: scorer.metrics(), choice }, settings))
 }

@@ -16,7 +16,7 @@ use tempfile::TempDir;
 
 const RUN: [&str; 5] = ["run", "tour/01-one-uav", "--set", "duration_s=5", "--out"];
 /// User id without the privileges of root.
-const NOBODY: u32 = 65_534;
+const UNPRIVILEGED: u32 = 65_534;
 
 /// Runs the program in `folder` after the shell commands `before`. Limits do not apply to root: a test that runs as
 /// root switches to another user.
@@ -25,8 +25,8 @@ fn limited(folder: &Path, before: &str, args: &[&str]) -> Output {
     let mut command = Command::new("sh");
     command.current_dir(folder).args(["-c", &script]);
     if is_root() {
-        chown(folder, Some(NOBODY), Some(NOBODY)).unwrap();
-        command.uid(NOBODY).gid(NOBODY).arg(OPEN.path().join("standoff"));
+        chown(folder, Some(UNPRIVILEGED), Some(UNPRIVILEGED)).unwrap();
+        command.uid(UNPRIVILEGED).gid(UNPRIVILEGED).arg(OPEN.path().join("standoff"));
     } else {
         command.arg(env!("CARGO_BIN_EXE_standoff"));
     }

@@ -156,8 +156,9 @@ pub(crate) fn monte_carlo(
 pub(crate) fn merge(py: Python<'_>, dirs: Vec<PathBuf>, out: Option<PathBuf>) -> PyResult<Py<Batch>> {
     in_folder(py, out, |out| {
         let out = out.to_owned();
-        let merge =
-            move |stop: &AtomicBool, _: &LatestProgress| merge_shards(&dirs, &out, stop).map_err(of_batch).and_then(with_page);
+        let merge = move |stop: &AtomicBool, _: &LatestProgress| {
+            merge_shards(&dirs, &out, stop).map_err(of_batch).and_then(with_page)
+        };
         batch_until_done(py, None, merge).map(|results| Batch { results })
     })
 }

@@ -15,7 +15,7 @@ use standoff_sim::score::{MetricSelection, Metrics, Scorer};
 use crate::batch::Batch;
 use crate::common_args::{Dict, MetricsArg, Whole, count, json, number_of_threads, warn};
 use crate::exceptions::{InputError, StandoffError, of_scenario};
-use crate::interruptible::{LatestProgress, until_done, batch_until_done};
+use crate::interruptible::{LatestProgress, batch_until_done, until_done};
 use crate::law::{self, LawCalls};
 use crate::notebook_repr::{escaped, html_table};
 use crate::scenario::{Scenario, scenario_of};

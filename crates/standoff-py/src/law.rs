@@ -109,14 +109,15 @@ pub(crate) fn mission(
     };
     let team_agent = kind.runs_builtin().then(|| TeamAgent::new(team)).transpose().map_err(refused)?;
     let team_agent = team_agent.map(|team_agent| team_agent.with_geofence(scenario.settings.geofence.clone()));
-    let team_agent =
-        match (team_agent, kind.replaces) {
-            (Some(team_agent), Replaces::Assignment) => Some(team_agent.with_assignment_law(Arc::new(CustomAssignment {
+    let team_agent = match (team_agent, kind.replaces) {
+        (Some(team_agent), Replaces::Assignment) => {
+            Some(team_agent.with_assignment_law(Arc::new(CustomAssignment {
                 law: laws[0].clone_ref(py),
                 calls: Arc::clone(calls),
-            }))),
-            (team_agent, _) => team_agent,
-        };
+            })))
+        }
+        (team_agent, _) => team_agent,
+    };
     let inboxes = scenario.uavs.iter().map(|state| Inbox { own: *state, ..Inbox::default() }).collect();
     let controller = CustomLaw {
         kind,
@@ -129,7 +130,7 @@ pub(crate) fn mission(
         now: Time::EPOCH,
         team_state: None,
     };
-    Mission::with_brain(scenario, controller).map_err(refused)
+    Mission::with_controller(scenario, controller).map_err(refused)
 }
 
 /// The object with the class attributes of a law: its class, also inside a `functools.partial`, or an instance made for
@@ -340,7 +341,12 @@ impl CustomLaw {
         Ok(Some(Answer { command: Flown { speed_m_s, turn_rate_rad_s }, pointing_target, altitude_m, group }))
     }
 
-    fn observation(&mut self, py: Python<'_>, place: usize, builtin: Option<&AgentOutput>) -> PyResult<Py<Observation>> {
+    fn observation(
+        &mut self,
+        py: Python<'_>,
+        place: usize,
+        builtin: Option<&AgentOutput>,
+    ) -> PyResult<Py<Observation>> {
         if self.kind.sees_team_state && self.team_state.is_none() {
             let team_state = self.team_agent.as_ref().map(|team_agent| TeamState::of(py, team_agent.team_state()));
             self.team_state = team_state.map(|team_state| Py::new(py, team_state)).transpose()?;

@@ -17,7 +17,7 @@ use standoff_sim::score::MetricSelection;
 use crate::common_args::{Dict, MetricsArg, Whole, count, json, small, warn, warning};
 use crate::exceptions::{InputError, StandoffError, raised};
 use crate::folder::in_folder;
-use crate::interruptible::{until_done, unless_interrupted};
+use crate::interruptible::{unless_interrupted, until_done};
 use crate::law::{self, LawCalls};
 use crate::notebook_repr::framed;
 use crate::scenario::scenario_with;
@@ -95,7 +95,8 @@ impl Flight {
         let note = |line: &str| self.notes.add(line);
         let map = self.maps.of_scenario(&self.scenario, &note)?;
         let record = fly(&self.scenario, mission, &self.out, map.as_ref(), &note, go_on, |_| {})?;
-        let (dir, out, selection, notes) = (record.dir().to_owned(), self.out.clone(), self.selection, self.notes.clone());
+        let (dir, out, selection, notes) =
+            (record.dir().to_owned(), self.out.clone(), self.selection, self.notes.clone());
         let (scenario, with_baseline) = (self.scenario.clone(), self.baseline);
         let text = run_unless(
             || stop.load(Ordering::Relaxed),

@@ -1,6 +1,5 @@
-//! A brain of one's own in the simulator: every UAV flies at the vehicle that it saw nearest, and looks there. It tells
-//! nobody anything, so what is scored is what its sensors see and how far apart the UAVs stay. `docs/controllers.md` walks
-//! through it.
+//! A custom controller: every UAV flies towards the nearest vehicle that it has measured, and points its sensor there. It
+//! reports no tracks or groups, so only metrics of views and separation are computed. `docs/controllers.md` explains it.
 //!
 //! ```text
 //! cargo run --release -p standoff-sim --example follower -- SCENARIO SEED
@@ -17,11 +16,11 @@ use standoff_sim::run::{Mission, fly};
 use standoff_sim::scenario::{Overrides, Scenario};
 use standoff_sim::score::{MetricSelection, Metrics, Scorer};
 
-/// One UAV's whole mind.
+/// State of one UAV's controller.
 #[derive(Clone, Copy)]
 struct Uav {
     own: UavState,
-    /// Where it saw a vehicle last, or was told that there is one.
+    /// Last measured position of a vehicle, or the position of a cue.
     goal: Option<Position>,
 }
 
@@ -43,8 +42,8 @@ impl Controller for Follower {
     fn observe(&mut self, _now: Time, uav: UavId, own: &UavState, scan: Option<Scan>) {
         let uav = self.uav(uav);
         uav.own = *own;
-        let seen = scan.into_iter().flat_map(|scan| scan.detections).map(|detection| detection.measurement);
-        if let Some(nearest) = seen.min_by(|a, b| a.range_m.total_cmp(&b.range_m)) {
+        let measurements = scan.into_iter().flat_map(|scan| scan.detections).map(|detection| detection.measurement);
+        if let Some(nearest) = measurements.min_by(|a, b| a.range_m.total_cmp(&b.range_m)) {
             uav.goal = Some(own.position + Displacement::from_polar(nearest.range_m, nearest.bearing));
         }
     }
@@ -72,7 +71,7 @@ impl Controller for Follower {
 /// Flies a scenario with the follower and scores it.
 pub(crate) fn follow(scenario: &Scenario) -> Result<Metrics, Box<dyn Error>> {
     let controller = Box::new(Follower::new(scenario));
-    let mut mission = Mission::with_brain(scenario, controller).map_err(|errors| errors[0].clone())?;
+    let mut mission = Mission::with_controller(scenario, controller).map_err(|errors| errors[0].clone())?;
     let mut scorer = Scorer::new(mission.score_config(), MetricSelection::standard());
     while let Some(frame) = mission.frame() {
         scorer.frame(frame);
@@ -80,15 +79,15 @@ pub(crate) fn follow(scenario: &Scenario) -> Result<Metrics, Box<dyn Error>> {
     Ok(scorer.metrics())
 }
 
-/// What the follower and the product come to in one scenario, on the same draws.
+/// Compares the follower with the built-in team in one scenario, with the same random draws. Returns two lines.
 pub(crate) fn compared(name: &str, seed: u64) -> Result<Vec<String>, Box<dyn Error>> {
     let scenario = Scenario::load(name, &Overrides::default(), seed)?;
     let ours = fly(&scenario, MetricSelection::standard()).map_err(|errors| errors[0].clone())?;
     let line = |(controller, metrics): (&str, Metrics)| {
         let percent =
             |share: Option<f64>| share.map_or("not reported".to_owned(), |share| format!("{:.0} %", 100.0 * share));
-        let (seen, watched) = (percent(metrics.in_view_fraction), percent(metrics.custody_fraction));
-        format!("{controller}: in some UAV's view {seen} of the time, in custody {watched}")
+        let (in_view, in_custody) = (percent(metrics.in_view_fraction), percent(metrics.custody_fraction));
+        format!("{controller}: in some UAV's view {in_view} of the time, in custody {in_custody}")
     };
     Ok([("follower", follow(&scenario)?), ("standoff", ours)].map(line).into())
 }

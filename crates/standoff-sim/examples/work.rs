@@ -1,6 +1,6 @@
-//! Does one kind of work so many times and nothing else: what instructions and CPU time are counted on.
+//! Repeats one kind of work, to count its instructions and CPU time.
 //!
-//! `work KIND REPETITIONS`; docs/benchmarks.md says what each kind is.
+//! `work KIND REPETITIONS`; docs/benchmarks.md describes the kinds.
 
 #[path = "../../standoff/benches/pieces/mod.rs"]
 mod pieces;

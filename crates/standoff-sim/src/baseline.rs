@@ -88,7 +88,7 @@ pub fn baseline(scenario: &Scenario) -> CoverageBaseline {
             team.instant(now, period.s(), &points, &mut placed);
         }
     }
-    let [half, all] = teams.map(|team| team.watched());
+    let [half, all] = teams.map(|team| team.share());
     CoverageBaseline { disc_radius_m, half_of_uavs: half, all_uavs: all }
 }
 
@@ -137,7 +137,7 @@ impl Team {
         }
     }
 
-    fn watched(&self) -> CoverageShare {
+    fn share(&self) -> CoverageShare {
         let share = |covered: u64| (self.of > 0).then(|| covered as f64 / self.of as f64);
         CoverageShare { discs: self.discs, mover_fraction: share(self.moved), best_fraction: share(self.placed) }
     }
@@ -186,9 +186,9 @@ mod tests {
     fn moving_discs_lose_time_when_vehicles_come_and_go() {
         let first = (0..=20).map(|t| format!("{t},first,0,0\n"));
         let second = (100..=300).map(|t| format!("{t},second,2000,0\n"));
-        let watched = of_traffic(first.chain(second));
-        assert_eq!(watched.best_fraction, Some(1.0));
-        let missed_s = (1.0 - watched.mover_fraction.unwrap()) * 220.0;
+        let share = of_traffic(first.chain(second));
+        assert_eq!(share.best_fraction, Some(1.0));
+        let missed_s = (1.0 - share.mover_fraction.unwrap()) * 220.0;
         assert!((82.5..=84.0).contains(&missed_s), "{missed_s}");
     }
 
@@ -204,9 +204,9 @@ mod tests {
         ];
         for (name, set) in cities.into_iter().chain(others) {
             let CoverageBaseline { half_of_uavs: half, all_uavs: all, .. } = of(name, &[set]);
-            for watched in [half, all] {
-                let (mover, best) = (watched.mover_fraction.unwrap(), watched.best_fraction.unwrap());
-                assert!(0.0 < mover && mover <= best && best <= 1.0, "{name}, {set}: {watched:?}");
+            for share in [half, all] {
+                let (mover, best) = (share.mover_fraction.unwrap(), share.best_fraction.unwrap());
+                assert!(0.0 < mover && mover <= best && best <= 1.0, "{name}, {set}: {share:?}");
             }
             assert!(half.best_fraction <= all.best_fraction, "{name}, {set}");
             assert!(half.mover_fraction <= all.mover_fraction, "{name}, {set}");
@@ -216,8 +216,8 @@ mod tests {
     /// Two vehicles that exist for one time step each: that of the cue, which does not count.
     #[test]
     fn coverage_is_none_without_target_time() {
-        let watched = of_traffic(["0,first,0,0\n", "10,second,0,0\n"].map(str::to_owned).into_iter());
-        assert_eq!(watched, CoverageShare { discs: 1, mover_fraction: None, best_fraction: None });
+        let share = of_traffic(["0,first,0,0\n", "10,second,0,0\n"].map(str::to_owned).into_iter());
+        assert_eq!(share, CoverageShare { discs: 1, mover_fraction: None, best_fraction: None });
     }
 
     /// A thousand vehicles in one place, and some at the limits of the coordinates.

@@ -99,12 +99,12 @@ impl<B: Controller + ?Sized> Controller for Box<B> {
 
 /// Creates the built-in controller for an airspace. Returns all parameters that are out of range.
 pub fn team_controller(
-    minds: AgentSetup,
+    setup: AgentSetup,
     team: TeamParams,
     airspace: Geofence,
     uavs: usize,
 ) -> Result<Box<dyn Controller + Send>, Vec<ParamError>> {
-    Ok(match minds {
+    Ok(match setup {
         AgentSetup::Shared => {
             Box::new(SharedAgent { fleet: TeamAgent::new(team)?.with_geofence(airspace), observed: Vec::new() })
         }

@@ -128,14 +128,14 @@ fn fly_seed(
 /// If several seeds cannot be flown, the lowest one is reported, on any number of threads; the runs before it are
 /// complete.
 ///
-/// `tell` is called with the progress: at the start, after every run, and at intervals.
+/// `report` is called with the progress: at the start, after every run, and at intervals.
 pub fn fly_into(
     dir: &Path,
     template: &ScenarioTemplate,
     batch: &Batch,
     threads: Option<NonZeroUsize>,
     stop: &AtomicBool,
-    mut tell: impl FnMut(Progress),
+    mut report: impl FnMut(Progress),
 ) -> Result<Results, MonteCarloError> {
     if let Some(complete) = find_complete(dir, batch, stop)? {
         return Ok(complete);
@@ -148,7 +148,7 @@ pub fn fly_into(
     }
     let before = journal.count(stop)?;
     let mut progress = Progress { before, done: before, of: batch.flown().end - batch.flown().start };
-    tell(progress);
+    report(progress);
     check_build(template, batch, &journal, stop)?;
     let work = |run, halt: &Halt<'_>| Ok((run, fly_seed(template, batch.seed_of(run), choice, || !halt.is_stopped())?));
     let flown = work_through(journal.missing(stop)?, threads, stop, work, |done| {
@@ -156,7 +156,7 @@ pub fn fly_into(
             journal.put(batch.seed_of(run), run, &batch.values(&metrics))?;
             progress.done += 1;
         }
-        tell(progress);
+        report(progress);
         journal.sync_now_and_then()
     });
     // After a disk error, the disk is not used again. In all other cases, the complete runs are synced to disk.

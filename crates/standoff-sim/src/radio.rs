@@ -55,7 +55,7 @@ pub(crate) struct Radio {
     /// By UAV.
     stations: Vec<RadioNode>,
     sent: Vec<SentCounts>,
-    /// Only the first `said` entries belong to this time step.
+    /// Only the first `sent_now` entries belong to this time step.
     messages: Vec<(UavId, Message)>,
     sent_now: usize,
     /// Messages from outside the team, each with a number that is unique within the time step: a target id, or
@@ -120,17 +120,17 @@ impl Radio {
 
     /// Delivers the messages that are due in time step `tick` (counted in periods) to every UAV whose computer is on.
     pub(crate) fn carry(&mut self, tick: i64, now: Time, mut hear: impl FnMut(UavId, &Message)) {
-        let Self { stations, sent, messages, sent_now: said, cues, air } = self;
-        let messages = &messages[..*said];
+        let Self { stations, sent, messages, sent_now, cues, air } = self;
+        let messages = &messages[..*sent_now];
         if let Some(air) = air {
             air.carry(&Instant { tick, now, stations, messages, cues }, sent, &mut hear);
             return;
         }
-        for (speaker, message) in messages {
-            if let Some(sent) = sent.get_mut(speaker.0 as usize) {
+        for (sender, message) in messages {
+            if let Some(sent) = sent.get_mut(sender.0 as usize) {
                 sent.count(message);
             }
-            others(stations, *speaker).filter(|uav| receives(stations, *uav)).for_each(|uav| hear(uav, message));
+            others(stations, *sender).filter(|uav| receives(stations, *uav)).for_each(|uav| hear(uav, message));
         }
         for (_, cue) in &*cues {
             others(stations, OUTSIDE).filter(|uav| receives(stations, *uav)).for_each(|uav| hear(uav, cue));
@@ -167,7 +167,7 @@ struct Instant<'a> {
 /// Identity of a message: sender, time step of sending, and number among the sender's messages of that step.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 struct Key {
-    speaker: UavId,
+    sender: UavId,
     tick: i64,
     number: u32,
 }
@@ -221,24 +221,24 @@ impl Air {
     fn carry(&mut self, instant: &Instant, sent: &mut [SentCounts], hear: &mut impl FnMut(UavId, &Message)) {
         let Instant { tick, stations, messages, cues, .. } = *instant;
         for ((station, id), sent) in stations.iter().zip(0..).zip(sent) {
-            let speaker = UavId(id);
-            let own = messages.iter().filter(|(by, _)| *by == speaker).zip(0..);
-            let said = own.map(|((_, message), number)| SentMessage {
-                key: Key { speaker, tick, number },
+            let sender = UavId(id);
+            let own = messages.iter().filter(|(by, _)| *by == sender).zip(0..);
+            let sent_message = own.map(|((_, message), number)| SentMessage {
+                key: Key { sender, tick, number },
                 message: Arc::new(message.clone()),
             });
             let budget_bytes_per_s = self.radio.bandwidth_bytes_per_s.filter(|_| !self.is_perfect(instant.now));
             let per_instant = budget_bytes_per_s.map(|rate| (rate * self.period_us as f64 / 1e6, rate));
             let Some(transmitter) = self.transmitters.get_mut(id as usize) else { continue };
-            for said in transmitter.send(station.transmits, per_instant, said) {
-                sent.count(&said.message);
-                others(stations, speaker).for_each(|to| self.send(instant, &said, to));
+            for sent_message in transmitter.send(station.transmits, per_instant, sent_message) {
+                sent.count(&sent_message.message);
+                others(stations, sender).for_each(|to| self.send(instant, &sent_message, to));
             }
         }
         for (number, cue) in cues {
-            let key = Key { speaker: OUTSIDE, tick, number: *number };
-            let said = SentMessage { key, message: Arc::new(cue.clone()) };
-            others(stations, OUTSIDE).for_each(|to| self.send(instant, &said, to));
+            let key = Key { sender: OUTSIDE, tick, number: *number };
+            let sent_message = SentMessage { key, message: Arc::new(cue.clone()) };
+            others(stations, OUTSIDE).for_each(|to| self.send(instant, &sent_message, to));
         }
         self.arrived.clear();
         self.arrived.extend(self.under_way.extract_if(.., |message| message.due <= tick));
@@ -256,17 +256,17 @@ impl Air {
     }
 
     /// Sends a message to one receiver, unless the link drops it.
-    fn send(&mut self, instant: &Instant, said: &SentMessage, to: UavId) {
+    fn send(&mut self, instant: &Instant, sent_message: &SentMessage, to: UavId) {
         let Instant { tick, now, stations, .. } = *instant;
-        let speaker = said.key.speaker;
+        let sender = sent_message.key.sender;
         let is_perfect = self.is_perfect(now);
-        if speaker != OUTSIDE && self.is_cut(now, speaker, to) || !is_perfect && self.is_far(stations, speaker, to) {
+        if sender != OUTSIDE && self.is_cut(now, sender, to) || !is_perfect && self.is_far(stations, sender, to) {
             return;
         }
         let draws = self.draws;
-        let object = u64::from(speaker.0) << 48 | u64::from(to.0) << 32 | u64::from(said.key.number);
-        let draw = |stream| draws.at(stream, object, said.key.tick as u64);
-        let link = self.radio.links.iter().find(|link| (link.from, link.to) == (speaker, to));
+        let object = u64::from(sender.0) << 48 | u64::from(to.0) << 32 | u64::from(sent_message.key.number);
+        let draw = |stream| draws.at(stream, object, sent_message.key.tick as u64);
+        let link = self.radio.links.iter().find(|link| (link.from, link.to) == (sender, to));
         let (loss, delay_s) = link.map_or(
             (self.radio.packet_loss, self.radio.latency_s),
             |Link { packet_loss: loss, latency_s: delay_s, .. }| (*loss, *delay_s),
@@ -280,7 +280,12 @@ impl Air {
         for _ in 0..1 + usize::from(is_double) {
             let delay_s = if is_perfect { 0.0 } else { delay_s.draw(&mut late) };
             let due = tick + self.instants_late(delay_s);
-            self.under_way.push(InTransit { due, to, key: said.key, message: Arc::clone(&said.message) });
+            self.under_way.push(InTransit {
+                due,
+                to,
+                key: sent_message.key,
+                message: Arc::clone(&sent_message.message),
+            });
         }
     }
 
@@ -317,7 +322,7 @@ impl Transmitter {
         &mut self,
         is_on: bool,
         bytes: Option<(f64, f64)>,
-        said: impl Iterator<Item = SentMessage>,
+        sent_message: impl Iterator<Item = SentMessage>,
     ) -> Vec<SentMessage> {
         if !is_on {
             *self = Self::default();
@@ -325,19 +330,19 @@ impl Transmitter {
         }
         let Some((credit_bytes, room_bytes)) = bytes else {
             let waiting = std::mem::take(self).waiting;
-            return waiting.into_iter().chain(said).collect();
+            return waiting.into_iter().chain(sent_message).collect();
         };
         // An idle transmitter accumulates no credit.
         let saved_bytes = if self.waiting.is_empty() { 0.0 } else { self.credit_bytes };
         self.credit_bytes = saved_bytes + credit_bytes;
         let mut sent = Vec::new();
         self.send_waiting(&mut sent);
-        for said in said {
-            let size = said.message.size_bytes() as f64;
+        for sent_message in sent_message {
+            let size = sent_message.message.size_bytes() as f64;
             let is_next = self.waiting.is_empty() && size <= self.credit_bytes;
             if is_next || self.waiting_bytes + size <= room_bytes {
                 self.waiting_bytes += size;
-                self.waiting.push_back(said);
+                self.waiting.push_back(sent_message);
                 self.send_waiting(&mut sent);
             }
         }
@@ -346,7 +351,7 @@ impl Transmitter {
 
     /// Sends waiting messages as long as the credit suffices.
     fn send_waiting(&mut self, sent: &mut Vec<SentMessage>) {
-        while let Some(size) = self.waiting.front().map(|said| said.message.size_bytes() as f64)
+        while let Some(size) = self.waiting.front().map(|sent_message| sent_message.message.size_bytes() as f64)
             && size <= self.credit_bytes
         {
             self.credit_bytes -= size;
@@ -360,20 +365,20 @@ impl Transmitter {
 mod tests {
     use super::*;
 
-    fn said(number: u32) -> SentMessage {
+    fn sent_message(number: u32) -> SentMessage {
         let state = standoff::UavState::level_flight(Position::ORIGIN, standoff::Angle::ZERO, 40.0);
         let message = Message::Report(standoff::Report::position_only(UavId(0), Time::EPOCH, state));
-        SentMessage { key: Key { speaker: UavId(0), tick: 0, number }, message: Arc::new(message) }
+        SentMessage { key: Key { sender: UavId(0), tick: 0, number }, message: Arc::new(message) }
     }
 
     /// A transmitter that was idle for a long time sends no larger burst than any other.
     #[test]
     fn unused_bandwidth_is_not_accumulated() {
         let mut transmitter = Transmitter::default();
-        let size = said(0).message.size_bytes() as f64;
+        let size = sent_message(0).message.size_bytes() as f64;
         let mut send = |messages: u32| -> Vec<u32> {
-            let sent = transmitter.send(true, Some((2.2 * size, 4.4 * size)), (0..messages).map(said));
-            sent.iter().map(|said| said.key.number).collect()
+            let sent = transmitter.send(true, Some((2.2 * size, 4.4 * size)), (0..messages).map(sent_message));
+            sent.iter().map(|sent_message| sent_message.key.number).collect()
         };
         for _ in 0..10 {
             assert_eq!(send(1), [0]);

@@ -170,8 +170,8 @@ impl ReferenceReplay {
         let observation = self.fleet.observe(self.time(instant), by, &nowhere, None);
         if let Some(Row { reports, cues }) = self.sent.get(&instant) {
             let reports = reports.values().cloned().map(Message::Report);
-            let said = reports.chain(cues.iter().copied().map(Message::Cue));
-            said.for_each(|message| self.fleet.receive(&observation, &message));
+            let messages = reports.chain(cues.iter().copied().map(Message::Cue));
+            messages.for_each(|message| self.fleet.receive(&observation, &message));
         }
         self.fleet.decide(&observation);
     }

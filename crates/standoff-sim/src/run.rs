@@ -119,21 +119,20 @@ impl Mission {
 
     /// Like [`Self::new`], with the reference replay if the chosen metrics need it (`double_counted_steps`), which takes time.
     pub fn new_for_metrics(scenario: &Scenario, choice: MetricSelection) -> Result<Self, Vec<ParamError>> {
-        let (Settings { agents: minds, team, geofence: airspace, .. }, uavs) =
-            (&scenario.settings, scenario.uavs.len());
-        let controller: Box<dyn Controller + Send> = match minds {
+        let (Settings { agents, team, geofence: airspace, .. }, uavs) = (&scenario.settings, scenario.uavs.len());
+        let controller: Box<dyn Controller + Send> = match agents {
             AgentSetup::PerUav if choice.needs_reference_replay() => {
                 Box::new(controller::audited(*team, airspace.clone(), uavs)?)
             }
-            _ => controller::team_controller(*minds, *team, airspace.clone(), uavs)?,
+            _ => controller::team_controller(*agents, *team, airspace.clone(), uavs)?,
         };
-        Ok(Self { is_foreign: false, ..Self::with_brain(scenario, controller)? })
+        Ok(Self { is_foreign: false, ..Self::with_controller(scenario, controller)? })
     }
 }
 
 impl<B: Controller> Mission<B> {
     /// Like [`Self::new`], flown by the given controller.
-    pub fn with_brain(scenario: &Scenario, controller: B) -> Result<Self, Vec<ParamError>> {
+    pub fn with_controller(scenario: &Scenario, controller: B) -> Result<Self, Vec<ParamError>> {
         let settings = scenario.settings.clone();
         let errors = settings.team.errors_for_period(settings.period);
         if !errors.is_empty() {
@@ -462,7 +461,7 @@ mod tests {
     fn a_controller_gets_the_assumed_state_and_the_record_the_true_one() {
         let scenario = Scenario::load("tour/01-one-uav", &Overrides::default(), 1).unwrap();
         let observed = Rc::default();
-        let mut mission = Mission::with_brain(&scenario, Box::new(Listener(Rc::clone(&observed)))).unwrap();
+        let mut mission = Mission::with_controller(&scenario, Box::new(Listener(Rc::clone(&observed)))).unwrap();
         let truth = mission.uavs[0].truth;
         let belief = UavState { position: truth.position + Displacement::from_m(30.0, -4.0), ..truth };
         mission.uavs[0].believed_state = belief;
@@ -480,7 +479,7 @@ mod tests {
         let controller =
             controller::audited(scenario.settings.team, scenario.settings.geofence.clone(), scenario.uavs.len())
                 .unwrap();
-        let mut mission = Mission::with_brain(&scenario, controller).unwrap();
+        let mut mission = Mission::with_controller(&scenario, controller).unwrap();
         let metrics = mission.score_while(MetricSelection::parse("double_counted_steps").unwrap(), || true);
         let sum =
             |of: fn(&crate::reference_replay::ReferenceReplay) -> u64| mission.controller.audits.iter().map(of).sum();

@@ -278,7 +278,7 @@ impl Scorer {
         let [position, velocity] = self.bound.as_ref().map(Bound::efficiencies).unwrap_or_default();
         let period_s = self.config.period_s;
         let Sums {
-            in_custody: watched,
+            in_custody,
             in_view: seen,
             out_of_view: unseen,
             longest_gap,
@@ -291,7 +291,7 @@ impl Scorer {
         let [sent_bytes_per_s, sent_bytes_per_s_max] = self.agreement.bytes_per_s(period_s);
         let [quiet, manoeuvring] = self.tallies.consistency(&self.config.manoeuvring);
         let metrics = Metrics {
-            custody_fraction: watched.value(),
+            custody_fraction: in_custody.value(),
             in_view_fraction: seen.value(),
             longest_out_of_view_s: seen.value().map(|_| longest_gap as f64 * period_s),
             reacquired_fraction: refound.value(),

@@ -127,7 +127,7 @@ impl Controller for Renamed {
 }
 
 fn scored(scenario: &Scenario, controller: Box<dyn Controller>) -> Metrics {
-    let mut mission = Mission::with_brain(scenario, controller).unwrap();
+    let mut mission = Mission::with_controller(scenario, controller).unwrap();
     let mut scorer = Scorer::new(mission.score_config(), MetricSelection::parse("all").unwrap());
     while let Some(frame) = mission.frame() {
         scorer.frame(frame);
@@ -227,7 +227,7 @@ impl Controller for Wild {
 #[test]
 fn no_controller_exceeds_uav_limits_or_corrupts_frames() {
     let scenario = load("tour/02-two-uavs", &[], 1);
-    let mut mission = Mission::with_brain(&scenario, Box::new(Wild)).unwrap();
+    let mut mission = Mission::with_controller(&scenario, Box::new(Wild)).unwrap();
     while let Some(frame) = mission.frame() {
         for uav in &frame.uavs {
             assert!(uav.speed_limited && uav.turn_rate_limited);
@@ -274,15 +274,9 @@ impl Controller for Untidy {
         agents.all.extend([1, 0, 1].map(row_of_agent));
         let tracks = [(1, 0, 1.0), (0, 1, f64::NAN), (0, 0, 2.0), (0, 0, 3.0)];
         agents.tracks.extend(tracks.map(|(agent, target, x_m)| ByAgent { agent, row: track_row(target, x_m) }));
-        let (presence, heard_us, group) = (None, None, Some(0));
-        let mate = |(agent, uav)| TeammateRow {
-            agent,
-            uav,
-            status: presence,
-            last_report_us: heard_us,
-            group,
-            group_id: Some(u64::from(agent)),
-        };
+        let (status, last_report_us, group) = (None, None, Some(0));
+        let mate =
+            |(agent, uav)| TeammateRow { agent, uav, status, last_report_us, group, group_id: Some(u64::from(agent)) };
         agents.teammates.extend([(1, 1), (1, 0), (0, 1), (0, 0), (0, 1)].map(mate));
     }
 }
@@ -291,7 +285,7 @@ impl Controller for Untidy {
 #[test]
 fn agents_of_a_third_party_controller_are_recorded_and_scored() {
     let scenario = load("paper/table-2-pair", &[], 1);
-    let mut mission = Mission::with_brain(&scenario, Untidy).unwrap();
+    let mut mission = Mission::with_controller(&scenario, Untidy).unwrap();
     let agents = mission.frame().unwrap().agents.clone();
     let agent_rows: Vec<_> = agents.all.iter().map(|row| (row.agent, row.sent_messages, row.sent_bytes)).collect();
     assert_eq!(agent_rows, [(0, 0, 0), (1, 0, 0)]);
@@ -299,6 +293,7 @@ fn agents_of_a_third_party_controller_are_recorded_and_scored() {
     assert_eq!(tracks, [(0, 0, 2.0), (1, 0, 1.0)]);
     let team: Vec<_> = agents.teammates.iter().map(|row| (row.agent, row.uav)).collect();
     assert_eq!(team, [(0, 0), (0, 1), (1, 0), (1, 1)]);
-    let metrics = Mission::with_brain(&scenario, Untidy).unwrap().score_while(MetricSelection::standard(), || true);
+    let metrics =
+        Mission::with_controller(&scenario, Untidy).unwrap().score_while(MetricSelection::standard(), || true);
     assert_eq!((metrics.assignment_disagreement_fraction, metrics.sent_bytes_per_s), (Some(1.0), Some(0.0)));
 }

@@ -591,8 +591,8 @@ fn about_the_origin(zones: &str, duration_s: f64) -> Scenario {
 #[test]
 fn zone_across_an_orbit_is_avoided_and_reported() {
     let wood = "[[geofence]]\nname = \"wood\"\nvertices = [[100, 100], [900, 100], [900, 900], [100, 900]]";
-    let flown = ["shared", "per-uav"].map(|minds| {
-        let scenario = about_the_origin(&format!("team.agents = \"{minds}\"\n{wood}"), 250.0);
+    let flown = ["shared", "per-uav"].map(|agents| {
+        let scenario = about_the_origin(&format!("team.agents = \"{agents}\"\n{wood}"), 250.0);
         let frames = frames(&scenario);
         let metrics = score(&scenario, &frames);
         assert_eq!((metrics.zone_violations, metrics.double_counted_steps.unwrap_or(0)), (Some(0), 0));

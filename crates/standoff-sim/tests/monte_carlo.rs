@@ -149,11 +149,11 @@ fn complete_runs_are_not_flown_again() {
     fly_until(home.path(), &template, &whole, 1, 5).unwrap_err();
     let (first, calls) = (Cell::new(None), Cell::new(0));
     let never = AtomicBool::new(false);
-    let tell = |progress| {
+    let report = |progress| {
         calls.set(calls.get() + 1);
         first.set(first.get().or(Some(progress)));
     };
-    fly_into(home.path(), &template, &whole, threads(1), &never, tell).unwrap();
+    fly_into(home.path(), &template, &whole, threads(1), &never, report).unwrap();
     let first = first.get().unwrap();
     assert!(first.before >= 5 && first.done == first.before && first.of == 12, "{first:?}");
     let called = calls.get();
@@ -407,8 +407,8 @@ fn stop_does_not_wait_for_active_runs() {
     let template = pair(&["duration_s=1000000"]);
     let stop = AtomicBool::new(false);
     let began = Instant::now();
-    let tell = |_| stop.store(began.elapsed() > Duration::from_millis(200), Ordering::Relaxed);
-    let flown = fly_into(home.path(), &template, &batch(&template, 4, None), threads(2), &stop, tell);
+    let report = |_| stop.store(began.elapsed() > Duration::from_millis(200), Ordering::Relaxed);
+    let flown = fly_into(home.path(), &template, &batch(&template, 4, None), threads(2), &stop, report);
     assert!(matches!(flown, Err(MonteCarloError::Interrupted)));
     assert!(began.elapsed() < Duration::from_secs(2), "{:?}", began.elapsed());
 }

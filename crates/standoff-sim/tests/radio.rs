@@ -116,7 +116,7 @@ fn flown(scenario: &Scenario, reports_per_step: u32, detections: usize) -> (Log,
     let log = Rc::default();
     let controller =
         TestController { reports_per_step, detections, outbox: Vec::new(), now_s: Vec::new(), log: Rc::clone(&log) };
-    let mut mission = Mission::with_brain(scenario, controller).unwrap();
+    let mut mission = Mission::with_controller(scenario, controller).unwrap();
     let (mut frames, mut sent) = (Vec::new(), Vec::new());
     while let Some(frame) = mission.frame().cloned() {
         frames.push(frame);
@@ -526,7 +526,7 @@ fn radio_without_faults_changes_no_bit() {
                 plain.uavs.len(),
             )
             .unwrap();
-            let mut mission = Mission::with_brain(scenario, controller).unwrap();
+            let mut mission = Mission::with_controller(scenario, controller).unwrap();
             std::iter::from_fn(|| mission.frame().cloned()).collect::<Vec<_>>()
         };
         assert!(frames(&plain) == frames(&configured), "{name}");
@@ -596,7 +596,7 @@ fn restarted_agent_has_an_empty_state_and_the_next_epoch() {
             team_controller(AgentSetup::PerUav, scenario.settings.team, scenario.settings.geofence.clone(), uavs)
                 .unwrap();
         let epochs: Rc<RefCell<Vec<(u32, u32)>>> = Rc::default();
-        let mut mission = Mission::with_brain(&scenario, Spy { inner, epochs: Rc::clone(&epochs) }).unwrap();
+        let mut mission = Mission::with_controller(&scenario, Spy { inner, epochs: Rc::clone(&epochs) }).unwrap();
         let frames: Vec<_> = std::iter::from_fn(|| mission.frame().cloned()).collect();
         let epochs = epochs.borrow().clone();
         (frames, epochs)
@@ -639,23 +639,23 @@ fn built_in_controller_stays_within_limits_under_all_faults() {
 
 #[test]
 fn faults_require_one_agent_per_uav() {
-    let minds = |fault: &str| {
+    let agents = |fault: &str| {
         template(&format!("{fault}\n[[targets.start]]\n")).and_then(|template| {
             template.draw(1).map(|scenario| scenario.settings.agents).map_err(|error| error.to_string())
         })
     };
     let faults = ["[radio]", "uavs.boot_delay_s = 0", "uavs.restart = [{}]", "uavs.clock = [{}]"];
-    assert_eq!(minds(""), Ok(AgentSetup::Shared));
-    assert_eq!(minds("team.agents = \"per-uav\""), Ok(AgentSetup::PerUav));
+    assert_eq!(agents(""), Ok(AgentSetup::Shared));
+    assert_eq!(agents("team.agents = \"per-uav\""), Ok(AgentSetup::PerUav));
     // If messages may be missing, altitudes and turns must not depend on agreement.
     assert_eq!(
         (team(2, "").settings.team.link, team(2, "[radio]").settings.team.link),
         (LinkModel::Ideal, LinkModel::Lossy)
     );
     for fault in faults {
-        assert_eq!(minds(fault), Ok(AgentSetup::PerUav), "{fault}");
-        assert_eq!(minds(&format!("team.agents = \"per-uav\"\n{fault}")), Ok(AgentSetup::PerUav), "{fault}");
-        let refused = minds(&format!("team.agents = \"shared\"\n{fault}")).unwrap_err();
+        assert_eq!(agents(fault), Ok(AgentSetup::PerUav), "{fault}");
+        assert_eq!(agents(&format!("team.agents = \"per-uav\"\n{fault}")), Ok(AgentSetup::PerUav), "{fault}");
+        let refused = agents(&format!("team.agents = \"shared\"\n{fault}")).unwrap_err();
         let expected = "mine:1:6: team.agents = \"shared\": a single agent for all UAVs needs an ideal radio: with [radio], \
                         restarts, late starts or clocks set \"each\", or leave out the key";
         assert_eq!(refused, expected, "{fault}");
@@ -775,13 +775,11 @@ fn record_of_several_agents_gives_the_scores_of_the_flight() {
     record.frames().unwrap().for_each(|frame| read.frame(&frame.unwrap()));
     assert_eq!(flown.metrics(), read.metrics());
     let Metrics {
-        assignment_disagreement_fraction,
-        reconvergence_time_s,
-        double_counted_steps,
-        sent_bytes_per_s: bytes_per_s,
-        ..
+        assignment_disagreement_fraction, reconvergence_time_s, double_counted_steps, sent_bytes_per_s, ..
     } = read.metrics();
-    assert!(assignment_disagreement_fraction > Some(0.0) && reconvergence_time_s.is_some() && bytes_per_s > Some(0.0));
+    assert!(
+        assignment_disagreement_fraction > Some(0.0) && reconvergence_time_s.is_some() && sent_bytes_per_s > Some(0.0)
+    );
     assert_eq!(double_counted_steps, Some(0));
     // Without faults, and with faults that do not end, there is no end time.
     assert_eq!(team(2, "radio.packet_loss = 0.1").settings.faults_end_s, None);

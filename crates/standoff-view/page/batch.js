@@ -312,11 +312,11 @@ class BatchPage {
       const row = document.createElement("tr");
       row.dataset.run = run;
       const seed = this.seed(variant, run);
-      for (const text of [index + 1, four(value * metric.factor), run, seed]) row.append(textElement("td", text));
+      for (const text of [index + 1, four(value * metric.factor), seed]) row.append(textElement("td", text));
       row.cells[1].title = String(value);
       const open = this.source.live
-        ? textElement("a", "Replay", { href: this.path(variant, run), "aria-label": `Replay run ${run}, seed ${seed}` })
-        : textElement("button", "Command", { type: "button", "aria-label": `Command for run ${run}, seed ${seed}` });
+        ? textElement("a", "Replay", { href: this.path(variant, run), "aria-label": `Replay the run of seed ${seed}` })
+        : textElement("button", "Command", { type: "button", "aria-label": `Command for the run of seed ${seed}` });
       row.append(document.createElement("td"));
       row.lastChild.append(open);
       row.addEventListener("click", () => this.chooseRun(variant, run));
@@ -334,7 +334,7 @@ class BatchPage {
     element("replay").hidden = !variant || !this.source.live;
     element("toml").hidden = !variant || !this.needsFile(variant);
     element("run").textContent = variant
-      ? `${this.several ? `${this.letter(variant)}, run` : "Run"} ${run}, seed ${this.seed(variant, run)}` : "No run";
+      ? `${this.several ? `${this.letter(variant)}, seed` : "Seed"} ${this.seed(variant, run)}` : "No run";
     if (!variant) return;
     element("replay").href = this.path(variant, run);
     element("command").textContent = this.command(variant, run);

@@ -60,8 +60,8 @@ const INTRUDER_COLUMNS = [
 const TARGET_COLUMNS = [
   ["name", "Target", (target) => target.name, "Name of the target in the scenario or the traffic file"],
   ["state", "State", (target) => [target.membership, target.status].filter(Boolean).join(", ") || "no track",
-    "Membership of the track (member: in a group; dwell: in handoff; unassigned: in no group; discarded: no feasible orbit could include it) " +
-    "and its status (held: measured in this time step; coasting: predicted only; cued: reported by a cue source, not measured yet)"],
+    "Membership of the track (member: in a group; in-handoff: in handoff; ungrouped: in no group; removed: no feasible orbit could include it) " +
+    "and its status (updated: measured in this time step; coasting: predicted only; cued: reported by a cue source, not measured yet)"],
   ["concern", "Warning", (target) => concern(target), "State that needs attention; out of view: a group member that is in no UAV's field of view (true geometry)"],
   ["group", "Group", (target) =>
     target.group === null ? "none" : target.receiving_group === null ? `${target.group}` : `${target.group} to ${target.receiving_group}`,
@@ -76,7 +76,7 @@ const AGENT_COLUMNS = [
   ["missing_reports", "No reports from", (agent) => (agent.is_on ? agent.notReceived : "off"),
     "UAVs whose reports this agent does not receive, with the age of the last report; off: the computer is off"],
   ["assignments", "Assignments", (agent) => agent.assignments,
-    "UAVs assigned to each group in this agent's team state; the creation time tells groups with equal numbers apart"],
+    "UAVs assigned to each group in this agent's team state; the creation time distinguishes groups with equal numbers"],
   ["agrees", "Same assignments", (agent) => agent.agrees, "Agents whose team states have the same assignments"],
   ["lag_s", "Commit lag (s)", (agent) => fixed(agent.lag_s, 1), "Time since the last committed time step; the team state up to that step is final"],
 ];

@@ -73,12 +73,12 @@ class InfoCards {
   place(x, y) {
     const { hover, canvas } = this;
     const { offsetWidth, offsetHeight } = hover;
-    const beside = (at, size, room) => (at + 16 + size <= room ? at + 16 : Math.max(at - 16 - size, 0));
-    hover.style.left = `${canvas.offsetLeft + beside(x, offsetWidth, canvas.clientWidth)}px`;
-    hover.style.top = `${canvas.offsetTop + beside(y, offsetHeight, canvas.clientHeight)}px`;
+    const nextTo = (at, size, room) => (at + 16 + size <= room ? at + 16 : Math.max(at - 16 - size, 0));
+    hover.style.left = `${canvas.offsetLeft + nextTo(x, offsetWidth, canvas.clientWidth)}px`;
+    hover.style.top = `${canvas.offsetTop + nextTo(y, offsetHeight, canvas.clientHeight)}px`;
   }
 
-  /** Text that says that the followed object does not exist or has dropped out; empty otherwise. */
+  /** Text stating that the followed object does not exist or has dropped out; empty otherwise. */
   noteText() {
     const { replayData, selection, map } = this.run;
     const { followed } = selection;

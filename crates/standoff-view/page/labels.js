@@ -14,7 +14,7 @@ class Labels {
   }
 
   /** Draws a label next to a position, offset by `dx` and `dy`, where it overlaps no other label; draws nothing if there is no space. */
-  beside(text, x, y, dx, dy) {
+  nextTo(text, x, y, dx, dy) {
     const width = this.pen.measureText(text).width;
     const corners = [[x + dx, y + dy], [x + dx, y - dy], [x - dx - width, y + dy], [x - dx - width, y - dy],
       [x - width / 2, y + dy + LINE], [x - width / 2, y - dy - LINE]];
@@ -69,11 +69,11 @@ function drawNames(map, { pen, labels, scene, size }) {
   for (const uav of scene.uavs) {
     if (!isVisible(uav)) continue;
     const out = uav.out ? " (dropped out)" : "";
-    labels.beside(`UAV ${uav.id}${out}`, ...camera.at(uav.x_m, uav.y_m), 15, 14);
+    labels.nextTo(`UAV ${uav.id}${out}`, ...camera.at(uav.x_m, uav.y_m), 15, 14);
   }
   for (const group of scene.groups) {
     if (camera.sees(group.x_m, group.y_m, 0) && selection.passes(group.id)) {
-      labels.beside(`group ${group.id}`, ...camera.at(group.x_m, group.y_m), 8, 10);
+      labels.nextTo(`group ${group.id}`, ...camera.at(group.x_m, group.y_m), 8, 10);
     }
   }
   pen.font = "11px system-ui, sans-serif";
@@ -86,7 +86,7 @@ function drawNames(map, { pen, labels, scene, size }) {
     return { x, y, first: warning || selection.isChosen("target", target.id), name: `${targetName(replayData, target.id)}${suffix}` };
   });
   for (const { x, y, name } of [...named.filter((one) => one.first), ...named.filter((one) => !one.first)]) {
-    labels.beside(name, x, y, 8 * size, 10);
+    labels.nextTo(name, x, y, 8 * size, 10);
   }
 }
 

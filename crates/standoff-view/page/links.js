@@ -54,7 +54,7 @@ function drawSilence(map, { pen, labels, scene }) {
     addDisc(pen, x, y, 17);
     pen.stroke();
     pen.setLineDash([]);
-    if (!out && camera.sees(x_m, y_m)) labels.beside(silenceText(agentState), x, y, 20, 24);
+    if (!out && camera.sees(x_m, y_m)) labels.nextTo(silenceText(agentState), x, y, 20, 24);
     if (Number.isNaN(age_s)) continue;
     const then = replayData.instant(replayData.times_s[agentState.instant] - age_s);
     const [x2, y2] = camera.at(replayData.value("uavs", "x_m", id, then), replayData.value("uavs", "y_m", id, then));

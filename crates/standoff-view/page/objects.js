@@ -106,7 +106,7 @@ function capital({ kind }, name) {
   return kind === "group" || kind === "intruder" ? name[0].toUpperCase() + name.slice(1) : name;
 }
 
-/** Text that says that an object does not exist at the time shown, and when it ended or begins, if known. */
+/** Text stating that an object does not exist at the time shown, and when it ended or begins, if known. */
 function absence(replayData, scene, { kind, id }) {
   const { time_s } = scene;
   const name = capital({ kind }, objectName(replayData, { kind, id }));

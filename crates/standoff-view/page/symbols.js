@@ -149,7 +149,7 @@ function drawTracks(map, { pen, labels, size }) {
   const hidden = map.drawn.filter(({ target }) => target.out_of_view && map.selection.passes(target.group));
   draw(hidden, () => alarm, ({ x, y }) => addDisc(pen, x, y, 12));
   pen.fillStyle = alarm;
-  for (const { x, y } of hidden) labels.beside("out of view", x, y, 15, 8);
+  for (const { x, y } of hidden) labels.nextTo("out of view", x, y, 15, 8);
 }
 
 /** Outline of a UAV, nose along x, px. */
@@ -183,7 +183,7 @@ function drawUavs(map, { pen, labels, scene }) {
       pen.beginPath();
       addCross(pen, x, y, 9);
       pen.stroke();
-      labels.beside(outageText(uav), x, y, 13, 8);
+      labels.nextTo(outageText(uav), x, y, 13, 8);
     }
   }
 }
@@ -208,11 +208,11 @@ function drawIntruders(map, { pen, labels, scene }) {
     pen.stroke();
     pen.fillStyle = alarm;
     // The offset keeps the label clear of the selection ring.
-    labels.beside(`intruder ${id}${transponder_on ? "" : ", transponder off"}`, x, y, 22, 8);
+    labels.nextTo(`intruder ${id}${transponder_on ? "" : ", transponder off"}`, x, y, 22, 8);
   }
 }
 
-/** Text that says since when a UAV has dropped out. */
+/** Text stating since when a UAV has dropped out. */
 function outageText({ id, out }) {
   return `UAV ${id} dropped out at ${out.since_s.toFixed(1)} s`;
 }

@@ -372,7 +372,7 @@ impl Agent {
         let Self { log, history, .. } = self;
         let since = log.time(history.start);
         let stamps = log
-            .log_status(now)
+            .teammates_with_status(now)
             .map(|peer| &peer.log_status)
             .filter(|status| status.start == since)
             .map(|status| status.commit_digest);
@@ -403,13 +403,13 @@ impl Agent {
         if !matches!(outbox.first(), Some(Message::Report(_))) {
             outbox.insert(0, Message::Report(Report::position_only(*id, Time::EPOCH, *own)));
         }
-        if let (Some(Message::Report(report)), Some(said)) =
+        if let (Some(Message::Report(report)), Some(own_report)) =
             (outbox.first_mut(), log.messages(now).and_then(|row| row.report_of(uav)))
         {
             (report.uav, report.restart_count, report.sequence) = (uav, *epoch, *sequence);
-            (report.time, report.state, report.boresight) = (said.time, *own, scan.boresight);
+            (report.time, report.state, report.boresight) = (own_report.time, *own, scan.boresight);
             (report.assigned_group, report.is_leaving) = (duty, leaves);
-            report.detections.clone_from(&said.detections);
+            report.detections.clone_from(&own_report.detections);
             let knowledge = report.log_status.get_or_insert_default();
             knowledge.start = log.time(history.start);
             knowledge.committed_until = log.time(history.committed);
@@ -420,15 +420,15 @@ impl Agent {
         }
         self.ready_count = 1;
         self.offer_snapshot(now);
-        let (outbox, said) = (&mut self.outgoing, &mut self.ready_count);
+        let (outbox, ready_count) = (&mut self.outgoing, &mut self.ready_count);
         let is_missing = self.retransmission.next_messages(&self.log, now, |again| {
-            let message = retransmission_budget_bytes(outbox, *said);
+            let message = outbox_slot(outbox, *ready_count);
             match (again, &mut *message) {
                 (Resend::Report(report), Message::Report(old)) => old.clone_from(report),
                 (Resend::Report(report), _) => *message = Message::Report(report.clone()),
                 (Resend::Cue(cue), _) => *message = Message::Cue(*cue),
             }
-            *said += 1;
+            *ready_count += 1;
         });
         if is_missing {
             self.log.degraded_at = now;
@@ -437,8 +437,10 @@ impl Agent {
 
     /// Adds the snapshot parts that teammates have requested from this agent.
     fn offer_snapshot(&mut self, now: i64) {
-        let requests =
-            self.log.log_status(now).filter_map(|peer| Some((peer.log_status_at, peer.snapshot_request(self.id)?)));
+        let requests = self
+            .log
+            .teammates_with_status(now)
+            .filter_map(|peer| Some((peer.log_status_at, peer.snapshot_request(self.id)?)));
         let requests: Vec<(i64, SnapshotRequest)> = requests.collect();
         if requests.is_empty() {
             return;
@@ -455,9 +457,7 @@ impl Agent {
             self.snapshot_sender = offer;
             self.history.commit_with_digest(instant, self.snapshot_sender.commit_digest.digest);
         }
-        let Self {
-            id, log, history, snapshot_sender: offer, outgoing: outbox, ready_count: said, retransmission, ..
-        } = self;
+        let Self { id, log, history, snapshot_sender: offer, outgoing: outbox, ready_count, retransmission, .. } = self;
         let since = log.time(history.start);
         for (requested_at, request) in requests {
             let mut from = 0;
@@ -465,7 +465,7 @@ impl Agent {
                 if retransmission.is_spent() {
                     return;
                 }
-                let slot = retransmission_budget_bytes(outbox, *said);
+                let slot = outbox_slot(outbox, *ready_count);
                 let mut part = match slot {
                     Message::Snapshot(part) => core::mem::take(part),
                     _ => SnapshotPart::default(),
@@ -473,7 +473,7 @@ impl Agent {
                 offer.part(*id, since, index, now, &mut part);
                 *slot = Message::Snapshot(part);
                 retransmission.spend(slot.size_bytes());
-                *said += 1;
+                *ready_count += 1;
                 from = index + 1;
             }
         }
@@ -494,7 +494,7 @@ impl Agent {
             peer.log_status.start == self.log.time(self.history.start)
                 && ours.is_none_or(|digest| digest == stamp.digest)
         };
-        let peers = || self.log.log_status(now).filter(|peer| follows_ours(peer));
+        let peers = || self.log.teammates_with_status(now).filter(|peer| follows_ours(peer));
         let known =
             (committed + 1..now).take_while(|instant| peers().all(|peer| self.log.is_acknowledged_by(peer, *instant)));
         known.last().unwrap_or(committed).max(now - 2 * old).min(now - 1)
@@ -504,8 +504,8 @@ impl Agent {
     fn reference_agent(&self, now: i64) -> Option<&TeammateLog> {
         let ours = (self.log.time(self.history.start), self.id);
         let first = |peer: &&TeammateLog| (peer.log_status.start, peer.uav);
-        let telling = self.log.log_status(now).filter(|peer| peer.skipped_until <= now);
-        telling.min_by_key(first).filter(|peer| first(peer) < ours)
+        let peers = self.log.teammates_with_status(now).filter(|peer| peer.skipped_until <= now);
+        peers.min_by_key(first).filter(|peer| first(peer) < ours)
     }
 
     /// Compares the own state with that of the reference agent; returns the snapshot request if they differ.
@@ -526,7 +526,7 @@ impl Agent {
         let follows = |peer: &&TeammateLog| {
             peer.uav == counting || (peer.log_status.start, peer.log_status.commit_digest) == (since, stamp)
         };
-        let others = || self.log.log_status(now).filter(follows);
+        let others = || self.log.teammates_with_status(now).filter(follows);
         let turn = (now - asks_since) / (2 * self.log.teammate_timeout());
         if turn >= others().count().max(1) as i64 {
             return self.skip_reference(counting, asks_since, now);
@@ -617,9 +617,9 @@ impl Agent {
 }
 
 /// Returns the outbox slot for the next message to send.
-fn retransmission_budget_bytes(outbox: &mut Vec<Message>, said: usize) -> &mut Message {
-    if outbox.len() <= said {
+fn outbox_slot(outbox: &mut Vec<Message>, ready_count: usize) -> &mut Message {
+    if outbox.len() <= ready_count {
         outbox.push(Message::Snapshot(SnapshotPart::default()));
     }
-    &mut outbox[said]
+    &mut outbox[ready_count]
 }

@@ -192,8 +192,8 @@ impl MessageLog {
     }
 
     /// Adds the own report; its delay does not count.
-    pub(crate) fn append_own(&mut self, instant: i64, said: ReportView) -> Insert {
-        self.put_report(instant, said, None)
+    pub(crate) fn append_own(&mut self, instant: i64, report_view: ReportView) -> Insert {
+        self.put_report(instant, report_view, None)
     }
 
     /// Processes a report received at time step `now`; time steps up to `committed` cannot change any more.
@@ -247,13 +247,13 @@ impl MessageLog {
         self.longest_delay = self.delays.iter().rposition(|count| *count > 0).unwrap_or_default() as i64;
     }
 
-    fn put_report(&mut self, instant: i64, said: ReportView, report: Option<(&Report, bool)>) -> Insert {
-        let uav = said.uav;
+    fn put_report(&mut self, instant: i64, report_view: ReportView, report: Option<(&Report, bool)>) -> Insert {
+        let uav = report_view.uav;
         if !self.has_room_for(uav) {
             return Insert::Rejected;
         }
         let Some(row) = self.messages_mut(instant) else { return Insert::Rejected };
-        let put = row.put(said);
+        let put = row.put(report_view);
         if matches!(put, Insert::Added | Insert::Replaced) {
             self.changed_from = self.changed_from.min(instant);
         }
@@ -261,7 +261,7 @@ impl MessageLog {
             self.note(MessageSource::Uav(uav), instant);
             match report {
                 Some((report, is_alike)) => self.update_log_status(report, instant, is_alike),
-                None => self.teammate_mut(uav, instant).receive(instant, said.is_leaving),
+                None => self.teammate_mut(uav, instant).receive(instant, report_view.is_leaving),
             }
         }
         put
@@ -486,8 +486,8 @@ impl MessageLog {
 
     /// Teammates that have sent their log status within the teammate timeout, by ascending UAV. An agent receives no
     /// reports of its own.
-    pub(crate) fn log_status(&self, now: i64) -> impl Iterator<Item = &TeammateLog> + Clone {
-        self.teammates.iter().filter(move |peer| peer.lists(now, self.teammate_timeout))
+    pub(crate) fn teammates_with_status(&self, now: i64) -> impl Iterator<Item = &TeammateLog> + Clone {
+        self.teammates.iter().filter(move |peer| peer.has_sent_status(now, self.teammate_timeout))
     }
 
     /// True if a time step is complete: every UAV that was due has reported it, or lists that it never did, and has
@@ -508,7 +508,7 @@ impl MessageLog {
     fn was_never_sent(&self, peer: &TeammateLog, instant: i64) -> bool {
         let own = peer.received(MessageSource::Uav(peer.uav));
         peer.uav == self.own
-            || self.lists(peer, instant)
+            || self.has_listed(peer, instant)
                 && peer.log_status.received.len() < RECEIVED_RANGES_MAX
                 && !own.iter().any(|run| run.from <= instant && instant <= run.to)
     }
@@ -517,18 +517,18 @@ impl MessageLog {
     pub(crate) fn is_acknowledged_by(&self, peer: &TeammateLog, instant: i64) -> bool {
         // A UAV that never sends a log status cannot be checked.
         let has_no_status = peer.uav == self.own || peer.left_at.is_some() || peer.log_status_at == NEVER;
-        (has_no_status || self.lists(peer, instant)) && !self.lacks_of(peer, (instant, instant))
+        (has_no_status || self.has_listed(peer, instant)) && !self.lacks_of(peer, (instant, instant))
     }
 
     /// True if a teammate has listed its entries of a time step after the longest delay: a cue may reach all agents
     /// late.
-    fn lists(&self, peer: &TeammateLog, instant: i64) -> bool {
+    fn has_listed(&self, peer: &TeammateLog, instant: i64) -> bool {
         peer.log_status_at > instant + self.longest_delay && peer.log_status.listed_after < self.time(instant)
     }
 
     /// True if an entry after time step `after`, up to `to`, is missing here that a live teammate has received.
     pub(crate) fn lacks(&self, after: i64, to: i64, now: i64) -> bool {
-        self.log_status(now).any(|peer| self.lacks_of(peer, (after + 1, to)))
+        self.teammates_with_status(now).any(|peer| self.lacks_of(peer, (after + 1, to)))
     }
 
     /// True if an entry of these time steps is missing here that a teammate has received.

@@ -72,7 +72,7 @@ impl<'a> ReportView<'a> {
 pub(crate) struct StepMessages {
     /// Time of the time step.
     pub(crate) time: Time,
-    /// Reports by ascending UAV. The first `said` of them count; the others are reusable buffers.
+    /// Reports by ascending UAV. The first `incoming` of them count; the others are reusable buffers.
     reports: Vec<Report>,
     views: usize,
     /// Cues by ascending label; of several cues for one target, the one that counts comes first.
@@ -103,8 +103,8 @@ impl StepMessages {
     }
 
     /// Inserts a report.
-    pub(crate) fn put(&mut self, said: ReportView) -> Insert {
-        let ReportView { uav, order: stamp, state, scan, assigned_group: duty, is_leaving: leaves } = said;
+    pub(crate) fn put(&mut self, incoming: ReportView) -> Insert {
+        let ReportView { uav, order: stamp, state, scan, assigned_group: duty, is_leaving: leaves } = incoming;
         let is_valid = state.is_valid() && scan.boresight.is_none_or(|angle| angle.rad().is_finite());
         if !is_valid || scan.detections.len() > TARGETS_MAX {
             return Insert::Rejected;
@@ -112,7 +112,7 @@ impl StepMessages {
         let (index, put) = match self.reports().binary_search_by_key(&uav, |report| report.uav) {
             Ok(index) => {
                 let known = &self.reports[index];
-                match stamp.cmp(&(known.restart_count, known.sequence)).then_with(|| any_order(&said, known)) {
+                match stamp.cmp(&(known.restart_count, known.sequence)).then_with(|| any_order(&incoming, known)) {
                     Ordering::Equal => return Insert::Duplicate,
                     Ordering::Greater => return Insert::Rejected,
                     Ordering::Less => (index, Insert::Replaced),
@@ -168,7 +168,7 @@ impl StepMessages {
 /// Orders two different reports with the same restart count and sequence number: an arbitrary order that all agents
 /// share.
 #[cold]
-fn any_order(said: &ReportView, known: &Report) -> Ordering {
+fn any_order(incoming: &ReportView, known: &Report) -> Ordering {
     let bits = |state: &UavState, boresight: Option<Angle>| {
         let UavState { position, heading, speed_m_s, turn_rate_rad_s, vertical } = *state;
         let numbers = [position.x_m(), position.y_m(), heading.rad(), speed_m_s, turn_rate_rad_s].map(f64::to_bits);
@@ -176,14 +176,14 @@ fn any_order(said: &ReportView, known: &Report) -> Ordering {
         (numbers, vertical, boresight.map(|boresight| boresight.rad().to_bits()))
     };
     let bits_of = |of: &Detection| (of.label, of.measurement.range_m.to_bits(), of.measurement.bearing.rad().to_bits());
-    let heads = (bits(said.state, said.scan.boresight), said.assigned_group, said.is_leaving);
+    let heads = (bits(incoming.state, incoming.scan.boresight), incoming.assigned_group, incoming.is_leaving);
     heads.cmp(&(bits(&known.state, known.boresight), known.assigned_group, known.is_leaving)).then_with(|| {
         // Usually the two reports are equal.
-        if said.scan.detections.iter().map(bits_of).eq(known.detections.iter().map(bits_of)) {
+        if incoming.scan.detections.iter().map(bits_of).eq(known.detections.iter().map(bits_of)) {
             return Ordering::Equal;
         }
         let mut kept = Vec::new();
-        keep_sound(said.scan.detections, &mut kept);
+        keep_sound(incoming.scan.detections, &mut kept);
         kept.iter().map(bits_of).cmp(known.detections.iter().map(bits_of))
     })
 }

@@ -269,12 +269,12 @@ fn any_message() -> impl Strategy<Value = Message> {
         })
     });
     let cue = (any::<[u16; 2]>(), any::<u32>(), any_time(), any_time(), [(); 6].map(|()| -1e6..1e6));
-    let cue = cue.prop_map(|([searcher, number], label, said, time, [x_m, y_m, vx_m_s, vy_m_s, p_m, v_m_s])| {
+    let cue = cue.prop_map(|([searcher, number], label, issued_at, time, [x_m, y_m, vx_m_s, vy_m_s, p_m, v_m_s])| {
         let (searcher, label, position) = (searcher.into(), TargetLabel(label), Position::from_m(x_m, y_m));
         let (velocity, position_sd_m, velocity_sd_m_s) = (Velocity::from_m_s(vx_m_s, vy_m_s), p_m, v_m_s);
         Message::Cue(Cue {
             source: searcher,
-            issued_at: said,
+            issued_at,
             sequence: number,
             label,
             time,

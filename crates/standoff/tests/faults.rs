@@ -118,7 +118,7 @@ fn a_forged_snapshot_part_from_the_future_does_not_block_the_snapshot() {
     for tick in 30..30 + SOON {
         let stamp = CommitDigest { time: FAR, digest: 1 };
         let forged = SnapshotPart { commit_digest: stamp, count: 2, bytes: vec![0; 512], ..SnapshotPart::default() };
-        radio.tell(tick, 1, Message::Snapshot(forged));
+        radio.deliver(tick, 1, Message::Snapshot(forged));
         fly(&mut team, &mut radio, tick..tick + 1);
     }
     let step = team.tick_over(30 + SOON, &mut radio).steps.remove(1).1;
@@ -282,10 +282,10 @@ const LIES: [(&str, Lie); 12] = [
             let position = Position::from_m(1e300, f64::from(number));
             let (velocity, position_sd_m, velocity_sd_m_s) = (Velocity::from_m_s(-1e300, 0.0), 1e-300, 1e300);
             let label = TargetLabel(u32::MAX - u32::from(number) % 3);
-            let (searcher, said, time) = (u32::MAX, report.time, Time::from_us(i64::MIN + tick));
+            let (searcher, issued_at, time) = (u32::MAX, report.time, Time::from_us(i64::MIN + tick));
             Message::Cue(Cue {
                 source: searcher,
-                issued_at: said,
+                issued_at,
                 sequence: number,
                 label,
                 time,
@@ -378,7 +378,7 @@ fn the_number_of_false_targets_is_limited() {
     };
     for tick in 0..12 {
         for cue in false_cues(tick).filter(|_| (5..8).contains(&tick)) {
-            (0..2).for_each(|to| radio.tell(tick, to, Message::Cue(cue)));
+            (0..2).for_each(|to| radio.deliver(tick, to, Message::Cue(cue)));
         }
         let (steps, known) = (team.tick_over(tick, &mut radio).steps, team.agents[0].team_state().tracks().len());
         assert!(agree(&team, [0, 1]) && known <= 8000, "{tick}: {known}");
@@ -388,7 +388,7 @@ fn the_number_of_false_targets_is_limited() {
     // A cue that is accepted.
     fly(&mut team, &mut radio, 12..40);
     let last = false_cues(40).next().unwrap();
-    (0..2).for_each(|to| radio.tell(40, to, Message::Cue(last)));
+    (0..2).for_each(|to| radio.deliver(40, to, Message::Cue(last)));
     fly(&mut team, &mut radio, 40..41);
     assert!(agree(&team, [0, 1]) && team.agents[0].team_state().track_by_label(last.label).is_some());
 }
@@ -425,13 +425,13 @@ fn with_malicious_uav(lie: Lie) -> (Team, i64) {
 /// Replaces the messages of UAV 2 by malicious ones.
 fn send_lies(team: &Team, radio: &mut Radio, tick: i64, lie: Lie) {
     radio.deaf = vec![(2, 0), (2, 1)];
-    let sent = team.clone().tick_over(tick, &mut Radio::new(1)).said;
+    let sent = team.clone().tick_over(tick, &mut Radio::new(1)).sent;
     let own = sent.iter().find_map(|(sender, message)| match message {
         Message::Report(report) if *sender == Some(2) => Some(report),
         _ => None,
     });
     for to in 0..2 {
-        lie(tick, to, own.unwrap()).into_iter().for_each(|message| radio.tell(tick, to, message));
+        lie(tick, to, own.unwrap()).into_iter().for_each(|message| radio.deliver(tick, to, message));
     }
 }
 

@@ -92,7 +92,7 @@ prop_compose! {
             Just(CentreEstimate::EnclosingCircle),
         ],
         aim in prop_oneof![Just(Pointing::GroupCentre), Just(Pointing::AngularMidpoint)],
-        discard in prop_oneof![Just(RemovalRule::FurthestFromCentre), Just(RemovalRule::LargestRadiusReduction)],
+        removal in prop_oneof![Just(RemovalRule::FurthestFromCentre), Just(RemovalRule::LargestRadiusReduction)],
         sense in prop_oneof![Just(OrbitDirection::Anticlockwise), Just(OrbitDirection::Clockwise)],
         moves in any::<bool>(),
         count in prop_oneof![Just(GroupCount::HalfOfUavs), Just(GroupCount::AsNeeded)],
@@ -101,7 +101,7 @@ prop_compose! {
         let mut team = TeamParams::table_1();
         (team.guidance.feedforward, team.guidance.lead, team.guidance.orbit_direction) = (feedforward, lead, sense);
         (team.guidance.speed_reference, team.group.centre) = (speed_reference, centre);
-        (team.group.pointing, team.group.removal, team.group.count) = (aim, discard, count);
+        (team.group.pointing, team.group.removal, team.group.count) = (aim, removal, count);
         // A filtered centre cannot have an orbit motion model in addition.
         team.group.motion.time_constant_s = if moves && centre != CentreEstimate::Filtered { 1.5 } else { 0.0 };
         let vehicles = (0..vehicles).map(|_| Vehicle {

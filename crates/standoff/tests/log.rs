@@ -140,8 +140,8 @@ fn a_uav_that_was_deaf_for_a_while_catches_up_with_the_commits() {
 }
 
 /// Bytes and number of the retransmissions of each UAV in one time step.
-fn retransmitted(uavs: usize, Words { said, .. }: &Words) -> Vec<(usize, usize)> {
-    let of = |uav| said.iter().filter(move |(sender, _)| *sender == Some(uav)).skip(1);
+fn retransmitted(uavs: usize, Words { sent, .. }: &Words) -> Vec<(usize, usize)> {
+    let of = |uav| sent.iter().filter(move |(sender, _)| *sender == Some(uav)).skip(1);
     (0..uavs).map(|uav| (of(uav).map(|(_, message)| message.size_bytes()).sum(), of(uav).count())).collect()
 }
 
@@ -176,7 +176,7 @@ fn retransmissions_stay_within_their_budget() {
     let (mut total, mut largest) = ([0; 4], 0);
     for tick in 0..80 {
         let words = team.tick_over(tick, &mut radio);
-        largest = words.said.iter().map(|(_, message)| message.size_bytes()).max().unwrap().max(largest);
+        largest = words.sent.iter().map(|(_, message)| message.size_bytes()).max().unwrap().max(largest);
         let allowed = BYTES_PER_S * (PERIOD.s() * tick as f64 + 1.0) + largest as f64;
         for (total, (bytes, _)) in total.iter_mut().zip(retransmitted(4, &words)) {
             *total += bytes;
@@ -269,8 +269,8 @@ proptest! {
             if tick == faults.until {
                 radio.heal();
             }
-            let Words { said, .. } = team.tick_over(tick, &mut radio);
-            truth.hear(Time::from_us(tick * PERIOD.us()), &said);
+            let Words { sent, .. } = team.tick_over(tick, &mut radio);
+            truth.hear(Time::from_us(tick * PERIOD.us()), &sent);
             for agent in &team.agents {
                 prop_assert!(agent.committed().is_none_or(|picture| truth.is(picture)), "{:?} at {tick}", agent.id());
             }

@@ -185,8 +185,8 @@ impl Flight {
     fn fly(&mut self) {
         let is_silent = |uav: &u32| self.silent_until[*uav as usize] > self.tick;
         self.team.silent = (0..self.ears.len() as u32).filter(is_silent).map(UavId).collect();
-        let Words { said, heard, .. } = self.team.tick_over(self.tick, &mut self.radio);
-        for (_, message) in &said {
+        let Words { sent, heard, .. } = self.team.tick_over(self.tick, &mut self.radio);
+        for (_, message) in &sent {
             if let Message::Report(report) = message
                 && time_step(report.time) == self.tick
             {

@@ -155,7 +155,7 @@ mod tests {
         check_names("Checks Eq. (5, 6): two half steps are one.", &["5", "6"]);
         check_names("Checks (8-10), and (12-13, 20, Lemma 3.1).", &["8", "9", "10", "12", "13", "20", "Lemma 3.1"]);
         check_names("Implements Eq. (13), and with k_l the direction of (20).", &["13", "20"]);
-        check_names("Implements section IV.B.2's discard by range.", &["section IV.B.2"]);
+        check_names("Implements section IV.B.2's removal by range.", &["section IV.B.2"]);
         check_names("Implements section IV.B.2, convergence rule.", &["section IV.B.2, convergence rule"]);
         check_names("Implements Algorithm 1.", &["Algorithm 1"]);
         check_names("Checks Eq. (24)'s wrap, and (24) again.", &["24"]);

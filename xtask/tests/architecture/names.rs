@@ -131,7 +131,7 @@ fn existing_names_are_recognised_and_misspelt_ones_are_not() {
         "scenario/resolved.rs",
         "crates/standoff",
         "libm",
-        "agent.picture()",
+        "agent.team_state()",
     ] {
         assert!(known.has(name), "{name}");
     }

@@ -89,8 +89,7 @@ pub(crate) fn pair_information_1_m4(
 ) -> PyResult<Made<f64>> {
     let sensor = Parameters::or_recommended(parameters).track.sensor;
     let ranges = Rows::<f64, 2>::read(&range_m, "range_m", "..., 2")?.within(DISTANCE_M, None)?;
-    let phase =
-        Rows::<f64, 1>::read(&phase_rad, "phase_rad", "...")?.within(Allowed::FINITE, None)?;
+    let phase = Rows::<f64, 1>::read(&phase_rad, "phase_rad", "...")?.within(Allowed::FINITE, None)?;
     let lead = common(&[ranges.axes(), phase.axes()])?;
     let (ranges, phase) = (ranges.over(&lead)?, phase.over(&lead)?);
     let information = each(py, lead.iter().product(), PATIENCE, |row| {

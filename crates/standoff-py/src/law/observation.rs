@@ -4,8 +4,8 @@ use numpy::ndarray::Dimension;
 use numpy::{IntoPyArray, PyArray, PyArray1, PyArray2, PyArray3, PyArrayMethods};
 use pyo3::prelude::*;
 use standoff::{
-    AgentOutput, Allowed, AvailableUav, CandidateGroup, Cue, GroupedTrack, Membership, Report, TeamState as AgentTeamState, Time,
-    TrackStatus, TrafficReport, UavState,
+    AgentOutput, Allowed, AvailableUav, CandidateGroup, Cue, GroupedTrack, Membership, Report,
+    TeamState as AgentTeamState, Time, TrackStatus, TrafficReport, UavState,
 };
 use standoff_sim::scenario::Scenario;
 
@@ -327,7 +327,10 @@ impl Observation {
             altitude_m: own.vertical.map(|vertical| vertical.altitude_m),
             climb_rate_m_s: own.vertical.map(|vertical| vertical.climb_rate_m_s),
             scan: scan.map(|report| Py::new(py, ReceivedReport::of(py, report))).transpose()?,
-            reports: reports.iter().map(|report| Py::new(py, ReceivedReport::of(py, report))).collect::<PyResult<_>>()?,
+            reports: reports
+                .iter()
+                .map(|report| Py::new(py, ReceivedReport::of(py, report)))
+                .collect::<PyResult<_>>()?,
             cues: cues.iter().map(|cue| Py::new(py, ReceivedCue::of(cue))).collect::<PyResult<_>>()?,
             intruders: traffic.iter().map(|report| Py::new(py, Intruder::of(py, report))).collect::<PyResult<_>>()?,
             team_state,
@@ -454,7 +457,12 @@ pub(crate) struct AssignmentProblem {
 }
 
 impl AssignmentProblem {
-    pub(super) fn of(py: Python<'_>, now: Time, uavs: &[AvailableUav], groups: &[CandidateGroup<'_>]) -> PyResult<Self> {
+    pub(super) fn of(
+        py: Python<'_>,
+        now: Time,
+        uavs: &[AvailableUav],
+        groups: &[CandidateGroup<'_>],
+    ) -> PyResult<Self> {
         let points = |points: &[standoff::Position]| {
             two(py, points.iter().flat_map(|point| [point.x_m(), point.y_m()]).collect(), 2)
         };

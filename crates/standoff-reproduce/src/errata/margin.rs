@@ -178,7 +178,7 @@ mod tests {
             .unwrap();
         let transition = scenario.settings.team.track.target.transition(scenario.settings.period);
         let (mut last, mut compared) = (None, 0);
-        let watched = watch(&scenario, |frame| {
+        let run = watch(&scenario, |frame| {
             let group = &frame.groups[0];
             let centroid = centroid(frame, group).unwrap();
             let step = last.and_then(|last| innovation(&last, &transition, &centroid));
@@ -190,6 +190,6 @@ mod tests {
             }
             last = step.map(|(centre, _)| centre).or_else(|| GroupCentre::start(&centroid));
         });
-        assert!(watched.is_ok() && compared > 150, "{compared}");
+        assert!(run.is_ok() && compared > 150, "{compared}");
     }
 }

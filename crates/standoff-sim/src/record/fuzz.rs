@@ -68,14 +68,14 @@ fn write(dir: &Path) {
         sent_bytes: 1 << 40,
         double_counted: None,
     });
-    let (presence, heard_us, group, group_id) =
+    let (status, last_report_us, group, group_id) =
         (Some(standoff::TeammateStatus::Silent), Some(0), Some(1), Some(1 << 62));
     let agents = PerAgentTables {
         all: all.into(),
         tracks: vec![ByAgent { agent: 1, row: track }],
         groups: Vec::new(),
         events: vec![AgentEventRow { agent: 0, event_time_us: -1, provisional: true, event: event.clone() }],
-        teammates: vec![TeammateRow { agent: 0, uav: 1, status: presence, last_report_us: heard_us, group, group_id }],
+        teammates: vec![TeammateRow { agent: 0, uav: 1, status, last_report_us, group, group_id }],
     };
     let frame = |time_us| Frame {
         time_us,

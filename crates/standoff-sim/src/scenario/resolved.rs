@@ -1,4 +1,4 @@
-//! What is flown: everything that determines a run.
+//! The resolved scenario: all inputs of one run.
 
 use std::collections::BTreeSet;
 use std::sync::Arc;
@@ -12,7 +12,7 @@ use super::schema_types::resolved::ScenarioFile;
 use crate::target_id::TargetId;
 use crate::traffic::{Origin, Traffic, Unit};
 
-/// Everything that determines a run.
+/// A resolved scenario: all inputs of one run.
 ///
 /// ```
 /// use standoff_sim::scenario::{Overrides, Scenario};
@@ -28,77 +28,77 @@ use crate::traffic::{Origin, Traffic, Unit};
 /// ```
 #[derive(Debug, Clone)]
 pub struct Scenario {
-    /// Name of the built-in scenario or of the file, without its ending.
+    /// Name of the built-in scenario, or of the file without its extension.
     pub name: String,
-    /// What it shows.
+    /// Description in one line.
     pub about: String,
-    /// The seed of every draw.
+    /// Seed of all random draws.
     pub seed: u64,
-    /// How the mission is flown.
+    /// Settings of the team, sensors and targets.
     pub settings: Settings,
-    /// Where the UAVs start.
+    /// Initial states of the UAVs.
     pub uavs: Vec<UavState>,
     /// The targets.
     pub targets: Targets,
-    /// What lies under the vehicles, to be looked at only.
+    /// Background map files; they do not affect the mission.
     pub map: Vec<MapFile>,
-    /// Aircraft that are not of the team.
+    /// Aircraft outside the team.
     pub intruders: Vec<Intruder>,
-    /// UAVs that drop out.
+    /// Outages of UAVs.
     pub outages: Vec<Outage>,
-    /// How what they say is carried; `None`: all hear everything, at once.
+    /// Radio faults; `None`: every message is received immediately.
     pub radio: Option<Radio>,
-    /// When each UAV's computer starts, s, by UAV.
+    /// Start time of the computer of each UAV, s.
     pub starts_s: Vec<f64>,
-    /// Computers that start anew.
+    /// Restarts of computers.
     pub restarts: Vec<Restart>,
-    /// Clocks that are off, at most one of a UAV.
+    /// Clock errors, at most one per UAV.
     pub clocks: Vec<Clock>,
-    /// What to be careful about.
+    /// Warnings about the scenario.
     pub warnings: Vec<String>,
-    /// Every value spelt out.
+    /// The scenario file with every value.
     pub(super) file: ScenarioFile,
 }
 
-/// How a mission is flown: all of a scenario but who is in it.
+/// Settings of a mission: a scenario without the states of UAVs, targets and intruders.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Settings {
     /// Length of the mission.
     pub duration: Duration,
     /// Time between two scans, which is also the guidance period.
     pub period: Duration,
-    /// From when on the settled metrics count.
+    /// End of the transient: start of the interval of the `..._settled` metrics.
     pub transient: Duration,
-    /// What the UAVs agree on.
+    /// Parameters that all UAVs share.
     pub team: TeamParams,
-    /// Where they may fly.
+    /// Keep-out and keep-in zones.
     pub geofence: Geofence,
-    /// Who keeps the team's picture.
+    /// One agent for the team, or one per UAV.
     pub agents: AgentSetup,
-    /// The sensors' real noise.
+    /// True noise of the sensors.
     pub noise: Noise,
-    /// How well targets are handed over.
+    /// Errors of cues.
     pub cue: CueError,
-    /// The model that the targets follow, manoeuvres aside; `None` where they come from a file.
+    /// Motion model of the targets without manoeuvres; `None` if they come from a file.
     pub model: Option<TargetParams>,
-    /// How many aircraft fly there that are not of the team.
+    /// Number of intruders.
     pub intruders: usize,
-    /// The targets that manoeuvre, by id.
+    /// Ids of the targets that manoeuvre.
     pub manoeuvring: Arc<BTreeSet<u32>>,
-    /// When the last of those faults of the radio, and restarts, is over that are so within the mission, s. When a computer
-    /// starts late, the record tells.
+    /// End of the last radio fault or restart that ends within the mission, s. The record contains late starts of
+    /// computers.
     pub faults_end_s: Option<f64>,
 }
 
 impl Settings {
-    /// The model that all that targets do follows; `None` where they come from a file or manoeuvre.
+    /// Motion model of the targets; `None` if they come from a file or some manoeuvre.
     #[must_use]
     pub fn motion(&self) -> Option<TargetParams> {
         self.model.filter(|_| self.manoeuvring.is_empty())
     }
 }
 
-/// Noise of the sensors as they are.
+/// True noise of the sensors.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Noise {
     /// Standard deviation of the range, m.
@@ -107,7 +107,7 @@ pub struct Noise {
     pub bearing_sd_rad: f64,
 }
 
-/// Error of the cues.
+/// Errors of cues.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct CueError {
     /// Standard deviation of the position per axis, m.
@@ -116,136 +116,136 @@ pub struct CueError {
     pub velocity_sd_m_s: f64,
 }
 
-/// Where targets come from.
+/// Source of the targets.
 #[derive(Debug, Clone)]
 pub enum Targets {
     /// Drawn from the target model.
     Random {
         /// The model.
         model: TargetParams,
-        /// Their first states.
+        /// Their initial states.
         start: Vec<TargetState>,
-        /// What some of them do on purpose.
+        /// Manoeuvres of some targets.
         manoeuvres: Vec<Manoeuvre>,
     },
     /// Read from a file.
     Traffic(Arc<Traffic>),
 }
 
-/// A time in which a UAV sees nothing and is not heard.
+/// Interval without measurements and transmissions of a UAV.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Outage {
-    /// Which UAV.
+    /// UAV.
     pub uav: UavId,
-    /// From when, s.
+    /// Start, s.
     pub from_s: f64,
-    /// Until when, s; not before `from_s`.
+    /// End, s; not before the start.
     pub until_s: f64,
 }
 
-/// An aircraft that is not of the team.
+/// An aircraft outside the team.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Intruder {
-    /// Where it starts, and how fast.
+    /// Initial state.
     pub start: UavState,
-    /// The UAV at which it turns.
+    /// UAV that it turns towards, if any.
     pub pursued_uav: Option<UavId>,
-    /// Its turn rate where it pursues none, rad/s, positive anticlockwise.
+    /// Turn rate if it pursues no UAV, rad/s, positive anticlockwise.
     pub turn_rate_rad_s: f64,
-    /// Altitude that it flies at, m; `None`: that of the UAV that it pursues.
+    /// Altitude, m; `None`: that of the pursued UAV.
     pub altitude_m: Option<f64>,
-    /// When it does not tell where it is: from and until, s.
+    /// Intervals without position reports: start and end, s.
     pub transponder_off_s: Vec<[f64; 2]>,
 }
 
-/// How what UAVs say is carried from one to another. Cues come from outside: they are lost, late and double alike, but
-/// come from everywhere.
+/// Radio faults. Cues come from outside the team: they are lost, late and duplicated like messages, but their range is
+/// unlimited.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Radio {
     /// Probability that a message is lost, 0 to 1, drawn for each message and receiver.
     pub packet_loss: Number,
-    /// How late a message is, s, not negative, drawn for each message and receiver.
+    /// Latency of a message, s, not negative, drawn for each message and receiver.
     pub latency_s: Number,
-    /// Probability that a message that is heard is heard twice, 0 to 1.
+    /// Probability that a received message is received twice, 0 to 1.
     pub duplication: f64,
-    /// Further away nobody is heard, m, above 0.
+    /// Maximum range, m, above 0; `None`: unlimited.
     pub range_m: Option<f64>,
-    /// What a UAV can send, bytes/s, above 0.
+    /// Maximum data rate that a UAV sends, bytes/s, above 0; `None`: unlimited.
     pub bandwidth_bytes_per_s: Option<f64>,
-    /// From when on it is perfect, partitions aside, s.
+    /// End of all faults except partitions, s.
     pub fault_until_s: Option<f64>,
-    /// Who hears whom otherwise, at most one of a pair.
+    /// Links with other faults, at most one per sender and receiver.
     pub links: Vec<Link>,
-    /// When only parts of the team hear each other.
+    /// Network partitions.
     pub partitions: Vec<Partition>,
 }
 
-/// The way from one UAV to another.
+/// A one-way link with its own faults.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Link {
-    /// Who speaks.
+    /// Sender.
     pub from: UavId,
-    /// Who hears.
+    /// Receiver.
     pub to: UavId,
-    /// See [`LinkModel::packet_loss`].
+    /// See [`Radio::packet_loss`].
     pub packet_loss: Number,
-    /// See [`LinkModel::latency_s`].
+    /// See [`Radio::latency_s`].
     pub latency_s: Number,
 }
 
-/// A time in which only those of one side hear each other.
+/// A network partition: for some time, only UAVs of one side receive each other.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Partition {
-    /// From when, s.
+    /// Start, s.
     pub from_s: f64,
-    /// Until when, s; not before `from_s`.
+    /// End, s; not before the start.
     pub until_s: f64,
-    /// The sides, no UAV in two. Who is in none hears nobody and is not heard.
+    /// Sides, disjoint. A UAV on no side neither sends to nor receives from others.
     pub sides: Vec<Vec<UavId>>,
 }
 
-/// A computer that is switched off, and starts with an empty picture.
+/// Restart of a computer, with an empty team state.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Restart {
-    /// Whose.
+    /// UAV.
     pub uav: UavId,
-    /// From when, s.
+    /// Start, s.
     pub at_s: f64,
-    /// For how long, s, not negative.
+    /// Time without the computer, s, not negative.
     pub down_s: f64,
 }
 
-/// A clock that is off.
+/// Error of a UAV's clock.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Clock {
-    /// Whose.
+    /// UAV.
     pub uav: UavId,
-    /// How far it is ahead at the start, s.
+    /// Offset at the start, s, positive if the clock is ahead.
     pub offset_s: f64,
-    /// How much too fast it is, parts per million, above -1e6.
+    /// Drift, parts per million, above -1e6, positive if the clock is too fast.
     pub drift_ppm: f64,
 }
 
-/// An acceleration beside the random one.
+/// An acceleration in addition to the random one.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Manoeuvre {
-    /// Who manoeuvres.
+    /// Target.
     pub target: TargetId,
-    /// From when, s.
+    /// Start, s.
     pub from_s: f64,
-    /// Until when, s; not before `from_s`.
+    /// End, s; not before the start.
     pub until_s: f64,
-    /// East and north, m/s2.
+    /// Acceleration east and north, m/s2.
     pub acceleration_m_s2: [f64; 2],
 }
 
 impl Scenario {
-    /// Where its local plane touches the Earth, if its traffic file says.
+    /// Origin of the local plane on the Earth, if the traffic file is in degrees.
     pub fn origin(&self) -> Option<Origin> {
         self.traffic()?.origin
     }
 
-    /// What the coordinates of its traffic file were taken for, if it has one.
+    /// Unit of the coordinates in the traffic file, if there is one.
     pub fn traffic_unit(&self) -> Option<Unit> {
         self.traffic().map(Traffic::unit)
     }

@@ -114,16 +114,16 @@ mod tests {
     use crate::score::fixtures::{track_row, truth_row, uav_row};
 
     /// An agent: its id, the groups of two UAVs, and the groups of two targets.
-    type Mind = (u32, [Option<u64>; 2], [Option<u64>; 2]);
-    type Minds = [Mind; 2];
+    type AgentAssignments = (u32, [Option<u64>; 2], [Option<u64>; 2]);
+    type Agents = [AgentAssignments; 2];
 
     /// Frame at this time. The group numbers of an agent are one less than the group ids.
-    fn frame(time_s: i64, minds: &[Mind]) -> Frame {
+    fn frame(time_s: i64, agents: &[AgentAssignments]) -> Frame {
         let mut frame = Frame { time_us: time_s * 1_000_000, ..Frame::default() };
         frame.uavs.extend((0..2).map(uav_row));
         frame.truth.extend((0..2).map(|target| truth_row(target, 0.0, 0.0)));
         let number = |id: Option<u64>| id.map(|id| id as u32 - 1);
-        for (agent, crew, members) in minds {
+        for (agent, crew, members) in agents {
             let (agent, committed_us) = (*agent, (time_s > 1).then_some((time_s - 2) * 1_000_000));
             let sent_bytes = 100 + 200 * u64::from(agent);
             let double_counted = (agent == 0).then_some(time_s == 3);
@@ -151,9 +151,9 @@ mod tests {
         agreement
     }
 
-    const ALIKE: Minds = [(0, [Some(1), Some(2)], [Some(1), Some(2)]), (1, [Some(1), Some(2)], [Some(1), Some(2)])];
+    const ALIKE: Agents = [(0, [Some(1), Some(2)], [Some(1), Some(2)]), (1, [Some(1), Some(2)], [Some(1), Some(2)])];
     /// Each agent believes that the other UAV has no assignment.
-    const APART: Minds = [(0, [Some(1), None], [Some(1), None]), (1, [None, Some(2)], [None, Some(2)])];
+    const APART: Agents = [(0, [Some(1), None], [Some(1), None]), (1, [None, Some(2)], [None, Some(2)])];
 
     /// Four time steps with two agents, which disagree in two of them, and one with a single agent, which does not
     /// count.
@@ -161,7 +161,7 @@ mod tests {
     fn assignments_differ_if_any_two_agents_disagree() {
         let alone = &ALIKE[..1];
         let flown = [&ALIKE[..], &APART, alone, &APART, &ALIKE];
-        let agreement = after((0..).zip(flown).map(|(time_s, minds)| frame(time_s, minds)));
+        let agreement = after((0..).zip(flown).map(|(time_s, agents)| frame(time_s, agents)));
         assert_eq!(agreement.differ.value(), Some(0.5));
         // Groups are compared by id, not by number. A UAV without an assignment equals a UAV that is not listed.
         let renamed = |group, group_id| {
@@ -186,13 +186,13 @@ mod tests {
         assert_eq!(after([frame(0, &[])]).delay_s(Some(0.0)), None);
         // An agent that starts at 3 s, for the first time or again, also ends a fault.
         for first in [&ALIKE[..1], &ALIKE] {
-            let minds = |time_s| match time_s {
+            let agents = |time_s| match time_s {
                 0 => first,
                 1 | 2 => &ALIKE[..1],
                 3..=5 => &APART,
                 _ => &ALIKE,
             };
-            let agreement = after((0..10).map(|time_s| frame(time_s, minds(time_s))));
+            let agreement = after((0..10).map(|time_s| frame(time_s, agents(time_s))));
             let delays = [None, Some(2.0), Some(4.0)].map(|end_s| agreement.delay_s(end_s));
             assert_eq!(delays, [Some(2.0), Some(2.0), Some(1.0)]);
         }
@@ -202,7 +202,7 @@ mod tests {
     /// which both report.
     #[test]
     fn target_in_two_groups_with_uavs_is_doubly_covered() {
-        let share = |minds: Minds| after([frame(0, &minds)]).duplicate_coverage.value();
+        let share = |agents: Agents| after([frame(0, &agents)]).duplicate_coverage.value();
         let twice = [(0, [Some(1), Some(2)], [Some(1), Some(1)]), (1, [Some(1), Some(2)], [Some(1), Some(2)])];
         assert_eq!(share(twice), Some(0.5));
         assert_eq!((share(ALIKE), share(APART)), (Some(0.0), Some(0.0)));

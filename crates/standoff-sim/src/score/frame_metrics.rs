@@ -116,17 +116,17 @@ impl FrameScores<'_> {
         // Ascending by target, like the truth.
         let in_view: Vec<u32> =
             self.frame.truth.iter().filter(|truth| is_in_view(truth)).map(|truth| truth.target).collect();
-        let (mut tracked, mut watched, mut errors_m2) = (0, 0, 0.0);
+        let (mut tracked, mut in_custody, mut errors_m2) = (0, 0, 0.0);
         for (track, truth) in existing(self.frame) {
             tracked += 1;
-            watched += usize::from(track.group.is_some() && in_view.binary_search(&track.target).is_ok());
+            in_custody += usize::from(track.group.is_some() && in_view.binary_search(&track.target).is_ok());
             let error_m = position_error_m(track, truth);
             errors_m2 += error_m * error_m;
         }
         CustodyCounts {
             targets: self.frame.truth.len(),
             tracked,
-            in_custody: self.is_after_cue.then_some(watched),
+            in_custody: self.is_after_cue.then_some(in_custody),
             in_view: self.is_after_cue.then_some(in_view.len()),
             position_error_m: (tracked > 0).then(|| (errors_m2 / tracked as f64).sqrt()),
         }

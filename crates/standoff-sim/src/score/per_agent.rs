@@ -96,14 +96,14 @@ mod tests {
         scorer.metrics()
     }
 
-    /// Frame with two UAVs and a target in view of both, without a shared team state. `minds` lists for each agent its
+    /// Frame with two UAVs and a target in view of both, without a shared team state. `agents` lists for each agent its
     /// id, whether the target is in its group 5, its position error and the UAV that it believes to be assigned to the
     /// group.
-    fn frame(instant: i64, minds: &[(u32, bool, f64, u32)]) -> Frame {
+    fn frame(instant: i64, agents: &[(u32, bool, f64, u32)]) -> Frame {
         let mut frame = Frame { time_us: instant * 500_000, ..Frame::default() };
         frame.uavs.extend((0..2).map(uav_row));
         frame.truth.push(truth_row(0, 100.0, 0.0));
-        for &(agent, has, off_m, served_by) in minds {
+        for &(agent, has, off_m, served_by) in agents {
             let PerAgentTables { all, tracks, groups, teammates: team, .. } = &mut frame.agents;
             all.push(AgentRow {
                 agent,

@@ -236,9 +236,9 @@ mod tests {
     }
     use At::{Gone, There, Trackless};
 
-    const WATCHED: At = There(true, true);
-    const UNSEEN_MEMBER: At = There(true, false);
-    const SEEN_OUTSIDE: At = There(false, true);
+    const IN_CUSTODY: At = There(true, true);
+    const MEMBER_OUT_OF_VIEW: At = There(true, false);
+    const IN_VIEW_UNGROUPED: At = There(false, true);
     const LOST: At = There(false, false);
 
     /// The UAV looks east, so targets to the west are out of view.
@@ -273,19 +273,36 @@ mod tests {
     /// first time step is that of the cue. One of two losses ends with a reacquisition, after three time steps.
     #[test]
     fn target_without_group_and_view_is_lost_until_in_custody_again() {
-        let course = [WATCHED, WATCHED, UNSEEN_MEMBER, LOST, LOST, SEEN_OUTSIDE, WATCHED, SEEN_OUTSIDE, LOST, LOST];
+        let course = [
+            IN_CUSTODY,
+            IN_CUSTODY,
+            MEMBER_OUT_OF_VIEW,
+            LOST,
+            LOST,
+            IN_VIEW_UNGROUPED,
+            IN_CUSTODY,
+            IN_VIEW_UNGROUPED,
+            LOST,
+            LOST,
+        ];
         assert_eq!(found(&[&course]), (Some(0.5), Some(3.0)));
         // Another target is reacquired after one time step: two of three losses, (3 + 1) / 2 time steps.
-        let other = [WATCHED, WATCHED, LOST, WATCHED, WATCHED, WATCHED, WATCHED, WATCHED, WATCHED, WATCHED];
+        let other = [
+            IN_CUSTODY, IN_CUSTODY, LOST, IN_CUSTODY, IN_CUSTODY, IN_CUSTODY, IN_CUSTODY, IN_CUSTODY, IN_CUSTODY,
+            IN_CUSTODY,
+        ];
         assert_eq!(found(&[&course, &other]), (Some(2.0 / 3.0), Some(2.0)));
     }
 
     /// A target that was never in custody, or is in a group or in view, is not lost.
     #[test]
     fn targets_never_in_custody_or_still_grouped_are_not_lost() {
-        assert_eq!(found(&[&[LOST, LOST, UNSEEN_MEMBER, LOST, SEEN_OUTSIDE, LOST]]), (None, None));
-        assert_eq!(found(&[&[WATCHED, WATCHED, UNSEEN_MEMBER, SEEN_OUTSIDE, UNSEEN_MEMBER]]), (None, None));
-        assert_eq!(found(&[&[WATCHED, WATCHED, LOST, LOST]]), (Some(0.0), None));
+        assert_eq!(found(&[&[LOST, LOST, MEMBER_OUT_OF_VIEW, LOST, IN_VIEW_UNGROUPED, LOST]]), (None, None));
+        assert_eq!(
+            found(&[&[IN_CUSTODY, IN_CUSTODY, MEMBER_OUT_OF_VIEW, IN_VIEW_UNGROUPED, MEMBER_OUT_OF_VIEW]]),
+            (None, None)
+        );
+        assert_eq!(found(&[&[IN_CUSTODY, IN_CUSTODY, LOST, LOST]]), (Some(0.0), None));
     }
 
     /// Neither a deleted track nor time in which the target does not exist changes the result. A target that leaves
@@ -293,9 +310,12 @@ mod tests {
     #[test]
     fn deleted_tracks_and_leaving_targets_do_not_improve_scores() {
         let gone = Trackless(false);
-        assert_eq!(found(&[&[WATCHED, WATCHED, gone, gone, Trackless(true), WATCHED]]), (Some(1.0), Some(3.0)));
-        assert_eq!(found(&[&[WATCHED, WATCHED, LOST, Gone, Gone, LOST, WATCHED]]), (Some(1.0), Some(2.0)));
-        assert_eq!(found(&[&[WATCHED, WATCHED, Gone, Gone]]), (None, None));
-        assert_eq!(found(&[&[WATCHED, WATCHED, LOST, Gone]]), (Some(0.0), None));
+        assert_eq!(
+            found(&[&[IN_CUSTODY, IN_CUSTODY, gone, gone, Trackless(true), IN_CUSTODY]]),
+            (Some(1.0), Some(3.0))
+        );
+        assert_eq!(found(&[&[IN_CUSTODY, IN_CUSTODY, LOST, Gone, Gone, LOST, IN_CUSTODY]]), (Some(1.0), Some(2.0)));
+        assert_eq!(found(&[&[IN_CUSTODY, IN_CUSTODY, Gone, Gone]]), (None, None));
+        assert_eq!(found(&[&[IN_CUSTODY, IN_CUSTODY, LOST, Gone]]), (Some(0.0), None));
     }
 }

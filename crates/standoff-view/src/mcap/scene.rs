@@ -19,7 +19,7 @@ use crate::colours::{GROUPS, GroupColours};
 // These colours differ from those of the groups and are distinguishable with red-green colour blindness.
 const UNSEEN: RGBColor = RGBColor(213, 94, 0);
 const DWELL: RGBColor = RGBColor(240, 228, 66);
-const DISCARDED: RGBColor = RGBColor(170, 51, 119);
+const REMOVED: RGBColor = RGBColor(170, 51, 119);
 const UNASSIGNED: RGBColor = RGBColor(0, 114, 178);
 /// Colour of true targets, and of UAVs without a group.
 const PLAIN: RGBColor = RGBColor(150, 150, 150);
@@ -103,7 +103,7 @@ impl Scene {
         let (place, marker) = match row.membership {
             MembershipState::Member => ("member", self.colour(row.group)),
             MembershipState::InHandoff => ("in-handoff", colour(DWELL)),
-            MembershipState::Removed => ("removed", colour(DISCARDED)),
+            MembershipState::Removed => ("removed", colour(REMOVED)),
             MembershipState::Ungrouped => ("ungrouped", colour(UNASSIGNED)),
         };
         let (status, line) = match row.status {

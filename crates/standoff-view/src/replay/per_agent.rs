@@ -100,8 +100,9 @@ impl AssignmentTables {
         for uav in &frame.uavs {
             let row = agents.teammate(agent, uav.uav);
             let [group, created_s] = duty(row);
-            let age_s = row.and_then(|row| row.last_report_us).map(|heard_us| seconds(now_us.saturating_sub(heard_us)));
-            let presence = match row.and_then(|row| row.status) {
+            let age_s =
+                row.and_then(|row| row.last_report_us).map(|report_us| seconds(now_us.saturating_sub(report_us)));
+            let status = match row.and_then(|row| row.status) {
                 Some(TeammateStatus::Live) => 0.0,
                 Some(TeammateStatus::Silent) => 1.0,
                 Some(TeammateStatus::TimedOut) => 2.0,
@@ -110,8 +111,8 @@ impl AssignmentTables {
             };
             let is_on = agents.all.binary_search_by_key(&uav.uav, |row| row.agent).is_ok();
             let own = duty(agents.teammate(uav.uav, uav.uav));
-            if !is_on || (presence, age_s, [group, created_s]) != (0.0, Some(0.0), own) {
-                table.put(uav.uav, &[Some(presence), age_s, group, created_s]);
+            if !is_on || (status, age_s, [group, created_s]) != (0.0, Some(0.0), own) {
+                table.put(uav.uav, &[Some(status), age_s, group, created_s]);
             }
         }
     }

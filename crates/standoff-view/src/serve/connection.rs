@@ -198,7 +198,7 @@ fn open(request: Request<Incoming>, path: &str, house: &Arc<ServerState>, place:
         // Both slots stay occupied while the WebSocket is open.
         let _held = (place, seat);
         if let Ok(stream) = upgraded.await {
-            live_feed::tell(TokioIo::new(stream), texts, &house.limits, house.stopped.clone()).await;
+            live_feed::serve_feed(TokioIo::new(stream), texts, &house.limits, house.stopped.clone()).await;
         }
     });
     reply.map(|()| response::Content::Left(Bytes::new().into()))

@@ -167,7 +167,7 @@ fn any_message_is_ignored_or_ends_its_web_socket() {
             let (mut client, server) = duplex(64 << 10);
             client.write_all(input).await.unwrap();
             let mut received = Vec::new();
-            let send = live_feed::tell(server, feed.follow(), &limits, stopped);
+            let send = live_feed::serve_feed(server, feed.follow(), &limits, stopped);
             let ((), read) = tokio::join!(send, client.read_to_end(&mut received));
             read.unwrap();
             assert!(received.len() < 4 << 10, "{} bytes", received.len());

@@ -37,7 +37,7 @@ impl Feed {
 }
 
 /// Sends the newest of `texts` to a WebSocket until it disconnects, violates a limit or the server is `stopped`.
-pub(super) async fn tell<S: AsyncRead + AsyncWrite + Unpin>(
+pub(super) async fn serve_feed<S: AsyncRead + AsyncWrite + Unpin>(
     stream: S,
     texts: watch::Receiver<Utf8Bytes>,
     limits: &Limits,
@@ -55,7 +55,7 @@ pub(super) async fn tell<S: AsyncRead + AsyncWrite + Unpin>(
     let Some(code) = code else { return };
     let farewell = async {
         let _ = socket.close(Some(CloseFrame { code, reason: Utf8Bytes::default() })).await;
-        // Closing a connection with unread input would discard the close frame, so read until the client closes it.
+        // Closing a connection with unread input would drop the close frame, so read until the client closes it.
         let stream = socket.get_mut();
         let _ = stream.shutdown().await;
         while stream.read(&mut [0; 1024]).await.is_ok_and(|length| length > 0) {}

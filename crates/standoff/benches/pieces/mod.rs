@@ -32,18 +32,8 @@ pub fn field(targets: u32) -> Vec<Position> {
 
 fn cue(label: TargetLabel, position: Position) -> Cue {
     let (velocity, position_sd_m, velocity_sd_m_s) = (Velocity::ZERO, 20.0, 2.0);
-    let (searcher, said, number) = (0, Time::EPOCH, label.0 as u16);
-    Cue {
-        source: searcher,
-        issued_at: said,
-        sequence: number,
-        label,
-        time: said,
-        position,
-        velocity,
-        position_sd_m,
-        velocity_sd_m_s,
-    }
+    let (source, issued_at, sequence) = (0, Time::EPOCH, label.0 as u16);
+    Cue { source, issued_at, sequence, label, time: issued_at, position, velocity, position_sd_m, velocity_sd_m_s }
 }
 
 /// Workload: prediction of one target's filter, and an update with measurements of two UAVs, always from the same

@@ -107,7 +107,7 @@ fn put_knowledge(knowledge: &LogStatus, bytes: &mut Vec<u8>) {
 fn put_cue(cue: &Cue, bytes: &mut Vec<u8>) {
     let Cue {
         source: searcher,
-        issued_at: said,
+        issued_at,
         sequence: number,
         label,
         time,
@@ -119,7 +119,7 @@ fn put_cue(cue: &Cue, bytes: &mut Vec<u8>) {
     bytes.push(1);
     put(bytes, [*searcher as u16, *number].map(u16::to_le_bytes));
     put(bytes, [label.0.to_le_bytes()]);
-    put(bytes, [said, time].map(|time| time.us().to_le_bytes()));
+    put(bytes, [issued_at, time].map(|time| time.us().to_le_bytes()));
     let [x_m, y_m] = [position.x_m(), position.y_m()];
     let numbers = [x_m, y_m, velocity.x_m_s(), velocity.y_m_s(), *position_sd_m, *velocity_sd_m_s];
     put(bytes, numbers.map(f64::to_le_bytes));
@@ -286,12 +286,12 @@ impl Reader<'_> {
 
     fn cue(&mut self) -> Option<Cue> {
         let (searcher, number) = (u32::from(self.short()?), self.short()?);
-        let (label, said, time) = (TargetLabel(self.word()?), self.time()?, self.time()?);
+        let (label, issued_at, time) = (TargetLabel(self.word()?), self.time()?, self.time()?);
         let (position, velocity) = (self.position()?, Velocity::from_m_s(self.number()?, self.number()?));
         let (position_sd_m, velocity_sd_m_s) = (self.number()?, self.number()?);
         Some(Cue {
             source: searcher,
-            issued_at: said,
+            issued_at,
             sequence: number,
             label,
             time,

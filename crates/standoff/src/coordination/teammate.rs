@@ -34,21 +34,21 @@ impl Teammate {
     /// A UAV with a report of this time step; `group` is its assignment in the team state.
     pub(crate) fn heard(report: &Report, group: Option<GroupId>) -> Self {
         let Report { uav, state, boresight, time, assigned_group: duty, is_leaving: leaves, .. } = *report;
-        let (said, said_at, does, has_left) = (state, time, duty, leaves);
+        let (reported, reported_at, assigned, has_left) = (state, time, duty, leaves);
         Self {
             uav,
             state,
             reported_now: true,
             boresight,
             group,
-            last_report: said,
-            last_report_at: said_at,
-            current_command: does,
+            last_report: reported,
+            last_report_at: reported_at,
+            current_command: assigned,
             has_left,
         }
     }
 
-    /// True if the last report is within the teammate timeout and does not announce that the UAV leaves.
+    /// True if the last report is within the teammate timeout and assigned not announce that the UAV leaves.
     pub(crate) fn is_recent(&self, now: Time, lease: Duration) -> bool {
         !self.has_left && now - self.last_report_at <= lease
     }

@@ -38,8 +38,8 @@ impl SeparationParams {
     pub fn errors(&self) -> Vec<ParamError> {
         let mut errors = Vec::new();
         let metres = Allowed::at_least(1.0).at_most(1e4);
-        metres.check("minimum_m", self.horizontal_min_m, &mut errors);
-        metres.check("vertical_m", self.vertical_min_m, &mut errors);
+        metres.check("horizontal_min_m", self.horizontal_min_m, &mut errors);
+        metres.check("vertical_min_m", self.vertical_min_m, &mut errors);
         errors
     }
 }
@@ -225,7 +225,7 @@ impl CollisionAvoidance<'_> {
     /// Predicts another aircraft and sets the required distance; `None` if it is too far away to matter. This UAV gives
     /// way to teammates with a higher id and to intruders.
     fn near(&self, other: &OtherAircraft, intent_of: impl Fn(UavId) -> Option<Intent>) -> Option<Near> {
-        let OtherAircraft { aircraft, reported_state: said, age_s } = other;
+        let OtherAircraft { aircraft, reported_state: reported, age_s } = other;
         let age_s = age_s.min(SILENT_MAX_S);
         let minimum_m = self.separation.horizontal_min_m;
         let gives_way = |ahead_s| (ahead_s, minimum_m + BUFFER_M + DRIFT_M_S * age_s, DRIFT_M_S2 * age_s);
@@ -238,7 +238,7 @@ impl CollisionAvoidance<'_> {
                 (Some(teammate), (SHORT_AHEAD_S + age_s, minimum_m - LESS_M + spare_m, 0.0))
             }
         };
-        let UavState { position, speed_m_s, turn_rate_rad_s, .. } = *said;
+        let UavState { position, speed_m_s, turn_rate_rad_s, .. } = *reported;
         let least_m = wanted_m + growth_m_s * ahead_s;
         let reach_m = least_m + self.uav.speed_max_m_s() * ahead_s + speed_m_s.abs() * (ahead_s + age_s);
         if self.own.position.squared_distance_m2(position) >= reach_m * reach_m {
@@ -253,8 +253,8 @@ impl CollisionAvoidance<'_> {
             // The teammate avoids another aircraft and will return to its orbit.
             Some(intent) => Intent { for_s: AVOIDING_S, then_rad_s: intent.then_rad_s, ..flown },
         };
-        let course = PredictedTrajectory::of(said, intent, self.uav.turn_rate_lag_s, age_s);
-        let pursuer = teammate.is_none().then(|| said.extrapolated(age_s));
+        let course = PredictedTrajectory::of(reported, intent, self.uav.turn_rate_lag_s, age_s);
+        let pursuer = teammate.is_none().then(|| reported.extrapolated(age_s));
         Some(Near { aircraft: *aircraft, course, pursuer, ahead_s, required_m: wanted_m, growth_m_s })
     }
 

@@ -61,9 +61,9 @@ impl Ranges {
         }
     }
 
-    /// Passes the contained numbers in this interval that are not in `others` to `tell`; `others` is ascending with
+    /// Passes the contained numbers in this interval that are not in `others` to `emit`; `others` is ascending with
     /// gaps.
-    pub(crate) fn without(&self, others: &[ReceivedRange], (from, to): (i64, i64), mut tell: impl FnMut(i64)) {
+    pub(crate) fn without(&self, others: &[ReceivedRange], (from, to): (i64, i64), mut emit: impl FnMut(i64)) {
         // Usually `others` contains all numbers.
         if let (&[(start, end)], &[ReceivedRange { from: first, to: last, .. }]) = (&self.0[..], others)
             && first <= start.max(from)
@@ -77,11 +77,11 @@ impl Ranges {
             let last = run.1.min(to);
             let skipped = others.partition_point(|other| other.to < next);
             for other in others[skipped..].iter().take_while(|other| other.from <= last) {
-                (next..other.from).for_each(&mut tell);
+                (next..other.from).for_each(&mut emit);
                 // `others` comes from a message and may end at the largest number.
                 next = other.to.saturating_add(1);
             }
-            (next..=last).for_each(&mut tell);
+            (next..=last).for_each(&mut emit);
         }
     }
 }

@@ -63,8 +63,8 @@ impl Retransmission {
         }
     }
 
-    /// Passes the entries that teammates lack to `tell`; returns true if any were missing.
-    pub(crate) fn next_messages(&mut self, log: &MessageLog, now: i64, mut tell: impl FnMut(Resend)) -> bool {
+    /// Passes the entries that teammates lack to `emit`; returns true if any were missing.
+    pub(crate) fn next_messages(&mut self, log: &MessageLog, now: i64, mut emit: impl FnMut(Resend)) -> bool {
         self.sent.retain(|_, at| now - *at <= log.teammate_timeout());
         self.missing.clear();
         let delay = log.typical_delay;
@@ -72,9 +72,9 @@ impl Retransmission {
         // received.
         let sender_count = if self.budget_bytes > self.half_bytes { 2 } else { 1 };
         // Each entry requires a check of every teammate.
-        let teammates = log.log_status(now).count().max(1);
+        let teammates = log.teammates_with_status(now).count().max(1);
         let most = (LOOKED_MAX / (teammates * teammates)).max(16);
-        for peer in log.log_status(now).filter(|peer| !peer.log_matches) {
+        for peer in log.teammates_with_status(now).filter(|peer| !peer.log_matches) {
             let mut looked = 0;
             let committed = log.instant_at(peer.log_status.committed_until);
             let (from, to) = (committed.saturating_add(1).max(log.first), peer.log_status_at - 1 - delay);
@@ -119,7 +119,7 @@ impl Retransmission {
             let Some(message) = message else { continue };
             self.spend(message.size_bytes());
             self.record_sent(speaker, number, now);
-            tell(message);
+            emit(message);
         }
         is_missing
     }
@@ -168,7 +168,7 @@ impl MessageLog {
         if speaker == own {
             return true;
         }
-        let is_there = |other: &&TeammateLog| other.uav == self.own || other.lists(now, 2);
+        let is_there = |other: &&TeammateLog| other.uav == self.own || other.has_sent_status(now, 2);
         let mut others = sender_count;
         if let MessageSource::Uav(uav) = speaker {
             // The source retransmits if it is live and the teammate receives it. With enough budget, other agents

@@ -87,7 +87,7 @@ impl TeammateLog {
     }
 
     /// True if the teammate has sent its log status within the teammate timeout and has not left.
-    pub(crate) fn lists(&self, now: i64, lease: i64) -> bool {
+    pub(crate) fn has_sent_status(&self, now: i64, lease: i64) -> bool {
         self.left_at.is_none() && now - lease <= self.log_status_at
     }
 

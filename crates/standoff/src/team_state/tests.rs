@@ -9,12 +9,12 @@ fn known() -> TeamState {
     let state = UavState::level_flight(Position::ORIGIN, Angle::ZERO, 40.0);
     let observed = [0, 1].map(|uav| fleet.observe(Time::EPOCH, UavId(uav), &state, Some(Default::default())));
     for number in 0..3 {
-        let (said, time, searcher, label) = (Time::EPOCH, Time::EPOCH, 0, TargetLabel(u32::from(number)));
+        let (issued_at, time, searcher, label) = (Time::EPOCH, Time::EPOCH, 0, TargetLabel(u32::from(number)));
         let (position, velocity) = (Position::from_m(300.0, 0.0), Velocity::ZERO);
         let (position_sd_m, velocity_sd_m_s) = (20.0, 2.0);
         let cue = Cue {
             source: searcher,
-            issued_at: said,
+            issued_at,
             sequence: number,
             label,
             time,
@@ -58,14 +58,14 @@ fn assignment_starts_from_the_reported_assignments() {
             // Both groups look the same from the middle.
             let x_m = if number < 2 { -900.0 } else { 900.0 };
             let position = Position::from_m(x_m, 40.0 * f64::from(number % 2) - 20.0);
-            let (said, searcher, label) = (at(0), 0, TargetLabel(u32::from(number)));
+            let (issued_at, searcher, label) = (at(0), 0, TargetLabel(u32::from(number)));
             let (velocity, position_sd_m, velocity_sd_m_s) = (Velocity::ZERO, 20.0, 2.0);
             row.put_cue(&Cue {
                 source: searcher,
-                issued_at: said,
+                issued_at,
                 sequence: number,
                 label,
-                time: said,
+                time: issued_at,
                 position,
                 velocity,
                 position_sd_m,

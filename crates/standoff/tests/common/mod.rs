@@ -65,7 +65,7 @@ pub fn step(agent: &mut Agent, now: Time, own: &UavState, scan: Scan, inbox: &[M
 }
 
 /// Messages that an agent would send after a scan.
-pub fn said(agent: &Agent, now: Time, own: &UavState, scan: Scan) -> Vec<Message> {
+pub fn outgoing(agent: &Agent, now: Time, own: &UavState, scan: Scan) -> Vec<Message> {
     let mut agent = agent.clone();
     let observation = agent.observe(now, own, Some(scan));
     agent.outbox(&observation).to_vec()
@@ -73,7 +73,7 @@ pub fn said(agent: &Agent, now: Time, own: &UavState, scan: Scan) -> Vec<Message
 
 /// The agent's own report after a scan.
 pub fn report(agent: &Agent, now: Time, own: &UavState, scan: Scan) -> Option<Report> {
-    match said(agent, now, own, scan).into_iter().next() {
+    match outgoing(agent, now, own, scan).into_iter().next() {
         Some(Message::Report(report)) => Some(report),
         _ => None,
     }
@@ -140,7 +140,7 @@ impl Team {
         let (now, mut inbox, scans) = self.look(tick);
         for ((agent, state), scan) in self.agents.iter().zip(&self.states).zip(&scans) {
             if !self.silent.contains(&agent.id()) {
-                inbox.extend(said(agent, now, state, scan_of(scan)));
+                inbox.extend(outgoing(agent, now, state, scan_of(scan)));
             }
         }
         (now, scans, inbox)

@@ -44,7 +44,7 @@ impl Radio {
     }
 
     /// Injects a message that no team member has sent.
-    pub fn tell(&mut self, tick: i64, to: usize, message: Message) {
+    pub fn deliver(&mut self, tick: i64, to: usize, message: Message) {
         self.in_transit.push((tick, to, message));
     }
 
@@ -88,14 +88,14 @@ impl Team {
         let (now, cues, scans) = self.look(tick);
         let on: Vec<usize> = (0..self.agents.len()).filter(|index| !self.off.contains(index)).collect();
         let mut observed = Vec::new();
-        let (mut said, mut heard, mut steps) = (Vec::new(), Vec::new(), Vec::new());
+        let (mut sent, mut heard, mut steps) = (Vec::new(), Vec::new(), Vec::new());
         for &index in &on {
             let agent = &mut self.agents[index];
             let scan = Some(scan_of(&scans[index])).filter(|_| !self.silent.contains(&agent.id()));
             let observation = agent.observe(now + self.clock_ahead[index], &self.states[index], scan);
             observed.push((index, observation));
             for message in agent.outbox(&observation) {
-                said.push((Some(index), message.clone()));
+                sent.push((Some(index), message.clone()));
                 for &to in on.iter().filter(|to| **to != index) {
                     radio.send(tick, (Some(index), to), message, false);
                 }
@@ -103,7 +103,7 @@ impl Team {
         }
         let cued: Vec<usize> = on.into_iter().filter(|index| !radio.uncued.contains(index)).collect();
         for (number, cue) in cues.iter().enumerate() {
-            said.push((None, cue.clone()));
+            sent.push((None, cue.clone()));
             cued.iter().for_each(|to| radio.send(tick, (None, *to), cue, *to == cued[number % cued.len()]));
         }
         for (index, observation) in observed {
@@ -116,14 +116,14 @@ impl Team {
             steps.push((index, step));
         }
         self.fly(now);
-        Words { said, heard, steps }
+        Words { sent, heard, steps }
     }
 }
 
 /// Messages and decisions of one time step.
 pub struct Words {
     /// Messages sent, with the index of the sender; `None` for cue sources.
-    pub said: Vec<(Option<usize>, Message)>,
+    pub sent: Vec<(Option<usize>, Message)>,
     /// Messages received, with the index of the receiver.
     pub heard: Vec<(usize, Message)>,
     /// Decisions, with the index of the UAV.
@@ -144,10 +144,10 @@ impl Truth {
     }
 
     /// Processes the messages sent at the next time step that belong to that time step.
-    pub fn hear(&mut self, now: Time, said: &[(Option<usize>, Message)]) {
+    pub fn hear(&mut self, now: Time, sent: &[(Option<usize>, Message)]) {
         let any_state = Team::new(1, 0).states[0];
         let observed = self.fleet.observe(now, UavId(0), &any_state, None);
-        for (_, message) in said {
+        for (_, message) in sent {
             match message {
                 Message::Report(report) if report.time == now => self.fleet.receive(&observed, message),
                 Message::Cue(cue) if cue.issued_at == now => self.fleet.receive(&observed, message),

@@ -120,9 +120,9 @@ fn the_teammates_of_every_agent_read_back() {
                         None => 4.0,
                     };
                     met.insert(code as u32);
-                    let heard_us = row.and_then(|row| row.last_report_us);
+                    let report_us = row.and_then(|row| row.last_report_us);
                     assert_eq!(presence, Some(code), "{} of {uav} at {} us", agent.agent, frame.time_us);
-                    assert_eq!(age_s, heard_us.map(|heard_us| (frame.time_us - heard_us) as f64 / 1e6));
+                    assert_eq!(age_s, report_us.map(|report_us| (frame.time_us - report_us) as f64 / 1e6));
                     assert_eq!(group, row.and_then(|row| row.group).map(f64::from));
                 }
             }

@@ -187,9 +187,9 @@ fn the_minimum_enclosing_circle_keeps_targets_that_the_centroid_removes() {
 /// needs 690 m, without the first one, which is isolated, 300 m.
 #[test]
 fn the_target_that_widens_the_orbit_most_is_removed() {
-    let row = |discard, x_m: &[f64]| {
+    let row = |removal, x_m: &[f64]| {
         let mut world = World::new(2, x_m);
-        (world.params.group.centre, world.params.group.removal) = (CentreEstimate::EnclosingCircle, discard);
+        (world.params.group.centre, world.params.group.removal) = (CentreEstimate::EnclosingCircle, removal);
         let events = world.settle();
         let removed = events.iter().filter(|event| event.kind.name() == "removed").filter_map(|event| event.track);
         removed.map(|track| track.0).collect::<Vec<_>>()
