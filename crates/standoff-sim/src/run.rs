@@ -217,7 +217,7 @@ impl<B: Controller> Mission<B> {
     }
 
     /// Computes the commands of the observed time step and returns its frame, which [`Self::decide`] then returns
-    /// unless [`order`](Self::order) overrides a command. `None` if nothing was observed.
+    /// unless [`override_command`](Self::override_command) overrides a command. `None` if nothing was observed.
     pub fn propose(&mut self) -> Option<&Frame> {
         if self.stage == Stage::Observed {
             self.command(self.now());

@@ -1,6 +1,6 @@
 //! Scenarios: reads a scenario file and resolves it to everything a run needs.
 //!
-//! A scenario is TOML (see [`mod@file`] for the keys). [`Scenario::load`] reads it, applies the changes of the command
+//! A scenario is TOML (see [`schema_types`] for the keys). [`Scenario::load`] reads it, applies the changes of the command
 //! line, draws the values given as distributions, fills in the defaults and checks every range. The result can be
 //! written as text with every value spelt out; the record stores that text.
 

@@ -79,7 +79,7 @@ impl SensorParams {
         z
     }
 
-    /// Like [`look`](Self::look) for several targets. Same results, but faster.
+    /// Like [`measure`](Self::measure) for several targets. Same results, but faster.
     #[inline]
     pub fn measure_batch<const N: usize>(
         &self,

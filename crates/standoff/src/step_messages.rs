@@ -74,7 +74,7 @@ pub(crate) struct StepMessages {
     pub(crate) time: Time,
     /// Reports by ascending UAV. The first `incoming` of them count; the others are reusable buffers.
     reports: Vec<Report>,
-    views: usize,
+    report_count: usize,
     /// Cues by ascending label; of several cues for one target, the one that counts comes first.
     cues: Vec<Cue>,
 }
@@ -84,12 +84,12 @@ impl StepMessages {
     pub(crate) fn open(&mut self, time: Time) {
         self.time = time;
         self.cues.clear();
-        self.views = 0;
+        self.report_count = 0;
     }
 
     /// Reports by ascending UAV.
     pub(crate) fn reports(&self) -> &[Report] {
-        &self.reports[..self.views]
+        &self.reports[..self.report_count]
     }
 
     /// Returns the report of a UAV.
@@ -118,13 +118,13 @@ impl StepMessages {
                     Ordering::Less => (index, Insert::Replaced),
                 }
             }
-            Err(_) if self.views >= TEAM_MAX => return Insert::Rejected,
+            Err(_) if self.report_count >= TEAM_MAX => return Insert::Rejected,
             Err(index) => {
-                if self.reports.len() == self.views {
+                if self.reports.len() == self.report_count {
                     self.reports.push(Report::position_only(uav, self.time, *state));
                 }
-                self.reports[index..=self.views].rotate_right(1);
-                self.views += 1;
+                self.reports[index..=self.report_count].rotate_right(1);
+                self.report_count += 1;
                 (index, Insert::Added)
             }
         };

@@ -461,7 +461,7 @@ impl TeamState {
         }
         // The reported assignment of a UAV counts, not the one that its teammates computed.
         let serves = |teammate: &Teammate| {
-            teammate.current_command.filter(|group| self.group(*group).is_some()).or(teammate.group)
+            teammate.reported_group.filter(|group| self.group(*group).is_some()).or(teammate.group)
         };
         let available = |teammate: &Teammate| AvailableUav {
             uav: teammate.uav,

@@ -40,7 +40,7 @@ macro_rules! tables {
         $(many { $($(#[$many_doc:meta])* $many:ident: $many_allowed:expr;)* })?
         // Lists of lists of numbers, at first empty.
         $(lists { $($(#[$lists_doc:meta])* $lists:ident;)* })?
-        // Tables that are typed, in the place of which others are flown.
+        // Tables of the file that are replaced by others before the flight.
         $(typed { $($(#[$typed_doc:meta])* $typed:ident: $typed_type:ty;)* })?
         // Tables in this one.
         $(tables { $($(#[$inner_doc:meta])* $inner:ident: $inner_type:ty;)* })?
@@ -677,7 +677,7 @@ impl ScenarioFile {
     }
 }
 
-/// Paths stay behind: a record says what was flown, not where.
+/// Paths are omitted: a record contains what was flown, not where its files were.
 fn name_alone<S: Serializer>(path: &str, serializer: S) -> Result<S::Ok, S::Error> {
     serializer.serialize_str(&name(path))
 }

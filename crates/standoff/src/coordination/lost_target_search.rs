@@ -100,7 +100,7 @@ impl SearchAssignmentUpdate<'_> {
     }
 
     /// Number of UAVs that remain if each group has one.
-    fn spare_uav(&self) -> usize {
+    fn spare_uavs(&self) -> usize {
         self.team.len().saturating_sub(self.memberships.groups().len())
     }
 
@@ -125,7 +125,7 @@ impl SearchAssignmentUpdate<'_> {
             continues
         });
         // The largest area is the least promising.
-        while duties.len() > self.spare_uav() {
+        while duties.len() > self.spare_uavs() {
             let largest = (0..duties.len()).max_by(|a, b| reach_m(&duties[*a]).total_cmp(&reach_m(&duties[*b])));
             ended.extend(largest.map(|index| (duties.remove(index), SearchEndReason::Recalled)));
         }
@@ -138,7 +138,7 @@ impl SearchAssignmentUpdate<'_> {
 
     /// Assigns the nearest UAV that is available and arrives in time to each lost target without a searching UAV.
     fn send(&mut self) {
-        if self.assignments.len() >= self.spare_uav() {
+        if self.assignments.len() >= self.spare_uavs() {
             return;
         }
         let mut pairs: Vec<(f64, usize, TrackId)> = Vec::new();
@@ -154,7 +154,7 @@ impl SearchAssignmentUpdate<'_> {
         for (_, index, track) in pairs {
             let (uav, group) = (self.team[index].uav, self.team[index].group);
             let is_taken = self.assignments.iter().any(|duty| duty.uav == uav || duty.track == track);
-            if is_taken || self.assignments.len() >= self.spare_uav() || !self.can_leave(index, track) {
+            if is_taken || self.assignments.len() >= self.spare_uavs() || !self.can_leave(index, track) {
                 continue;
             }
             self.team[index].group = None;

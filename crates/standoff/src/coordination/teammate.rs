@@ -25,7 +25,7 @@ pub struct Teammate {
     /// Time of the last report.
     pub(crate) last_report_at: Time,
     /// Assigned group according to the last report.
-    pub(crate) current_command: Option<GroupId>,
+    pub(crate) reported_group: Option<GroupId>,
     /// True if the UAV has announced that it leaves.
     pub(crate) has_left: bool,
 }
@@ -43,7 +43,7 @@ impl Teammate {
             group,
             last_report: reported,
             last_report_at: reported_at,
-            current_command: assigned,
+            reported_group: assigned,
             has_left,
         }
     }
