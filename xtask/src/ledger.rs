@@ -124,7 +124,7 @@ fn problems(equations: &[Equation], tags: &[Tag]) -> Vec<String> {
     problems
 }
 
-/// Returns a message with the first line in which the ledger differs from the expected text.
+/// Returns a message with the first line where the ledger differs from the expected text.
 fn out_of_date(found: &str, expected: &str) -> Option<String> {
     if found == expected {
         return None;

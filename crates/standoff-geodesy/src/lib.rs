@@ -1,4 +1,4 @@
-//! Conversion between latitude and longitude and the local tangent plane in which all missions are flown.
+//! Conversion between latitude and longitude and the local tangent plane of the missions.
 //!
 //! The datum is WGS84; positions are on the ellipsoid and heights are ignored. The plane touches the ellipsoid at an
 //! origin. A point of the ellipsoid is projected orthogonally onto the plane, to metres east and north of the origin.

@@ -115,7 +115,7 @@ const GOALS: [(&str, &str, f64, f64); 3] = [
     ("phase_error_deg", "phase error (deg)", 0.0, 0.8),
 ];
 
-/// Factor by which the search for out-of-view targets uses more runs.
+/// Ratio of the number of runs of the search for out-of-view targets to that of other studies.
 const VIEWS: u32 = 50;
 
 const PAIR: &str = "paper/table-2-pair";

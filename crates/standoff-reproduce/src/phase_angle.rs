@@ -74,7 +74,7 @@ pub(crate) fn figure_6(_: &Plan) -> Result<Study, Failure> {
     Ok(figure)
 }
 
-/// Computes figure 7: the mean of eta over the bearing, and the cases in which 90 degrees is not optimal.
+/// Computes figure 7: the mean of eta over the bearing, and the cases where 90 degrees is not optimal.
 pub(crate) fn figure_7(_: &Plan) -> Result<Study, Failure> {
     let mut figure = Study::new(
         "figure-7",

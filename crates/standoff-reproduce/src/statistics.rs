@@ -38,7 +38,7 @@ impl Estimate {
         Self { value: 100.0 * ratio, low: 100.0 * (ratio - half), high: 100.0 * (ratio + half) }
     }
 
-    /// Computes the percentage of runs in which a statement holds, with Wilson's 95 % interval.
+    /// Computes the percentage of runs where a statement holds, with Wilson's 95 % interval.
     pub(crate) fn share(held: impl IntoIterator<Item = bool>) -> Self {
         let (mut yes, mut n) = (0.0, 0.0);
         for held in held {

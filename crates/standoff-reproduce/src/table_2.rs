@@ -107,7 +107,7 @@ const BESIDES: [(&str, &str, f64); 5] = [
 ];
 /// Metrics for the ratio of the position error to its bound: mean square error, and mean Cramer-Rao bound.
 const BOUND: [&str; 2] = ["position_squared_error_m2", "position_crlb_m2"];
-/// Relative deviation up to which a number counts as close to the paper's in the tables.
+/// Maximum relative deviation of a number that the tables count as close to the paper's.
 const NEAR: f64 = 0.25;
 
 /// The differences that the paper discusses: first column, second column, rows.

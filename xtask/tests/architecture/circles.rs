@@ -20,7 +20,7 @@ fn reach<'a>(imports: &Imports<'a>, file: &'a Path) -> BTreeSet<&'a Path> {
     reached
 }
 
-/// Returns the sets of files in which each file depends on all others of the set.
+/// Returns the sets of files that all depend on each other.
 fn circles<'a>(imports: &Imports<'a>) -> BTreeSet<BTreeSet<&'a Path>> {
     let reached: BTreeMap<_, _> = imports.keys().map(|file| (*file, reach(imports, file))).collect();
     let around = |file| reached[file].iter().copied().filter(|other| reached[other].contains(file)).collect();

@@ -12,9 +12,9 @@ use crate::study::{Data, Study, Table};
 
 const UAVS: u32 = 4;
 const TARGETS: usize = 4;
-/// Half the side of the square in which UAVs and groups are drawn, m.
+/// Half the side of the square that contains UAVs and groups, m.
 const FIELD_M: f64 = 1000.0;
-/// Half the side of the square in which the targets of a group are drawn, m.
+/// Half the side of the square that contains the targets of a group, m.
 const GROUP_M: f64 = 100.0;
 /// Number of random worlds per run of the plan; they are fast to compute.
 const WORLDS_PER_RUN: u64 = 10;

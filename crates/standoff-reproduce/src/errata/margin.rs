@@ -13,7 +13,7 @@ use crate::monte_carlo_plan::{IN_METRES, Plan, time_s, watch};
 use crate::statistics::{Estimate, mean};
 use crate::study::{Study, Table};
 
-/// Time after a change of members in which the orbit is evaluated, s.
+/// Time after a change of members that the orbit is evaluated for, s.
 const AFTER_S: f64 = 5.0;
 /// Mean of a chi-square variable with two degrees of freedom.
 const CHI_SQUARE_MEAN: f64 = 2.0;

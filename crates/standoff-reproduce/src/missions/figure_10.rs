@@ -14,7 +14,7 @@ use crate::percentile_bands::{History, bands, data};
 use crate::statistics::{Estimate, mean, rank_correlation};
 use crate::study::{Study, Table};
 
-/// Minimum lifetime of a group for which histories are compared, in time steps.
+/// Minimum lifetime of a group to compare its histories, in time steps.
 const LONG_ENOUGH: usize = 20;
 /// Standoff distance error in the last column of Table II, m; the paper states none for this mission.
 const TABLE_2_M: f64 = 9.1261;

@@ -12,7 +12,7 @@ use crate::percentile_bands::{History, bands, data};
 use crate::statistics::{Estimate, mean};
 use crate::study::{Data, Study, Table};
 
-/// Time after a handoff in which the angle is checked, s.
+/// Time after a handoff that the angle is checked for, s.
 const AFTER_S: f64 = 5.0;
 
 /// Observations of a run.
