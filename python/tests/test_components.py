@@ -470,7 +470,7 @@ def circle_by_trying_all(points: Floats) -> float:
     return float(min(np.hypot(*(points - centre).T).max() for centre in centres))
 
 
-def test_the_smallest_circle_equals_exhaustive_search(rng: np.random.Generator) -> None:
+def test_the_minimum_enclosing_circle_equals_exhaustive_search(rng: np.random.Generator) -> None:
     points = rng.uniform(-500, 500, (60, 6, 2))
     mask = rng.random((60, 6)) < 0.7
     mask[:, 0] = True
@@ -521,7 +521,7 @@ def assigned_by_trying_all(uavs: Floats, targets: Floats, group: npt.NDArray[np.
     def score(of: tuple[int, ...]) -> float:
         total = 0.0
         for target, own in zip(targets, group):
-            watching = [fisher(uav, target, 10.0, np.radians(3)) for uav, serves in zip(uavs, of) if serves == own]
+            watching = [fisher(uav, target, 10.0, np.radians(3)) for uav, assigned in zip(uavs, of) if assigned == own]
             total += float(np.linalg.slogdet(np.sum(watching, axis=0))[1])
         return total
 
@@ -556,8 +556,8 @@ def test_the_assignment_maximises_information(rng: np.random.Generator) -> None:
 def test_a_switching_cost_keeps_the_assignment_and_no_group_is_minus_one() -> None:
     uavs, targets, group = [[0.0, 0.0], [1.0, 0.0]], [[300.0, 0.0], [-300.0, 0.0]], [0, 1]
     stay = components.Parameters(assignment_switching_cost=9.0)
-    for serves in ([0, 1], [1, 0]):
-        assert components.assignment(uavs, targets, group, serves=serves, parameters=stay).tolist() == serves
+    for current in ([0, 1], [1, 0]):
+        assert components.assignment(uavs, targets, group, current_group=current, parameters=stay).tolist() == current
     assert components.assignment(uavs, targets, [-1, -1]).tolist() == [-1, -1]
     assert components.assignment(uavs, targets, [-1, 6]).tolist() == [6, 6]
     # A single UAV is assigned to the larger of two groups.
@@ -573,6 +573,8 @@ def test_parameters_are_the_recommended_ones_or_those_of_a_scenario() -> None:
     assert (recommended.radial_gain, recommended.heading_gain_1_s, recommended.lead_s, recommended.speed_m_s) == (0.2, 1.0, 3.0, 40.0)
     assert (recommended.radius_min_m, recommended.radius_max_m, recommended.range_sd_m) == (250.0, 700.0, 10.0)
     assert np.degrees([recommended.field_of_view_rad, recommended.bearing_sd_rad]) == pytest.approx([70, 3])
+    table_1 = components.Parameters.table_1()
+    assert (table_1.heading_gain_1_s, table_1.assignment_switching_cost, table_1.speed_m_s) == (2.0, 0.5, 40.0)
     scenario = standoff.Scenario("improved/figure-9", set={"guidance.radial_gain": 0.37})
     of, toml = components.Parameters(scenario), tomllib.loads(scenario.resolved(1))
     for table, names in {
@@ -806,7 +808,7 @@ def test_invalid_points_and_groups_are_errors() -> None:
         (lambda: components.clustering(points, count=2, before=[0, 1, -1, 0]), "has a label from 0 to 1"),
         (lambda: components.clustering(points, count=2, before=[0, 1, 1]), "before"),
         (lambda: components.assignment(points, points, [0, 1]), "group: the last axis must be 4 long"),
-        (lambda: components.assignment(points, points, [0] * 4, serves=[0]), "serves: the last axis must be 4 long"),
+        (lambda: components.assignment(points, points, [0] * 4, current_group=[0]), "current_group: the last axis must be 4 long"),
     ]
     for call, message in bad:
         with pytest.raises(InputError, match=message):

@@ -53,7 +53,7 @@ def test_a_run_writes_the_same_bytes_as_the_command(
     assert standoff.Run(ours, metrics=str(keywords.get("metrics", "standard"))).metrics == run.metrics
 
 
-def test_the_yardstick_equals_that_of_the_command(command: Path) -> None:
+def test_the_baseline_equals_that_of_the_command(command: Path) -> None:
     arguments = [str(command), "baseline", "traffic/convoy", "--uavs", "3", "--json"]
     printed = subprocess.run(arguments, check=True, capture_output=True, text=True).stdout
     assert standoff.baseline("traffic/convoy", uavs=3) == json.loads(printed)

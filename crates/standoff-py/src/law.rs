@@ -15,7 +15,7 @@ use standoff::{
     UavState, Velocity,
 };
 use standoff_sim::controller::{Controller, ReportedState, ReportedTables, TrackRow};
-use standoff_sim::rows_of_picture;
+use standoff_sim::rows_of_team_state;
 use standoff_sim::run::Mission;
 use standoff_sim::scenario::Scenario;
 
@@ -272,7 +272,7 @@ impl Controller for CustomLaw {
 
     fn report(&self, state: &mut ReportedState) {
         if let Some(team_agent) = &self.team_agent {
-            rows_of_picture(team_agent.team_state(), state);
+            rows_of_team_state(team_agent.team_state(), state);
         } else if self.kind.has_tracks && !self.calls.has_failed() {
             match Python::attach(|py| self.tracks(py)) {
                 Ok(tracks) => state.tracks.extend(tracks),

@@ -32,4 +32,4 @@ pub mod text_source;
 pub mod traffic;
 pub mod world;
 
-pub use agent_rows::{agent as rows_of_agent, team_state as rows_of_picture};
+pub use agent_rows::{agent as rows_of_agent, team_state as rows_of_team_state};

@@ -51,10 +51,10 @@ const DIGEST_MISMATCH_MAX: i64 = 10;
 /// The agent of one UAV.
 ///
 /// Each time step has two halves. [`Self::observe`] takes the own state and scan. Then [`Self::outbox`] returns the
-/// messages to send, and [`Self::hear`] processes the messages of the teammates. When no more messages are expected,
+/// messages to send, and [`Self::receive`] processes the messages of the teammates. When no more messages are expected,
 /// [`Self::decide`] returns the command.
 ///
-/// Time steps lie on the team's grid: whole periods ([`LogParams::period_s`](crate::team::LogParams)) after
+/// Time steps lie on the team's grid: whole periods ([`LogParams::period_s`](crate::LogParams)) after
 /// [`Time::EPOCH`]. A late message still counts for its own time step: all later time steps are recomputed. Agents that
 /// have received the same messages, in any order, therefore have bitwise equal team states. Missing messages are
 /// retransmitted: the outbox contains these retransmissions, too.
@@ -253,7 +253,7 @@ impl Agent {
     }
 
     /// Processes a message from any sender and of any time step. Malformed and late messages are rejected and counted
-    /// ([`Diagnostics::rejected`](crate::Diagnostics::refused)). Order and repetition do not matter. With an observation
+    /// ([`Diagnostics::rejected`](crate::Diagnostics::rejected)). Order and repetition do not matter. With an observation
     /// of a past time step, or of another agent, the call has no effect.
     pub fn receive(&mut self, observation: &Observation, message: &Message) {
         let Some(now) = self.now.filter(|_| self.is_of_now(observation)) else { return };

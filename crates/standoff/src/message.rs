@@ -56,7 +56,7 @@ pub struct ReceivedRange {
     /// Source of the entries.
     pub source: MessageSource,
     /// First entry. For a UAV, the time step of its report, in periods since [`Time::EPOCH`]; for a cue source, that
-    /// number times 65,536 plus the cue's [`number`](Cue::number).
+    /// number times 65,536 plus the cue's [`sequence`](Cue::sequence).
     pub from: i64,
     /// Last entry, included.
     pub to: i64,
@@ -189,7 +189,7 @@ pub struct Cue {
     /// Number of the cue source.
     pub source: u32,
     /// First time step of the team's grid that uses the cue. It should be recent, because agents that received the
-    /// cue in time and agents that did not must reach the same result ([`Agent::receive`](crate::Agent::hear)).
+    /// cue in time and agents that did not must reach the same result ([`Agent::receive`](crate::Agent::receive)).
     pub issued_at: Time,
     /// Zero-based index among the cues of this source and time step.
     pub sequence: u16,

@@ -78,7 +78,7 @@ impl AgentOutput {
 pub struct Diagnostics {
     /// Assigned group of this UAV; `None` if it circles where it is.
     pub group: Option<GroupId>,
-    /// Zero-based creation index of the group ([`TeamState::group_number`](crate::Picture::number)).
+    /// Zero-based creation index of the group ([`TeamState::group_number`](crate::TeamState::group_number)).
     pub group_number: Option<u32>,
     /// How the UAV steers onto the group's orbit.
     pub steering: Option<Steering>,

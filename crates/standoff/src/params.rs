@@ -67,7 +67,7 @@ pub enum LinkModel {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LogParams {
     /// Time between two time steps of the team's grid, s; 0.001 to 10. The grid begins at
-    /// [`Time::EPOCH`](crate::Time::START).
+    /// [`Time::EPOCH`](crate::Time::EPOCH).
     pub period_s: f64,
     /// Retention time: messages that arrive later no longer count, s; above 0, at most 600; and at most 1,200 periods
     /// are used.

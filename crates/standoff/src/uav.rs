@@ -27,7 +27,7 @@ pub struct UavId(pub u32);
 pub enum Aircraft {
     /// A UAV of the team.
     Uav(UavId),
-    /// An aircraft outside the team ([`Traffic`](crate::Traffic)).
+    /// An aircraft outside the team ([`TrafficReport`](crate::TrafficReport)).
     Intruder(u32),
 }
 

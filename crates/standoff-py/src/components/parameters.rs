@@ -138,10 +138,10 @@ impl<'py> FromPyObject<'_, 'py> for Source<'py> {
 /// :param speed_reference: guidance: frame in which speeds are commanded, ``"ground"`` or ``"centre"``.
 /// :param heading_gain_1_s: guidance: k_omega (24), 1/s.
 /// :param turn_rate_gain: guidance: gain on the difference between turn rate and feedforward; 0 (none) in the paper.
-/// :param feedforward: guidance: derivative of the desired heading used as feedforward (25): ``"field"`` (along the
-///     flown field), ``"trajectory"`` (along the UAV's actual motion), ``"static-centre"`` ((25) corrected) or ``"paper"``
-///     ((25) as published).
-/// :param objective: assignment: ``"log-det"``, or ``"paper"``, (32) as published.
+/// :param feedforward: guidance: derivative of the desired heading used as feedforward (25): of the flown vector field
+///     (``"field"``), the same along the actual motion (``"trajectory"``), (25) corrected (``"static-centre"``), or (25)
+///     as published (``"paper"``).
+/// :param objective: assignment: ``"log-det"``, or (32) as published (``"paper"``).
 /// :param assignment_switching_cost: assignment: bonus for a UAV that keeps its group, in ln det per target.
 /// :raises InputError: if a value is out of range; the message gives the range.
 /// :raises ScenarioError: if the scenario is invalid.
@@ -351,6 +351,12 @@ impl Parameters {
         }
         parameters.check()?;
         Ok(parameters)
+    }
+
+    /// Returns the parameters of the paper's Table I.
+    #[staticmethod]
+    fn table_1() -> Self {
+        Self::of_team(&TeamParams::table_1())
     }
 
     /// All parameters as a dict.

@@ -452,11 +452,11 @@ tables! {
         /// Centre of the orbit: `filtered`, the `centroid` of the members, or the centre of their minimum enclosing
         /// circle (`enclosing-circle`).
         centre: Centre = EnclosingCircle;
-        /// Where sensors point: the group's `centre`, or the `middle` of the angular extent of the members as each UAV
-        /// sees them.
+        /// Where sensors point: the group's `centre`, or the middle of the angular extent of the members as each UAV
+        /// sees them (`angular-midpoint`).
         pointing: Pointing = AngularMidpoint;
-        /// When members change, the centre moves by the known jump (`shift`), or its filter treats the jump as an
-        /// innovation (`filter`).
+        /// When members change, the centre moves by the known jump (`shift-state`), or its filter treats the jump as an
+        /// innovation (`innovation`).
         centre_jump: CentreJump = ShiftState;
     }
 
@@ -488,15 +488,15 @@ tables! {
         /// Distance below which two UAVs of a group cause a proximity alert, m; 0 to 1e4.
         proximity_alert_m = 50.0;
     } words {
-        /// Number of groups: `half` the number of UAVs, or as many as the targets need (`needed`).
+        /// Number of groups: half the number of UAVs (`half-of-uavs`), or as many as the targets need (`as-needed`).
         count: GroupCount = AsNeeded;
-        /// Objective of the assignment (32): `log-det`, or `printed`, as published, for up to 8 UAVs and groups.
+        /// Objective of the assignment (32): `log-det`, or as published (`paper`) for up to 8 UAVs and groups.
         objective: Objective = LogDet;
-        /// Which member a group removes if its orbit cannot cover all: the `furthest` from the centre, or the one
-        /// `widening` the orbit most.
+        /// Member that a group removes if its orbit cannot cover all: the one whose removal reduces the radius most
+        /// (`largest-radius-reduction`), or the one `furthest-from-centre`.
         removal: RemovalRule = LargestRadiusReduction;
-        /// Which UAVs share an altitude: those of a group (`by-group`; the same as `by-uav` if messages can be lost),
-        /// none (`by-uav`), or all (`one`).
+        /// UAVs that share an altitude: those of a group (`per-group`; the same as `per-uav` if messages can be lost),
+        /// none (`per-uav`), or all (`common`).
         altitude_policy: AltitudePolicy = PerGroup;
     } flags {
         /// UAVs that no group needs search for lost targets.
@@ -517,8 +517,8 @@ tables! {
         /// Name of the zone, for display; at most 100 characters.
         #[serde(skip_serializing_if = "String::is_empty")]
         name;
-        /// GeoJSON file with the polygons, relative to the scenario file, instead of `points`. A record contains the
-        /// points.
+        /// GeoJSON file with the polygons, relative to the scenario file, instead of `vertices`. A record contains
+        /// the vertices.
         #[serde(serialize_with = "name_alone", skip_serializing_if = "String::is_empty")]
         file;
     } words {
@@ -581,8 +581,8 @@ tables! {
         /// Desired phase theta_d between two UAVs (35), degrees; 0 to 180.
         desired_phase_deg = 90.0;
     } words {
-        /// Feedforward turn rate (25): the derivative of the flown field (`flown`), the same along the actual motion
-        /// (`actual`), (25) corrected (`exact`), or (25) as published (`printed`).
+        /// Feedforward turn rate (25): the derivative of the flown vector field (`field`), the same along the actual
+        /// motion (`trajectory`), (25) corrected (`static-centre`), or (25) as published (`paper`).
         feedforward: Feedforward = Field;
         /// Lead of active measure 2 (22): `constant`; `scheduled` to the lag of the field, k_l r_d / v; or `predicted`,
         /// with the spread predicted for that time.
@@ -612,7 +612,7 @@ tables! {
 
     /// `[[targets.manoeuvre]]`: for some time, an acceleration in addition to the random one.
     table Manoeuvre numbers {
-        /// Target: 1 is the first of `[[targets.start]]`; those of `[targets.random]` follow.
+        /// Target: 0 is the first of `[[targets.start]]`; those of `[targets.random]` follow.
         target = 0.0;
         /// Start, s; 0 to 1e9.
         from_s = 0.0, TIME_S;

@@ -12,7 +12,7 @@
 //! Path Planning with Implicit Safety Guarantees*, American Control Conference 2004.
 //!
 //! Safety alone would make the UAV turn away at the last moment, again and again. Therefore detour planning
-//! ([`DetourPlanner`](crate::guidance::ways)) looks further ahead: if a zone blocks the path onto an orbit, or the orbit itself,
+//! ([`DetourPlanner`](crate::guidance::detour)) looks further ahead: if a zone blocks the path onto an orbit, or the orbit itself,
 //! the UAV flies the shortest path around it to the next free part of the orbit.
 
 use crate::frame::Displacement;

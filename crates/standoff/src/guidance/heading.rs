@@ -31,7 +31,7 @@ pub enum Feedforward {
     /// The derivative along the flown field, including (20), (22) and (28).
     #[default]
     Field,
-    /// Like `Flown`, but along the actual motion of the UAV.
+    /// Like `Field`, but along the actual motion of the UAV.
     Trajectory,
 }
 
