@@ -1,5 +1,5 @@
 """
-Cooperative standoff tracking: runs, batches, laws of your own, and the library's pieces on arrays.
+Cooperative standoff tracking: runs, batches, custom laws, and components of the library on NumPy arrays.
 """
 
 from _typeshed import Incomplete, SupportsGetItem, SupportsLenAndGetItem
@@ -9,145 +9,34 @@ from os import PathLike
 from pathlib import Path
 from typing import Any, Final, SupportsFloat, SupportsIndex, final
 
-__all__ = ["__version__", "Batch", "MissionInfo", "Choice", "Command", "Comparison", "Cue", "Filter", "Instant", "Observation", "Parameters", "TeamState", "Report", "Run", "Scenario", "StandoffDistance", "Steering", "Table", "Tracks", "Worlds", "Zone", "_described", "_difference", "_fly_described", "assignment", "optimal_phase_rad", "clustering", "compare", "group_count", "information_1_m2", "led_distance", "measure", "merge", "monte_carlo", "observation_features", "pair_information_1_m4", "run", "scenarios", "enclosing_circle", "standoff_distance", "steer", "vector_field", "wrapped_angle_rad", "baseline"]
+__all__ = ["__version__", "AssignmentProblem", "Batch", "Command", "Comparison", "Cue", "EnvStep", "Filter", "Intruder", "MissionInfo", "Observation", "Parameters", "Report", "Run", "Scenario", "StandoffDistance", "Steering", "Table", "TeamState", "Tracks", "Worlds", "Zone", "_described", "_difference", "_fly_described", "assignment", "baseline", "clustering", "compare", "enclosing_circle", "group_count", "information_1_m2", "led_distance", "measure", "merge", "monte_carlo", "observation_features", "optimal_phase_rad", "pair_information_1_m4", "run", "scenarios", "standoff_distance", "steer", "vector_field", "wrapped_angle_rad"]
 
 __version__: Final[str]
 
 @final
-class Batch:
+class AssignmentProblem:
     """
-    A complete batch of runs, in its folder.
-
-    :param dir: the folder of a complete batch, of ``standoff monte-carlo``, :func:`monte_carlo` or :func:`merge`.
-    :raises InputError: there is none, or it was changed since it was written.
-    """
-    def __new__(cls, /, dir: str | PathLike[str]) -> Batch: ...
-    def __repr__(self, /) -> str: ...
-    def _repr_html_(self, /) -> str:
-        """
-        As a notebook shows it: its page, or else its statistics.
-        """
-    @property
-    def dir(self, /) -> Path:
-        """
-        The folder: ``runs.parquet``, ``summary.json``, ``monte-carlo.json``, ``report.html``.
-        """
-    @property
-    def metrics(self, /) -> dict[str, Any]:
-        """
-        For every metric its statistics over the runs: ``n``, ``mean``, ``ci95``, ``sd``, ``p5``, ``p50``, ``p95``, ``max``.
-        """
-    @property
-    def runs(self, /) -> Table:
-        """
-        ``runs.parquet``: a row per run, in order, with ``run``, ``seed`` and a column per metric.
-        """
-    @property
-    def summary(self, /) -> dict[str, Any]:
-        """
-        ``summary.json`` as a dict: what was flown, and the statistics of every metric.
-        """
-
-@final
-class MissionInfo:
-    """
-    What a team may know of a scenario before it flies.
+    Input of an assignment law: U UAVs and G groups, each in ascending order of their ids.
     """
     @property
-    def bearing_sd_rad(self, /) -> float:
+    def current_group(self, /) -> Incomplete:
         """
-        Standard deviation of bearings, rad.
+        Id of the group to which each UAV is currently assigned, shape ``(U,)``; -1: none.
         """
-    @property
-    def duration_s(self, /) -> float:
-        """
-        Duration of the mission, s.
-        """
-    @property
-    def field_of_view_rad(self, /) -> float:
-        """
-        Sensors' field of view, whole angle, rad.
-        """
-    @property
-    def period_s(self, /) -> float:
-        """
-        Time between two instants, s.
-        """
-    @property
-    def radius_max_m(self, /) -> float:
-        """
-        Largest orbit, m.
-        """
-    @property
-    def radius_min_m(self, /) -> float:
-        """
-        Smallest orbit, m.
-        """
-    @property
-    def range_sd_m(self, /) -> float:
-        """
-        Standard deviation of ranges, m.
-        """
-    @property
-    def sensing_range_m(self, /) -> float:
-        """
-        How far sensors see, m.
-        """
-    @property
-    def speed_change_max_m_s(self, /) -> float:
-        """
-        Most that a commanded speed may differ from it, m/s.
-        """
-    @property
-    def speed_m_s(self, /) -> float:
-        """
-        Nominal speed, m/s.
-        """
-    @property
-    def turn_rate_max_rad_s(self, /) -> float:
-        """
-        Most that a UAV turns, rad/s.
-        """
-    @property
-    def uav(self, /) -> int | None:
-        """
-        Which UAV the law decides for; None: for all.
-        """
-    @property
-    def uavs(self, /) -> int:
-        """
-        Number of UAVs, which are numbered from 0.
-        """
-    @property
-    def zones(self, /) -> list[Zone]:
-        """
-        The zones that UAVs keep out of, and in, as the scenario has them.
-        """
-
-@final
-class Choice:
-    """
-    What a law that assigns chooses from: U UAVs and G groups, each by ascending number.
-    """
     @property
     def group(self, /) -> Incomplete:
         """
-        ``(G,)``: the groups' ids, which tell them apart and nothing else.
+        Ids of the groups, shape ``(G,)``. They have no meaning beyond identity.
         """
     @property
     def members(self, /) -> list[Incomplete]:
         """
-        For each group where its targets are, ``(n, 2)``: x_m, y_m.
+        For each group the positions of its targets, shape ``(n, 2)``: x_m, y_m.
         """
     @property
     def position(self, /) -> Incomplete:
         """
-        ``(U, 2)``: where they are: x_m, y_m.
-        """
-    @property
-    def serves(self, /) -> Incomplete:
-        """
-        ``(U,)``: the group that each serves until now, by its id; -1: none.
+        Positions of the UAVs, shape ``(U, 2)``: x_m, y_m.
         """
     @property
     def time_s(self, /) -> float:
@@ -157,21 +46,59 @@ class Choice:
     @property
     def uav(self, /) -> Incomplete:
         """
-        ``(U,)``: the UAVs that can be assigned.
+        Ids of the UAVs that can be assigned, shape ``(U,)``.
+        """
+
+@final
+class Batch:
+    """
+    A complete Monte Carlo batch, read from its folder.
+
+    :param dir: folder written by ``standoff monte-carlo``, :func:`monte_carlo` or :func:`merge`.
+    :raises InputError: if the folder holds no complete batch, or a file was changed after it was written.
+    """
+    def __new__(cls, /, dir: str | PathLike[str]) -> Batch: ...
+    def __repr__(self, /) -> str: ...
+    def _repr_html_(self, /) -> str:
+        """
+        HTML for notebooks: the report page of the batch or, if it is missing, a table of the statistics.
+        """
+    @property
+    def dir(self, /) -> Path:
+        """
+        Folder of the batch: ``runs.parquet``, ``summary.json``, ``monte-carlo.json``, ``report.html``.
+        """
+    @property
+    def metrics(self, /) -> dict[str, Any]:
+        """
+        Statistics of each metric over the runs: ``n``, ``mean``, ``ci95``, ``sd``, ``p5``, ``p50``, ``p95``, ``max``.
+        """
+    @property
+    def runs(self, /) -> Table:
+        """
+        ``runs.parquet``: one row per run, in seed order, with ``run``, ``seed`` and one column per metric.
+        """
+    @property
+    def summary(self, /) -> dict[str, Any]:
+        """
+        ``summary.json`` as a dict: the scenario, seeds and number of runs, and the statistics of every metric.
         """
 
 @final
 class Command:
     """
-    What a law wants of a UAV until the next instant. What is beyond the limits is flown at the limit.
+    Command of a law to a UAV for one time step. Values beyond the UAV's limits are clipped.
 
     :param speed_m_s: speed, m/s.
-    :param turn_rate_rad_s: turn rate, rad/s, anticlockwise positive.
-    :param pointing_target: where to point the sensor: (x_m, y_m), or (x_m, y_m, vx_m_s, vy_m_s) for a point that moves. None: where
-        the product would, if it flies beside the law; else nowhere.
-    :param altitude_m: altitude above the plane, m.
-    :param group: the group that the UAV serves, for the scores: one of the picture's, where the law sees it.
-    :raises InputError: a number that is not finite, or an altitude beyond 100 km.
+    :param turn_rate_rad_s: turn rate, rad/s, positive anticlockwise.
+    :param pointing_target: point at which the sensor is pointed: (x_m, y_m), or (x_m, y_m, vx_m_s, vy_m_s) for a moving point.
+        None: the pointing of the built-in controller, if it runs alongside the law; otherwise the sensor is not
+        pointed.
+    :param altitude_m: altitude above the x-y plane, m. None: the altitude of the built-in controller, if it runs
+        alongside the law.
+    :param group: group to which the UAV is assigned, for the metrics; if the law sees the team state, one of its
+        groups.
+    :raises InputError: if a value is not finite, or the altitude is beyond 100 km.
     """
     def __new__(cls, /, speed_m_s: SupportsFloat | SupportsIndex, turn_rate_rad_s: SupportsFloat | SupportsIndex, *, pointing_target: SupportsLenAndGetItem[SupportsFloat | SupportsIndex] | None = None, altitude_m: SupportsFloat | SupportsIndex | None = None, group: SupportsIndex | None = None) -> Command: ...
     def __repr__(self, /) -> str: ...
@@ -189,54 +116,55 @@ class Command:
 @final
 class Comparison:
     """
-    B compared with A, run by run on the same draws: the numbers of ``standoff compare``, to the bit.
+    Paired comparison of B with A, run by run with the same seeds. The numbers are bit for bit those of ``standoff
+    compare``.
 
-    docs/monte-carlo.md says what each number is.
+    docs/monte-carlo.md explains each number.
     """
     def __repr__(self, /) -> str: ...
     def _repr_html_(self, /) -> str:
         """
-        As a notebook shows it: a row per metric; * where the difference is of interest.
+        HTML for notebooks: a table with one row per metric; * marks differences of relevant size.
         """
     @property
     def a(self, /) -> str:
         """
-        What A is.
+        Description of A.
         """
     @property
     def b(self, /) -> str:
         """
-        What B is.
+        Description of B.
         """
     @property
     def json(self, /) -> str:
         """
-        What ``standoff compare --json`` prints.
+        Output of ``standoff compare --json``.
         """
     @property
     def metrics(self, /) -> dict[str, Any]:
         """
-        For every metric its numbers: ``mean_a``, ``mean_b``, ``difference`` (B - A), ``ci95``, ``differs``, ...
+        Results of each metric: ``mean_a``, ``mean_b``, ``difference`` (B - A), ``ci95``, ``differs``, ...
         """
     @property
     def runs(self, /) -> int:
         """
-        Number of runs of each.
+        Number of runs of A and of B each.
         """
     @property
     def seed(self, /) -> int:
         """
-        The first seed.
+        First seed.
         """
     def to_dict(self, /) -> dict[str, Any]:
         """
-        All of it as a dict: what ``standoff compare --json`` prints.
+        Returns the output of ``standoff compare --json`` as a dict.
         """
 
 @final
 class Cue:
     """
-    A target that a search aircraft hands over when it appears.
+    Cue: the position and velocity of a new target, sent by a cue source such as a search aircraft.
     """
     @property
     def position_sd_m(self, /) -> float:
@@ -246,7 +174,7 @@ class Cue:
     @property
     def target(self, /) -> int:
         """
-        Which target.
+        Sensor-reported identity of the target.
         """
     @property
     def velocity_sd_m_s(self, /) -> float:
@@ -256,38 +184,127 @@ class Cue:
     @property
     def vx_m_s(self, /) -> float:
         """
-        Its velocity east, m/s.
+        Velocity east, m/s.
         """
     @property
     def vy_m_s(self, /) -> float:
         """
-        Its velocity north, m/s.
+        Velocity north, m/s.
         """
     @property
     def x_m(self, /) -> float:
         """
-        Where it is east, m.
+        Position east, m.
         """
     @property
     def y_m(self, /) -> float:
         """
-        Where it is north, m.
+        Position north, m.
+        """
+
+@final
+class EnvStep:
+    """
+    Current time step of all worlds: the observations for the next decision and the results of the last step.
+    """
+    @property
+    def duration_s(self, /) -> Incomplete:
+        """
+        Time of the last time step of the mission, s, shape (worlds,).
+        """
+    @property
+    def ended(self, /) -> EnvStep | None:
+        """
+        With ``"SameStep"``: the last time step of the missions that ended in the last step; entries of the other worlds
+        equal those of this object. ``None`` if no mission ended.
+        """
+    @property
+    def has_ended(self, /) -> Incomplete:
+        """
+        With ``"SameStep"``: True for worlds whose mission ended in the last step, shape (worlds,).
+        """
+    @property
+    def has_orbit(self, /) -> Incomplete:
+        """
+        True if the group of at least one UAV has a true orbit, shape (worlds,).
+        """
+    @property
+    def in_custody(self, /) -> Incomplete:
+        """
+        Fraction of the existing targets in custody: in a group and truly in some UAV's view, shape (worlds,).
+        """
+    @property
+    def mean_on_orbit(self, /) -> Incomplete:
+        """
+        Mean of `on_orbit` over the UAVs, shape (worlds,).
+        """
+    @property
+    def observations(self, /) -> Incomplete:
+        """
+        Observation of each UAV, from the team state, shape (worlds, UAVs, features); :func:`observation_features`
+        describes the features.
+        """
+    @property
+    def on_orbit(self, /) -> Incomplete:
+        """
+        Closeness of each UAV to its group's true orbit, 0 to 1 (1: on the orbit), shape (worlds, UAVs).
+        """
+    @property
+    def rewards(self, /) -> Incomplete:
+        """
+        Team reward of the last step, 0 to 1, shape (worlds,); 0 if the mission has just started.
+        """
+    @property
+    def seeds(self, /) -> Incomplete:
+        """
+        Seed of the mission, shape (worlds,); ``standoff.run(scenario, seed=...)`` simulates the same world.
+        """
+    @property
+    def standoff_error_m(self, /) -> Incomplete:
+        """
+        Mean distance of the UAVs from their groups' true orbits, m, shape (worlds,); 0 if `has_orbit` is False.
+        """
+    @property
+    def targets(self, /) -> Incomplete:
+        """
+        Number of existing targets, shape (worlds,).
+        """
+    @property
+    def terminated(self, /) -> Incomplete:
+        """
+        True if targets exist but none has a live track any more, shape (worlds,).
+        """
+    @property
+    def time_s(self, /) -> Incomplete:
+        """
+        Time since the start of the mission, s, shape (worlds,).
+        """
+    @property
+    def truncated(self, /) -> Incomplete:
+        """
+        True if the mission has reached the scenario's duration, shape (worlds,).
+        """
+    @property
+    def uav_rewards(self, /) -> Incomplete:
+        """
+        Reward of each UAV for the last step, 0 to 1, shape (worlds, UAVs).
         """
 
 @final
 class Filter:
     """
-    Extended information filters (8-11), one for each of n targets: what all UAVs measure of one instant adds up.
+    Extended information filters (8-11), one for each of n targets. One update fuses the measurements of all UAVs.
 
-    The state of a target is ``[x, vx, ax, y, vy, ay]``: position (m), velocity (m/s), acceleration (m/s2), east and then
-    north. :meth:`of_cues` and :meth:`from_measurements` start from less. States and covariances start another filter as
-    they are, to the bit: ``Filter(one.state[kept], one.covariance[kept])`` keeps some of the targets.
+    The state of a target is ``[x, vx, ax, y, vy, ay]``: position (m), velocity (m/s), acceleration (m/s2), first east
+    and then north. :meth:`of_cues` and :meth:`from_measurements` start filters from cues or measurements instead of full
+    states. States and covariances can be copied to another filter without rounding: ``Filter(f.state[mask],
+    f.covariance[mask])`` keeps a subset of the targets.
 
     :param state: means, shape (n, 6).
-    :param covariance: covariances P, shape (n, 6, 6), or (6, 6) for all: symmetric and positive definite.
-    :param parameters: correlation_rate_1_s, acceleration_sd_m_s2, range_sd_m, bearing_sd_rad, initial_velocity_sd_m_s; the
-        paper's Table I if left out.
-    :raises InputError: an argument of another shape or type, or a number out of range.
+    :param covariance: covariances P, shape (n, 6, 6), or (6, 6) for all targets; symmetric and positive definite.
+    :param parameters: uses correlation_rate_1_s, acceleration_sd_m_s2, range_sd_m, bearing_sd_rad,
+        initial_velocity_sd_m_s; ``Parameters()`` by default.
+    :raises InputError: if an argument has the wrong shape or type, or a value is out of range.
     """
     def __getnewargs_ex__(self, /) -> "tuple[tuple[object, object], dict[str, object]]": ...
     def __len__(self, /) -> int: ...
@@ -295,50 +312,51 @@ class Filter:
     def __repr__(self, /) -> str: ...
     def copy(self, /) -> Filter:
         """
-        Another one with the same estimates.
+        Returns a copy of the filter.
         """
     @property
     def covariance(self, /) -> NDArray[float64]:
         """
         Covariances P, shape (n, 6, 6), in the units of the states; a copy.
         """
+    @staticmethod
+    def from_measurements(uav_position_m: ArrayLike, range_m: ArrayLike, bearing_rad: ArrayLike, *, mask: ArrayLike | None = None, parameters: Parameters | None = None) -> Filter:
+        """
+        Starts filters from the first measurements at one time. The initial velocity is 0 with the standard deviation
+        initial_velocity_sd_m_s.
+
+        :param uav_position_m: shape (..., 2), position of the measuring UAV, east and north, m.
+        :param range_m: shape (n,), or (n, m) for m measurements of each target, m.
+        :param bearing_rad: same shape, rad anticlockwise from east.
+        :param mask: same shape; False marks missing measurements. Each target needs at least one measurement.
+        :param parameters: as for the class.
+        :raises InputError: if an argument has the wrong shape or type, or a value is out of range.
+        """
     @property
     def information_matrix(self, /) -> NDArray[float64]:
         """
         Information matrices Y = P^-1, shape (n, 6, 6).
 
-        :raises InputError: a covariance so near to singular that it has no inverse in these numbers.
+        :raises InputError: if a covariance is too close to singular to be inverted.
         """
     @property
     def information_vector(self, /) -> NDArray[float64]:
         """
         Information vectors y = Y x, shape (n, 6).
 
-        :raises InputError: a covariance so near to singular that it has no inverse in these numbers.
+        :raises InputError: if a covariance is too close to singular to be inverted.
         """
     @staticmethod
     def of_cues(position_m: ArrayLike, velocity_m_s: ArrayLike, *, position_sd_m: ArrayLike, velocity_sd_m_s: ArrayLike, parameters: Parameters | None = None) -> Filter:
         """
-        Starts from targets handed over: where they are, how they move, and how sure that is.
+        Starts filters from cues: positions and velocities with standard deviations.
 
         :param position_m: shape (n, 2), east and north, m.
         :param velocity_m_s: shape (n, 2), east and north, m/s.
         :param position_sd_m: shape (n,) or (), standard deviation of the position per axis, m.
         :param velocity_sd_m_s: shape (n,) or (), standard deviation of the velocity per axis, m/s.
-        :param parameters: as of the class.
-        :raises InputError: an argument of another shape or type, or a number out of range.
-        """
-    @staticmethod
-    def from_measurements(uav_position_m: ArrayLike, range_m: ArrayLike, bearing_rad: ArrayLike, *, mask: ArrayLike | None = None, parameters: Parameters | None = None) -> Filter:
-        """
-        Starts from the first measurements of one instant, at rest but for initial_velocity_sd_m_s.
-
-        :param uav_position_m: shape (..., 2), where it was measured from, east and north, m.
-        :param range_m: shape (n,), or (n, m) for m measurements of each target, m.
-        :param bearing_rad: the same shape, rad anticlockwise from east.
-        :param mask: the same shape: False where there is no measurement; each target has at least one.
-        :param parameters: as of the class.
-        :raises InputError: an argument of another shape or type, or a number out of range.
+        :param parameters: as for the class.
+        :raises InputError: if an argument has the wrong shape or type, or a value is out of range.
         """
     @property
     def position_m(self, /) -> NDArray[float64]:
@@ -348,34 +366,36 @@ class Filter:
     @property
     def position_sd_max_m(self, /) -> NDArray[float64]:
         """
-        Standard deviations of the positions in their least known direction, shape (n,), m.
+        Standard deviations of the positions in their most uncertain direction, shape (n,), m.
         """
     def predict(self, /, dt_s: SupportsFloat | SupportsIndex) -> None:
         """
-        Carries all estimates over a time step (8, 9).
+        Predicts all estimates over a time step (8, 9).
 
-        :param dt_s: how long, 0 to 3,600, s; to the nearest microsecond.
-        :raises InputError: a time out of range, or one over which an estimate would grow beyond what numbers hold;
-            nothing is changed then.
+        :param dt_s: length of the time step, 0 to 3,600 s; rounded to the nearest microsecond.
+        :raises InputError: if the time is out of range, or an estimate would overflow floating-point numbers; the
+            filter then stays unchanged.
         """
     @property
     def state(self, /) -> NDArray[float64]:
         """
-        Means, shape (n, 6): ``[x, vx, ax, y, vy, ay]``, m, m/s, m/s2; a copy.
+        Means, shape (n, 6): ``[x, vx, ax, y, vy, ay]`` in m, m/s, m/s2; a copy.
         """
     def update(self, /, uav_position_m: ArrayLike, range_m: ArrayLike, bearing_rad: ArrayLike, *, mask: ArrayLike | None = None) -> NDArray[bool_]:
         """
-        Adds what was measured at this instant (10, 11), linearised about the predicted positions; bearings wrap.
+        Updates the estimates with the measurements at this time (10, 11), linearised about the predicted positions.
+        Bearing innovations are wrapped.
 
-        :param uav_position_m: shape (..., 2), where it was measured from, east and north, m: (2,) for one UAV, (m, 2)
-            for m UAVs that measure every target.
-        :param range_m: shape (n,), or (n, m) for m measurements of each target, m; within 1 m of the predicted position
-            one tells nothing.
-        :param bearing_rad: the same shape, rad anticlockwise from east.
-        :param mask: the same shape: False where there is no measurement; what stands there is not looked at.
-        :returns: shape (n,): whose estimate has taken something in. Not where nothing was measured, nor where numbers
-            would not hold the result; there the estimate is as it was.
-        :raises InputError: an argument of another shape or type, or a number out of range; nothing is changed then.
+        :param uav_position_m: shape (..., 2), position of the measuring UAV, east and north, m: (2,) for one UAV, (m,
+            2) for m UAVs that measure every target.
+        :param range_m: shape (n,), or (n, m) for m measurements of each target, m. A measurement from less than 1 m
+            from the predicted position carries no information.
+        :param bearing_rad: same shape, rad anticlockwise from east.
+        :param mask: same shape; False marks missing measurements, whose values are ignored.
+        :returns: shape (n,): True if the estimate was updated. False if there was no measurement or the result would
+            overflow floating-point numbers; the estimate then stays unchanged.
+        :raises InputError: if an argument has the wrong shape or type or a value is out of range; the filter then stays
+            unchanged.
         """
     @property
     def velocity_m_s(self, /) -> NDArray[float64]:
@@ -384,111 +404,137 @@ class Filter:
         """
 
 @final
-class Instant:
+class Intruder:
     """
-    An instant of every world: what is to be decided now, and what the last step has come to.
+    Traffic report of an aircraft outside the team: its position and motion.
     """
     @property
-    def duration_s(self, /) -> Incomplete:
+    def altitude_m(self, /) -> float | None:
         """
-        When the mission is over, s, (worlds,).
-        """
-    @property
-    def ended(self, /) -> Instant | None:
-        """
-        With ``"SameStep"``, where a mission ended in the last step: how; elsewhere as this instant. ``None``: none ended.
+        Altitude above the x-y plane, m; None if the aircraft does not report it.
         """
     @property
-    def has_ended(self, /) -> Incomplete:
+    def climb_rate_m_s(self, /) -> float | None:
         """
-        Where that was, (worlds,).
-        """
-    @property
-    def has_orbit(self, /) -> Incomplete:
-        """
-        Some UAV's group has a true orbit, (worlds,).
+        Climb rate, m/s, positive upward; None if ``altitude_m`` is None.
         """
     @property
-    def mean_on_orbit(self, /) -> Incomplete:
+    def intruder(self, /) -> int:
         """
-        Mean of `on_orbit` over the UAVs, (worlds,).
-        """
-    @property
-    def observations(self, /) -> Incomplete:
-        """
-        What each UAV's team believes; (worlds, UAVs, features), as :func:`observation_features` tells.
+        Index of the intruder in the scenario, from 0.
         """
     @property
-    def on_orbit(self, /) -> Incomplete:
+    def state(self, /) -> Incomplete:
         """
-        How near each UAV is to its group's true orbit, 0 to 1, (worlds, UAVs).
-        """
-    @property
-    def rewards(self, /) -> Incomplete:
-        """
-        The team's reward of the last step, 0 to 1, (worlds,); 0 where a mission has just begun.
+        State of the aircraft, shape ``(5,)``: x_m, y_m, heading_rad, speed_m_s, turn_rate_rad_s.
         """
     @property
-    def seeds(self, /) -> Incomplete:
+    def time_s(self, /) -> float:
         """
-        The seed of the mission: ``standoff.run(scenario, seed=...)`` flies the same world, (worlds,).
+        Time of validity, s since the start of the mission; with communication delay, earlier than the current time.
+        """
+
+@final
+class MissionInfo:
+    """
+    Information about a scenario that the team may use: UAV limits, sensor, orbits and zones.
+    """
+    @property
+    def bearing_sd_rad(self, /) -> float:
+        """
+        Standard deviation of measured bearings, rad.
         """
     @property
-    def standoff_error_m(self, /) -> Incomplete:
+    def duration_s(self, /) -> float:
         """
-        Mean distance of the UAVs from their groups' true orbits, m, (worlds,); 0 where `has_orbit` is false.
-        """
-    @property
-    def targets(self, /) -> Incomplete:
-        """
-        Targets that exist, (worlds,).
+        Duration of the mission, s.
         """
     @property
-    def terminated(self, /) -> Incomplete:
+    def field_of_view_rad(self, /) -> float:
         """
-        No target that exists is known any more, (worlds,).
-        """
-    @property
-    def time_s(self, /) -> Incomplete:
-        """
-        Time since the start of the mission, s, (worlds,).
+        Field of view of the sensors, full angle, rad.
         """
     @property
-    def truncated(self, /) -> Incomplete:
+    def period_s(self, /) -> float:
         """
-        The scenario's duration is over, (worlds,).
-        """
-    @property
-    def uav_rewards(self, /) -> Incomplete:
-        """
-        Each UAV's reward of the last step, 0 to 1, (worlds, UAVs).
+        Length of a time step, s.
         """
     @property
-    def watched(self, /) -> Incomplete:
+    def radius_max_m(self, /) -> float:
         """
-        Share of the existing targets that are in a group and in some UAV's view, by the truth, (worlds,).
+        Largest orbit radius, m.
+        """
+    @property
+    def radius_min_m(self, /) -> float:
+        """
+        Smallest orbit radius, m.
+        """
+    @property
+    def range_sd_m(self, /) -> float:
+        """
+        Standard deviation of measured ranges, m.
+        """
+    @property
+    def sensing_range_m(self, /) -> float:
+        """
+        Sensing range, m.
+        """
+    @property
+    def speed_change_max_m_s(self, /) -> float:
+        """
+        Maximum difference of a commanded speed from the nominal speed, m/s.
+        """
+    @property
+    def speed_m_s(self, /) -> float:
+        """
+        Nominal speed, m/s.
+        """
+    @property
+    def turn_rate_max_rad_s(self, /) -> float:
+        """
+        Maximum turn rate, rad/s.
+        """
+    @property
+    def uav(self, /) -> int | None:
+        """
+        UAV for which the law decides; None: all UAVs.
+        """
+    @property
+    def uavs(self, /) -> int:
+        """
+        Number of UAVs; their ids start at 0.
+        """
+    @property
+    def zones(self, /) -> list[Zone]:
+        """
+        Keep-out and keep-in zones of the scenario.
         """
 
 @final
 class Observation:
     """
-    What the agent of a UAV has at an instant: its own state, its own scan, what was said to it; and, where a law asks for
-    it, the team's picture.
+    Inputs of a UAV's agent at one time step: its own state and sensor scan, the received messages and, for laws with
+    ``sees = "team-state"``, the team state.
     """
     @property
     def altitude_m(self, /) -> float | None:
         """
-        Altitude above the plane, m; None: altitudes are not flown.
+        Altitude above the x-y plane, m; None if the scenario has no altitudes.
+        """
+    @property
+    def builtin_command(self, /) -> Command | None:
+        """
+        Command of the built-in controller for the UAV; None if it does not run alongside the law.
         """
     @property
     def climb_rate_m_s(self, /) -> float | None:
         """
-        Rate of climb, m/s, positive upward; None as ``altitude_m``.
+        Climb rate, m/s, positive upward; None if ``altitude_m`` is None.
         """
     @property
     def cues(self, /) -> list[Cue]:
         """
-        Targets that have just appeared.
+        Cues for targets that have just appeared.
         """
     @property
     def heading_rad(self, /) -> float:
@@ -496,29 +542,30 @@ class Observation:
         Heading, rad.
         """
     @property
-    def picture(self, /) -> TeamState | None:
+    def intruders(self, /) -> list[Intruder]:
         """
-        The team's picture, for laws with ``sees = "picture"``.
-        """
-    @property
-    def product(self, /) -> Command | None:
-        """
-        What the product would have the UAV do, where it flies beside the law.
+        Traffic reports of aircraft outside the team, in ascending order of ``intruder``; aircraft whose transponder is
+        off are missing.
         """
     @property
     def reports(self, /) -> list[Report]:
         """
-        What teammates say of this instant, by ascending UAV.
+        Reports of the teammates about this time step, in ascending order of UAV.
         """
     @property
     def scan(self, /) -> Report | None:
         """
-        Its own scan; None: it is out, and its sensor is, too.
+        Own report with the measurements of the own sensor; None during an outage of the UAV.
         """
     @property
     def speed_m_s(self, /) -> float:
         """
         Speed, m/s.
+        """
+    @property
+    def team_state(self, /) -> TeamState | None:
+        """
+        Team state, for laws with ``sees = "team-state"``; otherwise None.
         """
     @property
     def time_s(self, /) -> float:
@@ -533,59 +580,64 @@ class Observation:
     @property
     def uav(self, /) -> int:
         """
-        Which UAV.
+        Id of the UAV.
         """
     @property
     def x_m(self, /) -> float:
         """
-        East, m.
+        Own position east, m.
         """
     @property
     def y_m(self, /) -> float:
         """
-        North, m.
+        Own position north, m.
         """
 
 @final
 class Parameters:
     """
-    The numbers of filter, sensor, orbits, guidance and assignment; checked once, here. Immutable.
+    Parameters of filter, sensor, orbits, guidance and assignment. They are immutable and checked when they are created.
 
-    ``Parameters()`` is the paper's Table I, ``Parameters("improved/figure-9")`` a scenario's, and
-    ``Parameters(those, radial_gain=1.0)`` those with a change. Names are the keys of scenario files, in radians.
+    ``Parameters()`` gives the recommended values, which are also the defaults of scenario files.
+    ``Parameters("improved/figure-9")`` gives the parameters of a scenario, :meth:`table_1` those of the paper, and
+    ``Parameters(other, radial_gain=1.0)`` a copy with one change. The names are those of the keys in scenario files, but
+    angles are in radians.
 
-    :param of: where what is not given comes from: other parameters, a :class:`standoff.Scenario`, a built-in scenario's
-        name or the path of a scenario file; Table I if left out.
-    :param seed: of a scenario that draws parameters, the seed; 1 if left out.
+    :param of: source of the parameters that are not given: other parameters, a :class:`standoff.Scenario`, the name of
+        a built-in scenario or the path of a scenario file; by default the recommended values.
+    :param seed: seed for a scenario with random parameters; 1 by default.
     :param correlation_rate_1_s: filter: correlation rate alpha of the targets' acceleration (5, 6), 1/s.
-    :param acceleration_sd_m_s2: filter: standard deviation of their acceleration per axis, m/s2.
-    :param range_sd_m: filter: standard deviation of a range, sigma_r, m.
-    :param bearing_sd_rad: filter: standard deviation of a bearing, sigma_theta, rad.
-    :param initial_velocity_sd_m_s: filter: standard deviation per axis of the velocity where only a measurement is known, m/s.
-    :param field_of_view_rad: sensor and orbit: field of view alpha_f, rad.
-    :param field_of_view_margin_rad: orbit: margin eps_m taken off the field of view (15), rad.
-    :param radius_min_m: orbit: smallest standoff distance flown, r_d,min, m.
-    :param radius_max_m: orbit: largest standoff distance flown, r_d,max, m.
-    :param speed_m_s: a UAV's nominal speed v_d over ground, m/s.
-    :param sense: guidance: which way round, ``"anticlockwise"`` or ``"clockwise"``, seen from above.
+    :param acceleration_sd_m_s2: filter: standard deviation of the targets' acceleration per axis, m/s2.
+    :param range_sd_m: filter: standard deviation of the measured range, sigma_r, m.
+    :param bearing_sd_rad: filter: standard deviation of the measured bearing, sigma_theta, rad.
+    :param initial_velocity_sd_m_s: filter: initial standard deviation of the velocity per axis if a track starts from a
+        measurement, m/s.
+    :param field_of_view_rad: sensor and orbit: full angle of the field of view, alpha_f, rad.
+    :param field_of_view_margin_rad: orbit: margin eps_m subtracted from the field of view (15), rad.
+    :param radius_min_m: orbit: lower bound of the standoff distance, r_d,min, m.
+    :param radius_max_m: orbit: upper bound of the standoff distance, r_d,max, m.
+    :param speed_m_s: nominal ground speed v_d of a UAV, m/s.
+    :param orbit_direction: guidance: orbit direction seen from above, ``"anticlockwise"`` or ``"clockwise"``.
     :param radial_gain: guidance: k_l of active measure 1 (20), above 0, at most 1; 1 switches it off.
-    :param lead: guidance: how far ahead active measure 2 (22) steers: ``"constant"`` (``lead_s``), ``"scheduled"`` or
-        ``"predicted"`` (the field's own lag k_l r_d / v).
-    :param lead_s: guidance: k_rd, s; given alone, it makes ``lead`` constant. 0 where that is not constant.
-    :param speed_reference: guidance: what speeds are relative to, ``"ground"`` or ``"centre"``.
+    :param lead: guidance: lead time of active measure 2 (22): ``"constant"`` (``lead_s``), ``"scheduled"`` or
+        ``"predicted"`` (the lag of the field, k_l r_d / v).
+    :param lead_s: guidance: constant lead time k_rd, s. If only ``lead_s`` is given, ``lead`` becomes ``"constant"``.
+        It is 0 for the other kinds of lead.
+    :param speed_reference: guidance: frame in which speeds are commanded, ``"ground"`` or ``"centre"``.
     :param heading_gain_1_s: guidance: k_omega (24), 1/s.
-    :param turn_rate_gain: guidance: gain on the turn rate's distance from the feedforward; 0, as in the paper: none.
-    :param feedforward: guidance: which derivative of the desired heading is fed forward (25): ``"flown"``, ``"actual"``,
-        ``"exact"`` or ``"printed"``.
-    :param objective: assignment: ``"log-det"``, or ``"printed"`` (32).
-    :param assignment_switching_cost: assignment: what staying counts for a UAV, in ln det per target.
-    :raises InputError: a number outside its range, named with the range.
-    :raises ScenarioError: a scenario that cannot be used.
+    :param turn_rate_gain: guidance: gain on the difference between turn rate and feedforward; 0 (none) in the paper.
+    :param feedforward: guidance: derivative of the desired heading used as feedforward (25): of the flown vector field
+        (``"field"``), the same along the actual motion (``"trajectory"``), (25) corrected (``"static-centre"``), or (25)
+        as published (``"paper"``).
+    :param objective: assignment: ``"log-det"``, or (32) as published (``"paper"``).
+    :param assignment_switching_cost: assignment: bonus for a UAV that keeps its group, in ln det per target.
+    :raises InputError: if a value is out of range; the message gives the range.
+    :raises ScenarioError: if the scenario is invalid.
     """
     def __eq__(self, value: object, /) -> bool: ...
     def __getnewargs_ex__(self, /) -> "tuple[tuple[()], dict[str, float | str]]": ...
     def __ne__(self, value: object, /) -> bool: ...
-    def __new__(cls, /, of: Parameters | Scenario | str | PathLike[str] | None = None, *, seed: SupportsIndex = ..., correlation_rate_1_s: SupportsFloat | SupportsIndex | None = None, acceleration_sd_m_s2: SupportsFloat | SupportsIndex | None = None, range_sd_m: SupportsFloat | SupportsIndex | None = None, bearing_sd_rad: SupportsFloat | SupportsIndex | None = None, initial_velocity_sd_m_s: SupportsFloat | SupportsIndex | None = None, field_of_view_rad: SupportsFloat | SupportsIndex | None = None, field_of_view_margin_rad: SupportsFloat | SupportsIndex | None = None, radius_min_m: SupportsFloat | SupportsIndex | None = None, radius_max_m: SupportsFloat | SupportsIndex | None = None, speed_m_s: SupportsFloat | SupportsIndex | None = None, sense: str | None = None, radial_gain: SupportsFloat | SupportsIndex | None = None, lead: str | None = None, lead_s: SupportsFloat | SupportsIndex | None = None, speed_reference: str | None = None, heading_gain_1_s: SupportsFloat | SupportsIndex | None = None, turn_rate_gain: SupportsFloat | SupportsIndex | None = None, feedforward: str | None = None, objective: str | None = None, assignment_switching_cost: SupportsFloat | SupportsIndex | None = None) -> Parameters: ...
+    def __new__(cls, /, of: Parameters | Scenario | str | PathLike[str] | None = None, *, seed: SupportsIndex = ..., correlation_rate_1_s: SupportsFloat | SupportsIndex | None = None, acceleration_sd_m_s2: SupportsFloat | SupportsIndex | None = None, range_sd_m: SupportsFloat | SupportsIndex | None = None, bearing_sd_rad: SupportsFloat | SupportsIndex | None = None, initial_velocity_sd_m_s: SupportsFloat | SupportsIndex | None = None, field_of_view_rad: SupportsFloat | SupportsIndex | None = None, field_of_view_margin_rad: SupportsFloat | SupportsIndex | None = None, radius_min_m: SupportsFloat | SupportsIndex | None = None, radius_max_m: SupportsFloat | SupportsIndex | None = None, speed_m_s: SupportsFloat | SupportsIndex | None = None, orbit_direction: str | None = None, radial_gain: SupportsFloat | SupportsIndex | None = None, lead: str | None = None, lead_s: SupportsFloat | SupportsIndex | None = None, speed_reference: str | None = None, heading_gain_1_s: SupportsFloat | SupportsIndex | None = None, turn_rate_gain: SupportsFloat | SupportsIndex | None = None, feedforward: str | None = None, objective: str | None = None, assignment_switching_cost: SupportsFloat | SupportsIndex | None = None) -> Parameters: ...
     def __repr__(self, /) -> str: ...
     @property
     def acceleration_sd_m_s2(self, /) -> float: ...
@@ -604,11 +656,15 @@ class Parameters:
     @property
     def heading_gain_1_s(self, /) -> float: ...
     @property
+    def initial_velocity_sd_m_s(self, /) -> float: ...
+    @property
     def lead(self, /) -> str: ...
     @property
     def lead_s(self, /) -> float: ...
     @property
     def objective(self, /) -> str: ...
+    @property
+    def orbit_direction(self, /) -> str: ...
     @property
     def radial_gain(self, /) -> float: ...
     @property
@@ -618,235 +674,165 @@ class Parameters:
     @property
     def range_sd_m(self, /) -> float: ...
     @property
-    def sense(self, /) -> str: ...
-    @property
     def speed_m_s(self, /) -> float: ...
     @property
     def speed_reference(self, /) -> str: ...
-    @property
-    def initial_velocity_sd_m_s(self, /) -> float: ...
+    @staticmethod
+    def table_1() -> Parameters:
+        """
+        Returns the parameters of the paper's Table I.
+        """
     def to_dict(self, /) -> "dict[str, float | str]":
         """
-        All of them by name.
+        All parameters as a dict.
         """
     @property
     def turn_rate_gain(self, /) -> float: ...
 
 @final
-class TeamState:
-    """
-    The team's picture: targets that are known and not lost, and the groups they are in. T targets, G groups, U UAVs, each
-    by ascending number.
-    """
-    @property
-    def centre(self, /) -> Incomplete:
-        """
-        ``(G, 4)``: centre of the orbit and how it moves: x_m, y_m, vx_m_s, vy_m_s.
-        """
-    @property
-    def covariance(self, /) -> Incomplete:
-        """
-        ``(T, 6, 6)``: covariance of ``state``.
-        """
-    @property
-    def group(self, /) -> Incomplete:
-        """
-        ``(G,)``: the groups.
-        """
-    @property
-    def held(self, /) -> Incomplete:
-        """
-        ``(T,)``: it was measured at this instant.
-        """
-    @property
-    def spread_m(self, /) -> Incomplete:
-        """
-        ``(G,)``: from the centre to the furthest member, m.
-        """
-    @property
-    def standoff_distance_m(self, /) -> Incomplete:
-        """
-        ``(G,)``: standoff distance r_d (15), m.
-        """
-    @property
-    def state(self, /) -> Incomplete:
-        """
-        ``(T, 6)``: x, vx, ax, y, vy, ay in m, m/s, m/s2.
-        """
-    @property
-    def target(self, /) -> Incomplete:
-        """
-        ``(T,)``: what sensors call the targets.
-        """
-    @property
-    def target_group(self, /) -> Incomplete:
-        """
-        ``(T,)``: the group whose duty it is; -1: none.
-        """
-    @property
-    def uav(self, /) -> Incomplete:
-        """
-        ``(U,)``: UAVs heard of late.
-        """
-    @property
-    def uav_group(self, /) -> Incomplete:
-        """
-        ``(U,)``: the group that each serves; -1: none.
-        """
-    @property
-    def uav_state(self, /) -> Incomplete:
-        """
-        ``(U, 5)``: x_m, y_m, heading_rad, speed_m_s, turn_rate_rad_s.
-        """
-    @property
-    def uav_vertical(self, /) -> Incomplete | None:
-        """
-        ``(U, 2)``: altitude_m, climb_rate_m_s; None: altitudes are not flown. NaN: a UAV does not tell its own.
-        """
-
-@final
 class Report:
     """
-    What a teammate says of an instant: where it was, and what its sensor measured.
+    Report of a UAV about one time step: its state and the measurements of its sensor.
     """
     @property
     def altitude_m(self, /) -> float | None:
         """
-        Its altitude above the plane, m; None: altitudes are not flown.
+        Altitude above the x-y plane, m; None if the scenario has no altitudes.
         """
     @property
     def bearing_rad(self, /) -> Incomplete:
         """
-        ``(n,)``: in which direction from it, rad.
+        Measured bearings from the UAV to the targets, shape ``(n,)``, rad.
         """
     @property
     def boresight_rad(self, /) -> float | None:
         """
-        Where its sensor pointed, rad; None: nowhere.
+        Direction in which the sensor pointed, rad; None if it was not pointed.
         """
     @property
     def climb_rate_m_s(self, /) -> float | None:
         """
-        Its rate of climb, m/s, positive upward; None as ``altitude_m``.
+        Climb rate, m/s, positive upward; None if ``altitude_m`` is None.
         """
     @property
     def range_m(self, /) -> Incomplete:
         """
-        ``(n,)``: how far they were from it, m.
+        Measured ranges from the UAV to the targets, shape ``(n,)``, m.
         """
     @property
     def state(self, /) -> Incomplete:
         """
-        ``(5,)``: x_m, y_m, heading_rad, speed_m_s, turn_rate_rad_s.
+        State of the UAV, shape ``(5,)``: x_m, y_m, heading_rad, speed_m_s, turn_rate_rad_s.
         """
     @property
     def target(self, /) -> Incomplete:
         """
-        ``(n,)``: which targets it measured, ascending.
+        Measured targets in ascending order, shape ``(n,)``.
         """
     @property
     def uav(self, /) -> int:
         """
-        Who says it.
+        UAV that sent the report.
         """
 
 @final
 class Run:
     """
-    A run in its folder: its record, and what it came to.
+    A recorded run, read from its folder: its tables and its results.
 
-    ``run.uavs``, ``run.truth``, ``run.tracks``, ``run.groups``, ``run.detections``, ``run.views`` and ``run.events`` are its
-    tables (docs/record.md tells their columns). In a notebook it shows itself as the page; ``print`` gives the command's
-    table.
+    ``run.uavs``, ``run.truth``, ``run.tracks``, ``run.groups``, ``run.detections``, ``run.in_view`` and ``run.events``
+    are its tables (docs/record.md describes their columns). A notebook shows the report page of the run; ``print``
+    shows the same table as the command line.
 
-    :param dir: the folder of a run, of ``standoff run`` or :func:`run`; its summary and figures are made anew.
-    :param metrics: names of metrics and sets of them, as of :func:`run`.
-    :raises InputError: there is no record, or it is damaged.
+    :param dir: folder written by ``standoff run`` or :func:`run`; the summary and the figures in it are recomputed.
+    :param metrics: names of metrics and of sets, as for :func:`run`.
+    :raises InputError: if the folder holds no record, or the record is damaged.
     """
     def __new__(cls, /, dir: str | PathLike[str], *, metrics: str | SupportsGetItem[int, str] = ...) -> Run: ...
     def __repr__(self, /) -> str: ...
     def __str__(self, /) -> str: ...
     def _repr_html_(self, /) -> str | None:
         """
-        As a notebook shows it: the page that replays it.
+        HTML for notebooks: the report page that replays the run.
         """
     @property
     def detections(self, /) -> Table:
         """
-        What the sensors said.
+        Detections of the sensors.
         """
     @property
     def dir(self, /) -> Path:
         """
-        The folder of the run.
+        Folder of the run.
         """
     @property
     def events(self, /) -> Table:
         """
-        What happened.
+        Events of the run.
         """
     @property
     def groups(self, /) -> Table:
         """
-        Each group and the orbit about it.
+        Groups and their orbits at each time step.
+        """
+    @property
+    def in_view(self, /) -> Table:
+        """
+        Targets in the view of each UAV.
         """
     @property
     def metrics(self, /) -> dict[str, Any]:
         """
-        What the run came to: a float by the name of each metric, None where there was nothing to measure.
+        Metrics of the run: a float for each name, or None if the metric is not defined for this run.
         """
     @property
     def scenario_toml(self, /) -> str:
         """
-        The scenario that was flown, every value drawn and spelt out, TOML.
+        Scenario of the run as TOML, with all random values drawn and all defaults.
         """
     @property
     def summary(self, /) -> dict[str, Any]:
         """
-        ``summary.json`` as a dict: what was flown, metrics, events, how each target fared.
+        ``summary.json`` as a dict: scenario, metrics, events, and results of each target.
         """
     def table(self, /, name: str) -> Table:
         """
-        A table of the record.
+        Opens a table of the record.
 
-        :param name: ``uavs``, ``truth``, ``tracks``, ``groups``, ``detections``, ``in_view`` or ``events``; where several minds
-            flew, ``agents``, ``agent_tracks``, ``agent_groups``, ``agent_events`` or ``agent_teammates``, too.
-        :raises KeyError: there is no table of that name.
+        :param name: ``uavs``, ``truth``, ``tracks``, ``groups``, ``detections``, ``in_view`` or ``events``; in runs with
+            intruders also ``intruders``; in runs with one agent per UAV also ``agents``, ``agent_tracks``,
+            ``agent_groups``, ``agent_events`` or ``agent_teammates``.
+        :raises KeyError: if no table has this name.
         """
     @property
     def tracks(self, /) -> Table:
         """
-        Each track: what the team believed of a target.
+        Tracks: the team's estimate of each target at each time step.
         """
     @property
     def truth(self, /) -> Table:
         """
-        Each target as it really was.
+        True state of each target at each time step.
         """
     @property
     def uavs(self, /) -> Table:
         """
-        Each UAV at each instant.
-        """
-    @property
-    def views(self, /) -> Table:
-        """
-        Which targets were in whose view.
+        State of each UAV at each time step.
         """
 
 @final
 class Scenario:
     """
-    What is flown: a built-in scenario, a scenario file, or TOML; with changes.
+    A scenario: a built-in one, a scenario file, or TOML text, with changes.
 
-    Before anything is drawn: one scenario for every seed. What is out of range is told when a seed is drawn, flown or
-    :meth:`resolved`. docs/scenarios.md lists the keys.
+    Random values are not drawn yet, so one object serves all seeds. Values out of range are reported when the scenario
+    is run or :meth:`resolved` with a seed. docs/scenarios.md lists the keys.
 
-    :param scenario: a built-in scenario's name, or the path of a scenario file (str or os.PathLike).
-    :param traffic: fly over this traffic file: SUMO floating-car data or CSV tracks, plain or .gz.
+    :param scenario: name of a built-in scenario, or path of a scenario file (str or os.PathLike).
+    :param traffic: traffic file with the targets: SUMO floating-car data or CSV tracks, plain or .gz.
     :param uavs: number of UAVs, started on an orbit about the first targets.
     :param set: values to change, by dotted key: ``{"guidance.lead_s": 1.5}``; nested dicts are tables.
-    :raises ScenarioError: what is wrong, drawn under what was typed.
+    :raises ScenarioError: if the scenario is invalid; the message shows the line and marks the position.
     """
     def __new__(cls, /, scenario: Any, *, traffic: str | PathLike[str] | None = None, uavs: SupportsIndex | None = None, set: dict[str, Any] | None = None) -> Scenario: ...
     def __reduce__(self, /) -> "tuple[object, tuple[object, ...]]": ...
@@ -854,54 +840,55 @@ class Scenario:
     @staticmethod
     def _restored(name: str, toml: str | None, folder: str | PathLike[str] | None, set: SupportsGetItem[int, str], traffic: str | PathLike[str] | None, uavs: SupportsIndex | None) -> Scenario:
         """
-        What was pickled.
+        Restores a pickled scenario.
         """
     def changed(self, /, *, traffic: str | PathLike[str] | None = None, uavs: SupportsIndex | None = None, set: dict[str, Any] | None = None) -> Scenario:
         """
-        The same with more changes; parameters as of the class.
+        Returns a copy with further changes; parameters as for the class.
         """
     @staticmethod
     def from_dict(scenario: dict[str, Any], *, name: str = "scenario") -> Scenario:
         """
-        A scenario of nested dicts, as :meth:`to_dict` gives them and as ``tomllib`` reads scenario files.
+        Makes a scenario from nested dicts, as returned by :meth:`to_dict` or by ``tomllib`` for a scenario file.
 
         :param scenario: tables as dicts, arrays as lists.
-        :param name: what it is called.
-        :raises ScenarioError: what is wrong, drawn under it as TOML.
+        :param name: name of the scenario.
+        :raises ScenarioError: if the scenario is invalid; the message shows the line as TOML and marks the position.
         """
     @staticmethod
     def from_toml(toml: str, *, name: str = "scenario") -> Scenario:
         """
-        A scenario typed as TOML.
+        Makes a scenario from TOML text.
 
-        :param toml: the text, as of a scenario file.
-        :param name: what it is called.
-        :raises ScenarioError: what is wrong, drawn under what was typed.
+        :param toml: text in the format of a scenario file.
+        :param name: name of the scenario.
+        :raises ScenarioError: if the scenario is invalid; the message shows the line and marks the position.
         """
     @property
     def name(self, /) -> str:
         """
-        What it is called.
+        Name of the scenario.
         """
     def resolved(self, /, seed: SupportsIndex) -> str:
         """
-        The scenario of a seed as TOML with every value drawn and spelt out; loading it gives the same run.
+        Returns the scenario as TOML with all random values drawn and all defaults. Running it gives the same results.
 
-        :param seed: seed of everything random, 0 to 2**63 - 1.
+        :param seed: seed of all random values, 0 to 2**63 - 1.
+        :raises ScenarioError: if a value is out of range.
         """
     def to_dict(self, /) -> dict[str, Any]:
         """
-        :attr:`toml` as nested dicts.
+        Returns :attr:`toml` as nested dicts.
         """
     @property
     def toml(self, /) -> str:
         """
-        The scenario as TOML with its changes and all defaults spelt out, before anything is drawn.
+        The scenario as TOML with its changes and all defaults, before random values are drawn.
         """
     @property
     def traffic_file(self, /) -> Path | None:
         """
-        The traffic file, if it is flown over one that is not built in.
+        Traffic file of the scenario; None if it uses none or a built-in one.
         """
 
 @final
@@ -912,23 +899,23 @@ class StandoffDistance:
     @property
     def distance_m(self, /) -> NDArray[float64]:
         """
-        (15) within its bounds, r_d, shape (...), m.
+        Standoff distance r_d of (15), limited to its bounds, shape (...), m.
         """
     @property
     def rate_m_s(self, /) -> NDArray[float64]:
         """
-        Rate of r_d, shape (...), m/s; 0 on a bound.
+        Rate of r_d, shape (...), m/s; 0 at a bound.
         """
     @property
     def unclamped_m(self, /) -> NDArray[float64]:
         """
-        (15) before the bounds, shape (...), m.
+        Standoff distance of (15) before the bounds are applied, shape (...), m.
         """
 
 @final
 class Steering:
     """
-    What the law wants of UAVs, and what it looked at.
+    Output of the turn-rate law, with intermediate values.
     """
     @property
     def centre_distance_m(self, /) -> NDArray[float64]:
@@ -938,12 +925,12 @@ class Steering:
     @property
     def centre_too_fast(self, /) -> NDArray[bool_]:
         """
-        Where the centre is too fast for the field (29), shape (...); the heading is then the best there is.
+        True if the centre is too fast for the field (29), shape (...); the heading is then the best possible one.
         """
     @property
     def convergence_threshold_m2_s(self, /) -> NDArray[float64]:
         """
-        Threshold xi_th of Lemma 3.1, shape (...), m2/s: while it is not negative, the UAV converges.
+        Threshold xi_th of Lemma 3.1, shape (...), m2/s: the UAV converges while it is not negative.
         """
     @property
     def desired_heading_rad(self, /) -> NDArray[float64]:
@@ -953,7 +940,7 @@ class Steering:
     @property
     def feedforward_rad_s(self, /) -> NDArray[float64]:
         """
-        Its derivative, the feedforward part of the turn rate (25), shape (...), rad/s.
+        Derivative of the desired heading, the feedforward part of the turn rate (25), shape (...), rad/s.
         """
     @property
     def phase_rad(self, /) -> NDArray[float64]:
@@ -963,31 +950,31 @@ class Steering:
     @property
     def turn_rate_rad_s(self, /) -> NDArray[float64]:
         """
-        Wanted turn rate u_omega before limits (24), shape (...), rad/s, positive to the left.
+        Commanded turn rate u_omega before limits (24), shape (...), rad/s, positive to the left.
         """
 
 @final
 class Table:
     """
-    A table of results in a Parquet file, read when it is asked for.
+    A result table in a Parquet file, read on demand.
 
-    It speaks Arrow's C data interface: ``polars.DataFrame(table)``, ``pyarrow.table(table)``,
-    ``pandas.DataFrame.from_arrow(table)`` and DuckDB's ``select * from table`` take it over without a copy.
+    It supports the Arrow C data interface: ``polars.DataFrame(table)``, ``pyarrow.table(table)``,
+    ``pandas.DataFrame.from_arrow(table)`` and DuckDB's ``select * from table`` read it without a copy.
     """
     def __arrow_c_schema__(self, /) -> Any:
         """
-        Names and types of the columns as a schema of Arrow's C data interface.
+        Exports names and types of the columns as a schema of the Arrow C data interface.
         """
     def __arrow_c_stream__(self, /, requested_schema: Any | None = None) -> Any:
         """
-        The table as a stream of Arrow's C data interface.
+        Exports the table as a stream of the Arrow C data interface.
         """
     def __len__(self, /) -> int: ...
     def __repr__(self, /) -> str: ...
     @property
     def column_names(self, /) -> list[str]:
         """
-        Names of the columns, in their order.
+        Names of the columns, in order.
         """
     @property
     def num_rows(self, /) -> int:
@@ -996,50 +983,123 @@ class Table:
         """
     def to_numpy(self, /, column: str) -> Any:
         """
-        One column as a NumPy array, shape ``(num_rows,)``.
+        Reads one column as a NumPy array, shape ``(num_rows,)``.
 
-        Numbers where some are missing are float64 with NaN there; text, and truths where some are missing, are
-        objects with None.
+        Numeric columns with missing values become float64 with NaN. Text columns, and boolean columns with missing
+        values, become object arrays with None.
 
-        :param column: its name; the unit stands behind it.
+        :param column: name of the column; its suffix is the unit.
         :returns: a new array of float64, int64, int32, bool or object.
-        :raises KeyError: there is no such column.
+        :raises KeyError: if no column has this name.
+        """
+
+@final
+class TeamState:
+    """
+    Team state: T tracked targets that are not lost, G groups and U UAVs, each in ascending order of their ids.
+    """
+    @property
+    def centre(self, /) -> Incomplete:
+        """
+        Centres of the orbits and their velocities, shape ``(G, 4)``: x_m, y_m, vx_m_s, vy_m_s.
+        """
+    @property
+    def covariance(self, /) -> Incomplete:
+        """
+        Covariances of ``state``, shape ``(T, 6, 6)``.
+        """
+    @property
+    def group(self, /) -> Incomplete:
+        """
+        Ids of the groups, shape ``(G,)``.
+        """
+    @property
+    def spread_m(self, /) -> Incomplete:
+        """
+        Distances from the centre to the furthest member, shape ``(G,)``, m.
+        """
+    @property
+    def standoff_distance_m(self, /) -> Incomplete:
+        """
+        Standoff distances r_d (15), shape ``(G,)``, m.
+        """
+    @property
+    def state(self, /) -> Incomplete:
+        """
+        Estimated states, shape ``(T, 6)``: x, vx, ax, y, vy, ay in m, m/s, m/s2.
+        """
+    @property
+    def target(self, /) -> Incomplete:
+        """
+        Sensor-reported identities of the targets, shape ``(T,)``.
+        """
+    @property
+    def target_group(self, /) -> Incomplete:
+        """
+        Group responsible for each target, shape ``(T,)``; -1: none.
+        """
+    @property
+    def uav(self, /) -> Incomplete:
+        """
+        UAVs that have reported within the teammate timeout, shape ``(U,)``.
+        """
+    @property
+    def uav_group(self, /) -> Incomplete:
+        """
+        Group to which each UAV is assigned, shape ``(U,)``; -1: none.
+        """
+    @property
+    def uav_state(self, /) -> Incomplete:
+        """
+        States of the UAVs, shape ``(U, 5)``: x_m, y_m, heading_rad, speed_m_s, turn_rate_rad_s.
+        """
+    @property
+    def uav_vertical(self, /) -> Incomplete | None:
+        """
+        Vertical states of the UAVs, shape ``(U, 2)``: altitude_m, climb_rate_m_s; NaN if a UAV does not report them.
+        None if the scenario has no altitudes.
+        """
+    @property
+    def updated(self, /) -> Incomplete:
+        """
+        True if the track was updated with a measurement at this time step, shape ``(T,)``.
         """
 
 @final
 class Tracks:
     """
-    What a law of your own believes of targets: what its method ``tracks`` gives, where it has one, so that its estimates
-    are scored.
+    Target estimates of a custom law. The optional method ``tracks`` of a law returns them, so that they are scored.
 
-    :param target: ``(T,)``: what sensors call the targets, each once.
-    :param state: ``(T, 6)``: x, vx, ax, y, vy, ay in m, m/s, m/s2.
-    :param covariance: ``(T, 6, 6)``: covariance of ``state``, of which its upper triangle counts.
-    :raises InputError: arrays of other shapes or types, a number that is not finite, a target that is none.
+    :param target: shape ``(T,)``, sensor-reported identities of the targets, without duplicates.
+    :param state: shape ``(T, 6)``: x, vx, ax, y, vy, ay in m, m/s, m/s2.
+    :param covariance: shape ``(T, 6, 6)``, covariance of ``state``; only the upper triangle is used.
+    :raises InputError: if an array has the wrong shape or type, a value is not finite, or a target is out of range.
     """
     def __new__(cls, /, target: ArrayLike, state: ArrayLike, covariance: ArrayLike) -> Tracks: ...
 
 @final
 class Worlds:
     """
-    Missions of one scenario side by side, flown by a policy.
+    Independent missions of one scenario (worlds), stepped together and flown by a policy.
 
-    The mission is the simulator's own: tracking, groups, assignment and where sensors point are the product's; only turn
-    rate and speed of the UAVs are the policy's. World i flies one mission after the other: the first with the seed that
-    it was reset with, the n-th after that with a seed that depends on that and on n alone. What a world does is a function
-    of scenario, seed and actions, whatever there is beside it, on however many threads.
+    The simulator does the tracking, grouping, assignment and sensor pointing with the built-in algorithms; the policy
+    commands only the turn rate and the speed of the UAVs. Each world runs one mission after another: the first with the
+    seed given to :meth:`reset`, the n-th after it with a seed that depends only on the first seed and on n. A world
+    depends only on scenario, seed and actions, not on the other worlds or the number of threads.
 
-    :param scenario: a built-in name, a path, or a :class:`Scenario`. All seeds must have the same number of UAVs.
+    :param scenario: name of a built-in scenario, path of a scenario file, or a :class:`Scenario`. All seeds must give
+        the same number of UAVs.
     :param count: number of worlds, 1 to 100,000.
-    :param autoreset: ``"NextStep"``, ``"SameStep"`` or ``"Disabled"``: what happens to a world whose mission is over.
-    :param threads: fly the worlds on so many threads; more than 1 pays from some hundred UAVs on.
-    :raises ScenarioError: the scenario cannot be used.
-    :raises InputError: another argument is out of range.
+    :param autoreset: when the next mission of a world starts after its mission has ended: ``"NextStep"``,
+        ``"SameStep"`` or ``"Disabled"``.
+    :param threads: number of threads, 1 to 1,024; more than 1 pays off from a few hundred UAVs on.
+    :raises ScenarioError: if the scenario is invalid.
+    :raises InputError: if another argument is out of range.
     """
     def __new__(cls, /, scenario: Any, *, count: SupportsIndex = 1, autoreset: str = "NextStep", threads: SupportsIndex = 1) -> Worlds: ...
     def close(self, /) -> None:
         """
-        Frees all worlds. To close again does nothing; anything else is an error from then on.
+        Frees all worlds. Closing again has no effect; all other methods then raise :class:`InputError`.
         """
     @property
     def count(self, /) -> int:
@@ -1048,44 +1108,47 @@ class Worlds:
         """
     def law_actions(self, /) -> Incomplete:
         """
-        The action that the product's own law would choose at this instant: to compare with, in the same worlds and by the
-        same rewards.
+        Returns the actions that the built-in guidance law would choose at this time step, as a baseline for the policy
+        in the same worlds and with the same rewards.
 
-        :returns: (worlds, UAVs, 2), float64, as :meth:`step` takes it.
-        :raises InputError: a world was not reset.
+        :returns: actions for :meth:`step`, shape (worlds, UAVs, 2), float64.
+        :raises InputError: if a world was not reset.
         """
-    def reset(self, /, seeds: SupportsGetItem[int, SupportsIndex | None], *, mask: SupportsGetItem[int, bool] | None = None) -> Instant:
+    def reset(self, /, seeds: SupportsGetItem[int, SupportsIndex | None], *, mask: SupportsGetItem[int, bool] | None = None) -> EnvStep:
         """
-        Begins missions.
+        Starts missions.
 
-        :param seeds: for each world the seed of its first mission, 0 to 2**63 - 1; or ``None``: its next mission.
-        :param mask: for each world whether it is reset at all; without it, all are.
-        :returns: the first instant of the missions that begin, and the present one of the others.
-        :raises InputError: not a seed for each world; ``None`` for one that has had none; a world is left without mission.
-        :raises ScenarioError: what is drawn for a seed cannot be flown. Then no world has changed.
+        :param seeds: for each world the seed of its first mission, 0 to 2**63 - 1, or ``None`` to start its next
+            mission.
+        :param mask: for each world whether to reset it; None: reset all.
+        :returns: the first time step of the missions that start, and the current one of the others.
+        :raises InputError: if the number of seeds is wrong, a world without an earlier seed gets ``None``, or a world
+            would be left without a mission.
+        :raises ScenarioError: if the scenario cannot be run with one of the seeds. All worlds then stay unchanged.
         """
-    def step(self, /, actions: Any) -> Instant:
+    def step(self, /, actions: Any) -> EnvStep:
         """
-        Flies all worlds until the next instant.
+        Advances all worlds by one time step.
 
-        :param actions: for each world and UAV a turn rate, positive anticlockwise, in ``turn_rate_max_rad_s``, and a
-            speed less the nominal one, in ``speed_change_max_m_s``; (worlds, UAVs, 2), float32 or float64. What is beyond
-            -1 to 1 is flown at the limit.
-        :returns: the instant after that.
-        :raises InputError: actions of another shape or type, or a number that is not finite; a world that was not reset
-            or, without autoreset, whose mission is over. Then no world has changed.
-        :raises ScenarioError: the next mission of a world cannot be flown: it has to be reset. The others have gone on.
+        :param actions: for each world and UAV the turn rate, positive anticlockwise, in units of
+            ``turn_rate_max_rad_s``, and the speed difference from the nominal speed, in units of
+            ``speed_change_max_m_s``; shape (worlds, UAVs, 2), float32 or float64. Values outside -1 to 1 are clipped.
+        :returns: the new time step.
+        :raises InputError: if the actions have the wrong shape or type or a value is not finite, or if a world was not
+            reset or, with ``"Disabled"``, its mission is over. All worlds then stay unchanged.
+        :raises ScenarioError: if the next mission of a world cannot be run; that world must be reset. The other worlds
+            have advanced.
         """
     @property
     def uavs(self, /) -> int:
         """
-        Number of UAVs of each.
+        Number of UAVs in each world.
         """
 
 @final
 class Zone:
     """
-    A polygon that UAVs keep out of, or in.
+    A keep-out or keep-in zone: a polygon that UAVs must not enter, or must not leave.
     """
     @property
     def kind(self, /) -> str:
@@ -1095,292 +1158,306 @@ class Zone:
     @property
     def name(self, /) -> str:
         """
-        What people call it; may be empty.
+        Name of the zone; may be empty.
         """
     @property
-    def points(self, /) -> Incomplete:
+    def vertices(self, /) -> Incomplete:
         """
-        ``(n, 2)``: its corners in order, x_m, y_m; the last is joined to the first.
+        Vertices in order, shape ``(n, 2)``: x_m, y_m. An edge joins the last one to the first.
         """
 
 def _described(scenario: Any, runs: SupportsIndex, seed: SupportsIndex, metrics: str | SupportsGetItem[int, str]) -> str:
     """
-    What is flown, as text for other processes and machines: every part of a batch is a function of it.
+    Description of a batch as JSON, for other processes and machines. It fully determines every part of the batch.
     """
 
 def _difference(ours: str, theirs: str, shard: str | None) -> str | None:
     """
-    In what the batch ``theirs`` differs from ``ours``, in words; None if it does not. Both as :func:`_described` tells
-    them, ``ours`` whole or one of its parts.
+    Compares two batch descriptions made by :func:`_described`. Returns the first difference of ``theirs`` from ``ours``
+    as text, or None if they are equal.
 
-    :raises InputError: one is no batch, or one of another version of standoff.
+    :param shard: compare with this part of ``ours`` instead of the whole batch, for example ``"0/4"``.
+    :raises InputError: if one text is not a batch description, or was made by another version of standoff.
     """
 
 def _fly_described(described: str, traffic: str | PathLike[str] | None, shard: str | None, threads: SupportsIndex | None, out: str | PathLike[str], progress: Any | None) -> None:
     """
-    Flies what :func:`_described` tells, or one part of it, into a folder; without a page.
+    Runs a batch described by :func:`_described`, or one part of it, and writes it to a folder without a report page.
 
-    :param traffic: stands in for the scenario's traffic file; it must hold the same.
+    :param traffic: traffic file to read instead of the scenario's; it must have the same contents.
     """
 
-def assignment(uav_position_m: ArrayLike, target_position_m: ArrayLike, group: ArrayLike, *, serves: ArrayLike | None = None, parameters: Parameters | None = None) -> NDArray[int64]:
+def assignment(uav_position_m: ArrayLike, target_position_m: ArrayLike, group: ArrayLike, *, current_group: ArrayLike | None = None, parameters: Parameters | None = None) -> NDArray[int64]:
     """
-    Which UAV serves which group: every one of them one group, so that they tell most about the targets (32, 33, restated:
+    Assigns each UAV to one group such that the information about the targets is maximal (32, 33; restated in
     docs/ledger.md).
 
-    Exact up to 12 UAVs, beyond a search of bounded length, alike in every run. With fewer UAVs than groups those with the
-    most targets are served.
+    The result is optimal for up to 12 UAVs. For more UAVs, a deterministic search of bounded length is used. With fewer
+    UAVs than groups, the groups with the most targets get UAVs.
 
     :param uav_position_m: shape (..., u, 2), east and north, m.
     :param target_position_m: shape (..., t, 2), east and north, m.
-    :param group: shape (..., t), the group of each target, any number from 0; -1: none.
-    :param serves: shape (..., u), the group that each UAV serves until now, or -1: staying counts assignment_switching_cost.
-    :param parameters: range_sd_m, bearing_sd_rad, objective, assignment_switching_cost; the paper's Table I if left out.
-    :returns: shape (..., u), the group of each UAV; -1 where there is no group.
-    :raises InputError: an argument of another shape or type, or a number out of range.
-    """
-
-def optimal_phase_rad(range_m: ArrayLike, *, parameters: Parameters | None = None) -> NDArray[float64]:
-    """
-    A separation at which two UAVs at these ranges tell most about a target: pi/2 with both nearer or both further than
-    sigma_r / sigma_theta, 0 (or, alike, pi) with one on either side; pi/2 also where separation does not matter.
-
-    :param range_m: shape (..., 2), of both to the target, m.
-    :param parameters: of the sensor: range_sd_m, bearing_sd_rad; the paper's Table I if left out.
-    :returns: shape (...), angle at the target between their lines of sight, rad.
-    :raises InputError: an argument of another shape or type, or a number out of range.
-    """
-
-def clustering(position_m: ArrayLike, *, count: SupportsIndex, before: ArrayLike | None = None, margin_m: SupportsFloat | SupportsIndex = 0.0, mask: ArrayLike | None = None) -> NDArray[int64]:
-    """
-    K-means: points near one another form a cluster, and none is empty (30, Algorithm 1).
-
-    :param position_m: shape (..., k, 2), k points of each row, east and north, m.
-    :param count: how many clusters to each row; fewer where there are fewer points.
-    :param before: shape (..., k), labels to go on from, 0 to count - 1, each at least once; from nothing if left out.
-    :param margin_m: with ``before``: a point changes its cluster only if that brings it nearer to its centroid by more
-        than this, m; the paper has none.
-    :param mask: shape (..., k): False where there is no point; what stands there is not looked at.
-    :returns: labels, shape (..., k), 0 to count - 1; -1 where there is no point.
-    :raises InputError: an argument of another shape or type, or a number out of range.
-    """
-
-def compare(a: Any, b: Any | None = None, *, runs: SupportsIndex = ..., seed: SupportsIndex = ..., metrics: str | SupportsGetItem[int, str] = ..., threads: SupportsIndex | None = None, law_a: Any | None = None, law_b: Any | None = None, law_limit_s: SupportsFloat | SupportsIndex = 10.0) -> Comparison:
-    """
-    Compares two scenarios, flown on the same draws, or two complete batches over the seeds and metrics both have.
-
-    :param a: a scenario (a built-in name, a path, a :class:`Scenario`), or a batch (a :class:`Batch`, its folder).
-    :param b: the same, for what is compared with it. None: the scenario of ``a``.
-    :param runs: number of runs of each scenario, 200 if left out; batches are flown already.
-    :param seed: seed of the first run, 1 if left out; the next has the next.
-    :param metrics: names of metrics and the sets ``standard``, ``limits``, ``table-2``, ``all``: a str with commas
-        between, or a list.
-    :param threads: number of threads, one per core if None. The numbers are the same with any number.
-    :param law_a: a law of your own that flies ``a``, as of :func:`run`; runs are then flown one after the other.
-    :param law_b: the same for ``b``.
-    :param law_limit_s: how long a law may take to answer, s, above 0.
-    :returns: the numbers of ``standoff compare``, to the bit.
-    :raises InputError: there is nothing to compare, or a seed cannot be flown. What a law raises comes as it is.
-    """
-
-def group_count(uavs: SupportsIndex, targets: SupportsIndex) -> int:
-    """
-    Number of groups for so many UAVs and targets: half the UAVs, halves rounded up, never more than the targets
-    (the K of Algorithm 1).
-
-    :param uavs: how many UAVs.
-    :param targets: how many targets.
-    :returns: how many groups.
-    :raises InputError: a number below 0.
-    """
-
-def information_1_m2(uav_position_m: ArrayLike, target_position_m: ArrayLike, *, parameters: Parameters | None = None) -> NDArray[float64]:
-    """
-    What one measurement tells about a target's position: Fisher information H' R^-1 H (31). Zero within 1 m.
-
-    :param uav_position_m: shape (..., 2), east and north, m.
-    :param target_position_m: shape (..., 2), east and north, m.
-    :param parameters: of the sensor: range_sd_m, bearing_sd_rad; the paper's Table I if left out.
-    :returns: shape (..., 2, 2), 1/m2. What several UAVs tell of a target adds up.
-    :raises InputError: an argument of another shape or type, or a number out of range.
-    """
-
-def led_distance(distance_m: ArrayLike, rate_m_s: ArrayLike, *, speed_m_s: ArrayLike | None = None, parameters: Parameters | None = None) -> tuple[NDArray[float64], NDArray[float64]]:
-    """
-    The radius steered for while the standoff distance changes: active measure 2 (22), within the bounds.
-
-    :param distance_m: shape (...), standoff distance r_d, m.
-    :param rate_m_s: shape (...), its rate, m/s.
-    :param speed_m_s: shape (...), speed relative to the centre, of which the lead may depend; the parameters' own if left
-        out, m/s.
-    :param parameters: lead, lead_s, radial_gain, radius_min_m, radius_max_m; the paper's Table I if left out.
-    :returns: radius, shape (...), m, and its rate, shape (...), m/s; 0 on a bound.
-    :raises InputError: an argument of another shape or type, or a number out of range.
-    """
-
-def measure(uav_position_m: ArrayLike, target_position_m: ArrayLike) -> tuple[NDArray[float64], NDArray[float64]]:
-    """
-    Range and bearing from UAVs to targets, without noise (7).
-
-    :param uav_position_m: shape (..., 2), east and north, m.
-    :param target_position_m: shape (..., 2), east and north, m.
-    :returns: range, shape (...), m, and bearing, shape (...), rad anticlockwise from east, in (-pi, pi].
-    :raises InputError: an argument of another shape or type, or a number out of range.
-    """
-
-def merge(dirs: SupportsGetItem[int, str | PathLike[str]], *, out: str | PathLike[str] | None = None) -> Batch:
-    """
-    Puts the shards of a batch together: the same files, to the byte, as of the batch in one piece.
-
-    :param dirs: the folders of all shards, in any order.
-    :param out: folder for the whole batch. None: a temporary one, which goes with the batch.
-    :returns: the complete batch.
-    :raises InputError: a shard is missing, incomplete, damaged, there twice or of another batch.
-    """
-
-def monte_carlo(scenario: Any, *, runs: SupportsIndex, seed: SupportsIndex = ..., metrics: str | SupportsGetItem[int, str] = ..., threads: SupportsIndex | None = None, shard: str | None = None, out: str | PathLike[str] | None = None, progress: Any | None = None) -> Batch:
-    """
-    Flies a scenario many times; the same files, to the byte, as ``standoff monte-carlo``.
-
-    Run k, from 0, has ``seed + k``. Whatever stops it (Ctrl-C, a full disk, the end of the process), the same call with
-    the same ``out`` goes on where it was. docs/monte-carlo.md tells of files and statistics.
-
-    :param scenario: a built-in scenario's name, the path of a scenario file, or a :class:`Scenario`.
-    :param runs: number of runs, 1 to 100,000,000.
-    :param seed: seed of the first run, from 0; 1 if left out.
-    :param metrics: names of metrics and the sets ``standard``, ``limits``, ``table-2``, ``all``: a str with commas
-        between, or a list.
-    :param threads: number of threads, one per core if None. The results are the same with any number.
-    :param shard: fly only part I of N, from 0: ``"0/4"``; :func:`merge` puts the parts together.
-    :param out: folder for the results. None: a temporary one, which goes with the batch.
-    :param progress: called as ``progress(done, of)``, runs, some times a second and at the end. What it raises stops the batch.
-    :returns: the complete batch.
-    :raises InputError: the scenario or an argument is wrong, a seed cannot be flown, or ``out`` holds something else.
-    :raises StandoffError: something failed while running; runs that are complete are kept in ``out``.
-    """
-
-def observation_features() -> list[tuple[str, float, float, str]]:
-    """
-    The numbers of a UAV's observation, in their order: name, lowest and highest value, and what it is.
-
-    Distances, speeds and angles are in units of the scenario's own limits, as each says; what is beyond a bound is at it.
-    """
-
-def pair_information_1_m4(range_m: ArrayLike, desired_phase_rad: ArrayLike, *, parameters: Parameters | None = None) -> NDArray[float64]:
-    """
-    Determinant of what two UAVs tell together about a target's position (36).
-
-    :param range_m: shape (..., 2), of both to the target, m; one within 1 m tells nothing.
-    :param desired_phase_rad: shape (...), angle gamma at the target between their lines of sight, rad.
-    :param parameters: of the sensor: range_sd_m, bearing_sd_rad; the paper's Table I if left out.
-    :returns: shape (...), 1/m4.
-    :raises InputError: an argument of another shape or type, or a number out of range.
-    """
-
-def run(scenario: Any | None = None, *, seed: SupportsIndex = ..., traffic: str | PathLike[str] | None = None, uavs: SupportsIndex | None = None, set: dict[str, Any] | None = None, metrics: str | SupportsGetItem[int, str] = ..., out: str | PathLike[str] | None = None, maps: SupportsGetItem[int, str | PathLike[str]] = ..., law: Any | None = None, law_limit_s: SupportsFloat | SupportsIndex = 10.0, baseline: bool = False) -> Run:
-    """
-    Flies a scenario into a record: the same files, to the byte, as ``standoff run``, and the same numbers.
-
-    :param scenario: a built-in scenario's name, the path of a scenario file, or a :class:`Scenario`. None: what the command
-        flies: ``improved/figure-9``, or over traffic ``traffic/convoy``.
-    :param seed: seed of everything random, 0 to 2**63 - 1; 1 if left out.
-    :param traffic: fly over this traffic file: SUMO floating-car data or CSV tracks, plain or .gz.
-    :param uavs: number of UAVs, started on an orbit about the first targets.
-    :param set: values of the scenario to change, by dotted key.
-    :param metrics: names of docs/metrics.md and the sets ``standard``, ``limits``, ``table-2``, ``all``: a str with commas
-        between, or a list.
-    :param out: folder for the results. None: a temporary one, which goes with the run.
-    :param maps: SUMO nets or GeoJSON to show under the vehicles.
-    :param law: a law of your own that flies in the place of the product: a class like :class:`Law`, or whatever is called
-        with a :class:`MissionInfo` and gives an object that decides.
-    :param law_limit_s: how long a law may take to answer, s, above 0.
-    :param baseline: tell beside it what greedy discs that know where every target is would watch.
-    :returns: the run.
-    :raises ScenarioError: the scenario cannot be used; what is wrong is drawn under what was typed.
-    :raises InputError: another argument is wrong, or ``out`` holds something else.
-    :raises StandoffError: something failed while running: the disk, a law that never answers. What a law raises comes as it
-        is. A note says what is kept of the run.
-    """
-
-def scenarios() -> list[str]:
-    """
-    Names of the built-in scenarios, in the order in which a newcomer may read them.
-    """
-
-def enclosing_circle(position_m: ArrayLike, *, mask: ArrayLike | None = None) -> tuple[NDArray[float64], NDArray[float64]]:
-    """
-    The smallest circle about points.
-
-    :param position_m: shape (..., k, 2), k points of each row, east and north, m.
-    :param mask: shape (..., k): False where there is no point; what stands there is not looked at.
-    :returns: centre, shape (..., 2), m, and radius, shape (...), m.
-    :raises InputError: an argument of another shape or type, a number out of range, or a row without points.
-    """
-
-def standoff_distance(spread_m: ArrayLike, *, spread_rate_m_s: ArrayLike | None = None, margin_m: ArrayLike | None = None, parameters: Parameters | None = None) -> StandoffDistance:
-    """
-    The standoff distance at which a group's furthest member lies inside the field of view (15).
-
-    :param spread_m: shape (...), d_max, how far the furthest member is from the centre, m.
-    :param spread_rate_m_s: shape (...), how fast that grows, m/s.
-    :param margin_m: shape (...), d_m, m.
-    :param parameters: field_of_view_rad, field_of_view_margin_rad, radius_min_m, radius_max_m; the paper's Table I if
-        left out.
-    :returns: distances, within bounds and not, and their rates.
-    :raises InputError: an argument of another shape or type, or a number out of range.
-    """
-
-def steer(uav_position_m: ArrayLike, heading_rad: ArrayLike, centre_m: ArrayLike, *, distance_m: ArrayLike, rate_m_s: ArrayLike | None = None, steered_radius_m: ArrayLike | None = None, steered_rate_m_s: ArrayLike | None = None, centre_velocity_m_s: ArrayLike | None = None, speed_m_s: ArrayLike | None = None, uav_speed_m_s: ArrayLike | None = None, turn_rate_rad_s: ArrayLike | None = None, parameters: Parameters | None = None) -> Steering:
-    """
-    Steers UAVs onto orbits: the vector field about a centre that moves, and the turn rate of the Lyapunov law (23-25,
-    28, 29).
-
-    :param uav_position_m: shape (..., 2), east and north, m.
-    :param heading_rad: shape (...), where the nose points, rad anticlockwise from east.
-    :param centre_m: shape (..., 2), estimated centre of the orbit, east and north, m.
-    :param distance_m: shape (...), standoff distance r_d, m.
-    :param rate_m_s: shape (...), its rate, m/s.
-    :param steered_radius_m: shape (...), radius steered for (22), of :func:`led_distance`, m; distance_m if left out.
-    :param steered_rate_m_s: shape (...), its rate, m/s; rate_m_s if left out.
-    :param centre_velocity_m_s: shape (..., 2), velocity of the centre, east and north, m/s.
-    :param speed_m_s: shape (...), the speed over ground that is commanded, m/s; the parameters' own if left out.
-    :param uav_speed_m_s: shape (...), the speed flown now, m/s, which only the feedforward ``"actual"`` looks at;
-        speed_m_s if left out.
-    :param turn_rate_rad_s: shape (...), the turn rate flown now, rad/s, which only a turn_rate_gain above 0 looks at.
-    :param parameters: sense, radial_gain, speed_reference, heading_gain_1_s, turn_rate_gain, feedforward, speed_m_s; the
-        paper's Table I if left out.
-    :returns: the turn rate, and what it is made of.
-    :raises InputError: an argument of another shape or type, or a number out of range.
-    """
-
-def vector_field(uav_position_m: ArrayLike, centre_m: ArrayLike, *, distance_m: ArrayLike, speed_m_s: ArrayLike | None = None, parameters: Parameters | None = None) -> NDArray[float64]:
-    """
-    The Lyapunov vector field onto a circle about a centre at rest (13), with the direction of (20) where k_l is below 1.
-
-    :param uav_position_m: shape (..., 2), east and north, m.
-    :param centre_m: shape (..., 2), east and north, m.
-    :param distance_m: shape (...), radius r_d of the circle, m.
-    :param speed_m_s: shape (...), length of the field, m/s; the parameters' own if left out.
-    :param parameters: sense, radial_gain, speed_m_s; the paper's Table I if left out.
-    :returns: desired velocity relative to the centre, shape (..., 2), east and north, m/s; at the very centre it points
-        east.
-    :raises InputError: an argument of another shape or type, or a number out of range.
-    """
-
-def wrapped_angle_rad(angle_rad: ArrayLike) -> NDArray[float64]:
-    """
-    Angles brought into (-pi, pi].
-
-    :param angle_rad: shape (...), rad.
-    :returns: the same angles in (-pi, pi], shape (...), rad.
-    :raises InputError: an argument of another shape or type, or a number that is none.
+    :param group: shape (..., t), group of each target, any number from 0; -1: no group.
+    :param current_group: shape (..., u), current group of each UAV; -1: no group. Keeping it adds assignment_switching_cost to
+        the objective.
+    :param parameters: uses range_sd_m, bearing_sd_rad, objective, assignment_switching_cost; ``Parameters()`` by default.
+    :returns: shape (..., u), assigned group of each UAV; -1: no group.
+    :raises InputError: if an argument has the wrong shape or type, or a value is out of range.
     """
 
 def baseline(scenario: Any | None = None, *, seed: SupportsIndex = ..., traffic: str | PathLike[str] | None = None, uavs: SupportsIndex | None = None, set: dict[str, Any] | None = None) -> dict[str, Any]:
     """
-    What greedy discs that know where every target is would watch: the numbers of ``standoff baseline``.
+    Computes the coverage baseline of a scenario: the coverage of greedily placed sensor footprints with perfect
+    knowledge of the target positions. The numbers are those of ``standoff baseline``.
 
-    :param scenario: as of :func:`run`, as are the other parameters.
-    :returns: ``{"scenario", "seed", "duration_s", "uavs", "targets", "yardstick": {"disc_radius_m", "half", "all"}}``.
-    :raises ScenarioError: the scenario cannot be used.
+    :param scenario: as for :func:`run`, like the other parameters.
+    :returns: ``{"scenario", "seed", "duration_s", "uavs", "targets", "baseline": {"disc_radius_m", "half", "all"}}``.
+    :raises ScenarioError: if the scenario is invalid.
+    """
+
+def clustering(position_m: ArrayLike, *, count: SupportsIndex, before: ArrayLike | None = None, margin_m: SupportsFloat | SupportsIndex = 0.0, mask: ArrayLike | None = None) -> NDArray[int64]:
+    """
+    Clusters points with k-means (30, Algorithm 1); no cluster is empty.
+
+    :param position_m: shape (..., k, 2), k points of each row, east and north, m.
+    :param count: number of clusters per row; fewer in rows with fewer points.
+    :param before: shape (..., k), labels to start from, 0 to count - 1, each used at least once; by default, new
+        clusters are seeded.
+    :param margin_m: with ``before``: a point changes its cluster only if the new centroid is closer by more than this,
+        m; 0 by default, as in the paper.
+    :param mask: shape (..., k): False marks missing points, whose coordinates are ignored.
+    :returns: labels, shape (..., k), 0 to count - 1; -1 for missing points.
+    :raises InputError: if an argument has the wrong shape or type, or a value is out of range.
+    """
+
+def compare(a: Any, b: Any | None = None, *, runs: SupportsIndex = ..., seed: SupportsIndex = ..., metrics: str | SupportsGetItem[int, str] = ..., threads: SupportsIndex | None = None, law_a: Any | None = None, law_b: Any | None = None, law_limit_s: SupportsFloat | SupportsIndex = 10.0) -> Comparison:
+    """
+    Compares two scenarios run with the same seeds, or two complete batches over their common seeds and metrics.
+
+    :param a: a scenario (built-in name, path, or :class:`Scenario`) or a batch (:class:`Batch` or its folder).
+    :param b: the scenario or batch to compare with ``a``. None: the scenario of ``a``.
+    :param runs: number of runs of each scenario, 200 by default; ignored for batches.
+    :param seed: seed of the first run, 1 by default; the following runs use the following seeds. Ignored for batches.
+    :param metrics: names of metrics and of the sets ``standard``, ``limits``, ``table-2``, ``all``: a comma-separated
+        str, or a list.
+    :param threads: number of threads; None: one per core. The results do not depend on it.
+    :param law_a: custom law that controls the UAVs in ``a``, as for :func:`run`. With custom laws, runs are sequential.
+    :param law_b: custom law that controls the UAVs in ``b``.
+    :param law_limit_s: time limit for each call of a custom law, s, above 0.
+    :returns: the comparison, bit for bit equal to the one of ``standoff compare``.
+    :raises InputError: if there is nothing to compare, or a seed cannot be run. Exceptions of a custom law are passed
+        on.
+    """
+
+def enclosing_circle(position_m: ArrayLike, *, mask: ArrayLike | None = None) -> tuple[NDArray[float64], NDArray[float64]]:
+    """
+    Computes minimum enclosing circles of points.
+
+    :param position_m: shape (..., k, 2), k points of each row, east and north, m.
+    :param mask: shape (..., k): False marks missing points, whose coordinates are ignored.
+    :returns: centre, shape (..., 2), m, and radius, shape (...), m.
+    :raises InputError: if an argument has the wrong shape or type, a value is out of range, or a row has no points.
+    """
+
+def group_count(uavs: SupportsIndex, targets: SupportsIndex) -> int:
+    """
+    Computes the number of groups K of Algorithm 1: half the number of UAVs, rounded up, but at most the number of
+    targets.
+
+    :param uavs: number of UAVs.
+    :param targets: number of targets.
+    :returns: number of groups.
+    :raises InputError: if a number is negative.
+    """
+
+def information_1_m2(uav_position_m: ArrayLike, target_position_m: ArrayLike, *, parameters: Parameters | None = None) -> NDArray[float64]:
+    """
+    Computes the Fisher information of one measurement about a target's position, H' R^-1 H (31). It is zero if UAV and
+    target are less than 1 m apart.
+
+    :param uav_position_m: shape (..., 2), east and north, m.
+    :param target_position_m: shape (..., 2), east and north, m.
+    :param parameters: uses range_sd_m, bearing_sd_rad; ``Parameters()`` by default.
+    :returns: shape (..., 2, 2), 1/m2. The information of several UAVs about one target adds up.
+    :raises InputError: if an argument has the wrong shape or type, or a value is out of range.
+    """
+
+def led_distance(distance_m: ArrayLike, rate_m_s: ArrayLike, *, speed_m_s: ArrayLike | None = None, parameters: Parameters | None = None) -> tuple[NDArray[float64], NDArray[float64]]:
+    """
+    Computes the radius that the guidance steers for while the standoff distance changes: active measure 2 (22), limited
+    to the bounds.
+
+    :param distance_m: shape (...), standoff distance r_d, m.
+    :param rate_m_s: shape (...), rate of r_d, m/s.
+    :param speed_m_s: shape (...), speed relative to the centre, on which the lead time may depend, m/s; speed_m_s of
+        the parameters by default.
+    :param parameters: uses lead, lead_s, radial_gain, radius_min_m, radius_max_m; ``Parameters()`` by default.
+    :returns: radius, shape (...), m, and its rate, shape (...), m/s; the rate is 0 at a bound.
+    :raises InputError: if an argument has the wrong shape or type, or a value is out of range.
+    """
+
+def measure(uav_position_m: ArrayLike, target_position_m: ArrayLike) -> tuple[NDArray[float64], NDArray[float64]]:
+    """
+    Computes range and bearing from UAVs to targets, without noise (7).
+
+    :param uav_position_m: shape (..., 2), east and north, m.
+    :param target_position_m: shape (..., 2), east and north, m.
+    :returns: range, shape (...), m, and bearing, shape (...), rad anticlockwise from east, in (-pi, pi].
+    :raises InputError: if an argument has the wrong shape or type, or a value is out of range.
+    """
+
+def merge(dirs: SupportsGetItem[int, str | PathLike[str]], *, out: str | PathLike[str] | None = None) -> Batch:
+    """
+    Merges the shards of a batch. Writes byte for byte the same files as the batch run in one piece.
+
+    :param dirs: folders of all shards, in any order.
+    :param out: folder for the merged batch. None: a temporary folder, deleted together with the batch object.
+    :returns: the complete batch.
+    :raises InputError: if a shard is missing, incomplete, damaged, duplicated or part of another batch.
+    """
+
+def monte_carlo(scenario: Any, *, runs: SupportsIndex, seed: SupportsIndex = ..., metrics: str | SupportsGetItem[int, str] = ..., threads: SupportsIndex | None = None, shard: str | None = None, out: str | PathLike[str] | None = None, progress: Any | None = None) -> Batch:
+    """
+    Runs a scenario many times with consecutive seeds. Writes byte for byte the same files as ``standoff monte-carlo``.
+
+    Run k, counted from 0, uses ``seed + k``. If the batch is interrupted (Ctrl-C, a full disk, a killed process), the
+    same call with the same ``out`` resumes it. docs/monte-carlo.md describes the files and the statistics.
+
+    :param scenario: name of a built-in scenario, path of a scenario file, or a :class:`Scenario`.
+    :param runs: number of runs, 1 to 100,000,000.
+    :param seed: seed of the first run, at least 0; 1 by default.
+    :param metrics: names of metrics and of the sets ``standard``, ``limits``, ``table-2``, ``all``: a comma-separated
+        str, or a list.
+    :param threads: number of threads; None: one per core. The results do not depend on it.
+    :param shard: run only part I of N, counted from 0, for example ``"0/4"``; :func:`merge` combines the parts.
+    :param out: folder for the results. None: a temporary folder, deleted together with the batch object.
+    :param progress: called as ``progress(done, of)`` with numbers of runs, several times per second and at the end. An
+        exception that it raises stops the batch.
+    :returns: the complete batch.
+    :raises InputError: if the scenario or an argument is invalid, a seed cannot be run, or ``out`` holds other files.
+    :raises StandoffError: if a run fails, for example because the disk is full; completed runs stay in ``out``.
+    """
+
+def observation_features() -> list[tuple[str, float, float, str]]:
+    """
+    Returns the features of a UAV's observation in order: name, lowest value, highest value and description.
+
+    Distances, speeds and angles are scaled by the scenario's limits, as the description states. Values are clipped to
+    the bounds.
+    """
+
+def optimal_phase_rad(range_m: ArrayLike, *, parameters: Parameters | None = None) -> NDArray[float64]:
+    """
+    Computes the angle gamma that maximises the information of two UAVs at the given ranges (36).
+
+    It is pi/2 if both ranges are below or both above sigma_r / sigma_theta, and 0 (equivalent to pi) if one is below
+    and one above. If the angle has no influence, the result is pi/2.
+
+    :param range_m: shape (..., 2), ranges from both UAVs to the target, m.
+    :param parameters: uses range_sd_m, bearing_sd_rad; ``Parameters()`` by default.
+    :returns: shape (...), angle at the target between the directions to the two UAVs, rad.
+    :raises InputError: if an argument has the wrong shape or type, or a value is out of range.
+    """
+
+def pair_information_1_m4(range_m: ArrayLike, phase_rad: ArrayLike, *, parameters: Parameters | None = None) -> NDArray[float64]:
+    """
+    Computes the determinant of the joint Fisher information of two UAVs about a target's position (36).
+
+    :param range_m: shape (..., 2), ranges from both UAVs to the target, m; a UAV within 1 m contributes no information.
+    :param phase_rad: shape (...), angle gamma at the target between the directions to the two UAVs, rad.
+    :param parameters: uses range_sd_m, bearing_sd_rad; ``Parameters()`` by default.
+    :returns: shape (...), 1/m4.
+    :raises InputError: if an argument has the wrong shape or type, or a value is out of range.
+    """
+
+def run(scenario: Any | None = None, *, seed: SupportsIndex = ..., traffic: str | PathLike[str] | None = None, uavs: SupportsIndex | None = None, set: dict[str, Any] | None = None, metrics: str | SupportsGetItem[int, str] = ..., out: str | PathLike[str] | None = None, maps: SupportsGetItem[int, str | PathLike[str]] = ..., law: Any | None = None, law_limit_s: SupportsFloat | SupportsIndex = 10.0, baseline: bool = False) -> Run:
+    """
+    Runs a scenario and records it. Writes byte for byte the same files as ``standoff run``, with the same results.
+
+    :param scenario: name of a built-in scenario, path of a scenario file, or a :class:`Scenario`. None:
+        ``improved/figure-9`` or, with ``traffic``, ``traffic/convoy``, as on the command line.
+    :param seed: seed of all random values, 0 to 2**63 - 1; 1 by default.
+    :param traffic: traffic file with the targets: SUMO floating-car data or CSV tracks, plain or .gz.
+    :param uavs: number of UAVs, started on an orbit about the first targets.
+    :param set: values of the scenario to change, by dotted key.
+    :param metrics: names of metrics (docs/metrics.md) and of the sets ``standard``, ``limits``, ``table-2``, ``all``: a
+        comma-separated str, or a list.
+    :param out: folder for the results. None: a temporary folder, deleted together with the run object.
+    :param maps: SUMO networks or GeoJSON files to show below the vehicles.
+    :param law: custom law that replaces the built-in controller: a subclass of :class:`Law`, or a callable that takes a
+        :class:`MissionInfo` and returns an object with a method ``decide``.
+    :param law_limit_s: time limit for each call of a custom law, s, above 0.
+    :param baseline: also compute the coverage baseline: the coverage of greedily placed sensor footprints with perfect
+        knowledge of the target positions.
+    :returns: the run.
+    :raises ScenarioError: if the scenario is invalid; the message shows the line and marks the position.
+    :raises InputError: if another argument is invalid, or ``out`` holds other files.
+    :raises StandoffError: if the run fails, for example because the disk is full or a custom law does not answer.
+        Exceptions of a custom law are passed on. A note in the exception states which part of the run was saved.
+    """
+
+def scenarios() -> list[str]:
+    """
+    Returns the names of the built-in scenarios, in a suggested reading order.
+    """
+
+def standoff_distance(spread_m: ArrayLike, *, spread_rate_m_s: ArrayLike | None = None, margin_m: ArrayLike | None = None, parameters: Parameters | None = None) -> StandoffDistance:
+    """
+    Computes the standoff distance at which the furthest member of a group lies inside the field of view (15).
+
+    :param spread_m: shape (...), distance d_max from the centre to the furthest member, m.
+    :param spread_rate_m_s: shape (...), rate of change of d_max, m/s; 0 by default.
+    :param margin_m: shape (...), margin d_m, m; 0 by default.
+    :param parameters: uses field_of_view_rad, field_of_view_margin_rad, radius_min_m, radius_max_m; ``Parameters()``
+        by default.
+    :returns: the distances with and without bounds, and their rates.
+    :raises InputError: if an argument has the wrong shape or type, or a value is out of range.
+    """
+
+def steer(uav_position_m: ArrayLike, heading_rad: ArrayLike, centre_m: ArrayLike, *, distance_m: ArrayLike, rate_m_s: ArrayLike | None = None, steered_radius_m: ArrayLike | None = None, steered_rate_m_s: ArrayLike | None = None, centre_velocity_m_s: ArrayLike | None = None, speed_m_s: ArrayLike | None = None, uav_speed_m_s: ArrayLike | None = None, turn_rate_rad_s: ArrayLike | None = None, parameters: Parameters | None = None) -> Steering:
+    """
+    Steers UAVs onto orbits: computes the vector field about a moving centre and the turn rate of the Lyapunov law
+    (23-25, 28, 29).
+
+    :param uav_position_m: shape (..., 2), east and north, m.
+    :param heading_rad: shape (...), heading of the UAV, rad anticlockwise from east.
+    :param centre_m: shape (..., 2), estimated centre of the orbit, east and north, m.
+    :param distance_m: shape (...), standoff distance r_d, m.
+    :param rate_m_s: shape (...), rate of r_d, m/s; 0 by default.
+    :param steered_radius_m: shape (...), radius to steer for (22), from :func:`led_distance`, m; distance_m by
+        default.
+    :param steered_rate_m_s: shape (...), rate of that radius, m/s; rate_m_s by default.
+    :param centre_velocity_m_s: shape (..., 2), velocity of the centre, east and north, m/s; 0 by default.
+    :param speed_m_s: shape (...), commanded ground speed, m/s; speed_m_s of the parameters by default.
+    :param uav_speed_m_s: shape (...), current speed, m/s, used only by the feedforward ``"trajectory"``; speed_m_s by
+        default.
+    :param turn_rate_rad_s: shape (...), current turn rate, rad/s, used only if turn_rate_gain > 0; 0 by default.
+    :param parameters: uses orbit_direction, radial_gain, speed_reference, heading_gain_1_s, turn_rate_gain, feedforward,
+        speed_m_s; ``Parameters()`` by default.
+    :returns: the turn rate and its intermediate values.
+    :raises InputError: if an argument has the wrong shape or type, or a value is out of range.
+    """
+
+def vector_field(uav_position_m: ArrayLike, centre_m: ArrayLike, *, distance_m: ArrayLike, speed_m_s: ArrayLike | None = None, parameters: Parameters | None = None) -> NDArray[float64]:
+    """
+    Computes the Lyapunov vector field of a circle about a stationary centre (13), with the direction of (20) if k_l <
+    1.
+
+    :param uav_position_m: shape (..., 2), east and north, m.
+    :param centre_m: shape (..., 2), east and north, m.
+    :param distance_m: shape (...), radius r_d of the circle, m.
+    :param speed_m_s: shape (...), magnitude of the field, m/s; speed_m_s of the parameters by default.
+    :param parameters: uses orbit_direction, radial_gain, speed_m_s; ``Parameters()`` by default.
+    :returns: desired velocity relative to the centre, shape (..., 2), east and north, m/s; exactly at the centre it
+        points east.
+    :raises InputError: if an argument has the wrong shape or type, or a value is out of range.
+    """
+
+def wrapped_angle_rad(angle_rad: ArrayLike) -> NDArray[float64]:
+    """
+    Wraps angles to (-pi, pi].
+
+    :param angle_rad: shape (...), rad.
+    :returns: the same angles in (-pi, pi], shape (...), rad.
+    :raises InputError: if an argument has the wrong shape or type, or a value is not finite.
     """

@@ -235,9 +235,9 @@ impl Run {
     #[pyo3(signature = (dir, *, metrics=MetricsArg::default()))]
     fn new(py: Python<'_>, dir: PathBuf, metrics: MetricsArg) -> PyResult<Self> {
         let (selection, notes) = (metrics.selection()?, Notes::default());
-        let (folder, note) = (dir.clone(), notes.clone());
+        let (folder, collected) = (dir.clone(), notes.clone());
         let work = move || -> Result<_, Failure> {
-            let Report { outcome, written } = report_run(&folder, &folder, selection, &|line| notes.add(line))?;
+            let Report { outcome, written } = report_run(&folder, &folder, selection, &|line| collected.add(line))?;
             written?;
             let text = outcome.text(&folder, OutcomeOptions { per_target: true, ..OutcomeOptions::default() });
             Ok((outcome.json().map_err(Failure::running)?, text))
