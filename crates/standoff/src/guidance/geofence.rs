@@ -197,7 +197,7 @@ impl Bounded {
         let error = |vertex: Option<usize>, what: String| {
             let at = vertex.map_or(String::new(), |vertex| format!(", vertex {vertex}"));
             let place = format!("zone {number}{name}{at}: ");
-            Err(GeofenceError { zone: Some(number), vertex: vertex, position: place, reason: what })
+            Err(GeofenceError { zone: Some(number), vertex, position: place, reason: what })
         };
         let is_valid = |at: &Position| at.x_m().abs() <= FARTHEST_M && at.y_m().abs() <= FARTHEST_M;
         if let Some(vertex) = zone.vertices.iter().position(|at| !is_valid(at)) {
