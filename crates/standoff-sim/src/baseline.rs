@@ -53,8 +53,8 @@ pub struct CoverageBaseline {
 /// use standoff_sim::baseline::baseline;
 ///
 /// let scenario = Scenario::load("tour/01-one-uav", &Overrides::default(), 1)?;
-/// let of_one = baseline(&scenario).all;
-/// assert_eq!((of_one.discs, of_one.mover_fraction), (1, Some(1.0)));
+/// let one_disc = baseline(&scenario).all_uavs;
+/// assert_eq!((one_disc.discs, one_disc.mover_fraction), (1, Some(1.0)));
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[must_use]

@@ -97,25 +97,25 @@ impl<B: Controller + ?Sized> Controller for Box<B> {
     }
 }
 
-/// Creates the built-in controller for an airspace. Returns all parameters that are out of range.
+/// Creates the built-in controller. Returns all parameters that are out of range.
 pub fn team_controller(
     setup: AgentSetup,
     team: TeamParams,
-    airspace: Geofence,
+    geofence: Geofence,
     uavs: usize,
 ) -> Result<Box<dyn Controller + Send>, Vec<ParamError>> {
     Ok(match setup {
         AgentSetup::Shared => {
-            Box::new(SharedAgent { fleet: TeamAgent::new(team)?.with_geofence(airspace), observed: Vec::new() })
+            Box::new(SharedAgent { fleet: TeamAgent::new(team)?.with_geofence(geofence), observed: Vec::new() })
         }
-        AgentSetup::PerUav => Box::new(AgentPerUav::new(team, airspace, uavs)?),
+        AgentSetup::PerUav => Box::new(AgentPerUav::new(team, geofence, uavs)?),
     })
 }
 
 /// Creates one built-in agent per UAV, each compared with a reference replay of the messages that it has received.
-pub(crate) fn audited(team: TeamParams, airspace: Geofence, uavs: usize) -> Result<AgentPerUav, Vec<ParamError>> {
-    let audits = (0..uavs).map(|_| ReferenceReplay::new(team, airspace.clone())).collect::<Result<_, _>>()?;
-    Ok(AgentPerUav { audits, ..AgentPerUav::new(team, airspace, uavs)? })
+pub(crate) fn audited(team: TeamParams, geofence: Geofence, uavs: usize) -> Result<AgentPerUav, Vec<ParamError>> {
+    let audits = (0..uavs).map(|_| ReferenceReplay::new(team, geofence.clone())).collect::<Result<_, _>>()?;
+    Ok(AgentPerUav { audits, ..AgentPerUav::new(team, geofence, uavs)? })
 }
 
 /// The last observation of each UAV, by id.
@@ -172,7 +172,7 @@ impl Controller for SharedAgent {
 /// first UAV whose computer is on.
 pub(crate) struct AgentPerUav {
     team: TeamParams,
-    airspace: Geofence,
+    geofence: Geofence,
     agents: Vec<Agent>,
     /// Reference replays by UAV; empty unless a metric needs them.
     pub(crate) audits: Vec<ReferenceReplay>,
@@ -187,7 +187,7 @@ impl Controller for AgentPerUav {
     fn restart(&mut self, uav: UavId, epoch: u32) {
         // The parameters were valid when the first agent was created.
         if let (Some(agent), Ok(new)) = (self.agents.get_mut(uav.0 as usize), Agent::new(uav, self.team)) {
-            *agent = new.with_geofence(self.airspace.clone()).with_restart_count(epoch);
+            *agent = new.with_geofence(self.geofence.clone()).with_restart_count(epoch);
         }
         self.audits.get_mut(uav.0 as usize).into_iter().for_each(ReferenceReplay::restart);
     }
@@ -257,12 +257,12 @@ impl Controller for AgentPerUav {
 }
 
 impl AgentPerUav {
-    fn new(team: TeamParams, airspace: Geofence, uavs: usize) -> Result<Self, Vec<ParamError>> {
-        let agent = |uav| Agent::new(uav, team).map(|agent| agent.with_geofence(airspace.clone()));
+    fn new(team: TeamParams, geofence: Geofence, uavs: usize) -> Result<Self, Vec<ParamError>> {
+        let agent = |uav| Agent::new(uav, team).map(|agent| agent.with_geofence(geofence.clone()));
         let agents = (0..).map(UavId).take(uavs).map(agent).collect::<Result<_, _>>()?;
         Ok(Self {
             team,
-            airspace,
+            geofence,
             agents,
             audits: Vec::new(),
             observed: Vec::new(),

@@ -18,7 +18,7 @@ const MORE: f64 = 1e-9;
 /// Reference replay of one agent.
 pub(crate) struct ReferenceReplay {
     team: TeamParams,
-    airspace: Geofence,
+    geofence: Geofence,
     period: Duration,
     /// Number of periods for which an agent keeps messages.
     kept: i64,
@@ -67,7 +67,7 @@ impl Before {
 }
 
 impl ReferenceReplay {
-    pub(crate) fn new(team: TeamParams, airspace: Geofence) -> Result<Self, Vec<ParamError>> {
+    pub(crate) fn new(team: TeamParams, geofence: Geofence) -> Result<Self, Vec<ParamError>> {
         let period = Duration::from_s(team.log.period_s);
         let periods = |s: f64| (s / team.log.period_s).ceil() as i64;
         Ok(Self {
@@ -75,8 +75,8 @@ impl ReferenceReplay {
             period,
             kept: periods(team.log.message_retention_s) + 2,
             early: periods(team.teammate_timeout_s),
-            fleet: TeamAgent::new(team)?.with_geofence(airspace.clone()),
-            airspace,
+            fleet: TeamAgent::new(team)?.with_geofence(geofence.clone()),
+            geofence,
             began: None,
             now: None,
             replayed_until: None,
@@ -90,7 +90,7 @@ impl ReferenceReplay {
 
     /// Restarts with an empty state, as the agent does.
     pub(crate) fn restart(&mut self) {
-        if let Ok(new) = Self::new(self.team, self.airspace.clone()) {
+        if let Ok(new) = Self::new(self.team, self.geofence.clone()) {
             *self = Self { checked: self.checked, differed: self.differed, ..new };
         }
     }

@@ -119,12 +119,12 @@ impl Mission {
 
     /// Like [`Self::new`], with the reference replay if the chosen metrics need it (`double_counted_steps`), which takes time.
     pub fn new_for_metrics(scenario: &Scenario, choice: MetricSelection) -> Result<Self, Vec<ParamError>> {
-        let (Settings { agents, team, geofence: airspace, .. }, uavs) = (&scenario.settings, scenario.uavs.len());
+        let (Settings { agents, team, geofence, .. }, uavs) = (&scenario.settings, scenario.uavs.len());
         let controller: Box<dyn Controller + Send> = match agents {
             AgentSetup::PerUav if choice.needs_reference_replay() => {
-                Box::new(controller::audited(*team, airspace.clone(), uavs)?)
+                Box::new(controller::audited(*team, geofence.clone(), uavs)?)
             }
-            _ => controller::team_controller(*agents, *team, airspace.clone(), uavs)?,
+            _ => controller::team_controller(*agents, *team, geofence.clone(), uavs)?,
         };
         Ok(Self { is_foreign: false, ..Self::with_controller(scenario, controller)? })
     }

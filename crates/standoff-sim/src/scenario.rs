@@ -61,7 +61,11 @@ impl Scenario {
 /// ```
 /// use standoff_sim::scenario::{Overrides, ScenarioTemplate};
 ///
-/// Read once, drawn for any number of seeds.
+/// // A template is read once and drawn for any number of seeds.
+/// let template = ScenarioTemplate::load("paper/table-2-pair", &Overrides::default())?;
+/// let (first, second) = (template.draw(1)?, template.draw(2)?);
+/// assert_eq!(first.settings, second.settings);
+/// assert_ne!(first.resolved()?, second.resolved()?);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Debug, Clone)]

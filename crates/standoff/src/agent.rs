@@ -156,8 +156,8 @@ impl Agent {
     /// Adds keep-out and keep-in zones. Call it before the first time step. All agents of a team need the same zones,
     /// because the team state records which orbits the zones cut.
     #[must_use]
-    pub fn with_geofence(self, airspace: Geofence) -> Self {
-        Self { history: self.history.with_geofence_zones(airspace), ..self }
+    pub fn with_geofence(self, geofence: Geofence) -> Self {
+        Self { history: self.history.with_geofence_zones(geofence), ..self }
     }
 
     /// Clears the team state and all received messages, and accepts any time as the next one. Use it after the clock

@@ -70,8 +70,8 @@ impl TeamStateHistory {
         history
     }
 
-    pub(crate) fn with_geofence_zones(self, airspace: Geofence) -> Self {
-        Self { updater: self.updater.with_geofence_zones(airspace), ..self }
+    pub(crate) fn with_geofence_zones(self, geofence: Geofence) -> Self {
+        Self { updater: self.updater.with_geofence_zones(geofence), ..self }
     }
 
     /// Restarts the history at time step `first`.

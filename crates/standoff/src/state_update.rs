@@ -35,9 +35,9 @@ impl TeamStateUpdater {
     }
 
     /// Adds a geofence.
-    pub(crate) fn with_geofence_zones(self, airspace: Geofence) -> Self {
-        let borders = (!airspace.is_empty())
-            .then(|| Arc::new(GeofenceSafety::new(airspace, self.params.uav, self.params.log.period_s)));
+    pub(crate) fn with_geofence_zones(self, geofence: Geofence) -> Self {
+        let borders = (!geofence.is_empty())
+            .then(|| Arc::new(GeofenceSafety::new(geofence, self.params.uav, self.params.log.period_s)));
         Self { geofence_safety: borders, ..self }
     }
 
@@ -63,13 +63,13 @@ impl TeamStateUpdater {
             self.transition = self.params.track.transition(dt);
         }
         let (transition, assignment) = (&self.transition, self.assignment.as_deref());
-        let airspace = self.geofence_safety.as_deref().map(GeofenceSafety::airspace);
+        let geofence = self.geofence_safety.as_deref().map(GeofenceSafety::geofence);
         let news = StepInput {
             now: row.time,
             messages: row,
             transition,
             assignment,
-            geofence: airspace,
+            geofence,
             is_extrapolated: is_carried_on,
         };
         next.advance(previous, &news, &self.params, &mut self.scratch);

@@ -81,8 +81,8 @@ impl TeamAgent {
 
     /// Adds keep-out and keep-in zones.
     #[must_use]
-    pub fn with_geofence(self, airspace: Geofence) -> Self {
-        Self { updater: self.updater.with_geofence_zones(airspace), ..self }
+    pub fn with_geofence(self, geofence: Geofence) -> Self {
+        Self { updater: self.updater.with_geofence_zones(geofence), ..self }
     }
 
     /// First half of a time step: takes a UAV's state and the scan of its sensor, which all agents receive. It works

@@ -551,7 +551,7 @@ impl TeamState {
 
     /// Evaluates how the UAVs of each group follow its orbit; emits alerts for infeasible orbits and for UAVs that are
     /// too close.
-    fn check_groups(&mut self, previous: &TeamState, params: &TeamParams, airspace: Option<&Geofence>) {
+    fn check_groups(&mut self, previous: &TeamState, params: &TeamParams, geofence: Option<&Geofence>) {
         let mut crew = self.assignments.iter().peekable();
         for teammate in &mut self.teammates {
             // A kept assignment may contain UAVs that have left.
@@ -564,7 +564,7 @@ impl TeamState {
             let crew = self.teammates.iter().zip(&self.on_orbit).filter(|(teammate, _)| teammate.group == Some(id));
             let crew = crew.map(|(teammate, on_orbit)| (teammate.state.position, on_orbit));
             group.check(crew, self.time - previous.time, params);
-            let kinds = group.alarm(&params.group, airspace);
+            let kinds = group.alarm(&params.group, geofence);
             self.events.extend(kinds.into_iter().flatten().map(|kind| Event::of_group(kind, id)));
         }
     }

@@ -28,10 +28,10 @@ const MAX_METRICS: usize = 200;
 /// ```
 /// use standoff_sim::monte_carlo::{Batch, Shard};
 /// use standoff_sim::scenario::{Overrides, ScenarioTemplate};
-/// use standoff_sim::score::Choice;
+/// use standoff_sim::score::MetricSelection;
 ///
 /// let template = ScenarioTemplate::load("paper/table-2-pair", &Overrides::default())?;
-/// A batch of a hundred runs, and the shard with its second quarter.
+/// // The second of four shards of a batch of a hundred runs.
 /// let batch = Batch::new(&template, 1, 100, Some(Shard { index: 1, of: 4 }), MetricSelection::standard())?;
 /// assert_eq!((batch.flown(), batch.seed_of(25)), (25..50, 26));
 /// # Ok::<(), Box<dyn std::error::Error>>(())

@@ -112,26 +112,26 @@ pub(super) fn geofence(zones: &[resolved::Zone], problems: &mut Problems) -> Geo
 
 /// Returns warnings about UAVs that start where they may not be, or where they cannot avoid violating a zone.
 pub(super) fn warnings(settings: &Settings, uavs: &[UavState]) -> Vec<String> {
-    let airspace = &settings.geofence;
+    let geofence = &settings.geofence;
     let warning = |(uav, state): (usize, &UavState)| {
         let named = |zone: usize| {
-            let zone = airspace.zones().nth(zone)?;
+            let zone = geofence.zones().nth(zone)?;
             let name = if zone.name.is_empty() { String::new() } else { format!(" {}", quoted(&zone.name)) };
             Some(format!("{} zone{name}", zone.kind.name()))
         };
-        if let Some(zone) = airspace.violated_zone(state.position).next() {
-            let side = match airspace.zones().nth(zone)?.kind {
+        if let Some(zone) = geofence.violated_zone(state.position).next() {
+            let side = match geofence.zones().nth(zone)?.kind {
                 standoff::ZoneKind::KeepOut => "inside",
                 standoff::ZoneKind::KeepIn => "outside",
             };
             return Some(format!("UAV {uav} starts {side} {}: it leaves as soon as it can", named(zone)?));
         }
-        let is_safe = airspace.can_stay_inside(&settings.team.uav, settings.period, state);
+        let is_safe = geofence.can_stay_inside(&settings.team.uav, settings.period, state);
         (!is_safe).then(|| {
             format!("UAV {uav} starts so close to a zone's outline that it may not be able to turn away from it")
         })
     };
-    if airspace.is_empty() { Vec::new() } else { uavs.iter().enumerate().filter_map(warning).collect() }
+    if geofence.is_empty() { Vec::new() } else { uavs.iter().enumerate().filter_map(warning).collect() }
 }
 
 /// Rings of a polygon: the outline, then the holes.
@@ -265,13 +265,13 @@ mod tests {
              [[geofence]]\nkind = \"keep-in\"\nvertices = [[-5000, -5000], [5000, -5000], [0, 5000]]",
         )
         .unwrap();
-        let airspace = &scenario.settings.geofence;
-        let zones: Vec<_> = airspace.zones().map(|zone| (zone.name.as_str(), zone.kind.name())).collect();
+        let geofence = &scenario.settings.geofence;
+        let zones: Vec<_> = geofence.zones().map(|zone| (zone.name.as_str(), zone.kind.name())).collect();
         assert_eq!(zones, [("airfield", "keep-out"), ("", "keep-in")]);
-        let drawn_m = airspace.zones().next().unwrap().vertices[2].y_m();
+        let drawn_m = geofence.zones().next().unwrap().vertices[2].y_m();
         assert!((400.0..500.0).contains(&drawn_m));
         let of_record = super::Settings::of_record("r", &scenario.resolved().unwrap()).unwrap();
-        assert_eq!(&of_record.geofence, airspace);
+        assert_eq!(&of_record.geofence, geofence);
         assert_eq!(scenario.warnings, [""; 0]);
         // A scenario without zones does not mention them.
         assert!(!typed("").unwrap().resolved().unwrap().contains("geofence"));

@@ -20,15 +20,15 @@ pub(super) struct Zones {
 
 impl Zones {
     /// Adds the next frame.
-    pub(super) fn frame(&mut self, airspace: &Geofence, frame: &Frame) {
+    pub(super) fn frame(&mut self, geofence: &Geofence, frame: &Frame) {
         let mut after = BTreeMap::new();
         for uav in &frame.uavs {
             self.detour.add(f64::from(uav.limiting_zone.is_some()));
-            let violated_zone: BTreeSet<usize> = airspace.violated_zone(at(uav)).collect();
+            let violated_zone: BTreeSet<usize> = geofence.violated_zone(at(uav)).collect();
             // A UAV that leaves a zone, or crosses its corner between two time steps, crosses the outline as well.
             let mut violated = violated_zone.clone();
             let before = self.before.get(&uav.uav);
-            violated.extend(before.into_iter().flat_map(|(was_at, _)| airspace.crosses(*was_at, at(uav))));
+            violated.extend(before.into_iter().flat_map(|(was_at, _)| geofence.crosses(*was_at, at(uav))));
             self.violations += match before {
                 Some((_, forbade)) => violated.difference(forbade).count() as u64,
                 None => violated.len() as u64,
@@ -61,13 +61,13 @@ mod tests {
     /// violation.
     #[test]
     fn violations_count_once_per_uav_zone_and_entry() {
-        let airspace = Geofence::new(vec![square(ZoneKind::KeepOut, 50.0), square(ZoneKind::KeepIn, 500.0)]).unwrap();
+        let geofence = Geofence::new(vec![square(ZoneKind::KeepOut, 50.0), square(ZoneKind::KeepIn, 500.0)]).unwrap();
         let count = |places: &[f64]| {
             let mut zones = Zones::default();
             for x_m in places {
                 let border = (*x_m > 100.0).then_some(0);
                 let uavs = vec![UavRow { x_m: *x_m, y_m: 0.0, limiting_zone: border, ..uav_row(0) }];
-                zones.frame(&airspace, &Frame { uavs, ..Frame::default() });
+                zones.frame(&geofence, &Frame { uavs, ..Frame::default() });
             }
             (zones.violations(), zones.detour.value())
         };
@@ -81,12 +81,12 @@ mod tests {
     /// Passing next to it does not count. Leaving a zone is no new violation.
     #[test]
     fn crossing_a_zone_between_time_steps_counts_once() {
-        let airspace = Geofence::new(vec![square(ZoneKind::KeepOut, 50.0), square(ZoneKind::KeepIn, 500.0)]).unwrap();
+        let geofence = Geofence::new(vec![square(ZoneKind::KeepOut, 50.0), square(ZoneKind::KeepIn, 500.0)]).unwrap();
         let count = |places: &[(f64, f64)]| {
             let mut zones = Zones::default();
             for (x_m, y_m) in places {
                 let uavs = vec![UavRow { x_m: *x_m, y_m: *y_m, ..uav_row(0) }];
-                zones.frame(&airspace, &Frame { uavs, ..Frame::default() });
+                zones.frame(&geofence, &Frame { uavs, ..Frame::default() });
             }
             zones.violations()
         };

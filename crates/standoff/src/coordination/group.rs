@@ -333,13 +333,13 @@ impl Group {
     }
 
     /// Returns the events for alerts that start or end. Alerts end with a hysteresis.
-    pub(crate) fn alarm(&mut self, params: &GroupingParams, airspace: Option<&Geofence>) -> [Option<EventKind>; 3] {
+    pub(crate) fn alarm(&mut self, params: &GroupingParams, geofence: Option<&Geofence>) -> [Option<EventKind>; 3] {
         let (smallest_m, largest_m) = (self.radius_min_m, self.radius_max_m);
         let infeasible = !self.has_feasible_orbit() || (self.alarms.infeasible && smallest_m > 0.95 * largest_m);
         let closest_m = self.nearest_groupmate_m.unwrap_or(f64::INFINITY);
         let hysteresis = if self.alarms.close { 1.2 } else { 1.0 };
         let close = closest_m < hysteresis * params.proximity_alert_m;
-        let unblocked = airspace.map(|airspace| self.left_of_orbit(airspace));
+        let unblocked = geofence.map(|geofence| self.left_of_orbit(geofence));
         let cut = unblocked.map_or(Blockage::Clear, |(clear_fraction, _)| self.alarms.blockage.at(clear_fraction));
         let before = core::mem::replace(&mut self.alarms, Alarms { infeasible, close, blockage: cut });
         [
@@ -361,22 +361,22 @@ impl Group {
 
     /// Fraction of the circle of radius r_d around the centre at which UAVs may fly, and a zone that blocks part of the
     /// rest.
-    fn left_of_orbit(&self, airspace: &Geofence) -> (f64, Option<(u32, ZoneKind)>) {
+    fn left_of_orbit(&self, geofence: &Geofence) -> (f64, Option<(u32, ZoneKind)>) {
         let (centre, radius_m) = (self.centre.estimate().state.position(), self.standoff.distance_m);
         let point = |nth: u32| {
             let direction = Angle::from_rad(TAU * f64::from(nth) / f64::from(PLACES));
             centre + Displacement::from_polar(radius_m, direction)
         };
         // Far from all outlines, one point represents all.
-        let sample_count = if airspace.has_side_near(centre, radius_m * 1.01) { PLACES } else { 1 };
+        let sample_count = if geofence.has_side_near(centre, radius_m * 1.01) { PLACES } else { 1 };
         let (mut clear, mut first) = (0, None);
         for nth in 0..sample_count {
-            match airspace.violated_zone(point(nth)).next() {
+            match geofence.violated_zone(point(nth)).next() {
                 None => clear += 1,
                 Some(zone) => first = first.or(Some(zone)),
             }
         }
-        let kind = |zone: usize| airspace.zones().nth(zone).map(|of| (zone as u32, of.kind));
+        let kind = |zone: usize| geofence.zones().nth(zone).map(|of| (zone as u32, of.kind));
         (f64::from(clear) / f64::from(sample_count), first.and_then(kind))
     }
 

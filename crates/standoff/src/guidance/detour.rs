@@ -51,7 +51,7 @@ const WIDER: [f64; 4] = [1.25, 1.5, 1.8, 2.2];
 /// Detour planner: a visibility graph of waypoints around the corners of all zones.
 #[derive(Debug, Clone)]
 pub(crate) struct DetourPlanner {
-    pub(crate) airspace: Geofence,
+    pub(crate) geofence: Geofence,
     uav: UavParams,
     sides: Vec<Side>,
     places: Vec<Position>,
@@ -75,10 +75,10 @@ enum PathAhead {
 }
 
 impl DetourPlanner {
-    pub(crate) fn of(airspace: Geofence, uav: UavParams) -> Self {
-        let sides: Vec<Side> = airspace.sides().collect();
+    pub(crate) fn of(geofence: Geofence, uav: UavParams) -> Self {
+        let sides: Vec<Side> = geofence.sides().collect();
         let mut places = Vec::new();
-        for zone in airspace.zones() {
+        for zone in geofence.zones() {
             // Orient the outline so that the free side is on the right.
             let is_anticlockwise = zone.twice_area_m2() > 0.0;
             let mut outline = zone.vertices.clone();
@@ -102,7 +102,7 @@ impl DetourPlanner {
                 }
             }
         }
-        places.retain(|at| airspace.contains(*at) && clearance_m2(*at, &sides) >= CLEAR_M * CLEAR_M);
+        places.retain(|at| geofence.contains(*at) && clearance_m2(*at, &sides) >= CLEAR_M * CLEAR_M);
         let every = places.len().div_ceil(PLACES_MAX).max(1);
         let places: Vec<Position> = places.into_iter().step_by(every).collect();
         let mut next = vec![Vec::new(); places.len()];
@@ -115,7 +115,7 @@ impl DetourPlanner {
                 }
             }
         }
-        Self { airspace, uav, sides, places, next }
+        Self { geofence, uav, sides, places, next }
     }
 
     /// Returns the first waypoint of the shortest path, or `to` if the straight path is free; `None` if there is no
@@ -169,8 +169,8 @@ impl DetourPlanner {
         let radius_m = orbit.steered.radius_m.max(orbit.distance_m);
         let drift_m = orbit.centre_velocity.speed_m_s() * CARRIED_ON_S;
         let reach_m = centre_m.max(2.5 * radius_m) + drift_m + FREE_M + self.circle_m();
-        let sides: Vec<Side> = self.airspace.sides_near(orbit.centre, reach_m).collect();
-        if sides.is_empty() || self.airspace.violated_zone(own.position).next().is_some() {
+        let sides: Vec<Side> = self.geofence.sides_near(orbit.centre, reach_m).collect();
+        if sides.is_empty() || self.geofence.violated_zone(own.position).next().is_some() {
             return None;
         }
         let PathAhead::Blocked(zone, free) = self.ahead(guidance, own, orbit, speed_m_s, &sides) else { return None };
@@ -209,7 +209,7 @@ impl DetourPlanner {
     }
 
     fn is_free(&self, at: Position, sides: &[Side]) -> bool {
-        clearance_m2(at, sides) >= FREE_M * FREE_M && self.airspace.contains(at)
+        clearance_m2(at, sides) >= FREE_M * FREE_M && self.geofence.contains(at)
     }
 
     /// Predicts the path of a UAV that flies an orbit as if there were no zones, and checks it for blocked parts.
@@ -364,7 +364,7 @@ mod tests {
             let desired = params.uav.limit(detour.map_or(desired, |detour| detour.command)).command;
             let (command, _) = borders.make_safe(&state, desired);
             state = response.step(&state, command);
-            assert!(borders.airspace().contains(state.position), "step {step}: {state:?}");
+            assert!(borders.geofence().contains(state.position), "step {step}: {state:?}");
             if step >= 600 {
                 let distance_m = state.position.distance_m(orbit.centre);
                 flown.on_orbit_fraction += f64::from((distance_m - 300.0).abs() < 40.0) / 600.0;

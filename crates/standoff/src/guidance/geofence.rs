@@ -71,9 +71,9 @@ pub struct GeofenceError {
 ///
 /// let outline = [(0.0, 0.0), (400.0, 0.0), (0.0, 400.0)].map(|(x_m, y_m)| Position::from_m(x_m, y_m));
 /// let zone = Zone { name: "airfield".into(), kind: ZoneKind::KeepOut, vertices: outline.into() };
-/// let airspace = Geofence::new(vec![zone]).unwrap();
-/// assert!(!airspace.allows(Position::from_m(100.0, 100.0)));
-/// assert!(airspace.allows(Position::from_m(300.0, 300.0)));
+/// let geofence = Geofence::new(vec![zone]).unwrap();
+/// assert!(!geofence.contains(Position::from_m(100.0, 100.0)));
+/// assert!(geofence.contains(Position::from_m(300.0, 300.0)));
 /// ```
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Geofence {
@@ -322,27 +322,27 @@ mod tests {
         let places = [((50.0, 200.0), true), ((200.0, 200.0), false), ((200.0, 50.0), true), ((-1.0, 50.0), false)];
         for ((x_m, y_m), is_inside) in places {
             for kind in [ZoneKind::KeepOut, ZoneKind::KeepIn] {
-                let airspace = Geofence::new(vec![zone(kind, &L)]).unwrap();
-                assert_eq!(airspace.contains(Position::from_m(x_m, y_m)), is_inside == (kind == ZoneKind::KeepIn));
+                let geofence = Geofence::new(vec![zone(kind, &L)]).unwrap();
+                assert_eq!(geofence.contains(Position::from_m(x_m, y_m)), is_inside == (kind == ZoneKind::KeepIn));
             }
         }
         // Of two keep-in zones only the intersection is allowed.
         let square = |x_m: f64| [(x_m, 0.0), (x_m + 100.0, 0.0), (x_m + 100.0, 100.0), (x_m, 100.0)];
         let both = [0.0, 50.0].map(|x_m| zone(ZoneKind::KeepIn, &square(x_m)));
-        let airspace = Geofence::new(both.into()).unwrap();
+        let geofence = Geofence::new(both.into()).unwrap();
         let at = |x_m| Position::from_m(x_m, 50.0);
-        assert_eq!(airspace.violated_zone(at(25.0)).collect::<Vec<_>>(), [1]);
-        assert!(airspace.contains(at(75.0)));
-        assert_eq!(airspace.violated_zone(at(125.0)).collect::<Vec<_>>(), [0]);
+        assert_eq!(geofence.violated_zone(at(25.0)).collect::<Vec<_>>(), [1]);
+        assert!(geofence.contains(at(75.0)));
+        assert_eq!(geofence.violated_zone(at(125.0)).collect::<Vec<_>>(), [0]);
     }
 
     /// Lines over a vertex with both ends outside, past it, and from one arm of an L to the other across the notch
     /// outside.
     #[test]
     fn a_straight_line_reports_the_zones_that_it_crosses() {
-        let airspace = Geofence::new(vec![zone(ZoneKind::KeepOut, &L), zone(ZoneKind::KeepIn, &L)]).unwrap();
+        let geofence = Geofence::new(vec![zone(ZoneKind::KeepOut, &L), zone(ZoneKind::KeepIn, &L)]).unwrap();
         let crossed = |from: (f64, f64), to: (f64, f64)| {
-            airspace.crosses(Position::from_m(from.0, from.1), Position::from_m(to.0, to.1)).count()
+            geofence.crosses(Position::from_m(from.0, from.1), Position::from_m(to.0, to.1)).count()
         };
         assert_eq!(crossed((-5.0, 10.0), (10.0, -5.0)), 2);
         assert_eq!(crossed((-5.0, 4.0), (4.0, -5.0)), 0);

@@ -98,7 +98,7 @@ impl Geofence {
 }
 
 impl GeofenceSafety {
-    pub(crate) fn new(airspace: Geofence, uav: UavParams, period_s: f64) -> Self {
+    pub(crate) fn new(geofence: Geofence, uav: UavParams, period_s: f64) -> Self {
         let turn_max = uav.turn_rate_max_rad_s;
         let pieces = |time_s: f64| (time_s * turn_max / TURN_STEP_RAD).ceil().clamp(1.0, 200.0) as u32;
         let lag_s = uav.speed_lag_s.max(uav.turn_rate_lag_s);
@@ -117,7 +117,7 @@ impl GeofenceSafety {
         let settled_s = settling.piece_s * f64::from(settling.count);
         let circle_m = 2.0 * uav.speed_max_m_s() / turn_max;
         Self {
-            detours: DetourPlanner::of(airspace, uav),
+            detours: DetourPlanner::of(geofence, uav),
             margin_m: MARGIN_M + sagitta_m(period.piece_s).max(sagitta_m(settling.piece_s)),
             reach_m: uav.speed_max_m_s() * (period_s + settled_s) + circle_m + 2.0 * MARGIN_M,
             uav,
@@ -126,14 +126,14 @@ impl GeofenceSafety {
         }
     }
 
-    pub(crate) fn airspace(&self) -> &Geofence {
-        &self.detours.airspace
+    pub(crate) fn geofence(&self) -> &Geofence {
+        &self.detours.geofence
     }
 
     /// Returns the command to fly instead of the desired one, and the zone that makes it necessary, if any. The desired
     /// command must be within the limits.
     pub(crate) fn make_safe(&self, own: &UavState, desired: Command) -> (Command, Option<usize>) {
-        if let Some(zone) = self.airspace().violated_zone(own.position).next() {
+        if let Some(zone) = self.geofence().violated_zone(own.position).next() {
             return (self.way_out(own), Some(zone));
         }
         let sides = self.sides_near(own);
@@ -147,18 +147,18 @@ impl GeofenceSafety {
     /// Returns true if a command, which must be within the limits, is allowed.
     pub(crate) fn allows(&self, own: &UavState, command: Command) -> bool {
         let sides = self.sides_near(own);
-        self.airspace().contains(own.position) && self.forbidding_zone(own, command, &sides).is_none()
+        self.geofence().contains(own.position) && self.forbidding_zone(own, command, &sides).is_none()
     }
 
     /// Returns true if the position is allowed and a fallback manoeuvre stays clear of every outline forever.
     pub(crate) fn is_safe(&self, own: &UavState) -> bool {
         let sides = self.sides_near(own);
-        self.airspace().contains(own.position) && self.unsafe_for(own, &sides).is_none()
+        self.geofence().contains(own.position) && self.unsafe_for(own, &sides).is_none()
     }
 
     /// All sides within reach.
     fn sides_near(&self, own: &UavState) -> Vec<Side> {
-        self.airspace().sides_near(own.position, self.reach_m).collect()
+        self.geofence().sides_near(own.position, self.reach_m).collect()
     }
 
     /// Index of the zone that forbids a command; `None` if the command is allowed.
@@ -252,8 +252,8 @@ impl GeofenceSafety {
     fn exit_distance_m(&self, state: &UavState) -> f64 {
         let ahead = Displacement::from_polar(1.0, state.heading);
         let mut furthest_m = 0.0;
-        for zone in self.airspace().violated_zone(state.position) {
-            let sides = self.airspace().sides().filter(|side| side.zone == zone);
+        for zone in self.geofence().violated_zone(state.position) {
+            let sides = self.geofence().sides().filter(|side| side.zone == zone);
             let exit_m =
                 sides.filter_map(|side| crossed_at(state.position, ahead, &side)).fold(f64::INFINITY, f64::min);
             furthest_m = f64::max(furthest_m, exit_m);
@@ -334,7 +334,7 @@ pub(crate) mod tests {
     }
 
     /// A random geofence: keep-out zones at least `apart_m` apart, sometimes within a keep-in zone.
-    pub(crate) fn drawn_airspace(drawn: &mut Drawn, apart_m: f64) -> Geofence {
+    pub(crate) fn drawn_geofence(drawn: &mut Drawn, apart_m: f64) -> Geofence {
         let mut zones: Vec<Zone> = Vec::new();
         let mut discs: Vec<(Position, f64)> = Vec::new();
         for _ in 0..1 + drawn.below(5) {
@@ -370,8 +370,8 @@ pub(crate) mod tests {
     /// steps.
     fn stays_within(seed: u64, params: &TeamParams) {
         let mut drawn = Drawn(seed);
-        let airspace = drawn_airspace(&mut drawn, 2.0 * 40.0 / 0.3);
-        let borders = GeofenceSafety::new(airspace, params.uav, params.log.period_s);
+        let geofence = drawn_geofence(&mut drawn, 2.0 * 40.0 / 0.3);
+        let borders = GeofenceSafety::new(geofence, params.uav, params.log.period_s);
         let Some(mut state) = (0..20).map(|_| drawn_state(&mut drawn)).find(|state| borders.is_safe(state)) else {
             return;
         };
@@ -380,7 +380,7 @@ pub(crate) mod tests {
         // Random commands that last a few seconds, or flight straight towards a corner or the origin.
         let (mut desired, mut until) = (Command { speed_m_s: 40.0, turn_rate_rad_s: 0.0 }, 0);
         let corners: Vec<Position> =
-            borders.airspace().zones().flat_map(|zone| zone.vertices.clone()).chain([Position::ORIGIN]).collect();
+            borders.geofence().zones().flat_map(|zone| zone.vertices.clone()).chain([Position::ORIGIN]).collect();
         let mut goal = None;
         for step in 0..60 {
             if step >= until {
@@ -397,7 +397,7 @@ pub(crate) mod tests {
             assert_eq!(params.uav.limit(command).command, command, "command exceeds the limits");
             for _ in 0..pieces {
                 state = response.step(&state, command);
-                let violated_zone = borders.airspace().violated_zone(state.position).next();
+                let violated_zone = borders.geofence().violated_zone(state.position).next();
                 assert_eq!(violated_zone, None, "seed {seed}, step {step}: {state:?}");
             }
         }
@@ -431,8 +431,8 @@ pub(crate) mod tests {
 
     #[test]
     fn allowed_commands_are_unchanged_and_others_report_the_zone() {
-        let airspace = Geofence::new(vec![square(-5000.0, 0.0, 10.0), square(600.0, 0.0, 200.0)]).unwrap();
-        let borders = GeofenceSafety::new(airspace, TeamParams::table_1().uav, 0.5);
+        let geofence = Geofence::new(vec![square(-5000.0, 0.0, 10.0), square(600.0, 0.0, 200.0)]).unwrap();
+        let borders = GeofenceSafety::new(geofence, TeamParams::table_1().uav, 0.5);
         let desired = Command { speed_m_s: 41.25, turn_rate_rad_s: 0.012_345 };
         assert_eq!(borders.make_safe(&east(0.0, 0.0), desired), (desired, None));
         // The radius of the tightest circle is 83 m, so at 110 m from the zone the UAV cannot continue.
@@ -442,8 +442,8 @@ pub(crate) mod tests {
 
     #[test]
     fn a_uav_inside_a_keep_out_zone_leaves_it_on_the_fastest_path() {
-        let airspace = Geofence::new(vec![square(0.0, 0.0, 400.0)]).unwrap();
-        let borders = GeofenceSafety::new(airspace, TeamParams::table_1().uav, 0.5);
+        let geofence = Geofence::new(vec![square(0.0, 0.0, 400.0)]).unwrap();
+        let borders = GeofenceSafety::new(geofence, TeamParams::table_1().uav, 0.5);
         // Straight ahead the exit is 100 m away; behind, it is a turn and 700 m.
         let straight_on = Command { speed_m_s: 55.0, turn_rate_rad_s: 0.0 };
         assert_eq!(borders.make_safe(&east(300.0, 0.0), straight_on), (straight_on, Some(0)));
@@ -454,7 +454,7 @@ pub(crate) mod tests {
         let mut state = east(-300.0, 350.0);
         let inside = (0..40).take_while(|_| {
             state = response.step(&state, borders.make_safe(&state, straight_on).0);
-            !borders.airspace().contains(state.position)
+            !borders.geofence().contains(state.position)
         });
         assert!(inside.count() < 8);
     }
