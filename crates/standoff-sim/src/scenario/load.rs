@@ -136,9 +136,9 @@ impl Typed {
         let (mut table, mut problems) = understood(&map, &origin);
         let is_text_broken = !problems.is_empty();
         origin.apply(edits, &mut table, &mut problems)?;
-        let sets_minds = parse::value_at(&table, "team.agents").is_some();
+        let sets_agents = parse::value_at(&table, "team.agents").is_some();
         let (mut file, mistakes) = parse::typed(table);
-        if let Some(file) = file.as_mut().filter(|file| !sets_minds && file.needs_minds()) {
+        if let Some(file) = file.as_mut().filter(|file| !sets_agents && file.needs_an_agent_per_uav()) {
             file.team.agents = AgentSetup::PerUav;
         }
         let mut left_out = Vec::new();

@@ -129,10 +129,10 @@ pub(super) fn checked(typed: &Typed, traffic: Option<&Traffic>, seed: u64) -> Re
     let (mut settings, passed) = settings(&file);
     let mut problems = drawing.problems;
     settings.geofence = geofence::geofence(&file.geofence, &mut problems);
-    if typed.file.needs_minds() {
+    if typed.file.needs_an_agent_per_uav() {
         settings.team.link = standoff::LinkModel::Lossy;
     }
-    if settings.agents == AgentSetup::Shared && typed.file.needs_minds() {
+    if settings.agents == AgentSetup::Shared && typed.file.needs_an_agent_per_uav() {
         let what = "a single agent for all UAVs needs an ideal radio: with [radio], restarts, late starts or clocks \
                     set \"each\", or leave out the key";
         problems.add("team.agents", what, None);

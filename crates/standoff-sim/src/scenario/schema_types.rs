@@ -670,8 +670,8 @@ tables! {
 }
 
 impl ScenarioFile {
-    /// Something in it makes UAVs know different things.
-    pub(super) fn needs_minds(&self) -> bool {
+    /// Returns whether UAVs can know different things, so that each needs its own agent.
+    pub(super) fn needs_an_agent_per_uav(&self) -> bool {
         let Uavs { restart, clock, boot_delay_s, .. } = &self.uavs;
         self.radio.is_some() || !restart.is_empty() || !clock.is_empty() || boot_delay_s.is_some()
     }

@@ -120,14 +120,14 @@ pub enum EventKind {
         /// Index of the zone; one of them if there are several.
         zone: u32,
         /// Kind of the zone.
-        uav: ZoneKind,
+        kind: ZoneKind,
     },
     /// Zones block all or almost all of a group's orbit; the UAVs fly a wider one, or as near to it as they can.
     OrbitBlocked {
         /// Index of the zone; one of them if there are several.
         zone: u32,
         /// Kind of the zone.
-        by: ZoneKind,
+        kind: ZoneKind,
     },
     /// No zone blocks the orbit any more.
     OrbitUnblocked,
@@ -325,7 +325,7 @@ impl EventKind {
             Self::SearchEnded(SearchEndReason::Recalled) => "recalled",
             Self::OrbitInfeasible { radius_min_m: smallest_m, .. } if smallest_m.is_finite() => "radius-exceeded",
             Self::OrbitInfeasible { .. } => "too-fast",
-            Self::OrbitPartlyBlocked { uav: by, .. } | Self::OrbitBlocked { by, .. } => by.name(),
+            Self::OrbitPartlyBlocked { kind, .. } | Self::OrbitBlocked { kind, .. } => kind.name(),
             _ => return None,
         })
     }

@@ -339,7 +339,7 @@ impl Group {
         let closest_m = self.nearest_groupmate_m.unwrap_or(f64::INFINITY);
         let hysteresis = if self.alarms.close { 1.2 } else { 1.0 };
         let close = closest_m < hysteresis * params.proximity_alert_m;
-        let unblocked = geofence.map(|geofence| self.left_of_orbit(geofence));
+        let unblocked = geofence.map(|geofence| self.clear_part_of_orbit(geofence));
         let cut = unblocked.map_or(Blockage::Clear, |(clear_fraction, _)| self.alarms.blockage.at(clear_fraction));
         let before = core::mem::replace(&mut self.alarms, Alarms { infeasible, close, blockage: cut });
         [
@@ -352,8 +352,8 @@ impl Group {
                 false => EventKind::ProximityCleared,
             }),
             unblocked.filter(|_| cut != before.blockage).map(|(clear_fraction, zone)| match (cut, zone) {
-                (Blockage::Partly, Some((zone, by))) => EventKind::OrbitPartlyBlocked { clear_fraction, zone, uav: by },
-                (Blockage::Blocked, Some((zone, by))) => EventKind::OrbitBlocked { zone, by },
+                (Blockage::Partly, Some((zone, kind))) => EventKind::OrbitPartlyBlocked { clear_fraction, zone, kind },
+                (Blockage::Blocked, Some((zone, kind))) => EventKind::OrbitBlocked { zone, kind },
                 _ => EventKind::OrbitUnblocked,
             }),
         ]
@@ -361,7 +361,7 @@ impl Group {
 
     /// Fraction of the circle of radius r_d around the centre at which UAVs may fly, and a zone that blocks part of the
     /// rest.
-    fn left_of_orbit(&self, geofence: &Geofence) -> (f64, Option<(u32, ZoneKind)>) {
+    fn clear_part_of_orbit(&self, geofence: &Geofence) -> (f64, Option<(u32, ZoneKind)>) {
         let (centre, radius_m) = (self.centre.estimate().state.position(), self.standoff.distance_m);
         let point = |nth: u32| {
             let direction = Angle::from_rad(TAU * f64::from(nth) / f64::from(PLACES));
