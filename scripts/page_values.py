@@ -116,7 +116,7 @@ def group_values(record, time, row, bounds):
         "phase_rad": phase,
         "desired_phase_rad": desired,
         "position_error_m": np.sqrt(np.mean(errors)) if errors else None,
-        "position_bound_m": None if np.isnan(bound) else bound,
+        "position_crlb_m": None if np.isnan(bound) else bound,
         "scan_sd_m": scan_sd(record, true_members(record, time, row.group), uavs),
     }
 

@@ -136,7 +136,7 @@ class Watcher(Law):
         return [None] * len(observations)
 
 
-def test_a_picture_equals_the_recorded_tracks_and_groups() -> None:
+def test_the_team_state_equals_the_recorded_tracks_and_groups() -> None:
     Watcher.seen.clear()
     run = standoff.run(SCENARIO, law=Watcher)
     tracks, groups = run.tracks, run.groups
@@ -530,7 +530,7 @@ class Changing(Law):
         observation.team_state.state[:] = 0.0
 
 
-def test_a_shared_picture_is_read_only() -> None:
+def test_a_shared_team_state_is_read_only() -> None:
     with pytest.raises(ValueError, match="read-only"):
         standoff.run(SCENARIO, law=Changing)
 

@@ -2,7 +2,7 @@
 
 import assert from "node:assert/strict";
 
-import { PHONE, TABLET, chosen, goTo, noteTexts, open, painted, texts } from "./browser.mjs";
+import { PHONE, TABLET, chosen, goTo, recordTexts, open, painted, texts } from "./browser.mjs";
 import { axe, inPlace } from "./fit.mjs";
 import { inReport } from "./in_report.mjs";
 import { recordOf } from "./record.mjs";
@@ -79,7 +79,7 @@ function contrast(a, b) {
 
 for (const theme of THEMES) {
   inReport(`text on the map and in the charts has a contrast of at least 4.5, curves of at least 3: ${theme}`, { flight: "slips", colorScheme: theme }, async (page) => {
-    await noteTexts(page);
+    await recordTexts(page);
     await goTo(page, 27);
     const { ground, inks, curves } = await page.evaluate(() => {
       const plots = [...document.querySelectorAll(".panel:not([hidden]) .plot")];
@@ -151,7 +151,7 @@ inReport("elements have roles and names, and the status region lists targets out
   assert.equal(await page.getByRole("img").first().getAttribute("aria-label"), "Map at 10.0 seconds: 4 UAVs, 2 groups, 7 targets, none out of view");
   await goTo(page, 27);
   assert.match(await status.textContent(), new RegExp(`^1 out of view: ${record.names[hidden[0][0]]}`));
-  assert.equal(await status.getAttribute("class"), "grave");
+  assert.equal(await status.getAttribute("class"), "critical");
   assert.equal(await page.getByRole("img").first().getAttribute("aria-label"), "Map at 27.0 seconds: 4 UAVs, 2 groups, 7 targets, 1 out of view");
   await page.getByRole("tab", { name: "State" }).click();
   for (const name of ["UAVs", "Groups", "Targets, warnings first"]) assert.equal(await page.getByRole("table", { name }).count(), 1, name);
@@ -161,7 +161,7 @@ inReport("elements have roles and names, and the status region lists targets out
 
 inReport("the keyboard reaches every control, the focus is visible, and the focus is never trapped", {}, async (page) => {
   const walk = async () => {
-    const seen = [];
+    const visited = [];
     for (;;) {
       await page.keyboard.press("Tab");
       const at = await page.evaluate(() => {
@@ -175,17 +175,17 @@ inReport("the keyboard reaches every control, the focus is visible, and the focu
           isVisible: box.width > 0 && box.top >= 0 && box.left >= 0 && box.bottom <= innerHeight && box.right <= innerWidth,
         };
       });
-      if (!at || seen.some((one) => one.id === at.id)) return seen;
+      if (!at || visited.some((one) => one.id === at.id)) return visited;
       assert.ok(at.ring, `${at.id} shows the focus`);
       assert.ok(at.isVisible, `${at.id} is visible`);
-      seen.push(at);
-      assert.ok(seen.length < 60, "the walk ends");
+      visited.push(at);
+      assert.ok(visited.length < 60, "the walk ends");
     }
   };
   const names = (await walk()).map((at) => at.id);
-  for (const id of ["keys", "theme", "map", "zoom-in", "zoom-out", "fit", "ruler", "follow", "only", "find", "summary", "map-png", "tab-charts", "panel-selection", "png", "csv",
+  for (const id of ["help-button", "theme", "map", "zoom-in", "zoom-out", "fit", "ruler", "follow", "highlighted-group", "find", "summary", "map-png", "tab-charts", "panel-selection", "png", "csv",
     "curve-uavs-0",
-    "play", "back", "on", "time", "speed"]) assert.ok(names.includes(id), `${id} is among ${names}`);
+    "play", "step-back", "step-forward", "time", "speed"]) assert.ok(names.includes(id), `${id} is among ${names}`);
   assert.ok(!names.includes("tab-state"), "the tab list is one tab stop");
   await page.getByRole("tab", { name: "Charts" }).focus();
   for (const name of ["State", "Events", "Outcome", "Charts", "State"]) {

@@ -5,7 +5,7 @@ import { readFileSync } from "node:fs";
 import { join } from "node:path";
 import { gunzipSync } from "node:zlib";
 
-import { camera, folder, goTo, noteTexts, painted, picture, texts } from "./browser.mjs";
+import { camera, folder, goTo, recordTexts, painted, mapImage, texts } from "./browser.mjs";
 import { inReport } from "./in_report.mjs";
 
 /** Waits until the background map is drawn completely. */
@@ -26,13 +26,13 @@ async function colours(page, positions, radius_px = 0) {
   await painted(page);
   return page.locator("#map").evaluate((canvas, { positions, radius_px }) => {
     const { eastM, northM, pxPerM } = canvas.dataset;
-    const pen = canvas.getContext("2d");
+    const ctx = canvas.getContext("2d");
     const ratio = canvas.width / canvas.clientWidth;
     return positions.map(([x_m, y_m]) => {
       const x = (canvas.clientWidth / 2 + (x_m - eastM) * pxPerM) * ratio;
       const y = (canvas.clientHeight / 2 - (y_m - northM) * pxPerM) * ratio;
       const side = 2 * radius_px + 1;
-      const { data } = pen.getImageData(Math.floor(x) - radius_px, Math.floor(y) - radius_px, side, side);
+      const { data } = ctx.getImageData(Math.floor(x) - radius_px, Math.floor(y) - radius_px, side, side);
       const found = Array.from({ length: side * side }, (_, k) => [...data.slice(4 * k, 4 * k + 3)]);
       return String(found.reduce((a, b) => (a[0] + a[1] + a[2] <= b[0] + b[1] + b[2] ? a : b)));
     });
@@ -67,7 +67,7 @@ inReport("the roads of a city are drawn at their positions, and their layer can 
   await page.keyboard.press("0");
   await drawn(page);
   assert.ok(Number(await page.locator("#map").getAttribute("data-basemap")) > 500, "lines and areas were loaded");
-  const whole = await picture(page);
+  const whole = await mapImage(page);
   await hideOtherLayers(page);
   for (let press = 0; press < 6; press++) await page.keyboard.press("+");
   await drawn(page);
@@ -86,7 +86,7 @@ inReport("the roads of a city are drawn at their positions, and their layer can 
     if (!(await other.isChecked())) await other.click();
   }
   await drawn(page);
-  assert.ok((await picture(page)) === whole, "the map is the same as before");
+  assert.ok((await mapImage(page)) === whole, "the map is the same as before");
 });
 
 inReport("the vehicles of the traffic file are on the roads", { flight: "city" }, async (page) => {
@@ -95,8 +95,8 @@ inReport("the vehicles of the traffic file are on the roads", { flight: "city" }
   await page.getByLabel("Follow").selectOption("group 1");
   for (let press = 0; press < 3; press++) await page.keyboard.press("+");
   await drawn(page);
-  const seen = await camera(page);
-  const near = vehicles(100).filter(([x, y]) => Math.abs(x - seen.x_m) * seen.px_per_m < 300 && Math.abs(y - seen.y_m) * seen.px_per_m < 200);
+  const view = await camera(page);
+  const near = vehicles(100).filter(([x, y]) => Math.abs(x - view.x_m) * view.px_per_m < 300 && Math.abs(y - view.y_m) * view.px_per_m < 200);
   assert.ok(near.length >= 4, `visible vehicles: ${near.length}`);
   assert.ok(!(await colours(page, near)).includes(LIGHT.ground), "all vehicles are on roads");
 });
@@ -127,13 +127,13 @@ inReport("a run without a background map has no layer for it", {}, async (page) 
 });
 
 inReport("a hostile map does no harm, and its copyright notice is shown", { flight: "hostile-map" }, async (page) => {
-  await noteTexts(page);
+  await recordTexts(page);
   await goTo(page, 10);
   await drawn(page);
   const labels = (await texts(page)).map(({ text }) => text);
   assert.ok(labels.includes("\u00a9 OpenStreetMap contributors"), `${labels}`);
   const box = await layer(page);
-  const before = await picture(page);
+  const before = await mapImage(page);
   await box.click();
-  assert.ok((await picture(page)) !== before, "hiding the layer changes the map");
+  assert.ok((await mapImage(page)) !== before, "hiding the layer changes the map");
 });

@@ -8,7 +8,7 @@ import { join } from "node:path";
 import { after, before, test } from "node:test";
 import { pathToFileURL } from "node:url";
 
-import { blank, leave } from "./browser.mjs";
+import { emptyPage, closeBrowser } from "./browser.mjs";
 
 const STANDOFF = process.env.STANDOFF;
 const HOSTILE = "<img src=x onerror=alert(1)>$(id)";
@@ -32,13 +32,13 @@ before(() => {
 });
 
 after(async () => {
-  await leave();
+  await closeBrowser();
   rmSync(folder, { recursive: true, force: true });
 });
 
 /** Opens a page, calls `check`, and asserts that the page had no errors and made no requests. */
 async function opened(file, check, options = {}) {
-  const { context, page, complaints } = await blank(options);
+  const { context, page, complaints } = await emptyPage(options);
   await page.goto(pathToFileURL(join(folder, file)).href);
   await page.waitForSelector('body[data-ready="charts"]');
   await check(page);
@@ -119,7 +119,7 @@ test("the command of the worst run repeats that run exactly", () =>
     const runs = await values(page);
     for (const [metric, worst] of [["phase_error_deg", Math.max], ["separation_min_m", Math.min]]) {
       await choose(page, metric);
-      assert.match(await page.locator("#end option:checked").textContent(), /^worst: /);
+      assert.match(await page.locator("#run-order option:checked").textContent(), /^worst: /);
       const value = worst(...runs.map((run) => Number(run[metric])));
       const { seed } = runs.find((run) => Number(run[metric]) === value);
       const first = page.locator("#runs tbody tr").first();
@@ -137,7 +137,7 @@ test("metric, order and run can be selected with the keyboard", () =>
     const chosen = () => page.locator('#metrics button[aria-pressed="true"]').textContent();
     for (let n = 0; n < 12 && (await chosen()) !== "velocity error\u00a0m/s"; n += 1) await page.keyboard.press("ArrowDown");
     assert.equal(await chosen(), "velocity error\u00a0m/s");
-    await page.locator("#end").selectOption({ index: 1 });
+    await page.locator("#run-order").selectOption({ index: 1 });
     const best = await page.locator("#runs tbody tr td:nth-child(2)").first().getAttribute("title");
     const all = (await values(page)).map((run) => Number(run.velocity_error_m_s));
     assert.equal(Number(best), Math.min(...all));
@@ -159,10 +159,7 @@ test("two batches are compared run by run", () =>
       const shown = await cells(page, "differences", metric);
       assert.equal(shown.difference.exact, String(paired.difference ?? ""), metric);
       assert.equal(shown.ci95.exact, paired.ci95?.join(" to ") ?? "", metric);
-      const undecided = ([low, high], interest) => {
-        if (low <= 0 && high >= 0) return "no significant difference";
-        return low >= -interest && high <= interest ? "below the size of interest" : "may be below the size of interest";
-      };
+      const undecided = ([low, high], interest) => (low >= -interest && high <= interest ? "same: below the size of interest" : "unclear");
       const verdict = !paired.ci95 ? "too few runs" : !paired.differs ? undecided(paired.ci95, paired.interest)
         : paired.better ? `${paired.better.toUpperCase()} is better` : "differs";
       assert.equal(shown.verdict.text, verdict, metric);
@@ -181,8 +178,8 @@ test("two batches are compared run by run", () =>
 test("a click on a point of the scatter plot selects that run", () =>
   opened("a/report.html", async (page) => {
     await page.click("#tab-scatter");
-    await page.locator("#across").selectOption("position_error_m");
-    await page.locator("#up").selectOption("anees");
+    await page.locator("#x-metric").selectOption("position_error_m");
+    await page.locator("#y-metric").selectOption("anees");
     await page.waitForFunction(() => document.querySelector("#scatter").layout?.yaxis.title.text.startsWith("ANEES"));
     const runs = await values(page);
     const [data] = await page.evaluate(() => document.querySelector("#scatter").data.map(({ x, y, customdata }) => ({ x, y, customdata })));

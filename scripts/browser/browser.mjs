@@ -37,12 +37,12 @@ export function browser() {
 }
 
 /** Closes the browser. */
-export async function leave() {
+export async function closeBrowser() {
   await (await launched)?.close();
 }
 
 /** Opens an empty page; `complaints` collects everything that a report must not do: errors, requests, dialogs, new windows. */
-export async function blank(options = {}) {
+export async function emptyPage(options = {}) {
   const context = await (await browser()).newContext({ viewport: { width: 1280, height: 720 }, ...options });
   context.setDefaultTimeout(PATIENCE_MS);
   await context.setOffline(true);
@@ -69,7 +69,7 @@ export async function open(page, flight, ready = "charts") {
   await page.goto(pathToFileURL(join(folder(flight), "report.html")).href);
   const selector = ready === "map" ? '[data-ready]' : `[data-ready="${ready}"]`;
   await page.waitForSelector(`body${selector}`);
-  await page.waitForSelector("body[data-pictures]");
+  await page.waitForSelector("body[data-frames]");
 }
 
 /** Waits until all requested changes are drawn. */
@@ -102,7 +102,7 @@ export async function camera(page) {
 }
 
 /** The pixels of the map as a data URL. */
-export async function picture(page) {
+export async function mapImage(page) {
   await painted(page);
   return page.locator("#map").evaluate((canvas) => canvas.toDataURL());
 }
@@ -111,17 +111,17 @@ export async function picture(page) {
 export const chosen = (page) => page.getByRole("region", { name: "Selected object" });
 
 /** Starts recording the texts drawn on canvases: for the map those of the last frame, for other canvases all. */
-export async function noteTexts(page) {
+export async function recordTexts(page) {
   await page.evaluate(() => {
-    const pen = CanvasRenderingContext2D.prototype;
-    const { fillText, fillRect } = pen;
+    const prototype = CanvasRenderingContext2D.prototype;
+    const { fillText, fillRect } = prototype;
     window.texts = { map: [], elsewhere: [] };
     // Each frame of the map begins by filling the background.
-    pen.fillRect = function (...box) {
+    prototype.fillRect = function (...box) {
       if (this.canvas.id === "map") window.texts.map = [];
       return fillRect.apply(this, box);
     };
-    pen.fillText = function (text, x, y, ...rest) {
+    prototype.fillText = function (text, x, y, ...rest) {
       const { width } = this.measureText(text);
       window.texts[this.canvas.id === "map" ? "map" : "elsewhere"].push({ text, x, y, width, ink: this.fillStyle });
       return fillText.call(this, text, x, y, ...rest);

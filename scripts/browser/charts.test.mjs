@@ -12,7 +12,7 @@ const DEGREES = 180 / Math.PI;
 /** Panels from top to bottom: key, factor, and the curves: table, column, dash style. */
 const PANELS = [
   ["in_custody", 1, [["run", "targets", "solid"], ["run", "tracked", "dash"], ["run", "in_view", "dot"], ["run", "in_custody", "solid"]]],
-  ["position_error", 1, [["groups", "position_error_m", "solid"], ["groups", "position_bound_m", "dash"], ["run", "position_error_m", "dot"]]],
+  ["position_error", 1, [["groups", "position_error_m", "solid"], ["groups", "position_crlb_m", "dash"], ["run", "position_error_m", "dot"]]],
   ["off_boresight", DEGREES, [["uavs", "off_boresight_rad", "solid"]]],
   ["standoff_distance", 1, [["groups", "standoff_distance_m", "solid"], ["uavs", "centre_distance_m", "dot"]]],
   ["standoff_error", 1, [["uavs", "standoff_error_m", "solid"]]],
@@ -78,30 +78,30 @@ async function drag(page, panel, from, to) {
 for (const flight of ["figure-9", "slips"]) {
   inReport(`every curve equals the record: ${flight}`, { flight }, async (page) => {
     const record = recordOf(flight);
-    const wanted = curvesOf(record);
+    const expected = curvesOf(record);
     const traces = await drawn(page);
-    assert.deepEqual(traces.map(named), wanted.map(named));
+    assert.deepEqual(traces.map(named), expected.map(named));
     for (const [k, { x, y }] of traces.entries()) {
-      const { values } = wanted[k];
+      const { values } = expected[k];
       const from = record.times_s.indexOf(x[0]);
       assert.ok(values.every((value, at) => value === null || (at >= from && at < from + x.length)), "the trace contains all values");
       assert.deepEqual(x, record.times_s.slice(from, from + x.length));
-      same(y, values.slice(from, from + x.length), named(wanted[k]));
+      same(y, values.slice(from, from + x.length), named(expected[k]));
     }
   });
 }
 
 inReport("the charts of a long mission show the extremes, and every time step after zooming in", { flight: "long" }, async (page) => {
   const record = recordOf("long");
-  const wanted = curvesOf(record);
-  assert.ok(wanted.some((curve) => curve.column === "position_bound_m"), "the mission has a bound");
+  const expected = curvesOf(record);
+  assert.ok(expected.some((curve) => curve.column === "position_crlb_m"), "the mission has a bound");
   const extremes = (values) => [Math.min, Math.max].map((most) => values.filter((value) => value !== null).reduce((a, b) => most(a, b)));
   const whole = await drawn(page);
-  assert.deepEqual(whole.map(named), wanted.map(named));
+  assert.deepEqual(whole.map(named), expected.map(named));
   for (const [k, { x, y }] of whole.entries()) {
     assert.ok(x.length < record.times_s.length && x.length <= 1500, `${x.length} points`);
-    same(extremes(y), extremes(wanted[k].values), wanted[k].column);
-    same(y, x.map((time_s) => wanted[k].values[record.times_s.indexOf(time_s)]), wanted[k].column);
+    same(extremes(y), extremes(expected[k].values), expected[k].column);
+    same(y, x.map((time_s) => expected[k].values[record.times_s.indexOf(time_s)]), expected[k].column);
   }
   const button = page.getByRole("button", { name: "Whole run" });
   assert.equal(await button.count(), 0, "the whole run is shown");
@@ -112,10 +112,10 @@ inReport("the charts of a long mission show the extremes, and every time step af
   const [from, to] = await range(page);
   assert.ok(Math.abs(from - 250) < 5 && Math.abs(to - 500) < 5, `${from} to ${to} s`);
   for (const [k, { x, y }] of zoomed.entries()) {
-    const within = record.times_s.map((time_s, at) => [time_s, wanted[k].values[at]]).filter(([time_s]) => time_s >= x[0] && time_s <= x.at(-1));
+    const within = record.times_s.map((time_s, at) => [time_s, expected[k].values[at]]).filter(([time_s]) => time_s >= x[0] && time_s <= x.at(-1));
     assert.ok(x[0] <= from && x.at(-1) >= to, "the trace reaches both edges");
     assert.deepEqual(x, within.map(([time_s]) => time_s));
-    same(y, within.map(([, value]) => value), wanted[k].column);
+    same(y, within.map(([, value]) => value), expected[k].column);
   }
   assert.equal(await clock(page), 700, "dragging does not change the time shown");
   const back = () => page.waitForFunction(() => [...document.querySelectorAll(".panel:not([hidden]) .plot")].every(({ data }) => data[0].x[0] < 10));
@@ -245,7 +245,7 @@ async function tooltip(page, panel, share, height = 0.5) {
   const box = await plot(page, panel);
   await page.mouse.move(box.x + share * box.width - 5, box.y + height * box.height);
   await page.mouse.move(box.x + share * box.width, box.y + height * box.height);
-  return page.locator("#hover").evaluate((hover) => ({
+  return page.locator("#chart-tooltip").evaluate((hover) => ({
     head: [...hover.childNodes].slice(0, 2).map((node) => node.textContent).join(""),
     rows: [...hover.querySelectorAll("div")].map((row) => [row.childNodes[1].textContent, row.lastChild.textContent]),
     nearest: [...hover.querySelectorAll(".nearest")].map((row) => row.childNodes[1].textContent),
@@ -282,20 +282,20 @@ inReport("the tooltip is never cut off, and disappears when the pointer leaves",
     assert.ok(!hidden && rows.length > 0, panel);
     assert.ok(box.left >= pane.left && box.right <= pane.right && box.top >= pane.top && box.bottom <= pane.bottom, JSON.stringify([panel, box, pane]));
   }
-  const cut = await page.locator("#hover").evaluate((hover) => hover.scrollWidth > hover.clientWidth || hover.scrollHeight > hover.clientHeight);
+  const cut = await page.locator("#chart-tooltip").evaluate((hover) => hover.scrollWidth > hover.clientWidth || hover.scrollHeight > hover.clientHeight);
   assert.ok(!cut);
   await page.mouse.move(300, 300);
-  assert.ok(await page.locator("#hover").isHidden());
+  assert.ok(await page.locator("#chart-tooltip").isHidden());
   assert.equal(await page.locator(".modebar, .hoverlayer .hovertext").count(), 0, "no plotly controls cover the curves");
 });
 
 inReport("the tooltip leaves out curves without a value at that time", { flight: "slips" }, async (page) => {
   const record = recordOf("slips");
-  const wanted = curvesOf(record).filter(({ panel }) => panel === "position_error");
+  const expected = curvesOf(record).filter(({ panel }) => panel === "position_error");
   for (const share of [0.1, 0.5, 0.9]) {
     const { head, rows } = await tooltip(page, "position_error", share);
     const k = record.times_s.indexOf(Number(head.split(" s")[0]));
-    assert.equal(rows.length, wanted.filter(({ values }) => values[k] !== null).length, head);
+    assert.equal(rows.length, expected.filter(({ values }) => values[k] !== null).length, head);
   }
 });
 
@@ -328,10 +328,10 @@ inReport("the saved CSV file equals the record at every time step", { flight: "l
   const [heads, ...rows] = readFileSync(await download.path(), "utf8").trimEnd().split("\n").map((line) => line.split(","));
   const column = (name) => rows.map((row) => (row[heads.indexOf(name)] === "" ? null : Number(row[heads.indexOf(name)])));
   assert.deepEqual(column("time_s"), record.times_s);
-  const wanted = curvesOf(record);
-  assert.equal(heads.length, 1 + wanted.length);
+  const expected = curvesOf(record);
+  assert.equal(heads.length, 1 + expected.length);
   assert.equal(new Set(heads).size, heads.length, "column names are unique");
-  for (const { of, id, column: name } of wanted) {
+  for (const { of, id, column: name } of expected) {
     const head = { uavs: `uav_${id}_${name}`, groups: `group_${id}_${name}`, run: `run_${name}` }[of];
     assert.ok(heads.includes(head), head);
     same(column(head), record.tables[of][id][name], head, 1e-6);
@@ -357,9 +357,9 @@ inReport("the charts can be saved as a PNG with a legend", {}, async (page) => {
     await image.decode();
     const canvas = document.createElement("canvas");
     [canvas.width, canvas.height] = [image.width, 160];
-    const pen = canvas.getContext("2d");
-    pen.drawImage(image, 0, 0);
-    const { data } = pen.getImageData(0, 0, canvas.width, canvas.height);
+    const ctx = canvas.getContext("2d");
+    ctx.drawImage(image, 0, 0);
+    const { data } = ctx.getImageData(0, 0, canvas.width, canvas.height);
     const found = new Set();
     for (let k = 0; k < data.length; k += 4) found.add(`#${[0, 1, 2].map((i) => data[k + i].toString(16).padStart(2, "0")).join("")}`);
     const hex = (rgb) => `#${rgb.match(/\d+/g).map((value) => Number(value).toString(16).padStart(2, "0")).join("")}`;
@@ -461,5 +461,5 @@ inReport("with eight UAVs and many groups the legend fits, the tooltip lists ten
   assert.ok(traces.length < 100, `${traces.length} lines`);
   const { rows, head } = await tooltip(page, "standoff_distance", 0.5);
   assert.equal(rows.length, 10, head);
-  assert.match(await page.locator("#hover").textContent(), /and \d+ more$/);
+  assert.match(await page.locator("#chart-tooltip").textContent(), /and \d+ more$/);
 });

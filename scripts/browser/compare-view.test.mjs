@@ -4,11 +4,11 @@ import assert from "node:assert/strict";
 import { execFileSync } from "node:child_process";
 import { after, test } from "node:test";
 
-import { PATIENCE_MS, PHONE, TABLET, goTo, leave, painted } from "./browser.mjs";
+import { PATIENCE_MS, PHONE, TABLET, goTo, closeBrowser, painted } from "./browser.mjs";
 import { axe, inPlace } from "./fit.mjs";
-import { STANDOFF, results, serving, watching } from "./serving.mjs";
+import { STANDOFF, results, serving, openServed } from "./serving.mjs";
 
-after(leave);
+after(closeBrowser);
 
 const limits = { timeout: 2 * PATIENCE_MS };
 
@@ -17,7 +17,7 @@ const description = (page, id) => page.locator(id).getAttribute("aria-label");
 
 test("two runs are shown at the same time, the side panel shows one of them, and their results are compared", limits, async () => {
   const view = await serving("view", "tour/02-two-uavs", "tour/04-two-groups", "--set", "duration_s=40");
-  const { page, complaints, close } = await watching(view.address);
+  const { page, complaints, close } = await openServed(view.address);
   await page.waitForSelector('[data-ready="charts"]');
   await page.waitForFunction(() => document.querySelectorAll("#outcome tbody tr").length > 5);
   assert.equal(await page.title(), "tour/02-two-uavs, seed 1 | tour/04-two-groups, seed 1 \u2013 standoff");
@@ -26,7 +26,7 @@ test("two runs are shown at the same time, the side panel shows one of them, and
   for (const time_s of [12, 33.5]) {
     await goTo(page, time_s);
     const at = `Map at ${time_s.toFixed(1)} seconds`;
-    for (const [id, counts] of [["#map", "2 UAVs, 1 group"], ["#map-2", "4 UAVs, 2 groups"]]) {
+    for (const [id, counts] of [["#map", "2 UAVs, 1 group"], ["#map-b", "4 UAVs, 2 groups"]]) {
       await page.waitForFunction(([id, text]) => document.querySelector(id).getAttribute("aria-label").startsWith(text), [id, `${at}: ${counts}`]);
     }
   }
@@ -59,7 +59,7 @@ test("two runs are shown at the same time, the side panel shows one of them, and
     await painted(page);
     return before;
   };
-  for (const id of ["#map-2", "#map"]) {
+  for (const id of ["#map-b", "#map"]) {
     const [before] = await drag(id);
     const [a, b] = await views();
     assert.ok(a === b && a !== before, `${before}, then ${a} and ${b}`);
@@ -88,12 +88,12 @@ test("the name of the shorter run shows when it ended, while the other run conti
     execFileSync(STANDOFF, ["run", "tour/01-one-uav", "--set", `duration_s=${duration_s}`, "--out", out], { cwd: results, stdio: "ignore" });
   }
   const view = await serving("view", "short", "long");
-  const { page, complaints, close } = await watching(view.address);
+  const { page, complaints, close } = await openServed(view.address);
   await page.waitForSelector('[data-ready="charts"]');
   assert.equal(await page.getByRole("slider", { name: "Time" }).evaluate((slider) => Number(slider.max)), 30);
   await page.keyboard.press("End");
   await page.getByRole("button", { name: /^A: .*, ended at 10\.0 s$/ }).waitFor();
-  assert.match(await description(page, "#map-2"), /^Map at 30\.0 seconds/);
+  assert.match(await description(page, "#map-b"), /^Map at 30\.0 seconds/);
   assert.doesNotMatch(await page.locator(".name").nth(1).textContent(), /ended/);
   assert.deepEqual(complaints, []);
   await close();
@@ -103,7 +103,7 @@ test("the name of the shorter run shows when it ended, while the other run conti
 test("the page of two runs is accessible in both themes, and its layout fits on a tablet and a phone", limits, async () => {
   const view = await serving("view", "tour/02-two-uavs", "tour/04-two-groups", "--set", "duration_s=40");
   for (const [screen, options] of [["light", { colorScheme: "light" }], ["dark", { colorScheme: "dark" }], ["a tablet", TABLET], ["a phone", PHONE]]) {
-    const { page, complaints, close } = await watching(view.address, undefined, options);
+    const { page, complaints, close } = await openServed(view.address, undefined, options);
     await page.waitForSelector('[data-ready="charts"]');
     await goTo(page, 30);
     for (const name of ["Charts", "State", "Events", "Outcome"]) {
@@ -128,7 +128,7 @@ test("a link to one of two runs selects that run and its time, even if the data 
     await new Promise((resolve) => setTimeout(resolve, 800));
     await route.fulfill({ response });
   });
-  const { page, complaints, close } = await watching(`${view.address}/#t=20&run=b&uav=3`, late);
+  const { page, complaints, close } = await openServed(`${view.address}/#t=20&run=b&uav=3`, late);
   await page.waitForFunction(() => document.getElementById("clock").dateTime === "PT20.000S");
   assert.equal(await page.getByRole("button", { name: /^B:/ }).getAttribute("aria-pressed"), "true");
   await page.getByRole("region", { name: "Selected object" }).getByText("UAV 3").waitFor();

@@ -18,7 +18,7 @@ inReport("a report with 650 vehicles opens with all of them in view, with small 
     const [x, y] = [Math.abs(east_m - x_m) * px_per_m, Math.abs(north_m - y_m) * px_per_m];
     assert.ok(x < half_x && y < half_y, `${name} at ${t_s} s, ${east_m} m east, ${north_m} m north`);
   }
-  const scale = () => page.locator("#map").evaluate((map) => Number(map.dataset.markScale));
+  const scale = () => page.locator("#map").evaluate((map) => Number(map.dataset.symbolScale));
   assert.ok((await scale()) <= 0.6, `${await scale()}`);
   await page.getByLabel("Follow").selectOption("group 0");
   for (let press = 0; press < 8; press++) await page.getByRole("button", { name: "Zoom in" }).click();
@@ -29,11 +29,11 @@ inReport("a report with 650 vehicles opens with all of them in view, with small 
 inReport("drawing 650 vehicles with all layers takes few canvas operations", { flight: "crowd-650" }, async (page) => {
   await goTo(page, 15);
   await page.evaluate(() => {
-    const pen = CanvasRenderingContext2D.prototype;
+    const prototype = CanvasRenderingContext2D.prototype;
     window.strokes = 0;
     for (const name of ["stroke", "fill", "strokeText", "fillText", "save"]) {
-      const act = pen[name];
-      pen[name] = function (...rest) {
+      const act = prototype[name];
+      prototype[name] = function (...rest) {
         if (this.canvas.id === "map") window.strokes += 1;
         return act.apply(this, rest);
       };
@@ -51,13 +51,13 @@ inReport("one of 650 vehicles is found by its name, and its row comes first", { 
   await page.getByRole("tab", { name: "State" }).click();
   const find = page.getByLabel("Find");
   await find.fill("car");
-  assert.equal(await page.locator("#names option").count(), 20, "at most 20 names are proposed");
+  assert.equal(await page.locator("#search-names option").count(), 20, "at most 20 names are proposed");
   await find.fill("car 649");
   await find.press("Enter");
   await painted(page);
   assert.equal(await page.locator("#targets tbody tr").first().locator("td").first().textContent(), "car 649");
   assert.equal(await page.locator("#targets tbody tr").count(), 100);
   const [, , x_m, y_m] = traffic().find(([t_s, name]) => t_s === "16" && name === "car 649");
-  const seen = await camera(page);
-  assert.ok(Math.hypot(seen.x_m - x_m, seen.y_m - y_m) < 60, "the map shows the vehicle");
+  const view = await camera(page);
+  assert.ok(Math.hypot(view.x_m - x_m, view.y_m - y_m) < 60, "the map shows the vehicle");
 });

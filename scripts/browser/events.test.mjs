@@ -51,7 +51,7 @@ inReport("the list contains the important events of the record, and on request a
   await check(record.events.filter((event) => IMPORTANT.includes(event.kind)));
   await page.getByLabel("routine events").check();
   await check(record.events);
-  assert.equal(await page.locator("#count").textContent(), `${record.events.length} of ${record.events.length} events`);
+  assert.equal(await page.locator("#event-count").textContent(), `${record.events.length} of ${record.events.length} events`);
   await page.getByLabel("Kind").selectOption("acquired");
   await check(record.events.filter((event) => event.kind === "acquired"));
 });
@@ -70,7 +70,7 @@ inReport("a click on an event or the Enter key goes to its time", {}, async (pag
 });
 
 inReport("a click on a bar of the event strip goes to its event, and a click elsewhere to that time", {}, async (page) => {
-  const marks = page.locator("#marks");
+  const marks = page.locator("#event-strip");
   const box = await marks.boundingBox();
   const x = (time_s) => (time_s / 100) * box.width;
   const important = record.events.filter((event) => IMPORTANT.includes(event.kind));
@@ -100,7 +100,7 @@ const current = (page) => page.locator("#events [aria-current=time]");
 inReport("each of thousands of events can be reached by scrolling and with the keyboard", { flight: "bustle" }, async (page) => {
   assert.ok(important.length > 1400 && bustle.length > 3000, `${important.length}, ${bustle.length}`);
   await page.getByRole("tab", { name: "Events" }).click();
-  assert.equal(await page.locator("#count").textContent(), `${formatted(important.length)} of ${formatted(bustle.length)} events`);
+  assert.equal(await page.locator("#event-count").textContent(), `${formatted(important.length)} of ${formatted(bustle.length)} events`);
   assert.ok((await rows(page).count()) < 60, "only visible rows are in the document");
   const all = await listed(page);
   assert.deepEqual(all.map(([time_us, kind]) => [time_us / 1e6, kind]), important.map(({ time_s, kind }) => [time_s, kind]));
@@ -164,7 +164,7 @@ inReport("the list follows the time unless the user has scrolled away", { flight
 
 inReport("events are filtered by kind, object and group, and by the selected object", { flight: "bustle" }, async (page) => {
   await page.getByRole("tab", { name: "Events" }).click();
-  const count = page.locator("#count");
+  const count = page.locator("#event-count");
   const shows = async (expected, what) => {
     await painted(page);
     assert.equal(await count.textContent(), `${formatted(expected.length)} of ${formatted(bustle.length)} events`, what);
@@ -184,16 +184,16 @@ inReport("events are filtered by kind, object and group, and by the selected obj
   await shows(important.filter((event) => event.uavs?.includes(2)), "a UAV");
   await vehicle.fill("");
   const { group } = important.find((event) => event.kind === "lost" && event.group !== undefined);
-  await page.locator("#of-group").selectOption(String(group));
+  await page.locator("#event-group").selectOption(String(group));
   await page.getByLabel("routine events").check();
   const ofGroup = bustle.filter((event) => event.group === group || event.to_group === group);
   await shows(ofGroup, "a group");
   await page.getByLabel("Kind").selectOption("lost");
   await shows(ofGroup.filter((event) => event.kind === "lost"), "a group and a kind");
   await page.getByLabel("Kind").selectOption("");
-  await page.locator("#of-group").selectOption("");
+  await page.locator("#event-group").selectOption("");
   await page.getByLabel("routine events").uncheck();
-  assert.equal(await page.locator("#of-chosen").isVisible(), false, "nothing is selected");
+  assert.equal(await page.locator("#event-selected-only").isVisible(), false, "nothing is selected");
   await page.evaluate(() => (location.hash = "#uav=1"));
   await page.getByLabel("only UAV 1").check();
   await shows(important.filter((event) => event.uavs?.includes(1)), "the selected UAV");
@@ -208,7 +208,7 @@ inReport("events are filtered by kind, object and group, and by the selected obj
 });
 
 inReport("the event strip shows the number of events, and its tooltip lists the events under the pointer", { flight: "bustle" }, async (page) => {
-  const marks = page.locator("#marks");
+  const marks = page.locator("#event-strip");
   /** For each column of pixels: the number of pixels in the alarm colour, in other colours, and empty. */
   const columns = () => marks.evaluate((canvas) => {
     const { data } = canvas.getContext("2d").getImageData(0, 0, canvas.width, canvas.height);
@@ -223,23 +223,23 @@ inReport("the event strip shows the number of events, and its tooltip lists the 
     });
   });
   assert.ok(await marks.evaluate((canvas) => canvas.width === canvas.clientWidth * devicePixelRatio), "the canvas fills its element");
-  const usual = await columns();
-  const heights = new Set(usual.map((column) => column.alarm));
+  const unfiltered = await columns();
+  const heights = new Set(unfiltered.map((column) => column.alarm));
   assert.ok(heights.size >= 4, `bars of critical events have the heights ${[...heights]}`);
-  assert.ok(usual.every((column) => column.empty > 0), "no bar fills the whole height");
-  const grave = ["lost", "removed", "not-admitted", "orbit-infeasible"];
+  assert.ok(unfiltered.every((column) => column.empty > 0), "no bar fills the whole height");
+  const critical = ["lost", "removed", "not-admitted", "orbit-infeasible"];
   const box = await marks.boundingBox();
   const end_s = Number(await page.locator("#time").getAttribute("max"));
-  const x = (time_s) => (time_s / end_s) * usual.length;
-  for (const event of important.filter((event) => grave.includes(event.kind))) {
-    assert.ok(usual[Math.min(Math.floor(x(event.time_s)), usual.length - 1)].alarm > 0, `${event.kind} at ${event.time_s} s has a bar`);
+  const x = (time_s) => (time_s / end_s) * unfiltered.length;
+  for (const event of important.filter((event) => critical.includes(event.kind))) {
+    assert.ok(unfiltered[Math.min(Math.floor(x(event.time_s)), unfiltered.length - 1)].alarm > 0, `${event.kind} at ${event.time_s} s has a bar`);
   }
   const around = (event, px = 1) => important.filter((other) => Math.abs(x(other.time_s) - x(event.time_s)) <= px);
-  const isGrave = (event) => grave.includes(event.kind);
+  const isCritical = (event) => critical.includes(event.kind);
   // The pointer is at integer pixels only, so the event has no neighbours between one and four pixels away.
-  const mixed = important.find((event) => !isGrave(event) && around(event).some(isGrave) && around(event, 4).length === around(event).length);
+  const mixed = important.find((event) => !isCritical(event) && around(event).some(isCritical) && around(event, 4).length === around(event).length);
   await marks.hover({ position: { x: x(mixed.time_s), y: 8 } });
-  const [many, one] = (await page.locator("#tip").textContent()).split("\n");
+  const [many, one] = (await page.locator("#strip-tooltip").textContent()).split("\n");
   const near = around(mixed);
   const [, count, kinds] = many.match(/^(\d+) events, [\d.]+(?: to [\d.]+)? s: (.*)$/);
   assert.equal(Number(count), near.length);
@@ -251,15 +251,15 @@ inReport("the event strip shows the number of events, and its tooltip lists the 
   assert.match(await page.locator("#event-summary").textContent(), /^[\d.]+ s (lost|removed)/, "a critical event comes first");
   assert.ok(Math.abs(x(await clock(page)) - x(mixed.time_s)) <= 2);
   // The same holds if another event comes first in the record.
-  const first = important.find((event, k) => !isGrave(event) && important[k - 1]?.time_s !== event.time_s && important.some((other) => isGrave(other) && other.time_s === event.time_s));
+  const first = important.find((event, k) => !isCritical(event) && important[k - 1]?.time_s !== event.time_s && important.some((other) => isCritical(other) && other.time_s === event.time_s));
   await marks.hover({ position: { x: x(first.time_s), y: 8 } });
-  const tip = await page.locator("#tip").textContent();
-  assert.ok(grave.some((kind) => new RegExp(`\n[\\d.]+ s ${kind}`).test(tip)), tip);
-  const now = await page.locator("#now").boundingBox();
+  const tip = await page.locator("#strip-tooltip").textContent();
+  assert.ok(critical.some((kind) => new RegExp(`\n[\\d.]+ s ${kind}`).test(tip)), tip);
+  const now = await page.locator("#time-marker").boundingBox();
   assert.ok(Math.abs(now.x + now.width / 2 - box.x - x(await clock(page))) <= 1.5, "the time shown is marked");
   await page.getByRole("tab", { name: "Events" }).click();
   await page.getByLabel("Kind").selectOption("reassigned");
   const filtered = await columns();
   assert.equal(filtered.reduce((sum, column) => sum + column.alarm, 0), 0, "events that do not pass the filter are faint");
-  assert.deepEqual(filtered.map((column) => column.empty > 0), usual.map((column) => column.empty > 0));
+  assert.deepEqual(filtered.map((column) => column.empty > 0), unfiltered.map((column) => column.empty > 0));
 });

@@ -19,7 +19,7 @@ export async function axe(page, what) {
 export async function inPlace(page, what) {
   const { scrolls, boxes, outside } = await page.evaluate(() => {
     const root = document.scrollingElement;
-    const visible = [...document.querySelectorAll("header > *, .tools > *, #where, [role=tab], .bar > *, footer > *")]
+    const visible = [...document.querySelectorAll("header > *, .tools > *, #pointer-position, [role=tab], .bar > *, footer > *")]
       .map((one) => [one.id || one.textContent.trim().slice(0, 20), one.getBoundingClientRect()])
       .filter(([, box]) => box.width > 0 && box.height > 0);
     return {

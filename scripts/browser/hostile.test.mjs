@@ -8,8 +8,8 @@ import { NAMES, SCENARIO } from "./hostile.mjs";
 
 /** A name as the page shows it: shortened, and with invisible characters replaced. */
 function short(name) {
-  const seen = name.replace(/[\u0000-\u001f\u007f-\u009f\u200b-\u200f\u2028-\u202e\u2060-\u2069\ufeff]/g, "\ufffd");
-  return seen.length > 24 ? `${seen.slice(0, 23)}\u2026` : seen;
+  const text = name.replace(/[\u0000-\u001f\u007f-\u009f\u200b-\u200f\u2028-\u202e\u2060-\u2069\ufeff]/g, "\ufffd");
+  return text.length > 24 ? `${text.slice(0, 23)}\u2026` : text;
 }
 
 /** Elements and event attributes that only a name could have inserted. */
@@ -35,14 +35,14 @@ inReport("vehicle names are text in tables, events, the event strip, on the map 
   await page.getByLabel("Kind").selectOption("cued");
   const events = await page.locator("#events [role=option]").allTextContents();
   assert.equal(events.length, NAMES.length);
-  for (const name of NAMES) assert.ok(events.some((words) => words.includes(` ${short(name)}, `) || words.includes(` ${short(name)}:`)), short(name));
+  for (const name of NAMES) assert.ok(events.some((text) => text.includes(` ${short(name)}, `) || text.includes(` ${short(name)}:`)), short(name));
   await page.getByLabel("Kind").selectOption("removed");
   await page.locator("#events [role=option]").click();
   await painted(page);
   const warning = await page.getByRole("status").first().textContent();
-  assert.ok(NAMES.some((name) => warning.includes(`discarded: ${short(name)}`)), warning);
-  await page.locator("#marks").hover({ position: await page.locator("#marks").evaluate((marks) => ({ x: (53.5 / 60) * marks.clientWidth, y: 8 })) });
-  assert.match(await page.locator("#tip").textContent(), /discarded|orbit-infeasible/);
+  assert.ok(NAMES.some((name) => warning.includes(`removed: ${short(name)}`)), warning);
+  await page.locator("#event-strip").hover({ position: await page.locator("#event-strip").evaluate((marks) => ({ x: (53.5 / 60) * marks.clientWidth, y: 8 })) });
+  assert.match(await page.locator("#strip-tooltip").textContent(), /removed|orbit-infeasible/);
   // The object field accepts the exact names and finds the events of each vehicle.
   await page.getByLabel("Kind").selectOption("cued");
   const field = page.getByPlaceholder("UAV or target");
@@ -50,7 +50,7 @@ inReport("vehicle names are text in tables, events, the event strip, on the map 
     await field.fill(name);
     await painted(page);
     const shown = await page.locator("#events [role=option]").allTextContents();
-    assert.ok(shown.length >= 1 && shown.every((words) => words.includes(short(name))), `${name}: ${shown}`);
+    assert.ok(shown.length >= 1 && shown.every((text) => text.includes(short(name))), `${name}: ${shown}`);
   }
   assert.deepEqual(await foreign(page), []);
 });

@@ -5,10 +5,10 @@ import { join } from "node:path";
 import { pathToFileURL } from "node:url";
 import { after, test } from "node:test";
 
-import { blank, camera, clock, folder, leave, painted, PATIENCE_MS } from "./browser.mjs";
+import { emptyPage, camera, clock, folder, closeBrowser, painted, PATIENCE_MS } from "./browser.mjs";
 import { recordOf } from "./record.mjs";
 
-after(leave);
+after(closeBrowser);
 
 const record = recordOf("figure-9");
 const message = (page) => page.locator("#event-summary").textContent();
@@ -40,7 +40,7 @@ async function copied(page) {
 
 function inLink(name, check) {
   test(name, { timeout: 2 * PATIENCE_MS }, async () => {
-    const { context, page, complaints } = await blank();
+    const { context, page, complaints } = await emptyPage();
     try {
       await check(page);
       assert.deepEqual(complaints, []);
@@ -54,8 +54,8 @@ inLink("a link opens at its time with its UAV selected and followed, and copying
   await at(page, "#t=60.5&uav=2&follow=1");
   assert.equal(await clock(page), 60.5);
   const { x_m, y_m } = record.rows("uavs", 60.5).get(2);
-  const seen = await camera(page);
-  assert.ok(Math.abs(seen.x_m - x_m) < 1e-3 && Math.abs(seen.y_m - y_m) < 1e-3, "UAV 2 is in the centre");
+  const view = await camera(page);
+  assert.ok(Math.abs(view.x_m - x_m) < 1e-3 && Math.abs(view.y_m - y_m) < 1e-3, "UAV 2 is in the centre");
   assert.equal(await page.getByLabel("Follow").inputValue(), "uav 2");
   await page.getByRole("tab", { name: "Events" }).click();
   assert.ok(await page.getByLabel("only UAV 2").isVisible());

@@ -2,7 +2,7 @@
 
 import assert from "node:assert/strict";
 
-import { TABLET, camera, goTo, noteTexts, painted, picture, texts } from "./browser.mjs";
+import { TABLET, camera, goTo, recordTexts, painted, mapImage, texts } from "./browser.mjs";
 import { inReport } from "./in_report.mjs";
 import { recordOf } from "./record.mjs";
 
@@ -39,9 +39,9 @@ inReport("the map follows a UAV or a group until it is dragged", {}, async (page
     for (const time_s of [10, 60]) {
       await goTo(page, time_s);
       const { x_m, y_m } = record.rows(table, time_s).get(id);
-      const seen = await camera(page);
-      near(seen.x_m, x_m, 1e-3, `${value} east`);
-      near(seen.y_m, y_m, 1e-3, `${value} north`);
+      const view = await camera(page);
+      near(view.x_m, x_m, 1e-3, `${value} east`);
+      near(view.y_m, y_m, 1e-3, `${value} north`);
     }
   }
   await goTo(page, 20.25);
@@ -64,7 +64,7 @@ inReport("each layer can be hidden and shown again", {}, async (page) => {
   const layers = page.getByRole("group", { name: "Layers" }).getByRole("checkbox");
   const count = await layers.count();
   assert.equal(count, 12);
-  let whole = await picture(page);
+  let whole = await mapImage(page);
   for (let k = 0; k < count; k++) {
     const layer = layers.nth(k);
     const name = (await layer.getAttribute("name")).replace("layer-", "");
@@ -72,21 +72,21 @@ inReport("each layer can be hidden and shown again", {}, async (page) => {
     if (name === "ellipses") {
       // At a small scale the ellipses are smaller than the symbols and are not drawn.
       await layer.click();
-      assert.ok((await picture(page)) === whole, "small ellipses are not drawn");
+      assert.ok((await mapImage(page)) === whole, "small ellipses are not drawn");
       await layer.click();
       for (let press = 0; press < 6; press++) await page.keyboard.press("+");
-      whole = await picture(page);
+      whole = await mapImage(page);
     } else if (name === "vectors") {
       await page.keyboard.press("0");
-      whole = await picture(page);
+      whole = await mapImage(page);
     }
     assert.ok(await layer.isChecked());
     await layer.click();
-    assert.ok((await picture(page)) !== whole, `hiding ${name} changes the map`);
+    assert.ok((await mapImage(page)) !== whole, `hiding ${name} changes the map`);
     const shown = (await page.locator("#map").getAttribute("data-layers")).split(" ");
     assert.ok(shown.length === count - 1 && !shown.includes(name), `${name} is not among ${shown}`);
     await layer.click();
-    assert.ok((await picture(page)) === whole, `showing ${name} restores the map`);
+    assert.ok((await mapImage(page)) === whole, `showing ${name} restores the map`);
   }
   // The list covers other controls: a click elsewhere closes it.
   assert.ok(await layers.first().isVisible());
@@ -102,7 +102,7 @@ async function labels(page) {
 
 inReport("labels do not overlap, and the less important ones are left out if there is no space", {}, async (page) => {
   const overlap = (a, b) => a.left < b.right && b.left < a.right && a.top < b.bottom && b.top < a.bottom;
-  await noteTexts(page);
+  await recordTexts(page);
   await goTo(page, 40);
   const near = await labels(page);
   for (let press = 0; press < 12; press++) await page.keyboard.press("-");
@@ -150,46 +150,46 @@ inReport("the map can be dragged, and shows the coordinates under the pointer", 
   near(now.x_m, first.x_m - 40 / first.px_per_m, 1e-6, "east");
   near(now.y_m, first.y_m - 30 / first.px_per_m, 1e-6, "north");
   const [cx, cy] = await middle(page);
-  const text = await page.locator("#where").textContent();
+  const text = await page.locator("#pointer-position").textContent();
   const [, east, north] = text.replaceAll("\u2212", "-").match(/^(-?\d+) m east, (-?\d+) m north$/);
   near(Number(east), now.x_m + (340 - cx) / now.px_per_m, 0.51, "east");
   near(Number(north), now.y_m - (270 - cy) / now.px_per_m, 0.51, "north");
 });
 
 inReport("the ruler measures to within a pixel, shows the compass bearing, and disappears when switched off", {}, async (page) => {
-  const before = await picture(page);
+  const before = await mapImage(page);
   await page.getByRole("button", { name: "Ruler" }).click();
   const { px_per_m } = await camera(page);
   for (const [to, dx, dy, bearing] of [[[400, 300], 100, 0, "090"], [[300, 200], 0, -100, "000"], [[240, 380], -60, 80, "217"]]) {
     const view = await camera(page);
     await drag(page, [300, 300], to);
-    const text = await page.locator("#measured").textContent();
+    const text = await page.locator("#ruler-result").textContent();
     const [, metres, degrees] = text.match(/^(\d+) m, bearing (\d+)\u00b0$/);
     near(Number(metres), Math.hypot(dx, dy) / px_per_m, 1 / px_per_m, "distance");
     assert.equal(degrees, bearing);
     assert.deepEqual(await camera(page), view, "measuring does not move the map");
   }
-  const ruled = await picture(page);
+  const ruled = await mapImage(page);
   await page.keyboard.press("r");
-  assert.ok((await picture(page)) !== ruled, "the line of the ruler disappears");
-  assert.ok((await picture(page)) === before, "the map is the same as before");
-  assert.equal(await page.locator("#measured").textContent(), "");
+  assert.ok((await mapImage(page)) !== ruled, "the line of the ruler disappears");
+  assert.ok((await mapImage(page)) === before, "the map is the same as before");
+  assert.equal(await page.locator("#ruler-result").textContent(), "");
   assert.equal(await page.getByRole("button", { name: "Ruler" }).getAttribute("aria-pressed"), "false");
 });
 
 inReport("if the scenario has an origin, the map shows latitude and longitude", { flight: "hostile" }, async (page) => {
   // The first vehicle of the file starts at the origin.
   await page.getByLabel("Follow").selectOption("group 0");
-  const seen = await camera(page);
+  const view = await camera(page);
   const [cx, cy] = await middle(page);
-  const origin = [cx - seen.x_m * seen.px_per_m, cy + seen.y_m * seen.px_per_m];
+  const origin = [cx - view.x_m * view.px_per_m, cy + view.y_m * view.px_per_m];
   await page.mouse.move(...(await on(page, ...origin)));
-  const text = (await page.locator("#where").textContent()).replaceAll("\u2212", "-");
+  const text = (await page.locator("#pointer-position").textContent()).replaceAll("\u2212", "-");
   const [, north, northOrSouth, east, eastOrWest] = text.match(/, ([\d.]+)\u00b0 ([NS]) ([\d.]+)\u00b0 ([EW])$/);
   const [lat, lon] = [northOrSouth === "N" ? Number(north) : -north, eastOrWest === "E" ? Number(east) : -east];
   const metres_per_degree = 111_200;
-  near((lat - 44.5) * metres_per_degree, 0, 1 / seen.px_per_m, "latitude of the origin");
-  near((lon - 11.3) * metres_per_degree * Math.cos((44.5 * Math.PI) / 180), 0, 1 / seen.px_per_m, "longitude of the origin");
+  near((lat - 44.5) * metres_per_degree, 0, 1 / view.px_per_m, "latitude of the origin");
+  near((lon - 11.3) * metres_per_degree * Math.cos((44.5 * Math.PI) / 180), 0, 1 / view.px_per_m, "longitude of the origin");
 });
 
 inReport("on a tablet, one finger drags the map and two fingers zoom it", TABLET, async (page) => {

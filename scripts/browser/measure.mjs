@@ -4,7 +4,7 @@ import { statSync } from "node:fs";
 import { cpus, loadavg } from "node:os";
 import { join } from "node:path";
 
-import { blank, browser, folder, leave, open } from "./browser.mjs";
+import { emptyPage, browser, folder, closeBrowser, open } from "./browser.mjs";
 
 const LAPTOP = { width: 1280, height: 720 };
 const DESK = { width: 1920, height: 1080 };
@@ -19,20 +19,20 @@ function watch() {
   window.requestAnimationFrame = (act) => request((now) => {
     const from = performance.now();
     act(now);
-    if (act.name === "picture") window.drawing.push(performance.now() - from);
+    if (act.name === "drawFrame") window.drawing.push(performance.now() - from);
   });
   window.reached = {};
   new MutationObserver(() => {
-    const { ready, pictures } = document.body?.dataset ?? {};
-    for (const what of [ready, pictures && "picture"]) if (what) window.reached[what] ??= performance.now();
-  }).observe(document, { subtree: true, attributeFilter: ["data-ready", "data-pictures"] });
+    const { ready, frames } = document.body?.dataset ?? {};
+    for (const what of [ready, frames && "frame"]) if (what) window.reached[what] ??= performance.now();
+  }).observe(document, { subtree: true, attributeFilter: ["data-ready", "data-frames"] });
 }
 
 /** Opens a report `times` times, in a new browser context each time; returns the median times of the stages, ms. */
 async function opening(flight, times) {
   const all = [];
   for (let k = 0; k < times; k++) {
-    const { context, page } = await blank();
+    const { context, page } = await emptyPage();
     await page.addInitScript(watch);
     await open(page, flight);
     all.push(await page.evaluate(() => window.reached));
@@ -45,15 +45,15 @@ async function opening(flight, times) {
 async function reportOpening(flight, times) {
   const size = statSync(join(folder(flight), "report.html")).size;
   report(`${flight}: size of the report`, `${(size / 1e6).toFixed(2)} MB`);
-  const { map, picture, charts } = await opening(flight, times);
+  const { map, frame, charts } = await opening(flight, times);
   report(`${flight}: navigation to data, median of ${times}`, `${map.toFixed(0)} ms`);
-  report(`${flight}: navigation to the first frame, median of ${times}`, `${picture.toFixed(0)} ms`);
+  report(`${flight}: navigation to the first frame, median of ${times}`, `${frame.toFixed(0)} ms`);
   report(`${flight}: navigation to the charts, median of ${times}`, `${charts.toFixed(0)} ms`);
 }
 
 /** Frame rate during playback at 4x with all layers, compared with the frame rate of the browser. */
 async function playing(flight, seconds, viewport) {
-  const { context, page } = await blank({ viewport });
+  const { context, page } = await emptyPage({ viewport });
   await page.addInitScript(watch);
   await open(page, flight);
   await page.locator("summary").click();
@@ -61,8 +61,8 @@ async function playing(flight, seconds, viewport) {
   await page.locator("summary").click();
   await page.getByLabel("Speed").selectOption("4");
   await page.getByRole("button", { name: "Play", exact: true }).click();
-  const { pictures, frames, drawing } = await page.evaluate(async (ms) => {
-    const drawn = () => Number(document.body.dataset.pictures);
+  const { pageFrames, frames, drawing } = await page.evaluate(async (ms) => {
+    const drawn = () => Number(document.body.dataset.frames);
     const [from, before] = [performance.now(), drawn()];
     window.drawing = [];
     let frames = 0;
@@ -71,17 +71,17 @@ async function playing(flight, seconds, viewport) {
       frames += 1;
     }
     const passed_s = (performance.now() - from) / 1000;
-    return { pictures: (drawn() - before) / passed_s, frames: frames / passed_s, drawing: window.drawing };
+    return { pageFrames: (drawn() - before) / passed_s, frames: frames / passed_s, drawing: window.drawing };
   }, 1000 * seconds);
   const size = `${viewport.width} x ${viewport.height}`;
-  report(`${flight}: frames per second over ${seconds} s at 4x, ${size}`, `${pictures.toFixed(1)} (browser: ${frames.toFixed(1)})`);
+  report(`${flight}: frames per second over ${seconds} s at 4x, ${size}`, `${pageFrames.toFixed(1)} (browser: ${frames.toFixed(1)})`);
   report(`${flight}: script time per frame, ${size}`, `${median(drawing).toFixed(1)} ms (longest of ${drawing.length}: ${Math.max(...drawing).toFixed(0)})`);
   await context.close();
 }
 
 /** Scrubs over the whole mission, with one slider position per frame. */
 async function scrubbing(flight, places) {
-  const { context, page } = await blank();
+  const { context, page } = await emptyPage();
   await open(page, flight);
   const { gaps, waited } = await page.evaluate(async (places) => {
     const slider = document.getElementById("time");
@@ -115,4 +115,4 @@ await playing("crowd-650", 5, LAPTOP);
 await playing("crowd-650", 5, DESK);
 await scrubbing("crowd-650", 120);
 report("load at the end", loadavg()[0].toFixed(1));
-await leave();
+await closeBrowser();

@@ -2,7 +2,7 @@
 
 import assert from "node:assert/strict";
 
-import { PHONE, camera, chosen, goTo, noteTexts, painted, picture, texts } from "./browser.mjs";
+import { PHONE, camera, chosen, goTo, recordTexts, painted, mapImage, texts } from "./browser.mjs";
 import { inReport } from "./in_report.mjs";
 import { agrees, recordOf } from "./record.mjs";
 
@@ -10,9 +10,9 @@ const DEGREES = 180 / Math.PI;
 
 /** Converts world coordinates to a position on the page, px. */
 async function at(page, x_m, y_m) {
-  const seen = await camera(page);
+  const view = await camera(page);
   const box = await page.locator("#map").boundingBox();
-  return [box.x + box.width / 2 + (x_m - seen.x_m) * seen.px_per_m, box.y + box.height / 2 - (y_m - seen.y_m) * seen.px_per_m];
+  return [box.x + box.width / 2 + (x_m - view.x_m) * view.px_per_m, box.y + box.height / 2 - (y_m - view.y_m) * view.px_per_m];
 }
 
 const hovered = (page) => page.getByRole("tooltip");
@@ -79,11 +79,11 @@ inReport("a click selects an object with a ring, a card that follows the time, a
   await zoomToGroup(page, 0, 7);
   await page.getByRole("tab", { name: "State" }).click();
   const [id, target] = [...record.rows("targets", 40)].filter(([, one]) => one.group === 0).at(-1);
-  const before = await picture(page);
+  const before = await mapImage(page);
   await page.mouse.click(...(await at(page, target.x_m, target.y_m)));
   await page.mouse.move(5, 5);
   await chosen(page).getByRole("heading", { name: record.names[id], exact: true }).waitFor();
-  assert.ok((await picture(page)) !== before, "the object is marked on the map");
+  assert.ok((await mapImage(page)) !== before, "the object is marked on the map");
   const row = page.locator("#targets tbody tr").first();
   assert.equal(await row.locator("td").first().textContent(), record.names[id], "its row comes first");
   assert.equal(await row.getByRole("button").getAttribute("aria-pressed"), "true");
@@ -138,8 +138,8 @@ inReport("rows of UAVs, groups and targets are selected with mouse and keyboard,
     for (const time_s of [40, 80]) {
       await goTo(page, time_s);
       const { x_m, y_m } = record.rows(table, time_s).get(id);
-      const seen = await camera(page);
-      assert.ok(Math.hypot(seen.x_m - x_m, seen.y_m - y_m) < 0.01, `${kind} ${id} at ${time_s} s: ${seen.x_m} ${seen.y_m}, expected ${x_m} ${y_m}`);
+      const view = await camera(page);
+      assert.ok(Math.hypot(view.x_m - x_m, view.y_m - y_m) < 0.01, `${kind} ${id} at ${time_s} s: ${view.x_m} ${view.y_m}, expected ${x_m} ${y_m}`);
     }
   }
   await chosen(page).getByRole("button", { name: "Close" }).click();
@@ -152,7 +152,7 @@ inReport("rows of UAVs, groups and targets are selected with mouse and keyboard,
 });
 
 inReport("a UAV that has dropped out is marked with its position and time until it returns", { flight: "outage" }, async (page) => {
-  await noteTexts(page);
+  await recordTexts(page);
   const labelsAt = async (time_s) => {
     await goTo(page, time_s);
     return (await texts(page)).map(({ text }) => text);
@@ -213,12 +213,12 @@ inReport("on a phone a tap selects an object, the card fits on the map, and the 
   await touch("touchMove", [x + 120, y]);
   await touch("touchEnd");
   assert.deepEqual(await camera(page), before, "measuring does not move the map");
-  const [, metres] = (await page.locator("#measured").textContent()).match(/^(\d+) m, bearing 090\u00b0$/);
+  const [, metres] = (await page.locator("#ruler-result").textContent()).match(/^(\d+) m, bearing 090\u00b0$/);
   assert.ok(Math.abs(Number(metres) - 120 / before.px_per_m) <= 1 / before.px_per_m);
 });
 
 inReport("the text of the ruler is always inside the map", {}, async (page) => {
-  await noteTexts(page);
+  await recordTexts(page);
   await page.getByRole("button", { name: "Ruler" }).click();
   const map = await page.locator("#map").boundingBox();
   for (const [dx, dy] of [[map.width - 3, 3], [map.width - 3, map.height - 3], [3, map.height - 3]]) {

@@ -4,7 +4,7 @@ import assert from "node:assert/strict";
 import { join } from "node:path";
 import { pathToFileURL } from "node:url";
 
-import { chosen, clock, folder, goTo, noteTexts, painted, picture, texts } from "./browser.mjs";
+import { chosen, clock, folder, goTo, recordTexts, painted, mapImage, texts } from "./browser.mjs";
 import { inReport } from "./in_report.mjs";
 import { agrees, recordOf } from "./record.mjs";
 
@@ -146,11 +146,11 @@ inReport("the card of a UAV shows its missing reports and the ages of its report
 
 inReport("bands below the event strip show different assignments, and silent and timed-out UAVs", { flight }, async (page) => {
   const within = (spans, time_s) => spans.some(([from_s, until_s]) => from_s <= time_s && time_s < until_s);
-  const spans = (kind) => page.locator("#spans").evaluate(({ dataset }, kind) =>
+  const spans = (kind) => page.locator("#agent-bands").evaluate(({ dataset }, kind) =>
     dataset[kind].split(" ").filter(Boolean).map((span) => span.split("-").map(Number)), kind);
   for (const shown of ["", 2, 0]) {
     await show(page, shown);
-    const [differ, silent, gone, off] = [await spans("differ"), await spans("silent"), await spans("timed-out"), await spans("off")];
+    const [differ, silent, timedOut, off] = [await spans("differ"), await spans("silent"), await spans("timedOut"), await spans("off")];
     for (const time_s of record.times_s) {
       const agents = agentsAt(time_s);
       const on = UAVS.filter((uav) => agents[uav]);
@@ -159,24 +159,24 @@ inReport("bands below the event strip show different assignments, and silent and
       assert.equal(within(differ, time_s), new Set(ids).size > 1, `assignments differ at ${time_s} s`);
       const statuses = UAVS.filter((uav) => uav !== owner).map((uav) => agents[owner] && statusOf(agents[owner], uav));
       assert.equal(within(silent, time_s), statuses.includes("silent"), `a UAV is silent for ${owner} at ${time_s} s`);
-      assert.equal(within(gone, time_s), statuses.includes("timed out") || statuses.includes("never received"), `a UAV has timed out for ${owner} at ${time_s} s`);
+      assert.equal(within(timedOut, time_s), statuses.includes("timed out") || statuses.includes("never received"), `a UAV has timed out for ${owner} at ${time_s} s`);
       assert.equal(within(off, time_s), !agents[owner], `${owner} is off at ${time_s} s`);
     }
   }
   assert.ok((await spans("off")).length > 0 && (await spans("differ")).length > 0);
   // A band has a tooltip, and a click on it goes to that time.
   const [[from_s]] = await spans("off");
-  const box = await page.locator("#spans").boundingBox();
+  const box = await page.locator("#agent-bands").boundingBox();
   const x = ((from_s + 2) / record.times_s.at(-1)) * box.width;
-  await page.locator("#spans").hover({ position: { x, y: 7 } });
-  assert.match(await page.locator("#tip").textContent(), /the computer of UAV 0 is off/);
-  await page.locator("#spans").click({ position: { x, y: 7 } });
+  await page.locator("#agent-bands").hover({ position: { x, y: 7 } });
+  assert.match(await page.locator("#strip-tooltip").textContent(), /the computer of UAV 0 is off/);
+  await page.locator("#agent-bands").click({ position: { x, y: 7 } });
   await painted(page);
   assert.ok(Math.abs((await clock(page)) - from_s - 2) < 0.5);
 });
 
 inReport("the map shows radio links and silent UAVs, and both layers can be hidden", { flight }, async (page) => {
-  await noteTexts(page);
+  await recordTexts(page);
   await goTo(page, 25);
   const labels = (await texts(page)).map(({ text }) => text);
   for (const uav of [2, 3]) {
@@ -185,9 +185,9 @@ inReport("the map shows radio links and silent UAVs, and both layers can be hidd
   }
   await page.getByText("Layers", { exact: true }).first().click();
   for (const layer of ["Radio links", "Silent UAVs"]) {
-    const before = await picture(page);
+    const before = await mapImage(page);
     await page.getByLabel(layer).uncheck();
-    assert.notEqual(await picture(page), before, layer);
+    assert.notEqual(await mapImage(page), before, layer);
   }
   assert.ok(!(await texts(page)).some(({ text }) => /at UAV 0/.test(text)));
 });
@@ -198,13 +198,13 @@ inReport("the listed events belong to the shown team state", { flight }, async (
   for (const uav of ["", 2, 0]) {
     await show(page, uav);
     const count = uav === "" ? record.events.length : record.tables.agent_events[uav];
-    assert.match(await page.locator("#count").textContent(), new RegExp(`^${count} of ${count} events`), `of ${uav}`);
+    assert.match(await page.locator("#event-count").textContent(), new RegExp(`^${count} of ${count} events`), `of ${uav}`);
   }
 });
 
 inReport("controls of team states are hidden if all UAVs share one agent", {}, async (page) => {
   assert.ok(await page.locator("#agent-label").isHidden());
-  assert.ok(await page.locator("#spans").isHidden());
+  assert.ok(await page.locator("#agent-bands").isHidden());
   await page.getByRole("tab", { name: "State" }).click();
   assert.ok(await page.locator("#agents").isHidden());
   await page.getByText("Layers", { exact: true }).first().click();

@@ -17,9 +17,9 @@ export function recordOf(flight) {
     ids: (table) => Object.keys(tables[table]).map(Number).sort((a, b) => a - b),
     /** The rows of a table at a time step, by id. */
     rows(table, time_s) {
-      const instant = times_s.indexOf(time_s);
-      assert.ok(instant >= 0, `${time_s} s is a time step of ${flight}`);
-      const row = ([id, columns]) => [Number(id), Object.fromEntries(Object.entries(columns).map(([name, of]) => [name, of[instant]]))];
+      const stepIndex = times_s.indexOf(time_s);
+      assert.ok(stepIndex >= 0, `${time_s} s is a time step of ${flight}`);
+      const row = ([id, columns]) => [Number(id), Object.fromEntries(Object.entries(columns).map(([name, of]) => [name, of[stepIndex]]))];
       return new Map(Object.entries(tables[table]).map(row).filter(([, values]) => Object.values(values).some((value) => value !== null)));
     },
   };

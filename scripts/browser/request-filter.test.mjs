@@ -7,13 +7,13 @@ import { join } from "node:path";
 import { after, test } from "node:test";
 import { pathToFileURL } from "node:url";
 
-import { blank, leave, PATIENCE_MS } from "./browser.mjs";
+import { emptyPage, closeBrowser, PATIENCE_MS } from "./browser.mjs";
 
-after(leave);
+after(closeBrowser);
 
 test("requests, errors and dialogs of a page are detected, and all requests are blocked", { timeout: PATIENCE_MS }, async () => {
   const folder = mkdtempSync(join(tmpdir(), "standoff-"));
-  const { context, page, complaints } = await blank();
+  const { context, page, complaints } = await emptyPage();
   try {
     const file = join(folder, "bad.html");
     writeFileSync(file, `<img src="http://127.0.0.1:9/x" onerror="alert(1); throw new Error('bad')"><script>

@@ -3,7 +3,7 @@
 import assert from "node:assert/strict";
 import { readFileSync } from "node:fs";
 
-import { camera, chosen, goTo, noteTexts, painted, texts } from "./browser.mjs";
+import { camera, chosen, goTo, recordTexts, painted, texts } from "./browser.mjs";
 import { NAMES } from "./hostile.mjs";
 import { inReport } from "./in_report.mjs";
 import { agrees, recordOf } from "./record.mjs";
@@ -21,28 +21,28 @@ inReport("searching for a target, UAV or group selects it and centres the map on
     await page.keyboard.type(query);
     await page.keyboard.press("Enter");
     const { x_m, y_m } = record.rows(table, 40).get(id);
-    const seen = await camera(page);
-    assert.ok(Math.hypot(seen.x_m - x_m, seen.y_m - y_m) < 0.01, query);
+    const view = await camera(page);
+    assert.ok(Math.hypot(view.x_m - x_m, view.y_m - y_m) < 0.01, query);
     assert.equal((await chosen(page).getByRole("heading").textContent()).toLowerCase(), query.replace("get-2", "target-2").toLowerCase());
     await page.keyboard.press("Escape");
     assert.equal(await page.evaluate(() => document.activeElement.id), "map");
   }
   await page.keyboard.press("/");
   await page.keyboard.type("zeppelin");
-  assert.equal(await page.locator("#found").textContent(), "no match");
+  assert.equal(await page.locator("#search-result").textContent(), "no match");
   await page.keyboard.press("Enter");
-  assert.equal(await page.locator("#found").textContent(), "no match");
+  assert.equal(await page.locator("#search-result").textContent(), "no match");
   // Letter keys in the field are text, not shortcuts.
   assert.equal(await page.evaluate(() => document.documentElement.dataset.theme), "light");
   await find.fill("target");
-  assert.equal(await page.locator("#names option").count(), record.names.length);
+  assert.equal(await page.locator("#search-names option").count(), record.names.length);
 });
 
 inReport("hostile names can be found, are shown as text, and at most 20 are proposed", { flight: "hostile" }, async (page) => {
   const find = page.getByLabel("Find");
   for (const name of NAMES) {
     await find.fill(name.slice(0, 12).replace(/[\u0000-\u001f\u202e]/g, "\ufffd"));
-    const proposed = await page.locator("#names option").evaluateAll((all) => all.map((one) => one.value));
+    const proposed = await page.locator("#search-names option").evaluateAll((all) => all.map((one) => one.value));
     assert.ok(proposed.length >= 1 && proposed.length <= 20, `${name}: ${proposed}`);
     await find.press("Enter");
     assert.equal(await chosen(page).count(), 1, name);
@@ -52,7 +52,7 @@ inReport("hostile names can be found, are shown as text, and at most 20 are prop
 
 inReport("a highlighted group: other objects are faint on the map and not in the table of targets", { flight: "slips" }, async (page) => {
   const record = recordOf("slips");
-  await noteTexts(page);
+  await recordTexts(page);
   await page.getByRole("tab", { name: "State" }).click();
   await goTo(page, 27);
   const rows = record.rows("targets", 27);
@@ -111,7 +111,7 @@ inReport("the map can be saved as PNG with scale, time and the name of the run",
   await goTo(page, 40);
   await page.locator("summary").click();
   await page.getByLabel("Grid and scale").uncheck();
-  await noteTexts(page);
+  await recordTexts(page);
   const { name, contents } = await download(page, "Save the map as PNG");
   assert.equal(name, "paper-figure-9-seed-1-map-40.0-s.png");
   assert.equal(contents.toString("latin1", 1, 4), "PNG");

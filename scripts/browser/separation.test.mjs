@@ -2,7 +2,7 @@
 
 import assert from "node:assert/strict";
 
-import { camera, chosen, goTo, noteTexts, painted, texts } from "./browser.mjs";
+import { camera, chosen, goTo, recordTexts, painted, texts } from "./browser.mjs";
 import { inReport } from "./in_report.mjs";
 import { agrees, recordOf } from "./record.mjs";
 
@@ -14,14 +14,14 @@ async function alarmFraction(page, from, to) {
   const { x_m, y_m, px_per_m } = await camera(page);
   return page.locator("#map").evaluate((canvas, { x_m, y_m, px_per_m, from, to }) => {
     const ratio = canvas.width / canvas.clientWidth;
-    const pen = canvas.getContext("2d");
+    const ctx = canvas.getContext("2d");
     const shares = Array.from({ length: 101 }, (_, k) => 0.25 + 0.5 * (k / 100));
     const isRed = (share) => {
       const [east_m, north_m] = [0, 1].map((axis) => from[axis] + share * (to[axis] - from[axis]));
       const x = (canvas.clientWidth / 2 + (east_m - x_m) * px_per_m) * ratio;
       const y = (canvas.clientHeight / 2 - (north_m - y_m) * px_per_m) * ratio;
       // A line may be between two pixels.
-      const { data } = pen.getImageData(Math.floor(x) - 1, Math.floor(y) - 1, 3, 3);
+      const { data } = ctx.getImageData(Math.floor(x) - 1, Math.floor(y) - 1, 3, 3);
       return Array.from({ length: 9 }, (_, k) => data.slice(4 * k, 4 * k + 3)).some(([red, green, blue]) => red > 150 && green < 110 && blue < 110);
     };
     return shares.filter(isRed).length / shares.length;
@@ -97,7 +97,7 @@ function transponder(record, id, time_s) {
 
 inReport("intruders have names on the map, and a table shows their motion and their transponder", { flight: "intruders" }, async (page) => {
   const record = recordOf("intruders");
-  await noteTexts(page);
+  await recordTexts(page);
   await page.getByRole("tab", { name: "State" }).click();
   const states = new Set();
   for (const time_s of [0, 19.5, 20, 45, 50, 60]) {
@@ -114,8 +114,8 @@ inReport("intruders have names on the map, and a table shows their motion and th
       agrees(rows[id].speed_m_s, speed_m_s, 2, `intruder ${id} speed`);
       agrees(rows[id].nearest_m.split(" ")[0], distance_m, 0, `intruder ${id} nearest`);
       assert.match(rows[id].nearest_m, new RegExp(`\\(UAV ${uav}\\)$`));
-      assert.equal(rows[id].tells, transponder(record, id, time_s), `intruder ${id} at ${time_s} s`);
-      states.add(rows[id].tells.split(" ").slice(0, 3).join(" "));
+      assert.equal(rows[id].transponder, transponder(record, id, time_s), `intruder ${id} at ${time_s} s`);
+      states.add(rows[id].transponder.split(" ").slice(0, 3).join(" "));
     }
     assert.match(await page.getByRole("img").first().getAttribute("aria-label"), /, 2 intruders$/);
   }
@@ -148,9 +148,9 @@ inReport("an intruder can be found and selected, and its events can be listed al
   await page.getByLabel("only intruder 1").check();
   const expected = record.events.filter((event) => event.intruder === 1).length;
   assert.ok(expected > 0 && expected < record.events.length);
-  assert.match(await page.locator("#count").textContent(), new RegExp(`^${expected} of `));
+  assert.match(await page.locator("#event-count").textContent(), new RegExp(`^${expected} of `));
   await page.getByLabel("only intruder 1").uncheck();
   await page.getByLabel("Object", { exact: true }).fill("intruder 1");
-  assert.match(await page.locator("#count").textContent(), new RegExp(`^${expected} of `));
+  assert.match(await page.locator("#event-count").textContent(), new RegExp(`^${expected} of `));
   assert.match(await page.locator("#events [role=option]").first().textContent(), /UAV \d, intruder 1: UAV \d would have come within \d+ m of intruder 1/);
 });

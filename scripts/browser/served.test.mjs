@@ -5,10 +5,10 @@ import { execFileSync } from "node:child_process";
 import { createServer } from "node:http";
 import { after, test } from "node:test";
 
-import { PATIENCE_MS, browser, camera, leave } from "./browser.mjs";
-import { STANDOFF, results, serving, watching } from "./serving.mjs";
+import { PATIENCE_MS, browser, camera, closeBrowser } from "./browser.mjs";
+import { STANDOFF, results, serving, openServed } from "./serving.mjs";
 
-after(leave);
+after(closeBrowser);
 
 const limits = { timeout: 2 * PATIENCE_MS };
 
@@ -16,7 +16,7 @@ const shown_s = async (page) => Number.parseFloat(await page.textContent("#clock
 
 test("a page follows a running mission, survives a reload, and shows the outcome at the end", limits, async () => {
   const run = await serving("run", "paper/table-2-pair", "--view", "--speed", "10", "--out", "live");
-  const { page, complaints, close } = await watching(run.address);
+  const { page, complaints, close } = await openServed(run.address);
   assert.equal(await page.getAttribute("#live", "aria-pressed"), "true");
   const first = await shown_s(page);
   await page.waitForFunction((from) => Number.parseFloat(document.getElementById("clock").textContent) > from + 5, first);
@@ -31,7 +31,7 @@ test("a page follows a running mission, survives a reload, and shows the outcome
 
   // Events in the list stay while more events are added.
   await page.click("#tab-events");
-  await page.click("#routine");
+  await page.click("#routine-events");
   const listed = await page.evaluate(() => {
     const rows = document.querySelectorAll("#events [role=option]");
     rows[0].dataset.read = "yes";
@@ -62,15 +62,15 @@ test("a page follows a running mission, survives a reload, and shows the outcome
 });
 
 /** Records for every drawn frame the times of its UAVs and targets, and the status text. */
-function notePictures() {
-  window.noted = [];
-  let pictures;
+function recordFrames() {
+  window.drawnFrames = [];
+  let count;
   const look = () => {
     const map = document.getElementById("map");
-    if (map && document.body.dataset.pictures !== pictures) {
-      pictures = document.body.dataset.pictures;
-      const words = document.getElementById("warning").textContent;
-      window.noted.push({ uavs_s: map.dataset.uavsS, targets_s: map.dataset.targetsS, words });
+    if (map && document.body.dataset.frames !== count) {
+      count = document.body.dataset.frames;
+      const text = document.getElementById("warning").textContent;
+      window.drawnFrames.push({ uavs_s: map.dataset.uavsS, targets_s: map.dataset.targetsS, text });
     }
     requestAnimationFrame(look);
   };
@@ -85,7 +85,7 @@ test("a page opened late always shows UAVs and targets at the same time, and rep
   const opened = async (delayed, turn) => {
     await new Promise((resolve) => setTimeout(resolve, 700 * turn));
     const prepare = async (page) => {
-      await page.addInitScript(notePictures);
+      await page.addInitScript(recordFrames);
       if (!delayed) return;
       await page.route("**/detail/*", async (route) => {
         try {
@@ -97,18 +97,18 @@ test("a page opened late always shows UAVs and targets at the same time, and rep
         }
       });
     };
-    const { page, complaints, close } = await watching(run.address, prepare);
+    const { page, complaints, close } = await openServed(run.address, prepare);
     // A page that keeps up reports no delay; a page whose targets always arrive late always reports it.
     await page.waitForFunction((delayed) => {
-      const last = window.noted.slice(-5);
-      const isBehind = (picture) => /catching up: \d+ s behind/.test(picture.words);
-      const isWhole = (picture) => picture.targets_s > 0 && !/catching up|loading/.test(picture.words);
-      const times = new Set(window.noted.map((picture) => picture.targets_s));
-      return times.size >= 5 && last.every(delayed ? (picture) => picture.targets_s > 0 && isBehind(picture) : isWhole);
+      const last = window.drawnFrames.slice(-5);
+      const isBehind = (frame) => /catching up: \d+ s behind/.test(frame.text);
+      const isWhole = (frame) => frame.targets_s > 0 && !/catching up|loading/.test(frame.text);
+      const times = new Set(window.drawnFrames.map((frame) => frame.targets_s));
+      return times.size >= 5 && last.every(delayed ? (frame) => frame.targets_s > 0 && isBehind(frame) : isWhole);
     }, delayed);
-    const noted = (await page.evaluate(() => window.noted)).filter((picture) => picture.uavs_s !== undefined);
-    for (const { uavs_s, targets_s, words } of noted) {
-      if (targets_s === "") assert.match(words, /loading targets/, `at ${uavs_s} s`);
+    const frames = (await page.evaluate(() => window.drawnFrames)).filter((frame) => frame.uavs_s !== undefined);
+    for (const { uavs_s, targets_s, text } of frames) {
+      if (targets_s === "") assert.match(text, /loading targets/, `at ${uavs_s} s`);
       else assert.ok(Math.abs(uavs_s - targets_s) < 0.002, `UAVs at ${uavs_s} s, targets at ${targets_s} s`);
     }
     // At an earlier time both are shown at that time.
@@ -133,7 +133,7 @@ test("a page opened late always shows UAVs and targets at the same time, and rep
 
 test("the map of a running mission zooms out rarely and smoothly until the user moves it", limits, async () => {
   const run = await serving("run", "paper/table-2-pair", "--view", "--speed", "10", "--out", "grows");
-  const { page, complaints, close } = await watching(run.address);
+  const { page, complaints, close } = await openServed(run.address);
   await page.getByRole("tab", { name: "State" }).click();
   // Every drawn frame is checked; the number of frames depends on the machine.
   await page.evaluate(() => {
@@ -172,7 +172,7 @@ test("the map of a running mission zooms out rarely and smoothly until the user 
 
 test("a page that reads no data does not delay the run", limits, async () => {
   const run = await serving("run", "tour/02-two-uavs", "--view", "--speed", "100", "--out", "slow");
-  const { page } = await watching(run.address);
+  const { page } = await openServed(run.address);
   const session = await page.context().newCDPSession(page);
   await session.send("Page.setWebLifecycleState", { state: "frozen" });
   const until = Date.now() + PATIENCE_MS;
@@ -189,7 +189,7 @@ test("one click replays the worst run of a batch with the same outcome", limits,
   const fly = ["monte-carlo", "tour/02-two-uavs", "--runs", "5", "--set", "guidance.radial_gain=0.6", "--out", "batch"];
   execFileSync(STANDOFF, fly, { cwd: results, stdio: "ignore" });
   const view = await serving("view", "batch");
-  const { page, complaints, close } = await watching(view.address);
+  const { page, complaints, close } = await openServed(view.address);
   await page.locator('#metrics tr[data-metric="position_error_m"] button').click();
   await page.waitForFunction(() => document.querySelector("#summary").textContent.startsWith("position_error_m."));
   const values = (await page.locator("#runs tbody tr").first().locator("td").allTextContents()).map(Number);
@@ -245,9 +245,9 @@ test("a page without the last events of a run shows how many there are, and thei
     const response = await route.fetch();
     await route.fulfill({ response, json: { ...(await response.json()), events_left_out: 12345 } });
   });
-  const { page, complaints, close } = await watching(view.address, prepare);
+  const { page, complaints, close } = await openServed(view.address, prepare);
   await page.click("#tab-events");
-  await page.waitForFunction(() => /; 12,345 later events are only in events.parquet$/.test(document.getElementById("count").textContent));
+  await page.waitForFunction(() => /; 12,345 later events are only in events.parquet$/.test(document.getElementById("event-count").textContent));
   assert.deepEqual(complaints, []);
   await close();
   assert.equal(await view.end(), 0);

@@ -45,7 +45,7 @@ export async function serving(...args) {
 }
 
 /** Opens a page; `complaints` collects its errors, warnings and foreign requests. `prepare` is called before navigation. */
-export async function watching(address, prepare, options = {}) {
+export async function openServed(address, prepare, options = {}) {
   const context = await (await browser()).newContext({ viewport: { width: 1280, height: 720 }, ...options });
   context.setDefaultTimeout(PATIENCE_MS);
   const page = await context.newPage();

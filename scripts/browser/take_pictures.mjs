@@ -5,7 +5,7 @@ import { pathToFileURL } from "node:url";
 
 import { chromium } from "playwright-core";
 
-import { chosen, goTo, noteTexts } from "./browser.mjs";
+import { chosen, goTo, recordTexts } from "./browser.mjs";
 
 const [results, pictures] = process.argv.slice(2);
 const browser = await chromium.launch({
@@ -39,7 +39,7 @@ async function selectMetric(page) {
 /** Labels the parts of the page with the numbers of docs/page.md. */
 async function numbered(page) {
   await handoff(page);
-  await noteTexts(page);
+  await recordTexts(page);
   await page.fill("#find", "UAV 0");
   await page.press("#find", "Enter");
   await page.click("#fit");

@@ -126,22 +126,22 @@ inReport("Space plays after a click on any control, and Enter presses a button t
       if (await page.locator(":popover-open").count()) await page.keyboard.press("Escape");
     }
   }
-  for (const id of ["play", "back", "on", "fit", "ruler", "zoom-in", "theme", "keys", "link", "time", "routine"]) {
+  for (const id of ["play", "step-back", "step-forward", "fit", "ruler", "zoom-in", "theme", "help-button", "copy-link", "time", "routine-events"]) {
     assert.ok(clicked.has(id), `${id} is among ${[...clicked]}`);
   }
   // With the keyboard focus on a button, Space plays and Enter presses it; checkboxes, lists and fields keep the key.
   await page.getByRole("tab", { name: "Events" }).click();
   await goTo(page, 10);
-  await page.locator("#on").focus();
+  await page.locator("#step-forward").focus();
   await spacePlays("a button that has the focus");
   const from_s = await clock(page);
   await page.keyboard.press("Enter");
   await painted(page);
   assert.ok((await clock(page)) > from_s, "Enter presses it");
-  await page.locator("#routine").focus();
-  const was = await page.locator("#routine").isChecked();
+  await page.locator("#routine-events").focus();
+  const was = await page.locator("#routine-events").isChecked();
   await page.keyboard.press(" ");
-  assert.equal(await page.locator("#routine").isChecked(), !was);
+  assert.equal(await page.locator("#routine-events").isChecked(), !was);
   await page.getByPlaceholder("UAV or target").focus();
   await page.keyboard.type("UAV 1");
   assert.equal(await page.getByPlaceholder("UAV or target").inputValue(), "UAV 1");
@@ -151,9 +151,9 @@ inReport("Space plays after a click on any control, and Enter presses a button t
 inReport("the text of the current event is shown above the strip until the time moves on, and the layout does not change", {}, async (page) => {
   await page.clock.install();
   const eventText = page.locator("#event-summary");
-  const boxes = () => page.evaluate(() => [...document.querySelectorAll("footer, footer *, #map")].filter((one) => one.id !== "now").map((one) => {
+  const boxes = () => page.evaluate(() => [...document.querySelectorAll("footer, footer *, #map")].filter((one) => one.id !== "time-marker").map((one) => {
     const { left, top, width, height } = one.getBoundingClientRect();
-    return one.closest("#tip, .clock") ? [] : [left, top, width, height];
+    return one.closest("#strip-tooltip, .clock") ? [] : [left, top, width, height];
   }));
   assert.equal(await eventText.getAttribute("aria-live"), "polite");
   const patterns = [/^76\.0 s removed \u2013 target-0, group 1: /, /^35\.0 s handoff-completed \u2013 target-0, group 0 to 1: /];
@@ -171,7 +171,7 @@ inReport("the text of the current event is shown above the strip until the time 
   await page.keyboard.press("ArrowRight");
   await painted(page);
   assert.equal(await eventText.textContent(), "");
-  const marks = await page.locator("#marks").boundingBox();
+  const marks = await page.locator("#event-strip").boundingBox();
   await page.mouse.click(marks.x + 0.76 * marks.width, marks.y + 4);
   await painted(page);
   assert.match(await eventText.textContent(), patterns[0]);

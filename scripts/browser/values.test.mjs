@@ -30,7 +30,7 @@ function checkUavs(rows, recorded) {
     agrees(limited(row.turn_rate_deg_s, uav.turn_rate_limited), uav.turn_rate_rad_s * DEGREES, 2, `UAV ${id} turn rate`);
     agrees(row.centre_distance_m, uav.centre_distance_m, 1, `UAV ${id} to centre`);
     agrees(row.standoff_error_m, uav.standoff_error_m, 1, `UAV ${id} standoff error`);
-    agrees(row.off_boresight_mean_deg, uav.off_boresight_rad === null ? null : uav.off_boresight_rad * DEGREES, 1, `UAV ${id} off-boresight angle`);
+    agrees(row.off_boresight_deg, uav.off_boresight_rad === null ? null : uav.off_boresight_rad * DEGREES, 1, `UAV ${id} off-boresight angle`);
   }
 }
 
@@ -48,7 +48,7 @@ function checkGroups(rows, recorded) {
 }
 
 /** The expected warning about a target. */
-function concern(target) {
+function warningOf(target) {
   if (target.in_view === false && target.group !== null) return "out of view";
   if (["removed", "ungrouped"].includes(target.membership)) return target.membership;
   if (target.membership === "in-handoff") return "in handoff";
@@ -58,13 +58,13 @@ function concern(target) {
 
 function checkTargets(rows, recorded, names) {
   assert.deepEqual([...rows.keys()].sort((a, b) => a - b), [...recorded.keys()]);
-  const hasWarning = [...rows.values()].map((row) => row.concern !== "");
+  const hasWarning = [...rows.values()].map((row) => row.warning !== "");
   assert.deepEqual(hasWarning, [...hasWarning].sort((a, b) => b - a), "targets with warnings come first");
   for (const [id, row] of rows) {
     const target = recorded.get(id);
     assert.equal(row.name, names[id]);
     assert.equal(row.state, [target.membership, target.status].filter(Boolean).join(", ") || "no track");
-    assert.equal(row.concern, concern(target));
+    assert.equal(row.warning, warningOf(target));
     const group = target.group === null ? "none" : `${target.group}`;
     assert.equal(row.group, target.group !== null && target.receiving_group !== null ? `${group} to ${target.receiving_group}` : group);
     agrees(row.error_m, target.error_m, 2, `target ${id} error`);
@@ -90,7 +90,7 @@ for (const [flight, times_s, warnings] of CHOSEN) {
         checkGroups(await shown(page, "Groups"), record.rows("groups", time_s));
         const targets = await shown(page, "Targets");
         checkTargets(targets, record.rows("targets", time_s), record.names);
-        for (const row of targets.values()) shownWarnings.add(row.concern);
+        for (const row of targets.values()) shownWarnings.add(row.warning);
       }
     }
     assert.deepEqual(warnings.filter((warning) => !shownWarnings.has(warning)), [], "each expected warning was shown");

@@ -2,7 +2,7 @@
 // is cheap to draw while the camera moves. `crates/standoff-map` describes the data.
 
 /** Feature classes with the style of their lines: minimum width, px; minimum scale, px per m; dash pattern. */
-const SHAPES = {
+const LINE_STYLES = {
   green: [0, 0, []], water: [1, 0, []], other: [0.5, 0.02, []], building: [0, 0.03, []], path: [0.6, 0.15, []],
   rail: [0.7, 0.03, []], minor: [1, 0.02, []], major: [1.6, 0, []],
 };
@@ -11,11 +11,11 @@ class Basemap {
   /** Side of a tile, device px. Tiles are drawn in quarters to limit the time per frame. */
   static TILE = 512;
   /** Number of tiles in the cache, as a multiple of the visible tiles. */
-  static KEPT = 3;
+  static CACHED = 3;
   /** Time per frame for drawing tiles, ms; at least one quarter of a tile is drawn. */
   static BUDGET_MS = 8;
   /** Time without zooming after which tiles of the new scale are drawn, ms; until then the old tiles are stretched. */
-  static REST_MS = 120;
+  static ZOOM_PAUSE_MS = 120;
   /** Side of a cell of the spatial index, m. */
   static CELL_M = 250;
 
@@ -48,7 +48,7 @@ class Basemap {
   put({ layers, credit }) {
     this.credit = credit;
     for (const { kind, width_m, lines, areas } of layers) {
-      if (!Object.hasOwn(SHAPES, kind)) continue;
+      if (!Object.hasOwn(LINE_STYLES, kind)) continue;
       for (const line of lines) this.add(kind, width_m, [line], false);
       for (const rings of areas) this.add(kind, 0, rings, true);
     }
@@ -90,44 +90,44 @@ class Basemap {
   }
 
   /** Draws the visible part of the map. */
-  draw(pen, camera) {
+  draw(ctx, camera) {
     if (!this.shapes.length) return;
     const ratio = screenRatio();
     const scale = camera.px_per_m * ratio;
-    const [width, height] = [pen.canvas.width, pen.canvas.height];
+    const [width, height] = [ctx.canvas.width, ctx.canvas.height];
     const now = performance.now();
     const theme = document.documentElement.dataset.theme;
     if (this.level?.theme !== theme) this.level = this.before = null;
     if (this.level?.scale !== scale) {
       if (this.scale !== scale) this.zoomed_ms = now;
-      const isAtRest = now - this.zoomed_ms >= Basemap.REST_MS;
-      if (!this.level || isAtRest) {
+      const isZoomOver = now - this.zoomed_ms >= Basemap.ZOOM_PAUSE_MS;
+      if (!this.level || isZoomOver) {
         this.before = this.level ?? this.before;
         this.level = { scale, theme, tiles: new Map() };
       } else {
         clearTimeout(this.waiting);
-        this.waiting = setTimeout(this.renew, Basemap.REST_MS);
+        this.waiting = setTimeout(this.renew, Basemap.ZOOM_PAUSE_MS);
       }
     }
     this.scale = scale;
     // Upper left corner of the canvas in tile coordinates, px; rounded, so that tiles are copied without resampling.
     const left = Math.round(camera.x_m * scale - width / 2);
     const top = Math.round(-camera.y_m * scale - height / 2);
-    pen.setTransform(1, 0, 0, 1, 0, 0);
+    ctx.setTransform(1, 0, 0, 1, 0, 0);
     if (this.level.scale !== scale) {
-      this.stretch(pen, this.before, scale, left, top);
-      this.stretch(pen, this.level, scale, left, top);
+      this.stretch(ctx, this.before, scale, left, top);
+      this.stretch(ctx, this.level, scale, left, top);
       this.canvas.dataset.basemapTiles = "some";
     } else {
-      this.show(pen, left, top, width, height, now);
+      this.show(ctx, left, top, width, height, now);
     }
-    pen.setTransform(ratio, 0, 0, ratio, 0, 0);
-    this.sign(pen, camera);
+    ctx.setTransform(ratio, 0, 0, ratio, 0, 0);
+    this.drawCredit(ctx, camera);
   }
 
   /** Copies the tiles of the current scale, and draws missing tiles within the time budget. */
-  show(pen, left, top, width, height, from_ms) {
-    const { TILE, KEPT, BUDGET_MS } = Basemap;
+  show(ctx, left, top, width, height, from_ms) {
+    const { TILE, CACHED, BUDGET_MS } = Basemap;
     const { tiles, scale } = this.level;
     const [i0, i1] = [Math.floor(left / TILE), Math.floor((left + width - 1) / TILE)];
     const [j0, j1] = [Math.floor(top / TILE), Math.floor((top + height - 1) / TILE)];
@@ -152,9 +152,9 @@ class Basemap {
         else missing = true;
       }
     }
-    if (missing) this.stretch(pen, this.before, scale, left, top);
+    if (missing) this.stretch(ctx, this.before, scale, left, top);
     else this.before = null;
-    for (const [canvas, x, y] of shown) pen.drawImage(canvas, x, y);
+    for (const [canvas, x, y] of shown) ctx.drawImage(canvas, x, y);
     if (missing) this.renew();
     // Tiles next to the visible ones are drawn in advance, because the camera may move there.
     for (let i = i0 - 1; i <= i1 + 1; i++) {
@@ -162,7 +162,7 @@ class Basemap {
         if (!missing && drawn === 0 && tiles.get(`${i} ${j}`)?.quarters !== 4) tile(i, j);
       }
     }
-    const most = KEPT * (i1 - i0 + 1) * (j1 - j0 + 1) + 16;
+    const most = CACHED * (i1 - i0 + 1) * (j1 - j0 + 1) + 16;
     for (const key of tiles.keys()) {
       if (tiles.size <= most) break;
       tiles.delete(key);
@@ -171,7 +171,7 @@ class Basemap {
   }
 
   /** Draws the tiles of another scale, stretched. */
-  stretch(pen, level, scale, left, top) {
+  stretch(ctx, level, scale, left, top) {
     if (!level) return;
     const factor = scale / level.scale;
     const side = Basemap.TILE * factor;
@@ -179,8 +179,8 @@ class Basemap {
       if (quarters < 4) continue;
       const [i, j] = key.split(" ").map(Number);
       const [x, y] = [i * side - left, j * side - top];
-      if (x + side < 0 || y + side < 0 || x > pen.canvas.width || y > pen.canvas.height) continue;
-      pen.drawImage(canvas, x, y, side + 1, side + 1);
+      if (x + side < 0 || y + side < 0 || x > ctx.canvas.width || y > ctx.canvas.height) continue;
+      ctx.drawImage(canvas, x, y, side + 1, side + 1);
     }
   }
 
@@ -202,19 +202,19 @@ class Basemap {
     if (!tile.canvas) {
       tile.canvas = document.createElement("canvas");
       tile.canvas.width = tile.canvas.height = Basemap.TILE;
-      tile.pen = tile.canvas.getContext("2d", { alpha: false });
+      tile.ctx = tile.canvas.getContext("2d", { alpha: false });
     }
     const [across, down] = [tile.quarters % 2, tile.quarters >> 1];
     const [i, j] = [2 * tileI + across, 2 * tileJ + down];
-    const { pen } = tile;
+    const { ctx } = tile;
     const colours = palette().basemap;
-    pen.save();
-    pen.translate(across * side, down * side);
-    pen.beginPath();
-    pen.rect(0, 0, side, side);
-    pen.clip();
-    pen.fillStyle = palette().ground;
-    pen.fillRect(0, 0, side, side);
+    ctx.save();
+    ctx.translate(across * side, down * side);
+    ctx.beginPath();
+    ctx.rect(0, 0, side, side);
+    ctx.clip();
+    ctx.fillStyle = palette().ground;
+    ctx.fillRect(0, 0, side, side);
     // The margin covers the widest line.
     const reach_m = 60 + 4 / scale;
     const [west, east] = [(i * side) / scale - reach_m, ((i + 1) * side) / scale + reach_m];
@@ -224,7 +224,7 @@ class Basemap {
       const { kind, width_m, area, rings } = shape;
       if (shape.east < west || shape.west > east || shape.north < south || shape.south > north) continue;
       // Shapes smaller than about a pixel are not visible.
-      if (scale < SHAPES[kind][1] || shape.size_m * scale < (area ? 1.2 : 0.5)) continue;
+      if (scale < LINE_STYLES[kind][1] || shape.size_m * scale < (area ? 1.2 : 0.5)) continue;
       const key = `${kind} ${area ? "area" : width_m}`;
       if (!groups.has(key)) groups.set(key, { kind, width_m, area, path: new Path2D() });
       const { path } = groups.get(key);
@@ -235,31 +235,31 @@ class Basemap {
       }
     }
     for (const { kind, width_m, area, path } of groups.values()) {
-      pen.fillStyle = pen.strokeStyle = colours[kind];
+      ctx.fillStyle = ctx.strokeStyle = colours[kind];
       if (area) {
-        pen.fill(path, "evenodd");
+        ctx.fill(path, "evenodd");
       } else {
-        pen.lineWidth = Math.max(width_m * scale, SHAPES[kind][0]);
+        ctx.lineWidth = Math.max(width_m * scale, LINE_STYLES[kind][0]);
         // Round ends of thin lines are slow to draw and not visible.
-        [pen.lineJoin, pen.lineCap] = pen.lineWidth > 2 ? ["round", "round"] : ["bevel", "butt"];
-        pen.stroke(path);
+        [ctx.lineJoin, ctx.lineCap] = ctx.lineWidth > 2 ? ["round", "round"] : ["bevel", "butt"];
+        ctx.stroke(path);
       }
     }
-    pen.restore();
+    ctx.restore();
   }
 
   /** Draws the copyright notice of the map. */
-  sign(pen, camera) {
+  drawCredit(ctx, camera) {
     if (!this.credit) return;
-    pen.font = "11px system-ui, sans-serif";
-    pen.fillStyle = palette().faint;
-    pen.textAlign = "right";
-    pen.textBaseline = "bottom";
+    ctx.font = "11px system-ui, sans-serif";
+    ctx.fillStyle = palette().faint;
+    ctx.textAlign = "right";
+    ctx.textBaseline = "bottom";
     // The outline in the background colour makes the text legible on roads.
-    pen.strokeStyle = palette().ground;
-    pen.lineWidth = 3;
+    ctx.strokeStyle = palette().ground;
+    ctx.lineWidth = 3;
     const text = String(this.credit).slice(0, 60);
-    pen.strokeText(text, camera.width - 8, camera.height - 28);
-    pen.fillText(text, camera.width - 8, camera.height - 28);
+    ctx.strokeText(text, camera.width - 8, camera.height - 28);
+    ctx.fillText(text, camera.width - 8, camera.height - 28);
   }
 }

@@ -41,11 +41,11 @@ class BatchPlots {
   /** Draws a histogram of the runs, in percent if batches are compared, with a line at the mean and a band for its interval. */
   async drawDistribution() {
     const { metric, several, data } = this.page;
-    const place = element("distribution");
-    place.setAttribute("aria-label", `Distribution of ${metric.what || metric.name}. ${this.page.sentence()}`);
+    const chart = element("distribution");
+    chart.setAttribute("aria-label", `Distribution of ${metric.what || metric.name}. ${this.page.sentence()}`);
     const histogram = metric.histogram;
     const traces = [];
-    const layout = { ...this.layout(plain(this.title(metric)), several ? "Runs (%)" : "Runs"), barmode: "overlay", bargap: 0, shapes: [] };
+    const layout = { ...this.layout(escapeMarkup(this.title(metric)), several ? "Runs (%)" : "Runs"), barmode: "overlay", bargap: 0, shapes: [] };
     for (const [index, variant] of data.variants.entries()) {
       const statistics = variant.statistics[metric.name];
       if (!histogram || !statistics?.n) continue;
@@ -55,7 +55,7 @@ class BatchPlots {
       traces.push({
         type: "bar", name: this.page.letter(variant), x: counts.map((_, k) => (edge(k) + edge(k + 1)) / 2),
         y: counts.map((count) => (several ? (100 * count) / statistics.n : count)), width: edge(1) - edge(0),
-        customdata: counts.map((count, k) => [four(edge(k)), four(edge(k + 1)), count]),
+        customdata: counts.map((count, k) => [formatNumber(edge(k)), formatNumber(edge(k + 1)), count]),
         hovertemplate: "%{customdata[0]} to %{customdata[1]}: %{customdata[2]} runs<extra></extra>",
         marker: { color: faded(colour, several ? 0.3 : 0.55), line: { color: colour, width: several ? 1.2 : 0.6 } },
       });
@@ -67,14 +67,14 @@ class BatchPlots {
       }
       layout.shapes.push({ ...upright, type: "line", x0: mean, x1: mean, line: { color: several ? colour : palette().ink, width: 1.6 } });
     }
-    await window.Plotly.react(place, traces, layout, PLOT_CONFIG);
+    await window.Plotly.react(chart, traces, layout, PLOT_CONFIG);
   }
 
   /** Draws the scatter plot, with one point per run. */
   async drawScatter() {
     const { data, several } = this.page;
-    const place = element("scatter");
-    const [across, up] = ["across", "up"].map((id) => data.metrics.find((metric) => metric.name === element(id).value));
+    const chart = element("scatter");
+    const [across, up] = ["x-metric", "y-metric"].map((id) => data.metrics.find((metric) => metric.name === element(id).value));
     const traces = [];
     let step = 1;
     for (const variant of data.variants) {
@@ -87,8 +87,8 @@ class BatchPlots {
       traces.push({
         type: "scatter", mode: "markers", name: this.page.letter(variant),
         x: shown.map((index) => x[index] * across.factor), y: shown.map((index) => y[index] * up.factor),
-        customdata: shown.map((index) => variant.first_run + index),
-        hovertemplate: `${several ? `${this.page.letter(variant)}, run` : "run"} %{customdata}: %{x:.4~g}, %{y:.4~g}<extra></extra>`,
+        customdata: shown.map((index) => [variant.first_run + index, this.page.seed(variant, variant.first_run + index)]),
+        hovertemplate: `${several ? `${this.page.letter(variant)}, seed` : "seed"} %{customdata[1]}: %{x:.4~g}, %{y:.4~g}<extra></extra>`,
         marker: { color: this.colour(variant), size: 6, opacity: 0.65 },
       });
     }
@@ -96,27 +96,27 @@ class BatchPlots {
       if (!this.page.hasValues) return "too many runs for the page; the values are in runs.parquet";
       return step > 1 ? `only one of every ${step} runs is shown` : this.page.source.live ? "click a run to replay it" : "click a run to show its command";
     };
-    element("thinned").textContent = hint();
+    element("scatter-note").textContent = hint();
     const names = [across, up].map((metric) => metric.what || metric.name);
-    place.setAttribute("aria-label", `${names[1]} versus ${names[0]}, one point per run`);
-    await window.Plotly.react(place, traces, this.layout(plain(this.title(across)), plain(this.title(up))), PLOT_CONFIG);
+    chart.setAttribute("aria-label", `${names[1]} versus ${names[0]}, one point per run`);
+    await window.Plotly.react(chart, traces, this.layout(escapeMarkup(this.title(across)), escapeMarkup(this.title(up))), PLOT_CONFIG);
     if (this.listens) return;
     this.listens = true;
-    place.on("plotly_click", ({ points: [point] }) => {
+    chart.on("plotly_click", ({ points: [point] }) => {
       const variant = data.variants.find((other) => this.page.letter(other) === point.data.name);
-      this.page.open(variant, point.customdata);
+      this.page.open(variant, point.customdata[0]);
     });
   }
 
   savePng() {
     const isDistribution = !element("panel-distribution").hidden;
-    const place = element(isDistribution ? "distribution" : "scatter");
+    const chart = element(isDistribution ? "distribution" : "scatter");
     const filename = fileName(`${this.page.data.variants[0].scenario}-${isDistribution ? this.page.metric.name : "scatter"}`);
-    window.Plotly?.downloadImage(place, { format: "png", filename, scale: 2, width: 800, height: 450 });
+    window.Plotly?.downloadImage(chart, { format: "png", filename, scale: 2, width: 800, height: 450 });
   }
 }
 
 /** Escapes a text so that plotly does not interpret it as markup. */
-function plain(text) {
+function escapeMarkup(text) {
   return text.replaceAll("&", "&amp;").replaceAll("<", "&lt;").replaceAll(">", "&gt;");
 }

@@ -12,7 +12,7 @@ const DIFFERENCES = [
 ];
 
 /** Formats a number with four significant digits; a dash for a missing value. */
-function four(value) {
+function formatNumber(value) {
   if (value === null || value === undefined) return "\u2013";
   const size = Math.abs(value);
   const digits = [[1000, 0], [100, 1], [10, 2], [1, 3], [1e-4, 4]].find(([least]) => size >= least);
@@ -22,11 +22,11 @@ function four(value) {
 
 /** Formats an interval as `a to b`; a dash for a missing interval. */
 function interval(ends) {
-  return ends ? `${four(ends[0])} to ${four(ends[1])}` : four(null);
+  return ends ? `${formatNumber(ends[0])} to ${formatNumber(ends[1])}` : formatNumber(null);
 }
 
 /** Quotes a word for a shell. */
-function quoted(word) {
+function shellQuoted(word) {
   return /^[\w./=:@%+,-]+$/.test(word) ? word : `'${word.replaceAll("'", "'\\''")}'`;
 }
 
@@ -60,7 +60,7 @@ class BatchPage {
   /** Label of a batch in tables and legends. */
   letter(variant) {
     const number = this.data.variants.indexOf(variant);
-    return number < 26 ? String.fromCharCode(65 + number) : String(number + 1);
+    return number < 26 ? String.fromCharCode(65 + number) : String(number);
   }
 
   seed(variant, run) {
@@ -75,7 +75,7 @@ class BatchPage {
   /** The shell command that repeats a run. */
   command(variant, run) {
     const words = ["standoff", "run", ...this.scenario(variant)];
-    return [...words, "--seed", this.seed(variant, run)].map(quoted).join(" ");
+    return [...words, "--seed", this.seed(variant, run)].map(shellQuoted).join(" ");
   }
 
   /** Arguments that select the scenario of a batch: its name with `--set` options, or a file. */
@@ -99,19 +99,19 @@ class BatchPage {
     document.title = `${name} \u2013 standoff`;
     const runs = (variant) => `${variant.runs} run${variant.runs === 1 ? "" : "s"}`;
     element("title").textContent = this.several ? name : `${name}, ${runs(variants[0])}, ${this.seeds(variants[0])}`;
-    element("key").textContent = this.several ? variants.map((variant) => `${this.letter(variant)}: ${variant.name}`).join("\n") : "";
-    element("key").hidden = !this.several;
+    element("batch-names").textContent = this.several ? variants.map((variant) => `${this.letter(variant)}: ${variant.name}`).join("\n") : "";
+    element("batch-names").hidden = !this.several;
     this.showMetrics();
     this.showDifferences();
     this.showBatches();
     const names = metrics.map((metric) => [metric.name, metric.what || metric.name]);
-    for (const id of ["across", "up"]) {
+    for (const id of ["x-metric", "y-metric"]) {
       element(id).replaceChildren(...names.map(([value, text]) => new Option(text, value)));
     }
     element("variant").replaceChildren(...variants.map((variant, index) => new Option(this.letter(variant), index)));
-    element("of").hidden = !this.several;
-    element("across").value = this.metric.name;
-    element("up").value = this.against.name;
+    element("run-batch").hidden = !this.several;
+    element("x-metric").value = this.metric.name;
+    element("y-metric").value = this.against.name;
     element("csv").disabled = !this.hasValues;
     element("csv").title = this.hasValues ? "" : "too many runs for the page; the values are in runs.parquet";
     this.connect();
@@ -139,7 +139,7 @@ class BatchPage {
         const variant = having[index];
         const statistics = variant.statistics[metric.name];
         for (const [key] of STATISTICS) this.cell(row, metric, key, statistics[key]);
-        if (this.several) row.append(this.verdict(metric, variant, ["worse", "better"], () => four(null)));
+        if (this.several) row.append(this.verdict(metric, variant, ["worse", "better"], () => formatNumber(null)));
       });
     }
   }
@@ -169,7 +169,7 @@ class BatchPage {
 
   /**
    * Creates the cell that compares a batch with the first one: `first` if the first batch is better, `other` if this batch is
-   * better, and the result of `neither` if the difference is not surely beyond the size of interest.
+   * better, and the result of `neither` if the interval is not entirely beyond the size of interest.
    */
   verdict(metric, variant, [first, other], neither) {
     const paired = this.paired(metric, variant);
@@ -229,8 +229,8 @@ class BatchPage {
     const scaled = (number) => (number === null ? null : number * metric.factor);
     const text = () => {
       if (key === "n") return String(value);
-      if (key === "b_smaller") return value === null ? four(null) : `${Math.round(100 * value)} %`;
-      return key === "ci95" ? interval(value?.map(scaled)) : four(scaled(value));
+      if (key === "b_smaller") return value === null ? formatNumber(null) : `${Math.round(100 * value)} %`;
+      return key === "ci95" ? interval(value?.map(scaled)) : formatNumber(scaled(value));
     };
     const exact = value === null ? "" : Array.isArray(value) ? value.join(" to ") : String(value);
     row.append(textElement("td", text(), { "data-statistic": key, title: exact }));
@@ -280,8 +280,8 @@ class BatchPage {
     element("value").textContent = metric.unit ? `Value (${metric.unit})` : "Value";
     const ends = { large: ["largest", "smallest"], small: ["smallest", "largest"] }[metric.bad] ?? ["largest", "smallest"];
     const label = (end, index) => (metric.bad ? `${index === 0 ? "worst" : "best"}: ${end} first` : `${end} first`);
-    element("end").replaceChildren(...ends.map((end, index) => new Option(label(end, index), end)));
-    element("across").value = metric.name;
+    element("run-order").replaceChildren(...ends.map((end, index) => new Option(label(end, index), end)));
+    element("x-metric").value = metric.name;
     this.showRuns();
     this.plots.draw();
   }
@@ -296,7 +296,7 @@ class BatchPage {
       if (!statistics?.n) return null;
       const between = statistics.ci95 ? ` (${interval(statistics.ci95.map(scaled))})` : "";
       const label = this.several ? `${this.letter(variant)}: ` : "";
-      return `${label}mean ${four(scaled(statistics.mean))}${unit}${between}, n = ${statistics.n}`;
+      return `${label}mean ${formatNumber(scaled(statistics.mean))}${unit}${between}, n = ${statistics.n}`;
     };
     const all = this.data.variants.map(of).filter(Boolean);
     if (!all.length) return "No run has a value.";
@@ -307,12 +307,12 @@ class BatchPage {
   showRuns() {
     const { metric } = this;
     const variant = this.data.variants[Number(element("variant").value)];
-    const runs = variant.ends[metric.name]?.[element("end").value] ?? [];
+    const runs = variant.ends[metric.name]?.[element("run-order").value] ?? [];
     const rows = runs.map(([run, value], index) => {
       const row = document.createElement("tr");
       row.dataset.run = run;
       const seed = this.seed(variant, run);
-      for (const text of [index + 1, four(value * metric.factor), seed]) row.append(textElement("td", text));
+      for (const text of [index + 1, formatNumber(value * metric.factor), seed]) row.append(textElement("td", text));
       row.cells[1].title = String(value);
       const open = this.source.live
         ? textElement("a", "Replay", { href: this.path(variant, run), "aria-label": `Replay the run of seed ${seed}` })
@@ -363,12 +363,12 @@ class BatchPage {
   /** Saves all values of all runs as CSV, in the units of `runs.parquet`. */
   saveCsv() {
     const { metrics, variants } = this.data;
-    const lines = [["batch", "run", "seed", ...metrics.map((metric) => metric.name)]];
+    const lines = [["batch", "seed", ...metrics.map((metric) => metric.name)]];
     for (const variant of variants) {
       for (let index = 0; index < variant.runs; index++) {
-        const run = variant.first_run + index;
+        const seed = this.seed(variant, variant.first_run + index);
         const values = metrics.map((metric) => variant.values[metric.name]?.[index] ?? "");
-        lines.push([this.letter(variant), run, this.seed(variant, run), ...values]);
+        lines.push([this.letter(variant), seed, ...values]);
       }
     }
     save(`${fileName(variants[0].scenario)}-runs.csv`, `${lines.map((line) => line.join(",")).join("\n")}\n`, "text/csv");
@@ -383,9 +383,9 @@ class BatchPage {
   }
 
   connect() {
-    element("end").addEventListener("change", () => this.showRuns());
+    element("run-order").addEventListener("change", () => this.showRuns());
     element("variant").addEventListener("change", () => this.showRuns());
-    for (const id of ["across", "up"]) element(id).addEventListener("change", () => this.plots.draw());
+    for (const id of ["x-metric", "y-metric"]) element(id).addEventListener("change", () => this.plots.draw());
     element("copy").addEventListener("click", () => this.copy());
     element("toml").addEventListener("click", () => {
       const { variant } = this.chosen;
@@ -393,7 +393,7 @@ class BatchPage {
     });
     element("csv").addEventListener("click", () => this.saveCsv());
     element("png").addEventListener("click", () => this.plots.savePng());
-    element("keys").addEventListener("click", () => element("help").showModal());
+    element("help-button").addEventListener("click", () => element("help").showModal());
     for (const list of document.querySelectorAll("[role=tablist]")) tabs(list, () => this.plots.draw());
     const next = (way) => {
       const { metrics } = this.data;
@@ -422,10 +422,9 @@ class BatchPage {
   }
 }
 
-/** The verdict on a difference that is not surely beyond the size of interest. */
+/** The verdict if the interval is not entirely beyond the size of interest, as `standoff compare` gives it. */
 function undecided({ ci95: [low, high], interest }) {
-  if (low <= 0 && high >= 0) return "no significant difference";
-  return low >= -interest && high <= interest ? "below the size of interest" : "may be below the size of interest";
+  return low >= -interest && high <= interest ? "same: below the size of interest" : "unclear";
 }
 
 /** Loads the results and shows them on the page. */

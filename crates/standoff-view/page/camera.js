@@ -12,7 +12,7 @@ class Camera {
   }
 
   /** Shows the same area as another camera. */
-  look({ x_m, y_m, px_per_m }) {
+  copyView({ x_m, y_m, px_per_m }) {
     Object.assign(this, { x_m, y_m, px_per_m });
   }
 
@@ -68,7 +68,7 @@ class Camera {
   }
 
   /** Whether a position is on the canvas, or within `margin` px of it. */
-  sees(x_m, y_m, margin = 20) {
+  shows(x_m, y_m, margin = 20) {
     const [x, y] = this.at(x_m, y_m);
     return x > -margin && y > -margin && x < this.width + margin && y < this.height + margin;
   }

@@ -14,7 +14,7 @@ class Charts {
   constructor(page) {
     this.page = page;
     this.clock = page.clock;
-    this.place = element("charts");
+    this.container = element("charts");
     this.cursor = element("cursor");
     this.panels = [TARGET_PANEL, ...PANELS].map((spec) => new Panel(spec));
     element("panels").append(...this.panels.map((panel) => panel.section));
@@ -36,9 +36,9 @@ class Charts {
     this.menu();
     element("png").addEventListener("click", () => savePng(this));
     element("csv").addEventListener("click", () => saveCsv(this));
-    element("whole").addEventListener("click", () => this.zoom(null));
-    for (const run of page.runs) run.selection.on(() => objectWord(page.selection.object) !== this.object && this.renew());
-    new ResizeObserver(() => this.place.clientWidth !== this.width && this.draw()).observe(this.place);
+    element("whole-run").addEventListener("click", () => this.zoom(null));
+    for (const run of page.runs) run.selection.on(() => objectKey(page.selection.object) !== this.object && this.renew());
+    new ResizeObserver(() => this.container.clientWidth !== this.width && this.draw()).observe(this.container);
   }
 
   get replayData() {
@@ -122,7 +122,7 @@ class Charts {
     if (spec !== TARGET_PANEL) return shapes;
     // Ranges closer together than half a pixel are merged.
     const gap_s = (this.shown_s[1] - this.shown_s[0]) / (2 * this.width);
-    const bands = (concern, fillcolor) => this.target.stretches(concern, gap_s).map(([x0, x1]) => (
+    const bands = (warning, fillcolor) => this.target.stretches(warning, gap_s).map(([x0, x1]) => (
       { type: "rect", x0, x1, yref: "paper", y0: 0, y1: 1, fillcolor, line: { width: 0 }, layer: "below" }));
     return [...bands("coasting", faded(none, 0.35)), ...bands("out of view", faded(alarm, 0.35)), ...shapes];
   }
@@ -153,16 +153,16 @@ class Charts {
 
   /** Redraws all panels, because the data, the run, the selection or the theme has changed. */
   async draw() {
-    if (!window.Plotly || !this.place.clientWidth) return;
+    if (!window.Plotly || !this.container.clientWidth) return;
     const round = ++this.round;
-    this.width = this.place.clientWidth;
+    this.width = this.container.clientWidth;
     this.chosen();
     this.legend.show();
     this.axis();
-    element("whole").hidden = !this.range_s;
+    element("whole-run").hidden = !this.range_s;
     const { shown } = this;
     for (const panel of this.panels) panel.section.hidden = !shown.includes(panel);
-    const window_px = this.place.parentElement.getBoundingClientRect();
+    const window_px = this.container.parentElement.getBoundingClientRect();
     const isVisible = (panel) => {
       const box = panel.section.getBoundingClientRect();
       return box.bottom > window_px.top && box.top < window_px.bottom;
@@ -190,7 +190,7 @@ class Charts {
     panel.name = spec.title;
     if (spec === TARGET_PANEL) {
       const { share, id } = this.target;
-      panel.name = `Target ${short(this.replayData.head.targets[id] ?? String(id))}`;
+      panel.name = `Target ${shortName(this.replayData.head.targets[id] ?? String(id))}`;
       notes.push([alarm, "solid", "out of view"], [none, "solid", "coasting"]);
       if (share < 1) notes.push([none, "dot", `loading, ${Math.floor(100 * share)} %`]);
     }
@@ -208,7 +208,7 @@ class Charts {
       // The time range may be beyond the end of the other run.
       this.range_s = null;
     }
-    this.object = objectWord(object);
+    this.object = objectKey(object);
     const id = object?.kind === "target" ? object.id : null;
     if (this.target && (this.target.id !== id || this.target.replayData !== replayData)) {
       this.target.drop();
@@ -217,7 +217,7 @@ class Charts {
     if (id !== null) {
       if (!this.target) {
         this.target = new TargetSeries(replayData, id);
-        this.place.parentElement.scrollTop = 0;
+        this.container.parentElement.scrollTop = 0;
       }
       this.target.load(() => this.draw());
     }
@@ -235,7 +235,7 @@ class Charts {
       intruder: () => ({ uavs: new Set(replayData.ids.uavs.filter((uav) => replayData.series("uavs", "avoided_intruder", uav).includes(object.id))), groups: new Set() }),
       target: () => ({ uavs: new Set(), groups: this.target.groups }),
     }[object.kind]();
-    return { ...sets, key: `${objectWord(object)}: ${[...sets.uavs]}; ${[...sets.groups]}` };
+    return { ...sets, key: `${objectKey(object)}: ${[...sets.uavs]}; ${[...sets.groups]}` };
   }
 
   /** Redraws the charts if they have been drawn before. */
@@ -266,7 +266,7 @@ class Charts {
   /** The time under the pointer; `null` outside the plots. */
   timeAt(clientX, isClamped = false) {
     const [first, last] = this.shown_s;
-    const x = (clientX - this.place.getBoundingClientRect().left) / pageZoom();
+    const x = (clientX - this.container.getBoundingClientRect().left) / pageZoom();
     const share = (x - PLOT_LEFT) / (this.width - PLOT_LEFT - PLOT_RIGHT);
     if (!isClamped && !(share >= 0 && share <= 1)) return null;
     return first + Math.min(Math.max(share, 0), 1) * (last - first);
@@ -280,7 +280,7 @@ class Charts {
     this.cursor.hidden = !(time_s >= first && time_s <= last);
     this.cursor.style.transform = `translateX(${this.pxOf(time_s)}px)`;
     const now_ms = performance.now();
-    if (this.replayData.ids.groups.length > MOST_GROUPS && now_ms - (this.named_ms ?? 0) > 500) {
+    if (this.replayData.ids.groups.length > MAX_GROUPS && now_ms - (this.named_ms ?? 0) > 500) {
       this.named_ms = now_ms;
       this.legend.show();
     }
@@ -302,7 +302,7 @@ class Charts {
 
   /** Connects the pointer: a click goes to a time, dragging zooms in, a double click shows the whole run. */
   drag() {
-    const place = element("panels");
+    const container = element("panels");
     const span = element("span");
     let from = null;
     let dragged = false;
@@ -311,17 +311,17 @@ class Charts {
       from = null;
       span.hidden = true;
     };
-    place.addEventListener("pointerdown", (pointer) => {
+    container.addEventListener("pointerdown", (pointer) => {
       if (pointer.button !== 0 || !pointer.target.closest(".plot")) return;
       dragged = false;
       from = { clientX: pointer.clientX, pointerId: pointer.pointerId };
     });
-    place.addEventListener("pointermove", (pointer) => {
+    container.addEventListener("pointermove", (pointer) => {
       // The button was released outside the window.
       if (from && !(pointer.buttons & 1)) end();
       if (from && Math.abs(pointer.clientX - from.clientX) >= CLICK_PX && !dragged) {
         dragged = true;
-        place.setPointerCapture(from.pointerId);
+        container.setPointerCapture(from.pointerId);
       }
       if (from && dragged) {
         this.hover.hide();
@@ -334,17 +334,17 @@ class Charts {
         this.hover.show(this.panels.find((panel) => panel.section === section), pointer.clientX, pointer.clientY);
       }
     });
-    place.addEventListener("pointerup", (pointer) => {
+    container.addEventListener("pointerup", (pointer) => {
       if (from && dragged) {
         const range_s = [from.clientX, pointer.clientX].map((x) => this.timeAt(x, true)).sort((a, b) => a - b);
         if (Math.abs(pointer.clientX - from.clientX) >= CLICK_PX) this.zoom(range_s);
       }
       end();
     });
-    place.addEventListener("pointercancel", end);
-    place.addEventListener("pointerleave", () => this.hover.hide());
+    container.addEventListener("pointercancel", end);
+    container.addEventListener("pointerleave", () => this.hover.hide());
     element("charts").parentElement.addEventListener("scroll", () => this.hover.hide());
-    place.addEventListener("click", (click) => {
+    container.addEventListener("click", (click) => {
       const time_s = this.timeAt(click.clientX);
       if (dragged || time_s === null || !click.target.closest(".plot")) return;
       if (click.detail < 2) {
@@ -352,7 +352,7 @@ class Charts {
         this.clock.seek(time_s);
       }
     });
-    place.addEventListener("dblclick", () => {
+    container.addEventListener("dblclick", () => {
       if (!this.range_s || dragged) return;
       // The first click of the double click has changed the time: restore it.
       this.clock.seek(before_s);

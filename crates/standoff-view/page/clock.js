@@ -3,7 +3,7 @@
 class Clock {
   static SPEEDS = [0.25, 0.5, 1, 2, 4, 8, 16, 32];
 
-  /** Creates the clock of one replayData, or of several replays that are shown at the same time. */
+  /** Creates the clock of one replay, or of several replays that are shown at the same time. */
   constructor(replays) {
     this.replays = replays;
     this.time_s = 0;
@@ -15,7 +15,7 @@ class Clock {
     this.listeners = [];
   }
 
-  /** The longest replayData. */
+  /** The longest replay. */
   get replayData() {
     return this.replays.reduce((longest, replayData) => (replayData.end_s > longest.end_s ? replayData : longest));
   }
@@ -45,9 +45,9 @@ class Clock {
   step(count) {
     const last = this.replayData.times_s.length - 1;
     if (last < 0) return;
-    const instant = Math.min(Math.max(this.replayData.instant(this.time_s) + count, 0), last);
+    const stepIndex = Math.min(Math.max(this.replayData.stepAt(this.time_s) + count, 0), last);
     this.pause();
-    this.seek(this.replayData.times_s[instant]);
+    this.seek(this.replayData.times_s[stepIndex]);
   }
 
   play() {
@@ -81,8 +81,8 @@ class Clock {
     this.notify();
   }
 
-  faster(places) {
-    const index = Clock.SPEEDS.indexOf(this.speed) + places;
+  faster(count) {
+    const index = Clock.SPEEDS.indexOf(this.speed) + count;
     this.setSpeed(Clock.SPEEDS[Math.min(Math.max(index, 0), Clock.SPEEDS.length - 1)]);
   }
 

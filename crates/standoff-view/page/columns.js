@@ -18,7 +18,7 @@ const UAV_COLUMNS = [
   ["centre_distance_m", "To centre (m)", (uav) => fixed(uav.centre_distance_m, 1), "Distance from the estimated centre of its group"],
   ["standoff_error_m", "Stand\u00adoff error (m)", (uav) => fixed(uav.standoff_error_m, 1),
     "True distance from the true centre of the group minus the r_d that this centre requires; positive: outside the orbit, negative: inside"],
-  ["off_boresight_mean_deg", "Off-bore\u00adsight angle (\u00b0)", (uav) =>
+  ["off_boresight_deg", "Off-bore\u00adsight angle (\u00b0)", (uav) =>
     uav.out ? `out since ${uav.out.since_s.toFixed(1)} s` : fixed(uav.off_boresight_rad * DEGREES, 1),
     "Largest angle between the boresight and the true direction to a member of the group; beyond half the field of view the member is out of view"],
   ["avoiding", "Avoiding", (uav) => [avoidedText(uav), uav.zone].filter(Boolean).join(", "),
@@ -54,7 +54,7 @@ const INTRUDER_COLUMNS = [
   ["nearest_m", "Nearest UAV (m)", ({ nearest }) => (nearest ? `${fixed(nearest.distance_m, 0)} (UAV ${nearest.uav})` : "\u2013"),
     "Horizontal distance to the nearest UAV, and the number of that UAV"],
   ["transponder", "Transponder", ({ silent }) => silent || "on",
-    `Whether the intruder reports its position; UAVs stop avoiding an intruder that has sent no report for more than ${FORGOTTEN_S} s`],
+    `Whether the intruder reports its position; UAVs stop avoiding an intruder that has sent no report for more than ${AVOIDANCE_TIMEOUT_S} s`],
 ];
 
 const TARGET_COLUMNS = [
@@ -62,7 +62,7 @@ const TARGET_COLUMNS = [
   ["state", "State", (target) => [target.membership, target.status].filter(Boolean).join(", ") || "no track",
     "Membership of the track (member: in a group; in-handoff: in handoff; ungrouped: in no group; removed: no feasible orbit could include it) " +
     "and its status (updated: measured in this time step; coasting: predicted only; cued: reported by a cue source, not measured yet)"],
-  ["concern", "Warning", (target) => concern(target), "State that needs attention; out of view: a group member that is in no UAV's field of view (true geometry)"],
+  ["warning", "Warning", (target) => warningOf(target), "State that needs attention; out of view: a group member that is in no UAV's field of view (true geometry)"],
   ["group", "Group", (target) =>
     target.group === null ? "none" : target.receiving_group === null ? `${target.group}` : `${target.group} to ${target.receiving_group}`,
     "Group of the track; two numbers: handoff from the first group to the second"],
@@ -73,7 +73,7 @@ const TARGET_COLUMNS = [
 /** Columns of agents; used only if every UAV runs its own agent. */
 const AGENT_COLUMNS = [
   ["id", "Agent", (agent) => `UAV ${agent.id}`, "UAV that runs the agent"],
-  ["missing_reports", "No reports from", (agent) => (agent.is_on ? agent.notReceived : "off"),
+  ["missing_reports", "No reports from", (agent) => (agent.isOn ? agent.notReceived : "off"),
     "UAVs whose reports this agent does not receive, with the age of the last report; off: the computer is off"],
   ["assignments", "Assignments", (agent) => agent.assignments,
     "UAVs assigned to each group in this agent's team state; the creation time distinguishes groups with equal numbers"],
@@ -84,7 +84,7 @@ const AGENT_COLUMNS = [
 /** Additional rows of cards, which have more space than tables. */
 const UAV_DETAILS = [
   ["heading_deg", "Heading (\u00b0)", (uav) => compass(uav.heading_rad), "Compass heading: 0 is north, 90 east"],
-  ["boresight_deg", "Boresight (\u00b0)", (uav) => compass(uav.boresight_rad), "Compass bearing in which the sensor points; dash: the sensor points nowhere"],
+  ["boresight_deg", "Boresight (\u00b0)", (uav) => compass(uav.boresight_rad), "Compass bearing of the sensor; dash: the sensor points nowhere"],
 ];
 const TARGET_DETAILS = [
   ["speed_m_s", "Speed (m/s)", (target) => fixed(Math.hypot(target.vx_m_s, target.vy_m_s), 1), "Estimated speed over ground"],

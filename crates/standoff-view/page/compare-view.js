@@ -7,8 +7,8 @@ function canvases(count) {
   for (let k = 1; k < count; k++) {
     const view = first.cloneNode(true);
     const canvas = view.querySelector("canvas");
-    canvas.id = `map-${k + 1}`;
-    canvas.setAttribute("aria-label", `Map ${k + 1}`);
+    canvas.id = `map-${"ab"[k]}`;
+    canvas.setAttribute("aria-label", `Map ${"AB"[k]}`);
     views.append(view);
   }
   return [...views.querySelectorAll("canvas")];
@@ -26,7 +26,7 @@ class CompareView {
     label.title = "Both maps show the same area and move together";
     label.append(this.box, " Link maps");
     document.querySelector(".tools").append(label);
-    document.querySelector(".stage").classList.add("pair");
+    document.querySelector(".stage").classList.add("compare");
   }
 
   /** Creates the button with the name of a run. */

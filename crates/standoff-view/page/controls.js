@@ -3,11 +3,11 @@
 /** Updates the list of objects to follow. A target is listed only while it is followed, because there may be many. */
 function follows({ replayData, selection }) {
   const select = element("follow");
-  const word = objectWord(selection.followed);
+  const word = objectKey(selection.followed);
   const objects = ["group", "uav", "intruder"].flatMap((kind) => replayData.ids[`${kind}s`].map((id) => ({ kind, id })));
   if (selection.followed?.kind === "target") objects.push(selection.followed);
   const options = [["run", "whole run"], ["now", "all objects"], ["", "nothing"],
-    ...objects.map((object) => [objectWord(object), objectName(replayData, object)])];
+    ...objects.map((object) => [objectKey(object), objectName(replayData, object)])];
   if (String(options) !== String([...select.options].map(({ value, text }) => [value, text]))) {
     select.replaceChildren(...options.map(([value, text]) => new Option(text, value)));
   }
@@ -26,7 +26,7 @@ function controls({ clock, replayData }) {
 }
 
 /** Updates the selection of the team state, which is shown only if every UAV runs its own agent. */
-function pictureOf(page) {
+function updateAgentSelection(page) {
   const { agents } = page.replayData;
   listLayers(page);
   element("agent-label").hidden = !agents.isSeveral;
@@ -41,8 +41,8 @@ function pictureOf(page) {
 function updateAutoOption({ replayData, clock }) {
   const { agents } = replayData;
   if (!agents.isSeveral) return;
-  const instant = replayData.instant(clock.time_s);
-  const first = agents.first(instant);
+  const stepIndex = replayData.stepAt(clock.time_s);
+  const first = agents.first(stepIndex);
   const text = first === null ? "auto: none on" : `auto: UAV ${first}`;
   const [option] = element("agent").options;
   if (option && option.text !== text) option.text = text;
@@ -56,12 +56,12 @@ function connect(page) {
   const pressed = (id, act) => element(id).addEventListener("click", act);
   pressed("play", () => clock.toggle());
   pressed("live", () => clock.follow());
-  pressed("back", () => clock.step(-1));
-  pressed("on", () => clock.step(1));
+  pressed("step-back", () => clock.step(-1));
+  pressed("step-forward", () => clock.step(1));
   element("speed").append(...Clock.SPEEDS.map((speed) => new Option(`${speed}\u00d7`, String(speed))));
   element("speed").addEventListener("change", (change) => clock.setSpeed(Number(change.target.value)));
   const follow = element("follow");
-  follow.addEventListener("change", () => page.selection.follow(wordObject(follow.value)));
+  follow.addEventListener("change", () => page.selection.follow(parseObjectKey(follow.value)));
   for (const { selection } of page.runs) selection.on(() => follows(page));
   const fit = () => {
     for (const { selection, map } of page.runs) {
@@ -76,7 +76,7 @@ function connect(page) {
       map.canvas.classList.toggle("ruling", on);
     }
     element("ruler").setAttribute("aria-pressed", String(on));
-    element("measured").textContent = on ? "drag on the map to measure" : "";
+    element("ruler-result").textContent = on ? "drag on the map to measure" : "";
     page.renew();
   };
   pressed("ruler", () => rule(!page.map.ruler));
@@ -89,7 +89,7 @@ function connect(page) {
   };
   pressed("zoom-in", () => zoom(1.4));
   pressed("zoom-out", () => zoom(1 / 1.4));
-  pressed("map-png", () => savePicture(page));
+  pressed("map-png", () => saveMapImage(page));
   connectFind(page);
   connectFilter(page);
   const agent = element("agent");
@@ -117,7 +117,7 @@ function connect(page) {
     f: () => {
       const objects = [...follow.options].filter((option) => option.value.includes(" "));
       const next = objects[objects.indexOf(follow.selectedOptions[0]) + 1];
-      page.selection.follow(next ? wordObject(next.value) : WHOLE_RUN);
+      page.selection.follow(next ? parseObjectKey(next.value) : WHOLE_RUN);
     },
     r: () => rule(!page.map.ruler),
     t: () => element("theme").click(),
@@ -147,7 +147,7 @@ function connect(page) {
   document.addEventListener("keyup", (key) => {
     if (key.key === " " && key.target.closest("button, summary")) key.preventDefault();
   });
-  element("keys").addEventListener("click", () => element("help").showModal());
+  element("help-button").addEventListener("click", () => element("help").showModal());
   releaseFocus();
 }
 

@@ -27,8 +27,8 @@ class FileSource {
     return this.json("map");
   }
 
-  async half(kind, part) {
-    return new Half(await this.bytes(`${kind}-${part}`));
+  async block(kind, part) {
+    return new Block(await this.bytes(`${kind}-${part}`));
   }
 
   /** Calls `announce` once with the number of parts. */
@@ -68,8 +68,8 @@ class ServedSource {
     return (await this.fetched("map.json")).json();
   }
 
-  async half(kind, part) {
-    return new Half(new Uint8Array(await (await this.fetched(`${kind}/${part}`)).arrayBuffer()));
+  async block(kind, part) {
+    return new Block(new Uint8Array(await (await this.fetched(`${kind}/${part}`)).arrayBuffer()));
   }
 
   /**

@@ -3,37 +3,37 @@
 /** Routine events: they are listed only if the user selects them, and are not drawn in the event strip. */
 const ROUTINE = new Set(["cued", "acquired", "orbit-feasible", "orbit-unblocked", "proximity-cleared", "group-created", "admitted"]);
 /** Critical events: they cost custody, or may cost it. */
-const GRAVE = new Set(["lost", "removed", "uav-timeout", "not-admitted", "handoff-cancelled", "orbit-infeasible", "orbit-blocked", "proximity-alert"]);
+const CRITICAL = new Set(["lost", "removed", "uav-timeout", "not-admitted", "handoff-cancelled", "orbit-infeasible", "orbit-blocked", "proximity-alert"]);
 /** Handoffs, and events that return a target to a group. */
-const HANDED = new Set(["handoff-started", "handoff-completed", "readmitted", "reacquired"]);
+const HANDOFFS = new Set(["handoff-started", "handoff-completed", "readmitted", "reacquired"]);
 /** Maximum number of target names that the object field proposes. */
-const MOST_VEHICLES = 1000;
+const MAX_NAMES = 1000;
 
 /** Formats an integer with thousands separators. */
-function counted(count) {
+function formatCount(count) {
   return count.toLocaleString("en");
 }
 
 /** The event filter, set by the fields above the list. */
-class Sieve {
+class EventFilter {
   constructor(page, changed) {
     this.page = page;
-    this.kind = element("kind");
-    this.vehicle = element("of-vehicle");
-    this.group = element("of-group");
-    this.routine = element("routine");
-    this.chosen = element("of-chosen");
+    this.kind = element("event-kind");
+    this.vehicle = element("event-object");
+    this.group = element("event-group");
+    this.routine = element("routine-events");
+    this.chosen = element("event-selected-only");
     /** Events that pass the filter, and events that would pass if only the routine option were applied. */
     this.events = [];
-    this.usual = [];
-    const sift = () => {
-      this.sift();
+    this.unfiltered = [];
+    const apply = () => {
+      this.apply();
       changed();
     };
-    for (const field of [this.kind, this.group, this.routine, this.chosen]) field.addEventListener("change", sift);
-    this.vehicle.addEventListener("input", sift);
+    for (const field of [this.kind, this.group, this.routine, this.chosen]) field.addEventListener("change", apply);
+    this.vehicle.addEventListener("input", apply);
     this.vehicle.addEventListener("focus", () => this.propose());
-    for (const { selection } of page.runs) selection.on(() => this.offer() && sift());
+    for (const { selection } of page.runs) selection.on(() => this.offer() && apply());
     this.offer();
   }
 
@@ -43,18 +43,18 @@ class Sieve {
     const before = this.object;
     this.object = object;
     this.chosen.closest("label").hidden = !object;
-    const name = object?.kind === "target" ? targetName(this.page.replayData, object.id) : objectWord(object).replace("uav", "UAV");
-    element("chosen").textContent = `only ${name}`;
+    const name = object?.kind === "target" ? targetName(this.page.replayData, object.id) : objectKey(object).replace("uav", "UAV");
+    element("event-selected-name").textContent = `only ${name}`;
     const isOn = this.chosen.checked;
     if (!object) this.chosen.checked = false;
-    return isOn && objectWord(before ?? null) !== objectWord(object);
+    return isOn && objectKey(before ?? null) !== objectKey(object);
   }
 
   /** Fills the proposals of the object field. */
   propose() {
     const { replayData } = this.page;
-    const names = [...replayData.ids.uavs.map((id) => `UAV ${id}`), ...replayData.ids.intruders.map((id) => `intruder ${id}`), ...replayData.head.targets.slice(0, MOST_VEHICLES)];
-    element("vehicles").replaceChildren(...names.map((name) => Object.assign(new Option(), { value: name })));
+    const names = [...replayData.ids.uavs.map((id) => `UAV ${id}`), ...replayData.ids.intruders.map((id) => `intruder ${id}`), ...replayData.head.targets.slice(0, MAX_NAMES)];
+    element("object-names").replaceChildren(...names.map((name) => Object.assign(new Option(), { value: name })));
   }
 
   /** Updates the options and the filter after new data has been loaded. */
@@ -70,28 +70,28 @@ class Sieve {
     };
     add(this.kind, [...new Set(replayData.events.map((event) => event.kind))].sort());
     add(this.group, replayData.ids.groups.map(String));
-    this.sift();
+    this.apply();
   }
 
   /** Applies the filter. */
-  sift() {
+  apply() {
     const { replayData } = this.page;
     const kind = this.kind.value;
     const group = this.group.value === "" ? null : Number(this.group.value);
-    const isVehicle = this.ofVehicle();
+    const isObject = this.objectFilter();
     const object = this.chosen.checked ? this.object : null;
-    const isUsual = (event) => this.routine.checked || !ROUTINE.has(event.kind);
+    const isListedByDefault = (event) => this.routine.checked || !ROUTINE.has(event.kind);
     const passes = (event) =>
-      (kind ? event.kind === kind : isUsual(event)) &&
-      (group === null || isOf(event, { kind: "group", id: group })) && isVehicle(event) && (!object || isOf(event, object));
-    this.usual = replayData.events.filter(isUsual);
+      (kind ? event.kind === kind : isListedByDefault(event)) &&
+      (group === null || isOf(event, { kind: "group", id: group })) && isObject(event) && (!object || isOf(event, object));
+    this.unfiltered = replayData.events.filter(isListedByDefault);
     this.events = replayData.events.filter(passes);
     /** Identifies the filter; it does not change when more events are loaded. */
     this.key = JSON.stringify([this.page.run.letter, replayData.agents.chosen, kind, group, this.vehicle.value, this.routine.checked, object]);
   }
 
   /** Returns a function that tests an event against the object field: `UAV 2`, `intruder 0`, a target name, or a part of names. */
-  ofVehicle() {
+  objectFilter() {
     const text = this.vehicle.value.trim().toLowerCase();
     if (!text) return () => true;
     const [, kind, id] = /^(uav|intruder) (\d+)$/.exec(text) ?? [];
@@ -107,8 +107,8 @@ class Sieve {
     const isOther = replayData.agents.chosen !== null;
     const omitted = isOther ? replayData.head.other_events_left_out : replayData.head.events_left_out;
     const file = isOther ? "agent_events.parquet" : "events.parquet";
-    const more = omitted ? `; ${counted(omitted)} later events are only in ${file}` : "";
-    return `${counted(this.events.length)} of ${counted(replayData.events.length)} events${more}`;
+    const more = omitted ? `; ${formatCount(omitted)} later events are only in ${file}` : "";
+    return `${formatCount(this.events.length)} of ${formatCount(replayData.events.length)} events${more}`;
   }
 }
 
@@ -122,14 +122,14 @@ function isOf(event, { kind, id }) {
 
 class EventList {
   /** `goTo` is called with an event to go to. */
-  constructor(page, sieve, goTo) {
+  constructor(page, eventFilter, goTo) {
     this.page = page;
-    this.sieve = sieve;
+    this.eventFilter = eventFilter;
     this.goTo = goTo;
     this.list = element("events");
     this.room = this.list.firstElementChild;
     this.text = element("event-text");
-    this.toNow = element("to-now");
+    this.toNow = element("to-current");
     /** Rows in the document, by index in the list. */
     this.rows = new Map();
     /** Indices of the current event and of the keyboard cursor. */
@@ -139,12 +139,12 @@ class EventList {
     this.isAway = false;
     /** Scroll position that the page set itself, px. */
     this.placed_px = 0;
-    this.list.addEventListener("scroll", () => this.scrolled());
-    this.list.addEventListener("keydown", (key) => this.keyed(key));
+    this.list.addEventListener("scroll", () => this.onScroll());
+    this.list.addEventListener("keydown", (key) => this.onKey(key));
     this.list.addEventListener("focus", () => {
       // The list does not scroll on focus, because the pointer may be about to click a row.
       const first = Math.ceil(this.list.scrollTop / this.row_px);
-      this.cursor = Math.min(this.current >= 0 && this.isInSight(this.current) ? this.current : first, this.sieve.events.length - 1);
+      this.cursor = Math.min(this.current >= 0 && this.isRowVisible(this.current) ? this.current : first, this.eventFilter.events.length - 1);
       this.show();
     });
     this.list.addEventListener("blur", () => {
@@ -153,13 +153,13 @@ class EventList {
     });
     this.room.addEventListener("click", (click) => {
       const row = click.target.closest("[role=option]");
-      if (row) this.goTo(this.sieve.events[Number(row.dataset.place)]);
+      if (row) this.goTo(this.eventFilter.events[Number(row.dataset.index)]);
     });
-    this.room.addEventListener("mouseover", (move) => this.showText(Number(move.target.closest("[role=option]")?.dataset.place ?? -1)));
+    this.room.addEventListener("mouseover", (move) => this.showText(Number(move.target.closest("[role=option]")?.dataset.index ?? -1)));
     this.room.addEventListener("mouseleave", () => this.showText());
     this.toNow.addEventListener("click", () => {
       this.isAway = false;
-      this.bring(this.current);
+      this.scrollToRow(this.current);
       this.show();
     });
     new ResizeObserver(() => {
@@ -167,14 +167,14 @@ class EventList {
         this.clear();
         this.renew();
       }
-      if (!this.isAway) this.bring(this.current);
+      if (!this.isAway) this.scrollToRow(this.current);
       this.show();
     }).observe(this.list);
   }
 
   /** Updates the list after the filter or the events have changed. */
   renew() {
-    const { events, key } = this.sieve;
+    const { events, key } = this.eventFilter;
     if (key !== this.key) {
       this.key = key;
       this.isAway = false;
@@ -183,7 +183,7 @@ class EventList {
     }
     this.row_px = this.rowHeight();
     this.room.style.height = `${events.length * this.row_px}px`;
-    element("count").textContent = this.sieve.count();
+    element("event-count").textContent = this.eventFilter.count();
     this.follow(this.page.clock.time_s);
     this.show();
   }
@@ -199,63 +199,63 @@ class EventList {
   }
 
   /** Marks the current event and keeps it visible: the event that the user went to, or otherwise the last one before the time shown. */
-  follow(time_s, gone) {
-    const { events } = this.sieve;
+  follow(time_s, visitedEvent) {
+    const { events } = this.eventFilter;
     const last = lastNotAfter(this.times(), time_s);
-    const place = gone ? events.lastIndexOf(gone, last) : -1;
-    const current = place < 0 ? last : place;
+    const index = visitedEvent ? events.lastIndexOf(visitedEvent, last) : -1;
+    const current = index < 0 ? last : index;
     if (current === this.current) return;
     this.current = current;
-    if (!this.isAway) this.bring(current);
+    if (!this.isAway) this.scrollToRow(current);
     this.show();
   }
 
   times() {
-    if (this.timed !== this.sieve.events) {
-      this.timed = this.sieve.events;
+    if (this.timed !== this.eventFilter.events) {
+      this.timed = this.eventFilter.events;
       this.times_s = this.timed.map((event) => event.time_s);
     }
     return this.times_s;
   }
 
-  isInSight(place) {
-    const top = place * this.row_px - this.list.scrollTop;
-    return place < 0 || (top > -1 && top + this.row_px < this.list.clientHeight + 1);
+  isRowVisible(index) {
+    const top = index * this.row_px - this.list.scrollTop;
+    return index < 0 || (top > -1 && top + this.row_px < this.list.clientHeight + 1);
   }
 
   /** Scrolls to a row if it is not visible. */
-  bring(place) {
-    if (this.isInSight(place)) return;
-    this.list.scrollTop = Math.max(0, (place + 0.5) * this.row_px - this.list.clientHeight / 2);
+  scrollToRow(index) {
+    if (this.isRowVisible(index)) return;
+    this.list.scrollTop = Math.max(0, (index + 0.5) * this.row_px - this.list.clientHeight / 2);
     this.placed_px = this.list.scrollTop;
   }
 
-  scrolled() {
-    const isIn = this.isInSight(this.current);
+  onScroll() {
+    const isIn = this.isRowVisible(this.current);
     if (isIn || Math.abs(this.list.scrollTop - this.placed_px) > 1) this.isAway = !isIn;
     this.show();
   }
 
   /** Puts the visible rows into the document. */
   show() {
-    const { events } = this.sieve;
+    const { events } = this.eventFilter;
     const { scrollTop, clientHeight } = this.list;
     const first = Math.max(0, Math.floor(scrollTop / this.row_px) - 2);
     const end = clientHeight ? Math.min(events.length, Math.ceil((scrollTop + clientHeight) / this.row_px) + 2) : first;
-    for (const [place, row] of this.rows) {
-      if (place >= first && place < end && row.event === events[place]) continue;
+    for (const [index, row] of this.rows) {
+      if (index >= first && index < end && row.event === events[index]) continue;
       row.element.remove();
-      this.rows.delete(place);
+      this.rows.delete(index);
     }
     let before = null;
-    for (let place = first; place < end; place++) {
-      if (!this.rows.has(place)) this.rows.set(place, { event: events[place], element: this.row(place) });
-      const { element: row } = this.rows.get(place);
+    for (let index = first; index < end; index++) {
+      if (!this.rows.has(index)) this.rows.set(index, { event: events[index], element: this.row(index) });
+      const { element: row } = this.rows.get(index);
       if (row.previousSibling !== before || !row.parentNode) this.room.insertBefore(row, before?.nextSibling ?? this.room.firstChild);
       before = row;
       row.setAttribute("aria-setsize", events.length);
-      row.setAttribute("aria-selected", String(place === this.cursor));
-      if (place === this.current) row.setAttribute("aria-current", "time");
+      row.setAttribute("aria-selected", String(index === this.cursor));
+      if (index === this.current) row.setAttribute("aria-current", "time");
       else row.removeAttribute("aria-current");
     }
     const pointed = this.rows.get(this.cursor)?.element;
@@ -265,15 +265,15 @@ class EventList {
     this.showText();
   }
 
-  row(place) {
-    const event = this.sieve.events[place];
+  row(index) {
+    const event = this.eventFilter.events[index];
     const row = document.createElement("div");
-    row.id = `event-${place}`;
+    row.id = `event-${index}`;
     row.setAttribute("role", "option");
-    row.setAttribute("aria-posinset", place + 1);
-    row.style.top = `${place * this.row_px}px`;
-    row.className = GRAVE.has(event.kind) ? "grave" : "";
-    Object.assign(row.dataset, { place, kind: event.kind, timeUs: event.time_us });
+    row.setAttribute("aria-posinset", index + 1);
+    row.style.top = `${index * this.row_px}px`;
+    row.className = CRITICAL.has(event.kind) ? "critical" : "";
+    Object.assign(row.dataset, { index, kind: event.kind, timeUs: event.time_us });
     const time = document.createElement("time");
     time.textContent = `${event.time_s.toFixed(1)} s`;
     row.append(time, ` ${eventText(this.page.replayData, event)}`);
@@ -282,27 +282,27 @@ class EventList {
   }
 
   /** Shows the full text of the event under the pointer, or otherwise at the cursor, or otherwise of the current event. */
-  showText(place = -1) {
-    const event = this.sieve.events[[place, this.cursor, this.current].find((one) => one >= 0) ?? -1];
+  showText(index = -1) {
+    const event = this.eventFilter.events[[index, this.cursor, this.current].find((one) => one >= 0) ?? -1];
     const text = event ? `${event.time_s.toFixed(1)} s ${eventText(this.page.replayData, event)}` : "";
     if (this.text.textContent !== text) this.text.textContent = text;
   }
 
   /** Moves the keyboard cursor. */
-  point(place) {
-    this.cursor = place;
-    this.bring(place);
-    this.isAway = !this.isInSight(this.current);
+  point(index) {
+    this.cursor = index;
+    this.scrollToRow(index);
+    this.isAway = !this.isRowVisible(this.current);
     this.show();
   }
 
-  keyed(key) {
+  onKey(key) {
     const page = Math.max(1, Math.floor(this.list.clientHeight / this.row_px) - 1);
-    const last = this.sieve.events.length - 1;
-    const ways = { ArrowUp: -1, ArrowDown: 1, PageUp: -page, PageDown: page, Home: -Infinity, End: Infinity };
+    const last = this.eventFilter.events.length - 1;
+    const moves = { ArrowUp: -1, ArrowDown: 1, PageUp: -page, PageDown: page, Home: -Infinity, End: Infinity };
     if (key.ctrlKey || key.metaKey || key.altKey) return;
-    if (key.key === "Enter" && this.cursor >= 0) this.goTo(this.sieve.events[this.cursor]);
-    else if (key.key in ways) this.point(Math.min(Math.max(this.cursor + ways[key.key], 0), last));
+    if (key.key === "Enter" && this.cursor >= 0) this.goTo(this.eventFilter.events[this.cursor]);
+    else if (key.key in moves) this.point(Math.min(Math.max(this.cursor + moves[key.key], 0), last));
     else return;
     // These keys move the cursor, not the time.
     key.preventDefault();

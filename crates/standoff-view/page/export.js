@@ -17,7 +17,7 @@ function chartsFigure(charts, width) {
   const top = 68 + 19 * Math.ceil((named.size * 110) / (width - 80));
   const layout = {
     width, height: 128 * count + top + 40, margin: { l: 64, r: 16, t: top, b: 40 }, ...plotLook(),
-    title: { text: plain(`${head.scenario}, seed ${head.seed}`), x: 0.01, y: 1, yref: "container", yanchor: "top", pad: { t: 10 }, font: { size: 14, color: ink } },
+    title: { text: escapeMarkup(`${head.scenario}, seed ${head.seed}`), x: 0.01, y: 1, yref: "container", yanchor: "top", pad: { t: 10 }, font: { size: 14, color: ink } },
     legend: { orientation: "h", x: 0, y: 1 + 18 / (128 * count), yanchor: "bottom", entrywidth: 82 },
     xaxis: { title: { text: "Time (s)" }, gridcolor: grid, anchor: axis(count - 1), zeroline: false, range: charts.shown_s },
     shapes: [], annotations: [],
@@ -27,7 +27,7 @@ function chartsFigure(charts, width) {
     const { yaxis } = panel.plot.layout;
     layout[`yaxis${index ? index + 1 : ""}`] = { ...yaxis, domain: [above - 0.8 / count, above - 0.02 / count] };
     layout.annotations.push({
-      text: plain(panel.heading.firstChild.textContent), xref: "paper", yref: "paper", x: 0, y: above - 0.01 / count, xanchor: "left",
+      text: escapeMarkup(panel.heading.firstChild.textContent), xref: "paper", yref: "paper", x: 0, y: above - 0.01 / count, xanchor: "left",
       yanchor: "bottom", showarrow: false, font: { size: 11, color: faint },
     });
     for (const shape of charts.shapes(panel.spec)) {

@@ -2,12 +2,12 @@
 
 class Hover {
   /** Maximum number of curves in the tooltip. */
-  static MOST = 10;
+  static MAX_CURVES = 10;
 
   constructor(charts) {
     this.charts = charts;
-    this.box = element("hover");
-    this.hair = element("hair");
+    this.box = element("chart-tooltip");
+    this.hair = element("crosshair");
   }
 
   hide() {
@@ -23,43 +23,43 @@ class Hover {
       this.hide();
       return;
     }
-    const { instant_s, values } = found;
+    const { step_s, values } = found;
     const box = panel.plot.getBoundingClientRect();
     const [low, high] = panel.plot.layout.yaxis.range;
     const y = (clientY - box.top) / pageZoom();
     const under = high - ((y - PLOT_TOP) / (PLOT_HEIGHT - PLOT_TOP - PLOT_BOTTOM)) * (high - low);
     const near = [...values].sort((a, b) => Math.abs(a.value - under) - Math.abs(b.value - under));
-    const shown = near.slice(0, Hover.MOST).sort((a, b) => b.value - a.value);
+    const shown = near.slice(0, Hover.MAX_CURVES).sort((a, b) => b.value - a.value);
     const line = (value) => {
       const row = document.createElement("div");
       row.className = value === near[0] && values.length > 1 ? "nearest" : "";
       const number = document.createElement("span");
-      number.append(`${figure(value.value)}${panel.spec.unit.startsWith("\u00b0") ? "" : "\u00a0"}${panel.spec.unit}`);
-      row.append(stroke(value.curve.colour, value.curve.dash), value.words, number);
+      number.append(`${formatValue(value.value)}${panel.spec.unit.startsWith("\u00b0") ? "" : "\u00a0"}${panel.spec.unit}`);
+      row.append(stroke(value.curve.colour, value.curve.dash), value.label, number);
       return row;
     };
     const title = document.createElement("strong");
-    title.append(`${instant_s.toFixed(1)} s`);
+    title.append(`${step_s.toFixed(1)} s`);
     const rest = values.length > shown.length ? [`and ${values.length - shown.length} more`] : [];
     this.box.replaceChildren(title, ` ${panel.name}`, ...shown.map(line), ...rest);
     this.box.hidden = this.hair.hidden = false;
-    this.hair.style.left = `${charts.pxOf(instant_s)}px`;
+    this.hair.style.left = `${charts.pxOf(step_s)}px`;
     this.put(clientX, clientY);
   }
 
   /** The values of the curves at the time step nearest to a time; `null` if there are none. */
   values(panel, time_s) {
     const { replayData } = this.charts;
-    const before = replayData.instant(time_s);
+    const before = replayData.stepAt(time_s);
     const [a, b] = [replayData.times_s[before], replayData.times_s[before + 1]];
-    const instant_s = b !== undefined && b - time_s < time_s - a ? b : a;
+    const step_s = b !== undefined && b - time_s < time_s - a ? b : a;
     const values = [];
     for (const curve of panel.curves) {
-      const k = lastNotAfter(curve.times_s, instant_s);
+      const k = lastNotAfter(curve.times_s, step_s);
       const value = k < 0 ? NaN : curve.values[k] * curve.factor;
-      if (!Number.isNaN(value)) values.push({ curve, value, words: `${curve.name} ${curve.note}`.trim() });
+      if (!Number.isNaN(value)) values.push({ curve, value, label: `${curve.name} ${curve.note}`.trim() });
     }
-    return values.length ? { instant_s, values } : null;
+    return values.length ? { step_s, values } : null;
   }
 
   /** Places the tooltip next to the pointer, on the side with enough space, and inside the panel of the charts. */
@@ -75,7 +75,7 @@ class Hover {
 }
 
 /** Formats a number with up to four significant digits. */
-function figure(value) {
+function formatValue(value) {
   const digits = Math.max(0, Math.min(3, 3 - Math.floor(Math.log10(Math.max(Math.abs(value), 1e-9)))));
   return Number.isInteger(value) ? String(value).replace("-", "\u2212") : value.toFixed(digits).replace("-", "\u2212");
 }

@@ -1,4 +1,4 @@
-// InfoCards on the map: for the object under the pointer and for the selected object; and a note if the followed object does not exist.
+// Info cards on the map: for the object under the pointer and for the selected object; and a note if the followed object does not exist.
 
 class InfoCards {
   constructor(run, canvas) {
@@ -44,7 +44,7 @@ class InfoCards {
   /** Whether the map follows the selected object. */
   follows() {
     const { object, followed } = this.run.selection;
-    return Boolean(object && followed) && objectWord(object) === objectWord(followed);
+    return Boolean(object && followed) && objectKey(object) === objectKey(followed);
   }
 
   /** Updates the cards. */
@@ -55,22 +55,22 @@ class InfoCards {
     const { object } = run.selection;
     this.chosen.hidden = !object;
     if (object) {
-      fill(this.title, this.body, account(run, object));
+      fill(this.title, this.body, cardContents(run, object));
       this.follow.setAttribute("aria-pressed", String(this.follows()));
     }
     const under = this.pointed && !run.map.ruler ? objectsAt(run.map, ...this.pointed)[0] : undefined;
     canvas.classList.toggle("pointing", Boolean(under));
     this.hover.hidden = !under;
     if (under) {
-      fill(...this.hovered, account(run, under));
-      this.place(...this.pointed);
+      fill(...this.hovered, cardContents(run, under));
+      this.moveTo(...this.pointed);
     }
     const note = this.noteText();
     if (this.note.textContent !== note) this.note.textContent = note;
   }
 
-  /** Places the card next to the pointer, inside the map. */
-  place(x, y) {
+  /** Moves the card next to the pointer, inside the map. */
+  moveTo(x, y) {
     const { hover, canvas } = this;
     const { offsetWidth, offsetHeight } = hover;
     const nextTo = (at, size, room) => (at + 16 + size <= room ? at + 16 : Math.max(at - 16 - size, 0));
@@ -83,9 +83,9 @@ class InfoCards {
     const { replayData, selection, map } = this.run;
     const { followed } = selection;
     if (!followed || followed === WHOLE_RUN || followed === ALL_NOW) return "";
-    const one = found(map.scene, followed);
+    const one = objectIn(map.scene, followed);
     if (one) return one.out ? outageText(one) : "";
-    const text = absence(replayData, map.scene, followed);
+    const text = absenceText(replayData, map.scene, followed);
     return text && `${text}; the map stays in place`;
   }
 }
@@ -101,8 +101,8 @@ function fill(head, body, { title, what, facts: all }) {
   if (!body.firstChild) body.append(make("p"), make("dl"));
   const [description, list] = body.children;
   const facts = all.filter(([, value]) => value !== "");
-  const put = (place, text) => {
-    if (place.textContent !== text) place.textContent = text;
+  const put = (element, text) => {
+    if (element.textContent !== text) element.textContent = text;
   };
   put(head, title);
   put(description, what);

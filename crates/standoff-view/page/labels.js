@@ -5,8 +5,8 @@ const LINE = 14;
 
 /** The labels of one drawn frame. */
 class Labels {
-  constructor(pen, { width, height }) {
-    this.pen = pen;
+  constructor(ctx, { width, height }) {
+    this.ctx = ctx;
     this.width = width;
     this.height = height;
     /** Boxes of the drawn labels: left, top, right, bottom, px. */
@@ -15,7 +15,7 @@ class Labels {
 
   /** Draws a label next to a position, offset by `dx` and `dy`, where it overlaps no other label; draws nothing if there is no space. */
   nextTo(text, x, y, dx, dy) {
-    const width = this.pen.measureText(text).width;
+    const width = this.ctx.measureText(text).width;
     const corners = [[x + dx, y + dy], [x + dx, y - dy], [x - dx - width, y + dy], [x - dx - width, y - dy],
       [x - width / 2, y + dy + LINE], [x - width / 2, y - dy - LINE]];
     for (const [left, middle] of corners) {
@@ -34,54 +34,54 @@ class Labels {
 
   /** Draws a text with an outline in the background colour, so that it is legible on lines. */
   write(text, x, y) {
-    const { pen } = this;
-    pen.textBaseline = "middle";
-    pen.strokeStyle = palette().ground;
-    pen.lineWidth = 3;
-    pen.strokeText(text, x, y);
-    pen.fillText(text, x, y);
+    const { ctx } = this;
+    ctx.textBaseline = "middle";
+    ctx.strokeStyle = palette().ground;
+    ctx.lineWidth = 3;
+    ctx.strokeText(text, x, y);
+    ctx.fillText(text, x, y);
   }
 
   /** Draws a text in any case, moved inside the map if it would be cut off. */
   writeInside(text, x, y) {
-    const width = this.pen.measureText(text).width;
+    const width = this.ctx.measureText(text).width;
     const inside = (value, most) => Math.max(Math.min(value, most), 6);
     this.write(text, inside(x, this.width - width - 6), inside(y, this.height - LINE));
   }
 }
 
 /** A name from a file, shortened to 24 characters, with invisible characters replaced by U+FFFD. */
-function short(name) {
-  const seen = String(name).replace(/[\p{Cc}\p{Cf}\p{Cs}\p{Zl}\p{Zp}]/gu, "\ufffd");
-  return seen.length > 24 ? `${seen.slice(0, 23)}\u2026` : seen;
+function shortName(name) {
+  const text = String(name).replace(/[\p{Cc}\p{Cf}\p{Cs}\p{Zl}\p{Zp}]/gu, "\ufffd");
+  return text.length > 24 ? `${text.slice(0, 23)}\u2026` : text;
 }
 
 /** The name of a target as shown on the page. */
 function targetName(replayData, id) {
-  return short(replayData.head.targets[id] ?? `${id}`);
+  return shortName(replayData.head.targets[id] ?? `${id}`);
 }
 
 /** Draws the names of visible objects, the most important first; names without space are left out. */
-function drawNames(map, { pen, labels, scene, size }) {
+function drawNames(map, { ctx, labels, scene, size }) {
   const { camera, selection, replayData } = map;
-  const isVisible = (one) => camera.sees(one.x_m, one.y_m, 0) && selection.passes(one.group);
-  pen.fillStyle = palette().ink;
+  const isVisible = (one) => camera.shows(one.x_m, one.y_m, 0) && selection.passes(one.group);
+  ctx.fillStyle = palette().ink;
   for (const uav of scene.uavs) {
     if (!isVisible(uav)) continue;
     const out = uav.out ? " (dropped out)" : "";
     labels.nextTo(`UAV ${uav.id}${out}`, ...camera.at(uav.x_m, uav.y_m), 15, 14);
   }
   for (const group of scene.groups) {
-    if (camera.sees(group.x_m, group.y_m, 0) && selection.passes(group.id)) {
+    if (camera.shows(group.x_m, group.y_m, 0) && selection.passes(group.id)) {
       labels.nextTo(`group ${group.id}`, ...camera.at(group.x_m, group.y_m), 8, 10);
     }
   }
-  pen.font = "11px system-ui, sans-serif";
+  ctx.font = "11px system-ui, sans-serif";
   const inSight = map.drawn.filter(({ target }) => target.tracked && isVisible(target));
   const isChosen = ({ target }) => selection.isChosen("target", target.id);
-  const few = inSight.length > MOST_NAMED ? inSight.filter(isChosen) : inSight;
+  const few = inSight.length > MAX_NAMED ? inSight.filter(isChosen) : inSight;
   const named = few.map(({ target, x, y }) => {
-    const warning = concern(target);
+    const warning = warningOf(target);
     const suffix = warning && warning !== "out of view" ? ` (${warning})` : "";
     return { x, y, first: warning || selection.isChosen("target", target.id), name: `${targetName(replayData, target.id)}${suffix}` };
   });
@@ -91,4 +91,4 @@ function drawNames(map, { pen, labels, scene, size }) {
 }
 
 /** Maximum number of visible targets that have names. */
-const MOST_NAMED = 60;
+const MAX_NAMED = 60;

@@ -3,7 +3,7 @@
 /** Layers that the user can switch on and off: name, title, initially shown, tooltip, draw function. */
 const LAYERS = [
   ["basemap", "Roads and buildings", true, "Background map of the scenario or of the option --map",
-    (map, { pen }) => map.basemap?.draw(pen, map.camera)],
+    (map, { ctx }) => map.basemap?.draw(ctx, map.camera)],
   ["grid", "Grid and scale", true, "Grid lines at round distances; the scale bar at the lower left is one grid step", drawGrid],
   ["zones", "Zones", true, "Keep-out zones (hatched) and keep-in zones (dashed outline) of the geofence", drawZones],
   ["truth", "True targets", true, "True positions of the targets, which the UAVs do not know", drawTruth],
@@ -15,7 +15,7 @@ const LAYERS = [
   ["flown", "Flown orbits", true, "Last revolution of each UAV relative to its group centre, drawn about the current centre", drawFlown],
   ["views", "Fields of view", true, "Field of view of each UAV, in the colour of the group that it is assigned to", drawViews],
   ["radio", "Radio links", true, "Line: both UAVs receive each other's reports (with more than " +
-    `${MOST_LINKED} UAVs, only for the selected UAV); arrow: only the UAV at the tip receives reports; red dots: neither does`, drawRadio],
+    `${MAX_LINKED} UAVs, only for the selected UAV); arrow: only the UAV at the tip receives reports; red dots: neither does`, drawRadio],
   ["ellipses", "95 % ellipses", true, "95 % confidence ellipses of target positions; faint for targets in no group",
     drawEllipses],
   ["vectors", "Velocity vectors", true, `Predicted motion over ${AHEAD_S} s: targets with constant estimated velocity, ` +

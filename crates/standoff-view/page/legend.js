@@ -1,25 +1,25 @@
 // Legend of the charts: buttons that select curves.
 
 /** Maximum number of groups that all have a button; with more groups, only those at the time shown have one. */
-const MOST_GROUPS = 8;
+const MAX_GROUPS = 8;
 
 class Legend {
   constructor(charts) {
     this.charts = charts;
-    this.place = element("legend");
+    this.container = element("legend");
     /** Identifies the contents that are shown. */
     this.key = "";
-    this.place.addEventListener("click", (click) => this.pressed(click.target.closest("button")));
-    this.place.addEventListener("keydown", (key) => this.moved(key));
+    this.container.addEventListener("click", (click) => this.pressed(click.target.closest("button")));
+    this.container.addEventListener("keydown", (key) => this.moved(key));
   }
 
   /** UAVs and groups that have a button, and the number of groups without one. */
   entries() {
     const { replayData, clock } = this.charts;
-    const instant = replayData.instant(clock.time_s);
+    const stepIndex = replayData.stepAt(clock.time_s);
     const { groups } = replayData.ids;
-    const exists = (id) => this.charts.only.groups.has(id) || !Number.isNaN(replayData.value("groups", "x_m", id, instant));
-    const shown = groups.length > MOST_GROUPS ? groups.filter(exists) : groups;
+    const exists = (id) => this.charts.only.groups.has(id) || !Number.isNaN(replayData.value("groups", "x_m", id, stepIndex));
+    const shown = groups.length > MAX_GROUPS ? groups.filter(exists) : groups;
     return {
       names: [...replayData.ids.uavs.map((id) => ({ of: "uavs", id })), ...shown.map((id) => ({ of: "groups", id }))],
       left: groups.length - shown.length,
@@ -59,7 +59,7 @@ class Legend {
     const rest = document.createElement("span");
     rest.className = "hint";
     rest.append(left ? `and ${left} groups at other times` : "");
-    this.place.replaceChildren(...buttons, rest);
+    this.container.replaceChildren(...buttons, rest);
     // The toolbar is one tab stop; the arrow keys move between buttons.
     const stop = buttons.find((button) => button.id === focused) ?? buttons[0];
     for (const button of buttons) button.tabIndex = button === stop ? 0 : -1;
@@ -81,7 +81,7 @@ class Legend {
   }
 
   moved(key) {
-    const buttons = [...this.place.querySelectorAll("button")];
+    const buttons = [...this.container.querySelectorAll("button")];
     const at = buttons.indexOf(document.activeElement);
     const to = { ArrowLeft: at - 1, ArrowUp: at - 1, ArrowRight: at + 1, ArrowDown: at + 1, Home: 0, End: buttons.length - 1 }[key.key];
     if (to === undefined || at < 0) return;

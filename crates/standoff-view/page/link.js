@@ -10,7 +10,7 @@ class Link {
   constructor(page) {
     this.page = page;
     window.addEventListener("hashchange", () => this.open());
-    element("link").addEventListener("click", () => this.copy());
+    element("copy-link").addEventListener("click", () => this.copy());
   }
 
   /** Shows what the address of the page selects, and reports its errors. */
@@ -19,7 +19,7 @@ class Link {
     const parameters = new URLSearchParams(location.hash.slice(1));
     const problems = [...parameters]
       .filter(([key, value], k, all) => value && (!KEYS.includes(key) || all.findIndex(([other]) => other === key) < k))
-      .map(([key]) => `contains ${short(key)}, which is unknown or repeated`);
+      .map(([key]) => `contains ${shortName(key)}, which is unknown or repeated`);
     const run = page.runs.find(({ letter }) => page.pair && letter.toLowerCase() === parameters.get("run"));
     if (run) page.show(run);
     const agent = this.agent(parameters, problems);
@@ -37,7 +37,7 @@ class Link {
     const { replayData } = clock;
     const time_s = /^-?\d+(\.\d+)?$/.test(text) ? Number(text) : NaN;
     if (Number.isNaN(time_s)) {
-      problems.push(`contains t=${short(text)}, which is not a number of seconds`);
+      problems.push(`contains t=${shortName(text)}, which is not a number of seconds`);
       return;
     }
     const [first_s, last_s] = [replayData.times_s[0], replayData.end_s];
@@ -45,7 +45,7 @@ class Link {
     clock.seek(time_s);
     if (time_s >= first_s && time_s <= last_s) return;
     const range = `${first_s.toFixed(1)} to ${last_s.toFixed(1)} s${clock.done ? "" : " so far"}`;
-    problems.push(`requests ${short(text)} s, but the run covers ${range} (nearest time shown)`);
+    problems.push(`requests ${shortName(text)} s, but the run covers ${range} (nearest time shown)`);
   }
 
   /** The UAV whose team state the address requests; `null` if it requests none, or one that does not exist. */
@@ -56,7 +56,7 @@ class Link {
     const uav = agents.ids.find((id) => String(id) === text);
     if (uav === undefined) {
       const reason = agents.isSeveral ? "which is not in this run" : "but in this run all UAVs share one agent";
-      problems.push(`requests the team state of UAV ${short(text) || "(empty)"}, ${reason}`);
+      problems.push(`requests the team state of UAV ${shortName(text) || "(empty)"}, ${reason}`);
     }
     return uav ?? null;
   }
@@ -67,9 +67,9 @@ class Link {
     for (const kind of ["uav", "group", "target", "intruder"]) {
       if (!parameters.has(kind)) continue;
       const text = parameters.get(kind);
-      const id = kind === "target" ? targetOf(replayData, text) : replayData.ids[`${kind}s`].find((id) => String(id) === text);
+      const id = kind === "target" ? parseTarget(replayData, text) : replayData.ids[`${kind}s`].find((id) => String(id) === text);
       if (id !== undefined) return { kind, id };
-      problems.push(`names ${kind === "uav" ? "UAV" : kind} ${short(text) || "(empty)"}, which is not in this run`);
+      problems.push(`names ${kind === "uav" ? "UAV" : kind} ${shortName(text) || "(empty)"}, which is not in this run`);
     }
     return null;
   }
@@ -81,8 +81,8 @@ class Link {
     const parameters = new URLSearchParams({ t: String(Number(clock.time_s.toFixed(3))) });
     if (this.page.pair) parameters.set("run", this.page.run.letter.toLowerCase());
     if (replayData.agents.chosen !== null) parameters.set("agent", replayData.agents.chosen);
-    if (object) parameters.set(object.kind, object.kind === "target" ? targetWord(replayData, object.id) : object.id);
-    if (object && objectWord(object) === objectWord(selection.followed)) parameters.set("follow", "1");
+    if (object) parameters.set(object.kind, object.kind === "target" ? targetKey(replayData, object.id) : object.id);
+    if (object && objectKey(object) === objectKey(selection.followed)) parameters.set("follow", "1");
     return `#${parameters}`;
   }
 
@@ -105,14 +105,14 @@ class Link {
 }
 
 /** Returns the id of the target with a name, or otherwise with an id given as text. */
-function targetOf({ head }, word) {
+function parseTarget({ head }, word) {
   const id = head.targets.indexOf(word);
   if (id >= 0) return id;
   return /^\d+$/.test(word) && Number(word) < head.targets.length ? Number(word) : undefined;
 }
 
 /** The text for a target in a link: its name, or its id if the name is ambiguous or too long. */
-function targetWord(replayData, id) {
+function targetKey(replayData, id) {
   const name = replayData.head.targets[id] ?? "";
-  return name.length <= LONGEST_NAME && targetOf(replayData, name) === id ? name : String(id);
+  return name.length <= LONGEST_NAME && parseTarget(replayData, name) === id ? name : String(id);
 }

@@ -53,7 +53,7 @@ class MissionMap {
   draw(scene) {
     this.resize();
     this.scene = scene;
-    if (this.leader) this.camera.look(this.leader.camera);
+    if (this.leader) this.camera.copyView(this.leader.camera);
     else this.view.keep(scene);
     // The view as data attributes, for tests.
     const { x_m, y_m, px_per_m } = this.camera;
@@ -63,32 +63,32 @@ class MissionMap {
     for (const target of scene.targets ?? []) {
       const [x_m, y_m] = target.tracked ? [target.x_m, target.y_m] : [target.true_x_m, target.true_y_m];
       const [x, y] = this.camera.at(x_m, y_m);
-      if (this.camera.sees(x_m, y_m)) this.drawn.push({ target, x, y });
+      if (this.camera.shows(x_m, y_m)) this.drawn.push({ target, x, y });
     }
-    const pen = this.canvas.getContext("2d", { alpha: false });
+    const ctx = this.canvas.getContext("2d", { alpha: false });
     const ratio = screenRatio();
-    pen.setTransform(ratio, 0, 0, ratio, 0, 0);
-    pen.fillStyle = palette().ground;
-    pen.fillRect(0, 0, this.camera.width, this.camera.height);
-    pen.lineJoin = "round";
-    pen.font = "12px system-ui, sans-serif";
-    const size = this.markSize();
-    this.canvas.dataset.markScale = size;
-    const frame = { pen, scene, labels: new Labels(pen, this.camera), size };
-    for (const [layer, , , , paint] of this.layers) if (this.shown.has(layer)) this.painted(pen, () => paint(this, frame));
-    this.painted(pen, () => drawChosen(this, frame));
-    if (this.ruler) this.painted(pen, () => drawRuler(this, frame));
+    ctx.setTransform(ratio, 0, 0, ratio, 0, 0);
+    ctx.fillStyle = palette().ground;
+    ctx.fillRect(0, 0, this.camera.width, this.camera.height);
+    ctx.lineJoin = "round";
+    ctx.font = "12px system-ui, sans-serif";
+    const size = this.symbolSize();
+    this.canvas.dataset.symbolScale = size;
+    const frame = { ctx, scene, labels: new Labels(ctx, this.camera), size };
+    for (const [layer, , , , paint] of this.layers) if (this.shown.has(layer)) this.painted(ctx, () => paint(this, frame));
+    this.painted(ctx, () => drawChosen(this, frame));
+    if (this.ruler) this.painted(ctx, () => drawRuler(this, frame));
   }
 
-  /** Calls a draw function and restores the state of the pen afterwards. */
-  painted(pen, paint) {
-    pen.save();
+  /** Calls a draw function and restores the state of the context afterwards. */
+  painted(ctx, paint) {
+    ctx.save();
     paint();
-    pen.restore();
+    ctx.restore();
   }
 
   /** Scale of the target symbols, at most 1; many visible targets have smaller symbols. */
-  markSize() {
+  symbolSize() {
     const spacing_px = Math.sqrt((this.camera.width * this.camera.height) / Math.max(this.drawn.length, 1));
     return Math.min(Math.max(spacing_px / 110, 0.5), 1);
   }
@@ -115,43 +115,43 @@ class MissionMap {
     if (!from || !to) return "";
     const [dx, dy] = [to[0] - from[0], to[1] - from[1]];
     const compass_deg = ((Math.atan2(dx, dy) * 180) / Math.PI + 360) % 360;
-    return `${metres(Math.hypot(dx, dy))}, bearing ${compass_deg.toFixed(0).padStart(3, "0")}\u00b0`;
+    return `${formatDistance(Math.hypot(dx, dy))}, bearing ${compass_deg.toFixed(0).padStart(3, "0")}\u00b0`;
   }
 }
 
 /** Draws a ring about the selected object; for a group it also highlights the orbit. */
-function drawChosen(map, { pen, scene }) {
+function drawChosen(map, { ctx, scene }) {
   const { object } = map.selection;
-  const place = object && placeAt(scene, object);
-  if (!place) return;
-  const [x, y] = map.camera.at(...place);
+  const position = object && positionOf(scene, object);
+  if (!position) return;
+  const [x, y] = map.camera.at(...position);
   const { ground, ink } = palette();
   const r = object.kind === "uav" || object.kind === "intruder" ? 19 : 14;
   const rings = [[ground, 5, r], [ink, 2, r]];
   // The highlight is translucent, so that the orbit stays visible.
-  if (object.kind === "group") rings.push([faded(ink, 0.25), 9, found(scene, object).standoff_distance_m * map.camera.px_per_m]);
+  if (object.kind === "group") rings.push([faded(ink, 0.25), 9, objectIn(scene, object).standoff_distance_m * map.camera.px_per_m]);
   for (const [colour, width, r] of rings) {
-    pen.strokeStyle = colour;
-    pen.lineWidth = width;
-    pen.beginPath();
-    addDisc(pen, x, y, r);
-    pen.stroke();
+    ctx.strokeStyle = colour;
+    ctx.lineWidth = width;
+    ctx.beginPath();
+    addDisc(ctx, x, y, r);
+    ctx.stroke();
   }
 }
 
-function drawRuler(map, { pen, labels }) {
+function drawRuler(map, { ctx, labels }) {
   const { from, to } = map.ruler;
   if (!from || !to) return;
   const [x, y] = map.camera.at(...from);
   const [x2, y2] = map.camera.at(...to);
-  pen.strokeStyle = pen.fillStyle = palette().alarm;
-  pen.lineWidth = 1.5;
-  pen.beginPath();
-  pen.moveTo(x, y);
-  pen.lineTo(x2, y2);
-  addPlus(pen, x, y, 5);
-  addPlus(pen, x2, y2, 5);
-  pen.stroke();
-  pen.font = "600 13px system-ui, sans-serif";
+  ctx.strokeStyle = ctx.fillStyle = palette().alarm;
+  ctx.lineWidth = 1.5;
+  ctx.beginPath();
+  ctx.moveTo(x, y);
+  ctx.lineTo(x2, y2);
+  addPlus(ctx, x, y, 5);
+  addPlus(ctx, x2, y2, 5);
+  ctx.stroke();
+  ctx.font = "600 13px system-ui, sans-serif";
   labels.writeInside(map.measured(), x2 + 10, y2 - 12);
 }

@@ -18,27 +18,27 @@ function objectsAt(map, x, y, near_px = NEAR_PX) {
   if (shown.has("tracks") || shown.has("truth")) {
     for (const { target, x: at_x, y: at_y } of map.drawn) {
       if (!target.tracked && !shown.has("truth")) continue;
-      near.push({ kind: "target", id: target.id, off: Math.hypot(at_x - x, at_y - y), plain: selection.passes(target.group) });
+      near.push({ kind: "target", id: target.id, off: Math.hypot(at_x - x, at_y - y), isSelectable: selection.passes(target.group) });
     }
   }
-  if (shown.has("uavs")) for (const uav of scene.uavs) near.push({ kind: "uav", id: uav.id, off: off(uav), plain: true });
-  if (shown.has("intruders")) for (const one of scene.intruders) near.push({ kind: "intruder", id: one.id, off: off(one), plain: true });
+  if (shown.has("uavs")) for (const uav of scene.uavs) near.push({ kind: "uav", id: uav.id, off: off(uav), isSelectable: true });
+  if (shown.has("intruders")) for (const one of scene.intruders) near.push({ kind: "intruder", id: one.id, off: off(one), isSelectable: true });
   const centres = [];
   const orbits = [];
   for (const group of shown.has("desired") ? scene.groups : []) {
     const far = off(group);
-    centres.push({ kind: "group", id: group.id, off: far, plain: true });
+    centres.push({ kind: "group", id: group.id, off: far, isSelectable: true });
     const off_orbit = Math.abs(far - group.standoff_distance_m * camera.px_per_m);
-    orbits.push({ kind: "group", id: group.id, part: "orbit", off: off_orbit, plain: true });
+    orbits.push({ kind: "group", id: group.id, part: "orbit", off: off_orbit, isSelectable: true });
   }
   const found = [near, centres, orbits].flatMap((some) =>
-    some.filter((one) => one.off <= near_px && one.plain).sort((a, b) => a.off - b.off));
+    some.filter((one) => one.off <= near_px && one.isSelectable).sort((a, b) => a.off - b.off));
   if (shown.has("views")) {
     const half_rad = replayData.head.limits.field_of_view_rad / 2;
     const [x_m, y_m] = camera.world(x, y);
     for (const uav of scene.uavs) {
       const [dx, dy] = [x_m - uav.x_m, y_m - uav.y_m];
-      const angle_rad = Math.abs(turned(uav.boresight_rad, Math.atan2(dy, dx), 1) - uav.boresight_rad);
+      const angle_rad = Math.abs(interpolateAngle(uav.boresight_rad, Math.atan2(dy, dx), 1) - uav.boresight_rad);
       if (angle_rad <= half_rad && Math.hypot(dx, dy) <= wedgeReach_m(uav, scene)) found.push({ kind: "uav", id: uav.id, part: "view" });
     }
   }
@@ -47,15 +47,15 @@ function objectsAt(map, x, y, near_px = NEAR_PX) {
 }
 
 /** Returns the contents of an object's card: title, description, and facts (heading, value, tooltip, key). */
-function account(run, object) {
+function cardContents(run, object) {
   const { replayData, map } = run;
   const { scene } = map;
-  const one = found(scene, object);
+  const one = objectIn(scene, object);
   const name = objectName(replayData, object);
   const part = { orbit: "Orbit of ", view: "Field of view of " }[object.part];
   const title = part ? part + name : capital(object, name);
   const factsOf = (columns, item) => columns.slice(1).map(([key, heading, text, about]) => [heading, text(item), about, key]);
-  if (!one) return { title, what: absence(replayData, scene, object), facts: [] };
+  if (!one) return { title, what: absenceText(replayData, scene, object), facts: [] };
   if (object.kind === "target") {
     const target = { ...one, name };
     const more = one.tracked ? factsOf([null, ...TARGET_DETAILS], target) : [];
@@ -71,20 +71,20 @@ function account(run, object) {
 /** Facts about the agent of a UAV; empty if the team shares one agent. */
 function agentFacts(replayData, { id, agentState }) {
   if (!agentState) return [];
-  const { instant, shown, owner } = agentState;
+  const { stepIndex, shown, owner } = agentState;
   const facts = [];
   if (shown) {
     const age = Number.isNaN(shown.age_s) ? "" : `, last report ${shown.age_s.toFixed(1)} s ago`;
     facts.push([`Status at UAV ${owner}`, `${shown.status}${age}`, "Status of this UAV in the shown team state", "status"]);
   }
-  if (!agentState.is_on) return [...facts, ["Computer", "off", "The agent neither sends nor receives", "computer"]];
+  if (!agentState.isOn) return [...facts, ["Computer", "off", "The agent neither sends nor receives", "computer"]];
   const ownGroup = agentState.group === null ? "none" : `${agentState.group}`;
   return [
     ...facts,
-    ["Own assignment", ownGroup, "Group that this UAV is assigned to in its own team state, with the number used there; the UAV flies this assignment", "own_group"],
-    ["No reports from", replayData.agents.notReceived(id, instant).map((other) => `UAV ${other.uav} (${other.status})`).join(", ") || "none",
+    ["Own assignment", ownGroup, "Group that this UAV is assigned to in its own team state, with the number used positions; the UAV flies this assignment", "own_group"],
+    ["No reports from", replayData.agents.notReceived(id, stepIndex).map((other) => `UAV ${other.uav} (${other.status})`).join(", ") || "none",
       "UAVs whose reports this agent does not receive", "missing_reports"],
-    ["Report ages", reportAgesText(replayData, id, instant), "Age of the last report received from each other UAV", "ages"],
+    ["Report ages", reportAgesText(replayData, id, stepIndex), "Age of the last report received from each other UAV", "ages"],
     ["Commit lag (s)", fixed(agentState.lag_s, 1), "Time since the last committed time step; the team state up to that step is final", "lag_s"],
   ];
 }
@@ -107,13 +107,13 @@ function capital({ kind }, name) {
 }
 
 /** Text stating that an object does not exist at the time shown, and when it ended or begins, if known. */
-function absence(replayData, scene, { kind, id }) {
+function absenceText(replayData, scene, { kind, id }) {
   const { time_s } = scene;
   const name = capital({ kind }, objectName(replayData, { kind, id }));
   if (kind === "target") return scene.targets ? `${name} does not exist at ${time_s.toFixed(1)} s` : "";
-  const there = replayData.series(`${kind}s`, "x_m", id);
-  const now = replayData.instant(time_s);
-  for (let k = now; k >= 0; k--) if (!Number.isNaN(there[k])) return `${name} ended at ${(replayData.times_s[k + 1] ?? time_s).toFixed(1)} s`;
-  const first = there.findIndex((x_m) => !Number.isNaN(x_m));
+  const positions = replayData.series(`${kind}s`, "x_m", id);
+  const now = replayData.stepAt(time_s);
+  for (let k = now; k >= 0; k--) if (!Number.isNaN(positions[k])) return `${name} ended at ${(replayData.times_s[k + 1] ?? time_s).toFixed(1)} s`;
+  const first = positions.findIndex((x_m) => !Number.isNaN(x_m));
   return first < 0 ? `${name} does not exist` : `${name} begins at ${replayData.times_s[first].toFixed(1)} s`;
 }

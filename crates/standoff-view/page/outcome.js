@@ -24,13 +24,13 @@ function showOutcome({ runs }) {
     const row = body.insertRow();
     const name = row.insertCell();
     name.textContent = metric;
-    name.title = line.words;
+    name.title = line.label;
     for (const value of values) {
       const cell = row.insertCell();
       cell.dataset.metric = metric;
       cell.textContent = fixed(value, 2);
     }
     row.insertCell().textContent = line.unit;
-    row.insertCell().textContent = line.good;
+    row.insertCell().textContent = line.target;
   }
 }

@@ -20,7 +20,7 @@ const PANELS = [
       "of the run. The bound is the Cramer-Rao lower bound for unbiased filters; it is drawn where it is defined.",
     curves: [
       { of: "groups", column: "position_error_m", note: "", dash: "solid" },
-      { of: "groups", column: "position_bound_m", note: "bound", dash: "dash" },
+      { of: "groups", column: "position_crlb_m", note: "bound", dash: "dash" },
       { of: "run", column: "position_error_m", note: "all tracks", dash: "dot", ink: "ink" },
     ], fromZero: true },
   { key: "off_boresight", title: "Off-boresight angle", unit: "\u00b0", factor: DEGREES,
@@ -101,9 +101,9 @@ class Panel {
     const unit = spec.unit ? ` (${spec.unit})` : "";
     this.heading.title = spec.about;
     this.heading.replaceChildren(`${name}${spec.hint ? `, ${spec.hint}` : ""}${unit}`);
-    for (const [colour, dash, words] of kinds) {
+    for (const [colour, dash, text] of kinds) {
       const kind = document.createElement("small");
-      kind.append(stroke(colour, dash), words);
+      kind.append(stroke(colour, dash), text);
       this.heading.append(kind);
     }
   }

@@ -1,5 +1,5 @@
 // Team states of several agents: which one is shown, what each agent believes about the other UAVs, and where the agents
-// differ. `src/replay/agents.rs` describes the tables.
+// differ. `src/replay/per_agent.rs` describes the tables.
 
 /** Names of the teammate statuses, by their number in the tables. */
 const TEAMMATE_STATUS = ["live", "silent", "timed out", "left", "never received"];
@@ -9,7 +9,7 @@ const NOT_RECEIVED = new Set(["silent", "timed out", "never received"]);
 class Agents {
   constructor(replayData) {
     this.replayData = replayData;
-    this.shelf = new Shelf(replayData, "team-states");
+    this.blockCache = new BlockCache(replayData, "team-states");
     /** UAVs that run their own agent; empty if the team shares one. */
     this.ids = [];
     /** The UAV whose team state is shown; `null`: the UAV of lowest id whose computer is on. */
@@ -22,8 +22,8 @@ class Agents {
   }
 
   /** Adds the agents of an overview. */
-  put(half) {
-    this.ids = [...new Set([...this.ids, ...(half.tables.agents?.ids ?? [])])].sort((a, b) => a - b);
+  put(block) {
+    this.ids = [...new Set([...this.ids, ...(block.tables.agents?.ids ?? [])])].sort((a, b) => a - b);
   }
 
   choose(uav) {
@@ -32,62 +32,62 @@ class Agents {
   }
 
   /** Whether the computer of a UAV is on. */
-  isOn(uav, instant) {
-    return !Number.isNaN(this.replayData.value("agents", "link_degraded", uav, instant));
+  isOn(uav, stepIndex) {
+    return !Number.isNaN(this.replayData.value("agents", "link_degraded", uav, stepIndex));
   }
 
   /** The UAVs whose computer is on. */
-  on(instant) {
-    return this.ids.filter((uav) => this.isOn(uav, instant));
+  on(stepIndex) {
+    return this.ids.filter((uav) => this.isOn(uav, stepIndex));
   }
 
   /** The UAV whose team state is stored in the run's main tables. */
-  first(instant) {
-    return this.ids.find((uav) => this.isOn(uav, instant)) ?? null;
+  first(stepIndex) {
+    return this.ids.find((uav) => this.isOn(uav, stepIndex)) ?? null;
   }
 
   /** The UAV whose team state is shown at a time step; `null` if there is none. */
-  owner(instant) {
-    if (this.chosen === null) return this.first(instant);
-    return this.isOn(this.chosen, instant) ? this.chosen : null;
+  owner(stepIndex) {
+    if (this.chosen === null) return this.first(stepIndex);
+    return this.isOn(this.chosen, stepIndex) ? this.chosen : null;
   }
 
   /** Whether the shown team state is not the one in the run's main tables: it is another one, or there is none. */
-  isOther(instant) {
-    return this.isSeveral && this.owner(instant) !== this.first(instant);
+  isOther(stepIndex) {
+    return this.isSeveral && this.owner(stepIndex) !== this.first(stepIndex);
   }
 
   /** Whether an event belongs to the shown team state. */
   hasEvent({ by, time_s }) {
-    return !by || by.includes(this.chosen ?? this.first(this.replayData.instant(time_s)));
+    return !by || by.includes(this.chosen ?? this.first(this.replayData.stepAt(time_s)));
   }
 
   /** What an agent believes about a UAV: its status, the age of its last report, and the group that it is assigned to. */
-  believed(agent, uav, instant) {
+  believed(agent, uav, stepIndex) {
     const { replayData } = this;
-    const at = (column) => replayData.value(`team-${agent}`, column, uav, instant);
+    const at = (column) => replayData.value(`team-${agent}`, column, uav, stepIndex);
     if (!Number.isNaN(at("status"))) {
       return { status: TEAMMATE_STATUS[at("status")], age_s: at("age_s"), group: idOf(at("group")), created_s: at("created_s") };
     }
-    const own = (column) => replayData.value("agents", column, uav, instant);
+    const own = (column) => replayData.value("agents", column, uav, stepIndex);
     return { status: "live", age_s: 0, group: idOf(own("group")), created_s: own("created_s") };
   }
 
   /** The UAVs whose reports an agent does not receive. */
-  notReceived(agent, instant) {
-    const others = this.replayData.ids.uavs.filter((uav) => uav !== agent).map((uav) => ({ uav, ...this.believed(agent, uav, instant) }));
+  notReceived(agent, stepIndex) {
+    const others = this.replayData.ids.uavs.filter((uav) => uav !== agent).map((uav) => ({ uav, ...this.believed(agent, uav, stepIndex) }));
     return others.filter(({ status }) => NOT_RECEIVED.has(status));
   }
 
   /** Sets of agents with equal assignments; the set with the lowest id comes first. */
-  agreeingSets(instant) {
-    return [...grouped(this.on(instant), (uav) => this.replayData.value("agents", "assignments", uav, instant)).values()];
+  agreeingSets(stepIndex) {
+    return [...grouped(this.on(stepIndex), (uav) => this.replayData.value("agents", "assignments", uav, stepIndex)).values()];
   }
 
   /** Whether the assignments of the agents differ. */
-  differ(instant) {
-    const [first, ...others] = this.on(instant);
-    return others.some((uav) => this.replayData.value("agents", "assignments", uav, instant) !== first);
+  differ(stepIndex) {
+    const [first, ...others] = this.on(stepIndex);
+    return others.some((uav) => this.replayData.value("agents", "assignments", uav, stepIndex) !== first);
   }
 
   /**
@@ -99,18 +99,18 @@ class Agents {
     const size = replayData.times_s.length;
     if (cache.size === size && cache.chosen === chosen) return cache.spans;
     const spans = { differ: [], silent: [], timedOut: [], off: [] };
-    replayData.times_s.forEach((time_s, instant) => {
-      const owner = this.owner(instant);
-      const notReceived = owner === null ? [] : this.notReceived(owner, instant);
+    replayData.times_s.forEach((time_s, stepIndex) => {
+      const owner = this.owner(stepIndex);
+      const notReceived = owner === null ? [] : this.notReceived(owner, stepIndex);
       const is = {
-        differ: this.differ(instant), off: owner === null, timedOut: notReceived.some(({ status }) => status !== "silent"),
+        differ: this.differ(stepIndex), off: owner === null, timedOut: notReceived.some(({ status }) => status !== "silent"),
         silent: notReceived.some(({ status }) => status === "silent"),
       };
       for (const kind of Object.keys(spans).filter((kind) => is[kind])) {
         const last = spans[kind].at(-1);
-        const until_s = replayData.times_s[instant + 1] ?? time_s + replayData.head.period_s;
-        if (last?.until === instant) Object.assign(last, { until_s, until: instant + 1 });
-        else spans[kind].push({ from_s: time_s, until_s, until: instant + 1 });
+        const until_s = replayData.times_s[stepIndex + 1] ?? time_s + replayData.head.period_s;
+        if (last?.until === stepIndex) Object.assign(last, { until_s, until: stepIndex + 1 });
+        else spans[kind].push({ from_s: time_s, until_s, until: stepIndex + 1 });
       }
     });
     this.cache = { size, chosen, spans };
@@ -120,36 +120,36 @@ class Agents {
   /** The team states at the current and the next time step; `undefined` while they are being loaded. */
   teamStates(time_s) {
     const { replayData } = this;
-    const part = replayData.part(replayData.instant(time_s));
-    this.shelf.want([part, part + 1].filter((part) => replayData.parts[part]?.tables.agents));
-    return this.shelf.halves.get(part)?.half;
+    const part = replayData.part(replayData.stepAt(time_s));
+    this.blockCache.request([part, part + 1].filter((part) => replayData.parts[part]?.tables.agents));
+    return this.blockCache.blocks.get(part)?.block;
   }
 }
 
 /** Text that names the shown team state. */
-function teamStateText(replayData, instant) {
+function teamStateText(replayData, stepIndex) {
   const { agents } = replayData;
-  const owner = agents.owner(instant);
+  const owner = agents.owner(stepIndex);
   if (owner !== null) return `team state of UAV ${owner}`;
   return agents.chosen === null ? "no team state: all computers are off" : `no team state: the computer of UAV ${agents.chosen} is off`;
 }
 
 /** Text that lists the UAVs whose reports an agent does not receive; "none" if it receives the reports of all. */
-function notReceivedText(replayData, agent, instant) {
-  const notReceived = replayData.agents.notReceived(agent, instant);
+function notReceivedText(replayData, agent, stepIndex) {
+  const notReceived = replayData.agents.notReceived(agent, stepIndex);
   const text = ({ uav, status, age_s }) => `UAV ${uav} ${status}${Number.isNaN(age_s) ? "" : `, last report ${age_s.toFixed(1)} s ago`}`;
   return notReceived.length ? notReceived.map(text).join("; ") : "none";
 }
 
 /** Text with the age of the last report of each other UAV. */
-function reportAgesText(replayData, agent, instant) {
-  const others = replayData.ids.uavs.filter((uav) => uav !== agent).map((uav) => ({ uav, ...replayData.agents.believed(agent, uav, instant) }));
+function reportAgesText(replayData, agent, stepIndex) {
+  const others = replayData.ids.uavs.filter((uav) => uav !== agent).map((uav) => ({ uav, ...replayData.agents.believed(agent, uav, stepIndex) }));
   return others.map(({ uav, age_s }) => `UAV ${uav} ${Number.isNaN(age_s) ? "\u2013" : `${age_s.toFixed(1)} s`}`).join(", ");
 }
 
 /** Text with the assignments in the team state of an agent. */
-function assignmentsText(replayData, agent, instant) {
-  const assigned = replayData.ids.uavs.map((uav) => ({ uav, ...replayData.agents.believed(agent, uav, instant) })).filter(({ group }) => group !== null);
+function assignmentsText(replayData, agent, stepIndex) {
+  const assigned = replayData.ids.uavs.map((uav) => ({ uav, ...replayData.agents.believed(agent, uav, stepIndex) })).filter(({ group }) => group !== null);
   const byGroup = [...grouped(assigned, ({ group }) => group)].sort(([a], [b]) => a - b);
   if (!byGroup.length) return "no UAV is assigned";
   const text = ([group, uavs]) => `group ${group} (created at ${uavs[0].created_s.toFixed(1)} s): UAV ${uavs.map(({ uav }) => uav).join(", ")}`;
@@ -157,8 +157,8 @@ function assignmentsText(replayData, agent, instant) {
 }
 
 /** Text that lists the sets of agents with different assignments; empty if all agree. */
-function disagreementText(replayData, instant) {
-  const agreeingSets = replayData.agents.agreeingSets(instant);
+function disagreementText(replayData, stepIndex) {
+  const agreeingSets = replayData.agents.agreeingSets(stepIndex);
   const text = (set) => `UAV ${set.join(", ")}`;
   return agreeingSets.length > 1 ? `assignments differ: ${agreeingSets.map(text).join(" | ")}` : "";
 }

@@ -6,35 +6,35 @@ function pointer(page, { map, replayData, selection, cards }) {
   const down = new Map();
   let pressed = [0, 0];
   let dragged = false;
-  const place = (event) => [event.offsetX / pageZoom(), event.offsetY / pageZoom()];
+  const positionIn = (event) => [event.offsetX / pageZoom(), event.offsetY / pageZoom()];
   const showPosition = (x, y) => {
     const [east_m, north_m] = camera.world(x, y);
     const { origin } = replayData.head;
     const [lat, lon] = origin ? geographic(origin, east_m, north_m) : [];
     const latLon = origin ? `, ${degrees(lat, "N", "S")} ${degrees(lon, "E", "W")}` : "";
-    element("where").textContent = `${fixed(east_m, 0)} m east, ${fixed(north_m, 0)} m north${latLon}`;
+    element("pointer-position").textContent = `${fixed(east_m, 0)} m east, ${fixed(north_m, 0)} m north${latLon}`;
   };
   const point = (event) => {
-    cards.pointed = event.pointerType === "touch" || down.size ? null : place(event);
+    cards.pointed = event.pointerType === "touch" || down.size ? null : positionIn(event);
     cards.show();
   };
   canvas.addEventListener("pointerdown", (event) => {
     canvas.setPointerCapture(event.pointerId);
-    down.set(event.pointerId, place(event));
+    down.set(event.pointerId, positionIn(event));
     // Touching with a second finger is not a click.
     dragged = down.size > 1;
-    pressed = place(event);
-    if (map.ruler && down.size === 1) map.ruler = { from: camera.world(...place(event)), to: null };
+    pressed = positionIn(event);
+    if (map.ruler && down.size === 1) map.ruler = { from: camera.world(...positionIn(event)), to: null };
   });
   canvas.addEventListener("pointermove", (event) => {
-    const [x, y] = place(event);
+    const [x, y] = positionIn(event);
     const before = down.get(event.pointerId);
     point(event);
     if (!before) return showPosition(x, y);
     if (Math.hypot(x - pressed[0], y - pressed[1]) > CLICK_PX) dragged = true;
     if (map.ruler && down.size === 1) {
       map.ruler.to = camera.world(x, y);
-      element("measured").textContent = map.measured();
+      element("ruler-result").textContent = map.measured();
     } else if (down.size === 2) {
       const [other] = [...down].filter(([id]) => id !== event.pointerId).map(([, at]) => at);
       selection.stopFitting();
@@ -52,7 +52,7 @@ function pointer(page, { map, replayData, selection, cards }) {
     page.renew();
   });
   canvas.addEventListener("pointerup", (event) => {
-    if (down.delete(event.pointerId) && !dragged && !map.ruler && event.button === 0) click(...place(event), event.pointerType === "touch");
+    if (down.delete(event.pointerId) && !dragged && !map.ruler && event.button === 0) click(...positionIn(event), event.pointerType === "touch");
   });
   canvas.addEventListener("pointercancel", (event) => down.delete(event.pointerId));
   canvas.addEventListener("pointerleave", () => {
@@ -71,7 +71,7 @@ function pointer(page, { map, replayData, selection, cards }) {
     (event) => {
       event.preventDefault();
       selection.stopFitting();
-      camera.zoom(Math.exp(-event.deltaY * (event.deltaMode ? 0.05 : 0.0015)), ...place(event));
+      camera.zoom(Math.exp(-event.deltaY * (event.deltaMode ? 0.05 : 0.0015)), ...positionIn(event));
       page.renew();
     },
     { passive: false },

@@ -8,39 +8,39 @@ async function inflate(bytes) {
 
 /** Numbers by column, object and time step; NaN for missing values. */
 class Table {
-  constructor(directory, instants, bytes) {
+  constructor(directory, stepCount, bytes) {
     this.ids = directory.ids;
-    this.instants = instants;
-    this.places = new Map(directory.ids.map((id, place) => [id, place]));
+    this.stepCount = stepCount;
+    this.rows = new Map(directory.ids.map((id, row) => [id, row]));
     this.columns = new Map();
-    const cells = directory.ids.length * instants;
+    const cells = directory.ids.length * stepCount;
     directory.columns.forEach((name, index) => {
-      this.columns.set(name, Table.column(bytes, 4 * cells * index, cells, instants));
+      this.columns.set(name, Table.column(bytes, 4 * cells * index, cells, stepCount));
     });
     this.bytes = 4 * cells * directory.columns.length;
   }
 
   /** Decodes a column: four byte planes contain the differences between the bit patterns of consecutive numbers, object by object. */
-  static column(bytes, from, cells, instants) {
+  static column(bytes, from, cells, stepCount) {
     const bits = new Uint32Array(cells);
-    for (let place = 0; place < 4; place++) {
-      const plane = from + place * cells;
-      for (let cell = 0; cell < cells; cell++) bits[cell] |= bytes[plane + cell] << (8 * place);
+    for (let byte = 0; byte < 4; byte++) {
+      const plane = from + byte * cells;
+      for (let cell = 0; cell < cells; cell++) bits[cell] |= bytes[plane + cell] << (8 * byte);
     }
     for (let cell = 0; cell < cells; cell++) {
-      if (cell % instants !== 0) bits[cell] = bits[cell] + bits[cell - 1];
+      if (cell % stepCount !== 0) bits[cell] = bits[cell] + bits[cell - 1];
     }
     return new Float32Array(bits.buffer);
   }
 
-  value(column, id, instant) {
-    const place = this.places.get(id);
-    return place === undefined ? NaN : this.columns.get(column)[place * this.instants + instant];
+  value(column, id, stepIndex) {
+    const row = this.rows.get(id);
+    return row === undefined ? NaN : this.columns.get(column)[row * this.stepCount + stepIndex];
   }
 }
 
 /** The overview, the detail or the team states of one part of a replay. */
-class Half {
+class Block {
   constructor(bytes) {
     const length = new DataView(bytes.buffer, bytes.byteOffset).getUint32(0, true);
     const directory = JSON.parse(new TextDecoder().decode(bytes.subarray(4, 4 + length)));
@@ -71,53 +71,53 @@ function lastNotAfter(times_s, time_s) {
   return low - 1;
 }
 
-/** Cache of halves of one kind around the time shown. It loads the requested halves and keeps the most recent ones. */
-class Shelf {
-  /** Maximum number of halves in the cache. */
+/** Cache of blocks of one kind around the time shown. It loads the requested blocks and keeps the most recent ones. */
+class BlockCache {
+  /** Maximum number of blocks in the cache. */
   static KEPT = 12;
 
   constructor(replayData, kind) {
     this.replayData = replayData;
     this.kind = kind;
-    /** By part: the half, and the number of time steps of the overview when the half was requested. */
-    this.halves = new Map();
+    /** By part: the block, and the number of time steps of the overview when the block was requested. */
+    this.blocks = new Map();
     this.requested = [];
     this.loading = false;
   }
 
-  /** Requests halves; they replace earlier requests. */
-  want(parts) {
+  /** Requests blocks; they replace earlier requests. */
+  request(parts) {
     this.requested = parts;
     this.load();
   }
 
-  /** Loads requested halves that are missing or have grown, one at a time, so that halves skipped while scrubbing are not loaded. */
+  /** Loads requested blocks that are missing or have grown, one at a time, so that blocks skipped while scrubbing are not loaded. */
   async load() {
     const { replayData } = this;
     const size = (part) => replayData.parts[part]?.times_s.length ?? 0;
-    const part = this.requested.find((part) => (this.halves.get(part)?.instants ?? 0) < size(part));
+    const part = this.requested.find((part) => (this.blocks.get(part)?.stepCount ?? 0) < size(part));
     if (part === undefined || this.loading) return;
     this.loading = true;
-    const instants = size(part);
-    let half;
+    const stepCount = size(part);
+    let block;
     try {
-      half = await replayData.source.half(this.kind, part);
+      block = await replayData.source.block(this.kind, part);
     } catch {
       // The next drawn frame requests it again; while the time is paused, a frame is drawn after one second.
       setTimeout(() => replayData.loaded?.(), 1000);
     }
     this.loading = false;
-    if (half) {
-      this.keep(part, { half, instants });
+    if (block) {
+      this.keep(part, { block, stepCount });
       this.load();
     }
   }
 
   keep(part, held) {
-    this.halves.delete(part);
-    this.halves.set(part, held);
-    const old = [...this.halves.keys()].filter((other) => Math.abs(other - part) > 1);
-    for (const other of old.slice(0, Math.max(0, this.halves.size - Shelf.KEPT))) this.halves.delete(other);
+    this.blocks.delete(part);
+    this.blocks.set(part, held);
+    const old = [...this.blocks.keys()].filter((other) => Math.abs(other - part) > 1);
+    for (const other of old.slice(0, Math.max(0, this.blocks.size - BlockCache.KEPT))) this.blocks.delete(other);
     this.replayData.loaded?.();
   }
 }
@@ -133,8 +133,8 @@ class ReplayData {
     /** Events of all agents, and events of the shown team state. */
     this.allEvents = [];
     this.events = [];
-    this.shelf = new Shelf(this, "detail");
-    this.details = this.shelf.halves;
+    this.blockCache = new BlockCache(this, "detail");
+    this.details = this.blockCache.blocks;
     this.agents = new Agents(this);
     /** Whether the newest time step is shown; its detail is then loaded first. */
     this.followed = false;
@@ -145,7 +145,7 @@ class ReplayData {
   }
 
   /** Adds the overview of the next part, or replaces the overview of the last part by a longer one. */
-  put(index, half) {
+  put(index, block) {
     // Events are only added: existing events stay the same objects.
     const known = this.allEvents.filter((event) => event.part === index);
     if (index < this.parts.length) {
@@ -155,23 +155,23 @@ class ReplayData {
       this.allEvents = this.allEvents.filter((event) => event.part < index);
     }
     this.starts.push(this.times_s.length);
-    this.parts.push(half);
-    for (const time_s of half.times_s) this.times_s.push(time_s);
-    half.events.forEach((event, place) => {
-      this.allEvents.push(known[place] ?? { ...event, part: index, time_s: event.time_us / 1e6 });
+    this.parts.push(block);
+    for (const time_s of block.times_s) this.times_s.push(time_s);
+    block.events.forEach((event, number) => {
+      this.allEvents.push(known[number] ?? { ...event, part: index, time_s: event.time_us / 1e6 });
     });
     for (const name of ["uavs", "groups", "intruders"]) {
       const known = new Set(this.ids[name]);
       // Runs without intruders have no table of them.
-      const added = (half.tables[name]?.ids ?? []).filter((id) => !known.has(id));
+      const added = (block.tables[name]?.ids ?? []).filter((id) => !known.has(id));
       if (added.length) this.ids[name] = [...this.ids[name], ...added].sort((a, b) => a - b);
     }
-    for (const [id, place] of half.tables.groups.places) {
-      const { columns, instants } = half.tables.groups;
-      const colours = columns.get("colour").subarray(place * instants, (place + 1) * instants);
+    for (const [id, row] of block.tables.groups.rows) {
+      const { columns, stepCount } = block.tables.groups;
+      const colours = columns.get("colour").subarray(row * stepCount, (row + 1) * stepCount);
       this.colours.set(id, colours.find((colour) => !Number.isNaN(colour)));
     }
-    this.agents.put(half);
+    this.agents.put(block);
     this.selectEvents();
     this.loaded?.();
   }
@@ -187,34 +187,34 @@ class ReplayData {
 
   /** Bounds (west, south, east, north) of everything in the loaded part of the run, m; `null` if there is nothing. */
   bounds_m() {
-    return unionOf(this.parts.map((half) => half.bounds_m));
+    return unionOf(this.parts.map((block) => block.bounds_m));
   }
 
   /** Index of the time step that is current at a time. */
-  instant(time_s) {
+  stepAt(time_s) {
     return Math.max(0, lastNotAfter(this.times_s, time_s));
   }
 
   /** Index of the part that contains a time step. */
-  part(instant) {
-    return Math.max(0, lastNotAfter(this.starts, instant));
+  part(stepIndex) {
+    return Math.max(0, lastNotAfter(this.starts, stepIndex));
   }
 
   /** A value of the overview; NaN if it is missing. */
-  value(table, column, id, instant) {
-    if (instant < 0 || instant >= this.times_s.length) return NaN;
-    const part = this.part(instant);
-    return this.parts[part].tables[table]?.value(column, id, instant - this.starts[part]) ?? NaN;
+  value(table, column, id, stepIndex) {
+    if (stepIndex < 0 || stepIndex >= this.times_s.length) return NaN;
+    const part = this.part(stepIndex);
+    return this.parts[part].tables[table]?.value(column, id, stepIndex - this.starts[part]) ?? NaN;
   }
 
   /** A column of one object over all time steps. */
   series(table, column, id) {
     const values = new Float32Array(this.times_s.length).fill(NaN);
-    this.parts.forEach((half, index) => {
-      const { places, columns, instants } = half.tables[table] ?? {};
-      const place = places?.get(id);
-      if (place === undefined) return;
-      values.set(columns.get(column).subarray(place * instants, (place + 1) * instants), this.starts[index]);
+    this.parts.forEach((block, index) => {
+      const { rows, columns, stepCount } = block.tables[table] ?? {};
+      const row = rows?.get(id);
+      if (row === undefined) return;
+      values.set(columns.get(column).subarray(row * stepCount, (row + 1) * stepCount), this.starts[index]);
     });
     return values;
   }
@@ -224,29 +224,29 @@ class ReplayData {
    * the overview may be newer than the detail: targets and UAVs are always shown at the same time.
    */
   detail(time_s) {
-    const part = this.part(this.instant(time_s));
+    const part = this.part(this.stepAt(time_s));
     const last = this.parts.length - 1;
-    this.shelf.want(this.followed && last > part + 1 ? [last] : [part, part + 1]);
-    return this.isWhole(time_s) ? this.details.get(part).half : undefined;
+    this.blockCache.request(this.followed && last > part + 1 ? [last] : [part, part + 1]);
+    return this.isWhole(time_s) ? this.details.get(part).block : undefined;
   }
 
   /** Whether overview and detail are loaded at a time: for the current time step and, between two time steps, for the next one. */
   isWhole(time_s) {
-    const instant = this.instant(time_s);
-    const part = this.part(instant);
-    const half = this.details.get(part)?.half;
+    const stepIndex = this.stepAt(time_s);
+    const part = this.part(stepIndex);
+    const block = this.details.get(part)?.block;
     const { stride } = this.head;
-    const at = Math.floor((instant - this.starts[part]) / stride);
-    if (!half || at >= half.times_s.length) return false;
-    if (at + 1 < half.times_s.length || time_s <= half.times_s[at] + 1e-9) return true;
+    const at = Math.floor((stepIndex - this.starts[part]) / stride);
+    if (!block || at >= block.times_s.length) return false;
+    if (at + 1 < block.times_s.length || time_s <= block.times_s[at] + 1e-9) return true;
     if ((at + 1) * stride < this.parts[part].times_s.length) return false;
-    return part + 1 === this.parts.length || this.details.get(part + 1)?.half.times_s.length > 0;
+    return part + 1 === this.parts.length || this.details.get(part + 1)?.block.times_s.length > 0;
   }
 
   /** Time of the newest time step for which overview and detail are loaded; -Infinity if there is none. */
   get shown_end_s() {
     for (let part = this.parts.length - 1; part >= 0; part--) {
-      const loaded = (this.details.get(part)?.half.times_s.length ?? 0) * this.head.stride;
+      const loaded = (this.details.get(part)?.block.times_s.length ?? 0) * this.head.stride;
       if (loaded > 0) return this.times_s[this.starts[part] + Math.min(loaded, this.parts[part].times_s.length) - 1];
     }
     return -Infinity;
@@ -261,8 +261,8 @@ class ReplayData {
   /** The detail after another one; `undefined` if it is not loaded or empty. */
   after(detail) {
     for (const [part, held] of this.details) {
-      if (held.half !== detail) continue;
-      const next = this.details.get(part + 1)?.half;
+      if (held.block !== detail) continue;
+      const next = this.details.get(part + 1)?.block;
       return next?.times_s.length ? next : undefined;
     }
     return undefined;
@@ -270,12 +270,12 @@ class ReplayData {
 }
 
 /** Interpolates between two angles along the shorter way. */
-function turned(from_rad, to_rad, share) {
+function interpolateAngle(from_rad, to_rad, share) {
   const turn_rad = Math.atan2(Math.sin(to_rad - from_rad), Math.cos(to_rad - from_rad));
   return from_rad + share * turn_rad;
 }
 
 /** Interpolates between two values; returns `a` if `b` is NaN. */
-function between(a, b, share) {
+function interpolate(a, b, share) {
   return Number.isNaN(b) ? a : a + share * (b - a);
 }

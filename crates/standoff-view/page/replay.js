@@ -17,7 +17,7 @@ class Page {
     this.run = run;
     this.pair.shown(before);
     follows(this);
-    pictureOf(this);
+    updateAgentSelection(this);
     this.selection.notify();
     this.timeline.renew();
     this.charts.draw();
@@ -26,7 +26,7 @@ class Page {
   /** Shows the team state of a UAV; `null` selects the UAV of lowest id whose computer is on. */
   chooseAgent(uav) {
     this.replayData.agents.choose(uav);
-    pictureOf(this);
+    updateAgentSelection(this);
     this.timeline.renew();
     this.renew();
   }
@@ -79,7 +79,7 @@ async function showReplay(sources) {
     page.renew();
   }).observe(document.querySelector(".tools"));
   page.pair = page.runs.length > 1 ? new CompareView(page) : null;
-  pictures(page);
+  drawFrames(page);
   const drawCharts = drawsCharts(page);
   for (const run of page.runs) {
     load(page, run, drawCharts);
@@ -88,10 +88,10 @@ async function showReplay(sources) {
 }
 
 /** Draws a frame whenever something has changed, at most at the frame rate of the browser. */
-function pictures(page) {
+function drawFrames(page) {
   const { clock, timeline, charts, state } = page;
   let tables_ms = -Infinity;
-  const picture = (now_ms) => {
+  const drawFrame = (now_ms) => {
     clock.tick(now_ms);
     for (const run of page.runs) {
       run.note(now_ms, clock.following);
@@ -118,11 +118,11 @@ function pictures(page) {
         state.show(scenes[page.runs.indexOf(page.run)]);
         page.pair?.update();
       }
-      document.body.dataset.pictures = Number(document.body.dataset.pictures ?? 0) + 1;
+      document.body.dataset.frames = Number(document.body.dataset.frames ?? 0) + 1;
     }
-    requestAnimationFrame(picture);
+    requestAnimationFrame(drawFrame);
   };
-  requestAnimationFrame(picture);
+  requestAnimationFrame(drawFrame);
 }
 
 /** Returns a function that draws the charts, at most once per second while data is loading. The first call loads the chart script. */
@@ -146,8 +146,8 @@ function drawsCharts(page) {
   return () => {
     isDrawn = false;
     drawing ??= draw()
-      .then(() => page.state.trouble(""))
-      .catch((error) => page.state.trouble(`Cannot draw the charts: ${error.message}`))
+      .then(() => page.state.setError(""))
+      .catch((error) => page.state.setError(`Cannot draw the charts: ${error.message}`))
       .finally(() => (drawing = null));
   };
 }
@@ -155,14 +155,14 @@ function drawsCharts(page) {
 /** Loads a run, and updates the page when data arrives. */
 function load(page, run, drawCharts) {
   run.load({
-    begun: () => begin(page),
-    whole: () => showOutcome(page),
-    changed: () => {
+    onFirstBlock: () => begin(page),
+    onComplete: () => showOutcome(page),
+    onData: () => {
       page.renew();
       page.timeline.renew();
       follows(page);
       filters(page);
-      pictureOf(page);
+      updateAgentSelection(page);
       controls(page);
       if (!page.replayData.parts.length) return;
       run.isBegun = true;
@@ -173,7 +173,7 @@ function load(page, run, drawCharts) {
       // Charts are slow to draw; the rest of the page does not wait for them.
       drawCharts();
     },
-    trouble: (text) => page.state.trouble(text, run),
+    onError: (text) => page.state.setError(text, run),
   });
 }
 
@@ -207,6 +207,6 @@ function summary(replayData, scene) {
     `Map at ${scene.time_s.toFixed(1)} seconds: ${count(scene.uavs.length, "UAV")}, ${count(scene.groups.length, "group")}, ` +
     `${count(targets.length, "target")}, ${outOfView ? `${outOfView} out of view` : "none out of view"}` +
     (scene.intruders.length ? `, ${count(scene.intruders.length, "intruder")}` : "") +
-    (replayData.agents.isSeveral ? `; ${teamStateText(replayData, replayData.instant(scene.time_s))}` : "")
+    (replayData.agents.isSeveral ? `; ${teamStateText(replayData, replayData.stepAt(scene.time_s))}` : "")
   );
 }

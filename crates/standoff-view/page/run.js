@@ -11,10 +11,10 @@ class Run {
     this.cards = new InfoCards(this, canvas);
     /** Number of complete parts, and number of time steps of the growing part: as announced by the source, and as loaded. */
     this.announced = { sealed: 0, open: 0, done: false };
-    this.taken = { sealed: 0, open: 0 };
+    this.loaded = { sealed: 0, open: 0 };
     /** When the page last had all data, and the last text about its delay with the time of that text. */
-    this.whole_ms = -Infinity;
-    this.late = { words: "", at_ms: -Infinity };
+    this.complete_ms = -Infinity;
+    this.delay = { text: "", at_ms: -Infinity };
   }
 
   /** The scene at a time. */
@@ -33,34 +33,34 @@ class Run {
 
   /** Whether announced data is not loaded yet. */
   get isBehind() {
-    const { announced, taken } = this;
-    return taken.sealed < announced.sealed || taken.open !== announced.open;
+    const { announced, loaded } = this;
+    return loaded.sealed < announced.sealed || loaded.open !== announced.open;
   }
 
   /** Called for every drawn frame: records whether the page has all data, and whether the newest time step is shown. */
   note(now_ms, isFollowed) {
     const { replayData } = this;
     replayData.followed = isFollowed;
-    if (!this.isBehind && replayData.shown_end_s >= replayData.end_s) this.whole_ms = now_ms;
+    if (!this.isBehind && replayData.shown_end_s >= replayData.end_s) this.complete_ms = now_ms;
   }
 
   /** Text about missing data in a scene; empty if nothing is missing. Delays of up to one second are not reported. */
   missingText(scene, now_ms) {
-    const { replayData, late } = this;
+    const { replayData, delay } = this;
     const behind_s = replayData.end_s - scene.time_s;
-    if (!replayData.followed || now_ms - this.whole_ms < 1000 || behind_s <= replayData.head.period_s) late.words = "";
-    else if (!late.words || now_ms - late.at_ms > 1000) {
-      const bound = this.taken.sealed < this.announced.sealed ? "more than " : "";
-      this.late = { words: `catching up: ${bound}${Math.ceil(behind_s)} s behind`, at_ms: now_ms };
+    if (!replayData.followed || now_ms - this.complete_ms < 1000 || behind_s <= replayData.head.period_s) delay.text = "";
+    else if (!delay.text || now_ms - delay.at_ms > 1000) {
+      const bound = this.loaded.sealed < this.announced.sealed ? "more than " : "";
+      this.delay = { text: `catching up: ${bound}${Math.ceil(behind_s)} s behind`, at_ms: now_ms };
     }
-    return [this.late.words, scene.targets === null ? "loading targets" : ""].filter(Boolean).join(", ");
+    return [this.delay.text, scene.targets === null ? "loading targets" : ""].filter(Boolean).join(", ");
   }
 
   /**
-   * Loads the existing and all future parts. Callbacks: `begun` (the first part is loaded), `changed` (more data is loaded),
-   * `whole` (all data is loaded) and `trouble` (an error text; empty when the error is over).
+   * Loads the existing and all future parts. Callbacks: `onFirstBlock` (the first part is loaded), `onData` (more data is loaded),
+   * `onComplete` (all data is loaded) and `onError` (an error text; empty when the error is over).
    */
-  load({ begun, changed, whole, trouble }) {
+  load({ onFirstBlock, onData, onComplete, onError }) {
     const { replayData, source } = this;
     let loading = false;
     let again;
@@ -70,25 +70,25 @@ class Run {
       loading = true;
       try {
         while (this.isBehind) {
-          const { sealed } = this.taken;
+          const { sealed } = this.loaded;
           const isSealed = sealed < this.announced.sealed;
           const open = isSealed ? 0 : this.announced.open;
           if (isSealed || open > 0) {
             const isFirst = replayData.parts.length === 0;
-            replayData.put(sealed, await source.half("overview", sealed));
-            if (isFirst) begun();
+            replayData.put(sealed, await source.block("overview", sealed));
+            if (isFirst) onFirstBlock();
           }
-          this.taken = { sealed: isSealed ? sealed + 1 : sealed, open };
+          this.loaded = { sealed: isSealed ? sealed + 1 : sealed, open };
         }
         if (this.announced.done && !replayData.done) {
           replayData.head = await source.head();
           replayData.done = true;
-          whole();
+          onComplete();
         }
-        trouble("");
-        changed();
+        onError("");
+        onData();
       } catch (error) {
-        trouble(`Cannot read the data: ${error.message}`);
+        onError(`Cannot read the data: ${error.message}`);
         loading = false;
         // Only data from a server is requested again: data inside a file does not change.
         clearTimeout(again);
@@ -105,9 +105,9 @@ class Run {
         return;
       }
       this.announced = state;
-      trouble("");
+      onError("");
       more();
     };
-    source.follow(announce, () => trouble("No connection to the standoff server; retrying"));
+    source.follow(announce, () => onError("No connection to the standoff server; retrying"));
   }
 }

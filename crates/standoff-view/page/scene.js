@@ -10,23 +10,23 @@ function idOf(value) {
 
 /** UAVs at a time. Positions and directions are interpolated; other values are those of the current time step. */
 function uavsAt(replayData, time_s) {
-  const { instant, share } = placeOf(replayData.times_s, time_s);
+  const { stepIndex, share } = stepPosition(replayData.times_s, time_s);
   const found = [];
   const { agents } = replayData;
-  const owner = agents.isSeveral ? agents.owner(instant) : undefined;
+  const owner = agents.isSeveral ? agents.owner(stepIndex) : undefined;
   for (const id of replayData.ids.uavs) {
-    const now = (column) => replayData.value("uavs", column, id, instant);
-    const then = (column) => replayData.value("uavs", column, id, instant + 1);
+    const now = (column) => replayData.value("uavs", column, id, stepIndex);
+    const then = (column) => replayData.value("uavs", column, id, stepIndex + 1);
     if (Number.isNaN(now("x_m"))) continue;
-    const turnedTo = (column) => (Number.isNaN(then(column)) ? now(column) : turned(now(column), then(column), share));
+    const turnedTo = (column) => (Number.isNaN(then(column)) ? now(column) : interpolateAngle(now(column), then(column), share));
     found.push({
       id,
-      x_m: between(now("x_m"), then("x_m"), share),
-      y_m: between(now("y_m"), then("y_m"), share),
+      x_m: interpolate(now("x_m"), then("x_m"), share),
+      y_m: interpolate(now("y_m"), then("y_m"), share),
       heading_rad: turnedTo("heading_rad"),
       boresight_rad: Number.isNaN(now("boresight_rad")) ? NaN : turnedTo("boresight_rad"),
-      group: owner === undefined ? idOf(now("group")) : owner === null ? null : agents.believed(owner, id, instant).group,
-      agentState: agents.isSeveral ? agentAt(replayData, id, owner, instant) : null,
+      group: owner === undefined ? idOf(now("group")) : owner === null ? null : agents.believed(owner, id, stepIndex).group,
+      agentState: agents.isSeveral ? agentAt(replayData, id, owner, stepIndex) : null,
       speed_m_s: now("speed_m_s"),
       turn_rate_rad_s: now("turn_rate_rad_s"),
       turn_rate_limited: now("turn_rate_limited") === 1,
@@ -47,28 +47,28 @@ function uavsAt(replayData, time_s) {
   return found;
 }
 
-/** Intruders further than this from every UAV need not be in view on the map, m. Same value as in `src/replay/part.rs`. */
-const CONCERN_M = 1200;
+/** Intruders further than this from every UAV need not be in view on the map, m. Same value as in `src/replay/chunk.rs`. */
+const RELEVANT_M = 1200;
 
 /** Time without reports after which UAVs stop avoiding an intruder, s. */
-const FORGOTTEN_S = 30;
+const AVOIDANCE_TIMEOUT_S = 30;
 
 /** Intruders at a time, with the nearest of the given UAVs and the state of the transponder. */
 function intrudersAt(replayData, time_s, uavs) {
-  const { instant, share } = placeOf(replayData.times_s, time_s);
+  const { stepIndex, share } = stepPosition(replayData.times_s, time_s);
   const found = replayData.ids.intruders.map((id) => {
-    const now = (column) => replayData.value("intruders", column, id, instant);
-    const then = (column) => replayData.value("intruders", column, id, instant + 1);
+    const now = (column) => replayData.value("intruders", column, id, stepIndex);
+    const then = (column) => replayData.value("intruders", column, id, stepIndex + 1);
     const [now_x_m, now_y_m] = [now("x_m"), now("y_m")];
     const distances = uavs.map((uav) => ({ uav: uav.id, distance_m: Math.hypot(uav.now_x_m - now_x_m, uav.now_y_m - now_y_m) }));
     return {
       id,
-      x_m: between(now_x_m, then("x_m"), share),
-      y_m: between(now_y_m, then("y_m"), share),
-      heading_rad: Number.isNaN(then("heading_rad")) ? now("heading_rad") : turned(now("heading_rad"), then("heading_rad"), share),
+      x_m: interpolate(now_x_m, then("x_m"), share),
+      y_m: interpolate(now_y_m, then("y_m"), share),
+      heading_rad: Number.isNaN(then("heading_rad")) ? now("heading_rad") : interpolateAngle(now("heading_rad"), then("heading_rad"), share),
       speed_m_s: now("speed_m_s"),
       transponder_on: now("transponder_on") === 1,
-      silent: transponderText(replayData, id, instant),
+      silent: transponderText(replayData, id, stepIndex),
       nearest: distances.reduce((best, one) => (best && best.distance_m <= one.distance_m ? best : one), null),
       now_x_m,
       now_y_m,
@@ -78,14 +78,14 @@ function intrudersAt(replayData, time_s, uavs) {
 }
 
 /** Text with the time since the last report of an intruder; empty while its transponder is on. */
-function transponderText(replayData, id, instant) {
+function transponderText(replayData, id, stepIndex) {
   const isOn = (k) => replayData.value("intruders", "transponder_on", id, k) === 1;
-  const ago_s = (k) => replayData.times_s[instant] - replayData.times_s[k];
-  let last = instant;
-  while (last >= 0 && !isOn(last) && ago_s(last) <= FORGOTTEN_S) last -= 1;
-  if (last === instant) return "";
+  const ago_s = (k) => replayData.times_s[stepIndex] - replayData.times_s[k];
+  let last = stepIndex;
+  while (last >= 0 && !isOn(last) && ago_s(last) <= AVOIDANCE_TIMEOUT_S) last -= 1;
+  if (last === stepIndex) return "";
   if (last < 0) return "no report yet";
-  return ago_s(last) > FORGOTTEN_S ? `off for more than ${FORGOTTEN_S} s: no longer avoided` : `off for ${ago_s(last).toFixed(1)} s`;
+  return ago_s(last) > AVOIDANCE_TIMEOUT_S ? `off for more than ${AVOIDANCE_TIMEOUT_S} s: no longer avoided` : `off for ${ago_s(last).toFixed(1)} s`;
 }
 
 /** Name of a zone by its index; empty for NaN. */
@@ -96,14 +96,14 @@ function zoneName(replayData, index) {
 }
 
 /** State of the agent of a UAV, and the UAV's status in the shown team state. */
-function agentAt(replayData, id, owner, instant) {
+function agentAt(replayData, id, owner, stepIndex) {
   const { agents } = replayData;
-  const shown = owner === null || owner === id ? null : agents.believed(owner, id, instant);
-  const own = (column) => replayData.value("agents", column, id, instant);
-  const is_on = agents.isOn(id, instant);
+  const shown = owner === null || owner === id ? null : agents.believed(owner, id, stepIndex);
+  const own = (column) => replayData.value("agents", column, id, stepIndex);
+  const isOn = agents.isOn(id, stepIndex);
   return {
-    instant, owner, is_on, shown, lag_s: own("lag_s"), link_degraded: own("link_degraded") === 1, group: idOf(own("group")),
-    is_not_received: shown !== null && NOT_RECEIVED.has(shown.status),
+    stepIndex, owner, isOn, shown, lag_s: own("lag_s"), link_degraded: own("link_degraded") === 1, group: idOf(own("group")),
+    isNotReceived: shown !== null && NOT_RECEIVED.has(shown.status),
   };
 }
 
@@ -123,56 +123,56 @@ function groupOf(id, now, moved) {
 }
 
 /** Group columns that exist only in the run's main tables. */
-const OF_OWN_GROUPS = ["phase_rad", "desired_phase_rad", "position_error_m", "position_bound_m"];
+const MAIN_GROUP_COLUMNS = ["phase_rad", "desired_phase_rad", "position_error_m", "position_crlb_m"];
 
 /** Groups at a time; empty while another agent's team state is being loaded. */
 function groupsAt(replayData, time_s) {
-  const { instant, share } = placeOf(replayData.times_s, time_s);
+  const { stepIndex, share } = stepPosition(replayData.times_s, time_s);
   const found = [];
-  if (replayData.agents.isOther(instant)) return otherGroupsAt(replayData, time_s);
+  if (replayData.agents.isOther(stepIndex)) return otherGroupsAt(replayData, time_s);
   for (const id of replayData.ids.groups) {
-    const now = (column) => replayData.value("groups", column, id, instant);
-    const moved = (column) => between(now(column), replayData.value("groups", column, id, instant + 1), share);
+    const now = (column) => replayData.value("groups", column, id, stepIndex);
+    const moved = (column) => interpolate(now(column), replayData.value("groups", column, id, stepIndex + 1), share);
     if (Number.isNaN(now("x_m"))) continue;
-    found.push({ ...groupOf(id, now, moved), ...Object.fromEntries(OF_OWN_GROUPS.map((column) => [column, now(column)])) });
+    found.push({ ...groupOf(id, now, moved), ...Object.fromEntries(MAIN_GROUP_COLUMNS.map((column) => [column, now(column)])) });
   }
   return found;
 }
 
 /** Position of a time in another agent's team states: the current and the next time step, and the fraction between them. */
 function otherAt(replayData, time_s) {
-  const half = replayData.agents.teamStates(time_s);
-  if (!half) return null;
-  const part = replayData.part(replayData.instant(time_s));
+  const block = replayData.agents.teamStates(time_s);
+  if (!block) return null;
+  const part = replayData.part(replayData.stepAt(time_s));
   const start = replayData.starts[part];
   const until_s = replayData.times_s[start + replayData.parts[part].times_s.length];
-  const { instant, share } = placeOf(until_s === undefined ? half.times_s : [...half.times_s, until_s], time_s);
-  const owner = replayData.agents.owner(replayData.instant(time_s));
+  const { stepIndex, share } = stepPosition(until_s === undefined ? block.times_s : [...block.times_s, until_s], time_s);
+  const owner = replayData.agents.owner(replayData.stepAt(time_s));
   // The first time step of the next part is not looked up, so objects do not move during the last step.
-  const isLast = instant + 1 >= half.times_s.length;
-  return { half, owner, instant, next: isLast ? instant : instant + 1, share: isLast ? 0 : share };
+  const isLast = stepIndex + 1 >= block.times_s.length;
+  return { block, owner, stepIndex, next: isLast ? stepIndex : stepIndex + 1, share: isLast ? 0 : share };
 }
 
 /** A value in another agent's team state. If it equals the value in the run's main tables, it is not stored, and `shown` returns it. */
-function otherValue(table, column, id, instant, shown) {
-  const own = table?.value("own", id, instant) ?? NaN;
-  if (Number.isNaN(own)) return shown();
-  return own === 1 ? table.value(column, id, instant) : NaN;
+function otherValue(table, column, id, stepIndex, shown) {
+  const present = table?.value("present", id, stepIndex) ?? NaN;
+  if (Number.isNaN(present)) return shown();
+  return present === 1 ? table.value(column, id, stepIndex) : NaN;
 }
 
 /** Groups in another agent's team state. */
 function otherGroupsAt(replayData, time_s) {
   const other = otherAt(replayData, time_s);
   if (!other || other.owner === null) return [];
-  const table = other.half.tables[`groups-${other.owner}`];
+  const table = other.block.tables[`groups-${other.owner}`];
   const found = [];
   for (const id of new Set([...replayData.ids.groups, ...(table?.ids ?? [])])) {
     const at = (column, k) =>
-      otherValue(table, column, id, k, () => replayData.value("groups", column, id, replayData.instant(other.half.times_s[k])));
-    const now = (column) => at(column, other.instant);
-    const moved = (column) => between(now(column), at(column, other.next), other.share);
+      otherValue(table, column, id, k, () => replayData.value("groups", column, id, replayData.stepAt(other.block.times_s[k])));
+    const now = (column) => at(column, other.stepIndex);
+    const moved = (column) => interpolate(now(column), at(column, other.next), other.share);
     if (Number.isNaN(now("x_m"))) continue;
-    found.push({ ...groupOf(id, now, moved), ...Object.fromEntries(OF_OWN_GROUPS.map((column) => [column, NaN])) });
+    found.push({ ...groupOf(id, now, moved), ...Object.fromEntries(MAIN_GROUP_COLUMNS.map((column) => [column, NaN])) });
   }
   return found.sort((a, b) => a.id - b.id);
 }
@@ -181,13 +181,13 @@ function otherGroupsAt(replayData, time_s) {
  * A target. `truth` returns a true value at the current time step and `movedTruth` interpolates it; `at` and `moved` do the same
  * for values in the team state.
  */
-function knownTarget(id, { truth, movedTruth, at, moved }) {
+function makeTarget(id, { truth, movedTruth, at, moved }) {
   const tracked = !Number.isNaN(at("x_m"));
   const group = idOf(at("group"));
   const detections = truth("detections");
   return {
     id,
-    there: !Number.isNaN(truth("true_x_m")),
+    exists: !Number.isNaN(truth("true_x_m")),
     tracked,
     true_x_m: movedTruth("true_x_m"),
     true_y_m: movedTruth("true_y_m"),
@@ -211,19 +211,19 @@ function otherTargetsAt(replayData, time_s, detail) {
   const other = otherAt(replayData, time_s);
   if (!other) return null;
   const { targets } = detail.tables;
-  const table = other.half.tables[`tracks-${other.owner}`];
-  const place = (k) => Math.max(0, lastNotAfter(detail.times_s, other.half.times_s[k]));
+  const table = other.block.tables[`tracks-${other.owner}`];
+  const detailIndex = (k) => Math.max(0, lastNotAfter(detail.times_s, other.block.times_s[k]));
   const found = [];
   for (const id of new Set([...targets.ids, ...(table?.ids ?? [])])) {
-    const main = (column, k) => targets.value(column, id, place(k));
+    const main = (column, k) => targets.value(column, id, detailIndex(k));
     const believed = (column, k) =>
       other.owner === null ? NaN : otherValue(table, column, id, k, () => main(column, k));
-    const at = (column) => believed(column, other.instant);
-    const movedTruth = (column) => between(main(column, other.instant), main(column, other.next), other.share);
-    const moved = (column) => between(at(column), believed(column, other.next), other.share);
-    const truth = (column) => main(column, other.instant);
-    const target = knownTarget(id, { truth, movedTruth, at, moved });
-    if (target.there || target.tracked) found.push({ ...target, is_told: other.owner !== null });
+    const at = (column) => believed(column, other.stepIndex);
+    const movedTruth = (column) => interpolate(main(column, other.stepIndex), main(column, other.next), other.share);
+    const moved = (column) => interpolate(at(column), believed(column, other.next), other.share);
+    const truth = (column) => main(column, other.stepIndex);
+    const target = makeTarget(id, { truth, movedTruth, at, moved });
+    if (target.exists || target.tracked) found.push({ ...target, hasTeamState: other.owner !== null });
   }
   return found.sort((a, b) => a.id - b.id);
 }
@@ -232,22 +232,22 @@ function otherTargetsAt(replayData, time_s, detail) {
 function targetsAt(replayData, time_s) {
   const detail = replayData.detail(time_s);
   if (!detail) return null;
-  if (replayData.agents.isOther(replayData.instant(time_s))) return otherTargetsAt(replayData, time_s, detail);
+  if (replayData.agents.isOther(replayData.stepAt(time_s))) return otherTargetsAt(replayData, time_s, detail);
   const table = detail.tables.targets;
   const following = replayData.after(detail);
-  const { instant, share } = placeOf(replayData.detailTimes(detail), time_s);
+  const { stepIndex, share } = stepPosition(replayData.detailTimes(detail), time_s);
   const columns = Object.fromEntries(table.columns);
   const found = [];
-  table.ids.forEach((id, place) => {
-    const cell = place * table.instants + instant;
+  table.ids.forEach((id, row) => {
+    const cell = row * table.stepCount + stepIndex;
     if (Number.isNaN(columns.detections[cell])) return;
     const next = (name) => {
-      if (instant + 1 < table.instants) return columns[name][cell + 1];
+      if (stepIndex + 1 < table.stepCount) return columns[name][cell + 1];
       return following ? following.tables.targets.value(name, id, 0) : NaN;
     };
-    const moved = (name) => between(columns[name][cell], next(name), share);
+    const moved = (name) => interpolate(columns[name][cell], next(name), share);
     const at = (name) => columns[name][cell];
-    found.push(knownTarget(id, { truth: at, movedTruth: moved, at, moved }));
+    found.push(makeTarget(id, { truth: at, movedTruth: moved, at, moved }));
   });
   return found;
 }
@@ -255,34 +255,34 @@ function targetsAt(replayData, time_s) {
 /** The times of the UAVs and the targets that are shown; the time of the targets is undefined while they are being loaded. */
 function shownTimes(replayData, time_s) {
   const shown_s = (times_s) => {
-    const { instant, share } = placeOf(times_s, time_s);
-    return share > 0 ? times_s[instant] + share * (times_s[instant + 1] - times_s[instant]) : times_s[instant];
+    const { stepIndex, share } = stepPosition(times_s, time_s);
+    return share > 0 ? times_s[stepIndex] + share * (times_s[stepIndex + 1] - times_s[stepIndex]) : times_s[stepIndex];
   };
   const detail = replayData.detail(time_s);
   return { uavs_s: shown_s(replayData.times_s), targets_s: detail && shown_s(replayData.detailTimes(detail)) };
 }
 
 /** The last time step that is not after a time, and the fraction of the way to the next time step. */
-function placeOf(times_s, time_s) {
-  const instant = Math.max(0, lastNotAfter(times_s, time_s));
-  const gap_s = times_s[instant + 1] - times_s[instant];
-  const share = gap_s > 0 ? Math.min(Math.max((time_s - times_s[instant]) / gap_s, 0), 1) : 0;
-  return { instant, share };
+function stepPosition(times_s, time_s) {
+  const stepIndex = Math.max(0, lastNotAfter(times_s, time_s));
+  const gap_s = times_s[stepIndex + 1] - times_s[stepIndex];
+  const share = gap_s > 0 ? Math.min(Math.max((time_s - times_s[stepIndex]) / gap_s, 0), 1) : 0;
+  return { stepIndex, share };
 }
 
 /** The warning about a target; empty if there is none. */
-function concern(target) {
+function warningOf(target) {
   if (target.out_of_view) return "out of view";
   if (target.membership === "removed") return "removed";
   if (target.membership === "in-handoff") return "in handoff";
   if (target.tracked && target.membership === "ungrouped") return "ungrouped";
   if (target.status === "coasting") return "coasting";
   // Without a team state, a missing track is no warning.
-  if (target.there && !target.tracked && target.is_told !== false) return "untracked";
+  if (target.exists && !target.tracked && target.hasTeamState !== false) return "untracked";
   return "";
 }
 
-/** Outages by replayData, with the number of time steps and events from which they were computed. */
+/** Outages by replay, with the number of time steps and events from which they were computed. */
 const OUTAGES = new WeakMap();
 
 /**
@@ -295,8 +295,8 @@ function outages(replayData) {
   const found = [];
   for (const { time_s, uavs } of replayData.allEvents.filter((event) => event.kind === "uav-timeout")) {
     for (const uav of uavs) {
-      const points = (instant) => !Number.isNaN(replayData.value("uavs", "boresight_rad", uav, instant));
-      let [first, last] = [replayData.instant(time_s), replayData.instant(time_s)];
+      const points = (stepIndex) => !Number.isNaN(replayData.value("uavs", "boresight_rad", uav, stepIndex));
+      let [first, last] = [replayData.stepAt(time_s), replayData.stepAt(time_s)];
       if (points(first)) continue;
       while (first > 0 && !points(first - 1)) first -= 1;
       while (last + 1 < replayData.times_s.length && !points(last + 1)) last += 1;

@@ -1,7 +1,7 @@
 // Finding an object by name, highlighting one group, and saving the map as an image.
 
 /** Maximum number of proposed names. */
-const MOST_PROPOSED = 20;
+const MAX_PROPOSED = 20;
 
 /** Objects whose name contains a text. Exact matches come first, then names that begin with the text, then the others. */
 function* matches({ replayData }, query) {
@@ -29,11 +29,11 @@ function first(items, most) {
 /** Connects the search field. */
 function connectFind(page) {
   const field = element("find");
-  const message = element("found");
+  const message = element("search-result");
   const propose = () => {
     const { replayData } = page;
-    const found = first(matches(page, field.value), MOST_PROPOSED);
-    element("names").replaceChildren(...found.map((object) => new Option(objectName(replayData, object), wholeName(replayData, object))));
+    const found = first(matches(page, field.value), MAX_PROPOSED);
+    element("search-names").replaceChildren(...found.map((object) => new Option(objectName(replayData, object), wholeName(replayData, object))));
     message.textContent = field.value.trim() && !found.length ? "no match" : "";
   };
   const take = () => {
@@ -42,12 +42,12 @@ function connectFind(page) {
     page.selection.choose(object);
     const { map } = page;
     const { scene, camera } = map;
-    const place = placeAt(scene, object);
-    message.textContent = place ? "" : absence(page.replayData, scene, object);
-    if (!place) return undefined;
+    const position = positionOf(scene, object);
+    message.textContent = position ? "" : absenceText(page.replayData, scene, object);
+    if (!position) return undefined;
     page.selection.follow(null);
     map.canvas.focus();
-    [camera.x_m, camera.y_m] = place;
+    [camera.x_m, camera.y_m] = position;
     return page.renew();
   };
   field.addEventListener("input", (input) => {
@@ -67,7 +67,7 @@ function connectFind(page) {
 
 /** Updates the list of groups that can be highlighted. */
 function filters({ replayData, selection }) {
-  const select = element("only");
+  const select = element("highlighted-group");
   const options = [["all", "all"], ...replayData.ids.groups.map((id) => [`${id}`, `group ${id}`]), ["none", "ungrouped"]];
   const isSame = options.length === select.options.length && options.every(([value], k) => select.options[k].value === value);
   if (!isSame) select.replaceChildren(...options.map(([value, text]) => new Option(text, value)));
@@ -75,7 +75,7 @@ function filters({ replayData, selection }) {
 }
 
 function connectFilter(page) {
-  const select = element("only");
+  const select = element("highlighted-group");
   select.addEventListener("change", () => {
     const { value } = select;
     page.selection.filter(value === "all" ? value : value === "none" ? null : Number(value));
@@ -84,32 +84,32 @@ function connectFilter(page) {
 }
 
 /** Saves the map as an image with the scale, the time and the name of the run. */
-async function savePicture({ map, replayData, clock }) {
+async function saveMapImage({ map, replayData, clock }) {
   const { canvas } = map;
   const ratio = canvas.width / map.camera.width;
   const strip = 26;
   const copy = document.createElement("canvas");
   copy.width = canvas.width;
   copy.height = canvas.height + Math.round(strip * ratio);
-  const pen = copy.getContext("2d", { alpha: false });
+  const ctx = copy.getContext("2d", { alpha: false });
   const { ground, ink, grid } = palette();
-  pen.fillStyle = ground;
-  pen.fillRect(0, 0, copy.width, copy.height);
-  pen.drawImage(canvas, 0, 0);
-  pen.scale(ratio, ratio);
-  pen.font = "12px system-ui, sans-serif";
-  if (!map.shown.has("grid")) map.painted(pen, () => drawScale(map, pen));
+  ctx.fillStyle = ground;
+  ctx.fillRect(0, 0, copy.width, copy.height);
+  ctx.drawImage(canvas, 0, 0);
+  ctx.scale(ratio, ratio);
+  ctx.font = "12px system-ui, sans-serif";
+  if (!map.shown.has("grid")) map.painted(ctx, () => drawScale(map, ctx));
   const { width, height } = map.camera;
-  pen.fillStyle = grid;
-  pen.fillRect(0, height, width, 1);
-  pen.fillStyle = ink;
-  pen.textBaseline = "middle";
+  ctx.fillStyle = grid;
+  ctx.fillRect(0, height, width, 1);
+  ctx.fillStyle = ink;
+  ctx.textBaseline = "middle";
   const time = `${clock.time_s.toFixed(1)} s`;
-  const state = replayData.agents.isSeveral ? `, ${teamStateText(replayData, replayData.instant(clock.time_s))}` : "";
-  pen.fillText(`${runName(replayData.head)}${state}`, 10, height + strip / 2, width - 100);
-  pen.textAlign = "right";
-  pen.fillText(time, width - 10, height + strip / 2);
-  const picture = await new Promise((resolve) => copy.toBlob(resolve, "image/png"));
-  if (!picture) return element("found").replaceChildren("The map is too large for an image");
-  return save(`${fileName(`${runName(replayData.head)}-map-${time}`)}.png`, picture, "image/png");
+  const state = replayData.agents.isSeveral ? `, ${teamStateText(replayData, replayData.stepAt(clock.time_s))}` : "";
+  ctx.fillText(`${runName(replayData.head)}${state}`, 10, height + strip / 2, width - 100);
+  ctx.textAlign = "right";
+  ctx.fillText(time, width - 10, height + strip / 2);
+  const image = await new Promise((resolve) => copy.toBlob(resolve, "image/png"));
+  if (!image) return element("search-result").replaceChildren("The map is too large for an image");
+  return save(`${fileName(`${runName(replayData.head)}-map-${time}`)}.png`, image, "image/png");
 }

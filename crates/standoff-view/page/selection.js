@@ -58,12 +58,12 @@ class Selection {
 }
 
 /** Text for an object or another value of `followed`, such as `uav 3` or `run`, as used in lists; empty for `null`. */
-function objectWord(object) {
+function objectKey(object) {
   return object ? [object.kind, object.id].filter((part) => part !== undefined).join(" ") : "";
 }
 
-/** The inverse of `objectWord`. */
-function wordObject(word) {
+/** The inverse of `objectKey`. */
+function parseObjectKey(word) {
   const [kind, id] = word.split(" ");
   const fixed = [WHOLE_RUN, ALL_NOW].find((one) => one.kind === word);
   return fixed ?? (word ? { kind, id: Number(id) } : null);

@@ -1,7 +1,7 @@
 // The state at the time shown, as text and numbers: tables, warnings and the CSV file.
 
 /** Maximum number of targets in the table; targets with warnings come first. */
-const MOST_ROWS = 100;
+const MAX_ROWS = 100;
 
 /** Columns of the CSV file of the state; a column is empty for objects that do not have it. */
 const CSV_COLUMNS = ["kind", "id", "name", "group", "receiving_group", "x_m", "y_m", "true_x_m", "true_y_m", "heading_rad", "boresight_rad",
@@ -17,7 +17,7 @@ function csvText(value) {
 }
 
 /** Warnings about targets, most severe first. */
-const CONCERNS = ["out of view", "coasting", "in handoff", "untracked", "ungrouped", "removed"];
+const WARNINGS = ["out of view", "coasting", "in handoff", "untracked", "ungrouped", "removed"];
 
 class State {
   constructor(page) {
@@ -26,21 +26,21 @@ class State {
     this.warning = element("warning");
     // If the text is cut off, a click shows all of it.
     this.warning.addEventListener("click", () => this.warning.classList.toggle("whole"));
-    this.more = element("more");
+    this.more = element("more-targets");
     for (const [id, columns] of [["uavs", UAV_COLUMNS], ["groups", GROUP_COLUMNS], ["intruders", INTRUDER_COLUMNS], ["targets", TARGET_COLUMNS], ["agents", AGENT_COLUMNS]]) {
       headings(element(id), columns);
       this[id] = element(id).tBodies[0];
       this[id].addEventListener("click", (click) => this.clicked(id, click.target.closest("tr")));
     }
     /** The selected object whose row was scrolled into view last. */
-    this.brought = null;
+    this.scrolledTo = null;
     element("state-csv").addEventListener("click", () => this.saveCsv());
     this.shownText = null;
     /** Error texts by run; the key `null` is for the page itself. */
-    this.troubles = new Map();
+    this.errors = new Map();
     this.missing = [];
     this.warnings = [];
-    this.grave = false;
+    this.critical = false;
   }
 
   /** Shows the time; called for every drawn frame. */
@@ -53,14 +53,14 @@ class State {
     const { replayData, selection } = this.page;
     this.scene = scene;
     const targets = (scene.targets ?? []).map((target) => ({ ...target, name: targetName(replayData, target.id) }));
-    const worst = targets.filter((target) => concern(target));
+    const worst = targets.filter((target) => warningOf(target));
     const shown = targets.filter((target) => selection.passes(target.group));
     // The selected target comes first, then targets with warnings.
-    const rank = (target) => (selection.isChosen("target", target.id) ? 0 : concern(target) ? 1 : 2);
-    const listed = [0, 1, 2].flatMap((place) => shown.filter((target) => rank(target) === place)).slice(0, MOST_ROWS);
+    const rank = (target) => (selection.isChosen("target", target.id) ? 0 : warningOf(target) ? 1 : 2);
+    const listed = [0, 1, 2].flatMap((level) => shown.filter((target) => rank(target) === level)).slice(0, MAX_ROWS);
     const isChosen = (kind) => (one) => selection.isChosen(kind, one.id);
     // The last column shows what UAVs avoid; it is hidden if there is nothing to avoid.
-    element("uavs").classList.toggle("free", !replayData.head.has_separation && !replayData.head.zones);
+    element("uavs").classList.toggle("no-avoidance", !replayData.head.has_separation && !replayData.head.zones);
     rows(this.uavs, UAV_COLUMNS, scene.uavs, isChosen("uav"));
     rows(this.groups, GROUP_COLUMNS, scene.groups, isChosen("group"));
     element("intruders").hidden = !replayData.ids.intruders.length;
@@ -69,7 +69,7 @@ class State {
     element("agents").hidden = !replayData.agents.isSeveral;
     rows(this.agents, AGENT_COLUMNS, agentRows(replayData, scene), isChosen("uav"));
     this.more.textContent = shown.length > listed.length ? `and ${shown.length - listed.length} more` : "";
-    this.bring(selection.object);
+    this.scrollToRow(selection.object);
     this.warn(scene, worst);
   }
 
@@ -82,28 +82,28 @@ class State {
   }
 
   /** Scrolls to the row of a newly selected object, once the table is visible. */
-  bring(object) {
-    if (objectWord(object) === objectWord(this.brought)) return;
+  scrollToRow(object) {
+    if (objectKey(object) === objectKey(this.scrolledTo)) return;
     const row = object && this[`${object.kind}s`].querySelector("tr.chosen");
     if (object && !row?.offsetParent) return;
-    this.brought = object;
+    this.scrolledTo = object;
     row?.scrollIntoView({ block: "nearest" });
   }
 
   /** Collects the warnings shown above the map. */
   warn(scene, worst) {
     const kinds = new Map();
-    for (const target of worst) kinds.set(concern(target), [...(kinds.get(concern(target)) ?? []), target.name]);
+    for (const target of worst) kinds.set(warningOf(target), [...(kinds.get(warningOf(target)) ?? []), target.name]);
     // The most severe warnings come first, because the space may not suffice for all.
     const warnings = scene.uavs.filter((uav) => uav.out).map(outageText);
     warnings.push(...agentsText(this.page.replayData, scene));
     for (const group of scene.groups) if (!group.feasible) warnings.push(`group ${group.id}: no feasible orbit`);
-    for (const [what, names] of [...kinds].sort(([a], [b]) => CONCERNS.indexOf(a) - CONCERNS.indexOf(b))) {
+    for (const [what, names] of [...kinds].sort(([a], [b]) => WARNINGS.indexOf(a) - WARNINGS.indexOf(b))) {
       const some = names.slice(0, 3).join(", ");
       warnings.push(`${names.length} ${what}: ${some}${names.length > 3 ? ", ..." : ""}`);
     }
     this.warnings = warnings;
-    this.grave = kinds.has("out of view");
+    this.critical = kinds.has("out of view");
     this.update();
   }
 
@@ -112,7 +112,7 @@ class State {
     const { replayData, selection } = this.page;
     if (!this.scene) return;
     // The values of the time step, without interpolation.
-    const { time_s, uavs, groups, intruders, targets } = this.page.run.scene(replayData.times_s[replayData.instant(this.scene.time_s)]);
+    const { time_s, uavs, groups, intruders, targets } = this.page.run.scene(replayData.times_s[replayData.stepAt(this.scene.time_s)]);
     const shown = (targets ?? []).filter((target) => selection.passes(target.group));
     const of = (kind, some) => some.map((one) => ({ ...one, kind, name: wholeName(replayData, { kind, id: one.id }) }));
     const all = [...of("uav", uavs.map((uav) => ({ ...uav, out_since_s: uav.out?.since_s }))), ...of("group", groups),
@@ -124,13 +124,13 @@ class State {
   }
 
   /** Sets the error text of a run, or of the page itself; an empty text clears it. */
-  trouble(text, run = null) {
-    this.troubles.set(run, text && this.page.pair && run ? `${run.letter}: ${text}` : text);
+  setError(text, run = null) {
+    this.errors.set(run, text && this.page.pair && run ? `${run.letter}: ${text}` : text);
     this.update();
   }
 
-  get troubled() {
-    return [...this.troubles.values()].filter(Boolean).join(" \u00b7 ");
+  get errorText() {
+    return [...this.errors.values()].filter(Boolean).join(" \u00b7 ");
   }
 
   /** Sets the texts about data that is not loaded yet. */
@@ -141,8 +141,8 @@ class State {
 
   /** Shows errors, missing data and warnings in the header. */
   update() {
-    const text = [this.troubled, ...this.missing, ...this.warnings].filter(Boolean).join(" \u00b7 ");
-    this.warning.classList.toggle("grave", this.grave || this.troubled !== "");
+    const text = [this.errorText, ...this.missing, ...this.warnings].filter(Boolean).join(" \u00b7 ");
+    this.warning.classList.toggle("critical", this.critical || this.errorText !== "");
     if (text === this.shownText) return;
     this.shownText = text;
     this.warning.textContent = this.warning.title = text;
@@ -152,16 +152,16 @@ class State {
 /** Rows of the table of agents at the time shown. */
 function agentRows(replayData, scene) {
   const { agents } = replayData;
-  const instant = replayData.instant(scene.time_s);
-  const agreeingSets = agents.agreeingSets(instant);
+  const stepIndex = replayData.stepAt(scene.time_s);
+  const agreeingSets = agents.agreeingSets(stepIndex);
   return agents.ids.map((id) => {
-    const is_on = agents.isOn(id, instant);
+    const isOn = agents.isOn(id, stepIndex);
     const set = agreeingSets.find((some) => some.includes(id)) ?? [];
     const others = set.filter((uav) => uav !== id);
-    const agrees = !is_on ? "" : others.length ? `UAV ${others.join(", ")}` : "none";
+    const agrees = !isOn ? "" : others.length ? `UAV ${others.join(", ")}` : "none";
     return {
-      id, is_on, notReceived: is_on && notReceivedText(replayData, id, instant), assignments: is_on ? assignmentsText(replayData, id, instant) : "", agrees,
-      lag_s: replayData.value("agents", "lag_s", id, instant),
+      id, isOn, notReceived: isOn && notReceivedText(replayData, id, stepIndex), assignments: isOn ? assignmentsText(replayData, id, stepIndex) : "", agrees,
+      lag_s: replayData.value("agents", "lag_s", id, stepIndex),
     };
   });
 }
@@ -170,13 +170,13 @@ function agentRows(replayData, scene) {
 function agentsText(replayData, scene) {
   const { agents } = replayData;
   if (!agents.isSeveral) return [];
-  const instant = replayData.instant(scene.time_s);
-  const owner = agents.owner(instant);
-  const silent = scene.uavs.filter((uav) => uav.agentState.is_not_received && !uav.out);
-  const whose = owner === null || agents.chosen !== null ? [teamStateText(replayData, instant)] : [];
+  const stepIndex = replayData.stepAt(scene.time_s);
+  const owner = agents.owner(stepIndex);
+  const silent = scene.uavs.filter((uav) => uav.agentState.isNotReceived && !uav.out);
+  const shownState = owner === null || agents.chosen !== null ? [teamStateText(replayData, stepIndex)] : [];
   const names = silent.map(({ id, agentState }) => `UAV ${id} (${agentState.shown.status})`).join(", ");
   const notReceived = silent.length ? [`UAV ${owner} receives no reports from ${names}`] : [];
-  return [...whose, ...notReceived, disagreementText(replayData, instant)].filter(Boolean);
+  return [...shownState, ...notReceived, disagreementText(replayData, stepIndex)].filter(Boolean);
 }
 
 /** Fills the body of a table. Existing cells are reused, so that the selection and the focus stay. */
@@ -185,23 +185,23 @@ function rows(body, columns, items, isChosen) {
   items.forEach((item, index) => {
     const row = body.rows[index] ?? body.insertRow();
     row.dataset.id = item.id;
-    columns.forEach(([key, , textOf], place) => {
-      const cell = row.cells[place] ?? row.insertCell();
+    columns.forEach(([key, , textOf], column) => {
+      const cell = row.cells[column] ?? row.insertCell();
       // The first cell is a button, so that rows can be selected with the keyboard.
-      if (place === 0 && !cell.firstChild) {
+      if (column === 0 && !cell.firstChild) {
         const button = make("button");
         button.type = "button";
         cell.append(button);
       }
       const text = textOf(item);
-      const label = place === 0 ? cell.firstChild : cell;
+      const label = column === 0 ? cell.firstChild : cell;
       if (label.textContent !== text) label.textContent = text;
       if (cell.dataset.field !== key) cell.dataset.field = key;
     });
     const chosen = isChosen(item);
     row.cells[0].firstChild.setAttribute("aria-pressed", String(chosen));
     row.classList.toggle("chosen", chosen);
-    row.classList.toggle("concern", item.out_of_view === true || Boolean(item.out));
+    row.classList.toggle("warning", item.out_of_view === true || Boolean(item.out));
   });
 }
 

@@ -7,7 +7,7 @@ class TargetSeries {
     this.times_s = [];
     this.error_m = [];
     /** By time step: "", "out of view" or "coasting". */
-    this.concerns = [];
+    this.warnings = [];
     /** Groups of which the target has been a member. */
     this.groups = new Set();
     /** By part: its number of time steps when it was read, and the index of its first value. */
@@ -28,7 +28,7 @@ class TargetSeries {
 
   /** Index of the part to read next: the first part that has not been read completely; `undefined` if there is none. */
   get next() {
-    const part = this.replayData.parts.findIndex((half, k) => (this.read[k]?.instants ?? 0) < half.times_s.length);
+    const part = this.replayData.parts.findIndex((block, k) => (this.read[k]?.stepCount ?? 0) < block.times_s.length);
     return part < 0 ? undefined : part;
   }
 
@@ -41,9 +41,9 @@ class TargetSeries {
     let reported_ms = performance.now();
     try {
       for (let part = this.next; part !== undefined && !this.dropped; part = this.next) {
-        const instants = replayData.parts[part].times_s.length;
+        const stepCount = replayData.parts[part].times_s.length;
         const held = replayData.details.get(part);
-        this.take(part, instants, held?.instants >= instants ? held.half : await replayData.source.half("detail", part));
+        this.take(part, stepCount, held?.stepCount >= stepCount ? held.block : await replayData.source.block("detail", part));
         if (performance.now() - reported_ms > 500) {
           progress();
           reported_ms = performance.now();
@@ -59,28 +59,28 @@ class TargetSeries {
   }
 
   /** Adds or replaces the values of a part. */
-  take(part, instants, half) {
+  take(part, stepCount, block) {
     const from = this.read[part]?.from ?? this.times_s.length;
-    for (const values of [this.times_s, this.error_m, this.concerns]) values.length = from;
+    for (const values of [this.times_s, this.error_m, this.warnings]) values.length = from;
     this.read.length = part;
-    this.read.push({ instants, from });
-    const table = half.tables.targets;
-    half.times_s.forEach((time_s, instant) => {
-      const at = (column) => table.value(column, this.id, instant);
+    this.read.push({ stepCount, from });
+    const table = block.tables.targets;
+    block.times_s.forEach((time_s, stepIndex) => {
+      const at = (column) => table.value(column, this.id, stepIndex);
       const group = at("group");
       if (!Number.isNaN(group)) this.groups.add(group);
       this.times_s.push(time_s);
       this.error_m.push(Math.hypot(at("x_m") - at("true_x_m"), at("y_m") - at("true_y_m")));
       const isHidden = at("in_view") === 0 && !Number.isNaN(group);
-      this.concerns.push(isHidden ? "out of view" : STATUS[at("status")] === "coasting" ? "coasting" : "");
+      this.warnings.push(isHidden ? "out of view" : STATUS[at("status")] === "coasting" ? "coasting" : "");
     });
   }
 
   /** Time ranges with a warning, s; ranges closer together than `gap_s` are merged. */
-  stretches(concern, gap_s) {
+  stretches(warning, gap_s) {
     const found = [];
-    this.concerns.forEach((current, k) => {
-      if (current !== concern) return;
+    this.warnings.forEach((current, k) => {
+      if (current !== warning) return;
       const [from, to] = [this.times_s[k], this.times_s[k + 1] ?? this.times_s[k]];
       const last = found.at(-1);
       if (last && from - last[1] <= gap_s) last[1] = to;

@@ -21,16 +21,16 @@ class Timeline {
     const { clock } = page;
     this.clock = clock;
     this.slider = element("time");
-    this.marks = element("marks");
-    this.now = element("now");
+    this.marks = element("event-strip");
+    this.now = element("time-marker");
     this.total = element("total");
     this.message = element("event-summary");
-    this.tip = element("tip");
+    this.tip = element("strip-tooltip");
     /** The event that the user went to; `null` once the time has moved on. */
-    this.gone = null;
+    this.visitedEvent = null;
     this.message_s = 0;
-    this.sieve = new Sieve(page, () => this.sifted());
-    this.list = new EventList(page, this.sieve, (event) => this.goTo(event));
+    this.eventFilter = new EventFilter(page, () => this.filterChanged());
+    this.list = new EventList(page, this.eventFilter, (event) => this.goTo(event));
     this.slider.addEventListener("input", () => clock.seek(Number(this.slider.value)));
     this.marks.addEventListener("click", (click) => {
       const [event] = this.at(click.offsetX / pageZoom());
@@ -39,7 +39,7 @@ class Timeline {
     });
     this.marks.addEventListener("pointermove", (move) => this.hint(move.offsetX / pageZoom()));
     this.marks.addEventListener("pointerleave", () => (this.tip.hidden = true));
-    this.spans = element("spans");
+    this.spans = element("agent-bands");
     this.spans.addEventListener("click", (click) => clock.seek(this.time(click.offsetX / pageZoom())));
     this.spans.addEventListener("pointermove", (move) => this.hintSpans(move.offsetX / pageZoom()));
     this.spans.addEventListener("pointerleave", () => (this.tip.hidden = true));
@@ -71,12 +71,12 @@ class Timeline {
 
   /** The events of the bar at a position, critical ones first, then by distance; without a bar, the nearest event in reach. */
   at(x) {
-    const { events } = this.sieve;
+    const { events } = this.eventFilter;
     const times_s = this.list.times();
     const off = (event) => Math.abs(this.x(event.time_s) - x);
     const from = lastNotAfter(times_s, this.time(x - NEAR)) + 1;
     const near = events.slice(from, lastNotAfter(times_s, this.time(x + NEAR)) + 1);
-    const rank = (event) => (GRAVE.has(event.kind) ? 0 : NEAR) + off(event);
+    const rank = (event) => (CRITICAL.has(event.kind) ? 0 : NEAR) + off(event);
     const bar = near.filter((event) => off(event) <= BAR).sort((a, b) => rank(a) - rank(b));
     return bar.length ? bar : near.sort((a, b) => off(a) - off(b)).slice(0, 1);
   }
@@ -112,7 +112,7 @@ class Timeline {
 
   /** Goes to an event and shows its text. */
   goTo(event) {
-    this.gone = event;
+    this.visitedEvent = event;
     // The list scrolls to the row of the event.
     this.list.isAway = false;
     this.clock.seek(event.time_s);
@@ -129,7 +129,7 @@ class Timeline {
 
   /** Goes to the next or the previous event that passes the filter; of simultaneous events, to a critical one. */
   jump(forward) {
-    const { events } = this.sieve;
+    const { events } = this.eventFilter;
     const times_s = this.list.times();
     const on = lastNotAfter(times_s, this.clock.time_s);
     const found = forward ? on + 1 : lastNotAfter(times_s, this.clock.time_s - 1e-6);
@@ -137,7 +137,7 @@ class Timeline {
     if (time_s === undefined) return;
     const first = lastNotAfter(times_s, time_s - 1e-6) + 1;
     const together = events.slice(first, lastNotAfter(times_s, time_s) + 1);
-    this.goTo(together.find((event) => GRAVE.has(event.kind)) ?? together[0]);
+    this.goTo(together.find((event) => CRITICAL.has(event.kind)) ?? together[0]);
   }
 
   /** Redraws after new data has been loaded, or the theme has changed. */
@@ -149,12 +149,12 @@ class Timeline {
     const { head, end_s, done } = this.clock.replayData;
     const planned = `${head.duration_s.toFixed(1)} s`;
     this.total.textContent = done ? `/ ${end_s.toFixed(1)} s` : head.live ? `/ ${end_s.toFixed(1)} of ${planned}` : `/ ${planned}`;
-    this.sieve.renew();
-    this.sifted();
+    this.eventFilter.renew();
+    this.filterChanged();
   }
 
   /** Redraws after the event filter or the events have changed. */
-  sifted() {
+  filterChanged() {
     this.strip();
     this.list.renew();
   }
@@ -168,23 +168,23 @@ class Timeline {
     const { clientWidth, clientHeight } = this.marks;
     this.marks.width = clientWidth * ratio;
     this.marks.height = clientHeight * ratio;
-    const pen = this.marks.getContext("2d");
-    pen.scale(ratio, ratio);
+    const ctx = this.marks.getContext("2d");
+    ctx.scale(ratio, ratio);
     const { alarm, faint, grid } = palette();
     const accent = getComputedStyle(document.documentElement).getPropertyValue("--accent");
-    const [all, filtered] = [this.bars(this.sieve.usual), this.bars(this.sieve.events)];
-    const most = Math.max(1, ...[...all.values(), ...filtered.values()].map(([grave, ...rest]) => Math.max(grave, rest[0] + rest[1])));
+    const [all, filtered] = [this.bars(this.eventFilter.unfiltered), this.bars(this.eventFilter.events)];
+    const most = Math.max(1, ...[...all.values(), ...filtered.values()].map(([critical, ...rest]) => Math.max(critical, rest[0] + rest[1])));
     const height = (count) => (count ? (clientHeight / 2 - 1) * (most > 1 ? 0.4 + (0.6 * Math.log(count)) / Math.log(most) : 1) : 0);
     this.stretches();
     for (const [bars, ...inks] of [[all, grid, grid, grid], [filtered, alarm, accent, faint]]) {
-      for (const [bar, [grave, handed, other]] of bars) {
+      for (const [bar, [critical, handoffs, other]] of bars) {
         const box = (ink, top, tall) => {
-          pen.fillStyle = ink;
-          pen.fillRect(bar * BAR, top, BAR, tall);
+          ctx.fillStyle = ink;
+          ctx.fillRect(bar * BAR, top, BAR, tall);
         };
-        box(inks[0], 0, height(grave));
-        const tall = height(handed + other);
-        const share = handed / Math.max(handed + other, 1);
+        box(inks[0], 0, height(critical));
+        const tall = height(handoffs + other);
+        const share = handoffs / Math.max(handoffs + other, 1);
         box(inks[1], clientHeight - tall, tall * share);
         box(inks[2], clientHeight - tall * (1 - share), tall * (1 - share));
       }
@@ -200,18 +200,18 @@ class Timeline {
     const { clientWidth, clientHeight } = this.spans;
     this.spans.width = clientWidth * ratio;
     this.spans.height = clientHeight * ratio;
-    const pen = this.spans.getContext("2d");
-    pen.scale(ratio, ratio);
+    const ctx = this.spans.getContext("2d");
+    ctx.scale(ratio, ratio);
     const { alarm, faint, grid, groups } = palette();
     const tall = (clientHeight - 1) / 2;
-    pen.fillStyle = grid;
-    for (const top of [0, tall + 1]) pen.fillRect(0, top, clientWidth, tall);
+    ctx.fillStyle = grid;
+    for (const top of [0, tall + 1]) ctx.fillRect(0, top, clientWidth, tall);
     const spans = agents.spans();
     const draw = (kind, ink, top, high = tall) => {
-      pen.fillStyle = ink;
+      ctx.fillStyle = ink;
       for (const { from_s, until_s } of spans[kind]) {
         const left = this.x(from_s);
-        pen.fillRect(left, top, Math.max(this.x(until_s) - left, 1), high);
+        ctx.fillRect(left, top, Math.max(this.x(until_s) - left, 1), high);
       }
     };
     draw("differ", groups[0], 0);
@@ -229,7 +229,7 @@ class Timeline {
     for (const event of events) {
       const bar = Math.floor(Math.min(this.x(event.time_s), this.marks.clientWidth - 1) / BAR);
       if (!bars.has(bar)) bars.set(bar, [0, 0, 0]);
-      bars.get(bar)[GRAVE.has(event.kind) ? 0 : HANDED.has(event.kind) ? 1 : 2] += 1;
+      bars.get(bar)[CRITICAL.has(event.kind) ? 0 : HANDOFFS.has(event.kind) ? 1 : 2] += 1;
     }
     return bars;
   }
@@ -243,10 +243,10 @@ class Timeline {
     // During playback the text stays for 3 s of real time, so that it can be read.
     const away_s = time_s - this.message_s;
     if (Math.abs(away_s) > 1e-6 && !(playing && away_s > 0 && away_s < 3 * speed)) {
-      this.gone = null;
+      this.visitedEvent = null;
       this.showMessage("");
     }
-    this.list.follow(time_s, this.gone);
+    this.list.follow(time_s, this.visitedEvent);
   }
 }
 
@@ -256,7 +256,7 @@ function manyText(events) {
   const [first, last] = [Math.min(...times_s), Math.max(...times_s)].map((time_s) => time_s.toFixed(1));
   const kinds = new Map();
   for (const { kind } of events) kinds.set(kind, (kinds.get(kind) ?? 0) + 1);
-  const list = [...kinds].map(([kind, count]) => `${counted(count)} ${kind}`).join(", ");
+  const list = [...kinds].map(([kind, count]) => `${formatCount(count)} ${kind}`).join(", ");
   const when = first === last ? `${first} s` : `${first} to ${last} s`;
-  return `${counted(events.length)} event${events.length === 1 ? "" : "s"}, ${when}: ${list}`;
+  return `${formatCount(events.length)} event${events.length === 1 ? "" : "s"}, ${when}: ${list}`;
 }

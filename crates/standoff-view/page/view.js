@@ -10,7 +10,7 @@ const GLIDE_S = 0.3;
 class View {
   constructor({ camera, replayData, selection }) {
     this.camera = camera;
-    /** Films whose bounds are fitted: that of the map, or those of all linked maps. */
+    /** Replays with the bounds to fit: that of the map, or those of all linked maps. */
     this.replays = [replayData];
     this.selection = selection;
     /** View that the camera moves to. */
@@ -39,8 +39,8 @@ class View {
     this.kept = followed;
     if (!followed) return;
     if (followed.kind !== "run" && followed.kind !== "now") {
-      const place = placeAt(scene, followed);
-      if (place) [this.camera.x_m, this.camera.y_m] = place;
+      const position = positionOf(scene, followed);
+      if (position) [this.camera.x_m, this.camera.y_m] = position;
       return;
     }
     const bounds_m = (followed.kind === "run" && unionOf(this.replays.map((replayData) => replayData.bounds_m()))) || boundsOf(scene);
@@ -90,7 +90,7 @@ function boundsOf({ uavs, groups, intruders, targets }) {
     [east, north] = [Math.max(east, x_m + r_m), Math.max(north, y_m + r_m)];
   };
   for (const uav of uavs) put(uav.x_m, uav.y_m);
-  for (const { x_m, y_m, nearest } of intruders) if (nearest?.distance_m <= CONCERN_M) put(x_m, y_m);
+  for (const { x_m, y_m, nearest } of intruders) if (nearest?.distance_m <= RELEVANT_M) put(x_m, y_m);
   for (const group of groups) put(group.x_m, group.y_m, group.standoff_distance_m);
   for (const target of targets ?? []) {
     put(target.x_m, target.y_m);
@@ -100,13 +100,13 @@ function boundsOf({ uavs, groups, intruders, targets }) {
 }
 
 /** An object of a scene; `undefined` if it does not exist. */
-function found(scene, { kind, id }) {
+function objectIn(scene, { kind, id }) {
   return (scene[`${kind}s`] ?? []).find((one) => one.id === id);
 }
 
 /** Position of an object of a scene as known to the team, m; `null` if it does not exist. */
-function placeAt(scene, object) {
-  const one = found(scene, object);
+function positionOf(scene, object) {
+  const one = objectIn(scene, object);
   if (!one) return null;
   return object.kind === "target" && !one.tracked ? [one.true_x_m, one.true_y_m] : [one.x_m, one.y_m];
 }

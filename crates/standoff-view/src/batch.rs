@@ -41,11 +41,11 @@ impl Batch {
 
     /// Makes the page data of open batches.
     pub fn of(results: &[Results]) -> Result<Self, MonteCarloError> {
-        Self::holding(VALUES, results)
+        Self::with_limit(VALUES, results)
     }
 
     /// Makes the page data; it contains all values only if there are at most `most`.
-    fn holding(most: u64, results: &[Results]) -> Result<Self, MonteCarloError> {
+    fn with_limit(most: u64, results: &[Results]) -> Result<Self, MonteCarloError> {
         let runs = results.iter().map(Results::runs).collect::<Result<Vec<_>, _>>()?;
         let variants = results.iter().zip(&runs).map(|(results, runs)| Variant::of(results, runs));
         let mut variants = variants.collect::<Result<Vec<_>, _>>()?;

@@ -44,7 +44,7 @@ pub(crate) struct GroupColours {
 impl GroupColours {
     /// Processes the groups of the next time step. A new group gets the colour that the fewest existing groups have;
     /// ties go to the colour that was assigned least often.
-    pub(crate) fn next_instant(&mut self, groups: &[GroupRow]) {
+    pub(crate) fn next_step(&mut self, groups: &[GroupRow]) {
         self.alive.retain(|id, _| groups.iter().any(|row| row.group == *id));
         for id in groups.iter().map(|row| row.group) {
             if !self.alive.contains_key(&id) {
@@ -175,7 +175,7 @@ mod tests {
         let row = |group| GroupRow { group, ..crate::figures::tests::group() };
         let mut places = |groups: &[u32]| {
             let rows: Vec<GroupRow> = groups.iter().copied().map(row).collect();
-            colours.next_instant(&rows);
+            colours.next_step(&rows);
             groups.iter().map(|id| colours.place(*id).unwrap()).collect::<Vec<_>>()
         };
         assert_eq!(places(&[0, 1, 2]), [0, 1, 2]);

@@ -188,7 +188,7 @@ mod tests {
         assert!(CHARTS.len() < 2_000_000, "{} bytes", CHARTS.len());
     }
 
-    /// The scripts share one scope, in which a name that is declared twice would be a syntax error.
+    /// The scripts share one scope: a name that is declared twice would be a syntax error.
     #[test]
     fn no_name_is_declared_in_two_scripts() {
         let mut names = std::collections::BTreeSet::new();

@@ -1,9 +1,9 @@
 //! Replay data of a run for the page: contents of the record and derived values, compact and in parts.
 //!
 //! A replay consists of a head ([`Head`], JSON) and numbered parts. A part contains consecutive time steps and has two
-//! halves that the page requests separately: the *overview* (the run as a whole, UAVs, groups, events), which the page
+//! blocks that the page requests separately: the *overview* (the run as a whole, UAVs, groups, events), which the page
 //! keeps completely, and the *detail* (targets), which it keeps only while it is shown. A [`Replay`] can grow while
-//! pages follow it. A half is the gzip of:
+//! pages follow it. A block is the gzip of:
 //!
 //! ```text
 //! u32, little endian: length of the directory | the directory, JSON | the tables, one after the other
@@ -11,7 +11,7 @@
 //! ```
 //!
 //! With one agent per UAV, `tracks`, `groups` and `uavs` are those of the UAV of lowest id whose computer is on.
-//! Overviews then also have the tables `agents` and `team-UAV`, events have `by`, and a part has a third piece, its
+//! Overviews then also have the tables `agents` and `team-UAV`, events have `by`, and a part has a third block, its
 //! *team states*: the tables `tracks-UAV` and `groups-UAV` of the other agents, described in `per_agent.rs`.
 //!
 //! The directory of an overview also has `"bounds_m": [west, south, east, north]` of everything that its time steps

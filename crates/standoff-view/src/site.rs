@@ -33,7 +33,7 @@ impl RunSite {
         RUNS.into_iter().zip([Some(&self.first), self.second.as_ref()].into_iter().flatten())
     }
 
-    /// The run to which `path` belongs, and the rest of the path.
+    /// The run of `path`, and the rest of the path.
     fn of<'a>(&self, path: &'a str) -> Option<(&Arc<Replay>, &'a str)> {
         self.runs().find_map(|(base, replay)| Some((replay, path.strip_prefix(base)?.strip_prefix('/')?)))
     }

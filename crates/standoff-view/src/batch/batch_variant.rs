@@ -26,7 +26,7 @@ pub(super) struct Variant {
     runs: u64,
     /// Shard of the batch, such as `0/2`; `None` for a whole batch.
     shard: Option<String>,
-    /// Settings in which the batches differ, by key; keys that this batch does not have are absent.
+    /// Settings that differ between the batches, by key; keys that this batch does not have are absent.
     settings: Settings,
     /// Arguments of `--set` that turn the built-in scenario of this name into the one of the batch; `None` if only the
     /// full scenario text can do that.
@@ -130,7 +130,9 @@ pub(super) fn distinguish(variants: &mut [Variant]) {
         let (before, rest) = variants.split_at_mut(later);
         let variant = &mut rest[0];
         if before.iter().any(|other| other.name == variant.name) {
-            variant.name += &format!(" ({})", later + 1);
+            // The letter of the batch on the page.
+            let letter = u8::try_from(later).ok().filter(|&index| index < 26).map(|index| char::from(b'A' + index));
+            variant.name += &letter.map_or_else(|| format!(" ({later})"), |letter| format!(" ({letter})"));
         }
     }
 }

@@ -11,7 +11,7 @@ pub(super) struct Metric {
     name: String,
     /// Short description; empty for an unknown metric.
     what: &'static str,
-    /// Unit in which values are shown.
+    /// Unit of the shown values.
     unit: &'static str,
     /// Factor that converts a value to `unit`.
     factor: f64,

@@ -92,7 +92,7 @@ fn runs_are_listed_from_both_ends_and_the_bad_end_is_known() {
 #[test]
 fn a_large_batch_contains_only_counts_and_both_ends() {
     let (_folder, [a, _]) = two();
-    let batch = Batch::holding(10, &[a]).unwrap();
+    let batch = Batch::with_limit(10, &[a]).unwrap();
     assert!(batch.variants[0].values.is_empty());
     assert_eq!(batch.variants[0].ends["phase_error_deg"].largest.len(), 6);
     let json = json(&batch);
@@ -111,7 +111,7 @@ fn batches_are_named_by_their_differences() {
     };
     let set = ["paper/table-2-pair guidance.lead_s=3", "paper/table-2-pair guidance.lead_s=0"];
     assert_eq!(names(&[&a, &b]), set);
-    assert_eq!(names(&[&a, &same]), ["paper/table-2-pair", "paper/table-2-pair (2)"]);
+    assert_eq!(names(&[&a, &same]), ["paper/table-2-pair", "paper/table-2-pair (B)"]);
     assert_eq!(names(&[&a, &other]), ["paper/table-2-pair", "paper/table-2-single"]);
 }
 

@@ -281,7 +281,7 @@ pub(super) fn per_group(
     panel: impl Fn(u32, &Group) -> Panel,
     last: Option<Panel>,
 ) -> Drawn<Option<String>> {
-    let panels = run.groups.iter().map(|(&id, group)| (id, group.instants, panel(id, group)));
+    let panels = run.groups.iter().map(|(&id, group)| (id, group.steps, panel(id, group)));
     let mut panels: Vec<_> = panels.filter(|panel| !panel.2.is_empty()).collect();
     let few = format!(" (the {MOST_PANELS} longest-lived of {} groups)", run.created);
     let note = format!("{note}{}", if panels.len() > MOST_PANELS { &few } else { "" });

@@ -65,19 +65,10 @@ pub(super) struct Uav {
 
 impl Uav {
     fn curves(&mut self) -> impl Iterator<Item = &mut Curve> {
-        let Self {
-            path,
-            assigned: served,
-            error,
-            off_boresight,
-            speed,
-            speed_command,
-            turn_rate,
-            turn_rate_command,
-            ..
-        } = self;
+        let Self { path, assigned, error, off_boresight, speed, speed_command, turn_rate, turn_rate_command, .. } =
+            self;
         let all = [path, error, off_boresight, speed, speed_command, turn_rate, turn_rate_command];
-        all.into_iter().chain(served.curves())
+        all.into_iter().chain(assigned.curves())
     }
 }
 
@@ -97,8 +88,8 @@ pub(super) struct AgentCurves {
 pub(super) struct Group {
     /// Index of its colour in [`GROUPS`].
     colour: usize,
-    /// Number of time steps in which it existed.
-    pub(super) instants: usize,
+    /// Number of time steps of its existence.
+    pub(super) steps: usize,
     pub(super) centre: Curve,
     pub(super) standoff: Curve,
     pub(super) unclamped: Curve,
@@ -154,8 +145,8 @@ pub(super) struct Run {
 }
 
 impl Run {
-    /// Adds the next frame, scored by `judge`.
-    pub(super) fn add(&mut self, frame: &Frame, judge: &mut FrameScorer) {
+    /// Adds the next frame, scored by `scorer`.
+    pub(super) fn add(&mut self, frame: &Frame, scorer: &mut FrameScorer) {
         let (index, time) = (self.frames, frame.time_us as f64 * 1e-6);
         self.frames += 1;
         if let Some(time) = usable(time) {
@@ -163,16 +154,16 @@ impl Run {
             self.times = Some([first.min(time), last.max(time)]);
         }
         self.add_groups(frame);
-        let judged = judge.frame(frame);
-        let geometry = &judged.geometry;
+        let scores = scorer.frame(frame);
+        let geometry = &scores.geometry;
         for row in &frame.groups {
             let Some(group) = self.groups.get_mut(&row.group) else { continue };
-            group.instants += 1;
+            group.steps += 1;
             group.centre.push(index, row.x_m, row.y_m);
             group.standoff.push(index, time, row.standoff_distance_m);
             group.unclamped.push(index, time, row.standoff_unclamped_m);
             group.margin.push(index, time, row.margin_m);
-            group.centre_error.push(index, time, judged.centre_error_m(row));
+            group.centre_error.push(index, time, scores.centre_error_m(row));
             group.separation.push(index, time, row.nearest_groupmate_m);
         }
         for row in &frame.truth {
@@ -214,10 +205,10 @@ impl Run {
         for row in &frame.agents.all {
             let (agents, curves) = (&frame.agents, self.agents.entry(row.agent).or_default());
             let team = agents.teammates_of(row.agent).iter();
-            let unheard = team.filter(|mate| mate.status.is_some_and(|presence| presence != TeammateStatus::Live));
-            let contradicts = |other: &&AgentRow| !agents.assignments(other.agent).eq(agents.assignments(row.agent));
-            curves.not_received.push(index, time, unheard.count() as f64);
-            curves.disagreeing.push(index, time, agents.all.iter().filter(contradicts).count() as f64);
+            let not_received = team.filter(|mate| mate.status.is_some_and(|status| status != TeammateStatus::Live));
+            let disagrees = |other: &&AgentRow| !agents.assignments(other.agent).eq(agents.assignments(row.agent));
+            curves.not_received.push(index, time, not_received.count() as f64);
+            curves.disagreeing.push(index, time, agents.all.iter().filter(disagrees).count() as f64);
             curves.uncommitted.push(index, time, row.committed_us.map(|us| time - us as f64 * 1e-6));
         }
         for (group, between, angle) in phase_separations(frame) {
@@ -225,7 +216,7 @@ impl Run {
                 group.phases.entry(between).or_default().push(index, time, angle.to_degrees());
             }
         }
-        frame.events.iter().for_each(|event| self.happened(time, event));
+        frame.events.iter().for_each(|event| self.mark_event(time, event));
         if self.frames.is_multiple_of(SHARE_EVERY) {
             self.share_points();
         }
@@ -242,17 +233,15 @@ impl Run {
         let groups = self.groups.values_mut().flat_map(Group::curves);
         let tracks = self.tracks.values_mut().flat_map(Path::curves);
         let others = self.truth.values_mut().chain(self.dwells.values_mut()).chain(self.marks.values_mut());
-        let agents = self.agents.values_mut().flat_map(
-            |AgentCurves { not_received: unheard, disagreeing: contradicting, uncommitted: open }| {
-                [unheard, contradicting, open]
-            },
-        );
+        let agents = self.agents.values_mut().flat_map(|AgentCurves { not_received, disagreeing, uncommitted }| {
+            [not_received, disagreeing, uncommitted]
+        });
         uavs.chain(groups).chain(tracks).chain(others).chain(agents)
     }
 
     /// Adds new groups.
     fn add_groups(&mut self, frame: &Frame) {
-        self.colours.next_instant(&frame.groups);
+        self.colours.next_step(&frame.groups);
         let alive = |id: &u32| frame.groups.iter().any(|row| row.group == *id);
         for id in frame.groups.iter().map(|row| row.group) {
             if self.groups.contains_key(&id) {
@@ -264,13 +253,13 @@ impl Run {
         }
         while self.groups.len() > MOST_GROUPS {
             let retired = self.groups.iter().filter(|group| !alive(group.0));
-            let Some((&id, _)) = retired.min_by_key(|group| group.1.instants) else { return };
+            let Some((&id, _)) = retired.min_by_key(|group| group.1.steps) else { return };
             self.groups.remove(&id);
         }
     }
 
     /// Marks position and time of an event.
-    fn happened(&mut self, time: f64, event: &EventRow) {
+    fn mark_event(&mut self, time: f64, event: &EventRow) {
         let Some(mark) = Mark::of(&event.kind) else { return };
         self.events += 1;
         let last = event.target.and_then(|target| self.tracks.get(&target)?.last);
@@ -324,15 +313,15 @@ mod tests {
     use super::*;
     use standoff_sim::record::TruthRow;
 
-    /// Number of points kept for `targets` targets that move for `instants` time steps.
-    fn kept(targets: u32, instants: u32) -> usize {
-        let (mut run, mut judge) = (Run::default(), FrameScorer::new(crate::figures::tests::setup().rules));
-        for instant in 0..instants {
-            let at = f64::from(instant);
+    /// Number of points kept for `targets` targets that move for `steps` time steps.
+    fn kept(targets: u32, steps: u32) -> usize {
+        let (mut run, mut scorer) = (Run::default(), FrameScorer::new(crate::figures::tests::setup().rules));
+        for step in 0..steps {
+            let at = f64::from(step);
             let row =
                 |target| TruthRow { target, x_m: at, y_m: at, vx_m_s: 1.0, vy_m_s: 1.0, ax_m_s2: None, ay_m_s2: None };
             let truth = (0..targets).map(row).collect();
-            run.add(&Frame { time_us: i64::from(instant) * 500_000, truth, ..Frame::default() }, &mut judge);
+            run.add(&Frame { time_us: i64::from(step) * 500_000, truth, ..Frame::default() }, &mut scorer);
         }
         run.curves().map(|curve| curve.runs(usize::MAX).concat().len()).sum()
     }

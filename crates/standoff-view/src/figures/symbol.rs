@@ -61,7 +61,7 @@ pub(super) struct Symbol {
 }
 
 impl Symbol {
-    /// Makes a polygon with `corners` corners, whose distances from the centre cycle through `reach`, px. The first
+    /// Makes a polygon with `corners` corners; their distances from the centre cycle through `reach`, px. The first
     /// corner is `turn` turns clockwise from the right.
     fn new(corners: u32, reach: &[f64], turn: f64, fill: RGBColor, edge: RGBColor) -> Self {
         let at = |(corner, reach): (u32, &f64)| {

@@ -36,11 +36,11 @@ pub(crate) fn setup() -> Setup {
 }
 
 /// Frames of UAVs that spiral onto a circle about a group moving north-east; some values are missing.
-fn run(uavs: u32, targets: u32, instants: i32) -> Vec<Frame> {
-    (0..instants).map(|i| instant(uavs, targets, i)).collect()
+fn run(uavs: u32, targets: u32, steps: i32) -> Vec<Frame> {
+    (0..steps).map(|i| frame_at(uavs, targets, i)).collect()
 }
 
-fn instant(uavs: u32, targets: u32, i: i32) -> Frame {
+fn frame_at(uavs: u32, targets: u32, i: i32) -> Frame {
     let time = f64::from(i) * 0.5;
     let (x_m, y_m) = (100.0 + 6.0 * time, 50.0 + 40.0 * sin(time / 30.0));
     let standoff_unclamped_m = 400.0 + 60.0 * sin(time / 25.0);
@@ -126,13 +126,13 @@ fn instant(uavs: u32, targets: u32, i: i32) -> Frame {
 
 /// A group row.
 pub(crate) fn group() -> GroupRow {
-    instant(2, 4, 0).groups[0]
+    frame_at(2, 4, 0).groups[0]
 }
 
 /// A handoff and a removal similar to figure 9: four UAVs in two groups of seven targets that move apart. Target 4
 /// drives from group 1 to group 2 and is in handoff for a while; target 7 moves away from group 2.
-fn handoff(instants: i32) -> Vec<Frame> {
-    (0..instants).map(|i| parting(i, f64::from(i) / f64::from(instants))).collect()
+fn handoff(steps: i32) -> Vec<Frame> {
+    (0..steps).map(|i| parting(i, f64::from(i) / f64::from(steps))).collect()
 }
 
 fn parting(i: i32, share: f64) -> Frame {
@@ -169,7 +169,7 @@ fn parting(i: i32, share: f64) -> Frame {
         });
     }
     let [one, two] = [1, 2].map(|group| {
-        let mut part = instant(2, 0, i);
+        let mut part = frame_at(2, 0, i);
         let members = frame.tracks.iter().filter(|row| row.group == Some(group) || row.receiving_group == Some(group));
         let members: Vec<_> = members.map(|row| (row.state[0], row.state[3])).collect();
         let count = members.len() as f64;
@@ -206,7 +206,7 @@ fn parting(i: i32, share: f64) -> Frame {
 
 /// Eight UAVs in four groups over many targets in a town with streets 150 m apart. Targets change groups and leave
 /// them.
-fn town(targets: u32, instants: i32) -> Vec<Frame> {
+fn town(targets: u32, steps: i32) -> Vec<Frame> {
     let frame = |i: i32| {
         let time = f64::from(i) * 0.5;
         let mut frame = Frame { time_us: i64::from(i) * 500_000, ..Frame::default() };
@@ -237,7 +237,7 @@ fn town(targets: u32, instants: i32) -> Vec<Frame> {
             });
         }
         for group in 0..4 {
-            let mut part = instant(2, 0, i);
+            let mut part = frame_at(2, 0, i);
             let (x_m, y_m) = home(group);
             let moved = (x_m - part.groups[0].x_m, y_m - part.groups[0].y_m);
             frame.groups.push(GroupRow { group, x_m, y_m, ..part.groups[0] });
@@ -249,7 +249,7 @@ fn town(targets: u32, instants: i32) -> Vec<Frame> {
         }
         frame
     };
-    (0..instants).map(frame).collect()
+    (0..steps).map(frame).collect()
 }
 
 fn drawn(frames: Vec<Frame>, setup: &Setup) -> Vec<Figure> {
@@ -448,7 +448,7 @@ fn generations(count: u32) -> Vec<Frame> {
     let (mut frames, mut i) = (Vec::new(), 0);
     for group in 1..=count {
         for _ in 0..=group {
-            let mut frame = instant(2, 4, i);
+            let mut frame = frame_at(2, 4, i);
             frame.groups = [0, group].map(|group| GroupRow { group, ..frame.groups[0] }).to_vec();
             frame.uavs.iter_mut().for_each(|row| row.group = Some(group));
             frames.push(frame);
@@ -551,12 +551,12 @@ fn the_agreement_figure_shows_contact_disagreement_and_uncommitted_time() {
             });
             for uav in 0..2 {
                 let is_gone = apart && uav != agent;
-                let presence = Some(if is_gone { TeammateStatus::TimedOut } else { TeammateStatus::Live });
+                let status = Some(if is_gone { TeammateStatus::TimedOut } else { TeammateStatus::Live });
                 let group_id = (!is_gone).then_some(7);
                 frame.agents.teammates.push(TeammateRow {
                     agent,
                     uav,
-                    status: presence,
+                    status,
                     last_report_us: None,
                     group: Some(1),
                     group_id,

@@ -49,7 +49,7 @@ impl Scene {
 
     /// Makes the update for a time step: all current entities, and deletions of those that no longer exist.
     pub(super) fn update(&mut self, frame: &Frame, target_names: &[String]) -> SceneUpdate {
-        self.colours.next_instant(&frame.groups);
+        self.colours.next_step(&frame.groups);
         let mut entities = self.zones.clone();
         entities.extend(frame.truth.iter().map(|row| truth(row, target_names)));
         entities.extend(frame.tracks.iter().map(|row| self.track(row, target_names)));

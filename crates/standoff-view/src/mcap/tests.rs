@@ -201,7 +201,7 @@ fn orbits_ellipses_and_views_have_the_size_in_the_frames() {
     }
 }
 
-/// Tracks of every kind, of which no two may look alike.
+/// Tracks of every kind; no two kinds may look alike.
 #[test]
 fn kinds_of_tracks_have_different_colours() {
     let scenario = scenario(&["duration_s=2"]);

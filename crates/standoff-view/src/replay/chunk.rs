@@ -1,4 +1,4 @@
-//! A half of a part: a directory and its tables, compressed.
+//! A block of a part: a directory and its tables, compressed.
 
 use std::io::Write;
 
@@ -71,7 +71,7 @@ impl Event {
 
 /// An intruder further than this from every UAV is not relevant, and the map need not be extended to show it, m.
 /// `scene.js` uses the same distance.
-const CONCERN_M: f64 = 1200.0;
+const RELEVANT_M: f64 = 1200.0;
 
 /// Axis-aligned bounding box of everything shown in several time steps.
 #[derive(Debug, Default)]
@@ -85,7 +85,7 @@ impl ChunkBounds {
     pub(super) fn take(&mut self, frame: &Frame) {
         frame.uavs.iter().for_each(|row| self.put(row.x_m, row.y_m, 0.0));
         let is_near =
-            |row: &&IntruderRow| frame.uavs.iter().any(|uav| hypot(uav.x_m - row.x_m, uav.y_m - row.y_m) <= CONCERN_M);
+            |row: &&IntruderRow| frame.uavs.iter().any(|uav| hypot(uav.x_m - row.x_m, uav.y_m - row.y_m) <= RELEVANT_M);
         frame.intruders.iter().filter(is_near).for_each(|row| self.put(row.x_m, row.y_m, 0.0));
         frame.groups.iter().for_each(|row| self.put(row.x_m, row.y_m, row.standoff_distance_m));
         frame.truth.iter().for_each(|row| self.put(row.x_m, row.y_m, 0.0));
@@ -116,8 +116,8 @@ struct Contents<'a> {
     tables: Vec<Directory>,
 }
 
-/// Serialises and compresses a half.
-pub(super) fn half<'a>(
+/// Serialises and compresses a block.
+pub(super) fn block<'a>(
     times_us: &[i64],
     bounds_m: Option<[f64; 4]>,
     events: &[Event],

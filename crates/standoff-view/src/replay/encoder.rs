@@ -8,19 +8,19 @@ use standoff_sim::record::{
 };
 use standoff_sim::score::{CustodyCounts, FrameScorer, FrameScores, PositionBound, ScoreConfig};
 
-use super::chunk::{ChunkBounds, Event, half};
+use super::chunk::{ChunkBounds, Event, block};
 use super::per_agent::{AssignmentTables, TeamStates};
 use super::table::{Table, membership_code, status_code};
 use crate::colours::GroupColours;
 use crate::serve::Bytes;
 
 /// Number of time steps after which a part is full.
-const INSTANTS: usize = 256;
+const MAX_STEPS: usize = 256;
 /// Number of rows of one table (targets, groups or UAVs) after which a part is full.
 const ROWS: usize = 50_000;
 /// Maximum number of target rows in a part with which another time step is added. Every target in a part occupies a row
 /// for each time step of the part.
-const MOST_ROWS: usize = 4 * ROWS;
+const MAX_ROWS: usize = 4 * ROWS;
 
 /// Defines the columns of a table, each with its value: a constant with their names, and a function that makes a row.
 macro_rules! columns {
@@ -33,7 +33,7 @@ macro_rules! columns {
     };
 }
 
-columns! { UAV: uav(row: &UavRow, judged: &FrameScores<'_>) {
+columns! { UAV: uav(row: &UavRow, scores: &FrameScores<'_>) {
     group: row.group.map(f64::from),
     x_m: Some(row.x_m),
     y_m: Some(row.y_m),
@@ -49,8 +49,8 @@ columns! { UAV: uav(row: &UavRow, judged: &FrameScores<'_>) {
     predicted_distance_m: row.predicted_distance_m,
     limiting_zone: row.limiting_zone.map(f64::from),
     // derived values
-    standoff_error_m: judged.standoff_error_m(row),
-    off_boresight_rad: judged.geometry.off_boresight_rad(row),
+    standoff_error_m: scores.standoff_error_m(row),
+    off_boresight_rad: scores.geometry.off_boresight_rad(row),
 } }
 
 columns! { GROUP: group(row: &GroupRow, phase: Option<(f64, f64)>, errors: Option<(f64, Option<f64>)>,
@@ -67,7 +67,7 @@ columns! { GROUP: group(row: &GroupRow, phase: Option<(f64, f64)>, errors: Optio
     phase_rad: phase.map(|(phase_rad, _)| phase_rad),
     desired_phase_rad: phase.map(|(_, desired_rad)| desired_rad),
     position_error_m: errors.map(|(error_m, _)| error_m),
-    position_bound_m: errors.and_then(|(_, bound_m)| bound_m),
+    position_crlb_m: errors.and_then(|(_, bound_m)| bound_m),
     scan_sd_m: scan_sd_m,
     colour: colour.map(|place| place as f64),
 } }
@@ -112,7 +112,7 @@ columns! { TARGET: target(truth: Option<&TruthRow>, track: Option<&TrackRow>, is
 /// Encodes the frames of a run into parts.
 #[derive(Debug)]
 pub struct Encoder {
-    judge: FrameScorer,
+    scorer: FrameScorer,
     desired_phase_rad: f64,
     stride: usize,
     team_states_stride: usize,
@@ -123,7 +123,7 @@ pub struct Encoder {
     draft: Draft,
 }
 
-/// Consecutive time steps of a replay as gzipped halves, described in the [module](super).
+/// Consecutive time steps of a replay as gzipped blocks, described in the [module](super).
 #[derive(Debug, Clone)]
 pub struct Part {
     /// The run as a whole, UAVs, groups and events.
@@ -155,7 +155,7 @@ impl Encoder {
     #[must_use]
     pub fn new(rules: &ScoreConfig, stride: usize) -> Self {
         Self {
-            judge: FrameScorer::new(rules.clone()),
+            scorer: FrameScorer::new(rules.clone()),
             desired_phase_rad: rules.desired_phase_rad,
             stride: stride.max(1),
             team_states_stride: stride.max(1),
@@ -196,7 +196,7 @@ impl Encoder {
         if let Some(bound) = &mut self.bound {
             bound.frame(frame);
         }
-        let judged = self.judge.frame(frame);
+        let scores = self.scorer.frame(frame);
         let draft = &mut self.draft;
         draft.times_us.push(frame.time_us);
         let shown = frame.events.iter().filter(|row| self.allowance.takes(row, None));
@@ -205,33 +205,33 @@ impl Encoder {
         } else {
             draft.events.extend(by_agents(frame, shown, &mut self.others_allowance));
         }
-        draft.agents.next_instant(frame);
+        draft.agents.next_step(frame);
         draft.bounds.take(frame);
-        draft.run.next_instant();
-        draft.run.put(0, &run(&judged.custody()));
-        draft.uavs.next_instant();
+        draft.run.next_step();
+        draft.run.put(0, &run(&scores.custody()));
+        draft.uavs.next_step();
         for row in &frame.uavs {
-            draft.uavs.put(row.uav, &uav(row, &judged));
+            draft.uavs.put(row.uav, &uav(row, &scores));
         }
-        draft.intruders.next_instant();
+        draft.intruders.next_step();
         for row in &frame.intruders {
             draft.intruders.put(row.intruder, &intruder(row));
         }
         let phases = phases(frame, self.desired_phase_rad);
-        draft.groups.next_instant();
-        self.colours.next_instant(&frame.groups);
+        draft.groups.next_step();
+        self.colours.next_step(&frame.groups);
         for row in &frame.groups {
-            let errors = errors(frame, &judged, self.bound.as_ref(), row.group);
+            let errors = errors(frame, &scores, self.bound.as_ref(), row.group);
             let phase = phases.get(&row.group).copied();
             let colour = self.colours.place(row.group);
-            draft.groups.put(row.group, &group(row, phase, errors, judged.scan_sd_m(row.group), colour));
+            draft.groups.put(row.group, &group(row, phase, errors, scores.scan_sd_m(row.group), colour));
         }
         // Every part starts with a detail, so that the page never shows a later detail too early.
         if (draft.times_us.len() - 1).is_multiple_of(self.stride) {
-            draft.detail(frame, &judged);
+            draft.detail(frame, &scores);
         }
         if (draft.times_us.len() - 1).is_multiple_of(self.team_states_stride) {
-            draft.team_states.next_instant(frame);
+            draft.team_states.next_step(frame);
         }
     }
 
@@ -261,9 +261,9 @@ impl Encoder {
         let intruders = Some(intruders).filter(|table| table.rows() > 0);
         let tables = || [run, uavs, groups].into_iter().chain(intruders).chain(agents.tables());
         let part = || Part {
-            overview: half(times_us, bounds.listed_m(), events, tables()),
-            detail: half(detail_times_us, None, &[], [targets]),
-            team_states: agents.tables().next().map(|_| half(&team_states.times_us, None, &[], team_states.tables())),
+            overview: block(times_us, bounds.listed_m(), events, tables()),
+            detail: block(detail_times_us, None, &[], [targets]),
+            team_states: agents.tables().next().map(|_| block(&team_states.times_us, None, &[], team_states.tables())),
         };
         (!times_us.is_empty()).then(|| (part(), times_us.len()))
     }
@@ -289,19 +289,19 @@ impl Draft {
     fn is_full(&self) -> bool {
         let Self { uavs, groups, targets, agents, team_states, .. } = self;
         let rows = [uavs.rows(), groups.rows(), targets.rows(), agents.rows()];
-        self.times_us.len() >= INSTANTS || rows.iter().any(|&rows| rows >= ROWS) || team_states.is_full()
+        self.times_us.len() >= MAX_STEPS || rows.iter().any(|&rows| rows >= ROWS) || team_states.is_full()
     }
 
     /// Returns true if the rows of targets stay bounded even if all targets of the frame are new to the part.
     fn has_room_for(&self, frame: &Frame) -> bool {
         let most = self.targets.rows_with(frame.truth.len() + frame.tracks.len());
-        !self.is_full() && (self.times_us.is_empty() || most <= MOST_ROWS)
+        !self.is_full() && (self.times_us.is_empty() || most <= MAX_ROWS)
     }
 
     /// Adds the targets: existing ones with their tracks, and tracks of targets that no longer exist.
-    fn detail(&mut self, frame: &Frame, judged: &FrameScores<'_>) {
+    fn detail(&mut self, frame: &Frame, scores: &FrameScores<'_>) {
         self.detail_times_us.push(frame.time_us);
-        self.targets.next_instant();
+        self.targets.next_step();
         let mut detections: BTreeMap<u32, u32> = BTreeMap::new();
         for detection in &frame.detections {
             *detections.entry(detection.target).or_default() += 1;
@@ -311,7 +311,7 @@ impl Draft {
         let ids = frame.truth.iter().map(|row| row.target).chain(frame.tracks.iter().map(|row| row.target));
         for id in ids {
             let detected = detections.get(&id).copied().unwrap_or(0);
-            self.targets.put(id, &target(truth(id), track(id), judged.in_view(id), detected));
+            self.targets.put(id, &target(truth(id), track(id), scores.in_view(id), detected));
         }
     }
 }
@@ -368,13 +368,13 @@ fn phases(frame: &Frame, pair_rad: f64) -> BTreeMap<u32, (f64, f64)> {
 /// RMS position error of a group's members, and the root of the mean of its bound, m.
 fn errors(
     frame: &Frame,
-    judged: &FrameScores<'_>,
+    scores: &FrameScores<'_>,
     bound: Option<&PositionBound>,
     group: u32,
 ) -> Option<(f64, Option<f64>)> {
     let members = frame.tracks.iter().filter(|track| track.group == Some(group));
     let both = members.filter_map(|track| {
-        let error_m = judged.geometry.position_error_m(track)?;
+        let error_m = scores.geometry.position_error_m(track)?;
         Some((error_m * error_m, bound.and_then(|bound| bound.position_m2(track.target))))
     });
     let both: Vec<(f64, Option<f64>)> = both.collect();

@@ -52,10 +52,10 @@ impl Replay {
         self.feed.send(held.state());
     }
 
-    /// Publishes the current state of the part that is being filled; `instants`: its number of time steps.
-    pub fn show(&self, part: Part, instants: usize) {
+    /// Publishes the current state of the part that is being filled; `steps`: its number of time steps.
+    pub fn show(&self, part: Part, steps: usize) {
         let mut held = self.held();
-        held.open = Some((part, instants));
+        held.open = Some((part, steps));
         self.feed.send(held.state());
     }
 
@@ -91,12 +91,12 @@ impl Replay {
         if path == "map.json" {
             return held.map.clone().map(|body| Answer { kind: JSON, body, gzip: true, immutable: false });
         }
-        let (half, number) = path.split_once('/')?;
+        let (block, number) = path.split_once('/')?;
         let number: usize = number.parse().ok()?;
         let sealed = held.sealed.get(number);
         let open = held.open.as_ref().filter(|_| number == held.sealed.len()).map(|(part, _)| part);
         let part = sealed.or(open)?;
-        let body = match half {
+        let body = match block {
             "overview" => &part.overview,
             "detail" => &part.detail,
             "team-states" => part.team_states.as_ref()?,
@@ -114,7 +114,7 @@ impl Replay {
 
 impl Held {
     fn state(&self) -> String {
-        let open = self.open.as_ref().map_or(0, |(_, instants)| *instants);
+        let open = self.open.as_ref().map_or(0, |(_, steps)| *steps);
         let Self { sealed, done, run, .. } = self;
         format!("{{\"run\":\"{run}\",\"sealed\":{},\"open\":{open},\"done\":{done}}}", sealed.len())
     }

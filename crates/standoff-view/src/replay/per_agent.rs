@@ -17,17 +17,17 @@ mod tests;
 const ROWS: usize = 200_000;
 
 /// Columns of an agent, by UAV; missing while its computer is off. `lag_s`: age of the last committed time step.
-/// `disturbed`: whether its link is degraded. `group`, `created_s`: assigned group and its creation time. `crew`:
-/// lowest UAV whose agent has the same assignments.
+/// `link_degraded`: 1 if its link is degraded. `group`, `created_s`: assigned group and its creation time.
+/// `assignments`: lowest UAV whose agent has the same assignments.
 const AGENT: [&str; 5] = ["lag_s", "link_degraded", "group", "created_s", "assignments"];
-/// Columns of a UAV in the state of an agent: code of its [`TeammateStatus`] or `NEVER_RECEIVED`, age of its newest report, and
-/// assigned group. A missing row means: live, with a report of this time step, and assigned to the group that the UAV
+/// Columns of a UAV in the state of an agent: code of its [`TeammateStatus`] or `NEVER_RECEIVED`, age of its newest
+/// report, and assigned group with its creation time. A missing row means: live, with a report of this time step, and assigned to the group that the UAV
 /// itself reports.
 const TEAM: [&str; 4] = ["status", "age_s", "group", "created_s"];
-/// Columns of a track in the state of an agent. `own`: 1 if the track differs from the main table, 0 if the agent has
-/// no such track.
+/// Columns of a track in the state of an agent. `present`: 1 if the agent has a track that differs from the main
+/// table, 0 if it has no such track.
 const TRACK: [&str; 12] = [
-    "own",
+    "present",
     "x_m",
     "y_m",
     "vx_m_s",
@@ -40,16 +40,25 @@ const TRACK: [&str; 12] = [
     "group",
     "receiving_group",
 ];
-/// Columns of a group in the state of an agent; `own` as in [`TRACK`].
-const GROUP: [&str; 9] =
-    ["own", "x_m", "y_m", "members", "spread_m", "margin_m", "standoff_distance_m", "feasible", "nearest_groupmate_m"];
-/// Presence code of a UAV from which the agent has received no report.
+/// Columns of a group in the state of an agent; `present` as in [`TRACK`].
+const GROUP: [&str; 9] = [
+    "present",
+    "x_m",
+    "y_m",
+    "members",
+    "spread_m",
+    "margin_m",
+    "standoff_distance_m",
+    "feasible",
+    "nearest_groupmate_m",
+];
+/// Status code of a UAV from which the agent has received no report.
 const NEVER_RECEIVED: f64 = 4.0;
 
 /// Teammates and assignments of all agents; they belong to the overview.
 #[derive(Debug)]
 pub(super) struct AssignmentTables {
-    instants: usize,
+    steps: usize,
     agents: Table,
     /// Teammates by agent.
     teams: BTreeMap<u32, Table>,
@@ -65,41 +74,41 @@ pub(super) struct TeamStates {
 
 impl AssignmentTables {
     pub(super) fn new() -> Self {
-        Self { instants: 0, agents: Table::new("agents", &AGENT), teams: BTreeMap::new() }
+        Self { steps: 0, agents: Table::new("agents", &AGENT), teams: BTreeMap::new() }
     }
 
     /// Adds the next time step.
-    pub(super) fn next_instant(&mut self, frame: &Frame) {
-        self.agents.next_instant();
-        self.teams.values_mut().for_each(Table::next_instant);
-        self.instants += 1;
+    pub(super) fn next_step(&mut self, frame: &Frame) {
+        self.agents.next_step();
+        self.teams.values_mut().for_each(Table::next_step);
+        self.steps += 1;
         let agents = &frame.agents;
         let mut known: Vec<u32> = Vec::new();
         for row in &agents.all {
-            let crew = known
+            let same = known
                 .iter()
                 .copied()
                 .find(|other| agents.assignments(*other).eq(agents.assignments(row.agent)))
                 .unwrap_or(row.agent);
-            if crew == row.agent {
-                known.push(crew);
+            if same == row.agent {
+                known.push(same);
             }
             let lag_s = row.committed_us.map(|committed_us| seconds(frame.time_us.saturating_sub(committed_us)));
-            let [group, created_s] = duty(agents.teammate(row.agent, row.agent));
+            let [group, created_s] = assignment(agents.teammate(row.agent, row.agent));
             self.agents
-                .put(row.agent, &[lag_s, Some(f64::from(row.link_degraded)), group, created_s, Some(f64::from(crew))]);
+                .put(row.agent, &[lag_s, Some(f64::from(row.link_degraded)), group, created_s, Some(f64::from(same))]);
             self.team(frame, row.agent);
         }
     }
 
     fn team(&mut self, frame: &Frame, agent: u32) {
-        let (agents, instants) = (&frame.agents, self.instants);
-        let table = self.teams.entry(agent).or_insert_with(|| Table::at(format!("team-{agent}"), &TEAM, instants));
+        let (agents, steps) = (&frame.agents, self.steps);
+        let table = self.teams.entry(agent).or_insert_with(|| Table::at(format!("team-{agent}"), &TEAM, steps));
         // Time of the agent's own clock.
         let now_us = agents.teammate(agent, agent).and_then(|row| row.last_report_us).unwrap_or(frame.time_us);
         for uav in &frame.uavs {
             let row = agents.teammate(agent, uav.uav);
-            let [group, created_s] = duty(row);
+            let [group, created_s] = assignment(row);
             let age_s =
                 row.and_then(|row| row.last_report_us).map(|report_us| seconds(now_us.saturating_sub(report_us)));
             let status = match row.and_then(|row| row.status) {
@@ -110,7 +119,7 @@ impl AssignmentTables {
                 None => NEVER_RECEIVED,
             };
             let is_on = agents.all.binary_search_by_key(&uav.uav, |row| row.agent).is_ok();
-            let own = duty(agents.teammate(uav.uav, uav.uav));
+            let own = assignment(agents.teammate(uav.uav, uav.uav));
             if !is_on || (status, age_s, [group, created_s]) != (0.0, Some(0.0), own) {
                 table.put(uav.uav, &[Some(status), age_s, group, created_s]);
             }
@@ -129,18 +138,18 @@ impl AssignmentTables {
 
 impl TeamStates {
     /// Adds the next time step.
-    pub(super) fn next_instant(&mut self, frame: &Frame) {
+    pub(super) fn next_step(&mut self, frame: &Frame) {
         self.times_us.push(frame.time_us);
-        let instants = self.times_us.len();
+        let steps = self.times_us.len();
         for (tracks, groups) in self.of.values_mut() {
-            tracks.next_instant();
-            groups.next_instant();
+            tracks.next_step();
+            groups.next_step();
         }
         let agents = &frame.agents;
         for row in agents.all.iter().skip(1) {
             let agent = row.agent;
             let (tracks, groups) = self.of.entry(agent).or_insert_with(|| {
-                let table = |of, columns| Table::at(format!("{of}-{agent}"), columns, instants);
+                let table = |of, columns| Table::at(format!("{of}-{agent}"), columns, steps);
                 (table("tracks", &TRACK), table("groups", &GROUP))
             });
             differences(tracks, &frame.tracks, agents.tracks_of(agent), |row| row.target, track);
@@ -184,10 +193,10 @@ fn differences<R: Copy, const N: usize>(
 fn track(row: &TrackRow) -> [Option<f64>; TRACK.len()] {
     let ([x, vx, _, y, vy, _], covariance) = (row.state, &row.covariance);
     let numbers = [1.0, x, y, vx, vy, covariance[0], covariance[3], covariance[15]];
-    let [own, x, y, vx, vy, x_x, x_y, y_y] = numbers.map(Some);
-    let [group, to_group] = [row.group, row.receiving_group].map(|group| group.map(f64::from));
-    let [status, place] = [status_code(row.status), membership_code(row.membership)].map(Some);
-    [own, x, y, vx, vy, x_x, x_y, y_y, status, place, group, to_group]
+    let [present, x, y, vx, vy, x_x, x_y, y_y] = numbers.map(Some);
+    let [group, receiving_group] = [row.group, row.receiving_group].map(|group| group.map(f64::from));
+    let [status, membership] = [status_code(row.status), membership_code(row.membership)].map(Some);
+    [present, x, y, vx, vy, x_x, x_y, y_y, status, membership, group, receiving_group]
 }
 
 fn group(row: &GroupRow) -> [Option<f64>; GROUP.len()] {
@@ -198,7 +207,7 @@ fn group(row: &GroupRow) -> [Option<f64>; GROUP.len()] {
 
 /// Assigned group and its creation time, s, which distinguishes groups with the same number. A group id starts with the
 /// creation time.
-fn duty(row: Option<&TeammateRow>) -> [Option<f64>; 2] {
+fn assignment(row: Option<&TeammateRow>) -> [Option<f64>; 2] {
     let group = row.and_then(|row| Some((row.group?, row.group_id?)));
     [group.map(|(number, _)| f64::from(number)), group.map(|(_, id)| seconds((id >> 16) as i64))]
 }

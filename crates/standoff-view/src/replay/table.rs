@@ -12,7 +12,7 @@ use standoff_sim::record::{MembershipState, TrackStatus};
 pub(super) struct Table {
     name: Cow<'static, str>,
     columns: &'static [&'static str],
-    instants: usize,
+    steps: usize,
     /// Rows by object, one after the other.
     objects: BTreeMap<u32, Vec<f32>>,
 }
@@ -27,23 +27,23 @@ pub(super) struct Directory {
 
 impl Table {
     pub(super) fn new(name: &'static str, columns: &'static [&'static str]) -> Self {
-        Self { name: name.into(), columns, instants: 0, objects: BTreeMap::new() }
+        Self { name: name.into(), columns, steps: 0, objects: BTreeMap::new() }
     }
 
-    /// Makes a table that starts at a later time step of its part and was empty before. `instants`: number of time
+    /// Makes a table that starts at a later time step of its part and was empty before. `steps`: number of time
     /// steps including the current one, at least 1.
-    pub(super) fn at(name: String, columns: &'static [&'static str], instants: usize) -> Self {
-        Self { name: name.into(), columns, instants, objects: BTreeMap::new() }
+    pub(super) fn at(name: String, columns: &'static [&'static str], steps: usize) -> Self {
+        Self { name: name.into(), columns, steps, objects: BTreeMap::new() }
     }
 
     /// Starts the next time step.
-    pub(super) fn next_instant(&mut self) {
-        self.instants += 1;
+    pub(super) fn next_step(&mut self) {
+        self.steps += 1;
     }
 
     /// Sets the row of an object at this time step; a second row for the same object is ignored.
     pub(super) fn put(&mut self, id: u32, row: &[Option<f64>]) {
-        let (rows, before) = (self.objects.entry(id).or_default(), (self.instants - 1) * self.columns.len());
+        let (rows, before) = (self.objects.entry(id).or_default(), (self.steps - 1) * self.columns.len());
         if rows.len() <= before {
             rows.resize(before, f32::NAN);
             rows.extend(row.iter().copied().map(single));
@@ -52,12 +52,12 @@ impl Table {
 
     /// Number of rows, including missing ones.
     pub(super) fn rows(&self) -> usize {
-        self.objects.len() * self.instants
+        self.objects.len() * self.steps
     }
 
     /// Number of rows after one more time step with `new` new objects.
     pub(super) fn rows_with(&self, new: usize) -> usize {
-        (self.objects.len() + new) * (self.instants + 1)
+        (self.objects.len() + new) * (self.steps + 1)
     }
 
     pub(super) fn directory(&self) -> Directory {
@@ -74,12 +74,12 @@ impl Table {
     pub(super) fn write(&self, bytes: &mut Vec<u8>) {
         let width = self.columns.len();
         for column in 0..width {
-            let of = |rows: &[f32], instant: usize| rows.get(instant * width + column).unwrap_or(&f32::NAN).to_bits();
+            let of = |rows: &[f32], step: usize| rows.get(step * width + column).unwrap_or(&f32::NAN).to_bits();
             for place in 0..4 {
                 for rows in self.objects.values() {
                     let mut before = 0;
-                    bytes.extend((0..self.instants).map(|instant| {
-                        let bits = of(rows, instant);
+                    bytes.extend((0..self.steps).map(|step| {
+                        let bits = of(rows, step);
                         let difference = bits.wrapping_sub(before);
                         before = bits;
                         difference.to_le_bytes()[place]
@@ -100,8 +100,8 @@ pub(super) fn status_code(status: TrackStatus) -> f64 {
 }
 
 /// Code of a target's membership in tables.
-pub(super) fn membership_code(place: MembershipState) -> f64 {
-    match place {
+pub(super) fn membership_code(membership: MembershipState) -> f64 {
+    match membership {
         MembershipState::Ungrouped => 0.0,
         MembershipState::Member => 1.0,
         MembershipState::InHandoff => 2.0,
@@ -122,16 +122,16 @@ mod tests {
     fn read<const N: usize>(table: &Table) -> BTreeMap<u32, Vec<[f32; N]>> {
         let mut bytes = Vec::new();
         table.write(&mut bytes);
-        let (ids, instants) = (table.directory().ids, table.instants);
-        let plane = ids.len() * instants;
+        let (ids, steps) = (table.directory().ids, table.steps);
+        let plane = ids.len() * steps;
         assert_eq!(bytes.len(), 4 * N * plane);
         let mut objects = BTreeMap::new();
         for (object, id) in ids.iter().enumerate() {
-            let mut rows = vec![[0.0; N]; instants];
+            let mut rows = vec![[0.0; N]; steps];
             for column in 0..N {
                 let mut bits = 0u32;
-                for (instant, row) in rows.iter_mut().enumerate() {
-                    let at = |place: usize| bytes[(4 * column + place) * plane + object * instants + instant];
+                for (step, row) in rows.iter_mut().enumerate() {
+                    let at = |place: usize| bytes[(4 * column + place) * plane + object * steps + step];
                     bits = bits.wrapping_add(u32::from_le_bytes([at(0), at(1), at(2), at(3)]));
                     row[column] = f32::from_bits(bits);
                 }
@@ -144,12 +144,12 @@ mod tests {
     #[test]
     fn a_table_reads_back_with_nan_for_missing_values() {
         let mut table = Table::new("t", &["a", "b"]);
-        table.next_instant();
+        table.next_step();
         table.put(7, &[Some(1.5), None]);
         table.put(7, &[Some(99.0), None]);
-        table.next_instant();
+        table.next_step();
         table.put(3, &[Some(-2.0), Some(1e300)]);
-        table.next_instant();
+        table.next_step();
         table.put(7, &[Some(-0.25), Some(f64::NAN)]);
         let objects = read::<2>(&table);
         let text = |id: u32| format!("{:?}", objects[&id]);

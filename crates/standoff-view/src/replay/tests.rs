@@ -11,50 +11,50 @@ use standoff_sim::score::{FrameScorer, ScoreConfig};
 use super::{Encoder, Head, Part, Replay};
 use crate::figures::Setup;
 
-/// A half, read back like the page does: its directory, and the values over time by table, column and id.
-pub(super) struct Half {
+/// A block, read back like the page does: its directory, and the values over time by table, column and id.
+pub(super) struct Block {
     pub(super) directory: Value,
     columns: BTreeMap<(String, String, u32), Vec<f32>>,
 }
 
-pub(super) fn read(gz: &[u8]) -> Half {
+pub(super) fn read(gz: &[u8]) -> Block {
     let mut bytes = Vec::new();
     GzDecoder::new(gz).read_to_end(&mut bytes).unwrap();
     let length = u32::from_le_bytes(bytes[..4].try_into().unwrap()) as usize;
     let directory: Value = serde_json::from_slice(&bytes[4..4 + length]).unwrap();
     let mut rest = &bytes[4 + length..];
-    let instants = directory["times_us"].as_array().unwrap().len();
+    let steps = directory["times_us"].as_array().unwrap().len();
     let mut columns = BTreeMap::new();
     for table in directory["tables"].as_array().unwrap() {
         let ids: Vec<u32> = serde_json::from_value(table["ids"].clone()).unwrap();
-        let plane = ids.len() * instants;
+        let plane = ids.len() * steps;
         for column in table["columns"].as_array().unwrap() {
             for (object, id) in ids.iter().enumerate() {
                 let mut bits = 0u32;
-                let number = |instant: usize| {
-                    let at = |place: usize| rest[place * plane + object * instants + instant];
+                let number = |step: usize| {
+                    let at = |place: usize| rest[place * plane + object * steps + step];
                     bits = bits.wrapping_add(u32::from_le_bytes([at(0), at(1), at(2), at(3)]));
                     f32::from_bits(bits)
                 };
                 let name = |value: &Value| value.as_str().unwrap().to_owned();
-                columns.insert((name(&table["name"]), name(column), *id), (0..instants).map(number).collect());
+                columns.insert((name(&table["name"]), name(column), *id), (0..steps).map(number).collect());
             }
             rest = &rest[4 * plane..];
         }
     }
-    assert!(rest.is_empty(), "the tables fill the half");
-    Half { directory, columns }
+    assert!(rest.is_empty(), "the tables fill the block");
+    Block { directory, columns }
 }
 
-impl Half {
+impl Block {
     /// A value of a table or object that may be missing.
-    pub(super) fn find(&self, table: &str, column: &str, id: u32, instant: usize) -> Option<f64> {
+    pub(super) fn find(&self, table: &str, column: &str, id: u32, step: usize) -> Option<f64> {
         let values = self.columns.get(&(table.to_owned(), column.to_owned(), id))?;
-        Some(values[instant]).filter(|value| !value.is_nan()).map(f64::from)
+        Some(values[step]).filter(|value| !value.is_nan()).map(f64::from)
     }
 
-    fn value(&self, table: &str, column: &str, id: u32, instant: usize) -> Option<f64> {
-        let value = self.columns[&(table.to_owned(), column.to_owned(), id)][instant];
+    fn value(&self, table: &str, column: &str, id: u32, step: usize) -> Option<f64> {
+        let value = self.columns[&(table.to_owned(), column.to_owned(), id)][step];
         (!value.is_nan()).then_some(f64::from(value))
     }
 }
@@ -95,18 +95,18 @@ fn every_number_of_the_record_reads_back_from_the_parts() {
         let (overview, detail) = (read(&part.overview), read(&part.detail));
         assert_eq!(overview.directory["times_us"], detail.directory["times_us"]);
         let mut events = overview.directory["events"].as_array().unwrap().iter();
-        for (instant, time_us) in overview.directory["times_us"].as_array().unwrap().iter().enumerate() {
+        for (step, time_us) in overview.directory["times_us"].as_array().unwrap().iter().enumerate() {
             let frame = left.next().unwrap();
             assert_eq!(time_us.as_i64(), Some(frame.time_us));
             for row in &frame.uavs {
-                let got = |column| overview.value("uavs", column, row.uav, instant);
+                let got = |column| overview.value("uavs", column, row.uav, step);
                 assert!(near(got("x_m"), Some(row.x_m)) && near(got("heading_rad"), Some(row.heading_rad)));
                 assert!(near(got("group"), row.group.map(f64::from)));
                 assert!(near(got("boresight_rad"), row.boresight_rad));
                 assert!(near(got("turn_rate_limited"), Some(f64::from(row.turn_rate_limited))));
             }
             for row in &frame.groups {
-                let got = |column| overview.value("groups", column, row.group, instant);
+                let got = |column| overview.value("groups", column, row.group, step);
                 assert!(near(got("standoff_distance_m"), Some(row.standoff_distance_m)));
                 assert!(
                     near(got("nearest_groupmate_m"), row.nearest_groupmate_m)
@@ -114,10 +114,10 @@ fn every_number_of_the_record_reads_back_from_the_parts() {
                 );
             }
             for row in &frame.truth {
-                assert!(near(detail.value("targets", "true_y_m", row.target, instant), Some(row.y_m)));
+                assert!(near(detail.value("targets", "true_y_m", row.target, step), Some(row.y_m)));
             }
             for row in &frame.tracks {
-                let got = |column| detail.value("targets", column, row.target, instant);
+                let got = |column| detail.value("targets", column, row.target, step);
                 assert!(near(got("x_m"), Some(row.state[0])) && near(got("vy_m_s"), Some(row.state[4])));
                 assert!(
                     near(got("cov_x_y"), Some(row.covariance[3])) && near(got("cov_y_y"), Some(row.covariance[15]))
@@ -206,14 +206,14 @@ fn the_bounds_include_only_intruders_near_a_uav() {
 fn a_part_contains_the_counts_of_the_whole_run() {
     let (scenario, frames) = flight();
     let mut left = frames.iter();
-    let (mut judge, mut compared) = (FrameScorer::new(ScoreConfig::of(&scenario.settings)), 0);
+    let (mut scorer, mut compared) = (FrameScorer::new(ScoreConfig::of(&scenario.settings)), 0);
     for part in &encoded(&scenario, &frames, 7) {
         let overview = read(&part.overview);
-        for instant in 0..overview.directory["times_us"].as_array().unwrap().len() {
+        for step in 0..overview.directory["times_us"].as_array().unwrap().len() {
             let frame = left.next().unwrap();
-            let judged = judge.frame(frame);
-            let custody = judged.custody();
-            let got = |column| overview.value("run", column, 0, instant);
+            let scores = scorer.frame(frame);
+            let custody = scores.custody();
+            let got = |column| overview.value("run", column, 0, step);
             let count = |targets: usize| targets as f64;
             assert_eq!(got("targets"), Some(count(custody.targets)));
             assert_eq!(got("tracked"), Some(count(custody.tracked)));
@@ -236,8 +236,7 @@ fn a_stride_thins_out_only_the_details() {
     assert_eq!(overview, frames.iter().map(|frame| frame.time_us).collect::<Vec<_>>());
     assert_eq!(detail, overview.iter().copied().step_by(7).collect::<Vec<_>>());
     // 256 is not a multiple of 7, but the second part also starts with a detail.
-    let longer: Vec<Frame> =
-        (0..300).map(|instant| Frame { time_us: instant * 500_000, ..frames[0].clone() }).collect();
+    let longer: Vec<Frame> = (0..300).map(|step| Frame { time_us: step * 500_000, ..frames[0].clone() }).collect();
     let second = &encoded(&scenario, &longer, 7)[1];
     assert_eq!(times(&second.detail)[0], times(&second.overview)[0]);
 }
@@ -279,8 +278,8 @@ fn a_replay_grows_while_pages_follow_it() {
     for frame in &frames[..3] {
         assert!(encoder.frame(frame).is_none());
     }
-    let (part, instants) = encoder.so_far().unwrap();
-    replay.show(part, instants);
+    let (part, steps) = encoder.so_far().unwrap();
+    replay.show(part, steps);
     assert_eq!((times("overview/0"), times("detail/0"), times("overview/1")), (Some(3), Some(3), None));
     for frame in &frames[3..5] {
         assert!(encoder.frame(frame).is_none());
@@ -297,36 +296,36 @@ fn a_replay_grows_while_pages_follow_it() {
 }
 
 /// A frame of one UAV with tracks of `targets` targets.
-fn crowd(instant: i64, frame: &Frame, targets: u32) -> Frame {
+fn crowd(step: i64, frame: &Frame, targets: u32) -> Frame {
     let (uavs, track) = (frame.uavs[..1].to_vec(), frame.tracks[0]);
     let tracks = (0..targets).map(|target| TrackRow { target, ..track }).collect();
-    Frame { time_us: instant * 500_000, uavs, tracks, ..Frame::default() }
+    Frame { time_us: step * 500_000, uavs, tracks, ..Frame::default() }
 }
 
 /// Every target of a part occupies a row for each time step, so many new targets start a new part.
 #[test]
 fn many_new_targets_start_a_new_part() {
     let (scenario, frames) = flight();
-    let few = (0..255).map(|instant| crowd(instant, &frames[0], 1));
+    let few = (0..255).map(|step| crowd(step, &frames[0], 1));
     let frames: Vec<Frame> = few.chain([crowd(255, &frames[0], 20_000)]).collect();
     let parts = encoded(&scenario, &frames, 1);
-    let instants = |part: &Part| read(&part.detail).directory["times_us"].as_array().unwrap().len();
-    assert_eq!(parts.iter().map(instants).collect::<Vec<_>>(), [255, 1]);
+    let steps = |part: &Part| read(&part.detail).directory["times_us"].as_array().unwrap().len();
+    assert_eq!(parts.iter().map(steps).collect::<Vec<_>>(), [255, 1]);
 }
 
 #[test]
 fn many_new_groups_fill_a_part_early() {
     let (scenario, frames) = flight();
     let group = frames[0].groups[0];
-    let frame = |instant: u32| Frame {
-        groups: (0..100).map(|id| GroupRow { group: 100 * instant + id, ..group }).collect(),
-        ..crowd(instant.into(), &frames[0], 1)
+    let frame = |step: u32| Frame {
+        groups: (0..100).map(|id| GroupRow { group: 100 * step + id, ..group }).collect(),
+        ..crowd(step.into(), &frames[0], 1)
     };
     let frames: Vec<Frame> = (0..100).map(frame).collect();
     // 100 times the square of 23 is 52,900 rows, more than the limit.
     let parts = encoded(&scenario, &frames, 1);
-    let instants = |part: &Part| read(&part.overview).directory["times_us"].as_array().unwrap().len();
-    assert_eq!(parts.iter().map(instants).collect::<Vec<_>>(), [23, 23, 23, 23, 8]);
+    let steps = |part: &Part| read(&part.overview).directory["times_us"].as_array().unwrap().len();
+    assert_eq!(parts.iter().map(steps).collect::<Vec<_>>(), [23, 23, 23, 23, 8]);
 }
 
 #[test]
@@ -334,8 +333,8 @@ fn a_page_gets_only_the_first_of_very_many_events() {
     let (scenario, frames) = flight();
     let event = frames.iter().find_map(|frame| frame.events.first()).unwrap().clone();
     let mut encoder = Encoder::new(&ScoreConfig::of(&scenario.settings), 1);
-    for instant in 0..6 {
-        encoder.frame(&Frame { events: vec![event.clone(); 10_000], ..crowd(instant, &frames[0], 1) });
+    for step in 0..6 {
+        encoder.frame(&Frame { events: vec![event.clone(); 10_000], ..crowd(step, &frames[0], 1) });
     }
     let part = encoder.part().unwrap();
     let events = read(&part.overview).directory["events"].as_array().unwrap().len();

@@ -8,7 +8,7 @@ use standoff_sim::scenario::{Overrides, Scenario};
 use standoff_sim::score::{MetricSelection, ScoreConfig, Scorer};
 
 use crate::replay::encoder::Encoder;
-use crate::replay::tests::{Half, encoded, head, near, read};
+use crate::replay::tests::{Block, encoded, head, near, read};
 use crate::replay::{Part, Replay};
 
 const FAULTS: [&str; 3] = [
@@ -30,12 +30,12 @@ fn flight(sets: &[&str]) -> (Scenario, Vec<Frame>) {
 }
 
 /// A value of another agent as the page reads it: from its own table, missing, or from the main table.
-fn value_of(own: &Half, shown: &Half, [table, column]: [&str; 2], agent: u32, id: u32, instant: usize) -> Option<f64> {
-    let at = |column: &str| own.find(&format!("{table}-{agent}"), column, id, instant);
-    match at("own") {
+fn value_of(own: &Block, shown: &Block, [table, column]: [&str; 2], agent: u32, id: u32, step: usize) -> Option<f64> {
+    let at = |column: &str| own.find(&format!("{table}-{agent}"), column, id, step);
+    match at("present") {
         Some(0.0) => None,
         Some(_) => at(column),
-        None => shown.find(if table == "tracks" { "targets" } else { table }, column, id, instant),
+        None => shown.find(if table == "tracks" { "targets" } else { table }, column, id, step),
     }
 }
 
@@ -49,7 +49,7 @@ fn the_state_of_every_agent_reads_back_from_the_differences() {
         let [overview, detail, own] =
             [&part.overview, &part.detail, part.team_states.as_ref().unwrap()].map(|gz| read(gz));
         assert_eq!(own.directory["times_us"], overview.directory["times_us"]);
-        for instant in 0..own.directory["times_us"].as_array().unwrap().len() {
+        for step in 0..own.directory["times_us"].as_array().unwrap().len() {
             let frame = left.next().unwrap();
             let agents = &frame.agents;
             let tracks: BTreeSet<u32> = agents.tracks.iter().map(|of| of.row.target).collect();
@@ -58,12 +58,12 @@ fn the_state_of_every_agent_reads_back_from_the_differences() {
                 for target in &tracks {
                     let of = agents.tracks.iter().find(|of| (of.agent, of.row.target) == (agent, *target));
                     let row = of.map(|of| of.row);
-                    let got = |column| value_of(&own, &detail, ["tracks", column], agent, *target, instant);
+                    let got = |column| value_of(&own, &detail, ["tracks", column], agent, *target, step);
                     assert!(near(got("x_m"), row.map(|row| row.state[0])), "{agent} {target} {}", frame.time_us);
                     assert!(near(got("vy_m_s"), row.map(|row| row.state[4])));
                     assert!(near(got("cov_x_y"), row.map(|row| row.covariance[3])));
                     assert!(near(got("group"), row.and_then(|row| row.group).map(f64::from)));
-                    let stored = own.find(&format!("tracks-{agent}"), "own", *target, instant);
+                    let stored = own.find(&format!("tracks-{agent}"), "present", *target, step);
                     same += usize::from(stored.is_none());
                     other += usize::from(stored == Some(1.0));
                     lacking += usize::from(stored == Some(0.0));
@@ -71,7 +71,7 @@ fn the_state_of_every_agent_reads_back_from_the_differences() {
                 for group in &groups {
                     let of = agents.groups.iter().find(|of| (of.agent, of.row.group) == (agent, *group));
                     let row = of.map(|of| of.row);
-                    let got = |column| value_of(&own, &overview, ["groups", column], agent, *group, instant);
+                    let got = |column| value_of(&own, &overview, ["groups", column], agent, *group, step);
                     assert!(near(got("y_m"), row.map(|row| row.y_m)));
                     assert!(near(got("members"), row.map(|row| f64::from(row.members))));
                     assert!(near(got("standoff_distance_m"), row.map(|row| row.standoff_distance_m)));
@@ -91,13 +91,13 @@ fn the_teammates_of_every_agent_read_back() {
     let mut met = BTreeSet::new();
     for part in encoded(&scenario, &frames, 1) {
         let overview = read(&part.overview);
-        for instant in 0..overview.directory["times_us"].as_array().unwrap().len() {
+        for step in 0..overview.directory["times_us"].as_array().unwrap().len() {
             let frame = left.next().unwrap();
             let row =
                 |agent: u32, uav: u32| frame.agents.teammates.iter().find(|row| (row.agent, row.uav) == (agent, uav));
             for uav in &frame.uavs {
                 let agent = frame.agents.all.iter().find(|agent| agent.agent == uav.uav);
-                let got = |column| overview.find("agents", column, uav.uav, instant);
+                let got = |column| overview.find("agents", column, uav.uav, step);
                 assert_eq!(got("link_degraded"), agent.map(|agent| f64::from(agent.link_degraded)));
                 let lag_us =
                     agent.and_then(|agent| agent.committed_us).map(|committed_us| frame.time_us - committed_us);
@@ -105,8 +105,8 @@ fn the_teammates_of_every_agent_read_back() {
             }
             for agent in &frame.agents.all {
                 for uav in frame.uavs.iter().map(|uav| uav.uav) {
-                    let stored = |column| overview.find(&format!("team-{}", agent.agent), column, uav, instant);
-                    let own = |column| overview.find("agents", column, uav, instant);
+                    let stored = |column| overview.find(&format!("team-{}", agent.agent), column, uav, step);
+                    let own = |column| overview.find("agents", column, uav, step);
                     let [presence, age_s, group] = match stored("status") {
                         Some(presence) => [Some(presence), stored("age_s"), stored("group")],
                         None => [Some(0.0), Some(0.0), own("group")],
@@ -141,12 +141,12 @@ fn disagreement_of_agents_matches_the_metric() {
     let (mut differ, mut all) = (0, 0);
     for part in encoded(&scenario, &frames, 1) {
         let overview = read(&part.overview);
-        for instant in 0..overview.directory["times_us"].as_array().unwrap().len() {
+        for step in 0..overview.directory["times_us"].as_array().unwrap().len() {
             let agents =
-                (0..4).filter_map(|uav| overview.find("agents", "assignments", uav, instant).map(|crew| (uav, crew)));
+                (0..4).filter_map(|uav| overview.find("agents", "assignments", uav, step).map(|same| (uav, same)));
             let agents: Vec<(u32, f64)> = agents.collect();
             all += usize::from(agents.len() > 1);
-            differ += usize::from(agents.iter().any(|(_, crew)| *crew != f64::from(agents[0].0)));
+            differ += usize::from(agents.iter().any(|(_, same)| *same != f64::from(agents[0].0)));
         }
     }
     assert!(differ > 0 && differ < all);
@@ -243,10 +243,9 @@ fn many_differing_tracks_fill_a_part_early() {
             of
         })
         .collect();
-    let frames: Vec<Frame> = (0..50).map(|instant| Frame { time_us: instant * 500_000, ..crowd.clone() }).collect();
-    let instants =
-        |part: &Part| read(part.team_states.as_ref().unwrap()).directory["times_us"].as_array().unwrap().len();
-    assert_eq!(encoded(&scenario, &frames, 1).iter().map(instants).collect::<Vec<_>>(), [20, 20, 10]);
+    let frames: Vec<Frame> = (0..50).map(|step| Frame { time_us: step * 500_000, ..crowd.clone() }).collect();
+    let steps = |part: &Part| read(part.team_states.as_ref().unwrap()).directory["times_us"].as_array().unwrap().len();
+    assert_eq!(encoded(&scenario, &frames, 1).iter().map(steps).collect::<Vec<_>>(), [20, 20, 10]);
 }
 
 /// If an agent has another assignment for a UAV than the UAV itself, a row is stored.
@@ -273,7 +272,7 @@ fn differing_assignments_are_stored() {
 fn a_growing_replay_serves_the_agent_states_of_its_parts() {
     let (scenario, frames) = flight(&FAULTS);
     let replay = Replay::new(&head()).unwrap();
-    let instants = |path: &str| {
+    let steps = |path: &str| {
         let body = replay.get(path)?.body;
         Some(read(&body).directory["times_us"].as_array().unwrap().len())
     };
@@ -281,8 +280,8 @@ fn a_growing_replay_serves_the_agent_states_of_its_parts() {
     frames[..5].iter().for_each(|frame| drop(encoder.frame(frame)));
     let (part, shown) = encoder.so_far().unwrap();
     replay.show(part, shown);
-    assert_eq!((instants("team-states/0"), instants("team-states/1")), (Some(5), None));
+    assert_eq!((steps("team-states/0"), steps("team-states/1")), (Some(5), None));
     let one = Frame { agents: Default::default(), ..frames[0].clone() };
     replay.show(encoded(&scenario, &[one], 1).remove(0), 1);
-    assert_eq!((instants("overview/0"), instants("team-states/0")), (Some(1), None));
+    assert_eq!((steps("overview/0"), steps("team-states/0")), (Some(1), None));
 }
