@@ -132,7 +132,7 @@ test("a page opened late always shows UAVs and targets at the same time, and rep
 });
 
 test("the map of a running mission zooms out rarely and smoothly until the user moves it", limits, async () => {
-  const run = await serving("run", "paper/table-2-pair", "--view", "--speed", "10", "--out", "grows");
+  const run = await serving("run", "paper/table-2-pair", "--view", "--speed", "4", "--out", "grows");
   const { page, complaints, close } = await openServed(run.address);
   await page.getByRole("tab", { name: "State" }).click();
   // Every drawn frame is checked; the number of frames depends on the machine.
