@@ -23,8 +23,8 @@ function showOutcome({ runs }) {
     if (isPair) values.push(values[1] - values[0]);
     const row = body.insertRow();
     const name = row.insertCell();
-    name.textContent = metric;
-    name.title = line.label;
+    name.textContent = line.label;
+    name.title = metric;
     for (const value of values) {
       const cell = row.insertCell();
       cell.dataset.metric = metric;

@@ -74,7 +74,7 @@ pub(super) fn meaning(metric: &str, value: f64, settings: &Settings) -> Option<S
             ));
         }
         "anees" | "anees_nonmanoeuvring" => {
-            "squared error relative to the filter's own covariance; above 1: less accurate than it assumes"
+            "squared error relative to the filter's own covariance"
         }
         "position_crlb_ratio" => "relative to the Cramer-Rao bound: no unbiased filter is below 1",
         "standoff_error_own_estimate_m" => "relative to the orbit that the UAVs estimate, which may itself be wrong",
