@@ -111,8 +111,8 @@ impl LiveReplay {
         if now < self.next_look || self.replay.watchers() == 0 {
             return;
         }
-        if let Some((part, instants)) = self.encoder.so_far() {
-            self.replay.show(part, instants);
+        if let Some((part, steps)) = self.encoder.so_far() {
+            self.replay.show(part, steps);
         }
         self.next_look = Instant::now() + LOOK.max(now.elapsed() * SHARE);
     }

@@ -73,9 +73,10 @@ fn every_study_runs_and_the_page_does_not_depend_on_the_number_of_threads() {
         assert!(page.contains(&format!("`standoff reproduce {study} --runs 3`")), "{study}");
         assert!(study == "errata" || one.0.contains_key(&format!("out/{study}.csv")), "{study} has no data");
     }
-    let pictures: Vec<&str> = page.split("](").filter_map(|part| part.split_once(".svg)")).map(|part| part.0).collect();
-    assert!(pictures.len() > 10, "{pictures:?}");
-    for picture in pictures {
+    let team_states: Vec<&str> =
+        page.split("](").filter_map(|part| part.split_once(".svg)")).map(|part| part.0).collect();
+    assert!(team_states.len() > 10, "{team_states:?}");
+    for picture in team_states {
         assert!(one.0.contains_key(&format!("docs/{picture}.svg")), "{picture}");
     }
 }

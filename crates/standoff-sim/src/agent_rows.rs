@@ -106,13 +106,14 @@ pub(crate) fn detection(uav: UavId, detection: &Detection) -> DetectionRow {
 }
 
 /// Converts an event. If it names no UAV, its UAVs are those assigned to its groups.
-fn event(event: &Event, picture: &TeamState) -> EventRow {
-    let is_concerned = |duty: &&Assignment| Some(duty.group) == event.group || Some(duty.group) == event.to_group;
-    let assigned = || picture.assignments.iter().filter(is_concerned).map(|duty| duty.uav.0).collect();
-    let number = |group: GroupId| picture.group_number(group);
+fn event(event: &Event, team_state: &TeamState) -> EventRow {
+    let is_concerned =
+        |assignment: &&Assignment| Some(assignment.group) == event.group || Some(assignment.group) == event.to_group;
+    let assigned = || team_state.assignments.iter().filter(is_concerned).map(|assignment| assignment.uav.0).collect();
+    let number = |group: GroupId| team_state.group_number(group);
     let mut row = EventRow {
         kind: event.kind.name().to_owned(),
-        target: event.track.and_then(|track| picture.track(track)).map(|known| known.track.label.0),
+        target: event.track.and_then(|track| team_state.track(track)).map(|known| known.track.label.0),
         track: event.track.map(|track| track.0),
         group: event.group.and_then(number),
         to_group: event.to_group.and_then(number),
@@ -164,20 +165,20 @@ pub(crate) fn avoidance(uav: UavId, avoidance: &Avoidance) -> EventRow {
 }
 
 /// Adds the tracks, groups and events of a team state; for controllers that keep the built-in team state.
-pub fn team_state(picture: &TeamState, beliefs: &mut ReportedState) {
-    events(picture, beliefs);
-    state(picture, beliefs);
+pub fn team_state(team_state: &TeamState, beliefs: &mut ReportedState) {
+    events(team_state, beliefs);
+    state(team_state, beliefs);
 }
 
 /// Adds the tracks and groups of an agent's team state, and the events that it publishes.
 pub fn agent(agent: &Agent, beliefs: &mut ReportedState) {
-    agent.published_states().for_each(|(picture, _)| events(picture, beliefs));
+    agent.published_states().for_each(|(team_state, _)| events(team_state, beliefs));
     state(agent.team_state(), beliefs);
 }
 
 /// Adds the rows of one agent of several. The radio fills in the numbers of sent messages.
 pub(crate) fn own_rows(agent: &Agent, double_counted: Option<bool>, agents: &mut PerAgentTables) {
-    let (by, picture) = (agent.id().0, agent.team_state());
+    let (by, team_state) = (agent.id().0, agent.team_state());
     agents.all.push(AgentRow {
         agent: by,
         committed_us: agent.committed_at().map(Time::us),
@@ -186,53 +187,55 @@ pub(crate) fn own_rows(agent: &Agent, double_counted: Option<bool>, agents: &mut
         sent_bytes: 0,
         double_counted,
     });
-    tracks(picture, |row| agents.tracks.push(ByAgent { agent: by, row }));
-    groups(picture, |row| agents.groups.push(ByAgent { agent: by, row }));
-    for (picture, provisional) in agent.published_states() {
-        let event_time_us = picture.time.us();
-        let row = |of| AgentEventRow { agent: by, event_time_us, provisional, event: event(of, picture) };
-        let rows = picture.events.iter().map(row);
+    tracks(team_state, |row| agents.tracks.push(ByAgent { agent: by, row }));
+    groups(team_state, |row| agents.groups.push(ByAgent { agent: by, row }));
+    for (team_state, provisional) in agent.published_states() {
+        let event_time_us = team_state.time.us();
+        let row = |of| AgentEventRow { agent: by, event_time_us, provisional, event: event(of, team_state) };
+        let rows = team_state.events.iter().map(row);
         agents.events.extend(rows);
     }
-    let row = |uav: UavId, presence| {
-        let group = picture.group_of(uav).map(|group| group.id);
+    let row = |uav: UavId, status| {
+        let group = team_state.group_of(uav).map(|group| group.id);
         TeammateRow {
             agent: by,
             uav: uav.0,
-            status: presence,
+            status,
             last_report_us: agent.last_report_at(uav).map(Time::us),
-            group: group.and_then(|group| picture.group_number(group)),
+            group: group.and_then(|group| team_state.group_number(group)),
             group_id: group.map(|group| group.0),
         }
     };
-    agents.teammates.extend(agent.teammate_status().map(|(uav, presence)| row(uav, Some(presence))));
-    let never_reported = |duty: &&Assignment| agent.last_report_at(duty.uav).is_none();
-    agents.teammates.extend(picture.assignments.iter().filter(never_reported).map(|duty| row(duty.uav, None)));
+    agents.teammates.extend(agent.teammate_status().map(|(uav, status)| row(uav, Some(status))));
+    let never_reported = |assignment: &&Assignment| agent.last_report_at(assignment.uav).is_none();
+    agents
+        .teammates
+        .extend(team_state.assignments.iter().filter(never_reported).map(|assignment| row(assignment.uav, None)));
 }
 
-fn events(picture: &TeamState, beliefs: &mut ReportedState) {
-    beliefs.events.extend(picture.events.iter().map(|of| event(of, picture)));
+fn events(team_state: &TeamState, beliefs: &mut ReportedState) {
+    beliefs.events.extend(team_state.events.iter().map(|of| event(of, team_state)));
 }
 
-fn state(picture: &TeamState, beliefs: &mut ReportedState) {
-    tracks(picture, |row| beliefs.tracks.push(row));
-    groups(picture, |row| beliefs.groups.push(row));
+fn state(team_state: &TeamState, beliefs: &mut ReportedState) {
+    tracks(team_state, |row| beliefs.tracks.push(row));
+    groups(team_state, |row| beliefs.groups.push(row));
 }
 
-fn tracks(picture: &TeamState, mut put: impl FnMut(TrackRow)) {
+fn tracks(team_state: &TeamState, mut put: impl FnMut(TrackRow)) {
     // Not `extend` with a filtered iterator, which would copy the long rows once more.
-    for known in picture.tracks() {
+    for known in team_state.tracks() {
         if let Some(status) = live_status(known) {
-            put(track(known, status, picture));
+            put(track(known, status, team_state));
         }
     }
 }
 
-fn groups(picture: &TeamState, mut put: impl FnMut(GroupRow)) {
-    for group in &picture.groups {
+fn groups(team_state: &TeamState, mut put: impl FnMut(GroupRow)) {
+    for group in &team_state.groups {
         let centre = group.centre.estimate().state;
         put(GroupRow {
-            group: picture.group_number(group.id).unwrap_or_default(),
+            group: team_state.group_number(group.id).unwrap_or_default(),
             members: group.members,
             x_m: centre.position().x_m(),
             y_m: centre.position().y_m(),
@@ -262,8 +265,8 @@ fn live_status(known: &GroupedTrack) -> Option<TrackStatus> {
     }
 }
 
-fn track(known: &GroupedTrack, status: TrackStatus, picture: &TeamState) -> TrackRow {
-    let number = |group: GroupId| picture.group_number(group);
+fn track(known: &GroupedTrack, status: TrackStatus, team_state: &TeamState) -> TrackRow {
+    let number = |group: GroupId| team_state.group_number(group);
     let estimate = known.track.estimate();
     TrackRow {
         target: known.track.label.0,

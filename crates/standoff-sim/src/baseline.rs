@@ -85,7 +85,7 @@ pub fn baseline(scenario: &Scenario) -> CoverageBaseline {
         }
         let mut placed = Vec::new();
         for team in &mut teams {
-            team.instant(now, period.s(), &points, &mut placed);
+            team.step(now, period.s(), &points, &mut placed);
         }
     }
     let [half, all] = teams.map(|team| team.share());
@@ -110,7 +110,7 @@ impl Team {
 
     /// Advances one time step: moves and places the discs, counts the covered points, and gives the discs new goals if
     /// it is time. On entry, `placed` holds the discs placed for a smaller team; on return, those of this team.
-    fn instant(&mut self, now: Time, dt_s: f64, points: &[Position], placed: &mut Vec<Position>) {
+    fn step(&mut self, now: Time, dt_s: f64, points: &[Position], placed: &mut Vec<Position>) {
         if points.is_empty() && self.mover.is_none() {
             return;
         }

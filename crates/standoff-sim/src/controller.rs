@@ -22,9 +22,9 @@ use crate::scenario::AgentSetup;
 /// Controllers do not depend on the lifetime of a scenario or a mission: inputs are borrowed for one call; outputs are
 /// owned, or borrowed from the controller.
 pub trait Controller {
-    /// Notifies the controller that the computer of a UAV has restarted: the state of its agent is lost. `epoch` is
-    /// higher than before. While the computer is off, no method is called for the UAV.
-    fn restart(&mut self, _uav: UavId, _epoch: u32) {}
+    /// Notifies the controller that the computer of a UAV has restarted: the state of its agent is lost. `restart_count`
+    /// is higher than before. While the computer is off, no method is called for the UAV.
+    fn restart(&mut self, _uav: UavId, _restart_count: u32) {}
 
     /// Passes the observation of a UAV at time `now` by its own clock. `own` is the state that the UAV estimates for
     /// itself, `scan` the measurements of its sensor; `None` during an outage, in which the UAV neither measures nor
@@ -64,8 +64,8 @@ pub trait Controller {
 }
 
 impl<B: Controller + ?Sized> Controller for Box<B> {
-    fn restart(&mut self, uav: UavId, epoch: u32) {
-        (**self).restart(uav, epoch);
+    fn restart(&mut self, uav: UavId, restart_count: u32) {
+        (**self).restart(uav, restart_count);
     }
 
     fn observe(&mut self, now: Time, uav: UavId, own: &UavState, scan: Option<Scan>) {
@@ -184,10 +184,10 @@ pub(crate) struct AgentPerUav {
 }
 
 impl Controller for AgentPerUav {
-    fn restart(&mut self, uav: UavId, epoch: u32) {
+    fn restart(&mut self, uav: UavId, restart_count: u32) {
         // The parameters were valid when the first agent was created.
         if let (Some(agent), Ok(new)) = (self.agents.get_mut(uav.0 as usize), Agent::new(uav, self.team)) {
-            *agent = new.with_geofence(self.geofence.clone()).with_restart_count(epoch);
+            *agent = new.with_geofence(self.geofence.clone()).with_restart_count(restart_count);
         }
         self.audits.get_mut(uav.0 as usize).into_iter().for_each(ReferenceReplay::restart);
     }

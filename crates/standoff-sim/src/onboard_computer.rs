@@ -11,7 +11,7 @@ pub(crate) struct OnboardComputer {
     restarts: Vec<Restart>,
     clock: Option<Clock>,
     /// Number of the restart after which the agent runs, from 1; 0 before the first restart.
-    epoch: u32,
+    restart_count: u32,
 }
 
 impl OnboardComputer {
@@ -20,7 +20,7 @@ impl OnboardComputer {
             starts_s: scenario.starts_s.get(uav.0 as usize).copied().unwrap_or_default(),
             restarts: scenario.restarts.iter().filter(|restart| restart.uav == uav).copied().collect(),
             clock: scenario.clocks.iter().find(|clock| clock.uav == uav).copied(),
-            epoch: 0,
+            restart_count: 0,
         }
     }
 
@@ -34,9 +34,9 @@ impl OnboardComputer {
     /// including those that begin and end between two time steps.
     pub(crate) fn restarted(&mut self, now: Time) -> Option<u32> {
         let is_over = |restart: &&Restart| (self.starts_s..=now.s()).contains(&restart.at_s);
-        let epoch = self.restarts.iter().filter(is_over).count() as u32;
-        let is_new = epoch != std::mem::replace(&mut self.epoch, epoch);
-        is_new.then_some(epoch)
+        let restart_count = self.restarts.iter().filter(is_over).count() as u32;
+        let is_new = restart_count != std::mem::replace(&mut self.restart_count, restart_count);
+        is_new.then_some(restart_count)
     }
 
     /// Returns the time of the computer's clock.

@@ -218,8 +218,8 @@ impl Air {
         }
     }
 
-    fn carry(&mut self, instant: &Instant, sent: &mut [SentCounts], hear: &mut impl FnMut(UavId, &Message)) {
-        let Instant { tick, stations, messages, cues, .. } = *instant;
+    fn carry(&mut self, step: &Instant, sent: &mut [SentCounts], hear: &mut impl FnMut(UavId, &Message)) {
+        let Instant { tick, stations, messages, cues, .. } = *step;
         for ((station, id), sent) in stations.iter().zip(0..).zip(sent) {
             let sender = UavId(id);
             let own = messages.iter().filter(|(by, _)| *by == sender).zip(0..);
@@ -227,18 +227,18 @@ impl Air {
                 key: Key { sender, tick, number },
                 message: Arc::new(message.clone()),
             });
-            let budget_bytes_per_s = self.radio.bandwidth_bytes_per_s.filter(|_| !self.is_perfect(instant.now));
+            let budget_bytes_per_s = self.radio.bandwidth_bytes_per_s.filter(|_| !self.is_perfect(step.now));
             let per_instant = budget_bytes_per_s.map(|rate| (rate * self.period_us as f64 / 1e6, rate));
             let Some(transmitter) = self.transmitters.get_mut(id as usize) else { continue };
             for sent_message in transmitter.send(station.transmits, per_instant, sent_message) {
                 sent.count(&sent_message.message);
-                others(stations, sender).for_each(|to| self.send(instant, &sent_message, to));
+                others(stations, sender).for_each(|to| self.send(step, &sent_message, to));
             }
         }
         for (number, cue) in cues {
             let key = Key { sender: OUTSIDE, tick, number: *number };
             let sent_message = SentMessage { key, message: Arc::new(cue.clone()) };
-            others(stations, OUTSIDE).for_each(|to| self.send(instant, &sent_message, to));
+            others(stations, OUTSIDE).for_each(|to| self.send(step, &sent_message, to));
         }
         self.arrived.clear();
         self.arrived.extend(self.under_way.extract_if(.., |message| message.due <= tick));
@@ -256,8 +256,8 @@ impl Air {
     }
 
     /// Sends a message to one receiver, unless the link drops it.
-    fn send(&mut self, instant: &Instant, sent_message: &SentMessage, to: UavId) {
-        let Instant { tick, now, stations, .. } = *instant;
+    fn send(&mut self, step: &Instant, sent_message: &SentMessage, to: UavId) {
+        let Instant { tick, now, stations, .. } = *step;
         let sender = sent_message.key.sender;
         let is_perfect = self.is_perfect(now);
         if sender != OUTSIDE && self.is_cut(now, sender, to) || !is_perfect && self.is_far(stations, sender, to) {

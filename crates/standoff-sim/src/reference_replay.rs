@@ -97,39 +97,39 @@ impl ReferenceReplay {
 
     /// Records that the agent has observed a time step.
     pub(crate) fn observe(&mut self, agent: &Agent, observation: &Observation) {
-        let Some(instant) = self.instant(observation.time()) else { return };
-        let ahead = |now: i64| instant.saturating_sub(now);
+        let Some(step) = self.step(observation.time()) else { return };
+        let ahead = |now: i64| step.saturating_sub(now);
         let jumps =
             |now: i64| ahead(now) < 0 || ahead(now).saturating_mul(self.period.us()) > Agent::TIME_JUMP_MAX.us();
         if self.now.is_some_and(jumps) {
             return;
         }
-        self.began.get_or_insert(instant);
-        self.now = Some(instant);
+        self.began.get_or_insert(step);
+        self.now = Some(step);
         let own = agent.outbox(observation).first();
         if let Some(Message::Report(report)) = own.filter(|_| observation.uav() == agent.id()) {
-            self.put(instant, report);
+            self.put(step, report);
         }
-        let oldest = instant - self.kept;
-        self.sent.retain(|instant, _| *instant >= oldest);
+        let oldest = step - self.kept;
+        self.sent.retain(|step, _| *step >= oldest);
     }
 
     /// Records that the agent has received a message.
     pub(crate) fn receive(&mut self, agent: &Agent, before: &Before, message: &Message) {
         let (Some(began), Some(now)) = (self.began, self.now) else { return };
-        let after = before.committed.and_then(|time| self.instant(time)).unwrap_or(began - 1);
-        let is_open = |instant: &i64| *instant > after && *instant <= now + self.early;
+        let after = before.committed.and_then(|time| self.step(time)).unwrap_or(began - 1);
+        let is_open = |step: &i64| *step > after && *step <= now + self.early;
         match message {
             Message::Report(report) => {
-                let Some(instant) = self.instant(report.time).filter(is_open) else { return };
+                let Some(step) = self.step(report.time).filter(is_open) else { return };
                 // `observe` has stored the agent's own reports since its start.
-                if report.uav != agent.id() || instant < began {
-                    self.put(instant, report);
+                if report.uav != agent.id() || step < began {
+                    self.put(step, report);
                 }
             }
             Message::Cue(cue) => {
-                let Some(instant) = self.instant(cue.issued_at).filter(is_open) else { return };
-                let cues = &mut self.sent.entry(instant).or_default().cues;
+                let Some(step) = self.step(cue.issued_at).filter(is_open) else { return };
+                let cues = &mut self.sent.entry(step).or_default().cues;
                 if !cues.contains(cue) {
                     cues.push(*cue);
                 }
@@ -145,30 +145,30 @@ impl ReferenceReplay {
     pub(crate) fn check(&mut self, agent: &Agent, others: &[Self]) {
         self.holds_more = None;
         let Some((committed, began)) = agent.committed().zip(self.began) else { return };
-        let Some(instant) = self.instant(committed.time) else { return };
-        if self.is_lost || self.replayed_until.is_some_and(|folded| folded > instant) {
+        let Some(step) = self.step(committed.time) else { return };
+        if self.is_lost || self.replayed_until.is_some_and(|folded| folded > step) {
             let is_same = |other: &&Self| {
-                let picture = other.fleet.team_state();
-                !other.is_lost && picture.time == committed.time && picture.digest() == committed.digest()
+                let team_state = other.fleet.team_state();
+                !other.is_lost && team_state.time == committed.time && team_state.digest() == committed.digest()
             };
             let Some(same) = others.iter().find(is_same) else { return };
-            (self.fleet, self.replayed_until, self.is_lost) = (same.fleet.clone(), Some(instant), false);
+            (self.fleet, self.replayed_until, self.is_lost) = (same.fleet.clone(), Some(step), false);
         }
-        for next in self.replayed_until.map_or(began, |folded| folded + 1)..=instant {
+        for next in self.replayed_until.map_or(began, |folded| folded + 1)..=step {
             self.replay(agent.id(), next);
         }
-        self.replayed_until = Some(instant);
-        let fold = self.fleet.team_state();
+        self.replayed_until = Some(step);
+        let updater = self.fleet.team_state();
         self.checked += 1;
-        self.differed += u64::from(fold.digest() != committed.digest());
-        self.holds_more = Some(holds_more(committed, fold));
+        self.differed += u64::from(updater.digest() != committed.digest());
+        self.holds_more = Some(holds_more(committed, updater));
     }
 
-    fn replay(&mut self, by: UavId, instant: i64) {
+    fn replay(&mut self, by: UavId, step: i64) {
         let nowhere = UavState::level_flight(Position::ORIGIN, Angle::ZERO, 0.0);
         // Without a scan, the UAV reports no detections.
-        let observation = self.fleet.observe(self.time(instant), by, &nowhere, None);
-        if let Some(Row { reports, cues }) = self.sent.get(&instant) {
+        let observation = self.fleet.observe(self.time(step), by, &nowhere, None);
+        if let Some(Row { reports, cues }) = self.sent.get(&step) {
             let reports = reports.values().cloned().map(Message::Report);
             let messages = reports.chain(cues.iter().copied().map(Message::Cue));
             messages.for_each(|message| self.fleet.receive(&observation, &message));
@@ -176,9 +176,9 @@ impl ReferenceReplay {
         self.fleet.decide(&observation);
     }
 
-    fn put(&mut self, instant: i64, report: &Report) {
-        let report = Report { time: self.time(instant), log_status: None, ..report.clone() };
-        match self.sent.entry(instant).or_default().reports.entry(report.uav) {
+    fn put(&mut self, step: i64, report: &Report) {
+        let report = Report { time: self.time(step), log_status: None, ..report.clone() };
+        match self.sent.entry(step).or_default().reports.entry(report.uav) {
             Entry::Vacant(place) => drop(place.insert(report)),
             Entry::Occupied(mut known) => {
                 let stamp = |report: &Report| (report.restart_count, report.sequence);
@@ -190,21 +190,21 @@ impl ReferenceReplay {
     }
 
     /// Returns the index of the team's time step to which a time belongs: within a tenth of a period.
-    fn instant(&self, time: Time) -> Option<i64> {
+    fn step(&self, time: Time) -> Option<i64> {
         let period_us = self.period.us().max(1);
         let nearest = (time.us() + period_us / 2).div_euclid(period_us);
         ((time.us() - nearest * period_us).abs() * 10 <= period_us).then_some(nearest)
     }
 
-    fn time(&self, instant: i64) -> Time {
-        Time::from_us(instant * self.period.us())
+    fn time(&self, step: i64) -> Time {
+        Time::from_us(step * self.period.us())
     }
 }
 
 /// Returns whether a team state has more information about some target than another one: a smaller uncertainty
 /// ellipsoid.
-fn holds_more(picture: &TeamState, other: &TeamState) -> bool {
-    picture.tracks().iter().filter(|known| !known.track.is_lost()).any(|known| {
+fn holds_more(team_state: &TeamState, other: &TeamState) -> bool {
+    team_state.tracks().iter().filter(|known| !known.track.is_lost()).any(|known| {
         let Some(other) = other.track(known.track.id) else { return true };
         let [covariance, other] = [known, other].map(|known| known.track.estimate().covariance);
         let volume = |covariance: &standoff::Covariance| covariance.matrix().determinant();
@@ -234,8 +234,8 @@ mod tests {
             position_sd_m: 20.0,
             velocity_sd_m_s: 2.0,
         });
-        let look = |instant: i64| {
-            let now = audit_time(instant);
+        let look = |step: i64| {
+            let now = audit_time(step);
             let observed = [0, 1].map(|place| {
                 let (x_m, bearing) = [(400.0, 180.0), (-400.0, 0.0)][place];
                 let position = Position::ORIGIN + Displacement::from_m(x_m, 0.0);
@@ -248,11 +248,11 @@ mod tests {
             audit.observe(&agents[0], &observed[0]);
             let sent = [0, 1].map(|place| agents[place].outbox(&observed[place]).to_vec());
             for place in [0, 1] {
-                let received = sent[1 - place].iter().chain((instant == 0).then_some(&cue));
+                let received = sent[1 - place].iter().chain((step == 0).then_some(&cue));
                 for message in received {
                     let before = Before::of(&agents[place], message);
                     agents[place].receive(&observed[place], message);
-                    if place == 0 && withheld != Some(instant) {
+                    if place == 0 && withheld != Some(step) {
                         audit.receive(&agents[0], &before, message);
                     }
                 }
@@ -264,8 +264,8 @@ mod tests {
         (0..20).map(look).collect()
     }
 
-    fn audit_time(instant: i64) -> Time {
-        Time::from_us(instant * 500_000)
+    fn audit_time(step: i64) -> Time {
+        Time::from_us(step * 500_000)
     }
 
     #[test]

@@ -312,8 +312,8 @@ impl<B: Controller> Mission<B> {
             if uav.is_off {
                 continue;
             }
-            if let Some(epoch) = uav.computer.restarted(now) {
-                controller.restart(uav.id, epoch);
+            if let Some(restart_count) = uav.computer.restarted(now) {
+                controller.restart(uav.id, restart_count);
             }
             let scan = Scan { boresight: uav.boresight, detections: &uav.detections };
             controller.observe(uav.computer.time(now), uav.id, &uav.believed_state, (!uav.is_out).then_some(scan));

@@ -295,7 +295,7 @@ impl Scorer {
             in_view_fraction: seen.value(),
             longest_out_of_view_s: seen.value().map(|_| longest_gap as f64 * period_s),
             reacquired_fraction: refound.value(),
-            reacquisition_time_s: refind.value().map(|instants| instants * period_s),
+            reacquisition_time_s: refind.value().map(|steps| steps * period_s),
             position_error_m: self.so_far.position.value(),
             position_error_single_uav_m: self.so_far.position_one.value(),
             position_error_multi_uav_m: self.so_far.position_more.value(),
@@ -537,16 +537,16 @@ mod tests {
         assert!(near(metrics.standoff_error_m, 500.0 - r_d_m(200.0)), "{metrics:?}");
         assert!(near(metrics.standoff_error_m_settled, 500.0 - r_d_m(200.0)) && near(metrics.phase_error_deg, 0.0));
         assert!(near(metrics.standoff_error_unfiltered_m_settled, 500.0 - r_d_m(200.0)));
-        let mut judge = FrameScorer::new(rules.clone());
-        let judged = judge.frame(&frame);
-        assert!(near(judged.standoff_error_m(&frame.uavs[1]), 500.0 - r_d_m(200.0)));
-        assert!(near(judged.centre_error_m(&frame.groups[0]), 3.0));
+        let mut scorer = FrameScorer::new(rules.clone());
+        let scores = scorer.frame(&frame);
+        assert!(near(scores.standoff_error_m(&frame.uavs[1]), 500.0 - r_d_m(200.0)));
+        assert!(near(scores.centre_error_m(&frame.groups[0]), 3.0));
 
         let centroid = ScoreConfig { centre: CentreEstimate::Centroid, ..rules.clone() };
         let off_m = Displacement::from_m(570.0, 50.0).length_m() - r_d_m(100.0 * 5.78f64.sqrt());
-        let mut judge = FrameScorer::new(centroid.clone());
-        let judged = judge.frame(&frame);
-        assert!(near(judged.standoff_error_m(&frame.uavs[0]), off_m));
+        let mut scorer = FrameScorer::new(centroid.clone());
+        let scores = scorer.frame(&frame);
+        assert!(near(scores.standoff_error_m(&frame.uavs[0]), off_m));
         assert_eq!(
             score(&centroid, &[frame.clone()]),
             score(&ScoreConfig { centre: CentreEstimate::Filtered, ..rules }, &[frame])

@@ -350,8 +350,8 @@ fn paper_figure_9_limits_the_off_boresight_angle_unlike_its_basic_form() {
         };
         assert!((28.0..42.0).contains(&time_s("handoff-started")), "seed {seed}");
         assert!(time_s("handoff-completed") >= time_s("handoff-started") + 3.0, "seed {seed}");
-        let crews = frames[10].uavs.iter().map(|uav| uav.group);
-        assert_eq!(crews.collect::<Vec<_>>(), [Some(0), Some(1), Some(0), Some(1)], "seed {seed}");
+        let assigned_uavs_by_group = frames[10].uavs.iter().map(|uav| uav.group);
+        assert_eq!(assigned_uavs_by_group.collect::<Vec<_>>(), [Some(0), Some(1), Some(0), Some(1)], "seed {seed}");
 
         let basic = fly("paper/figure-9-basic", &[], seed);
         assert!(basic.off_boresight_max_deg.unwrap() > 37.0, "seed {seed}: {basic:?}");

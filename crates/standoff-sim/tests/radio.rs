@@ -78,8 +78,8 @@ struct TestController {
 }
 
 impl Controller for TestController {
-    fn restart(&mut self, uav: UavId, epoch: u32) {
-        self.log.borrow_mut().restarts.push((uav.0, epoch));
+    fn restart(&mut self, uav: UavId, restart_count: u32) {
+        self.log.borrow_mut().restarts.push((uav.0, restart_count));
     }
     fn observe(&mut self, now: Time, uav: UavId, own: &UavState, scan: Option<Scan>) {
         let place = uav.0 as usize;
@@ -243,9 +243,8 @@ fn messages_of_a_time_step_are_ordered_by_sender_age_and_number() {
         assert!(own.is_sorted_by_key(key));
         // Delays of 0 to 4 time steps, one in forty without delay; some messages overtake those of the previous time
         // step.
-        let late =
-            |instants: f64| own.iter().filter(|received| (received.at_s - received.sent_s) * 2.0 == instants).count();
-        assert!((0..=4).all(|instants| late(f64::from(instants)) > 0) && late(0.0) < late(1.0));
+        let late = |steps: f64| own.iter().filter(|received| (received.at_s - received.sent_s) * 2.0 == steps).count();
+        assert!((0..=4).all(|steps| late(f64::from(steps)) > 0) && late(0.0) < late(1.0));
     }
     let late_of = |to| {
         received.iter().filter(move |received| received.to == to && received.from == 2).map(|received| received.at_s)
@@ -559,8 +558,8 @@ struct Spy {
 }
 
 impl Controller for Spy {
-    fn restart(&mut self, uav: UavId, epoch: u32) {
-        self.inner.restart(uav, epoch);
+    fn restart(&mut self, uav: UavId, restart_count: u32) {
+        self.inner.restart(uav, restart_count);
     }
     fn observe(&mut self, now: Time, uav: UavId, own: &UavState, scan: Option<Scan>) {
         self.inner.observe(now, uav, own, scan);
@@ -617,7 +616,7 @@ fn restarted_agent_has_an_empty_state_and_the_next_epoch() {
     // The tracks of the first agent again, from nothing but the current reports of the other one.
     let variance_m2 = |frame: &Frame| frame.tracks[0].covariance[0];
     assert!(variance_m2(&pair[50]) > 4.0 * variance_m2(&pair[49]));
-    assert!(epochs.iter().all(|(uav, epoch)| *uav == 0 || *epoch == 0));
+    assert!(epochs.iter().all(|(uav, restart_count)| *uav == 0 || *restart_count == 0));
 }
 
 /// Built-in controller with all faults: the commands stay within their limits, and a run is a function of scenario and

@@ -35,7 +35,7 @@ fn frames_are_read_back_as_written() {
         ("targets", 4),
         ("in_view", 0),
     ];
-    let counts = Counts { instants: 40, rows: rows.map(|(table, rows)| (table.to_owned(), rows)).into() };
+    let counts = Counts { steps: 40, rows: rows.map(|(table, rows)| (table.to_owned(), rows)).into() };
     assert_eq!(record.manifest(), &Manifest { counts: Some(counts), ..manifest() });
     assert_eq!(record.scenario_toml(), SCENARIO);
     assert_eq!(record.target_names(), ["lead", "second", "third", "größe"]);
@@ -222,7 +222,7 @@ fn missing_rows_and_time_steps_are_reported_with_the_table() {
     write(&dir, &frames);
     let path = dir.join("run.json");
     let text = fs::read_to_string(&path).unwrap();
-    fs::write(&path, text.replace(r#""instants": 10"#, r#""instants": 11"#)).unwrap();
+    fs::write(&path, text.replace(r#""steps": 10"#, r#""steps": 11"#)).unwrap();
     let error = read(&dir).unwrap_err().to_string();
     assert!(error.contains("uavs.parquet is damaged: it has 10 time steps, but run.json contains 11"), "{error}");
     fs::write(&path, text.replace(r#""groups": 10"#, r#""groups ": 10"#)).unwrap();
@@ -234,9 +234,9 @@ fn missing_rows_and_time_steps_are_reported_with_the_table() {
 fn unfinished_record_must_end_at_its_checkpoint() {
     let home = TempDir::new().unwrap();
     let dir = home.path().join("run");
-    for instants in [3, 5] {
-        let mut writer = create(&dir.with_file_name(format!("run-{instants}"))).unwrap();
-        frames(instants, 2, 4).iter().for_each(|frame| writer.frame(frame).unwrap());
+    for steps in [3, 5] {
+        let mut writer = create(&dir.with_file_name(format!("run-{steps}"))).unwrap();
+        frames(steps, 2, 4).iter().for_each(|frame| writer.frame(frame).unwrap());
         writer.stop().unwrap();
     }
     let (three, five) = (home.path().join("run-3.partial"), home.path().join("run-5.partial"));
@@ -252,9 +252,9 @@ fn unfinished_record_must_end_at_its_checkpoint() {
 fn run_has_at_most_100_uavs_in_total() {
     let home = TempDir::new().unwrap();
     let mut writer = create(&home.path().join("run")).unwrap();
-    let mut add_uavs = |first: u32, instant: i64| {
+    let mut add_uavs = |first: u32, step: i64| {
         let uavs = (first..first + 50).map(|id| uav(id, 1.0)).collect();
-        writer.frame(&Frame { time_us: instant * 200_000, uavs, ..Frame::default() })
+        writer.frame(&Frame { time_us: step * 200_000, uavs, ..Frame::default() })
     };
     add_uavs(0, 0).unwrap();
     add_uavs(u32::MAX >> 2, 1).unwrap();
@@ -295,7 +295,7 @@ const OF_AGENTS: [&str; 5] = ["agents", "agent_tracks", "agent_groups", "agent_e
 
 /// Frames without agents, with several agents, and without agents again.
 fn frames_of_agents() -> Vec<Frame> {
-    let make = |instant| if (5..15).contains(&instant) { frame_of_agents(instant, 3, 4) } else { frame(instant, 3, 4) };
+    let make = |step| if (5..15).contains(&step) { frame_of_agents(step, 3, 4) } else { frame(step, 3, 4) };
     (0..20).map(make).collect()
 }
 
@@ -331,8 +331,8 @@ fn unfinished_record_of_several_agents_is_read_up_to_its_checkpoint() {
     let dir = home.path().join("run");
     let flown = frames_of_agents();
     let mut writer = create(&dir).unwrap();
-    let mut look = |instants: std::ops::Range<usize>, until: usize| {
-        flown[instants].iter().for_each(|frame| writer.frame(frame).unwrap());
+    let mut look = |steps: std::ops::Range<usize>, until: usize| {
+        flown[steps].iter().for_each(|frame| writer.frame(frame).unwrap());
         if writer.kept().is_none_or(|kept| kept.until_s < flown[until - 1].time_us as f64 / 1e6) {
             writer.checkpoint().unwrap();
         }
@@ -892,9 +892,9 @@ fn recount(dir: &Path) {
 }
 
 /// Leaves the files of a run that ended after this number of frames.
-fn unfinished(dir: &Path, instants: u32) {
+fn unfinished(dir: &Path, steps: u32) {
     let mut writer = create(dir).unwrap();
-    frames(instants, 2, 4).iter().for_each(|frame| writer.frame(frame).unwrap());
+    frames(steps, 2, 4).iter().for_each(|frame| writer.frame(frame).unwrap());
     writer.checkpoint().unwrap();
 }
 
@@ -928,32 +928,32 @@ fn contains(bytes: &[u8], text: &[u8]) -> bool {
 }
 
 /// Frames with values of every kind, present and absent.
-fn frames(instants: u32, uavs: u32, targets: u32) -> Vec<Frame> {
-    (0..instants).map(|instant| frame(instant, uavs, targets)).collect()
+fn frames(steps: u32, uavs: u32, targets: u32) -> Vec<Frame> {
+    (0..steps).map(|step| frame(step, uavs, targets)).collect()
 }
 
-fn frame(instant: u32, uavs: u32, targets: u32) -> Frame {
-    let t = f64::from(instant) * 0.2;
+fn frame(step: u32, uavs: u32, targets: u32) -> Frame {
+    let t = f64::from(step) * 0.2;
     let status = [TrackStatus::Cued, TrackStatus::Updated, TrackStatus::Coasting];
-    let happened = instant.is_multiple_of(7);
+    let happened = step.is_multiple_of(7);
     Frame {
         intruders: Vec::new(),
-        time_us: i64::from(instant) * 200_000,
+        time_us: i64::from(step) * 200_000,
         uavs: (0..uavs).map(|id| uav(id, t)).collect(),
         truth: (0..targets).map(|id| truth(id, t)).collect(),
         tracks: (0..targets)
             .map(|id| TrackRow {
                 target: id,
                 track: 1_000 - id,
-                status: status[((id + instant) % 3) as usize],
+                status: status[((id + step) % 3) as usize],
                 membership: [
                     MembershipState::Ungrouped,
                     MembershipState::Member,
                     MembershipState::InHandoff,
                     MembershipState::Removed,
-                ][((id + instant) % 4) as usize],
+                ][((id + step) % 4) as usize],
                 group: id.is_multiple_of(2).then_some(id),
-                receiving_group: id.is_multiple_of(3).then_some(instant),
+                receiving_group: id.is_multiple_of(3).then_some(step),
                 state: std::array::from_fn(|i| t * (i as f64 + 0.1) - f64::from(id)),
                 covariance: std::array::from_fn(|i| 1.0 / (t + i as f64 + 1.0)),
             })
@@ -970,17 +970,17 @@ fn frame(instant: u32, uavs: u32, targets: u32) -> Frame {
             standoff_unclamped_m: 312.5 + t,
             standoff_distance_m: 300.0,
             standoff_rate_m_s: -0.0,
-            turn_limit_m: instant.is_multiple_of(3).then_some(150.0),
-            feasible: instant.is_multiple_of(2),
-            convergence_threshold_m2_s: instant.is_multiple_of(4).then_some(-5.0 - t),
+            turn_limit_m: step.is_multiple_of(3).then_some(150.0),
+            feasible: step.is_multiple_of(2),
+            convergence_threshold_m2_s: step.is_multiple_of(4).then_some(-5.0 - t),
             altitude_m: 1500.0,
-            nearest_groupmate_m: instant.is_multiple_of(5).then_some(400.0 + t),
-            group_uid: instant.is_multiple_of(2).then_some(u64::from(instant) << 40),
+            nearest_groupmate_m: step.is_multiple_of(5).then_some(400.0 + t),
+            group_uid: step.is_multiple_of(2).then_some(u64::from(step) << 40),
         }],
-        detections: (0..uavs.min(instant))
+        detections: (0..uavs.min(step))
             .map(|uav| DetectionRow {
                 uav,
-                target: instant % targets,
+                target: step % targets,
                 range_m: 400.0 + t.sqrt(),
                 bearing_rad: -1.0 + 0.01 * t,
             })
@@ -988,25 +988,25 @@ fn frame(instant: u32, uavs: u32, targets: u32) -> Frame {
         events: Vec::from_iter(happened.then(|| EventRow {
             intruder: None,
             kind: "lost".to_owned(),
-            target: instant.is_multiple_of(2).then_some(instant % targets),
+            target: step.is_multiple_of(2).then_some(step % targets),
             group: None,
-            to_group: instant.is_multiple_of(4).then_some(instant),
-            uavs: (0..instant % 3).collect(),
+            to_group: step.is_multiple_of(4).then_some(step),
+            uavs: (0..step % 3).collect(),
             reason: "hidden — no line of sight".to_owned(),
-            track: instant.is_multiple_of(3).then_some(instant),
-            cause: instant.is_multiple_of(4).then(|| "hidden".to_owned()),
+            track: step.is_multiple_of(3).then_some(step),
+            cause: step.is_multiple_of(4).then(|| "hidden".to_owned()),
             into_group: None,
-            members: Some(instant),
-            coverable_targets: instant.is_multiple_of(5).then_some(3),
-            dwell_s: instant.is_multiple_of(2).then_some(0.1 * t),
+            members: Some(step),
+            coverable_targets: step.is_multiple_of(5).then_some(3),
+            dwell_s: step.is_multiple_of(2).then_some(0.1 * t),
             required_radius_m: Some(t.sqrt()),
             allowed_radius_m: None,
             threshold_m2_s: Some(-1e4 * t),
-            limit_m2_s: instant.is_multiple_of(3).then_some(-6e3),
+            limit_m2_s: step.is_multiple_of(3).then_some(-6e3),
             speed_m_s: Some(f64::MIN_POSITIVE),
             limit_m_s: None,
             distance_m: Some(1.0 / (1.0 + t)),
-            group_id: instant.is_multiple_of(3).then_some(1 << 62),
+            group_id: step.is_multiple_of(3).then_some(1 << 62),
             to_group_id: None,
             clear_fraction: Some(0.4),
             zone: Some(1),
@@ -1016,16 +1016,16 @@ fn frame(instant: u32, uavs: u32, targets: u32) -> Frame {
 }
 
 /// A frame with several agents that share the same estimates: all UAVs except one, which changes every time step.
-fn frame_of_agents(instant: u32, uavs: u32, targets: u32) -> Frame {
-    let frame = frame(instant, uavs, targets);
+fn frame_of_agents(step: u32, uavs: u32, targets: u32) -> Frame {
+    let frame = frame(step, uavs, targets);
     let mut agents = PerAgentTables::default();
-    for agent in (0..uavs).filter(|uav| *uav != instant % uavs) {
+    for agent in (0..uavs).filter(|uav| *uav != step % uavs) {
         agents.all.push(AgentRow {
             agent,
             committed_us: agent.is_multiple_of(2).then_some(frame.time_us - 400_000),
-            link_degraded: instant.is_multiple_of(2),
+            link_degraded: step.is_multiple_of(2),
             sent_messages: 2,
-            sent_bytes: u64::from(instant) << 33,
+            sent_bytes: u64::from(step) << 33,
             double_counted: (agent > 0).then_some(agent == 1),
         });
         agents.tracks.extend(frame.tracks.iter().map(|row| ByAgent { agent, row: *row }));
@@ -1037,7 +1037,7 @@ fn frame_of_agents(instant: u32, uavs: u32, targets: u32) -> Frame {
             provisional,
             event: event.clone(),
         }));
-        let presence = [
+        let status = [
             None,
             Some(TeammateStatus::Live),
             Some(TeammateStatus::Silent),
@@ -1047,7 +1047,7 @@ fn frame_of_agents(instant: u32, uavs: u32, targets: u32) -> Frame {
         agents.teammates.extend((0..uavs).map(|uav| TeammateRow {
             agent,
             uav,
-            status: presence[(uav + instant) as usize % presence.len()],
+            status: status[(uav + step) as usize % status.len()],
             last_report_us: uav.is_multiple_of(2).then_some(frame.time_us),
             group: uav.is_multiple_of(3).then_some(0),
             group_id: uav.is_multiple_of(3).then_some(7 << 40),

@@ -238,6 +238,25 @@ fn schema_for_editors_is_up_to_date() {
 }
 
 #[test]
+fn descriptions_in_the_schema_contain_every_allowed_word() {
+    let schema = standoff_sim::scenario::schema();
+    let definitions = schema["definitions"].as_object().unwrap();
+    let mut checked = 0;
+    for (table, definition) in definitions {
+        for (key, property) in definition["properties"].as_object().into_iter().flatten() {
+            let Some(reference) = property["allOf"][0]["$ref"].as_str() else { continue };
+            let choices = &definitions[reference.rsplit('/').next().unwrap()]["oneOf"];
+            for word in choices.as_array().into_iter().flatten().filter_map(|choice| choice["const"].as_str()) {
+                let description = property["description"].as_str().unwrap();
+                assert!(description.contains(&format!("`{word}`")), "{table}.{key}: {word}: {description}");
+                checked += 1;
+            }
+        }
+    }
+    assert!(checked > 20, "{checked} words");
+}
+
+#[test]
 fn impossible_values_name_key_value_and_range() {
     let with_target = |text: &str| format!("{text}\n{TARGET}");
     check_error(

@@ -44,9 +44,9 @@ pub fn figures<E>(
     frames: impl Iterator<Item = Result<Frame, E>>,
     setup: &Setup,
 ) -> Result<Vec<Figure>, FigureError<E>> {
-    let (mut run, mut judge) = (Run::default(), FrameScorer::new(setup.rules.clone()));
+    let (mut run, mut scorer) = (Run::default(), FrameScorer::new(setup.rules.clone()));
     for frame in frames {
-        run.add(&frame.map_err(FigureError::Frame)?, &mut judge);
+        run.add(&frame.map_err(FigureError::Frame)?, &mut scorer);
     }
     if run.frames == 0 {
         return Err(FigureError::NoFrames);

@@ -98,7 +98,7 @@ pub struct Agent {
     snapshot_receiver: SnapshotReceiver,
     /// Aircraft outside the team, from the messages that this UAV has received itself.
     intruders: Intruders,
-    /// Messages to send. The first `said` entries are ready; the others are reusable buffers.
+    /// Messages to send. The first `ready_count` entries are ready; the others are reusable buffers.
     outgoing: Vec<Message>,
     ready_count: usize,
     /// First time step of this agent.
@@ -149,8 +149,8 @@ impl Agent {
     /// Sets the restart count, which increases by one with each restart. If the agent reports again for the time step
     /// at which it went down, all teammates keep its report from before the restart.
     #[must_use]
-    pub fn with_restart_count(self, epoch: u32) -> Self {
-        Self { restart_count: epoch, ..self }
+    pub fn with_restart_count(self, restart_count: u32) -> Self {
+        Self { restart_count, ..self }
     }
 
     /// Adds keep-out and keep-in zones. Call it before the first time step. All agents of a team need the same zones,
@@ -192,7 +192,7 @@ impl Agent {
         let link_is_degraded = self.link_is_degraded();
         self.history
             .published()
-            .map(move |(instant, picture)| (picture, link_is_degraded && instant > self.history.committed))
+            .map(move |(step, team_state)| (team_state, link_is_degraded && step > self.history.committed))
     }
 
     /// Last committed time step: nothing up to it can change any more. `None` before the first commit.
@@ -231,19 +231,19 @@ impl Agent {
     /// then sends and receives nothing, computes the command from its previous state, and accepts the next time if that
     /// is valid. To make the agent follow a time that has permanently shifted, call [`Self::reset`].
     pub fn observe(&mut self, now: Time, own: &UavState, scan: Option<Scan>) -> Observation {
-        let Some(instant) = self.log.instant(now).filter(|instant| self.is_next(*instant)) else {
+        let Some(step) = self.log.step(now).filter(|step| self.is_next(*step)) else {
             count(&mut self.log.rejected.bad_time);
             return Observation { uav: self.id, time: now, own: *own };
         };
-        if self.now != Some(instant) {
-            self.start_time_step(instant);
+        if self.now != Some(step) {
+            self.start_time_step(step);
         }
         // A UAV that does not know its own state sends no report.
         if let Some(scan) = scan.filter(|_| own.is_finite() && !self.has_reported) {
-            self.append_report(instant, own, scan);
+            self.append_report(step, own, scan);
         }
-        let known = self.log.messages(instant).and_then(|row| row.report_of(self.id)).filter(|_| self.has_reported);
-        Observation { uav: self.id, time: self.log.time(instant), own: known.map_or(*own, |report| report.state) }
+        let known = self.log.messages(step).and_then(|row| row.report_of(self.id)).filter(|_| self.has_reported);
+        Observation { uav: self.id, time: self.log.time(step), own: known.map_or(*own, |report| report.state) }
     }
 
     /// Messages to send to the teammates: the own report, then the messages that teammates lack. Empty for a time step
@@ -286,13 +286,12 @@ impl Agent {
             self.history.select_published(&self.log, now, self.log.link_is_degraded(now));
             self.is_stale = false;
         }
-        let impossible = self.history.newest().implausible;
+        let implausible = self.history.newest().implausible;
         let refused =
-            Rejected { implausible: self.log.rejected.implausible.saturating_add(impossible), ..self.log.rejected };
-        let TeamStateUpdater { params, geofence_safety: borders, .. } = &self.history.updater;
-        let (picture, borders) = (self.history.head(), borders.as_deref());
-        CommandLaw { params, team_state: picture, geofence_safety: borders, intruders: &self.intruders }
-            .decide(observation, refused)
+            Rejected { implausible: self.log.rejected.implausible.saturating_add(implausible), ..self.log.rejected };
+        let TeamStateUpdater { params, geofence_safety, .. } = &self.history.updater;
+        let (team_state, geofence_safety) = (self.history.head(), geofence_safety.as_deref());
+        CommandLaw { params, team_state, geofence_safety, intruders: &self.intruders }.decide(observation, refused)
     }
 
     fn is_of_now(&self, observation: &Observation) -> bool {
@@ -300,16 +299,16 @@ impl Agent {
     }
 
     /// True for the current time step and for those that may follow it.
-    fn is_next(&self, instant: i64) -> bool {
+    fn is_next(&self, step: i64) -> bool {
         self.now.is_none_or(|now| {
-            let ahead = instant.saturating_sub(now);
+            let ahead = step.saturating_sub(now);
             ahead >= 0 && ahead.saturating_mul(self.log.period.us()) <= Self::TIME_JUMP_MAX.us()
         })
     }
 
     /// True if the report is of a time step since the last start or restart of this agent.
     fn is_own(&self, report: &Report) -> bool {
-        self.log.instant(report.time).is_none_or(|instant| instant >= self.started_at)
+        self.log.step(report.time).is_none_or(|step| step >= self.started_at)
     }
 
     fn restart_at(&mut self, first: i64) {
@@ -378,20 +377,20 @@ impl Agent {
             .map(|status| status.commit_digest);
         let (committed, present) = (log.time(history.committed), log.time(now));
         let ahead = stamps.filter(|stamp| committed < stamp.time && stamp.time < present);
-        let ahead = ahead.map(|stamp| (log.instant_at(stamp.time), stamp.digest));
-        let same = |(instant, digest): &(i64, u64)| history.at(*instant).is_some_and(|own| own.digest() == *digest);
-        if let Some((instant, digest)) = ahead.filter(same).max() {
-            history.commit_with_digest(instant, digest);
+        let ahead = ahead.map(|stamp| (log.step_at(stamp.time), stamp.digest));
+        let same = |(step, digest): &(i64, u64)| history.at(*step).is_some_and(|own| own.digest() == *digest);
+        if let Some((step, digest)) = ahead.filter(same).max() {
+            history.commit_with_digest(step, digest);
         }
     }
 
     /// Takes the own scan and composes the messages to send.
     fn append_report(&mut self, now: i64, own: &UavState, scan: Scan) {
-        let (uav, stamp, leaves) = (self.id, (self.restart_count, self.sequence), self.is_leaving);
-        let duty = self.history.head().assignment_of(uav);
+        let (uav, stamp, is_leaving) = (self.id, (self.restart_count, self.sequence), self.is_leaving);
+        let assignment = self.history.head().assignment_of(uav);
         let put = self.log.append_own(
             now,
-            ReportView { uav, order: stamp, state: own, scan, assigned_group: duty, is_leaving: leaves },
+            ReportView { uav, order: stamp, state: own, scan, assigned_group: assignment, is_leaving },
         );
         self.has_reported = put != Insert::Rejected;
         self.is_stale = true;
@@ -399,24 +398,24 @@ impl Agent {
             return count(&mut self.log.rejected.malformed);
         }
         let request = self.check_reference(now);
-        let Self { id, restart_count: epoch, sequence, log, history, outgoing: outbox, .. } = self;
+        let Self { id, restart_count, sequence, log, history, outgoing: outbox, .. } = self;
         if !matches!(outbox.first(), Some(Message::Report(_))) {
             outbox.insert(0, Message::Report(Report::position_only(*id, Time::EPOCH, *own)));
         }
         if let (Some(Message::Report(report)), Some(own_report)) =
             (outbox.first_mut(), log.messages(now).and_then(|row| row.report_of(uav)))
         {
-            (report.uav, report.restart_count, report.sequence) = (uav, *epoch, *sequence);
+            (report.uav, report.restart_count, report.sequence) = (uav, *restart_count, *sequence);
             (report.time, report.state, report.boresight) = (own_report.time, *own, scan.boresight);
-            (report.assigned_group, report.is_leaving) = (duty, leaves);
+            (report.assigned_group, report.is_leaving) = (assignment, is_leaving);
             report.detections.clone_from(&own_report.detections);
-            let knowledge = report.log_status.get_or_insert_default();
-            knowledge.start = log.time(history.start);
-            knowledge.committed_until = log.time(history.committed);
-            knowledge.commit_digest = history.commit_digest(log);
-            knowledge.degraded_at = log.time(log.degraded_at);
-            knowledge.snapshot_request = request;
-            log.list(history.committed, knowledge);
+            let log_status = report.log_status.get_or_insert_default();
+            log_status.start = log.time(history.start);
+            log_status.committed_until = log.time(history.committed);
+            log_status.commit_digest = history.commit_digest(log);
+            log_status.degraded_at = log.time(log.degraded_at);
+            log_status.snapshot_request = request;
+            log.list(history.committed, log_status);
         }
         self.ready_count = 1;
         self.offer_snapshot(now);
@@ -450,12 +449,12 @@ impl Agent {
         // A snapshot that no request names was for another receiver, which has it by now.
         let max_age = if is_in_use { self.log.horizon() / 3 } else { self.log.teammate_timeout() };
         if !self.snapshot_sender.is_fresh(now, max_age) {
-            let instant = self.history.kept_up_to(self.offered_instant(now));
-            let Some(offer) = self.history.at(instant).and_then(|picture| SnapshotSender::of(picture, now)) else {
+            let step = self.history.kept_up_to(self.offered_instant(now));
+            let Some(offer) = self.history.at(step).and_then(|team_state| SnapshotSender::of(team_state, now)) else {
                 return;
             };
             self.snapshot_sender = offer;
-            self.history.commit_with_digest(instant, self.snapshot_sender.commit_digest.digest);
+            self.history.commit_with_digest(step, self.snapshot_sender.commit_digest.digest);
         }
         let Self { id, log, history, snapshot_sender: offer, outgoing: outbox, ready_count, retransmission, .. } = self;
         let since = log.time(history.start);
@@ -490,13 +489,13 @@ impl Agent {
         }
         let follows_ours = |peer: &TeammateLog| {
             let stamp = peer.log_status.commit_digest;
-            let ours = self.history.digest_at(self.log.instant_at(stamp.time));
+            let ours = self.history.digest_at(self.log.step_at(stamp.time));
             peer.log_status.start == self.log.time(self.history.start)
                 && ours.is_none_or(|digest| digest == stamp.digest)
         };
         let peers = || self.log.teammates_with_status(now).filter(|peer| follows_ours(peer));
         let known =
-            (committed + 1..now).take_while(|instant| peers().all(|peer| self.log.is_acknowledged_by(peer, *instant)));
+            (committed + 1..now).take_while(|step| peers().all(|peer| self.log.is_acknowledged_by(peer, *step)));
         known.last().unwrap_or(committed).max(now - 2 * old).min(now - 1)
     }
 
@@ -557,20 +556,20 @@ impl Agent {
 
     /// Returns whether the committed state of another agent equals the own one; `None` if this is not known yet.
     fn agrees(&mut self, stamp: CommitDigest, now: i64) -> Option<bool> {
-        let (instant, committed) = (self.log.instant_at(stamp.time), self.history.committed);
+        let (step, committed) = (self.log.step_at(stamp.time), self.history.committed);
         if stamp == CommitDigest::default() {
             return Some(true);
         }
-        if instant <= committed {
+        if step <= committed {
             self.mismatch_since = None;
-            return self.history.digest_at(instant).map(|own| own == stamp.digest);
+            return self.history.digest_at(step).map(|own| own == stamp.digest);
         }
         // This far behind, a snapshot arrives sooner than all the messages that lead to it.
-        if instant - committed > LISTED_BEFORE {
+        if step - committed > LISTED_BEFORE {
             return Some(false);
         }
         // If no message is missing, a state equal to the own one would be committed here, too.
-        if self.log.lacks(committed, instant, now) {
+        if self.log.lacks(committed, step, now) {
             self.mismatch_since = None;
             return None;
         }
@@ -583,10 +582,9 @@ impl Agent {
             return;
         }
         // A snapshot of an impossible time would block all older snapshots.
-        let is_of_use =
-            |(since, instant): &(i64, i64)| (now - self.log.horizon()..now).contains(instant) && since <= instant;
-        let times = self.log.instant(part.start).zip(self.log.instant(part.commit_digest.time));
-        let Some((since, instant)) = times.filter(is_of_use) else {
+        let is_of_use = |(since, step): &(i64, i64)| (now - self.log.horizon()..now).contains(step) && since <= step;
+        let times = self.log.step(part.start).zip(self.log.step(part.commit_digest.time));
+        let Some((since, step)) = times.filter(is_of_use) else {
             return count(&mut self.log.rejected.malformed);
         };
         match self.snapshot_receiver.add_part(part, &self.history.updater.params) {
@@ -602,12 +600,12 @@ impl Agent {
                 count(&mut self.log.rejected.malformed);
                 self.snapshot_receiver.reset();
             }
-            PartOutcome::Whole(picture) => {
-                let digest = picture.digest();
-                self.history.adopt(since, instant, *picture);
-                self.history.commit_with_digest(instant, digest);
-                self.log.reach_back(instant + 1);
-                self.log.changed_from = instant + 1;
+            PartOutcome::Whole(team_state) => {
+                let digest = team_state.digest();
+                self.history.adopt(since, step, *team_state);
+                self.history.commit_with_digest(step, digest);
+                self.log.reach_back(step + 1);
+                self.log.changed_from = step + 1;
                 (self.mismatch_since, self.requesting_since, self.snapshot_sender) =
                     (None, None, SnapshotSender::default());
                 self.snapshot_receiver.reset();

@@ -47,18 +47,19 @@ impl CommandLaw<'_> {
             Some(group) => self.fly_orbit(observation, group),
             None => (self.wait(id, own), 0.0, None),
         };
-        let borders = self.geofence_safety.filter(|_| !own_state_invalid);
-        let detour = borders.and_then(|borders| {
+        let geofence_safety = self.geofence_safety.filter(|_| !own_state_invalid);
+        let detour = geofence_safety.and_then(|geofence_safety| {
             let (orbit, largest_m) = match group {
                 Some(group) => (group.orbit(self.params), group.radius_max_m),
                 None => (self.waiting_orbit(id, own)?, f64::INFINITY),
             };
-            borders.detours.detour(&self.params.guidance, own, &orbit, self.params.uav.speed_m_s, largest_m)
+            geofence_safety.detours.detour(&self.params.guidance, own, &orbit, self.params.uav.speed_m_s, largest_m)
         });
         let desired = detour.map_or(desired, |detour| detour.command);
         let LimitedCommand { command, speed_limited, turn_rate_limited } = self.params.uav.limit(desired);
         // The geofence limits the command before and after collision avoidance.
-        let (command, stopped_by) = borders.map_or((command, None), |borders| borders.make_safe(own, command));
+        let (command, stopped_by) =
+            geofence_safety.map_or((command, None), |geofence_safety| geofence_safety.make_safe(own, command));
         let border = stopped_by.or(detour.map(|detour| detour.zone));
         // A command changed by a zone is not the command of the orbit.
         let intended = steering.as_ref().filter(|_| border.is_none());
@@ -118,7 +119,8 @@ impl CommandLaw<'_> {
         });
         let others = teammates.chain(self.intruders.others(time));
         let altitude_m = altitude_m.map(|altitude_m| keeper.altitude_m(altitude_m, others.clone()));
-        let is_allowed = |command| self.geofence_safety.is_none_or(|borders| borders.allows(own, command));
+        let is_allowed =
+            |command| self.geofence_safety.is_none_or(|geofence_safety| geofence_safety.allows(own, command));
         let (command, avoids) =
             keeper.avoid(desired, altitude_m, others, |teammate| self.intent_of(teammate), is_allowed);
         (command, altitude_m, avoids)
@@ -139,14 +141,14 @@ impl CommandLaw<'_> {
 
     /// Other UAVs of a group: position, id and place on the orbit.
     fn groupmates(&self, id: UavId, group: GroupId) -> impl Iterator<Item = (Position, UavId, &OnOrbit)> {
-        let crew = self.team_state.on_orbit_of(group).filter(move |(teammate, _)| teammate.uav != id);
-        crew.map(|(teammate, on_orbit)| (teammate.state.position, teammate.uav, on_orbit))
+        let assigned_uavs = self.team_state.on_orbit_of(group).filter(move |(teammate, _)| teammate.uav != id);
+        assigned_uavs.map(|(teammate, on_orbit)| (teammate.state.position, teammate.uav, on_orbit))
     }
 
     /// Place of a UAV on its group's orbit, if its report is of the time of the team state; only then it is known.
     fn on_orbit_as_reported(&self, uav: UavId, group: GroupId) -> Option<&OnOrbit> {
-        let mut crew = self.team_state.on_orbit_of(group);
-        crew.find(|(teammate, _)| teammate.uav == uav && teammate.reported_now).map(|(_, on_orbit)| on_orbit)
+        let mut assigned_uavs = self.team_state.on_orbit_of(group);
+        assigned_uavs.find(|(teammate, _)| teammate.uav == uav && teammate.reported_now).map(|(_, on_orbit)| on_orbit)
     }
 
     fn fly_orbit(&self, observation: &Observation, group: &Group) -> (Command, f64, Option<Steering>) {

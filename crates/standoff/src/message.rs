@@ -210,8 +210,8 @@ pub struct Cue {
 impl Report {
     /// Creates a report that contains only the state of a UAV.
     pub fn position_only(uav: UavId, time: Time, state: UavState) -> Self {
-        let (detections, knowledge) = (Vec::new(), None);
-        let (boresight, duty, leaves) = (None, None, false);
+        let (detections, log_status) = (Vec::new(), None);
+        let (boresight, assignment, is_leaving) = (None, None, false);
         Self {
             uav,
             restart_count: 0,
@@ -220,9 +220,9 @@ impl Report {
             state,
             boresight,
             detections,
-            assigned_group: duty,
-            is_leaving: leaves,
-            log_status: knowledge,
+            assigned_group: assignment,
+            is_leaving,
+            log_status,
         }
     }
 }
@@ -254,10 +254,10 @@ impl Clone for Report {
 
     /// Reuses the buffers of the old lists.
     fn clone_from(&mut self, source: &Self) {
-        let (mut detections, mut knowledge) = (core::mem::take(&mut self.detections), self.log_status.take());
+        let (mut detections, mut log_status) = (core::mem::take(&mut self.detections), self.log_status.take());
         detections.clone_from(&source.detections);
-        knowledge.clone_from(&source.log_status);
-        *self = Self { detections, log_status: knowledge, ..*source };
+        log_status.clone_from(&source.log_status);
+        *self = Self { detections, log_status, ..*source };
     }
 }
 

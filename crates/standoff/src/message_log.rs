@@ -12,7 +12,7 @@ mod tests;
 use std::collections::VecDeque;
 
 use crate::message::{Cue, LogStatus, Message, MessageSource, ReceivedRange, Report};
-use crate::message_log::ranges::{Ranges, first_of, instant_of, last_of, number_of_cue};
+use crate::message_log::ranges::{Ranges, first_of, last_of, number_of_cue, step_of};
 use crate::output::{Rejected, count};
 use crate::params::TeamParams;
 use crate::step_messages::{Insert, ReportView, StepMessages, TEAM_MAX};
@@ -36,7 +36,7 @@ pub(crate) const LISTED_BEFORE: i64 = 40;
 #[derive(Debug, Clone)]
 pub(crate) struct MessageLog {
     pub(crate) period: Duration,
-    /// Retention time, in periods, like `lease`.
+    /// Retention time, in periods, like `teammate_timeout`.
     horizon: i64,
     teammate_timeout: i64,
     degraded_hold: i64,
@@ -98,15 +98,15 @@ impl MessageLog {
     }
 
     /// Time step of a time: the nearest one, if it is within a tenth of a period.
-    pub(crate) fn instant(&self, time: Time) -> Option<i64> {
+    pub(crate) fn step(&self, time: Time) -> Option<i64> {
         let (us, period) = (time.us(), self.period.us());
         let nearest = us.saturating_add(period / 2).div_euclid(period);
         let off = us.saturating_sub(nearest.saturating_mul(period));
         (off.abs() <= period / 10).then_some(nearest)
     }
 
-    pub(crate) fn time(&self, instant: i64) -> Time {
-        Time::from_us(instant.saturating_mul(self.period.us()))
+    pub(crate) fn time(&self, step: i64) -> Time {
+        Time::from_us(step.saturating_mul(self.period.us()))
     }
 
     pub(crate) fn horizon(&self) -> i64 {
@@ -123,8 +123,8 @@ impl MessageLog {
     }
 
     /// Returns the messages of a time step, if it is within the log.
-    pub(crate) fn messages(&self, instant: i64) -> Option<&StepMessages> {
-        self.time_steps.get(usize::try_from(instant - self.first).ok()?)
+    pub(crate) fn messages(&self, step: i64) -> Option<&StepMessages> {
+        self.time_steps.get(usize::try_from(step - self.first).ok()?)
     }
 
     /// Time step of the last row.
@@ -133,17 +133,17 @@ impl MessageLog {
     }
 
     /// Returns the messages of a time step and adds an empty row if needed; `None` before the first row.
-    fn messages_mut(&mut self, instant: i64) -> Option<&mut StepMessages> {
-        let place = usize::try_from(instant.checked_sub(self.first)?).ok()?;
-        if self.time_steps.len() <= place {
-            self.open_up_to(place);
+    fn messages_mut(&mut self, step: i64) -> Option<&mut StepMessages> {
+        let index = usize::try_from(step.checked_sub(self.first)?).ok()?;
+        if self.time_steps.len() <= index {
+            self.open_up_to(index);
         }
-        self.time_steps.get_mut(place)
+        self.time_steps.get_mut(index)
     }
 
     #[cold]
-    fn open_up_to(&mut self, place: usize) {
-        while self.time_steps.len() <= place {
+    fn open_up_to(&mut self, index: usize) {
+        while self.time_steps.len() <= index {
             let time = self.time(self.first + self.time_steps.len() as i64);
             let mut row = self.spare.pop().unwrap_or_default();
             row.open(time);
@@ -188,43 +188,43 @@ impl MessageLog {
         self.teammates.iter_mut().for_each(|peer| peer.log_matches = false);
         let statuses: Vec<(i64, LogStatus)> =
             self.teammates.iter().map(|peer| (peer.log_status_at, peer.log_status.clone())).collect();
-        statuses.iter().for_each(|(instant, knowledge)| self.learn_of_teammates(knowledge, *instant));
+        statuses.iter().for_each(|(step, log_status)| self.learn_of_teammates(log_status, *step));
     }
 
     /// Adds the own report; its delay does not count.
-    pub(crate) fn append_own(&mut self, instant: i64, report_view: ReportView) -> Insert {
-        self.put_report(instant, report_view, None)
+    pub(crate) fn append_own(&mut self, step: i64, report_view: ReportView) -> Insert {
+        self.put_report(step, report_view, None)
     }
 
     /// Processes a report received at time step `now`; time steps up to `committed` cannot change any more.
     pub(crate) fn receive_report(&mut self, report: &Report, now: i64, committed: i64) {
-        let Some(instant) = self.instant(report.time).filter(|instant| *instant <= now + self.early()) else {
+        let Some(step) = self.step(report.time).filter(|step| *step <= now + self.early()) else {
             return count(&mut self.rejected.off_grid);
         };
         let is_alike =
-            report.log_status.as_deref().is_some_and(|status| self.has_reported_messages(status, report.uav, instant));
+            report.log_status.as_deref().is_some_and(|status| self.has_reported_messages(status, report.uav, step));
         if !is_alike && !report.log_status.as_deref().is_none_or(is_valid) {
             return count(&mut self.rejected.malformed);
         }
-        if instant <= committed.max(self.first - 1) {
+        if step <= committed.max(self.first - 1) {
             // Known messages may arrive any number of times.
-            let is_known = self.holds(MessageSource::Uav(report.uav), instant);
+            let is_known = self.holds(MessageSource::Uav(report.uav), step);
             // No sender could know that this agent needs messages of such an old time step.
-            let is_old = instant < self.first;
+            let is_old = step < self.first;
             if !is_known && !is_old {
                 count(&mut self.rejected.late);
             }
-            return self.update_log_status(report, instant, is_alike);
+            return self.update_log_status(report, step, is_alike);
         }
-        match self.put_report(instant, ReportView::of(report), Some((report, is_alike))) {
+        match self.put_report(step, ReportView::of(report), Some((report, is_alike))) {
             Insert::Rejected => count(&mut self.rejected.malformed),
-            Insert::Added => self.note_delay(instant, now),
+            Insert::Added => self.note_delay(step, now),
             Insert::Duplicate | Insert::Replaced => {}
         }
     }
 
-    fn note_delay(&mut self, instant: i64, now: i64) {
-        let periods = now - instant;
+    fn note_delay(&mut self, step: i64, now: i64) {
+        let periods = now - step;
         self.late_at = if periods > 0 { now } else { self.late_at };
         // Usually no report is late.
         if periods <= 0 && self.longest_delay == 0 {
@@ -239,29 +239,29 @@ impl MessageLog {
         }
         let half = self.delays.iter().sum::<u32>() / 2;
         let mut sum = 0;
-        let place = self.delays.iter().position(|count| {
+        let index = self.delays.iter().position(|count| {
             sum += count;
             sum > half
         });
-        self.typical_delay = place.unwrap_or_default() as i64;
+        self.typical_delay = index.unwrap_or_default() as i64;
         self.longest_delay = self.delays.iter().rposition(|count| *count > 0).unwrap_or_default() as i64;
     }
 
-    fn put_report(&mut self, instant: i64, report_view: ReportView, report: Option<(&Report, bool)>) -> Insert {
+    fn put_report(&mut self, step: i64, report_view: ReportView, report: Option<(&Report, bool)>) -> Insert {
         let uav = report_view.uav;
         if !self.has_room_for(uav) {
             return Insert::Rejected;
         }
-        let Some(row) = self.messages_mut(instant) else { return Insert::Rejected };
+        let Some(row) = self.messages_mut(step) else { return Insert::Rejected };
         let put = row.put(report_view);
         if matches!(put, Insert::Added | Insert::Replaced) {
-            self.changed_from = self.changed_from.min(instant);
+            self.changed_from = self.changed_from.min(step);
         }
         if put != Insert::Rejected {
-            self.note(MessageSource::Uav(uav), instant);
+            self.note(MessageSource::Uav(uav), step);
             match report {
-                Some((report, is_alike)) => self.update_log_status(report, instant, is_alike),
-                None => self.teammate_mut(uav, instant).receive(instant, report_view.is_leaving),
+                Some((report, is_alike)) => self.update_log_status(report, step, is_alike),
+                None => self.teammate_mut(uav, step).receive(step, report_view.is_leaving),
             }
         }
         put
@@ -269,12 +269,12 @@ impl MessageLog {
 
     /// Processes a cue received at time step `now`.
     pub(crate) fn receive_cue(&mut self, cue: &Cue, now: i64, committed: i64) {
-        let Some(instant) = self.instant(cue.issued_at).filter(|instant| *instant <= now + self.early()) else {
+        let Some(step) = self.step(cue.issued_at).filter(|step| *step <= now + self.early()) else {
             return count(&mut self.rejected.off_grid);
         };
-        let (speaker, number) = (MessageSource::CueSource(cue.source), number_of_cue(instant, cue.sequence));
-        if instant <= committed || instant < self.first {
-            if !self.holds(speaker, number) && instant >= self.first {
+        let (speaker, number) = (MessageSource::CueSource(cue.source), number_of_cue(step, cue.sequence));
+        if step <= committed || step < self.first {
+            if !self.holds(speaker, number) && step >= self.first {
                 count(&mut self.rejected.late);
             }
             return;
@@ -282,13 +282,13 @@ impl MessageLog {
         if !self.has_room_for_cues_of(speaker) {
             return count(&mut self.rejected.malformed);
         }
-        let Some(row) = self.messages_mut(instant) else { return };
+        let Some(row) = self.messages_mut(step) else { return };
         let put = row.put_cue(cue);
         let is_dropped = put == Insert::Rejected && row.is_full();
         match put {
             Insert::Rejected => count(&mut self.rejected.malformed),
             Insert::Duplicate => {}
-            Insert::Added | Insert::Replaced => self.changed_from = self.changed_from.min(instant),
+            Insert::Added | Insert::Replaced => self.changed_from = self.changed_from.min(step),
         }
         // A cue beyond the maximum number need not be retransmitted.
         if is_dropped || matches!(put, Insert::Added | Insert::Replaced) {
@@ -300,7 +300,7 @@ impl MessageLog {
     /// agents may retransmit a more recent entry.
     pub(crate) fn retransmitted_entry(&self, message: &Message, now: i64) -> Option<(MessageSource, i64)> {
         let recent = self.time(now - self.teammate_timeout);
-        let long_ago = |time| Some(time).filter(|time| *time < recent).and_then(|time| self.instant(time));
+        let long_ago = |time| Some(time).filter(|time| *time < recent).and_then(|time| self.step(time));
         Some(match message {
             Message::Report(report) => (MessageSource::Uav(report.uav), long_ago(report.time)?),
             Message::Cue(cue) => {
@@ -338,67 +338,67 @@ impl MessageLog {
     }
 
     /// Index of a teammate, or the index at which to insert it.
-    fn place(&self, uav: UavId) -> Result<usize, usize> {
+    fn index(&self, uav: UavId) -> Result<usize, usize> {
         self.teammates.binary_search_by_key(&uav, |peer| peer.uav)
     }
 
     /// Returns a UAV with a known report, until the retention time has passed.
     pub(crate) fn teammate(&self, uav: UavId) -> Option<&TeammateLog> {
-        self.place(uav).ok().map(|place| &self.teammates[place])
+        self.index(uav).ok().map(|index| &self.teammates[index])
     }
 
-    fn teammate_mut(&mut self, uav: UavId, instant: i64) -> &mut TeammateLog {
-        let place = match self.place(uav) {
-            Ok(place) => place,
-            Err(_) => self.add_teammate(uav, instant),
+    fn teammate_mut(&mut self, uav: UavId, step: i64) -> &mut TeammateLog {
+        let index = match self.index(uav) {
+            Ok(index) => index,
+            Err(_) => self.add_teammate(uav, step),
         };
-        &mut self.teammates[place]
+        &mut self.teammates[index]
     }
 
     /// Adds a teammate; if the list is full, it replaces a UAV that is known only from the lists of others.
     #[cold]
-    fn add_teammate(&mut self, uav: UavId, instant: i64) -> usize {
+    fn add_teammate(&mut self, uav: UavId, step: i64) -> usize {
         if uav != self.own && self.room() == 0 {
-            let unheard = self.teammates.iter().rposition(|peer| !peer.has_reported);
-            unheard.map(|place| self.teammates.remove(place));
+            let not_received = self.teammates.iter().rposition(|peer| !peer.has_reported);
+            not_received.map(|index| self.teammates.remove(index));
         }
-        let place = self.teammates.partition_point(|peer| peer.uav < uav);
-        self.teammates.insert(place, TeammateLog::new(uav, instant));
-        place
+        let index = self.teammates.partition_point(|peer| peer.uav < uav);
+        self.teammates.insert(index, TeammateLog::new(uav, step));
+        index
     }
 
     /// Excludes a teammate as reference agent until a time step.
     pub(crate) fn skip_reference(&mut self, uav: UavId, until: i64) {
-        if let Ok(place) = self.place(uav) {
-            self.teammates[place].skipped_until = until;
+        if let Ok(index) = self.index(uav) {
+            self.teammates[index].skipped_until = until;
         }
     }
 
     /// Updates the log status of the sender if the report is newer than the last one.
-    fn update_log_status(&mut self, report: &Report, instant: i64, is_alike: bool) {
+    fn update_log_status(&mut self, report: &Report, step: i64, is_alike: bool) {
         if !self.has_room_for(report.uav) {
             return;
         }
         let is_own = report.uav == self.own;
-        let peer = self.teammate_mut(report.uav, instant);
-        peer.receive(instant, report.is_leaving);
-        let is_newer = !is_own && instant > peer.log_status_at;
-        let Some(knowledge) = report.log_status.as_deref().filter(|_| is_newer) else { return };
-        (peer.log_status_at, peer.log_matches) = (instant, is_alike);
-        peer.log_status.clone_from(knowledge);
+        let peer = self.teammate_mut(report.uav, step);
+        peer.receive(step, report.is_leaving);
+        let is_newer = !is_own && step > peer.log_status_at;
+        let Some(log_status) = report.log_status.as_deref().filter(|_| is_newer) else { return };
+        (peer.log_status_at, peer.log_matches) = (step, is_alike);
+        peer.log_status.clone_from(log_status);
         // The time step of the report bounds a wrong value.
-        if knowledge.degraded_at > self.time(self.degraded_at) {
-            self.degraded_at = self.instant_at(knowledge.degraded_at).min(instant).max(self.degraded_at);
+        if log_status.degraded_at > self.time(self.degraded_at) {
+            self.degraded_at = self.step_at(log_status.degraded_at).min(step).max(self.degraded_at);
         }
         if !is_alike {
-            self.learn_of_teammates(knowledge, instant);
+            self.learn_of_teammates(log_status, step);
         }
     }
 
     /// True if the sender's list of received entries, together with this report, equals the entries received here, as
     /// far as the sender could know them. This is the usual case.
-    fn has_reported_messages(&self, status: &LogStatus, uav: UavId, instant: i64) -> bool {
-        let (from, to) = (self.instant_at(status.committed_until).saturating_add(1).max(self.first), instant - 1);
+    fn has_reported_messages(&self, status: &LogStatus, uav: UavId, step: i64) -> bool {
+        let (from, to) = (self.step_at(status.committed_until).saturating_add(1).max(self.first), step - 1);
         let mut listed = status.received.iter();
         let mut next = listed.next();
         for (speaker, runs) in &self.received {
@@ -420,25 +420,25 @@ impl MessageLog {
     }
 
     /// Adds the UAVs whose reports teammates have received.
-    fn learn_of_teammates(&mut self, knowledge: &LogStatus, instant: i64) {
-        let mut place = 0;
-        for run in &knowledge.received {
+    fn learn_of_teammates(&mut self, log_status: &LogStatus, step: i64) {
+        let mut index = 0;
+        for run in &log_status.received {
             let MessageSource::Uav(uav) = run.source else { break };
-            if run.to < self.first || run.to > instant {
+            if run.to < self.first || run.to > step {
                 continue;
             }
             // Both lists are sorted by UAV.
-            while self.teammates.get(place).is_some_and(|peer| peer.uav < uav) {
-                place += 1;
+            while self.teammates.get(index).is_some_and(|peer| peer.uav < uav) {
+                index += 1;
             }
             let from = run.from.max(self.first);
-            if self.teammates.get(place).is_none_or(|peer| peer.uav != uav) {
+            if self.teammates.get(index).is_none_or(|peer| peer.uav != uav) {
                 if self.room() == 0 {
                     continue;
                 }
-                self.teammates.insert(place, TeammateLog::new(uav, from));
+                self.teammates.insert(index, TeammateLog::new(uav, from));
             }
-            let peer = &mut self.teammates[place];
+            let peer = &mut self.teammates[index];
             if from < peer.first || peer.newest < run.to {
                 peer.reported(from);
                 peer.reported(run.to);
@@ -447,12 +447,12 @@ impl MessageLog {
     }
 
     fn note(&mut self, speaker: MessageSource, number: i64) {
-        let instant = instant_of(speaker, number);
+        let step = step_of(speaker, number);
         // Reports since then may have listed this entry as missing.
-        if instant < self.last() {
+        if step < self.last() {
             self.teammates
                 .iter_mut()
-                .filter(|peer| instant < peer.log_status_at)
+                .filter(|peer| step < peer.log_status_at)
                 .for_each(|peer| peer.log_matches = false);
         }
         let index = match self.received.binary_search_by_key(&speaker, |(speaker, _)| *speaker) {
@@ -493,37 +493,37 @@ impl MessageLog {
     /// True if a time step is complete: every UAV that was due has reported it, or lists that it never did, and has
     /// reported again since; the later report lists which other entries of the time step it has received, and none of
     /// these is missing here.
-    pub(crate) fn is_complete(&self, instant: i64) -> bool {
-        let Some(row) = self.messages(instant) else { return false };
+    pub(crate) fn is_complete(&self, step: i64) -> bool {
+        let Some(row) = self.messages(step) else { return false };
         let is_settled = |peer: &TeammateLog| {
-            let has_later_report = peer.left_at == Some(instant) || peer.newest > instant;
-            !peer.is_due(instant)
-                || has_later_report && (row.report_of(peer.uav).is_some() || self.was_never_sent(peer, instant))
+            let has_later_report = peer.left_at == Some(step) || peer.newest > step;
+            !peer.is_due(step)
+                || has_later_report && (row.report_of(peer.uav).is_some() || self.was_never_sent(peer, step))
         };
-        self.teammates.iter().all(|peer| is_settled(peer) && self.is_acknowledged_by(peer, instant))
+        self.teammates.iter().all(|peer| is_settled(peer) && self.is_acknowledged_by(peer, step))
     }
 
     /// True if a teammate's own list does not contain its report of a time step: it is back from a restart, or could
     /// not send.
-    fn was_never_sent(&self, peer: &TeammateLog, instant: i64) -> bool {
+    fn was_never_sent(&self, peer: &TeammateLog, step: i64) -> bool {
         let own = peer.received(MessageSource::Uav(peer.uav));
         peer.uav == self.own
-            || self.has_listed(peer, instant)
+            || self.has_listed(peer, step)
                 && peer.log_status.received.len() < RECEIVED_RANGES_MAX
-                && !own.iter().any(|run| run.from <= instant && instant <= run.to)
+                && !own.iter().any(|run| run.from <= step && step <= run.to)
     }
 
     /// True if a teammate has listed its received entries of a time step, and none of these is missing here.
-    pub(crate) fn is_acknowledged_by(&self, peer: &TeammateLog, instant: i64) -> bool {
+    pub(crate) fn is_acknowledged_by(&self, peer: &TeammateLog, step: i64) -> bool {
         // A UAV that never sends a log status cannot be checked.
         let has_no_status = peer.uav == self.own || peer.left_at.is_some() || peer.log_status_at == NEVER;
-        (has_no_status || self.has_listed(peer, instant)) && !self.lacks_of(peer, (instant, instant))
+        (has_no_status || self.has_listed(peer, step)) && !self.lacks_of(peer, (step, step))
     }
 
     /// True if a teammate has listed its entries of a time step after the longest delay: a cue may reach all agents
     /// late.
-    fn has_listed(&self, peer: &TeammateLog, instant: i64) -> bool {
-        peer.log_status_at > instant + self.longest_delay && peer.log_status.listed_after < self.time(instant)
+    fn has_listed(&self, peer: &TeammateLog, step: i64) -> bool {
+        peer.log_status_at > step + self.longest_delay && peer.log_status.listed_after < self.time(step)
     }
 
     /// True if an entry after time step `after`, up to `to`, is missing here that a live teammate has received.
@@ -557,33 +557,33 @@ impl MessageLog {
     }
 
     /// Writes the received entries into the log status of the next report.
-    pub(crate) fn list(&self, committed: i64, knowledge: &mut LogStatus) {
+    pub(crate) fn list(&self, committed: i64, log_status: &mut LogStatus) {
         // Entries before the first row are not held; the list states this, too.
         let after = committed - LISTED_BEFORE;
-        knowledge.listed_after = self.time(after);
-        knowledge.received.clear();
+        log_status.listed_after = self.time(after);
+        log_status.received.clear();
         for (speaker, runs) in &self.received {
             let from = first_of(*speaker, after + 1);
             let held = runs.runs().iter().filter(|run| run.1 >= from);
             let held = held.map(|run| ReceivedRange { source: *speaker, from: run.0.max(from), to: run.1 });
-            knowledge.received.extend(held.take(RECEIVED_RANGES_MAX - knowledge.received.len()));
+            log_status.received.extend(held.take(RECEIVED_RANGES_MAX - log_status.received.len()));
         }
     }
 
     /// Time step of a time that may be off the grid.
-    pub(crate) fn instant_at(&self, time: Time) -> i64 {
+    pub(crate) fn step_at(&self, time: Time) -> i64 {
         time.us().div_euclid(self.period.us())
     }
 }
 
 /// True if the list of ranges is within its maximum length and in order.
-fn is_valid(knowledge: &LogStatus) -> bool {
+fn is_valid(log_status: &LogStatus) -> bool {
     let mut last: Option<&ReceivedRange> = None;
     let follows = |run: &ReceivedRange, last: &ReceivedRange| {
         last.source < run.source || last.source == run.source && last.to < run.from
     };
-    knowledge.received.len() <= RECEIVED_RANGES_MAX
-        && knowledge
+    log_status.received.len() <= RECEIVED_RANGES_MAX
+        && log_status
             .received
             .iter()
             .all(|run| run.from <= run.to && last.replace(run).is_none_or(|last| follows(run, last)))

@@ -8,7 +8,7 @@ use crate::guidance::heading::Steering;
 use crate::time::{Duration, Time};
 use crate::uav::{Command, UavId, UavState};
 
-/// Proof that an agent has observed a UAV's state at a time step. Only `observe` creates one, and `hear` and `decide`
+/// Proof that an agent has observed a UAV's state at a time step. Only `observe` creates one, and `receive` and `decide`
 /// require it, so that no time step is processed without an observation.
 #[must_use = "pass the observation to `decide`"]
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -43,16 +43,16 @@ pub(crate) struct TeamStateHistory {
     /// Last time step whose events are published, and its value at the start of the current time step.
     published_at: i64,
     published_before: i64,
-    /// Current state with the groups and assignments of time step `acted`, and a second buffer.
+    /// Current state with the groups and assignments of time step `decided_at`, and a second buffer.
     lagged_state: [TeamState; 2],
     is_lagged: bool,
 }
 
 impl TeamStateHistory {
-    pub(crate) fn new(fold: TeamStateUpdater) -> Self {
-        let (lag_s, period_s) = (fold.params.log.decision_lag_s, fold.params.log.period_s);
+    pub(crate) fn new(updater: TeamStateUpdater) -> Self {
+        let (lag_s, period_s) = (updater.params.log.decision_lag_s, updater.params.log.period_s);
         let mut history = Self {
-            updater: fold,
+            updater,
             start: 0,
             committed: -1,
             states: VecDeque::new(),
@@ -81,13 +81,13 @@ impl TeamStateHistory {
     }
 
     /// Adopts another agent's state of a time step as committed.
-    pub(crate) fn adopt(&mut self, since: i64, instant: i64, picture: TeamState) {
-        (self.start, self.committed) = (since, instant);
-        (self.decided_at, self.decided_before) = (instant, instant);
-        (self.published_at, self.published_before) = (instant, instant);
-        self.spare.extend(self.states.drain(..).map(|(_, picture)| picture));
+    pub(crate) fn adopt(&mut self, since: i64, step: i64, team_state: TeamState) {
+        (self.start, self.committed) = (since, step);
+        (self.decided_at, self.decided_before) = (step, step);
+        (self.published_at, self.published_before) = (step, step);
+        self.spare.extend(self.states.drain(..).map(|(_, team_state)| team_state));
         self.digests.clear();
-        self.states.push_back((instant, Box::new(picture)));
+        self.states.push_back((step, Box::new(team_state)));
         self.is_lagged = false;
     }
 
@@ -98,8 +98,8 @@ impl TeamStateHistory {
 
     /// Team states whose events are published at this time step.
     pub(crate) fn published(&self) -> impl Iterator<Item = (i64, &TeamState)> {
-        let is_new = |instant: &i64| self.published_before < *instant && *instant <= self.published_at;
-        self.states.iter().map(|(instant, picture)| (*instant, &**picture)).filter(move |(instant, _)| is_new(instant))
+        let is_new = |step: &i64| self.published_before < *step && *step <= self.published_at;
+        self.states.iter().map(|(step, team_state)| (*step, &**team_state)).filter(move |(step, _)| is_new(step))
     }
 
     /// Newest team state.
@@ -124,7 +124,7 @@ impl TeamStateHistory {
 
     /// Index of the newest state up to a time step; 0 if all are later.
     fn place_up_to(&self, to: i64) -> usize {
-        self.states.partition_point(|(instant, _)| *instant <= to).saturating_sub(1)
+        self.states.partition_point(|(step, _)| *step <= to).saturating_sub(1)
     }
 
     /// Time step after which messages are needed.
@@ -133,23 +133,23 @@ impl TeamStateHistory {
     }
 
     /// Returns the state of a time step if it is stored.
-    pub(crate) fn at(&self, instant: i64) -> Option<&TeamState> {
-        let place = self.states.binary_search_by_key(&instant, |(instant, _)| *instant).ok()?;
+    pub(crate) fn at(&self, step: i64) -> Option<&TeamState> {
+        let place = self.states.binary_search_by_key(&step, |(step, _)| *step).ok()?;
         // The time step before the first one has no state.
-        Some(&*self.states[place].1).filter(|_| instant >= self.start)
+        Some(&*self.states[place].1).filter(|_| step >= self.start)
     }
 
     /// Time since the previous time step; zero for the first.
-    fn dt(&self, log: &MessageLog, instant: i64) -> Duration {
-        if instant <= self.start { Duration::ZERO } else { log.period }
+    fn dt(&self, log: &MessageLog, step: i64) -> Duration {
+        if step <= self.start { Duration::ZERO } else { log.period }
     }
 
     /// Recomputes the states up to now, from the first time step with a new message on.
     pub(crate) fn replay(&mut self, log: &mut MessageLog, now: i64) {
         let changed = log.changed_from.max(self.committed.min(self.states[self.states.len() - 1].0) + 1);
         log.changed_from = i64::MAX;
-        while self.states.back().is_some_and(|(instant, _)| *instant >= changed) {
-            self.spare.extend(self.states.pop_back().map(|(_, picture)| picture));
+        while self.states.back().is_some_and(|(step, _)| *step >= changed) {
+            self.spare.extend(self.states.pop_back().map(|(_, team_state)| team_state));
         }
         let mut last = self.states[self.states.len() - 1].0;
         while last < now {
@@ -170,17 +170,17 @@ impl TeamStateHistory {
         if self.states.len() as i64 <= dense + 2 {
             return;
         }
-        let is_kept = |instant: i64| {
-            let apart = ((now - instant) / dense).max(1) as u64;
+        let is_kept = |step: i64| {
+            let apart = ((now - step) / dense).max(1) as u64;
             // States whose digests are kept stay.
-            now - instant <= dense || instant % (apart.next_power_of_two().min(DIGEST_EVERY as u64) as i64) == 0
+            now - step <= dense || step % (apart.next_power_of_two().min(DIGEST_EVERY as u64) as i64) == 0
         };
         let mut place = 1;
         while place < self.states.len() {
             if is_kept(self.states[place].0) {
                 place += 1;
-            } else if let Some((_, picture)) = self.states.remove(place) {
-                self.spare.push(picture);
+            } else if let Some((_, team_state)) = self.states.remove(place) {
+                self.spare.push(team_state);
             }
         }
     }
@@ -189,9 +189,9 @@ impl TeamStateHistory {
     pub(crate) fn commit(&mut self, to: i64) {
         let before = self.committed;
         self.committed = before.max(to);
-        let is_stamped = |instant: i64| before < instant && instant <= to && instant % DIGEST_EVERY == 0;
-        for (instant, picture) in self.states.iter().filter(|(instant, _)| is_stamped(*instant)) {
-            self.digests.push_back((*instant, picture.digest()));
+        let is_stamped = |step: i64| before < step && step <= to && step % DIGEST_EVERY == 0;
+        for (step, team_state) in self.states.iter().filter(|(step, _)| is_stamped(*step)) {
+            self.digests.push_back((*step, team_state.digest()));
         }
         let needed = self.committed.min(self.decided_before).min(self.published_before);
         while self.states.len() > 1 && self.states[1].0 <= needed {
@@ -204,24 +204,23 @@ impl TeamStateHistory {
     }
 
     /// Commits a time step and keeps the digest of its state.
-    pub(crate) fn commit_with_digest(&mut self, instant: i64, digest: u64) {
-        self.commit(instant);
-        if self.digests.back().is_none_or(|(last, _)| *last < instant) {
-            self.digests.push_back((instant, digest));
+    pub(crate) fn commit_with_digest(&mut self, step: i64, digest: u64) {
+        self.commit(step);
+        if self.digests.back().is_none_or(|(last, _)| *last < step) {
+            self.digests.push_back((step, digest));
         }
     }
 
     /// Returns the digest of a time step if it is kept.
-    pub(crate) fn digest_at(&self, instant: i64) -> Option<u64> {
-        self.digests.binary_search_by_key(&instant, |(instant, _)| *instant).ok().map(|place| self.digests[place].1)
+    pub(crate) fn digest_at(&self, step: i64) -> Option<u64> {
+        self.digests.binary_search_by_key(&step, |(step, _)| *step).ok().map(|place| self.digests[place].1)
     }
 
     /// Newest commit digest.
     pub(crate) fn commit_digest(&self, log: &MessageLog) -> CommitDigest {
-        self.digests.back().map_or(CommitDigest::default(), |(instant, digest)| CommitDigest {
-            time: log.time(*instant),
-            digest: *digest,
-        })
+        self.digests
+            .back()
+            .map_or(CommitDigest::default(), |(step, digest)| CommitDigest { time: log.time(*step), digest: *digest })
     }
 
     /// Selects the groups and assignments in use: the current ones or, while messages are missing, those of the
@@ -234,16 +233,16 @@ impl TeamStateHistory {
         let likely = self.committed.max(now - self.lag - DENSE);
         self.published_at =
             if link_is_degraded { self.decided_at.min(likely).max(self.published_before) } else { self.decided_at };
-        let (acted_at, then) = &self.states[self.place_up_to(self.decided_at)];
+        let (decided_at, then) = &self.states[self.place_up_to(self.decided_at)];
         self.is_lagged =
-            self.decided_at < now && *acted_at == self.decided_at && self.newest().is_rearranged_since(then);
+            self.decided_at < now && *decided_at == self.decided_at && self.newest().is_rearranged_since(then);
         if !self.is_lagged {
             return;
         }
         self.lagged_state[0].clone_from(then);
-        for instant in self.decided_at + 1..=now {
-            let Some(row) = log.messages(instant) else { break };
-            let dt = self.dt(log, instant);
+        for step in self.decided_at + 1..=now {
+            let Some(row) = log.messages(step) else { break };
+            let dt = self.dt(log, step);
             let [first, second] = &mut self.lagged_state;
             self.updater.extrapolate(first, dt, row, second);
             core::mem::swap(first, second);

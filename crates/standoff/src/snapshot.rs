@@ -27,10 +27,10 @@ pub(crate) struct SnapshotSender {
 
 impl SnapshotSender {
     /// Serialises a team state at time step `now`; `None` if it is too large.
-    pub(crate) fn of(picture: &TeamState, now: i64) -> Option<Self> {
-        let bytes = postcard::to_allocvec(picture).ok()?;
+    pub(crate) fn of(team_state: &TeamState, now: i64) -> Option<Self> {
+        let bytes = postcard::to_allocvec(team_state).ok()?;
         let parts = bytes.len().div_ceil(SnapshotPart::BYTES_MAX);
-        let stamp = CommitDigest { time: picture.time, digest: picture.digest() };
+        let stamp = CommitDigest { time: team_state.time, digest: team_state.digest() };
         (parts <= PARTS_MAX).then(|| Self { commit_digest: stamp, bytes, sent_at: vec![i64::MIN; parts], made_at: now })
     }
 
@@ -144,7 +144,7 @@ impl SnapshotReceiver {
         }
         let whole: Vec<u8> = self.parts.drain(..).flatten().flatten().collect();
         match read(&whole, self.commit_digest, params) {
-            Some(picture) => PartOutcome::Whole(Box::new(picture)),
+            Some(team_state) => PartOutcome::Whole(Box::new(team_state)),
             None => PartOutcome::Malformed,
         }
     }
@@ -152,7 +152,7 @@ impl SnapshotReceiver {
 
 /// Deserialises a team state and checks it against its digest.
 fn read(bytes: &[u8], stamp: CommitDigest, params: &TeamParams) -> Option<TeamState> {
-    let (mut picture, rest) = postcard::take_from_bytes::<TeamState>(bytes).ok()?;
-    let matches = rest.is_empty() && picture.time == stamp.time && picture.digest() == stamp.digest;
-    (matches && picture.rebuild_index(params)).then_some(picture)
+    let (mut team_state, rest) = postcard::take_from_bytes::<TeamState>(bytes).ok()?;
+    let matches = rest.is_empty() && team_state.time == stamp.time && team_state.digest() == stamp.digest;
+    (matches && team_state.rebuild_index(params)).then_some(team_state)
 }

@@ -36,9 +36,9 @@ impl TeamStateUpdater {
 
     /// Adds a geofence.
     pub(crate) fn with_geofence_zones(self, geofence: Geofence) -> Self {
-        let borders = (!geofence.is_empty())
+        let geofence_safety = (!geofence.is_empty())
             .then(|| Arc::new(GeofenceSafety::new(geofence, self.params.uav, self.params.log.period_s)));
-        Self { geofence_safety: borders, ..self }
+        Self { geofence_safety, ..self }
     }
 
     /// Computes the team state `next` at the time of `row`, `dt` after `previous`.

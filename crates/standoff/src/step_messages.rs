@@ -47,22 +47,22 @@ impl<'a> ReportView<'a> {
     pub(crate) fn of(report: &'a Report) -> Self {
         let Report {
             uav,
-            restart_count: epoch,
+            restart_count,
             sequence,
             ref state,
             boresight,
             ref detections,
-            assigned_group: duty,
-            is_leaving: leaves,
+            assigned_group: assignment,
+            is_leaving,
             ..
         } = *report;
         Self {
             uav,
-            order: (epoch, sequence),
+            order: (restart_count, sequence),
             state,
             scan: Scan { boresight, detections },
-            assigned_group: duty,
-            is_leaving: leaves,
+            assigned_group: assignment,
+            is_leaving,
         }
     }
 }
@@ -104,7 +104,7 @@ impl StepMessages {
 
     /// Inserts a report.
     pub(crate) fn put(&mut self, incoming: ReportView) -> Insert {
-        let ReportView { uav, order: stamp, state, scan, assigned_group: duty, is_leaving: leaves } = incoming;
+        let ReportView { uav, order: stamp, state, scan, assigned_group: assignment, is_leaving } = incoming;
         let is_valid = state.is_valid() && scan.boresight.is_none_or(|angle| angle.rad().is_finite());
         if !is_valid || scan.detections.len() > TARGETS_MAX {
             return Insert::Rejected;
@@ -132,7 +132,7 @@ impl StepMessages {
         keep_sound(scan.detections, &mut report.detections);
         (report.uav, report.time, report.state, report.boresight) = (uav, self.time, *state, scan.boresight);
         (report.restart_count, report.sequence) = stamp;
-        (report.assigned_group, report.is_leaving) = (duty, leaves);
+        (report.assigned_group, report.is_leaving) = (assignment, is_leaving);
         put
     }
 
@@ -224,9 +224,9 @@ mod tests {
     use crate::sensor::RangeBearingMeasurement;
     use crate::{Angle, Velocity};
 
-    fn report(uav: u32, epoch: u32, sequence: u32) -> Report {
+    fn report(uav: u32, restart_count: u32, sequence: u32) -> Report {
         let state = UavState::level_flight(Position::ORIGIN, Angle::ZERO, 40.0);
-        Report { restart_count: epoch, sequence, ..Report::position_only(UavId(uav), Time::from_us(5), state) }
+        Report { restart_count, sequence, ..Report::position_only(UavId(uav), Time::from_us(5), state) }
     }
 
     fn row() -> StepMessages {
@@ -328,8 +328,8 @@ mod tests {
     fn reports_of_more_uavs_than_the_maximum_are_rejected() {
         let mut row = row();
         let all: Vec<Report> = (0..=TEAM_MAX as u32).map(|uav| report(1000 + uav, 0, 1)).collect();
-        let (puts, heard) = put(&mut row, &all);
-        assert_eq!((heard.len(), puts[TEAM_MAX]), (TEAM_MAX, Insert::Rejected));
+        let (puts, stored) = put(&mut row, &all);
+        assert_eq!((stored.len(), puts[TEAM_MAX]), (TEAM_MAX, Insert::Rejected));
         // An earlier report of a stored UAV can still replace the stored one.
         assert_eq!(put(&mut row, &[report(1000, 0, 0)]).0, [Insert::Replaced]);
     }

@@ -101,13 +101,13 @@ impl TeamAgent {
         }
         // A UAV that does not know its own state sends no report.
         if let Some(scan) = scan.filter(|_| own.is_finite() && self.messages.report_of(uav).is_none()) {
-            let (stamp, duty) = ((0, self.sequence), self.previous.assignment_of(uav));
+            let (stamp, assignment) = ((0, self.sequence), self.previous.assignment_of(uav));
             let put = self.messages.put(ReportView {
                 uav,
                 order: stamp,
                 state: own,
                 scan,
-                assigned_group: duty,
+                assigned_group: assignment,
                 is_leaving: false,
             });
             if put == Insert::Rejected {
@@ -146,10 +146,9 @@ impl TeamAgent {
     /// [`Agent::decide`](crate::Agent::decide).
     pub fn decide(&mut self, observation: &Observation) -> AgentOutput {
         self.catch_up();
-        let TeamStateUpdater { params, geofence_safety: borders, .. } = &self.updater;
-        let (picture, borders) = (self.team_state(), borders.as_deref());
-        CommandLaw { params, team_state: picture, geofence_safety: borders, intruders: &self.intruders }
-            .decide(observation, self.refused)
+        let TeamStateUpdater { params, geofence_safety, .. } = &self.updater;
+        let (team_state, geofence_safety) = (self.team_state(), geofence_safety.as_deref());
+        CommandLaw { params, team_state, geofence_safety, intruders: &self.intruders }.decide(observation, self.refused)
     }
 
     /// Clears the team state and all received messages; the counters of rejected messages keep their values.

@@ -98,12 +98,12 @@ impl TeamState {
 
     /// Members of a group, including those in handoff to or from it.
     pub(crate) fn members_of(&self, group: GroupId) -> impl Iterator<Item = &GroupedTrack> + Clone {
-        self.memberships.of(group).map(|place| &self.tracks()[place])
+        self.memberships.of(group).map(|track_index| &self.tracks()[track_index])
     }
 
     /// Returns the target with a track id.
     pub fn track(&self, track: TrackId) -> Option<&GroupedTrack> {
-        self.memberships.place(track).ok().map(|place| &self.tracks()[place])
+        self.memberships.track_index(track).ok().map(|track_index| &self.tracks()[track_index])
     }
 
     /// Returns the target with a sensor-reported identity.
@@ -113,19 +113,22 @@ impl TeamState {
 
     /// Returns the assigned group of a UAV.
     pub fn group_of(&self, uav: UavId) -> Option<&Group> {
-        let duty =
-            self.assignments.binary_search_by_key(&uav, |duty| duty.uav).ok().map(|index| &self.assignments[index])?;
-        self.group(duty.group)
+        let assignment = self
+            .assignments
+            .binary_search_by_key(&uav, |assignment| assignment.uav)
+            .ok()
+            .map(|index| &self.assignments[index])?;
+        self.group(assignment.group)
     }
 
     /// Returns the lost track that a UAV searches for.
     pub fn search_target_of(&self, uav: UavId) -> Option<&Track> {
-        let duty = self
+        let assignment = self
             .search_assignments
-            .binary_search_by_key(&uav, |duty| duty.uav)
+            .binary_search_by_key(&uav, |assignment| assignment.uav)
             .ok()
             .map(|index| &self.search_assignments[index])?;
-        self.track(duty.track).map(|known| &known.track)
+        self.track(assignment.track).map(|known| &known.track)
     }
 
     /// 64-bit digest of the state. States with equal digests evolve equally.
@@ -143,10 +146,10 @@ impl TeamState {
             && is_ascending(self.groups.iter().map(|group| group.id.0))
             && self.groups.iter().map(|group| group.id).eq(self.memberships.groups().iter().copied())
             && self.groups.iter().all(Group::is_valid)
-            && is_ascending(self.assignments.iter().map(|duty| u64::from(duty.uav.0)))
-            && self.assignments.iter().all(|duty| self.group(duty.group).is_some())
-            && is_ascending(self.search_assignments.iter().map(|duty| u64::from(duty.uav.0)))
-            && self.search_assignments.iter().all(|duty| self.track(duty.track).is_some())
+            && is_ascending(self.assignments.iter().map(|assignment| u64::from(assignment.uav.0)))
+            && self.assignments.iter().all(|assignment| self.group(assignment.group).is_some())
+            && is_ascending(self.search_assignments.iter().map(|assignment| u64::from(assignment.uav.0)))
+            && self.search_assignments.iter().all(|assignment| self.track(assignment.track).is_some())
             && is_ascending(self.teammates.iter().map(|teammate| u64::from(teammate.uav.0)))
             && self.teammates.iter().all(|teammate| {
                 teammate.state.is_finite() && teammate.last_report.is_valid() && teammate.last_report_at <= self.time
@@ -246,7 +249,7 @@ impl TeamState {
     ///
     /// Implements the sums of Eq. (10), (11).
     fn measure(&self, row: &StepMessages, sensor: &SensorParams, scratch: &mut Buffers) {
-        let Buffers { measured, trackless, implausible: impossible, .. } = scratch;
+        let Buffers { measured, trackless, implausible, .. } = scratch;
         measured.clear();
         measured.resize(self.tracks().len(), None);
         trackless.clear();
@@ -259,20 +262,20 @@ impl TeamState {
             let last = four[n - 1];
             four[n..].fill(last);
             let contributions = Contribution::from_measurements(sensor, four.map(|(_, measurement)| measurement));
-            for ((place, _), contribution) in four[..n].iter().zip(contributions) {
-                *measured[*place].get_or_insert_default() += contribution;
+            for ((track_index, _), contribution) in four[..n].iter().zip(contributions) {
+                *measured[*track_index].get_or_insert_default() += contribution;
             }
         };
-        for report in counting(row, impossible) {
+        for report in counting(row, implausible) {
             let (from, mut next) = (report.state.position, 0);
             for detection in &report.detections {
                 let id = TrackId::from_label(detection.label);
                 // Most UAVs detect one target after the other.
                 let is_next = self.tracks().get(next).is_some_and(|known| known.track.id == id);
-                let place = if is_next { Ok(next) } else { self.memberships.place(id) };
-                match place.map(|place| (place, &self.tracks()[place])) {
-                    Ok((place, known)) if !known.track.is_lost() => {
-                        four[n] = (place, (from, &detection.measurement, known.position()));
+                let track_index = if is_next { Ok(next) } else { self.memberships.track_index(id) };
+                match track_index.map(|track_index| (track_index, &self.tracks()[track_index])) {
+                    Ok((track_index, known)) if !known.track.is_lost() => {
+                        four[n] = (track_index, (from, &detection.measurement, known.position()));
                         n += 1;
                         if n == four.len() {
                             sum(&mut four, n);
@@ -281,7 +284,7 @@ impl TeamState {
                     }
                     _ => trackless.push((detection.label, from, detection.measurement)),
                 }
-                next = place.map_or(next, |place| place + 1);
+                next = track_index.map_or(next, |track_index| track_index + 1);
             }
         }
         if n > 0 {
@@ -303,13 +306,13 @@ impl TeamState {
         };
         // Targets stay in the same order until they are removed.
         let mut olds = previous.tracks().iter().map(|old| &old.track).peekable();
-        for (place, measured) in scratch.measured.iter().enumerate() {
-            let known = &self.tracks()[place];
+        for (track_index, measured) in scratch.measured.iter().enumerate() {
+            let known = &self.tracks()[track_index];
             let (id, label, status) = (known.track.id, known.track.label, known.track.status);
             let (group, to) = (known.group(), known.receiving_group());
             while olds.next_if(|old| old.id < id).is_some() {}
             let old = olds.next_if(|old| old.id == id);
-            let track = self.memberships.track_mut(place);
+            let track = self.memberships.track_mut(track_index);
             if track.is_lost() {
                 let reacquired = Track::from_measurements(label, scratch.measured_of(label), &params.track);
                 *track = reacquired.unwrap_or(*track);
@@ -366,9 +369,9 @@ impl TeamState {
         previous: &TeamState,
         news: &StepInput,
         params: &TeamParams,
-        impossible: &mut Vec<UavId>,
+        implausible: &mut Vec<UavId>,
     ) {
-        impossible.clear();
+        implausible.clear();
         self.teammates.clear();
         let (lease, speed_m_s) = (params.teammate_timeout(), 2.0 * params.uav.speed_max_m_s());
         let could_be_at = |teammate: &Teammate, position: Position| {
@@ -396,20 +399,23 @@ impl TeamState {
             if last_state.is_some_and(|teammate| {
                 teammate.is_recent(news.now, lease) && !could_be_at(teammate, report.state.position)
             }) {
-                impossible.push(report.uav);
+                implausible.push(report.uav);
                 room += 1;
                 continue;
             }
             teammates = &teammates[usize::from(last_state.is_some())..];
-            self.teammates.push(Teammate::heard(report, last_state.and_then(|teammate| teammate.group)));
+            self.teammates.push(Teammate::from_report(report, last_state.and_then(|teammate| teammate.group)));
         }
         carry_on(teammates, &mut self.teammates, &mut room);
-        self.implausible += impossible.len() as u32;
+        self.implausible += implausible.len() as u32;
     }
 
     /// Returns the id of a UAV's assigned group.
     pub(crate) fn assignment_of(&self, uav: UavId) -> Option<GroupId> {
-        self.assignments.binary_search_by_key(&uav, |duty| duty.uav).ok().map(|index| self.assignments[index].group)
+        self.assignments
+            .binary_search_by_key(&uav, |assignment| assignment.uav)
+            .ok()
+            .map(|index| self.assignments[index].group)
     }
 
     fn form_groups(&mut self, previous: &TeamState, news: &StepInput, params: &TeamParams, before: &GroupIndex) {
@@ -471,15 +477,15 @@ impl TeamState {
         let not_searching =
             || self.teammates.iter().filter(|teammate| !is_searching(&self.search_assignments, teammate.uav));
         let uavs: Vec<AvailableUav> = not_searching().map(available).collect();
-        let positions = |id: GroupId| self.memberships.of(id).map(|place| self.tracks()[place].position());
+        let positions = |id: GroupId| self.memberships.of(id).map(|track_index| self.tracks()[track_index].position());
         let members: Vec<(GroupId, Vec<Position>)> =
             self.groups.iter().map(|group| (group.id, positions(group.id).collect())).collect();
         let sites: Vec<_> = members.iter().map(|(group, members)| CandidateGroup { group: *group, members }).collect();
         let GroupingParams { objective, assignment_switching_cost, .. } = params.group;
         let custom = news.assignment.and_then(|law| law.assign(self.time, &uavs, &sites));
         let reason = match (custom, reason) {
-            (Some(duties), _) => {
-                self.assignments = sound(duties, &uavs, &sites);
+            (Some(assignments), _) => {
+                self.assignments = sound(assignments, &uavs, &sites);
                 ReassignmentReason::CustomLaw
             }
             (None, Some(reason)) => {
@@ -491,27 +497,28 @@ impl TeamState {
         for group in &mut self.groups {
             group.members_when_assigned = group.members;
         }
-        for duty in &self.assignments {
-            let serves = uavs.iter().find(|uav| uav.uav == duty.uav).and_then(|uav| uav.current_group);
-            if let Some(old) = serves.filter(|old| *old != duty.group) {
-                let group_size = self.assignments.iter().filter(|other| other.group == duty.group).count();
+        for assignment in &self.assignments {
+            let serves = uavs.iter().find(|uav| uav.uav == assignment.uav).and_then(|uav| uav.current_group);
+            if let Some(old) = serves.filter(|old| *old != assignment.group) {
+                let group_size = self.assignments.iter().filter(|other| other.group == assignment.group).count();
                 let reason =
                     if params.group.count == GroupCount::AsNeeded { reason.by_need(group_size) } else { reason };
                 let event = Event::of_group(EventKind::Reassigned(reason), old);
-                self.events.push(Event { to_group: Some(duty.group), uav: Some(duty.uav), ..event });
+                self.events.push(Event { to_group: Some(assignment.group), uav: Some(assignment.uav), ..event });
             }
         }
     }
 
     /// Keeps the assignments of the UAVs that do not search.
     fn keep_assignments(&mut self, previous: &TeamState) {
-        let Self { assignments: crew, search_assignments: searches, .. } = self;
-        crew.extend(previous.assignments.iter().filter(|duty| !is_searching(searches, duty.uav)));
+        let Self { assignments: assigned_uavs, search_assignments, .. } = self;
+        assigned_uavs
+            .extend(previous.assignments.iter().filter(|assignment| !is_searching(search_assignments, assignment.uav)));
     }
 
     /// Returns the reason for a new assignment, if any.
     fn reason_to_assign(&self, previous: &TeamState) -> Option<ReassignmentReason> {
-        if previous.assignments.iter().any(|duty| self.teammate(duty.uav).is_none()) {
+        if previous.assignments.iter().any(|assignment| self.teammate(assignment.uav).is_none()) {
             Some(ReassignmentReason::UavLost)
         } else if previous.groups.iter().any(|group| self.group(group.id).is_none()) {
             Some(ReassignmentReason::GroupRetired)
@@ -552,18 +559,20 @@ impl TeamState {
     /// Evaluates how the UAVs of each group follow its orbit; emits alerts for infeasible orbits and for UAVs that are
     /// too close.
     fn check_groups(&mut self, previous: &TeamState, params: &TeamParams, geofence: Option<&Geofence>) {
-        let mut crew = self.assignments.iter().peekable();
+        let mut assigned_uavs = self.assignments.iter().peekable();
         for teammate in &mut self.teammates {
             // A kept assignment may contain UAVs that have left.
-            while crew.next_if(|duty| duty.uav < teammate.uav).is_some() {}
-            teammate.group = crew.next_if(|duty| duty.uav == teammate.uav).map(|duty| duty.group);
+            while assigned_uavs.next_if(|assignment| assignment.uav < teammate.uav).is_some() {}
+            teammate.group =
+                assigned_uavs.next_if(|assignment| assignment.uav == teammate.uav).map(|assignment| assignment.group);
         }
         self.place_on_orbits(params);
         for group in &mut self.groups {
             let id = group.id;
-            let crew = self.teammates.iter().zip(&self.on_orbit).filter(|(teammate, _)| teammate.group == Some(id));
-            let crew = crew.map(|(teammate, on_orbit)| (teammate.state.position, on_orbit));
-            group.check(crew, self.time - previous.time, params);
+            let assigned_uavs =
+                self.teammates.iter().zip(&self.on_orbit).filter(|(teammate, _)| teammate.group == Some(id));
+            let assigned_uavs = assigned_uavs.map(|(teammate, on_orbit)| (teammate.state.position, on_orbit));
+            group.check(assigned_uavs, self.time - previous.time, params);
             let kinds = group.alarm(&params.group, geofence);
             self.events.extend(kinds.into_iter().flatten().map(|kind| Event::of_group(kind, id)));
         }
@@ -574,14 +583,14 @@ impl TeamState {
         let mut on_orbit = core::mem::take(&mut self.on_orbit);
         on_orbit.clear();
         if let Some(first) = self.groups.first() {
-            let place = |teammate: &Teammate| {
+            let track_index = |teammate: &Teammate| {
                 // The place of a searching UAV is not used.
                 let group = teammate.group.and_then(|group| self.group(group)).unwrap_or(first);
                 (teammate.state.position, group.orbit(params))
             };
             // In batches of two (SIMD); a single last UAV is processed twice.
             for pair in self.teammates.chunks(2) {
-                let both = OnOrbit::each(&params.guidance, [&pair[0], &pair[pair.len() - 1]].map(place));
+                let both = OnOrbit::each(&params.guidance, [&pair[0], &pair[pair.len() - 1]].map(track_index));
                 on_orbit.extend(both.into_iter().take(pair.len()));
             }
         }
@@ -593,16 +602,16 @@ impl TeamState {
 const JUMP_M: f64 = 100.0;
 
 /// Plausible reports of a time step.
-fn counting<'a>(row: &'a StepMessages, impossible: &'a [UavId]) -> impl Iterator<Item = &'a Report> + Clone {
-    row.reports().iter().filter(|report| impossible.is_empty() || !impossible.contains(&report.uav))
+fn counting<'a>(row: &'a StepMessages, implausible: &'a [UavId]) -> impl Iterator<Item = &'a Report> + Clone {
+    row.reports().iter().filter(|report| implausible.is_empty() || !implausible.contains(&report.uav))
 }
 
 fn is_ascending<T: PartialOrd>(ids: impl Iterator<Item = T>) -> bool {
     ids.is_sorted_by(|a, b| a < b)
 }
 
-fn is_searching(searches: &[SearchAssignment], uav: UavId) -> bool {
-    searches.iter().any(|duty| duty.uav == uav)
+fn is_searching(search_assignments: &[SearchAssignment], uav: UavId) -> bool {
+    search_assignments.iter().any(|assignment| assignment.uav == uav)
 }
 
 impl Buffers {

@@ -90,9 +90,9 @@ fn an_agent_sends_the_report_of_its_scan() {
         agent.receive(&silent, &Message::Report(Report { time: later, ..report }));
     }
     agent.decide(&silent);
-    let is_heard: Vec<_> =
+    let is_received: Vec<_> =
         agent.team_state().teammates.iter().map(|teammate| (teammate.uav, teammate.reported_now)).collect();
-    assert_eq!(is_heard, [(UavId(0), false), (UavId(1), true)]);
+    assert_eq!(is_received, [(UavId(0), false), (UavId(1), true)]);
 }
 
 /// An agent does not send a report that it would reject itself.
@@ -150,8 +150,8 @@ fn a_time_step_without_a_decision_is_not_forgotten() {
         team.decide(now, &scans, &inbox);
         if tick % 7 <= 4 {
             fleet.decide(&observed[0]);
-            for picture in [agents[1].team_state(), fleet.team_state()] {
-                assert_eq!(format!("{picture:?}"), format!("{:?}", agents[0].team_state()), "tick {tick}");
+            for team_state in [agents[1].team_state(), fleet.team_state()] {
+                assert_eq!(format!("{team_state:?}"), format!("{:?}", agents[0].team_state()), "tick {tick}");
             }
         }
     }
@@ -211,14 +211,14 @@ fn a_pair_converges_to_the_desired_phase() {
     for tick in 0..400 {
         team.tick(tick);
     }
-    let picture = team.agents[0].team_state();
-    assert!(picture.tracks().iter().all(|known| known.track.status == TrackStatus::Updated), "{picture:?}");
-    let centre = picture.groups[0].centre.estimate().state.position();
+    let team_state = team.agents[0].team_state();
+    assert!(team_state.tracks().iter().all(|known| known.track.status == TrackStatus::Updated), "{team_state:?}");
+    let centre = team_state.groups[0].centre.estimate().state.position();
     let phases: Vec<_> = team.states.iter().map(|state| (state.position - centre).direction()).collect();
     let difference_deg = (phases[1] - phases[0]).deg().abs();
     assert!((difference_deg - 90.0).abs() < 5.0, "{difference_deg}");
     for state in &team.states {
-        let error_m = state.position.distance_m(centre) - picture.groups[0].standoff.distance_m;
+        let error_m = state.position.distance_m(centre) - team_state.groups[0].standoff.distance_m;
         assert!(error_m.abs() < 20.0, "{error_m}");
     }
 }
@@ -345,18 +345,20 @@ fn two_cues_of_one_target_give_the_same_team_state_in_any_order() {
         of_searcher(0, 0.0, 20.0).chain(of_searcher(1, 30.0, 10.0)).chain(of_searcher(2, -9.0, 10.0)).collect();
     let mut reversed = first.clone();
     reversed.reverse();
-    let picture = |inboxes: &[&[Message]]| {
+    let team_state = |inboxes: &[&[Message]]| {
         let mut agent = Agent::new(UavId(0), TeamParams::table_1()).unwrap();
         for inbox in inboxes {
             step(&mut agent, Time::EPOCH, &own, Scan::default(), inbox);
         }
         format!("{:?}", agent.team_state())
     };
-    let expected = picture(&[&first]);
+    let expected = team_state(&[&first]);
     assert!(expected.contains("Cued"), "{expected}");
-    for other in
-        [picture(&[&reversed]), picture(&[&first[..4], &first[4..]]), picture(&[&reversed[..2], &reversed[2..]])]
-    {
+    for other in [
+        team_state(&[&reversed]),
+        team_state(&[&first[..4], &first[4..]]),
+        team_state(&[&reversed[..2], &reversed[2..]]),
+    ] {
         assert_eq!(other, expected);
     }
 }

@@ -63,8 +63,8 @@ fn present(tick: i64, every: i64, stays: i64) -> impl Iterator<Item = u32> {
 }
 
 /// Flies one agent with targets and teammates that come and go. Returns the growth of its memory in bytes, per block of
-/// `instants` time steps.
-fn growth_bytes(blocks: i64, instants: i64) -> Vec<i64> {
+/// `steps` time steps.
+fn growth_bytes(blocks: i64, steps: i64) -> Vec<i64> {
     let mut params = TeamParams::table_1();
     params.track.lost_track_retention_s = 30.0;
     let mut agent = Agent::new(UavId(0), params).unwrap();
@@ -72,7 +72,7 @@ fn growth_bytes(blocks: i64, instants: i64) -> Vec<i64> {
     let boresight = Angle::from_deg(180.0);
     let mut report = report();
     let mut block = |block: i64| {
-        for tick in block * instants..(block + 1) * instants {
+        for tick in block * steps..(block + 1) * steps {
             let now = Time::from_us(tick * 500_000);
             let at = |target: u32| Position::from_m(10.0 * f64::from(target % 7), 40.0 * f64::from(target % 3));
             let of = |target| Detection {
@@ -88,15 +88,15 @@ fn growth_bytes(blocks: i64, instants: i64) -> Vec<i64> {
                 agent.receive(&observation, &Message::Report(report.clone()));
             }
             agent.decide(&observation);
-            let picture = agent.team_state();
-            assert!(picture.tracks().len() < 12 && picture.teammates.len() < 5, "{picture:?}");
+            let team_state = agent.team_state();
+            assert!(team_state.tracks().len() < 12 && team_state.teammates.len() < 5, "{team_state:?}");
         }
     };
     (0..blocks).map(|number| measure(|| block(number)).bytes_current).collect()
 }
 
-fn stays_flat(blocks: i64, instants: i64) {
-    let growth_bytes = growth_bytes(blocks, instants);
+fn stays_flat(blocks: i64, steps: i64) {
+    let growth_bytes = growth_bytes(blocks, steps);
     // The first block allocates the memory, the others reuse it.
     let later: i64 = growth_bytes[1..].iter().sum();
     assert!(growth_bytes[0] > 0 && later.abs() < 4096, "{growth_bytes:?}");

@@ -66,9 +66,10 @@ fn flown(lose_percent: u32) -> (Vec<Companion>, Vec<(f64, usize)>) {
         (lose_percent, 0),
         |_, _| true,
         |_, pair| {
-            let picture = pair[0].agent.team_state();
-            let measured = picture.tracks().iter().filter(|known| known.track.status == TrackStatus::Updated).count();
-            history.push((picture.group_of(UavId(0)).map_or(0.0, |group| group.standoff.distance_m), measured));
+            let team_state = pair[0].agent.team_state();
+            let measured =
+                team_state.tracks().iter().filter(|known| known.track.status == TrackStatus::Updated).count();
+            history.push((team_state.group_of(UavId(0)).map_or(0.0, |group| group.standoff.distance_m), measured));
         },
     );
     (pair, history)
@@ -116,24 +117,24 @@ fn a_decoded_message_equals_the_encoded_one() {
     let stamp = CommitDigest { time: Time::from_us(9), digest: u64::MAX - 1 };
     let measurement = RangeBearingMeasurement { range_m: 512.25, bearing: Angle::from_rad(1.5) };
     let held = |speaker, from| ReceivedRange { source: speaker, from, to: from + 65_535 };
-    let knowledge = |asks| LogStatus {
+    let log_status = |snapshot_request| LogStatus {
         start: Time::from_us(1),
         committed_until: Time::from_us(2),
         commit_digest: stamp,
         listed_after: Time::from_us(3),
         degraded_at: Time::from_us(i64::MIN),
         received: vec![held(MessageSource::Uav(UavId(4)), 8), held(MessageSource::CueSource(65_535), -1)],
-        snapshot_request: asks,
+        snapshot_request,
     };
     let ask = |stamp| Some(SnapshotRequest { of: UavId(65_535), commit_digest: stamp, next: 3, after: 1 << 63 });
-    let full = |asks| Report {
+    let full = |snapshot_request| Report {
         restart_count: 3,
         sequence: u32::MAX,
         boresight: Some(Angle::from_rad(0.25)),
         detections: vec![Detection { label: TargetLabel(u32::MAX), measurement }; 3],
         assigned_group: Some(GroupId(u64::MAX)),
         is_leaving: true,
-        log_status: Some(Box::new(knowledge(asks))),
+        log_status: Some(Box::new(log_status(snapshot_request))),
         ..plain.clone()
     };
     let cue = Cue {
@@ -186,9 +187,10 @@ fn a_restarted_uav_recovers_while_another_one_is_silent() {
             if tick + 1 == down.end {
                 team[0] = Companion::new(0, 1, team[0].own).unwrap();
             }
-            let crews = team[0].crews();
-            let differs = [1, 3].iter().any(|uav: &usize| team[*uav].crews() != crews);
-            if tick >= down.end && (crews.is_empty() || differs) {
+            let assigned_uavs_by_group = team[0].assigned_uavs_by_group();
+            let differs =
+                [1, 3].iter().any(|uav: &usize| team[*uav].assigned_uavs_by_group() != assigned_uavs_by_group);
+            if tick >= down.end && (assigned_uavs_by_group.is_empty() || differs) {
                 differ = tick + 1 - down.end;
             }
         });
@@ -223,7 +225,7 @@ fn any_knowledge() -> impl Strategy<Value = LogStatus> {
     let ask = (any_uav(), proptest::option::of(any_stamp()), any::<u16>(), any::<u64>());
     let ask = ask.prop_map(|(of, stamp, next, after)| SnapshotRequest { of, commit_digest: stamp, next, after });
     let (times, held) = ([(); 4].map(|()| any_time()), proptest::collection::vec(held, 0..40));
-    (times, any_stamp(), held, proptest::option::of(ask)).prop_map(|(times, stamp, held, asks)| {
+    (times, any_stamp(), held, proptest::option::of(ask)).prop_map(|(times, stamp, held, snapshot_request)| {
         let [since, committed, listed_after, disturbed] = times;
         LogStatus {
             start: since,
@@ -232,7 +234,7 @@ fn any_knowledge() -> impl Strategy<Value = LogStatus> {
             listed_after,
             received: held,
             degraded_at: disturbed,
-            snapshot_request: asks,
+            snapshot_request,
         }
     })
 }
@@ -250,24 +252,25 @@ fn any_message() -> impl Strategy<Value = Message> {
         proptest::collection::vec(detection, 0..20),
         proptest::option::of(any_knowledge()),
     );
-    let report = (header, content).prop_map(|((uav, epoch, sequence, time, leaves, duty), content)| {
-        let ([x_m, y_m, speed_m_s, turn_rate_rad_s], heading, boresight, detections, knowledge) = content;
-        let state =
-            UavState { position: Position::from_m(x_m, y_m), heading, speed_m_s, turn_rate_rad_s, vertical: None };
-        let (duty, knowledge) = (duty.map(GroupId), knowledge.map(Box::new));
-        Message::Report(Report {
-            uav,
-            restart_count: epoch,
-            sequence,
-            time,
-            state,
-            boresight,
-            detections,
-            assigned_group: duty,
-            is_leaving: leaves,
-            log_status: knowledge,
-        })
-    });
+    let report =
+        (header, content).prop_map(|((uav, restart_count, sequence, time, is_leaving, assignment), content)| {
+            let ([x_m, y_m, speed_m_s, turn_rate_rad_s], heading, boresight, detections, log_status) = content;
+            let state =
+                UavState { position: Position::from_m(x_m, y_m), heading, speed_m_s, turn_rate_rad_s, vertical: None };
+            let (assignment, log_status) = (assignment.map(GroupId), log_status.map(Box::new));
+            Message::Report(Report {
+                uav,
+                restart_count,
+                sequence,
+                time,
+                state,
+                boresight,
+                detections,
+                assigned_group: assignment,
+                is_leaving,
+                log_status,
+            })
+        });
     let cue = (any::<[u16; 2]>(), any::<u32>(), any_time(), any_time(), [(); 6].map(|()| -1e6..1e6));
     let cue = cue.prop_map(|([searcher, number], label, issued_at, time, [x_m, y_m, vx_m_s, vy_m_s, p_m, v_m_s])| {
         let (searcher, label, position) = (searcher.into(), TargetLabel(label), Position::from_m(x_m, y_m));
@@ -350,8 +353,8 @@ proptest! {
 fn invalid_arguments_are_reported() {
     let parse = |text: &str| Arguments::parse(text.split(' ').map(str::to_owned));
     let valid = "--uav 1 --team 3 --port 4000 --seconds 5 --lose 20 --start-us 7 --epoch 2 --at 1,-2,90";
-    let Arguments { uav, team, port, seconds, lose_percent, start_us, epoch, at } = parse(valid).unwrap();
-    assert_eq!((uav, team, port, seconds, lose_percent, start_us, epoch), (1, 3, 4000, 5, 20, Some(7), 2));
+    let Arguments { uav, team, port, seconds, lose_percent, start_us, restart_count, at } = parse(valid).unwrap();
+    assert_eq!((uav, team, port, seconds, lose_percent, start_us, restart_count), (1, 3, 4000, 5, 20, Some(7), 2));
     assert_eq!(at.map(|own| (own.position, own.heading)), Some((Position::from_m(1.0, -2.0), Angle::from_deg(90.0))));
     for (invalid, expected) in [
         ("--uav 3 --team 3 --port 4000 --seconds 5", "--uav must be less than --team"),

@@ -18,8 +18,13 @@ const LATER: i64 = 20;
 
 /// State that is the same in all agents that agree: assignments, last commit, its digest, and the current digest.
 fn agreed_state(agent: &Agent) -> (Vec<Assignment>, Option<Time>, Option<u64>, u64) {
-    let picture = agent.team_state();
-    (picture.assignments.clone(), agent.committed_at(), agent.committed().map(TeamState::digest), picture.digest())
+    let team_state = agent.team_state();
+    (
+        team_state.assignments.clone(),
+        agent.committed_at(),
+        agent.committed().map(TeamState::digest),
+        team_state.digest(),
+    )
 }
 
 fn all_agree(team: &Team) -> bool {
@@ -33,8 +38,8 @@ fn agree(team: &Team, uavs: [usize; 2]) -> bool {
 }
 
 /// UAVs with an assignment, according to an agent.
-fn crew(agent: &Agent) -> Vec<u32> {
-    agent.team_state().assignments.iter().map(|duty| duty.uav.0).collect()
+fn assigned_uavs(agent: &Agent) -> Vec<u32> {
+    agent.team_state().assignments.iter().map(|assignment| assignment.uav.0).collect()
 }
 
 fn group_ids(agent: &Agent) -> Vec<GroupId> {
@@ -69,7 +74,7 @@ fn computers_started_up_to_30_s_apart_agree() {
         }
         assert!(all_agree(&team), "{starts:?}");
         assert_eq!(
-            (crew(&team.agents[0]), labels(&team.agents[0])),
+            (assigned_uavs(&team.agents[0]), labels(&team.agents[0])),
             (vec![0, 1, 2, 3], vec![0, 1, 2, 3, 4]),
             "{starts:?}"
         );
@@ -90,7 +95,7 @@ fn a_restarted_uav_is_assigned_again_within_5_s() {
             team.agents[uav] = Agent::new(UavId(uav as u32), fallible()).unwrap().with_restart_count(1);
             fly(&mut team, &mut radio, 30 + down..30 + down + SOON);
             for agent in &team.agents {
-                assert_eq!((crew(agent), labels(agent)), (vec![0, 1, 2], vec![0, 1, 2, 3]), "{uav}, {down}");
+                assert_eq!((assigned_uavs(agent), labels(agent)), (vec![0, 1, 2], vec![0, 1, 2, 3]), "{uav}, {down}");
                 assert!(down > LEASE || group_ids(agent) == groups, "{uav}, {down}: {groups:?}");
             }
             fly(&mut team, &mut radio, 30 + down + SOON..30 + down + SOON + LATER);
@@ -172,7 +177,7 @@ fn two_halves_separated_for_longer_than_the_horizon_agree_within_10_s() {
     for (side, other) in [(sides[0], 4), (sides[1], 5)] {
         for uav in side {
             let agent = &team.agents[uav];
-            assert_eq!(crew(agent), side.map(|uav| uav as u32), "{uav}");
+            assert_eq!(assigned_uavs(agent), side.map(|uav| uav as u32), "{uav}");
             assert!(
                 labels(agent).contains(&other) && !labels(agent).contains(&(9 - other)),
                 "{uav}: {:?}",
@@ -182,9 +187,10 @@ fn two_halves_separated_for_longer_than_the_horizon_agree_within_10_s() {
     }
     radio.heal();
     fly(&mut team, &mut radio, 140..140 + LATER);
-    let all: Vec<_> = team.agents.iter().map(|agent| (crew(agent), labels(agent), agent.committed_at())).collect();
+    let all: Vec<_> =
+        team.agents.iter().map(|agent| (assigned_uavs(agent), labels(agent), agent.committed_at())).collect();
     assert!(all_agree(&team), "{all:?}");
-    assert_eq!(crew(&team.agents[0]), [0, 1, 2, 3]);
+    assert_eq!(assigned_uavs(&team.agents[0]), [0, 1, 2, 3]);
     // All have the targets of the first half, which contains the reference agent.
     assert!((0..5).all(|label| labels(&team.agents[3]).contains(&label)), "{all:?}");
 }
@@ -237,7 +243,7 @@ fn a_clock_that_jumps_does_not_affect_the_other_uavs() {
                 assert_eq!(agreed_state(&team.agents[0]), agreed_state(&without.agents[0]), "{tick}");
             }
         }
-        assert!(all_agree(&team) && crew(&team.agents[1]) == [0, 1, 2]);
+        assert!(all_agree(&team) && assigned_uavs(&team.agents[1]) == [0, 1, 2]);
     }
 }
 
@@ -485,15 +491,23 @@ fn a_uav_without_links_continues_alone_at_its_altitude() {
         }
         for (uav, step) in team.tick_over(tick, &mut radio).steps {
             assert_eq!(step.altitude_m, altitude_m(uav), "{tick}");
-            let is_assigned_alone = step.diagnostics.group.is_some() && crew(&team.agents[uav]) == [uav as u32];
-            assert!(tick < 40 + LEASE + 1 || is_assigned_alone, "{tick}: {uav}: {:?}", crew(&team.agents[uav]));
+            let is_assigned_alone =
+                step.diagnostics.group.is_some() && assigned_uavs(&team.agents[uav]) == [uav as u32];
+            assert!(
+                tick < 40 + LEASE + 1 || is_assigned_alone,
+                "{tick}: {uav}: {:?}",
+                assigned_uavs(&team.agents[uav])
+            );
         }
     }
     for (uav, agent) in team.agents.iter().enumerate() {
-        let picture = agent.team_state();
-        assert!(picture.tracks().iter().all(|known| known.track.status == TrackStatus::Updated), "{uav}: {picture:?}");
-        let error_m = team.states[uav].position.distance_m(picture.groups[0].centre.estimate().state.position())
-            - picture.groups[0].standoff.distance_m;
+        let team_state = agent.team_state();
+        assert!(
+            team_state.tracks().iter().all(|known| known.track.status == TrackStatus::Updated),
+            "{uav}: {team_state:?}"
+        );
+        let error_m = team.states[uav].position.distance_m(team_state.groups[0].centre.estimate().state.position())
+            - team_state.groups[0].standoff.distance_m;
         assert!(error_m.abs() < 30.0, "{uav}: {error_m}");
     }
     // Without targets it flies a circle.
@@ -520,18 +534,18 @@ fn a_failed_uav_is_detected_within_the_teammate_timeout_plus_one_period() {
         let rest: Vec<u32> = (0..3).filter(|uav| *uav != failed as u32).collect();
         let state_of = |agent: &Agent| {
             let teammates: Vec<u32> = agent.team_state().teammates.iter().map(|teammate| teammate.uav.0).collect();
-            (teammates, crew(agent), agent.teammate_status().nth(failed))
+            (teammates, assigned_uavs(agent), agent.teammate_status().nth(failed))
         };
-        let presence = |presence| Some((UavId(failed as u32), presence));
+        let status = |status| Some((UavId(failed as u32), status));
         for uav in &rest {
             let all = vec![0, 1, 2];
-            assert_eq!(state_of(&team.agents[*uav as usize]), (all.clone(), all, presence(TeammateStatus::Silent)));
+            assert_eq!(state_of(&team.agents[*uav as usize]), (all.clone(), all, status(TeammateStatus::Silent)));
         }
         fly(&mut team, &mut radio, 40 + LEASE..40 + LEASE + 1);
         for uav in &rest {
             assert_eq!(
                 state_of(&team.agents[*uav as usize]),
-                (rest.clone(), rest.clone(), presence(TeammateStatus::TimedOut))
+                (rest.clone(), rest.clone(), status(TeammateStatus::TimedOut))
             );
         }
     }

@@ -71,10 +71,13 @@ fn all_agents_and_the_fleet_agree_to_the_bit() {
 #[test]
 fn a_lost_uav_is_replaced_and_may_come_back() {
     let mut team = Team::new(4, 6).with_motion(|id, now| two_groups(id, now).filter(|_| id != 1));
-    let crew = |team: &Team, group: u32| {
-        let picture = team.agents[0].team_state();
-        let crew = picture.assignments.iter();
-        crew.filter(|duty| picture.group_number(duty.group) == Some(group)).map(|duty| duty.uav).collect::<Vec<_>>()
+    let assigned_uavs = |team: &Team, group: u32| {
+        let team_state = team.agents[0].team_state();
+        let assigned_uavs = team_state.assignments.iter();
+        assigned_uavs
+            .filter(|assignment| team_state.group_number(assignment.group) == Some(group))
+            .map(|assignment| assignment.uav)
+            .collect::<Vec<_>>()
     };
     // Returns the first tick with `groups` groups, and the ticks at which groups were created and retired.
     let fly = |team: &mut Team, ticks: core::ops::Range<i64>, groups: usize| {
@@ -83,22 +86,25 @@ fn a_lost_uav_is_replaced_and_may_come_back() {
             team.tick(tick);
             let agent = &team.agents[0];
             first = first.or(Some(tick).filter(|_| agent.team_state().groups.len() == groups));
-            for (picture, _) in agent.published_states() {
-                let names = picture.events.iter().map(|event| event.kind.name());
+            for (team_state, _) in agent.published_states() {
+                let names = team_state.events.iter().map(|event| event.kind.name());
                 let of_groups = names.filter(|name| ["group-created", "group-retired"].contains(name));
-                published.extend(of_groups.map(|name| (picture.time.us() / 500_000, name)));
+                published.extend(of_groups.map(|name| (team_state.time.us() / 500_000, name)));
             }
         }
         (first, published)
     };
     assert_eq!(fly(&mut team, 0..60, 2), (Some(0), vec![(0, "group-created"); 2]));
-    assert_eq!((crew(&team, 0).len(), crew(&team, 1).len()), (2, 2));
+    assert_eq!((assigned_uavs(&team, 0).len(), assigned_uavs(&team, 1).len()), (2, 2));
     // Silence both UAVs of a group; the agent whose team state is checked must not be one of them.
-    team.silent = crew(&team, if crew(&team, 0).contains(&UavId(0)) { 1 } else { 0 });
+    team.silent = assigned_uavs(&team, if assigned_uavs(&team, 0).contains(&UavId(0)) { 1 } else { 0 });
     // They are silent for all teammates for more than 3 s, so no message is missing: one group with two UAVs remains.
     assert_eq!(fly(&mut team, 60..90, 1), (Some(66), vec![(66, "group-retired")]));
-    let duties = &team.agents[0].team_state().assignments;
-    assert!(duties.len() == 2 && duties.iter().all(|duty| !team.silent.contains(&duty.uav)), "{duties:?}");
+    let assignments = &team.agents[0].team_state().assignments;
+    assert!(
+        assignments.len() == 2 && assignments.iter().all(|assignment| !team.silent.contains(&assignment.uav)),
+        "{assignments:?}"
+    );
     team.silent.clear();
     assert_eq!(fly(&mut team, 90..120, 2), (Some(90), vec![(90, "group-created")]));
     assert_eq!((team.agents[0].team_state().groups.len(), team.agents[0].team_state().assignments.len()), (2, 4));
@@ -294,32 +300,36 @@ proptest! {
             }
             let observed = observe_all(&mut fleet, now, &reported, &scans, &cues);
             fleet.decide(&observed[0]);
-            let picture = fleet.team_state().clone();
-            let team = picture.assignments.len();
-            let live = picture.tracks().iter().filter(|known| !known.track.is_lost()).count();
+            let team_state = fleet.team_state().clone();
+            let team = team_state.assignments.len();
+            let live = team_state.tracks().iter().filter(|known| !known.track.is_lost()).count();
             let team_max = team.max(uavs as usize);
             let groups_max = if by_need { team_max.min(live) } else { group_count(team_max, live) };
-            prop_assert!(picture.groups.len() <= groups_max, "{picture:?}");
-            prop_assert!(live == 0 || !picture.groups.is_empty());
-            for known in picture.tracks() {
+            prop_assert!(team_state.groups.len() <= groups_max, "{team_state:?}");
+            prop_assert!(live == 0 || !team_state.groups.is_empty());
+            for known in team_state.tracks() {
                 for group in known.membership.groups() {
-                    prop_assert!(picture.group(group).is_some());
+                    prop_assert!(team_state.group(group).is_some());
                     prop_assert!(!known.track.is_lost());
                 }
             }
-            for (index, group) in picture.groups.iter().enumerate() {
+            for (index, group) in team_state.groups.iter().enumerate() {
                 prop_assert!(group.members > 0 && group.spread.rate_m_s.is_finite() && group.standoff.distance_m.is_finite() && group.margin_m.is_finite());
                 prop_assert!((250.0..=700.0).contains(&group.standoff.distance_m));
-                prop_assert!(picture.groups[..index].iter().all(|other| (other.altitude_m - group.altitude_m).abs() > 49.0));
-                prop_assert!(team == 0 || picture.assignments.iter().any(|duty| duty.group == group.id), "a group without UAVs: {picture:?}");
-                let members = picture.tracks().iter().filter(|known| known.membership.groups().any(|id| id == group.id)).count();
+                let others = &team_state.groups[..index];
+                prop_assert!(others.iter().all(|other| (other.altitude_m - group.altitude_m).abs() > 49.0));
+                let is_served = team_state.assignments.iter().any(|assignment| assignment.group == group.id);
+                prop_assert!(team == 0 || is_served, "a group without UAVs: {team_state:?}");
+                let is_member = |known: &&GroupedTrack| known.membership.groups().any(|id| id == group.id);
+                let members = team_state.tracks().iter().filter(is_member).count();
                 prop_assert_eq!(members, group.members as usize);
             }
             for (id, state) in states.iter_mut().enumerate() {
                 let step = fleet.decide(&observed[id]);
                 let command = step.command;
                 prop_assert!((25.0..=55.0).contains(&command.speed_m_s) && command.turn_rate_rad_s.abs() <= 0.3);
-                let is_assigned = !picture.groups.is_empty() && picture.assignments.iter().any(|duty| duty.uav == UavId(id as u32));
+                let mut assigned = team_state.assignments.iter().map(|assignment| assignment.uav);
+                let is_assigned = !team_state.groups.is_empty() && assigned.any(|uav| uav == UavId(id as u32));
                 prop_assert_eq!(step.diagnostics.group.is_some(), is_assigned && reported[id].is_finite());
                 pointing_target[id] = step.pointing_target;
                 *state = params.uav.response(Duration::from_s(0.5)).step(state, command);
@@ -383,8 +393,12 @@ fn uavs_are_reassigned_when_a_group_doubles() {
         Some((position, Velocity::ZERO)).filter(|_| now.s() >= from_s)
     });
     let assigned = |team: &Team, group: u32| {
-        let picture = team.agents[0].team_state();
-        picture.assignments.iter().filter(|duty| picture.group_number(duty.group) == Some(group)).count()
+        let team_state = team.agents[0].team_state();
+        team_state
+            .assignments
+            .iter()
+            .filter(|assignment| team_state.group_number(assignment.group) == Some(group))
+            .count()
     };
     for tick in 0..38 {
         team.tick(tick);
@@ -431,32 +445,33 @@ fn each_uav_searches_for_another_lost_target() {
                 "tick {tick}"
             );
         }
-        let picture = fleet.team_state();
-        let searched: BTreeSet<TrackId> = picture.search_assignments.iter().map(|duty| duty.track).collect();
-        assert_eq!(searched.len(), picture.search_assignments.len(), "two UAVs search for the same target");
-        let mut busy: Vec<UavId> = picture.assignments.iter().map(|duty| duty.uav).collect();
-        busy.extend(picture.search_assignments.iter().map(|duty| duty.uav));
+        let team_state = fleet.team_state();
+        let searched: BTreeSet<TrackId> =
+            team_state.search_assignments.iter().map(|assignment| assignment.track).collect();
+        assert_eq!(searched.len(), team_state.search_assignments.len(), "two UAVs search for the same target");
+        let mut busy: Vec<UavId> = team_state.assignments.iter().map(|assignment| assignment.uav).collect();
+        busy.extend(team_state.search_assignments.iter().map(|assignment| assignment.uav));
         busy.sort_unstable_by_key(|uav| uav.0);
         assert_eq!(busy, [UavId(0), UavId(1), UavId(2)], "tick {tick}");
-        for group in &picture.groups {
+        for group in &team_state.groups {
             assert!(
-                picture.assignments.iter().any(|duty| duty.group == group.id),
+                team_state.assignments.iter().any(|assignment| assignment.group == group.id),
                 "no UAV is assigned to {:?}",
                 group.id
             );
         }
-        events.extend(picture.events.iter().map(|event| (event.kind.name(), event.kind.cause())));
+        events.extend(team_state.events.iter().map(|event| (event.kind.name(), event.kind.cause())));
         if tick == 99 {
-            assert_eq!((picture.groups.len(), searched.len()), (0, 3), "not all targets are lost");
+            assert_eq!((team_state.groups.len(), searched.len()), (0, 3), "not all targets are lost");
         }
         team.tick(tick);
     }
     assert!(events.contains(&("search-started", None)), "{events:?}");
     assert!(events.contains(&("search-ended", Some("found"))), "{events:?}");
-    let picture = team.agents[0].team_state();
+    let team_state = team.agents[0].team_state();
     assert!(
-        picture.search_assignments.is_empty() && picture.tracks().iter().all(|known| !known.track.is_lost()),
-        "{picture:?}"
+        team_state.search_assignments.is_empty() && team_state.tracks().iter().all(|known| !known.track.is_lost()),
+        "{team_state:?}"
     );
 }
 
@@ -470,13 +485,13 @@ impl AssignmentLaw for Fixed {
         assert!(uavs.is_sorted_by_key(|uav| uav.uav) && sites.is_sorted_by_key(|site| site.group));
         // An index out of range gives a group that does not exist.
         let group = |site: usize| sites.get(site).map_or(GroupId(site as u64), |site| site.group);
-        let duties = self.0.as_ref()?.iter();
-        Some(duties.map(|(uav, site)| Assignment { uav: UavId(*uav), group: group(*site) }).collect())
+        let assignments = self.0.as_ref()?.iter();
+        Some(assignments.map(|(uav, site)| Assignment { uav: UavId(*uav), group: group(*site) }).collect())
     }
 }
 
 /// Assignments after 30 s with or without a custom assignment law, and the UAVs that it has reassigned.
-fn crew_under(law: Option<Fixed>) -> (Vec<(u32, Option<u32>)>, Vec<u32>) {
+fn assigned_uavs_under(law: Option<Fixed>) -> (Vec<(u32, Option<u32>)>, Vec<u32>) {
     let mut team = Team::new(4, 6).with_motion(two_groups);
     let fleet = TeamAgent::new(TeamParams::table_1()).expect("the paper's parameters are in range");
     let mut fleet = match law {
@@ -494,18 +509,22 @@ fn crew_under(law: Option<Fixed>) -> (Vec<(u32, Option<u32>)>, Vec<u32>) {
         moved.extend(events.filter(|event| event.kind.cause() == Some("custom-law")).filter_map(|event| event.uav));
         team.tick(tick);
     }
-    let picture = fleet.team_state();
-    let crew = picture.assignments.iter().map(|duty| (duty.uav.0, picture.group_number(duty.group))).collect();
-    (crew, moved.into_iter().map(|uav| uav.0).collect())
+    let team_state = fleet.team_state();
+    let assigned_uavs = team_state
+        .assignments
+        .iter()
+        .map(|assignment| (assignment.uav.0, team_state.group_number(assignment.group)))
+        .collect();
+    (assigned_uavs, moved.into_iter().map(|uav| uav.0).collect())
 }
 
 /// The result of a custom law is applied to existing UAVs and groups, at most once per UAV; a UAV without a group in
 /// the result is not assigned. If the law returns `None`, the default assignment is used, bit for bit.
 #[test]
 fn an_assignment_law_is_applied_to_existing_uavs_and_groups() {
-    let (ours, moved) = crew_under(None);
+    let (ours, moved) = assigned_uavs_under(None);
     assert_eq!((ours.len(), &moved[..]), (4, &[][..]));
-    assert_eq!(crew_under(Some(Fixed(None))), (ours, moved));
-    let (crew, _) = crew_under(Some(Fixed(Some(vec![(3, 0), (0, 1), (9, 0), (1, 7), (0, 0)]))));
-    assert_eq!(crew, [(0, Some(1)), (3, Some(0))]);
+    assert_eq!(assigned_uavs_under(Some(Fixed(None))), (ours, moved));
+    let (assigned_uavs, _) = assigned_uavs_under(Some(Fixed(Some(vec![(3, 0), (0, 1), (9, 0), (1, 7), (0, 0)]))));
+    assert_eq!(assigned_uavs, [(0, Some(1)), (3, Some(0))]);
 }

@@ -97,7 +97,7 @@ impl Wrong {
                     Unlisted::Backward => vec![held(1, 1, 0)],
                     Unlisted::OutOfOrder => vec![held(2, 0, 0), held(1, 0, 0)],
                     Unlisted::Overlapping => vec![held(1, 0, 1), held(1, 1, 2)],
-                    Unlisted::TooLong => (0..1025).map(|instant| held(1, 2 * instant, 2 * instant)).collect(),
+                    Unlisted::TooLong => (0..1025).map(|step| held(1, 2 * step, 2 * step)).collect(),
                 };
             }
             Self::CuePosition(value) => cue.position = Position::from_m(value, 0.0),
@@ -188,10 +188,10 @@ fn a_report_with_an_implausible_jump_is_rejected() {
         let inbox = [Message::Report(report)];
         let agent = &mut team.agents[0];
         let got = step(agent, now, &team.states[0], scan_of(&scans[0]), &inbox);
-        let is_heard = agent.team_state().teammate(UavId(1)).unwrap().reported_now;
+        let is_received = agent.team_state().teammate(UavId(1)).unwrap().reported_now;
         let next = agent.observe(now + Duration::from_us(PERIOD_US), &team.states[0], None);
         assert_eq!(agent.decide(&next).diagnostics.rejected, got.diagnostics.rejected, "counted more than once");
-        (got.diagnostics.rejected.implausible, is_heard)
+        (got.diagnostics.rejected.implausible, is_received)
     };
     // The limit is 100 m plus twice the maximum speed of 55 m/s times half a second or one second.
     assert_eq!((jumped(154.0, 10), jumped(156.0, 10)), ((0, true), (1, false)));
@@ -292,10 +292,10 @@ proptest! {
                 }
             }
         }
-        let Ok(picture) = postcard::from_bytes::<TeamState>(&bytes) else { return Ok(()) };
-        let stamp = CommitDigest { time: picture.time, digest: picture.digest() };
+        let Ok(team_state) = postcard::from_bytes::<TeamState>(&bytes) else { return Ok(()) };
+        let stamp = CommitDigest { time: team_state.time, digest: team_state.digest() };
         // The canonical encoding may differ from the manipulated bytes.
-        let bytes = postcard::to_allocvec(&picture).unwrap();
+        let bytes = postcard::to_allocvec(&team_state).unwrap();
         let mut agent = Agent::new(UavId(1), TeamParams::table_1()).unwrap();
         for tick in 0..12i64 {
             let step = step_with_snapshot(&mut agent, (&from, now), tick, stamp, &bytes);
@@ -322,8 +322,8 @@ fn step_with_snapshot(
     let now = since + Duration::from_us(tick * PERIOD_US);
     let own = UavState { position: Position::from_m(300.0, 0.0), ..from.state };
     let mut report = Report { time: now, sequence: 100 + tick as u32, ..from.clone() };
-    let knowledge = report.log_status.get_or_insert_default();
-    (knowledge.start, knowledge.commit_digest) = (Time::EPOCH, stamp);
+    let log_status = report.log_status.get_or_insert_default();
+    (log_status.start, log_status.commit_digest) = (Time::EPOCH, stamp);
     let observation = agent.observe(now, &own, Some(Scan::default()));
     agent.receive(&observation, &Message::Report(report));
     let parts = bytes.chunks(SnapshotPart::BYTES_MAX);
@@ -340,9 +340,9 @@ fn step_with_snapshot(
 #[test]
 fn a_snapshot_that_does_not_match_its_digest_is_rejected() {
     let (bytes, from, now) = SNAPSHOT.with(|snapshot| (snapshot.0.clone(), snapshot.1.clone(), snapshot.2));
-    let picture: TeamState = postcard::from_bytes(&bytes).unwrap();
-    let stamp = CommitDigest { time: picture.time, digest: picture.digest() };
-    let mut other = picture;
+    let team_state: TeamState = postcard::from_bytes(&bytes).unwrap();
+    let stamp = CommitDigest { time: team_state.time, digest: team_state.digest() };
+    let mut other = team_state;
     other.groups[0].altitude_m += 1.0;
     let other = postcard::to_allocvec(&other).unwrap();
     for (bytes, is_accepted) in [(bytes, true), (other, false)] {

@@ -220,17 +220,19 @@ impl World {
 
     /// All discrete decisions as text: memberships, assignments, events and groups, without measured numbers.
     fn decisions(&self) -> String {
-        let picture = self.fleet.team_state();
-        let memberships = picture
+        let team_state = self.fleet.team_state();
+        let memberships = team_state
             .tracks()
             .iter()
             .map(|known| (known.track.id, known.track.status, known.group(), known.receiving_group()));
-        let events =
-            picture.events.iter().map(|event| (event.kind.name(), event.track, event.group, event.to_group, event.uav));
-        let groups = picture.groups.iter().map(|group| (group.id, group.members, group.altitude_m));
+        let events = team_state
+            .events
+            .iter()
+            .map(|event| (event.kind.name(), event.track, event.group, event.to_group, event.uav));
+        let groups = team_state.groups.iter().map(|group| (group.id, group.members, group.altitude_m));
         let all = (
             memberships.collect::<Vec<_>>(),
-            &picture.assignments,
+            &team_state.assignments,
             events.collect::<Vec<_>>(),
             groups.collect::<Vec<_>>(),
         );
@@ -249,15 +251,15 @@ impl World {
             largest = largest.max((own.speed_m_s - other.speed_m_s).abs());
             largest = largest.max((own.turn_rate_rad_s - self.through.turn_rate(other.turn_rate_rad_s)).abs());
         }
-        let (picture, other) = (self.fleet.team_state(), plain.fleet.team_state());
-        for (own, other) in picture.tracks().iter().zip(other.tracks()) {
+        let (team_state, other) = (self.fleet.team_state(), plain.fleet.team_state());
+        for (own, other) in team_state.tracks().iter().zip(other.tracks()) {
             let (own, other) = (own.track.estimate(), other.track.estimate());
             largest = largest.max(distance_m(own.state.position(), other.state.position()));
             let velocity = self.through.velocity(other.state.velocity());
             largest = largest.max((own.state.velocity().vector() - velocity.vector()).norm());
             largest = largest.max((own.position_sd_max_m() - other.position_sd_max_m()).abs());
         }
-        for (own, other) in picture.groups.iter().zip(&other.groups) {
+        for (own, other) in team_state.groups.iter().zip(&other.groups) {
             let positions = [own, other].map(|group| group.centre.estimate().state.position());
             largest = largest.max(distance_m(positions[0], positions[1]));
             largest = largest.max((own.standoff.distance_m - other.standoff.distance_m).abs());

@@ -5,7 +5,7 @@
 mod common;
 
 use common::Team;
-use common::radio::{PERIOD, Radio, Truth, Words};
+use common::radio::{PERIOD, Radio, TickMessages, Truth};
 use proptest::prelude::*;
 use standoff::*;
 
@@ -45,7 +45,7 @@ fn a_silent_teammate_delays_commits_for_the_horizon() {
         let committed_ago = committed_ago(&team);
         let is_expected = |got: &Option<i64>| *got == Some(ago) || tick > 140 && *got == Some(2);
         assert!(committed_ago[..2].iter().all(is_expected), "{tick}: {committed_ago:?}");
-        let presence: Vec<_> = team.agents[0].teammate_status().map(|(_, presence)| presence).collect();
+        let status: Vec<_> = team.agents[0].teammate_status().map(|(_, status)| status).collect();
         let expected = match tick - 19 {
             ..=1 => Some(TeammateStatus::Live),
             2..=6 => Some(TeammateStatus::Silent),
@@ -54,7 +54,7 @@ fn a_silent_teammate_delays_commits_for_the_horizon() {
             _ => None,
         };
         assert_eq!(
-            (presence[0], presence[1], presence.get(2).copied()),
+            (status[0], status[1], status.get(2).copied()),
             (TeammateStatus::Live, TeammateStatus::Live, expected)
         );
     }
@@ -74,9 +74,9 @@ fn a_leaving_teammate_does_not_delay_commits() {
         if tick > 6 {
             assert_eq!(committed_ago(&team)[..2], [Some(2); 2], "{tick}");
         }
-        let picture = team.agents[0].team_state();
+        let team_state = team.agents[0].team_state();
         assert_eq!(
-            (picture.teammates.len(), picture.assignments.len()),
+            (team_state.teammates.len(), team_state.assignments.len()),
             if tick <= 20 { (3, 3) } else { (2, 2) },
             "{tick}"
         );
@@ -140,7 +140,7 @@ fn a_uav_that_was_deaf_for_a_while_catches_up_with_the_commits() {
 }
 
 /// Bytes and number of the retransmissions of each UAV in one time step.
-fn retransmitted(uavs: usize, Words { sent, .. }: &Words) -> Vec<(usize, usize)> {
+fn retransmitted(uavs: usize, TickMessages { sent, .. }: &TickMessages) -> Vec<(usize, usize)> {
     let of = |uav| sent.iter().filter(move |(sender, _)| *sender == Some(uav)).skip(1);
     (0..uavs).map(|uav| (of(uav).map(|(_, message)| message.size_bytes()).sum(), of(uav).count())).collect()
 }
@@ -193,13 +193,13 @@ fn retransmissions_stay_within_their_budget() {
 fn the_digest_depends_on_groups_and_assignments() {
     let mut team = Team::new(3, 4);
     (0..20).for_each(|tick| team.tick(tick));
-    let picture = team.agents[0].team_state();
+    let team_state = team.agents[0].team_state();
     let digest_with = |change: &dyn Fn(&mut TeamState)| {
-        let mut other = picture.clone();
+        let mut other = team_state.clone();
         change(&mut other);
         other.digest()
     };
-    assert_eq!(digest_with(&|_| {}), picture.digest());
+    assert_eq!(digest_with(&|_| {}), team_state.digest());
     for change in [
         &|other: &mut TeamState| other.groups[0].altitude_m += 1.0,
         &|other: &mut TeamState| other.groups[0].standoff.distance_m += 1e-9,
@@ -207,7 +207,7 @@ fn the_digest_depends_on_groups_and_assignments() {
         &|other: &mut TeamState| other.teammates.truncate(2),
     ] as [&dyn Fn(&mut TeamState); 4]
     {
-        assert_ne!(digest_with(change), picture.digest());
+        assert_ne!(digest_with(change), team_state.digest());
     }
 }
 
@@ -269,10 +269,11 @@ proptest! {
             if tick == faults.until {
                 radio.heal();
             }
-            let Words { sent, .. } = team.tick_over(tick, &mut radio);
+            let TickMessages { sent, .. } = team.tick_over(tick, &mut radio);
             truth.hear(Time::from_us(tick * PERIOD.us()), &sent);
             for agent in &team.agents {
-                prop_assert!(agent.committed().is_none_or(|picture| truth.is(picture)), "{:?} at {tick}", agent.id());
+                let committed = agent.committed();
+                prop_assert!(committed.is_none_or(|state| truth.is(state)), "{:?} at {tick}", agent.id());
             }
         }
         prop_assert_eq!(committed_ago(&team), vec![Some(2); team.agents.len()]);

@@ -8,7 +8,7 @@ mod common;
 use std::collections::BTreeMap;
 
 use common::Team;
-use common::radio::{Radio, Words};
+use common::radio::{Radio, TickMessages};
 use proptest::prelude::*;
 use standoff::*;
 
@@ -61,7 +61,7 @@ struct Ear {
     began: i64,
     of: BTreeMap<UavId, Heard>,
     /// Time step of the newest report with a log status, per UAV.
-    told_at: BTreeMap<UavId, i64>,
+    reported_at: BTreeMap<UavId, i64>,
 }
 
 fn time_step(time: Time) -> i64 {
@@ -70,19 +70,19 @@ fn time_step(time: Time) -> i64 {
 
 impl Ear {
     fn note_report(&mut self, uav: UavId, at: i64) -> &mut Heard {
-        let heard = self.of.entry(uav).or_insert(Heard { newest: at, left: None });
-        heard.newest = heard.newest.max(at);
-        heard
+        let report_state = self.of.entry(uav).or_insert(Heard { newest: at, left: None });
+        report_state.newest = report_state.newest.max(at);
+        report_state
     }
 
     fn hear(&mut self, report: &Report) {
         let at = time_step(report.time);
-        let heard = self.note_report(report.uav, at);
-        heard.left = heard.left.max(report.is_leaving.then_some(at));
-        let is_known = self.told_at.get(&report.uav).is_some_and(|told_at| *told_at >= at);
-        let Some(knowledge) = report.log_status.as_deref().filter(|_| !is_known) else { return };
-        self.told_at.insert(report.uav, at);
-        for run in &knowledge.received {
+        let report_state = self.note_report(report.uav, at);
+        report_state.left = report_state.left.max(report.is_leaving.then_some(at));
+        let is_known = self.reported_at.get(&report.uav).is_some_and(|reported_at| *reported_at >= at);
+        let Some(log_status) = report.log_status.as_deref().filter(|_| !is_known) else { return };
+        self.reported_at.insert(report.uav, at);
+        for run in &log_status.received {
             if let MessageSource::Uav(uav) = run.source {
                 self.note_report(uav, run.to);
             }
@@ -90,8 +90,8 @@ impl Ear {
     }
 
     /// Returns true if a UAV may have this status now.
-    fn allows(&self, uav: UavId, now: i64, presence: Option<TeammateStatus>) -> bool {
-        let Some(Heard { newest, left }) = self.of.get(&uav).copied() else { return presence.is_none() };
+    fn allows(&self, uav: UavId, now: i64, status: Option<TeammateStatus>) -> bool {
+        let Some(Heard { newest, left }) = self.of.get(&uav).copied() else { return status.is_none() };
         let expected = match now - newest {
             _ if left == Some(newest) => TeammateStatus::Left,
             ..=1 => TeammateStatus::Live,
@@ -100,14 +100,14 @@ impl Ear {
         };
         // Reports beyond the horizon may be forgotten, also that the UAV has left. An agent may miss reports from
         // before its start.
-        let may_be = |presence| match presence {
+        let may_be = |status| match status {
             None | Some(TeammateStatus::TimedOut) => newest < self.began || now - newest >= HORIZON,
             Some(TeammateStatus::Silent) => newest < self.began,
             // The agent received a retransmitted report that the UAV leaves, but not that it came back and fell silent.
             Some(TeammateStatus::Left) => left.is_some() && newest < self.began,
             Some(TeammateStatus::Live) => false,
         };
-        presence == Some(expected) || may_be(presence)
+        status == Some(expected) || may_be(status)
     }
 }
 
@@ -185,7 +185,7 @@ impl Flight {
     fn fly(&mut self) {
         let is_silent = |uav: &u32| self.silent_until[*uav as usize] > self.tick;
         self.team.silent = (0..self.ears.len() as u32).filter(is_silent).map(UavId).collect();
-        let Words { sent, heard, .. } = self.team.tick_over(self.tick, &mut self.radio);
+        let TickMessages { sent, delivered, .. } = self.team.tick_over(self.tick, &mut self.radio);
         for (_, message) in &sent {
             if let Message::Report(report) = message
                 && time_step(report.time) == self.tick
@@ -195,7 +195,7 @@ impl Flight {
                 self.ears[report.uav.0 as usize].hear(&own);
             }
         }
-        for (index, message) in &heard {
+        for (index, message) in &delivered {
             if let Message::Report(report) = message {
                 self.ears[*index].hear(report);
             }
@@ -204,10 +204,10 @@ impl Flight {
             let agent = &self.team.agents[index];
             let statuses: BTreeMap<UavId, TeammateStatus> = agent.teammate_status().collect();
             for uav in (0..self.ears.len() as u32).map(UavId) {
-                let presence = statuses.get(&uav).copied();
+                let status = statuses.get(&uav).copied();
                 assert!(
-                    self.ears[index].allows(uav, self.tick, presence),
-                    "{:?}: at tick {} UAV {index} has status {presence:?} for {uav:?}, received {:?}",
+                    self.ears[index].allows(uav, self.tick, status),
+                    "{:?}: at tick {} UAV {index} has status {status:?} for {uav:?}, received {:?}",
                     self.faults,
                     self.tick,
                     self.ears[index].of.get(&uav)
@@ -236,11 +236,12 @@ impl Flight {
             assert_eq!(state_of(*index), state_of(on[0]), "{:?}: UAV {index} and UAV {}", self.faults, on[0]);
         }
         for index in &on {
-            let picture = self.team.agents[*index].team_state();
-            let crew: Vec<_> = picture.assignments.iter().map(|duty| duty.uav.0 as usize).collect();
+            let team_state = self.team.agents[*index].team_state();
+            let assigned_uavs: Vec<_> =
+                team_state.assignments.iter().map(|assignment| assignment.uav.0 as usize).collect();
             // If all agents restart while no other agent could send the tracks, the team has no targets.
-            let has_targets = !picture.tracks().is_empty();
-            assert_eq!(crew, if has_targets { &on[..] } else { &[] }, "{:?}: UAV {index}", self.faults);
+            let has_targets = !team_state.tracks().is_empty();
+            assert_eq!(assigned_uavs, if has_targets { &on[..] } else { &[] }, "{:?}: UAV {index}", self.faults);
         }
     }
 

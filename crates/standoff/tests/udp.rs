@@ -47,9 +47,9 @@ static COMPANION: LazyLock<PathBuf> = LazyLock::new(|| {
 struct Line {
     t_s: u32,
     at: String,
-    crews: String,
+    assigned_uavs_by_group: String,
     /// Digest and time of the committed team state.
-    picture: String,
+    team_state: String,
     damaged: u32,
 }
 
@@ -62,8 +62,8 @@ impl Line {
         Self {
             t_s: text.split(" s").next().unwrap().trim().parse().unwrap(),
             at: between("  at ", " "),
-            crews: between("assigned ", ";"),
-            picture: between("; committed ", ";"),
+            assigned_uavs_by_group: between("assigned ", ";"),
+            team_state: between("; committed ", ";"),
             damaged: between("; damaged ", ";").parse().unwrap(),
         }
     }
@@ -72,7 +72,7 @@ impl Line {
 /// Digests of the printed committed team states, by time.
 fn digests_by_time<'a>(lines: impl Iterator<Item = &'a Line>) -> BTreeMap<&'a str, Vec<&'a str>> {
     let mut digests = BTreeMap::<_, Vec<_>>::new();
-    for (digest, time) in lines.filter_map(|line| line.picture.split_once(" at ")) {
+    for (digest, time) in lines.filter_map(|line| line.team_state.split_once(" at ")) {
         digests.entry(time).or_default().push(digest);
     }
     digests
@@ -150,10 +150,13 @@ impl Team {
     /// from then on no two print different committed team states of the same time.
     fn agree_at(&self, uavs: &[usize], after_s: f64) -> Option<u32> {
         let printed: Vec<Vec<Line>> = uavs.iter().map(|uav| self.printed(*uav)).collect();
-        let crews = |lines: &[Line], t_s| lines.iter().find(|line| line.t_s == t_s).map(|line| line.crews.clone());
+        let assigned_uavs_by_group = |lines: &[Line], t_s| {
+            lines.iter().find(|line| line.t_s == t_s).map(|line| line.assigned_uavs_by_group.clone())
+        };
         let same_assignments = |t_s: u32| {
-            let first = crews(&printed[0], t_s).filter(|crews| !crews.is_empty());
-            first.is_some() && printed.iter().all(|lines| crews(lines, t_s) == first)
+            let first = assigned_uavs_by_group(&printed[0], t_s)
+                .filter(|assigned_uavs_by_group| !assigned_uavs_by_group.is_empty());
+            first.is_some() && printed.iter().all(|lines| assigned_uavs_by_group(lines, t_s) == first)
         };
         let same_states = |from: u32| {
             let since = printed.iter().flatten().filter(|line| line.t_s >= from);
@@ -245,7 +248,10 @@ fn a_uav_recovers_from_a_long_pause_and_a_leaving_uav_is_dropped_immediately() {
     team.wait_until(f64::from(end_s) + 3.9);
     for uav in 0..3 {
         let printed = team.printed(uav);
-        let crews_at = |t_s| &printed.iter().rfind(|line| line.t_s <= t_s).unwrap().crews;
-        assert!(crews_at(end_s - 2).contains('3') && !crews_at(end_s + 3).contains('3'), "{uav}: {printed:#?}");
+        let assigned_uavs_at = |t_s| &printed.iter().rfind(|line| line.t_s <= t_s).unwrap().assigned_uavs_by_group;
+        assert!(
+            assigned_uavs_at(end_s - 2).contains('3') && !assigned_uavs_at(end_s + 3).contains('3'),
+            "{uav}: {printed:#?}"
+        );
     }
 }

@@ -29,7 +29,7 @@ pub(super) fn study_assignment(plan: &Plan) -> Result<Study, Failure> {
          group per UAV. The best combinations that (32) and (33) allow as published are found by exhaustive search.",
     );
     let seeds = plan.first_seed..plan.first_seed + WORLDS_PER_RUN * u64::from(plan.runs);
-    let worlds: Vec<Outcome> = seeds.map(|seed| judge(&World::draw(seed))).collect();
+    let worlds: Vec<Outcome> = seeds.map(|seed| evaluate(&World::draw(seed))).collect();
     let differ: Vec<f64> = worlds.iter().filter(|world| world.differs).map(|world| world.loss).collect();
     let losses: Vec<f64> = worlds.iter().map(|world| world.loss).collect();
     let mut table = Table::new(
@@ -109,7 +109,10 @@ impl World {
         let mut ln_dets = Vec::new();
         for (id, members) in (0..).zip(&self.groups) {
             let assigned = || {
-                assignment.iter().filter(|duty| duty.group == GroupId(id)).map(|duty| self.uavs[duty.uav.0 as usize])
+                assignment
+                    .iter()
+                    .filter(|assignment| assignment.group == GroupId(id))
+                    .map(|assignment| self.uavs[assignment.uav.0 as usize])
             };
             ln_dets.extend(members.iter().map(|target| {
                 let sum: nalgebra::Matrix2<f64> = assigned().map(|uav| self.sensor.information(uav, *target)).sum();
@@ -140,7 +143,7 @@ impl World {
     }
 }
 
-fn judge(world: &World) -> Outcome {
+fn evaluate(world: &World) -> Outcome {
     let (published, restated) = (world.assignment(Objective::Paper), world.assignment(Objective::LogDet));
     let [first, second] = world.published();
     Outcome {
@@ -159,7 +162,7 @@ mod tests {
         for seed in 1..200 {
             let world = World::draw(seed);
             // The assignment rounds scores to 1e-6.
-            assert!(judge(&world).loss > -1e-5, "seed {seed}");
+            assert!(evaluate(&world).loss > -1e-5, "seed {seed}");
             assert_eq!(world.assignment(Objective::LogDet).len(), world.uavs.len());
         }
     }

@@ -15,7 +15,7 @@ const ORBIT_M: f64 = 300.0;
 /// Speed of the UAV, m/s.
 const SPEED_M_S: f64 = 40.0;
 /// Range of distances from the centre for the claim, m: one third of the radius to three times the radius.
-const JUDGED_M: [f64; 2] = [100.0, 900.0];
+const EVALUATED_M: [f64; 2] = [100.0, 900.0];
 /// Turn rate that counts as zero, rad/s.
 const NOTHING_RAD_S: f64 = 1e-3;
 
@@ -68,13 +68,13 @@ pub(super) fn study_feedforward(_: &Plan) -> Result<Study, Failure> {
     }
 
     let largest_error = |column: usize| {
-        let judged = rows.iter().filter(|row| (JUDGED_M[0]..=JUDGED_M[1]).contains(&row[0]));
-        judged.map(|row| (row[column] - row[1]).abs()).fold(0.0, f64::max)
+        let evaluated = rows.iter().filter(|row| (EVALUATED_M[0]..=EVALUATED_M[1]).contains(&row[0]));
+        evaluated.map(|row| (row[column] - row[1]).abs()).fold(0.0, f64::max)
     };
     let mut derivative = Table::new(
         format!(
             "Largest difference from the derivative, {} to {} m from the centre (rad/s):",
-            JUDGED_M[0], JUDGED_M[1]
+            EVALUATED_M[0], EVALUATED_M[1]
         ),
         ["published", "exact"],
     );

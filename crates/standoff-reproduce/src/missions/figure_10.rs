@@ -112,13 +112,13 @@ pub(crate) fn figure_10(plan: &Plan) -> Result<Study, Failure> {
 fn look(scenario: &Scenario) -> Result<Seen, Failure> {
     let mut seen = Seen::default();
     let mut pairs: BTreeMap<u32, Vec<(f64, f64)>> = BTreeMap::new();
-    let mut judge = FrameScorer::new(ScoreConfig::of(&scenario.settings));
+    let mut scorer = FrameScorer::new(ScoreConfig::of(&scenario.settings));
     watch(scenario, |frame| {
-        let judged = judge.frame(frame);
+        let scores = scorer.frame(frame);
         seen.orbits.look(frame, &scenario.settings);
         let (mut margins, mut centres) = (Vec::new(), Vec::new());
         for group in &frame.groups {
-            let Some(error_m) = judged.centre_error_m(group) else { continue };
+            let Some(error_m) = scores.centre_error_m(group) else { continue };
             pairs.entry(group.group).or_default().push((group.margin_m, error_m));
             margins.push(group.margin_m);
             centres.push(error_m);

@@ -73,9 +73,7 @@ pub(super) fn meaning(metric: &str, value: f64, settings: &Settings) -> Option<S
                 "of group members; a single measurement has {range_m} m in range, {bearing_deg:.0}\u{b0} in bearing"
             ));
         }
-        "anees" | "anees_nonmanoeuvring" => {
-            "squared error relative to the filter's own covariance"
-        }
+        "anees" | "anees_nonmanoeuvring" => "squared error relative to the filter's own covariance",
         "position_crlb_ratio" => "relative to the Cramer-Rao bound: no unbiased filter is below 1",
         "standoff_error_own_estimate_m" => "relative to the orbit that the UAVs estimate, which may itself be wrong",
         "orbit_prediction_error_m_settled" => "part of the standoff error that no guidance law can avoid",

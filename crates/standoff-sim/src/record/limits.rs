@@ -24,7 +24,7 @@ pub(super) struct RecordLimits {
     /// UAVs so far.
     uavs: BTreeSet<u32>,
     /// Number of time steps so far.
-    pub(super) instants: u64,
+    pub(super) steps: u64,
 }
 
 /// Violated limit: the table and the problem.
@@ -47,7 +47,7 @@ pub(super) fn check_names(targets: usize, bytes: usize) -> Result<(), String> {
 impl RecordLimits {
     pub(super) fn new(manifest: &Manifest, targets: usize) -> Self {
         let (until_s, period_us) = (manifest.duration_s, microseconds(manifest.period_s));
-        Self { until_s, period_us, targets, uavs: BTreeSet::new(), instants: 0 }
+        Self { until_s, period_us, targets, uavs: BTreeSet::new(), steps: 0 }
     }
 
     /// Starts the next time step. Time steps begin at 0 and are one period apart.
@@ -60,14 +60,14 @@ impl RecordLimits {
                 self.until_s
             ));
         }
-        let due_us = i64::try_from(self.instants).ok().and_then(|periods| self.period_us.checked_mul(periods));
+        let due_us = i64::try_from(self.steps).ok().and_then(|periods| self.period_us.checked_mul(periods));
         if due_us != Some(time_us) {
             let (due_s, period_s) = (seconds(due_us.unwrap_or(i64::MAX)), seconds(self.period_us));
             let what = format!("it has rows at {time_s} s instead of {due_s} s");
             return beyond(format!("{what}: time steps start at 0 s and are {period_s} s apart"));
         }
-        self.instants += 1;
-        if self.instants > MAX_INSTANTS {
+        self.steps += 1;
+        if self.steps > MAX_INSTANTS {
             return beyond(format!("it has more than {MAX_INSTANTS} time steps"));
         }
         Ok(())

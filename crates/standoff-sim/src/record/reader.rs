@@ -194,7 +194,7 @@ impl Iterator for Frames {
 impl Frames {
     fn frame(&mut self) -> Result<Option<Frame>, RecordError> {
         // The UAVs define the time steps.
-        let Some(time_us) = self.uavs.instant() else { return self.end().map(|()| None) };
+        let Some(time_us) = self.uavs.step() else { return self.end().map(|()| None) };
         let beyond = |LimitExceeded { table, what }: LimitExceeded| {
             let path = self.record.dir.join(format!("{table}.parquet"));
             RecordError::damaged(&path, what)
@@ -230,10 +230,10 @@ impl Frames {
         self.intruders.iter().try_for_each(Merged::check_end)?;
         self.agents.iter().try_for_each(MergedAgents::check_end)?;
         let damaged = |what: String| Err(RecordError::damaged(self.uavs.table.path(), what));
-        let (there, last_us) = (self.bounds.instants, self.last_us.unwrap_or_default());
+        let (there, last_us) = (self.bounds.steps, self.last_us.unwrap_or_default());
         match (&self.record.manifest.counts, &self.record.checkpoint) {
-            (Some(Counts { instants, .. }), _) if *instants != there => {
-                damaged(format!("it has {there} time steps, but run.json contains {instants}"))
+            (Some(Counts { steps, .. }), _) if *steps != there => {
+                damaged(format!("it has {there} time steps, but run.json contains {steps}"))
             }
             (_, Some(checkpoint)) if checkpoint.last_us != last_us => {
                 let (ends_s, last_s) = (seconds(checkpoint.last_us), seconds(last_us));
@@ -296,13 +296,13 @@ impl<R: Row> Merged<R> {
         Ok(Self { table, ahead })
     }
 
-    fn instant(&self) -> Option<i64> {
+    fn step(&self) -> Option<i64> {
         self.ahead.as_ref().map(|ahead| ahead.time_us)
     }
 
     /// Refuses rows that belong to no frame.
     fn check_end(&self) -> Result<(), RecordError> {
-        self.instant().map_or(Ok(()), |time_us| Err(self.stray(time_us)))
+        self.step().map_or(Ok(()), |time_us| Err(self.stray(time_us)))
     }
 
     /// Returns the rows of a time step. A row before it belongs to no frame.

@@ -63,7 +63,7 @@ pub struct Writer {
     intruders: Option<TableWriter>,
     /// In the order of `OF_AGENTS`, created with the first data of agents.
     of_agents: Option<[TableWriter; 5]>,
-    judge: Option<FrameScorer>,
+    scorer: Option<FrameScorer>,
     bounds: RecordLimits,
     last_us: Option<i64>,
     sound: bool,
@@ -129,7 +129,7 @@ impl Writer {
             ],
             intruders: None,
             of_agents: None,
-            judge: None,
+            scorer: None,
             bounds: RecordLimits::new(&manifest, target_names.len()),
             last_us: None,
             sound: true,
@@ -147,7 +147,7 @@ impl Writer {
     /// distances and positions. Without this call they are empty.
     #[must_use]
     pub fn judged_by(self, rules: ScoreConfig) -> Self {
-        Self { judge: Some(FrameScorer::new(rules)), ..self }
+        Self { scorer: Some(FrameScorer::new(rules)), ..self }
     }
 
     /// Adds a packed background map to the record.
@@ -176,21 +176,21 @@ impl Writer {
         }
         let within = self.bounds.begin(time_us).and_then(|()| self.bounds.check(frame));
         within.map_err(|LimitExceeded { table, what }| bad_frame(time_us, format!("{table}: {what}")))?;
-        let judged = self.judge.as_mut().map(|judge| judge.frame(frame));
+        let scores = self.scorer.as_mut().map(|scorer| scorer.frame(frame));
         let [uavs, truth, tracks, groups, detections, events, views] = &mut self.tables;
         put(uavs, time_us, &frame.uavs, |row| {
-            let error_m = judged.as_ref().and_then(|judged| judged.standoff_error_m(row));
+            let error_m = scores.as_ref().and_then(|scores| scores.standoff_error_m(row));
             WithError { row: *row, error_m }
         })?;
         put(truth, time_us, &frame.truth, Clone::clone)?;
         put(tracks, time_us, &frame.tracks, |row| {
-            let error_m = judged.as_ref().and_then(|judged| judged.geometry.position_error_m(row));
+            let error_m = scores.as_ref().and_then(|scores| scores.geometry.position_error_m(row));
             WithError { row: *row, error_m }
         })?;
         put(groups, time_us, &frame.groups, Clone::clone)?;
         put(detections, time_us, &frame.detections, Clone::clone)?;
         put(events, time_us, &frame.events, Clone::clone)?;
-        let seen: Vec<ViewRow> = judged.iter().flat_map(FrameScores::views).collect();
+        let seen: Vec<ViewRow> = scores.iter().flat_map(FrameScores::views).collect();
         put(views, time_us, &seen, Clone::clone)?;
         if self.intruders.is_none() && !frame.intruders.is_empty() {
             self.intruders = Some(TableWriter::create::<At<IntruderRow>>(&self.partial.path)?);
@@ -264,7 +264,7 @@ impl Writer {
         let intruders = self.intruders.iter().map(|table| (IntruderRow::TABLE, table.pushed));
         let rows = timed.chain(intruders).chain(of_agents).chain([(TargetRow::TABLE, self.bounds.targets as u64)]);
         let rows = rows.map(|(table, rows)| (table.to_owned(), rows)).collect();
-        let counts = Some(Counts { instants: self.bounds.instants, rows });
+        let counts = Some(Counts { steps: self.bounds.steps, rows });
         let json = Manifest { counts, unfinished: false, ..self.manifest.clone() }.to_json()?;
         let lock = replace_manifest(&self.partial.path, &json, true)?;
         self.partial.keep = true;
@@ -423,8 +423,8 @@ mod tests {
 
         let views = rows::<ViewRow>(&dir);
         let seen: BTreeSet<(i64, u32)> = views.iter().map(|at| (at.time_us, at.row.target)).collect();
-        let instants = (frames.len() - 1) * names.len();
-        assert_eq!(Some(seen.len() as f64 / instants as f64), metrics.in_view_fraction);
+        let steps = (frames.len() - 1) * names.len();
+        assert_eq!(Some(seen.len() as f64 / steps as f64), metrics.in_view_fraction);
         for At { time_us, row } in &views {
             let frame = frames.iter().find(|frame| frame.time_us == *time_us).unwrap();
             let uav = frame.uavs[row.uav as usize];

@@ -134,7 +134,7 @@ pub(super) fn checked(typed: &Typed, traffic: Option<&Traffic>, seed: u64) -> Re
     }
     if settings.agents == AgentSetup::Shared && typed.file.needs_an_agent_per_uav() {
         let what = "a single agent for all UAVs needs an ideal radio: with [radio], restarts, late starts or clocks \
-                    set \"each\", or leave out the key";
+                    set \"per-uav\", or leave out the key";
         problems.add("team.agents", what, None);
     }
     check_objects(&file, ring.as_ref(), scatter.as_ref(), &mut problems);

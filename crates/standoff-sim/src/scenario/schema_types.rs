@@ -260,8 +260,8 @@ tables! {
         /// `agents = "per-uav"`.
         retransmit_bytes_per_s = 1500.0;
     } words {
-        /// Where the team state is kept: once for all UAVs (`one`), or by each UAV separately (`each`). If absent:
-        /// `one`, or `each` if the scenario has a radio, restarts, late starts or clocks.
+        /// One agent for all UAVs (`shared`), or one for each UAV (`per-uav`). If absent: `shared`, or `per-uav` if
+        /// the scenario has a radio, restarts, late starts or clocks.
         agents: AgentSetup = Shared;
     }
 
@@ -452,7 +452,7 @@ tables! {
         /// Centre of the orbit: `filtered`, the `centroid` of the members, or the centre of their minimum enclosing
         /// circle (`enclosing-circle`).
         centre: Centre = EnclosingCircle;
-        /// Where sensors point: the group's `centre`, or the middle of the angular extent of the members as each UAV
+        /// Where sensors point: at the `group-centre`, or at the middle of the angular extent of the members as each UAV
         /// sees them (`angular-midpoint`).
         pointing: Pointing = AngularMidpoint;
         /// When members change, the centre moves by the known jump (`shift-state`), or its filter treats the jump as an

@@ -20,7 +20,7 @@ pub(super) struct Agreement {
     pub(super) lag_max_s: Option<f64>,
     /// Bytes sent by each UAV, over all time steps.
     sent_bytes: BTreeMap<u32, u64>,
-    instants: u64,
+    steps: u64,
     uavs: usize,
     /// Fraction of existing targets that are covered by two groups with assigned UAVs at the same time.
     pub(super) duplicate_coverage: Mean,
@@ -34,11 +34,11 @@ impl Agreement {
     /// Adds the next frame.
     pub(super) fn frame(&mut self, frame: &Frame) {
         let Frame { time_us, agents, .. } = frame;
-        self.instants += 1;
+        self.steps += 1;
         self.uavs = self.uavs.max(frame.uavs.len());
         self.last_us = *time_us;
         let is_new = |row: &AgentRow| self.there.binary_search(&row.agent).is_err();
-        if self.instants > 1 && agents.all.iter().any(is_new) {
+        if self.steps > 1 && agents.all.iter().any(is_new) {
             self.joined_us = Some(*time_us);
         }
         self.there.clear();
@@ -95,7 +95,7 @@ impl Agreement {
 
     /// Mean data rate of the UAVs and the largest one, bytes/s.
     pub(super) fn bytes_per_s(&self, period_s: f64) -> [Option<f64>; 2] {
-        let flown_s = self.instants as f64 * period_s;
+        let flown_s = self.steps as f64 * period_s;
         let most = self.sent_bytes.values().max().map(|bytes| *bytes as f64 / flown_s);
         let all: u64 = self.sent_bytes.values().sum();
         [most.map(|_| all as f64 / (self.uavs as f64 * flown_s)), most]
@@ -123,7 +123,7 @@ mod tests {
         frame.uavs.extend((0..2).map(uav_row));
         frame.truth.extend((0..2).map(|target| truth_row(target, 0.0, 0.0)));
         let number = |id: Option<u64>| id.map(|id| id as u32 - 1);
-        for (agent, crew, members) in agents {
+        for (agent, assigned_uavs, members) in agents {
             let (agent, committed_us) = (*agent, (time_s > 1).then_some((time_s - 2) * 1_000_000));
             let sent_bytes = 100 + 200 * u64::from(agent);
             let double_counted = (agent == 0).then_some(time_s == 3);
@@ -135,7 +135,7 @@ mod tests {
                 sent_bytes,
                 double_counted,
             });
-            frame.agents.teammates.extend((0..).zip(crew).map(|(uav, group_id)| {
+            frame.agents.teammates.extend((0..).zip(assigned_uavs).map(|(uav, group_id)| {
                 let group = number(*group_id);
                 TeammateRow { agent, uav, status: None, last_report_us: None, group, group_id: *group_id }
             }));

@@ -19,10 +19,10 @@ use crate::geometry::{
 ///
 /// let scenario = Scenario::load("paper/table-2-pair", &Overrides::default(), 1)?;
 /// let mut mission = Mission::new(&scenario).expect("a loaded scenario can be flown");
-/// let mut judge = FrameScorer::new(ScoreConfig::of(&scenario.settings));
+/// let mut scorer = FrameScorer::new(ScoreConfig::of(&scenario.settings));
 /// while let Some(frame) = mission.frame() {
-///     let judged = judge.frame(frame);
-///     assert!(frame.uavs.iter().all(|uav| judged.standoff_error_m(uav).is_none_or(f64::is_finite)));
+///     let scores = scorer.frame(frame);
+///     assert!(frame.uavs.iter().all(|uav| scores.standoff_error_m(uav).is_none_or(f64::is_finite)));
 /// }
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
@@ -148,8 +148,9 @@ impl FrameScores<'_> {
     #[must_use]
     pub fn scan_sd_m(&self, group: u32) -> Option<f64> {
         let centre = self.orbits.of(group)?.flown.centre;
-        let crew = self.frame.uavs.iter().filter(|uav| uav.group == Some(group));
-        let information = crew.map(|uav| self.rules.sensor.information(at(uav), centre)).reduce(|a, b| a + b)?;
+        let assigned_uavs = self.frame.uavs.iter().filter(|uav| uav.group == Some(group));
+        let information =
+            assigned_uavs.map(|uav| self.rules.sensor.information(at(uav), centre)).reduce(|a, b| a + b)?;
         Some(information.determinant().sqrt().sqrt().recip()).filter(|sd_m| sd_m.is_finite())
     }
 }
@@ -165,24 +166,24 @@ mod tests {
     fn custody_counts_equal_those_of_single_targets() {
         let scenario = Scenario::load("paper/figure-9-basic", &Overrides::default(), 1).unwrap();
         let mut mission = Mission::new(&scenario).unwrap();
-        let mut judge = FrameScorer::new(ScoreConfig::of(&scenario.settings));
+        let mut scorer = FrameScorer::new(ScoreConfig::of(&scenario.settings));
         let (mut time_steps, mut unseen) = (0, 0);
         while let Some(frame) = mission.frame() {
-            let judged = judge.frame(frame);
-            let custody = judged.custody();
+            let scores = scorer.frame(frame);
+            let custody = scores.custody();
             assert_eq!(custody.targets, frame.truth.len());
             let tracks: Vec<_> = frame.tracks.iter().filter(|row| truth_of(frame, row.target).is_some()).collect();
             assert_eq!(custody.tracked, tracks.len());
-            let errors = tracks.iter().filter_map(|track| judged.geometry.position_error_m(track));
+            let errors = tracks.iter().filter_map(|track| scores.geometry.position_error_m(track));
             let mean_m2 = errors.map(|error_m| error_m * error_m).sum::<f64>() / tracks.len() as f64;
             assert_eq!(custody.position_error_m, Some(mean_m2.sqrt()).filter(|_| !tracks.is_empty()));
-            let views: Option<Vec<bool>> = frame.truth.iter().map(|truth| judged.in_view(truth.target)).collect();
-            let Some(views) = views.filter(|_| judged.is_after_cue) else {
+            let views: Option<Vec<bool>> = frame.truth.iter().map(|truth| scores.in_view(truth.target)).collect();
+            let Some(views) = views.filter(|_| scores.is_after_cue) else {
                 assert_eq!((custody.in_view, custody.in_custody), (None, None));
                 continue;
             };
             assert_eq!(custody.in_view, Some(views.iter().filter(|&&view| view).count()));
-            let members = tracks.iter().filter(|row| row.group.is_some() && judged.in_view(row.target) == Some(true));
+            let members = tracks.iter().filter(|row| row.group.is_some() && scores.in_view(row.target) == Some(true));
             assert_eq!(custody.in_custody, Some(members.count()));
             time_steps += 1;
             unseen += usize::from(custody.in_view < Some(custody.targets));

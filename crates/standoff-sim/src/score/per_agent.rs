@@ -19,7 +19,7 @@ pub(super) struct PerAgentScores<S> {
     lives: BTreeMap<u32, AgentLife<S>>,
     /// Scores of ended lives, and the number of time steps of each.
     over: Vec<(Metrics, u64)>,
-    instants: u64,
+    steps: u64,
     /// Frame of a single agent; reused buffer.
     frame: Frame,
 }
@@ -28,29 +28,29 @@ pub(super) struct PerAgentScores<S> {
 #[derive(Debug, Clone)]
 struct AgentLife<S> {
     scorer: S,
-    instants: u64,
+    steps: u64,
     /// Last time step, counted from 1.
     last: u64,
 }
 
 impl<S> Default for PerAgentScores<S> {
     fn default() -> Self {
-        Self { lives: BTreeMap::new(), over: Vec::new(), instants: 0, frame: Frame::default() }
+        Self { lives: BTreeMap::new(), over: Vec::new(), steps: 0, frame: Frame::default() }
     }
 }
 
 impl<S: Scores> PerAgentScores<S> {
     /// Adds the next frame; `scorer` makes a scorer without data.
     pub(super) fn frame(&mut self, frame: &Frame, scorer: impl Fn() -> S) {
-        self.instants += 1;
+        self.steps += 1;
         for row in &frame.agents.all {
-            let new = || AgentLife { scorer: scorer(), instants: 0, last: self.instants };
+            let new = || AgentLife { scorer: scorer(), steps: 0, last: self.steps };
             let life = self.lives.entry(row.agent).or_insert_with(new);
-            if life.last + 1 < self.instants {
+            if life.last + 1 < self.steps {
                 let old = std::mem::replace(life, new());
-                self.over.push((old.scorer.metrics(), old.instants));
+                self.over.push((old.scorer.metrics(), old.steps));
             }
-            (life.instants, life.last) = (life.instants + 1, self.instants);
+            (life.steps, life.last) = (life.steps + 1, self.steps);
             own_frame(frame, row.agent, &mut self.frame);
             life.scorer.frame(&self.frame);
         }
@@ -58,7 +58,7 @@ impl<S: Scores> PerAgentScores<S> {
 
     /// Replaces the metrics of a shared team state by the means over all agents, weighted by their running time.
     pub(super) fn average(&self, metrics: Metrics) -> Metrics {
-        let lives = self.lives.values().map(|life| (life.scorer.metrics(), life.instants));
+        let lives = self.lives.values().map(|life| (life.scorer.metrics(), life.steps));
         let all: Vec<(Metrics, u64)> = self.over.iter().copied().chain(lives).collect();
         if all.is_empty() { metrics } else { metrics.averaged(&all) }
     }
@@ -99,8 +99,8 @@ mod tests {
     /// Frame with two UAVs and a target in view of both, without a shared team state. `agents` lists for each agent its
     /// id, whether the target is in its group 5, its position error and the UAV that it believes to be assigned to the
     /// group.
-    fn frame(instant: i64, agents: &[(u32, bool, f64, u32)]) -> Frame {
-        let mut frame = Frame { time_us: instant * 500_000, ..Frame::default() };
+    fn frame(step: i64, agents: &[(u32, bool, f64, u32)]) -> Frame {
+        let mut frame = Frame { time_us: step * 500_000, ..Frame::default() };
         frame.uavs.extend((0..2).map(uav_row));
         frame.truth.push(truth_row(0, 100.0, 0.0));
         for &(agent, has, off_m, served_by) in agents {
@@ -129,12 +129,12 @@ mod tests {
     #[test]
     fn agents_are_weighted_by_their_running_time() {
         let both = [(0, true, 3.0, 0), (1, true, 13.0, 0)];
-        let metrics = scored((0..4).map(|instant| frame(instant, if instant == 2 { &both } else { &both[..1] })));
+        let metrics = scored((0..4).map(|step| frame(step, if step == 2 { &both } else { &both[..1] })));
         assert_eq!(metrics.position_error_m, Some(5.0));
         assert_eq!(metrics.ungrouped_fraction, Some(0.0));
         assert_eq!(metrics.handoffs, Some(0));
         // Without agents there are no tracks and groups.
-        let without = scored((0..4).map(|instant| frame(instant, &[])));
+        let without = scored((0..4).map(|step| frame(step, &[])));
         assert_eq!((without.position_error_m, without.ungrouped_fraction), (None, Some(1.0)));
         assert_eq!(metrics.in_view_fraction, without.in_view_fraction);
     }
@@ -142,9 +142,9 @@ mod tests {
     /// After a restart, the first time step of an agent counts as the time step of the cue; the gap is not scored.
     #[test]
     fn restarted_agent_is_scored_from_scratch() {
-        let at = |instant| match instant {
+        let at = |step| match step {
             2 => frame(2, &[]),
-            _ => frame(instant, &[(1, instant < 2, 0.0, 1)]),
+            _ => frame(step, &[(1, step < 2, 0.0, 1)]),
         };
         assert_eq!(scored((0..5).map(at)).custody_fraction, Some(0.5));
     }

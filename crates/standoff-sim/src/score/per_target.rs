@@ -28,7 +28,7 @@ struct Tally {
     /// Last time step at which the target existed.
     until_us: i64,
     /// Time steps at which the target existed, without that of its cue.
-    instants: u64,
+    steps: u64,
     in_custody: u64,
     in_view: u64,
     /// Consecutive time steps out of view. Time steps at which the target does not exist are skipped.
@@ -136,8 +136,8 @@ impl Tallies {
         let mut sums = Sums::default();
         for tally in self.of.values() {
             let share = |part: u64, n: u64| Mean { sum: part as f64, n };
-            sums.in_custody = sums.in_custody.and(share(tally.in_custody, tally.instants));
-            sums.in_view = sums.in_view.and(share(tally.in_view, tally.instants));
+            sums.in_custody = sums.in_custody.and(share(tally.in_custody, tally.steps));
+            sums.in_view = sums.in_view.and(share(tally.in_view, tally.steps));
             sums.out_of_view = sums.out_of_view.and(share(tally.out_of_view, tally.member));
             sums.reacquired = sums.reacquired.and(share(tally.found.n, tally.losses));
             sums.reacquisition = sums.reacquisition.and(tally.found);
@@ -158,8 +158,8 @@ impl Tallies {
     }
 
     pub(super) fn targets_mean(&self) -> Option<f64> {
-        let instants: u64 = self.of.values().map(|tally| tally.instants).sum();
-        (self.frames > 0).then(|| instants as f64 / self.frames as f64)
+        let steps: u64 = self.of.values().map(|tally| tally.steps).sum();
+        (self.frames > 0).then(|| steps as f64 / self.frames as f64)
     }
 
     pub(super) fn scores(&self, rules: &ScoreConfig) -> impl Iterator<Item = TargetScore> {
@@ -169,9 +169,9 @@ impl Tallies {
             target: *target,
             until_s: tally.until_us as f64 / 1e6,
             manoeuvres: rules.manoeuvring.contains(target),
-            custody_fraction: share(tally.in_custody, tally.instants).filter(|_| of_members),
-            in_view_fraction: share(tally.in_view, tally.instants),
-            longest_out_of_view_s: (tally.instants > 0).then_some(tally.longest_gap as f64 * rules.period_s),
+            custody_fraction: share(tally.in_custody, tally.steps).filter(|_| of_members),
+            in_view_fraction: share(tally.in_view, tally.steps),
+            longest_out_of_view_s: (tally.steps > 0).then_some(tally.longest_gap as f64 * rules.period_s),
             position_error_m: tally.position_m.value().filter(|_| of_members),
             anees: tally.nees.value().filter(|_| of_members),
         })
@@ -180,7 +180,7 @@ impl Tallies {
 
 impl Tally {
     fn coverage(&mut self, is_seen: bool, is_member: bool) {
-        self.instants += 1;
+        self.steps += 1;
         self.in_view += u64::from(is_seen);
         self.in_custody += u64::from(is_seen && is_member);
         self.gap = if is_seen { 0 } else { self.gap + 1 };
@@ -190,12 +190,12 @@ impl Tally {
 
     /// Independent of track management: keeping a track forever or deleting it early changes no number.
     fn update_custody(&mut self, is_seen: bool, is_member: bool) {
-        if let CustodyState::Lost(instants) = &mut self.custody {
-            *instants += 1;
+        if let CustodyState::Lost(steps) = &mut self.custody {
+            *steps += 1;
         }
         match (self.custody, is_seen, is_member) {
-            (CustodyState::Lost(instants), true, true) => {
-                self.found.add(instants as f64);
+            (CustodyState::Lost(steps), true, true) => {
+                self.found.add(steps as f64);
                 self.custody = CustodyState::InCustody;
             }
             (CustodyState::Never, true, true) => self.custody = CustodyState::InCustody,
@@ -246,11 +246,11 @@ mod tests {
         let scenario = Scenario::load("paper/table-2-pair", &Overrides::default(), 1).unwrap();
         let sensor = scenario.settings.team.track.sensor;
         let mut tallies = Tallies::default();
-        for instant in 0..courses[0].len() {
+        for step in 0..courses[0].len() {
             let mut frame = Frame { uavs: vec![uav_row(0)], ..Frame::default() };
             for (target, course) in (0..).zip(courses) {
                 let place = |is_seen: bool| truth_row(target, if is_seen { 100.0 } else { -100.0 }, 0.0);
-                match course[instant] {
+                match course[step] {
                     There(is_member, is_seen) => {
                         frame.truth.push(place(is_seen));
                         frame.tracks.push(track_row(target, is_member.then_some(0)));

@@ -82,9 +82,9 @@ mod tests {
     use crate::score::fixtures::uav_row;
 
     /// Two UAVs with these horizontal distances and differences in altitude, one time step each.
-    fn flown(instants: &[(f64, Option<f64>)]) -> Separations {
+    fn flown(steps: &[(f64, Option<f64>)]) -> Separations {
         let mut separations = Separations::default();
-        for (x_m, up_m) in instants {
+        for (x_m, up_m) in steps {
             let height = |up_m: f64| up_m.is_finite().then_some(300.0 + up_m);
             let rows = [(0, 0.0, 0.0), (1, *x_m, up_m.unwrap_or_default())].map(|(uav, x_m, up)| UavRow {
                 x_m,

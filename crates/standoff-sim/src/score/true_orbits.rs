@@ -127,11 +127,11 @@ mod tests {
         let metrics = scored(&rules);
         assert!(near(metrics.standoff_error_m, 0.0) && near(metrics.standoff_error_m_settled, 0.0));
         assert!(near(metrics.standoff_error_unfiltered_m_settled, 50.0));
-        let mut judge = FrameScorer::new(rules.clone());
-        judge.frame(&frames[0]);
-        let judged = judge.frame(&frames[1]);
-        assert!(near(judged.standoff_error_m(&frames[1].uavs[0]), 0.0));
-        assert!(near(judged.centre_error_m(&frames[1].groups[0]), 0.375));
+        let mut scorer = FrameScorer::new(rules.clone());
+        scorer.frame(&frames[0]);
+        let scores = scorer.frame(&frames[1]);
+        assert!(near(scores.standoff_error_m(&frames[1].uavs[0]), 0.0));
+        assert!(near(scores.centre_error_m(&frames[1].groups[0]), 0.375));
 
         let at_once = MotionParams { time_constant_s: 0.0, ..rules.orbit_motion };
         let metrics = scored(&ScoreConfig { orbit_motion: at_once, ..rules });

@@ -392,8 +392,8 @@ fn long_legend_entries_are_shortened_with_an_ellipsis() {
 /// Collects the curves of a run.
 fn gathered(frames: &[Frame]) -> Run {
     let mut run = Run::default();
-    let mut judge = FrameScorer::new(setup().rules);
-    frames.iter().for_each(|frame| run.add(frame, &mut judge));
+    let mut scorer = FrameScorer::new(setup().rules);
+    frames.iter().for_each(|frame| run.add(frame, &mut scorer));
     run
 }
 

@@ -77,11 +77,11 @@ pub fn agent(targets: u32) -> impl FnMut() -> Command {
             if let Message::Report(report) = message {
                 (report.time, report.sequence) = (now, 1000 + tick as u32);
                 // The log status of a sender that has received everything except the current messages.
-                let knowledge = report.log_status.get_or_insert_default();
-                (knowledge.committed_until, knowledge.listed_after) = (at(tick - 3), at(tick - 43));
+                let log_status = report.log_status.get_or_insert_default();
+                (log_status.committed_until, log_status.listed_after) = (at(tick - 3), at(tick - 43));
                 let held = |id| ReceivedRange { source: MessageSource::Uav(UavId(id)), from: tick - 42, to: tick - 1 };
-                knowledge.received.clear();
-                knowledge.received.extend([0, 1].map(held));
+                log_status.received.clear();
+                log_status.received.extend([0, 1].map(held));
             }
         }
         step(&mut agent, now, &own, scan_of(&scans[0]), &inbox).command

@@ -21,7 +21,7 @@ pub(crate) struct Arguments {
     /// Start of the mission, the same for all UAVs: microseconds of UNIX time. Default: the last full ten minutes.
     pub(crate) start_us: Option<i64>,
     /// Restart count.
-    pub(crate) epoch: u32,
+    pub(crate) restart_count: u32,
     /// State of the UAV at the start of the program. Default: the initial state of the mission.
     pub(crate) at: Option<UavState>,
 }
@@ -29,8 +29,16 @@ pub(crate) struct Arguments {
 impl Arguments {
     /// Parses names and values in any order. The error is a message for the user.
     pub(crate) fn parse(words: impl Iterator<Item = String>) -> Result<Self, String> {
-        let mut arguments =
-            Self { uav: u32::MAX, team: 0, port: 0, seconds: 0, lose_percent: 0, start_us: None, epoch: 0, at: None };
+        let mut arguments = Self {
+            uav: u32::MAX,
+            team: 0,
+            port: 0,
+            seconds: 0,
+            lose_percent: 0,
+            start_us: None,
+            restart_count: 0,
+            at: None,
+        };
         let mut words = words;
         while let Some(name) = words.next() {
             let value = words.next().ok_or_else(|| format!("{name}: missing value; {USAGE}"))?;
@@ -45,7 +53,7 @@ impl Arguments {
                 "--port" => arguments.port = number(65_535 - TEAM_MAX)? as u16,
                 "--seconds" => arguments.seconds = number(86_400)?,
                 "--lose" => arguments.lose_percent = number(100)?,
-                "--epoch" => arguments.epoch = number(u32::MAX)?,
+                "--epoch" => arguments.restart_count = number(u32::MAX)?,
                 "--start-us" => {
                     let start_us = value.parse().ok().filter(|us| (0..1 << 60).contains(us));
                     arguments.start_us = Some(start_us.ok_or_else(|| error("microseconds of UNIX time"))?);

@@ -55,10 +55,10 @@ pub(crate) fn start(id: u32, team: u32) -> UavState {
 }
 
 impl Companion {
-    pub(crate) fn new(id: u32, epoch: u32, own: UavState) -> Result<Self, Vec<ParamError>> {
+    pub(crate) fn new(id: u32, restart_count: u32, own: UavState) -> Result<Self, Vec<ParamError>> {
         let params = team_params();
         Ok(Self {
-            agent: Agent::new(UavId(id), params)?.with_restart_count(epoch),
+            agent: Agent::new(UavId(id), params)?.with_restart_count(restart_count),
             own,
             autopilot: params.uav.response(PERIOD),
             command: Command { speed_m_s: own.speed_m_s, turn_rate_rad_s: 0.0 },
@@ -135,31 +135,33 @@ impl Companion {
     }
 
     /// UAVs assigned to each group, as text. All UAVs agree on it, immediately or soon.
-    pub(crate) fn crews(&self) -> String {
-        let picture = self.agent.team_state();
-        let crews = picture.groups.iter().map(|group| {
-            let crew =
-                picture.assignments.iter().filter(|duty| duty.group == group.id).map(|duty| duty.uav.0.to_string());
-            crew.collect::<Vec<_>>().join("+")
+    pub(crate) fn assigned_uavs_by_group(&self) -> String {
+        let team_state = self.agent.team_state();
+        let assigned_uavs_by_group = team_state.groups.iter().map(|group| {
+            let assigned_uavs = team_state
+                .assignments
+                .iter()
+                .filter(|assignment| assignment.group == group.id)
+                .map(|assignment| assignment.uav.0.to_string());
+            assigned_uavs.collect::<Vec<_>>().join("+")
         });
-        crews.collect::<Vec<_>>().join(" ")
+        assigned_uavs_by_group.collect::<Vec<_>>().join(" ")
     }
 
     /// The line printed for a time step.
     pub(crate) fn line(&self) -> String {
-        let (picture, own, diagnostics) = (self.agent.team_state(), &self.own, &self.diagnostics);
+        let (team_state, own, diagnostics) = (self.agent.team_state(), &self.own, &self.diagnostics);
         let [x_m, y_m] = [own.position.x_m(), own.position.y_m()];
         let r_m = diagnostics.steering.map_or(0.0, |steering| steering.centre_distance_m);
-        let r_d_m = picture.group_of(self.agent.id()).map_or(0.0, |group| group.standoff.distance_m);
-        let measured = picture.tracks().iter().filter(|known| known.track.status == TrackStatus::Updated).count();
+        let r_d_m = team_state.group_of(self.agent.id()).map_or(0.0, |group| group.standoff.distance_m);
+        let measured = team_state.tracks().iter().filter(|known| known.track.status == TrackStatus::Updated).count();
         let nearest =
             diagnostics.nearest_groupmate_m.map_or("none".to_owned(), |distance_m| format!("{distance_m:.0} m"));
-        let assigned = self.crews();
+        let assigned = self.assigned_uavs_by_group();
         // The committed team state cannot change any more and is the same on all UAVs.
-        let committed = self
-            .agent
-            .committed()
-            .map_or("none".to_owned(), |picture| format!("{:016x} at {:.1} s", picture.digest(), picture.time.s()));
+        let committed = self.agent.committed().map_or("none".to_owned(), |team_state| {
+            format!("{:016x} at {:.1} s", team_state.digest(), team_state.time.s())
+        });
         let (t_s, heading_deg, damaged) = (self.now.s(), own.heading.deg(), self.damaged);
         format!(
             "{t_s:4} s  at {x_m:.0},{y_m:.0},{heading_deg:.0}  {r_m:.0} m from the centre, orbit {r_d_m:.0} m, \
@@ -193,9 +195,9 @@ pub(crate) fn cue(time: Time, (label, position, velocity): (TargetLabel, Positio
 
 fn main() -> ExitCode {
     let fly = |arguments: Arguments| -> Result<(), Vec<String>> {
-        let Arguments { uav, epoch, at, .. } = arguments;
+        let Arguments { uav, restart_count, at, .. } = arguments;
         let own = at.unwrap_or_else(|| start(uav, arguments.team));
-        let uav = Companion::new(uav, epoch, own)
+        let uav = Companion::new(uav, restart_count, own)
             .map_err(|errors| errors.iter().map(ParamError::to_string).collect::<Vec<_>>())?;
         udp::fly(uav, &arguments).map_err(|error| vec![format!("port {}: {error}", arguments.port_of(arguments.uav))])
     };

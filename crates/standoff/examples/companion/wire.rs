@@ -40,27 +40,27 @@ fn put_stamp(stamp: &CommitDigest, bytes: &mut Vec<u8>) {
 fn put_report(report: &Report, bytes: &mut Vec<u8>) {
     let Report {
         uav,
-        restart_count: epoch,
+        restart_count,
         sequence,
         time,
         state,
         boresight,
         detections,
-        assigned_group: duty,
-        is_leaving: leaves,
-        log_status: knowledge,
+        assigned_group: assignment,
+        is_leaving,
+        log_status,
     } = report;
     let UavState { position, heading, speed_m_s, turn_rate_rad_s, vertical } = state;
-    let has_request = knowledge.as_ref().is_some_and(|knowledge| knowledge.snapshot_request.is_some());
-    let flags = [*leaves, duty.is_some(), knowledge.is_some(), has_request, vertical.is_some()];
+    let has_request = log_status.as_ref().is_some_and(|log_status| log_status.snapshot_request.is_some());
+    let flags = [*is_leaving, assignment.is_some(), log_status.is_some(), has_request, vertical.is_some()];
     bytes.push(0);
     put(bytes, [(uav.0 as u16).to_le_bytes()]);
-    put(bytes, [epoch, sequence].map(|number| number.to_le_bytes()));
+    put(bytes, [restart_count, sequence].map(|number| number.to_le_bytes()));
     put(bytes, [time.us().to_le_bytes()]);
     let boresight_rad = boresight.map_or(f64::NAN, Angle::rad);
     let numbers = [position.x_m(), position.y_m(), heading.rad(), *speed_m_s, *turn_rate_rad_s, boresight_rad];
     put(bytes, numbers.map(f64::to_le_bytes));
-    put(bytes, [duty.map_or(0, |group| group.0).to_le_bytes()]);
+    put(bytes, [assignment.map_or(0, |group| group.0).to_le_bytes()]);
     bytes.push((0..).zip(flags).map(|(bit, is_set)| u8::from(is_set) << bit).sum());
     put(bytes, [(detections.len() as u16).to_le_bytes()]);
     put_vertical(vertical.as_ref(), bytes);
@@ -68,12 +68,12 @@ fn put_report(report: &Report, bytes: &mut Vec<u8>) {
         put(bytes, [label.0.to_le_bytes()]);
         put(bytes, [measurement.range_m, measurement.bearing.rad()].map(f64::to_le_bytes));
     }
-    if let Some(knowledge) = knowledge {
-        put_knowledge(knowledge, bytes);
+    if let Some(log_status) = log_status {
+        put_knowledge(log_status, bytes);
     }
 }
 
-fn put_knowledge(knowledge: &LogStatus, bytes: &mut Vec<u8>) {
+fn put_knowledge(log_status: &LogStatus, bytes: &mut Vec<u8>) {
     let LogStatus {
         start: since,
         committed_until: committed,
@@ -81,8 +81,8 @@ fn put_knowledge(knowledge: &LogStatus, bytes: &mut Vec<u8>) {
         listed_after,
         received: held,
         degraded_at: disturbed,
-        snapshot_request: asks,
-    } = knowledge;
+        snapshot_request,
+    } = log_status;
     put(bytes, [since, committed, listed_after, disturbed].map(|time| time.us().to_le_bytes()));
     put_stamp(stamp, bytes);
     put(bytes, [(held.len() as u16).to_le_bytes()]);
@@ -96,7 +96,7 @@ fn put_knowledge(knowledge: &LogStatus, bytes: &mut Vec<u8>) {
         put(bytes, [from.to_le_bytes()]);
         put(bytes, [(to.saturating_sub(*from).clamp(0, 65_535) as u16).to_le_bytes()]);
     }
-    if let Some(SnapshotRequest { of, commit_digest: stamp, next, after }) = asks {
+    if let Some(SnapshotRequest { of, commit_digest: stamp, next, after }) = snapshot_request {
         put(bytes, [of.0 as u16, *next].map(u16::to_le_bytes));
         put(bytes, [after.to_le_bytes()]);
         bytes.push(u8::from(stamp.is_some()));
@@ -213,30 +213,30 @@ impl Reader<'_> {
     }
 
     fn report(&mut self) -> Option<Report> {
-        let (uav, epoch, sequence, time) = (self.uav()?, self.word()?, self.word()?, self.time()?);
+        let (uav, restart_count, sequence, time) = (self.uav()?, self.word()?, self.word()?, self.time()?);
         let (position, heading) = (self.position()?, self.angle()?);
         let (speed_m_s, turn_rate_rad_s) = (self.number()?, self.number()?);
         let boresight = Some(self.angle()?).filter(|boresight| boresight.rad().is_finite());
-        let (duty, flags) = (GroupId(self.long()?), self.byte()?);
+        let (assignment, flags) = (GroupId(self.long()?), self.byte()?);
         let is_set = |bit: u8| flags >> bit & 1 == 1;
-        let (leaves, duty) = (is_set(0), Some(duty).filter(|_| is_set(1)));
+        let (is_leaving, assignment) = (is_set(0), Some(assignment).filter(|_| is_set(1)));
         let detection_count = self.short()?;
         let vertical = if is_set(4) { Some(self.vertical()?) } else { None };
         let state = UavState { position, heading, speed_m_s, turn_rate_rad_s, vertical };
         // No memory is reserved for the announced count; it may be wrong.
         let detections = (0..detection_count).map(|_| self.detection()).collect::<Option<_>>()?;
-        let knowledge = if is_set(2) { Some(Box::new(self.knowledge(is_set(3))?)) } else { None };
+        let log_status = if is_set(2) { Some(Box::new(self.log_status(is_set(3))?)) } else { None };
         Some(Report {
             uav,
-            restart_count: epoch,
+            restart_count,
             sequence,
             time,
             state,
             boresight,
             detections,
-            assigned_group: duty,
-            is_leaving: leaves,
-            log_status: knowledge,
+            assigned_group: assignment,
+            is_leaving,
+            log_status,
         })
     }
 
@@ -252,11 +252,11 @@ impl Reader<'_> {
         })
     }
 
-    fn knowledge(&mut self, has_request: bool) -> Option<LogStatus> {
+    fn log_status(&mut self, has_request: bool) -> Option<LogStatus> {
         let (since, committed, listed_after) = (self.time()?, self.time()?, self.time()?);
         let (disturbed, stamp) = (self.time()?, self.stamp()?);
         let held = (0..self.short()?).map(|_| self.held()).collect::<Option<_>>()?;
-        let asks = if has_request { Some(self.ask()?) } else { None };
+        let snapshot_request = if has_request { Some(self.ask()?) } else { None };
         Some(LogStatus {
             start: since,
             committed_until: committed,
@@ -264,7 +264,7 @@ impl Reader<'_> {
             listed_after,
             received: held,
             degraded_at: disturbed,
-            snapshot_request: asks,
+            snapshot_request,
         })
     }
 

@@ -49,17 +49,17 @@ pub trait AssignmentLaw: fmt::Debug + Send + Sync {
 
 /// Makes the result of a custom law valid: existing UAVs and groups only, by ascending UAV, each at most once.
 pub(crate) fn sound(
-    mut duties: Vec<Assignment>,
+    mut assignments: Vec<Assignment>,
     uavs: &[AvailableUav],
     sites: &[CandidateGroup<'_>],
 ) -> Vec<Assignment> {
-    let exists = |duty: &Assignment| {
-        uavs.iter().any(|uav| uav.uav == duty.uav) && sites.iter().any(|site| site.group == duty.group)
+    let exists = |assignment: &Assignment| {
+        uavs.iter().any(|uav| uav.uav == assignment.uav) && sites.iter().any(|site| site.group == assignment.group)
     };
-    duties.retain(exists);
-    duties.sort_by_key(|duty| duty.uav);
-    duties.dedup_by_key(|duty| duty.uav);
-    duties
+    assignments.retain(exists);
+    assignments.sort_by_key(|assignment| assignment.uav);
+    assignments.dedup_by_key(|assignment| assignment.uav);
+    assignments
 }
 
 /// Assignment of a UAV to a group.
@@ -106,6 +106,7 @@ pub fn assign(
     let group_of = |uav: usize| {
         problem.groups.iter().zip(&blocks).find(|(_, block)| block.contains(&uav)).map(|(choice, _)| choice.group)
     };
-    let duty = |(index, uav): (usize, &AvailableUav)| group_of(index).map(|group| Assignment { uav: uav.uav, group });
-    uavs.iter().enumerate().filter_map(duty).collect()
+    let assignment =
+        |(index, uav): (usize, &AvailableUav)| group_of(index).map(|group| Assignment { uav: uav.uav, group });
+    uavs.iter().enumerate().filter_map(assignment).collect()
 }

@@ -239,11 +239,11 @@ pub enum ReassignmentReason {
 }
 
 impl ReassignmentReason {
-    /// Refines the reason for a UAV that becomes one of `crew` UAVs of a group, with groups as needed.
-    pub(crate) fn by_need(self, crew: usize) -> Self {
+    /// Refines the reason for a UAV that becomes one of `assigned_uavs` UAVs of a group, with groups as needed.
+    pub(crate) fn by_need(self, assigned_uavs: usize) -> Self {
         match self {
-            Self::GroupCreated if crew < 2 => Self::Untracked,
-            Self::GroupRetired if crew > 1 => Self::Pair,
+            Self::GroupCreated if assigned_uavs < 2 => Self::Untracked,
+            Self::GroupRetired if assigned_uavs > 1 => Self::Pair,
             other => other,
         }
     }
@@ -339,10 +339,14 @@ mod tests {
     /// retirement of groups.
     #[test]
     fn reassignment_reasons_distinguish_single_uavs_and_pairs() {
-        let cause = |reason: ReassignmentReason, crew| EventKind::Reassigned(reason.by_need(crew)).cause();
+        let cause =
+            |reason: ReassignmentReason, assigned_uavs| EventKind::Reassigned(reason.by_need(assigned_uavs)).cause();
         let [created, retired] = [ReassignmentReason::GroupCreated, ReassignmentReason::GroupRetired];
-        assert_eq!([1, 2].map(|crew| cause(created, crew)), [Some("untracked"), Some("group-created")]);
-        assert_eq!([1, 2].map(|crew| cause(retired, crew)), [Some("group-retired"), Some("pair")]);
+        assert_eq!(
+            [1, 2].map(|assigned_uavs| cause(created, assigned_uavs)),
+            [Some("untracked"), Some("group-created")]
+        );
+        assert_eq!([1, 2].map(|assigned_uavs| cause(retired, assigned_uavs)), [Some("group-retired"), Some("pair")]);
         assert_eq!(cause(ReassignmentReason::UavLost, 2), Some("uav-timeout"));
     }
 }

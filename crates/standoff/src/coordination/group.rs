@@ -404,12 +404,12 @@ const PLACES: u32 = 72;
 impl Blockage {
     /// Blockage after the next check, with hysteresis.
     fn at(self, clear_fraction: f64) -> Self {
-        let (barred, cut) = match self {
+        let (blocked_below, cut) = match self {
             Self::Clear => (0.05, 0.95),
             Self::Partly => (0.05, 0.99),
             Self::Blocked => (0.15, 0.99),
         };
-        if clear_fraction < barred {
+        if clear_fraction < blocked_below {
             Self::Blocked
         } else if clear_fraction < cut {
             Self::Partly

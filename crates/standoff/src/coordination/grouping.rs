@@ -11,7 +11,7 @@
 //! to a group if necessary. Among equal coverages, the most information wins, the sum of ln det (`assignment`): two
 //! UAVs on one orbit provide more of it than one UAV on each of two orbits. Therefore, a group is created immediately
 //! for targets that are in none, even if a UAV leaves its partner. While some targets are in no group, a group is
-//! retired if other groups contain its members with room to spare (`winding_up`). To avoid frequent changes, at most
+//! retired if other groups contain its members with room to spare (`retire`). To avoid frequent changes, at most
 //! one group at a time is retired, with one regrouping period in between, and the assignment has a switching cost
 //! (`assignment_switching_cost`).
 
@@ -64,7 +64,7 @@ impl GroupingState {
 #[derive(Debug, Clone, Default)]
 pub(crate) struct GroupingBuffers {
     clusters: KMeans,
-    places: Vec<usize>,
+    track_indices: Vec<usize>,
     positions: Vec<Position>,
     groups: Vec<GroupId>,
     centres: Vec<(GroupId, DesiredCentre)>,
@@ -127,11 +127,11 @@ impl Grouping<'_> {
 
     /// Removes lost tracks from their groups.
     fn release_lost(&mut self) {
-        for place in 0..self.grouped_track().len() {
-            let GroupedTrack { track, membership, .. } = &self.grouped_track()[place];
+        for track_index in 0..self.grouped_track().len() {
+            let GroupedTrack { track, membership, .. } = &self.grouped_track()[track_index];
             if track.is_lost() && *membership != Membership::Ungrouped {
-                self.cancel_handoff(place, HandoffCancelledReason::TargetLost);
-                self.memberships.set(place, Membership::Ungrouped);
+                self.cancel_handoff(track_index, HandoffCancelledReason::TargetLost);
+                self.memberships.set(track_index, Membership::Ungrouped);
             }
         }
     }
@@ -145,8 +145,8 @@ impl Grouping<'_> {
         self.memberships.tracks()
     }
 
-    fn track(&self, place: usize) -> TrackId {
-        self.grouped_track()[place].track.id
+    fn track(&self, track_index: usize) -> TrackId {
+        self.grouped_track()[track_index].track.id
     }
 
     /// Number of groups with members.
@@ -171,14 +171,14 @@ impl Grouping<'_> {
             return;
         }
         let candidates = self.candidates();
-        for (_, place, id) in &candidates {
-            if self.grouped_track()[*place].is_ungrouped() && self.has_room(*id, *place).is_some() {
-                let kind = match self.grouped_track()[*place].membership {
+        for (_, track_index, id) in &candidates {
+            if self.grouped_track()[*track_index].is_ungrouped() && self.has_room(*id, *track_index).is_some() {
+                let kind = match self.grouped_track()[*track_index].membership {
                     Membership::Removed => EventKind::Readmitted,
                     _ => EventKind::Admitted,
                 };
-                self.events.push(Event::of_track(kind, self.track(*place), Some(*id)));
-                self.admit_into(*place, *id);
+                self.events.push(Event::of_track(kind, self.track(*track_index), Some(*id)));
+                self.admit_into(*track_index, *id);
             }
         }
         self.buffers.candidates = candidates;
@@ -195,7 +195,8 @@ impl Grouping<'_> {
         }
         let (reach_m, limit_m_s) = (self.params.group.reach_m(), self.params.uav.speed_max_m_s());
         candidates.clear();
-        for (place, target) in memberships.tracks().iter().enumerate().filter(|(_, target)| target.is_ungrouped()) {
+        for (track_index, target) in memberships.tracks().iter().enumerate().filter(|(_, target)| target.is_ungrouped())
+        {
             if target.speed_m_s() > limit_m_s {
                 continue;
             }
@@ -203,7 +204,7 @@ impl Grouping<'_> {
                 let reach_m = centre.reach_m(reach_m);
                 let squared_m2 = target.position().squared_distance_m2(centre.state.position());
                 if squared_m2 <= reach_m * reach_m && !target.is_blocked_from(*id, self.now) {
-                    candidates.push((squared_m2, place, *id));
+                    candidates.push((squared_m2, track_index, *id));
                 }
             }
         }
@@ -213,14 +214,14 @@ impl Grouping<'_> {
 
     /// Admits a target that no group hands off. It becomes a member if it is in view; otherwise, if there is a dwell,
     /// the orbit only makes room for it first.
-    fn admit_into(&mut self, place: usize, id: GroupId) {
-        let immediately = self.params.group.dwell_max_s <= 0.0 || self.is_held_by(place, id);
+    fn admit_into(&mut self, track_index: usize, id: GroupId) {
+        let immediately = self.params.group.dwell_max_s <= 0.0 || self.is_held_by(track_index, id);
         let (requested_at, dwell) = (self.now, Duration::ZERO);
         let membership = match immediately {
             true => Membership::Member(id),
             false => Membership::InHandoff(Handoff { from: None, to: id, requested_at, dwell }),
         };
-        self.memberships.set(place, membership);
+        self.memberships.set(track_index, membership);
     }
 
     /// Returns the orbit that the group needs with a further target, if it has room to spare for it, or if the target
@@ -236,20 +237,23 @@ impl Grouping<'_> {
     }
 
     /// Selects the target to remove if one orbit cannot contain all targets with these indices.
-    fn removal_candidate(&self, places: impl Iterator<Item = usize> + Clone, required: &RequiredOrbit) -> usize {
+    fn removal_candidate(&self, track_indices: impl Iterator<Item = usize> + Clone, required: &RequiredOrbit) -> usize {
         let furthest = required.furthest;
         if self.params.group.removal == RemovalRule::FurthestFromCentre {
             return furthest;
         }
         let required_radius_m = |without: usize| {
-            let rest = self.required(places.clone().filter(|place| *place != without));
+            let rest = self.required(track_indices.clone().filter(|track_index| *track_index != without));
             rest.map_or(0.0, |rest| rest.standoff.unclamped_m)
         };
         // The removal of any other target leaves the circle unchanged.
-        let circle = EnclosingCircle::of(places.clone().map(|place| self.grouped_track()[place].position()));
-        let on_circle =
-            circle.iter().flat_map(EnclosingCircle::support_points).filter_map(|number| places.clone().nth(number));
-        let tried = on_circle.map(|place| (required_radius_m(place), place));
+        let circle =
+            EnclosingCircle::of(track_indices.clone().map(|track_index| self.grouped_track()[track_index].position()));
+        let on_circle = circle
+            .iter()
+            .flat_map(EnclosingCircle::support_points)
+            .filter_map(|number| track_indices.clone().nth(number));
+        let tried = on_circle.map(|track_index| (required_radius_m(track_index), track_index));
         // The difference must exceed rounding errors.
         tried
             .fold(
@@ -301,8 +305,9 @@ impl Grouping<'_> {
             return false;
         }
         let centre = last.centre.estimate().state.position();
-        let squared_m2 =
-            self.members(id).map(|place| self.grouped_track()[place].position().squared_distance_m2(centre));
+        let squared_m2 = self
+            .members(id)
+            .map(|track_index| self.grouped_track()[track_index].position().squared_distance_m2(centre));
         let spread = Spread { distance_m: squared_m2.fold(0.0, f64::max).sqrt(), rate_m_s: 0.0 };
         group.standoff.distance(spread, 0.0).unclamped_m < group.standoff.radius_max_m
     }
@@ -315,7 +320,7 @@ impl Grouping<'_> {
         if outrun_for.s() <= self.params.group.divergence_time_s || self.members(id).count() < 2 {
             return;
         }
-        let speed_m_s = |place: &usize| self.grouped_track()[*place].speed_m_s();
+        let speed_m_s = |track_index: &usize| self.grouped_track()[*track_index].speed_m_s();
         let fastest = self.members(id).max_by(|a, b| speed_m_s(a).total_cmp(&speed_m_s(b)));
         if let Some(fastest) = fastest {
             let (speed_m_s, limit_m_s) = (speed_m_s(&fastest), self.params.uav.speed_max_m_s());
@@ -329,8 +334,8 @@ impl Grouping<'_> {
     }
 
     /// Orbit that the targets with these indices require.
-    fn required(&self, places: impl Iterator<Item = usize> + Clone) -> Option<RequiredOrbit> {
-        RequiredOrbit::of(self.grouped_track(), places, &self.params.group)
+    fn required(&self, track_indices: impl Iterator<Item = usize> + Clone) -> Option<RequiredOrbit> {
+        RequiredOrbit::of(self.grouped_track(), track_indices, &self.params.group)
     }
 
     /// Orbit that a group requires.
@@ -349,11 +354,11 @@ impl Grouping<'_> {
     /// group.
     fn remove(&mut self, id: GroupId, target: usize, kind: EventKind) {
         let required_radius_m = self.required_by(id).map_or(0.0, |required| required.standoff.unclamped_m);
-        let widens = |place: &usize| {
-            let others = self.members(id).filter(|other| other != place);
+        let widens = |track_index: &usize| {
+            let others = self.members(id).filter(|other| other != track_index);
             self.required(others).is_none_or(|required| required.standoff.unclamped_m < required_radius_m)
         };
-        let is_incoming = |place: &usize| self.grouped_track()[*place].receiving_group() == Some(id);
+        let is_incoming = |track_index: &usize| self.grouped_track()[*track_index].receiving_group() == Some(id);
         let incoming = self.members(id).filter(is_incoming).find(widens);
         let is_received = |to| self.params.group.motion.is_instantaneous() || self.is_held_by(target, to);
         if let Some(incoming) = incoming.or(Some(target).filter(is_incoming)) {

@@ -105,34 +105,35 @@ impl SearchAssignmentUpdate<'_> {
     }
 
     fn track(&self, id: TrackId) -> Option<&Track> {
-        self.memberships.place(id).ok().map(|place| &self.memberships.tracks()[place].track)
+        self.memberships.track_index(id).ok().map(|index| &self.memberships.tracks()[index].track)
     }
 
     fn recall(&mut self) {
-        let mut duties = core::mem::take(self.assignments);
+        let mut assignments = core::mem::take(self.assignments);
         let teammate = |uav: UavId| self.team.iter().find(|teammate| teammate.uav == uav);
-        duties.retain(|duty| teammate(duty.uav).is_some());
-        let reach_m = |duty: &SearchAssignment| {
-            let area = self.track(duty.track).and_then(|track| SearchArea::of(track, 0.0, self.params));
+        assignments.retain(|assignment| teammate(assignment.uav).is_some());
+        let reach_m = |assignment: &SearchAssignment| {
+            let area = self.track(assignment.track).and_then(|track| SearchArea::of(track, 0.0, self.params));
             area.map_or(f64::INFINITY, |area| area.reach_m)
         };
         let mut ended: Vec<(SearchAssignment, SearchEndReason)> = Vec::new();
-        duties.retain(|duty| {
-            let is_found = self.track(duty.track).is_some_and(|track| !track.is_lost());
+        assignments.retain(|assignment| {
+            let is_found = self.track(assignment.track).is_some_and(|track| !track.is_lost());
             let end = if is_found { SearchEndReason::Found } else { SearchEndReason::GivenUp };
-            let continues = reach_m(duty).is_finite();
-            ended.extend((!continues).then_some((*duty, end)));
+            let continues = reach_m(assignment).is_finite();
+            ended.extend((!continues).then_some((*assignment, end)));
             continues
         });
         // The largest area is the least promising.
-        while duties.len() > self.spare_uavs() {
-            let largest = (0..duties.len()).max_by(|a, b| reach_m(&duties[*a]).total_cmp(&reach_m(&duties[*b])));
-            ended.extend(largest.map(|index| (duties.remove(index), SearchEndReason::Recalled)));
+        while assignments.len() > self.spare_uavs() {
+            let largest =
+                (0..assignments.len()).max_by(|a, b| reach_m(&assignments[*a]).total_cmp(&reach_m(&assignments[*b])));
+            ended.extend(largest.map(|index| (assignments.remove(index), SearchEndReason::Recalled)));
         }
-        *self.assignments = duties;
-        for (duty, end) in ended {
-            let event = Event::of_track(EventKind::SearchEnded(end), duty.track, None);
-            self.events.push(Event { uav: Some(duty.uav), ..event });
+        *self.assignments = assignments;
+        for (assignment, end) in ended {
+            let event = Event::of_track(EventKind::SearchEnded(end), assignment.track, None);
+            self.events.push(Event { uav: Some(assignment.uav), ..event });
         }
     }
 
@@ -143,7 +144,7 @@ impl SearchAssignmentUpdate<'_> {
         }
         let mut pairs: Vec<(f64, usize, TrackId)> = Vec::new();
         let lost = self.memberships.tracks().iter().map(|known| &known.track).filter(|track| track.is_lost());
-        for track in lost.filter(|track| self.assignments.iter().all(|duty| duty.track != track.id)) {
+        for track in lost.filter(|track| self.assignments.iter().all(|assignment| assignment.track != track.id)) {
             for (index, teammate) in self.team.iter().enumerate() {
                 let distance_m = track.estimate().state.position().distance_m(teammate.state.position);
                 let in_time = SearchArea::of(track, distance_m / self.params.uav.speed_m_s, self.params);
@@ -153,12 +154,12 @@ impl SearchAssignmentUpdate<'_> {
         pairs.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then((a.1, a.2).cmp(&(b.1, b.2))));
         for (_, index, track) in pairs {
             let (uav, group) = (self.team[index].uav, self.team[index].group);
-            let is_taken = self.assignments.iter().any(|duty| duty.uav == uav || duty.track == track);
+            let is_taken = self.assignments.iter().any(|assignment| assignment.uav == uav || assignment.track == track);
             if is_taken || self.assignments.len() >= self.spare_uavs() || !self.can_leave(index, track) {
                 continue;
             }
             self.team[index].group = None;
-            let place = self.assignments.partition_point(|duty| duty.uav < uav);
+            let place = self.assignments.partition_point(|assignment| assignment.uav < uav);
             self.assignments.insert(place, SearchAssignment { uav, track });
             let event = Event::of_track(EventKind::SearchStarted, track, group);
             self.events.push(Event { uav: Some(uav), ..event });
@@ -281,7 +282,7 @@ mod tests {
     struct World {
         memberships: Memberships,
         team: Vec<Teammate>,
-        duties: Vec<SearchAssignment>,
+        assignments: Vec<SearchAssignment>,
     }
 
     impl World {
@@ -295,19 +296,21 @@ mod tests {
                 let state = UavState::level_flight(position, Angle::ZERO, 40.0);
                 let boresight = Some((Position::ORIGIN - position).direction());
                 let report = Report { boresight, ..Report::position_only(UavId(id as u32), Time::EPOCH, state) };
-                Teammate::heard(&report, Some(GroupId(0)))
+                Teammate::from_report(&report, Some(GroupId(0)))
             };
-            Self { memberships, team: uavs.iter().enumerate().map(teammate).collect(), duties: Vec::new() }
+            Self { memberships, team: uavs.iter().enumerate().map(teammate).collect(), assignments: Vec::new() }
         }
 
         /// Updates the assignments; returns the searching UAVs with their tracks, and the events.
         fn settle(&mut self) -> (Vec<(u32, u32)>, Causes) {
-            let Self { memberships, team, duties } = self;
+            let Self { memberships, team, assignments } = self;
             let mut events = Vec::new();
-            SearchAssignmentUpdate { memberships, team, params: &params(), assignments: duties, events: &mut events }
-                .update();
+            SearchAssignmentUpdate { memberships, team, params: &params(), assignments, events: &mut events }.update();
             let cause = |event: &Event| (event.uav.unwrap().0, event.kind.cause().unwrap_or(event.kind.name()));
-            (self.duties.iter().map(|duty| (duty.uav.0, duty.track.0)).collect(), events.iter().map(cause).collect())
+            (
+                self.assignments.iter().map(|assignment| (assignment.uav.0, assignment.track.0)).collect(),
+                events.iter().map(cause).collect(),
+            )
         }
     }
 
@@ -361,7 +364,7 @@ mod tests {
         let searching = |tracks: &[Track]| {
             let mut world = World::new(&[300.0, -300.0, 400.0]);
             tracks.iter().for_each(|track| world.memberships.start(*track));
-            world.duties = vec![
+            world.assignments = vec![
                 SearchAssignment { uav: UavId(1), track: TrackId(1) },
                 SearchAssignment { uav: UavId(2), track: TrackId(2) },
             ];

@@ -90,7 +90,7 @@ impl GroupedTrack {
     }
 
     pub(crate) fn is_blocked_from(&self, group: GroupId, now: Time) -> bool {
-        self.blocked_groups.is_some_and(|(barred, until)| barred == group && now < until)
+        self.blocked_groups.is_some_and(|(blocked_group, until)| blocked_group == group && now < until)
     }
 }
 
@@ -126,13 +126,14 @@ impl GroupIndex {
         index.checked_sub(1).map_or(0, |before| self.ends[before])
     }
 
-    fn change(&mut self, place: usize, before: &Membership, now: &Membership) {
-        before.groups().for_each(|group| self.remove(group, place));
-        now.groups().for_each(|group| self.add(group, place));
+    fn change(&mut self, track_index: usize, before: &Membership, now: &Membership) {
+        before.groups().for_each(|group| self.remove(group, track_index));
+        now.groups().for_each(|group| self.add(group, track_index));
     }
 
-    fn remove(&mut self, group: GroupId, place: usize) {
-        let (Ok(entry), Ok(index)) = (self.entries.binary_search(&(group, place)), self.groups.binary_search(&group))
+    fn remove(&mut self, group: GroupId, track_index: usize) {
+        let (Ok(entry), Ok(index)) =
+            (self.entries.binary_search(&(group, track_index)), self.groups.binary_search(&group))
         else {
             return;
         };
@@ -144,14 +145,14 @@ impl GroupIndex {
         }
     }
 
-    fn add(&mut self, group: GroupId, place: usize) {
-        let Err(entry) = self.entries.binary_search(&(group, place)) else { return };
+    fn add(&mut self, group: GroupId, track_index: usize) {
+        let Err(entry) = self.entries.binary_search(&(group, track_index)) else { return };
         let index = self.groups.binary_search(&group).unwrap_or_else(|index| {
             self.groups.insert(index, group);
             self.ends.insert(index, entry);
             index
         });
-        self.entries.insert(entry, (group, place));
+        self.entries.insert(entry, (group, track_index));
         self.ends[index..].iter_mut().for_each(|end| *end += 1);
     }
 }
@@ -176,13 +177,13 @@ impl Memberships {
     /// most `dwell_max`.
     pub(crate) fn rebuild_index(&mut self, now: Time, dwell_max: Duration) -> bool {
         let is_valid = |known: &GroupedTrack| {
-            let GroupedTrack { track, membership, blocked_groups: barred } = known;
+            let GroupedTrack { track, membership, blocked_groups: blocked_group } = known;
             let is_apart = membership.receiving_group().is_none_or(|to| membership.group() != Some(to));
             let has_begun = match membership {
                 Membership::InHandoff(handoff) => handoff.requested_at <= now,
                 _ => true,
             };
-            let is_in_time = barred.is_none_or(|(_, until)| until <= now + dwell_max);
+            let is_in_time = blocked_group.is_none_or(|(_, until)| until <= now + dwell_max);
             track.is_valid() && is_apart && has_begun && is_in_time
         };
         let is_whole = self.tracks.is_sorted_by(|a, b| a.track.id < b.track.id)
@@ -192,9 +193,9 @@ impl Memberships {
             && self.numbers.last().is_none_or(|(id, _)| *id <= self.last)
             && self.last.is_given_by(now);
         self.roster = GroupIndex::default();
-        for place in 0..self.tracks.len() {
-            let membership = self.tracks[place].membership;
-            self.roster.change(place, &Membership::Ungrouped, &membership);
+        for track_index in 0..self.tracks.len() {
+            let membership = self.tracks[track_index].membership;
+            self.roster.change(track_index, &Membership::Ungrouped, &membership);
         }
         is_whole && self.groups().iter().all(|group| self.number(*group).is_some())
     }
@@ -205,7 +206,7 @@ impl Memberships {
     }
 
     /// Index of a track, or the index at which to insert it.
-    pub(crate) fn place(&self, track: TrackId) -> Result<usize, usize> {
+    pub(crate) fn track_index(&self, track: TrackId) -> Result<usize, usize> {
         self.tracks.binary_search_by_key(&track, |known| known.track.id)
     }
 
@@ -233,8 +234,9 @@ impl Memberships {
     }
 
     /// Returns a new id for a group of the targets with these indices.
-    pub(crate) fn new_group(&mut self, now: Time, places: impl Iterator<Item = usize>) -> GroupId {
-        self.last = GroupId::founded(now, places.map(|place| self.tracks[place].track.id.0), self.last);
+    pub(crate) fn new_group(&mut self, now: Time, track_indices: impl Iterator<Item = usize>) -> GroupId {
+        self.last =
+            GroupId::founded(now, track_indices.map(|track_index| self.tracks[track_index].track.id.0), self.last);
         self.numbers.push((self.last, self.created_count));
         self.created_count = self.created_count.saturating_add(1);
         self.last
@@ -257,21 +259,21 @@ impl Memberships {
     }
 
     /// The track with an index.
-    pub(crate) fn track_mut(&mut self, place: usize) -> &mut Track {
-        &mut self.tracks[place].track
+    pub(crate) fn track_mut(&mut self, track_index: usize) -> &mut Track {
+        &mut self.tracks[track_index].track
     }
 
     /// Adds or restarts a track; the target is in no group.
     pub(crate) fn start(&mut self, track: Track) {
         let known = GroupedTrack { track, membership: Membership::Ungrouped, blocked_groups: None };
-        match self.place(track.id) {
-            Ok(place) => {
-                self.set(place, Membership::Ungrouped);
-                self.tracks[place] = known;
+        match self.track_index(track.id) {
+            Ok(track_index) => {
+                self.set(track_index, Membership::Ungrouped);
+                self.tracks[track_index] = known;
             }
-            Err(place) => {
-                self.tracks.insert(place, known);
-                self.roster.entries.iter_mut().for_each(|entry| entry.1 += usize::from(entry.1 >= place));
+            Err(track_index) => {
+                self.tracks.insert(track_index, known);
+                self.roster.entries.iter_mut().for_each(|entry| entry.1 += usize::from(entry.1 >= track_index));
             }
         }
     }
@@ -279,24 +281,24 @@ impl Memberships {
     /// Removes tracks that have been lost for longer than `after`.
     pub(crate) fn forget_lost(&mut self, after: Duration) {
         let is_old = |known: &GroupedTrack| known.track.time_since_lost() > after;
-        for place in (0..self.tracks.len()).rev() {
-            if is_old(&self.tracks[place]) {
-                self.set(place, Membership::Ungrouped);
-                self.tracks.remove(place);
-                self.roster.entries.iter_mut().for_each(|entry| entry.1 -= usize::from(entry.1 > place));
+        for track_index in (0..self.tracks.len()).rev() {
+            if is_old(&self.tracks[track_index]) {
+                self.set(track_index, Membership::Ungrouped);
+                self.tracks.remove(track_index);
+                self.roster.entries.iter_mut().for_each(|entry| entry.1 -= usize::from(entry.1 > track_index));
             }
         }
     }
 
     /// Sets the membership of a target.
-    pub(crate) fn set(&mut self, place: usize, membership: Membership) {
-        let before = core::mem::replace(&mut self.tracks[place].membership, membership);
-        self.roster.change(place, &before, &membership);
+    pub(crate) fn set(&mut self, track_index: usize, membership: Membership) {
+        let before = core::mem::replace(&mut self.tracks[track_index].membership, membership);
+        self.roster.change(track_index, &before, &membership);
     }
 
     /// Blocks handoffs of the target to a group until a time.
-    pub(crate) fn block(&mut self, place: usize, group: GroupId, until: Time) {
-        self.tracks[place].blocked_groups = Some((group, until));
+    pub(crate) fn block(&mut self, track_index: usize, group: GroupId, until: Time) {
+        self.tracks[track_index].blocked_groups = Some((group, until));
     }
 }
 
@@ -324,7 +326,9 @@ mod tests {
 
     /// The index of members, recomputed from scratch.
     fn roster(memberships: &Memberships) -> Vec<(GroupId, usize)> {
-        let of = |(place, known): (usize, &GroupedTrack)| known.membership.groups().map(move |group| (group, place));
+        let of = |(track_index, known): (usize, &GroupedTrack)| {
+            known.membership.groups().map(move |group| (group, track_index))
+        };
         let mut roster: Vec<_> = memberships.tracks().iter().enumerate().flat_map(of).collect();
         roster.sort_unstable();
         roster
@@ -374,9 +378,9 @@ mod tests {
             let groups: Vec<GroupId> = expected.chunk_by(|a, b| a.0 == b.0).map(|chunk| chunk[0].0).collect();
             assert_eq!(memberships.groups(), groups);
             for group in groups {
-                let places: Vec<usize> =
+                let track_indices: Vec<usize> =
                     expected.iter().filter(|entry| entry.0 == group).map(|entry| entry.1).collect();
-                assert_eq!(memberships.of(group).collect::<Vec<_>>(), places);
+                assert_eq!(memberships.of(group).collect::<Vec<_>>(), track_indices);
             }
         }
         assert!(lost_and_forgotten > 50, "{lost_and_forgotten}");

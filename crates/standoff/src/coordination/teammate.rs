@@ -32,23 +32,22 @@ pub struct Teammate {
 
 impl Teammate {
     /// A UAV with a report of this time step; `group` is its assignment in the team state.
-    pub(crate) fn heard(report: &Report, group: Option<GroupId>) -> Self {
-        let Report { uav, state, boresight, time, assigned_group: duty, is_leaving: leaves, .. } = *report;
-        let (reported, reported_at, assigned, has_left) = (state, time, duty, leaves);
+    pub(crate) fn from_report(report: &Report, group: Option<GroupId>) -> Self {
+        let Report { uav, state, boresight, time, assigned_group, is_leaving, .. } = *report;
         Self {
             uav,
             state,
             reported_now: true,
             boresight,
             group,
-            last_report: reported,
-            last_report_at: reported_at,
-            reported_group: assigned,
-            has_left,
+            last_report: state,
+            last_report_at: time,
+            reported_group: assigned_group,
+            has_left: is_leaving,
         }
     }
 
-    /// True if the last report is within the teammate timeout and assigned not announce that the UAV leaves.
+    /// True if the last report is within the teammate timeout and did not announce that the UAV leaves.
     pub(crate) fn is_recent(&self, now: Time, lease: Duration) -> bool {
         !self.has_left && now - self.last_report_at <= lease
     }

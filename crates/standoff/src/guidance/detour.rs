@@ -223,7 +223,7 @@ impl DetourPlanner {
     ) -> PathAhead {
         let turn_max_rad = self.uav.turn_rate_max_rad_s * STEP_S;
         let mut state = UavState { speed_m_s, ..*own };
-        let (mut barred, mut is_on_orbit, mut cut_off) = (None, false, 0);
+        let (mut blocked, mut is_on_orbit, mut cut_off) = (None, false, 0);
         // One turn, from the point at which the orbit is reached.
         let mut rest_s = math::TAU * orbit.distance_m / speed_m_s;
         for step in 0..STEPS_MAX {
@@ -235,7 +235,7 @@ impl DetourPlanner {
             if is_on_orbit {
                 rest_s -= STEP_S;
             }
-            if barred.is_none() && is_on_orbit && after_s >= SOON_S {
+            if blocked.is_none() && is_on_orbit && after_s >= SOON_S {
                 return PathAhead::Clear;
             }
             if rest_s < 0.0 {
@@ -245,18 +245,18 @@ impl DetourPlanner {
             let turn_rad = (desired - state.heading).rad().clamp(-turn_max_rad, turn_max_rad);
             let along = state.heading + Angle::from_rad(0.5 * turn_rad);
             let next = state.position + Displacement::from_polar(speed_m_s * STEP_S, along);
-            if barred.is_none() {
+            if blocked.is_none() {
                 let least_m2 = CLEAR_M.min(0.9 * clearance_m2(own.position, sides).sqrt()).max(1.0);
                 let met = sides.iter().find(|side| {
                     squared_between_m2((state.position, next), (side.from, side.to)) < least_m2 * least_m2
                 });
-                barred = met.map(|side| side.zone);
+                blocked = met.map(|side| side.zone);
             }
             (state.position, state.heading) = (next, state.heading + Angle::from_rad(turn_rad));
             // A point within the UAV's turning circle is not a goal. Neither is a free point before the orbit is
             // reached, because it may be in a pocket of the zone.
             let is_far = || own.position.squared_distance_m2(next) > self.circle_m() * self.circle_m();
-            if let Some(zone) = barred
+            if let Some(zone) = blocked
                 && (is_on_orbit || step + 1 == STEPS_MAX)
                 && is_far()
                 && self.is_free(next, sides)
@@ -270,7 +270,7 @@ impl DetourPlanner {
                 }
             }
         }
-        barred.map_or(PathAhead::Clear, |zone| PathAhead::Blocked(zone, None))
+        blocked.map_or(PathAhead::Clear, |zone| PathAhead::Blocked(zone, None))
     }
 
     /// Command that turns to the first waypoint on the path to a position.
@@ -343,7 +343,7 @@ mod tests {
 
     fn fly(zones: Vec<Zone>, from: (f64, f64)) -> Flown {
         let params = TeamParams::table_1();
-        let borders = GeofenceSafety::new(Geofence::new(zones).unwrap(), params.uav, 0.5);
+        let geofence_safety = GeofenceSafety::new(Geofence::new(zones).unwrap(), params.uav, 0.5);
         let ramp = Ramp { radius_m: 300.0, rate_m_s: 0.0 };
         let orbit = Orbit {
             centre: Position::ORIGIN,
@@ -355,16 +355,16 @@ mod tests {
         let response = params.uav.response(Duration::from_s(0.5));
         let position = Position::from_m(from.0, from.1);
         let mut state = UavState::level_flight(position, Angle::ZERO, 40.0);
-        assert!(borders.is_safe(&state));
+        assert!(geofence_safety.is_safe(&state));
         let mut flown = Flown { on_orbit_fraction: 0.0, furthest_m: 0.0, turned_back: 0 };
         for step in 0..1200 {
             let steering = OnOrbit::of(&params.guidance, state.position, &orbit).steer(&params.guidance, &state, 40.0);
             let desired = Command { speed_m_s: 40.0, turn_rate_rad_s: steering.turn_rate_rad_s };
-            let detour = borders.detours.detour(&params.guidance, &state, &orbit, 40.0, 700.0);
+            let detour = geofence_safety.detours.detour(&params.guidance, &state, &orbit, 40.0, 700.0);
             let desired = params.uav.limit(detour.map_or(desired, |detour| detour.command)).command;
-            let (command, _) = borders.make_safe(&state, desired);
+            let (command, _) = geofence_safety.make_safe(&state, desired);
             state = response.step(&state, command);
-            assert!(borders.geofence().contains(state.position), "step {step}: {state:?}");
+            assert!(geofence_safety.geofence().contains(state.position), "step {step}: {state:?}");
             if step >= 600 {
                 let distance_m = state.position.distance_m(orbit.centre);
                 flown.on_orbit_fraction += f64::from((distance_m - 300.0).abs() < 40.0) / 600.0;

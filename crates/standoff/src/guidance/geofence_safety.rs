@@ -371,16 +371,21 @@ pub(crate) mod tests {
     fn stays_within(seed: u64, params: &TeamParams) {
         let mut drawn = Drawn(seed);
         let geofence = drawn_geofence(&mut drawn, 2.0 * 40.0 / 0.3);
-        let borders = GeofenceSafety::new(geofence, params.uav, params.log.period_s);
-        let Some(mut state) = (0..20).map(|_| drawn_state(&mut drawn)).find(|state| borders.is_safe(state)) else {
+        let geofence_safety = GeofenceSafety::new(geofence, params.uav, params.log.period_s);
+        let Some(mut state) = (0..20).map(|_| drawn_state(&mut drawn)).find(|state| geofence_safety.is_safe(state))
+        else {
             return;
         };
         let pieces = if params.uav.integrator == Integrator::Euler { 1 } else { 5 };
         let response = params.uav.response(Duration::from_s(params.log.period_s / f64::from(pieces)));
         // Random commands that last a few seconds, or flight straight towards a corner or the origin.
         let (mut desired, mut until) = (Command { speed_m_s: 40.0, turn_rate_rad_s: 0.0 }, 0);
-        let corners: Vec<Position> =
-            borders.geofence().zones().flat_map(|zone| zone.vertices.clone()).chain([Position::ORIGIN]).collect();
+        let corners: Vec<Position> = geofence_safety
+            .geofence()
+            .zones()
+            .flat_map(|zone| zone.vertices.clone())
+            .chain([Position::ORIGIN])
+            .collect();
         let mut goal = None;
         for step in 0..60 {
             if step >= until {
@@ -393,11 +398,11 @@ pub(crate) mod tests {
                 let error_rad = ((goal - state.position).direction() - state.heading).rad();
                 desired.turn_rate_rad_s = error_rad.clamp(-0.3, 0.3);
             }
-            let (command, _) = borders.make_safe(&state, desired);
+            let (command, _) = geofence_safety.make_safe(&state, desired);
             assert_eq!(params.uav.limit(command).command, command, "command exceeds the limits");
             for _ in 0..pieces {
                 state = response.step(&state, command);
-                let violated_zone = borders.geofence().violated_zone(state.position).next();
+                let violated_zone = geofence_safety.geofence().violated_zone(state.position).next();
                 assert_eq!(violated_zone, None, "seed {seed}, step {step}: {state:?}");
             }
         }
@@ -432,29 +437,29 @@ pub(crate) mod tests {
     #[test]
     fn allowed_commands_are_unchanged_and_others_report_the_zone() {
         let geofence = Geofence::new(vec![square(-5000.0, 0.0, 10.0), square(600.0, 0.0, 200.0)]).unwrap();
-        let borders = GeofenceSafety::new(geofence, TeamParams::table_1().uav, 0.5);
+        let geofence_safety = GeofenceSafety::new(geofence, TeamParams::table_1().uav, 0.5);
         let desired = Command { speed_m_s: 41.25, turn_rate_rad_s: 0.012_345 };
-        assert_eq!(borders.make_safe(&east(0.0, 0.0), desired), (desired, None));
+        assert_eq!(geofence_safety.make_safe(&east(0.0, 0.0), desired), (desired, None));
         // The radius of the tightest circle is 83 m, so at 110 m from the zone the UAV cannot continue.
-        let (command, zone) = borders.make_safe(&east(290.0, 0.0), desired);
+        let (command, zone) = geofence_safety.make_safe(&east(290.0, 0.0), desired);
         assert!(zone == Some(1) && command.turn_rate_rad_s.abs() > 0.1, "{command:?}");
     }
 
     #[test]
     fn a_uav_inside_a_keep_out_zone_leaves_it_on_the_fastest_path() {
         let geofence = Geofence::new(vec![square(0.0, 0.0, 400.0)]).unwrap();
-        let borders = GeofenceSafety::new(geofence, TeamParams::table_1().uav, 0.5);
+        let geofence_safety = GeofenceSafety::new(geofence, TeamParams::table_1().uav, 0.5);
         // Straight ahead the exit is 100 m away; behind, it is a turn and 700 m.
         let straight_on = Command { speed_m_s: 55.0, turn_rate_rad_s: 0.0 };
-        assert_eq!(borders.make_safe(&east(300.0, 0.0), straight_on), (straight_on, Some(0)));
+        assert_eq!(geofence_safety.make_safe(&east(300.0, 0.0), straight_on), (straight_on, Some(0)));
         // To the north the exit is 50 m away: a quarter turn with a radius of 133 m is shorter than 700 m.
-        let (command, _) = borders.make_safe(&east(-300.0, 350.0), straight_on);
+        let (command, _) = geofence_safety.make_safe(&east(-300.0, 350.0), straight_on);
         assert_eq!(command.turn_rate_rad_s, 0.3);
         let response = TeamParams::table_1().uav.response(Duration::from_s(0.5));
         let mut state = east(-300.0, 350.0);
         let inside = (0..40).take_while(|_| {
-            state = response.step(&state, borders.make_safe(&state, straight_on).0);
-            !borders.geofence().contains(state.position)
+            state = response.step(&state, geofence_safety.make_safe(&state, straight_on).0);
+            !geofence_safety.geofence().contains(state.position)
         });
         assert!(inside.count() < 8);
     }

@@ -51,8 +51,8 @@ impl Ranges {
     }
 
     /// Removes the entries of earlier time steps.
-    pub(crate) fn forget_before(&mut self, speaker: MessageSource, instant: i64) {
-        let first = first_of(speaker, instant);
+    pub(crate) fn forget_before(&mut self, speaker: MessageSource, step: i64) {
+        let first = first_of(speaker, step);
         if self.0.first().is_some_and(|run| run.0 < first) {
             self.0.retain(|run| run.1 >= first);
             if let Some(run) = self.0.first_mut() {
@@ -87,28 +87,28 @@ impl Ranges {
 }
 
 /// Lowest number of an entry of a time step.
-pub(crate) fn first_of(speaker: MessageSource, instant: i64) -> i64 {
+pub(crate) fn first_of(speaker: MessageSource, step: i64) -> i64 {
     match speaker {
-        MessageSource::Uav(_) => instant,
-        MessageSource::CueSource(_) => number_of_cue(instant, 0),
+        MessageSource::Uav(_) => step,
+        MessageSource::CueSource(_) => number_of_cue(step, 0),
     }
 }
 
 /// Highest number of an entry of a time step.
-pub(crate) fn last_of(speaker: MessageSource, instant: i64) -> i64 {
+pub(crate) fn last_of(speaker: MessageSource, step: i64) -> i64 {
     match speaker {
-        MessageSource::Uav(_) => instant,
-        MessageSource::CueSource(_) => number_of_cue(instant, u16::MAX),
+        MessageSource::Uav(_) => step,
+        MessageSource::CueSource(_) => number_of_cue(step, u16::MAX),
     }
 }
 
 /// Number of a cue among the entries of its source.
-pub(crate) fn number_of_cue(instant: i64, number: u16) -> i64 {
-    instant.saturating_mul(1 << 16).saturating_add(i64::from(number))
+pub(crate) fn number_of_cue(step: i64, number: u16) -> i64 {
+    step.saturating_mul(1 << 16).saturating_add(i64::from(number))
 }
 
 /// Time step of an entry.
-pub(crate) fn instant_of(speaker: MessageSource, number: i64) -> i64 {
+pub(crate) fn step_of(speaker: MessageSource, number: i64) -> i64 {
     match speaker {
         MessageSource::Uav(_) => number,
         MessageSource::CueSource(_) => number >> 16,

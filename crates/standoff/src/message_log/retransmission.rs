@@ -10,7 +10,7 @@ use std::collections::BTreeMap;
 
 use crate::message::{Cue, Message, MessageSource, ReceivedRange, Report};
 use crate::message_log::MessageLog;
-use crate::message_log::ranges::{first_of, instant_of, last_of, number_of_cue};
+use crate::message_log::ranges::{first_of, last_of, number_of_cue, step_of};
 use crate::message_log::teammates::TeammateLog;
 
 /// Number of time steps after which any agent that has an entry retransmits it, because the agent whose turn it was may
@@ -76,7 +76,7 @@ impl Retransmission {
         let most = (LOOKED_MAX / (teammates * teammates)).max(16);
         for peer in log.teammates_with_status(now).filter(|peer| !peer.log_matches) {
             let mut looked = 0;
-            let committed = log.instant_at(peer.log_status.committed_until);
+            let committed = log.step_at(peer.log_status.committed_until);
             let (from, to) = (committed.saturating_add(1).max(log.first), peer.log_status_at - 1 - delay);
             let mut others = &peer.log_status.received[..];
             for (speaker, runs) in &log.received {
@@ -86,7 +86,7 @@ impl Retransmission {
                 let (first, last) = (first_of(*speaker, from), last_of(*speaker, to));
                 let its = next_of(&mut others, *speaker);
                 runs.without(its, (first, last), |number| {
-                    let entry = (instant_of(*speaker, number), *speaker, number);
+                    let entry = (step_of(*speaker, number), *speaker, number);
                     // A retransmitted entry may be on its way or lost: the next report shows which.
                     let sent = self.sent.get(&(*speaker, number));
                     let is_answered = sent.is_none_or(|at| peer.log_status_at > at + delay);
@@ -104,15 +104,15 @@ impl Retransmission {
             self.missing.reverse();
         }
         for place in 0..self.missing.len() {
-            let (instant, speaker, number) = self.missing[place];
+            let (step, speaker, number) = self.missing[place];
             if self.is_spent() {
                 break;
             }
-            let Some(row) = log.messages(instant) else { continue };
+            let Some(row) = log.messages(step) else { continue };
             let message = match speaker {
                 MessageSource::Uav(uav) => row.report_of(uav).map(Resend::Report),
                 MessageSource::CueSource(searcher) => {
-                    let matches = |cue: &&Cue| cue.source == searcher && number_of_cue(instant, cue.sequence) == number;
+                    let matches = |cue: &&Cue| cue.source == searcher && number_of_cue(step, cue.sequence) == number;
                     row.cues().iter().find(matches).map(Resend::Cue)
                 }
             };
@@ -160,7 +160,7 @@ impl MessageLog {
     /// True if it is this agent's turn to retransmit an entry that a teammate lacks.
     fn is_mine_to_send(
         &self,
-        (instant, speaker, number): (i64, MessageSource, i64),
+        (step, speaker, number): (i64, MessageSource, i64),
         peer: &TeammateLog,
         (now, sender_count): (i64, usize),
     ) -> bool {
@@ -173,16 +173,17 @@ impl MessageLog {
         if let MessageSource::Uav(uav) = speaker {
             // The source retransmits if it is live and the teammate receives it. With enough budget, other agents
             // retransmit old entries, too.
-            let is_heard = peer.received(speaker).last().is_some_and(|run| run.to >= peer.log_status_at - OTHERS_AFTER);
-            let is_its = is_heard && self.teammates.iter().filter(is_there).any(|other| other.uav == uav);
-            if is_its && (sender_count == 1 || now - instant <= OTHERS_AFTER) {
+            let is_received =
+                peer.received(speaker).last().is_some_and(|run| run.to >= peer.log_status_at - OTHERS_AFTER);
+            let is_its = is_received && self.teammates.iter().filter(is_there).any(|other| other.uav == uav);
+            if is_its && (sender_count == 1 || now - step <= OTHERS_AFTER) {
                 others -= 1;
             }
         }
         // The agents that have the entry take turns.
         let holds = |other: &&TeammateLog| {
             other.uav == self.own
-                || other.log_status.committed_until >= self.time(instant)
+                || other.log_status.committed_until >= self.time(step)
                 || other.received(speaker).iter().any(|run| run.from <= number && number <= run.to)
         };
         let is_candidate = |other: &&TeammateLog| other.uav != peer.uav && MessageSource::Uav(other.uav) != speaker;

@@ -30,7 +30,7 @@ pub(crate) struct TeammateLog {
     pub(crate) has_reported: bool,
     /// Time step at which the UAV announced that it leaves.
     pub(crate) left_at: Option<i64>,
-    /// Time step of the report that contained `knowledge`.
+    /// Time step of the report that contained `log_status`.
     pub(crate) log_status_at: i64,
     pub(crate) log_status: LogStatus,
     /// True if the entries listed by the teammate equal those received here, as far as it could know them.
@@ -40,9 +40,9 @@ pub(crate) struct TeammateLog {
 }
 
 impl TeammateLog {
-    pub(crate) fn new(uav: UavId, instant: i64) -> Self {
-        let (first, newest, knows_at) = (instant, instant, NEVER);
-        let (left_at, knowledge, passed_over_until) = (None, LogStatus::default(), NEVER);
+    pub(crate) fn new(uav: UavId, step: i64) -> Self {
+        let (first, newest, knows_at) = (step, step, NEVER);
+        let (left_at, log_status, skipped_until) = (None, LogStatus::default(), NEVER);
         Self {
             uav,
             first,
@@ -50,31 +50,31 @@ impl TeammateLog {
             has_reported: false,
             left_at,
             log_status_at: knows_at,
-            log_status: knowledge,
+            log_status,
             log_matches: false,
-            skipped_until: passed_over_until,
+            skipped_until,
         }
     }
 
     /// Records that the UAV has reported a time step. If it had left, it is back.
-    pub(crate) fn reported(&mut self, instant: i64) {
-        self.first = self.first.min(instant);
-        self.newest = self.newest.max(instant);
-        self.left_at = self.left_at.filter(|left_at| instant <= *left_at);
+    pub(crate) fn reported(&mut self, step: i64) {
+        self.first = self.first.min(step);
+        self.newest = self.newest.max(step);
+        self.left_at = self.left_at.filter(|left_at| step <= *left_at);
     }
 
     /// Records that a report of the UAV was received. An older announcement to leave is void.
-    pub(crate) fn receive(&mut self, instant: i64, leaves: bool) {
+    pub(crate) fn receive(&mut self, step: i64, is_leaving: bool) {
         self.has_reported = true;
-        self.reported(instant);
-        if leaves && instant == self.newest {
-            self.left_at = Some(instant);
+        self.reported(step);
+        if is_leaving && step == self.newest {
+            self.left_at = Some(step);
         }
     }
 
     /// True if the UAV is expected to report a time step.
-    pub(crate) fn is_due(&self, instant: i64) -> bool {
-        self.first <= instant && self.left_at.is_none_or(|left_at| instant <= left_at)
+    pub(crate) fn is_due(&self, step: i64) -> bool {
+        self.first <= step && self.left_at.is_none_or(|left_at| step <= left_at)
     }
 
     pub(crate) fn status(&self, now: i64, lease: i64) -> TeammateStatus {

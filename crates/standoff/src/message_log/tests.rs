@@ -13,47 +13,47 @@ fn log() -> MessageLog {
     log
 }
 
-fn us(instant: i64) -> Time {
-    Time::from_us(instant * 500_000)
+fn us(step: i64) -> Time {
+    Time::from_us(step * 500_000)
 }
 
-fn report(uav: u32, instant: i64) -> Report {
+fn report(uav: u32, step: i64) -> Report {
     let state = UavState::level_flight(Position::ORIGIN, Angle::ZERO, 40.0);
-    Report { sequence: instant as u32, ..Report::position_only(UavId(uav), us(instant), state) }
+    Report { sequence: step as u32, ..Report::position_only(UavId(uav), us(step), state) }
 }
 
 /// A report that lists all reports of these UAVs up to the previous time step as received.
-fn listing(uav: u32, instant: i64, of: &[u32]) -> Report {
-    let held = |of: &u32| ReceivedRange { source: MessageSource::Uav(UavId(*of)), from: 0, to: instant - 1 };
-    let held = of.iter().filter(|_| instant > 0).map(held).collect();
+fn listing(uav: u32, step: i64, of: &[u32]) -> Report {
+    let held = |of: &u32| ReceivedRange { source: MessageSource::Uav(UavId(*of)), from: 0, to: step - 1 };
+    let held = of.iter().filter(|_| step > 0).map(held).collect();
     let (since, committed, stamp, listed_after) = (us(0), us(-1), CommitDigest::default(), us(-1));
-    let (disturbed, asks) = (us(-99), None);
-    let knowledge = LogStatus {
+    let (disturbed, snapshot_request) = (us(-99), None);
+    let log_status = LogStatus {
         start: since,
         committed_until: committed,
         commit_digest: stamp,
         listed_after,
         received: held,
         degraded_at: disturbed,
-        snapshot_request: asks,
+        snapshot_request,
     };
-    Report { log_status: Some(Box::new(knowledge)), ..report(uav, instant) }
+    Report { log_status: Some(Box::new(log_status)), ..report(uav, step) }
 }
 
 /// A report that lists these ranges as received.
-fn listing_ranges(uav: u32, instant: i64, held: Vec<ReceivedRange>) -> Report {
-    let mut report = listing(uav, instant, &[]);
+fn listing_ranges(uav: u32, step: i64, held: Vec<ReceivedRange>) -> Report {
+    let mut report = listing(uav, step, &[]);
     report.log_status.as_mut().unwrap().received = held;
     report
 }
 
-fn cue(label: u32, instant: i64) -> Cue {
+fn cue(label: u32, step: i64) -> Cue {
     Cue {
         source: 5,
-        issued_at: us(instant),
+        issued_at: us(step),
         sequence: label as u16,
         label: TargetLabel(label),
-        time: us(instant),
+        time: us(step),
         position: Position::ORIGIN,
         velocity: Velocity::ZERO,
         position_sd_m: 20.0,
@@ -61,8 +61,8 @@ fn cue(label: u32, instant: i64) -> Cue {
     }
 }
 
-fn stored_uavs(log: &MessageLog, instant: i64) -> Vec<u32> {
-    log.messages(instant).map_or(Vec::new(), |row| row.reports().iter().map(|report| report.uav.0).collect())
+fn stored_uavs(log: &MessageLog, step: i64) -> Vec<u32> {
+    log.messages(step).map_or(Vec::new(), |row| row.reports().iter().map(|report| report.uav.0).collect())
 }
 
 #[test]
@@ -87,11 +87,11 @@ fn late_reports_count_for_their_time_step_until_it_is_committed() {
 fn times_within_a_tenth_of_a_period_belong_to_the_time_step() {
     let mut log = log();
     for off_us in [-50_000, -1, 0, 1, 50_000] {
-        assert_eq!(log.instant(us(7) + Duration::from_us(off_us)), Some(7));
-        assert_eq!(log.instant(us(-7) + Duration::from_us(off_us)), Some(-7));
+        assert_eq!(log.step(us(7) + Duration::from_us(off_us)), Some(7));
+        assert_eq!(log.step(us(-7) + Duration::from_us(off_us)), Some(-7));
     }
     for off_us in [-50_001, 50_001, 250_000] {
-        assert_eq!(log.instant(us(7) + Duration::from_us(off_us)), None);
+        assert_eq!(log.step(us(7) + Duration::from_us(off_us)), None);
         log.receive_report(&Report { time: us(7) + Duration::from_us(off_us), ..report(1, 7) }, 7, -1);
         log.receive_cue(&Cue { issued_at: us(7) + Duration::from_us(off_us), ..cue(1, 7) }, 7, -1);
     }
@@ -190,7 +190,7 @@ fn a_time_step_is_complete_when_no_entry_can_be_missing() {
         } else {
             log.receive_report(&report, report.sequence.into(), -1);
         }
-        [0, 1].map(|instant| log.is_complete(instant))
+        [0, 1].map(|step| log.is_complete(step))
     };
     for uav in 0..3 {
         assert_eq!(hear(listing(uav, 0, &[])), [false; 2]);
@@ -213,8 +213,8 @@ fn a_time_step_is_complete_when_no_entry_can_be_missing() {
 fn entries_listed_by_teammates_delay_completion() {
     let with = |change: &dyn Fn(&mut Report), late: Option<Cue>| {
         let mut log = log();
-        for instant in 0..2 {
-            log.append_own(instant, ReportView::of(&report(0, instant)));
+        for step in 0..2 {
+            log.append_own(step, ReportView::of(&report(0, step)));
         }
         log.receive_report(&listing(1, 0, &[]), 0, -1);
         let mut next = listing(1, 1, &[0, 1]);
@@ -225,13 +225,13 @@ fn entries_listed_by_teammates_delay_completion() {
     };
     let status = |report: &mut Report| report.log_status.clone().unwrap();
     let lists_a_cue = |report: &mut Report| {
-        let mut knowledge = status(report);
-        knowledge.received.push(ReceivedRange { source: MessageSource::CueSource(5), from: 3, to: 3 });
-        report.log_status = Some(knowledge);
+        let mut log_status = status(report);
+        log_status.received.push(ReceivedRange { source: MessageSource::CueSource(5), from: 3, to: 3 });
+        report.log_status = Some(log_status);
     };
     let lists_less = |report: &mut Report| {
-        let knowledge = LogStatus { listed_after: us(0), ..*status(report) };
-        report.log_status = Some(Box::new(knowledge));
+        let log_status = LogStatus { listed_after: us(0), ..*status(report) };
+        report.log_status = Some(Box::new(log_status));
     };
     assert!(with(&|_| {}, None) && !with(&lists_a_cue, None));
     assert!(with(&lists_a_cue, Some(cue(3, 0))) && !with(&lists_a_cue, Some(cue(4, 0))));
@@ -243,26 +243,22 @@ fn entries_listed_by_teammates_delay_completion() {
 #[test]
 fn reports_that_never_existed_do_not_delay_completion() {
     let mut log = log();
-    for instant in 0..9 {
-        log.append_own(instant, ReportView::of(&report(0, instant)));
-        if !(2..5).contains(&instant) {
-            let from = if instant < 2 { 0 } else { 5 };
+    for step in 0..9 {
+        log.append_own(step, ReportView::of(&report(0, step)));
+        if !(2..5).contains(&step) {
+            let from = if step < 2 { 0 } else { 5 };
             log.receive_report(
-                &listing_ranges(
-                    1,
-                    instant,
-                    vec![ReceivedRange { source: MessageSource::Uav(UavId(1)), from, to: instant }],
-                ),
-                instant,
+                &listing_ranges(1, step, vec![ReceivedRange { source: MessageSource::Uav(UavId(1)), from, to: step }]),
+                step,
                 -1,
             );
         }
-        let complete = (0..9).filter(|instant| log.is_complete(*instant)).collect::<Vec<_>>();
-        assert_eq!(complete, (0..if instant < 5 { instant.min(1) } else { instant }).collect::<Vec<_>>());
+        let complete = (0..9).filter(|step| log.is_complete(*step)).collect::<Vec<_>>();
+        assert_eq!(complete, (0..if step < 5 { step.min(1) } else { step }).collect::<Vec<_>>());
     }
     let other = vec![ReceivedRange { source: MessageSource::Uav(UavId(1)), from: 0, to: 3 }];
     log.receive_report(&listing_ranges(2, 9, other), 9, -1);
-    assert_eq!([2, 3, 4].map(|instant| log.is_complete(instant)), [false, false, true]);
+    assert_eq!([2, 3, 4].map(|step| log.is_complete(step)), [false, false, true]);
 }
 
 /// With delays, a cue may be missing in all lists although all have reported again: completion waits for the longest
@@ -270,11 +266,11 @@ fn reports_that_never_existed_do_not_delay_completion() {
 #[test]
 fn completion_waits_for_the_longest_delay_of_reports() {
     let mut log = log();
-    for instant in 0..9 {
-        log.append_own(instant, ReportView::of(&report(0, instant)));
-        log.receive_report(&listing(1, instant, &[0, 1]), instant + if instant == 2 { 3 } else { 0 }, -1);
+    for step in 0..9 {
+        log.append_own(step, ReportView::of(&report(0, step)));
+        log.receive_report(&listing(1, step, &[0, 1]), step + if step == 2 { 3 } else { 0 }, -1);
     }
-    assert_eq!((0..9).filter(|instant| log.is_complete(*instant)).collect::<Vec<_>>(), [0, 1, 2, 3, 4]);
+    assert_eq!((0..9).filter(|step| log.is_complete(*step)).collect::<Vec<_>>(), [0, 1, 2, 3, 4]);
 }
 
 #[test]
@@ -358,19 +354,19 @@ fn the_shortest_teammate_timeout_is_one_period() {
 fn received_entries_are_listed_from_shortly_before_the_last_commit() {
     let mut log = log();
     let committed = LISTED_BEFORE + 12;
-    for instant in (0..committed + 9).filter(|instant| *instant != committed + 5) {
-        log.receive_report(&report(1, instant), instant, -1);
+    for step in (0..committed + 9).filter(|step| *step != committed + 5) {
+        log.receive_report(&report(1, step), step, -1);
     }
     log.receive_cue(&cue(3, 12), committed + 9, -1);
     log.receive_cue(&cue(3, committed + 8), committed + 9, -1);
-    let mut knowledge = LogStatus::default();
-    log.list(committed, &mut knowledge);
+    let mut log_status = LogStatus::default();
+    log.list(committed, &mut log_status);
     let held = |speaker, from, to| ReceivedRange { source: speaker, from, to };
     let (one, searcher) = (MessageSource::Uav(UavId(1)), MessageSource::CueSource(5));
     let number = (committed + 8) * 65_536 + 3;
-    assert_eq!(knowledge.listed_after, us(12));
+    assert_eq!(log_status.listed_after, us(12));
     let of_one = [held(one, 13, committed + 4), held(one, committed + 6, committed + 8)];
-    assert_eq!(knowledge.received, [of_one[0], of_one[1], held(searcher, number, number)]);
+    assert_eq!(log_status.received, [of_one[0], of_one[1], held(searcher, number, number)]);
 }
 
 /// A transmitter that pretends to be many UAVs, all without entries, causes limited work; a team of four without
@@ -379,10 +375,10 @@ fn received_entries_are_listed_from_shortly_before_the_last_commit() {
 fn the_number_of_retransmissions_examined_per_period_is_limited() {
     for (uavs, expected) in [(4, 4 * 44), (250, 16)] {
         let mut log = log();
-        (0..50).for_each(|instant| _ = log.append_own(instant, ReportView::of(&report(0, instant))));
+        (0..50).for_each(|step| _ = log.append_own(step, ReportView::of(&report(0, step))));
         log.turn_to(50, 0);
-        for instant in 0..50 {
-            (1..4).for_each(|uav| log.receive_report(&report(uav, instant), 50, -1));
+        for step in 0..50 {
+            (1..4).for_each(|uav| log.receive_report(&report(uav, step), 50, -1));
         }
         (1..uavs).for_each(|uav| log.receive_report(&listing_ranges(uav, 51, Vec::new()), 50, -1));
         let (mut retransmission, mut sent) = (Retransmission::default(), 0);
@@ -437,18 +433,18 @@ fn matching_teammates_have_the_same_entries() {
             }
             for uav in 1..4 {
                 let mut report = listing(uav, now, &[]);
-                let knowledge = report.log_status.as_mut().unwrap();
-                log.list(-1, knowledge);
+                let log_status = report.log_status.as_mut().unwrap();
+                log.list(-1, log_status);
                 // The sender has received what is stored here except the messages of this time step; at random, less or
                 // more.
                 let own = MessageSource::Uav(UavId(uav));
-                for run in &mut knowledge.received {
+                for run in &mut log_status.received {
                     let is_own_last = run.source == own && run.to == now - 1;
                     run.to += i64::from(is_own_last) - i64::from(run.source != own && run.to == now);
                     run.from += i64::from(draw(30) == 0);
                     run.to += [-1, 1][draw(2) as usize] * i64::from(draw(30) == 0);
                 }
-                knowledge.received.retain(|run| run.from <= run.to && draw(40) > 0);
+                log_status.received.retain(|run| run.from <= run.to && draw(40) > 0);
                 if draw(8) == 0 {
                     in_transit.push(report);
                 } else {

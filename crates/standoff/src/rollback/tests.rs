@@ -15,40 +15,35 @@ struct Replica {
     now: i64,
 }
 
-fn time(instant: i64) -> Time {
-    Time::from_us(instant * 500_000)
+fn time(step: i64) -> Time {
+    Time::from_us(step * 500_000)
 }
 
-fn target(label: u32, instant: i64) -> Position {
-    Position::from_m(90.0 * f64::from(label), 0.0) + Velocity::from_m_s(6.0, 2.0) * time(instant).s()
+fn target(label: u32, step: i64) -> Position {
+    Position::from_m(90.0 * f64::from(label), 0.0) + Velocity::from_m_s(6.0, 2.0) * time(step).s()
 }
 
 /// Report of a UAV that circles the start of the targets and detects them all.
-fn report(uav: u32, instant: i64, targets: u32) -> Report {
-    let phase = Angle::from_deg(90.0 * f64::from(uav) + 5.0 * instant as f64);
+fn report(uav: u32, step: i64, targets: u32) -> Report {
+    let phase = Angle::from_deg(90.0 * f64::from(uav) + 5.0 * step as f64);
     let position = Position::ORIGIN + Displacement::from_polar(450.0, phase);
     let heading = phase + Angle::from_deg(90.0);
     let state = UavState { position, heading, speed_m_s: 40.0, turn_rate_rad_s: 0.09, vertical: None };
     let detect =
-        |label| Detection { label: TargetLabel(label), measurement: sensor::measure(position, target(label, instant)) };
+        |label| Detection { label: TargetLabel(label), measurement: sensor::measure(position, target(label, step)) };
     let boresight = Some(phase + Angle::from_deg(180.0));
     let detections = (0..targets).map(detect).collect();
-    Report {
-        sequence: instant as u32,
-        boresight,
-        detections,
-        ..Report::position_only(UavId(uav), time(instant), state)
-    }
+    Report { sequence: step as u32, boresight, detections, ..Report::position_only(UavId(uav), time(step), state) }
 }
 
-fn cue(label: u32, instant: i64) -> Cue {
+fn cue(label: u32, step: i64) -> Cue {
     Cue {
         source: 0,
-        issued_at: time(instant),
+        issued_at: time(step),
         sequence: label as u16,
         label: TargetLabel(label),
-        time: time(instant),
-        position: target(label, instant),
+        time: time(step),
+        position: target(label, step),
         velocity: Velocity::from_m_s(6.0, 2.0),
         position_sd_m: 20.0,
         velocity_sd_m_s: 2.0,
@@ -72,8 +67,8 @@ impl Replica {
         self.follow();
     }
 
-    fn hear(&mut self, uav: u32, instant: i64) {
-        self.log.receive_report(&report(uav, instant, 2), self.now, self.history.committed);
+    fn hear(&mut self, uav: u32, step: i64) {
+        self.log.receive_report(&report(uav, step, 2), self.now, self.history.committed);
     }
 
     fn follow(&mut self) {
@@ -84,8 +79,8 @@ impl Replica {
         self.history.select_published(&self.log, self.now, link_is_degraded);
     }
 
-    fn instants(&self) -> Vec<i64> {
-        self.history.states.iter().map(|(instant, _)| *instant).collect()
+    fn steps(&self) -> Vec<i64> {
+        self.history.states.iter().map(|(step, _)| *step).collect()
     }
 
     fn text(&self) -> String {
@@ -107,11 +102,11 @@ proptest! {
         let mut replica = Replica::new();
         for now in 0..INSTANTS + 20 {
             replica.tick(&[]);
-            for instant in 0..INSTANTS {
+            for step in 0..INSTANTS {
                 for uav in 0..3u32 {
-                    let (one, other) = delays[(3 * instant) as usize + uav as usize];
+                    let (one, other) = delays[(3 * step) as usize + uav as usize];
                     // Repeated recomputation within one time step changes nothing.
-                    (instant + one == now || instant + other == now).then(|| replica.hear(uav, instant));
+                    (step + one == now || step + other == now).then(|| replica.hear(uav, step));
                 }
             }
             for (label, delay) in (0..).zip(&cue_delays) {
@@ -183,26 +178,24 @@ fn old_states_thin_out_to_those_with_digests() {
     for now in 0..240 {
         replica.tick(if now == 21 { &[0] } else { &[0, 1] });
         whole.tick(&[0, 1]);
-        let kept = replica.instants();
-        let is_kept = |instant: &i64| *instant == -1 || instant % DIGEST_EVERY == 0 || now - instant <= DENSE + LAG;
-        assert!((0..=now).filter(is_kept).all(|instant| kept.contains(&instant)), "{kept:?}");
+        let kept = replica.steps();
+        let is_kept = |step: &i64| *step == -1 || step % DIGEST_EVERY == 0 || now - step <= DENSE + LAG;
+        assert!((0..=now).filter(is_kept).all(|step| kept.contains(&step)), "{kept:?}");
         assert!(kept.len() as i64 <= 4 * (DENSE + LAG) + now / DIGEST_EVERY, "{kept:?}");
     }
-    let kept = replica.instants();
+    let kept = replica.steps();
     assert!(
-        kept.iter()
-            .filter(|instant| **instant < 240 - 9 * (DENSE + LAG))
-            .all(|instant| *instant == -1 || instant % DIGEST_EVERY == 0)
+        kept.iter().filter(|step| **step < 240 - 9 * (DENSE + LAG)).all(|step| *step == -1 || step % DIGEST_EVERY == 0)
     );
     // A snapshot uses the newest stored state.
-    for instant in 0..240 {
-        let newest = kept.iter().rfind(|kept| **kept <= instant).copied();
-        assert_eq!(Some(replica.history.kept_up_to(instant)), newest);
+    for step in 0..240 {
+        let newest = kept.iter().rfind(|kept| **kept <= step).copied();
+        assert_eq!(Some(replica.history.kept_up_to(step)), newest);
     }
     assert_ne!(replica.text(), whole.text());
     replica.hear(1, 21);
     replica.follow();
-    assert_eq!((replica.text(), replica.instants()), (whole.text(), whole.instants()));
+    assert_eq!((replica.text(), replica.steps()), (whole.text(), whole.steps()));
 }
 
 /// All agents keep digests of the same time steps and states, in however many steps they commit.
@@ -218,20 +211,18 @@ fn digests_are_kept_at_a_fixed_interval_of_commits() {
         digests.push(step_by_step.history.newest().digest());
         step_by_step.history.commit(now - 2);
         assert_eq!(
-            step_by_step.instants(),
+            step_by_step.steps(),
             if now < 2 { (-1..=now).collect::<Vec<_>>() } else { vec![now - 2, now - 1, now] }
         );
     }
     assert_eq!(at_once.history.commit_digest(&at_once.log), CommitDigest::default());
     at_once.history.commit(47);
     for replica in [&at_once, &step_by_step] {
-        let digests_kept: Vec<_> =
-            (0..50).filter_map(|instant| Some((instant, replica.history.digest_at(instant)?))).collect();
-        let expected: Vec<_> =
-            [0, DIGEST_EVERY, 2 * DIGEST_EVERY].map(|instant| (instant, digests[instant as usize])).into();
+        let digests_kept: Vec<_> = (0..50).filter_map(|step| Some((step, replica.history.digest_at(step)?))).collect();
+        let expected: Vec<_> = [0, DIGEST_EVERY, 2 * DIGEST_EVERY].map(|step| (step, digests[step as usize])).into();
         assert_eq!(digests_kept, expected);
-        let (instant, digest) = expected[2];
-        assert_eq!(replica.history.commit_digest(&replica.log), CommitDigest { time: time(instant), digest });
+        let (step, digest) = expected[2];
+        assert_eq!(replica.history.commit_digest(&replica.log), CommitDigest { time: time(step), digest });
         assert_eq!((replica.history.committed, replica.history.kept_from()), (47, 47));
     }
     // A commit never moves back.
@@ -258,12 +249,14 @@ fn while_messages_are_missing_groups_and_assignments_lag() {
     let mut replica = Replica::new();
     (0..10).for_each(|_| replica.tick(&[0]));
     replica.settle(false);
-    let crew = |replica: &Replica| replica.history.head().assignments.iter().map(|duty| duty.uav.0).collect::<Vec<_>>();
-    assert_eq!(crew(&replica), [0]);
+    let assigned_uavs = |replica: &Replica| {
+        replica.history.head().assignments.iter().map(|assignment| assignment.uav.0).collect::<Vec<_>>()
+    };
+    assert_eq!(assigned_uavs(&replica), [0]);
     for later in 0..=LAG {
         replica.tick(&[0, 1]);
         replica.settle(true);
-        assert_eq!(crew(&replica), if later < LAG { vec![0] } else { vec![0, 1] }, "{later}");
+        assert_eq!(assigned_uavs(&replica), if later < LAG { vec![0] } else { vec![0, 1] }, "{later}");
         let (head, newest) = (replica.history.head(), replica.history.newest());
         assert_eq!((head.time, head.teammates.len(), newest.assignments.len()), (newest.time, 2, 2));
         assert_eq!(head.tracks(), newest.tracks());
@@ -271,10 +264,10 @@ fn while_messages_are_missing_groups_and_assignments_lag() {
     // When nothing is missing, the current assignment is used immediately, and stays in use afterwards.
     replica.tick(&[0, 1, 2]);
     replica.settle(false);
-    assert_eq!(crew(&replica), [0, 1, 2]);
+    assert_eq!(assigned_uavs(&replica), [0, 1, 2]);
     replica.tick(&[0, 1, 2]);
     replica.settle(true);
-    assert_eq!(crew(&replica), [0, 1, 2]);
+    assert_eq!(assigned_uavs(&replica), [0, 1, 2]);
 }
 
 /// Lagging assignments may name UAVs that have left; the other UAVs keep theirs.
@@ -285,7 +278,7 @@ fn lagging_assignments_of_departed_uavs_do_not_affect_others() {
     (0..7).for_each(|_| replica.tick(&[1]));
     replica.settle(true);
     let head = replica.history.head();
-    let uavs: Vec<u32> = head.assignments.iter().map(|duty| duty.uav.0).collect();
+    let uavs: Vec<u32> = head.assignments.iter().map(|assignment| assignment.uav.0).collect();
     let team: Vec<_> = head.teammates.iter().map(|teammate| (teammate.uav.0, teammate.group)).collect();
     assert_eq!((uavs, team), (vec![0, 1], vec![(1, Some(head.groups[0].id))]));
 }
@@ -299,9 +292,9 @@ fn an_adopted_state_evolves_like_that_of_its_sender() {
         receiver.tick(&[]);
     }
     receiver.history.adopt(-5, 12, sender.history.at(12).unwrap().clone());
-    assert_eq!((receiver.history.start, receiver.history.committed, receiver.instants()), (-5, 12, vec![12]));
+    assert_eq!((receiver.history.start, receiver.history.committed, receiver.steps()), (-5, 12, vec![12]));
     receiver.log.reach_back(13);
-    (13..20).for_each(|instant| [0, 1].iter().for_each(|uav| receiver.hear(*uav, instant)));
+    (13..20).for_each(|step| [0, 1].iter().for_each(|uav| receiver.hear(*uav, step)));
     receiver.follow();
     assert_eq!(receiver.text(), sender.text());
     assert_eq!(receiver.history.at(11), None);

@@ -32,10 +32,10 @@ fn known() -> TeamState {
 /// A number beyond every possible team causes no overflow.
 #[test]
 fn a_group_with_an_impossible_member_count_has_changed() {
-    let mut picture = known();
-    assert!(!picture.groups[0].has_changed());
-    picture.groups[0].members_when_assigned = u32::MAX;
-    assert!(picture.rebuild_index(&TeamParams::table_1()) && picture.groups[0].has_changed());
+    let mut team_state = known();
+    assert!(!team_state.groups[0].has_changed());
+    team_state.groups[0].members_when_assigned = u32::MAX;
+    assert!(team_state.rebuild_index(&TeamParams::table_1()) && team_state.groups[0].has_changed());
 }
 
 /// After a partition in which both halves reassigned, each UAV would otherwise switch to the group that it believes the
@@ -44,17 +44,18 @@ fn a_group_with_an_impossible_member_count_has_changed() {
 fn assignment_starts_from_the_reported_assignments() {
     let mut params = TeamParams::table_1();
     params.group.assignment_switching_cost = 10.0;
-    let mut fold = crate::state_update::TeamStateUpdater::new(params).unwrap();
-    let at = |instant: i64| Time::from_us(instant * 500_000);
+    let mut updater = crate::state_update::TeamStateUpdater::new(params).unwrap();
+    let at = |step: i64| Time::from_us(step * 500_000);
     let state = UavState::level_flight(Position::ORIGIN, Angle::ZERO, 40.0);
-    let row = |instant: i64, uavs: u32, duty: &dyn Fn(u32) -> Option<GroupId>| {
+    let row = |step: i64, uavs: u32, assignment: &dyn Fn(u32) -> Option<GroupId>| {
         let mut row = StepMessages::default();
-        row.open(at(instant));
+        row.open(at(step));
         for uav in 0..uavs {
-            let report = Report { assigned_group: duty(uav), ..Report::position_only(UavId(uav), at(instant), state) };
+            let report =
+                Report { assigned_group: assignment(uav), ..Report::position_only(UavId(uav), at(step), state) };
             row.put(crate::step_messages::ReportView::of(&report));
         }
-        for number in (0..4).filter(|_| instant == 0) {
+        for number in (0..4).filter(|_| step == 0) {
             // Both groups look the same from the middle.
             let x_m = if number < 2 { -900.0 } else { 900.0 };
             let position = Position::from_m(x_m, 40.0 * f64::from(number % 2) - 20.0);
@@ -75,14 +76,14 @@ fn assignment_starts_from_the_reported_assignments() {
         row
     };
     let [mut first, mut second] = [TeamState::default(), TeamState::default()];
-    fold.advance(&TeamState::default(), Duration::ZERO, &row(0, 4, &|_| None), &mut first);
-    let assigned: Vec<GroupId> = first.assignments.iter().map(|duty| duty.group).collect();
+    updater.advance(&TeamState::default(), Duration::ZERO, &row(0, 4, &|_| None), &mut first);
+    let assigned: Vec<GroupId> = first.assignments.iter().map(|assignment| assignment.group).collect();
     let [one, other] = [first.groups[0].id, first.groups[1].id];
     assert_eq!(assigned, [one, one, other, other]);
     // A fifth UAV joins, with an unknown group: all UAVs are reassigned. The other UAVs report the opposite assignment.
     let reported = |uav: u32| Some([other, other, one, one, GroupId(7)][uav as usize]);
-    fold.advance(&first, Duration::from_s(0.5), &row(1, 5, &reported), &mut second);
-    let assigned: Vec<GroupId> = second.assignments.iter().map(|duty| duty.group).take(4).collect();
+    updater.advance(&first, Duration::from_s(0.5), &row(1, 5, &reported), &mut second);
+    let assigned: Vec<GroupId> = second.assignments.iter().map(|assignment| assignment.group).take(4).collect();
     assert_eq!(assigned, [other, other, one, one]);
 }
 
@@ -91,41 +92,42 @@ fn assignment_starts_from_the_reported_assignments() {
 #[test]
 fn impossible_team_states_are_rejected() {
     let corruptions: [fn(&mut TeamState); 9] = [
-        |picture| picture.teammates[0].last_report.position = Position::from_m(1e300, 0.0),
-        |picture| picture.teammates[0].last_report_at = Time::from_us(1),
-        |picture| _ = picture.memberships.new_group(Time::from_us(10_000_000), [0].into_iter()),
-        |picture| _ = picture.memberships.new_group(Time::from_us(i64::MAX), [0].into_iter()),
-        |picture| picture.memberships.block(0, picture.groups[0].id, Time::from_us(30_000_001)),
-        |picture| {
-            let (from, to, requested_at) = (None, picture.groups[0].id, Time::from_us(1));
-            picture
+        |team_state| team_state.teammates[0].last_report.position = Position::from_m(1e300, 0.0),
+        |team_state| team_state.teammates[0].last_report_at = Time::from_us(1),
+        |team_state| _ = team_state.memberships.new_group(Time::from_us(10_000_000), [0].into_iter()),
+        |team_state| _ = team_state.memberships.new_group(Time::from_us(i64::MAX), [0].into_iter()),
+        |team_state| team_state.memberships.block(0, team_state.groups[0].id, Time::from_us(30_000_001)),
+        |team_state| {
+            let (from, to, requested_at) = (None, team_state.groups[0].id, Time::from_us(1));
+            team_state
                 .memberships
                 .set(0, Membership::InHandoff(Handoff { from, to, requested_at, dwell: Duration::ZERO }));
         },
-        |picture| {
+        |team_state| {
             let params = TeamParams::table_1().track;
-            let before = *picture.memberships.track_mut(0);
-            picture.memberships.track_mut(0).update(&before, None, Duration::from_us(-1), |_, _| true, &params);
+            let before = *team_state.memberships.track_mut(0);
+            team_state.memberships.track_mut(0).update(&before, None, Duration::from_us(-1), |_, _| true, &params);
         },
-        |picture| picture.grouping_state = GroupingState::next_regrouping(Time::from_us(30_000_001)),
-        |picture| {
+        |team_state| team_state.grouping_state = GroupingState::next_regrouping(Time::from_us(30_000_001)),
+        |team_state| {
             let position = Position::from_m(300.0, 0.0);
             let measurements = [(Position::ORIGIN, crate::sensor::measure(Position::ORIGIN, position))];
             for label in 3..=TARGETS_MAX as u32 {
                 let track = Track::from_measurements(TargetLabel(label), measurements, &TeamParams::table_1().track);
-                picture.memberships.start(track.unwrap());
+                team_state.memberships.start(track.unwrap());
             }
         },
     ];
     let params = TeamParams::table_1();
     assert!(known().rebuild_index(&params) && !known().groups.is_empty());
-    let block_in_time = |picture: &mut TeamState| picture.memberships.block(0, GroupId(7), Time::from_us(30_000_000));
-    let mut picture = known();
-    block_in_time(&mut picture);
-    assert!(picture.rebuild_index(&params));
+    let block_in_time =
+        |team_state: &mut TeamState| team_state.memberships.block(0, GroupId(7), Time::from_us(30_000_000));
+    let mut team_state = known();
+    block_in_time(&mut team_state);
+    assert!(team_state.rebuild_index(&params));
     for (index, corrupt) in corruptions.into_iter().enumerate() {
-        let mut picture = known();
-        corrupt(&mut picture);
-        assert!(!picture.rebuild_index(&params), "{index}");
+        let mut team_state = known();
+        corrupt(&mut team_state);
+        assert!(!team_state.rebuild_index(&params), "{index}");
     }
 }

@@ -84,11 +84,11 @@ impl Team {
     /// Runs one complete time step over a radio, and returns the messages sent and received. Every cue is received
     /// immediately by at least one UAV that is on, because a cue that no UAV receives has no effect. A UAV whose
     /// computer is off flies on with its last command, without sensor and radio.
-    pub fn tick_over(&mut self, tick: i64, radio: &mut Radio) -> Words {
+    pub fn tick_over(&mut self, tick: i64, radio: &mut Radio) -> TickMessages {
         let (now, cues, scans) = self.look(tick);
         let on: Vec<usize> = (0..self.agents.len()).filter(|index| !self.off.contains(index)).collect();
         let mut observed = Vec::new();
-        let (mut sent, mut heard, mut steps) = (Vec::new(), Vec::new(), Vec::new());
+        let (mut sent, mut delivered, mut steps) = (Vec::new(), Vec::new(), Vec::new());
         for &index in &on {
             let agent = &mut self.agents[index];
             let scan = Some(scan_of(&scans[index])).filter(|_| !self.silent.contains(&agent.id()));
@@ -109,23 +109,23 @@ impl Team {
         for (index, observation) in observed {
             for message in radio.received(tick, index) {
                 self.agents[index].receive(&observation, &message);
-                heard.push((index, message));
+                delivered.push((index, message));
             }
             let step = self.agents[index].decide(&observation);
             (self.commands[index], self.pointing_target[index]) = (step.command, step.pointing_target);
             steps.push((index, step));
         }
         self.fly(now);
-        Words { sent, heard, steps }
+        TickMessages { sent, delivered, steps }
     }
 }
 
 /// Messages and decisions of one time step.
-pub struct Words {
+pub struct TickMessages {
     /// Messages sent, with the index of the sender; `None` for cue sources.
     pub sent: Vec<(Option<usize>, Message)>,
     /// Messages received, with the index of the receiver.
-    pub heard: Vec<(usize, Message)>,
+    pub delivered: Vec<(usize, Message)>,
     /// Decisions, with the index of the UAV.
     pub steps: Vec<(usize, AgentOutput)>,
 }
@@ -159,8 +159,8 @@ impl Truth {
     }
 
     /// Returns true if a team state equals the reference of its time step, bit for bit.
-    pub fn is(&self, picture: &TeamState) -> bool {
-        self.digests[(picture.time.us() / PERIOD.us()) as usize] == picture.digest()
+    pub fn is(&self, team_state: &TeamState) -> bool {
+        self.digests[(team_state.time.us() / PERIOD.us()) as usize] == team_state.digest()
     }
 }
 

@@ -107,8 +107,8 @@ fn the_teammates_of_every_agent_read_back() {
                 for uav in frame.uavs.iter().map(|uav| uav.uav) {
                     let stored = |column| overview.find(&format!("team-{}", agent.agent), column, uav, step);
                     let own = |column| overview.find("agents", column, uav, step);
-                    let [presence, age_s, group] = match stored("status") {
-                        Some(presence) => [Some(presence), stored("age_s"), stored("group")],
+                    let [status, age_s, group] = match stored("status") {
+                        Some(status) => [Some(status), stored("age_s"), stored("group")],
                         None => [Some(0.0), Some(0.0), own("group")],
                     };
                     let row = row(agent.agent, uav);
@@ -121,7 +121,7 @@ fn the_teammates_of_every_agent_read_back() {
                     };
                     met.insert(code as u32);
                     let report_us = row.and_then(|row| row.last_report_us);
-                    assert_eq!(presence, Some(code), "{} of {uav} at {} us", agent.agent, frame.time_us);
+                    assert_eq!(status, Some(code), "{} of {uav} at {} us", agent.agent, frame.time_us);
                     assert_eq!(age_s, report_us.map(|report_us| (frame.time_us - report_us) as f64 / 1e6));
                     assert_eq!(group, row.and_then(|row| row.group).map(f64::from));
                 }

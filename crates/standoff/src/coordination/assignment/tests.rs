@@ -74,9 +74,11 @@ impl World {
     }
 
     fn groups_assigned(&self, objective: Objective) -> Vec<usize> {
-        let duties = assign(&self.uavs, &self.sites(), &sensor(), objective, INERTIA);
-        assert!(duties.iter().map(|duty| duty.uav).eq(self.uavs.iter().map(|available| available.uav)));
-        duties.iter().map(|duty| duty.group.0 as usize).collect()
+        let assignments = assign(&self.uavs, &self.sites(), &sensor(), objective, INERTIA);
+        assert!(
+            assignments.iter().map(|assignment| assignment.uav).eq(self.uavs.iter().map(|available| available.uav))
+        );
+        assignments.iter().map(|assignment| assignment.group.0 as usize).collect()
     }
 
     /// Straightforward implementation of the rules: tries every assignment of the UAVs to groups, including ties.

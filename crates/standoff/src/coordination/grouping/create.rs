@@ -17,7 +17,7 @@ impl Grouping<'_> {
     /// Implements Algorithm 1's place in the mission.
     pub(super) fn create_first_groups(&mut self, desired: usize) {
         self.state.next_regrouping = self.now + Duration::from_s(self.params.group.regrouping_period_s);
-        let live: Vec<usize> = self.places(|known| !known.track.is_lost());
+        let live: Vec<usize> = self.track_indices(|known| !known.track.is_lost());
         let clusters = self.clustered(&live, group_count(self.team.len(), live.len()));
         if self.params.group.count == GroupCount::AsNeeded && !self.all_are_grouped(&live, &clusters) {
             while self.groups() < desired && self.create_another() {}
@@ -25,17 +25,17 @@ impl Grouping<'_> {
         }
         // Groups are numbered in the order of their first targets.
         let mut ids: Vec<(usize, GroupId)> = Vec::new();
-        for (cluster, place) in clusters.iter().zip(&live) {
+        for (cluster, track_index) in clusters.iter().zip(&live) {
             let id = match ids.iter().find(|(known, _)| known == cluster) {
                 Some((_, id)) => *id,
                 None => {
                     let members = clusters.iter().zip(&live).filter(|(of, _)| *of == cluster);
-                    let id = self.memberships.new_group(self.now, members.map(|(_, place)| *place));
+                    let id = self.memberships.new_group(self.now, members.map(|(_, track_index)| *track_index));
                     ids.push((*cluster, id));
                     id
                 }
             };
-            self.memberships.set(*place, Membership::Member(id));
+            self.memberships.set(*track_index, Membership::Member(id));
         }
         for (_, id) in ids {
             self.emit_group_created(id, GroupCreatedReason::First);
@@ -43,8 +43,14 @@ impl Grouping<'_> {
     }
 
     /// True if one orbit for each cluster contains it with room to spare.
-    fn all_are_grouped(&self, places: &[usize], clusters: &[usize]) -> bool {
-        let of = |cluster| places.iter().zip(clusters).filter(move |(_, of)| **of == cluster).map(|(place, _)| *place);
+    fn all_are_grouped(&self, track_indices: &[usize], clusters: &[usize]) -> bool {
+        let of = |cluster| {
+            track_indices
+                .iter()
+                .zip(clusters)
+                .filter(move |(_, of)| **of == cluster)
+                .map(|(track_index, _)| *track_index)
+        };
         let count = clusters.iter().max().map_or(0, |last| last + 1);
         (0..count).all(|cluster| self.required(of(cluster)).is_none_or(|orbit| orbit.has_room(&self.params.group)))
     }
@@ -69,25 +75,25 @@ impl Grouping<'_> {
 
     fn retire(&mut self, id: GroupId, reason: GroupRetiredReason) {
         self.events.push(Event::of_group(EventKind::GroupRetired(reason), id));
-        for place in 0..self.grouped_track().len() {
-            match self.grouped_track()[place].membership {
+        for track_index in 0..self.grouped_track().len() {
+            match self.grouped_track()[track_index].membership {
                 Membership::Member(group) if group == id => {
-                    let track = self.track(place);
+                    let track = self.track(track_index);
                     if let GroupRetiredReason::Merged { into, .. } = reason {
-                        self.admit_into(place, into);
+                        self.admit_into(track_index, into);
                         let event = Event::of_track(EventKind::Merged, track, Some(id));
                         self.events.push(Event { to_group: Some(into), ..event });
                     } else {
-                        self.memberships.set(place, Membership::Ungrouped);
+                        self.memberships.set(track_index, Membership::Ungrouped);
                         let kind = EventKind::NotAdmitted(HandoffCancelledReason::GroupRetired);
                         self.events.push(Event::of_track(kind, track, Some(id)));
                     }
                 }
                 Membership::InHandoff(handoff) if handoff.to == id => {
-                    self.cancel_handoff(place, HandoffCancelledReason::GroupRetired)
+                    self.cancel_handoff(track_index, HandoffCancelledReason::GroupRetired)
                 }
                 Membership::InHandoff(handoff) if handoff.from == Some(id) => {
-                    self.complete_handoff(place, HandoffCompletedReason::PassingGroupRetired);
+                    self.complete_handoff(track_index, HandoffCompletedReason::PassingGroupRetired);
                 }
                 _ => {}
             }
@@ -180,8 +186,9 @@ impl Grouping<'_> {
     /// First other group whose orbit has room for all members of a group.
     fn groups_able_to_hold(&self, id: GroupId) -> Option<GroupId> {
         self.memberships.groups().iter().copied().filter(|other| *other != id).find(|other| {
-            let belongs = |place: &usize| self.grouped_track()[*place].membership.groups().any(|group| group == id);
-            let of_other = self.members(*other).filter(|place| !belongs(place));
+            let belongs =
+                |track_index: &usize| self.grouped_track()[*track_index].membership.groups().any(|group| group == id);
+            let of_other = self.members(*other).filter(|track_index| !belongs(track_index));
             let both = of_other.chain(self.members(id));
             self.required(both).is_some_and(|required| required.has_room(&self.params.group))
         })
@@ -192,8 +199,8 @@ impl Grouping<'_> {
     fn coverable_together(&self, is_eligible: impl Fn(&GroupedTrack) -> bool) -> Vec<usize> {
         let (reach_m, limit_m_s) = (self.params.group.reach_m(), self.params.uav.speed_max_m_s());
         let is_near = |a: Position, b: Position| a.squared_distance_m2(b) <= reach_m * reach_m;
-        let mut places = self.places(|known| known.speed_m_s() <= limit_m_s && is_eligible(known));
-        let positions = self.positions(&places);
+        let mut track_indices = self.track_indices(|known| known.speed_m_s() <= limit_m_s && is_eligible(known));
+        let positions = self.positions(&track_indices);
         let mut best: Option<(usize, Position)> = None;
         for centre in &positions {
             let near = positions.iter().filter(|position| is_near(**position, *centre)).count();
@@ -201,15 +208,17 @@ impl Grouping<'_> {
                 best = Some((near, *centre));
             }
         }
-        places.retain(|place| best.is_some_and(|(_, centre)| is_near(self.grouped_track()[*place].position(), centre)));
-        while let Some(required) = self.required(places.iter().copied()) {
-            if required.has_room(&self.params.group) || places.len() == 1 {
+        track_indices.retain(|track_index| {
+            best.is_some_and(|(_, centre)| is_near(self.grouped_track()[*track_index].position(), centre))
+        });
+        while let Some(required) = self.required(track_indices.iter().copied()) {
+            if required.has_room(&self.params.group) || track_indices.len() == 1 {
                 break;
             }
-            let target = self.removal_candidate(places.iter().copied(), &required);
-            places.retain(|place| *place != target);
+            let target = self.removal_candidate(track_indices.iter().copied(), &required);
+            track_indices.retain(|track_index| *track_index != target);
         }
-        places
+        track_indices
     }
 
     /// Creates one more group: of ungrouped targets, or else by splitting the most scattered group. Returns `false` if
@@ -226,15 +235,15 @@ impl Grouping<'_> {
     }
 
     /// Creates a group of the targets with these indices.
-    fn create(&mut self, places: &[usize]) {
-        let id = self.memberships.new_group(self.now, places.iter().copied());
-        for place in places {
+    fn create(&mut self, track_indices: &[usize]) {
+        let id = self.memberships.new_group(self.now, track_indices.iter().copied());
+        for track_index in track_indices {
             // With groups as needed, the UAVs have yet to arrive, so that the targets are not members until then.
             match self.params.group.count {
-                GroupCount::HalfOfUavs => self.memberships.set(*place, Membership::Member(id)),
-                GroupCount::AsNeeded => self.admit_into(*place, id),
+                GroupCount::HalfOfUavs => self.memberships.set(*track_index, Membership::Member(id)),
+                GroupCount::AsNeeded => self.admit_into(*track_index, id),
             }
-            self.events.push(Event::of_track(EventKind::Admitted, self.track(*place), Some(id)));
+            self.events.push(Event::of_track(EventKind::Admitted, self.track(*track_index), Some(id)));
         }
         let is_scarce = self.params.group.count == GroupCount::AsNeeded && 2 * self.groups() > self.team.len();
         self.emit_group_created(
@@ -247,23 +256,23 @@ impl Grouping<'_> {
     fn split(&mut self) -> bool {
         let mut widest: Option<(f64, GroupId, Vec<usize>)> = None;
         for &id in self.memberships.groups() {
-            let places = self.settled_members(id);
+            let track_indices = self.settled_members(id);
             let mut together = KMeans::default();
-            together.cluster_of.resize(places.len(), 0);
-            let sum_m2 = together.cost_m2(&self.positions(&places)) * places.len() as f64;
-            if places.len() > 1 && widest.as_ref().is_none_or(|(most_m2, ..)| sum_m2 > *most_m2) {
-                widest = Some((sum_m2, id, places));
+            together.cluster_of.resize(track_indices.len(), 0);
+            let sum_m2 = together.cost_m2(&self.positions(&track_indices)) * track_indices.len() as f64;
+            if track_indices.len() > 1 && widest.as_ref().is_none_or(|(most_m2, ..)| sum_m2 > *most_m2) {
+                widest = Some((sum_m2, id, track_indices));
             }
         }
-        let Some((_, id, places)) = widest else { return false };
-        let clusters = self.clustered(&places, 2);
+        let Some((_, id, track_indices)) = widest else { return false };
+        let clusters = self.clustered(&track_indices, 2);
         let of_second = clusters.iter().filter(|cluster| **cluster == 1).count();
-        let leaves = usize::from(2 * of_second <= places.len());
-        let leaving = places.iter().zip(&clusters).filter(|(_, cluster)| **cluster == leaves);
-        let new = self.memberships.new_group(self.now, leaving.clone().map(|(place, _)| *place));
-        for (place, _) in leaving {
-            self.memberships.set(*place, Membership::Member(new));
-            let event = Event::of_track(EventKind::Regrouped, self.track(*place), Some(id));
+        let leaves = usize::from(2 * of_second <= track_indices.len());
+        let leaving = track_indices.iter().zip(&clusters).filter(|(_, cluster)| **cluster == leaves);
+        let new = self.memberships.new_group(self.now, leaving.clone().map(|(track_index, _)| *track_index));
+        for (track_index, _) in leaving {
+            self.memberships.set(*track_index, Membership::Member(new));
+            let event = Event::of_track(EventKind::Regrouped, self.track(*track_index), Some(id));
             self.events.push(Event { to_group: Some(new), ..event });
         }
         self.emit_group_created(new, GroupCreatedReason::Split);
@@ -272,22 +281,24 @@ impl Grouping<'_> {
 
     /// Indices of a group's members that are not in handoff.
     fn settled_members(&self, id: GroupId) -> Vec<usize> {
-        self.members(id).filter(|place| self.grouped_track()[*place].membership == Membership::Member(id)).collect()
+        self.members(id)
+            .filter(|track_index| self.grouped_track()[*track_index].membership == Membership::Member(id))
+            .collect()
     }
 
     /// Indices of the targets that satisfy a condition.
-    fn places(&self, condition: impl Fn(&GroupedTrack) -> bool) -> Vec<usize> {
-        (0..self.grouped_track().len()).filter(|place| condition(&self.grouped_track()[*place])).collect()
+    fn track_indices(&self, condition: impl Fn(&GroupedTrack) -> bool) -> Vec<usize> {
+        (0..self.grouped_track().len()).filter(|track_index| condition(&self.grouped_track()[*track_index])).collect()
     }
 
-    fn positions(&self, places: &[usize]) -> Vec<Position> {
-        places.iter().map(|place| self.grouped_track()[*place].position()).collect()
+    fn positions(&self, track_indices: &[usize]) -> Vec<Position> {
+        track_indices.iter().map(|track_index| self.grouped_track()[*track_index].position()).collect()
     }
 
     /// Clusters the targets with these indices from scratch; returns the cluster of each.
-    fn clustered(&self, places: &[usize], k: usize) -> Vec<usize> {
+    fn clustered(&self, track_indices: &[usize], k: usize) -> Vec<usize> {
         let mut clusters = KMeans::default();
-        clusters.seed(&self.positions(places), k);
+        clusters.seed(&self.positions(track_indices), k);
         clusters.cluster_of
     }
 }

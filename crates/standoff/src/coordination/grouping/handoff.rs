@@ -15,10 +15,10 @@ impl Grouping<'_> {
     pub(super) fn update_handoffs(&mut self) {
         self.keep_groups_nonempty();
         let desired = self.desired_groups();
-        for &(place, group) in &desired {
-            match self.grouped_track()[place].membership {
-                Membership::Member(own) if own != group => self.start_handoff(place, own, group),
-                Membership::InHandoff(handoff) => self.end_dwell(place, handoff, group),
+        for &(track_index, group) in &desired {
+            match self.grouped_track()[track_index].membership {
+                Membership::Member(own) if own != group => self.start_handoff(track_index, own, group),
+                Membership::InHandoff(handoff) => self.end_dwell(track_index, handoff, group),
                 _ => {}
             }
         }
@@ -28,24 +28,25 @@ impl Grouping<'_> {
     /// Group that clustering proposes for each grouped target, starting from the last clustering.
     fn desired_groups(&mut self) -> Vec<(usize, GroupId)> {
         let (memberships, winding_up) = (&*self.memberships, self.state.retiring);
-        let GroupingBuffers { clusters, places, positions, desired_groups: wanted, groups, .. } = &mut *self.buffers;
+        let GroupingBuffers { clusters, track_indices, positions, desired_groups: wanted, groups, .. } =
+            &mut *self.buffers;
         groups.clear();
         groups.extend(memberships.groups().iter().filter(|id| winding_up != Some(**id)));
-        places.clear();
+        track_indices.clear();
         positions.clear();
         clusters.cluster_of.clear();
-        for (place, known) in memberships.tracks().iter().enumerate() {
+        for (track_index, known) in memberships.tracks().iter().enumerate() {
             let Some(cluster) = known.home().and_then(|home| groups.binary_search(&home).ok()) else {
                 continue;
             };
-            places.push(place);
+            track_indices.push(track_index);
             positions.push(known.position());
             clusters.cluster_of.push(cluster);
         }
         clusters.refine(positions, groups.len(), self.params.group.handoff_margin_m);
         let mut wanted = core::mem::take(wanted);
         wanted.clear();
-        wanted.extend(places.iter().copied().zip(clusters.cluster_of.iter().map(|cluster| groups[*cluster])));
+        wanted.extend(track_indices.iter().copied().zip(clusters.cluster_of.iter().map(|cluster| groups[*cluster])));
         wanted
     }
 
@@ -53,7 +54,7 @@ impl Grouping<'_> {
     fn keep_groups_nonempty(&mut self) {
         let groups = self.groups_now();
         for &id in &groups {
-            let has_home = self.members(id).any(|place| self.grouped_track()[place].home() == Some(id));
+            let has_home = self.members(id).any(|track_index| self.grouped_track()[track_index].home() == Some(id));
             let first = self.members(id).next();
             if let Some(first) = first.filter(|_| !has_home && self.state.retiring != Some(id)) {
                 self.cancel_handoff(first, HandoffCancelledReason::GroupRetired);
@@ -65,27 +66,27 @@ impl Grouping<'_> {
     /// Starts a handoff, if the receiving group has room.
     ///
     /// Implements section IV.B.1, with the dwell (34).
-    pub(super) fn start_handoff(&mut self, place: usize, from: GroupId, to: GroupId) {
-        if self.grouped_track()[place].is_blocked_from(to, self.now) {
+    pub(super) fn start_handoff(&mut self, track_index: usize, from: GroupId, to: GroupId) {
+        if self.grouped_track()[track_index].is_blocked_from(to, self.now) {
             return;
         }
-        let Some(required) = self.has_room(to, place) else { return };
+        let Some(required) = self.has_room(to, track_index) else { return };
         let (group, guidance) = (&self.params.group, &self.params.guidance);
         let uavs =
             self.team.iter().filter(|teammate| teammate.group == Some(to)).map(|teammate| teammate.state.position);
         let (orbit, speed_m_s) = (required.orbit(), self.params.uav.speed_m_s);
         let dwell_s = dwell_s(uavs, &orbit, guidance.radial_gain, speed_m_s, (group.dwell_min_s, group.dwell_max_s));
         let handoff = Handoff { from: Some(from), to, requested_at: self.now, dwell: Duration::from_s(dwell_s) };
-        self.memberships.set(place, Membership::InHandoff(handoff));
-        self.emit_handoff(place, EventKind::HandoffStarted { dwell_s }, handoff);
+        self.memberships.set(track_index, Membership::InHandoff(handoff));
+        self.emit_handoff(track_index, EventKind::HandoffStarted { dwell_s }, handoff);
         if group.dwell_max_s <= 0.0 {
-            self.complete_handoff(place, HandoffCompletedReason::NoDwell);
+            self.complete_handoff(track_index, HandoffCompletedReason::NoDwell);
         }
     }
 
     /// Completes or cancels a handoff whose dwell is over. It is completed when all receiving UAVs have the target in
     /// view; after the maximum dwell, one is enough.
-    fn end_dwell(&mut self, place: usize, handoff: Handoff, desired: GroupId) {
+    fn end_dwell(&mut self, track_index: usize, handoff: Handoff, desired: GroupId) {
         let elapsed = self.now - handoff.requested_at;
         if elapsed < handoff.dwell {
             return;
@@ -93,21 +94,21 @@ impl Grouping<'_> {
         let is_last = elapsed.s() >= self.params.group.dwell_max_s;
         let is_retiring = handoff.from.is_some_and(|from| self.state.retiring == Some(from));
         if handoff.from.is_some() && desired != handoff.to && !is_retiring {
-            self.cancel_handoff(place, HandoffCancelledReason::ReassignedByClustering);
-        } else if self.is_held_by(place, handoff.to)
-            || (is_last && self.views(place, handoff.to).any(|in_view| in_view))
+            self.cancel_handoff(track_index, HandoffCancelledReason::ReassignedByClustering);
+        } else if self.is_held_by(track_index, handoff.to)
+            || (is_last && self.views(track_index, handoff.to).any(|in_view| in_view))
         {
-            self.complete_handoff(place, HandoffCompletedReason::Received);
+            self.complete_handoff(track_index, HandoffCompletedReason::Received);
         } else if is_last {
-            self.cancel_handoff(place, HandoffCancelledReason::NotInView);
+            self.cancel_handoff(track_index, HandoffCancelledReason::NotInView);
         }
     }
 
     /// For each UAV of a group, whether it has the target in view, by the target's estimate and with a clearance of one
     /// standard deviation.
-    fn views(&self, place: usize, group: GroupId) -> impl Iterator<Item = bool> {
+    fn views(&self, track_index: usize, group: GroupId) -> impl Iterator<Item = bool> {
         let sensor = &self.params.track.sensor;
-        let estimate = self.grouped_track()[place].estimate();
+        let estimate = self.grouped_track()[track_index].estimate();
         let (at, clearance_m) = (estimate.state.position(), estimate.position_sd_max_m());
         self.team.iter().filter(move |teammate| teammate.group == Some(group)).map(move |teammate| {
             let from = teammate.state.position;
@@ -117,11 +118,12 @@ impl Grouping<'_> {
 
     /// True if all UAVs of the group, at least one, have the target in view. With an orbit motion model, the orbit must
     /// also have made room for it: the current orbit keeps the target in view, and no UAV has yet to turn towards it.
-    pub(super) fn is_held_by(&self, place: usize, group: GroupId) -> bool {
-        let mut views = self.views(place, group);
+    pub(super) fn is_held_by(&self, track_index: usize, group: GroupId) -> bool {
+        let mut views = self.views(track_index, group);
         let is_in_view = views.next().is_some_and(|first| first && views.all(|in_view| in_view));
         is_in_view
-            && (self.params.group.motion.is_instantaneous() || (self.is_inside(place, group) && self.is_near(group)))
+            && (self.params.group.motion.is_instantaneous()
+                || (self.is_inside(track_index, group) && self.is_near(group)))
     }
 
     /// True if each UAV of a group is at most a turn radius outside its orbit, or stays within sensing range of the
@@ -138,32 +140,32 @@ impl Grouping<'_> {
     }
 
     /// True if the target is within the field of view from every point of the group's last orbit.
-    fn is_inside(&self, place: usize, group: GroupId) -> bool {
+    fn is_inside(&self, track_index: usize, group: GroupId) -> bool {
         let half_rad = 0.5 * self.params.track.sensor.field_of_view_rad;
         self.last(group).is_none_or(|group| {
             let held_m = group.standoff.distance_m * math::sin(half_rad.min(0.5 * math::PI));
-            self.grouped_track()[place].position().distance_m(group.centre.estimate().state.position()) <= held_m
+            self.grouped_track()[track_index].position().distance_m(group.centre.estimate().state.position()) <= held_m
         })
     }
 
-    pub(super) fn complete_handoff(&mut self, place: usize, reason: HandoffCompletedReason) {
-        let Membership::InHandoff(handoff) = self.grouped_track()[place].membership else { return };
-        self.memberships.set(place, Membership::Member(handoff.to));
-        self.emit_handoff(place, EventKind::HandoffCompleted(reason), handoff);
+    pub(super) fn complete_handoff(&mut self, track_index: usize, reason: HandoffCompletedReason) {
+        let Membership::InHandoff(handoff) = self.grouped_track()[track_index].membership else { return };
+        self.memberships.set(track_index, Membership::Member(handoff.to));
+        self.emit_handoff(track_index, EventKind::HandoffCompleted(reason), handoff);
     }
 
-    pub(super) fn cancel_handoff(&mut self, place: usize, reason: HandoffCancelledReason) {
-        let Membership::InHandoff(handoff) = self.grouped_track()[place].membership else { return };
-        self.memberships.set(place, handoff.from.map_or(Membership::Removed, Membership::Member));
+    pub(super) fn cancel_handoff(&mut self, track_index: usize, reason: HandoffCancelledReason) {
+        let Membership::InHandoff(handoff) = self.grouped_track()[track_index].membership else { return };
+        self.memberships.set(track_index, handoff.from.map_or(Membership::Removed, Membership::Member));
         let dwell = handoff.dwell.max(Duration::from_s(self.params.group.dwell_min_s));
-        self.memberships.block(place, handoff.to, self.now + dwell);
-        self.emit_handoff(place, EventKind::HandoffCancelled(reason), handoff);
+        self.memberships.block(track_index, handoff.to, self.now + dwell);
+        self.emit_handoff(track_index, EventKind::HandoffCancelled(reason), handoff);
     }
 
     /// Emits the event of a handoff. The admission of a target from no group was reported when it started, so that only
     /// its failure is reported here.
-    fn emit_handoff(&mut self, place: usize, kind: EventKind, handoff: Handoff) {
-        let track = self.track(place);
+    fn emit_handoff(&mut self, track_index: usize, kind: EventKind, handoff: Handoff) {
+        let track = self.track(track_index);
         match (handoff.from, kind) {
             (Some(from), _) => {
                 let event = Event::of_track(kind, track, Some(from));

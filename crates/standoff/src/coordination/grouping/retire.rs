@@ -24,20 +24,20 @@ impl Grouping<'_> {
         let plan = groups.iter().map(|(_, id)| id).find_map(|id| Some((*id, self.groups_able_to_hold_each(*id)?)));
         let Some((id, receivers)) = plan else { return false };
         self.state.retiring = Some(id);
-        for place in 0..self.grouped_track().len() {
-            if self.grouped_track()[place].receiving_group() == Some(id)
-                && self.grouped_track()[place].group().is_some()
+        for track_index in 0..self.grouped_track().len() {
+            if self.grouped_track()[track_index].receiving_group() == Some(id)
+                && self.grouped_track()[track_index].group().is_some()
             {
-                self.cancel_handoff(place, HandoffCancelledReason::GroupRetired);
+                self.cancel_handoff(track_index, HandoffCancelledReason::GroupRetired);
             }
         }
-        for (place, to) in receivers {
-            if self.grouped_track()[place].group() == Some(id) {
-                self.start_handoff(place, id, to);
+        for (track_index, to) in receivers {
+            if self.grouped_track()[track_index].group() == Some(id) {
+                self.start_handoff(track_index, id, to);
             } else {
                 // It is not a member yet, so that no handoff is needed.
-                self.admit_into(place, to);
-                let event = Event::of_track(EventKind::Merged, self.track(place), Some(id));
+                self.admit_into(track_index, to);
+                let event = Event::of_track(EventKind::Merged, self.track(track_index), Some(id));
                 self.events.push(Event { to_group: Some(to), ..event });
             }
         }
@@ -48,7 +48,7 @@ impl Grouping<'_> {
     pub(super) fn continue_retirement(&mut self) {
         if let Some(id) = self.state.retiring {
             let continues = self.members(id).next().is_some()
-                && self.members(id).all(|place| self.grouped_track()[place].home() != Some(id));
+                && self.members(id).all(|track_index| self.grouped_track()[track_index].home() != Some(id));
             if !continues {
                 self.state.retiring = None;
                 self.state.next_regrouping = self.now + Duration::from_s(self.params.group.regrouping_period_s);
@@ -63,24 +63,24 @@ impl Grouping<'_> {
             others.map(|other| (*other, self.members(*other).collect())).collect();
         let mut receivers = Vec::new();
         // A target in handoff from another group can stay there.
-        let needs_receiver = |place: &usize| {
-            let known = &self.grouped_track()[*place];
+        let needs_receiver = |track_index: &usize| {
+            let known = &self.grouped_track()[*track_index];
             known.home() == Some(id) && known.group().is_none_or(|group| group == id)
         };
-        for place in self.members(id).filter(needs_receiver) {
+        for track_index in self.members(id).filter(needs_receiver) {
             let mut best: Option<(f64, usize)> = None;
             for (index, (other, held)) in filled.iter().enumerate() {
-                let required = self.required(held.iter().copied().chain([place]));
+                let required = self.required(held.iter().copied().chain([track_index]));
                 let roomy = required.filter(|required| self.is_roomy(required));
                 let Some(required_radius_m) = roomy.map(|required| required.standoff.unclamped_m) else { continue };
-                let is_barred = self.grouped_track()[place].is_blocked_from(*other, self.now);
+                let is_barred = self.grouped_track()[track_index].is_blocked_from(*other, self.now);
                 if !is_barred && best.is_none_or(|(least_m, _)| required_radius_m < least_m) {
                     best = Some((required_radius_m, index));
                 }
             }
             let (_, index) = best?;
-            filled[index].1.push(place);
-            receivers.push((place, filled[index].0));
+            filled[index].1.push(track_index);
+            receivers.push((track_index, filled[index].0));
         }
         Some(receivers)
     }

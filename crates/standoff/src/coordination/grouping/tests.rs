@@ -27,7 +27,7 @@ impl World {
         let state = UavState::level_flight(Position::from_m(0.0, -400.0), Angle::ZERO, 40.0);
         let boresight = Some(Angle::from_deg(90.0));
         let report = |id| Report { boresight, ..Report::position_only(UavId(id), Time::EPOCH, state) };
-        let teammate = |id| Teammate::heard(&report(id), None);
+        let teammate = |id| Teammate::from_report(&report(id), None);
         let mut params = TeamParams::table_1();
         params.group.handoff_margin_m = 0.0;
         // A field of view so wide that every target is always in view; the effect of the view is tested separately.
@@ -89,7 +89,7 @@ impl World {
         self.settle().iter().map(|event| event.kind.name()).collect()
     }
 
-    fn place(&mut self, id: u32, x_m: f64) {
+    fn track_index(&mut self, id: u32, x_m: f64) {
         *self.memberships.track_mut(id as usize) = track(id, x_m);
     }
 
@@ -155,9 +155,9 @@ fn a_removed_target_is_readmitted_with_room_to_spare() {
     let mut world = World::new(2, &[0.0, 100.0, 1200.0]);
     assert_eq!(world.kinds(), ["group-created", "removed"]);
     // At 570 m the three need an orbit of some 693 m, more than 0.9 of 700 m; at 510 m, some 613 m.
-    world.place(2, 570.0);
+    world.track_index(2, 570.0);
     assert_eq!((world.kinds(), world.groups()), (vec![], vec![(0, vec![0, 1])]));
-    world.place(2, 510.0);
+    world.track_index(2, 510.0);
     assert_eq!((world.kinds(), world.groups()), (vec!["readmitted"], vec![(0, vec![0, 1, 2])]));
 }
 
@@ -165,21 +165,21 @@ fn a_removed_target_is_readmitted_with_room_to_spare() {
 /// circle halfway. Its orbit of 640 m contains all, while one around the centroid, 128 m from the four, needs 1024 m.
 #[test]
 fn the_minimum_enclosing_circle_keeps_targets_that_the_centroid_removes() {
-    let places = [0.0, 0.0, 0.0, 0.0, 640.0];
-    let mut centroid = World::new(2, &places);
+    let track_indices = [0.0, 0.0, 0.0, 0.0, 640.0];
+    let mut centroid = World::new(2, &track_indices);
     assert_eq!(centroid.kinds(), ["group-created", "removed"]);
-    let mut circle = World::new(2, &places);
+    let mut circle = World::new(2, &track_indices);
     circle.params.group.centre = CentreEstimate::EnclosingCircle;
     assert_eq!(circle.kinds(), ["group-created"]);
     let group = circle.first_group();
     assert_eq!(group.centre.estimate().state.position(), Position::from_m(320.0, 0.0));
     assert!((group.standoff.unclamped_m - 640.0).abs() < 1e-9, "{:?}", group.standoff);
     // Too far at 1200 m; readmitted when the circle leaves room, 315 m around its centre.
-    circle.place(4, 1200.0);
+    circle.track_index(4, 1200.0);
     assert_eq!(circle.kinds(), ["removed"]);
-    circle.place(4, 632.0);
+    circle.track_index(4, 632.0);
     assert_eq!(circle.kinds(), [""; 0]);
-    circle.place(4, 628.0);
+    circle.track_index(4, 628.0);
     assert_eq!((circle.kinds(), circle.groups()), (vec!["readmitted"], vec![(0, vec![0, 1, 2, 3, 4])]));
 }
 
@@ -244,7 +244,7 @@ fn a_target_that_moves_to_another_group_is_handed_off() {
     let mut world = World::new(4, &[0.0, 40.0, 80.0, 600.0, 640.0]).in_pairs();
     world.settle();
     assert_eq!(world.groups(), [(0, vec![0, 1, 2]), (1, vec![3, 4])]);
-    world.place(2, 420.0);
+    world.track_index(2, 420.0);
     let events = world.settle();
     assert_eq!((events.len(), events[0].kind.name(), events[0].group, events[0].to_group), {
         (1, "handoff-started", world.id(0), world.id(1))
@@ -270,9 +270,9 @@ fn a_target_that_moves_to_another_group_is_handed_off() {
 fn a_handoff_is_cancelled_if_the_target_returns() {
     let mut world = World::new(4, &[0.0, 40.0, 80.0, 600.0, 640.0]).in_pairs();
     world.settle();
-    world.place(2, 420.0);
+    world.track_index(2, 420.0);
     assert_eq!(world.kinds(), ["handoff-started"]);
-    world.place(2, 60.0);
+    world.track_index(2, 60.0);
     let kinds: Vec<_> = (0..60).flat_map(|_| world.kinds()).collect();
     assert_eq!(kinds, ["handoff-cancelled"]);
     assert_eq!(world.groups(), [(0, vec![0, 1, 2]), (1, vec![3, 4])]);
@@ -284,7 +284,7 @@ fn a_handoff_is_cancelled_if_no_receiving_uav_has_the_target_in_view() {
     let mut world = World::new(4, &[0.0, 40.0, 80.0, 600.0, 640.0]).in_pairs();
     world.settle();
     world.params.track.sensor.sensing_range_m = 300.0;
-    world.place(2, 420.0);
+    world.track_index(2, 420.0);
     assert_eq!(world.kinds(), ["handoff-started"]);
     let events: Vec<_> = (0..60).flat_map(|_| world.settle()).collect();
     assert_eq!(events[0].kind, EventKind::HandoffCancelled(HandoffCancelledReason::NotInView), "{events:?}");
@@ -297,7 +297,7 @@ fn an_oscillating_target_changes_groups_at_most_once_in_a_dwell() {
     world.settle();
     let mut requests = 0;
     for tick in 0..400 {
-        world.place(2, if tick % 2 == 0 { 420.0 } else { 220.0 });
+        world.track_index(2, if tick % 2 == 0 { 420.0 } else { 220.0 });
         requests += world.kinds().iter().filter(|kind| **kind == "handoff-started").count();
     }
     // 200 s, with at least 3 s each.
@@ -310,7 +310,7 @@ fn without_a_dwell_the_group_changes_immediately() {
     let mut world = World::new(4, &[0.0, 40.0, 80.0, 600.0, 640.0]).in_pairs();
     (world.params.group.dwell_min_s, world.params.group.dwell_max_s) = (0.0, 0.0);
     world.settle();
-    world.place(2, 420.0);
+    world.track_index(2, 420.0);
     assert_eq!(world.kinds(), ["handoff-started", "handoff-completed"]);
     assert_eq!(world.groups(), [(0, vec![0, 1]), (1, vec![2, 3, 4])]);
 }
@@ -322,12 +322,12 @@ fn a_dwell_ends_early_if_an_orbit_cannot_contain_both() {
     let in_handoff = || {
         let mut world = World::new(4, &[0.0, 40.0, 80.0, 600.0, 640.0]).in_pairs();
         world.settle();
-        world.place(2, 420.0);
+        world.track_index(2, 420.0);
         world.settle();
         world
     };
     let mut passing = in_handoff();
-    passing.place(2, 700.0);
+    passing.track_index(2, 700.0);
     let events = passing.settle();
     assert_eq!(
         events[0].kind,
@@ -339,11 +339,11 @@ fn a_dwell_ends_early_if_an_orbit_cannot_contain_both() {
     let mut out_of_view = in_handoff();
     out_of_view.params.group.motion.time_constant_s = 1.5;
     out_of_view.team.iter_mut().for_each(|teammate| teammate.boresight = None);
-    out_of_view.place(2, 700.0);
+    out_of_view.track_index(2, 700.0);
     let events = out_of_view.settle();
     assert!(matches!(events[0].kind, EventKind::Removed { .. }), "{events:?}");
     let mut receiving = in_handoff();
-    receiving.place(4, 1300.0);
+    receiving.track_index(4, 1300.0);
     let events = receiving.settle();
     assert_eq!(
         events[0].kind,
@@ -450,12 +450,12 @@ fn a_group_that_fits_into_a_neighbour_is_merged() {
 fn a_cancelled_handoff_is_blocked_for_a_dwell() {
     let mut world = World::new(4, &[0.0, 40.0, 80.0, 600.0, 640.0]).in_pairs();
     world.settle();
-    world.place(2, 420.0);
+    world.track_index(2, 420.0);
     world.settle();
     // The receiving group spreads until it cannot contain the target together with its members.
-    world.place(4, 1300.0);
+    world.track_index(4, 1300.0);
     assert_eq!(world.kinds(), ["handoff-cancelled", "removed"]);
-    world.place(4, 640.0);
+    world.track_index(4, 640.0);
     let kinds: Vec<_> = (0..5).map(|_| world.kinds()).collect();
     assert!(kinds[..2].iter().all(|kinds| !kinds.contains(&"handoff-started")), "{kinds:?}");
 }
@@ -475,9 +475,9 @@ fn the_fastest_target_is_removed_if_the_group_outruns_the_uavs() {
     let mut group = world.first_group();
     for _ in 0..7 {
         let (guidance, orbit) = (&world.params.guidance, group.orbit(&world.params));
-        let place =
+        let track_index =
             |teammate: &Teammate| (teammate.state.position, OnOrbit::of(guidance, teammate.state.position, &orbit));
-        let uavs: Vec<_> = world.team.iter().map(place).collect();
+        let uavs: Vec<_> = world.team.iter().map(track_index).collect();
         let uavs = uavs.iter().map(|(position, on_orbit)| (*position, on_orbit));
         group.check(uavs, Duration::from_s(0.5), &world.params);
     }
@@ -503,9 +503,10 @@ fn as_needed(uavs: u32, x_m: &[f64], groups: &[u32]) -> World {
     let mut world = World::new(uavs, x_m);
     world.params.group.count = GroupCount::AsNeeded;
     for number in 0..groups.iter().max().map_or(0, |last| last + 1) {
-        let places: Vec<usize> = (0..groups.len()).filter(|place| groups[*place] == number).collect();
-        let id = world.memberships.new_group(Time::EPOCH, places.iter().copied());
-        places.iter().for_each(|place| world.memberships.set(*place, Membership::Member(id)));
+        let track_indices: Vec<usize> =
+            (0..groups.len()).filter(|track_index| groups[*track_index] == number).collect();
+        let id = world.memberships.new_group(Time::EPOCH, track_indices.iter().copied());
+        track_indices.iter().for_each(|track_index| world.memberships.set(*track_index, Membership::Member(id)));
     }
     let ids = world.memberships.groups().to_vec();
     let create = |id| Group::create(id, world.memberships.tracks(), world.memberships.of(id), &world.params);
@@ -599,11 +600,11 @@ fn the_group_nearest_to_an_ungrouped_target_is_retired() {
 #[test]
 fn no_group_is_retired_for_one_of_many_targets() {
     let first_event = |apart_m: f64, grouped: usize, ungrouped_m: &[f64]| {
-        let mut places: Vec<f64> = vec![0.0; grouped - 1];
-        places.push(apart_m);
+        let mut track_indices: Vec<f64> = vec![0.0; grouped - 1];
+        track_indices.push(apart_m);
         let mut groups = vec![0; grouped - 1];
         groups.push(1);
-        let mut world = as_needed(2, &places, &groups);
+        let mut world = as_needed(2, &track_indices, &groups);
         world.params.group.centre = CentreEstimate::EnclosingCircle;
         (50..).zip(ungrouped_m).for_each(|(id, x_m)| world.appear(id, *x_m));
         world.kinds().first().copied()
@@ -684,7 +685,7 @@ fn a_group_that_fitted_is_checked_again() {
         let mut world = as_needed(1, &[0.0, 200.0], &[0, 0]);
         world.params.group.centre = CentreEstimate::EnclosingCircle;
         world.previous = vec![world.first_group()];
-        world.place(1, apart_m);
+        world.track_index(1, apart_m);
         world.kinds()
     };
     assert_eq!((kinds(699.0), kinds(701.0)), (vec![], vec!["removed"]));
