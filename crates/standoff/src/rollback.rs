@@ -114,16 +114,16 @@ impl TeamStateHistory {
 
     /// Newest stored state that is committed.
     pub(crate) fn base(&self) -> &TeamState {
-        &self.states[self.place_up_to(self.committed)].1
+        &self.states[self.index_up_to(self.committed)].1
     }
 
     /// Newest time step up to `to` whose state is stored.
     pub(crate) fn kept_up_to(&self, to: i64) -> i64 {
-        self.states[self.place_up_to(to)].0.min(to)
+        self.states[self.index_up_to(to)].0.min(to)
     }
 
     /// Index of the newest state up to a time step; 0 if all are later.
-    fn place_up_to(&self, to: i64) -> usize {
+    fn index_up_to(&self, to: i64) -> usize {
         self.states.partition_point(|(step, _)| *step <= to).saturating_sub(1)
     }
 
@@ -233,7 +233,7 @@ impl TeamStateHistory {
         let likely = self.committed.max(now - self.lag - DENSE);
         self.published_at =
             if link_is_degraded { self.decided_at.min(likely).max(self.published_before) } else { self.decided_at };
-        let (decided_at, then) = &self.states[self.place_up_to(self.decided_at)];
+        let (decided_at, then) = &self.states[self.index_up_to(self.decided_at)];
         self.is_lagged =
             self.decided_at < now && *decided_at == self.decided_at && self.newest().is_rearranged_since(then);
         if !self.is_lagged {

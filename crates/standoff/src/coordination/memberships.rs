@@ -94,7 +94,7 @@ impl GroupedTrack {
     }
 }
 
-/// Members of each group. A place is the index of a target in the list of known targets.
+/// Members of each group, by their indices in the list of known targets.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub(crate) struct GroupIndex {
     /// Group and target index of each membership, ascending; a target in handoff has two entries.
