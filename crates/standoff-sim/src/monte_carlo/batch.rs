@@ -20,7 +20,7 @@ pub(super) type Values = Vec<Option<f64>>;
 /// Maximum number of runs of a batch. Reading the journal of a larger one would take too long.
 const MAX_RUNS: u64 = 100_000_000;
 
-/// Maximum number of metrics of a batch; this version has 29.
+/// Maximum number of metrics of a batch, far above the number that exist.
 const MAX_METRICS: usize = 200;
 
 /// Everything that determines the rows of a batch: equal batches give the same bytes.
