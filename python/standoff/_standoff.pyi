@@ -1211,7 +1211,7 @@ def baseline(scenario: Any | None = None, *, seed: SupportsIndex = ..., traffic:
     knowledge of the target positions. The numbers are those of ``standoff baseline``.
 
     :param scenario: as for :func:`run`, like the other parameters.
-    :returns: ``{"scenario", "seed", "duration_s", "uavs", "targets", "baseline": {"disc_radius_m", "half", "all"}}``.
+    :returns: ``{"scenario", "seed", "duration_s", "uavs", "targets", "baseline": {"disc_radius_m", "half_of_uavs", "all_uavs"}}``.
     :raises ScenarioError: if the scenario is invalid.
     """
 

@@ -3,7 +3,7 @@
 use clap::Parser;
 use standoff_results::{BaselineReport, Failure, count, warn};
 use standoff_sim::baseline::{CoverageShare, SPEED_M_S};
-use standoff_sim::display_text::{self, wrapped};
+use standoff_sim::display_text::{self, WIDTH, wrapped};
 use standoff_sim::scenario::Scenario;
 
 use crate::overrides::{DEFAULT_SCENARIO, OverrideArgs};
@@ -56,7 +56,7 @@ fn table(result: &BaselineReport) -> String {
         format!("disc: the area in view from the largest orbit, {:.0} m around its centre;", baseline.disc_radius_m);
     let mover = format!("mover: discs move greedily at {SPEED_M_S} m/s, with a new destination each second;");
     let best = "best discs: placed again at every time step. Both know all target positions. A baseline, not a bound";
-    table + &wrapped("* ", &format!("{disc} {mover} {best}"))
+    table + &wrapped("* ", &format!("{disc} {mover} {best}"), WIDTH)
 }
 
 /// Formats a fraction in percent.

@@ -6,7 +6,7 @@ use std::sync::atomic::AtomicBool;
 
 use clap::Parser;
 use standoff_results::{Failure, of_batch, save, warn};
-use standoff_sim::display_text::{self, wrapped};
+use standoff_sim::display_text::{self, WIDTH, wrapped};
 use standoff_sim::monte_carlo::{Better, Comparison, Paired, compare, compare_results};
 use standoff_sim::scenario::{ScenarioTemplate, built_in};
 use standoff_sim::score::MetricInfo;
@@ -150,7 +150,7 @@ fn table(comparison: &Comparison) -> String {
     text += "\n";
     for (what, list) in [("measured in fewer runs: ", partly), ("without values: ", never)] {
         if !list.is_empty() {
-            text += &wrapped("", &format!("{what}{list}"));
+            text += &wrapped("", &format!("{what}{list}"), WIDTH);
         }
     }
     text + "metrics named *_fraction range from 0 to 1\n\

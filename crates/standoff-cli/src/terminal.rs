@@ -4,7 +4,7 @@ use std::io::{self, IsTerminal, Write};
 use std::path::Path;
 
 use standoff_results::{Failure, Outcome, OutcomeOptions};
-use standoff_sim::display_text;
+use standoff_sim::display_text::{self, WIDTH};
 
 /// Prints the messages of a failure, and returns the exit status.
 pub(crate) fn warn_line(failure: &Failure) -> u8 {
@@ -33,8 +33,15 @@ pub(crate) fn print_outcome(outcome: &Outcome, json: bool, out: &Path, options: 
     print(&if json {
         outcome.json().map_err(Failure::running)?
     } else {
-        display_text::lines(&outcome.text(out, options))
+        display_text::lines(&outcome.text(out, OutcomeOptions { width: width(), ..options }))
     })
+}
+
+/// Returns the width of the text on standard output: that of a narrow terminal, otherwise the same as in a pipe.
+fn width() -> usize {
+    const NARROWEST: usize = 60;
+    let columns = terminal_size::terminal_size_of(io::stdout()).map(|(width, _)| usize::from(width.0));
+    columns.map_or(WIDTH, |columns| columns.saturating_sub(1).clamp(NARROWEST, WIDTH))
 }
 
 /// Prints a message to standard error, with control characters escaped.

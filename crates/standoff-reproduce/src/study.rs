@@ -4,7 +4,7 @@ use std::fs;
 use std::path::Path;
 
 use standoff_sim::atomic_file;
-use standoff_sim::display_text::{self, wrapped, wrapped_lines};
+use standoff_sim::display_text::{self, WIDTH, wrapped, wrapped_lines};
 use standoff_view::figures::Figure;
 use standoff_view::figures::study::{Line, Plot, study};
 
@@ -87,18 +87,21 @@ impl Study {
     pub fn text(&self) -> String {
         let (mut text, mut last) = (format!("{}\n", self.title), "");
         for claim in &self.claims {
-            text += &wrapped(&format!("  {:15} ", claim.finding.verdict().words()), &plain(&claim.what));
-            text += &wrapped(&" ".repeat(18), &format!("paper {}; ours {}", claim.paper(), claim.ours()));
+            text += &wrapped(&format!("  {:15} ", claim.finding.verdict().words()), &plain(&claim.what), WIDTH);
+            text += &wrapped(&" ".repeat(18), &format!("paper {}; ours {}", claim.paper(), claim.ours()), WIDTH);
             let is_same = claim.cause().is_some_and(|cause| cause == last);
             let reason = if is_same { format!("{}; cause as above", claim.gap()) } else { claim.reason() };
             if !reason.is_empty() {
-                text += &wrapped(&" ".repeat(18), &plain(&reason));
+                text += &wrapped(&" ".repeat(18), &plain(&reason), WIDTH);
             }
             last = claim.cause().unwrap_or_default();
         }
         for table in &self.tables {
-            text +=
-                &format!("\n{}{}", wrapped("  ", &plain(&table.title)), columns(&table.columns, table.plain_rows()));
+            text += &format!(
+                "\n{}{}",
+                wrapped("  ", &plain(&table.title), WIDTH),
+                columns(&table.columns, table.plain_rows())
+            );
         }
         text
     }
@@ -182,7 +185,7 @@ pub fn summary(studies: &[Study]) -> String {
     let mut text = "Summary\n".to_owned() + &columns(&heads, rows);
     text += "\nRules of the verdicts, by kind of claim\n";
     for (kind, rule) in RULES {
-        text += &wrapped(&format!("  {kind:11}"), rule);
+        text += &wrapped(&format!("  {kind:11}"), rule, WIDTH);
     }
     let weak = studies.iter().flat_map(|study| &study.claims).filter(|claim| (1..FEW_RUNS).contains(&claim.runs));
     let weak = weak.count();

@@ -87,12 +87,20 @@ pub(crate) struct PerTarget {
 }
 
 /// Options for printing an outcome.
-#[derive(Clone, Copy, Default)]
+#[derive(Clone, Copy)]
 pub struct OutcomeOptions<'a> {
     /// Metrics of the paper's law to print next to the run's: only the most important rows are then printed.
     pub paper_comparison: Option<&'a Metrics>,
     /// True to also list the targets.
     pub per_target: bool,
+    /// Maximum length of explanations and events, characters. The table needs 80.
+    pub width: usize,
+}
+
+impl Default for OutcomeOptions<'_> {
+    fn default() -> Self {
+        Self { paper_comparison: None, per_target: false, width: display_text::WIDTH }
+    }
 }
 
 /// Returns the rows of the table: the selected metrics that are informative, in their fixed order; fractions in
@@ -130,7 +138,7 @@ impl Outcome {
         Ok(serde_json::to_string_pretty(self)? + "\n")
     }
 
-    /// Formats the outcome as text for a terminal of 100 columns; `out` is the folder of the results.
+    /// Formats the outcome as text; `out` is the folder of the results.
     pub fn text(&self, out: &Path, options: OutcomeOptions) -> String {
         let Self { scenario, seed, duration_s, unfinished_after_s, uavs, targets, targets_mean, .. } = self;
         let end = unfinished_after_s.map_or_else(String::new, |end_s| format!(", unfinished after {end_s} s"));
@@ -144,20 +152,20 @@ impl Outcome {
             count(*targets, "target")
         );
         if !self.about.is_empty() {
-            text += &wrapped("", &display_text::printable(&self.about));
+            text += &wrapped("", &display_text::printable(&self.about), options.width);
         }
         if let Some(traffic) = &self.traffic {
             text += &format!("Traffic coordinates interpreted as {traffic}.\n");
         }
-        text += &self.table(options.paper_comparison);
+        text += &self.table(options.paper_comparison, options.width);
         if options.paper_comparison.is_some() {
-            text += &wrapped("* ", targets_and_limits::PAPERS_LAW);
+            text += &wrapped("* ", targets_and_limits::PAPERS_LAW, options.width);
         }
         if options.per_target && !self.per_target.is_empty() {
             text += &self.targets_table();
         }
         let ends_s = self.per_target.iter().map(|one| (one.target.as_str(), one.score.until_s)).collect();
-        text += &self.events.text(unfinished_after_s.unwrap_or(*duration_s), &ends_s);
+        text += &self.events.text(unfinished_after_s.unwrap_or(*duration_s), &ends_s, options.width);
         let dir = display_text::path(out);
         text + &format!(
             "\nresults in {dir}\nnext:\n  open {dir}/report.html  (replays the run in a browser)\n  \
@@ -166,7 +174,7 @@ impl Outcome {
     }
 
     /// Formats the metrics as a table with one section per topic, with lines that explain values below their row.
-    fn table(&self, paper_comparison: Option<&Metrics>) -> String {
+    fn table(&self, paper_comparison: Option<&Metrics>, width: usize) -> String {
         let paper_heading = if paper_comparison.is_some() { "  paper's law*" } else { "" };
         let mut text = format!("\n{:49} {:>9}{paper_heading}        goal or limit\n", "", "this run");
         let remarks = targets_and_limits::remarks(&self.metrics, &self.events, &self.settings);
@@ -192,7 +200,7 @@ impl Outcome {
             let baseline = self.baseline_text().filter(|_| line.metric == "custody_fraction");
             let own = remarks.iter().filter(|(metric, _)| *metric == line.metric).map(|(_, remark)| remark.clone());
             for explanation in self.explanation(line.metric).into_iter().chain(baseline).chain(own) {
-                text += &wrapped("      ", &explanation);
+                text += &wrapped("      ", &explanation, width);
             }
         }
         text

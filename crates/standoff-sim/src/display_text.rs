@@ -105,10 +105,13 @@ fn cut(text: &str, most: usize) -> (&str, &'static str) {
     }
 }
 
-/// Wraps text at 99 characters. The first line starts with `first`; the others are indented by its length.
-pub fn wrapped(first: &str, words: &str) -> String {
+/// Width of text that is not written to a terminal, characters.
+pub const WIDTH: usize = 99;
+
+/// Wraps text at `width` characters. The first line starts with `first`; the others are indented by its length.
+pub fn wrapped(first: &str, words: &str, width: usize) -> String {
     let indent = " ".repeat(first.chars().count());
-    let lines = wrapped_lines(words, 99_usize.saturating_sub(indent.len()));
+    let lines = wrapped_lines(words, width.saturating_sub(indent.len()));
     let starts = [first].into_iter().chain(std::iter::repeat(&*indent));
     starts.zip(&lines).map(|(start, line)| format!("{start}{line}").trim_end().to_owned() + "\n").collect()
 }
@@ -151,9 +154,9 @@ mod tests {
     fn text_is_wrapped_at_spaces_and_indented() {
         assert_eq!(wrapped_lines("a bc def", 4), ["a bc", "def"]);
         assert_eq!(wrapped_lines("abcdef a", 4), ["abcdef", "a"]);
-        let text = wrapped("  * ", &"word ".repeat(40));
+        let text = wrapped("  * ", &"word ".repeat(40), 79);
         assert!(text.starts_with("  * word ") && text.contains("\n    word "), "{text}");
-        assert!(text.lines().all(|line| line.chars().count() <= 99), "{text}");
-        assert_eq!(wrapped("", ""), "\n");
+        assert!(text.lines().all(|line| line.chars().count() <= 79), "{text}");
+        assert_eq!(wrapped("", "", WIDTH), "\n");
     }
 }

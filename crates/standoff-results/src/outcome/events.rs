@@ -87,7 +87,7 @@ impl Events {
     /// Formats the events in the order of their cost to the mission, and the number of events of each kind. Events that
     /// degrade the tracking come first, the longest before the others: they last until the event that ends them, or
     /// until their target (times by name in `ends_s`) or the run (`end_s`) ends. The other events follow in order of time.
-    pub(super) fn text(&self, end_s: f64, ends_s: &BTreeMap<&str, f64>) -> String {
+    pub(super) fn text(&self, end_s: f64, ends_s: &BTreeMap<&str, f64>, width: usize) -> String {
         let counts: Vec<String> =
             self.counts.iter().map(|(kind, n)| format!("{n} {}", display_text::printable(kind))).collect();
         let all = if counts.is_empty() { "none".to_owned() } else { counts.join(", ") };
@@ -107,7 +107,7 @@ impl Events {
             let lasting = lasting_s[index].map_or_else(String::new, |s| format!(" (lasts {s:.1} s)"));
             let first = format!("{:8.1} s  {kind:21}", event.time_s);
             let colon = if objects.is_empty() { "" } else { ": " };
-            text += &wrapped(&first, &format!("{objects}{colon}{reason}{lasting}"));
+            text += &wrapped(&first, &format!("{objects}{colon}{reason}{lasting}"), width);
         }
         if left > 0 {
             text += &format!("  and {left} more in summary.json\n");
@@ -115,7 +115,7 @@ impl Events {
         if self.left_out() > 0 {
             text += &format!("  and {} later events of all kinds in events.parquet\n", self.left_out());
         }
-        text + &wrapped("  all: ", &all)
+        text + &wrapped("  all: ", &all, width)
     }
 
     /// Returns the duration of each bad event, s; `None` for other events.
@@ -173,6 +173,8 @@ pub(super) fn named(name: &str) -> String {
 
 #[cfg(test)]
 mod tests {
+    use standoff_sim::display_text::WIDTH;
+
     use super::*;
 
     fn event(kind: &str, target: Option<u32>, group: Option<u32>) -> EventRow {
@@ -191,7 +193,7 @@ mod tests {
         events.add(30_000_000, &event("orbit-infeasible", None, Some(3)), &names);
         events.add(70_000_000, &event("orbit-feasible", None, Some(3)), &names);
         events.add(80_000_000, &event("lost", Some(25), None), &names);
-        let text = events.text(100.0, &BTreeMap::new());
+        let text = events.text(100.0, &BTreeMap::new(), WIDTH);
         assert!(text.contains("30.0 s  orbit-infeasible     group 3: so (lasts 40.0 s)"), "{text}");
         assert!(text.contains("80.0 s  lost                 car-25: so (lasts 20.0 s)"), "{text}");
         assert!(text.find("group 3").unwrap() < text.find("car-25").unwrap(), "{text}");
@@ -199,10 +201,10 @@ mod tests {
         // Admission to another group ends the removal.
         events.add(85_000_000, &event("removed", Some(26), Some(3)), &names);
         events.add(86_000_000, &event("admitted", Some(26), Some(4)), &names);
-        let text = events.text(100.0, &BTreeMap::new());
+        let text = events.text(100.0, &BTreeMap::new(), WIDTH);
         assert!(text.contains("car-26, group 3: so (lasts 1.0 s)"), "{text}");
         // A loss ends when the vehicle leaves the traffic.
-        let text = events.text(100.0, &BTreeMap::from([("car-25", 81.0)]));
+        let text = events.text(100.0, &BTreeMap::from([("car-25", 81.0)]), WIDTH);
         assert!(text.contains("car-25: so (lasts 1.0 s)"), "{text}");
     }
 
@@ -212,7 +214,7 @@ mod tests {
         let mut events = Events::default();
         let dwell = EventRow { dwell_s: Some(12.34), ..event("handoff-started", Some(0), Some(1)) };
         events.add(0, &dwell, &["lead".to_owned()]);
-        let text = events.text(1.0, &BTreeMap::new());
+        let text = events.text(1.0, &BTreeMap::new(), WIDTH);
         assert!(text.contains("lead, group 1: closer to the new group; in both for 12.3"), "{text}");
     }
 
@@ -220,7 +222,7 @@ mod tests {
     fn a_name_that_looks_like_a_number_is_quoted() {
         let mut events = Events::default();
         events.add(0, &event("lost", Some(0), Some(1)), &["0".to_owned()]);
-        let text = events.text(1.0, &BTreeMap::new());
+        let text = events.text(1.0, &BTreeMap::new(), WIDTH);
         assert!(text.contains("target \"0\", group 1: so"), "{text}");
     }
 }
