@@ -82,7 +82,7 @@ class Record:
             yield SimpleNamespace(**{name: None if pandas.isna(value) else value for name, value in values.items()})
 
     def by_instant(self, table, *key):
-        instants = defaultdict(dict)
+        steps = defaultdict(dict)
         for row in self.rows(table):
             if table in ["uavs", "truth", "tracks", "groups"]:
                 row.position = np.array([row.x_m, row.y_m])
@@ -97,8 +97,8 @@ class Record:
                         row.p[i, j] = row.p[j, i] = getattr(row, f"cov_{a}_{b}")
                 row.p_position = row.p[np.ix_(POSITION, POSITION)]
             ids = tuple(getattr(row, name) for name in key)
-            instants[row.time_us][ids if key[1:] else ids[0]] = row
-        return instants
+            steps[row.time_us][ids if key[1:] else ids[0]] = row
+        return steps
 
     def members(self, time, group):
         """Returns the tracks of a group's members by target, including those in dwell from and to the group."""
@@ -1055,7 +1055,7 @@ def custody_metrics(record):
         for last, span in zip([False] * (len(spans) - 1) + [True], spans):
             if "l" in span:
                 losses.append(None if last else len(span) - span.index("l"))
-    found = [instants for instants in losses if instants is not None]
+    found = [steps for steps in losses if steps is not None]
     return {
         "reacquired_fraction": len(found) / len(losses) if losses else None,
         "reacquisition_time_s": np.mean(found) * record.period if found else None,

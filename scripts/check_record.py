@@ -55,8 +55,8 @@ def check(table, path, counts):
     values = dict(columns)
     require(rows == counts["rows"][table], table, f"has {rows} rows, run.json has {counts['rows'][table]}")
     if table == "uavs":
-        instants = len(set(values["time_us"]))
-        require(instants == counts["instants"], table, f"has {instants} time steps, run.json has {counts['instants']}")
+        time_steps = len(set(values["time_us"]))
+        require(time_steps == counts["time_steps"], table, f"has {time_steps} time steps, run.json has {counts['time_steps']}")
     if table == "targets":
         require(names == ["target", "name"], table, f"has columns {names}")
         require(values["target"] == list(range(rows)), table, "is not in order of target")

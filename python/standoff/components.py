@@ -16,7 +16,7 @@ Two UAVs orbit three vehicles; the turn rates that the law commands:
 300.0
 >>> steering = components.steer([[380, 60], [80, -240]], [1.5, 0.0], centre_m, distance_m=orbit.distance_m)
 >>> print(steering.turn_rate_rad_s.round(3))
-[0.275 0.133]
+[0.204 0.133]
 """
 
 from standoff._standoff import (

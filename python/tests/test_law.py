@@ -171,7 +171,9 @@ class Level(Law):
         if observation.altitude_m is None:
             assert team_state.uav_vertical is None
         else:
-            assert team_state.uav_vertical[team_state.uav == observation.uav].tolist() == [[row for row in rows[0][1:]]]
+            vertical = team_state.uav_vertical
+            assert vertical is not None
+            assert vertical[team_state.uav == observation.uav].tolist() == [[row for row in rows[0][1:]]]
 
 
 def test_a_law_sees_altitudes_and_zones() -> None:
@@ -182,7 +184,7 @@ def test_a_law_sees_altitudes_and_zones() -> None:
     assert set(Level.levels) == flown and len({altitude_m for _, _, altitude_m, _ in flown}) > 10
     (zone,) = Level.missions[0].zones
     assert (zone.name, zone.kind) == ("field", "keep-out")
-    assert zone.points.tolist() == [[650.0, -100.0], [900.0, -350.0], [1150.0, -100.0]]
+    assert zone.vertices.tolist() == [[650.0, -100.0], [900.0, -350.0], [1150.0, -100.0]]
     # If altitude is not flown and the scenario has no zones, altitudes are None and the list of zones is empty.
     Level.levels = []
     standoff.run(SCENARIO, law=Level)

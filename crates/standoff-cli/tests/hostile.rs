@@ -444,7 +444,7 @@ fn invalid_manifests_are_refused() {
         (with("\"seed\": 1", "\"\\u001b[2J\": 1"), "unknown field"),
         (with("\"duration_s\": ", "\"duration_s\": -"), "is out of range; must be 0e0 to 1e9"),
         (with("\"format\": 5", "\"format\": 99"), "has record format 99"),
-        (with("\"instants\": ", "\"instants\": -"), "invalid value"),
+        (with("\"time_steps\": ", "\"time_steps\": -"), "invalid value"),
         (vec![b' '; 100_000], "it has 98 KiB; at most 64 KiB"),
         (with("\"seed\": 1", "\"seed\": 1,\n  \"seed\": 1"), "duplicate field `seed` at line 6 column 8"),
         (with("\"scenario\": \"", &format!("\"scenario\": \"{}", "x".repeat(60_000))), "at most 1000"),

@@ -279,7 +279,7 @@ impl Air {
         let mut late = draw(Stream::RadioDelay);
         for _ in 0..1 + usize::from(is_double) {
             let delay_s = if is_perfect { 0.0 } else { delay_s.draw(&mut late) };
-            let due = tick + self.instants_late(delay_s);
+            let due = tick + self.steps_late(delay_s);
             self.under_way.push(InTransit {
                 due,
                 to,
@@ -305,7 +305,7 @@ impl Air {
     }
 
     /// Returns the latency in time steps; 0 is the time step in which the message was sent.
-    fn instants_late(&self, delay_s: f64) -> i64 {
+    fn steps_late(&self, delay_s: f64) -> i64 {
         let delay_us = (delay_s * 1e6).round() as i64;
         if delay_us * 10 < self.period_us {
             return 0;

@@ -656,7 +656,7 @@ fn faults_require_one_agent_per_uav() {
         assert_eq!(agents(&format!("team.agents = \"per-uav\"\n{fault}")), Ok(AgentSetup::PerUav), "{fault}");
         let refused = agents(&format!("team.agents = \"shared\"\n{fault}")).unwrap_err();
         let expected = "mine:1:6: team.agents = \"shared\": a single agent for all UAVs needs an ideal radio: with [radio], \
-                        restarts, late starts or clocks set \"each\", or leave out the key";
+                        restarts, late starts or clocks set \"per-uav\", or leave out the key";
         assert_eq!(refused, expected, "{fault}");
     }
     let one = built_in("tour/04-two-groups", &["radio={}", "team.agents=shared"]).unwrap_err();

@@ -35,7 +35,7 @@ fn frames_are_read_back_as_written() {
         ("targets", 4),
         ("in_view", 0),
     ];
-    let counts = Counts { steps: 40, rows: rows.map(|(table, rows)| (table.to_owned(), rows)).into() };
+    let counts = Counts { time_steps: 40, rows: rows.map(|(table, rows)| (table.to_owned(), rows)).into() };
     assert_eq!(record.manifest(), &Manifest { counts: Some(counts), ..manifest() });
     assert_eq!(record.scenario_toml(), SCENARIO);
     assert_eq!(record.target_names(), ["lead", "second", "third", "größe"]);

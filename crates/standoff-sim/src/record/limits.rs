@@ -13,7 +13,7 @@ const MAX_TARGETS: usize = crate::traffic::MAX_VEHICLES;
 /// Maximum total length of all target names, bytes: 300 for each of the maximum number of targets.
 const MAX_NAMES: usize = 30 << 20;
 /// Maximum number of time steps: a scenario has up to ten million periods.
-const MAX_INSTANTS: u64 = 10_000_001;
+const MAX_TIME_STEPS: u64 = 10_000_001;
 
 /// Limits of a run, and its progress so far.
 pub(super) struct RecordLimits {
@@ -67,8 +67,8 @@ impl RecordLimits {
             return beyond(format!("{what}: time steps start at 0 s and are {period_s} s apart"));
         }
         self.steps += 1;
-        if self.steps > MAX_INSTANTS {
-            return beyond(format!("it has more than {MAX_INSTANTS} time steps"));
+        if self.steps > MAX_TIME_STEPS {
+            return beyond(format!("it has more than {MAX_TIME_STEPS} time steps"));
         }
         Ok(())
     }

@@ -65,7 +65,7 @@ fn is_whole(reported: &ReportedTables) -> bool {
 #[serde(deny_unknown_fields)]
 pub struct Counts {
     /// Number of time steps.
-    pub steps: u64,
+    pub time_steps: u64,
     /// Number of rows, by table name.
     pub rows: BTreeMap<String, u64>,
 }

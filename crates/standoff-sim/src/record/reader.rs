@@ -232,8 +232,8 @@ impl Frames {
         let damaged = |what: String| Err(RecordError::damaged(self.uavs.table.path(), what));
         let (there, last_us) = (self.bounds.steps, self.last_us.unwrap_or_default());
         match (&self.record.manifest.counts, &self.record.checkpoint) {
-            (Some(Counts { steps, .. }), _) if *steps != there => {
-                damaged(format!("it has {there} time steps, but run.json contains {steps}"))
+            (Some(Counts { time_steps, .. }), _) if *time_steps != there => {
+                damaged(format!("it has {there} time steps, but run.json contains {time_steps}"))
             }
             (_, Some(checkpoint)) if checkpoint.last_us != last_us => {
                 let (ends_s, last_s) = (seconds(checkpoint.last_us), seconds(last_us));

@@ -264,7 +264,7 @@ impl Writer {
         let intruders = self.intruders.iter().map(|table| (IntruderRow::TABLE, table.pushed));
         let rows = timed.chain(intruders).chain(of_agents).chain([(TargetRow::TABLE, self.bounds.targets as u64)]);
         let rows = rows.map(|(table, rows)| (table.to_owned(), rows)).collect();
-        let counts = Some(Counts { steps: self.bounds.steps, rows });
+        let counts = Some(Counts { time_steps: self.bounds.steps, rows });
         let json = Manifest { counts, unfinished: false, ..self.manifest.clone() }.to_json()?;
         let lock = replace_manifest(&self.partial.path, &json, true)?;
         self.partial.keep = true;
