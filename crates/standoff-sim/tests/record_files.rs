@@ -222,7 +222,7 @@ fn missing_rows_and_time_steps_are_reported_with_the_table() {
     write(&dir, &frames);
     let path = dir.join("run.json");
     let text = fs::read_to_string(&path).unwrap();
-    fs::write(&path, text.replace(r#""steps": 10"#, r#""steps": 11"#)).unwrap();
+    fs::write(&path, text.replace(r#""time_steps": 10"#, r#""time_steps": 11"#)).unwrap();
     let error = read(&dir).unwrap_err().to_string();
     assert!(error.contains("uavs.parquet is damaged: it has 10 time steps, but run.json contains 11"), "{error}");
     fs::write(&path, text.replace(r#""groups": 10"#, r#""groups ": 10"#)).unwrap();
