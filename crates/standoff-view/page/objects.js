@@ -81,7 +81,7 @@ function agentFacts(replayData, { id, agentState }) {
   const ownGroup = agentState.group === null ? "none" : `${agentState.group}`;
   return [
     ...facts,
-    ["Own assignment", ownGroup, "Group that this UAV is assigned to in its own team state, with the number used positions; the UAV flies this assignment", "own_group"],
+    ["Own assignment", ownGroup, "Group that this UAV is assigned to in its own team state; the UAV flies this assignment", "own_group"],
     ["No reports from", replayData.agents.notReceived(id, stepIndex).map((other) => `UAV ${other.uav} (${other.status})`).join(", ") || "none",
       "UAVs whose reports this agent does not receive", "missing_reports"],
     ["Report ages", reportAgesText(replayData, id, stepIndex), "Age of the last report received from each other UAV", "ages"],
