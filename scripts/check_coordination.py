@@ -649,7 +649,7 @@ def clustered(positions, count, random):
     return equation_30(positions, algorithm_1(positions, clusters, clusters.max() + 1, 0.0))
 
 
-def check_crews(record, compare):
+def check_assignments(record, compare):
     """Checks the assignment of UAVs to groups: unchanged, or after changes of groups the best of all assignments."""
     known, when_assigned, searching = 0, {}, set()
     for before, time in zip([None, *record.times], record.times):
@@ -717,9 +717,9 @@ def equation_32(record, time, groups, old_crew, available):
             if (group, block) not in of_block:
                 of_block[group, block] = information_of(terms[group][list(block)].sum(axis=0))
             sums.append(of_block[group, block])
-        return ln_det(sum(sums)) if as_published else sum(sums) + inertia * staying[crew, range(len(crew))].sum()
+        return ln_det(sum(sums)) if as_published else sum(sums) + switching_cost * staying[crew, range(len(crew))].sum()
 
-    objective, inertia = (record.scenario["groups"][key] for key in ["objective", "assignment_switching_cost"])
+    objective, switching_cost = (record.scenario["groups"][key] for key in ["objective", "assignment_switching_cost"])
     as_published = objective == "paper"
     information_of = (lambda by_target: by_target.sum(axis=0)) if as_published else (
         lambda by_target: ln_det(by_target).sum())
@@ -783,21 +783,21 @@ def orbit_left(outlines, row):
     return np.mean([not zones for zones in taking]), next((zones[0] for zones in taking if zones), None)
 
 
-def cut(left, was):
+def blocked_state(left, was):
     """Returns the state of an orbit as an event kind, with hysteresis."""
     blocked, in_part = {"orbit-unblocked": (0.05, 0.95), "orbit-partly-blocked": (0.05, 0.99), "orbit-blocked": (0.15, 0.99)}[was]
     return "orbit-blocked" if left < blocked else "orbit-partly-blocked" if left < in_part else "orbit-unblocked"
 
 
-def check_cuts(record, compare):
+def check_blocked_orbits(record, compare):
     """Checks the events of orbits that zones block in part or in full."""
-    outlines, cuts = [Outline(zone) for zone in record.scenario.get("geofence", [])], {}
+    outlines, blocked = [Outline(zone) for zone in record.scenario.get("geofence", [])], {}
     for time in record.times:
-        old, cuts, expected = cuts, {}, []
+        old, blocked, expected = blocked, {}, []
         for group, row in record.groups[time].items() if outlines else []:
             left, zone = orbit_left(outlines, row)
             was = old.get(group, "orbit-unblocked")
-            cuts[group] = now = cut(left, was)
+            blocked[group] = now = blocked_state(left, was)
             if now != was:
                 expected.append((now, group, None if now == "orbit-unblocked" else zone,
                                  round(left, 9) if now == "orbit-partly-blocked" else None))
@@ -807,16 +807,16 @@ def check_cuts(record, compare):
         compare("zones: missing or unexpected orbit events", 0, differing(events, expected))
 
 
-def check_alarms(record, compare):
+def check_proximity_and_feasibility(record, compare):
     """Checks distances between UAVs of a group, proximity alerts, and events of infeasible orbits."""
-    orbit, alarms = record.scenario["orbit"], {}
+    orbit, alert_states = record.scenario["orbit"], {}
     for before, time in zip([None, *record.times], record.times):
-        old, alarms, expected = alarms, {}, []
+        old, alert_states, expected = alert_states, {}, []
         previous = record.groups[before] if before is not None else {}
         for group, row in record.groups[time].items():
             uavs = [uav.position for uav in record.uavs[time].values() if uav.group == group]
-            separation = min([np.hypot(*(a - b)) for i, a in enumerate(uavs) for b in uavs[:i]], default=None)
-            compare("separation of the UAVs of a group", row.nearest_groupmate_m, separation)
+            nearest_m = min([np.hypot(*(a - b)) for i, a in enumerate(uavs) for b in uavs[:i]], default=None)
+            compare("distance of the nearest two UAVs of a group", row.nearest_groupmate_m, nearest_m)
             turn_limit = np.inf if row.turn_limit_m is None else row.turn_limit_m
             members, required = record.members(time, group), row.standoff_unclamped_m
             if group in previous and orbit["time_constant_s"] > 0:
@@ -828,11 +828,11 @@ def check_alarms(record, compare):
             smallest = max(required, orbit["radius_min_m"], turn_limit)
             largest = min(orbit["radius_max_m"], record.scenario["sensor"]["sensing_range_m"] - row.spread_m)
             infeasible, close = old.get(group, (False, False))
-            alarm = record.scenario["groups"]["proximity_alert_m"] * (1.2 if close else 1.0)
-            alarms[group] = (bool(smallest > largest * (0.95 if infeasible else 1.0)),
-                             bool(separation is not None and separation < alarm))
+            alert_m = record.scenario["groups"]["proximity_alert_m"] * (1.2 if close else 1.0)
+            alert_states[group] = (bool(smallest > largest * (0.95 if infeasible else 1.0)),
+                             bool(nearest_m is not None and nearest_m < alert_m))
             alert_kinds = [("orbit-feasible", "orbit-infeasible"), ("proximity-cleared", "proximity-alert")]
-            expected += [(kinds[now], group) for kinds, was, now in zip(alert_kinds, (infeasible, close), alarms[group])
+            expected += [(kinds[now], group) for kinds, was, now in zip(alert_kinds, (infeasible, close), alert_states[group])
                          if now != was]
         alarming = ["orbit-feasible", "orbit-infeasible", "proximity-cleared", "proximity-alert"]
         events = [(event.kind, event.group) for event in record.events[time] if event.kind in alarming]
@@ -840,4 +840,4 @@ def check_alarms(record, compare):
 
 
 if __name__ == "__main__":
-    sys.exit(main(sys.argv[1:], __doc__, [check_places, check_crews, check_altitudes, check_alarms, check_cuts]))
+    sys.exit(main(sys.argv[1:], __doc__, [check_places, check_assignments, check_altitudes, check_proximity_and_feasibility, check_blocked_orbits]))

@@ -62,12 +62,12 @@ class Record:
         self.scenario = tomllib.loads((folder / "scenario.toml").read_text(encoding="utf-8"))
         self.metrics = json.loads((folder / "summary.json").read_text(encoding="utf-8"))["metrics"]
         self.period = self.scenario["period_s"]
-        self.uavs = self.by_instant("uavs", "uav")
-        self.truth = self.by_instant("truth", "target") if (folder / "truth.parquet").exists() else None
-        self.tracks = self.by_instant("tracks", "target")
-        self.groups = self.by_instant("groups", "group")
-        self.detections = self.by_instant("detections", "uav", "target")
-        self.views = self.by_instant("in_view", "uav", "target") if (folder / "in_view.parquet").exists() else None
+        self.uavs = self.by_time("uavs", "uav")
+        self.truth = self.by_time("truth", "target") if (folder / "truth.parquet").exists() else None
+        self.tracks = self.by_time("tracks", "target")
+        self.groups = self.by_time("groups", "group")
+        self.detections = self.by_time("detections", "uav", "target")
+        self.views = self.by_time("in_view", "uav", "target") if (folder / "in_view.parquet").exists() else None
         self.events = defaultdict(list)
         for event in self.rows("events"):
             self.events[event.time_us].append(event)
@@ -81,7 +81,7 @@ class Record:
         for values in pandas.read_parquet(self.folder / f"{table}.parquet").to_dict("records"):
             yield SimpleNamespace(**{name: None if pandas.isna(value) else value for name, value in values.items()})
 
-    def by_instant(self, table, *key):
+    def by_time(self, table, *key):
         steps = defaultdict(dict)
         for row in self.rows(table):
             if table in ["uavs", "truth", "tracks", "groups"]:
@@ -104,8 +104,8 @@ class Record:
         """Returns the tracks of a group's members by target, including those in dwell from and to the group."""
         return {target: row for target, row in self.tracks[time].items() if group in (row.group, row.receiving_group)}
 
-    def duty(self, time, group):
-        """Returns the targets that a group must keep in view; a target in dwell belongs to the passing group."""
+    def assigned_members(self, time, group):
+        """Returns the members that a group must keep in view; a target in dwell is one of the old group."""
         return [target for target, row in self.tracks[time].items() if row.group == group]
 
 
@@ -302,12 +302,12 @@ def largest_fit(rows, bearings, away, widest):
     return fitting[right], bearings[right] + widest / 2
 
 
-def aim_at_middle(record, time, uav, centre):
+def angular_midpoint(record, time, uav, centre):
     """Returns the point at which `orbit.pointing = "angular-midpoint"` points the sensor one period later: the angular midpoint of the
     group's members, or of those that the group must keep in view, or of as many of these as fit, extrapolated with its
     present velocity. None if no midpoint exists; the sensor then points at the centre."""
-    members, duty = record.members(time, uav.group), record.duty(time, uav.group)
-    own = {target: row for target, row in members.items() if target in duty}
+    members, assigned_members = record.members(time, uav.group), record.assigned_members(time, uav.group)
+    own = {target: row for target, row in members.items() if target in assigned_members}
     widest = np.radians(record.scenario["sensor"]["field_of_view_deg"])
     bearings = {target: direction(row.position - uav.position) for target, row in members.items()}
     away = {target: np.hypot(*(row.position - uav.position)) for target, row in members.items()}
@@ -345,7 +345,7 @@ def check_measurements(record, compare):
                 ahead, what, tolerance = centre.position + centre.velocity * record.period, "", ROUNDING
                 middle = None
                 if record.scenario["orbit"]["pointing"] == "angular-midpoint":
-                    middle = aim_at_middle(record, before, record.uavs[before][uav], centre)
+                    middle = angular_midpoint(record, before, record.uavs[before][uav], centre)
                 if middle is not None:
                     ahead, what, tolerance = middle, ", angular midpoint", DIFFERENCES
                 compare.angle(f"section II: boresight{what}", row.boresight_rad, direction(ahead - row.position), tolerance)
@@ -371,12 +371,12 @@ def check_measurements(record, compare):
 
 def check_views(record, time, expected, compare):
     """Checks the derived columns: targets in view, and distances of estimates from the truth."""
-    compare("views: targets in view", 0, len(set(record.views[time]) ^ expected))
+    compare("in_view: targets in view", 0, len(set(record.views[time]) ^ expected))
     for uav, target in expected:
         row, view = record.uavs[time][uav], record.views[time][uav, target]
         distance, azimuth = equation_7(row.position, record.truth[time][target].position)
-        compare("views: range", view.range_m, distance)
-        compare.angle("views: angle off boresight", view.off_boresight_rad, wrap(azimuth - row.boresight_rad))
+        compare("in_view: range", view.range_m, distance)
+        compare.angle("in_view: angle off boresight", view.off_boresight_rad, wrap(azimuth - row.boresight_rad))
     for target, track in record.tracks[time].items():
         there = record.truth[time].get(target)
         off = None if there is None else np.hypot(*(track.position - there.position))
@@ -457,7 +457,7 @@ def check_tracks(record, compare):
             scale = np.maximum(np.abs(row.state), np.maximum(sds, 1.0))
             compare("(8, 10) state of a track", row.state, inverse(information) @ y, scale, RUN_ON)
             compare("(9, 11) covariance of a track", row.p, inverse(information), np.outer(sds, sds), RUN_ON)
-            compare("track status held if and only if measured", row.status == "updated", bool(looks))
+            compare("track status updated if and only if measured", row.status == "updated", bool(looks))
 
 
 def section_2c(centre, p, f, q, z, r):
@@ -1210,17 +1210,17 @@ def separation_samples(uavs, vertical_m, samples):
 def line_of_sight_samples(record, time, samples):
     truth = record.truth[time]
     for row in looking(record, time):
-        duty = record.duty(time, row.group) if row.group is not None else []
-        azimuths = [direction(truth[target].position - row.position) for target in duty if target in truth]
+        assigned_members = record.assigned_members(time, row.group) if row.group is not None else []
+        azimuths = [direction(truth[target].position - row.position) for target in assigned_members if target in truth]
         if azimuths:
             samples["off_boresight_mean_deg"].append(np.degrees(max(abs(wrap(np.array(azimuths) - row.boresight_rad)))))
 
 
 def view_samples(record, time, samples):
     """Returns the group members that no UAV has in view."""
-    duty = [target for target in record.truth[time] if is_member(record, time, target)]
-    out = [target for target in duty if not is_seen(record, time, target)]
-    samples["member_out_of_view_fraction"] += [target in out for target in duty]
+    assigned_members = [target for target in record.truth[time] if is_member(record, time, target)]
+    out = [target for target in assigned_members if not is_seen(record, time, target)]
+    samples["member_out_of_view_fraction"] += [target in out for target in assigned_members]
     return out
 
 

@@ -146,7 +146,7 @@ def off_boresight(record, time, uav):
     """Returns the largest angle between the boresight and the true position of a member of the UAV's group."""
     if uav.boresight_rad is None or uav.group is None:
         return None
-    members = [record.truth[time][target] for target in record.duty(time, uav.group) if target in record.truth[time]]
+    members = [record.truth[time][target] for target in record.assigned_members(time, uav.group) if target in record.truth[time]]
     angles = [abs(wrap(direction(member.position - uav.position) - uav.boresight_rad)) for member in members]
     return max(angles, default=None)
 

@@ -43,7 +43,7 @@ def main(arguments):
         "targets": columns(times, lambda time: target_values(record, time)),
     }
     if (record.folder / "intruders.parquet").exists():
-        intruders = record.by_instant("intruders", "intruder")
+        intruders = record.by_time("intruders", "intruder")
         page["intruders"] = columns(times, lambda time: {
             intruder: {name: getattr(row, name) for name in INTRUDERS} for intruder, row in intruders[time].items()})
     if (record.folder / "agents.parquet").exists():
@@ -66,7 +66,7 @@ def agents(record, time):
     """Returns {agent: its team state at a time}, for agents whose computer is on."""
     if not hasattr(record, "agents"):
         tables = {"all": ("agents",), "team": ("agent_teammates", "uav"), "tracks": ("agent_tracks", "target"), "groups": ("agent_groups", "group")}
-        record.agents = {name: record.by_instant(table, "agent", *key) for name, (table, *key) in tables.items()}
+        record.agents = {name: record.by_time(table, "agent", *key) for name, (table, *key) in tables.items()}
     found = {}
     for agent in record.agents["all"][time]:
         own = {name: {ids[1]: row for ids, row in record.agents[name][time].items() if ids[0] == agent}
@@ -89,9 +89,9 @@ def uav_values(record, time, row):
     if row.group is None:
         return values
     truth = record.truth[time]
-    duty = [truth[target].position for target in record.duty(time, row.group) if target in truth]
-    if duty and row.boresight_rad is not None:
-        values["off_boresight_rad"] = max(abs(wrap(direction(at - row.position) - row.boresight_rad)) for at in duty)
+    assigned_members = [truth[target].position for target in record.assigned_members(time, row.group) if target in truth]
+    if assigned_members and row.boresight_rad is not None:
+        values["off_boresight_rad"] = max(abs(wrap(direction(at - row.position) - row.boresight_rad)) for at in assigned_members)
     members = true_members(record, time, row.group)
     if members:
         centre = true_centre(record.scenario, members)
@@ -104,9 +104,9 @@ def uav_values(record, time, row):
 def group_values(record, time, row, bounds):
     values = {name: getattr(row, name) for name in GROUPS}
     uavs = [uav for uav in record.uavs[time].values() if uav.group == row.group]
-    phase, desired = separation(record, [uav.phase_rad for uav in uavs])
+    phase, desired = phase_difference(record, [uav.phase_rad for uav in uavs])
     errors, variances = [], []
-    for target in record.duty(time, row.group):
+    for target in record.assigned_members(time, row.group):
         if target in record.truth[time]:
             error = record.tracks[time][target].position - record.truth[time][target].position
             errors.append(error @ error)
@@ -126,8 +126,8 @@ def true_members(record, time, group):
     return [truth[target].position for target in record.members(time, group) if target in truth]
 
 
-def separation(record, phases):
-    """Returns the phase separation on one orbit with the largest error, and the desired one."""
+def phase_difference(record, phases):
+    """Returns the phase difference on one orbit with the largest error, and the desired one."""
     if len(phases) < 2 or None in phases:
         return None, None
     if len(phases) == 2:

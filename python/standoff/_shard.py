@@ -68,7 +68,7 @@ def first_run_crc32(plan: Plan, traffic: Path | None, folder: Path) -> int:
 
 
 @dataclass(frozen=True)
-class Order:
+class ShardTask:
     """A worker's task: plain values only, so that workers with any version of standoff can read it."""
 
     version: str
@@ -93,7 +93,7 @@ def fly_shard(order: dict[str, Any]) -> str:
             f"worker {worker.name} has standoff {standoff.__version__}, the client {order['version']}: "
             "install the same version on all of them"
         )
-    task = Order(**order)
+    task = ShardTask(**order)
     store = Store(task.url, task.options)
     text = _read_plan(store)
     if text is None or zlib.crc32(text) != task.plan_crc32:

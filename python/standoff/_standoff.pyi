@@ -9,7 +9,7 @@ from os import PathLike
 from pathlib import Path
 from typing import Any, Final, SupportsFloat, SupportsIndex, final
 
-__all__ = ["__version__", "AssignmentProblem", "Batch", "Command", "Comparison", "Cue", "EnvStep", "Filter", "Intruder", "MissionInfo", "Observation", "Parameters", "Report", "Run", "Scenario", "StandoffDistance", "Steering", "Table", "TeamState", "Tracks", "Worlds", "Zone", "_described", "_difference", "_fly_described", "assignment", "baseline", "clustering", "compare", "enclosing_circle", "group_count", "information_1_m2", "led_distance", "measure", "merge", "monte_carlo", "observation_features", "optimal_phase_rad", "pair_information_1_m4", "run", "scenarios", "standoff_distance", "steer", "vector_field", "wrapped_angle_rad"]
+__all__ = ["__version__", "AssignmentProblem", "Batch", "Command", "Comparison", "Cue", "EnvStep", "Filter", "Intruder", "MissionInfo", "Observation", "Parameters", "Report", "Run", "Scenario", "StandoffDistance", "Steering", "Table", "TeamState", "Tracks", "Worlds", "Zone", "_described", "_difference", "_fly_described", "assignment", "baseline", "clustering", "compare", "enclosing_circle", "group_count", "information_1_m2", "steered_radius", "measure", "merge", "monte_carlo", "observation_features", "optimal_phase_difference_rad", "pair_information_1_m4", "run", "scenarios", "standoff_distance", "steer", "vector_field", "wrapped_angle_rad"]
 
 __version__: Final[str]
 
@@ -1282,7 +1282,7 @@ def information_1_m2(uav_position_m: ArrayLike, target_position_m: ArrayLike, *,
     :raises InputError: if an argument has the wrong shape or type, or a value is out of range.
     """
 
-def led_distance(distance_m: ArrayLike, rate_m_s: ArrayLike, *, speed_m_s: ArrayLike | None = None, parameters: Parameters | None = None) -> tuple[NDArray[float64], NDArray[float64]]:
+def steered_radius(distance_m: ArrayLike, rate_m_s: ArrayLike, *, speed_m_s: ArrayLike | None = None, parameters: Parameters | None = None) -> tuple[NDArray[float64], NDArray[float64]]:
     """
     Computes the radius that the guidance steers for while the standoff distance changes: active measure 2 (22), limited
     to the bounds.
@@ -1346,7 +1346,7 @@ def observation_features() -> list[tuple[str, float, float, str]]:
     the bounds.
     """
 
-def optimal_phase_rad(range_m: ArrayLike, *, parameters: Parameters | None = None) -> NDArray[float64]:
+def optimal_phase_difference_rad(range_m: ArrayLike, *, parameters: Parameters | None = None) -> NDArray[float64]:
     """
     Computes the angle gamma that maximises the information of two UAVs at the given ranges (36).
 
@@ -1424,7 +1424,7 @@ def steer(uav_position_m: ArrayLike, heading_rad: ArrayLike, centre_m: ArrayLike
     :param centre_m: shape (..., 2), estimated centre of the orbit, east and north, m.
     :param distance_m: shape (...), standoff distance r_d, m.
     :param rate_m_s: shape (...), rate of r_d, m/s; 0 by default.
-    :param steered_radius_m: shape (...), radius to steer for (22), from :func:`led_distance`, m; distance_m by
+    :param steered_radius_m: shape (...), radius to steer for (22), from :func:`steered_radius`, m; distance_m by
         default.
     :param steered_rate_m_s: shape (...), rate of that radius, m/s; rate_m_s by default.
     :param centre_velocity_m_s: shape (..., 2), velocity of the centre, east and north, m/s; 0 by default.

@@ -32,7 +32,7 @@ try:
         PLAN,
         RUNS,
         TRAFFIC,
-        Order,
+        ShardTask,
         Plan,
         WorkerError,
         first_run_crc32,
@@ -54,7 +54,7 @@ SHARD_MIN_S = 1.0
 """Minimum duration of a shard, s; for shorter ones the overhead of a task dominates."""
 SHARDS_MAX = 10_000
 """Maximum default number of shards; more tasks at a time make Dask's scheduler slow."""
-GLANCE_S = 0.2
+CONNECTION_CHECK_S = 0.2
 """Interval of checks that the scheduler is still connected, s."""
 
 
@@ -280,7 +280,7 @@ class _BatchRun:
         version, plan_crc32 = standoff.__version__, zlib.crc32(self.plan.to_json())
 
         def launch(shards: Iterable[int]) -> None:
-            order = Order(
+            order = ShardTask(
                 version, self.store.url, dict(self.store.options), plan_crc32, 0, self.plan.shards, self.threads
             )
             orders = [asdict(replace(order, shard=shard)) for shard in shards]
@@ -307,7 +307,7 @@ class _BatchRun:
             launch(missing)
             while running:
                 try:
-                    future = ended.get(timeout=GLANCE_S)
+                    future = ended.get(timeout=CONNECTION_CHECK_S)
                 except queue.Empty:
                     if self.client.status in ("closing", "closed"):
                         raise StandoffError(f"the client was closed; {self._how_to_resume()}") from None

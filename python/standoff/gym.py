@@ -27,7 +27,7 @@ ahead along its heading, and left of it.
 
     reward     = (targets * in_custody + mean of on_orbit over the UAVs) / (targets + 1)
     targets    = number of existing targets
-    in_custody  = fraction of them that are in a group and in some UAV's view
+    in_custody = fraction of them that are in a group and in some UAV's view
     on_orbit   = 1 / (1 + |r - r_d| / radius_min_m); 0 for a UAV without a group, or whose group has no true orbit
 
 ``in_custody`` is averaged by the metric ``custody_fraction``, and r - r_d by ``standoff_error_m``: the distance of the UAV

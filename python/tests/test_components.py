@@ -315,13 +315,13 @@ def test_pair_information_is_the_determinant_of_the_sum(rng: np.random.Generator
         uavs = [np.array([first, 0.0]), second * np.array([np.cos(angle), np.sin(angle)])]
         both = np.sum([fisher(uav, np.zeros(2), 10.0, np.radians(3)) for uav in uavs], axis=0)
         np.testing.assert_allclose(one, np.linalg.det(both), rtol=1e-9)
-    best_rad = components.optimal_phase_rad(range_m)
+    best_rad = components.optimal_phase_difference_rad(range_m)
     angles = np.linspace(0, np.pi, 181)
     over = components.pair_information_1_m4(range_m[:, None], angles)
     assert (components.pair_information_1_m4(range_m, best_rad) >= over.max(axis=1) * (1 - 1e-12)).all()
     # 90 degrees if both ranges are on the same side of 191 m, otherwise 0.
     assert best_rad.tolist() == [np.pi / 2 if (a < 190.98) == (b < 190.98) else 0.0 for a, b in range_m]
-    assert components.optimal_phase_rad([0.5, 300]) == np.pi / 2
+    assert components.optimal_phase_difference_rad([0.5, 300]) == np.pi / 2
 
 
 def test_angles_wrap() -> None:
@@ -450,10 +450,10 @@ def test_the_standoff_distance_and_its_lead() -> None:
     np.testing.assert_allclose(got.rate_m_s, [0, 4, 0])
     wide = components.Parameters(field_of_view_rad=np.pi / 2, field_of_view_margin_rad=0.0, radius_min_m=1.0)
     assert components.standoff_distance(100, parameters=wide).distance_m == pytest.approx(100 * np.sqrt(2))
-    distance_m, rate_m_s = components.led_distance([400, 260, 690], [-5, -5, 5])
+    distance_m, rate_m_s = components.steered_radius([400, 260, 690], [-5, -5, 5])
     assert (distance_m.tolist(), rate_m_s.tolist()) == ([385, 250, 700], [-5, 0, 0])
     scheduled = components.Parameters(lead="scheduled")
-    assert components.led_distance(400, 2, speed_m_s=20, parameters=scheduled)[0] == 400 + 2 * 0.2 * 400 / 20
+    assert components.steered_radius(400, 2, speed_m_s=20, parameters=scheduled)[0] == 400 + 2 * 0.2 * 400 / 20
 
 
 # Groups.
@@ -658,11 +658,11 @@ def everything(rng: np.random.Generator, lead: tuple[int, ...]) -> dict[str, tup
             lambda a, b: [components.pair_information_1_m4(a, b)],
             [uniform(0, 900, 2), uniform(-9, 9)],
         ),
-        "optimal_phase_rad": (lambda a: [components.optimal_phase_rad(a)], [uniform(0, 900, 2)]),
+        "optimal_phase_difference_rad": (lambda a: [components.optimal_phase_difference_rad(a)], [uniform(0, 900, 2)]),
         "vector_field": (lambda a, b, c: [components.vector_field(a, b, distance_m=c)], [uav, centre, distance]),
         "steer": (steered, [uav, uniform(-9, 9), centre, distance, uniform(-60, 60, 2)]),
         "standoff_distance": (stood_off, [uniform(0, 500), uniform(-9, 9), uniform(0, 50)]),
-        "led_distance": (lambda a, b: list(components.led_distance(a, b)), [distance, uniform(-9, 9)]),
+        "steered_radius": (lambda a, b: list(components.steered_radius(a, b)), [distance, uniform(-9, 9)]),
         "enclosing_circle": (lambda a: list(components.enclosing_circle(a)), [uniform(-500, 500, 5, 2)]),
         "clustering": (lambda a: [components.clustering(a, count=2)], [uniform(-500, 500, 6, 2)]),
         "assignment": (

@@ -21,7 +21,7 @@ from distributed import Client, LocalCluster
 import standoff
 import standoff.dask
 from standoff import InputError, StandoffError
-from standoff._shard import PLAN, Order, fly_shard
+from standoff._shard import PLAN, ShardTask, fly_shard
 from standoff._store import Store
 from standoff.dask import WorkerError, monte_carlo
 
@@ -192,7 +192,7 @@ def test_a_partly_uploaded_shard_is_run_again(
     out = tmp_path / "out"
     monte_carlo_of_half(three, out)
     plan_crc32 = zlib.crc32((out / PLAN).read_bytes())
-    order = asdict(Order(standoff.__version__, str(out), {}, plan_crc32, shard=1, shards=3, threads=1))
+    order = asdict(ShardTask(standoff.__version__, str(out), {}, plan_crc32, shard=1, shards=3, threads=1))
     put, remaining = Store.put, [2]
 
     def fail_after(store: Store, file: Path, name: str) -> None:

@@ -243,7 +243,7 @@ def test_the_first_observation_has_the_position_of_the_orbit() -> None:
     env = GroupTrackingEnv("tour/01-one-uav")
     observation = env.reset(seed=1)[0][0]
     by_name = {row[0]: float(number) for row, number in zip(observation_features(), observation, strict=True)}
-    for name in ("speed", "turn_rate", "is_looking", "ungrouped", "lost"):
+    for name in ("speed", "turn_rate", "sensor_pointed", "ungrouped", "lost"):
         assert by_name[name] == 0.0, name
     for name in ("has_group", "members", "gap_ahead", "gap_behind", "nearest_uav"):
         assert by_name[name] == 1.0, name

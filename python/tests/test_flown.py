@@ -31,7 +31,7 @@ def test_recomputed_orbits_and_headings_are_bit_identical() -> None:
     distance = components.standoff_distance(twice["spread_m"], margin_m=twice["margin_m"], parameters=of)
     assert np.array_equal(distance.distance_m, twice["standoff_distance_m"])
     assert np.array_equal(distance.unclamped_m, twice["standoff_unclamped_m"])
-    led_m, led_rate_m_s = components.led_distance(
+    led_m, led_rate_m_s = components.steered_radius(
         twice["standoff_distance_m"], twice["standoff_rate_m_s"], parameters=of
     )
     assert np.array_equal(led_m, column["steered_radius_m"])

@@ -151,7 +151,7 @@ inReport("rows of UAVs, groups and targets are selected with mouse and keyboard,
   }
 });
 
-inReport("a UAV that has dropped out is marked with its position and time until it returns", { flight: "outage" }, async (page) => {
+inReport("a UAV in an outage is marked with its position and time until it returns", { flight: "outage" }, async (page) => {
   await recordTexts(page);
   const labelsAt = async (time_s) => {
     await goTo(page, time_s);
@@ -160,13 +160,13 @@ inReport("a UAV that has dropped out is marked with its position and time until 
   await page.getByRole("tab", { name: "State" }).click();
   const row = page.locator('#uavs tr[data-id="1"]');
   for (const [time_s, out] of [[0, false], [39.5, false], [45, true], [100, true], [120, false]]) {
-    assert.equal((await labelsAt(time_s)).includes("UAV 1 dropped out at 40.0 s"), out, `the map at ${time_s} s`);
+    assert.equal((await labelsAt(time_s)).includes("UAV 1: outage since 40.0 s"), out, `the map at ${time_s} s`);
     assert.equal((await row.textContent()).includes("out since 40.0 s"), out, `State at ${time_s} s`);
-    assert.equal((await page.locator("#warning").textContent()).includes("UAV 1 dropped out at 40.0 s"), out, `the warning at ${time_s} s`);
+    assert.equal((await page.locator("#warning").textContent()).includes("UAV 1: outage since 40.0 s"), out, `the warning at ${time_s} s`);
   }
   await goTo(page, 45);
   await row.click();
-  assert.match(await chosen(page).textContent(), /UAV 1 dropped out at 40\.0 s/);
+  assert.match(await chosen(page).textContent(), /UAV 1: outage since 40\.0 s/);
 });
 
 inReport("a note reports that a followed object has ended, and following resumes at times when it exists", { flight: "outage" }, async (page) => {

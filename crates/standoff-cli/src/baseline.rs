@@ -33,7 +33,7 @@ pub(crate) struct Args {
 
 pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     let name = args.changes.scenario(args.scenario.as_deref(), DEFAULT_SCENARIO);
-    let scenario = Scenario::load(name, &args.changes.edits()?, args.seed).map_err(Failure::Scenario)?;
+    let scenario = Scenario::load(name, &args.changes.overrides()?, args.seed).map_err(Failure::Scenario)?;
     warn(&scenario, "", &note);
     let result = BaselineReport::of(&scenario);
     print(&if args.json { result.json().map_err(Failure::running)? } else { display_text::lines(&table(&result)) })
@@ -43,19 +43,20 @@ fn table(result: &BaselineReport) -> String {
     let BaselineReport { scenario, seed, duration_s, uavs, targets, baseline } = result;
     let counts = format!("{}, {}", count(*uavs, "UAV"), count(*targets, "target"));
     let mut table = format!("{}, seed {seed}: {counts}, {duration_s} s\n\n", display_text::printable(scenario));
-    table += &format!("{:30} {:>10} {:>10}\n", "covered, % of target-time", "mover", "best discs");
+    table += &format!("{:30} {:>13} {:>15}\n", "covered, % of target-time", "moving discs", "re-placed discs");
     // With one UAV, both rows would have one disc.
     let half = (baseline.half_of_uavs.discs < *uavs).then_some(("half as many as UAVs", baseline.half_of_uavs));
     for (relation, share) in half.into_iter().chain([("as many as UAVs", baseline.all_uavs)]) {
         let CoverageShare { discs, mover_fraction, best_fraction } = share;
         let discs = format!("{}, {relation}", count(discs, "disc"));
-        table += &format!("{discs:30} {:>10} {:>10}\n", percent(mover_fraction), percent(best_fraction));
+        table += &format!("{discs:30} {:>13} {:>15}\n", percent(mover_fraction), percent(best_fraction));
     }
     table += "\n";
     let disc =
         format!("disc: the area in view from the largest orbit, {:.0} m around its centre;", baseline.disc_radius_m);
-    let mover = format!("mover: discs move greedily at {SPEED_M_S} m/s, with a new destination each second;");
-    let best = "best discs: placed again at every time step. Both know all target positions. A baseline, not a bound";
+    let mover = format!("moving discs: they move greedily at {SPEED_M_S} m/s, with a new destination each second;");
+    let best =
+        "re-placed discs: placed again at every time step. Both know all target positions. A baseline, not a bound";
     table + &wrapped("* ", &format!("{disc} {mover} {best}"), WIDTH)
 }
 

@@ -34,12 +34,12 @@ pub(crate) struct Args {
     a: String,
     /// Scenario B, given in the same way [default: A, changed by --set-b].
     b: Option<String>,
-    /// Number of runs of each scenario.
-    #[arg(long, value_name = "N", default_value_t = 200)]
-    runs: u64,
-    /// Seed of the first run; each further run uses the next seed.
-    #[arg(long, value_name = "N", default_value_t = 1)]
-    seed: u64,
+    /// Number of runs of each scenario [default: 200].
+    #[arg(long, value_name = "N")]
+    runs: Option<u64>,
+    /// Seed of the first run; each further run uses the next seed [default: 1].
+    #[arg(long, value_name = "N")]
+    seed: Option<u64>,
     #[command(flatten)]
     changes: OverrideArgs,
     /// Change a value of B only; may be given several times.
@@ -84,9 +84,10 @@ fn is_batch(name: &str) -> bool {
 }
 
 fn of_batches(args: &Args, b: &str) -> Result<Comparison, Failure> {
-    if !args.changes.is_empty() || !args.set_b.is_empty() {
-        let what =
-            "--traffic, --uavs, --set and --set-b apply to scenarios: the runs in these folders are flown already";
+    let is_for_scenarios = args.runs.or(args.seed).is_some() || args.threads.is_some() || args.metrics.is_given();
+    if is_for_scenarios || !args.changes.is_empty() || !args.set_b.is_empty() {
+        let what = "only --report and --json apply to two batch folders: their runs have already been flown, and all \
+                    their metrics are compared";
         return Err(Failure::Input(what.to_owned()));
     }
     let (a, b) = (Path::new(&args.a), Path::new(b));
@@ -103,15 +104,16 @@ fn of_batches(args: &Args, b: &str) -> Result<Comparison, Failure> {
 }
 
 fn of_scenarios(args: &Args, b: &str) -> Result<Comparison, Failure> {
+    let (seed, runs) = (args.seed.unwrap_or(1), args.runs.unwrap_or(200));
     let load = |name: &str, more: &[String]| {
-        let template = ScenarioTemplate::load(name, &args.changes.edits_and(more)?).map_err(Failure::Scenario)?;
-        warn(&template.draw(args.seed).map_err(Failure::Scenario)?, &format!("{name}: "), &note);
+        let template = ScenarioTemplate::load(name, &args.changes.overrides_and(more)?).map_err(Failure::Scenario)?;
+        warn(&template.draw(seed).map_err(Failure::Scenario)?, &format!("{name}: "), &note);
         Ok(template)
     };
     let (first, second) = (load(&args.a, &[])?, load(b, &args.set_b)?);
-    let choice = args.metrics.choice;
+    let choice = args.metrics.selection();
     let never = AtomicBool::new(false);
-    let flown = compare(&first, &second, args.seed, args.runs, choice, args.threads, &never);
+    let flown = compare(&first, &second, seed, runs, choice, args.threads, &never);
     let mut comparison = flown.map_err(of_batch)?;
     for change in &args.set_b {
         comparison.b += &format!(" {change}");

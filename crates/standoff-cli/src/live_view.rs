@@ -19,9 +19,9 @@ use crate::signals::Interruption;
 use crate::terminal::note;
 
 /// Minimum time between two updates of the page of a running mission; more frequent updates would only load the page.
-const LOOK: Duration = Duration::from_millis(250);
-/// Updates take at most 1/`SHARE` of the time.
-const SHARE: u32 = 10;
+const UPDATE_INTERVAL: Duration = Duration::from_millis(250);
+/// Minimum ratio of the time between updates to the time that one takes.
+const UPDATE_TIME_RATIO: u32 = 10;
 
 /// Options of the page server.
 #[derive(Args)]
@@ -52,7 +52,9 @@ impl ServeArgs {
         let server = server.map_err(|error| Failure::running(format!("--listen {listen}: {error}")))?;
         let address = server.address();
         if !address.ip().is_loopback() {
-            note("warning: this is not a loopback address: any machine that can reach it can see the page");
+            note(&format!(
+                "warning: {address} is not a loopback address: any machine that can reach it can see the page"
+            ));
         }
         let url = format!("http://{address}/");
         announce(&format!("{url}\n"))?;
@@ -75,7 +77,7 @@ pub(crate) struct LiveReplay {
     encoder: Encoder,
     head: Head,
     replay: Arc<Replay>,
-    next_look: Instant,
+    next_update: Instant,
 }
 
 impl LiveReplay {
@@ -89,7 +91,7 @@ impl LiveReplay {
         let mut head = Head::new(manifest, Setup::of(manifest.title(), settings), targets);
         (head.live, head.map) = (live, map);
         let replay = Arc::new(Replay::new(&head).map_err(Failure::running)?);
-        Ok(Self { encoder: Encoder::new(&ScoreConfig::of(settings), 1), head, replay, next_look: Instant::now() })
+        Ok(Self { encoder: Encoder::new(&ScoreConfig::of(settings), 1), head, replay, next_update: Instant::now() })
     }
 
     /// Prepares the replay of a run of this scenario; if it is `live`, the page follows the newest time step.
@@ -108,13 +110,13 @@ impl LiveReplay {
             return;
         }
         let now = Instant::now();
-        if now < self.next_look || self.replay.watchers() == 0 {
+        if now < self.next_update || self.replay.viewers() == 0 {
             return;
         }
         if let Some((part, steps)) = self.encoder.so_far() {
             self.replay.show(part, steps);
         }
-        self.next_look = Instant::now() + LOOK.max(now.elapsed() * SHARE);
+        self.next_update = Instant::now() + UPDATE_INTERVAL.max(now.elapsed() * UPDATE_TIME_RATIO);
     }
 
     /// Ends the replay and adds the outcome of the run.

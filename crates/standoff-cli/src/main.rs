@@ -112,7 +112,8 @@ Examples:
   standoff compare paper/table-2-pair --set-b guidance.lead_s=0
                                                       effect of a change
   standoff baseline traffic/city --uavs 4             coverage baseline
-  standoff scenarios show tour/01-one-uav > mine.toml start your own scenario
+  standoff scenarios show tour/01-one-uav > mine.toml
+                                                      start your own scenario
   standoff check mine.toml
   standoff report standoff-out/improved/figure-9-1    print a run's results
   standoff view standoff-out/improved/figure-9-1      show it in a browser
@@ -179,7 +180,9 @@ fn done() -> Result<(), Failure> {
         Some(Command::Merge(args)) => merge::run(&args),
         Some(Command::Compare(args)) => compare::run(&args),
         Some(Command::Baseline(args)) => baseline::run(&args),
-        Some(Command::Report { dir, metrics, maps, json }) => report::show(&dir, metrics.choice, &maps.named(), json),
+        Some(Command::Report { dir, metrics, maps, json }) => {
+            report::show(&dir, metrics.selection(), &maps.named(), json)
+        }
         Some(Command::View(args)) => view::view(&args),
         Some(Command::Reproduce(args)) => reproduce::reproduce(&args),
         Some(Command::Scenarios { action }) => scenarios::run(action),

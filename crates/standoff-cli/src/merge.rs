@@ -7,7 +7,7 @@ use clap::Parser;
 use standoff_results::{Failure, of_batch};
 use standoff_sim::monte_carlo::merge;
 
-use crate::monte_carlo::Printed;
+use crate::monte_carlo::BatchReport;
 
 pub(crate) const EXAMPLES: &str = "\
 Examples:
@@ -33,5 +33,5 @@ pub(crate) struct Args {
 
 pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     let merged = merge(&args.dirs, &args.out, &AtomicBool::new(false)).map_err(of_batch)?;
-    Printed::of(&merged, args.json)?.put(&merged)
+    BatchReport::of(&merged, args.json)?.publish(&merged)
 }

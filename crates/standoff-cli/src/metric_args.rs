@@ -8,6 +8,19 @@ use standoff_sim::score::MetricSelection;
 pub(crate) struct MetricArgs {
     /// Comma-separated list of metrics to compute: names from docs/metrics.md, or the sets standard, limits (estimation
     /// errors relative to their bound; takes slightly longer), table-2 and all.
-    #[arg(id = "metrics", long = "metrics", value_name = "LIST", default_value = "standard", value_parser = MetricSelection::parse)]
-    pub(crate) choice: MetricSelection,
+    /// [default: standard]
+    #[arg(id = "metrics", long = "metrics", value_name = "LIST", value_parser = MetricSelection::parse)]
+    typed: Option<MetricSelection>,
+}
+
+impl MetricArgs {
+    /// True if the option is given.
+    pub(crate) fn is_given(&self) -> bool {
+        self.typed.is_some()
+    }
+
+    /// Returns the metrics to compute.
+    pub(crate) fn selection(&self) -> MetricSelection {
+        self.typed.unwrap_or(MetricSelection::standard())
+    }
 }

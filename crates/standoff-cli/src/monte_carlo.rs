@@ -43,7 +43,7 @@ pub(crate) struct Args {
     #[command(flatten)]
     changes: OverrideArgs,
     #[command(flatten)]
-    wanted: MetricArgs,
+    metrics: MetricArgs,
     /// Number of threads [default: one per core]. It does not affect the results.
     #[arg(long, value_name = "N")]
     threads: Option<NonZeroUsize>,
@@ -65,9 +65,9 @@ const DEFAULT_SCENARIO: &str = "paper/table-2-pair";
 const PROGRESS_EVERY: Duration = Duration::from_secs(60);
 
 pub(crate) fn run(args: &Args) -> Result<(), Failure> {
-    let choice = args.wanted.choice;
+    let choice = args.metrics.selection();
     let name = args.changes.scenario(args.scenario.as_deref(), DEFAULT_SCENARIO);
-    let template = ScenarioTemplate::load(name, &args.changes.edits()?).map_err(Failure::Scenario)?;
+    let template = ScenarioTemplate::load(name, &args.changes.overrides()?).map_err(Failure::Scenario)?;
     let batch = Batch::new(&template, args.seed, args.runs, args.shard, choice).map_err(of_batch)?;
     let first = batch.seed_of(batch.flown().start);
     warn(&template.draw(first).map_err(Failure::Scenario)?, "", &note);
@@ -76,25 +76,25 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     let interruption = Interruption::expected()?;
     let results = fly(&out, &template, &batch, args.threads, &interruption)?;
     let (flown, json) = (results.clone(), args.json);
-    let report = interruption.unless_come(move || Printed::of(&flown, json)).ok_or_else(|| {
+    let report = interruption.run_interruptible(move || BatchReport::of(&flown, json)).ok_or_else(|| {
         let (runs, out) = (batch.flown(), display_text::path(&out));
         let runs = count_runs(runs.end - runs.start);
         Failure::running(format!(
             "interrupted; {runs} are complete in {out}: repeat the command to print their results"
         ))
     })?;
-    report?.put(&results)
+    report?.publish(&results)
 }
 
 /// Report of a complete batch.
-pub(crate) struct Printed {
+pub(crate) struct BatchReport {
     /// HTML page; `None` if the folder has it already.
     page: Option<String>,
     /// Statistics, as JSON or as a table.
     statistics: String,
 }
 
-impl Printed {
+impl BatchReport {
     pub(crate) fn of(results: &Results, json: bool) -> Result<Self, Failure> {
         let page = batch_page(results)?;
         let summary = results.summary().map_err(of_batch)?;
@@ -107,7 +107,7 @@ impl Printed {
     }
 
     /// Writes the page to the results folder and prints the statistics.
-    pub(crate) fn put(&self, results: &Results) -> Result<(), Failure> {
+    pub(crate) fn publish(&self, results: &Results) -> Result<(), Failure> {
         self.page.iter().try_for_each(|page| results.add(REPORT, page)).map_err(of_batch)?;
         print(&self.statistics)
     }
@@ -128,14 +128,14 @@ fn fly(
     interruption: &Interruption,
 ) -> Result<Results, Failure> {
     let now = Instant::now();
-    let mut teller = ProgressReporter { bar: ProgressBar::hidden(), last: None, began: now, printed: now };
-    let results = fly_into(out, template, batch, threads, interruption.flag(), |progress| teller.print(progress));
-    teller.bar.finish_and_clear();
-    if results.is_ok() && teller.last.is_none() {
+    let mut reporter = ProgressReporter { bar: ProgressBar::hidden(), last: None, began: now, printed: now };
+    let results = fly_into(out, template, batch, threads, interruption.flag(), |progress| reporter.print(progress));
+    reporter.bar.finish_and_clear();
+    if results.is_ok() && reporter.last.is_none() {
         note(&format!("note: {} is already complete; no runs are flown", display_text::path(out)));
     }
     results.map_err(|error| {
-        let saved = match teller.last {
+        let saved = match reporter.last {
             Some(Progress { done, of, .. }) => {
                 format!("{done} of {} are saved in {}", count_runs(of), display_text::path(out))
             }

@@ -40,8 +40,8 @@ impl OverrideArgs {
         (self.uavs.is_none() && self.set.is_empty()).then_some(self.traffic.as_deref())
     }
 
-    /// Converts the options to edits for the simulator. Fails if they contradict each other.
-    pub(crate) fn edits(&self) -> Result<Overrides, Failure> {
+    /// Converts the options to overrides for the simulator. Fails if they contradict each other.
+    pub(crate) fn overrides(&self) -> Result<Overrides, Failure> {
         let set = self.last_set();
         let uavs_set = set.iter().find(|(key, _)| matches!(**key, "uavs" | "uavs.count"));
         match (self.uavs, uavs_set) {
@@ -53,11 +53,11 @@ impl OverrideArgs {
         }
     }
 
-    /// Converts the options to edits and appends the values in `more`.
-    pub(crate) fn edits_and(&self, more: &[String]) -> Result<Overrides, Failure> {
-        let mut edits = self.edits()?;
-        edits.set.extend_from_slice(more);
-        Ok(edits)
+    /// Converts the options to overrides and appends the values in `more`.
+    pub(crate) fn overrides_and(&self, more: &[String]) -> Result<Overrides, Failure> {
+        let mut overrides = self.overrides()?;
+        overrides.set.extend_from_slice(more);
+        Ok(overrides)
     }
 
     /// Returns the effective `--set` values by key, without values that a later one replaces.

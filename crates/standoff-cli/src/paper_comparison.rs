@@ -1,7 +1,7 @@
 //! Comparison of a run with the paper's law in the same mission.
 
 use standoff_reproduce::PAPERS_LAW;
-use standoff_results::{Failure, refused};
+use standoff_results::{Failure, format_errors};
 use standoff_sim::run::fly;
 use standoff_sim::scenario::Scenario;
 use standoff_sim::score::{MetricSelection, Metrics};
@@ -25,9 +25,9 @@ pub(crate) fn of(
     {
         return Ok(None);
     }
-    let edits = changes.edits_and(&set())?;
-    let scenario = Scenario::load(DEFAULT_SCENARIO, &edits, seed).map_err(Failure::Scenario)?;
-    fly(&scenario, choice).map(Some).map_err(|errors| Failure::Input(refused(&errors)))
+    let overrides = changes.overrides_and(&set())?;
+    let scenario = Scenario::load(DEFAULT_SCENARIO, &overrides, seed).map_err(Failure::Scenario)?;
+    fly(&scenario, choice).map(Some).map_err(|errors| Failure::Input(format_errors(&errors)))
 }
 
 /// Returns the settings that switch a mission to the paper's law.

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 
 use clap::Parser;
 use clap::builder::{PossibleValue, PossibleValuesParser};
-use standoff_reproduce::{self as paper, PIECES, Plan};
+use standoff_reproduce::{self as paper, Plan, STUDY_GROUPS};
 use standoff_results::Failure;
 use standoff_sim::display_text;
 
@@ -21,7 +21,7 @@ Examples:
 #[derive(Parser)]
 pub(crate) struct Args {
     /// The study to run: a table or figure of the paper, its errata, or another study [default: all].
-    #[arg(value_parser = PossibleValuesParser::new(PIECES.map(|piece| PossibleValue::new(piece.name).help(piece.about))))]
+    #[arg(value_parser = PossibleValuesParser::new(STUDY_GROUPS.map(|piece| PossibleValue::new(piece.name).help(piece.about))))]
     study: Option<String>,
     /// Runs of each scenario; at least 2, because a confidence interval needs two.
     #[arg(long, value_name = "N", default_value_t = 200, value_parser = clap::value_parser!(u32).range(2..=1_000_000))]
@@ -54,7 +54,7 @@ pub(crate) fn reproduce(args: &Args) -> Result<(), Failure> {
             display_text::path(&args.out)
         )));
     }
-    let pieces = PIECES.iter().filter(|piece| args.study.as_ref().is_none_or(|name| name == piece.name));
+    let pieces = STUDY_GROUPS.iter().filter(|piece| args.study.as_ref().is_none_or(|name| name == piece.name));
     if pieces.clone().any(|piece| args.out.join(paper::claims_file(piece.name)).exists()) {
         note(&format!("note: replacing older results in {}", display_text::path(&args.out)));
     }

@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 use clap::Parser;
 use indicatif::{ProgressBar, ProgressStyle};
-use standoff_results::{Failure, OutcomeOptions, Report, has_older_run, lines, refused, report_run, warn};
+use standoff_results::{Failure, OutcomeOptions, Report, format_errors, has_older_run, lines, report_run, warn};
 use standoff_sim::baseline::baseline;
 use standoff_sim::display_text;
 use standoff_sim::record::{FinishedRecord, Frame};
@@ -86,11 +86,11 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
         return Err(Failure::Input("--listen sets the address of the page that --view serves: add --view".into()));
     }
     let name = args.changes.scenario(args.scenario.as_deref(), DEFAULT_SCENARIO);
-    let template = ScenarioTemplate::load(name, &args.changes.edits()?).map_err(Failure::Scenario)?;
+    let template = ScenarioTemplate::load(name, &args.changes.overrides()?).map_err(Failure::Scenario)?;
     let scenario = template.draw(args.seed).map_err(Failure::Scenario)?;
     warn(&scenario, "", &note);
     let out = match &args.out {
-        // Removes a trailing slash, so that a symbolic link to a folder is recognised and refused.
+        // Removes a trailing slash, so that a symbolic link to a folder is recognised and format_errors.
         Some(out) => out.components().collect(),
         None => args.changes.folder(args.scenario.as_deref(), &template, &args.seed.to_string()),
     };
@@ -102,7 +102,7 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
         note(&format!("note: replacing the older run in {}", display_text::path(&out)));
     }
     let mut live = args.view.then(|| Live::begin(args, &scenario, map.clone())).transpose()?;
-    let flown = fly(&scenario, args.metrics.choice, &out, map.as_ref(), &interruption, |frame| {
+    let flown = fly(&scenario, args.metrics.selection(), &out, map.as_ref(), &interruption, |frame| {
         mcap.iter_mut().for_each(|mcap| mcap.frame(frame));
         live.iter_mut().for_each(|live| live.frame(frame, &interruption));
     });
@@ -116,9 +116,9 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     // The record is published even if the MCAP file has failed.
     let mcap_result = mcap.map_or(Ok(()), Mcap::close);
     // The complete record is published even if there is no room for the figures.
-    let (dir, place, choice) = (closed.dir().to_owned(), out.clone(), args.metrics.choice);
+    let (dir, place, choice) = (closed.dir().to_owned(), out.clone(), args.metrics.selection());
     let with_baseline = args.baseline;
-    let report = interruption.unless_come(move || {
+    let report = interruption.run_interruptible(move || {
         let report = report_run(&dir, &place, choice, &note)?;
         Ok((report, with_baseline.then(|| baseline(&scenario))))
     });
@@ -189,9 +189,10 @@ fn fly(
     interruption: &Interruption,
     mut look: impl FnMut(&Frame),
 ) -> Result<FinishedRecord, Failure> {
-    let mut mission = Mission::new_for_metrics(scenario, choice).map_err(|errors| Failure::Input(refused(&errors)))?;
+    let mut mission =
+        Mission::new_for_metrics(scenario, choice).map_err(|errors| Failure::Input(format_errors(&errors)))?;
     let progress = progress(mission.frames(), "time steps");
-    let continues = || !interruption.has_come();
+    let continues = || !interruption.is_interrupted();
     let record = standoff_results::fly(scenario, &mut mission, out, map, &note, continues, |frame| {
         look(frame);
         progress.inc(1);

@@ -7,7 +7,7 @@ use std::time::Instant;
 
 use signal_hook::consts::{SIGINT, SIGTERM};
 use signal_hook::flag;
-use standoff_results::{Failure, POLL, run_unless};
+use standoff_results::{Failure, POLL, run_interruptible};
 
 /// Handler of Ctrl-C (SIGINT) and SIGTERM.
 pub(crate) struct Interruption(Arc<AtomicBool>);
@@ -24,7 +24,7 @@ impl Interruption {
     }
 
     /// True once a signal has arrived.
-    pub(crate) fn has_come(&self) -> bool {
+    pub(crate) fn is_interrupted(&self) -> bool {
         self.0.load(Ordering::Relaxed)
     }
 
@@ -35,7 +35,7 @@ impl Interruption {
 
     /// Waits for a signal, at most until the given time.
     pub(crate) fn wait(&self, until: Option<Instant>) {
-        while !self.has_come() {
+        while !self.is_interrupted() {
             let left = until.map_or(POLL, |until| until.saturating_duration_since(Instant::now()));
             if left.is_zero() {
                 return;
@@ -45,7 +45,7 @@ impl Interruption {
     }
 
     /// Runs `work` unless a signal arrives first; returns `None` if it does.
-    pub(crate) fn unless_come<T: Send + 'static>(&self, work: impl FnOnce() -> T + Send + 'static) -> Option<T> {
-        run_unless(|| self.has_come(), work)
+    pub(crate) fn run_interruptible<T: Send + 'static>(&self, work: impl FnOnce() -> T + Send + 'static) -> Option<T> {
+        run_interruptible(|| self.is_interrupted(), work)
     }
 }

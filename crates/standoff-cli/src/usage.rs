@@ -20,7 +20,7 @@ const INSTEAD: [(&str, &str); 9] = [
     ("--scenario", "the scenario's name without an option: standoff run SCENARIO"),
 ];
 
-/// Returns a message that says what to type instead, if the parser's own message does not.
+/// Returns a message with the right command or option, if the parser's own message does not.
 pub(crate) fn advice(misused: &Error) -> Option<String> {
     let text = |kind| match misused.get(kind) {
         Some(ContextValue::String(text)) => Some(text.as_str()),

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use std::thread;
 
 use clap::Parser;
-use standoff_results::{Failure, lines, of_batch, of_record, refused, report_end, settings_of, warn};
+use standoff_results::{Failure, format_errors, lines, of_batch, of_record, report_end, settings_of, warn};
 use standoff_sim::atomic_file;
 use standoff_sim::display_text;
 use standoff_sim::monte_carlo::Results;
@@ -25,13 +25,13 @@ use crate::terminal::{no_thread, note, print, warn_line};
 
 pub(crate) const EXAMPLES: &str = "\
 Examples:
-  standoff view                                   fly figure 9 and show it
-  standoff view standoff-out/improved/figure-9-1      show a recorded run
-  standoff view improved/figure-9 --seed 7            fly it; write nothing
-  standoff view paper/figure-9 improved/figure-9      show two runs side by side
+  standoff view                                   fly improved/figure-9 and show it
+  standoff view standoff-out/improved/figure-9-1  show a recorded run
+  standoff view improved/figure-9 --seed 7        fly it; write nothing
+  standoff view paper/figure-9 improved/figure-9  show two runs next to each other
   standoff view standoff-out/batch                show a batch of runs
   standoff view batch-a batch-b                   compare batches
-  standoff view mine-1 --map town.net.xml.gz      with a road map
+  standoff view mine-1 --map town.net.xml.gz      show it on a road map
   standoff run traffic/city --view                show it while it flies";
 
 /// Options of `standoff view`.
@@ -99,7 +99,7 @@ fn show(first: Shown, second: Option<Shown>, args: &Args) -> Result<(), Failure>
 fn batches(dirs: &[&Path], args: &Args) -> Result<(), Failure> {
     let traffic = args.changes.only_traffic().filter(|_| args.seed.is_none()).ok_or_else(|| {
         Failure::Input(
-            "--uavs, --set and --seed apply to scenarios: the runs in these folders are flown already".to_owned(),
+            "--uavs, --set and --seed apply to scenarios: the runs in these folders have already been flown".to_owned(),
         )
     })?;
     let results = dirs.iter().map(|dir| Results::open(dir)).collect::<Result<Vec<_>, _>>().map_err(of_batch)?;
@@ -109,7 +109,7 @@ fn batches(dirs: &[&Path], args: &Args) -> Result<(), Failure> {
         template.inspect_err(|error| note(&format!("warning: its runs cannot be replayed: {error}"))).ok()
     };
     let templates: Vec<_> = results.iter().map(template).collect();
-    let (choice, maps) = (args.metrics.choice, args.maps.named());
+    let (choice, maps) = (args.metrics.selection(), args.maps.named());
     let fly = move |variant: usize, seed: u64| {
         let scenario = templates.get(variant)?.as_ref()?.draw(seed).ok()?;
         // The page can show the run without a map.
@@ -140,7 +140,8 @@ struct Shown {
 fn record(dir: &Path, args: &Args) -> Result<Shown, Failure> {
     if !args.changes.is_empty() || args.seed.is_some() {
         return Err(Failure::Input(
-            "--traffic, --uavs, --set and --seed apply to scenarios: the run in this folder is flown already".into(),
+            "--traffic, --uavs, --set and --seed apply to scenarios: the run in this folder has already been flown"
+                .into(),
         ));
     }
     let record = Record::open(dir).map_err(of_record)?;
@@ -148,7 +149,7 @@ fn record(dir: &Path, args: &Args) -> Result<Shown, Failure> {
     let settings = settings_of(&record)?;
     let map = args.maps.named().of_record(&record, &note)?;
     let live = LiveReplay::new(record.manifest(), &settings, record.target_names().to_vec(), false, map)?;
-    let choice = args.metrics.choice;
+    let choice = args.metrics.selection();
     let dir = PathBuf::from(dir);
     let frames = record.frames().map_err(of_record)?;
     let work = move |live: LiveReplay| {
@@ -157,7 +158,10 @@ fn record(dir: &Path, args: &Args) -> Result<Shown, Failure> {
                 match frame {
                     Ok(frame) => look(&frame),
                     Err(error) => {
-                        note(&format!("error: {}: {error}; only the part before is shown", display_text::path(&dir)));
+                        note(&format!(
+                            "error: {}: {error}; only the time steps before the damage are shown",
+                            display_text::path(&dir)
+                        ));
                         break;
                     }
                 }
@@ -193,15 +197,17 @@ fn flight(what: Option<&str>, args: &Args) -> Result<Shown, Failure> {
     if !names_a_file && built_in(name).is_none() && !Path::new(name).exists() {
         return Err(not_found(name));
     }
-    let scenario = Scenario::load(name, &args.changes.edits()?, args.seed.unwrap_or(1)).map_err(Failure::Scenario)?;
+    let scenario =
+        Scenario::load(name, &args.changes.overrides()?, args.seed.unwrap_or(1)).map_err(Failure::Scenario)?;
     warn(&scenario, "", &note);
     let live = LiveReplay::flight(&scenario, false, args.maps.named().of_scenario(&scenario, &note)?)?;
-    let choice = args.metrics.choice;
+    let choice = args.metrics.selection();
     Ok(Shown { live, work: Box::new(move |live| fly(&scenario, live, choice)) })
 }
 
 fn fly(scenario: &Scenario, live: LiveReplay, choice: MetricSelection) -> Result<(), Failure> {
-    let mut mission = Mission::new_for_metrics(scenario, choice).map_err(|errors| Failure::Input(refused(&errors)))?;
+    let mut mission =
+        Mission::new_for_metrics(scenario, choice).map_err(|errors| Failure::Input(format_errors(&errors)))?;
     score_and_show(live, &scenario.settings, choice, |look| {
         while let Some(frame) = mission.frame() {
             look(frame);

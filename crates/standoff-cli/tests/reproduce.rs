@@ -97,7 +97,10 @@ fn one_study_prints_the_papers_number_ours_and_a_verdict() {
     let note = "note: replacing older results in standoff-out/reproduce\n";
     assert_eq!(text(&again.stderr), note.to_owned() + &text(&output.stderr));
     assert!(!text(&reproduce(folder.path(), "2", &["figure-6"]).stderr).contains("replacing"));
-    assert!(csv.starts_with("sigma_scale,target_m,best_separation_deg,eta_over_eta_at_90_deg\n0.01,0,90,1\n"), "{csv}");
+    assert!(
+        csv.starts_with("sigma_scale,target_m,optimal_phase_difference_deg,eta_over_eta_at_90_deg\n0.01,0,90,1\n"),
+        "{csv}"
+    );
 }
 
 #[test]

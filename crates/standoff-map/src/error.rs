@@ -14,13 +14,13 @@ pub struct MapError {
     /// Description of the problem, without the position.
     pub message: String,
     /// True if the machine failed to read the file, which itself may be valid.
-    pub is_machine_s: bool,
+    pub is_io_error: bool,
 }
 
 /// Converts a fault to an error of the file with this name.
 pub(crate) fn named(file: &str) -> impl FnOnce(Fault) -> MapError {
     move |fault| {
-        let Fault { position, message, is_machine_s } = fault;
-        MapError { file: file.to_owned(), position, message, is_machine_s }
+        let Fault { position, message, is_io_error } = fault;
+        MapError { file: file.to_owned(), position, message, is_io_error }
     }
 }

@@ -155,8 +155,8 @@ impl Nest {
 
 /// Width according to the properties: in metres, or as a number of lanes.
 fn width_m(tags: &[(String, String)]) -> Option<f64> {
-    let of = |wanted: &str| {
-        let (_, value) = tags.iter().find(|(key, _)| key == wanted)?;
+    let of = |name: &str| {
+        let (_, value) = tags.iter().find(|(key, _)| key == name)?;
         value.trim_end_matches('m').trim().parse::<f64>().ok().filter(|value| *value > 0.0)
     };
     let width_m = of("width").or_else(|| Some(of("lanes")? * LANE_M));

@@ -158,7 +158,9 @@ impl File {
         let speed_m_s = number(speed).filter(|speed| speed.is_finite()).unwrap_or_default();
         let words = |found: &Option<Found<'_>>| found.as_ref().map(|found| found.text.to_string()).unwrap_or_default();
         let (allow, disallow) = (words(&allow), words(&disallow));
-        let all_in = |known: &[&str]| !allow.is_empty() && allow.split_whitespace().all(|who| known.contains(&who));
+        let all_in = |known: &[&str]| {
+            !allow.is_empty() && allow.split_whitespace().all(|vehicle_class| known.contains(&vehicle_class))
+        };
         let kind = if disallow == "all" || all_in(&["ship"]) {
             return Ok(());
         } else if all_in(&ON_RAILS) {

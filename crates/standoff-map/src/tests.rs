@@ -275,7 +275,7 @@ fn gzipped_map_equals_the_plain_one() {
     std::fs::write(&path, gz.finish().unwrap()).unwrap();
     assert_eq!(pack(&[MapFile::OnDisk(path)], &METRES), packed(&[NET], &METRES));
     let missing = pack(&[MapFile::OnDisk(home.path().join("none"))], &METRES).unwrap_err();
-    assert!(missing.to_string().contains("none: cannot be read: No such file") && !missing.is_machine_s, "{missing}");
+    assert!(missing.to_string().contains("none: cannot be read: No such file") && !missing.is_io_error, "{missing}");
     assert!(pack(&[MapFile::OnDisk(home.path().to_owned())], &METRES).unwrap_err().message.contains("it is a folder"));
 }
 

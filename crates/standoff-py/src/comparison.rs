@@ -6,7 +6,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use pyo3::prelude::*;
-use standoff_results::{of_batch, refused};
+use standoff_results::{format_errors, of_batch};
 use standoff_sim::monte_carlo::{Comparison as Flown, compare as compare_scenarios, compare_results};
 use standoff_sim::run::fly_while;
 use standoff_sim::scenario::{ScenarioTemplate, built_in};
@@ -214,7 +214,7 @@ impl Side {
         let scenario = self.template.draw(seed).map_err(of_scenario)?;
         let Some(law) = &self.law else {
             return fly_while(&scenario, selection, go_on)
-                .map_err(|errors| InputError::new_err(format!("seed {seed}: {}", refused(&errors))));
+                .map_err(|errors| InputError::new_err(format!("seed {seed}: {}", format_errors(&errors))));
         };
         let mut mission = Python::attach(|py| law::mission(py, &scenario, law.bind(py), calls))?;
         let mut scorer = Scorer::new(mission.score_config(), selection);

@@ -10,6 +10,8 @@ mod sensor;
 
 pub(crate) use filter::Filter;
 pub(crate) use groups::{assignment, clustering, enclosing_circle, group_count};
-pub(crate) use guidance::{StandoffDistance, Steering, led_distance, standoff_distance, steer, vector_field};
+pub(crate) use guidance::{StandoffDistance, Steering, standoff_distance, steer, steered_radius, vector_field};
 pub(crate) use parameters::Parameters;
-pub(crate) use sensor::{information_1_m2, measure, optimal_phase_rad, pair_information_1_m4, wrapped_angle_rad};
+pub(crate) use sensor::{
+    information_1_m2, measure, optimal_phase_difference_rad, pair_information_1_m4, wrapped_angle_rad,
+};

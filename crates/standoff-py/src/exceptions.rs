@@ -14,7 +14,7 @@ import_exception!(standoff.errors, ScenarioError);
 pub(crate) fn raised(failure: &Failure) -> PyErr {
     let text = failure.message(false).join("\n");
     match failure {
-        Failure::Scenario(error) if !error.is_machine_s => ScenarioError::new_err(text),
+        Failure::Scenario(error) if !error.is_io_error => ScenarioError::new_err(text),
         Failure::Input(message) => InputError::new_err(message.clone()),
         Failure::Running(message) => StandoffError::new_err(message.clone()),
         _ => StandoffError::new_err(text),

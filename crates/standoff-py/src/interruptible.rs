@@ -7,7 +7,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 use std::thread;
 
 use pyo3::prelude::*;
-use standoff_results::{Failure, POLL, run_unless};
+use standoff_results::{Failure, POLL, run_interruptible};
 use standoff_sim::monte_carlo::Progress;
 
 use crate::exceptions::{StandoffError, raised};
@@ -86,7 +86,7 @@ pub(crate) fn unless_interrupted<T: Send + 'static>(
 ) -> PyResult<T> {
     let stop = Arc::new(AtomicBool::new(false));
     let stopped = Arc::clone(&stop);
-    let ended = until_done(py, &stop, || Ok(()), move || run_unless(|| stopped.load(Ordering::Relaxed), work))?;
+    let ended = until_done(py, &stop, || Ok(()), move || run_interruptible(|| stopped.load(Ordering::Relaxed), work))?;
     ended.raised.map_or(Ok(()), Err)?;
     ended.done.ok_or_else(|| StandoffError::new_err("the work was interrupted"))
 }

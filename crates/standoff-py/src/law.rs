@@ -95,7 +95,7 @@ pub(crate) fn mission(
     let nothing = PyTuple::empty(py);
     let make = |uav: Option<u32>| {
         let mission_info = (MissionInfo::of(py, scenario, uav)?,).into_pyobject(py)?;
-        calls.call(law, mission_info, "made", nothing.clone()).map(Bound::unbind)
+        calls.call(law, mission_info, "new_law", nothing.clone()).map(Bound::unbind)
     };
     let kind = Kind::of(&class_of(law, || make(Some(0)))?)?;
     let laws = if kind.decides_for_team {
@@ -175,16 +175,16 @@ pub(crate) struct CustomLaw {
     team_agent: Option<TeamAgent>,
     inboxes: Vec<Inbox>,
     calls: Arc<LawCalls>,
-    /// Answers of a team law at this time step, by UAV.
-    answers: Option<Vec<Option<Answer>>>,
+    /// Decisions of a team law at this time step, by UAV.
+    answers: Option<Vec<Option<LawDecision>>>,
     now: Time,
     /// Team state at this time step as a Python object, made on first use.
     team_state: Option<Py<TeamState>>,
 }
 
-/// Answer of a law for one UAV.
+/// Decision of a law for one UAV.
 #[derive(Clone, Copy)]
-struct Answer {
+struct LawDecision {
     command: Flown,
     pointing_target: Option<PointingTarget>,
     altitude_m: Option<f64>,
@@ -246,7 +246,7 @@ impl Controller for CustomLaw {
             self.calls.fail(error);
             None
         });
-        let Some(Answer { command, pointing_target, altitude_m, group }) = answer else { return step };
+        let Some(LawDecision { command, pointing_target, altitude_m, group }) = answer else { return step };
         let group_number = group.or(step.diagnostics.group_number);
         // A command exactly at a bound counts as limited, like one beyond it: a law may clip its commands itself.
         let beyond = |command: Flown| Flown {
@@ -284,7 +284,7 @@ impl Controller for CustomLaw {
 
 impl CustomLaw {
     /// Calls the law for a UAV; `None`: use the command of the built-in controller or, without it, fly straight.
-    fn answer(&mut self, py: Python<'_>, uav: UavId, builtin: Option<&AgentOutput>) -> PyResult<Option<Answer>> {
+    fn answer(&mut self, py: Python<'_>, uav: UavId, builtin: Option<&AgentOutput>) -> PyResult<Option<LawDecision>> {
         let place = uav.0 as usize;
         if !self.kind.decides_for_team {
             let observation = (self.observation(py, place, builtin)?,).into_pyobject(py)?;
@@ -321,7 +321,7 @@ impl CustomLaw {
     }
 
     /// Converts a command that a law has returned for a UAV.
-    fn answer_of(&self, answer: &Bound<'_, PyAny>) -> PyResult<Option<Answer>> {
+    fn answer_of(&self, answer: &Bound<'_, PyAny>) -> PyResult<Option<LawDecision>> {
         if answer.is_none() {
             return Ok(None);
         }
@@ -338,7 +338,7 @@ impl CustomLaw {
             position: Position::from_m(x, y),
             velocity: Velocity::from_m_s(vx, vy),
         });
-        Ok(Some(Answer { command: Flown { speed_m_s, turn_rate_rad_s }, pointing_target, altitude_m, group }))
+        Ok(Some(LawDecision { command: Flown { speed_m_s, turn_rate_rad_s }, pointing_target, altitude_m, group }))
     }
 
     fn observation(

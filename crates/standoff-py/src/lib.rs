@@ -27,8 +27,8 @@ mod _standoff {
     #[pymodule_export]
     use super::components::{
         Filter, Parameters, StandoffDistance, Steering, assignment, clustering, enclosing_circle, group_count,
-        information_1_m2, led_distance, measure, optimal_phase_rad, pair_information_1_m4, standoff_distance, steer,
-        vector_field, wrapped_angle_rad,
+        information_1_m2, measure, optimal_phase_difference_rad, pair_information_1_m4, standoff_distance, steer,
+        steered_radius, vector_field, wrapped_angle_rad,
     };
     #[pymodule_export]
     use super::envs::{EnvStep, Worlds, observation_features};

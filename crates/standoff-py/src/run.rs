@@ -8,7 +8,8 @@ use std::sync::{Arc, Mutex, PoisonError};
 use pyo3::exceptions::PyKeyError;
 use pyo3::prelude::*;
 use standoff_results::{
-    BaselineReport, Failure, Maps, OutcomeOptions, Report, fly, has_older_run, refused, report_run, run_unless,
+    BaselineReport, Failure, Maps, OutcomeOptions, Report, fly, format_errors, has_older_run, report_run,
+    run_interruptible,
 };
 use standoff_sim::display_text;
 use standoff_sim::run::Mission;
@@ -98,7 +99,7 @@ impl Flight {
         let (dir, out, selection, notes) =
             (record.dir().to_owned(), self.out.clone(), self.selection, self.notes.clone());
         let (scenario, with_baseline) = (self.scenario.clone(), self.baseline);
-        let text = run_unless(
+        let text = run_interruptible(
             || stop.load(Ordering::Relaxed),
             move || {
                 let text = report_run(&dir, &out, selection, &|line| notes.add(line))?;
@@ -178,7 +179,7 @@ pub(crate) fn run(
             let go_on = || !stopped.load(Ordering::Relaxed);
             let Some((law, calls)) = law.zip(law_calls) else {
                 let mission = Mission::new_for_metrics(&flight.scenario, flight.selection);
-                let mut mission = mission.map_err(|errors| Failure::Input(refused(&errors)))?;
+                let mut mission = mission.map_err(|errors| Failure::Input(format_errors(&errors)))?;
                 return flight.fly(&mut mission, &stopped, go_on);
             };
             match Python::attach(|py| law::mission(py, &flight.scenario, law.bind(py), &calls)) {

@@ -3,7 +3,7 @@
 use standoff_sim::score::{MetricSelection, Metrics};
 
 use super::claim::{shown, signed};
-use super::monte_carlo_plan::{Flown, PAPERS_LAW, Plan, file_name, measured};
+use super::monte_carlo_plan::{PAPERS_LAW, Plan, ScenarioVariant, file_name, measured};
 use super::statistics::Estimate;
 use super::study::{Data, Study, Table};
 use crate::error::Failure;
@@ -116,10 +116,10 @@ const GOALS: [(&str, &str, f64, f64); 3] = [
 ];
 
 /// Ratio of the number of runs of the search for out-of-view targets to that of other studies.
-const VIEWS: u32 = 50;
+const VIEW_RUNS_FACTOR: u32 = 50;
 
 const PAIR: &str = "paper/table-2-pair";
-const BEST: &str = "improved/table-2-pair";
+const IMPROVED: &str = "improved/table-2-pair";
 
 /// Flies every mission with each improvement, and compares the best settings with their goals.
 pub(crate) fn improvements(plan: &Plan) -> Result<Study, Failure> {
@@ -132,12 +132,12 @@ pub(crate) fn improvements(plan: &Plan) -> Result<Study, Failure> {
          (25) and the margin (16) as published.",
     );
     let mut missions = vec![
-        (PAIR.to_owned(), Flown::of(PAIR, &[])),
-        ("paper/figure-9".to_owned(), Flown::of("paper/figure-9", &[])),
-        ("traffic/convoy".to_owned(), Flown::of("traffic/convoy", &PAPERS_LAW)),
-        ("traffic/city".to_owned(), Flown::of("traffic/city", &PAPERS_LAW)),
+        (PAIR.to_owned(), ScenarioVariant::of(PAIR, &[])),
+        ("paper/figure-9".to_owned(), ScenarioVariant::of("paper/figure-9", &[])),
+        ("traffic/convoy".to_owned(), ScenarioVariant::of("traffic/convoy", &PAPERS_LAW)),
+        ("traffic/city".to_owned(), ScenarioVariant::of("traffic/city", &PAPERS_LAW)),
     ];
-    missions.extend(plan.traffic.iter().map(|file| (file_name(file), Flown::over(file, &PAPERS_LAW))));
+    missions.extend(plan.traffic.iter().map(|file| (file_name(file), ScenarioVariant::over(file, &PAPERS_LAW))));
     let names: Vec<&str> = SHOWN.iter().map(|(metric, _)| *metric).collect();
     let choice = MetricSelection::parse(&names.join(",")).map_err(Failure::running)?;
     let mut data = Vec::new();
@@ -154,9 +154,9 @@ pub(crate) fn improvements(plan: &Plan) -> Result<Study, Failure> {
         found.tables.push(table);
     }
     let all = MetricSelection::parse("standard,limits").map_err(Failure::running)?;
-    let best = plan.fly(&Flown::of(BEST, &[]), all)?;
+    let best = plan.fly(&ScenarioVariant::of(IMPROVED, &[]), all)?;
     found.tables.push(without_each(plan, choice, &best)?);
-    found.tables.push(goals(plan, &best, &plan.fly(&Flown::of(PAIR, &[]), all)?)?);
+    found.tables.push(goals(plan, &best, &plan.fly(&ScenarioVariant::of(PAIR, &[]), all)?)?);
     let mut columns = "mission,improvement".to_owned();
     for (metric, _) in SHOWN {
         columns += &format!(",{metric}_before,{metric}_difference,{metric}_half_width");
@@ -167,9 +167,9 @@ pub(crate) fn improvements(plan: &Plan) -> Result<Study, Failure> {
 
 /// Measures `improved/table-2-pair` without each of its improvements.
 fn without_each(plan: &Plan, choice: MetricSelection, best: &[Metrics]) -> Result<Table, Failure> {
-    let mut table = gains(&format!("`{BEST}` without each improvement"), best);
+    let mut table = gains(&format!("`{IMPROVED}` without each improvement"), best);
     for improvement in IMPROVEMENTS.iter().filter(|improvement| !improvement.undo.is_empty()) {
-        let without = plan.fly(&Flown::of(BEST, improvement.undo), choice)?;
+        let without = plan.fly(&ScenarioVariant::of(IMPROVED, improvement.undo), choice)?;
         add(&mut table, improvement.name, best, &without);
     }
     Ok(table)
@@ -208,7 +208,8 @@ fn numbers(mission: usize, improvement: usize, base: &[Metrics], changed: &[Metr
 
 /// Creates the table of goals and of theoretical limits.
 fn goals(plan: &Plan, best: &[Metrics], paper: &[Metrics]) -> Result<Table, Failure> {
-    let mut table = Table::new(format!("Goals of `{BEST}`, and theoretical limits:"), ["", "goal", "reached", "value"]);
+    let mut table =
+        Table::new(format!("Goals of `{IMPROVED}`, and theoretical limits:"), ["", "goal", "reached", "value"]);
     let mut row = |what: &str, at_least: f64, at_most: f64, value: Estimate| {
         let within = |value: f64| (at_least..=at_most).contains(&value);
         let reached = match (within(value.value), within(value.low) && within(value.high)) {
@@ -224,13 +225,14 @@ fn goals(plan: &Plan, best: &[Metrics], paper: &[Metrics]) -> Result<Table, Fail
     }
     // Orbits around the minimum enclosing circle are smaller by definition, so that the reference uses this centre,
     // too.
-    let same_centre = plan.fly(&Flown::of(PAIR, &["orbit.centre=enclosing-circle"]), MetricSelection::standard())?;
+    let same_centre =
+        plan.fly(&ScenarioVariant::of(PAIR, &["orbit.centre=enclosing-circle"]), MetricSelection::standard())?;
     let [own, papers] = [best, &same_centre].map(|runs| measured(runs, "standoff_distance_m"));
     let percent = Estimate::percent(&papers, &own);
     row("mean r_d relative to the paper's law with the minimum enclosing circle (% more)", -2.0, 2.0, percent);
-    let more = Plan { runs: plan.runs.saturating_mul(VIEWS), ..plan.clone() };
+    let more = Plan { runs: plan.runs.saturating_mul(VIEW_RUNS_FACTOR), ..plan.clone() };
     let views = MetricSelection::parse("member_longest_out_of_view_s,infeasible_fraction").map_err(Failure::running)?;
-    let unseen = more.fly(&Flown::of(BEST, &[]), views)?;
+    let unseen = more.fly(&ScenarioVariant::of(IMPROVED, &[]), views)?;
     // Runs with a group that no feasible orbit covers are excluded, because members may then be lost.
     let feasible: Vec<&Metrics> = unseen.iter().filter(|run| run.infeasible_fraction == Some(0.0)).collect();
     let longest_s =
@@ -238,7 +240,7 @@ fn goals(plan: &Plan, best: &[Metrics], paper: &[Metrics]) -> Result<Table, Fail
     let what =
         format!("longest time out of view, in {} of {} runs (always feasible) (s)", feasible.len(), unseen.len());
     row(&what, 0.0, 0.0, Estimate::exact(longest_s));
-    for (name, runs) in [(BEST, best), (PAIR, paper)] {
+    for (name, runs) in [(IMPROVED, best), (PAIR, paper)] {
         for (ratio, numerator, denominator) in Metrics::POOLED {
             let value = Estimate::pooled(runs, numerator, denominator);
             row(&format!("`{ratio}` of `{name}`"), 0.97, 1.02, value);

@@ -5,7 +5,7 @@ use standoff_sim::score::{MetricSelection, Metrics};
 
 use super::ablation::difference;
 use super::claim::{shown, signed};
-use super::monte_carlo_plan::{Flown, PAPERS_LAW, Plan, file_name, measured};
+use super::monte_carlo_plan::{PAPERS_LAW, Plan, ScenarioVariant, file_name, measured};
 use super::statistics::Estimate;
 use super::street_traffic::Streets;
 use super::study::{Data, Study, Table};
@@ -41,7 +41,7 @@ const SHOWN: [(&str, &str, f64); 8] = [
 /// Number of runs in the plan per run of this study, which is slower because it flies over whole towns.
 const RUNS_PER_RUN: u32 = 20;
 /// Offset of the seeds from those of the plan, so that they differ from the seeds on which the improvements were tuned.
-const SEEDS_AFTER: u64 = 100;
+const SEED_OFFSET: u64 = 100;
 
 const SMALL_TOWN: Streets = Streets { blocks: 10, cars: 30 };
 const LARGE_TOWN: Streets = Streets { blocks: 20, cars: 100 };
@@ -49,7 +49,7 @@ const LARGE_TOWN: Streets = Streets { blocks: 20, cars: 100 };
 /// Flies every mission with the paper's law, with all improvements, and with all improvements except one.
 pub(crate) fn coverage(plan: &Plan) -> Result<Study, Failure> {
     let plan =
-        &Plan { runs: (plan.runs / RUNS_PER_RUN).max(2), first_seed: plan.first_seed + SEEDS_AFTER, ..plan.clone() };
+        &Plan { runs: (plan.runs / RUNS_PER_RUN).max(2), first_seed: plan.first_seed + SEED_OFFSET, ..plan.clone() };
     let mut found = Study::new(
         "coverage",
         "Beyond the paper: custody and control effort",
@@ -67,8 +67,15 @@ pub(crate) fn coverage(plan: &Plan) -> Result<Study, Failure> {
         ),
     );
     let choice = MetricSelection::parse(&SHOWN.map(|(metric, ..)| metric).join(",")).map_err(Failure::running)?;
-    let heads =
-        ["", "paper's law", "all", "N/2 discs, moving", "N/2 discs, optimal", "N discs, moving", "N discs, optimal"];
+    let heads = [
+        "",
+        "paper's law",
+        "all",
+        "N/2 discs, moving",
+        "N/2 discs, re-placed",
+        "N discs, moving",
+        "N discs, re-placed",
+    ];
     let mut summary = Table::new("Custody (%) and the coverage baseline (%):", heads);
     let (mut tables, mut data) = (Vec::new(), Vec::new());
     for (index, (name, mission)) in missions(plan).iter().enumerate() {
@@ -106,14 +113,15 @@ pub(crate) fn coverage(plan: &Plan) -> Result<Study, Failure> {
 }
 
 /// Returns the missions with their names.
-fn missions(plan: &Plan) -> Vec<(String, Flown)> {
+fn missions(plan: &Plan) -> Vec<(String, ScenarioVariant)> {
     let streets = |town: Streets, uavs: u32| {
         let side_km = f64::from(town.blocks) * 0.15;
         let name = format!("streets of {side_km} km, {} cars, {uavs} UAVs", town.cars);
-        (name, Flown::streets(town).with_uavs(uavs))
+        (name, ScenarioVariant::streets(town).with_uavs(uavs))
     };
-    let city = |uavs: u32| (format!("`traffic/city`, {uavs} UAVs"), Flown::of("traffic/city", &[]).with_uavs(uavs));
-    let built_in = |name: &str| (format!("`{name}`"), Flown::of(name, &[]));
+    let city =
+        |uavs: u32| (format!("`traffic/city`, {uavs} UAVs"), ScenarioVariant::of("traffic/city", &[]).with_uavs(uavs));
+    let built_in = |name: &str| (format!("`{name}`"), ScenarioVariant::of(name, &[]));
     let mut missions = vec![
         streets(SMALL_TOWN, 4),
         streets(SMALL_TOWN, 8),
@@ -123,7 +131,8 @@ fn missions(plan: &Plan) -> Vec<(String, Flown)> {
         built_in("traffic/convoy"),
         built_in("improved/figure-9"),
     ];
-    missions.extend(plan.traffic.iter().map(|file| (format!("`{}`", file_name(file)), Flown::over(file, &[]))));
+    missions
+        .extend(plan.traffic.iter().map(|file| (format!("`{}`", file_name(file)), ScenarioVariant::over(file, &[]))));
     missions
 }
 
@@ -131,9 +140,9 @@ fn mean(runs: &[Metrics], metric: &str) -> Estimate {
     Estimate::mean(&measured(runs, metric))
 }
 
-/// Returns the coverage of half as many discs as UAVs, moving and placed optimally, and of as many discs as UAVs.
-fn discs(plan: &Plan, mission: &Flown) -> Result<[Estimate; 4], Failure> {
-    let baselines = plan.look(mission, |scenario| {
+/// Returns the coverage of half as many discs as UAVs, moving and re-placed at every time step, and of as many discs as UAVs.
+fn discs(plan: &Plan, mission: &ScenarioVariant) -> Result<[Estimate; 4], Failure> {
+    let baselines = plan.observe(mission, |scenario| {
         let baseline = baseline(scenario);
         Ok([baseline.half_of_uavs, baseline.all_uavs].map(|share| [share.mover_fraction, share.best_fraction]))
     })?;
@@ -170,12 +179,12 @@ mod tests {
     #[test]
     fn missions_on_streets_use_the_traffic_of_the_seed() {
         let plan = Plan { runs: 2, first_seed: 101, threads: None, traffic: Vec::new() };
-        let town = Flown::streets(Streets { blocks: 10, cars: 9 }).with_uavs(2).and(&["duration_s=20"]);
+        let town = ScenarioVariant::streets(Streets { blocks: 10, cars: 9 }).with_uavs(2).and(&["duration_s=20"]);
         let cars = |scenario: &Scenario| match &scenario.targets {
             Targets::Traffic(traffic) => Ok((traffic.vehicles.len(), traffic.crc32())),
             Targets::Random { .. } => Err(Failure::running("not over traffic")),
         };
-        let traffic = plan.look(&town, cars).map_err(|_| ()).unwrap();
+        let traffic = plan.observe(&town, cars).map_err(|_| ()).unwrap();
         assert!(traffic[0].0 == 9 && traffic[1].0 == 9 && traffic[0].1 != traffic[1].1, "{traffic:?}");
         let runs = plan.fly(&town, MetricSelection::parse("custody_fraction").unwrap()).map_err(|_| ()).unwrap();
         let share = runs[0].custody_fraction.unwrap();

@@ -26,7 +26,7 @@ pub use study::{Study, claims_file, save, summary};
 
 /// A table, figure or topic that can be reproduced.
 #[derive(Debug, Clone, Copy)]
-pub struct Piece {
+pub struct StudyGroup {
     /// Command-line argument that selects it, and name of its file of claims.
     pub name: &'static str,
     /// Short description.
@@ -35,7 +35,7 @@ pub struct Piece {
     studies: &'static [study::Measure],
 }
 
-impl Piece {
+impl StudyGroup {
     /// Runs its studies. Fails if a scenario, or the traffic that the plan names, cannot be used.
     pub fn measure(&self, plan: &Plan) -> Result<Vec<Study>, Failure> {
         self.studies.iter().map(|measure| measure(plan)).collect()
@@ -43,33 +43,45 @@ impl Piece {
 }
 
 /// All pieces, in the order of the page.
-pub const PIECES: [Piece; 10] = [
-    Piece {
+pub const STUDY_GROUPS: [StudyGroup; 10] = [
+    StudyGroup {
         name: "table-2",
         about: "Mean errors of one and of two UAVs, with and without the active measures",
         studies: &[table_2::table_2],
     },
-    Piece {
+    StudyGroup {
         name: "figure-6",
         about: "Information of a pair of UAVs as a function of the target's bearing",
         studies: &[phase_angle::figure_6],
     },
-    Piece { name: "figure-7", about: "Its mean, by sensor and phase separation", studies: &[phase_angle::figure_7] },
-    Piece { name: "figure-8", about: "Four targets, two UAVs", studies: &[missions::figure_8] },
-    Piece { name: "figure-9", about: "Seven targets, four UAVs: a handoff, a removal", studies: &[missions::figure_9] },
-    Piece { name: "figure-10", about: "Time histories of that mission", studies: &[missions::figure_10] },
-    Piece {
+    StudyGroup {
+        name: "figure-7",
+        about: "Mean information of a pair, by sensor and phase difference",
+        studies: &[phase_angle::figure_7],
+    },
+    StudyGroup { name: "figure-8", about: "Four targets, two UAVs", studies: &[missions::figure_8] },
+    StudyGroup {
+        name: "figure-9",
+        about: "Seven targets, four UAVs: a handoff, a removal",
+        studies: &[missions::figure_9],
+    },
+    StudyGroup {
+        name: "figure-10",
+        about: "Time histories of the mission of figure 9",
+        studies: &[missions::figure_10],
+    },
+    StudyGroup {
         name: "figure-11",
-        about: "Its off-boresight angles, with and without active measures and dwell",
+        about: "Off-boresight angles in the mission of figure 9, with and without active measures and dwell",
         studies: &[missions::figure_11],
     },
-    Piece { name: "errata", about: "Errors in the published equations", studies: &errata::ERRATA },
-    Piece {
+    StudyGroup { name: "errata", about: "Errors in the published equations", studies: &errata::ERRATA },
+    StudyGroup {
         name: "improvements",
         about: "Effect of each improvement of this project, and the remaining distance from theoretical limits",
         studies: &[ablation::improvements],
     },
-    Piece {
+    StudyGroup {
         name: "coverage",
         about: "Custody of traffic and control effort, with the paper's law and with the improvements",
         studies: &[coverage::coverage],

@@ -28,7 +28,7 @@ const MISSION: &str = "paper/figure-9";
 const BASIC: &str = "paper/figure-9-basic";
 
 /// Tolerance of the phase error, degrees.
-const APART_DEG: f64 = 5.0;
+const PHASE_TOLERANCE_DEG: f64 = 5.0;
 
 /// Reason why a target is rarely out of view; checked in the runs where it happens.
 const ORBIT_GROWS: &str = "at the start and at the end of a handoff, the centroid jumps before the orbit has grown: by \
@@ -39,38 +39,38 @@ const ORBIT_GROWS: &str = "at the start and at the end of a handoff, the centroi
 #[derive(Default)]
 struct Orbits {
     errors_m: History,
-    separations_deg: History,
+    phase_differences_deg: History,
     settled_errors_m: Vec<f64>,
-    /// Phase error |phase separation - theta_d| after the transient.
+    /// Phase error |phase difference - theta_d| after the transient.
     settled_deg: Vec<f64>,
 }
 
 impl Orbits {
-    fn look(&mut self, frame: &Frame, settings: &Settings) {
+    fn observe(&mut self, frame: &Frame, settings: &Settings) {
         let time_s = time_s(frame);
         // |r - r_d| by the agents' own estimates: the paper's standoff distance error.
         let in_groups = frame.uavs.iter().filter_map(|uav| Some((uav, geometry::group_of(frame, uav)?)));
         let errors: Vec<f64> = in_groups.map(|(uav, group)| geometry::own_estimate_error_m(uav, group).abs()).collect();
-        let angles: Vec<f64> = frame.groups.iter().filter_map(|group| desired_phase_deg(frame, group)).collect();
+        let angles: Vec<f64> = frame.groups.iter().filter_map(|group| phase_difference_deg(frame, group)).collect();
         if time_s >= settings.transient.s() {
             self.settled_errors_m.extend(&errors);
-            self.settled_deg.extend(angles.iter().map(|angle| (angle - desired_deg(settings)).abs()));
+            self.settled_deg.extend(angles.iter().map(|angle| (angle - desired_phase_difference_deg(settings)).abs()));
         }
         self.errors_m.push((time_s, errors));
-        self.separations_deg.push((time_s, angles));
+        self.phase_differences_deg.push((time_s, angles));
     }
 }
 
-/// Returns the phase separation of the two UAVs of a group about the estimated centre, degrees in [0, 180]; `None`
+/// Returns the phase difference of the two UAVs of a group about the estimated centre, degrees in [0, 180]; `None`
 /// unless the group has two UAVs.
-fn desired_phase_deg(frame: &Frame, group: &GroupRow) -> Option<f64> {
-    let mut separations = geometry::phase_separations(frame).into_iter();
-    let of_pair = separations.find(|(id, (count, ..), _)| *id == group.group && *count == 2);
+fn phase_difference_deg(frame: &Frame, group: &GroupRow) -> Option<f64> {
+    let mut differences = geometry::phase_differences(frame).into_iter();
+    let of_pair = differences.find(|(id, (count, ..), _)| *id == group.group && *count == 2);
     of_pair.map(|(.., angle_rad)| angle_rad.to_degrees())
 }
 
-/// Returns theta_d, the desired phase separation, degrees.
-fn desired_deg(settings: &Settings) -> f64 {
+/// Returns theta_d, the desired phase difference, degrees.
+fn desired_phase_difference_deg(settings: &Settings) -> f64 {
     settings.team.guidance.desired_phase_rad.to_degrees()
 }
 
@@ -79,21 +79,25 @@ fn half_deg(settings: &Settings) -> f64 {
     settings.team.track.sensor.half_field_of_view_rad().to_degrees()
 }
 
-/// Creates a plot of the phase separations of all runs and the desired one.
-fn separations(axis: &str, runs: &[History], settings: &Settings) -> Plot {
-    Plot { shown: Vec::new(), levels: vec![(desired_deg(settings), "desired".to_owned())], ..bands(axis, runs) }
+/// Creates a plot of the phase differences of all runs and the desired one.
+fn phase_plot(axis: &str, runs: &[History], settings: &Settings) -> Plot {
+    Plot {
+        shown: Vec::new(),
+        levels: vec![(desired_phase_difference_deg(settings), "desired".to_owned())],
+        ..bands(axis, runs)
+    }
 }
 
-/// Creates the claim that UAVs keep the desired phase separation; `runs` are the mean phase errors of the runs,
+/// Creates the claim that UAVs keep the desired phase difference; `runs` are the mean phase errors of the runs,
 /// degrees.
 fn phase_claim(uavs: &str, settings: &Settings, runs: &[f64]) -> Claim {
     Claim {
         what: format!(
-            "the {uavs} keep a phase separation of {:.0} deg after the transient: mean phase error",
-            desired_deg(settings)
+            "the {uavs} keep a phase difference of {:.0} deg after the transient: mean phase error",
+            desired_phase_difference_deg(settings)
         ),
         unit: "deg",
-        finding: Finding::Number { paper: 0.0, tolerance: APART_DEG, ours: Estimate::mean(runs) },
+        finding: Finding::Number { paper: 0.0, tolerance: PHASE_TOLERANCE_DEG, ours: Estimate::mean(runs) },
         runs: runs.len(),
         reason: "",
     }

@@ -57,63 +57,63 @@ impl Plan {
         self.first_seed..self.first_seed + u64::from(self.runs)
     }
 
-    /// Calls `look` with the scenario of each seed; returns the results in the order of the seeds.
+    /// Calls `observe` with the scenario of each seed; returns the results in the order of the seeds.
     pub(crate) fn each<T: Send>(
         &self,
         scenario: &str,
         set: &[&str],
-        look: impl Fn(&Scenario) -> Result<T, Failure> + Sync,
+        observe: impl Fn(&Scenario) -> Result<T, Failure> + Sync,
     ) -> Result<Vec<T>, Failure> {
-        self.look(&Flown::of(scenario, set), look)
+        self.observe(&ScenarioVariant::of(scenario, set), observe)
     }
 
-    /// Calls `look` with a mission's scenario of each seed; returns the results in the order of the seeds.
-    pub(crate) fn look<T: Send>(
+    /// Calls `observe` with a mission's scenario of each seed; returns the results in the order of the seeds.
+    pub(crate) fn observe<T: Send>(
         &self,
-        mission: &Flown,
-        look: impl Fn(&Scenario) -> Result<T, Failure> + Sync,
+        mission: &ScenarioVariant,
+        observe: impl Fn(&Scenario) -> Result<T, Failure> + Sync,
     ) -> Result<Vec<T>, Failure> {
         let template = mission.template()?;
         let results = each_seed(&template, self.seeds(), self.threads, |scenario| match &mission.streets {
-            None => look(scenario),
-            Some(streets) => look(&template.clone().over(streets.traffic(scenario.seed)?).draw(scenario.seed)?),
+            None => observe(scenario),
+            Some(streets) => observe(&template.clone().over(streets.traffic(scenario.seed)?).draw(scenario.seed)?),
         });
         results.map_err(Failure::running)?.into_iter().collect()
     }
 
     /// Flies and scores all seeds; returns the metrics in the order of the seeds.
-    pub(crate) fn fly(&self, mission: &Flown, choice: MetricSelection) -> Result<Vec<Metrics>, Failure> {
+    pub(crate) fn fly(&self, mission: &ScenarioVariant, choice: MetricSelection) -> Result<Vec<Metrics>, Failure> {
         if mission.streets.is_none() {
             return fly_all(&mission.template()?, self.seeds(), choice, self.threads).map_err(Failure::running);
         }
-        self.look(mission, |scenario| fly(scenario, choice).map_err(|errors| refused(&errors)))
+        self.observe(mission, |scenario| fly(scenario, choice).map_err(|errors| invalid_parameters(&errors)))
     }
 
     /// Returns the scenario of the first seed.
     pub(crate) fn first(&self, scenario: &str, set: &[&str]) -> Result<Scenario, Failure> {
-        Flown::of(scenario, set).template()?.draw(self.first_seed).map_err(Failure::running)
+        ScenarioVariant::of(scenario, set).template()?.draw(self.first_seed).map_err(Failure::running)
     }
 }
 
 /// A scenario with changes.
 #[derive(Debug, Clone)]
-pub(crate) struct Flown {
+pub(crate) struct ScenarioVariant {
     scenario: String,
-    edits: Overrides,
+    overrides: Overrides,
     /// Random streets whose traffic, drawn from the seed, replaces that of the scenario.
     streets: Option<Streets>,
 }
 
-impl Flown {
+impl ScenarioVariant {
     /// Selects a built-in scenario with these values set.
     pub(crate) fn of(scenario: &str, set: &[&str]) -> Self {
-        Self { scenario: scenario.to_owned(), edits: Overrides::default(), streets: None }.and(set)
+        Self { scenario: scenario.to_owned(), overrides: Overrides::default(), streets: None }.and(set)
     }
 
     /// Selects a traffic file, with the settings of `traffic/convoy`.
     pub(crate) fn over(file: &Path, set: &[&str]) -> Self {
-        let edits = Overrides { traffic: Some(file.to_owned()), ..Overrides::default() };
-        Self { scenario: "traffic/convoy".to_owned(), edits, streets: None }.and(set)
+        let overrides = Overrides { traffic: Some(file.to_owned()), ..Overrides::default() };
+        Self { scenario: "traffic/convoy".to_owned(), overrides, streets: None }.and(set)
     }
 
     /// Selects traffic on random streets, with the settings of `traffic/convoy`.
@@ -124,7 +124,7 @@ impl Flown {
     /// Sets the number of UAVs.
     #[must_use]
     pub(crate) fn with_uavs(mut self, uavs: u32) -> Self {
-        self.edits.uavs = Some(uavs);
+        self.overrides.uavs = Some(uavs);
         self
     }
 
@@ -132,12 +132,12 @@ impl Flown {
     #[must_use]
     pub(crate) fn and(&self, set: &[&str]) -> Self {
         let mut more = self.clone();
-        more.edits.set.extend(set.iter().map(|edit| (*edit).to_owned()));
+        more.overrides.set.extend(set.iter().map(|edit| (*edit).to_owned()));
         more
     }
 
     fn template(&self) -> Result<ScenarioTemplate, Failure> {
-        Ok(ScenarioTemplate::load(&self.scenario, &self.edits)?)
+        Ok(ScenarioTemplate::load(&self.scenario, &self.overrides)?)
     }
 }
 
@@ -157,15 +157,15 @@ pub(crate) fn time_s(frame: &Frame) -> f64 {
 }
 
 /// Converts parameter errors of a mission.
-fn refused(errors: &[ParamError]) -> Failure {
+fn invalid_parameters(errors: &[ParamError]) -> Failure {
     Failure::Running(errors.iter().map(ToString::to_string).collect::<Vec<_>>().join("\n"))
 }
 
-/// Flies a mission and calls `look` with every frame.
-pub(crate) fn watch(scenario: &Scenario, mut look: impl FnMut(&Frame)) -> Result<(), Failure> {
-    let mut mission = Mission::new(scenario).map_err(|errors| refused(&errors))?;
+/// Flies a mission and calls `observe` with every frame.
+pub(crate) fn watch(scenario: &Scenario, mut observe: impl FnMut(&Frame)) -> Result<(), Failure> {
+    let mut mission = Mission::new(scenario).map_err(|errors| invalid_parameters(&errors))?;
     while let Some(frame) = mission.frame() {
-        look(frame);
+        observe(frame);
     }
     Ok(())
 }

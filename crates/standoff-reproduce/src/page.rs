@@ -12,8 +12,8 @@ const PICTURES: &str = "pictures/validation";
 
 /// Writes the page of all claims, and its figures to a folder next to it.
 pub fn write_page(path: &Path, studies: &[Study], plan: &Plan) -> Result<(), Failure> {
-    let team_states = path.parent().unwrap_or(Path::new("")).join(PICTURES);
-    studies.iter().try_for_each(|study| save_figures(&study.figures, &team_states))?;
+    let figures_dir = path.parent().unwrap_or(Path::new("")).join(PICTURES);
+    studies.iter().try_for_each(|study| save_figures(&study.figures, &figures_dir))?;
     write(path, &page(studies, plan))
 }
 

@@ -1,7 +1,7 @@
 //! Figures 6 and 7: information (36) of a pair of UAVs about a target away from the centre of their orbit.
 
 use standoff::guidance::pair_information::{
-    equal_accuracy_range_m, optimal_phase_rad, pair_information_1_m4, pair_information_at_1_m4,
+    equal_accuracy_range_m, optimal_phase_difference_rad, pair_information_1_m4, pair_information_at_1_m4,
 };
 use standoff::{Angle, Displacement, Position, SensorParams, TeamParams};
 use standoff_view::figures::study::{Line, Plot};
@@ -21,7 +21,7 @@ const SCALES: [f64; 3] = [0.01, 1.0, 100.0];
 /// Reason why 90 degrees is not optimal, for each value of `SCALES`.
 const REASONS: [&str; 3] = [
     "bearings at which both UAVs are close to the target dominate the mean over the bearing, and a smaller phase \
-     separation brings both UAVs close at the same time; the paper notes the change itself, earlier in the same \
+     difference brings both UAVs close at the same time; the paper notes the change itself, earlier in the same \
      paragraph",
     "the same, and r* equals the radius of the orbit: often one UAV is closer to the target than r* and the other \
      further, where 90 degrees is worst",
@@ -38,27 +38,25 @@ pub(crate) fn figure_6(_: &Plan) -> Result<Study, Failure> {
         "figure-6",
         "Figure 6: information of a pair by the target's bearing",
         "Both UAVs are on an orbit of 400 m, the first due east of the centre, the second ahead of it by the phase \
-         separation; sigma_scale = r_d sigma_theta / sigma_r = 1. eta is normalised by its value for a target at the \
-         centre and a phase separation of 90 degrees.",
+         difference; sigma_scale = r_d sigma_theta / sigma_r = 1. eta is normalised by its value for a target at the \
+         centre and a phase difference of 90 degrees.",
     );
     let bearings_deg = || (0..=360).map(f64::from);
-    let eta = |desired_phase_deg: f64, target_m: f64, bearing_deg: f64| {
-        normalised(1.0, desired_phase_deg, target_m, bearing_deg)
-    };
-    let by_bearing = |desired_phase_deg: f64| {
-        let line = |target_m: f64| bearings_deg().map(move |deg| (deg, eta(desired_phase_deg, target_m, deg)));
-        plot("Bearing of the target (°)", format!("η, phase separation {desired_phase_deg:.0}°"), by_target(line))
+    let eta = |phase_deg: f64, target_m: f64, bearing_deg: f64| normalised(1.0, phase_deg, target_m, bearing_deg);
+    let by_bearing = |phase_deg: f64| {
+        let line = |target_m: f64| bearings_deg().map(move |deg| (deg, eta(phase_deg, target_m, deg)));
+        plot("Bearing of the target (°)", format!("η, phase difference {phase_deg:.0}°"), by_target(line))
     };
     let plots = [0.0, 90.0, 180.0].map(by_bearing);
     let heading = "Information of a pair of UAVs by the target's bearing (figure 6)";
     figure.draw("figure-6", heading, "sigma_scale = 1, orbit of 400 m", &plots)?;
     let row = |deg: f64| {
-        let cells = [0.0, 90.0, 180.0].into_iter().flat_map(|separation| TARGETS_M.map(|m| eta(separation, m, deg)));
+        let cells = [0.0, 90.0, 180.0].into_iter().flat_map(|phase_deg| TARGETS_M.map(|m| eta(phase_deg, m, deg)));
         [deg].into_iter().chain(cells).collect()
     };
     let mut columns = "bearing_deg".to_owned();
     for deg in [0, 90, 180] {
-        TARGETS_M.iter().for_each(|m| columns += &format!(",eta_separation_{deg}_deg_target_{m}_m"));
+        TARGETS_M.iter().for_each(|m| columns += &format!(",eta_phase_{deg}_deg_target_{m}_m"));
     }
     figure.data.push(Data::new("figure-6", columns, bearings_deg().map(row)));
 
@@ -82,20 +80,20 @@ pub(crate) fn figure_7(_: &Plan) -> Result<Study, Failure> {
         "eta averaged over the target's bearing, for three sensors. For one target, (36) is correct as published, and \
          its derivative by cos^2 gamma is -(a - b_1)(a - b_2) with a = 1/sigma_r^2, b_i = 1/(r_i sigma_theta)^2. \
          Therefore 90 degrees is optimal if both UAVs are closer than r* = sigma_r / sigma_theta (191 m with Table I) \
-         or both are further away, and 0 or 180 degrees if one is closer and one further; at r* the separation has no \
+         or both are further away, and 0 or 180 degrees if one is closer and one further; at r* the phase difference has no \
          effect.",
     );
-    let by_separation = |scale: f64| {
+    let by_phase = |scale: f64| {
         let line = |target_m: f64| (0..=180).map(f64::from).map(move |deg| (deg, averaged(scale, deg, target_m)));
-        plot("Phase separation (°)", format!("mean η, σ_scale {scale}"), by_target(line))
+        plot("Phase difference (°)", format!("mean η, σ_scale {scale}"), by_target(line))
     };
-    let plots = SCALES.map(by_separation);
+    let plots = SCALES.map(by_phase);
     let heading = "Information of a pair of UAVs, mean over the target's bearing (figure 7)";
     figure.draw("figure-7", heading, "orbit of 400 m", &plots)?;
 
     let mut table = Table::new(
-        "Optimal phase separation by sensor and distance of the target from the centre:",
-        ["sigma_scale", "target (m)", "optimal separation (deg)", "eta there / eta at 90 deg"],
+        "Optimal phase difference by sensor and distance of the target from the centre:",
+        ["sigma_scale", "target (m)", "optimal phase difference (deg)", "eta there / eta at 90 deg"],
     );
     let mut rows = Vec::new();
     let mut best_at_edge = Vec::new();
@@ -115,17 +113,21 @@ pub(crate) fn figure_7(_: &Plan) -> Result<Study, Failure> {
     }
     let away_deg = |row: &&Vec<f64>| (row[2] - 90.0).abs();
     let ranging = rows.iter().filter(|row| row[0] == 100.0).map(|row| away_deg(&row)).fold(0.0, f64::max);
-    figure.data.push(Data::new("figure-7", "sigma_scale,target_m,best_separation_deg,eta_over_eta_at_90_deg", rows));
+    figure.data.push(Data::new(
+        "figure-7",
+        "sigma_scale,target_m,optimal_phase_difference_deg,eta_over_eta_at_90_deg",
+        rows,
+    ));
     let etas: Vec<f64> = (0..=180).map(|deg| averaged(1.0, f64::from(deg), 100.0)).collect();
     let spread = |values: &[f64]| {
         let (low, high) = values.iter().fold((f64::INFINITY, 0.0f64), |(low, high), v| (low.min(*v), high.max(*v)));
         100.0 * (high / low - 1.0)
     };
     let sensor = TeamParams::table_1().track.sensor;
-    let alone = optimal_phase_rad([ORBIT_M; 2], &sensor).unwrap_or(f64::NAN).to_degrees();
+    let alone = optimal_phase_difference_rad([ORBIT_M; 2], &sensor).unwrap_or(f64::NAN).to_degrees();
 
     figure.claims.push(Claim::computed(
-        "one target, both UAVs at the same range: the optimal separation",
+        "one target, both UAVs at the same range: the optimal phase difference",
         "deg",
         [90.0, 1.0],
         alone,
@@ -141,29 +143,29 @@ pub(crate) fn figure_7(_: &Plan) -> Result<Study, Failure> {
         ));
     }
     figure.claims.push(Claim::computed(
-        "sigma_scale 100: the optimal separation stays around 90 deg at any distance; largest deviation",
+        "sigma_scale 100: the optimal phase difference stays around 90 deg at any distance; largest deviation",
         "deg",
         [0.0, ABOUT_DEG],
         ranging,
         "",
     ));
     figure.claims.push(Claim::computed(
-        "sigma_scale 1: up to 100 m, eta depends on the distance only; largest change by the separation",
+        "sigma_scale 1: up to 100 m, eta depends on the distance only; largest change by the phase difference",
         "%",
         [0.0, 5.0],
         spread(&etas),
-        "the separation changes eta, although much less than the distance does",
+        "the phase difference changes eta, although much less than the distance does",
     ));
     figure.tables = vec![table, pairs(&sensor)];
     two_ranges(&mut figure, &sensor)?;
     Ok(figure)
 }
 
-/// Creates the table of optimal separations of two UAVs at unequal ranges from one target, with the sensor of Table I.
+/// Creates the table of optimal phase differences of two UAVs at unequal ranges from one target, with the sensor of Table I.
 fn pairs(sensor: &SensorParams) -> Table {
     const RANGES_M: [f64; 6] = [100.0, 150.0, 180.0, 200.0, 250.0, 400.0];
     let title = format!(
-        "One target, sensor of Table I (r* = {:.0} m): optimal separation by the ranges of the two UAVs, and eta there \
+        "One target, sensor of Table I (r* = {:.0} m): optimal phase difference by the ranges of the two UAVs, and eta there \
          divided by eta at the other one of 0 and 90 degrees:",
         equal_accuracy_range_m(sensor)
     );
@@ -172,7 +174,7 @@ fn pairs(sensor: &SensorParams) -> Table {
     for (name, first_m) in names.iter().zip(RANGES_M) {
         let cell = |second_m: f64| {
             let ranges_m = [first_m, second_m];
-            let best_rad = optimal_phase_rad(ranges_m, sensor).unwrap_or(f64::NAN);
+            let best_rad = optimal_phase_difference_rad(ranges_m, sensor).unwrap_or(f64::NAN);
             let eta = |rad: f64| pair_information_1_m4(ranges_m, rad, sensor);
             let other_rad = 90f64.to_radians() - best_rad;
             format!("{:.0}°, {:.2}", best_rad.to_degrees(), eta(best_rad) / eta(other_rad))
@@ -208,22 +210,18 @@ fn sensor(scale: f64) -> SensorParams {
     SensorParams { bearing_sd_rad: scale * sensor.range_sd_m / ORBIT_M, ..sensor }
 }
 
-/// Computes eta for a target at this distance and bearing, divided by eta at the centre with a phase separation of 90
+/// Computes eta for a target at this distance and bearing, divided by eta at the centre with a phase difference of 90
 /// degrees.
-fn normalised(scale: f64, desired_phase_deg: f64, target_m: f64, bearing_deg: f64) -> f64 {
+fn normalised(scale: f64, phase_deg: f64, target_m: f64, bearing_deg: f64) -> f64 {
     let sensor = sensor(scale);
     let at = |distance_m, deg| Position::ORIGIN + Displacement::from_polar(distance_m, Angle::from_deg(deg));
-    let eta = pair_information_at_1_m4(
-        [at(ORBIT_M, 0.0), at(ORBIT_M, desired_phase_deg)],
-        at(target_m, bearing_deg),
-        &sensor,
-    );
+    let eta = pair_information_at_1_m4([at(ORBIT_M, 0.0), at(ORBIT_M, phase_deg)], at(target_m, bearing_deg), &sensor);
     eta / pair_information_1_m4([ORBIT_M; 2], 90f64.to_radians(), &sensor)
 }
 
 /// Computes the mean of [`normalised`] over bearings of whole degrees.
-fn averaged(scale: f64, desired_phase_deg: f64, target_m: f64) -> f64 {
-    let etas: Vec<f64> = (0..360).map(|deg| normalised(scale, desired_phase_deg, target_m, f64::from(deg))).collect();
+fn averaged(scale: f64, phase_deg: f64, target_m: f64) -> f64 {
+    let etas: Vec<f64> = (0..360).map(|deg| normalised(scale, phase_deg, target_m, f64::from(deg))).collect();
     mean(&etas)
 }
 
@@ -240,7 +238,7 @@ fn best_of(degrees: std::ops::RangeInclusive<i32>, eta: impl Fn(f64) -> f64) -> 
 mod tests {
     use super::*;
 
-    /// Checks Eq. (36) averaged over the bearing: at 180 m from the centre the optimal separation is 55, 41 and 86
+    /// Checks Eq. (36) averaged over the bearing: at 180 m from the centre the optimal phase difference is 55, 41 and 86
     /// degrees for the three sensors; eta there is 1.52, 1.10 and nearly 1 times its value at 90 degrees.
     #[test]
     fn away_from_the_centre_ninety_degrees_is_not_optimal() {

@@ -3,7 +3,7 @@
 use standoff_sim::score::{MetricSelection, Metrics};
 
 use super::claim::{Claim, Finding, Paper, shown};
-use super::monte_carlo_plan::{Flown, Plan, measured};
+use super::monte_carlo_plan::{Plan, ScenarioVariant, measured};
 use super::statistics::Estimate;
 use super::study::{Data, Study, Table};
 use crate::error::Failure;
@@ -98,7 +98,7 @@ const ROWS: [Row; 5] = [
 ];
 
 /// Additional metrics without a counterpart in the paper: metric, name, factor to its unit.
-const BESIDES: [(&str, &str, f64); 5] = [
+const ADDITIONAL_METRICS: [(&str, &str, f64); 5] = [
     ("standoff_error_own_estimate_m_settled", "standoff distance error, after the transient (m)", 1.0),
     ("standoff_error_m", "standoff distance error, true geometry (m)", 1.0),
     ("standoff_error_m_settled", "the same, after the transient (m)", 1.0),
@@ -127,10 +127,10 @@ pub(crate) fn table_2(plan: &Plan) -> Result<Study, Failure> {
          smoother target motion than the true one come closer to these numbers (second and third table), but are \
          overconfident; the verdicts do not use them. [How these values were found](calibration.md).",
     );
-    let besides: Vec<&str> = BESIDES.iter().map(|(metric, ..)| *metric).chain(BOUND).collect();
-    let choice = MetricSelection::parse(&format!("table-2,{}", besides.join(","))).map_err(Failure::running)?;
+    let additional: Vec<&str> = ADDITIONAL_METRICS.iter().map(|(metric, ..)| *metric).chain(BOUND).collect();
+    let choice = MetricSelection::parse(&format!("table-2,{}", additional.join(","))).map_err(Failure::running)?;
     let fly = |set: &[&str]| -> Result<Vec<Vec<Metrics>>, Failure> {
-        COLUMNS.into_iter().map(|(_, scenario)| plan.fly(&Flown::of(scenario, set), choice)).collect()
+        COLUMNS.into_iter().map(|(_, scenario)| plan.fly(&ScenarioVariant::of(scenario, set), choice)).collect()
     };
     let columns = fly(&[])?;
     for row in &ROWS {
@@ -161,10 +161,10 @@ pub(crate) fn table_2(plan: &Plan) -> Result<Study, Failure> {
     }
     found.tables.push(side_by_side("Mean errors with 95 % intervals, and ours over the paper's:", &columns));
     found.data.push(every_run("table-2", plan, &columns));
-    for (name, edits) in OVERCONFIDENT {
-        let columns = fly(edits)?;
-        let edits: Vec<String> = edits.iter().map(|edit| format!("`--set '{edit}'`")).collect();
-        let title = format!("The same with an overconfident filter, {}:", edits.join(" "));
+    for (name, overrides) in OVERCONFIDENT {
+        let columns = fly(overrides)?;
+        let overrides: Vec<String> = overrides.iter().map(|edit| format!("`--set '{edit}'`")).collect();
+        let title = format!("The same with an overconfident filter, {}:", overrides.join(" "));
         found.tables.push(side_by_side(&title, &columns));
         found.data.push(every_run(name, plan, &columns));
     }
@@ -187,21 +187,21 @@ fn side_by_side(title: &str, columns: &[Vec<Metrics>]) -> Table {
         });
         table.add(format!("{} ({})", row.name, row.unit), cells);
     }
-    let mut besides = |name: String, ours: &dyn Fn(usize) -> String| {
+    let mut additional = |name: String, ours: &dyn Fn(usize) -> String| {
         let cells = (0..columns.len()).flat_map(|column| ["-".to_owned(), ours(column), "-".to_owned()]);
         table.add(name, cells);
     };
-    besides(format!("numbers within {:.0} % of the paper's", 100.0 * NEAR), &|column| {
+    additional(format!("numbers within {:.0} % of the paper's", 100.0 * NEAR), &|column| {
         let (near, of) = near[column];
         format!("{near} of {of}")
     });
-    for (metric, name, scale) in BESIDES {
-        besides(name.to_owned(), &|column| {
+    for (metric, name, scale) in ADDITIONAL_METRICS {
+        additional(name.to_owned(), &|column| {
             let values: Vec<f64> = measured(&columns[column], metric).iter().map(|value| scale * value).collect();
             interval(Estimate::mean(&values))
         });
     }
-    besides("position error over its Cramer-Rao bound, root of mean squares".to_owned(), &|column| {
+    additional("position error over its Cramer-Rao bound, root of mean squares".to_owned(), &|column| {
         interval(Estimate::pooled(&columns[column], BOUND[0], BOUND[1]))
     });
     table
@@ -213,7 +213,7 @@ fn interval(estimate: Estimate) -> String {
 }
 
 fn every_run(name: &'static str, plan: &Plan, columns: &[Vec<Metrics>]) -> Data {
-    let metrics = ROWS.iter().map(|row| row.metric).chain(BESIDES.iter().map(|(metric, ..)| *metric));
+    let metrics = ROWS.iter().map(|row| row.metric).chain(ADDITIONAL_METRICS.iter().map(|(metric, ..)| *metric));
     let mut heads = "seed".to_owned();
     for name in ["single", "pair_basic", "pair"] {
         metrics.clone().for_each(|metric| heads += &format!(",{name}_{metric}"));
@@ -231,7 +231,7 @@ mod tests {
 
     #[test]
     fn every_row_names_a_metric() {
-        for metric in ROWS.iter().map(|row| row.metric).chain(BESIDES.iter().map(|(metric, ..)| *metric)) {
+        for metric in ROWS.iter().map(|row| row.metric).chain(ADDITIONAL_METRICS.iter().map(|(metric, ..)| *metric)) {
             assert!(Metrics::NAMES.contains(&metric), "{metric}");
         }
     }

@@ -9,23 +9,23 @@ use std::time::Duration;
 /// Period of the checks for an interruption.
 pub const POLL: Duration = Duration::from_millis(50);
 
-/// Runs `work` on a thread; returns `None` if `has_come` returns true first. The abandoned work then continues in the
+/// Runs `work` on a thread; returns `None` if `is_interrupted` returns true first. The abandoned work then continues in the
 /// background, at most until the process ends.
 ///
 /// If no thread can be started, the work runs to its end on the calling thread.
-pub fn run_unless<T: Send + 'static>(
-    has_come: impl Fn() -> bool,
+pub fn run_interruptible<T: Send + 'static>(
+    is_interrupted: impl Fn() -> bool,
     work: impl FnOnce() -> T + Send + 'static,
 ) -> Option<T> {
-    run_on(thread::Builder::new(), has_come, work)
+    run_on(thread::Builder::new(), is_interrupted, work)
 }
 
 fn run_on<T: Send + 'static>(
     thread: thread::Builder,
-    has_come: impl Fn() -> bool,
+    is_interrupted: impl Fn() -> bool,
     work: impl FnOnce() -> T + Send + 'static,
 ) -> Option<T> {
-    if has_come() {
+    if is_interrupted() {
         return None;
     }
     let (give, result) = channel();
@@ -39,7 +39,7 @@ fn run_on<T: Send + 'static>(
     loop {
         match result.recv_timeout(POLL) {
             Ok(done) => return Some(done),
-            Err(RecvTimeoutError::Timeout) if has_come() => return None,
+            Err(RecvTimeoutError::Timeout) if is_interrupted() => return None,
             Err(RecvTimeoutError::Timeout) => {}
             // The worker panicked: propagate the panic.
             Err(RecvTimeoutError::Disconnected) => resume_unwind(worker.join().err()?),
@@ -56,15 +56,15 @@ mod tests {
     #[test]
     fn work_is_done_unless_it_is_interrupted() {
         let stop = Arc::new(AtomicBool::new(false));
-        let has_come = || stop.load(Ordering::Relaxed);
-        assert_eq!(run_unless(has_come, || 7), Some(7));
+        let is_interrupted = || stop.load(Ordering::Relaxed);
+        assert_eq!(run_interruptible(is_interrupted, || 7), Some(7));
         let set = Arc::clone(&stop);
         let endless = move || loop {
             set.store(true, Ordering::Relaxed);
             thread::park();
         };
-        assert_eq!(run_unless(has_come, endless), None::<()>);
-        assert_eq!(run_unless(has_come, || 7), None);
+        assert_eq!(run_interruptible(is_interrupted, endless), None::<()>);
+        assert_eq!(run_interruptible(is_interrupted, || 7), None);
     }
 
     /// A stack that is too large for the address space makes the start of a thread fail for every user.
@@ -79,6 +79,6 @@ mod tests {
     #[test]
     #[should_panic(expected = "a fault")]
     fn a_panic_of_the_work_is_propagated() {
-        run_unless(|| false, || panic!("a fault"));
+        run_interruptible(|| false, || panic!("a fault"));
     }
 }

@@ -47,7 +47,7 @@ impl Failure {
             Self::Input(message) | Self::Running(message) => vec![display_text::lines(&format!("error: {message}"))],
             Self::Scenario(ScenarioError { problems, .. }) => {
                 let more = format!("there may be more: reading stops after {MISTAKES_MAX} errors");
-                let problems = problems.iter().map(|problem| drawn(problem, colours));
+                let problems = problems.iter().map(|problem| format_problem(problem, colours));
                 problems.chain((self.may_be_more()).then_some(more)).collect()
             }
             Self::OutputClosed => Vec::new(),
@@ -61,7 +61,7 @@ impl Failure {
     /// Returns the exit status: 0 success, 1 failure while running, 2 wrong input or usage.
     pub fn status(&self) -> u8 {
         match self {
-            Self::Scenario(error) if error.is_machine_s => 1,
+            Self::Scenario(error) if error.is_io_error => 1,
             Self::Input(_) | Self::Scenario(_) => 2,
             Self::Running(_) => 1,
             Self::OutputClosed => 0,
@@ -70,7 +70,7 @@ impl Failure {
 }
 
 /// Renders a problem with the affected part of the input; on a single line if that part is not known.
-fn drawn(problem: &Problem, colours: bool) -> String {
+fn format_problem(problem: &Problem, colours: bool) -> String {
     let Some(excerpt) = &problem.excerpt else { return display_text::lines(&format!("error: {problem}")) };
     let renderer = if colours { Renderer::styled() } else { Renderer::plain() };
     // Only the affected lines are passed on: the text may be large, and each problem would process all of it.
@@ -99,6 +99,6 @@ pub fn of_record(error: RecordError) -> Failure {
 }
 
 /// Formats parameter errors, one per line.
-pub fn refused(errors: &[ParamError]) -> String {
+pub fn format_errors(errors: &[ParamError]) -> String {
     errors.iter().map(ToString::to_string).collect::<Vec<_>>().join("\n")
 }

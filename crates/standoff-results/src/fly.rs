@@ -49,7 +49,7 @@ pub fn fly<B: Controller>(
     mission: &mut Mission<B>,
     out: &Path,
     map: Option<&Bytes>,
-    say: Warnings,
+    on_warning: Warnings,
     go_on: impl Fn() -> bool,
     mut look: impl FnMut(&Frame),
 ) -> Result<FinishedRecord, Failure> {
@@ -57,13 +57,16 @@ pub fn fly<B: Controller>(
     let names = World::names(scenario);
     let manifest = Manifest { reported: mission.reported_tables(), ..manifest(scenario) };
     let writer = Writer::create(out, &manifest, &resolved, &names).map_err(of_record)?;
-    let writer = writer.judged_by(mission.score_config());
+    let writer = writer.scored_with(mission.score_config());
     let mut writer = match map {
         Some(map) => writer.with_map(map).map_err(of_record)?,
         None => writer,
     };
     if let Some(older) = writer.set_aside() {
-        say(&format!("note: an unfinished run is kept in {} until this one is complete", display_text::path(older)));
+        on_warning(&format!(
+            "note: an unfinished run is kept in {} until this one is complete",
+            display_text::path(older)
+        ));
     }
     while go_on() {
         let Some(frame) = mission.frame() else {

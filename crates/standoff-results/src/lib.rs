@@ -19,8 +19,8 @@ mod warnings;
 
 pub use baseline::BaselineReport;
 pub use batch::{REPORT, batch_page};
-pub use cancellable::{POLL, run_unless};
-pub use error::{Failure, of_batch, of_record, refused};
+pub use cancellable::{POLL, run_interruptible};
+pub use error::{Failure, format_errors, of_batch, of_record};
 pub use fly::{fly, has_older_run, manifest};
 pub use maps::Maps;
 pub use outcome::{Outcome, OutcomeOptions, count, lines};

@@ -17,17 +17,17 @@ pub struct Maps(pub Vec<PathBuf>);
 
 impl Maps {
     /// Returns the map for a run of this scenario, packed for the page; `None` if it has no map.
-    pub fn of_scenario(&self, scenario: &Scenario, say: Warnings) -> Result<Option<Bytes>, Failure> {
+    pub fn of_scenario(&self, scenario: &Scenario, on_warning: Warnings) -> Result<Option<Bytes>, Failure> {
         let files = if self.0.is_empty() { scenario.map.clone() } else { self.files()? };
-        packed(&files, scenario.origin(), || Ok(bounds(scenario)), say)
+        packed(&files, scenario.origin(), || Ok(bounds(scenario)), on_warning)
     }
 
     /// Returns the map for a recorded run: the map in the record, unless the user gave maps.
-    pub fn of_record(&self, record: &Record, say: Warnings) -> Result<Option<Bytes>, Failure> {
+    pub fn of_record(&self, record: &Record, on_warning: Warnings) -> Result<Option<Bytes>, Failure> {
         if self.0.is_empty() {
             return Ok(standoff_map::of_record(record.dir())
                 .unwrap_or_else(|what| {
-                    say(&format!("warning: {what}; the page shows no map; to use another one, give --map FILE"));
+                    on_warning(&format!("warning: {what}; the page shows no map; to use another one, give --map FILE"));
                     None
                 })
                 .map(|packed| packed.gz.into()));
@@ -40,7 +40,7 @@ impl Maps {
                 record.each_uav(|row| bounds = Bounds::around(bounds, [row.x_m, row.y_m])).map_err(of_record)?;
                 Ok(bounds)
             },
-            say,
+            on_warning,
         )
     }
 
@@ -56,20 +56,20 @@ fn packed(
     files: &[MapFile],
     origin: Option<standoff_sim::traffic::Origin>,
     bounds: impl FnOnce() -> Result<Option<Bounds>, Failure>,
-    say: Warnings,
+    on_warning: Warnings,
 ) -> Result<Option<Bytes>, Failure> {
     if files.is_empty() {
         return Ok(None);
     }
     let Some(bounds) = bounds()? else { return Ok(None) };
     let Packed { gz, note: left_out } = pack(files, &Place { origin, bounds }).map_err(of_map)?;
-    left_out.iter().for_each(|what| say(&format!("note: {what}")));
+    left_out.iter().for_each(|what| on_warning(&format!("note: {what}")));
     Ok(Some(gz.into()))
 }
 
 /// Converts an error of a map; an invalid map counts as wrong input.
 fn of_map(error: MapError) -> Failure {
-    if error.is_machine_s { Failure::running(error) } else { Failure::input(error) }
+    if error.is_io_error { Failure::running(error) } else { Failure::input(error) }
 }
 
 /// Returns the bounds of the initial UAV positions and of the target positions.

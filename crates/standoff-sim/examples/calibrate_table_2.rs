@@ -200,7 +200,7 @@ fn values(point: &Point) -> [f64; N] {
 }
 
 /// Returns the setting as arguments of `--set`.
-fn edits(point: &Point) -> Vec<String> {
+fn overrides(point: &Point) -> Vec<String> {
     let [acceleration, box_m, speed, sd, ring_m, over_deg, cue_m, cue_m_s] = values(point);
     // The direction does not matter: the ring's phase is drawn.
     let velocity = |share: f64| format!("{{ normal = {{ mean = {:.4}, sd = {sd:.4} }} }}", share * speed);
@@ -218,8 +218,8 @@ fn edits(point: &Point) -> Vec<String> {
     ]
 }
 
-fn owned(edits: &[&str]) -> Vec<String> {
-    edits.iter().map(|edit| (*edit).to_owned()).collect()
+fn owned(overrides: &[&str]) -> Vec<String> {
+    overrides.iter().map(|edit| (*edit).to_owned()).collect()
 }
 
 /// Part of a run that the means cover.
@@ -244,8 +244,8 @@ fn column(
     metrics: &str,
     part: Part,
 ) -> Result<Vec<Metrics>, Box<dyn Error>> {
-    let edits = Overrides { set: set.to_vec(), ..Overrides::default() };
-    let template = ScenarioTemplate::load(&format!("paper/table-2-{name}"), &edits)?;
+    let overrides = Overrides { set: set.to_vec(), ..Overrides::default() };
+    let template = ScenarioTemplate::load(&format!("paper/table-2-{name}"), &overrides)?;
     let choice = MetricSelection::parse(metrics)?;
     Ok(each_seed(&template, seeds, THREADS, |scenario| score(scenario, choice, part))?)
 }
@@ -387,7 +387,7 @@ struct Tried {
 fn try_all(points: &[Point], seeds: Range<u64>, cells: Cells) -> Result<Vec<Tried>, Box<dyn Error>> {
     let mut tried = Vec::new();
     for &point in points {
-        let misfit = fly(&edits(&point), seeds.clone(), SEARCHED, Part::Whole)?.misfit(cells);
+        let misfit = fly(&overrides(&point), seeds.clone(), SEARCHED, Part::Whole)?.misfit(cells);
         tried.push(Tried { point, misfit });
     }
     tried.sort_by(by_misfit);
@@ -520,7 +520,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         for (unknown, value) in UNKNOWNS.iter().zip(values(&best[0].point)) {
             println!("{}: {value:.4}", unknown.name);
         }
-        let set = edits(&best[0].point);
+        let set = overrides(&best[0].point);
         println!("\n{}\n{}\n", fly(&set, FRESH_SEEDS, REPORTED, Part::Whole)?, goals(&set)?);
     }
     Ok(())

@@ -158,8 +158,8 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let file = folder.path().join("vehicles.csv");
         std::fs::write(&file, "t_s,vehicle,x_m,y_m\n".to_owned() + &rows.collect::<String>()).unwrap();
-        let edits = Overrides { traffic: Some(file), uavs: Some(1), ..Overrides::default() };
-        baseline(&Scenario::load("traffic/convoy", &edits, 1).unwrap()).all_uavs
+        let overrides = Overrides { traffic: Some(file), uavs: Some(1), ..Overrides::default() };
+        baseline(&Scenario::load("traffic/convoy", &overrides, 1).unwrap()).all_uavs
     }
 
     const CLUSTERS: &str = "targets={ acceleration_sd_m_s2 = 0.0, start = [{ x_m = 0.0 }, { x_m = 30.0 }, { x_m = 60.0 }, \

@@ -68,14 +68,14 @@ pub fn group_of<'a>(frame: &'a Frame, uav: &UavRow) -> Option<&'a GroupRow> {
     frame.groups.iter().find(|group| Some(group.group) == uav.group)
 }
 
-/// Identifies a phase spacing: the number of UAVs on the orbit, the UAV, and the other UAV of a pair; of more than two
-/// UAVs, the spacing is to the next UAV anticlockwise, and the last field is `None`.
+/// Identifies a phase difference: the number of UAVs on the orbit, the UAV, and the other UAV of a pair; of more than two
+/// UAVs, the difference is to the next UAV anticlockwise, and the last field is `None`.
 pub type Between = (usize, u32, Option<u32>);
 
-/// Returns the phase spacings of each group in a frame, rad. A group with an unknown phase has none, because its
+/// Returns the phase differences of each group in a frame, rad. A group with an unknown phase has none, because its
 /// neighbours and their number would be wrong.
 #[must_use]
-pub fn phase_separations(frame: &Frame) -> Vec<(u32, Between, f64)> {
+pub fn phase_differences(frame: &Frame) -> Vec<(u32, Between, f64)> {
     let mut found = Vec::new();
     let groups: BTreeSet<u32> = frame.uavs.iter().filter_map(|row| row.group).collect();
     for group in groups {
@@ -95,7 +95,7 @@ pub fn phase_separations(frame: &Frame) -> Vec<(u32, Between, f64)> {
     found
 }
 
-/// Desired phase spacing of `count` UAVs, rad: `pair_rad` for two UAVs, even spacing for more.
+/// Desired phase difference of `count` UAVs, rad: `pair_rad` for two UAVs, a full turn divided by `count` for more.
 #[must_use]
 pub fn desired_pair_phase_rad(count: usize, pair_rad: f64) -> f64 {
     if count == 2 { pair_rad } else { TAU / count as f64 }
@@ -306,7 +306,7 @@ mod tests {
         let (_, frames) = flown("paper/table-2-pair");
         let mut frame = frames[100].clone();
         (frame.uavs[0].phase_rad, frame.uavs[1].phase_rad) = (Some(3.0), Some(-3.0));
-        assert!((phase_separations(&frame)[0].2 - (TAU - 6.0)).abs() < 1e-9);
+        assert!((phase_differences(&frame)[0].2 - (TAU - 6.0)).abs() < 1e-9);
         let truth = TruthRow { x_m: 0.0, y_m: -1.0, ..frame.truth[0] };
         (frame.truth, frame.tracks) = (vec![truth], vec![frame.tracks[0]]);
         let uav = UavRow { x_m: 10.0, y_m: 0.0, boresight_rad: Some(3.0), ..frame.uavs[0] };
@@ -315,14 +315,14 @@ mod tests {
     }
 
     #[test]
-    fn phase_spacings_of_three_uavs_sum_to_a_full_turn() {
+    fn phase_differences_of_three_uavs_sum_to_a_full_turn() {
         let (_, frames) = flown("paper/table-2-pair");
         let mut frame = frames[100].clone();
         frame.uavs.push(UavRow { uav: 2, ..frame.uavs[0] });
         frame.uavs.iter_mut().for_each(|row| row.phase_rad = Some(f64::from(row.uav) * 3.0));
-        let gaps = phase_separations(&frame);
+        let gaps = phase_differences(&frame);
         assert!(gaps.len() == 3 && (gaps.iter().map(|gap| gap.2).sum::<f64>() - TAU).abs() < 1e-9);
         frame.uavs[2].phase_rad = None;
-        assert!(phase_separations(&frame).is_empty());
+        assert!(phase_differences(&frame).is_empty());
     }
 }

@@ -46,8 +46,8 @@ use crate::traffic::Traffic;
 
 impl Scenario {
     /// Loads a built-in scenario by name, or a scenario file, for a seed.
-    pub fn load(name_or_file: &str, edits: &Overrides, seed: u64) -> Result<Self, ScenarioError> {
-        ScenarioTemplate::load(name_or_file, edits)?.draw(seed)
+    pub fn load(name_or_file: &str, overrides: &Overrides, seed: u64) -> Result<Self, ScenarioError> {
+        ScenarioTemplate::load(name_or_file, overrides)?.draw(seed)
     }
 
     /// Returns the scenario as text with every value spelt out; loading this text gives the same run.
@@ -76,8 +76,8 @@ pub struct ScenarioTemplate {
 
 impl ScenarioTemplate {
     /// Loads a built-in scenario by name, or a scenario file, and the traffic file it names.
-    pub fn load(name_or_file: &str, edits: &Overrides) -> Result<Self, ScenarioError> {
-        Self::with_traffic(load::Typed::load(name_or_file, edits)?)
+    pub fn load(name_or_file: &str, overrides: &Overrides) -> Result<Self, ScenarioError> {
+        Self::with_traffic(load::Typed::load(name_or_file, overrides)?)
     }
 
     /// Loads a scenario from a text returned by [`Self::text`], and the traffic file it names: a built-in one, or a
@@ -90,10 +90,10 @@ impl ScenarioTemplate {
         Self::with_traffic(typed)
     }
 
-    /// Loads a scenario called `name` from TOML, changed by `edits`. Paths of traffic files and maps are relative to
+    /// Loads a scenario called `name` from TOML, changed by `overrides`. Paths of traffic files and maps are relative to
     /// `folder`.
-    pub fn of_toml(name: &str, toml: &str, edits: &Overrides, folder: &Path) -> Result<Self, ScenarioError> {
-        Self::with_traffic(load::Typed::of_toml(name, toml, edits, folder)?)
+    pub fn of_toml(name: &str, toml: &str, overrides: &Overrides, folder: &Path) -> Result<Self, ScenarioError> {
+        Self::with_traffic(load::Typed::of_toml(name, toml, overrides, folder)?)
     }
 
     /// Reads the traffic file. Returns all errors together: those in the form of the scenario, in its ranges, and in
@@ -107,7 +107,7 @@ impl ScenarioTemplate {
                 }
                 (traffic, Vec::new())
             }
-            Err(error) if error.is_machine_s => return Err(error),
+            Err(error) if error.is_io_error => return Err(error),
             Err(error) => (None, error.problems),
         };
         if let Err(error) = resolve::checked(&typed, traffic.as_ref(), 0) {

@@ -179,7 +179,7 @@ struct SoFar {
 
 impl Scorer {
     /// Makes a scorer without data for the selected metrics; the other metrics may be `None`.
-    pub fn new(rules: ScoreConfig, choice: MetricSelection) -> Self {
+    pub fn new(score_config: ScoreConfig, choice: MetricSelection) -> Self {
         Self {
             needed: Needed::of(choice),
             so_far: SoFar::default(),
@@ -187,11 +187,11 @@ impl Scorer {
             control_effort: ControlEffort::default(),
             separations: Separations::default(),
             zones: Zones::default(),
-            bound: choice.needs_bound().then(|| Bound::of(&rules)).flatten(),
-            innovations: choice.includes(&["nis"]).then(|| Innovations::new(&rules)),
+            bound: choice.needs_bound().then(|| Bound::of(&score_config)).flatten(),
+            innovations: choice.includes(&["nis"]).then(|| Innovations::new(&score_config)),
             prediction_errors: choice
                 .includes(&["orbit_prediction_error_m_settled", "own_orbit_prediction_error_m_settled"])
-                .then(|| PredictionErrors::new(rules.clone())),
+                .then(|| PredictionErrors::new(score_config.clone())),
             assigned: Vec::new(),
             tracked: Vec::new(),
             true_orbits: TrueOrbits::default(),
@@ -200,14 +200,14 @@ impl Scorer {
             of_team_states: choice.of_team_states(),
             assignments: Vec::new(),
             from_centre: Vec::new(),
-            config: rules,
+            config: score_config,
         }
     }
 
     /// Adds the next frame.
     pub fn frame(&mut self, frame: &Frame) {
-        let wanted = self.needed;
-        if wanted.tallies {
+        let needed = self.needed;
+        if needed.tallies {
             self.tallies.frame(&self.config.sensor, frame);
         }
         self.assigned.clear();
@@ -216,47 +216,47 @@ impl Scorer {
         self.tracked.clear();
         for (track, truth) in existing(frame) {
             self.tracked.push(TrackedTarget::of(track, truth));
-            if wanted.estimates || wanted.consistency {
+            if needed.estimates || needed.consistency {
                 self.estimate(track, truth);
             }
         }
-        if wanted.orbits || self.prediction_errors.is_some() {
+        if needed.orbits || self.prediction_errors.is_some() {
             self.true_orbits.next(&self.config, &frame.groups, &self.tracked);
         }
-        if wanted.orbits {
+        if needed.orbits {
             frame.groups.iter().for_each(|group| self.orbit(frame, group));
         }
-        if wanted.separation {
+        if needed.separation {
             self.separations.frame(&self.config.separation, frame);
         }
-        if wanted.off_boresight {
+        if needed.off_boresight {
             self.lines_of_sight(frame);
         }
-        if wanted.limits {
+        if needed.limits {
             for uav in &frame.uavs {
                 let group = group_of(frame, uav);
                 self.so_far.infeasible.add(f64::from(group.is_some_and(|group| !group.feasible)));
                 self.so_far.saturated.add(f64::from(uav.turn_rate_limited));
             }
         }
-        if wanted.calm {
+        if needed.calm {
             self.control_effort.frame(frame);
         }
-        if wanted.zones && !self.config.geofence.is_empty() {
+        if needed.zones && !self.config.geofence.is_empty() {
             self.zones.frame(&self.config.geofence, frame);
         }
-        if wanted.coverage {
+        if needed.coverage {
             for truth in &frame.truth {
                 let covered = track_of(frame, truth.target).is_some_and(|track| track.group.is_some());
                 self.so_far.uncovered.add(f64::from(!covered));
             }
         }
-        if wanted.events {
+        if needed.events {
             let count = |kind: &str| frame.events.iter().filter(|event| event.kind == kind).count() as u64;
             self.so_far.handoffs += count("handoff-completed");
             self.so_far.removals += count("removed");
         }
-        if wanted.agreement {
+        if needed.agreement {
             self.agreement.frame(frame);
         }
         if !self.of_team_states.is_empty() {
@@ -477,11 +477,11 @@ fn phase_error_deg(uavs_rel_centre: &[Displacement], desired_phase_rad: f64) -> 
 
 /// Normalised estimation error squared, divided by the number of random states. These are all six if the truth includes
 /// the acceleration and the filter models one, otherwise position and velocity.
-fn nees_per_state(rules: &ScoreConfig, track: &TrackRow, truth: &TruthRow) -> Option<f64> {
+fn nees_per_state(score_config: &ScoreConfig, track: &TrackRow, truth: &TruthRow) -> Option<f64> {
     let covariance = Covariance::from_upper_triangle(&track.covariance).matrix();
     let [x_m, vx_m_s, ax_m_s2, y_m, vy_m_s, ay_m_s2] = track.state;
     let error = [x_m - truth.x_m, vx_m_s - truth.vx_m_s, y_m - truth.y_m, vy_m_s - truth.vy_m_s];
-    let is_random = rules.target.acceleration_sd_m_s2 >= LEAST_ACCELERATION_SD_M_S2;
+    let is_random = score_config.target.acceleration_sd_m_s2 >= LEAST_ACCELERATION_SD_M_S2;
     if let (true, Some(true_ax), Some(true_ay)) = (is_random, truth.ax_m_s2, truth.ay_m_s2) {
         let [x, vx, y, vy] = error;
         return normalised(&SVector::from([x, vx, ax_m_s2 - true_ax, y, vy, ay_m_s2 - true_ay]), &covariance);
@@ -509,8 +509,8 @@ mod tests {
     use crate::score::fixtures::{group_row, track_row, truth_row, uav_row};
     use standoff::CentreEstimate;
 
-    fn score(rules: &ScoreConfig, frames: &[Frame]) -> Metrics {
-        let mut scorer = Scorer::new(rules.clone(), MetricSelection::ALL);
+    fn score(score_config: &ScoreConfig, frames: &[Frame]) -> Metrics {
+        let mut scorer = Scorer::new(score_config.clone(), MetricSelection::ALL);
         frames.iter().for_each(|frame| scorer.frame(frame));
         scorer.metrics()
     }
@@ -520,7 +520,7 @@ mod tests {
     /// 500 m east and north of the circle's centre, at the desired phase of a right angle.
     #[test]
     fn standoff_errors_use_the_configured_centre_rule() {
-        let rules =
+        let score_config =
             ScoreConfig { centre: CentreEstimate::EnclosingCircle, desired_phase_rad: math::PI / 2.0, ..flown().0 };
         let places_m = [(0.0, 0.0), (320.0, 0.0), (0.0, 240.0), (40.0, 40.0)];
         let mut frame = Frame { time_us: 100_000_000, ..Frame::default() };
@@ -529,27 +529,27 @@ mod tests {
         frame.groups.push(GroupRow { x_m: 160.0, y_m: 123.0, ..group_row(0) });
         let uav = |uav: u32, x_m: f64, y_m: f64| UavRow { x_m, y_m, ..uav_row(uav) };
         frame.uavs.extend([uav(0, 660.0, 120.0), uav(1, 160.0, 620.0)]);
-        let half_rad = 0.5 * (rules.standoff.field_of_view_rad - rules.standoff.field_of_view_margin_rad);
+        let half_rad = 0.5 * (score_config.standoff.field_of_view_rad - score_config.standoff.field_of_view_margin_rad);
         let r_d_m = |d_max_m: f64| d_max_m / math::sin(half_rad);
-        let near = |value: Option<f64>, wanted: f64| (value.unwrap() - wanted).abs() < 1e-9;
+        let near = |value: Option<f64>, expected: f64| (value.unwrap() - expected).abs() < 1e-9;
 
-        let metrics = score(&rules, std::slice::from_ref(&frame));
+        let metrics = score(&score_config, std::slice::from_ref(&frame));
         assert!(near(metrics.standoff_error_m, 500.0 - r_d_m(200.0)), "{metrics:?}");
         assert!(near(metrics.standoff_error_m_settled, 500.0 - r_d_m(200.0)) && near(metrics.phase_error_deg, 0.0));
         assert!(near(metrics.standoff_error_unfiltered_m_settled, 500.0 - r_d_m(200.0)));
-        let mut scorer = FrameScorer::new(rules.clone());
+        let mut scorer = FrameScorer::new(score_config.clone());
         let scores = scorer.frame(&frame);
         assert!(near(scores.standoff_error_m(&frame.uavs[1]), 500.0 - r_d_m(200.0)));
         assert!(near(scores.centre_error_m(&frame.groups[0]), 3.0));
 
-        let centroid = ScoreConfig { centre: CentreEstimate::Centroid, ..rules.clone() };
+        let centroid = ScoreConfig { centre: CentreEstimate::Centroid, ..score_config.clone() };
         let off_m = Displacement::from_m(570.0, 50.0).length_m() - r_d_m(100.0 * 5.78f64.sqrt());
         let mut scorer = FrameScorer::new(centroid.clone());
         let scores = scorer.frame(&frame);
         assert!(near(scores.standoff_error_m(&frame.uavs[0]), off_m));
         assert_eq!(
             score(&centroid, &[frame.clone()]),
-            score(&ScoreConfig { centre: CentreEstimate::Filtered, ..rules }, &[frame])
+            score(&ScoreConfig { centre: CentreEstimate::Filtered, ..score_config }, &[frame])
         );
     }
 
@@ -582,13 +582,13 @@ mod tests {
     /// The team's track ids do not matter: the truth of a track is that of its target.
     #[test]
     fn track_ids_do_not_change_scores() {
-        let (rules, mut frames) = flown();
-        let before = score(&rules, &frames);
+        let (score_config, mut frames) = flown();
+        let before = score(&score_config, &frames);
         for frame in &mut frames {
             frame.tracks.iter_mut().for_each(|track| track.track = 1_000 - track.target);
             frame.events.iter_mut().for_each(|event| event.track = event.target.map(|target| 1_000 - target));
         }
-        assert_eq!(score(&rules, &frames), before);
+        assert_eq!(score(&score_config, &frames), before);
         assert!(before.position_error_m.is_some() && before.nis.is_some() && before.handoffs > Some(0));
     }
 
@@ -596,8 +596,8 @@ mod tests {
     /// by the motion of its UAVs, and by its tracks.
     #[test]
     fn unreported_tables_are_not_scored() {
-        let (rules, mut frames) = flown();
-        let whole = score(&rules, &frames);
+        let (score_config, mut frames) = flown();
+        let whole = score(&score_config, &frames);
         for frame in &mut frames {
             frame.groups.clear();
             frame.events.clear();
@@ -606,7 +606,7 @@ mod tests {
         }
         let scored = |tracks: bool, frames: &[Frame]| {
             let metrics = score(
-                &ScoreConfig { reported: ReportedTables { tracks, ..ReportedTables::NOTHING }, ..rules.clone() },
+                &ScoreConfig { reported: ReportedTables { tracks, ..ReportedTables::NOTHING }, ..score_config.clone() },
                 frames,
             );
             let both = Metrics::NAMES.iter().zip(metrics.values().into_iter().zip(whole.values()));
@@ -634,9 +634,9 @@ mod tests {
         let additional = from_tracks.iter().filter(|name| !always.contains(name)).copied().collect::<Vec<_>>();
         assert_eq!(additional, ["position_error_all_m", "nis"]);
         // A controller that reports tracks and groups, but has none, has no target in custody.
-        assert_eq!(score(&rules, &frames).custody_fraction, Some(0.0));
+        assert_eq!(score(&score_config, &frames).custody_fraction, Some(0.0));
         let events_only =
-            ScoreConfig { reported: ReportedTables { tracks: false, ..ReportedTables::default() }, ..rules };
+            ScoreConfig { reported: ReportedTables { tracks: false, ..ReportedTables::default() }, ..score_config };
         let mut scorer = Scorer::new(events_only, MetricSelection::ALL);
         frames.iter().for_each(|frame| scorer.frame(frame));
         assert!(scorer.targets().all(|one| one.custody_fraction.is_none() && one.in_view_fraction.is_some()));

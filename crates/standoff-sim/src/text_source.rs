@@ -30,16 +30,16 @@ pub fn bytes(path: &Path, most: u64) -> io::Result<Vec<u8>> {
 }
 
 /// Opens the text file at `path`. Fails if it is not a file (but a pipe, for example), is too large, or [`text`] fails.
-pub fn open(path: &Path, wanted: &'static Expectation) -> Result<Text<'static>, Fault> {
+pub fn open(path: &Path, expected: &'static Expectation) -> Result<Text<'static>, Fault> {
     let mut file = bounded_input::open(path, MAX_TEXT).map_err(|error| input_fault(None, &error))?;
-    check_size(&mut file, wanted)?;
-    text(file, wanted)
+    check_size(&mut file, expected)?;
+    text(file, expected)
 }
 
 const UTF_8_MARK: &[u8] = b"\xEF\xBB\xBF";
 
 /// Rejects a gzip file whose trailer states too large a size, before anything is unpacked.
-fn check_size(file: &mut File, wanted: &Expectation) -> Result<(), Fault> {
+fn check_size(file: &mut File, expected: &Expectation) -> Result<(), Fault> {
     let unpacked = unpacked_size(file).map_err(|error| input_fault(None, &error))?;
     match unpacked {
         Some(bytes) if bytes > MAX_TEXT => Err(Fault::whole(format!(
@@ -47,7 +47,7 @@ fn check_size(file: &mut File, wanted: &Expectation) -> Result<(), Fault> {
              copy it again",
             size(bytes),
             size(MAX_TEXT),
-            wanted.description
+            expected.description
         ))),
         _ => Ok(()),
     }
@@ -72,10 +72,10 @@ fn unpacked_size(file: &mut File) -> io::Result<Option<u64>> {
 
 /// Returns the text of a file from its bytes. Fails if it is empty or has an unsupported compression or encoding;
 /// reading fails where the text exceeds a limit or contains a NUL.
-pub fn text<'a>(reader: impl Read + 'a, wanted: &'static Expectation) -> Result<Text<'a>, Fault> {
+pub fn text<'a>(reader: impl Read + 'a, expected: &'static Expectation) -> Result<Text<'a>, Fault> {
     let (head, bytes) = peek(reader, HEAD)?;
     if head.is_empty() {
-        return Err(Fault::whole(format!("is empty; must be {}", wanted.formats)));
+        return Err(Fault::whole(format!("is empty; must be {}", expected.formats)));
     }
     check_packing(&head)?;
     let is_gzip = head.starts_with(GZIP);
@@ -84,7 +84,7 @@ pub fn text<'a>(reader: impl Read + 'a, wanted: &'static Expectation) -> Result<
     } else {
         Bytes::Plain(bytes)
     };
-    let (head, mut text) = peek(Unpacked { bytes, given: 0, most: MAX_TEXT, wanted }, HEAD)?;
+    let (head, mut text) = peek(Unpacked { bytes, given: 0, most: MAX_TEXT, expected }, HEAD)?;
     if is_gzip {
         check_unpacked(&head)?;
     }
@@ -92,7 +92,7 @@ pub fn text<'a>(reader: impl Read + 'a, wanted: &'static Expectation) -> Result<
     if head.starts_with(UTF_8_MARK) {
         text.get_mut().0.set_position(UTF_8_MARK.len() as u64);
     }
-    Ok(Lines::new(Box::new(LineEnds::new(WithoutNul { text, nul: false, wanted })), wanted))
+    Ok(Lines::new(Box::new(LineEnds::new(WithoutNul { text, nul: false, expected })), expected))
 }
 
 /// A reader whose first bytes have been read ahead.
@@ -136,7 +136,7 @@ struct Unpacked<R: Read> {
     bytes: Bytes<R>,
     given: u64,
     most: u64,
-    wanted: &'static Expectation,
+    expected: &'static Expectation,
 }
 
 impl<R: Read> Read for Unpacked<R> {
@@ -155,7 +155,7 @@ impl<R: Read> Read for Unpacked<R> {
         self.given += count as u64;
         if self.given > self.most {
             let message =
-                format!("has more than {} of text; cut the {} into parts", size(self.most), self.wanted.description);
+                format!("has more than {} of text; cut the {} into parts", size(self.most), self.expected.description);
             return Err(Fault::whole(message).into());
         }
         match taken {
@@ -165,7 +165,7 @@ impl<R: Read> Read for Unpacked<R> {
                      intended, unpack it first",
                     size(self.given),
                     size(taken),
-                    self.wanted.complete_form
+                    self.expected.complete_form
                 );
                 Err(Fault::whole(message).into())
             }
@@ -179,7 +179,7 @@ struct WithoutNul<R> {
     text: R,
     /// True if the next byte is the NUL.
     nul: bool,
-    wanted: &'static Expectation,
+    expected: &'static Expectation,
 }
 
 impl<R: Read> Read for WithoutNul<R> {
@@ -189,7 +189,7 @@ impl<R: Read> Read for WithoutNul<R> {
         let length = if text.contains(&0) { text.iter().take_while(|&&byte| byte != 0).count() } else { count };
         self.nul |= length < count;
         if self.nul && length == 0 {
-            let what = self.wanted.description;
+            let what = self.expected.description;
             let message =
                 format!("a NUL byte, which text does not contain; is this a {what} file? copy or create it again");
             return Err(Fault::whole(message).into());
@@ -242,7 +242,7 @@ mod tests {
 
     #[test]
     fn a_text_without_end_is_refused() {
-        let mut text = Unpacked { bytes: Bytes::Plain(io::repeat(b' ')), given: 0, most: 100_000, wanted: &TRAFFIC };
+        let mut text = Unpacked { bytes: Bytes::Plain(io::repeat(b' ')), given: 0, most: 100_000, expected: &TRAFFIC };
         let error = text.read_to_end(&mut Vec::new()).unwrap_err();
         assert_eq!(input_fault(None, &error).message, "has more than 98 KiB of text; cut the traffic into parts");
     }

@@ -66,7 +66,7 @@ pub struct TrafficError {
     /// What is wrong, without the position.
     pub message: String,
     /// True if the machine failed to read the file, rather than the file being wrong.
-    pub is_machine_s: bool,
+    pub is_io_error: bool,
 }
 
 /// Reads the traffic file at `path`. Fails if it is not a file (but a pipe, for example) or is too large, before
@@ -84,8 +84,8 @@ pub fn read_from(reader: impl Read, name: &str, options: &Options) -> Result<Tra
 
 fn named(file: &str) -> impl FnOnce(Fault) -> TrafficError {
     move |fault| {
-        let Fault { position, message, is_machine_s } = fault;
-        TrafficError { file: file.to_string(), position, message, is_machine_s }
+        let Fault { position, message, is_io_error } = fault;
+        TrafficError { file: file.to_string(), position, message, is_io_error }
     }
 }
 
@@ -225,9 +225,9 @@ mod tests {
             }
         }
         let error = read_from(CSV.as_bytes().chain(Failing), "f", &Options::default()).unwrap_err();
-        assert!(error.is_machine_s && error.message.ends_with("check the disk"), "{error}");
-        assert!(crate::scenario::ScenarioError::from(error).is_machine_s);
+        assert!(error.is_io_error && error.message.ends_with("check the disk"), "{error}");
+        assert!(crate::scenario::ScenarioError::from(error).is_io_error);
         let error = read(Path::new("no/such/file.csv"), &Options::default()).unwrap_err();
-        assert!(!error.is_machine_s && !crate::scenario::ScenarioError::from(error).is_machine_s);
+        assert!(!error.is_io_error && !crate::scenario::ScenarioError::from(error).is_io_error);
     }
 }

@@ -139,8 +139,8 @@ fn record_contains_intruders_if_there_are_any() {
 #[test]
 fn errors_in_intruders_are_reported_at_their_position() {
     let error_text = |intruder: &str| {
-        let edits = Overrides { set: vec![format!("intruders=[{intruder}]")], ..Overrides::default() };
-        Scenario::load("tour/04-two-groups", &edits, 1).unwrap_err().to_string()
+        let overrides = Overrides { set: vec![format!("intruders=[{intruder}]")], ..Overrides::default() };
+        Scenario::load("tour/04-two-groups", &overrides, 1).unwrap_err().to_string()
     };
     for (intruder, expected) in [
         ("{}", "intruders.0: has no start; give `x_m` and `y_m`, or `pursued_uav`"),

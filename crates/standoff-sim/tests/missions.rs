@@ -12,12 +12,12 @@ use standoff_sim::scenario::{Overrides, Scenario, ScenarioTemplate, built_in};
 use standoff_sim::score::{MetricSelection, Metrics, ScoreConfig, Scorer};
 use standoff_sim::world::World;
 
-fn edits(set: &[&str]) -> Overrides {
+fn overrides(set: &[&str]) -> Overrides {
     Overrides { set: set.iter().map(|value| (*value).to_owned()).collect(), ..Overrides::default() }
 }
 
 fn load(name: &str, set: &[&str], seed: u64) -> Scenario {
-    Scenario::load(name, &edits(set), seed).unwrap()
+    Scenario::load(name, &overrides(set), seed).unwrap()
 }
 
 fn frames(scenario: &Scenario) -> Vec<Frame> {
@@ -336,14 +336,14 @@ fn clockwise_is_as_good_as_anticlockwise() {
 /// stay below 35 degrees and 392 have one removal; no target is out of view in any. These are the first 30.
 #[test]
 fn paper_figure_9_limits_the_off_boresight_angle_unlike_its_basic_form() {
-    let mut with_one_discard = 0;
+    let mut with_one_removal = 0;
     for seed in 1..=30 {
         let scenario = load("paper/figure-9", &[], seed);
         let frames = frames(&scenario);
         let metrics = score(&scenario, &frames);
         assert!(metrics.off_boresight_max_deg.unwrap() < 35.0, "seed {seed}: {metrics:?}");
         assert_eq!(metrics.member_out_of_view_fraction, Some(0.0), "seed {seed}");
-        with_one_discard += usize::from(metrics.removals == Some(1));
+        with_one_removal += usize::from(metrics.removals == Some(1));
         let time_s = |kind: &str| {
             let frame = frames.iter().find(|frame| frame.events.iter().any(|event| event.kind == kind));
             frame.map(|frame| frame.time_us as f64 / 1e6).unwrap()
@@ -356,7 +356,7 @@ fn paper_figure_9_limits_the_off_boresight_angle_unlike_its_basic_form() {
         let basic = fly("paper/figure-9-basic", &[], seed);
         assert!(basic.off_boresight_max_deg.unwrap() > 37.0, "seed {seed}: {basic:?}");
     }
-    assert!(with_one_discard >= 29, "{with_one_discard}");
+    assert!(with_one_removal >= 29, "{with_one_removal}");
 }
 
 /// The objective as published is a different one, and works as well.
@@ -469,8 +469,8 @@ fn real_traffic_can_be_flown() {
         "bologna_all_traffic_box.fcd.xml.gz",
     ];
     for (file, uavs) in files.into_iter().flat_map(|file| [1, 2, 4, 5, 8].map(|uavs| (file, uavs))) {
-        let edits = Overrides { traffic: Some(data.join(file)), uavs: Some(uavs), ..Overrides::default() };
-        let scenario = Scenario::load("traffic/convoy", &edits, 1).unwrap();
+        let overrides = Overrides { traffic: Some(data.join(file)), uavs: Some(uavs), ..Overrides::default() };
+        let scenario = Scenario::load("traffic/convoy", &overrides, 1).unwrap();
         let frames = frames(&scenario);
         let metrics = score(&scenario, &frames);
         let what = format!("{file}, {uavs} UAVs: {metrics:?}");

@@ -72,8 +72,8 @@ fn distributions_are_drawn_from_the_seed() {
 #[test]
 fn additional_targets_do_not_change_the_first_ones() {
     let start = |count: &str| {
-        let edits = set(&[&format!("targets.random.count={count}")]);
-        match Scenario::load("paper/table-2-pair", &edits, 1).unwrap().targets {
+        let overrides = set(&[&format!("targets.random.count={count}")]);
+        match Scenario::load("paper/table-2-pair", &overrides, 1).unwrap().targets {
             Targets::Random { start, .. } => start,
             Targets::Traffic(_) => panic!("random targets expected"),
         }
@@ -327,8 +327,8 @@ fn errors_in_command_line_values_are_reported_for_the_command_line() {
 
 #[test]
 fn euler_step_with_the_gain_of_table_1_gives_a_warning() {
-    let edits = set(&["uavs.integrator=euler", "uavs.speed_lag_s=0.5", "uavs.turn_rate_lag_s=0.5"]);
-    let scenario = Scenario::load("paper/table-2-pair", &edits, 1).unwrap();
+    let overrides = set(&["uavs.integrator=euler", "uavs.speed_lag_s=0.5", "uavs.turn_rate_lag_s=0.5"]);
+    let scenario = Scenario::load("paper/table-2-pair", &overrides, 1).unwrap();
     assert_eq!(scenario.warnings.len(), 1);
     assert!(scenario.warnings[0].contains("modulus 1.000"), "{}", scenario.warnings[0]);
 }
@@ -370,8 +370,8 @@ fn traffic_error_has_the_position_in_the_traffic_file() {
     let folder = tempfile::tempdir().unwrap();
     let traffic = folder.path().join("city.xml");
     fs::write(&traffic, "<fcd-export>\n<timestep time=\"1\">\n<vehicle id=\"a\" x=\"?\" y=\"1\"/>\n").unwrap();
-    let edits = Overrides { traffic: Some(traffic.clone()), ..Overrides::default() };
-    let error = Scenario::load("traffic/convoy", &edits, 1).unwrap_err().to_string();
+    let overrides = Overrides { traffic: Some(traffic.clone()), ..Overrides::default() };
+    let error = Scenario::load("traffic/convoy", &overrides, 1).unwrap_err().to_string();
     assert!(error.starts_with(&format!("{}:3:", traffic.display())), "{error}");
     assert!(error.contains("x = \"?\" is not a number"), "{error}");
 }
@@ -391,8 +391,8 @@ fn unknown_name_lists_the_built_in_scenarios_and_suggests_the_nearest() {
 
 #[test]
 fn only_the_edit_is_reported_if_it_is_invalid() {
-    let edits = Overrides { set: vec!["duration_s.x=1".to_owned()], ..Overrides::default() };
-    let error = Scenario::load("paper/table-2-pair", &edits, 1).unwrap_err().to_string();
+    let overrides = Overrides { set: vec!["duration_s.x=1".to_owned()], ..Overrides::default() };
+    let error = Scenario::load("paper/table-2-pair", &overrides, 1).unwrap_err().to_string();
     assert_eq!(error, "command line: duration_s.x: goes through something that is not a table");
 }
 
@@ -478,8 +478,8 @@ fn reference_page_has_the_defaults() {
 #[test]
 fn count_may_be_drawn_and_must_be_an_integer() {
     let count = |seed: u64| {
-        let edits = set(&["targets.random.count={ uniform = { min = 2, max = 9 } }"]);
-        match Scenario::load("paper/table-2-pair", &edits, seed).unwrap().targets {
+        let overrides = set(&["targets.random.count={ uniform = { min = 2, max = 9 } }"]);
+        match Scenario::load("paper/table-2-pair", &overrides, seed).unwrap().targets {
             Targets::Random { start, .. } => start.len(),
             Targets::Traffic(_) => 0,
         }
@@ -537,8 +537,8 @@ fn too_short_traffic_is_refused_with_its_file_name() {
     let folder = tempfile::tempdir().unwrap();
     let traffic = folder.path().join("short.csv");
     fs::write(&traffic, "t,id,x,y\n0,a,0,0\n0.3,a,1,0\n").unwrap();
-    let edits = Overrides { traffic: Some(traffic.clone()), ..Overrides::default() };
-    let error = Scenario::load("traffic/convoy", &edits, 1).unwrap_err().to_string();
+    let overrides = Overrides { traffic: Some(traffic.clone()), ..Overrides::default() };
+    let error = Scenario::load("traffic/convoy", &overrides, 1).unwrap_err().to_string();
     assert_eq!(error, format!("{}: spans 0.3 s; a mission needs at least one period_s of 0.5 s", traffic.display()));
     check_error("[traffic]\n", "/mine.toml:1:2: traffic.file: missing; name SUMO floating-car data or CSV tracks");
 }

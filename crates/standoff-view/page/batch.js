@@ -8,7 +8,7 @@ const STATISTICS = [
 
 /** Columns of the table of differences. */
 const DIFFERENCES = [
-  ["n", "n"], ["difference", "Difference"], ["ci95", "95 % interval"], ["b_smaller", "Below A in"],
+  ["n", "n"], ["difference", "Difference"], ["ci95", "95 % interval"], ["b_smaller", "Smaller than A in"],
 ];
 
 /** Formats a number with four significant digits; a dash for a missing value. */
@@ -240,7 +240,7 @@ class BatchPage {
   showBatches() {
     const { variants } = this.data;
     const table = element("batches");
-    this.head(table, [...(this.several ? ["Batch"] : []), "Scenario", "Runs", "Seeds", "standoff", ""]);
+    this.head(table, [...(this.several ? ["Batch"] : []), "Scenario", "Runs", "Seeds", "Version", ""]);
     for (const variant of variants) {
       const row = table.tBodies[0].insertRow();
       if (this.several) row.append(textElement("td", this.letter(variant)));

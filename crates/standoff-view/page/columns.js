@@ -11,7 +11,7 @@ const UAV_COLUMNS = [
   ["x_m", "East (m)", (uav) => fixed(uav.now_x_m, 1), "Metres east of the origin; negative: west"],
   ["y_m", "North (m)", (uav) => fixed(uav.now_y_m, 1), "Metres north of the origin; negative: south"],
   ["speed_m_s", "Speed (m/s)", (uav) => fixed(uav.speed_m_s, 2) + (uav.speed_limited ? " limit" : ""),
-    "Airspeed; limit: the commanded speed change exceeded the limit"],
+    "Ground speed; limit: the commanded speed change exceeded the limit"],
   ["turn_rate_deg_s", "Turn rate (\u00b0/s)", (uav) =>
     fixed(uav.turn_rate_rad_s * DEGREES, 2) + (uav.turn_rate_limited ? " limit" : ""),
     "Positive: to the left (counter-clockwise); limit: the commanded turn rate exceeded the limit"],
@@ -38,7 +38,7 @@ const GROUP_COLUMNS = [
   ["standoff_distance_m", "Orbit (m)", (group) => fixed(group.shown_distance_m, 1) + (group.feasible ? "" : " not feasible"),
     "Standoff distance r_d: radius of the desired orbit about the estimated centre; not feasible: no orbit satisfies all constraints"],
   ["spread_m", "Spread (m)", (group) => fixed(group.spread_m, 1), "d_max: distance from the estimated centre to the furthest member"],
-  ["phase_deg", "Phase (\u00b0)", (group) => fixed(group.phase_rad * DEGREES, 1),
+  ["phase_deg", "Phase differ\u00adence (\u00b0)", (group) => fixed(group.phase_rad * DEGREES, 1),
     "Angle between neighbouring UAVs on the orbit, seen from its centre; for the pair that is furthest from the desired phase"],
   ["nearest_groupmate_m", "Separation (m)", (group) => fixed(group.nearest_groupmate_m, 0), "Smallest distance between two UAVs of the group"],
   ["position_error_m", "Position error (m)", (group) => fixed(group.position_error_m, 2),

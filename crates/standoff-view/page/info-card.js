@@ -78,7 +78,7 @@ class InfoCards {
     hover.style.top = `${canvas.offsetTop + nextTo(y, offsetHeight, canvas.clientHeight)}px`;
   }
 
-  /** Text stating that the followed object does not exist or has dropped out; empty otherwise. */
+  /** Text stating that the followed object does not exist or is in an outage; empty otherwise. */
   noteText() {
     const { replayData, selection, map } = this.run;
     const { followed } = selection;

@@ -68,7 +68,7 @@ function drawNames(map, { ctx, labels, scene, size }) {
   ctx.fillStyle = palette().ink;
   for (const uav of scene.uavs) {
     if (!isVisible(uav)) continue;
-    const out = uav.out ? " (dropped out)" : "";
+    const out = uav.out ? " (outage)" : "";
     labels.nextTo(`UAV ${uav.id}${out}`, ...camera.at(uav.x_m, uav.y_m), 15, 14);
   }
   for (const group of scene.groups) {

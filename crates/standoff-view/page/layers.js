@@ -21,7 +21,7 @@ const LAYERS = [
   ["vectors", "Velocity vectors", true, `Predicted motion over ${AHEAD_S} s: targets with constant estimated velocity, ` +
     "UAVs with constant speed and turn rate", drawVectors],
   ["tracks", "Tracks", true, "Estimated target positions in the team state; the symbols are explained under Help", drawTracks],
-  ["uavs", "UAVs", true, "The nose points along the heading; a cross marks the last known position of a UAV that has dropped out", drawUavs],
+  ["uavs", "UAVs", true, "The nose points along the heading; a cross marks the last known position of a UAV in an outage", drawUavs],
   ["avoidance", "Collision avoidance", true, "Dashed red line: the UAV at the dot deviates from its orbit command to avoid the other UAV or the intruder",
     drawAvoidance],
   ["intruders", "Intruders", true, "Aircraft outside the team, drawn as arrowheads with their numbers; hollow while the transponder is off",

@@ -41,7 +41,7 @@ const PANELS = [
       "outside the orbit, negative values inside.",
     curves: [{ of: "uavs", column: "standoff_error_m", note: "", dash: "solid" }],
     levels: () => [0], level: "on the orbit" },
-  { key: "phase", title: "Phase", unit: "\u00b0", factor: DEGREES,
+  { key: "phase", title: "Phase difference", unit: "\u00b0", factor: DEGREES,
     about: "The angle between neighbouring UAVs on the same orbit, seen from its centre. With more than two UAVs, the pair that is " +
       "furthest from the desired phase is shown.",
     curves: [
@@ -49,7 +49,7 @@ const PANELS = [
       { of: "groups", column: "desired_phase_rad", note: "desired", dash: "dash" },
     ] },
   { key: "speed", title: "Speed", unit: "m/s", factor: 1,
-    about: "The airspeed of each UAV and its limits.",
+    about: "The ground speed of each UAV and its limits.",
     curves: [{ of: "uavs", column: "speed_m_s", note: "", dash: "solid" }],
     levels: (limits) => [limits.speed_min_m_s, limits.speed_max_m_s], level: "limits" },
   { key: "turn_rate", title: "Turn rate", unit: "\u00b0/s", factor: DEGREES,

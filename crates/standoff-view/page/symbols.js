@@ -156,7 +156,7 @@ function drawTracks(map, { ctx, labels, size }) {
 const AIRCRAFT = [[13, 0], [2, 2.2], [0, 12], [-4, 12], [-2.5, 2], [-9, 1.5], [-11, 5], [-13, 5], [-12, 0], [-13, -5], [-11, -5],
   [-9, -1.5], [-2.5, -2], [-4, -12], [0, -12], [2, -2.2]];
 
-/** Draws UAVs. For a UAV that has dropped out it also draws the last position known to the team. */
+/** Draws UAVs. For a UAV in an outage it also draws the last position known to the team. */
 function drawUavs(map, { ctx, labels, scene }) {
   const { camera, replayData, selection } = map;
   for (const uav of scene.uavs) {
@@ -212,9 +212,9 @@ function drawIntruders(map, { ctx, labels, scene }) {
   }
 }
 
-/** Text stating since when a UAV has dropped out. */
+/** Text stating since when a UAV has been in an outage. */
 function outageText({ id, out }) {
-  return `UAV ${id} dropped out at ${out.since_s.toFixed(1)} s`;
+  return `UAV ${id}: outage since ${out.since_s.toFixed(1)} s`;
 }
 
 /** The smallest round number (1, 2 or 5 times a power of ten) that is not less than a value. */

@@ -8,7 +8,7 @@ use base64::engine::general_purpose::STANDARD as BASE64;
 
 use crate::batch::Batch;
 use crate::replay::{Head, Part, gzip};
-use crate::serve::{Answer, Bytes};
+use crate::serve::{Bytes, Resource};
 
 /// Script of the pages. Its files share one scope.
 const SCRIPT: &str = concat!(
@@ -70,17 +70,17 @@ const REPORT_POLICY: &str = "default-src 'none'; script-src 'unsafe-inline' blob
                              img-src data: blob:; base-uri 'none'; form-action 'none'";
 
 /// Replay page of runs whose data is served below the space-separated paths `bases`.
-pub(crate) fn served_replay(bases: &str) -> Answer {
+pub(crate) fn served_replay(bases: &str) -> Resource {
     served(REPLAY, bases)
 }
 
 /// Page of Monte Carlo results whose data is served as `/batch.json`.
-pub(crate) fn served_batch() -> Answer {
+pub(crate) fn served_batch() -> Resource {
     served(BATCH, "")
 }
 
 /// A page whose data is served below `bases`.
-fn served(body: &str, bases: &str) -> Answer {
+fn served(body: &str, bases: &str) -> Resource {
     let page = format!(
         "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\
          <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n\
@@ -88,11 +88,11 @@ fn served(body: &str, bases: &str) -> Answer {
          <link rel=\"stylesheet\" href=\"/page.css\">\n\
          <script src=\"/page.js\" defer></script>\n</head>\n<body data-bases=\"{bases}\">\n{body}</body>\n</html>\n"
     );
-    Answer { kind: "text/html; charset=utf-8", body: page.into(), gzip: false, immutable: false }
+    Resource { kind: "text/html; charset=utf-8", body: page.into(), gzip: false, immutable: false }
 }
 
 /// Style sheet and scripts of the pages; `None` if `path` is none of them.
-pub(crate) fn asset(path: &str) -> Option<Answer> {
+pub(crate) fn asset(path: &str) -> Option<Resource> {
     let (kind, body, gzip) = match path {
         "/page.css" => ("text/css; charset=utf-8", STYLE.as_bytes(), false),
         "/page.js" => ("text/javascript; charset=utf-8", SCRIPT.as_bytes(), false),
@@ -100,7 +100,7 @@ pub(crate) fn asset(path: &str) -> Option<Answer> {
         _ => return None,
     };
     // Browsers must not cache: another version of standoff may use the same address later.
-    Some(Answer { kind, body: Bytes::from_static(body), gzip, immutable: false })
+    Some(Resource { kind, body: Bytes::from_static(body), gzip, immutable: false })
 }
 
 /// Makes the replay page of a run as one file that opens from disk without a network.

@@ -1,7 +1,7 @@
 //! A small web server of pages and feeds for browsers on this machine.
 //!
-//! A [`Site`] provides the contents. This module makes serving safe: it filters requests (`guard`), adds security
-//! headers to every response (`reply`), and enforces [`Limits`], so that slow, silent or many clients cannot block
+//! A [`Site`] provides the contents. This module makes serving safe: it filters requests (`request_filter`), adds security
+//! headers to every response (`response`), and enforces [`Limits`], so that slow, silent or many clients cannot block
 //! others or use unbounded resources.
 
 mod connection;
@@ -22,7 +22,7 @@ use connection::ServerState;
 pub use hyper::body::Bytes;
 pub use limits::Limits;
 pub use live_feed::Feed;
-pub use site::{Answer, Site};
+pub use site::{Resource, Site};
 use tokio::net::TcpSocket;
 use tokio::sync::watch;
 
@@ -36,14 +36,14 @@ const BACKLOG: u32 = 128;
 /// use std::net::TcpStream;
 /// use std::sync::Arc;
 ///
-/// use standoff_view::serve::{Answer, Limits, Server, Site};
+/// use standoff_view::serve::{Resource, Limits, Server, Site};
 ///
 /// struct Hello;
 ///
 /// impl Site for Hello {
-///     fn get(&self, path: &str) -> Option<Answer> {
+///     fn get(&self, path: &str) -> Option<Resource> {
 ///         let body = "hello".into();
-///         (path == "/").then_some(Answer { kind: "text/plain", body, gzip: false, immutable: false })
+///         (path == "/").then_some(Resource { kind: "text/plain", body, gzip: false, immutable: false })
 ///     }
 /// }
 ///
@@ -84,9 +84,9 @@ impl Server {
         };
         let address = listener.local_addr()?;
         let (stop, stopped) = watch::channel(());
-        let house = ServerState::new(site, address, limits, stopped);
+        let state = ServerState::new(site, address, limits, stopped);
         // When the server stops, calls of the site in progress are not awaited.
-        let serve = move || runtime.block_on(connection::serve(listener, house));
+        let serve = move || runtime.block_on(connection::serve(listener, state));
         let thread = thread::Builder::new().name("server".into()).spawn(serve);
         let thread = thread.map_err(|reason| {
             let what = format!("cannot start a thread: {reason}; end other programs, or allow more (ulimit -u)");
@@ -102,7 +102,7 @@ impl Server {
 }
 
 impl Drop for Server {
-    /// Stops the server within [`Limits::farewell_time`].
+    /// Stops the server within [`Limits::shutdown_timeout`].
     fn drop(&mut self) {
         self.stop = None;
         if let Some(thread) = self.thread.take() {

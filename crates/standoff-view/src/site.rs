@@ -6,7 +6,7 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use crate::batch::Batch;
 use crate::page;
 use crate::replay::{Replay, gzip};
-use crate::serve::{Answer, Feed, Site};
+use crate::serve::{Feed, Resource, Site};
 
 /// Number of re-flown runs of a batch that are kept in memory.
 const HELD: usize = 8;
@@ -40,7 +40,7 @@ impl RunSite {
 }
 
 impl Site for RunSite {
-    fn get(&self, path: &str) -> Option<Answer> {
+    fn get(&self, path: &str) -> Option<Resource> {
         if path == "/" {
             return Some(page::served_replay(&self.runs().map(|(base, _)| base).collect::<Vec<_>>().join(" ")));
         }
@@ -63,7 +63,7 @@ type Fly = dyn Fn(usize, u64) -> Option<Arc<Replay>> + Send + Sync;
 
 /// Site of Monte Carlo results. A single run is re-flown when a page requests it.
 pub struct BatchSite {
-    data: Answer,
+    data: Resource,
     fly: Box<Fly>,
     /// Re-flown runs, the newest last.
     flown: Mutex<VecDeque<(Which, Arc<Replay>)>>,
@@ -76,7 +76,7 @@ impl BatchSite {
         fly: impl Fn(usize, u64) -> Option<Arc<Replay>> + Send + Sync + 'static,
     ) -> serde_json::Result<Self> {
         let body = gzip(batch.json()?.as_bytes()).into();
-        let data = Answer { kind: "application/json", body, gzip: true, immutable: false };
+        let data = Resource { kind: "application/json", body, gzip: true, immutable: false };
         Ok(Self { data, fly: Box::new(fly), flown: Mutex::default() })
     }
 
@@ -108,7 +108,7 @@ impl BatchSite {
 }
 
 impl Site for BatchSite {
-    fn get(&self, path: &str) -> Option<Answer> {
+    fn get(&self, path: &str) -> Option<Resource> {
         match path {
             "/" => return Some(page::served_batch()),
             "/batch.json" => return Some(self.data.clone()),

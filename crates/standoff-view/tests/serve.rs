@@ -9,7 +9,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Arc, Condvar, Mutex};
 use std::time::{Duration, Instant};
 
-use standoff_view::serve::{Answer, Bytes, Feed, Limits, Server, Site};
+use standoff_view::serve::{Bytes, Feed, Limits, Resource, Server, Site};
 use tokio_tungstenite::tungstenite::client::{IntoClientRequest, client};
 use tokio_tungstenite::tungstenite::protocol::frame::coding::CloseCode;
 use tokio_tungstenite::tungstenite::{Error, Message, WebSocket};
@@ -70,12 +70,12 @@ impl Pages {
 }
 
 impl Site for Pages {
-    fn get(&self, path: &str) -> Option<Answer> {
-        let page = |body: Bytes| Answer { kind: "text/html; charset=utf-8", body, gzip: false, immutable: false };
+    fn get(&self, path: &str) -> Option<Resource> {
+        let page = |body: Bytes| Resource { kind: "text/html; charset=utf-8", body, gzip: false, immutable: false };
         match path {
             "/" | "/a page.html" => Some(page(PAGE.into())),
-            "/lasting.js" => Some(Answer { kind: "text/javascript", immutable: true, ..page("1".into()) }),
-            "/packed" => Some(Answer { gzip: true, ..page(packed()) }),
+            "/lasting.js" => Some(Resource { kind: "text/javascript", immutable: true, ..page("1".into()) }),
+            "/packed" => Some(Resource { gzip: true, ..page(packed()) }),
             "/big" => Some(page(Bytes::from_owner(Big(self.big.clone())))),
             "/gate" => {
                 self.wait_at_the_gate();
@@ -528,7 +528,7 @@ fn shutdown_is_quick_with_open_connections_and_closes_web_sockets() {
 
 #[test]
 fn shutdown_waits_for_responses_in_progress_but_not_for_idle_connections() {
-    let (server, pages) = serve(Limits { farewell_time: PATIENCE, ..Limits::default() });
+    let (server, pages) = serve(Limits { shutdown_timeout: PATIENCE, ..Limits::default() });
     let at = server.address();
     let mut silent = connect(at);
     let mut kept = connect(at);

@@ -353,9 +353,9 @@ impl Agent {
         // At first the agent does not know its teammates. It waits for the teammate timeout or, if it has received no
         // report yet, for the retention time, because reports may be late.
         let patience = if self.log.has_received() { self.log.teammate_timeout() } else { self.log.horizon() };
-        let knows_who_is_there = now - self.started_at > patience;
+        let is_team_known = now - self.started_at > patience;
         let mut committed = self.history.committed;
-        while knows_who_is_there && committed + 1 < now && self.log.is_complete(committed + 1) {
+        while is_team_known && committed + 1 < now && self.log.is_complete(committed + 1) {
             committed += 1;
         }
         committed = committed.max(now - 1 - self.log.horizon());

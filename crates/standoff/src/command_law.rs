@@ -9,7 +9,7 @@ use crate::group_id::GroupId;
 use crate::guidance::avoidance::{Avoidance, CollisionAvoidance, OtherAircraft, SeparationParams};
 use crate::guidance::geofence_safety::GeofenceSafety;
 use crate::guidance::heading::{OnOrbit, Orbit, Steering, steer};
-use crate::guidance::phase_spacing::{is_in_transit, phase_control_speed_m_s, phase_error_rad};
+use crate::guidance::phase_control::{is_in_transit, phase_control_speed_m_s, phase_error_rad};
 use crate::guidance::predicted_trajectory::Intent;
 use crate::guidance::sensor_pointing::{angular_midpoint, angular_midpoint_of_most};
 use crate::guidance::standoff_distance::Ramp;
@@ -174,7 +174,7 @@ impl CommandLaw<'_> {
                 let others = self.groupmates(id, group.id).filter(|(.., teammate)| !is_away(teammate));
                 spacing(&mut others.map(|(_, teammate, on_orbit)| (teammate, on_orbit.phase)))
             }
-            // Every UAV near the orbit needs phase spacing, whatever its assignment.
+            // Every UAV near the orbit needs phase control, whatever its assignment.
             LinkModel::Lossy => {
                 let others = self.team_state.teammates.iter().filter(|teammate| teammate.uav != id);
                 let others = others.map(|teammate| (teammate, OnOrbit::of(guidance, teammate.state.position, orbit)));

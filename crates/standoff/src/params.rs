@@ -54,11 +54,11 @@ pub struct TeamParams {
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub enum LinkModel {
     /// Every message arrives. A briefly silent UAV is extrapolated straight ahead, each group has its own altitude, and
-    /// the UAVs of one group keep their phase spacing.
+    /// the UAVs of one group keep their phase difference.
     #[default]
     Ideal,
     /// Messages get lost, so that safety does not depend on equal team states. A silent UAV is extrapolated along its
-    /// last turn. Each UAV has its own altitude, given by its id, and keeps its phase spacing from every UAV that it
+    /// last turn. Each UAV has its own altitude, given by its id, and keeps its phase difference from every UAV that it
     /// receives near its orbit.
     Lossy,
 }

@@ -139,7 +139,7 @@ impl Flight {
         Self { team, radio, ears, epochs, silent_until, is_parted, loss, tick, faults }
     }
 
-    fn start_anew(&mut self, uav: usize) {
+    fn restart(&mut self, uav: usize) {
         self.epochs[uav] += 1;
         self.team.agents[uav] = Agent::new(UavId(uav as u32), params()).unwrap().with_restart_count(self.epochs[uav]);
         self.ears[uav] = Ear { began: self.tick, ..Ear::default() };
@@ -152,11 +152,11 @@ impl Flight {
         let mut is_leaving = None;
         match fault {
             Fault::Silent(uav, periods) => self.silent_until[uav] = self.tick + periods,
-            Fault::Restart(uav) if !self.team.off.contains(&uav) => self.start_anew(uav),
+            Fault::Restart(uav) if !self.team.off.contains(&uav) => self.restart(uav),
             Fault::Restart(_) => {}
             Fault::LeaveOrJoin(uav) if self.team.off.contains(&uav) => {
                 self.team.off.retain(|off| *off != uav);
-                self.start_anew(uav);
+                self.restart(uav);
             }
             Fault::LeaveOrJoin(uav) => {
                 self.team.agents[uav].leave();

@@ -50,18 +50,18 @@ pub(crate) trait Kind: Element + Copy + Send + Sync {
     /// NumPy name of the type.
     const NAME: &'static str;
     /// Description for error messages.
-    const WANTED: &'static str;
+    const EXPECTED: &'static str;
     /// Type hint of a result array in the stubs.
     #[cfg(feature = "stubs")]
     const OUTPUT_TYPE: PyStaticExpr;
 }
 
 macro_rules! kind {
-    ($rust:ty, $letters:literal, $name:literal, $scalar:literal, $wanted:literal) => {
+    ($rust:ty, $letters:literal, $name:literal, $scalar:literal, $expected:literal) => {
         impl Kind for $rust {
             const LETTERS: &'static str = $letters;
             const NAME: &'static str = $name;
-            const WANTED: &'static str = $wanted;
+            const EXPECTED: &'static str = $expected;
             #[cfg(feature = "stubs")]
             const OUTPUT_TYPE: PyStaticExpr = type_hint_subscript!(
                 type_hint_identifier!("numpy.typing", "NDArray"),
@@ -326,7 +326,7 @@ fn elements<T: Kind>(given: &Given<'_>, name: &str) -> PyResult<(Vec<usize>, Vec
     }
     let as_array = py.import("numpy")?.getattr("asarray")?.call1((given,)).map_err(|error| {
         let is_about_values = error.is_instance_of::<PyValueError>(py) || error.is_instance_of::<PyTypeError>(py);
-        let what = || format!("{name} is not an array of {}: {}", T::WANTED, error.value(py));
+        let what = || format!("{name} is not an array of {}: {}", T::EXPECTED, error.value(py));
         if is_about_values { InputError::new_err(what()) } else { error }
     })?;
     let dtype = as_array.getattr("dtype")?;
@@ -335,7 +335,7 @@ fn elements<T: Kind>(given: &Given<'_>, name: &str) -> PyResult<(Vec<usize>, Vec
     // The type of an empty list is not known.
     let is_of_kind = T::LETTERS.contains(&letter) || is_empty && "fiub".contains(&letter);
     if !is_of_kind {
-        return Err(InputError::new_err(format!("{name} is of type {dtype}: expected {}", T::WANTED)));
+        return Err(InputError::new_err(format!("{name} is of type {dtype}: expected {}", T::EXPECTED)));
     }
     let array = as_array.call_method1("astype", (T::NAME,))?;
     copied(array.cast::<PyArrayDyn<T>>()?)

@@ -74,7 +74,7 @@ pub(crate) fn standoff_distance(
 /// :raises InputError: if an argument has the wrong shape or type, or a value is out of range.
 #[pyfunction]
 #[pyo3(signature = (distance_m, rate_m_s, *, speed_m_s=None, parameters=None))]
-pub(crate) fn led_distance(
+pub(crate) fn steered_radius(
     py: Python<'_>,
     distance_m: Given<'_>,
     rate_m_s: Given<'_>,
@@ -171,7 +171,7 @@ pub(crate) struct Steering {
 /// :param centre_m: shape (..., 2), estimated centre of the orbit, east and north, m.
 /// :param distance_m: shape (...), standoff distance r_d, m.
 /// :param rate_m_s: shape (...), rate of r_d, m/s; 0 by default.
-/// :param steered_radius_m: shape (...), radius to steer for (22), from :func:`led_distance`, m; distance_m by
+/// :param steered_radius_m: shape (...), radius to steer for (22), from :func:`steered_radius`, m; distance_m by
 ///     default.
 /// :param steered_rate_m_s: shape (...), rate of that radius, m/s; rate_m_s by default.
 /// :param centre_velocity_m_s: shape (..., 2), velocity of the centre, east and north, m/s; 0 by default.

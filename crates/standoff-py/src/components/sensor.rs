@@ -75,21 +75,22 @@ pub(crate) fn information_1_m2(
 /// Computes the determinant of the joint Fisher information of two UAVs about a target's position (36).
 ///
 /// :param range_m: shape (..., 2), ranges from both UAVs to the target, m; a UAV within 1 m contributes no information.
-/// :param phase_rad: shape (...), angle gamma at the target between the directions to the two UAVs, rad.
+/// :param phase_difference_rad: shape (...), angle gamma at the target between the directions to the two UAVs, rad.
 /// :param parameters: uses range_sd_m, bearing_sd_rad; ``Parameters()`` by default.
 /// :returns: shape (...), 1/m4.
 /// :raises InputError: if an argument has the wrong shape or type, or a value is out of range.
 #[pyfunction]
-#[pyo3(signature = (range_m, phase_rad, *, parameters=None))]
+#[pyo3(signature = (range_m, phase_difference_rad, *, parameters=None))]
 pub(crate) fn pair_information_1_m4(
     py: Python<'_>,
     range_m: Given<'_>,
-    phase_rad: Given<'_>,
+    phase_difference_rad: Given<'_>,
     parameters: Option<&Bound<'_, Parameters>>,
 ) -> PyResult<Made<f64>> {
     let sensor = Parameters::or_recommended(parameters).track.sensor;
     let ranges = Rows::<f64, 2>::read(&range_m, "range_m", "..., 2")?.within(DISTANCE_M, None)?;
-    let phase = Rows::<f64, 1>::read(&phase_rad, "phase_rad", "...")?.within(Allowed::FINITE, None)?;
+    let phase =
+        Rows::<f64, 1>::read(&phase_difference_rad, "phase_difference_rad", "...")?.within(Allowed::FINITE, None)?;
     let lead = common(&[ranges.axes(), phase.axes()])?;
     let (ranges, phase) = (ranges.over(&lead)?, phase.over(&lead)?);
     let information = each(py, lead.iter().product(), PATIENCE, |row| {
@@ -109,7 +110,7 @@ pub(crate) fn pair_information_1_m4(
 /// :raises InputError: if an argument has the wrong shape or type, or a value is out of range.
 #[pyfunction]
 #[pyo3(signature = (range_m, *, parameters=None))]
-pub(crate) fn optimal_phase_rad(
+pub(crate) fn optimal_phase_difference_rad(
     py: Python<'_>,
     range_m: Given<'_>,
     parameters: Option<&Bound<'_, Parameters>>,
@@ -118,7 +119,7 @@ pub(crate) fn optimal_phase_rad(
     let ranges = Rows::<f64, 2>::read(&range_m, "range_m", "..., 2")?.within(DISTANCE_M, None)?;
     let lead = common(&[ranges.axes()])?;
     let best = each(py, lead.iter().product(), PATIENCE, |row| {
-        pair_information::optimal_phase_rad(ranges.at(row), &sensor).unwrap_or(0.5 * standoff::math::PI)
+        pair_information::optimal_phase_difference_rad(ranges.at(row), &sensor).unwrap_or(0.5 * standoff::math::PI)
     })?;
     Made::of(py, &lead, &[], best)
 }

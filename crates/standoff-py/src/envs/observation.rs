@@ -25,7 +25,7 @@ const SIGNED: (f32, f32) = (-1.0, 1.0);
 pub(super) const FEATURES: [Feature; 19] = [
     feature("speed", SIGNED, "own speed minus nominal speed, in speed_change_max_m_s; 0 if that is 0"),
     feature("turn_rate", SIGNED, "own turn rate, positive anticlockwise, in turn_rate_max_rad_s"),
-    feature("is_looking", SHARE, "1 if the sensor is pointed, otherwise 0"),
+    feature("sensor_pointed", SHARE, "1 if the sensor is pointed, otherwise 0"),
     feature("has_group", SHARE, "1 if assigned to a group, otherwise 0"),
     feature(
         "off_orbit",

@@ -14,7 +14,7 @@ use standoff_results::POLL;
 use crate::exceptions::{InputError, StandoffError};
 
 /// Return value of a law, or the exception that it raised.
-type Answer = Result<Py<PyAny>, PyErr>;
+type CallResult = Result<Py<PyAny>, PyErr>;
 
 /// A Python thread that calls laws, with the first error.
 pub(crate) struct LawCalls {
@@ -22,7 +22,7 @@ pub(crate) struct LawCalls {
     put: Py<PyAny>,
     /// Python module with the functions that convert answers.
     converters: Py<PyAny>,
-    answers: Mutex<Receiver<Answer>>,
+    answers: Mutex<Receiver<CallResult>>,
     /// Python's identifier of the thread.
     thread: u64,
     limit: Duration,
@@ -103,7 +103,7 @@ impl LawCalls {
     }
 
     /// Waits for the answer. Returns an error if it is overdue or no longer needed.
-    fn wait(&self) -> Result<Answer, PyErr> {
+    fn wait(&self) -> Result<CallResult, PyErr> {
         let (answers, began) = (self.answers.lock().unwrap_or_else(PoisonError::into_inner), Instant::now());
         loop {
             match answers.recv_timeout(POLL.min(self.limit)) {

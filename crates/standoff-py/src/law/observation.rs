@@ -450,7 +450,7 @@ pub(crate) struct AssignmentProblem {
     position: Py<PyArray2<f64>>,
     /// Id of the group to which each UAV is currently assigned, shape ``(U,)``; -1: none.
     current_group: Py<PyArray1<i64>>,
-    /// Ids of the groups, shape ``(G,)``. They have no meaning beyond identity.
+    /// Ids of the groups, shape ``(G,)``. The numbers only identify the groups.
     group: Py<PyArray1<i64>>,
     /// For each group the positions of its targets, shape ``(n, 2)``: x_m, y_m.
     members: Vec<Py<PyArray2<f64>>>,

@@ -42,7 +42,7 @@ pub(super) fn study_assignment(plan: &Plan) -> Result<Study, Failure> {
     }
     found.tables.push(table);
     let rows = worlds.iter().map(|world| vec![f64::from(world.differs), world.loss, f64::from(world.twice)]);
-    let columns = "crews_differ,loss_ln_det_per_target,printed_uses_a_uav_twice";
+    let columns = "assignments_differ,loss_ln_det_per_target,published_uses_a_uav_twice";
     found.data.push(Data::new("errata-assignment", columns, rows));
     found.claims = vec![
         Claim::always(

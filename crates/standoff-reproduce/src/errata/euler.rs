@@ -28,7 +28,7 @@ pub(super) fn study_euler(_: &Plan) -> Result<Study, Failure> {
         .collect();
     let lines = [line_of("Euler (4)", 0, &rows, 1), line_of("exact step", 1, &rows, 2)];
     let levels = vec![(1.0, "below: stable".to_owned())];
-    let plot = Plot { levels, ..plot("Time step (s)", "Largest modulus", lines) };
+    let plot = Plot { levels, ..plot("Time step (s)", "Spectral radius", lines) };
     let heading = "Stability of the heading loop by the time step";
     found.draw("errata-euler", heading, "k_omega = 2 1/s, tau_omega = 1/3 s", &[plot])?;
     found.data.push(Data::new("errata-euler", "period_s,modulus_euler,modulus_exact", rows));

@@ -31,8 +31,9 @@ pub(super) fn study_feedforward(_: &Plan) -> Result<Study, Failure> {
          the velocity of the centre. The reference is a numerical derivative along the field.",
     );
     let turn_rates_rad_s = |r_m: f64| {
-        let [printed, exact] = [Feedforward::Paper, Feedforward::StaticCentre].map(|form| at_rest_rad_s(form, r_m));
-        vec![r_m, numeric_rad_s(r_m), printed, exact]
+        let [published, exact] =
+            [Feedforward::Paper, Feedforward::StaticCentre].map(|form| stationary_centre_rad_s(form, r_m));
+        vec![r_m, numeric_rad_s(r_m), published, exact]
     };
     let rows: Vec<Vec<f64>> = (20..=1200).step_by(10).map(f64::from).map(turn_rates_rad_s).collect();
     let exact = Line { dashed: true, ..line_of("exact", 2, &rows, 3) };
@@ -100,10 +101,10 @@ pub(super) fn study_feedforward(_: &Plan) -> Result<Study, Failure> {
     ];
     found.tables = vec![derivative, table];
     found.data = vec![
-        Data::new("errata-feedforward", "r_m,numeric_rad_s,printed_rad_s,exact_rad_s", rows),
+        Data::new("errata-feedforward", "r_m,numeric_rad_s,published_rad_s,exact_rad_s", rows),
         Data::new(
             "errata-feedforward-moving",
-            "centre_m_s,printed_gain_1_m,exact_gain_1_m,flown_gain_1_m,printed_gain_0.2_m,exact_gain_0.2_m,flown_gain_0.2_m",
+            "centre_m_s,published_gain_1_m,exact_gain_1_m,field_gain_1_m,published_gain_0.2_m,exact_gain_0.2_m,field_gain_0.2_m",
             moving,
         ),
     ];
@@ -111,7 +112,7 @@ pub(super) fn study_feedforward(_: &Plan) -> Result<Study, Failure> {
 }
 
 /// Returns the feedforward of a form about a stationary centre, rad/s.
-fn at_rest_rad_s(form: Feedforward, r_m: f64) -> f64 {
+fn stationary_centre_rad_s(form: Feedforward, r_m: f64) -> f64 {
     let mut guidance = TeamParams::table_1().guidance;
     (guidance.feedforward, guidance.radial_gain) = (form, 1.0);
     let orbit = orbit(Position::ORIGIN, Velocity::ZERO, ORBIT_M);

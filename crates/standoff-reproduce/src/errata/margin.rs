@@ -33,7 +33,7 @@ pub(super) fn study_margin(plan: &Plan) -> Result<Study, Failure> {
     );
     let weights = plan.each("paper/table-2-pair", &[], weigh)?;
     let column = |which: fn(&Weighed) -> f64| weights.iter().map(which).collect::<Vec<f64>>();
-    let (printed, full) = (column(|weighed| weighed.printed), column(|weighed| weighed.full));
+    let (published, full) = (column(|weighed| weighed.published), column(|weighed| weighed.full));
     let jumps = |set: &[&str]| plan.each("paper/figure-9", set, jump);
     let (square, metres) = (jumps(&[])?, jumps(&IN_METRES)?);
     let margins = |runs: &[Jump]| runs.iter().filter_map(|jump| jump.margin_m).collect::<Vec<f64>>();
@@ -44,7 +44,7 @@ pub(super) fn study_margin(plan: &Plan) -> Result<Study, Failure> {
          degrees of freedom):",
         ["weighted with", "mean", "low", "high"],
     );
-    for (name, values) in [("predicted covariance, (16)", &printed), ("covariance of the innovation", &full)] {
+    for (name, values) in [("predicted covariance, (16)", &published), ("covariance of the innovation", &full)] {
         table.estimates(name, [Estimate::mean(values)]);
     }
     found.tables.push(table);
@@ -58,11 +58,12 @@ pub(super) fn study_margin(plan: &Plan) -> Result<Study, Failure> {
     found.tables.push(table);
     found.claims = vec![
         Claim {
-            what: "(16) is the Mahalanobis distance of the centre's innovation: mean as of a chi-square variable"
-                .into(),
+            what:
+                "(16) is the Mahalanobis distance of the centre's innovation: its mean is that of a chi-square variable"
+                    .into(),
             unit: "",
-            finding: Finding::number(CHI_SQUARE_MEAN, Estimate::mean(&printed)),
-            runs: printed.len(),
+            finding: Finding::number(CHI_SQUARE_MEAN, Estimate::mean(&published)),
+            runs: published.len(),
             reason: "the weighting neglects the covariance of the measured centroid; in addition, the centroid is \
                      already filtered, so that its errors are not white",
         },
@@ -81,7 +82,7 @@ pub(super) fn study_margin(plan: &Plan) -> Result<Study, Failure> {
 
 /// Mean squared distance of the centre's innovations in a run, with the published and the full covariance.
 struct Weighed {
-    printed: f64,
+    published: f64,
     full: f64,
 }
 
@@ -89,7 +90,7 @@ struct Weighed {
 fn weigh(scenario: &Scenario) -> Result<Weighed, Failure> {
     let settings = &scenario.settings;
     let transition = settings.team.track.target.transition(settings.period);
-    let (mut printed, mut full, mut last, mut members) = (Vec::new(), Vec::new(), None, Vec::new());
+    let (mut published, mut full, mut last, mut members) = (Vec::new(), Vec::new(), None, Vec::new());
     watch(scenario, |frame| {
         let Some(group) = frame.groups.first() else { return };
         let now: Vec<u32> = of_group(frame, group).map(|track| track.target).collect();
@@ -99,12 +100,12 @@ fn weigh(scenario: &Scenario) -> Result<Weighed, Failure> {
         let Some(centroid) = centroid(frame, group) else { return };
         let step = last.and_then(|last| innovation(&last, &transition, &centroid));
         if let Some((_, weighed)) = step.as_ref().filter(|_| time_s(frame) >= settings.transient.s()) {
-            printed.push(weighed.printed);
+            published.push(weighed.published);
             full.push(weighed.full);
         }
         last = step.map(|(centre, _)| centre).or_else(|| GroupCentre::start(&centroid));
     })?;
-    Ok(Weighed { printed: mean(&printed), full: mean(&full) })
+    Ok(Weighed { published: mean(&published), full: mean(&full) })
 }
 
 /// Returns the next centre, and the squared distances of the centroid from its prediction.
@@ -114,7 +115,7 @@ fn innovation(last: &GroupCentre, transition: &Transition, centroid: &Centroid) 
     transition.predict_covariance(&mut predicted.covariance);
     let (measured, p) = (centroid.mean.state.position(), predicted.position_covariance());
     let weighed = Weighed {
-        printed: mahalanobis_squared(measured, expected, &p),
+        published: mahalanobis_squared(measured, expected, &p),
         full: mahalanobis_squared(measured, expected, &(p + centroid.mean.position_covariance())),
     };
     Some((last.advance(transition, centroid)?, weighed))
@@ -184,8 +185,13 @@ mod tests {
             let step = last.and_then(|last| innovation(&last, &transition, &centroid));
             if let Some((_, weighed)) = &step {
                 let rounding = 1e-6 * (1.0 + group.margin_m);
-                assert!((weighed.printed - group.margin_m).abs() < rounding, "{} {}", weighed.printed, group.margin_m);
-                assert!(weighed.full < weighed.printed);
+                assert!(
+                    (weighed.published - group.margin_m).abs() < rounding,
+                    "{} {}",
+                    weighed.published,
+                    group.margin_m
+                );
+                assert!(weighed.full < weighed.published);
                 compared += 1;
             }
             last = step.map(|(centre, _)| centre).or_else(|| GroupCentre::start(&centroid));

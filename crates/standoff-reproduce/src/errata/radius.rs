@@ -25,7 +25,7 @@ pub(super) fn study_radius(_: &Plan) -> Result<Study, Failure> {
          flights use the feedforward of the field that is flown, k_l = 1 and no lead.",
     );
     let uav = TeamParams::table_1().uav;
-    let printed_m = turn_limit_m(uav.speed_m_s, 0.0, uav.turn_rate_max_rad_s);
+    let published_m = turn_limit_m(uav.speed_m_s, 0.0, uav.turn_rate_max_rad_s);
     let limit_m = |centre_m_s: f64| moving_centre_limit_m(uav.speed_m_s, centre_m_s, uav.turn_rate_max_rad_s);
     let error_m = |centre_speed_m_s: f64, radius_m: f64| {
         Flight { centre_speed_m_s, radius_m, ..Flight::new(Feedforward::Field, 1.0) }.largest_error_m()
@@ -33,11 +33,11 @@ pub(super) fn study_radius(_: &Plan) -> Result<Study, Failure> {
     let mut rows = Vec::new();
     for centre_m_s in (0..=20).map(f64::from) {
         let flown = MULTIPLES.map(|multiple| error_m(centre_m_s, multiple * limit_m(centre_m_s)));
-        let row = [centre_m_s, limit_m(centre_m_s), error_m(centre_m_s, printed_m)];
+        let row = [centre_m_s, limit_m(centre_m_s), error_m(centre_m_s, published_m)];
         rows.push(row.into_iter().chain(flown).collect::<Vec<f64>>());
     }
     let labels = MULTIPLES.map(|multiple| format!("at {multiple} of the limit"));
-    let labels = [format!("at (27), {printed_m:.0} m")].into_iter().chain(labels);
+    let labels = [format!("at (27), {published_m:.0} m")].into_iter().chain(labels);
     let lines = (0..).zip(labels).map(|(colour, label)| line_of(label, colour, &rows, colour + 2));
     let plot = Plot { shown: vec![0.0], ..plot("Speed of the centre (m/s)", "Largest |r − r_d| (m)", lines) };
     let heading = "Largest orbit error about a moving centre, by radius";
@@ -54,10 +54,10 @@ pub(super) fn study_radius(_: &Plan) -> Result<Study, Failure> {
     let names = "centre_m_s,limit_m,error_at_27_m,error_at_0.8_m,error_at_0.9_m,error_at_1_m,error_at_1.2_m";
     found.data.push(Data::new("errata-radius", names, rows));
     found.claims.push(Claim::computed(
-        format!("(27) suffices: largest error of an orbit of {printed_m:.0} m about a centre at 15 m/s"),
+        format!("(27) suffices: largest error of an orbit of {published_m:.0} m about a centre at 15 m/s"),
         "m",
-        [0.0, HELD * printed_m],
-        error_m(15.0, printed_m),
+        [0.0, HELD * published_m],
+        error_m(15.0, published_m),
         "the motion of the centre is neglected: where the UAV flies against it, the required turn rate exceeds the \
          limit",
     ));

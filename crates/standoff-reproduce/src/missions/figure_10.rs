@@ -6,7 +6,7 @@ use standoff_sim::scenario::Scenario;
 use standoff_sim::score::{FrameScorer, ScoreConfig};
 use standoff_view::figures::study::Plot;
 
-use super::{MISSION, Orbits, histories, phase_claim, separations};
+use super::{MISSION, Orbits, histories, phase_claim, phase_plot};
 use crate::claim::{Claim, Finding};
 use crate::error::Failure;
 use crate::monte_carlo_plan::{IN_METRES, Plan, time_s, watch};
@@ -23,7 +23,7 @@ const CUT_M: f64 = 400.0;
 
 /// Observations of a run.
 #[derive(Default)]
-struct Seen {
+struct RunObservations {
     orbits: Orbits,
     margins_m: History,
     centre_errors_m: History,
@@ -43,10 +43,10 @@ pub(crate) fn figure_10(plan: &Plan) -> Result<Study, Failure> {
              the same mission with a margin in metres."
         ),
     );
-    let runs = plan.each(MISSION, &[], look)?;
-    let metres = plan.each(MISSION, &IN_METRES, look)?;
-    let correlations = |runs: &[Seen]| runs.iter().filter_map(|run| run.correlation).collect::<Vec<f64>>();
-    let settled = |runs: &[Seen], which: fn(&Seen) -> &[f64]| {
+    let runs = plan.each(MISSION, &[], observe)?;
+    let metres = plan.each(MISSION, &IN_METRES, observe)?;
+    let correlations = |runs: &[RunObservations]| runs.iter().filter_map(|run| run.correlation).collect::<Vec<f64>>();
+    let settled = |runs: &[RunObservations], which: fn(&RunObservations) -> &[f64]| {
         runs.iter().map(which).filter(|values| !values.is_empty()).map(mean).collect::<Vec<f64>>()
     };
     let tendency = correlations(&runs);
@@ -81,16 +81,16 @@ pub(crate) fn figure_10(plan: &Plan) -> Result<Study, Failure> {
     );
     for (name, runs) in [("(16) as published", &runs), ("in metres", &metres)] {
         let errors = settled(runs, |run| &run.orbits.settled_errors_m);
-        let separations = settled(runs, |run| &run.orbits.settled_deg);
-        table.estimates(name, [errors, separations, correlations(runs)].map(|values| Estimate::mean(&values)));
+        let phase_errors = settled(runs, |run| &run.orbits.settled_deg);
+        table.estimates(name, [errors, phase_errors, correlations(runs)].map(|values| Estimate::mean(&values)));
     }
     found.tables.push(table);
     let (errors, angles) =
-        (histories(&runs, |run| &run.orbits.errors_m), histories(&runs, |run| &run.orbits.separations_deg));
+        (histories(&runs, |run| &run.orbits.errors_m), histories(&runs, |run| &run.orbits.phase_differences_deg));
     let (margins, centres) = (histories(&runs, |run| &run.margins_m), histories(&runs, |run| &run.centre_errors_m));
     let plots = [
         bands("Standoff error (m)", &errors),
-        separations("Phase separation of pairs (°)", &angles, &scenario.settings),
+        phase_plot("Phase difference of pairs (°)", &angles, &scenario.settings),
         Plot { cut: Some(CUT_M), ..bands(&format!("d_m (m), up to {CUT_M:.0} m"), &margins) },
         bands("Error of the centre (m)", &centres),
     ];
@@ -101,7 +101,7 @@ pub(crate) fn figure_10(plan: &Plan) -> Result<Study, Failure> {
         "figure-10",
         &[
             ("standoff_error_m", &errors),
-            ("desired_phase_deg", &angles),
+            ("phase_difference_deg", &angles),
             ("margin_m", &margins),
             ("centre_error_m", &centres),
         ],
@@ -109,13 +109,13 @@ pub(crate) fn figure_10(plan: &Plan) -> Result<Study, Failure> {
     Ok(found)
 }
 
-fn look(scenario: &Scenario) -> Result<Seen, Failure> {
-    let mut seen = Seen::default();
+fn observe(scenario: &Scenario) -> Result<RunObservations, Failure> {
+    let mut seen = RunObservations::default();
     let mut pairs: BTreeMap<u32, Vec<(f64, f64)>> = BTreeMap::new();
     let mut scorer = FrameScorer::new(ScoreConfig::of(&scenario.settings));
     watch(scenario, |frame| {
         let scores = scorer.frame(frame);
-        seen.orbits.look(frame, &scenario.settings);
+        seen.orbits.observe(frame, &scenario.settings);
         let (mut margins, mut centres) = (Vec::new(), Vec::new());
         for group in &frame.groups {
             let Some(error_m) = scores.centre_error_m(group) else { continue };

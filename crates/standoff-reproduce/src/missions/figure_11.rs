@@ -17,7 +17,7 @@ const AFTER_S: f64 = 5.0;
 
 /// Observations of a run.
 #[derive(Default)]
-struct Seen {
+struct RunObservations {
     /// Largest angle of all UAVs at each time step.
     widest_deg: History,
     /// Maximum over all time steps.
@@ -43,9 +43,9 @@ pub(crate) fn figure_11(plan: &Plan) -> Result<Study, Failure> {
         ),
     );
     let half_deg = half_deg(&plan.first(MISSION, &[])?.settings);
-    let fly = |scenario: &str, set: &[&str]| plan.each(scenario, set, |scenario| look(scenario, half_deg));
+    let fly = |scenario: &str, set: &[&str]| plan.each(scenario, set, |scenario| observe(scenario, half_deg));
     let (basic, active, metres) = (fly(BASIC, &[])?, fly(MISSION, &[])?, fly(MISSION, &IN_METRES)?);
-    let share = |run: &Seen| 100.0 * mean(&run.beyond);
+    let share = |run: &RunObservations| 100.0 * mean(&run.beyond);
     found.claims = vec![
         Claim::always(
             format!("11a: without active measures and dwell, the angle exceeds {half_deg:.0} deg"),
@@ -110,8 +110,8 @@ pub(crate) fn figure_11(plan: &Plan) -> Result<Study, Failure> {
     Ok(found)
 }
 
-fn look(scenario: &Scenario, half_deg: f64) -> Result<Seen, Failure> {
-    let (mut seen, mut handed_over_s) = (Seen::default(), None);
+fn observe(scenario: &Scenario, half_deg: f64) -> Result<RunObservations, Failure> {
+    let (mut seen, mut handed_over_s) = (RunObservations::default(), None);
     watch(scenario, |frame| {
         let time_s = time_s(frame);
         let geometry = Geometry::of(frame);

@@ -16,11 +16,11 @@ const MANOEUVRING: u32 = 0;
 const HANDOFF_S: f64 = 35.0;
 
 /// Observations of a run.
-struct Seen {
+struct RunObservations {
     groups_at_start: usize,
-    requested_s: Option<f64>,
-    completed_s: Option<f64>,
-    discarded_s: Option<f64>,
+    handoff_started_s: Option<f64>,
+    handoff_completed_s: Option<f64>,
+    removed_s: Option<f64>,
     all_in_view: bool,
     handoffs: f64,
     removals: f64,
@@ -36,11 +36,12 @@ pub(crate) fn figure_9(plan: &Plan) -> Result<Study, Failure> {
              which drives from one group to the other and then away."
         ),
     );
-    let runs = plan.each(MISSION, &[], look)?;
-    let always =
-        |what: &str, held: fn(&Seen) -> bool, reason| Claim::always(what, "runs", runs.iter().map(held), reason);
-    let times = |which: fn(&Seen) -> Option<f64>| runs.iter().filter_map(which).collect::<Vec<f64>>();
-    let requested = times(|run| run.requested_s);
+    let runs = plan.each(MISSION, &[], observe)?;
+    let always = |what: &str, held: fn(&RunObservations) -> bool, reason| {
+        Claim::always(what, "runs", runs.iter().map(held), reason)
+    };
+    let times = |which: fn(&RunObservations) -> Option<f64>| runs.iter().filter_map(which).collect::<Vec<f64>>();
+    let requested = times(|run| run.handoff_started_s);
     found.claims = vec![
         always("the targets are clustered into two groups", |run| run.groups_at_start == 2, ""),
         Claim {
@@ -50,7 +51,11 @@ pub(crate) fn figure_9(plan: &Plan) -> Result<Study, Failure> {
             runs: requested.len(),
             reason: "",
         },
-        always("it is completed: the target becomes a member of the other group", |run| run.completed_s.is_some(), ""),
+        always(
+            "it is completed: the target becomes a member of the other group",
+            |run| run.handoff_completed_s.is_some(),
+            "",
+        ),
         always("as the targets disperse, one is removed from its group", |run| run.removals > 0.0, ""),
         always("every target of a group is in some UAV's view at all times", |run| run.all_in_view, ORBIT_GROWS),
     ];
@@ -60,51 +65,51 @@ pub(crate) fn figure_9(plan: &Plan) -> Result<Study, Failure> {
         table.row(name, [share, middle.value, middle.low, middle.high]);
     };
     add("first start of the manoeuvring target's handoff (s)", requested);
-    add("first completion (s)", times(|run| run.completed_s));
-    add("its first removal (s)", times(|run| run.discarded_s));
+    add("first completion (s)", times(|run| run.handoff_completed_s));
+    add("its first removal (s)", times(|run| run.removed_s));
     add("completed handoffs, all targets", times(|run| Some(run.handoffs)));
     add("removals, all targets", times(|run| Some(run.removals)));
     found.tables.push(table);
-    let row = |(seed, run): (u64, &Seen)| {
+    let row = |(seed, run): (u64, &RunObservations)| {
         let time = |at: Option<f64>| at.unwrap_or(f64::NAN);
         vec![
             seed as f64,
-            time(run.requested_s),
-            time(run.completed_s),
-            time(run.discarded_s),
+            time(run.handoff_started_s),
+            time(run.handoff_completed_s),
+            time(run.removed_s),
             run.handoffs,
             run.removals,
             f64::from(run.all_in_view),
         ]
     };
-    let columns = "seed,requested_s,completed_s,discarded_s,handoffs,removals,all_in_view";
+    let columns = "seed,handoff_started_s,handoff_completed_s,removed_s,handoffs,removals,all_in_view";
     found.data.push(Data::new("figure-9", columns, plan.seeds().zip(&runs).map(row)));
     found.figures.push(map("figure-9", &plan.first(MISSION, &[])?)?);
     Ok(found)
 }
 
-fn look(scenario: &Scenario) -> Result<Seen, Failure> {
+fn observe(scenario: &Scenario) -> Result<RunObservations, Failure> {
     let mut scorer = Scorer::new(ScoreConfig::of(&scenario.settings), MetricSelection::ALL);
-    let [mut requested_s, mut completed_s, mut discarded_s] = [None; 3];
+    let [mut handoff_started_s, mut handoff_completed_s, mut removed_s] = [None; 3];
     let mut groups_at_start = None;
     watch(scenario, |frame| {
         scorer.frame(frame);
         groups_at_start.get_or_insert(frame.groups.len());
         for event in frame.events.iter().filter(|event| event.target == Some(MANOEUVRING)) {
             match event.kind.as_str() {
-                "handoff-started" => _ = requested_s.get_or_insert(time_s(frame)),
-                "handoff-completed" => _ = completed_s.get_or_insert(time_s(frame)),
-                "removed" => _ = discarded_s.get_or_insert(time_s(frame)),
+                "handoff-started" => _ = handoff_started_s.get_or_insert(time_s(frame)),
+                "handoff-completed" => _ = handoff_completed_s.get_or_insert(time_s(frame)),
+                "removed" => _ = removed_s.get_or_insert(time_s(frame)),
                 _ => {}
             }
         }
     })?;
     let metrics = scorer.metrics();
-    Ok(Seen {
+    Ok(RunObservations {
         groups_at_start: groups_at_start.unwrap_or(0),
-        requested_s,
-        completed_s,
-        discarded_s,
+        handoff_started_s,
+        handoff_completed_s,
+        removed_s,
         all_in_view: metrics.member_longest_out_of_view_s == Some(0.0),
         handoffs: metrics.handoffs.unwrap_or(0) as f64,
         removals: metrics.removals.unwrap_or(0) as f64,

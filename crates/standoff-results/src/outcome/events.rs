@@ -98,7 +98,7 @@ impl Events {
         let cost_s = |index: &usize| lasting_s[*index].unwrap_or(f64::NEG_INFINITY);
         shown.sort_by(|a, b| cost_s(b).total_cmp(&cost_s(a)).then(a.cmp(b)));
         shown.truncate(SHOWN);
-        let heading = if shown.is_empty() { "Events" } else { "Events, the longest losses of tracking first" };
+        let heading = if shown.is_empty() { "Events" } else { "Events, the longest-lasting problems first" };
         let mut text = format!("\n{heading}\n");
         for index in shown {
             let event = &self.events[index];

@@ -51,7 +51,7 @@ pub(super) fn target(metric: &str, settings: &Settings) -> String {
         | "commit_lag_s"
         | "commit_lag_max_s"
         | "sent_bytes_per_s"
-        | "sent_bytes_per_s_max" => "small".to_owned(),
+        | "sent_bytes_per_s_max" => "lower is better".to_owned(),
         _ => "goal 0".to_owned(),
     }
 }
@@ -70,7 +70,7 @@ pub(super) fn meaning(metric: &str, value: f64, settings: &Settings) -> Option<S
                 return None;
             }
             return Some(format!(
-                "of group members; a single measurement has {range_m} m in range, {bearing_deg:.0}\u{b0} in bearing"
+                "of group members; standard deviations of one measurement: {range_m} m, {bearing_deg:.0}\u{b0}"
             ));
         }
         "anees" | "anees_nonmanoeuvring" => "squared error relative to the filter's own covariance",
@@ -86,7 +86,7 @@ pub(super) fn meaning(metric: &str, value: f64, settings: &Settings) -> Option<S
         }
         "separation_min_m" => "horizontal distance of any two UAVs; their altitudes may differ",
         "duplicate_coverage_fraction" if value > 0.0 => {
-            "two groups that both have UAVs contain the target, outside a handoff too"
+            "UAVs of two groups each have the target as a member of their own group, not only during handoffs"
         }
         _ => return None,
     };
@@ -99,12 +99,15 @@ pub(super) fn remarks(metrics: &SelectedMetrics, events: &Events, settings: &Set
     let mut remarks = Vec::new();
     let is_custody_complete = get("custody_fraction").is_none_or(|share| share >= 1.0);
     if events.count("uav-timeout") > 0 && !is_custody_complete {
-        let what =
-            "UAVs were out of service (uav-timeout below): targets that only they could see count as out of view";
+        let what = "UAVs timed out (uav-timeout below): if a UAV was in an outage, targets that only it could see count \
+                    as out of view";
         remarks.push(("custody_fraction", what.to_owned()));
     }
     if events.count("removed") > 0 && !is_custody_complete {
-        remarks.push(("custody_fraction", "includes removed targets; the events below give the reasons".to_owned()));
+        remarks.push((
+            "custody_fraction",
+            "removed targets count as not in custody; the events below give the reasons".to_owned(),
+        ));
     }
     if settings.team.group.margin == Margin::Mahalanobis {
         let remedy = "--set orbit.margin=standard-deviations";
@@ -118,7 +121,7 @@ pub(super) fn remarks(metrics: &SelectedMetrics, events: &Events, settings: &Set
     }
     let half_deg = 0.5 * settings.team.track.sensor.field_of_view_rad.to_degrees();
     if get("off_boresight_max_deg").is_some_and(|worst_deg| worst_deg > half_deg) {
-        let what = "above the limit for one UAV; another UAV may have had the target in view (group-member time above)";
+        let what = "above the limit for one UAV; another UAV may have had the target in view: see \"group-member time out of view\"";
         remarks.push(("off_boresight_max_deg", what.to_owned()));
     }
     let closest_m = get("separation_min_same_altitude_m").unwrap_or(f64::INFINITY);

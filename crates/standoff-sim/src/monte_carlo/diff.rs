@@ -52,8 +52,8 @@ mod tests {
     use super::*;
     use crate::score::MetricSelection;
 
-    fn batch(edits: &Overrides) -> Batch {
-        let template = ScenarioTemplate::load("paper/table-2-pair", edits).unwrap();
+    fn batch(overrides: &Overrides) -> Batch {
+        let template = ScenarioTemplate::load("paper/table-2-pair", overrides).unwrap();
         Batch::new(&template, 1, 2, None, MetricSelection::standard()).unwrap()
     }
 

@@ -89,12 +89,12 @@ impl RecordLimits {
             );
             return Err(LimitExceeded { table: IntruderRow::TABLE, what });
         }
-        self.check_minds(time_s, &agents.all, |row| row.agent)?;
-        self.check_minds(time_s, &agents.tracks, |of| of.agent)?;
-        self.check_minds(time_s, &agents.groups, |of| of.agent)?;
-        self.check_minds(time_s, &agents.events, |row| row.agent)?;
-        self.check_minds(time_s, &agents.teammates, |row| row.agent)?;
-        self.check_minds(time_s, &agents.teammates, |row| row.uav)?;
+        self.check_agents(time_s, &agents.all, |row| row.agent)?;
+        self.check_agents(time_s, &agents.tracks, |of| of.agent)?;
+        self.check_agents(time_s, &agents.groups, |of| of.agent)?;
+        self.check_agents(time_s, &agents.events, |row| row.agent)?;
+        self.check_agents(time_s, &agents.teammates, |row| row.agent)?;
+        self.check_agents(time_s, &agents.teammates, |row| row.uav)?;
         self.check_targets(time_s, &agents.tracks, |of: &ByAgent<TrackRow>| Some(of.row.target))?;
         self.check_targets(time_s, &agents.events, |row: &AgentEventRow| row.event.target)?;
         self.check_targets(time_s, truth, |row: &TruthRow| Some(row.target))?;
@@ -118,7 +118,7 @@ impl RecordLimits {
     }
 
     /// Refuses rows of the agent of a UAV that is not in the run.
-    fn check_minds<R: Row>(&self, time_s: f64, rows: &[R], uav: impl Fn(&R) -> u32) -> Result<(), LimitExceeded> {
+    fn check_agents<R: Row>(&self, time_s: f64, rows: &[R], uav: impl Fn(&R) -> u32) -> Result<(), LimitExceeded> {
         let unknown = rows.iter().map(uav).find(|uav| !self.uavs.contains(uav));
         unknown.map_or(Ok(()), |unknown| {
             let what = format!("it has UAV {unknown} at {time_s} s, which is not in the uavs table up to that time");

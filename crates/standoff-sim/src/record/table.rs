@@ -200,8 +200,8 @@ impl<R: Row> TableReader<R> {
         columns: Vec<Column>,
         sources: impl Into<VecDeque<Source>>,
     ) -> Result<Self, RecordError> {
-        let wanted: Vec<_> = columns.iter().map(|column| (column.name(), column.physical())).collect();
-        let blocks = Blocks::new(sources, &wanted).map_err(|error| RecordError::parquet_read(&path, error))?;
+        let requested: Vec<_> = columns.iter().map(|column| (column.name(), column.physical())).collect();
+        let blocks = Blocks::new(sources, &requested).map_err(|error| RecordError::parquet_read(&path, error))?;
         Ok(Self { path, blocks, columns, left: 0, taken: 0, kind: PhantomData })
     }
 

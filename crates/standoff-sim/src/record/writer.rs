@@ -146,8 +146,8 @@ impl Writer {
     /// Adds quantities computed from the truth to the record, for other programs: views, and errors of standoff
     /// distances and positions. Without this call they are empty.
     #[must_use]
-    pub fn judged_by(self, rules: ScoreConfig) -> Self {
-        Self { scorer: Some(FrameScorer::new(rules)), ..self }
+    pub fn scored_with(self, score_config: ScoreConfig) -> Self {
+        Self { scorer: Some(FrameScorer::new(score_config)), ..self }
     }
 
     /// Adds a packed background map to the record.
@@ -396,11 +396,11 @@ mod tests {
         let scenario = Scenario::load("paper/table-2-pair", &Overrides::default(), 3).unwrap();
         let (settings, names) = (&scenario.settings, World::names(&scenario));
         let manifest = Manifest::new(&scenario.name, 3, settings.duration.s(), settings.period.s());
-        let rules = ScoreConfig::of(settings);
+        let score_config = ScoreConfig::of(settings);
         let writer = Writer::create(&dir, &manifest, &scenario.resolved().unwrap(), &names).unwrap();
-        let mut writer = writer.judged_by(rules.clone());
+        let mut writer = writer.scored_with(score_config.clone());
         let (mut mission, mut scorer) =
-            (Mission::new(&scenario).unwrap(), Scorer::new(rules.clone(), MetricSelection::ALL));
+            (Mission::new(&scenario).unwrap(), Scorer::new(score_config.clone(), MetricSelection::ALL));
         let mut frames = Vec::new();
         while let Some(frame) = mission.frame() {
             writer.frame(frame).unwrap();
@@ -432,7 +432,7 @@ mod tests {
             let direction_rad = uav.boresight_rad.unwrap() + row.off_boresight_rad;
             let (dx_m, dy_m) = (row.range_m * cos(direction_rad), row.range_m * sin(direction_rad));
             assert!((uav.x_m + dx_m - truth.x_m).abs() < 1e-6 && (uav.y_m + dy_m - truth.y_m).abs() < 1e-6);
-            assert!(row.off_boresight_rad.abs() <= rules.sensor.half_field_of_view_rad());
+            assert!(row.off_boresight_rad.abs() <= score_config.sensor.half_field_of_view_rad());
         }
         assert!(views.iter().any(|at| at.row.off_boresight_rad < 0.0));
         let counts = super::super::reader::Record::open(&dir).unwrap().manifest().counts.clone().unwrap();

@@ -54,19 +54,19 @@ mod tests {
         let home = tempfile::tempdir().unwrap();
         let traffic = home.path().join("cars.csv");
         fs::write(&traffic, "t,id,x,y\n0,a,0,0\n60,a,1,0\n").unwrap();
-        let edits = Overrides { traffic: Some(traffic), ..Overrides::default() };
-        assert_eq!(Scenario::load("traffic/city", &edits, 1).unwrap().map, []);
+        let overrides = Overrides { traffic: Some(traffic), ..Overrides::default() };
+        assert_eq!(Scenario::load("traffic/city", &overrides, 1).unwrap().map, []);
     }
 
     #[test]
     fn too_many_maps_and_empty_names_are_refused() {
         for (set, expected) in [("basemap=[\"\"]", "must be names of files"), ("basemap=\"a.net.xml\"", "basemap")] {
-            let edits = Overrides { set: vec![set.to_owned()], ..Overrides::default() };
-            let error = Scenario::load("traffic/city", &edits, 1).unwrap_err().to_string();
+            let overrides = Overrides { set: vec![set.to_owned()], ..Overrides::default() };
+            let error = Scenario::load("traffic/city", &overrides, 1).unwrap_err().to_string();
             assert!(error.contains(expected), "{error}");
         }
         let many = format!("basemap=[{}]", "\"a\",".repeat(MAPS_MAX + 1));
-        let edits = Overrides { set: vec![many], ..Overrides::default() };
-        assert!(Scenario::load("traffic/city", &edits, 1).is_err());
+        let overrides = Overrides { set: vec![many], ..Overrides::default() };
+        assert!(Scenario::load("traffic/city", &overrides, 1).is_err());
     }
 }

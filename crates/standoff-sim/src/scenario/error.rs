@@ -14,7 +14,7 @@ pub struct ScenarioError {
     /// All problems.
     pub problems: Vec<Problem>,
     /// True if the machine failed to read the file, rather than the scenario being wrong.
-    pub is_machine_s: bool,
+    pub is_io_error: bool,
 }
 
 /// One problem.
@@ -69,14 +69,14 @@ impl From<Problem> for ScenarioError {
 
 impl From<Vec<Problem>> for ScenarioError {
     fn from(problems: Vec<Problem>) -> Self {
-        Self { problems, is_machine_s: false }
+        Self { problems, is_io_error: false }
     }
 }
 
 impl From<TrafficError> for ScenarioError {
     fn from(error: TrafficError) -> Self {
         let place = error.position.map(|at| SourceSpan { line: at.line as usize, column: at.column as usize });
-        Self { is_machine_s: error.is_machine_s, ..Self::one(error.file, place, error.message) }
+        Self { is_io_error: error.is_io_error, ..Self::one(error.file, place, error.message) }
     }
 }
 

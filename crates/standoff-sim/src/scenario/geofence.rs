@@ -47,8 +47,8 @@ pub(super) fn spell_out(typed: &mut Typed, origin: Option<Origin>) -> Result<(),
         }
         let path = typed.files_from.as_deref().unwrap_or(Path::new("")).join(&zone.file);
         let bytes = bounded_input::bytes(&path, LENGTH_MAX).map_err(|reason| {
-            let is_machine_s = !bounded_input::is_input_error(&reason);
-            ScenarioError { is_machine_s, ..problem(bounded_input::cannot_be_read(&reason)) }
+            let is_io_error = !bounded_input::is_input_error(&reason);
+            ScenarioError { is_io_error, ..problem(bounded_input::cannot_be_read(&reason)) }
         })?;
         let zones = polygons(&bytes, origin).and_then(|polygons| zones(zone, polygons)).map_err(problem)?;
         let mut zones = zones.into_iter();

@@ -93,8 +93,8 @@ struct Edited {
 }
 
 impl Typed {
-    /// Reads the scenario called `name_or_file`, and applies the edits.
-    pub(super) fn load(name_or_file: &str, edits: &Overrides) -> Result<Self, ScenarioError> {
+    /// Reads the scenario called `name_or_file`, and applies the overrides.
+    pub(super) fn load(name_or_file: &str, overrides: &Overrides) -> Result<Self, ScenarioError> {
         let mut name = name_of(name_or_file);
         let (label, text, mut files_from) = match built_in(name_or_file) {
             Some(found) => (format!("{}.toml", found.name), found.text.to_owned(), None),
@@ -103,17 +103,18 @@ impl Typed {
                 (name_or_file.to_owned(), read(name_or_file)?, Some(folder))
             }
         };
-        if let Some(traffic) = &edits.traffic {
+        if let Some(traffic) = &overrides.traffic {
             (name, files_from) = over(traffic);
         }
-        Self::new(name, &label, &text, 1, edits, files_from)
+        Self::new(name, &label, &text, 1, overrides, files_from)
     }
 
-    /// Reads a scenario from TOML that is not in a file, and applies the edits.
-    pub(super) fn of_toml(name: &str, toml: &str, edits: &Overrides, folder: &Path) -> Result<Self, ScenarioError> {
-        let (called, files_from) = edits.traffic.as_deref().map_or((name.to_owned(), Some(folder.to_owned())), over);
+    /// Reads a scenario from TOML that is not in a file, and applies the overrides.
+    pub(super) fn of_toml(name: &str, toml: &str, overrides: &Overrides, folder: &Path) -> Result<Self, ScenarioError> {
+        let (called, files_from) =
+            overrides.traffic.as_deref().map_or((name.to_owned(), Some(folder.to_owned())), over);
         // The program's own texts are also read here.
-        Self::new(called, name, toml, SPELT_OUT, edits, files_from)
+        Self::new(called, name, toml, SPELT_OUT, overrides, files_from)
     }
 
     /// Reads a scenario from a text in which the program may have spelt out all values.
@@ -127,7 +128,7 @@ impl Typed {
         label: &str,
         text: &str,
         times: u64,
-        edits: &Overrides,
+        overrides: &Overrides,
         files_from: Option<PathBuf>,
     ) -> Result<Self, ScenarioError> {
         check_size(label, text, times)?;
@@ -135,7 +136,7 @@ impl Typed {
         let map = Map::new(text);
         let (mut table, mut problems) = understood(&map, &origin);
         let is_text_broken = !problems.is_empty();
-        origin.apply(edits, &mut table, &mut problems)?;
+        origin.apply(overrides, &mut table, &mut problems)?;
         let sets_agents = parse::value_at(&table, "team.agents").is_some();
         let (mut file, mistakes) = parse::typed(table);
         if let Some(file) = file.as_mut().filter(|file| !sets_agents && file.needs_an_agent_per_uav()) {
@@ -187,11 +188,11 @@ impl Origin {
     /// Applies the changes of the command line.
     fn apply(
         &mut self,
-        edits: &Overrides,
+        overrides: &Overrides,
         table: &mut Table,
         problems: &mut Vec<Problem>,
     ) -> Result<(), ScenarioError> {
-        if let Some(traffic) = &edits.traffic {
+        if let Some(traffic) = &overrides.traffic {
             table.remove("targets");
             table.remove("traffic");
             // The map shows another place.
@@ -207,12 +208,12 @@ impl Origin {
             let file = Value::String(path.to_owned());
             table.insert("traffic".to_owned(), Value::Table([("file".to_owned(), file)].into_iter().collect()));
         }
-        if let Some(uavs) = edits.uavs {
+        if let Some(uavs) = overrides.uavs {
             parse::take_out(table, "uavs.start");
             let given = ("uavs.count", Value::Integer(i64::from(uavs)), format!("--uavs {uavs}"));
             problems.extend(self.edit(table, given.0, given.1, &given.2));
         }
-        for edit in &edits.set {
+        for edit in &overrides.set {
             if problems.len() >= MISTAKES_MAX {
                 break;
             }
@@ -301,9 +302,9 @@ fn read(name: &str) -> Result<String, ScenarioError> {
             return refuse(&format!("{reason}; put many targets into a traffic file, see [traffic]"));
         }
         Err(reason) => {
-            let is_machine_s = !bounded_input::is_input_error(&reason);
+            let is_io_error = !bounded_input::is_input_error(&reason);
             return Err(ScenarioError {
-                is_machine_s,
+                is_io_error,
                 ..ScenarioError::one(name, None, bounded_input::cannot_be_read(&reason))
             });
         }

@@ -17,8 +17,8 @@ use crate::traffic::{Origin, Traffic, Unit};
 /// ```
 /// use standoff_sim::scenario::{Overrides, Scenario};
 ///
-/// let edits = Overrides { set: vec!["duration_s=20".to_owned()], ..Overrides::default() };
-/// let scenario = Scenario::load("paper/table-2-pair", &edits, 7)?;
+/// let overrides = Overrides { set: vec!["duration_s=20".to_owned()], ..Overrides::default() };
+/// let scenario = Scenario::load("paper/table-2-pair", &overrides, 7)?;
 /// assert_eq!((scenario.uavs.len(), scenario.settings.duration.s()), (2, 20.0));
 ///
 /// let wrong = Overrides { set: vec!["guidance.lead_sec=3".to_owned()], ..Overrides::default() };

@@ -127,8 +127,8 @@ mod tests {
         let file = folder.path().join("cars.csv");
         fs::write(&file, format!("t,id,x,y\n0,a,0,0\n{until_s},a,1,0\n")).unwrap();
         let set = set.iter().map(|&set| set.to_owned()).collect();
-        let edits = Overrides { traffic: Some(file.clone()), set, ..Overrides::default() };
-        let loaded = Scenario::load(scenario, &edits, 1);
+        let overrides = Overrides { traffic: Some(file.clone()), set, ..Overrides::default() };
+        let loaded = Scenario::load(scenario, &overrides, 1);
         loaded.map_err(|error| error.to_string().replace(&file.display().to_string(), "cars.csv"))
     }
 
@@ -176,8 +176,8 @@ mod tests {
 
     #[test]
     fn the_name_of_a_traffic_file_is_not_repeated_at_length() {
-        let edits = Overrides { traffic: Some("x".repeat(100_000).into()), ..Overrides::default() };
-        let error = Scenario::load("traffic/convoy", &edits, 1).unwrap_err().to_string();
+        let overrides = Overrides { traffic: Some("x".repeat(100_000).into()), ..Overrides::default() };
+        let error = Scenario::load("traffic/convoy", &overrides, 1).unwrap_err().to_string();
         assert!(error.contains("traffic.file = \"xxx") && error.len() < 1000, "{error}");
     }
 }

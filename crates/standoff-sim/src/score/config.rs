@@ -87,21 +87,21 @@ impl ScoreConfig {
         Some(OrbitMotion::start(&centre, &self.standoff_distance(members, &centre, 0.0)))
     }
 
-    /// Returns the orbit one period after `flown`, on its way to `wanted`: the centre moves towards that of `wanted`,
-    /// and the radius towards (15) of the members about the moved centre, with a margin. Returns `wanted` itself if
+    /// Returns the orbit one period after `flown`, on its way to `desired`: the centre moves towards that of `desired`,
+    /// and the radius towards (15) of the members about the moved centre, with a margin. Returns `desired` itself if
     /// motion limits are off.
     pub(super) fn orbit_after(
         &self,
         flown: &OrbitMotion,
-        wanted: &OrbitMotion,
+        desired: &OrbitMotion,
         members: &[TargetState],
         margin_m: f64,
     ) -> OrbitMotion {
         let (motion, period_s) = (&self.orbit_motion, self.period_s);
         if motion.is_instantaneous() {
-            return *wanted;
+            return *desired;
         }
-        let flown = flown.with_centre(&wanted.state(), motion, period_s);
+        let flown = flown.with_centre(&desired.state(), motion, period_s);
         let target_radius_m = self.standoff_distance(members, &flown.state(), margin_m).distance_m;
         flown.with_radius(target_radius_m, &self.standoff, motion, period_s)
     }

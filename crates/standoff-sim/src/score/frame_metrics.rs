@@ -37,8 +37,8 @@ pub struct FrameScorer {
 impl FrameScorer {
     /// Makes a scorer that has not processed any frame.
     #[must_use]
-    pub fn new(rules: ScoreConfig) -> Self {
-        Self { config: rules, orbits: TrueOrbits::default(), is_after_cue: false }
+    pub fn new(score_config: ScoreConfig) -> Self {
+        Self { config: score_config, orbits: TrueOrbits::default(), is_after_cue: false }
     }
 
     /// Processes the next frame.
@@ -49,7 +49,7 @@ impl FrameScorer {
         self.is_after_cue |= !frame.truth.is_empty();
         FrameScores {
             geometry,
-            rules: &self.config,
+            score_config: &self.config,
             frame,
             is_after_cue,
             looking: pointed_sensors(frame),
@@ -61,9 +61,9 @@ impl FrameScorer {
 /// Frame with its scores relative to the truth.
 #[derive(Debug)]
 pub struct FrameScores<'a> {
-    /// Quantities that need no scoring rules.
+    /// Quantities that need no scoring score_config.
     pub geometry: Geometry<'a>,
-    rules: &'a ScoreConfig,
+    score_config: &'a ScoreConfig,
     frame: &'a Frame,
     /// True if a target existed before this time step, so that sensors could have been pointed.
     is_after_cue: bool,
@@ -106,13 +106,13 @@ impl FrameScores<'_> {
     #[must_use]
     pub fn in_view(&self, target: u32) -> Option<bool> {
         let target = position(truth_of(self.frame, target)?);
-        self.is_after_cue.then(|| is_in_view(&self.rules.sensor, &self.looking, target))
+        self.is_after_cue.then(|| is_in_view(&self.score_config.sensor, &self.looking, target))
     }
 
     /// Returns the custody of all targets.
     #[must_use]
     pub fn custody(&self) -> CustodyCounts {
-        let is_in_view = |truth| is_in_view(&self.rules.sensor, &self.looking, position(truth));
+        let is_in_view = |truth| is_in_view(&self.score_config.sensor, &self.looking, position(truth));
         // Ascending by target, like the truth.
         let in_view: Vec<u32> =
             self.frame.truth.iter().filter(|truth| is_in_view(truth)).map(|truth| truth.target).collect();
@@ -136,7 +136,7 @@ impl FrameScores<'_> {
     pub fn views(&self) -> impl Iterator<Item = ViewRow> {
         let pairs = self.looking.iter().flat_map(|uav| self.frame.truth.iter().map(move |truth| (uav, truth)));
         pairs.filter_map(|((uav, at, boresight), truth)| {
-            let seen = self.rules.sensor.measure(*at, *boresight, position(truth))?;
+            let seen = self.score_config.sensor.measure(*at, *boresight, position(truth))?;
             let off_boresight_rad = (seen.bearing - *boresight).rad();
             Some(ViewRow { uav: *uav, target: truth.target, range_m: seen.range_m, off_boresight_rad })
         })
@@ -150,7 +150,7 @@ impl FrameScores<'_> {
         let centre = self.orbits.of(group)?.flown.centre;
         let assigned_uavs = self.frame.uavs.iter().filter(|uav| uav.group == Some(group));
         let information =
-            assigned_uavs.map(|uav| self.rules.sensor.information(at(uav), centre)).reduce(|a, b| a + b)?;
+            assigned_uavs.map(|uav| self.score_config.sensor.information(at(uav), centre)).reduce(|a, b| a + b)?;
         Some(information.determinant().sqrt().sqrt().recip()).filter(|sd_m| sd_m.is_finite())
     }
 }

@@ -72,8 +72,8 @@ fn own_frame(frame: &Frame, agent: u32, own: &mut Frame) {
     own.detections.clone_from(&frame.detections);
     own.uavs.clone_from(&frame.uavs);
     for uav in &mut own.uavs {
-        let is_there = agents.all.binary_search_by_key(&uav.uav, |row| row.agent).is_ok();
-        uav.group = agents.teammate(agent, uav.uav).filter(|_| is_there).and_then(|mate| mate.group);
+        let has_agent = agents.all.binary_search_by_key(&uav.uav, |row| row.agent).is_ok();
+        uav.group = agents.teammate(agent, uav.uav).filter(|_| has_agent).and_then(|mate| mate.group);
     }
     own.tracks.clear();
     own.tracks.extend(agents.tracks_of(agent).iter().map(|of| of.row));

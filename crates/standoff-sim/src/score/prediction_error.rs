@@ -19,7 +19,7 @@ use crate::geometry::{at, centre, off_orbit_m};
 /// One-step prediction errors of a run, from `transient_s` on.
 #[derive(Debug, Clone)]
 pub(super) struct PredictionErrors {
-    rules: ScoreConfig,
+    score_config: ScoreConfig,
     transition: Transition,
     before: Vec<TrackRow>,
     groups_before: Vec<GroupRow>,
@@ -31,10 +31,10 @@ pub(super) struct PredictionErrors {
 }
 
 impl PredictionErrors {
-    pub(super) fn new(rules: ScoreConfig) -> Self {
+    pub(super) fn new(score_config: ScoreConfig) -> Self {
         Self {
-            transition: rules.target.transition(Duration::from_s(rules.period_s)),
-            rules,
+            transition: score_config.target.transition(Duration::from_s(score_config.period_s)),
+            score_config,
             before: Vec::new(),
             groups_before: Vec::new(),
             orbits_before: TrueOrbits::default(),
@@ -45,7 +45,7 @@ impl PredictionErrors {
 
     /// Adds the next frame and its true orbits.
     pub(super) fn frame(&mut self, frame: &Frame, orbits: &TrueOrbits) {
-        if frame.time_us as f64 / 1e6 >= self.rules.transient_s {
+        if frame.time_us as f64 / 1e6 >= self.score_config.transient_s {
             frame.groups.iter().for_each(|group| self.group(frame, orbits, group));
         }
         self.orbits_before.clone_from(orbits);
@@ -63,9 +63,10 @@ impl PredictionErrors {
         }
         let expected = |track: &TrackRow| self.transition.predict(&TargetState(track.state.into()));
         let members: Vec<TargetState> = self.before.iter().filter(is_on).map(expected).collect();
-        let (Some(truth), Some(wanted)) = (orbits.of(group.group), self.rules.orbit(&members)) else { return };
-        let after = |flown: &OrbitMotion, margin_m: f64| self.rules.orbit_after(flown, &wanted, &members, margin_m);
-        let expected_true = self.orbits_before.of(group.group).map_or(wanted, |orbit| after(&orbit.flown, 0.0));
+        let (Some(truth), Some(desired)) = (orbits.of(group.group), self.score_config.orbit(&members)) else { return };
+        let after =
+            |flown: &OrbitMotion, margin_m: f64| self.score_config.orbit_after(flown, &desired, &members, margin_m);
+        let expected_true = self.orbits_before.of(group.group).map_or(desired, |orbit| after(&orbit.flown, 0.0));
         let orbit = |row: &GroupRow| OrbitMotion {
             centre: centre(row),
             velocity: Velocity::from_m_s(row.vx_m_s, row.vy_m_s),
@@ -73,11 +74,11 @@ impl PredictionErrors {
             rate_m_s: row.standoff_rate_m_s,
         };
         let (own, was) = (orbit(group), orbit(old));
-        let expected_own = if self.rules.orbit_motion.is_instantaneous() {
+        let expected_own = if self.score_config.orbit_motion.is_instantaneous() {
             // The agents' own centre moves on at constant velocity.
-            let centre = was.centre + was.velocity * self.rules.period_s;
+            let centre = was.centre + was.velocity * self.score_config.period_s;
             let state = TargetState::new(centre, was.velocity, [0.0; 2]);
-            OrbitMotion::start(&state, &self.rules.standoff_distance(&members, &state, group.margin_m))
+            OrbitMotion::start(&state, &self.score_config.standoff_distance(&members, &state, group.margin_m))
         } else {
             after(&was, group.margin_m)
         };
@@ -100,17 +101,17 @@ mod tests {
     use crate::score::MetricSelection;
 
     fn frames(set: &[&str]) -> (ScoreConfig, Vec<Frame>) {
-        let edits = Overrides { set: set.iter().map(|edit| (*edit).to_owned()).collect(), ..Overrides::default() };
-        let scenario = Scenario::load("paper/table-2-pair", &edits, 4).unwrap();
+        let overrides = Overrides { set: set.iter().map(|edit| (*edit).to_owned()).collect(), ..Overrides::default() };
+        let scenario = Scenario::load("paper/table-2-pair", &overrides, 4).unwrap();
         let mut mission = Mission::new(&scenario).unwrap();
         (ScoreConfig::of(&scenario.settings), std::iter::from_fn(|| mission.frame().cloned()).collect())
     }
 
-    fn surprises(rules: &ScoreConfig, frames: &[Frame]) -> [f64; 2] {
-        let mut surprises = PredictionErrors::new(rules.clone());
+    fn surprises(score_config: &ScoreConfig, frames: &[Frame]) -> [f64; 2] {
+        let mut surprises = PredictionErrors::new(score_config.clone());
         let mut orbits = TrueOrbits::default();
         for frame in frames {
-            orbits.next(rules, &frame.groups, &known(frame).collect::<Vec<_>>());
+            orbits.next(score_config, &frame.groups, &known(frame).collect::<Vec<_>>());
             surprises.frame(frame, &orbits);
         }
         [surprises.truth.value().unwrap(), surprises.own.value().unwrap()]
@@ -127,8 +128,8 @@ mod tests {
             "targets.acceleration_sd_m_s2=0",
             "filter.acceleration_sd_m_s2=1e-3",
         ];
-        let (rules, frames) = frames(&exact);
-        let [truth_m, own_m] = surprises(&rules, &frames);
+        let (score_config, frames) = frames(&exact);
+        let [truth_m, own_m] = surprises(&score_config, &frames);
         assert!(truth_m < 0.02 && own_m < 0.02, "{truth_m} {own_m}");
     }
 
@@ -136,9 +137,9 @@ mod tests {
     /// unchanged.
     #[test]
     fn displaced_truth_gives_a_prediction_error() {
-        let (rules, mut frames) = frames(&[]);
+        let (score_config, mut frames) = frames(&[]);
         frames.iter_mut().for_each(|frame| frame.uavs.truncate(1));
-        let [_, own_m] = surprises(&rules, &frames);
+        let [_, own_m] = surprises(&score_config, &frames);
         for frame in &mut frames {
             let (uav, group) = (frame.uavs[0], &frame.groups[0]);
             let away = Position::from_m(group.x_m, group.y_m) - at(&uav);
@@ -147,7 +148,7 @@ mod tests {
                 truth.y_m += 700.0 * away.direction().sin();
             }
         }
-        let [truth_m, own_after_m] = surprises(&rules, &frames);
+        let [truth_m, own_after_m] = surprises(&score_config, &frames);
         assert!((truth_m - 700.0).abs() < 10.0, "{truth_m}");
         assert_eq!(own_m.to_bits(), own_after_m.to_bits());
     }
@@ -157,9 +158,9 @@ mod tests {
     fn standoff_errors_exceed_their_prediction_errors() {
         let choice = MetricSelection::parse("standard,limits").unwrap();
         let (mut errors_m, mut surprises_m) = ([0.0; 2], [0.0; 2]);
-        let edits = Overrides { set: vec!["guidance.lead=predicted".to_owned()], ..Overrides::default() };
+        let overrides = Overrides { set: vec!["guidance.lead=predicted".to_owned()], ..Overrides::default() };
         for seed in 0..60 {
-            let metrics = fly(&Scenario::load("paper/table-2-pair", &edits, seed).unwrap(), choice).unwrap();
+            let metrics = fly(&Scenario::load("paper/table-2-pair", &overrides, seed).unwrap(), choice).unwrap();
             errors_m[0] += metrics.standoff_error_m_settled.unwrap();
             errors_m[1] += metrics.standoff_error_own_estimate_m_settled.unwrap();
             surprises_m[0] += metrics.orbit_prediction_error_m_settled.unwrap();

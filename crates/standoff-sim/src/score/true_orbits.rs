@@ -123,7 +123,7 @@ mod tests {
     #[test]
     fn standoff_errors_use_the_orbit_with_motion_limits() {
         let (rules, frames) = (rules(), jump());
-        let near = |value: Option<f64>, wanted_m: f64| (value.unwrap() - wanted_m).abs() < 1e-9;
+        let near = |value: Option<f64>, expected_m: f64| (value.unwrap() - expected_m).abs() < 1e-9;
         let metrics = scored(&rules);
         assert!(near(metrics.standoff_error_m, 0.0) && near(metrics.standoff_error_m_settled, 0.0));
         assert!(near(metrics.standoff_error_unfiltered_m_settled, 50.0));

@@ -49,18 +49,18 @@ pub struct Fault {
     /// Message: what is wrong, what is allowed, what to do.
     pub message: String,
     /// True if the machine failed, rather than the file being wrong.
-    pub is_machine_s: bool,
+    pub is_io_error: bool,
 }
 
 impl Fault {
     /// Creates an error of the file as a whole.
     pub fn whole(message: String) -> Self {
-        Self { position: None, message, is_machine_s: false }
+        Self { position: None, message, is_io_error: false }
     }
 
     /// Creates an error at a position.
     pub fn at(position: Position, message: String) -> Self {
-        Self { position: Some(position), message, is_machine_s: false }
+        Self { position: Some(position), message, is_io_error: false }
     }
 }
 
@@ -84,14 +84,14 @@ pub fn input_fault(position: Option<Position>, error: &io::Error) -> Fault {
         }
         _ => bounded_input::cannot_be_read(error),
     };
-    Fault { position, message, is_machine_s: !bounded_input::is_input_error(error) }
+    Fault { position, message, is_io_error: !bounded_input::is_input_error(error) }
 }
 
 /// A reader that tracks its position, and fails if one piece (from one `begin` to the next) becomes too long.
 #[derive(Debug)]
 pub struct Lines<R> {
     inner: BufReader<R>,
-    wanted: &'static Expectation,
+    expected: &'static Expectation,
     position: Position,
     /// Start of the piece.
     begin: Position,
@@ -101,10 +101,10 @@ pub struct Lines<R> {
 }
 
 impl<R: Read> Lines<R> {
-    pub(super) fn new(reader: R, wanted: &'static Expectation) -> Self {
+    pub(super) fn new(reader: R, expected: &'static Expectation) -> Self {
         Self {
             inner: BufReader::with_capacity(1 << 16, reader),
-            wanted,
+            expected,
             position: Position::START,
             begin: Position::START,
             left: MAX_PIECE,
@@ -160,7 +160,7 @@ impl<R: Read> BufRead for Lines<R> {
     fn fill_buf(&mut self) -> io::Result<&[u8]> {
         let text = self.inner.fill_buf()?;
         if self.left == 0 && !text.is_empty() {
-            let what = self.wanted.description;
+            let what = self.expected.description;
             let message = if self.is_blank {
                 format!("more than 1 MiB of blanks in one place; at most 1 MiB; is this a {what} file? remove them")
             } else {

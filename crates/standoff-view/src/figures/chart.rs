@@ -22,19 +22,19 @@ const BELOW: u32 = 44;
 /// Width of the legend, px.
 const LEGEND: u32 = 184;
 /// Part of the legend's width that is left and right of the text, px.
-const BESIDE_WORDS: f64 = 34.0;
+const LEGEND_MARGIN_PX: f64 = 34.0;
 /// Font size of the legend, px.
-const WORDS: f64 = 11.5;
+const LEGEND_FONT_PX: f64 = 11.5;
 /// Height of heading, caption and bottom margin, px.
 const ABOVE: u32 = 54;
 /// Height of a low panel, px.
 const ROW: u32 = 128;
 /// Maximum number of points of all curves in a chart.
-const POINTS: usize = 40_000;
+const POINTS_MAX: usize = 40_000;
 /// Maximum number of UAVs or groups named in a legend.
-pub(super) const MOST_NAMED: usize = UAVS.len();
+pub(super) const NAMED_MAX: usize = UAVS.len();
 /// Maximum number of groups with their own panel.
-pub(super) const MOST_PANELS: usize = 4;
+pub(super) const PANELS_MAX: usize = 4;
 /// Opacity that marks dashed lines, because the SVG writer does not support dashes.
 const DASHED: f64 = 0.999;
 /// SVG attribute that replaces the opacity [`DASHED`].
@@ -70,21 +70,21 @@ impl Line {
 
 /// Maximum number of points of each of `curves` curves.
 pub(super) fn share(curves: usize) -> usize {
-    (POINTS / curves.max(1)).clamp(16, MOST_POINTS)
+    (POINTS_MAX / curves.max(1)).clamp(16, MOST_POINTS)
 }
 
 /// Makes lines of UAVs in the colours of the UAVs; the first few are named in the legend.
 pub(super) fn of_uavs<'a>(run: &Run, width: f64, curves: impl Iterator<Item = (u32, &'a Curve)>) -> Vec<Line> {
     let line = |(rank, (id, curve)): (usize, (u32, &Curve))| Line {
-        label: (rank < MOST_NAMED).then(|| format!("UAV {id}")),
+        label: (rank < NAMED_MAX).then(|| format!("UAV {id}")),
         ..Line::new(curve.runs(share(2 * run.uavs.len())), ink(run.uav_colour(id), width))
     };
     and_more(curves.enumerate().map(line).collect(), "UAVs")
 }
 
-/// Limits the named lines to [`MOST_NAMED`] and adds a legend entry with the number of the others.
+/// Limits the named lines to [`NAMED_MAX`] and adds a legend entry with the number of the others.
 fn and_more(mut lines: Vec<Line>, what: &str) -> Vec<Line> {
-    let left = lines.len().saturating_sub(MOST_NAMED);
+    let left = lines.len().saturating_sub(NAMED_MAX);
     if left > 0 {
         let label = Some(format!("and {left} more {what}"));
         lines.push(Line { label, ..Line::new(Vec::new(), ink(WHITE, 1.0)) });
@@ -95,7 +95,7 @@ fn and_more(mut lines: Vec<Line>, what: &str) -> Vec<Line> {
 /// Makes a line of each group in the colours of the groups; the first few are named in the legend.
 pub(super) fn of_groups(run: &Run, width: f64, curve: fn(&Group) -> &Curve) -> Vec<Line> {
     let line = |(rank, (&id, group)): (usize, (&u32, &Group))| Line {
-        label: (rank < MOST_NAMED).then(|| format!("group {id}")),
+        label: (rank < NAMED_MAX).then(|| format!("group {id}")),
         ..Line::new(curve(group).runs(share(run.groups.len())), ink(run.group_colour(id), width))
     };
     and_more(run.groups.iter().enumerate().map(line).collect(), "groups")
@@ -208,15 +208,15 @@ impl<'a> Chart<'a> {
     pub(super) fn finish(mut self) -> Drawn {
         let mut labels = self.legend.configure_series_labels();
         labels.position(SeriesLabelPosition::Coordinate(4 * PX as i32, 0)).margin(4 * PX);
-        Ok(labels.legend_area_size(26 * PX).label_font(font(WORDS)).draw()?)
+        Ok(labels.legend_area_size(26 * PX).label_font(font(LEGEND_FONT_PX)).draw()?)
     }
 }
 
 /// Shortens a legend entry to the available width; an ellipsis replaces the rest.
 pub(super) fn fitted(mut label: String) -> String {
-    let room_px = f64::from(LEGEND) - BESIDE_WORDS;
-    if width_px(&label, WORDS) > room_px {
-        while width_px(&label, WORDS) + width_px("…", WORDS) > room_px && label.pop().is_some() {}
+    let room_px = f64::from(LEGEND) - LEGEND_MARGIN_PX;
+    if width_px(&label, LEGEND_FONT_PX) > room_px {
+        while width_px(&label, LEGEND_FONT_PX) + width_px("…", LEGEND_FONT_PX) > room_px && label.pop().is_some() {}
         label.push('…');
     }
     label
@@ -283,10 +283,10 @@ pub(super) fn per_group(
 ) -> Drawn<Option<String>> {
     let panels = run.groups.iter().map(|(&id, group)| (id, group.steps, panel(id, group)));
     let mut panels: Vec<_> = panels.filter(|panel| !panel.2.is_empty()).collect();
-    let few = format!(" (the {MOST_PANELS} longest-lived of {} groups)", run.created);
-    let note = format!("{note}{}", if panels.len() > MOST_PANELS { &few } else { "" });
+    let few = format!(" (the {PANELS_MAX} longest-lived of {} groups)", run.created);
+    let note = format!("{note}{}", if panels.len() > PANELS_MAX { &few } else { "" });
     panels.sort_by_key(|panel| Reverse(panel.1));
-    panels.truncate(MOST_PANELS);
+    panels.truncate(PANELS_MAX);
     panels.sort_by_key(|panel| panel.0);
     stacked(run, heading, title, &note, panels.into_iter().map(|panel| panel.2).chain(last).collect())
 }

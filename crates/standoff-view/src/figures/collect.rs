@@ -5,7 +5,7 @@ use super::symbol::Mark;
 use crate::colours::{GROUPS, GroupColours, UAVS};
 use plotters::style::RGBColor;
 use standoff::TeammateStatus;
-use standoff_sim::geometry::{Between, group_of, own_estimate_error_m, phase_separations};
+use standoff_sim::geometry::{Between, group_of, own_estimate_error_m, phase_differences};
 use standoff_sim::record::{AgentRow, EventRow, Frame};
 use standoff_sim::score::FrameScorer;
 use std::collections::BTreeMap;
@@ -98,7 +98,7 @@ pub(super) struct Group {
     pub(super) separation: Curve,
     /// Distance from the centre, by assigned UAV, m.
     pub(super) distances: BTreeMap<u32, Curve>,
-    /// Phase spacing between UAVs, degrees.
+    /// Phase difference between UAVs, degrees.
     pub(super) phases: BTreeMap<Between, Curve>,
     /// Times of events of its targets, as a curve of the time over the running number of the event.
     marks: BTreeMap<Mark, Curve>,
@@ -211,7 +211,7 @@ impl Run {
             curves.disagreeing.push(index, time, agents.all.iter().filter(disagrees).count() as f64);
             curves.uncommitted.push(index, time, row.committed_us.map(|us| time - us as f64 * 1e-6));
         }
-        for (group, between, angle) in phase_separations(frame) {
+        for (group, between, angle) in phase_differences(frame) {
             if let Some(group) = self.groups.get_mut(&group) {
                 group.phases.entry(between).or_default().push(index, time, angle.to_degrees());
             }

@@ -459,7 +459,7 @@ fn generations(count: u32) -> Vec<Frame> {
 }
 
 #[test]
-fn only_the_longest_lived_of_many_groups_have_panels_and_a_note_says_so() {
+fn only_the_longest_lived_of_many_groups_have_panels_and_a_note_states_this() {
     let figures = drawn(generations(9), &setup());
     assert_sound(&figures);
     let svg = svg(&figures, "standoff_distance");

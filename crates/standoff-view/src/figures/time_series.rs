@@ -1,6 +1,6 @@
 //! Figures over time: of UAVs, of groups, or one panel per group.
 
-use super::chart::{Drawn, Line, MOST_NAMED, MOST_PANELS, Panel, of_groups, of_uavs, per_group, share, stacked};
+use super::chart::{Drawn, Line, NAMED_MAX, PANELS_MAX, Panel, of_groups, of_uavs, per_group, share, stacked};
 use super::collect::{AgentCurves, Group, Run, Uav};
 use super::curve::{Curve, MOST_POINTS, range};
 use super::figure::Setup;
@@ -44,7 +44,7 @@ pub(super) fn standoff_distance(run: &Run, setup: &Setup) -> Drawn<Option<String
     per_group(run, "Distance of each UAV to the centre of its group", &setup.title, &note, panel, Some(errors))
 }
 
-/// Draws the phase spacing of the UAVs on each orbit.
+/// Draws the phase difference of the UAVs on each orbit.
 pub(super) fn phase(run: &Run, setup: &Setup) -> Drawn<Option<String>> {
     let panel = |id: u32, group: &Group| {
         let line = |(rank, (&(_, uav, other), curve)): (usize, (&Between, &Curve))| {
@@ -52,7 +52,7 @@ pub(super) fn phase(run: &Run, setup: &Setup) -> Drawn<Option<String>> {
             let (runs, ink) = (curve.runs(share(group.phases.len())), ink(run.uav_colour(uav), 1.75));
             // The curve of a pair has both colours, because a UAV may successively be in several pairs.
             let dashes = other.map(|other| run.uav_colour(other));
-            Line { dashes, label: (rank < MOST_NAMED).then_some(label), ..Line::new(runs, ink) }
+            Line { dashes, label: (rank < NAMED_MAX).then_some(label), ..Line::new(runs, ink) }
         };
         let counts: BTreeSet<usize> = group.phases.keys().map(|between| between.0).collect();
         let level = |count| {
@@ -62,14 +62,14 @@ pub(super) fn phase(run: &Run, setup: &Setup) -> Drawn<Option<String>> {
             )
         };
         Panel {
-            axis: run.axis("Phase spacing", id, "°"),
+            axis: run.axis("Phase difference", id, "°"),
             shown: Some(0.0),
             lines: group.phases.iter().enumerate().map(line).collect(),
             levels: counts.into_iter().map(level).collect(),
             ..Panel::default()
         }
     };
-    per_group(run, "Phase spacing of the UAVs on one orbit", &setup.title, "", panel, None)
+    per_group(run, "Phase difference of the UAVs on one orbit", &setup.title, "", panel, None)
 }
 
 /// Draws the smallest distance between two UAVs of each group.
@@ -85,7 +85,7 @@ pub(super) fn separation(run: &Run, setup: &Setup) -> Drawn<Option<String>> {
 pub(super) fn margin(run: &Run, setup: &Setup) -> Drawn<Option<String>> {
     let panel = |axis: &str, curve: fn(&Group) -> &Curve| {
         // With many groups, the event marks would hide the curves.
-        let marked = run.groups.values().filter(|_| run.groups.len() <= MOST_PANELS);
+        let marked = run.groups.values().filter(|_| run.groups.len() <= PANELS_MAX);
         let marks = marked.flat_map(Group::marks).collect();
         let lines = of_groups(run, 1.5, curve);
         Panel { axis: axis.to_owned(), shown: Some(0.0), lines, marks, ..Panel::default() }
@@ -136,9 +136,9 @@ pub(super) fn speed_and_turn_rate(run: &Run, setup: &Setup) -> Drawn<Option<Stri
         is_row: true,
         ..Panel::default()
     };
-    let rows = run.uavs.keys().take(MOST_NAMED).map(turn_rate);
+    let rows = run.uavs.keys().take(NAMED_MAX).map(turn_rate);
     let panels = std::iter::once(speed).chain(rows).collect();
-    let (count, shown) = (run.uavs.len(), MOST_NAMED);
+    let (count, shown) = (run.uavs.len(), NAMED_MAX);
     let note =
         if count > shown { format!(" (turn rates of the first {shown} of {count} UAVs)") } else { String::new() };
     stacked(run, "Speed of the UAVs, and turn rate of each", &setup.title, &note, panels)
@@ -154,7 +154,7 @@ pub(super) fn agreement(run: &Run, setup: &Setup) -> Drawn<Option<String>> {
         ..Panel::default()
     };
     let panels = vec![
-        panel("Teammates out of contact", |agent| &agent.not_received),
+        panel("Teammates silent, timed out or left", |agent| &agent.not_received),
         panel("Agents that disagree", |agent| &agent.disagreeing),
         panel("Uncommitted time (s)", |agent| &agent.uncommitted),
     ];

@@ -1,6 +1,6 @@
 //! Figure `trajectories`: map of the run with UAVs, targets, groups and their orbits.
 
-use super::chart::{Area, Chart, Drawn, Line, MOST_NAMED, of_uavs, page, share};
+use super::chart::{Area, Chart, Drawn, Line, NAMED_MAX, of_uavs, page, share};
 use super::collect::{Group, Run};
 use super::curve::{Curve, MOST_POINTS, Point, range, usable};
 use super::figure::Setup;
@@ -155,7 +155,7 @@ fn names(run: &Run) -> Vec<(Point, Pos, String, RGBColor)> {
         let (at, pos) = (0..8).map(place).max_by(|a, b| clear(a.0).total_cmp(&clear(b.0)))?;
         Some((at, pos, format!("group {id}"), run.group_colour(id)))
     };
-    run.groups.iter().take(MOST_NAMED).filter_map(name).collect()
+    run.groups.iter().take(NAMED_MAX).filter_map(name).collect()
 }
 
 /// First time step from which the UAVs' paths are drawn in full colour. In a long run, complete paths would hide the

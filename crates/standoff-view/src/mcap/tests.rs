@@ -258,8 +258,8 @@ fn uavs_in_georeferenced_scenarios_have_latitude_and_longitude() {
     let traffic = folder.path().join("traffic.csv");
     let row = |i: i32| format!("{i},car,{},{}\n", 44.5 + f64::from(i) * 1e-5, 11.3);
     fs::write(&traffic, format!("t,id,lat,lon\n{}", (0..=10).map(row).collect::<String>())).unwrap();
-    let edits = Overrides { traffic: Some(traffic), ..Overrides::default() };
-    let scenario = Scenario::load("traffic/convoy", &edits, 1).unwrap();
+    let overrides = Overrides { traffic: Some(traffic), ..Overrides::default() };
+    let scenario = Scenario::load("traffic/convoy", &overrides, 1).unwrap();
     let frames = frames(&scenario);
     let bytes = written(&scenario, &frames);
     let fixes = messages::<LocationFix>(&bytes, "/uav/1/location");

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use standoff_sim::geometry::{desired_pair_phase_rad, phase_separations};
+use standoff_sim::geometry::{desired_pair_phase_rad, phase_differences};
 use standoff_sim::record::{
     EventQuota, EventRow, Frame, GroupRow, IntruderRow, PerAgentTables, TrackRow, TruthRow, UavRow,
 };
@@ -353,7 +353,7 @@ fn by_agents<'a>(
 /// For each group the phase between two UAVs with the largest phase error, and the desired phase, rad.
 fn phases(frame: &Frame, pair_rad: f64) -> BTreeMap<u32, (f64, f64)> {
     let mut worst: BTreeMap<u32, (f64, f64)> = BTreeMap::new();
-    for (group, (count, ..), phase_rad) in phase_separations(frame) {
+    for (group, (count, ..), phase_rad) in phase_differences(frame) {
         let desired_rad = desired_pair_phase_rad(count, pair_rad);
         let off_rad = |(phase_rad, desired_rad): (f64, f64)| (phase_rad - desired_rad).abs();
         let this = (phase_rad, desired_rad);

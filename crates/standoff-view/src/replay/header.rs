@@ -30,7 +30,7 @@ pub struct Head {
     /// Limits of the UAVs.
     pub limits: Setup,
     /// Basemap, encoded by `standoff-map`. In the JSON it is a flag; if it is set, the page requests the map.
-    #[serde(serialize_with = "is_there")]
+    #[serde(serialize_with = "serialize_is_some")]
     pub map: Option<Bytes>,
     /// Keep-out and keep-in zones.
     #[serde(skip_serializing_if = "Vec::is_empty")]
@@ -79,7 +79,7 @@ fn is_none(events: &u64) -> bool {
     *events == 0
 }
 
-fn is_there<S: Serializer>(map: &Option<Bytes>, serializer: S) -> Result<S::Ok, S::Error> {
+fn serialize_is_some<S: Serializer>(map: &Option<Bytes>, serializer: S) -> Result<S::Ok, S::Error> {
     serializer.serialize_bool(map.is_some())
 }
 

@@ -7,7 +7,7 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 use super::chunk::gzip;
 use super::encoder::Part;
 use super::header::Head;
-use crate::serve::{Answer, Bytes, Feed};
+use crate::serve::{Bytes, Feed, Resource};
 
 const JSON: &str = "application/json";
 const BYTES: &str = "application/octet-stream";
@@ -15,12 +15,12 @@ const BYTES: &str = "application/octet-stream";
 /// A replay that one thread extends and any number of pages follow. The writing thread never waits for pages.
 #[derive(Debug)]
 pub struct Replay {
-    held: Mutex<Held>,
+    state: Mutex<ReplayState>,
     feed: Feed,
 }
 
 #[derive(Debug)]
-struct Held {
+struct ReplayState {
     head: Bytes,
     map: Option<Bytes>,
     /// Parts that are complete.
@@ -40,37 +40,37 @@ impl Replay {
         let head = gzip(head.json()?.as_bytes()).into();
         // A random number differs between processes and between replays.
         let run = RandomState::new().hash_one(0);
-        let held = Held { head, map, sealed: Vec::new(), open: None, done: false, run };
-        Ok(Self { feed: Feed::new(held.state()), held: Mutex::new(held) })
+        let state = ReplayState { head, map, sealed: Vec::new(), open: None, done: false, run };
+        Ok(Self { feed: Feed::new(state.progress()), state: Mutex::new(state) })
     }
 
     /// Adds a complete part.
     pub fn add(&self, part: Part) {
-        let mut held = self.held();
-        held.sealed.push(part);
-        held.open = None;
-        self.feed.send(held.state());
+        let mut state = self.lock();
+        state.sealed.push(part);
+        state.open = None;
+        self.feed.send(state.progress());
     }
 
     /// Publishes the current state of the part that is being filled; `steps`: its number of time steps.
     pub fn show(&self, part: Part, steps: usize) {
-        let mut held = self.held();
-        held.open = Some((part, steps));
-        self.feed.send(held.state());
+        let mut state = self.lock();
+        state.open = Some((part, steps));
+        self.feed.send(state.progress());
     }
 
     /// Marks the replay as complete; `head` contains the results.
     pub fn finish(&self, head: &Head) -> serde_json::Result<()> {
         let head = gzip(head.json()?.as_bytes()).into();
-        let mut held = self.held();
-        (held.head, held.done) = (head, true);
-        self.feed.send(held.state());
+        let mut state = self.lock();
+        (state.head, state.done) = (head, true);
+        self.feed.send(state.progress());
         Ok(())
     }
 
     /// Number of pages that follow the replay.
     #[must_use]
-    pub fn watchers(&self) -> usize {
+    pub fn viewers(&self) -> usize {
         self.feed.readers()
     }
 
@@ -83,18 +83,18 @@ impl Replay {
 
     /// Returns the contents of `head.json`, `map.json`, `overview/N`, `detail/N` or `team-states/N`.
     #[must_use]
-    pub fn get(&self, path: &str) -> Option<Answer> {
-        let held = self.held();
+    pub fn get(&self, path: &str) -> Option<Resource> {
+        let state = self.lock();
         if path == "head.json" {
-            return Some(Answer { kind: JSON, body: held.head.clone(), gzip: true, immutable: false });
+            return Some(Resource { kind: JSON, body: state.head.clone(), gzip: true, immutable: false });
         }
         if path == "map.json" {
-            return held.map.clone().map(|body| Answer { kind: JSON, body, gzip: true, immutable: false });
+            return state.map.clone().map(|body| Resource { kind: JSON, body, gzip: true, immutable: false });
         }
         let (block, number) = path.split_once('/')?;
         let number: usize = number.parse().ok()?;
-        let sealed = held.sealed.get(number);
-        let open = held.open.as_ref().filter(|_| number == held.sealed.len()).map(|(part, _)| part);
+        let sealed = state.sealed.get(number);
+        let open = state.open.as_ref().filter(|_| number == state.sealed.len()).map(|(part, _)| part);
         let part = sealed.or(open)?;
         let body = match block {
             "overview" => &part.overview,
@@ -103,17 +103,18 @@ impl Replay {
             _ => return None,
         };
         // Browsers must not cache: another run may be served at the same address later.
-        Some(Answer { kind: BYTES, body: body.clone(), gzip: true, immutable: false })
+        Some(Resource { kind: BYTES, body: body.clone(), gzip: true, immutable: false })
     }
 
     /// Locks the contents. A poisoned lock is safe: every change is a single assignment or push.
-    fn held(&self) -> MutexGuard<'_, Held> {
-        self.held.lock().unwrap_or_else(PoisonError::into_inner)
+    fn lock(&self) -> MutexGuard<'_, ReplayState> {
+        self.state.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
 
-impl Held {
-    fn state(&self) -> String {
+impl ReplayState {
+    /// Formats the progress as JSON; see [`Replay::feed`].
+    fn progress(&self) -> String {
         let open = self.open.as_ref().map_or(0, |(_, steps)| *steps);
         let Self { sealed, done, run, .. } = self;
         format!("{{\"run\":\"{run}\",\"sealed\":{},\"open\":{open},\"done\":{done}}}", sealed.len())

@@ -21,7 +21,7 @@ use tokio_io_timeout::TimeoutStream;
 use tokio_tungstenite::tungstenite::handshake::server::create_response;
 
 use super::limits::Limits;
-use super::response::{self, Reply};
+use super::response::{self, HttpResponse};
 use super::site::Site;
 use super::{live_feed, request_filter};
 
@@ -53,46 +53,46 @@ impl ServerState {
         limits: Limits,
         stopped: watch::Receiver<()>,
     ) -> Arc<Self> {
-        let places = |count| Arc::new(Semaphore::new(count));
+        let slots = |count| Arc::new(Semaphore::new(count));
         Arc::new(Self {
             site,
             address,
-            connections: places(limits.connections),
-            web_sockets: places(limits.web_sockets),
-            calls: places(limits.calls),
+            connections: slots(limits.connections),
+            web_sockets: slots(limits.web_sockets),
+            calls: slots(limits.calls),
             limits,
             stopped,
         })
     }
 
     /// Waits for a free connection slot.
-    pub(super) async fn place(&self) -> OwnedSemaphorePermit {
+    pub(super) async fn slot(&self) -> OwnedSemaphorePermit {
         self.connections.clone().acquire_owned().await.expect(NEVER_CLOSED)
     }
 }
 
 /// Serves until `stopped`, then waits until all connections have ended or the time limit for that is over.
-pub(super) async fn serve(listener: TcpListener, house: Arc<ServerState>) {
-    let mut stopped = house.stopped.clone();
+pub(super) async fn serve(listener: TcpListener, state: Arc<ServerState>) {
+    let mut stopped = state.stopped.clone();
     tokio::select! {
-        () = accept(&listener, &house) => {}
+        () = accept(&listener, &state) => {}
         _ = stopped.changed() => {}
     }
     drop(listener);
-    let all = house.connections.acquire_many(house.limits.connections as u32);
+    let all = state.connections.acquire_many(state.limits.connections as u32);
     // The remaining connections end with the runtime.
-    let _ = timeout(house.limits.farewell_time, all).await;
+    let _ = timeout(state.limits.shutdown_timeout, all).await;
 }
 
 /// Accepts connections while slots are free.
-async fn accept(listener: &TcpListener, house: &Arc<ServerState>) {
+async fn accept(listener: &TcpListener, state: &Arc<ServerState>) {
     loop {
-        let place = house.place().await;
+        let slot = state.slot().await;
         match listener.accept().await {
             Ok((stream, _)) => {
                 // Without it, a small response may wait for the acknowledgement of the previous one.
                 let _ = stream.set_nodelay(true);
-                tokio::spawn(converse(stream, house.clone(), place));
+                tokio::spawn(serve_connection(stream, state.clone(), slot));
             }
             // The connection broke before it was accepted, or no file handle is free until other connections end.
             Err(_) => sleep(RETRY).await,
@@ -101,24 +101,24 @@ async fn accept(listener: &TcpListener, house: &Arc<ServerState>) {
 }
 
 /// Answers the requests of a connection sequentially.
-pub(super) async fn converse<S: AsyncRead + AsyncWrite + Unpin + Send + 'static>(
+pub(super) async fn serve_connection<S: AsyncRead + AsyncWrite + Unpin + Send + 'static>(
     stream: S,
-    house: Arc<ServerState>,
-    place: OwnedSemaphorePermit,
+    state: Arc<ServerState>,
+    slot: OwnedSemaphorePermit,
 ) {
     // A write fails after waiting this long for the client.
     let mut stream = Box::pin(TimeoutStream::new(stream));
-    stream.as_mut().set_write_timeout_pinned(Some(house.limits.stall_time));
+    stream.as_mut().set_write_timeout_pinned(Some(state.limits.stall_time));
     let stream = TokioIo::new(stream);
-    let mut stopped = house.stopped.clone();
-    let place = Arc::new(place);
+    let mut stopped = state.stopped.clone();
+    let slot = Arc::new(slot);
     let mut protocol = http1::Builder::new();
     protocol
         .timer(TokioTimer::new())
-        .header_read_timeout(house.limits.head_time)
-        .max_header_size(house.limits.head_bytes)
-        .max_buf_size(house.limits.head_bytes.max(LEAST_BUFFER_BYTES));
-    let answer = service_fn(move |request| answer(request, house.clone(), place.clone()));
+        .header_read_timeout(state.limits.head_time)
+        .max_header_size(state.limits.head_bytes)
+        .max_buf_size(state.limits.head_bytes.max(LEAST_BUFFER_BYTES));
+    let answer = service_fn(move |request| answer(request, state.clone(), slot.clone()));
     let mut connection = pin!(protocol.serve_connection(stream, answer).with_upgrades());
     tokio::select! {
         // An error means that the client is gone, too slow or does not speak HTTP: only this connection ends.
@@ -131,17 +131,17 @@ pub(super) async fn converse<S: AsyncRead + AsyncWrite + Unpin + Send + 'static>
 /// Answers one request.
 async fn answer(
     request: Request<Incoming>,
-    house: Arc<ServerState>,
-    place: Arc<OwnedSemaphorePermit>,
-) -> Result<Reply, Infallible> {
-    let reply = if let Some((status, why)) = request_filter::refuse(&request, house.address) {
+    state: Arc<ServerState>,
+    slot: Arc<OwnedSemaphorePermit>,
+) -> Result<HttpResponse, Infallible> {
+    let reply = if let Some((status, why)) = request_filter::refuse(&request, state.address) {
         response::refusal(status, why)
     } else if let Some(path) = response::decode(request.uri().path()) {
         let upgrade = request.headers().get(header::UPGRADE);
         if upgrade.is_some_and(|to| to.as_bytes().eq_ignore_ascii_case(b"websocket")) {
-            open(request, &path, &house, place)
+            open(request, &path, &state, slot)
         } else {
-            get(request, path, &house).await
+            get(request, path, &state).await
         }
     } else {
         not_found()
@@ -149,15 +149,15 @@ async fn answer(
     Ok(response::harden(reply))
 }
 
-fn not_found() -> Reply {
+fn not_found() -> HttpResponse {
     response::text(StatusCode::NOT_FOUND, "This address does not exist.\n")
 }
 
 /// Returns the content of the site at a path.
-async fn get(request: Request<Incoming>, path: String, house: &ServerState) -> Reply {
+async fn get(request: Request<Incoming>, path: String, state: &ServerState) -> HttpResponse {
     let gzip = response::takes_gzip(request.headers());
-    let turn = house.calls.clone().acquire_owned().await.expect(NEVER_CLOSED);
-    let site = house.site.clone();
+    let turn = state.calls.clone().acquire_owned().await.expect(NEVER_CLOSED);
+    let site = state.site.clone();
     let call = move || {
         let answer = site.get(&path);
         drop(turn);
@@ -183,22 +183,27 @@ async fn get(request: Request<Incoming>, path: String, house: &ServerState) -> R
 }
 
 /// Upgrades a connection to a WebSocket that receives a feed.
-fn open(request: Request<Incoming>, path: &str, house: &Arc<ServerState>, place: Arc<OwnedSemaphorePermit>) -> Reply {
-    let Some(feed) = house.site.feed(path) else { return not_found() };
+fn open(
+    request: Request<Incoming>,
+    path: &str,
+    state: &Arc<ServerState>,
+    slot: Arc<OwnedSemaphorePermit>,
+) -> HttpResponse {
+    let Some(feed) = state.site.feed(path) else { return not_found() };
     let mut request = request;
     let upgraded = hyper::upgrade::on(&mut request);
     let Ok(reply) = create_response(&request.map(|_| ())) else {
         return response::refusal(StatusCode::BAD_REQUEST, "Invalid WebSocket handshake: version 13 is required.\n");
     };
-    let Ok(seat) = house.web_sockets.clone().try_acquire_owned() else {
+    let Ok(web_socket_slot) = state.web_sockets.clone().try_acquire_owned() else {
         return response::text(StatusCode::SERVICE_UNAVAILABLE, "Too many pages are connected. Close one of them.\n");
     };
-    let (texts, house) = (feed.follow(), house.clone());
+    let (texts, state) = (feed.follow(), state.clone());
     tokio::spawn(async move {
         // Both slots stay occupied while the WebSocket is open.
-        let _held = (place, seat);
+        let _held = (slot, web_socket_slot);
         if let Ok(stream) = upgraded.await {
-            live_feed::serve_feed(TokioIo::new(stream), texts, &house.limits, house.stopped.clone()).await;
+            live_feed::serve_feed(TokioIo::new(stream), texts, &state.limits, state.stopped.clone()).await;
         }
     });
     reply.map(|()| response::Content::Left(Bytes::new().into()))

@@ -9,7 +9,7 @@ use tokio::runtime::Runtime;
 use tokio::sync::watch;
 
 use super::connection::ServerState;
-use super::{Answer, Bytes, Feed, Limits, Site, connection, live_feed};
+use super::{Bytes, Feed, Limits, Resource, Site, connection, live_feed};
 
 /// Number of inputs in a normal test run; `BOLERO_RANDOM_ITERATIONS` overrides it.
 const ITERATIONS: usize = 5_000;
@@ -85,9 +85,9 @@ const FRAMES: [&[u8]; 20] = [
 struct Small(Feed);
 
 impl Site for Small {
-    fn get(&self, path: &str) -> Option<Answer> {
+    fn get(&self, path: &str) -> Option<Resource> {
         assert!(path.starts_with('/') && !path.contains("/../") && !path.chars().any(char::is_control), "{path:?}");
-        (path == "/").then(|| Answer {
+        (path == "/").then(|| Resource {
             kind: "text/html",
             body: Bytes::from_static(b"page"),
             gzip: false,
@@ -142,10 +142,10 @@ fn any_head_is_answered_or_refused() {
         runtime.block_on(async {
             let (_stop, stopped) = watch::channel(());
             let site = Arc::new(Small(Feed::new("state".into())));
-            let house = ServerState::new(site, ([127, 0, 0, 1], 8080).into(), Limits::default(), stopped);
-            let place = house.place().await;
+            let state = ServerState::new(site, ([127, 0, 0, 1], 8080).into(), Limits::default(), stopped);
+            let slot = state.slot().await;
             let (mut client, server) = duplex(64 << 10);
-            let served = tokio::spawn(connection::converse(server, house, place));
+            let served = tokio::spawn(connection::serve_connection(server, state, slot));
             client.write_all(input).await.unwrap();
             let mut answer = Vec::new();
             client.read_to_end(&mut answer).await.unwrap();

@@ -22,7 +22,7 @@ pub struct Limits {
     /// Size of the send buffer of a socket, bytes. It bounds the age of the texts that a slow client receives.
     pub send_buffer_bytes: u32,
     /// Maximum duration of the shutdown, in which responses in progress are completed and WebSockets are closed.
-    pub farewell_time: Duration,
+    pub shutdown_timeout: Duration,
 }
 
 impl Default for Limits {
@@ -36,7 +36,7 @@ impl Default for Limits {
             message_bytes: 1024,
             stall_time: Duration::from_secs(30),
             send_buffer_bytes: 128 * 1024,
-            farewell_time: Duration::from_secs(1),
+            shutdown_timeout: Duration::from_secs(1),
         }
     }
 }

@@ -60,7 +60,7 @@ pub(super) async fn serve_feed<S: AsyncRead + AsyncWrite + Unpin>(
         let _ = stream.shutdown().await;
         while stream.read(&mut [0; 1024]).await.is_ok_and(|length| length > 0) {}
     };
-    let _ = timeout(limits.farewell_time, farewell).await;
+    let _ = timeout(limits.shutdown_timeout, farewell).await;
 }
 
 /// Sends texts until there is a reason to close, which is returned, or until the client is gone (`None`).

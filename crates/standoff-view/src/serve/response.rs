@@ -9,7 +9,7 @@ use hyper::body::{Bytes, Frame};
 use hyper::header::{self, HeaderName, HeaderValue};
 use hyper::{HeaderMap, Response, StatusCode};
 
-use super::site::Answer;
+use super::site::Resource;
 
 /// Content security policy of pages: only scripts, styles (including those set by scripts), images and feeds of this
 /// site.
@@ -29,7 +29,7 @@ const EVERY: [(HeaderName, &str); 5] = [
 const PIECE_BYTES: usize = 64 * 1024;
 
 /// A response as it is sent.
-pub(super) type Reply = Response<Content>;
+pub(super) type HttpResponse = Response<Content>;
 
 /// Body of a response: bytes sent unchanged, or gzip data that is decompressed while it is sent.
 pub(super) type Content = Either<Full<Bytes>, StreamBody<Iter<Inflated>>>;
@@ -54,7 +54,7 @@ impl Iterator for Inflated {
 }
 
 /// Makes the response for an answer of the site. `takes_gzip`: whether the client supports gzip.
-pub(super) fn content(answer: Answer, takes_gzip: bool) -> Reply {
+pub(super) fn content(answer: Resource, takes_gzip: bool) -> HttpResponse {
     let body = if answer.gzip && !takes_gzip {
         let inflated = Inflated(Box::new(MultiGzDecoder::new(Cursor::new(answer.body))));
         Either::Right(StreamBody::new(iter(inflated)))
@@ -76,15 +76,15 @@ pub(super) fn content(answer: Answer, takes_gzip: bool) -> Reply {
 }
 
 /// Makes a plain-text response.
-pub(super) fn text(status: StatusCode, sentence: &'static str) -> Reply {
+pub(super) fn text(status: StatusCode, sentence: &'static str) -> HttpResponse {
     let body = Bytes::from_static(sentence.as_bytes());
-    let mut reply = content(Answer { kind: "text/plain; charset=utf-8", body, gzip: false, immutable: false }, true);
+    let mut reply = content(Resource { kind: "text/plain; charset=utf-8", body, gzip: false, immutable: false }, true);
     *reply.status_mut() = status;
     reply
 }
 
 /// Makes the response to a refused request and closes the connection after it.
-pub(super) fn refusal(status: StatusCode, why: &'static str) -> Reply {
+pub(super) fn refusal(status: StatusCode, why: &'static str) -> HttpResponse {
     let mut reply = text(status, why);
     reply.headers_mut().insert(header::CONNECTION, HeaderValue::from_static("close"));
     if status == StatusCode::METHOD_NOT_ALLOWED {
@@ -94,7 +94,7 @@ pub(super) fn refusal(status: StatusCode, why: &'static str) -> Reply {
 }
 
 /// Adds the headers of every response.
-pub(super) fn harden(mut reply: Reply) -> Reply {
+pub(super) fn harden(mut reply: HttpResponse) -> HttpResponse {
     reply.headers_mut().extend(EVERY.map(|(name, value)| (name, HeaderValue::from_static(value))));
     reply
 }

@@ -9,7 +9,7 @@ use super::live_feed::Feed;
 pub trait Site: Send + Sync + 'static {
     /// Returns the content at a path. The call may block for seconds, because it runs on a separate thread. A panic
     /// results in a response with status 500.
-    fn get(&self, path: &str) -> Option<Answer>;
+    fn get(&self, path: &str) -> Option<Resource>;
 
     /// Returns the feed at a path. Its text is sent to every WebSocket that opens the path, immediately and after every
     /// change. The call runs on the server's thread and must be fast.
@@ -20,7 +20,7 @@ pub trait Site: Send + Sync + 'static {
 
 /// Content at a path.
 #[derive(Debug, Clone)]
-pub struct Answer {
+pub struct Resource {
     /// Content type, such as `text/html; charset=utf-8`.
     pub kind: &'static str,
     /// Bytes, shared between all responses that are sending them.

@@ -14,7 +14,7 @@ use crate::group_id::GroupId;
 use crate::guidance::geofence::{Geofence, ZoneKind};
 use crate::guidance::heading::{Lead, OnOrbit, Orbit};
 use crate::guidance::orbit_motion::OrbitMotion;
-use crate::guidance::phase_spacing::speed_min_for_phase_m_s;
+use crate::guidance::phase_control::speed_min_for_phase_m_s;
 use crate::guidance::standoff_distance::{Ramp, Spread, StandoffDistance, moving_centre_limit_m, turn_limit_m};
 use crate::math::TAU;
 use crate::params::{CentreEstimate, CentreJump, GroupingParams, Margin, TeamParams};

@@ -229,7 +229,7 @@ impl CollisionAvoidance<'_> {
         let age_s = age_s.min(SILENT_MAX_S);
         let minimum_m = self.separation.horizontal_min_m;
         let gives_way = |ahead_s| (ahead_s, minimum_m + BUFFER_M + DRIFT_M_S * age_s, DRIFT_M_S2 * age_s);
-        let (teammate, (ahead_s, wanted_m, growth_m_s)) = match *aircraft {
+        let (teammate, (ahead_s, required_m, growth_m_s)) = match *aircraft {
             // Intruders do not give way.
             Aircraft::Intruder(_) => (None, gives_way(INTRUDER_AHEAD_S)),
             Aircraft::Uav(teammate) if self.id < teammate => (Some(teammate), gives_way(AHEAD_S)),
@@ -239,7 +239,7 @@ impl CollisionAvoidance<'_> {
             }
         };
         let UavState { position, speed_m_s, turn_rate_rad_s, .. } = *reported;
-        let least_m = wanted_m + growth_m_s * ahead_s;
+        let least_m = required_m + growth_m_s * ahead_s;
         let reach_m = least_m + self.uav.speed_max_m_s() * ahead_s + speed_m_s.abs() * (ahead_s + age_s);
         if self.own.position.squared_distance_m2(position) >= reach_m * reach_m {
             return None;
@@ -255,7 +255,7 @@ impl CollisionAvoidance<'_> {
         };
         let course = PredictedTrajectory::of(reported, intent, self.uav.turn_rate_lag_s, age_s);
         let pursuer = teammate.is_none().then(|| reported.extrapolated(age_s));
-        Some(Near { aircraft: *aircraft, course, pursuer, ahead_s, required_m: wanted_m, growth_m_s })
+        Some(Near { aircraft: *aircraft, course, pursuer, ahead_s, required_m, growth_m_s })
     }
 
     /// Returns the admissible command with the lowest cost; the desired command if no other is admissible.

@@ -16,14 +16,14 @@ use crate::frame::Position;
 use crate::math;
 use crate::sensor::{RANGE_MIN_M, SensorParams};
 
-/// Determinant of the joint information of two UAVs at these ranges about a target's position, 1/m4. `desired_phase_rad`
-/// is the angle between their lines of sight. A UAV closer than [`RANGE_MIN_M`] gives no information.
+/// Determinant of the joint information of two UAVs at these ranges about a target's position, 1/m4. `phase_difference_rad`
+/// is the angle gamma at the target. A UAV closer than [`RANGE_MIN_M`] gives no information.
 ///
 /// Implements Eq. (36).
 #[doc(alias = "eta_D")]
-pub fn pair_information_1_m4(ranges_m: [f64; 2], desired_phase_rad: f64, sensor: &SensorParams) -> f64 {
+pub fn pair_information_1_m4(ranges_m: [f64; 2], phase_difference_rad: f64, sensor: &SensorParams) -> f64 {
     let [(a_1, b_1), (a_2, b_2)] = ranges_m.map(|range_m| along_and_across(range_m, sensor));
-    let cos = math::cos(desired_phase_rad);
+    let cos = math::cos(phase_difference_rad);
     let cos2 = cos * cos;
     a_1 * b_1 + a_2 * b_2 + (a_1 * b_2 + a_2 * b_1) * cos2 + (a_1 * a_2 + b_1 * b_2) * (1.0 - cos2)
 }
@@ -31,8 +31,8 @@ pub fn pair_information_1_m4(ranges_m: [f64; 2], desired_phase_rad: f64, sensor:
 /// Like [`pair_information_1_m4`], from the positions of the UAVs and the target.
 pub fn pair_information_at_1_m4(uavs: [Position; 2], target: Position, sensor: &SensorParams) -> f64 {
     let [first, second] = uavs.map(|uav| target - uav);
-    let separation: Angle = second.direction() - first.direction();
-    pair_information_1_m4([first.length_m(), second.length_m()], separation.rad(), sensor)
+    let difference: Angle = second.direction() - first.direction();
+    pair_information_1_m4([first.length_m(), second.length_m()], difference.rad(), sensor)
 }
 
 /// Range at which range and bearing measurements are equally accurate, r* = sigma_r / sigma_theta, m.
@@ -40,10 +40,10 @@ pub fn equal_accuracy_range_m(sensor: &SensorParams) -> f64 {
     sensor.range_sd_m / sensor.bearing_sd_rad
 }
 
-/// Optimal angle in [0, pi/2] between the lines of sight of two UAVs at these ranges, rad. It is pi/2 if both are
+/// Optimal angle gamma in [0, pi/2] for two UAVs at these ranges, rad. It is pi/2 if both are
 /// nearer or both further than [`equal_accuracy_range_m`], and 0 (equivalent to pi) if they are on different sides. `None` if the
 /// angle does not matter because one UAV is at that range or directly above the target.
-pub fn optimal_phase_rad(ranges_m: [f64; 2], sensor: &SensorParams) -> Option<f64> {
+pub fn optimal_phase_difference_rad(ranges_m: [f64; 2], sensor: &SensorParams) -> Option<f64> {
     let [first, second] = ranges_m.map(|range_m| {
         let (along, across) = along_and_across(range_m, sensor);
         along - across
@@ -113,7 +113,7 @@ mod tests {
         for (ranges_m, best_deg) in
             [([100.0, 150.0], 90.0), ([250.0, 700.0], 90.0), ([150.0, 400.0], 0.0), ([700.0, 100.0], 0.0)]
         {
-            let best = optimal_phase_rad(ranges_m, &sensor).unwrap();
+            let best = optimal_phase_difference_rad(ranges_m, &sensor).unwrap();
             assert!((best.to_degrees() - best_deg).abs() < 1e-9, "{ranges_m:?}");
             let eta = |deg: f64| pair_information_1_m4(ranges_m, deg.to_radians(), &sensor);
             assert!((0..=90).all(|deg| eta(f64::from(deg)) <= eta(best_deg)), "{ranges_m:?}");
@@ -126,7 +126,7 @@ mod tests {
         // With these numbers both accuracies are exactly equal.
         let sensor = SensorParams { range_sd_m: 8.0, bearing_sd_rad: 0.0625, ..sensor() };
         for ranges_m in [[128.0, 700.0], [0.5, 400.0], [f64::NAN, 400.0]] {
-            assert_eq!(optimal_phase_rad(ranges_m, &sensor), None, "{ranges_m:?}");
+            assert_eq!(optimal_phase_difference_rad(ranges_m, &sensor), None, "{ranges_m:?}");
             let eta = |rad| pair_information_1_m4(ranges_m, rad, &sensor);
             assert!((eta(0.0) - eta(1.0)).abs() <= 1e-12 * eta(0.0), "{ranges_m:?}");
         }

@@ -168,14 +168,14 @@ impl MessageLog {
         if speaker == own {
             return true;
         }
-        let is_there = |other: &&TeammateLog| other.uav == self.own || other.has_sent_status(now, 2);
+        let is_live = |other: &&TeammateLog| other.uav == self.own || other.has_sent_status(now, 2);
         let mut others = sender_count;
         if let MessageSource::Uav(uav) = speaker {
             // The source retransmits if it is live and the teammate receives it. With enough budget, other agents
             // retransmit old entries, too.
             let is_received =
                 peer.received(speaker).last().is_some_and(|run| run.to >= peer.log_status_at - OTHERS_AFTER);
-            let is_its = is_received && self.teammates.iter().filter(is_there).any(|other| other.uav == uav);
+            let is_its = is_received && self.teammates.iter().filter(is_live).any(|other| other.uav == uav);
             if is_its && (sender_count == 1 || now - step <= OTHERS_AFTER) {
                 others -= 1;
             }
@@ -187,7 +187,7 @@ impl MessageLog {
                 || other.received(speaker).iter().any(|run| run.from <= number && number <= run.to)
         };
         let is_candidate = |other: &&TeammateLog| other.uav != peer.uav && MessageSource::Uav(other.uav) != speaker;
-        let holders = || self.teammates.iter().filter(is_candidate).filter(is_there).filter(holds);
+        let holders = || self.teammates.iter().filter(is_candidate).filter(is_live).filter(holds);
         let turn = (now + number).rem_euclid(holders().count().max(1) as i64);
         holders().cycle().skip(turn as usize).take(others).any(|other| other.uav == self.own)
     }

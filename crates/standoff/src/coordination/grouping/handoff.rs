@@ -27,11 +27,10 @@ impl Grouping<'_> {
 
     /// Group that clustering proposes for each grouped target, starting from the last clustering.
     fn desired_groups(&mut self) -> Vec<(usize, GroupId)> {
-        let (memberships, winding_up) = (&*self.memberships, self.state.retiring);
-        let GroupingBuffers { clusters, track_indices, positions, desired_groups: wanted, groups, .. } =
-            &mut *self.buffers;
+        let (memberships, retiring) = (&*self.memberships, self.state.retiring);
+        let GroupingBuffers { clusters, track_indices, positions, desired_groups, groups, .. } = &mut *self.buffers;
         groups.clear();
-        groups.extend(memberships.groups().iter().filter(|id| winding_up != Some(**id)));
+        groups.extend(memberships.groups().iter().filter(|id| retiring != Some(**id)));
         track_indices.clear();
         positions.clear();
         clusters.cluster_of.clear();
@@ -44,10 +43,10 @@ impl Grouping<'_> {
             clusters.cluster_of.push(cluster);
         }
         clusters.refine(positions, groups.len(), self.params.group.handoff_margin_m);
-        let mut wanted = core::mem::take(wanted);
-        wanted.clear();
-        wanted.extend(track_indices.iter().copied().zip(clusters.cluster_of.iter().map(|cluster| groups[*cluster])));
-        wanted
+        let mut desired = core::mem::take(desired_groups);
+        desired.clear();
+        desired.extend(track_indices.iter().copied().zip(clusters.cluster_of.iter().map(|cluster| groups[*cluster])));
+        desired
     }
 
     /// If all members of a group are in handoff to others, cancels the handoff of the first one.

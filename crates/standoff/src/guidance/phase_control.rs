@@ -1,4 +1,4 @@
-//! Phase spacing of the UAVs on an orbit, controlled by speed (35).
+//! Control of the phase differences of the UAVs on an orbit, by speed (35).
 //!
 //! ```text
 //! u_v = +-k_v (gamma - theta_d) r_d + v_d        gamma = theta_2 - theta_1                Eq. (35)
