@@ -179,8 +179,8 @@ fn count(equations: &[Equation], status: Status) -> usize {
     equations.iter().filter(|equation| equation.status == status).count()
 }
 
-/// Returns one link per item, in order of path and line. Links have no line numbers, so that overrides elsewhere in a file
-/// do not change the ledger.
+/// Returns one link per item, in order of path and line. Links have no line numbers, so that overrides elsewhere in a
+/// file do not change the ledger.
 fn links(tags: &[Tag], equation: &Equation, claim: Claim) -> String {
     let mut links: Vec<String> = Vec::new();
     for tag in tags.iter().filter(|tag| tag.claim == claim && tag.equation == equation.id) {

@@ -36,8 +36,8 @@ use standoff_sim::record::panic_is_expected;
 
 /// Simulate coordinated standoff tracking: UAVs keep groups of moving ground vehicles in view.
 ///
-/// Without a command: fly improved/figure-9, print a summary next to the values of the paper's law, write the results and
-/// print their folder.
+/// Without a command: fly improved/figure-9, print a summary next to the values of the paper's law, write the results
+/// and print their folder.
 #[derive(Parser)]
 #[command(name = "standoff", version, after_help = EXAMPLES, max_term_width = WIDTH)]
 struct Cli {

@@ -50,7 +50,8 @@ fn is_same(a: &Path, b: &Path) -> bool {
         && names(a).iter().all(|name| fs::read(a.join(name)).unwrap() == fs::read(b.join(name)).unwrap())
 }
 
-/// Returns the end of an unfinished run, s, and checks that the JSON, the note and the table of `standoff report` agree.
+/// Returns the end of an unfinished run, s, and checks that the JSON, the note and the table of `standoff report`
+/// agree.
 fn recorded_until_s(folder: &Path, dir: &str, duration_s: f64) -> f64 {
     let shown = standoff(folder, &["report", dir, "--json"]);
     let message = text(&shown.stderr);

@@ -34,8 +34,9 @@ pub struct Blocks {
 }
 
 impl Blocks {
-    /// Prepares to read columns, each given by name and type. Fails if a column is missing, if a column has another type, if the sources have the columns at different positions, or if their
-    /// compression or encoding is not supported.
+    /// Prepares to read columns, each given by name and type. Fails if a column is missing, if a column has another
+    /// type, if the sources have the columns at different positions, or if their compression or encoding is not
+    /// supported.
     pub fn new(sources: impl Into<VecDeque<Source>>, columns: &[(&str, Type)]) -> Result<Self, Error> {
         let (sources, mut places) = (sources.into(), Vec::new());
         for Source { footer: Footer(metadata), .. } in &sources {

@@ -18,8 +18,8 @@ pub(crate) struct Ended<T> {
     pub(crate) raised: Option<PyErr>,
 }
 
-/// Runs `work` on another thread with the GIL released. Ctrl-C, or an exception from `on_poll`, which is called at every
-/// poll, sets `stop`; the work must then end.
+/// Runs `work` on another thread with the GIL released. Ctrl-C, or an exception from `on_poll`, which is called at
+/// every poll, sets `stop`; the work must then end.
 pub(crate) fn until_done<T: Send + 'static>(
     py: Python<'_>,
     stop: &AtomicBool,

@@ -78,8 +78,8 @@ impl Kind {
     }
 }
 
-/// Makes a mission controlled by a custom law. `law` is a class, or a callable that takes a [`MissionInfo`] and returns an
-/// object with a method `decide`.
+/// Makes a mission controlled by a custom law. `law` is a class, or a callable that takes a [`MissionInfo`] and returns
+/// an object with a method `decide`.
 pub(crate) fn mission(
     py: Python<'_>,
     scenario: &Scenario,

@@ -211,7 +211,8 @@ pub(crate) fn run(
 /// knowledge of the target positions. The numbers are those of ``standoff baseline``.
 ///
 /// :param scenario: as for :func:`run`, like the other parameters.
-/// :returns: ``{"scenario", "seed", "duration_s", "uavs", "targets", "baseline": {"disc_radius_m", "half_of_uavs", "all_uavs"}}``.
+/// :returns: ``{"scenario", "seed", "duration_s", "uavs", "targets", "baseline": {"disc_radius_m", "half_of_uavs",
+///     "all_uavs"}}``.
 /// :raises ScenarioError: if the scenario is invalid.
 #[pyfunction]
 #[pyo3(signature = (scenario=None, *, seed=Whole(1), traffic=None, uavs=None, set=None))]
@@ -276,8 +277,8 @@ impl Run {
 
     /// Opens a table of the record.
     ///
-    /// :param name: ``uavs``, ``truth``, ``tracks``, ``groups``, ``detections``, ``in_view`` or ``events``; in runs with
-    ///     intruders also ``intruders``; in runs with one agent per UAV also ``agents``, ``agent_tracks``,
+    /// :param name: ``uavs``, ``truth``, ``tracks``, ``groups``, ``detections``, ``in_view`` or ``events``; in runs
+    ///     with intruders also ``intruders``; in runs with one agent per UAV also ``agents``, ``agent_tracks``,
     ///     ``agent_groups``, ``agent_events`` or ``agent_teammates``.
     /// :raises KeyError: if no table has this name.
     fn table(this: &Bound<'_, Self>, name: &str) -> PyResult<Table> {

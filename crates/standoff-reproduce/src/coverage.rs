@@ -140,7 +140,8 @@ fn mean(runs: &[Metrics], metric: &str) -> Estimate {
     Estimate::mean(&measured(runs, metric))
 }
 
-/// Returns the coverage of half as many discs as UAVs, moving and re-placed at every time step, and of as many discs as UAVs.
+/// Returns the coverage of half as many discs as UAVs, moving and re-placed at every time step, and of as many discs as
+/// UAVs.
 fn discs(plan: &Plan, mission: &ScenarioVariant) -> Result<[Estimate; 4], Failure> {
     let baselines = plan.observe(mission, |scenario| {
         let baseline = baseline(scenario);

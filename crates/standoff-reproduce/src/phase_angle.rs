@@ -80,8 +80,8 @@ pub(crate) fn figure_7(_: &Plan) -> Result<Study, Failure> {
         "eta averaged over the target's bearing, for three sensors. For one target, (36) is correct as published, and \
          its derivative by cos^2 gamma is -(a - b_1)(a - b_2) with a = 1/sigma_r^2, b_i = 1/(r_i sigma_theta)^2. \
          Therefore 90 degrees is optimal if both UAVs are closer than r* = sigma_r / sigma_theta (191 m with Table I) \
-         or both are further away, and 0 or 180 degrees if one is closer and one further; at r* the phase difference has no \
-         effect.",
+         or both are further away, and 0 or 180 degrees if one is closer and one further; at r* the phase \
+         difference has no effect.",
     );
     let by_phase = |scale: f64| {
         let line = |target_m: f64| (0..=180).map(f64::from).map(move |deg| (deg, averaged(scale, deg, target_m)));
@@ -161,12 +161,13 @@ pub(crate) fn figure_7(_: &Plan) -> Result<Study, Failure> {
     Ok(figure)
 }
 
-/// Creates the table of optimal phase differences of two UAVs at unequal ranges from one target, with the sensor of Table I.
+/// Creates the table of optimal phase differences of two UAVs at unequal ranges from one target, with the sensor of
+/// Table I.
 fn pairs(sensor: &SensorParams) -> Table {
     const RANGES_M: [f64; 6] = [100.0, 150.0, 180.0, 200.0, 250.0, 400.0];
     let title = format!(
-        "One target, sensor of Table I (r* = {:.0} m): optimal phase difference by the ranges of the two UAVs, and eta there \
-         divided by eta at the other one of 0 and 90 degrees:",
+        "One target, sensor of Table I (r* = {:.0} m): optimal phase difference by the ranges of the two UAVs, and eta \
+         there divided by eta at the other one of 0 and 90 degrees:",
         equal_accuracy_range_m(sensor)
     );
     let names: Vec<String> = RANGES_M.iter().map(|range_m| format!("{range_m} m")).collect();
@@ -238,8 +239,8 @@ fn best_of(degrees: std::ops::RangeInclusive<i32>, eta: impl Fn(f64) -> f64) -> 
 mod tests {
     use super::*;
 
-    /// Checks Eq. (36) averaged over the bearing: at 180 m from the centre the optimal phase difference is 55, 41 and 86
-    /// degrees for the three sensors; eta there is 1.52, 1.10 and nearly 1 times its value at 90 degrees.
+    /// Checks Eq. (36) averaged over the bearing: at 180 m from the centre the optimal phase difference is 55, 41 and
+    /// 86 degrees for the three sensors; eta there is 1.52, 1.10 and nearly 1 times its value at 90 degrees.
     #[test]
     fn away_from_the_centre_ninety_degrees_is_not_optimal() {
         for (scale, best_deg, gain) in [(0.01, 55.0, 1.52), (1.0, 41.0, 1.10), (100.0, 86.0, 1.00)] {

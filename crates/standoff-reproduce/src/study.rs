@@ -234,8 +234,8 @@ fn plain(text: &str) -> String {
     text.replace('`', "")
 }
 
-/// Formats the rows of a table under their heads, with aligned columns. The first column is wrapped, and further columns
-/// are continued below, so that no line is longer than 100 columns.
+/// Formats the rows of a table under their heads, with aligned columns. The first column is wrapped, and further
+/// columns are continued below, so that no line is longer than 100 columns.
 fn columns(heads: &[impl ToString], mut rows: Vec<Vec<String>>) -> String {
     rows.insert(0, heads.iter().map(ToString::to_string).collect());
     let width = |column: usize| rows.iter().filter_map(|row| row.get(column)).map(|cell| cell.chars().count()).max();

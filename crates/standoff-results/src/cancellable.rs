@@ -9,8 +9,8 @@ use std::time::Duration;
 /// Period of the checks for an interruption.
 pub const POLL: Duration = Duration::from_millis(50);
 
-/// Runs `work` on a thread; returns `None` if `is_interrupted` returns true first. The abandoned work then continues in the
-/// background, at most until the process ends.
+/// Runs `work` on a thread; returns `None` if `is_interrupted` returns true first. The abandoned work then continues in
+/// the background, at most until the process ends.
 ///
 /// If no thread can be started, the work runs to its end on the calling thread.
 pub fn run_interruptible<T: Send + 'static>(

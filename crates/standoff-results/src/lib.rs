@@ -4,8 +4,8 @@
 //! scenario -> fly -> record -> report -> outcome (text, JSON), summary.json, figures, report.html
 //! ```
 //!
-//! Nothing here prints: warnings and notes go to a [`Warnings`] callback, and errors are [`Failure`]s with advice for the
-//! user.
+//! Nothing here prints: warnings and notes go to a [`Warnings`] callback, and errors are [`Failure`]s with advice for
+//! the user.
 
 mod baseline;
 mod batch;

@@ -9,8 +9,8 @@
 //! the paper states are fixed, a run lasts 100 s, and the filter assumes the true acceleration. The misfit of a setting
 //! is the sum over the cells of the squared logarithm of our mean over the paper's, plus a penalty for results that the
 //! paper excludes. A Latin hypercube covers the ranges; then the best settings are changed at random in decreasing
-//! steps. The best few are evaluated again with other seeds, because the best of many is biased, and the winner with 200
-//! new ones. The search is deterministic; two threads share the runs.
+//! steps. The best few are evaluated again with other seeds, because the best of many is biased, and the winner with
+//! 200 new ones. The search is deterministic; two threads share the runs.
 //!
 //! Further searches fit the six estimation cells, alone and with the others, and filters that assume smoother target
 //! motion than the true one. `docs/calibration.md` has the results.
@@ -111,7 +111,8 @@ const UNKNOWNS: [Unknown; N] = [
 /// Indices of the cue errors, which hardly affect guidance.
 const CUES: [(usize, f64); 2] = [(6, 16.0), (7, 5.4)];
 
-/// A search: the cells that it fits, the unknowns that it fixes with their values, and the seeds of each setting's runs.
+/// A search: the cells that it fits, the unknowns that it fixes with their values, and the seeds of each setting's
+/// runs.
 struct Search {
     title: &'static str,
     cells: Cells,

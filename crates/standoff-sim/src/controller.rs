@@ -22,8 +22,8 @@ use crate::scenario::AgentSetup;
 /// Controllers do not depend on the lifetime of a scenario or a mission: inputs are borrowed for one call; outputs are
 /// owned, or borrowed from the controller.
 pub trait Controller {
-    /// Notifies the controller that the computer of a UAV has restarted: the state of its agent is lost. `restart_count`
-    /// is higher than before. While the computer is off, no method is called for the UAV.
+    /// Notifies the controller that the computer of a UAV has restarted: the state of its agent is lost.
+    /// `restart_count` is higher than before. While the computer is off, no method is called for the UAV.
     fn restart(&mut self, _uav: UavId, _restart_count: u32) {}
 
     /// Passes the observation of a UAV at time `now` by its own clock. `own` is the state that the UAV estimates for

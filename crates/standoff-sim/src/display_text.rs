@@ -76,7 +76,8 @@ pub(crate) fn did_you_mean(word: &str) -> String {
     format!("did you mean `{word}`?")
 }
 
-/// Returns the known word that is closest to the typed one: the first that continues it, or one with a few wrong letters.
+/// Returns the known word that is closest to the typed one: the first that continues it, or one with a few wrong
+/// letters.
 pub(crate) fn nearest<'a>(typed: &str, words: &[&'a str]) -> Option<&'a str> {
     // No key is longer. The distance takes time proportional to the product of both lengths.
     if typed.len() > 60 {

@@ -68,8 +68,8 @@ pub fn group_of<'a>(frame: &'a Frame, uav: &UavRow) -> Option<&'a GroupRow> {
     frame.groups.iter().find(|group| Some(group.group) == uav.group)
 }
 
-/// Identifies a phase difference: the number of UAVs on the orbit, the UAV, and the other UAV of a pair; of more than two
-/// UAVs, the difference is to the next UAV anticlockwise, and the last field is `None`.
+/// Identifies a phase difference: the number of UAVs on the orbit, the UAV, and the other UAV of a pair; of more than
+/// two UAVs, the difference is to the next UAV anticlockwise, and the last field is `None`.
 pub type Between = (usize, u32, Option<u32>);
 
 /// Returns the phase differences of each group in a frame, rad. A group with an unknown phase has none, because its

@@ -30,8 +30,8 @@ impl OnboardComputer {
         now.s() >= self.starts_s && !self.restarts.iter().any(is_down)
     }
 
-    /// Returns the new epoch if the computer has restarted since the last call. Restarts count from the first start on,
-    /// including those that begin and end between two time steps.
+    /// Returns the new restart count if the computer has restarted since the last call. Restarts count from the first
+    /// start on, including those that begin and end between two time steps.
     pub(crate) fn restarted(&mut self, now: Time) -> Option<u32> {
         let is_over = |restart: &&Restart| (self.starts_s..=now.s()).contains(&restart.at_s);
         let restart_count = self.restarts.iter().filter(is_over).count() as u32;

@@ -117,7 +117,8 @@ impl Mission {
         Self::new_for_metrics(scenario, MetricSelection::standard())
     }
 
-    /// Like [`Self::new`], with the reference replay if the chosen metrics need it (`double_counted_steps`), which takes time.
+    /// Like [`Self::new`], with the reference replay if the chosen metrics need it (`double_counted_steps`), which
+    /// takes time.
     pub fn new_for_metrics(scenario: &Scenario, choice: MetricSelection) -> Result<Self, Vec<ParamError>> {
         let (Settings { agents, team, geofence, .. }, uavs) = (&scenario.settings, scenario.uavs.len());
         let controller: Box<dyn Controller + Send> = match agents {

@@ -1,8 +1,8 @@
 //! Scenarios: reads a scenario file and resolves it to everything a run needs.
 //!
-//! A scenario is TOML (see [`schema_types`] for the keys). [`Scenario::load`] reads it, applies the changes of the command
-//! line, draws the values given as distributions, fills in the defaults and checks every range. The result can be
-//! written as text with every value spelt out; the record stores that text.
+//! A scenario is TOML (see [`schema_types`] for the keys). [`Scenario::load`] reads it, applies the changes of the
+//! command line, draws the values given as distributions, fills in the defaults and checks every range. The result can
+//! be written as text with every value spelt out; the record stores that text.
 
 mod basemap;
 mod builtin;
@@ -90,8 +90,8 @@ impl ScenarioTemplate {
         Self::with_traffic(typed)
     }
 
-    /// Loads a scenario called `name` from TOML, changed by `overrides`. Paths of traffic files and maps are relative to
-    /// `folder`.
+    /// Loads a scenario called `name` from TOML, changed by `overrides`. Paths of traffic files and maps are relative
+    /// to `folder`.
     pub fn of_toml(name: &str, toml: &str, overrides: &Overrides, folder: &Path) -> Result<Self, ScenarioError> {
         Self::with_traffic(load::Typed::of_toml(name, toml, overrides, folder)?)
     }

@@ -67,8 +67,8 @@ fn size_bytes(detections: usize) -> u64 {
     report(UavId(0), 0, Time::EPOCH, own, detections).size_bytes() as u64
 }
 
-/// Test controller: sends `reports_per_step` reports per time step with this number of detections each, flies straight, points the
-/// sensor at the origin, and records the calls.
+/// Test controller: sends `reports_per_step` reports per time step with this number of detections each, flies straight,
+/// points the sensor at the origin, and records the calls.
 struct TestController {
     reports_per_step: u32,
     detections: usize,
@@ -421,7 +421,7 @@ fn messages_to_a_computer_that_is_off_are_lost() {
 }
 
 #[test]
-fn late_start_is_drawn_per_uav_and_begins_the_first_epoch() {
+fn late_start_is_drawn_per_uav_and_has_restart_count_zero() {
     let (log, frames, _) = flown(&team(4, "uavs.boot_delay_s = 10.2"), 1, 0);
     assert!(log.observed.iter().all(|(_, s, _)| *s >= 10.5) && log.observed.len() == 4 * (201 - 21));
     assert_eq!(log.restarts, []);
@@ -551,10 +551,10 @@ fn resolved_scenario_has_the_same_faults() {
     assert!((30.0..40.0).contains(&first.restarts[0].at_s));
 }
 
-/// Wraps the built-in controller and records the epochs in its reports.
+/// Wraps the built-in controller and records the restart_counts in its reports.
 struct Spy {
     inner: Box<dyn Controller + Send>,
-    epochs: Rc<RefCell<Vec<(u32, u32)>>>,
+    restart_counts: Rc<RefCell<Vec<(u32, u32)>>>,
 }
 
 impl Controller for Spy {
@@ -564,7 +564,7 @@ impl Controller for Spy {
     fn observe(&mut self, now: Time, uav: UavId, own: &UavState, scan: Option<Scan>) {
         self.inner.observe(now, uav, own, scan);
         if let Some(Message::Report(report)) = self.inner.outbox(uav).first() {
-            self.epochs.borrow_mut().push((uav.0, report.restart_count));
+            self.restart_counts.borrow_mut().push((uav.0, report.restart_count));
         }
     }
     fn outbox(&self, uav: UavId) -> &[Message] {
@@ -584,30 +584,30 @@ impl Controller for Spy {
     }
 }
 
-/// Built-in controller: the agent restarts with an empty team state and the next epoch. Meanwhile, the team state of
-/// the next agent is recorded.
+/// Built-in controller: the agent restarts with an empty team state and the next restart count. Meanwhile, the team
+/// state of the next agent is recorded.
 #[test]
-fn restarted_agent_has_an_empty_state_and_the_next_epoch() {
+fn restarted_agent_has_an_empty_state_and_the_next_restart_count() {
     let restart = |uavs: usize| {
         let fault = "uavs.restart = [{ uav = 0, at_s = 20, down_s = 5 }]";
         let scenario = team(uavs, fault);
         let inner =
             team_controller(AgentSetup::PerUav, scenario.settings.team, scenario.settings.geofence.clone(), uavs)
                 .unwrap();
-        let epochs: Rc<RefCell<Vec<(u32, u32)>>> = Rc::default();
-        let mut mission = Mission::with_controller(&scenario, Spy { inner, epochs: Rc::clone(&epochs) }).unwrap();
+        let restart_counts: Rc<RefCell<Vec<(u32, u32)>>> = Rc::default();
+        let mut mission = Mission::with_controller(&scenario, Spy { inner, restart_counts: Rc::clone(&restart_counts) }).unwrap();
         let frames: Vec<_> = std::iter::from_fn(|| mission.frame().cloned()).collect();
-        let epochs = epochs.borrow().clone();
-        (frames, epochs)
+        let restart_counts = restart_counts.borrow().clone();
+        (frames, restart_counts)
     };
-    let (alone, epochs) = restart(1);
+    let (alone, restart_counts) = restart(1);
     assert_eq!((alone[39].tracks.len(), alone[40].tracks.len()), (1, 0));
     assert!(
         alone[40..].iter().all(|frame| frame.tracks.is_empty() && frame.groups.is_empty()),
         "there is no second cue"
     );
-    assert_eq!(epochs, [[(0, 0); 40].as_slice(), &[(0, 1); 151]].concat());
-    let (pair, epochs) = restart(2);
+    assert_eq!(restart_counts, [[(0, 0); 40].as_slice(), &[(0, 1); 151]].concat());
+    let (pair, restart_counts) = restart(2);
     assert!(pair[40..50].iter().all(|frame| frame.tracks.len() == 1), "the tracks of the other agent");
     assert!(
         pair[40..50].windows(2).all(|two| two[0].tracks[0].covariance != two[1].tracks[0].covariance),
@@ -616,7 +616,7 @@ fn restarted_agent_has_an_empty_state_and_the_next_epoch() {
     // The tracks of the first agent again, from nothing but the current reports of the other one.
     let variance_m2 = |frame: &Frame| frame.tracks[0].covariance[0];
     assert!(variance_m2(&pair[50]) > 4.0 * variance_m2(&pair[49]));
-    assert!(epochs.iter().all(|(uav, restart_count)| *uav == 0 || *restart_count == 0));
+    assert!(restart_counts.iter().all(|(uav, restart_count)| *uav == 0 || *restart_count == 0));
 }
 
 /// Built-in controller with all faults: the commands stay within their limits, and a run is a function of scenario and

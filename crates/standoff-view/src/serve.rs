@@ -1,8 +1,8 @@
 //! A small web server of pages and feeds for browsers on this machine.
 //!
-//! A [`Site`] provides the contents. This module makes serving safe: it filters requests (`request_filter`), adds security
-//! headers to every response (`response`), and enforces [`Limits`], so that slow, silent or many clients cannot block
-//! others or use unbounded resources.
+//! A [`Site`] provides the contents. This module makes serving safe: it filters requests (`request_filter`), adds
+//! security headers to every response (`response`), and enforces [`Limits`], so that slow, silent or many clients
+//! cannot block others or use unbounded resources.
 
 mod connection;
 #[cfg(test)]

@@ -161,8 +161,8 @@ impl Agent {
     }
 
     /// Clears the team state and all received messages, and accepts any time as the next one. Use it after the clock
-    /// was set or after a pause longer than [`Self::TIME_JUMP_MAX`]. The counters in the diagnostics keep their values. As
-    /// after a restart, teammates that know more send their state; without such teammates, targets have to be cued
+    /// was set or after a pause longer than [`Self::TIME_JUMP_MAX`]. The counters in the diagnostics keep their values.
+    /// As after a restart, teammates that know more send their state; without such teammates, targets have to be cued
     /// again.
     pub fn reset(&mut self) {
         self.now = None;
@@ -227,9 +227,10 @@ impl Agent {
     /// sensor does not measure and the agent sends no report.
     ///
     /// The first observation of a time step that has a scan counts. The agent rejects and counts a time that is more
-    /// than a tenth of a period off the team's grid, runs backward, or jumps ahead by more than [`Self::TIME_JUMP_MAX`]. It
-    /// then sends and receives nothing, computes the command from its previous state, and accepts the next time if that
-    /// is valid. To make the agent follow a time that has permanently shifted, call [`Self::reset`].
+    /// than a tenth of a period off the team's grid, runs backward, or jumps ahead by more than
+    /// [`Self::TIME_JUMP_MAX`]. It then sends and receives nothing, computes the command from its previous state, and
+    /// accepts the next time if that is valid. To make the agent follow a time that has permanently shifted, call
+    /// [`Self::reset`].
     pub fn observe(&mut self, now: Time, own: &UavState, scan: Option<Scan>) -> Observation {
         let Some(step) = self.log.step(now).filter(|step| self.is_next(*step)) else {
             count(&mut self.log.rejected.bad_time);
@@ -253,8 +254,8 @@ impl Agent {
     }
 
     /// Processes a message from any sender and of any time step. Malformed and late messages are rejected and counted
-    /// ([`Diagnostics::rejected`](crate::Diagnostics::rejected)). Order and repetition do not matter. With an observation
-    /// of a past time step, or of another agent, the call has no effect.
+    /// ([`Diagnostics::rejected`](crate::Diagnostics::rejected)). Order and repetition do not matter. With an
+    /// observation of a past time step, or of another agent, the call has no effect.
     pub fn receive(&mut self, observation: &Observation, message: &Message) {
         let Some(now) = self.now.filter(|_| self.is_of_now(observation)) else { return };
         let committed = self.history.committed;

@@ -156,14 +156,14 @@ pub struct Detection {
 }
 
 /// Scan of a UAV's sensor, with the UAV's state at that time step. Of several reports of one UAV and time step, the one
-/// that was sent first counts: the lowest epoch, then the lowest sequence number.
+/// that was sent first counts: the lowest restart count, then the lowest sequence number.
 #[derive(Debug, PartialEq)]
 pub struct Report {
     /// Id of the sender.
     pub uav: UavId,
     /// Restart count of the sender.
     pub restart_count: u32,
-    /// Sequence number: increases with every time step of the sender within an epoch.
+    /// Sequence number: increases with every time step of the sender until it restarts.
     pub sequence: u32,
     /// Time of the scan.
     pub time: Time,

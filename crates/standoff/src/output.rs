@@ -8,8 +8,8 @@ use crate::guidance::heading::Steering;
 use crate::time::{Duration, Time};
 use crate::uav::{Command, UavId, UavState};
 
-/// Proof that an agent has observed a UAV's state at a time step. Only `observe` creates one, and `receive` and `decide`
-/// require it, so that no time step is processed without an observation.
+/// Proof that an agent has observed a UAV's state at a time step. Only `observe` creates one, and `receive` and
+/// `decide` require it, so that no time step is processed without an observation.
 #[must_use = "pass the observation to `decide`"]
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Observation {
@@ -108,8 +108,8 @@ pub struct Diagnostics {
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct Rejected {
     /// Own observations with a time that is off the team's grid, before the last one, or more than
-    /// [`Agent::TIME_JUMP_MAX`](crate::Agent::TIME_JUMP_MAX) after it. If the counter keeps growing although the clock is correct,
-    /// call [`Agent::reset`](crate::Agent::reset).
+    /// [`Agent::TIME_JUMP_MAX`](crate::Agent::TIME_JUMP_MAX) after it. If the counter keeps growing although the clock
+    /// is correct, call [`Agent::reset`](crate::Agent::reset).
     pub bad_time: u32,
     /// Messages received too late to count.
     pub late: u32,

@@ -176,8 +176,9 @@ impl TeamParams {
         }
     }
 
-    /// Returns the recommended parameters: those of [`Self::table_1`] with this project's modified grouping and guidance,
-    /// as flown by scenarios that set nothing. `docs/validation.md` lists the measured gain of each modification.
+    /// Returns the recommended parameters: those of [`Self::table_1`] with this project's modified grouping and
+    /// guidance, as flown by scenarios that set nothing. `docs/validation.md` lists the measured gain of each
+    /// modification.
     ///
     /// ```
     /// # use standoff::{Agent, TeamParams, UavId};

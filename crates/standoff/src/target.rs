@@ -288,7 +288,8 @@ mod tests {
         }
     }
 
-    /// Checks the exact Q of Eq. (5) against the limit of small alpha T: white jerk's [T^5/20 T^4/8 T^3/6; . T^3/3 T^2/2; . . T].
+    /// Checks the exact Q of Eq. (5) against the limit of small alpha T: white jerk's [T^5/20 T^4/8 T^3/6; . T^3/3
+    /// T^2/2; . . T].
     #[test]
     fn q_of_short_steps_approaches_white_jerk() {
         let (alpha, t) = (1e-9, 0.5f64);

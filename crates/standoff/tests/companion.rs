@@ -352,7 +352,7 @@ proptest! {
 #[test]
 fn invalid_arguments_are_reported() {
     let parse = |text: &str| Arguments::parse(text.split(' ').map(str::to_owned));
-    let valid = "--uav 1 --team 3 --port 4000 --seconds 5 --lose 20 --start-us 7 --epoch 2 --at 1,-2,90";
+    let valid = "--uav 1 --team 3 --port 4000 --seconds 5 --lose 20 --start-us 7 --restart-count 2 --at 1,-2,90";
     let Arguments { uav, team, port, seconds, lose_percent, start_us, restart_count, at } = parse(valid).unwrap();
     assert_eq!((uav, team, port, seconds, lose_percent, start_us, restart_count), (1, 3, 4000, 5, 20, Some(7), 2));
     assert_eq!(at.map(|own| (own.position, own.heading)), Some((Position::from_m(1.0, -2.0), Angle::from_deg(90.0))));

@@ -268,7 +268,7 @@ const FAR: Time = Time::from_us(i64::MAX);
 const LONG_AGO: Time = Time::from_us(i64::MIN);
 
 const LIES: [(&str, Lie); 12] = [
-    ("epochs", |tick, _, report| {
+    ("restart_counts", |tick, _, report| {
         let absurd = [(u32::MAX, u32::MAX), (0, 0), (u32::MAX, 0), (7, u32::MAX)][tick as usize % 4];
         report_with(report, |report| (report.restart_count, report.sequence) = absurd)
     }),

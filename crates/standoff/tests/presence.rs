@@ -117,7 +117,7 @@ struct Flight {
     team: Team,
     radio: Radio,
     ears: Vec<Ear>,
-    epochs: Vec<u32>,
+    restart_counts: Vec<u32>,
     silent_until: Vec<i64>,
     is_parted: bool,
     loss: f64,
@@ -134,14 +134,14 @@ fn params() -> TeamParams {
 impl Flight {
     fn new(uavs: usize) -> Self {
         let team = Team::of(uavs as u32, 2, params());
-        let (ears, epochs, silent_until) = (vec![Ear::default(); uavs], vec![0; uavs], vec![0; uavs]);
+        let (ears, restart_counts, silent_until) = (vec![Ear::default(); uavs], vec![0; uavs], vec![0; uavs]);
         let (radio, is_parted, loss, tick, faults) = (Radio::new(1), false, 0.0, 0, Vec::new());
-        Self { team, radio, ears, epochs, silent_until, is_parted, loss, tick, faults }
+        Self { team, radio, ears, restart_counts, silent_until, is_parted, loss, tick, faults }
     }
 
     fn restart(&mut self, uav: usize) {
-        self.epochs[uav] += 1;
-        self.team.agents[uav] = Agent::new(UavId(uav as u32), params()).unwrap().with_restart_count(self.epochs[uav]);
+        self.restart_counts[uav] += 1;
+        self.team.agents[uav] = Agent::new(UavId(uav as u32), params()).unwrap().with_restart_count(self.restart_counts[uav]);
         self.ears[uav] = Ear { began: self.tick, ..Ear::default() };
     }
 

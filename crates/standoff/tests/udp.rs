@@ -225,7 +225,7 @@ fn a_team_agrees_despite_a_paused_uav_a_restart_and_random_datagrams() {
     team.uavs.remove(0);
     team.wait_until(team.now_s() + 1.5);
     let at = &before.last().unwrap().at;
-    let restarted = team.started(0, &["--epoch", "1", "--at", at]);
+    let restarted = team.started(0, &["--restart-count", "1", "--at", at]);
     team.uavs.insert(0, restarted);
     team.agree(&[0, 1, 2, 3], team.now_s(), 10.0, "all UAVs after the restart");
 

@@ -19,8 +19,8 @@ const RANGE_M: Allowed = Allowed::above(0.0).at_most(1e9);
 /// Extended information filters (8-11), one for each of n targets. One update fuses the measurements of all UAVs.
 ///
 /// The state of a target is ``[x, vx, ax, y, vy, ay]``: position (m), velocity (m/s), acceleration (m/s2), first east
-/// and then north. :meth:`of_cues` and :meth:`from_measurements` start filters from cues or measurements instead of full
-/// states. States and covariances can be copied to another filter without rounding: ``Filter(f.state[mask],
+/// and then north. :meth:`of_cues` and :meth:`from_measurements` start filters from cues or measurements instead of
+/// full states. States and covariances can be copied to another filter without rounding: ``Filter(f.state[mask],
 /// f.covariance[mask])`` keeps a subset of the targets.
 ///
 /// :param state: means, shape (n, 6).

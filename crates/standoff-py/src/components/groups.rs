@@ -140,9 +140,10 @@ pub(crate) fn clustering(
 /// :param uav_position_m: shape (..., u, 2), east and north, m.
 /// :param target_position_m: shape (..., t, 2), east and north, m.
 /// :param group: shape (..., t), group of each target, any number from 0; -1: no group.
-/// :param current_group: shape (..., u), current group of each UAV; -1: no group. Keeping it adds assignment_switching_cost to
-///     the objective.
-/// :param parameters: uses range_sd_m, bearing_sd_rad, objective, assignment_switching_cost; ``Parameters()`` by default.
+/// :param current_group: shape (..., u), current group of each UAV; -1: no group. Keeping it adds
+///     assignment_switching_cost to the objective.
+/// :param parameters: uses range_sd_m, bearing_sd_rad, objective, assignment_switching_cost; ``Parameters()`` by
+///     default.
 /// :returns: shape (..., u), assigned group of each UAV; -1: no group.
 /// :raises InputError: if an argument has the wrong shape or type, or a value is out of range.
 #[pyfunction]

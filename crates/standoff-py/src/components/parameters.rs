@@ -112,8 +112,8 @@ impl<'py> FromPyObject<'_, 'py> for Source<'py> {
 ///
 /// ``Parameters()`` gives the recommended values, which are also the defaults of scenario files.
 /// ``Parameters("improved/figure-9")`` gives the parameters of a scenario, :meth:`table_1` those of the paper, and
-/// ``Parameters(other, radial_gain=1.0)`` a copy with one change. The names are those of the keys in scenario files, but
-/// angles are in radians.
+/// ``Parameters(other, radial_gain=1.0)`` a copy with one change. The names are those of the keys in scenario files,
+/// but angles are in radians.
 ///
 /// :param of: source of the parameters that are not given: other parameters, a :class:`standoff.Scenario`, the name of
 ///     a built-in scenario or the path of a scenario file; by default the recommended values.
@@ -139,8 +139,8 @@ impl<'py> FromPyObject<'_, 'py> for Source<'py> {
 /// :param heading_gain_1_s: guidance: k_omega (24), 1/s.
 /// :param turn_rate_gain: guidance: gain on the difference between turn rate and feedforward; 0 (none) in the paper.
 /// :param feedforward: guidance: derivative of the desired heading used as feedforward (25): of the flown vector field
-///     (``"field"``), the same along the actual motion (``"trajectory"``), (25) corrected (``"static-centre"``), or (25)
-///     as published (``"paper"``).
+///     (``"field"``), the same along the actual motion (``"trajectory"``), (25) corrected (``"static-centre"``), or
+///     (25) as published (``"paper"``).
 /// :param objective: assignment: ``"log-det"``, or (32) as published (``"paper"``).
 /// :param assignment_switching_cost: assignment: bonus for a UAV that keeps its group, in ln det per target.
 /// :raises InputError: if a value is out of range; the message gives the range.

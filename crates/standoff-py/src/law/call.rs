@@ -1,4 +1,5 @@
-//! Calls of custom laws on a separate Python thread (python/standoff/_law_thread.py), with time limit and error handling.
+//! Calls of custom laws on a separate Python thread (python/standoff/_law_thread.py), with time limit and error
+//! handling.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, channel};
@@ -76,8 +77,8 @@ impl LawCalls {
         self.raised.lock().unwrap_or_else(PoisonError::into_inner).take()
     }
 
-    /// Calls a method of a law and converts its answer with the Python function `convert`, which also gets the arguments
-    /// `convert_arguments`.
+    /// Calls a method of a law and converts its answer with the Python function `convert`, which also gets the
+    /// arguments `convert_arguments`.
     pub(crate) fn call<'py>(
         &self,
         law: &Bound<'py, PyAny>,

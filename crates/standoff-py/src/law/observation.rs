@@ -92,8 +92,8 @@ impl MissionInfo {
 ///
 /// :param speed_m_s: speed, m/s.
 /// :param turn_rate_rad_s: turn rate, rad/s, positive anticlockwise.
-/// :param pointing_target: point at which the sensor is pointed: (x_m, y_m), or (x_m, y_m, vx_m_s, vy_m_s) for a moving point.
-///     None: the pointing of the built-in controller, if it runs alongside the law; otherwise the sensor is not
+/// :param pointing_target: point at which the sensor is pointed: (x_m, y_m), or (x_m, y_m, vx_m_s, vy_m_s) for a moving
+///     point. None: the pointing of the built-in controller, if it runs alongside the law; otherwise the sensor is not
 ///     pointed.
 /// :param altitude_m: altitude above the x-y plane, m. None: the altitude of the built-in controller, if it runs
 ///     alongside the law.

@@ -86,7 +86,8 @@ impl Events {
 
     /// Formats the events in the order of their cost to the mission, and the number of events of each kind. Events that
     /// degrade the tracking come first, the longest before the others: they last until the event that ends them, or
-    /// until their target (times by name in `ends_s`) or the run (`end_s`) ends. The other events follow in order of time.
+    /// until their target (times by name in `ends_s`) or the run (`end_s`) ends. The other events follow in order of
+    /// time.
     pub(super) fn text(&self, end_s: f64, ends_s: &BTreeMap<&str, f64>, width: usize) -> String {
         let counts: Vec<String> =
             self.counts.iter().map(|(kind, n)| format!("{n} {}", display_text::printable(kind))).collect();

@@ -62,8 +62,8 @@ pub fn conflicting_files(dir: &Path) -> RecordError {
 /// Error text for something at the destination that is not a folder.
 pub(crate) const NO_FOLDER: &str = "it is not a folder";
 
-/// Returns the alphabetically first name in a folder that satisfies `counts`. `None` without such a name or if the folder is
-/// unreadable.
+/// Returns the alphabetically first name in a folder that satisfies `counts`. `None` without such a name or if the
+/// folder is unreadable.
 pub(crate) fn first_in(dir: &Path, counts: impl Fn(&fs::DirEntry) -> bool) -> Option<String> {
     let entries = fs::read_dir(dir).into_iter().flatten().flatten();
     let first = entries.filter(counts).map(|entry| entry.file_name()).min();

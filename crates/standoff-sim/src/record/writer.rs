@@ -26,9 +26,9 @@ const CHECKPOINT_SHARE: u32 = 50;
 
 /// Writes a record frame by frame, in bounded memory.
 ///
-/// The files grow in `<dir>.partial`. [`FinishedRecord::publish`] moves that folder to `dir`. If the record is never published,
-/// the folder remains as an unfinished record that can be read up to its last checkpoint; without a checkpoint it is
-/// removed.
+/// The files grow in `<dir>.partial`. [`FinishedRecord::publish`] moves that folder to `dir`. If the record is never
+/// published, the folder remains as an unfinished record that can be read up to its last checkpoint; without a
+/// checkpoint it is removed.
 ///
 /// The times of checkpoints depend on the system clock, but the contents of the finished record do not.
 ///

@@ -114,8 +114,8 @@ pub(super) fn value(number: &Number, key: &dyn Display, draws: Draws, nth: u64) 
     }
 }
 
-/// Names under which the random streams of renamed tables are keyed: the current name and the first one. A seed draws the
-/// same values whatever the table is called.
+/// Names under which the random streams of renamed tables are keyed: the current name and the first one. A seed draws
+/// the same values whatever the table is called.
 const STREAM_NAMES: [(&str, &str); 5] = [
     ("uavs.boot_delay_s", "uavs.start_late_s"),
     ("uavs.start_ring.", "uavs.ring."),

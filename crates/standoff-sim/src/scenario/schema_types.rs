@@ -1,8 +1,8 @@
 //! What a person types: the tables and keys of a scenario file, their meaning and their defaults; and, from the same
 //! lines, the type into which it is resolved.
 //!
-//! Every number may be typed as a distribution (see [`Number`]). Units stand at the end of the keys. Defaults are Table I of
-//! the paper where it states a value; imperfections default to none. A key that is not listed here is an error.
+//! Every number may be typed as a distribution (see [`Number`]). Units stand at the end of the keys. Defaults are Table
+//! I of the paper where it states a value; imperfections default to none. A key that is not listed here is an error.
 
 use std::borrow::Cow;
 use std::fmt::Display;
@@ -16,8 +16,8 @@ use super::number::{Number, as_typed, lists_as_typed};
 use super::sample::{Draw, Drawing};
 use crate::traffic;
 
-/// Defines the tables of a scenario file twice: as they are typed, and, in [`resolved`], as they are flown. A number comes
-/// with its default, and with the range in which it must be if it is not the library's to say.
+/// Defines the tables of a scenario file twice: as they are typed, and, in [`resolved`], as they are flown. A number
+/// comes with its default, and with the range in which it must be if it is not the library's to say.
 macro_rules! tables {
     ($(
         $(#[$doc:meta])*
@@ -353,8 +353,8 @@ tables! {
         radius_m: Allowed::above(0.0).at_most(1e6);
         /// Direction from the centre to UAV 0, degrees anticlockwise from east. If absent: 0.
         phase_deg: ANGLE_DEG;
-        /// Angle from one UAV to the next, degrees. If absent: `guidance.desired_phase_deg` for two UAVs, otherwise even
-        /// spacing.
+        /// Angle from one UAV to the next, degrees. If absent: `guidance.desired_phase_deg` for two UAVs, otherwise
+        /// even spacing.
         spacing_deg: ANGLE_DEG;
     }
 
@@ -452,8 +452,8 @@ tables! {
         /// Centre of the orbit: `filtered`, the `centroid` of the members, or the centre of their minimum enclosing
         /// circle (`enclosing-circle`).
         centre: Centre = EnclosingCircle;
-        /// Where sensors point: at the `group-centre`, or at the middle of the angular extent of the members as each UAV
-        /// sees them (`angular-midpoint`).
+        /// Where sensors point: at the `group-centre`, or at the middle of the angular extent of the members as each
+        /// UAV sees them (`angular-midpoint`).
         pointing: Pointing = AngularMidpoint;
         /// When members change, the centre moves by the known jump (`shift-state`), or its filter treats the jump as an
         /// innovation (`innovation`).
@@ -512,7 +512,8 @@ tables! {
         vertical_min_m = 30.0;
     }
 
-    /// `[[geofence]]`: a polygon of the geofence. A UAV must be inside every keep-in zone and outside every keep-out zone.
+    /// `[[geofence]]`: a polygon of the geofence. A UAV must be inside every keep-in zone and outside every keep-out
+    /// zone.
     table Zone texts {
         /// Name of the zone, for display; at most 100 characters.
         #[serde(skip_serializing_if = "String::is_empty")]

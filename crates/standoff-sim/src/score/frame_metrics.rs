@@ -101,8 +101,8 @@ impl FrameScores<'_> {
         self.geometry.centre_error_m(group, self.orbits.of(group.group).map(|orbit| orbit.flown.centre))
     }
 
-    /// True if any UAV has the target in view, as in `member_out_of_view_fraction`. `None` at the first cue, before which no
-    /// sensor can be pointed, and for unknown targets.
+    /// True if any UAV has the target in view, as in `member_out_of_view_fraction`. `None` at the first cue, before
+    /// which no sensor can be pointed, and for unknown targets.
     #[must_use]
     pub fn in_view(&self, target: u32) -> Option<bool> {
         let target = position(truth_of(self.frame, target)?);

@@ -187,8 +187,8 @@ metrics! {
             velocity_error_m_s: f64, "velocity error", LARGE, 0.05, BOTH;
             /// Mean position error of all tracked targets, m.
             position_error_all_m: f64, "position error of all tracks", LARGE, 0.5, TRACKS;
-            /// Average normalised estimation error squared of group members, divided by the number of random states; 1 is
-            /// consistent.
+            /// Average normalised estimation error squared of group members, divided by the number of random states; 1
+            /// is consistent.
             anees: f64, "ANEES of group members", NEITHER, 0.05, BOTH;
             /// `anees` of the targets that never manoeuvre, if the scenario has manoeuvring targets.
             anees_nonmanoeuvring: f64, "ANEES, targets without manoeuvres", NEITHER, 0.05, BOTH;

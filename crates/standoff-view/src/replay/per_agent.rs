@@ -21,8 +21,8 @@ const ROWS: usize = 200_000;
 /// `assignments`: lowest UAV whose agent has the same assignments.
 const AGENT: [&str; 5] = ["lag_s", "link_degraded", "group", "created_s", "assignments"];
 /// Columns of a UAV in the state of an agent: code of its [`TeammateStatus`] or `NEVER_RECEIVED`, age of its newest
-/// report, and assigned group with its creation time. A missing row means: live, with a report of this time step, and assigned to the group that the UAV
-/// itself reports.
+/// report, and assigned group with its creation time. A missing row means: live, with a report of this time step, and
+/// assigned to the group that the UAV itself reports.
 const TEAM: [&str; 4] = ["status", "age_s", "group", "created_s"];
 /// Columns of a track in the state of an agent. `present`: 1 if the agent has a track that differs from the main
 /// table, 0 if it has no such track.

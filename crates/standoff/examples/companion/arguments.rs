@@ -3,7 +3,7 @@
 use standoff::{Angle, Position, UavState};
 
 pub(crate) const USAGE: &str = "usage: companion --uav N --team N --port BASE --seconds S \
-[--lose PERCENT] [--start-us T] [--epoch N] [--at X_M,Y_M,HEADING_DEG]";
+[--lose PERCENT] [--start-us T] [--restart-count N] [--at X_M,Y_M,HEADING_DEG]";
 
 /// Arguments of the program for one UAV of a team.
 #[derive(Debug, Clone, PartialEq)]
@@ -53,7 +53,7 @@ impl Arguments {
                 "--port" => arguments.port = number(65_535 - TEAM_MAX)? as u16,
                 "--seconds" => arguments.seconds = number(86_400)?,
                 "--lose" => arguments.lose_percent = number(100)?,
-                "--epoch" => arguments.restart_count = number(u32::MAX)?,
+                "--restart-count" => arguments.restart_count = number(u32::MAX)?,
                 "--start-us" => {
                     let start_us = value.parse().ok().filter(|us| (0..1 << 60).contains(us));
                     arguments.start_us = Some(start_us.ok_or_else(|| error("microseconds of UNIX time"))?);

@@ -12,8 +12,8 @@
 //! Path Planning with Implicit Safety Guarantees*, American Control Conference 2004.
 //!
 //! Safety alone would make the UAV turn away at the last moment, again and again. Therefore detour planning
-//! ([`DetourPlanner`](crate::guidance::detour)) looks further ahead: if a zone blocks the path onto an orbit, or the orbit itself,
-//! the UAV flies the shortest path around it to the next free part of the orbit.
+//! ([`DetourPlanner`](crate::guidance::detour)) looks further ahead: if a zone blocks the path onto an orbit, or the
+//! orbit itself, the UAV flies the shortest path around it to the next free part of the orbit.
 
 use crate::frame::Displacement;
 use crate::guidance::command_candidates::Costs;

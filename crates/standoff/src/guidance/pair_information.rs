@@ -16,8 +16,8 @@ use crate::frame::Position;
 use crate::math;
 use crate::sensor::{RANGE_MIN_M, SensorParams};
 
-/// Determinant of the joint information of two UAVs at these ranges about a target's position, 1/m4. `phase_difference_rad`
-/// is the angle gamma at the target. A UAV closer than [`RANGE_MIN_M`] gives no information.
+/// Determinant of the joint information of two UAVs at these ranges about a target's position, 1/m4.
+/// `phase_difference_rad` is the angle gamma at the target. A UAV closer than [`RANGE_MIN_M`] gives no information.
 ///
 /// Implements Eq. (36).
 #[doc(alias = "eta_D")]
@@ -40,9 +40,9 @@ pub fn equal_accuracy_range_m(sensor: &SensorParams) -> f64 {
     sensor.range_sd_m / sensor.bearing_sd_rad
 }
 
-/// Optimal angle gamma in [0, pi/2] for two UAVs at these ranges, rad. It is pi/2 if both are
-/// nearer or both further than [`equal_accuracy_range_m`], and 0 (equivalent to pi) if they are on different sides. `None` if the
-/// angle does not matter because one UAV is at that range or directly above the target.
+/// Optimal angle gamma in [0, pi/2] for two UAVs at these ranges, rad. It is pi/2 if both are nearer or both further
+/// than [`equal_accuracy_range_m`], and 0 (equivalent to pi) if they are on different sides. `None` if the angle does
+/// not matter because one UAV is at that range or directly above the target.
 pub fn optimal_phase_difference_rad(ranges_m: [f64; 2], sensor: &SensorParams) -> Option<f64> {
     let [first, second] = ranges_m.map(|range_m| {
         let (along, across) = along_and_across(range_m, sensor);

@@ -48,7 +48,8 @@ pub fn is_in_transit(centre_distance_m: f64, orbit_radius_m: f64) -> bool {
 
 /// Desired speed of a UAV with phase error `error_rad`, m/s, before limits.
 ///
-/// Implements Eq. (35). The speed is at least [`speed_min_for_phase_m_s`], so that the UAV does not fall behind the centre.
+/// Implements Eq. (35). The speed is at least [`speed_min_for_phase_m_s`], so that the UAV does not fall behind the
+/// centre.
 pub fn phase_control_speed_m_s(
     error_rad: f64,
     gain_1_s: f64,

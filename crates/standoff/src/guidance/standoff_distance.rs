@@ -126,9 +126,9 @@ pub struct Ramp {
 }
 
 impl Ramp {
-    /// Low-pass filters a standoff distance: returns the ramp `dt_s` after `before`, with time constant `radius_time_constant_s`.
-    /// The ramp is extrapolated at its own rate and then corrected, so that it follows a steady change without lag.
-    /// Without `before`, or with a time constant of 0, it equals the standoff distance.
+    /// Low-pass filters a standoff distance: returns the ramp `dt_s` after `before`, with time constant
+    /// `radius_time_constant_s`. The ramp is extrapolated at its own rate and then corrected, so that it follows a
+    /// steady change without lag. Without `before`, or with a time constant of 0, it equals the standoff distance.
     pub fn low_passed(
         before: Option<Self>,
         standoff: &StandoffDistance,
