@@ -156,8 +156,8 @@ fn table(comparison: &Comparison) -> String {
         }
     }
     text + "metrics named *_fraction range from 0 to 1\n\
-            better, differs: the whole interval of B - A exceeds the size of interest (docs/metrics.md)\n\
-            same: the whole interval is below the size of interest; unclear: neither, more runs may decide\n"
+            better, differs: the whole interval of B - A is beyond +- the size of interest (docs/metrics.md)\n\
+            same: the whole interval is within +- the size of interest; unclear: neither; fly more runs\n"
 }
 
 /// Result of comparing one metric.

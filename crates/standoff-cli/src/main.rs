@@ -126,7 +126,7 @@ const ARGUMENT_MAX: usize = 4096;
 
 fn main() -> ExitCode {
     silence_expected_panics();
-    done().map_or_else(|failure| terminal::warn_line(&failure).into(), |()| ExitCode::SUCCESS)
+    run_command().map_or_else(|failure| terminal::report_failure(&failure).into(), |()| ExitCode::SUCCESS)
 }
 
 /// Hides the panics that the Parquet library raises on some damaged files: they are caught and reported as damage.
@@ -156,7 +156,7 @@ fn not_text() -> Failure {
     Failure::Input(format!("{}: not UTF-8 text; {advice}", shown.join(", ")))
 }
 
-fn done() -> Result<(), Failure> {
+fn run_command() -> Result<(), Failure> {
     if let Some(long) = std::env::args_os().find(|argument| argument.len() > ARGUMENT_MAX) {
         let (shown, bytes) = (display_text::quoted(&long.to_string_lossy()), long.len());
         let limit = format!("at most {ARGUMENT_MAX}: put long values in a scenario file");

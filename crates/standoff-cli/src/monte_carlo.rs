@@ -24,7 +24,7 @@ Examples:
   standoff monte-carlo mine.toml --runs 99 --json | jq .metrics.anees.ci95
   standoff monte-carlo mine.toml --runs 10000 --set guidance.lead_s=1 --out lead
   standoff monte-carlo paper/figure-9 --runs 1000 --shard 0/4 --out part-0
-                              one of four parts, see standoff merge
+                              one of four shards, see standoff merge
 
 After an interruption by Ctrl-C or anything else, repeat the command to resume.";
 
@@ -47,7 +47,7 @@ pub(crate) struct Args {
     /// Number of threads [default: one per core]. It does not affect the results.
     #[arg(long, value_name = "N")]
     threads: Option<NonZeroUsize>,
-    /// Fly only part I of N of the runs, I from 0 to N - 1; standoff merge merges the parts.
+    /// Fly only shard I of N of the runs, I from 0 to N - 1; standoff merge merges the shards.
     #[arg(long, value_name = "I/N")]
     shard: Option<Shard>,
     /// Folder for the results [default: standoff-out/NAME-seeds-FIRST-to-LAST, followed by +KEY=VALUE for each change].
@@ -73,7 +73,7 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     warn(&template.draw(first).map_err(Failure::Scenario)?, "", &note);
     let out = args.out.clone().unwrap_or_else(|| default_out(args, &template, &batch));
     // A second Ctrl-C ends the program immediately: completed runs are safe in any case.
-    let interruption = Interruption::expected()?;
+    let interruption = Interruption::install()?;
     let results = fly(&out, &template, &batch, args.threads, &interruption)?;
     let (flown, json) = (results.clone(), args.json);
     let report = interruption.run_interruptible(move || BatchReport::of(&flown, json)).ok_or_else(|| {

@@ -1,6 +1,6 @@
 //! Comparison of a run with the paper's law in the same mission.
 
-use standoff_reproduce::PAPERS_LAW;
+use standoff_reproduce::PAPER_LAW;
 use standoff_results::{Failure, format_errors};
 use standoff_sim::run::fly;
 use standoff_sim::scenario::Scenario;
@@ -32,7 +32,7 @@ pub(crate) fn of(
 
 /// Returns the settings that switch a mission to the paper's law.
 fn set() -> Vec<String> {
-    PAPERS_LAW.iter().chain(&[LEAD]).map(|key| (*key).to_owned()).collect()
+    PAPER_LAW.iter().chain(&[LEAD]).map(|key| (*key).to_owned()).collect()
 }
 
 #[cfg(test)]

@@ -90,13 +90,13 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     let scenario = template.draw(args.seed).map_err(Failure::Scenario)?;
     warn(&scenario, "", &note);
     let out = match &args.out {
-        // Removes a trailing slash, so that a symbolic link to a folder is recognised and format_errors.
+        // Removes a trailing slash, so that a symbolic link to a folder is recognised and refused.
         Some(out) => out.components().collect(),
         None => args.changes.folder(args.scenario.as_deref(), &template, &args.seed.to_string()),
     };
     let has_older_run = has_older_run(&scenario, &out)?;
     let map = args.maps.named().of_scenario(&scenario, &note)?;
-    let interruption = Interruption::expected()?;
+    let interruption = Interruption::install()?;
     let mut mcap = args.mcap.as_deref().map(|file| Mcap::create(file, &scenario, &out)).transpose()?;
     if has_older_run {
         note(&format!("note: replacing the older run in {}", display_text::path(&out)));

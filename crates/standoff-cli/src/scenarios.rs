@@ -6,7 +6,7 @@ use standoff_sim::scenario::{BUILT_IN, Overrides, Scenario, built_in, built_in_l
 
 use crate::terminal::{note, print};
 
-/// What `standoff scenarios` does besides listing.
+/// Subcommands of `standoff scenarios`; without one, it lists the scenarios.
 #[derive(Subcommand)]
 pub(crate) enum Action {
     /// Print a built-in scenario.

@@ -14,7 +14,7 @@ pub(crate) struct Interruption(Arc<AtomicBool>);
 
 impl Interruption {
     /// Installs the handler: the first Ctrl-C sets a flag, a second one ends the program.
-    pub(crate) fn expected() -> Result<Self, Failure> {
+    pub(crate) fn install() -> Result<Self, Failure> {
         let stop = Arc::new(AtomicBool::new(false));
         for signal in [SIGINT, SIGTERM] {
             flag::register_conditional_shutdown(signal, 1, Arc::clone(&stop)).map_err(Failure::running)?;

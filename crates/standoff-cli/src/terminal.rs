@@ -7,7 +7,7 @@ use standoff_results::{Failure, Outcome, OutcomeOptions};
 use standoff_sim::display_text::{self, WIDTH};
 
 /// Prints the messages of a failure, and returns the exit status.
-pub(crate) fn warn_line(failure: &Failure) -> u8 {
+pub(crate) fn report_failure(failure: &Failure) -> u8 {
     let colours = io::stderr().is_terminal() && std::env::var_os("NO_COLOR").is_none();
     failure.message(colours).iter().for_each(|message| write_line(message));
     failure.status()
@@ -15,7 +15,7 @@ pub(crate) fn warn_line(failure: &Failure) -> u8 {
 
 /// Returns the failure for a thread that could not be started.
 pub(crate) fn no_thread(reason: io::Error) -> Failure {
-    Failure::running(format!("cannot start a thread: {reason}; end other programs, or allow more (ulimit -u)"))
+    Failure::running(format!("cannot start a thread: {reason}; close other programs, or raise the limit (ulimit -u)"))
 }
 
 /// Prints to standard output.

@@ -8,7 +8,7 @@ use standoff_sim::display_text::quoted;
 use standoff_sim::scenario::{built_in, built_in_like};
 
 /// Subcommands and options that exist under another name, or as another option: what was typed, and what to use.
-const INSTEAD: [(&str, &str); 9] = [
+const REPLACEMENTS: [(&str, &str); 9] = [
     ("show", "standoff report DIR"),
     ("yardstick", "standoff baseline SCENARIO"),
     ("--yardstick", "--baseline"),
@@ -32,11 +32,11 @@ pub(crate) fn advice(misused: &Error) -> Option<String> {
             if std::env::args().nth(1).is_some_and(|command| command == "scenarios") {
                 return Some(show_scenario(typed));
             }
-            instead(typed).map(|use_this| format!("{}: no such command; use `{use_this}`", quoted(typed)))
+            replacement(typed).map(|use_this| format!("{}: no such command; use `{use_this}`", quoted(typed)))
         }
         ErrorKind::UnknownArgument => {
             let typed = text(ContextKind::InvalidArg)?;
-            match (typed.strip_prefix('-'), instead(typed)) {
+            match (typed.strip_prefix('-'), replacement(typed)) {
                 (_, Some(use_this)) => Some(format!("{}: no such option; use {use_this}", quoted(typed))),
                 // A negative number is taken for an option.
                 (Some(number), None) if number.parse::<f64>().is_ok() => {
@@ -69,6 +69,6 @@ fn show_scenario(typed: &str) -> String {
     format!("{}: no such command; {advice}", quoted(typed))
 }
 
-fn instead(typed: &str) -> Option<&'static str> {
-    INSTEAD.iter().find(|(retired, _)| *retired == typed).map(|(_, use_this)| *use_this)
+fn replacement(typed: &str) -> Option<&'static str> {
+    REPLACEMENTS.iter().find(|(retired, _)| *retired == typed).map(|(_, use_this)| *use_this)
 }

@@ -21,7 +21,7 @@ use crate::maps::Maps;
 use crate::metric_args::MetricArgs;
 use crate::overrides::{DEFAULT_SCENARIO, OverrideArgs};
 use crate::signals::Interruption;
-use crate::terminal::{no_thread, note, print, warn_line};
+use crate::terminal::{no_thread, note, print, report_failure};
 
 pub(crate) const EXAMPLES: &str = "\
 Examples:
@@ -79,11 +79,11 @@ fn run(what: &Path, args: &Args) -> Result<Shown, Failure> {
 /// Serves one or two runs; the page shows them while they are still being flown or read.
 fn show(first: Shown, second: Option<Shown>, args: &Args) -> Result<(), Failure> {
     let site = RunSite::new(first.live.replay(), second.as_ref().map(|shown| shown.live.replay()));
-    let interruption = Interruption::expected()?;
+    let interruption = Interruption::install()?;
     let server = args.served.serve(Arc::new(site), print)?;
     note("Press Ctrl-C to stop.");
     let begin = |shown: Shown| {
-        let work = move || (shown.work)(shown.live).map_err(|failure| warn_line(&failure));
+        let work = move || (shown.work)(shown.live).map_err(|failure| report_failure(&failure));
         thread::Builder::new().spawn(work).map_err(no_thread)
     };
     let works = [Some(first), second].into_iter().flatten().map(begin).collect::<Result<Vec<_>, _>>()?;
@@ -122,7 +122,7 @@ fn batches(dirs: &[&Path], args: &Args) -> Result<(), Failure> {
         fly(&scenario, live, choice).ok()?;
         Some(replay)
     };
-    let interruption = Interruption::expected()?;
+    let interruption = Interruption::install()?;
     let site = BatchSite::new(&batch, fly).map_err(Failure::running)?;
     let _server = args.served.serve(Arc::new(site), print)?;
     note("Press Ctrl-C to stop.");

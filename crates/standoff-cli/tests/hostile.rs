@@ -248,8 +248,14 @@ fn invalid_traffic_is_refused() {
         (utf_16(XML), "f:1:1: is UTF-16 text; must be UTF-8; save"),
         (utf_16(&format!("\u{feff}{CSV}")), "f:1:1: is UTF-16 text"),
         (utf_32(&format!("\u{feff}{CSV}")), "f:1:1: is UTF-32 text; must be UTF-8; save"),
-        (b"\x28\xb5\x2f\xfd\x24\x12\x91\0\0".to_vec(), "f: is packed with zstd; must be plain text or gzip; unpack it"),
-        (packed(&packed(CSV.as_bytes())), "f: is gzip within gzip; must be packed once; unpack it once, with gzip -d"),
+        (
+            b"\x28\xb5\x2f\xfd\x24\x12\x91\0\0".to_vec(),
+            "f: is compressed with zstd; must be plain text or gzip; decompress it",
+        ),
+        (
+            packed(&packed(CSV.as_bytes())),
+            "f: is gzip within gzip; must be compressed once; decompress it once, with gzip -d",
+        ),
         (
             b"t,id,x,y\n0,\"v,0,0\n1,\"v\",1,0\n".to_vec(),
             "f:2:3: a quote opens here and is closed at 3:3, in the middle of a field",

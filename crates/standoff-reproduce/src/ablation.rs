@@ -3,7 +3,7 @@
 use standoff_sim::score::{MetricSelection, Metrics};
 
 use super::claim::{shown, signed};
-use super::monte_carlo_plan::{PAPERS_LAW, Plan, ScenarioVariant, file_name, measured};
+use super::monte_carlo_plan::{PAPER_LAW, Plan, ScenarioVariant, file_name, measured};
 use super::statistics::Estimate;
 use super::study::{Data, Study, Table};
 use crate::error::Failure;
@@ -134,10 +134,10 @@ pub(crate) fn improvements(plan: &Plan) -> Result<Study, Failure> {
     let mut missions = vec![
         (PAIR.to_owned(), ScenarioVariant::of(PAIR, &[])),
         ("paper/figure-9".to_owned(), ScenarioVariant::of("paper/figure-9", &[])),
-        ("traffic/convoy".to_owned(), ScenarioVariant::of("traffic/convoy", &PAPERS_LAW)),
-        ("traffic/city".to_owned(), ScenarioVariant::of("traffic/city", &PAPERS_LAW)),
+        ("traffic/convoy".to_owned(), ScenarioVariant::of("traffic/convoy", &PAPER_LAW)),
+        ("traffic/city".to_owned(), ScenarioVariant::of("traffic/city", &PAPER_LAW)),
     ];
-    missions.extend(plan.traffic.iter().map(|file| (file_name(file), ScenarioVariant::over(file, &PAPERS_LAW))));
+    missions.extend(plan.traffic.iter().map(|file| (file_name(file), ScenarioVariant::over(file, &PAPER_LAW))));
     let names: Vec<&str> = SHOWN.iter().map(|(metric, _)| *metric).collect();
     let choice = MetricSelection::parse(&names.join(",")).map_err(Failure::running)?;
     let mut data = Vec::new();

@@ -5,7 +5,7 @@ use standoff_sim::score::{MetricSelection, Metrics};
 
 use super::ablation::difference;
 use super::claim::{shown, signed};
-use super::monte_carlo_plan::{PAPERS_LAW, Plan, ScenarioVariant, file_name, measured};
+use super::monte_carlo_plan::{PAPER_LAW, Plan, ScenarioVariant, file_name, measured};
 use super::statistics::Estimate;
 use super::street_traffic::Streets;
 use super::study::{Data, Study, Table};
@@ -80,7 +80,7 @@ pub(crate) fn coverage(plan: &Plan) -> Result<Study, Failure> {
     let (mut tables, mut data) = (Vec::new(), Vec::new());
     for (index, (name, mission)) in missions(plan).iter().enumerate() {
         let all = plan.fly(mission, choice)?;
-        let papers = plan.fly(&mission.and(&PAPERS_LAW), choice)?;
+        let papers = plan.fly(&mission.and(&PAPER_LAW), choice)?;
         let heads = [""].into_iter().chain(SHOWN.map(|(_, head, _)| head));
         let title = format!("{name}: all improvements, and differences from them:");
         let mut table = Table::new(title, heads);
@@ -163,13 +163,13 @@ mod tests {
     fn the_rows_undo_the_improvements_over_the_papers_law() {
         let undone: Vec<&str> = WITHOUT.iter().flat_map(|(_, undo)| undo.iter().copied()).collect();
         let others = ["orbit.margin_sds=1.645", "orbit.centre=centroid"];
-        assert!(undone.iter().all(|key| PAPERS_LAW.contains(key) || others.contains(key)), "{undone:?}");
+        assert!(undone.iter().all(|key| PAPER_LAW.contains(key) || others.contains(key)), "{undone:?}");
         let has_row = |edit: &&&str| {
             !["feedforward", "turn_rate_gain", "lead", "speed_reference", "margin", "centre_jump", "centre"]
                 .iter()
                 .any(|key| edit.contains(&format!(".{key}=")))
         };
-        let mut papers: Vec<&str> = PAPERS_LAW.iter().filter(has_row).copied().collect();
+        let mut papers: Vec<&str> = PAPER_LAW.iter().filter(has_row).copied().collect();
         let mut sorted: Vec<&str> = undone.iter().filter(|key| !others.contains(*key)).copied().collect();
         papers.sort_unstable();
         sorted.sort_unstable();

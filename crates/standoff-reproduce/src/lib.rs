@@ -20,7 +20,7 @@ mod study;
 mod table_2;
 
 pub use error::Failure;
-pub use monte_carlo_plan::{PAPERS_LAW, Plan};
+pub use monte_carlo_plan::{PAPER_LAW, Plan};
 pub use page::write_page;
 pub use study::{Study, claims_file, save, summary};
 

@@ -15,7 +15,7 @@ use crate::error::Failure;
 use crate::street_traffic::Streets;
 
 /// Settings that switch a mission to the paper's law. Traffic scenarios keep their own `guidance.lead_s`.
-pub const PAPERS_LAW: [&str; 16] = [
+pub const PAPER_LAW: [&str; 16] = [
     "filter.deletion_unseen_in_view_s=5",
     "guidance.feedforward=static-centre",
     "guidance.turn_rate_gain=0",

@@ -159,7 +159,7 @@ impl Outcome {
         }
         text += &self.table(options.paper_comparison, options.width);
         if options.paper_comparison.is_some() {
-            text += &wrapped("* ", targets_and_limits::PAPERS_LAW, options.width);
+            text += &wrapped("* ", targets_and_limits::PAPER_LAW, options.width);
         }
         if options.per_target && !self.per_target.is_empty() {
             text += &self.targets_table();

@@ -33,8 +33,8 @@ pub(crate) fn begin(now: Time, truth: &[Truth], frame: &mut Frame) {
             y_m: position.y_m(),
             vx_m_s: velocity.x_m_s(),
             vy_m_s: velocity.y_m_s(),
-            ax_m_s2: target.knows_acceleration.then_some(ax),
-            ay_m_s2: target.knows_acceleration.then_some(ay),
+            ax_m_s2: target.has_known_acceleration.then_some(ax),
+            ay_m_s2: target.has_known_acceleration.then_some(ay),
         }
     }));
 }

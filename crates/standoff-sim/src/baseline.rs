@@ -179,7 +179,7 @@ mod tests {
         assert_eq!((three.half_of_uavs, three.all_uavs.discs, three.all_uavs.mover_fraction), (two, 3, Some(1.0)));
     }
 
-    /// One vehicle leaves at 20 s; another appears at 100 s, 2 km away, and stays until 300 s. The moving disc knows of
+    /// One vehicle leaves at 20 s; another appears at 100 s, 2 km away, and stays until 300 s. The moving disc uses
     /// it in its second time step and gets a new goal within a second; it covers the vehicle (2000 - 350) / 20 = 82.5 s
     /// later. Placed discs cover it immediately.
     #[test]

@@ -58,7 +58,7 @@ pub(crate) fn advice<'a>(reason: &io::Error, usual: &'a str) -> &'a str {
     // EMFILE and ENFILE have no `ErrorKind` yet.
     let too_many_open = cfg!(unix) && matches!(reason.raw_os_error(), Some(23 | 24));
     match reason.kind() {
-        _ if too_many_open => "end other programs, or allow more (ulimit -n)",
+        _ if too_many_open => "close other programs, or raise the limit (ulimit -n)",
         io::ErrorKind::PermissionDenied => "check its permissions, or choose a file that you may access",
         _ => usual,
     }
@@ -121,7 +121,7 @@ mod tests {
             assert!(codes.iter().all(|&code| is_input_error(&system(code)) == wrong), "{codes:?}");
         }
         assert!(is_input_error(&too_large(2, 1)));
-        assert_eq!(advice(&system(24), "usual"), "end other programs, or allow more (ulimit -n)");
+        assert_eq!(advice(&system(24), "usual"), "close other programs, or raise the limit (ulimit -n)");
         assert_eq!((advice(&system(5), "usual"), advice(&too_large(2, 1), "usual")), ("usual", "usual"));
     }
 

@@ -113,9 +113,14 @@ pub fn team_controller(
 }
 
 /// Creates one built-in agent per UAV, each compared with a reference replay of the messages that it has received.
-pub(crate) fn audited(team: TeamParams, geofence: Geofence, uavs: usize) -> Result<AgentPerUav, Vec<ParamError>> {
-    let audits = (0..uavs).map(|_| ReferenceReplay::new(team, geofence.clone())).collect::<Result<_, _>>()?;
-    Ok(AgentPerUav { audits, ..AgentPerUav::new(team, geofence, uavs)? })
+pub(crate) fn with_reference_replays(
+    team: TeamParams,
+    geofence: Geofence,
+    uavs: usize,
+) -> Result<AgentPerUav, Vec<ParamError>> {
+    let reference_replays =
+        (0..uavs).map(|_| ReferenceReplay::new(team, geofence.clone())).collect::<Result<_, _>>()?;
+    Ok(AgentPerUav { reference_replays, ..AgentPerUav::new(team, geofence, uavs)? })
 }
 
 /// The last observation of each UAV, by id.
@@ -175,7 +180,7 @@ pub(crate) struct AgentPerUav {
     geofence: Geofence,
     agents: Vec<Agent>,
     /// Reference replays by UAV; empty unless a metric needs them.
-    pub(crate) audits: Vec<ReferenceReplay>,
+    pub(crate) reference_replays: Vec<ReferenceReplay>,
     observed: Observed,
     /// UAVs that have observed in this time step, ascending.
     awake: Vec<UavId>,
@@ -189,7 +194,7 @@ impl Controller for AgentPerUav {
         if let (Some(agent), Ok(new)) = (self.agents.get_mut(uav.0 as usize), Agent::new(uav, self.team)) {
             *agent = new.with_geofence(self.geofence.clone()).with_restart_count(restart_count);
         }
-        self.audits.get_mut(uav.0 as usize).into_iter().for_each(ReferenceReplay::restart);
+        self.reference_replays.get_mut(uav.0 as usize).into_iter().for_each(ReferenceReplay::restart);
     }
 
     fn observe(&mut self, now: Time, uav: UavId, own: &UavState, scan: Option<Scan>) {
@@ -199,8 +204,8 @@ impl Controller for AgentPerUav {
         self.awake.push(uav);
         if let Some(agent) = self.agents.get_mut(uav.0 as usize) {
             let observation = agent.observe(now, own, scan);
-            if let Some(audit) = self.audits.get_mut(uav.0 as usize) {
-                audit.observe(agent, &observation);
+            if let Some(replay) = self.reference_replays.get_mut(uav.0 as usize) {
+                replay.observe(agent, &observation);
             }
             store(&mut self.observed, observation);
         }
@@ -213,12 +218,12 @@ impl Controller for AgentPerUav {
     fn receive(&mut self, uav: UavId, message: &Message) {
         if let Some(observation) = last(&self.observed, uav) {
             let agent = &mut self.agents[uav.0 as usize];
-            let Some(audit) = self.audits.get_mut(uav.0 as usize) else {
+            let Some(replay) = self.reference_replays.get_mut(uav.0 as usize) else {
                 return agent.receive(observation, message);
             };
             let before = Before::of(agent, message);
             agent.receive(observation, message);
-            audit.receive(agent, &before, message);
+            replay.receive(agent, &before, message);
         }
     }
 
@@ -227,13 +232,13 @@ impl Controller for AgentPerUav {
         let Some(observation) = last(&self.observed, uav) else { return IDLE_COMMAND };
         let agent = &mut self.agents[uav.0 as usize];
         let step = agent.decide(observation);
-        if !self.audits.is_empty() {
+        if !self.reference_replays.is_empty() {
             // The check also needs the reference replays of the other UAVs.
-            let mut audit = self.audits.swap_remove(uav.0 as usize);
-            audit.check(agent, &self.audits);
-            self.audits.push(audit);
-            let last = self.audits.len() - 1;
-            self.audits.swap(uav.0 as usize, last);
+            let mut replay = self.reference_replays.swap_remove(uav.0 as usize);
+            replay.check(agent, &self.reference_replays);
+            self.reference_replays.push(replay);
+            let last = self.reference_replays.len() - 1;
+            self.reference_replays.swap(uav.0 as usize, last);
         }
         step
     }
@@ -250,8 +255,8 @@ impl Controller for AgentPerUav {
 
     fn report_per_agent(&self, agents: &mut PerAgentTables) {
         for agent in self.awake() {
-            let audit = self.audits.get(agent.id().0 as usize);
-            agent_rows::own_rows(agent, audit.and_then(|audit| audit.holds_more), agents);
+            let replay = self.reference_replays.get(agent.id().0 as usize);
+            agent_rows::own_rows(agent, replay.and_then(|replay| replay.holds_more), agents);
         }
     }
 }
@@ -264,7 +269,7 @@ impl AgentPerUav {
             team,
             geofence,
             agents,
-            audits: Vec::new(),
+            reference_replays: Vec::new(),
             observed: Vec::new(),
             awake: Vec::new(),
             is_decided: true,

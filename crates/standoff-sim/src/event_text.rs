@@ -69,7 +69,9 @@ fn text(event: &EventRow) -> Option<String> {
         }
         ("reassigned", "group-created") => "a group was created",
         ("reassigned", "group-retired") => "a group was retired",
-        ("reassigned", "group-changed") => "a group has twice, or half, as many targets as at the last assignment",
+        ("reassigned", "group-changed") => {
+            "the number of targets of a group has doubled or halved since the last assignment"
+        }
         ("reassigned", "untracked") => {
             "one UAV moves to the new group, whose targets would otherwise be in no UAV's view"
         }

@@ -350,7 +350,7 @@ pub struct TrackRow {
     pub status: TrackStatus,
     /// Group membership.
     pub membership: MembershipState,
-    /// Group of the target; in dwell, the passing group, whose UAVs still keep it in view.
+    /// Group of the target; during a handoff, the passing group, whose UAVs still keep it in view.
     pub group: Option<u32>,
     /// In dwell, the receiving group.
     pub receiving_group: Option<u32>,

@@ -68,14 +68,14 @@ pub fn group_of<'a>(frame: &'a Frame, uav: &UavRow) -> Option<&'a GroupRow> {
     frame.groups.iter().find(|group| Some(group.group) == uav.group)
 }
 
-/// Identifies a phase difference: the number of UAVs on the orbit, the UAV, and the other UAV of a pair; of more than
+/// Identifies a phase difference: the number of UAVs on the orbit, the UAV, and the other UAV of a pair. With more than
 /// two UAVs, the difference is to the next UAV anticlockwise, and the last field is `None`.
-pub type Between = (usize, u32, Option<u32>);
+pub type PhasePair = (usize, u32, Option<u32>);
 
 /// Returns the phase differences of each group in a frame, rad. A group with an unknown phase has none, because its
 /// neighbours and their number would be wrong.
 #[must_use]
-pub fn phase_differences(frame: &Frame) -> Vec<(u32, Between, f64)> {
+pub fn phase_differences(frame: &Frame) -> Vec<(u32, PhasePair, f64)> {
     let mut found = Vec::new();
     let groups: BTreeSet<u32> = frame.uavs.iter().filter_map(|row| row.group).collect();
     for group in groups {

@@ -42,7 +42,7 @@ use crate::run::fly_while;
 use crate::scenario::{Scenario, ScenarioTemplate};
 use crate::score::{MetricSelection, Metrics};
 use journal::Journal;
-use pool::{Halt, work_through};
+use pool::{JobControl, run_jobs};
 
 /// Progress of a batch.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -87,13 +87,13 @@ fn in_order<T: Send>(
     seeds: Range<u64>,
     threads: Option<NonZeroUsize>,
     stop: &AtomicBool,
-    work: impl Fn(u64, &Halt<'_>) -> Result<T, MonteCarloError> + Sync,
+    work: impl Fn(u64, &JobControl<'_>) -> Result<T, MonteCarloError> + Sync,
 ) -> Result<Vec<T>, MonteCarloError> {
     // Grows with the results, so that no memory is allocated for runs that may never be flown.
     let mut rows: Vec<Option<T>> = Vec::new();
     let first = seeds.start;
-    let work = |seed, halt: &Halt<'_>| Ok((seed, work(seed, halt)?));
-    work_through(seeds.map(Ok), threads, stop, work, |done| {
+    let work = |seed, halt: &JobControl<'_>| Ok((seed, work(seed, halt)?));
+    run_jobs(seeds.map(Ok), threads, stop, work, |done| {
         if let Some((seed, row)) = done {
             let place = (seed - first) as usize;
             rows.resize_with(rows.len().max(place + 1), || None);
@@ -101,7 +101,7 @@ fn in_order<T: Send>(
         }
         Ok(())
     })?;
-    unless_set(stop)?;
+    check_not_stopped(stop)?;
     Ok(rows.into_iter().flatten().collect())
 }
 
@@ -150,8 +150,9 @@ pub fn fly_into(
     let mut progress = Progress { before, done: before, of: batch.flown().end - batch.flown().start };
     report(progress);
     check_build(template, batch, &journal, stop)?;
-    let work = |run, halt: &Halt<'_>| Ok((run, fly_seed(template, batch.seed_of(run), choice, || !halt.is_stopped())?));
-    let flown = work_through(journal.missing(stop)?, threads, stop, work, |done| {
+    let work =
+        |run, halt: &JobControl<'_>| Ok((run, fly_seed(template, batch.seed_of(run), choice, || !halt.is_stopped())?));
+    let flown = run_jobs(journal.missing(stop)?, threads, stop, work, |done| {
         if let Some((run, metrics)) = done {
             journal.put(batch.seed_of(run), run, &batch.values(&metrics))?;
             progress.done += 1;
@@ -164,13 +165,13 @@ pub fn fly_into(
         journal.sync()?;
     }
     flown?;
-    unless_set(stop)?;
+    check_not_stopped(stop)?;
     let results = results::write(dir, batch, journal.complete_rows(stop)?, stop)?;
     journal.remove()?;
     Ok(results)
 }
 
-fn unless_set(stop: &AtomicBool) -> Result<(), MonteCarloError> {
+fn check_not_stopped(stop: &AtomicBool) -> Result<(), MonteCarloError> {
     if stop.load(Ordering::Relaxed) { Err(MonteCarloError::Interrupted) } else { Ok(()) }
 }
 
@@ -200,7 +201,7 @@ fn check_build(
     let seed = batch.seed_of(run);
     let again = batch.values(&fly_seed(template, seed, batch.choice()?, || !stop.load(Ordering::Relaxed))?);
     let bits = |values: &[Option<f64>]| values.iter().map(|value| value.map(f64::to_bits)).collect::<Vec<_>>();
-    unless_set(stop)?;
+    check_not_stopped(stop)?;
     if bits(&again) == bits(&kept) {
         return Ok(());
     }

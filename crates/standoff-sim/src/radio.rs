@@ -53,7 +53,7 @@ const TRAFFIC: u32 = 1 << 31;
 /// Carries the messages of a mission; its buffers are reused.
 pub(crate) struct Radio {
     /// By UAV.
-    stations: Vec<RadioNode>,
+    nodes: Vec<RadioNode>,
     sent: Vec<SentCounts>,
     /// Only the first `sent_now` entries belong to this time step.
     messages: Vec<(UavId, Message)>,
@@ -62,18 +62,18 @@ pub(crate) struct Radio {
     /// [`TRAFFIC`] and above.
     cues: Vec<(u32, Message)>,
     /// Radio faults; `None` if the radio is ideal.
-    air: Option<Air>,
+    faulty: Option<FaultyRadio>,
 }
 
 impl Radio {
     pub(crate) fn new(scenario: &Scenario) -> Self {
         Self {
-            stations: Vec::new(),
+            nodes: Vec::new(),
             sent: Vec::new(),
             messages: Vec::new(),
             sent_now: 0,
             cues: Vec::new(),
-            air: scenario.radio.as_ref().map(|radio| Air::new(radio, scenario)),
+            faulty: scenario.radio.as_ref().map(|radio| FaultyRadio::new(radio, scenario)),
         }
     }
 
@@ -84,15 +84,15 @@ impl Radio {
 
     /// Starts a new time step.
     pub(crate) fn open(&mut self) {
-        self.stations.clear();
+        self.nodes.clear();
         self.sent.clear();
         self.sent_now = 0;
         self.cues.clear();
     }
 
     /// Adds the next UAV, in the order of ids.
-    pub(crate) fn join(&mut self, station: RadioNode) {
-        self.stations.push(station);
+    pub(crate) fn join(&mut self, node: RadioNode) {
+        self.nodes.push(node);
         self.sent.push(SentCounts::default());
     }
 
@@ -120,20 +120,20 @@ impl Radio {
 
     /// Delivers the messages that are due in time step `tick` (counted in periods) to every UAV whose computer is on.
     pub(crate) fn carry(&mut self, tick: i64, now: Time, mut hear: impl FnMut(UavId, &Message)) {
-        let Self { stations, sent, messages, sent_now, cues, air } = self;
+        let Self { nodes, sent, messages, sent_now, cues, faulty } = self;
         let messages = &messages[..*sent_now];
-        if let Some(air) = air {
-            air.carry(&Instant { tick, now, stations, messages, cues }, sent, &mut hear);
+        if let Some(faulty) = faulty {
+            faulty.carry(&TimeStep { tick, now, nodes, messages, cues }, sent, &mut hear);
             return;
         }
         for (sender, message) in messages {
             if let Some(sent) = sent.get_mut(sender.0 as usize) {
                 sent.count(message);
             }
-            others(stations, *sender).filter(|uav| receives(stations, *uav)).for_each(|uav| hear(uav, message));
+            others(nodes, *sender).filter(|uav| receives(nodes, *uav)).for_each(|uav| hear(uav, message));
         }
         for (_, cue) in &*cues {
-            others(stations, OUTSIDE).filter(|uav| receives(stations, *uav)).for_each(|uav| hear(uav, cue));
+            others(nodes, OUTSIDE).filter(|uav| receives(nodes, *uav)).for_each(|uav| hear(uav, cue));
         }
     }
 }
@@ -146,20 +146,20 @@ impl SentCounts {
 }
 
 /// Returns all UAVs except the sender.
-fn others(stations: &[RadioNode], sender: UavId) -> impl Iterator<Item = UavId> {
-    (0..).take(stations.len()).map(UavId).filter(move |uav| *uav != sender)
+fn others(nodes: &[RadioNode], sender: UavId) -> impl Iterator<Item = UavId> {
+    (0..).take(nodes.len()).map(UavId).filter(move |uav| *uav != sender)
 }
 
 /// Returns whether the computer of a UAV is on.
-fn receives(stations: &[RadioNode], uav: UavId) -> bool {
-    stations.get(uav.0 as usize).is_some_and(|station| station.receives)
+fn receives(nodes: &[RadioNode], uav: UavId) -> bool {
+    nodes.get(uav.0 as usize).is_some_and(|node| node.receives)
 }
 
 /// Everything that is sent in one time step.
-struct Instant<'a> {
+struct TimeStep<'a> {
     tick: i64,
     now: Time,
-    stations: &'a [RadioNode],
+    nodes: &'a [RadioNode],
     messages: &'a [(UavId, Message)],
     cues: &'a [(u32, Message)],
 }
@@ -196,7 +196,7 @@ struct Transmitter {
 }
 
 /// A radio with faults.
-struct Air {
+struct FaultyRadio {
     radio: scenario::Radio,
     draws: Draws,
     period_us: i64,
@@ -206,7 +206,7 @@ struct Air {
     arrived: Vec<InTransit>,
 }
 
-impl Air {
+impl FaultyRadio {
     fn new(radio: &scenario::Radio, scenario: &Scenario) -> Self {
         Self {
             radio: radio.clone(),
@@ -218,9 +218,9 @@ impl Air {
         }
     }
 
-    fn carry(&mut self, step: &Instant, sent: &mut [SentCounts], hear: &mut impl FnMut(UavId, &Message)) {
-        let Instant { tick, stations, messages, cues, .. } = *step;
-        for ((station, id), sent) in stations.iter().zip(0..).zip(sent) {
+    fn carry(&mut self, step: &TimeStep, sent: &mut [SentCounts], hear: &mut impl FnMut(UavId, &Message)) {
+        let TimeStep { tick, nodes, messages, cues, .. } = *step;
+        for ((node, id), sent) in nodes.iter().zip(0..).zip(sent) {
             let sender = UavId(id);
             let own = messages.iter().filter(|(by, _)| *by == sender).zip(0..);
             let sent_message = own.map(|((_, message), number)| SentMessage {
@@ -230,21 +230,21 @@ impl Air {
             let budget_bytes_per_s = self.radio.bandwidth_bytes_per_s.filter(|_| !self.is_perfect(step.now));
             let per_instant = budget_bytes_per_s.map(|rate| (rate * self.period_us as f64 / 1e6, rate));
             let Some(transmitter) = self.transmitters.get_mut(id as usize) else { continue };
-            for sent_message in transmitter.send(station.transmits, per_instant, sent_message) {
+            for sent_message in transmitter.send(node.transmits, per_instant, sent_message) {
                 sent.count(&sent_message.message);
-                others(stations, sender).for_each(|to| self.send(step, &sent_message, to));
+                others(nodes, sender).for_each(|to| self.send(step, &sent_message, to));
             }
         }
         for (number, cue) in cues {
             let key = Key { sender: OUTSIDE, tick, number: *number };
             let sent_message = SentMessage { key, message: Arc::new(cue.clone()) };
-            others(stations, OUTSIDE).for_each(|to| self.send(step, &sent_message, to));
+            others(nodes, OUTSIDE).for_each(|to| self.send(step, &sent_message, to));
         }
         self.arrived.clear();
         self.arrived.extend(self.under_way.extract_if(.., |message| message.due <= tick));
         self.arrived.sort_by_key(|message| (message.to, message.key));
         for InTransit { to, message, .. } in &self.arrived {
-            if receives(stations, *to) {
+            if receives(nodes, *to) {
                 hear(*to, message);
             }
         }
@@ -256,11 +256,13 @@ impl Air {
     }
 
     /// Sends a message to one receiver, unless the link drops it.
-    fn send(&mut self, step: &Instant, sent_message: &SentMessage, to: UavId) {
-        let Instant { tick, now, stations, .. } = *step;
+    fn send(&mut self, step: &TimeStep, sent_message: &SentMessage, to: UavId) {
+        let TimeStep { tick, now, nodes, .. } = *step;
         let sender = sent_message.key.sender;
         let is_perfect = self.is_perfect(now);
-        if sender != OUTSIDE && self.is_cut(now, sender, to) || !is_perfect && self.is_far(stations, sender, to) {
+        if sender != OUTSIDE && self.is_partitioned(now, sender, to)
+            || !is_perfect && self.is_out_of_range(nodes, sender, to)
+        {
             return;
         }
         let draws = self.draws;
@@ -290,7 +292,7 @@ impl Air {
     }
 
     /// Returns whether a partition separates two UAVs: they are on different sides, or one of them is on no side.
-    fn is_cut(&self, now: Time, from: UavId, to: UavId) -> bool {
+    fn is_partitioned(&self, now: Time, from: UavId, to: UavId) -> bool {
         self.radio.partitions.iter().any(|partition| {
             let together = || partition.sides.iter().any(|side| side.contains(&from) && side.contains(&to));
             (partition.from_s..partition.until_s).contains(&now.s()) && !together()
@@ -298,8 +300,8 @@ impl Air {
     }
 
     /// Returns whether two UAVs are out of range of each other; a sender outside the team never is.
-    fn is_far(&self, stations: &[RadioNode], from: UavId, to: UavId) -> bool {
-        let at = |uav: UavId| stations.get(uav.0 as usize).map(|station| station.position);
+    fn is_out_of_range(&self, nodes: &[RadioNode], from: UavId, to: UavId) -> bool {
+        let at = |uav: UavId| nodes.get(uav.0 as usize).map(|node| node.position);
         let Some((range_m, from)) = self.radio.range_m.zip(at(from)) else { return false };
         at(to).is_some_and(|to| from.distance_m(to) > range_m)
     }

@@ -13,7 +13,7 @@ use standoff::{
 };
 
 /// Relative tolerance below which a smaller covariance does not count as more information.
-const MORE: f64 = 1e-9;
+const COVARIANCE_TOLERANCE: f64 = 1e-9;
 
 /// Reference replay of one agent.
 pub(crate) struct ReferenceReplay {
@@ -60,8 +60,8 @@ pub(crate) struct Before {
 
 impl Before {
     pub(crate) fn of(agent: &Agent, message: &Message) -> Self {
-        let is_picture = matches!(message, Message::Snapshot(_));
-        let digest = agent.committed().filter(|_| is_picture).map(TeamState::digest);
+        let is_snapshot = matches!(message, Message::Snapshot(_));
+        let digest = agent.committed().filter(|_| is_snapshot).map(TeamState::digest);
         Self { committed: agent.committed_at(), digest }
     }
 }
@@ -146,7 +146,7 @@ impl ReferenceReplay {
         self.holds_more = None;
         let Some((committed, began)) = agent.committed().zip(self.began) else { return };
         let Some(step) = self.step(committed.time) else { return };
-        if self.is_lost || self.replayed_until.is_some_and(|folded| folded > step) {
+        if self.is_lost || self.replayed_until.is_some_and(|replayed| replayed > step) {
             let is_same = |other: &&Self| {
                 let team_state = other.fleet.team_state();
                 !other.is_lost && team_state.time == committed.time && team_state.digest() == committed.digest()
@@ -154,14 +154,14 @@ impl ReferenceReplay {
             let Some(same) = others.iter().find(is_same) else { return };
             (self.fleet, self.replayed_until, self.is_lost) = (same.fleet.clone(), Some(step), false);
         }
-        for next in self.replayed_until.map_or(began, |folded| folded + 1)..=step {
+        for next in self.replayed_until.map_or(began, |replayed| replayed + 1)..=step {
             self.replay(agent.id(), next);
         }
         self.replayed_until = Some(step);
-        let updater = self.fleet.team_state();
+        let reference = self.fleet.team_state();
         self.checked += 1;
-        self.differed += u64::from(updater.digest() != committed.digest());
-        self.holds_more = Some(holds_more(committed, updater));
+        self.differed += u64::from(reference.digest() != committed.digest());
+        self.holds_more = Some(holds_more(committed, reference));
     }
 
     fn replay(&mut self, by: UavId, step: i64) {
@@ -181,8 +181,8 @@ impl ReferenceReplay {
         match self.sent.entry(step).or_default().reports.entry(report.uav) {
             Entry::Vacant(place) => drop(place.insert(report)),
             Entry::Occupied(mut known) => {
-                let stamp = |report: &Report| (report.restart_count, report.sequence);
-                if stamp(&report) < stamp(known.get()) {
+                let order = |report: &Report| (report.restart_count, report.sequence);
+                if order(&report) < order(known.get()) {
                     known.insert(report);
                 }
             }
@@ -208,7 +208,7 @@ fn holds_more(team_state: &TeamState, other: &TeamState) -> bool {
         let Some(other) = other.track(known.track.id) else { return true };
         let [covariance, other] = [known, other].map(|known| known.track.estimate().covariance);
         let volume = |covariance: &standoff::Covariance| covariance.matrix().determinant();
-        covariance != other && volume(&covariance) < volume(&other) * (1.0 - MORE)
+        covariance != other && volume(&covariance) < volume(&other) * (1.0 - COVARIANCE_TOLERANCE)
     })
 }
 

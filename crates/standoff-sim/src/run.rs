@@ -48,7 +48,7 @@ pub struct Mission<B = Box<dyn Controller + Send>> {
     response: AutopilotModel,
     controller: B,
     /// True if the controller is not the built-in one.
-    is_foreign: bool,
+    is_third_party: bool,
     radio: Radio,
     /// Whether each target has been cued, indexed by target id.
     cued: Vec<bool>,
@@ -123,11 +123,11 @@ impl Mission {
         let (Settings { agents, team, geofence, .. }, uavs) = (&scenario.settings, scenario.uavs.len());
         let controller: Box<dyn Controller + Send> = match agents {
             AgentSetup::PerUav if choice.needs_reference_replay() => {
-                Box::new(controller::audited(*team, geofence.clone(), uavs)?)
+                Box::new(controller::with_reference_replays(*team, geofence.clone(), uavs)?)
             }
             _ => controller::team_controller(*agents, *team, geofence.clone(), uavs)?,
         };
-        Ok(Self { is_foreign: false, ..Self::with_controller(scenario, controller)? })
+        Ok(Self { is_third_party: false, ..Self::with_controller(scenario, controller)? })
     }
 }
 
@@ -161,7 +161,7 @@ impl<B: Controller> Mission<B> {
             intruders: Intruders::new(scenario),
             response: settings.team.uav.response(settings.period),
             controller,
-            is_foreign: true,
+            is_third_party: true,
             radio: Radio::new(scenario),
             cued: Vec::new(),
             tick: 0,
@@ -177,7 +177,7 @@ impl<B: Controller> Mission<B> {
         self.controller.reported()
     }
 
-    /// Scoring rules of the mission; what its controller does not report is not scored.
+    /// Scoring configuration of the mission; what its controller does not report is not scored.
     pub fn score_config(&self) -> ScoreConfig {
         ScoreConfig { reported: self.reported_tables(), ..ScoreConfig::of(&self.settings) }
     }
@@ -377,7 +377,7 @@ impl<B: Controller> Mission<B> {
             controller.report(&mut beliefs);
             controller.report_per_agent(agents);
         }
-        if self.is_foreign {
+        if self.is_third_party {
             beliefs.tidy();
         }
         events.append(&mut avoidances);
@@ -474,17 +474,21 @@ mod tests {
 
     /// Number of committed states that the reference replays compared, number that differed, and the metric
     /// `double_counted_steps`.
-    fn audited(name: &str, set: &[&str], seed: u64) -> (u64, u64, Option<u64>) {
+    fn with_reference_replays(name: &str, set: &[&str], seed: u64) -> (u64, u64, Option<u64>) {
         let set = set.iter().map(|key| (*key).to_owned()).collect();
         let scenario = Scenario::load(name, &Overrides { set, ..Overrides::default() }, seed).unwrap();
-        let controller =
-            controller::audited(scenario.settings.team, scenario.settings.geofence.clone(), scenario.uavs.len())
-                .unwrap();
+        let controller = controller::with_reference_replays(
+            scenario.settings.team,
+            scenario.settings.geofence.clone(),
+            scenario.uavs.len(),
+        )
+        .unwrap();
         let mut mission = Mission::with_controller(&scenario, controller).unwrap();
         let metrics = mission.score_while(MetricSelection::parse("double_counted_steps").unwrap(), || true);
-        let sum =
-            |of: fn(&crate::reference_replay::ReferenceReplay) -> u64| mission.controller.audits.iter().map(of).sum();
-        (sum(|audit| audit.checked), sum(|audit| audit.differed), metrics.double_counted_steps)
+        let sum = |of: fn(&crate::reference_replay::ReferenceReplay) -> u64| {
+            mission.controller.reference_replays.iter().map(of).sum()
+        };
+        (sum(|replay| replay.checked), sum(|replay| replay.differed), metrics.double_counted_steps)
     }
 
     /// Whatever the radio does to messages, a committed state follows to the bit from the messages sent, each counted
@@ -501,7 +505,8 @@ mod tests {
         ];
         for fault in faults {
             for seed in 1..3 {
-                let (looked_at, differed, double_counted_steps) = audited("tour/04-two-groups", fault, seed);
+                let (looked_at, differed, double_counted_steps) =
+                    with_reference_replays("tour/04-two-groups", fault, seed);
                 assert_eq!((differed, double_counted_steps), (0, Some(0)), "{fault:?}, seed {seed}");
                 assert!(looked_at > 900, "{fault:?}, seed {seed}: {looked_at}");
             }

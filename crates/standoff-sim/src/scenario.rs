@@ -33,7 +33,7 @@ pub use builtin::{BUILT_IN, BuiltIn, built_in, built_in_like};
 pub use error::{Excerpt, Problem, ScenarioError};
 pub(crate) use load::{LENGTH_MAX, SPELT_OUT};
 pub use load::{Overrides, name_of};
-pub use locate::SourceSpan;
+pub use locate::SourcePosition;
 pub use number::{Distribution, Number};
 pub use parse::MISTAKES_MAX;
 pub use resolved::{

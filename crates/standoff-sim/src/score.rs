@@ -52,7 +52,7 @@ struct Needed {
     off_boresight: bool,
     tallies: bool,
     limits: bool,
-    calm: bool,
+    control_effort: bool,
     coverage: bool,
     events: bool,
     zones: bool,
@@ -99,7 +99,11 @@ impl Needed {
                 "anees_manoeuvring",
             ]),
             limits: choice.includes(&["infeasible_fraction", "turn_rate_saturated_fraction"]),
-            calm: choice.includes(&["speed_saturated_fraction", "turn_reversals_per_min", "reassignments_per_uav_min"]),
+            control_effort: choice.includes(&[
+                "speed_saturated_fraction",
+                "turn_reversals_per_min",
+                "reassignments_per_uav_min",
+            ]),
             coverage: choice.includes(&["ungrouped_fraction"]),
             events: choice.includes(&["handoffs", "removals"]),
             zones: choice.includes(&["zone_violations", "geofence_detour_fraction"]),
@@ -163,7 +167,7 @@ struct SoFar {
     standoff: Mean,
     tracking: Mean,
     standoff_settled: Mean,
-    instant_settled: Mean,
+    unfiltered_settled: Mean,
     tracking_settled: Mean,
     phase_deg: Mean,
     off_boresight_mean_deg: Mean,
@@ -239,7 +243,7 @@ impl Scorer {
                 self.so_far.saturated.add(f64::from(uav.turn_rate_limited));
             }
         }
-        if needed.calm {
+        if needed.control_effort {
             self.control_effort.frame(frame);
         }
         if needed.zones && !self.config.geofence.is_empty() {
@@ -268,8 +272,8 @@ impl Scorer {
         if let Some(innovations) = &mut self.innovations {
             innovations.frame(frame);
         }
-        if let Some(surprises) = &mut self.prediction_errors {
-            surprises.frame(frame, &self.true_orbits);
+        if let Some(prediction_errors) = &mut self.prediction_errors {
+            prediction_errors.frame(frame, &self.true_orbits);
         }
     }
 
@@ -305,7 +309,7 @@ impl Scorer {
             standoff_error_m: self.so_far.standoff.value(),
             standoff_error_own_estimate_m: self.so_far.tracking.value(),
             standoff_error_m_settled: self.so_far.standoff_settled.value(),
-            standoff_error_unfiltered_m_settled: self.so_far.instant_settled.value(),
+            standoff_error_unfiltered_m_settled: self.so_far.unfiltered_settled.value(),
             standoff_error_own_estimate_m_settled: self.so_far.tracking_settled.value(),
             phase_error_deg: self.so_far.phase_deg.value(),
             off_boresight_mean_deg: self.so_far.off_boresight_mean_deg.value(),
@@ -341,11 +345,11 @@ impl Scorer {
             orbit_prediction_error_m_settled: self
                 .prediction_errors
                 .as_ref()
-                .and_then(|surprises| surprises.truth.value()),
+                .and_then(|prediction_errors| prediction_errors.truth.value()),
             own_orbit_prediction_error_m_settled: self
                 .prediction_errors
                 .as_ref()
-                .and_then(|surprises| surprises.own.value()),
+                .and_then(|prediction_errors| prediction_errors.own.value()),
             nis: self.innovations.as_ref().and_then(Innovations::value),
             position_crlb_ratio: position.ratio(),
             velocity_crlb_ratio: velocity.ratio(),
@@ -415,7 +419,7 @@ impl Scorer {
             self.so_far.standoff.add(error_m);
             if settled {
                 self.so_far.standoff_settled.add(error_m);
-                self.so_far.instant_settled.add(off_m(&orbit.unfiltered));
+                self.so_far.unfiltered_settled.add(off_m(&orbit.unfiltered));
             }
         }
         self.from_centre.clear();

@@ -121,7 +121,7 @@ struct Counted<R> {
 impl<R: Read> Read for Counted<R> {
     fn read(&mut self, out: &mut [u8]) -> io::Result<usize> {
         if self.idle > MAX_IDLE {
-            let message = format!("the gzip data contain nothing for {}; create the file again", size(MAX_IDLE));
+            let message = format!("{} of gzip data decompress to nothing; create the file again", size(MAX_IDLE));
             return Err(Fault::whole(message).into());
         }
         let count = self.bytes.read(out)?;

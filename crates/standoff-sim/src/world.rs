@@ -18,7 +18,7 @@ pub struct Truth {
     /// Position, velocity, and acceleration (zero where unknown).
     pub state: TargetState,
     /// True if the acceleration is known.
-    pub knows_acceleration: bool,
+    pub has_known_acceleration: bool,
 }
 
 /// All targets of a mission and their motion.
@@ -65,7 +65,7 @@ impl World {
                     let target = TargetId(id);
                     let own = random.manoeuvres.iter().filter(|manoeuvre| manoeuvre.target == target);
                     let state = own.fold(*state, |state, manoeuvre| manoeuvred(&state, manoeuvre, now.s()));
-                    Truth { target, state, knows_acceleration: true }
+                    Truth { target, state, has_known_acceleration: true }
                 }));
             }
             Kind::Traffic(traffic) => {
@@ -75,7 +75,7 @@ impl World {
                     let position = Position::from_m(at.x_m, at.y_m);
                     let velocity = Velocity::from_m_s(at.vx_m_s, at.vy_m_s);
                     let state = TargetState::new(position, velocity, [0.0, 0.0]);
-                    Some(Truth { target: TargetId(index as u32), state, knows_acceleration: false })
+                    Some(Truth { target: TargetId(index as u32), state, has_known_acceleration: false })
                 });
                 truth.extend(present);
             }
@@ -95,7 +95,7 @@ impl World {
         }
     }
 
-    /// Returns the names of the targets by id: those of the traffic file, or `target-1`, `target-2`, ...
+    /// Returns the names of the targets by id: those of the traffic file, or `target-0`, `target-1`, ...
     pub fn names(scenario: &Scenario) -> Vec<String> {
         match &scenario.targets {
             Targets::Random { start, .. } => (0..start.len()).map(|number| format!("target-{number}")).collect(),

@@ -23,7 +23,7 @@ enum Level {
     AboveLowest,
     BelowHighest,
     /// Linear interpolation from lowest to highest.
-    Between(f64),
+    PhasePair(f64),
     /// Interpolation by order of magnitude.
     Magnitude(f64),
 }
@@ -37,7 +37,7 @@ impl Level {
             Self::Highest => highest,
             Self::AboveLowest => lowest.next_up(),
             Self::BelowHighest => highest.next_down(),
-            Self::Between(share) => lowest + share * (highest - lowest),
+            Self::PhasePair(share) => lowest + share * (highest - lowest),
             Self::Magnitude(share) => {
                 let (smallest, largest) = (lowest.max(1e-9 * highest.abs()), highest.abs().max(TINY));
                 math::exp(math::ln(smallest) + share * math::ln(largest / smallest))
@@ -54,7 +54,7 @@ fn any_level() -> impl Strategy<Value = Level> {
         2 => Just(Level::Highest),
         1 => Just(Level::AboveLowest),
         1 => Just(Level::BelowHighest),
-        2 => (0.0..1.0f64).prop_map(Level::Between),
+        2 => (0.0..1.0f64).prop_map(Level::PhasePair),
         2 => (0.0..1.0f64).prop_map(Level::Magnitude),
     ]
 }

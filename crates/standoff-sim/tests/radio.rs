@@ -595,7 +595,8 @@ fn restarted_agent_has_an_empty_state_and_the_next_restart_count() {
             team_controller(AgentSetup::PerUav, scenario.settings.team, scenario.settings.geofence.clone(), uavs)
                 .unwrap();
         let restart_counts: Rc<RefCell<Vec<(u32, u32)>>> = Rc::default();
-        let mut mission = Mission::with_controller(&scenario, Spy { inner, restart_counts: Rc::clone(&restart_counts) }).unwrap();
+        let mut mission =
+            Mission::with_controller(&scenario, Spy { inner, restart_counts: Rc::clone(&restart_counts) }).unwrap();
         let frames: Vec<_> = std::iter::from_fn(|| mission.frame().cloned()).collect();
         let restart_counts = restart_counts.borrow().clone();
         (frames, restart_counts)

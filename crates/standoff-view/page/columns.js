@@ -14,7 +14,7 @@ const UAV_COLUMNS = [
     "Ground speed; limit: the commanded speed change exceeded the limit"],
   ["turn_rate_deg_s", "Turn rate (\u00b0/s)", (uav) =>
     fixed(uav.turn_rate_rad_s * DEGREES, 2) + (uav.turn_rate_limited ? " limit" : ""),
-    "Positive: to the left (counter-clockwise); limit: the commanded turn rate exceeded the limit"],
+    "Positive: to the left (anticlockwise); limit: the commanded turn rate exceeded the limit"],
   ["centre_distance_m", "To centre (m)", (uav) => fixed(uav.centre_distance_m, 1), "Distance from the estimated centre of its group"],
   ["standoff_error_m", "Stand\u00adoff error (m)", (uav) => fixed(uav.standoff_error_m, 1),
     "True distance from the true centre of the group minus the r_d that this centre requires; positive: outside the orbit, negative: inside"],
@@ -99,7 +99,7 @@ function fixed(value, digits) {
   return value.toFixed(digits).replace("-", "\u2212");
 }
 
-/** Formats an angle, counter-clockwise from east, as a compass bearing in degrees. */
+/** Formats an angle, anticlockwise from east, as a compass bearing in degrees. */
 function compass(angle_rad) {
   return Number.isNaN(angle_rad) ? "\u2013" : `${Math.round((450 - angle_rad * DEGREES) % 360 + 360) % 360}`.padStart(3, "0");
 }

@@ -53,7 +53,7 @@ const PANELS = [
     curves: [{ of: "uavs", column: "speed_m_s", note: "", dash: "solid" }],
     levels: (limits) => [limits.speed_min_m_s, limits.speed_max_m_s], level: "limits" },
   { key: "turn_rate", title: "Turn rate", unit: "\u00b0/s", factor: DEGREES,
-    about: "The turn rate of each UAV and its limits; positive is counter-clockwise.",
+    about: "The turn rate of each UAV and its limits; positive is anticlockwise.",
     curves: [{ of: "uavs", column: "turn_rate_rad_s", note: "", dash: "solid" }],
     levels: (limits) => [-limits.turn_rate_max_rad_s, limits.turn_rate_max_rad_s], level: "limits" },
   { key: "scan_sd", title: "Single-scan accuracy", unit: "m", factor: 1,

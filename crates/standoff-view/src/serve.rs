@@ -89,7 +89,7 @@ impl Server {
         let serve = move || runtime.block_on(connection::serve(listener, state));
         let thread = thread::Builder::new().name("server".into()).spawn(serve);
         let thread = thread.map_err(|reason| {
-            let what = format!("cannot start a thread: {reason}; end other programs, or allow more (ulimit -u)");
+            let what = format!("cannot start a thread: {reason}; close other programs, or raise the limit (ulimit -u)");
             io::Error::new(reason.kind(), what)
         })?;
         Ok(Self { address, stop: Some(stop), thread: Some(thread) })

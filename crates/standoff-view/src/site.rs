@@ -9,7 +9,7 @@ use crate::replay::{Replay, gzip};
 use crate::serve::{Feed, Resource, Site};
 
 /// Number of re-flown runs of a batch that are kept in memory.
-const HELD: usize = 8;
+const MAX_CACHED_RUNS: usize = 8;
 
 /// URL paths below which the data of the first and of the second run are served.
 const RUNS: [&str; 2] = ["/replay", "/replay-2"];
@@ -57,7 +57,7 @@ impl Site for RunSite {
 }
 
 /// Identifies a run: index of the batch, and seed.
-type Which = (usize, u64);
+type RunKey = (usize, u64);
 /// Re-flies a run from batch index and seed; `None` if that is not possible.
 type Fly = dyn Fn(usize, u64) -> Option<Arc<Replay>> + Send + Sync;
 
@@ -66,7 +66,7 @@ pub struct BatchSite {
     data: Resource,
     fly: Box<Fly>,
     /// Re-flown runs, the newest last.
-    flown: Mutex<VecDeque<(Which, Arc<Replay>)>>,
+    flown: Mutex<VecDeque<(RunKey, Arc<Replay>)>>,
 }
 
 impl BatchSite {
@@ -80,13 +80,13 @@ impl BatchSite {
         Ok(Self { data, fly: Box::new(fly), flown: Mutex::default() })
     }
 
-    fn cached(&self, which: Which) -> Option<Arc<Replay>> {
+    fn cached(&self, which: RunKey) -> Option<Arc<Replay>> {
         let flown = self.flown();
         flown.iter().find(|(cached, _)| *cached == which).map(|(_, replay)| Arc::clone(replay))
     }
 
     /// Returns the run, re-flown if it is not in memory.
-    fn replay(&self, which: Which) -> Option<Arc<Replay>> {
+    fn replay(&self, which: RunKey) -> Option<Arc<Replay>> {
         if let Some(replay) = self.cached(which) {
             return Some(replay);
         }
@@ -95,14 +95,14 @@ impl BatchSite {
         let replay = (self.fly)(which.0, which.1)?;
         let mut flown = self.flown();
         flown.push_back((which, Arc::clone(&replay)));
-        while flown.len() > HELD {
+        while flown.len() > MAX_CACHED_RUNS {
             flown.pop_front();
         }
         Some(replay)
     }
 
     /// Locks the list. A poisoned lock is safe: a panic cannot leave the list inconsistent.
-    fn flown(&self) -> MutexGuard<'_, VecDeque<(Which, Arc<Replay>)>> {
+    fn flown(&self) -> MutexGuard<'_, VecDeque<(RunKey, Arc<Replay>)>> {
         self.flown.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
@@ -135,10 +135,10 @@ impl Site for BatchSite {
 }
 
 /// Parses `/run/BATCH/SEED/REST`. Numbers must be in canonical form, so that a run has only one address.
-fn of_run(path: &str) -> Option<(Which, &str)> {
+fn of_run(path: &str) -> Option<(RunKey, &str)> {
     let mut parts = path.strip_prefix("/run/")?.splitn(3, '/');
     let (batch, seed) = (parts.next()?, parts.next()?);
-    let which: Which = (batch.parse().ok()?, seed.parse().ok()?);
+    let which: RunKey = (batch.parse().ok()?, seed.parse().ok()?);
     ((which.0.to_string(), which.1.to_string()) == (batch.to_owned(), seed.to_owned()))
         .then_some((which, parts.next()?))
 }

@@ -13,10 +13,10 @@
 //!                   ^ a late report arrives: the team states from here on are recomputed
 //! ```
 //!
-//! A time step is *committed*, and accepts no further message, as soon as every UAV that was due has reported it and
-//! has reported again since (the later report lists which other messages it received), and this agent lacks none of
-//! those messages. It is also committed when the retention time has passed. While messages are missing, the groups and
-//! assignments in use are those of the decision lag ago, because teammates know the same by then.
+//! A time step is *committed* as soon as every expected UAV has reported it and a later time step, and this agent has
+//! all messages that these later reports list as received. It is also committed when the retention time has passed. A
+//! committed time step accepts no further messages. While messages are missing, the groups and assignments in use are
+//! those of the decision lag ago, for which teammates have the same messages.
 //!
 //! If the team states of two agents differ and the message log cannot reconcile them, the state of the *reference
 //! agent* wins: among the live UAVs, the agent whose state started first; ties go to the lowest id. The other agents
@@ -44,15 +44,15 @@ use crate::validation::ParamError;
 /// would need too many messages to catch up.
 const ADOPTION_AGE_MAX: i64 = 20;
 
-/// Maximum number of time steps that a digest of the reference agent may stay ahead of the own commits although no
-/// message is missing; afterwards it counts as a mismatch.
+/// Number of time steps for which the reference agent's digest may be newer than this agent's last commit while no
+/// message is missing; afterwards the states count as different.
 const DIGEST_MISMATCH_MAX: i64 = 10;
 
 /// The agent of one UAV.
 ///
-/// Each time step has two halves. [`Self::observe`] takes the own state and scan. Then [`Self::outbox`] returns the
-/// messages to send, and [`Self::receive`] processes the messages of the teammates. When no more messages are expected,
-/// [`Self::decide`] returns the command.
+/// Each time step has two halves. [`Self::observe`] takes the UAV's own state and scan. Then [`Self::outbox`] returns
+/// the messages to send, and [`Self::receive`] processes the messages of the teammates. When no more messages are
+/// expected, [`Self::decide`] returns the command.
 ///
 /// Time steps lie on the team's grid: whole periods ([`LogParams::period_s`](crate::LogParams)) after
 /// [`Time::EPOCH`]. A late message still counts for its own time step: all later time steps are recomputed. Agents that
@@ -105,10 +105,11 @@ pub struct Agent {
     started_at: i64,
     /// Last observed time step.
     now: Option<i64>,
-    /// Whether this time step has an own report: the own state is valid and the sensor has scanned.
+    /// Whether this UAV has reported at this time step: its state is valid and its sensor has scanned.
     has_reported: bool,
     is_leaving: bool,
-    /// Time step since which the reference agent has been ahead of the own commits, although no message is missing.
+    /// Time step since which the reference agent has been ahead of this agent's commits, although no message is
+    /// missing.
     mismatch_since: Option<i64>,
     /// Time step since which this agent has requested a snapshot.
     requesting_since: Option<i64>,
@@ -116,9 +117,9 @@ pub struct Agent {
 }
 
 impl Agent {
-    /// Longest accepted time between two observations. A longer gap counts as a clock jump: an agent that accepted one
-    /// wrong time in the future would reject all correct times until then, and would lose its tracks on the way. The
-    /// value is also the longest period that the simulator supports.
+    /// Longest accepted time between two observations. A longer gap counts as a clock jump: if the agent accepted
+    /// one wrong time in the future, it would reject all correct times before it, and would lose its tracks. The value
+    /// is also the longest period that the simulator supports.
     pub const TIME_JUMP_MAX: Duration = Duration::from_us(10_000_000);
 
     /// Creates the agent of one UAV. Returns all parameters that are out of range or contradict one another: the field
@@ -247,8 +248,8 @@ impl Agent {
         Observation { uav: self.id, time: self.log.time(step), own: known.map_or(*own, |report| report.state) }
     }
 
-    /// Messages to send to the teammates: the own report, then the messages that teammates lack. Empty for a time step
-    /// that was rejected or is over, without a scan, and while the own state is not finite.
+    /// Messages to send to the teammates: the report of this UAV, then the messages that teammates lack. Empty for a
+    /// time step that was rejected or is over, without a scan, and while the UAV's state is not finite.
     pub fn outbox(&self, observation: &Observation) -> &[Message] {
         if self.is_of_now(observation) { &self.outgoing[..self.ready_count] } else { &[] }
     }
@@ -280,7 +281,7 @@ impl Agent {
     /// so far. A second call after further messages returns the same as if all messages had arrived before the first
     /// call.
     ///
-    /// Total: for every input, the command is within the limits.
+    /// The command is within the limits for every input, including NaN.
     pub fn decide(&mut self, observation: &Observation) -> AgentOutput {
         if let Some(now) = self.now.filter(|_| self.is_stale) {
             self.history.replay(&mut self.log, now);
@@ -363,36 +364,36 @@ impl Agent {
         if committed > self.history.committed {
             self.history.commit(committed);
         }
-        self.commit_as_others(now);
+        self.commit_with_teammates(now);
     }
 
-    /// Commits what a teammate has committed, if the two states are bitwise equal: a teammate that is far ahead no
-    /// longer lists its messages of such old time steps.
-    fn commit_as_others(&mut self, now: i64) {
+    /// Commits the newest time step that a teammate has committed with a bitwise equal state, because a teammate that
+    /// is far ahead no longer lists its messages of such old time steps.
+    fn commit_with_teammates(&mut self, now: i64) {
         let Self { log, history, .. } = self;
         let since = log.time(history.start);
-        let stamps = log
+        let commit_digests = log
             .teammates_with_status(now)
             .map(|peer| &peer.log_status)
             .filter(|status| status.start == since)
             .map(|status| status.commit_digest);
         let (committed, present) = (log.time(history.committed), log.time(now));
-        let ahead = stamps.filter(|stamp| committed < stamp.time && stamp.time < present);
-        let ahead = ahead.map(|stamp| (log.step_at(stamp.time), stamp.digest));
+        let ahead =
+            commit_digests.filter(|commit_digest| committed < commit_digest.time && commit_digest.time < present);
+        let ahead = ahead.map(|commit_digest| (log.step_at(commit_digest.time), commit_digest.digest));
         let same = |(step, digest): &(i64, u64)| history.at(*step).is_some_and(|own| own.digest() == *digest);
         if let Some((step, digest)) = ahead.filter(same).max() {
             history.commit_with_digest(step, digest);
         }
     }
 
-    /// Takes the own scan and composes the messages to send.
+    /// Takes the scan of this UAV and composes the messages to send.
     fn append_report(&mut self, now: i64, own: &UavState, scan: Scan) {
-        let (uav, stamp, is_leaving) = (self.id, (self.restart_count, self.sequence), self.is_leaving);
+        let (uav, order, is_leaving) = (self.id, (self.restart_count, self.sequence), self.is_leaving);
         let assignment = self.history.head().assignment_of(uav);
-        let put = self.log.append_own(
-            now,
-            ReportView { uav, order: stamp, state: own, scan, assigned_group: assignment, is_leaving },
-        );
+        let put = self
+            .log
+            .append_own(now, ReportView { uav, order, state: own, scan, assigned_group: assignment, is_leaving });
         self.has_reported = put != Insert::Rejected;
         self.is_stale = true;
         if !self.has_reported {
@@ -450,7 +451,7 @@ impl Agent {
         // A snapshot that no request names was for another receiver, which has it by now.
         let max_age = if is_in_use { self.log.horizon() / 3 } else { self.log.teammate_timeout() };
         if !self.snapshot_sender.is_fresh(now, max_age) {
-            let step = self.history.kept_up_to(self.offered_instant(now));
+            let step = self.history.kept_up_to(self.offered_step(now));
             let Some(offer) = self.history.at(step).and_then(|team_state| SnapshotSender::of(team_state, now)) else {
                 return;
             };
@@ -481,7 +482,7 @@ impl Agent {
 
     /// Time step whose state is sent on request: the last committed one or, while a silent teammate delays commits, the
     /// last one that is complete among the live teammates; that one is then committed.
-    fn offered_instant(&self, now: i64) -> i64 {
+    fn offered_step(&self, now: i64) -> i64 {
         let committed = self.history.committed;
         // An adopted state may not be older than the retention time.
         let old = ADOPTION_AGE_MAX.min(self.log.horizon() / 6);
@@ -489,10 +490,10 @@ impl Agent {
             return committed;
         }
         let follows_ours = |peer: &TeammateLog| {
-            let stamp = peer.log_status.commit_digest;
-            let ours = self.history.digest_at(self.log.step_at(stamp.time));
+            let commit_digest = peer.log_status.commit_digest;
+            let ours = self.history.digest_at(self.log.step_at(commit_digest.time));
             peer.log_status.start == self.log.time(self.history.start)
-                && ours.is_none_or(|digest| digest == stamp.digest)
+                && ours.is_none_or(|digest| digest == commit_digest.digest)
         };
         let peers = || self.log.teammates_with_status(now).filter(|peer| follows_ours(peer));
         let known =
@@ -500,7 +501,7 @@ impl Agent {
         known.last().unwrap_or(committed).max(now - 2 * old).min(now - 1)
     }
 
-    /// Returns the reference agent if its state takes precedence over the own one.
+    /// Returns the reference agent if its state takes precedence over that of this agent.
     fn reference_agent(&self, now: i64) -> Option<&TeammateLog> {
         let ours = (self.log.time(self.history.start), self.id);
         let first = |peer: &&TeammateLog| (peer.log_status.start, peer.uav);
@@ -508,11 +509,13 @@ impl Agent {
         peers.min_by_key(first).filter(|peer| first(peer) < ours)
     }
 
-    /// Compares the own state with that of the reference agent; returns the snapshot request if they differ.
+    /// Compares the state of this agent with that of the reference agent; returns the snapshot request if they differ.
     fn check_reference(&mut self, now: i64) -> Option<SnapshotRequest> {
         let Some(counting) = self.reference_agent(now) else { return self.accept_own_state() };
-        let (counting, since, stamp) = (counting.uav, counting.log_status.start, counting.log_status.commit_digest);
-        let is_alike = if since == self.log.time(self.history.start) { self.agrees(stamp, now) } else { Some(false) };
+        let (counting, since, commit_digest) =
+            (counting.uav, counting.log_status.start, counting.log_status.commit_digest);
+        let is_alike =
+            if since == self.log.time(self.history.start) { self.agrees(commit_digest, now) } else { Some(false) };
         // An unknown result does not end a request that has started.
         let is_ours = is_alike.unwrap_or(self.requesting_since.is_none());
         if is_ours {
@@ -520,11 +523,11 @@ impl Agent {
             self.snapshot_receiver.reset();
             return None;
         }
-        // An agent that does not answer may not receive our requests. Other agents that follow the same state have it,
-        // too.
+        // An agent that does not answer may not have received the requests. Other agents that follow the same state
+        // have it, too.
         let asks_since = *self.requesting_since.get_or_insert(now);
         let follows = |peer: &&TeammateLog| {
-            peer.uav == counting || (peer.log_status.start, peer.log_status.commit_digest) == (since, stamp)
+            peer.uav == counting || (peer.log_status.start, peer.log_status.commit_digest) == (since, commit_digest)
         };
         let others = || self.log.teammates_with_status(now).filter(follows);
         let turn = (now - asks_since) / (2 * self.log.teammate_timeout());
@@ -555,21 +558,21 @@ impl Agent {
         None
     }
 
-    /// Returns whether the committed state of another agent equals the own one; `None` if this is not known yet.
-    fn agrees(&mut self, stamp: CommitDigest, now: i64) -> Option<bool> {
-        let (step, committed) = (self.log.step_at(stamp.time), self.history.committed);
-        if stamp == CommitDigest::default() {
+    /// Returns whether the committed state of another agent equals that of this agent; `None` if this is not known yet.
+    fn agrees(&mut self, commit_digest: CommitDigest, now: i64) -> Option<bool> {
+        let (step, committed) = (self.log.step_at(commit_digest.time), self.history.committed);
+        if commit_digest == CommitDigest::default() {
             return Some(true);
         }
         if step <= committed {
             self.mismatch_since = None;
-            return self.history.digest_at(step).map(|own| own == stamp.digest);
+            return self.history.digest_at(step).map(|own| own == commit_digest.digest);
         }
         // This far behind, a snapshot arrives sooner than all the messages that lead to it.
         if step - committed > LISTED_BEFORE {
             return Some(false);
         }
-        // If no message is missing, a state equal to the own one would be committed here, too.
+        // If no message is missing, a state equal to this agent's would be committed here, too.
         if self.log.lacks(committed, step, now) {
             self.mismatch_since = None;
             return None;
@@ -577,7 +580,7 @@ impl Agent {
         (now - *self.mismatch_since.get_or_insert(now) > DIGEST_MISMATCH_MAX).then_some(false)
     }
 
-    /// Stores a part of another agent's snapshot; once all parts are there, that state replaces the own one.
+    /// Stores a part of another agent's snapshot; once all parts are there, that state replaces this agent's.
     fn take_snapshot_part(&mut self, part: &SnapshotPart, now: i64) {
         if !self.snapshot_receiver.is_requested_from(part.uav) {
             return;

@@ -8,7 +8,7 @@ use crate::frame::{Displacement, Position, Velocity};
 use crate::group_id::GroupId;
 use crate::guidance::avoidance::{Avoidance, CollisionAvoidance, OtherAircraft, SeparationParams};
 use crate::guidance::geofence_safety::GeofenceSafety;
-use crate::guidance::heading::{OnOrbit, Orbit, Steering, steer};
+use crate::guidance::heading::{Orbit, OrbitRelativeState, Steering, steer};
 use crate::guidance::phase_control::{is_in_transit, phase_control_speed_m_s, phase_error_rad};
 use crate::guidance::predicted_trajectory::Intent;
 use crate::guidance::sensor_pointing::{angular_midpoint, angular_midpoint_of_most};
@@ -139,14 +139,14 @@ impl CommandLaw<'_> {
         Some(Intent::of(self.params.uav.limit(command).command, state.heading, &steering))
     }
 
-    /// Other UAVs of a group: position, id and place on the orbit.
-    fn groupmates(&self, id: UavId, group: GroupId) -> impl Iterator<Item = (Position, UavId, &OnOrbit)> {
+    /// Other UAVs of a group: position, id and position relative to the orbit.
+    fn groupmates(&self, id: UavId, group: GroupId) -> impl Iterator<Item = (Position, UavId, &OrbitRelativeState)> {
         let assigned_uavs = self.team_state.on_orbit_of(group).filter(move |(teammate, _)| teammate.uav != id);
         assigned_uavs.map(|(teammate, on_orbit)| (teammate.state.position, teammate.uav, on_orbit))
     }
 
-    /// Place of a UAV on its group's orbit, if its report is of the time of the team state; only then it is known.
-    fn on_orbit_as_reported(&self, uav: UavId, group: GroupId) -> Option<&OnOrbit> {
+    /// Position of a UAV relative to its group's orbit; `None` unless the UAV has reported at this time step.
+    fn on_orbit_as_reported(&self, uav: UavId, group: GroupId) -> Option<&OrbitRelativeState> {
         let mut assigned_uavs = self.team_state.on_orbit_of(group);
         assigned_uavs.find(|(teammate, _)| teammate.uav == uav && teammate.reported_now).map(|(_, on_orbit)| on_orbit)
     }
@@ -159,12 +159,12 @@ impl CommandLaw<'_> {
         let on_orbit = match known {
             Some(known) => known,
             None => {
-                computed = OnOrbit::of(guidance, own.position, &group.orbit(self.params));
+                computed = OrbitRelativeState::of(guidance, own.position, &group.orbit(self.params));
                 &computed
             }
         };
         let orbit = &on_orbit.orbit;
-        let is_away = |teammate: &OnOrbit| is_in_transit(teammate.centre_distance_m(), orbit.distance_m);
+        let is_away = |teammate: &OrbitRelativeState| is_in_transit(teammate.centre_distance_m(), orbit.distance_m);
         let spacing = |others: &mut dyn Iterator<Item = (UavId, Angle)>| {
             phase_error_rad((id, on_orbit.phase), others, guidance.desired_phase_rad, guidance.orbit_direction)
         };
@@ -177,8 +177,9 @@ impl CommandLaw<'_> {
             // Every UAV near the orbit needs phase control, whatever its assignment.
             LinkModel::Lossy => {
                 let others = self.team_state.teammates.iter().filter(|teammate| teammate.uav != id);
-                let others = others.map(|teammate| (teammate, OnOrbit::of(guidance, teammate.state.position, orbit)));
-                let is_near = |on_orbit: &OnOrbit| {
+                let others =
+                    others.map(|teammate| (teammate, OrbitRelativeState::of(guidance, teammate.state.position, orbit)));
+                let is_near = |on_orbit: &OrbitRelativeState| {
                     (on_orbit.centre_distance_m() - orbit.distance_m).abs() <= NEAR_ORBIT * orbit.distance_m
                 };
                 let others = others.filter(|(teammate, on_orbit)| match teammate.group == Some(group.id) {
@@ -264,8 +265,8 @@ impl CommandLaw<'_> {
             .or(Some(centre))
     }
 
-    /// Nearest track; a lost one, at its last position, if there are no others. `None` for a UAV that the team does not
-    /// receive, because no teammate counts on it.
+    /// Nearest track; a lost one, at its last position, if there are no others. `None` if the team state contains no
+    /// report of this UAV, because no teammate expects it to do anything.
     fn nearest_known(&self, id: UavId, own: &UavState) -> Option<PointingTarget> {
         self.team_state.teammate(id)?;
         let nearest = |lost: bool| {

@@ -23,8 +23,9 @@ impl GroupId {
         Self((us << 16 | members_hash >> 48).max(last.0.saturating_add(1)))
     }
 
-    /// True if the id can have been given by now. Several groups created in one time step may have slightly later ids.
-    pub(crate) fn is_given_by(self, now: Time) -> bool {
+    /// True if the id's timestamp is not later than `now`, with a tolerance. Several groups created in one time step
+    /// may have slightly later ids.
+    pub(crate) fn is_not_after(self, now: Time) -> bool {
         self.0 >> 16 <= now.us().clamp(0, (1 << 47) - 1) as u64 + 1_000_000
     }
 }

@@ -12,7 +12,7 @@ const KEPT_MAX: usize = 100;
 /// Age at which a report is forgotten, because the aircraft may be anywhere by then.
 const FORGOTTEN_AFTER: Duration = Duration::from_us(30_000_000);
 
-/// Maximum lead of a report's time over the own clock; a report further ahead comes from a wrong clock.
+/// Maximum lead of a report's time over the agent's clock; a report further ahead comes from a wrong clock.
 const AHEAD_MAX: Duration = Duration::from_us(1_000_000);
 
 /// Last report of each intruder.

@@ -72,11 +72,12 @@ pub struct LogStatus {
     pub committed_until: Time,
     /// Digest of a team state that is committed.
     pub commit_digest: CommitDigest,
-    /// Time step after which `held` lists all entries that the sender has.
+    /// Time step after which `received` lists all entries that the sender has.
     pub listed_after: Time,
     /// Ranges of received entries, sorted by source, then number.
     pub received: Vec<ReceivedRange>,
-    /// Last time step with missing messages that the sender knows of, for itself or for others.
+    /// Last time step with missing messages, at the sender or at a teammate, according to the reports that it has
+    /// received.
     pub degraded_at: Time,
     /// Snapshot request of the sender.
     pub snapshot_request: Option<SnapshotRequest>,
@@ -95,13 +96,14 @@ pub struct CommitDigest {
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct SnapshotRequest {
     /// Receiver of the request.
-    pub of: UavId,
+    pub receiver: UavId,
     /// Snapshot that has arrived in part; `None` before the first part.
     pub commit_digest: Option<CommitDigest>,
     /// Index of the first missing part.
-    pub next: u16,
-    /// Bit mask of the 64 parts after `next` that have arrived; the lowest bit is the part directly after it.
-    pub after: u64,
+    pub first_missing_part: u16,
+    /// Bit mask of the 64 parts after `first_missing_part` that have arrived; the lowest bit is the part directly after
+    /// it.
+    pub received_mask: u64,
 }
 
 /// Part of a serialised team state. The receiver checks all parts together against the digest before it uses any.
@@ -123,8 +125,8 @@ pub struct SnapshotPart {
 
 impl Default for SnapshotPart {
     fn default() -> Self {
-        let (uav, since, stamp) = (UavId(0), Time::EPOCH, CommitDigest::default());
-        Self { uav, start: since, commit_digest: stamp, index: 0, count: 0, bytes: Vec::new() }
+        let (uav, since, commit_digest) = (UavId(0), Time::EPOCH, CommitDigest::default());
+        Self { uav, start: since, commit_digest, index: 0, count: 0, bytes: Vec::new() }
     }
 }
 
@@ -173,8 +175,8 @@ pub struct Report {
     pub boresight: Option<Angle>,
     /// Detected targets, by ascending label without duplicates.
     pub detections: Vec<Detection>,
-    /// Assigned group of the sender when it sent the report; this is what it does, whatever its teammates
-    /// computed.
+    /// Assigned group of the sender when it sent the report. Teammates use it even if they have computed
+    /// another one.
     pub assigned_group: Option<GroupId>,
     /// True if the sender leaves the team from the next time step.
     pub is_leaving: bool,

@@ -169,8 +169,8 @@ impl MessageLog {
             self.first += 1;
         }
         let first = self.first;
-        self.received.retain_mut(|(speaker, runs)| {
-            runs.forget_before(*speaker, first);
+        self.received.retain_mut(|(source, runs)| {
+            runs.forget_before(*source, first);
             !runs.is_empty()
         });
         self.teammates.retain(|peer| peer.newest >= first || peer.uav == self.own);
@@ -191,7 +191,7 @@ impl MessageLog {
         statuses.iter().for_each(|(step, log_status)| self.learn_of_teammates(log_status, *step));
     }
 
-    /// Adds the own report; its delay does not count.
+    /// Adds the report of this UAV; its delay does not count.
     pub(crate) fn append_own(&mut self, step: i64, report_view: ReportView) -> Insert {
         self.put_report(step, report_view, None)
     }
@@ -272,14 +272,14 @@ impl MessageLog {
         let Some(step) = self.step(cue.issued_at).filter(|step| *step <= now + self.early()) else {
             return count(&mut self.rejected.off_grid);
         };
-        let (speaker, number) = (MessageSource::CueSource(cue.source), number_of_cue(step, cue.sequence));
+        let (source, number) = (MessageSource::CueSource(cue.source), number_of_cue(step, cue.sequence));
         if step <= committed || step < self.first {
-            if !self.holds(speaker, number) && step >= self.first {
+            if !self.holds(source, number) && step >= self.first {
                 count(&mut self.rejected.late);
             }
             return;
         }
-        if !self.has_room_for_cues_of(speaker) {
+        if !self.has_room_for_cues_of(source) {
             return count(&mut self.rejected.malformed);
         }
         let Some(row) = self.messages_mut(step) else { return };
@@ -292,12 +292,12 @@ impl MessageLog {
         }
         // A cue beyond the maximum number need not be retransmitted.
         if is_dropped || matches!(put, Insert::Added | Insert::Replaced) {
-            self.note(speaker, number);
+            self.note(source, number);
         }
     }
 
-    /// Returns source and number of an entry that the message retransmits after more than the teammate timeout. Several
-    /// agents may retransmit a more recent entry.
+    /// Returns source and number of the message's entry if it is older than the teammate timeout; otherwise `None`.
+    /// Several agents may retransmit a more recent entry.
     pub(crate) fn retransmitted_entry(&self, message: &Message, now: i64) -> Option<(MessageSource, i64)> {
         let recent = self.time(now - self.teammate_timeout);
         let long_ago = |time| Some(time).filter(|time| *time < recent).and_then(|time| self.step(time));
@@ -310,7 +310,7 @@ impl MessageLog {
         })
     }
 
-    /// Number of periods that a message may be ahead of the own time: clocks differ, and a message may arrive
+    /// Number of periods that a message may be ahead of this agent's time: clocks differ, and a message may arrive
     /// before its time step is observed.
     fn early(&self) -> i64 {
         self.teammate_timeout
@@ -326,15 +326,15 @@ impl MessageLog {
             || self.teammates.iter().any(|peer| !peer.has_reported)
     }
 
-    /// Number of UAVs that can still be added besides the own one.
+    /// Number of UAVs that can still be added, in addition to this one.
     fn room(&self) -> usize {
         TEAM_MAX.saturating_sub(self.teammates.len() + usize::from(self.teammate(self.own).is_none()))
     }
 
     /// True if a cue source can be added: the same maximum holds as for UAVs.
-    fn has_room_for_cues_of(&self, speaker: MessageSource) -> bool {
-        let uavs = self.received.partition_point(|(speaker, _)| matches!(speaker, MessageSource::Uav(_)));
-        self.received.len() - uavs < TEAM_MAX || self.runs(speaker).is_some()
+    fn has_room_for_cues_of(&self, source: MessageSource) -> bool {
+        let uavs = self.received.partition_point(|(source, _)| matches!(source, MessageSource::Uav(_)));
+        self.received.len() - uavs < TEAM_MAX || self.runs(source).is_some()
     }
 
     /// Index of a teammate, or the index at which to insert it.
@@ -401,12 +401,12 @@ impl MessageLog {
         let (from, to) = (self.step_at(status.committed_until).saturating_add(1).max(self.first), step - 1);
         let mut listed = status.received.iter();
         let mut next = listed.next();
-        for (speaker, runs) in &self.received {
-            let (first, last) = (first_of(*speaker, from), last_of(*speaker, to));
+        for (source, runs) in &self.received {
+            let (first, last) = (first_of(*source, from), last_of(*source, to));
             if let (Some(run), &[(start, mut end)]) = (next, runs.runs())
-                && run.source == *speaker
+                && run.source == *source
             {
-                end += i64::from(*speaker == MessageSource::Uav(uav) && end == to);
+                end += i64::from(*source == MessageSource::Uav(uav) && end == to);
                 let is_within = start <= run.from && run.from <= run.to && run.to <= end;
                 if !(is_within && run.from <= start.max(first) && end.min(last) <= run.to) {
                     return false;
@@ -446,8 +446,8 @@ impl MessageLog {
         }
     }
 
-    fn note(&mut self, speaker: MessageSource, number: i64) {
-        let step = step_of(speaker, number);
+    fn note(&mut self, source: MessageSource, number: i64) {
+        let step = step_of(source, number);
         // Reports since then may have listed this entry as missing.
         if step < self.last() {
             self.teammates
@@ -455,22 +455,22 @@ impl MessageLog {
                 .filter(|peer| step < peer.log_status_at)
                 .for_each(|peer| peer.log_matches = false);
         }
-        let index = match self.received.binary_search_by_key(&speaker, |(speaker, _)| *speaker) {
+        let index = match self.received.binary_search_by_key(&source, |(source, _)| *source) {
             Ok(index) => index,
             Err(index) => {
-                self.received.insert(index, (speaker, Ranges::default()));
+                self.received.insert(index, (source, Ranges::default()));
                 index
             }
         };
         self.received[index].1.add(number);
     }
 
-    fn runs(&self, speaker: MessageSource) -> Option<&Ranges> {
-        self.received.binary_search_by_key(&speaker, |(speaker, _)| *speaker).ok().map(|index| &self.received[index].1)
+    fn runs(&self, source: MessageSource) -> Option<&Ranges> {
+        self.received.binary_search_by_key(&source, |(source, _)| *source).ok().map(|index| &self.received[index].1)
     }
 
-    fn holds(&self, speaker: MessageSource, number: i64) -> bool {
-        self.runs(speaker).is_some_and(|runs| runs.holds(number))
+    fn holds(&self, source: MessageSource, number: i64) -> bool {
+        self.runs(source).is_some_and(|runs| runs.holds(number))
     }
 
     /// True if a report of another UAV was received within the retention time.
@@ -478,14 +478,14 @@ impl MessageLog {
         self.teammates.iter().any(|peer| peer.has_reported && peer.uav != self.own)
     }
 
-    /// All UAVs with a known report, including the own one, by ascending UAV, until the retention time has
+    /// All UAVs with a known report, including this one, by ascending UAV, until the retention time has
     /// passed.
     pub(crate) fn teammates(&self) -> &[TeammateLog] {
         &self.teammates
     }
 
-    /// Teammates that have sent their log status within the teammate timeout, by ascending UAV. An agent receives no
-    /// reports of its own.
+    /// Teammates that have sent their log status within the teammate timeout, by ascending UAV. An agent does not
+    /// receive its own reports.
     pub(crate) fn teammates_with_status(&self, now: i64) -> impl Iterator<Item = &TeammateLog> + Clone {
         self.teammates.iter().filter(move |peer| peer.has_sent_status(now, self.teammate_timeout))
     }
@@ -537,7 +537,7 @@ impl MessageLog {
             return false;
         }
         let mut held = &self.received[..];
-        let of = |speaker| (first_of(speaker, from), last_of(speaker, to));
+        let of = |source| (first_of(source, from), last_of(source, to));
         let (of_uavs, of_searchers) = (of(MessageSource::Uav(self.own)), of(MessageSource::CueSource(0)));
         peer.log_status.received.iter().any(|run| {
             let (from, to) = if matches!(run.source, MessageSource::Uav(_)) { of_uavs } else { of_searchers };
@@ -546,26 +546,26 @@ impl MessageLog {
                 return false;
             }
             // Both lists are sorted by source.
-            while let [(speaker, _), rest @ ..] = held
-                && *speaker < run.source
+            while let [(source, _), rest @ ..] = held
+                && *source < run.source
             {
                 held = rest;
             }
-            let runs = held.first().filter(|(speaker, _)| *speaker == run.source);
+            let runs = held.first().filter(|(source, _)| *source == run.source);
             !runs.is_some_and(|(_, runs)| runs.cover(from, to))
         })
     }
 
     /// Writes the received entries into the log status of the next report.
     pub(crate) fn list(&self, committed: i64, log_status: &mut LogStatus) {
-        // Entries before the first row are not held; the list states this, too.
+        // Entries before the first stored time step were removed, so the list marks them as not received.
         let after = committed - LISTED_BEFORE;
         log_status.listed_after = self.time(after);
         log_status.received.clear();
-        for (speaker, runs) in &self.received {
-            let from = first_of(*speaker, after + 1);
+        for (source, runs) in &self.received {
+            let from = first_of(*source, after + 1);
             let held = runs.runs().iter().filter(|run| run.1 >= from);
-            let held = held.map(|run| ReceivedRange { source: *speaker, from: run.0.max(from), to: run.1 });
+            let held = held.map(|run| ReceivedRange { source: *source, from: run.0.max(from), to: run.1 });
             log_status.received.extend(held.take(RECEIVED_RANGES_MAX - log_status.received.len()));
         }
     }

@@ -76,7 +76,7 @@ impl AgentOutput {
 /// Diagnostics of a time step: quality of the result, and how it was computed.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Diagnostics {
-    /// Assigned group of this UAV; `None` if it circles where it is.
+    /// Assigned group of this UAV; `None` if it has no group.
     pub group: Option<GroupId>,
     /// Zero-based creation index of the group ([`TeamState::group_number`](crate::TeamState::group_number)).
     pub group_number: Option<u32>,
@@ -113,7 +113,7 @@ pub struct Rejected {
     pub bad_time: u32,
     /// Messages received too late to count.
     pub late: u32,
-    /// Messages of a time step too far ahead or off the team's grid: the sender's or the own clock is wrong.
+    /// Messages of a time step too far ahead or off the team's grid: the clock of the sender or of this UAV is wrong.
     pub off_grid: u32,
     /// Superseded or malformed messages: NaNs, oversized lists, snapshot parts that fail the digest.
     pub malformed: u32,

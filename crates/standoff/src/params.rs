@@ -177,7 +177,7 @@ impl TeamParams {
     }
 
     /// Returns the recommended parameters: those of [`Self::table_1`] with this project's modified grouping and
-    /// guidance, as flown by scenarios that set nothing. `docs/validation.md` lists the measured gain of each
+    /// guidance, as used by scenarios that set no parameters. `docs/validation.md` lists the measured gain of each
     /// modification.
     ///
     /// ```
@@ -266,7 +266,7 @@ impl TeamParams {
         if sensor_rad.is_finite() {
             Allowed::exactly(sensor_rad)
                 .with_reason(
-                    "the sensor's own, as used to plan orbits; field_of_view_margin_rad keeps targets off its edge",
+                    "track.sensor.field_of_view_rad; to keep targets away from the edge, use field_of_view_margin_rad",
                 )
                 .check("group.standoff.field_of_view_rad", self.group.standoff.field_of_view_rad, &mut errors);
         }
@@ -285,8 +285,8 @@ mod tests {
         let messages: Vec<String> = params.errors().iter().map(ToString::to_string).collect();
         assert_eq!(
             messages,
-            ["group.standoff.field_of_view_rad = 1.25: must be exactly 1.221730476 (the sensor's own, as used to \
-                 plan orbits; field_of_view_margin_rad keeps targets off its edge)"]
+            ["group.standoff.field_of_view_rad = 1.25: must be exactly 1.221730476 \
+                 (track.sensor.field_of_view_rad; to keep targets away from the edge, use field_of_view_margin_rad)"]
         );
         params.track.sensor.field_of_view_rad = 1.25;
         assert!(params.errors().is_empty());

@@ -172,7 +172,7 @@ impl TeamStateHistory {
         }
         let is_kept = |step: i64| {
             let apart = ((now - step) / dense).max(1) as u64;
-            // States whose digests are kept stay.
+            // States at the digest interval are always kept.
             now - step <= dense || step % (apart.next_power_of_two().min(DIGEST_EVERY as u64) as i64) == 0
         };
         let mut place = 1;

@@ -30,8 +30,8 @@ impl SnapshotSender {
     pub(crate) fn of(team_state: &TeamState, now: i64) -> Option<Self> {
         let bytes = postcard::to_allocvec(team_state).ok()?;
         let parts = bytes.len().div_ceil(SnapshotPart::BYTES_MAX);
-        let stamp = CommitDigest { time: team_state.time, digest: team_state.digest() };
-        (parts <= PARTS_MAX).then(|| Self { commit_digest: stamp, bytes, sent_at: vec![i64::MIN; parts], made_at: now })
+        let commit_digest = CommitDigest { time: team_state.time, digest: team_state.digest() };
+        (parts <= PARTS_MAX).then(|| Self { commit_digest, bytes, sent_at: vec![i64::MIN; parts], made_at: now })
     }
 
     /// True if the snapshot is still useful: it is not older than `periods` or the limit of all snapshots.
@@ -41,9 +41,9 @@ impl SnapshotSender {
 
     /// Returns the first part, from index `from` on, that the receiver lacked when it sent its request at `asked_at`,
     /// and that has not been sent since.
-    pub(crate) fn lacking(&self, ask: &SnapshotRequest, asked_at: i64, from: u16) -> Option<u16> {
-        let is_other = ask.commit_digest.is_some_and(|stamp| stamp != self.commit_digest);
-        let (next, after) = if is_other { (0, 0) } else { (ask.next, ask.after) };
+    pub(crate) fn lacking(&self, request: &SnapshotRequest, asked_at: i64, from: u16) -> Option<u16> {
+        let is_other = request.commit_digest.is_some_and(|commit_digest| commit_digest != self.commit_digest);
+        let (next, after) = if is_other { (0, 0) } else { (request.first_missing_part, request.received_mask) };
         let has = move |index: u16| match index.checked_sub(next) {
             None => true,
             Some(0) => false,
@@ -101,21 +101,21 @@ impl SnapshotReceiver {
         if self.from != Some(of) {
             *self = Self { from: Some(of), ..Self::default() };
         }
-        let stamp = Some(self.commit_digest).filter(|_| !self.parts.is_empty());
+        let commit_digest = Some(self.commit_digest).filter(|_| !self.parts.is_empty());
         let next = self.parts.iter().position(Option::is_none).unwrap_or(self.parts.len());
         let ahead = self.parts.iter().skip(next + 1).take(64);
         let after = ahead.zip(0..).fold(0, |after, (part, bit)| after | u64::from(part.is_some()) << bit);
-        SnapshotRequest { of, commit_digest: stamp, next: next as u16, after }
+        SnapshotRequest { receiver: of, commit_digest, first_missing_part: next as u16, received_mask: after }
     }
 
-    /// True if the request addresses this UAV.
+    /// True if the snapshot is requested from this UAV.
     pub(crate) fn is_requested_from(&self, uav: UavId) -> bool {
         self.from == Some(uav)
     }
 
     /// Adds a part from the requested UAV.
     pub(crate) fn add_part(&mut self, part: &SnapshotPart, params: &TeamParams) -> PartOutcome {
-        let SnapshotPart { start: since, commit_digest: stamp, index, count, ref bytes, .. } = *part;
+        let SnapshotPart { start: since, commit_digest, index, count, ref bytes, .. } = *part;
         let (place, parts) = (usize::from(index), usize::from(count));
         let is_last = place + 1 == parts;
         let is_valid = place < parts
@@ -125,13 +125,13 @@ impl SnapshotReceiver {
         if !is_valid {
             return PartOutcome::Malformed;
         }
-        let is_first = (self.start, self.commit_digest, self.parts.len()) != (since, stamp, parts);
+        let is_first = (self.start, self.commit_digest, self.parts.len()) != (since, commit_digest, parts);
         if is_first {
             // A part of an older snapshot is ignored.
-            if !self.parts.is_empty() && stamp.time < self.commit_digest.time {
+            if !self.parts.is_empty() && commit_digest.time < self.commit_digest.time {
                 return PartOutcome::Nothing;
             }
-            (self.start, self.commit_digest) = (since, stamp);
+            (self.start, self.commit_digest) = (since, commit_digest);
             self.parts.clear();
             self.parts.resize(parts, None);
         }
@@ -151,8 +151,9 @@ impl SnapshotReceiver {
 }
 
 /// Deserialises a team state and checks it against its digest.
-fn read(bytes: &[u8], stamp: CommitDigest, params: &TeamParams) -> Option<TeamState> {
+fn read(bytes: &[u8], commit_digest: CommitDigest, params: &TeamParams) -> Option<TeamState> {
     let (mut team_state, rest) = postcard::take_from_bytes::<TeamState>(bytes).ok()?;
-    let matches = rest.is_empty() && team_state.time == stamp.time && team_state.digest() == stamp.digest;
+    let matches =
+        rest.is_empty() && team_state.time == commit_digest.time && team_state.digest() == commit_digest.digest;
     (matches && team_state.rebuild_index(params)).then_some(team_state)
 }

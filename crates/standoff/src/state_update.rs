@@ -46,7 +46,7 @@ impl TeamStateUpdater {
         self.step(previous, dt, row, false, next);
     }
 
-    /// Does the same, but keeps groups and assignments unchanged.
+    /// Computes the team state `next` like [`Self::advance`], but keeps groups and assignments unchanged.
     pub(crate) fn extrapolate(&mut self, previous: &TeamState, dt: Duration, row: &StepMessages, next: &mut TeamState) {
         self.step(previous, dt, row, true, next);
     }
@@ -56,7 +56,7 @@ impl TeamStateUpdater {
         previous: &TeamState,
         dt: Duration,
         row: &StepMessages,
-        is_carried_on: bool,
+        is_extrapolated: bool,
         next: &mut TeamState,
     ) {
         if dt != self.transition.dt {
@@ -64,14 +64,7 @@ impl TeamStateUpdater {
         }
         let (transition, assignment) = (&self.transition, self.assignment.as_deref());
         let geofence = self.geofence_safety.as_deref().map(GeofenceSafety::geofence);
-        let news = StepInput {
-            now: row.time,
-            messages: row,
-            transition,
-            assignment,
-            geofence,
-            is_extrapolated: is_carried_on,
-        };
+        let news = StepInput { now: row.time, messages: row, transition, assignment, geofence, is_extrapolated };
         next.advance(previous, &news, &self.params, &mut self.scratch);
     }
 }

@@ -72,7 +72,7 @@ impl<'a> ReportView<'a> {
 pub(crate) struct StepMessages {
     /// Time of the time step.
     pub(crate) time: Time,
-    /// Reports by ascending UAV. The first `incoming` of them count; the others are reusable buffers.
+    /// Reports by ascending UAV. The first `report_count` entries are valid; the others are reusable buffers.
     reports: Vec<Report>,
     report_count: usize,
     /// Cues by ascending label; of several cues for one target, the one that counts comes first.
@@ -104,7 +104,7 @@ impl StepMessages {
 
     /// Inserts a report.
     pub(crate) fn put(&mut self, incoming: ReportView) -> Insert {
-        let ReportView { uav, order: stamp, state, scan, assigned_group: assignment, is_leaving } = incoming;
+        let ReportView { uav, order, state, scan, assigned_group: assignment, is_leaving } = incoming;
         let is_valid = state.is_valid() && scan.boresight.is_none_or(|angle| angle.rad().is_finite());
         if !is_valid || scan.detections.len() > TARGETS_MAX {
             return Insert::Rejected;
@@ -112,7 +112,7 @@ impl StepMessages {
         let (index, put) = match self.reports().binary_search_by_key(&uav, |report| report.uav) {
             Ok(index) => {
                 let known = &self.reports[index];
-                match stamp.cmp(&(known.restart_count, known.sequence)).then_with(|| any_order(&incoming, known)) {
+                match order.cmp(&(known.restart_count, known.sequence)).then_with(|| any_order(&incoming, known)) {
                     Ordering::Equal => return Insert::Duplicate,
                     Ordering::Greater => return Insert::Rejected,
                     Ordering::Less => (index, Insert::Replaced),
@@ -129,9 +129,9 @@ impl StepMessages {
             }
         };
         let report = &mut self.reports[index];
-        keep_sound(scan.detections, &mut report.detections);
+        copy_valid(scan.detections, &mut report.detections);
         (report.uav, report.time, report.state, report.boresight) = (uav, self.time, *state, scan.boresight);
-        (report.restart_count, report.sequence) = stamp;
+        (report.restart_count, report.sequence) = order;
         (report.assigned_group, report.is_leaving) = (assignment, is_leaving);
         put
     }
@@ -183,13 +183,13 @@ fn any_order(incoming: &ReportView, known: &Report) -> Ordering {
             return Ordering::Equal;
         }
         let mut kept = Vec::new();
-        keep_sound(incoming.scan.detections, &mut kept);
+        copy_valid(incoming.scan.detections, &mut kept);
         kept.iter().map(bits_of).cmp(known.detections.iter().map(bits_of))
     })
 }
 
 /// Copies the valid detections of a scan into `kept`, by ascending label without duplicates.
-fn keep_sound(detections: &[Detection], kept: &mut Vec<Detection>) {
+fn copy_valid(detections: &[Detection], kept: &mut Vec<Detection>) {
     kept.clear();
     kept.extend_from_slice(detections);
     if !kept.iter().all(Detection::is_valid) {

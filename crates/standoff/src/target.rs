@@ -6,7 +6,7 @@
 //!                                  | 0  0  e^{-aT}                |
 //! ```
 //!
-//! The available scan of the paper shows five states. The state has six: position, velocity and acceleration per axis.
+//! The available copy of the paper shows five states. The state has six: position, velocity and acceleration per axis.
 //! The paper does not give Q. This module uses the exact Q for white jerk of density 2 a sigma_a^2:
 //! Q = 2 a sigma_a^2 int_0^T g(s) g(s)' ds, where g is the third column of F_1.
 

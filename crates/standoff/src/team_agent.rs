@@ -101,10 +101,10 @@ impl TeamAgent {
         }
         // A UAV that does not know its own state sends no report.
         if let Some(scan) = scan.filter(|_| own.is_finite() && self.messages.report_of(uav).is_none()) {
-            let (stamp, assignment) = ((0, self.sequence), self.previous.assignment_of(uav));
+            let (order, assignment) = ((0, self.sequence), self.previous.assignment_of(uav));
             let put = self.messages.put(ReportView {
                 uav,
-                order: stamp,
+                order,
                 state: own,
                 scan,
                 assigned_group: assignment,

@@ -17,7 +17,7 @@ use crate::estimation::track::{Track, TrackId, TrackStatus};
 use crate::frame::Position;
 use crate::group_id::GroupId;
 use crate::guidance::geofence::Geofence;
-use crate::guidance::heading::OnOrbit;
+use crate::guidance::heading::OrbitRelativeState;
 use crate::message::{Report, TargetLabel};
 use crate::params::{AltitudePolicy, GroupCount, GroupingParams, TeamParams};
 use crate::sensor::{RangeBearingMeasurement, SensorParams};
@@ -46,12 +46,12 @@ pub struct TeamState {
     /// Events of this time step.
     #[serde(skip)]
     pub events: Vec<Event>,
-    /// UAVs received within the teammate timeout, ascending, with their groups.
+    /// UAVs whose reports were received within the teammate timeout, by ascending id, with their groups.
     pub teammates: Vec<Teammate>,
     memberships: Memberships,
     /// Place of each UAV on its group's orbit; empty while there are no groups.
     #[serde(skip)]
-    on_orbit: Vec<OnOrbit>,
+    on_orbit: Vec<OrbitRelativeState>,
     had_team: bool,
     grouping_state: GroupingState,
     /// Number of implausible reports of this time step, with a position that the UAV cannot have reached, and of
@@ -180,7 +180,7 @@ impl TeamState {
     }
 
     /// UAVs of a group, and their places on its orbit.
-    pub(crate) fn on_orbit_of(&self, group: GroupId) -> impl Iterator<Item = (&Teammate, &OnOrbit)> + Clone {
+    pub(crate) fn on_orbit_of(&self, group: GroupId) -> impl Iterator<Item = (&Teammate, &OrbitRelativeState)> + Clone {
         self.teammates.iter().zip(&self.on_orbit).filter(move |(teammate, _)| teammate.group == Some(group))
     }
 
@@ -590,7 +590,8 @@ impl TeamState {
             };
             // In batches of two (SIMD); a single last UAV is processed twice.
             for pair in self.teammates.chunks(2) {
-                let both = OnOrbit::each(&params.guidance, [&pair[0], &pair[pair.len() - 1]].map(track_index));
+                let both =
+                    OrbitRelativeState::each(&params.guidance, [&pair[0], &pair[pair.len() - 1]].map(track_index));
                 on_orbit.extend(both.into_iter().take(pair.len()));
             }
         }
@@ -598,7 +599,7 @@ impl TeamState {
     }
 }
 
-/// Distance of a position jump that is accepted as a correction of a UAV's navigation filter, m.
+/// Maximum position jump that is accepted as a correction by a UAV's navigation filter, m.
 const JUMP_M: f64 = 100.0;
 
 /// Plausible reports of a time step.

@@ -52,7 +52,7 @@ pub struct UavState {
 /// Altitude and climb rate.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Vertical {
-    /// Altitude above the plane, m.
+    /// Altitude above the ground plane (z = 0), m.
     pub altitude_m: f64,
     /// Rate of climb, m/s, positive upward.
     pub climb_rate_m_s: f64,
@@ -303,7 +303,7 @@ impl UavParams {
         let dt_s = dt.s();
         let after = |t_s: f64| {
             let turn_decay = math::exp(-t_s / self.turn_rate_lag_s);
-            TimeOffset {
+            LagDecay {
                 t_s,
                 speed_decay: math::exp(-t_s / self.speed_lag_s),
                 turn_decay,
@@ -352,7 +352,7 @@ impl UavParams {
 pub struct AutopilotModel {
     params: UavParams,
     pieces: Vec<Piece>,
-    end: TimeOffset,
+    end: LagDecay,
 }
 
 /// Quadrature over one piece of the time step: weights and decay factors at the nodes, as arrays for SIMD.
@@ -366,7 +366,7 @@ struct Piece {
 
 /// Remaining share of the difference between state and command after a time `t_s`.
 #[derive(Debug, Clone, Copy, PartialEq)]
-struct TimeOffset {
+struct LagDecay {
     t_s: f64,
     speed_decay: f64,
     turn_decay: f64,

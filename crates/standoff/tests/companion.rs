@@ -114,19 +114,21 @@ fn a_decoded_message_equals_the_encoded_one() {
         vertical: None,
     };
     let plain = Report::position_only(UavId(7), Time::from_us(-5), own);
-    let stamp = CommitDigest { time: Time::from_us(9), digest: u64::MAX - 1 };
+    let commit_digest = CommitDigest { time: Time::from_us(9), digest: u64::MAX - 1 };
     let measurement = RangeBearingMeasurement { range_m: 512.25, bearing: Angle::from_rad(1.5) };
     let held = |speaker, from| ReceivedRange { source: speaker, from, to: from + 65_535 };
     let log_status = |snapshot_request| LogStatus {
         start: Time::from_us(1),
         committed_until: Time::from_us(2),
-        commit_digest: stamp,
+        commit_digest,
         listed_after: Time::from_us(3),
         degraded_at: Time::from_us(i64::MIN),
         received: vec![held(MessageSource::Uav(UavId(4)), 8), held(MessageSource::CueSource(65_535), -1)],
         snapshot_request,
     };
-    let ask = |stamp| Some(SnapshotRequest { of: UavId(65_535), commit_digest: stamp, next: 3, after: 1 << 63 });
+    let ask = |commit_digest| {
+        Some(SnapshotRequest { receiver: UavId(65_535), commit_digest, first_missing_part: 3, received_mask: 1 << 63 })
+    };
     let full = |snapshot_request| Report {
         restart_count: 3,
         sequence: u32::MAX,
@@ -148,18 +150,12 @@ fn a_decoded_message_equals_the_encoded_one() {
         position_sd_m: 5.0,
         velocity_sd_m_s: 6.0,
     };
-    let part = SnapshotPart {
-        uav: UavId(1),
-        start: Time::from_us(4),
-        commit_digest: stamp,
-        index: 5,
-        count: 6,
-        bytes: vec![7; 512],
-    };
+    let part =
+        SnapshotPart { uav: UavId(1), start: Time::from_us(4), commit_digest, index: 5, count: 6, bytes: vec![7; 512] };
     let traffic = TrafficReport { aircraft: u32::MAX, time: Time::from_us(-7), state: plain.state };
     let vertical = Some(Vertical { altitude_m: 8.0, climb_rate_m_s: -9.0 });
     let higher = TrafficReport { state: UavState { vertical, ..traffic.state }, ..traffic };
-    let reports = [plain.clone(), full(None), full(ask(None)), full(ask(Some(stamp)))].map(Message::Report);
+    let reports = [plain.clone(), full(None), full(ask(None)), full(ask(Some(commit_digest)))].map(Message::Report);
     for message in reports
         .into_iter()
         .chain([Message::Cue(cue), Message::Snapshot(part)])
@@ -204,7 +200,7 @@ fn any_time() -> impl Strategy<Value = Time> {
     any::<i64>().prop_map(Time::from_us)
 }
 
-fn any_stamp() -> impl Strategy<Value = CommitDigest> {
+fn any_commit_digest() -> impl Strategy<Value = CommitDigest> {
     (any_time(), any::<u64>()).prop_map(|(time, digest)| CommitDigest { time, digest })
 }
 
@@ -222,21 +218,28 @@ fn any_knowledge() -> impl Strategy<Value = LogStatus> {
         let from = i64::from(from) << 16;
         ReceivedRange { source: speaker, from, to: from + i64::from(more) }
     });
-    let ask = (any_uav(), proptest::option::of(any_stamp()), any::<u16>(), any::<u64>());
-    let ask = ask.prop_map(|(of, stamp, next, after)| SnapshotRequest { of, commit_digest: stamp, next, after });
+    let ask = (any_uav(), proptest::option::of(any_commit_digest()), any::<u16>(), any::<u64>());
+    let ask = ask.prop_map(|(receiver, commit_digest, first_missing_part, received_mask)| SnapshotRequest {
+        receiver,
+        commit_digest,
+        first_missing_part,
+        received_mask,
+    });
     let (times, held) = ([(); 4].map(|()| any_time()), proptest::collection::vec(held, 0..40));
-    (times, any_stamp(), held, proptest::option::of(ask)).prop_map(|(times, stamp, held, snapshot_request)| {
-        let [since, committed, listed_after, disturbed] = times;
-        LogStatus {
-            start: since,
-            committed_until: committed,
-            commit_digest: stamp,
-            listed_after,
-            received: held,
-            degraded_at: disturbed,
-            snapshot_request,
-        }
-    })
+    (times, any_commit_digest(), held, proptest::option::of(ask)).prop_map(
+        |(times, commit_digest, held, snapshot_request)| {
+            let [since, committed, listed_after, disturbed] = times;
+            LogStatus {
+                start: since,
+                committed_until: committed,
+                commit_digest,
+                listed_after,
+                received: held,
+                degraded_at: disturbed,
+                snapshot_request,
+            }
+        },
+    )
 }
 
 fn any_message() -> impl Strategy<Value = Message> {
@@ -288,9 +291,9 @@ fn any_message() -> impl Strategy<Value = Message> {
         })
     });
     let bytes = proptest::collection::vec(any::<u8>(), 0..=SnapshotPart::BYTES_MAX);
-    let part = (any_uav(), any_time(), any_stamp(), any::<[u16; 2]>(), bytes);
-    let part = part.prop_map(|(uav, since, stamp, [index, count], bytes)| {
-        Message::Snapshot(SnapshotPart { uav, start: since, commit_digest: stamp, index, count, bytes })
+    let part = (any_uav(), any_time(), any_commit_digest(), any::<[u16; 2]>(), bytes);
+    let part = part.prop_map(|(uav, since, commit_digest, [index, count], bytes)| {
+        Message::Snapshot(SnapshotPart { uav, start: since, commit_digest, index, count, bytes })
     });
     let numbers = [-1e6..1e6, -1e6..1e6, 0.0..90.0, -0.5..0.5, 0.0..1e4, -9.0..9.0];
     let traffic = (any::<u32>(), any_time(), any_angle(), numbers, any::<bool>());

@@ -121,8 +121,8 @@ fn a_forged_snapshot_part_from_the_future_does_not_block_the_snapshot() {
     fly(&mut team, &mut radio, 0..30);
     team.agents[1] = Agent::new(UavId(1), fallible()).unwrap().with_restart_count(1);
     for tick in 30..30 + SOON {
-        let stamp = CommitDigest { time: FAR, digest: 1 };
-        let forged = SnapshotPart { commit_digest: stamp, count: 2, bytes: vec![0; 512], ..SnapshotPart::default() };
+        let commit_digest = CommitDigest { time: FAR, digest: 1 };
+        let forged = SnapshotPart { commit_digest, count: 2, bytes: vec![0; 512], ..SnapshotPart::default() };
         radio.deliver(tick, 1, Message::Snapshot(forged));
         fly(&mut team, &mut radio, tick..tick + 1);
     }
@@ -308,7 +308,7 @@ const LIES: [(&str, Lie); 12] = [
             [FAR, LONG_AGO, report.time + Duration::from_us(1_500_000), report.time + Duration::from_us(77_777)];
         report_with(report, |report| report.time = wrong[tick as usize % 4])
     }),
-    ("stamps", |_, _, report| {
+    ("commit digests", |_, _, report| {
         log_status_with(report, |status| {
             let commit_digest = CommitDigest { time: status.committed_until, digest: 1 };
             (status.start, status.commit_digest, status.committed_until) = (LONG_AGO, commit_digest, FAR)
@@ -321,17 +321,15 @@ const LIES: [(&str, Lie); 12] = [
     }),
     ("snapshots", |tick, to, report| {
         let part = |index| {
-            let stamp = CommitDigest { time: report.time, digest: tick as u64 };
-            SnapshotPart {
-                uav: UavId(2),
-                start: LONG_AGO,
-                commit_digest: stamp,
-                index,
-                count: 2,
-                bytes: vec![255; 512],
-            }
+            let commit_digest = CommitDigest { time: report.time, digest: tick as u64 };
+            SnapshotPart { uav: UavId(2), start: LONG_AGO, commit_digest, index, count: 2, bytes: vec![255; 512] }
         };
-        let ask = SnapshotRequest { of: UavId(to as u32), commit_digest: None, next: 0, after: 0 };
+        let ask = SnapshotRequest {
+            receiver: UavId(to as u32),
+            commit_digest: None,
+            first_missing_part: 0,
+            received_mask: 0,
+        };
         let mut messages = log_status_with(report, |status| status.snapshot_request = Some(ask));
         messages.extend([0, 1, 1, 7].map(|index| Message::Snapshot(part(index))));
         messages
@@ -450,12 +448,12 @@ fn a_uav_that_offers_a_snapshot_without_sending_it_does_not_block_a_restarted_ua
         |tick, _, report| {
             let mut messages =
                 log_status_with(report, |status| (status.start, status.commit_digest.digest) = (LONG_AGO, 1));
-            let stamp = CommitDigest { time: Time::from_us((tick - 1) * PERIOD.us()), digest: 1 };
+            let commit_digest = CommitDigest { time: Time::from_us((tick - 1) * PERIOD.us()), digest: 1 };
             let (uav, since, bytes) = (UavId(2), LONG_AGO, vec![255; 512]);
             messages.push(Message::Snapshot(SnapshotPart {
                 uav,
                 start: since,
-                commit_digest: stamp,
+                commit_digest,
                 index: 0,
                 count: 2,
                 bytes,

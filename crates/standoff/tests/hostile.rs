@@ -293,12 +293,12 @@ proptest! {
             }
         }
         let Ok(team_state) = postcard::from_bytes::<TeamState>(&bytes) else { return Ok(()) };
-        let stamp = CommitDigest { time: team_state.time, digest: team_state.digest() };
+        let commit_digest = CommitDigest { time: team_state.time, digest: team_state.digest() };
         // The canonical encoding may differ from the manipulated bytes.
         let bytes = postcard::to_allocvec(&team_state).unwrap();
         let mut agent = Agent::new(UavId(1), TeamParams::table_1()).unwrap();
         for tick in 0..12i64 {
-            let step = step_with_snapshot(&mut agent, (&from, now), tick, stamp, &bytes);
+            let step = step_with_snapshot(&mut agent, (&from, now), tick, commit_digest, &bytes);
             prop_assert!((25.0..=55.0).contains(&step.command.speed_m_s), "{step:?}");
             prop_assert!(step.command.turn_rate_rad_s.abs() <= 0.3, "{step:?}");
             prop_assert!(step.altitude_m.is_none_or(f64::is_finite), "{step:?}");
@@ -316,21 +316,21 @@ fn step_with_snapshot(
     agent: &mut Agent,
     (from, since): (&Report, Time),
     tick: i64,
-    stamp: CommitDigest,
+    commit_digest: CommitDigest,
     bytes: &[u8],
 ) -> AgentOutput {
     let now = since + Duration::from_us(tick * PERIOD_US);
     let own = UavState { position: Position::from_m(300.0, 0.0), ..from.state };
     let mut report = Report { time: now, sequence: 100 + tick as u32, ..from.clone() };
     let log_status = report.log_status.get_or_insert_default();
-    (log_status.start, log_status.commit_digest) = (Time::EPOCH, stamp);
+    (log_status.start, log_status.commit_digest) = (Time::EPOCH, commit_digest);
     let observation = agent.observe(now, &own, Some(Scan::default()));
     agent.receive(&observation, &Message::Report(report));
     let parts = bytes.chunks(SnapshotPart::BYTES_MAX);
     let count = parts.len() as u16;
     for (index, part) in (0..).zip(parts) {
         let (uav, since) = (UavId(0), Time::EPOCH);
-        let part = SnapshotPart { uav, start: since, commit_digest: stamp, index, count, bytes: part.to_vec() };
+        let part = SnapshotPart { uav, start: since, commit_digest, index, count, bytes: part.to_vec() };
         agent.receive(&observation, &Message::Snapshot(part));
     }
     agent.decide(&observation)
@@ -341,7 +341,7 @@ fn step_with_snapshot(
 fn a_snapshot_that_does_not_match_its_digest_is_rejected() {
     let (bytes, from, now) = SNAPSHOT.with(|snapshot| (snapshot.0.clone(), snapshot.1.clone(), snapshot.2));
     let team_state: TeamState = postcard::from_bytes(&bytes).unwrap();
-    let stamp = CommitDigest { time: team_state.time, digest: team_state.digest() };
+    let commit_digest = CommitDigest { time: team_state.time, digest: team_state.digest() };
     let mut other = team_state;
     other.groups[0].altitude_m += 1.0;
     let other = postcard::to_allocvec(&other).unwrap();
@@ -349,10 +349,10 @@ fn a_snapshot_that_does_not_match_its_digest_is_rejected() {
         let mut agent = Agent::new(UavId(1), TeamParams::table_1()).unwrap();
         let mut rejected = 0;
         for tick in 0..4i64 {
-            let step = step_with_snapshot(&mut agent, (&from, now), tick, stamp, &bytes);
+            let step = step_with_snapshot(&mut agent, (&from, now), tick, commit_digest, &bytes);
             rejected = step.diagnostics.rejected.malformed;
         }
-        assert_eq!((agent.committed_at() >= Some(stamp.time), rejected > 0), (is_accepted, !is_accepted));
+        assert_eq!((agent.committed_at() >= Some(commit_digest.time), rejected > 0), (is_accepted, !is_accepted));
     }
 }
 

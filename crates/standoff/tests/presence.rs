@@ -141,7 +141,8 @@ impl Flight {
 
     fn restart(&mut self, uav: usize) {
         self.restart_counts[uav] += 1;
-        self.team.agents[uav] = Agent::new(UavId(uav as u32), params()).unwrap().with_restart_count(self.restart_counts[uav]);
+        self.team.agents[uav] =
+            Agent::new(UavId(uav as u32), params()).unwrap().with_restart_count(self.restart_counts[uav]);
         self.ears[uav] = Ear { began: self.tick, ..Ear::default() };
     }
 

@@ -14,7 +14,7 @@ const UNSETTLED_M: f64 = 20.0;
 const CONSISTENT: std::ops::RangeInclusive<f64> = 0.8..=1.25;
 
 /// Remark below a table that compares a run with the paper's law.
-pub(super) const PAPERS_LAW: &str = "paper's law: same scenario, initial positions and seed; its margin (16) as \
+pub(super) const PAPER_LAW: &str = "paper's law: same scenario, initial positions and seed; its margin (16) as \
                                      published adds a squared distance to a length (an erratum), so that orbits jump \
                                      to r_d,max whenever members change";
 

@@ -188,7 +188,7 @@ impl Batch {
     }
 
     /// Returns the whole batch that contains this shard.
-    pub(super) fn covers_all(&self) -> Self {
+    pub(super) fn whole_batch(&self) -> Self {
         Self { shard: None, ..self.clone() }
     }
 

@@ -9,7 +9,7 @@ use serde::Serialize;
 
 use super::results::as_object;
 use super::statistics::{interval, mean_and_sd};
-use super::{Batch, MonteCarloError, Results, fly_seed, in_order, unless_set};
+use super::{Batch, MonteCarloError, Results, check_not_stopped, fly_seed, in_order};
 use crate::scenario::ScenarioTemplate;
 use crate::score::{MetricInfo, MetricSelection, Metrics, WorseDirection};
 
@@ -145,7 +145,7 @@ pub fn compare_results(a: &Path, b: &Path, stop: &AtomicBool) -> Result<Comparis
     let (mut seed, mut runs) = (None, 0);
     for row in a.runs()?.rows(&common)? {
         let row = row?;
-        unless_set(stop)?;
+        check_not_stopped(stop)?;
         while others.next_if(|other| other.as_ref().is_ok_and(|other| other.seed < row.seed)).is_some() {}
         let same = others.next_if(|other| other.as_ref().map_or(true, |other| other.seed == row.seed));
         let Some(other) = same.transpose()? else { continue };

@@ -25,7 +25,7 @@ fn are_finite(values: &[Option<f64>]) -> bool {
 }
 
 #[test]
-fn any_journal_is_read_or_refused() {
+fn any_journal_is_accepted_or_refused() {
     let home = tempfile::tempdir().unwrap();
     let batch = batch();
     let mut journal = Journal::open(home.path(), &batch).unwrap();

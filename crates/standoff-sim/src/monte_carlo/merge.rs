@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicBool;
 
 use super::journal::Journal;
-use super::{MonteCarloError, Results, Shard, find_complete, results, unless_set};
+use super::{MonteCarloError, Results, Shard, check_not_stopped, find_complete, results};
 use crate::display_text;
 
 /// Merges the complete shards in `dirs`, in any order, into the batch in `out`. An existing merged batch is not merged
@@ -16,14 +16,14 @@ pub fn merge(dirs: &[PathBuf], out: &Path, stop: &AtomicBool) -> Result<Results,
     let refuse = |what: String| Err(MonteCarloError::NotMergeable(what));
     let mut parts: Vec<(Shard, Results)> = Vec::new();
     for dir in dirs {
-        unless_set(stop)?;
+        check_not_stopped(stop)?;
         let part = Results::open(dir)?;
         let Some(shard) = part.batch().shard else {
             return refuse(format!("{} contains a whole batch, not a shard", display_text::path(dir)));
         };
         if let Some((other_shard, other)) = parts.first() {
             let other_dir = display_text::path(other.dir());
-            if let Some(difference) = other.batch().covers_all().difference(&part.batch().covers_all()) {
+            if let Some(difference) = other.batch().whole_batch().difference(&part.batch().whole_batch()) {
                 return refuse(format!(
                     "{} and {other_dir} belong to different batches: {difference}",
                     display_text::path(dir)
@@ -57,7 +57,7 @@ pub fn merge(dirs: &[PathBuf], out: &Path, stop: &AtomicBool) -> Result<Results,
         return refuse(format!("missing: shard {}{more}", some.join(", ")));
     }
 
-    let whole = first.batch().covers_all();
+    let whole = first.batch().whole_batch();
     if let Some(complete) = find_complete(out, &whole, stop)? {
         return Ok(complete);
     }
@@ -66,7 +66,9 @@ pub fn merge(dirs: &[PathBuf], out: &Path, stop: &AtomicBool) -> Result<Results,
     let journal = Journal::open(out, &whole)?;
     let metrics: Vec<&str> = whole.metrics().collect();
     let rows = parts.iter().flat_map(|(_, part)| match part.runs().and_then(|runs| runs.rows(&metrics)) {
-        Ok(rows) => Box::new(rows.map(|row| unless_set(stop).and(Ok(row?.values)))) as Box<dyn Iterator<Item = _>>,
+        Ok(rows) => {
+            Box::new(rows.map(|row| check_not_stopped(stop).and(Ok(row?.values)))) as Box<dyn Iterator<Item = _>>
+        }
         Err(error) => Box::new(std::iter::once(Err(error))),
     });
     let merged = results::write(out, &whole, rows, stop)?;

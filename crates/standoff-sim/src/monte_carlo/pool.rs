@@ -19,7 +19,7 @@ const MAX_THREADS: usize = 1024;
 const POLL: Duration = Duration::from_millis(100);
 
 /// Shows a job whether its result is still needed.
-pub(super) struct Halt<'a> {
+pub(super) struct JobControl<'a> {
     /// Index of the job.
     place: u64,
     /// First index whose result is not needed.
@@ -27,9 +27,9 @@ pub(super) struct Halt<'a> {
 }
 
 /// Value of `end` if all results are needed.
-const NO_END: u64 = u64::MAX;
+const NO_LIMIT: u64 = u64::MAX;
 
-impl Halt<'_> {
+impl JobControl<'_> {
     pub(super) fn is_stopped(&self) -> bool {
         self.place >= self.end.load(Ordering::Relaxed)
     }
@@ -42,17 +42,17 @@ impl Halt<'_> {
 /// failing job in job order, not in time, and the results of all earlier jobs are taken. If `stop` is set, all jobs are
 /// halted. Halted work may return anything: the result is dropped. An error of `take` halts all jobs immediately. Fails
 /// if the system cannot start `threads` threads; at most [`MAX_THREADS`] are started.
-pub(super) fn work_through<J, T: Send>(
+pub(super) fn run_jobs<J, T: Send>(
     jobs: impl Iterator<Item = Result<J, MonteCarloError>> + Send,
     threads: Option<NonZeroUsize>,
     stop: &AtomicBool,
-    work: impl Fn(J, &Halt<'_>) -> Result<T, MonteCarloError> + Sync,
+    work: impl Fn(J, &JobControl<'_>) -> Result<T, MonteCarloError> + Sync,
     mut take: impl FnMut(Option<T>) -> Result<(), MonteCarloError>,
 ) -> Result<(), MonteCarloError> {
     let threads =
         threads.or_else(|| thread::available_parallelism().ok()).map_or(1, |threads| threads.get().min(MAX_THREADS));
     let (jobs, work) = (&Mutex::new((0..).zip(jobs)), &work);
-    let end = &AtomicU64::new(if stop.load(Ordering::Relaxed) { 0 } else { NO_END });
+    let end = &AtomicU64::new(if stop.load(Ordering::Relaxed) { 0 } else { NO_LIMIT });
     thread::scope(|scope| {
         // Dropped at the end of this closure, so that no worker waits for a receiver that is gone.
         let (give, results) = sync_channel(QUEUE_MAX);
@@ -60,10 +60,10 @@ pub(super) fn work_through<J, T: Send>(
         for _ in 0..threads {
             let give = give.clone();
             let worker = move || {
-                while end.load(Ordering::Relaxed) == NO_END {
+                while end.load(Ordering::Relaxed) == NO_LIMIT {
                     let next = jobs.lock().unwrap_or_else(PoisonError::into_inner).next();
                     let Some((place, job)) = next else { break };
-                    let halt = Halt { place, end };
+                    let halt = JobControl { place, end };
                     let result = job.and_then(|job| work(job, &halt));
                     let failed = result.is_err();
                     if halt.is_stopped() || give.send((place, result)).is_err() || failed {
@@ -112,7 +112,7 @@ mod tests {
                 thread::yield_now();
             }
         };
-        let work = |job: u64, halt: &Halt<'_>| {
+        let work = |job: u64, halt: &JobControl<'_>| {
             match job {
                 0 | 1 => wait_for(&|| is_halted.load(Ordering::Relaxed)),
                 // No job starts after it has failed.
@@ -127,7 +127,7 @@ mod tests {
             if [1, 2].contains(&job) { Err(MonteCarloError::seed(job, "it fails")) } else { Ok(job) }
         };
         let mut done = Vec::new();
-        let worked = work_through((0..10).map(Ok), NonZeroUsize::new(4), &AtomicBool::new(false), work, |result| {
+        let worked = run_jobs((0..10).map(Ok), NonZeroUsize::new(4), &AtomicBool::new(false), work, |result| {
             done.extend(result);
             Ok(())
         });

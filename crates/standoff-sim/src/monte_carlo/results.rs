@@ -253,7 +253,7 @@ pub(super) fn write(
 }
 
 fn summary_text(dir: &Path, runs: &Runs<'_>, stop: &AtomicBool) -> Result<String, MonteCarloError> {
-    Ok(runs.summary_unless(stop)?.json().map_err(|error| RecordError::write(dir, error.into()))?)
+    Ok(runs.summary_unless_stopped(stop)?.json().map_err(|error| RecordError::write(dir, error.into()))?)
 }
 
 fn save(dir: &Path, name: &str, text: &str) -> Result<(), RecordError> {
@@ -295,11 +295,11 @@ impl<'a> Runs<'a> {
 
     /// Computes the statistics of every metric.
     pub fn summary(&self) -> Result<Summary, MonteCarloError> {
-        self.summary_unless(&AtomicBool::new(false))
+        self.summary_unless_stopped(&AtomicBool::new(false))
     }
 
     /// Computes the statistics of every metric; fails if `stop` is set.
-    fn summary_unless(&self, stop: &AtomicBool) -> Result<Summary, MonteCarloError> {
+    fn summary_unless_stopped(&self, stop: &AtomicBool) -> Result<Summary, MonteCarloError> {
         // One metric at a time, so that only one column is in memory.
         let column = |name: &str| {
             if stop.load(Ordering::Relaxed) { Err(MonteCarloError::Interrupted) } else { self.column(name) }

@@ -22,8 +22,8 @@ pub(crate) trait Field: Sized {
 /// Value stored in one column. Its `Option` is a field with nulls.
 pub(crate) trait Scalar: Sized {
     type Cell: Cell;
-    fn encode(&self) -> Result<Self::Cell, What>;
-    fn decode(cell: Self::Cell) -> Result<Self, What>;
+    fn encode(&self) -> Result<Self::Cell, ValueProblem>;
+    fn decode(cell: Self::Cell) -> Result<Self, ValueProblem>;
 }
 
 /// Value that cannot be stored in its column or read from it.
@@ -31,12 +31,12 @@ pub(crate) trait Scalar: Sized {
 #[error("column {column} {what}")]
 pub(crate) struct Fault {
     pub(crate) column: String,
-    pub(crate) what: What,
+    pub(crate) what: ValueProblem,
 }
 
 /// Problem of a value.
 #[derive(Debug, thiserror::Error)]
-pub(crate) enum What {
+pub(crate) enum ValueProblem {
     #[error("is not finite")]
     NotFinite,
     #[error("is too large: {0}")]
@@ -58,7 +58,7 @@ impl<T: Scalar> Field for T {
 
     fn get(cells: &mut Cells<'_>) -> Result<Self, Fault> {
         let column = next(cells)?;
-        let null = || What::Bad("is null".to_owned());
+        let null = || ValueProblem::Bad("is null".to_owned());
         let got = column.pop().and_then(|cell| cell.ok_or_else(null));
         got.and_then(T::decode).map_err(|what| column.fault(what))
     }
@@ -85,7 +85,7 @@ impl<T: Scalar> Field for Option<T> {
 fn next<'a>(cells: &mut Cells<'a>) -> Result<&'a mut Column, Fault> {
     cells.next().ok_or_else(|| Fault {
         column: "the row".to_owned(),
-        what: What::Bad("has more fields than the table has columns".to_owned()),
+        what: ValueProblem::Bad("has more fields than the table has columns".to_owned()),
     })
 }
 
@@ -144,7 +144,7 @@ impl Column {
         self.values.read(reader, rows, &mut self.levels)
     }
 
-    fn push<T: Cell>(&mut self, cell: Option<T>) -> Result<(), What> {
+    fn push<T: Cell>(&mut self, cell: Option<T>) -> Result<(), ValueProblem> {
         if self.optional {
             self.levels.push(i16::from(cell.is_some()));
         }
@@ -152,7 +152,7 @@ impl Column {
         Ok(())
     }
 
-    fn pop<T: Cell>(&mut self) -> Result<Option<T>, What> {
+    fn pop<T: Cell>(&mut self) -> Result<Option<T>, ValueProblem> {
         let level = self.levels.get(self.rows_taken).copied().unwrap_or(1);
         self.rows_taken += 1;
         if level == 0 {
@@ -162,19 +162,19 @@ impl Column {
         self.values_taken += 1;
         match cell {
             Some(cell) => Ok(Some(cell.clone())),
-            None => Err(What::Bad("has fewer values than its table has rows".to_owned())),
+            None => Err(ValueProblem::Bad("has fewer values than its table has rows".to_owned())),
         }
     }
 
-    fn fault(&self, what: What) -> Fault {
+    fn fault(&self, what: ValueProblem) -> Fault {
         let column = self.name.clone();
         Fault { column, what }
     }
 }
 
 /// Unreachable: a field always declares its own column.
-fn wrong_cell() -> What {
-    What::Bad("contains values of another type".to_owned())
+fn wrong_cell() -> ValueProblem {
+    ValueProblem::Bad("contains values of another type".to_owned())
 }
 
 /// Type that a column can store.

@@ -84,7 +84,7 @@ pub(super) struct Partial {
     /// Parent folders that were created for it, innermost first.
     made: Vec<PathBuf>,
     /// Held until the folder has a locked manifest: without one, it looks like a leftover of an ended run.
-    pub(super) turn: Option<Turn>,
+    pub(super) turn: Option<FolderLock>,
     pub(super) keep: bool,
 }
 
@@ -93,7 +93,7 @@ impl Drop for Partial {
         if self.keep {
             return;
         }
-        let turn = self.turn.take().map_or_else(|| Turn::for_sibling(&self.path), Ok);
+        let turn = self.turn.take().map_or_else(|| FolderLock::for_sibling(&self.path), Ok);
         if turn.is_ok() {
             // Errors are ignored: they cannot be reported here, and the next run tries again.
             let _ = remove_ours(&self.path);
@@ -106,7 +106,7 @@ impl Drop for Partial {
 
 /// Lock that lets one run at a time inspect and move the folders next to a destination. The system releases it at the
 /// latest when the process ends.
-pub(super) struct Turn {
+pub(super) struct FolderLock {
     /// Locked parent folder. If locking is not supported, runs are assumed not to interfere.
     _parent: Option<File>,
 }
@@ -114,7 +114,7 @@ pub(super) struct Turn {
 /// Maximum wait for the lock: other runs hold it while they move or remove the files of a run.
 const TURN_MAX: Duration = Duration::from_secs(20);
 
-impl Turn {
+impl FolderLock {
     /// Waits for the lock of the folder that contains `dir`.
     pub(super) fn for_sibling(dir: &Path) -> Result<Self, RecordError> {
         let parent = dir.parent().filter(|parent| !parent.as_os_str().is_empty()).unwrap_or(Path::new("."));
@@ -155,7 +155,7 @@ pub(super) fn make_partial(dir: &Path) -> Result<(Partial, Option<PathBuf>), Rec
     if let Some(parent) = partial.parent() {
         fs::create_dir_all(parent).map_err(|reason| RecordError::write(parent, reason))?;
     }
-    let turn = Turn::for_sibling(dir)?;
+    let turn = FolderLock::for_sibling(dir)?;
     check_place(dir, &older)?;
     let set_aside = clear_leftovers(dir, &partial, &older)?;
     match fs::create_dir(&partial) {
@@ -173,8 +173,8 @@ fn check_place(dir: &Path, older: &Path) -> Result<(), RecordError> {
     }
 }
 
-/// Moves a finished record to its destination; the caller holds the [`Turn`]. An older run there is first moved aside
-/// and removed last: at any time, one of the two is complete.
+/// Moves a finished record to its destination; the caller holds the [`FolderLock`]. An older run there is first moved
+/// aside and removed last: at any time, one of the two is complete.
 pub(super) fn move_into_place(partial: &Path, dir: &Path) -> Result<(), RecordError> {
     let older = sibling(dir, OLDER);
     check_place(dir, &older)?;
@@ -200,8 +200,8 @@ pub(super) fn move_into_place(partial: &Path, dir: &Path) -> Result<(), RecordEr
     Ok(())
 }
 
-/// Moves or removes the leftovers of ended runs unless another run is writing; the caller holds the [`Turn`]. Returns
-/// the path of an unfinished run that was moved aside.
+/// Moves or removes the leftovers of ended runs unless another run is writing; the caller holds the [`FolderLock`].
+/// Returns the path of an unfinished run that was moved aside.
 fn clear_leftovers(dir: &Path, partial: &Path, older: &Path) -> Result<Option<PathBuf>, RecordError> {
     let left = contents(partial).map_err(|reason| RecordError::read(partial, reason))?;
     if matches!(left, Contents::NotOurs) {

@@ -4,9 +4,9 @@ use crate::frame::EventRow;
 
 /// Maximum number of listed events. Eleven vehicles in city traffic give ten events per minute, so this is more than
 /// anyone reads.
-const MOST: usize = 50_000;
+const MAX_EVENTS: usize = 50_000;
 /// Maximum text size of the listed events, bytes.
-const MOST_BYTES: usize = 8 << 20;
+const MAX_TEXT_BYTES: usize = 8 << 20;
 
 /// Remaining quota of listed events: events are listed in order until the quota is used up.
 #[derive(Debug, Clone)]
@@ -18,7 +18,7 @@ pub struct EventQuota {
 
 impl Default for EventQuota {
     fn default() -> Self {
-        Self { events: MOST, bytes: MOST_BYTES, left_out: 0 }
+        Self { events: MAX_EVENTS, bytes: MAX_TEXT_BYTES, left_out: 0 }
     }
 }
 
@@ -77,7 +77,7 @@ mod tests {
         let event = |bytes: usize| EventRow { reason: "x".repeat(bytes), ..EventRow::default() };
         let mut allowance = EventQuota::default();
         assert!(
-            allowance.takes(&event(MOST_BYTES - 1), None)
+            allowance.takes(&event(MAX_TEXT_BYTES - 1), None)
                 && !allowance.takes(&event(2), None)
                 && !allowance.takes(&event(1), None)
         );

@@ -4,7 +4,7 @@
 use std::collections::BTreeSet;
 
 use super::Manifest;
-use super::schema::{MOST_INTRUDERS, MOST_UAVS, microseconds, seconds};
+use super::schema::{MAX_INTRUDERS, MAX_UAVS, microseconds, seconds};
 use super::table::Row;
 use crate::frame::{AgentEventRow, ByAgent, DetectionRow, EventRow, Frame, IntruderRow, TrackRow, TruthRow, UavRow};
 
@@ -78,13 +78,13 @@ impl RecordLimits {
         let Frame { time_us, uavs, truth, tracks, detections, events, intruders, agents, .. } = frame;
         let time_s = seconds(*time_us);
         self.uavs.extend(uavs.iter().map(|row| row.uav));
-        if self.uavs.len() > MOST_UAVS {
-            let what = format!("it has more than {MOST_UAVS} UAVs by {time_s} s");
+        if self.uavs.len() > MAX_UAVS {
+            let what = format!("it has more than {MAX_UAVS} UAVs by {time_s} s");
             return Err(LimitExceeded { table: UavRow::TABLE, what });
         }
-        if let Some(unknown) = intruders.iter().find(|row| row.intruder as usize >= MOST_INTRUDERS) {
+        if let Some(unknown) = intruders.iter().find(|row| row.intruder as usize >= MAX_INTRUDERS) {
             let what = format!(
-                "it has intruder {} at {time_s} s; at most {MOST_INTRUDERS} intruders, counted from 0",
+                "it has intruder {} at {time_s} s; at most {MAX_INTRUDERS} intruders, counted from 0",
                 unknown.intruder
             );
             return Err(LimitExceeded { table: IntruderRow::TABLE, what });

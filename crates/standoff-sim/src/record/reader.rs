@@ -6,7 +6,7 @@ use std::sync::Arc;
 use super::checkpoint::{self, Checkpoint};
 use super::directory::SCENARIO;
 use super::limits::{LimitExceeded, RecordLimits, check_names};
-use super::schema::{At, TargetRow, most_at_once, seconds};
+use super::schema::{At, TargetRow, max_rows_per_step, seconds};
 use super::table::{Row, TableReader, file_of};
 use super::{Counts, Manifest, RecordError};
 use crate::bounded_input;
@@ -312,7 +312,7 @@ impl<R: Row> Merged<R> {
             if at.time_us < time_us {
                 return Err(self.stray(at.time_us));
             }
-            let most = most_at_once(R::TABLE);
+            let most = max_rows_per_step(R::TABLE);
             if rows.len() == most {
                 let what = format!("it has more than {most} rows at {} s", seconds(time_us));
                 return Err(RecordError::damaged(self.table.path(), what));

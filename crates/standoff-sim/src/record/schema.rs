@@ -4,7 +4,7 @@ use parquet::data_type::ByteArray;
 use standoff::TeammateStatus;
 use standoff_parquet::MAX_CELL;
 
-use super::column::{Cells, Column, Fault, Field, Scalar, What};
+use super::column::{Cells, Column, Fault, Field, Scalar, ValueProblem};
 use super::table::Row;
 use crate::display_text::quoted;
 use crate::frame::{
@@ -41,20 +41,20 @@ pub(super) struct At<R> {
 }
 
 /// Maximum number of UAVs of a run, as in a scenario.
-pub(super) const MOST_UAVS: usize = 100;
+pub(super) const MAX_UAVS: usize = 100;
 
 /// Maximum number of intruders of a run, as in a scenario.
-pub(super) const MOST_INTRUDERS: usize = 100;
+pub(super) const MAX_INTRUDERS: usize = 100;
 
 /// Maximum number of rows of a table at one time step. Some computations take the number of UAVs times that of groups,
 /// or squared; a scenario has up to 100 of both. Events: four for each of the 5,000 targets that a scenario or traffic
 /// file may have at one time. Detections and views: 100 UAVs that see 10,000 targets. The same limit applies to the
 /// estimates of 100 agents.
-pub(super) fn most_at_once(table: &str) -> usize {
+pub(super) fn max_rows_per_step(table: &str) -> usize {
     match table {
-        "uavs" | "groups" | "agents" => MOST_UAVS,
-        "intruders" => MOST_INTRUDERS,
-        "agent_groups" | "agent_teammates" => MOST_UAVS * MOST_UAVS,
+        "uavs" | "groups" | "agents" => MAX_UAVS,
+        "intruders" => MAX_INTRUDERS,
+        "agent_groups" | "agent_teammates" => MAX_UAVS * MAX_UAVS,
         "events" => 20_000,
         "detections" | "in_view" | "agent_tracks" | "agent_events" => 1_000_000,
         _ => 100_000,
@@ -211,19 +211,19 @@ pub(super) struct WithError<R> {
 }
 
 /// Row type with an error column.
-pub(super) trait Erring: Row {
+pub(super) trait HasErrorColumn: Row {
     const ERROR: &'static str;
 }
 
-impl Erring for UavRow {
+impl HasErrorColumn for UavRow {
     const ERROR: &'static str = "standoff_error_m";
 }
 
-impl Erring for TrackRow {
+impl HasErrorColumn for TrackRow {
     const ERROR: &'static str = "position_error_m";
 }
 
-impl<R: Erring> Row for WithError<R> {
+impl<R: HasErrorColumn> Row for WithError<R> {
     const TABLE: &'static str = R::TABLE;
 
     fn columns() -> Vec<Column> {
@@ -329,11 +329,11 @@ macro_rules! plain {
         $(impl Scalar for $type {
             type Cell = Self;
 
-            fn encode(&self) -> Result<Self, What> {
+            fn encode(&self) -> Result<Self, ValueProblem> {
                 Ok(*self)
             }
 
-            fn decode(cell: Self) -> Result<Self, What> {
+            fn decode(cell: Self) -> Result<Self, ValueProblem> {
                 Ok(cell)
             }
         })+
@@ -348,12 +348,12 @@ const LARGEST: f64 = 1e100;
 impl Scalar for f64 {
     type Cell = Self;
 
-    fn encode(&self) -> Result<Self, What> {
-        (self.abs() <= LARGEST).then_some(*self).ok_or(What::NotFinite)
+    fn encode(&self) -> Result<Self, ValueProblem> {
+        (self.abs() <= LARGEST).then_some(*self).ok_or(ValueProblem::NotFinite)
     }
 
-    fn decode(cell: Self) -> Result<Self, What> {
-        let bad = || What::Bad(format!("is {cell:e}; must be {:e} to {LARGEST:e}", -LARGEST));
+    fn decode(cell: Self) -> Result<Self, ValueProblem> {
+        let bad = || ValueProblem::Bad(format!("is {cell:e}; must be {:e} to {LARGEST:e}", -LARGEST));
         (cell.abs() <= LARGEST).then_some(cell).ok_or_else(bad)
     }
 }
@@ -361,35 +361,35 @@ impl Scalar for f64 {
 impl Scalar for u32 {
     type Cell = i32;
 
-    fn encode(&self) -> Result<i32, What> {
-        i32::try_from(*self).map_err(|_| What::TooLarge(u64::from(*self)))
+    fn encode(&self) -> Result<i32, ValueProblem> {
+        i32::try_from(*self).map_err(|_| ValueProblem::TooLarge(u64::from(*self)))
     }
 
-    fn decode(cell: i32) -> Result<Self, What> {
-        Self::try_from(cell).map_err(|_| What::Bad(format!("is negative: {cell}")))
+    fn decode(cell: i32) -> Result<Self, ValueProblem> {
+        Self::try_from(cell).map_err(|_| ValueProblem::Bad(format!("is negative: {cell}")))
     }
 }
 
 impl Scalar for u64 {
     type Cell = i64;
 
-    fn encode(&self) -> Result<i64, What> {
-        i64::try_from(*self).map_err(|_| What::TooLarge(*self))
+    fn encode(&self) -> Result<i64, ValueProblem> {
+        i64::try_from(*self).map_err(|_| ValueProblem::TooLarge(*self))
     }
 
-    fn decode(cell: i64) -> Result<Self, What> {
-        Self::try_from(cell).map_err(|_| What::Bad(format!("is negative: {cell}")))
+    fn decode(cell: i64) -> Result<Self, ValueProblem> {
+        Self::try_from(cell).map_err(|_| ValueProblem::Bad(format!("is negative: {cell}")))
     }
 }
 
 impl Scalar for String {
     type Cell = ByteArray;
 
-    fn encode(&self) -> Result<ByteArray, What> {
+    fn encode(&self) -> Result<ByteArray, ValueProblem> {
         Ok(ByteArray::from(self.as_str()))
     }
 
-    fn decode(cell: ByteArray) -> Result<Self, What> {
+    fn decode(cell: ByteArray) -> Result<Self, ValueProblem> {
         text(&cell).map(str::to_owned)
     }
 }
@@ -400,14 +400,14 @@ macro_rules! words {
         impl Scalar for $type {
             type Cell = ByteArray;
 
-            fn encode(&self) -> Result<ByteArray, What> {
+            fn encode(&self) -> Result<ByteArray, ValueProblem> {
                 Ok(ByteArray::from(match self { $(Self::$value => $word,)+ }))
             }
 
-            fn decode(cell: ByteArray) -> Result<Self, What> {
+            fn decode(cell: ByteArray) -> Result<Self, ValueProblem> {
                 match text(&cell)? {
                     $($word => Ok(Self::$value),)+
-                    other => Err(What::Bad(format!(concat!("is not a ", $what, ": {}"), quoted(other)))),
+                    other => Err(ValueProblem::Bad(format!(concat!("is not a ", $what, ": {}"), quoted(other)))),
                 }
             }
         }
@@ -425,25 +425,25 @@ words! { "teammate status", TeammateStatus: Live = "live", Silent = "silent", Ti
 impl Scalar for Vec<u32> {
     type Cell = ByteArray;
 
-    fn encode(&self) -> Result<ByteArray, What> {
+    fn encode(&self) -> Result<ByteArray, ValueProblem> {
         self.iter().try_for_each(|id| id.encode().map(drop))?;
         let ids: Vec<String> = self.iter().map(u32::to_string).collect();
         Ok(ByteArray::from(ids.join(" ").into_bytes()))
     }
 
-    fn decode(cell: ByteArray) -> Result<Self, What> {
+    fn decode(cell: ByteArray) -> Result<Self, ValueProblem> {
         let ids = text(&cell)?;
         ids.split_whitespace()
-            .map(|id| id.parse().map_err(|_| What::Bad(format!("is not a list of ids: {}", quoted(ids)))))
+            .map(|id| id.parse().map_err(|_| ValueProblem::Bad(format!("is not a list of ids: {}", quoted(ids)))))
             .collect()
     }
 }
 
-fn text(cell: &ByteArray) -> Result<&str, What> {
+fn text(cell: &ByteArray) -> Result<&str, ValueProblem> {
     if cell.len() > MAX_CELL {
-        return Err(What::Bad(format!("has {} bytes of text; must be at most {MAX_CELL}", cell.len())));
+        return Err(ValueProblem::Bad(format!("has {} bytes of text; must be at most {MAX_CELL}", cell.len())));
     }
-    std::str::from_utf8(cell.data()).map_err(|_| What::Bad("is not UTF-8 text".to_owned()))
+    std::str::from_utf8(cell.data()).map_err(|_| ValueProblem::Bad("is not UTF-8 text".to_owned()))
 }
 
 #[cfg(test)]

@@ -16,7 +16,7 @@ use parquet::schema::types::Type;
 use standoff_parquet::{Blocks, Source};
 
 use super::RecordError;
-use super::column::{Cells, Column, Fault, What};
+use super::column::{Cells, Column, Fault, ValueProblem};
 use crate::bounded_input;
 
 /// Rows per row group: limits the memory, whatever the length of the run.
@@ -161,9 +161,9 @@ fn write_group<W: Write + Send>(file: &mut SerializedFileWriter<W>, columns: &[C
 fn refusal<R: Row>(row: &R, Fault { column, what }: Fault) -> RecordError {
     let (table, time_s) = (R::TABLE, row.time_s());
     match what {
-        What::NotFinite => RecordError::NotFinite { table, column, time_s },
-        What::TooLarge(value) => RecordError::TooLarge { table, column, time_s, value },
-        What::Bad(what) => {
+        ValueProblem::NotFinite => RecordError::NotFinite { table, column, time_s },
+        ValueProblem::TooLarge(value) => RecordError::TooLarge { table, column, time_s, value },
+        ValueProblem::Bad(what) => {
             let path = format!("{table}.parquet");
             RecordError::damaged(Path::new(&path), format!("column {column} {what}"))
         }

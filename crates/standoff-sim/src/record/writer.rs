@@ -6,11 +6,11 @@ use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
 use super::checkpoint;
-use super::directory::{self, MAP_FILE, Partial, SCENARIO, Turn};
+use super::directory::{self, FolderLock, MAP_FILE, Partial, SCENARIO};
 use super::error::RecordError;
 use super::limits::{LimitExceeded, RecordLimits, check_names};
 use super::manifest::{Counts, FORMAT, MANIFEST, Manifest};
-use super::schema::{At, OF_AGENTS, TIMED, TargetRow, WithError, most_at_once, seconds};
+use super::schema::{At, OF_AGENTS, TIMED, TargetRow, WithError, max_rows_per_step, seconds};
 use super::table::{Missing, Row, TableWriter};
 use crate::atomic_file::{self, sibling};
 use crate::frame::{
@@ -333,7 +333,8 @@ impl FinishedRecord {
     ///
     /// If only the move fails, the record stays in its temporary folder: [`RecordError::NotMoved`].
     pub fn publish(self) -> Result<(), RecordError> {
-        let moved = Turn::for_sibling(&self.place).and_then(|_turn| directory::move_into_place(&self.dir, &self.place));
+        let moved =
+            FolderLock::for_sibling(&self.place).and_then(|_turn| directory::move_into_place(&self.dir, &self.place));
         moved.map_err(|reason| match self.dir.exists() {
             true => RecordError::NotMoved { kept: self.dir.clone(), reason: Box::new(reason) },
             false => reason,
@@ -356,7 +357,7 @@ fn replace_manifest(partial: &Path, json: &str, onto_disk: bool) -> Result<File,
 }
 
 fn put<R, T: Row>(table: &mut TableWriter, time_us: i64, rows: &[R], row: impl Fn(&R) -> T) -> Result<(), RecordError> {
-    if rows.len() > most_at_once(T::TABLE) {
+    if rows.len() > max_rows_per_step(T::TABLE) {
         return Err(bad_frame(
             time_us,
             "it has more UAVs, groups, targets, detections or events than a record may contain",

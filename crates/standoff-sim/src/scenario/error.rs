@@ -4,7 +4,7 @@ use std::fmt;
 use std::ops::Range;
 use std::sync::Arc;
 
-use super::locate::{SourceSpan, line_around};
+use super::locate::{SourcePosition, line_around};
 use crate::display_text::{as_typed, escaped};
 use crate::traffic::TrafficError;
 
@@ -23,7 +23,7 @@ pub struct Problem {
     /// The file, or `command line` for a value given there.
     pub file: String,
     /// Position in the file.
-    pub place: Option<SourceSpan>,
+    pub place: Option<SourcePosition>,
     /// Text at that position, to show the problem below it.
     pub excerpt: Option<Excerpt>,
     /// Message: key, value and allowed range.
@@ -56,7 +56,7 @@ impl Excerpt {
 }
 
 impl ScenarioError {
-    pub(crate) fn one(file: impl Into<String>, place: Option<SourceSpan>, message: impl Into<String>) -> Self {
+    pub(crate) fn one(file: impl Into<String>, place: Option<SourcePosition>, message: impl Into<String>) -> Self {
         Problem { file: file.into(), place, excerpt: None, message: message.into(), help: None }.into()
     }
 }
@@ -75,7 +75,7 @@ impl From<Vec<Problem>> for ScenarioError {
 
 impl From<TrafficError> for ScenarioError {
     fn from(error: TrafficError) -> Self {
-        let place = error.position.map(|at| SourceSpan { line: at.line as usize, column: at.column as usize });
+        let place = error.position.map(|at| SourcePosition { line: at.line as usize, column: at.column as usize });
         Self { is_io_error: error.is_io_error, ..Self::one(error.file, place, error.message) }
     }
 }
@@ -95,7 +95,7 @@ impl fmt::Display for ScenarioError {
 impl fmt::Display for Problem {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(&escaped(&self.file))?;
-        if let Some(SourceSpan { line, column }) = self.place {
+        if let Some(SourcePosition { line, column }) = self.place {
             write!(f, ":{line}:{column}")?;
         }
         write!(f, ": {}", self.message)?;

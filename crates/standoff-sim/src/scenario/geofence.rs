@@ -119,7 +119,7 @@ pub(super) fn warnings(settings: &Settings, uavs: &[UavState]) -> Vec<String> {
             let name = if zone.name.is_empty() { String::new() } else { format!(" {}", quoted(&zone.name)) };
             Some(format!("{} zone{name}", zone.kind.name()))
         };
-        if let Some(zone) = geofence.violated_zone(state.position).next() {
+        if let Some(zone) = geofence.violated_zones(state.position).next() {
             let side = match geofence.zones().nth(zone)?.kind {
                 standoff::ZoneKind::KeepOut => "inside",
                 standoff::ZoneKind::KeepIn => "outside",
@@ -283,7 +283,7 @@ mod tests {
         let bow = "[[geofence]]\nvertices = [[0, 0], [100, 100], [100, 0], [0, 100]]";
         assert_eq!(
             error(bow),
-            "mine:2:13: geofence.0.vertices.0: the side from here crosses or touches the side from vertex 2; an outline must not cross \
+            "mine:2:13: geofence.0.vertices.0: the side that starts here crosses or touches the side that starts at vertex 2; an outline must not cross \
              itself"
         );
         assert!(error("[[geofence]]\nvertices = [[0, 0], [100, 100], [5]]").contains("must be [east, north], m"));

@@ -11,7 +11,7 @@ use toml::{Spanned, Table, Value};
 
 use super::builtin::{BUILT_IN, built_in, built_in_like};
 use super::error::{Excerpt, Problem, ScenarioError};
-use super::locate::{Map, line_around, span_of};
+use super::locate::{Map, line_around, position_of};
 use super::parse::{self, MISTAKES_MAX};
 use super::schema_types::{AgentSetup, ScenarioFile};
 use crate::bounded_input;
@@ -175,7 +175,7 @@ impl Origin {
 
     /// Creates a problem with a part of the text, or with all of it.
     fn at(&self, span: Option<Range<usize>>, message: String) -> Problem {
-        let place = span.as_ref().map(|span| span_of(&self.text, span.start));
+        let place = span.as_ref().map(|span| position_of(&self.text, span.start));
         let excerpt = span.map(|span| Excerpt { text: Arc::clone(&self.text), span });
         Problem { file: self.label.clone(), place, excerpt, message, help: None }
     }
@@ -318,7 +318,7 @@ fn read(name: &str) -> Result<String, ScenarioError> {
         Err(error) => {
             let good = String::from_utf8_lossy(&error.as_bytes()[..error.utf8_error().valid_up_to()]).into_owned();
             let what = "not UTF-8 text; a scenario is a TOML file in UTF-8: save it again in that encoding";
-            Err(ScenarioError::one(name, Some(span_of(&good, good.len())), what))
+            Err(ScenarioError::one(name, Some(position_of(&good, good.len())), what))
         }
     }
 }

@@ -7,7 +7,7 @@ use toml::de::{DeTable, DeValue};
 
 /// A position in a text; lines and columns count from 1, columns in characters.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct SourceSpan {
+pub struct SourcePosition {
     /// Line.
     pub line: usize,
     /// Column.
@@ -76,10 +76,10 @@ impl<'a> Step<'a> {
 }
 
 /// Converts a byte offset to line and column.
-pub(super) fn span_of(text: &str, offset: usize) -> SourceSpan {
+pub(super) fn position_of(text: &str, offset: usize) -> SourcePosition {
     let before = text.get(..offset).unwrap_or(text);
     let start = *line_around(before, before.len()).start();
-    SourceSpan { line: before.matches('\n').count() + 1, column: before[start..].chars().count() + 1 }
+    SourcePosition { line: before.matches('\n').count() + 1, column: before[start..].chars().count() + 1 }
 }
 
 /// Returns the byte range of the line that contains an offset, up to its newline or the end of the text.
@@ -96,10 +96,10 @@ mod tests {
     #[test]
     fn a_key_is_found_in_tables_and_arrays() {
         let text = "a = 1\n[b]\n  \"\u{e9}\" = 2\nc = 3\n[[d.at]]\nx = 4\n[[d.at]]\nx = 55\n";
-        let found = |key: &str| Map::new(text).find(key).map(|span| span_of(text, span.start));
-        assert_eq!(found("a"), Some(SourceSpan { line: 1, column: 1 }));
-        assert_eq!(found("b.c"), Some(SourceSpan { line: 4, column: 1 }));
-        assert_eq!(found("d.at.1.x"), Some(SourceSpan { line: 8, column: 1 }));
+        let found = |key: &str| Map::new(text).find(key).map(|span| position_of(text, span.start));
+        assert_eq!(found("a"), Some(SourcePosition { line: 1, column: 1 }));
+        assert_eq!(found("b.c"), Some(SourcePosition { line: 4, column: 1 }));
+        assert_eq!(found("d.at.1.x"), Some(SourcePosition { line: 8, column: 1 }));
         assert_eq!(found("nowhere"), None);
         assert_eq!(Map::new(text).find("d.at.1.x").map(|span| &text[span]), Some("x = 55"));
     }

@@ -12,7 +12,7 @@ use super::number::Number;
 use super::resolved::{
     Clock, CueError, Link, Manoeuvre, Noise, Outage, Partition, Radio, Restart, Scenario, Settings, Targets,
 };
-use super::sample::{Absent, Draw, Drawing, value};
+use super::sample::{DerivedDefaults, Draw, Drawing, value};
 use super::schema_types::resolved::{Ring, TargetAt};
 use super::schema_types::{self, AgentSetup, resolved};
 use super::to_params::{Passed, team};
@@ -170,7 +170,7 @@ fn drawn(
 }
 
 /// Returns the defaults of numbers that depend on other values.
-fn absent(file: &schema_types::ScenarioFile, traffic: Option<&Traffic>, draws: Draws) -> Absent {
+fn absent(file: &schema_types::ScenarioFile, traffic: Option<&Traffic>, draws: Draws) -> DerivedDefaults {
     let of = |key: &str, number: &Number| value(number, &key, draws, 0);
     let or_table_1 = |noise: f64, table_1: f64| if noise > 0.0 { noise } else { table_1 };
     // Measured cars: 0.2-0.5 1/s and 0.5-1 m/s2 per axis.
@@ -178,7 +178,7 @@ fn absent(file: &schema_types::ScenarioFile, traffic: Option<&Traffic>, draws: D
         let rate_1_s = of("targets.correlation_rate_1_s", &targets.correlation_rate_1_s);
         (rate_1_s, of("targets.acceleration_sd_m_s2", &targets.acceleration_sd_m_s2))
     });
-    Absent {
+    DerivedDefaults {
         duration_s: traffic.map_or(100.0, Traffic::span_s),
         // Table I's T_s.
         period_s: 0.5,

@@ -36,7 +36,7 @@ impl<T: Draw> Draw for Vec<T> {
 
 /// Defaults of numbers that depend on other values, by key.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Absent {
+pub(super) struct DerivedDefaults {
     pub(super) duration_s: f64,
     pub(super) period_s: f64,
     pub(super) transient_s: f64,
@@ -53,7 +53,7 @@ pub(super) struct Drawing {
     pub(super) draws: Draws,
     /// True for numbers that are drawn many times later: their most extreme values must be in range.
     pub(super) is_of_many: bool,
-    pub(super) absent: Absent,
+    pub(super) absent: DerivedDefaults,
     pub(super) problems: Problems,
 }
 

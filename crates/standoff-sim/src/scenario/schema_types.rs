@@ -1,5 +1,5 @@
-//! What a person types: the tables and keys of a scenario file, their meaning and their defaults; and, from the same
-//! lines, the type into which it is resolved.
+//! Tables and keys of a scenario file with their meaning, range and default. The same definitions generate
+//! the types of the resolved scenario.
 //!
 //! Every number may be typed as a distribution (see [`Number`]). Units stand at the end of the keys. Defaults are Table
 //! I of the paper where it states a value; imperfections default to none. A key that is not listed here is an error.
@@ -16,29 +16,29 @@ use super::number::{Number, as_typed, lists_as_typed};
 use super::sample::{Draw, Drawing};
 use crate::traffic;
 
-/// Defines the tables of a scenario file twice: as they are typed, and, in [`resolved`], as they are flown. A number
-/// comes with its default, and with the range in which it must be if it is not the library's to say.
+/// Defines each table of a scenario file twice: as typed in the file, and, in [`resolved`], as flown. A number has a
+/// default and, unless the library checks it, its range.
 macro_rules! tables {
     ($(
         $(#[$doc:meta])*
         table $name:ident
-        // Texts, at first empty.
+        // Texts; empty by default.
         $(texts { $($(#[$text_doc:meta])* $text:ident;)* })?
-        // Lists of files, at first empty.
+        // Lists of files; empty by default.
         $(files { $($(#[$files_doc:meta])* $files:ident;)* })?
         // Numbers.
         $(numbers { $($(#[$number_doc:meta])* $number:ident = $default:expr $(, $allowed:expr)?;)* })?
-        // Numbers that follow others if they are absent: see `Absent`.
+        // Numbers whose default depends on other values: see `DerivedDefaults`.
         $(absent { $($(#[$absent_doc:meta])* $absent:ident $(: $absent_allowed:expr)?;)* })?
         // Words.
         $(words { $($(#[$word_doc:meta])* $word:ident: $word_type:ident = $word_default:ident;)* })?
         // Switches.
         $(flags { $($(#[$flag_doc:meta])* $flag:ident = $flag_default:literal;)* })?
-        // Numbers that may stay absent.
+        // Optional numbers.
         $(optional { $($(#[$optional_doc:meta])* $optional:ident: $optional_allowed:expr;)* })?
-        // Numbers that may stay absent, and of which the flight draws many: distributions stay distributions.
+        // Optional numbers that the mission draws repeatedly, so that distributions are kept.
         $(many { $($(#[$many_doc:meta])* $many:ident: $many_allowed:expr;)* })?
-        // Lists of lists of numbers, at first empty.
+        // Lists of lists of numbers; empty by default.
         $(lists { $($(#[$lists_doc:meta])* $lists:ident;)* })?
         // Tables of the file that are replaced by others before the flight.
         $(typed { $($(#[$typed_doc:meta])* $typed:ident: $typed_type:ty;)* })?
@@ -104,7 +104,7 @@ macro_rules! tables {
             }
         )*
 
-        /// The same tables with nothing left to draw or to fill in.
+        /// The same tables after all values have been drawn and all defaults filled in.
         pub(super) mod resolved {
             use super::*;
             $(
@@ -134,9 +134,9 @@ const ACCELERATION_M_S2: Allowed = Allowed::at_least(-100.0).at_most(100.0);
 const ANGLE_DEG: Allowed = Allowed::at_least(-1e6).at_most(1e6);
 const TIME_S: Allowed = Allowed::at_least(0.0).at_most(1e9);
 const PROBABILITY: Allowed = Allowed::at_least(0.0).at_most(1.0);
-/// What is under way must be held.
+/// Latency, s; limited because messages in transit are kept in memory.
 const DELAY_S: Allowed = Allowed::at_least(0.0).at_most(120.0);
-/// Of the target model: as the library has it.
+/// Parameters of the target model; the same range as in the library.
 const TARGET_MODEL: Allowed = Allowed::at_least(0.0).at_most(100.0);
 
 tables! {
@@ -671,7 +671,7 @@ tables! {
 }
 
 impl ScenarioFile {
-    /// Returns whether UAVs can know different things, so that each needs its own agent.
+    /// Returns whether the team states of the UAVs can differ, so that each UAV needs its own agent.
     pub(super) fn needs_an_agent_per_uav(&self) -> bool {
         let Uavs { restart, clock, boot_delay_s, .. } = &self.uavs;
         self.radio.is_some() || !restart.is_empty() || !clock.is_empty() || boot_delay_s.is_some()

@@ -1,4 +1,5 @@
-//! Starts of the UAVs: as listed, on a ring about the targets that exist first, or on orbits about the groups of these.
+//! Starts of the UAVs: as listed, on a ring about the initial targets, or on orbits about groups of the initial
+//! targets.
 
 use standoff::coordination::clustering::{KMeans, group_count};
 use standoff::{Angle, Displacement, Position, Spread, TeamParams, UavId, UavState, Vertical};
@@ -6,7 +7,7 @@ use standoff::{Angle, Displacement, Position, Spread, TeamParams, UavId, UavStat
 use super::resolved::{Intruder, Targets};
 use super::schema_types::resolved::{self, Ring, UavAt, Uavs};
 
-/// Returns the initial states of the UAVs; writes those that were not listed to `[[uavs.start]]`.
+/// Returns the initial states of the UAVs; adds those that the user did not list to `[[uavs.start]]`.
 pub(super) fn states(uavs: &mut Uavs, ring: Option<&Ring>, team: &TeamParams, targets: &Targets) -> Vec<UavState> {
     if uavs.start.is_empty() {
         let count = uavs.count as usize;
@@ -32,7 +33,7 @@ pub(super) fn states(uavs: &mut Uavs, ring: Option<&Ring>, team: &TeamParams, ta
     states.collect()
 }
 
-/// Returns the intruders with their initial states; writes starts that were not given to the tables.
+/// Returns the intruders with their initial states; adds the starts that the user did not specify to the tables.
 pub(super) fn intruders(typed: &mut [resolved::Intruder], uavs: &[UavState], team: &TeamParams) -> Vec<Intruder> {
     let intruder = |intruder: &mut resolved::Intruder| {
         let pursued_uav = intruder.pursued_uav.map(|uav| UavId(uav as u32));
@@ -65,7 +66,7 @@ pub(super) fn intruders(typed: &mut [resolved::Intruder], uavs: &[UavState], tea
     typed.iter_mut().map(intruder).collect()
 }
 
-/// Default distance between the start of an intruder and the UAV that it pursued_uav, m.
+/// Default distance between the start of an intruder and the start of the UAV that it pursues, m.
 const INTRUDER_FROM_M: f64 = 1000.0;
 
 /// Minimum distance between the starts of two UAVs, m.

@@ -84,7 +84,8 @@ impl Agreement {
     }
 
     /// Time from the end of the last fault to the last time step after it with different assignments, s; 0 if there is
-    /// no such time step. `None` if no fault has ended, neither one of the rules nor a computer outage.
+    /// no such time step. `None` if no fault has ended, neither a radio fault or restart (`faults_end_s`) nor a late
+    /// start of a computer.
     pub(super) fn delay_s(&self, faults_end_s: Option<f64>) -> Option<f64> {
         let seconds = |time_us: i64| time_us as f64 / 1e6;
         let ended_s = faults_end_s.filter(|end_s| *end_s <= seconds(self.last_us));

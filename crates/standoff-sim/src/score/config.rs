@@ -52,7 +52,7 @@ pub struct ScoreConfig {
 }
 
 impl ScoreConfig {
-    /// Returns the rules of a mission whose controller reports all tables.
+    /// Returns the scoring configuration of a mission whose controller reports all tables.
     pub fn of(settings: &Settings) -> Self {
         Self {
             reported: ReportedTables::default(),

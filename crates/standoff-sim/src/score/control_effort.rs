@@ -79,18 +79,18 @@ mod tests {
     }
 
     fn flown(rows: impl Iterator<Item = UavRow>) -> ControlEffort {
-        let mut calm = ControlEffort::default();
-        rows.for_each(|row| calm.frame(&Frame { uavs: vec![row], ..Frame::default() }));
-        calm
+        let mut control_effort = ControlEffort::default();
+        rows.for_each(|row| control_effort.frame(&Frame { uavs: vec![row], ..Frame::default() }));
+        control_effort
     }
 
     /// Six time steps of 0.5 s: left, nearly straight, right, nearly straight to the left, right, left. Two reversals
     /// in 0.05 min are 40 per minute.
     #[test]
     fn reversal_crosses_the_whole_dead_band() {
-        let calm = turning(&[0.3, 0.019, -0.021, 0.02, -0.3, 0.021]);
-        assert_eq!(calm.reversals, 2);
-        assert!((calm.reversals_per_min(0.5).unwrap() - 40.0).abs() < 1e-9);
+        let control_effort = turning(&[0.3, 0.019, -0.021, 0.02, -0.3, 0.021]);
+        assert_eq!(control_effort.reversals, 2);
+        assert!((control_effort.reversals_per_min(0.5).unwrap() - 40.0).abs() < 1e-9);
         assert_eq!(turning(&[0.3, 0.0, 0.3, 0.01, -0.019, 0.1]).reversals, 0);
         assert_eq!(turning(&[]).reversals_per_min(0.5), None);
         assert_eq!(turning(&[-0.3]).reversals_per_min(0.5), Some(0.0));
@@ -102,10 +102,10 @@ mod tests {
     fn outage_time_does_not_count() {
         let row = |turn_rate_rad_s: f64, speed_limited: bool| UavRow { turn_rate_rad_s, speed_limited, ..uav_row(0) };
         let out = UavRow { boresight_rad: None, ..row(0.2, false) };
-        let calm =
+        let control_effort =
             flown([row(0.2, true), out, UavRow { turn_rate_rad_s: -0.2, ..out }, out, row(-0.2, false)].into_iter());
-        assert_eq!(calm.speed_saturated.value(), Some(0.5));
-        assert!((calm.reversals_per_min(0.5).unwrap() - 60.0).abs() < 1e-9);
+        assert_eq!(control_effort.speed_saturated.value(), Some(0.5));
+        assert!((control_effort.reversals_per_min(0.5).unwrap() - 60.0).abs() < 1e-9);
         assert_eq!(flown([out].into_iter()).speed_saturated.value(), None);
     }
 
@@ -115,9 +115,9 @@ mod tests {
         let row = |group: Option<u32>| UavRow { group, ..uav_row(0) };
         let out = UavRow { boresight_rad: None, ..row(Some(7)) };
         let rows = [row(None), row(Some(1)), row(Some(2)), row(None), row(Some(2)), out, row(Some(3))];
-        let calm = flown(rows.into_iter());
-        assert_eq!((calm.reassignments, calm.in_group), (2, 4));
-        assert!((calm.reassignments_per_min(15.0).unwrap() - 2.0).abs() < 1e-9);
+        let control_effort = flown(rows.into_iter());
+        assert_eq!((control_effort.reassignments, control_effort.in_group), (2, 4));
+        assert!((control_effort.reassignments_per_min(15.0).unwrap() - 2.0).abs() < 1e-9);
         assert_eq!(flown([row(None)].into_iter()).reassignments_per_min(15.0), None);
     }
 
@@ -125,14 +125,17 @@ mod tests {
     /// reassignments.
     #[test]
     fn uavs_are_scored_independently() {
-        let mut calm = ControlEffort::default();
+        let mut control_effort = ControlEffort::default();
         let uavs = [(0, 0.1), (1, -0.1)].map(|(uav, turn_rate_rad_s)| UavRow {
             group: Some(uav),
             turn_rate_rad_s,
             ..uav_row(uav)
         });
         let frame = Frame { uavs: uavs.to_vec(), ..Frame::default() };
-        (0..3).for_each(|_| calm.frame(&frame));
-        assert_eq!((calm.reversals_per_min(1.0), calm.reassignments_per_min(1.0)), (Some(0.0), Some(0.0)));
+        (0..3).for_each(|_| control_effort.frame(&frame));
+        assert_eq!(
+            (control_effort.reversals_per_min(1.0), control_effort.reassignments_per_min(1.0)),
+            (Some(0.0), Some(0.0))
+        );
     }
 }

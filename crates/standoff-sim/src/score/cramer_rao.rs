@@ -42,16 +42,16 @@ impl Bound {
     /// Returns `None` if no bound is defined: if the targets follow no model, or if the measurements have no noise or
     /// less than a filter may assume.
     #[must_use]
-    pub fn of(rules: &ScoreConfig) -> Option<Self> {
-        let (motion, noise) = (rules.motion?, rules.noise);
+    pub fn of(config: &ScoreConfig) -> Option<Self> {
+        let (motion, noise) = (config.motion?, config.noise);
         let sensor =
-            SensorParams { range_sd_m: noise.range_sd_m, bearing_sd_rad: noise.bearing_sd_rad, ..rules.sensor };
+            SensorParams { range_sd_m: noise.range_sd_m, bearing_sd_rad: noise.bearing_sd_rad, ..config.sensor };
         if !sensor.errors().is_empty() {
             return None;
         }
-        let sds = [rules.cue.position_sd_m, rules.cue.velocity_sd_m_s, motion.acceleration_sd_m_s2];
+        let sds = [config.cue.position_sd_m, config.cue.velocity_sd_m_s, motion.acceleration_sd_m_s2];
         Some(Self {
-            transition: motion.transition(Duration::from_s(rules.period_s)),
+            transition: motion.transition(Duration::from_s(config.period_s)),
             sensor,
             cue: Matrix6::from_diagonal(&Vector6::from_fn(|i, _| sds[i % 3] * sds[i % 3])),
             covariances: BTreeMap::new(),
@@ -155,7 +155,7 @@ mod tests {
     use standoff::{Angle, Displacement, TargetParams};
 
     /// Sensor of Table I, cues of 20 m and 2 m/s, and targets that follow the model.
-    fn rules(acceleration_sd_m_s2: f64) -> ScoreConfig {
+    fn config(acceleration_sd_m_s2: f64) -> ScoreConfig {
         let scenario = Scenario::load("paper/table-2-pair", &Overrides::default(), 1).unwrap();
         let motion = TargetParams { correlation_rate_1_s: 0.1, acceleration_sd_m_s2 };
         let cue = CueError { position_sd_m: 20.0, velocity_sd_m_s: 2.0 };
@@ -166,7 +166,7 @@ mod tests {
     #[test]
     fn unrepresentable_bound_is_none() {
         let of = |range_sd_m, position_sd_m| {
-            let plain = rules(0.0);
+            let plain = config(0.0);
             let noise = Noise { range_sd_m, ..plain.noise };
             let cue = CueError { position_sd_m, velocity_sd_m_s: 2.0 };
             let mut bound = Bound::of(&ScoreConfig { noise, cue, period_s: 0.01, ..plain }).unwrap();
@@ -212,7 +212,7 @@ mod tests {
     /// Root mean bound of position and velocity over 1,200 scans from an orbit at 40 m/s in steady state; UAVs a right
     /// angle apart.
     fn on_orbit(acceleration_sd_m_s2: f64, uavs: u32, radius_m: f64) -> [f64; 2] {
-        let mut bound = Bound::of(&rules(acceleration_sd_m_s2)).unwrap();
+        let mut bound = Bound::of(&config(acceleration_sd_m_s2)).unwrap();
         for scan in 0..1300 {
             let phase_rad = f64::from(scan) * 0.5 * 40.0 / radius_m;
             let phases: Vec<_> =
@@ -250,7 +250,7 @@ mod tests {
     /// apart, each axis has both: 12.8 m. The prior is a cue of 100 km.
     #[test]
     fn single_scan_measures_range_along_and_bearing_across() {
-        let nowhere = ScoreConfig { cue: CueError { position_sd_m: 1e5, velocity_sd_m_s: 2.0 }, ..rules(0.05) };
+        let nowhere = ScoreConfig { cue: CueError { position_sd_m: 1e5, velocity_sd_m_s: 2.0 }, ..config(0.05) };
         let along_m2 = 100.0;
         let across_m2 = (400.0 * 3f64.to_radians()) * (400.0 * 3f64.to_radians());
         let both_m2 = 1.0 / (1.0 / along_m2 + 1.0 / across_m2);
@@ -269,7 +269,7 @@ mod tests {
     /// 5/sqrt(800) and 1/sqrt(8). Targets that never accelerate have a bound too.
     #[test]
     fn ratio_is_the_root_of_squared_error_over_bound() {
-        let mut bound = Bound::of(&rules(0.0)).unwrap();
+        let mut bound = Bound::of(&config(0.0)).unwrap();
         bound.frame(&frame(&[]));
         let [position, velocity] = bound.efficiencies().map(|efficiency| efficiency.ratio().unwrap());
         assert!((position - (25.0f64 / 800.0).sqrt()).abs() < 1e-15);
@@ -281,11 +281,11 @@ mod tests {
 
     #[test]
     fn no_bound_without_a_model_or_without_noise() {
-        assert!(Bound::of(&ScoreConfig { motion: None, ..rules(0.05) }).is_none());
+        assert!(Bound::of(&ScoreConfig { motion: None, ..config(0.05) }).is_none());
         for noise in
-            [Noise { range_sd_m: 0.0, ..rules(0.05).noise }, Noise { bearing_sd_rad: 0.0, ..rules(0.05).noise }]
+            [Noise { range_sd_m: 0.0, ..config(0.05).noise }, Noise { bearing_sd_rad: 0.0, ..config(0.05).noise }]
         {
-            assert!(Bound::of(&ScoreConfig { noise, ..rules(0.05) }).is_none());
+            assert!(Bound::of(&ScoreConfig { noise, ..config(0.05) }).is_none());
         }
     }
 }

@@ -61,7 +61,7 @@ impl FrameScorer {
 /// Frame with its scores relative to the truth.
 #[derive(Debug)]
 pub struct FrameScores<'a> {
-    /// Quantities that need no scoring score_config.
+    /// Geometric quantities, which do not depend on the scoring configuration.
     pub geometry: Geometry<'a>,
     score_config: &'a ScoreConfig,
     frame: &'a Frame,

@@ -24,16 +24,16 @@ impl Zones {
         let mut after = BTreeMap::new();
         for uav in &frame.uavs {
             self.detour.add(f64::from(uav.limiting_zone.is_some()));
-            let violated_zone: BTreeSet<usize> = geofence.violated_zone(at(uav)).collect();
+            let violated_zones: BTreeSet<usize> = geofence.violated_zones(at(uav)).collect();
             // A UAV that leaves a zone, or crosses its corner between two time steps, crosses the outline as well.
-            let mut violated = violated_zone.clone();
+            let mut violated = violated_zones.clone();
             let before = self.before.get(&uav.uav);
             violated.extend(before.into_iter().flat_map(|(was_at, _)| geofence.crosses(*was_at, at(uav))));
             self.violations += match before {
                 Some((_, forbade)) => violated.difference(forbade).count() as u64,
                 None => violated.len() as u64,
             };
-            after.insert(uav.uav, (at(uav), violated_zone));
+            after.insert(uav.uav, (at(uav), violated_zones));
         }
         self.before = after;
     }

@@ -37,10 +37,10 @@ pub(super) struct Innovations {
 }
 
 impl Innovations {
-    pub(super) fn new(rules: &ScoreConfig) -> Self {
+    pub(super) fn new(config: &ScoreConfig) -> Self {
         Self {
-            transition: rules.target.transition(Duration::from_s(rules.period_s)),
-            sensor: rules.sensor,
+            transition: config.target.transition(Duration::from_s(config.period_s)),
+            sensor: config.sensor,
             before: Vec::new(),
             squares: Mean::default(),
         }
@@ -216,10 +216,10 @@ mod tests {
     /// A sum that is not finite has no mean.
     #[test]
     fn infinite_sum_has_no_mean() {
-        let rules = ScoreConfig::of(
+        let config = ScoreConfig::of(
             &ScenarioTemplate::of_text("drawn", "[[targets.start]]\n", None).unwrap().draw(1).unwrap().settings,
         );
-        let mut innovations = Innovations::new(&rules);
+        let mut innovations = Innovations::new(&config);
         assert_eq!(innovations.value(), None);
         innovations.squares = Mean { sum: 7.0, n: 2 };
         assert_eq!(innovations.value(), Some(3.5));

@@ -16,8 +16,8 @@ pub(super) trait Scores {
 /// Scores of several agents, one scorer `S` each. Empty if one agent acts for the whole team.
 #[derive(Debug, Clone)]
 pub(super) struct PerAgentScores<S> {
-    lives: BTreeMap<u32, AgentLife<S>>,
-    /// Scores of ended lives, and the number of time steps of each.
+    running: BTreeMap<u32, RunningPeriod<S>>,
+    /// Scores of ended running periods, and the number of time steps of each.
     over: Vec<(Metrics, u64)>,
     steps: u64,
     /// Frame of a single agent; reused buffer.
@@ -26,7 +26,7 @@ pub(super) struct PerAgentScores<S> {
 
 /// Uninterrupted running period of an agent. A restart begins a new one.
 #[derive(Debug, Clone)]
-struct AgentLife<S> {
+struct RunningPeriod<S> {
     scorer: S,
     steps: u64,
     /// Last time step, counted from 1.
@@ -35,7 +35,7 @@ struct AgentLife<S> {
 
 impl<S> Default for PerAgentScores<S> {
     fn default() -> Self {
-        Self { lives: BTreeMap::new(), over: Vec::new(), steps: 0, frame: Frame::default() }
+        Self { running: BTreeMap::new(), over: Vec::new(), steps: 0, frame: Frame::default() }
     }
 }
 
@@ -44,22 +44,22 @@ impl<S: Scores> PerAgentScores<S> {
     pub(super) fn frame(&mut self, frame: &Frame, scorer: impl Fn() -> S) {
         self.steps += 1;
         for row in &frame.agents.all {
-            let new = || AgentLife { scorer: scorer(), steps: 0, last: self.steps };
-            let life = self.lives.entry(row.agent).or_insert_with(new);
-            if life.last + 1 < self.steps {
-                let old = std::mem::replace(life, new());
+            let new = || RunningPeriod { scorer: scorer(), steps: 0, last: self.steps };
+            let period = self.running.entry(row.agent).or_insert_with(new);
+            if period.last + 1 < self.steps {
+                let old = std::mem::replace(period, new());
                 self.over.push((old.scorer.metrics(), old.steps));
             }
-            (life.steps, life.last) = (life.steps + 1, self.steps);
+            (period.steps, period.last) = (period.steps + 1, self.steps);
             own_frame(frame, row.agent, &mut self.frame);
-            life.scorer.frame(&self.frame);
+            period.scorer.frame(&self.frame);
         }
     }
 
     /// Replaces the metrics of a shared team state by the means over all agents, weighted by their running time.
     pub(super) fn average(&self, metrics: Metrics) -> Metrics {
-        let lives = self.lives.values().map(|life| (life.scorer.metrics(), life.steps));
-        let all: Vec<(Metrics, u64)> = self.over.iter().copied().chain(lives).collect();
+        let running = self.running.values().map(|period| (period.scorer.metrics(), period.steps));
+        let all: Vec<(Metrics, u64)> = self.over.iter().copied().chain(running).collect();
         if all.is_empty() { metrics } else { metrics.averaged(&all) }
     }
 }

@@ -162,16 +162,16 @@ impl Tallies {
         (self.frames > 0).then(|| steps as f64 / self.frames as f64)
     }
 
-    pub(super) fn scores(&self, rules: &ScoreConfig) -> impl Iterator<Item = TargetScore> {
+    pub(super) fn scores(&self, config: &ScoreConfig) -> impl Iterator<Item = TargetScore> {
         let share = |part: u64, of: u64| (of > 0).then(|| part as f64 / of as f64);
-        let of_members = rules.reported.tracks && rules.reported.groups;
+        let of_members = config.reported.tracks && config.reported.groups;
         self.of.iter().map(move |(target, tally)| TargetScore {
             target: *target,
             until_s: tally.until_us as f64 / 1e6,
-            manoeuvres: rules.manoeuvring.contains(target),
+            manoeuvres: config.manoeuvring.contains(target),
             custody_fraction: share(tally.in_custody, tally.steps).filter(|_| of_members),
             in_view_fraction: share(tally.in_view, tally.steps),
-            longest_out_of_view_s: (tally.steps > 0).then_some(tally.longest_gap as f64 * rules.period_s),
+            longest_out_of_view_s: (tally.steps > 0).then_some(tally.longest_gap as f64 * config.period_s),
             position_error_m: tally.position_m.value().filter(|_| of_members),
             anees: tally.nees.value().filter(|_| of_members),
         })

@@ -107,14 +107,14 @@ mod tests {
         (ScoreConfig::of(&scenario.settings), std::iter::from_fn(|| mission.frame().cloned()).collect())
     }
 
-    fn surprises(score_config: &ScoreConfig, frames: &[Frame]) -> [f64; 2] {
-        let mut surprises = PredictionErrors::new(score_config.clone());
+    fn prediction_errors(score_config: &ScoreConfig, frames: &[Frame]) -> [f64; 2] {
+        let mut prediction_errors = PredictionErrors::new(score_config.clone());
         let mut orbits = TrueOrbits::default();
         for frame in frames {
             orbits.next(score_config, &frame.groups, &known(frame).collect::<Vec<_>>());
-            surprises.frame(frame, &orbits);
+            prediction_errors.frame(frame, &orbits);
         }
-        [surprises.truth.value().unwrap(), surprises.own.value().unwrap()]
+        [prediction_errors.truth.value().unwrap(), prediction_errors.own.value().unwrap()]
     }
 
     /// With exact cues, exact measurements and constant target velocities, the prediction error is zero.
@@ -129,7 +129,7 @@ mod tests {
             "filter.acceleration_sd_m_s2=1e-3",
         ];
         let (score_config, frames) = frames(&exact);
-        let [truth_m, own_m] = surprises(&score_config, &frames);
+        let [truth_m, own_m] = prediction_errors(&score_config, &frames);
         assert!(truth_m < 0.02 && own_m < 0.02, "{truth_m} {own_m}");
     }
 
@@ -139,7 +139,7 @@ mod tests {
     fn displaced_truth_gives_a_prediction_error() {
         let (score_config, mut frames) = frames(&[]);
         frames.iter_mut().for_each(|frame| frame.uavs.truncate(1));
-        let [_, own_m] = surprises(&score_config, &frames);
+        let [_, own_m] = prediction_errors(&score_config, &frames);
         for frame in &mut frames {
             let (uav, group) = (frame.uavs[0], &frame.groups[0]);
             let away = Position::from_m(group.x_m, group.y_m) - at(&uav);
@@ -148,7 +148,7 @@ mod tests {
                 truth.y_m += 700.0 * away.direction().sin();
             }
         }
-        let [truth_m, own_after_m] = surprises(&score_config, &frames);
+        let [truth_m, own_after_m] = prediction_errors(&score_config, &frames);
         assert!((truth_m - 700.0).abs() < 10.0, "{truth_m}");
         assert_eq!(own_m.to_bits(), own_after_m.to_bits());
     }

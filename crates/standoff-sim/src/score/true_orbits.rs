@@ -10,8 +10,8 @@ use crate::geometry::{TrackedTarget, on_orbit};
 /// True orbit of a group at a time step.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct TrueOrbit {
-    /// Orbit with motion limits, from the first time step at which the group had existing targets. Equal to `at_once`
-    /// if motion limits are off.
+    /// Orbit with motion limits, from the first time step at which the group had existing targets. Equal to
+    /// `unfiltered` if motion limits are off.
     pub(super) flown: OrbitMotion,
     /// Orbit of the targets of this time step, without motion limits.
     pub(super) unfiltered: OrbitMotion,
@@ -29,16 +29,17 @@ pub(super) struct TrueOrbits {
 
 impl TrueOrbits {
     /// Advances to the next time step, with these groups (ascending by id) and these tracked, existing targets.
-    pub(super) fn next(&mut self, rules: &ScoreConfig, groups: &[GroupRow], known: &[TrackedTarget]) {
+    pub(super) fn next(&mut self, config: &ScoreConfig, groups: &[GroupRow], known: &[TrackedTarget]) {
         core::mem::swap(&mut self.of, &mut self.before);
         self.of.clear();
         for group in groups {
             self.members.clear();
             self.members.extend(on_orbit(known, group.group));
-            let Some(at_once) = rules.orbit(&self.members) else { continue };
+            let Some(unfiltered) = config.orbit(&self.members) else { continue };
             let previous = orbit_of(&self.before, group.group).map(|orbit| &orbit.flown);
-            let flown = previous.map_or(at_once, |previous| rules.orbit_after(previous, &at_once, &self.members, 0.0));
-            self.of.push((group.group, TrueOrbit { flown, unfiltered: at_once }));
+            let flown =
+                previous.map_or(unfiltered, |previous| config.orbit_after(previous, &unfiltered, &self.members, 0.0));
+            self.of.push((group.group, TrueOrbit { flown, unfiltered }));
         }
     }
 
@@ -62,7 +63,7 @@ mod tests {
     use crate::score::fixtures::{group_row, track_row, truth_row, uav_row};
     use crate::score::{FrameScorer, MetricSelection, Metrics, Scorer};
 
-    fn rules() -> ScoreConfig {
+    fn config() -> ScoreConfig {
         let scenario = Scenario::load("paper/table-2-pair", &Overrides::default(), 1).unwrap();
         let orbit_motion =
             MotionParams { time_constant_s: 1.5, acceleration_max_m_s2: 3.0, closing_speed_max_m_s: 25.0 };
@@ -89,8 +90,8 @@ mod tests {
         })
     }
 
-    fn scored(rules: &ScoreConfig) -> Metrics {
-        let mut scorer = Scorer::new(rules.clone(), MetricSelection::ALL);
+    fn scored(config: &ScoreConfig) -> Metrics {
+        let mut scorer = Scorer::new(config.clone(), MetricSelection::ALL);
         jump().iter().for_each(|frame| scorer.frame(frame));
         scorer.metrics()
     }
@@ -100,41 +101,41 @@ mod tests {
     /// degrees, r_d is twice the spread.
     #[test]
     fn true_orbit_moves_gradually_to_its_targets() {
-        let (rules, [first, second]) = (rules(), jump());
+        let (config, [first, second]) = (config(), jump());
         let mut orbits = TrueOrbits::default();
-        orbits.next(&rules, &first.groups, &known(&first).collect::<Vec<_>>());
+        orbits.next(&config, &first.groups, &known(&first).collect::<Vec<_>>());
         let start = orbits.of(0).unwrap().unfiltered;
         assert_eq!(orbits.of(0).unwrap().flown, start);
         assert!((start.radius_m - 300.0).abs() < 1e-9 && start.centre == Position::ORIGIN);
-        orbits.next(&rules, &second.groups, &known(&second).collect::<Vec<_>>());
-        let TrueOrbit { flown, unfiltered: at_once } = *orbits.of(0).unwrap();
-        assert_eq!(at_once.centre, Position::from_m(-100.0, 0.0));
-        assert!((at_once.radius_m - 300.0).abs() < 1e-9);
+        orbits.next(&config, &second.groups, &known(&second).collect::<Vec<_>>());
+        let TrueOrbit { flown, unfiltered } = *orbits.of(0).unwrap();
+        assert_eq!(unfiltered.centre, Position::from_m(-100.0, 0.0));
+        assert!((unfiltered.radius_m - 300.0).abs() < 1e-9);
         assert!(flown.centre.distance_m(Position::from_m(-0.375, 0.0)) < 1e-9 && flown.velocity.x_m_s() == -1.5);
         assert!((flown.radius_m - 300.375).abs() < 1e-9 && (flown.rate_m_s - 1.5).abs() < 1e-9);
         // A group that disappears starts from scratch.
-        orbits.next(&rules, &[], &[]);
-        orbits.next(&rules, &second.groups, &known(&second).collect::<Vec<_>>());
-        assert_eq!(orbits.of(0).unwrap().flown, at_once);
+        orbits.next(&config, &[], &[]);
+        orbits.next(&config, &second.groups, &known(&second).collect::<Vec<_>>());
+        assert_eq!(orbits.of(0).unwrap().flown, unfiltered);
     }
 
     /// The UAV is on the first orbit, and 300.375 m from the centre of the second, which has the same radius. It misses
     /// the orbit without motion limits by 100 m.
     #[test]
     fn standoff_errors_use_the_orbit_with_motion_limits() {
-        let (rules, frames) = (rules(), jump());
+        let (config, frames) = (config(), jump());
         let near = |value: Option<f64>, expected_m: f64| (value.unwrap() - expected_m).abs() < 1e-9;
-        let metrics = scored(&rules);
+        let metrics = scored(&config);
         assert!(near(metrics.standoff_error_m, 0.0) && near(metrics.standoff_error_m_settled, 0.0));
         assert!(near(metrics.standoff_error_unfiltered_m_settled, 50.0));
-        let mut scorer = FrameScorer::new(rules.clone());
+        let mut scorer = FrameScorer::new(config.clone());
         scorer.frame(&frames[0]);
         let scores = scorer.frame(&frames[1]);
         assert!(near(scores.standoff_error_m(&frames[1].uavs[0]), 0.0));
         assert!(near(scores.centre_error_m(&frames[1].groups[0]), 0.375));
 
-        let at_once = MotionParams { time_constant_s: 0.0, ..rules.orbit_motion };
-        let metrics = scored(&ScoreConfig { orbit_motion: at_once, ..rules });
+        let unfiltered = MotionParams { time_constant_s: 0.0, ..config.orbit_motion };
+        let metrics = scored(&ScoreConfig { orbit_motion: unfiltered, ..config });
         assert!(near(metrics.standoff_error_m, 50.0) && near(metrics.standoff_error_unfiltered_m_settled, 50.0));
     }
 }

@@ -24,7 +24,7 @@ const PACKED: &[(&[u8], &str, &str)] = &[
 pub(super) fn check_packing(head: &[u8]) -> Result<(), Fault> {
     match packing(head) {
         Some((name, unpack)) if name != "gzip" => Err(Fault::whole(format!(
-            "is packed with {name}; must be plain text or gzip; unpack it first, with {unpack}"
+            "is compressed with {name}; must be plain text or gzip; decompress it first, with {unpack}"
         ))),
         _ => Ok(()),
     }
@@ -34,10 +34,10 @@ pub(super) fn check_packing(head: &[u8]) -> Result<(), Fault> {
 pub(super) fn check_unpacked(head: &[u8]) -> Result<(), Fault> {
     let Some((name, unpack)) = packing(head) else { return Ok(()) };
     let advice = match name {
-        "gzip" => "unpack it once, with gzip -d".to_string(),
-        _ => format!("unpack it, with gzip -d and then {unpack}"),
+        "gzip" => "decompress it once, with gzip -d".to_string(),
+        _ => format!("decompress it, with gzip -d and then {unpack}"),
     };
-    Err(Fault::whole(format!("is {name} within gzip; must be packed once; {advice}")))
+    Err(Fault::whole(format!("is {name} within gzip; must be compressed once; {advice}")))
 }
 
 fn packing(head: &[u8]) -> Option<(&'static str, &'static str)> {
@@ -88,9 +88,11 @@ mod tests {
             (b"\x04\x22\x4d\x18\x64", "lz4"),
             (b"\x1f\x9d\x90", "compress"),
         ] {
-            let expected = format!("f: is packed with {name}; must be plain text or gzip; unpack it first, with ");
+            let expected =
+                format!("f: is compressed with {name}; must be plain text or gzip; decompress it first, with ");
             assert!(refused(head).starts_with(&expected), "{}", refused(head));
-            let expected = format!("f: is {name} within gzip; must be packed once; unpack it, with gzip -d and then ");
+            let expected =
+                format!("f: is {name} within gzip; must be compressed once; decompress it, with gzip -d and then ");
             assert!(refused(&gzip(head)).starts_with(&expected), "{}", refused(&gzip(head)));
         }
     }
@@ -98,7 +100,10 @@ mod tests {
     #[test]
     fn gzip_within_gzip_is_named() {
         let twice = gzip(&gzip(CSV.as_bytes()));
-        assert_eq!(refused(&twice), "f: is gzip within gzip; must be packed once; unpack it once, with gzip -d");
+        assert_eq!(
+            refused(&twice),
+            "f: is gzip within gzip; must be compressed once; decompress it once, with gzip -d"
+        );
     }
 
     #[test]

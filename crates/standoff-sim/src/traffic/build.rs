@@ -35,7 +35,7 @@ impl Builder {
         if let Some(other) = self.names.get(&normalised).filter(|&other| other != name) {
             let (name, other) = (quoted(name), quoted(other));
             return Err(format!(
-                "{key} = {name} differs only in blanks from the earlier {other}; a vehicle has one name; write \
+                "{key} = {name} differs only in whitespace from the earlier {other}; a vehicle has one name; write \
                  both alike, or rename one"
             ));
         }
@@ -237,7 +237,7 @@ mod tests {
         for name in ["a b", "a  b", " a b ", "\ta\u{a0}b", "c "] {
             let error = builder.check_name("id", name).unwrap_err();
             let other = if name == "c " { "c" } else { " a b" };
-            let expected = format!("id = {} differs only in blanks from the earlier \"{other}\"", quoted(name));
+            let expected = format!("id = {} differs only in whitespace from the earlier \"{other}\"", quoted(name));
             assert!(error.starts_with(&expected), "{error}");
         }
     }

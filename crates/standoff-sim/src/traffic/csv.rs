@@ -224,7 +224,10 @@ mod tests {
             ("2026-03-01T12:00:01Z;a;2,5,0", "f.csv:3:1: fields = 3; must be 4, as in the header"),
             ("2026-03-01T12:00:01Z;\"a;2;0", "f.csv:3:22: a quote opens here and is not closed"),
             ("#2026-03-01T12:00:01Z;a;2;0", "f.csv:3:1: begins with # like a comment, but has 4 fields like a row"),
-            ("2026-03-01T12:00:01Z;a ;2;0", "f.csv:3:22: id = \"a \" differs only in blanks from the earlier \"a\""),
+            (
+                "2026-03-01T12:00:01Z;a ;2;0",
+                "f.csv:3:22: id = \"a \" differs only in whitespace from the earlier \"a\"",
+            ),
         ] {
             let error = error(&format!("{header}{row}\n"));
             assert!(error.starts_with(expected) && !error.contains('\n'), "{error}");

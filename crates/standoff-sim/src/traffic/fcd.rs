@@ -86,7 +86,7 @@ impl Elements for Fcd {
             (0, "fcd-export") if !self.in_root => self.in_root = true,
             (0, _) => {
                 let message = format!(
-                    "element = {}; the one outermost element must be fcd-export; make the file with sumo --fcd-output",
+                    "element = {}; the root element must be fcd-export; create the file with sumo --fcd-output",
                     quoted(name)
                 );
                 return Err(Fault::at(start, message));
@@ -296,7 +296,10 @@ mod tests {
     fn names_that_differ_in_blanks_are_rejected_with_their_position() {
         let error =
             step("<vehicle id=\"a\" x=\"0\" y=\"0\"/>\n<vehicle x=\"9\" id=\"a \" y=\"0\"/>").unwrap_err().to_string();
-        assert!(error.starts_with("f.xml:3:16: id = \"a \" differs only in blanks from the earlier \"a\""), "{error}");
+        assert!(
+            error.starts_with("f.xml:3:16: id = \"a \" differs only in whitespace from the earlier \"a\""),
+            "{error}"
+        );
     }
 
     #[test]
@@ -355,7 +358,7 @@ mod tests {
 
     #[test]
     fn the_outermost_element_must_be_right() {
-        assert!(error("<routes/>").starts_with("f.xml:1:1: element = \"routes\"; the one outermost"));
+        assert!(error("<routes/>").starts_with("f.xml:1:1: element = \"routes\"; the root element must be"));
         assert!(error("<fcd-export/><fcd-export/>").starts_with("f.xml:1:14: element = \"fcd-export\"; the one"));
         assert!(error("<fcd-export><vehicle/></fcd-export>").starts_with("f.xml:1:13: element = \"vehicle\" is out"));
     }

@@ -113,7 +113,7 @@ mod tests {
     }
 
     #[test]
-    fn errors_of_numbers_have_the_range_and_an_advice() {
+    fn number_errors_contain_the_range_and_advice() {
         for (text, wrong) in [
             ("abc", "is not a number"),
             ("", "is not a number"),

@@ -6,10 +6,10 @@ use serde::Serialize;
 use standoff_sim::monte_carlo::{MonteCarloError, Results, Runs, Settings, Statistics};
 
 /// Maximum number of runs listed at each end of a metric.
-const LISTED: usize = 50;
+const MAX_LISTED_RUNS: usize = 50;
 
 /// Maximum number of settings in a name.
-const IN_NAME: usize = 3;
+const MAX_SETTINGS_IN_NAME: usize = 3;
 
 /// A batch: its scenario and its results.
 #[derive(Debug, Clone, Serialize)]
@@ -94,9 +94,9 @@ impl Variant {
         let mut runs: Vec<(u64, f64)> = with_run.collect();
         // Both sorts are stable, so equal values stay in run order.
         runs.sort_by(|(_, a), (_, b)| a.total_cmp(b));
-        let smallest = runs.iter().take(LISTED).copied().collect();
+        let smallest = runs.iter().take(MAX_LISTED_RUNS).copied().collect();
         runs.sort_by(|(_, a), (_, b)| b.total_cmp(a));
-        runs.truncate(LISTED);
+        runs.truncate(MAX_LISTED_RUNS);
         self.ends.insert(metric.to_owned(), Ends { smallest, largest: runs });
     }
 }
@@ -117,9 +117,9 @@ pub(super) fn distinguish(variants: &mut [Variant]) {
     for variant in variants.iter_mut() {
         if scenarios.iter().filter(|scenario| **scenario == variant.scenario).count() > 1 {
             let mut parts: Vec<String> = variant.settings.iter().map(|(key, value)| format!("{key}={value}")).collect();
-            if parts.len() > IN_NAME {
-                let more = parts.len() - IN_NAME;
-                parts.truncate(IN_NAME);
+            if parts.len() > MAX_SETTINGS_IN_NAME {
+                let more = parts.len() - MAX_SETTINGS_IN_NAME;
+                parts.truncate(MAX_SETTINGS_IN_NAME);
                 parts.push(format!("and {more} more"));
             }
             parts.insert(0, variant.scenario.clone());

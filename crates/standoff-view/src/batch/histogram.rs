@@ -2,25 +2,25 @@
 
 use serde::Serialize;
 
-/// Minimum and maximum number of classes if the values are not integers.
-const CLASSES: (f64, f64) = (8.0, 60.0);
+/// Minimum and maximum number of bins if the values are not integers.
+const BINS: (f64, f64) = (8.0, 60.0);
 
-/// Number of runs of each batch per class. The classes have equal widths and are the same for all batches.
+/// Number of runs of each batch per bin. The bins have equal widths and are the same for all batches.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub(super) struct Histogram {
-    /// Lower bound of the first class.
+    /// Lower bound of the first bin.
     from: f64,
-    /// Width of each class.
+    /// Width of each bin.
     width: f64,
-    /// Counts by batch and class.
+    /// Counts by batch and bin.
     counts: Vec<Vec<u64>>,
 }
 
 impl Histogram {
     /// Makes the histogram of a metric from one list of values per batch; `None` without any value.
     ///
-    /// Integers in a small range get one class each. Otherwise the number of classes is the square root of the largest
-    /// number of values. The upper bound of the last class belongs to it.
+    /// Integers in a small range get one bin each. Otherwise the number of bins is the square root of the largest
+    /// number of values. The upper bound of the last bin belongs to it.
     pub(super) fn of(columns: &[Vec<Option<f64>>]) -> Option<Self> {
         let columns: Vec<Vec<f64>> = columns
             .iter()
@@ -30,18 +30,18 @@ impl Histogram {
         let (least, most) = (values().reduce(f64::min)?, values().reduce(f64::max)?);
         let range = most - least;
         let largest = columns.iter().map(Vec::len).max().unwrap_or_default();
-        let whole = range < CLASSES.1 && values().all(|value| value.fract() == 0.0);
-        let (from, width, classes) = if whole {
+        let whole = range < BINS.1 && values().all(|value| value.fract() == 0.0);
+        let (from, width, bins) = if whole {
             (least - 0.5, 1.0, range + 1.0)
         } else if range > f64::MIN_POSITIVE && range.is_finite() {
-            let classes = (largest as f64).sqrt().ceil().clamp(CLASSES.0, CLASSES.1);
-            (least, range / classes, classes)
+            let bins = (largest as f64).sqrt().ceil().clamp(BINS.0, BINS.1);
+            (least, range / bins, bins)
         } else {
-            // All values are equal: one class, narrow relative to their size.
+            // All values are equal: one bin, narrow relative to their size.
             let width = least.abs().max(1.0) / 100.0;
             (least - width / 2.0, width, 1.0)
         };
-        let last = classes as usize - 1;
+        let last = bins as usize - 1;
         let mut counts = vec![vec![0; last + 1]; columns.len()];
         for (counts, column) in counts.iter_mut().zip(&columns) {
             for value in column {

@@ -1,7 +1,7 @@
 //! Charts in a common style: the page, axes, lines with a legend, and panels over time.
 
 use super::collect::{Group, Run};
-use super::curve::{Curve, MOST_POINTS, Point, range, usable};
+use super::curve::{Curve, MAX_POINTS, Point, range, usable};
 use super::style::{PX, font, ink, width_px};
 use super::symbol::{Mark, Symbol};
 use crate::colours::UAVS;
@@ -16,9 +16,9 @@ use std::ops::Range;
 /// Width of the page, px.
 const WIDTH: u32 = 900;
 /// Width of the area for the vertical axis, px.
-const LEFT: u32 = 68;
+const Y_AXIS_WIDTH: u32 = 68;
 /// Height of the area for the horizontal axis, px.
-const BELOW: u32 = 44;
+const X_AXIS_HEIGHT: u32 = 44;
 /// Width of the legend, px.
 const LEGEND: u32 = 184;
 /// Part of the legend's width that is left and right of the text, px.
@@ -26,9 +26,9 @@ const LEGEND_MARGIN_PX: f64 = 34.0;
 /// Font size of the legend, px.
 const LEGEND_FONT_PX: f64 = 11.5;
 /// Height of heading, caption and bottom margin, px.
-const ABOVE: u32 = 54;
+const HEADER_HEIGHT: u32 = 54;
 /// Height of a low panel, px.
-const ROW: u32 = 128;
+const ROW_HEIGHT: u32 = 128;
 /// Maximum number of points of all curves in a chart.
 const POINTS_MAX: usize = 40_000;
 /// Maximum number of UAVs or groups named in a legend.
@@ -70,7 +70,7 @@ impl Line {
 
 /// Maximum number of points of each of `curves` curves.
 pub(super) fn share(curves: usize) -> usize {
-    (POINTS_MAX / curves.max(1)).clamp(16, MOST_POINTS)
+    (POINTS_MAX / curves.max(1)).clamp(16, MAX_POINTS)
 }
 
 /// Makes lines of UAVs in the colours of the UAVs; the first few are named in the legend.
@@ -137,7 +137,10 @@ impl<'a> Chart<'a> {
     /// Width and height of the plot in an area of the page, drawing units.
     pub(super) fn plot_size(area: &Area) -> (f64, f64) {
         let (width, height) = area.dim_in_pixel();
-        (f64::from(width) - f64::from((LEFT + LEGEND) * PX), f64::from(height) - f64::from((8 + BELOW) * PX))
+        (
+            f64::from(width) - f64::from((Y_AXIS_WIDTH + LEGEND) * PX),
+            f64::from(height) - f64::from((8 + X_AXIS_HEIGHT) * PX),
+        )
     }
 
     /// Makes an empty chart.
@@ -146,8 +149,8 @@ impl<'a> Chart<'a> {
         let legend = ChartBuilder::on(&right).margin_top(8 * PX).build_cartesian_2d(0.0..1.0, 0.0..1.0)?;
         let mut plot = ChartBuilder::on(&left)
             .margin_top(8 * PX)
-            .set_label_area_size(LabelAreaPosition::Left, LEFT * PX)
-            .set_label_area_size(LabelAreaPosition::Bottom, BELOW * PX)
+            .set_label_area_size(LabelAreaPosition::Left, Y_AXIS_WIDTH * PX)
+            .set_label_area_size(LabelAreaPosition::Bottom, X_AXIS_HEIGHT * PX)
             .build_cartesian_2d(x, y)?;
         let (width, height) = Self::plot_size(area);
         // Ticks are sums of steps: without rounding, a label could be 0.30000000000000004.
@@ -305,7 +308,7 @@ pub(super) fn stacked(
         return Ok(None);
     }
     let full = if panels.iter().filter(|panel| !panel.is_row).count() > 2 { 240 } else { 290 };
-    let heights: Vec<u32> = panels.iter().map(|panel| if panel.is_row { ROW } else { full }).collect();
+    let heights: Vec<u32> = panels.iter().map(|panel| if panel.is_row { ROW_HEIGHT } else { full }).collect();
     let (height, mut named) = (heights.iter().sum::<u32>(), BTreeSet::new());
     let draw = |area: &Area| {
         let mut rest = area.clone();
@@ -316,5 +319,5 @@ pub(super) fn stacked(
         }
         Ok(())
     };
-    page(heading, title, note, ABOVE + height, draw).map(Some)
+    page(heading, title, note, HEADER_HEIGHT + height, draw).map(Some)
 }

@@ -1,11 +1,11 @@
 //! Collects the curves of the figures from the frames of a run, one frame at a time.
 
-use super::curve::{Curve, MOST_POINTS, Point, range, usable};
+use super::curve::{Curve, MAX_POINTS, Point, range, usable};
 use super::symbol::Mark;
 use crate::colours::{GROUPS, GroupColours, UAVS};
 use plotters::style::RGBColor;
 use standoff::TeammateStatus;
-use standoff_sim::geometry::{Between, group_of, own_estimate_error_m, phase_differences};
+use standoff_sim::geometry::{PhasePair, group_of, own_estimate_error_m, phase_differences};
 use standoff_sim::record::{AgentRow, EventRow, Frame};
 use standoff_sim::score::FrameScorer;
 use std::collections::BTreeMap;
@@ -16,7 +16,7 @@ const MOST_GROUPS: usize = 32;
 /// Maximum number of targets whose paths are kept; equal to the maximum number of simultaneous targets in a run.
 const MOST_TARGETS: usize = 5_000;
 /// Maximum number of points of all curves. Up to 200 curves have full resolution; more curves have fewer points each.
-const ALL_POINTS: usize = 200 * MOST_POINTS;
+const ALL_POINTS: usize = 200 * MAX_POINTS;
 /// Minimum number of points of a curve, enough to show its course.
 const FEWEST_POINTS: usize = 20;
 /// Number of frames after which the points are redistributed between the curves.
@@ -99,7 +99,7 @@ pub(super) struct Group {
     /// Distance from the centre, by assigned UAV, m.
     pub(super) distances: BTreeMap<u32, Curve>,
     /// Phase difference between UAVs, degrees.
-    pub(super) phases: BTreeMap<Between, Curve>,
+    pub(super) phases: BTreeMap<PhasePair, Curve>,
     /// Times of events of its targets, as a curve of the time over the running number of the event.
     marks: BTreeMap<Mark, Curve>,
 }
@@ -224,7 +224,7 @@ impl Run {
 
     /// Limits the total number of points of all curves.
     fn share_points(&mut self) {
-        let most = (ALL_POINTS / self.curves().count().max(1)).clamp(FEWEST_POINTS, MOST_POINTS);
+        let most = (ALL_POINTS / self.curves().count().max(1)).clamp(FEWEST_POINTS, MAX_POINTS);
         self.curves().for_each(|curve| curve.keep(most));
     }
 

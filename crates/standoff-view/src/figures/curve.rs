@@ -3,16 +3,16 @@
 use std::ops::Range;
 
 /// Maximum number of points of a curve.
-pub(super) const MOST_POINTS: usize = 2_000;
+pub(super) const MAX_POINTS: usize = 2_000;
 /// Larger values cannot be physical quantities.
-const ABSURD: f64 = 1e9;
+const MAX_PLAUSIBLE: f64 = 1e9;
 
 /// A point of a chart: time and value, or east and north.
 pub(super) type Point = (f64, f64);
 
 /// Returns the value if it can be drawn.
 pub(super) fn usable(value: f64) -> Option<f64> {
-    (value.abs() <= ABSURD).then_some(value)
+    (value.abs() <= MAX_PLAUSIBLE).then_some(value)
 }
 
 /// Axis range that contains all values with a relative margin `room`, and is at least `least` wide.
@@ -40,7 +40,7 @@ pub(super) struct Curve {
 
 impl Default for Curve {
     fn default() -> Self {
-        Self { doublings: 0, samples: Vec::new(), most: MOST_POINTS }
+        Self { doublings: 0, samples: Vec::new(), most: MAX_POINTS }
     }
 }
 
@@ -105,7 +105,7 @@ mod tests {
     fn runs(values: impl IntoIterator<Item = Option<f64>>) -> Vec<Vec<Point>> {
         let mut curve = Curve::default();
         (0..).zip(values).for_each(|(index, value)| curve.push(index, index as f64, value));
-        curve.runs(MOST_POINTS)
+        curve.runs(MAX_POINTS)
     }
 
     #[test]

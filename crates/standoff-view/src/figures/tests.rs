@@ -2,7 +2,7 @@
 
 use super::chart::fitted;
 use super::collect::Run;
-use super::curve::MOST_POINTS;
+use super::curve::MAX_POINTS;
 use super::style::width_px;
 use super::{Figure, FigureError, Setup, figures};
 use crate::colours::{GROUPS, UAVS};
@@ -427,10 +427,10 @@ fn a_path_changes_colour_with_the_group_without_a_gap() {
     let run = gathered(&handoff(200));
     let pieces = |target: u32| &run.tracks[&target].pieces;
     assert_eq!(pieces(1).keys().copied().collect::<Vec<_>>(), [Some(0)]);
-    let [first, second] = [0, 1].map(|colour| pieces(4)[&Some(colour)].runs(MOST_POINTS).concat());
+    let [first, second] = [0, 1].map(|colour| pieces(4)[&Some(colour)].runs(MAX_POINTS).concat());
     assert_eq!((first.last(), first.len(), second.len()), (second.first(), 121, 80));
     assert_eq!(run.dwells.keys().copied().collect::<Vec<_>>(), [(4, 1)]);
-    assert_eq!(run.dwells[&(4, 1)].runs(MOST_POINTS).concat().len(), 40);
+    assert_eq!(run.dwells[&(4, 1)].runs(MAX_POINTS).concat().len(), 40);
     assert_eq!(pieces(7).keys().copied().collect::<Vec<_>>(), [None, Some(1)]);
     assert_eq!(run.uavs[&3].assigned.pieces.keys().copied().collect::<Vec<_>>(), [Some(1)]);
 }
@@ -566,7 +566,7 @@ fn the_agreement_figure_shows_contact_disagreement_and_uncommitted_time() {
     }
     let gathered = gathered(&frames);
     let values =
-        |curve: &super::curve::Curve| curve.runs(MOST_POINTS).concat().iter().map(|at| at.1).collect::<Vec<_>>();
+        |curve: &super::curve::Curve| curve.runs(MAX_POINTS).concat().iter().map(|at| at.1).collect::<Vec<_>>();
     for (id, first) in [(0, 0), (1, 5)] {
         let curves = &gathered.agents[&id];
         let expected: Vec<f64> = (first..40).map(|i| f64::from((10..30).contains(&i))).collect();

@@ -2,10 +2,10 @@
 
 use super::chart::{Drawn, Line, NAMED_MAX, PANELS_MAX, Panel, of_groups, of_uavs, per_group, share, stacked};
 use super::collect::{AgentCurves, Group, Run, Uav};
-use super::curve::{Curve, MOST_POINTS, range};
+use super::curve::{Curve, MAX_POINTS, range};
 use super::figure::Setup;
 use super::style::ink;
-use standoff_sim::geometry::{Between, desired_pair_phase_rad};
+use standoff_sim::geometry::{PhasePair, desired_pair_phase_rad};
 use std::collections::BTreeSet;
 
 /// Draws the distance of each UAV from the centre of its group, and from its orbit.
@@ -14,7 +14,7 @@ pub(super) fn standoff_distance(run: &Run, setup: &Setup) -> Drawn<Option<String
     let cut_m = 1.3 * setup.radius_max_m;
     let panel = |id: u32, group: &Group| {
         let (thin, thick) = (ink(run.group_colour(id), 1.0), ink(run.group_colour(id), 2.5));
-        let (mut unbounded, desired) = (group.unclamped.runs(MOST_POINTS), group.standoff.runs(MOST_POINTS));
+        let (mut unbounded, desired) = (group.unclamped.runs(MAX_POINTS), group.standoff.runs(MAX_POINTS));
         unbounded.iter_mut().flatten().for_each(|at| at.1 = at.1.min(cut_m));
         let label = |text: &str| Some(format!("{text}, group {id}"));
         let mut lines = vec![
@@ -47,7 +47,7 @@ pub(super) fn standoff_distance(run: &Run, setup: &Setup) -> Drawn<Option<String
 /// Draws the phase difference of the UAVs on each orbit.
 pub(super) fn phase(run: &Run, setup: &Setup) -> Drawn<Option<String>> {
     let panel = |id: u32, group: &Group| {
-        let line = |(rank, (&(_, uav, other), curve)): (usize, (&Between, &Curve))| {
+        let line = |(rank, (&(_, uav, other), curve)): (usize, (&PhasePair, &Curve))| {
             let label = other.map_or(format!("UAV {uav} to the next"), |other| format!("UAV {uav} to UAV {other}"));
             let (runs, ink) = (curve.runs(share(group.phases.len())), ink(run.uav_colour(uav), 1.75));
             // The curve of a pair has both colours, because a UAV may successively be in several pairs.

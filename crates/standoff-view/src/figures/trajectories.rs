@@ -2,7 +2,7 @@
 
 use super::chart::{Area, Chart, Drawn, Line, NAMED_MAX, of_uavs, page, share};
 use super::collect::{Group, Run};
-use super::curve::{Curve, MOST_POINTS, Point, range, usable};
+use super::curve::{Curve, MAX_POINTS, Point, range, usable};
 use super::figure::Setup;
 use super::style::{font, ink};
 use super::symbol::{Mark, Symbol};
@@ -15,11 +15,11 @@ use std::collections::BTreeSet;
 use std::iter::once;
 
 /// Number of targets above which paths of targets are drawn thin.
-const MANY: usize = 40;
+const MAX_THICK_PATHS: usize = 40;
 /// Maximum number of marks of one kind; further ones are thinned out.
 const MOST_MARKS: usize = 200;
 /// Maximum total length of the UAVs' paths, in widths of the map; older parts are drawn pale.
-const CROSSINGS: f64 = 50.0;
+const MAX_PATH_LENGTH: f64 = 50.0;
 /// Maximum number of legend entries; few, because this is the first figure that a new user sees.
 const MOST_ENTRIES: usize = 8;
 /// Legend entries, the most important first.
@@ -128,7 +128,7 @@ fn keep_most_needed(mut labels: Vec<&mut Option<String>>) {
 
 /// Names and colours of the groups, placed at their last orbits as far as possible from the UAVs.
 fn names(run: &Run) -> Vec<(Point, Pos, String, RGBColor)> {
-    let last = |curve: &Curve| curve.runs(MOST_POINTS).last().and_then(|run| run.last()).copied();
+    let last = |curve: &Curve| curve.runs(MAX_POINTS).last().and_then(|run| run.last()).copied();
     let ends: Vec<Point> = run.uavs.values().filter_map(|uav| last(&uav.path)).collect();
     let clear = |at: Point| ends.iter().map(|end| hypot(end.0 - at.0, end.1 - at.1)).fold(f64::INFINITY, f64::min);
     let name = |(&id, group): (&u32, &Group)| {
@@ -161,14 +161,14 @@ fn names(run: &Run) -> Vec<(Point, Pos, String, RGBColor)> {
 /// First time step from which the UAVs' paths are drawn in full colour. In a long run, complete paths would hide the
 /// map.
 fn recent(run: &Run) -> usize {
-    let paths: Vec<Vec<Point>> = run.uavs.values().map(|uav| uav.path.runs(MOST_POINTS).concat()).collect();
+    let paths: Vec<Vec<Point>> = run.uavs.values().map(|uav| uav.path.runs(MAX_POINTS).concat()).collect();
     let (east, north): (Vec<f64>, Vec<f64>) = paths.iter().flatten().copied().unzip();
     let [east, north] = [east, north].map(|values| range(values, 10.0, 0.0));
     let length = |path: &Vec<Point>| {
         path.windows(2).map(|ends| hypot(ends[1].0 - ends[0].0, ends[1].1 - ends[0].1)).sum::<f64>()
     };
     let across = (east.end - east.start).max(north.end - north.start);
-    let most = CROSSINGS * across / paths.iter().map(length).sum::<f64>();
+    let most = MAX_PATH_LENGTH * across / paths.iter().map(length).sum::<f64>();
     (run.frames as f64 * (1.0 - most.min(1.0))) as usize
 }
 
@@ -191,7 +191,7 @@ fn zones(setup: &Setup) -> Vec<Line> {
 
 /// Lines below the UAVs' paths, from bottom to top; the first line of each kind has a legend entry.
 fn ground(run: &Run, recent: usize) -> Vec<Line> {
-    let many = run.truth.len().max(run.tracks.len()) > MANY;
+    let many = run.truth.len().max(run.tracks.len()) > MAX_THICK_PATHS;
     let (thick, thin) = if many { (0.5, 0.5) } else { (3.0, 1.25) };
     let pieces: usize = run.tracks.values().map(|path| path.pieces.len()).sum();
     let points = share(run.truth.len() + pieces + run.dwells.len());

@@ -75,12 +75,12 @@ const RELEVANT_M: f64 = 1200.0;
 
 /// Axis-aligned bounding box of everything shown in several time steps.
 #[derive(Debug, Default)]
-pub(super) struct ChunkBounds {
+pub(super) struct PartBounds {
     /// West, south, east, north, m.
     around_m: Option<[f64; 4]>,
 }
 
-impl ChunkBounds {
+impl PartBounds {
     /// Extends the box by UAVs, intruders near them, orbits, and true and estimated positions of targets.
     pub(super) fn take(&mut self, frame: &Frame) {
         frame.uavs.iter().for_each(|row| self.put(row.x_m, row.y_m, 0.0));

@@ -8,7 +8,7 @@ use standoff_sim::record::{
 };
 use standoff_sim::score::{CustodyCounts, FrameScorer, FrameScores, PositionBound, ScoreConfig};
 
-use super::chunk::{ChunkBounds, Event, block};
+use super::chunk::{Event, PartBounds, block};
 use super::per_agent::{AssignmentTables, TeamStates};
 use super::table::{Table, membership_code, status_code};
 use crate::colours::GroupColours;
@@ -140,7 +140,7 @@ struct Draft {
     times_us: Vec<i64>,
     detail_times_us: Vec<i64>,
     events: Vec<Event>,
-    bounds: ChunkBounds,
+    bounds: PartBounds,
     run: Table,
     uavs: Table,
     groups: Table,
@@ -275,7 +275,7 @@ impl Draft {
             times_us: Vec::new(),
             detail_times_us: Vec::new(),
             events: Vec::new(),
-            bounds: ChunkBounds::default(),
+            bounds: PartBounds::default(),
             run: Table::new("run", &RUN),
             uavs: Table::new("uavs", &UAV),
             groups: Table::new("groups", &GROUP),

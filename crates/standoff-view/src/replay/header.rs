@@ -94,7 +94,7 @@ pub struct Line {
     pub value: Option<f64>,
     /// Unit of the value.
     pub unit: &'static str,
-    /// Target range of the value, as text.
+    /// Goal, limit or bound of the value, as text.
     pub target: String,
 }
 

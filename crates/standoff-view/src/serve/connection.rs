@@ -29,7 +29,7 @@ use super::{live_feed, request_filter};
 const NEVER_CLOSED: &str = "the semaphores of the server are never closed";
 
 /// Minimum buffer size that hyper allows, bytes.
-const LEAST_BUFFER_BYTES: usize = 8192;
+const MIN_BUFFER_BYTES: usize = 8192;
 
 /// Delay before the next attempt after a failed accept.
 const RETRY: Duration = Duration::from_millis(100);
@@ -117,7 +117,7 @@ pub(super) async fn serve_connection<S: AsyncRead + AsyncWrite + Unpin + Send + 
         .timer(TokioTimer::new())
         .header_read_timeout(state.limits.head_time)
         .max_header_size(state.limits.head_bytes)
-        .max_buf_size(state.limits.head_bytes.max(LEAST_BUFFER_BYTES));
+        .max_buf_size(state.limits.head_bytes.max(MIN_BUFFER_BYTES));
     let answer = service_fn(move |request| answer(request, state.clone(), slot.clone()));
     let mut connection = pin!(protocol.serve_connection(stream, answer).with_upgrades());
     tokio::select! {
@@ -146,7 +146,7 @@ async fn answer(
     } else {
         not_found()
     };
-    Ok(response::harden(reply))
+    Ok(response::add_common_headers(reply))
 }
 
 fn not_found() -> HttpResponse {

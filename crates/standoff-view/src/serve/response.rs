@@ -17,7 +17,7 @@ const CONTENT_SECURITY_POLICY: &str = "default-src 'none'; script-src 'self'; st
     img-src 'self' data: blob:; connect-src 'self'; base-uri 'none'; form-action 'none'; frame-ancestors 'none'";
 
 /// Headers of every response: the browser runs only contents of the site and passes nothing to other origins.
-const EVERY: [(HeaderName, &str); 5] = [
+const COMMON_HEADERS: [(HeaderName, &str); 5] = [
     (header::CONTENT_SECURITY_POLICY, CONTENT_SECURITY_POLICY),
     (header::X_CONTENT_TYPE_OPTIONS, "nosniff"),
     (header::REFERRER_POLICY, "no-referrer"),
@@ -94,8 +94,8 @@ pub(super) fn refusal(status: StatusCode, why: &'static str) -> HttpResponse {
 }
 
 /// Adds the headers of every response.
-pub(super) fn harden(mut reply: HttpResponse) -> HttpResponse {
-    reply.headers_mut().extend(EVERY.map(|(name, value)| (name, HeaderValue::from_static(value))));
+pub(super) fn add_common_headers(mut reply: HttpResponse) -> HttpResponse {
+    reply.headers_mut().extend(COMMON_HEADERS.map(|(name, value)| (name, HeaderValue::from_static(value))));
     reply
 }
 

@@ -15,11 +15,11 @@ pub(crate) fn encode(message: &Message) -> Vec<u8> {
         Message::Report(report) => put_report(report, &mut bytes),
         Message::Cue(cue) => put_cue(cue, &mut bytes),
         Message::Snapshot(part) => {
-            let SnapshotPart { uav, start: since, commit_digest: stamp, index, count, bytes: part } = part;
+            let SnapshotPart { uav, start, commit_digest, index, count, bytes: part } = part;
             bytes.push(2);
             put(&mut bytes, [uav.0 as u16, *index, *count, part.len() as u16].map(u16::to_le_bytes));
-            put(&mut bytes, [since.us().to_le_bytes()]);
-            put_stamp(stamp, &mut bytes);
+            put(&mut bytes, [start.us().to_le_bytes()]);
+            put_commit_digest(commit_digest, &mut bytes);
             bytes.extend(part);
         }
         Message::Traffic(traffic) => put_traffic(traffic, &mut bytes),
@@ -33,8 +33,8 @@ fn put<const N: usize, const M: usize>(bytes: &mut Vec<u8>, values: [[u8; N]; M]
     bytes.extend(values.as_flattened());
 }
 
-fn put_stamp(stamp: &CommitDigest, bytes: &mut Vec<u8>) {
-    put(bytes, [stamp.time.us().to_le_bytes(), stamp.digest.to_le_bytes()]);
+fn put_commit_digest(commit_digest: &CommitDigest, bytes: &mut Vec<u8>) {
+    put(bytes, [commit_digest.time.us().to_le_bytes(), commit_digest.digest.to_le_bytes()]);
 }
 
 fn put_report(report: &Report, bytes: &mut Vec<u8>) {
@@ -75,38 +75,38 @@ fn put_report(report: &Report, bytes: &mut Vec<u8>) {
 
 fn put_knowledge(log_status: &LogStatus, bytes: &mut Vec<u8>) {
     let LogStatus {
-        start: since,
+        start,
         committed_until: committed,
-        commit_digest: stamp,
+        commit_digest,
         listed_after,
-        received: held,
+        received,
         degraded_at: disturbed,
         snapshot_request,
     } = log_status;
-    put(bytes, [since, committed, listed_after, disturbed].map(|time| time.us().to_le_bytes()));
-    put_stamp(stamp, bytes);
-    put(bytes, [(held.len() as u16).to_le_bytes()]);
-    for ReceivedRange { source: speaker, from, to } in held {
-        let (kind, id) = match speaker {
+    put(bytes, [start, committed, listed_after, disturbed].map(|time| time.us().to_le_bytes()));
+    put_commit_digest(commit_digest, bytes);
+    put(bytes, [(received.len() as u16).to_le_bytes()]);
+    for ReceivedRange { source, from, to } in received {
+        let (kind, id) = match source {
             MessageSource::Uav(uav) => (0, uav.0),
-            MessageSource::CueSource(searcher) => (1, *searcher),
+            MessageSource::CueSource(cue_source) => (1, *cue_source),
         };
         bytes.push(kind);
         put(bytes, [(id as u16).to_le_bytes()]);
         put(bytes, [from.to_le_bytes()]);
         put(bytes, [(to.saturating_sub(*from).clamp(0, 65_535) as u16).to_le_bytes()]);
     }
-    if let Some(SnapshotRequest { of, commit_digest: stamp, next, after }) = snapshot_request {
-        put(bytes, [of.0 as u16, *next].map(u16::to_le_bytes));
-        put(bytes, [after.to_le_bytes()]);
-        bytes.push(u8::from(stamp.is_some()));
-        put_stamp(&stamp.unwrap_or_default(), bytes);
+    if let Some(SnapshotRequest { receiver, commit_digest, first_missing_part, received_mask }) = snapshot_request {
+        put(bytes, [receiver.0 as u16, *first_missing_part].map(u16::to_le_bytes));
+        put(bytes, [received_mask.to_le_bytes()]);
+        bytes.push(u8::from(commit_digest.is_some()));
+        put_commit_digest(&commit_digest.unwrap_or_default(), bytes);
     }
 }
 
 fn put_cue(cue: &Cue, bytes: &mut Vec<u8>) {
     let Cue {
-        source: searcher,
+        source: cue_source,
         issued_at,
         sequence: number,
         label,
@@ -117,7 +117,7 @@ fn put_cue(cue: &Cue, bytes: &mut Vec<u8>) {
         velocity_sd_m_s,
     } = cue;
     bytes.push(1);
-    put(bytes, [*searcher as u16, *number].map(u16::to_le_bytes));
+    put(bytes, [*cue_source as u16, *number].map(u16::to_le_bytes));
     put(bytes, [label.0.to_le_bytes()]);
     put(bytes, [issued_at, time].map(|time| time.us().to_le_bytes()));
     let [x_m, y_m] = [position.x_m(), position.y_m()];
@@ -208,7 +208,7 @@ impl Reader<'_> {
         self.short().map(|id| UavId(id.into()))
     }
 
-    fn stamp(&mut self) -> Option<CommitDigest> {
+    fn commit_digest(&mut self) -> Option<CommitDigest> {
         Some(CommitDigest { time: self.time()?, digest: self.long()? })
     }
 
@@ -253,44 +253,45 @@ impl Reader<'_> {
     }
 
     fn log_status(&mut self, has_request: bool) -> Option<LogStatus> {
-        let (since, committed, listed_after) = (self.time()?, self.time()?, self.time()?);
-        let (disturbed, stamp) = (self.time()?, self.stamp()?);
-        let held = (0..self.short()?).map(|_| self.held()).collect::<Option<_>>()?;
-        let snapshot_request = if has_request { Some(self.ask()?) } else { None };
+        let (start, committed, listed_after) = (self.time()?, self.time()?, self.time()?);
+        let (disturbed, commit_digest) = (self.time()?, self.commit_digest()?);
+        let received = (0..self.short()?).map(|_| self.received()).collect::<Option<_>>()?;
+        let snapshot_request = if has_request { Some(self.snapshot_request()?) } else { None };
         Some(LogStatus {
-            start: since,
+            start,
             committed_until: committed,
-            commit_digest: stamp,
+            commit_digest,
             listed_after,
-            received: held,
+            received,
             degraded_at: disturbed,
             snapshot_request,
         })
     }
 
-    fn held(&mut self) -> Option<ReceivedRange> {
-        let speaker = match (self.byte()?, u32::from(self.short()?)) {
+    fn received(&mut self) -> Option<ReceivedRange> {
+        let source = match (self.byte()?, u32::from(self.short()?)) {
             (0, uav) => MessageSource::Uav(UavId(uav)),
-            (1, searcher) => MessageSource::CueSource(searcher),
+            (1, cue_source) => MessageSource::CueSource(cue_source),
             _ => return None,
         };
         let (from, more) = (self.signed()?, self.short()?);
-        Some(ReceivedRange { source: speaker, from, to: from.checked_add(more.into())? })
+        Some(ReceivedRange { source, from, to: from.checked_add(more.into())? })
     }
 
-    fn ask(&mut self) -> Option<SnapshotRequest> {
-        let (of, next, after, has_stamp) = (self.uav()?, self.short()?, self.long()?, self.byte()? == 1);
-        let stamp = Some(self.stamp()?).filter(|_| has_stamp);
-        Some(SnapshotRequest { of, commit_digest: stamp, next, after })
+    fn snapshot_request(&mut self) -> Option<SnapshotRequest> {
+        let (receiver, first_missing_part) = (self.uav()?, self.short()?);
+        let (received_mask, has_commit_digest) = (self.long()?, self.byte()? == 1);
+        let commit_digest = Some(self.commit_digest()?).filter(|_| has_commit_digest);
+        Some(SnapshotRequest { receiver, commit_digest, first_missing_part, received_mask })
     }
 
     fn cue(&mut self) -> Option<Cue> {
-        let (searcher, number) = (u32::from(self.short()?), self.short()?);
+        let (cue_source, number) = (u32::from(self.short()?), self.short()?);
         let (label, issued_at, time) = (TargetLabel(self.word()?), self.time()?, self.time()?);
         let (position, velocity) = (self.position()?, Velocity::from_m_s(self.number()?, self.number()?));
         let (position_sd_m, velocity_sd_m_s) = (self.number()?, self.number()?);
         Some(Cue {
-            source: searcher,
+            source: cue_source,
             issued_at,
             sequence: number,
             label,
@@ -315,9 +316,9 @@ impl Reader<'_> {
 
     fn part(&mut self) -> Option<SnapshotPart> {
         let (uav, index, count, length) = (self.uav()?, self.short()?, self.short()?, self.short()?);
-        let (since, stamp) = (self.time()?, self.stamp()?);
+        let (start, commit_digest) = (self.time()?, self.commit_digest()?);
         let (bytes, rest) = self.0.split_at_checked(length.into())?;
         self.0 = rest;
-        Some(SnapshotPart { uav, start: since, commit_digest: stamp, index, count, bytes: bytes.to_vec() })
+        Some(SnapshotPart { uav, start, commit_digest, index, count, bytes: bytes.to_vec() })
     }
 }

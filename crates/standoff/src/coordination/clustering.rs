@@ -61,7 +61,7 @@ impl KMeans {
         self.cluster_of = best.map_or_else(Vec::new, |(_, of)| of);
     }
 
-    /// Refines the clusters in `of`; each of the `k` clusters must have at least one position, and keeps one.
+    /// Refines the clusters in `cluster_of`; each of the `k` clusters must have at least one position, and keeps one.
     ///
     /// Implements Algorithm 1, lines 2 to 9. A position only moves if that reduces its distance by more than
     /// `margin_m`; the paper has no such margin.

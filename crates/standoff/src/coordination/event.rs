@@ -92,7 +92,7 @@ pub enum EventKind {
     },
     /// A removed target was readmitted.
     Readmitted,
-    /// Admission cancelled, or the group was retired first.
+    /// An admission was cancelled, or a group was retired and its member is now in no group.
     NotAdmitted(HandoffCancelledReason),
     /// A UAV is assigned to another group than before.
     Reassigned(ReassignmentReason),
@@ -100,7 +100,7 @@ pub enum EventKind {
     SearchStarted,
     /// A UAV stopped searching.
     SearchEnded(SearchEndReason),
-    /// A UAV was silent for longer than the teammate timeout; the team continues without it.
+    /// A UAV left the team: it was silent for longer than the teammate timeout, or announced that it leaves.
     UavTimeout,
     /// A UAV joined or rejoined the team.
     UavJoined,

@@ -12,7 +12,7 @@ use crate::estimation::track::TrackId;
 use crate::frame::{Displacement, Position};
 use crate::group_id::GroupId;
 use crate::guidance::geofence::{Geofence, ZoneKind};
-use crate::guidance::heading::{Lead, OnOrbit, Orbit};
+use crate::guidance::heading::{Lead, Orbit, OrbitRelativeState};
 use crate::guidance::orbit_motion::OrbitMotion;
 use crate::guidance::phase_control::speed_min_for_phase_m_s;
 use crate::guidance::standoff_distance::{Ramp, Spread, StandoffDistance, moving_centre_limit_m, turn_limit_m};
@@ -48,7 +48,7 @@ pub struct Group {
     pub radius_min_m: f64,
     /// Largest radius that r_d,max and the sensing range allow, m.
     pub radius_max_m: f64,
-    /// Altitude of the orbit above the plane, m; no other group has the same one.
+    /// Altitude of the orbit above the plane, m; different for each group, except with `AltitudePolicy::Common`.
     pub altitude_m: f64,
     /// Threshold of Lemma 3.1 for the UAV that follows best, m2/s; `None` without UAVs or if the centre is too fast.
     #[doc(alias = "xi_th")]
@@ -297,11 +297,11 @@ impl Group {
     /// Implements Lemma 3.1 as section IV.B.2, convergence rule, uses it.
     pub(crate) fn check<'a>(
         &mut self,
-        uavs: impl Iterator<Item = (Position, &'a OnOrbit)> + Clone,
+        uavs: impl Iterator<Item = (Position, &'a OrbitRelativeState)> + Clone,
         dt: Duration,
         team: &TeamParams,
     ) {
-        let threshold = |(_, on_orbit): (Position, &OnOrbit)| on_orbit.threshold_m2_s(team.uav.speed_m_s);
+        let threshold = |(_, on_orbit): (Position, &OrbitRelativeState)| on_orbit.threshold_m2_s(team.uav.speed_m_s);
         // A centre that is too fast has no threshold: removing a target would not make it slower.
         self.threshold_m2_s = uavs.clone().filter_map(threshold).reduce(f64::max);
         let prolonged = |past: Duration, holds: bool| {
@@ -371,7 +371,7 @@ impl Group {
         let sample_count = if geofence.has_side_near(centre, radius_m * 1.01) { PLACES } else { 1 };
         let (mut clear, mut first) = (0, None);
         for nth in 0..sample_count {
-            match geofence.violated_zone(point(nth)).next() {
+            match geofence.violated_zones(point(nth)).next() {
                 None => clear += 1,
                 Some(zone) => first = first.or(Some(zone)),
             }

@@ -215,7 +215,7 @@ impl Grouping<'_> {
     /// Admits a target that no group hands off. It becomes a member if it is in view; otherwise, if there is a dwell,
     /// the orbit only makes room for it first.
     fn admit_into(&mut self, track_index: usize, id: GroupId) {
-        let immediately = self.params.group.dwell_max_s <= 0.0 || self.is_held_by(track_index, id);
+        let immediately = self.params.group.dwell_max_s <= 0.0 || self.is_in_view_of_group(track_index, id);
         let (requested_at, dwell) = (self.now, Duration::ZERO);
         let membership = match immediately {
             true => Membership::Member(id),
@@ -360,7 +360,7 @@ impl Grouping<'_> {
         };
         let is_incoming = |track_index: &usize| self.grouped_track()[*track_index].receiving_group() == Some(id);
         let incoming = self.members(id).filter(is_incoming).find(widens);
-        let is_received = |to| self.params.group.motion.is_instantaneous() || self.is_held_by(target, to);
+        let is_received = |to| self.params.group.motion.is_instantaneous() || self.is_in_view_of_group(target, to);
         if let Some(incoming) = incoming.or(Some(target).filter(is_incoming)) {
             self.cancel_handoff(incoming, HandoffCancelledReason::ReceivingGroupCannotHold);
         } else if self.grouped_track()[target].receiving_group().is_some_and(is_received) {

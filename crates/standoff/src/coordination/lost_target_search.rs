@@ -166,9 +166,9 @@ impl SearchAssignmentUpdate<'_> {
         }
     }
 
-    /// True if there are no groups, or if other UAVs have every member of its group in view and the target was not lost
-    /// in view: a target that vanished in view may have left the roads, and a second UAV of a group provides more
-    /// information.
+    /// True if the UAV may search for the track: there are no groups; or the track was lost because it became too
+    /// uncertain, and the UAV has no group or other UAVs have every member of its group in view. A target that vanished
+    /// in view may have left the roads; a second UAV of a group then provides more information.
     fn can_leave(&self, index: usize, for_track: TrackId) -> bool {
         if self.memberships.groups().is_empty() {
             return true;

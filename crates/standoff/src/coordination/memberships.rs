@@ -191,7 +191,7 @@ impl Memberships {
             && self.numbers.is_sorted_by(|a, b| a.0 < b.0)
             // Otherwise, ids would run out or be given twice.
             && self.numbers.last().is_none_or(|(id, _)| *id <= self.last)
-            && self.last.is_given_by(now);
+            && self.last.is_not_after(now);
         self.roster = GroupIndex::default();
         for track_index in 0..self.tracks.len() {
             let membership = self.tracks[track_index].membership;

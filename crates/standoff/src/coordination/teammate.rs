@@ -48,8 +48,8 @@ impl Teammate {
     }
 
     /// True if the last report is within the teammate timeout and did not announce that the UAV leaves.
-    pub(crate) fn is_recent(&self, now: Time, lease: Duration) -> bool {
-        !self.has_left && now - self.last_report_at <= lease
+    pub(crate) fn is_recent(&self, now: Time, teammate_timeout: Duration) -> bool {
+        !self.has_left && now - self.last_report_at <= teammate_timeout
     }
 
     /// Extrapolates a UAV without a current report from its last one: straight ahead, or along its turn.

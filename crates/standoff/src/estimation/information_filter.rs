@@ -103,10 +103,11 @@ impl Estimate {
     }
 }
 
-/// Maximum product of the traces of I and A for which a contribution is applied in one step. The rounding error of the
+/// Maximum product of the traces of a contribution's information and of the prior position covariance for which the
+/// contribution is applied in one step. The rounding error of the
 /// covariance difference grows with the cube of this product; at the maximum about four correct digits remain. A
 /// position known to 700 m and measured to 10 m gives about 10,000.
-const AT_ONCE_MAX: f64 = 1e4;
+const ONE_STEP_PRODUCT_MAX: f64 = 1e4;
 
 /// Maximum number of parts per direction. 10,000 to this power is beyond the precision of a double.
 const PARTS_MAX: u32 = 6;
@@ -179,7 +180,7 @@ impl InformationFilter {
         // Use one triangle for both, so that rounding in the contribution cannot make it asymmetric.
         let of = |row, column| contribution.information[(row, column)];
         let information = Matrix2::new(of(0, 0), of(0, 1), of(0, 1), of(1, 1));
-        if information.trace() * self.estimate.position_covariance().trace() > AT_ONCE_MAX {
+        if information.trace() * self.estimate.position_covariance().trace() > ONE_STEP_PRODUCT_MAX {
             self.update_direction_by_direction(&information, &contribution.vector);
         } else {
             self.update_in_one_step(&information, &contribution.vector);
@@ -209,7 +210,7 @@ impl InformationFilter {
                 let p = covariance.matrix();
                 let along = p.column(0) * direction.x + p.column(3) * direction.y;
                 let variance_m2 = along[0] * direction.x + along[3] * direction.y;
-                let share = left.min(AT_ONCE_MAX / variance_m2);
+                let share = left.min(ONE_STEP_PRODUCT_MAX / variance_m2);
                 let gain = along * (share / (1.0 + share * variance_m2));
                 state.0 += gain * (measured_m - direction.dot(&state.position().vector()));
                 *covariance = Covariance::from(&(p - gain * along.transpose()));

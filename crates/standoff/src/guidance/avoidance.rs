@@ -57,15 +57,15 @@ const LESS_M: f64 = 15.0;
 
 /// Growth of the position uncertainty of another aircraft per second since its last report, m/s.
 const DRIFT_M_S: f64 = 10.0;
-/// Growth of that uncertainty per second of prediction, m/s2.
+/// Growth of the required distance per second of prediction and second of report age, m/s2.
 const DRIFT_M_S2: f64 = 6.0;
 /// Maximum age of a report used for the uncertainty, s. Older reports count as this old.
 const SILENT_MAX_S: f64 = 10.0;
 
-/// Reduction of the buffer of the UAV with the right of way per second since the last report of the other one, m/s. The
-/// older the report, the less it helps if both UAVs act.
-const RELUCTANCE_M_S: f64 = 25.0;
-/// Lower bound of that reduced buffer, m.
+/// Reduction of the buffer of the UAV with the right of way per second since the last report of the other one, m/s.
+/// With an older report it turns later, because simultaneous manoeuvres of both UAVs may cancel each other.
+const BUFFER_REDUCTION_M_S: f64 = 25.0;
+/// Lower bound of the buffer of the UAV with the right of way, m.
 const SPARE_MIN_M: f64 = -10.0;
 
 /// Costs of a command that differs from the desired one.
@@ -106,7 +106,7 @@ pub struct Avoidance {
 /// Maximum difference between the reported turn rate of a teammate and the one expected from its group's orbit, rad/s.
 /// It grows by this amount per second since the report. A teammate beyond it is assumed to fly an avoidance manoeuvre.
 const TRUST_RAD_S: f64 = 0.15;
-/// Assumed remaining duration of such a manoeuvre, s.
+/// Assumed remaining duration of a teammate's avoidance manoeuvre, s.
 const AVOIDING_S: f64 = 1.0;
 
 /// Collision avoidance of one UAV.
@@ -234,7 +234,7 @@ impl CollisionAvoidance<'_> {
             Aircraft::Intruder(_) => (None, gives_way(INTRUDER_AHEAD_S)),
             Aircraft::Uav(teammate) if self.id < teammate => (Some(teammate), gives_way(AHEAD_S)),
             Aircraft::Uav(teammate) => {
-                let spare_m = (BUFFER_M - RELUCTANCE_M_S * age_s).max(SPARE_MIN_M);
+                let spare_m = (BUFFER_M - BUFFER_REDUCTION_M_S * age_s).max(SPARE_MIN_M);
                 (Some(teammate), (SHORT_AHEAD_S + age_s, minimum_m - LESS_M + spare_m, 0.0))
             }
         };
@@ -251,7 +251,7 @@ impl CollisionAvoidance<'_> {
             None => flown,
             Some(intent) if is_trusted(&intent) => intent,
             // The teammate avoids another aircraft and will return to its orbit.
-            Some(intent) => Intent { for_s: AVOIDING_S, then_rad_s: intent.then_rad_s, ..flown },
+            Some(intent) => Intent { for_s: AVOIDING_S, turn_rate_after_rad_s: intent.turn_rate_after_rad_s, ..flown },
         };
         let course = PredictedTrajectory::of(reported, intent, self.uav.turn_rate_lag_s, age_s);
         let pursuer = teammate.is_none().then(|| reported.extrapolated(age_s));
@@ -278,7 +278,7 @@ impl CollisionAvoidance<'_> {
             let mut short = self.shortfall(&course.with(held), near, short_max).0;
             for for_s in turns_s {
                 if short > 0.0 {
-                    let turn = Intent { for_s: *for_s, then_rad_s: 0.0, ..held };
+                    let turn = Intent { for_s: *for_s, turn_rate_after_rad_s: 0.0, ..held };
                     short = short.min(self.shortfall(&course.with(turn), near, short_max).0);
                 }
             }

@@ -11,9 +11,9 @@ const SPEEDS: i32 = 3;
 /// rate costs 1.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Costs {
-    /// Cost of a difference to the desired speed by the maximum speed change.
+    /// Cost of a speed that differs from the desired one by the maximum speed change; it grows with the square.
     pub(crate) speed: f64,
-    /// Cost of a difference to the currently flown turn rate by the maximum turn rate.
+    /// Cost of a turn rate that differs from the current one by the maximum turn rate; it grows with the square.
     pub(crate) turn: f64,
 }
 

@@ -12,7 +12,7 @@ use crate::frame::{Displacement, Position};
 use crate::guidance::geofence::{
     Geofence, Side, ZoneKind, cross, nearest_on_side, squared_between_m2, squared_to_side_m2,
 };
-use crate::guidance::heading::{GuidanceParams, OnOrbit, Orbit};
+use crate::guidance::heading::{GuidanceParams, Orbit, OrbitRelativeState};
 use crate::math;
 use crate::uav::{Command, UavParams, UavState};
 
@@ -29,10 +29,10 @@ const CLEAR_M: f64 = 15.0;
 const FREE_M: f64 = 25.0;
 
 /// Maximum number of waypoints. If there are more, they are thinned out evenly.
-const PLACES_MAX: usize = 400;
+const WAYPOINTS_MAX: usize = 400;
 
-/// On the orbit, blocked parts further ahead than this are ignored, s. A bit more than a quarter of a turn.
-const SOON_S: f64 = 8.0;
+/// Look-ahead time on the orbit, s. Blocked parts further ahead are ignored.
+const ORBIT_LOOKAHEAD_S: f64 = 8.0;
 
 /// Time step of the prediction, s.
 const STEP_S: f64 = 1.0;
@@ -103,7 +103,7 @@ impl DetourPlanner {
             }
         }
         places.retain(|at| geofence.contains(*at) && clearance_m2(*at, &sides) >= CLEAR_M * CLEAR_M);
-        let every = places.len().div_ceil(PLACES_MAX).max(1);
+        let every = places.len().div_ceil(WAYPOINTS_MAX).max(1);
         let places: Vec<Position> = places.into_iter().step_by(every).collect();
         let mut next = vec![Vec::new(); places.len()];
         for (one, from) in places.iter().enumerate() {
@@ -170,7 +170,7 @@ impl DetourPlanner {
         let drift_m = orbit.centre_velocity.speed_m_s() * CARRIED_ON_S;
         let reach_m = centre_m.max(2.5 * radius_m) + drift_m + FREE_M + self.circle_m();
         let sides: Vec<Side> = self.geofence.sides_near(orbit.centre, reach_m).collect();
-        if sides.is_empty() || self.geofence.violated_zone(own.position).next().is_some() {
+        if sides.is_empty() || self.geofence.violated_zones(own.position).next().is_some() {
             return None;
         }
         let PathAhead::Blocked(zone, free) = self.ahead(guidance, own, orbit, speed_m_s, &sides) else { return None };
@@ -182,7 +182,8 @@ impl DetourPlanner {
             (orbit.distance_m, orbit.steered.radius_m) = (wider, wider);
             let command = match self.ahead(guidance, own, &orbit, speed_m_s, &sides) {
                 PathAhead::Clear => {
-                    let steering = OnOrbit::of(guidance, own.position, &orbit).steer(guidance, own, speed_m_s);
+                    let steering =
+                        OrbitRelativeState::of(guidance, own.position, &orbit).steer(guidance, own, speed_m_s);
                     Command { speed_m_s, turn_rate_rad_s: steering.turn_rate_rad_s }
                 }
                 PathAhead::Blocked(_, Some(to)) => self.towards(own, to, speed_m_s),
@@ -230,12 +231,12 @@ impl DetourPlanner {
             let after_s = f64::from(step) * STEP_S;
             let moved = orbit.centre_velocity * after_s.min(CARRIED_ON_S);
             let orbit = Orbit { centre: orbit.centre + moved, ..*orbit };
-            let on_orbit = OnOrbit::of(guidance, state.position, &orbit);
+            let on_orbit = OrbitRelativeState::of(guidance, state.position, &orbit);
             is_on_orbit |= on_orbit.centre_distance_m() < 1.2 * orbit.distance_m;
             if is_on_orbit {
                 rest_s -= STEP_S;
             }
-            if blocked.is_none() && is_on_orbit && after_s >= SOON_S {
+            if blocked.is_none() && is_on_orbit && after_s >= ORBIT_LOOKAHEAD_S {
                 return PathAhead::Clear;
             }
             if rest_s < 0.0 {
@@ -358,7 +359,8 @@ mod tests {
         assert!(geofence_safety.is_safe(&state));
         let mut flown = Flown { on_orbit_fraction: 0.0, furthest_m: 0.0, turned_back: 0 };
         for step in 0..1200 {
-            let steering = OnOrbit::of(&params.guidance, state.position, &orbit).steer(&params.guidance, &state, 40.0);
+            let steering =
+                OrbitRelativeState::of(&params.guidance, state.position, &orbit).steer(&params.guidance, &state, 40.0);
             let desired = Command { speed_m_s: 40.0, turn_rate_rad_s: steering.turn_rate_rad_s };
             let detour = geofence_safety.detours.detour(&params.guidance, &state, &orbit, 40.0, 700.0);
             let desired = params.uav.limit(detour.map_or(desired, |detour| detour.command)).command;

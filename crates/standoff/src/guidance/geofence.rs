@@ -132,11 +132,11 @@ impl Geofence {
     /// Returns true if a UAV may be at a position: outside every keep-out zone and inside every keep-in zone. On an
     /// outline the result is unspecified.
     pub fn contains(&self, at: Position) -> bool {
-        self.violated_zone(at).next().is_none()
+        self.violated_zones(at).next().is_none()
     }
 
     /// Indices of the zones that forbid a position, ascending.
-    pub fn violated_zone(&self, at: Position) -> impl Iterator<Item = usize> {
+    pub fn violated_zones(&self, at: Position) -> impl Iterator<Item = usize> {
         self.zones.iter().enumerate().filter(move |(_, bounded)| bounded.is_violated(at)).map(|(number, _)| number)
     }
 
@@ -203,7 +203,7 @@ impl Bounded {
         if let Some(vertex) = zone.vertices.iter().position(|at| !is_valid(at)) {
             return error(
                 Some(vertex),
-                "must be finite numbers, at most 10,000 km from the origin on each axis".to_owned(),
+                "coordinates must be finite and at most 10,000 km from the origin on each axis".to_owned(),
             );
         }
         // The rings of polygon files repeat the first vertex at the end.
@@ -233,7 +233,7 @@ impl Bounded {
                 };
                 if crosses {
                     let what = format!(
-                        "the side from here crosses or touches the side from vertex {second}; an outline must not cross \
+                        "the side that starts here crosses or touches the side that starts at vertex {second}; an outline must not cross \
                          itself"
                     );
                     return error(Some(first), what);
@@ -331,9 +331,9 @@ mod tests {
         let both = [0.0, 50.0].map(|x_m| zone(ZoneKind::KeepIn, &square(x_m)));
         let geofence = Geofence::new(both.into()).unwrap();
         let at = |x_m| Position::from_m(x_m, 50.0);
-        assert_eq!(geofence.violated_zone(at(25.0)).collect::<Vec<_>>(), [1]);
+        assert_eq!(geofence.violated_zones(at(25.0)).collect::<Vec<_>>(), [1]);
         assert!(geofence.contains(at(75.0)));
-        assert_eq!(geofence.violated_zone(at(125.0)).collect::<Vec<_>>(), [0]);
+        assert_eq!(geofence.violated_zones(at(125.0)).collect::<Vec<_>>(), [0]);
     }
 
     /// Lines over a vertex with both ends outside, past it, and from one arm of an L to the other across the notch
@@ -361,7 +361,7 @@ mod tests {
         };
         assert_eq!(
             error(&[(0.0, 0.0), (100.0, 100.0), (100.0, 0.0), (0.0, 100.0)]),
-            "zone 1, vertex 0: the side from here crosses or touches the side from vertex 2; an outline must not cross itself"
+            "zone 1, vertex 0: the side that starts here crosses or touches the side that starts at vertex 2; an outline must not cross itself"
         );
         // An outline that folds back on itself.
         assert!(error(&[(0.0, 0.0), (100.0, 0.0), (50.0, 0.0), (50.0, 50.0)]).contains("cross itself"));

@@ -133,8 +133,8 @@ impl GeofenceSafety {
     /// Returns the command to fly instead of the desired one, and the zone that makes it necessary, if any. The desired
     /// command must be within the limits.
     pub(crate) fn make_safe(&self, own: &UavState, desired: Command) -> (Command, Option<usize>) {
-        if let Some(zone) = self.geofence().violated_zone(own.position).next() {
-            return (self.way_out(own), Some(zone));
+        if let Some(zone) = self.geofence().violated_zones(own.position).next() {
+            return (self.exit_command(own), Some(zone));
         }
         let sides = self.sides_near(own);
         let Some(zone) = self.forbidding_zone(own, desired, &sides) else { return (desired, None) };
@@ -222,7 +222,7 @@ impl GeofenceSafety {
     }
 
     /// Command that leaves the forbidden zones soonest, by a hard turn followed by straight flight.
-    fn way_out(&self, own: &UavState) -> Command {
+    fn exit_command(&self, own: &UavState) -> Command {
         let speed_m_s = self.uav.speed_max_m_s();
         let turn_max = self.uav.turn_rate_max_rad_s;
         let straight_on = Command { speed_m_s, turn_rate_rad_s: 0.0 };
@@ -252,7 +252,7 @@ impl GeofenceSafety {
     fn exit_distance_m(&self, state: &UavState) -> f64 {
         let ahead = Displacement::from_polar(1.0, state.heading);
         let mut furthest_m = 0.0;
-        for zone in self.geofence().violated_zone(state.position) {
+        for zone in self.geofence().violated_zones(state.position) {
             let sides = self.geofence().sides().filter(|side| side.zone == zone);
             let exit_m =
                 sides.filter_map(|side| crossed_at(state.position, ahead, &side)).fold(f64::INFINITY, f64::min);
@@ -402,8 +402,8 @@ pub(crate) mod tests {
             assert_eq!(params.uav.limit(command).command, command, "command exceeds the limits");
             for _ in 0..pieces {
                 state = response.step(&state, command);
-                let violated_zone = geofence_safety.geofence().violated_zone(state.position).next();
-                assert_eq!(violated_zone, None, "seed {seed}, step {step}: {state:?}");
+                let violated_zones = geofence_safety.geofence().violated_zones(state.position).next();
+                assert_eq!(violated_zones, None, "seed {seed}, step {step}: {state:?}");
             }
         }
     }

@@ -42,8 +42,8 @@ pub enum Lead {
     Constant(f64),
     /// Lead equal to the lag of the field, k_l r_d / v.
     Scheduled,
-    /// Lead equal to the lag of the field. The radius is r_d of the spread predicted for that time, of whichever member
-    /// is furthest from the centre then.
+    /// Lead equal to the lag of the field. The radius is r_d for the spread predicted for that time: the distance
+    /// of the member that is then furthest from the centre.
     Predicted,
 }
 
@@ -63,7 +63,7 @@ pub enum SpeedReference {
 pub struct GuidanceParams {
     /// Orbit direction.
     pub orbit_direction: OrbitDirection,
-    /// Radial gain k_l of active measure 1; above 0, at most 1; 1 disables the measure.
+    /// Radial gain k_l of active measure 1; 0.001 to 1; 1 disables the measure.
     #[doc(alias = "k_l")]
     pub radial_gain: f64,
     /// Lead k_rd of active measure 2.
@@ -176,19 +176,19 @@ pub struct Steering {
 
 /// Returns the ground speed that results in `speed_m_s` relative to the [`SpeedReference`], m/s, before limits.
 pub fn ground_speed_m_s(params: &GuidanceParams, uav: &UavState, orbit: &Orbit, speed_m_s: f64) -> f64 {
-    OnOrbit::of(params, uav.position, orbit).ground_speed_m_s(params, speed_m_s)
+    OrbitRelativeState::of(params, uav.position, orbit).ground_speed_m_s(params, speed_m_s)
 }
 
 /// Steers a UAV onto `orbit`. `speed_m_s` is the commanded ground speed.
 ///
 /// Implements Eq. (23), (24), (25).
 pub fn steer(params: &GuidanceParams, uav: &UavState, orbit: &Orbit, speed_m_s: f64) -> Steering {
-    OnOrbit::of(params, uav.position, orbit).steer(params, uav, speed_m_s)
+    OrbitRelativeState::of(params, uav.position, orbit).steer(params, uav, speed_m_s)
 }
 
 /// Position of a UAV relative to its orbit, and the field at that position. Computed once and shared by all users.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct OnOrbit {
+pub(crate) struct OrbitRelativeState {
     pub(crate) orbit: Orbit,
     /// Direction from the centre to the UAV.
     pub(crate) phase: Angle,
@@ -198,7 +198,7 @@ pub(crate) struct OnOrbit {
     along: Vector2<f64>,
 }
 
-impl OnOrbit {
+impl OrbitRelativeState {
     pub(crate) fn of(params: &GuidanceParams, uav: Position, orbit: &Orbit) -> Self {
         let [on_orbit] = Self::each(params, [(uav, *orbit)]);
         on_orbit

@@ -16,9 +16,9 @@
 //!
 //! For the centre, x is a position in the plane and x*' is the mean velocity of the members. For the radius, x is a
 //! number and x*' = 0. The radius follows (15) for the spread around the *flown* centre, so that the members in view
-//! from the desired orbit are also in view from the flown orbit. It lags by 2 T behind a steady change. Its rate would
-//! be that of a single member, which the filter estimates with delay: an error of 1 m/s would shift the radius by 2 T /
-//! sin((alpha_f - eps_m) / 2) = 6 m.
+//! from the desired orbit are also in view from the flown orbit. It lags by 2 T behind a steady change. A desired rate
+//! is not used for the radius: it would be that of a single member, which the filter estimates with delay, and an error
+//! of 1 m/s would shift the radius by 2 T / sin((alpha_f - eps_m) / 2) = 6 m.
 //!
 //! This is not part of the paper, which uses the orbit of (15) directly. Reference models and their limits: Fossen,
 //! *Handbook of Marine Craft Hydrodynamics and Motion Control* (2011), section 10.2. The square-root approach is

@@ -15,7 +15,7 @@ pub(crate) struct Intent {
     /// Duration of the command, s; may be infinite.
     pub(crate) for_s: f64,
     /// Turn rate afterwards, rad/s.
-    pub(crate) then_rad_s: f64,
+    pub(crate) turn_rate_after_rad_s: f64,
 }
 
 /// Maximum predicted turn rate of the field, rad/s; an orbit of 270 m at 40 m/s has this turn rate.
@@ -24,7 +24,7 @@ const FIELD_TURN_MAX_RAD_S: f64 = 0.15;
 impl Intent {
     /// Intent to hold a command indefinitely.
     pub(crate) fn held(command: Command) -> Self {
-        Self { command, for_s: f64::INFINITY, then_rad_s: command.turn_rate_rad_s }
+        Self { command, for_s: f64::INFINITY, turn_rate_after_rad_s: command.turn_rate_rad_s }
     }
 
     /// Intent of a UAV that follows the guidance law: it holds the command, which is within the limits, until it has
@@ -33,10 +33,10 @@ impl Intent {
         let error_rad = (steering.desired_heading - heading).rad();
         // Near the centre the field turns faster than any UAV, but the UAV will have left that region by then.
         let then_max_rad_s = command.turn_rate_rad_s.abs().max(FIELD_TURN_MAX_RAD_S);
-        let then_rad_s = steering.feedforward_rad_s.clamp(-then_max_rad_s, then_max_rad_s);
-        let closing_rad_s = command.turn_rate_rad_s - then_rad_s;
+        let turn_rate_after_rad_s = steering.feedforward_rad_s.clamp(-then_max_rad_s, then_max_rad_s);
+        let closing_rad_s = command.turn_rate_rad_s - turn_rate_after_rad_s;
         let for_s = if error_rad * closing_rad_s > 0.0 { error_rad / closing_rad_s } else { 0.0 };
-        Self { command, for_s, then_rad_s }
+        Self { command, for_s, turn_rate_after_rad_s }
     }
 }
 
@@ -103,9 +103,9 @@ impl PredictedTrajectory {
 
     /// The trajectory from the same state with another intent.
     pub(crate) fn with(mut self, intent: Intent) -> Self {
-        let Intent { command: Command { speed_m_s, turn_rate_rad_s }, for_s, then_rad_s } = intent;
+        let Intent { command: Command { speed_m_s, turn_rate_rad_s }, for_s, turn_rate_after_rad_s } = intent;
         let second = Arc { speed_m_s, turn_rate_rad_s, ..self.arcs[1] };
-        let third = if for_s.is_finite() { second.then(for_s, speed_m_s, then_rad_s) } else { second };
+        let third = if for_s.is_finite() { second.then(for_s, speed_m_s, turn_rate_after_rad_s) } else { second };
         (self.arcs[1], self.arcs[2], self.begin_s[1]) = (second, third, self.begin_s[0] + for_s);
         let turns_m_s2 = self.arcs.map(|arc| (arc.speed_m_s * arc.turn_rate_rad_s).abs());
         self.turn_m_s2 = turns_m_s2[0].max(turns_m_s2[1]).max(turns_m_s2[2]);

@@ -33,7 +33,7 @@ pub struct StandoffParams {
     /// Margin eps_m subtracted from the field of view, rad; at least 0, below the field of view.
     #[doc(alias = "eps_m")]
     pub field_of_view_margin_rad: f64,
-    /// Minimum flown radius r_d,min, m; above 0.
+    /// Minimum flown radius r_d,min, m; 1 to 100,000.
     #[doc(alias = "r_d,min")]
     pub radius_min_m: f64,
     /// Maximum flown radius r_d,max, m; at least `radius_min_m`.

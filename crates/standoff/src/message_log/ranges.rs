@@ -51,8 +51,8 @@ impl Ranges {
     }
 
     /// Removes the entries of earlier time steps.
-    pub(crate) fn forget_before(&mut self, speaker: MessageSource, step: i64) {
-        let first = first_of(speaker, step);
+    pub(crate) fn forget_before(&mut self, source: MessageSource, step: i64) {
+        let first = first_of(source, step);
         if self.0.first().is_some_and(|run| run.0 < first) {
             self.0.retain(|run| run.1 >= first);
             if let Some(run) = self.0.first_mut() {
@@ -87,16 +87,16 @@ impl Ranges {
 }
 
 /// Lowest number of an entry of a time step.
-pub(crate) fn first_of(speaker: MessageSource, step: i64) -> i64 {
-    match speaker {
+pub(crate) fn first_of(source: MessageSource, step: i64) -> i64 {
+    match source {
         MessageSource::Uav(_) => step,
         MessageSource::CueSource(_) => number_of_cue(step, 0),
     }
 }
 
 /// Highest number of an entry of a time step.
-pub(crate) fn last_of(speaker: MessageSource, step: i64) -> i64 {
-    match speaker {
+pub(crate) fn last_of(source: MessageSource, step: i64) -> i64 {
+    match source {
         MessageSource::Uav(_) => step,
         MessageSource::CueSource(_) => number_of_cue(step, u16::MAX),
     }
@@ -108,8 +108,8 @@ pub(crate) fn number_of_cue(step: i64, number: u16) -> i64 {
 }
 
 /// Time step of an entry.
-pub(crate) fn step_of(speaker: MessageSource, number: i64) -> i64 {
-    match speaker {
+pub(crate) fn step_of(source: MessageSource, number: i64) -> i64 {
+    match source {
         MessageSource::Uav(_) => number,
         MessageSource::CueSource(_) => number >> 16,
     }
@@ -150,10 +150,8 @@ mod tests {
         (3..9).for_each(|number| runs.add(number));
         let without = |from, to| {
             let mut missing = Vec::new();
-            let speaker = MessageSource::Uav(crate::uav::UavId(0));
-            runs.without(&[ReceivedRange { source: speaker, from, to }], (i64::MIN, i64::MAX), |number| {
-                missing.push(number)
-            });
+            let source = MessageSource::Uav(crate::uav::UavId(0));
+            runs.without(&[ReceivedRange { source, from, to }], (i64::MIN, i64::MAX), |number| missing.push(number));
             missing
         };
         assert_eq!((without(5, i64::MAX), without(i64::MIN, 6)), (vec![3, 4], vec![7, 8]));

@@ -27,7 +27,7 @@ pub(crate) struct Retransmission {
     sent: BTreeMap<(MessageSource, i64), i64>,
     /// Time step, source and number of the entries that teammates lack.
     missing: Vec<(i64, MessageSource, i64)>,
-    /// Remaining budget, bytes; negative after sending in advance.
+    /// Remaining budget, bytes; negative if the last message exceeded the remaining budget.
     budget_bytes: f64,
     /// Half of the maximum budget, bytes.
     half_bytes: f64,
@@ -57,9 +57,9 @@ impl Retransmission {
 
     /// Records that an entry was retransmitted at a time step, here or by another agent: agents that lacked it may have
     /// received it.
-    pub(crate) fn record_sent(&mut self, speaker: MessageSource, number: i64, at: i64) {
+    pub(crate) fn record_sent(&mut self, source: MessageSource, number: i64, at: i64) {
         if self.sent.len() < SENT_MAX {
-            self.sent.insert((speaker, number), at);
+            self.sent.insert((source, number), at);
         }
     }
 
@@ -73,22 +73,22 @@ impl Retransmission {
         let sender_count = if self.budget_bytes > self.half_bytes { 2 } else { 1 };
         // Each entry requires a check of every teammate.
         let teammates = log.teammates_with_status(now).count().max(1);
-        let most = (LOOKED_MAX / (teammates * teammates)).max(16);
+        let most = (TEAMMATE_CHECKS_MAX / (teammates * teammates)).max(16);
         for peer in log.teammates_with_status(now).filter(|peer| !peer.log_matches) {
             let mut looked = 0;
             let committed = log.step_at(peer.log_status.committed_until);
             let (from, to) = (committed.saturating_add(1).max(log.first), peer.log_status_at - 1 - delay);
             let mut others = &peer.log_status.received[..];
-            for (speaker, runs) in &log.received {
+            for (source, runs) in &log.received {
                 if looked >= most {
                     break;
                 }
-                let (first, last) = (first_of(*speaker, from), last_of(*speaker, to));
-                let its = next_of(&mut others, *speaker);
+                let (first, last) = (first_of(*source, from), last_of(*source, to));
+                let its = next_of(&mut others, *source);
                 runs.without(its, (first, last), |number| {
-                    let entry = (step_of(*speaker, number), *speaker, number);
+                    let entry = (step_of(*source, number), *source, number);
                     // A retransmitted entry may be on its way or lost: the next report shows which.
-                    let sent = self.sent.get(&(*speaker, number));
+                    let sent = self.sent.get(&(*source, number));
                     let is_answered = sent.is_none_or(|at| peer.log_status_at > at + delay);
                     if is_answered && looked < most {
                         looked += 1;
@@ -104,12 +104,12 @@ impl Retransmission {
             self.missing.reverse();
         }
         for place in 0..self.missing.len() {
-            let (step, speaker, number) = self.missing[place];
+            let (step, source, number) = self.missing[place];
             if self.is_spent() {
                 break;
             }
             let Some(row) = log.messages(step) else { continue };
-            let message = match speaker {
+            let message = match source {
                 MessageSource::Uav(uav) => row.report_of(uav).map(Resend::Report),
                 MessageSource::CueSource(searcher) => {
                     let matches = |cue: &&Cue| cue.source == searcher && number_of_cue(step, cue.sequence) == number;
@@ -118,7 +118,7 @@ impl Retransmission {
             };
             let Some(message) = message else { continue };
             self.spend(message.size_bytes());
-            self.record_sent(speaker, number, now);
+            self.record_sent(source, number, now);
             emit(message);
         }
         is_missing
@@ -128,7 +128,7 @@ impl Retransmission {
 /// Maximum number of teammate checks per period that decide which agent retransmits an entry. Each teammate that lacks
 /// entries gets an equal share. The value is enough for a team of sixteen that missed one minute; without a limit, a
 /// hostile teammate could cause unlimited work.
-const LOOKED_MAX: usize = 1 << 18;
+const TEAMMATE_CHECKS_MAX: usize = 1 << 18;
 
 /// Entry to retransmit.
 #[derive(Debug, Clone, Copy)]
@@ -138,9 +138,9 @@ pub(crate) enum Resend<'a> {
 }
 
 /// Splits off the ranges of a source from a list sorted by source, and skips the sources before it.
-fn next_of<'a>(held: &mut &'a [ReceivedRange], speaker: MessageSource) -> &'a [ReceivedRange] {
-    let before = held.iter().take_while(|run| run.source < speaker).count();
-    let count = held[before..].iter().take_while(|run| run.source == speaker).count();
+fn next_of<'a>(held: &mut &'a [ReceivedRange], source: MessageSource) -> &'a [ReceivedRange] {
+    let before = held.iter().take_while(|run| run.source < source).count();
+    let count = held[before..].iter().take_while(|run| run.source == source).count();
     let (its, rest) = held[before..].split_at(count);
     *held = rest;
     its
@@ -160,21 +160,21 @@ impl MessageLog {
     /// True if it is this agent's turn to retransmit an entry that a teammate lacks.
     fn is_mine_to_send(
         &self,
-        (step, speaker, number): (i64, MessageSource, i64),
+        (step, source, number): (i64, MessageSource, i64),
         peer: &TeammateLog,
         (now, sender_count): (i64, usize),
     ) -> bool {
         let own = MessageSource::Uav(self.own);
-        if speaker == own {
+        if source == own {
             return true;
         }
         let is_live = |other: &&TeammateLog| other.uav == self.own || other.has_sent_status(now, 2);
         let mut others = sender_count;
-        if let MessageSource::Uav(uav) = speaker {
+        if let MessageSource::Uav(uav) = source {
             // The source retransmits if it is live and the teammate receives it. With enough budget, other agents
             // retransmit old entries, too.
             let is_received =
-                peer.received(speaker).last().is_some_and(|run| run.to >= peer.log_status_at - OTHERS_AFTER);
+                peer.received(source).last().is_some_and(|run| run.to >= peer.log_status_at - OTHERS_AFTER);
             let is_its = is_received && self.teammates.iter().filter(is_live).any(|other| other.uav == uav);
             if is_its && (sender_count == 1 || now - step <= OTHERS_AFTER) {
                 others -= 1;
@@ -184,9 +184,9 @@ impl MessageLog {
         let holds = |other: &&TeammateLog| {
             other.uav == self.own
                 || other.log_status.committed_until >= self.time(step)
-                || other.received(speaker).iter().any(|run| run.from <= number && number <= run.to)
+                || other.received(source).iter().any(|run| run.from <= number && number <= run.to)
         };
-        let is_candidate = |other: &&TeammateLog| other.uav != peer.uav && MessageSource::Uav(other.uav) != speaker;
+        let is_candidate = |other: &&TeammateLog| other.uav != peer.uav && MessageSource::Uav(other.uav) != source;
         let holders = || self.teammates.iter().filter(is_candidate).filter(is_live).filter(holds);
         let turn = (now + number).rem_euclid(holders().count().max(1) as i64);
         holders().cycle().skip(turn as usize).take(others).any(|other| other.uav == self.own)

@@ -77,30 +77,30 @@ impl TeammateLog {
         self.first <= step && self.left_at.is_none_or(|left_at| step <= left_at)
     }
 
-    pub(crate) fn status(&self, now: i64, lease: i64) -> TeammateStatus {
+    pub(crate) fn status(&self, now: i64, timeout: i64) -> TeammateStatus {
         match now - self.newest {
             _ if self.left_at.is_some() => TeammateStatus::Left,
             ..=1 => TeammateStatus::Live,
-            ago if ago <= lease => TeammateStatus::Silent,
+            ago if ago <= timeout => TeammateStatus::Silent,
             _ => TeammateStatus::TimedOut,
         }
     }
 
     /// True if the teammate has sent its log status within the teammate timeout and has not left.
-    pub(crate) fn has_sent_status(&self, now: i64, lease: i64) -> bool {
-        self.left_at.is_none() && now - lease <= self.log_status_at
+    pub(crate) fn has_sent_status(&self, now: i64, timeout: i64) -> bool {
+        self.left_at.is_none() && now - timeout <= self.log_status_at
     }
 
-    /// Returns the snapshot request of the teammate, if it addresses `of`.
-    pub(crate) fn snapshot_request(&self, of: UavId) -> Option<SnapshotRequest> {
-        self.log_status.snapshot_request.filter(|ask| ask.of == of)
+    /// Returns the snapshot request of the teammate, if it addresses `receiver`.
+    pub(crate) fn snapshot_request(&self, receiver: UavId) -> Option<SnapshotRequest> {
+        self.log_status.snapshot_request.filter(|request| request.receiver == receiver)
     }
 
     /// Returns the received entries of a source, as listed by the teammate.
-    pub(crate) fn received(&self, speaker: MessageSource) -> &[ReceivedRange] {
+    pub(crate) fn received(&self, source: MessageSource) -> &[ReceivedRange] {
         let held = &self.log_status.received[..];
-        let start = held.partition_point(|run| run.source < speaker);
-        let length = held[start..].partition_point(|run| run.source == speaker);
+        let start = held.partition_point(|run| run.source < source);
+        let length = held[start..].partition_point(|run| run.source == source);
         &held[start..start + length]
     }
 }

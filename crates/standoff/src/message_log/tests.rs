@@ -26,12 +26,12 @@ fn report(uav: u32, step: i64) -> Report {
 fn listing(uav: u32, step: i64, of: &[u32]) -> Report {
     let held = |of: &u32| ReceivedRange { source: MessageSource::Uav(UavId(*of)), from: 0, to: step - 1 };
     let held = of.iter().filter(|_| step > 0).map(held).collect();
-    let (since, committed, stamp, listed_after) = (us(0), us(-1), CommitDigest::default(), us(-1));
+    let (since, committed, commit_digest, listed_after) = (us(0), us(-1), CommitDigest::default(), us(-1));
     let (disturbed, snapshot_request) = (us(-99), None);
     let log_status = LogStatus {
         start: since,
         committed_until: committed,
-        commit_digest: stamp,
+        commit_digest,
         listed_after,
         received: held,
         degraded_at: disturbed,
@@ -283,7 +283,7 @@ fn entries_older_than_the_retention_time_are_removed_unless_a_team_state_needs_t
     log.turn_to(HORIZON + 1, HORIZON + 1);
     assert_eq!((stored_uavs(&log, 0), stored_uavs(&log, 1), log.teammates().len()), (vec![], vec![1], 2));
     log.turn_to(HORIZON + 2, HORIZON + 2);
-    // A UAV without reports for that long is removed, except the own one.
+    // A UAV without reports for that long is removed, except the agent's own.
     assert_eq!((stored_uavs(&log, 1), log.teammates().iter().map(|peer| peer.uav.0).collect()), (vec![], vec![0]));
     assert!(!log.holds(MessageSource::Uav(UavId(1)), 1));
     // Entries older than the log are ignored and not counted as errors.
@@ -361,7 +361,7 @@ fn received_entries_are_listed_from_shortly_before_the_last_commit() {
     log.receive_cue(&cue(3, committed + 8), committed + 9, -1);
     let mut log_status = LogStatus::default();
     log.list(committed, &mut log_status);
-    let held = |speaker, from, to| ReceivedRange { source: speaker, from, to };
+    let held = |source, from, to| ReceivedRange { source, from, to };
     let (one, searcher) = (MessageSource::Uav(UavId(1)), MessageSource::CueSource(5));
     let number = (committed + 8) * 65_536 + 3;
     assert_eq!(log_status.listed_after, us(12));
@@ -414,9 +414,9 @@ fn matching_teammates_have_the_same_entries() {
         for peer in log.teammates().iter().filter(|peer| peer.log_status_at != NEVER) {
             let unmatched_peer = TeammateLog { log_matches: false, ..peer.clone() };
             let mut lacks = 0;
-            for (speaker, runs) in &log.received {
-                let range = (first_of(*speaker, 0), last_of(*speaker, peer.log_status_at - 1));
-                runs.without(peer.received(*speaker), range, |_| lacks += 1);
+            for (source, runs) in &log.received {
+                let range = (first_of(*source, 0), last_of(*source, peer.log_status_at - 1));
+                runs.without(peer.received(*source), range, |_| lacks += 1);
             }
             let is_matching = lacks == 0 && !log.lacks_of(&unmatched_peer, (0, now));
             assert!(is_matching || !peer.log_matches, "{now}: {peer:?}, {:?}", log.received);

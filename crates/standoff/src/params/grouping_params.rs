@@ -93,7 +93,7 @@ pub enum GroupCount {
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub enum AltitudePolicy {
     /// Each group has its own altitude: the lowest free one at the group's creation, for its lifetime. With a lossy
-    /// link, agents may not know the same groups; then the policy is as with `ByUav`.
+    /// link, agents may not know the same groups; the policy then works like `PerUav`.
     #[default]
     PerGroup,
     /// Each UAV has its own altitude, given by its id, independent of its assignment.
@@ -109,7 +109,7 @@ pub struct GroupingParams {
     pub standoff: StandoffParams,
     /// Rule for the number of groups.
     pub count: GroupCount,
-    /// Task of UAVs that no group needs.
+    /// True if UAVs that no group needs search for lost targets.
     pub search_lost_targets: bool,
     /// Margin d_m.
     #[doc(alias = "d_m")]
@@ -146,7 +146,7 @@ pub struct GroupingParams {
     /// Period of the check whether a group's UAVs could cover more targets by forming another group, s; at least 0. 0
     /// disables the check, as in the paper.
     pub regrouping_period_s: f64,
-    /// UAVs are not sent to targets that they cannot bring within sensing range after this time, s; at least 0.
+    /// Maximum time in which a UAV must be able to bring a target within sensing range to be sent to it, s; at least 0.
     pub assignment_reach_s: f64,
     /// Objective of the assignment of UAVs to groups.
     pub objective: Objective,
@@ -170,7 +170,7 @@ impl GroupingParams {
         if self.centre == CentreEstimate::Filtered && self.motion.time_constant_s > 0.0 {
             Allowed::exactly(0.0)
                 .with_reason(
-                    "a filtered centre has its own motion; otherwise, use the centroid or the minimum enclosing circle",
+                    "a filtered centre has its own motion model; to use this one, choose the centroid or the enclosing circle",
                 )
                 .check("motion.time_constant_s", self.motion.time_constant_s, &mut errors);
         }
@@ -224,10 +224,8 @@ mod tests {
         let messages: Vec<String> = params.errors().iter().map(ToString::to_string).collect();
         assert_eq!(
             messages,
-            [
-                "motion.time_constant_s = 1.5: must be exactly 0 (a filtered centre has its own motion; otherwise, use the \
-                 centroid or the minimum enclosing circle)"
-            ]
+            ["motion.time_constant_s = 1.5: must be exactly 0 (a filtered centre has its own motion \
+                 model; to use this one, choose the centroid or the enclosing circle)"]
         );
         for centre in [CentreEstimate::Centroid, CentreEstimate::EnclosingCircle] {
             assert!(GroupingParams { centre, ..params }.errors().is_empty());

@@ -97,12 +97,12 @@ proptest! {
         delays in proptest::collection::vec((0..20i64, 0..20i64), 3 * 30),
         cue_delays in proptest::collection::vec(0..20i64, 3),
     ) {
-        const INSTANTS: i64 = 30;
+        const TIME_STEPS: i64 = 30;
         let mut fleet = TeamAgent::new(TeamParams::table_1()).unwrap();
         let mut replica = Replica::new();
-        for now in 0..INSTANTS + 20 {
+        for now in 0..TIME_STEPS + 20 {
             replica.tick(&[]);
-            for step in 0..INSTANTS {
+            for step in 0..TIME_STEPS {
                 for uav in 0..3u32 {
                     let (one, other) = delays[(3 * step) as usize + uav as usize];
                     // Repeated recomputation within one time step changes nothing.
@@ -115,7 +115,7 @@ proptest! {
             }
             replica.follow();
             let mut observed = None;
-            for uav in (0..3).filter(|_| now < INSTANTS) {
+            for uav in (0..3).filter(|_| now < TIME_STEPS) {
                 let Report { state, boresight, ref detections, .. } = report(uav, now, 2);
                 observed = Some(fleet.observe(time(now), UavId(uav), &state, Some(Scan { boresight, detections })));
             }
@@ -131,8 +131,8 @@ proptest! {
         prop_assert_eq!(&replica.history.newest().groups, &fleet.team_state().groups);
         prop_assert_eq!(&replica.history.newest().assignments, &fleet.team_state().assignments);
         let mut at_once = Replica::new();
-        for now in 0..INSTANTS + 20 {
-            at_once.tick(if now < INSTANTS { &[2, 0, 1] } else { &[] });
+        for now in 0..TIME_STEPS + 20 {
+            at_once.tick(if now < TIME_STEPS { &[2, 0, 1] } else { &[] });
             for label in (0..3).filter(|label| i64::from(*label) * 7 == now) {
                 at_once.log.receive_cue(&cue(label, now), now, -1);
                 at_once.follow();

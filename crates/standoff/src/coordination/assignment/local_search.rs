@@ -14,7 +14,7 @@ const TRIALS: u32 = 2000;
 /// Maximum number of consecutive trials without a gain; after more, a few swaps lead away from the best result so far.
 const PATIENCE: u32 = 10;
 
-/// Number of these swaps.
+/// Number of random swaps after a search without gain.
 const SWAPS: u32 = 3;
 
 /// Maximum number of cached scores.
@@ -31,56 +31,57 @@ pub(super) fn search(problem: &Problem) -> Vec<UavSet> {
         return best;
     }
     let mut best_score = problem.total(&best);
-    let (mut blocks, mut score, mut idle) = (best.clone(), best_score, 0);
+    let (mut uav_sets, mut score, mut idle) = (best.clone(), best_score, 0);
     let mut draw = Draw(0x9E37_79B9_7F4A_7C15);
     for _ in 0..TRIALS {
-        let pulled = pull(&mut blocks, &mut draw);
-        let before = core::mem::replace(&mut score, search.place(&mut blocks, &pulled));
+        let pulled = take_out(&mut uav_sets, &mut draw);
+        let before = core::mem::replace(&mut score, search.place(&mut uav_sets, &pulled));
         idle = if score > before { 0 } else { idle + 1 };
         if score > best_score {
-            (best, best_score) = (blocks.clone(), score);
+            (best, best_score) = (uav_sets.clone(), score);
         }
         if idle > PATIENCE {
-            blocks.clone_from(&best);
-            (0..SWAPS).for_each(|_| swap(&mut blocks, &mut draw));
-            (score, idle) = (problem.total(&blocks), 0);
+            uav_sets.clone_from(&best);
+            (0..SWAPS).for_each(|_| swap(&mut uav_sets, &mut draw));
+            (score, idle) = (problem.total(&uav_sets), 0);
         }
     }
     best
 }
 
-/// Takes the UAV in a random seat out of every group that has this seat.
-fn pull(blocks: &mut [UavSet], draw: &mut Draw) -> Vec<usize> {
-    let seats = blocks.iter().map(Vec::len).max().unwrap_or(0);
-    let from = |block: &mut UavSet| {
-        let seat = draw.below(seats);
-        (seat < block.len()).then(|| block.remove(seat))
+/// Takes at most one random UAV out of every group.
+fn take_out(uav_sets: &mut [UavSet], draw: &mut Draw) -> Vec<usize> {
+    let index_count = uav_sets.iter().map(Vec::len).max().unwrap_or(0);
+    let from = |uav_set: &mut UavSet| {
+        let index = draw.below(index_count);
+        (index < uav_set.len()).then(|| uav_set.remove(index))
     };
-    blocks.iter_mut().filter_map(from).collect()
+    uav_sets.iter_mut().filter_map(from).collect()
 }
 
 /// Swaps two random UAVs of two random groups.
-fn swap(blocks: &mut [UavSet], draw: &mut Draw) {
-    let (one, other) = (draw.below(blocks.len()), draw.below(blocks.len()));
+fn swap(uav_sets: &mut [UavSet], draw: &mut Draw) {
+    let (one, other) = (draw.below(uav_sets.len()), draw.below(uav_sets.len()));
     if one != other {
-        let (seat, other_seat) = (draw.below(blocks[one].len()), draw.below(blocks[other].len()));
-        let (uav, other_uav) = (blocks[one].remove(seat), blocks[other].remove(other_seat));
-        join(&mut blocks[one], other_uav);
-        join(&mut blocks[other], uav);
+        let (index, other_index) = (draw.below(uav_sets[one].len()), draw.below(uav_sets[other].len()));
+        let (uav, other_uav) = (uav_sets[one].remove(index), uav_sets[other].remove(other_index));
+        join(&mut uav_sets[one], other_uav);
+        join(&mut uav_sets[other], uav);
     }
 }
 
-fn join(block: &mut UavSet, uav: usize) {
-    block.insert(block.partition_point(|member| *member < uav), uav);
+fn join(uav_set: &mut UavSet, uav: usize) {
+    uav_set.insert(uav_set.partition_point(|member| *member < uav), uav);
 }
 
 /// Search state: a problem and cached results.
 pub(super) struct Search<'a> {
     problem: &'a Problem,
-    /// Cached scores of a group's UAVs with each further UAV, and in the last entry without one.
+    /// Cached scores by group and set of UAVs: one entry for each UAV that could be added, and a last one for adding
+    /// none.
     assigned: BTreeMap<(usize, UavSet), Vec<Option<Score>>>,
-    /// Price of each UAV in the last matching, and in the last entry of no UAV. The next matching starts from these
-    /// prices, which saves most of the work.
+    /// Price of each UAV in the last matching; the last entry is the price of adding no UAV. The next matching starts
+    /// from these prices, which saves most of the work.
     prices: Vec<Score>,
 }
 
@@ -91,25 +92,25 @@ impl<'a> Search<'a> {
 
     /// Assigns the best UAV to every group, then the second best, and so on; each round is optimal over all groups.
     pub(super) fn start(&mut self) -> Vec<UavSet> {
-        let mut blocks = vec![UavSet::new(); self.problem.groups.len()];
+        let mut uav_sets = vec![UavSet::new(); self.problem.groups.len()];
         let mut free: Vec<usize> = (0..self.problem.uavs).collect();
         while !free.is_empty() {
-            self.place(&mut blocks, &free);
-            free.retain(|uav| !blocks.iter().any(|block| block.contains(uav)));
+            self.place(&mut uav_sets, &free);
+            free.retain(|uav| !uav_sets.iter().any(|uav_set| uav_set.contains(uav)));
         }
-        blocks
+        uav_sets
     }
 
     /// Assigns free UAVs to groups, at most one to each and as many as there are groups, so that the total score is
     /// maximal; returns that score.
-    fn place(&mut self, blocks: &mut [UavSet], free: &[usize]) -> Score {
-        let columns = free.len().max(blocks.len());
+    fn place(&mut self, uav_sets: &mut [UavSet], free: &[usize]) -> Score {
+        let columns = free.len().max(uav_sets.len());
         let worth: Vec<Vec<Score>> =
-            blocks.iter().enumerate().map(|(site, block)| self.worth(site, block, free, columns)).collect();
+            uav_sets.iter().enumerate().map(|(site, uav_set)| self.worth(site, uav_set, free, columns)).collect();
         let no_uav = self.problem.uavs;
         let price_of = |column: usize| free.get(column).copied().unwrap_or(no_uav);
         // If there are more columns than groups, all prices start at zero.
-        let left_over = columns > blocks.len();
+        let left_over = columns > uav_sets.len();
         let mut prices: Vec<Score> =
             (0..columns).map(|column| if left_over { 0 } else { self.prices[price_of(column)] }).collect();
         let chosen = matching(&worth, &mut prices);
@@ -119,30 +120,30 @@ impl<'a> Search<'a> {
         for (site, column) in chosen.into_iter().enumerate() {
             score += worth[site][column];
             if let Some(uav) = free.get(column) {
-                join(&mut blocks[site], *uav);
+                join(&mut uav_sets[site], *uav);
             }
         }
         score
     }
 
     /// Scores of a group's UAVs with each of the free UAVs, then without a further UAV.
-    fn worth(&mut self, site: usize, block: &UavSet, free: &[usize], columns: usize) -> Vec<Score> {
+    fn worth(&mut self, site: usize, uav_set: &UavSet, free: &[usize], columns: usize) -> Vec<Score> {
         let (problem, choice) = (self.problem, &self.problem.groups[site]);
         if self.assigned.len() * (problem.uavs + 1) > REMEMBERED_MAX {
             self.assigned.clear();
         }
-        let known = self.assigned.entry((site, block.clone())).or_insert_with(|| vec![None; problem.uavs + 1]);
+        let known = self.assigned.entry((site, uav_set.clone())).or_insert_with(|| vec![None; problem.uavs + 1]);
         let mut sums = None;
         let mut with = |uav: Option<usize>| {
-            if !choice.sizes.contains(&(block.len() + usize::from(uav.is_some()))) {
+            if !choice.sizes.contains(&(uav_set.len() + usize::from(uav.is_some()))) {
                 return FORBIDDEN;
             }
             let score = || match uav {
-                Some(uav) if block.is_empty() => problem.score(site, &[uav]),
-                None if block.is_empty() => 0,
+                Some(uav) if uav_set.is_empty() => problem.score(site, &[uav]),
+                None if uav_set.is_empty() => 0,
                 _ => {
-                    let informed = choice.score(sums.get_or_insert_with(|| choice.sums(block)), uav);
-                    informed + choice.inertia(block) + uav.map_or(0, |uav| choice.inertia(&[uav]))
+                    let informed = choice.score(sums.get_or_insert_with(|| choice.sums(uav_set)), uav);
+                    informed + choice.switching_cost(uav_set) + uav.map_or(0, |uav| choice.switching_cost(&[uav]))
                 }
             };
             *known[uav.unwrap_or(problem.uavs)].get_or_insert_with(score)

@@ -63,7 +63,7 @@ impl Problem {
         uavs: &[AvailableUav],
         sites: &[CandidateGroup<'_>],
         sensor: &SensorParams,
-        inertia: f64,
+        switching_cost: f64,
     ) -> Self {
         let n = uavs.len();
         let mut targets: Vec<usize> = sites.iter().map(|site| site.members.len()).collect();
@@ -86,22 +86,22 @@ impl Problem {
                 .iter()
                 .map(|uav| site.members.iter().map(|target| information_of(uav.position, target)).collect())
                 .collect();
-            let staying = in_millionths(inertia * site.members.len() as f64);
-            let inertia =
+            let staying = in_millionths(switching_cost * site.members.len() as f64);
+            let switching_cost =
                 uavs.iter().map(|uav| if uav.current_group == Some(site.group) { staying } else { 0 }).collect();
-            Some(Candidate { group: site.group, sizes: sizes(site)?, information, switching_cost: inertia })
+            Some(Candidate { group: site.group, sizes: sizes(site)?, information, switching_cost })
         };
         Self { uavs: n, groups: sites.iter().filter_map(choice).collect() }
     }
 
     /// Score of a group with its UAVs.
-    pub(super) fn score(&self, site: usize, block: &[usize]) -> Score {
+    pub(super) fn score(&self, site: usize, uav_set: &[usize]) -> Score {
         let choice = &self.groups[site];
-        if block.is_empty() { 0 } else { choice.score(&choice.sums(block), None) + choice.inertia(block) }
+        if uav_set.is_empty() { 0 } else { choice.score(&choice.sums(uav_set), None) + choice.switching_cost(uav_set) }
     }
 
-    pub(super) fn total(&self, blocks: &[UavSet]) -> Score {
-        blocks.iter().enumerate().map(|(site, block)| self.score(site, block)).sum()
+    pub(super) fn total(&self, uav_sets: &[UavSet]) -> Score {
+        uav_sets.iter().enumerate().map(|(site, uav_set)| self.score(site, uav_set)).sum()
     }
 
     /// Possible numbers of UAVs of a group in an assignment of all UAVs.
@@ -117,10 +117,10 @@ impl Problem {
     /// bit.
     fn candidates(&self, site: usize) -> Vec<usize> {
         let sizes = self.sizes(site);
-        (0..1 << self.uavs).rev().filter(|block: &usize| sizes.contains(&(block.count_ones() as usize))).collect()
+        (0..1 << self.uavs).rev().filter(|uav_set: &usize| sizes.contains(&(uav_set.count_ones() as usize))).collect()
     }
 
-    fn block(&self, bits: usize) -> UavSet {
+    fn uav_set(&self, bits: usize) -> UavSet {
         (0..self.uavs).filter(|uav| bits >> (self.uavs - 1 - uav) & 1 == 1).collect()
     }
 
@@ -131,7 +131,7 @@ impl Problem {
         best[0] = Some(0);
         let mut picks = Vec::new();
         for site in (0..self.groups.len()).rev() {
-            let scored = |bits| (bits, self.score(site, &self.block(bits)));
+            let scored = |bits| (bits, self.score(site, &self.uav_set(bits)));
             let candidates: Vec<(usize, Score)> = self.candidates(site).into_iter().map(scored).collect();
             let (mut next, mut pick) = (vec![None; all + 1], vec![0; all + 1]);
             for shared in if site == 0 { all } else { 0 }..=all {
@@ -149,7 +149,7 @@ impl Problem {
         let mut take = |pick: Vec<usize>| {
             let bits = pick[shared];
             shared ^= bits;
-            self.block(bits)
+            self.uav_set(bits)
         };
         picks.into_iter().rev().map(&mut take).collect()
     }
@@ -157,14 +157,14 @@ impl Problem {
     /// Finds the best assignment by the objective of the paper, by enumeration.
     pub(super) fn paper_objective(&self) -> Vec<UavSet> {
         let candidate = |site: usize, bits| {
-            let sum: Matrix2<f64> = self.groups[site].sums(&self.block(bits)).iter().sum();
+            let sum: Matrix2<f64> = self.groups[site].sums(&self.uav_set(bits)).iter().sum();
             (bits, sum)
         };
         let site = |site| self.candidates(site).into_iter().map(|bits| candidate(site, bits)).collect();
         let candidates: Vec<Vec<(usize, Matrix2<f64>)>> = (0..self.groups.len()).map(site).collect();
         let mut best = (Score::MIN, Vec::new());
         enumerate(&candidates, (1 << self.uavs) - 1, Matrix2::zeros(), &mut Vec::new(), &mut best);
-        best.1.into_iter().map(|bits| self.block(bits)).collect()
+        best.1.into_iter().map(|bits| self.uav_set(bits)).collect()
     }
 }
 
@@ -192,8 +192,8 @@ fn enumerate(
 
 impl Candidate {
     /// Information of a set of UAVs about each target, 1/m2.
-    pub(super) fn sums(&self, block: &[usize]) -> Vec<Matrix2<f64>> {
-        let mut uavs = block.iter().map(|uav| &self.information[*uav]);
+    pub(super) fn sums(&self, uav_set: &[usize]) -> Vec<Matrix2<f64>> {
+        let mut uavs = uav_set.iter().map(|uav| &self.information[*uav]);
         let mut sums = uavs.next().cloned().unwrap_or_default();
         for information in uavs {
             sums.iter_mut().zip(information).for_each(|(sum, term)| *sum += term);
@@ -202,8 +202,8 @@ impl Candidate {
     }
 
     /// Bonus of a set of UAVs for staying.
-    pub(super) fn inertia(&self, block: &[usize]) -> Score {
-        block.iter().map(|uav| self.switching_cost[*uav]).sum()
+    pub(super) fn switching_cost(&self, uav_set: &[usize]) -> Score {
+        uav_set.iter().map(|uav| self.switching_cost[*uav]).sum()
     }
 
     /// Score of `sums`, optionally with one more UAV, without the bonus for staying.

@@ -100,12 +100,12 @@ impl Grouping<'_> {
         }
     }
 
-    /// Periodic regrouping. A group is retired if its UAVs could cover half as many targets again, and at least two
-    /// more, by forming a group of its own targets and ungrouped ones; or any number of others, if a neighbour's orbit
-    /// can contain its own targets, too. Only targets count that its UAVs can bring within sensing range soon. With
-    /// groups as needed, the gain must be worth it ([`Self::is_worth_a_group`]), and the retirement of a group whose
-    /// members fit into others comes first, because its UAV can then cover others. Of groups with the same gain, the
-    /// one nearest to an ungrouped target is retired.
+    /// Periodic regrouping. A group is retired if its UAVs could cover at least 50 % more targets, and at least two
+    /// more, by forming a group of its own targets and ungrouped ones. It is also retired if its UAVs could cover any
+    /// other targets and a neighbour's orbit can contain its own targets, too. Only targets count that its UAVs can
+    /// bring within sensing range soon. With groups as needed, the gain must be worth it ([`Self::is_worth_a_group`]),
+    /// and the retirement of a group whose members fit into others comes first, because its UAV can then cover others.
+    /// Of groups with the same gain, the one nearest to an ungrouped target is retired.
     pub(super) fn regroup(&mut self, desired: usize) {
         let period_s = self.params.group.regrouping_period_s;
         if period_s <= 0.0 || self.now < self.state.next_regrouping || self.state.retiring.is_some() {
@@ -127,7 +127,7 @@ impl Grouping<'_> {
         for &id in self.memberships.groups() {
             let Some(from) = self.required_by(id).map(|required| required.centre()) else { continue };
             let members = self.members(id).count();
-            let into = self.groups_able_to_hold(id);
+            let into = self.first_group_with_room(id);
             let together = self.coverable_together(|known| {
                 let is_own = into.is_none() && known.membership == Membership::Member(id);
                 is_own || (known.is_ungrouped() && self.is_soon_in_view(known, from))
@@ -148,7 +148,7 @@ impl Grouping<'_> {
                     )
                 }
             };
-            let away_m2 = if by_need { self.distance_to_untracked_m2(from) } else { f64::INFINITY };
+            let away_m2 = if by_need { self.distance_to_ungrouped_m2(from) } else { f64::INFINITY };
             let (most, nearest_m2) = best.map_or((0, f64::INFINITY), |(most, nearest_m2, ..)| (most, nearest_m2));
             if gain > most || (gain > 0 && gain == most && away_m2 < nearest_m2) {
                 best = Some((gain, away_m2, id, from, reason));
@@ -171,7 +171,7 @@ impl Grouping<'_> {
     }
 
     /// Squared distance to the nearest ungrouped target, m2; infinite without one.
-    pub(super) fn distance_to_untracked_m2(&self, from: Position) -> f64 {
+    pub(super) fn distance_to_ungrouped_m2(&self, from: Position) -> f64 {
         let ungrouped = self.grouped_track().iter().filter(|known| known.is_ungrouped());
         ungrouped.map(|known| known.position().squared_distance_m2(from)).fold(f64::INFINITY, f64::min)
     }
@@ -184,7 +184,7 @@ impl Grouping<'_> {
     }
 
     /// First other group whose orbit has room for all members of a group.
-    fn groups_able_to_hold(&self, id: GroupId) -> Option<GroupId> {
+    fn first_group_with_room(&self, id: GroupId) -> Option<GroupId> {
         self.memberships.groups().iter().copied().filter(|other| *other != id).find(|other| {
             let belongs =
                 |track_index: &usize| self.grouped_track()[*track_index].membership.groups().any(|group| group == id);

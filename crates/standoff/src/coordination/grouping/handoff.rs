@@ -94,7 +94,7 @@ impl Grouping<'_> {
         let is_retiring = handoff.from.is_some_and(|from| self.state.retiring == Some(from));
         if handoff.from.is_some() && desired != handoff.to && !is_retiring {
             self.cancel_handoff(track_index, HandoffCancelledReason::ReassignedByClustering);
-        } else if self.is_held_by(track_index, handoff.to)
+        } else if self.is_in_view_of_group(track_index, handoff.to)
             || (is_last && self.views(track_index, handoff.to).any(|in_view| in_view))
         {
             self.complete_handoff(track_index, HandoffCompletedReason::Received);
@@ -117,7 +117,7 @@ impl Grouping<'_> {
 
     /// True if all UAVs of the group, at least one, have the target in view. With an orbit motion model, the orbit must
     /// also have made room for it: the current orbit keeps the target in view, and no UAV has yet to turn towards it.
-    pub(super) fn is_held_by(&self, track_index: usize, group: GroupId) -> bool {
+    pub(super) fn is_in_view_of_group(&self, track_index: usize, group: GroupId) -> bool {
         let mut views = self.views(track_index, group);
         let is_in_view = views.next().is_some_and(|first| first && views.all(|in_view| in_view));
         is_in_view

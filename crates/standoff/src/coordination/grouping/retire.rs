@@ -16,7 +16,7 @@ impl Grouping<'_> {
     pub(super) fn retire_redundant_group(&mut self) -> bool {
         let distance_m2 = |id: &GroupId| {
             self.last(*id)
-                .map_or(f64::INFINITY, |group| self.distance_to_untracked_m2(group.centre.estimate().state.position()))
+                .map_or(f64::INFINITY, |group| self.distance_to_ungrouped_m2(group.centre.estimate().state.position()))
         };
         let mut groups: Vec<(f64, GroupId)> =
             self.memberships.groups().iter().map(|id| (distance_m2(id), *id)).collect();
@@ -44,7 +44,8 @@ impl Grouping<'_> {
         true
     }
 
-    /// A group that could not hand off all of its members stays, at least until the next regrouping.
+    /// Cancels the retirement of a group that cannot hand off all of its members; the next attempt is at the next
+    /// regrouping.
     pub(super) fn continue_retirement(&mut self) {
         if let Some(id) = self.state.retiring {
             let continues = self.members(id).next().is_some()
