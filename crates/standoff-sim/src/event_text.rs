@@ -41,14 +41,14 @@ fn text(event: &EventRow) -> Option<String> {
             return Some(format!("{dwell}, until the new group's UAVs have reached the orbit that includes it"));
         }
         ("handoff-completed", "received") => "the new group has it in view",
-        ("handoff-completed", "passing-cannot-hold") => "the old group's orbit can no longer cover it",
-        ("handoff-completed", "passing-ends") => "the old group was retired",
+        ("handoff-completed", "passing-group-cannot-cover") => "the old group's orbit can no longer cover it",
+        ("handoff-completed", "passing-group-retired") => "the old group was retired",
         ("handoff-completed", "no-dwell") => "immediate, because the dwell is switched off",
         ("handoff-cancelled" | "not-admitted", cause) => match cause {
             "reassigned-by-clustering" => "at the end of the dwell it is closer to another group",
-            "receiving-cannot-hold" => "the new group's orbit cannot cover it",
-            "not-seen" => "no UAV of the new group had it in view in time",
-            "group-ends" => "its old or its new group was retired",
+            "receiving-group-cannot-cover" => "the new group's orbit cannot cover it",
+            "not-in-view" => "no UAV of the new group had it in view in time",
+            "group-retired" => "its old or its new group was retired",
             "target-lost" => "its track was lost",
             _ => return None,
         },

@@ -471,7 +471,7 @@ pub struct EventRow {
     pub reason: String,
     /// The team's id of the target's track.
     pub track: Option<u32>,
-    /// Cause in kebab-case, for kinds with several causes: `too-uncertain`, `not-seen`, ...
+    /// Cause in kebab-case, for kinds with several causes: `too-uncertain`, `not-in-view`, ...
     pub cause: Option<String>,
     /// Group into which it was merged.
     pub into_group: Option<u32>,

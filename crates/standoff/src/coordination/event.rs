@@ -182,7 +182,7 @@ pub enum HandoffCompletedReason {
     /// The dwell is over, and a receiving UAV has the target in view.
     Received,
     /// The passing group can no longer contain the target.
-    PassingGroupCannotHold,
+    PassingGroupCannotCover,
     /// The passing group was retired.
     PassingGroupRetired,
     /// The dwell is disabled.
@@ -195,7 +195,7 @@ pub enum HandoffCancelledReason {
     /// At the end of the dwell, clustering assigns the target to another group.
     ReassignedByClustering,
     /// The receiving group cannot contain the target.
-    ReceivingGroupCannotHold,
+    ReceivingGroupCannotCover,
     /// No receiving UAV got the target into view within the maximum dwell.
     NotInView,
     /// One of the two groups was retired, or would be without the target.
@@ -298,14 +298,14 @@ impl EventKind {
             Self::GroupRetired(GroupRetiredReason::Merged { .. }) | Self::Merged => "merged",
             Self::GroupRetired(GroupRetiredReason::BetterCoverage { .. }) => "better-coverage",
             Self::HandoffCompleted(HandoffCompletedReason::Received) => "received",
-            Self::HandoffCompleted(HandoffCompletedReason::PassingGroupCannotHold) => "passing-cannot-hold",
-            Self::HandoffCompleted(HandoffCompletedReason::PassingGroupRetired) => "passing-ends",
+            Self::HandoffCompleted(HandoffCompletedReason::PassingGroupCannotCover) => "passing-group-cannot-cover",
+            Self::HandoffCompleted(HandoffCompletedReason::PassingGroupRetired) => "passing-group-retired",
             Self::HandoffCompleted(HandoffCompletedReason::NoDwell) => "no-dwell",
             Self::HandoffCancelled(reason) | Self::NotAdmitted(reason) => match reason {
                 HandoffCancelledReason::ReassignedByClustering => "reassigned-by-clustering",
-                HandoffCancelledReason::ReceivingGroupCannotHold => "receiving-cannot-hold",
-                HandoffCancelledReason::NotInView => "not-seen",
-                HandoffCancelledReason::GroupRetired => "group-ends",
+                HandoffCancelledReason::ReceivingGroupCannotCover => "receiving-group-cannot-cover",
+                HandoffCancelledReason::NotInView => "not-in-view",
+                HandoffCancelledReason::GroupRetired => "group-retired",
                 HandoffCancelledReason::TargetLost => "target-lost",
             },
             Self::Removed { .. } => "radius-exceeded",

@@ -362,9 +362,9 @@ impl Grouping<'_> {
         let incoming = self.members(id).filter(is_incoming).find(widens);
         let is_received = |to| self.params.group.motion.is_instantaneous() || self.is_in_view_of_group(target, to);
         if let Some(incoming) = incoming.or(Some(target).filter(is_incoming)) {
-            self.cancel_handoff(incoming, HandoffCancelledReason::ReceivingGroupCannotHold);
+            self.cancel_handoff(incoming, HandoffCancelledReason::ReceivingGroupCannotCover);
         } else if self.grouped_track()[target].receiving_group().is_some_and(is_received) {
-            self.complete_handoff(target, HandoffCompletedReason::PassingGroupCannotHold);
+            self.complete_handoff(target, HandoffCompletedReason::PassingGroupCannotCover);
         } else {
             self.events.push(Event::of_track(kind, self.track(target), Some(id)));
             self.memberships.set(target, Membership::Removed);

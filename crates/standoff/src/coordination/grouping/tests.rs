@@ -331,7 +331,7 @@ fn a_dwell_ends_early_if_an_orbit_cannot_contain_both() {
     let events = passing.settle();
     assert_eq!(
         events[0].kind,
-        EventKind::HandoffCompleted(HandoffCompletedReason::PassingGroupCannotHold),
+        EventKind::HandoffCompleted(HandoffCompletedReason::PassingGroupCannotCover),
         "{events:?}"
     );
     // With an orbit motion model, this requires that the receiving UAVs have it in view by now; otherwise it is
@@ -347,7 +347,7 @@ fn a_dwell_ends_early_if_an_orbit_cannot_contain_both() {
     let events = receiving.settle();
     assert_eq!(
         events[0].kind,
-        EventKind::HandoffCancelled(HandoffCancelledReason::ReceivingGroupCannotHold),
+        EventKind::HandoffCancelled(HandoffCancelledReason::ReceivingGroupCannotCover),
         "{events:?}"
     );
 }
