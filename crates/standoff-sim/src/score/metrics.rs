@@ -269,9 +269,9 @@ metrics! {
             /// Time from the end of the last fault to the last time step with such a disagreement, s.
             reconvergence_time_s: f64, "time to agree after the last fault", LARGE, 1.0, NOTHING;
             /// Mean delay between a time step and its commit, s.
-            commit_lag_s: f64, "commit delay, mean", LARGE, 1.0, NOTHING;
+            commit_lag_s: f64, "commit lag, mean", LARGE, 1.0, NOTHING;
             /// Maximum of these delays.
-            commit_lag_max_s: f64, "commit delay, maximum", LARGE, 1.0, NOTHING;
+            commit_lag_max_s: f64, "commit lag, maximum", LARGE, 1.0, NOTHING;
             /// Mean data rate sent per UAV, bytes/s.
             sent_bytes_per_s: f64, "data rate sent per UAV, mean", LARGE, 50.0, NOTHING;
             /// Data rate of the UAV that sends most, bytes/s.
