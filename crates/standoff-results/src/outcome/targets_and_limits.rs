@@ -77,7 +77,7 @@ pub(super) fn meaning(metric: &str, value: f64, settings: &Settings) -> Option<S
         "position_crlb_ratio" => "relative to the Cramer-Rao bound: no unbiased filter is below 1",
         "standoff_error_own_estimate_m" => "relative to the orbit that the UAVs estimate, which may itself be wrong",
         "orbit_prediction_error_m_settled" => "part of the standoff error that no guidance law can avoid",
-        "phase_error_deg" => "deviation from the desired angle between UAVs on one orbit",
+        "phase_error_deg" => "deviation from the desired phase difference between UAVs on one orbit",
         "infeasible_fraction" if value > 0.0 => "no orbit within the limits covers the whole group",
         "turn_rate_saturated_fraction" => return Some(format!("the limit is {:.2} rad/s", uav.turn_rate_max_rad_s)),
         "speed_saturated_fraction" => {
