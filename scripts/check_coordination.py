@@ -31,11 +31,11 @@ from check_equations import (
     enclosing_circle, unit, desired_state, wrap)
 
 EXHAUSTIVE_MAX = 8  # UAVs up to which all assignments are tried
-FILLED = 0.85  # maximum radius of other orbits that receive members of a retiring group, relative to radius_max_m
+RECEIVING_RADIUS_FRACTION = 0.85  # maximum radius of other orbits that receive members of a retiring group, relative to radius_max_m
 LN_DET_FLOOR = np.log(1e-24)  # score of a target without information
 LN_DET_STEP = 1e-6  # rounding of scores
 STARTS = 60  # number of random starts of the clusterings for comparison
-NOT_THE_BEST = 0.05  # allowed relative excess of the cost (30) over the best clustering found
+CLUSTERING_COST_TOLERANCE = 0.05  # allowed relative excess of the cost (30) over the best clustering found
 SAME_M = 1e-6  # distances with a smaller difference count as equal
 REPLAYED = ["group-created", "group-retired", "admitted", "handoff-started", "handoff-completed", "handoff-cancelled",
             "removed", "readmitted", "not-admitted", "regrouped"]
@@ -47,7 +47,7 @@ def member(group):
     return "member", group, None
 
 
-def check_places(record, compare):
+def check_memberships(record, compare):
     """Checks the membership of every target, and all events of groups and their members."""
 
     def key(event):
@@ -245,7 +245,7 @@ class TimeStep:
         costs = [clustered(positions, count, self.memory.random) for _ in range(STARTS if count else 0)]
         best = min(costs, default=0.0)
         above = max(equation_30(positions, clusters) / best - 1.0, 0.0) if best > 0.0 else 0.0
-        self.compare("(30) cost of a clustering above the best found", 0.0, above, tolerance=NOT_THE_BEST)
+        self.compare("(30) cost of a clustering above the best found", 0.0, above, tolerance=CLUSTERING_COST_TOLERANCE)
 
     def retire_smallest(self):
         """Retires the group with the fewest members, of equal ones the youngest."""
@@ -362,7 +362,7 @@ class TimeStep:
             radii = {}
             for other, targets in held.items():
                 required = self.required_orbit([*targets, target])
-                if (required.has_room and required.unclamped <= FILLED * self.orbit["radius_max_m"]
+                if (required.has_room and required.unclamped <= RECEIVING_RADIUS_FRACTION * self.orbit["radius_max_m"]
                         and not self.is_blocked(target, other)):
                     radii[other] = required.unclamped
             if not radii:
@@ -840,4 +840,4 @@ def check_proximity_and_feasibility(record, compare):
 
 
 if __name__ == "__main__":
-    sys.exit(main(sys.argv[1:], __doc__, [check_places, check_assignments, check_altitudes, check_proximity_and_feasibility, check_blocked_orbits]))
+    sys.exit(main(sys.argv[1:], __doc__, [check_memberships, check_assignments, check_altitudes, check_proximity_and_feasibility, check_blocked_orbits]))

@@ -35,7 +35,7 @@ POSITION, VELOCITY = [0, 3], [1, 4]
 DIRECTION = {"anticlockwise": 1.0, "clockwise": -1.0}
 ROUNDING = 1e-10  # the same algebra in another order
 DIFFERENCES = 1e-7  # for numeric derivatives, which are least accurate if a centre becomes too fast to follow
-RUN_ON = 1e-7  # for filters that run for a whole record: rounding accumulates if measurements are rare
+LONG_FILTER_TOLERANCE = 1e-7  # for filters that run for a whole record: rounding accumulates if measurements are rare
 STATISTICS = 5.0  # allowed deviation of a variance over a whole run, in standard deviations
 
 
@@ -455,8 +455,8 @@ def check_tracks(record, compare):
             filters[target] = y, information
             sds = np.sqrt(np.diag(row.p))
             scale = np.maximum(np.abs(row.state), np.maximum(sds, 1.0))
-            compare("(8, 10) state of a track", row.state, inverse(information) @ y, scale, RUN_ON)
-            compare("(9, 11) covariance of a track", row.p, inverse(information), np.outer(sds, sds), RUN_ON)
+            compare("(8, 10) state of a track", row.state, inverse(information) @ y, scale, LONG_FILTER_TOLERANCE)
+            compare("(9, 11) covariance of a track", row.p, inverse(information), np.outer(sds, sds), LONG_FILTER_TOLERANCE)
             compare("track status updated if and only if measured", row.status == "updated", bool(looks))
 
 
@@ -645,8 +645,8 @@ def check_groups(record, compare):
                 centre = np.zeros(6)
                 centre[POSITION], centre[VELOCITY] = at, velocity
             centres[group] = centre, p
-            compare("section II.C: group centre", row.position, centre[POSITION], tolerance=RUN_ON)
-            compare("section II.C: velocity of the centre", row.velocity, centre[VELOCITY], tolerance=RUN_ON)
+            compare("section II.C: group centre", row.position, centre[POSITION], tolerance=LONG_FILTER_TOLERANCE)
+            compare("section II.C: velocity of the centre", row.velocity, centre[VELOCITY], tolerance=LONG_FILTER_TOLERANCE)
 
             distances = {target: np.hypot(*(track.position - centre[POSITION])) for target, track in members.items()}
             furthest = last_furthest(distances)
@@ -662,11 +662,11 @@ def check_groups(record, compare):
             if moves:
                 clamped, rate = follow_radius(old_radius, old_rate, clamped, orbit, record.period)
             flown[group] = centre[POSITION], centre[VELOCITY], clamped, rate
-            compare("(15) spread d_max", row.spread_m, spread, tolerance=RUN_ON)
-            compare(f"(16) margin d_m, {orbit['margin']}", row.margin_m, margin, tolerance=RUN_ON)
-            compare("(15) standoff distance, unclamped", row.standoff_unclamped_m, unclamped, tolerance=RUN_ON)
-            compare("(15) standoff distance r_d", row.standoff_distance_m, clamped, tolerance=RUN_ON)
-            compare("(15) rate of r_d", row.standoff_rate_m_s, rate, tolerance=RUN_ON)
+            compare("(15) spread d_max", row.spread_m, spread, tolerance=LONG_FILTER_TOLERANCE)
+            compare(f"(16) margin d_m, {orbit['margin']}", row.margin_m, margin, tolerance=LONG_FILTER_TOLERANCE)
+            compare("(15) standoff distance, unclamped", row.standoff_unclamped_m, unclamped, tolerance=LONG_FILTER_TOLERANCE)
+            compare("(15) standoff distance r_d", row.standoff_distance_m, clamped, tolerance=LONG_FILTER_TOLERANCE)
+            compare("(15) rate of r_d", row.standoff_rate_m_s, rate, tolerance=LONG_FILTER_TOLERANCE)
             limit = equation_27(scenario["uavs"], row.velocity, row.standoff_rate_m_s)
             compare("(27) and moving centre: smallest radius", row.turn_limit_m, limit)
             required = required_radius(scenario, members, mean, furthest_row, margin) if moves else unclamped
@@ -943,13 +943,13 @@ def check_metrics(record, compare):
         streak = {target: streak.get(target, 0) + 1 for target in targets}
         longest = max([longest, *streak.values()])
     metrics["member_longest_out_of_view_s"] = longest * record.period
-    metrics |= bound_metrics(record) | innovation_metrics(record) | surprise_metrics(record)
-    metrics |= calm_metrics(record) | custody_metrics(record) | separation_metrics(record) | zone_metrics(record)
+    metrics |= bound_metrics(record) | innovation_metrics(record) | prediction_error_metrics(record)
+    metrics |= control_effort_metrics(record) | custody_metrics(record) | separation_metrics(record) | zone_metrics(record)
     for name in sorted(record.metrics):
         compare(f"metric {name}", record.metrics[name], metrics.get(name))
 
 
-def calm_metrics(record):
+def control_effort_metrics(record):
     """Returns the metrics of control effort, from the time steps at which a UAV's sensor was pointed."""
     flown = defaultdict(list)
     for time in record.times:
@@ -1107,7 +1107,7 @@ def innovation_metrics(record):
     return {"nis": squares / numbers} if numbers else {}
 
 
-def surprise_metrics(record):
+def prediction_error_metrics(record):
     """Returns the one-step prediction errors of the orbits, in terms of e = r - r_d."""
     scenario, samples = record.scenario, defaultdict(list)
     f, _ = equations_5_6(scenario["filter"], record.period)

@@ -137,8 +137,8 @@ def phase_difference(record, phases):
 
 
 def scan_sd(record, members, uavs):
-    """Returns the geometric mean of the semi-axes of the error ellipse from one scan by each UAV of a target at the true
-    centre."""
+    """Returns the geometric mean of the semi-axes of the error ellipse of a target at the true centre, after one scan by
+    each UAV."""
     sensor = record.scenario["sensor"]
     if not members or not uavs or 0.0 in [sensor["range_sd_m"], sensor["bearing_sd_deg"]]:
         return None

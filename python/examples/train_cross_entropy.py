@@ -41,7 +41,7 @@ class Generation:
 
 @dataclass(frozen=True)
 class Training:
-    """Results of a training."""
+    """Results of a training run."""
 
     #: Mean returns over the worlds in which the last policy is evaluated.
     random_return: float

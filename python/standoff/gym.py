@@ -30,8 +30,8 @@ ahead along its heading, and left of it.
     in_custody = fraction of them that are in a group and in some UAV's view
     on_orbit   = 1 / (1 + |r - r_d| / radius_min_m); 0 for a UAV without a group, or whose group has no true orbit
 
-``in_custody`` is averaged by the metric ``custody_fraction``, and r - r_d by ``standoff_error_m``: the distance of the UAV
-from its group's true orbit, about the true positions of the group's targets. Failures cannot increase the reward: of the
+The metric ``custody_fraction`` is the mean of ``in_custody``, and ``standoff_error_m`` that of |r - r_d|: the distance of
+the UAV from its group's true orbit, about the true positions of the group's targets. Failures cannot increase the reward: of the
 team's estimates it uses only the grouping. A target that is lost, removed or never found stays in the divisor and counts
 as much as all orbits together, so losing it never pays, however much easier an orbit is without it. A UAV without a
 group, or whose group has no existing target, is on no orbit. Rewards are never negative, so ending an episode early gains

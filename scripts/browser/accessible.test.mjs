@@ -2,8 +2,8 @@
 
 import assert from "node:assert/strict";
 
-import { PHONE, TABLET, chosen, goTo, recordTexts, open, painted, texts } from "./browser.mjs";
-import { axe, inPlace } from "./fit.mjs";
+import { PHONE, TABLET, selectedCard, goTo, recordTexts, open, painted, texts } from "./browser.mjs";
+import { axe, checkLayout } from "./fit.mjs";
 import { inReport } from "./in_report.mjs";
 import { recordOf } from "./record.mjs";
 
@@ -16,7 +16,7 @@ async function lastTime(page) {
 }
 
 for (const theme of THEMES) {
-  inReport(`axe-core reports no violations in any panel: ${theme}`, { flight: "slips", colorScheme: theme }, async (page) => {
+  inReport(`axe-core reports no violations in any panel: ${theme}`, { flight: "out-of-view", colorScheme: theme }, async (page) => {
     await goTo(page, 27);
     for (const name of ["Charts", "State", "Events", "Outcome"]) {
       await page.getByRole("tab", { name }).click();
@@ -30,7 +30,7 @@ for (const theme of THEMES) {
     await page.keyboard.press("Enter");
     await page.getByLabel("Find").fill("target-0");
     await page.keyboard.press("Enter");
-    await chosen(page).waitFor();
+    await selectedCard(page).waitFor();
     const map = await page.locator("#map").boundingBox();
     await page.mouse.move(map.x + map.width / 2, map.y + map.height / 2);
     await page.getByRole("tooltip").waitFor();
@@ -61,7 +61,7 @@ for (const theme of THEMES) {
     }
     await page.getByLabel("Find").fill("intruder 1");
     await page.keyboard.press("Enter");
-    await chosen(page).waitFor();
+    await selectedCard(page).waitFor();
     await axe(page, `card, ${theme}`);
   });
 }
@@ -78,7 +78,7 @@ function contrast(a, b) {
 }
 
 for (const theme of THEMES) {
-  inReport(`text on the map and in the charts has a contrast of at least 4.5, curves of at least 3: ${theme}`, { flight: "slips", colorScheme: theme }, async (page) => {
+  inReport(`text on the map and in the charts has a contrast of at least 4.5, curves of at least 3: ${theme}`, { flight: "out-of-view", colorScheme: theme }, async (page) => {
     await recordTexts(page);
     await goTo(page, 27);
     const { ground, inks, curves } = await page.evaluate(() => {
@@ -132,13 +132,13 @@ inReport("the theme follows the system until the user selects one, which is then
   assert.equal(await theme(), "dark", "a reopened page uses the stored theme");
 });
 
-inReport("elements have roles and names, and the status region lists targets out of view", { flight: "slips" }, async (page) => {
+inReport("elements have roles and names, and the status region lists targets out of view", { flight: "out-of-view" }, async (page) => {
   for (const [role, name] of [["banner", ""], ["main", ""], ["contentinfo", "Time"], ["complementary", "Charts, state and events"],
     ["region", "Map"], ["tablist", "Side panel"], ["tabpanel", "Charts"], ["slider", "Time"],
     ["combobox", "Follow"], ["combobox", "Speed"], ["button", "Play"], ["button", "Ruler"]]) {
     assert.equal(await page.getByRole(role, name ? { name, exact: true } : {}).count(), 1, `${role} ${name}`);
   }
-  const record = recordOf("slips");
+  const record = recordOf("out-of-view");
   const hidden = [...record.rows("targets", 27)].filter(([, target]) => target.in_view === false && target.group !== null);
   assert.equal(hidden.length, 1);
   const status = page.locator("#warning");
@@ -212,7 +212,7 @@ for (const [screen, flight, options] of [["1280x720", "figure-9", DESKTOP], ["a 
     await page.getByRole("button", { name: "Ruler" }).click();
     for (const name of ["Charts", "State", "Events", "Outcome"]) {
       await page.getByRole("tab", { name }).click();
-      await inPlace(page, name);
+      await checkLayout(page, name);
     }
   });
 }

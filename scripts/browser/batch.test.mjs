@@ -134,9 +134,9 @@ test("the command of the worst run repeats that run exactly", () =>
 
 test("metric, order and run can be selected with the keyboard", () =>
   opened("a/report.html", async (page) => {
-    const chosen = () => page.locator('#metrics button[aria-pressed="true"]').textContent();
-    for (let n = 0; n < 12 && (await chosen()) !== "velocity error\u00a0m/s"; n += 1) await page.keyboard.press("ArrowDown");
-    assert.equal(await chosen(), "velocity error\u00a0m/s");
+    const selectedMetric = () => page.locator('#metrics button[aria-pressed="true"]').textContent();
+    for (let n = 0; n < 12 && (await selectedMetric()) !== "velocity error\u00a0m/s"; n += 1) await page.keyboard.press("ArrowDown");
+    assert.equal(await selectedMetric(), "velocity error\u00a0m/s");
     await page.locator("#run-order").selectOption({ index: 1 });
     const best = await page.locator("#runs tbody tr td:nth-child(2)").first().getAttribute("title");
     const all = (await values(page)).map((run) => Number(run.velocity_error_m_s));
@@ -193,8 +193,8 @@ test("a click on a point of the scatter plot selects that run", () =>
     // Points may overlap: the selected run is one of those drawn at this position.
     await page.waitForFunction(() => !document.querySelector("#command").hidden);
     const seed = (await page.textContent("#command")).split(" ").at(-1);
-    const chosen = runs.findIndex((run) => run.seed === seed);
-    assert.ok(Math.abs(data.x[chosen] - data.x[7]) < 0.02 && Math.abs(data.y[chosen] - data.y[7]) < 0.02, seed);
+    const selectedRun = runs.findIndex((run) => run.seed === seed);
+    assert.ok(Math.abs(data.x[selectedRun] - data.x[7]) < 0.02 && Math.abs(data.y[selectedRun] - data.y[7]) < 0.02, seed);
   }));
 
 test("a hostile scenario name is shown as text, and its scenario can be saved and run", () =>

@@ -12,7 +12,7 @@ const CHROMIUM = process.env.CHROMIUM;
 assert.ok(FLIGHTS && CHROMIUM, "STANDOFF_FLIGHTS and CHROMIUM must be set: start the tests with scripts/check_in_browser");
 
 /** Timeout of browser operations on a busy machine, ms. */
-export const PATIENCE_MS = 60_000;
+export const TIMEOUT_MS = 60_000;
 
 export const TABLET = { viewport: { width: 820, height: 1180 }, hasTouch: true, isMobile: true };
 export const PHONE = { viewport: { width: 390, height: 844 }, hasTouch: true, isMobile: true };
@@ -44,7 +44,7 @@ export async function closeBrowser() {
 /** Opens an empty page; `complaints` collects everything that a report must not do: errors, requests, dialogs, new windows. */
 export async function emptyPage(options = {}) {
   const context = await (await browser()).newContext({ viewport: { width: 1280, height: 720 }, ...options });
-  context.setDefaultTimeout(PATIENCE_MS);
+  context.setDefaultTimeout(TIMEOUT_MS);
   await context.setOffline(true);
   const page = await context.newPage();
   const complaints = [];
@@ -108,7 +108,7 @@ export async function mapImage(page) {
 }
 
 /** The card of the selected object. */
-export const chosen = (page) => page.getByRole("region", { name: "Selected object" });
+export const selectedCard = (page) => page.getByRole("region", { name: "Selected object" });
 
 /** Starts recording the texts drawn on canvases: for the map those of the last frame, for other canvases all. */
 export async function recordTexts(page) {

@@ -75,7 +75,7 @@ async function drag(page, panel, from, to) {
   await page.mouse.up();
 }
 
-for (const flight of ["figure-9", "slips"]) {
+for (const flight of ["figure-9", "out-of-view"]) {
   inReport(`every curve equals the record: ${flight}`, { flight }, async (page) => {
     const record = recordOf(flight);
     const expected = curvesOf(record);
@@ -289,8 +289,8 @@ inReport("the tooltip is never cut off, and disappears when the pointer leaves",
   assert.equal(await page.locator(".modebar, .hoverlayer .hovertext").count(), 0, "no plotly controls cover the curves");
 });
 
-inReport("the tooltip leaves out curves without a value at that time", { flight: "slips" }, async (page) => {
-  const record = recordOf("slips");
+inReport("the tooltip leaves out curves without a value at that time", { flight: "out-of-view" }, async (page) => {
+  const record = recordOf("out-of-view");
   const expected = curvesOf(record).filter(({ panel }) => panel === "position_error");
   for (const share of [0.1, 0.5, 0.9]) {
     const { head, rows } = await tooltip(page, "position_error", share);
@@ -416,8 +416,8 @@ inReport("curves of the selected object are emphasised: a UAV and its groups, a 
   assert.deepEqual(await front("speed"), record.ids("uavs").filter((id) => groupsOf(id).includes(group)).map((id) => `uavs ${id}`));
 });
 
-inReport("the selected target has a panel on top, which covers the whole run and marks times out of view", { flight: "slips" }, async (page) => {
-  const record = recordOf("slips");
+inReport("the selected target has a panel on top, which covers the whole run and marks times out of view", { flight: "out-of-view" }, async (page) => {
+  const record = recordOf("out-of-view");
   const hidden = ({ in_view, group }) => in_view.some((is, k) => is === false && group[k] !== null);
   const id = record.ids("targets").find((id) => hidden(record.tables.targets[id]));
   const { error_m, in_view, group } = record.tables.targets[id];

@@ -4,13 +4,13 @@ import assert from "node:assert/strict";
 import { execFileSync } from "node:child_process";
 import { after, test } from "node:test";
 
-import { PATIENCE_MS, PHONE, TABLET, goTo, closeBrowser, painted } from "./browser.mjs";
-import { axe, inPlace } from "./fit.mjs";
+import { TIMEOUT_MS, PHONE, TABLET, goTo, closeBrowser, painted } from "./browser.mjs";
+import { axe, checkLayout } from "./fit.mjs";
 import { STANDOFF, results, serving, openServed } from "./serving.mjs";
 
 after(closeBrowser);
 
-const limits = { timeout: 2 * PATIENCE_MS };
+const limits = { timeout: 2 * TIMEOUT_MS };
 
 /** The description of a map. */
 const description = (page, id) => page.locator(id).getAttribute("aria-label");
@@ -108,7 +108,7 @@ test("the page of two runs is accessible in both themes, and its layout fits on 
     await goTo(page, 30);
     for (const name of ["Charts", "State", "Events", "Outcome"]) {
       await page.getByRole("tab", { name }).click();
-      await inPlace(page, `${name}, ${screen}`);
+      await checkLayout(page, `${name}, ${screen}`);
       if (options.colorScheme) await axe(page, `${name}, ${screen}`);
     }
     for (const map of await page.locator(".view canvas").all()) {

@@ -16,7 +16,7 @@ export async function axe(page, what) {
 }
 
 /** Checks that no elements overlap or are cut off, and that nothing scrolls horizontally. */
-export async function inPlace(page, what) {
+export async function checkLayout(page, what) {
   const { scrolls, boxes, outside } = await page.evaluate(() => {
     const root = document.scrollingElement;
     const visible = [...document.querySelectorAll("header > *, .tools > *, #pointer-position, [role=tab], .bar > *, footer > *")]

@@ -5,7 +5,7 @@ import { join } from "node:path";
 import { pathToFileURL } from "node:url";
 import { after, test } from "node:test";
 
-import { emptyPage, camera, clock, folder, closeBrowser, painted, PATIENCE_MS } from "./browser.mjs";
+import { emptyPage, camera, clock, folder, closeBrowser, painted, TIMEOUT_MS } from "./browser.mjs";
 import { recordOf } from "./record.mjs";
 
 after(closeBrowser);
@@ -39,7 +39,7 @@ async function copied(page) {
 }
 
 function inLink(name, check) {
-  test(name, { timeout: 2 * PATIENCE_MS }, async () => {
+  test(name, { timeout: 2 * TIMEOUT_MS }, async () => {
     const { context, page, complaints } = await emptyPage();
     try {
       await check(page);

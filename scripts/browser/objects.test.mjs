@@ -2,7 +2,7 @@
 
 import assert from "node:assert/strict";
 
-import { PHONE, camera, chosen, goTo, recordTexts, painted, mapImage, texts } from "./browser.mjs";
+import { PHONE, camera, selectedCard, goTo, recordTexts, painted, mapImage, texts } from "./browser.mjs";
 import { inReport } from "./in_report.mjs";
 import { agrees, recordOf } from "./record.mjs";
 
@@ -82,20 +82,20 @@ inReport("a click selects an object with a ring, a card that follows the time, a
   const before = await mapImage(page);
   await page.mouse.click(...(await at(page, target.x_m, target.y_m)));
   await page.mouse.move(5, 5);
-  await chosen(page).getByRole("heading", { name: record.names[id], exact: true }).waitFor();
+  await selectedCard(page).getByRole("heading", { name: record.names[id], exact: true }).waitFor();
   assert.ok((await mapImage(page)) !== before, "the object is marked on the map");
   const row = page.locator("#targets tbody tr").first();
   assert.equal(await row.locator("td").first().textContent(), record.names[id], "its row comes first");
   assert.equal(await row.getByRole("button").getAttribute("aria-pressed"), "true");
-  assert.equal(await page.locator("tr.chosen").count(), 1);
+  assert.equal(await page.locator("tr.selectedCard").count(), 1);
   for (const time_s of [40, 41, 60]) {
     await goTo(page, time_s);
-    agrees((await facts(chosen(page))).error_m, record.rows("targets", time_s).get(id).error_m, 2, `error at ${time_s} s`);
+    agrees((await facts(selectedCard(page))).error_m, record.rows("targets", time_s).get(id).error_m, 2, `error at ${time_s} s`);
   }
   await page.keyboard.press("Escape");
   await painted(page);
-  assert.equal(await chosen(page).count(), 0);
-  assert.equal(await page.locator("tr.chosen").count(), 0);
+  assert.equal(await selectedCard(page).count(), 0);
+  assert.equal(await page.locator("tr.selectedCard").count(), 0);
 });
 
 inReport("a click on an empty position clears the selection, and repeated clicks select overlapping objects in turn", {}, async (page) => {
@@ -106,17 +106,17 @@ inReport("a click on an empty position clears the selection, and repeated clicks
   const place = await at(page, uav.x_m, uav.y_m);
   const names = new Set();
   await page.mouse.click(...place);
-  assert.equal(await chosen(page).getByRole("heading").textContent(), "UAV 0");
+  assert.equal(await selectedCard(page).getByRole("heading").textContent(), "UAV 0");
   const target = [...record.rows("targets", 40)].find(([, one]) => one.group === 0)[1];
   const crowd = await at(page, target.x_m, target.y_m);
   for (let click = 0; click < 3; click++) {
     await page.mouse.click(...crowd);
-    names.add(await chosen(page).getByRole("heading").textContent());
+    names.add(await selectedCard(page).getByRole("heading").textContent());
   }
   assert.ok(names.size >= 2, `${[...names]}`);
   const map = await page.locator("#map").boundingBox();
   await page.mouse.click(map.x + 5, map.y + map.height / 2);
-  assert.equal(await chosen(page).count(), 0);
+  assert.equal(await selectedCard(page).count(), 0);
 });
 
 inReport("rows of UAVs, groups and targets are selected with mouse and keyboard, and selected objects can be followed", {}, async (page) => {
@@ -132,9 +132,9 @@ inReport("rows of UAVs, groups and targets are selected with mouse and keyboard,
     } else {
       await row.locator("td").nth(1).click();
     }
-    await chosen(page).getByRole("button", { name: "Follow" }).click();
+    await selectedCard(page).getByRole("button", { name: "Follow" }).click();
     assert.equal(await follow.inputValue(), `${kind} ${id}`);
-    assert.equal(await chosen(page).getByRole("button", { name: "Follow" }).getAttribute("aria-pressed"), "true");
+    assert.equal(await selectedCard(page).getByRole("button", { name: "Follow" }).getAttribute("aria-pressed"), "true");
     for (const time_s of [40, 80]) {
       await goTo(page, time_s);
       const { x_m, y_m } = record.rows(table, time_s).get(id);
@@ -142,8 +142,8 @@ inReport("rows of UAVs, groups and targets are selected with mouse and keyboard,
       assert.ok(Math.hypot(view.x_m - x_m, view.y_m - y_m) < 0.01, `${kind} ${id} at ${time_s} s: ${view.x_m} ${view.y_m}, expected ${x_m} ${y_m}`);
     }
   }
-  await chosen(page).getByRole("button", { name: "Close" }).click();
-  assert.equal(await chosen(page).count(), 0);
+  await selectedCard(page).getByRole("button", { name: "Close" }).click();
+  assert.equal(await selectedCard(page).count(), 0);
   assert.equal(await follow.inputValue(), "target 4", "closing the card does not stop following");
   for (const [table, text] of [["uavs", "inside"], ["groups", "r_d"], ["targets", "out of view"]]) {
     const titles = await page.locator(`#${table} th`).evaluateAll((heads) => heads.map((head) => head.title));
@@ -166,7 +166,7 @@ inReport("a UAV in an outage is marked with its position and time until it retur
   }
   await goTo(page, 45);
   await row.click();
-  assert.match(await chosen(page).textContent(), /UAV 1: outage since 40\.0 s/);
+  assert.match(await selectedCard(page).textContent(), /UAV 1: outage since 40\.0 s/);
 });
 
 inReport("a note reports that a followed object has ended, and following resumes at times when it exists", { flight: "outage" }, async (page) => {
@@ -196,13 +196,13 @@ inReport("on a phone a tap selects an object, the card fits on the map, and the 
   await goTo(page, 40);
   const uav = record.rows("uavs", 40).get(3);
   await page.touchscreen.tap(...(await at(page, uav.x_m, uav.y_m)));
-  await chosen(page).getByRole("heading", { name: "UAV 3", exact: true }).waitFor();
+  await selectedCard(page).getByRole("heading", { name: "UAV 3", exact: true }).waitFor();
   const map = await page.locator("#map").boundingBox();
-  for (const box of await Promise.all([chosen(page), page.locator(".tools")].map((one) => one.boundingBox()))) {
+  for (const box of await Promise.all([selectedCard(page), page.locator(".tools")].map((one) => one.boundingBox()))) {
     assert.ok(box.x >= 0 && box.x + box.width <= 390, `${JSON.stringify(box)} fits`);
     assert.ok(box.y + box.height <= map.y + map.height);
   }
-  await chosen(page).getByRole("button", { name: "Close" }).tap();
+  await selectedCard(page).getByRole("button", { name: "Close" }).tap();
   await page.getByRole("button", { name: "Ruler" }).tap();
   const session = await page.context().newCDPSession(page);
   const touch = (type, ...points) => session.send("Input.dispatchTouchEvent", { type, touchPoints: points.map(([x, y]) => ({ x, y })) });

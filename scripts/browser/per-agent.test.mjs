@@ -4,7 +4,7 @@ import assert from "node:assert/strict";
 import { join } from "node:path";
 import { pathToFileURL } from "node:url";
 
-import { chosen, clock, folder, goTo, recordTexts, painted, mapImage, texts } from "./browser.mjs";
+import { selectedCard, clock, folder, goTo, recordTexts, painted, mapImage, texts } from "./browser.mjs";
 import { inReport } from "./in_report.mjs";
 import { agrees, recordOf } from "./record.mjs";
 
@@ -136,8 +136,8 @@ inReport("the card of a UAV shows its missing reports and the ages of its report
   const time_s = 22;
   await goTo(page, time_s);
   await page.evaluate(() => (location.hash = "#t=22&uav=2"));
-  await chosen(page).waitFor();
-  const fact = (field) => chosen(page).locator(`[data-field="${field}"]`).textContent();
+  await selectedCard(page).waitFor();
+  const fact = (field) => selectedCard(page).locator(`[data-field="${field}"]`).textContent();
   const { team } = agentsAt(time_s)[2];
   assert.equal(await fact("status"), `timed out, last report ${agentsAt(time_s)[0].team[2].age_s.toFixed(1)} s ago`);
   assert.equal(await fact("ages"), [0, 1, 3].map((uav) => `UAV ${uav} ${team[uav].age_s.toFixed(1)} s`).join(", "));

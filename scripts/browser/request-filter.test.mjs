@@ -7,11 +7,11 @@ import { join } from "node:path";
 import { after, test } from "node:test";
 import { pathToFileURL } from "node:url";
 
-import { emptyPage, closeBrowser, PATIENCE_MS } from "./browser.mjs";
+import { emptyPage, closeBrowser, TIMEOUT_MS } from "./browser.mjs";
 
 after(closeBrowser);
 
-test("requests, errors and dialogs of a page are detected, and all requests are blocked", { timeout: PATIENCE_MS }, async () => {
+test("requests, errors and dialogs of a page are detected, and all requests are blocked", { timeout: TIMEOUT_MS }, async () => {
   const folder = mkdtempSync(join(tmpdir(), "standoff-"));
   const { context, page, complaints } = await emptyPage();
   try {

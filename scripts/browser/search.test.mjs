@@ -3,7 +3,7 @@
 import assert from "node:assert/strict";
 import { readFileSync } from "node:fs";
 
-import { camera, chosen, goTo, recordTexts, painted, texts } from "./browser.mjs";
+import { camera, selectedCard, goTo, recordTexts, painted, texts } from "./browser.mjs";
 import { NAMES } from "./hostile.mjs";
 import { inReport } from "./in_report.mjs";
 import { agrees, recordOf } from "./record.mjs";
@@ -23,7 +23,7 @@ inReport("searching for a target, UAV or group selects it and centres the map on
     const { x_m, y_m } = record.rows(table, 40).get(id);
     const view = await camera(page);
     assert.ok(Math.hypot(view.x_m - x_m, view.y_m - y_m) < 0.01, query);
-    assert.equal((await chosen(page).getByRole("heading").textContent()).toLowerCase(), query.replace("get-2", "target-2").toLowerCase());
+    assert.equal((await selectedCard(page).getByRole("heading").textContent()).toLowerCase(), query.replace("get-2", "target-2").toLowerCase());
     await page.keyboard.press("Escape");
     assert.equal(await page.evaluate(() => document.activeElement.id), "map");
   }
@@ -45,13 +45,13 @@ inReport("hostile names can be found, are shown as text, and at most 20 are prop
     const proposed = await page.locator("#search-names option").evaluateAll((all) => all.map((one) => one.value));
     assert.ok(proposed.length >= 1 && proposed.length <= 20, `${name}: ${proposed}`);
     await find.press("Enter");
-    assert.equal(await chosen(page).count(), 1, name);
+    assert.equal(await selectedCard(page).count(), 1, name);
     assert.equal(await page.locator("img").count(), 0);
   }
 });
 
-inReport("a highlighted group: other objects are faint on the map and not in the table of targets", { flight: "slips" }, async (page) => {
-  const record = recordOf("slips");
+inReport("a highlighted group: other objects are faint on the map and not in the table of targets", { flight: "out-of-view" }, async (page) => {
+  const record = recordOf("out-of-view");
   await recordTexts(page);
   await page.getByRole("tab", { name: "State" }).click();
   await goTo(page, 27);

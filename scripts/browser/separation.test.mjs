@@ -2,7 +2,7 @@
 
 import assert from "node:assert/strict";
 
-import { camera, chosen, goTo, recordTexts, painted, texts } from "./browser.mjs";
+import { camera, selectedCard, goTo, recordTexts, painted, texts } from "./browser.mjs";
 import { inReport } from "./in_report.mjs";
 import { agrees, recordOf } from "./record.mjs";
 
@@ -142,7 +142,7 @@ inReport("an intruder can be found and selected, and its events can be listed al
   }
   await page.getByLabel("Find").fill("intruder 1");
   await page.keyboard.press("Enter");
-  await chosen(page).getByRole("heading", { name: "Intruder 1" }).waitFor();
+  await selectedCard(page).getByRole("heading", { name: "Intruder 1" }).waitFor();
   assert.ok(await isInView(1), "searching brings the intruder into view");
   await page.getByRole("tab", { name: "Events" }).click();
   await page.getByLabel("only intruder 1").check();

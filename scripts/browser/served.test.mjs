@@ -5,12 +5,12 @@ import { execFileSync } from "node:child_process";
 import { createServer } from "node:http";
 import { after, test } from "node:test";
 
-import { PATIENCE_MS, browser, camera, closeBrowser } from "./browser.mjs";
+import { TIMEOUT_MS, browser, camera, closeBrowser } from "./browser.mjs";
 import { STANDOFF, results, serving, openServed } from "./serving.mjs";
 
 after(closeBrowser);
 
-const limits = { timeout: 2 * PATIENCE_MS };
+const limits = { timeout: 2 * TIMEOUT_MS };
 
 const shown_s = async (page) => Number.parseFloat(await page.textContent("#clock"));
 
@@ -175,7 +175,7 @@ test("a page that reads no data does not delay the run", limits, async () => {
   const { page } = await openServed(run.address);
   const session = await page.context().newCDPSession(page);
   await session.send("Page.setWebLifecycleState", { state: "frozen" });
-  const until = Date.now() + PATIENCE_MS;
+  const until = Date.now() + TIMEOUT_MS;
   for (;;) {
     const head = await (await fetch(`${run.address}/replay/head.json`)).json();
     if (head.outcome.length) break;

@@ -7,7 +7,7 @@ import { tmpdir } from "node:os";
 import { join } from "node:path";
 import { after } from "node:test";
 
-import { PATIENCE_MS, browser } from "./browser.mjs";
+import { TIMEOUT_MS, browser } from "./browser.mjs";
 
 export const STANDOFF = process.env.STANDOFF;
 assert.ok(STANDOFF, "STANDOFF must name the command: start the tests with scripts/check_in_browser");
@@ -47,7 +47,7 @@ export async function serving(...args) {
 /** Opens a page; `complaints` collects its errors, warnings and foreign requests. `prepare` is called before navigation. */
 export async function openServed(address, prepare, options = {}) {
   const context = await (await browser()).newContext({ viewport: { width: 1280, height: 720 }, ...options });
-  context.setDefaultTimeout(PATIENCE_MS);
+  context.setDefaultTimeout(TIMEOUT_MS);
   const page = await context.newPage();
   const complaints = [];
   page.on("pageerror", (error) => complaints.push(error.message));

@@ -5,7 +5,7 @@ import { pathToFileURL } from "node:url";
 
 import { chromium } from "playwright-core";
 
-import { chosen, goTo, recordTexts } from "./browser.mjs";
+import { selectedCard, goTo, recordTexts } from "./browser.mjs";
 
 const [results, pictures] = process.argv.slice(2);
 const browser = await chromium.launch({
@@ -57,7 +57,7 @@ async function numbered(page) {
   };
   const at = [
     [map.x + 24, map.y + map.height - 90], label("group 0"), label("UAV 1"), await corner(page.locator(".track")),
-    await corner(page.locator("#tab-events")), await corner(page.locator("#panels")), await corner(chosen(page)),
+    await corner(page.locator("#tab-events")), await corner(page.locator("#panels")), await corner(selectedCard(page)),
     await corner(page.locator("#layers")), await corner(page.locator("#find")),
   ];
   await page.evaluate((at) => {

@@ -75,7 +75,7 @@ function checkTargets(rows, recorded, names) {
 /** Runs with times, and the warnings expected at these times. */
 const CHOSEN = [
   ["figure-9", [0, 0.5, 33, 60, 100], ["in handoff", "removed"]],
-  ["slips", [27], ["out of view"]],
+  ["out-of-view", [27], ["out of view"]],
 ];
 for (const [flight, times_s, warnings] of CHOSEN) {
   inReport(`the tables equal the record at selected times: ${flight}`, { flight }, async (page) => {

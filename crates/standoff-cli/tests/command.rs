@@ -518,7 +518,7 @@ fn help_has_examples_and_the_version_is_printed() {
     assert_eq!(text(&standoff(folder.path(), &["--version"]).stdout), "standoff 0.1.0\n");
 }
 
-/// A file-size limit stands for a full disk: the tables of the record fit, the page does not.
+/// A file-size limit simulates a full disk: the tables of the record fit, the page does not.
 #[cfg(unix)]
 #[test]
 fn the_record_is_kept_if_the_page_cannot_be_written() {

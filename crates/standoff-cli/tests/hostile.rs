@@ -18,7 +18,7 @@ use flate2::write::GzEncoder;
 use standoff_sim::record::{EventRow, Frame, Record, Writer, panic_is_expected};
 use tempfile::TempDir;
 
-/// Limits of virtual memory, KiB (it exceeds the memory in use), and of CPU time, s.
+/// Limits: virtual memory, KiB (never less than the resident memory), and CPU time, s.
 const LIMITS: &str = "ulimit -v 262144; ulimit -t 5; exec \"$0\" \"$@\"";
 
 const XML: &str = "<fcd-export>\n<timestep time=\"1\">\n<vehicle id=\"v\" x=\"3\" y=\"4\"/>\n</timestep></fcd-export>";
@@ -120,7 +120,7 @@ fn invalid_scenarios_are_refused() {
 }
 
 #[test]
-fn oversized_scenarios_are_refused_as_quickly() {
+fn oversized_scenarios_are_refused_within_the_same_limits() {
     let within = |unit: &str, signs: usize| unit.repeat(199_000 / signs);
     let numbered = |unit: fn(usize) -> String, signs: usize| (0..199_000 / signs).map(unit).collect::<String>();
     let at = "[[targets.start]]\nx_m = 1\ny_m = 2\nvx_m_s = 3\nvy_m_s = 4\n";
@@ -498,7 +498,7 @@ fn damaged_tables_are_refused() {
     check_refused(folder.path(), &["report", "run"], &["run/uavs.parquet", "does not end as a Parquet file"]);
 }
 
-/// A table that another program has rewritten is not damaged, so that the advice must not be to copy it again.
+/// A table that another program has rewritten is not damaged, so the message must not advise copying it again.
 #[test]
 fn unsupported_table_formats_are_refused_with_advice() {
     // In the table's metadata: the last encoding of a column, RLE (3), its name, and the codec Snappy (1).

@@ -209,7 +209,7 @@ fn two_simultaneous_runs_into_one_folder_never_mix() {
 }
 
 #[test]
-fn names_that_standoff_gives_itself_are_refused() {
+fn reserved_folder_suffixes_are_refused() {
     let folder = tempfile::tempdir().unwrap();
     for out in ["o.partial", "o.standoff-older", "o.partial/"] {
         let output = standoff(folder.path(), &[&SHORT[..], &[out]].concat());
@@ -294,7 +294,7 @@ fn a_batch_interrupted_before_its_page_is_complete_and_the_command_can_be_repeat
     assert_eq!(names(&folder.path().join("o")), files);
 }
 
-/// A file-size limit stands for a full disk.
+/// A file-size limit simulates a full disk.
 #[test]
 fn a_run_without_room_for_its_tables_fails_and_leaves_the_older_run() {
     let folder = tempfile::tempdir().unwrap();

@@ -78,7 +78,7 @@ mod with_the_feature {
         check_refused(|_| (), "o/a.mcap", "o/a.mcap: lies in the folder of the run");
     }
 
-    /// A file-size limit stands for a full disk: all files of the record fit, the MCAP file does not.
+    /// A file-size limit simulates a full disk: all files of the record fit, the MCAP file does not.
     #[cfg(unix)]
     #[test]
     fn a_disk_that_fills_up_affects_the_mcap_file_only() {

@@ -281,7 +281,7 @@ fn a_page_that_does_not_fit_can_be_written_later() {
     check_same(&folder.path().join("whole"), &folder.path().join("o"));
 }
 
-/// A file-size limit stands for a full disk, because it needs no root privileges.
+/// A file-size limit simulates a full disk, because it needs no root privileges.
 #[test]
 #[cfg(target_os = "linux")]
 fn a_full_disk_loses_no_completed_run() {

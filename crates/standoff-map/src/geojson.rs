@@ -63,7 +63,7 @@ fn fault(error: serde_json::Error, begin: Position) -> Fault {
     Fault::at(at, format!("not JSON: {}{cut}", printable(message)))
 }
 
-/// State of the file so far.
+/// Shapes and counts read from the file so far.
 struct Found {
     shapes: Shapes,
     /// Number of geometries and positions read, including those of incomplete objects.

@@ -14,7 +14,7 @@ use crate::error::{MapError, named};
 use crate::geometry::{Bounds, Form, Point, Shape, Shapes};
 use crate::limits::{FURTHEST_M, MARGIN_M};
 
-/// Location of a run.
+/// Plane and bounds of a run.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Place {
     /// Point where its plane touches the Earth, if known.
@@ -34,7 +34,7 @@ pub(crate) struct Read {
     pub(crate) is_of_openstreetmap: bool,
 }
 
-/// Frame of a net.
+/// Coordinate frame of a net (SUMO's `<location>`).
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Location {
     /// Offset that was added to projected positions.

@@ -16,16 +16,16 @@ use crate::projection::{Location, Read};
 const LANE_M: f64 = 3.2;
 /// Maximum plausible width of a lane, m.
 const LANE_MAX_M: f64 = 100.0;
-/// Speed limit above which an edge is a major road, m/s: streets have 50 km/h.
+/// Speed limit above which an edge is a major road, m/s; the usual limit in towns is 50 km/h (13.9 m/s).
 const MAJOR_M_S: f64 = 16.0;
 /// Functions of edges that are connections in junctions, not roads.
-const WITHIN: [&str; 3] = ["internal", "crossing", "walkingarea"];
+const JUNCTION_FUNCTIONS: [&str; 3] = ["internal", "crossing", "walkingarea"];
 /// Vehicle classes on rails.
 const ON_RAILS: [&str; 7] = ["rail", "rail_urban", "rail_electric", "rail_fast", "tram", "subway", "cable_car"];
 /// Vehicle classes on paths.
 const ON_PATHS: [&str; 4] = ["pedestrian", "bicycle", "wheelchair", "scooter"];
 /// Root elements of files with polygons.
-const OF_POLYGONS: [&str; 3] = ["additional", "polygons", "shapes"];
+const POLYGON_ROOTS: [&str; 3] = ["additional", "polygons", "shapes"];
 
 pub(crate) fn read(text: Text<'_>, before: Count) -> Result<Read, Fault> {
     let mut file = File { shapes: Shapes::after(before), ..File::default() };
@@ -49,7 +49,7 @@ pub(crate) fn read(text: Text<'_>, before: Count) -> Result<Read, Fault> {
     })
 }
 
-/// State of the file so far.
+/// Shapes and counts read from the file so far.
 #[derive(Default)]
 struct File {
     in_root: bool,
@@ -109,7 +109,7 @@ impl File {
         self.is_net = name == "net";
         let help = match name {
             "net" => return Ok(()),
-            _ if OF_POLYGONS.contains(&name) => return Ok(()),
+            _ if POLYGON_ROOTS.contains(&name) => return Ok(()),
             "fcd-export" => "this is traffic: use it with --traffic, and give --map the net that it was made on",
             "routes" | "trips" => "these are trips: give --map the net that they are for",
             "osm" => "this is OpenStreetMap XML: convert it to a net with netconvert --osm-files, or to GeoJSON",
@@ -144,7 +144,7 @@ impl File {
     fn begin_edge(&mut self, element: &BytesStart<'_>, start: Position) -> Result<(), Fault> {
         self.end_edge()?;
         let [function, kind] = attributes(element, start, ["function", "type"])?;
-        let is_within = function.is_some_and(|function| WITHIN.contains(&function.text.as_ref()));
+        let is_within = function.is_some_and(|function| JUNCTION_FUNCTIONS.contains(&function.text.as_ref()));
         let kind = kind.and_then(|kind| Kind::of_type(&kind.text));
         self.edge = (!is_within).then(|| Edge { start, kind, lanes: Vec::new(), points: 0 });
         Ok(())

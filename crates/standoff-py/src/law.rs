@@ -369,7 +369,7 @@ fn name(law: &Bound<'_, PyAny>) -> PyResult<String> {
     Ok(law.get_type().name()?.to_string())
 }
 
-/// Class name of a law, as the argument of the functions that read answers.
+/// Class name of a law, as the argument of the functions that convert return values.
 fn name_argument<'py>(law: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyTuple>> {
     (name(law)?,).into_pyobject(law.py())
 }

@@ -223,7 +223,7 @@ fn goals(plan: &Plan, best: &[Metrics], paper: &[Metrics]) -> Result<Table, Fail
     for (metric, what, at_least, at_most) in GOALS {
         row(what, at_least, at_most, Estimate::mean(&measured(best, metric)));
     }
-    // Orbits around the minimum enclosing circle are smaller by definition, so that the reference uses this centre,
+    // Orbits around the minimum enclosing circle are smaller by definition, so the reference uses this centre,
     // too.
     let same_centre =
         plan.fly(&ScenarioVariant::of(PAIR, &["orbit.centre=enclosing-circle"]), MetricSelection::standard())?;

@@ -157,17 +157,18 @@ mod tests {
 
     use super::*;
 
-    /// Each row of the tables sets one key as in the paper's law, and each key has one row. The rows for the margin and
-    /// for the circle set other values than the paper's law, because the paper's margin and filter need further keys.
+    /// Each row of the tables sets one key as in the paper's law. Each key has one row, except those that `has_row`
+    /// excludes. The rows for the margin and for the circle set other values than the paper's law, because the paper's
+    /// margin and filter need further keys.
     #[test]
-    fn the_rows_undo_the_improvements_over_the_papers_law() {
+    fn each_row_sets_one_key_as_in_the_papers_law() {
         let undone: Vec<&str> = WITHOUT.iter().flat_map(|(_, undo)| undo.iter().copied()).collect();
         let others = ["orbit.margin_sds=1.645", "orbit.centre=centroid"];
         assert!(undone.iter().all(|key| PAPER_LAW.contains(key) || others.contains(key)), "{undone:?}");
-        let has_row = |edit: &&&str| {
+        let has_row = |setting: &&&str| {
             !["feedforward", "turn_rate_gain", "lead", "speed_reference", "margin", "centre_jump", "centre"]
                 .iter()
-                .any(|key| edit.contains(&format!(".{key}=")))
+                .any(|key| setting.contains(&format!(".{key}=")))
         };
         let mut papers: Vec<&str> = PAPER_LAW.iter().filter(has_row).copied().collect();
         let mut sorted: Vec<&str> = undone.iter().filter(|key| !others.contains(*key)).copied().collect();

@@ -42,7 +42,7 @@ impl StudyGroup {
     }
 }
 
-/// All pieces, in the order of the page.
+/// All study groups, in the order of the page.
 pub const STUDY_GROUPS: [StudyGroup; 10] = [
     StudyGroup {
         name: "table-2",

@@ -18,9 +18,9 @@ const CROSSING_M_S: f64 = 3.0;
 /// Range of cruise speeds, m/s.
 const CRUISE_M_S: [f64; 2] = [5.0, 15.0];
 /// Probability that a car drives straight on without drawing a direction.
-const STRAIGHT: f64 = 0.4;
+const STRAIGHT_PROBABILITY: f64 = 0.4;
 /// Probability that a car waits at a crossing.
-const WAITS: f64 = 0.2;
+const WAIT_PROBABILITY: f64 = 0.2;
 /// Range of waiting times at a crossing, s.
 const WAIT_S: [f64; 2] = [1.0, 15.0];
 
@@ -88,7 +88,7 @@ impl Car {
             self.from = [0, 1].map(|axis| self.from[axis] + self.way[axis]);
             self.driven_m = 0.0;
             self.turn(blocks);
-            if self.draw.uniform() < WAITS {
+            if self.draw.uniform() < WAIT_PROBABILITY {
                 self.wait_s = between(&mut self.draw, WAIT_S);
             }
         }
@@ -101,7 +101,7 @@ impl Car {
             *way != back && [0, 1].iter().all(|&axis: &usize| (0..=blocks).contains(&(self.from[axis] + way[axis])))
         };
         let ways: Vec<[i32; 2]> = [[1, 0], [-1, 0], [0, 1], [0, -1]].into_iter().filter(is_possible).collect();
-        if ways.contains(&self.way) && self.draw.uniform() < STRAIGHT {
+        if ways.contains(&self.way) && self.draw.uniform() < STRAIGHT_PROBABILITY {
             return;
         }
         let chosen = (self.draw.uniform() * ways.len() as f64) as usize;

@@ -196,7 +196,7 @@ pub fn summary(studies: &[Study]) -> String {
     text
 }
 
-/// Writes the figures, the data and the claims of the studies of one piece.
+/// Writes the figures, the data and the claims of the studies of one study group.
 pub fn save(studies: &[Study], dir: &Path) -> Result<(), Failure> {
     let mut claims = Vec::new();
     for study in studies {
@@ -212,7 +212,7 @@ pub fn save(studies: &[Study], dir: &Path) -> Result<(), Failure> {
     write(&dir.join(claims_file(first.name)), &claims)
 }
 
-/// Returns the name of the file of claims of a piece.
+/// Returns the name of the claims file of a study group.
 pub fn claims_file(name: &str) -> String {
     format!("{name}.json")
 }

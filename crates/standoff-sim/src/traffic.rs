@@ -154,7 +154,7 @@ mod tests {
     }
 
     #[test]
-    fn a_byte_order_mark_takes_no_column() {
+    fn a_byte_order_mark_is_not_counted_as_a_column() {
         let error = read_bytes(b"\xEF\xBB\xBF<routes/>").unwrap_err();
         assert_eq!(error.position, Some(Position { line: 1, column: 1 }));
     }

@@ -248,8 +248,8 @@ fn paper_table_2_guidance_is_near_the_published_values() {
 }
 
 /// The paper's estimation errors are larger than those of a filter with the true target model, which works at its
-/// bound. A filter that assumes a twelfth of the targets' acceleration has similar position errors as the paper, and
-/// assumes far smaller ones.
+/// bound. A filter that assumes a twelfth of the targets' acceleration has position errors similar to the paper's, but
+/// its covariance states far smaller ones.
 #[test]
 fn paper_table_2_estimates_match_only_with_an_overconfident_filter() {
     let paper = [("paper/table-2-single", 9.5227), ("paper/table-2-pair", 6.8570)];
@@ -420,7 +420,7 @@ fn record(scenario: &Scenario, frames: &[Frame], dir: &Path) -> Record {
 /// Scores are computed from the record alone. Without the truth table, truth-based scores are missing and everything
 /// else is available.
 #[test]
-fn record_has_everything_for_scores_and_truth_is_one_table() {
+fn record_contains_all_inputs_of_the_scores_and_truth_is_optional() {
     let folder = tempfile::tempdir().unwrap();
     let dir = folder.path().join("run");
     let scenario = load("paper/table-2-pair", &[], 6);

@@ -490,8 +490,8 @@ fn draws_are_keyed_by_sender_receiver_and_time() {
         assert_ne!(faulty, three, "{fault}");
         assert_eq!(other(&faulty), other(&three), "{fault}");
     }
-    // Other messages of the same sender have no influence either: the first message of a time step has the same fate as
-    // alone.
+    // Other messages of the same sender have no influence either: the first message of a time step is received or lost
+    // as if it were alone.
     let more = flown(&team(3, ALL), 2, 0).0.received;
     let first: Vec<_> = more.into_iter().filter(|received| received.from == OUTSIDE || received.number == 0).collect();
     assert_eq!(first, three);
@@ -551,7 +551,7 @@ fn resolved_scenario_has_the_same_faults() {
     assert!((30.0..40.0).contains(&first.restarts[0].at_s));
 }
 
-/// Wraps the built-in controller and records the restart_counts in its reports.
+/// Wraps the built-in controller and records the restart counts in its reports.
 struct Spy {
     inner: Box<dyn Controller + Send>,
     restart_counts: Rc<RefCell<Vec<(u32, u32)>>>,

@@ -390,7 +390,7 @@ fn unknown_name_lists_the_built_in_scenarios_and_suggests_the_nearest() {
 }
 
 #[test]
-fn only_the_edit_is_reported_if_it_is_invalid() {
+fn only_an_invalid_override_is_reported() {
     let overrides = Overrides { set: vec!["duration_s.x=1".to_owned()], ..Overrides::default() };
     let error = Scenario::load("paper/table-2-pair", &overrides, 1).unwrap_err().to_string();
     assert_eq!(error, "command line: duration_s.x: goes through something that is not a table");

@@ -265,7 +265,7 @@ mod tests {
 
         /// Shifting, rotating and reordering the points shifts and rotates the circle.
         #[test]
-        fn the_circle_moves_with_points(points in cloud(), x in -1e4..1e4f64, y in -1e4..1e4f64, turn in -3.0..3.0f64) {
+        fn the_circle_is_shifted_and_rotated_with_its_points(points in cloud(), x in -1e4..1e4f64, y in -1e4..1e4f64, turn in -3.0..3.0f64) {
             let turned = |at: Position| {
                 let (sin, cos) = crate::math::sin_cos(turn);
                 point((x + cos * at.x_m() - sin * at.y_m(), y + sin * at.x_m() + cos * at.y_m()))
@@ -278,7 +278,7 @@ mod tests {
 
         /// Compares the motion with central differences, if the support points stay the same.
         #[test]
-        fn the_circle_moves_as_its_support_points_do(
+        fn the_velocity_of_the_circle_matches_central_differences(
             points in prop::collection::vec((-300.0..300.0f64, -300.0..300.0f64), 2..8),
             velocities in prop::collection::vec((-15.0..15.0f64, -15.0..15.0f64), 8),
         ) {

@@ -119,7 +119,7 @@ mod tests {
 
     /// A sender that uses ever new ids cannot exceed the maximum.
     #[test]
-    fn of_too_many_intruders_the_newest_are_kept() {
+    fn at_the_limit_the_newest_intruders_are_kept() {
         let (mut intruders, mut refused) = (Intruders::default(), Rejected::NONE);
         for aircraft in 0..150 {
             let at_s = 0.1 * f64::from(aircraft);

@@ -264,7 +264,7 @@ mod tests {
 
     /// The report that was sent first counts, in whatever order they arrive, and the other one is counted as rejected.
     #[test]
-    fn of_two_reports_of_one_uav_the_one_sent_first_counts() {
+    fn the_report_that_a_uav_sent_first_counts() {
         let honest = report(1, 0, 9);
         for (other, counts) in [(report(1, u32::MAX, u32::MAX), 9), (report(1, 1, 0), 9), (report(1, 0, 0), 0)] {
             let (first, second) = if counts == 9 { (&honest, &other) } else { (&other, &honest) };
@@ -278,7 +278,7 @@ mod tests {
     /// A UAV that sends two different reports with one sequence number cannot make the stored message depend on the
     /// order of arrival.
     #[test]
-    fn of_two_reports_with_one_sequence_number_the_same_counts_in_any_order() {
+    fn which_report_of_a_duplicate_sequence_number_counts_does_not_depend_on_order() {
         let honest = report(1, 0, 9);
         let detection = |range_m| Detection {
             label: TargetLabel(1),
@@ -411,7 +411,7 @@ mod tests {
 
     /// Agents that have received all of the cues store the same ones, in whatever order they arrive.
     #[test]
-    fn of_too_many_cues_the_same_are_kept_in_any_order() {
+    fn which_cues_are_kept_at_the_limit_does_not_depend_on_order() {
         let cues: Vec<Cue> = (0..TARGETS_MAX as u32 + 9)
             .map(|label| Cue {
                 source: label / 1000,

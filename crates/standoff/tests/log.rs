@@ -103,7 +103,7 @@ fn a_restarted_agent_recovers_the_team_state() {
 /// A UAV receives nothing for half a minute, and no cues for 7 s more, while all others receive its messages and do not
 /// wait for it. Whichever UAV it is, it catches up with the commits of the others, and no message is lost.
 #[test]
-fn a_uav_that_was_deaf_for_a_while_catches_up_with_the_commits() {
+fn a_uav_that_received_nothing_for_a_while_catches_up_with_the_commits() {
     for deaf in 0..3 {
         let mut team = Team::new(3, 5).with_motion(|id, now| {
             let velocity = Velocity::from_m_s(6.0, 2.0);

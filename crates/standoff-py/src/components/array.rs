@@ -255,17 +255,17 @@ pub(crate) fn common(all: &[(&'static str, &[usize])]) -> PyResult<Vec<usize>> {
     Ok(lead)
 }
 
-/// Computes the results row by row without the GIL and checks for Ctrl-C every `patience` rows.
+/// Computes the results row by row without the GIL and checks for Ctrl-C every `rows_per_check` rows.
 pub(crate) fn each<T: Send>(
     py: Python<'_>,
     rows: usize,
-    patience: usize,
+    rows_per_check: usize,
     mut row: impl FnMut(usize) -> T + Send,
 ) -> PyResult<Vec<T>> {
     let mut results = Vec::with_capacity(rows);
     while results.len() < rows {
         py.check_signals()?;
-        let next = results.len()..rows.min(results.len() + patience.max(1));
+        let next = results.len()..rows.min(results.len() + rows_per_check.max(1));
         py.detach(|| results.extend(next.map(&mut row)));
     }
     Ok(results)

@@ -81,7 +81,7 @@ impl Filter {
     }
 }
 
-/// Measurements of one time step: one or m of each of n targets.
+/// Measurements of one time step: for each of n targets, one or m measurements.
 struct Measurements {
     uav: Rows<f64, 2>,
     range_m: Rows<f64, 1>,
@@ -274,7 +274,7 @@ impl Filter {
     ///
     /// :param uav_position_m: shape (..., 2), position of the measuring UAV, east and north, m: (2,) for one UAV, (m,
     ///     2) for m UAVs that measure every target.
-    /// :param range_m: shape (n,), or (n, m) for m measurements of each target, m. A measurement from less than 1 m
+    /// :param range_m: shape (n,), or (n, m) for m measurements of each target, m. A measurement taken less than 1 m
     ///     from the predicted position carries no information.
     /// :param bearing_rad: same shape, rad anticlockwise from east.
     /// :param mask: same shape; False marks missing measurements, whose values are ignored.

@@ -17,7 +17,7 @@ const SPEED_M_S: f64 = 40.0;
 /// Range of distances from the centre for the claim, m: one third of the radius to three times the radius.
 const EVALUATED_M: [f64; 2] = [100.0, 900.0];
 /// Turn rate that counts as zero, rad/s.
-const NOTHING_RAD_S: f64 = 1e-3;
+const ZERO_TOLERANCE_RAD_S: f64 = 1e-3;
 
 const FORMS: [(&str, Feedforward); 3] =
     [("published", Feedforward::Paper), ("exact", Feedforward::StaticCentre), ("field", Feedforward::Field)];
@@ -87,7 +87,7 @@ pub(super) fn study_feedforward(_: &Plan) -> Result<Study, Failure> {
             "(25) is obtained by differentiating (23): largest difference, 100 to 900 m from the centre of an orbit of \
              300 m",
             "rad/s",
-            [0.0, NOTHING_RAD_S],
+            [0.0, ZERO_TOLERANCE_RAD_S],
             largest_error(2),
             "the derivative has r_d^3 where (25) has r_d r^2; they are equal only on the orbit",
         ),

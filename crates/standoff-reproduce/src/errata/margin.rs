@@ -13,7 +13,7 @@ use crate::monte_carlo_plan::{IN_METRES, Plan, time_s, watch};
 use crate::statistics::{Estimate, mean};
 use crate::study::{Study, Table};
 
-/// Time after a change of members that the orbit is evaluated for, s.
+/// Duration of the evaluation of the orbit after a change of members, s.
 const AFTER_S: f64 = 5.0;
 /// Mean of a chi-square variable with two degrees of freedom.
 const CHI_SQUARE_MEAN: f64 = 2.0;
@@ -31,9 +31,9 @@ pub(super) fn study_margin(plan: &Plan) -> Result<Study, Failure> {
             IN_METRES.join(" --set ")
         ),
     );
-    let weights = plan.each("paper/table-2-pair", &[], weigh)?;
-    let column = |which: fn(&Weighed) -> f64| weights.iter().map(which).collect::<Vec<f64>>();
-    let (published, full) = (column(|weighed| weighed.published), column(|weighed| weighed.full));
+    let weights = plan.each("paper/table-2-pair", &[], squared_distances)?;
+    let column = |which: fn(&SquaredDistances) -> f64| weights.iter().map(which).collect::<Vec<f64>>();
+    let (published, full) = (column(|distances| distances.published), column(|distances| distances.full));
     let jumps = |set: &[&str]| plan.each("paper/figure-9", set, jump);
     let (square, metres) = (jumps(&[])?, jumps(&IN_METRES)?);
     let margins = |runs: &[Jump]| runs.iter().filter_map(|jump| jump.margin_m).collect::<Vec<f64>>();
@@ -81,13 +81,13 @@ pub(super) fn study_margin(plan: &Plan) -> Result<Study, Failure> {
 }
 
 /// Mean squared distance of the centre's innovations in a run, with the published and the full covariance.
-struct Weighed {
+struct SquaredDistances {
     published: f64,
     full: f64,
 }
 
 /// Recomputes the filter of the centre from the recorded tracks; it restarts whenever the members change.
-fn weigh(scenario: &Scenario) -> Result<Weighed, Failure> {
+fn squared_distances(scenario: &Scenario) -> Result<SquaredDistances, Failure> {
     let settings = &scenario.settings;
     let transition = settings.team.track.target.transition(settings.period);
     let (mut published, mut full, mut last, mut members) = (Vec::new(), Vec::new(), None, Vec::new());
@@ -99,26 +99,30 @@ fn weigh(scenario: &Scenario) -> Result<Weighed, Failure> {
         }
         let Some(centroid) = centroid(frame, group) else { return };
         let step = last.and_then(|last| innovation(&last, &transition, &centroid));
-        if let Some((_, weighed)) = step.as_ref().filter(|_| time_s(frame) >= settings.transient.s()) {
-            published.push(weighed.published);
-            full.push(weighed.full);
+        if let Some((_, distances)) = step.as_ref().filter(|_| time_s(frame) >= settings.transient.s()) {
+            published.push(distances.published);
+            full.push(distances.full);
         }
         last = step.map(|(centre, _)| centre).or_else(|| GroupCentre::start(&centroid));
     })?;
-    Ok(Weighed { published: mean(&published), full: mean(&full) })
+    Ok(SquaredDistances { published: mean(&published), full: mean(&full) })
 }
 
 /// Returns the next centre, and the squared distances of the centroid from its prediction.
-fn innovation(last: &GroupCentre, transition: &Transition, centroid: &Centroid) -> Option<(GroupCentre, Weighed)> {
+fn innovation(
+    last: &GroupCentre,
+    transition: &Transition,
+    centroid: &Centroid,
+) -> Option<(GroupCentre, SquaredDistances)> {
     let expected = transition.predict(&last.estimate().state).position();
     let mut predicted = *last.estimate();
     transition.predict_covariance(&mut predicted.covariance);
     let (measured, p) = (centroid.mean.state.position(), predicted.position_covariance());
-    let weighed = Weighed {
+    let distances = SquaredDistances {
         published: mahalanobis_squared(measured, expected, &p),
         full: mahalanobis_squared(measured, expected, &(p + centroid.mean.position_covariance())),
     };
-    Some((last.advance(transition, centroid)?, weighed))
+    Some((last.advance(transition, centroid)?, distances))
 }
 
 /// Returns the centroid of a group's members.
@@ -183,15 +187,15 @@ mod tests {
             let group = &frame.groups[0];
             let centroid = centroid(frame, group).unwrap();
             let step = last.and_then(|last| innovation(&last, &transition, &centroid));
-            if let Some((_, weighed)) = &step {
+            if let Some((_, distances)) = &step {
                 let rounding = 1e-6 * (1.0 + group.margin_m);
                 assert!(
-                    (weighed.published - group.margin_m).abs() < rounding,
+                    (distances.published - group.margin_m).abs() < rounding,
                     "{} {}",
-                    weighed.published,
+                    distances.published,
                     group.margin_m
                 );
-                assert!(weighed.full < weighed.published);
+                assert!(distances.full < distances.published);
                 compared += 1;
             }
             last = step.map(|(centre, _)| centre).or_else(|| GroupCentre::start(&centroid));

@@ -11,7 +11,7 @@ use crate::monte_carlo_plan::Plan;
 use crate::study::{Data, Study, Table, line_of, plot};
 
 /// Maximum error of an orbit that counts as kept, relative to its radius.
-const HELD: f64 = 0.05;
+const KEPT_FRACTION: f64 = 0.05;
 /// Radii that are flown, as multiples of the limit.
 const MULTIPLES: [f64; 4] = [0.8, 0.9, 1.0, 1.2];
 
@@ -56,7 +56,7 @@ pub(super) fn study_radius(_: &Plan) -> Result<Study, Failure> {
     found.claims.push(Claim::computed(
         format!("(27) suffices: largest error of an orbit of {published_m:.0} m about a centre at 15 m/s"),
         "m",
-        [0.0, HELD * published_m],
+        [0.0, KEPT_FRACTION * published_m],
         error_m(15.0, published_m),
         "the motion of the centre is neglected: where the UAV flies against it, the required turn rate exceeds the \
          limit",

@@ -107,7 +107,7 @@ mod tests {
 
     /// Quantiles of the normal distribution, including the tail, to which moments are insensitive.
     #[test]
-    fn the_shares_beyond_quantiles_are_right() {
+    fn the_fractions_beyond_quantiles_match_the_normal_distribution() {
         let mut random = SplitMix64(11);
         let n = 1_000_000;
         let normals: Vec<f64> = (0..n).map(|_| Ziggurat::get().normal(&mut random)).collect();

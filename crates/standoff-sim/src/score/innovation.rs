@@ -147,7 +147,7 @@ mod tests {
     /// 20 m of range error with S = 300 m2 + (10 m)2 is one standard deviation. So is a bearing error of the root of 44
     /// m2 / (400 m)2 plus (3 degrees)2.
     #[test]
-    fn one_sigma_in_range_and_bearing_gives_two() {
+    fn one_sigma_errors_in_range_and_bearing_sum_to_two() {
         let mut target = predicted();
         let sd_rad = (44.0 / 160_000.0 + sensor().bearing_sd_rad * sensor().bearing_sd_rad).sqrt();
         let z = RangeBearingMeasurement { range_m: 420.0, bearing: Angle::from_rad(-sd_rad) };
@@ -159,7 +159,7 @@ mod tests {
     /// Three UAVs, one of them across the wrap of the bearing: the result equals stacking all innovations and inverting
     /// S.
     #[test]
-    fn rotations_equal_stacked_innovations() {
+    fn sequential_processing_equals_stacked_innovations() {
         let covariance = Matrix2::new(300.0, -70.0, -70.0, 44.0);
         let mut target = PredictedMeasurement::at(Position::from_m(400.0, 0.0), &covariance);
         let looks = [

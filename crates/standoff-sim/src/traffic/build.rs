@@ -302,13 +302,13 @@ mod tests {
     }
 
     #[test]
-    fn samples_across_the_world_are_refused() {
+    fn samples_too_far_from_the_first_are_refused() {
         assert!(degrees(&[(0.0, 0.0), (8.9, 0.0)]).is_ok());
         assert!(degrees(&[(0.0, 0.0), (180.0, 0.0)]).unwrap_err().contains("12756 km from the file's first sample"));
     }
 
     #[test]
-    fn no_vehicle_is_an_error() {
+    fn traffic_without_vehicles_is_an_error() {
         assert!(Builder::default().finish(Unit::Metres, &Options::default()).unwrap_err().contains("no vehicles"));
     }
 }

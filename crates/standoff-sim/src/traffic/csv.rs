@@ -345,7 +345,7 @@ mod tests {
     }
 
     #[test]
-    fn a_row_is_not_taken_for_a_comment() {
+    fn a_data_row_is_not_parsed_as_a_comment() {
         assert!(read("# a,b,c,d\nt,id,x,y\n# c\n0,v,0,0\n#\n# one, two\n").is_ok());
         let error = error("id,t,x,y\nv,0,0,0\n#1,0,0,0\n");
         assert!(error.starts_with("f.csv:3:1: begins with # like a comment, but has 4 fields like a row"), "{error}");

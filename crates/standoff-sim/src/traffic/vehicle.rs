@@ -169,7 +169,7 @@ mod tests {
     }
 
     #[test]
-    fn a_lone_sample_stands_still() {
+    fn a_vehicle_with_one_sample_is_stationary() {
         assert_eq!(vehicle(&[(5, 1.0, 2.0)], 1).at(5), state(1.0, 2.0, 0.0, 0.0));
     }
 

@@ -68,7 +68,7 @@ fn statistics_match_the_summary_and_comparisons_match_compare() {
 }
 
 #[test]
-fn runs_are_listed_from_both_ends_and_the_bad_end_is_known() {
+fn smallest_and_largest_runs_are_listed_and_the_worse_end_is_marked() {
     let (_folder, [a, _]) = two();
     let separations = a.runs().unwrap().column("separation_min_m").unwrap();
     let batch = Batch::of(&[a]).unwrap();
@@ -90,7 +90,7 @@ fn runs_are_listed_from_both_ends_and_the_bad_end_is_known() {
 }
 
 #[test]
-fn a_large_batch_contains_only_counts_and_both_ends() {
+fn a_large_batch_contains_only_counts_and_the_smallest_and_largest_runs() {
     let (_folder, [a, _]) = two();
     let batch = Batch::with_limit(10, &[a]).unwrap();
     assert!(batch.variants[0].values.is_empty());

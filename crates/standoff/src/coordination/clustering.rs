@@ -219,7 +219,7 @@ mod tests {
 
     /// Checks Algorithm 1's K: halves away from zero (ties to even would give 0, 2 and 2), limited by the targets.
     #[test]
-    fn half_as_many_groups_as_uavs() {
+    fn group_count_is_half_the_uav_count_rounded_up() {
         let counts: Vec<_> = (0..=8).map(|uavs| group_count(uavs, 100)).collect();
         assert_eq!(counts, [0, 1, 1, 2, 2, 3, 3, 4, 4]);
         assert_eq!((group_count(8, 3), group_count(8, 0)), (3, 0));
@@ -271,7 +271,7 @@ mod tests {
 
     /// A cluster keeps its identity while its targets move, also past the former position of another cluster.
     #[test]
-    fn identity_follows_the_targets() {
+    fn a_cluster_keeps_its_identity_while_its_targets_move() {
         let mut clusters = KMeans { cluster_of: vec![0, 0, 1, 1], ..KMeans::default() };
         for step in 0..60 {
             let x_m = 20.0 * f64::from(step);
@@ -282,7 +282,7 @@ mod tests {
 
     /// Beyond Algorithm 1: with a margin, a position near the border stays in its cluster.
     #[test]
-    fn a_margin_keeps_positions_on_the_border() {
+    fn a_margin_keeps_positions_near_the_border_in_their_cluster() {
         let positions = at(&[(0.0, 0.0), (70.0, 0.0), (100.0, 0.0)]);
         let refined = |margin_m| {
             let mut clusters = KMeans { cluster_of: vec![0, 0, 1], ..KMeans::default() };

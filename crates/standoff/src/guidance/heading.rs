@@ -436,7 +436,7 @@ mod tests {
 
     /// Checks Lemma 3.1's threshold if the field cannot be flown: the UAV does not converge to a centre that escapes.
     #[test]
-    fn falling_behind_is_not_convergence() {
+    fn a_uav_does_not_converge_to_a_centre_that_is_too_fast() {
         let state = uav(600.0, Angle::from_deg(180.0));
         let got = steer(&params(Feedforward::Field), &state, &orbit(Velocity::from_m_s(-60.0, 0.0), 0.0), 40.0);
         assert!(got.centre_too_fast && got.convergence_threshold_m2_s < 0.0, "{got:?}");

@@ -296,7 +296,7 @@ fn entries_older_than_the_retention_time_are_removed_unless_a_team_state_needs_t
 
 /// Fake ids fill the list of teammates until they have been silent for the retention time.
 #[test]
-fn uavs_that_are_silent_for_the_retention_time_are_replaced() {
+fn uavs_silent_for_the_retention_time_free_their_place_in_the_list() {
     let mut log = log();
     log.append_own(0, ReportView::of(&report(0, 0)));
     (0..TEAM_MAX as u32).for_each(|fake_uav| log.receive_report(&report(1000 + fake_uav, 0), 0, -1));
@@ -329,7 +329,7 @@ fn listed_fake_uavs_do_not_exclude_senders() {
 
 /// Completion waits for the longest delay, also while all reports are delayed equally.
 #[test]
-fn constant_delays_count_as_the_longest_delay() {
+fn completion_also_waits_for_constant_delays() {
     let mut log = log();
     for now in 3..90 {
         log.turn_to(now, 0);

@@ -196,7 +196,7 @@ fn every_uav_gets_one_group_and_no_group_too_many_for_any_positions() {
 }
 
 #[test]
-fn the_matching_is_the_best_from_any_prices() {
+fn the_matching_is_optimal_for_any_initial_prices() {
     let mut draw = Draw(3);
     for (rows, columns, range) in
         [(1, 1, 9), (3, 3, 4), (5, 5, 100), (6, 6, 5), (2, 5, 50), (4, 6, 3), (50, 50, 1000)].repeat(50)
@@ -255,7 +255,7 @@ fn the_loss_of_the_search_is_negligible() {
 /// Source of the numbers in the documentation.
 #[test]
 #[ignore = "long: for .ci/long"]
-fn the_loss_is_the_documented_one() {
+fn the_loss_of_the_search_equals_the_documented_value() {
     let searched = loss(20, search);
     assert_eq!((searched.worlds, searched.lossy), (5880, 4), "{searched:?}");
     assert!(searched.mean < 1.6e-6 && searched.worst < 0.0053, "{searched:?}");

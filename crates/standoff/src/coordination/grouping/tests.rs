@@ -228,7 +228,7 @@ fn the_furthest_target_is_removed_if_the_orbit_diverges() {
 
 /// Checks Algorithm 1: 4 UAVs form two groups; with only one target, one.
 #[test]
-fn half_as_many_groups_as_uavs() {
+fn half_as_many_groups_as_uavs_are_created() {
     let mut world = World::new(4, &[0.0, 900.0, 30.0, 930.0]);
     assert_eq!(world.kinds(), ["group-created", "group-created"]);
     assert_eq!(world.groups(), [(0, vec![0, 2]), (1, vec![1, 3])]);
@@ -681,7 +681,7 @@ fn a_target_becomes_a_member_once_the_current_orbit_contains_it() {
 /// Two targets that an orbit contained a moment ago: from 700 m apart on it no longer does, even if one of them is
 /// still near the former centre.
 #[test]
-fn a_group_that_fitted_is_checked_again() {
+fn a_target_is_removed_if_the_group_outgrows_its_orbit() {
     let kinds = |apart_m: f64| {
         let mut world = as_needed(1, &[0.0, 200.0], &[0, 0]);
         world.params.group.centre = CentreEstimate::EnclosingCircle;
