@@ -25,10 +25,10 @@ use crate::terminal::{no_thread, note, print, report_failure};
 
 pub(crate) const EXAMPLES: &str = "\
 Examples:
-  standoff view                                   fly improved/figure-9 and show it
+  standoff view                                   show the default mission
   standoff view standoff-out/improved/figure-9-1  show a recorded run
   standoff view improved/figure-9 --seed 7        fly it; write nothing
-  standoff view paper/figure-9 improved/figure-9  show two runs next to each other
+  standoff view paper/figure-9 improved/figure-9  show two runs side by side
   standoff view standoff-out/batch                show a batch of runs
   standoff view batch-a batch-b                   compare batches
   standoff view mine-1 --map town.net.xml.gz      show it on a road map

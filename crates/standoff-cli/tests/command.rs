@@ -462,8 +462,8 @@ fn the_coverage_baseline_is_printed_for_a_scenario_and_with_a_run() {
     assert_eq!((&printed["baseline"]["half_of_uavs"], &printed["baseline"]["all_uavs"]), (&one, &two));
     assert_eq!((&printed["uavs"], &printed["targets"], &printed["seed"]), (&2.into(), &2.into(), &1.into()));
     let table = of(&["baseline", "--uavs", "2"]);
-    assert!(table.contains("1 disc, half as many as UAVs         50.0       50.0\n"), "{table}");
-    assert!(table.contains("2 discs, as many as UAVs            100.0      100.0\n"), "{table}");
+    assert!(table.contains("1 disc, half as many as UAVs            50.0            50.0\n"), "{table}");
+    assert!(table.contains("2 discs, as many as UAVs               100.0           100.0\n"), "{table}");
     assert!(!of(&["baseline"]).contains("half as many"), "with one UAV, both rows would be equal");
     assert!(names(folder.path()).is_empty(), "nothing is written");
 

@@ -81,7 +81,7 @@ fn too_many_open_files_are_not_reported_as_wrong_input() {
     let folder = TempDir::new().unwrap();
     run_in(folder.path(), "o");
     for args in [&["report", "o"][..], &["view", "o", "--no-open"], &[&RUN[..], &["p"]].concat()] {
-        check(&limited(folder.path(), "ulimit -n 6", args), 1, &["os error 24", "allow more (ulimit -n)"]);
+        check(&limited(folder.path(), "ulimit -n 6", args), 1, &["os error 24", "raise the limit (ulimit -n)"]);
     }
 }
 

@@ -115,7 +115,7 @@ impl File {
             "osm" => "this is OpenStreetMap XML: convert it to a net with netconvert --osm-files, or to GeoJSON",
             _ => "make a net with SUMO's netconvert",
         };
-        let message = format!("element = {}; the outermost element must be net or additional; {help}", quoted(name));
+        let message = format!("element = {}; the root element must be net or additional; {help}", quoted(name));
         Err(Fault::at(start, message))
     }
 

@@ -176,7 +176,7 @@ fn invalid_maps_are_refused_with_the_position() {
         ("t,id,x,y\n", "0.map:1:1: is not a map: must be a SUMO net"),
         (
             "<fcd-export/>",
-            "0.map:1:1: element = \"fcd-export\"; the outermost element must be net or additional; this is traffic",
+            "0.map:1:1: element = \"fcd-export\"; the root element must be net or additional; this is traffic",
         ),
         ("<net>\n</net>", "0.map: contains neither edges nor polygons"),
         ("<net>\n<edge id=\"a\">\n <lane id=\"l\"/></edge></net>", "0.map:3:2: lane: shape is missing"),

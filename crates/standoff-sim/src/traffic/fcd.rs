@@ -86,7 +86,7 @@ impl Elements for Fcd {
             (0, "fcd-export") if !self.in_root => self.in_root = true,
             (0, _) => {
                 let message = format!(
-                    "element = {}; the root element must be fcd-export; create the file with sumo --fcd-output",
+                    "element = {}; the only root element must be fcd-export; create the file with sumo --fcd-output",
                     quoted(name)
                 );
                 return Err(Fault::at(start, message));
@@ -357,9 +357,9 @@ mod tests {
     }
 
     #[test]
-    fn the_outermost_element_must_be_right() {
-        assert!(error("<routes/>").starts_with("f.xml:1:1: element = \"routes\"; the root element must be"));
-        assert!(error("<fcd-export/><fcd-export/>").starts_with("f.xml:1:14: element = \"fcd-export\"; the one"));
+    fn the_only_root_element_must_be_fcd_export() {
+        assert!(error("<routes/>").starts_with("f.xml:1:1: element = \"routes\"; the only root element must be"));
+        assert!(error("<fcd-export/><fcd-export/>").starts_with("f.xml:1:14: element = \"fcd-export\"; the only root element must be"));
         assert!(error("<fcd-export><vehicle/></fcd-export>").starts_with("f.xml:1:13: element = \"vehicle\" is out"));
     }
 
