@@ -9,7 +9,7 @@ from os import PathLike
 from pathlib import Path
 from typing import Any, Final, SupportsFloat, SupportsIndex, final
 
-__all__ = ["__version__", "AssignmentProblem", "Batch", "Command", "Comparison", "Cue", "EnvStep", "Filter", "Intruder", "MissionInfo", "Observation", "Parameters", "Report", "Run", "Scenario", "StandoffDistance", "Steering", "Table", "TeamState", "Tracks", "Worlds", "Zone", "_described", "_difference", "_fly_described", "assignment", "baseline", "clustering", "compare", "enclosing_circle", "group_count", "information_1_m2", "steered_radius", "measure", "merge", "monte_carlo", "observation_features", "optimal_phase_difference_rad", "pair_information_1_m4", "run", "scenarios", "standoff_distance", "steer", "vector_field", "wrapped_angle_rad"]
+__all__ = ["__version__", "AssignmentProblem", "Batch", "Command", "Comparison", "Cue", "EnvStep", "Filter", "Intruder", "MissionInfo", "Observation", "Parameters", "Report", "Run", "Scenario", "StandoffDistance", "Steering", "Table", "TeamState", "Tracks", "Worlds", "Zone", "_described", "_difference", "_fly_described", "assignment", "baseline", "clustering", "compare", "enclosing_circle", "group_count", "information_1_m2", "measure", "merge", "monte_carlo", "observation_features", "optimal_phase_difference_rad", "pair_information_1_m4", "run", "scenarios", "standoff_distance", "steer", "steered_radius", "vector_field", "wrapped_angle_rad"]
 
 __version__: Final[str]
 
@@ -26,7 +26,7 @@ class AssignmentProblem:
     @property
     def group(self, /) -> Incomplete:
         """
-        Ids of the groups, shape ``(G,)``. They have no meaning beyond identity.
+        Ids of the groups, shape ``(G,)``. The numbers only identify the groups.
         """
     @property
     def members(self, /) -> list[Incomplete]:
@@ -91,8 +91,8 @@ class Command:
 
     :param speed_m_s: speed, m/s.
     :param turn_rate_rad_s: turn rate, rad/s, positive anticlockwise.
-    :param pointing_target: point at which the sensor is pointed: (x_m, y_m), or (x_m, y_m, vx_m_s, vy_m_s) for a moving point.
-        None: the pointing of the built-in controller, if it runs alongside the law; otherwise the sensor is not
+    :param pointing_target: point at which the sensor is pointed: (x_m, y_m), or (x_m, y_m, vx_m_s, vy_m_s) for a moving
+        point. None: the pointing of the built-in controller, if it runs alongside the law; otherwise the sensor is not
         pointed.
     :param altitude_m: altitude above the x-y plane, m. None: the altitude of the built-in controller, if it runs
         alongside the law.
@@ -296,8 +296,8 @@ class Filter:
     Extended information filters (8-11), one for each of n targets. One update fuses the measurements of all UAVs.
 
     The state of a target is ``[x, vx, ax, y, vy, ay]``: position (m), velocity (m/s), acceleration (m/s2), first east
-    and then north. :meth:`of_cues` and :meth:`from_measurements` start filters from cues or measurements instead of full
-    states. States and covariances can be copied to another filter without rounding: ``Filter(f.state[mask],
+    and then north. :meth:`of_cues` and :meth:`from_measurements` start filters from cues or measurements instead of
+    full states. States and covariances can be copied to another filter without rounding: ``Filter(f.state[mask],
     f.covariance[mask])`` keeps a subset of the targets.
 
     :param state: means, shape (n, 6).
@@ -388,7 +388,7 @@ class Filter:
 
         :param uav_position_m: shape (..., 2), position of the measuring UAV, east and north, m: (2,) for one UAV, (m,
             2) for m UAVs that measure every target.
-        :param range_m: shape (n,), or (n, m) for m measurements of each target, m. A measurement from less than 1 m
+        :param range_m: shape (n,), or (n, m) for m measurements of each target, m. A measurement taken less than 1 m
             from the predicted position carries no information.
         :param bearing_rad: same shape, rad anticlockwise from east.
         :param mask: same shape; False marks missing measurements, whose values are ignored.
@@ -600,8 +600,8 @@ class Parameters:
 
     ``Parameters()`` gives the recommended values, which are also the defaults of scenario files.
     ``Parameters("improved/figure-9")`` gives the parameters of a scenario, :meth:`table_1` those of the paper, and
-    ``Parameters(other, radial_gain=1.0)`` a copy with one change. The names are those of the keys in scenario files, but
-    angles are in radians.
+    ``Parameters(other, radial_gain=1.0)`` a copy with one change. The names are those of the keys in scenario files,
+    but angles are in radians.
 
     :param of: source of the parameters that are not given: other parameters, a :class:`standoff.Scenario`, the name of
         a built-in scenario or the path of a scenario file; by default the recommended values.
@@ -627,8 +627,8 @@ class Parameters:
     :param heading_gain_1_s: guidance: k_omega (24), 1/s.
     :param turn_rate_gain: guidance: gain on the difference between turn rate and feedforward; 0 (none) in the paper.
     :param feedforward: guidance: derivative of the desired heading used as feedforward (25): of the flown vector field
-        (``"field"``), the same along the actual motion (``"trajectory"``), (25) corrected (``"static-centre"``), or (25)
-        as published (``"paper"``).
+        (``"field"``), the same along the actual motion (``"trajectory"``), (25) corrected (``"static-centre"``), or
+        (25) as published (``"paper"``).
     :param objective: assignment: ``"log-det"``, or (32) as published (``"paper"``).
     :param assignment_switching_cost: assignment: bonus for a UAV that keeps its group, in ln det per target.
     :raises InputError: if a value is out of range; the message gives the range.
@@ -799,8 +799,8 @@ class Run:
         """
         Opens a table of the record.
 
-        :param name: ``uavs``, ``truth``, ``tracks``, ``groups``, ``detections``, ``in_view`` or ``events``; in runs with
-            intruders also ``intruders``; in runs with one agent per UAV also ``agents``, ``agent_tracks``,
+        :param name: ``uavs``, ``truth``, ``tracks``, ``groups``, ``detections``, ``in_view`` or ``events``; in runs
+            with intruders also ``intruders``; in runs with one agent per UAV also ``agents``, ``agent_tracks``,
             ``agent_groups``, ``agent_events`` or ``agent_teammates``.
         :raises KeyError: if no table has this name.
         """
@@ -1198,9 +1198,10 @@ def assignment(uav_position_m: ArrayLike, target_position_m: ArrayLike, group: A
     :param uav_position_m: shape (..., u, 2), east and north, m.
     :param target_position_m: shape (..., t, 2), east and north, m.
     :param group: shape (..., t), group of each target, any number from 0; -1: no group.
-    :param current_group: shape (..., u), current group of each UAV; -1: no group. Keeping it adds assignment_switching_cost to
-        the objective.
-    :param parameters: uses range_sd_m, bearing_sd_rad, objective, assignment_switching_cost; ``Parameters()`` by default.
+    :param current_group: shape (..., u), current group of each UAV; -1: no group. Keeping it adds
+        assignment_switching_cost to the objective.
+    :param parameters: uses range_sd_m, bearing_sd_rad, objective, assignment_switching_cost; ``Parameters()`` by
+        default.
     :returns: shape (..., u), assigned group of each UAV; -1: no group.
     :raises InputError: if an argument has the wrong shape or type, or a value is out of range.
     """
@@ -1211,7 +1212,8 @@ def baseline(scenario: Any | None = None, *, seed: SupportsIndex = ..., traffic:
     knowledge of the target positions. The numbers are those of ``standoff baseline``.
 
     :param scenario: as for :func:`run`, like the other parameters.
-    :returns: ``{"scenario", "seed", "duration_s", "uavs", "targets", "baseline": {"disc_radius_m", "half_of_uavs", "all_uavs"}}``.
+    :returns: ``{"scenario", "seed", "duration_s", "uavs", "targets", "baseline": {"disc_radius_m", "half_of_uavs",
+        "all_uavs"}}``.
     :raises ScenarioError: if the scenario is invalid.
     """
 
@@ -1282,20 +1284,6 @@ def information_1_m2(uav_position_m: ArrayLike, target_position_m: ArrayLike, *,
     :raises InputError: if an argument has the wrong shape or type, or a value is out of range.
     """
 
-def steered_radius(distance_m: ArrayLike, rate_m_s: ArrayLike, *, speed_m_s: ArrayLike | None = None, parameters: Parameters | None = None) -> tuple[NDArray[float64], NDArray[float64]]:
-    """
-    Computes the radius that the guidance steers for while the standoff distance changes: active measure 2 (22), limited
-    to the bounds.
-
-    :param distance_m: shape (...), standoff distance r_d, m.
-    :param rate_m_s: shape (...), rate of r_d, m/s.
-    :param speed_m_s: shape (...), speed relative to the centre, on which the lead time may depend, m/s; speed_m_s of
-        the parameters by default.
-    :param parameters: uses lead, lead_s, radial_gain, radius_min_m, radius_max_m; ``Parameters()`` by default.
-    :returns: radius, shape (...), m, and its rate, shape (...), m/s; the rate is 0 at a bound.
-    :raises InputError: if an argument has the wrong shape or type, or a value is out of range.
-    """
-
 def measure(uav_position_m: ArrayLike, target_position_m: ArrayLike) -> tuple[NDArray[float64], NDArray[float64]]:
     """
     Computes range and bearing from UAVs to targets, without noise (7).
@@ -1359,12 +1347,12 @@ def optimal_phase_difference_rad(range_m: ArrayLike, *, parameters: Parameters |
     :raises InputError: if an argument has the wrong shape or type, or a value is out of range.
     """
 
-def pair_information_1_m4(range_m: ArrayLike, phase_rad: ArrayLike, *, parameters: Parameters | None = None) -> NDArray[float64]:
+def pair_information_1_m4(range_m: ArrayLike, phase_difference_rad: ArrayLike, *, parameters: Parameters | None = None) -> NDArray[float64]:
     """
     Computes the determinant of the joint Fisher information of two UAVs about a target's position (36).
 
     :param range_m: shape (..., 2), ranges from both UAVs to the target, m; a UAV within 1 m contributes no information.
-    :param phase_rad: shape (...), angle gamma at the target between the directions to the two UAVs, rad.
+    :param phase_difference_rad: shape (...), angle gamma at the target between the directions to the two UAVs, rad.
     :param parameters: uses range_sd_m, bearing_sd_rad; ``Parameters()`` by default.
     :returns: shape (...), 1/m4.
     :raises InputError: if an argument has the wrong shape or type, or a value is out of range.
@@ -1432,9 +1420,23 @@ def steer(uav_position_m: ArrayLike, heading_rad: ArrayLike, centre_m: ArrayLike
     :param uav_speed_m_s: shape (...), current speed, m/s, used only by the feedforward ``"trajectory"``; speed_m_s by
         default.
     :param turn_rate_rad_s: shape (...), current turn rate, rad/s, used only if turn_rate_gain > 0; 0 by default.
-    :param parameters: uses orbit_direction, radial_gain, speed_reference, heading_gain_1_s, turn_rate_gain, feedforward,
-        speed_m_s; ``Parameters()`` by default.
+    :param parameters: uses orbit_direction, radial_gain, speed_reference, heading_gain_1_s, turn_rate_gain,
+        feedforward, speed_m_s; ``Parameters()`` by default.
     :returns: the turn rate and its intermediate values.
+    :raises InputError: if an argument has the wrong shape or type, or a value is out of range.
+    """
+
+def steered_radius(distance_m: ArrayLike, rate_m_s: ArrayLike, *, speed_m_s: ArrayLike | None = None, parameters: Parameters | None = None) -> tuple[NDArray[float64], NDArray[float64]]:
+    """
+    Computes the radius that the guidance steers for while the standoff distance changes: active measure 2 (22), limited
+    to the bounds.
+
+    :param distance_m: shape (...), standoff distance r_d, m.
+    :param rate_m_s: shape (...), rate of r_d, m/s.
+    :param speed_m_s: shape (...), speed relative to the centre, on which the lead time may depend, m/s; speed_m_s of
+        the parameters by default.
+    :param parameters: uses lead, lead_s, radial_gain, radius_min_m, radius_max_m; ``Parameters()`` by default.
+    :returns: radius, shape (...), m, and its rate, shape (...), m/s; the rate is 0 at a bound.
     :raises InputError: if an argument has the wrong shape or type, or a value is out of range.
     """
 
