@@ -359,7 +359,10 @@ mod tests {
     #[test]
     fn the_only_root_element_must_be_fcd_export() {
         assert!(error("<routes/>").starts_with("f.xml:1:1: element = \"routes\"; the only root element must be"));
-        assert!(error("<fcd-export/><fcd-export/>").starts_with("f.xml:1:14: element = \"fcd-export\"; the only root element must be"));
+        assert!(
+            error("<fcd-export/><fcd-export/>")
+                .starts_with("f.xml:1:14: element = \"fcd-export\"; the only root element must be")
+        );
         assert!(error("<fcd-export><vehicle/></fcd-export>").starts_with("f.xml:1:13: element = \"vehicle\" is out"));
     }
 

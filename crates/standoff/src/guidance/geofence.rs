@@ -370,9 +370,12 @@ mod tests {
             "zone 1: has 2 different vertices; an outline needs at least three"
         );
         assert!(
-            error(&[(0.0, 0.0), (f64::NAN, 1.0), (0.0, 5.0)]).starts_with("zone 1, vertex 1: coordinates must be finite")
+            error(&[(0.0, 0.0), (f64::NAN, 1.0), (0.0, 5.0)])
+                .starts_with("zone 1, vertex 1: coordinates must be finite")
         );
-        assert!(error(&[(0.0, 0.0), (1e8, 1.0), (0.0, 5.0)]).starts_with("zone 1, vertex 1: coordinates must be finite"));
+        assert!(
+            error(&[(0.0, 0.0), (1e8, 1.0), (0.0, 5.0)]).starts_with("zone 1, vertex 1: coordinates must be finite")
+        );
     }
 
     #[test]
