@@ -19,7 +19,7 @@ class EventFilter {
   constructor(page, changed) {
     this.page = page;
     this.kind = element("event-kind");
-    this.objectFilter = element("event-object");
+    this.objectField = element("event-object");
     this.group = element("event-group");
     this.routine = element("routine-events");
     this.chosen = element("event-selected-only");
@@ -31,8 +31,8 @@ class EventFilter {
       changed();
     };
     for (const field of [this.kind, this.group, this.routine, this.chosen]) field.addEventListener("change", apply);
-    this.objectFilter.addEventListener("input", apply);
-    this.objectFilter.addEventListener("focus", () => this.propose());
+    this.objectField.addEventListener("input", apply);
+    this.objectField.addEventListener("focus", () => this.propose());
     for (const { selection } of page.runs) selection.on(() => this.offer() && apply());
     this.offer();
   }
@@ -87,12 +87,12 @@ class EventFilter {
     this.unfiltered = replayData.events.filter(isListedByDefault);
     this.events = replayData.events.filter(passes);
     /** Identifies the filter; it does not change when more events are loaded. */
-    this.key = JSON.stringify([this.page.run.letter, replayData.agents.chosen, kind, group, this.objectFilter.value, this.routine.checked, object]);
+    this.key = JSON.stringify([this.page.run.letter, replayData.agents.chosen, kind, group, this.objectField.value, this.routine.checked, object]);
   }
 
   /** Returns a function that tests an event against the object field: `UAV 2`, `intruder 0`, a target name, or a part of names. */
   objectFilter() {
-    const text = this.objectFilter.value.trim().toLowerCase();
+    const text = this.objectField.value.trim().toLowerCase();
     if (!text) return () => true;
     const [, kind, id] = /^(uav|intruder) (\d+)$/.exec(text) ?? [];
     if (kind) return (event) => isOf(event, { kind, id: Number(id) });
