@@ -170,7 +170,7 @@ inReport("events are filtered by kind, object and group, and by the selected obj
     assert.equal(await count.textContent(), `${formatted(expected.length)} of ${formatted(bustle.length)} events`, what);
     assert.ok(expected.length > 0 && expected.length < bustle.length, what);
   };
-  const vehicle = page.getByPlaceholder("UAV or target");
+  const vehicle = page.getByPlaceholder("UAV, target, intruder");
   const names = [...new Set(important.map((event) => event.target))].filter(Boolean);
   const part = names.find((name) => names.some((other) => other !== name && other.startsWith(name)));
   const last = names.at(-1);
