@@ -45,7 +45,7 @@ inReport("vehicle names are text in tables, events, the event strip, on the map 
   assert.match(await page.locator("#strip-tooltip").textContent(), /removed|orbit-infeasible/);
   // The object field accepts the exact names and finds the events of each vehicle.
   await page.getByLabel("Kind").selectOption("cued");
-  const field = page.getByPlaceholder("UAV or target");
+  const field = page.getByPlaceholder("UAV, target, intruder");
   for (const name of NAMES.filter((name) => name === name.trim() && !/[\r\n]/.test(name))) {
     await field.fill(name);
     await painted(page);

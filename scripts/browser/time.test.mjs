@@ -142,9 +142,9 @@ inReport("Space plays after a click on any control, and Enter presses a button t
   const was = await page.locator("#routine-events").isChecked();
   await page.keyboard.press(" ");
   assert.equal(await page.locator("#routine-events").isChecked(), !was);
-  await page.getByPlaceholder("UAV or target").focus();
+  await page.getByPlaceholder("UAV, target, intruder").focus();
   await page.keyboard.type("UAV 1");
-  assert.equal(await page.getByPlaceholder("UAV or target").inputValue(), "UAV 1");
+  assert.equal(await page.getByPlaceholder("UAV, target, intruder").inputValue(), "UAV 1");
   assert.equal(await isPlaying(), false);
 });
 
@@ -158,7 +158,7 @@ inReport("the text of the current event is shown above the strip until the time 
   assert.equal(await eventText.getAttribute("aria-live"), "polite");
   const patterns = [/^76\.0 s removed \u2013 target-0, group 1: /, /^35\.0 s handoff-completed \u2013 target-0, group 0 to 1: /];
   await page.getByRole("tab", { name: "Events" }).click();
-  await page.getByPlaceholder("UAV or target").fill("target-0");
+  await page.getByPlaceholder("UAV, target, intruder").fill("target-0");
   await page.locator("#map").focus();
   await goTo(page, 78);
   const before = await boxes();
