@@ -87,7 +87,7 @@ inReport("a click selects an object with a ring, a card that follows the time, a
   const row = page.locator("#targets tbody tr").first();
   assert.equal(await row.locator("td").first().textContent(), record.names[id], "its row comes first");
   assert.equal(await row.getByRole("button").getAttribute("aria-pressed"), "true");
-  assert.equal(await page.locator("tr.selectedCard").count(), 1);
+  assert.equal(await page.locator("tr.chosen").count(), 1);
   for (const time_s of [40, 41, 60]) {
     await goTo(page, time_s);
     agrees((await facts(selectedCard(page))).error_m, record.rows("targets", time_s).get(id).error_m, 2, `error at ${time_s} s`);
@@ -95,7 +95,7 @@ inReport("a click selects an object with a ring, a card that follows the time, a
   await page.keyboard.press("Escape");
   await painted(page);
   assert.equal(await selectedCard(page).count(), 0);
-  assert.equal(await page.locator("tr.selectedCard").count(), 0);
+  assert.equal(await page.locator("tr.chosen").count(), 0);
 });
 
 inReport("a click on an empty position clears the selection, and repeated clicks select overlapping objects in turn", {}, async (page) => {
