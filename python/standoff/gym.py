@@ -30,12 +30,12 @@ ahead along its heading, and left of it.
     in_custody = fraction of them that are in a group and in some UAV's view
     on_orbit   = 1 / (1 + |r - r_d| / radius_min_m); 0 for a UAV without a group, or whose group has no true orbit
 
-The metric ``custody_fraction`` is the mean of ``in_custody``, and ``standoff_error_m`` that of |r - r_d|: the distance of
-the UAV from its group's true orbit, about the true positions of the group's targets. Failures cannot increase the reward: of the
-team's estimates it uses only the grouping. A target that is lost, removed or never found stays in the divisor and counts
-as much as all orbits together, so losing it never pays, however much easier an orbit is without it. A UAV without a
-group, or whose group has no existing target, is on no orbit. Rewards are never negative, so ending an episode early gains
-nothing.
+The metric ``custody_fraction`` is the mean of ``in_custody``, and ``standoff_error_m`` that of |r - r_d|: the distance
+of the UAV from its group's true orbit, about the true positions of the group's targets. Failures cannot increase the
+reward: of the team's estimates it uses only the grouping. A target that is lost, removed or never found stays in the
+divisor and counts as much as all orbits together, so losing it never pays, however much easier an orbit is without it.
+A UAV without a group, or whose group has no existing target, is on no orbit. Rewards are never negative, so ending an
+episode early gains nothing.
 
 **End**: terminated when targets exist but no live track is left; truncated at the scenario's duration.
 

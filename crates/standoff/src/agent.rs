@@ -16,7 +16,7 @@
 //! A time step is *committed* as soon as every expected UAV has reported it and a later time step, and this agent has
 //! all messages that these later reports list as received. It is also committed when the retention time has passed. A
 //! committed time step accepts no further messages. While messages are missing, the groups and assignments in use are
-//! those of the decision lag ago, for which teammates have the same messages.
+//! those from one decision lag earlier, because teammates have the same messages of that time.
 //!
 //! If the team states of two agents differ and the message log cannot reconcile them, the state of the *reference
 //! agent* wins: among the live UAVs, the agent whose state started first; ties go to the lowest id. The other agents

@@ -121,7 +121,8 @@ pub(super) fn remarks(metrics: &SelectedMetrics, events: &Events, settings: &Set
     }
     let half_deg = 0.5 * settings.team.track.sensor.field_of_view_rad.to_degrees();
     if get("off_boresight_max_deg").is_some_and(|worst_deg| worst_deg > half_deg) {
-        let what = "above the limit for one UAV; another UAV may have had the target in view: see \"group-member time out of view\"";
+        let what = "above the limit for one UAV; another UAV may have had the target in view: see \"group-member time \
+                    out of view\"";
         remarks.push(("off_boresight_max_deg", what.to_owned()));
     }
     let closest_m = get("separation_min_same_altitude_m").unwrap_or(f64::INFINITY);

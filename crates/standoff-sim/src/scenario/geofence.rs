@@ -283,8 +283,8 @@ mod tests {
         let bow = "[[geofence]]\nvertices = [[0, 0], [100, 100], [100, 0], [0, 100]]";
         assert_eq!(
             error(bow),
-            "mine:2:13: geofence.0.vertices.0: the side that starts here crosses or touches the side that starts at vertex 2; an outline must not cross \
-             itself"
+            "mine:2:13: geofence.0.vertices.0: the side that starts here crosses or touches the side that \
+             starts at vertex 2; an outline must not cross itself"
         );
         assert!(error("[[geofence]]\nvertices = [[0, 0], [100, 100], [5]]").contains("must be [east, north], m"));
         assert!(error("[[geofence]]\nvertices = [[0, 0], [100, 100]]").contains("needs at least three"));

@@ -233,8 +233,8 @@ impl Bounded {
                 };
                 if crosses {
                     let what = format!(
-                        "the side that starts here crosses or touches the side that starts at vertex {second}; an outline must not cross \
-                         itself"
+                        "the side that starts here crosses or touches the side that starts at vertex {second}; an outline \
+                         must not cross itself"
                     );
                     return error(Some(first), what);
                 }
@@ -361,7 +361,8 @@ mod tests {
         };
         assert_eq!(
             error(&[(0.0, 0.0), (100.0, 100.0), (100.0, 0.0), (0.0, 100.0)]),
-            "zone 1, vertex 0: the side that starts here crosses or touches the side that starts at vertex 2; an outline must not cross itself"
+            "zone 1, vertex 0: the side that starts here crosses or touches the side that starts at vertex 2; an outline \
+             must not cross itself"
         );
         // An outline that folds back on itself.
         assert!(error(&[(0.0, 0.0), (100.0, 0.0), (50.0, 0.0), (50.0, 50.0)]).contains("cross itself"));
