@@ -260,13 +260,14 @@ fn pursued(intruder_m_s: f64, direction_deg: f64, seconds: f64) -> (f64, f64) {
     (closest_m, avoided as f64 / steps as f64)
 }
 
-/// A UAV pursued by an intruder of its own nominal speed keeps the minimum distance, and flies its orbit for a large
-/// part of the time.
+/// A UAV pursued by an intruder of its own nominal speed keeps the minimum distance and its buffer, and flies its orbit
+/// for a large part of the time. Without the prediction of a pursuit, the distance falls to 66 m.
 #[test]
 fn a_pursuing_intruder_is_avoided() {
+    let required_m = SeparationParams::default().horizontal_min_m + BUFFER_M;
     for direction in 0..12 {
         let direction_deg = 30.0 * f64::from(direction);
         let (closest_m, avoided) = pursued(40.0, direction_deg, 120.0);
-        assert!(closest_m >= 60.0 && avoided < 0.6, "from {direction_deg} degrees: {closest_m} m, {avoided}");
+        assert!(closest_m >= required_m && avoided < 0.6, "from {direction_deg} degrees: {closest_m} m, {avoided}");
     }
 }
