@@ -1,6 +1,5 @@
 //! Draws the numbers of a scenario, fills in absent ones, and checks their ranges.
 
-use std::borrow::Cow;
 use std::fmt::Display;
 
 use standoff::Allowed;
@@ -108,7 +107,7 @@ pub(super) fn value(number: &Number, key: &dyn Display, draws: Draws, nth: u64) 
         Number::Constant(value) => value,
         _ => {
             let key = key.to_string();
-            let drawn = number.draw(&mut draws.at(Stream::Scenario, hash(&stream_name(&key)), nth));
+            let drawn = number.draw(&mut draws.at(Stream::Scenario, stream_of(&key), nth));
             if key.ends_with(".count") { drawn.round() } else { drawn }
         }
     }
@@ -117,21 +116,17 @@ pub(super) fn value(number: &Number, key: &dyn Display, draws: Draws, nth: u64) 
 /// Names under which the random streams of renamed tables are keyed: the current name and the first one. A seed draws
 /// the same values whatever the table is called.
 const STREAM_NAMES: [(&str, &str); 5] = [
-    ("uavs.boot_delay_s", "uavs.start_late_s"),
-    ("uavs.start_ring.", "uavs.ring."),
-    ("uavs.start.", "uavs.at."),
     ("targets.random.", "targets.scatter."),
     ("targets.start.", "targets.at."),
+    ("uavs.start.", "uavs.at."),
+    ("uavs.start_ring.", "uavs.ring."),
+    ("uavs.boot_delay_s", "uavs.start_late_s"),
 ];
 
-/// The name that keys the random stream of a scenario key.
-fn stream_name(key: &str) -> Cow<'_, str> {
-    let renamed =
-        STREAM_NAMES.iter().find_map(|(now, first)| key.strip_prefix(now).map(|rest| format!("{first}{rest}")));
-    renamed.map_or(Cow::Borrowed(key), Cow::Owned)
-}
-
-/// A stable hash of a key (FNV-1a).
-fn hash(key: &str) -> u64 {
-    key.bytes().fold(0xcbf2_9ce4_8422_2325, |hash, byte| (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3))
+/// Identifies the random stream of a scenario key by a stable hash of its name (FNV-1a).
+fn stream_of(key: &str) -> u64 {
+    let renamed = STREAM_NAMES.iter().find_map(|(now, first)| key.strip_prefix(now).map(|rest| (*first, rest)));
+    let (first, rest) = renamed.unwrap_or((key, ""));
+    let bytes = first.bytes().chain(rest.bytes());
+    bytes.fold(0xcbf2_9ce4_8422_2325, |hash, byte| (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3))
 }
