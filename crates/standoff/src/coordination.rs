@@ -6,6 +6,7 @@ pub(crate) mod desired_centre;
 pub mod dwell;
 pub mod event;
 pub mod group;
+pub mod group_centre;
 pub(crate) mod grouping;
 pub mod lost_target_search;
 pub mod memberships;

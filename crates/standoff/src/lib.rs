@@ -18,7 +18,6 @@ pub mod angle;
 pub mod coordination;
 pub mod covariance;
 mod digest;
-pub mod estimation;
 pub mod frame;
 pub mod group_id;
 pub mod guidance;
@@ -26,7 +25,6 @@ mod intruders;
 pub mod math;
 pub mod message;
 mod message_log;
-mod rollback;
 mod state_update;
 pub mod team_agent;
 
@@ -35,11 +33,11 @@ pub mod enclosing_circle;
 pub mod output;
 pub mod params;
 pub mod sensor;
-mod snapshot;
 mod step_messages;
 pub mod target;
 pub mod team_state;
 pub mod time;
+pub mod tracking;
 pub mod uav;
 pub mod validation;
 
@@ -54,8 +52,6 @@ pub use coordination::memberships::{GroupedTrack, Membership};
 pub use coordination::teammate::Teammate;
 pub use covariance::Covariance;
 pub use enclosing_circle::{CircleMotion, EnclosingCircle};
-pub use estimation::information_filter::{Contribution, Estimate, InformationFilter};
-pub use estimation::track::{LossReason, Track, TrackId, TrackParams, TrackStatus};
 pub use frame::{Displacement, Position, Velocity};
 pub use group_id::GroupId;
 pub use guidance::avoidance::{Avoidance, SeparationParams};
@@ -79,6 +75,8 @@ pub use target::{TargetParams, TargetState, Transition};
 pub use team_agent::TeamAgent;
 pub use team_state::TeamState;
 pub use time::{Duration, Time};
+pub use tracking::information_filter::{Contribution, Estimate, InformationFilter};
+pub use tracking::track::{LossReason, Track, TrackId, TrackParams, TrackStatus};
 pub use uav::{
     Aircraft, AutopilotModel, ClimbParams, Command, Integrator, LimitedCommand, UavId, UavParams, UavState, Vertical,
 };

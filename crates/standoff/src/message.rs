@@ -14,6 +14,13 @@ use crate::sensor::RangeBearingMeasurement;
 use crate::time::Time;
 use crate::uav::{UavId, UavState};
 
+/// Maximum number of UAVs; reports of more UAVs are rejected.
+pub(crate) const TEAM_MAX: usize = 256;
+
+/// Maximum number of targets: as many as fit into a snapshot (`PARTS_MAX`). The same limit holds for the detections of
+/// one report and for the cues of one time step.
+pub(crate) const TARGETS_MAX: usize = 8_000;
+
 /// Identity of a target as reported by sensors and cue sources. It is the same for all of them (assumption of the
 /// paper: data association is solved). Inside the team, a target is identified by its [`TrackId`](crate::TrackId).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, serde::Serialize, serde::Deserialize)]

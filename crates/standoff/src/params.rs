@@ -2,7 +2,6 @@
 
 mod grouping_params;
 
-use crate::estimation::track::TrackParams;
 use crate::guidance::avoidance::SeparationParams;
 use crate::guidance::heading::{Feedforward, GuidanceParams, Lead, SpeedReference};
 use crate::guidance::orbit_motion::MotionParams;
@@ -11,6 +10,7 @@ use crate::guidance::vector_field::OrbitDirection;
 use crate::sensor::SensorParams;
 use crate::target::TargetParams;
 use crate::time::Duration;
+use crate::tracking::track::TrackParams;
 use crate::uav::{Command, Integrator, UavId, UavParams};
 use crate::validation::{Allowed, ParamError, errors_of};
 

@@ -1,15 +1,33 @@
-//! State update: applies the messages of one time step to the team state.
+//! State update: advances the team state by one time step.
+//!
+//! ```text
+//! reports -> team -> tracks -> group members -> groups and orbits -> searches -> UAV assignment -> alarms
+//! ```
+
+mod groups;
+mod team;
+mod uav_assignment;
+
+#[cfg(test)]
+mod tests;
 
 use std::sync::Arc;
 
 use crate::coordination::assignment::AssignmentLaw;
+use crate::coordination::event::{Event, EventKind};
+use crate::coordination::grouping::{Grouping, GroupingBuffers};
+use crate::coordination::memberships::GroupIndex;
 use crate::guidance::geofence::Geofence;
 use crate::guidance::geofence_safety::GeofenceSafety;
+use crate::message::TARGETS_MAX;
 use crate::params::TeamParams;
 use crate::step_messages::StepMessages;
 use crate::target::Transition;
-use crate::team_state::{Buffers, StepInput, TeamState};
-use crate::time::Duration;
+use crate::team_state::TeamState;
+use crate::time::{Duration, Time};
+use crate::tracking::association::Scans;
+use crate::tracking::tracker::{TrackChange, TrackChangeKind, Tracker, TrackerInput};
+use crate::uav::UavId;
 use crate::validation::ParamError;
 
 /// Computes the next team state from the previous one and the messages of one time step; keeps no state itself.
@@ -18,10 +36,34 @@ pub(crate) struct TeamStateUpdater {
     pub(crate) params: TeamParams,
     /// Target model over the last time difference between two team states.
     transition: Transition,
-    scratch: Buffers,
+    tracker: Tracker,
+    buffers: Buffers,
     pub(crate) assignment: Option<Arc<dyn AssignmentLaw>>,
     /// Geofence safety function; `None` without zones.
     pub(crate) geofence_safety: Option<Arc<GeofenceSafety>>,
+}
+
+/// Input of one time step: everything that changed since the previous team state.
+struct StepInput<'a> {
+    /// Time of the new team state.
+    now: Time,
+    messages: &'a StepMessages,
+    /// Custom assignment law; `None` for the built-in one.
+    assignment: Option<&'a dyn AssignmentLaw>,
+    /// Target model over the time since the previous team state.
+    transition: &'a Transition,
+    /// Geofence; `None` without zones.
+    geofence: Option<&'a Geofence>,
+}
+
+/// Reused buffers, so that a time step allocates nothing; the contents are valid within one time step.
+#[derive(Debug, Clone, Default)]
+struct Buffers {
+    /// Members of each group before the grouping.
+    members_before: GroupIndex,
+    grouping: GroupingBuffers,
+    /// UAVs whose report is implausible; usually empty.
+    implausible: Vec<UavId>,
 }
 
 impl TeamStateUpdater {
@@ -30,8 +72,14 @@ impl TeamStateUpdater {
         if !errors.is_empty() {
             return Err(errors);
         }
-        let (transition, scratch, assignment) = (Transition::none(), Buffers::default(), None);
-        Ok(Self { params, transition, scratch, assignment, geofence_safety: None })
+        Ok(Self {
+            params,
+            transition: Transition::none(),
+            tracker: Tracker::default(),
+            buffers: Buffers::default(),
+            assignment: None,
+            geofence_safety: None,
+        })
     }
 
     /// Adds a geofence.
@@ -41,30 +89,113 @@ impl TeamStateUpdater {
         Self { geofence_safety, ..self }
     }
 
-    /// Computes the team state `next` at the time of `row`, `dt` after `previous`.
-    pub(crate) fn advance(&mut self, previous: &TeamState, dt: Duration, row: &StepMessages, next: &mut TeamState) {
-        self.step(previous, dt, row, false, next);
+    /// Computes the team state `next` at the time of `messages`, `dt` after `previous`.
+    pub(crate) fn advance(
+        &mut self,
+        previous: &TeamState,
+        dt: Duration,
+        messages: &StepMessages,
+        next: &mut TeamState,
+    ) {
+        self.step(previous, dt, messages, false, next);
     }
 
-    /// Computes the team state `next` like [`Self::advance`], but keeps groups and assignments unchanged.
-    pub(crate) fn extrapolate(&mut self, previous: &TeamState, dt: Duration, row: &StepMessages, next: &mut TeamState) {
-        self.step(previous, dt, row, true, next);
+    /// Computes the team state `next` like [`Self::advance`], but keeps groups and assignments unchanged; only the
+    /// estimates of targets and UAVs advance.
+    pub(crate) fn extrapolate(
+        &mut self,
+        previous: &TeamState,
+        dt: Duration,
+        messages: &StepMessages,
+        next: &mut TeamState,
+    ) {
+        self.step(previous, dt, messages, true, next);
     }
 
     fn step(
         &mut self,
         previous: &TeamState,
         dt: Duration,
-        row: &StepMessages,
+        messages: &StepMessages,
         is_extrapolated: bool,
         next: &mut TeamState,
     ) {
         if dt != self.transition.dt {
             self.transition = self.params.track.transition(dt);
         }
-        let (transition, assignment) = (&self.transition, self.assignment.as_deref());
-        let geofence = self.geofence_safety.as_deref().map(GeofenceSafety::geofence);
-        let news = StepInput { now: row.time, messages: row, transition, assignment, geofence, is_extrapolated };
-        next.advance(previous, &news, &self.params, &mut self.scratch);
+        let Self { params, transition, tracker, buffers, assignment, geofence_safety } = self;
+        let input = StepInput {
+            now: messages.time,
+            messages,
+            assignment: assignment.as_deref(),
+            transition,
+            geofence: geofence_safety.as_deref().map(GeofenceSafety::geofence),
+        };
+        next.events.clear();
+        next.time = input.now;
+        next.memberships.copy(&previous.memberships);
+        next.grouping_state = previous.grouping_state;
+
+        next.gather_team(previous, &input, params, &mut buffers.implausible);
+        next.update_tracks(previous, &input, params, tracker, &buffers.implausible);
+        next.implausible = buffers.implausible.len() as u32 + tracker.rejected;
+
+        buffers.members_before.copy(next.memberships.index());
+        if !is_extrapolated {
+            Grouping {
+                now: input.now,
+                memberships: &mut next.memberships,
+                state: &mut next.grouping_state,
+                previous: &previous.groups,
+                team: &next.teammates,
+                params,
+                events: &mut next.events,
+                buffers: &mut buffers.grouping,
+            }
+            .update();
+        }
+        next.ungrouped_count = next.tracks().iter().filter(|track| track.is_ungrouped()).count() as u32;
+        next.form_groups(previous, &input, params, &buffers.members_before);
+        next.search_assignments.clone_from(&previous.search_assignments);
+        if is_extrapolated {
+            next.assignments.clear();
+            next.keep_assignments(previous);
+        } else {
+            next.update_searches(params);
+            next.assign_uavs(previous, &input, params);
+        }
+        next.emit_uav_events(previous);
+        next.check_groups(previous, params, input.geofence);
+    }
+}
+
+impl TeamState {
+    /// Advances the tracks and emits their events.
+    fn update_tracks(
+        &mut self,
+        previous: &TeamState,
+        input: &StepInput,
+        params: &TeamParams,
+        tracker: &mut Tracker,
+        implausible: &[UavId],
+    ) {
+        self.memberships.update_tracks(|tracks| {
+            let scans = Scans { sensor: &params.track.sensor, reports: input.messages.reports(), implausible };
+            let cues = input.messages.cues();
+            let (now, transition, params) = (input.now, input.transition, &params.track);
+            let input = TrackerInput { now, transition, scans, cues, params, tracks_max: TARGETS_MAX };
+            tracker.step(tracks, previous.memberships.track_table(), &input)
+        });
+        for TrackChange { track, kind } in &tracker.changes {
+            let kind = match *kind {
+                TrackChangeKind::Cued => EventKind::Cued,
+                TrackChangeKind::Started | TrackChangeKind::Confirmed => EventKind::Acquired,
+                TrackChangeKind::Lost(reason) => EventKind::Lost(reason),
+                TrackChangeKind::Reacquired => EventKind::Reacquired,
+            };
+            let (group, to_group) =
+                self.track(*track).map_or((None, None), |track| (track.group(), track.receiving_group()));
+            self.events.push(Event { to_group, ..Event::of_track(kind, *track, group) });
+        }
     }
 }

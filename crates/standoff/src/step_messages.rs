@@ -7,16 +7,9 @@ use core::cmp::Ordering;
 
 use crate::angle::Angle;
 use crate::group_id::GroupId;
-use crate::message::{Cue, Detection, Report, Scan};
+use crate::message::{Cue, Detection, Report, Scan, TARGETS_MAX, TEAM_MAX};
 use crate::time::Time;
 use crate::uav::{UavId, UavState};
-
-/// Maximum number of UAVs; reports of more UAVs are rejected.
-pub(crate) const TEAM_MAX: usize = 256;
-
-/// Maximum number of targets: as many as fit into a snapshot (`PARTS_MAX`). The same limit holds for the detections of
-/// one report and for the cues of one time step.
-pub(crate) const TARGETS_MAX: usize = 8_000;
 
 /// Result of inserting a report or cue.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use standoff::estimation::group_centre::{Centroid, GroupCentre, mahalanobis_squared};
+use standoff::coordination::group_centre::{Centroid, GroupCentre, mahalanobis_squared};
 use standoff::{Covariance, Estimate as Track, TargetState, Transition};
 use standoff_sim::record::{Frame, GroupRow, TrackRow};
 use standoff_sim::scenario::Scenario;

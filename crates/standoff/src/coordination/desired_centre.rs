@@ -1,9 +1,9 @@
 //! Desired centre of the orbit around a set of targets, and the spread of the targets around it.
 
+use crate::coordination::group_centre::mean_state;
 use crate::coordination::memberships::GroupedTrack;
 use crate::coordination::spread::furthest_from;
 use crate::enclosing_circle::EnclosingCircle;
-use crate::estimation::group_centre::mean_state;
 use crate::frame::{Position, Velocity};
 use crate::guidance::standoff_distance::Spread;
 use crate::params::CentreEstimate;
@@ -80,10 +80,10 @@ pub(crate) fn circle_in(in_s: f64, targets: impl Iterator<Item = TargetState> + 
 mod tests {
     use super::*;
     use crate::coordination::memberships::Memberships;
-    use crate::estimation::track::Track;
     use crate::message::{Cue, TargetLabel};
     use crate::params::TeamParams;
     use crate::time::Time;
+    use crate::tracking::track::Track;
 
     fn known(targets: &[(f64, f64, f64)]) -> Vec<GroupedTrack> {
         let mut memberships = Memberships::default();

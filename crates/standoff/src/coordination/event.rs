@@ -1,8 +1,8 @@
 //! Events: what can happen to targets, groups and UAVs, and why.
 
-use crate::estimation::track::{LossReason, TrackId};
 use crate::group_id::GroupId;
 use crate::guidance::geofence::ZoneKind;
+use crate::tracking::track::{LossReason, TrackId};
 use crate::uav::UavId;
 
 /// A change of the team state.

@@ -5,10 +5,9 @@ use nalgebra::{Matrix2, Vector6};
 use crate::angle::Angle;
 use crate::coordination::desired_centre::{DesiredCentre, circle_in};
 use crate::coordination::event::EventKind;
+use crate::coordination::group_centre::{Centroid, GroupCentre, mean_position_covariance, relative_covariance};
 use crate::coordination::memberships::GroupedTrack;
 use crate::coordination::spread::{furthest_from, margin_m, spread_in};
-use crate::estimation::group_centre::{Centroid, GroupCentre, mean_position_covariance, relative_covariance};
-use crate::estimation::track::TrackId;
 use crate::frame::{Displacement, Position};
 use crate::group_id::GroupId;
 use crate::guidance::geofence::{Geofence, ZoneKind};
@@ -20,6 +19,7 @@ use crate::math::TAU;
 use crate::params::{CentreEstimate, CentreJump, GroupingParams, Margin, TeamParams};
 use crate::target::Transition;
 use crate::time::Duration;
+use crate::tracking::track::TrackId;
 
 /// A group and its orbit at one time step.
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]

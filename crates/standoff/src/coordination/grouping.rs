@@ -32,12 +32,12 @@ use crate::coordination::memberships::{GroupedTrack, Membership, Memberships};
 use crate::coordination::required_orbit::RequiredOrbit;
 use crate::coordination::teammate::Teammate;
 use crate::enclosing_circle::EnclosingCircle;
-use crate::estimation::track::TrackId;
 use crate::frame::Position;
 use crate::group_id::GroupId;
 use crate::guidance::standoff_distance::Spread;
 use crate::params::{CentreEstimate, GroupCount, RemovalRule, TeamParams};
 use crate::time::{Duration, Time};
+use crate::tracking::track::TrackId;
 
 /// Grouping state that persists between time steps in addition to the memberships.
 #[derive(Debug, Clone, Copy, Default, PartialEq, serde::Serialize, serde::Deserialize)]

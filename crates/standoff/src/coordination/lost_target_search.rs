@@ -15,11 +15,11 @@ use crate::angle::Angle;
 use crate::coordination::event::{Event, EventKind, SearchEndReason};
 use crate::coordination::memberships::Memberships;
 use crate::coordination::teammate::Teammate;
-use crate::estimation::track::{LossReason, Track, TrackId, TrackStatus};
 use crate::frame::Position;
 use crate::math::{self, PI};
 use crate::params::TeamParams;
 use crate::time::{Duration, Time};
+use crate::tracking::track::{LossReason, Track, TrackId, TrackStatus};
 use crate::uav::UavId;
 
 /// Period of the swing over the disc and back: at most 45 degrees per second, so that a field of view of 70 degrees has

@@ -1,11 +1,12 @@
 //! All known targets and their group memberships.
 
 use crate::coordination::dwell::Handoff;
-use crate::estimation::information_filter::Estimate;
-use crate::estimation::track::{Track, TrackId};
 use crate::frame::Position;
 use crate::group_id::GroupId;
 use crate::time::{Duration, Time};
+use crate::tracking::information_filter::Estimate;
+use crate::tracking::track::{Track, TrackId};
+use crate::tracking::track_table::{TrackRow, TrackTable};
 
 /// Membership of a target in the groups of the team.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
@@ -54,6 +55,20 @@ pub struct GroupedTrack {
     pub membership: Membership,
     /// Blocked group and the end of the block: after a cancelled handoff, no new one to that group may start before.
     blocked_groups: Option<(GroupId, Time)>,
+}
+
+impl TrackRow for GroupedTrack {
+    fn new(track: Track) -> Self {
+        Self { track, membership: Membership::Ungrouped, blocked_groups: None }
+    }
+
+    fn track(&self) -> &Track {
+        &self.track
+    }
+
+    fn track_mut(&mut self) -> &mut Track {
+        &mut self.track
+    }
 }
 
 impl GroupedTrack {
@@ -106,6 +121,25 @@ pub(crate) struct GroupIndex {
 }
 
 impl GroupIndex {
+    /// Rebuilds the index for these tracks.
+    fn rebuild(&mut self, tracks: &[GroupedTrack]) {
+        let Self { entries, groups, ends } = self;
+        entries.clear();
+        for (track_index, track) in tracks.iter().enumerate() {
+            entries.extend(track.membership.groups().map(|group| (group, track_index)));
+        }
+        entries.sort_unstable();
+        entries.dedup();
+        groups.clear();
+        ends.clear();
+        let mut end = 0;
+        for of_one_group in entries.chunk_by(|a, b| a.0 == b.0) {
+            end += of_one_group.len();
+            groups.push(of_one_group[0].0);
+            ends.push(end);
+        }
+    }
+
     /// Copies another index and reuses the buffers.
     pub(crate) fn copy(&mut self, other: &Self) {
         self.entries.clone_from(&other.entries);
@@ -161,7 +195,7 @@ impl GroupIndex {
 /// current.
 #[derive(Debug, Clone, Default, PartialEq, serde::Serialize, serde::Deserialize)]
 pub(crate) struct Memberships {
-    tracks: Vec<GroupedTrack>,
+    tracks: TrackTable<GroupedTrack>,
     #[serde(skip)]
     roster: GroupIndex,
     /// Number of groups created so far.
@@ -186,28 +220,47 @@ impl Memberships {
             let is_in_time = blocked_group.is_none_or(|(_, until)| until <= now + dwell_max);
             track.is_valid() && is_apart && has_begun && is_in_time
         };
-        let is_whole = self.tracks.is_sorted_by(|a, b| a.track.id < b.track.id)
-            && self.tracks.iter().all(is_valid)
+        let is_whole = self.tracks().is_sorted_by(|a, b| a.track.id < b.track.id)
+            && self.tracks().iter().all(is_valid)
             && self.numbers.is_sorted_by(|a, b| a.0 < b.0)
             // Otherwise, ids would run out or be given twice.
             && self.numbers.last().is_none_or(|(id, _)| *id <= self.last)
             && self.last.is_not_after(now);
-        self.roster = GroupIndex::default();
-        for track_index in 0..self.tracks.len() {
-            let membership = self.tracks[track_index].membership;
-            self.roster.change(track_index, &Membership::Ungrouped, &membership);
-        }
+        self.roster.rebuild(self.tracks.rows());
         is_whole && self.groups().iter().all(|group| self.number(*group).is_some())
     }
 
     /// Known targets, by ascending track.
     pub(crate) fn tracks(&self) -> &[GroupedTrack] {
+        self.tracks.rows()
+    }
+
+    pub(crate) fn track_table(&self) -> &TrackTable<GroupedTrack> {
         &self.tracks
     }
 
     /// Index of a track, or the index at which to insert it.
     pub(crate) fn track_index(&self, track: TrackId) -> Result<usize, usize> {
-        self.tracks.binary_search_by_key(&track, |known| known.track.id)
+        self.tracks.index(track)
+    }
+
+    /// Changes tracks. `update` returns true if it started or removed tracks: then the index of members is rebuilt.
+    pub(crate) fn update_tracks(&mut self, update: impl FnOnce(&mut TrackTable<GroupedTrack>) -> bool) {
+        if update(&mut self.tracks) {
+            self.roster.rebuild(self.tracks.rows());
+        }
+    }
+
+    /// Starts or restarts a track; the target is in no group.
+    #[cfg(test)]
+    pub(crate) fn start(&mut self, track: Track) {
+        self.update_tracks(|tracks| tracks.start(track, usize::MAX));
+    }
+
+    /// The track with an index; its id must not change.
+    #[cfg(test)]
+    pub(crate) fn track_mut(&mut self, track_index: usize) -> &mut Track {
+        self.tracks.rows_mut()[track_index].track_mut()
     }
 
     pub(crate) fn index(&self) -> &GroupIndex {
@@ -226,7 +279,7 @@ impl Memberships {
 
     /// Copies other memberships and reuses the buffers. Groups that have no members there are dropped.
     pub(crate) fn copy(&mut self, other: &Self) {
-        self.tracks.clone_from(&other.tracks);
+        self.tracks.copy(&other.tracks);
         self.roster.copy(&other.roster);
         (self.created_count, self.last) = (other.created_count, other.last);
         self.numbers.clear();
@@ -236,7 +289,7 @@ impl Memberships {
     /// Returns a new id for a group of the targets with these indices.
     pub(crate) fn new_group(&mut self, now: Time, track_indices: impl Iterator<Item = usize>) -> GroupId {
         self.last =
-            GroupId::founded(now, track_indices.map(|track_index| self.tracks[track_index].track.id.0), self.last);
+            GroupId::founded(now, track_indices.map(|track_index| self.tracks()[track_index].track.id.0), self.last);
         self.numbers.push((self.last, self.created_count));
         self.created_count = self.created_count.saturating_add(1);
         self.last
@@ -253,52 +306,15 @@ impl Memberships {
         self.numbers.binary_search_by_key(&group, |(id, _)| *id).ok().map(|index| self.numbers[index].1)
     }
 
-    /// Tracks, for prediction and update; their ids must not change.
-    pub(crate) fn tracks_mut(&mut self) -> impl Iterator<Item = &mut Track> {
-        self.tracks.iter_mut().map(|known| &mut known.track)
-    }
-
-    /// The track with an index.
-    pub(crate) fn track_mut(&mut self, track_index: usize) -> &mut Track {
-        &mut self.tracks[track_index].track
-    }
-
-    /// Adds or restarts a track; the target is in no group.
-    pub(crate) fn start(&mut self, track: Track) {
-        let known = GroupedTrack { track, membership: Membership::Ungrouped, blocked_groups: None };
-        match self.track_index(track.id) {
-            Ok(track_index) => {
-                self.set(track_index, Membership::Ungrouped);
-                self.tracks[track_index] = known;
-            }
-            Err(track_index) => {
-                self.tracks.insert(track_index, known);
-                self.roster.entries.iter_mut().for_each(|entry| entry.1 += usize::from(entry.1 >= track_index));
-            }
-        }
-    }
-
-    /// Removes tracks that have been lost for longer than `after`.
-    pub(crate) fn forget_lost(&mut self, after: Duration) {
-        let is_old = |known: &GroupedTrack| known.track.time_since_lost() > after;
-        for track_index in (0..self.tracks.len()).rev() {
-            if is_old(&self.tracks[track_index]) {
-                self.set(track_index, Membership::Ungrouped);
-                self.tracks.remove(track_index);
-                self.roster.entries.iter_mut().for_each(|entry| entry.1 -= usize::from(entry.1 > track_index));
-            }
-        }
-    }
-
     /// Sets the membership of a target.
     pub(crate) fn set(&mut self, track_index: usize, membership: Membership) {
-        let before = core::mem::replace(&mut self.tracks[track_index].membership, membership);
+        let before = core::mem::replace(&mut self.tracks.rows_mut()[track_index].membership, membership);
         self.roster.change(track_index, &before, &membership);
     }
 
     /// Blocks handoffs of the target to a group until a time.
     pub(crate) fn block(&mut self, track_index: usize, group: GroupId, until: Time) {
-        self.tracks[track_index].blocked_groups = Some((group, until));
+        self.tracks.rows_mut()[track_index].blocked_groups = Some((group, until));
     }
 }
 
@@ -348,10 +364,10 @@ mod tests {
             match draw(5) {
                 0 => memberships.start(track(draw(12) as u32)),
                 1 if n > 0 => {
-                    memberships.tracks[draw(n as u64) as usize].track.give_up();
+                    memberships.track_mut(draw(n as u64) as usize).give_up();
                     let transition = TeamParams::table_1().track.transition(Duration::from_s(1.0));
-                    memberships.tracks_mut().for_each(|track| track.predict(&transition));
-                    memberships.forget_lost(Duration::from_s(2.5));
+                    (0..n).for_each(|track_index| memberships.track_mut(track_index).predict(&transition));
+                    memberships.update_tracks(|tracks| tracks.remove_lost(Duration::from_s(2.5)));
                     lost_and_forgotten += n - memberships.tracks().len();
                 }
                 _ if n > 0 => {

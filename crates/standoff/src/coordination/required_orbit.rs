@@ -1,9 +1,9 @@
 //! Orbit that a set of targets requires.
 
 use crate::coordination::desired_centre::DesiredCentre;
+use crate::coordination::group_centre::{mean_position_covariance, relative_covariance};
 use crate::coordination::memberships::GroupedTrack;
 use crate::coordination::spread::margin_m;
-use crate::estimation::group_centre::{mean_position_covariance, relative_covariance};
 use crate::frame::Position;
 use crate::guidance::heading::Orbit;
 use crate::guidance::standoff_distance::{Ramp, StandoffDistance};

@@ -9,7 +9,7 @@
 use std::collections::BTreeMap;
 
 use crate::message::{Cue, Message, MessageSource, ReceivedRange, Report};
-use crate::message_log::MessageLog;
+use crate::message_log::log::MessageLog;
 use crate::message_log::ranges::{first_of, last_of, number_of_cue, step_of};
 use crate::message_log::teammates::TeammateLog;
 

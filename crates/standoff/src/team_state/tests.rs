@@ -1,7 +1,8 @@
 use super::*;
 use crate::coordination::dwell::Handoff;
 use crate::coordination::memberships::Membership;
-use crate::{Cue, Message, TargetLabel, TeamAgent, UavState, Velocity};
+use crate::frame::Position;
+use crate::{Angle, Cue, Message, TargetLabel, TeamAgent, UavState, Velocity};
 
 /// Team state of two UAVs with three cued targets.
 fn known() -> TeamState {
@@ -36,55 +37,6 @@ fn a_group_with_an_impossible_member_count_has_changed() {
     assert!(!team_state.groups[0].has_changed());
     team_state.groups[0].members_when_assigned = u32::MAX;
     assert!(team_state.rebuild_index(&TeamParams::table_1()) && team_state.groups[0].has_changed());
-}
-
-/// After a partition in which both halves reassigned, each UAV would otherwise switch to the group that it believes the
-/// other half has left.
-#[test]
-fn assignment_starts_from_the_reported_assignments() {
-    let mut params = TeamParams::table_1();
-    params.group.assignment_switching_cost = 10.0;
-    let mut updater = crate::state_update::TeamStateUpdater::new(params).unwrap();
-    let at = |step: i64| Time::from_us(step * 500_000);
-    let state = UavState::level_flight(Position::ORIGIN, Angle::ZERO, 40.0);
-    let row = |step: i64, uavs: u32, assignment: &dyn Fn(u32) -> Option<GroupId>| {
-        let mut row = StepMessages::default();
-        row.open(at(step));
-        for uav in 0..uavs {
-            let report =
-                Report { assigned_group: assignment(uav), ..Report::position_only(UavId(uav), at(step), state) };
-            row.put(crate::step_messages::ReportView::of(&report));
-        }
-        for number in (0..4).filter(|_| step == 0) {
-            // Both groups look the same from the middle.
-            let x_m = if number < 2 { -900.0 } else { 900.0 };
-            let position = Position::from_m(x_m, 40.0 * f64::from(number % 2) - 20.0);
-            let (issued_at, searcher, label) = (at(0), 0, TargetLabel(u32::from(number)));
-            let (velocity, position_sd_m, velocity_sd_m_s) = (Velocity::ZERO, 20.0, 2.0);
-            row.put_cue(&Cue {
-                source: searcher,
-                issued_at,
-                sequence: number,
-                label,
-                time: issued_at,
-                position,
-                velocity,
-                position_sd_m,
-                velocity_sd_m_s,
-            });
-        }
-        row
-    };
-    let [mut first, mut second] = [TeamState::default(), TeamState::default()];
-    updater.advance(&TeamState::default(), Duration::ZERO, &row(0, 4, &|_| None), &mut first);
-    let assigned: Vec<GroupId> = first.assignments.iter().map(|assignment| assignment.group).collect();
-    let [one, other] = [first.groups[0].id, first.groups[1].id];
-    assert_eq!(assigned, [one, one, other, other]);
-    // A fifth UAV joins, with an unknown group: all UAVs are reassigned. The other UAVs report the opposite assignment.
-    let reported = |uav: u32| Some([other, other, one, one, GroupId(7)][uav as usize]);
-    updater.advance(&first, Duration::from_s(0.5), &row(1, 5, &reported), &mut second);
-    let assigned: Vec<GroupId> = second.assignments.iter().map(|assignment| assignment.group).take(4).collect();
-    assert_eq!(assigned, [other, other, one, one]);
 }
 
 /// Invalid states whose content would never expire: members that left long ago or are far beyond the Earth, a dwell or

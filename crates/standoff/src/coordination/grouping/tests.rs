@@ -1,11 +1,11 @@
 use super::*;
 use crate::angle::Angle;
 use crate::coordination::event::GroupCreatedReason;
-use crate::estimation::track::Track;
 use crate::frame::Velocity;
 use crate::guidance::heading::OrbitRelativeState;
 use crate::message::{Cue, Report, TargetLabel};
 use crate::params::{CentreEstimate, GroupCount, Margin, RemovalRule};
+use crate::tracking::track::Track;
 use crate::uav::{UavId, UavState};
 
 /// Targets in known positions and groups without motion of the UAVs: only memberships change.

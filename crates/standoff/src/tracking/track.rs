@@ -5,12 +5,12 @@
 //! stays unseen although it should be well in view. A lost track is frozen until a measurement or a cue restarts it.
 
 use crate::covariance::Covariance;
-use crate::estimation::information_filter::{Contribution, Estimate, InformationFilter, is_well_posed};
 use crate::frame::{Position, Velocity};
 use crate::message::{Cue, TargetLabel};
 use crate::sensor::{RangeBearingMeasurement, SensorParams};
 use crate::target::{TargetParams, TargetState, Transition};
 use crate::time::{Duration, Time};
+use crate::tracking::information_filter::{Contribution, Estimate, InformationFilter, is_well_posed};
 use crate::validation::{Allowed, ParamError, errors_of};
 
 /// Parameters of the tracks.

@@ -7,9 +7,9 @@
 use nalgebra::{Matrix2, Vector6};
 
 use crate::covariance::Covariance;
-use crate::estimation::information_filter::{Contribution, Estimate, InformationFilter, inverse_2};
 use crate::frame::Position;
 use crate::target::{TargetState, Transition};
+use crate::tracking::information_filter::{Contribution, Estimate, InformationFilter, inverse_2};
 
 /// The unweighted mean of the members' estimates at one time step.
 #[derive(Debug, Clone, Copy, PartialEq)]

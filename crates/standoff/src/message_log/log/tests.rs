@@ -1,6 +1,7 @@
 use super::*;
 use crate::message::{CommitDigest, TargetLabel};
 use crate::message_log::retransmission::Retransmission;
+use crate::message_log::teammates::TeammateStatus;
 use crate::{Angle, Position, UavState, Velocity};
 
 /// Teammate timeout and retention time of Table I, 3 s and one minute, in periods of half a second.

@@ -67,6 +67,11 @@ impl Contribution {
         })
     }
 
+    /// This contribution with a weight: the probability that it is of the target.
+    pub(crate) fn weighted(self, weight: f64) -> Contribution {
+        Contribution { information: self.information * weight, vector: self.vector * weight }
+    }
+
     /// Contribution of a directly measured position with covariance `covariance` (m2). Zero if the covariance is
     /// singular.
     pub fn from_position(position: Position, covariance: &Matrix2<f64>) -> Contribution {

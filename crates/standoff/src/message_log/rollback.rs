@@ -8,7 +8,7 @@ use std::collections::VecDeque;
 
 use crate::guidance::geofence::Geofence;
 use crate::message::CommitDigest;
-use crate::message_log::MessageLog;
+use crate::message_log::log::MessageLog;
 use crate::state_update::TeamStateUpdater;
 use crate::team_state::TeamState;
 use crate::time::Duration;

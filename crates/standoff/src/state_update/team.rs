@@ -1,0 +1,83 @@
+//! Team of a time step: the UAVs received within the teammate timeout.
+
+use super::StepInput;
+use crate::coordination::event::{Event, EventKind};
+use crate::coordination::teammate::Teammate;
+use crate::frame::Position;
+use crate::message::TEAM_MAX;
+use crate::params::TeamParams;
+use crate::team_state::TeamState;
+use crate::uav::UavId;
+
+/// Maximum position jump that is accepted as a correction by a UAV's navigation filter, m.
+const JUMP_M: f64 = 100.0;
+
+impl TeamState {
+    /// Computes the team: all UAVs received within the teammate timeout, with their previous groups. The report of a
+    /// UAV whose position is not reachable from its last one is ignored; if the UAV stays there, it counts as new once
+    /// the old state has timed out.
+    pub(super) fn gather_team(
+        &mut self,
+        previous: &TeamState,
+        input: &StepInput,
+        params: &TeamParams,
+        implausible: &mut Vec<UavId>,
+    ) {
+        implausible.clear();
+        self.teammates.clear();
+        let (lease, speed_m_s) = (params.teammate_timeout(), 2.0 * params.uav.speed_max_m_s());
+        let could_be_at = |teammate: &Teammate, position: Position| {
+            let reach_m = speed_m_s * (input.now - teammate.last_report_at).s() + JUMP_M;
+            position.squared_distance_m2(teammate.last_report.position) <= reach_m * reach_m
+        };
+        let reports = input.messages.reports();
+        let mut room = TEAM_MAX - reports.len();
+        let carry_on = |teammates: &[Teammate], team: &mut Vec<Teammate>, room: &mut usize| {
+            for teammate in teammates.iter().filter(|teammate| teammate.is_recent(input.now, lease)).take(*room) {
+                *room -= 1;
+                team.push(teammate.extrapolated(input.now, params.link));
+            }
+        };
+        let mut teammates = &previous.teammates[..];
+        for report in reports {
+            // Usually no UAV is silent.
+            if teammates.first().is_some_and(|teammate| teammate.uav < report.uav) {
+                let (silent, others) =
+                    teammates.split_at(teammates.partition_point(|teammate| teammate.uav < report.uav));
+                carry_on(silent, &mut self.teammates, &mut room);
+                teammates = others;
+            }
+            let last_state = teammates.first().filter(|teammate| teammate.uav == report.uav);
+            if last_state.is_some_and(|teammate| {
+                teammate.is_recent(input.now, lease) && !could_be_at(teammate, report.state.position)
+            }) {
+                implausible.push(report.uav);
+                room += 1;
+                continue;
+            }
+            teammates = &teammates[usize::from(last_state.is_some())..];
+            self.teammates.push(Teammate::from_report(report, last_state.and_then(|teammate| teammate.group)));
+        }
+        carry_on(teammates, &mut self.teammates, &mut room);
+    }
+
+    /// Emits events for UAVs that left or joined the team, except for the first team.
+    pub(super) fn emit_uav_events(&mut self, previous: &TeamState) {
+        self.had_team = previous.had_team || !self.teammates.is_empty();
+        if self.teammates.iter().map(|teammate| teammate.uav).eq(previous.teammates.iter().map(|teammate| teammate.uav))
+        {
+            return;
+        }
+        let event = |kind, group, uav| Event { kind, track: None, group, to_group: None, uav: Some(uav) };
+        for Teammate { uav, .. } in &previous.teammates {
+            if self.teammate(*uav).is_none() {
+                self.events.push(event(EventKind::UavTimeout, previous.assignment_of(*uav), *uav));
+            }
+        }
+        for Teammate { uav, .. } in &self.teammates {
+            if previous.had_team && previous.teammate(*uav).is_none() {
+                self.events.push(event(EventKind::UavJoined, self.assignment_of(*uav), *uav));
+            }
+        }
+    }
+}

@@ -1,0 +1,186 @@
+//! Tracker: advances all tracks by one time step.
+
+use crate::message::Cue;
+use crate::target::Transition;
+use crate::time::{Duration, Time};
+use crate::tracking::association::{Association, Scans, associate};
+use crate::tracking::information_filter::Contribution;
+use crate::tracking::track::{LossReason, Track, TrackId, TrackParams, TrackStatus};
+use crate::tracking::track_table::{TrackRow, TrackTable};
+
+/// Input of one time step.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct TrackerInput<'a> {
+    /// Time of the time step.
+    pub(crate) now: Time,
+    /// Target model over the time since the last time step.
+    pub(crate) transition: &'a Transition,
+    pub(crate) scans: Scans<'a>,
+    pub(crate) cues: &'a [Cue],
+    pub(crate) params: &'a TrackParams,
+    /// Maximum number of tracks.
+    pub(crate) tracks_max: usize,
+}
+
+/// Change in the life cycle of a track.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct TrackChange {
+    pub(crate) track: TrackId,
+    pub(crate) kind: TrackChangeKind,
+}
+
+/// Kind of a change.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) enum TrackChangeKind {
+    /// Started from a cue.
+    Cued,
+    /// Started from measurements, without a cue.
+    Started,
+    /// Measured for the first time after a cue.
+    Confirmed,
+    /// Lost.
+    Lost(LossReason),
+    /// Measured again after it was lost.
+    Reacquired,
+}
+
+/// Advances the tracks. It keeps no state between time steps, only buffers and the results of the last one.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct Tracker {
+    association: Association,
+    /// Sum of the measurements of each track, by index.
+    measured: Vec<Option<Contribution>>,
+    /// Changes in the last time step.
+    pub(crate) changes: Vec<TrackChange>,
+    /// Number of tracks that did not start in the last time step, because the table was full.
+    pub(crate) rejected: u32,
+}
+
+impl Tracker {
+    /// Advances the tracks to the time step of `input`. Before the call, `tracks` equals `previous`. Returns true if
+    /// tracks were started or removed.
+    ///
+    /// Each stage processes all tracks, so that no track waits for the results of another.
+    pub(crate) fn step<R: TrackRow>(
+        &mut self,
+        tracks: &mut TrackTable<R>,
+        previous: &TrackTable<R>,
+        input: &TrackerInput,
+    ) -> bool {
+        self.changes.clear();
+        self.rejected = 0;
+        tracks.rows_mut().iter_mut().for_each(|row| row.track_mut().predict(input.transition));
+        // If the maximum number of tracks is reached, lost ones are removed immediately.
+        let is_full = tracks.rows().len() >= input.tracks_max;
+        let after_s = if is_full { 0.0 } else { input.params.lost_track_retention_s };
+        let has_removed = tracks.remove_lost(Duration::from_s(after_s));
+        self.take_cues(tracks, input);
+        associate(tracks, &input.scans, &mut self.association);
+        self.sum_measurements(tracks, &input.scans);
+        self.update(tracks, previous, input);
+        self.start_unassociated(tracks, input);
+        let is_start = |kind: &TrackChangeKind| matches!(kind, TrackChangeKind::Cued | TrackChangeKind::Started);
+        has_removed || self.changes.iter().any(|change| is_start(&change.kind))
+    }
+
+    /// Starts a track from each cue, unless the target has a track that is not lost.
+    fn take_cues<R: TrackRow>(&mut self, tracks: &mut TrackTable<R>, input: &TrackerInput) {
+        for cue in input.cues {
+            if tracks.by_label(cue.label).is_none_or(Track::is_lost)
+                && let Some(track) = Track::from_cue(cue, input.params, input.now)
+            {
+                self.start(tracks, track, TrackChangeKind::Cued, input);
+            }
+        }
+    }
+
+    /// Linearises the measurements about the predicted position of their track and sums them, in the order of the UAVs.
+    ///
+    /// Implements the sums of Eq. (10), (11).
+    fn sum_measurements<R: TrackRow>(&mut self, tracks: &TrackTable<R>, scans: &Scans) {
+        let Self { association, measured, .. } = self;
+        measured.clear();
+        measured.resize(tracks.rows().len(), None);
+        // In batches of four (SIMD). An incomplete batch is filled with copies of its last element.
+        for batch in association.weighted.chunks(4) {
+            let four: [_; 4] = core::array::from_fn(|i| &batch[i.min(batch.len() - 1)]);
+            let contributions = Contribution::from_measurements(
+                scans.sensor,
+                four.map(|one| {
+                    let predicted = tracks.rows()[one.track_index].track().estimate().state.position();
+                    (one.detection.uav_position, &one.detection.measurement, predicted)
+                }),
+            );
+            for (one, contribution) in batch.iter().zip(contributions) {
+                *measured[one.track_index].get_or_insert_default() += contribution.weighted(one.weight);
+            }
+        }
+    }
+
+    /// Updates the predicted tracks and reacquires lost ones.
+    fn update<R: TrackRow>(&mut self, tracks: &mut TrackTable<R>, previous: &TrackTable<R>, input: &TrackerInput) {
+        let Self { association, measured, changes, .. } = self;
+        // Tracks stay in the same order until they are removed.
+        let mut olds = previous.rows().iter().map(TrackRow::track).peekable();
+        for (row, measured) in tracks.rows_mut().iter_mut().zip(measured) {
+            let track = row.track_mut();
+            let (id, status) = (track.id, track.status);
+            while olds.next_if(|old| old.id < id).is_some() {}
+            let old = olds.next_if(|old| old.id == id);
+            if track.is_lost() {
+                let detections = association.unassociated_of(track.label);
+                let reacquired = Track::from_measurements(track.label, detections, input.params);
+                *track = reacquired.unwrap_or(*track);
+            } else {
+                // A track that a cue has just started is already at this time step.
+                let cued;
+                let (before, dt) = match old.filter(|old| !old.is_lost()) {
+                    Some(old) => (old, input.transition.dt),
+                    None => {
+                        cued = *track;
+                        (&cued, Duration::ZERO)
+                    }
+                };
+                let should_be_in_view = |position, clearance_m| input.scans.have_in_view(position, clearance_m);
+                track.update(before, measured.as_ref(), dt, should_be_in_view, input.params);
+            }
+            let kind = match (status, track.status) {
+                (TrackStatus::Lost(_), TrackStatus::Lost(_)) => continue,
+                (TrackStatus::Lost(_), _) => TrackChangeKind::Reacquired,
+                (_, TrackStatus::Lost(reason)) => TrackChangeKind::Lost(reason),
+                (TrackStatus::Cued, TrackStatus::Updated) => TrackChangeKind::Confirmed,
+                _ => continue,
+            };
+            changes.push(TrackChange { track: id, kind });
+        }
+    }
+
+    /// Starts tracks from detections of targets that have none.
+    fn start_unassociated<R: TrackRow>(&mut self, tracks: &mut TrackTable<R>, input: &TrackerInput) {
+        let association = core::mem::take(&mut self.association);
+        for of_one_target in association.unassociated.chunk_by(|a, b| a.label == b.label) {
+            let label = of_one_target[0].label;
+            let detections = of_one_target.iter().map(|detection| (detection.uav_position, detection.measurement));
+            if tracks.by_label(label).is_none()
+                && let Some(track) = Track::from_measurements(label, detections, input.params)
+            {
+                self.start(tracks, track, TrackChangeKind::Started, input);
+            }
+        }
+        self.association = association;
+    }
+
+    fn start<R: TrackRow>(
+        &mut self,
+        tracks: &mut TrackTable<R>,
+        track: Track,
+        kind: TrackChangeKind,
+        input: &TrackerInput,
+    ) {
+        if tracks.start(track, input.tracks_max) {
+            self.changes.push(TrackChange { track: track.id, kind });
+        } else {
+            self.rejected += 1;
+        }
+    }
+}
