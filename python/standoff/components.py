@@ -1,20 +1,17 @@
-"""The library's components by name: filter, vector field, standoff distance, minimum enclosing circle, clustering,
-assignment, pair information.
+"""The library's components on NumPy arrays: track filter, standoff distance and turn-rate law.
 
 Arguments are anything that NumPy converts to arrays (lists, integers, any strides). Leading axes broadcast by NumPy's
 rules, and results are arrays. Frame: x east, y north, metres; angles in radians, anticlockwise from east; the unit is the
-suffix of a name. :class:`Parameters` contains numbers such as gains; the defaults are the recommended parameters, which scenarios use by default.
+suffix of a name. :class:`Parameters` contains numbers such as gains; the defaults are the recommended parameters, which
+scenarios use by default.
 
-Two UAVs orbit three vehicles; the turn rates that the law commands:
+Two UAVs orbit a group whose furthest member is 100 m from the centre; the turn rates that the law commands:
 
 >>> from standoff import components
->>> centre_m, radius_m = components.enclosing_circle([[0, 0], [160, 0], [0, 120]])
->>> print(centre_m, radius_m)
-[80. 60.] 100.0
->>> orbit = components.standoff_distance(radius_m, margin_m=50)
+>>> orbit = components.standoff_distance(100, margin_m=50)
 >>> print(orbit.distance_m.round(3))
 300.0
->>> steering = components.steer([[380, 60], [80, -240]], [1.5, 0.0], centre_m, distance_m=orbit.distance_m)
+>>> steering = components.steer([[380, 60], [80, -240]], [1.5, 0.0], [80, 60], distance_m=orbit.distance_m)
 >>> print(steering.turn_rate_rad_s.round(3))
 [0.204 0.133]
 """
@@ -24,19 +21,9 @@ from standoff._standoff import (
     Parameters,
     StandoffDistance,
     Steering,
-    assignment,
-    optimal_phase_difference_rad,
-    clustering,
-    group_count,
-    information_1_m2,
     steered_radius,
-    measure,
-    pair_information_1_m4,
-    enclosing_circle,
     standoff_distance,
     steer,
-    vector_field,
-    wrapped_angle_rad,
 )
 
 __all__ = [
@@ -44,17 +31,7 @@ __all__ = [
     "Parameters",
     "StandoffDistance",
     "Steering",
-    "assignment",
-    "optimal_phase_difference_rad",
-    "clustering",
-    "group_count",
-    "information_1_m2",
     "steered_radius",
-    "measure",
-    "pair_information_1_m4",
-    "enclosing_circle",
     "standoff_distance",
     "steer",
-    "vector_field",
-    "wrapped_angle_rad",
 ]

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import doctest
-import itertools
 import pickle
 import signal
 import threading
@@ -89,8 +88,8 @@ def test_the_filter_equals_an_extended_kalman_filter(rng: np.random.Generator) -
     for _ in range(6):
         truth += rng.normal(0, 4, (n, 2))
         uav = rng.uniform(300, 700, (n, m, 2))
-        range_m, bearing_rad = components.measure(uav, truth[:, None])
-        range_m, bearing_rad = range_m + rng.normal(0, 8, (n, m)), bearing_rad + rng.normal(0, 0.04, (n, m))
+        dx, dy = np.moveaxis(truth[:, None] - uav, -1, 0)
+        range_m, bearing_rad = np.hypot(dx, dy) + rng.normal(0, 8, (n, m)), np.arctan2(dy, dx) + rng.normal(0, 0.04, (n, m))
         mask = rng.random((n, m)) < 0.7
         filter_.predict(0.5)
         updated = filter_.update(uav, np.where(mask, range_m, np.nan), bearing_rad, mask=mask)
@@ -284,78 +283,7 @@ def test_threads_can_share_a_filter(rng: np.random.Generator) -> None:
     assert np.array_equal(filter_.state, alone.state)
 
 
-# Sensor and pair information.
-
-
-def fisher(uav: Floats, target: Floats, range_sd_m: float, bearing_sd_rad: float) -> Floats:
-    rel = target - uav
-    r = np.hypot(*rel)
-    h = np.array([rel / r, [-rel[1] / r**2, rel[0] / r**2]])
-    return np.asarray(h.T @ np.diag([range_sd_m**-2.0, bearing_sd_rad**-2.0]) @ h)
-
-
-def test_measurements_and_their_information(rng: np.random.Generator) -> None:
-    """Eq. (7), (31)."""
-    uav, target = rng.uniform(-500, 500, (30, 2)), rng.uniform(-500, 500, (30, 2))
-    range_m, bearing_rad = components.measure(uav, target)
-    rel = target - uav
-    np.testing.assert_allclose(range_m, np.hypot(rel[:, 0], rel[:, 1]), rtol=1e-14)
-    np.testing.assert_allclose(bearing_rad, np.arctan2(rel[:, 1], rel[:, 0]), rtol=1e-14)
-    parameters = components.Parameters(range_sd_m=4.0, bearing_sd_rad=0.01)
-    got = components.information_1_m2(uav, target, parameters=parameters)
-    np.testing.assert_allclose(got, [fisher(*row, 4.0, 0.01) for row in zip(uav, target)], rtol=1e-9, atol=1e-15)
-    assert not components.information_1_m2([0, 0], [0.5, 0]).any()
-
-
-def test_pair_information_is_the_determinant_of_the_sum(rng: np.random.Generator) -> None:
-    """Eq. (36)."""
-    range_m, desired_phase_rad = rng.uniform(20, 900, (50, 2)), rng.uniform(-np.pi, np.pi, 50)
-    got = components.pair_information_1_m4(range_m, desired_phase_rad)
-    for (first, second), angle, one in zip(range_m, desired_phase_rad, got):
-        uavs = [np.array([first, 0.0]), second * np.array([np.cos(angle), np.sin(angle)])]
-        both = np.sum([fisher(uav, np.zeros(2), 10.0, np.radians(3)) for uav in uavs], axis=0)
-        np.testing.assert_allclose(one, np.linalg.det(both), rtol=1e-9)
-    best_rad = components.optimal_phase_difference_rad(range_m)
-    angles = np.linspace(0, np.pi, 181)
-    over = components.pair_information_1_m4(range_m[:, None], angles)
-    assert (components.pair_information_1_m4(range_m, best_rad) >= over.max(axis=1) * (1 - 1e-12)).all()
-    # 90 degrees if both ranges are on the same side of 191 m, otherwise 0.
-    assert best_rad.tolist() == [np.pi / 2 if (a < 190.98) == (b < 190.98) else 0.0 for a, b in range_m]
-    assert components.optimal_phase_difference_rad([0.5, 300]) == np.pi / 2
-
-
-def test_angles_wrap() -> None:
-    got = components.wrapped_angle_rad([[np.pi, -np.pi, 3.5], [0, 7 * np.pi, -100]])
-    np.testing.assert_allclose(got, [[np.pi, np.pi, 3.5 - 2 * np.pi], [0, np.pi, -100 + 32 * np.pi]], atol=1e-12)
-    assert got[0, 1] == np.pi
-
-
 # Guidance.
-
-
-def test_the_vector_field_is_the_published_one(rng: np.random.Generator) -> None:
-    """Eq. (13), term by term; and (20): the radial part divided by k_l, the result scaled to speed v."""
-    uav, centre = rng.uniform(-900, 900, (40, 2)), rng.uniform(-99, 99, (40, 2))
-    r_d, v = rng.uniform(250, 700, 40), rng.uniform(20, 50, 40)
-    dx, dy = (uav - centre).T
-    r = np.hypot(dx, dy)
-    factor = -v / (r * (r**2 + r_d**2))
-    x = factor * (dx * (r**2 - r_d**2) + dy * 2 * r * r_d)
-    y = factor * (dy * (r**2 - r_d**2) - dx * 2 * r * r_d)
-    plain = components.Parameters(radial_gain=1.0)
-    got = components.vector_field(uav, centre, distance_m=r_d, speed_m_s=v, parameters=plain)
-    np.testing.assert_allclose(got, np.stack([x, y], axis=1), rtol=1e-9, atol=1e-9)
-    radial, tangential = (x * dx + y * dy) / r, (y * dx - x * dy) / r
-    for k_l, orbit_direction in ((0.2, "anticlockwise"), (0.5, "clockwise")):
-        sign = 1 if orbit_direction == "anticlockwise" else -1
-        a, b = radial / k_l, sign * tangential
-        steep = np.stack([a * dx - b * dy, a * dy + b * dx], axis=1) / r[:, None]
-        steep *= (v / np.hypot(*steep.T))[:, None]
-        parameters = components.Parameters(radial_gain=k_l, orbit_direction=orbit_direction)
-        got = components.vector_field(uav, centre, distance_m=r_d, speed_m_s=v, parameters=parameters)
-        np.testing.assert_allclose(got, steep, rtol=1e-9, atol=1e-9)
-    # It is also defined exactly at the centre.
-    assert components.vector_field([3, 4], [3, 4], distance_m=300).tolist() == [40.0, 0.0]
 
 
 def flown(
@@ -456,115 +384,6 @@ def test_the_standoff_distance_and_its_lead() -> None:
     assert components.steered_radius(400, 2, speed_m_s=20, parameters=scheduled)[0] == 400 + 2 * 0.2 * 400 / 20
 
 
-# Groups.
-
-
-def circle_by_trying_all(points: Floats) -> float:
-    """Radius of the minimum enclosing circle, by trying all circles through two or three points."""
-    centres = [points[0]]
-    centres += [(a + b) / 2 for a, b in itertools.combinations(points, 2)]
-    for a, b, c in itertools.combinations(points, 3):
-        rows = 2 * np.array([b - a, c - a])
-        if abs(np.linalg.det(rows)) > 1e-9:
-            centres.append(np.linalg.solve(rows, [b @ b - a @ a, c @ c - a @ a]))
-    return float(min(np.hypot(*(points - centre).T).max() for centre in centres))
-
-
-def test_the_minimum_enclosing_circle_equals_exhaustive_search(rng: np.random.Generator) -> None:
-    points = rng.uniform(-500, 500, (60, 6, 2))
-    mask = rng.random((60, 6)) < 0.7
-    mask[:, 0] = True
-    centre_m, radius_m = components.enclosing_circle(points)
-    assert centre_m.shape == (60, 2) and radius_m.shape == (60,)
-    reach = np.hypot(*np.moveaxis(points - centre_m[:, None], 2, 0)).max(axis=1)
-    np.testing.assert_allclose(reach, radius_m, rtol=1e-12)
-    np.testing.assert_allclose(radius_m, [circle_by_trying_all(row) for row in points], rtol=1e-9)
-    _, masked_m = components.enclosing_circle(np.where(mask[..., None], points, np.nan), mask=mask)
-    np.testing.assert_allclose(
-        masked_m, [circle_by_trying_all(row[used]) for row, used in zip(points, mask)], rtol=1e-9, atol=1e-9
-    )
-    assert components.enclosing_circle([[1, 2]])[1] == 0
-
-
-def test_clusters_are_a_k_means_solution(rng: np.random.Generator) -> None:
-    """(30), Algorithm 1: every point is nearest to its own centroid, and the partition is almost always optimal."""
-    points = rng.uniform(0, 1000, (40, 7, 2))
-    labels = components.clustering(points, count=3)
-    every = np.array([of for of in itertools.product(range(3), repeat=7) if len(set(of)) == 3])
-    member = (every[..., None] == np.arange(3)).astype(float)
-    best = 0
-    for row, label in zip(points, labels):
-        assert set(label) == {0, 1, 2}
-        centroids = np.stack([row[label == k].mean(axis=0) for k in range(3)])
-        nearest = ((row[:, None] - centroids) ** 2).sum(axis=2).argmin(axis=1)
-        assert (nearest == label).all()
-        # Cost of every partition: the sum of squares minus the squared sums of the clusters over their sizes.
-        sums = np.einsum("pik,ix->pkx", member, row)
-        costs = (row**2).sum() - ((sums**2).sum(axis=2) / member.sum(axis=1)).sum(axis=1)
-        best += ((row - centroids[label]) ** 2).sum() <= costs.min() * (1 + 1e-9)
-    assert best >= 38
-    assert components.group_count(5, 9) == 3 and components.group_count(8, 2) == 2
-
-
-def test_clusters_start_from_the_previous_ones() -> None:
-    """The second point is 35 m from its own centroid and 30 m from the other: it moves unless a margin keeps it."""
-    points = [[0, 0], [70, 0], [100, 0]]
-    assert components.clustering(points, count=2, before=[0, 0, 1]).tolist() == [0, 1, 1]
-    assert components.clustering(points, count=2, before=[0, 0, 1], margin_m=6).tolist() == [0, 0, 1]
-    assert components.clustering(points, count=2, before=[1, 1, 0]).tolist() == [1, 0, 0]
-    masked = components.clustering(np.array([*points, [np.nan, 0]]), count=2, before=[0, 0, 1, -1], mask=[True, True, True, False])
-    assert masked.tolist() == [0, 1, 1, -1]
-    assert components.clustering(np.zeros((3, 0, 2)), count=2).shape == (3, 0)
-
-
-def assigned_by_trying_all(uavs: Floats, targets: Floats, group: npt.NDArray[np.int64], most: int) -> float:
-    def score(of: tuple[int, ...]) -> float:
-        total = 0.0
-        for target, own in zip(targets, group):
-            watching = [fisher(uav, target, 10.0, np.radians(3)) for uav, assigned in zip(uavs, of) if assigned == own]
-            total += float(np.linalg.slogdet(np.sum(watching, axis=0))[1])
-        return total
-
-    labels = sorted(set(group.tolist()))
-    allowed = (
-        of
-        for of in itertools.product(labels, repeat=len(uavs))
-        if all(1 <= of.count(label) <= most for label in labels)
-    )
-    return max(score(of) for of in allowed)
-
-
-def test_the_assignment_maximises_information(rng: np.random.Generator) -> None:
-    """(32), (33) restated: ln det summed over targets, one or two UAVs per group."""
-    uavs, targets = rng.uniform(-900, 900, (12, 4, 2)), rng.uniform(-900, 900, (12, 5, 2))
-    group = np.array([3, 8, 3, 8, 8])
-    got = components.assignment(uavs, targets, group, parameters=components.Parameters(assignment_switching_cost=0.0))
-    for row in range(12):
-        assert sorted(got[row].tolist()) == [3, 3, 8, 8]
-        one = sum(
-            np.linalg.slogdet(
-                np.sum(
-                    [fisher(uav, target, 10.0, np.radians(3)) for uav, of in zip(uavs[row], got[row]) if of == own],
-                    axis=0,
-                )
-            )[1]
-            for target, own in zip(targets[row], group)
-        )
-        assert one == pytest.approx(assigned_by_trying_all(uavs[row], targets[row], group, 2), abs=1e-5)
-
-
-def test_a_switching_cost_keeps_the_assignment_and_no_group_is_minus_one() -> None:
-    uavs, targets, group = [[0.0, 0.0], [1.0, 0.0]], [[300.0, 0.0], [-300.0, 0.0]], [0, 1]
-    stay = components.Parameters(assignment_switching_cost=9.0)
-    for current in ([0, 1], [1, 0]):
-        assert components.assignment(uavs, targets, group, current_group=current, parameters=stay).tolist() == current
-    assert components.assignment(uavs, targets, [-1, -1]).tolist() == [-1, -1]
-    assert components.assignment(uavs, targets, [-1, 6]).tolist() == [6, 6]
-    # A single UAV is assigned to the larger of two groups.
-    assert components.assignment([[0, 0]], [[9, 9], [99, 9], [99, 0]], [4, 5, 5]).tolist() == [5]
-    assert components.assignment(np.zeros((2, 0, 2)), np.zeros((2, 1, 2)), [0]).shape == (2, 0)
-
-
 # Parameters.
 
 
@@ -622,7 +441,7 @@ def test_errors_about_parameters_state_the_range() -> None:
 
 
 def test_the_doctest_passes() -> None:
-    assert doctest.testmod(components).attempted == 7
+    assert doctest.testmod(components).attempted == 5
     assert doctest.testmod(components).failed == 0
 
 
@@ -649,26 +468,10 @@ def everything(rng: np.random.Generator, lead: tuple[int, ...]) -> dict[str, tup
         return [got.distance_m, got.rate_m_s, got.unclamped_m]
 
     uav, centre, distance = uniform(-900, 900, 2), uniform(-99, 99, 2), uniform(250, 700)
-    group = rng.integers(0, 2, (*lead, 6))
     return {
-        "wrapped_angle_rad": (lambda a: [components.wrapped_angle_rad(a)], [uniform(-99, 99)]),
-        "measure": (lambda a, b: list(components.measure(a, b)), [uav, centre]),
-        "information_1_m2": (lambda a, b: [components.information_1_m2(a, b)], [uav, centre]),
-        "pair_information_1_m4": (
-            lambda a, b: [components.pair_information_1_m4(a, b)],
-            [uniform(0, 900, 2), uniform(-9, 9)],
-        ),
-        "optimal_phase_difference_rad": (lambda a: [components.optimal_phase_difference_rad(a)], [uniform(0, 900, 2)]),
-        "vector_field": (lambda a, b, c: [components.vector_field(a, b, distance_m=c)], [uav, centre, distance]),
         "steer": (steered, [uav, uniform(-9, 9), centre, distance, uniform(-60, 60, 2)]),
         "standoff_distance": (stood_off, [uniform(0, 500), uniform(-9, 9), uniform(0, 50)]),
         "steered_radius": (lambda a, b: list(components.steered_radius(a, b)), [distance, uniform(-9, 9)]),
-        "enclosing_circle": (lambda a: list(components.enclosing_circle(a)), [uniform(-500, 500, 5, 2)]),
-        "clustering": (lambda a: [components.clustering(a, count=2)], [uniform(-500, 500, 6, 2)]),
-        "assignment": (
-            lambda a, b, c: [components.assignment(a, b, c)],
-            [uniform(-900, 900, 4, 2), uniform(-900, 900, 6, 2), group],
-        ),
     }
 
 
@@ -711,7 +514,7 @@ def test_any_strides_types_and_lists_are_accepted(name: str, rng: np.random.Gene
         assert equal(function(*map(convert, arguments)), expected)
     whole = [np.round(argument) for argument in arguments]
     integers = [argument.astype(np.int32) for argument in whole]
-    assert equal(function(*integers), function(*whole if name != "assignment" else [*whole[:2], integers[2]]))
+    assert equal(function(*integers), function(*whole))
 
 
 @pytest.mark.parametrize("name", NAMES)
@@ -782,37 +585,9 @@ def test_extreme_values_give_finite_results_or_errors(name: str, rng: np.random.
     assert accepted > 5
 
 
-def test_too_large_problems_are_errors() -> None:
-    bad: list[tuple[Callable[[], Any], str]] = [
-        (lambda: components.measure(np.zeros((10_000, 1, 2)), np.zeros((10_000, 2))), "too many rows: at most 10000000"),
-        (lambda: components.clustering(np.zeros((2000, 2)), count=2000), "2000 points in 2000 clusters are too many"),
-        (lambda: components.assignment(np.zeros((300, 2)), np.zeros((1, 2)), [0]), "300 UAVs and 1 targets are too many"),
-        (lambda: components.assignment(np.zeros((3, 2)), np.zeros((300, 2)), np.arange(300)), "300 groups are too many"),
-    ]
-    for call, message in bad:
-        with pytest.raises(InputError, match=message):
-            call()
-
-
-def test_invalid_points_and_groups_are_errors() -> None:
-    points = np.arange(8.0).reshape(4, 2)
-    bad: list[tuple[Callable[[], Any], str]] = [
-        (lambda: components.enclosing_circle(np.zeros((2, 0, 2))), "row 0 .* has no point"),
-        (lambda: components.enclosing_circle(points, mask=[False] * 4), "row 0 .* has no point"),
-        (lambda: components.enclosing_circle(points, mask=[True]), r"mask has the shape \(1,\): its last axis"),
-        (lambda: components.clustering(points, count=0), "count: must be at least 1"),
-        (lambda: components.clustering(points, count=-3), "count: must be at least 1"),
-        (lambda: components.clustering(points, count=2, margin_m=np.nan), "margin_m = NaN"),
-        (lambda: components.clustering(points, count=2, before=[0, 0, 0, 0]), "not every label has a point"),
-        (lambda: components.clustering(points, count=2, before=[0, 1, 2, 0]), "has a label from 0 to 1"),
-        (lambda: components.clustering(points, count=2, before=[0, 1, -1, 0]), "has a label from 0 to 1"),
-        (lambda: components.clustering(points, count=2, before=[0, 1, 1]), "before"),
-        (lambda: components.assignment(points, points, [0, 1]), "group: the last axis must be 4 long"),
-        (lambda: components.assignment(points, points, [0] * 4, current_group=[0]), "current_group: the last axis must be 4 long"),
-    ]
-    for call, message in bad:
-        with pytest.raises(InputError, match=message):
-            call()
+def test_too_many_rows_are_an_error() -> None:
+    with pytest.raises(InputError, match="too many rows: at most 10000000"):
+        components.standoff_distance(np.zeros((10_000, 1)), margin_m=np.zeros(10_000))
 
 
 @pytest.fixture
@@ -828,7 +603,7 @@ def alarm() -> Iterator[None]:
 
 @pytest.mark.usefixtures("alarm")
 def test_ctrl_c_stops_a_computation_that_does_not_block_other_threads(rng: np.random.Generator) -> None:
-    points = rng.uniform(0, 1e4, (4000, 100, 2))
+    uav_position_m = rng.uniform(-900, 900, (9_000_000, 2))
     counted, done = [0], threading.Event()
 
     def count() -> None:
@@ -842,7 +617,7 @@ def test_ctrl_c_stops_a_computation_that_does_not_block_other_threads(rng: np.ra
     signal.setitimer(signal.ITIMER_REAL, 0.4)
     try:
         with pytest.raises(KeyboardInterrupt):
-            components.clustering(points, count=10)
+            components.steer(uav_position_m, 0.0, [0, 0], distance_m=300)
     finally:
         done.set()
         thread.join()

@@ -25,11 +25,7 @@ mod _standoff {
     #[pymodule_export]
     use super::comparison::{Comparison, compare};
     #[pymodule_export]
-    use super::components::{
-        Filter, Parameters, StandoffDistance, Steering, assignment, clustering, enclosing_circle, group_count,
-        information_1_m2, measure, optimal_phase_difference_rad, pair_information_1_m4, standoff_distance, steer,
-        steered_radius, vector_field, wrapped_angle_rad,
-    };
+    use super::components::{Filter, Parameters, StandoffDistance, Steering, standoff_distance, steer, steered_radius};
     #[pymodule_export]
     use super::envs::{EnvStep, Worlds, observation_features};
     #[pymodule_export]

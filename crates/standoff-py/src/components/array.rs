@@ -126,12 +126,6 @@ impl<T: Kind, const K: usize> Rows<T, K> {
         (self.name, &self.lead)
     }
 
-    /// Name and leading axes without the last one, for [`common`], and the length of the last one.
-    pub(crate) fn outer_axes(&self) -> ((&'static str, &[usize]), usize) {
-        let (last, outer) = self.lead.split_last().map_or((1, &[][..]), |(last, outer)| (*last, outer));
-        ((self.name, outer), last)
-    }
-
     /// Broadcasts the argument over the leading axes that [`common`] returned.
     pub(crate) fn over(mut self, lead: &[usize]) -> PyResult<Self> {
         if self.lead != lead && self.values.len() != K {

@@ -1,9 +1,9 @@
-//! Standoff distance from the spread of a group, vector field, and turn-rate law: (12-15), (20), (22-25), (28, 29).
+//! Standoff distance from the spread of a group, and turn-rate law: (15), (22-25), (28, 29).
 
 use pyo3::prelude::*;
 use standoff::guidance::heading;
 use standoff::guidance::standoff_distance::Ramp;
-use standoff::{Allowed, Angle, Orbit, Spread, UavState, VectorField};
+use standoff::{Allowed, Angle, Orbit, Spread, UavState};
 
 use super::array::{COORDINATE_M, DISTANCE_M, Given, Made, PATIENCE, RATE, Rows, common, each};
 use super::parameters::Parameters;
@@ -93,47 +93,6 @@ pub(crate) fn steered_radius(
     })?;
     let radius_m = Made::of(py, &lead, &[], led.iter().map(|led| led.radius_m).collect())?;
     Ok((radius_m, Made::of(py, &lead, &[], led.iter().map(|led| led.rate_m_s).collect())?))
-}
-
-/// Computes the Lyapunov vector field of a circle about a stationary centre (13), with the direction of (20) if k_l <
-/// 1.
-///
-/// :param uav_position_m: shape (..., 2), east and north, m.
-/// :param centre_m: shape (..., 2), east and north, m.
-/// :param distance_m: shape (...), radius r_d of the circle, m.
-/// :param speed_m_s: shape (...), magnitude of the field, m/s; speed_m_s of the parameters by default.
-/// :param parameters: uses orbit_direction, radial_gain, speed_m_s; ``Parameters()`` by default.
-/// :returns: desired velocity relative to the centre, shape (..., 2), east and north, m/s; exactly at the centre it
-///     points east.
-/// :raises InputError: if an argument has the wrong shape or type, or a value is out of range.
-#[pyfunction]
-#[pyo3(signature = (uav_position_m, centre_m, *, distance_m, speed_m_s=None, parameters=None))]
-pub(crate) fn vector_field(
-    py: Python<'_>,
-    uav_position_m: Given<'_>,
-    centre_m: Given<'_>,
-    distance_m: Given<'_>,
-    speed_m_s: Option<Given<'_>>,
-    parameters: Option<&Bound<'_, Parameters>>,
-) -> PyResult<Made<f64>> {
-    let team = Parameters::or_recommended(parameters);
-    let uav = vector(&uav_position_m, "uav_position_m", COORDINATE_M)?;
-    let centre = vector(&centre_m, "centre_m", COORDINATE_M)?;
-    let distance = number(&distance_m, "distance_m", RADIUS_M)?;
-    let speed = number_or(speed_m_s, "speed_m_s", SPEED_M_S, team.uav.speed_m_s)?;
-    let lead = common(&[uav.axes(), centre.axes(), distance.axes(), speed.axes()])?;
-    let (uav, centre) = (uav.over(&lead)?, centre.over(&lead)?);
-    let (distance, speed) = (distance.over(&lead)?, speed.over(&lead)?);
-    let velocities = each(py, lead.iter().product(), PATIENCE, |row| {
-        let field = VectorField {
-            radius_m: distance.one(row),
-            radial_gain: team.guidance.radial_gain,
-            orbit_direction: team.guidance.orbit_direction,
-        };
-        let velocity = field.velocity(uav.position(row) - centre.position(row), speed.one(row));
-        [velocity.x_m_s(), velocity.y_m_s()]
-    })?;
-    Made::of(py, &lead, &[2], velocities.into_flattened())
 }
 
 /// Output of the turn-rate law, with intermediate values.
