@@ -60,8 +60,8 @@ pub struct CoverageBaseline {
 #[must_use]
 pub fn baseline(scenario: &Scenario) -> CoverageBaseline {
     let settings = &scenario.settings;
-    let standoff = settings.team.group.standoff;
-    let disc_radius_m = standoff.radius_max_m / standoff.radius_per_spread();
+    let (standoff, sensor) = (&settings.team.group.standoff, &settings.team.track.sensor);
+    let disc_radius_m = standoff.radius_max_m / standoff.radius_per_spread(sensor);
     let uavs = scenario.uavs.len();
     let mut teams = [uavs.div_ceil(2), uavs].map(|discs| Team::new(discs, disc_radius_m));
 

@@ -80,8 +80,8 @@ impl Agent {
     /// is also the longest period that the simulator supports.
     pub const TIME_JUMP_MAX: Duration = Duration::from_us(10_000_000);
 
-    /// Creates the agent of one UAV. Returns all parameters that are out of range or contradict one another: the field
-    /// of view of the orbits must equal that of the sensor ([`TeamParams::errors`]).
+    /// Creates the agent of one UAV. Returns all parameters that are out of range or contradict one another
+    /// ([`TeamParams::errors`]).
     pub fn new(id: UavId, params: TeamParams) -> Result<Self, Vec<ParamError>> {
         Ok(Self {
             id,

@@ -132,7 +132,6 @@ impl TeamParams {
             },
             group: GroupingParams {
                 standoff: StandoffParams {
-                    field_of_view_rad: sensor.field_of_view_rad,
                     field_of_view_margin_rad: 10f64.to_radians(),
                     radius_min_m: 250.0,
                     radius_max_m: 700.0,
@@ -248,7 +247,7 @@ impl TeamParams {
     }
 
     /// Returns every parameter that is out of range, alone or in combination with others: the smallest orbit must lie
-    /// within the sensing range, and orbits must be planned with the sensor's own field of view.
+    /// within the sensing range, and the margin of the orbits must leave some of the sensor's field of view.
     pub fn errors(&self) -> Vec<ParamError> {
         let mut errors = errors_of([
             ("log", self.log.errors()),
@@ -264,11 +263,11 @@ impl TeamParams {
             .check("track.sensor.sensing_range_m", self.track.sensor.sensing_range_m, &mut errors);
         let sensor_rad = self.track.sensor.field_of_view_rad;
         if sensor_rad.is_finite() {
-            Allowed::exactly(sensor_rad)
-                .with_reason(
-                    "track.sensor.field_of_view_rad; to keep targets away from the edge, use field_of_view_margin_rad",
-                )
-                .check("group.standoff.field_of_view_rad", self.group.standoff.field_of_view_rad, &mut errors);
+            let margin_rad = self.group.standoff.field_of_view_margin_rad;
+            Allowed::at_least(0.0)
+                .below(sensor_rad)
+                .with_reason("the margin must leave some of the field of view")
+                .check("group.standoff.field_of_view_margin_rad", margin_rad, &mut errors);
         }
         errors
     }
@@ -279,19 +278,19 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_field_of_view_other_than_the_sensors_is_rejected() {
+    fn a_margin_of_at_least_the_field_of_view_is_rejected() {
         let mut params = TeamParams::table_1();
-        params.group.standoff.field_of_view_rad = 1.25;
+        params.group.standoff.field_of_view_margin_rad = 1.25;
         let messages: Vec<String> = params.errors().iter().map(ToString::to_string).collect();
         assert_eq!(
             messages,
-            ["group.standoff.field_of_view_rad = 1.25: must be exactly 1.221730476 \
-                 (track.sensor.field_of_view_rad; to keep targets away from the edge, use field_of_view_margin_rad)"]
+            ["group.standoff.field_of_view_margin_rad = 1.25: must be at least 0 and below 1.221730476 \
+                 (the margin must leave some of the field of view)"]
         );
-        params.track.sensor.field_of_view_rad = 1.25;
+        params.track.sensor.field_of_view_rad = 1.26;
         assert!(params.errors().is_empty());
         // A field of view that is NaN is reported once.
-        (params.track.sensor.field_of_view_rad, params.group.standoff.field_of_view_rad) = (f64::NAN, f64::NAN);
-        assert_eq!(params.errors().iter().filter(|error| error.path.contains("field_of_view_rad")).count(), 1);
+        params.track.sensor.field_of_view_rad = f64::NAN;
+        assert_eq!(params.errors().iter().filter(|error| error.path.contains("field_of_view")).count(), 1);
     }
 }

@@ -167,7 +167,6 @@ fn a_group_member_stays_in_view_until_a_target_in_handoff_fits_in_too() {
         let mut params = TeamParams::table_1();
         (params.group.centre, params.group.pointing) = (CentreEstimate::EnclosingCircle, Pointing::AngularMidpoint);
         params.track.sensor.field_of_view_rad = field_of_view_deg.to_radians();
-        params.group.standoff.field_of_view_rad = params.track.sensor.field_of_view_rad;
         let mut agent = Agent::new(UavId(0), params).unwrap();
         let position = Position::from_m(-300.0, 0.0);
         let own = UavState::level_flight(position, Angle::ZERO, 40.0);

@@ -46,14 +46,15 @@ pub(crate) fn standoff_distance(
     margin_m: Option<Given<'_>>,
     parameters: Option<&Bound<'_, Parameters>>,
 ) -> PyResult<StandoffDistance> {
-    let standoff = Parameters::or_recommended(parameters).group.standoff;
+    let team = Parameters::or_recommended(parameters);
     let spread = number(&spread_m, "spread_m", DISTANCE_M)?;
     let rate = number_or(spread_rate_m_s, "spread_rate_m_s", RATE, 0.0)?;
     let margin = number_or(margin_m, "margin_m", DISTANCE_M, 0.0)?;
     let lead = common(&[spread.axes(), rate.axes(), margin.axes()])?;
     let (spread, rate, margin) = (spread.over(&lead)?, rate.over(&lead)?, margin.over(&lead)?);
     let distances = each(py, lead.iter().product(), PATIENCE, |row| {
-        standoff.distance(Spread { distance_m: spread.one(row), rate_m_s: rate.one(row) }, margin.one(row))
+        let spread = Spread { distance_m: spread.one(row), rate_m_s: rate.one(row) };
+        team.group.standoff.distance(spread, margin.one(row), &team.track.sensor)
     })?;
     Ok(StandoffDistance {
         distance_m: Made::of(py, &lead, &[], distances.iter().map(|d| d.distance_m).collect())?,

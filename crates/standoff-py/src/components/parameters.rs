@@ -236,7 +236,6 @@ impl Parameters {
         team.track.sensor.bearing_sd_rad = self.bearing_sd_rad;
         team.track.sensor.field_of_view_rad = self.field_of_view_rad;
         team.track.initial_velocity_sd_m_s = self.initial_velocity_sd_m_s;
-        team.group.standoff.field_of_view_rad = self.field_of_view_rad;
         team.group.standoff.field_of_view_margin_rad = self.field_of_view_margin_rad;
         team.group.standoff.radius_min_m = self.radius_min_m;
         team.group.standoff.radius_max_m = self.radius_max_m;

@@ -18,7 +18,7 @@ macro_rules! parameters {
     };
 }
 
-const PARAMETERS: [Parameter; 45] = parameters![
+const PARAMETERS: [Parameter; 44] = parameters![
     teammate_timeout_s,
     log.period_s,
     log.message_retention_s,
@@ -39,7 +39,6 @@ const PARAMETERS: [Parameter; 45] = parameters![
     track.deletion_unseen_in_view_s,
     track.initial_velocity_sd_m_s,
     track.lost_track_retention_s,
-    group.standoff.field_of_view_rad,
     group.standoff.field_of_view_margin_rad,
     group.standoff.radius_min_m,
     group.standoff.radius_max_m,

@@ -96,7 +96,6 @@ pub(super) fn team(file: &ScenarioFile) -> (TeamParams, Vec<Passed>) {
         },
         group: GroupingParams {
             standoff: StandoffParams {
-                field_of_view_rad: angle!("group.standoff.field_of_view_rad", sensor.field_of_view_deg),
                 field_of_view_margin_rad: angle!(
                     "group.standoff.field_of_view_margin_rad",
                     orbit.field_of_view_margin_deg

@@ -17,7 +17,7 @@ use crate::scenario::{CueError, Noise, Settings};
 pub struct ScoreConfig {
     /// Tables that the controller reports.
     pub reported: ReportedTables,
-    /// Radius limits, and the field of view with its margin.
+    /// Radius limits, and the margin of the field of view.
     pub standoff: StandoffParams,
     /// Definition of the orbit centre: centroid of the targets or centre of their minimum enclosing circle.
     pub centre: CentreEstimate,
@@ -120,6 +120,6 @@ impl ScoreConfig {
             distance_m: squared_m2(furthest).sqrt(),
             ..Spread::of(furthest, centre)
         });
-        self.standoff.distance(spread, margin_m)
+        self.standoff.distance(spread, margin_m, &self.sensor)
     }
 }

@@ -235,7 +235,7 @@ impl Group {
         SinceLastStep { dt, flown, smoothed }: SinceLastStep,
         team: &TeamParams,
     ) -> Option<()> {
-        let (params, uav) = (&team.group, &team.uav);
+        let (params, uav, sensor) = (&team.group, &team.uav, &team.track.sensor);
         let at = self.centre.estimate().state;
         let furthest = &known[furthest_from(at.position(), known, members.clone())?];
         let spread = match flown {
@@ -246,7 +246,7 @@ impl Group {
         let furthest_rel_centre = furthest.position() - at.position();
         let relative_m2 = || relative_covariance(furthest.estimate(), centroid_m2, self.members);
         let margin_m = margin_m(params.margin, self.centre.innovation_distance, relative_m2, furthest_rel_centre);
-        let mut standoff = params.standoff.distance(spread, margin_m);
+        let mut standoff = params.standoff.distance(spread, margin_m, sensor);
         if let Some(flown) = flown {
             let flown = flown.with_radius(standoff.distance_m, &params.standoff, &params.motion, dt.s());
             (standoff.distance_m, standoff.rate_m_s) = (flown.radius_m, flown.rate_m_s);
@@ -262,11 +262,11 @@ impl Group {
                             CentreEstimate::EnclosingCircle => circle_in(lead_s, states)?.1,
                             CentreEstimate::Filtered | CentreEstimate::Centroid => spread_in(lead_s, states, &at),
                         };
-                        params.standoff.distance(expected, margin_m)
+                        params.standoff.distance(expected, margin_m, sensor)
                     }
                     // By then, the orbit is still moving towards the predicted standoff distance.
                     Some(_) => {
-                        let expected = params.standoff.distance(spread.after(lead_s), margin_m).distance_m;
+                        let expected = params.standoff.distance(spread.after(lead_s), margin_m, sensor).distance_m;
                         let OrbitMotion { radius_m: distance_m, rate_m_s, .. } = OrbitMotion::start(&at, &standoff)
                             .with_radius(expected, &params.standoff, &params.motion, lead_s);
                         StandoffDistance { distance_m, rate_m_s, ..standoff }
@@ -281,12 +281,15 @@ impl Group {
             .max(moving_centre_limit_m(speed_m_s, centre_speed_m_s, uav.turn_rate_max_rad_s));
         // While an orbit shrinks gradually, it is larger than its members require.
         let required_radius_m = match flown {
-            Some(_) => params.standoff.distance(desired.spread(&furthest.estimate().state, &desired.state), margin_m),
+            Some(_) => {
+                let spread = desired.spread(&furthest.estimate().state, &desired.state);
+                params.standoff.distance(spread, margin_m, sensor)
+            }
             None => standoff,
         }
         .unclamped_m;
         self.radius_min_m = required_radius_m.max(params.standoff.radius_min_m).max(self.turn_limit_m);
-        self.radius_max_m = params.standoff.radius_max_m.min(team.track.sensor.sensing_range_m - spread.distance_m);
+        self.radius_max_m = params.standoff.radius_max_m.min(sensor.sensing_range_m - spread.distance_m);
         (self.furthest_member, self.spread, self.margin_m, self.standoff) =
             (furthest.track.id, spread, margin_m, standoff);
         Some(())

@@ -193,7 +193,8 @@ impl Grouping<'_> {
             let centre = DesiredCentre::of(self.params.group.centre, memberships.tracks(), memberships.of(*id));
             centres.extend(centre.map(|centre| (*id, centre)));
         }
-        let (reach_m, limit_m_s) = (self.params.group.reach_m(), self.params.uav.speed_max_m_s());
+        let reach_m = self.params.group.reach_m(&self.params.track.sensor);
+        let limit_m_s = self.params.uav.speed_max_m_s();
         candidates.clear();
         for (track_index, target) in memberships.tracks().iter().enumerate().filter(|(_, target)| target.is_ungrouped())
         {
@@ -309,7 +310,7 @@ impl Grouping<'_> {
             .members(id)
             .map(|track_index| self.grouped_track()[track_index].position().squared_distance_m2(centre));
         let spread = Spread { distance_m: squared_m2.fold(0.0, f64::max).sqrt(), rate_m_s: 0.0 };
-        group.standoff.distance(spread, 0.0).unclamped_m < group.standoff.radius_max_m
+        group.standoff.distance(spread, 0.0, &self.params.track.sensor).unclamped_m < group.standoff.radius_max_m
     }
 
     /// Removes the fastest target of a group that has been faster than the UAVs for too long: the others may stay.
@@ -335,7 +336,7 @@ impl Grouping<'_> {
 
     /// Orbit that the targets with these indices require.
     fn required(&self, track_indices: impl Iterator<Item = usize> + Clone) -> Option<RequiredOrbit> {
-        RequiredOrbit::of(self.grouped_track(), track_indices, &self.params.group)
+        RequiredOrbit::of(self.grouped_track(), track_indices, self.params)
     }
 
     /// Orbit that a group requires.

@@ -61,7 +61,8 @@ impl SearchArea {
         is_searchable.then(|| Self {
             centre: estimate.state.position(),
             reach_m,
-            radius_m: (reach_m * standoff.radius_per_spread()).clamp(standoff.radius_min_m, standoff.radius_max_m),
+            radius_m: (reach_m * standoff.radius_per_spread(&params.track.sensor))
+                .clamp(standoff.radius_min_m, standoff.radius_max_m),
         })
     }
 

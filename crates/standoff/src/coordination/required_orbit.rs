@@ -7,7 +7,7 @@ use crate::coordination::spread::margin_m;
 use crate::frame::Position;
 use crate::guidance::heading::Orbit;
 use crate::guidance::standoff_distance::{Ramp, StandoffDistance};
-use crate::params::GroupingParams;
+use crate::params::{GroupingParams, TeamParams};
 use crate::target::TargetState;
 
 /// Orbit that a set of targets requires, around their centroid or the centre of their minimum enclosing circle. It does
@@ -27,8 +27,9 @@ impl RequiredOrbit {
     pub(crate) fn of(
         known: &[GroupedTrack],
         places: impl Iterator<Item = usize> + Clone,
-        params: &GroupingParams,
+        team: &TeamParams,
     ) -> Option<Self> {
+        let params = &team.group;
         let estimate = |index: usize| known[index].estimate();
         let desired = DesiredCentre::of(params.centre, known, places.clone())?;
         let (centre, members) = (desired.state, desired.members);
@@ -39,7 +40,7 @@ impl RequiredOrbit {
         };
         let margin_m = margin_m(params.margin, 0.0, relative_m2, known[furthest].position() - centre.position());
         let spread = desired.spread(&estimate(furthest).state, &centre);
-        let standoff = params.standoff.distance(spread, margin_m);
+        let standoff = params.standoff.distance(spread, margin_m, &team.track.sensor);
         Some(Self { members, centre, furthest, standoff })
     }
 

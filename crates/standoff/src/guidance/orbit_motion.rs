@@ -67,14 +67,15 @@ impl MotionParams {
 /// use standoff::{MotionParams, OrbitMotion, Position, Spread, TargetState, TeamParams, Velocity};
 ///
 /// let params = MotionParams { time_constant_s: 1.5, acceleration_max_m_s2: 3.0, closing_speed_max_m_s: 25.0 };
-/// let bounds = TeamParams::table_1().group.standoff;
+/// let params = TeamParams::table_1();
+/// let (bounds, sensor) = (params.group.standoff, params.track.sensor);
 /// let at = |x_m| TargetState::new(Position::from_m(x_m, 0.0), Velocity::ZERO, [0.0, 0.0]);
-/// let alone = bounds.distance(Spread::default(), 0.0);
+/// let alone = bounds.distance(Spread::default(), 0.0, &sensor);
 /// // The only member is 100 m from the centre: the centre starts to move, and the radius keeps the member in view.
 /// let orbit = OrbitMotion::start(&at(0.0), &alone).with_centre(&at(100.0), &params, 0.5);
 /// assert!(orbit.centre.x_m() > 0.0 && orbit.velocity.x_m_s() <= 3.0 * 0.5 + 1e-9);
 /// let spread = Spread::of(&at(100.0), &orbit.state());
-/// let orbit = orbit.with_radius(bounds.distance(spread, 0.0).distance_m, &bounds, &params, 0.5);
+/// let orbit = orbit.with_radius(bounds.distance(spread, 0.0, &sensor).distance_m, &bounds, &params, 0.5);
 /// assert!(orbit.radius_m >= 250.0);
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -173,12 +174,8 @@ mod tests {
 
     const PARAMS: MotionParams =
         MotionParams { time_constant_s: 1.5, acceleration_max_m_s2: 3.0, closing_speed_max_m_s: 25.0 };
-    const BOUNDS: StandoffParams = StandoffParams {
-        field_of_view_rad: 1.2,
-        field_of_view_margin_rad: 0.2,
-        radius_min_m: 250.0,
-        radius_max_m: 700.0,
-    };
+    const BOUNDS: StandoffParams =
+        StandoffParams { field_of_view_margin_rad: 0.2, radius_min_m: 250.0, radius_max_m: 700.0 };
     const DT_S: f64 = 0.5;
 
     fn state(x_m: f64, y_m: f64, vx_m_s: f64, vy_m_s: f64) -> TargetState {

@@ -11,6 +11,7 @@
 //! r_d >= (v + v_t)^2 / (v omega_max): see [`moving_centre_limit_m`].
 
 use crate::math;
+use crate::sensor::SensorParams;
 use crate::target::TargetState;
 use crate::validation::{Allowed, ParamError};
 
@@ -19,18 +20,17 @@ use crate::validation::{Allowed, ParamError};
 /// ```
 /// use standoff::{Spread, TeamParams};
 ///
-/// let orbit = TeamParams::table_1().group.standoff;
+/// let params = TeamParams::table_1();
+/// let (orbit, sensor) = (params.group.standoff, params.track.sensor);
 /// // The orbit grows with the distance of the furthest target from the centre, within its bounds.
-/// let of = |furthest_m: f64| orbit.distance(Spread { distance_m: furthest_m, rate_m_s: 0.0 }, 0.0).distance_m;
+/// let spread = |furthest_m: f64| Spread { distance_m: furthest_m, rate_m_s: 0.0 };
+/// let of = |furthest_m: f64| orbit.distance(spread(furthest_m), 0.0, &sensor).distance_m;
 /// assert_eq!((of(0.0), of(1000.0)), (250.0, 700.0));
 /// assert!(of(150.0) > of(120.0));
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct StandoffParams {
-    /// Field of view alpha_f of the sensor, rad.
-    #[doc(alias = "alpha_f")]
-    pub field_of_view_rad: f64,
-    /// Margin eps_m subtracted from the field of view, rad; at least 0, below the field of view.
+    /// Margin eps_m subtracted from the sensor's field of view alpha_f, rad; at least 0, below the field of view.
     #[doc(alias = "eps_m")]
     pub field_of_view_margin_rad: f64,
     /// Minimum flown radius r_d,min, m; 1 to 100,000.
@@ -81,13 +81,10 @@ pub struct StandoffDistance {
 }
 
 impl StandoffParams {
-    /// Returns every parameter that is out of range.
+    /// Returns every parameter that is out of range. The margin is checked with the sensor in
+    /// [`TeamParams::errors`](crate::TeamParams::errors).
     pub fn errors(&self) -> Vec<ParamError> {
         let mut errors = Vec::new();
-        Allowed::at_least(0.0)
-            .below(self.field_of_view_rad)
-            .with_reason("the margin must leave some of the field of view")
-            .check("field_of_view_margin_rad", self.field_of_view_margin_rad, &mut errors);
         Allowed::at_least(1.0).at_most(1e5).check("radius_min_m", self.radius_min_m, &mut errors);
         Allowed::at_least(self.radius_min_m).at_most(1e5).with_reason("not smaller than radius_min_m").check(
             "radius_max_m",
@@ -97,17 +94,17 @@ impl StandoffParams {
         errors
     }
 
-    /// Radius per metre of spread and margin, 1 / sin((alpha_f - eps_m) / 2).
-    pub fn radius_per_spread(&self) -> f64 {
+    /// Radius per metre of spread and margin for a sensor, 1 / sin((alpha_f - eps_m) / 2).
+    pub fn radius_per_spread(&self, sensor: &SensorParams) -> f64 {
         // If half the remaining field of view exceeds a quarter turn, any radius keeps everything in view.
-        1.0 / math::sin((0.5 * (self.field_of_view_rad - self.field_of_view_margin_rad)).min(0.5 * math::PI))
+        1.0 / math::sin((0.5 * (sensor.field_of_view_rad - self.field_of_view_margin_rad)).min(0.5 * math::PI))
     }
 
-    /// Computes the standoff distance for a spread and a margin d_m (m).
+    /// Computes the standoff distance for a spread, a margin d_m (m) and a sensor.
     ///
     /// Implements Eq. (15), and the clamp.
-    pub fn distance(&self, spread: Spread, margin_m: f64) -> StandoffDistance {
-        let per_spread = self.radius_per_spread();
+    pub fn distance(&self, spread: Spread, margin_m: f64, sensor: &SensorParams) -> StandoffDistance {
+        let per_spread = self.radius_per_spread(sensor);
         let unclamped_m = (spread.distance_m + margin_m) * per_spread;
         let distance_m = unclamped_m.clamp(self.radius_min_m, self.radius_max_m);
         let clamped = unclamped_m < self.radius_min_m || unclamped_m > self.radius_max_m;
@@ -190,18 +187,17 @@ mod tests {
     use super::*;
 
     fn table_1() -> StandoffParams {
-        StandoffParams {
-            field_of_view_rad: 70f64.to_radians(),
-            field_of_view_margin_rad: 10f64.to_radians(),
-            radius_min_m: 250.0,
-            radius_max_m: 700.0,
-        }
+        StandoffParams { field_of_view_margin_rad: 10f64.to_radians(), radius_min_m: 250.0, radius_max_m: 700.0 }
+    }
+
+    fn distance(spread: Spread, margin_m: f64) -> StandoffDistance {
+        table_1().distance(spread, margin_m, &crate::TeamParams::table_1().track.sensor)
     }
 
     /// Checks Eq. (15): with Table I, r_d = 2 (d_max + d_m).
     #[test]
     fn with_table_1_the_distance_is_twice_the_spread() {
-        let d = table_1().distance(Spread { distance_m: 150.0, rate_m_s: 2.0 }, 10.0);
+        let d = distance(Spread { distance_m: 150.0, rate_m_s: 2.0 }, 10.0);
         assert!((d.distance_m - 320.0).abs() < 1e-9);
         assert!((d.rate_m_s - 4.0).abs() < 1e-9);
         assert!((d.unclamped_m - d.distance_m).abs() < 1e-12);
@@ -209,9 +205,9 @@ mod tests {
 
     #[test]
     fn the_flown_distance_is_clamped_with_a_rate_of_zero() {
-        let near = table_1().distance(Spread { distance_m: 10.0, rate_m_s: 2.0 }, 0.0);
+        let near = distance(Spread { distance_m: 10.0, rate_m_s: 2.0 }, 0.0);
         assert_eq!((near.distance_m, near.rate_m_s), (250.0, 0.0));
-        let far = table_1().distance(Spread { distance_m: 400.0, rate_m_s: 2.0 }, 0.0);
+        let far = distance(Spread { distance_m: 400.0, rate_m_s: 2.0 }, 0.0);
         assert_eq!((far.distance_m, far.rate_m_s), (700.0, 0.0));
         assert!((far.unclamped_m - 800.0).abs() < 1e-9);
     }
@@ -261,9 +257,9 @@ mod tests {
     }
 
     #[test]
-    fn a_margin_larger_than_the_field_of_view_is_rejected() {
-        let bad = StandoffParams { field_of_view_margin_rad: 1.5, radius_max_m: 200.0, ..table_1() };
+    fn bounds_in_the_wrong_order_are_rejected() {
+        let bad = StandoffParams { radius_max_m: 200.0, ..table_1() };
         let names: Vec<_> = bad.errors().into_iter().map(|error| error.path).collect();
-        assert_eq!(names, ["field_of_view_margin_rad", "radius_max_m"]);
+        assert_eq!(names, ["radius_max_m"]);
     }
 }

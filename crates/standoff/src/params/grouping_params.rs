@@ -2,6 +2,7 @@
 
 use crate::guidance::orbit_motion::MotionParams;
 use crate::guidance::standoff_distance::StandoffParams;
+use crate::sensor::SensorParams;
 use crate::validation::{Allowed, ParamError, errors_of};
 
 /// Objective that the assignment maximises.
@@ -105,7 +106,7 @@ pub enum AltitudePolicy {
 /// Parameters of groups.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct GroupingParams {
-    /// Bounds of the orbit radius and of the field of view.
+    /// Bounds of the orbit radius, and the margin of the field of view.
     pub standoff: StandoffParams,
     /// Rule for the number of groups.
     pub count: GroupCount,
@@ -205,8 +206,8 @@ impl GroupingParams {
     }
 
     /// Maximum distance from the centre, without margin, of a target that a group can readmit, m.
-    pub(crate) fn reach_m(&self) -> f64 {
-        self.readmission_radius_fraction * self.standoff.radius_max_m / self.standoff.radius_per_spread()
+    pub(crate) fn reach_m(&self, sensor: &SensorParams) -> f64 {
+        self.readmission_radius_fraction * self.standoff.radius_max_m / self.standoff.radius_per_spread(sensor)
     }
 }
 

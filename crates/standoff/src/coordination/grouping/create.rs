@@ -197,7 +197,8 @@ impl Grouping<'_> {
     /// Indices of the largest set of eligible targets that one orbit around one of them could contain. Targets faster
     /// than the UAVs are not eligible.
     fn coverable_together(&self, is_eligible: impl Fn(&GroupedTrack) -> bool) -> Vec<usize> {
-        let (reach_m, limit_m_s) = (self.params.group.reach_m(), self.params.uav.speed_max_m_s());
+        let reach_m = self.params.group.reach_m(&self.params.track.sensor);
+        let limit_m_s = self.params.uav.speed_max_m_s();
         let is_near = |a: Position, b: Position| a.squared_distance_m2(b) <= reach_m * reach_m;
         let mut track_indices = self.track_indices(|known| known.speed_m_s() <= limit_m_s && is_eligible(known));
         let positions = self.positions(&track_indices);
