@@ -69,6 +69,8 @@ pub struct Agent {
     intruders: Intruders,
     /// Last observed time step.
     now: Option<i64>,
+    /// First and last of the time steps that were rejected since then and that follow each other.
+    rejected_steps: Option<(i64, i64)>,
     /// Whether this UAV has reported at this time step: its state is valid and its sensor has scanned.
     has_reported: bool,
     is_leaving: bool,
@@ -90,6 +92,7 @@ impl Agent {
             replica: Replica::new(id, TeamStateUpdater::new(params)?),
             intruders: Intruders::default(),
             now: None,
+            rejected_steps: None,
             has_reported: false,
             is_leaving: false,
         })
@@ -114,7 +117,7 @@ impl Agent {
     /// As after a restart, teammates that know more send their state; without such teammates, targets have to be cued
     /// again.
     pub fn reset(&mut self) {
-        (self.now, self.has_reported) = (None, false);
+        (self.now, self.rejected_steps, self.has_reported) = (None, None, false);
         self.intruders.clear();
         self.replica.restart_at(0);
     }
@@ -178,6 +181,13 @@ impl Agent {
         self.now.is_some_and(|now| self.replica.log.link_is_degraded(now))
     }
 
+    /// True if the clock was set, or the program was paused for longer than [`Self::TIME_JUMP_MAX`]: the last
+    /// observations had two or more rejected times that follow each other. A single wrong time is an error, and times off
+    /// the grid would still be rejected after a [`reset`](Self::reset).
+    pub fn is_time_jump(&self) -> bool {
+        self.rejected_steps.is_some_and(|(first, last)| first < last)
+    }
+
     /// First half of a time step: takes the UAV's state and the scan of its sensor, both at `now`. Without a scan, the
     /// sensor does not measure and the agent sends no report.
     ///
@@ -185,12 +195,16 @@ impl Agent {
     /// than a tenth of a period off the team's grid, runs backward, or jumps ahead by more than
     /// [`Self::TIME_JUMP_MAX`]. It then sends and receives nothing, computes the command from its previous state, and
     /// accepts the next time if that is valid. To make the agent follow a time that has permanently shifted, call
-    /// [`Self::reset`].
+    /// [`Self::reset`] if [`Self::is_time_jump`].
     pub fn observe(&mut self, now: Time, own: &UavState, scan: Option<Scan>) -> Observation {
-        let Some(step) = self.replica.log.step(now).filter(|step| self.is_next(*step)) else {
+        let step = self.replica.log.step(now);
+        let Some(step) = step.filter(|step| self.now.is_none_or(|now| self.is_next(now, *step))) else {
             count(&mut self.replica.log.rejected.bad_time);
+            let follows = |(first, last)| step.filter(|step| self.is_next(last, *step)).map(|step| (first, step));
+            self.rejected_steps = self.rejected_steps.and_then(follows).or(step.zip(step));
             return Observation { uav: self.id, time: now, own: *own };
         };
+        self.rejected_steps = None;
         if self.now != Some(step) {
             self.start_time_step(step);
         }
@@ -245,12 +259,10 @@ impl Agent {
         observation.uav == self.id && self.now.is_some_and(|now| self.replica.log.time(now) == observation.time)
     }
 
-    /// True for the current time step and for those that may follow it.
-    fn is_next(&self, step: i64) -> bool {
-        self.now.is_none_or(|now| {
-            let ahead = step.saturating_sub(now);
-            ahead >= 0 && ahead.saturating_mul(self.replica.log.period.us()) <= Self::TIME_JUMP_MAX.us()
-        })
+    /// True for the time step `now` and for those that may follow it.
+    fn is_next(&self, now: i64, step: i64) -> bool {
+        let ahead = step.saturating_sub(now);
+        ahead >= 0 && ahead.saturating_mul(self.replica.log.period.us()) <= Self::TIME_JUMP_MAX.us()
     }
 
     fn start_time_step(&mut self, step: i64) {

@@ -256,6 +256,28 @@ fn a_clock_jump_of_one_step_changes_no_bit() {
     }
 }
 
+/// A clock that was set, or a long pause, is distinguished from single wrong times and from times off the grid.
+#[test]
+fn a_time_jump_is_detected_at_its_second_time_step() {
+    let own = UavState::level_flight(Position::ORIGIN, Angle::ZERO, 40.0);
+    let jumps = |times_s: &[f64]| {
+        let mut agent = Agent::new(UavId(0), TeamParams::table_1()).unwrap();
+        let observe = |time_s: &f64| {
+            let _ = agent.observe(Time::EPOCH + Duration::from_s(*time_s), &own, Some(Scan::default()));
+            agent.is_time_jump()
+        };
+        let jumps: Vec<_> = times_s.iter().map(observe).collect();
+        agent.reset();
+        assert!(!agent.is_time_jump());
+        jumps
+    };
+    assert_eq!(jumps(&[0.0, 3600.0, 3600.5, 3600.5, 3601.5]), [false, false, true, true, true]);
+    assert_eq!(jumps(&[100.0, 0.0, 0.0, 0.5, 100.5, 0.5]), [false, false, false, true, false, false]);
+    for wrong in [[0.0, 3600.0, 0.5, 3600.5], [0.0, 3600.0, 1800.0, 900.0], [0.0, 3600.2, 3600.7, 3601.2]] {
+        assert_eq!(jumps(&wrong), [false; 4], "{wrong:?}");
+    }
+}
+
 /// After its clock was set, an agent rejects the time until it is reset. Then its team state equals that of a new
 /// agent, bit for bit. Its counters continue, and its teammates accept its reports.
 #[test]

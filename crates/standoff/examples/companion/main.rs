@@ -32,10 +32,6 @@ pub(crate) struct Companion {
     now: Time,
     /// True if this computer also has a cue source.
     pub(crate) searches: bool,
-    /// Total number of rejected times.
-    refused: u32,
-    /// Number of consecutive rejected times.
-    refused_in_a_row: u32,
     /// Number of received datagrams that are not valid messages.
     pub(crate) damaged: u32,
     /// Diagnostics of the last command.
@@ -65,8 +61,6 @@ impl Companion {
             pointing_target: None,
             now: Time::EPOCH,
             searches: id == 0,
-            refused: 0,
-            refused_in_a_row: 0,
             damaged: 0,
             diagnostics: Diagnostics::NONE,
         })
@@ -125,11 +119,8 @@ impl Companion {
         self.pointing_target = step.pointing_target;
         self.command = step.command;
         self.diagnostics = step.diagnostics;
-        // A single wrong time is an error. After a second one, the clock was set or the program was paused for long.
-        let refused = step.diagnostics.rejected.bad_time;
-        self.refused_in_a_row = if refused > self.refused { self.refused_in_a_row + 1 } else { 0 };
-        self.refused = refused;
-        if self.refused_in_a_row > 1 {
+        // The clock was set, or the program was paused for long.
+        if self.agent.is_time_jump() {
             self.agent.reset();
         }
     }
