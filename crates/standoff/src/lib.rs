@@ -40,6 +40,7 @@ pub mod time;
 pub mod tracking;
 pub mod uav;
 pub mod validation;
+pub mod wire;
 
 pub use agent::Agent;
 pub use angle::Angle;

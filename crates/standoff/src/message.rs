@@ -295,20 +295,19 @@ impl Clone for SnapshotPart {
 }
 
 impl Message {
-    /// Size in the encoding of the example `companion`, bytes: the load that the message puts on a radio.
+    /// Size in the encoding [`wire`](crate::wire), bytes: the load that the message puts on a radio.
     ///
     /// | | bytes |
     /// |---|---|
-    /// | every message: kind, 3; checksum, 4 | 7 |
-    /// | report: sender and time, 18; state and boresight, 48; assigned group, 8; flags, 1; detection count, 2 | 77 |
-    /// | altitude and rate of climb, if included | 16 |
-    /// | each detection: label, range, bearing | 20 |
-    /// | log status, if included: times, 32; digest, 16; number of ranges, 2 | 50 |
-    /// | each range of received entries | 13 |
-    /// | snapshot request: UAV, 2; digest, 17; parts, 10 | 29 |
-    /// | cue | 72 |
-    /// | part of a snapshot: header, 32; and its bytes | 32 + n |
-    /// | traffic: aircraft and time, 12; state, 40; flags, 1; altitude and rate of climb as above | 53 |
+    /// | report | 84 |
+    /// | with altitude and rate of climb | + 16 |
+    /// | for each detection | + 20 |
+    /// | with the log status | + 50 |
+    /// | for each range of received entries | + 13 |
+    /// | with a snapshot request | + 29 |
+    /// | cue | 79 |
+    /// | part of a snapshot with n bytes of the team state | 39 + n |
+    /// | traffic; with altitude and rate of climb | 60; 76 |
     pub fn size_bytes(&self) -> usize {
         match self {
             Self::Report(report) => Self::report_size_bytes(report, report.log_status.as_deref()),

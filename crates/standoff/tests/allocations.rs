@@ -50,6 +50,27 @@ fn a_warm_time_step_allocates_nothing() {
     }
 }
 
+/// A message that announces more elements than it has does not reserve memory for them.
+#[test]
+fn a_decoded_message_takes_memory_in_proportion_to_its_bytes() {
+    let detection = Detection {
+        label: TargetLabel(0),
+        measurement: RangeBearingMeasurement { range_m: 1.0, bearing: Angle::ZERO },
+    };
+    for detections in [0, 1, 100, 10_000] {
+        let report = Report { detections: vec![detection; detections], ..report() };
+        let mut bytes = wire::encode(&Message::Report(report)).unwrap();
+        // The number of detections follows the 78 bytes of the report's header.
+        for announced in [detections as u16, u16::MAX] {
+            bytes.truncate(bytes.len() - 4);
+            bytes[78..80].copy_from_slice(&announced.to_le_bytes());
+            bytes.extend(crc32fast::hash(&bytes).to_le_bytes());
+            let memory = measure(|| assert_eq!(wire::decode(&bytes).is_ok(), usize::from(announced) == detections));
+            assert!(memory.bytes_max <= 100 + 4 * bytes.len() as u64, "{detections}, {announced}: {memory:?}");
+        }
+    }
+}
+
 /// A report without detections.
 fn report() -> Report {
     Report::position_only(UavId(1), Time::EPOCH, Team::new(1, 0).states[0])

@@ -170,7 +170,6 @@ fn quoted_code_is_part_of_an_example() {
     let examples = [
         "standoff/examples/companion/main.rs",
         "standoff/examples/companion/udp.rs",
-        "standoff/examples/companion/wire.rs",
         "standoff-sim/examples/follower.rs",
     ];
     let sources = examples.map(|file| trimmed(&fs::read_to_string(root().join("crates").join(file)).unwrap()));

@@ -7,7 +7,6 @@
 
 pub(crate) mod arguments;
 pub(crate) mod udp;
-pub(crate) mod wire;
 
 use std::process::ExitCode;
 
@@ -92,13 +91,14 @@ impl Companion {
         self.now = now;
         let scan = Scan { boresight, detections: &detections };
         let observation = self.agent.observe(now, &self.own, Some(scan));
-        let mut messages: Vec<_> = self.agent.outbox(&observation).iter().map(wire::encode).collect();
+        // Here, ids are so small that every message can be encoded.
+        let mut messages: Vec<_> = self.agent.outbox(&observation).iter().flat_map(wire::encode).collect();
         // The cue source sends cues for a vehicle, to this computer and to all others, until the team has its track.
         for vehicle in vehicles(now).filter(|_| self.searches) {
             if self.agent.team_state().track_by_label(vehicle.0).is_none() {
                 let cue = cue(now, vehicle);
                 self.agent.receive(&observation, &cue);
-                messages.push(wire::encode(&cue));
+                messages.extend(wire::encode(&cue));
             }
         }
         (observation, messages)
@@ -107,8 +107,8 @@ impl Companion {
     /// Passes a received datagram to the agent; allowed until the next time step is observed.
     pub(crate) fn hear(&mut self, observation: &Observation, bytes: &[u8]) {
         match wire::decode(bytes) {
-            Some(message) => self.agent.receive(observation, &message),
-            None => self.damaged += 1,
+            Ok(message) => self.agent.receive(observation, &message),
+            Err(_) => self.damaged += 1,
         }
     }
 
