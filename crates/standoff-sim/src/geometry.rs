@@ -7,19 +7,19 @@ use standoff::math::{self, TAU};
 use standoff::{Angle, CentreEstimate, EnclosingCircle, Position, SensorParams, TargetState, Velocity};
 
 use crate::frame::{Frame, GroupRow, TrackRow, TruthRow, UavRow};
+use crate::matching::{Matched, Matching};
 
-/// A frame and its known targets that exist.
+/// True targets and tracks of a frame, and the quantities derived from them.
 #[derive(Debug)]
 pub struct Geometry<'a> {
-    frame: &'a Frame,
-    tracked: Vec<TrackedTarget>,
+    matching: Matching<'a>,
 }
 
 impl<'a> Geometry<'a> {
     /// Computes the geometry of a frame.
     #[must_use]
     pub fn of(frame: &'a Frame) -> Self {
-        Self { frame, tracked: known(frame).collect() }
+        Self { matching: Matching::of(frame) }
     }
 
     /// Largest off-boresight angle of a UAV: the angle between its boresight and the true position of a member of its
@@ -27,27 +27,27 @@ impl<'a> Geometry<'a> {
     /// member exists or the sensor is not pointed.
     #[must_use]
     pub fn off_boresight_rad(&self, uav: &UavRow) -> Option<f64> {
-        let [angle_rad, _] = off_boresight_angles_rad([uav; 2], &self.tracked);
+        let [angle_rad, _] = off_boresight_angles_rad([uav; 2], &self.matching);
         angle_rad
     }
 
     /// Distance from the estimated centre of a group to the true centre of the targets on its orbit, those in dwell
     /// included, m. `None` if one of them does not exist, because the estimate is that of all of them.
     pub(crate) fn centre_error_m(&self, group: &GroupRow, true_centre: Option<Position>) -> Option<f64> {
-        let is_on = |track: &&TrackRow| [track.group, track.receiving_group].contains(&Some(group.group));
-        let is_whole = on_orbit(&self.tracked, group.group).count() == self.frame.tracks.iter().filter(is_on).count();
+        let is_whole = !self.matching.unmatched_tracks().any(|track| is_on_orbit(track, group.group));
         Some(true_centre.filter(|_| is_whole)?.distance_m(centre(group)))
     }
 
     /// Distance between the estimated and the true position of a target, m; `None` if the target does not exist.
     #[must_use]
     pub fn position_error_m(&self, track: &TrackRow) -> Option<f64> {
-        truth_of(self.frame, track.target).map(|truth| position_error_m(track, truth))
+        self.matching.target_of(track).map(|target| Matched { target, track }.position_error_m())
     }
 
-    /// Returns the known targets that exist.
-    pub(crate) fn tracked(&self) -> &[TrackedTarget] {
-        &self.tracked
+    /// Returns the true targets and the tracks of the frame.
+    #[must_use]
+    pub fn matching(&self) -> &Matching<'a> {
+        &self.matching
     }
 }
 
@@ -102,9 +102,9 @@ pub fn desired_pair_phase_rad(count: usize, pair_rad: f64) -> f64 {
 }
 
 /// Largest off-boresight angles of two UAVs, computed as a batch (SIMD).
-pub(crate) fn off_boresight_angles_rad(uavs: [&UavRow; 2], known: &[TrackedTarget]) -> [Option<f64>; 2] {
+pub(crate) fn off_boresight_angles_rad(uavs: [&UavRow; 2], matching: &Matching<'_>) -> [Option<f64>; 2] {
     let boresights = math::sin_cos_batch(uavs.map(|uav| uav.boresight_rad.unwrap_or_default()));
-    let largest: [_; 2] = std::array::from_fn(|i| largest_off_boresight(uavs[i], boresights[i], known));
+    let largest: [_; 2] = std::array::from_fn(|i| largest_off_boresight(uavs[i], boresights[i], matching));
     let angles_rad = math::atan2_batch(largest.map(Option::unwrap_or_default));
     std::array::from_fn(|i| largest[i].map(|_| angles_rad[i]))
 }
@@ -112,7 +112,7 @@ pub(crate) fn off_boresight_angles_rad(uavs: [&UavRow; 2], known: &[TrackedTarge
 /// Finds the group member with the largest off-boresight angle from a UAV, given the sine and cosine of the boresight.
 /// Returns the components of its relative position across and along the boresight, m; `None` if the UAV has no group,
 /// no boresight or no member.
-fn largest_off_boresight(uav: &UavRow, (sin, cos): (f64, f64), known: &[TrackedTarget]) -> Option<(f64, f64)> {
+fn largest_off_boresight(uav: &UavRow, (sin, cos): (f64, f64), matching: &Matching<'_>) -> Option<(f64, f64)> {
     let group = uav.group.filter(|_| uav.boresight_rad.is_some())?;
     let off = |member: Position| {
         let member_rel_uav = member - at(uav);
@@ -121,8 +121,8 @@ fn largest_off_boresight(uav: &UavRow, (sin, cos): (f64, f64), known: &[TrackedT
     };
     let is_larger = |a: (f64, f64), b: (f64, f64)| a.0 * b.1 > b.0 * a.1;
     // Targets in dwell to this group still count for the passing group.
-    let members = known.iter().filter(|known| known.group == Some(group));
-    members.map(|known| off(known.position)).reduce(|a, b| if is_larger(b, a) { b } else { a })
+    let members = matching.pairs().filter(|pair| pair.track.group == Some(group));
+    members.map(|pair| off(position(pair.target))).reduce(|a, b| if is_larger(b, a) { b } else { a })
 }
 
 /// Returns id, position and boresight of the UAVs whose sensors are pointed.
@@ -148,10 +148,6 @@ pub(crate) fn centre(group: &GroupRow) -> Position {
     Position::from_m(group.x_m, group.y_m)
 }
 
-pub(crate) fn position_error_m(track: &TrackRow, truth: &TruthRow) -> f64 {
-    Position::from_m(track.state[0], track.state[3]).distance_m(position(truth))
-}
-
 /// True centre of an orbit about targets; `None` without targets.
 pub(crate) fn true_centre(
     rule: CentreEstimate,
@@ -169,52 +165,16 @@ fn centroid(positions: impl ExactSizeIterator<Item = Position>) -> Option<Positi
     (n > 0).then(|| Position::from_m(sum.0 / n as f64, sum.1 / n as f64))
 }
 
-/// A known target that exists: its true position and velocity, and the groups of its track.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct TrackedTarget {
-    position: Position,
-    velocity: Velocity,
-    group: Option<u32>,
-    to_group: Option<u32>,
+/// Returns whether the target of a track is on the orbit of a group, those in dwell from and to it included.
+pub(crate) fn is_on_orbit(track: &TrackRow, group: u32) -> bool {
+    [track.group, track.receiving_group].contains(&Some(group))
 }
 
-impl TrackedTarget {
-    pub(crate) fn of(track: &TrackRow, truth: &TruthRow) -> Self {
-        let velocity = Velocity::from_m_s(truth.vx_m_s, truth.vy_m_s);
-        Self { position: position(truth), velocity, group: track.group, to_group: track.receiving_group }
-    }
-}
-
-/// Pairs the tracks of existing targets with their truth. Both tables are sorted by target, so one pass suffices.
-pub(crate) fn existing(frame: &Frame) -> impl Iterator<Item = (&TrackRow, &TruthRow)> {
-    let mut next = 0;
-    frame.tracks.iter().filter_map(move |track| {
-        while frame.truth.get(next).is_some_and(|truth| truth.target < track.target) {
-            next += 1;
-        }
-        frame.truth.get(next).filter(|truth| truth.target == track.target).map(|truth| (track, truth))
+/// True states of the existing targets on the orbit of a group.
+pub(crate) fn on_orbit(matching: &Matching<'_>, group: u32) -> impl Iterator<Item = TargetState> {
+    matching.pairs().filter(move |pair| is_on_orbit(pair.track, group)).map(|Matched { target, .. }| {
+        TargetState::new(position(target), Velocity::from_m_s(target.vx_m_s, target.vy_m_s), [0.0; 2])
     })
-}
-
-/// Returns the known targets that exist.
-pub(crate) fn known(frame: &Frame) -> impl Iterator<Item = TrackedTarget> {
-    existing(frame).map(|(track, truth)| TrackedTarget::of(track, truth))
-}
-
-/// True states of the existing targets on the orbit of a group, those in dwell from and to it included.
-pub(crate) fn on_orbit(known: &[TrackedTarget], group: u32) -> impl Iterator<Item = TargetState> {
-    let on = known.iter().filter(move |known| [known.group, known.to_group].contains(&Some(group)));
-    on.map(|known| TargetState::new(known.position, known.velocity, [0.0; 2]))
-}
-
-pub(crate) fn truth_of(frame: &Frame, target: u32) -> Option<&TruthRow> {
-    let index = frame.truth.binary_search_by_key(&target, |truth| truth.target).ok()?;
-    Some(&frame.truth[index])
-}
-
-pub(crate) fn track_of(frame: &Frame, target: u32) -> Option<&TrackRow> {
-    let index = frame.tracks.binary_search_by_key(&target, |track| track.target).ok()?;
-    Some(&frame.tracks[index])
 }
 
 #[cfg(test)]
@@ -240,10 +200,10 @@ mod tests {
             |frame: &&Frame| frame.tracks.iter().any(|track| track.group.and(track.receiving_group).is_some());
         let frame = frames.iter().find(has_dwell).unwrap();
         let track = frame.tracks.iter().find(|track| track.group.and(track.receiving_group).is_some()).unwrap();
-        let target_position = position(truth_of(frame, track.target).unwrap());
+        let target_position = position(Geometry::of(frame).matching.target_of(track).unwrap());
         let geometry = Geometry::of(frame);
         let positions_of =
-            |group: u32| on_orbit(&geometry.tracked, group).map(|one| one.position()).collect::<Vec<_>>();
+            |group: u32| on_orbit(&geometry.matching, group).map(|one| one.position()).collect::<Vec<_>>();
         assert!(
             [track.group, track.receiving_group].iter().all(|id| positions_of(id.unwrap()).contains(&target_position))
         );

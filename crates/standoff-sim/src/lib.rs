@@ -16,6 +16,7 @@ mod frame;
 mod fuzz;
 pub mod geometry;
 mod intruders;
+pub mod matching;
 pub mod monte_carlo;
 mod onboard_computer;
 pub mod radio;

@@ -20,10 +20,9 @@ mod true_orbits;
 use nalgebra::{SMatrix, SVector};
 use standoff::{Covariance, Displacement, OrbitMotion, Position, math};
 
-use crate::frame::{Frame, GroupRow, TrackRow, TruthRow};
-use crate::geometry::{
-    TrackedTarget, at, centre, existing, group_of, off_boresight_angles_rad, off_orbit_m, position_error_m, track_of,
-};
+use crate::frame::{Frame, GroupRow};
+use crate::geometry::{at, centre, group_of, off_boresight_angles_rad, off_orbit_m};
+use crate::matching::{Matched, Matching};
 use agreement::Agreement;
 use control_effort::ControlEffort;
 use cramer_rao::Bound;
@@ -143,8 +142,6 @@ pub struct Scorer {
     prediction_errors: Option<PredictionErrors>,
     /// Groups with assigned UAVs whose sensor is pointed, one entry per UAV.
     assigned: Vec<u32>,
-    /// Tracked targets that exist at this time step.
-    tracked: Vec<TrackedTarget>,
     true_orbits: TrueOrbits,
     agreement: Agreement,
     per_agent: PerAgentScores<Self>,
@@ -197,7 +194,6 @@ impl Scorer {
                 .includes(&["orbit_prediction_error_m_settled", "own_orbit_prediction_error_m_settled"])
                 .then(|| PredictionErrors::new(score_config.clone())),
             assigned: Vec::new(),
-            tracked: Vec::new(),
             true_orbits: TrueOrbits::default(),
             agreement: Agreement::default(),
             per_agent: PerAgentScores::default(),
@@ -211,21 +207,18 @@ impl Scorer {
     /// Adds the next frame.
     pub fn frame(&mut self, frame: &Frame) {
         let needed = self.needed;
+        let matching = Matching::of(frame);
         if needed.tallies {
-            self.tallies.frame(&self.config.sensor, frame);
+            self.tallies.frame(&self.config.sensor, frame, &matching);
         }
         self.assigned.clear();
         let pointed = frame.uavs.iter().filter(|uav| uav.boresight_rad.is_some());
         self.assigned.extend(pointed.filter_map(|uav| uav.group));
-        self.tracked.clear();
-        for (track, truth) in existing(frame) {
-            self.tracked.push(TrackedTarget::of(track, truth));
-            if needed.estimates || needed.consistency {
-                self.estimate(track, truth);
-            }
+        if needed.estimates || needed.consistency {
+            matching.pairs().for_each(|pair| self.estimate(pair));
         }
         if needed.orbits || self.prediction_errors.is_some() {
-            self.true_orbits.next(&self.config, &frame.groups, &self.tracked);
+            self.true_orbits.next(&self.config, &frame.groups, &matching);
         }
         if needed.orbits {
             frame.groups.iter().for_each(|group| self.orbit(frame, group));
@@ -234,7 +227,7 @@ impl Scorer {
             self.separations.frame(&self.config.separation, frame);
         }
         if needed.off_boresight {
-            self.lines_of_sight(frame);
+            self.lines_of_sight(frame, &matching);
         }
         if needed.limits {
             for uav in &frame.uavs {
@@ -250,8 +243,8 @@ impl Scorer {
             self.zones.frame(&self.config.geofence, frame);
         }
         if needed.coverage {
-            for truth in &frame.truth {
-                let covered = track_of(frame, truth.target).is_some_and(|track| track.group.is_some());
+            for (_, track) in matching.targets() {
+                let covered = track.is_some_and(|track| track.group.is_some());
                 self.so_far.uncovered.add(f64::from(!covered));
             }
         }
@@ -267,7 +260,7 @@ impl Scorer {
             self.per_agent.frame(frame, || Self::new(self.config.clone(), self.of_team_states));
         }
         if let Some(bound) = &mut self.bound {
-            bound.frame(frame);
+            bound.frame(frame, &matching);
         }
         if let Some(innovations) = &mut self.innovations {
             innovations.frame(frame);
@@ -372,9 +365,9 @@ impl Scorer {
     }
 
     /// Adds the error of an estimate.
-    fn estimate(&mut self, track: &TrackRow, truth: &TruthRow) {
+    fn estimate(&mut self, pair: Matched<'_>) {
+        let (Matched { target, track }, position_error_m) = (pair, pair.position_error_m());
         let [_, vx_m_s, _, _, vy_m_s, _] = track.state;
-        let position_error_m = position_error_m(track, truth);
         self.so_far.position_all.add(position_error_m);
         if let Some(group) = track.group {
             self.so_far.position.add(position_error_m);
@@ -383,13 +376,13 @@ impl Scorer {
                 1 => self.so_far.position_one.add(position_error_m),
                 _ => self.so_far.position_more.add(position_error_m),
             }
-            self.so_far.velocity.add(Displacement::from_m(vx_m_s - truth.vx_m_s, vy_m_s - truth.vy_m_s).length_m());
-            let nees = self.needed.consistency.then(|| nees_per_state(&self.config, track, truth)).flatten();
+            self.so_far.velocity.add(Displacement::from_m(vx_m_s - target.vx_m_s, vy_m_s - target.vy_m_s).length_m());
+            let nees = self.needed.consistency.then(|| nees_per_state(&self.config, pair)).flatten();
             if let Some(nees) = nees {
                 self.so_far.nees.add(nees);
             }
             if self.needed.tallies {
-                self.tallies.estimate(track.target, position_error_m, nees);
+                self.tallies.estimate(target.target, position_error_m, nees);
             }
         }
     }
@@ -430,10 +423,10 @@ impl Scorer {
     }
 
     /// Adds the off-boresight angles of the members. Frames before the sensors are first pointed are skipped.
-    fn lines_of_sight(&mut self, frame: &Frame) {
+    fn lines_of_sight(&mut self, frame: &Frame, matching: &Matching<'_>) {
         // UAVs are processed in pairs (SIMD). A single last UAV is paired with itself.
         for pair in frame.uavs.chunks(2) {
-            let angles_rad = off_boresight_angles_rad([&pair[0], &pair[pair.len() - 1]], &self.tracked);
+            let angles_rad = off_boresight_angles_rad([&pair[0], &pair[pair.len() - 1]], matching);
             for angle_rad in angles_rad.into_iter().take(pair.len()).flatten() {
                 let largest_deg = angle_rad.to_degrees();
                 self.so_far.off_boresight_mean_deg.add(largest_deg);
@@ -481,12 +474,12 @@ fn phase_error_deg(uavs_rel_centre: &[Displacement], desired_phase_rad: f64) -> 
 
 /// Normalised estimation error squared, divided by the number of random states. These are all six if the truth includes
 /// the acceleration and the filter models one, otherwise position and velocity.
-fn nees_per_state(score_config: &ScoreConfig, track: &TrackRow, truth: &TruthRow) -> Option<f64> {
+fn nees_per_state(score_config: &ScoreConfig, Matched { target, track }: Matched<'_>) -> Option<f64> {
     let covariance = Covariance::from_upper_triangle(&track.covariance).matrix();
     let [x_m, vx_m_s, ax_m_s2, y_m, vy_m_s, ay_m_s2] = track.state;
-    let error = [x_m - truth.x_m, vx_m_s - truth.vx_m_s, y_m - truth.y_m, vy_m_s - truth.vy_m_s];
+    let error = [x_m - target.x_m, vx_m_s - target.vx_m_s, y_m - target.y_m, vy_m_s - target.vy_m_s];
     let is_random = score_config.target.acceleration_sd_m_s2 >= LEAST_ACCELERATION_SD_M_S2;
-    if let (true, Some(true_ax), Some(true_ay)) = (is_random, truth.ax_m_s2, truth.ay_m_s2) {
+    if let (true, Some(true_ax), Some(true_ay)) = (is_random, target.ax_m_s2, target.ay_m_s2) {
         let [x, vx, y, vy] = error;
         return normalised(&SVector::from([x, vx, ax_m_s2 - true_ax, y, vy, ay_m_s2 - true_ay]), &covariance);
     }

@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 
 use super::mean::Mean;
 use crate::frame::{AgentRow, Frame, PerAgentTables, of};
+use crate::matching::Matching;
 
 /// Agreement statistics so far. Empty if one agent acts for the whole team.
 #[derive(Debug, Clone, Default)]
@@ -73,8 +74,9 @@ impl Agreement {
         for AgentRow { agent, .. } in &agents.all {
             let assignment = agents.teammate(*agent, *agent).and_then(|own| own.group.zip(own.group_id));
             let Some((group, id)) = assignment else { continue };
-            let members = agents.tracks_of(*agent).iter().filter(|of| of.row.group == Some(group));
-            self.served.extend(members.map(|of| (of.row.target, id)));
+            let matching = Matching::of_rows(&frame.truth, agents.tracks_of(*agent).iter().map(|of| &of.row));
+            let members = matching.pairs().filter(|pair| pair.track.group == Some(group));
+            self.served.extend(members.map(|pair| (pair.target.target, id)));
         }
         self.served.sort_unstable();
         self.served.dedup();

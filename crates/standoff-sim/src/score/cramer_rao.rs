@@ -16,8 +16,9 @@ use standoff::{Covariance, Duration, Position, SensorParams, Transition};
 
 use super::config::ScoreConfig;
 use super::mean::Mean;
-use crate::frame::{Frame, TrackRow, TruthRow};
-use crate::geometry::{at, position, track_of, truth_of};
+use crate::frame::Frame;
+use crate::geometry::{at, position};
+use crate::matching::{Matched, Matching};
 
 /// Indices of position and velocity in a state `[x, vx, ax, y, vy, ay]`.
 const POSITION: [usize; 2] = [0, 3];
@@ -61,13 +62,13 @@ impl Bound {
         })
     }
 
-    /// Adds the next frame.
-    pub fn frame(&mut self, frame: &Frame) {
+    /// Adds the next frame, with its targets and tracks.
+    pub fn frame(&mut self, frame: &Frame, matching: &Matching<'_>) {
         let mut information_by_target: BTreeMap<u32, Matrix2<f64>> = BTreeMap::new();
-        for (uav, target, truth) in known_detections(frame) {
+        for (uav, target, truth) in known_detections(frame, matching) {
             *information_by_target.entry(target).or_default() += self.sensor.information(uav, truth);
         }
-        for truth in &frame.truth {
+        for (truth, track) in matching.targets() {
             let before = self.covariances.get(&truth.target);
             let prior = before.map_or(self.cue, |before| {
                 let mut covariance = Covariance::from(before);
@@ -78,9 +79,8 @@ impl Bound {
                 information_by_target.get(&truth.target).map_or(prior, |information| informed(&prior, information));
             self.is_lost |= !covariance.diagonal().iter().all(|variance| *variance >= 0.0 && variance.is_finite());
             self.covariances.insert(truth.target, covariance);
-            let track = track_of(frame, truth.target).filter(|track| track.group.is_some());
-            if let Some(track) = track {
-                let error = error(track, truth);
+            if let Some(track) = track.filter(|track| track.group.is_some()) {
+                let error = error(Matched { target: truth, track });
                 self.position.add(&error, &covariance, POSITION);
                 self.velocity.add(&error, &covariance, VELOCITY);
             }
@@ -102,10 +102,10 @@ impl Bound {
 }
 
 /// Returns every detection whose UAV and target are in the frame: UAV position, target id, true target position.
-fn known_detections(frame: &Frame) -> impl Iterator<Item = (Position, u32, Position)> {
+fn known_detections(frame: &Frame, matching: &Matching<'_>) -> impl Iterator<Item = (Position, u32, Position)> {
     frame.detections.iter().filter_map(|detection| {
         let uav = frame.uavs.iter().find(|uav| uav.uav == detection.uav)?;
-        let truth = truth_of(frame, detection.target)?;
+        let truth = matching.target(detection.target)?;
         Some((at(uav), detection.target, position(truth)))
     })
 }
@@ -122,9 +122,9 @@ fn informed(p: &Matrix6<f64>, information: &Matrix2<f64>) -> Matrix6<f64> {
 }
 
 /// Estimated minus true position and velocity; the acceleration error is set to zero.
-fn error(track: &TrackRow, truth: &TruthRow) -> [f64; 6] {
+fn error(Matched { target, track }: Matched<'_>) -> [f64; 6] {
     let [x_m, vx_m_s, _, y_m, vy_m_s, _] = track.state;
-    [x_m - truth.x_m, vx_m_s - truth.vx_m_s, 0.0, y_m - truth.y_m, vy_m_s - truth.vy_m_s, 0.0]
+    [x_m - target.x_m, vx_m_s - target.vx_m_s, 0.0, y_m - target.y_m, vy_m_s - target.vy_m_s, 0.0]
 }
 
 /// Squared errors and their bound over the same samples.
@@ -170,11 +170,15 @@ mod tests {
             let noise = Noise { range_sd_m, ..plain.noise };
             let cue = CueError { position_sd_m, velocity_sd_m_s: 2.0 };
             let mut bound = Bound::of(&ScoreConfig { noise, cue, period_s: 0.01, ..plain }).unwrap();
-            (0..20).for_each(|tick| bound.frame(&frame(&[(150.0, f64::from(tick))])));
+            (0..20).for_each(|tick| add(&mut bound, &frame(&[(150.0, f64::from(tick))])));
             (bound.position_m2(0).is_some(), bound.efficiencies().map(|one| one.ratio().is_some()))
         };
         assert_eq!(of(10.0, 16.0), (true, [true; 2]));
         assert_eq!(of(0.001, 1e7), (false, [false; 2]));
+    }
+
+    fn add(bound: &mut Bound, frame: &Frame) {
+        bound.frame(frame, &Matching::of(frame));
     }
 
     /// Target at the origin, detected by UAVs at `ranges_and_phases`, with a track error of 3 m and 4 m, 1 m/s and 0.
@@ -221,7 +225,7 @@ mod tests {
             if scan < 100 {
                 frame.tracks.clear();
             }
-            bound.frame(&frame);
+            add(&mut bound, &frame);
         }
         bound.efficiencies().map(|efficiency| efficiency.bound.value().unwrap().sqrt())
     }
@@ -258,7 +262,7 @@ mod tests {
             [(vec![0.7], along_m2 + across_m2), (vec![0.7, 0.7 + std::f64::consts::FRAC_PI_2], 2.0 * both_m2)]
         {
             let mut bound = Bound::of(&nowhere).unwrap();
-            bound.frame(&frame(&phases.iter().map(|phase| (400.0, *phase)).collect::<Vec<_>>()));
+            add(&mut bound, &frame(&phases.iter().map(|phase| (400.0, *phase)).collect::<Vec<_>>()));
             let [position, velocity] = bound.efficiencies();
             assert!((position.bound.value().unwrap() / expected_m2 - 1.0).abs() < 1e-6);
             assert!((velocity.bound.value().unwrap() - 8.0).abs() < 1e-9, "4 m2/s2 per axis, as cued");
@@ -270,11 +274,11 @@ mod tests {
     #[test]
     fn ratio_is_the_root_of_squared_error_over_bound() {
         let mut bound = Bound::of(&config(0.0)).unwrap();
-        bound.frame(&frame(&[]));
+        add(&mut bound, &frame(&[]));
         let [position, velocity] = bound.efficiencies().map(|efficiency| efficiency.ratio().unwrap());
         assert!((position - (25.0f64 / 800.0).sqrt()).abs() < 1e-15);
         assert!((velocity - (1.0f64 / 8.0).sqrt()).abs() < 1e-15);
-        bound.frame(&frame(&[(400.0, 0.0)]));
+        add(&mut bound, &frame(&[(400.0, 0.0)]));
         let [position, _] = bound.efficiencies();
         assert!(position.bound.value().unwrap() < 0.75 * 800.0, "the scan must reduce the bound");
     }

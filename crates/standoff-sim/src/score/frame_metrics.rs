@@ -5,9 +5,8 @@ use standoff::{Angle, Position};
 use super::config::ScoreConfig;
 use super::true_orbits::TrueOrbits;
 use crate::frame::{Frame, GroupRow, UavRow, ViewRow};
-use crate::geometry::{
-    Geometry, at, existing, is_in_view, off_orbit_m, pointed_sensors, position, position_error_m, truth_of,
-};
+use crate::geometry::{Geometry, at, is_in_view, off_orbit_m, pointed_sensors, position};
+use crate::matching::Matched;
 
 /// Scores the frames of a run in sequence: true orbits have a state, and no target counts as in view before the first
 /// cue.
@@ -44,7 +43,7 @@ impl FrameScorer {
     /// Processes the next frame.
     pub fn frame<'a>(&'a mut self, frame: &'a Frame) -> FrameScores<'a> {
         let geometry = Geometry::of(frame);
-        self.orbits.next(&self.config, &frame.groups, geometry.tracked());
+        self.orbits.next(&self.config, &frame.groups, geometry.matching());
         let is_after_cue = self.is_after_cue;
         self.is_after_cue |= !frame.truth.is_empty();
         FrameScores {
@@ -105,29 +104,29 @@ impl FrameScores<'_> {
     /// which no sensor can be pointed, and for unknown targets.
     #[must_use]
     pub fn in_view(&self, target: u32) -> Option<bool> {
-        let target = position(truth_of(self.frame, target)?);
+        let target = position(self.geometry.matching().target(target)?);
         self.is_after_cue.then(|| is_in_view(&self.score_config.sensor, &self.looking, target))
     }
 
     /// Returns the custody of all targets.
     #[must_use]
     pub fn custody(&self) -> CustodyCounts {
-        let is_in_view = |truth| is_in_view(&self.score_config.sensor, &self.looking, position(truth));
-        // Ascending by target, like the truth.
-        let in_view: Vec<u32> =
-            self.frame.truth.iter().filter(|truth| is_in_view(truth)).map(|truth| truth.target).collect();
-        let (mut tracked, mut in_custody, mut errors_m2) = (0, 0, 0.0);
-        for (track, truth) in existing(self.frame) {
+        let targets = self.geometry.matching().targets();
+        let (count, mut in_view, mut tracked, mut in_custody, mut errors_m2) = (targets.len(), 0, 0, 0, 0.0);
+        for (target, track) in targets {
+            let is_in_view = is_in_view(&self.score_config.sensor, &self.looking, position(target));
+            in_view += usize::from(is_in_view);
+            let Some(track) = track else { continue };
             tracked += 1;
-            in_custody += usize::from(track.group.is_some() && in_view.binary_search(&track.target).is_ok());
-            let error_m = position_error_m(track, truth);
+            in_custody += usize::from(is_in_view && track.group.is_some());
+            let error_m = Matched { target, track }.position_error_m();
             errors_m2 += error_m * error_m;
         }
         CustodyCounts {
-            targets: self.frame.truth.len(),
+            targets: count,
             tracked,
             in_custody: self.is_after_cue.then_some(in_custody),
-            in_view: self.is_after_cue.then_some(in_view.len()),
+            in_view: self.is_after_cue.then_some(in_view),
             position_error_m: (tracked > 0).then(|| (errors_m2 / tracked as f64).sqrt()),
         }
     }
@@ -157,6 +156,8 @@ impl FrameScores<'_> {
 
 #[cfg(test)]
 mod tests {
+    use std::collections::BTreeSet;
+
     use super::*;
     use crate::run::Mission;
     use crate::scenario::{Overrides, Scenario};
@@ -172,7 +173,8 @@ mod tests {
             let scores = scorer.frame(frame);
             let custody = scores.custody();
             assert_eq!(custody.targets, frame.truth.len());
-            let tracks: Vec<_> = frame.tracks.iter().filter(|row| truth_of(frame, row.target).is_some()).collect();
+            let ids: BTreeSet<u32> = frame.truth.iter().map(|row| row.target).collect();
+            let tracks: Vec<_> = frame.tracks.iter().filter(|row| ids.contains(&row.target)).collect();
             assert_eq!(custody.tracked, tracks.len());
             let errors = tracks.iter().filter_map(|track| scores.geometry.position_error_m(track));
             let mean_m2 = errors.map(|error_m| error_m * error_m).sum::<f64>() / tracks.len() as f64;

@@ -24,6 +24,7 @@ use super::config::ScoreConfig;
 use super::mean::Mean;
 use crate::frame::{Frame, TrackRow};
 use crate::geometry::at;
+use crate::matching;
 
 /// Normalised innovations squared of a run.
 #[derive(Debug, Clone)]
@@ -48,14 +49,14 @@ impl Innovations {
 
     /// Adds the next frame.
     pub(super) fn frame(&mut self, frame: &Frame) {
-        let mut predicted: BTreeMap<u32, PredictedMeasurement> = BTreeMap::new();
+        let mut predicted: BTreeMap<usize, PredictedMeasurement> = BTreeMap::new();
         for detection in &frame.detections {
             let Some(uav) = frame.uavs.iter().find(|uav| uav.uav == detection.uav) else { continue };
-            let Ok(index) = self.before.binary_search_by_key(&detection.target, |track| track.target) else { continue };
+            let Some(index) = matching::track_index(detection, &self.before) else { continue };
             let z =
                 RangeBearingMeasurement { range_m: detection.range_m, bearing: Angle::from_rad(detection.bearing_rad) };
             predicted
-                .entry(detection.target)
+                .entry(index)
                 .or_insert_with(|| PredictedMeasurement::of(&self.before[index], &self.transition))
                 .compare(&self.sensor, at(uav), &z);
         }

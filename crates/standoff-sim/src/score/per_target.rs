@@ -12,7 +12,8 @@ use standoff::SensorParams;
 use super::config::ScoreConfig;
 use super::mean::Mean;
 use crate::frame::Frame;
-use crate::geometry::{is_in_view, pointed_sensors, position, track_of};
+use crate::geometry::{is_in_view, pointed_sensors, position};
+use crate::matching::Matching;
 
 /// All targets that have existed, by id.
 #[derive(Debug, Clone, Default)]
@@ -101,13 +102,13 @@ pub struct TargetScore {
 
 impl Tallies {
     /// Adds the next frame.
-    pub(super) fn frame(&mut self, sensor: &SensorParams, frame: &Frame) {
+    pub(super) fn frame(&mut self, sensor: &SensorParams, frame: &Frame, matching: &Matching<'_>) {
         let looking = pointed_sensors(frame);
         let is_first_cue = self.of.is_empty();
         self.frames += u64::from(!is_first_cue);
-        for truth in &frame.truth {
+        for (truth, track) in matching.targets() {
             let is_seen = is_in_view(sensor, &looking, position(truth));
-            let is_member = track_of(frame, truth.target).is_some_and(|track| track.group.is_some());
+            let is_member = track.is_some_and(|track| track.group.is_some());
             let mut is_cue = false;
             let tally = self.of.entry(truth.target).or_insert_with(|| {
                 is_cue = true;
@@ -259,7 +260,7 @@ mod tests {
                     Gone => {}
                 }
             }
-            tallies.frame(&sensor, &frame);
+            tallies.frame(&sensor, &frame, &Matching::of(&frame));
         }
         tallies.sums()
     }

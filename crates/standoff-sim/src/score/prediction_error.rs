@@ -14,7 +14,8 @@ use super::config::ScoreConfig;
 use super::mean::Mean;
 use super::true_orbits::TrueOrbits;
 use crate::frame::{Frame, GroupRow, TrackRow};
-use crate::geometry::{at, centre, off_orbit_m};
+use crate::geometry::{at, centre, is_on_orbit, off_orbit_m};
+use crate::matching;
 
 /// One-step prediction errors of a run, from `transient_s` on.
 #[derive(Debug, Clone)]
@@ -55,10 +56,10 @@ impl PredictionErrors {
 
     /// Groups count only while their members stay the same: a change of membership is not a prediction error.
     fn group(&mut self, frame: &Frame, orbits: &TrueOrbits, group: &GroupRow) {
-        let is_on = |track: &&TrackRow| [track.group, track.receiving_group].contains(&Some(group.group));
-        let ids = |tracks: &[TrackRow]| tracks.iter().filter(is_on).map(|track| track.target).collect::<Vec<_>>();
+        let is_on = |track: &&TrackRow| is_on_orbit(track, group.group);
+        let keys = |tracks: &[TrackRow]| tracks.iter().filter(is_on).map(matching::key).collect::<Vec<_>>();
         let Some(old) = self.groups_before.iter().find(|old| old.group == group.group) else { return };
-        if ids(&self.before) != ids(&frame.tracks) {
+        if keys(&self.before) != keys(&frame.tracks) {
             return;
         }
         let expected = |track: &TrackRow| self.transition.predict(&TargetState(track.state.into()));
@@ -95,7 +96,7 @@ mod tests {
     use super::*;
     use standoff::Position;
 
-    use crate::geometry::known;
+    use crate::matching::Matching;
     use crate::run::{Mission, fly};
     use crate::scenario::{Overrides, Scenario};
     use crate::score::MetricSelection;
@@ -111,7 +112,7 @@ mod tests {
         let mut prediction_errors = PredictionErrors::new(score_config.clone());
         let mut orbits = TrueOrbits::default();
         for frame in frames {
-            orbits.next(score_config, &frame.groups, &known(frame).collect::<Vec<_>>());
+            orbits.next(score_config, &frame.groups, &Matching::of(frame));
             prediction_errors.frame(frame, &orbits);
         }
         [prediction_errors.truth.value().unwrap(), prediction_errors.own.value().unwrap()]

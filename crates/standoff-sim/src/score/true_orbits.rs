@@ -5,7 +5,8 @@ use standoff::{OrbitMotion, TargetState};
 
 use super::config::ScoreConfig;
 use crate::frame::GroupRow;
-use crate::geometry::{TrackedTarget, on_orbit};
+use crate::geometry::on_orbit;
+use crate::matching::Matching;
 
 /// True orbit of a group at a time step.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -28,13 +29,13 @@ pub(super) struct TrueOrbits {
 }
 
 impl TrueOrbits {
-    /// Advances to the next time step, with these groups (ascending by id) and these tracked, existing targets.
-    pub(super) fn next(&mut self, config: &ScoreConfig, groups: &[GroupRow], known: &[TrackedTarget]) {
+    /// Advances to the next time step, with these groups (ascending by id), targets and tracks.
+    pub(super) fn next(&mut self, config: &ScoreConfig, groups: &[GroupRow], matching: &Matching<'_>) {
         core::mem::swap(&mut self.of, &mut self.before);
         self.of.clear();
         for group in groups {
             self.members.clear();
-            self.members.extend(on_orbit(known, group.group));
+            self.members.extend(on_orbit(matching, group.group));
             let Some(unfiltered) = config.orbit(&self.members) else { continue };
             let previous = orbit_of(&self.before, group.group).map(|orbit| &orbit.flown);
             let flown =
@@ -58,7 +59,6 @@ mod tests {
 
     use super::*;
     use crate::frame::{Frame, TruthRow, UavRow};
-    use crate::geometry::known;
     use crate::scenario::{Overrides, Scenario};
     use crate::score::fixtures::{group_row, track_row, truth_row, uav_row};
     use crate::score::{FrameScorer, MetricSelection, Metrics, Scorer};
@@ -103,19 +103,19 @@ mod tests {
     fn true_orbit_moves_gradually_to_its_targets() {
         let (config, [first, second]) = (config(), jump());
         let mut orbits = TrueOrbits::default();
-        orbits.next(&config, &first.groups, &known(&first).collect::<Vec<_>>());
+        orbits.next(&config, &first.groups, &Matching::of(&first));
         let start = orbits.of(0).unwrap().unfiltered;
         assert_eq!(orbits.of(0).unwrap().flown, start);
         assert!((start.radius_m - 300.0).abs() < 1e-9 && start.centre == Position::ORIGIN);
-        orbits.next(&config, &second.groups, &known(&second).collect::<Vec<_>>());
+        orbits.next(&config, &second.groups, &Matching::of(&second));
         let TrueOrbit { flown, unfiltered } = *orbits.of(0).unwrap();
         assert_eq!(unfiltered.centre, Position::from_m(-100.0, 0.0));
         assert!((unfiltered.radius_m - 300.0).abs() < 1e-9);
         assert!(flown.centre.distance_m(Position::from_m(-0.375, 0.0)) < 1e-9 && flown.velocity.x_m_s() == -1.5);
         assert!((flown.radius_m - 300.375).abs() < 1e-9 && (flown.rate_m_s - 1.5).abs() < 1e-9);
         // A group that disappears starts from scratch.
-        orbits.next(&config, &[], &[]);
-        orbits.next(&config, &second.groups, &known(&second).collect::<Vec<_>>());
+        orbits.next(&config, &[], &Matching::default());
+        orbits.next(&config, &second.groups, &Matching::of(&second));
         assert_eq!(orbits.of(0).unwrap().flown, unfiltered);
     }
 

@@ -193,10 +193,10 @@ impl Encoder {
     }
 
     fn add(&mut self, frame: &Frame) {
-        if let Some(bound) = &mut self.bound {
-            bound.frame(frame);
-        }
         let scores = self.scorer.frame(frame);
+        if let Some(bound) = &mut self.bound {
+            bound.frame(frame, scores.geometry.matching());
+        }
         let draft = &mut self.draft;
         draft.times_us.push(frame.time_us);
         let shown = frame.events.iter().filter(|row| self.allowance.takes(row, None));
@@ -221,7 +221,7 @@ impl Encoder {
         draft.groups.next_step();
         self.colours.next_step(&frame.groups);
         for row in &frame.groups {
-            let errors = errors(frame, &scores, self.bound.as_ref(), row.group);
+            let errors = errors(&scores, self.bound.as_ref(), row.group);
             let phase = phases.get(&row.group).copied();
             let colour = self.colours.place(row.group);
             draft.groups.put(row.group, &group(row, phase, errors, scores.scan_sd_m(row.group), colour));
@@ -306,12 +306,13 @@ impl Draft {
         for detection in &frame.detections {
             *detections.entry(detection.target).or_default() += 1;
         }
-        let truth = |id: u32| frame.truth.binary_search_by_key(&id, |row| row.target).ok().map(|at| &frame.truth[at]);
-        let track = |id: u32| frame.tracks.binary_search_by_key(&id, |row| row.target).ok().map(|at| &frame.tracks[at]);
-        let ids = frame.truth.iter().map(|row| row.target).chain(frame.tracks.iter().map(|row| row.target));
-        for id in ids {
-            let detected = detections.get(&id).copied().unwrap_or(0);
-            self.targets.put(id, &target(truth(id), track(id), scores.in_view(id), detected));
+        let matching = scores.geometry.matching();
+        for (truth, track) in matching.targets() {
+            let detected = detections.get(&truth.target).copied().unwrap_or(0);
+            self.targets.put(truth.target, &target(Some(truth), track, scores.in_view(truth.target), detected));
+        }
+        for track in matching.unmatched_tracks() {
+            self.targets.put(track.target, &target(None, Some(track), None, 0));
         }
     }
 }
@@ -366,16 +367,11 @@ fn phases(frame: &Frame, pair_rad: f64) -> BTreeMap<u32, (f64, f64)> {
 }
 
 /// RMS position error of a group's members, and the root of the mean of its bound, m.
-fn errors(
-    frame: &Frame,
-    scores: &FrameScores<'_>,
-    bound: Option<&PositionBound>,
-    group: u32,
-) -> Option<(f64, Option<f64>)> {
-    let members = frame.tracks.iter().filter(|track| track.group == Some(group));
-    let both = members.filter_map(|track| {
-        let error_m = scores.geometry.position_error_m(track)?;
-        Some((error_m * error_m, bound.and_then(|bound| bound.position_m2(track.target))))
+fn errors(scores: &FrameScores<'_>, bound: Option<&PositionBound>, group: u32) -> Option<(f64, Option<f64>)> {
+    let members = scores.geometry.matching().pairs().filter(|pair| pair.track.group == Some(group));
+    let both = members.map(|pair| {
+        let error_m = pair.position_error_m();
+        (error_m * error_m, bound.and_then(|bound| bound.position_m2(pair.target.target)))
     });
     let both: Vec<(f64, Option<f64>)> = both.collect();
     let mean = |sum: f64| (sum / both.len() as f64).sqrt();
