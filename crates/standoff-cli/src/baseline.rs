@@ -1,9 +1,9 @@
 //! `standoff baseline`: computes the coverage baseline, the coverage of greedy discs with perfect knowledge.
 
 use clap::Parser;
+use standoff_io::display_text::{self, WIDTH, wrapped};
 use standoff_results::{BaselineReport, Failure, count, warn};
 use standoff_sim::baseline::{CoverageShare, SPEED_M_S};
-use standoff_sim::display_text::{self, WIDTH, wrapped};
 use standoff_sim::scenario::Scenario;
 
 use crate::overrides::{DEFAULT_SCENARIO, OverrideArgs};

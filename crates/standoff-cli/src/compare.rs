@@ -5,8 +5,8 @@ use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicBool;
 
 use clap::Parser;
+use standoff_io::display_text::{self, WIDTH, wrapped};
 use standoff_results::{Failure, of_batch, save, warn};
-use standoff_sim::display_text::{self, WIDTH, wrapped};
 use standoff_sim::monte_carlo::{Better, Comparison, Paired, compare, compare_results};
 use standoff_sim::scenario::{ScenarioTemplate, built_in};
 use standoff_sim::score::MetricInfo;

@@ -30,8 +30,8 @@ use clap::error::ErrorKind;
 use clap::{CommandFactory, Parser, Subcommand};
 use clap_complete::Shell;
 use overrides::key_and_value;
+use standoff_io::display_text;
 use standoff_results::Failure;
-use standoff_sim::display_text;
 use standoff_sim::record::panic_is_expected;
 
 /// Simulate coordinated standoff tracking: UAVs keep groups of moving ground vehicles in view.

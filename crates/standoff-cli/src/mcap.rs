@@ -2,8 +2,8 @@
 
 use std::path::{Path, absolute};
 
+use standoff_io::display_text;
 use standoff_results::Failure;
-use standoff_sim::display_text;
 use standoff_sim::record::Frame;
 use standoff_sim::scenario::Scenario;
 use standoff_view::mcap::{McapError, Writer};

@@ -2,9 +2,9 @@
 
 use std::path::Path;
 
+use standoff_io::atomic_file;
+use standoff_io::display_text;
 use standoff_results::{Failure, Maps, OutcomeOptions, Report, of_record, report_run};
-use standoff_sim::atomic_file;
-use standoff_sim::display_text;
 use standoff_sim::record::{MAP_FILE, Record};
 use standoff_sim::score::MetricSelection;
 

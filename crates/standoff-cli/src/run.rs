@@ -6,9 +6,9 @@ use std::sync::Arc;
 
 use clap::Parser;
 use indicatif::{ProgressBar, ProgressStyle};
+use standoff_io::display_text;
 use standoff_results::{Failure, OutcomeOptions, Report, format_errors, has_older_run, lines, report_run, warn};
 use standoff_sim::baseline::baseline;
-use standoff_sim::display_text;
 use standoff_sim::record::{FinishedRecord, Frame};
 use standoff_sim::run::Mission;
 use standoff_sim::scenario::{Scenario, ScenarioTemplate};

@@ -4,7 +4,7 @@ use std::error::Error as _;
 use std::num::{ParseFloatError, ParseIntError};
 
 use clap::error::{ContextKind, ContextValue, Error, ErrorKind};
-use standoff_sim::display_text::quoted;
+use standoff_io::display_text::quoted;
 use standoff_sim::scenario::{built_in, built_in_like};
 
 /// Subcommands and options that exist under another name, or as another option: what was typed, and what to use.

@@ -5,9 +5,9 @@ use std::sync::Arc;
 use std::thread;
 
 use clap::Parser;
+use standoff_io::atomic_file;
+use standoff_io::display_text;
 use standoff_results::{Failure, format_errors, lines, of_batch, of_record, report_end, settings_of, warn};
-use standoff_sim::atomic_file;
-use standoff_sim::display_text;
 use standoff_sim::monte_carlo::Results;
 use standoff_sim::record::{Frame, Record};
 use standoff_sim::run::Mission;

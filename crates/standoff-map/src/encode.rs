@@ -16,7 +16,7 @@ use flate2::Compression;
 use flate2::read::GzDecoder;
 use flate2::write::GzEncoder;
 use serde::{Deserialize, Serialize};
-use standoff_sim::display_text::printable;
+use standoff_io::display_text::printable;
 use standoff_sim::record::MAP_FILE;
 
 use crate::feature_class::Kind;
@@ -72,7 +72,7 @@ impl Contents {
 /// Returns the packed map of the record in `dir`, if there is one. An invalid file gives an error message.
 pub fn of_record(dir: &Path) -> Result<Option<Packed>, String> {
     let path = dir.join(MAP_FILE);
-    let bytes = match standoff_sim::text_source::bytes(&path, MAX_PACKED as u64) {
+    let bytes = match standoff_io::bounded_input::bytes(&path, MAX_PACKED as u64) {
         Ok(bytes) => bytes,
         Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(None),
         Err(error) => return Err(format!("{MAP_FILE} cannot be read: {error}")),

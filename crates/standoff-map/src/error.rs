@@ -1,7 +1,7 @@
 //! Errors of maps, with messages for users.
 
-use standoff_sim::display_text;
-use standoff_sim::text_source::{Fault, Position};
+use standoff_io::display_text;
+use standoff_io::text_source::{Fault, Position};
 
 /// Reason why a map cannot be used. Prints as one line: `FILE:LINE:COLUMN: what is wrong; what is allowed; what to do`.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]

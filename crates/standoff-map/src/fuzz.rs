@@ -10,7 +10,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use flate2::Compression;
 use flate2::write::GzEncoder;
 use mutation::Choices;
-use standoff_sim::text_source;
+use standoff_io::text_source;
 use standoff_sim::traffic::Origin;
 
 use crate::encode::check;

@@ -5,8 +5,8 @@ use std::io::{self, BufReader};
 
 use serde::de::{DeserializeSeed, Error as _, IgnoredAny, MapAccess, SeqAccess, Visitor};
 use serde::{Deserialize, Deserializer};
-use standoff_sim::display_text::{printable, quoted};
-use standoff_sim::text_source::{Fault, Position, Text, input_fault};
+use standoff_io::display_text::{printable, quoted};
+use standoff_io::text_source::{Fault, Position, Text, input_fault};
 
 use crate::feature_class::{TAGS, of_tags};
 use crate::geometry::{Count, Form, Point, Shapes};

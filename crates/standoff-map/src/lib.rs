@@ -25,8 +25,8 @@ mod sumo;
 #[cfg(test)]
 mod tests;
 
+use standoff_io::text_source::{self, Expectation, Fault, Text};
 use standoff_sim::scenario::MapFile;
-use standoff_sim::text_source::{self, Expectation, Fault, Text};
 
 pub use encode::{Packed, of_record};
 pub use error::MapError;

@@ -3,9 +3,9 @@
 use std::collections::BTreeMap;
 
 use quick_xml::events::BytesStart;
-use standoff_sim::display_text::quoted;
-use standoff_sim::text_source::xml::{Elements, Found, attributes, walk};
-use standoff_sim::text_source::{Fault, Position, Text};
+use standoff_io::display_text::quoted;
+use standoff_io::text_source::xml::{Elements, Found, attributes, walk};
+use standoff_io::text_source::{Fault, Position, Text};
 
 use crate::feature_class::Kind;
 use crate::geometry::{Count, Form, Point, Shapes};

@@ -6,8 +6,8 @@ use std::path::{Path, PathBuf};
 use flate2::Compression;
 use flate2::read::GzDecoder;
 use flate2::write::GzEncoder;
+use standoff_io::text_source;
 use standoff_sim::scenario::MapFile;
-use standoff_sim::text_source;
 use standoff_sim::traffic::{Options, Origin, Traffic, read};
 
 use crate::encode::{Contents, check};

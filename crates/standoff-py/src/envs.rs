@@ -10,7 +10,7 @@ use std::sync::{Mutex, MutexGuard, TryLockError};
 
 use numpy::{PyArray1, PyArray2, PyArray3, PyArrayMethods};
 use pyo3::prelude::*;
-use standoff_sim::display_text;
+use standoff_io::display_text;
 
 use crate::exceptions::{InputError, ScenarioError, StandoffError, of_scenario};
 use crate::scenario::scenario_of;

@@ -7,11 +7,11 @@ use std::sync::{Arc, Mutex, PoisonError};
 
 use pyo3::exceptions::PyKeyError;
 use pyo3::prelude::*;
+use standoff_io::display_text;
 use standoff_results::{
     BaselineReport, Failure, Maps, OutcomeOptions, Report, fly, format_errors, has_older_run, report_run,
     run_interruptible,
 };
-use standoff_sim::display_text;
 use standoff_sim::run::Mission;
 use standoff_sim::score::MetricSelection;
 

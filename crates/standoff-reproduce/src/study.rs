@@ -3,8 +3,8 @@
 use std::fs;
 use std::path::Path;
 
-use standoff_sim::atomic_file;
-use standoff_sim::display_text::{self, WIDTH, wrapped, wrapped_lines};
+use standoff_io::atomic_file;
+use standoff_io::display_text::{self, WIDTH, wrapped, wrapped_lines};
 use standoff_view::figures::Figure;
 use standoff_view::figures::study::{Line, Plot, study};
 

@@ -4,7 +4,7 @@ use std::fmt::Display;
 
 use annotate_snippets::{AnnotationKind, Level, Renderer, Snippet};
 use standoff::ParamError;
-use standoff_sim::display_text;
+use standoff_io::display_text;
 use standoff_sim::monte_carlo::MonteCarloError;
 use standoff_sim::record::RecordError;
 use standoff_sim::scenario::{MISTAKES_MAX, Problem, ScenarioError};

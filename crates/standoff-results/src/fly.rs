@@ -3,8 +3,8 @@
 use std::fmt::Display;
 use std::path::Path;
 
+use standoff_io::display_text;
 use standoff_sim::controller::Controller;
-use standoff_sim::display_text;
 use standoff_sim::record::{
     FinishedRecord, Frame, MAX_ROWS, Manifest, Occupancy, PartialRecord, Writer, conflicting_files, occupancy,
 };

@@ -6,8 +6,8 @@ mod targets_and_limits;
 use std::path::Path;
 
 use serde::Serialize;
+use standoff_io::display_text::{self, wrapped};
 use standoff_sim::baseline::{CoverageBaseline, SPEED_M_S};
-use standoff_sim::display_text::{self, wrapped};
 use standoff_sim::scenario::Settings;
 use standoff_sim::score::{MetricInfo, MetricSelection, Metrics, SelectedMetrics, TargetScore};
 use standoff_view::replay::Line;

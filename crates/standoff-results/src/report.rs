@@ -2,8 +2,8 @@
 
 use std::path::Path;
 
-use standoff_sim::atomic_file;
-use standoff_sim::display_text;
+use standoff_io::atomic_file;
+use standoff_io::display_text;
 use standoff_sim::record::Record;
 use standoff_sim::scenario::{Scenario, Settings};
 use standoff_sim::score::{MetricSelection, ScoreConfig, Scorer, SelectedMetrics};

@@ -5,11 +5,8 @@
 //! ```
 
 mod agent_rows;
-pub mod atomic_file;
 pub mod baseline;
-mod bounded_input;
 pub mod controller;
-pub mod display_text;
 mod event_text;
 mod frame;
 #[cfg(test)]
@@ -29,7 +26,6 @@ pub mod scenario;
 pub mod score;
 pub mod sensors;
 pub mod target_id;
-pub mod text_source;
 pub mod traffic;
 pub mod world;
 

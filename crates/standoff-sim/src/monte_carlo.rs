@@ -35,9 +35,9 @@ pub use error::MonteCarloError;
 pub use merge::merge;
 pub use results::{Results, Runs, Summary};
 pub use shard::Shard;
+use standoff_io::display_text;
 pub use statistics::{Pooled, Statistics, pooled_root_ratio, quantile, student_t_975};
 
-use crate::display_text;
 use crate::run::fly_while;
 use crate::scenario::{Scenario, ScenarioTemplate};
 use crate::score::{MetricSelection, Metrics};

@@ -47,9 +47,9 @@ pub use limits::{MAX_SAMPLES, MAX_VEHICLES};
 pub use model::{Coordinates, Options, Origin, Traffic, Unit};
 pub use vehicle::{Vehicle, VehicleState};
 
-use crate::display_text;
-pub use crate::text_source::Position;
-use crate::text_source::{self, Expectation, Fault, Text};
+use standoff_io::display_text;
+pub use standoff_io::text_source::Position;
+use standoff_io::text_source::{self, Expectation, Fault, Text};
 
 /// Expected contents, for messages.
 pub(crate) static TRAFFIC: Expectation =

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use serde::{Serialize, Serializer};
-use standoff_sim::display_text::{self, wrapped};
+use standoff_io::display_text::{self, wrapped};
 use standoff_sim::record::{EventQuota, EventRow};
 
 /// Maximum number of events in the table; the files contain the others.
@@ -174,7 +174,7 @@ pub(super) fn named(name: &str) -> String {
 
 #[cfg(test)]
 mod tests {
-    use standoff_sim::display_text::WIDTH;
+    use standoff_io::display_text::WIDTH;
 
     use super::*;
 

@@ -6,10 +6,10 @@ use std::ops::Range;
 use std::path::Path;
 
 use serde::{Deserialize, Serialize};
+use standoff_io::display_text::{path, printable, quoted};
 
 use super::error::{FORMAT, MonteCarloError};
 use super::shard::Shard;
-use crate::display_text::{path, printable, quoted};
 use crate::record::manifest::{MAX_NAME, MAX_VERSION, check_length};
 use crate::scenario::ScenarioTemplate;
 use crate::score::{MetricSelection, Metrics};

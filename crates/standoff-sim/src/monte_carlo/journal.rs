@@ -18,10 +18,11 @@ use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
+use standoff_io::atomic_file;
+use standoff_io::display_text::{self, printable};
+
 use super::batch::{Batch, Values};
 use super::error::{FORMAT, MonteCarloError};
-use crate::atomic_file;
-use crate::display_text::{self, printable};
 use crate::record::RecordError;
 
 /// Name of the file.

@@ -3,9 +3,10 @@
 use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicBool;
 
+use standoff_io::display_text;
+
 use super::journal::Journal;
 use super::{MonteCarloError, Results, Shard, check_not_stopped, find_complete, results};
-use crate::display_text;
 
 /// Merges the complete shards in `dirs`, in any order, into the batch in `out`. An existing merged batch is not merged
 /// again.

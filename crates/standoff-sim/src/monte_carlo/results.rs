@@ -7,15 +7,15 @@ use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use serde::{Deserialize, Serialize, Serializer};
+use standoff_io::atomic_file::{self, PARTIAL};
+use standoff_io::bounded_input;
+use standoff_io::display_text;
 use standoff_parquet::Source;
 
 use super::batch::{Batch, Values};
 use super::diff::{Settings, settings_of};
 use super::journal::{self, MAX_BATCH, check_format, sync_folder};
 use super::{MonteCarloError, Shard, Statistics, pooled_root_ratio};
-use crate::atomic_file::{self, PARTIAL};
-use crate::bounded_input;
-use crate::display_text;
 use crate::record::RecordError;
 use crate::record::column::{Cells, Column, Fault, Field};
 use crate::record::directory::{NO_FOLDER, first_in};

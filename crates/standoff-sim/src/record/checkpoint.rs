@@ -18,13 +18,13 @@ use std::io::Read as _;
 use std::path::Path;
 use std::sync::Arc;
 
+use standoff_io::{atomic_file, bounded_input};
 use standoff_parquet::{Footer, Source};
 
 use super::RecordError;
 use super::schema::{OF_AGENTS, TIMED};
 use super::table::{Missing, Row as _};
 use crate::frame::IntruderRow;
-use crate::{atomic_file, bounded_input};
 
 /// Name of the file.
 pub(super) const CHECKPOINT: &str = "checkpoint";

@@ -7,11 +7,12 @@ use std::path::{Path, PathBuf};
 use std::thread;
 use std::time::{Duration, Instant};
 
+use standoff_io::atomic_file::{self, PARTIAL, sibling};
+
 use super::checkpoint::{self, CHECKPOINT, Checkpoint};
 use super::error::RecordError;
 use super::manifest::{MANIFEST, Manifest};
 use super::schema::is_table;
-use crate::atomic_file::{self, PARTIAL, sibling};
 
 /// File name of the resolved scenario.
 pub(super) const SCENARIO: &str = "scenario.toml";

@@ -5,10 +5,10 @@ use std::io;
 use std::path::Path;
 
 use serde::{Deserialize, Serialize};
+use standoff_io::bounded_input;
+use standoff_io::display_text::{printable, quoted};
 
 use super::error::RecordError;
-use crate::bounded_input;
-use crate::display_text::{printable, quoted};
 use crate::frame::ReportedTables;
 use crate::traffic::{Origin, Unit};
 

@@ -3,13 +3,14 @@
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
+use standoff_io::bounded_input;
+
 use super::checkpoint::{self, Checkpoint};
 use super::directory::SCENARIO;
 use super::limits::{LimitExceeded, RecordLimits, check_names};
 use super::schema::{At, TargetRow, max_rows_per_step, seconds};
 use super::table::{Row, TableReader, file_of};
 use super::{Counts, Manifest, RecordError};
-use crate::bounded_input;
 use crate::frame::{
     AgentEventRow, AgentRow, ByAgent, DetectionRow, EventRow, Frame, GroupRow, IntruderRow, PerAgentTables,
     TeammateRow, TrackRow, TruthRow, UavRow,

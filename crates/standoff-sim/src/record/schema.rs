@@ -2,11 +2,11 @@
 
 use parquet::data_type::ByteArray;
 use standoff::TeammateStatus;
+use standoff_io::display_text::quoted;
 use standoff_parquet::MAX_CELL;
 
 use super::column::{Cells, Column, Fault, Field, Scalar, ValueProblem};
 use super::table::Row;
-use crate::display_text::quoted;
 use crate::frame::{
     AgentEventRow, AgentRow, ByAgent, DetectionRow, EventRow, GroupRow, IntruderRow, MembershipState, TeammateRow,
     TrackRow, TrackStatus, TruthRow, UavRow, ViewRow,

@@ -13,11 +13,11 @@ use parquet::file::metadata::{FileMetaData, ParquetMetaData, ParquetMetaDataWrit
 use parquet::file::properties::{EnabledStatistics, WriterProperties};
 use parquet::file::writer::SerializedFileWriter;
 use parquet::schema::types::Type;
+use standoff_io::bounded_input;
 use standoff_parquet::{Blocks, Source};
 
 use super::RecordError;
 use super::column::{Cells, Column, Fault, ValueProblem};
-use crate::bounded_input;
 
 /// Rows per row group: limits the memory, whatever the length of the run.
 pub(crate) const GROUP_ROWS: usize = 65_536;

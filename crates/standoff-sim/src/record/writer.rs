@@ -5,6 +5,8 @@ use std::io::Write as _;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
+use standoff_io::atomic_file::{self, sibling};
+
 use super::checkpoint;
 use super::directory::{self, FolderLock, MAP_FILE, Partial, SCENARIO};
 use super::error::RecordError;
@@ -12,7 +14,6 @@ use super::limits::{LimitExceeded, RecordLimits, check_names};
 use super::manifest::{Counts, FORMAT, MANIFEST, Manifest};
 use super::schema::{At, OF_AGENTS, TIMED, TargetRow, WithError, max_rows_per_step, seconds};
 use super::table::{Missing, Row, TableWriter};
-use crate::atomic_file::{self, sibling};
 use crate::frame::{
     AgentEventRow, AgentRow, ByAgent, DetectionRow, EventRow, Frame, GroupRow, IntruderRow, PerAgentTables,
     TeammateRow, TrackRow, TruthRow, UavRow, ViewRow,

@@ -1,6 +1,7 @@
 //! Built-in scenarios, by name.
 
-use crate::display_text::nearest;
+use standoff_io::display_text::nearest;
+
 use crate::renamed;
 
 /// A scenario that is part of the program.

@@ -4,8 +4,9 @@ use std::fmt;
 use std::ops::Range;
 use std::sync::Arc;
 
+use standoff_io::display_text::{as_typed, escaped};
+
 use super::locate::{SourcePosition, line_around};
-use crate::display_text::{as_typed, escaped};
 use crate::traffic::TrafficError;
 
 /// Error of a scenario that cannot be used; displays one line per problem.

@@ -6,6 +6,8 @@ use serde_json::Value;
 use standoff::guidance::geofence::ZONES_MAX;
 use standoff::{Geofence, Position, UavState, Zone};
 use standoff_geodesy::LocalPlane;
+use standoff_io::bounded_input;
+use standoff_io::display_text::quoted;
 
 use super::diagnostics::Problems;
 use super::error::ScenarioError;
@@ -15,8 +17,6 @@ use super::number::Number;
 use super::resolved::Settings;
 use super::schema_types::{self, ZoneKind, resolved};
 use super::traffic::NAME_MAX;
-use crate::bounded_input;
-use crate::display_text::quoted;
 use crate::traffic::Origin;
 
 /// Maximum size of a GeoJSON file, bytes: the maximum number of vertices takes a hundredth of it.

@@ -6,6 +6,8 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use serde::Deserialize;
+use standoff_io::bounded_input;
+use standoff_io::display_text::{did_you_mean, escaped, printable, quoted};
 use toml::de::{DeTable, DeValue, ValueDeserializer};
 use toml::{Spanned, Table, Value};
 
@@ -14,8 +16,6 @@ use super::error::{Excerpt, Problem, ScenarioError};
 use super::locate::{Map, line_around, position_of};
 use super::parse::{self, MISTAKES_MAX};
 use super::schema_types::{AgentSetup, ScenarioFile};
-use crate::bounded_input;
-use crate::display_text::{did_you_mean, escaped, printable, quoted};
 use crate::traffic::MAX_AT_ONCE;
 
 /// Maximum size of a scenario file, bytes. The maximum number of targets, spelt out, takes 1 MiB.

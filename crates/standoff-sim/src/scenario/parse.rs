@@ -4,11 +4,11 @@
 //! in one pass.
 
 use serde_path_to_error::{Path, Segment};
+use standoff_io::display_text::{did_you_mean, nearest, printable, quoted};
 use toml::{Table, Value};
 
 use super::schema::KEYS;
 use super::schema_types::ScenarioFile;
-use crate::display_text::{did_you_mean, nearest, printable, quoted};
 use crate::renamed;
 
 /// Maximum number of mistakes; reading stops after that, because a text with more is probably not a scenario.

@@ -2,6 +2,8 @@
 
 use std::path::{Path, PathBuf};
 
+use standoff_io::display_text::quoted;
+
 use super::builtin::BUILT_IN_TRAFFIC;
 use super::error::ScenarioError;
 use super::load::Typed;
@@ -9,7 +11,6 @@ use super::locate::Map;
 use super::number::Number;
 use super::resolved::Settings;
 use super::schema_types;
-use crate::display_text::quoted;
 use crate::traffic::{self, Traffic};
 
 /// Longest traffic that is flown to its end by default, s. Recordings last hours: a file that spans more than a day

@@ -2,6 +2,7 @@
 //! which it was typed.
 
 use standoff::{Allowed, ParamError};
+use standoff_io::display_text::quoted;
 
 use super::basemap::MAPS_MAX;
 use super::diagnostics::{Found, Problems};
@@ -13,7 +14,6 @@ use super::parse::{MISTAKES_MAX, value_at, with_value};
 use super::schema_types::resolved::{Intruder, Link, Radio, Ring, Scatter, ScenarioFile};
 use super::to_params::Passed;
 use super::traffic::NAME_MAX;
-use crate::display_text::quoted;
 use crate::traffic::MAX_AT_ONCE;
 
 /// Maximum number of time steps of a mission: a longer record would fill the disk.

@@ -1,9 +1,9 @@
 //! Metric names, labels and units, and the selection of the metrics to compute.
 
 use serde::ser::{Serialize, SerializeMap, Serializer};
+use standoff_io::display_text::{did_you_mean, nearest, quoted};
 
 use super::mean;
-use crate::display_text::{did_you_mean, nearest, quoted};
 use crate::frame::ReportedTables;
 use crate::renamed;
 

@@ -4,13 +4,13 @@ use std::collections::BTreeMap;
 
 use standoff::math;
 use standoff_geodesy::FURTHEST_M;
+use standoff_io::display_text::quoted;
 
 use super::limits::{MAX_AT_ONCE, MAX_SAMPLES, MAX_SPEED_M_S, MAX_VEHICLES};
 use super::unit_detection;
 use super::validate::{self, seconds};
 use super::vehicle::{Sample, Vehicle};
 use super::{Options, Origin, Traffic, Unit};
-use crate::display_text::quoted;
 
 /// The samples read so far, in the file's own coordinates.
 #[derive(Default)]

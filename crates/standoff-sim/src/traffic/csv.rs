@@ -6,12 +6,13 @@ mod table;
 
 use std::io::Read;
 
+use standoff_io::display_text::{printable, quoted};
+use standoff_io::text_source::{Fault, Lines};
+
 use super::build::Builder;
 use super::model::{COORDINATES_HELP, Coordinates, Options, Traffic, Unit};
 use super::validate::{self, Quantity};
 use super::vehicle::Sample;
-use crate::display_text::{printable, quoted};
-use crate::text_source::{Fault, Lines};
 use clock::{Clock, Numbers};
 use table::Table;
 

@@ -6,14 +6,14 @@ use std::io::Read;
 use std::ops::RangeInclusive;
 
 use quick_xml::events::BytesStart;
+use standoff_io::display_text::{nearest, quoted};
+use standoff_io::text_source::xml::{Elements, Found, attributes, walk};
+use standoff_io::text_source::{Fault, Lines, Position};
 
 use super::build::Builder;
 use super::model::{COORDINATES_HELP, Coordinates, Options, Traffic, Unit};
 use super::validate::{self, ANGLE, Quantity, SPEED};
 use super::vehicle::Sample;
-use crate::display_text::{nearest, quoted};
-use crate::text_source::xml::{Elements, Found, attributes, walk};
-use crate::text_source::{Fault, Lines, Position};
 
 /// Part of SUMO's header comment for a file in degrees.
 const GEO_OPTION: &str = "fcd-output.geo value=\"true\"";

@@ -1,8 +1,9 @@
 //! Checks the single values of traffic files and describes what is wrong.
 
+use standoff_io::display_text::quoted;
+
 use super::Coordinates;
 use super::limits::MAX_SPEED_M_S;
-use crate::display_text::quoted;
 
 /// A kind of number: its range, and the advice if a value is outside it.
 pub(super) struct Quantity {

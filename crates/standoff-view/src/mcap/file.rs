@@ -4,7 +4,7 @@ use std::fs::{self, File, OpenOptions, TryLockError};
 use std::io::{self, BufWriter, Read as _};
 use std::path::{Path, PathBuf};
 
-use standoff_sim::atomic_file;
+use standoff_io::atomic_file;
 
 use super::error::McapError;
 

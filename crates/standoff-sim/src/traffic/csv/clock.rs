@@ -1,9 +1,9 @@
 //! Numbers and times of a CSV table as spreadsheets and GPS loggers write them.
 
 use chrono::{DateTime, FixedOffset, NaiveDateTime};
+use standoff_io::display_text::quoted;
 
 use super::super::validate::{LOGGED_MILLISECONDS, LOGGED_SECONDS, Quantity};
-use crate::display_text::quoted;
 
 /// Number format of a table. If semicolons separate its fields, the first number with a decimal sign determines that
 /// sign, because 1,234 is a different number with a decimal point than with a decimal comma.

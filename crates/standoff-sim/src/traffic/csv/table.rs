@@ -3,10 +3,10 @@
 use std::io::{self, BufRead, Cursor, Read};
 
 use csv::{ByteRecord, ReaderBuilder};
+use standoff_io::text_source::limits::MAX_PIECE;
+use standoff_io::text_source::{Fault, Lines, Position, input_fault};
 
 use super::quotes::{self, Wrong};
-use crate::text_source::limits::MAX_PIECE;
-use crate::text_source::{Fault, Lines, Position, input_fault};
 
 /// Rows of a table, with the position of each field.
 pub(super) struct Table<R> {

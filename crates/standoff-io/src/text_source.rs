@@ -24,11 +24,6 @@ pub use lines::{Fault, Lines, Position, input_fault};
 /// Text that is read in pieces.
 pub type Text<'a> = Lines<Box<dyn Read + 'a>>;
 
-/// Reads all bytes of a file of at most `most` bytes; folders, pipes and devices are rejected unread.
-pub fn bytes(path: &Path, most: u64) -> io::Result<Vec<u8>> {
-    bounded_input::bytes(path, most)
-}
-
 /// Opens the text file at `path`. Fails if it is not a file (but a pipe, for example), is too large, or [`text`] fails.
 pub fn open(path: &Path, expected: &'static Expectation) -> Result<Text<'static>, Fault> {
     let mut file = bounded_input::open(path, MAX_TEXT).map_err(|error| input_fault(None, &error))?;
@@ -200,16 +195,26 @@ impl<R: Read> Read for WithoutNul<R> {
 
 #[cfg(test)]
 mod tests {
-    use super::*;
-    use crate::traffic::{Options, TRAFFIC, TrafficError, read, read_from};
     use flate2::Compression;
     use flate2::write::GzEncoder;
     use std::io::Write;
 
-    const CSV: &str = "t,id,x,y\n1,v,3,4\n";
+    use super::*;
 
-    fn refused(bytes: &[u8]) -> TrafficError {
-        read_from(bytes, "f", &Options::default()).unwrap_err()
+    pub(super) static TRAFFIC: Expectation =
+        Expectation { description: "traffic", complete_form: "traffic", formats: "FCD XML or CSV" };
+
+    pub(super) const CSV: &str = "t,id,x,y\n1,v,3,4\n";
+
+    fn read_all(text: Text<'_>) -> Result<String, Fault> {
+        let (mut lines, mut all) = (text.in_one_piece(), String::new());
+        let read = lines.read_to_string(&mut all);
+        read.map_err(|error| input_fault(Some(lines.position()), &error)).map(|_| all)
+    }
+
+    /// Reads the text of a file to its end.
+    pub(super) fn read(bytes: &[u8]) -> Result<String, Fault> {
+        read_all(text(bytes, &TRAFFIC)?)
     }
 
     /// Returns gzip of `head` and repetitions of `unit`, unpacked `bytes` long.
@@ -226,18 +231,18 @@ mod tests {
     #[test]
     fn gzip_that_is_too_dense_for_traffic_is_refused() {
         for (head, unit) in [("<fcd-export>", "<a/>"), ("t,id,x,y\n", "#\n")] {
-            let error = refused(&bomb(head, unit, 2 * DENSE_TEXT as usize));
+            let error = read(&bomb(head, unit, 2 * DENSE_TEXT as usize)).unwrap_err();
             assert!(error.message.starts_with("unpacks to more than 100 times its size (17 MiB from"), "{error}");
         }
         let dense = bomb(CSV, "#\n", DENSE_TEXT as usize / 2);
-        assert!(read_from(&dense[..], "f", &Options::default()).is_ok(), "a small dense text is harmless");
+        assert!(read(&dense).is_ok(), "a small dense text is harmless");
     }
 
     #[test]
     fn gzip_members_without_end_are_refused() {
         let empty = GzEncoder::new(Vec::new(), Compression::best()).finish().unwrap();
         let members = empty.repeat(3 * MAX_IDLE as usize / empty.len());
-        assert!(refused(&members).message.starts_with("1024 KiB of gzip data decompress to nothing"));
+        assert!(read(&members).unwrap_err().message.starts_with("1024 KiB of gzip data decompress to nothing"));
     }
 
     #[test]
@@ -256,7 +261,7 @@ mod tests {
             bytes.resize(length, 0);
             bytes.extend(claim.to_le_bytes());
             std::fs::write(&path, &bytes).unwrap();
-            read(&path, &Options::default()).unwrap_err().message
+            open(&path, &TRAFFIC).and_then(read_all).unwrap_err().message
         };
         let message = message_with(1 << 20, 600 << 20);
         assert!(message.starts_with("its last bytes state an unpacked size of 600 MiB; at most 512 MiB"), "{message}");
@@ -266,14 +271,15 @@ mod tests {
 
     #[test]
     fn a_nul_is_rejected_with_its_position() {
-        for (bytes, expected) in [
-            (&b"t,id,x,y\n1,v\0,3,4\n"[..], "f:2:4: a NUL byte"),
-            (b"<fcd-export>\n <timestep\0 time=\"1\"/></fcd-export>", "f:2:11: a NUL byte"),
-            (b"\0\0\0", "f:1:1: a NUL byte"),
-            (b"  \0", "f:1:3: a NUL byte"),
+        for (bytes, line, column) in [
+            (&b"t,id,x,y\n1,v\0,3,4\n"[..], 2, 4),
+            (b"<fcd-export>\n <timestep\0 time=\"1\"/></fcd-export>", 2, 11),
+            (b"\0\0\0", 1, 1),
+            (b"  \0", 1, 3),
         ] {
-            let error = refused(bytes).to_string();
-            assert!(error.starts_with(expected), "{error}");
+            let fault = read(bytes).unwrap_err();
+            assert!(fault.message.starts_with("a NUL byte"), "{fault}");
+            assert_eq!(fault.position, Some(Position { line, column }));
         }
     }
 }

@@ -48,7 +48,7 @@ pub fn lines(text: &str) -> String {
 /// Returns text as typed by the user, with each character that could control a terminal replaced by one printable
 /// character, so that the columns stay the same.
 #[must_use]
-pub(crate) fn as_typed(text: &str) -> String {
+pub fn as_typed(text: &str) -> String {
     text.replace("\r\n", "\n").chars().map(sign).collect()
 }
 
@@ -72,13 +72,13 @@ fn without_middle(line: String) -> String {
 }
 
 /// Formats the help line that suggests a known key or value.
-pub(crate) fn did_you_mean(word: &str) -> String {
+pub fn did_you_mean(word: &str) -> String {
     format!("did you mean `{word}`?")
 }
 
 /// Returns the known word that is closest to the typed one: the first that continues it, or one with a few wrong
 /// letters.
-pub(crate) fn nearest<'a>(typed: &str, words: &[&'a str]) -> Option<&'a str> {
+pub fn nearest<'a>(typed: &str, words: &[&'a str]) -> Option<&'a str> {
     // No key is longer. The distance takes time proportional to the product of both lengths.
     if typed.len() > 60 {
         return None;

@@ -182,8 +182,8 @@ impl<R: Read> BufRead for Lines<R> {
 
 #[cfg(test)]
 mod tests {
+    use super::super::tests::TRAFFIC;
     use super::*;
-    use crate::traffic::TRAFFIC;
 
     #[test]
     fn lines_and_characters_are_counted() {

@@ -59,15 +59,15 @@ pub(super) fn check_encoding(head: &[u8]) -> Result<(), Fault> {
 
 #[cfg(test)]
 mod tests {
-    use crate::traffic::{Options, read_from};
     use flate2::Compression;
     use flate2::write::GzEncoder;
     use std::io::Write;
 
-    const CSV: &str = "t,id,x,y\n1,v,3,4\n";
+    use super::super::tests::{CSV, read};
+    use super::*;
 
     fn refused(bytes: &[u8]) -> String {
-        read_from(bytes, "f", &Options::default()).unwrap_err().to_string()
+        read(bytes).unwrap_err().message
     }
 
     fn gzip(bytes: &[u8]) -> Vec<u8> {
@@ -88,11 +88,10 @@ mod tests {
             (b"\x04\x22\x4d\x18\x64", "lz4"),
             (b"\x1f\x9d\x90", "compress"),
         ] {
-            let expected =
-                format!("f: is compressed with {name}; must be plain text or gzip; decompress it first, with ");
+            let expected = format!("is compressed with {name}; must be plain text or gzip; decompress it first, with ");
             assert!(refused(head).starts_with(&expected), "{}", refused(head));
             let expected =
-                format!("f: is {name} within gzip; must be compressed once; decompress it, with gzip -d and then ");
+                format!("is {name} within gzip; must be compressed once; decompress it, with gzip -d and then ");
             assert!(refused(&gzip(head)).starts_with(&expected), "{}", refused(&gzip(head)));
         }
     }
@@ -100,16 +99,14 @@ mod tests {
     #[test]
     fn gzip_within_gzip_is_named() {
         let twice = gzip(&gzip(CSV.as_bytes()));
-        assert_eq!(
-            refused(&twice),
-            "f: is gzip within gzip; must be compressed once; decompress it once, with gzip -d"
-        );
+        assert_eq!(refused(&twice), "is gzip within gzip; must be compressed once; decompress it once, with gzip -d");
     }
 
     #[test]
     fn text_that_begins_like_a_compressed_file_is_text() {
         for column in ["BZh9", "PK", "7z"] {
-            assert!(read_from(format!("{column},t,id,x,y\n0,1,v,3,4").as_bytes(), "f", &Options::default()).is_ok());
+            let text = format!("{column},t,id,x,y\n0,1,v,3,4");
+            assert_eq!(read(text.as_bytes()).unwrap(), text);
         }
     }
 
@@ -127,9 +124,12 @@ mod tests {
         };
         for text in [CSV, "<fcd-export/>"] {
             for (name, bytes) in [wide(text), wide(&format!("\u{feff}{text}"))].concat() {
-                let expected = format!("f:1:1: is {name} text; must be UTF-8; save the file as UTF-8, or convert it");
-                assert!(refused(&bytes).starts_with(&expected), "{}", refused(&bytes));
-                assert!(refused(&gzip(&bytes)).starts_with(&expected), "{}", refused(&gzip(&bytes)));
+                let expected = format!("is {name} text; must be UTF-8; save the file as UTF-8, or convert it");
+                for bytes in [gzip(&bytes), bytes] {
+                    let fault = read(&bytes).unwrap_err();
+                    assert!(fault.message.starts_with(&expected), "{fault}");
+                    assert_eq!(fault.position, Some(Position::START));
+                }
             }
         }
     }

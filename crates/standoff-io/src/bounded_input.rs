@@ -8,7 +8,7 @@ use std::path::Path;
 ///
 /// Folders, pipes (reading would wait for a writer), devices (some never end) and files that are too large are rejected
 /// unread.
-pub(crate) fn open(path: &Path, most: u64) -> io::Result<File> {
+pub fn open(path: &Path, most: u64) -> io::Result<File> {
     let found = fs::metadata(path)?;
     if !found.is_file() {
         let pipe = "it is a pipe or a device, not a file; write its contents to a file";
@@ -21,7 +21,7 @@ pub(crate) fn open(path: &Path, most: u64) -> io::Result<File> {
 }
 
 /// Reads all bytes of a file of at most `most` bytes.
-pub(crate) fn bytes(path: &Path, most: u64) -> io::Result<Vec<u8>> {
+pub fn bytes(path: &Path, most: u64) -> io::Result<Vec<u8>> {
     let mut bytes = Vec::new();
     // The file may have grown since its size was checked.
     open(path, most)?.take(most + 1).read_to_end(&mut bytes)?;
@@ -29,13 +29,13 @@ pub(crate) fn bytes(path: &Path, most: u64) -> io::Result<Vec<u8>> {
 }
 
 /// Reads the UTF-8 text of a file of at most `most` bytes.
-pub(crate) fn text(path: &Path, most: u64) -> io::Result<String> {
+pub fn text(path: &Path, most: u64) -> io::Result<String> {
     String::from_utf8(bytes(path, most)?).map_err(|_| io::Error::other("it is not UTF-8 text"))
 }
 
 /// Returns the name of the encoding if the first eight bytes are those of UTF-16 or UTF-32 text, with or without a byte
 /// order mark.
-pub(crate) fn wide_encoding(head: &[u8]) -> Option<&'static str> {
+pub fn wide_encoding(head: &[u8]) -> Option<&'static str> {
     match head {
         // The byte order mark of UTF-32 begins with that of UTF-16, so UTF-32 is tested first.
         [0xFF, 0xFE, 0, 0, ..] | [0, 0, 0xFE, 0xFF, ..] => Some("UTF-32"),
@@ -47,14 +47,14 @@ pub(crate) fn wide_encoding(head: &[u8]) -> Option<&'static str> {
 
 /// Returns whether the cause is the named file rather than the machine: a wrong type or size (detected here, without a
 /// system error code), a missing file, or missing permissions.
-pub(crate) fn is_input_error(reason: &io::Error) -> bool {
+pub fn is_input_error(reason: &io::Error) -> bool {
     use io::ErrorKind::{InvalidFilename, InvalidInput, IsADirectory, NotADirectory, NotFound, PermissionDenied};
     let wrong = [InvalidFilename, InvalidInput, IsADirectory, NotADirectory, NotFound, PermissionDenied];
     reason.raw_os_error().is_none() || wrong.contains(&reason.kind())
 }
 
 /// Returns the advice for a file that cannot be read or written; `usual` is the advice for most errors.
-pub(crate) fn advice<'a>(reason: &io::Error, usual: &'a str) -> &'a str {
+pub fn advice<'a>(reason: &io::Error, usual: &'a str) -> &'a str {
     // EMFILE and ENFILE have no `ErrorKind` yet.
     let too_many_open = cfg!(unix) && matches!(reason.raw_os_error(), Some(23 | 24));
     match reason.kind() {
@@ -70,7 +70,7 @@ fn too_large(bytes: u64, most: u64) -> io::Error {
 }
 
 /// Formats a number of bytes for messages; rounds up, so that a size above a limit never looks like the limit.
-pub(crate) fn size(bytes: u64) -> String {
+pub fn size(bytes: u64) -> String {
     match bytes {
         0..=9_999 => format!("{bytes} bytes"),
         10_000..=9_999_999 => format!("{} KiB", bytes.div_ceil(1 << 10)),
@@ -79,7 +79,7 @@ pub(crate) fn size(bytes: u64) -> String {
 }
 
 /// Formats the message for a file that cannot be read, with advice if the machine is the cause.
-pub(crate) fn cannot_be_read(reason: &io::Error) -> String {
+pub fn cannot_be_read(reason: &io::Error) -> String {
     match is_input_error(reason) {
         true => format!("cannot be read: {reason}"),
         false => format!("cannot be read: {reason}; {}", advice(reason, "check the disk")),
