@@ -3,4 +3,5 @@
 pub mod atomic_file;
 pub mod bounded_input;
 pub mod display_text;
+pub mod geodesy;
 pub mod text_source;

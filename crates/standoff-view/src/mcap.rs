@@ -22,7 +22,7 @@ use std::path::{Path, PathBuf};
 
 use mcap::Attachment;
 use mcap::records::Metadata;
-use standoff_geodesy::LocalPlane;
+use standoff_io::geodesy::LocalPlane;
 use standoff_sim::geometry::{Geometry, group_of};
 use standoff_sim::record::Frame;
 use standoff_sim::scenario::Scenario;

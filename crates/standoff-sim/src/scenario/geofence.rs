@@ -5,9 +5,9 @@ use std::path::Path;
 use serde_json::Value;
 use standoff::guidance::geofence::ZONES_MAX;
 use standoff::{Geofence, Position, UavState, Zone};
-use standoff_geodesy::LocalPlane;
 use standoff_io::bounded_input;
 use standoff_io::display_text::quoted;
+use standoff_io::geodesy::LocalPlane;
 
 use super::diagnostics::Problems;
 use super::error::ScenarioError;

@@ -3,8 +3,8 @@
 use std::collections::BTreeMap;
 
 use standoff::math;
-use standoff_geodesy::FURTHEST_M;
 use standoff_io::display_text::quoted;
+use standoff_io::geodesy::FURTHEST_M;
 
 use super::limits::{MAX_AT_ONCE, MAX_SAMPLES, MAX_SPEED_M_S, MAX_VEHICLES};
 use super::unit_detection;

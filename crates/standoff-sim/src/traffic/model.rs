@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 use standoff::ParamError;
-use standoff_geodesy::LocalPlane;
+use standoff_io::geodesy::LocalPlane;
 
 use super::vehicle::Vehicle;
 

@@ -5,7 +5,7 @@ use foxglove::messages::{
 };
 use standoff::math::{cos, sin};
 use standoff::{Angle, Position};
-use standoff_geodesy::LocalPlane;
+use standoff_io::geodesy::LocalPlane;
 use standoff_sim::record::{Frame, UavRow};
 use std::f64::consts::FRAC_PI_2;
 

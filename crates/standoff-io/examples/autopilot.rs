@@ -1,9 +1,9 @@
 //! Converts an autopilot's positions in degrees to positions of the library, relative to the take-off point, and back.
 //!
-//! `cargo run -p standoff-geodesy --example autopilot`
+//! `cargo run -p standoff-io --example autopilot`
 
 use standoff::{ParamError, Position};
-use standoff_geodesy::LocalPlane;
+use standoff_io::geodesy::LocalPlane;
 
 fn main() -> Result<(), ParamError> {
     // MAVLink's GLOBAL_POSITION_INT uses units of 1e-7 degrees.

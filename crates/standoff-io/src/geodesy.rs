@@ -6,7 +6,7 @@
 //! mm per metre at 285 km, by 0.03 mm per metre at 50 km.
 //!
 //! ```
-//! use standoff_geodesy::LocalPlane;
+//! use standoff_io::geodesy::LocalPlane;
 //!
 //! let plane = LocalPlane::about(44.5, 11.3)?;
 //! let vehicle = plane.position(44.501, 11.301)?;
