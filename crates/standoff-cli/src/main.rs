@@ -31,8 +31,8 @@ use clap::{CommandFactory, Parser, Subcommand};
 use clap_complete::Shell;
 use overrides::key_and_value;
 use standoff_io::display_text;
+use standoff_io::parquet_file::panic_is_expected;
 use standoff_results::Failure;
-use standoff_sim::record::panic_is_expected;
 
 /// Simulate coordinated standoff tracking: UAVs keep groups of moving ground vehicles in view.
 ///

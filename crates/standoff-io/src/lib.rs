@@ -4,4 +4,5 @@ pub mod atomic_file;
 pub mod bounded_input;
 pub mod display_text;
 pub mod geodesy;
+pub mod parquet_file;
 pub mod text_source;

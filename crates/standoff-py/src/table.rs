@@ -16,7 +16,7 @@ use parquet::arrow::arrow_reader::{ArrowReaderMetadata, ParquetRecordBatchReader
 use pyo3::exceptions::PyKeyError;
 use pyo3::prelude::*;
 use pyo3::types::{PyCapsule, PyTuple};
-use standoff_parquet::{Error, Source, guarded};
+use standoff_io::parquet_file::{Error, guarded};
 
 use crate::exceptions::{InputError, StandoffError};
 use crate::pread_file::Positional;
@@ -43,8 +43,6 @@ impl Table {
     pub(crate) fn open(path: &Path, owner: Option<Py<PyAny>>) -> PyResult<Self> {
         let shown = path.display().to_string();
         let opened = File::open(path).map_err(Error::from).and_then(|file| {
-            // Checks the metadata of the file before the Parquet reader relies on it.
-            Source::open(file.try_clone()?)?;
             let metadata = guarded(|| ArrowReaderMetadata::load(&file, Default::default()))?;
             Ok((Positional(Arc::new(file)), metadata))
         });

@@ -30,7 +30,7 @@ pub use crate::frame::{
 pub use directory::{MAP_FILE, Occupancy, conflicting_files, occupancy};
 pub use error::RecordError;
 pub use event_quota::EventQuota;
+pub use limits::MAX_ROWS;
 pub use manifest::{Counts, FORMAT, Manifest};
 pub use reader::{Frames, Record};
-pub use standoff_parquet::{MAX_ROWS, panic_is_expected};
 pub use writer::{FinishedRecord, PartialRecord, Writer};

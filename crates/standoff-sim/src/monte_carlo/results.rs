@@ -10,7 +10,7 @@ use serde::{Deserialize, Serialize, Serializer};
 use standoff_io::atomic_file::{self, PARTIAL};
 use standoff_io::bounded_input;
 use standoff_io::display_text;
-use standoff_parquet::Source;
+use standoff_io::parquet_file::Source;
 
 use super::batch::{Batch, Values};
 use super::diff::{Settings, settings_of};

@@ -18,8 +18,8 @@ use std::io::Read as _;
 use std::path::Path;
 use std::sync::Arc;
 
+use standoff_io::parquet_file::{self, Footer, Source};
 use standoff_io::{atomic_file, bounded_input};
-use standoff_parquet::{Footer, Source};
 
 use super::RecordError;
 use super::schema::{OF_AGENTS, TIMED};
@@ -133,7 +133,7 @@ impl Checkpoint {
 }
 
 /// Splits off the first table of the bytes, which start at `at` in the file, and returns it with the rest.
-fn split_table(bytes: &[u8], at: usize) -> Result<(Table, &[u8]), standoff_parquet::Error> {
+fn split_table(bytes: &[u8], at: usize) -> Result<(Table, &[u8]), parquet_file::Error> {
     let split = || {
         let (footer_length, bytes) = bytes.split_first_chunk()?;
         let (rows_length, bytes) = bytes.split_first_chunk()?;
@@ -142,7 +142,7 @@ fn split_table(bytes: &[u8], at: usize) -> Result<(Table, &[u8]), standoff_parqu
         let (rows, bytes) = bytes.split_at_checked(length(rows_length)?)?;
         Some((footer, rows, bytes))
     };
-    let breaks_off = || standoff_parquet::Error::Damaged("a table is truncated".to_owned());
+    let breaks_off = || parquet_file::Error::Damaged("a table is truncated".to_owned());
     let (footer, rows, rest) = split().ok_or_else(breaks_off)?;
     // The size of data in memory is far below that limit.
     let offset = i64::try_from(at + 8 + 8 + footer.len()).unwrap_or(i64::MAX);

@@ -4,8 +4,8 @@ use std::io;
 use std::path::{Path, PathBuf};
 
 use parquet::errors::ParquetError;
+use standoff_io::parquet_file::Error as Unreadable;
 use standoff_io::{bounded_input, display_text};
-use standoff_parquet::Error as Unreadable;
 
 /// Reason why a record cannot be written or read. The message is complete: there is no source to append.
 #[derive(Debug, thiserror::Error)]

@@ -8,6 +8,10 @@ use super::schema::{MAX_INTRUDERS, MAX_UAVS, microseconds, seconds};
 use super::table::Row;
 use crate::frame::{AgentEventRow, ByAgent, DetectionRow, EventRow, Frame, IntruderRow, TrackRow, TruthRow, UavRow};
 
+/// Maximum number of rows of a table: 1,000 targets once per second for a day.
+pub const MAX_ROWS: u64 = 100_000_000;
+/// Maximum size of a table's file, bytes. The widest table has 25 GB at the maximum number of rows.
+pub(super) const MAX_TABLE: u64 = 32 << 30;
 /// Maximum number of targets: that of vehicles in a traffic file.
 const MAX_TARGETS: usize = crate::traffic::MAX_VEHICLES;
 /// Maximum total length of all target names, bytes: 300 for each of the maximum number of targets.

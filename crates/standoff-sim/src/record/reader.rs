@@ -7,7 +7,7 @@ use standoff_io::bounded_input;
 
 use super::checkpoint::{self, Checkpoint};
 use super::directory::SCENARIO;
-use super::limits::{LimitExceeded, RecordLimits, check_names};
+use super::limits::{LimitExceeded, MAX_TABLE, RecordLimits, check_names};
 use super::schema::{At, TargetRow, max_rows_per_step, seconds};
 use super::table::{Row, TableReader, file_of};
 use super::{Counts, Manifest, RecordError};
@@ -33,7 +33,7 @@ impl Record {
     /// [`Record::ends_s`].
     ///
     /// Damage that makes the Parquet library panic is returned as an error. The panic is caught, but the process's
-    /// panic hook still runs; it can ignore the panic if [`panic_is_expected`](super::panic_is_expected) is true.
+    /// panic hook still runs; it can ignore the panic if [`panic_is_expected`](standoff_io::parquet_file::panic_is_expected) is true.
     pub fn open(dir: &Path) -> Result<Self, RecordError> {
         let manifest = Manifest::read(dir)?;
         if manifest.unfinished && !checkpoint::is_in(dir) {
@@ -130,7 +130,7 @@ impl Record {
     fn uncounted<R: Row>(&self) -> Result<TableReader<At<R>>, RecordError> {
         let path = file_of::<R>(&self.dir);
         if let Some(checkpoint) = &self.checkpoint {
-            let file = bounded_input::open(&path, u64::MAX).map_err(|reason| RecordError::read(&path, reason))?;
+            let file = bounded_input::open(&path, MAX_TABLE).map_err(|reason| RecordError::read(&path, reason))?;
             if let Some(sources) = checkpoint.sources(R::TABLE, file) {
                 return TableReader::of(path, At::<R>::columns(), sources);
             }

@@ -3,7 +3,6 @@
 use parquet::data_type::ByteArray;
 use standoff::TeammateStatus;
 use standoff_io::display_text::quoted;
-use standoff_parquet::MAX_CELL;
 
 use super::column::{Cells, Column, Fault, Field, Scalar, ValueProblem};
 use super::table::Row;
@@ -438,6 +437,9 @@ impl Scalar for Vec<u32> {
             .collect()
     }
 }
+
+/// Maximum length of the text in a cell, bytes. Names of vehicles have up to 200 characters of 4 bytes.
+const MAX_CELL: usize = 1 << 10;
 
 fn text(cell: &ByteArray) -> Result<&str, ValueProblem> {
     if cell.len() > MAX_CELL {

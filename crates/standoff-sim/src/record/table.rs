@@ -1,6 +1,5 @@
 //! One Parquet file, written and read one row group at a time.
 
-use std::collections::VecDeque;
 use std::fs::File;
 use std::io::Write;
 use std::marker::PhantomData;
@@ -14,10 +13,11 @@ use parquet::file::properties::{EnabledStatistics, WriterProperties};
 use parquet::file::writer::SerializedFileWriter;
 use parquet::schema::types::Type;
 use standoff_io::bounded_input;
-use standoff_parquet::{Blocks, Source};
+use standoff_io::parquet_file::{RowBatches, Source};
 
 use super::RecordError;
 use super::column::{Cells, Column, Fault, ValueProblem};
+use super::limits::MAX_TABLE;
 
 /// Rows per row group: limits the memory, whatever the length of the run.
 pub(crate) const GROUP_ROWS: usize = 65_536;
@@ -170,16 +170,16 @@ fn refusal<R: Row>(row: &R, Fault { column, what }: Fault) -> RecordError {
     }
 }
 
-/// Opens a Parquet file if its metadata is plausible.
+/// Opens a Parquet file.
 pub(crate) fn source(path: &Path) -> Result<Source, RecordError> {
-    let file = bounded_input::open(path, u64::MAX).map_err(|reason| RecordError::read(path, reason))?;
+    let file = bounded_input::open(path, MAX_TABLE).map_err(|reason| RecordError::read(path, reason))?;
     Source::open(file).map_err(|error| RecordError::parquet_read(path, error))
 }
 
 /// Reads a table row by row.
 pub(crate) struct TableReader<R> {
     path: PathBuf,
-    blocks: Blocks,
+    batches: RowBatches,
     columns: Vec<Column>,
     /// Number of buffered rows that have not been returned.
     left: usize,
@@ -198,11 +198,11 @@ impl<R: Row> TableReader<R> {
     pub(crate) fn of(
         path: PathBuf,
         columns: Vec<Column>,
-        sources: impl Into<VecDeque<Source>>,
+        sources: impl IntoIterator<Item = Source>,
     ) -> Result<Self, RecordError> {
         let requested: Vec<_> = columns.iter().map(|column| (column.name(), column.physical())).collect();
-        let blocks = Blocks::new(sources, &requested).map_err(|error| RecordError::parquet_read(&path, error))?;
-        Ok(Self { path, blocks, columns, left: 0, taken: 0, kind: PhantomData })
+        let batches = RowBatches::new(sources, &requested).map_err(|error| RecordError::parquet_read(&path, error))?;
+        Ok(Self { path, batches, columns, left: 0, taken: 0, kind: PhantomData })
     }
 
     pub(crate) fn path(&self) -> &Path {
@@ -211,13 +211,13 @@ impl<R: Row> TableReader<R> {
 
     /// Number of rows according to the metadata: the total before the first row is read.
     pub(crate) fn rows(&self) -> u64 {
-        self.blocks.rows()
+        self.batches.rows()
     }
 
     /// Returns the next row, or `None` after the last.
     pub(crate) fn next_row(&mut self) -> Result<Option<R>, RecordError> {
         if self.left == 0 {
-            let read = self.blocks.next(GROUP_ROWS, |column, reader, rows| self.columns[column].read(reader, rows));
+            let read = self.batches.next(GROUP_ROWS, |column, reader, rows| self.columns[column].read(reader, rows));
             self.left = read.map_err(|error| RecordError::parquet_read(&self.path, error))?;
             if self.left == 0 {
                 return Ok(None);
@@ -261,16 +261,6 @@ mod tests {
             (0..rows).for_each(|target| assert_eq!(table.next_row().unwrap(), Some(row(target))));
             assert_eq!(table.next_row().unwrap(), None);
         }
-    }
-
-    #[test]
-    fn duplicate_columns_are_refused() {
-        let home = tempfile::tempdir().unwrap();
-        let path = home.path().join("table.parquet");
-        let columns = || TargetRow::columns().into_iter().chain(TargetRow::columns()).collect();
-        TableWriter::with_columns(path.clone(), columns()).unwrap().finish().unwrap();
-        let error = TableReader::<TargetRow>::open(path).map(drop).unwrap_err().to_string();
-        assert!(error.contains("column target occurs twice"), "{error}");
     }
 
     /// pandas saves integer columns with missing values as doubles.

@@ -35,8 +35,14 @@ impl From<ParquetError> for Error {
         match error {
             ParquetError::External(inner) => match inner.downcast::<io::Error>() {
                 Ok(reason) => (*reason).into(),
-                Err(other) => Self::Damaged(ParquetError::External(other).to_string()),
+                Err(other) => Self::Damaged(other.to_string()),
             },
+            ParquetError::NYI(what) => Self::Foreign(what),
+            ParquetError::General(what) => match what.strip_prefix("Disabled feature at compile time: ") {
+                Some(codec) => Self::Foreign(format!("its compression needs {codec}")),
+                None => Self::Damaged(what),
+            },
+            ParquetError::EOF(what) => Self::Damaged(what),
             other => Self::Damaged(other.to_string()),
         }
     }
@@ -46,13 +52,13 @@ thread_local! {
     static EXPECTED: Cell<bool> = const { Cell::new(false) };
 }
 
-/// Returns true if a panic of this thread would be caught by this crate and reported as damage of a file. A program's
+/// Returns true if a panic of this thread would be caught by [`guarded`] and reported as damage of a file. A program's
 /// panic hook can use it to print nothing for such a panic. This crate does not change the hook.
 pub fn panic_is_expected() -> bool {
     EXPECTED.get()
 }
 
-/// Runs the Parquet library on untrusted bytes and converts panics to errors. The library panics on some damaged files
+/// Runs the Parquet library and converts panics to errors. The library panics on some damaged files
 /// where it should return an error (version 60.1: for example on a missing dictionary page).
 pub fn guarded<T>(read: impl FnOnce() -> ParquetResult<T>) -> Result<T, Error> {
     EXPECTED.set(true);

@@ -1,4 +1,29 @@
-//! A Parquet file, alone or embedded in another file.
+//! Parquet files, alone or embedded in another file, read in batches of rows. Panics of the Parquet library become
+//! errors; see [`panic_is_expected`].
+//!
+//! Metadata are trusted as the Parquet library trusts them, except that a dictionary may not state more values than it
+//! has bytes. A manipulated file can therefore exhaust the memory; `docs/limits.md` describes this.
+//!
+//! ```no_run
+//! use parquet::basic::Type;
+//! use parquet::column::reader::ColumnReader;
+//! use standoff_io::parquet_file::{Error, RowBatches, Source};
+//!
+//! let source = Source::open(std::fs::File::open("truth.parquet")?)?;
+//! let mut batches = RowBatches::new([source], &[("x_m", Type::DOUBLE)])?;
+//! let mut x_m: Vec<f64> = Vec::new();
+//! while batches.next(65_536, |_, reader, rows| match reader {
+//!     ColumnReader::DoubleColumnReader(reader) => Ok(reader.read_records(rows, None, None, &mut x_m)?.0),
+//!     _ => Ok(0),
+//! })? > 0
+//! {}
+//! # Ok::<(), Error>(())
+//! ```
+
+mod error;
+mod row_batches;
+#[cfg(test)]
+mod tests;
 
 use std::fs::File;
 use std::sync::Arc;
@@ -6,24 +31,23 @@ use std::sync::Arc;
 use parquet::errors::{ParquetError, Result as ParquetResult};
 use parquet::file::metadata::{ParquetMetaData, ParquetMetaDataReader, RowGroupMetaData};
 
-use crate::error::{Error, guarded};
-use crate::metadata_checks;
+pub use error::{Error, guarded, panic_is_expected};
+pub use row_batches::RowBatches;
 
 /// A Parquet file and its metadata. It is opened once and can be read repeatedly.
 #[derive(Debug, Clone)]
 pub struct Source {
-    pub(crate) file: Arc<File>,
-    pub(crate) footer: Footer,
+    file: Arc<File>,
+    footer: Footer,
 }
 
-/// Validated metadata of a file.
+/// Metadata of a file.
 #[derive(Debug, Clone)]
-pub struct Footer(pub(crate) Arc<ParquetMetaData>);
+pub struct Footer(Arc<ParquetMetaData>);
 
 impl Source {
-    /// Opens a Parquet file. Fails if its metadata is not plausible.
-    pub fn open(mut file: File) -> Result<Self, Error> {
-        metadata_checks::check_end(&mut file)?;
+    /// Opens a Parquet file. Fails if its footer cannot be read.
+    pub fn open(file: File) -> Result<Self, Error> {
         let metadata = guarded(|| ParquetMetaDataReader::new().parse_and_finish(&file))?;
         Ok(Self { file: Arc::new(file), footer: Footer(Arc::new(metadata)) })
     }
@@ -32,16 +56,10 @@ impl Source {
     pub fn with_footer(file: Arc<File>, footer: &Footer) -> Self {
         Self { file, footer: footer.clone() }
     }
-
-    /// Row count according to the metadata.
-    pub(crate) fn rows(&self) -> u64 {
-        u64::try_from(self.footer.0.file_metadata().num_rows()).unwrap_or(0)
-    }
 }
 
 impl Footer {
-    /// Parses the footer at the end of `bytes`. The Parquet file begins at `offset` bytes in another file. Fails if the
-    /// footer is not plausible.
+    /// Parses the footer at the end of `bytes`. The Parquet file begins at `offset` bytes in another file.
     pub fn at_end_of(bytes: &[u8], offset: i64) -> Result<Self, Error> {
         // A footer is Thrift metadata, its length in 4 bytes, and the 4 bytes of Parquet's magic number.
         let thrift = || {
@@ -50,7 +68,6 @@ impl Footer {
             bytes.get(bytes.len().checked_sub(length)?..)
         };
         let thrift = thrift().ok_or_else(|| ParquetError::General("a footer is truncated".to_owned()))?;
-        metadata_checks::check_footer(thrift).map_err(Error::Damaged)?;
         let metadata = guarded(|| moved(ParquetMetaDataReader::decode_metadata(thrift)?, offset))?;
         Ok(Self(Arc::new(metadata)))
     }
