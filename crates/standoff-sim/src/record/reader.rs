@@ -7,8 +7,8 @@ use standoff_io::bounded_input;
 
 use super::checkpoint::{self, Checkpoint};
 use super::directory::SCENARIO;
-use super::limits::{LimitExceeded, MAX_TABLE, RecordLimits, check_names};
-use super::schema::{At, TargetRow, max_rows_per_step, seconds};
+use super::limits::{LimitExceeded, MAX_TABLE, RecordLimits};
+use super::schema::{At, TargetRow, seconds};
 use super::table::{Row, TableReader, file_of};
 use super::{Counts, Manifest, RecordError};
 use crate::frame::{
@@ -313,11 +313,6 @@ impl<R: Row> Merged<R> {
             if at.time_us < time_us {
                 return Err(self.stray(at.time_us));
             }
-            let most = max_rows_per_step(R::TABLE);
-            if rows.len() == most {
-                let what = format!("it has more than {most} rows at {} s", seconds(time_us));
-                return Err(RecordError::damaged(self.table.path(), what));
-            }
             rows.push(at.row);
             self.ahead = self.table.next_row()?;
         }
@@ -356,14 +351,12 @@ fn check_count<R: Row>(manifest: &Manifest, rows: u64, path: &Path) -> Result<()
 
 fn read_names(dir: &Path) -> Result<Vec<String>, RecordError> {
     let mut table = TableReader::<TargetRow>::open(file_of::<TargetRow>(dir))?;
-    let (mut names, mut bytes) = (Vec::new(), 0);
+    let mut names = Vec::new();
     while let Some(row) = table.next_row()? {
         if usize::try_from(row.target).ok() != Some(names.len()) {
             let what = format!("target {} is out of order", row.target);
             return Err(RecordError::damaged(table.path(), what));
         }
-        bytes += row.name.len();
-        check_names(names.len() + 1, bytes).map_err(|what| RecordError::damaged(table.path(), what))?;
         names.push(row.name);
     }
     Ok(names)

@@ -39,27 +39,6 @@ pub(super) struct At<R> {
     pub(super) row: R,
 }
 
-/// Maximum number of UAVs of a run, as in a scenario.
-pub(super) const MAX_UAVS: usize = 100;
-
-/// Maximum number of intruders of a run, as in a scenario.
-pub(super) const MAX_INTRUDERS: usize = 100;
-
-/// Maximum number of rows of a table at one time step. Some computations take the number of UAVs times that of groups,
-/// or squared; a scenario has up to 100 of both. Events: four for each of the 5,000 targets that a scenario or traffic
-/// file may have at one time. Detections and views: 100 UAVs that see 10,000 targets. The same limit applies to the
-/// estimates of 100 agents.
-pub(super) fn max_rows_per_step(table: &str) -> usize {
-    match table {
-        "uavs" | "groups" | "agents" => MAX_UAVS,
-        "intruders" => MAX_INTRUDERS,
-        "agent_groups" | "agent_teammates" => MAX_UAVS * MAX_UAVS,
-        "events" => 20_000,
-        "detections" | "in_view" | "agent_tracks" | "agent_events" => 1_000_000,
-        _ => 100_000,
-    }
-}
-
 /// Implements `Row` for a struct: one column per field, with the same name, in this order.
 macro_rules! table {
     ($name:literal, $row:ident: $($field:ident),+ $(,)?) => {

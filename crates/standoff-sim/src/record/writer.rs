@@ -10,9 +10,9 @@ use standoff_io::atomic_file::{self, sibling};
 use super::checkpoint;
 use super::directory::{self, FolderLock, MAP_FILE, Partial, SCENARIO};
 use super::error::RecordError;
-use super::limits::{LimitExceeded, RecordLimits, check_names};
+use super::limits::{LimitExceeded, RecordLimits};
 use super::manifest::{Counts, FORMAT, MANIFEST, Manifest};
-use super::schema::{At, OF_AGENTS, TIMED, TargetRow, WithError, max_rows_per_step, seconds};
+use super::schema::{At, OF_AGENTS, TIMED, TargetRow, WithError, seconds};
 use super::table::{Missing, Row, TableWriter};
 use crate::frame::{
     AgentEventRow, AgentRow, ByAgent, DetectionRow, EventRow, Frame, GroupRow, IntruderRow, PerAgentTables,
@@ -104,8 +104,6 @@ impl Writer {
     ) -> Result<Self, RecordError> {
         let version = env!("CARGO_PKG_VERSION").to_owned();
         let manifest = Manifest { format: FORMAT, version, counts: None, unfinished: true, ..manifest.clone() };
-        let names = check_names(target_names.len(), target_names.iter().map(String::len).sum());
-        names.map_err(|what| bad_frame(0, what))?;
         let json = manifest.to_json()?;
         let (mut partial, set_aside) = directory::make_partial(dir)?;
         let lock = replace_manifest(&partial.path, &json, false)?;
@@ -358,12 +356,6 @@ fn replace_manifest(partial: &Path, json: &str, onto_disk: bool) -> Result<File,
 }
 
 fn put<R, T: Row>(table: &mut TableWriter, time_us: i64, rows: &[R], row: impl Fn(&R) -> T) -> Result<(), RecordError> {
-    if rows.len() > max_rows_per_step(T::TABLE) {
-        return Err(bad_frame(
-            time_us,
-            "it has more UAVs, groups, targets, detections or events than a record may contain",
-        ));
-    }
     rows.iter().map(row).try_for_each(|row| table.push(&At { time_us, row }))
 }
 
