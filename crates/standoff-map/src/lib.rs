@@ -38,11 +38,8 @@ use geometry::Count;
 use projection::Read;
 
 /// Accepted input.
-static MAP: Expectation = Expectation {
-    description: "map",
-    complete_form: "a map",
-    formats: "a SUMO net (.net.xml), SUMO polygons or GeoJSON",
-};
+static MAP: Expectation =
+    Expectation { description: "map", formats: "a SUMO net (.net.xml), SUMO polygons or GeoJSON" };
 
 /// Reads, transforms, simplifies and packs maps. Fails at the first invalid one.
 pub fn pack(files: &[MapFile], place: &Place) -> Result<Packed, MapError> {

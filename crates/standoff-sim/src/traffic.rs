@@ -52,8 +52,7 @@ pub use standoff_io::text_source::Position;
 use standoff_io::text_source::{self, Expectation, Fault, Text};
 
 /// Expected contents, for messages.
-pub(crate) static TRAFFIC: Expectation =
-    Expectation { description: "traffic", complete_form: "traffic", formats: "SUMO FCD XML or CSV tracks" };
+pub(crate) static TRAFFIC: Expectation = Expectation { description: "traffic", formats: "SUMO FCD XML or CSV tracks" };
 
 /// Error of a traffic file; prints as one line, `FILE:LINE:COLUMN: what is wrong; what is allowed; what to do`.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]

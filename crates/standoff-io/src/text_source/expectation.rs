@@ -5,8 +5,6 @@
 pub struct Expectation {
     /// Name of the contents.
     pub description: &'static str,
-    /// The name with its article, if it takes one.
-    pub complete_form: &'static str,
     /// Accepted formats.
     pub formats: &'static str,
 }
