@@ -34,7 +34,7 @@ impl<'a> Geometry<'a> {
     /// Distance from the estimated centre of a group to the true centre of the targets on its orbit, those in dwell
     /// included, m. `None` if one of them does not exist, because the estimate is that of all of them.
     pub(crate) fn centre_error_m(&self, group: &GroupRow, true_centre: Option<Position>) -> Option<f64> {
-        let is_whole = !self.matching.unmatched_tracks().any(|track| is_on_orbit(track, group.group));
+        let is_whole = !self.matching.unmatched_tracks().iter().any(|track| is_on_orbit(track, group.group));
         Some(true_centre.filter(|_| is_whole)?.distance_m(centre(group)))
     }
 
@@ -121,7 +121,7 @@ fn largest_off_boresight(uav: &UavRow, (sin, cos): (f64, f64), matching: &Matchi
     };
     let is_larger = |a: (f64, f64), b: (f64, f64)| a.0 * b.1 > b.0 * a.1;
     // Targets in dwell to this group still count for the passing group.
-    let members = matching.pairs().filter(|pair| pair.track.group == Some(group));
+    let members = matching.pairs().iter().filter(|pair| pair.track.group == Some(group));
     members.map(|pair| off(position(pair.target))).reduce(|a, b| if is_larger(b, a) { b } else { a })
 }
 
@@ -172,7 +172,7 @@ pub(crate) fn is_on_orbit(track: &TrackRow, group: u32) -> bool {
 
 /// True states of the existing targets on the orbit of a group.
 pub(crate) fn on_orbit(matching: &Matching<'_>, group: u32) -> impl Iterator<Item = TargetState> {
-    matching.pairs().filter(move |pair| is_on_orbit(pair.track, group)).map(|Matched { target, .. }| {
+    matching.pairs().iter().filter(move |pair| is_on_orbit(pair.track, group)).map(|Matched { target, .. }| {
         TargetState::new(position(target), Velocity::from_m_s(target.vx_m_s, target.vy_m_s), [0.0; 2])
     })
 }

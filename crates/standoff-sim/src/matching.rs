@@ -28,8 +28,8 @@ impl Matched<'_> {
 /// True targets and tracks of one time step. Each target has at most one track, and each track at most one target.
 #[derive(Debug, Clone, Default)]
 pub struct Matching<'a> {
-    /// Existing targets by ascending id, each with its track.
-    targets: Vec<(&'a TruthRow, Option<&'a TrackRow>)>,
+    pairs: Vec<Matched<'a>>,
+    unmatched_targets: Vec<&'a TruthRow>,
     unmatched_tracks: Vec<&'a TrackRow>,
 }
 
@@ -37,42 +37,66 @@ impl<'a> Matching<'a> {
     /// Matches the targets and the tracks of a frame.
     #[must_use]
     pub fn of(frame: &'a Frame) -> Self {
-        Self::of_rows(&frame.truth, &frame.tracks)
-    }
-
-    /// Matches targets and tracks, both sorted as in a frame.
-    pub(crate) fn of_rows(truth: &'a [TruthRow], tracks: impl IntoIterator<Item = &'a TrackRow>) -> Self {
-        let mut matching = Self { targets: Vec::with_capacity(truth.len()), unmatched_tracks: Vec::new() };
-        let mut tracks = tracks.into_iter().peekable();
-        for target in truth {
-            while let Some(track) = tracks.next_if(|track| key(track) < target.target) {
-                matching.unmatched_tracks.push(track);
-            }
-            matching.targets.push((target, tracks.next_if(|track| key(track) == target.target)));
-        }
-        matching.unmatched_tracks.extend(tracks);
+        let mut matching = Self { pairs: Vec::with_capacity(frame.truth.len()), ..Self::default() };
+        matching.fill(&frame.truth, &frame.tracks);
         matching
     }
 
-    /// Returns the existing targets by ascending id, each with its track.
-    pub fn targets(&self) -> impl ExactSizeIterator<Item = (&'a TruthRow, Option<&'a TrackRow>)> {
-        self.targets.iter().copied()
+    /// Matches targets and tracks, both sorted as in a frame, instead of the current ones.
+    pub(crate) fn fill(&mut self, mut truth: &'a [TruthRow], tracks: impl IntoIterator<Item = &'a TrackRow>) {
+        self.pairs.clear();
+        self.unmatched_targets.clear();
+        self.unmatched_tracks.clear();
+        for track in tracks {
+            while let [target, rest @ ..] = truth
+                && target.target < key(track)
+            {
+                self.unmatched_targets.push(target);
+                truth = rest;
+            }
+            match truth {
+                [target, rest @ ..] if target.target == key(track) => {
+                    self.pairs.push(Matched { target, track });
+                    truth = rest;
+                }
+                _ => self.unmatched_tracks.push(track),
+            }
+        }
+        self.unmatched_targets.extend(truth);
+    }
+
+    /// Removes all rows, and keeps the memory of the pairs for those of another frame.
+    #[expect(clippy::unnecessary_filter_map, reason = "the items get another lifetime")]
+    pub(crate) fn emptied(self) -> Matching<'static> {
+        // The standard library collects into the memory of the iterator, because the items have the same size.
+        Matching { pairs: self.pairs.into_iter().filter_map(|_| None).collect(), ..Matching::default() }
     }
 
     /// Returns the existing targets that have a track, by ascending id.
-    pub fn pairs(&self) -> impl Iterator<Item = Matched<'a>> {
-        self.targets().filter_map(|(target, track)| track.map(|track| Matched { target, track }))
+    #[must_use]
+    pub fn pairs(&self) -> &[Matched<'a>] {
+        &self.pairs
+    }
+
+    /// Returns all existing targets with their tracks; those without a track come last.
+    pub fn targets(&self) -> impl Iterator<Item = (&'a TruthRow, Option<&'a TrackRow>)> {
+        let matched = self.pairs.iter().map(|pair| (pair.target, Some(pair.track)));
+        matched.chain(self.unmatched_targets.iter().map(|target| (*target, None)))
     }
 
     /// Returns the tracks whose target does not exist.
-    pub fn unmatched_tracks(&self) -> impl ExactSizeIterator<Item = &'a TrackRow> {
-        self.unmatched_tracks.iter().copied()
+    #[must_use]
+    pub fn unmatched_tracks(&self) -> &[&'a TrackRow] {
+        &self.unmatched_tracks
     }
 
     /// Returns the true state of the target with this id; `None` if it does not exist.
     pub(crate) fn target(&self, id: u32) -> Option<&'a TruthRow> {
-        let index = self.targets.binary_search_by_key(&id, |(target, _)| target.target).ok()?;
-        Some(self.targets[index].0)
+        if let Ok(index) = self.pairs.binary_search_by_key(&id, |pair| pair.target.target) {
+            return Some(self.pairs[index].target);
+        }
+        let index = self.unmatched_targets.binary_search_by_key(&id, |target| target.target).ok()?;
+        Some(self.unmatched_targets[index])
     }
 
     /// Returns the true state of the target that a track estimates; `None` if the target does not exist.

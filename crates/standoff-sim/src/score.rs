@@ -143,6 +143,8 @@ pub struct Scorer {
     /// Groups with assigned UAVs whose sensor is pointed, one entry per UAV.
     assigned: Vec<u32>,
     true_orbits: TrueOrbits,
+    /// Empty; its memory is reused.
+    matching: Matching<'static>,
     agreement: Agreement,
     per_agent: PerAgentScores<Self>,
     /// Selected metrics that are computed for each agent separately.
@@ -195,6 +197,7 @@ impl Scorer {
                 .then(|| PredictionErrors::new(score_config.clone())),
             assigned: Vec::new(),
             true_orbits: TrueOrbits::default(),
+            matching: Matching::default(),
             agreement: Agreement::default(),
             per_agent: PerAgentScores::default(),
             of_team_states: choice.of_team_states(),
@@ -207,7 +210,8 @@ impl Scorer {
     /// Adds the next frame.
     pub fn frame(&mut self, frame: &Frame) {
         let needed = self.needed;
-        let matching = Matching::of(frame);
+        let mut matching = std::mem::take(&mut self.matching);
+        matching.fill(&frame.truth, &frame.tracks);
         if needed.tallies {
             self.tallies.frame(&self.config.sensor, frame, &matching);
         }
@@ -215,7 +219,7 @@ impl Scorer {
         let pointed = frame.uavs.iter().filter(|uav| uav.boresight_rad.is_some());
         self.assigned.extend(pointed.filter_map(|uav| uav.group));
         if needed.estimates || needed.consistency {
-            matching.pairs().for_each(|pair| self.estimate(pair));
+            matching.pairs().iter().for_each(|pair| self.estimate(*pair));
         }
         if needed.orbits || self.prediction_errors.is_some() {
             self.true_orbits.next(&self.config, &frame.groups, &matching);
@@ -268,6 +272,7 @@ impl Scorer {
         if let Some(prediction_errors) = &mut self.prediction_errors {
             prediction_errors.frame(frame, &self.true_orbits);
         }
+        self.matching = matching.emptied();
     }
 
     /// Returns the scores so far.

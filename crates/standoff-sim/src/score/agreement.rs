@@ -71,11 +71,12 @@ impl Agreement {
     fn count_duplicate_coverage(&mut self, frame: &Frame) {
         let agents = &frame.agents;
         self.served.clear();
+        let mut matching = Matching::default();
         for AgentRow { agent, .. } in &agents.all {
             let assignment = agents.teammate(*agent, *agent).and_then(|own| own.group.zip(own.group_id));
             let Some((group, id)) = assignment else { continue };
-            let matching = Matching::of_rows(&frame.truth, agents.tracks_of(*agent).iter().map(|of| &of.row));
-            let members = matching.pairs().filter(|pair| pair.track.group == Some(group));
+            matching.fill(&frame.truth, agents.tracks_of(*agent).iter().map(|of| &of.row));
+            let members = matching.pairs().iter().filter(|pair| pair.track.group == Some(group));
             self.served.extend(members.map(|pair| (pair.target.target, id)));
         }
         self.served.sort_unstable();

@@ -149,7 +149,7 @@ impl Efficiency {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::frame::{DetectionRow, MembershipState, TrackStatus, UavRow};
+    use crate::frame::{DetectionRow, MembershipState, TrackRow, TrackStatus, TruthRow, UavRow};
     use crate::scenario::{CueError, Noise, Overrides, Scenario};
     use crate::score::fixtures::uav_row;
     use standoff::{Angle, Displacement, TargetParams};

@@ -111,19 +111,19 @@ impl FrameScores<'_> {
     /// Returns the custody of all targets.
     #[must_use]
     pub fn custody(&self) -> CustodyCounts {
-        let targets = self.geometry.matching().targets();
-        let (count, mut in_view, mut tracked, mut in_custody, mut errors_m2) = (targets.len(), 0, 0, 0, 0.0);
-        for (target, track) in targets {
+        let (mut targets, mut in_view, mut in_custody, mut errors_m2) = (0, 0, 0, 0.0);
+        for (target, track) in self.geometry.matching().targets() {
             let is_in_view = is_in_view(&self.score_config.sensor, &self.looking, position(target));
+            targets += 1;
             in_view += usize::from(is_in_view);
             let Some(track) = track else { continue };
-            tracked += 1;
             in_custody += usize::from(is_in_view && track.group.is_some());
             let error_m = Matched { target, track }.position_error_m();
             errors_m2 += error_m * error_m;
         }
+        let tracked = self.geometry.matching().pairs().len();
         CustodyCounts {
-            targets: count,
+            targets,
             tracked,
             in_custody: self.is_after_cue.then_some(in_custody),
             in_view: self.is_after_cue.then_some(in_view),

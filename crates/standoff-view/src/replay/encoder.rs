@@ -368,7 +368,7 @@ fn phases(frame: &Frame, pair_rad: f64) -> BTreeMap<u32, (f64, f64)> {
 
 /// RMS position error of a group's members, and the root of the mean of its bound, m.
 fn errors(scores: &FrameScores<'_>, bound: Option<&PositionBound>, group: u32) -> Option<(f64, Option<f64>)> {
-    let members = scores.geometry.matching().pairs().filter(|pair| pair.track.group == Some(group));
+    let members = scores.geometry.matching().pairs().iter().filter(|pair| pair.track.group == Some(group));
     let both = members.map(|pair| {
         let error_m = pair.position_error_m();
         (error_m * error_m, bound.and_then(|bound| bound.position_m2(pair.target.target)))
