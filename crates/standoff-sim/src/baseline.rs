@@ -146,11 +146,11 @@ impl Team {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::common::load;
     use crate::scenario::Overrides;
 
     fn of(name: &str, set: &[&str]) -> CoverageBaseline {
-        let set = set.iter().map(|value| (*value).to_owned()).collect();
-        baseline(&Scenario::load(name, &Overrides { set, ..Overrides::default() }, 1).unwrap())
+        baseline(&load(name, set, 1))
     }
 
     /// Baseline of one UAV for vehicles given as rows of a CSV file.

@@ -149,7 +149,7 @@ pub struct ByAgent<R> {
 }
 
 /// An agent, if each UAV has its own.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct AgentRow {
     /// UAV of the agent.
     pub agent: u32,
@@ -167,7 +167,7 @@ pub struct AgentRow {
 }
 
 /// State of a UAV of the team as one agent knows it.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct TeammateRow {
     /// UAV of the agent.
     pub agent: u32,
@@ -221,7 +221,7 @@ impl ReportedState<'_> {
 }
 
 /// A UAV: its true state at the time of the scan, and the command that followed.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct UavRow {
     /// UAV id.
     pub uav: u32,
@@ -278,7 +278,7 @@ pub struct UavRow {
 }
 
 /// True state of an aircraft outside the team.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct IntruderRow {
     /// Number of the intruder.
     pub intruder: u32,
@@ -297,7 +297,7 @@ pub struct IntruderRow {
 }
 
 /// True state of a target.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct TruthRow {
     /// Target id.
     pub target: u32,
@@ -316,9 +316,10 @@ pub struct TruthRow {
 }
 
 /// Status of a track.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, PartialOrd, Ord)]
 pub enum TrackStatus {
     /// Reported by a cue source, not measured yet.
+    #[default]
     Cued,
     /// Measured in this time step.
     Updated,
@@ -327,9 +328,10 @@ pub enum TrackStatus {
 }
 
 /// Group membership of a target.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, PartialOrd, Ord)]
 pub enum MembershipState {
     /// In no group: new, or no UAV can cover it.
+    #[default]
     Ungrouped,
     /// Member of a group.
     Member,
@@ -340,7 +342,7 @@ pub enum MembershipState {
 }
 
 /// A track: the fused estimate of one target.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct TrackRow {
     /// Id of the true target.
     pub target: u32,
@@ -368,7 +370,7 @@ impl TrackRow {
 }
 
 /// A group and its orbit.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct GroupRow {
     /// Group id.
     pub group: u32,
@@ -429,7 +431,7 @@ impl GroupRow {
 }
 
 /// A measurement (7).
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct DetectionRow {
     /// UAV that measured.
     pub uav: u32,

@@ -180,22 +180,14 @@ pub(crate) fn on_orbit(matching: &Matching<'_>, group: u32) -> impl Iterator<Ite
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::run::Mission;
-    use crate::scenario::{Overrides, Scenario};
-    use crate::score::{MetricSelection, ScoreConfig, Scorer};
-
-    fn flown(name: &str) -> (Scenario, Vec<Frame>) {
-        let scenario = Scenario::load(name, &Overrides::default(), 1).unwrap();
-        let mut mission = Mission::new(&scenario).unwrap();
-        let frames = std::iter::from_fn(|| mission.frame().cloned()).collect();
-        (scenario, frames)
-    }
+    use crate::common::{frames, load, score};
+    use crate::score::ScoreConfig;
 
     /// During the dwell of a handoff, the target counts for both centres, but for the off-boresight angle of the
     /// passing group only.
     #[test]
     fn a_target_in_dwell_counts_for_both_orbits_and_one_boresight() {
-        let (_, frames) = flown("tour/05-a-handoff");
+        let frames = frames(&load("tour/05-a-handoff", &[], 1));
         let has_dwell =
             |frame: &&Frame| frame.tracks.iter().any(|track| track.group.and(track.receiving_group).is_some());
         let frame = frames.iter().find(has_dwell).unwrap();
@@ -225,8 +217,7 @@ mod tests {
     /// Off-boresight angles use the members that exist, and are `None` if none exists.
     #[test]
     fn a_group_with_a_missing_member_has_no_centre_error() {
-        let (_, frames) = flown("paper/table-2-pair");
-        let mut frame = frames[100].clone();
+        let mut frame = frames(&load("paper/table-2-pair", &[], 1)).swap_remove(100);
         let (uav, group) = (frame.uavs[0], frame.groups[0]);
         let estimated = Some(centre(&group));
         assert_eq!(Geometry::of(&frame).centre_error_m(&group, estimated), Some(0.0));
@@ -242,11 +233,10 @@ mod tests {
     /// The values of single frames are the terms of the metrics, to the bit.
     #[test]
     fn the_values_of_frames_give_the_metrics() {
-        let (scenario, frames) = flown("paper/figure-9");
-        let mut scorer = Scorer::new(ScoreConfig::of(&scenario.settings), MetricSelection::ALL);
+        let scenario = load("paper/figure-9", &[], 1);
+        let frames = frames(&scenario);
         let (mut widest_deg, mut tracking_m, mut n) = (0.0f64, 0.0, 0.0);
         for frame in &frames {
-            scorer.frame(frame);
             let geometry = Geometry::of(frame);
             for group in &frame.groups {
                 for uav in frame.uavs.iter().filter(|uav| uav.group == Some(group.group)) {
@@ -256,15 +246,14 @@ mod tests {
                 }
             }
         }
-        let metrics = scorer.metrics();
+        let metrics = score(&ScoreConfig::of(&scenario.settings), &frames);
         assert_eq!(metrics.off_boresight_max_deg, Some(widest_deg));
         assert_eq!(metrics.standoff_error_own_estimate_m, Some(tracking_m / n));
     }
 
     #[test]
     fn angle_differences_wrap_across_west() {
-        let (_, frames) = flown("paper/table-2-pair");
-        let mut frame = frames[100].clone();
+        let mut frame = frames(&load("paper/table-2-pair", &[], 1)).swap_remove(100);
         (frame.uavs[0].phase_rad, frame.uavs[1].phase_rad) = (Some(3.0), Some(-3.0));
         assert!((phase_differences(&frame)[0].2 - (TAU - 6.0)).abs() < 1e-9);
         let truth = TruthRow { x_m: 0.0, y_m: -1.0, ..frame.truth[0] };
@@ -276,8 +265,7 @@ mod tests {
 
     #[test]
     fn phase_differences_of_three_uavs_sum_to_a_full_turn() {
-        let (_, frames) = flown("paper/table-2-pair");
-        let mut frame = frames[100].clone();
+        let mut frame = frames(&load("paper/table-2-pair", &[], 1)).swap_remove(100);
         frame.uavs.push(UavRow { uav: 2, ..frame.uavs[0] });
         frame.uavs.iter_mut().for_each(|row| row.phase_rad = Some(f64::from(row.uav) * 3.0));
         let gaps = phase_differences(&frame);

@@ -4,8 +4,15 @@
 //! scenario -> mission (world, sensors, radio, agents) -> frames -> record -> score
 //! ```
 
+// The module that tests share uses the same paths here as in the tests of other crates.
+#[cfg(test)]
+extern crate self as standoff_sim;
+
 mod agent_rows;
 pub mod baseline;
+#[cfg(test)]
+#[path = "../tests/common/mod.rs"]
+mod common;
 pub mod controller;
 mod event_text;
 mod frame;

@@ -115,3 +115,51 @@ pub(crate) fn key(track: &TrackRow) -> u32 {
 pub(crate) fn track_index(detection: &DetectionRow, tracks: &[TrackRow]) -> Option<usize> {
     tracks.binary_search_by_key(&detection.target, key).ok()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::common::{track_row, truth_row};
+
+    /// Targets 1, 2 and 4; tracks with other ids of targets 0, 2, 3, 4 and 7, each 5 m north of its target.
+    #[test]
+    fn each_target_has_its_track_and_the_other_tracks_are_unmatched() {
+        let track = |target| TrackRow {
+            track: 9 - target,
+            state: [f64::from(target), 0.0, 0.0, 5.0, 0.0, 0.0],
+            ..track_row(target, None)
+        };
+        let frame = Frame {
+            truth: [1, 2, 4].map(|target| truth_row(target, f64::from(target), 0.0)).into(),
+            tracks: [0, 2, 3, 4, 7].map(track).into(),
+            ..Frame::default()
+        };
+        let matching = Matching::of(&frame);
+        let ids = matching.targets().map(|(target, track)| (target.target, track.map(|track| track.track)));
+        assert_eq!(ids.collect::<Vec<_>>(), [(2, Some(7)), (4, Some(5)), (1, None)]);
+        assert_eq!(matching.pairs().iter().map(Matched::position_error_m).collect::<Vec<_>>(), [5.0, 5.0]);
+        assert_eq!(matching.unmatched_tracks().iter().map(|track| track.track).collect::<Vec<_>>(), [9, 6, 2]);
+        let targets = frame.tracks.iter().map(|track| matching.target_of(track).map(|target| target.target));
+        assert_eq!(targets.collect::<Vec<_>>(), [None, Some(2), None, Some(4), None]);
+        assert_eq!((0..5).filter(|id| matching.target(*id).is_some()).collect::<Vec<_>>(), [1, 2, 4]);
+        let of_detection = |target| track_index(&DetectionRow { target, ..DetectionRow::default() }, &frame.tracks);
+        assert_eq!([1, 3].map(of_detection), [None, Some(2)]);
+    }
+
+    /// A scorer keeps its memory between frames.
+    #[test]
+    fn refilled_matching_equals_a_new_one() {
+        let frame = |ids: &[u32]| Frame {
+            truth: ids.iter().map(|id| truth_row(*id, 0.0, 0.0)).collect(),
+            tracks: [1, 3].map(|target| track_row(target, None)).into(),
+            ..Frame::default()
+        };
+        let (first, second) = (frame(&[1, 2]), frame(&[0, 3]));
+        let mut matching = Matching::of(&first).emptied();
+        assert_eq!((matching.pairs(), matching.targets().count()), (&[][..], 0));
+        matching.fill(&second.truth, &second.tracks);
+        let new = Matching::of(&second);
+        assert_eq!(matching.pairs(), new.pairs());
+        assert!(matching.targets().eq(new.targets()) && matching.unmatched_tracks() == new.unmatched_tracks());
+    }
+}

@@ -408,14 +408,14 @@ mod tests {
     use std::rc::Rc;
 
     use super::*;
-    use crate::scenario::Overrides;
+    use crate::common::{frames, load};
     use standoff::{AgentOutput, Displacement, TargetState};
 
     /// Agents have no access to the truth: moving every target after the scan changes no command and no estimate.
     #[test]
     fn changing_the_truth_after_the_scan_changes_no_command() {
         for name in ["paper/table-2-pair", "traffic/convoy"] {
-            let scenario = Scenario::load(name, &Overrides::default(), 3).unwrap();
+            let scenario = load(name, &[], 3);
             let mut original = Mission::new(&scenario).unwrap();
             let mut altered = Mission::new(&scenario).unwrap();
             for _ in 0..100 {
@@ -460,7 +460,7 @@ mod tests {
     /// The controller gets the state that the UAV assumes; the record gets the true one.
     #[test]
     fn a_controller_gets_the_assumed_state_and_the_record_the_true_one() {
-        let scenario = Scenario::load("tour/01-one-uav", &Overrides::default(), 1).unwrap();
+        let scenario = load("tour/01-one-uav", &[], 1);
         let observed = Rc::default();
         let mut mission = Mission::with_controller(&scenario, Box::new(Listener(Rc::clone(&observed)))).unwrap();
         let truth = mission.uavs[0].truth;
@@ -475,8 +475,7 @@ mod tests {
     /// Number of committed states that the reference replays compared, number that differed, and the metric
     /// `double_counted_steps`.
     fn with_reference_replays(name: &str, set: &[&str], seed: u64) -> (u64, u64, Option<u64>) {
-        let set = set.iter().map(|key| (*key).to_owned()).collect();
-        let scenario = Scenario::load(name, &Overrides { set, ..Overrides::default() }, seed).unwrap();
+        let scenario = load(name, set, seed);
         let controller = controller::with_reference_replays(
             scenario.settings.team,
             scenario.settings.geofence.clone(),
@@ -516,7 +515,7 @@ mod tests {
     /// Calling `observe` twice has no further effect, and a time step is decided once.
     #[test]
     fn observe_and_decide_together_equal_frame() {
-        let scenario = Scenario::load("tour/02-two-uavs", &Overrides::default(), 2).unwrap();
+        let scenario = load("tour/02-two-uavs", &[], 2);
         let [mut whole, mut halves] = [0; 2].map(|_| Mission::new(&scenario).unwrap());
         assert!(halves.decide().is_none());
         while let Some(frame) = whole.frame() {
@@ -531,7 +530,7 @@ mod tests {
     /// An override replaces the command of one UAV and nothing else, within its limits, in one time step.
     #[test]
     fn an_override_replaces_one_command_for_one_time_step() {
-        let scenario = Scenario::load("tour/02-two-uavs", &Overrides::default(), 2).unwrap();
+        let scenario = load("tour/02-two-uavs", &[], 2);
         let [mut free, mut ordered] = [0; 2].map(|_| Mission::new(&scenario).unwrap());
         let order = Command { speed_m_s: 1000.0, turn_rate_rad_s: -0.125 };
         assert!(ordered.propose().is_none() && !ordered.override_command(UavId(1), order), "nothing was observed");
@@ -572,10 +571,9 @@ mod tests {
 
     #[test]
     fn a_mission_has_one_frame_per_period_and_one_more() {
-        let scenario = Scenario::load("paper/table-2-single", &Overrides::default(), 1).unwrap();
-        let mut mission = Mission::new(&scenario).unwrap();
-        let frames: Vec<_> = std::iter::from_fn(|| mission.frame().cloned()).collect();
-        assert_eq!((frames.len(), mission.frames()), (201, 201));
+        let scenario = load("paper/table-2-single", &[], 1);
+        let frames = frames(&scenario);
+        assert_eq!((frames.len(), Mission::new(&scenario).unwrap().frames()), (201, 201));
         assert_eq!(frames[200].time_us, 100_000_000);
     }
 }

@@ -4,8 +4,6 @@ mod agreement;
 mod config;
 mod control_effort;
 mod cramer_rao;
-#[cfg(test)]
-mod fixtures;
 mod frame_metrics;
 mod geofence;
 mod innovation;
@@ -505,25 +503,20 @@ fn normalised<const N: usize>(error: &SVector<f64, N>, covariance: &SMatrix<f64,
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::common::{frames, group_row, load, score, score_config, track_row, truth_row, uav_row};
     use crate::frame::{ReportedTables, UavRow};
-    use crate::run::Mission;
-    use crate::scenario::{Overrides, Scenario};
-    use crate::score::fixtures::{group_row, track_row, truth_row, uav_row};
     use standoff::CentreEstimate;
-
-    fn score(score_config: &ScoreConfig, frames: &[Frame]) -> Metrics {
-        let mut scorer = Scorer::new(score_config.clone(), MetricSelection::ALL);
-        frames.iter().for_each(|frame| scorer.frame(frame));
-        scorer.metrics()
-    }
 
     /// The minimum enclosing circle of these four targets passes through the second and third: its centre is (160, 120)
     /// m, its radius 200 m. The centroid is (90, 70) m, and the second target is 100 sqrt(5.78) m from it. Two UAVs are
     /// 500 m east and north of the circle's centre, at the desired phase of a right angle.
     #[test]
     fn standoff_errors_use_the_configured_centre_rule() {
-        let score_config =
-            ScoreConfig { centre: CentreEstimate::EnclosingCircle, desired_phase_rad: math::PI / 2.0, ..flown().0 };
+        let score_config = ScoreConfig {
+            centre: CentreEstimate::EnclosingCircle,
+            desired_phase_rad: math::PI / 2.0,
+            ..score_config()
+        };
         let places_m = [(0.0, 0.0), (320.0, 0.0), (0.0, 240.0), (40.0, 40.0)];
         let mut frame = Frame { time_us: 100_000_000, ..Frame::default() };
         frame.truth.extend((0..).zip(places_m).map(|(target, (x_m, y_m))| truth_row(target, x_m, y_m)));
@@ -535,7 +528,7 @@ mod tests {
         let r_d_m = |d_max_m: f64| d_max_m / math::sin(half_rad);
         let near = |value: Option<f64>, expected: f64| (value.unwrap() - expected).abs() < 1e-9;
 
-        let metrics = score(&score_config, std::slice::from_ref(&frame));
+        let metrics = score(&score_config, [&frame]);
         assert!(near(metrics.standoff_error_m, 500.0 - r_d_m(200.0)), "{metrics:?}");
         assert!(near(metrics.standoff_error_m_settled, 500.0 - r_d_m(200.0)) && near(metrics.phase_error_deg, 0.0));
         assert!(near(metrics.standoff_error_unfiltered_m_settled, 500.0 - r_d_m(200.0)));
@@ -550,8 +543,8 @@ mod tests {
         let scores = scorer.frame(&frame);
         assert!(near(scores.standoff_error_m(&frame.uavs[0]), off_m));
         assert_eq!(
-            score(&centroid, &[frame.clone()]),
-            score(&ScoreConfig { centre: CentreEstimate::Filtered, ..score_config }, &[frame])
+            score(&centroid, [&frame]),
+            score(&ScoreConfig { centre: CentreEstimate::Filtered, ..score_config }, [&frame])
         );
     }
 
@@ -567,7 +560,7 @@ mod tests {
         let uav = |uav: u32, group: u32| UavRow { group: Some(group), ..uav_row(uav) };
         frame.uavs = vec![uav(0, 0), uav(1, 1), uav(2, 1), UavRow { boresight_rad: None, ..uav(3, 2) }];
         let errors_m = |frame: &Frame| {
-            let metrics = score(&flown().0, std::slice::from_ref(frame));
+            let metrics = score(&score_config(), [frame]);
             [metrics.position_error_m, metrics.position_error_single_uav_m, metrics.position_error_multi_uav_m]
         };
         assert_eq!(errors_m(&frame), [Some(19.0 / 3.0), Some(3.0), Some(4.0)]);
@@ -576,9 +569,8 @@ mod tests {
     }
 
     fn flown() -> (ScoreConfig, Vec<Frame>) {
-        let scenario = Scenario::load("tour/05-a-handoff", &Overrides::default(), 1).unwrap();
-        let mut mission = Mission::new(&scenario).unwrap();
-        (ScoreConfig::of(&scenario.settings), std::iter::from_fn(|| mission.frame().cloned()).collect())
+        let scenario = load("tour/05-a-handoff", &[], 1);
+        (ScoreConfig::of(&scenario.settings), frames(&scenario))
     }
 
     /// The team's track ids do not matter: the truth of a track is that of its target.

@@ -3,6 +3,8 @@
 
 #![expect(clippy::unwrap_used, reason = "helpers of tests")]
 
+mod common;
+
 use std::ops::RangeInclusive;
 
 use nalgebra::{Vector2, Vector6};
@@ -13,7 +15,7 @@ use standoff::{
 };
 use standoff_sim::random::{Draws, Stream};
 use standoff_sim::run::{Mission, fly};
-use standoff_sim::scenario::{Overrides, ScenarioTemplate};
+use standoff_sim::scenario::ScenarioTemplate;
 use standoff_sim::score::{MetricSelection, Metrics, ScoreConfig, Scorer};
 
 const RUNS: u64 = 200;
@@ -22,8 +24,7 @@ const RUNS: u64 = 200;
 const CONSISTENT: RangeInclusive<f64> = 0.95..=1.05;
 
 fn template(name: &str, set: &[&str]) -> ScenarioTemplate {
-    let set = set.iter().map(|value| (*value).to_owned()).collect();
-    ScenarioTemplate::load(name, &Overrides { set, ..Overrides::default() }).unwrap()
+    ScenarioTemplate::load(name, &common::overrides(set)).unwrap()
 }
 
 fn fly_all(name: &str, set: &[&str]) -> Vec<Metrics> {

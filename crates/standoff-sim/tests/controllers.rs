@@ -3,6 +3,7 @@
 
 #![expect(clippy::unwrap_used, reason = "a failed unwrap fails the test")]
 
+mod common;
 #[expect(dead_code, reason = "the example has its own main function")]
 #[path = "../examples/follower.rs"]
 mod follower;
@@ -10,20 +11,15 @@ mod follower;
 use std::cell::RefCell;
 use std::rc::Rc;
 
+use common::load;
 use standoff::{AgentOutput, Command, Message, PointingTarget, Position, Scan, Time, UavId, UavState, Velocity};
 use standoff_sim::controller::{
-    AgentRow, ByAgent, Controller, MembershipState, PerAgentTables, ReportedState, ReportedTables, TeammateRow,
-    TrackRow, TrackStatus,
+    AgentRow, ByAgent, Controller, PerAgentTables, ReportedState, ReportedTables, TeammateRow, TrackRow,
 };
 use standoff_sim::record::Frame;
 use standoff_sim::run::Mission;
-use standoff_sim::scenario::{AgentSetup, BUILT_IN, Overrides, Scenario};
+use standoff_sim::scenario::{AgentSetup, BUILT_IN, Scenario};
 use standoff_sim::score::{MetricSelection, Metrics, Scorer};
-
-fn load(name: &str, set: &[&str], seed: u64) -> Scenario {
-    let set = set.iter().map(|key| (*key).to_owned()).collect();
-    Scenario::load(name, &Overrides { set, ..Overrides::default() }, seed).unwrap()
-}
 
 fn same_frames(name: &str, set: &[&str]) {
     let one = load(name, set, 3);
@@ -245,16 +241,7 @@ fn no_controller_exceeds_uav_limits_or_corrupts_frames() {
 
 /// A track of a target at this distance east.
 fn track_row(target: u32, x_m: f64) -> TrackRow {
-    TrackRow {
-        target,
-        track: target,
-        status: TrackStatus::Updated,
-        membership: MembershipState::Ungrouped,
-        group: None,
-        receiving_group: None,
-        state: [x_m, 0.0, 0.0, 0.0, 0.0, 0.0],
-        covariance: [1.0; 21],
-    }
+    TrackRow { state: [x_m, 0.0, 0.0, 0.0, 0.0, 0.0], covariance: [1.0; 21], ..common::track_row(target, None) }
 }
 
 /// Reports unsorted, duplicate and non-finite rows of two agents, one of whose UAVs has sent nothing.
@@ -267,16 +254,13 @@ impl Controller for Untidy {
         AgentOutput::command_only(Command { speed_m_s: 40.0, turn_rate_rad_s: 0.0 })
     }
     fn report_per_agent(&self, agents: &mut PerAgentTables) {
-        let (committed_us, double_counted) = (None, None);
-        let (sent_messages, sent_bytes) = (7, 7);
-        let row_of_agent =
-            |agent| AgentRow { agent, committed_us, link_degraded: false, sent_messages, sent_bytes, double_counted };
+        let row_of_agent = |agent| AgentRow { agent, sent_messages: 7, sent_bytes: 7, ..AgentRow::default() };
         agents.all.extend([1, 0, 1].map(row_of_agent));
         let tracks = [(1, 0, 1.0), (0, 1, f64::NAN), (0, 0, 2.0), (0, 0, 3.0)];
         agents.tracks.extend(tracks.map(|(agent, target, x_m)| ByAgent { agent, row: track_row(target, x_m) }));
-        let (status, last_report_us, group) = (None, None, Some(0));
+        let (group, group_id) = (Some(0), |agent| Some(u64::from(agent)));
         let mate =
-            |(agent, uav)| TeammateRow { agent, uav, status, last_report_us, group, group_id: Some(u64::from(agent)) };
+            |(agent, uav)| TeammateRow { agent, uav, group, group_id: group_id(agent), ..TeammateRow::default() };
         agents.teammates.extend([(1, 1), (1, 0), (0, 1), (0, 0), (0, 1)].map(mate));
     }
 }

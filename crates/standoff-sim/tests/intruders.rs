@@ -2,22 +2,17 @@
 
 #![expect(clippy::unwrap_used, reason = "a failed unwrap fails the test")]
 
+mod common;
+
 use std::path::Path;
 
+use common::{frames, load, overrides};
 use standoff::Position;
-use standoff_sim::record::{Frame, Manifest, Record, Writer};
-use standoff_sim::run::Mission;
-use standoff_sim::scenario::{Overrides, Scenario};
-use standoff_sim::world::World;
+use standoff_sim::record::{Frame, Record};
+use standoff_sim::scenario::{Overrides, Scenario, ScenarioTemplate};
 
 fn scenario(set: &[&str]) -> Scenario {
-    let set = set.iter().map(|key| (*key).to_owned()).collect();
-    Scenario::load("tour/04-two-groups", &Overrides { set, ..Overrides::default() }, 3).unwrap()
-}
-
-fn frames(scenario: &Scenario) -> Vec<Frame> {
-    let mut mission = Mission::new(scenario).unwrap();
-    std::iter::from_fn(|| mission.frame().cloned()).collect()
+    load("tour/04-two-groups", set, 3)
 }
 
 fn apart_m((x_m, y_m): (f64, f64), (other_x_m, other_y_m): (f64, f64)) -> f64 {
@@ -101,10 +96,7 @@ fn record_contains_intruders_if_there_are_any() {
     let home = tempfile::tempdir().unwrap();
     for (name, set) in [("with", &["intruders=[{pursued_uav=0}]"][..]), ("without", &[])] {
         let (dir, scenario) = (home.path().join(name), scenario(set));
-        let (duration_s, period_s) = (scenario.settings.duration.s(), scenario.settings.period.s());
-        let manifest = Manifest::new(&scenario.name, scenario.seed, duration_s, period_s);
-        let names = World::names(&scenario);
-        let mut writer = Writer::create(&dir, &manifest, &scenario.resolved().unwrap(), &names).unwrap();
+        let mut writer = common::writer(&dir, &scenario);
         let flown = frames(&scenario);
         for (index, frame) in flown.iter().enumerate() {
             writer.frame(frame).unwrap();
@@ -124,13 +116,7 @@ fn record_contains_intruders_if_there_are_any() {
         assert_eq!(record.has_intruders(), !set.is_empty());
         let read: Vec<Frame> = record.frames().unwrap().collect::<Result<_, _>>().unwrap();
         assert!(read == flown);
-        let folder = Path::new("");
-        let again = standoff_sim::scenario::ScenarioTemplate::of_toml(
-            name,
-            record.scenario_toml(),
-            &Overrides::default(),
-            folder,
-        );
+        let again = ScenarioTemplate::of_toml(name, record.scenario_toml(), &Overrides::default(), Path::new(""));
         assert_eq!(again.unwrap().draw(3).unwrap().intruders, scenario.intruders);
     }
 }
@@ -139,7 +125,7 @@ fn record_contains_intruders_if_there_are_any() {
 #[test]
 fn errors_in_intruders_are_reported_at_their_position() {
     let error_text = |intruder: &str| {
-        let overrides = Overrides { set: vec![format!("intruders=[{intruder}]")], ..Overrides::default() };
+        let overrides = overrides(&[&format!("intruders=[{intruder}]")]);
         Scenario::load("tour/04-two-groups", &overrides, 1).unwrap_err().to_string()
     };
     for (intruder, expected) in [

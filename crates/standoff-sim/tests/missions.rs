@@ -2,33 +2,20 @@
 
 #![expect(clippy::unwrap_used, reason = "helpers of tests")]
 
+mod common;
+
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
+use common::{frames, load, overrides};
 use standoff::{Angle, Position};
-use standoff_sim::record::{DetectionRow, Frame, Manifest, Record, Writer};
+use standoff_sim::record::{DetectionRow, Frame, Record};
 use standoff_sim::run::Mission;
 use standoff_sim::scenario::{Overrides, Scenario, ScenarioTemplate, built_in};
-use standoff_sim::score::{MetricSelection, Metrics, ScoreConfig, Scorer};
-use standoff_sim::world::World;
-
-fn overrides(set: &[&str]) -> Overrides {
-    Overrides { set: set.iter().map(|value| (*value).to_owned()).collect(), ..Overrides::default() }
-}
-
-fn load(name: &str, set: &[&str], seed: u64) -> Scenario {
-    Scenario::load(name, &overrides(set), seed).unwrap()
-}
-
-fn frames(scenario: &Scenario) -> Vec<Frame> {
-    let mut mission = Mission::new(scenario).unwrap();
-    std::iter::from_fn(|| mission.frame().cloned()).collect()
-}
+use standoff_sim::score::{MetricSelection, Metrics, ScoreConfig};
 
 fn score(scenario: &Scenario, frames: &[Frame]) -> Metrics {
-    let mut scorer = Scorer::new(ScoreConfig::of(&scenario.settings), MetricSelection::ALL);
-    frames.iter().for_each(|frame| scorer.frame(frame));
-    scorer.metrics()
+    common::score(&ScoreConfig::of(&scenario.settings), frames)
 }
 
 fn fly(name: &str, set: &[&str], seed: u64) -> Metrics {
@@ -409,9 +396,7 @@ fn targets_faster_than_the_uavs_are_reported_and_do_no_harm() {
 
 /// Writes the frames to a record and opens it.
 fn record(scenario: &Scenario, frames: &[Frame], dir: &Path) -> Record {
-    let manifest =
-        Manifest::new(&scenario.name, scenario.seed, scenario.settings.duration.s(), scenario.settings.period.s());
-    let mut writer = Writer::create(dir, &manifest, &scenario.resolved().unwrap(), &World::names(scenario)).unwrap();
+    let mut writer = common::writer(dir, scenario);
     frames.iter().for_each(|frame| writer.frame(frame).unwrap());
     writer.finish().unwrap();
     Record::open(dir).unwrap()
@@ -427,7 +412,7 @@ fn record_contains_all_inputs_of_the_scores_and_truth_is_optional() {
     let flown = frames(&scenario);
     let record = record(&scenario, &flown, &dir);
 
-    let again = Scenario::load(record.dir().join("scenario.toml").to_str().unwrap(), &Overrides::default(), 6).unwrap();
+    let again = load(record.dir().join("scenario.toml").to_str().unwrap(), &[], 6);
     let read: Vec<Frame> = record.frames().unwrap().map(Result::unwrap).collect();
     assert_eq!(read, flown);
     assert_eq!(score(&again, &read), score(&scenario, &flown));
@@ -486,10 +471,9 @@ fn real_traffic_can_be_flown() {
 #[test]
 fn improved_figure_9_starts_on_the_orbits() {
     for seed in 1..=20 {
-        let scenario = Scenario::load("improved/figure-9", &Overrides::default(), seed).unwrap();
-        let mut scorer = Scorer::new(ScoreConfig::of(&scenario.settings), MetricSelection::ALL);
-        scorer.frame(Mission::new(&scenario).unwrap().frame().unwrap());
-        let error_m = scorer.metrics().standoff_error_m.unwrap();
+        let scenario = load("improved/figure-9", &[], seed);
+        let first = Mission::new(&scenario).unwrap().frame().unwrap().clone();
+        let error_m = score(&scenario, &[first]).standoff_error_m.unwrap();
         assert!(error_m < 20.0, "seed {seed}: {error_m} m on average");
     }
 }
@@ -498,8 +482,7 @@ fn improved_figure_9_starts_on_the_orbits() {
 #[test]
 fn paper_and_improved_pair_start_identically() {
     for seed in 1..=20 {
-        let [paper, best] = ["paper/table-2-pair", "improved/table-2-pair"]
-            .map(|name| Scenario::load(name, &Overrides::default(), seed).unwrap());
+        let [paper, best] = ["paper/table-2-pair", "improved/table-2-pair"].map(|name| load(name, &[], seed));
         let first = |scenario: &Scenario| Mission::new(scenario).unwrap().frame().unwrap().truth.clone();
         assert_eq!(paper.uavs, best.uavs, "seed {seed}");
         assert_eq!(first(&paper), first(&best), "seed {seed}");
@@ -517,9 +500,7 @@ fn nothing_is_in_view_while_all_uavs_have_an_outage() {
         text += &format!("[[uavs.outage]]\nuav = {uav}\nfrom_s = 40\nuntil_s = 60\n");
     }
     std::fs::write(&path, text).unwrap();
-    let load = |name: &str| Scenario::load(name, &Overrides::default(), 1).unwrap();
-    let of = |scenario: &Scenario| standoff_sim::run::fly(scenario, MetricSelection::ALL).unwrap();
-    let (out, whole) = (of(&load(path.to_str().unwrap())), of(&load("improved/figure-9")));
+    let (out, whole) = (fly(path.to_str().unwrap(), &[], 1), fly("improved/figure-9", &[], 1));
     // 40 of 200 time steps are without sensors, and one more until sensors are pointed again. Some targets are removed
     // meanwhile, because no orbit is predicted to cover them.
     assert!((0.17..0.22).contains(&out.member_out_of_view_fraction.unwrap()), "{:?}", out.member_out_of_view_fraction);
@@ -537,8 +518,8 @@ fn single_uav_with_an_outage_has_no_perfect_scores() {
     let path = folder.path().join("out.toml");
     let text = built_in("tour/01-one-uav").unwrap().text.to_owned();
     std::fs::write(&path, text + "[[uavs.outage]]\nuav = 0\nfrom_s = 0\nuntil_s = 1000\n").unwrap();
-    let scenario = Scenario::load(path.to_str().unwrap(), &Overrides::default(), 1).unwrap();
-    let metrics = standoff_sim::run::fly(&scenario, MetricSelection::ALL).unwrap();
+    let scenario = load(path.to_str().unwrap(), &[], 1);
+    let metrics = score(&scenario, &frames(&scenario));
     assert_eq!((metrics.in_view_fraction, metrics.custody_fraction), (Some(0.0), Some(0.0)));
     assert_eq!(metrics.longest_out_of_view_s, Some(scenario.settings.duration.s()));
     assert_ne!(metrics.member_out_of_view_fraction, Some(0.0));

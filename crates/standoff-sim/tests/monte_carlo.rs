@@ -2,6 +2,8 @@
 
 #![expect(clippy::unwrap_used, reason = "helpers of tests")]
 
+mod common;
+
 use std::cell::Cell;
 use std::fs;
 use std::num::NonZeroUsize;
@@ -22,8 +24,8 @@ static NEVER: AtomicBool = AtomicBool::new(false);
 /// Twenty seconds of the paper's pair, so that runs are short. Time out of view is not scored at the first time step,
 /// so at the start it has no value.
 fn pair(set: &[&str]) -> ScenarioTemplate {
-    let set = ["duration_s=20", "transient_s=5"].iter().chain(set).map(|&edit| edit.to_owned()).collect();
-    ScenarioTemplate::load("paper/table-2-pair", &Overrides { set, ..Overrides::default() }).unwrap()
+    let set = [&["duration_s=20", "transient_s=5"], set].concat();
+    ScenarioTemplate::load("paper/table-2-pair", &common::overrides(&set)).unwrap()
 }
 
 fn choice() -> MetricSelection {

@@ -3,21 +3,23 @@
 
 #![expect(clippy::unwrap_used, reason = "a failed unwrap fails the test")]
 
+mod common;
+
 use std::cell::RefCell;
 use std::path::Path;
 use std::rc::Rc;
 
+use common::{frames, load, overrides, writer};
 use standoff::{
     AgentOutput, Angle, Command, Detection, LinkModel, Message, PointingTarget, Position, RangeBearingMeasurement,
     Report, Scan, TargetLabel, Time, UavId, UavState, Velocity,
 };
 use standoff_sim::controller::{Controller, ReportedState, ReportedTables, team_controller};
 use standoff_sim::radio::SentCounts;
-use standoff_sim::record::{Frame, Manifest, Record, Writer};
+use standoff_sim::record::{Frame, Record};
 use standoff_sim::run::Mission;
 use standoff_sim::scenario::{AgentSetup, Overrides, Scenario, ScenarioTemplate, Settings};
 use standoff_sim::score::{MetricSelection, Metrics, ScoreConfig, Scorer};
-use standoff_sim::world::World;
 
 fn template(text: &str) -> Result<ScenarioTemplate, String> {
     ScenarioTemplate::of_toml("mine", text, &Overrides::default(), Path::new("")).map_err(|error| error.to_string())
@@ -500,23 +502,13 @@ fn draws_are_keyed_by_sender_receiver_and_time() {
     assert_ne!(flown(&other_seed, 1, 0).0.received, three);
 }
 
-fn frames(scenario: &Scenario) -> Vec<Frame> {
-    let mut mission = Mission::new(scenario).unwrap();
-    std::iter::from_fn(|| mission.frame().cloned()).collect()
-}
-
-fn built_in(name: &str, set: &[&str]) -> Result<Scenario, String> {
-    let set = set.iter().map(|key| (*key).to_owned()).collect();
-    Scenario::load(name, &Overrides { set, ..Overrides::default() }, 3).map_err(|error| error.to_string())
-}
-
 /// Agents with a configured, but faultless radio fly as with the default radio, to the bit, including computers that
 /// start immediately and restarts after the end.
 #[test]
 fn radio_without_faults_changes_no_bit() {
     for name in ["paper/table-2-pair", "tour/04-two-groups", "traffic/convoy"] {
         let set = ["radio={}", "uavs.boot_delay_s=0", "uavs.restart=[{uav=0,at_s=1e6}]"];
-        let [plain, configured] = [&[][..], &set].map(|set| built_in(name, set).unwrap());
+        let [plain, configured] = [&[][..], &set].map(|set| load(name, set, 3));
         let frames = |scenario: &Scenario| {
             let controller = team_controller(
                 AgentSetup::PerUav,
@@ -660,9 +652,10 @@ fn faults_require_one_agent_per_uav() {
                         restarts, late starts or clocks set \"per-uav\", or leave out the key";
         assert_eq!(refused, expected, "{fault}");
     }
-    let one = built_in("tour/04-two-groups", &["radio={}", "team.agents=shared"]).unwrap_err();
+    let shared = overrides(&["radio={}", "team.agents=shared"]);
+    let one = Scenario::load("tour/04-two-groups", &shared, 3).unwrap_err().to_string();
     assert!(one.starts_with("command line: team.agents = \"shared\": a single agent"), "{one}");
-    let other = built_in("tour/04-two-groups", &["radio={}", "team.teammate_timeout_s=5"]).unwrap();
+    let other = load("tour/04-two-groups", &["radio={}", "team.teammate_timeout_s=5"], 3);
     assert_eq!(other.settings.agents, AgentSetup::PerUav);
 }
 
@@ -760,9 +753,7 @@ fn record_of_several_agents_gives_the_scores_of_the_flight() {
     let mut mission = Mission::new_for_metrics(&scenario, choice).unwrap();
     let home = tempfile::tempdir().unwrap();
     let dir = home.path().join("run");
-    let (duration_s, period_s) = (scenario.settings.duration.s(), scenario.settings.period.s());
-    let manifest = Manifest::new("mine", 1, duration_s, period_s);
-    let mut writer = Writer::create(&dir, &manifest, &scenario.resolved().unwrap(), &World::names(&scenario)).unwrap();
+    let mut writer = writer(&dir, &scenario);
     let mut flown = Scorer::new(mission.score_config(), choice);
     while let Some(frame) = mission.frame() {
         flown.frame(frame);

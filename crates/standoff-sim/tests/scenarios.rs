@@ -2,8 +2,11 @@
 
 #![expect(clippy::unwrap_used, reason = "helpers of tests")]
 
+mod common;
+
 use std::fs;
 
+use common::{load as load_with, overrides};
 use standoff_sim::scenario::{BUILT_IN, Overrides, Scenario, ScenarioTemplate, Settings, Targets, built_in};
 
 /// Loads a scenario from this text.
@@ -21,16 +24,12 @@ fn check_error(text: &str, expected: &str) {
     assert_eq!(load(text).expect_err(text), expected);
 }
 
-fn set(values: &[&str]) -> Overrides {
-    Overrides { set: values.iter().map(|value| (*value).to_owned()).collect(), ..Overrides::default() }
-}
-
 const TARGET: &str = "[[targets.start]]\nx_m = 1.0\n";
 
 #[test]
 fn every_built_in_scenario_loads_without_a_warning() {
     for scenario in BUILT_IN {
-        let loaded = Scenario::load(scenario.name, &Overrides::default(), 1).unwrap();
+        let loaded = load_with(scenario.name, &[], 1);
         assert_eq!((loaded.name.as_str(), loaded.warnings.len()), (scenario.name, 0));
         assert!(!loaded.about.is_empty());
     }
@@ -40,7 +39,7 @@ fn every_built_in_scenario_loads_without_a_warning() {
 #[test]
 fn resolved_scenario_resolves_to_itself() {
     for scenario in BUILT_IN.iter().filter(|scenario| !scenario.name.starts_with("traffic/")) {
-        let first = Scenario::load(scenario.name, &Overrides::default(), 9).unwrap();
+        let first = load_with(scenario.name, &[], 9);
         let again = load(&first.resolved().unwrap()).unwrap();
         assert_eq!(again.resolved().unwrap(), first.resolved().unwrap(), "{}", scenario.name);
         assert_eq!((again.settings.team, again.uavs), (first.settings.team, first.uavs));
@@ -60,7 +59,7 @@ fn defaults_are_the_recommended_parameters() {
 
 #[test]
 fn distributions_are_drawn_from_the_seed() {
-    let draw = |seed| Scenario::load("paper/table-2-single", &Overrides::default(), seed).unwrap().uavs;
+    let draw = |seed| load_with("paper/table-2-single", &[], seed).uavs;
     assert_eq!(draw(1), draw(1));
     assert_ne!(draw(1), draw(2));
     let scenario = load("[uavs]\nspeed_m_s = { uniform = { min = 30.0, max = 31.0 } }\n[[targets.start]]\n").unwrap();
@@ -71,13 +70,11 @@ fn distributions_are_drawn_from_the_seed() {
 
 #[test]
 fn additional_targets_do_not_change_the_first_ones() {
-    let start = |count: &str| {
-        let overrides = set(&[&format!("targets.random.count={count}")]);
-        match Scenario::load("paper/table-2-pair", &overrides, 1).unwrap().targets {
+    let start =
+        |count: &str| match load_with("paper/table-2-pair", &[&format!("targets.random.count={count}")], 1).targets {
             Targets::Random { start, .. } => start,
             Targets::Traffic(_) => panic!("random targets expected"),
-        }
-    };
+        };
     assert_eq!(start("7")[..4], start("4"));
 }
 
@@ -187,7 +184,7 @@ fn problems_have_an_excerpt_of_the_text() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("mine.toml");
     fs::write(&path, format!("\u{feff}[guidance]\nlead_s = -1\n{TARGET}")).unwrap();
-    let error = Scenario::load(path.to_str().unwrap(), &set(&["guidance.radial_gain=7"]), 1).unwrap_err();
+    let error = Scenario::load(path.to_str().unwrap(), &overrides(&["guidance.radial_gain=7"]), 1).unwrap_err();
     let excerpts = error.problems.iter().map(|problem| problem.excerpt.clone().unwrap());
     let drawn: Vec<_> = excerpts.map(|excerpt| excerpt.text[excerpt.span].to_owned()).collect();
     assert_eq!(drawn, ["lead_s = -1", "--set guidance.radial_gain=7"]);
@@ -309,11 +306,11 @@ fn all_values_out_of_range_are_reported_together() {
 fn errors_in_command_line_values_are_reported_for_the_command_line() {
     let good = Scenario::load(
         "paper/table-2-pair",
-        &set(&["guidance.radial_gain=0.5", "guidance.orbit_direction=clockwise"]),
+        &overrides(&["guidance.radial_gain=0.5", "guidance.orbit_direction=clockwise"]),
         1,
     );
     assert!((good.unwrap().settings.team.guidance.radial_gain - 0.5).abs() < 1e-12);
-    let error = |values: &[&str]| Scenario::load("paper/table-2-pair", &set(values), 1).unwrap_err().to_string();
+    let error = |values: &[&str]| Scenario::load("paper/table-2-pair", &overrides(values), 1).unwrap_err().to_string();
     assert_eq!(
         error(&["guidance.radial_gain=5"]),
         "command line: guidance.radial_gain = 5: must be at least 0.001 and at most 1"
@@ -327,8 +324,8 @@ fn errors_in_command_line_values_are_reported_for_the_command_line() {
 
 #[test]
 fn euler_step_with_the_gain_of_table_1_gives_a_warning() {
-    let overrides = set(&["uavs.integrator=euler", "uavs.speed_lag_s=0.5", "uavs.turn_rate_lag_s=0.5"]);
-    let scenario = Scenario::load("paper/table-2-pair", &overrides, 1).unwrap();
+    let set = ["uavs.integrator=euler", "uavs.speed_lag_s=0.5", "uavs.turn_rate_lag_s=0.5"];
+    let scenario = load_with("paper/table-2-pair", &set, 1);
     assert_eq!(scenario.warnings.len(), 1);
     assert!(scenario.warnings[0].contains("modulus 1.000"), "{}", scenario.warnings[0]);
 }
@@ -391,8 +388,7 @@ fn unknown_name_lists_the_built_in_scenarios_and_suggests_the_nearest() {
 
 #[test]
 fn only_an_invalid_override_is_reported() {
-    let overrides = Overrides { set: vec!["duration_s.x=1".to_owned()], ..Overrides::default() };
-    let error = Scenario::load("paper/table-2-pair", &overrides, 1).unwrap_err().to_string();
+    let error = Scenario::load("paper/table-2-pair", &overrides(&["duration_s.x=1"]), 1).unwrap_err().to_string();
     assert_eq!(error, "command line: duration_s.x: goes through something that is not a table");
 }
 
@@ -451,7 +447,7 @@ fn reference_page_has_every_key() {
             assert!(on_page.contains(&key), "{key} is not on the page");
         }
     }
-    let traffic = Scenario::load("traffic/convoy", &set(&["traffic.gap_s=1.25"]), 1).unwrap().resolved().unwrap();
+    let traffic = load_with("traffic/convoy", &["traffic.gap_s=1.25"], 1).resolved().unwrap();
     for key in keys(&traffic) {
         assert!(on_page.contains(&key), "{key} is not on the page");
     }
@@ -478,8 +474,8 @@ fn reference_page_has_the_defaults() {
 #[test]
 fn count_may_be_drawn_and_must_be_an_integer() {
     let count = |seed: u64| {
-        let overrides = set(&["targets.random.count={ uniform = { min = 2, max = 9 } }"]);
-        match Scenario::load("paper/table-2-pair", &overrides, seed).unwrap().targets {
+        let set = ["targets.random.count={ uniform = { min = 2, max = 9 } }"];
+        match load_with("paper/table-2-pair", &set, seed).targets {
             Targets::Random { start, .. } => start.len(),
             Targets::Traffic(_) => 0,
         }
@@ -520,14 +516,14 @@ fn errors_are_reported_once_and_command_line_errors_as_such() {
         &format!("[sensor]\nrange_sd_m = 1e6\n{TARGET}"),
         "/mine.toml:2:1: sensor.range_sd_m = 1000000: must be at least 0 and at most 100000",
     );
-    let error = |values: &[&str]| Scenario::load("tour/01-one-uav", &set(values), 1).unwrap_err().to_string();
+    let error = |values: &[&str]| Scenario::load("tour/01-one-uav", &overrides(values), 1).unwrap_err().to_string();
     assert!(error(&["nope.key=1"]).starts_with("command line: nope: there is no such key"));
     assert!(error(&["uavs.start=[{x_m=1,z=2}]"]).contains("command line: uavs.start.0.z: there is no such key"));
 }
 
 #[test]
 fn resolved_traffic_scenario_still_finds_the_built_in_traffic() {
-    let scenario = Scenario::load("traffic/convoy", &Overrides::default(), 1).unwrap();
+    let scenario = load_with("traffic/convoy", &[], 1);
     let again = load(&scenario.resolved().unwrap()).unwrap();
     assert_eq!((again.settings, again.uavs), (scenario.settings, scenario.uavs));
 }

@@ -66,6 +66,7 @@ impl GroupColours {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::common::group_row;
     use standoff::math;
 
     /// Colour vision models as matrices in linear sRGB: normal vision, deuteranopia, protanopia (Machado, Oliveira and
@@ -172,9 +173,8 @@ mod tests {
     #[test]
     fn a_new_group_gets_a_colour_that_no_existing_group_has() {
         let mut colours = GroupColours::default();
-        let row = |group| GroupRow { group, ..crate::figures::tests::group() };
         let mut places = |groups: &[u32]| {
-            let rows: Vec<GroupRow> = groups.iter().copied().map(row).collect();
+            let rows: Vec<GroupRow> = groups.iter().copied().map(group_row).collect();
             colours.next_step(&rows);
             groups.iter().map(|id| colours.place(*id).unwrap()).collect::<Vec<_>>()
         };

@@ -3,6 +3,9 @@
 
 pub mod batch;
 mod colours;
+#[cfg(test)]
+#[path = "../../standoff-sim/tests/common/mod.rs"]
+mod common;
 pub mod figures;
 #[cfg(feature = "mcap")]
 pub mod mcap;

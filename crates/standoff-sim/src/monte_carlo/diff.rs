@@ -50,15 +50,12 @@ fn gather(prefix: &str, table: Table, settings: &mut Settings) {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::common::overrides;
     use crate::score::MetricSelection;
 
     fn batch(overrides: &Overrides) -> Batch {
         let template = ScenarioTemplate::load("paper/table-2-pair", overrides).unwrap();
         Batch::new(&template, 1, 2, None, MetricSelection::standard()).unwrap()
-    }
-
-    fn set(changes: &[&str]) -> Overrides {
-        Overrides { set: changes.iter().map(|change| (*change).to_owned()).collect(), ..Overrides::default() }
     }
 
     #[test]
@@ -70,8 +67,8 @@ mod tests {
 
     #[test]
     fn changes_of_a_built_in_scenario_reproduce_it() {
-        assert_eq!(batch(&Overrides::default()).changes_of_built_in(), Some(Vec::new()));
-        let flown = batch(&set(&["guidance.lead_s=0.5", "targets.random.x_m=7", "orbit.centre=centroid"]));
+        assert_eq!(batch(&overrides(&[])).changes_of_built_in(), Some(Vec::new()));
+        let flown = batch(&overrides(&["guidance.lead_s=0.5", "targets.random.x_m=7", "orbit.centre=centroid"]));
         let changes = flown.changes_of_built_in().unwrap();
         assert_eq!(changes.len(), 3, "{changes:?}");
         assert_eq!(batch(&Overrides { set: changes, ..Overrides::default() }), flown);
@@ -79,10 +76,10 @@ mod tests {
 
     #[test]
     fn no_changes_if_set_cannot_express_them() {
-        let mut other = batch(&Overrides::default());
+        let mut other = batch(&overrides(&[]));
         other.scenario = "mine".to_owned();
         assert_eq!(other.changes_of_built_in(), None);
-        let mut less = batch(&Overrides::default());
+        let mut less = batch(&overrides(&[]));
         less.scenario_toml = less.scenario_toml.replace("lead_s = 3\n", "");
         assert_eq!(less.changes_of_built_in(), None);
     }

@@ -6,55 +6,29 @@ use std::path::Path;
 use super::schema::{At, TargetRow};
 use super::table::{Row, TableReader, file_of};
 use super::{
-    AgentEventRow, AgentRow, ByAgent, EventRow, Frame, Manifest, MembershipState, PerAgentTables, Record, TeammateRow,
-    TrackRow, TrackStatus, UavRow, Writer,
+    AgentEventRow, AgentRow, ByAgent, EventRow, Frame, Manifest, PerAgentTables, Record, TeammateRow, TrackRow, UavRow,
+    Writer,
 };
+use crate::common::{track_row, uav_row};
 use crate::fuzz::{JSON, corpus, put, refused, run};
 
 /// Writes a small record.
 fn write(dir: &Path) {
     let uav = UavRow {
-        uav: 0,
         group: Some(1),
         x_m: 1.0,
         y_m: -2.0,
-        heading_rad: 0.5,
-        speed_m_s: 20.0,
-        turn_rate_rad_s: 0.0,
-        boresight_rad: None,
-        speed_command_m_s: 20.0,
         turn_rate_command_rad_s: 0.1,
-        speed_limited: false,
         turn_rate_limited: true,
+        boresight_rad: None,
         centre_distance_m: Some(100.0),
-        phase_rad: None,
-        steered_radius_m: None,
-        desired_heading_rad: None,
-        feedforward_rad_s: None,
-        convergence_threshold_m2_s: None,
-        centre_too_fast: false,
-        commanded_altitude_m: None,
-        altitude_m: None,
-        climb_rate_m_s: None,
-        avoided_uav: None,
-        avoided_intruder: None,
-        predicted_distance_m: None,
-        limiting_zone: None,
+        ..uav_row(0)
     };
-    let track = TrackRow {
-        target: 0,
-        track: 0,
-        status: TrackStatus::Updated,
-        membership: MembershipState::Member,
-        group: Some(1),
-        receiving_group: None,
-        state: [1.0, 0.5, 0.0, 2.0, 0.25, 0.0],
-        covariance: [1.0; 21],
-    };
+    let state = [1.0, 0.5, 0.0, 2.0, 0.25, 0.0];
+    let track = TrackRow { state, covariance: [1.0; 21], ..track_row(0, Some(1)) };
     let event = EventRow {
         kind: "cued".to_owned(),
         target: Some(0),
-        group: None,
         to_group: Some(1),
         uavs: vec![0, 1],
         reason: "handed over".to_owned(),
@@ -66,7 +40,7 @@ fn write(dir: &Path) {
         link_degraded: agent == 0,
         sent_messages: 1,
         sent_bytes: 1 << 40,
-        double_counted: None,
+        ..AgentRow::default()
     });
     let (status, last_report_us, group, group_id) =
         (Some(standoff::TeammateStatus::Silent), Some(0), Some(1), Some(1 << 62));

@@ -372,10 +372,7 @@ mod tests {
 
     use super::super::table::{TableReader, file_of};
     use super::*;
-    use crate::run::Mission;
-    use crate::scenario::{Overrides, Scenario};
-    use crate::score::{MetricSelection, Scorer};
-    use crate::world::World;
+    use crate::common::{frames, load, score, writer};
 
     fn rows<R: Row>(dir: &Path) -> Vec<At<R>> {
         let mut table = TableReader::open(file_of::<At<R>>(dir)).unwrap();
@@ -387,22 +384,13 @@ mod tests {
     fn tables_contain_the_inputs_of_the_metrics() {
         let home = tempfile::tempdir().unwrap();
         let dir = home.path().join("run");
-        let scenario = Scenario::load("paper/table-2-pair", &Overrides::default(), 3).unwrap();
-        let (settings, names) = (&scenario.settings, World::names(&scenario));
-        let manifest = Manifest::new(&scenario.name, 3, settings.duration.s(), settings.period.s());
-        let score_config = ScoreConfig::of(settings);
-        let writer = Writer::create(&dir, &manifest, &scenario.resolved().unwrap(), &names).unwrap();
-        let mut writer = writer.scored_with(score_config.clone());
-        let (mut mission, mut scorer) =
-            (Mission::new(&scenario).unwrap(), Scorer::new(score_config.clone(), MetricSelection::ALL));
-        let mut frames = Vec::new();
-        while let Some(frame) = mission.frame() {
-            writer.frame(frame).unwrap();
-            scorer.frame(frame);
-            frames.push(frame.clone());
-        }
+        let scenario = load("paper/table-2-pair", &[], 3);
+        let score_config = ScoreConfig::of(&scenario.settings);
+        let mut writer = writer(&dir, &scenario).scored_with(score_config.clone());
+        let frames = frames(&scenario);
+        frames.iter().for_each(|frame| writer.frame(frame).unwrap());
         writer.finish().unwrap();
-        let metrics = scorer.metrics();
+        let metrics = score(&score_config, &frames);
 
         let uavs = rows::<WithError<UavRow>>(&dir);
         let errors_m: Vec<f64> = uavs.iter().filter_map(|at| at.row.error_m).collect();
@@ -417,7 +405,7 @@ mod tests {
 
         let views = rows::<ViewRow>(&dir);
         let seen: BTreeSet<(i64, u32)> = views.iter().map(|at| (at.time_us, at.row.target)).collect();
-        let steps = (frames.len() - 1) * names.len();
+        let steps = (frames.len() - 1) * frames[0].truth.len();
         assert_eq!(Some(seen.len() as f64 / steps as f64), metrics.in_view_fraction);
         for At { time_us, row } in &views {
             let frame = frames.iter().find(|frame| frame.time_us == *time_us).unwrap();

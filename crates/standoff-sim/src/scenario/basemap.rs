@@ -34,13 +34,14 @@ mod tests {
 
     use super::super::{Overrides, Scenario};
     use super::*;
+    use crate::common::{load, overrides};
 
     #[test]
     fn maps_are_relative_to_the_scenario_and_records_contain_only_their_names() {
         let home = tempfile::tempdir().unwrap();
         let file = home.path().join("mine.toml");
         fs::write(&file, "basemap = [\"in/town.net.xml\"]\n[[targets.start]]\nx_m = 1\n").unwrap();
-        let scenario = Scenario::load(file.to_str().unwrap(), &Overrides::default(), 1).unwrap();
+        let scenario = load(file.to_str().unwrap(), &[], 1);
         assert_eq!(scenario.map, [MapFile::OnDisk(home.path().join("in/town.net.xml"))]);
         assert!(scenario.resolved().unwrap().contains("basemap = [\"town.net.xml\"]"));
     }
@@ -48,7 +49,7 @@ mod tests {
     #[test]
     fn built_in_traffic_has_a_street_map_and_other_traffic_has_none() {
         for name in ["convoy", "city"] {
-            let scenario = Scenario::load(&format!("traffic/{name}"), &Overrides::default(), 1).unwrap();
+            let scenario = load(&format!("traffic/{name}"), &[], 1);
             assert!(matches!(scenario.map[..], [MapFile::BuiltIn(file, _)] if file == format!("{name}.net.xml.gz")));
         }
         let home = tempfile::tempdir().unwrap();
@@ -61,12 +62,10 @@ mod tests {
     #[test]
     fn too_many_maps_and_empty_names_are_refused() {
         for (set, expected) in [("basemap=[\"\"]", "must be names of files"), ("basemap=\"a.net.xml\"", "basemap")] {
-            let overrides = Overrides { set: vec![set.to_owned()], ..Overrides::default() };
-            let error = Scenario::load("traffic/city", &overrides, 1).unwrap_err().to_string();
+            let error = Scenario::load("traffic/city", &overrides(&[set]), 1).unwrap_err().to_string();
             assert!(error.contains(expected), "{error}");
         }
         let many = format!("basemap=[{}]", "\"a\",".repeat(MAPS_MAX + 1));
-        let overrides = Overrides { set: vec![many], ..Overrides::default() };
-        assert!(Scenario::load("traffic/city", &overrides, 1).is_err());
+        assert!(Scenario::load("traffic/city", &overrides(&[&many]), 1).is_err());
     }
 }

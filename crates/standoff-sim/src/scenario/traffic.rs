@@ -121,14 +121,14 @@ mod tests {
     use std::fs;
 
     use super::super::{Overrides, Scenario};
+    use crate::common::overrides;
 
     /// Loads a scenario with the traffic of one car that exists from 0 s to `until_s`.
     fn load(scenario: &str, until_s: f64, set: &[&str]) -> Result<Scenario, String> {
         let folder = tempfile::tempdir().unwrap();
         let file = folder.path().join("cars.csv");
         fs::write(&file, format!("t,id,x,y\n0,a,0,0\n{until_s},a,1,0\n")).unwrap();
-        let set = set.iter().map(|&set| set.to_owned()).collect();
-        let overrides = Overrides { traffic: Some(file.clone()), set, ..Overrides::default() };
+        let overrides = Overrides { traffic: Some(file.clone()), ..overrides(set) };
         let loaded = Scenario::load(scenario, &overrides, 1);
         loaded.map_err(|error| error.to_string().replace(&file.display().to_string(), "cars.csv"))
     }

@@ -114,8 +114,8 @@ fn assignments_differ(agents: &PerAgentTables) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::common::{track_row, truth_row, uav_row};
     use crate::frame::{ByAgent, TeammateRow};
-    use crate::score::fixtures::{track_row, truth_row, uav_row};
 
     /// An agent: its id, the groups of two UAVs, and the groups of two targets.
     type AgentAssignments = (u32, [Option<u64>; 2], [Option<u64>; 2]);
@@ -131,17 +131,13 @@ mod tests {
             let (agent, committed_us) = (*agent, (time_s > 1).then_some((time_s - 2) * 1_000_000));
             let sent_bytes = 100 + 200 * u64::from(agent);
             let double_counted = (agent == 0).then_some(time_s == 3);
-            frame.agents.all.push(AgentRow {
+            frame.agents.all.push(AgentRow { agent, committed_us, sent_bytes, double_counted, ..AgentRow::default() });
+            frame.agents.teammates.extend((0..).zip(assigned_uavs).map(|(uav, group_id)| TeammateRow {
                 agent,
-                committed_us,
-                link_degraded: false,
-                sent_messages: 1,
-                sent_bytes,
-                double_counted,
-            });
-            frame.agents.teammates.extend((0..).zip(assigned_uavs).map(|(uav, group_id)| {
-                let group = number(*group_id);
-                TeammateRow { agent, uav, status: None, last_report_us: None, group, group_id: *group_id }
+                uav,
+                group: number(*group_id),
+                group_id: *group_id,
+                ..TeammateRow::default()
             }));
             let tracks = (0..).zip(members).map(|(target, id)| track_row(target, number(*id)));
             frame.agents.tracks.extend(tracks.map(|row| ByAgent { agent, row }));

@@ -71,7 +71,7 @@ fn per_min(count: u64, time_steps: u64, period_s: f64) -> Option<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::score::fixtures::uav_row;
+    use crate::common::uav_row;
 
     /// A UAV with these turn rates, rad/s, one per time step.
     fn turning(turns_rad_s: &[f64]) -> ControlEffort {

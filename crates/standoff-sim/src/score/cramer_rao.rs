@@ -149,17 +149,16 @@ impl Efficiency {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::frame::{DetectionRow, MembershipState, TrackRow, TrackStatus, TruthRow, UavRow};
-    use crate::scenario::{CueError, Noise, Overrides, Scenario};
-    use crate::score::fixtures::uav_row;
+    use crate::common::{score_config, track_row, truth_row, uav_row};
+    use crate::frame::{DetectionRow, TrackRow, TruthRow, UavRow};
+    use crate::scenario::{CueError, Noise};
     use standoff::{Angle, Displacement, TargetParams};
 
     /// Sensor of Table I, cues of 20 m and 2 m/s, and targets that follow the model.
     fn config(acceleration_sd_m_s2: f64) -> ScoreConfig {
-        let scenario = Scenario::load("paper/table-2-pair", &Overrides::default(), 1).unwrap();
         let motion = TargetParams { correlation_rate_1_s: 0.1, acceleration_sd_m_s2 };
         let cue = CueError { position_sd_m: 20.0, velocity_sd_m_s: 2.0 };
-        ScoreConfig { motion: Some(motion), cue, ..ScoreConfig::of(&scenario.settings) }
+        ScoreConfig { motion: Some(motion), cue, ..score_config() }
     }
 
     /// A cue of ten thousand kilometres with a range accuracy of a millimetre gives no bound instead of a negative one.
@@ -184,25 +183,8 @@ mod tests {
     /// Target at the origin, detected by UAVs at `ranges_and_phases`, with a track error of 3 m and 4 m, 1 m/s and 0.
     fn frame(ranges_and_phases: &[(f64, f64)]) -> Frame {
         let mut frame = Frame {
-            truth: vec![TruthRow {
-                target: 0,
-                x_m: 0.0,
-                y_m: 0.0,
-                vx_m_s: 0.0,
-                vy_m_s: 0.0,
-                ax_m_s2: Some(0.0),
-                ay_m_s2: Some(0.0),
-            }],
-            tracks: vec![TrackRow {
-                target: 0,
-                track: 0,
-                status: TrackStatus::Updated,
-                membership: MembershipState::Member,
-                group: Some(0),
-                receiving_group: None,
-                state: [3.0, 1.0, 9.0, -4.0, 0.0, 9.0],
-                covariance: [0.0; 21],
-            }],
+            truth: vec![TruthRow { ax_m_s2: Some(0.0), ay_m_s2: Some(0.0), ..truth_row(0, 0.0, 0.0) }],
+            tracks: vec![TrackRow { state: [3.0, 1.0, 9.0, -4.0, 0.0, 9.0], ..track_row(0, Some(0)) }],
             ..Frame::default()
         };
         for (uav, (range_m, phase_rad)) in (0..).zip(ranges_and_phases) {

@@ -159,17 +159,15 @@ mod tests {
     use std::collections::BTreeSet;
 
     use super::*;
-    use crate::run::Mission;
-    use crate::scenario::{Overrides, Scenario};
+    use crate::common::{frames, load};
 
     /// A mission in which targets go out of view.
     #[test]
     fn custody_counts_equal_those_of_single_targets() {
-        let scenario = Scenario::load("paper/figure-9-basic", &Overrides::default(), 1).unwrap();
-        let mut mission = Mission::new(&scenario).unwrap();
+        let scenario = load("paper/figure-9-basic", &[], 1);
         let mut scorer = FrameScorer::new(ScoreConfig::of(&scenario.settings));
         let (mut time_steps, mut unseen) = (0, 0);
-        while let Some(frame) = mission.frame() {
+        for frame in &frames(&scenario) {
             let scores = scorer.frame(frame);
             let custody = scores.custody();
             assert_eq!(custody.targets, frame.truth.len());

@@ -46,8 +46,8 @@ impl Zones {
 
 #[cfg(test)]
 mod tests {
-    use super::super::fixtures::uav_row;
     use super::*;
+    use crate::common::uav_row;
     use crate::frame::UavRow;
     use standoff::{Position, Zone, ZoneKind};
 

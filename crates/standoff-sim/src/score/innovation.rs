@@ -128,7 +128,7 @@ fn lower_root(covariance: &Matrix2<f64>) -> Matrix2<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scenario::ScenarioTemplate;
+    use crate::common::score_config;
     use nalgebra::{Matrix6, Matrix6x2, Vector6};
     use standoff::Displacement;
 
@@ -217,10 +217,7 @@ mod tests {
     /// A sum that is not finite has no mean.
     #[test]
     fn infinite_sum_has_no_mean() {
-        let config = ScoreConfig::of(
-            &ScenarioTemplate::of_text("drawn", "[[targets.start]]\n", None).unwrap().draw(1).unwrap().settings,
-        );
-        let mut innovations = Innovations::new(&config);
+        let mut innovations = Innovations::new(&score_config());
         assert_eq!(innovations.value(), None);
         innovations.squares = Mean { sum: 7.0, n: 2 };
         assert_eq!(innovations.value(), Some(3.5));

@@ -84,16 +84,11 @@ fn own_frame(frame: &Frame, agent: u32, own: &mut Frame) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::frame::{AgentRow, ByAgent, PerAgentTables, TeammateRow};
-    use crate::scenario::{Overrides, Scenario};
-    use crate::score::fixtures::{group_row, track_row, truth_row, uav_row};
-    use crate::score::{MetricSelection, ScoreConfig, Scorer};
+    use crate::common::{group_row, score, score_config, track_row, truth_row, uav_row};
+    use crate::frame::{AgentRow, ByAgent, PerAgentTables, TeammateRow, TrackRow};
 
     fn scored(frames: impl IntoIterator<Item = Frame>) -> Metrics {
-        let scenario = Scenario::load("paper/table-2-pair", &Overrides::default(), 1).unwrap();
-        let mut scorer = Scorer::new(ScoreConfig::of(&scenario.settings), MetricSelection::ALL);
-        frames.into_iter().for_each(|frame| scorer.frame(&frame));
-        scorer.metrics()
+        score(&score_config(), &frames.into_iter().collect::<Vec<_>>())
     }
 
     /// Frame with two UAVs and a target in view of both, without a shared team state. `agents` lists for each agent its
@@ -105,21 +100,12 @@ mod tests {
         frame.truth.push(truth_row(0, 100.0, 0.0));
         for &(agent, has, off_m, served_by) in agents {
             let PerAgentTables { all, tracks, groups, teammates: team, .. } = &mut frame.agents;
-            all.push(AgentRow {
-                agent,
-                committed_us: None,
-                link_degraded: false,
-                sent_messages: 0,
-                sent_bytes: 0,
-                double_counted: None,
-            });
-            let mut row = track_row(0, has.then_some(5));
-            row.state[0] = 100.0 + off_m;
-            tracks.push(ByAgent { agent, row });
+            all.push(AgentRow { agent, ..AgentRow::default() });
+            let state = [100.0 + off_m, 0.0, 0.0, 0.0, 0.0, 0.0];
+            tracks.push(ByAgent { agent, row: TrackRow { state, ..track_row(0, has.then_some(5)) } });
             groups.push(ByAgent { agent, row: group_row(5) });
             let group = |uav| (uav == served_by).then_some(5);
-            let of_uav =
-                |uav| TeammateRow { agent, uav, status: None, last_report_us: None, group: group(uav), group_id: None };
+            let of_uav = |uav| TeammateRow { agent, uav, group: group(uav), ..TeammateRow::default() };
             team.extend((0..2).map(of_uav));
         }
         frame

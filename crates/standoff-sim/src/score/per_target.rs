@@ -223,8 +223,7 @@ impl Tally {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scenario::{Overrides, Scenario};
-    use crate::score::fixtures::{track_row, truth_row, uav_row};
+    use crate::common::{score_config, track_row, truth_row, uav_row};
 
     /// State of a target at a time step.
     #[derive(Clone, Copy)]
@@ -244,8 +243,7 @@ mod tests {
 
     /// The UAV looks east, so targets to the west are out of view.
     fn sums(courses: &[&[At]]) -> Sums {
-        let scenario = Scenario::load("paper/table-2-pair", &Overrides::default(), 1).unwrap();
-        let sensor = scenario.settings.team.track.sensor;
+        let sensor = score_config().sensor;
         let mut tallies = Tallies::default();
         for step in 0..courses[0].len() {
             let mut frame = Frame { uavs: vec![uav_row(0)], ..Frame::default() };

@@ -96,16 +96,14 @@ mod tests {
     use super::*;
     use standoff::Position;
 
+    use crate::common::{frames, load};
     use crate::matching::Matching;
-    use crate::run::{Mission, fly};
-    use crate::scenario::{Overrides, Scenario};
+    use crate::run::fly;
     use crate::score::MetricSelection;
 
-    fn frames(set: &[&str]) -> (ScoreConfig, Vec<Frame>) {
-        let overrides = Overrides { set: set.iter().map(|edit| (*edit).to_owned()).collect(), ..Overrides::default() };
-        let scenario = Scenario::load("paper/table-2-pair", &overrides, 4).unwrap();
-        let mut mission = Mission::new(&scenario).unwrap();
-        (ScoreConfig::of(&scenario.settings), std::iter::from_fn(|| mission.frame().cloned()).collect())
+    fn flown(set: &[&str]) -> (ScoreConfig, Vec<Frame>) {
+        let scenario = load("paper/table-2-pair", set, 4);
+        (ScoreConfig::of(&scenario.settings), frames(&scenario))
     }
 
     fn prediction_errors(score_config: &ScoreConfig, frames: &[Frame]) -> [f64; 2] {
@@ -129,7 +127,7 @@ mod tests {
             "targets.acceleration_sd_m_s2=0",
             "filter.acceleration_sd_m_s2=1e-3",
         ];
-        let (score_config, frames) = frames(&exact);
+        let (score_config, frames) = flown(&exact);
         let [truth_m, own_m] = prediction_errors(&score_config, &frames);
         assert!(truth_m < 0.02 && own_m < 0.02, "{truth_m} {own_m}");
     }
@@ -138,7 +136,7 @@ mod tests {
     /// unchanged.
     #[test]
     fn displaced_truth_gives_a_prediction_error() {
-        let (score_config, mut frames) = frames(&[]);
+        let (score_config, mut frames) = flown(&[]);
         frames.iter_mut().for_each(|frame| frame.uavs.truncate(1));
         let [_, own_m] = prediction_errors(&score_config, &frames);
         for frame in &mut frames {
@@ -159,9 +157,9 @@ mod tests {
     fn standoff_errors_exceed_their_prediction_errors() {
         let choice = MetricSelection::parse("standard,limits").unwrap();
         let (mut errors_m, mut surprises_m) = ([0.0; 2], [0.0; 2]);
-        let overrides = Overrides { set: vec!["guidance.lead=predicted".to_owned()], ..Overrides::default() };
         for seed in 0..60 {
-            let metrics = fly(&Scenario::load("paper/table-2-pair", &overrides, seed).unwrap(), choice).unwrap();
+            let scenario = load("paper/table-2-pair", &["guidance.lead=predicted"], seed);
+            let metrics = fly(&scenario, choice).unwrap();
             errors_m[0] += metrics.standoff_error_m_settled.unwrap();
             errors_m[1] += metrics.standoff_error_own_estimate_m_settled.unwrap();
             surprises_m[0] += metrics.orbit_prediction_error_m_settled.unwrap();

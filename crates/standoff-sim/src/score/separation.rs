@@ -79,7 +79,7 @@ pub(super) fn take_least(least: &mut Option<f64>, value: f64) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::score::fixtures::uav_row;
+    use crate::common::uav_row;
 
     /// Two UAVs with these horizontal distances and differences in altitude, one time step each.
     fn flown(steps: &[(f64, Option<f64>)]) -> Separations {
@@ -118,16 +118,8 @@ mod tests {
     fn intruders_count_like_uavs() {
         let mut separations = Separations::default();
         for altitude_m in [329.0, 330.0] {
-            let uavs = vec![UavRow { x_m: 0.0, y_m: 0.0, altitude_m: Some(300.0), ..uav_row(0) }];
-            let intruder = IntruderRow {
-                intruder: 0,
-                x_m: 49.0,
-                y_m: 0.0,
-                heading_rad: 0.0,
-                speed_m_s: 40.0,
-                altitude_m: Some(altitude_m),
-                transponder_on: false,
-            };
+            let uavs = vec![UavRow { altitude_m: Some(300.0), ..uav_row(0) }];
+            let intruder = IntruderRow { x_m: 49.0, altitude_m: Some(altitude_m), ..IntruderRow::default() };
             let frame = Frame { uavs, intruders: vec![intruder], ..Frame::default() };
             separations.frame(&SeparationParams::default(), &frame);
         }

@@ -58,21 +58,14 @@ mod tests {
     use standoff::{CentreEstimate, MotionParams, Position};
 
     use super::*;
+    use crate::common::{group_row, score, score_config, track_row, truth_row, uav_row};
     use crate::frame::{Frame, TruthRow, UavRow};
-    use crate::scenario::{Overrides, Scenario};
-    use crate::score::fixtures::{group_row, track_row, truth_row, uav_row};
-    use crate::score::{FrameScorer, MetricSelection, Metrics, Scorer};
+    use crate::score::FrameScorer;
 
     fn config() -> ScoreConfig {
-        let scenario = Scenario::load("paper/table-2-pair", &Overrides::default(), 1).unwrap();
         let orbit_motion =
             MotionParams { time_constant_s: 1.5, acceleration_max_m_s2: 3.0, closing_speed_max_m_s: 25.0 };
-        ScoreConfig {
-            centre: CentreEstimate::EnclosingCircle,
-            orbit_motion,
-            transient_s: 0.0,
-            ..ScoreConfig::of(&scenario.settings)
-        }
+        ScoreConfig { centre: CentreEstimate::EnclosingCircle, orbit_motion, transient_s: 0.0, ..score_config() }
     }
 
     /// Two targets 300 m apart, whose r_d is 300 m, and a UAV 300 m east of their centre. In the second frame, the
@@ -88,12 +81,6 @@ mod tests {
                 ..Frame::default()
             }
         })
-    }
-
-    fn scored(config: &ScoreConfig) -> Metrics {
-        let mut scorer = Scorer::new(config.clone(), MetricSelection::ALL);
-        jump().iter().for_each(|frame| scorer.frame(frame));
-        scorer.metrics()
     }
 
     /// From a standstill at 3 m/s2, the centre moves 0.375 m west in half a second. The targets are sqrt(99.625^2 +
@@ -125,7 +112,7 @@ mod tests {
     fn standoff_errors_use_the_orbit_with_motion_limits() {
         let (config, frames) = (config(), jump());
         let near = |value: Option<f64>, expected_m: f64| (value.unwrap() - expected_m).abs() < 1e-9;
-        let metrics = scored(&config);
+        let metrics = score(&config, &frames);
         assert!(near(metrics.standoff_error_m, 0.0) && near(metrics.standoff_error_m_settled, 0.0));
         assert!(near(metrics.standoff_error_unfiltered_m_settled, 50.0));
         let mut scorer = FrameScorer::new(config.clone());
@@ -135,7 +122,7 @@ mod tests {
         assert!(near(scores.centre_error_m(&frames[1].groups[0]), 0.375));
 
         let unfiltered = MotionParams { time_constant_s: 0.0, ..config.orbit_motion };
-        let metrics = scored(&ScoreConfig { orbit_motion: unfiltered, ..config });
+        let metrics = score(&ScoreConfig { orbit_motion: unfiltered, ..config }, &frames);
         assert!(near(metrics.standoff_error_m, 50.0) && near(metrics.standoff_error_unfiltered_m_settled, 50.0));
     }
 }

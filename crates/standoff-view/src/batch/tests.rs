@@ -3,17 +3,16 @@ use std::sync::atomic::AtomicBool;
 
 use serde_json::Value;
 use standoff_sim::monte_carlo::{Batch as Flown, Results, Shard, compare_results, fly_all, fly_into};
-use standoff_sim::scenario::{Overrides, ScenarioTemplate};
+use standoff_sim::scenario::ScenarioTemplate;
 use standoff_sim::score::MetricSelection;
 use tempfile::TempDir;
 
 use super::Batch;
+use crate::common::overrides;
 use crate::page;
 
 fn template(scenario: &str, set: &[&str]) -> ScenarioTemplate {
-    let short = ["duration_s=40"];
-    let set = short.iter().chain(set).map(|set| (*set).to_owned()).collect();
-    ScenarioTemplate::load(scenario, &Overrides { set, ..Overrides::default() }).unwrap()
+    ScenarioTemplate::load(scenario, &overrides(&[&["duration_s=40"], set].concat())).unwrap()
 }
 
 fn fly(dir: &Path, template: &ScenarioTemplate, seed: u64, runs: u64, shard: Option<Shard>) -> Results {

@@ -311,16 +311,14 @@ fn place(x_m: f64, y_m: f64) -> Option<Point> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use standoff_sim::record::TruthRow;
+    use crate::common::{score_config, truth_row};
 
     /// Number of points kept for `targets` targets that move for `steps` time steps.
     fn kept(targets: u32, steps: u32) -> usize {
-        let (mut run, mut scorer) = (Run::default(), FrameScorer::new(crate::figures::tests::setup().rules));
+        let (mut run, mut scorer) = (Run::default(), FrameScorer::new(score_config()));
         for step in 0..steps {
             let at = f64::from(step);
-            let row =
-                |target| TruthRow { target, x_m: at, y_m: at, vx_m_s: 1.0, vy_m_s: 1.0, ax_m_s2: None, ay_m_s2: None };
-            let truth = (0..targets).map(row).collect();
+            let truth = (0..targets).map(|target| truth_row(target, at, at)).collect();
             run.add(&Frame { time_us: i64::from(step) * 500_000, truth, ..Frame::default() }, &mut scorer);
         }
         run.curves().map(|curve| curve.runs(usize::MAX).concat().len()).sum()

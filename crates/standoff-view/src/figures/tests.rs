@@ -6,14 +6,12 @@ use super::curve::MAX_POINTS;
 use super::style::width_px;
 use super::{Figure, FigureError, Setup, figures};
 use crate::colours::{GROUPS, UAVS};
+use crate::common::{group_row, score_config, track_row, truth_row, uav_row};
 use plotters::style::RGBColor;
 use standoff::math::{PI, TAU, cos, exp, sin};
 use standoff::{Angle, TeammateStatus};
-use standoff_sim::record::{
-    AgentRow, EventRow, Frame, GroupRow, MembershipState, TeammateRow, TrackRow, TrackStatus, TruthRow, UavRow,
-};
-use standoff_sim::scenario::{Overrides, Scenario};
-use standoff_sim::score::{FrameScorer, ScoreConfig};
+use standoff_sim::record::{AgentRow, EventRow, Frame, GroupRow, MembershipState, TeammateRow, TrackRow, UavRow};
+use standoff_sim::score::FrameScorer;
 use std::convert::Infallible;
 use std::f64::consts::FRAC_PI_2;
 
@@ -31,8 +29,14 @@ pub(crate) fn setup() -> Setup {
         radius_max_m: 2000.0,
         desired_phase_rad: FRAC_PI_2,
         intruders: 0,
-        rules: ScoreConfig::of(&Scenario::load("paper/table-2-pair", &Overrides::default(), 1).unwrap().settings),
+        rules: score_config(),
     }
+}
+
+/// Adds a target and its track, whose estimate has this error.
+fn add_target(frame: &mut Frame, (x_m, y_m): (f64, f64), error_m: (f64, f64), track: TrackRow) {
+    frame.truth.push(truth_row(track.target, x_m, y_m));
+    frame.tracks.push(TrackRow { state: [x_m + error_m.0, 0.0, 0.0, y_m + error_m.1, 0.0, 0.0], ..track });
 }
 
 /// Frames of UAVs that spiral onto a circle about a group moving north-east; some values are missing.
@@ -51,21 +55,9 @@ fn frame_at(uavs: u32, targets: u32, i: i32) -> Frame {
     for target in 1..=targets {
         let (angle, reach) = (f64::from(target) * 2.4 + 0.01 * time, spread_m * f64::from(target % 7 + 1) / 7.0);
         let (x_m, y_m) = (x_m + reach * cos(angle), y_m + reach * sin(angle));
-        frame.truth.push(TruthRow { target, x_m, y_m, vx_m_s: 0.0, vy_m_s: 0.0, ax_m_s2: None, ay_m_s2: None });
-        let noise = |rate: f64| 4.0 * sin(time * rate + f64::from(target));
-        let state = [x_m + noise(0.8), 0.0, 0.0, y_m + noise(1.0), 0.0, 0.0];
-        let (status, group) = (TrackStatus::Updated, (!missing(target)).then_some(1));
-        let place = if group.is_some() { MembershipState::Member } else { MembershipState::Ungrouped };
-        frame.tracks.push(TrackRow {
-            target,
-            track: target,
-            status,
-            membership: place,
-            group,
-            receiving_group: None,
-            state,
-            covariance: [0.0; 21],
-        });
+        let noise_m = |rate: f64| 4.0 * sin(time * rate + f64::from(target));
+        let group = (!missing(target)).then_some(1);
+        add_target(&mut frame, (x_m, y_m), (noise_m(0.8), noise_m(1.0)), track_row(target, group));
     }
     for uav in 1..=uavs {
         let settle = exp(-time / 20.0);
@@ -74,7 +66,6 @@ fn frame_at(uavs: u32, targets: u32, i: i32) -> Frame {
         let phase = Angle::from_rad(f64::from(uav) * spacing * (1.0 - 0.4 * settle) + 0.1 * time).rad();
         let distance = standoff_distance_m + 300.0 * settle + 5.0 * ripple(0.4);
         frame.uavs.push(UavRow {
-            uav,
             group: Some(1),
             x_m: x_m + distance * cos(phase),
             y_m: y_m + distance * sin(phase),
@@ -84,49 +75,24 @@ fn frame_at(uavs: u32, targets: u32, i: i32) -> Frame {
             boresight_rad: (!missing(uav)).then_some(phase + PI + 0.03 * ripple(0.6)),
             speed_command_m_s: (40.0 + 5.0 * ripple(0.62)).min(44.5),
             turn_rate_command_rad_s: 0.1 + 0.05 * ripple(1.7),
-            speed_limited: false,
-            turn_rate_limited: false,
             centre_distance_m: (!missing(uav)).then_some(distance),
             phase_rad: (!missing(uav)).then_some(phase),
-            steered_radius_m: None,
-            desired_heading_rad: None,
-            feedforward_rad_s: None,
-            convergence_threshold_m2_s: None,
-            centre_too_fast: false,
-            commanded_altitude_m: None,
-            altitude_m: None,
-            climb_rate_m_s: None,
-            avoided_uav: None,
-            avoided_intruder: None,
-            predicted_distance_m: None,
-            limiting_zone: None,
+            ..uav_row(uav)
         });
     }
     frame.groups.push(GroupRow {
-        group: 1,
         members: targets,
         x_m,
         y_m,
         vx_m_s: 6.0,
-        vy_m_s: 0.0,
         spread_m,
         margin_m: 20.0,
         standoff_unclamped_m,
         standoff_distance_m,
-        standoff_rate_m_s: 0.0,
-        turn_limit_m: None,
-        feasible: true,
-        convergence_threshold_m2_s: None,
-        altitude_m: 0.0,
         nearest_groupmate_m: (uavs > 1).then(|| 300.0 + 40.0 * sin(time / 8.0)),
-        group_uid: None,
+        ..group_row(1)
     });
     frame
-}
-
-/// A group row.
-pub(crate) fn group() -> GroupRow {
-    frame_at(2, 4, 0).groups[0]
 }
 
 /// A handoff and a removal similar to figure 9: four UAVs in two groups of seven targets that move apart. Target 4
@@ -153,20 +119,9 @@ fn parting(i: i32, share: f64) -> Frame {
         if target == 4 {
             y_m = -400.0 + 1000.0 * share;
         }
-        frame.truth.push(TruthRow { target, x_m, y_m, vx_m_s: 0.0, vy_m_s: 0.0, ax_m_s2: None, ay_m_s2: None });
-        let noise = |rate: f64| 4.0 * sin(f64::from(i) * rate + f64::from(target));
-        let state = [x_m + noise(0.8), 0.0, 0.0, y_m + noise(1.0), 0.0, 0.0];
-        let status = TrackStatus::Updated;
-        frame.tracks.push(TrackRow {
-            target,
-            track: target,
-            status,
-            membership: place,
-            group,
-            receiving_group: to_group,
-            state,
-            covariance: [0.0; 21],
-        });
+        let noise_m = |rate: f64| 4.0 * sin(f64::from(i) * rate + f64::from(target));
+        let track = TrackRow { membership: place, receiving_group: to_group, ..track_row(target, group) };
+        add_target(&mut frame, (x_m, y_m), (noise_m(0.8), noise_m(1.0)), track);
     }
     let [one, two] = [1, 2].map(|group| {
         let mut part = frame_at(2, 0, i);
@@ -219,22 +174,11 @@ fn town(targets: u32, steps: i32) -> Vec<Frame> {
             // Back and forth along a street.
             let way = 1200.0 * sin(f64::from(target) + 0.008 * time);
             let (x_m, y_m) = if target % 2 == 0 { (start(7), way) } else { (way, start(11)) };
-            frame.truth.push(TruthRow { target, x_m, y_m, vx_m_s: 0.0, vy_m_s: 0.0, ax_m_s2: None, ay_m_s2: None });
             let apart = |group: &u32| (x_m - home(*group).0).abs() + (y_m - home(*group).1).abs();
             let group = (0..4).find(|group| apart(group) < 600.0);
-            let place = if group.is_some() { MembershipState::Member } else { MembershipState::Removed };
-            let (status, state) = (TrackStatus::Updated, [x_m + 3.0 * sin(time), 0.0, 0.0, y_m, 0.0, 0.0]);
-            let to_group = None;
-            frame.tracks.push(TrackRow {
-                target,
-                track: target,
-                status,
-                membership: place,
-                group,
-                receiving_group: to_group,
-                state,
-                covariance: [0.0; 21],
-            });
+            let membership = if group.is_some() { MembershipState::Member } else { MembershipState::Removed };
+            let track = TrackRow { membership, ..track_row(target, group) };
+            add_target(&mut frame, (x_m, y_m), (3.0 * sin(time), 0.0), track);
         }
         for group in 0..4 {
             let mut part = frame_at(2, 0, i);
@@ -540,27 +484,13 @@ fn the_agreement_figure_shows_contact_disagreement_and_uncommitted_time() {
         let apart = (10..30).contains(&i);
         for agent in (0..2).filter(|agent| i >= 5 * agent) {
             let committed_us = (i > 0).then_some(500_000 * if apart { 9 } else { i64::from(i) - 1 });
-            let (disturbed, double_counted) = (false, None);
-            frame.agents.all.push(AgentRow {
-                agent,
-                committed_us,
-                link_degraded: disturbed,
-                sent_messages: 1,
-                sent_bytes: 9,
-                double_counted,
-            });
+            frame.agents.all.push(AgentRow { agent, committed_us, ..AgentRow::default() });
             for uav in 0..2 {
                 let is_gone = apart && uav != agent;
                 let status = Some(if is_gone { TeammateStatus::TimedOut } else { TeammateStatus::Live });
-                let group_id = (!is_gone).then_some(7);
-                frame.agents.teammates.push(TeammateRow {
-                    agent,
-                    uav,
-                    status,
-                    last_report_us: None,
-                    group: Some(1),
-                    group_id,
-                });
+                let (group, group_id) = (Some(1), (!is_gone).then_some(7));
+                let row = TeammateRow { agent, uav, status, group, group_id, ..TeammateRow::default() };
+                frame.agents.teammates.push(row);
             }
         }
     }

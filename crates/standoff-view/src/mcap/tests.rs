@@ -1,13 +1,13 @@
 //! Tests of the whole file: it is read back with the crates that viewers use and compared with the frames.
 
 use super::*;
+use crate::common::{frames, load};
 use foxglove::Decode;
 use foxglove::messages::Pose;
 use foxglove::messages::{FrameTransforms, LocationFix, Log, PointCloud, PoseInFrame, SceneEntity, SceneUpdate};
 use mcap::MessageStream;
 use standoff::math::{atan2, hypot};
 use standoff_sim::record::{MembershipState, TrackStatus};
-use standoff_sim::run::Mission;
 use standoff_sim::scenario::Overrides;
 use std::fs;
 use std::path::PathBuf;
@@ -16,13 +16,7 @@ use tempfile::TempDir;
 const SCENARIO: &str = "paper/figure-9";
 
 fn scenario(set: &[&str]) -> Scenario {
-    let set = set.iter().map(|&change| change.to_owned()).collect();
-    Scenario::load(SCENARIO, &Overrides { set, ..Overrides::default() }, 1).unwrap()
-}
-
-fn frames(scenario: &Scenario) -> Vec<Frame> {
-    let mut mission = Mission::new(scenario).unwrap();
-    std::iter::from_fn(|| mission.frame().cloned()).collect()
+    load(SCENARIO, set, 1)
 }
 
 fn begin(path: &Path, scenario: &Scenario) -> Result<Writer, McapError> {
@@ -99,8 +93,7 @@ fn poses_match_the_frames() {
 /// Commanded altitudes change by 50 m immediately, flown altitudes gradually. The zone is drawn at every time step.
 #[test]
 fn altitudes_match_the_frames_and_zones_are_drawn() {
-    let set = ["duration_s=20", "groups.altitude_policy=per-group"].map(str::to_owned).into();
-    let scenario = Scenario::load("tour/09-separation", &Overrides { set, ..Overrides::default() }, 1).unwrap();
+    let scenario = load("tour/09-separation", &["duration_s=20", "groups.altitude_policy=per-group"], 1);
     let frames = frames(&scenario);
     let bytes = written(&scenario, &frames);
     let uav = frames[0].uavs.iter().position(|row| row.commanded_altitude_m != row.altitude_m).unwrap();

@@ -4,11 +4,11 @@ use std::io::Read;
 use flate2::read::GzDecoder;
 use serde_json::Value;
 use standoff_sim::record::{Frame, GroupRow, IntruderRow, Manifest, TrackRow, TrackStatus};
-use standoff_sim::run::Mission;
-use standoff_sim::scenario::{Overrides, Scenario};
+use standoff_sim::scenario::Scenario;
 use standoff_sim::score::{FrameScorer, ScoreConfig};
 
 use super::{Encoder, Head, Part, Replay};
+use crate::common::{frames, load};
 use crate::figures::Setup;
 
 /// A block, read back like the page does: its directory, and the values over time by table, column and id.
@@ -61,12 +61,8 @@ impl Block {
 
 /// The paper's four UAVs with two groups that hand off a target.
 fn flight() -> (Scenario, Vec<Frame>) {
-    let scenario = Scenario::load("paper/figure-9", &Overrides::default(), 1).unwrap();
-    let mut mission = Mission::new(&scenario).unwrap();
-    let mut frames = Vec::new();
-    while let Some(frame) = mission.frame() {
-        frames.push(frame.clone());
-    }
+    let scenario = load("paper/figure-9", &[], 1);
+    let frames = frames(&scenario);
     (scenario, frames)
 }
 
@@ -185,15 +181,7 @@ fn the_bounds_include_only_intruders_near_a_uav() {
     let uav = frames[0].uavs[0];
     let bounds_m = |off_m: f64| {
         let (x_m, y_m) = (uav.x_m, uav.y_m + off_m);
-        let intruder = IntruderRow {
-            intruder: 0,
-            x_m,
-            y_m,
-            heading_rad: 0.0,
-            speed_m_s: 40.0,
-            altitude_m: None,
-            transponder_on: true,
-        };
+        let intruder = IntruderRow { x_m, y_m, ..IntruderRow::default() };
         let frame = Frame { uavs: vec![uav], intruders: vec![intruder], ..Frame::default() };
         let parts = encoded(&scenario, &[frame], 1);
         let bounds: [f64; 4] = serde_json::from_value(read(&parts[0].overview).directory["bounds_m"].clone()).unwrap();

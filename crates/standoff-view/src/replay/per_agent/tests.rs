@@ -3,10 +3,10 @@ use std::collections::BTreeSet;
 use serde_json::Value;
 use standoff::TeammateStatus;
 use standoff_sim::record::{Frame, TeammateRow};
-use standoff_sim::run::Mission;
-use standoff_sim::scenario::{Overrides, Scenario};
-use standoff_sim::score::{MetricSelection, ScoreConfig, Scorer};
+use standoff_sim::scenario::Scenario;
+use standoff_sim::score::ScoreConfig;
 
+use crate::common::{frames, load, score};
 use crate::replay::encoder::Encoder;
 use crate::replay::tests::{Block, encoded, head, near, read};
 use crate::replay::{Part, Replay};
@@ -19,13 +19,8 @@ const FAULTS: [&str; 3] = [
 
 /// Four UAVs with two groups.
 fn flight(sets: &[&str]) -> (Scenario, Vec<Frame>) {
-    let set = sets.iter().chain(&["duration_s=60"]).map(|word| (*word).to_owned()).collect();
-    let scenario = Scenario::load("tour/04-two-groups", &Overrides { set, ..Overrides::default() }, 1).unwrap();
-    let mut mission = Mission::new(&scenario).unwrap();
-    let mut frames = Vec::new();
-    while let Some(frame) = mission.frame() {
-        frames.push(frame.clone());
-    }
+    let scenario = load("tour/04-two-groups", &[sets, &["duration_s=60"]].concat(), 1);
+    let frames = frames(&scenario);
     (scenario, frames)
 }
 
@@ -136,8 +131,7 @@ fn the_teammates_of_every_agent_read_back() {
 #[test]
 fn disagreement_of_agents_matches_the_metric() {
     let (scenario, frames) = flight(&FAULTS);
-    let mut scorer = Scorer::new(ScoreConfig::of(&scenario.settings), MetricSelection::ALL);
-    frames.iter().for_each(|frame| scorer.frame(frame));
+    let metrics = score(&ScoreConfig::of(&scenario.settings), &frames);
     let (mut differ, mut all) = (0, 0);
     for part in encoded(&scenario, &frames, 1) {
         let overview = read(&part.overview);
@@ -150,7 +144,7 @@ fn disagreement_of_agents_matches_the_metric() {
         }
     }
     assert!(differ > 0 && differ < all);
-    assert_eq!(scorer.metrics().assignment_disagreement_fraction, Some(differ as f64 / all as f64));
+    assert_eq!(metrics.assignment_disagreement_fraction, Some(differ as f64 / all as f64));
 }
 
 /// Every event of every agent occurs once, with all agents that report it. Those of the first agent are the run's
