@@ -1,10 +1,8 @@
-//! Fuzz targets (`bolero`) for manifests and tables of records. See [`crate::fuzz`].
+//! Fuzz targets (`bolero`) for records and their manifests. See [`crate::fuzz`].
 
 use std::fs;
 use std::path::Path;
 
-use super::schema::{At, TargetRow};
-use super::table::{Row, TableReader, file_of};
 use super::{
     AgentEventRow, AgentRow, ByAgent, EventRow, Frame, Manifest, PerAgentTables, Record, TeammateRow, TrackRow, UavRow,
     Writer,
@@ -14,18 +12,8 @@ use crate::fuzz::{JSON, corpus, put, refused, run};
 
 /// Writes a small record.
 fn write(dir: &Path) {
-    let uav = UavRow {
-        group: Some(1),
-        x_m: 1.0,
-        y_m: -2.0,
-        turn_rate_command_rad_s: 0.1,
-        turn_rate_limited: true,
-        boresight_rad: None,
-        centre_distance_m: Some(100.0),
-        ..uav_row(0)
-    };
-    let state = [1.0, 0.5, 0.0, 2.0, 0.25, 0.0];
-    let track = TrackRow { state, covariance: [1.0; 21], ..track_row(0, Some(1)) };
+    let uav = UavRow { x_m: 1.0, y_m: -2.0, boresight_rad: None, centre_distance_m: Some(100.0), ..uav_row(0) };
+    let track = TrackRow { state: [1.0, 0.5, 0.0, 2.0, 0.25, 0.0], covariance: [1.0; 21], ..track_row(0, Some(1)) };
     let event = EventRow {
         kind: "cued".to_owned(),
         target: Some(0),
@@ -63,52 +51,6 @@ fn write(dir: &Path) {
         Writer::create(dir, &Manifest::new("s", 1, 1.0, 0.5), "about = \"\"\n", &["lead".to_owned()]).unwrap();
     [0, 500_000, 1_000_000].into_iter().for_each(|time_us| writer.frame(&frame(time_us)).unwrap());
     writer.close().unwrap().publish().unwrap();
-}
-
-/// Reads a table to its end; returns whether it was accepted. The rows check that numbers are finite and enum values
-/// known.
-fn read<R: Row>(dir: &Path) -> bool {
-    let rows = TableReader::<R>::open(file_of::<R>(dir)).and_then(|mut table| {
-        let mut rows = 0;
-        while table.next_row()?.is_some() {
-            rows += 1;
-            // A tiny file can contain any number of rows; only frames check that time advances.
-            if rows == 100_000 {
-                break;
-            }
-        }
-        Ok(rows)
-    });
-    rows.map_or_else(|error| refused(&error), |_| true)
-}
-
-#[test]
-fn any_table_is_read_or_refused() {
-    let home = tempfile::tempdir().unwrap();
-    let dir = home.path().join("run");
-    write(&dir);
-    let load = |path| fs::read(path).unwrap();
-    let files = [
-        file_of::<At<UavRow>>(&dir),
-        file_of::<At<TrackRow>>(&dir),
-        file_of::<At<EventRow>>(&dir),
-        file_of::<TargetRow>(&dir),
-        file_of::<At<AgentRow>>(&dir),
-        file_of::<At<TeammateRow>>(&dir),
-    ];
-    let good: Vec<Vec<u8>> = files.iter().map(load).collect();
-    run("table", 0.05, |choices| {
-        let which = choices.below(files.len());
-        put(&files[which], choices.damaged(good[which].clone()));
-        match which {
-            0 => read::<At<UavRow>>(&dir),
-            1 => read::<At<TrackRow>>(&dir),
-            2 => read::<At<EventRow>>(&dir),
-            3 => read::<TargetRow>(&dir),
-            4 => read::<At<AgentRow>>(&dir),
-            _ => read::<At<TeammateRow>>(&dir),
-        }
-    });
 }
 
 #[test]
