@@ -123,7 +123,7 @@ pub(crate) fn figure_7(_: &Plan) -> Result<Study, Failure> {
         let (low, high) = values.iter().fold((f64::INFINITY, 0.0f64), |(low, high), v| (low.min(*v), high.max(*v)));
         100.0 * (high / low - 1.0)
     };
-    let sensor = TeamParams::table_1().track.sensor;
+    let sensor = TeamParams::paper().track.sensor;
     let alone = optimal_phase_difference_rad([ORBIT_M; 2], &sensor).unwrap_or(f64::NAN).to_degrees();
 
     figure.claims.push(Claim::computed(
@@ -207,7 +207,7 @@ fn by_target<Points: Iterator<Item = (f64, f64)>>(points: impl Fn(f64) -> Points
 
 /// Returns a sensor with the range noise of Table I and the bearing noise for this sigma_scale on the orbit.
 fn sensor(scale: f64) -> SensorParams {
-    let sensor = TeamParams::table_1().track.sensor;
+    let sensor = TeamParams::paper().track.sensor;
     SensorParams { bearing_sd_rad: scale * sensor.range_sd_m / ORBIT_M, ..sensor }
 }
 

@@ -220,7 +220,7 @@ mod tests {
     /// Runs two agents that track one target, and compares the first with a reference that receives the same messages,
     /// except those of time step `withheld`. Returns [`ReferenceReplay::holds_more`] of each time step.
     fn compared(withheld: Option<i64>) -> Vec<Option<bool>> {
-        let team = TeamParams::table_1();
+        let team = TeamParams::paper();
         let mut agents = [0, 1].map(|uav| Agent::new(UavId(uav), team).unwrap());
         let mut audit = ReferenceReplay::new(team, Geofence::default()).unwrap();
         let cue = Message::Cue(Cue {

@@ -12,6 +12,7 @@ mod geofence;
 mod load;
 mod locate;
 mod number;
+mod parameters;
 mod parse;
 mod resolve;
 mod resolved;
@@ -21,7 +22,6 @@ pub mod schema_types;
 mod start;
 #[cfg(test)]
 mod tests;
-mod to_params;
 mod traffic;
 mod validate;
 
@@ -52,7 +52,7 @@ impl Scenario {
 
     /// Returns the scenario as text with every value spelt out; loading this text gives the same run.
     pub fn resolved(&self) -> Result<String, ScenarioError> {
-        resolve::text(&self.name, &self.file)
+        resolve::text(&self.name, &self.file, &self.file.parameters)
     }
 }
 
@@ -131,7 +131,7 @@ impl ScenarioTemplate {
     /// Returns the scenario before anything is drawn, as TOML in a unique spelling: with the changes of the command
     /// line and with defaults. It contains only the name of a traffic file: see [`Self::traffic_crc32`].
     pub fn text(&self) -> Result<String, ScenarioError> {
-        resolve::text(&self.typed.origin.label, &self.typed.file)
+        resolve::text(&self.typed.origin.label, &self.typed.file, &self.typed.file.parameters)
     }
 
     /// Path of the traffic file, unless it is built in.

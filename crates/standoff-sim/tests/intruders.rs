@@ -1,7 +1,5 @@
 //! Intruders, aircraft outside the team: their scenario keys, their motion, and collision avoidance with them.
 
-#![expect(clippy::unwrap_used, reason = "a failed unwrap fails the test")]
-
 mod common;
 
 use std::path::Path;

@@ -7,12 +7,12 @@ mod common;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-use common::{frames, load, overrides};
+use common::{frames, load};
 use standoff::{Angle, Position};
 use standoff_sim::record::{DetectionRow, Frame, Record};
 use standoff_sim::run::Mission;
 use standoff_sim::scenario::{Overrides, Scenario, ScenarioTemplate, built_in};
-use standoff_sim::score::{MetricSelection, Metrics, ScoreConfig};
+use standoff_sim::score::{Metrics, ScoreConfig};
 
 fn score(scenario: &Scenario, frames: &[Frame]) -> Metrics {
     common::score(&ScoreConfig::of(&scenario.settings), frames)

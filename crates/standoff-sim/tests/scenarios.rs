@@ -241,8 +241,11 @@ fn descriptions_in_the_schema_contain_every_allowed_word() {
     let mut checked = 0;
     for (table, definition) in definitions {
         for (key, property) in definition["properties"].as_object().into_iter().flatten() {
-            let Some(reference) = property["allOf"][0]["$ref"].as_str() else { continue };
-            let choices = &definitions[reference.rsplit('/').next().unwrap()]["oneOf"];
+            // Options of the library are listed at their key, others in a definition.
+            let choices = match property["allOf"][0]["$ref"].as_str() {
+                Some(reference) => &definitions[reference.rsplit('/').next().unwrap()]["oneOf"],
+                None => &property["oneOf"],
+            };
             for word in choices.as_array().into_iter().flatten().filter_map(|choice| choice["const"].as_str()) {
                 let description = property["description"].as_str().unwrap();
                 assert!(description.contains(&format!("`{word}`")), "{table}.{key}: {word}: {description}");

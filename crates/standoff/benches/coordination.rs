@@ -11,7 +11,7 @@ use standoff::coordination::clustering::KMeans;
 use standoff::*;
 
 fn assignment(c: &mut Criterion) {
-    let sensor = TeamParams::table_1().track.sensor;
+    let sensor = TeamParams::paper().track.sensor;
     for (uavs, groups, targets) in [(4, 2, 7), (8, 4, 40), (12, 6, 120), (30, 15, 300), (100, 50, 1000)] {
         let radius_m = 1000.0 * f64::from(groups).sqrt();
         let team: Vec<AvailableUav> = (0..)

@@ -35,7 +35,7 @@ use crate::validation::ParamError;
 /// ```
 /// # use standoff::*;
 /// # fn main() -> Result<(), Vec<ParamError>> {
-/// let mut agent = Agent::new(UavId(0), TeamParams::table_1())?;
+/// let mut agent = Agent::new(UavId(0), TeamParams::paper())?;
 /// let own = UavState::level_flight(Position::from_m(400.0, 0.0), Angle::from_deg(90.0), 40.0);
 /// // A cue source reports a target; the agent turns onto an orbit around it.
 /// let cue = Message::Cue(Cue {

@@ -6,7 +6,7 @@ use crate::coordination::lost_target_search::SearchArea;
 use crate::coordination::memberships::GroupedTrack;
 use crate::frame::{Displacement, Position, Velocity};
 use crate::group_id::GroupId;
-use crate::guidance::avoidance::{Avoidance, CollisionAvoidance, OtherAircraft, SeparationParams};
+use crate::guidance::avoidance::{Avoidance, CollisionAvoidance, OtherAircraft};
 use crate::guidance::geofence_safety::GeofenceSafety;
 use crate::guidance::heading::{Orbit, OrbitRelativeState, Steering, steer};
 use crate::guidance::phase_control::{is_in_transit, phase_control_speed_m_s, phase_error_rad};
@@ -15,7 +15,7 @@ use crate::guidance::sensor_pointing::{angular_midpoint, angular_midpoint_of_mos
 use crate::guidance::standoff_distance::Ramp;
 use crate::intruders::Intruders;
 use crate::output::{AgentOutput, Diagnostics, Observation, PointingTarget, Rejected};
-use crate::params::{LinkModel, Pointing, TeamParams};
+use crate::params::{AltitudePolicy, GroupingParams, LinkModel, Pointing, SeparationParams, TeamParams};
 use crate::team_state::TeamState;
 use crate::uav::{Aircraft, Command, LimitedCommand, UavId, UavState};
 
@@ -281,5 +281,35 @@ impl CommandLaw<'_> {
             positions.min_by(|a, b| squared_m2(a).total_cmp(&squared_m2(b)))
         };
         nearest(false).or_else(|| nearest(true))
+    }
+}
+
+impl TeamParams {
+    /// Command of a UAV that knows no targets or whose computer is off: the smallest orbit at its position.
+    pub fn fallback_command(&self) -> Command {
+        let (speed_m_s, radius_m) = (self.uav.speed_m_s, self.group.standoff.radius_min_m);
+        Command { speed_m_s, turn_rate_rad_s: self.guidance.orbit_direction.sign() * speed_m_s / radius_m }
+    }
+
+    /// Altitude of a UAV that is not assigned to a group yet, m: the lowest one, or its own; within the limits.
+    pub fn initial_altitude_m(&self, uav: UavId) -> f64 {
+        self.limit_altitude_m(self.own_altitude_m(uav).unwrap_or(self.group.altitude_lowest_m))
+    }
+
+    /// Altitude of a UAV that does not depend on its assignment, m; `None` if its group determines it.
+    pub(crate) fn own_altitude_m(&self, uav: UavId) -> Option<f64> {
+        let GroupingParams { altitude_lowest_m, altitude_step_m, altitude_policy: altitudes, .. } = self.group;
+        match (altitudes, self.link) {
+            (AltitudePolicy::PerGroup, LinkModel::Ideal) => None,
+            (AltitudePolicy::PerGroup, LinkModel::Lossy) | (AltitudePolicy::PerUav, _) => {
+                Some(altitude_lowest_m + f64::from(uav.0) * altitude_step_m)
+            }
+            (AltitudePolicy::Common, _) => Some(altitude_lowest_m),
+        }
+    }
+
+    /// Limits an altitude to the allowed range, m.
+    pub(crate) fn limit_altitude_m(&self, altitude_m: f64) -> f64 {
+        self.uav.climb.map_or(altitude_m, |climb| climb.limit_m(altitude_m))
     }
 }

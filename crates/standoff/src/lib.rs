@@ -55,12 +55,12 @@ pub use covariance::Covariance;
 pub use enclosing_circle::{CircleMotion, EnclosingCircle};
 pub use frame::{Displacement, Position, Velocity};
 pub use group_id::GroupId;
-pub use guidance::avoidance::{Avoidance, SeparationParams};
+pub use guidance::avoidance::Avoidance;
 pub use guidance::geofence::{Geofence, GeofenceError, Zone, ZoneKind};
-pub use guidance::heading::{Feedforward, GuidanceParams, Lead, Orbit, SpeedReference, Steering};
-pub use guidance::orbit_motion::{MotionParams, OrbitMotion};
-pub use guidance::standoff_distance::{Spread, StandoffDistance, StandoffParams};
-pub use guidance::vector_field::{OrbitDirection, VectorField};
+pub use guidance::heading::{Orbit, Steering};
+pub use guidance::orbit_motion::OrbitMotion;
+pub use guidance::standoff_distance::{Spread, StandoffDistance};
+pub use guidance::vector_field::VectorField;
 pub use message::{
     CommitDigest, Cue, Detection, LogStatus, Message, MessageSource, ReceivedRange, Report, Scan, SnapshotPart,
     SnapshotRequest, TargetLabel, TrafficReport,
@@ -68,17 +68,17 @@ pub use message::{
 pub use message_log::TeammateStatus;
 pub use output::{AgentOutput, Diagnostics, Observation, PointingTarget, Rejected};
 pub use params::{
-    AltitudePolicy, CentreEstimate, CentreJump, GroupCount, GroupingParams, LinkModel, LogParams, Margin, Objective,
-    Pointing, RemovalRule, TeamParams,
+    AltitudePolicy, CentreEstimate, CentreJump, ClimbParams, Feedforward, GroupCount, GroupingParams, GuidanceParams,
+    Integrator, Lead, LinkModel, LogParams, Margin, MotionParams, Objective, OrbitDirection, ParamInfo, ParamKind,
+    ParamValue, Pointing, RemovalRule, SensorParams, SeparationParams, SpeedReference, StandoffParams, TargetParams,
+    TeamParams, TrackParams, UavParams, Word,
 };
-pub use sensor::{RangeBearingMeasurement, SensorParams};
-pub use target::{TargetParams, TargetState, Transition};
+pub use sensor::RangeBearingMeasurement;
+pub use target::{TargetState, Transition};
 pub use team_agent::TeamAgent;
 pub use team_state::TeamState;
 pub use time::{Duration, Time};
 pub use tracking::information_filter::{Contribution, Estimate, InformationFilter};
-pub use tracking::track::{LossReason, Track, TrackId, TrackParams, TrackStatus};
-pub use uav::{
-    Aircraft, AutopilotModel, ClimbParams, Command, Integrator, LimitedCommand, UavId, UavParams, UavState, Vertical,
-};
+pub use tracking::track::{LossReason, Track, TrackId, TrackStatus};
+pub use uav::{Aircraft, AutopilotModel, Command, LimitedCommand, UavId, UavState, Vertical};
 pub use validation::{Allowed, ParamError};

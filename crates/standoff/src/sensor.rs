@@ -7,11 +7,7 @@ use nalgebra::{Matrix2, Vector2};
 
 use crate::angle::Angle;
 use crate::frame::{Displacement, Position};
-use crate::math;
-use crate::validation::{Allowed, ParamError};
-
-/// Minimum range of a usable measurement, m. At shorter ranges the Jacobian's 1/r diverges and the bearing is useless.
-pub const RANGE_MIN_M: f64 = 1.0;
+use crate::params::{RANGE_MIN_M, SensorParams};
 
 /// A measurement: range and bearing from the UAV to the target.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -23,46 +19,7 @@ pub struct RangeBearingMeasurement {
     pub bearing: Angle,
 }
 
-/// Parameters of the sensor.
-///
-/// ```
-/// use standoff::{Angle, Position, TeamParams};
-///
-/// let sensor = TeamParams::table_1().track.sensor;
-/// let (uav, target) = (Position::from_m(0.0, 400.0), Position::from_m(0.0, 0.0));
-/// let south = Angle::from_deg(-90.0);
-/// let z = sensor.measure(uav, south, target).expect("the target is in view");
-/// assert_eq!((z.range_m, z.bearing), (400.0, south));
-/// // A target behind the sensor is not in view.
-/// assert!(sensor.measure(uav, Angle::from_deg(90.0), target).is_none());
-/// ```
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct SensorParams {
-    /// Standard deviation of the range, sigma_r, m; 0.001 to 100,000.
-    #[doc(alias = "sigma_r")]
-    pub range_sd_m: f64,
-    /// Standard deviation of the bearing, sigma_theta, rad; 0.000001 to pi.
-    #[doc(alias = "sigma_theta")]
-    pub bearing_sd_rad: f64,
-    /// Field of view, alpha_f, rad; at least 0.001, at most a whole turn.
-    #[doc(alias = "alpha_f")]
-    pub field_of_view_rad: f64,
-    /// Maximum range at which a target is in view, m; above [`RANGE_MIN_M`], at most 1,000,000.
-    pub sensing_range_m: f64,
-}
-
 impl SensorParams {
-    /// Returns every parameter that is out of range.
-    pub fn errors(&self) -> Vec<ParamError> {
-        let mut errors = Vec::new();
-        Allowed::at_least(1e-3).at_most(1e5).check("range_sd_m", self.range_sd_m, &mut errors);
-        Allowed::at_least(1e-6).at_most(math::PI).check("bearing_sd_rad", self.bearing_sd_rad, &mut errors);
-        let view = Allowed::at_least(1e-3).at_most(math::TAU);
-        view.check("field_of_view_rad", self.field_of_view_rad, &mut errors);
-        Allowed::above(RANGE_MIN_M).at_most(1e6).check("sensing_range_m", self.sensing_range_m, &mut errors);
-        errors
-    }
-
     /// Half the field of view, rad.
     pub fn half_field_of_view_rad(&self) -> f64 {
         0.5 * self.field_of_view_rad
@@ -175,6 +132,7 @@ pub(crate) fn jacobian_rows(range_m: f64, target_rel_uav: Displacement) -> [Vect
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::math;
     use proptest::prelude::*;
 
     fn table_1() -> SensorParams {

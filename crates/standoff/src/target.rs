@@ -17,8 +17,8 @@ use nalgebra::{Matrix3, Vector6};
 use crate::covariance::Covariance;
 use crate::frame::{Position, Velocity};
 use crate::math;
+use crate::params::TargetParams;
 use crate::time::Duration;
-use crate::validation::{Allowed, ParamError};
 
 /// Position, velocity and acceleration of a target, or of a group's centre.
 ///
@@ -58,39 +58,7 @@ impl TargetState {
     }
 }
 
-/// Parameters of the target model.
-///
-/// ```
-/// use standoff::{Duration, Position, TargetParams, TargetState, Velocity};
-///
-/// let params = TargetParams { correlation_rate_1_s: 0.1, acceleration_sd_m_s2: 0.3 };
-/// assert!(params.errors().is_empty());
-/// let car = TargetState::new(Position::from_m(0.0, 0.0), Velocity::from_m_s(10.0, 0.0), [0.0, 0.0]);
-/// let later = params.transition(Duration::from_s(2.0)).predict(&car);
-/// assert!((later.position().x_m() - 20.0).abs() < 1e-9);
-/// ```
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct TargetParams {
-    /// Correlation rate of the acceleration, alpha, 1/s; at least 0 (0: constant acceleration),
-    /// at most 100.
-    #[doc(alias = "alpha")]
-    pub correlation_rate_1_s: f64,
-    /// Standard deviation of the acceleration per axis, sigma_a, m/s2; at least 0, at most 100.
-    #[doc(alias = "sigma_a")]
-    pub acceleration_sd_m_s2: f64,
-}
-
 impl TargetParams {
-    /// Returns every parameter that is out of range.
-    pub fn errors(&self) -> Vec<ParamError> {
-        let mut errors = Vec::new();
-        let rate = Allowed::at_least(0.0).at_most(100.0);
-        rate.check("correlation_rate_1_s", self.correlation_rate_1_s, &mut errors);
-        let sd = Allowed::at_least(0.0).at_most(100.0);
-        sd.check("acceleration_sd_m_s2", self.acceleration_sd_m_s2, &mut errors);
-        errors
-    }
-
     /// Discretises the model for a time step of `dt`.
     ///
     /// Implements Eq. (6) and the exact Q.

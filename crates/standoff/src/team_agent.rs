@@ -23,7 +23,7 @@ use crate::validation::ParamError;
 /// ```
 /// # use standoff::*;
 /// # fn main() -> Result<(), Vec<ParamError>> {
-/// let mut fleet = TeamAgent::new(TeamParams::table_1())?;
+/// let mut fleet = TeamAgent::new(TeamParams::paper())?;
 /// let state = |x_m| UavState::level_flight(Position::from_m(x_m, 0.0), Angle::from_deg(90.0), 40.0);
 /// let states = [(UavId(0), state(400.0)), (UavId(1), state(-400.0))];
 /// let observed = states.map(|(uav, own)| fleet.observe(Time::EPOCH, uav, &own, Some(Scan::default())));

@@ -15,8 +15,9 @@ use core::array::from_fn;
 use crate::angle::Angle;
 use crate::frame::{Displacement, FARTHEST_M, FASTEST_M_S, FASTEST_RAD_S, Position, Velocity};
 use crate::math;
+use crate::params::{ClimbParams, Integrator, UavParams};
 use crate::time::Duration;
-use crate::validation::{Allowed, ParamError, errors_of};
+use crate::validation::{Allowed, ParamError};
 
 /// Id of a UAV, unique in its team and the same for all agents.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, serde::Serialize, serde::Deserialize)]
@@ -136,89 +137,7 @@ pub struct LimitedCommand {
     pub turn_rate_limited: bool,
 }
 
-/// Method that integrates (1) over a time step.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
-pub enum Integrator {
-    /// Exact solution for a constant command.
-    #[default]
-    Exact,
-    /// One Euler step (4), as published.
-    Euler,
-}
-
-/// Limits and lags of a UAV.
-///
-/// ```
-/// use standoff::{Angle, Command, Duration, Position, TeamParams, UavState};
-///
-/// let params = TeamParams::table_1().uav;
-/// let state =
-///     UavState { position: Position::from_m(0.0, 0.0), heading: Angle::from_deg(90.0), speed_m_s: 40.0, turn_rate_rad_s: 0.0, vertical: None };
-/// // The command exceeds the limits, which are those of the paper's Table I.
-/// let limited = params.limit(Command { speed_m_s: 100.0, turn_rate_rad_s: 1.0 });
-/// assert_eq!((limited.command.speed_m_s, limited.command.turn_rate_rad_s), (55.0, 0.3));
-/// let next = params.response(Duration::from_s(0.5)).step(&state, limited.command);
-/// assert!(next.speed_m_s > 40.0 && next.heading.deg() > 90.0 && next.position.y_m() > 20.0);
-/// ```
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct UavParams {
-    /// Nominal speed v_0, which is also the desired speed v_d, m/s; 1 to 1,000.
-    #[doc(alias = "v_0")]
-    #[doc(alias = "v_d")]
-    pub speed_m_s: f64,
-    /// Maximum deviation of the speed command from `speed_m_s`, dv_max, m/s; at least 0, below `speed_m_s`.
-    #[doc(alias = "dv_max")]
-    pub speed_change_max_m_s: f64,
-    /// Maximum turn rate command, omega_max, rad/s; 0.001 (a full turn in 105 minutes) to 10.
-    #[doc(alias = "omega_max")]
-    pub turn_rate_max_rad_s: f64,
-    /// Lag of the speed, tau_v, s; 0.001 to 60.
-    #[doc(alias = "tau_v")]
-    pub speed_lag_s: f64,
-    /// Lag of the turn rate, tau_omega, s; 0.001 to 60.
-    #[doc(alias = "tau_omega")]
-    pub turn_rate_lag_s: f64,
-    /// Integration method.
-    pub integrator: Integrator,
-    /// Climb model; `None`: the UAV reaches a commanded altitude immediately, as in the planar model of the paper.
-    pub climb: Option<ClimbParams>,
-}
-
-/// Climb model and altitude limits of a UAV: a first-order lag on the climb rate, like that on the turn rate in (1).
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct ClimbParams {
-    /// Maximum climb and descent rate, m/s; 0.01 to 100.
-    pub rate_max_m_s: f64,
-    /// Lag of the climb rate, s; 0.001 to 60.
-    pub lag_s: f64,
-    /// Lowest altitude that may be commanded, m above the plane; 1 to 20,000.
-    pub altitude_min_m: f64,
-    /// Highest altitude that may be commanded, m; not below `altitude_min_m`, at most 20,000.
-    pub altitude_max_m: f64,
-}
-
-impl Default for ClimbParams {
-    /// A small fixed-wing UAV: climb rate up to 3 m/s with a lag of 1 s.
-    fn default() -> Self {
-        Self { rate_max_m_s: 3.0, lag_s: 1.0, altitude_min_m: 50.0, altitude_max_m: 3000.0 }
-    }
-}
-
 impl ClimbParams {
-    /// Returns every parameter that is out of range.
-    pub fn errors(&self) -> Vec<ParamError> {
-        let mut errors = Vec::new();
-        Allowed::at_least(0.01).at_most(100.0).check("rate_max_m_s", self.rate_max_m_s, &mut errors);
-        Allowed::at_least(1e-3).at_most(60.0).check("lag_s", self.lag_s, &mut errors);
-        Allowed::at_least(1.0).at_most(2e4).check("altitude_min_m", self.altitude_min_m, &mut errors);
-        Allowed::at_least(self.altitude_min_m).at_most(2e4).with_reason("not below altitude_min_m").check(
-            "altitude_max_m",
-            self.altitude_max_m,
-            &mut errors,
-        );
-        errors
-    }
-
     /// Clamps an altitude to the limits, m.
     pub fn limit_m(&self, altitude_m: f64) -> f64 {
         altitude_m.clamp(self.altitude_min_m, self.altitude_max_m)
@@ -245,24 +164,6 @@ impl UavParams {
     /// Maximum speed that may be commanded, m/s.
     pub fn speed_max_m_s(&self) -> f64 {
         self.speed_m_s + self.speed_change_max_m_s
-    }
-
-    /// Returns every parameter that is out of range.
-    pub fn errors(&self) -> Vec<ParamError> {
-        let mut errors = Vec::new();
-        Allowed::at_least(1.0).at_most(1000.0).check("speed_m_s", self.speed_m_s, &mut errors);
-        Allowed::at_least(0.0).below(self.speed_m_s).with_reason("the UAV must keep flying: below speed_m_s").check(
-            "speed_change_max_m_s",
-            self.speed_change_max_m_s,
-            &mut errors,
-        );
-        Allowed::at_least(1e-3).at_most(10.0).check("turn_rate_max_rad_s", self.turn_rate_max_rad_s, &mut errors);
-        let lag = Allowed::at_least(1e-3).at_most(60.0);
-        lag.check("speed_lag_s", self.speed_lag_s, &mut errors);
-        lag.check("turn_rate_lag_s", self.turn_rate_lag_s, &mut errors);
-        let climb = self.climb.map(|climb| climb.errors()).unwrap_or_default();
-        errors.extend(errors_of([("climb", climb)]));
-        errors
     }
 
     /// Returns every parameter that is out of range if each command is held for `dt`.

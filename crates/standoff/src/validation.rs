@@ -65,6 +65,11 @@ impl Allowed {
         Self::at_least(value).at_most(value)
     }
 
+    /// Adds a lower limit that is included.
+    pub const fn and_at_least(self, limit: f64) -> Self {
+        Self { lower: Bound::Closed(limit), ..self }
+    }
+
     /// Adds an upper limit that is excluded.
     pub const fn below(self, limit: f64) -> Self {
         Self { upper: Bound::Open(limit), ..self }

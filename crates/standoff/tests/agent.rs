@@ -99,7 +99,7 @@ fn an_agent_sends_the_report_of_its_scan() {
 #[test]
 fn an_agent_does_not_send_an_invalid_report() {
     let own = Team::new(1, 0).states[0];
-    let mut agent = Agent::new(UavId(0), TeamParams::table_1()).unwrap();
+    let mut agent = Agent::new(UavId(0), TeamParams::paper()).unwrap();
     let invalid = Scan { boresight: Some(Angle::from_rad(f64::NAN)), detections: &[] };
     let observation = agent.observe(Time::EPOCH, &own, Some(invalid));
     assert!(agent.outbox(&observation).is_empty());
@@ -131,7 +131,7 @@ fn a_time_step_is_observed_once() {
 fn a_time_step_without_a_decision_is_not_forgotten() {
     let mut team = Team::new(2, 4);
     let mut agents = [team.agents[0].clone(), team.agents[0].clone()];
-    let mut fleet = TeamAgent::new(TeamParams::table_1()).unwrap();
+    let mut fleet = TeamAgent::new(TeamParams::paper()).unwrap();
     for tick in 0..60 {
         let (now, scans, inbox) = team.speak(tick);
         let own = team.states[0];
@@ -196,7 +196,7 @@ fn messages_with_an_old_observation_are_ignored() {
     team.agents[0].receive(&old, &Message::Cue(late));
     team.agents[0].decide(&old);
     assert_eq!(format!("{:?}", team.agents[0].team_state()), before);
-    let mut fleet = TeamAgent::new(TeamParams::table_1()).unwrap();
+    let mut fleet = TeamAgent::new(TeamParams::paper()).unwrap();
     let old = fleet.observe(now, UavId(0), &own, Some(Scan::default()));
     let new = fleet.observe(now + Duration::from_s(0.5), UavId(0), &own, Some(Scan::default()));
     fleet.receive(&old, &Message::Cue(late));
@@ -261,7 +261,7 @@ fn a_clock_jump_of_one_step_changes_no_bit() {
 fn a_time_jump_is_detected_at_its_second_time_step() {
     let own = UavState::level_flight(Position::ORIGIN, Angle::ZERO, 40.0);
     let jumps = |times_s: &[f64]| {
-        let mut agent = Agent::new(UavId(0), TeamParams::table_1()).unwrap();
+        let mut agent = Agent::new(UavId(0), TeamParams::paper()).unwrap();
         let observe = |time_s: &f64| {
             let _ = agent.observe(Time::EPOCH + Duration::from_s(*time_s), &own, Some(Scan::default()));
             agent.is_time_jump()
@@ -324,7 +324,7 @@ fn a_reset_agent_starts_from_scratch_at_any_time() {
 #[test]
 fn a_fleet_rejects_wrong_times_and_can_be_reset() {
     let mut team = Team::new(2, 4);
-    let mut fleet = TeamAgent::new(TeamParams::table_1()).unwrap();
+    let mut fleet = TeamAgent::new(TeamParams::paper()).unwrap();
     let run = |fleet: &mut TeamAgent, team: &mut Team, at: Option<Time>| {
         let (now, scans, inbox) = team.speak(0);
         let observed = observe_all(fleet, at.unwrap_or(now), &team.states, &scans, &inbox);
@@ -368,7 +368,7 @@ fn two_cues_of_one_target_give_the_same_team_state_in_any_order() {
     let mut reversed = first.clone();
     reversed.reverse();
     let team_state = |inboxes: &[&[Message]]| {
-        let mut agent = Agent::new(UavId(0), TeamParams::table_1()).unwrap();
+        let mut agent = Agent::new(UavId(0), TeamParams::paper()).unwrap();
         for inbox in inboxes {
             step(&mut agent, Time::EPOCH, &own, Scan::default(), inbox);
         }
@@ -411,7 +411,7 @@ fn an_absurd_restart_count_does_not_silence_a_teammate() {
 /// An agent without targets circles at its current position, within the limits.
 #[test]
 fn an_agent_without_targets_flies_a_circle() {
-    let mut agent = Agent::new(UavId(0), TeamParams::table_1()).unwrap();
+    let mut agent = Agent::new(UavId(0), TeamParams::paper()).unwrap();
     let own = Team::new(1, 0).states[0];
     let step = step(&mut agent, Time::EPOCH, &own, Scan::default(), &[]);
     assert_eq!(step.command, Command { speed_m_s: 40.0, turn_rate_rad_s: 0.16 });
@@ -420,7 +420,7 @@ fn an_agent_without_targets_flies_a_circle() {
 
 #[test]
 fn parameters_out_of_range_are_all_reported() {
-    let mut params = TeamParams::table_1();
+    let mut params = TeamParams::paper();
     params.uav.speed_m_s = -1.0;
     params.guidance.radial_gain = 0.0;
     let paths: Vec<_> = Agent::new(UavId(0), params).unwrap_err().into_iter().map(|error| error.path).collect();
@@ -493,7 +493,7 @@ proptest! {
         messages in proptest::collection::vec(any_message(500_000), 0..6),
         times in proptest::collection::vec(prop_oneof![Just(500_000i64), 0..5_000_000i64, any::<i64>()], 8),
     ) {
-        let mut agent = Agent::new(UavId(0), TeamParams::table_1()).unwrap();
+        let mut agent = Agent::new(UavId(0), TeamParams::paper()).unwrap();
         for (state, us) in states.iter().zip(times) {
             let scan = Scan { boresight: Some(state.heading), detections: &detections };
             let step = step(&mut agent, Time::from_us(us), state, scan, &messages);

@@ -12,8 +12,8 @@ use standoff::*;
 #[test]
 fn a_warm_time_step_allocates_nothing() {
     let mut team = Team::new(3, 12);
-    let mut agent = Agent::new(UavId(0), TeamParams::table_1()).unwrap();
-    let mut params = TeamParams::table_1();
+    let mut agent = Agent::new(UavId(0), TeamParams::paper()).unwrap();
+    let mut params = TeamParams::paper();
     // The agent uses the paper's rules, the fleet the modified ones.
     (params.group.centre, params.group.pointing) = (CentreEstimate::EnclosingCircle, Pointing::AngularMidpoint);
     let mut fleet = TeamAgent::new(params).unwrap();
@@ -86,7 +86,7 @@ fn present(tick: i64, every: i64, stays: i64) -> impl Iterator<Item = u32> {
 /// Flies one agent with targets and teammates that come and go. Returns the growth of its memory in bytes, per block of
 /// `steps` time steps.
 fn growth_bytes(blocks: i64, steps: i64) -> Vec<i64> {
-    let mut params = TeamParams::table_1();
+    let mut params = TeamParams::paper();
     params.track.lost_track_retention_s = 30.0;
     let mut agent = Agent::new(UavId(0), params).unwrap();
     let own = Team::new(1, 0).states[0];

@@ -165,7 +165,7 @@ fn invalid_arguments_are_reported() {
 /// Data rate of `team` UAVs, kbit/s: mean over all UAVs, and maximum of any UAV in any second. They circle around ten
 /// vehicles for two minutes, measure all of them twice a second, and lose `lose_percent` of the messages sent to them.
 fn kbit_s(team: u32, lose_percent: u32) -> [f64; 2] {
-    let params = TeamParams { link: LinkModel::Lossy, ..TeamParams::table_1() };
+    let params = TeamParams { link: LinkModel::Lossy, ..TeamParams::paper() };
     let mut losses: Vec<_> = (0..team).map(|id| Loss::new(lose_percent, id)).collect();
     let mut agents: Vec<_> = (0..team).map(|id| Agent::new(UavId(id), params).unwrap()).collect();
     let mut by_second = vec![vec![0; 120]; team as usize];
@@ -218,7 +218,7 @@ fn ten_targets_need_less_than_20_kbit_s_at_a_packet_loss_of_20_percent() {
 /// A companion computer may run the agent on any thread.
 #[test]
 fn an_agent_can_move_to_another_thread() {
-    let agent = Agent::new(UavId(3), TeamParams::table_1()).unwrap();
+    let agent = Agent::new(UavId(3), TeamParams::paper()).unwrap();
     assert_eq!(std::thread::spawn(move || agent.id()).join().unwrap(), UavId(3));
 }
 

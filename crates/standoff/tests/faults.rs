@@ -60,7 +60,7 @@ fn fly(team: &mut Team, radio: &mut Radio, ticks: core::ops::Range<i64>) {
 }
 
 fn fallible() -> TeamParams {
-    TeamParams { link: standoff::LinkModel::Lossy, ..TeamParams::table_1() }
+    TeamParams { link: standoff::LinkModel::Lossy, ..TeamParams::paper() }
 }
 
 /// The computers start in any order, the lowest id first or last.

@@ -48,7 +48,7 @@ prop_compose! {
         let sensor = SensorParams {
             range_sd_m,
             bearing_sd_rad: bearing_sd_deg.to_radians(),
-            ..TeamParams::table_1().track.sensor
+            ..TeamParams::paper().track.sensor
         };
         let axis = [cue_sd_m, cue_sd_m_s, acceleration_sd_m_s2];
         let start = Estimate {
@@ -236,7 +236,7 @@ proptest! {
 /// variance in each direction is that of the measurement.
 #[test]
 fn a_measurement_much_more_precise_than_the_prior_is_fully_used() {
-    let sensor = SensorParams { range_sd_m: 0.01, ..TeamParams::table_1().track.sensor };
+    let sensor = SensorParams { range_sd_m: 0.01, ..TeamParams::paper().track.sensor };
     for bearing_deg in [0.0, 30.0, 77.0, 135.0, -100.0] {
         let axis = [1e8, 4.0, 0.04];
         let covariance = Covariance::from_diagonal(core::array::from_fn(|i| axis[i % 3]));
@@ -260,7 +260,7 @@ fn a_measurement_much_more_precise_than_the_prior_is_fully_used() {
 /// Over 10,000 s the remaining acceleration decays by a tenth per second.
 #[test]
 fn a_track_of_a_target_that_never_accelerates_stays_valid_for_hours() {
-    let mut params = TeamParams::table_1().track;
+    let mut params = TeamParams::paper().track;
     params.target.acceleration_sd_m_s2 = 0.0;
     let transition = params.transition(Duration::from_s(0.5));
     let uav = Position::from_m(-300.0, 0.0);
@@ -285,7 +285,7 @@ fn broken_covariances(threads: u64, steps: u64) -> u64 {
         let mut draw = Draw(seed);
         let model = TargetParams { correlation_rate_1_s: 0.1, acceleration_sd_m_s2: 0.2 };
         let transition = model.transition(Duration::from_s(0.5));
-        let sensor = TeamParams::table_1().track.sensor;
+        let sensor = TeamParams::paper().track.sensor;
         let start = Estimate {
             state: TargetState::new(Position::from_m(3.0, 5.0), Velocity::ZERO, [0.0, 0.0]),
             covariance: Covariance::from_diagonal([400.0, 4.0, 0.04, 400.0, 4.0, 0.04]),

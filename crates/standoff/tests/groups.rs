@@ -44,7 +44,7 @@ fn kinds(events: &[Event]) -> Vec<&'static str> {
 #[test]
 fn all_agents_and_the_fleet_agree_to_the_bit() {
     let mut team = Team::new(5, 7).with_motion(two_groups);
-    let mut fleet = TeamAgent::new(TeamParams::table_1()).unwrap();
+    let mut fleet = TeamAgent::new(TeamParams::paper()).unwrap();
     let mut happened = BTreeSet::new();
     for tick in 0..240 {
         let (now, scans, inbox) = team.speak(tick);
@@ -114,9 +114,9 @@ fn a_lost_uav_is_replaced_and_may_come_back() {
 /// along the line to it. Relative to the centroid of two, each member has a quarter of the sum of both covariances.
 #[test]
 fn the_margin_is_a_number_of_standard_deviations_along_the_line_to_the_furthest_member() {
-    let mut params = TeamParams::table_1();
+    let mut params = TeamParams::paper();
     params.group.centre = CentreEstimate::Centroid;
-    params.group.margin = Margin::StandardDeviations(2.0);
+    params.group.margin_sds = 2.0;
     let mut agent = Agent::new(UavId(0), params).unwrap();
     let own = Team::new(1, 0).states[0];
     let cues = [cue(0, Time::EPOCH, (0.0, 0.0), 16.0), cue(1, Time::EPOCH, (120.0, 90.0), 12.0)];
@@ -135,9 +135,9 @@ fn the_steered_radius_is_the_flown_radius_after_the_lead_time() {
         let sign = if id == 0 { 1.0 } else { -1.0 };
         Some((Position::from_m(sign * (130.0 + 2.0 * now.s()), 0.0), Velocity::from_m_s(sign * 2.0, 0.0)))
     };
-    let mut params = TeamParams::table_1();
+    let mut params = TeamParams::paper();
     params.group.centre = CentreEstimate::EnclosingCircle;
-    params.group.margin = Margin::StandardDeviations(0.0);
+    params.group.margin_sds = 0.0;
     params.group.motion = MotionParams { time_constant_s: 1.5, ..params.group.motion };
     (params.guidance.lead, params.guidance.radial_gain) = (Lead::Predicted, 0.2);
     let mut team = Team::new(1, 2).with_motion(diverging_for);
@@ -164,7 +164,7 @@ fn the_steered_radius_is_the_flown_radius_after_the_lead_time() {
 #[test]
 fn a_group_member_stays_in_view_until_a_target_in_handoff_fits_in_too() {
     let boresight_deg = |field_of_view_deg: f64| {
-        let mut params = TeamParams::table_1();
+        let mut params = TeamParams::paper();
         (params.group.centre, params.group.pointing) = (CentreEstimate::EnclosingCircle, Pointing::AngularMidpoint);
         params.track.sensor.field_of_view_rad = field_of_view_deg.to_radians();
         let mut agent = Agent::new(UavId(0), params).unwrap();
@@ -194,7 +194,7 @@ fn a_group_member_stays_in_view_until_a_target_in_handoff_fits_in_too() {
 /// right, at 56 and 63 degrees, and not between all three.
 #[test]
 fn a_sensor_points_at_the_largest_set_of_members_that_stays_in_view() {
-    let mut params = TeamParams::table_1();
+    let mut params = TeamParams::paper();
     params.group.pointing = Pointing::AngularMidpoint;
     let mut agent = Agent::new(UavId(0), params).unwrap();
     let own = UavState::level_flight(Position::from_m(-100.0, 0.0), Angle::ZERO, 40.0);
@@ -265,7 +265,7 @@ proptest! {
     /// are not more groups than the rule allows.
     #[test]
     fn invariants_hold_in_unusual_worlds(odd in any_world(), uavs in 1u32..10, targets in 0u32..14, seed in 0u32..1000, silent in 0u32..10, is_new in any::<bool>(), by_need in any::<bool>()) {
-        let mut params = TeamParams::table_1();
+        let mut params = TeamParams::paper();
         if is_new {
             params.group = GroupingParams { centre: CentreEstimate::EnclosingCircle, pointing: Pointing::AngularMidpoint, removal: RemovalRule::LargestRadiusReduction, search_lost_targets: true, ..params.group };
             params.guidance.lead = Lead::Predicted;
@@ -421,7 +421,7 @@ fn gone_for_a_while(id: u32, now: Time) -> Option<(Position, Velocity)> {
 /// time.
 #[test]
 fn each_uav_searches_for_another_lost_target() {
-    let mut params = TeamParams::table_1();
+    let mut params = TeamParams::paper();
     (params.group.count, params.group.search_lost_targets) = (GroupCount::AsNeeded, true);
     let mut team = Team::new(3, 3).with_motion(gone_for_a_while);
     team.agents = (0..3).map(|id| Agent::new(UavId(id), params).unwrap()).collect();
@@ -492,7 +492,7 @@ impl AssignmentLaw for Fixed {
 /// Assignments after 30 s with or without a custom assignment law, and the UAVs that it has reassigned.
 fn assigned_uavs_under(law: Option<Fixed>) -> (Vec<(u32, Option<u32>)>, Vec<u32>) {
     let mut team = Team::new(4, 6).with_motion(two_groups);
-    let fleet = TeamAgent::new(TeamParams::table_1()).expect("the paper's parameters are in range");
+    let fleet = TeamAgent::new(TeamParams::paper()).expect("the paper's parameters are in range");
     let mut fleet = match law {
         Some(law) => fleet.with_assignment_law(std::sync::Arc::new(law)),
         None => fleet,

@@ -296,7 +296,7 @@ proptest! {
         let commit_digest = CommitDigest { time: team_state.time, digest: team_state.digest() };
         // The canonical encoding may differ from the manipulated bytes.
         let bytes = postcard::to_allocvec(&team_state).unwrap();
-        let mut agent = Agent::new(UavId(1), TeamParams::table_1()).unwrap();
+        let mut agent = Agent::new(UavId(1), TeamParams::paper()).unwrap();
         for tick in 0..12i64 {
             let step = step_with_snapshot(&mut agent, (&from, now), tick, commit_digest, &bytes);
             prop_assert!((25.0..=55.0).contains(&step.command.speed_m_s), "{step:?}");
@@ -346,7 +346,7 @@ fn a_snapshot_that_does_not_match_its_digest_is_rejected() {
     other.groups[0].altitude_m += 1.0;
     let other = postcard::to_allocvec(&other).unwrap();
     for (bytes, is_accepted) in [(bytes, true), (other, false)] {
-        let mut agent = Agent::new(UavId(1), TeamParams::table_1()).unwrap();
+        let mut agent = Agent::new(UavId(1), TeamParams::paper()).unwrap();
         let mut rejected = 0;
         for tick in 0..4i64 {
             let step = step_with_snapshot(&mut agent, (&from, now), tick, commit_digest, &bytes);
@@ -379,7 +379,7 @@ proptest! {
         is_near in any::<bool>(),
     ) {
         let mut team = Team::new(2, 4);
-        let params = TeamParams { separation: Some(SeparationParams::default()), ..TeamParams::table_1() };
+        let params = TeamParams { separation: Some(SeparationParams::default()), ..TeamParams::paper() };
         let [mut reference, mut tested] = [0; 2].map(|_| Agent::new(UavId(0), params).unwrap());
         for tick in 0..20 {
             let (now, scans, inbox) = team.speak(tick);

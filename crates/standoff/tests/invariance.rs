@@ -84,7 +84,7 @@ prop_compose! {
         field_m in prop_oneof![Just(80.0), Just(600.0), Just(2500.0)],
         speed_m_s in 0.0..14.0f64,
         feedforward in prop_oneof![Just(Feedforward::Field), Just(Feedforward::Trajectory), Just(Feedforward::StaticCentre), Just(Feedforward::Paper)],
-        lead in prop_oneof![Just(Lead::Constant(3.0)), Just(Lead::Scheduled), Just(Lead::Predicted)],
+        lead in prop_oneof![Just(Lead::Constant), Just(Lead::Scheduled), Just(Lead::Predicted)],
         speed_reference in prop_oneof![Just(SpeedReference::Ground), Just(SpeedReference::Centre)],
         centre in prop_oneof![
             Just(CentreEstimate::Filtered),
@@ -98,7 +98,7 @@ prop_compose! {
         count in prop_oneof![Just(GroupCount::HalfOfUavs), Just(GroupCount::AsNeeded)],
     ) -> Start {
         let mut draw = Draw(seed);
-        let mut team = TeamParams::table_1();
+        let mut team = TeamParams::paper();
         (team.guidance.feedforward, team.guidance.lead, team.guidance.orbit_direction) = (feedforward, lead, sense);
         (team.guidance.speed_reference, team.group.centre) = (speed_reference, centre);
         (team.group.pointing, team.group.removal, team.group.count) = (aim, removal, count);

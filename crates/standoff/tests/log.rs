@@ -90,7 +90,7 @@ fn a_leaving_teammate_does_not_delay_commits() {
 fn a_restarted_agent_recovers_the_team_state() {
     let mut team = Team::new(3, 4);
     (0..40).for_each(|tick| team.tick(tick));
-    team.agents[1] = Agent::new(UavId(1), TeamParams::table_1()).unwrap().with_restart_count(1);
+    team.agents[1] = Agent::new(UavId(1), TeamParams::paper()).unwrap().with_restart_count(1);
     // It also receives the messages that it had sent itself before the restart.
     (40..52).for_each(|tick| team.tick(tick));
     let digests: Vec<_> = team.agents.iter().map(|agent| agent.team_state().digest()).collect();
@@ -169,7 +169,7 @@ fn one_lost_message_is_retransmitted_a_few_times() {
 #[test]
 fn retransmissions_stay_within_their_budget() {
     const BYTES_PER_S: f64 = 400.0;
-    let mut params = TeamParams::table_1();
+    let mut params = TeamParams::paper();
     params.log.retransmit_bytes_per_s = BYTES_PER_S;
     let (mut team, mut radio) = (Team::of(4, 5, params), Radio::new(3));
     radio.loss = 0.5;
@@ -254,7 +254,7 @@ proptest! {
     /// receives all messages immediately, bit for bit. Soon after the end of the faults, all agents have caught up.
     #[test]
     fn all_agents_commit_to_the_same_team_state_despite_lost_and_late_messages(faults in any_faults()) {
-        let mut params = TeamParams::table_1();
+        let mut params = TeamParams::paper();
         // A large budget, so that retransmissions are not delayed.
         params.log.retransmit_bytes_per_s = 20_000.0;
         let mut team = Team::of(faults.uavs, faults.targets, params);

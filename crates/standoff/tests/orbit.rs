@@ -16,8 +16,8 @@ struct Flight {
 
 impl Flight {
     fn new(feedforward: Feedforward) -> Self {
-        let team = TeamParams::table_1();
-        let guidance = GuidanceParams { feedforward, radial_gain: 1.0, lead: Lead::Constant(0.0), ..team.guidance };
+        let team = TeamParams::paper();
+        let guidance = GuidanceParams { feedforward, radial_gain: 1.0, lead_s: 0.0, ..team.guidance };
         Self { uav: team.uav, guidance, centre_speed_m_s: 0.0, radius_m: 400.0, rate_m_s: 0.0 }
     }
 
@@ -35,8 +35,7 @@ impl Flight {
             self.uav.speed_m_s,
         );
         let velocity = Velocity::from_m_s(self.centre_speed_m_s, 0.0);
-        let bounds =
-            StandoffParams { radius_min_m: 50.0, radius_max_m: 5000.0, ..TeamParams::table_1().group.standoff };
+        let bounds = StandoffParams { radius_min_m: 50.0, radius_max_m: 5000.0, ..TeamParams::paper().group.standoff };
         let mut settled = Vec::new();
         for step in 0..1200 {
             let t_s = f64::from(step) * PERIOD_S;
@@ -113,16 +112,16 @@ fn the_uav_converges_to_the_orbit_in_both_directions() {
 /// exactly this time compensates the lag. A constant lead, such as the paper's 3 s, is correct at one radius only.
 #[test]
 fn a_growing_radius_is_followed_with_a_lag_of_k_l_r_d_over_v() {
-    let lag_over_predicted = |lead: Lead| {
+    let lag_over_predicted = |lead: Lead, lead_s: f64| {
         let mut flight = Flight { rate_m_s: 0.5, ..Flight::new(Feedforward::Field) };
-        (flight.guidance.radial_gain, flight.guidance.lead) = (0.2, lead);
+        (flight.guidance.radial_gain, flight.guidance.lead, flight.guidance.lead_s) = (0.2, lead, lead_s);
         let settled = flight.settled();
         let ratios = settled.iter().map(|(r_m, r_d_m)| (r_d_m - r_m) / 0.5 / (0.2 * r_d_m / 40.0));
         ratios.sum::<f64>() / settled.len() as f64
     };
-    let (without, paper) = (lag_over_predicted(Lead::Constant(0.0)), lag_over_predicted(Lead::Constant(3.0)));
+    let (without, paper) = (lag_over_predicted(Lead::Constant, 0.0), lag_over_predicted(Lead::Constant, 3.0));
     assert!((without - 1.0).abs() < 0.05, "{without}");
-    let scheduled = lag_over_predicted(Lead::Scheduled);
+    let scheduled = lag_over_predicted(Lead::Scheduled, 0.0);
     assert!(scheduled.abs() < 0.02 && paper.abs() < without, "{scheduled} {paper}");
 }
 
@@ -130,7 +129,7 @@ fn a_growing_radius_is_followed_with_a_lag_of_k_l_r_d_over_v() {
 /// gains and loses phase; at constant speed relative to the centre both keep their phases.
 #[test]
 fn a_speed_relative_to_the_centre_keeps_the_phases() {
-    let team = TeamParams::table_1();
+    let team = TeamParams::paper();
     let velocity = Velocity::from_m_s(10.0, 0.0);
     let largest_error_deg = |speed_reference: SpeedReference| {
         let guidance = GuidanceParams { speed_reference, ..team.guidance };

@@ -126,7 +126,7 @@ struct Flight {
 }
 
 fn params() -> TeamParams {
-    let mut params = TeamParams::table_1();
+    let mut params = TeamParams::paper();
     params.log.message_retention_s = 15.0;
     params
 }

@@ -5,7 +5,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use proc_macro2::{TokenStream, TokenTree};
+use proc_macro2::{Delimiter, TokenStream, TokenTree};
 use syn::visit::{self, Visit};
 use syn::{Attribute, ImplItem, Item, Meta, Type, UseTree, Visibility};
 
@@ -214,13 +214,20 @@ impl Names {
         self.items.entry(item.to_string()).or_default().extend(members);
     }
 
-    /// Finds paths in the tokens of a macro, which have no known syntax.
+    /// Finds paths in the tokens of a macro, which have no known syntax, and the types that it defines: `struct` or
+    /// `enum`, a name, and later a group in braces with the names of its members.
     fn scan(&mut self, tokens: TokenStream) {
         let mut path: Vec<String> = Vec::new();
         let mut colons = 0;
+        let (mut is_name, mut defined) = (false, None);
         for token in tokens {
+            let is_named = std::mem::take(&mut is_name);
             match token {
                 TokenTree::Ident(word) => {
+                    if is_named {
+                        defined = Some(word.clone());
+                    }
+                    is_name = word == "struct" || word == "enum";
                     if colons != 2 {
                         self.paths.insert(std::mem::take(&mut path));
                     }
@@ -229,6 +236,13 @@ impl Names {
                 }
                 TokenTree::Punct(punct) if punct.as_char() == ':' => colons += 1,
                 TokenTree::Group(group) => {
+                    if group.delimiter() == Delimiter::Brace
+                        && let Some(name) = defined.take()
+                    {
+                        let mut members = BTreeSet::new();
+                        words(group.stream(), &mut members);
+                        self.define(&name, members);
+                    }
                     self.scan(group.stream());
                     colons = 0;
                 }
@@ -236,6 +250,17 @@ impl Names {
             }
         }
         self.paths.insert(path);
+    }
+}
+
+/// Collects all identifiers in tokens.
+fn words(tokens: TokenStream, found: &mut BTreeSet<String>) {
+    for token in tokens {
+        match token {
+            TokenTree::Ident(word) => drop(found.insert(word.to_string())),
+            TokenTree::Group(group) => words(group.stream(), found),
+            TokenTree::Punct(_) | TokenTree::Literal(_) => {}
+        }
     }
 }
 

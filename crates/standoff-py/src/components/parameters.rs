@@ -1,97 +1,17 @@
 //! Named parameters of the components.
 
+use pyo3::exceptions::{PyAttributeError, PyTypeError};
 #[cfg(feature = "stubs")]
 use pyo3::inspect::PyStaticExpr;
 use pyo3::prelude::*;
-use pyo3::types::{PyDict, PyString};
+use pyo3::types::PyDict;
 #[cfg(feature = "stubs")]
-use pyo3::{PyTypeInfo, type_hint_identifier, type_hint_union};
-use standoff::{Feedforward, GuidanceParams, Lead, Objective, OrbitDirection, SpeedReference, TeamParams};
+use pyo3::{PyTypeInfo, type_hint_union};
+use standoff::{Lead, LinkModel, ParamInfo, ParamKind, ParamValue, TeamParams};
 
 use crate::common_args::{Whole, count};
 use crate::exceptions::InputError;
 use crate::scenario;
-
-/// Option of a parameter, given by name.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Word<T>(T);
-
-/// A type whose values are chosen by name; the names are those of scenario files.
-pub(crate) trait Chosen: Copy + PartialEq + 'static {
-    const NAME: &'static str;
-    const WORDS: &'static [(&'static str, Self)];
-}
-
-/// [`Lead`] without its value in seconds.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) enum LeadBy {
-    Constant,
-    Scheduled,
-    Predicted,
-}
-
-impl Chosen for OrbitDirection {
-    const NAME: &'static str = "orbit_direction";
-    const WORDS: &'static [(&'static str, Self)] =
-        &[("anticlockwise", Self::Anticlockwise), ("clockwise", Self::Clockwise)];
-}
-
-impl Chosen for LeadBy {
-    const NAME: &'static str = "lead";
-    const WORDS: &'static [(&'static str, Self)] =
-        &[("constant", Self::Constant), ("scheduled", Self::Scheduled), ("predicted", Self::Predicted)];
-}
-
-impl Chosen for SpeedReference {
-    const NAME: &'static str = "speed_reference";
-    const WORDS: &'static [(&'static str, Self)] = &[("ground", Self::Ground), ("centre", Self::Centre)];
-}
-
-impl Chosen for Feedforward {
-    const NAME: &'static str = "feedforward";
-    const WORDS: &'static [(&'static str, Self)] = &[
-        ("field", Self::Field),
-        ("trajectory", Self::Trajectory),
-        ("static-centre", Self::StaticCentre),
-        ("paper", Self::Paper),
-    ];
-}
-
-impl Chosen for Objective {
-    const NAME: &'static str = "objective";
-    const WORDS: &'static [(&'static str, Self)] = &[("log-det", Self::LogDet), ("paper", Self::Paper)];
-}
-
-impl<T: Chosen> FromPyObject<'_, '_> for Word<T> {
-    type Error = PyErr;
-
-    #[cfg(feature = "stubs")]
-    const INPUT_TYPE: PyStaticExpr = type_hint_identifier!("builtins", "str");
-
-    fn extract(given: Borrowed<'_, '_, PyAny>) -> Result<Self, Self::Error> {
-        let typed = given.extract::<&str>().ok();
-        if let Some((_, chosen)) = T::WORDS.iter().find(|(word, _)| Some(*word) == typed) {
-            return Ok(Self(*chosen));
-        }
-        let words: Vec<String> = T::WORDS.iter().map(|(word, _)| format!("{word:?}")).collect();
-        let typed = given.repr().map_or_else(|_| "this value".to_owned(), |typed| typed.to_string());
-        Err(InputError::new_err(format!("{} = {typed}: must be one of {}", T::NAME, words.join(", "))))
-    }
-}
-
-impl<'py, T: Chosen> IntoPyObject<'py> for Word<T> {
-    type Target = PyString;
-    type Output = Bound<'py, PyString>;
-    type Error = std::convert::Infallible;
-
-    #[cfg(feature = "stubs")]
-    const OUTPUT_TYPE: PyStaticExpr = type_hint_identifier!("builtins", "str");
-
-    fn into_pyobject(self, py: Python<'py>) -> Result<Self::Output, Self::Error> {
-        let word = T::WORDS.iter().find(|(_, one)| *one == self.0).map_or("", |(word, _)| word);
-        Ok(PyString::new(py, word))
-    }
-}
 
 /// Source of default values before any check.
 pub(crate) struct Source<'py>(Bound<'py, PyAny>);
@@ -111,271 +31,182 @@ impl<'py> FromPyObject<'_, 'py> for Source<'py> {
 /// Parameters of filter, sensor, orbits, guidance and assignment. They are immutable and checked when they are created.
 ///
 /// ``Parameters()`` gives the recommended values, which are also the defaults of scenario files.
-/// ``Parameters("improved/figure-9")`` gives the parameters of a scenario, :meth:`table_1` those of the paper, and
-/// ``Parameters(other, radial_gain=1.0)`` a copy with one change. The names are those of the keys in scenario files,
-/// but angles are in radians.
+/// ``Parameters("improved/figure-9")`` gives the parameters of a scenario, :meth:`paper` those of the paper, and
+/// ``Parameters(other, radial_gain=1.0)`` a copy with one change. Each parameter is an attribute. The names are those of
+/// the keys in scenario files, without their table; but angles are in radians, as in ``field_of_view_rad``. The page on
+/// scenario files and :meth:`to_dict` list them. Functions name the parameters that they use.
 ///
 /// :param of: source of the parameters that are not given: other parameters, a :class:`standoff.Scenario`, the name of
 ///     a built-in scenario or the path of a scenario file; by default the recommended values.
 /// :param seed: seed for a scenario with random parameters; 1 by default.
-/// :param correlation_rate_1_s: filter: correlation rate alpha of the targets' acceleration (5, 6), 1/s.
-/// :param acceleration_sd_m_s2: filter: standard deviation of the targets' acceleration per axis, m/s2.
-/// :param range_sd_m: filter: standard deviation of the measured range, sigma_r, m.
-/// :param bearing_sd_rad: filter: standard deviation of the measured bearing, sigma_theta, rad.
-/// :param initial_velocity_sd_m_s: filter: initial standard deviation of the velocity per axis if a track starts from a
-///     measurement, m/s.
-/// :param field_of_view_rad: sensor and orbit: full angle of the field of view, alpha_f, rad.
-/// :param field_of_view_margin_rad: orbit: margin eps_m subtracted from the field of view (15), rad.
-/// :param radius_min_m: orbit: lower bound of the standoff distance, r_d,min, m.
-/// :param radius_max_m: orbit: upper bound of the standoff distance, r_d,max, m.
-/// :param speed_m_s: nominal ground speed v_d of a UAV, m/s.
-/// :param orbit_direction: guidance: orbit direction seen from above, ``"anticlockwise"`` or ``"clockwise"``.
-/// :param radial_gain: guidance: k_l of active measure 1 (20), above 0, at most 1; 1 switches it off.
-/// :param lead: guidance: lead time of active measure 2 (22): ``"constant"`` (``lead_s``), ``"scheduled"`` or
-///     ``"predicted"`` (the lag of the field, k_l r_d / v).
-/// :param lead_s: guidance: constant lead time k_rd, s. If only ``lead_s`` is given, ``lead`` becomes ``"constant"``.
-///     It is 0 for the other kinds of lead.
-/// :param speed_reference: guidance: frame in which speeds are commanded, ``"ground"`` or ``"centre"``.
-/// :param heading_gain_1_s: guidance: k_omega (24), 1/s.
-/// :param turn_rate_gain: guidance: gain on the difference between turn rate and feedforward; 0 (none) in the paper.
-/// :param feedforward: guidance: derivative of the desired heading used as feedforward (25): of the flown vector field
-///     (``"field"``), the same along the actual motion (``"trajectory"``), (25) corrected (``"static-centre"``), or
-///     (25) as published (``"paper"``).
-/// :param objective: assignment: ``"log-det"``, or (32) as published (``"paper"``).
-/// :param assignment_switching_cost: assignment: bonus for a UAV that keeps its group, in ln det per target.
+/// :param changes: parameters by name: numbers, words or truth values. If only ``lead_s`` is given, ``lead`` becomes
+///     ``"constant"``; ``lead_s`` is 0 for the other kinds of lead.
 /// :raises InputError: if a value is out of range; the message gives the range.
 /// :raises ScenarioError: if the scenario is invalid.
 #[pyclass(frozen, eq, module = "standoff.components")]
 #[derive(Debug, Clone, PartialEq)]
-pub(crate) struct Parameters {
-    #[pyo3(get)]
-    correlation_rate_1_s: f64,
-    #[pyo3(get)]
-    acceleration_sd_m_s2: f64,
-    #[pyo3(get)]
-    range_sd_m: f64,
-    #[pyo3(get)]
-    bearing_sd_rad: f64,
-    #[pyo3(get)]
-    initial_velocity_sd_m_s: f64,
-    #[pyo3(get)]
-    field_of_view_rad: f64,
-    #[pyo3(get)]
-    field_of_view_margin_rad: f64,
-    #[pyo3(get)]
-    radius_min_m: f64,
-    #[pyo3(get)]
-    radius_max_m: f64,
-    #[pyo3(get)]
-    speed_m_s: f64,
-    #[pyo3(get)]
-    orbit_direction: Word<OrbitDirection>,
-    #[pyo3(get)]
-    radial_gain: f64,
-    #[pyo3(get)]
-    lead: Word<LeadBy>,
-    #[pyo3(get)]
-    lead_s: f64,
-    #[pyo3(get)]
-    speed_reference: Word<SpeedReference>,
-    #[pyo3(get)]
-    heading_gain_1_s: f64,
-    #[pyo3(get)]
-    turn_rate_gain: f64,
-    #[pyo3(get)]
-    feedforward: Word<Feedforward>,
-    #[pyo3(get)]
-    objective: Word<Objective>,
-    #[pyo3(get)]
-    assignment_switching_cost: f64,
+pub(crate) struct Parameters(TeamParams);
+
+/// The parameters with a name in Python. Two of them have the same name and value: the field of view of sensor and
+/// orbits.
+fn named() -> impl Iterator<Item = &'static ParamInfo> {
+    let team = TeamParams::recommended();
+    TeamParams::table().iter().filter(move |param| param.value(&team).is_some())
 }
 
 impl Parameters {
     /// The library's parameters for `given`, or the recommended ones.
     pub(super) fn or_recommended(given: Option<&Bound<'_, Self>>) -> TeamParams {
-        given.map_or_else(TeamParams::recommended, |given| given.get().team())
+        given.map_or_else(TeamParams::recommended, |given| given.get().0)
     }
 
-    fn of_team(team: &TeamParams) -> Self {
-        let (lead, lead_s) = match team.guidance.lead {
-            Lead::Constant(lead_s) => (LeadBy::Constant, lead_s),
-            Lead::Scheduled => (LeadBy::Scheduled, 0.0),
-            Lead::Predicted => (LeadBy::Predicted, 0.0),
-        };
-        Self {
-            correlation_rate_1_s: team.track.target.correlation_rate_1_s,
-            acceleration_sd_m_s2: team.track.target.acceleration_sd_m_s2,
-            range_sd_m: team.track.sensor.range_sd_m,
-            bearing_sd_rad: team.track.sensor.bearing_sd_rad,
-            initial_velocity_sd_m_s: team.track.initial_velocity_sd_m_s,
-            field_of_view_rad: team.track.sensor.field_of_view_rad,
-            field_of_view_margin_rad: team.group.standoff.field_of_view_margin_rad,
-            radius_min_m: team.group.standoff.radius_min_m,
-            radius_max_m: team.group.standoff.radius_max_m,
-            speed_m_s: team.uav.speed_m_s,
-            orbit_direction: Word(team.guidance.orbit_direction),
-            radial_gain: team.guidance.radial_gain,
-            lead: Word(lead),
-            lead_s,
-            speed_reference: Word(team.guidance.speed_reference),
-            heading_gain_1_s: team.guidance.heading_gain_1_s,
-            turn_rate_gain: team.guidance.turn_rate_gain,
-            feedforward: Word(team.guidance.feedforward),
-            objective: Word(team.group.objective),
-            assignment_switching_cost: team.group.assignment_switching_cost,
+    /// Parameters of a team, without those that have no name in Python.
+    fn of_team(team: TeamParams) -> Self {
+        let mut team = TeamParams { link: LinkModel::Ideal, separation: None, ..team };
+        team.uav.climb = None;
+        if team.guidance.lead != Lead::Constant {
+            team.guidance.lead_s = 0.0;
         }
+        Self(team)
     }
 
-    /// Parameters in the library's form. Those that no component uses have the recommended values.
-    fn team(&self) -> TeamParams {
-        let mut team = TeamParams::recommended();
-        team.uav.speed_m_s = self.speed_m_s;
-        team.track.target.correlation_rate_1_s = self.correlation_rate_1_s;
-        team.track.target.acceleration_sd_m_s2 = self.acceleration_sd_m_s2;
-        team.track.sensor.range_sd_m = self.range_sd_m;
-        team.track.sensor.bearing_sd_rad = self.bearing_sd_rad;
-        team.track.sensor.field_of_view_rad = self.field_of_view_rad;
-        team.track.initial_velocity_sd_m_s = self.initial_velocity_sd_m_s;
-        team.group.standoff.field_of_view_margin_rad = self.field_of_view_margin_rad;
-        team.group.standoff.radius_min_m = self.radius_min_m;
-        team.group.standoff.radius_max_m = self.radius_max_m;
-        team.group.objective = self.objective.0;
-        team.group.assignment_switching_cost = self.assignment_switching_cost;
-        team.guidance = GuidanceParams {
-            orbit_direction: self.orbit_direction.0,
-            radial_gain: self.radial_gain,
-            lead: match self.lead.0 {
-                LeadBy::Constant => Lead::Constant(self.lead_s),
-                LeadBy::Scheduled => Lead::Scheduled,
-                LeadBy::Predicted => Lead::Predicted,
-            },
-            speed_reference: self.speed_reference.0,
-            heading_gain_1_s: self.heading_gain_1_s,
-            turn_rate_gain: self.turn_rate_gain,
-            feedforward: self.feedforward.0,
-            ..team.guidance
-        };
-        team
+    /// Changes a parameter.
+    fn set(&mut self, name: &str, given: &Bound<'_, PyAny>) -> PyResult<()> {
+        let mut found = named().filter(|param| param.name() == name).peekable();
+        if found.peek().is_none() {
+            return Err(PyTypeError::new_err(format!("Parameters() got an unexpected keyword argument '{name}'")));
+        }
+        let of_type = |error: PyErr| PyTypeError::new_err(format!("{name}: {}", error.value(given.py())));
+        for param in found {
+            let value = match param.kind {
+                ParamKind::Number { .. } => ParamValue::Number(given.extract().map_err(of_type)?),
+                ParamKind::Flag => ParamValue::Flag(given.extract().map_err(of_type)?),
+                ParamKind::Word(words) => {
+                    let typed = given.extract::<&str>().ok();
+                    let word = words.iter().find(|word| Some(word.word) == typed).ok_or_else(|| {
+                        let words: Vec<String> = words.iter().map(|word| format!("{:?}", word.word)).collect();
+                        let typed = given.repr().map_or_else(|_| "this value".to_owned(), |typed| typed.to_string());
+                        InputError::new_err(format!("{name} = {typed}: must be one of {}", words.join(", ")))
+                    })?;
+                    ParamValue::Word(word.word)
+                }
+            };
+            param.set(&mut self.0, value);
+        }
+        Ok(())
     }
 
-    /// Checks the values with the library's ranges. Ignores errors in parameters that this class does not have.
-    fn check(&self) -> PyResult<()> {
-        let errors = self.team().errors();
-        let own = errors.iter().filter_map(|error| {
+    /// Checks the values with the library's ranges. Ignores limits that no component uses, unless they are given.
+    fn check(&self, is_given: impl Fn(&str) -> bool) -> PyResult<()> {
+        let mut own: Vec<String> = Vec::new();
+        for error in self.0.errors() {
             let name = error.path.rsplit('.').next().unwrap_or_default();
-            let is_own = !matches!(name, "speed_change_max_m_s" | "sensing_range_m");
-            is_own.then(|| format!("{name} = {}: must be {}", error.value, error.allowed))
-        });
-        let mut own: Vec<String> = own.collect();
-        own.dedup();
+            let is_used = !matches!(name, "speed_change_max_m_s" | "sensing_range_m") || is_given(name);
+            let message = format!("{name} = {}: must be {}", error.value, error.allowed);
+            if is_used && !own.contains(&message) {
+                own.push(message);
+            }
+        }
         if own.is_empty() { Ok(()) } else { Err(InputError::new_err(own.join("; "))) }
     }
-}
 
-/// Overwrites the parameters that are given.
-macro_rules! change {
-    ($parameters:ident: $($name:ident)*) => {
-        $(if let Some(given) = $name { $parameters.$name = given; })*
-    };
-}
+    /// Adds the parameters for which `is_listed` to a dict.
+    fn listed<'py>(&self, py: Python<'py>, is_listed: impl Fn(&ParamInfo) -> bool) -> PyResult<Bound<'py, PyDict>> {
+        let dict = PyDict::new(py);
+        for param in named().filter(|param| is_listed(param)) {
+            dict.set_item(param.name(), self.value(py, param)?)?;
+        }
+        Ok(dict)
+    }
 
-/// Adds each parameter to a dict.
-macro_rules! add {
-    ($parameters:ident to $dict:ident: $($name:ident)*) => {
-        $($dict.set_item(stringify!($name), $parameters.$name)?;)*
-    };
+    fn value<'py>(&self, py: Python<'py>, param: &ParamInfo) -> PyResult<Bound<'py, PyAny>> {
+        Ok(match param.value(&self.0) {
+            Some(ParamValue::Number(number)) => number.into_pyobject(py)?.into_any(),
+            Some(ParamValue::Word(word)) => word.into_pyobject(py)?.into_any(),
+            Some(ParamValue::Flag(flag)) => flag.into_pyobject(py)?.to_owned().into_any(),
+            None => py.None().into_bound(py),
+        })
+    }
 }
 
 #[pymethods]
 impl Parameters {
     #[new]
-    #[pyo3(signature = (of=None, *, seed=Whole(1), correlation_rate_1_s=None, acceleration_sd_m_s2=None, range_sd_m=None,
-        bearing_sd_rad=None, initial_velocity_sd_m_s=None, field_of_view_rad=None, field_of_view_margin_rad=None,
-        radius_min_m=None, radius_max_m=None, speed_m_s=None, orbit_direction=None, radial_gain=None, lead=None, lead_s=None,
-        speed_reference=None, heading_gain_1_s=None, turn_rate_gain=None, feedforward=None, objective=None,
-        assignment_switching_cost=None))]
-    #[expect(clippy::too_many_arguments, reason = "Python callers pass them by keyword")]
-    fn new(
-        of: Option<Source<'_>>,
-        seed: Whole,
-        correlation_rate_1_s: Option<f64>,
-        acceleration_sd_m_s2: Option<f64>,
-        range_sd_m: Option<f64>,
-        bearing_sd_rad: Option<f64>,
-        initial_velocity_sd_m_s: Option<f64>,
-        field_of_view_rad: Option<f64>,
-        field_of_view_margin_rad: Option<f64>,
-        radius_min_m: Option<f64>,
-        radius_max_m: Option<f64>,
-        speed_m_s: Option<f64>,
-        orbit_direction: Option<Word<OrbitDirection>>,
-        radial_gain: Option<f64>,
-        lead: Option<Word<LeadBy>>,
-        lead_s: Option<f64>,
-        speed_reference: Option<Word<SpeedReference>>,
-        heading_gain_1_s: Option<f64>,
-        turn_rate_gain: Option<f64>,
-        feedforward: Option<Word<Feedforward>>,
-        objective: Option<Word<Objective>>,
-        assignment_switching_cost: Option<f64>,
-    ) -> PyResult<Self> {
+    #[pyo3(signature = (of=None, *, seed=Whole(1), **changes))]
+    fn new(of: Option<Source<'_>>, seed: Whole, changes: Option<&Bound<'_, PyDict>>) -> PyResult<Self> {
         let mut parameters = match of {
-            None => Self::of_team(&TeamParams::recommended()),
+            None => Self::of_team(TeamParams::recommended()),
             Some(Source(of)) => match of.cast::<Self>() {
                 Ok(parameters) => parameters.get().clone(),
                 Err(_) => {
                     let scenario = scenario::scenario_of(&of)?;
                     let seed = count("seed", seed, 0)?;
-                    Self::of_team(&of.py().detach(|| scenario.drawn(seed))?.settings.team)
+                    Self::of_team(of.py().detach(|| scenario.drawn(seed))?.settings.team)
                 }
             },
         };
-        let lead = lead.or(lead_s.map(|_| Word(LeadBy::Constant)));
-        let was_constant = parameters.lead.0 == LeadBy::Constant;
-        let lead_s = match (lead.unwrap_or(parameters.lead).0, lead_s) {
-            (LeadBy::Constant, None) if !was_constant => {
+        let was_constant = parameters.0.guidance.lead == Lead::Constant;
+        let mut given = Vec::new();
+        for (name, value) in changes.into_iter().flatten().filter(|(_, value)| !value.is_none()) {
+            let name: String = name.extract()?;
+            parameters.set(&name, &value)?;
+            given.push(name);
+        }
+        let is_given = |name: &str| given.iter().any(|given| given == name);
+        let guidance = &mut parameters.0.guidance;
+        if is_given("lead_s") && !is_given("lead") {
+            guidance.lead = Lead::Constant;
+        }
+        match guidance.lead {
+            Lead::Constant if !was_constant && !is_given("lead_s") => {
                 return Err(InputError::new_err("lead = \"constant\": needs lead_s, in seconds"));
             }
-            (LeadBy::Constant, lead_s) => lead_s,
-            // The value of an earlier constant lead is dropped.
-            (_, None | Some(0.0)) => Some(0.0),
-            (_, Some(lead_s)) => {
+            Lead::Constant => {}
+            _ if is_given("lead_s") && guidance.lead_s != 0.0 => {
+                let lead_s = guidance.lead_s;
                 return Err(InputError::new_err(format!("lead_s = {lead_s}: allowed only with lead = \"constant\"")));
             }
-        };
-        change! { parameters:
-            correlation_rate_1_s acceleration_sd_m_s2 range_sd_m bearing_sd_rad initial_velocity_sd_m_s
-            field_of_view_rad field_of_view_margin_rad radius_min_m radius_max_m speed_m_s orbit_direction radial_gain
-            lead lead_s speed_reference heading_gain_1_s turn_rate_gain feedforward objective assignment_switching_cost
+            // The value of an earlier constant lead is dropped.
+            _ => guidance.lead_s = 0.0,
         }
-        parameters.check()?;
+        parameters.check(is_given)?;
         Ok(parameters)
     }
 
     /// Returns the parameters of the paper's Table I.
     #[staticmethod]
-    fn table_1() -> Self {
-        Self::of_team(&TeamParams::table_1())
+    fn paper() -> Self {
+        Self::of_team(TeamParams::paper())
     }
 
     /// All parameters as a dict.
-    #[pyo3(signature = () -> "dict[str, float | str]")]
+    #[pyo3(signature = () -> "dict[str, float | str | bool]")]
     fn to_dict<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
-        let dict = PyDict::new(py);
-        add! { self to dict:
-            correlation_rate_1_s acceleration_sd_m_s2 range_sd_m bearing_sd_rad initial_velocity_sd_m_s
-            field_of_view_rad field_of_view_margin_rad radius_min_m radius_max_m speed_m_s orbit_direction radial_gain
-            lead lead_s speed_reference heading_gain_1_s turn_rate_gain feedforward objective assignment_switching_cost
-        }
-        Ok(dict)
+        self.listed(py, |_| true)
     }
 
+    fn __getattr__<'py>(&self, py: Python<'py>, name: &str) -> PyResult<Bound<'py, PyAny>> {
+        let param = named().find(|param| param.name() == name);
+        let param =
+            param.ok_or_else(|| PyAttributeError::new_err(format!("'Parameters' object has no attribute '{name}'")))?;
+        self.value(py, param)
+    }
+
+    #[pyo3(signature = () -> "list[str]")]
+    fn __dir__(slf: &Bound<'_, Self>) -> PyResult<Vec<String>> {
+        let names = named().map(|param| param.name().to_owned());
+        Ok(slf.get_type().dir()?.extract::<Vec<String>>()?.into_iter().chain(names).collect())
+    }
+
+    /// Shows the parameters that differ from the recommended ones.
     fn __repr__(&self, py: Python<'_>) -> PyResult<String> {
-        let named = self.to_dict(py)?.into_iter().map(|(name, value)| Ok(format!("{name}={}", value.repr()?)));
+        let recommended = TeamParams::recommended();
+        let changed = self.listed(py, |param| param.value(&self.0) != param.value(&recommended))?;
+        let named = changed.into_iter().map(|(name, value)| Ok(format!("{name}={}", value.repr()?)));
         Ok(format!("Parameters({})", named.collect::<PyResult<Vec<_>>>()?.join(", ")))
     }
 
-    #[pyo3(signature = () -> "tuple[tuple[()], dict[str, float | str]]")]
+    #[pyo3(signature = () -> "tuple[tuple[()], dict[str, float | str | bool]]")]
     fn __getnewargs_ex__<'py>(&self, py: Python<'py>) -> PyResult<((), Bound<'py, PyDict>)> {
         Ok(((), self.to_dict(py)?))
     }

@@ -91,7 +91,7 @@ impl World {
             let middle = Position::ORIGIN + square(&mut draw, FIELD_M);
             (0..TARGETS).map(|_| middle + square(&mut draw, GROUP_M)).collect()
         });
-        Self { uavs, groups, sensor: TeamParams::table_1().track.sensor }
+        Self { uavs, groups, sensor: TeamParams::paper().track.sensor }
     }
 
     fn assignment(&self, objective: Objective) -> Vec<Assignment> {
@@ -101,7 +101,7 @@ impl World {
             .collect();
         let sites: Vec<CandidateGroup<'_>> =
             (0..).zip(&self.groups).map(|(id, members)| CandidateGroup { group: GroupId(id), members }).collect();
-        assign(&uavs, &sites, &self.sensor, objective, TeamParams::table_1().group.assignment_switching_cost)
+        assign(&uavs, &sites, &self.sensor, objective, TeamParams::paper().group.assignment_switching_cost)
     }
 
     /// Returns the mean over targets of ln det of the information from their assigned UAVs.

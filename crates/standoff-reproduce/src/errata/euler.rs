@@ -17,7 +17,7 @@ pub(super) fn study_euler(_: &Plan) -> Result<Study, Failure> {
         "Time step, gain and lag of Table I: 0.5 s, k_omega = 2 1/s, tau_omega = 1/3 s. The modulus is the spectral \
          radius of the discrete-time heading loop (heading and turn rate under (24)): if it is below 1, errors decay.",
     );
-    let team = TeamParams::table_1();
+    let team = TeamParams::paper();
     let modulus = |integrator, period_s: f64| {
         UavParams { integrator, ..team.uav }
             .heading_loop_spectral_radius(team.guidance.heading_gain_1_s, Duration::from_s(period_s))

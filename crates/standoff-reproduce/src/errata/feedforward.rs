@@ -113,7 +113,7 @@ pub(super) fn study_feedforward(_: &Plan) -> Result<Study, Failure> {
 
 /// Returns the feedforward of a form about a stationary centre, rad/s.
 fn stationary_centre_rad_s(form: Feedforward, r_m: f64) -> f64 {
-    let mut guidance = TeamParams::table_1().guidance;
+    let mut guidance = TeamParams::paper().guidance;
     (guidance.feedforward, guidance.radial_gain) = (form, 1.0);
     let orbit = orbit(Position::ORIGIN, Velocity::ZERO, ORBIT_M);
     let position = Position::from_m(r_m, 0.0);

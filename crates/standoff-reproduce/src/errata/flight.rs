@@ -32,7 +32,7 @@ pub(super) struct Flight {
 impl Flight {
     /// Creates a flight about a stationary centre on an orbit of 400 m; `radial_gain` is k_l.
     pub(super) fn new(feedforward: Feedforward, radial_gain: f64) -> Self {
-        let team = TeamParams::table_1();
+        let team = TeamParams::paper();
         let guidance = GuidanceParams { feedforward, radial_gain, ..team.guidance };
         Self { uav: team.uav, guidance, centre_speed_m_s: 0.0, radius_m: 400.0 }
     }

@@ -24,7 +24,7 @@ pub(super) fn study_radius(_: &Plan) -> Result<Study, Failure> {
          orbit is (v + v_t)^2 / (v omega_max), and r_d,min = 250 m of Table I is too small for a group at 15 m/s. The \
          flights use the feedforward of the field that is flown, k_l = 1 and no lead.",
     );
-    let uav = TeamParams::table_1().uav;
+    let uav = TeamParams::paper().uav;
     let published_m = turn_limit_m(uav.speed_m_s, 0.0, uav.turn_rate_max_rad_s);
     let limit_m = |centre_m_s: f64| moving_centre_limit_m(uav.speed_m_s, centre_m_s, uav.turn_rate_max_rad_s);
     let error_m = |centre_speed_m_s: f64, radius_m: f64| {

@@ -3,10 +3,12 @@
 //! A value of the wrong type is reported and left out, and reading continues without it, so that all errors are found
 //! in one pass.
 
+use serde::de::DeserializeOwned;
 use serde_path_to_error::{Path, Segment};
 use standoff_io::display_text::{did_you_mean, nearest, printable, quoted};
 use toml::{Table, Value};
 
+use super::parameters::Parameters;
 use super::schema::KEYS;
 use super::schema_types::ScenarioFile;
 use crate::renamed;
@@ -24,28 +26,51 @@ pub(super) struct Mistake {
     pub(super) help: Option<String>,
 }
 
+/// A value of the wrong form: the path of the error in the value, and what is wrong.
+#[derive(Debug, Default)]
+pub(super) struct WrongForm {
+    path: String,
+    what: String,
+}
+
+impl Mistake {
+    /// Creates the mistake in the value at a key, which is left out.
+    pub(super) fn new(table: &Table, at: &str, WrongForm { path, what }: WrongForm) -> Self {
+        let key = [at, &path].into_iter().filter(|part| !part.is_empty()).collect::<Vec<_>>().join(".");
+        let (message, help) = message(&key, value_at(table, &key), &what);
+        Self { key, left_out: at.to_owned(), message, help }
+    }
+}
+
 /// Returns the scenario without the mistakes; `None` if there are too many.
 pub(super) fn typed(mut table: Table) -> (Option<ScenarioFile>, Vec<Mistake>) {
     let mut mistakes = Vec::new();
     take_out_unknown(&mut table, "", &mut mistakes);
+    let parameters = Parameters::take(&mut table, &mut mistakes);
     while mistakes.len() < MISTAKES_MAX {
-        let error = match serde_path_to_error::deserialize(Value::Table(table.clone())) {
-            Ok(file) => return (Some(file), mistakes),
-            Err(error) => error,
+        let wrong = match deserialized(Value::Table(table.clone())) {
+            Ok(file) => return (Some(ScenarioFile { parameters, ..file }), mistakes),
+            Err(wrong) => wrong,
         };
-        let key = dotted(error.path());
-        // The library appends a line with the position, for which the key is better.
-        let inner = error.into_inner().to_string();
-        let value = value_at(&table, &key).cloned();
-        let (message, help) = message(&key, value.as_ref(), inner.lines().next().unwrap_or_default());
-        let left_out = take_out(&mut table, &key);
+        let mistake = Mistake::new(&table, "", wrong);
+        let left_out = take_out(&mut table, &mistake.key);
         let stuck = left_out.is_none();
-        mistakes.push(Mistake { left_out: left_out.unwrap_or_else(|| key.clone()), key, message, help });
+        mistakes.push(Mistake { left_out: left_out.unwrap_or_else(|| mistake.key.clone()), ..mistake });
         if stuck {
             break;
         }
     }
     (None, mistakes)
+}
+
+/// Converts a value to a type.
+pub(super) fn deserialized<T: DeserializeOwned>(value: Value) -> Result<T, WrongForm> {
+    serde_path_to_error::deserialize(value).map_err(|error| {
+        let path = dotted(error.path());
+        // The library appends a line with the position, for which the key is better.
+        let what = error.into_inner().to_string().lines().next().unwrap_or_default().to_owned();
+        WrongForm { path, what }
+    })
 }
 
 /// Removes all unknown keys of a table in one pass, because there can be many. `at` is the key of the table.
@@ -155,15 +180,16 @@ pub(super) fn take_out(table: &mut Table, key: &str) -> Option<String> {
         key = array;
     }
     let (parent, last) = key.rsplit_once('.').unwrap_or(("", key));
-    let mut parts = parent.split('.').filter(|part| !part.is_empty());
-    let parent = match parts.next() {
-        None => table,
-        Some(first) => parts
-            .try_fold(table.get_mut(first)?, |here, part| match here {
-                Value::Array(values) => values.get_mut(part.parse::<usize>().ok()?),
-                here => here.get_mut(part),
-            })?
-            .as_table_mut()?,
-    };
+    let parent = if parent.is_empty() { table } else { value_at_mut(table, parent)?.as_table_mut()? };
     parent.remove(last).map(|_| key.to_owned())
+}
+
+/// Returns the value of a dotted key.
+pub(super) fn value_at_mut<'a>(table: &'a mut Table, key: &str) -> Option<&'a mut Value> {
+    let mut parts = key.split('.');
+    let first = table.get_mut(parts.next()?)?;
+    parts.try_fold(first, |here, part| match here {
+        Value::Array(values) => values.get_mut(part.parse::<usize>().ok()?),
+        here => here.get_mut(part),
+    })
 }

@@ -9,13 +9,13 @@ use super::diagnostics::Problems;
 use super::error::ScenarioError;
 use super::load::{SPELT_OUT, Typed, check_size};
 use super::number::Number;
+use super::parameters::{Parameters, team};
 use super::resolved::{
     Clock, CueError, Link, Manoeuvre, Noise, Outage, Partition, Radio, Restart, Scenario, Settings, Targets,
 };
 use super::sample::{DerivedDefaults, Draw, Drawing, value};
 use super::schema_types::resolved::{Ring, TargetAt};
 use super::schema_types::{self, AgentSetup, resolved};
-use super::to_params::{Passed, team};
 use super::traffic::{check_span, length_warning};
 use super::validate::{check_objects, check_settings, report};
 use super::{basemap, geofence, start};
@@ -126,7 +126,7 @@ pub(super) fn checked(typed: &Typed, traffic: Option<&Traffic>, seed: u64) -> Re
     if let Some(traffic) = traffic {
         check_span(typed, file.period_s, traffic)?;
     }
-    let (mut settings, passed) = settings(&file);
+    let mut settings = settings(&file);
     let mut problems = drawing.problems;
     settings.geofence = geofence::geofence(&file.geofence, &mut problems);
     if typed.file.needs_an_agent_per_uav() {
@@ -139,7 +139,7 @@ pub(super) fn checked(typed: &Typed, traffic: Option<&Traffic>, seed: u64) -> Re
     }
     check_objects(&file, ring.as_ref(), scatter.as_ref(), &mut problems);
     let over = settings.team.errors_for_period(settings.period);
-    check_settings(&file, settings.team.errors().into_iter().chain(over).collect(), &passed, &mut problems);
+    check_settings(&file, &settings.team, over, &mut problems);
     report(problems, typed, seed)?;
     let scattered = scatter.map_or(0, |scatter| scatter.count as u64);
     Ok(Checked { file, ring, scattered, settings })
@@ -151,9 +151,9 @@ pub(super) fn settings_of_record(typed: &Typed) -> Result<Settings, ScenarioErro
     // The starts of UAVs and intruders do not matter here: a ring about distant targets can exceed the range of typed
     // coordinates.
     drawing.problems.found.retain(|found| !found.key.contains(".start.") && !found.key.starts_with("intruders."));
-    let (mut settings, passed) = settings(&file);
+    let mut settings = settings(&file);
     settings.geofence = geofence::geofence(&file.geofence, &mut drawing.problems);
-    check_settings(&file, settings.team.errors(), &passed, &mut drawing.problems);
+    check_settings(&file, &settings.team, Vec::new(), &mut drawing.problems);
     report(drawing.problems, typed, 0)?;
     Ok(settings)
 }
@@ -184,23 +184,23 @@ fn absent(file: &schema_types::ScenarioFile, traffic: Option<&Traffic>, draws: D
         period_s: 0.5,
         transient_s: 30.0,
         count: file.uavs.start.len().max(1) as f64,
-        correlation_rate_1_s: model.0,
-        acceleration_sd_m_s2: model.1,
-        range_sd_m: or_table_1(of("sensor.range_sd_m", &file.sensor.range_sd_m), 10.0),
-        bearing_sd_deg: or_table_1(of("sensor.bearing_sd_deg", &file.sensor.bearing_sd_deg), 3.0),
         gap_s: traffic.map_or(1.0, Traffic::gap_s),
+        parameters: [
+            model.0,
+            model.1,
+            or_table_1(of("sensor.range_sd_m", &file.sensor.range_sd_m), 10.0),
+            or_table_1(of("sensor.bearing_sd_deg", &file.sensor.bearing_sd_deg), 3.0),
+        ],
     }
 }
 
-/// Returns the settings, and the key at which each number of the team parameters was typed.
-fn settings(file: &resolved::ScenarioFile) -> (Settings, Vec<Passed>) {
+fn settings(file: &resolved::ScenarioFile) -> Settings {
     let manoeuvres = file.targets.iter().flat_map(|targets| &targets.manoeuvre);
-    let (team, passed) = team(file);
-    let settings = Settings {
+    Settings {
         duration: Duration::from_s(file.duration_s),
         period: Duration::from_s(file.period_s),
         transient: Duration::from_s(file.transient_s),
-        team,
+        team: team(file),
         geofence: standoff::Geofence::default(),
         agents: file.team.agents,
         noise: Noise { range_sd_m: file.sensor.range_sd_m, bearing_sd_rad: file.sensor.bearing_sd_deg.to_radians() },
@@ -209,8 +209,7 @@ fn settings(file: &resolved::ScenarioFile) -> (Settings, Vec<Passed>) {
         intruders: file.intruders.len(),
         manoeuvring: Arc::new(manoeuvres.map(|manoeuvre| manoeuvre.target as u32).collect()),
         faults_end_s: faults_end_s(file),
-    };
-    (settings, passed)
+    }
 }
 
 /// See [`Settings::faults_end_s`].
@@ -276,8 +275,16 @@ fn warnings(team: &TeamParams, period: Duration) -> Vec<String> {
 }
 
 /// Serialises a typed or resolved scenario as text that can be read again.
-pub(super) fn text(name: &str, file: &impl Serialize) -> Result<String, ScenarioError> {
-    let text = toml::to_string(file).map_err(|error| ScenarioError::one(name, None, error.to_string()))?;
+pub(super) fn text(name: &str, file: &impl Serialize, parameters: &Parameters) -> Result<String, ScenarioError> {
+    let text = table(file, parameters).and_then(|table| toml::to_string(&table));
+    let text = text.map_err(|error| ScenarioError::one(name, None, error.to_string()))?;
     check_size(name, &text, SPELT_OUT)?;
     Ok(text)
+}
+
+/// Serialises a typed or resolved scenario, with its parameters.
+pub(super) fn table(file: &impl Serialize, parameters: &Parameters) -> Result<toml::Table, toml::ser::Error> {
+    let mut table = toml::Table::try_from(file)?;
+    parameters.insert_into(&mut table)?;
+    Ok(table)
 }

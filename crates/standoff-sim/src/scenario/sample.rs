@@ -40,11 +40,9 @@ pub(super) struct DerivedDefaults {
     pub(super) period_s: f64,
     pub(super) transient_s: f64,
     pub(super) count: f64,
-    pub(super) correlation_rate_1_s: f64,
-    pub(super) acceleration_sd_m_s2: f64,
-    pub(super) range_sd_m: f64,
-    pub(super) bearing_sd_deg: f64,
     pub(super) gap_s: f64,
+    /// Parameters of the library, in the order of [`DERIVED`](super::parameters::DERIVED).
+    pub(super) parameters: [f64; 4],
 }
 
 /// State of drawing the numbers of a seed, with the problems found.

@@ -1,13 +1,15 @@
-//! JSON schema of scenario files, generated from their types. Editors use it for completion, and error messages for the
-//! known keys and values.
+//! JSON schema of scenario files, generated from their types and the library's parameters. Editors use it for
+//! completion, and error messages for the known keys and values.
 
 use std::sync::LazyLock;
 
 use schemars::Schema;
 use schemars::generate::SchemaSettings;
 use schemars::transform::{RecursiveTransform, Transform};
-use serde_json::Value;
+use serde_json::{Map, Value, json};
+use standoff::{ParamInfo, ParamKind};
 
+use super::parameters::{DERIVED, Parameters, declared, split, tables};
 use super::schema_types::ScenarioFile;
 
 /// Returns the JSON schema (draft 7, which TOML editors support) of a scenario file.
@@ -16,7 +18,38 @@ pub fn schema() -> Value {
     let mut schema = generator.root_schema_for::<ScenarioFile>();
     RecursiveTransform(without_null).transform(&mut schema);
     schema.insert("title".to_owned(), "A scenario of standoff".into());
-    schema.to_value()
+    let mut keys = Keys { root: schema.to_value() };
+    tables().into_iter().for_each(|table| keys.insert_parameters(table));
+    keys.root
+}
+
+/// Keys of the simulator that stand between the library's numbers and words; others follow them.
+const BEFORE_WORDS: [&str; 1] = ["count"];
+
+/// Returns the schema of a parameter's key.
+fn property(param: &ParamInfo, defaults: &Parameters) -> Value {
+    let (what, (kind, of_kind)) = match param.kind {
+        ParamKind::Number { unit, allowed } => {
+            let (unit, allowed) =
+                if param.is_angle() { ("degrees", allowed.map(f64::to_degrees)) } else { (unit, allowed) };
+            let number = json!([{ "$ref": "#/definitions/Number" }]);
+            (format!(" Unit: {unit}. Range: {allowed}."), ("allOf", number))
+        }
+        ParamKind::Word(words) => {
+            let listed: Vec<String> = words.iter().map(|word| format!("`{}`", word.word)).collect();
+            let one_of =
+                words.iter().map(|word| json!({ "type": "string", "const": word.word, "description": word.doc() }));
+            (format!(" Values: {}.", listed.join(", ")), ("oneOf", one_of.collect()))
+        }
+        ParamKind::Flag => (String::new(), ("type", "boolean".into())),
+    };
+    let derived = DERIVED.iter().find(|(key, _)| *key == param.key).map(|(_, absent)| format!(" {absent}"));
+    let default = defaults.value(param.key).and_then(|default| serde_json::to_value(default).ok());
+    let mut property = Map::new();
+    property.extend(default.map(|default| ("default".to_owned(), default)));
+    let description = format!("{}{what}{}", param.doc(), derived.unwrap_or_default());
+    property.extend([("description".to_owned(), description.into()), (kind.to_owned(), of_kind)]);
+    property.into()
 }
 
 /// Removes null, which TOML does not have: optional keys are simply not required. Also removes the defaults of tables,
@@ -73,6 +106,26 @@ impl Keys {
             .chain(tables)
             .filter(|table| self.of(table).is_some_and(|keys| keys.contains(&key)))
             .collect()
+    }
+
+    /// Inserts the keys of the library's parameters into a table.
+    fn insert_parameters(&mut self, table: &str) {
+        let definition = self.raw(table).and_then(reference).map(|name| name.trim_start_matches('#').to_owned());
+        let definition = definition.and_then(|pointer| self.root.pointer_mut(&pointer)).and_then(Value::as_object_mut);
+        let Some(definition) = definition else { return };
+        let properties = definition.entry("properties").or_insert_with(|| Map::new().into());
+        let Some(Value::Object(own)) = Some(std::mem::take(properties)) else { return };
+        let (before, after): (Map<_, _>, Map<_, _>) =
+            own.into_iter().partition(|(key, _)| BEFORE_WORDS.contains(&key.as_str()));
+        let defaults = Parameters::default();
+        let parameters = |is_number: bool| {
+            let of_table = declared().filter(move |param| {
+                split(param).0 == table && matches!(param.kind, ParamKind::Number { .. }) == is_number
+            });
+            of_table.map(|param| (split(param).1.to_owned(), property(param, &defaults)))
+        };
+        let all = parameters(true).chain(before).chain(parameters(false)).chain(after);
+        *properties = Value::Object(all.collect());
     }
 
     fn node(&self, key: &str) -> Option<&Value> {

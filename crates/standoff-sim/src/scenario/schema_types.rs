@@ -1,8 +1,8 @@
-//! Tables and keys of a scenario file with their meaning, range and default. The same definitions generate
-//! the types of the resolved scenario.
+//! Tables of a scenario file, and the keys that do not belong to a parameter of the library, with their meaning, range
+//! and default. The same definitions generate the types of the resolved scenario.
 //!
-//! Every number may be typed as a distribution (see [`Number`]). Units stand at the end of the keys. Defaults are Table
-//! I of the paper where it states a value; imperfections default to none. A key that is not listed here is an error.
+//! The parameters of the library have their keys from `TeamParams::table`. Every number may be typed as a distribution
+//! (see [`Number`]). Units stand at the end of the keys. Imperfections default to none. Any other key is an error.
 
 use std::borrow::Cow;
 use std::fmt::Display;
@@ -13,11 +13,12 @@ use serde::{Deserialize, Serialize, Serializer};
 use standoff::{Agent, Allowed};
 
 use super::number::{Number, as_typed, lists_as_typed};
+use super::parameters::Parameters;
 use super::sample::{Draw, Drawing};
 use crate::traffic;
 
 /// Defines each table of a scenario file twice: as typed in the file, and, in [`resolved`], as flown. A number has a
-/// default and, unless the library checks it, its range.
+/// default and, unless it is checked elsewhere, its range.
 macro_rules! tables {
     ($(
         $(#[$doc:meta])*
@@ -85,6 +86,8 @@ macro_rules! tables {
                 type Drawn = resolved::$name;
 
                 fn drawn(&self, at: &dyn Display, drawing: &mut Drawing) -> resolved::$name {
+                    // Some tables contain only parameters of the library.
+                    _ = (at, &*drawing);
                     resolved::$name {
                         $($($text: self.$text.clone(),)*)?
                         $($($files: self.$files.clone(),)*)?
@@ -189,27 +192,15 @@ tables! {
         targets: Option<Targets>;
         /// Targets from a traffic file, instead of `[targets]`.
         traffic: Option<Traffic>;
+        /// Parameters of the library, whose keys are in several tables.
+        #[serde(skip)]
+        parameters: Parameters;
     }
 
     /// `[uavs]`: number, flight dynamics and starts of the UAVs.
-    table Uavs numbers {
-        /// Nominal speed v_0 = v_d, m/s; 1 to 1,000.
-        speed_m_s = 40.0;
-        /// Largest deviation of the commanded speed from the nominal speed, dv_max (2), m/s; at least 0, below
-        /// `speed_m_s`.
-        speed_change_max_m_s = 15.0;
-        /// Largest commanded turn rate, omega_max (3), rad/s; 0.001 to 10.
-        turn_rate_max_rad_s = 0.3;
-        /// Time constant tau_v of the speed (1), s; 0.001 to 60, with `euler` at least `period_s`.
-        speed_lag_s = 1.0 / 3.0;
-        /// Time constant tau_omega of the turn rate (1), s; 0.001 to 60, with `euler` at least `period_s`.
-        turn_rate_lag_s = 1.0 / 3.0;
-    } absent {
+    table Uavs absent {
         /// Number of UAVs, 1 to 100. If absent: the number of `[[uavs.start]]` tables, or 1. A drawn value is rounded.
         count;
-    } words {
-        /// Integration of the UAVs' motion over a time step: `exact` or `euler` (4).
-        integrator: Integrator = Exact;
     } many {
         /// Delay after which a UAV's computer starts, s; 0 to 1e9. Drawn for each UAV. If absent: 0.
         boot_delay_s: TIME_S;
@@ -235,31 +226,10 @@ tables! {
     }
 
     /// `[uavs.climb]`: how UAVs climb and descend, and between which altitudes.
-    table Climb numbers {
-        /// Largest rate of climb and of descent, m/s; 0.01 to 100.
-        rate_max_m_s = 3.0;
-        /// Time constant of the rate of climb, s; 0.001 to 60.
-        lag_s = 1.0;
-        /// Lowest altitude that may be commanded, m above the plane; 1 to 20,000.
-        altitude_min_m = 50.0;
-        /// Highest altitude that may be commanded, m above the plane; `altitude_min_m` to 20,000.
-        altitude_max_m = 3000.0;
-    }
+    table Climb
 
     /// `[team]`: how the team shares its state.
-    table Team numbers {
-        /// Teammate timeout: a UAV that has been silent for longer counts as gone, s; above 0, at most 60.
-        teammate_timeout_s = 3.0;
-        /// Maximum age of a message that is still used, s; above 0, at most 600, and at most 1,200 periods. Applies if
-        /// `agents = "per-uav"`.
-        message_retention_s = 60.0;
-        /// While messages are missing, groups and assignments are those of this much earlier, s; 0 to 10. Applies if
-        /// `agents = "per-uav"`.
-        decision_lag_s = 2.0;
-        /// Maximum rate at which a UAV retransmits messages for others, bytes/s; 0 to 1,000,000. Applies if
-        /// `agents = "per-uav"`.
-        retransmit_bytes_per_s = 1500.0;
-    } words {
+    table Team words {
         /// One agent for all UAVs (`shared`), or one for each UAV (`per-uav`). If absent: `shared`, or `per-uav` if
         /// the scenario has a radio, restarts, late starts or clocks.
         agents: AgentSetup = Shared;
@@ -380,38 +350,10 @@ tables! {
         range_sd_m = 0.0, Allowed::at_least(0.0).at_most(1e5);
         /// Standard deviation of the bearing noise, degrees; 0 to 180.
         bearing_sd_deg = 0.0, Allowed::at_least(0.0).at_most(180.0);
-        /// Field of view alpha_f, degrees; above 0, at most 360.
-        field_of_view_deg = 70.0;
-        /// Maximum range at which a target is detected, m; above `orbit.radius_min_m`, at most 1e6.
-        sensing_range_m = 1200.0;
     }
 
     /// `[filter]`: assumptions of the filters, and the rules for lost tracks.
-    table Filter numbers {
-        /// A track is lost if the standard deviation of its position exceeds this, m; above 0, at most 1e4.
-        deletion_position_sd_m = 300.0;
-        /// A track is lost if its target is not detected for this long although it should clearly be in view, s; above
-        /// 0, at most 1e6.
-        deletion_unseen_in_view_s = 2.0;
-        /// Standard deviation of the velocity, per axis, of a track that starts from a measurement, m/s; 0.001 to
-        /// 1,000.
-        initial_velocity_sd_m_s = 10.0;
-        /// Time after which a lost track is forgotten, s; above 0, at most 1e6.
-        lost_track_retention_s = 600.0;
-    } absent {
-        /// Assumed correlation rate alpha of the targets' acceleration, 1/s; 0 to 100. If absent: that of `[targets]`,
-        /// or 0.3 for traffic.
-        correlation_rate_1_s;
-        /// Assumed standard deviation sigma_a of the targets' acceleration, per axis, m/s2; 0 to 100. If absent: that
-        /// of `[targets]`, or 0.75 for traffic.
-        acceleration_sd_m_s2;
-        /// Assumed standard deviation sigma_r of the range, m; 0.001 to 1e5. If absent: that of the sensor, or 10 if
-        /// the sensor has no noise.
-        range_sd_m;
-        /// Assumed standard deviation sigma_theta of the bearing, degrees; above 0, at most 180. If absent: that of the
-        /// sensor, or 3 if the sensor has no noise.
-        bearing_sd_deg;
-    }
+    table Filter
 
     /// `[cue]`: errors of the cue that reports each target once, when it appears.
     table Cue numbers {
@@ -422,95 +364,14 @@ tables! {
     }
 
     /// `[orbit]`: standoff distance (15, 16), centre of the orbit, and sensor pointing.
-    table Orbit numbers {
-        /// Margin eps_m by which the field of view is reduced (15), degrees; at least 0, below
-        /// `sensor.field_of_view_deg`.
-        field_of_view_margin_deg = 10.0;
-        /// Minimum radius r_d,min, m; 1 to 1e5.
-        radius_min_m = 250.0;
-        /// Maximum radius r_d,max, m; `radius_min_m` to 1e5.
-        radius_max_m = 700.0;
-        /// Number of standard deviations for `margin = "standard-deviations"`; 0 to 100.
-        margin_sds = 0.0;
-        /// Time constant with which the commanded radius follows r_d, s; 0 to 3,600. 0, as in the paper: immediately.
-        radius_time_constant_s = 0.0;
-        /// Time constant with which the orbit's centre and radius follow their desired values, s; 0 to 60. 0:
-        /// immediately.
-        time_constant_s = 1.5;
-        /// Largest acceleration of the orbit's centre and radius, m/s2; above 0, at most 100.
-        acceleration_max_m_s2 = 2.5;
-        /// Largest speed at which the orbit's centre and radius approach their desired values, m/s; above 0, at most
-        /// 1,000.
-        closing_speed_max_m_s = 25.0;
-        /// A target outside is admitted to a group if the orbit that includes it needs at most this fraction of the
-        /// maximum radius; above 0, at most 1.
-        readmission_radius_fraction = 0.97;
-    } words {
-        /// Margin d_m (16): `standard-deviations` of the relative position of the furthest target, in metres, or
-        /// `mahalanobis`, as published.
-        margin: Margin = StandardDeviations;
-        /// Centre of the orbit: `filtered`, the `centroid` of the members, or the centre of their minimum enclosing
-        /// circle (`enclosing-circle`).
-        centre: Centre = EnclosingCircle;
-        /// Where sensors point: at the `group-centre`, or at the middle of the angular extent of the members as each
-        /// UAV sees them (`angular-midpoint`).
-        pointing: Pointing = AngularMidpoint;
-        /// When members change, the centre moves by the known jump (`shift-state`), or its filter treats the jump as an
-        /// innovation (`innovation`).
-        centre_jump: CentreJump = ShiftState;
-    }
+    table Orbit
 
     /// `[groups]`: groups, and the assignment of UAVs to them.
-    table Groups numbers {
-        /// A target is handed off if another group's centroid is nearer by more than this, m; 0 to 1e5. The paper has
-        /// no such margin.
-        handoff_margin_m = 50.0;
-        /// Minimum dwell time T_hd of a handoff (34), s; 0 to 3,600.
-        dwell_min_s = 3.0;
-        /// Maximum dwell time, s; `dwell_min_s` to 3,600. 0 disables the dwell.
-        dwell_max_s = 30.0;
-        /// Limit xi_d, m2/s; above 0, at most 1e9. If xi_th (Lemma 3.1) of all UAVs of a group stays below -xi_d, the
-        /// group removes its furthest target.
-        divergence_limit_m2_s = 6000.0;
-        /// Time for which xi_th must stay below -xi_d, s; 0 to 3,600.
-        divergence_time_s = 3.0;
-        /// Period of the check whether the UAVs of a group could cover more targets by forming another group, s; 0 to
-        /// 3,600. 0: no check.
-        regrouping_period_s = 30.0;
-        /// UAVs are not sent to targets that they cannot bring within sensing range in this time, s; 0 to 3,600.
-        assignment_reach_s = 30.0;
-        /// Switching cost of a UAV in the assignment with `log-det`, in ln det per target; 0 to 100.
-        assignment_switching_cost = 10.0;
-        /// Altitude of the lowest orbit, m; 1 to 20,000.
-        altitude_lowest_m = 300.0;
-        /// Step between altitudes, m; 1 to 20,000.
-        altitude_step_m = 50.0;
-        /// Distance below which two UAVs of a group cause a proximity alert, m; 0 to 1e4.
-        proximity_alert_m = 50.0;
-    } words {
-        /// Number of groups: half the number of UAVs (`half-of-uavs`), or as many as the targets need (`as-needed`).
-        count: GroupCount = AsNeeded;
-        /// Objective of the assignment (32): `log-det`, or as published (`paper`) for up to 8 UAVs and groups.
-        objective: Objective = LogDet;
-        /// Member that a group removes if its orbit cannot cover all: the one whose removal reduces the radius most
-        /// (`largest-radius-reduction`), or the one `furthest-from-centre`.
-        removal: RemovalRule = LargestRadiusReduction;
-        /// UAVs that share an altitude: those of a group (`per-group`; the same as `per-uav` if messages can be lost),
-        /// none (`per-uav`), or all (`common`).
-        altitude_policy: AltitudePolicy = PerGroup;
-    } flags {
-        /// UAVs that no group needs search for lost targets.
-        search_lost_targets = true;
-    }
+    table Groups
 
     /// `[separation]`: minimum distances of collision avoidance. Two aircraft may violate one of the two, but not both
     /// at the same time.
-    table Separation numbers {
-        /// Minimum horizontal distance, m; 1 to 1e4.
-        horizontal_min_m = 50.0;
-        /// Minimum difference of altitude, m; 1 to 1e4.
-        vertical_min_m = 30.0;
-    }
+    table Separation
 
     /// `[[geofence]]`: a polygon of the geofence. A UAV must be inside every keep-in zone and outside every keep-out
     /// zone.
@@ -568,31 +429,7 @@ tables! {
     }
 
     /// `[guidance]`: gains and options of the guidance law.
-    table Guidance numbers {
-        /// Gain k_l of active measure 1 (20); 0.001 to 1. 1 disables the measure.
-        radial_gain = 0.2;
-        /// Lead time k_rd of active measure 2 (22) for `lead = "constant"`, s; 0 to 100. 0 disables the measure.
-        lead_s = 3.0;
-        /// Heading gain k_omega (24), 1/s; above 0, at most 100.
-        heading_gain_1_s = 1.0;
-        /// Gain on the difference between the turn rate and the feedforward; 0 to 100. 0, as in the paper: none.
-        turn_rate_gain = 0.0;
-        /// Phase gain k_v (35), 1/s; 0 to 100.
-        phase_gain_1_s = 0.5;
-        /// Desired phase theta_d between two UAVs (35), degrees; 0 to 180.
-        desired_phase_deg = 90.0;
-    } words {
-        /// Feedforward turn rate (25): the derivative of the flown vector field (`field`), the same along the actual
-        /// motion (`trajectory`), (25) corrected (`static-centre`), or (25) as published (`paper`).
-        feedforward: Feedforward = Field;
-        /// Lead of active measure 2 (22): `constant`; `scheduled` to the lag of the field, k_l r_d / v; or `predicted`,
-        /// with the spread predicted for that time.
-        lead: Lead = Constant;
-        /// Reference of the nominal speed: the `ground`, or the `centre` of the group.
-        speed_reference: SpeedReference = Ground;
-        /// Direction of the orbits: `anticlockwise` or `clockwise`.
-        orbit_direction: OrbitDirection = Anticlockwise;
-    }
+    table Guidance
 
     /// `[targets]`: random targets.
     table Targets numbers {
@@ -699,7 +536,7 @@ macro_rules! words {
         #[serde(rename_all = "kebab-case")]
         pub enum $name { $($(#[$word_doc])* $word,)* }
 
-        words!(@from $name, $($library_s,)? $($word)*);
+ words!(@from $name, $($library_s,)? $($word)*);
     };
     (@from $name:ident, $library_s:ty, $($word:ident)*) => {
         impl From<$name> for $library_s {
@@ -714,15 +551,6 @@ macro_rules! words {
 }
 
 words! {
-    /// Integration of the UAVs' motion over a time step (1, 4).
-    Integrator for standoff::Integrator {
-        /// Exact integration.
-        Exact,
-        /// One Euler step, as published; both lags must be at least `period_s`.
-        Euler,
-    }
-}
-words! {
     /// Where the team state is kept. With an ideal radio both variants are equal to the bit, because every UAV receives
     /// every message.
     AgentSetup {
@@ -733,130 +561,12 @@ words! {
     }
 }
 words! {
-    /// Margin of the standoff distance (16).
-    Margin {
-        /// A number of standard deviations in metres, from the fused covariances.
-        StandardDeviations,
-        /// The squared Mahalanobis distance, as published.
-        Mahalanobis,
-    }
-}
-words! {
-    /// Centre of a group.
-    Centre for standoff::CentreEstimate {
-        /// A separate filter follows the centroid.
-        Filtered,
-        /// Centroid of the members' estimates.
-        Centroid,
-        /// Centre of the minimum enclosing circle of the members' estimates.
-        EnclosingCircle,
-    }
-}
-words! {
-    /// Where sensors point.
-    Pointing for standoff::Pointing {
-        /// The group's centre.
-        GroupCentre,
-        /// The middle of the members' angular extent as the UAV sees them.
-        AngularMidpoint,
-    }
-}
-words! {
-    /// Which member a group removes if its orbit cannot cover all.
-    RemovalRule for standoff::RemovalRule {
-        /// The member furthest from the centre.
-        FurthestFromCentre,
-        /// The member without which the orbit is smallest.
-        LargestRadiusReduction,
-    }
-}
-words! {
-    /// How the centre of a group reacts to a change of members.
-    CentreJump for standoff::CentreJump {
-        /// The centre moves by the known jump.
-        ShiftState,
-        /// The filter of the centre treats the jump as an innovation.
-        Innovation,
-    }
-}
-words! {
-    /// Number of groups.
-    GroupCount for standoff::GroupCount {
-        /// Half the number of UAVs (Algorithm 1).
-        HalfOfUavs,
-        /// As many as the targets need; one UAV is enough for a group.
-        AsNeeded,
-    }
-}
-words! {
     /// Kind of a zone.
     ZoneKind for standoff::ZoneKind {
         /// UAVs must stay outside.
         KeepOut,
         /// UAVs must stay inside.
         KeepIn,
-    }
-}
-words! {
-    /// Which UAVs share an altitude.
-    AltitudePolicy for standoff::AltitudePolicy {
-        /// Each group has its own altitude.
-        PerGroup,
-        /// Each UAV has its own altitude.
-        PerUav,
-        /// All UAVs fly at the lowest altitude.
-        Common,
-    }
-}
-words! {
-    /// Objective of the assignment (32).
-    Objective for standoff::Objective {
-        /// Sum over targets of the logarithm of the determinant of their information.
-        LogDet,
-        /// Determinant of the sum of all information, as published.
-        Paper,
-    }
-}
-words! {
-    /// Feedforward turn rate (25).
-    Feedforward for standoff::Feedforward {
-        /// Derivative along the flown field.
-        Field,
-        /// Derivative along the actual motion of the UAV.
-        Trajectory,
-        /// (25) corrected.
-        StaticCentre,
-        /// (25) as published.
-        Paper,
-    }
-}
-words! {
-    /// Lead of active measure 2 (22).
-    Lead {
-        /// The constant `lead_s`.
-        Constant,
-        /// The lag of the field.
-        Scheduled,
-        /// The lag of the field, with the spread predicted for that time.
-        Predicted,
-    }
-}
-words! {
-    /// Reference of the nominal speed.
-    SpeedReference for standoff::SpeedReference {
-        /// The ground, as in (28), (29).
-        Ground,
-        /// The centre of the group, so that UAVs on an orbit keep their phases.
-        Centre,
-    }
-}
-words! {
-    /// Direction of the orbits, seen from above.
-    OrbitDirection for standoff::OrbitDirection {
-        /// Anticlockwise, seen from above.
-        Anticlockwise,
-        /// Clockwise, seen from above.
-        Clockwise,
     }
 }
 words! {

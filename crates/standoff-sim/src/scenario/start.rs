@@ -184,7 +184,7 @@ mod tests {
         let worlds = [at(&[]), at(&[(0.0, 0.0); 12]), at(&[(0.0, 0.0), (90.0, 5.0), (4000.0, 0.0), (30.0, 700.0)])];
         for (count, positions) in (1..=30).flat_map(|count| worlds.iter().map(move |positions| (count, positions))) {
             let starts: Vec<Position> =
-                on_orbits(count, positions, &TeamParams::table_1()).iter().map(start_of).collect();
+                on_orbits(count, positions, &TeamParams::paper()).iter().map(start_of).collect();
             assert_eq!(starts.len(), count);
             for (index, one) in starts.iter().enumerate() {
                 assert!(starts[..index].iter().all(|other| other.distance_m(*one) > 99.9), "{count} UAVs: {starts:?}");

@@ -1,7 +1,7 @@
 //! Checks of a scenario beyond the range of each number. Errors point to where the value was typed, in the unit in
 //! which it was typed.
 
-use standoff::{Allowed, ParamError};
+use standoff::{Allowed, ParamError, TeamParams};
 use standoff_io::display_text::quoted;
 
 use super::basemap::MAPS_MAX;
@@ -11,8 +11,8 @@ use super::load::{Typed, related};
 use super::locate::Map;
 use super::number::Number;
 use super::parse::{MISTAKES_MAX, value_at, with_value};
+use super::resolve::table;
 use super::schema_types::resolved::{Intruder, Link, Radio, Ring, Scatter, ScenarioFile};
-use super::to_params::Passed;
 use super::traffic::NAME_MAX;
 use crate::traffic::MAX_AT_ONCE;
 
@@ -28,23 +28,23 @@ const INTRUDERS_MAX: usize = 100;
 /// Maximum length of the description of a scenario, characters.
 const ABOUT_MAX: usize = 1_000;
 
-/// Checks the settings: relations between numbers here, everything else by the library, whose errors are `errors`.
-pub(super) fn check_settings(file: &ScenarioFile, errors: Vec<ParamError>, passed: &[Passed], problems: &mut Problems) {
+/// Checks the settings: relations between numbers here, everything else by the library, which also found the errors
+/// `over` a period.
+pub(super) fn check_settings(file: &ScenarioFile, team: &TeamParams, over: Vec<ParamError>, problems: &mut Problems) {
     let longest_s = file.period_s.max(0.01) * TICKS_MAX;
     let duration =
         Allowed::at_least(file.period_s).at_most(longest_s).with_reason("one period_s to ten million of them");
     problems.check("duration_s", file.duration_s, duration);
     let findable = Allowed::at_least(1e-3)
-        .below(file.filter.deletion_position_sd_m)
+        .below(team.track.deletion_position_sd_m)
         .with_reason("a less certain track is lost: below filter.deletion_position_sd_m");
     problems.check("cue.position_sd_m", file.cue.position_sd_m, findable);
-    for ParamError { path, value, allowed } in errors {
+    for ParamError { path, value, allowed } in team.errors().into_iter().chain(over) {
+        let param = TeamParams::table().iter().find(|param| param.path == path);
+        let (key, is_angle) = param.map_or((path.as_str(), false), |param| (param.key, param.is_angle()));
+        let typed = file.parameters.number(key).unwrap_or(value);
         // Converted to the unit in which the value was typed.
-        let (key, typed, allowed) = match passed.iter().find(|passed| passed.path == path) {
-            Some(passed) if passed.is_angle => (passed.key, passed.typed, allowed.map(f64::to_degrees)),
-            Some(passed) => (passed.key, passed.typed, allowed),
-            None => (path.as_str(), value, allowed),
-        };
+        let allowed = if is_angle { allowed.map(f64::to_degrees) } else { allowed };
         problems.add(key, format!("must be {allowed}"), Some(typed.into()));
     }
 }
@@ -239,7 +239,7 @@ pub(super) fn report(problems: Problems, typed: &Typed, seed: u64) -> Result<(),
     let map = Map::new(&typed.origin.text);
     let is_typed = |key: &str| typed.origin.is_typed(&map, key);
     let is_left_out = |key: &str| typed.left_out.iter().any(|out| related(out, key));
-    let as_typed = toml::Table::try_from(&typed.file).unwrap_or_default();
+    let as_typed = table(&typed.file, &typed.file.parameters).unwrap_or_default();
     let keys: Vec<String> = found.iter().map(|found| found.key.clone()).collect();
     for (index, Found { key, what, number }) in found.into_iter().enumerate() {
         if problems.len() >= MISTAKES_MAX {

@@ -39,7 +39,7 @@ fn cue(label: TargetLabel, position: Position) -> Cue {
 /// Workload: prediction of one target's filter, and an update with measurements of two UAVs, always from the same
 /// start.
 pub fn filter() -> impl FnMut() -> InformationFilter {
-    let params = TeamParams::table_1().track;
+    let params = TeamParams::paper().track;
     let transition = params.target.transition(PERIOD);
     let cue = cue(TargetLabel(0), Position::ORIGIN);
     let start = *Track::from_cue(&cue, &params, Time::EPOCH).expect("the cue is valid").estimate();
@@ -110,8 +110,8 @@ impl FleetTicks {
                 site.iter_mut().skip(10).for_each(|at| *at = *at + away);
             }
         }
-        let sensor = TeamParams::table_1().track.sensor;
-        let mut fleet = TeamAgent::new(TeamParams::table_1()).expect("the parameters of Table I are valid");
+        let sensor = TeamParams::paper().track.sensor;
+        let mut fleet = TeamAgent::new(TeamParams::paper()).expect("the parameters of Table I are valid");
         let states: Vec<UavState> = (0..uavs)
             .map(|id: u32| {
                 let phase = Angle::from_deg(90.0 * f64::from(id % 2));

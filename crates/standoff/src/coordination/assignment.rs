@@ -26,8 +26,7 @@ mod tests;
 use core::fmt;
 
 use crate::group_id::GroupId;
-use crate::params::Objective;
-use crate::sensor::SensorParams;
+use crate::params::{Objective, SensorParams};
 use crate::time::Time;
 use crate::uav::UavId;
 use problem::Problem;

@@ -99,7 +99,7 @@ mod tests {
                 position_sd_m: 10.0,
                 velocity_sd_m_s: 1.0,
             };
-            memberships.start(Track::from_cue(&cue, &TeamParams::table_1().track, Time::EPOCH).unwrap());
+            memberships.start(Track::from_cue(&cue, &TeamParams::paper().track, Time::EPOCH).unwrap());
         }
         memberships.tracks().to_vec()
     }

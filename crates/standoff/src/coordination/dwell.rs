@@ -12,7 +12,8 @@
 use crate::frame::Position;
 use crate::group_id::GroupId;
 use crate::guidance::heading::Orbit;
-use crate::guidance::vector_field::{OrbitDirection, VectorField};
+use crate::guidance::vector_field::VectorField;
+use crate::params::OrbitDirection;
 use crate::time::{Duration, Time};
 
 /// Handoff of a target to a group that makes room for it, although its UAVs may not have the target in view yet.

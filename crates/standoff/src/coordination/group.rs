@@ -11,12 +11,12 @@ use crate::coordination::spread::{furthest_from, margin_m, spread_in};
 use crate::frame::{Displacement, Position};
 use crate::group_id::GroupId;
 use crate::guidance::geofence::{Geofence, ZoneKind};
-use crate::guidance::heading::{Lead, Orbit, OrbitRelativeState};
+use crate::guidance::heading::{Orbit, OrbitRelativeState};
 use crate::guidance::orbit_motion::OrbitMotion;
 use crate::guidance::phase_control::speed_min_for_phase_m_s;
 use crate::guidance::standoff_distance::{Ramp, Spread, StandoffDistance, moving_centre_limit_m, turn_limit_m};
 use crate::math::TAU;
-use crate::params::{CentreEstimate, CentreJump, GroupingParams, Margin, TeamParams};
+use crate::params::{CentreEstimate, CentreJump, GroupingParams, Lead, Margin, TeamParams};
 use crate::target::Transition;
 use crate::time::Duration;
 use crate::tracking::track::TrackId;
@@ -197,7 +197,7 @@ impl Group {
         }
         // The covariance is only computed if it is needed.
         let filters = team.group.centre == CentreEstimate::Filtered || team.group.margin == Margin::Mahalanobis;
-        let centroid_m2 = match filters || team.group.margin.takes_covariance() {
+        let centroid_m2 = match filters || team.group.margin_takes_covariance() {
             true => mean_position_covariance(estimates.clone(), desired.members),
             false => Matrix2::zeros(),
         };
@@ -245,14 +245,14 @@ impl Group {
         };
         let furthest_rel_centre = furthest.position() - at.position();
         let relative_m2 = || relative_covariance(furthest.estimate(), centroid_m2, self.members);
-        let margin_m = margin_m(params.margin, self.centre.innovation_distance, relative_m2, furthest_rel_centre);
+        let margin_m = margin_m(params, self.centre.innovation_distance, relative_m2, furthest_rel_centre);
         let mut standoff = params.standoff.distance(spread, margin_m, sensor);
         if let Some(flown) = flown {
             let flown = flown.with_radius(standoff.distance_m, &params.standoff, &params.motion, dt.s());
             (standoff.distance_m, standoff.rate_m_s) = (flown.radius_m, flown.rate_m_s);
         }
         let steered = match team.guidance.lead {
-            Lead::Constant(_) | Lead::Scheduled => standoff,
+            Lead::Constant | Lead::Scheduled => standoff,
             Lead::Predicted => {
                 let lead_s = team.guidance.lead_s(standoff.distance_m, uav.speed_m_s);
                 match flown {
@@ -392,7 +392,7 @@ impl Group {
     pub fn orbit(&self, team: &TeamParams) -> Orbit {
         let steered = match team.guidance.lead {
             Lead::Predicted => self.smoothed_radius,
-            Lead::Constant(_) | Lead::Scheduled => {
+            Lead::Constant | Lead::Scheduled => {
                 let lead_s = team.guidance.lead_s(self.standoff.distance_m, team.uav.speed_m_s);
                 self.smoothed_radius.with_lead(lead_s, &team.group.standoff)
             }

@@ -144,7 +144,7 @@ pub fn mahalanobis_squared(measured: Position, predicted: Position, covariance: 
 mod tests {
     use super::*;
     use crate::frame::Velocity;
-    use crate::target::TargetParams;
+    use crate::params::TargetParams;
     use crate::time::Duration;
 
     fn member(x_m: f64, y_m: f64, variance: f64) -> Estimate {

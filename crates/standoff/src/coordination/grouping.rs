@@ -302,7 +302,7 @@ impl Grouping<'_> {
     /// enclosing circle is not larger. `false` gives no information.
     fn surely_fits(&self, id: GroupId) -> bool {
         let (group, Some(last)) = (&self.params.group, self.last(id)) else { return false };
-        if group.centre != CentreEstimate::EnclosingCircle || group.margin.takes_covariance() {
+        if group.centre != CentreEstimate::EnclosingCircle || group.margin_takes_covariance() {
             return false;
         }
         let centre = last.centre.estimate().state.position();

@@ -202,7 +202,7 @@ mod tests {
     use crate::uav::UavState;
 
     fn params() -> TeamParams {
-        TeamParams::table_1()
+        TeamParams::paper()
     }
 
     fn track(id: u32, x_m: f64, vx_m_s: f64) -> Track {

@@ -337,7 +337,7 @@ mod tests {
             position_sd_m: 1.0,
             velocity_sd_m_s: 1.0,
         };
-        Track::from_cue(&cue, &TeamParams::table_1().track, Time::EPOCH).unwrap()
+        Track::from_cue(&cue, &TeamParams::paper().track, Time::EPOCH).unwrap()
     }
 
     /// The index of members, recomputed from scratch.
@@ -365,7 +365,7 @@ mod tests {
                 0 => memberships.start(track(draw(12) as u32)),
                 1 if n > 0 => {
                     memberships.track_mut(draw(n as u64) as usize).give_up();
-                    let transition = TeamParams::table_1().track.transition(Duration::from_s(1.0));
+                    let transition = TeamParams::paper().track.transition(Duration::from_s(1.0));
                     (0..n).for_each(|track_index| memberships.track_mut(track_index).predict(&transition));
                     memberships.update_tracks(|tracks| tracks.remove_lost(Duration::from_s(2.5)));
                     lost_and_forgotten += n - memberships.tracks().len();

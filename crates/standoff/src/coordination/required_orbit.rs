@@ -38,7 +38,7 @@ impl RequiredOrbit {
             let centroid_m2 = mean_position_covariance(places.map(estimate), members);
             relative_covariance(estimate(furthest), &centroid_m2, members)
         };
-        let margin_m = margin_m(params.margin, 0.0, relative_m2, known[furthest].position() - centre.position());
+        let margin_m = margin_m(params, 0.0, relative_m2, known[furthest].position() - centre.position());
         let spread = desired.spread(&estimate(furthest).state, &centre);
         let standoff = params.standoff.distance(spread, margin_m, &team.track.sensor);
         Some(Self { members, centre, furthest, standoff })

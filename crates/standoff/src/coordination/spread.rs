@@ -5,7 +5,7 @@ use nalgebra::Matrix2;
 use crate::coordination::memberships::GroupedTrack;
 use crate::frame::{Displacement, Position};
 use crate::guidance::standoff_distance::Spread;
-use crate::params::Margin;
+use crate::params::{GroupingParams, Margin, SensorParams};
 use crate::target::TargetState;
 
 /// Maximum spread of the members around their centre `in_s` seconds from now, if they keep their velocities.
@@ -23,22 +23,34 @@ pub(crate) fn spread_in(in_s: f64, members: impl Iterator<Item = TargetState>, c
 ///
 /// Implements Eq. (16).
 pub(crate) fn margin_m(
-    margin: Margin,
+    params: &GroupingParams,
     innovation_distance: f64,
     relative_m2: impl FnOnce() -> Matrix2<f64>,
     furthest_rel_centre: Displacement,
 ) -> f64 {
-    match margin {
+    match params.margin {
         Margin::Mahalanobis => innovation_distance,
-        Margin::StandardDeviations(sds) => {
+        Margin::StandardDeviations => {
             let distance_m = furthest_rel_centre.length_m();
-            if distance_m <= 0.0 || sds <= 0.0 {
+            if distance_m <= 0.0 || params.margin_sds <= 0.0 {
                 return 0.0;
             }
             let towards = furthest_rel_centre.vector() / distance_m;
             let variance = towards.dot(&(relative_m2() * towards));
-            sds * variance.max(0.0).sqrt()
+            params.margin_sds * variance.max(0.0).sqrt()
         }
+    }
+}
+
+impl GroupingParams {
+    /// True if the margin depends on the covariances of the members.
+    pub(crate) fn margin_takes_covariance(&self) -> bool {
+        self.margin == Margin::StandardDeviations && self.margin_sds > 0.0
+    }
+
+    /// Maximum distance from the centre, without margin, of a target that a group can readmit, m.
+    pub(crate) fn reach_m(&self, sensor: &SensorParams) -> f64 {
+        self.readmission_radius_fraction * self.standoff.radius_max_m / self.standoff.radius_per_spread(sensor)
     }
 }
 

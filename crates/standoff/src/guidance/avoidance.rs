@@ -15,34 +15,8 @@ use crate::guidance::command_candidates::Costs;
 use crate::guidance::heading::Steering;
 use crate::guidance::predicted_trajectory::{Intent, PredictedTrajectory};
 use crate::guidance::pursuer_model;
-use crate::uav::{Aircraft, Command, UavId, UavParams, UavState, Vertical};
-use crate::validation::{Allowed, ParamError};
-
-/// Minimum separation of aircraft. Two aircraft conflict only if both distances are below their minimum.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct SeparationParams {
-    /// Minimum horizontal distance, m; 1 to 10,000.
-    pub horizontal_min_m: f64,
-    /// Minimum altitude difference, m; 1 to 10,000.
-    pub vertical_min_m: f64,
-}
-
-impl Default for SeparationParams {
-    fn default() -> Self {
-        Self { horizontal_min_m: 50.0, vertical_min_m: 30.0 }
-    }
-}
-
-impl SeparationParams {
-    /// Returns every parameter that is out of range.
-    pub fn errors(&self) -> Vec<ParamError> {
-        let mut errors = Vec::new();
-        let metres = Allowed::at_least(1.0).at_most(1e4);
-        metres.check("horizontal_min_m", self.horizontal_min_m, &mut errors);
-        metres.check("vertical_min_m", self.vertical_min_m, &mut errors);
-        errors
-    }
-}
+use crate::params::{SeparationParams, UavParams};
+use crate::uav::{Aircraft, Command, UavId, UavState, Vertical};
 
 /// Buffer added to the minimum distance to cover prediction errors, m.
 const BUFFER_M: f64 = 20.0;

@@ -1,6 +1,7 @@
 //! Candidate commands near a desired command, for the case that the desired command is not admissible.
 
-use crate::uav::{Command, UavParams};
+use crate::params::UavParams;
+use crate::uav::Command;
 
 /// Number of turn rates to each side of straight flight.
 const TURNS: i32 = 8;

@@ -12,9 +12,10 @@ use crate::frame::{Displacement, Position};
 use crate::guidance::geofence::{
     Geofence, Side, ZoneKind, cross, nearest_on_side, squared_between_m2, squared_to_side_m2,
 };
-use crate::guidance::heading::{GuidanceParams, Orbit, OrbitRelativeState};
+use crate::guidance::heading::{Orbit, OrbitRelativeState};
 use crate::math;
-use crate::uav::{Command, UavParams, UavState};
+use crate::params::{GuidanceParams, UavParams};
+use crate::uav::{Command, UavState};
 
 /// Distance at which corners are passed, m.
 const PASSING_M: f64 = 40.0;
@@ -343,7 +344,7 @@ mod tests {
     }
 
     fn fly(zones: Vec<Zone>, from: (f64, f64)) -> Flown {
-        let params = TeamParams::table_1();
+        let params = TeamParams::paper();
         let geofence_safety = GeofenceSafety::new(Geofence::new(zones).unwrap(), params.uav, 0.5);
         let ramp = Ramp { radius_m: 300.0, rate_m_s: 0.0 };
         let orbit = Orbit {

@@ -20,8 +20,9 @@ use crate::guidance::command_candidates::Costs;
 use crate::guidance::detour::DetourPlanner;
 use crate::guidance::geofence::{Geofence, Side, crossed_at, squared_between_m2, squared_to_side_m2};
 use crate::math::{PI, TAU};
+use crate::params::{Integrator, UavParams};
 use crate::time::Duration;
-use crate::uav::{AutopilotModel, Command, Integrator, UavParams, UavState};
+use crate::uav::{AutopilotModel, Command, UavState};
 use crate::{Angle, math};
 
 /// Minimum clearance of paths from outlines, m. Larger than the deviation of an arc from its chord between two record
@@ -411,12 +412,12 @@ pub(crate) mod tests {
     proptest! {
         #[test]
         fn a_uav_that_starts_safe_stays_within_its_geofence(seed in any::<u64>()) {
-            stays_within(seed, &TeamParams::table_1());
+            stays_within(seed, &TeamParams::paper());
         }
 
         #[test]
         fn a_uav_with_long_lags_or_euler_steps_stays_within_its_geofence(seed in any::<u64>()) {
-            let mut params = TeamParams::table_1();
+            let mut params = TeamParams::paper();
             (params.uav.speed_lag_s, params.uav.turn_rate_lag_s) = (0.6, 1.5);
             stays_within(seed, &params);
             params.uav.integrator = Integrator::Euler;
@@ -437,7 +438,7 @@ pub(crate) mod tests {
     #[test]
     fn allowed_commands_are_unchanged_and_others_report_the_zone() {
         let geofence = Geofence::new(vec![square(-5000.0, 0.0, 10.0), square(600.0, 0.0, 200.0)]).unwrap();
-        let geofence_safety = GeofenceSafety::new(geofence, TeamParams::table_1().uav, 0.5);
+        let geofence_safety = GeofenceSafety::new(geofence, TeamParams::paper().uav, 0.5);
         let desired = Command { speed_m_s: 41.25, turn_rate_rad_s: 0.012_345 };
         assert_eq!(geofence_safety.make_safe(&east(0.0, 0.0), desired), (desired, None));
         // The radius of the tightest circle is 83 m, so at 110 m from the zone the UAV cannot continue.
@@ -448,14 +449,14 @@ pub(crate) mod tests {
     #[test]
     fn a_uav_inside_a_keep_out_zone_leaves_it_on_the_fastest_path() {
         let geofence = Geofence::new(vec![square(0.0, 0.0, 400.0)]).unwrap();
-        let geofence_safety = GeofenceSafety::new(geofence, TeamParams::table_1().uav, 0.5);
+        let geofence_safety = GeofenceSafety::new(geofence, TeamParams::paper().uav, 0.5);
         // Straight ahead the exit is 100 m away; behind, it is a turn and 700 m.
         let straight_on = Command { speed_m_s: 55.0, turn_rate_rad_s: 0.0 };
         assert_eq!(geofence_safety.make_safe(&east(300.0, 0.0), straight_on), (straight_on, Some(0)));
         // To the north the exit is 50 m away: a quarter turn with a radius of 133 m is shorter than 700 m.
         let (command, _) = geofence_safety.make_safe(&east(-300.0, 350.0), straight_on);
         assert_eq!(command.turn_rate_rad_s, 0.3);
-        let response = TeamParams::table_1().uav.response(Duration::from_s(0.5));
+        let response = TeamParams::paper().uav.response(Duration::from_s(0.5));
         let mut state = east(-300.0, 350.0);
         let inside = (0..40).take_while(|_| {
             state = response.step(&state, geofence_safety.make_safe(&state, straight_on).0);

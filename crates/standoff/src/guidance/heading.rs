@@ -16,93 +16,12 @@ use crate::angle::Angle;
 use crate::frame::{Displacement, Position, Velocity};
 use crate::guidance::moving_centre;
 use crate::guidance::standoff_distance::{Ramp, StandoffDistance};
-use crate::guidance::vector_field::{FieldAt, OrbitDirection, PolarMotion, VectorField, convergence_threshold_m2_s};
+use crate::guidance::vector_field::{FieldAt, PolarMotion, VectorField, convergence_threshold_m2_s};
+use crate::params::{Feedforward, GuidanceParams, Lead, SpeedReference};
 use crate::target::TargetState;
 use crate::uav::UavState;
-use crate::validation::{Allowed, ParamError};
-
-/// Derivative of the desired heading that is used as feedforward.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
-pub enum Feedforward {
-    /// Eq. (25) as published.
-    Paper,
-    /// Eq. (25) corrected: the exact derivative along the field (13) around a stationary centre.
-    StaticCentre,
-    /// The derivative along the flown field, including (20), (22) and (28).
-    #[default]
-    Field,
-    /// Like `Field`, but along the actual motion of the UAV.
-    Trajectory,
-}
-
-/// Lead time of active measure 2 (22): how far ahead of a changing radius the UAV steers.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Lead {
-    /// Constant lead k_rd, s; at least 0; 0 disables the lead.
-    Constant(f64),
-    /// Lead equal to the lag of the field, k_l r_d / v.
-    Scheduled,
-    /// Lead equal to the lag of the field. The radius is r_d for the spread predicted for that time: the distance
-    /// of the member that is then furthest from the centre.
-    Predicted,
-}
-
-/// Reference of the UAV's nominal speed.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
-pub enum SpeedReference {
-    /// Ground speed, as in (28), (29). Around a moving centre, a UAV alternately gains and loses phase.
-    #[default]
-    Ground,
-    /// Speed relative to the centre. Around a moving centre, the UAVs on an orbit keep their phases, within their speed
-    /// limits.
-    Centre,
-}
-
-/// Gains of the guidance law.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct GuidanceParams {
-    /// Orbit direction.
-    pub orbit_direction: OrbitDirection,
-    /// Radial gain k_l of active measure 1; 0.001 to 1; 1 disables the measure.
-    #[doc(alias = "k_l")]
-    pub radial_gain: f64,
-    /// Lead k_rd of active measure 2.
-    #[doc(alias = "k_rd")]
-    pub lead: Lead,
-    /// Reference of the nominal speed.
-    pub speed_reference: SpeedReference,
-    /// Heading gain k_omega, 1/s; above 0.
-    #[doc(alias = "k_omega")]
-    pub heading_gain_1_s: f64,
-    /// Gain on the difference between turn rate and feedforward, dimensionless; at least 0; 0 in the paper (no
-    /// damping).
-    pub turn_rate_gain: f64,
-    /// Form of the feedforward.
-    pub feedforward: Feedforward,
-    /// Phase gain k_v, 1/s; at least 0.
-    #[doc(alias = "k_v")]
-    pub phase_gain_1_s: f64,
-    /// Desired phase theta_d of a pair, rad; at least 0, at most pi.
-    #[doc(alias = "theta_d")]
-    pub desired_phase_rad: f64,
-}
 
 impl GuidanceParams {
-    /// Returns every parameter that is out of range.
-    pub fn errors(&self) -> Vec<ParamError> {
-        let mut errors = Vec::new();
-        Allowed::at_least(1e-3).at_most(1.0).check("radial_gain", self.radial_gain, &mut errors);
-        if let Lead::Constant(lead_s) = self.lead {
-            Allowed::at_least(0.0).at_most(100.0).check("lead_s", lead_s, &mut errors);
-        }
-        Allowed::above(0.0).at_most(100.0).check("heading_gain_1_s", self.heading_gain_1_s, &mut errors);
-        Allowed::at_least(0.0).at_most(100.0).check("turn_rate_gain", self.turn_rate_gain, &mut errors);
-        Allowed::at_least(0.0).at_most(100.0).check("phase_gain_1_s", self.phase_gain_1_s, &mut errors);
-        let half_turn = Allowed::at_least(0.0).at_most(crate::math::PI);
-        half_turn.check("desired_phase_rad", self.desired_phase_rad, &mut errors);
-        errors
-    }
-
     fn field(&self, orbit: &Orbit) -> VectorField {
         VectorField {
             radius_m: orbit.steered.radius_m,
@@ -117,7 +36,7 @@ impl GuidanceParams {
     /// of r_d is followed with a lag of k_l r_d / v.
     pub fn lead_s(&self, radius_m: f64, speed_m_s: f64) -> f64 {
         match self.lead {
-            Lead::Constant(lead_s) => lead_s,
+            Lead::Constant => self.lead_s,
             Lead::Scheduled | Lead::Predicted => self.radial_gain * radius_m / speed_m_s,
         }
     }
@@ -303,12 +222,14 @@ fn stationary_centre_rad_s(r_m: f64, orbit: &Orbit, speed_m_s: f64, twice_m: f64
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::params::OrbitDirection;
 
     fn params(feedforward: Feedforward) -> GuidanceParams {
         GuidanceParams {
             orbit_direction: OrbitDirection::Anticlockwise,
             radial_gain: 1.0,
-            lead: Lead::Constant(0.0),
+            lead: Lead::Constant,
+            lead_s: 0.0,
             speed_reference: SpeedReference::Ground,
             heading_gain_1_s: 2.0,
             turn_rate_gain: 0.0,

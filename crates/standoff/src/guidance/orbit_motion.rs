@@ -27,34 +27,11 @@
 use nalgebra::{SVector, Vector1};
 
 use crate::frame::{Position, Velocity};
-use crate::guidance::standoff_distance::{StandoffDistance, StandoffParams};
+use crate::guidance::standoff_distance::StandoffDistance;
+use crate::params::{MotionParams, StandoffParams};
 use crate::target::TargetState;
-use crate::validation::{Allowed, ParamError};
-
-/// Limits of the motion of an orbit's centre and radius.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct MotionParams {
-    /// Time constant T with which centre and radius follow the desired values, s; at least 0; 0 means immediately.
-    /// Values below the period are treated as the period.
-    pub time_constant_s: f64,
-    /// Maximum acceleration a_max of centre and radius, m/s2; above 0.
-    pub acceleration_max_m_s2: f64,
-    /// Maximum speed c_max at which centre and radius approach the desired values, m/s; above 0. It also limits the
-    /// rate of the radius.
-    pub closing_speed_max_m_s: f64,
-}
 
 impl MotionParams {
-    /// Returns every parameter that is out of range.
-    pub fn errors(&self) -> Vec<ParamError> {
-        let mut errors = Vec::new();
-        Allowed::at_least(0.0).at_most(60.0).check("time_constant_s", self.time_constant_s, &mut errors);
-        let above_0 = Allowed::above(0.0);
-        above_0.at_most(100.0).check("acceleration_max_m_s2", self.acceleration_max_m_s2, &mut errors);
-        above_0.at_most(1000.0).check("closing_speed_max_m_s", self.closing_speed_max_m_s, &mut errors);
-        errors
-    }
-
     /// Returns true if orbits follow the desired values immediately.
     pub fn is_instantaneous(&self) -> bool {
         self.time_constant_s <= 0.0
@@ -67,7 +44,7 @@ impl MotionParams {
 /// use standoff::{MotionParams, OrbitMotion, Position, Spread, TargetState, TeamParams, Velocity};
 ///
 /// let params = MotionParams { time_constant_s: 1.5, acceleration_max_m_s2: 3.0, closing_speed_max_m_s: 25.0 };
-/// let params = TeamParams::table_1();
+/// let params = TeamParams::paper();
 /// let (bounds, sensor) = (params.group.standoff, params.track.sensor);
 /// let at = |x_m| TargetState::new(Position::from_m(x_m, 0.0), Velocity::ZERO, [0.0, 0.0]);
 /// let alone = bounds.distance(Spread::default(), 0.0, &sensor);

@@ -14,7 +14,7 @@
 use crate::angle::Angle;
 use crate::frame::Position;
 use crate::math;
-use crate::sensor::{RANGE_MIN_M, SensorParams};
+use crate::params::{RANGE_MIN_M, SensorParams};
 
 /// Determinant of the joint information of two UAVs at these ranges about a target's position, 1/m4.
 /// `phase_difference_rad` is the angle gamma at the target. A UAV closer than [`RANGE_MIN_M`] gives no information.

@@ -8,8 +8,8 @@
 //! than two UAVs on an orbit are spaced evenly: each stays half-way between its neighbours.
 
 use crate::angle::Angle;
-use crate::guidance::vector_field::OrbitDirection;
 use crate::math::{PI, TAU};
+use crate::params::OrbitDirection;
 use crate::uav::UavId;
 
 /// Phase error of a UAV on its orbit, rad. Positive if the UAV lags behind its desired phase and must speed up. Zero if

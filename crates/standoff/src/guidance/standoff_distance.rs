@@ -11,35 +11,8 @@
 //! r_d >= (v + v_t)^2 / (v omega_max): see [`moving_centre_limit_m`].
 
 use crate::math;
-use crate::sensor::SensorParams;
+use crate::params::{SensorParams, StandoffParams};
 use crate::target::TargetState;
-use crate::validation::{Allowed, ParamError};
-
-/// Bounds and margins of the standoff distance.
-///
-/// ```
-/// use standoff::{Spread, TeamParams};
-///
-/// let params = TeamParams::table_1();
-/// let (orbit, sensor) = (params.group.standoff, params.track.sensor);
-/// // The orbit grows with the distance of the furthest target from the centre, within its bounds.
-/// let spread = |furthest_m: f64| Spread { distance_m: furthest_m, rate_m_s: 0.0 };
-/// let of = |furthest_m: f64| orbit.distance(spread(furthest_m), 0.0, &sensor).distance_m;
-/// assert_eq!((of(0.0), of(1000.0)), (250.0, 700.0));
-/// assert!(of(150.0) > of(120.0));
-/// ```
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct StandoffParams {
-    /// Margin eps_m subtracted from the sensor's field of view alpha_f, rad; at least 0, below the field of view.
-    #[doc(alias = "eps_m")]
-    pub field_of_view_margin_rad: f64,
-    /// Minimum flown radius r_d,min, m; 1 to 100,000.
-    #[doc(alias = "r_d,min")]
-    pub radius_min_m: f64,
-    /// Maximum flown radius r_d,max, m; at least `radius_min_m`.
-    #[doc(alias = "r_d,max")]
-    pub radius_max_m: f64,
-}
 
 /// Spread of a group: distance of the furthest member from the centre, and its rate.
 #[derive(Debug, Clone, Copy, Default, PartialEq, serde::Serialize, serde::Deserialize)]
@@ -81,19 +54,6 @@ pub struct StandoffDistance {
 }
 
 impl StandoffParams {
-    /// Returns every parameter that is out of range. The margin is checked with the sensor in
-    /// [`TeamParams::errors`](crate::TeamParams::errors).
-    pub fn errors(&self) -> Vec<ParamError> {
-        let mut errors = Vec::new();
-        Allowed::at_least(1.0).at_most(1e5).check("radius_min_m", self.radius_min_m, &mut errors);
-        Allowed::at_least(self.radius_min_m).at_most(1e5).with_reason("not smaller than radius_min_m").check(
-            "radius_max_m",
-            self.radius_max_m,
-            &mut errors,
-        );
-        errors
-    }
-
     /// Radius per metre of spread and margin for a sensor, 1 / sin((alpha_f - eps_m) / 2).
     pub fn radius_per_spread(&self, sensor: &SensorParams) -> f64 {
         // If half the remaining field of view exceeds a quarter turn, any radius keeps everything in view.
@@ -191,7 +151,7 @@ mod tests {
     }
 
     fn distance(spread: Spread, margin_m: f64) -> StandoffDistance {
-        table_1().distance(spread, margin_m, &crate::TeamParams::table_1().track.sensor)
+        table_1().distance(spread, margin_m, &crate::TeamParams::paper().track.sensor)
     }
 
     /// Checks Eq. (15): with Table I, r_d = 2 (d_max + d_m).

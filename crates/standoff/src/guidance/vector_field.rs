@@ -17,16 +17,7 @@ use nalgebra::Vector2;
 
 use crate::frame::{Displacement, Velocity};
 use crate::math;
-
-/// Orbit direction, seen from above.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
-pub enum OrbitDirection {
-    /// As published in (13).
-    #[default]
-    Anticlockwise,
-    /// Mirror image of (13).
-    Clockwise,
-}
+use crate::params::OrbitDirection;
 
 impl OrbitDirection {
     /// +1 anticlockwise, -1 clockwise.

@@ -10,7 +10,7 @@ use crate::uav::UavState;
 /// other half has left.
 #[test]
 fn assignment_starts_from_the_reported_assignments() {
-    let mut params = TeamParams::table_1();
+    let mut params = TeamParams::paper();
     params.group.assignment_switching_cost = 10.0;
     let mut updater = TeamStateUpdater::new(params).unwrap();
     let at = |step: i64| Time::from_us(step * 500_000);

@@ -6,7 +6,7 @@ use crate::{Angle, Cue, Message, TargetLabel, TeamAgent, UavState, Velocity};
 
 /// Team state of two UAVs with three cued targets.
 fn known() -> TeamState {
-    let mut fleet = TeamAgent::new(TeamParams::table_1()).unwrap();
+    let mut fleet = TeamAgent::new(TeamParams::paper()).unwrap();
     let state = UavState::level_flight(Position::ORIGIN, Angle::ZERO, 40.0);
     let observed = [0, 1].map(|uav| fleet.observe(Time::EPOCH, UavId(uav), &state, Some(Default::default())));
     for number in 0..3 {
@@ -36,7 +36,7 @@ fn a_group_with_an_impossible_member_count_has_changed() {
     let mut team_state = known();
     assert!(!team_state.groups[0].has_changed());
     team_state.groups[0].members_when_assigned = u32::MAX;
-    assert!(team_state.rebuild_index(&TeamParams::table_1()) && team_state.groups[0].has_changed());
+    assert!(team_state.rebuild_index(&TeamParams::paper()) && team_state.groups[0].has_changed());
 }
 
 /// Invalid states whose content would never expire: members that left long ago or are far beyond the Earth, a dwell or
@@ -56,7 +56,7 @@ fn impossible_team_states_are_rejected() {
                 .set(0, Membership::InHandoff(Handoff { from, to, requested_at, dwell: Duration::ZERO }));
         },
         |team_state| {
-            let params = TeamParams::table_1().track;
+            let params = TeamParams::paper().track;
             let before = *team_state.memberships.track_mut(0);
             team_state.memberships.track_mut(0).update(&before, None, Duration::from_us(-1), |_, _| true, &params);
         },
@@ -65,12 +65,12 @@ fn impossible_team_states_are_rejected() {
             let position = Position::from_m(300.0, 0.0);
             let measurements = [(Position::ORIGIN, crate::sensor::measure(Position::ORIGIN, position))];
             for label in 3..=TARGETS_MAX as u32 {
-                let track = Track::from_measurements(TargetLabel(label), measurements, &TeamParams::table_1().track);
+                let track = Track::from_measurements(TargetLabel(label), measurements, &TeamParams::paper().track);
                 team_state.memberships.start(track.unwrap());
             }
         },
     ];
-    let params = TeamParams::table_1();
+    let params = TeamParams::paper();
     assert!(known().rebuild_index(&params) && !known().groups.is_empty());
     let block_in_time =
         |team_state: &mut TeamState| team_state.memberships.block(0, GroupId(7), Time::from_us(30_000_000));

@@ -2,7 +2,8 @@
 
 use crate::frame::Position;
 use crate::message::{Report, TargetLabel};
-use crate::sensor::{RangeBearingMeasurement, SensorParams};
+use crate::params::SensorParams;
+use crate::sensor::RangeBearingMeasurement;
 use crate::tracking::track::TrackId;
 use crate::tracking::track_table::{TrackRow, TrackTable};
 use crate::uav::UavId;

@@ -14,7 +14,8 @@ use nalgebra::{Matrix2, Matrix6, Vector2, Vector6};
 
 use crate::covariance::{Covariance, OWN};
 use crate::frame::Position;
-use crate::sensor::{self, RANGE_MIN_M, RangeBearingMeasurement, SensorParams};
+use crate::params::{RANGE_MIN_M, SensorParams};
+use crate::sensor::{self, RangeBearingMeasurement};
 use crate::target::{TargetState, Transition};
 
 /// Information update: the information about a target's position that the measurements of one time step add.
@@ -123,7 +124,7 @@ const PARTS_MAX: u32 = 6;
 /// ```
 /// use standoff::*;
 ///
-/// let sensor = TeamParams::table_1().track.sensor;
+/// let sensor = TeamParams::paper().track.sensor;
 /// let state = TargetState::new(Position::from_m(10.0, -5.0), Velocity::from_m_s(8.0, 0.0), [0.0, 0.0]);
 /// let covariance = Covariance::from_diagonal([400.0, 400.0, 4.0, 4.0, 0.1, 0.1]);
 /// let mut filter = InformationFilter::new(Estimate { state, covariance }).expect("the covariance is positive definite");
@@ -322,13 +323,13 @@ fn inverse(matrix: &Matrix6<f64>) -> Option<Matrix6<f64>> {
 mod tests {
     use super::*;
     use crate::frame::{Displacement, Velocity};
-    use crate::target::TargetParams;
+    use crate::params::TargetParams;
     use crate::time::Duration;
     use crate::{Angle, math};
     use nalgebra::Matrix2x6;
 
     fn sensor() -> SensorParams {
-        crate::TeamParams::table_1().track.sensor
+        crate::TeamParams::paper().track.sensor
     }
 
     fn transition() -> Transition {

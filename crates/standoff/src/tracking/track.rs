@@ -7,51 +7,13 @@
 use crate::covariance::Covariance;
 use crate::frame::{Position, Velocity};
 use crate::message::{Cue, TargetLabel};
-use crate::sensor::{RangeBearingMeasurement, SensorParams};
-use crate::target::{TargetParams, TargetState, Transition};
+use crate::params::{TargetParams, TrackParams};
+use crate::sensor::RangeBearingMeasurement;
+use crate::target::{TargetState, Transition};
 use crate::time::{Duration, Time};
 use crate::tracking::information_filter::{Contribution, Estimate, InformationFilter, is_well_posed};
-use crate::validation::{Allowed, ParamError, errors_of};
-
-/// Parameters of the tracks.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct TrackParams {
-    /// Target model assumed by the filter.
-    pub target: TargetParams,
-    /// Sensor model assumed by the filter.
-    pub sensor: SensorParams,
-    /// Position uncertainty above which a track is lost (standard deviation in the worst direction), m; above 0, at
-    /// most 10,000. Larger covariances would exceed the number precision in combination with a good sensor.
-    pub deletion_position_sd_m: f64,
-    /// Time after which a track is lost if its target is unseen although it should be in view, s; above 0, at most
-    /// 1,000,000.
-    pub deletion_unseen_in_view_s: f64,
-    /// Standard deviation per axis of the initial velocity of a track that starts from a measurement, m/s; 0.001 to
-    /// 1,000.
-    pub initial_velocity_sd_m_s: f64,
-    /// Time after which a lost track is deleted, s; above 0, at most 1,000,000.
-    pub lost_track_retention_s: f64,
-}
 
 impl TrackParams {
-    /// Returns every parameter that is out of range.
-    pub fn errors(&self) -> Vec<ParamError> {
-        let mut errors = errors_of([("target", self.target.errors()), ("sensor", self.sensor.errors())]);
-        Allowed::above(0.0).at_most(1e4).check("deletion_position_sd_m", self.deletion_position_sd_m, &mut errors);
-        Allowed::above(0.0).at_most(1e6).check(
-            "deletion_unseen_in_view_s",
-            self.deletion_unseen_in_view_s,
-            &mut errors,
-        );
-        Allowed::at_least(1e-3).at_most(1e3).check(
-            "initial_velocity_sd_m_s",
-            self.initial_velocity_sd_m_s,
-            &mut errors,
-        );
-        Allowed::above(0.0).at_most(1e6).check("lost_track_retention_s", self.lost_track_retention_s, &mut errors);
-        errors
-    }
-
     /// Discretises the target model of the tracks for a time step of `dt`.
     ///
     /// The acceleration standard deviation is at least 1e-6 m/s2, even for a target that never accelerates. Otherwise
@@ -266,6 +228,7 @@ fn start_filter(
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::params::SensorParams;
     use crate::sensor::measure;
 
     fn params() -> TrackParams {

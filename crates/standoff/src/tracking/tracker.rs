@@ -1,11 +1,12 @@
 //! Tracker: advances all tracks by one time step.
 
 use crate::message::Cue;
+use crate::params::TrackParams;
 use crate::target::Transition;
 use crate::time::{Duration, Time};
 use crate::tracking::association::{Association, Scans, associate};
 use crate::tracking::information_filter::Contribution;
-use crate::tracking::track::{LossReason, Track, TrackId, TrackParams, TrackStatus};
+use crate::tracking::track::{LossReason, Track, TrackId, TrackStatus};
 use crate::tracking::track_table::{TrackRow, TrackTable};
 
 /// Input of one time step.

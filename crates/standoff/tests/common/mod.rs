@@ -98,7 +98,7 @@ pub fn observe_all(
 impl Team {
     /// UAVs on a ring of 450 m around the initial position of the targets, with the parameters of Table I.
     pub fn new(uavs: u32, targets: u32) -> Self {
-        Self::of(uavs, targets, TeamParams::table_1())
+        Self::of(uavs, targets, TeamParams::paper())
     }
 
     /// Like [`Self::new`] with other parameters.
@@ -149,7 +149,7 @@ impl Team {
     /// Returns the time, the cues of targets that appear, and all sensor scans.
     fn look(&mut self, tick: i64) -> (Time, Vec<Message>, Vec<OwnedScan>) {
         let now = Time::from_us(tick * 500_000);
-        let sensor = TeamParams::table_1().track.sensor;
+        let sensor = TeamParams::paper().track.sensor;
         let mut cues = Vec::new();
         for id in 0..self.targets {
             let Some((position, velocity)) = (self.motion)(id, now).filter(|_| !self.cued[id as usize]) else {
@@ -187,7 +187,7 @@ impl Team {
 
     /// Moves the UAVs by one period under the commands of the last step.
     pub fn fly(&mut self, _now: Time) {
-        let uav = TeamParams::table_1().uav;
+        let uav = TeamParams::paper().uav;
         for (state, command) in self.states.iter_mut().zip(&self.commands) {
             *state = uav.response(Duration::from_s(0.5)).step(state, *command);
         }

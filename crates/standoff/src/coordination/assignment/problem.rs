@@ -7,7 +7,7 @@ use nalgebra::Matrix2;
 use crate::frame::Position;
 use crate::group_id::GroupId;
 use crate::math;
-use crate::sensor::SensorParams;
+use crate::params::SensorParams;
 use crate::uav::UavId;
 
 /// Minimum determinant of a target's information, 1/m4: a position known to a thousand kilometres in each direction. It

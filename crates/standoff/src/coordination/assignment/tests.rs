@@ -12,7 +12,7 @@ use crate::math;
 const INERTIA: f64 = 0.5;
 
 fn sensor() -> SensorParams {
-    crate::TeamParams::table_1().track.sensor
+    crate::TeamParams::paper().track.sensor
 }
 
 /// Random numbers for worlds: splitmix64.

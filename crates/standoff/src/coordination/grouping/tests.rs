@@ -4,7 +4,7 @@ use crate::coordination::event::GroupCreatedReason;
 use crate::frame::Velocity;
 use crate::guidance::heading::OrbitRelativeState;
 use crate::message::{Cue, Report, TargetLabel};
-use crate::params::{CentreEstimate, GroupCount, Margin, RemovalRule};
+use crate::params::{CentreEstimate, GroupCount, RemovalRule};
 use crate::tracking::track::Track;
 use crate::uav::{UavId, UavState};
 
@@ -28,12 +28,12 @@ impl World {
         let boresight = Some(Angle::from_deg(90.0));
         let report = |id| Report { boresight, ..Report::position_only(UavId(id), Time::EPOCH, state) };
         let teammate = |id| Teammate::from_report(&report(id), None);
-        let mut params = TeamParams::table_1();
+        let mut params = TeamParams::paper();
         params.group.handoff_margin_m = 0.0;
         // A field of view so wide that every target is always in view; the effect of the view is tested separately.
         params.track.sensor.field_of_view_rad = crate::math::TAU;
         params.track.sensor.sensing_range_m = 1e5;
-        params.group.margin = Margin::StandardDeviations(0.0);
+        params.group.margin_sds = 0.0;
         let mut memberships = Memberships::default();
         (0..).zip(x_m).for_each(|(id, x_m)| memberships.start(track(id, *x_m)));
         Self {
@@ -132,7 +132,7 @@ fn cue(id: u32, x_m: f64) -> Cue {
 
 /// A track without measurements.
 fn track(id: u32, x_m: f64) -> Track {
-    Track::from_cue(&cue(id, x_m), &TeamParams::table_1().track, Time::EPOCH).unwrap()
+    Track::from_cue(&cue(id, x_m), &TeamParams::paper().track, Time::EPOCH).unwrap()
 }
 
 /// Checks section IV.B.2, range rule: with Table I, an orbit of 700 m contains a spread of 350 m; the furthest target
@@ -467,7 +467,7 @@ fn the_fastest_target_is_removed_if_the_group_outruns_the_uavs() {
     world.settle();
     let fast = |id, x_m, speed_m_s| {
         let cue = Cue { velocity: Velocity::from_m_s(speed_m_s, 0.0), ..cue(id, x_m) };
-        Track::from_cue(&cue, &TeamParams::table_1().track, Time::EPOCH).unwrap()
+        Track::from_cue(&cue, &TeamParams::paper().track, Time::EPOCH).unwrap()
     };
     for (id, speed_m_s) in [(0, 80.0), (1, 10.0), (2, 90.0)] {
         *world.memberships.track_mut(id as usize) = fast(id, 30.0 * f64::from(id), speed_m_s);

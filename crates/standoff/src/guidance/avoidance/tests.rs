@@ -3,9 +3,9 @@ use proptest::prelude::*;
 use super::*;
 use crate::angle::Angle;
 use crate::frame::{Displacement, Position};
-use crate::params::TeamParams;
+use crate::params::{ClimbParams, TeamParams};
 use crate::time::Duration;
-use crate::uav::{AutopilotModel, ClimbParams};
+use crate::uav::AutopilotModel;
 
 const PERIOD_S: f64 = 0.5;
 
@@ -48,7 +48,7 @@ struct Flown {
 }
 
 fn params() -> UavParams {
-    UavParams { climb: Some(ClimbParams::default()), ..TeamParams::table_1().uav }
+    UavParams { climb: Some(ClimbParams::default()), ..TeamParams::paper().uav }
 }
 
 fn fly(mut fliers: Vec<Flier>, seconds: f64) -> Flown {
@@ -229,7 +229,7 @@ fn cases() -> u32 {
 fn pursued(intruder_m_s: f64, direction_deg: f64, seconds: f64) -> (f64, f64) {
     let (uav, separation, dt) = (params(), SeparationParams::default(), Duration::from_s(PERIOD_S));
     let response: AutopilotModel = uav.response(dt);
-    let guidance = TeamParams::table_1().guidance;
+    let guidance = TeamParams::paper().guidance;
     let ramp = crate::guidance::standoff_distance::Ramp { radius_m: 400.0, rate_m_s: 0.0 };
     let orbit = crate::guidance::heading::Orbit {
         centre: Position::ORIGIN,

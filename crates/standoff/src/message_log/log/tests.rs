@@ -9,7 +9,7 @@ const LEASE: i64 = 6;
 const HORIZON: i64 = 120;
 
 fn log() -> MessageLog {
-    let mut log = MessageLog::new(UavId(0), &TeamParams::table_1());
+    let mut log = MessageLog::new(UavId(0), &TeamParams::paper());
     log.begin(0);
     log
 }
@@ -346,7 +346,7 @@ fn completion_also_waits_for_constant_delays() {
 
 #[test]
 fn the_shortest_teammate_timeout_is_one_period() {
-    let params = TeamParams { teammate_timeout_s: 1e-7, ..TeamParams::table_1() };
+    let params = TeamParams { teammate_timeout_s: 1e-7, ..TeamParams::paper() };
     assert!(params.errors().is_empty());
     assert_eq!(MessageLog::new(UavId(0), &params).teammate_timeout(), 1);
 }

@@ -52,7 +52,7 @@ fn cue(label: u32, step: i64) -> Cue {
 
 impl Replica {
     fn new() -> Self {
-        let params = TeamParams::table_1();
+        let params = TeamParams::paper();
         let mut log = MessageLog::new(UavId(9), &params);
         log.begin(0);
         Self { log, history: TeamStateHistory::new(TeamStateUpdater::new(params).unwrap()), now: -1 }
@@ -98,7 +98,7 @@ proptest! {
         cue_delays in proptest::collection::vec(0..20i64, 3),
     ) {
         const TIME_STEPS: i64 = 30;
-        let mut fleet = TeamAgent::new(TeamParams::table_1()).unwrap();
+        let mut fleet = TeamAgent::new(TeamParams::paper()).unwrap();
         let mut replica = Replica::new();
         for now in 0..TIME_STEPS + 20 {
             replica.tick(&[]);

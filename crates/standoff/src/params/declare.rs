@@ -1,0 +1,167 @@
+//! Macros that declare parameters: one declaration gives a field, its check, its presets and its
+//! [`ParamInfo`](super::ParamInfo).
+
+/// Declares structs of parameters, and `TABLE` with their scalars. `at` is the path of a struct in
+/// [`TeamParams`](super::TeamParams). After the value of the paper, `=>` gives the recommended one if it differs.
+macro_rules! params {
+    (@at $team:ident [$($at:ident).*]) => { (*$team)$(.$at)* };
+    (@path [$($at:ident).*] $field:ident) => { concat!($(stringify!($at), ".",)* stringify!($field)) };
+    ($(
+        $(#[$about:meta])*
+        struct $Struct:ident at $at:tt {
+            // Structs of parameters; an optional one is absent from both presets.
+            $(parts { $($(#[$part_about:meta])* $part:ident: $Part:ty;)* })?
+            // Number [letters of the paper] = presets, unit, scenario key, range, range that depends on other fields.
+            $(numbers { $(
+                $(#[doc = $number_doc:literal])*
+                $number:ident $([$($letter:literal),*])? = $number_paper:expr $(=> $number_recommended:expr)?,
+                    $unit:literal, $number_key:literal, $allowed:expr $(, |$params:ident, $range:ident| $relation:expr)?;
+            )* })?
+            // Options: presets, scenario key.
+            $(words { $(
+                $(#[doc = $word_doc:literal])*
+                $word:ident: $Word:ident = $word_paper:ident $(=> $word_recommended:ident)?, $word_key:literal;
+            )* })?
+            // Switches: presets, scenario key.
+            $(flags { $(
+                $(#[doc = $flag_doc:literal])*
+                $flag:ident = $flag_paper:literal $(=> $flag_recommended:literal)?, $flag_key:literal;
+            )* })?
+            // Fields that are not in the table.
+            $(others { $($(#[$other_about:meta])* $other:ident: $Other:ty = $value:expr;)* })?
+            // Function that checks relations with other structs.
+            $(relations $relations:path;)?
+        }
+    )*) => {
+        $(
+            $(#[$about])*
+            #[derive(Debug, Clone, Copy, PartialEq)]
+            pub struct $Struct {
+                $($($(#[$part_about])* pub $part: $Part,)*)?
+                $($(
+                    $(#[doc = $number_doc])*
+                    #[doc = concat!("\n\nUnit: ", $unit, ". Range: `", stringify!($allowed), "`. Scenario key: `", $number_key, "`.")]
+                    $($(#[doc(alias = $letter)])*)?
+                    pub $number: f64,
+                )*)?
+                $($(
+                    $(#[doc = $word_doc])*
+                    #[doc = concat!("\n\nScenario key: `", $word_key, "`.")]
+                    pub $word: $Word,
+                )*)?
+                $($(
+                    $(#[doc = $flag_doc])*
+                    #[doc = concat!("\n\nScenario key: `", $flag_key, "`.")]
+                    pub $flag: bool,
+                )*)?
+                $($($(#[$other_about])* pub $other: $Other,)*)?
+            }
+
+            impl $Struct {
+                /// Returns every parameter that is out of range, alone or in combination with others.
+                pub fn errors(&self) -> Vec<ParamError> {
+                    let mut errors = errors_of([$($((stringify!($part), Part::errors(&self.$part)),)*)?]);
+                    $($({
+                        let allowed = $allowed;
+                        $(let allowed = { let ($params, $range) = (self, allowed); $relation };)?
+                        allowed.check(stringify!($number), self.$number, &mut errors);
+                    })*)?
+                    $($relations(self, &mut errors);)?
+                    errors
+                }
+            }
+
+            impl Part for $Struct {
+                fn paper() -> Self {
+                    Self {
+                        $($($part: Part::paper(),)*)?
+                        $($($number: $number_paper,)*)?
+                        $($($word: $Word::$word_paper,)*)?
+                        $($($flag: $flag_paper,)*)?
+                        $($($other: $value,)*)?
+                    }
+                }
+
+                fn recommended() -> Self {
+                    Self {
+                        $($($part: Part::recommended(),)*)?
+                        $($($number: [$($number_recommended,)? $number_paper][0],)*)?
+                        $($($word: [$($Word::$word_recommended,)? $Word::$word_paper][0],)*)?
+                        $($($flag: [$($flag_recommended,)? $flag_paper][0],)*)?
+                        $($($other: $value,)*)?
+                    }
+                }
+
+                fn errors(&self) -> Vec<ParamError> {
+                    self.errors()
+                }
+            }
+        )*
+
+        /// Every scalar parameter, in the order of the declarations.
+        pub(super) static TABLE: &[ParamInfo] = &[$(
+            $($(ParamInfo {
+                path: params!(@path $at $number),
+                key: $number_key,
+                doc: concat!($($number_doc, "\n"),*),
+                kind: ParamKind::Number { unit: $unit, allowed: $allowed },
+                get: |team| Some(ParamValue::Number(Reach::<$Struct>::reach(&params!(@at team $at))?.$number)),
+                set: |team, value| match (value, Reach::<$Struct>::reach_mut(&mut params!(@at team $at))) {
+                    (ParamValue::Number(value), Some(part)) => { part.$number = value; true }
+                    _ => false,
+                },
+            },)*)?
+            $($(ParamInfo {
+                path: params!(@path $at $word),
+                key: $word_key,
+                doc: concat!($($word_doc, "\n"),*),
+                kind: ParamKind::Word($Word::WORDS),
+                get: |team| Some(ParamValue::Word(Reach::<$Struct>::reach(&params!(@at team $at))?.$word.word())),
+                set: |team, value| match (value, Reach::<$Struct>::reach_mut(&mut params!(@at team $at))) {
+                    (ParamValue::Word(word), Some(part)) => $Word::of_word(word).map(|word| part.$word = word).is_some(),
+                    _ => false,
+                },
+            },)*)?
+            $($(ParamInfo {
+                path: params!(@path $at $flag),
+                key: $flag_key,
+                doc: concat!($($flag_doc, "\n"),*),
+                kind: ParamKind::Flag,
+                get: |team| Some(ParamValue::Flag(Reach::<$Struct>::reach(&params!(@at team $at))?.$flag)),
+                set: |team, value| match (value, Reach::<$Struct>::reach_mut(&mut params!(@at team $at))) {
+                    (ParamValue::Flag(value), Some(part)) => { part.$flag = value; true }
+                    _ => false,
+                },
+            },)*)?
+        )*];
+    };
+}
+
+/// Declares options: enums whose variants have words, which are used in scenario files and in Python.
+macro_rules! words {
+    ($(
+        $(#[$about:meta])*
+        enum $Name:ident { $($(#[doc = $doc:literal])* $Variant:ident = $word:literal,)* }
+    )*) => {$(
+        $(#[$about])*
+        #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+        pub enum $Name { $($(#[doc = $doc])* $Variant,)* }
+
+        impl $Name {
+            pub(super) const WORDS: &'static [Word] = &[$(Word { word: $word, doc: concat!($($doc, "\n"),*) },)*];
+
+            pub(super) fn word(self) -> &'static str {
+                match self {
+                    $(Self::$Variant => $word,)*
+                }
+            }
+
+            pub(super) fn of_word(word: &str) -> Option<Self> {
+                match word {
+                    $($word => Some(Self::$Variant),)*
+                    _ => None,
+                }
+            }
+        }
+    )*};
+}

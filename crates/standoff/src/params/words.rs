@@ -1,0 +1,128 @@
+//! Options: enums whose variants have words.
+
+use super::Word;
+
+words! {
+    /// Method that integrates (1) over a time step.
+    enum Integrator {
+        /// Exact solution for a constant command.
+        Exact = "exact",
+        /// One Euler step (4), as published; both lags must be at least the period.
+        Euler = "euler",
+    }
+
+    /// Margin d_m that is added to the spread before the standoff distance is computed (16).
+    enum Margin {
+        /// Standard deviations of the furthest member's position relative to the centre, along the line between them,
+        /// from the fused covariances of the members; the margin is in metres.
+        StandardDeviations = "standard-deviations",
+        /// Eq. (16) as published: a squared Mahalanobis distance, dimensionless, added to metres.
+        Mahalanobis = "mahalanobis",
+    }
+
+    /// How the centre of a group is estimated.
+    enum CentreEstimate {
+        /// A separate filter follows the centroid of the members' estimates (section II.C). It filters values that are
+        /// filtered already.
+        Filtered = "filtered",
+        /// Centroid of the members' estimates, positions and velocities.
+        Centroid = "centroid",
+        /// Centre of the minimum enclosing circle of the members' estimated positions: no orbit that contains them all
+        /// is smaller.
+        EnclosingCircle = "enclosing-circle",
+    }
+
+    /// Where the UAVs of a group point their sensors.
+    enum Pointing {
+        /// The centre of the group.
+        GroupCentre = "group-centre",
+        /// The middle of the angular extent of the members as the UAV sees them, which minimises the largest
+        /// off-boresight angle. Targets in handoff to the group count as soon as all members fit into the field of
+        /// view. A UAV among the members points at the centre.
+        AngularMidpoint = "angular-midpoint",
+    }
+
+    /// How the centre reacts when the members of a group change and the centroid jumps.
+    enum CentreJump {
+        /// The centre is shifted by the jump, which is known exactly.
+        ShiftState = "shift-state",
+        /// The filter treats the jump as an innovation, as in the paper.
+        Innovation = "innovation",
+    }
+
+    /// Number of groups that a team forms.
+    enum GroupCount {
+        /// Half the number of UAVs (Algorithm 1), independent of the targets.
+        HalfOfUavs = "half-of-uavs",
+        /// As many as the targets need: one UAV is enough for a group, and no more groups are created than necessary.
+        AsNeeded = "as-needed",
+    }
+
+    /// Objective that the assignment maximises (32).
+    enum Objective {
+        /// Sum over groups and their targets of the logarithm of the determinant of the target's information.
+        LogDet = "log-det",
+        /// Determinant of the sum of all information, as published; for up to 8 UAVs and groups.
+        Paper = "paper",
+    }
+
+    /// Which member a group removes if its orbit cannot contain all members.
+    enum RemovalRule {
+        /// The member furthest from the centre (section IV.B.2).
+        FurthestFromCentre = "furthest-from-centre",
+        /// The member whose removal makes the orbit smallest, out of the furthest member and those on the minimum
+        /// enclosing circle. If it makes no difference, the furthest.
+        LargestRadiusReduction = "largest-radius-reduction",
+    }
+
+    /// Which UAVs share an altitude.
+    enum AltitudePolicy {
+        /// Each group has its own altitude: the lowest free one at the group's creation, for its lifetime. With a lossy
+        /// link, agents may not know the same groups; the policy then works like `per-uav`.
+        PerGroup = "per-group",
+        /// Each UAV has its own altitude, given by its id, independent of its assignment.
+        PerUav = "per-uav",
+        /// All UAVs fly at the lowest altitude.
+        Common = "common",
+    }
+
+    /// Derivative of the desired heading that is used as feedforward (25).
+    enum Feedforward {
+        /// The derivative along the flown field, including (20), (22) and (28).
+        Field = "field",
+        /// Like `field`, but along the actual motion of the UAV.
+        Trajectory = "trajectory",
+        /// Eq. (25) corrected: the exact derivative along the field (13) around a stationary centre.
+        StaticCentre = "static-centre",
+        /// Eq. (25) as published.
+        Paper = "paper",
+    }
+
+    /// Lead time of active measure 2 (22): how far ahead of a changing radius the UAV steers.
+    enum Lead {
+        /// Constant lead k_rd: `lead_s`.
+        Constant = "constant",
+        /// Lead equal to the lag of the field, k_l r_d / v.
+        Scheduled = "scheduled",
+        /// Lead equal to the lag of the field. The radius is r_d for the spread predicted for that time: the distance
+        /// of the member that is then furthest from the centre.
+        Predicted = "predicted",
+    }
+
+    /// Reference of the UAV's nominal speed.
+    enum SpeedReference {
+        /// Ground speed, as in (28), (29). Around a moving centre, a UAV alternately gains and loses phase.
+        Ground = "ground",
+        /// Speed relative to the centre. Around a moving centre, the UAVs on an orbit keep their phases, within their
+        /// speed limits.
+        Centre = "centre",
+    }
+
+    /// Orbit direction, seen from above.
+    enum OrbitDirection {
+        /// As published in (13).
+        Anticlockwise = "anticlockwise",
+        /// Mirror image of (13).
+        Clockwise = "clockwise",
+    }
+}
