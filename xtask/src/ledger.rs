@@ -63,7 +63,7 @@ fn load(root: &Path) -> Result<(Vec<Equation>, Vec<Tag>), String> {
     let list: List = toml::from_str(&list).map_err(|error| format!("{LIST}: {error}"))?;
     let known: Vec<&str> = list.equation.iter().map(|equation| equation.id.as_str()).collect();
     let mut tags = Vec::new();
-    for package in entries(&root.join("crates"))? {
+    for package in entries(&root.join("crates"))?.into_iter().chain([root.join("studies")]) {
         for folder in ["src", "tests"].map(|name| package.join(name)).iter().filter(|folder| folder.is_dir()) {
             for file in rust_files(folder)? {
                 let source = fs::read_to_string(&file).map_err(|error| format!("{}: {error}", file.display()))?;

@@ -17,7 +17,7 @@ fn root() -> PathBuf {
 fn source() -> Code {
     let crates = fs::read_dir(root().join("crates")).expect("the folder of crates can be read");
     let crates = crates.map(|entry| Path::new("crates").join(entry.expect("a folder can be read").file_name()));
-    let mut folders: Vec<PathBuf> = crates.chain([PathBuf::from("xtask")]).collect();
+    let mut folders: Vec<PathBuf> = crates.chain(["studies", "xtask"].map(PathBuf::from)).collect();
     folders.sort();
     Code::read(&root(), &folders)
 }

@@ -1,8 +1,8 @@
 //! Searches for the settings of Table II that the paper does not state: those that fit its eight guidance cells best.
 //!
 //! ```text
-//! cargo run --release -p standoff-sim --example calibrate_table_2              the searches, some minutes
-//! cargo run --release -p standoff-sim --example calibrate_table_2 -- shipped   only how well the shipped scenarios fit
+//! cargo run --release -p standoff-reproduce --example calibrate_table_2              the searches, some minutes
+//! cargo run --release -p standoff-reproduce --example calibrate_table_2 -- shipped   only how well the shipped scenarios fit
 //! ```
 //!
 //! The three scenarios `paper/table-2-{single,pair-basic,pair}` get the same values of the [`UNKNOWNS`]. Settings that
