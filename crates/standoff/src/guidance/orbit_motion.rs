@@ -44,8 +44,8 @@ impl MotionParams {
 /// use standoff::{MotionParams, OrbitMotion, Position, Spread, TargetState, TeamParams, Velocity};
 ///
 /// let params = MotionParams { time_constant_s: 1.5, acceleration_max_m_s2: 3.0, closing_speed_max_m_s: 25.0 };
-/// let params = TeamParams::paper();
-/// let (bounds, sensor) = (params.group.standoff, params.track.sensor);
+/// let paper = TeamParams::paper();
+/// let (bounds, sensor) = (paper.group.standoff, paper.track.sensor);
 /// let at = |x_m| TargetState::new(Position::from_m(x_m, 0.0), Velocity::ZERO, [0.0, 0.0]);
 /// let alone = bounds.distance(Spread::default(), 0.0, &sensor);
 /// // The only member is 100 m from the centre: the centre starts to move, and the radius keeps the member in view.

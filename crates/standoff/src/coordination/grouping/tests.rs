@@ -32,6 +32,8 @@ impl World {
         params.group.handoff_margin_m = 0.0;
         // A field of view so wide that every target is always in view; the effect of the view is tested separately.
         params.track.sensor.field_of_view_rad = crate::math::TAU;
+        // The orbits remain those of a usable field of view of 60 degrees.
+        params.group.standoff.field_of_view_margin_rad = crate::math::TAU - 60f64.to_radians();
         params.track.sensor.sensing_range_m = 1e5;
         params.group.margin_sds = 0.0;
         let mut memberships = Memberships::default();
