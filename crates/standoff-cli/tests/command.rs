@@ -2,20 +2,15 @@
 
 #![expect(clippy::unwrap_used, reason = "helpers of tests")]
 
+mod common;
+
 use std::fs;
 use std::path::Path;
-use std::process::{Command, Output};
+use std::process::Command;
 
+use common::{names, standoff, text};
 use serde_json::Value;
 use standoff_sim::score::{MetricInfo, Metrics};
-
-fn standoff(folder: &Path, args: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_standoff")).current_dir(folder).args(args).output().unwrap()
-}
-
-fn text(bytes: &[u8]) -> String {
-    String::from_utf8(bytes.to_vec()).unwrap()
-}
 
 /// Runs the command and checks for exit status 2, one message that contains all of `expected`, and no new files.
 fn check_refused(args: &[&str], expected: &[&str]) {
@@ -35,13 +30,6 @@ fn check_refused(args: &[&str], expected: &[&str]) {
     assert!(!message.contains("panicked"), "{args:?}: {message}");
     assert_eq!(names(folder.path()), before, "{args:?} left something behind");
     assert_eq!(fs::read_to_string(folder.path().join("mine/thesis.tex")).unwrap(), "x");
-}
-
-fn names(folder: &Path) -> Vec<String> {
-    let mut names: Vec<_> =
-        fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().file_name().into_string().unwrap()).collect();
-    names.sort();
-    names
 }
 
 #[test]

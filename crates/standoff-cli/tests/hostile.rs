@@ -4,8 +4,9 @@
 #![cfg(unix)]
 #![expect(clippy::unwrap_used, reason = "helpers of tests")]
 
+mod common;
+
 use std::cell::Cell;
-use std::ffi::OsString;
 use std::fs::{self, File};
 use std::io::Write;
 use std::panic;
@@ -13,6 +14,7 @@ use std::path::Path;
 use std::process::{Command, Output};
 use std::sync::LazyLock;
 
+use common::{names, standoff as standoff_unlimited};
 use flate2::Compression;
 use flate2::write::GzEncoder;
 use standoff_io::parquet_file::panic_is_expected;
@@ -28,12 +30,6 @@ const CSV: &str = "t,id,x,y\n1,v,3,4\n2,v,4,4\n";
 fn standoff(folder: &Path, args: &[&str]) -> Output {
     let mut shell = Command::new("sh");
     shell.current_dir(folder).args(["-c", LIMITS, env!("CARGO_BIN_EXE_standoff")]).args(args).output().unwrap()
-}
-
-fn names(folder: &Path) -> Vec<OsString> {
-    let mut names: Vec<_> = fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().file_name()).collect();
-    names.sort();
-    names
 }
 
 /// Checks for one message that contains all of `expected` and is safe to print on a terminal.
@@ -393,10 +389,6 @@ fn malicious_vehicle_names_are_printed_escaped() {
     let printed = String::from_utf8([output.stdout, output.stderr].concat()).unwrap();
     assert!(!printed.contains(|c| c != '\n' && upsets(c)), "{printed:?}");
     assert_eq!(names(folder.path()), ["f.csv", "o"]);
-}
-
-fn standoff_unlimited(folder: &Path, args: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_standoff")).current_dir(folder).args(args).output().unwrap()
 }
 
 /// A folder with a valid record, `run`, and the valid results of a batch, `batch`.

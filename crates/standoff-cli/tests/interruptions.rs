@@ -4,15 +4,18 @@
 #![cfg(unix)]
 #![expect(clippy::unwrap_used, reason = "helpers of tests")]
 
+mod common;
+
 use std::fs;
 use std::io::{Read as _, Write as _};
 use std::os::fd::OwnedFd;
 use std::os::unix::net::UnixStream;
 use std::path::Path;
-use std::process::{Command, Output, Stdio};
+use std::process::{Command, Stdio};
 use std::thread;
 use std::time::{Duration, Instant};
 
+use common::{command, is_same, names, send_signal, standoff, text};
 use serde_json::Value;
 
 /// The mission of `SHORT`, paced so slowly on any machine that checkpoints are written during the flight.
@@ -23,32 +26,6 @@ const SLOW_S: f64 = 150.0;
 const LONG: [&str; 7] = ["run", "paper/table-2-pair", "--set", "duration_s=20000", "--metrics", "nis", "--out"];
 /// A run that takes a fraction of a second.
 const SHORT: [&str; 3] = ["run", "tour/02-two-uavs", "--out"];
-
-fn command(folder: &Path, args: &[&str]) -> Command {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_standoff"));
-    command.current_dir(folder).args(args);
-    command
-}
-
-fn standoff(folder: &Path, args: &[&str]) -> Output {
-    command(folder, args).output().unwrap()
-}
-
-fn text(bytes: &[u8]) -> String {
-    String::from_utf8(bytes.to_vec()).unwrap()
-}
-
-fn names(folder: &Path) -> Vec<String> {
-    let entries = fs::read_dir(folder).unwrap();
-    let mut names: Vec<_> = entries.map(|entry| entry.unwrap().file_name().into_string().unwrap()).collect();
-    names.sort();
-    names
-}
-
-fn is_same(a: &Path, b: &Path) -> bool {
-    names(a) == names(b)
-        && names(a).iter().all(|name| fs::read(a.join(name)).unwrap() == fs::read(b.join(name)).unwrap())
-}
 
 /// Returns the end of an unfinished run, s, and checks that the JSON, the note and the table of `standoff report`
 /// agree.
@@ -163,8 +140,7 @@ fn an_interrupted_run_ends_soon_and_prints_its_folder_and_its_end_time() {
         }
         thread::sleep(Duration::from_millis(100));
         let signalled = Instant::now();
-        let kill = Command::new("sh").args(["-c", &format!("kill -{signal} {}", child.id())]).status().unwrap();
-        assert!(kill.success());
+        send_signal(signal, child.id());
         let status = child.wait().unwrap();
         assert!(signalled.elapsed() < Duration::from_secs(20), "{:?}", signalled.elapsed());
         let (mut printed, mut message) = (String::new(), String::new());
@@ -255,7 +231,7 @@ fn interrupted_at_the_start(folder: &Path, args: &[&str]) -> (Option<i32>, Strin
     while !handles_sigint() {
         thread::sleep(Duration::from_millis(1));
     }
-    assert!(Command::new("sh").args(["-c", &format!("kill -INT {}", child.id())]).status().unwrap().success());
+    send_signal("INT", child.id());
     let mut messages = Vec::new();
     read.read_to_end(&mut messages).unwrap();
     (child.wait().unwrap().code(), text(&messages[filled..]))

@@ -2,23 +2,22 @@
 
 #![expect(clippy::unwrap_used, reason = "helpers of tests")]
 
+mod common;
+
 use std::fs;
 use std::path::Path;
-use std::process::{Command, Output};
+
+use common::{names, standoff, text};
 
 const NET: &str = concat!(
     "<net>\n<location netOffset=\"0,0\" convBoundary=\"0,0,1,1\" origBoundary=\"0,0,1,1\" projParameter=\"!\"/>\n",
     "<edge id=\"e\"><lane id=\"l\" index=\"0\" speed=\"9\" length=\"9\" shape=\"0,0 100,0\"/></edge>\n</net>\n"
 );
 
-fn standoff(folder: &Path, args: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_standoff")).current_dir(folder).args(args).output().unwrap()
-}
-
 #[track_caller]
 fn done(folder: &Path, args: &[&str]) -> String {
     let output = standoff(folder, args);
-    let messages = String::from_utf8(output.stderr).unwrap();
+    let messages = text(&output.stderr);
     assert_eq!(output.status.code(), Some(0), "{args:?}: {messages}");
     messages
 }
@@ -63,11 +62,8 @@ fn a_map_changes_only_the_page() {
     done(home.path(), &["run", "bare.toml", "--out", "with", "--map", "secret/town.net.xml"]);
     assert!(!at("bare/map.json.gz").exists() && !has_map(&at("bare/report.html")));
     assert!(at("with/map.json.gz").is_file() && has_map(&at("with/report.html")));
-    for entry in fs::read_dir(at("bare")).unwrap() {
-        let name = entry.unwrap().file_name().into_string().unwrap();
-        if name != "report.html" {
-            assert!(fs::read(at("bare").join(&name)).unwrap() == fs::read(at("with").join(&name)).unwrap(), "{name}");
-        }
+    for name in names(&at("bare")).iter().filter(|name| *name != "report.html") {
+        assert!(fs::read(at("bare").join(name)).unwrap() == fs::read(at("with").join(name)).unwrap(), "{name}");
     }
     // `show --map` adds a map to an existing record.
     done(home.path(), &["report", "bare", "--map", "secret/town.net.xml"]);
@@ -102,7 +98,7 @@ fn unusable_maps_are_refused_before_the_flight() {
         (&degrees, "secret/town.net.xml", "secret/town.net.xml:2:73: projParameter = \"!\": it has no projection"),
     ] {
         let output = standoff(home.path(), &[&args[..], &["--map", map]].concat());
-        let printed = String::from_utf8(output.stderr).unwrap();
+        let printed = text(&output.stderr);
         assert_eq!(output.status.code(), Some(2), "{map}: {printed}");
         assert!(printed.contains(&format!("error: {expected}")) && !printed.contains("panicked"), "{map}: {printed}");
         assert!(!home.path().join("out").exists() && !home.path().join("out.partial").exists());

@@ -2,20 +2,15 @@
 
 #![expect(clippy::unwrap_used, reason = "helpers of tests")]
 
-use std::path::Path;
-use std::process::{Command, Output};
+mod common;
 
-const STANDOFF: &str = env!("CARGO_BIN_EXE_standoff");
+use std::path::Path;
+use std::process::Output;
+
+use common::{names, standoff, text};
 
 fn run(folder: &Path, args: &[&str]) -> Output {
-    Command::new(STANDOFF).current_dir(folder).args(["run", "paper/figure-9"]).args(args).output().unwrap()
-}
-
-fn names(folder: &Path) -> Vec<String> {
-    let entries = std::fs::read_dir(folder).unwrap();
-    let mut names: Vec<_> = entries.map(|entry| entry.unwrap().file_name().into_string().unwrap()).collect();
-    names.sort();
-    names
+    standoff(folder, &[&["run", "paper/figure-9"], args].concat())
 }
 
 /// Runs the command in a folder prepared by `make`, and checks for exit status 2, a message and no new files.
@@ -24,7 +19,7 @@ fn check_refused(make: impl FnOnce(&Path), file: &str, expected: &str) {
     make(folder.path());
     let before = names(folder.path());
     let output = run(folder.path(), &["--mcap", file, "--out", "o"]);
-    let message = String::from_utf8(output.stderr).unwrap();
+    let message = text(&output.stderr);
     assert_eq!(output.status.code(), Some(2), "{message}");
     assert!(message.contains(expected), "{message}");
     assert!(output.stdout.is_empty());
@@ -40,7 +35,9 @@ fn a_build_without_the_feature_explains_how_to_rebuild() {
 #[cfg(feature = "mcap")]
 mod with_the_feature {
     use super::*;
+    use common::is_same;
     use std::fs;
+    use std::process::Command;
 
     #[test]
     fn a_repeated_run_writes_the_same_bytes_and_the_record_does_not_depend_on_the_option() {
@@ -55,10 +52,7 @@ mod with_the_feature {
         assert!(fs::read(path("a.mcap")).unwrap() == bytes);
         assert!(run(folder.path(), &["--out", "c"]).status.success());
         assert_eq!(names(folder.path()), ["a", "a.mcap", "b", "c"]);
-        assert_eq!(names(&path("a")), names(&path("c")));
-        for name in names(&path("a")) {
-            assert!(fs::read(path("a").join(&name)).unwrap() == fs::read(path("c").join(&name)).unwrap(), "{name}");
-        }
+        assert!(is_same(&path("a"), &path("c")));
     }
 
     #[test]
@@ -85,13 +79,14 @@ mod with_the_feature {
         let folder = tempfile::tempdir().unwrap();
         let limited = "trap '' XFSZ; ulimit -f 5000; exec \"$0\" run paper/figure-9 --mcap a.mcap --out o";
         let mut shell = Command::new("sh");
-        let output = shell.current_dir(folder.path()).args(["-c", limited, STANDOFF]).output().unwrap();
+        let program = env!("CARGO_BIN_EXE_standoff");
+        let output = shell.current_dir(folder.path()).args(["-c", limited, program]).output().unwrap();
         let message = String::from_utf8(output.stderr).unwrap();
         assert_eq!(output.status.code(), Some(1), "{message}");
         assert!(message.starts_with("error: cannot write a.mcap.partial: File too large"), "{message}");
         assert!(String::from_utf8(output.stdout).unwrap().contains("\nresults in o\n"));
         assert_eq!(names(folder.path()), ["o"]);
-        let shown = Command::new(STANDOFF).current_dir(folder.path()).args(["report", "o"]).output().unwrap();
+        let shown = standoff(folder.path(), &["report", "o"]);
         assert!(shown.status.success(), "the record is incomplete");
     }
 }

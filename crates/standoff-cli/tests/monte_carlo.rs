@@ -2,27 +2,16 @@
 
 #![expect(clippy::unwrap_used, reason = "helpers of tests")]
 
+mod common;
+
 use std::fs;
 use std::path::Path;
-use std::process::{Command, Output, Stdio};
+use std::process::{Command, Stdio};
 use std::thread;
 use std::time::{Duration, Instant};
 
+use common::{command, is_same, names, send_signal, standoff, text};
 use serde_json::Value;
-
-fn standoff(folder: &Path, args: &[&str]) -> Output {
-    command(folder, args).output().unwrap()
-}
-
-fn command(folder: &Path, args: &[&str]) -> Command {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_standoff"));
-    command.current_dir(folder).args(args);
-    command
-}
-
-fn text(bytes: &[u8]) -> String {
-    String::from_utf8(bytes.to_vec()).unwrap()
-}
 
 /// Checks that a command succeeds, and returns its output.
 fn printed(folder: &Path, args: &[&str]) -> String {
@@ -32,16 +21,8 @@ fn printed(folder: &Path, args: &[&str]) -> String {
 }
 
 fn check_same(a: &Path, b: &Path) {
-    let names = |dir: &Path| {
-        let mut names: Vec<_> = fs::read_dir(dir).unwrap().map(|entry| entry.unwrap().file_name()).collect();
-        names.sort();
-        names
-    };
     assert_eq!(names(a), ["monte-carlo.json", "report.html", "runs.parquet", "summary.json"]);
-    assert_eq!(names(a), names(b));
-    for name in names(a) {
-        assert!(fs::read(a.join(&name)).unwrap() == fs::read(b.join(&name)).unwrap(), "{name:?} differs");
-    }
+    assert!(is_same(a, b));
 }
 
 #[test]
@@ -244,8 +225,7 @@ fn an_interrupted_batch_ends_soon_and_can_be_resumed() {
             thread::sleep(Duration::from_millis(1));
         }
         let signalled = Instant::now();
-        let kill = Command::new("sh").args(["-c", &format!("kill -{signal} {}", child.id())]).status().unwrap();
-        assert!(kill.success());
+        send_signal(signal, child.id());
         let output = child.wait_with_output().unwrap();
         assert!(signalled.elapsed() < Duration::from_secs(2), "{:?}", signalled.elapsed());
         let message = text(&output.stderr);

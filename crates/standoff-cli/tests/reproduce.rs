@@ -2,10 +2,14 @@
 
 #![expect(clippy::unwrap_used, reason = "helpers of tests")]
 
+mod common;
+
 use std::collections::BTreeMap;
 use std::fs;
 use std::path::Path;
-use std::process::{Command, Output};
+use std::process::Output;
+
+use common::{standoff, text};
 
 const STUDIES: [&str; 10] = [
     "table-2",
@@ -21,12 +25,7 @@ const STUDIES: [&str; 10] = [
 ];
 
 fn reproduce(folder: &Path, threads: &str, args: &[&str]) -> Output {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_standoff"));
-    command.current_dir(folder).args(["reproduce", "--threads", threads]).args(args).output().unwrap()
-}
-
-fn text(bytes: &[u8]) -> String {
-    String::from_utf8(bytes.to_vec()).unwrap()
+    standoff(folder, &[&["reproduce", "--threads", threads], args].concat())
 }
 
 /// Returns all files in a folder and its subfolders, by relative path.

@@ -3,6 +3,8 @@
 #![cfg(target_os = "linux")]
 #![expect(clippy::unwrap_used, reason = "helpers of tests")]
 
+mod common;
+
 use std::ffi::OsStr;
 use std::fs::{self, Permissions};
 use std::os::unix::ffi::OsStrExt as _;
@@ -12,6 +14,7 @@ use std::path::Path;
 use std::process::{Command, Output};
 use std::sync::LazyLock;
 
+use common::{command, standoff};
 use tempfile::TempDir;
 
 const RUN: [&str; 5] = ["run", "tour/01-one-uav", "--set", "duration_s=5", "--out"];
@@ -43,10 +46,6 @@ static OPEN: LazyLock<TempDir> = LazyLock::new(|| {
 
 fn is_root() -> bool {
     fs::metadata("/proc/self").unwrap().uid() == 0
-}
-
-fn standoff(folder: &Path, args: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_standoff")).current_dir(folder).args(args).output().unwrap()
 }
 
 /// Checks the exit status, the expected messages on standard error, and that nothing panicked.
@@ -131,7 +130,6 @@ fn names_with_special_bytes_are_printed_on_one_line() {
     assert!(String::from_utf8(flown.stdout).unwrap().contains("\nresults in c\\nd\n"));
 
     let bytes = OsStr::from_bytes(b"bad\xff");
-    let mut command = Command::new(env!("CARGO_BIN_EXE_standoff"));
-    let refused = command.current_dir(folder.path()).arg("view").arg(bytes).output().unwrap();
+    let refused = command(folder.path(), &["view"]).arg(bytes).output().unwrap();
     check(&refused, 2, &["error: \"bad\u{fffd}\": not UTF-8 text", "change to the folder and pass ."]);
 }

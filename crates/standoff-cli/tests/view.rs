@@ -2,13 +2,16 @@
 
 #![expect(clippy::unwrap_used, reason = "helpers of tests")]
 
+mod common;
+
 use std::fs;
 use std::io::{BufRead, BufReader, Read, Write};
 use std::net::TcpStream;
 use std::path::Path;
-use std::process::{Child, Command, Stdio};
+use std::process::{Child, Stdio};
 use std::time::{Duration, Instant};
 
+use common::{command, send_signal, standoff};
 use serde_json::Value;
 
 /// A running command that serves a page; it is killed when dropped.
@@ -30,9 +33,7 @@ fn start(folder: &Path, args: &[&str]) -> Child {
 }
 
 fn start_plainly(folder: &Path, args: &[&str]) -> Child {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_standoff"));
-    command.current_dir(folder).args(args).stdout(Stdio::piped()).stderr(Stdio::piped());
-    command.spawn().unwrap()
+    command(folder, args).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap()
 }
 
 fn authority(line: &str) -> String {
@@ -92,8 +93,7 @@ impl Serving {
 
     #[cfg(unix)]
     fn interrupt(mut self) -> (Option<i32>, String) {
-        let id = self.child.id().to_string();
-        assert!(Command::new("sh").args(["-c", &format!("kill -INT {id}")]).status().unwrap().success());
+        send_signal("INT", self.child.id());
         let until = Instant::now() + Duration::from_secs(20);
         let status = loop {
             if let Some(status) = self.child.try_wait().unwrap() {
@@ -200,8 +200,7 @@ fn two_runs_are_shown_side_by_side() {
 fn a_run_cannot_be_shown_with_a_batch_or_two_other_runs() {
     let folder = tempfile::tempdir().unwrap();
     let args = ["monte-carlo", "tour/01-one-uav", "--runs", "2", "--out", "batch"];
-    let mut command = Command::new(env!("CARGO_BIN_EXE_standoff"));
-    assert!(command.current_dir(folder.path()).args(args).output().unwrap().status.success());
+    assert!(standoff(folder.path(), &args).status.success());
     for what in [&["tour/01-one-uav", "batch"][..], &["batch", "tour/01-one-uav"], &["tour/01-one-uav"; 3]] {
         let done = start(folder.path(), &[&["view"], what].concat()).wait_with_output().unwrap();
         let message = String::from_utf8(done.stderr).unwrap();
@@ -216,8 +215,7 @@ fn a_run_of_a_batch_is_flown_again_with_the_same_bytes() {
     let folder = tempfile::tempdir().unwrap();
     let change = ["--set", "guidance.radial_gain=0.5"];
     let batch = [&["monte-carlo", "tour/02-two-uavs", "--runs", "4", "--seed", "5", "--out", "batch"], &change[..]];
-    let mut command = Command::new(env!("CARGO_BIN_EXE_standoff"));
-    assert!(command.current_dir(folder.path()).args(batch.concat()).output().unwrap().status.success());
+    assert!(standoff(folder.path(), &batch.concat()).status.success());
     let batch = Serving::view(folder.path(), &["view", "batch"]);
     assert!(batch.get("/batch.json").1.contains("position_error_m"));
     let alone = Serving::view(folder.path(), &[&["view", "tour/02-two-uavs", "--seed", "7"], &change[..]].concat());
