@@ -1,5 +1,5 @@
-//! Limits on the size of a table, and on the times and ids of its rows. Writer and reader apply the same limits to rows, so
-//! every written record can be read.
+//! Limits on the number of rows, their times and their ids. Writer and reader apply the same limits to times and ids,
+//! so every written record can be read.
 
 use std::collections::BTreeSet;
 
@@ -8,10 +8,8 @@ use super::schema::{microseconds, seconds};
 use super::table::Row;
 use crate::frame::{AgentEventRow, ByAgent, DetectionRow, EventRow, Frame, TrackRow, TruthRow, UavRow};
 
-/// Maximum number of rows of a table: 1,000 targets once per second for a day.
+/// Maximum number of rows of targets in a new record: 1,000 targets once per second for a day.
 pub const MAX_ROWS: u64 = 100_000_000;
-/// Maximum size of a table's file, bytes. The widest table has 25 GB at the maximum number of rows.
-pub(super) const MAX_TABLE: u64 = 32 << 30;
 
 /// Limits of a run, and its progress so far.
 pub(super) struct RecordLimits {

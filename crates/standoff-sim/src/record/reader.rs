@@ -7,9 +7,9 @@ use standoff_io::bounded_input;
 
 use super::checkpoint::{self, Checkpoint};
 use super::directory::SCENARIO;
-use super::limits::{LimitExceeded, MAX_TABLE, RecordLimits};
+use super::limits::{LimitExceeded, RecordLimits};
 use super::schema::{At, TargetRow, seconds};
-use super::table::{Row, TableReader, file_of};
+use super::table::{MAX_TABLE, Row, TableReader, file_of};
 use super::{Counts, Manifest, RecordError};
 use crate::frame::{
     AgentEventRow, AgentRow, ByAgent, DetectionRow, EventRow, Frame, GroupRow, IntruderRow, PerAgentTables,

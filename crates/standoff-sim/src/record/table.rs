@@ -17,10 +17,12 @@ use standoff_io::parquet_file::{RowBatches, Source};
 
 use super::RecordError;
 use super::column::{Cells, Column, Fault, ValueProblem};
-use super::limits::MAX_TABLE;
 
 /// Rows per row group: limits the memory, whatever the length of the run.
 pub(crate) const GROUP_ROWS: usize = 65_536;
+
+/// Maximum size of a table's file, bytes. The widest table has 25 GB at the maximum number of rows of targets.
+pub(super) const MAX_TABLE: u64 = 32 << 30;
 
 /// Row of a table. The same column order is used for writing and reading.
 pub(crate) trait Row: Sized {
