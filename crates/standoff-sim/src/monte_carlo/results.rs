@@ -1,7 +1,7 @@
 //! Folder of a complete batch: `runs.parquet` with a row per run, `summary.json` with the statistics, and
 //! `monte-carlo.json` with the definition of the batch.
 
-use std::fs::{self, File};
+use std::fs;
 use std::io::{self, Read};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -19,7 +19,7 @@ use super::{MonteCarloError, Shard, Statistics, pooled_root_ratio};
 use crate::record::RecordError;
 use crate::record::column::{Cells, Column, Fault, Field};
 use crate::record::directory::{NO_FOLDER, first_in};
-use crate::record::table::{Row, TableReader, TableWriter, source};
+use crate::record::table::{MAX_TABLE, Row, TableReader, TableWriter, source};
 use crate::score::Metrics;
 
 const MANIFEST: &str = "monte-carlo.json";
@@ -135,8 +135,7 @@ impl Results {
         let manifest = Manifest::of_json(&bytes).map_err(damaged)?;
         manifest.batch.check().map_err(|error| RecordError::damaged(&path, error.to_string()))?;
         let path = dir.join(RUNS);
-        let found = fs::metadata(&path).map_err(|reason| RecordError::read(&path, reason))?;
-        if found.len() > largest_table(&manifest.batch) || checksum(&path)? != manifest.runs_crc32 {
+        if checksum(&path)? != manifest.runs_crc32 {
             let what = "it was changed since it was written";
             return Err(RecordError::damaged(&path, what).into());
         }
@@ -261,15 +260,9 @@ fn save(dir: &Path, name: &str, text: &str) -> Result<(), RecordError> {
     atomic_file::save(&path, text).map_err(|reason| RecordError::write(&path, reason))
 }
 
-/// Upper limit of the size of the rows of a batch, bytes: about 9 per value, and a fixed part per column.
-fn largest_table(batch: &Batch) -> u64 {
-    let (runs, columns) = (batch.flown().end - batch.flown().start, RunRow::columns().len() + batch.metrics.len());
-    (runs.saturating_mul(16)).saturating_add(8 << 10).saturating_mul(columns as u64)
-}
-
 fn checksum(path: &Path) -> Result<u32, RecordError> {
     let unreadable = |reason| RecordError::read(path, reason);
-    let mut file = File::open(path).map_err(unreadable)?;
+    let mut file = bounded_input::open(path, MAX_TABLE).map_err(unreadable)?;
     let (mut crc, mut bytes) = (crc32fast::Hasher::new(), vec![0; 1 << 16]);
     loop {
         match file.read(&mut bytes).map_err(unreadable)? {

@@ -417,13 +417,7 @@ impl Scalar for Vec<u32> {
     }
 }
 
-/// Maximum length of the text in a cell, bytes. Names of vehicles have up to 200 characters of 4 bytes.
-const MAX_CELL: usize = 1 << 10;
-
 fn text(cell: &ByteArray) -> Result<&str, ValueProblem> {
-    if cell.len() > MAX_CELL {
-        return Err(ValueProblem::Bad(format!("has {} bytes of text; must be at most {MAX_CELL}", cell.len())));
-    }
     std::str::from_utf8(cell.data()).map_err(|_| ValueProblem::Bad("is not UTF-8 text".to_owned()))
 }
 

@@ -22,7 +22,7 @@ use super::column::{Cells, Column, Fault, ValueProblem};
 pub(crate) const GROUP_ROWS: usize = 65_536;
 
 /// Maximum size of a table's file, bytes. The widest table has 25 GB at the maximum number of rows of targets.
-pub(super) const MAX_TABLE: u64 = 32 << 30;
+pub(crate) const MAX_TABLE: u64 = 32 << 30;
 
 /// Row of a table. The same column order is used for writing and reading.
 pub(crate) trait Row: Sized {
