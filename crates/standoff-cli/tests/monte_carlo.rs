@@ -1,7 +1,5 @@
 //! End-to-end tests of batches: output, files, and that no completed run is lost however the process ends.
 
-#![expect(clippy::unwrap_used, reason = "helpers of tests")]
-
 mod common;
 
 use std::fs;
