@@ -47,6 +47,8 @@ def signature(node: ast.FunctionDef, name: str) -> str:
         shown.append("*")
         keyed = zip(arguments.kwonlyargs, arguments.kw_defaults, strict=True)
         shown += [_argument(argument.arg, default) for argument, default in keyed]
+    if arguments.kwarg:
+        shown.append(f"**{arguments.kwarg.arg}")
     return f"{name}({', '.join(shown)})"
 
 

@@ -599,95 +599,38 @@ class Parameters:
     Parameters of filter, sensor, orbits, guidance and assignment. They are immutable and checked when they are created.
 
     ``Parameters()`` gives the recommended values, which are also the defaults of scenario files.
-    ``Parameters("improved/figure-9")`` gives the parameters of a scenario, :meth:`table_1` those of the paper, and
-    ``Parameters(other, radial_gain=1.0)`` a copy with one change. The names are those of the keys in scenario files,
-    but angles are in radians.
+    ``Parameters("improved/figure-9")`` gives the parameters of a scenario, :meth:`paper` those of the paper, and
+    ``Parameters(other, radial_gain=1.0)`` a copy with one change. Each parameter is an attribute. The names are those of
+    the keys in scenario files, without their table; but angles are in radians, as in ``field_of_view_rad``. The page on
+    scenario files and :meth:`to_dict` list them. Functions name the parameters that they use.
 
     :param of: source of the parameters that are not given: other parameters, a :class:`standoff.Scenario`, the name of
         a built-in scenario or the path of a scenario file; by default the recommended values.
     :param seed: seed for a scenario with random parameters; 1 by default.
-    :param correlation_rate_1_s: filter: correlation rate alpha of the targets' acceleration (5, 6), 1/s.
-    :param acceleration_sd_m_s2: filter: standard deviation of the targets' acceleration per axis, m/s2.
-    :param range_sd_m: filter: standard deviation of the measured range, sigma_r, m.
-    :param bearing_sd_rad: filter: standard deviation of the measured bearing, sigma_theta, rad.
-    :param initial_velocity_sd_m_s: filter: initial standard deviation of the velocity per axis if a track starts from a
-        measurement, m/s.
-    :param field_of_view_rad: sensor and orbit: full angle of the field of view, alpha_f, rad.
-    :param field_of_view_margin_rad: orbit: margin eps_m subtracted from the field of view (15), rad.
-    :param radius_min_m: orbit: lower bound of the standoff distance, r_d,min, m.
-    :param radius_max_m: orbit: upper bound of the standoff distance, r_d,max, m.
-    :param speed_m_s: nominal ground speed v_d of a UAV, m/s.
-    :param orbit_direction: guidance: orbit direction seen from above, ``"anticlockwise"`` or ``"clockwise"``.
-    :param radial_gain: guidance: k_l of active measure 1 (20), above 0, at most 1; 1 switches it off.
-    :param lead: guidance: lead time of active measure 2 (22): ``"constant"`` (``lead_s``), ``"scheduled"`` or
-        ``"predicted"`` (the lag of the field, k_l r_d / v).
-    :param lead_s: guidance: constant lead time k_rd, s. If only ``lead_s`` is given, ``lead`` becomes ``"constant"``.
-        It is 0 for the other kinds of lead.
-    :param speed_reference: guidance: frame in which speeds are commanded, ``"ground"`` or ``"centre"``.
-    :param heading_gain_1_s: guidance: k_omega (24), 1/s.
-    :param turn_rate_gain: guidance: gain on the difference between turn rate and feedforward; 0 (none) in the paper.
-    :param feedforward: guidance: derivative of the desired heading used as feedforward (25): of the flown vector field
-        (``"field"``), the same along the actual motion (``"trajectory"``), (25) corrected (``"static-centre"``), or
-        (25) as published (``"paper"``).
-    :param objective: assignment: ``"log-det"``, or (32) as published (``"paper"``).
-    :param assignment_switching_cost: assignment: bonus for a UAV that keeps its group, in ln det per target.
+    :param changes: parameters by name: numbers, words or truth values. If only ``lead_s`` is given, ``lead`` becomes
+        ``"constant"``; ``lead_s`` is 0 for the other kinds of lead.
     :raises InputError: if a value is out of range; the message gives the range.
     :raises ScenarioError: if the scenario is invalid.
     """
+    def __dir__(self, /) -> "list[str]": ...
     def __eq__(self, value: object, /) -> bool: ...
-    def __getnewargs_ex__(self, /) -> "tuple[tuple[()], dict[str, float | str]]": ...
+    def __getattr__(self, name: str, /) -> Any: ...
+    def __getnewargs_ex__(self, /) -> "tuple[tuple[()], dict[str, float | str | bool]]": ...
     def __ne__(self, value: object, /) -> bool: ...
-    def __new__(cls, /, of: Parameters | Scenario | str | PathLike[str] | None = None, *, seed: SupportsIndex = ..., correlation_rate_1_s: SupportsFloat | SupportsIndex | None = None, acceleration_sd_m_s2: SupportsFloat | SupportsIndex | None = None, range_sd_m: SupportsFloat | SupportsIndex | None = None, bearing_sd_rad: SupportsFloat | SupportsIndex | None = None, initial_velocity_sd_m_s: SupportsFloat | SupportsIndex | None = None, field_of_view_rad: SupportsFloat | SupportsIndex | None = None, field_of_view_margin_rad: SupportsFloat | SupportsIndex | None = None, radius_min_m: SupportsFloat | SupportsIndex | None = None, radius_max_m: SupportsFloat | SupportsIndex | None = None, speed_m_s: SupportsFloat | SupportsIndex | None = None, orbit_direction: str | None = None, radial_gain: SupportsFloat | SupportsIndex | None = None, lead: str | None = None, lead_s: SupportsFloat | SupportsIndex | None = None, speed_reference: str | None = None, heading_gain_1_s: SupportsFloat | SupportsIndex | None = None, turn_rate_gain: SupportsFloat | SupportsIndex | None = None, feedforward: str | None = None, objective: str | None = None, assignment_switching_cost: SupportsFloat | SupportsIndex | None = None) -> Parameters: ...
-    def __repr__(self, /) -> str: ...
-    @property
-    def acceleration_sd_m_s2(self, /) -> float: ...
-    @property
-    def assignment_switching_cost(self, /) -> float: ...
-    @property
-    def bearing_sd_rad(self, /) -> float: ...
-    @property
-    def correlation_rate_1_s(self, /) -> float: ...
-    @property
-    def feedforward(self, /) -> str: ...
-    @property
-    def field_of_view_margin_rad(self, /) -> float: ...
-    @property
-    def field_of_view_rad(self, /) -> float: ...
-    @property
-    def heading_gain_1_s(self, /) -> float: ...
-    @property
-    def initial_velocity_sd_m_s(self, /) -> float: ...
-    @property
-    def lead(self, /) -> str: ...
-    @property
-    def lead_s(self, /) -> float: ...
-    @property
-    def objective(self, /) -> str: ...
-    @property
-    def orbit_direction(self, /) -> str: ...
-    @property
-    def radial_gain(self, /) -> float: ...
-    @property
-    def radius_max_m(self, /) -> float: ...
-    @property
-    def radius_min_m(self, /) -> float: ...
-    @property
-    def range_sd_m(self, /) -> float: ...
-    @property
-    def speed_m_s(self, /) -> float: ...
-    @property
-    def speed_reference(self, /) -> str: ...
+    def __new__(cls, /, of: Parameters | Scenario | str | PathLike[str] | None = None, *, seed: SupportsIndex = ..., **changes: "float | str | bool | None") -> Parameters: ...
+    def __repr__(self, /) -> str:
+        """
+        Shows the parameters that differ from the recommended ones.
+        """
     @staticmethod
-    def table_1() -> Parameters:
+    def paper() -> Parameters:
         """
         Returns the parameters of the paper's Table I.
         """
-    def to_dict(self, /) -> "dict[str, float | str]":
+    def to_dict(self, /) -> "dict[str, float | str | bool]":
         """
         All parameters as a dict.
         """
-    @property
-    def turn_rate_gain(self, /) -> float: ...
 
 @final
 class Report:

@@ -392,25 +392,25 @@ def test_parameters_are_the_recommended_ones_or_those_of_a_scenario() -> None:
     assert (recommended.radial_gain, recommended.heading_gain_1_s, recommended.lead_s, recommended.speed_m_s) == (0.2, 1.0, 3.0, 40.0)
     assert (recommended.radius_min_m, recommended.radius_max_m, recommended.range_sd_m) == (250.0, 700.0, 10.0)
     assert np.degrees([recommended.field_of_view_rad, recommended.bearing_sd_rad]) == pytest.approx([70, 3])
-    table_1 = components.Parameters.table_1()
-    assert (table_1.heading_gain_1_s, table_1.assignment_switching_cost, table_1.speed_m_s) == (2.0, 0.5, 40.0)
+    paper = components.Parameters.paper()
+    assert (paper.heading_gain_1_s, paper.assignment_switching_cost, paper.speed_m_s) == (2.0, 0.5, 40.0)
     scenario = standoff.Scenario("improved/figure-9", set={"guidance.radial_gain": 0.37})
     of, toml = components.Parameters(scenario), tomllib.loads(scenario.resolved(1))
-    for table, names in {
-        "guidance": "orbit_direction radial_gain lead speed_reference heading_gain_1_s turn_rate_gain feedforward",
-        "orbit": "radius_min_m radius_max_m",
-        "filter": "correlation_rate_1_s acceleration_sd_m_s2 range_sd_m initial_velocity_sd_m_s",
-        "groups": "objective assignment_switching_cost",
-        "uavs": "speed_m_s",
-    }.items():
-        for name in names.split():
-            assert getattr(of, name) == toml[table][name], name
+    # Every key of these tables is an attribute.
+    for table in ["guidance", "orbit", "groups", "filter"]:
+        for name, value in toml[table].items():
+            if name.endswith("_deg"):
+                assert np.degrees(getattr(of, name.replace("_deg", "_rad"))) == pytest.approx(value), name
+            elif name != "lead_s":
+                assert getattr(of, name) == value and name in dir(of), name
+    assert of.speed_m_s == toml["uavs"]["speed_m_s"]
     assert of.radial_gain == 0.37 and of.lead_s == 0.0
     assert np.degrees(of.field_of_view_rad) == pytest.approx(toml["sensor"]["field_of_view_deg"])
     changed = components.Parameters(of, radial_gain=1)
     assert changed != of and components.Parameters(changed, radial_gain=0.37) == of
     assert pickle.loads(pickle.dumps(of)) == of
     assert eval(repr(of), {"Parameters": components.Parameters}) == of
+    assert repr(components.Parameters(radial_gain=0.5, dwell_max_s=9)) == "Parameters(dwell_max_s=9.0, radial_gain=0.5)"
     assert components.Parameters("improved/figure-9", radial_gain=0.37) == of
     assert components.Parameters(of, lead_s=2.0).lead == "constant"
     assert components.Parameters(lead="predicted").lead_s == 0.0
@@ -432,9 +432,15 @@ def test_errors_about_parameters_state_the_range() -> None:
     with pytest.raises(standoff.ScenarioError, match="no-such-scenario"):
         components.Parameters("no-such-scenario")
     with pytest.raises(TypeError):
-        components.Parameters(radial_gian=1.0)  # type: ignore[call-arg]
-    # Limits that no component uses are not checked.
+        components.Parameters(radial_gian=1.0)
+    with pytest.raises(TypeError, match="radial_gain: must be real number"):
+        components.Parameters(radial_gain="large")
+    with pytest.raises(AttributeError, match="'Parameters' object has no attribute 'radial_gian'"):
+        components.Parameters().radial_gian
+    # Limits that no component uses are only checked if they are given.
     assert components.Parameters(speed_m_s=10.0).speed_m_s == 10.0
+    with pytest.raises(InputError, match="speed_change_max_m_s = 15: must be at least 0 and below 10"):
+        components.Parameters(speed_m_s=10.0, speed_change_max_m_s=15)
 
 
 # All components.

@@ -1,40 +1,394 @@
 //! Parameters that all UAVs of a team share: limits, filters, groups and guidance law.
 //!
-//! `params/table.rs` declares each of them once, with name, unit, range, values of the presets, meaning and scenario
-//! key. [`TeamParams::table`] lists them for programs: the scenario loader, its JSON schema and the Python package read
-//! that list.
+//! This file declares each of them once, with name, unit, range, values of the presets, meaning and scenario key.
+//! [`TeamParams::table`] lists them for programs: the scenario loader, its JSON schema and the Python package read that
+//! list.
 
 #[macro_use]
 mod declare;
-mod relations;
-mod table;
+mod value;
 mod words;
 
+use crate::math::{PI, TAU};
 use crate::time::Duration;
 use crate::validation::{Allowed, ParamError, errors_of};
+use value::{Part, Reach, Scalar, one_line};
 
-pub use table::{
-    ClimbParams, GroupingParams, GuidanceParams, LogParams, MotionParams, SensorParams, SeparationParams,
-    StandoffParams, TargetParams, TeamParams, TrackParams, UavParams,
-};
+pub use value::{ParamKind, ParamValue, Word};
 pub use words::{
-    AltitudePolicy, CentreEstimate, CentreJump, Feedforward, GroupCount, Integrator, Lead, Margin, Objective,
-    OrbitDirection, Pointing, RemovalRule, SpeedReference,
+    AltitudePolicy, CentreEstimate, CentreJump, Feedforward, GroupCount, Integrator, Lead, LinkModel, Margin,
+    Objective, OrbitDirection, Pointing, RemovalRule, SpeedReference,
 };
 
 /// Minimum range of a usable measurement, m. At shorter ranges the Jacobian's 1/r diverges and the bearing is useless.
 pub const RANGE_MIN_M: f64 = 1.0;
 
-/// Link model: what a team expects of its radio.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum LinkModel {
-    /// Every message arrives. A briefly silent UAV is extrapolated straight ahead, each group has its own altitude, and
-    /// the UAVs of one group keep their phase difference.
-    Ideal,
-    /// Messages get lost, so that safety does not depend on equal team states. A silent UAV is extrapolated along its
-    /// last turn. Each UAV has its own altitude, given by its id, and keeps its phase difference from every UAV that it
-    /// receives near its orbit.
-    Lossy,
+params! {
+    /// Parameters of a team; every agent of the team is built from the same ones.
+    ///
+    /// ```
+    /// use standoff::TeamParams;
+    ///
+    /// let mut params = TeamParams::paper();
+    /// assert!(params.errors().is_empty());
+    /// params.guidance.radial_gain = 5.0;
+    /// assert_eq!(params.errors()[0].path, "guidance.radial_gain");
+    /// assert!(params.errors()[0].to_string().contains("must be at least 0.001 and at most 1"));
+    /// ```
+    struct TeamParams at [] {
+        parts {
+            /// Message log and retransmission.
+            log: LogParams;
+            /// Speeds, lags and limits of the UAVs.
+            uav: UavParams;
+            /// Sensor, target model and track management.
+            track: TrackParams;
+            /// Orbit bounds and margins.
+            group: GroupingParams;
+            /// Gains of the guidance law.
+            guidance: GuidanceParams;
+            /// Collision avoidance; `None`, as in the paper, means that only the phases of UAVs on one orbit separate
+            /// them.
+            separation: Option<SeparationParams>;
+        }
+        numbers {
+            /// Teammate timeout: a UAV that is silent for longer counts as gone; until then it keeps its assignment.
+            teammate_timeout_s = 3.0, "s", "team.teammate_timeout_s", Allowed::above(0.0).at_most(60.0);
+        }
+        others {
+            /// Link model: how reliable the team expects its radio to be.
+            link: LinkModel = LinkModel::Ideal;
+        }
+        relations |team, errors| {
+            Allowed::above(team.group.standoff.radius_min_m)
+                .with_reason("the centre must be in view from the smallest orbit, radius_min_m")
+                .check("track.sensor.sensing_range_m", team.track.sensor.sensing_range_m, errors);
+            let sensor_rad = team.track.sensor.field_of_view_rad;
+            let margin_rad = team.group.standoff.field_of_view_margin_rad;
+            if sensor_rad.is_finite() && margin_rad >= 0.0 {
+                Allowed::at_least(0.0)
+                    .below(sensor_rad)
+                    .with_reason("the margin must leave some of the field of view")
+                    .check("group.standoff.field_of_view_margin_rad", margin_rad, errors);
+            }
+        }
+    }
+
+    /// Parameters of the message log.
+    struct LogParams at [log] {
+        numbers {
+            /// Time between two time steps of the team's grid. The grid begins at
+            /// [`Time::EPOCH`](crate::Time::EPOCH).
+            period_s = 0.5, "s", "period_s", Allowed::at_least(1e-3).at_most(10.0);
+            /// Maximum age of a message that is still used; at most 1,200 periods are used. Applies if each UAV has its
+            /// own agent.
+            message_retention_s = 60.0, "s", "team.message_retention_s", Allowed::above(0.0).at_most(600.0);
+            /// Decision lag: while messages are missing, the groups and assignments in use are this old, so that the
+            /// UAVs act together, because most missing messages have arrived by then. Otherwise the current ones are
+            /// used. Applies if each UAV has its own agent.
+            decision_lag_s = 2.0, "s", "team.decision_lag_s", Allowed::at_least(0.0).at_most(10.0);
+            /// Maximum rate at which a UAV retransmits messages for others, snapshots included. Applies if each UAV has
+            /// its own agent.
+            retransmit_bytes_per_s = 1500.0, "bytes/s", "team.retransmit_bytes_per_s", Allowed::at_least(0.0).at_most(1e6);
+        }
+    }
+
+    /// Limits and lags of a UAV.
+    ///
+    /// ```
+    /// use standoff::{Angle, Command, Duration, Position, TeamParams, UavState};
+    ///
+    /// let params = TeamParams::paper().uav;
+    /// let state =
+    ///     UavState { position: Position::from_m(0.0, 0.0), heading: Angle::from_deg(90.0), speed_m_s: 40.0, turn_rate_rad_s: 0.0, vertical: None };
+    /// // The command exceeds the limits, which are those of the paper's Table I.
+    /// let limited = params.limit(Command { speed_m_s: 100.0, turn_rate_rad_s: 1.0 });
+    /// assert_eq!((limited.command.speed_m_s, limited.command.turn_rate_rad_s), (55.0, 0.3));
+    /// let next = params.response(Duration::from_s(0.5)).step(&state, limited.command);
+    /// assert!(next.speed_m_s > 40.0 && next.heading.deg() > 90.0 && next.position.y_m() > 20.0);
+    /// ```
+    struct UavParams at [uav] {
+        parts {
+            /// Climb model; `None`: the UAV reaches a commanded altitude immediately, as in the planar model of the
+            /// paper.
+            climb: Option<ClimbParams>;
+        }
+        numbers {
+            /// Nominal speed v_0, which is also the desired speed v_d.
+            speed_m_s ["v_0", "v_d"] = 40.0, "m/s", "uavs.speed_m_s", Allowed::at_least(1.0).at_most(1000.0);
+            /// Maximum deviation of the commanded speed from `speed_m_s`, dv_max (2).
+            speed_change_max_m_s ["dv_max"] = 15.0, "m/s", "uavs.speed_change_max_m_s",
+                Allowed::at_least(0.0).with_reason("the UAV must keep flying: below speed_m_s"),
+                |uav, allowed| allowed.below(uav.speed_m_s);
+            /// Maximum commanded turn rate, omega_max (3).
+            turn_rate_max_rad_s ["omega_max"] = 0.3, "rad/s", "uavs.turn_rate_max_rad_s",
+                Allowed::at_least(1e-3).at_most(10.0);
+            /// Time constant tau_v of the speed (1). With the Euler step, it is at least the period.
+            speed_lag_s ["tau_v"] = 1.0 / 3.0, "s", "uavs.speed_lag_s", Allowed::at_least(1e-3).at_most(60.0);
+            /// Time constant tau_omega of the turn rate (1). With the Euler step, it is at least the period.
+            turn_rate_lag_s ["tau_omega"] = 1.0 / 3.0, "s", "uavs.turn_rate_lag_s", Allowed::at_least(1e-3).at_most(60.0);
+        }
+        words {
+            /// Integration of the UAV's motion over a time step (4).
+            integrator: Integrator = Exact, "uavs.integrator";
+        }
+    }
+
+    /// Climb model and altitude limits of a UAV: a first-order lag on the climb rate, like that on the turn rate in (1).
+    struct ClimbParams at [uav.climb] {
+        numbers {
+            /// Maximum rate of climb and of descent.
+            rate_max_m_s = 3.0, "m/s", "uavs.climb.rate_max_m_s", Allowed::at_least(0.01).at_most(100.0);
+            /// Time constant of the rate of climb.
+            lag_s = 1.0, "s", "uavs.climb.lag_s", Allowed::at_least(1e-3).at_most(60.0);
+            /// Lowest altitude that may be commanded, above the plane.
+            altitude_min_m = 50.0, "m", "uavs.climb.altitude_min_m", Allowed::at_least(1.0).at_most(2e4);
+            /// Highest altitude that may be commanded, above the plane.
+            altitude_max_m = 3000.0, "m", "uavs.climb.altitude_max_m",
+                Allowed::FINITE.at_most(2e4).with_reason("not below altitude_min_m"),
+                |climb, allowed| allowed.and_at_least(climb.altitude_min_m);
+        }
+    }
+
+    /// Parameters of the tracks.
+    struct TrackParams at [track] {
+        parts {
+            /// Target model assumed by the filter.
+            target: TargetParams;
+            /// Sensor model assumed by the filter.
+            sensor: SensorParams;
+        }
+        numbers {
+            /// A track is lost if the standard deviation of its position, in the worst direction, exceeds this. Larger
+            /// covariances would exceed the number precision in combination with a good sensor.
+            deletion_position_sd_m = 300.0, "m", "filter.deletion_position_sd_m", Allowed::above(0.0).at_most(1e4);
+            /// A track is lost if its target is not detected for this long although it should clearly be in view.
+            deletion_unseen_in_view_s = 5.0 => 2.0, "s", "filter.deletion_unseen_in_view_s",
+                Allowed::above(0.0).at_most(1e6);
+            /// Standard deviation of the velocity, per axis, of a track that starts from a measurement.
+            initial_velocity_sd_m_s = 10.0, "m/s", "filter.initial_velocity_sd_m_s", Allowed::at_least(1e-3).at_most(1e3);
+            /// Time after which a lost track is forgotten.
+            lost_track_retention_s = 600.0, "s", "filter.lost_track_retention_s", Allowed::above(0.0).at_most(1e6);
+        }
+    }
+
+    /// Parameters of the target model.
+    ///
+    /// ```
+    /// use standoff::{Duration, Position, TargetParams, TargetState, Velocity};
+    ///
+    /// let params = TargetParams { correlation_rate_1_s: 0.1, acceleration_sd_m_s2: 0.3 };
+    /// assert!(params.errors().is_empty());
+    /// let car = TargetState::new(Position::from_m(0.0, 0.0), Velocity::from_m_s(10.0, 0.0), [0.0, 0.0]);
+    /// let later = params.transition(Duration::from_s(2.0)).predict(&car);
+    /// assert!((later.position().x_m() - 20.0).abs() < 1e-9);
+    /// ```
+    struct TargetParams at [track.target] {
+        numbers {
+            /// Correlation rate alpha of the targets' acceleration; 0: constant acceleration.
+            correlation_rate_1_s ["alpha"] = 0.1, "1/s", "filter.correlation_rate_1_s",
+                Allowed::at_least(0.0).at_most(100.0);
+            /// Standard deviation sigma_a of the targets' acceleration, per axis.
+            acceleration_sd_m_s2 ["sigma_a"] = 0.2, "m/s2", "filter.acceleration_sd_m_s2",
+                Allowed::at_least(0.0).at_most(100.0);
+        }
+    }
+
+    /// Parameters of the sensor.
+    ///
+    /// ```
+    /// use standoff::{Angle, Position, TeamParams};
+    ///
+    /// let sensor = TeamParams::paper().track.sensor;
+    /// let (uav, target) = (Position::from_m(0.0, 400.0), Position::from_m(0.0, 0.0));
+    /// let south = Angle::from_deg(-90.0);
+    /// let z = sensor.measure(uav, south, target).expect("the target is in view");
+    /// assert_eq!((z.range_m, z.bearing), (400.0, south));
+    /// // A target behind the sensor is not in view.
+    /// assert!(sensor.measure(uav, Angle::from_deg(90.0), target).is_none());
+    /// ```
+    struct SensorParams at [track.sensor] {
+        numbers {
+            /// Standard deviation sigma_r of the range.
+            range_sd_m ["sigma_r"] = 10.0, "m", "filter.range_sd_m", Allowed::at_least(1e-3).at_most(1e5);
+            /// Standard deviation sigma_theta of the bearing.
+            bearing_sd_rad ["sigma_theta"] = 3f64.to_radians(), "rad", "filter.bearing_sd_deg",
+                Allowed::at_least(1e-6).at_most(PI);
+            /// Field of view alpha_f of the sensor.
+            field_of_view_rad ["alpha_f"] = 70f64.to_radians(), "rad", "sensor.field_of_view_deg",
+                Allowed::at_least(1e-3).at_most(TAU);
+            /// Maximum range at which a target is detected; above `radius_min_m` of the orbits.
+            sensing_range_m = 1200.0, "m", "sensor.sensing_range_m", Allowed::above(RANGE_MIN_M).at_most(1e6);
+        }
+    }
+
+    /// Bounds and margins of the standoff distance.
+    ///
+    /// ```
+    /// use standoff::{Spread, TeamParams};
+    ///
+    /// let params = TeamParams::paper();
+    /// let (orbit, sensor) = (params.group.standoff, params.track.sensor);
+    /// // The orbit grows with the distance of the furthest target from the centre, within its bounds.
+    /// let spread = |furthest_m: f64| Spread { distance_m: furthest_m, rate_m_s: 0.0 };
+    /// let of = |furthest_m: f64| orbit.distance(spread(furthest_m), 0.0, &sensor).distance_m;
+    /// assert_eq!((of(0.0), of(1000.0)), (250.0, 700.0));
+    /// assert!(of(150.0) > of(120.0));
+    /// ```
+    struct StandoffParams at [group.standoff] {
+        numbers {
+            /// Margin eps_m by which the field of view is reduced (15).
+            field_of_view_margin_rad ["eps_m"] = 10f64.to_radians(), "rad", "orbit.field_of_view_margin_deg",
+                Allowed::at_least(0.0).with_reason("the margin must leave some of the field of view");
+            /// Minimum radius r_d,min.
+            radius_min_m ["r_d,min"] = 250.0, "m", "orbit.radius_min_m", Allowed::at_least(1.0).at_most(1e5);
+            /// Maximum radius r_d,max.
+            radius_max_m ["r_d,max"] = 700.0, "m", "orbit.radius_max_m",
+                Allowed::FINITE.at_most(1e5).with_reason("not smaller than radius_min_m"),
+                |orbit, allowed| allowed.and_at_least(orbit.radius_min_m);
+        }
+    }
+
+    /// Limits of the motion of an orbit's centre and radius.
+    struct MotionParams at [group.motion] {
+        numbers {
+            /// Time constant T with which the orbit's centre and radius follow their desired values; 0: immediately.
+            /// Values below the period are treated as the period.
+            time_constant_s = 0.0 => 1.5, "s", "orbit.time_constant_s", Allowed::at_least(0.0).at_most(60.0);
+            /// Maximum acceleration a_max of the orbit's centre and radius.
+            acceleration_max_m_s2 = 1.0 => 2.5, "m/s2", "orbit.acceleration_max_m_s2", Allowed::above(0.0).at_most(100.0);
+            /// Maximum speed c_max at which the orbit's centre and radius approach their desired values. It also limits
+            /// the rate of the radius.
+            closing_speed_max_m_s = 10.0 => 25.0, "m/s", "orbit.closing_speed_max_m_s",
+                Allowed::above(0.0).at_most(1000.0);
+        }
+    }
+
+    /// Parameters of groups.
+    struct GroupingParams at [group] {
+        parts {
+            /// Bounds of the orbit radius and of the field of view.
+            standoff: StandoffParams;
+            /// Limits on the motion of centre and radius.
+            motion: MotionParams;
+        }
+        numbers {
+            /// Number of standard deviations for the margin `standard-deviations`; 1.645 is the one-sided 95 % quantile.
+            margin_sds = 1.645 => 0.0, "1", "orbit.margin_sds", Allowed::at_least(0.0).at_most(100.0),
+                |group, allowed| if group.margin == Margin::StandardDeviations { allowed } else { Allowed::FINITE };
+            /// Time constant with which the commanded radius follows r_d; 0, as in the paper: immediately.
+            radius_time_constant_s = 0.0, "s", "orbit.radius_time_constant_s", Allowed::at_least(0.0).at_most(3600.0);
+            /// A target outside is admitted to a group if the orbit that includes it needs at most this fraction of the
+            /// maximum radius.
+            readmission_radius_fraction = 0.9 => 0.97, "1", "orbit.readmission_radius_fraction",
+                Allowed::above(0.0).at_most(1.0);
+            /// A target is handed off if another group's centroid is nearer by more than this. The paper has no such
+            /// margin.
+            handoff_margin_m = 50.0, "m", "groups.handoff_margin_m", Allowed::at_least(0.0).at_most(1e5);
+            /// Minimum dwell time T_hd of a handoff (34).
+            dwell_min_s = 3.0, "s", "groups.dwell_min_s", Allowed::at_least(0.0).at_most(3600.0);
+            /// Maximum dwell time; 0 disables the dwell.
+            dwell_max_s = 30.0, "s", "groups.dwell_max_s",
+                Allowed::FINITE.at_most(3600.0).with_reason("not shorter than dwell_min_s"),
+                |group, allowed| allowed.and_at_least(group.dwell_min_s);
+            /// Limit xi_d of the removal by convergence. If xi_th (Lemma 3.1) of all UAVs of a group stays below -xi_d,
+            /// the group removes its furthest target.
+            divergence_limit_m2_s ["xi_d"] = 6000.0, "m2/s", "groups.divergence_limit_m2_s",
+                Allowed::above(0.0).at_most(1e9);
+            /// Time for which xi_th must stay below -xi_d before a removal.
+            divergence_time_s = 3.0, "s", "groups.divergence_time_s", Allowed::at_least(0.0).at_most(3600.0);
+            /// Period of the check whether the UAVs of a group could cover more targets by forming another group; 0, as
+            /// in the paper: no check.
+            regrouping_period_s = 30.0, "s", "groups.regrouping_period_s", Allowed::at_least(0.0).at_most(3600.0);
+            /// UAVs are not sent to targets that they cannot bring within sensing range in this time.
+            assignment_reach_s = 30.0, "s", "groups.assignment_reach_s", Allowed::at_least(0.0).at_most(3600.0);
+            /// Switching cost of a UAV in the assignment with the objective `log-det`, in ln det per target of its
+            /// current group. UAVs in flight are reassigned only for a larger gain. For comparison, a UAV twice as far
+            /// away contributes 1.4 less.
+            assignment_switching_cost = 0.5 => 10.0, "1", "groups.assignment_switching_cost",
+                Allowed::at_least(0.0).at_most(100.0);
+            /// Altitude of the lowest orbit, above the plane.
+            altitude_lowest_m = 300.0, "m", "groups.altitude_lowest_m", Allowed::at_least(1.0).at_most(2e4);
+            /// Step between altitudes.
+            altitude_step_m = 50.0, "m", "groups.altitude_step_m", Allowed::at_least(1.0).at_most(2e4);
+            /// Distance below which two UAVs of a group cause a proximity alert.
+            proximity_alert_m = 50.0, "m", "groups.proximity_alert_m", Allowed::at_least(0.0).at_most(1e4);
+        }
+        words {
+            /// Margin d_m of the standoff distance (16).
+            margin: Margin = StandardDeviations, "orbit.margin";
+            /// Centre of the orbit.
+            centre: CentreEstimate = Filtered => EnclosingCircle, "orbit.centre";
+            /// Where the UAVs of a group point their sensors.
+            pointing: Pointing = GroupCentre => AngularMidpoint, "orbit.pointing";
+            /// How the centre reacts to a change of members.
+            centre_jump: CentreJump = ShiftState, "orbit.centre_jump";
+            /// Number of groups.
+            count: GroupCount = HalfOfUavs => AsNeeded, "groups.count";
+            /// Objective of the assignment of UAVs to groups (32).
+            objective: Objective = LogDet, "groups.objective";
+            /// Member that a group removes if its orbit cannot cover all.
+            removal: RemovalRule = FurthestFromCentre => LargestRadiusReduction, "groups.removal";
+            /// UAVs that share an altitude.
+            altitude_policy: AltitudePolicy = PerGroup, "groups.altitude_policy";
+        }
+        flags {
+            /// UAVs that no group needs search for lost targets.
+            search_lost_targets = false => true, "groups.search_lost_targets";
+        }
+        relations |group, errors| {
+            // The filter would continue from the centre that the motion model has moved, so that neither would behave as
+            // documented.
+            if group.centre == CentreEstimate::Filtered && group.motion.time_constant_s > 0.0 {
+                Allowed::exactly(0.0)
+                    .with_reason(
+                        "a filtered centre has its own motion model; to use this one, choose the centroid or the enclosing circle",
+                    )
+                    .check("motion.time_constant_s", group.motion.time_constant_s, errors);
+            }
+        }
+    }
+
+    /// Gains and options of the guidance law.
+    struct GuidanceParams at [guidance] {
+        numbers {
+            /// Gain k_l of active measure 1 (20); 1 disables the measure.
+            radial_gain ["k_l"] = 0.2, "1", "guidance.radial_gain", Allowed::at_least(1e-3).at_most(1.0);
+            /// Lead time k_rd of active measure 2 (22) for the lead `constant`; 0 disables the measure.
+            lead_s ["k_rd"] = 3.0, "s", "guidance.lead_s", Allowed::at_least(0.0).at_most(100.0),
+                |guidance, allowed| if guidance.lead == Lead::Constant { allowed } else { Allowed::FINITE };
+            /// Heading gain k_omega (24).
+            heading_gain_1_s ["k_omega"] = 2.0 => 1.0, "1/s", "guidance.heading_gain_1_s",
+                Allowed::above(0.0).at_most(100.0);
+            /// Gain on the difference between the turn rate and the feedforward; 0, as in the paper: no damping.
+            turn_rate_gain = 0.0, "1", "guidance.turn_rate_gain", Allowed::at_least(0.0).at_most(100.0);
+            /// Phase gain k_v (35).
+            phase_gain_1_s ["k_v"] = 0.5, "1/s", "guidance.phase_gain_1_s", Allowed::at_least(0.0).at_most(100.0);
+            /// Desired phase theta_d between two UAVs (35).
+            desired_phase_rad ["theta_d"] = 90f64.to_radians(), "rad", "guidance.desired_phase_deg",
+                Allowed::at_least(0.0).at_most(PI);
+        }
+        words {
+            /// Feedforward turn rate (25).
+            feedforward: Feedforward = Field, "guidance.feedforward";
+            /// Lead of active measure 2 (22).
+            lead: Lead = Constant, "guidance.lead";
+            /// Reference of the nominal speed.
+            speed_reference: SpeedReference = Ground, "guidance.speed_reference";
+            /// Direction of the orbits, seen from above.
+            orbit_direction: OrbitDirection = Anticlockwise, "guidance.orbit_direction";
+        }
+    }
+
+    /// Minimum separation of aircraft. Two aircraft conflict only if both distances are below their minimum.
+    struct SeparationParams at [separation] {
+        numbers {
+            /// Minimum horizontal distance.
+            horizontal_min_m = 50.0, "m", "separation.horizontal_min_m", Allowed::at_least(1.0).at_most(1e4);
+            /// Minimum difference of altitude.
+            vertical_min_m = 30.0, "m", "separation.vertical_min_m", Allowed::at_least(1.0).at_most(1e4);
+        }
+    }
 }
 
 /// Declaration of a scalar parameter.
@@ -64,42 +418,6 @@ pub struct ParamInfo {
     set: fn(&mut TeamParams, ParamValue) -> bool,
 }
 
-/// Kind of a parameter.
-#[derive(Debug, Clone, Copy)]
-pub enum ParamKind {
-    /// A number.
-    Number {
-        /// Unit in the library; `1` if the parameter is dimensionless.
-        unit: &'static str,
-        /// Range. Bounds that other parameters set are only in its [`Allowed::because`].
-        allowed: Allowed,
-    },
-    /// One of these words.
-    Word(&'static [Word]),
-    /// True or false.
-    Flag,
-}
-
-/// A word that selects an option.
-#[derive(Debug, Clone, Copy)]
-pub struct Word {
-    /// The word.
-    pub word: &'static str,
-    /// Doc comment, as lines that begin with a space.
-    doc: &'static str,
-}
-
-/// Value of a parameter.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum ParamValue {
-    /// A number, in the unit of the library.
-    Number(f64),
-    /// A word.
-    Word(&'static str),
-    /// True or false.
-    Flag(bool),
-}
-
 impl ParamInfo {
     /// Name of the field: the last part of the path.
     pub fn name(&self) -> &'static str {
@@ -125,65 +443,6 @@ impl ParamInfo {
     /// another kind or an unknown word.
     pub fn set(&self, team: &mut TeamParams, value: ParamValue) -> bool {
         (self.set)(team, value)
-    }
-}
-
-impl Word {
-    /// Returns the meaning, as one line.
-    pub fn doc(&self) -> String {
-        one_line(self.doc)
-    }
-}
-
-/// Joins the lines of a doc comment.
-fn one_line(doc: &str) -> String {
-    doc.lines().map(str::trim).collect::<Vec<_>>().join(" ")
-}
-
-/// A struct of parameters, or an optional one.
-trait Part {
-    fn paper() -> Self;
-    fn recommended() -> Self;
-    fn errors(&self) -> Vec<ParamError>;
-}
-
-impl<T: Part> Part for Option<T> {
-    fn paper() -> Self {
-        None
-    }
-
-    fn recommended() -> Self {
-        None
-    }
-
-    fn errors(&self) -> Vec<ParamError> {
-        self.as_ref().map(Part::errors).unwrap_or_default()
-    }
-}
-
-/// Access to a struct of parameters that may be optional.
-trait Reach<T> {
-    fn reach(&self) -> Option<&T>;
-    fn reach_mut(&mut self) -> Option<&mut T>;
-}
-
-impl<T: Part> Reach<T> for T {
-    fn reach(&self) -> Option<&T> {
-        Some(self)
-    }
-
-    fn reach_mut(&mut self) -> Option<&mut T> {
-        Some(self)
-    }
-}
-
-impl<T: Part> Reach<T> for Option<T> {
-    fn reach(&self) -> Option<&T> {
-        self.as_ref()
-    }
-
-    fn reach_mut(&mut self) -> Option<&mut T> {
-        self.as_mut()
     }
 }
 
@@ -226,7 +485,7 @@ impl TeamParams {
 
     /// Every scalar parameter.
     pub fn table() -> &'static [ParamInfo] {
-        table::TABLE
+        TABLE
     }
 
     /// Duration that a silent UAV still counts as part of the team.
@@ -237,5 +496,50 @@ impl TeamParams {
     /// Returns the UAV parameters that cannot be integrated over a period: [`UavParams::errors_for_period`].
     pub fn errors_for_period(&self, period: Duration) -> Vec<ParamError> {
         errors_of([("uav", self.uav.errors_for_period(period))])
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_margin_of_at_least_the_field_of_view_is_rejected() {
+        let mut params = TeamParams::paper();
+        params.group.standoff.field_of_view_margin_rad = 1.25;
+        let messages: Vec<String> = params.errors().iter().map(ToString::to_string).collect();
+        assert_eq!(
+            messages,
+            ["group.standoff.field_of_view_margin_rad = 1.25: must be at least 0 and below 1.221730476 \
+                 (the margin must leave some of the field of view)"]
+        );
+        params.track.sensor.field_of_view_rad = 1.26;
+        assert!(params.errors().is_empty());
+        // Each wrong number is reported once.
+        for (field_of_view_rad, margin_rad) in [(f64::NAN, 0.1), (1.0, f64::NAN), (1.0, -0.1)] {
+            params.track.sensor.field_of_view_rad = field_of_view_rad;
+            params.group.standoff.field_of_view_margin_rad = margin_rad;
+            assert_eq!(params.errors().len(), 1, "{field_of_view_rad} {margin_rad}");
+        }
+    }
+
+    #[test]
+    fn a_filtered_centre_excludes_the_motion_model() {
+        let mut params = TeamParams::paper().group;
+        params.motion.time_constant_s = 1.5;
+        let messages: Vec<String> = params.errors().iter().map(ToString::to_string).collect();
+        assert_eq!(
+            messages,
+            ["motion.time_constant_s = 1.5: must be exactly 0 (a filtered centre has its own motion \
+                 model; to use this one, choose the centroid or the enclosing circle)"]
+        );
+        for centre in [CentreEstimate::Centroid, CentreEstimate::EnclosingCircle] {
+            assert!(GroupingParams { centre, ..params }.errors().is_empty());
+        }
+        params.motion = MotionParams { time_constant_s: 61.0, ..params.motion };
+        assert_eq!(
+            GroupingParams { centre: CentreEstimate::Centroid, ..params }.errors()[0].path,
+            "motion.time_constant_s"
+        );
     }
 }

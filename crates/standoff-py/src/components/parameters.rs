@@ -132,7 +132,7 @@ impl Parameters {
 #[pymethods]
 impl Parameters {
     #[new]
-    #[pyo3(signature = (of=None, *, seed=Whole(1), **changes))]
+    #[pyo3(signature = (of=None, *, seed=Whole(1), **changes: "float | str | bool | None"))]
     fn new(of: Option<Source<'_>>, seed: Whole, changes: Option<&Bound<'_, PyDict>>) -> PyResult<Self> {
         let mut parameters = match of {
             None => Self::of_team(TeamParams::recommended()),

@@ -3,14 +3,10 @@
 use std::fmt::Display;
 
 use serde::Serialize;
-use standoff::{Allowed, ClimbParams, ParamInfo, ParamKind, ParamValue, SeparationParams, TeamParams};
-use toml::{Table, Value};
+use standoff::{Allowed, ClimbParams, ParamInfo, ParamValue, SeparationParams, TeamParams};
 
 use super::number::Number;
-use super::parse::{MISTAKES_MAX, Mistake, WrongForm, deserialized, take_out, value_at, value_at_mut};
 use super::sample::{Draw, Drawing};
-use super::schema::KEYS;
-use super::schema_types::resolved::ScenarioFile;
 
 /// Keys whose defaults depend on other values ([`DerivedDefaults`](super::sample::DerivedDefaults)), and how.
 pub(super) const DERIVED: [(&str, &str); 4] = [
@@ -51,20 +47,6 @@ pub(super) enum TypedValue {
     Flag(bool),
 }
 
-impl TypedValue {
-    /// Reads a value of a parameter of this kind.
-    fn read(kind: &ParamKind, value: &Value) -> Result<Self, WrongForm> {
-        match kind {
-            ParamKind::Number { .. } => deserialized(value.clone()).map(Self::Number),
-            ParamKind::Flag => deserialized(value.clone()).map(Self::Flag),
-            ParamKind::Word(words) => {
-                let known = words.iter().find(|known| value.as_str() == Some(known.word));
-                known.map(|known| Self::Word(known.word)).ok_or_else(WrongForm::default)
-            }
-        }
-    }
-}
-
 /// Values of all parameters, in the order of [`declared`]; `None` is the default of a key in [`DERIVED`] until it is
 /// drawn.
 #[derive(Debug, Clone, PartialEq)]
@@ -72,7 +54,8 @@ pub struct Parameters(Vec<Option<TypedValue>>);
 
 impl Default for Parameters {
     fn default() -> Self {
-        let team = with_parts(TeamParams::recommended(), true, true);
+        let mut team = TeamParams { separation: Some(SeparationParams::default()), ..TeamParams::recommended() };
+        team.uav.climb = Some(ClimbParams::default());
         let default = |param: &ParamInfo| {
             let is_derived = DERIVED.iter().any(|(key, _)| *key == param.key);
             param.value(&team).filter(|_| !is_derived).map(|value| match value {
@@ -93,61 +76,49 @@ impl Draw for Parameters {
     type Drawn = Self;
 
     fn drawn(&self, _: &dyn Display, drawing: &mut Drawing) -> Self {
-        let drawn = |(param, typed): (&ParamInfo, &Option<TypedValue>)| {
-            let number = match *typed {
+        let drawn = |(param, typed): (&ParamInfo, Option<TypedValue>)| {
+            let number = match typed {
                 Some(TypedValue::Number(number)) => number,
-                Some(_) => return *typed,
+                Some(_) => return typed,
                 None => drawing.absent.parameters[DERIVED.iter().position(|(key, _)| *key == param.key)?].into(),
             };
             // The library checks the range.
             Some(TypedValue::Number(drawing.number(&"", param.key, &number, Allowed::FINITE).into()))
         };
-        Self(declared().zip(&self.0).map(drawn).collect())
+        Self(self.iter().map(drawn).collect())
     }
 }
 
 impl Parameters {
-    /// Takes the values of all parameters out of a scenario.
-    pub(super) fn take(table: &mut Table, mistakes: &mut Vec<Mistake>) -> Self {
-        let mut parameters = Self::default();
-        for (param, slot) in declared().zip(&mut parameters.0) {
-            let Some(value) = value_at(table, param.key) else { continue };
-            match TypedValue::read(&param.kind, value) {
-                Ok(typed) => *slot = Some(typed),
-                // Two parameters may share a key.
-                Err(wrong)
-                    if mistakes.len() < MISTAKES_MAX
-                        && mistakes.iter().all(|mistake| mistake.left_out != param.key) =>
-                {
-                    mistakes.push(Mistake::new(table, param.key, wrong));
-                }
-                Err(_) => {}
-            }
-        }
-        declared().for_each(|param| drop(take_out(table, param.key)));
-        parameters
+    /// Parameters with their values.
+    pub(super) fn iter(&self) -> impl Iterator<Item = (&'static ParamInfo, Option<TypedValue>)> {
+        declared().zip(self.0.iter().copied())
     }
 
-    /// Inserts the values into the tables of a scenario, in the order of the schema. Optional tables may be absent.
-    pub(super) fn insert_into(&self, scenario: &mut Table) -> Result<(), toml::ser::Error> {
-        for name in tables() {
-            let Some(Value::Table(table)) = value_at_mut(scenario, name) else { continue };
-            let mut own = std::mem::take(table);
-            for key in KEYS.of(name).unwrap_or_default() {
-                let typed = declared().zip(&self.0).find(|(param, _)| split(param) == (name, key));
-                let value = match typed.and_then(|(_, typed)| *typed) {
-                    Some(typed) => Some(Value::try_from(typed)?),
-                    None => own.remove(key),
-                };
-                table.extend(value.map(|value| (key.to_owned(), value)));
-            }
+    /// Parameters with their values, which can be changed.
+    pub(super) fn iter_mut(&mut self) -> impl Iterator<Item = (&'static ParamInfo, &mut Option<TypedValue>)> {
+        declared().zip(&mut self.0)
+    }
+
+    /// Sets drawn values in `team`. Those of absent parts have no effect.
+    pub(super) fn apply_to(&self, team: &mut TeamParams) {
+        for (param, typed) in self.iter() {
+            let value = match typed {
+                Some(TypedValue::Number(Number::Constant(deg))) if param.is_angle() => {
+                    ParamValue::Number(deg.to_radians())
+                }
+                Some(TypedValue::Number(Number::Constant(number))) => ParamValue::Number(number),
+                Some(TypedValue::Word(word)) => ParamValue::Word(word),
+                Some(TypedValue::Flag(flag)) => ParamValue::Flag(flag),
+                Some(TypedValue::Number(Number::Drawn(_))) | None => continue,
+            };
+            param.set(team, value);
         }
-        Ok(())
     }
 
     /// Returns the value at a key.
     pub(super) fn value(&self, key: &str) -> Option<TypedValue> {
-        declared().zip(&self.0).find(|(param, _)| param.key == key).and_then(|(_, typed)| *typed)
+        self.iter().find(|(param, _)| param.key == key)?.1
     }
 
     /// Returns the number at a key, if it is drawn or constant.
@@ -156,34 +127,5 @@ impl Parameters {
             Some(TypedValue::Number(Number::Constant(value))) => Some(value),
             _ => None,
         }
-    }
-}
-
-/// Returns the team parameters of a resolved scenario. The library checks their ranges.
-pub(super) fn team(file: &ScenarioFile) -> TeamParams {
-    // Vertical separation needs simulated altitudes.
-    let has_climb = file.uavs.climb.is_some() || file.separation.is_some();
-    let mut team = with_parts(TeamParams::recommended(), has_climb, file.separation.is_some());
-    team.log.period_s = file.period_s;
-    for (param, typed) in declared().zip(&file.parameters.0) {
-        let value = match *typed {
-            Some(TypedValue::Number(Number::Constant(deg))) if param.is_angle() => ParamValue::Number(deg.to_radians()),
-            Some(TypedValue::Number(Number::Constant(number))) => ParamValue::Number(number),
-            Some(TypedValue::Word(word)) => ParamValue::Word(word),
-            Some(TypedValue::Flag(flag)) => ParamValue::Flag(flag),
-            _ => continue,
-        };
-        // Parameters of absent parts have no effect.
-        param.set(&mut team, value);
-    }
-    team
-}
-
-/// Adds optional parts with their default values.
-fn with_parts(team: TeamParams, has_climb: bool, has_separation: bool) -> TeamParams {
-    TeamParams {
-        uav: standoff::UavParams { climb: has_climb.then(ClimbParams::default), ..team.uav },
-        separation: has_separation.then(SeparationParams::default),
-        ..team
     }
 }

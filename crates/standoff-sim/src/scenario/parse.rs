@@ -3,12 +3,14 @@
 //! A value of the wrong type is reported and left out, and reading continues without it, so that all errors are found
 //! in one pass.
 
+use serde::Serialize;
 use serde::de::DeserializeOwned;
 use serde_path_to_error::{Path, Segment};
+use standoff::ParamKind;
 use standoff_io::display_text::{did_you_mean, nearest, printable, quoted};
 use toml::{Table, Value};
 
-use super::parameters::Parameters;
+use super::parameters::{Parameters, TypedValue, declared, split, tables};
 use super::schema::KEYS;
 use super::schema_types::ScenarioFile;
 use crate::renamed;
@@ -28,14 +30,14 @@ pub(super) struct Mistake {
 
 /// A value of the wrong form: the path of the error in the value, and what is wrong.
 #[derive(Debug, Default)]
-pub(super) struct WrongForm {
+struct WrongForm {
     path: String,
     what: String,
 }
 
 impl Mistake {
     /// Creates the mistake in the value at a key, which is left out.
-    pub(super) fn new(table: &Table, at: &str, WrongForm { path, what }: WrongForm) -> Self {
+    fn new(table: &Table, at: &str, WrongForm { path, what }: WrongForm) -> Self {
         let key = [at, &path].into_iter().filter(|part| !part.is_empty()).collect::<Vec<_>>().join(".");
         let (message, help) = message(&key, value_at(table, &key), &what);
         Self { key, left_out: at.to_owned(), message, help }
@@ -46,7 +48,7 @@ impl Mistake {
 pub(super) fn typed(mut table: Table) -> (Option<ScenarioFile>, Vec<Mistake>) {
     let mut mistakes = Vec::new();
     take_out_unknown(&mut table, "", &mut mistakes);
-    let parameters = Parameters::take(&mut table, &mut mistakes);
+    let parameters = take_parameters(&mut table, &mut mistakes);
     while mistakes.len() < MISTAKES_MAX {
         let wrong = match deserialized(Value::Table(table.clone())) {
             Ok(file) => return (Some(ScenarioFile { parameters, ..file }), mistakes),
@@ -63,8 +65,55 @@ pub(super) fn typed(mut table: Table) -> (Option<ScenarioFile>, Vec<Mistake>) {
     (None, mistakes)
 }
 
+/// Takes the values of the library's parameters out of a scenario.
+fn take_parameters(table: &mut Table, mistakes: &mut Vec<Mistake>) -> Parameters {
+    let mut parameters = Parameters::default();
+    for (param, slot) in parameters.iter_mut() {
+        let Some(value) = value_at(table, param.key) else { continue };
+        let read = match param.kind {
+            ParamKind::Number { .. } => deserialized(value.clone()).map(TypedValue::Number),
+            ParamKind::Flag => deserialized(value.clone()).map(TypedValue::Flag),
+            ParamKind::Word(words) => {
+                let known = words.iter().find(|known| value.as_str() == Some(known.word));
+                known.map(|known| TypedValue::Word(known.word)).ok_or_else(WrongForm::default)
+            }
+        };
+        match read {
+            Ok(typed) => *slot = Some(typed),
+            // Two parameters may share a key.
+            Err(wrong)
+                if mistakes.len() < MISTAKES_MAX && mistakes.iter().all(|mistake| mistake.left_out != param.key) =>
+            {
+                mistakes.push(Mistake::new(table, param.key, wrong));
+            }
+            Err(_) => {}
+        }
+    }
+    declared().for_each(|param| drop(take_out(table, param.key)));
+    parameters
+}
+
+/// Converts a typed or resolved scenario to TOML, with its parameters in the order of the schema. Parameters of absent
+/// optional tables are left out.
+pub(super) fn to_toml(file: &impl Serialize, parameters: &Parameters) -> Result<Table, toml::ser::Error> {
+    let mut scenario = Table::try_from(file)?;
+    for name in tables() {
+        let Some(Value::Table(table)) = value_at_mut(&mut scenario, name) else { continue };
+        let mut own = std::mem::take(table);
+        for key in KEYS.of(name).unwrap_or_default() {
+            let typed = parameters.iter().find(|(param, _)| split(param) == (name, key)).and_then(|(_, typed)| typed);
+            let value = match typed {
+                Some(typed) => Some(Value::try_from(typed)?),
+                None => own.remove(key),
+            };
+            table.extend(value.map(|value| (key.to_owned(), value)));
+        }
+    }
+    Ok(scenario)
+}
+
 /// Converts a value to a type.
-pub(super) fn deserialized<T: DeserializeOwned>(value: Value) -> Result<T, WrongForm> {
+fn deserialized<T: DeserializeOwned>(value: Value) -> Result<T, WrongForm> {
     serde_path_to_error::deserialize(value).map_err(|error| {
         let path = dotted(error.path());
         // The library appends a line with the position, for which the key is better.
@@ -185,7 +234,7 @@ pub(super) fn take_out(table: &mut Table, key: &str) -> Option<String> {
 }
 
 /// Returns the value of a dotted key.
-pub(super) fn value_at_mut<'a>(table: &'a mut Table, key: &str) -> Option<&'a mut Value> {
+fn value_at_mut<'a>(table: &'a mut Table, key: &str) -> Option<&'a mut Value> {
     let mut parts = key.split('.');
     let first = table.get_mut(parts.next()?)?;
     parts.try_fold(first, |here, part| match here {

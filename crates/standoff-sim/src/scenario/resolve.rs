@@ -3,13 +3,17 @@
 use std::sync::Arc;
 
 use serde::Serialize;
-use standoff::{Duration, Integrator, Position, TargetParams, TargetState, TeamParams, UavId, Velocity};
+use standoff::{
+    ClimbParams, Duration, Integrator, Position, SeparationParams, TargetParams, TargetState, TeamParams, UavId,
+    Velocity,
+};
 
 use super::diagnostics::Problems;
 use super::error::ScenarioError;
 use super::load::{SPELT_OUT, Typed, check_size};
 use super::number::Number;
-use super::parameters::{Parameters, team};
+use super::parameters::Parameters;
+use super::parse::to_toml;
 use super::resolved::{
     Clock, CueError, Link, Manoeuvre, Noise, Outage, Partition, Radio, Restart, Scenario, Settings, Targets,
 };
@@ -212,6 +216,18 @@ fn settings(file: &resolved::ScenarioFile) -> Settings {
     }
 }
 
+/// Returns the team parameters. The library checks their ranges.
+pub(super) fn team(file: &resolved::ScenarioFile) -> TeamParams {
+    let mut team = TeamParams::recommended();
+    team.log.period_s = file.period_s;
+    team.separation = file.separation.as_ref().map(|_| SeparationParams::default());
+    // Vertical separation needs simulated altitudes.
+    let has_altitudes = file.uavs.climb.is_some() || file.separation.is_some();
+    team.uav.climb = has_altitudes.then(ClimbParams::default);
+    file.parameters.apply_to(&mut team);
+    team
+}
+
 /// See [`Settings::faults_end_s`].
 fn faults_end_s(file: &resolved::ScenarioFile) -> Option<f64> {
     let partitions = file.radio.iter().flat_map(|radio| radio.partition.iter().map(|partition| partition.until_s));
@@ -276,15 +292,8 @@ fn warnings(team: &TeamParams, period: Duration) -> Vec<String> {
 
 /// Serialises a typed or resolved scenario as text that can be read again.
 pub(super) fn text(name: &str, file: &impl Serialize, parameters: &Parameters) -> Result<String, ScenarioError> {
-    let text = table(file, parameters).and_then(|table| toml::to_string(&table));
+    let text = to_toml(file, parameters).and_then(|table| toml::to_string(&table));
     let text = text.map_err(|error| ScenarioError::one(name, None, error.to_string()))?;
     check_size(name, &text, SPELT_OUT)?;
     Ok(text)
-}
-
-/// Serialises a typed or resolved scenario, with its parameters.
-pub(super) fn table(file: &impl Serialize, parameters: &Parameters) -> Result<toml::Table, toml::ser::Error> {
-    let mut table = toml::Table::try_from(file)?;
-    parameters.insert_into(&mut table)?;
-    Ok(table)
 }

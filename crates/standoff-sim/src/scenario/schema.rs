@@ -119,9 +119,8 @@ impl Keys {
             own.into_iter().partition(|(key, _)| BEFORE_WORDS.contains(&key.as_str()));
         let defaults = Parameters::default();
         let parameters = |is_number: bool| {
-            let of_table = declared().filter(move |param| {
-                split(param).0 == table && matches!(param.kind, ParamKind::Number { .. }) == is_number
-            });
+            let of_table =
+                declared().filter(move |param| split(param).0 == table && param.kind.is_number() == is_number);
             of_table.map(|param| (split(param).1.to_owned(), property(param, &defaults)))
         };
         let all = parameters(true).chain(before).chain(parameters(false)).chain(after);

@@ -1,10 +1,10 @@
 //! Tests that typed values and the library's checks fit together.
 
-use standoff::{ClimbParams, ParamKind, ParamValue, SeparationParams, TeamParams};
+use standoff::{ClimbParams, ParamValue, SeparationParams, TeamParams};
 
 use super::diagnostics::Problems;
 use super::load::Typed;
-use super::parameters::team;
+use super::resolve::team;
 use super::schema::KEYS;
 use super::validate::{check_settings, report};
 use super::*;
@@ -15,7 +15,7 @@ fn every_parameter_error_of_the_library_points_to_its_key() {
     (params.uav.climb, params.separation) = (Some(ClimbParams::default()), Some(SeparationParams::default()));
     let printed = format!("{params:?}");
     let printed = printed.split([' ', ',', '(', ')']).filter(|word| word.parse::<f64>().is_ok()).count();
-    let numbers = TeamParams::table().iter().filter(|param| matches!(param.kind, ParamKind::Number { .. }));
+    let numbers = TeamParams::table().iter().filter(|param| param.kind.is_number());
     assert_eq!(printed, numbers.clone().count(), "every number is in the table");
     let text = "[separation]\n[uavs.climb]\n[[targets.start]]\n";
     let scenario = ScenarioTemplate::of_text("mine", text, None).unwrap().draw(1).unwrap();

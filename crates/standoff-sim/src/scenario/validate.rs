@@ -10,8 +10,7 @@ use super::error::{Problem, ScenarioError};
 use super::load::{Typed, related};
 use super::locate::Map;
 use super::number::Number;
-use super::parse::{MISTAKES_MAX, value_at, with_value};
-use super::resolve::table;
+use super::parse::{MISTAKES_MAX, to_toml, value_at, with_value};
 use super::schema_types::resolved::{Intruder, Link, Radio, Ring, Scatter, ScenarioFile};
 use super::traffic::NAME_MAX;
 use crate::traffic::MAX_AT_ONCE;
@@ -239,7 +238,7 @@ pub(super) fn report(problems: Problems, typed: &Typed, seed: u64) -> Result<(),
     let map = Map::new(&typed.origin.text);
     let is_typed = |key: &str| typed.origin.is_typed(&map, key);
     let is_left_out = |key: &str| typed.left_out.iter().any(|out| related(out, key));
-    let as_typed = table(&typed.file, &typed.file.parameters).unwrap_or_default();
+    let as_typed = to_toml(&typed.file, &typed.file.parameters).unwrap_or_default();
     let keys: Vec<String> = found.iter().map(|found| found.key.clone()).collect();
     for (index, Found { key, what, number }) in found.into_iter().enumerate() {
         if problems.len() >= MISTAKES_MAX {

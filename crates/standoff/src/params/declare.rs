@@ -4,8 +4,6 @@
 /// Declares structs of parameters, and `TABLE` with their scalars. `at` is the path of a struct in
 /// [`TeamParams`](super::TeamParams). After the value of the paper, `=>` gives the recommended one if it differs.
 macro_rules! params {
-    (@at $team:ident [$($at:ident).*]) => { (*$team)$(.$at)* };
-    (@path [$($at:ident).*] $field:ident) => { concat!($(stringify!($at), ".",)* stringify!($field)) };
     ($(
         $(#[$about:meta])*
         struct $Struct:ident at $at:tt {
@@ -29,8 +27,8 @@ macro_rules! params {
             )* })?
             // Fields that are not in the table.
             $(others { $($(#[$other_about:meta])* $other:ident: $Other:ty = $value:expr;)* })?
-            // Function that checks relations with other structs.
-            $(relations $relations:path;)?
+            // Checks of relations between the structs in this one.
+            $(relations |$self:ident, $errors:ident| $relations:block)?
         }
     )*) => {
         $(
@@ -40,7 +38,10 @@ macro_rules! params {
                 $($($(#[$part_about])* pub $part: $Part,)*)?
                 $($(
                     $(#[doc = $number_doc])*
-                    #[doc = concat!("\n\nUnit: ", $unit, ". Range: `", stringify!($allowed), "`. Scenario key: `", $number_key, "`.")]
+                    #[doc = concat!(
+                        "\n\nUnit: ", $unit, ". Range: `", stringify!($allowed), "`. Scenario key: `", $number_key,
+                        "`. Paper: `", stringify!($number_paper), "`.", $(" Recommended: `", stringify!($number_recommended), "`.")?
+                    )]
                     $($(#[doc(alias = $letter)])*)?
                     pub $number: f64,
                 )*)?
@@ -66,7 +67,7 @@ macro_rules! params {
                         $(let allowed = { let ($params, $range) = (self, allowed); $relation };)?
                         allowed.check(stringify!($number), self.$number, &mut errors);
                     })*)?
-                    $($relations(self, &mut errors);)?
+                    $({ let ($self, $errors) = (self, &mut errors); $relations })?
                     errors
                 }
             }
@@ -99,41 +100,25 @@ macro_rules! params {
         )*
 
         /// Every scalar parameter, in the order of the declarations.
-        pub(super) static TABLE: &[ParamInfo] = &[$(
-            $($(ParamInfo {
-                path: params!(@path $at $number),
-                key: $number_key,
-                doc: concat!($($number_doc, "\n"),*),
-                kind: ParamKind::Number { unit: $unit, allowed: $allowed },
-                get: |team| Some(ParamValue::Number(Reach::<$Struct>::reach(&params!(@at team $at))?.$number)),
-                set: |team, value| match (value, Reach::<$Struct>::reach_mut(&mut params!(@at team $at))) {
-                    (ParamValue::Number(value), Some(part)) => { part.$number = value; true }
-                    _ => false,
-                },
-            },)*)?
-            $($(ParamInfo {
-                path: params!(@path $at $word),
-                key: $word_key,
-                doc: concat!($($word_doc, "\n"),*),
-                kind: ParamKind::Word($Word::WORDS),
-                get: |team| Some(ParamValue::Word(Reach::<$Struct>::reach(&params!(@at team $at))?.$word.word())),
-                set: |team, value| match (value, Reach::<$Struct>::reach_mut(&mut params!(@at team $at))) {
-                    (ParamValue::Word(word), Some(part)) => $Word::of_word(word).map(|word| part.$word = word).is_some(),
-                    _ => false,
-                },
-            },)*)?
-            $($(ParamInfo {
-                path: params!(@path $at $flag),
-                key: $flag_key,
-                doc: concat!($($flag_doc, "\n"),*),
-                kind: ParamKind::Flag,
-                get: |team| Some(ParamValue::Flag(Reach::<$Struct>::reach(&params!(@at team $at))?.$flag)),
-                set: |team, value| match (value, Reach::<$Struct>::reach_mut(&mut params!(@at team $at))) {
-                    (ParamValue::Flag(value), Some(part)) => { part.$flag = value; true }
-                    _ => false,
-                },
-            },)*)?
+        static TABLE: &[ParamInfo] = &[$(
+            $($(params!(@info $Struct $at $number, $number_key, concat!($($number_doc, "\n"),*),
+                ParamKind::Number { unit: $unit, allowed: $allowed }),)*)?
+            $($(params!(@info $Struct $at $word, $word_key, concat!($($word_doc, "\n"),*),
+                ParamKind::Word($Word::WORDS)),)*)?
+            $($(params!(@info $Struct $at $flag, $flag_key, concat!($($flag_doc, "\n"),*), ParamKind::Flag),)*)?
         )*];
+    };
+    (@info $Struct:ident [$($at:ident).*] $field:ident, $key:literal, $doc:expr, $kind:expr) => {
+        ParamInfo {
+            path: concat!($(stringify!($at), ".",)* stringify!($field)),
+            key: $key,
+            doc: $doc,
+            kind: $kind,
+            get: |team| Some(Reach::<$Struct>::reach(&(*team)$(.$at)*)?.$field.value()),
+            set: |team, value| {
+                Reach::<$Struct>::reach_mut(&mut (*team)$(.$at)*).is_some_and(|part| part.$field.set(value))
+            },
+        }
     };
 }
 
@@ -149,18 +134,21 @@ macro_rules! words {
 
         impl $Name {
             pub(super) const WORDS: &'static [Word] = &[$(Word { word: $word, doc: concat!($($doc, "\n"),*) },)*];
+        }
 
-            pub(super) fn word(self) -> &'static str {
-                match self {
+        impl Scalar for $Name {
+            fn value(&self) -> ParamValue {
+                ParamValue::Word(match self {
                     $(Self::$Variant => $word,)*
-                }
+                })
             }
 
-            pub(super) fn of_word(word: &str) -> Option<Self> {
-                match word {
-                    $($word => Some(Self::$Variant),)*
-                    _ => None,
-                }
+            fn set(&mut self, value: ParamValue) -> bool {
+                *self = match value {
+                    $(ParamValue::Word($word) => Self::$Variant,)*
+                    _ => return false,
+                };
+                true
             }
         }
     )*};

@@ -1,6 +1,6 @@
 //! Options: enums whose variants have words.
 
-use super::Word;
+use super::value::{ParamValue, Scalar, Word};
 
 words! {
     /// Method that integrates (1) over a time step.
@@ -125,4 +125,16 @@ words! {
         /// Mirror image of (13).
         Clockwise = "clockwise",
     }
+}
+
+/// Link model: what a team expects of its radio.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum LinkModel {
+    /// Every message arrives. A briefly silent UAV is extrapolated straight ahead, each group has its own altitude, and
+    /// the UAVs of one group keep their phase difference.
+    Ideal,
+    /// Messages get lost, so that safety does not depend on equal team states. A silent UAV is extrapolated along its
+    /// last turn. Each UAV has its own altitude, given by its id, and keeps its phase difference from every UAV that it
+    /// receives near its orbit.
+    Lossy,
 }
