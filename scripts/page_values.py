@@ -19,10 +19,6 @@ import numpy as np
 from check_equations import POSITION, Record, direction, equation_15, equations_5_6, in_view, inverse, jacobian
 from check_equations import looking, looks_by_target, stacked, true_centre, wrap
 
-UAVS = ["group", "x_m", "y_m", "speed_m_s", "turn_rate_rad_s", "speed_limited", "turn_rate_limited", "centre_distance_m",
-        "avoided_uav", "avoided_intruder", "predicted_distance_m", "limiting_zone"]
-GROUPS = ["x_m", "y_m", "members", "spread_m", "standoff_distance_m", "feasible", "nearest_groupmate_m"]
-INTRUDERS = ["x_m", "y_m", "heading_rad", "speed_m_s", "transponder_on"]
 TARGETS = ["status", "membership", "group", "receiving_group"]
 
 
@@ -45,7 +41,7 @@ def main(arguments):
     if (record.folder / "intruders.parquet").exists():
         intruders = record.by_time("intruders", "intruder")
         page["intruders"] = columns(times, lambda time: {
-            intruder: {name: getattr(row, name) for name in INTRUDERS} for intruder, row in intruders[time].items()})
+            intruder: recorded(row) for intruder, row in intruders[time].items()})
     if (record.folder / "agents.parquet").exists():
         page |= {"agents": [agents(record, time) for time in times], "agent_events": Counter(row.agent for row in record.rows("agent_events"))}
     json.dump(page, sys.stdout, default=lambda number: number.item(), allow_nan=False)
@@ -60,6 +56,11 @@ def columns(times, rows):
             for column, value in row.items():
                 found.setdefault(key, {}).setdefault(column, [None] * len(times))[index] = value
     return found
+
+
+def recorded(row):
+    """Returns the columns of the record in a row."""
+    return {name: value for name, value in vars(row).items() if not isinstance(value, np.ndarray)}
 
 
 def agents(record, time):
@@ -85,7 +86,7 @@ def error(row, truth):
 
 
 def uav_values(record, time, row):
-    values = {name: getattr(row, name) for name in UAVS} | {"off_boresight_rad": None, "standoff_error_m": None}
+    values = recorded(row) | {"off_boresight_rad": None, "standoff_error_m": None}
     if row.group is None:
         return values
     truth = record.truth[time]
@@ -102,7 +103,7 @@ def uav_values(record, time, row):
 
 
 def group_values(record, time, row, bounds):
-    values = {name: getattr(row, name) for name in GROUPS}
+    values = recorded(row)
     uavs = [uav for uav in record.uavs[time].values() if uav.group == row.group]
     phase, desired = phase_difference(record, [uav.phase_rad for uav in uavs])
     errors, variances = [], []

@@ -12,6 +12,8 @@
 pub(crate) mod checkpoint;
 pub(crate) mod column;
 pub(crate) mod directory;
+#[cfg(test)]
+mod docs;
 mod error;
 mod event_quota;
 #[cfg(test)]
@@ -19,7 +21,7 @@ mod fuzz;
 mod limits;
 pub(crate) mod manifest;
 mod reader;
-mod schema;
+pub(crate) mod schema;
 pub(crate) mod table;
 mod writer;
 
@@ -27,6 +29,7 @@ pub use crate::frame::{
     AgentEventRow, AgentRow, ByAgent, DetectionRow, EventRow, Frame, GroupRow, IntruderRow, MembershipState,
     PerAgentTables, TeammateRow, TrackRow, TrackStatus, TruthRow, UavRow, ViewRow,
 };
+pub use column::PageColumns;
 pub use directory::{MAP_FILE, Occupancy, conflicting_files, occupancy};
 pub use error::RecordError;
 pub use event_quota::EventQuota;

@@ -1043,14 +1043,8 @@ fn uav(id: u32, t: f64) -> UavRow {
         desired_heading_rad: known(1.0 / (1.0 + t)),
         feedforward_rad_s: None,
         convergence_threshold_m2_s: known(-5.0),
-        centre_too_fast: false,
         commanded_altitude_m: known(1500.0),
-        altitude_m: None,
-        climb_rate_m_s: None,
-        avoided_uav: None,
-        avoided_intruder: None,
-        predicted_distance_m: None,
-        limiting_zone: None,
+        ..UavRow::default()
     }
 }
 

@@ -207,6 +207,12 @@ class ReplayData {
     return this.parts[part].tables[table]?.value(column, id, stepIndex - this.starts[part]) ?? NaN;
   }
 
+  /** All columns of one object at a time step of the overview, by name; empty if the table is missing. */
+  row(table, id, stepIndex) {
+    const columns = this.parts[this.part(stepIndex)]?.tables[table]?.columns ?? new Map();
+    return Object.fromEntries([...columns.keys()].map((column) => [column, this.value(table, column, id, stepIndex)]));
+  }
+
   /** A column of one object over all time steps. */
   series(table, column, id) {
     const values = new Float32Array(this.times_s.length).fill(NaN);

@@ -15,32 +15,27 @@ function uavsAt(replayData, time_s) {
   const { agents } = replayData;
   const owner = agents.isSeveral ? agents.owner(stepIndex) : undefined;
   for (const id of replayData.ids.uavs) {
-    const now = (column) => replayData.value("uavs", column, id, stepIndex);
+    const now = replayData.row("uavs", id, stepIndex);
     const then = (column) => replayData.value("uavs", column, id, stepIndex + 1);
-    if (Number.isNaN(now("x_m"))) continue;
-    const turnedTo = (column) => (Number.isNaN(then(column)) ? now(column) : interpolateAngle(now(column), then(column), share));
+    if (Number.isNaN(now.x_m)) continue;
+    const turnedTo = (column) => (Number.isNaN(then(column)) ? now[column] : interpolateAngle(now[column], then(column), share));
     found.push({
+      ...now,
       id,
-      x_m: interpolate(now("x_m"), then("x_m"), share),
-      y_m: interpolate(now("y_m"), then("y_m"), share),
+      x_m: interpolate(now.x_m, then("x_m"), share),
+      y_m: interpolate(now.y_m, then("y_m"), share),
       heading_rad: turnedTo("heading_rad"),
-      boresight_rad: Number.isNaN(now("boresight_rad")) ? NaN : turnedTo("boresight_rad"),
-      group: owner === undefined ? idOf(now("group")) : owner === null ? null : agents.believed(owner, id, stepIndex).group,
+      boresight_rad: Number.isNaN(now.boresight_rad) ? NaN : turnedTo("boresight_rad"),
+      group: owner === undefined ? idOf(now.group) : owner === null ? null : agents.believed(owner, id, stepIndex).group,
       agentState: agents.isSeveral ? agentAt(replayData, id, owner, stepIndex) : null,
-      speed_m_s: now("speed_m_s"),
-      turn_rate_rad_s: now("turn_rate_rad_s"),
-      turn_rate_limited: now("turn_rate_limited") === 1,
-      speed_limited: now("speed_limited") === 1,
-      centre_distance_m: now("centre_distance_m"),
-      standoff_error_m: now("standoff_error_m"),
-      off_boresight_rad: now("off_boresight_rad"),
-      avoided_uav: idOf(now("avoided_uav")),
-      avoided_intruder: idOf(now("avoided_intruder")),
-      predicted_distance_m: now("predicted_distance_m"),
-      limiting_zone: idOf(now("limiting_zone")),
-      zone: zoneName(replayData, now("limiting_zone")),
-      now_x_m: now("x_m"),
-      now_y_m: now("y_m"),
+      turn_rate_limited: now.turn_rate_limited === 1,
+      speed_limited: now.speed_limited === 1,
+      avoided_uav: idOf(now.avoided_uav),
+      avoided_intruder: idOf(now.avoided_intruder),
+      limiting_zone: idOf(now.limiting_zone),
+      zone: zoneName(replayData, now.limiting_zone),
+      now_x_m: now.x_m,
+      now_y_m: now.y_m,
       out: outages(replayData).find((out) => out.uav === id && out.since_s <= time_s && time_s <= out.until_s) ?? null,
     });
   }
@@ -57,17 +52,17 @@ const AVOIDANCE_TIMEOUT_S = 30;
 function intrudersAt(replayData, time_s, uavs) {
   const { stepIndex, share } = stepPosition(replayData.times_s, time_s);
   const found = replayData.ids.intruders.map((id) => {
-    const now = (column) => replayData.value("intruders", column, id, stepIndex);
+    const now = replayData.row("intruders", id, stepIndex);
     const then = (column) => replayData.value("intruders", column, id, stepIndex + 1);
-    const [now_x_m, now_y_m] = [now("x_m"), now("y_m")];
+    const { x_m: now_x_m = NaN, y_m: now_y_m = NaN } = now;
     const distances = uavs.map((uav) => ({ uav: uav.id, distance_m: Math.hypot(uav.now_x_m - now_x_m, uav.now_y_m - now_y_m) }));
     return {
+      ...now,
       id,
       x_m: interpolate(now_x_m, then("x_m"), share),
       y_m: interpolate(now_y_m, then("y_m"), share),
-      heading_rad: Number.isNaN(then("heading_rad")) ? now("heading_rad") : interpolateAngle(now("heading_rad"), then("heading_rad"), share),
-      speed_m_s: now("speed_m_s"),
-      transponder_on: now("transponder_on") === 1,
+      heading_rad: Number.isNaN(then("heading_rad")) ? now.heading_rad : interpolateAngle(now.heading_rad, then("heading_rad"), share),
+      transponder_on: now.transponder_on === 1,
       silent: transponderText(replayData, id, stepIndex),
       nearest: distances.reduce((best, one) => (best && best.distance_m <= one.distance_m ? best : one), null),
       now_x_m,

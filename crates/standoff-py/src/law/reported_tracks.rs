@@ -1,7 +1,7 @@
 //! Tracks that a custom law reports, so that its estimates are scored.
 
 use pyo3::prelude::*;
-use standoff_sim::controller::{MembershipState, TrackRow, TrackStatus};
+use standoff_sim::controller::{TrackRow, TrackStatus};
 
 use standoff::Allowed;
 
@@ -40,11 +40,9 @@ impl Tracks {
                 target,
                 track: target,
                 status: TrackStatus::Updated,
-                membership: MembershipState::Ungrouped,
-                group: None,
-                receiving_group: None,
                 state: state.at(index),
                 covariance: upper,
+                ..TrackRow::default()
             })
         };
         Ok(Self { rows: (0..lead.iter().product()).map(row).collect::<PyResult<_>>()? })

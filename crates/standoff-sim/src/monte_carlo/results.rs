@@ -17,7 +17,7 @@ use super::diff::{Settings, settings_of};
 use super::journal::{self, MAX_BATCH, check_format, sync_folder};
 use super::{MonteCarloError, Shard, Statistics, pooled_root_ratio};
 use crate::record::RecordError;
-use crate::record::column::{Cells, Column, Fault, Field};
+use crate::record::column::{self, Columns, Declaration, Field, Part};
 use crate::record::directory::{NO_FOLDER, first_in};
 use crate::record::table::{MAX_TABLE, Row, TableReader, TableWriter, source};
 use crate::score::Metrics;
@@ -73,7 +73,7 @@ impl Manifest {
 }
 
 /// Row of `runs.parquet`: fixed columns, then one per metric.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, Default, PartialEq)]
 pub(super) struct RunRow {
     run: i64,
     pub(super) seed: i64,
@@ -82,32 +82,21 @@ pub(super) struct RunRow {
 
 impl Row for RunRow {
     const TABLE: &'static str = "runs";
+}
 
-    /// Columns before the metrics.
-    fn columns() -> Vec<Column> {
-        let mut columns = Vec::new();
-        i64::declare("run", &mut columns);
-        i64::declare("seed", &mut columns);
-        columns
-    }
-
-    fn put(&self, cells: &mut Cells<'_>) -> Result<(), Fault> {
-        self.run.put(cells)?;
-        self.seed.put(cells)?;
-        self.values.iter().try_for_each(|value| value.put(cells))
-    }
-
-    fn get(cells: &mut Cells<'_>) -> Result<Self, Fault> {
-        let (run, seed) = (i64::get(cells)?, i64::get(cells)?);
-        let values = (0..cells.len()).map(|_| Option::get(cells)).collect::<Result<_, _>>()?;
-        Ok(Self { run, seed, values })
+impl Field for RunRow {
+    /// Declares the columns before the metrics.
+    fn declare<T: 'static>(_: Declaration, columns: &mut Columns<T>, part: impl Part<T, Self>) {
+        i64::declare(Declaration::new("run", ""), columns, move |row| &mut part(row).run);
+        i64::declare(Declaration::new("seed", ""), columns, move |row| &mut part(row).seed);
     }
 }
 
-fn columns<'a>(metrics: impl IntoIterator<Item = &'a str>) -> Vec<Column> {
-    let mut columns = RunRow::columns();
-    for metric in metrics {
-        Option::<f64>::declare(metric, &mut columns);
+fn columns<'a>(metrics: impl IntoIterator<Item = &'a str>) -> Columns<RunRow> {
+    let mut columns = column::columns();
+    for (index, metric) in metrics.into_iter().enumerate() {
+        let declaration = Declaration::new(metric.to_owned(), "");
+        Option::declare(declaration, &mut columns, move |row: &mut RunRow| &mut row.values[index]);
     }
     columns
 }
@@ -238,7 +227,7 @@ pub(super) fn write(
     let mut table = TableWriter::with_columns(partial.clone(), columns(batch.metrics()))?;
     for (run, values) in batch.flown().zip(rows) {
         // Batches have no seeds above the maximum of i64.
-        table.push(&RunRow { run: run as i64, seed: batch.seed_of(run) as i64, values: values? })?;
+        table.push(&mut [RunRow { run: run as i64, seed: batch.seed_of(run) as i64, values: values? }])?;
     }
     table.finish()?;
     let manifest = Manifest { batch: batch.clone(), runs_crc32: checksum(&partial)? };
@@ -327,8 +316,9 @@ impl<'a> Runs<'a> {
         metrics: &[&str],
     ) -> Result<impl Iterator<Item = Result<RunRow, MonteCarloError>> + use<'a>, MonteCarloError> {
         let (batch, path) = (self.batch, self.path.clone());
+        let prototype = RunRow { values: vec![None; metrics.len()], ..RunRow::default() };
         let mut table =
-            TableReader::<RunRow>::of(path.clone(), columns(metrics.iter().copied()), [self.table.clone()])?;
+            TableReader::of(path.clone(), prototype, columns(metrics.iter().copied()), [self.table.clone()])?;
         let (rows, flown) = (table.rows(), batch.flown().end - batch.flown().start);
         if rows != flown {
             let what = format!("it has {rows} rows, but the batch has {flown} runs");

@@ -1,29 +1,102 @@
-//! One column of a table in memory: conversion between fields of rows and Parquet.
+//! Columns of tables: each is declared once, as a field of a row, and converts that field to Parquet and back.
 
-use std::slice::IterMut;
+use std::borrow::Cow;
+use std::fmt;
 
 use parquet::basic::{LogicalType, Repetition, Type as Physical};
-use parquet::column::reader::ColumnReader;
+use parquet::column::reader::{ColumnReader, ColumnReaderImpl};
 use parquet::column::writer::ColumnWriter;
 use parquet::data_type::{BoolType, ByteArray, ByteArrayType, DataType, DoubleType, Int32Type, Int64Type};
 use parquet::errors::{ParquetError, Result as ParquetResult};
 use parquet::schema::types::Type;
 
-/// Columns of a table, iterated from left to right to put or get one row.
-pub(crate) type Cells<'a> = IterMut<'a, Column>;
+/// Declaration of a column.
+#[derive(Debug, Clone)]
+pub(crate) struct Declaration {
+    pub(crate) name: Cow<'static, str>,
+    /// Meaning and unit.
+    pub(crate) doc: &'static str,
+    /// True if the replay page contains the column.
+    pub(crate) is_on_page: bool,
+}
+
+impl Declaration {
+    pub(crate) fn new(name: impl Into<Cow<'static, str>>, doc: &'static str) -> Self {
+        Self { name: name.into(), doc, is_on_page: false }
+    }
+
+    #[cold]
+    fn fault(&self, what: ValueProblem) -> Fault {
+        Fault { column: self.name.to_string(), what }
+    }
+}
+
+/// Column of a table with rows of type `T`. Only what depends on the row type is here: each field of each row type has
+/// its own implementation.
+pub(crate) trait Column<T>: Send {
+    fn declaration(&self) -> &Declaration;
+    /// Values of the buffered rows.
+    fn buffer(&self) -> &dyn Buffer;
+    fn buffer_mut(&mut self) -> &mut dyn Buffer;
+    /// Appends the values of rows to the buffer. The rows are mutable only because one function selects their parts for
+    /// writing and reading.
+    fn put(&mut self, rows: &mut [T]) -> Result<(), Fault>;
+    /// Reads the values of the next rows of a row group; returns the number of rows read, and the first row whose value
+    /// is invalid.
+    fn read(&mut self, rows: &mut [T], reader: &mut ColumnReader) -> ParquetResult<(usize, Option<(usize, Fault)>)>;
+    /// Value in a row as a number; `None` if it is null or not a number.
+    fn number(&self, row: &mut T) -> Option<f64>;
+}
+
+/// Buffered values of a column.
+pub(crate) trait Buffer {
+    /// Returns the schema entry of the column.
+    fn schema(&self, name: &str) -> ParquetResult<Type>;
+    /// Returns the physical Parquet type.
+    fn physical(&self) -> Physical;
+    fn write(&self, writer: &mut ColumnWriter<'_>) -> ParquetResult<()>;
+    fn clear(&mut self);
+}
+
+/// Columns of a table, from left to right.
+pub(crate) type Columns<T> = Vec<Box<dyn Column<T>>>;
+
+/// Selects a part `V` of a row `T`.
+pub(crate) trait Part<T, V>: Fn(&mut T) -> &mut V + Copy + Send + 'static {}
+
+impl<T, V, F: Fn(&mut T) -> &mut V + Copy + Send + 'static> Part<T, V> for F {}
 
 /// Field of a row, stored in one or more columns.
-pub(crate) trait Field: Sized {
-    fn declare(name: &str, columns: &mut Vec<Column>);
-    fn put(&self, cells: &mut Cells<'_>) -> Result<(), Fault>;
-    fn get(cells: &mut Cells<'_>) -> Result<Self, Fault>;
+pub(crate) trait Field: Sized + 'static {
+    /// Adds the columns of this field of rows of type `T`. A field with several columns names them itself.
+    fn declare<T: 'static>(declaration: Declaration, columns: &mut Columns<T>, part: impl Part<T, Self>);
+
+    /// Returns whether all floating-point numbers are finite.
+    fn is_finite(&self) -> bool {
+        true
+    }
+}
+
+/// Returns the columns of a row type, empty.
+pub(crate) fn columns<R: Field>() -> Columns<R> {
+    let mut columns = Vec::new();
+    R::declare(Declaration::new("", ""), &mut columns, |row| row);
+    columns
 }
 
 /// Value stored in one column. Its `Option` is a field with nulls.
-pub(crate) trait Scalar: Sized {
+pub(crate) trait Scalar: Sized + 'static {
     type Cell: Cell;
     fn encode(&self) -> Result<Self::Cell, ValueProblem>;
     fn decode(cell: Self::Cell) -> Result<Self, ValueProblem>;
+    /// The value as a number for the replay page; words are numbered from 0.
+    fn number(&self) -> Option<f64> {
+        None
+    }
+    /// Returns whether it is not a floating-point number, or finite.
+    fn is_finite(&self) -> bool {
+        true
+    }
 }
 
 /// Value that cannot be stored in its column or read from it.
@@ -45,208 +118,252 @@ pub(crate) enum ValueProblem {
     Bad(String),
 }
 
-impl<T: Scalar> Field for T {
-    fn declare(name: &str, columns: &mut Vec<Column>) {
-        columns.push(Column::new::<T::Cell>(name, false));
+impl<S: Scalar> Field for S {
+    fn declare<T: 'static>(declaration: Declaration, columns: &mut Columns<T>, part: impl Part<T, Self>) {
+        let set = move |row: &mut T, value: Option<S>| value.into_iter().for_each(|value| *part(row) = value);
+        columns.push(stored(declaration, false, move |row| Some(part(row)), set));
     }
 
-    fn put(&self, cells: &mut Cells<'_>) -> Result<(), Fault> {
-        let column = next(cells)?;
-        let put = self.encode().and_then(|cell| column.push(Some(cell)));
-        put.map_err(|what| column.fault(what))
-    }
-
-    fn get(cells: &mut Cells<'_>) -> Result<Self, Fault> {
-        let column = next(cells)?;
-        let null = || ValueProblem::Bad("is null".to_owned());
-        let got = column.pop().and_then(|cell| cell.ok_or_else(null));
-        got.and_then(T::decode).map_err(|what| column.fault(what))
+    fn is_finite(&self) -> bool {
+        Scalar::is_finite(self)
     }
 }
 
-impl<T: Scalar> Field for Option<T> {
-    fn declare(name: &str, columns: &mut Vec<Column>) {
-        columns.push(Column::new::<T::Cell>(name, true));
+impl<S: Scalar> Field for Option<S> {
+    fn declare<T: 'static>(declaration: Declaration, columns: &mut Columns<T>, part: impl Part<T, Self>) {
+        let set = move |row: &mut T, value| *part(row) = value;
+        columns.push(stored(declaration, true, move |row| part(row).as_ref(), set));
     }
 
-    fn put(&self, cells: &mut Cells<'_>) -> Result<(), Fault> {
-        let column = next(cells)?;
-        let cell = self.as_ref().map(T::encode).transpose();
-        cell.and_then(|cell| column.push(cell)).map_err(|what| column.fault(what))
-    }
-
-    fn get(cells: &mut Cells<'_>) -> Result<Self, Fault> {
-        let column = next(cells)?;
-        let got = column.pop().and_then(|cell| cell.map(T::decode).transpose());
-        got.map_err(|what| column.fault(what))
+    fn is_finite(&self) -> bool {
+        self.as_ref().is_none_or(Scalar::is_finite)
     }
 }
 
-fn next<'a>(cells: &mut Cells<'a>) -> Result<&'a mut Column, Fault> {
-    cells.next().ok_or_else(|| Fault {
-        column: "the row".to_owned(),
-        what: ValueProblem::Bad("has more fields than the table has columns".to_owned()),
-    })
+/// Column of the field that `get` reads and `set` replaces; `None` is null.
+struct Stored<S: Scalar, G, M> {
+    declaration: Declaration,
+    cells: Cells<S>,
+    get: G,
+    set: M,
 }
 
-/// Column: its name and its values of the buffered rows.
-pub(crate) struct Column {
-    name: String,
-    optional: bool,
-    /// One level per row, 1 for a value and 0 for null; empty if no row is null.
+fn stored<T, S: Scalar, G, M>(declaration: Declaration, is_optional: bool, get: G, set: M) -> Box<dyn Column<T>>
+where
+    G: Fn(&mut T) -> Option<&S> + Send + 'static,
+    M: Fn(&mut T, Option<S>) + Send + 'static,
+{
+    let cells = Cells { is_optional, levels: Vec::new(), values: Vec::new() };
+    Box::new(Stored { declaration, cells, get, set })
+}
+
+impl<T, S: Scalar, G, M> Column<T> for Stored<S, G, M>
+where
+    G: Fn(&mut T) -> Option<&S> + Send,
+    M: Fn(&mut T, Option<S>) + Send,
+{
+    fn declaration(&self) -> &Declaration {
+        &self.declaration
+    }
+
+    fn buffer(&self) -> &dyn Buffer {
+        &self.cells
+    }
+
+    fn buffer_mut(&mut self) -> &mut dyn Buffer {
+        &mut self.cells
+    }
+
+    fn put(&mut self, rows: &mut [T]) -> Result<(), Fault> {
+        let put = rows.iter_mut().try_for_each(|row| self.cells.put((self.get)(row)));
+        put.map_err(|what| self.declaration.fault(what))
+    }
+
+    fn read(&mut self, rows: &mut [T], reader: &mut ColumnReader) -> ParquetResult<(usize, Option<(usize, Fault)>)> {
+        let (found, values, problem) = self.cells.read(rows.len(), reader)?;
+        let valid = values.len();
+        rows.iter_mut().zip(values).for_each(|(row, value)| (self.set)(row, value));
+        Ok((found, problem.map(|what| (valid, self.declaration.fault(what)))))
+    }
+
+    fn number(&self, row: &mut T) -> Option<f64> {
+        (self.get)(row)?.number()
+    }
+}
+
+struct Cells<S: Scalar> {
+    is_optional: bool,
+    /// One level per row, 1 for a value and 0 for null; empty if no row can be null.
     levels: Vec<i16>,
-    values: Values,
-    /// Number of rows that were read.
-    rows_taken: usize,
-    /// Number of values that were read: nulls have none.
-    values_taken: usize,
+    /// Values of the rows that are not null.
+    values: Vec<S::Cell>,
 }
 
-impl Column {
-    fn new<T: Cell>(name: &str, optional: bool) -> Self {
-        Self { name: name.to_owned(), optional, levels: Vec::new(), values: T::empty(), rows_taken: 0, values_taken: 0 }
-    }
-
-    pub(crate) fn name(&self) -> &str {
-        &self.name
-    }
-
-    /// Returns the schema entry of the column.
-    pub(crate) fn schema(&self) -> ParquetResult<Type> {
-        let repetition = if self.optional { Repetition::OPTIONAL } else { Repetition::REQUIRED };
-        let text = matches!(self.values, Values::Text(_));
-        let logical = text.then_some(LogicalType::String);
-        Type::primitive_type_builder(&self.name, self.values.physical())
-            .with_repetition(repetition)
-            .with_logical_type(logical)
-            .build()
-    }
-
-    /// Returns the physical Parquet type.
-    pub(crate) fn physical(&self) -> Physical {
-        self.values.physical()
-    }
-
-    pub(crate) fn clear(&mut self) {
-        self.levels.clear();
-        self.values.clear();
-        (self.rows_taken, self.values_taken) = (0, 0);
-    }
-
-    pub(crate) fn write(&self, writer: &mut ColumnWriter<'_>) -> ParquetResult<()> {
-        let levels = self.optional.then_some(self.levels.as_slice());
-        self.values.write(writer, levels)
-    }
-
-    /// Replaces the buffered values by those of the next rows of a row group; returns the number of rows read.
-    pub(crate) fn read(&mut self, reader: &mut ColumnReader, rows: usize) -> ParquetResult<usize> {
-        self.clear();
-        self.values.read(reader, rows, &mut self.levels)
-    }
-
-    fn push<T: Cell>(&mut self, cell: Option<T>) -> Result<(), ValueProblem> {
-        if self.optional {
-            self.levels.push(i16::from(cell.is_some()));
+impl<S: Scalar> Cells<S> {
+    // Not inlined, because every field of every row type calls it.
+    #[inline(never)]
+    fn put(&mut self, value: Option<&S>) -> Result<(), ValueProblem> {
+        if self.is_optional {
+            self.levels.push(i16::from(value.is_some()));
         }
-        T::of(&mut self.values).ok_or_else(wrong_cell)?.extend(cell);
+        self.values.extend(value.map(S::encode).transpose()?);
         Ok(())
     }
 
-    fn pop<T: Cell>(&mut self) -> Result<Option<T>, ValueProblem> {
-        let level = self.levels.get(self.rows_taken).copied().unwrap_or(1);
-        self.rows_taken += 1;
-        if level == 0 {
-            return Ok(None);
+    /// Reads the values of at most `rows` rows; returns the number of rows read, their values up to the first invalid
+    /// one, and its problem.
+    #[inline(never)]
+    fn read(
+        &mut self,
+        rows: usize,
+        reader: &mut ColumnReader,
+    ) -> ParquetResult<(usize, Vec<Option<S>>, Option<ValueProblem>)> {
+        self.clear();
+        let reader = S::Cell::reader(reader).ok_or_else(wrong_type)?;
+        let (found, ..) = reader.read_records(rows, Some(&mut self.levels), None, &mut self.values)?;
+        let bad = |what: &str| Err(ValueProblem::Bad(what.to_owned()));
+        let (mut read, mut cells) = (Vec::with_capacity(found), self.values.drain(..));
+        for row in 0..found {
+            let is_null = self.levels.get(row) == Some(&0);
+            let value = match if is_null { None } else { cells.next() } {
+                Some(cell) => S::decode(cell).map(Some),
+                None if !is_null => bad("has fewer values than its table has rows"),
+                None if self.is_optional => Ok(None),
+                None => bad("is null"),
+            };
+            match value {
+                Ok(value) => read.push(value),
+                Err(problem) => return Ok((found, read, Some(problem))),
+            }
         }
-        let cell = T::of(&mut self.values).ok_or_else(wrong_cell)?.get(self.values_taken);
-        self.values_taken += 1;
-        match cell {
-            Some(cell) => Ok(Some(cell.clone())),
-            None => Err(ValueProblem::Bad("has fewer values than its table has rows".to_owned())),
-        }
+        Ok((found, read, None))
+    }
+}
+
+impl<S: Scalar> Buffer for Cells<S> {
+    fn schema(&self, name: &str) -> ParquetResult<Type> {
+        Type::primitive_type_builder(name, self.physical())
+            .with_repetition(if self.is_optional { Repetition::OPTIONAL } else { Repetition::REQUIRED })
+            .with_logical_type((self.physical() == Physical::BYTE_ARRAY).then_some(LogicalType::String))
+            .build()
     }
 
-    fn fault(&self, what: ValueProblem) -> Fault {
-        let column = self.name.clone();
-        Fault { column, what }
+    fn physical(&self) -> Physical {
+        <S::Cell as Cell>::Parquet::get_physical_type()
+    }
+
+    fn write(&self, writer: &mut ColumnWriter<'_>) -> ParquetResult<()> {
+        let writer = <S::Cell as Cell>::Parquet::get_column_writer_mut(writer).ok_or_else(wrong_type)?;
+        writer.write_batch(&self.values, self.is_optional.then_some(&self.levels), None).map(drop)
+    }
+
+    fn clear(&mut self) {
+        self.levels.clear();
+        self.values.clear();
     }
 }
 
-/// Unreachable: a field always declares its own column.
-fn wrong_cell() -> ValueProblem {
-    ValueProblem::Bad("contains values of another type".to_owned())
+/// Unreachable: the schema has the type of the column, and the reader checks it.
+fn wrong_type() -> ParquetError {
+    ParquetError::General("a column has another type".to_owned())
 }
 
-/// Type that a column can store.
-pub(crate) trait Cell: Clone {
-    fn empty() -> Values;
-    fn of(values: &mut Values) -> Option<&mut Vec<Self>>;
+/// Type of the values in a column.
+pub(crate) trait Cell: Send + 'static {
+    type Parquet: DataType<T = Self>;
+    fn reader(reader: &mut ColumnReader) -> Option<&mut ColumnReaderImpl<Self::Parquet>>;
 }
 
-/// Defines the column types: for each, the variant, the type in memory, that of Parquet, and its reader.
-macro_rules! kinds {
-    ($($kind:ident, $cell:ty, $parquet:ty, $reader:ident;)+) => {
-        /// The values of a column, by type.
-        pub(crate) enum Values {
-            $($kind(Vec<$cell>),)+
-        }
-
-        impl Values {
-            fn physical(&self) -> Physical {
-                match self {
-                    $(Self::$kind(_) => <$parquet>::get_physical_type(),)+
-                }
-            }
-
-            fn clear(&mut self) {
-                match self {
-                    $(Self::$kind(values) => values.clear(),)+
-                }
-            }
-
-            fn write(&self, to: &mut ColumnWriter<'_>, levels: Option<&[i16]>) -> ParquetResult<()> {
-                match self {
-                    $(Self::$kind(values) => <$parquet>::get_column_writer_mut(to)
-                        .ok_or_else(wrong_kind)?
-                        .write_batch(values, levels, None)
-                        .map(drop),)+
-                }
-            }
-
-            /// Reads at most `rows` rows and returns their number.
-            fn read(&mut self, from: &mut ColumnReader, rows: usize, levels: &mut Vec<i16>) -> ParquetResult<usize> {
-                match (self, from) {
-                    $((Self::$kind(values), ColumnReader::$reader(from)) => from
-                        .read_records(rows, Some(levels), None, values)
-                        .map(|(rows, ..)| rows),)+
-                    _ => Err(wrong_kind()),
-                }
-            }
-        }
-
+macro_rules! cells {
+    ($($cell:ty, $parquet:ty, $reader:ident;)+) => {
         $(impl Cell for $cell {
-            fn empty() -> Values {
-                Values::$kind(Vec::new())
-            }
+            type Parquet = $parquet;
 
-            fn of(values: &mut Values) -> Option<&mut Vec<Self>> {
-                match values {
-                    Values::$kind(values) => Some(values),
-                    _ => None,
-                }
+            fn reader(reader: &mut ColumnReader) -> Option<&mut ColumnReaderImpl<$parquet>> {
+                if let ColumnReader::$reader(reader) = reader { Some(reader) } else { None }
             }
         })+
     };
 }
 
-kinds! {
-    Int64, i64, Int64Type, Int64ColumnReader;
-    Int32, i32, Int32Type, Int32ColumnReader;
-    Double, f64, DoubleType, DoubleColumnReader;
-    Bool, bool, BoolType, BoolColumnReader;
-    Text, ByteArray, ByteArrayType, ByteArrayColumnReader;
+cells! {
+    i64, Int64Type, Int64ColumnReader;
+    i32, Int32Type, Int32ColumnReader;
+    f64, DoubleType, DoubleColumnReader;
+    bool, BoolType, BoolColumnReader;
+    ByteArray, ByteArrayType, ByteArrayColumnReader;
 }
 
-fn wrong_kind() -> ParquetError {
-    ParquetError::General("a column has another type".to_owned())
+/// Columns of a row type that the replay page contains.
+pub struct PageColumns<R>(Columns<R>);
+
+impl<R: Clone> PageColumns<R> {
+    /// Names of the columns.
+    pub fn names(&self) -> impl Iterator<Item = Cow<'static, str>> {
+        self.0.iter().map(|column| column.declaration().name.clone())
+    }
+
+    /// Values of a row, in the order of the names: numbers in the unit of the column, 0 or 1 for false and true, and
+    /// the index of a word in the order of its type. `None` for null and without a row.
+    pub fn values(&self, row: Option<&R>) -> impl Iterator<Item = Option<f64>> {
+        let mut row = row.cloned();
+        self.0.iter().map(move |column| column.number(row.as_mut()?))
+    }
 }
+
+impl<R: Field> Default for PageColumns<R> {
+    fn default() -> Self {
+        Self(columns().into_iter().filter(|column| column.declaration().is_on_page).collect())
+    }
+}
+
+impl<R: Clone> fmt::Debug for PageColumns<R> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_list().entries(self.names()).finish()
+    }
+}
+
+/// Defines row types and their tables (that of the team, and that of each agent if there is one): one column per field,
+/// with the same name, in this order. A comment before a field gives the meaning and unit of its column;
+/// `docs/record.md` repeats it. `#[on(page)]` adds the column to the data of the replay page.
+macro_rules! rows {
+    ($(
+        $(#[doc = $about:literal])+
+        $(#[derive($($derive:ident),+)])?
+        $vis:vis struct $row:ident in $table:literal $(and $of_agents:literal)? {
+            $($(#[doc = $doc:literal])+ $(#[on($page:ident)])? pub $field:ident: $type:ty,)+
+        }
+    )+) => {$(
+        $(#[doc = $about])+
+        #[derive(Debug, Clone, Default, PartialEq, $($($derive),+)?)]
+        $vis struct $row {
+            $($(#[doc = $doc])+ pub $field: $type,)+
+        }
+
+        impl $crate::record::column::Field for $row {
+            fn declare<T: 'static>(
+                _: $crate::record::column::Declaration,
+                columns: &mut $crate::record::column::Columns<T>,
+                part: impl $crate::record::column::Part<T, Self>,
+            ) {
+                use $crate::record::column::{Declaration, Field};
+                $(
+                    let declaration = Declaration::new(stringify!($field), concat!($($doc),+).trim_ascii());
+                    let is_on_page = !concat!($(stringify!($page))?).is_empty();
+                    <$type as Field>::declare(
+                        Declaration { is_on_page, ..declaration }, columns, move |row| &mut part(row).$field);
+                )+
+            }
+
+            fn is_finite(&self) -> bool {
+                $($crate::record::column::Field::is_finite(&self.$field))&&+
+            }
+        }
+
+        impl $crate::record::table::Row for $row {
+            const TABLE: &'static str = $table;
+            $(const OF_AGENTS: &'static str = $of_agents;)?
+        }
+    )+};
+}
+pub(crate) use rows;

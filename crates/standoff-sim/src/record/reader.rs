@@ -8,12 +8,12 @@ use standoff_io::bounded_input;
 use super::checkpoint::{self, Checkpoint};
 use super::directory::SCENARIO;
 use super::limits::{LimitExceeded, RecordLimits};
-use super::schema::{At, TargetRow, seconds};
+use super::schema::{At, FrameRow, TargetRow, seconds};
 use super::table::{MAX_TABLE, Row, TableReader, file_of};
-use super::{Counts, Manifest, RecordError};
+use super::{Counts, Manifest, RecordError, column};
 use crate::frame::{
-    AgentEventRow, AgentRow, ByAgent, DetectionRow, EventRow, Frame, GroupRow, IntruderRow, PerAgentTables,
-    TeammateRow, TrackRow, TruthRow, UavRow,
+    AgentEventRow, AgentRow, ByAgent, DetectionRow, EventRow, Frame, GroupRow, IntruderRow, TeammateRow, TrackRow,
+    TruthRow, UavRow,
 };
 use crate::scenario::{LENGTH_MAX, SPELT_OUT};
 
@@ -132,7 +132,7 @@ impl Record {
         if let Some(checkpoint) = &self.checkpoint {
             let file = bounded_input::open(&path, MAX_TABLE).map_err(|reason| RecordError::read(&path, reason))?;
             if let Some(sources) = checkpoint.sources(R::TABLE, file) {
-                return TableReader::of(path, At::<R>::columns(), sources);
+                return TableReader::of(path, At::default(), column::columns(), sources);
             }
         }
         TableReader::open(path)
@@ -145,34 +145,33 @@ impl Record {
             let what = "it has no rows, but every run has at least one UAV";
             return Err(RecordError::damaged(uavs.table.path(), what));
         }
-        let truth = self.has_truth().then(|| Merged::open(self));
-        Ok(Frames {
-            uavs,
-            truth: truth.transpose()?,
-            tracks: Merged::open(self)?,
-            groups: Merged::open(self)?,
-            detections: Merged::open(self)?,
-            events: Merged::open(self)?,
-            intruders: self.has_intruders().then(|| Merged::open(self)).transpose()?,
-            agents: self.has_agents().then(|| MergedAgents::open(self)).transpose()?,
-            bounds: RecordLimits::new(&self.manifest, self.target_names.len()),
-            record: self.clone(),
-            last_us: None,
-            ended: false,
-        })
+        let mut others = Vec::new();
+        if self.has_truth() {
+            others.push(Merged::<TruthRow>::boxed(self)?);
+        }
+        others.push(Merged::<TrackRow>::boxed(self)?);
+        others.push(Merged::<GroupRow>::boxed(self)?);
+        others.push(Merged::<DetectionRow>::boxed(self)?);
+        others.push(Merged::<EventRow>::boxed(self)?);
+        if self.has_intruders() {
+            others.push(Merged::<IntruderRow>::boxed(self)?);
+        }
+        if self.has_agents() {
+            others.push(Merged::<AgentRow>::boxed(self)?);
+            others.push(Merged::<ByAgent<TrackRow>>::boxed(self)?);
+            others.push(Merged::<ByAgent<GroupRow>>::boxed(self)?);
+            others.push(Merged::<AgentEventRow>::boxed(self)?);
+            others.push(Merged::<TeammateRow>::boxed(self)?);
+        }
+        let bounds = RecordLimits::new(&self.manifest, self.target_names.len());
+        Ok(Frames { uavs, others, bounds, record: self.clone(), last_us: None, ended: false })
     }
 }
 
 /// Frames of a record in chronological order; ends after the first error.
 pub struct Frames {
     uavs: Merged<UavRow>,
-    truth: Option<Merged<TruthRow>>,
-    tracks: Merged<TrackRow>,
-    groups: Merged<GroupRow>,
-    detections: Merged<DetectionRow>,
-    events: Merged<EventRow>,
-    intruders: Option<Merged<IntruderRow>>,
-    agents: Option<MergedAgents>,
+    others: Vec<Box<dyn FrameTable>>,
     bounds: RecordLimits,
     record: Record,
     last_us: Option<i64>,
@@ -201,20 +200,9 @@ impl Frames {
             RecordError::damaged(&path, what)
         };
         self.bounds.begin(time_us).map_err(beyond)?;
-        let truth = self.truth.as_mut().map(|truth| truth.in_order_at(time_us, |row| row.target));
-        let intruders = self.intruders.as_mut().map(|table| table.in_order_at(time_us, |row| row.intruder));
-        let agents = self.agents.as_mut().map(|agents| agents.at(time_us)).transpose()?;
-        let frame = Frame {
-            time_us,
-            uavs: self.uavs.in_order_at(time_us, |row| row.uav)?,
-            truth: truth.transpose()?.unwrap_or_default(),
-            tracks: self.tracks.in_order_at(time_us, |row| row.target)?,
-            groups: self.groups.in_order_at(time_us, |row| row.group)?,
-            detections: self.detections.rows_at(time_us)?,
-            events: self.events.rows_at(time_us)?,
-            intruders: intruders.transpose()?.unwrap_or_default(),
-            agents: agents.unwrap_or_default(),
-        };
+        let mut frame = Frame { time_us, ..Frame::default() };
+        self.uavs.read(&mut frame)?;
+        self.others.iter_mut().try_for_each(|table| table.read(&mut frame))?;
         self.bounds.check(&frame).map_err(beyond)?;
         self.last_us = Some(time_us);
         Ok(Some(frame))
@@ -223,13 +211,7 @@ impl Frames {
     /// After the last time step, no table may have remaining rows, and the number of time steps must be that of the
     /// manifest.
     fn end(&self) -> Result<(), RecordError> {
-        self.truth.iter().try_for_each(Merged::check_end)?;
-        self.tracks.check_end()?;
-        self.groups.check_end()?;
-        self.detections.check_end()?;
-        self.events.check_end()?;
-        self.intruders.iter().try_for_each(Merged::check_end)?;
-        self.agents.iter().try_for_each(MergedAgents::check_end)?;
+        self.others.iter().try_for_each(|table| table.check_end())?;
         let damaged = |what: String| Err(RecordError::damaged(self.uavs.table.path(), what));
         let (there, last_us) = (self.bounds.steps, self.last_us.unwrap_or_default());
         match (&self.record.manifest.counts, &self.record.checkpoint) {
@@ -245,70 +227,45 @@ impl Frames {
     }
 }
 
-/// Tables of the estimates of several agents.
-struct MergedAgents {
-    all: Merged<AgentRow>,
-    tracks: Merged<ByAgent<TrackRow>>,
-    groups: Merged<ByAgent<GroupRow>>,
-    events: Merged<AgentEventRow>,
-    team: Merged<TeammateRow>,
+/// Table that is read in step with others.
+trait FrameTable: Send {
+    /// Adds the rows of the frame's time step. A row before it belongs to no frame.
+    fn read(&mut self, frame: &mut Frame) -> Result<(), RecordError>;
+    /// Refuses rows that belong to no frame.
+    fn check_end(&self) -> Result<(), RecordError>;
 }
 
-impl MergedAgents {
-    fn open(record: &Record) -> Result<Self, RecordError> {
-        Ok(Self {
-            all: Merged::open(record)?,
-            tracks: Merged::open(record)?,
-            groups: Merged::open(record)?,
-            events: Merged::open(record)?,
-            team: Merged::open(record)?,
-        })
-    }
-
-    fn at(&mut self, time_us: i64) -> Result<PerAgentTables, RecordError> {
-        Ok(PerAgentTables {
-            all: self.all.in_order_at(time_us, |row| row.agent)?,
-            tracks: self.tracks.in_order_at(time_us, |of| (of.agent, of.row.target))?,
-            groups: self.groups.in_order_at(time_us, |of| (of.agent, of.row.group))?,
-            events: self.events.rows_at(time_us)?,
-            teammates: self.team.in_order_at(time_us, |row| (row.agent, row.uav))?,
-        })
-    }
-
-    fn check_end(&self) -> Result<(), RecordError> {
-        self.all.check_end()?;
-        self.tracks.check_end()?;
-        self.groups.check_end()?;
-        self.events.check_end()?;
-        self.team.check_end()
-    }
-}
-
-/// Table that is read in step with others, buffering one row.
+/// Table of frames, buffering one row.
 struct Merged<R> {
     table: TableReader<At<R>>,
     ahead: Option<At<R>>,
 }
 
-impl<R: Row> Merged<R> {
+impl<R: FrameRow> Merged<R> {
     fn open(record: &Record) -> Result<Self, RecordError> {
         let mut table = record.table::<R>()?;
         let ahead = table.next_row()?;
         Ok(Self { table, ahead })
     }
 
+    fn boxed(record: &Record) -> Result<Box<dyn FrameTable>, RecordError> {
+        Ok(Box::new(Self::open(record)?))
+    }
+
     fn step(&self) -> Option<i64> {
         self.ahead.as_ref().map(|ahead| ahead.time_us)
     }
 
-    /// Refuses rows that belong to no frame.
-    fn check_end(&self) -> Result<(), RecordError> {
-        self.step().map_or(Ok(()), |time_us| Err(self.stray(time_us)))
+    fn stray(&self, time_us: i64) -> RecordError {
+        let what =
+            format!("its rows at {} s are out of order, or the uavs table has no rows at that time", seconds(time_us));
+        RecordError::damaged(self.table.path(), what)
     }
+}
 
-    /// Returns the rows of a time step. A row before it belongs to no frame.
-    fn rows_at(&mut self, time_us: i64) -> Result<Vec<R>, RecordError> {
-        let mut rows = Vec::new();
+impl<R: FrameRow> FrameTable for Merged<R> {
+    fn read(&mut self, frame: &mut Frame) -> Result<(), RecordError> {
+        let (time_us, rows) = (frame.time_us, R::of_mut(frame));
         while let Some(at) = self.ahead.take_if(|ahead| ahead.time_us <= time_us) {
             if at.time_us < time_us {
                 return Err(self.stray(at.time_us));
@@ -316,23 +273,15 @@ impl<R: Row> Merged<R> {
             rows.push(at.row);
             self.ahead = self.table.next_row()?;
         }
-        Ok(rows)
-    }
-
-    /// Returns the rows of a time step; their ids must be unique and ascending.
-    fn in_order_at<I: PartialOrd>(&mut self, time_us: i64, id: impl Fn(&R) -> I) -> Result<Vec<R>, RecordError> {
-        let rows = self.rows_at(time_us)?;
-        if rows.is_sorted_by(|row, next| id(row) < id(next)) {
-            return Ok(rows);
+        if rows.is_sorted_by(|row, next| row.id().is_none() || row.id() < next.id()) {
+            return Ok(());
         }
         let what = format!("the ids of its rows at {} s are not unique and ascending", seconds(time_us));
         Err(RecordError::damaged(self.table.path(), what))
     }
 
-    fn stray(&self, time_us: i64) -> RecordError {
-        let what =
-            format!("its rows at {} s are out of order, or the uavs table has no rows at that time", seconds(time_us));
-        RecordError::damaged(self.table.path(), what)
+    fn check_end(&self) -> Result<(), RecordError> {
+        self.step().map_or(Ok(()), |time_us| Err(self.stray(time_us)))
     }
 }
 

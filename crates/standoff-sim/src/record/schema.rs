@@ -1,14 +1,14 @@
-//! Table schema of records: the columns of each row type, used for writing and reading.
+//! Tables of records, and how the values of their rows are stored. [`crate::frame`] declares the columns.
 
 use parquet::data_type::ByteArray;
 use standoff::TeammateStatus;
 use standoff_io::display_text::quoted;
 
-use super::column::{Cells, Column, Fault, Field, Scalar, ValueProblem};
+use super::column::{Columns, Declaration, Field, Part, Scalar, ValueProblem, rows};
 use super::table::Row;
 use crate::frame::{
-    AgentEventRow, AgentRow, ByAgent, DetectionRow, EventRow, GroupRow, IntruderRow, MembershipState, TeammateRow,
-    TrackRow, TrackStatus, TruthRow, UavRow, ViewRow,
+    AgentEventRow, AgentRow, ByAgent, DetectionRow, EventRow, Frame, GroupRow, IntruderRow, MembershipState,
+    TeammateRow, TrackRow, TrackStatus, TruthRow, UavRow, ViewRow,
 };
 
 /// Names of the tables that frames are read from; the files are `<name>.parquet`.
@@ -25,228 +25,131 @@ pub(super) fn is_table(name: &str) -> bool {
     TIMED.contains(&name) || OF_AGENTS.contains(&name) || others.contains(&name)
 }
 
-/// Name of a target. The table of targets is written once, at the start of the run.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub(super) struct TargetRow {
-    pub(super) target: u32,
-    pub(super) name: String,
+/// Row type of a table that frames are read from.
+pub(crate) trait FrameRow: Row {
+    /// Rows of a frame.
+    fn of(frame: &Frame) -> &Vec<Self>;
+    fn of_mut(frame: &mut Frame) -> &mut Vec<Self>;
+    /// Id by which the rows of a time step are unique and ascending; `None` if the table has any order.
+    fn id(&self) -> Option<(u32, u32)>;
 }
 
-/// Row with its time step: two time columns precede the columns of the row.
-#[derive(Debug, Clone, PartialEq)]
-pub(super) struct At<R> {
-    pub(super) time_us: i64,
-    pub(super) row: R,
+macro_rules! frame_rows {
+    ($($row:ty: $($place:ident).+, $id:expr;)+) => {
+        $(impl FrameRow for $row {
+            fn of(frame: &Frame) -> &Vec<Self> {
+                &frame.$($place).+
+            }
+
+            fn of_mut(frame: &mut Frame) -> &mut Vec<Self> {
+                &mut frame.$($place).+
+            }
+
+            fn id(&self) -> Option<(u32, u32)> {
+                let id: fn(&Self) -> Option<(u32, u32)> = $id;
+                id(self)
+            }
+        })+
+    };
 }
 
-/// Implements `Row` for a struct: one column per field, with the same name, in this order.
-macro_rules! table {
-    ($name:literal, $row:ident: $($field:ident),+ $(,)?) => {
-        impl Row for $row {
-            const TABLE: &'static str = $name;
+frame_rows! {
+    UavRow: uavs, |row| Some((row.uav, 0));
+    TruthRow: truth, |row| Some((row.target, 0));
+    TrackRow: tracks, |row| Some((row.target, 0));
+    GroupRow: groups, |row| Some((row.group, 0));
+    DetectionRow: detections, |_| None;
+    EventRow: events, |_| None;
+    IntruderRow: intruders, |row| Some((row.intruder, 0));
+    AgentRow: agents.all, |row| Some((row.agent, 0));
+    ByAgent<TrackRow>: agents.tracks, |of| Some((of.agent, of.row.target));
+    ByAgent<GroupRow>: agents.groups, |of| Some((of.agent, of.row.group));
+    AgentEventRow: agents.events, |_| None;
+    TeammateRow: agents.teammates, |row| Some((row.agent, row.uav));
+}
 
-            fn columns() -> Vec<Column> {
-                let mut columns = Vec::new();
-                $(declare(|row: &Self| &row.$field, stringify!($field), &mut columns);)+
-                columns
-            }
+rows! {
+    /// Name of a target. The table of targets is written once, at the start of the run.
+    pub(super) struct TargetRow in "targets" {
+        /// Target id.
+        pub target: u32,
+        /// Name in the traffic file, or `target-0`, `target-1`, ...
+        pub name: String,
+    }
+}
 
-            fn put(&self, cells: &mut Cells<'_>) -> Result<(), Fault> {
-                $(self.$field.put(cells)?;)+
-                Ok(())
-            }
-
-            fn get(cells: &mut Cells<'_>) -> Result<Self, Fault> {
-                $(let $field = Field::get(cells)?;)+
-                Ok(Self { $($field,)+ })
+/// Implements `Field` for a row that contains another one: the columns of its fields, from left to right.
+macro_rules! nested {
+    ($row:ident<R: $bound:ident>: $($field:ident: $type:ty, $name:expr, $doc:expr;)+) => {
+        impl<R: $bound> Field for $row<R> {
+            fn declare<T: 'static>(_: Declaration, columns: &mut Columns<T>, part: impl Part<T, Self>) {
+                $(<$type>::declare(Declaration::new($name, $doc), columns, move |row| &mut part(row).$field);)+
             }
         }
     };
 }
 
-/// Declares the columns of the field selected by `_of`; only its type is used.
-fn declare<R, T: Field>(_of: impl Fn(&R) -> &T, name: &str, columns: &mut Vec<Column>) {
-    T::declare(name, columns);
+/// Row with its time step.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub(super) struct At<R> {
+    pub(super) time_us: i64,
+    /// For users only: the microseconds are authoritative.
+    time_s: f64,
+    pub(super) row: R,
 }
 
-table! { "uavs", UavRow:
-    uav, group, x_m, y_m, heading_rad, speed_m_s, turn_rate_rad_s, boresight_rad,
-    speed_command_m_s, turn_rate_command_rad_s, speed_limited, turn_rate_limited,
-    centre_distance_m, phase_rad, steered_radius_m, desired_heading_rad, feedforward_rad_s,
-    convergence_threshold_m2_s, centre_too_fast, commanded_altitude_m, altitude_m, climb_rate_m_s, avoided_uav, predicted_distance_m, limiting_zone, avoided_intruder
-}
-
-table! { "truth", TruthRow:
-    target, x_m, y_m, vx_m_s, vy_m_s, ax_m_s2, ay_m_s2
-}
-
-// `state` and `covariance` expand to several columns each: see `Named` below.
-table! { "tracks", TrackRow:
-    target, status, membership, group, receiving_group, state, covariance, track
-}
-
-table! { "groups", GroupRow:
-    group, members, x_m, y_m, vx_m_s, vy_m_s, spread_m, margin_m, standoff_unclamped_m,
-    standoff_distance_m, standoff_rate_m_s, turn_limit_m, feasible, convergence_threshold_m2_s, altitude_m, nearest_groupmate_m, group_uid
-}
-
-table! { "detections", DetectionRow:
-    uav, target, range_m, bearing_rad
-}
-
-table! { "events", EventRow:
-    kind, target, group, to_group, uavs, reason, track, cause, into_group, members, coverable_targets, dwell_s, required_radius_m,
-    allowed_radius_m, threshold_m2_s, limit_m2_s, speed_m_s, limit_m_s, distance_m, group_id, to_group_id, clear_fraction, zone, intruder
-}
-
-table! { "intruders", IntruderRow:
-    intruder, x_m, y_m, heading_rad, speed_m_s, altitude_m, transponder_on
-}
-
-table! { "agents", AgentRow:
-    agent, committed_us, link_degraded, sent_messages, sent_bytes, double_counted
-}
-
-table! { "agent_teammates", TeammateRow:
-    agent, uav, status, last_report_us, group, group_id
-}
-
-table! { "targets", TargetRow:
-    target, name
-}
-
-table! { "in_view", ViewRow:
-    uav, target, range_m, off_boresight_rad
-}
-
-/// Row type that also exists per agent, in a table with another name.
-trait Own: Row {
-    const OWN: &'static str;
-}
-
-impl Own for TrackRow {
-    const OWN: &'static str = "agent_tracks";
-}
-
-impl Own for GroupRow {
-    const OWN: &'static str = "agent_groups";
-}
-
-impl<R: Own> Row for ByAgent<R> {
-    const TABLE: &'static str = R::OWN;
-
-    fn columns() -> Vec<Column> {
-        let mut columns = Vec::new();
-        u32::declare("agent", &mut columns);
-        columns.extend(R::columns());
-        columns
-    }
-
-    fn put(&self, cells: &mut Cells<'_>) -> Result<(), Fault> {
-        self.agent.put(cells)?;
-        self.row.put(cells)
-    }
-
-    fn get(cells: &mut Cells<'_>) -> Result<Self, Fault> {
-        Ok(Self { agent: Field::get(cells)?, row: R::get(cells)? })
+impl<R> At<R> {
+    pub(super) fn new(time_us: i64, row: R) -> Self {
+        Self { time_us, time_s: seconds(time_us), row }
     }
 }
 
-impl Row for AgentEventRow {
-    const TABLE: &'static str = "agent_events";
+nested! { At<R: Row>: time_us: i64, "time_us", ""; time_s: f64, "time_s", ""; row: R, "", ""; }
 
-    fn columns() -> Vec<Column> {
-        let mut columns = Vec::new();
-        u32::declare("agent", &mut columns);
-        i64::declare("event_time_us", &mut columns);
-        bool::declare("provisional", &mut columns);
-        columns.extend(EventRow::columns());
-        columns
-    }
+impl<R: Row> Row for At<R> {
+    const TABLE: &'static str = R::TABLE;
 
-    fn put(&self, cells: &mut Cells<'_>) -> Result<(), Fault> {
-        self.agent.put(cells)?;
-        self.event_time_us.put(cells)?;
-        self.provisional.put(cells)?;
-        self.event.put(cells)
+    fn time_s(&self) -> f64 {
+        self.time_s
     }
+}
 
-    fn get(cells: &mut Cells<'_>) -> Result<Self, Fault> {
-        Ok(Self {
-            agent: Field::get(cells)?,
-            event_time_us: Field::get(cells)?,
-            provisional: Field::get(cells)?,
-            event: EventRow::get(cells)?,
-        })
-    }
+nested! { ByAgent<R: Row>: agent: u32, "agent", "UAV of the agent."; row: R, "", ""; }
+
+impl<R: Row> Row for ByAgent<R> {
+    const TABLE: &'static str = R::OF_AGENTS;
 }
 
 /// Row with its error relative to the truth, in an additional last column. The column is for other programs: readers in
 /// this crate recompute the error, also for old records.
+#[derive(Clone, Default)]
 pub(super) struct WithError<R> {
     pub(super) row: R,
     pub(super) error_m: Option<f64>,
 }
 
-/// Row type with an error column.
+/// Row type with an error column: its name and meaning.
 pub(super) trait HasErrorColumn: Row {
-    const ERROR: &'static str;
+    const ERROR: (&'static str, &'static str);
 }
 
 impl HasErrorColumn for UavRow {
-    const ERROR: &'static str = "standoff_error_m";
+    const ERROR: (&'static str, &'static str) = (
+        "standoff_error_m",
+        "r - r_d with the true centre and orbit, m; negative inside the orbit. The mean of its absolute values is the \
+         metric `standoff_error_m`.",
+    );
 }
 
 impl HasErrorColumn for TrackRow {
-    const ERROR: &'static str = "position_error_m";
+    const ERROR: (&'static str, &'static str) =
+        ("position_error_m", "Distance between estimated and true position, m; null if the target does not exist.");
 }
+
+nested! { WithError<R: HasErrorColumn>: row: R, "", ""; error_m: Option<f64>, R::ERROR.0, R::ERROR.1; }
 
 impl<R: HasErrorColumn> Row for WithError<R> {
     const TABLE: &'static str = R::TABLE;
-
-    fn columns() -> Vec<Column> {
-        let mut columns = R::columns();
-        Option::<f64>::declare(R::ERROR, &mut columns);
-        columns
-    }
-
-    fn put(&self, cells: &mut Cells<'_>) -> Result<(), Fault> {
-        self.row.put(cells)?;
-        self.error_m.put(cells)
-    }
-
-    fn get(cells: &mut Cells<'_>) -> Result<Self, Fault> {
-        Ok(Self { row: R::get(cells)?, error_m: Field::get(cells)? })
-    }
-}
-
-impl<R: Row> Row for At<R> {
-    const TABLE: &'static str = R::TABLE;
-
-    fn columns() -> Vec<Column> {
-        let mut columns = Vec::new();
-        i64::declare("time_us", &mut columns);
-        f64::declare("time_s", &mut columns);
-        columns.extend(R::columns());
-        columns
-    }
-
-    fn time_s(&self) -> f64 {
-        seconds(self.time_us)
-    }
-
-    fn put(&self, cells: &mut Cells<'_>) -> Result<(), Fault> {
-        self.time_us.put(cells)?;
-        self.time_s().put(cells)?;
-        self.row.put(cells)
-    }
-
-    fn get(cells: &mut Cells<'_>) -> Result<Self, Fault> {
-        let time_us = i64::get(cells)?;
-        f64::get(cells)?; // for users only: the microseconds are authoritative
-        let row = R::get(cells)?;
-        Ok(Self { time_us, row })
-    }
 }
 
 /// Converts a time to seconds, rounded to the nearest double.
@@ -261,43 +164,43 @@ pub(super) fn microseconds(time_s: f64) -> i64 {
 
 /// An array with one column per element.
 trait Named {
-    fn names() -> Vec<String>;
+    const NAMES: &'static [&'static str];
+    /// Those that the replay page contains if it contains the array.
+    const ON_PAGE: &'static [&'static str];
 }
 
 impl Named for [f64; 6] {
-    fn names() -> Vec<String> {
-        ["x_m", "vx_m_s", "ax_m_s2", "y_m", "vy_m_s", "ay_m_s2"].map(str::to_owned).into()
-    }
+    const NAMES: &'static [&'static str] = &["x_m", "vx_m_s", "ax_m_s2", "y_m", "vy_m_s", "ay_m_s2"];
+    const ON_PAGE: &'static [&'static str] = &["x_m", "vx_m_s", "y_m", "vy_m_s"];
 }
 
+#[rustfmt::skip]
 impl Named for [f64; 21] {
-    fn names() -> Vec<String> {
-        let axes = ["x", "vx", "ax", "y", "vy", "ay"];
-        let upper = |i: usize| axes[i..].iter().map(move |column| (axes[i], column));
-        (0..axes.len()).flat_map(upper).map(|(row, column)| format!("cov_{row}_{column}")).collect()
-    }
+    const NAMES: &'static [&'static str] = &[
+        "cov_x_x", "cov_x_vx", "cov_x_ax", "cov_x_y", "cov_x_vy", "cov_x_ay",
+        "cov_vx_vx", "cov_vx_ax", "cov_vx_y", "cov_vx_vy", "cov_vx_ay",
+        "cov_ax_ax", "cov_ax_y", "cov_ax_vy", "cov_ax_ay",
+        "cov_y_y", "cov_y_vy", "cov_y_ay",
+        "cov_vy_vy", "cov_vy_ay",
+        "cov_ay_ay",
+    ];
+    const ON_PAGE: &'static [&'static str] = &["cov_x_x", "cov_x_y", "cov_y_y"];
 }
 
 impl<const N: usize> Field for [f64; N]
 where
     Self: Named,
 {
-    fn declare(_name: &str, columns: &mut Vec<Column>) {
-        for name in Self::names() {
-            f64::declare(&name, columns);
+    fn declare<T: 'static>(array: Declaration, columns: &mut Columns<T>, part: impl Part<T, Self>) {
+        for (index, name) in Self::NAMES.iter().enumerate() {
+            let is_on_page = array.is_on_page && Self::ON_PAGE.contains(name);
+            let declaration = Declaration { is_on_page, ..Declaration::new(*name, array.doc) };
+            f64::declare(declaration, columns, move |row| &mut part(row)[index]);
         }
     }
 
-    fn put(&self, cells: &mut Cells<'_>) -> Result<(), Fault> {
-        self.iter().try_for_each(|value| value.put(cells))
-    }
-
-    fn get(cells: &mut Cells<'_>) -> Result<Self, Fault> {
-        let mut values = [0.0; N];
-        for value in &mut values {
-            *value = f64::get(cells)?;
-        }
-        Ok(values)
+    fn is_finite(&self) -> bool {
+        self.iter().copied().all(f64::is_finite)
     }
 }
 
@@ -313,6 +216,10 @@ macro_rules! plain {
 
             fn decode(cell: Self) -> Result<Self, ValueProblem> {
                 Ok(cell)
+            }
+
+            fn number(&self) -> Option<f64> {
+                Some(i64::from(*self) as f64)
             }
         })+
     };
@@ -334,31 +241,38 @@ impl Scalar for f64 {
         let bad = || ValueProblem::Bad(format!("is {cell:e}; must be {:e} to {LARGEST:e}", -LARGEST));
         (cell.abs() <= LARGEST).then_some(cell).ok_or_else(bad)
     }
-}
 
-impl Scalar for u32 {
-    type Cell = i32;
-
-    fn encode(&self) -> Result<i32, ValueProblem> {
-        i32::try_from(*self).map_err(|_| ValueProblem::TooLarge(u64::from(*self)))
+    fn number(&self) -> Option<f64> {
+        Some(*self)
     }
 
-    fn decode(cell: i32) -> Result<Self, ValueProblem> {
-        Self::try_from(cell).map_err(|_| ValueProblem::Bad(format!("is negative: {cell}")))
+    fn is_finite(&self) -> bool {
+        f64::is_finite(*self)
     }
 }
 
-impl Scalar for u64 {
-    type Cell = i64;
+/// Implements a count or id that a column stores as a signed integer.
+macro_rules! unsigned {
+    ($($type:ty as $cell:ty),+) => {
+        $(impl Scalar for $type {
+            type Cell = $cell;
 
-    fn encode(&self) -> Result<i64, ValueProblem> {
-        i64::try_from(*self).map_err(|_| ValueProblem::TooLarge(*self))
-    }
+            fn encode(&self) -> Result<$cell, ValueProblem> {
+                <$cell>::try_from(*self).map_err(|_| ValueProblem::TooLarge(u64::from(*self)))
+            }
 
-    fn decode(cell: i64) -> Result<Self, ValueProblem> {
-        Self::try_from(cell).map_err(|_| ValueProblem::Bad(format!("is negative: {cell}")))
-    }
+            fn decode(cell: $cell) -> Result<Self, ValueProblem> {
+                Self::try_from(cell).map_err(|_| ValueProblem::Bad(format!("is negative: {cell}")))
+            }
+
+            fn number(&self) -> Option<f64> {
+                Some(*self as f64)
+            }
+        })+
+    };
 }
+
+unsigned!(u32 as i32, u64 as i64);
 
 impl Scalar for String {
     type Cell = ByteArray;
@@ -387,6 +301,10 @@ macro_rules! words {
                     $($word => Ok(Self::$value),)+
                     other => Err(ValueProblem::Bad(format!(concat!("is not a ", $what, ": {}"), quoted(other)))),
                 }
+            }
+
+            fn number(&self) -> Option<f64> {
+                Some(f64::from(*self as u8))
             }
         }
     };
@@ -426,10 +344,10 @@ mod tests {
     use super::super::table::{TableReader, TableWriter, file_of};
     use super::*;
 
-    fn reread<R: Row, S: Row>(row: &R) -> Result<S, String> {
+    fn reread<R: Row, S: Row>(row: R) -> Result<S, String> {
         let home = tempfile::tempdir().unwrap();
-        let mut table = TableWriter::create::<R>(home.path()).unwrap();
-        table.push(row).unwrap();
+        let mut table = TableWriter::create(home.path()).unwrap();
+        table.push(&mut [row]).unwrap();
         table.finish().unwrap();
         let row = TableReader::open(file_of::<S>(home.path())).and_then(|mut table| table.next_row());
         row.map(Option::unwrap).map_err(|error| error.to_string())
@@ -438,8 +356,8 @@ mod tests {
     #[test]
     fn rows_are_read_as_they_were_written_and_missing_columns_are_refused() {
         let whole = EventRow { track: Some(9), dwell_s: Some(0.5), cause: Some("too-uncertain".to_owned()), ..event() };
-        assert_eq!(reread(&whole), Ok(whole.clone()));
-        let error = reread::<_, EventRow>(&OneColumn { kind: "lost".to_owned() }).unwrap_err();
+        assert_eq!(reread(whole.clone()), Ok(whole));
+        let error = reread::<_, EventRow>(OneColumn { kind: "lost".to_owned() }).unwrap_err();
         assert!(error.contains("events.parquet is damaged: column target is missing"), "{error}");
     }
 
@@ -447,8 +365,11 @@ mod tests {
         EventRow { kind: "lost".to_owned(), target: Some(7), reason: "unseen".to_owned(), ..EventRow::default() }
     }
 
-    struct OneColumn {
-        kind: String,
+    rows! {
+        /// A row with one of the columns of an event.
+        struct OneColumn in "events" {
+            /// Kind of event.
+            pub kind: String,
+        }
     }
-    table! { "events", OneColumn: kind }
 }

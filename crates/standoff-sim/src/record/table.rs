@@ -2,9 +2,9 @@
 
 use std::fs::File;
 use std::io::Write;
-use std::marker::PhantomData;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
+use std::vec;
 
 use parquet::basic::Compression;
 use parquet::errors::Result as ParquetResult;
@@ -13,10 +13,10 @@ use parquet::file::properties::{EnabledStatistics, WriterProperties};
 use parquet::file::writer::SerializedFileWriter;
 use parquet::schema::types::Type;
 use standoff_io::bounded_input;
-use standoff_io::parquet_file::{RowBatches, Source};
+use standoff_io::parquet_file::{self, RowBatches, Source};
 
 use super::RecordError;
-use super::column::{Cells, Column, Fault, ValueProblem};
+use super::column::{self, Columns, Fault, Field, ValueProblem};
 
 /// Rows per row group: limits the memory, whatever the length of the run.
 pub(crate) const GROUP_ROWS: usize = 65_536;
@@ -24,16 +24,15 @@ pub(crate) const GROUP_ROWS: usize = 65_536;
 /// Maximum size of a table's file, bytes. The widest table has 25 GB at the maximum number of rows of targets.
 pub(crate) const MAX_TABLE: u64 = 32 << 30;
 
-/// Row of a table. The same column order is used for writing and reading.
-pub(crate) trait Row: Sized {
+/// Maximum number of rows that a reader buffers.
+const BATCH_ROWS: usize = 4096;
+
+/// Row of a table. The same columns are used for writing and reading.
+pub(crate) trait Row: Field + Clone + Default + Send + 'static {
     /// Name of the table; the file is `<name>.parquet`.
     const TABLE: &'static str;
-    /// Returns the columns of the table, empty.
-    fn columns() -> Vec<Column>;
-    /// Appends the row to the columns.
-    fn put(&self, cells: &mut Cells<'_>) -> Result<(), Fault>;
-    /// Reads the next row from the columns.
-    fn get(cells: &mut Cells<'_>) -> Result<Self, Fault>;
+    /// Name of the table of these rows of all agents; empty if there is none.
+    const OF_AGENTS: &'static str = "";
     /// Time of the row for error messages, s.
     fn time_s(&self) -> f64 {
         0.0
@@ -45,11 +44,11 @@ pub(crate) fn file_of<R: Row>(dir: &Path) -> PathBuf {
     dir.join(format!("{}.parquet", R::TABLE))
 }
 
-/// Writes a table row by row; all rows have the same type.
-pub(crate) struct TableWriter {
+/// Writes a table.
+pub(crate) struct TableWriter<R> {
     path: PathBuf,
     file: SerializedFileWriter<File>,
-    columns: Vec<Column>,
+    columns: Columns<R>,
     rows: usize,
     /// Number of rows added so far, including buffered ones.
     pub(super) pushed: u64,
@@ -57,25 +56,30 @@ pub(crate) struct TableWriter {
     synced_groups: usize,
 }
 
-impl TableWriter {
+impl<R: Row> TableWriter<R> {
     /// Creates the table of this row type in a record's folder.
-    pub(crate) fn create<R: Row>(dir: &Path) -> Result<Self, RecordError> {
-        Self::with_columns(file_of::<R>(dir), R::columns())
+    pub(crate) fn create(dir: &Path) -> Result<Self, RecordError> {
+        Self::with_columns(file_of::<R>(dir), column::columns())
     }
 
     /// Creates a table whose columns are only known at run time.
-    pub(crate) fn with_columns(path: PathBuf, columns: Vec<Column>) -> Result<Self, RecordError> {
+    pub(crate) fn with_columns(path: PathBuf, columns: Columns<R>) -> Result<Self, RecordError> {
         let file = File::create(&path).map_err(|reason| RecordError::write(&path, reason))?;
         let file = start(file, &columns).map_err(|e| RecordError::parquet_write(&path, e))?;
         Ok(Self { path, file, columns, rows: 0, pushed: 0, synced_groups: 0 })
     }
 
-    /// Adds a row. After an error, the table must not be used any more.
-    pub(crate) fn push<R: Row>(&mut self, row: &R) -> Result<(), RecordError> {
-        row.put(&mut self.columns.iter_mut()).map_err(|fault| refusal(row, fault))?;
-        (self.rows, self.pushed) = (self.rows + 1, self.pushed + 1);
-        if self.rows == GROUP_ROWS {
-            self.flush()?;
+    /// Adds rows of one time. After an error, the table must not be used any more.
+    pub(crate) fn push(&mut self, mut rows: &mut [R]) -> Result<(), RecordError> {
+        while !rows.is_empty() {
+            let (now, later) = rows.split_at_mut(rows.len().min(GROUP_ROWS - self.rows));
+            let put = self.columns.iter_mut().try_for_each(|column| column.put(now));
+            put.map_err(|fault| refusal(&now[0], fault))?;
+            (self.rows, self.pushed) = (self.rows + now.len(), self.pushed + now.len() as u64);
+            if self.rows == GROUP_ROWS {
+                self.flush()?;
+            }
+            rows = later;
         }
         Ok(())
     }
@@ -103,15 +107,16 @@ impl TableWriter {
     fn flush(&mut self) -> Result<(), RecordError> {
         if self.rows > 0 {
             write_group(&mut self.file, &self.columns).map_err(|e| RecordError::parquet_write(&self.path, e))?;
-            self.columns.iter_mut().for_each(Column::clear);
+            self.columns.iter_mut().for_each(|column| column.buffer_mut().clear());
             self.rows = 0;
         }
         Ok(())
     }
 }
 
-fn start<W: Write + Send>(file: W, columns: &[Column]) -> ParquetResult<SerializedFileWriter<W>> {
-    let fields: ParquetResult<Vec<_>> = columns.iter().map(|c| c.schema().map(Arc::new)).collect();
+fn start<R, W: Write + Send>(file: W, columns: &Columns<R>) -> ParquetResult<SerializedFileWriter<W>> {
+    let fields: ParquetResult<Vec<_>> =
+        columns.iter().map(|c| c.buffer().schema(&c.declaration().name).map(Arc::new)).collect();
     let schema = Type::group_type_builder("schema").with_fields(fields?).build()?;
     // The file must not depend on the library version or the machine.
     let properties = WriterProperties::builder()
@@ -132,9 +137,9 @@ pub(super) struct Missing {
 }
 
 /// Returns the footer of the written data, and the buffered rows as a separate file.
-fn missing<W: Write + Send>(
+fn missing<R, W: Write + Send>(
     file: &SerializedFileWriter<W>,
-    columns: &[Column],
+    columns: &Columns<R>,
     rows_in_hand: usize,
 ) -> ParquetResult<Missing> {
     let groups = file.flushed_row_groups().to_vec();
@@ -149,11 +154,11 @@ fn missing<W: Write + Send>(
     Ok(Missing { footer, rows: rows.into_inner()? })
 }
 
-fn write_group<W: Write + Send>(file: &mut SerializedFileWriter<W>, columns: &[Column]) -> ParquetResult<()> {
+fn write_group<R, W: Write + Send>(file: &mut SerializedFileWriter<W>, columns: &Columns<R>) -> ParquetResult<()> {
     let mut group = file.next_row_group()?;
     for column in columns {
         if let Some(mut writer) = group.next_column()? {
-            column.write(writer.untyped())?;
+            column.buffer().write(writer.untyped())?;
             writer.close()?;
         }
     }
@@ -182,29 +187,34 @@ pub(crate) fn source(path: &Path) -> Result<Source, RecordError> {
 pub(crate) struct TableReader<R> {
     path: PathBuf,
     batches: RowBatches,
-    columns: Vec<Column>,
-    /// Number of buffered rows that have not been returned.
-    left: usize,
+    columns: Columns<R>,
+    /// Row with values of the right length; each value is replaced.
+    prototype: R,
+    /// Buffered rows that have not been returned.
+    rows: vec::IntoIter<R>,
+    /// Invalid value in the row after them.
+    fault: Option<Fault>,
     /// Number of returned rows, for error messages.
     taken: usize,
-    kind: PhantomData<R>,
 }
 
 impl<R: Row> TableReader<R> {
     pub(crate) fn open(path: PathBuf) -> Result<Self, RecordError> {
         let source = source(&path)?;
-        Self::of(path, R::columns(), [source])
+        Self::of(path, R::default(), column::columns(), [source])
     }
 
     /// Reads these columns from several sources in sequence and skips all other columns; `path` is for error messages.
     pub(crate) fn of(
         path: PathBuf,
-        columns: Vec<Column>,
+        prototype: R,
+        columns: Columns<R>,
         sources: impl IntoIterator<Item = Source>,
     ) -> Result<Self, RecordError> {
-        let requested: Vec<_> = columns.iter().map(|column| (column.name(), column.physical())).collect();
+        let requested = columns.iter().map(|column| (&*column.declaration().name, column.buffer().physical()));
+        let requested: Vec<_> = requested.collect();
         let batches = RowBatches::new(sources, &requested).map_err(|error| RecordError::parquet_read(&path, error))?;
-        Ok(Self { path, batches, columns, left: 0, taken: 0, kind: PhantomData })
+        Ok(Self { path, batches, columns, prototype, rows: Vec::new().into_iter(), fault: None, taken: 0 })
     }
 
     pub(crate) fn path(&self) -> &Path {
@@ -218,17 +228,33 @@ impl<R: Row> TableReader<R> {
 
     /// Returns the next row, or `None` after the last.
     pub(crate) fn next_row(&mut self) -> Result<Option<R>, RecordError> {
-        if self.left == 0 {
-            let read = self.batches.next(GROUP_ROWS, |column, reader, rows| self.columns[column].read(reader, rows));
-            self.left = read.map_err(|error| RecordError::parquet_read(&self.path, error))?;
-            if self.left == 0 {
-                return Ok(None);
-            }
+        if self.rows.len() == 0 && self.fault.is_none() {
+            self.read_batch().map_err(|error| RecordError::parquet_read(&self.path, error))?;
         }
-        self.left -= 1;
+        let row = self.rows.next();
         self.taken += 1;
-        let row = R::get(&mut self.columns.iter_mut());
-        row.map(Some).map_err(|fault| RecordError::damaged(&self.path, format!("row {}: {fault}", self.taken)))
+        match self.fault.take_if(|_| row.is_none()) {
+            Some(fault) => Err(RecordError::damaged(&self.path, format!("row {}: {fault}", self.taken))),
+            None => Ok(row),
+        }
+    }
+
+    /// Buffers the next rows: those before the first one with an invalid value.
+    fn read_batch(&mut self) -> Result<(), parquet_file::Error> {
+        let mut rows = Vec::new();
+        let mut first: Option<(usize, Fault)> = None;
+        self.batches.next(BATCH_ROWS, |column, reader, count| {
+            rows.resize(count, self.prototype.clone());
+            let (found, fault) = self.columns[column].read(&mut rows, reader)?;
+            first = first.take().into_iter().chain(fault).min_by_key(|(row, _)| *row);
+            Ok(found)
+        })?;
+        if let Some((row, fault)) = first {
+            rows.truncate(row);
+            self.fault = Some(fault);
+        }
+        self.rows = rows.into_iter();
+        Ok(())
     }
 }
 
@@ -237,7 +263,7 @@ mod tests {
     use parquet::file::reader::FileReader;
     use parquet::file::serialized_reader::SerializedFileReader;
 
-    use super::super::column::Field;
+    use super::super::column::{Declaration, rows};
     use super::super::schema::TargetRow;
     use super::*;
 
@@ -251,9 +277,9 @@ mod tests {
         let home = tempfile::tempdir().unwrap();
         for (rows, groups) in [(0, 0), (1, 1), (GROUP_ROWS, 1), (GROUP_ROWS + 1, 2)] {
             let path = home.path().join("table.parquet");
-            let mut table = TableWriter::with_columns(path.clone(), TargetRow::columns()).unwrap();
+            let mut table = TableWriter::with_columns(path.clone(), column::columns()).unwrap();
             let rows = u32::try_from(rows).unwrap();
-            (0..rows).for_each(|target| table.push(&row(target)).unwrap());
+            table.push(&mut (0..rows).map(row).collect::<Vec<_>>()).unwrap();
             assert!(table.rows < GROUP_ROWS);
             table.finish().unwrap();
 
@@ -271,7 +297,7 @@ mod tests {
         let home = tempfile::tempdir().unwrap();
         let path = home.path().join("table.parquet");
         let mut columns = Vec::new();
-        f64::declare("target", &mut columns);
+        f64::declare(Declaration::new("target", ""), &mut columns, |row: &mut Position| &mut row.x_m);
         TableWriter::with_columns(path.clone(), columns).unwrap().finish().unwrap();
         let error = TableReader::<TargetRow>::open(path).map(drop).unwrap_err().to_string();
         let expected = "column target has the type DOUBLE, not INT32; save it again with the types that it had";
@@ -282,7 +308,7 @@ mod tests {
     fn non_finite_number_is_refused_with_the_allowed_range() {
         let home = tempfile::tempdir().unwrap();
         let path = home.path().join("table.parquet");
-        let columns = Position::columns();
+        let columns = column::columns::<Position>();
         for (y_m, expected) in [(f64::NAN, "NaN"), (f64::INFINITY, "inf"), (-2e100, "-2e100")] {
             // Written directly, because a row type would refuse the value.
             let file = File::create(&path).unwrap();
@@ -302,37 +328,21 @@ mod tests {
         }
     }
 
-    /// A row of two numbers.
-    #[derive(Debug)]
-    struct Position {
-        _x_m: f64,
-        _y_m: f64,
-    }
-
-    impl Row for Position {
-        const TABLE: &'static str = "table";
-
-        fn columns() -> Vec<Column> {
-            let mut columns = Vec::new();
-            f64::declare("x_m", &mut columns);
-            f64::declare("y_m", &mut columns);
-            columns
-        }
-
-        fn put(&self, _cells: &mut Cells<'_>) -> Result<(), Fault> {
-            Ok(())
-        }
-
-        fn get(cells: &mut Cells<'_>) -> Result<Self, Fault> {
-            Ok(Self { _x_m: f64::get(cells)?, _y_m: f64::get(cells)? })
+    rows! {
+        /// A row of two numbers.
+        struct Position in "table" {
+            /// East, m.
+            pub x_m: f64,
+            /// North, m.
+            pub y_m: f64,
         }
     }
 
     #[test]
     #[cfg(target_os = "linux")]
     fn full_disk_gives_the_reason_of_the_system() {
-        let mut table = TableWriter::with_columns(PathBuf::from("/dev/full"), TargetRow::columns()).unwrap();
-        table.push(&row(0)).unwrap();
+        let mut table = TableWriter::with_columns(PathBuf::from("/dev/full"), column::columns()).unwrap();
+        table.push(&mut [row(0)]).unwrap();
         let error = table.finish().unwrap_err();
         let RecordError::Write { path, reason } = error else {
             panic!("{error}");

@@ -12,11 +12,11 @@ use super::directory::{self, FolderLock, MAP_FILE, Partial, SCENARIO};
 use super::error::RecordError;
 use super::limits::{LimitExceeded, RecordLimits};
 use super::manifest::{Counts, FORMAT, MANIFEST, Manifest};
-use super::schema::{At, OF_AGENTS, TIMED, TargetRow, WithError, seconds};
+use super::schema::{At, FrameRow, HasErrorColumn, TIMED, TargetRow, WithError, seconds};
 use super::table::{Missing, Row, TableWriter};
 use crate::frame::{
     AgentEventRow, AgentRow, ByAgent, DetectionRow, EventRow, Frame, GroupRow, IntruderRow, PerAgentTables,
-    TeammateRow, TrackRow, TruthRow, UavRow, ViewRow,
+    TeammateRow, TrackRow, TruthRow, UavRow,
 };
 use crate::score::{FrameScorer, FrameScores, ScoreConfig};
 
@@ -58,12 +58,11 @@ const CHECKPOINT_SHARE: u32 = 50;
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 pub struct Writer {
-    /// In the order of `TIMED`, followed by `in_view`.
-    tables: [TableWriter; 7],
-    /// Created with the first intruder.
-    intruders: Option<TableWriter>,
-    /// In the order of `OF_AGENTS`, created with the first data of agents.
-    of_agents: Option<[TableWriter; 5]>,
+    /// In the order of `TIMED`; then the intruders, from the first one on, and those of `OF_AGENTS`, from the first
+    /// data of agents on.
+    tables: Vec<Box<dyn FrameTable>>,
+    /// Derived from the frames for other programs; a checkpoint does not contain it.
+    views: Box<dyn FrameTable>,
     scorer: Option<FrameScorer>,
     bounds: RecordLimits,
     last_us: Option<i64>,
@@ -110,24 +109,21 @@ impl Writer {
         partial.turn = None;
         let path = partial.path.join(SCENARIO);
         atomic_file::save(&path, scenario_toml).map_err(|reason| RecordError::write(&path, reason))?;
-        let mut targets = TableWriter::create::<TargetRow>(&partial.path)?;
-        for (target, name) in (0..).zip(target_names) {
-            let name = name.clone();
-            targets.push(&TargetRow { target, name })?;
-        }
+        let mut targets = TableWriter::create(&partial.path)?;
+        let rows = (0..).zip(target_names).map(|(target, name)| TargetRow { target, name: name.clone() });
+        targets.push(&mut rows.collect::<Vec<_>>())?;
         targets.finish()?;
+        let folder = &partial.path;
         Ok(Self {
-            tables: [
-                TableWriter::create::<At<WithError<UavRow>>>(&partial.path)?,
-                TableWriter::create::<At<TruthRow>>(&partial.path)?,
-                TableWriter::create::<At<WithError<TrackRow>>>(&partial.path)?,
-                TableWriter::create::<At<GroupRow>>(&partial.path)?,
-                TableWriter::create::<At<DetectionRow>>(&partial.path)?,
-                TableWriter::create::<At<EventRow>>(&partial.path)?,
-                TableWriter::create::<At<ViewRow>>(&partial.path)?,
+            tables: vec![
+                with_error::<UavRow>(folder, |scores, row| scores.standoff_error_m(row))?,
+                plain::<TruthRow>(folder)?,
+                with_error::<TrackRow>(folder, |scores, row| scores.geometry.position_error_m(row))?,
+                plain::<GroupRow>(folder)?,
+                plain::<DetectionRow>(folder)?,
+                plain::<EventRow>(folder)?,
             ],
-            intruders: None,
-            of_agents: None,
+            views: table(folder, |_, scores, put| scores.into_iter().flat_map(FrameScores::views).for_each(put))?,
             scorer: None,
             bounds: RecordLimits::new(&manifest, target_names.len()),
             last_us: None,
@@ -176,28 +172,21 @@ impl Writer {
         let within = self.bounds.begin(time_us).and_then(|()| self.bounds.check(frame));
         within.map_err(|LimitExceeded { table, what }| bad_frame(time_us, format!("{table}: {what}")))?;
         let scores = self.scorer.as_mut().map(|scorer| scorer.frame(frame));
-        let [uavs, truth, tracks, groups, detections, events, views] = &mut self.tables;
-        put(uavs, time_us, &frame.uavs, |row| {
-            let error_m = scores.as_ref().and_then(|scores| scores.standoff_error_m(row));
-            WithError { row: *row, error_m }
-        })?;
-        put(truth, time_us, &frame.truth, Clone::clone)?;
-        put(tracks, time_us, &frame.tracks, |row| {
-            let error_m = scores.as_ref().and_then(|scores| scores.geometry.position_error_m(row));
-            WithError { row: *row, error_m }
-        })?;
-        put(groups, time_us, &frame.groups, Clone::clone)?;
-        put(detections, time_us, &frame.detections, Clone::clone)?;
-        put(events, time_us, &frame.events, Clone::clone)?;
-        let seen: Vec<ViewRow> = scores.iter().flat_map(FrameScores::views).collect();
-        put(views, time_us, &seen, Clone::clone)?;
-        if self.intruders.is_none() && !frame.intruders.is_empty() {
-            self.intruders = Some(TableWriter::create::<At<IntruderRow>>(&self.partial.path)?);
+        let folder = &self.partial.path;
+        let has = |name: &str| self.tables.iter().any(|table| table.count().0 == name);
+        let (intruders, of_agents) = (has(IntruderRow::TABLE), has(AgentRow::TABLE));
+        if !intruders && !frame.intruders.is_empty() {
+            self.tables.insert(TIMED.len(), plain::<IntruderRow>(folder)?);
         }
-        if let Some(intruders) = &mut self.intruders {
-            put(intruders, time_us, &frame.intruders, Clone::clone)?;
+        if !of_agents && frame.agents != PerAgentTables::default() {
+            self.tables.push(plain::<AgentRow>(folder)?);
+            self.tables.push(plain::<ByAgent<TrackRow>>(folder)?);
+            self.tables.push(plain::<ByAgent<GroupRow>>(folder)?);
+            self.tables.push(plain::<AgentEventRow>(folder)?);
+            self.tables.push(plain::<TeammateRow>(folder)?);
         }
-        self.put_agents(time_us, &frame.agents)?;
+        self.tables.iter_mut().try_for_each(|table| table.put(frame, scores.as_ref()))?;
+        self.views.put(frame, scores.as_ref())?;
         self.last_us = Some(time_us);
         self.sound = true;
         let now = Instant::now();
@@ -213,26 +202,6 @@ impl Writer {
         Ok(())
     }
 
-    fn put_agents(&mut self, time_us: i64, agents: &PerAgentTables) -> Result<(), RecordError> {
-        let of_agents = match &mut self.of_agents {
-            Some(tables) => tables,
-            None if *agents == PerAgentTables::default() => return Ok(()),
-            None => self.of_agents.insert([
-                TableWriter::create::<At<AgentRow>>(&self.partial.path)?,
-                TableWriter::create::<At<ByAgent<TrackRow>>>(&self.partial.path)?,
-                TableWriter::create::<At<ByAgent<GroupRow>>>(&self.partial.path)?,
-                TableWriter::create::<At<AgentEventRow>>(&self.partial.path)?,
-                TableWriter::create::<At<TeammateRow>>(&self.partial.path)?,
-            ]),
-        };
-        let [all, tracks, groups, events, team] = of_agents;
-        put(all, time_us, &agents.all, Clone::clone)?;
-        put(tracks, time_us, &agents.tracks, Clone::clone)?;
-        put(groups, time_us, &agents.groups, Clone::clone)?;
-        put(events, time_us, &agents.events, Clone::clone)?;
-        put(team, time_us, &agents.teammates, Clone::clone)
-    }
-
     /// Syncs the data so far to disk, so that the record can be read even if the process ends. [`Writer::frame`] calls
     /// this from time to time.
     ///
@@ -242,9 +211,7 @@ impl Writer {
         let Some(last_us) = self.last_us else { return Ok(()) };
         self.check_sound(last_us)?;
         self.sound = false;
-        let others = self.intruders.iter_mut().chain(self.of_agents.iter_mut().flatten());
-        let tables = self.tables.iter_mut().take(TIMED.len()).chain(others);
-        let tables = tables.map(TableWriter::missing).collect::<Result<Vec<_>, _>>()?;
+        let tables = self.tables.iter_mut().map(|table| table.missing()).collect::<Result<Vec<_>, _>>()?;
         self.sound = true;
         self.keep(last_us, &tables)
     }
@@ -258,10 +225,8 @@ impl Writer {
     /// added to it.
     pub fn close(mut self) -> Result<FinishedRecord, RecordError> {
         self.finish_tables()?;
-        let timed = TIMED.into_iter().chain([ViewRow::TABLE]).zip(self.tables.iter().map(|table| table.pushed));
-        let of_agents = OF_AGENTS.into_iter().zip(self.of_agents.iter().flatten().map(|table| table.pushed));
-        let intruders = self.intruders.iter().map(|table| (IntruderRow::TABLE, table.pushed));
-        let rows = timed.chain(intruders).chain(of_agents).chain([(TargetRow::TABLE, self.bounds.targets as u64)]);
+        let tables = self.tables.iter().chain([&self.views]).map(|table| table.count());
+        let rows = tables.chain([(TargetRow::TABLE, self.bounds.targets as u64)]);
         let rows = rows.map(|(table, rows)| (table.to_owned(), rows)).collect();
         let counts = Some(Counts { time_steps: self.bounds.steps, rows });
         let json = Manifest { counts, unfinished: false, ..self.manifest.clone() }.to_json()?;
@@ -300,8 +265,7 @@ impl Writer {
     fn finish_tables(&mut self) -> Result<(), RecordError> {
         self.check_sound(self.last_us.unwrap_or_default())?;
         self.sound = false;
-        let others = self.intruders.iter_mut().chain(self.of_agents.iter_mut().flatten());
-        self.tables.iter_mut().chain(others).try_for_each(TableWriter::finish)
+        self.tables.iter_mut().chain([&mut self.views]).try_for_each(|table| table.finish())
     }
 
     fn check_sound(&self, time_us: i64) -> Result<(), RecordError> {
@@ -355,8 +319,68 @@ fn replace_manifest(partial: &Path, json: &str, onto_disk: bool) -> Result<File,
     Ok(file)
 }
 
-fn put<R, T: Row>(table: &mut TableWriter, time_us: i64, rows: &[R], row: impl Fn(&R) -> T) -> Result<(), RecordError> {
-    rows.iter().map(row).try_for_each(|row| table.push(&At { time_us, row }))
+/// Table that grows with the frames.
+trait FrameTable: Send {
+    /// Adds the rows of a frame.
+    fn put(&mut self, frame: &Frame, scores: Option<&FrameScores<'_>>) -> Result<(), RecordError>;
+    /// Returns the name of the table and its number of rows.
+    fn count(&self) -> (&'static str, u64);
+    fn missing(&mut self) -> Result<Missing, RecordError>;
+    fn finish(&mut self) -> Result<(), RecordError>;
+}
+
+/// Table with the rows that `rows` adds for each frame.
+struct FrameTableWriter<R, F> {
+    table: TableWriter<At<R>>,
+    rows: F,
+    /// Reused buffer.
+    buffer: Vec<At<R>>,
+}
+
+impl<R: Row, F> FrameTable for FrameTableWriter<R, F>
+where
+    F: Fn(&Frame, Option<&FrameScores<'_>>, &mut dyn FnMut(R)) + Send,
+{
+    fn put(&mut self, frame: &Frame, scores: Option<&FrameScores<'_>>) -> Result<(), RecordError> {
+        self.buffer.clear();
+        (self.rows)(frame, scores, &mut |row| self.buffer.push(At::new(frame.time_us, row)));
+        self.table.push(&mut self.buffer)
+    }
+
+    fn count(&self) -> (&'static str, u64) {
+        (R::TABLE, self.table.pushed)
+    }
+
+    fn missing(&mut self) -> Result<Missing, RecordError> {
+        self.table.missing()
+    }
+
+    fn finish(&mut self) -> Result<(), RecordError> {
+        self.table.finish()
+    }
+}
+
+/// Creates a table in a record's folder. `rows` passes on the rows of a frame.
+fn table<R: Row>(
+    folder: &Path,
+    rows: impl Fn(&Frame, Option<&FrameScores<'_>>, &mut dyn FnMut(R)) + Send + 'static,
+) -> Result<Box<dyn FrameTable>, RecordError> {
+    Ok(Box::new(FrameTableWriter { table: TableWriter::create(folder)?, rows, buffer: Vec::new() }))
+}
+
+fn plain<R: FrameRow>(folder: &Path) -> Result<Box<dyn FrameTable>, RecordError> {
+    table(folder, |frame, _, put| R::of(frame).iter().cloned().for_each(put))
+}
+
+fn with_error<R: FrameRow + HasErrorColumn>(
+    folder: &Path,
+    error_m: fn(&FrameScores<'_>, &R) -> Option<f64>,
+) -> Result<Box<dyn FrameTable>, RecordError> {
+    let with_error = move |row: &R, scores: Option<&FrameScores<'_>>| WithError {
+        row: row.clone(),
+        error_m: scores.and_then(|scores| error_m(scores, row)),
+    };
+    table(folder, move |frame, scores, put| R::of(frame).iter().for_each(|row| put(with_error(row, scores))))
 }
 
 fn bad_frame(time_us: i64, what: impl Into<String>) -> RecordError {
@@ -373,6 +397,7 @@ mod tests {
     use super::super::table::{TableReader, file_of};
     use super::*;
     use crate::common::{frames, load, score, writer};
+    use crate::frame::ViewRow;
 
     fn rows<R: Row>(dir: &Path) -> Vec<At<R>> {
         let mut table = TableReader::open(file_of::<At<R>>(dir)).unwrap();
@@ -407,7 +432,7 @@ mod tests {
         let seen: BTreeSet<(i64, u32)> = views.iter().map(|at| (at.time_us, at.row.target)).collect();
         let steps = (frames.len() - 1) * frames[0].truth.len();
         assert_eq!(Some(seen.len() as f64 / steps as f64), metrics.in_view_fraction);
-        for At { time_us, row } in &views {
+        for At { time_us, row, .. } in &views {
             let frame = frames.iter().find(|frame| frame.time_us == *time_us).unwrap();
             let uav = frame.uavs[row.uav as usize];
             let truth = frame.truth[row.target as usize];

@@ -1,16 +1,17 @@
 //! Encodes frames into parts of a replay.
 
+use std::borrow::Cow;
 use std::collections::BTreeMap;
 
 use standoff_sim::geometry::{desired_pair_phase_rad, phase_differences};
 use standoff_sim::record::{
-    EventQuota, EventRow, Frame, GroupRow, IntruderRow, PerAgentTables, TrackRow, TruthRow, UavRow,
+    EventQuota, EventRow, Frame, GroupRow, IntruderRow, PageColumns, PerAgentTables, TrackRow, TruthRow, UavRow,
 };
 use standoff_sim::score::{CustodyCounts, FrameScorer, FrameScores, PositionBound, ScoreConfig};
 
 use super::chunk::{Event, PartBounds, block};
 use super::per_agent::{AssignmentTables, TeamStates};
-use super::table::{Table, membership_code, status_code};
+use super::table::Table;
 use crate::colours::GroupColours;
 use crate::serve::Bytes;
 
@@ -22,8 +23,18 @@ const ROWS: usize = 50_000;
 /// for each time step of the part.
 const MAX_ROWS: usize = 4 * ROWS;
 
-/// Defines the columns of a table, each with its value: a constant with their names, and a function that makes a row.
-macro_rules! columns {
+/// Columns of the record that the page contains.
+#[derive(Debug, Default)]
+pub(super) struct Recorded {
+    uavs: PageColumns<UavRow>,
+    pub(super) groups: PageColumns<GroupRow>,
+    intruders: PageColumns<IntruderRow>,
+    pub(super) tracks: PageColumns<TrackRow>,
+}
+
+/// Defines derived columns of a table, each with its value: a constant with their names, and a function that makes a
+/// row.
+macro_rules! derived {
     ($names:ident: $row:ident($($of:ident: $type:ty),*) { $($column:ident: $value:expr,)+ }) => {
         const $names: [&str; [$(stringify!($column)),+].len()] = [$(stringify!($column)),+];
 
@@ -33,37 +44,13 @@ macro_rules! columns {
     };
 }
 
-columns! { UAV: uav(row: &UavRow, scores: &FrameScores<'_>) {
-    group: row.group.map(f64::from),
-    x_m: Some(row.x_m),
-    y_m: Some(row.y_m),
-    heading_rad: Some(row.heading_rad),
-    speed_m_s: Some(row.speed_m_s),
-    turn_rate_rad_s: Some(row.turn_rate_rad_s),
-    boresight_rad: row.boresight_rad,
-    speed_limited: Some(f64::from(row.speed_limited)),
-    turn_rate_limited: Some(f64::from(row.turn_rate_limited)),
-    centre_distance_m: row.centre_distance_m,
-    avoided_uav: row.avoided_uav.map(f64::from),
-    avoided_intruder: row.avoided_intruder.map(f64::from),
-    predicted_distance_m: row.predicted_distance_m,
-    limiting_zone: row.limiting_zone.map(f64::from),
-    // derived values
+derived! { UAV: uav(row: &UavRow, scores: &FrameScores<'_>) {
     standoff_error_m: scores.standoff_error_m(row),
     off_boresight_rad: scores.geometry.off_boresight_rad(row),
 } }
 
-columns! { GROUP: group(row: &GroupRow, phase: Option<(f64, f64)>, errors: Option<(f64, Option<f64>)>,
-    scan_sd_m: Option<f64>, colour: Option<usize>) {
-    x_m: Some(row.x_m),
-    y_m: Some(row.y_m),
-    members: Some(f64::from(row.members)),
-    spread_m: Some(row.spread_m),
-    margin_m: Some(row.margin_m),
-    standoff_distance_m: Some(row.standoff_distance_m),
-    feasible: Some(f64::from(row.feasible)),
-    nearest_groupmate_m: row.nearest_groupmate_m,
-    // derived values
+derived! { GROUP: group(phase: Option<(f64, f64)>, errors: Option<(f64, Option<f64>)>, scan_sd_m: Option<f64>,
+    colour: Option<usize>) {
     phase_rad: phase.map(|(phase_rad, _)| phase_rad),
     desired_phase_rad: phase.map(|(_, desired_rad)| desired_rad),
     position_error_m: errors.map(|(error_m, _)| error_m),
@@ -72,15 +59,7 @@ columns! { GROUP: group(row: &GroupRow, phase: Option<(f64, f64)>, errors: Optio
     colour: colour.map(|place| place as f64),
 } }
 
-columns! { INTRUDER: intruder(row: &IntruderRow) {
-    x_m: Some(row.x_m),
-    y_m: Some(row.y_m),
-    heading_rad: Some(row.heading_rad),
-    speed_m_s: Some(row.speed_m_s),
-    transponder_on: Some(f64::from(row.transponder_on)),
-} }
-
-columns! { RUN: run(custody: &CustodyCounts) {
+derived! { RUN: run(custody: &CustodyCounts) {
     targets: Some(custody.targets as f64),
     tracked: Some(custody.tracked as f64),
     in_custody: custody.in_custody.map(|count| count as f64),
@@ -88,23 +67,9 @@ columns! { RUN: run(custody: &CustodyCounts) {
     position_error_m: custody.position_error_m,
 } }
 
-// Indices refer to the state [x, vx, ax, y, vy, ay] and to the upper triangle of its covariance, whose rows have 6, 5,
-// 4, 3, 2, 1 elements.
-columns! { TARGET: target(truth: Option<&TruthRow>, track: Option<&TrackRow>, is_in_view: Option<bool>, detected: u32) {
+derived! { TARGET: target(truth: Option<&TruthRow>, is_in_view: Option<bool>, detected: u32) {
     true_x_m: truth.map(|truth| truth.x_m),
     true_y_m: truth.map(|truth| truth.y_m),
-    x_m: track.map(|track| track.state[0]),
-    y_m: track.map(|track| track.state[3]),
-    vx_m_s: track.map(|track| track.state[1]),
-    vy_m_s: track.map(|track| track.state[4]),
-    cov_x_x: track.map(|track| track.covariance[0]),
-    cov_x_y: track.map(|track| track.covariance[3]),
-    cov_y_y: track.map(|track| track.covariance[15]),
-    status: track.map(|track| status_code(track.status)),
-    membership: track.map(|track| membership_code(track.membership)),
-    group: track.and_then(|track| track.group).map(f64::from),
-    receiving_group: track.and_then(|track| track.receiving_group).map(f64::from),
-    // derived values
     in_view: is_in_view.map(f64::from),
     detections: Some(f64::from(detected)),
 } }
@@ -120,6 +85,7 @@ pub struct Encoder {
     colours: GroupColours,
     allowance: EventQuota,
     others_allowance: EventQuota,
+    recorded: Recorded,
     draft: Draft,
 }
 
@@ -154,6 +120,7 @@ impl Encoder {
     /// Makes an encoder for a new run. Only every `stride`-th time step of a part (at least 1) gets a detail.
     #[must_use]
     pub fn new(rules: &ScoreConfig, stride: usize) -> Self {
+        let recorded = Recorded::default();
         Self {
             scorer: FrameScorer::new(rules.clone()),
             desired_phase_rad: rules.desired_phase_rad,
@@ -163,7 +130,8 @@ impl Encoder {
             colours: GroupColours::default(),
             allowance: EventQuota::default(),
             others_allowance: EventQuota::default(),
-            draft: Draft::new(),
+            draft: Draft::new(&recorded),
+            recorded,
         }
     }
 
@@ -197,7 +165,7 @@ impl Encoder {
         if let Some(bound) = &mut self.bound {
             bound.frame(frame, scores.geometry.matching());
         }
-        let draft = &mut self.draft;
+        let (draft, recorded) = (&mut self.draft, &self.recorded);
         draft.times_us.push(frame.time_us);
         let shown = frame.events.iter().filter(|row| self.allowance.takes(row, None));
         if frame.agents.all.is_empty() {
@@ -208,14 +176,14 @@ impl Encoder {
         draft.agents.next_step(frame);
         draft.bounds.take(frame);
         draft.run.next_step();
-        draft.run.put(0, &run(&scores.custody()));
+        draft.run.put(0, run(&scores.custody()));
         draft.uavs.next_step();
         for row in &frame.uavs {
-            draft.uavs.put(row.uav, &uav(row, &scores));
+            draft.uavs.put(row.uav, recorded.uavs.values(Some(row)).chain(uav(row, &scores)));
         }
         draft.intruders.next_step();
         for row in &frame.intruders {
-            draft.intruders.put(row.intruder, &intruder(row));
+            draft.intruders.put(row.intruder, recorded.intruders.values(Some(row)));
         }
         let phases = phases(frame, self.desired_phase_rad);
         draft.groups.next_step();
@@ -224,21 +192,22 @@ impl Encoder {
             let errors = errors(&scores, self.bound.as_ref(), row.group);
             let phase = phases.get(&row.group).copied();
             let colour = self.colours.place(row.group);
-            draft.groups.put(row.group, &group(row, phase, errors, scores.scan_sd_m(row.group), colour));
+            let derived = group(phase, errors, scores.scan_sd_m(row.group), colour);
+            draft.groups.put(row.group, recorded.groups.values(Some(row)).chain(derived));
         }
         // Every part starts with a detail, so that the page never shows a later detail too early.
         if (draft.times_us.len() - 1).is_multiple_of(self.stride) {
-            draft.detail(frame, &scores);
+            draft.detail(frame, &scores, &recorded.tracks);
         }
         if (draft.times_us.len() - 1).is_multiple_of(self.team_states_stride) {
-            draft.team_states.next_step(frame);
+            draft.team_states.next_step(frame, recorded);
         }
     }
 
     /// Returns the time steps since the last part as a part and starts the next one; `None` if there are none.
     pub fn part(&mut self) -> Option<Part> {
         let part = self.so_far()?.0;
-        self.draft = Draft::new();
+        self.draft = Draft::new(&self.recorded);
         Some(part)
     }
 
@@ -270,17 +239,17 @@ impl Encoder {
 }
 
 impl Draft {
-    fn new() -> Self {
+    fn new(Recorded { uavs, groups, intruders, tracks }: &Recorded) -> Self {
         Self {
             times_us: Vec::new(),
             detail_times_us: Vec::new(),
             events: Vec::new(),
             bounds: PartBounds::default(),
-            run: Table::new("run", &RUN),
-            uavs: Table::new("uavs", &UAV),
-            groups: Table::new("groups", &GROUP),
-            intruders: Table::new("intruders", &INTRUDER),
-            targets: Table::new("targets", &TARGET),
+            run: Table::new("run", RUN.map(Cow::from)),
+            uavs: Table::new("uavs", uavs.names().chain(UAV.map(Cow::from))),
+            groups: Table::new("groups", groups.names().chain(GROUP.map(Cow::from))),
+            intruders: Table::new("intruders", intruders.names()),
+            targets: Table::new("targets", tracks.names().chain(TARGET.map(Cow::from))),
             agents: AssignmentTables::new(),
             team_states: TeamStates::default(),
         }
@@ -299,7 +268,7 @@ impl Draft {
     }
 
     /// Adds the targets: existing ones with their tracks, and tracks of targets that no longer exist.
-    fn detail(&mut self, frame: &Frame, scores: &FrameScores<'_>) {
+    fn detail(&mut self, frame: &Frame, scores: &FrameScores<'_>, tracks: &PageColumns<TrackRow>) {
         self.detail_times_us.push(frame.time_us);
         self.targets.next_step();
         let mut detections: BTreeMap<u32, u32> = BTreeMap::new();
@@ -309,10 +278,11 @@ impl Draft {
         let matching = scores.geometry.matching();
         for (truth, track) in matching.targets() {
             let detected = detections.get(&truth.target).copied().unwrap_or(0);
-            self.targets.put(truth.target, &target(Some(truth), track, scores.in_view(truth.target), detected));
+            let derived = target(Some(truth), scores.in_view(truth.target), detected);
+            self.targets.put(truth.target, tracks.values(track).chain(derived));
         }
         for track in matching.unmatched_tracks() {
-            self.targets.put(track.target, &target(None, Some(track), None, 0));
+            self.targets.put(track.target, tracks.values(Some(track)).chain(target(None, None, 0)));
         }
     }
 }

@@ -3,12 +3,14 @@
 //! The main tables contain the team state of the UAV of lowest id whose computer is on. For the other agents, only
 //! differences are stored: an object that is missing in a table equals the object in the main table at that time step.
 
+use std::borrow::Cow;
 use std::collections::BTreeMap;
+use std::iter;
 
-use standoff::TeammateStatus;
-use standoff_sim::record::{ByAgent, Frame, GroupRow, TeammateRow, TrackRow};
+use standoff_sim::record::{ByAgent, Frame, PageColumns, TeammateRow};
 
-use super::table::{Table, membership_code, single, status_code};
+use super::encoder::Recorded;
+use super::table::{Table, single};
 
 #[cfg(test)]
 mod tests;
@@ -20,38 +22,13 @@ const ROWS: usize = 200_000;
 /// `link_degraded`: 1 if its link is degraded. `group`, `created_s`: assigned group and its creation time.
 /// `assignments`: lowest UAV whose agent has the same assignments.
 const AGENT: [&str; 5] = ["lag_s", "link_degraded", "group", "created_s", "assignments"];
-/// Columns of a UAV in the state of an agent: code of its [`TeammateStatus`] or `NEVER_RECEIVED`, age of its newest
+/// Columns of a UAV in the state of an agent: index of its [`TeammateStatus`](standoff::TeammateStatus) or `NEVER_RECEIVED`, age of its newest
 /// report, and assigned group with its creation time. A missing row means: live, with a report of this time step, and
 /// assigned to the group that the UAV itself reports.
 const TEAM: [&str; 4] = ["status", "age_s", "group", "created_s"];
-/// Columns of a track in the state of an agent. `present`: 1 if the agent has a track that differs from the main
-/// table, 0 if it has no such track.
-const TRACK: [&str; 12] = [
-    "present",
-    "x_m",
-    "y_m",
-    "vx_m_s",
-    "vy_m_s",
-    "cov_x_x",
-    "cov_x_y",
-    "cov_y_y",
-    "status",
-    "membership",
-    "group",
-    "receiving_group",
-];
-/// Columns of a group in the state of an agent; `present` as in [`TRACK`].
-const GROUP: [&str; 9] = [
-    "present",
-    "x_m",
-    "y_m",
-    "members",
-    "spread_m",
-    "margin_m",
-    "standoff_distance_m",
-    "feasible",
-    "nearest_groupmate_m",
-];
+/// First column of a track or group in the state of an agent, before those of the record: 1 if the agent has an object
+/// that differs from the main table, 0 if it has no such object.
+const PRESENT: &str = "present";
 /// Status code of a UAV from which the agent has received no report.
 const NEVER_RECEIVED: f64 = 4.0;
 
@@ -74,7 +51,7 @@ pub(super) struct TeamStates {
 
 impl AssignmentTables {
     pub(super) fn new() -> Self {
-        Self { steps: 0, agents: Table::new("agents", &AGENT), teams: BTreeMap::new() }
+        Self { steps: 0, agents: Table::new("agents", AGENT.map(Cow::from)), teams: BTreeMap::new() }
     }
 
     /// Adds the next time step.
@@ -96,14 +73,15 @@ impl AssignmentTables {
             let lag_s = row.committed_us.map(|committed_us| seconds(frame.time_us.saturating_sub(committed_us)));
             let [group, created_s] = assignment(agents.teammate(row.agent, row.agent));
             self.agents
-                .put(row.agent, &[lag_s, Some(f64::from(row.link_degraded)), group, created_s, Some(f64::from(same))]);
+                .put(row.agent, [lag_s, Some(f64::from(row.link_degraded)), group, created_s, Some(f64::from(same))]);
             self.team(frame, row.agent);
         }
     }
 
     fn team(&mut self, frame: &Frame, agent: u32) {
         let (agents, steps) = (&frame.agents, self.steps);
-        let table = self.teams.entry(agent).or_insert_with(|| Table::at(format!("team-{agent}"), &TEAM, steps));
+        let new = || Table::at(format!("team-{agent}"), TEAM.map(Cow::from), steps);
+        let table = self.teams.entry(agent).or_insert_with(new);
         // Time of the agent's own clock.
         let now_us = agents.teammate(agent, agent).and_then(|row| row.last_report_us).unwrap_or(frame.time_us);
         for uav in &frame.uavs {
@@ -111,17 +89,11 @@ impl AssignmentTables {
             let [group, created_s] = assignment(row);
             let age_s =
                 row.and_then(|row| row.last_report_us).map(|report_us| seconds(now_us.saturating_sub(report_us)));
-            let status = match row.and_then(|row| row.status) {
-                Some(TeammateStatus::Live) => 0.0,
-                Some(TeammateStatus::Silent) => 1.0,
-                Some(TeammateStatus::TimedOut) => 2.0,
-                Some(TeammateStatus::Left) => 3.0,
-                None => NEVER_RECEIVED,
-            };
+            let status = row.and_then(|row| row.status).map_or(NEVER_RECEIVED, |status| f64::from(status as u8));
             let is_on = agents.all.binary_search_by_key(&uav.uav, |row| row.agent).is_ok();
             let own = assignment(agents.teammate(uav.uav, uav.uav));
             if !is_on || (status, age_s, [group, created_s]) != (0.0, Some(0.0), own) {
-                table.put(uav.uav, &[Some(status), age_s, group, created_s]);
+                table.put(uav.uav, [Some(status), age_s, group, created_s]);
             }
         }
     }
@@ -138,7 +110,7 @@ impl AssignmentTables {
 
 impl TeamStates {
     /// Adds the next time step.
-    pub(super) fn next_step(&mut self, frame: &Frame) {
+    pub(super) fn next_step(&mut self, frame: &Frame, recorded: &Recorded) {
         self.times_us.push(frame.time_us);
         let steps = self.times_us.len();
         for (tracks, groups) in self.of.values_mut() {
@@ -149,11 +121,10 @@ impl TeamStates {
         for row in agents.all.iter().skip(1) {
             let agent = row.agent;
             let (tracks, groups) = self.of.entry(agent).or_insert_with(|| {
-                let table = |of, columns| Table::at(format!("{of}-{agent}"), columns, steps);
-                (table("tracks", &TRACK), table("groups", &GROUP))
+                (empty("tracks", agent, &recorded.tracks, steps), empty("groups", agent, &recorded.groups, steps))
             });
-            differences(tracks, &frame.tracks, agents.tracks_of(agent), |row| row.target, track);
-            differences(groups, &frame.groups, agents.groups_of(agent), |row| row.group, group);
+            differences(tracks, &recorded.tracks, &frame.tracks, agents.tracks_of(agent), |row| row.target);
+            differences(groups, &recorded.groups, &frame.groups, agents.groups_of(agent), |row| row.group);
         }
     }
 
@@ -166,43 +137,29 @@ impl TeamStates {
     }
 }
 
+fn empty<R: Clone>(of: &str, agent: u32, columns: &PageColumns<R>, steps: usize) -> Table {
+    Table::at(format!("{of}-{agent}"), iter::once(PRESENT.into()).chain(columns.names()), steps)
+}
+
 /// Stores the differences between the rows of an agent (`own`) and those of the main table (`shown`), including rows
 /// that the agent lacks. Both lists are sorted by id.
-fn differences<R: Copy, const N: usize>(
+fn differences<R: Clone>(
     table: &mut Table,
+    columns: &PageColumns<R>,
     shown: &[R],
     own: &[ByAgent<R>],
     id: impl Fn(&R) -> u32,
-    row: impl Fn(&R) -> [Option<f64>; N],
 ) {
-    let bits = |row: [Option<f64>; N]| row.map(|value| single(value).to_bits());
-    for of in own {
-        let same = shown.binary_search_by_key(&id(&of.row), &id).ok().map(|place| row(&shown[place]));
-        let own = row(&of.row);
-        if same.is_none_or(|same| bits(same) != bits(own)) {
-            table.put(id(&of.row), &own);
+    let bits = |row| columns.values(Some(row)).map(|value| single(value).to_bits());
+    for ByAgent { row, .. } in own {
+        let same = shown.binary_search_by_key(&id(row), &id).ok().map(|place| &shown[place]);
+        if same.is_none_or(|same| bits(same).ne(bits(row))) {
+            table.put(id(row), iter::once(Some(1.0)).chain(columns.values(Some(row))));
         }
     }
     for lacking in shown.iter().filter(|one| own.binary_search_by_key(&id(one), |of| id(&of.row)).is_err()) {
-        let mut none = [None; N];
-        none[0] = Some(0.0);
-        table.put(id(lacking), &none);
+        table.put(id(lacking), iter::once(Some(0.0)).chain(columns.values(None)));
     }
-}
-
-fn track(row: &TrackRow) -> [Option<f64>; TRACK.len()] {
-    let ([x, vx, _, y, vy, _], covariance) = (row.state, &row.covariance);
-    let numbers = [1.0, x, y, vx, vy, covariance[0], covariance[3], covariance[15]];
-    let [present, x, y, vx, vy, x_x, x_y, y_y] = numbers.map(Some);
-    let [group, receiving_group] = [row.group, row.receiving_group].map(|group| group.map(f64::from));
-    let [status, membership] = [status_code(row.status), membership_code(row.membership)].map(Some);
-    [present, x, y, vx, vy, x_x, x_y, y_y, status, membership, group, receiving_group]
-}
-
-fn group(row: &GroupRow) -> [Option<f64>; GROUP.len()] {
-    let numbers = [row.x_m, row.y_m, f64::from(row.members), row.spread_m, row.margin_m, row.standoff_distance_m];
-    let [x, y, members, spread, margin, distance] = numbers.map(Some);
-    [Some(1.0), x, y, members, spread, margin, distance, Some(f64::from(row.feasible)), row.nearest_groupmate_m]
 }
 
 /// Assigned group and its creation time, s, which distinguishes groups with the same number. A group id starts with the

@@ -4,14 +4,13 @@ use std::borrow::Cow;
 use std::collections::BTreeMap;
 
 use serde::Serialize;
-use standoff_sim::record::{MembershipState, TrackStatus};
 
 /// Values of objects at the time steps of a part: a row of single-precision numbers per object and time step, with NaN
 /// for missing values.
 #[derive(Debug)]
 pub(super) struct Table {
     name: Cow<'static, str>,
-    columns: &'static [&'static str],
+    columns: Vec<Cow<'static, str>>,
     steps: usize,
     /// Rows by object, one after the other.
     objects: BTreeMap<u32, Vec<f32>>,
@@ -21,19 +20,23 @@ pub(super) struct Table {
 #[derive(Debug, Serialize)]
 pub(super) struct Directory {
     name: Cow<'static, str>,
-    columns: Vec<&'static str>,
+    columns: Vec<Cow<'static, str>>,
     ids: Vec<u32>,
 }
 
 impl Table {
-    pub(super) fn new(name: &'static str, columns: &'static [&'static str]) -> Self {
-        Self { name: name.into(), columns, steps: 0, objects: BTreeMap::new() }
+    pub(super) fn new(name: &'static str, columns: impl IntoIterator<Item = Cow<'static, str>>) -> Self {
+        Self::at(name, columns, 0)
     }
 
     /// Makes a table that starts at a later time step of its part and was empty before. `steps`: number of time
     /// steps including the current one, at least 1.
-    pub(super) fn at(name: String, columns: &'static [&'static str], steps: usize) -> Self {
-        Self { name: name.into(), columns, steps, objects: BTreeMap::new() }
+    pub(super) fn at(
+        name: impl Into<Cow<'static, str>>,
+        columns: impl IntoIterator<Item = Cow<'static, str>>,
+        steps: usize,
+    ) -> Self {
+        Self { name: name.into(), columns: columns.into_iter().collect(), steps, objects: BTreeMap::new() }
     }
 
     /// Starts the next time step.
@@ -42,11 +45,11 @@ impl Table {
     }
 
     /// Sets the row of an object at this time step; a second row for the same object is ignored.
-    pub(super) fn put(&mut self, id: u32, row: &[Option<f64>]) {
+    pub(super) fn put(&mut self, id: u32, row: impl IntoIterator<Item = Option<f64>>) {
         let (rows, before) = (self.objects.entry(id).or_default(), (self.steps - 1) * self.columns.len());
         if rows.len() <= before {
             rows.resize(before, f32::NAN);
-            rows.extend(row.iter().copied().map(single));
+            rows.extend(row.into_iter().map(single));
         }
     }
 
@@ -63,7 +66,7 @@ impl Table {
     pub(super) fn directory(&self) -> Directory {
         Directory {
             name: self.name.clone(),
-            columns: self.columns.to_vec(),
+            columns: self.columns.clone(),
             ids: self.objects.keys().copied().collect(),
         }
     }
@@ -87,25 +90,6 @@ impl Table {
                 }
             }
         }
-    }
-}
-
-/// Code of a track status in tables.
-pub(super) fn status_code(status: TrackStatus) -> f64 {
-    match status {
-        TrackStatus::Cued => 0.0,
-        TrackStatus::Updated => 1.0,
-        TrackStatus::Coasting => 2.0,
-    }
-}
-
-/// Code of a target's membership in tables.
-pub(super) fn membership_code(membership: MembershipState) -> f64 {
-    match membership {
-        MembershipState::Ungrouped => 0.0,
-        MembershipState::Member => 1.0,
-        MembershipState::InHandoff => 2.0,
-        MembershipState::Removed => 3.0,
     }
 }
 
@@ -143,14 +127,14 @@ mod tests {
 
     #[test]
     fn a_table_reads_back_with_nan_for_missing_values() {
-        let mut table = Table::new("t", &["a", "b"]);
+        let mut table = Table::new("t", ["a", "b"].map(Cow::from));
         table.next_step();
-        table.put(7, &[Some(1.5), None]);
-        table.put(7, &[Some(99.0), None]);
+        table.put(7, [Some(1.5), None]);
+        table.put(7, [Some(99.0), None]);
         table.next_step();
-        table.put(3, &[Some(-2.0), Some(1e300)]);
+        table.put(3, [Some(-2.0), Some(1e300)]);
         table.next_step();
-        table.put(7, &[Some(-0.25), Some(f64::NAN)]);
+        table.put(7, [Some(-0.25), Some(f64::NAN)]);
         let objects = read::<2>(&table);
         let text = |id: u32| format!("{:?}", objects[&id]);
         assert_eq!(text(3), "[[NaN, NaN], [-2.0, NaN], [NaN, NaN]]");
