@@ -12,7 +12,7 @@ mod words;
 use crate::math::{PI, TAU};
 use crate::time::Duration;
 use crate::validation::{Allowed, ParamError, errors_of};
-use value::{Part, Reach, Scalar, one_line};
+use value::{Scalar, one_line};
 
 pub use value::{ParamKind, ParamValue, Word};
 pub use words::{
@@ -47,9 +47,11 @@ params! {
             group: GroupingParams;
             /// Gains of the guidance law.
             guidance: GuidanceParams;
+        }
+        optional {
             /// Collision avoidance; `None`, as in the paper, means that only the phases of UAVs on one orbit separate
             /// them.
-            separation: Option<SeparationParams>;
+            separation: SeparationParams;
         }
         numbers {
             /// Teammate timeout: a UAV that is silent for longer counts as gone; until then it keeps its assignment.
@@ -108,10 +110,10 @@ params! {
     /// assert!(next.speed_m_s > 40.0 && next.heading.deg() > 90.0 && next.position.y_m() > 20.0);
     /// ```
     struct UavParams at [uav] {
-        parts {
+        optional {
             /// Climb model; `None`: the UAV reaches a commanded altitude immediately, as in the planar model of the
             /// paper.
-            climb: Option<ClimbParams>;
+            climb: ClimbParams;
         }
         numbers {
             /// Nominal speed v_0, which is also the desired speed v_d.
@@ -449,13 +451,13 @@ impl ParamInfo {
 impl Default for ClimbParams {
     /// A small fixed-wing UAV.
     fn default() -> Self {
-        Part::recommended()
+        Self::preset(true)
     }
 }
 
 impl Default for SeparationParams {
     fn default() -> Self {
-        Part::recommended()
+        Self::preset(true)
     }
 }
 
@@ -465,7 +467,7 @@ impl TeamParams {
     /// The table does not specify the target's acceleration (here 0.2 m/s2), the sensing range (1,200 m) and the
     /// conditions under which a track is lost. The feedforward and the margin are this project's own forms.
     pub fn paper() -> Self {
-        Part::paper()
+        Self::preset(false)
     }
 
     /// Returns the recommended parameters: those of [`Self::paper`] with this project's modified grouping and guidance,
@@ -480,7 +482,7 @@ impl TeamParams {
     /// # Ok::<(), Vec<standoff::ParamError>>(())
     /// ```
     pub fn recommended() -> Self {
-        Part::recommended()
+        Self::preset(true)
     }
 
     /// Every scalar parameter.

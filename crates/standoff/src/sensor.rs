@@ -133,15 +133,11 @@ pub(crate) fn jacobian_rows(range_m: f64, target_rel_uav: Displacement) -> [Vect
 mod tests {
     use super::*;
     use crate::math;
+    use crate::params::TeamParams;
     use proptest::prelude::*;
 
     fn table_1() -> SensorParams {
-        SensorParams {
-            range_sd_m: 10.0,
-            bearing_sd_rad: 3f64.to_radians(),
-            field_of_view_rad: 70f64.to_radians(),
-            sensing_range_m: 1200.0,
-        }
+        TeamParams::paper().track.sensor
     }
 
     /// Checks Eq. (7).

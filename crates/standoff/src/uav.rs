@@ -348,6 +348,7 @@ fn clamp_flagged(desired: f64, lower: f64, upper: f64, fallback: f64) -> (f64, b
 mod tests {
     use super::*;
     use crate::math::PI;
+    use crate::params::TeamParams;
 
     /// A climb of 50 m at 3 m/s ends level at the commanded altitude without overshoot, for lags shorter and longer
     /// than the period.
@@ -375,15 +376,7 @@ mod tests {
     }
 
     fn table_1(integrator: Integrator) -> UavParams {
-        UavParams {
-            speed_m_s: 40.0,
-            speed_change_max_m_s: 15.0,
-            turn_rate_max_rad_s: 0.3,
-            speed_lag_s: 1.0 / 3.0,
-            turn_rate_lag_s: 1.0 / 3.0,
-            integrator,
-            climb: None,
-        }
+        UavParams { integrator, ..TeamParams::paper().uav }
     }
 
     fn start() -> UavState {

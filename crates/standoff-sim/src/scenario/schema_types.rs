@@ -15,7 +15,7 @@ use standoff::{Agent, Allowed};
 use super::number::{Number, as_typed, lists_as_typed};
 use super::parameters::Parameters;
 use super::sample::{Draw, Drawing};
-use crate::traffic;
+use crate::traffic::Coordinates;
 
 /// Defines each table of a scenario file twice: as typed in the file, and, in [`resolved`], as flown. A number has a
 /// default and, unless it is checked elsewhere, its range.
@@ -528,55 +528,32 @@ fn name(path: &str) -> Cow<'_, str> {
     Path::new(path).file_name().unwrap_or_default().to_string_lossy()
 }
 
-/// Defines a key whose value is one of a few words, those of an enum of the library if it has one.
-macro_rules! words {
-    ($(#[$doc:meta])* $name:ident $(for $library_s:ty)? { $($(#[$word_doc:meta])* $word:ident),* $(,)? }) => {
-        $(#[$doc])*
-        #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
-        #[serde(rename_all = "kebab-case")]
-        pub enum $name { $($(#[$word_doc])* $word,)* }
+/// Where the team state is kept. With an ideal radio both variants are equal to the bit, because every UAV receives
+/// every message.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum AgentSetup {
+    /// One agent keeps the team state for all UAVs.
+    Shared,
+    /// Each UAV has its own agent.
+    PerUav,
+}
 
- words!(@from $name, $($library_s,)? $($word)*);
-    };
-    (@from $name:ident, $library_s:ty, $($word:ident)*) => {
-        impl From<$name> for $library_s {
-            fn from(word: $name) -> Self {
-                match word {
-                    $($name::$word => Self::$word,)*
-                }
-            }
+/// Kind of a zone.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum ZoneKind {
+    /// UAVs must stay outside.
+    KeepOut,
+    /// UAVs must stay inside.
+    KeepIn,
+}
+
+impl From<ZoneKind> for standoff::ZoneKind {
+    fn from(kind: ZoneKind) -> Self {
+        match kind {
+            ZoneKind::KeepOut => Self::KeepOut,
+            ZoneKind::KeepIn => Self::KeepIn,
         }
-    };
-    (@from $name:ident, $($word:ident)*) => {};
-}
-
-words! {
-    /// Where the team state is kept. With an ideal radio both variants are equal to the bit, because every UAV receives
-    /// every message.
-    AgentSetup {
-        /// One agent keeps the team state for all UAVs.
-        Shared,
-        /// Each UAV has its own agent.
-        PerUav,
-    }
-}
-words! {
-    /// Kind of a zone.
-    ZoneKind for standoff::ZoneKind {
-        /// UAVs must stay outside.
-        KeepOut,
-        /// UAVs must stay inside.
-        KeepIn,
-    }
-}
-words! {
-    /// Unit of x and y in a traffic file.
-    Coordinates for traffic::Coordinates {
-        /// Determined from the file.
-        Auto,
-        /// Metres east and north.
-        Metres,
-        /// Degrees of longitude and latitude.
-        Degrees,
     }
 }

@@ -1,5 +1,6 @@
 //! Options of the traffic reader, and the traffic that it returns.
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use standoff::ParamError;
 use standoff_io::geodesy::LocalPlane;
@@ -17,7 +18,8 @@ pub struct Options {
 }
 
 /// Unit of the coordinates of a file.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
 pub enum Coordinates {
     /// Determined from the file. CSV: by the column names; metres if there are columns of both units. FCD: degrees if
     /// SUMO's header comment states so, otherwise by the motion of the vehicles, because a drive in degrees is no

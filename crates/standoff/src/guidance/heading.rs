@@ -222,21 +222,10 @@ fn stationary_centre_rad_s(r_m: f64, orbit: &Orbit, speed_m_s: f64, twice_m: f64
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::params::OrbitDirection;
+    use crate::params::{OrbitDirection, TeamParams};
 
     fn params(feedforward: Feedforward) -> GuidanceParams {
-        GuidanceParams {
-            orbit_direction: OrbitDirection::Anticlockwise,
-            radial_gain: 1.0,
-            lead: Lead::Constant,
-            lead_s: 0.0,
-            speed_reference: SpeedReference::Ground,
-            heading_gain_1_s: 2.0,
-            turn_rate_gain: 0.0,
-            feedforward,
-            phase_gain_1_s: 0.5,
-            desired_phase_rad: 0.5 * crate::math::PI,
-        }
+        GuidanceParams { radial_gain: 1.0, lead_s: 0.0, feedforward, ..TeamParams::paper().guidance }
     }
 
     fn orbit(centre_velocity: Velocity, rate_m_s: f64) -> Orbit {

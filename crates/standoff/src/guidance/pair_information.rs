@@ -72,12 +72,7 @@ mod tests {
 
     /// Table I's sensor.
     fn sensor() -> SensorParams {
-        SensorParams {
-            range_sd_m: 10.0,
-            bearing_sd_rad: 3f64.to_radians(),
-            field_of_view_rad: 70f64.to_radians(),
-            sensing_range_m: 1200.0,
-        }
+        crate::params::TeamParams::paper().track.sensor
     }
 
     proptest! {

@@ -145,13 +145,14 @@ pub fn moving_centre_limit_m(speed_m_s: f64, centre_speed_m_s: f64, turn_rate_ma
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::params::TeamParams;
 
     fn table_1() -> StandoffParams {
-        StandoffParams { field_of_view_margin_rad: 10f64.to_radians(), radius_min_m: 250.0, radius_max_m: 700.0 }
+        TeamParams::paper().group.standoff
     }
 
     fn distance(spread: Spread, margin_m: f64) -> StandoffDistance {
-        table_1().distance(spread, margin_m, &crate::TeamParams::paper().track.sensor)
+        table_1().distance(spread, margin_m, &TeamParams::paper().track.sensor)
     }
 
     /// Checks Eq. (15): with Table I, r_d = 2 (d_max + d_m).

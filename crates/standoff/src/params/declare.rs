@@ -7,8 +7,9 @@ macro_rules! params {
     ($(
         $(#[$about:meta])*
         struct $Struct:ident at $at:tt {
-            // Structs of parameters; an optional one is absent from both presets.
-            $(parts { $($(#[$part_about:meta])* $part:ident: $Part:ty;)* })?
+            // Structs of parameters; optional ones are absent from the presets.
+            $(parts { $($(#[$part_about:meta])* $part:ident: $Part:ident;)* })?
+            $(optional { $($(#[$optional_about:meta])* $optional:ident: $Optional:ident;)* })?
             // Number [letters of the paper] = presets, unit, scenario key, range, range that depends on other fields.
             $(numbers { $(
                 $(#[doc = $number_doc:literal])*
@@ -36,6 +37,7 @@ macro_rules! params {
             #[derive(Debug, Clone, Copy, PartialEq)]
             pub struct $Struct {
                 $($($(#[$part_about])* pub $part: $Part,)*)?
+                $($($(#[$optional_about])* pub $optional: Option<$Optional>,)*)?
                 $($(
                     $(#[doc = $number_doc])*
                     #[doc = concat!(
@@ -61,7 +63,13 @@ macro_rules! params {
             impl $Struct {
                 /// Returns every parameter that is out of range, alone or in combination with others.
                 pub fn errors(&self) -> Vec<ParamError> {
-                    let mut errors = errors_of([$($((stringify!($part), Part::errors(&self.$part)),)*)?]);
+                    let mut errors = errors_of([
+                        $($((stringify!($part), self.$part.errors()),)*)?
+                        $($((
+                            stringify!($optional),
+                            self.$optional.as_ref().map($Optional::errors).unwrap_or_default(),
+                        ),)*)?
+                    ]);
                     $($({
                         let allowed = $allowed;
                         $(let allowed = { let ($params, $range) = (self, allowed); $relation };)?
@@ -70,31 +78,17 @@ macro_rules! params {
                     $({ let ($self, $errors) = (self, &mut errors); $relations })?
                     errors
                 }
-            }
 
-            impl Part for $Struct {
-                fn paper() -> Self {
+                /// Returns the recommended values, or those of the paper.
+                fn preset(is_recommended: bool) -> Self {
                     Self {
-                        $($($part: Part::paper(),)*)?
-                        $($($number: $number_paper,)*)?
-                        $($($word: $Word::$word_paper,)*)?
-                        $($($flag: $flag_paper,)*)?
+                        $($($part: $Part::preset(is_recommended),)*)?
+                        $($($optional: None,)*)?
+                        $($($number: params!(@preset is_recommended, $number_paper $(, $number_recommended)?),)*)?
+                        $($($word: params!(@preset is_recommended, $Word::$word_paper $(, $Word::$word_recommended)?),)*)?
+                        $($($flag: params!(@preset is_recommended, $flag_paper $(, $flag_recommended)?),)*)?
                         $($($other: $value,)*)?
                     }
-                }
-
-                fn recommended() -> Self {
-                    Self {
-                        $($($part: Part::recommended(),)*)?
-                        $($($number: [$($number_recommended,)? $number_paper][0],)*)?
-                        $($($word: [$($Word::$word_recommended,)? $Word::$word_paper][0],)*)?
-                        $($($flag: [$($flag_recommended,)? $flag_paper][0],)*)?
-                        $($($other: $value,)*)?
-                    }
-                }
-
-                fn errors(&self) -> Vec<ParamError> {
-                    self.errors()
                 }
             }
         )*
@@ -108,15 +102,23 @@ macro_rules! params {
             $($(params!(@info $Struct $at $flag, $flag_key, concat!($($flag_doc, "\n"),*), ParamKind::Flag),)*)?
         )*];
     };
+    (@preset $is_recommended:ident, $paper:expr) => {{
+        _ = $is_recommended;
+        $paper
+    }};
+    (@preset $is_recommended:ident, $paper:expr, $recommended:expr) => {
+        if $is_recommended { $recommended } else { $paper }
+    };
     (@info $Struct:ident [$($at:ident).*] $field:ident, $key:literal, $doc:expr, $kind:expr) => {
         ParamInfo {
             path: concat!($(stringify!($at), ".",)* stringify!($field)),
             key: $key,
             doc: $doc,
             kind: $kind,
-            get: |team| Some(Reach::<$Struct>::reach(&(*team)$(.$at)*)?.$field.value()),
+            // A part is optional or not.
+            get: |team| Some(Option::<&$Struct>::from(&(*team)$(.$at)*)?.$field.value()),
             set: |team, value| {
-                Reach::<$Struct>::reach_mut(&mut (*team)$(.$at)*).is_some_and(|part| part.$field.set(value))
+                Option::<&mut $Struct>::from(&mut (*team)$(.$at)*).is_some_and(|part| part.$field.set(value))
             },
         }
     };

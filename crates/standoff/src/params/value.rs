@@ -1,6 +1,6 @@
-//! Values of parameters, and access to structs of parameters.
+//! Kinds and values of parameters.
 
-use crate::validation::{Allowed, ParamError};
+use crate::validation::Allowed;
 
 /// Kind of a parameter.
 #[derive(Debug, Clone, Copy)]
@@ -55,53 +55,6 @@ impl Word {
 /// Joins the lines of a doc comment.
 pub(super) fn one_line(doc: &str) -> String {
     doc.lines().map(str::trim).collect::<Vec<_>>().join(" ")
-}
-
-/// A struct of parameters, or an optional one.
-pub(super) trait Part {
-    fn paper() -> Self;
-    fn recommended() -> Self;
-    fn errors(&self) -> Vec<ParamError>;
-}
-
-impl<T: Part> Part for Option<T> {
-    fn paper() -> Self {
-        None
-    }
-
-    fn recommended() -> Self {
-        None
-    }
-
-    fn errors(&self) -> Vec<ParamError> {
-        self.as_ref().map(Part::errors).unwrap_or_default()
-    }
-}
-
-/// Access to a struct of parameters that may be optional.
-pub(super) trait Reach<T> {
-    fn reach(&self) -> Option<&T>;
-    fn reach_mut(&mut self) -> Option<&mut T>;
-}
-
-impl<T: Part> Reach<T> for T {
-    fn reach(&self) -> Option<&T> {
-        Some(self)
-    }
-
-    fn reach_mut(&mut self) -> Option<&mut T> {
-        Some(self)
-    }
-}
-
-impl<T: Part> Reach<T> for Option<T> {
-    fn reach(&self) -> Option<&T> {
-        self.as_ref()
-    }
-
-    fn reach_mut(&mut self) -> Option<&mut T> {
-        self.as_mut()
-    }
 }
 
 /// A field that holds one parameter.

@@ -228,22 +228,14 @@ fn start_filter(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::params::SensorParams;
+    use crate::params::TeamParams;
     use crate::sensor::measure;
 
     fn params() -> TrackParams {
         TrackParams {
             target: TargetParams { correlation_rate_1_s: 0.3, acceleration_sd_m_s2: 0.75 },
-            sensor: SensorParams {
-                range_sd_m: 10.0,
-                bearing_sd_rad: 3f64.to_radians(),
-                field_of_view_rad: 70f64.to_radians(),
-                sensing_range_m: 1200.0,
-            },
             deletion_position_sd_m: 150.0,
-            deletion_unseen_in_view_s: 5.0,
-            initial_velocity_sd_m_s: 10.0,
-            lost_track_retention_s: 600.0,
+            ..TeamParams::paper().track
         }
     }
 
