@@ -18,7 +18,7 @@
 
 use map_3d::Ellipsoid::WGS84;
 use map_3d::{enu2geodetic, geodetic2enu};
-use standoff::{Allowed, ParamError, Position, math};
+use standoff::{Allowed, Displacement, ParamError, Position};
 
 /// Maximum distance from the origin, m. Further away, a plane is not a usable map of the Earth.
 pub const FURTHEST_M: f64 = 1e6;
@@ -47,7 +47,7 @@ impl LocalPlane {
     pub fn position(&self, latitude_deg: f64, longitude_deg: f64) -> Result<Position, ParamError> {
         let [lat, lon] = radians(latitude_deg, longitude_deg)?;
         let (east_m, north_m, up_m) = geodetic2enu(lat, lon, 0.0, self.latitude_rad, self.longitude_rad, 0.0, WGS84);
-        check_distance(math::hypot(math::hypot(east_m, north_m), up_m))?;
+        check_distance(Displacement::from_m(Displacement::from_m(east_m, north_m).length_m(), up_m).length_m())?;
         Ok(Position::from_m(east_m, north_m))
     }
 
@@ -84,6 +84,8 @@ fn check(name: &'static str, value: f64, allowed: Allowed) -> Result<(), ParamEr
 
 #[cfg(test)]
 mod tests {
+    use standoff::research::math;
+
     use super::*;
 
     fn dms(degrees: f64, minutes: f64, seconds: f64) -> f64 {

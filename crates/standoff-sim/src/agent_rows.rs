@@ -233,7 +233,7 @@ fn tracks(team_state: &TeamState, mut put: impl FnMut(TrackRow)) {
 
 fn groups(team_state: &TeamState, mut put: impl FnMut(GroupRow)) {
     for group in &team_state.groups {
-        let centre = group.centre.estimate().state;
+        let centre = group.centre().state;
         put(GroupRow {
             group: team_state.group_number(group.id).unwrap_or_default(),
             members: group.members,
@@ -242,13 +242,13 @@ fn groups(team_state: &TeamState, mut put: impl FnMut(GroupRow)) {
             vx_m_s: centre.velocity().x_m_s(),
             vy_m_s: centre.velocity().y_m_s(),
             spread_m: group.spread.distance_m,
-            margin_m: group.margin_m,
+            margin_m: group.margin_m(),
             standoff_unclamped_m: group.standoff.unclamped_m,
             standoff_distance_m: group.standoff.distance_m,
             standoff_rate_m_s: group.standoff.rate_m_s,
-            turn_limit_m: group.turn_limit_m.is_finite().then_some(group.turn_limit_m),
+            turn_limit_m: group.turn_limit_m().is_finite().then_some(group.turn_limit_m()),
             feasible: group.has_feasible_orbit(),
-            convergence_threshold_m2_s: group.threshold_m2_s,
+            convergence_threshold_m2_s: group.threshold_m2_s(),
             altitude_m: group.altitude_m,
             nearest_groupmate_m: group.nearest_groupmate_m,
             group_uid: Some(group.id.0),
@@ -278,8 +278,8 @@ fn track(known: &GroupedTrack, status: TrackStatus, team_state: &TeamState) -> T
             Membership::InHandoff(_) => MembershipState::InHandoff,
             Membership::Removed => MembershipState::Removed,
         },
-        group: known.group().and_then(number),
-        receiving_group: known.receiving_group().and_then(number),
+        group: known.membership.group().and_then(number),
+        receiving_group: known.membership.receiving_group().and_then(number),
         state: estimate.state.0.into(),
         covariance: estimate.covariance.upper_triangle(),
     }

@@ -3,8 +3,9 @@
 
 use std::collections::BTreeSet;
 
-use standoff::math::{self, TAU};
-use standoff::{Angle, CentreEstimate, EnclosingCircle, Position, SensorParams, TargetState, Velocity};
+use standoff::research::EnclosingCircle;
+use standoff::research::math::{self, TAU};
+use standoff::{Angle, CentreEstimate, Position, SensorParams, TargetState, Velocity};
 
 use crate::frame::{Frame, GroupRow, TrackRow, TruthRow, UavRow};
 use crate::matching::{Matched, Matching};

@@ -16,7 +16,8 @@ mod separation;
 mod true_orbits;
 
 use nalgebra::{SMatrix, SVector};
-use standoff::{Covariance, Displacement, OrbitMotion, Position, math};
+use standoff::research::{OrbitMotion, math};
+use standoff::{Covariance, Displacement, Position};
 
 use crate::frame::{Frame, GroupRow};
 use crate::geometry::{at, centre, group_of, off_boresight_angles_rad, off_orbit_m};

@@ -3,7 +3,8 @@
 use std::sync::Arc;
 
 use nalgebra::{Matrix3, Vector6};
-use standoff::{Position, TargetState, Time, Transition, Velocity};
+use standoff::research::Transition;
+use standoff::{Position, TargetState, Time, Velocity};
 
 use crate::random::{Draws, Stream};
 use crate::scenario::{Manoeuvre, Scenario, Targets};

@@ -8,10 +8,11 @@ mod common;
 use std::ops::RangeInclusive;
 
 use nalgebra::{Vector2, Vector6};
-use standoff::sensor::{jacobian, measure};
+use standoff::research::{Contribution, InformationFilter};
+use standoff::research::{jacobian, measure};
 use standoff::{
-    Angle, Contribution, Covariance, Displacement, Duration, Estimate, InformationFilter, Position,
-    RangeBearingMeasurement, SensorParams, TargetParams, TargetState, Velocity,
+    Angle, Covariance, Displacement, Duration, Estimate, Position, RangeBearingMeasurement, SensorParams, TargetParams,
+    TargetState, Velocity,
 };
 use standoff_sim::random::{Draws, Stream};
 use standoff_sim::run::{Mission, fly};

@@ -5,7 +5,8 @@ use std::fmt;
 
 use nalgebra::Matrix6;
 use proptest::prelude::*;
-use standoff::{Covariance, math};
+use standoff::Covariance;
+use standoff::research::math;
 use standoff_sim::record::{Frame, TrackRow};
 use standoff_sim::run::Mission;
 use standoff_sim::scenario::{Scenario, ScenarioTemplate};

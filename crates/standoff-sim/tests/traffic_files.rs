@@ -1,6 +1,6 @@
 //! Reads whole traffic files: those of the project, and real ones of `../shared/data` if available.
 
-use standoff::math;
+use standoff::research::math;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 

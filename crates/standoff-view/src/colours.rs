@@ -67,7 +67,7 @@ impl GroupColours {
 mod tests {
     use super::*;
     use crate::common::group_row;
-    use standoff::math;
+    use standoff::research::math;
 
     /// Colour vision models as matrices in linear sRGB: normal vision, deuteranopia, protanopia (Machado, Oliveira and
     /// Fernandes 2009).

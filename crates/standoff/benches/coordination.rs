@@ -6,9 +6,10 @@ use std::hint::black_box;
 
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use pieces::{FleetTicks, field, spread};
-use standoff::coordination::assignment::{AvailableUav, CandidateGroup, assign};
-use standoff::coordination::clustering::KMeans;
+use standoff::research::KMeans;
+use standoff::research::assign;
 use standoff::*;
+use standoff::{AvailableUav, CandidateGroup};
 
 fn assignment(c: &mut Criterion) {
     let sensor = TeamParams::paper().track.sensor;

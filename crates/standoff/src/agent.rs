@@ -140,7 +140,8 @@ impl Agent {
     /// Team states whose events were published with the last decision; `true` marks a provisional state, which may
     /// still change. While no messages are missing, this is the current state; otherwise, events are published once
     /// they are certain or likely.
-    pub fn published_states(&self) -> impl Iterator<Item = (&TeamState, bool)> {
+    #[cfg_attr(feature = "research", visibility::make(pub))]
+    pub(crate) fn published_states(&self) -> impl Iterator<Item = (&TeamState, bool)> {
         let link_is_degraded = self.link_is_degraded();
         self.replica
             .history
@@ -149,7 +150,8 @@ impl Agent {
     }
 
     /// Last committed time step: nothing up to it can change any more. `None` before the first commit.
-    pub fn committed_at(&self) -> Option<Time> {
+    #[cfg_attr(feature = "research", visibility::make(pub))]
+    pub(crate) fn committed_at(&self) -> Option<Time> {
         (self.replica.history.committed >= self.replica.history.start)
             .then(|| self.replica.log.time(self.replica.history.committed))
     }

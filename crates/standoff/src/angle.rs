@@ -52,25 +52,29 @@ impl Angle {
 
     /// Size of the angle, radians in [0, pi].
     #[inline]
-    pub fn abs_rad(self) -> f64 {
+    #[cfg_attr(feature = "research", visibility::make(pub))]
+    pub(crate) fn abs_rad(self) -> f64 {
         self.0.abs()
     }
 
     /// Cosine.
     #[inline]
-    pub fn cos(self) -> f64 {
+    #[cfg_attr(feature = "research", visibility::make(pub))]
+    pub(crate) fn cos(self) -> f64 {
         math::cos(self.0)
     }
 
     /// Sine.
     #[inline]
-    pub fn sin(self) -> f64 {
+    #[cfg_attr(feature = "research", visibility::make(pub))]
+    pub(crate) fn sin(self) -> f64 {
         math::sin(self.0)
     }
 
     /// Sine and cosine.
     #[inline]
-    pub fn sin_cos(self) -> (f64, f64) {
+    #[cfg_attr(feature = "research", visibility::make(pub))]
+    pub(crate) fn sin_cos(self) -> (f64, f64) {
         math::sin_cos(self.0)
     }
 }

@@ -286,13 +286,15 @@ impl CommandLaw<'_> {
 
 impl TeamParams {
     /// Command of a UAV that knows no targets or whose computer is off: the smallest orbit at its position.
-    pub fn fallback_command(&self) -> Command {
+    #[cfg_attr(feature = "research", visibility::make(pub))]
+    pub(crate) fn fallback_command(&self) -> Command {
         let (speed_m_s, radius_m) = (self.uav.speed_m_s, self.group.standoff.radius_min_m);
         Command { speed_m_s, turn_rate_rad_s: self.guidance.orbit_direction.sign() * speed_m_s / radius_m }
     }
 
     /// Altitude of a UAV that is not assigned to a group yet, m: the lowest one, or its own; within the limits.
-    pub fn initial_altitude_m(&self, uav: UavId) -> f64 {
+    #[cfg_attr(feature = "research", visibility::make(pub))]
+    pub(crate) fn initial_altitude_m(&self, uav: UavId) -> f64 {
         self.limit_altitude_m(self.own_altitude_m(uav).unwrap_or(self.group.altitude_lowest_m))
     }
 

@@ -1,15 +1,15 @@
 //! Coordination of the team: the groups of targets, their members and orbits, and the UAVs that are assigned to them.
 
-pub mod assignment;
-pub mod clustering;
+pub(crate) mod assignment;
+pub(crate) mod clustering;
 pub(crate) mod desired_centre;
-pub mod dwell;
-pub mod event;
-pub mod group;
-pub mod group_centre;
+pub(crate) mod dwell;
+pub(crate) mod event;
+pub(crate) mod group;
+pub(crate) mod group_centre;
 pub(crate) mod grouping;
-pub mod lost_target_search;
-pub mod memberships;
+pub(crate) mod lost_target_search;
+pub(crate) mod memberships;
 mod required_orbit;
 mod spread;
-pub mod teammate;
+pub(crate) mod teammate;

@@ -29,7 +29,8 @@ pub(crate) const OWN: [[usize; 3]; 3] = [[0, 1, 2], [1, 3, 4], [2, 4, 5]];
 
 impl Covariance {
     /// Creates the covariance of independent components with these variances.
-    pub fn from_diagonal(variances: [f64; 6]) -> Self {
+    #[cfg_attr(feature = "research", visibility::make(pub))]
+    pub(crate) fn from_diagonal(variances: [f64; 6]) -> Self {
         Self::from(&Matrix6::from_diagonal(&variances.into()))
     }
 
@@ -51,7 +52,8 @@ impl Covariance {
     }
 
     /// Returns the covariance as a full matrix.
-    pub fn matrix(&self) -> Matrix6<f64> {
+    #[cfg_attr(feature = "research", visibility::make(pub))]
+    pub(crate) fn matrix(&self) -> Matrix6<f64> {
         let mut upper = self.upper_triangle().into_iter();
         let mut matrix = Matrix6::zeros();
         for row in 0..6 {
@@ -64,7 +66,8 @@ impl Covariance {
     }
 
     /// Returns the covariance of the position, m2.
-    pub fn position(&self) -> Matrix2<f64> {
+    #[cfg_attr(feature = "research", visibility::make(pub))]
+    pub(crate) fn position(&self) -> Matrix2<f64> {
         let across = self.cross_axis[0][0];
         Matrix2::new(self.same_axis[0].x, across, across, self.same_axis[0].y)
     }

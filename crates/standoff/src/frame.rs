@@ -74,13 +74,15 @@ impl Position {
 
     /// Coordinates as a vector `[x, y]`, m.
     #[inline]
-    pub fn vector(self) -> Vector2<f64> {
+    #[cfg_attr(feature = "research", visibility::make(pub))]
+    pub(crate) fn vector(self) -> Vector2<f64> {
         Vector2::new(self.x_m, self.y_m)
     }
 
     /// Squared distance to another position, m2; faster than the distance, for comparisons.
     #[inline]
-    pub fn squared_distance_m2(self, other: Self) -> f64 {
+    #[cfg_attr(feature = "research", visibility::make(pub))]
+    pub(crate) fn squared_distance_m2(self, other: Self) -> f64 {
         let (x_m, y_m) = (self.x_m() - other.x_m(), self.y_m() - other.y_m());
         x_m * x_m + y_m * y_m
     }
@@ -131,7 +133,8 @@ impl Displacement {
 
     /// Components as a vector `[x, y]`, m.
     #[inline]
-    pub fn vector(self) -> Vector2<f64> {
+    #[cfg_attr(feature = "research", visibility::make(pub))]
+    pub(crate) fn vector(self) -> Vector2<f64> {
         Vector2::new(self.x_m, self.y_m)
     }
 
@@ -186,7 +189,8 @@ impl Velocity {
 
     /// Components as a vector `[x, y]`, m/s.
     #[inline]
-    pub fn vector(self) -> Vector2<f64> {
+    #[cfg_attr(feature = "research", visibility::make(pub))]
+    pub(crate) fn vector(self) -> Vector2<f64> {
         Vector2::new(self.x_m_s, self.y_m_s)
     }
 

@@ -7,63 +7,71 @@
 //! an equation of that paper.
 //!
 //! The library is pure: it uses no clock, file, thread, random number or output. The caller passes time, measurements
-//! and messages as arguments and receives commands as values. [`Agent`] combines all parts; each part can also be used
-//! alone.
+//! and messages as arguments and receives commands as values. [`Agent`] combines all parts, and [`TeamAgent`] is a whole
+//! team with an ideal radio. [`wire`] encodes messages. The extension point is [`AssignmentLaw`].
+//!
+//! The feature `research` adds the module `research`, with parts of the implementation for
+//! studies, simulators and tests.
 //!
 //! Frame: x east, y north, metres. Angles: radians, anticlockwise from east, in (-pi, pi]. Units are SI; the unit is
 //! the last part of a name.
 
-pub mod agent;
-pub mod angle;
-pub mod coordination;
-pub mod covariance;
-mod digest;
-pub mod frame;
-pub mod group_id;
-pub mod guidance;
-mod intruders;
-pub mod math;
-pub mod message;
-mod message_log;
-mod state_update;
-pub mod team_agent;
+#![cfg_attr(
+    not(feature = "research"),
+    expect(dead_code, unreachable_pub, reason = "only the module `research` uses or exports some items")
+)]
 
+mod agent;
+mod angle;
 mod command_law;
-pub mod enclosing_circle;
-pub mod output;
-pub mod params;
-pub mod sensor;
+mod coordination;
+mod covariance;
+mod digest;
+mod enclosing_circle;
+mod frame;
+mod group_id;
+mod guidance;
+mod intruders;
+mod math;
+mod message;
+mod message_log;
+mod output;
+mod params;
+#[cfg(feature = "research")]
+pub mod research;
+mod sensor;
+mod state_update;
 mod step_messages;
-pub mod target;
-pub mod team_state;
-pub mod time;
-pub mod tracking;
-pub mod uav;
-pub mod validation;
+mod target;
+mod team_agent;
+mod team_state;
+mod time;
+mod tracking;
+mod uav;
+mod validation;
 pub mod wire;
 
 pub use agent::Agent;
 pub use angle::Angle;
 pub use coordination::assignment::{Assignment, AssignmentLaw, AvailableUav, CandidateGroup};
 pub use coordination::dwell::Handoff;
-pub use coordination::event::{Event, EventKind, GroupRetiredReason};
+pub use coordination::event::{
+    Event, EventKind, GroupCreatedReason, GroupRetiredReason, HandoffCancelledReason, HandoffCompletedReason,
+    ReassignmentReason, SearchEndReason,
+};
 pub use coordination::group::Group;
 pub use coordination::lost_target_search::SearchAssignment;
 pub use coordination::memberships::{GroupedTrack, Membership};
 pub use coordination::teammate::Teammate;
 pub use covariance::Covariance;
-pub use enclosing_circle::{CircleMotion, EnclosingCircle};
 pub use frame::{Displacement, Position, Velocity};
 pub use group_id::GroupId;
 pub use guidance::avoidance::Avoidance;
 pub use guidance::geofence::{Geofence, GeofenceError, Zone, ZoneKind};
-pub use guidance::heading::{Orbit, Steering};
-pub use guidance::orbit_motion::OrbitMotion;
+pub use guidance::heading::Steering;
 pub use guidance::standoff_distance::{Spread, StandoffDistance};
-pub use guidance::vector_field::VectorField;
 pub use message::{
-    CommitDigest, Cue, Detection, LogStatus, Message, MessageSource, ReceivedRange, Report, Scan, SnapshotPart,
-    SnapshotRequest, TargetLabel, TrafficReport,
+    CommitDigest, Cue, Detection, LogStatus, Message, Report, Scan, SnapshotPart, TargetLabel, TrafficReport,
 };
 pub use message_log::TeammateStatus;
 pub use output::{AgentOutput, Diagnostics, Observation, PointingTarget, Rejected};
@@ -74,11 +82,11 @@ pub use params::{
     TeamParams, TrackParams, UavParams, Word,
 };
 pub use sensor::RangeBearingMeasurement;
-pub use target::{TargetState, Transition};
+pub use target::TargetState;
 pub use team_agent::TeamAgent;
 pub use team_state::TeamState;
 pub use time::{Duration, Time};
-pub use tracking::information_filter::{Contribution, Estimate, InformationFilter};
+pub use tracking::information_filter::Estimate;
 pub use tracking::track::{LossReason, Track, TrackId, TrackStatus};
-pub use uav::{Aircraft, AutopilotModel, Command, LimitedCommand, UavId, UavState, Vertical};
+pub use uav::{Aircraft, AutopilotModel, Command, UavId, UavState, Vertical};
 pub use validation::{Allowed, ParamError};

@@ -35,6 +35,20 @@ pub struct Scan<'a> {
     pub detections: &'a [Detection],
 }
 
+/// Declares a struct of the message log's protocol. Integrators pass it on whole, so that its fields are private to the
+/// crate; with the feature `research` they are public, for tests that forge messages.
+macro_rules! protocol_struct {
+    ($(#[$about:meta])* pub struct $Struct:ident { $($(#[$field_about:meta])* $field:ident: $Field:ty,)* }) => {
+        #[cfg(feature = "research")]
+        $(#[$about])*
+        pub struct $Struct { $($(#[$field_about])* pub $field: $Field,)* }
+
+        #[cfg(not(feature = "research"))]
+        $(#[$about])*
+        pub struct $Struct { $($(#[$field_about])* pub(crate) $field: $Field,)* }
+    };
+}
+
 /// Every kind of message.
 #[derive(Debug, PartialEq)]
 pub enum Message {
@@ -57,77 +71,87 @@ pub enum MessageSource {
     CueSource(u32),
 }
 
-/// Contiguous range of entries that an agent has received.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct ReceivedRange {
-    /// Source of the entries.
-    pub source: MessageSource,
-    /// First entry. For a UAV, the time step of its report, in periods since [`Time::EPOCH`]; for a cue source, that
-    /// number times 65,536 plus the cue's [`sequence`](Cue::sequence).
-    pub from: i64,
-    /// Last entry, included.
-    pub to: i64,
+protocol_struct! {
+    /// Contiguous range of entries that an agent has received.
+    #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+    pub struct ReceivedRange {
+        /// Source of the entries.
+        source: MessageSource,
+        /// First entry. For a UAV, the time step of its report, in periods since [`Time::EPOCH`]; for a cue source, that
+        /// number times 65,536 plus the cue's [`sequence`](Cue::sequence).
+        from: i64,
+        /// Last entry, included.
+        to: i64,
+    }
 }
 
-/// Status of the sender's message log; teammates compute from it which entries the sender lacks.
-#[derive(Debug, Default, PartialEq)]
-pub struct LogStatus {
-    /// Start time of the sender's team state, or of the state that it adopted. The state that started first wins.
-    pub start: Time,
-    /// Last committed time step: up to it, the team state cannot change any more, because nothing is missing or the
-    /// retention time has passed.
-    pub committed_until: Time,
-    /// Digest of a team state that is committed.
-    pub commit_digest: CommitDigest,
-    /// Time step after which `received` lists all entries that the sender has.
-    pub listed_after: Time,
-    /// Ranges of received entries, sorted by source, then number.
-    pub received: Vec<ReceivedRange>,
-    /// Last time step with missing messages, at the sender or at a teammate, according to the reports that it has
-    /// received.
-    pub degraded_at: Time,
-    /// Snapshot request of the sender.
-    pub snapshot_request: Option<SnapshotRequest>,
+protocol_struct! {
+    /// Status of the sender's message log; teammates compute from it which entries the sender lacks.
+    #[derive(Debug, Default, PartialEq)]
+    pub struct LogStatus {
+        /// Start time of the sender's team state, or of the state that it adopted. The state that started first wins.
+        start: Time,
+        /// Last committed time step: up to it, the team state cannot change any more, because nothing is missing or the
+        /// retention time has passed.
+        committed_until: Time,
+        /// Digest of a team state that is committed.
+        commit_digest: CommitDigest,
+        /// Time step after which `received` lists all entries that the sender has.
+        listed_after: Time,
+        /// Ranges of received entries, sorted by source, then number.
+        received: Vec<ReceivedRange>,
+        /// Last time step with missing messages, at the sender or at a teammate, according to the reports that it has
+        /// received.
+        degraded_at: Time,
+        /// Snapshot request of the sender.
+        snapshot_request: Option<SnapshotRequest>,
+    }
 }
 
-/// Digest of a committed team state.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
-pub struct CommitDigest {
-    /// Time step of the team state.
-    pub time: Time,
-    /// Digest of the team state at that time.
-    pub digest: u64,
+protocol_struct! {
+    /// Digest of a committed team state.
+    #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+    pub struct CommitDigest {
+        /// Time step of the team state.
+        time: Time,
+        /// Digest of the team state at that time.
+        digest: u64,
+    }
 }
 
-/// Request for a snapshot, from an agent that missed the history of the team.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct SnapshotRequest {
-    /// Receiver of the request.
-    pub receiver: UavId,
-    /// Snapshot that has arrived in part; `None` before the first part.
-    pub commit_digest: Option<CommitDigest>,
-    /// Index of the first missing part.
-    pub first_missing_part: u16,
-    /// Bit mask of the 64 parts after `first_missing_part` that have arrived; the lowest bit is the part directly after
-    /// it.
-    pub received_mask: u64,
+protocol_struct! {
+    /// Request for a snapshot, from an agent that missed the history of the team.
+    #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+    pub struct SnapshotRequest {
+        /// Receiver of the request.
+        receiver: UavId,
+        /// Snapshot that has arrived in part; `None` before the first part.
+        commit_digest: Option<CommitDigest>,
+        /// Index of the first missing part.
+        first_missing_part: u16,
+        /// Bit mask of the 64 parts after `first_missing_part` that have arrived; the lowest bit is the part directly after
+        /// it.
+        received_mask: u64,
+    }
 }
 
-/// Part of a serialised team state. The receiver checks all parts together against the digest before it uses any.
-#[derive(Debug, PartialEq)]
-pub struct SnapshotPart {
-    /// UAV whose team state this is.
-    pub uav: UavId,
-    /// Start time of that team state.
-    pub start: Time,
-    /// Digest that identifies the snapshot.
-    pub commit_digest: CommitDigest,
-    /// Zero-based index of the part.
-    pub index: u16,
-    /// Number of parts.
-    pub count: u16,
-    /// Bytes of this part, at most [`SnapshotPart::BYTES_MAX`]; all parts except the last have exactly that number.
-    pub bytes: Vec<u8>,
+protocol_struct! {
+    /// Part of a serialised team state. The receiver checks all parts together against the digest before it uses any.
+    #[derive(Debug, PartialEq)]
+    pub struct SnapshotPart {
+        /// UAV whose team state this is.
+        uav: UavId,
+        /// Start time of that team state.
+        start: Time,
+        /// Digest that identifies the snapshot.
+        commit_digest: CommitDigest,
+        /// Zero-based index of the part.
+        index: u16,
+        /// Number of parts.
+        count: u16,
+        /// Bytes of this part, at most [`SnapshotPart::BYTES_MAX`]; all parts except the last have exactly that number.
+        bytes: Vec<u8>,
+    }
 }
 
 impl Default for SnapshotPart {
@@ -139,7 +163,8 @@ impl Default for SnapshotPart {
 
 impl SnapshotPart {
     /// Maximum number of bytes of one part: with its header, it fits into a datagram that no network fragments.
-    pub const BYTES_MAX: usize = 512;
+    #[cfg_attr(feature = "research", visibility::make(pub))]
+    pub(crate) const BYTES_MAX: usize = 512;
 }
 
 /// Position report of an aircraft outside the team, an *intruder*. It is not an entry of the message log: no agent

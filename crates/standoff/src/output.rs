@@ -48,7 +48,8 @@ impl PointingTarget {
 
     /// [Boresights](Self::boresight) of several UAVs: the same values as one by one, computed faster.
     #[inline]
-    pub fn boresight_batch<const N: usize>(looks: [(Self, Position); N], later: Duration) -> [Angle; N] {
+    #[cfg_attr(feature = "research", visibility::make(pub))]
+    pub(crate) fn boresight_batch<const N: usize>(looks: [(Self, Position); N], later: Duration) -> [Angle; N] {
         Displacement::direction_batch(looks.map(|(look, uav)| look.position + look.velocity * later.s() - uav))
     }
 }
@@ -124,7 +125,7 @@ pub struct Rejected {
 
 impl Rejected {
     /// All counters at zero.
-    pub const NONE: Self = Self { bad_time: 0, late: 0, off_grid: 0, malformed: 0, implausible: 0 };
+    pub(crate) const NONE: Self = Self { bad_time: 0, late: 0, off_grid: 0, malformed: 0, implausible: 0 };
 
     /// Number of rejected messages of all kinds.
     pub fn messages(&self) -> u32 {

@@ -21,7 +21,7 @@ pub use words::{
 };
 
 /// Minimum range of a usable measurement, m. At shorter ranges the Jacobian's 1/r diverges and the bearing is useless.
-pub const RANGE_MIN_M: f64 = 1.0;
+pub(crate) const RANGE_MIN_M: f64 = 1.0;
 
 params! {
     /// Parameters of a team; every agent of the team is built from the same ones.
@@ -491,12 +491,14 @@ impl TeamParams {
     }
 
     /// Duration that a silent UAV still counts as part of the team.
-    pub fn teammate_timeout(&self) -> Duration {
+    #[cfg_attr(feature = "research", visibility::make(pub))]
+    pub(crate) fn teammate_timeout(&self) -> Duration {
         Duration::from_s(self.teammate_timeout_s)
     }
 
     /// Returns the UAV parameters that cannot be integrated over a period: [`UavParams::errors_for_period`].
-    pub fn errors_for_period(&self, period: Duration) -> Vec<ParamError> {
+    #[cfg_attr(feature = "research", visibility::make(pub))]
+    pub(crate) fn errors_for_period(&self, period: Duration) -> Vec<ParamError> {
         errors_of([("uav", self.uav.errors_for_period(period))])
     }
 }

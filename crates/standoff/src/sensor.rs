@@ -21,24 +21,28 @@ pub struct RangeBearingMeasurement {
 
 impl SensorParams {
     /// Half the field of view, rad.
-    pub fn half_field_of_view_rad(&self) -> f64 {
+    #[cfg_attr(feature = "research", visibility::make(pub))]
+    pub(crate) fn half_field_of_view_rad(&self) -> f64 {
         0.5 * self.field_of_view_rad
     }
 
     /// Returns true if the target is within half the field of view of the boresight and within sensing range.
-    pub fn in_view(&self, uav: Position, boresight: Angle, target: Position) -> bool {
+    #[cfg_attr(feature = "research", visibility::make(pub))]
+    pub(crate) fn in_view(&self, uav: Position, boresight: Angle, target: Position) -> bool {
         self.measure(uav, boresight, target).is_some()
     }
 
     /// Returns the noise-free measurement of a target that is [in view](Self::in_view); `None` otherwise.
-    pub fn measure(&self, uav: Position, boresight: Angle, target: Position) -> Option<RangeBearingMeasurement> {
+    #[cfg_attr(feature = "research", visibility::make(pub))]
+    pub(crate) fn measure(&self, uav: Position, boresight: Angle, target: Position) -> Option<RangeBearingMeasurement> {
         let [z] = self.measure_batch(uav, boresight, [target]);
         z
     }
 
     /// Like [`measure`](Self::measure) for several targets. Same results, but faster.
     #[inline]
-    pub fn measure_batch<const N: usize>(
+    #[cfg_attr(feature = "research", visibility::make(pub))]
+    pub(crate) fn measure_batch<const N: usize>(
         &self,
         uav: Position,
         boresight: Angle,
@@ -52,7 +56,14 @@ impl SensorParams {
     }
 
     /// Like [`in_view`](Self::in_view), but requires a clearance of `clearance_m` in every direction.
-    pub fn in_view_with_clearance(&self, uav: Position, boresight: Angle, target: Position, clearance_m: f64) -> bool {
+    #[cfg_attr(feature = "research", visibility::make(pub))]
+    pub(crate) fn in_view_with_clearance(
+        &self,
+        uav: Position,
+        boresight: Angle,
+        target: Position,
+        clearance_m: f64,
+    ) -> bool {
         // Most targets are out of range; this test is cheap.
         let furthest_m = self.sensing_range_m - clearance_m;
         if furthest_m < 0.0 || uav.squared_distance_m2(target) > furthest_m * furthest_m {
@@ -70,13 +81,15 @@ impl SensorParams {
     ///
     /// Implements Eq. (31), one UAV's term. Zero within [`RANGE_MIN_M`].
     #[doc(alias = "fisher")]
-    pub fn information(&self, uav: Position, target: Position) -> Matrix2<f64> {
+    #[cfg_attr(feature = "research", visibility::make(pub))]
+    pub(crate) fn information(&self, uav: Position, target: Position) -> Matrix2<f64> {
         let Some(h) = jacobian(uav, target) else { return Matrix2::zeros() };
         h.transpose() * self.noise_information() * h
     }
 
     /// Returns R^-1, the inverse of the measurement noise covariance.
-    pub fn noise_information(&self) -> Matrix2<f64> {
+    #[cfg_attr(feature = "research", visibility::make(pub))]
+    pub(crate) fn noise_information(&self) -> Matrix2<f64> {
         Matrix2::from_diagonal(&self.noise_weights().into())
     }
 
@@ -86,7 +99,8 @@ impl SensorParams {
     }
 
     /// Converts a measurement to a target position and its covariance, m2.
-    pub fn to_cartesian(&self, uav: Position, z: &RangeBearingMeasurement) -> (Position, Matrix2<f64>) {
+    #[cfg_attr(feature = "research", visibility::make(pub))]
+    pub(crate) fn to_cartesian(&self, uav: Position, z: &RangeBearingMeasurement) -> (Position, Matrix2<f64>) {
         let along = Displacement::from_polar(1.0, z.bearing).vector();
         let across = Vector2::new(-along.y, along.x);
         let across_sd_m = z.range_m.max(RANGE_MIN_M) * self.bearing_sd_rad;

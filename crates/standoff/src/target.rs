@@ -62,7 +62,8 @@ impl TargetParams {
     /// Discretises the model for a time step of `dt`.
     ///
     /// Implements Eq. (6) and the exact Q.
-    pub fn transition(&self, dt: Duration) -> Transition {
+    #[cfg_attr(feature = "research", visibility::make(pub))]
+    pub(crate) fn transition(&self, dt: Duration) -> Transition {
         let (alpha, t) = (self.correlation_rate_1_s, dt.s());
         let third = third_column(alpha, t);
         let density = 2.0 * alpha * self.acceleration_sd_m_s2 * self.acceleration_sd_m_s2;

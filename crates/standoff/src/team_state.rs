@@ -85,7 +85,7 @@ impl TeamState {
     }
 
     /// Returns the lost track that a UAV searches for.
-    pub fn search_target_of(&self, uav: UavId) -> Option<&Track> {
+    pub(crate) fn search_target_of(&self, uav: UavId) -> Option<&Track> {
         let assignment = self
             .search_assignments
             .binary_search_by_key(&uav, |assignment| assignment.uav)

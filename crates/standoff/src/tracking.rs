@@ -1,7 +1,7 @@
 //! Tracking: one track per target, updated with the detections of all UAVs.
 
 pub(crate) mod association;
-pub mod information_filter;
-pub mod track;
+pub(crate) mod information_filter;
+pub(crate) mod track;
 pub(crate) mod track_table;
 pub(crate) mod tracker;

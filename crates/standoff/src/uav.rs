@@ -139,7 +139,8 @@ pub struct LimitedCommand {
 
 impl ClimbParams {
     /// Clamps an altitude to the limits, m.
-    pub fn limit_m(&self, altitude_m: f64) -> f64 {
+    #[cfg_attr(feature = "research", visibility::make(pub))]
+    pub(crate) fn limit_m(&self, altitude_m: f64) -> f64 {
         altitude_m.clamp(self.altitude_min_m, self.altitude_max_m)
     }
 
@@ -147,7 +148,8 @@ impl ClimbParams {
     ///
     /// The commanded rate is the remaining altitude difference divided by four lags plus two steps. Four lags make the
     /// loop critically damped; the two steps prevent overshoot.
-    pub fn step(&self, from: &Vertical, altitude_m: Option<f64>, dt: Duration) -> Vertical {
+    #[cfg_attr(feature = "research", visibility::make(pub))]
+    pub(crate) fn step(&self, from: &Vertical, altitude_m: Option<f64>, dt: Duration) -> Vertical {
         let desired_m_s =
             altitude_m.map_or(0.0, |to_m| (self.limit_m(to_m) - from.altitude_m) / (4.0 * self.lag_s + 2.0 * dt.s()));
         let rate_m_s = desired_m_s.clamp(-self.rate_max_m_s, self.rate_max_m_s);
@@ -162,7 +164,8 @@ impl ClimbParams {
 
 impl UavParams {
     /// Maximum speed that may be commanded, m/s.
-    pub fn speed_max_m_s(&self) -> f64 {
+    #[cfg_attr(feature = "research", visibility::make(pub))]
+    pub(crate) fn speed_max_m_s(&self) -> f64 {
         self.speed_m_s + self.speed_change_max_m_s
     }
 
@@ -171,7 +174,8 @@ impl UavParams {
     /// If a lag is shorter than `dt`, an Euler step (4) overshoots the command, possibly past the limits and even into
     /// negative speeds. If it is shorter than half of `dt`, the error grows with every step without bound. The lags of
     /// Table I are too short for its period.
-    pub fn errors_for_period(&self, dt: Duration) -> Vec<ParamError> {
+    #[cfg_attr(feature = "research", visibility::make(pub))]
+    pub(crate) fn errors_for_period(&self, dt: Duration) -> Vec<ParamError> {
         let mut errors = Vec::new();
         if self.integrator == Integrator::Euler {
             let lag = Allowed::at_least(dt.s())
@@ -186,7 +190,8 @@ impl UavParams {
     ///
     /// Implements Eq. (2), (3). Defined for all inputs: NaN becomes straight flight at the nominal speed and counts as
     /// limited.
-    pub fn limit(&self, desired: Command) -> LimitedCommand {
+    #[cfg_attr(feature = "research", visibility::make(pub))]
+    pub(crate) fn limit(&self, desired: Command) -> LimitedCommand {
         let (speed_m_s, speed_limited) = self.limit_speed_m_s(desired.speed_m_s);
         let (turn_rate_rad_s, turn_rate_limited) =
             clamp_flagged(desired.turn_rate_rad_s, -self.turn_rate_max_rad_s, self.turn_rate_max_rad_s, 0.0);
@@ -232,7 +237,8 @@ impl UavParams {
     /// is below 1.
     ///
     /// Diagnoses the erratum of Eq. (4): Euler needs `heading_gain_1_s * period < 1`.
-    pub fn heading_loop_spectral_radius(&self, heading_gain_1_s: f64, period: Duration) -> f64 {
+    #[cfg_attr(feature = "research", visibility::make(pub))]
+    pub(crate) fn heading_loop_spectral_radius(&self, heading_gain_1_s: f64, period: Duration) -> f64 {
         let (k, t, tau) = (heading_gain_1_s, period.s(), self.turn_rate_lag_s);
         let (trace, determinant) = match self.integrator {
             Integrator::Exact => {

@@ -48,10 +48,12 @@ enum Bound {
 
 impl Allowed {
     /// Every finite number.
-    pub const FINITE: Self = Self { lower: Bound::None, upper: Bound::None, because: "" };
+    #[cfg_attr(feature = "research", visibility::make(pub))]
+    pub(crate) const FINITE: Self = Self { lower: Bound::None, upper: Bound::None, because: "" };
 
     /// Values larger than `limit`.
-    pub const fn above(limit: f64) -> Self {
+    #[cfg_attr(feature = "research", visibility::make(pub))]
+    pub(crate) const fn above(limit: f64) -> Self {
         Self { lower: Bound::Open(limit), ..Self::FINITE }
     }
 
@@ -61,17 +63,20 @@ impl Allowed {
     }
 
     /// Exactly one value.
-    pub const fn exactly(value: f64) -> Self {
+    #[cfg_attr(feature = "research", visibility::make(pub))]
+    pub(crate) const fn exactly(value: f64) -> Self {
         Self::at_least(value).at_most(value)
     }
 
     /// Adds a lower limit that is included.
-    pub const fn and_at_least(self, limit: f64) -> Self {
+    #[cfg_attr(feature = "research", visibility::make(pub))]
+    pub(crate) const fn and_at_least(self, limit: f64) -> Self {
         Self { lower: Bound::Closed(limit), ..self }
     }
 
     /// Adds an upper limit that is excluded.
-    pub const fn below(self, limit: f64) -> Self {
+    #[cfg_attr(feature = "research", visibility::make(pub))]
+    pub(crate) const fn below(self, limit: f64) -> Self {
         Self { upper: Bound::Open(limit), ..self }
     }
 
@@ -81,7 +86,8 @@ impl Allowed {
     }
 
     /// Names the other parameter that sets the bound.
-    pub const fn with_reason(self, because: &'static str) -> Self {
+    #[cfg_attr(feature = "research", visibility::make(pub))]
+    pub(crate) const fn with_reason(self, because: &'static str) -> Self {
         Self { because, ..self }
     }
 
@@ -101,7 +107,8 @@ impl Allowed {
     }
 
     /// Returns the same interval in another unit: applies an increasing function to every bound.
-    pub fn map(self, convert: impl Fn(f64) -> f64) -> Self {
+    #[cfg_attr(feature = "research", visibility::make(pub))]
+    pub(crate) fn map(self, convert: impl Fn(f64) -> f64) -> Self {
         let bound = |bound| match bound {
             Bound::None => Bound::None,
             Bound::Open(limit) => Bound::Open(convert(limit)),
@@ -111,7 +118,8 @@ impl Allowed {
     }
 
     /// Adds an error for the parameter at `path` if its value is outside the interval.
-    pub fn check(&self, path: &str, value: f64, errors: &mut Vec<ParamError>) {
+    #[cfg_attr(feature = "research", visibility::make(pub))]
+    pub(crate) fn check(&self, path: &str, value: f64, errors: &mut Vec<ParamError>) {
         if !self.contains(value) {
             errors.push(ParamError { path: path.to_owned(), value, allowed: *self });
         }

@@ -213,7 +213,7 @@ fn a_pair_converges_to_the_desired_phase() {
     }
     let team_state = team.agents[0].team_state();
     assert!(team_state.tracks().iter().all(|known| known.track.status == TrackStatus::Updated), "{team_state:?}");
-    let centre = team_state.groups[0].centre.estimate().state.position();
+    let centre = team_state.groups[0].centre().state.position();
     let phases: Vec<_> = team.states.iter().map(|state| (state.position - centre).direction()).collect();
     let difference_deg = (phases[1] - phases[0]).deg().abs();
     assert!((difference_deg - 90.0).abs() < 5.0, "{difference_deg}");

@@ -98,7 +98,7 @@ fn growth_bytes(blocks: i64, steps: i64) -> Vec<i64> {
             let at = |target: u32| Position::from_m(10.0 * f64::from(target % 7), 40.0 * f64::from(target % 3));
             let of = |target| Detection {
                 label: TargetLabel(target),
-                measurement: sensor::measure(own.position, at(target)),
+                measurement: research::measure(own.position, at(target)),
             };
             let detections: Vec<Detection> = present(tick, 40, 100).map(of).collect();
             let scan = Scan { boresight: Some(boresight), detections: &detections };

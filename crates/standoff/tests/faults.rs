@@ -6,6 +6,7 @@ mod common;
 
 use common::Team;
 use common::radio::{PERIOD, Radio};
+use standoff::research::*;
 use standoff::*;
 
 /// Teammate timeout of Table I, 3 s, in periods.
@@ -504,7 +505,7 @@ fn a_uav_without_links_continues_alone_at_its_altitude() {
             team_state.tracks().iter().all(|known| known.track.status == TrackStatus::Updated),
             "{uav}: {team_state:?}"
         );
-        let error_m = team.states[uav].position.distance_m(team_state.groups[0].centre.estimate().state.position())
+        let error_m = team.states[uav].position.distance_m(team_state.groups[0].centre().state.position())
             - team_state.groups[0].standoff.distance_m;
         assert!(error_m.abs() < 30.0, "{uav}: {error_m}");
     }

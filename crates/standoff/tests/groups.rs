@@ -6,7 +6,7 @@ use std::collections::BTreeSet;
 
 use common::{Team, observe_all, scan_of, step};
 use proptest::prelude::*;
-use standoff::coordination::clustering::group_count;
+use standoff::research::group_count;
 use standoff::*;
 
 /// Two groups; target 1 of the first group drives to the second group.
@@ -123,7 +123,7 @@ fn the_margin_is_a_number_of_standard_deviations_along_the_line_to_the_furthest_
     step(&mut agent, Time::EPOCH, &own, Scan::default(), &cues);
     let group = &agent.team_state().groups[0];
     // Two standard deviations of sqrt(16^2 + 12^2) / 2 m.
-    assert!((group.margin_m - 20.0).abs() < 1e-9, "{}", group.margin_m);
+    assert!((group.margin_m() - 20.0).abs() < 1e-9, "{}", group.margin_m());
     assert!((group.standoff.unclamped_m - 2.0 * (75.0 + 20.0)).abs() < 1e-9, "{:?}", group.standoff);
 }
 
@@ -146,7 +146,7 @@ fn the_steered_radius_is_the_flown_radius_after_the_lead_time() {
     for tick in 0..120 {
         team.tick(tick);
         let group = &team.agents[0].team_state().groups[0];
-        orbits.push((f64::from(tick as u32) * 0.5, group.standoff.distance_m, group.smoothed_radius.radius_m));
+        orbits.push((f64::from(tick as u32) * 0.5, group.standoff.distance_m, group.smoothed_radius().radius_m));
     }
     for (t_s, flown_m, steered_m) in orbits[60..80].iter().copied() {
         let lead_s = params.guidance.lead_s(flown_m, params.uav.speed_m_s);
@@ -186,7 +186,7 @@ fn a_group_member_stays_in_view_until_a_target_in_handoff_fits_in_too() {
     };
     assert!(boresight_deg(70.0).abs() < 1e-9, "{}", boresight_deg(70.0));
     // The mean of the outermost two bearings.
-    let middle_deg = 0.5 * (math::atan2(280.0, 100.0) + math::atan2(-20.0, 300.0)).to_degrees();
+    let middle_deg = 0.5 * (research::math::atan2(280.0, 100.0) + research::math::atan2(-20.0, 300.0)).to_degrees();
     assert!((boresight_deg(90.0) - middle_deg).abs() < 1e-9, "{} {middle_deg}", boresight_deg(90.0));
 }
 
@@ -203,7 +203,7 @@ fn a_sensor_points_at_the_largest_set_of_members_that_stays_in_view() {
         [cue(0, start, (0.0, 200.0), 5.0), cue(1, start, (20.0, -180.0), 5.0), cue(2, start, (0.0, -200.0), 5.0)];
     let step = step(&mut agent, start, &own, Scan::default(), &cues);
     let boresight_deg = step.pointing_target.unwrap().boresight(own.position, Duration::ZERO).rad().to_degrees();
-    let middle_deg = -0.5 * (math::atan2(200.0, 100.0) + math::atan2(180.0, 120.0)).to_degrees();
+    let middle_deg = -0.5 * (research::math::atan2(200.0, 100.0) + research::math::atan2(180.0, 120.0)).to_degrees();
     assert!((boresight_deg - middle_deg).abs() < 1e-9, "{boresight_deg} {middle_deg}");
 }
 
@@ -290,7 +290,7 @@ proptest! {
             let scans: Vec<(Option<Angle>, Vec<Detection>)> = states.iter().zip(&pointing_target).map(|(state, look)| {
                 let boresight = look.map(|look| look.boresight(state.position, Duration::from_s(0.5)));
                 let seen = targets.iter().filter(|(_, (at, _))| boresight.is_some_and(|boresight| params.track.sensor.in_view(state.position, boresight, *at)));
-                (boresight, seen.map(|(id, (at, _))| Detection { label: TargetLabel(*id), measurement: sensor::measure(state.position, *at) }).collect())
+                (boresight, seen.map(|(id, (at, _))| Detection { label: TargetLabel(*id), measurement: research::measure(state.position, *at) }).collect())
             }).collect();
             // One UAV reports an invalid state for a while, which counts as silence.
             let mut reported = states.clone();
@@ -313,7 +313,7 @@ proptest! {
                 }
             }
             for (index, group) in team_state.groups.iter().enumerate() {
-                prop_assert!(group.members > 0 && group.spread.rate_m_s.is_finite() && group.standoff.distance_m.is_finite() && group.margin_m.is_finite());
+                prop_assert!(group.members > 0 && group.spread.rate_m_s.is_finite() && group.standoff.distance_m.is_finite() && group.margin_m().is_finite());
                 prop_assert!((250.0..=700.0).contains(&group.standoff.distance_m));
                 let others = &team_state.groups[..index];
                 prop_assert!(others.iter().all(|other| (other.altitude_m - group.altitude_m).abs() > 49.0));

@@ -6,6 +6,7 @@ mod common;
 
 use common::{Team, report, scan_of, step};
 use proptest::prelude::*;
+use standoff::research::*;
 use standoff::*;
 
 const PERIOD_US: i64 = 500_000;

@@ -221,10 +221,9 @@ impl World {
     /// All discrete decisions as text: memberships, assignments, events and groups, without measured numbers.
     fn decisions(&self) -> String {
         let team_state = self.fleet.team_state();
-        let memberships = team_state
-            .tracks()
-            .iter()
-            .map(|known| (known.track.id, known.track.status, known.group(), known.receiving_group()));
+        let memberships = team_state.tracks().iter().map(|known| {
+            (known.track.id, known.track.status, known.membership.group(), known.membership.receiving_group())
+        });
         let events = team_state
             .events
             .iter()
@@ -260,7 +259,7 @@ impl World {
             largest = largest.max((own.position_sd_max_m() - other.position_sd_max_m()).abs());
         }
         for (own, other) in team_state.groups.iter().zip(&other.groups) {
-            let positions = [own, other].map(|group| group.centre.estimate().state.position());
+            let positions = [own, other].map(|group| group.centre().state.position());
             largest = largest.max(distance_m(positions[0], positions[1]));
             largest = largest.max((own.standoff.distance_m - other.standoff.distance_m).abs());
         }

@@ -1,7 +1,6 @@
 //! One UAV with guidance law and kinematics in a closed loop, on an exactly known orbit.
 
-use standoff::guidance::heading::{ground_speed_m_s, steer};
-use standoff::guidance::standoff_distance::{Ramp, moving_centre_limit_m};
+use standoff::research::*;
 use standoff::*;
 
 const PERIOD_S: f64 = 0.5;

@@ -10,6 +10,7 @@ use std::collections::BTreeMap;
 use common::Team;
 use common::radio::{Radio, TickMessages};
 use proptest::prelude::*;
+use standoff::research::*;
 use standoff::*;
 
 /// Teammate timeout of Table I, 3 s, in periods.

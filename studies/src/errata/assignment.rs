@@ -1,7 +1,9 @@
 //! (32) adds information about different targets before the determinant, and (33) allows a UAV in two groups.
 
-use standoff::coordination::assignment::{AvailableUav, CandidateGroup, assign};
-use standoff::{Assignment, Displacement, GroupId, Objective, Position, SensorParams, TeamParams, UavId, math};
+use standoff::research::assign;
+use standoff::research::math;
+use standoff::{Assignment, Displacement, GroupId, Objective, Position, SensorParams, TeamParams, UavId};
+use standoff::{AvailableUav, CandidateGroup};
 use standoff_sim::random::{Draw, Draws, Stream};
 
 use crate::claim::Claim;

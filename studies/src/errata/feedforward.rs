@@ -1,7 +1,8 @@
 //! (25) is the derivative of the field's heading only on the orbit and only about a stationary centre.
 
-use standoff::guidance::heading::steer;
-use standoff::{Displacement, Feedforward, Position, TeamParams, UavState, VectorField, Velocity};
+use standoff::research::VectorField;
+use standoff::research::steer;
+use standoff::{Displacement, Feedforward, Position, TeamParams, UavState, Velocity};
 use standoff_view::figures::study::{Line, Plot};
 
 use super::flight::{Flight, orbit};

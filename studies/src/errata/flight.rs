@@ -1,10 +1,11 @@
 //! Closed-loop simulation of guidance and kinematics of one UAV about an exactly known centre.
 
-use standoff::guidance::heading::steer;
-use standoff::guidance::standoff_distance::Ramp;
+use standoff::research::Orbit;
+use standoff::research::Ramp;
+use standoff::research::steer;
 use standoff::{
-    Angle, Command, Duration, Feedforward, GuidanceParams, Integrator, Orbit, Position, TeamParams, UavParams,
-    UavState, Velocity,
+    Angle, Command, Duration, Feedforward, GuidanceParams, Integrator, Position, TeamParams, UavParams, UavState,
+    Velocity,
 };
 
 /// Sampling period T_s of Table I, s.

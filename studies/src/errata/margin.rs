@@ -2,8 +2,9 @@
 
 use std::collections::BTreeMap;
 
-use standoff::coordination::group_centre::{Centroid, GroupCentre, mahalanobis_squared};
-use standoff::{Covariance, Estimate as Track, TargetState, Transition};
+use standoff::research::Transition;
+use standoff::research::{Centroid, GroupCentre, mahalanobis_squared};
+use standoff::{Covariance, Estimate as Track, TargetState};
 use standoff_sim::record::{Frame, GroupRow, TrackRow};
 use standoff_sim::scenario::Scenario;
 

@@ -1,6 +1,6 @@
 //! (27) neglects the motion of the centre: about a moving centre the smallest feasible orbit is larger.
 
-use standoff::guidance::standoff_distance::{moving_centre_limit_m, turn_limit_m};
+use standoff::research::{moving_centre_limit_m, turn_limit_m};
 use standoff::{Feedforward, TeamParams};
 use standoff_view::figures::study::Plot;
 

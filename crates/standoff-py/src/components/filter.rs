@@ -4,9 +4,10 @@ use std::sync::{Mutex, PoisonError};
 
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyTuple};
+use standoff::research::{Contribution, InformationFilter};
 use standoff::{
-    Allowed, Angle, Contribution, Covariance, Cue, Duration, Estimate, InformationFilter, Position,
-    RangeBearingMeasurement, TargetLabel, TargetState, TeamParams, Time, Track, TrackParams, Velocity,
+    Allowed, Angle, Covariance, Cue, Duration, Estimate, Position, RangeBearingMeasurement, TargetLabel, TargetState,
+    TeamParams, Time, Track, TrackParams, Velocity,
 };
 
 use super::array::{COORDINATE_M, Given, Made, RATE, Rows, common, shape};

@@ -1,9 +1,8 @@
 //! Standoff distance from the spread of a group, and turn-rate law: (15), (22-25), (28, 29).
 
 use pyo3::prelude::*;
-use standoff::guidance::heading;
-use standoff::guidance::standoff_distance::Ramp;
-use standoff::{Allowed, Angle, Orbit, Spread, UavState};
+use standoff::research::{self, Orbit, Ramp};
+use standoff::{Allowed, Angle, Spread, UavState};
 
 use super::array::{COORDINATE_M, DISTANCE_M, Given, Made, PATIENCE, RATE, Rows, common, each};
 use super::parameters::Parameters;
@@ -213,7 +212,7 @@ pub(crate) fn steer(
             turn_rate_rad_s: turn_rate.one(row),
             vertical: None,
         };
-        heading::steer(&guidance, &state, &orbit, speed.one(row))
+        research::steer(&guidance, &state, &orbit, speed.one(row))
     })?;
     let made = |of: fn(&standoff::Steering) -> f64| Made::of(py, &lead, &[], steerings.iter().map(of).collect());
     Ok(Steering {

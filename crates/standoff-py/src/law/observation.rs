@@ -384,7 +384,7 @@ impl TeamState {
         let covariances =
             live.iter().flat_map(|known| known.track.estimate().covariance.matrix().as_slice().to_vec()).collect();
         let centres = team.groups.iter().flat_map(|group| {
-            let centre = group.centre.estimate().state;
+            let centre = group.centre().state;
             let (at, velocity) = (centre.position(), centre.velocity());
             [at.x_m(), at.y_m(), velocity.x_m_s(), velocity.y_m_s()]
         });
@@ -402,7 +402,7 @@ impl TeamState {
             state: two(py, states, 6),
             covariance: three(py, covariances),
             updated: one(py, live.iter().map(|known| known.track.status == TrackStatus::Updated).collect()),
-            target_group: whole(&|known| number(known.group().filter(|_| !is_removed(known)))),
+            target_group: whole(&|known| number(known.membership.group().filter(|_| !is_removed(known)))),
             group: one(py, team.groups.iter().map(|group| number(Some(group.id))).collect()),
             centre: two(py, centres.collect(), 4),
             spread_m: of_groups(&|group| group.spread.distance_m),

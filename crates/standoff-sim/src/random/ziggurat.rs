@@ -6,7 +6,7 @@
 
 use std::sync::LazyLock;
 
-use standoff::math;
+use standoff::research::math;
 
 use super::split_mix::SplitMix64;
 

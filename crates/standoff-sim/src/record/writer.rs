@@ -392,7 +392,7 @@ fn bad_frame(time_us: i64, what: impl Into<String>) -> RecordError {
 mod tests {
     use std::collections::BTreeSet;
 
-    use standoff::math::{cos, sin};
+    use standoff::research::math::{cos, sin};
 
     use super::super::table::{TableReader, file_of};
     use super::*;

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use serde_json::Value;
-use standoff::guidance::geofence::ZONES_MAX;
+use standoff::research::ZONES_MAX;
 use standoff::{Geofence, Position, UavState, Zone};
 use standoff_io::bounded_input;
 use standoff_io::display_text::quoted;

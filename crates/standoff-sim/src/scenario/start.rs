@@ -1,7 +1,7 @@
 //! Starts of the UAVs: as listed, on a ring about the initial targets, or on orbits about groups of the initial
 //! targets.
 
-use standoff::coordination::clustering::{KMeans, group_count};
+use standoff::research::{KMeans, group_count};
 use standoff::{Angle, Displacement, Position, Spread, TeamParams, UavId, UavState, Vertical};
 
 use super::resolved::{Intruder, Targets};

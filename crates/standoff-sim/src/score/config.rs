@@ -3,9 +3,10 @@
 use std::collections::BTreeSet;
 use std::sync::Arc;
 
+use standoff::research::OrbitMotion;
 use standoff::{
-    CentreEstimate, Geofence, MotionParams, OrbitMotion, SensorParams, SeparationParams, Spread, StandoffDistance,
-    StandoffParams, TargetParams, TargetState, Velocity,
+    CentreEstimate, Geofence, MotionParams, SensorParams, SeparationParams, Spread, StandoffDistance, StandoffParams,
+    TargetParams, TargetState, Velocity,
 };
 
 use crate::frame::ReportedTables;

@@ -12,7 +12,8 @@
 use std::collections::BTreeMap;
 
 use nalgebra::{Matrix2, Matrix6, Matrix6x2, Vector6};
-use standoff::{Covariance, Duration, Position, SensorParams, Transition};
+use standoff::research::Transition;
+use standoff::{Covariance, Duration, Position, SensorParams};
 
 use super::config::ScoreConfig;
 use super::mean::Mean;

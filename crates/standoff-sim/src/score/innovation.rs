@@ -16,9 +16,8 @@
 use std::collections::BTreeMap;
 
 use nalgebra::{Matrix2, Vector3};
-use standoff::{
-    Angle, Covariance, Duration, Position, RangeBearingMeasurement, SensorParams, TargetState, Transition, sensor,
-};
+use standoff::research::{Transition, jacobian, measure};
+use standoff::{Angle, Covariance, Duration, Position, RangeBearingMeasurement, SensorParams, TargetState};
 
 use super::config::ScoreConfig;
 use super::mean::Mean;
@@ -97,8 +96,8 @@ impl PredictedMeasurement {
 
     /// The filter ignores measurements without a Jacobian, so this function does, too.
     fn compare(&mut self, sensor: &SensorParams, uav: Position, z: &RangeBearingMeasurement) {
-        let Some(h) = sensor::jacobian(uav, self.position) else { return };
-        let expected = sensor::measure(uav, self.position);
+        let Some(h) = jacobian(uav, self.position) else { return };
+        let expected = measure(uav, self.position);
         let nu = [z.range_m - expected.range_m, (z.bearing - expected.bearing).rad()];
         let by_u = h * self.root;
         for (row, (nu, sd)) in nu.into_iter().zip([sensor.range_sd_m, sensor.bearing_sd_rad]).enumerate() {
@@ -174,8 +173,8 @@ mod tests {
         let (mut h, mut nu, mut r) = (Matrix6x2::zeros(), Vector6::zeros(), Matrix6::zeros());
         for (i, (uav, z)) in looks.iter().enumerate() {
             target.compare(&sensor(), *uav, z);
-            let expected = sensor::measure(*uav, target.position);
-            h.fixed_rows_mut::<2>(2 * i).copy_from(&sensor::jacobian(*uav, target.position).unwrap());
+            let expected = measure(*uav, target.position);
+            h.fixed_rows_mut::<2>(2 * i).copy_from(&jacobian(*uav, target.position).unwrap());
             nu[2 * i] = z.range_m - expected.range_m;
             nu[2 * i + 1] = (z.bearing - expected.bearing).rad();
             r[(2 * i, 2 * i)] = 100.0;

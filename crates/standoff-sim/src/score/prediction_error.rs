@@ -8,7 +8,8 @@
 //! e = |u - c| - r_d        prediction error  = | e(current orbit) - e(orbit predicted one time step ago) |
 //! ```
 
-use standoff::{Duration, OrbitMotion, TargetState, Transition, Velocity};
+use standoff::research::{OrbitMotion, Transition};
+use standoff::{Duration, TargetState, Velocity};
 
 use super::config::ScoreConfig;
 use super::mean::Mean;

@@ -1,7 +1,8 @@
 //! Reference orbits from the truth: the configured orbit rule, with its motion limits, applied to the true target
 //! positions.
 
-use standoff::{OrbitMotion, TargetState};
+use standoff::TargetState;
+use standoff::research::OrbitMotion;
 
 use super::config::ScoreConfig;
 use crate::frame::GroupRow;

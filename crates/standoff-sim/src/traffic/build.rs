@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use standoff::math;
+use standoff::research::math;
 use standoff_io::display_text::quoted;
 use standoff_io::geodesy::FURTHEST_M;
 

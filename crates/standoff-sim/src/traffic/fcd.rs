@@ -1,6 +1,6 @@
 //! Reads SUMO floating-car data.
 
-use standoff::math;
+use standoff::research::math;
 use std::collections::BTreeSet;
 use std::io::Read;
 use std::ops::RangeInclusive;

@@ -1,6 +1,6 @@
 //! Distinguishes metres from degrees by the motion of the vehicles.
 
-use standoff::math;
+use standoff::research::math;
 use std::ops::RangeInclusive;
 
 use super::validate::{axes, seconds};

@@ -8,7 +8,7 @@ use super::{Figure, FigureError, Setup, figures};
 use crate::colours::{GROUPS, UAVS};
 use crate::common::{group_row, score_config, track_row, truth_row, uav_row};
 use plotters::style::RGBColor;
-use standoff::math::{PI, TAU, cos, exp, sin};
+use standoff::research::math::{PI, TAU, cos, exp, sin};
 use standoff::{Angle, TeammateStatus};
 use standoff_sim::record::{AgentRow, EventRow, Frame, GroupRow, MembershipState, TeammateRow, TrackRow, UavRow};
 use standoff_sim::score::FrameScorer;

@@ -3,7 +3,7 @@
 use foxglove::messages::{
     FrameTransform, FrameTransforms, LocationFix, Pose, PoseInFrame, Quaternion, Timestamp, Vector3,
 };
-use standoff::math::{cos, sin};
+use standoff::research::math::{cos, sin};
 use standoff::{Angle, Position};
 use standoff_io::geodesy::LocalPlane;
 use standoff_sim::record::{Frame, UavRow};

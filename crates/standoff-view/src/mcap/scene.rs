@@ -6,7 +6,7 @@ use foxglove::messages::{
     Color, KeyValuePair, SceneEntity, SceneEntityDeletion, SceneUpdate, scene_entity_deletion::Type,
 };
 use plotters::style::RGBColor;
-use standoff::math::atan2;
+use standoff::research::math::atan2;
 use standoff::{Zone, ZoneKind};
 use standoff_sim::record::{Frame, GroupRow, MembershipState, TrackRow, TrackStatus, TruthRow, UavRow};
 use standoff_sim::scenario::Scenario;

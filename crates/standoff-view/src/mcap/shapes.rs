@@ -5,7 +5,7 @@ use foxglove::messages::{
     line_primitive::Type,
 };
 use plotters::style::RGBColor;
-use standoff::math::{TAU, cos, sin};
+use standoff::research::math::{TAU, cos, sin};
 
 use super::pose::{pose, vector};
 

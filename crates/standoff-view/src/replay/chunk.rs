@@ -5,7 +5,7 @@ use std::io::Write;
 use flate2::Compression;
 use flate2::write::GzEncoder;
 use serde::Serialize;
-use standoff::math::hypot;
+use standoff::research::math::hypot;
 use standoff_sim::record::{AgentEventRow, EventRow, Frame, IntruderRow};
 
 use super::table::{Directory, Table};

@@ -30,14 +30,14 @@ use crate::params::{Objective, SensorParams};
 use crate::time::Time;
 use crate::uav::UavId;
 use problem::Problem;
-pub use problem::{AvailableUav, CandidateGroup, DET_FLOOR_1_M4};
+pub use problem::{AvailableUav, CandidateGroup};
 
 /// Maximum number of UAVs with an exact assignment and the tie-breaking described above; for more UAVs, see [`assign`].
-pub const EXACT_UAVS_MAX: usize = 12;
+pub(crate) const EXACT_UAVS_MAX: usize = 12;
 
 /// Maximum number of UAVs and of groups that [`Objective::Paper`] enumerates; for more, the default objective
 /// replaces it.
-pub const PAPER_OBJECTIVE_UAVS_MAX: usize = 8;
+pub(crate) const PAPER_OBJECTIVE_UAVS_MAX: usize = 8;
 
 /// Custom replacement for [`assign`], which is called at every time step with groups.
 pub trait AssignmentLaw: fmt::Debug + Send + Sync {

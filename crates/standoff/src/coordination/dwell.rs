@@ -35,7 +35,7 @@ pub struct Handoff {
 ///
 /// Implements Eq. (34), for the slowest of them.
 #[doc(alias = "T_hd")]
-pub fn dwell_s(
+pub(crate) fn dwell_s(
     uavs: impl Iterator<Item = Position>,
     orbit: &Orbit,
     radial_gain: f64,

@@ -19,6 +19,7 @@ use crate::math::TAU;
 use crate::params::{CentreEstimate, CentreJump, GroupingParams, Lead, Margin, TeamParams};
 use crate::target::Transition;
 use crate::time::Duration;
+use crate::tracking::information_filter::Estimate;
 use crate::tracking::track::TrackId;
 
 /// A group and its orbit at one time step.
@@ -29,34 +30,34 @@ pub struct Group {
     /// Number of members, including those in handoff to or from the group.
     pub members: u32,
     /// Filtered centre.
-    pub centre: GroupCentre,
+    pub(crate) centre: GroupCentre,
     /// Member furthest from the centre.
-    pub furthest_member: TrackId,
+    pub(crate) furthest_member: TrackId,
     /// Distance of the furthest member from the centre, and its rate.
     pub spread: Spread,
     /// Margin d_m that is added to the spread, m.
-    pub margin_m: f64,
+    pub(crate) margin_m: f64,
     /// Standoff distance r_d and its rate.
     pub standoff: StandoffDistance,
     /// Low-passed standoff distance; with [`Lead::Predicted`], that of the predicted standoff distance.
-    pub smoothed_radius: Ramp,
+    pub(crate) smoothed_radius: Ramp,
     /// Smallest radius at which a UAV can turn around this centre, m; infinite if the centre is as fast as a UAV can
     /// fly.
-    pub turn_limit_m: f64,
+    pub(crate) turn_limit_m: f64,
     /// Smallest radius that field of view, turn rate and r_d,min allow, m; infinite if the centre is as fast as a UAV
     /// can fly.
-    pub radius_min_m: f64,
+    pub(crate) radius_min_m: f64,
     /// Largest radius that r_d,max and the sensing range allow, m.
-    pub radius_max_m: f64,
+    pub(crate) radius_max_m: f64,
     /// Altitude of the orbit above the plane, m; different for each group, except with `AltitudePolicy::Common`.
     pub altitude_m: f64,
     /// Threshold of Lemma 3.1 for the UAV that follows best, m2/s; `None` without UAVs or if the centre is too fast.
     #[doc(alias = "xi_th")]
-    pub threshold_m2_s: Option<f64>,
+    pub(crate) threshold_m2_s: Option<f64>,
     /// Duration since the threshold fell below -xi_d.
-    pub diverging_for: Duration,
+    pub(crate) diverging_for: Duration,
     /// Duration since the centre became faster than the UAVs can fly.
-    pub outrun_for: Duration,
+    pub(crate) outrun_for: Duration,
     /// Smallest distance between two UAVs of the group, m.
     pub nearest_groupmate_m: Option<f64>,
     /// Number of members at the last assignment of UAVs.
@@ -112,6 +113,38 @@ impl TryFrom<(u8, bool)> for Alarms {
             _ => return Err("invalid alarm bits"),
         };
         Ok(Self { infeasible: bits % 2 == 1, close, blockage: cut })
+    }
+}
+
+impl Group {
+    /// State of the filtered centre, and its covariance.
+    pub fn centre(&self) -> &Estimate {
+        self.centre.estimate()
+    }
+}
+
+/// State that records contain.
+#[cfg(feature = "research")]
+impl Group {
+    /// Margin d_m that is added to the spread, m.
+    pub fn margin_m(&self) -> f64 {
+        self.margin_m
+    }
+
+    /// Low-passed standoff distance; with [`Lead::Predicted`], that of the predicted standoff distance.
+    pub fn smoothed_radius(&self) -> Ramp {
+        self.smoothed_radius
+    }
+
+    /// Smallest radius at which a UAV can turn around this centre, m; infinite if the centre is as fast as a UAV can
+    /// fly.
+    pub fn turn_limit_m(&self) -> f64 {
+        self.turn_limit_m
+    }
+
+    /// Threshold of Lemma 3.1 for the UAV that follows best, m2/s; `None` without UAVs or if the centre is too fast.
+    pub fn threshold_m2_s(&self) -> Option<f64> {
+        self.threshold_m2_s
     }
 }
 
@@ -384,12 +417,14 @@ impl Group {
     }
 
     /// True if some orbit satisfies every constraint: turn rate, field of view, radius bounds, sensing range.
-    pub fn has_feasible_orbit(&self) -> bool {
+    #[cfg_attr(feature = "research", visibility::make(pub))]
+    pub(crate) fn has_feasible_orbit(&self) -> bool {
         self.radius_min_m <= self.radius_max_m
     }
 
     /// Returns the orbit around this group.
-    pub fn orbit(&self, team: &TeamParams) -> Orbit {
+    #[cfg_attr(feature = "research", visibility::make(pub))]
+    pub(crate) fn orbit(&self, team: &TeamParams) -> Orbit {
         let steered = match team.guidance.lead {
             Lead::Predicted => self.smoothed_radius,
             Lead::Constant | Lead::Scheduled => {

@@ -73,12 +73,12 @@ impl TrackRow for GroupedTrack {
 
 impl GroupedTrack {
     /// Group responsible for keeping the target in view; in a handoff, the passing group.
-    pub fn group(&self) -> Option<GroupId> {
+    pub(crate) fn group(&self) -> Option<GroupId> {
         self.membership.group()
     }
 
     /// Receiving group of a handoff.
-    pub fn receiving_group(&self) -> Option<GroupId> {
+    pub(crate) fn receiving_group(&self) -> Option<GroupId> {
         self.membership.receiving_group()
     }
 

@@ -11,7 +11,7 @@ use crate::frame::{Displacement, Position};
 pub const ZONES_MAX: usize = 100;
 
 /// Maximum total number of vertices of all zones. It bounds the time of detour planning.
-pub const VERTICES_MAX: usize = 1_000;
+pub(crate) const VERTICES_MAX: usize = 1_000;
 
 /// Maximum coordinate of a vertex, m.
 const FARTHEST_M: f64 = 1e7;
@@ -131,17 +131,20 @@ impl Geofence {
 
     /// Returns true if a UAV may be at a position: outside every keep-out zone and inside every keep-in zone. On an
     /// outline the result is unspecified.
-    pub fn contains(&self, at: Position) -> bool {
+    #[cfg_attr(feature = "research", visibility::make(pub))]
+    pub(crate) fn contains(&self, at: Position) -> bool {
         self.violated_zones(at).next().is_none()
     }
 
     /// Indices of the zones that forbid a position, ascending.
-    pub fn violated_zones(&self, at: Position) -> impl Iterator<Item = usize> {
+    #[cfg_attr(feature = "research", visibility::make(pub))]
+    pub(crate) fn violated_zones(&self, at: Position) -> impl Iterator<Item = usize> {
         self.zones.iter().enumerate().filter(move |(_, bounded)| bounded.is_violated(at)).map(|(number, _)| number)
     }
 
     /// Indices of the zones whose outline the straight line between two positions crosses or touches, ascending.
-    pub fn crosses(&self, from: Position, to: Position) -> impl Iterator<Item = usize> {
+    #[cfg_attr(feature = "research", visibility::make(pub))]
+    pub(crate) fn crosses(&self, from: Position, to: Position) -> impl Iterator<Item = usize> {
         let reach_m = from.distance_m(to) + SAME_M;
         let near = self.zones.iter().enumerate().filter(move |(_, bounded)| bounded.is_near(from, reach_m));
         let meets = move |side: Side| squared_between_m2((from, to), (side.from, side.to)) == 0.0;

@@ -93,7 +93,8 @@ impl Geofence {
     /// Returns true if a UAV in this state can stay within the geofence: one of its two hardest turns at the lowest
     /// speed stays clear of every outline. An [`Agent`](crate::Agent) that commands it every `period` then keeps it
     /// inside.
-    pub fn can_stay_inside(&self, uav: &UavParams, period: Duration, own: &UavState) -> bool {
+    #[cfg_attr(feature = "research", visibility::make(pub))]
+    pub(crate) fn can_stay_inside(&self, uav: &UavParams, period: Duration, own: &UavState) -> bool {
         GeofenceSafety::new(self.clone(), *uav, period.s()).is_safe(own)
     }
 }

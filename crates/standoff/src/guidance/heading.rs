@@ -34,7 +34,8 @@ impl GuidanceParams {
     ///
     /// Near the orbit the field closes in at r' = -(v / (k_l r_d)) (r - r_d), by Eq. (14) with (20). Therefore a ramp
     /// of r_d is followed with a lag of k_l r_d / v.
-    pub fn lead_s(&self, radius_m: f64, speed_m_s: f64) -> f64 {
+    #[cfg_attr(feature = "research", visibility::make(pub))]
+    pub(crate) fn lead_s(&self, radius_m: f64, speed_m_s: f64) -> f64 {
         match self.lead {
             Lead::Constant => self.lead_s,
             Lead::Scheduled | Lead::Predicted => self.radial_gain * radius_m / speed_m_s,

@@ -16,7 +16,7 @@ use crate::frame::Velocity;
 
 /// Direction to fly over ground, and the resulting motion relative to the centre.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct GroundTrack {
+pub(crate) struct GroundTrack {
     /// Desired direction of flight.
     pub heading: Angle,
     /// Speed relative to the centre along the field, alpha_s |v_field|, m/s; 0 if (29) has no positive root.
@@ -32,7 +32,7 @@ pub struct GroundTrack {
 /// moves at `centre_velocity`. `along` is the direction of the field, a unit vector.
 ///
 /// Implements Eq. (28), (29).
-pub fn ground_track(along: Vector2<f64>, centre_velocity: Velocity, speed_m_s: f64) -> GroundTrack {
+pub(crate) fn ground_track(along: Vector2<f64>, centre_velocity: Velocity, speed_m_s: f64) -> GroundTrack {
     let Quadratic { drift, half_gap, root } = Quadratic::of(along, centre_velocity, speed_m_s);
     let reach = root.unwrap_or((-drift).max(0.0));
     let flown = Velocity::from(centre_velocity.vector() + along * reach);
@@ -83,7 +83,7 @@ pub(crate) fn relative_speed_m_s(along: Vector2<f64>, centre_velocity: Velocity,
 /// every speed of the centre, but the ground speed may exceed the UAV's limits.
 ///
 /// Implements Eq. (28) with a given alpha_s. Unlike in (29), the ground speed is variable.
-pub fn with_relative_speed(
+pub(crate) fn with_relative_speed(
     along: Vector2<f64>,
     centre_velocity: Velocity,
     relative_speed_m_s: f64,

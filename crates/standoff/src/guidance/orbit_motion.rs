@@ -33,7 +33,8 @@ use crate::target::TargetState;
 
 impl MotionParams {
     /// Returns true if orbits follow the desired values immediately.
-    pub fn is_instantaneous(&self) -> bool {
+    #[cfg_attr(feature = "research", visibility::make(pub))]
+    pub(crate) fn is_instantaneous(&self) -> bool {
         self.time_constant_s <= 0.0
     }
 }

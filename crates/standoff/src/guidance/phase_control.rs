@@ -17,7 +17,7 @@ use crate::uav::UavId;
 ///
 /// Each UAV is given by its id and its phase, the direction from the centre to the UAV. The two UAVs of a pair have the
 /// same error with opposite signs. If two UAVs have the same phase, the one with the lower id counts as behind.
-pub fn phase_error_rad(
+pub(crate) fn phase_error_rad(
     own: (UavId, Angle),
     others: impl Iterator<Item = (UavId, Angle)>,
     desired_phase_rad: f64,
@@ -42,7 +42,7 @@ pub fn phase_error_rad(
 /// and the other UAVs ignore it.
 ///
 /// Not part of Eq. (35): a UAV must not slow down for its phase while it is far away from its group.
-pub fn is_in_transit(centre_distance_m: f64, orbit_radius_m: f64) -> bool {
+pub(crate) fn is_in_transit(centre_distance_m: f64, orbit_radius_m: f64) -> bool {
     centre_distance_m > 2.0 * orbit_radius_m
 }
 
@@ -50,7 +50,7 @@ pub fn is_in_transit(centre_distance_m: f64, orbit_radius_m: f64) -> bool {
 ///
 /// Implements Eq. (35). The speed is at least [`speed_min_for_phase_m_s`], so that the UAV does not fall behind the
 /// centre.
-pub fn phase_control_speed_m_s(
+pub(crate) fn phase_control_speed_m_s(
     error_rad: f64,
     gain_1_s: f64,
     orbit_radius_m: f64,
@@ -61,7 +61,7 @@ pub fn phase_control_speed_m_s(
 }
 
 /// Minimum speed at which a UAV can still circle a centre that moves at `centre_speed_m_s`, m/s: 10 % above that speed.
-pub fn speed_min_for_phase_m_s(centre_speed_m_s: f64) -> f64 {
+pub(crate) fn speed_min_for_phase_m_s(centre_speed_m_s: f64) -> f64 {
     1.1 * centre_speed_m_s
 }
 

@@ -26,7 +26,8 @@ pub struct Spread {
 
 impl Spread {
     /// Computes the spread from the furthest member and the centre.
-    pub fn of(furthest: &TargetState, centre: &TargetState) -> Self {
+    #[cfg_attr(feature = "research", visibility::make(pub))]
+    pub(crate) fn of(furthest: &TargetState, centre: &TargetState) -> Self {
         let member_rel_centre = (furthest.position() - centre.position()).vector();
         let velocity_rel_centre = (furthest.velocity() - centre.velocity()).vector();
         let distance_m = (furthest.position() - centre.position()).length_m();
@@ -55,7 +56,8 @@ pub struct StandoffDistance {
 
 impl StandoffParams {
     /// Radius per metre of spread and margin for a sensor, 1 / sin((alpha_f - eps_m) / 2).
-    pub fn radius_per_spread(&self, sensor: &SensorParams) -> f64 {
+    #[cfg_attr(feature = "research", visibility::make(pub))]
+    pub(crate) fn radius_per_spread(&self, sensor: &SensorParams) -> f64 {
         // If half the remaining field of view exceeds a quarter turn, any radius keeps everything in view.
         1.0 / math::sin((0.5 * (sensor.field_of_view_rad - self.field_of_view_margin_rad)).min(0.5 * math::PI))
     }
@@ -63,7 +65,8 @@ impl StandoffParams {
     /// Computes the standoff distance for a spread, a margin d_m (m) and a sensor.
     ///
     /// Implements Eq. (15), and the clamp.
-    pub fn distance(&self, spread: Spread, margin_m: f64, sensor: &SensorParams) -> StandoffDistance {
+    #[cfg_attr(feature = "research", visibility::make(pub))]
+    pub(crate) fn distance(&self, spread: Spread, margin_m: f64, sensor: &SensorParams) -> StandoffDistance {
         let per_spread = self.radius_per_spread(sensor);
         let unclamped_m = (spread.distance_m + margin_m) * per_spread;
         let distance_m = unclamped_m.clamp(self.radius_min_m, self.radius_max_m);

@@ -21,7 +21,8 @@ use crate::params::OrbitDirection;
 
 impl OrbitDirection {
     /// +1 anticlockwise, -1 clockwise.
-    pub fn sign(self) -> f64 {
+    #[cfg_attr(feature = "research", visibility::make(pub))]
+    pub(crate) fn sign(self) -> f64 {
         match self {
             Self::Anticlockwise => 1.0,
             Self::Clockwise => -1.0,
@@ -191,7 +192,7 @@ pub fn lyapunov_rate_m4_s(r_m: f64, r_rate_m_s: f64, radius_m: f64, radius_rate_
 ///
 /// Implements Lemma 3.1 with Eq. (17), (19): xi_th = (r r' - r_d r_d') sgn(r_d - r).
 #[doc(alias = "xi_th")]
-pub fn convergence_threshold_m2_s(r_m: f64, r_rate_m_s: f64, radius_m: f64, radius_rate_m_s: f64) -> f64 {
+pub(crate) fn convergence_threshold_m2_s(r_m: f64, r_rate_m_s: f64, radius_m: f64, radius_rate_m_s: f64) -> f64 {
     let sgn = if radius_m > r_m {
         1.0
     } else if radius_m < r_m {

@@ -99,7 +99,8 @@ pub struct Estimate {
 
 impl Estimate {
     /// Covariance of the position, m2.
-    pub fn position_covariance(&self) -> Matrix2<f64> {
+    #[cfg_attr(feature = "research", visibility::make(pub))]
+    pub(crate) fn position_covariance(&self) -> Matrix2<f64> {
         self.covariance.position()
     }
 

@@ -18,7 +18,8 @@ impl TrackParams {
     ///
     /// The acceleration standard deviation is at least 1e-6 m/s2, even for a target that never accelerates. Otherwise
     /// the acceleration variance would decay until it underflows.
-    pub fn transition(&self, dt: Duration) -> Transition {
+    #[cfg_attr(feature = "research", visibility::make(pub))]
+    pub(crate) fn transition(&self, dt: Duration) -> Transition {
         TargetParams { acceleration_sd_m_s2: self.start_acceleration_sd_m_s2(), ..self.target }.transition(dt)
     }
 
@@ -59,7 +60,7 @@ pub struct TrackId(pub u32);
 
 impl TrackId {
     /// Returns the track id of a target with this label.
-    pub fn from_label(label: TargetLabel) -> Self {
+    pub(crate) fn from_label(label: TargetLabel) -> Self {
         Self(label.0)
     }
 }
@@ -88,7 +89,8 @@ impl Track {
     }
 
     /// Starts a track from a cue, predicted to `now`; `None` if the cue is invalid or later than `now`.
-    pub fn from_cue(cue: &Cue, params: &TrackParams, now: Time) -> Option<Self> {
+    #[cfg_attr(feature = "research", visibility::make(pub))]
+    pub(crate) fn from_cue(cue: &Cue, params: &TrackParams, now: Time) -> Option<Self> {
         if !cue.is_valid() || cue.time > now {
             return None;
         }
@@ -104,7 +106,8 @@ impl Track {
     /// Starts a track from the measurements of one time step, each with the position of its UAV. The first measurement
     /// initialises the track, the others update it. `None` if there is no measurement, or if the first is so much more
     /// precise in one direction than in the other that its covariance is numerically singular.
-    pub fn from_measurements(
+    #[cfg_attr(feature = "research", visibility::make(pub))]
+    pub(crate) fn from_measurements(
         label: TargetLabel,
         measurements: impl IntoIterator<Item = (Position, RangeBearingMeasurement)>,
         params: &TrackParams,
@@ -138,7 +141,8 @@ impl Track {
 
     /// Predicts the track over a time step. A lost track does not change.
     #[inline]
-    pub fn predict(&mut self, transition: &Transition) {
+    #[cfg_attr(feature = "research", visibility::make(pub))]
+    pub(crate) fn predict(&mut self, transition: &Transition) {
         if self.is_lost() {
             self.time_since_lost = self.time_since_lost + transition.dt;
         } else {
@@ -153,7 +157,8 @@ impl Track {
     /// `should_be_seen` decides from the predicted position and its uncertainty (m) whether a sensor had the target
     /// well in view. A lost track does not change; [`Self::from_measurements`] restarts it.
     #[inline]
-    pub fn update(
+    #[cfg_attr(feature = "research", visibility::make(pub))]
+    pub(crate) fn update(
         &mut self,
         before: &Self,
         measured: Option<&Contribution>,
@@ -200,7 +205,7 @@ impl Track {
     }
 
     /// Time since the track was lost; zero while it is not lost.
-    pub fn time_since_lost(&self) -> Duration {
+    pub(crate) fn time_since_lost(&self) -> Duration {
         self.time_since_lost
     }
 

@@ -13,7 +13,7 @@ use crate::uav::UavId;
 /// Minimum determinant of a target's information, 1/m4: a position known to a thousand kilometres in each direction. It
 /// replaces the determinant of targets that no UAV has in range, that are directly below a UAV, or whose position is
 /// not finite. Its inverse is the maximum.
-pub const DET_FLOOR_1_M4: f64 = 1e-24;
+const DET_FLOOR_1_M4: f64 = 1e-24;
 
 /// A UAV that can be assigned.
 #[derive(Debug, Clone, Copy, PartialEq)]

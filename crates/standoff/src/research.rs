@@ -1,0 +1,27 @@
+//! An unstable view of the internals, for studies, simulators, tests and the Python package. Any release may change it.
+//!
+//! An integrator needs none of it. With the feature `research`, some types of the crate also have more methods.
+
+pub use crate::coordination::assignment::assign;
+pub use crate::coordination::clustering::{KMeans, group_count};
+pub use crate::coordination::group_centre::{Centroid, GroupCentre, mahalanobis_squared};
+pub use crate::coordination::lost_target_search::SearchArea;
+pub use crate::enclosing_circle::EnclosingCircle;
+pub use crate::guidance::geofence::ZONES_MAX;
+pub use crate::guidance::heading::{Orbit, ground_speed_m_s, steer};
+pub use crate::guidance::orbit_motion::OrbitMotion;
+pub use crate::guidance::pair_information::{
+    equal_accuracy_range_m, optimal_phase_difference_rad, pair_information_1_m4, pair_information_at_1_m4,
+};
+pub use crate::guidance::standoff_distance::{Ramp, moving_centre_limit_m, turn_limit_m};
+pub use crate::guidance::vector_field::{VectorField, lyapunov_m4, lyapunov_rate_m4_s};
+pub use crate::message::{MessageSource, ReceivedRange, SnapshotRequest};
+pub use crate::sensor::{jacobian, measure};
+pub use crate::target::Transition;
+pub use crate::tracking::information_filter::{Contribution, InformationFilter};
+pub use crate::uav::LimitedCommand;
+
+/// Elementary functions from one portable source, so that results do not depend on the platform or the build.
+pub mod math {
+    pub use crate::math::{PI, TAU, atan2, atan2_batch, cos, exp, hypot, ln, sin, sin_cos, sin_cos_batch};
+}
