@@ -11,9 +11,8 @@ use pyo3::prelude::*;
 use pyo3::types::{PyFrozenSet, PyList, PyTuple};
 use standoff::research::LimitedCommand;
 use standoff::{
-    AgentOutput, Assignment, AssignmentLaw, AvailableUav, CandidateGroup, Command as Flown, Cue, Diagnostics, GroupId,
-    Message, PointingTarget, Position, Report, Scan, TeamAgent, Time, TrafficReport, UavId, UavParams, UavState,
-    Velocity,
+    AgentOutput, Assignment, AssignmentLaw, AvailableUav, CandidateGroup, Command as Flown, Cue, GroupId, Message,
+    PointingTarget, Position, Report, Scan, TeamAgent, Time, TrafficReport, UavId, UavParams, UavState, Velocity,
 };
 use standoff_sim::controller::{Controller, ReportedState, ReportedTables, TrackRow};
 use standoff_sim::rows_of_team_state;
@@ -255,11 +254,14 @@ impl Controller for CustomLaw {
             turn_rate_rad_s: command.turn_rate_rad_s * (1.0 + AT_BOUND),
         };
         let LimitedCommand { speed_limited, turn_rate_limited, .. } = self.limits.limit(beyond(command));
+        let mut diagnostics = step.diagnostics;
+        diagnostics.group_number = group_number;
+        (diagnostics.speed_limited, diagnostics.turn_rate_limited) = (speed_limited, turn_rate_limited);
         AgentOutput {
             command,
             pointing_target: pointing_target.or(step.pointing_target),
             altitude_m: altitude_m.or(step.altitude_m),
-            diagnostics: Diagnostics { group_number, speed_limited, turn_rate_limited, ..step.diagnostics },
+            diagnostics,
         }
     }
 

@@ -241,7 +241,7 @@ fn groups(team_state: &TeamState, mut put: impl FnMut(GroupRow)) {
             y_m: centre.position().y_m(),
             vx_m_s: centre.velocity().x_m_s(),
             vy_m_s: centre.velocity().y_m_s(),
-            spread_m: group.spread.distance_m,
+            spread_m: group.spread().distance_m,
             margin_m: group.margin_m(),
             standoff_unclamped_m: group.standoff.unclamped_m,
             standoff_distance_m: group.standoff.distance_m,

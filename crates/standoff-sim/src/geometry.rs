@@ -3,8 +3,10 @@
 
 use std::collections::BTreeSet;
 
-use standoff::research::EnclosingCircle;
-use standoff::research::math::{self, TAU};
+use standoff::research::{
+    EnclosingCircle,
+    math::{self, TAU},
+};
 use standoff::{Angle, CentreEstimate, Position, SensorParams, TargetState, Velocity};
 
 use crate::frame::{Frame, GroupRow, TrackRow, TruthRow, UavRow};

@@ -1,7 +1,8 @@
 //! True motion of aircraft outside the team: they have the flight dynamics of the UAVs and avoid no other aircraft.
 
-use standoff::AutopilotModel;
-use standoff::{Command, Displacement, Integrator, Message, Time, TrafficReport, UavId, UavParams, UavState};
+use standoff::{
+    AutopilotModel, Command, Displacement, Integrator, Message, Time, TrafficReport, UavId, UavParams, UavState,
+};
 
 use crate::scenario::{self, Scenario};
 

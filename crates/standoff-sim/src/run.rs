@@ -4,10 +4,9 @@
 //! truth -> scans (each along the commanded boresight) -> controller <-> radio -> commands -> truth
 //! ```
 
-use standoff::AutopilotModel;
 use standoff::{
-    AgentOutput, Aircraft, Angle, Command, Detection, Duration, Message, ParamError, PointingTarget, Position, Scan,
-    Time, UavId, UavState, Velocity,
+    AgentOutput, Aircraft, Angle, AutopilotModel, Command, Detection, Duration, Message, ParamError, PointingTarget,
+    Position, Scan, Time, UavId, UavState, Velocity,
 };
 
 use crate::agent_rows;

@@ -8,8 +8,7 @@ mod common;
 use std::ops::RangeInclusive;
 
 use nalgebra::{Vector2, Vector6};
-use standoff::research::{Contribution, InformationFilter};
-use standoff::research::{jacobian, measure};
+use standoff::research::{Contribution, InformationFilter, jacobian, measure};
 use standoff::{
     Angle, Covariance, Displacement, Duration, Estimate, Position, RangeBearingMeasurement, SensorParams, TargetParams,
     TargetState, Velocity,

@@ -6,8 +6,7 @@ use std::hint::black_box;
 
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use pieces::{FleetTicks, field, spread};
-use standoff::research::KMeans;
-use standoff::research::assign;
+use standoff::research::{KMeans, assign};
 use standoff::*;
 use standoff::{AvailableUav, CandidateGroup};
 

@@ -35,7 +35,8 @@ impl Covariance {
     }
 
     /// Creates a covariance from its upper triangle, row by row.
-    pub fn from_upper_triangle(upper: &[f64; 21]) -> Self {
+    #[cfg_attr(feature = "research", visibility::make(pub))]
+    pub(crate) fn from_upper_triangle(upper: &[f64; 21]) -> Self {
         let [a, b, c, d, e, f, g, h, i, j, k, l, m, n, o, p, q, r, s, t, u] = *upper;
         Self {
             same_axis: [[a, p], [b, q], [c, r], [g, s], [h, t], [l, u]].map(Vector2::from),
@@ -73,7 +74,8 @@ impl Covariance {
     }
 
     /// Standard deviation of the position in its most uncertain direction, m.
-    pub fn position_sd_max_m(&self) -> f64 {
+    #[cfg_attr(feature = "research", visibility::make(pub))]
+    pub(crate) fn position_sd_max_m(&self) -> f64 {
         let p = self.position();
         let mean = 0.5 * (p[(0, 0)] + p[(1, 1)]);
         let half_difference = 0.5 * (p[(0, 0)] - p[(1, 1)]);

@@ -10,8 +10,8 @@
 //! and messages as arguments and receives commands as values. [`Agent`] combines all parts, and [`TeamAgent`] is a whole
 //! team with an ideal radio. [`wire`] encodes messages. The extension point is [`AssignmentLaw`].
 //!
-//! The feature `research` adds the module `research`, with parts of the implementation for
-//! studies, simulators and tests.
+//! The feature `research` adds the module `research`: an unstable view of the internals, for studies, simulators and
+//! tests. It also makes more methods of the public types visible. An integrator needs none of it.
 //!
 //! Frame: x east, y north, metres. Angles: radians, anticlockwise from east, in (-pi, pi]. Units are SI; the unit is
 //! the last part of a name.
@@ -69,7 +69,7 @@ pub use group_id::GroupId;
 pub use guidance::avoidance::Avoidance;
 pub use guidance::geofence::{Geofence, GeofenceError, Zone, ZoneKind};
 pub use guidance::heading::Steering;
-pub use guidance::standoff_distance::{Spread, StandoffDistance};
+pub use guidance::standoff_distance::StandoffDistance;
 pub use message::{
     CommitDigest, Cue, Detection, LogStatus, Message, Report, Scan, SnapshotPart, TargetLabel, TrafficReport,
 };

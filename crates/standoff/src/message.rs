@@ -359,7 +359,8 @@ fn vertical_size_bytes(state: &UavState) -> usize {
 
 impl Cue {
     /// True if every number is finite and possible on Earth, and both standard deviations are positive.
-    pub fn is_valid(&self) -> bool {
+    #[cfg_attr(feature = "research", visibility::make(pub))]
+    pub(crate) fn is_valid(&self) -> bool {
         let up_to = |most: f64, sd: f64| sd > 0.0 && sd <= most;
         self.position.is_within(FARTHEST_M)
             && self.velocity.is_within(FASTEST_M_S)
@@ -370,7 +371,8 @@ impl Cue {
 
 impl Detection {
     /// True if the measurement is possible: finite, with a positive range that exists on Earth.
-    pub fn is_valid(&self) -> bool {
+    #[cfg_attr(feature = "research", visibility::make(pub))]
+    pub(crate) fn is_valid(&self) -> bool {
         let RangeBearingMeasurement { range_m, bearing } = self.measurement;
         range_m > 0.0 && range_m <= FARTHEST_M && bearing.rad().is_finite()
     }

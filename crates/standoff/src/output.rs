@@ -76,6 +76,7 @@ impl AgentOutput {
 
 /// Diagnostics of a time step: quality of the result, and how it was computed.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
 pub struct Diagnostics {
     /// Assigned group of this UAV; `None` if it has no group.
     pub group: Option<GroupId>,
@@ -107,6 +108,7 @@ pub struct Diagnostics {
 
 /// Counters of what was rejected since the start, by reason.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+#[non_exhaustive]
 pub struct Rejected {
     /// Own observations with a time that is off the team's grid, before the last one, or more than
     /// [`Agent::TIME_JUMP_MAX`](crate::Agent::TIME_JUMP_MAX) after it. If the counter keeps growing although the clock

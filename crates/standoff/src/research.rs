@@ -1,6 +1,7 @@
 //! An unstable view of the internals, for studies, simulators, tests and the Python package. Any release may change it.
 //!
-//! An integrator needs none of it. With the feature `research`, some types of the crate also have more methods.
+//! With the feature `research`, types of the crate root have more public methods, and the structs of the message log's
+//! protocol public fields.
 
 pub use crate::coordination::assignment::assign;
 pub use crate::coordination::clustering::{KMeans, group_count};
@@ -13,7 +14,7 @@ pub use crate::guidance::orbit_motion::OrbitMotion;
 pub use crate::guidance::pair_information::{
     equal_accuracy_range_m, optimal_phase_difference_rad, pair_information_1_m4, pair_information_at_1_m4,
 };
-pub use crate::guidance::standoff_distance::{Ramp, moving_centre_limit_m, turn_limit_m};
+pub use crate::guidance::standoff_distance::{Ramp, Spread, moving_centre_limit_m, turn_limit_m};
 pub use crate::guidance::vector_field::{VectorField, lyapunov_m4, lyapunov_rate_m4_s};
 pub use crate::message::{MessageSource, ReceivedRange, SnapshotRequest};
 pub use crate::sensor::{jacobian, measure};

@@ -48,8 +48,7 @@ enum Bound {
 
 impl Allowed {
     /// Every finite number.
-    #[cfg_attr(feature = "research", visibility::make(pub))]
-    pub(crate) const FINITE: Self = Self { lower: Bound::None, upper: Bound::None, because: "" };
+    pub const FINITE: Self = Self { lower: Bound::None, upper: Bound::None, because: "" };
 
     /// Values larger than `limit`.
     #[cfg_attr(feature = "research", visibility::make(pub))]

@@ -52,13 +52,14 @@ use crate::time::Time;
 use crate::uav::{UavId, UavState, Vertical};
 
 /// Version of the encoding. It changes with every change of the layout; a decoder accepts only its own version.
-pub const VERSION: u8 = 1;
+pub(crate) const VERSION: u8 = 1;
 
 /// First byte of every message.
 const FORMAT: u8 = b's';
 
 /// Why a message cannot be encoded.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
 pub enum EncodeError {
     /// An id that needs more than two bytes.
     #[error("id {0} of a UAV or cue source: must be at most 65535")]
@@ -73,6 +74,7 @@ pub enum EncodeError {
 
 /// Why bytes are not a message.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
 pub enum DecodeError {
     /// The bytes end before the message does.
     #[error("the message is truncated")]

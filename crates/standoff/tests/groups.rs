@@ -313,7 +313,7 @@ proptest! {
                 }
             }
             for (index, group) in team_state.groups.iter().enumerate() {
-                prop_assert!(group.members > 0 && group.spread.rate_m_s.is_finite() && group.standoff.distance_m.is_finite() && group.margin_m().is_finite());
+                prop_assert!(group.members > 0 && group.spread().rate_m_s.is_finite() && group.standoff.distance_m.is_finite() && group.margin_m().is_finite());
                 prop_assert!((250.0..=700.0).contains(&group.standoff.distance_m));
                 let others = &team_state.groups[..index];
                 prop_assert!(others.iter().all(|other| (other.altitude_m - group.altitude_m).abs() > 49.0));

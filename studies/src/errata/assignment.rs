@@ -1,7 +1,6 @@
 //! (32) adds information about different targets before the determinant, and (33) allows a UAV in two groups.
 
-use standoff::research::assign;
-use standoff::research::math;
+use standoff::research::{assign, math};
 use standoff::{Assignment, Displacement, GroupId, Objective, Position, SensorParams, TeamParams, UavId};
 use standoff::{AvailableUav, CandidateGroup};
 use standoff_sim::random::{Draw, Draws, Stream};

@@ -1,7 +1,6 @@
 //! (25) is the derivative of the field's heading only on the orbit and only about a stationary centre.
 
-use standoff::research::VectorField;
-use standoff::research::steer;
+use standoff::research::{VectorField, steer};
 use standoff::{Displacement, Feedforward, Position, TeamParams, UavState, Velocity};
 use standoff_view::figures::study::{Line, Plot};
 

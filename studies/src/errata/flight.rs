@@ -1,8 +1,6 @@
 //! Closed-loop simulation of guidance and kinematics of one UAV about an exactly known centre.
 
-use standoff::research::Orbit;
-use standoff::research::Ramp;
-use standoff::research::steer;
+use standoff::research::{Orbit, Ramp, steer};
 use standoff::{
     Angle, Command, Duration, Feedforward, GuidanceParams, Integrator, Position, TeamParams, UavParams, UavState,
     Velocity,

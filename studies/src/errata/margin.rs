@@ -2,8 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use standoff::research::Transition;
-use standoff::research::{Centroid, GroupCentre, mahalanobis_squared};
+use standoff::research::{Centroid, GroupCentre, Transition, mahalanobis_squared};
 use standoff::{Covariance, Estimate as Track, TargetState};
 use standoff_sim::record::{Frame, GroupRow, TrackRow};
 use standoff_sim::scenario::Scenario;

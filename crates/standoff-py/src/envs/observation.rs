@@ -1,8 +1,7 @@
 //! Observation of a UAV for the policy: features of the team state at the current time step, scaled to similar ranges.
 //! It contains no ground truth.
 
-use standoff::research::math;
-use standoff::research::math::TAU;
+use standoff::research::{math, math::TAU};
 use standoff::{Angle, Covariance, TeamParams, UavParams};
 use standoff_sim::record::{Frame, GroupRow, TrackRow, UavRow};
 

@@ -405,7 +405,7 @@ impl TeamState {
             target_group: whole(&|known| number(known.membership.group().filter(|_| !is_removed(known)))),
             group: one(py, team.groups.iter().map(|group| number(Some(group.id))).collect()),
             centre: two(py, centres.collect(), 4),
-            spread_m: of_groups(&|group| group.spread.distance_m),
+            spread_m: of_groups(&|group| group.spread().distance_m),
             standoff_distance_m: of_groups(&|group| group.standoff.distance_m),
             uav: one(py, team.teammates.iter().map(|mate| i64::from(mate.uav.0)).collect()),
             uav_group: one(py, team.teammates.iter().map(|mate| number(mate.group)).collect()),

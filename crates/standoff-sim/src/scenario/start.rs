@@ -1,8 +1,8 @@
 //! Starts of the UAVs: as listed, on a ring about the initial targets, or on orbits about groups of the initial
 //! targets.
 
-use standoff::research::{KMeans, group_count};
-use standoff::{Angle, Displacement, Position, Spread, TeamParams, UavId, UavState, Vertical};
+use standoff::research::{KMeans, Spread, group_count};
+use standoff::{Angle, Displacement, Position, TeamParams, UavId, UavState, Vertical};
 
 use super::resolved::{Intruder, Targets};
 use super::schema_types::resolved::{self, Ring, UavAt, Uavs};

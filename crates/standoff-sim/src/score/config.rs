@@ -3,9 +3,9 @@
 use std::collections::BTreeSet;
 use std::sync::Arc;
 
-use standoff::research::OrbitMotion;
+use standoff::research::{OrbitMotion, Spread};
 use standoff::{
-    CentreEstimate, Geofence, MotionParams, SensorParams, SeparationParams, Spread, StandoffDistance, StandoffParams,
+    CentreEstimate, Geofence, MotionParams, SensorParams, SeparationParams, StandoffDistance, StandoffParams,
     TargetParams, TargetState, Velocity,
 };
 

@@ -25,7 +25,7 @@ pub struct Handoff {
     /// Receiving group.
     pub to: GroupId,
     /// Time at which the receiving group began to make room.
-    pub requested_at: Time,
+    pub(crate) requested_at: Time,
     /// Minimum duration T_hd, fixed at the request; zero for a target from no group.
     #[doc(alias = "T_hd")]
     pub dwell: Duration,

@@ -7,6 +7,7 @@ use crate::uav::UavId;
 
 /// A change of the team state.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
 pub struct Event {
     /// Kind of event.
     pub kind: EventKind,
@@ -34,6 +35,7 @@ impl Event {
 
 /// Kind of an event.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
 pub enum EventKind {
     /// A cue source reported a target.
     Cued,
@@ -142,6 +144,7 @@ pub enum EventKind {
 
 /// Reason for the creation of a group.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum GroupCreatedReason {
     /// There were no groups.
     First,
@@ -155,6 +158,7 @@ pub enum GroupCreatedReason {
 
 /// Reason for the retirement of a group.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum GroupRetiredReason {
     /// Its last member left or was lost.
     Empty,
@@ -178,6 +182,7 @@ pub enum GroupRetiredReason {
 
 /// Reason for the completion of a handoff.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum HandoffCompletedReason {
     /// The dwell is over, and a receiving UAV has the target in view.
     Received,
@@ -191,6 +196,7 @@ pub enum HandoffCompletedReason {
 
 /// Reason for the cancellation of a handoff.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum HandoffCancelledReason {
     /// At the end of the dwell, clustering assigns the target to another group.
     ReassignedByClustering,
@@ -206,6 +212,7 @@ pub enum HandoffCancelledReason {
 
 /// Reason for the end of a search.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum SearchEndReason {
     /// The target was measured.
     Found,
@@ -217,6 +224,7 @@ pub enum SearchEndReason {
 
 /// Reason for a new assignment of UAVs.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum ReassignmentReason {
     /// A group was created.
     GroupCreated,

@@ -24,6 +24,7 @@ use crate::tracking::track::TrackId;
 
 /// A group and its orbit at one time step.
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
+#[non_exhaustive]
 pub struct Group {
     /// Id of the group.
     pub id: GroupId,
@@ -34,7 +35,7 @@ pub struct Group {
     /// Member furthest from the centre.
     pub(crate) furthest_member: TrackId,
     /// Distance of the furthest member from the centre, and its rate.
-    pub spread: Spread,
+    pub(crate) spread: Spread,
     /// Margin d_m that is added to the spread, m.
     pub(crate) margin_m: f64,
     /// Standoff distance r_d and its rate.
@@ -126,6 +127,11 @@ impl Group {
 /// State that records contain.
 #[cfg(feature = "research")]
 impl Group {
+    /// Distance of the furthest member from the centre, and its rate.
+    pub fn spread(&self) -> Spread {
+        self.spread
+    }
+
     /// Margin d_m that is added to the spread, m.
     pub fn margin_m(&self) -> f64 {
         self.margin_m

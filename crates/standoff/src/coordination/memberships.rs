@@ -41,7 +41,8 @@ impl Membership {
     }
 
     /// All groups of the target.
-    pub fn groups(&self) -> impl Iterator<Item = GroupId> + use<> {
+    #[cfg_attr(feature = "research", visibility::make(pub))]
+    pub(crate) fn groups(&self) -> impl Iterator<Item = GroupId> + use<> {
         [self.group(), self.receiving_group()].into_iter().flatten()
     }
 }

@@ -9,6 +9,7 @@ use crate::uav::{UavId, UavState};
 
 /// A UAV whose last report is within the teammate timeout.
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
+#[non_exhaustive]
 pub struct Teammate {
     /// Id of the UAV.
     pub uav: UavId,

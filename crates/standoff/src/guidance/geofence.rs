@@ -30,7 +30,8 @@ pub enum ZoneKind {
 
 impl ZoneKind {
     /// Name of the kind in scenarios and records, kebab-case.
-    pub fn name(self) -> &'static str {
+    #[cfg_attr(feature = "research", visibility::make(pub))]
+    pub(crate) fn name(self) -> &'static str {
         match self {
             Self::KeepOut => "keep-out",
             Self::KeepIn => "keep-in",
@@ -52,6 +53,7 @@ pub struct Zone {
 /// Error in the zones of a geofence.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[error("{position}{reason}")]
+#[non_exhaustive]
 pub struct GeofenceError {
     /// Index of the zone, from 0; `None` if the error concerns all zones together.
     pub zone: Option<usize>,

@@ -74,6 +74,7 @@ impl Orbit {
 
 /// Output of the guidance law for one UAV, with intermediate values.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
 pub struct Steering {
     /// Desired turn rate u_omega before limits, rad/s.
     pub turn_rate_rad_s: f64,

@@ -44,6 +44,7 @@ pub enum TrackStatus {
 
 /// Reason why a track was lost.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
+#[non_exhaustive]
 pub enum LossReason {
     /// The position became too uncertain.
     TooUncertain,
