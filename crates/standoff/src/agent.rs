@@ -150,8 +150,7 @@ impl Agent {
     }
 
     /// Last committed time step: nothing up to it can change any more. `None` before the first commit.
-    #[cfg_attr(feature = "research", visibility::make(pub))]
-    pub(crate) fn committed_at(&self) -> Option<Time> {
+    pub fn committed_at(&self) -> Option<Time> {
         (self.replica.history.committed >= self.replica.history.start)
             .then(|| self.replica.log.time(self.replica.history.committed))
     }

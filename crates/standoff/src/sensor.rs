@@ -79,7 +79,7 @@ impl SensorParams {
     /// Returns the information H' R^-1 H that one measurement from `uav` gives about the position of a target at
     /// `target`, 1/m2. R is the noise covariance of this sensor.
     ///
-    /// Implements Eq. (31), one UAV's term. Zero within [`RANGE_MIN_M`].
+    /// Implements Eq. (31), one UAV's term. Zero within `RANGE_MIN_M`.
     #[doc(alias = "fisher")]
     #[cfg_attr(feature = "research", visibility::make(pub))]
     pub(crate) fn information(&self, uav: Position, target: Position) -> Matrix2<f64> {
@@ -126,7 +126,7 @@ pub(crate) fn measure_batch<const N: usize>(targets_rel_uav: [Displacement; N]) 
 }
 
 /// Derivative H of (7) with respect to the target's position: rows range (m/m) and bearing (rad/m), columns x and y.
-/// All other columns of the state are zero. `None` within [`RANGE_MIN_M`].
+/// All other columns of the state are zero. `None` within `RANGE_MIN_M`.
 ///
 /// Implements the H of Eq. (10), (11).
 pub fn jacobian(uav: Position, target: Position) -> Option<Matrix2<f64>> {

@@ -24,7 +24,7 @@
 //!
 //! `[x]` is a list: its length as u16, then its elements. `x?` is only included if its flag is set. All numbers are
 //! little-endian; an f64 is not rounded, because all agents must compute with the same bits. Units and frames are those
-//! of the fields in [`crate::message`]; times are microseconds. The length in bytes is [`Message::size_bytes`].
+//! of the fields of [`Message`]; times are microseconds. The length in bytes is [`Message::size_bytes`].
 //!
 //! ```
 //! use standoff::{Angle, Message, Position, Report, Time, UavId, UavState, wire};
@@ -52,7 +52,7 @@ use crate::time::Time;
 use crate::uav::{UavId, UavState, Vertical};
 
 /// Version of the encoding. It changes with every change of the layout; a decoder accepts only its own version.
-pub(crate) const VERSION: u8 = 1;
+pub const VERSION: u8 = 1;
 
 /// First byte of every message.
 const FORMAT: u8 = b's';

@@ -39,7 +39,7 @@ pub(crate) const EXACT_UAVS_MAX: usize = 12;
 /// replaces it.
 pub(crate) const PAPER_OBJECTIVE_UAVS_MAX: usize = 8;
 
-/// Custom replacement for [`assign`], which is called at every time step with groups.
+/// Custom replacement for the built-in assignment law (33), which is called at every time step with groups.
 pub trait AssignmentLaw: fmt::Debug + Send + Sync {
     /// Returns the new assignment; `None` uses the built-in law. UAVs and groups are in ascending order of ids. A UAV
     /// without an entry, or with a group that is not in `sites`, is assigned to no group; of two entries for a UAV, the
@@ -76,7 +76,7 @@ pub struct Assignment {
 ///
 /// Implements Eq. (32), (33), as restated above.
 ///
-/// The result is exact for up to [`EXACT_UAVS_MAX`] UAVs, and if there are no more UAVs than groups. Otherwise, it
+/// The result is exact for up to `EXACT_UAVS_MAX` UAVs, and if there are no more UAVs than groups. Otherwise, it
 /// comes from a search of bounded length, which breaks ties arbitrarily but identically in every run. Where the optimum
 /// is known, the loss is negligible: in 5880 worlds with 6 to 12 UAVs, 2 or more groups and 1 to 10 targets in each
 /// (UAVs scattered or starting together, in a field of 2, 8 or 30 km), the search missed the optimum in 4, by at most

@@ -17,7 +17,7 @@ use crate::math;
 use crate::params::{RANGE_MIN_M, SensorParams};
 
 /// Determinant of the joint information of two UAVs at these ranges about a target's position, 1/m4.
-/// `phase_difference_rad` is the angle gamma at the target. A UAV closer than [`RANGE_MIN_M`] gives no information.
+/// `phase_difference_rad` is the angle gamma at the target. A UAV closer than `RANGE_MIN_M` gives no information.
 ///
 /// Implements Eq. (36).
 #[doc(alias = "eta_D")]
