@@ -33,8 +33,7 @@ impl SensorParams {
     }
 
     /// Returns the noise-free measurement of a target that is [in view](Self::in_view); `None` otherwise.
-    #[cfg_attr(feature = "research", visibility::make(pub))]
-    pub(crate) fn measure(&self, uav: Position, boresight: Angle, target: Position) -> Option<RangeBearingMeasurement> {
+    pub fn measure(&self, uav: Position, boresight: Angle, target: Position) -> Option<RangeBearingMeasurement> {
         let [z] = self.measure_batch(uav, boresight, [target]);
         z
     }

@@ -76,6 +76,15 @@ impl TargetParams {
 }
 
 /// The target model discretised for one time step; both axes share it.
+///
+/// ```
+/// use standoff::{Duration, Position, TargetParams, TargetState, Velocity};
+///
+/// let params = TargetParams { correlation_rate_1_s: 0.1, acceleration_sd_m_s2: 0.3 };
+/// let car = TargetState::new(Position::from_m(0.0, 0.0), Velocity::from_m_s(10.0, 0.0), [0.0, 0.0]);
+/// let later = params.transition(Duration::from_s(2.0)).predict(&car);
+/// assert!((later.position().x_m() - 20.0).abs() < 1e-9);
+/// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Transition {
     /// The time step.

@@ -133,8 +133,7 @@ impl Geofence {
 
     /// Returns true if a UAV may be at a position: outside every keep-out zone and inside every keep-in zone. On an
     /// outline the result is unspecified.
-    #[cfg_attr(feature = "research", visibility::make(pub))]
-    pub(crate) fn contains(&self, at: Position) -> bool {
+    pub fn contains(&self, at: Position) -> bool {
         self.violated_zones(at).next().is_none()
     }
 

@@ -42,18 +42,19 @@ impl MotionParams {
 /// The flown orbit and its motion.
 ///
 /// ```
-/// use standoff::{MotionParams, OrbitMotion, Position, Spread, TargetState, TeamParams, Velocity};
+/// use standoff::research::{OrbitMotion, Spread};
+/// use standoff::{MotionParams, Position, TargetState, TeamParams, Velocity};
 ///
-/// let params = MotionParams { time_constant_s: 1.5, acceleration_max_m_s2: 3.0, closing_speed_max_m_s: 25.0 };
-/// let paper = TeamParams::paper();
-/// let (bounds, sensor) = (paper.group.standoff, paper.track.sensor);
+/// let motion = MotionParams { time_constant_s: 1.5, acceleration_max_m_s2: 3.0, closing_speed_max_m_s: 25.0 };
+/// let params = TeamParams::paper();
+/// let (bounds, sensor) = (params.group.standoff, params.track.sensor);
 /// let at = |x_m| TargetState::new(Position::from_m(x_m, 0.0), Velocity::ZERO, [0.0, 0.0]);
 /// let alone = bounds.distance(Spread::default(), 0.0, &sensor);
 /// // The only member is 100 m from the centre: the centre starts to move, and the radius keeps the member in view.
-/// let orbit = OrbitMotion::start(&at(0.0), &alone).with_centre(&at(100.0), &params, 0.5);
+/// let orbit = OrbitMotion::start(&at(0.0), &alone).with_centre(&at(100.0), &motion, 0.5);
 /// assert!(orbit.centre.x_m() > 0.0 && orbit.velocity.x_m_s() <= 3.0 * 0.5 + 1e-9);
 /// let spread = Spread::of(&at(100.0), &orbit.state());
-/// let orbit = orbit.with_radius(bounds.distance(spread, 0.0, &sensor).distance_m, &bounds, &params, 0.5);
+/// let orbit = orbit.with_radius(bounds.distance(spread, 0.0, &sensor).distance_m, &bounds, &motion, 0.5);
 /// assert!(orbit.radius_m >= 250.0);
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq)]

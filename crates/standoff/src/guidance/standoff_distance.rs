@@ -15,6 +15,19 @@ use crate::params::{SensorParams, StandoffParams};
 use crate::target::TargetState;
 
 /// Spread of a group: distance of the furthest member from the centre, and its rate.
+///
+/// ```
+/// use standoff::TeamParams;
+/// use standoff::research::Spread;
+///
+/// let params = TeamParams::paper();
+/// let (orbit, sensor) = (params.group.standoff, params.track.sensor);
+/// // The orbit grows with the distance of the furthest target from the centre, within its bounds.
+/// let spread = |furthest_m: f64| Spread { distance_m: furthest_m, rate_m_s: 0.0 };
+/// let of = |furthest_m: f64| orbit.distance(spread(furthest_m), 0.0, &sensor).distance_m;
+/// assert_eq!((of(0.0), of(1000.0)), (250.0, 700.0));
+/// assert!(of(150.0) > of(120.0));
+/// ```
 #[derive(Debug, Clone, Copy, Default, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Spread {
     /// Distance d_max, m.

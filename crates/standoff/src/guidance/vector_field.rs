@@ -33,7 +33,7 @@ impl OrbitDirection {
 /// A vector field that converges to the circle of radius `radius_m`.
 ///
 /// ```
-/// use standoff::{Displacement, OrbitDirection, VectorField};
+/// use standoff::{Displacement, OrbitDirection, research::VectorField};
 ///
 /// let field = VectorField { radius_m: 400.0, radial_gain: 1.0, orbit_direction: OrbitDirection::Anticlockwise };
 /// // On the orbit the field is tangential: east of the centre it points north.

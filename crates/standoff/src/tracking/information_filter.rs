@@ -123,6 +123,7 @@ const PARTS_MAX: u32 = 6;
 /// and information matrix Y are computed on request.
 ///
 /// ```
+/// use standoff::research::*;
 /// use standoff::*;
 ///
 /// let sensor = TeamParams::paper().track.sensor;
