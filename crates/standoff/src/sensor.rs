@@ -32,7 +32,8 @@ impl SensorParams {
         self.measure(uav, boresight, target).is_some()
     }
 
-    /// Returns the noise-free measurement of a target that is [in view](Self::in_view); `None` otherwise.
+    /// Returns the noise-free measurement of a target within half the field of view of the boresight and within sensing
+    /// range; `None` for other targets.
     pub fn measure(&self, uav: Position, boresight: Angle, target: Position) -> Option<RangeBearingMeasurement> {
         let [z] = self.measure_batch(uav, boresight, [target]);
         z
