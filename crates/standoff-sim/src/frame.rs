@@ -6,8 +6,7 @@
 use serde::{Deserialize, Serialize};
 use standoff::TeammateStatus;
 
-use crate::record::column::{Field, rows};
-use crate::record::schema::FrameRow;
+use crate::record::column::{Field, Row, rows};
 
 /// Tables that a controller reports; tables that it does not report are not scored.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
@@ -132,6 +131,49 @@ pub(crate) fn of<R, K: Ord>(rows: &[R], key: K, by: impl Fn(&R) -> K) -> &[R] {
     let start = rows.partition_point(|row| by(row) < key);
     let length = rows[start..].partition_point(|row| by(row) == key);
     &rows[start..start + length]
+}
+
+/// Row type of a table that frames are read from.
+pub(crate) trait FrameRow: Row {
+    /// Rows of a frame.
+    fn of(frame: &Frame) -> &Vec<Self>;
+    fn of_mut(frame: &mut Frame) -> &mut Vec<Self>;
+    /// Id by which the rows of a time step are unique and ascending; `None` if the table has any order.
+    fn id(&self) -> Option<(u32, u32)>;
+}
+
+macro_rules! frame_rows {
+    ($($row:ty: $($place:ident).+, $id:expr;)+) => {
+        $(impl FrameRow for $row {
+            fn of(frame: &Frame) -> &Vec<Self> {
+                &frame.$($place).+
+            }
+
+            fn of_mut(frame: &mut Frame) -> &mut Vec<Self> {
+                &mut frame.$($place).+
+            }
+
+            fn id(&self) -> Option<(u32, u32)> {
+                let id: fn(&Self) -> Option<(u32, u32)> = $id;
+                id(self)
+            }
+        })+
+    };
+}
+
+frame_rows! {
+    UavRow: uavs, |row| Some((row.uav, 0));
+    TruthRow: truth, |row| Some((row.target, 0));
+    TrackRow: tracks, |row| Some((row.target, 0));
+    GroupRow: groups, |row| Some((row.group, 0));
+    DetectionRow: detections, |_| None;
+    EventRow: events, |_| None;
+    IntruderRow: intruders, |row| Some((row.intruder, 0));
+    AgentRow: agents.all, |row| Some((row.agent, 0));
+    ByAgent<TrackRow>: agents.tracks, |of| Some((of.agent, of.row.target));
+    ByAgent<GroupRow>: agents.groups, |of| Some((of.agent, of.row.group));
+    AgentEventRow: agents.events, |_| None;
+    TeammateRow: agents.teammates, |row| Some((row.agent, row.uav));
 }
 
 /// Sorts rows by id and keeps the first row of each id. Most tables are sorted already and need no copy.

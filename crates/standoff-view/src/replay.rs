@@ -25,6 +25,7 @@ mod encoder;
 mod header;
 mod live;
 mod per_agent;
+mod recorded;
 mod table;
 #[cfg(test)]
 mod tests;

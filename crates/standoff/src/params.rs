@@ -103,10 +103,8 @@ params! {
     /// let params = TeamParams::paper().uav;
     /// let state =
     ///     UavState { position: Position::from_m(0.0, 0.0), heading: Angle::from_deg(90.0), speed_m_s: 40.0, turn_rate_rad_s: 0.0, vertical: None };
-    /// // The command exceeds the limits, which are those of the paper's Table I.
-    /// let limited = params.limit(Command { speed_m_s: 100.0, turn_rate_rad_s: 1.0 });
-    /// assert_eq!((limited.command.speed_m_s, limited.command.turn_rate_rad_s), (55.0, 0.3));
-    /// let next = params.response(Duration::from_s(0.5)).step(&state, limited.command);
+    /// let command = Command { speed_m_s: 55.0, turn_rate_rad_s: 0.3 };
+    /// let next = params.response(Duration::from_s(0.5)).step(&state, command);
     /// assert!(next.speed_m_s > 40.0 && next.heading.deg() > 90.0 && next.position.y_m() > 20.0);
     /// ```
     struct UavParams at [uav] {
@@ -175,16 +173,6 @@ params! {
     }
 
     /// Parameters of the target model.
-    ///
-    /// ```
-    /// use standoff::{Duration, Position, TargetParams, TargetState, Velocity};
-    ///
-    /// let params = TargetParams { correlation_rate_1_s: 0.1, acceleration_sd_m_s2: 0.3 };
-    /// assert!(params.errors().is_empty());
-    /// let car = TargetState::new(Position::from_m(0.0, 0.0), Velocity::from_m_s(10.0, 0.0), [0.0, 0.0]);
-    /// let later = params.transition(Duration::from_s(2.0)).predict(&car);
-    /// assert!((later.position().x_m() - 20.0).abs() < 1e-9);
-    /// ```
     struct TargetParams at [track.target] {
         numbers {
             /// Correlation rate alpha of the targets' acceleration; 0: constant acceleration.
@@ -225,18 +213,6 @@ params! {
     }
 
     /// Bounds and margins of the standoff distance.
-    ///
-    /// ```
-    /// use standoff::{Spread, TeamParams};
-    ///
-    /// let params = TeamParams::paper();
-    /// let (orbit, sensor) = (params.group.standoff, params.track.sensor);
-    /// // The orbit grows with the distance of the furthest target from the centre, within its bounds.
-    /// let spread = |furthest_m: f64| Spread { distance_m: furthest_m, rate_m_s: 0.0 };
-    /// let of = |furthest_m: f64| orbit.distance(spread(furthest_m), 0.0, &sensor).distance_m;
-    /// assert_eq!((of(0.0), of(1000.0)), (250.0, 700.0));
-    /// assert!(of(150.0) > of(120.0));
-    /// ```
     struct StandoffParams at [group.standoff] {
         numbers {
             /// Margin eps_m by which the field of view is reduced (15).

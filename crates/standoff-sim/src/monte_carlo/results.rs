@@ -17,9 +17,10 @@ use super::diff::{Settings, settings_of};
 use super::journal::{self, MAX_BATCH, check_format, sync_folder};
 use super::{MonteCarloError, Shard, Statistics, pooled_root_ratio};
 use crate::record::RecordError;
+use crate::record::column::Row;
 use crate::record::column::{self, Columns, Declaration, Field, Part};
 use crate::record::directory::{NO_FOLDER, first_in};
-use crate::record::table::{MAX_TABLE, Row, TableReader, TableWriter, source};
+use crate::record::table::{MAX_TABLE, TableReader, TableWriter, source};
 use crate::score::Metrics;
 
 const MANIFEST: &str = "monte-carlo.json";

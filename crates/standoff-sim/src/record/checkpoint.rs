@@ -22,8 +22,9 @@ use standoff_io::parquet_file::{self, Footer, Source};
 use standoff_io::{atomic_file, bounded_input};
 
 use super::RecordError;
+use super::column::Row as _;
 use super::schema::{OF_AGENTS, TIMED};
-use super::table::{Missing, Row as _};
+use super::table::Missing;
 use crate::frame::IntruderRow;
 
 /// Name of the file.

@@ -323,6 +323,18 @@ impl<R: Clone> fmt::Debug for PageColumns<R> {
     }
 }
 
+/// Row of a table. The same columns are used for writing and reading.
+pub(crate) trait Row: Field + Clone + Default + Send + 'static {
+    /// Name of the table; the file is `<name>.parquet`.
+    const TABLE: &'static str;
+    /// Name of the table of these rows of all agents; empty if there is none.
+    const OF_AGENTS: &'static str = "";
+    /// Time of the row for error messages, s.
+    fn time_s(&self) -> f64 {
+        0.0
+    }
+}
+
 /// Defines row types and their tables (that of the team, and that of each agent if there is one): one column per field,
 /// with the same name, in this order. A comment before a field gives the meaning and unit of its column;
 /// `docs/record.md` repeats it. `#[on(page)]` adds the column to the data of the replay page.
@@ -360,7 +372,7 @@ macro_rules! rows {
             }
         }
 
-        impl $crate::record::table::Row for $row {
+        impl $crate::record::column::Row for $row {
             const TABLE: &'static str = $table;
             $(const OF_AGENTS: &'static str = $of_agents;)?
         }

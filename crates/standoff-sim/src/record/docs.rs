@@ -2,9 +2,8 @@
 
 use std::path::Path;
 
-use super::column::{self, Field};
+use super::column::{self, Field, Row};
 use super::schema::{TargetRow, WithError};
-use super::table::Row;
 use crate::frame::{
     AgentEventRow, AgentRow, DetectionRow, EventRow, GroupRow, IntruderRow, TeammateRow, TrackRow, TruthRow, UavRow,
     ViewRow,

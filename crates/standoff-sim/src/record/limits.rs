@@ -4,8 +4,8 @@
 use std::collections::BTreeSet;
 
 use super::Manifest;
+use super::column::Row;
 use super::schema::{microseconds, seconds};
-use super::table::Row;
 use crate::frame::{AgentEventRow, ByAgent, DetectionRow, EventRow, Frame, TrackRow, TruthRow, UavRow};
 
 /// Maximum number of rows of targets in a new record: 1,000 targets once per second for a day.

@@ -6,14 +6,15 @@ use std::sync::Arc;
 use standoff_io::bounded_input;
 
 use super::checkpoint::{self, Checkpoint};
+use super::column::Row;
 use super::directory::SCENARIO;
 use super::limits::{LimitExceeded, RecordLimits};
-use super::schema::{At, FrameRow, TargetRow, seconds};
-use super::table::{MAX_TABLE, Row, TableReader, file_of};
+use super::schema::{At, TargetRow, seconds};
+use super::table::{MAX_TABLE, TableReader, file_of};
 use super::{Counts, Manifest, RecordError, column};
 use crate::frame::{
-    AgentEventRow, AgentRow, ByAgent, DetectionRow, EventRow, Frame, GroupRow, IntruderRow, TeammateRow, TrackRow,
-    TruthRow, UavRow,
+    AgentEventRow, AgentRow, ByAgent, DetectionRow, EventRow, Frame, FrameRow, GroupRow, IntruderRow, TeammateRow,
+    TrackRow, TruthRow, UavRow,
 };
 use crate::scenario::{LENGTH_MAX, SPELT_OUT};
 

@@ -4,11 +4,10 @@ use parquet::data_type::ByteArray;
 use standoff::TeammateStatus;
 use standoff_io::display_text::quoted;
 
-use super::column::{Columns, Declaration, Field, Part, Scalar, ValueProblem, rows};
-use super::table::Row;
+use super::column::{Columns, Declaration, Field, Part, Row, Scalar, ValueProblem, rows};
 use crate::frame::{
-    AgentEventRow, AgentRow, ByAgent, DetectionRow, EventRow, Frame, GroupRow, IntruderRow, MembershipState,
-    TeammateRow, TrackRow, TrackStatus, TruthRow, UavRow, ViewRow,
+    AgentEventRow, AgentRow, ByAgent, DetectionRow, EventRow, GroupRow, IntruderRow, MembershipState, TeammateRow,
+    TrackRow, TrackStatus, TruthRow, UavRow, ViewRow,
 };
 
 /// Names of the tables that frames are read from; the files are `<name>.parquet`.
@@ -23,49 +22,6 @@ pub(super) const OF_AGENTS: [&str; 5] =
 pub(super) fn is_table(name: &str) -> bool {
     let others = [TargetRow::TABLE, ViewRow::TABLE, IntruderRow::TABLE];
     TIMED.contains(&name) || OF_AGENTS.contains(&name) || others.contains(&name)
-}
-
-/// Row type of a table that frames are read from.
-pub(crate) trait FrameRow: Row {
-    /// Rows of a frame.
-    fn of(frame: &Frame) -> &Vec<Self>;
-    fn of_mut(frame: &mut Frame) -> &mut Vec<Self>;
-    /// Id by which the rows of a time step are unique and ascending; `None` if the table has any order.
-    fn id(&self) -> Option<(u32, u32)>;
-}
-
-macro_rules! frame_rows {
-    ($($row:ty: $($place:ident).+, $id:expr;)+) => {
-        $(impl FrameRow for $row {
-            fn of(frame: &Frame) -> &Vec<Self> {
-                &frame.$($place).+
-            }
-
-            fn of_mut(frame: &mut Frame) -> &mut Vec<Self> {
-                &mut frame.$($place).+
-            }
-
-            fn id(&self) -> Option<(u32, u32)> {
-                let id: fn(&Self) -> Option<(u32, u32)> = $id;
-                id(self)
-            }
-        })+
-    };
-}
-
-frame_rows! {
-    UavRow: uavs, |row| Some((row.uav, 0));
-    TruthRow: truth, |row| Some((row.target, 0));
-    TrackRow: tracks, |row| Some((row.target, 0));
-    GroupRow: groups, |row| Some((row.group, 0));
-    DetectionRow: detections, |_| None;
-    EventRow: events, |_| None;
-    IntruderRow: intruders, |row| Some((row.intruder, 0));
-    AgentRow: agents.all, |row| Some((row.agent, 0));
-    ByAgent<TrackRow>: agents.tracks, |of| Some((of.agent, of.row.target));
-    ByAgent<GroupRow>: agents.groups, |of| Some((of.agent, of.row.group));
-    AgentEventRow: agents.events, |_| None;
-    TeammateRow: agents.teammates, |row| Some((row.agent, row.uav));
 }
 
 rows! {

@@ -16,7 +16,7 @@ use standoff_io::bounded_input;
 use standoff_io::parquet_file::{self, RowBatches, Source};
 
 use super::RecordError;
-use super::column::{self, Columns, Fault, Field, ValueProblem};
+use super::column::{self, Columns, Fault, Row, ValueProblem};
 
 /// Rows per row group: limits the memory, whatever the length of the run.
 pub(crate) const GROUP_ROWS: usize = 65_536;
@@ -26,18 +26,6 @@ pub(crate) const MAX_TABLE: u64 = 32 << 30;
 
 /// Maximum number of rows that a reader buffers.
 const BATCH_ROWS: usize = 4096;
-
-/// Row of a table. The same columns are used for writing and reading.
-pub(crate) trait Row: Field + Clone + Default + Send + 'static {
-    /// Name of the table; the file is `<name>.parquet`.
-    const TABLE: &'static str;
-    /// Name of the table of these rows of all agents; empty if there is none.
-    const OF_AGENTS: &'static str = "";
-    /// Time of the row for error messages, s.
-    fn time_s(&self) -> f64 {
-        0.0
-    }
-}
 
 /// Path of a table in a record's folder.
 pub(crate) fn file_of<R: Row>(dir: &Path) -> PathBuf {
@@ -263,7 +251,7 @@ mod tests {
     use parquet::file::reader::FileReader;
     use parquet::file::serialized_reader::SerializedFileReader;
 
-    use super::super::column::{Declaration, rows};
+    use super::super::column::{Declaration, Field as _, rows};
     use super::super::schema::TargetRow;
     use super::*;
 

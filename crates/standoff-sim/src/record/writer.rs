@@ -8,14 +8,15 @@ use std::time::{Duration, Instant};
 use standoff_io::atomic_file::{self, sibling};
 
 use super::checkpoint;
+use super::column::Row;
 use super::directory::{self, FolderLock, MAP_FILE, Partial, SCENARIO};
 use super::error::RecordError;
 use super::limits::{LimitExceeded, RecordLimits};
 use super::manifest::{Counts, FORMAT, MANIFEST, Manifest};
-use super::schema::{At, FrameRow, HasErrorColumn, TIMED, TargetRow, WithError, seconds};
-use super::table::{Missing, Row, TableWriter};
+use super::schema::{At, HasErrorColumn, TIMED, TargetRow, WithError, seconds};
+use super::table::{Missing, TableWriter};
 use crate::frame::{
-    AgentEventRow, AgentRow, ByAgent, DetectionRow, EventRow, Frame, GroupRow, IntruderRow, PerAgentTables,
+    AgentEventRow, AgentRow, ByAgent, DetectionRow, EventRow, Frame, FrameRow, GroupRow, IntruderRow, PerAgentTables,
     TeammateRow, TrackRow, TruthRow, UavRow,
 };
 use crate::score::{FrameScorer, FrameScores, ScoreConfig};

@@ -4,13 +4,12 @@ use std::borrow::Cow;
 use std::collections::BTreeMap;
 
 use standoff_sim::geometry::{desired_pair_phase_rad, phase_differences};
-use standoff_sim::record::{
-    EventQuota, EventRow, Frame, GroupRow, IntruderRow, PageColumns, PerAgentTables, TrackRow, TruthRow, UavRow,
-};
+use standoff_sim::record::{EventQuota, EventRow, Frame, PageColumns, PerAgentTables, TrackRow, TruthRow, UavRow};
 use standoff_sim::score::{CustodyCounts, FrameScorer, FrameScores, PositionBound, ScoreConfig};
 
 use super::chunk::{Event, PartBounds, block};
 use super::per_agent::{AssignmentTables, TeamStates};
+use super::recorded::Recorded;
 use super::table::Table;
 use crate::colours::GroupColours;
 use crate::serve::Bytes;
@@ -22,15 +21,6 @@ const ROWS: usize = 50_000;
 /// Maximum number of target rows in a part with which another time step is added. Every target in a part occupies a row
 /// for each time step of the part.
 const MAX_ROWS: usize = 4 * ROWS;
-
-/// Columns of the record that the page contains.
-#[derive(Debug, Default)]
-pub(super) struct Recorded {
-    uavs: PageColumns<UavRow>,
-    pub(super) groups: PageColumns<GroupRow>,
-    intruders: PageColumns<IntruderRow>,
-    pub(super) tracks: PageColumns<TrackRow>,
-}
 
 /// Defines derived columns of a table, each with its value: a constant with their names, and a function that makes a
 /// row.

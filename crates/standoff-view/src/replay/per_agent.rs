@@ -9,7 +9,7 @@ use std::iter;
 
 use standoff_sim::record::{ByAgent, Frame, PageColumns, TeammateRow};
 
-use super::encoder::Recorded;
+use super::recorded::Recorded;
 use super::table::{Table, single};
 
 #[cfg(test)]
