@@ -3,13 +3,13 @@ Cooperative standoff tracking: runs, batches, custom laws, and components of the
 """
 
 from _typeshed import Incomplete, SupportsGetItem, SupportsLenAndGetItem
-from numpy import bool_, float64, int64
+from numpy import bool_, float64
 from numpy.typing import ArrayLike, NDArray
 from os import PathLike
 from pathlib import Path
 from typing import Any, Final, SupportsFloat, SupportsIndex, final
 
-__all__ = ["__version__", "AssignmentProblem", "Batch", "Command", "Comparison", "Cue", "EnvStep", "Filter", "Intruder", "MissionInfo", "Observation", "Parameters", "Report", "Run", "Scenario", "StandoffDistance", "Steering", "Table", "TeamState", "Tracks", "Worlds", "Zone", "_described", "_difference", "_fly_described", "assignment", "baseline", "clustering", "compare", "enclosing_circle", "group_count", "information_1_m2", "measure", "merge", "monte_carlo", "observation_features", "optimal_phase_difference_rad", "pair_information_1_m4", "run", "scenarios", "standoff_distance", "steer", "steered_radius", "vector_field", "wrapped_angle_rad"]
+__all__ = ["__version__", "AssignmentProblem", "Batch", "Command", "Comparison", "Cue", "EnvStep", "Filter", "Intruder", "MissionInfo", "Observation", "Parameters", "Report", "Run", "Scenario", "StandoffDistance", "Steering", "Table", "TeamState", "Tracks", "Worlds", "Zone", "_described", "_difference", "_fly_described", "baseline", "compare", "merge", "monte_carlo", "observation_features", "run", "scenarios", "standoff_distance", "steer", "steered_radius"]
 
 __version__: Final[str]
 
@@ -1130,25 +1130,6 @@ def _fly_described(described: str, traffic: str | PathLike[str] | None, shard: s
     :param traffic: traffic file to read instead of the scenario's; it must have the same contents.
     """
 
-def assignment(uav_position_m: ArrayLike, target_position_m: ArrayLike, group: ArrayLike, *, current_group: ArrayLike | None = None, parameters: Parameters | None = None) -> NDArray[int64]:
-    """
-    Assigns each UAV to one group such that the information about the targets is maximal (32, 33; restated in
-    docs/ledger.md).
-
-    The result is optimal for up to 12 UAVs. For more UAVs, a deterministic search of bounded length is used. With fewer
-    UAVs than groups, the groups with the most targets get UAVs.
-
-    :param uav_position_m: shape (..., u, 2), east and north, m.
-    :param target_position_m: shape (..., t, 2), east and north, m.
-    :param group: shape (..., t), group of each target, any number from 0; -1: no group.
-    :param current_group: shape (..., u), current group of each UAV; -1: no group. Keeping it adds
-        assignment_switching_cost to the objective.
-    :param parameters: uses range_sd_m, bearing_sd_rad, objective, assignment_switching_cost; ``Parameters()`` by
-        default.
-    :returns: shape (..., u), assigned group of each UAV; -1: no group.
-    :raises InputError: if an argument has the wrong shape or type, or a value is out of range.
-    """
-
 def baseline(scenario: Any | None = None, *, seed: SupportsIndex = ..., traffic: str | PathLike[str] | None = None, uavs: SupportsIndex | None = None, set: dict[str, Any] | None = None) -> dict[str, Any]:
     """
     Computes the coverage baseline of a scenario: the coverage of greedily placed sensor footprints with perfect
@@ -1158,21 +1139,6 @@ def baseline(scenario: Any | None = None, *, seed: SupportsIndex = ..., traffic:
     :returns: ``{"scenario", "seed", "duration_s", "uavs", "targets", "baseline": {"disc_radius_m", "half_of_uavs",
         "all_uavs"}}``.
     :raises ScenarioError: if the scenario is invalid.
-    """
-
-def clustering(position_m: ArrayLike, *, count: SupportsIndex, before: ArrayLike | None = None, margin_m: SupportsFloat | SupportsIndex = 0.0, mask: ArrayLike | None = None) -> NDArray[int64]:
-    """
-    Clusters points with k-means (30, Algorithm 1); no cluster is empty.
-
-    :param position_m: shape (..., k, 2), k points of each row, east and north, m.
-    :param count: number of clusters per row; fewer in rows with fewer points.
-    :param before: shape (..., k), labels to start from, 0 to count - 1, each used at least once; by default, new
-        clusters are seeded.
-    :param margin_m: with ``before``: a point changes its cluster only if the new centroid is closer by more than this,
-        m; 0 by default, as in the paper.
-    :param mask: shape (..., k): False marks missing points, whose coordinates are ignored.
-    :returns: labels, shape (..., k), 0 to count - 1; -1 for missing points.
-    :raises InputError: if an argument has the wrong shape or type, or a value is out of range.
     """
 
 def compare(a: Any, b: Any | None = None, *, runs: SupportsIndex = ..., seed: SupportsIndex = ..., metrics: str | SupportsGetItem[int, str] = ..., threads: SupportsIndex | None = None, law_a: Any | None = None, law_b: Any | None = None, law_limit_s: SupportsFloat | SupportsIndex = 10.0) -> Comparison:
@@ -1192,49 +1158,6 @@ def compare(a: Any, b: Any | None = None, *, runs: SupportsIndex = ..., seed: Su
     :returns: the comparison, bit for bit equal to the one of ``standoff compare``.
     :raises InputError: if there is nothing to compare, or a seed cannot be run. Exceptions of a custom law are passed
         on.
-    """
-
-def enclosing_circle(position_m: ArrayLike, *, mask: ArrayLike | None = None) -> tuple[NDArray[float64], NDArray[float64]]:
-    """
-    Computes minimum enclosing circles of points.
-
-    :param position_m: shape (..., k, 2), k points of each row, east and north, m.
-    :param mask: shape (..., k): False marks missing points, whose coordinates are ignored.
-    :returns: centre, shape (..., 2), m, and radius, shape (...), m.
-    :raises InputError: if an argument has the wrong shape or type, a value is out of range, or a row has no points.
-    """
-
-def group_count(uavs: SupportsIndex, targets: SupportsIndex) -> int:
-    """
-    Computes the number of groups K of Algorithm 1: half the number of UAVs, rounded up, but at most the number of
-    targets.
-
-    :param uavs: number of UAVs.
-    :param targets: number of targets.
-    :returns: number of groups.
-    :raises InputError: if a number is negative.
-    """
-
-def information_1_m2(uav_position_m: ArrayLike, target_position_m: ArrayLike, *, parameters: Parameters | None = None) -> NDArray[float64]:
-    """
-    Computes the Fisher information of one measurement about a target's position, H' R^-1 H (31). It is zero if UAV and
-    target are less than 1 m apart.
-
-    :param uav_position_m: shape (..., 2), east and north, m.
-    :param target_position_m: shape (..., 2), east and north, m.
-    :param parameters: uses range_sd_m, bearing_sd_rad; ``Parameters()`` by default.
-    :returns: shape (..., 2, 2), 1/m2. The information of several UAVs about one target adds up.
-    :raises InputError: if an argument has the wrong shape or type, or a value is out of range.
-    """
-
-def measure(uav_position_m: ArrayLike, target_position_m: ArrayLike) -> tuple[NDArray[float64], NDArray[float64]]:
-    """
-    Computes range and bearing from UAVs to targets, without noise (7).
-
-    :param uav_position_m: shape (..., 2), east and north, m.
-    :param target_position_m: shape (..., 2), east and north, m.
-    :returns: range, shape (...), m, and bearing, shape (...), rad anticlockwise from east, in (-pi, pi].
-    :raises InputError: if an argument has the wrong shape or type, or a value is out of range.
     """
 
 def merge(dirs: SupportsGetItem[int, str | PathLike[str]], *, out: str | PathLike[str] | None = None) -> Batch:
@@ -1275,30 +1198,6 @@ def observation_features() -> list[tuple[str, float, float, str]]:
 
     Distances, speeds and angles are scaled by the scenario's limits, as the description states. Values are clipped to
     the bounds.
-    """
-
-def optimal_phase_difference_rad(range_m: ArrayLike, *, parameters: Parameters | None = None) -> NDArray[float64]:
-    """
-    Computes the angle gamma that maximises the information of two UAVs at the given ranges (36).
-
-    It is pi/2 if both ranges are below or both above sigma_r / sigma_theta, and 0 (equivalent to pi) if one is below
-    and one above. If the angle has no influence, the result is pi/2.
-
-    :param range_m: shape (..., 2), ranges from both UAVs to the target, m.
-    :param parameters: uses range_sd_m, bearing_sd_rad; ``Parameters()`` by default.
-    :returns: shape (...), angle at the target between the directions to the two UAVs, rad.
-    :raises InputError: if an argument has the wrong shape or type, or a value is out of range.
-    """
-
-def pair_information_1_m4(range_m: ArrayLike, phase_difference_rad: ArrayLike, *, parameters: Parameters | None = None) -> NDArray[float64]:
-    """
-    Computes the determinant of the joint Fisher information of two UAVs about a target's position (36).
-
-    :param range_m: shape (..., 2), ranges from both UAVs to the target, m; a UAV within 1 m contributes no information.
-    :param phase_difference_rad: shape (...), angle gamma at the target between the directions to the two UAVs, rad.
-    :param parameters: uses range_sd_m, bearing_sd_rad; ``Parameters()`` by default.
-    :returns: shape (...), 1/m4.
-    :raises InputError: if an argument has the wrong shape or type, or a value is out of range.
     """
 
 def run(scenario: Any | None = None, *, seed: SupportsIndex = ..., traffic: str | PathLike[str] | None = None, uavs: SupportsIndex | None = None, set: dict[str, Any] | None = None, metrics: str | SupportsGetItem[int, str] = ..., out: str | PathLike[str] | None = None, maps: SupportsGetItem[int, str | PathLike[str]] = ..., law: Any | None = None, law_limit_s: SupportsFloat | SupportsIndex = 10.0, baseline: bool = False) -> Run:
@@ -1381,28 +1280,4 @@ def steered_radius(distance_m: ArrayLike, rate_m_s: ArrayLike, *, speed_m_s: Arr
     :param parameters: uses lead, lead_s, radial_gain, radius_min_m, radius_max_m; ``Parameters()`` by default.
     :returns: radius, shape (...), m, and its rate, shape (...), m/s; the rate is 0 at a bound.
     :raises InputError: if an argument has the wrong shape or type, or a value is out of range.
-    """
-
-def vector_field(uav_position_m: ArrayLike, centre_m: ArrayLike, *, distance_m: ArrayLike, speed_m_s: ArrayLike | None = None, parameters: Parameters | None = None) -> NDArray[float64]:
-    """
-    Computes the Lyapunov vector field of a circle about a stationary centre (13), with the direction of (20) if k_l <
-    1.
-
-    :param uav_position_m: shape (..., 2), east and north, m.
-    :param centre_m: shape (..., 2), east and north, m.
-    :param distance_m: shape (...), radius r_d of the circle, m.
-    :param speed_m_s: shape (...), magnitude of the field, m/s; speed_m_s of the parameters by default.
-    :param parameters: uses orbit_direction, radial_gain, speed_m_s; ``Parameters()`` by default.
-    :returns: desired velocity relative to the centre, shape (..., 2), east and north, m/s; exactly at the centre it
-        points east.
-    :raises InputError: if an argument has the wrong shape or type, or a value is out of range.
-    """
-
-def wrapped_angle_rad(angle_rad: ArrayLike) -> NDArray[float64]:
-    """
-    Wraps angles to (-pi, pi].
-
-    :param angle_rad: shape (...), rad.
-    :returns: the same angles in (-pi, pi], shape (...), rad.
-    :raises InputError: if an argument has the wrong shape or type, or a value is not finite.
     """
