@@ -19,5 +19,5 @@ def test_code_blocks_of_the_python_page_run(tmp_path: Path, monkeypatch: pytest.
         exec(block, variables)
     assert variables["compared"].b.endswith("by Bold")
     assert variables["faster"].metrics["custody_fraction"] is not None
-    assert variables["radius_m"].shape == (1000,) and len(variables["uavs"]) == variables["run"].uavs.num_rows
+    assert variables["steering"].turn_rate_rad_s.shape == (1000,) and len(variables["uavs"]) == variables["run"].uavs.num_rows
     assert not list(tmp_path.iterdir())
