@@ -22,11 +22,11 @@ use std::ops::Range;
 use std::{env, fmt, slice};
 
 use standoff::research::math;
+use standoff_score::{MetricSelection, Metrics, Scorer};
 use standoff_sim::monte_carlo::{each_seed, pooled_root_ratio};
 use standoff_sim::random::{Draws, Stream};
 use standoff_sim::run::Mission;
 use standoff_sim::scenario::{Overrides, Scenario, ScenarioTemplate};
-use standoff_sim::score::{MetricSelection, Metrics, ScoreConfig, Scorer};
 
 const COLUMNS: [&str; 3] = ["single", "pair-basic", "pair"];
 
@@ -254,7 +254,7 @@ fn column(
 fn score(scenario: &Scenario, choice: MetricSelection, part: Part) -> Metrics {
     let mut mission = Mission::new(scenario).expect("a checked scenario");
     let from_us = if part == Part::Settled { scenario.settings.transient.us() } else { 0 };
-    let mut scorer = Scorer::new(ScoreConfig::of(&scenario.settings), choice);
+    let mut scorer = Scorer::new(scenario.settings.score_config(), choice);
     while let Some(frame) = mission.frame() {
         if frame.time_us >= from_us {
             scorer.frame(frame);

@@ -1,6 +1,6 @@
 //! Beyond the paper: the effect of each improvement, and the remaining distance from theoretical limits.
 
-use standoff_sim::score::{MetricSelection, Metrics};
+use standoff_score::{MetricSelection, Metrics};
 
 use super::claim::{shown, signed};
 use super::monte_carlo_plan::{PAPER_LAW, Plan, ScenarioVariant, file_name, measured};

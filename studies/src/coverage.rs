@@ -1,7 +1,7 @@
 //! Custody of traffic and control effort: the paper's law, all improvements, and all improvements except one.
 
+use standoff_score::{MetricSelection, Metrics};
 use standoff_sim::baseline::baseline;
-use standoff_sim::score::{MetricSelection, Metrics};
 
 use super::ablation::difference;
 use super::claim::{shown, signed};

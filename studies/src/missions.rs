@@ -10,8 +10,8 @@ pub(crate) use figure_9::figure_9;
 pub(crate) use figure_10::figure_10;
 pub(crate) use figure_11::figure_11;
 
-use standoff_sim::geometry;
-use standoff_sim::record::{Frame, GroupRow};
+use standoff_record::{Frame, GroupRow};
+use standoff_score::geometry;
 use standoff_sim::scenario::{Scenario, Settings};
 use standoff_view::figures::study::Plot;
 use standoff_view::figures::{Figure, Setup, figures};

@@ -5,11 +5,11 @@ use std::ops::Range;
 use std::path::{Path, PathBuf};
 
 use standoff::ParamError;
+use standoff_record::Frame;
+use standoff_score::{MetricSelection, Metrics};
 use standoff_sim::monte_carlo::{each_seed, fly_all};
-use standoff_sim::record::Frame;
 use standoff_sim::run::{Mission, fly};
 use standoff_sim::scenario::{Overrides, Scenario, ScenarioTemplate};
-use standoff_sim::score::{MetricSelection, Metrics};
 
 use crate::error::Failure;
 use crate::street_traffic::Streets;

@@ -1,8 +1,8 @@
 //! Estimates with intervals from one value per run, in the order of the runs.
 
 use serde::Serialize;
+use standoff_score::Metrics;
 use standoff_sim::monte_carlo::{pooled_root_ratio, quantile, student_t_975};
-use standoff_sim::score::Metrics;
 
 /// Standard normal quantile of 97.5 %.
 const Z: f64 = 1.959_963_984_540_054;

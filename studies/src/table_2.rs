@@ -1,6 +1,6 @@
 //! Table II: its numbers in three columns and five rows, and the differences between columns.
 
-use standoff_sim::score::{MetricSelection, Metrics};
+use standoff_score::{MetricSelection, Metrics};
 
 use super::claim::{Claim, Finding, Paper, shown};
 use super::monte_carlo_plan::{Plan, ScenarioVariant, measured};

@@ -5,11 +5,11 @@ use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicBool;
 
 use clap::Parser;
+use standoff_app::{Failure, of_batch, save, warn};
 use standoff_io::display_text::{self, WIDTH, wrapped};
-use standoff_results::{Failure, of_batch, save, warn};
+use standoff_score::MetricInfo;
 use standoff_sim::monte_carlo::{Better, Comparison, Paired, compare, compare_results};
 use standoff_sim::scenario::{ScenarioTemplate, built_in};
-use standoff_sim::score::MetricInfo;
 use standoff_view::batch::Batch;
 use standoff_view::page;
 

@@ -3,7 +3,7 @@
 use clap::builder::PossibleValuesParser;
 use clap::{Arg, Command};
 use clap_complete::{Shell, generate};
-use standoff_results::Failure;
+use standoff_app::Failure;
 use standoff_sim::scenario::BUILT_IN;
 
 use crate::terminal::print;

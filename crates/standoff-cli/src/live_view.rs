@@ -6,10 +6,9 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use clap::Args;
-use standoff_results::{Failure, manifest, warn_omitted};
-use standoff_sim::record::{Frame, Manifest};
+use standoff_app::{Failure, manifest, warn_omitted};
+use standoff_record::{Frame, Manifest};
 use standoff_sim::scenario::{Scenario, Settings};
-use standoff_sim::score::ScoreConfig;
 use standoff_sim::world::World;
 use standoff_view::figures::Setup;
 use standoff_view::replay::{Encoder, Head, Line, Replay};
@@ -91,7 +90,7 @@ impl LiveReplay {
         let mut head = Head::new(manifest, Setup::of(manifest.title(), settings), targets);
         (head.live, head.map) = (live, map);
         let replay = Arc::new(Replay::new(&head).map_err(Failure::running)?);
-        Ok(Self { encoder: Encoder::new(&ScoreConfig::of(settings), 1), head, replay, next_update: Instant::now() })
+        Ok(Self { encoder: Encoder::new(&settings.score_config(), 1), head, replay, next_update: Instant::now() })
     }
 
     /// Prepares the replay of a run of this scenario; if it is `live`, the page follows the newest time step.

@@ -30,9 +30,9 @@ use clap::error::ErrorKind;
 use clap::{CommandFactory, Parser, Subcommand};
 use clap_complete::Shell;
 use overrides::key_and_value;
+use standoff_app::Failure;
 use standoff_io::display_text;
 use standoff_io::parquet_file::panic_is_expected;
-use standoff_results::Failure;
 
 /// Simulate coordinated standoff tracking: UAVs keep groups of moving ground vehicles in view.
 ///

@@ -15,7 +15,7 @@ pub(crate) struct Maps {
 
 impl Maps {
     /// Converts the option to the type that loads the maps.
-    pub(crate) fn named(&self) -> standoff_results::Maps {
-        standoff_results::Maps(self.map.clone())
+    pub(crate) fn named(&self) -> standoff_app::Maps {
+        standoff_app::Maps(self.map.clone())
     }
 }

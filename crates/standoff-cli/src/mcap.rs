@@ -2,9 +2,9 @@
 
 use std::path::{Path, absolute};
 
+use standoff_app::Failure;
 use standoff_io::display_text;
-use standoff_results::Failure;
-use standoff_sim::record::Frame;
+use standoff_record::Frame;
 use standoff_sim::scenario::Scenario;
 use standoff_view::mcap::{McapError, Writer};
 

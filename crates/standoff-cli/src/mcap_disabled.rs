@@ -2,8 +2,8 @@
 
 use std::path::Path;
 
-use standoff_results::Failure;
-use standoff_sim::record::Frame;
+use standoff_app::Failure;
+use standoff_record::Frame;
 use standoff_sim::scenario::Scenario;
 
 /// MCAP writer that cannot exist in this build.

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 use std::sync::atomic::AtomicBool;
 
 use clap::Parser;
-use standoff_results::{Failure, of_batch};
+use standoff_app::{Failure, of_batch};
 use standoff_sim::monte_carlo::merge;
 
 use crate::monte_carlo::BatchReport;

@@ -1,7 +1,7 @@
 //! The `--metrics` option.
 
 use clap::Args;
-use standoff_sim::score::MetricSelection;
+use standoff_score::MetricSelection;
 
 /// Selection of the metrics that are computed and printed.
 #[derive(Args)]

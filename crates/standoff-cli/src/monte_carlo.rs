@@ -6,11 +6,11 @@ use std::time::{Duration, Instant};
 
 use clap::Parser;
 use indicatif::ProgressBar;
+use standoff_app::{Failure, REPORT, batch_page, count, of_batch, warn};
 use standoff_io::display_text;
-use standoff_results::{Failure, REPORT, batch_page, count, of_batch, warn};
+use standoff_score::Metrics;
 use standoff_sim::monte_carlo::{Batch, MonteCarloError, Progress, Results, Shard, Summary, fly_into};
 use standoff_sim::scenario::ScenarioTemplate;
-use standoff_sim::score::Metrics;
 
 use crate::metric_args::MetricArgs;
 use crate::overrides::OverrideArgs;

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use clap::Args;
-use standoff_results::Failure;
+use standoff_app::Failure;
 use standoff_sim::scenario::{Overrides, ScenarioTemplate, name_of};
 
 use crate::output_dir;

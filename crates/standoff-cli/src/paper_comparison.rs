@@ -1,10 +1,10 @@
 //! Comparison of a run with the paper's law in the same mission.
 
+use standoff_app::{Failure, format_errors};
 use standoff_reproduce::PAPER_LAW;
-use standoff_results::{Failure, format_errors};
+use standoff_score::{MetricSelection, Metrics};
 use standoff_sim::run::fly;
 use standoff_sim::scenario::Scenario;
-use standoff_sim::score::{MetricSelection, Metrics};
 
 use crate::overrides::{DEFAULT_SCENARIO, OverrideArgs};
 

@@ -2,11 +2,11 @@
 
 use std::path::Path;
 
+use standoff_app::{Failure, Maps, OutcomeOptions, Report, of_record, report_run};
 use standoff_io::atomic_file;
 use standoff_io::display_text;
-use standoff_results::{Failure, Maps, OutcomeOptions, Report, of_record, report_run};
-use standoff_sim::record::{MAP_FILE, Record};
-use standoff_sim::score::MetricSelection;
+use standoff_record::{MAP_FILE, Record};
+use standoff_score::MetricSelection;
 
 use crate::terminal::{note, print_outcome};
 

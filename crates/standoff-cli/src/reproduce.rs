@@ -5,9 +5,9 @@ use std::path::PathBuf;
 
 use clap::Parser;
 use clap::builder::{PossibleValue, PossibleValuesParser};
+use standoff_app::Failure;
 use standoff_io::display_text;
 use standoff_reproduce::{self as paper, Plan, STUDY_GROUPS};
-use standoff_results::Failure;
 
 use crate::terminal::{note, print};
 

@@ -6,13 +6,13 @@ use std::sync::Arc;
 
 use clap::Parser;
 use indicatif::{ProgressBar, ProgressStyle};
+use standoff_app::{Failure, OutcomeOptions, Report, format_errors, has_older_run, lines, report_run, warn};
 use standoff_io::display_text;
-use standoff_results::{Failure, OutcomeOptions, Report, format_errors, has_older_run, lines, report_run, warn};
+use standoff_record::{FinishedRecord, Frame};
+use standoff_score::MetricSelection;
 use standoff_sim::baseline::baseline;
-use standoff_sim::record::{FinishedRecord, Frame};
 use standoff_sim::run::Mission;
 use standoff_sim::scenario::{Scenario, ScenarioTemplate};
-use standoff_sim::score::MetricSelection;
 use standoff_view::replay::Line;
 use standoff_view::serve::{Bytes, Server};
 use standoff_view::site::RunSite;
@@ -193,7 +193,7 @@ fn fly(
         Mission::new_for_metrics(scenario, choice).map_err(|errors| Failure::Input(format_errors(&errors)))?;
     let progress = progress(mission.frames(), "time steps");
     let continues = || !interruption.is_interrupted();
-    let record = standoff_results::fly(scenario, &mut mission, out, map, &note, continues, |frame| {
+    let record = standoff_app::fly(scenario, &mut mission, out, map, &note, continues, |frame| {
         look(frame);
         progress.inc(1);
     });

@@ -7,7 +7,7 @@ use std::time::Instant;
 
 use signal_hook::consts::{SIGINT, SIGTERM};
 use signal_hook::flag;
-use standoff_results::{Failure, POLL, run_interruptible};
+use standoff_app::{Failure, POLL, run_interruptible};
 
 /// Handler of Ctrl-C (SIGINT) and SIGTERM.
 pub(crate) struct Interruption(Arc<AtomicBool>);

@@ -3,8 +3,8 @@
 use std::io::{self, IsTerminal, Write};
 use std::path::Path;
 
+use standoff_app::{Failure, Outcome, OutcomeOptions};
 use standoff_io::display_text::{self, WIDTH};
-use standoff_results::{Failure, Outcome, OutcomeOptions};
 
 /// Prints the messages of a failure, and returns the exit status.
 pub(crate) fn report_failure(failure: &Failure) -> u8 {

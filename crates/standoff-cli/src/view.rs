@@ -5,14 +5,14 @@ use std::sync::Arc;
 use std::thread;
 
 use clap::Parser;
+use standoff_app::{Failure, format_errors, lines, of_batch, of_record, report_end, settings_of, warn};
 use standoff_io::atomic_file;
 use standoff_io::display_text;
-use standoff_results::{Failure, format_errors, lines, of_batch, of_record, report_end, settings_of, warn};
+use standoff_record::{Frame, Record};
+use standoff_score::{MetricSelection, Scorer, SelectedMetrics};
 use standoff_sim::monte_carlo::Results;
-use standoff_sim::record::{Frame, Record};
 use standoff_sim::run::Mission;
 use standoff_sim::scenario::{Scenario, Settings, built_in, built_in_like};
-use standoff_sim::score::{MetricSelection, ScoreConfig, Scorer, SelectedMetrics};
 use standoff_view::batch::Batch;
 use standoff_view::site::{BatchSite, RunSite};
 
@@ -222,7 +222,7 @@ fn score_and_show(
     choice: MetricSelection,
     frames: impl FnOnce(&mut dyn FnMut(&Frame)),
 ) -> Result<(), Failure> {
-    let mut scorer = Scorer::new(ScoreConfig::of(settings), choice);
+    let mut scorer = Scorer::new(settings.score_config(), choice);
     frames(&mut |frame| {
         scorer.frame(frame);
         live.frame(frame);

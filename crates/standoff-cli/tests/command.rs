@@ -10,7 +10,7 @@ use std::process::Command;
 
 use common::{names, standoff, text};
 use serde_json::Value;
-use standoff_sim::score::{MetricInfo, Metrics};
+use standoff_score::{MetricInfo, Metrics};
 
 /// Runs the command and checks for exit status 2, one message that contains all of `expected`, and no new files.
 fn check_refused(args: &[&str], expected: &[&str]) {

@@ -18,7 +18,7 @@ use common::{names, standoff as standoff_unlimited};
 use flate2::Compression;
 use flate2::write::GzEncoder;
 use standoff_io::parquet_file::panic_is_expected;
-use standoff_sim::record::{EventRow, Frame, Record, Writer};
+use standoff_record::{EventRow, Frame, Record, Writer};
 use tempfile::TempDir;
 
 /// Limits: virtual memory, KiB (never less than the resident memory), and CPU time, s.

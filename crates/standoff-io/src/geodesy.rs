@@ -18,6 +18,7 @@
 
 use map_3d::Ellipsoid::WGS84;
 use map_3d::{enu2geodetic, geodetic2enu};
+use serde::{Deserialize, Serialize};
 use standoff::{Allowed, Displacement, ParamError, Position};
 
 /// Maximum distance from the origin, m. Further away, a plane is not a usable map of the Earth.
@@ -26,6 +27,33 @@ pub const FURTHEST_M: f64 = 1e6;
 /// Number of iterations that lower a point of the plane to the ellipsoid. Each iteration multiplies the remaining
 /// height by about the square of (distance / radius of the Earth), so it converges quickly to zero.
 const LOWERED: u32 = 5;
+
+/// Unit of the coordinates of a file.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Unit {
+    /// Metres east and north.
+    Metres,
+    /// Degrees of longitude and latitude (WGS84), projected about the [`Origin`].
+    Degrees,
+}
+
+/// Point on the WGS84 ellipsoid at which the local east-north plane of a file in degrees touches it.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Origin {
+    /// Latitude, degrees north, in [-90, 90].
+    pub latitude_deg: f64,
+    /// Longitude, degrees east, in [-180, 180].
+    pub longitude_deg: f64,
+}
+
+impl Origin {
+    /// Returns the plane. Fails if the origin is not a valid position.
+    pub fn plane(self) -> Result<LocalPlane, ParamError> {
+        LocalPlane::about(self.latitude_deg, self.longitude_deg)
+    }
+}
 
 /// The plane that touches the WGS84 ellipsoid at an origin; x is east, y is north.
 #[derive(Debug, Clone, Copy, PartialEq)]

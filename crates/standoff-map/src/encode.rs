@@ -17,7 +17,7 @@ use flate2::read::GzDecoder;
 use flate2::write::GzEncoder;
 use serde::{Deserialize, Serialize};
 use standoff_io::display_text::printable;
-use standoff_sim::record::MAP_FILE;
+use standoff_record::MAP_FILE;
 
 use crate::feature_class::Kind;
 use crate::limits::{MAX_PACKED, MAX_UNPACKED};

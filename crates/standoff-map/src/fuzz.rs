@@ -1,25 +1,18 @@
 //! Fuzz targets (`bolero`): maps that are nearly valid. `scripts/fuzz` tries more inputs.
 
-#[path = "../../standoff-sim/src/fuzz/mutation.rs"]
-mod mutation;
-
-use std::panic::RefUnwindSafe;
-use std::path::Path;
-use std::sync::atomic::{AtomicU64, Ordering};
+#[path = "../../standoff-io/fuzz/harness.rs"]
+mod harness;
 
 use flate2::Compression;
 use flate2::write::GzEncoder;
-use mutation::Choices;
+use harness::{Choices, check_message, corpus, run};
+use standoff_io::geodesy::Origin;
 use standoff_io::text_source;
-use standoff_sim::traffic::Origin;
 
 use crate::encode::check;
 use crate::error::{MapError, named};
 use crate::geometry::Count;
 use crate::{Bounds, MAP, Place, parse, projection, simplify};
-
-/// Number of inputs of an ordinary test; `BOLERO_RANDOM_ITERATIONS` overrides it.
-const ITERATIONS: usize = 5_000;
 
 const SUMO: [&str; 36] = [
     "<net>",
@@ -98,34 +91,6 @@ const GEOJSON: [&str; 36] = [
     "\\ud800",
     "{\"type\": \"Feature\", \"geometry\": null, \"properties\": null},",
 ];
-
-fn run(target: &str, least_accepted: f64, try_one: impl Fn(&mut Choices<'_>) -> bool + RefUnwindSafe) {
-    let (tried, accepted) = (AtomicU64::new(0), AtomicU64::new(0));
-    bolero::check!().with_type::<[u8; 40]>().with_iterations(ITERATIONS).for_each(|bytes| {
-        tried.fetch_add(1, Ordering::Relaxed);
-        accepted.fetch_add(try_one(&mut Choices::new(bytes)).into(), Ordering::Relaxed);
-    });
-    let (tried, accepted) = (tried.into_inner(), accepted.into_inner());
-    let share = accepted as f64 / tried as f64;
-    println!("{target}: {tried} inputs, {:.1} % accepted", 100.0 * share);
-    assert!(share >= least_accepted, "{target}: only {share} of the inputs were accepted");
-}
-
-/// Checks that a message fits on one line, is not too long, and contains no terminal control characters.
-#[track_caller]
-fn check_message(message: &str) {
-    assert!(!message.is_empty() && message.chars().count() <= 2000, "{} bytes: {message:?}", message.len());
-    let upsets =
-        |c: char| c.is_control() || matches!(c, '\u{2028}'..='\u{202e}' | '\u{2066}'..='\u{2069}' | '\u{feff}');
-    assert!(!message.contains(upsets), "{message:?}");
-}
-
-fn corpus(kind: &str) -> Vec<Vec<u8>> {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("corpus").join(kind);
-    let mut paths: Vec<_> = std::fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path()).collect();
-    paths.sort();
-    paths.iter().map(|path| std::fs::read(path).unwrap()).collect()
-}
 
 fn somewhere(choices: &mut Choices<'_>) -> Place {
     let origin = Some(Origin { latitude_deg: 44.25, longitude_deg: 9.0 });

@@ -7,8 +7,8 @@ use proj4rs::Proj;
 use proj4rs::transform::transform;
 use standoff_io::display_text::{printable, quoted};
 use standoff_io::geodesy::LocalPlane;
+use standoff_io::geodesy::Origin;
 use standoff_io::text_source::{Fault, Position};
-use standoff_sim::traffic::Origin;
 
 use crate::error::{MapError, named};
 use crate::geometry::{Bounds, Form, Point, Shape, Shapes};

@@ -6,9 +6,10 @@ use std::path::{Path, PathBuf};
 use flate2::Compression;
 use flate2::read::GzDecoder;
 use flate2::write::GzEncoder;
+use standoff_io::geodesy::Origin;
 use standoff_io::text_source;
 use standoff_sim::scenario::MapFile;
-use standoff_sim::traffic::{Options, Origin, Traffic, read};
+use standoff_sim::traffic::{Options, Traffic, read};
 
 use crate::encode::{Contents, check};
 use crate::feature_class::Kind;
@@ -314,7 +315,7 @@ fn damaged_map_of_a_record_is_refused() {
     let home = tempfile::tempdir().unwrap();
     assert_eq!(crate::of_record(home.path()), Ok(None));
     let good = packed(&[NET], &METRES).unwrap();
-    let path = home.path().join(standoff_sim::record::MAP_FILE);
+    let path = home.path().join(standoff_record::MAP_FILE);
     std::fs::write(&path, &good.gz).unwrap();
     assert_eq!(crate::of_record(home.path()).unwrap().unwrap().gz, good.gz);
     let gz = |json: &str| {

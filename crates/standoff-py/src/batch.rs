@@ -6,10 +6,10 @@ use std::sync::PoisonError;
 use std::sync::atomic::AtomicBool;
 
 use pyo3::prelude::*;
-use standoff_results::{Failure, REPORT, batch_page, of_batch};
+use standoff_app::{Failure, REPORT, batch_page, of_batch};
+use standoff_score::MetricSelection;
 use standoff_sim::monte_carlo::{Batch as Flown, Progress, Results, Shard, fly_into, merge as merge_shards};
 use standoff_sim::scenario::ScenarioTemplate;
-use standoff_sim::score::MetricSelection;
 
 use crate::common_args::{Dict, MetricsArg, Whole, count, json, number_of_threads, warn};
 use crate::exceptions::{InputError, StandoffError, of_batch as refused};

@@ -11,8 +11,8 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 #[cfg(feature = "stubs")]
 use pyo3::{type_hint_identifier, type_hint_subscript};
+use standoff_score::MetricSelection;
 use standoff_sim::scenario::Scenario;
-use standoff_sim::score::MetricSelection;
 
 use crate::exceptions::InputError;
 

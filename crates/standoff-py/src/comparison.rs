@@ -6,11 +6,11 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use pyo3::prelude::*;
-use standoff_results::{format_errors, of_batch};
+use standoff_app::{format_errors, of_batch};
+use standoff_score::{MetricSelection, Metrics, Scorer};
 use standoff_sim::monte_carlo::{Comparison as Flown, compare as compare_scenarios, compare_results};
 use standoff_sim::run::fly_while;
 use standoff_sim::scenario::{ScenarioTemplate, built_in};
-use standoff_sim::score::{MetricSelection, Metrics, Scorer};
 
 use crate::batch::Batch;
 use crate::common_args::{Dict, MetricsArg, Whole, count, json, number_of_threads, warn};

@@ -3,7 +3,7 @@
 
 use pyo3::import_exception;
 use pyo3::prelude::*;
-use standoff_results::Failure;
+use standoff_app::Failure;
 use standoff_sim::monte_carlo::MonteCarloError;
 
 import_exception!(standoff.errors, StandoffError);
@@ -27,5 +27,5 @@ pub(crate) fn of_scenario(error: standoff_sim::scenario::ScenarioError) -> PyErr
 
 /// The exception for a failed batch. An interruption is raised by the caller instead, as the exception that caused it.
 pub(crate) fn of_batch(error: MonteCarloError) -> PyErr {
-    raised(&standoff_results::of_batch(error))
+    raised(&standoff_app::of_batch(error))
 }

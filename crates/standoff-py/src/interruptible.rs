@@ -7,7 +7,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 use std::thread;
 
 use pyo3::prelude::*;
-use standoff_results::{Failure, POLL, run_interruptible};
+use standoff_app::{Failure, POLL, run_interruptible};
 use standoff_sim::monte_carlo::Progress;
 
 use crate::exceptions::{StandoffError, raised};

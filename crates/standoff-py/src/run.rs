@@ -7,13 +7,13 @@ use std::sync::{Arc, Mutex, PoisonError};
 
 use pyo3::exceptions::PyKeyError;
 use pyo3::prelude::*;
-use standoff_io::display_text;
-use standoff_results::{
+use standoff_app::{
     BaselineReport, Failure, Maps, OutcomeOptions, Report, fly, format_errors, has_older_run, report_run,
     run_interruptible,
 };
+use standoff_io::display_text;
+use standoff_score::MetricSelection;
 use standoff_sim::run::Mission;
-use standoff_sim::score::MetricSelection;
 
 use crate::common_args::{Dict, MetricsArg, Whole, count, json, small, warn, warning};
 use crate::exceptions::{InputError, StandoffError, raised};

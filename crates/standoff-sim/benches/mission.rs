@@ -1,9 +1,9 @@
 //! What a 100 s mission costs, agents and world included: drawn only; drawn, flown and scored.
 
 use criterion::{Criterion, criterion_group, criterion_main};
+use standoff_score::MetricSelection;
 use standoff_sim::run::fly;
 use standoff_sim::scenario::{Overrides, ScenarioTemplate};
-use standoff_sim::score::MetricSelection;
 
 fn mission(c: &mut Criterion) {
     let load = |name| ScenarioTemplate::load(name, &Overrides::default()).expect("a built-in scenario");

@@ -12,10 +12,10 @@ use std::error::Error;
 use standoff::{
     AgentOutput, Command, Displacement, Message, PointingTarget, Position, Scan, Time, UavId, UavState, Velocity,
 };
+use standoff_score::{MetricSelection, Metrics, Scorer};
 use standoff_sim::controller::Controller;
 use standoff_sim::run::{Mission, fly};
 use standoff_sim::scenario::{Overrides, Scenario};
-use standoff_sim::score::{MetricSelection, Metrics, Scorer};
 
 /// State of one UAV's controller.
 #[derive(Clone, Copy)]

@@ -9,9 +9,9 @@ use std::hint::black_box;
 use std::process::ExitCode;
 
 use pieces::FleetTicks;
+use standoff_score::MetricSelection;
 use standoff_sim::run::fly;
 use standoff_sim::scenario::{Overrides, ScenarioTemplate};
-use standoff_sim::score::MetricSelection;
 
 const USAGE: &str =
     "usage: work KIND REPETITIONS, where KIND is one of filter, agent, fleet-tick, draw, pair, pair-all, figure-9";

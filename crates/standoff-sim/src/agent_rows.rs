@@ -5,12 +5,12 @@ use standoff::{
     GroupRetiredReason, GroupedTrack, Membership, TeamState, Time, TrackStatus as Status, UavId, UavState,
 };
 
-use crate::frame::{
+use crate::intruders::Intruder;
+use crate::world::Truth;
+use standoff_record::{
     AgentEventRow, AgentRow, ByAgent, DetectionRow, EventRow, Frame, GroupRow, IntruderRow, MembershipState,
     PerAgentTables, ReportedState, TeammateRow, TrackRow, TrackStatus, TruthRow, UavRow,
 };
-use crate::intruders::Intruder;
-use crate::world::Truth;
 
 /// Starts the frame of a time step: fills in the truth and empties all other tables.
 pub(crate) fn begin(now: Time, truth: &[Truth], frame: &mut Frame) {

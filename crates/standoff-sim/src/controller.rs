@@ -9,12 +9,12 @@ use standoff::{
 };
 
 use crate::agent_rows;
-pub use crate::frame::{
+use crate::reference_replay::{Before, ReferenceReplay};
+use crate::scenario::AgentSetup;
+pub use standoff_record::{
     AgentEventRow, AgentRow, ByAgent, EventRow, GroupRow, MembershipState, PerAgentTables, ReportedState,
     ReportedTables, TeammateRow, TrackRow, TrackStatus,
 };
-use crate::reference_replay::{Before, ReferenceReplay};
-use crate::scenario::AgentSetup;
 
 /// Controller of a team, or the controllers of its UAVs. In every time step a mission calls its methods for every UAV,
 /// in the order below.

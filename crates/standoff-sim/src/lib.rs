@@ -14,23 +14,20 @@ pub mod baseline;
 #[path = "../tests/common/mod.rs"]
 mod common;
 pub mod controller;
-mod event_text;
-mod frame;
 #[cfg(test)]
 mod fuzz;
-pub mod geometry;
+#[cfg(test)]
+#[path = "../../standoff-io/fuzz/harness.rs"]
+mod fuzz_harness;
 mod intruders;
-pub mod matching;
 pub mod monte_carlo;
 mod onboard_computer;
 pub mod radio;
 pub mod random;
-pub mod record;
 mod reference_replay;
 mod renamed;
 pub mod run;
 pub mod scenario;
-pub mod score;
 pub mod sensors;
 pub mod target_id;
 pub mod traffic;

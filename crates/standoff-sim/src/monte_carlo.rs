@@ -40,9 +40,9 @@ pub use statistics::{Pooled, Statistics, pooled_root_ratio, quantile, student_t_
 
 use crate::run::fly_while;
 use crate::scenario::{Scenario, ScenarioTemplate};
-use crate::score::{MetricSelection, Metrics};
 use journal::Journal;
 use pool::{JobControl, run_jobs};
+use standoff_score::{MetricSelection, Metrics};
 
 /// Progress of a batch.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -11,15 +11,15 @@ use standoff::{
 
 use crate::agent_rows;
 use crate::controller::{self, Controller, ReportedState};
-use crate::frame::{Frame, ReportedTables};
 use crate::intruders::Intruders;
 use crate::onboard_computer::OnboardComputer;
 use crate::radio::{Radio, RadioNode, SentCounts};
 use crate::random::Draws;
 use crate::scenario::{AgentSetup, Outage, Scenario, Settings};
-use crate::score::{MetricSelection, Metrics, ScoreConfig, Scorer};
 use crate::sensors;
 use crate::world::{Truth, World};
+use standoff_record::{Frame, ReportedTables};
+use standoff_score::{MetricSelection, Metrics, ScoreConfig, Scorer};
 
 /// A mission in progress.
 ///
@@ -179,7 +179,7 @@ impl<B: Controller> Mission<B> {
 
     /// Scoring configuration of the mission; what its controller does not report is not scored.
     pub fn score_config(&self) -> ScoreConfig {
-        ScoreConfig { reported: self.reported_tables(), ..ScoreConfig::of(&self.settings) }
+        ScoreConfig { reported: self.reported_tables(), ..self.settings.score_config() }
     }
 
     /// Number of frames of the whole mission.

@@ -31,14 +31,11 @@ use std::sync::Arc;
 pub use basemap::{MAPS_MAX, MapFile};
 pub use builtin::{BUILT_IN, BuiltIn, built_in, built_in_like};
 pub use error::{Excerpt, Problem, ScenarioError};
-pub(crate) use load::{LENGTH_MAX, SPELT_OUT};
 pub use load::{Overrides, name_of};
 pub use locate::SourcePosition;
 pub use number::{Distribution, Number};
 pub use parse::MISTAKES_MAX;
-pub use resolved::{
-    Clock, CueError, Intruder, Link, Manoeuvre, Noise, Outage, Partition, Radio, Restart, Scenario, Settings, Targets,
-};
+pub use resolved::{Clock, Intruder, Link, Manoeuvre, Outage, Partition, Radio, Restart, Scenario, Settings, Targets};
 pub use schema::schema;
 pub use schema_types::AgentSetup;
 

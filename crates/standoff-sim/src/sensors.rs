@@ -3,8 +3,8 @@
 use standoff::{Angle, Cue, Detection, Position, SensorParams, Time, UavId, Velocity};
 
 use crate::random::{Draws, Stream};
-use crate::scenario::{CueError, Noise};
 use crate::world::Truth;
+use standoff_score::{CueError, Noise};
 
 /// Adds the detections of one scan: every target in view of the sensor of UAV `uav`, which points along `boresight`.
 pub fn scan(

@@ -44,7 +44,7 @@ use std::path::Path;
 
 pub(crate) use limits::MAX_AT_ONCE;
 pub use limits::{MAX_SAMPLES, MAX_VEHICLES};
-pub use model::{Coordinates, Options, Origin, Traffic, Unit};
+pub use model::{Coordinates, Options, Traffic};
 pub use vehicle::{Vehicle, VehicleState};
 
 use standoff_io::display_text;

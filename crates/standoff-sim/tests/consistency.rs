@@ -13,10 +13,10 @@ use standoff::{
     Angle, Covariance, Displacement, Duration, Estimate, Position, RangeBearingMeasurement, SensorParams, TargetParams,
     TargetState, Velocity,
 };
+use standoff_score::{MetricSelection, Metrics, Scorer};
 use standoff_sim::random::{Draws, Stream};
 use standoff_sim::run::{Mission, fly};
 use standoff_sim::scenario::ScenarioTemplate;
-use standoff_sim::score::{MetricSelection, Metrics, ScoreConfig, Scorer};
 
 const RUNS: u64 = 200;
 
@@ -72,7 +72,7 @@ fn stat_errors_are_inside_the_chi_square_band_at_most_time_steps() {
         let scenario = template.draw(seed).unwrap();
         let mut mission = Mission::new(&scenario).unwrap();
         for sum in &mut sums {
-            let mut of_time_step = Scorer::new(ScoreConfig::of(&scenario.settings), choice);
+            let mut of_time_step = Scorer::new(scenario.settings.score_config(), choice);
             of_time_step.frame(mission.frame().unwrap());
             *sum += of_time_step.metrics().anees.unwrap();
         }

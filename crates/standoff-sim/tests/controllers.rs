@@ -7,19 +7,21 @@ mod common;
 #[expect(dead_code, reason = "the example has its own main function")]
 #[path = "../examples/follower.rs"]
 mod follower;
+#[path = "../../standoff-record/tests/common/mod.rs"]
+mod row_fixtures;
 
 use std::cell::RefCell;
 use std::rc::Rc;
 
 use common::load;
 use standoff::{AgentOutput, Command, Message, PointingTarget, Position, Scan, Time, UavId, UavState, Velocity};
+use standoff_record::Frame;
+use standoff_score::{MetricSelection, Metrics, Scorer};
 use standoff_sim::controller::{
     AgentRow, ByAgent, Controller, PerAgentTables, ReportedState, ReportedTables, TeammateRow, TrackRow,
 };
-use standoff_sim::record::Frame;
 use standoff_sim::run::Mission;
 use standoff_sim::scenario::{AgentSetup, BUILT_IN, Scenario};
-use standoff_sim::score::{MetricSelection, Metrics, Scorer};
 
 fn same_frames(name: &str, set: &[&str]) {
     let one = load(name, set, 3);
@@ -241,7 +243,7 @@ fn no_controller_exceeds_uav_limits_or_corrupts_frames() {
 
 /// A track of a target at this distance east.
 fn track_row(target: u32, x_m: f64) -> TrackRow {
-    TrackRow { state: [x_m, 0.0, 0.0, 0.0, 0.0, 0.0], covariance: [1.0; 21], ..common::track_row(target, None) }
+    TrackRow { state: [x_m, 0.0, 0.0, 0.0, 0.0, 0.0], covariance: [1.0; 21], ..row_fixtures::track_row(target, None) }
 }
 
 /// Reports unsorted, duplicate and non-finite rows of two agents, one of whose UAVs has sent nothing.

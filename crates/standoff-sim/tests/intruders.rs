@@ -6,7 +6,7 @@ use std::path::Path;
 
 use common::{frames, load, overrides};
 use standoff::Position;
-use standoff_sim::record::{Frame, Record};
+use standoff_record::{Frame, Record};
 use standoff_sim::scenario::{Overrides, Scenario, ScenarioTemplate};
 
 fn scenario(set: &[&str]) -> Scenario {

@@ -3,19 +3,21 @@
 #![expect(clippy::unwrap_used, reason = "helpers of tests")]
 
 mod common;
+#[path = "../../standoff-score/tests/common/mod.rs"]
+mod score_fixtures;
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use common::{frames, load};
 use standoff::{Angle, Position};
-use standoff_sim::record::{DetectionRow, Frame, Record};
+use standoff_record::{DetectionRow, Frame, Record};
+use standoff_score::Metrics;
 use standoff_sim::run::Mission;
 use standoff_sim::scenario::{Overrides, Scenario, ScenarioTemplate, built_in};
-use standoff_sim::score::{Metrics, ScoreConfig};
 
 fn score(scenario: &Scenario, frames: &[Frame]) -> Metrics {
-    common::score(&ScoreConfig::of(&scenario.settings), frames)
+    score_fixtures::score(&scenario.settings.score_config(), frames)
 }
 
 fn fly(name: &str, set: &[&str], seed: u64) -> Metrics {

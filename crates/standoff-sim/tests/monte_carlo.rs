@@ -11,12 +11,12 @@ use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
+use standoff_score::{MetricSelection, Metrics};
 use standoff_sim::monte_carlo::{
     Batch, Better, MonteCarloError, Results, Shard, Statistics, compare, compare_results, fly_all, fly_into, merge,
 };
 use standoff_sim::run::fly;
 use standoff_sim::scenario::{Overrides, ScenarioTemplate};
-use standoff_sim::score::{MetricSelection, Metrics};
 
 /// Never set.
 static NEVER: AtomicBool = AtomicBool::new(false);

@@ -7,10 +7,10 @@ use nalgebra::Matrix6;
 use proptest::prelude::*;
 use standoff::Covariance;
 use standoff::research::math;
-use standoff_sim::record::{Frame, TrackRow};
+use standoff_record::{Frame, TrackRow};
+use standoff_score::{MetricSelection, Scorer};
 use standoff_sim::run::Mission;
 use standoff_sim::scenario::{Scenario, ScenarioTemplate};
-use standoff_sim::score::{MetricSelection, ScoreConfig, Scorer};
 
 /// Smallest number above 0.
 const TINY: f64 = f64::from_bits(1);
@@ -306,7 +306,7 @@ fn fly(text: &str, seed: u64) -> Result<usize, String> {
         Ok(mission) => mission,
         Err(errors) => return refused(errors.iter().map(ToString::to_string).collect()),
     };
-    let mut scorer = Scorer::new(ScoreConfig::of(&scenario.settings), MetricSelection::ALL);
+    let mut scorer = Scorer::new(scenario.settings.score_config(), MetricSelection::ALL);
     let mut frames = 0;
     while let Some(frame) = mission.frame() {
         if let Some(what) = wrong(&scenario, frame) {

@@ -14,12 +14,12 @@ use standoff::{
     AgentOutput, Angle, Command, Detection, LinkModel, Message, PointingTarget, Position, RangeBearingMeasurement,
     Report, Scan, TargetLabel, Time, UavId, UavState, Velocity,
 };
+use standoff_record::{Frame, Record};
+use standoff_score::{MetricSelection, Metrics, Scorer};
 use standoff_sim::controller::{Controller, ReportedState, ReportedTables, team_controller};
 use standoff_sim::radio::SentCounts;
-use standoff_sim::record::{Frame, Record};
 use standoff_sim::run::Mission;
 use standoff_sim::scenario::{AgentSetup, Overrides, Scenario, ScenarioTemplate, Settings};
-use standoff_sim::score::{MetricSelection, Metrics, ScoreConfig, Scorer};
 
 fn template(text: &str) -> Result<ScenarioTemplate, String> {
     ScenarioTemplate::of_toml("mine", text, &Overrides::default(), Path::new("")).map_err(|error| error.to_string())
@@ -762,7 +762,7 @@ fn record_of_several_agents_gives_the_scores_of_the_flight() {
     writer.finish().unwrap();
     let record = Record::open(&dir).unwrap();
     let settings = Settings::of_record("mine", record.scenario_toml()).unwrap();
-    let mut read = Scorer::new(ScoreConfig::of(&settings), choice);
+    let mut read = Scorer::new(settings.score_config(), choice);
     record.frames().unwrap().for_each(|frame| read.frame(&frame.unwrap()));
     assert_eq!(flown.metrics(), read.metrics());
     let Metrics {

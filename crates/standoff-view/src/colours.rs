@@ -1,7 +1,7 @@
 //! Colours of UAVs and groups, identical in figures, on the page and in MCAP files.
 
 use plotters::style::RGBColor;
-use standoff_sim::record::GroupRow;
+use standoff_record::GroupRow;
 use std::collections::BTreeMap;
 
 /// Colours of UAVs by rank, blue to purple. `page/palette.js` has the same colours, and a second set for dark pages.
@@ -66,7 +66,7 @@ impl GroupColours {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::common::group_row;
+    use crate::row_fixtures::group_row;
     use standoff::research::math;
 
     /// Colour vision models as matrices in linear sRGB: normal vision, deuteranopia, protanopia (Machado, Oliveira and

@@ -18,8 +18,8 @@ mod trajectories;
 use chart::Drawn;
 use collect::Run;
 pub use figure::{Figure, FigureError, Setup};
-use standoff_sim::record::Frame;
-use standoff_sim::score::FrameScorer;
+use standoff_record::Frame;
+use standoff_score::FrameScorer;
 
 type Draw = fn(&Run, &Setup) -> Drawn<Option<String>>;
 

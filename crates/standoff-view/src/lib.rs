@@ -11,5 +11,11 @@ pub mod figures;
 pub mod mcap;
 pub mod page;
 pub mod replay;
+#[cfg(test)]
+#[path = "../../standoff-record/tests/common/mod.rs"]
+mod row_fixtures;
+#[cfg(test)]
+#[path = "../../standoff-score/tests/common/mod.rs"]
+mod score_fixtures;
 pub mod serve;
 pub mod site;

@@ -23,8 +23,8 @@ use std::path::{Path, PathBuf};
 use mcap::Attachment;
 use mcap::records::Metadata;
 use standoff_io::geodesy::LocalPlane;
-use standoff_sim::geometry::{Geometry, group_of};
-use standoff_sim::record::Frame;
+use standoff_record::Frame;
+use standoff_score::geometry::{Geometry, group_of};
 use standoff_sim::scenario::Scenario;
 use standoff_sim::world::World;
 

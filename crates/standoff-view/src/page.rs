@@ -106,10 +106,10 @@ pub(crate) fn asset(path: &str) -> Option<Resource> {
 /// Makes the replay page of a run as one file that opens from disk without a network.
 ///
 /// ```
-/// use standoff_sim::record::Manifest;
+/// use standoff_record::Manifest;
 /// use standoff_sim::run::Mission;
 /// use standoff_sim::scenario::{Overrides, Scenario};
-/// use standoff_sim::score::ScoreConfig;
+/// use standoff_score::ScoreConfig;
 /// use standoff_sim::world::World;
 /// use standoff_view::figures::Setup;
 /// use standoff_view::page::report;
@@ -119,7 +119,7 @@ pub(crate) fn asset(path: &str) -> Option<Resource> {
 /// let settings = &scenario.settings;
 /// let manifest = Manifest::new(&scenario.name, scenario.seed, settings.duration.s(), settings.period.s());
 /// let setup = Setup::of(manifest.title(), settings);
-/// let mut encoder = Encoder::new(&ScoreConfig::of(settings), 1);
+/// let mut encoder = Encoder::new(&settings.score_config(), 1);
 /// let mut mission = Mission::new(&scenario).expect("the parameters of a built-in scenario are valid");
 /// let mut parts = Vec::new();
 /// while let Some(frame) = mission.frame() {

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use standoff::research::{Centroid, GroupCentre, Transition, mahalanobis_squared};
 use standoff::{Covariance, Estimate as Track, TargetState};
-use standoff_sim::record::{Frame, GroupRow, TrackRow};
+use standoff_record::{Frame, GroupRow, TrackRow};
 use standoff_sim::scenario::Scenario;
 
 use crate::claim::{Claim, Finding, Paper};

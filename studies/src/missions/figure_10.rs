@@ -2,8 +2,8 @@
 
 use std::collections::BTreeMap;
 
+use standoff_score::FrameScorer;
 use standoff_sim::scenario::Scenario;
-use standoff_sim::score::{FrameScorer, ScoreConfig};
 use standoff_view::figures::study::Plot;
 
 use super::{MISSION, Orbits, histories, phase_claim, phase_plot};
@@ -112,7 +112,7 @@ pub(crate) fn figure_10(plan: &Plan) -> Result<Study, Failure> {
 fn observe(scenario: &Scenario) -> Result<RunObservations, Failure> {
     let mut seen = RunObservations::default();
     let mut pairs: BTreeMap<u32, Vec<(f64, f64)>> = BTreeMap::new();
-    let mut scorer = FrameScorer::new(ScoreConfig::of(&scenario.settings));
+    let mut scorer = FrameScorer::new(scenario.settings.score_config());
     watch(scenario, |frame| {
         let scores = scorer.frame(frame);
         seen.orbits.observe(frame, &scenario.settings);

@@ -1,6 +1,6 @@
 //! Figure 11: the off-boresight angle of the furthest target, with and without the active measures and the dwell.
 
-use standoff_sim::geometry::Geometry;
+use standoff_score::geometry::Geometry;
 use standoff_sim::scenario::Scenario;
 use standoff_view::figures::study::Plot;
 

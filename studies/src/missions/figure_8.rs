@@ -1,6 +1,6 @@
 //! Figure 8: four targets, two UAVs.
 
-use standoff_sim::geometry::Geometry;
+use standoff_score::geometry::Geometry;
 use standoff_sim::scenario::Scenario;
 
 use super::{Orbits, half_deg, histories, map, phase_claim, phase_plot};

@@ -1,7 +1,7 @@
 //! Figure 9: seven targets, one of them manoeuvring, and four UAVs: two groups, a handoff and a removal.
 
+use standoff_score::{MetricSelection, Scorer};
 use standoff_sim::scenario::Scenario;
-use standoff_sim::score::{MetricSelection, ScoreConfig, Scorer};
 
 use super::{MISSION, ORBIT_GROWS, map};
 use crate::claim::{Claim, Finding};
@@ -89,7 +89,7 @@ pub(crate) fn figure_9(plan: &Plan) -> Result<Study, Failure> {
 }
 
 fn observe(scenario: &Scenario) -> Result<RunObservations, Failure> {
-    let mut scorer = Scorer::new(ScoreConfig::of(&scenario.settings), MetricSelection::ALL);
+    let mut scorer = Scorer::new(scenario.settings.score_config(), MetricSelection::ALL);
     let [mut handoff_started_s, mut handoff_completed_s, mut removed_s] = [None; 3];
     let mut groups_at_start = None;
     watch(scenario, |frame| {

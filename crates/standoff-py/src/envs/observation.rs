@@ -3,7 +3,7 @@
 
 use standoff::research::{math, math::TAU};
 use standoff::{Angle, Covariance, TeamParams, UavParams};
-use standoff_sim::record::{Frame, GroupRow, TrackRow, UavRow};
+use standoff_record::{Frame, GroupRow, TrackRow, UavRow};
 
 /// Name, bounds and description of one feature.
 pub(super) struct Feature {

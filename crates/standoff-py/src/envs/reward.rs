@@ -1,7 +1,7 @@
 //! Reward of a time step, computed from the ground truth with the definitions of the metrics.
 
-use standoff_sim::record::Frame;
-use standoff_sim::score::{FrameScorer, FrameScores};
+use standoff_record::Frame;
+use standoff_score::{FrameScorer, FrameScores};
 
 /// Score of a time step.
 #[derive(Debug, Clone, Default)]

@@ -1,11 +1,11 @@
 //! One world: a sequence of missions flown by a policy.
 
 use standoff::{Command, ParamError, TeamParams, UavId, UavParams};
+use standoff_record::UavRow;
+use standoff_score::FrameScorer;
 use standoff_sim::random::{Draws, Stream};
-use standoff_sim::record::UavRow;
 use standoff_sim::run::Mission;
 use standoff_sim::scenario::{ScenarioError, ScenarioTemplate};
-use standoff_sim::score::FrameScorer;
 
 use super::observation;
 use super::reward::StepScore;

@@ -10,7 +10,7 @@ use pyo3::PyTypeInfo;
 use pyo3::exceptions::{PyKeyboardInterrupt, PyTimeoutError};
 use pyo3::prelude::*;
 use pyo3::types::{PyCFunction, PyTuple};
-use standoff_results::POLL;
+use standoff_app::POLL;
 
 use crate::exceptions::{InputError, StandoffError};
 

@@ -1,6 +1,6 @@
 //! Fuzz target: scenarios as TOML.
 
-use super::{check_message, corpus, is_unsafe_to_print, run};
+use crate::fuzz_harness::{check_message, corpus, is_unsafe_to_print, run};
 use crate::scenario::{BUILT_IN, Excerpt, Problem, ScenarioTemplate, Settings};
 
 const TOML: [&str; 34] = [

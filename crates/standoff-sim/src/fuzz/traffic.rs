@@ -5,8 +5,7 @@ use std::io::Write;
 use flate2::Compression;
 use flate2::write::GzEncoder;
 
-use super::mutation::Choices;
-use super::{corpus, refused, run};
+use crate::fuzz_harness::{Choices, corpus, refused, run};
 use crate::traffic::{Coordinates, Options, read_from};
 
 const XML: [&str; 33] = [

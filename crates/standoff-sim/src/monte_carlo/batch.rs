@@ -10,9 +10,9 @@ use standoff_io::display_text::{path, printable, quoted};
 
 use super::error::{FORMAT, MonteCarloError};
 use super::shard::Shard;
-use crate::record::manifest::{MAX_NAME, MAX_VERSION, check_length};
 use crate::scenario::ScenarioTemplate;
-use crate::score::{MetricSelection, Metrics};
+use standoff_record::{MAX_NAME, MAX_VERSION, check_length};
+use standoff_score::{MetricSelection, Metrics};
 
 /// Scores of a run: a value per metric of its batch, `None` if nothing was measured.
 pub(super) type Values = Vec<Option<f64>>;
@@ -28,7 +28,7 @@ const MAX_METRICS: usize = 200;
 /// ```
 /// use standoff_sim::monte_carlo::{Batch, Shard};
 /// use standoff_sim::scenario::{Overrides, ScenarioTemplate};
-/// use standoff_sim::score::MetricSelection;
+/// use standoff_score::MetricSelection;
 ///
 /// let template = ScenarioTemplate::load("paper/table-2-pair", &Overrides::default())?;
 /// // The second of four shards of a batch of a hundred runs.

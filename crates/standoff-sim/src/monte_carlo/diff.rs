@@ -51,7 +51,7 @@ fn gather(prefix: &str, table: Table, settings: &mut Settings) {
 mod tests {
     use super::*;
     use crate::common::overrides;
-    use crate::score::MetricSelection;
+    use standoff_score::MetricSelection;
 
     fn batch(overrides: &Overrides) -> Batch {
         let template = ScenarioTemplate::load("paper/table-2-pair", overrides).unwrap();

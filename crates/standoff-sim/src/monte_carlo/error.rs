@@ -3,8 +3,8 @@
 use std::fmt::Display;
 use std::io;
 
-use crate::record::RecordError;
 use crate::scenario::ScenarioError;
+use standoff_record::RecordError;
 
 /// Format of the journals and results that this version writes and reads.
 pub(super) const FORMAT: u64 = 2;

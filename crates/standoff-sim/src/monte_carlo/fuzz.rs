@@ -1,4 +1,4 @@
-//! Fuzz targets (`bolero`) for the journal and the results of a batch. See [`crate::fuzz`].
+//! Fuzz targets (`bolero`) for the journal and the results of a batch. See [`crate::fuzz_harness`].
 
 use std::fs;
 use std::sync::atomic::AtomicBool;
@@ -7,9 +7,9 @@ use super::batch::Values;
 use super::journal::Journal;
 use super::journal::tests::{read_journal, sealed};
 use super::{Batch, Results, results};
-use crate::fuzz::{JSON, put, refused, run};
+use crate::fuzz_harness::{JSON, put, refused, run};
 use crate::scenario::{Overrides, ScenarioTemplate};
-use crate::score::MetricSelection;
+use standoff_score::MetricSelection;
 
 fn batch() -> Batch {
     let template = ScenarioTemplate::load("tour/01-one-uav", &Overrides::default()).unwrap();

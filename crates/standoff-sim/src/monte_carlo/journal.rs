@@ -23,7 +23,7 @@ use standoff_io::display_text::{self, printable};
 
 use super::batch::{Batch, Values};
 use super::error::{FORMAT, MonteCarloError};
-use crate::record::RecordError;
+use standoff_record::RecordError;
 
 /// Name of the file.
 const JOURNAL: &str = "monte-carlo.journal";

@@ -11,17 +11,15 @@ use standoff_io::atomic_file::{self, PARTIAL};
 use standoff_io::bounded_input;
 use standoff_io::display_text;
 use standoff_io::parquet_file::Source;
+use standoff_record::column::{self, Columns, Declaration, Field, Part, Row};
+use standoff_record::table::{MAX_TABLE, TableReader, TableWriter, source};
+use standoff_record::{NO_FOLDER, RecordError, first_in};
+use standoff_score::Metrics;
 
 use super::batch::{Batch, Values};
 use super::diff::{Settings, settings_of};
 use super::journal::{self, MAX_BATCH, check_format, sync_folder};
 use super::{MonteCarloError, Shard, Statistics, pooled_root_ratio};
-use crate::record::RecordError;
-use crate::record::column::Row;
-use crate::record::column::{self, Columns, Declaration, Field, Part};
-use crate::record::directory::{NO_FOLDER, first_in};
-use crate::record::table::{MAX_TABLE, TableReader, TableWriter, source};
-use crate::score::Metrics;
 
 const MANIFEST: &str = "monte-carlo.json";
 const RUNS: &str = "runs.parquet";

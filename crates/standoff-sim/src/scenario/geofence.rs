@@ -7,7 +7,7 @@ use standoff::research::ZONES_MAX;
 use standoff::{Geofence, Position, UavState, Zone};
 use standoff_io::bounded_input;
 use standoff_io::display_text::quoted;
-use standoff_io::geodesy::LocalPlane;
+use standoff_io::geodesy::{LocalPlane, Origin};
 
 use super::diagnostics::Problems;
 use super::error::ScenarioError;
@@ -17,7 +17,6 @@ use super::number::Number;
 use super::resolved::Settings;
 use super::schema_types::{self, ZoneKind, resolved};
 use super::traffic::NAME_MAX;
-use crate::traffic::Origin;
 
 /// Maximum size of a GeoJSON file, bytes: the maximum number of vertices takes a hundredth of it.
 const LENGTH_MAX: u64 = 4 << 20;

@@ -12,6 +12,8 @@ use toml::de::{DeTable, DeValue, ValueDeserializer};
 use toml::{Spanned, Table, Value};
 
 use super::builtin::{BUILT_IN, built_in, built_in_like};
+use standoff_record::SCENARIO_MAX;
+
 use super::error::{Excerpt, Problem, ScenarioError};
 use super::locate::{Map, line_around, position_of};
 use super::parse::{self, MISTAKES_MAX};
@@ -19,14 +21,14 @@ use super::schema_types::{AgentSetup, ScenarioFile};
 use crate::traffic::MAX_AT_ONCE;
 
 /// Maximum size of a scenario file, bytes. The maximum number of targets, spelt out, takes 1 MiB.
-pub(crate) const LENGTH_MAX: u64 = 2 << 20;
+const LENGTH_MAX: u64 = SCENARIO_MAX / SPELT_OUT;
 
 /// Maximum number of line ends and punctuation characters in a text: parsing can take 500 bytes of memory for each. The
 /// maximum number of targets, spelt out, has 180,000.
 const SIGNS_MAX: u64 = 200_000;
 
 /// Factor on these limits for a text in which the program has spelt out all values.
-pub(crate) const SPELT_OUT: u64 = 2;
+pub(super) const SPELT_OUT: u64 = 2;
 
 /// Maximum depth of a key: that of a number's distribution in an array.
 const DEPTH_MAX: usize = 6;

@@ -8,15 +8,15 @@ use standoff::{
     Velocity,
 };
 
+use standoff_score::{CueError, Noise};
+
 use super::diagnostics::Problems;
 use super::error::ScenarioError;
 use super::load::{SPELT_OUT, Typed, check_size};
 use super::number::Number;
 use super::parameters::Parameters;
 use super::parse::to_toml;
-use super::resolved::{
-    Clock, CueError, Link, Manoeuvre, Noise, Outage, Partition, Radio, Restart, Scenario, Settings, Targets,
-};
+use super::resolved::{Clock, Link, Manoeuvre, Outage, Partition, Radio, Restart, Scenario, Settings, Targets};
 use super::sample::{DerivedDefaults, Draw, Drawing, value};
 use super::schema_types::resolved::{Ring, TargetAt};
 use super::schema_types::{self, AgentSetup, resolved};

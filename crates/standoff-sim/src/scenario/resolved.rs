@@ -4,13 +4,15 @@ use std::collections::BTreeSet;
 use std::sync::Arc;
 
 use standoff::{Duration, Geofence, TargetParams, TargetState, TeamParams, UavId, UavState};
+use standoff_io::geodesy::{Origin, Unit};
+use standoff_score::{CueError, Noise, ScoreConfig};
 
 use super::basemap::MapFile;
 use super::number::Number;
 use super::schema_types::AgentSetup;
 use super::schema_types::resolved::ScenarioFile;
 use crate::target_id::TargetId;
-use crate::traffic::{Origin, Traffic, Unit};
+use crate::traffic::Traffic;
 
 /// A resolved scenario: all inputs of one run.
 ///
@@ -96,24 +98,21 @@ impl Settings {
     pub fn motion(&self) -> Option<TargetParams> {
         self.model.filter(|_| self.manoeuvring.is_empty())
     }
-}
 
-/// True noise of the sensors.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Noise {
-    /// Standard deviation of the range, m.
-    pub range_sd_m: f64,
-    /// Standard deviation of the bearing, rad.
-    pub bearing_sd_rad: f64,
-}
-
-/// Errors of cues.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct CueError {
-    /// Standard deviation of the position per axis, m.
-    pub position_sd_m: f64,
-    /// Standard deviation of the velocity per axis, m/s.
-    pub velocity_sd_m_s: f64,
+    /// Returns the scoring configuration of a mission whose controller reports all tables.
+    #[must_use]
+    pub fn score_config(&self) -> ScoreConfig {
+        ScoreConfig {
+            motion: self.motion(),
+            manoeuvring: Arc::clone(&self.manoeuvring),
+            noise: self.noise,
+            cue: self.cue,
+            transient_s: self.transient.s(),
+            geofence: self.geofence.clone(),
+            faults_end_s: self.faults_end_s,
+            ..ScoreConfig::new(&self.team, self.period.s())
+        }
+    }
 }
 
 /// Source of the targets.

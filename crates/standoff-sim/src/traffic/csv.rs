@@ -10,10 +10,11 @@ use standoff_io::display_text::{printable, quoted};
 use standoff_io::text_source::{Fault, Lines};
 
 use super::build::Builder;
-use super::model::{COORDINATES_HELP, Coordinates, Options, Traffic, Unit};
+use super::model::{COORDINATES_HELP, Coordinates, Options, Traffic};
 use super::validate::{self, Quantity};
 use super::vehicle::Sample;
 use clock::{Clock, Numbers};
+use standoff_io::geodesy::Unit;
 use table::Table;
 
 const TIME: &[&str] = &[

@@ -11,9 +11,10 @@ use standoff_io::text_source::xml::{Elements, Found, attributes, walk};
 use standoff_io::text_source::{Fault, Lines, Position};
 
 use super::build::Builder;
-use super::model::{COORDINATES_HELP, Coordinates, Options, Traffic, Unit};
+use super::model::{COORDINATES_HELP, Coordinates, Options, Traffic};
 use super::validate::{self, ANGLE, Quantity, SPEED};
 use super::vehicle::Sample;
+use standoff_io::geodesy::Unit;
 
 /// Part of SUMO's header comment for a file in degrees.
 const GEO_OPTION: &str = "fcd-output.geo value=\"true\"";

@@ -2,8 +2,7 @@
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use standoff::ParamError;
-use standoff_io::geodesy::LocalPlane;
+use standoff_io::geodesy::{Origin, Unit};
 
 use super::vehicle::Vehicle;
 
@@ -36,33 +35,6 @@ pub enum Coordinates {
 /// Setting to recommend if the unit of the coordinates cannot be determined.
 pub(super) const COORDINATES_HELP: &str =
     "traffic.coordinates = \"metres\" or \"degrees\" (--set traffic.coordinates=degrees)";
-
-/// Unit that was used for the coordinates of a file.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "lowercase")]
-pub enum Unit {
-    /// Metres east and north.
-    Metres,
-    /// Degrees of longitude and latitude (WGS84), projected about the [`Origin`].
-    Degrees,
-}
-
-/// Point on the WGS84 ellipsoid at which the local east-north plane of a file in degrees touches it.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Origin {
-    /// Latitude, degrees north, in [-90, 90].
-    pub latitude_deg: f64,
-    /// Longitude, degrees east, in [-180, 180].
-    pub longitude_deg: f64,
-}
-
-impl Origin {
-    /// Returns the plane. Fails if the origin is not a valid position.
-    pub fn plane(self) -> Result<LocalPlane, ParamError> {
-        LocalPlane::about(self.latitude_deg, self.longitude_deg)
-    }
-}
 
 /// The vehicles of one file; at least one.
 ///

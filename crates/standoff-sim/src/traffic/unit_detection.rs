@@ -5,7 +5,9 @@ use std::ops::RangeInclusive;
 
 use super::validate::{axes, seconds};
 use super::vehicle::Sample;
-use super::{Coordinates, Unit};
+use standoff_io::geodesy::Unit;
+
+use super::Coordinates;
 
 /// Plausible speeds of moving vehicles, m/s. A degree of latitude is 111 km, so a drive in degrees is no motion in
 /// metres, and a drive in metres would leave the Earth in degrees.

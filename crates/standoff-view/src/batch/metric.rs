@@ -1,7 +1,7 @@
 //! Descriptions of metrics for the page. `docs/metrics.md` defines each metric.
 
 use serde::Serialize;
-use standoff_sim::score::{MetricInfo, Metrics, WorseDirection};
+use standoff_score::{MetricInfo, Metrics, WorseDirection};
 
 use super::histogram::Histogram;
 

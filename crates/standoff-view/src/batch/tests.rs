@@ -2,9 +2,9 @@ use std::path::Path;
 use std::sync::atomic::AtomicBool;
 
 use serde_json::Value;
+use standoff_score::MetricSelection;
 use standoff_sim::monte_carlo::{Batch as Flown, Results, Shard, compare_results, fly_all, fly_into};
 use standoff_sim::scenario::ScenarioTemplate;
-use standoff_sim::score::MetricSelection;
 use tempfile::TempDir;
 
 use super::Batch;

@@ -5,9 +5,9 @@ use super::symbol::Mark;
 use crate::colours::{GROUPS, GroupColours, UAVS};
 use plotters::style::RGBColor;
 use standoff::TeammateStatus;
-use standoff_sim::geometry::{PhasePair, group_of, own_estimate_error_m, phase_differences};
-use standoff_sim::record::{AgentRow, EventRow, Frame};
-use standoff_sim::score::FrameScorer;
+use standoff_record::{AgentRow, EventRow, Frame};
+use standoff_score::FrameScorer;
+use standoff_score::geometry::{PhasePair, group_of, own_estimate_error_m, phase_differences};
 use std::collections::BTreeMap;
 use std::ops::Range;
 
@@ -311,7 +311,8 @@ fn place(x_m: f64, y_m: f64) -> Option<Point> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::common::{score_config, truth_row};
+    use crate::row_fixtures::truth_row;
+    use crate::score_fixtures::score_config;
 
     /// Number of points kept for `targets` targets that move for `steps` time steps.
     fn kept(targets: u32, steps: u32) -> usize {

@@ -1,8 +1,8 @@
 //! Input of the figures in addition to the frames, and their output.
 
 use serde::Serialize;
+use standoff_score::ScoreConfig;
 use standoff_sim::scenario::Settings;
-use standoff_sim::score::ScoreConfig;
 
 /// Properties of a run that the figures need in addition to its frames.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -45,7 +45,7 @@ impl Setup {
             radius_max_m: standoff.radius_max_m,
             desired_phase_rad: settings.team.guidance.desired_phase_rad,
             intruders: settings.intruders,
-            rules: ScoreConfig::of(settings),
+            rules: settings.score_config(),
         }
     }
 }

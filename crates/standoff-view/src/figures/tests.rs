@@ -6,12 +6,13 @@ use super::curve::MAX_POINTS;
 use super::style::width_px;
 use super::{Figure, FigureError, Setup, figures};
 use crate::colours::{GROUPS, UAVS};
-use crate::common::{group_row, score_config, track_row, truth_row, uav_row};
+use crate::row_fixtures::{group_row, track_row, truth_row, uav_row};
+use crate::score_fixtures::score_config;
 use plotters::style::RGBColor;
 use standoff::research::math::{PI, TAU, cos, exp, sin};
 use standoff::{Angle, TeammateStatus};
-use standoff_sim::record::{AgentRow, EventRow, Frame, GroupRow, MembershipState, TeammateRow, TrackRow, UavRow};
-use standoff_sim::score::FrameScorer;
+use standoff_record::{AgentRow, EventRow, Frame, GroupRow, MembershipState, TeammateRow, TrackRow, UavRow};
+use standoff_score::FrameScorer;
 use std::convert::Infallible;
 use std::f64::consts::FRAC_PI_2;
 

@@ -5,7 +5,7 @@ use super::collect::{AgentCurves, Group, Run, Uav};
 use super::curve::{Curve, MAX_POINTS, range};
 use super::figure::Setup;
 use super::style::ink;
-use standoff_sim::geometry::{PhasePair, desired_pair_phase_rad};
+use standoff_score::geometry::{PhasePair, desired_pair_phase_rad};
 use std::collections::BTreeSet;
 
 /// Draws the distance of each UAV from the centre of its group, and from its orbit.

@@ -1,7 +1,7 @@
 //! Events as log messages.
 
 use foxglove::messages::{Log, log::Level};
-use standoff_sim::record::EventRow;
+use standoff_record::EventRow;
 
 use super::pose::timestamp;
 

@@ -3,8 +3,8 @@
 #![expect(clippy::disallowed_types, reason = "derived code only tests membership in a HashSet")]
 
 use foxglove::Encode;
-use standoff_sim::geometry::own_estimate_error_m;
-use standoff_sim::record::{GroupRow, UavRow};
+use standoff_record::{GroupRow, UavRow};
+use standoff_score::geometry::own_estimate_error_m;
 
 /// Defines a message type, each field with its value. Types are given as tokens in brackets, because `Encode` looks for
 /// the token `Option`.

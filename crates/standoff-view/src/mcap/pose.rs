@@ -6,7 +6,7 @@ use foxglove::messages::{
 use standoff::research::math::{cos, sin};
 use standoff::{Angle, Position};
 use standoff_io::geodesy::LocalPlane;
-use standoff_sim::record::{Frame, UavRow};
+use standoff_record::{Frame, UavRow};
 use std::f64::consts::FRAC_PI_2;
 
 /// Id of the world frame: x east, y north, z up.

@@ -8,7 +8,7 @@ use foxglove::messages::{
 use plotters::style::RGBColor;
 use standoff::research::math::atan2;
 use standoff::{Zone, ZoneKind};
-use standoff_sim::record::{Frame, GroupRow, MembershipState, TrackRow, TrackStatus, TruthRow, UavRow};
+use standoff_record::{Frame, GroupRow, MembershipState, TrackRow, TrackStatus, TruthRow, UavRow};
 use standoff_sim::scenario::Scenario;
 
 use super::event_log::target_name;

@@ -7,7 +7,7 @@ use foxglove::messages::Pose;
 use foxglove::messages::{FrameTransforms, LocationFix, Log, PointCloud, PoseInFrame, SceneEntity, SceneUpdate};
 use mcap::MessageStream;
 use standoff::research::math::{atan2, hypot};
-use standoff_sim::record::{MembershipState, TrackStatus};
+use standoff_record::{MembershipState, TrackStatus};
 use standoff_sim::scenario::Overrides;
 use std::fs;
 use std::path::PathBuf;

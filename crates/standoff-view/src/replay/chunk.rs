@@ -6,7 +6,7 @@ use flate2::Compression;
 use flate2::write::GzEncoder;
 use serde::Serialize;
 use standoff::research::math::hypot;
-use standoff_sim::record::{AgentEventRow, EventRow, Frame, IntruderRow};
+use standoff_record::{AgentEventRow, EventRow, Frame, IntruderRow};
 
 use super::table::{Directory, Table};
 use crate::serve::Bytes;

@@ -3,9 +3,9 @@
 use std::borrow::Cow;
 use std::collections::BTreeMap;
 
-use standoff_sim::geometry::{desired_pair_phase_rad, phase_differences};
-use standoff_sim::record::{EventQuota, EventRow, Frame, PageColumns, PerAgentTables, TrackRow, TruthRow, UavRow};
-use standoff_sim::score::{CustodyCounts, FrameScorer, FrameScores, PositionBound, ScoreConfig};
+use standoff_record::{EventQuota, EventRow, Frame, PageColumns, PerAgentTables, TrackRow, TruthRow, UavRow};
+use standoff_score::geometry::{desired_pair_phase_rad, phase_differences};
+use standoff_score::{CustodyCounts, FrameScorer, FrameScores, PositionBound, ScoreConfig};
 
 use super::chunk::{Event, PartBounds, block};
 use super::per_agent::{AssignmentTables, TeamStates};

@@ -2,8 +2,8 @@
 
 use serde::{Serialize, Serializer};
 use standoff::Zone;
-use standoff_sim::record::Manifest;
-use standoff_sim::traffic::Origin;
+use standoff_io::geodesy::Origin;
+use standoff_record::Manifest;
 
 use crate::figures::Setup;
 use crate::serve::Bytes;

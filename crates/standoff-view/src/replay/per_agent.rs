@@ -7,7 +7,7 @@ use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::iter;
 
-use standoff_sim::record::{ByAgent, Frame, PageColumns, TeammateRow};
+use standoff_record::{ByAgent, Frame, PageColumns, TeammateRow};
 
 use super::recorded::Recorded;
 use super::table::{Table, single};

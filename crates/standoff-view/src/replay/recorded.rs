@@ -1,6 +1,6 @@
 //! Columns of the page that are taken from the record unchanged.
 
-use standoff_sim::record::{GroupRow, IntruderRow, PageColumns, TrackRow, UavRow};
+use standoff_record::{GroupRow, IntruderRow, PageColumns, TrackRow, UavRow};
 
 /// Columns of the record that the page contains.
 #[derive(Debug, Default)]

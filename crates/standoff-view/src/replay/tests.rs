@@ -3,9 +3,9 @@ use std::io::Read;
 
 use flate2::read::GzDecoder;
 use serde_json::Value;
-use standoff_sim::record::{Frame, GroupRow, IntruderRow, Manifest, TrackRow, TrackStatus};
+use standoff_record::{Frame, GroupRow, IntruderRow, Manifest, TrackRow, TrackStatus};
+use standoff_score::FrameScorer;
 use standoff_sim::scenario::Scenario;
-use standoff_sim::score::{FrameScorer, ScoreConfig};
 
 use super::{Encoder, Head, Part, Replay};
 use crate::common::{frames, load};
@@ -67,7 +67,7 @@ fn flight() -> (Scenario, Vec<Frame>) {
 }
 
 pub(super) fn encoded(scenario: &Scenario, frames: &[Frame], stride: usize) -> Vec<Part> {
-    let mut encoder = Encoder::new(&ScoreConfig::of(&scenario.settings), stride);
+    let mut encoder = Encoder::new(&scenario.settings.score_config(), stride);
     let mut parts: Vec<Part> = frames.iter().filter_map(|frame| encoder.frame(frame)).collect();
     parts.extend(encoder.part());
     assert!(encoder.part().is_none(), "nothing is encoded twice");
@@ -194,7 +194,7 @@ fn the_bounds_include_only_intruders_near_a_uav() {
 fn a_part_contains_the_counts_of_the_whole_run() {
     let (scenario, frames) = flight();
     let mut left = frames.iter();
-    let (mut scorer, mut compared) = (FrameScorer::new(ScoreConfig::of(&scenario.settings)), 0);
+    let (mut scorer, mut compared) = (FrameScorer::new(scenario.settings.score_config()), 0);
     for part in &encoded(&scenario, &frames, 7) {
         let overview = read(&part.overview);
         for step in 0..overview.directory["times_us"].as_array().unwrap().len() {
@@ -256,7 +256,7 @@ pub(super) fn head() -> Head {
 #[test]
 fn a_replay_grows_while_pages_follow_it() {
     let (scenario, frames) = flight();
-    let mut encoder = Encoder::new(&ScoreConfig::of(&scenario.settings), 1);
+    let mut encoder = Encoder::new(&scenario.settings.score_config(), 1);
     let replay = Replay::new(&head()).unwrap();
     let times = |path: &str| {
         let body = replay.get(path)?.body;
@@ -320,7 +320,7 @@ fn many_new_groups_fill_a_part_early() {
 fn a_page_gets_only_the_first_of_very_many_events() {
     let (scenario, frames) = flight();
     let event = frames.iter().find_map(|frame| frame.events.first()).unwrap().clone();
-    let mut encoder = Encoder::new(&ScoreConfig::of(&scenario.settings), 1);
+    let mut encoder = Encoder::new(&scenario.settings.score_config(), 1);
     for step in 0..6 {
         encoder.frame(&Frame { events: vec![event.clone(); 10_000], ..crowd(step, &frames[0], 1) });
     }

@@ -1,7 +1,7 @@
 //! Fuzz target: zones in GeoJSON. `scripts/fuzz` runs it for longer.
 
 use super::*;
-use crate::fuzz::{corpus, refused, run};
+use crate::fuzz_harness::{corpus, refused, run};
 
 const GEOJSON: [&str; 24] = [
     "{",

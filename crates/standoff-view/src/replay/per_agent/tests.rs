@@ -2,14 +2,14 @@ use std::collections::BTreeSet;
 
 use serde_json::Value;
 use standoff::TeammateStatus;
-use standoff_sim::record::{Frame, TeammateRow};
+use standoff_record::{Frame, TeammateRow};
 use standoff_sim::scenario::Scenario;
-use standoff_sim::score::ScoreConfig;
 
-use crate::common::{frames, load, score};
+use crate::common::{frames, load};
 use crate::replay::encoder::Encoder;
 use crate::replay::tests::{Block, encoded, head, near, read};
 use crate::replay::{Part, Replay};
+use crate::score_fixtures::score;
 
 const FAULTS: [&str; 3] = [
     "radio.packet_loss=0.2",
@@ -131,7 +131,7 @@ fn the_teammates_of_every_agent_read_back() {
 #[test]
 fn disagreement_of_agents_matches_the_metric() {
     let (scenario, frames) = flight(&FAULTS);
-    let metrics = score(&ScoreConfig::of(&scenario.settings), &frames);
+    let metrics = score(&scenario.settings.score_config(), &frames);
     let (mut differ, mut all) = (0, 0);
     for part in encoded(&scenario, &frames, 1) {
         let overview = read(&part.overview);
@@ -211,7 +211,7 @@ fn only_differences_use_space() {
 #[test]
 fn the_stride_of_agent_states_thins_out_only_them() {
     let (scenario, frames) = flight(&FAULTS);
-    let mut encoder = Encoder::new(&ScoreConfig::of(&scenario.settings), 2).with_team_states_every(3);
+    let mut encoder = Encoder::new(&scenario.settings.score_config(), 2).with_team_states_every(3);
     let mut parts: Vec<Part> = frames.iter().filter_map(|frame| encoder.frame(frame)).collect();
     parts.extend(encoder.part());
     let times = |gz: &[u8]| -> Vec<i64> { serde_json::from_value(read(gz).directory["times_us"].clone()).unwrap() };
@@ -270,7 +270,7 @@ fn a_growing_replay_serves_the_agent_states_of_its_parts() {
         let body = replay.get(path)?.body;
         Some(read(&body).directory["times_us"].as_array().unwrap().len())
     };
-    let mut encoder = Encoder::new(&ScoreConfig::of(&scenario.settings), 1);
+    let mut encoder = Encoder::new(&scenario.settings.score_config(), 1);
     frames[..5].iter().for_each(|frame| drop(encoder.frame(frame)));
     let (part, shown) = encoder.so_far().unwrap();
     replay.show(part, shown);

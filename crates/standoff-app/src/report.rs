@@ -1,0 +1,155 @@
+//! Reports a recorded run: computes scores, events and figures from the files of its record.
+
+use std::path::Path;
+
+use standoff_io::atomic_file;
+use standoff_io::display_text;
+use standoff_record::Record;
+use standoff_score::{MetricSelection, ScoreConfig, Scorer, SelectedMetrics};
+use standoff_sim::scenario::{Scenario, Settings};
+use standoff_view::figures::{FigureError, Setup, figures};
+use standoff_view::page;
+use standoff_view::replay::{Encoder, Head};
+
+use crate::error::{Failure, of_record};
+use crate::maps::Maps;
+use crate::outcome::{Events, Outcome, PerTarget, lines};
+use crate::warnings::Warnings;
+
+/// Maximum number of target rows in a report. For longer runs the report contains only every n-th time step, so that
+/// the file stays small enough to send.
+const REPORT_ROWS: u64 = 300_000;
+/// Maximum number of track rows of all agents up to which a report includes the other agents' states at every time
+/// step; for more rows it includes them less often.
+const REPORT_OTHER_ROWS: u64 = 150_000;
+
+/// Report of a run.
+pub struct Report {
+    /// Results of the run.
+    pub outcome: Outcome,
+    /// Result of writing the summary, figures and page.
+    pub written: Result<(), Failure>,
+}
+
+/// Computes the results of the record in `dir`, and writes its summary, figures and page there. Messages name `place`,
+/// the final location of the folder.
+pub fn report_run(dir: &Path, place: &Path, choice: MetricSelection, warn: Warnings) -> Result<Report, Failure> {
+    let record = Record::open(dir).map_err(of_record)?;
+    report_end(&record, warn);
+    if !record.has_truth() {
+        warn("note: the record has no truth table; scores that need it are missing");
+    }
+    let settings = settings_of(&record)?;
+    let reported = record.manifest().reported;
+    for (is_reported, what) in [(reported.tracks, "tracks"), (reported.groups, "groups")] {
+        if !is_reported {
+            warn(&format!("note: the controller of this run reports no {what}; scores that need them are missing"));
+        }
+    }
+    let config = ScoreConfig { reported, ..settings.score_config() };
+    let mut scorer = Scorer::new(config.clone(), choice);
+    let rows = record.target_rows().map_err(of_record)?;
+    let stride = usize::try_from(rows.div_ceil(REPORT_ROWS)).unwrap_or(usize::MAX).max(1);
+    let own_rows = record.agent_track_rows().map_err(of_record)?;
+    let state_stride = usize::try_from(own_rows.div_ceil(REPORT_OTHER_ROWS)).unwrap_or(usize::MAX).div_ceil(stride);
+    let (mut encoder, mut parts) = (Encoder::new(&config, stride).with_team_states_every(state_stride), Vec::new());
+    let (mut events, mut uavs) = (Events::default(), 0);
+    let frames = record.frames().map_err(of_record)?.inspect(|frame| {
+        let Ok(frame) = frame else { return };
+        scorer.frame(frame);
+        parts.extend(encoder.frame(frame));
+        uavs = uavs.max(frame.uavs.len());
+        frame.events.iter().for_each(|row| events.add(frame.time_us, row, record.target_names()));
+    });
+    let manifest = record.manifest();
+    let setup = Setup::of(manifest.title(), &settings);
+    let figures = figures(frames, &setup).map_err(|error| match error {
+        FigureError::Frame(error) => of_record(error),
+        other => Failure::running(other),
+    })?;
+    let name = |target: u32| record.target_names().get(target as usize).cloned().unwrap_or_default();
+    let outcome = Outcome {
+        scenario: manifest.scenario.clone(),
+        about: about_of(&record),
+        seed: manifest.seed,
+        duration_s: manifest.duration_s,
+        unfinished_after_s: record.ends_s(),
+        uavs,
+        // Cue events are incomplete if messages were lost or the controller reports no events; without a truth table
+        // the number of scored targets is incomplete.
+        targets: events.count("cued").max(scorer.targets().count()),
+        traffic: manifest.traffic_note(),
+        targets_mean: scorer.targets_mean(),
+        metrics: SelectedMetrics { metrics: scorer.metrics(), choice },
+        baseline: None,
+        events,
+        per_target: scorer.targets().map(|score| PerTarget { target: name(score.target), score }).collect(),
+        settings,
+    };
+    warn_omitted(outcome.events.left_out(), warn);
+    parts.extend(encoder.part());
+    let mut head = Head::new(manifest, setup, record.target_names().to_vec());
+    head.map = Maps::default().of_record(&record, warn)?;
+    (head.stride, head.outcome) = (stride, lines(&outcome.metrics, &outcome.settings));
+    head.events_left_out = encoder.events_left_out();
+    head.other_events_left_out = encoder.other_events_left_out();
+    let save = |name: &str, text: &str| {
+        atomic_file::save_quickly(&dir.join(name), text).map_err(|reason| {
+            let (path, place) = (display_text::path(&place.join(name)), display_text::path(place));
+            let advice = format!("the record is complete: standoff report {place} creates the missing files");
+            Failure::running(format!("cannot write {path}: {reason}; {advice}"))
+        })
+    };
+    let write = || {
+        figures.iter().try_for_each(|figure| save(&format!("{}.svg", figure.name), &figure.svg))?;
+        save("summary.json", &outcome.json().map_err(Failure::running)?)?;
+        save("report.html", &page::report(&head, &parts).map_err(Failure::running)?)
+    };
+    let written = write();
+    Ok(Report { outcome, written })
+}
+
+/// Returns the description of a recorded run's scenario; empty if it has none.
+fn about_of(record: &Record) -> String {
+    Scenario::about_of_record("", record.scenario_toml()).unwrap_or_default()
+}
+
+/// Passes a note to `warn` if the run is unfinished.
+pub fn report_end(record: &Record, warn: Warnings) {
+    if let Some(end_s) = record.ends_s() {
+        let duration_s = record.manifest().duration_s;
+        warn(&format!("note: this run is unfinished: it covers {end_s} s of {duration_s} s"));
+    }
+}
+
+/// Returns the settings of a recorded run. Fails if its scenario and its manifest contradict each other.
+pub fn settings_of(record: &Record) -> Result<Settings, Failure> {
+    let path = record.dir().join("scenario.toml");
+    let settings = Settings::of_record(&path.display().to_string(), record.scenario_toml()).map_err(Failure::input)?;
+    let manifest = record.manifest();
+    for (key, value, expected) in [
+        ("duration_s", settings.duration.s(), manifest.duration_s),
+        ("period_s", settings.period.s(), manifest.period_s),
+    ] {
+        // Times are whole microseconds.
+        if (value - expected).abs() > 1e-6 {
+            let what = format!("{key} = {value}, but run.json contains {expected}");
+            let advice = "they are from different runs; copy the record again, or run the scenario again";
+            return Err(Failure::Input(format!("{}: {what}: {advice}", display_text::path(&path))));
+        }
+    }
+    Ok(settings)
+}
+
+/// Passes a note to `warn` if the page does not include all events; `events` is the number left out.
+pub fn warn_omitted(events: u64, warn: Warnings) {
+    if events > 0 {
+        warn(&format!("note: the run has many events: {events} of them are in events.parquet only"));
+    }
+}
+
+/// Writes a file atomically.
+pub fn save(path: &Path, text: &str) -> Result<(), Failure> {
+    atomic_file::save_quickly(path, text)
+        .map_err(|reason| Failure::running(format!("{}: {reason}", display_text::path(path))))
+}

@@ -1,0 +1,152 @@
+//! Checkpoint of an unfinished record: the data that its growing tables lack to be readable.
+//!
+//! A Parquet file is readable only after its footer has been written. Therefore the writer regularly saves one small
+//! file that contains, for every table, the footer of the data in the table's file and the rows that are not in it yet:
+//!
+//! ```text
+//! "standoff partial" | last time, us    | a table | ... | CRC-32 of the above
+//!      16 bytes             8                               4
+//! table: lengths of its footer and of its rows, 8 bytes each | footer in Parquet format | rows: complete Parquet file
+//! ```
+//!
+//! Numbers are little-endian. Tables only grow, and this file is replaced as a whole, so it matches the tables however
+//! the run ends. A checkpoint without tables means that the files of the tables are complete. The tables of intruders
+//! and of several agents come last, if they exist.
+
+use std::fs::{self, File};
+use std::io::Read as _;
+use std::path::Path;
+use std::sync::Arc;
+
+use standoff_io::parquet_file::{self, Footer, Source};
+use standoff_io::{atomic_file, bounded_input};
+
+use crate::RecordError;
+use crate::column::Row as _;
+use crate::frame::IntruderRow;
+use crate::schema::{OF_AGENTS, TIMED};
+use crate::table::Missing;
+
+/// Name of the file.
+pub(crate) const CHECKPOINT: &str = "checkpoint";
+
+/// Maximum size of a checkpoint, bytes: for every table, less than a row group, and the footer.
+const MAX_BYTES: u64 = 128 << 20;
+
+const MAGIC: &[u8; 16] = b"standoff partial";
+
+/// Writes the checkpoint of a record. `tables` are in the order of [`TIMED`], followed by the intruders and
+/// [`OF_AGENTS`] if they exist; empty if the files are complete.
+pub(crate) fn write(dir: &Path, last_us: i64, tables: &[Missing]) -> Result<(), RecordError> {
+    let mut bytes = MAGIC.to_vec();
+    bytes.extend(last_us.to_le_bytes());
+    for Missing { footer, rows } in tables {
+        bytes.extend((footer.len() as u64).to_le_bytes());
+        bytes.extend((rows.len() as u64).to_le_bytes());
+        bytes.extend(footer);
+        bytes.extend(rows);
+    }
+    bytes.extend(crc32fast::hash(&bytes).to_le_bytes());
+    let path = dir.join(CHECKPOINT);
+    let saved = atomic_file::save(&path, bytes).and_then(|()| atomic_file::sync_folder(dir));
+    saved.map_err(|reason| RecordError::write(&path, reason))
+}
+
+/// True if a record has a checkpoint, valid or not.
+pub(crate) fn is_in(dir: &Path) -> bool {
+    dir.join(CHECKPOINT).is_file()
+}
+
+/// Removes the checkpoint of a completed record.
+pub(crate) fn remove(dir: &Path) -> Result<(), RecordError> {
+    let path = dir.join(CHECKPOINT);
+    if !is_in(dir) {
+        return Ok(());
+    }
+    fs::remove_file(&path).map_err(|reason| RecordError::write(&path, reason))
+}
+
+/// Checkpoint of an unfinished record.
+#[derive(Debug)]
+pub(crate) struct Checkpoint {
+    file: Arc<File>,
+    /// Time of the last frame in it.
+    pub(crate) last_us: i64,
+    /// In the order of [`TIMED`], followed by the intruders and [`OF_AGENTS`] if they exist; empty if the files are
+    /// complete.
+    tables: Vec<Table>,
+}
+
+#[derive(Debug)]
+struct Table {
+    footer: Footer,
+    rows: Footer,
+}
+
+impl Checkpoint {
+    /// Reads the checkpoint in `dir`.
+    pub(crate) fn read(dir: &Path) -> Result<Self, RecordError> {
+        let path = dir.join(CHECKPOINT);
+        // Read and kept open as the same file: a run in progress may replace it meanwhile.
+        let unreadable = |reason| RecordError::read(&path, reason);
+        let mut file = bounded_input::open(&path, MAX_BYTES).map_err(unreadable)?;
+        let mut bytes = Vec::new();
+        file.read_to_end(&mut bytes).map_err(unreadable)?;
+        let broken = || RecordError::damaged(&path, "its checksum is wrong");
+        let (contents, crc) = bytes.split_last_chunk().ok_or_else(broken)?;
+        let head = contents.strip_prefix(MAGIC).and_then(|contents| contents.split_first_chunk());
+        let (last_us, mut rest) =
+            head.filter(|_| crc32fast::hash(contents) == u32::from_le_bytes(*crc)).ok_or_else(broken)?;
+        let mut tables = Vec::new();
+        // The number of tables determines which ones they are.
+        const WITH_AGENTS: usize = TIMED.len() + OF_AGENTS.len();
+        while !rest.is_empty() && tables.len() <= WITH_AGENTS {
+            let at = contents.len() - rest.len();
+            let (table, after) = split_table(rest, at).map_err(|error| RecordError::parquet_read(&path, error))?;
+            tables.push(table);
+            rest = after;
+        }
+        let sound = [0, TIMED.len(), TIMED.len() + 1, WITH_AGENTS, WITH_AGENTS + 1];
+        if !sound.contains(&tables.len()) || !rest.is_empty() {
+            return Err(RecordError::damaged(&path, "it does not contain the tables of a record"));
+        }
+        Ok(Self { file: Arc::new(file), last_us: i64::from_le_bytes(*last_us), tables })
+    }
+
+    /// True if the checkpoint was written before the tables of several agents existed.
+    pub(crate) fn is_without_agents(&self) -> bool {
+        [TIMED.len(), TIMED.len() + 1].contains(&self.tables.len())
+    }
+
+    /// True if the checkpoint was written before the table of intruders existed.
+    pub(crate) fn is_without_intruders(&self) -> bool {
+        [TIMED.len(), TIMED.len() + OF_AGENTS.len()].contains(&self.tables.len())
+    }
+
+    /// Returns the sources of the rows of a table, given its own file; `None` if that file is complete.
+    pub(crate) fn sources(&self, table: &str, file: File) -> Option<[Source; 2]> {
+        let intruders = Some(IntruderRow::TABLE).filter(|_| !self.is_without_intruders());
+        let mut names = TIMED.into_iter().chain(intruders).chain(OF_AGENTS);
+        let place = names.position(|name| name == table)?;
+        let Table { footer, rows } = self.tables.get(place)?;
+        Some([Source::with_footer(Arc::new(file), footer), Source::with_footer(Arc::clone(&self.file), rows)])
+    }
+}
+
+/// Splits off the first table of the bytes, which start at `at` in the file, and returns it with the rest.
+fn split_table(bytes: &[u8], at: usize) -> Result<(Table, &[u8]), parquet_file::Error> {
+    let split = || {
+        let (footer_length, bytes) = bytes.split_first_chunk()?;
+        let (rows_length, bytes) = bytes.split_first_chunk()?;
+        let length = |bytes: &[u8; 8]| usize::try_from(u64::from_le_bytes(*bytes)).ok();
+        let (footer, bytes) = bytes.split_at_checked(length(footer_length)?)?;
+        let (rows, bytes) = bytes.split_at_checked(length(rows_length)?)?;
+        Some((footer, rows, bytes))
+    };
+    let breaks_off = || parquet_file::Error::Damaged("a table is truncated".to_owned());
+    let (footer, rows, rest) = split().ok_or_else(breaks_off)?;
+    // The size of data in memory is far below that limit.
+    let offset = i64::try_from(at + 8 + 8 + footer.len()).unwrap_or(i64::MAX);
+    let table = Table { footer: Footer::at_end_of(footer, 0)?, rows: Footer::at_end_of(rows, offset)? };
+    Ok((table, rest))
+}

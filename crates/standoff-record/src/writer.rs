@@ -1,0 +1,396 @@
+//! Writes a record during the run, in a temporary folder that is moved to its destination when the record is complete.
+
+use std::fs::File;
+use std::io::Write as _;
+use std::iter;
+use std::path::{Path, PathBuf};
+use std::time::{Duration, Instant};
+
+use standoff_io::atomic_file::{self, sibling};
+
+use crate::checkpoint;
+use crate::column::Row;
+use crate::directory::{self, FolderLock, MAP_FILE, Partial, SCENARIO};
+use crate::error::RecordError;
+use crate::frame::{
+    AgentEventRow, AgentRow, ByAgent, DetectionRow, EventRow, Frame, FrameRow, GroupRow, IntruderRow, PerAgentTables,
+    TeammateRow, TrackRow, TruthRow, UavRow, ViewRow,
+};
+use crate::limits::{LimitExceeded, RecordLimits};
+use crate::manifest::{Counts, FORMAT, MANIFEST, Manifest};
+use crate::schema::{At, HasErrorColumn, TIMED, TargetRow, WithError, seconds};
+use crate::table::{Missing, TableWriter};
+
+/// Minimum time between two checkpoints: the most data that is lost if the process ends.
+const CHECKPOINT_EVERY: Duration = Duration::from_secs(1);
+/// Minimum ratio of the time between checkpoints to the time that one takes.
+const CHECKPOINT_SHARE: u32 = 50;
+
+/// Writes a record frame by frame, in bounded memory.
+///
+/// The files grow in `<dir>.partial`. [`FinishedRecord::publish`] moves that folder to `dir`. If the record is never
+/// published, the folder remains as an unfinished record that can be read up to its last checkpoint; without a
+/// checkpoint it is removed.
+///
+/// The times of checkpoints depend on the system clock, but the contents of the finished record do not.
+///
+/// ```
+/// use standoff_record::{Frame, Manifest, Record, UavRow, Writer};
+///
+/// # let folder = tempfile::tempdir()?;
+/// # let dir = folder.path().join("mine-1");
+/// let manifest = Manifest::new("mine", 1, 1.0, 0.5);
+/// let mut writer = Writer::create(&dir, &manifest, "", &["lorry".to_owned()])?;
+/// for step in 0..3 {
+///     let uav = UavRow { uav: 0, x_m: 20.0 * step as f64, speed_m_s: 40.0, ..UavRow::default() };
+///     writer.frame(&Frame { time_us: 500_000 * step, uavs: vec![uav], ..Frame::default() })?;
+/// }
+/// writer.finish()?;
+///
+/// let record = Record::open(&dir)?;
+/// assert_eq!(record.target_names(), ["lorry"]);
+/// let last = record.frames()?.last().expect("the run has three frames")?;
+/// assert_eq!((last.time_us, last.uavs[0].x_m), (1_000_000, 40.0));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+pub struct Writer {
+    /// In the order of `TIMED`; then the intruders, from the first one on, and those of `OF_AGENTS`, from the first
+    /// data of agents on.
+    tables: Vec<Box<dyn FrameTable>>,
+    /// Derived from the frames for other programs; a checkpoint does not contain it.
+    views: Box<dyn FrameTable>,
+    derive: Option<Derive>,
+    bounds: RecordLimits,
+    last_us: Option<i64>,
+    sound: bool,
+    next_checkpoint: Instant,
+    /// Time of the last checkpoint.
+    kept_us: Option<i64>,
+    set_aside: Option<PathBuf>,
+    manifest: Manifest,
+    dir: PathBuf,
+    // Fields are dropped in order: the tables are closed before their folder is removed, and the lock is released last.
+    partial: Partial,
+    /// Kept open, because it holds the lock.
+    lock: File,
+}
+
+/// Columns and rows that depend on the truth, for other programs: [`Record`](crate::Record) does not read them.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct DerivedColumns {
+    /// Column `standoff_error_m` of each UAV in [`Frame::uavs`], in the same order.
+    pub standoff_errors_m: Vec<Option<f64>>,
+    /// Column `position_error_m` of each track in [`Frame::tracks`], in the same order.
+    pub position_errors_m: Vec<Option<f64>>,
+    /// Rows of the table `in_view`.
+    pub views: Vec<ViewRow>,
+}
+
+type Derive = Box<dyn FnMut(&Frame) -> DerivedColumns + Send>;
+
+/// Readable part of a run that ended early.
+#[derive(Debug, Clone, PartialEq)]
+pub struct PartialRecord {
+    /// Folder of the record.
+    pub dir: PathBuf,
+    /// Time of its last frame, s.
+    pub until_s: f64,
+}
+
+impl Writer {
+    /// Starts the record that will be published in `dir`, with the targets' names by id. Creates parent folders. An
+    /// unfinished record of an earlier run is moved aside ([`Writer::set_aside`]) until this one is published.
+    ///
+    /// The record always contains the version of this program, not that of `manifest`.
+    ///
+    /// Fails if `dir` is [`crate::Occupancy::Other`] or if another run is writing it.
+    pub fn create(
+        dir: &Path,
+        manifest: &Manifest,
+        scenario_toml: &str,
+        target_names: &[String],
+    ) -> Result<Self, RecordError> {
+        let version = env!("CARGO_PKG_VERSION").to_owned();
+        let manifest = Manifest { format: FORMAT, version, counts: None, unfinished: true, ..manifest.clone() };
+        let json = manifest.to_json()?;
+        let (mut partial, set_aside) = directory::make_partial(dir)?;
+        let lock = replace_manifest(&partial.path, &json, false)?;
+        partial.turn = None;
+        let path = partial.path.join(SCENARIO);
+        atomic_file::save(&path, scenario_toml).map_err(|reason| RecordError::write(&path, reason))?;
+        let mut targets = TableWriter::create(&partial.path)?;
+        let rows = (0..).zip(target_names).map(|(target, name)| TargetRow { target, name: name.clone() });
+        targets.push(&mut rows.collect::<Vec<_>>())?;
+        targets.finish()?;
+        let folder = &partial.path;
+        Ok(Self {
+            tables: vec![
+                with_error::<UavRow>(folder, |derived| &derived.standoff_errors_m)?,
+                plain::<TruthRow>(folder)?,
+                with_error::<TrackRow>(folder, |derived| &derived.position_errors_m)?,
+                plain::<GroupRow>(folder)?,
+                plain::<DetectionRow>(folder)?,
+                plain::<EventRow>(folder)?,
+            ],
+            views: table(folder, |_, derived, put| derived.views.iter().copied().for_each(put))?,
+            derive: None,
+            bounds: RecordLimits::new(&manifest, target_names.len()),
+            last_us: None,
+            sound: true,
+            next_checkpoint: Instant::now() + CHECKPOINT_EVERY,
+            kept_us: None,
+            set_aside,
+            manifest,
+            dir: dir.to_owned(),
+            partial,
+            lock,
+        })
+    }
+
+    /// Adds columns and rows that `derive` computes from each frame. Without this call they are empty.
+    #[must_use]
+    pub fn deriving(self, derive: impl FnMut(&Frame) -> DerivedColumns + Send + 'static) -> Self {
+        Self { derive: Some(Box::new(derive)), ..self }
+    }
+
+    /// Adds a packed background map to the record.
+    pub fn with_map(self, gz: &[u8]) -> Result<Self, RecordError> {
+        let path = self.partial.path.join(MAP_FILE);
+        atomic_file::save_quickly(&path, gz).map_err(|reason| RecordError::write(&path, reason))?;
+        Ok(self)
+    }
+
+    /// Returns the folder to which an earlier unfinished run was moved, until this record is published.
+    #[must_use]
+    pub fn set_aside(&self) -> Option<&Path> {
+        self.set_aside.as_deref()
+    }
+
+    /// Adds a time step with at least one UAV. The first one is at 0, and the next ones follow at the period of the
+    /// manifest.
+    ///
+    /// After an error, the record can be neither continued nor finished.
+    pub fn frame(&mut self, frame: &Frame) -> Result<(), RecordError> {
+        let time_us = frame.time_us;
+        self.check_sound(time_us)?;
+        self.sound = false;
+        if frame.uavs.is_empty() {
+            return Err(bad_frame(time_us, "it has no UAV"));
+        }
+        let within = self.bounds.begin(time_us).and_then(|()| self.bounds.check(frame));
+        within.map_err(|LimitExceeded { table, what }| bad_frame(time_us, format!("{table}: {what}")))?;
+        let derived = self.derive.as_mut().map(|derive| derive(frame)).unwrap_or_default();
+        let folder = &self.partial.path;
+        let has = |name: &str| self.tables.iter().any(|table| table.count().0 == name);
+        let (intruders, of_agents) = (has(IntruderRow::TABLE), has(AgentRow::TABLE));
+        if !intruders && !frame.intruders.is_empty() {
+            self.tables.insert(TIMED.len(), plain::<IntruderRow>(folder)?);
+        }
+        if !of_agents && frame.agents != PerAgentTables::default() {
+            self.tables.push(plain::<AgentRow>(folder)?);
+            self.tables.push(plain::<ByAgent<TrackRow>>(folder)?);
+            self.tables.push(plain::<ByAgent<GroupRow>>(folder)?);
+            self.tables.push(plain::<AgentEventRow>(folder)?);
+            self.tables.push(plain::<TeammateRow>(folder)?);
+        }
+        self.tables.iter_mut().try_for_each(|table| table.put(frame, &derived))?;
+        self.views.put(frame, &derived)?;
+        self.last_us = Some(time_us);
+        self.sound = true;
+        let now = Instant::now();
+        if now >= self.next_checkpoint {
+            let made = self.checkpoint();
+            // If there is no disk space for the checkpoint, the run goes on: the tables may still fit, and the previous
+            // checkpoint stays.
+            if !self.sound {
+                return made;
+            }
+            self.next_checkpoint = Instant::now() + CHECKPOINT_EVERY.max(now.elapsed() * CHECKPOINT_SHARE);
+        }
+        Ok(())
+    }
+
+    /// Syncs the data so far to disk, so that the record can be read even if the process ends. [`Writer::frame`] calls
+    /// this from time to time.
+    ///
+    /// After an error in its tables, the record can be neither continued nor finished. If only the checkpoint cannot be
+    /// written, it can.
+    pub fn checkpoint(&mut self) -> Result<(), RecordError> {
+        let Some(last_us) = self.last_us else { return Ok(()) };
+        self.check_sound(last_us)?;
+        self.sound = false;
+        let tables = self.tables.iter_mut().map(|table| table.missing()).collect::<Result<Vec<_>, _>>()?;
+        self.sound = true;
+        self.keep(last_us, &tables)
+    }
+
+    /// Completes the record and moves it to its destination.
+    pub fn finish(self) -> Result<(), RecordError> {
+        self.close()?.publish()
+    }
+
+    /// Completes the tables. Before it is published, the record can be read in its temporary folder, and files can be
+    /// added to it.
+    pub fn close(mut self) -> Result<FinishedRecord, RecordError> {
+        self.finish_tables()?;
+        let tables = self.tables.iter().chain([&self.views]).map(|table| table.count());
+        let rows = tables.chain([(TargetRow::TABLE, self.bounds.targets as u64)]);
+        let rows = rows.map(|(table, rows)| (table.to_owned(), rows)).collect();
+        let counts = Some(Counts { time_steps: self.bounds.steps, rows });
+        let json = Manifest { counts, unfinished: false, ..self.manifest.clone() }.to_json()?;
+        let lock = replace_manifest(&self.partial.path, &json, true)?;
+        self.partial.keep = true;
+        checkpoint::remove(&self.partial.path)?;
+        Ok(FinishedRecord { _locks: [self.lock, lock], dir: self.partial.path.clone(), place: self.dir })
+    }
+
+    /// Ends the record before the mission is over. It stays unfinished, with complete tables up to the last frame.
+    /// Without a frame, nothing is kept.
+    pub fn stop(mut self) -> Result<Option<PartialRecord>, RecordError> {
+        let Some(last_us) = self.last_us else { return Ok(None) };
+        self.finish_tables()?;
+        self.keep(last_us, &[])?;
+        Ok(self.kept())
+    }
+
+    /// Returns the part of the record that is readable if the process ends now.
+    #[must_use]
+    pub fn kept(&self) -> Option<PartialRecord> {
+        self.kept_us.map(|last_us| PartialRecord { dir: self.partial.path.clone(), until_s: seconds(last_us) })
+    }
+
+    fn keep(&mut self, last_us: i64, tables: &[Missing]) -> Result<(), RecordError> {
+        if self.kept_us.is_none() {
+            let synced = self.lock.sync_all();
+            synced.map_err(|reason| RecordError::write(&self.partial.path.join(MANIFEST), reason))?;
+        }
+        checkpoint::write(&self.partial.path, last_us, tables)?;
+        self.kept_us = Some(last_us);
+        self.partial.keep = true;
+        Ok(())
+    }
+
+    fn finish_tables(&mut self) -> Result<(), RecordError> {
+        self.check_sound(self.last_us.unwrap_or_default())?;
+        self.sound = false;
+        self.tables.iter_mut().chain([&mut self.views]).try_for_each(|table| table.finish())
+    }
+
+    fn check_sound(&self, time_us: i64) -> Result<(), RecordError> {
+        if self.sound {
+            return Ok(());
+        }
+        Err(bad_frame(time_us, "an earlier frame failed"))
+    }
+}
+
+/// Complete record that is not at its destination yet. If it is dropped, it stays in its temporary folder.
+pub struct FinishedRecord {
+    /// Kept open, because they hold the lock.
+    _locks: [File; 2],
+    dir: PathBuf,
+    place: PathBuf,
+}
+
+impl FinishedRecord {
+    /// Returns the folder of the record before publication. `map.json.gz`, `summary.json`, `report.html` and `*.svg`
+    /// may be added. With any other file in it, a later run does not replace the record.
+    #[must_use]
+    pub fn dir(&self) -> &Path {
+        &self.dir
+    }
+
+    /// Moves the record to its destination and then removes an older run there.
+    ///
+    /// If only the move fails, the record stays in its temporary folder: [`RecordError::NotMoved`].
+    pub fn publish(self) -> Result<(), RecordError> {
+        let moved =
+            FolderLock::for_sibling(&self.place).and_then(|_turn| directory::move_into_place(&self.dir, &self.place));
+        moved.map_err(|reason| match self.dir.exists() {
+            true => RecordError::NotMoved { kept: self.dir.clone(), reason: Box::new(reason) },
+            false => reason,
+        })
+    }
+}
+
+/// Replaces the manifest atomically (with `onto_disk`, even in case of a power failure) and returns the file with its
+/// lock. The replaced file stays locked while it is open, so that no other run can take over the folder in between.
+fn replace_manifest(partial: &Path, json: &str, onto_disk: bool) -> Result<File, RecordError> {
+    let place = partial.join(MANIFEST);
+    let path = sibling(&place, atomic_file::PARTIAL);
+    let refused = |reason| RecordError::write(&path, reason);
+    let mut file = File::create(&path).map_err(refused)?;
+    directory::lock(&file, partial)?;
+    let sync = |file: &File| if onto_disk { file.sync_all() } else { Ok(()) };
+    let written = file.write_all(json.as_bytes()).and_then(|()| sync(&file));
+    written.and_then(|()| std::fs::rename(&path, &place)).map_err(refused)?;
+    Ok(file)
+}
+
+/// Table that grows with the frames.
+trait FrameTable: Send {
+    /// Adds the rows of a frame.
+    fn put(&mut self, frame: &Frame, derived: &DerivedColumns) -> Result<(), RecordError>;
+    /// Returns the name of the table and its number of rows.
+    fn count(&self) -> (&'static str, u64);
+    fn missing(&mut self) -> Result<Missing, RecordError>;
+    fn finish(&mut self) -> Result<(), RecordError>;
+}
+
+/// Table with the rows that `rows` adds for each frame.
+struct FrameTableWriter<R, F> {
+    table: TableWriter<At<R>>,
+    rows: F,
+    /// Reused buffer.
+    buffer: Vec<At<R>>,
+}
+
+impl<R: Row, F> FrameTable for FrameTableWriter<R, F>
+where
+    F: Fn(&Frame, &DerivedColumns, &mut dyn FnMut(R)) + Send,
+{
+    fn put(&mut self, frame: &Frame, derived: &DerivedColumns) -> Result<(), RecordError> {
+        self.buffer.clear();
+        (self.rows)(frame, derived, &mut |row| self.buffer.push(At::new(frame.time_us, row)));
+        self.table.push(&mut self.buffer)
+    }
+
+    fn count(&self) -> (&'static str, u64) {
+        (R::TABLE, self.table.pushed)
+    }
+
+    fn missing(&mut self) -> Result<Missing, RecordError> {
+        self.table.missing()
+    }
+
+    fn finish(&mut self) -> Result<(), RecordError> {
+        self.table.finish()
+    }
+}
+
+/// Creates a table in a record's folder. `rows` passes on the rows of a frame.
+fn table<R: Row>(
+    folder: &Path,
+    rows: impl Fn(&Frame, &DerivedColumns, &mut dyn FnMut(R)) + Send + 'static,
+) -> Result<Box<dyn FrameTable>, RecordError> {
+    Ok(Box::new(FrameTableWriter { table: TableWriter::create(folder)?, rows, buffer: Vec::new() }))
+}
+
+fn plain<R: FrameRow>(folder: &Path) -> Result<Box<dyn FrameTable>, RecordError> {
+    table(folder, |frame, _, put| R::of(frame).iter().cloned().for_each(put))
+}
+
+fn with_error<R: FrameRow + HasErrorColumn>(
+    folder: &Path,
+    errors_m: fn(&DerivedColumns) -> &[Option<f64>],
+) -> Result<Box<dyn FrameTable>, RecordError> {
+    table(folder, move |frame, derived, put| {
+        let errors_m = errors_m(derived).iter().copied().chain(iter::repeat(None));
+        R::of(frame).iter().cloned().zip(errors_m).for_each(|(row, error_m)| put(WithError { row, error_m }));
+    })
+}
+
+fn bad_frame(time_us: i64, what: impl Into<String>) -> RecordError {
+    let (time_s, what) = (seconds(time_us), what.into());
+    RecordError::BadFrame { time_s, what }
+}

@@ -1,0 +1,279 @@
+//! Posterior Cramer-Rao bound: the smallest covariance that any unbiased estimate of a target can have, given the UAV
+//! positions and the measurements so far.
+//!
+//! ```text
+//! J_0 = P_0^-1       J_{k+1} = (F J_k^-1 F' + Q)^-1 + sum_i H_i' R^-1 H_i
+//! ```
+//!
+//! (Tichavsky, Muravchik, Nehorai 1998.) F, Q and R are those of the simulated world, and P_0 is that of the cue. H is
+//! evaluated at the true positions, and the sum runs over the detections of the time step. The bound covers the actual
+//! geometry and measurements only: it does not use the information that an undetected target was out of view.
+
+use std::collections::BTreeMap;
+
+use nalgebra::{Matrix2, Matrix6, Matrix6x2, Vector6};
+use standoff::research::Transition;
+use standoff::{Covariance, Duration, Position, SensorParams};
+
+use crate::config::ScoreConfig;
+use crate::geometry::{at, position};
+use crate::matching::{Matched, Matching};
+use crate::mean::Mean;
+use standoff_record::Frame;
+
+/// Indices of position and velocity in a state `[x, vx, ax, y, vy, ay]`.
+const POSITION: [usize; 2] = [0, 3];
+const VELOCITY: [usize; 2] = [1, 4];
+
+/// Compares the estimates of group members with the Cramer-Rao bound of `docs/metrics.md`, frame by frame.
+#[derive(Debug, Clone)]
+pub struct Bound {
+    transition: Transition,
+    sensor: SensorParams,
+    /// Covariance P_0 of a cue.
+    cue: Matrix6<f64>,
+    /// Inverse J^-1 of every target, by target id.
+    covariances: BTreeMap<u32, Matrix6<f64>>,
+    /// True if a covariance was not representable, because prior and measurement accuracy differ too much.
+    is_lost: bool,
+    position: Efficiency,
+    velocity: Efficiency,
+}
+
+impl Bound {
+    /// Returns `None` if no bound is defined: if the targets follow no model, or if the measurements have no noise or
+    /// less than a filter may assume.
+    #[must_use]
+    pub fn of(config: &ScoreConfig) -> Option<Self> {
+        let (motion, noise) = (config.motion?, config.noise);
+        let sensor =
+            SensorParams { range_sd_m: noise.range_sd_m, bearing_sd_rad: noise.bearing_sd_rad, ..config.sensor };
+        if !sensor.errors().is_empty() {
+            return None;
+        }
+        let sds = [config.cue.position_sd_m, config.cue.velocity_sd_m_s, motion.acceleration_sd_m_s2];
+        Some(Self {
+            transition: motion.transition(Duration::from_s(config.period_s)),
+            sensor,
+            cue: Matrix6::from_diagonal(&Vector6::from_fn(|i, _| sds[i % 3] * sds[i % 3])),
+            covariances: BTreeMap::new(),
+            is_lost: false,
+            position: Efficiency::default(),
+            velocity: Efficiency::default(),
+        })
+    }
+
+    /// Adds the next frame, with its targets and tracks.
+    pub fn frame(&mut self, frame: &Frame, matching: &Matching<'_>) {
+        let mut information_by_target: BTreeMap<u32, Matrix2<f64>> = BTreeMap::new();
+        for (uav, target, truth) in known_detections(frame, matching) {
+            *information_by_target.entry(target).or_default() += self.sensor.information(uav, truth);
+        }
+        for (truth, track) in matching.targets() {
+            let before = self.covariances.get(&truth.target);
+            let prior = before.map_or(self.cue, |before| {
+                let mut covariance = Covariance::from(before);
+                self.transition.predict_covariance(&mut covariance);
+                covariance.matrix()
+            });
+            let covariance =
+                information_by_target.get(&truth.target).map_or(prior, |information| informed(&prior, information));
+            self.is_lost |= !covariance.diagonal().iter().all(|variance| *variance >= 0.0 && variance.is_finite());
+            self.covariances.insert(truth.target, covariance);
+            if let Some(track) = track.filter(|track| track.group.is_some()) {
+                let error = error(Matched { target: truth, track });
+                self.position.add(&error, &covariance, POSITION);
+                self.velocity.add(&error, &covariance, VELOCITY);
+            }
+        }
+    }
+
+    /// Returns the smallest mean squared position error of an unbiased estimate of a target, m2: the trace of the
+    /// position block.
+    #[must_use]
+    pub fn position_m2(&self, target: u32) -> Option<f64> {
+        let covariance = self.covariances.get(&target).filter(|_| !self.is_lost)?;
+        Some(POSITION.iter().map(|axis| covariance[(*axis, *axis)]).sum())
+    }
+
+    /// Returns the efficiencies of position and velocity, empty if the bound was not representable.
+    pub(crate) fn efficiencies(&self) -> [Efficiency; 2] {
+        if self.is_lost { Default::default() } else { [self.position, self.velocity] }
+    }
+}
+
+/// Returns every detection whose UAV and target are in the frame: UAV position, target id, true target position.
+fn known_detections(frame: &Frame, matching: &Matching<'_>) -> impl Iterator<Item = (Position, u32, Position)> {
+    frame.detections.iter().filter_map(|detection| {
+        let uav = frame.uavs.iter().find(|uav| uav.uav == detection.uav)?;
+        let truth = matching.target(detection.target)?;
+        Some((at(uav), detection.target, position(truth)))
+    })
+}
+
+/// Computes (P^-1 + C I C')^-1, with C the position columns of the unit matrix. P may be singular, for example if
+/// targets never accelerate.
+fn informed(p: &Matrix6<f64>, information: &Matrix2<f64>) -> Matrix6<f64> {
+    let columns = Matrix6x2::from_columns(&POSITION.map(|column| p.column(column).into_owned()));
+    let block = Matrix2::from_fn(|row, column| p[(POSITION[row], POSITION[column])]);
+    match (Matrix2::identity() + information * block).try_inverse() {
+        Some(damping) => p - columns * (damping * information) * columns.transpose(),
+        None => *p,
+    }
+}
+
+/// Estimated minus true position and velocity; the acceleration error is set to zero.
+fn error(Matched { target, track }: Matched<'_>) -> [f64; 6] {
+    let [x_m, vx_m_s, _, y_m, vy_m_s, _] = track.state;
+    [x_m - target.x_m, vx_m_s - target.vx_m_s, 0.0, y_m - target.y_m, vy_m_s - target.vy_m_s, 0.0]
+}
+
+/// Squared errors and their bound over the same samples.
+#[derive(Debug, Clone, Copy, Default)]
+pub(crate) struct Efficiency {
+    pub(crate) squared_error: Mean,
+    pub(crate) bound: Mean,
+}
+
+impl Efficiency {
+    fn add(&mut self, error: &[f64; 6], covariance: &Matrix6<f64>, axes: [usize; 2]) {
+        self.squared_error.add(axes.iter().map(|axis| error[*axis] * error[*axis]).sum());
+        self.bound.add(axes.iter().map(|axis| covariance[(*axis, *axis)]).sum());
+    }
+
+    /// Root of the ratio of the summed squared errors to the summed bound.
+    pub(crate) fn ratio(&self) -> Option<f64> {
+        Some((self.squared_error.value()? / self.bound.value()?).sqrt())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::common::score_config;
+    use crate::row_fixtures::{track_row, truth_row, uav_row};
+    use crate::{CueError, Noise};
+    use standoff::{Angle, Displacement, TargetParams};
+    use standoff_record::{DetectionRow, TrackRow, TruthRow, UavRow};
+
+    /// Sensor of Table I, cues of 20 m and 2 m/s, and targets that follow the model.
+    fn config(acceleration_sd_m_s2: f64) -> ScoreConfig {
+        let motion = TargetParams { correlation_rate_1_s: 0.1, acceleration_sd_m_s2 };
+        let cue = CueError { position_sd_m: 20.0, velocity_sd_m_s: 2.0 };
+        ScoreConfig { motion: Some(motion), cue, ..score_config() }
+    }
+
+    /// A cue of ten thousand kilometres with a range accuracy of a millimetre gives no bound instead of a negative one.
+    #[test]
+    fn unrepresentable_bound_is_none() {
+        let of = |range_sd_m, position_sd_m| {
+            let plain = config(0.0);
+            let noise = Noise { range_sd_m, ..plain.noise };
+            let cue = CueError { position_sd_m, velocity_sd_m_s: 2.0 };
+            let mut bound = Bound::of(&ScoreConfig { noise, cue, period_s: 0.01, ..plain }).unwrap();
+            (0..20).for_each(|tick| add(&mut bound, &frame(&[(150.0, f64::from(tick))])));
+            (bound.position_m2(0).is_some(), bound.efficiencies().map(|one| one.ratio().is_some()))
+        };
+        assert_eq!(of(10.0, 16.0), (true, [true; 2]));
+        assert_eq!(of(0.001, 1e7), (false, [false; 2]));
+    }
+
+    fn add(bound: &mut Bound, frame: &Frame) {
+        bound.frame(frame, &Matching::of(frame));
+    }
+
+    /// Target at the origin, detected by UAVs at `ranges_and_phases`, with a track error of 3 m and 4 m, 1 m/s and 0.
+    fn frame(ranges_and_phases: &[(f64, f64)]) -> Frame {
+        let mut frame = Frame {
+            truth: vec![TruthRow { ax_m_s2: Some(0.0), ay_m_s2: Some(0.0), ..truth_row(0, 0.0, 0.0) }],
+            tracks: vec![TrackRow { state: [3.0, 1.0, 9.0, -4.0, 0.0, 9.0], ..track_row(0, Some(0)) }],
+            ..Frame::default()
+        };
+        for (uav, (range_m, phase_rad)) in (0..).zip(ranges_and_phases) {
+            let at = Displacement::from_polar(*range_m, Angle::from_rad(*phase_rad));
+            frame.uavs.push(UavRow { x_m: at.x_m(), y_m: at.y_m(), ..uav_row(uav) });
+            frame.detections.push(DetectionRow { uav, target: 0, range_m: *range_m, bearing_rad: 0.0 });
+        }
+        frame
+    }
+
+    /// Root mean bound of position and velocity over 1,200 scans from an orbit at 40 m/s in steady state; UAVs a right
+    /// angle apart.
+    fn on_orbit(acceleration_sd_m_s2: f64, uavs: u32, radius_m: f64) -> [f64; 2] {
+        let mut bound = Bound::of(&config(acceleration_sd_m_s2)).unwrap();
+        for scan in 0..1300 {
+            let phase_rad = f64::from(scan) * 0.5 * 40.0 / radius_m;
+            let phases: Vec<_> =
+                (0..uavs).map(|uav| (radius_m, phase_rad + f64::from(uav) * std::f64::consts::FRAC_PI_2)).collect();
+            let mut frame = frame(&phases);
+            if scan < 100 {
+                frame.tracks.clear();
+            }
+            add(&mut bound, &frame);
+        }
+        bound.efficiencies().map(|efficiency| efficiency.bound.value().unwrap().sqrt())
+    }
+
+    /// Reference values of an independent program (NumPy, information form), to the printed precision.
+    #[test]
+    fn bound_on_an_orbit_equals_an_independent_computation() {
+        let cases = [(1, 250.0), (1, 400.0), (2, 250.0), (2, 400.0)];
+        let table = [
+            (0.1, [[5.79, 1.02], [7.29, 1.12], [4.29, 0.88], [4.76, 0.92]]),
+            (0.3, [[7.11, 1.93], [9.12, 2.15], [5.23, 1.64], [5.81, 1.73]]),
+            (2.0, [[9.70, 5.39], [12.72, 6.14], [7.02, 4.51], [7.83, 4.79]]),
+        ];
+        for (acceleration_sd_m_s2, expected) in table {
+            for ((uavs, radius_m), expected) in cases.into_iter().zip(expected) {
+                let got = on_orbit(acceleration_sd_m_s2, uavs, radius_m);
+                for (got, expected) in got.into_iter().zip(expected) {
+                    let what = format!("{acceleration_sd_m_s2} m/s2, {uavs} UAVs, {radius_m} m");
+                    assert!((got / expected - 1.0).abs() < 0.01, "{what}: {got}, not {expected}");
+                }
+            }
+        }
+    }
+
+    /// 10 m along and 400 m times 3 degrees across the line of sight: 23.2 m for one UAV. With two UAVs a right angle
+    /// apart, each axis has both: 12.8 m. The prior is a cue of 100 km.
+    #[test]
+    fn single_scan_measures_range_along_and_bearing_across() {
+        let nowhere = ScoreConfig { cue: CueError { position_sd_m: 1e5, velocity_sd_m_s: 2.0 }, ..config(0.05) };
+        let along_m2 = 100.0;
+        let across_m2 = (400.0 * 3f64.to_radians()) * (400.0 * 3f64.to_radians());
+        let both_m2 = 1.0 / (1.0 / along_m2 + 1.0 / across_m2);
+        for (phases, expected_m2) in
+            [(vec![0.7], along_m2 + across_m2), (vec![0.7, 0.7 + std::f64::consts::FRAC_PI_2], 2.0 * both_m2)]
+        {
+            let mut bound = Bound::of(&nowhere).unwrap();
+            add(&mut bound, &frame(&phases.iter().map(|phase| (400.0, *phase)).collect::<Vec<_>>()));
+            let [position, velocity] = bound.efficiencies();
+            assert!((position.bound.value().unwrap() / expected_m2 - 1.0).abs() < 1e-6);
+            assert!((velocity.bound.value().unwrap() - 8.0).abs() < 1e-9, "4 m2/s2 per axis, as cued");
+        }
+    }
+
+    /// Position error of 3 m and 4 m for a cue of 20 m per axis, velocity error of 1 m/s for 2 m/s, no measurements:
+    /// 5/sqrt(800) and 1/sqrt(8). Targets that never accelerate have a bound too.
+    #[test]
+    fn ratio_is_the_root_of_squared_error_over_bound() {
+        let mut bound = Bound::of(&config(0.0)).unwrap();
+        add(&mut bound, &frame(&[]));
+        let [position, velocity] = bound.efficiencies().map(|efficiency| efficiency.ratio().unwrap());
+        assert!((position - (25.0f64 / 800.0).sqrt()).abs() < 1e-15);
+        assert!((velocity - (1.0f64 / 8.0).sqrt()).abs() < 1e-15);
+        add(&mut bound, &frame(&[(400.0, 0.0)]));
+        let [position, _] = bound.efficiencies();
+        assert!(position.bound.value().unwrap() < 0.75 * 800.0, "the scan must reduce the bound");
+    }
+
+    #[test]
+    fn no_bound_without_a_model_or_without_noise() {
+        assert!(Bound::of(&ScoreConfig { motion: None, ..config(0.05) }).is_none());
+        for noise in
+            [Noise { range_sd_m: 0.0, ..config(0.05).noise }, Noise { bearing_sd_rad: 0.0, ..config(0.05).noise }]
+        {
+            assert!(Bound::of(&ScoreConfig { noise, ..config(0.05) }).is_none());
+        }
+    }
+}

@@ -1,0 +1,279 @@
+//! Geometric quantities of one time step: the only place where scores, figures, pages and records derive them from
+//! rows.
+
+use std::collections::BTreeSet;
+
+use standoff::research::{
+    EnclosingCircle,
+    math::{self, TAU},
+};
+use standoff::{Angle, CentreEstimate, Position, SensorParams, TargetState, Velocity};
+
+use crate::matching::{Matched, Matching};
+use standoff_record::{Frame, GroupRow, TrackRow, TruthRow, UavRow};
+
+/// True targets and tracks of a frame, and the quantities derived from them.
+#[derive(Debug)]
+pub struct Geometry<'a> {
+    matching: Matching<'a>,
+}
+
+impl<'a> Geometry<'a> {
+    /// Computes the geometry of a frame.
+    #[must_use]
+    pub fn of(frame: &'a Frame) -> Self {
+        Self { matching: Matching::of(frame) }
+    }
+
+    /// Largest off-boresight angle of a UAV: the angle between its boresight and the true position of a member of its
+    /// group, rad. Targets in dwell count for the passing group; targets that do not exist count for none. `None` if no
+    /// member exists or the sensor is not pointed.
+    #[must_use]
+    pub fn off_boresight_rad(&self, uav: &UavRow) -> Option<f64> {
+        let [angle_rad, _] = off_boresight_angles_rad([uav; 2], &self.matching);
+        angle_rad
+    }
+
+    /// Distance from the estimated centre of a group to the true centre of the targets on its orbit, those in dwell
+    /// included, m. `None` if one of them does not exist, because the estimate is that of all of them.
+    pub(crate) fn centre_error_m(&self, group: &GroupRow, true_centre: Option<Position>) -> Option<f64> {
+        let is_whole = !self.matching.unmatched_tracks().iter().any(|track| is_on_orbit(track, group.group));
+        Some(true_centre.filter(|_| is_whole)?.distance_m(centre(group)))
+    }
+
+    /// Distance between the estimated and the true position of a target, m; `None` if the target does not exist.
+    #[must_use]
+    pub fn position_error_m(&self, track: &TrackRow) -> Option<f64> {
+        self.matching.target_of(track).map(|target| Matched { target, track }.position_error_m())
+    }
+
+    /// Returns the true targets and the tracks of the frame.
+    #[must_use]
+    pub fn matching(&self) -> &Matching<'a> {
+        &self.matching
+    }
+}
+
+/// Orbit error r - r_d of a UAV with respect to the agents' own estimate of its group, m; positive outside the orbit.
+#[must_use]
+pub fn own_estimate_error_m(uav: &UavRow, group: &GroupRow) -> f64 {
+    off_orbit_m(at(uav), centre(group), group.standoff_distance_m)
+}
+
+/// Radial distance of a UAV from an orbit, m; positive outside, negative inside.
+pub(crate) fn off_orbit_m(uav: Position, centre: Position, radius_m: f64) -> f64 {
+    uav.distance_m(centre) - radius_m
+}
+
+/// Returns the group to which a UAV is assigned.
+#[must_use]
+pub fn group_of<'a>(frame: &'a Frame, uav: &UavRow) -> Option<&'a GroupRow> {
+    frame.groups.iter().find(|group| Some(group.group) == uav.group)
+}
+
+/// Identifies a phase difference: the number of UAVs on the orbit, the UAV, and the other UAV of a pair. With more than
+/// two UAVs, the difference is to the next UAV anticlockwise, and the last field is `None`.
+pub type PhasePair = (usize, u32, Option<u32>);
+
+/// Returns the phase differences of each group in a frame, rad. A group with an unknown phase has none, because its
+/// neighbours and their number would be wrong.
+#[must_use]
+pub fn phase_differences(frame: &Frame) -> Vec<(u32, PhasePair, f64)> {
+    let mut found = Vec::new();
+    let groups: BTreeSet<u32> = frame.uavs.iter().filter_map(|row| row.group).collect();
+    for group in groups {
+        let uavs = frame.uavs.iter().filter(|row| row.group == Some(group));
+        let phase = |row: &UavRow| Some(Angle::from_rad(row.phase_rad.filter(|rad| rad.is_finite())?));
+        let phases = uavs.map(|row| Some((row.uav, phase(row)?)));
+        let Some(mut phases) = phases.collect::<Option<Vec<_>>>() else { continue };
+        if let [(a, first), (b, second)] = phases[..] {
+            found.push((group, (2, a, Some(b)), (first - second).abs_rad()));
+        } else if phases.len() > 2 {
+            phases.sort_by(|a, b| a.1.rad().total_cmp(&b.1.rad()).then(a.0.cmp(&b.0)));
+            let next = phases.iter().skip(1).map(|next| next.1.rad());
+            let gaps = phases.iter().zip(next.chain([phases[0].1.rad() + TAU]));
+            found.extend(gaps.map(|(&(uav, phase), next)| (group, (phases.len(), uav, None), next - phase.rad())));
+        }
+    }
+    found
+}
+
+/// Desired phase difference of `count` UAVs, rad: `pair_rad` for two UAVs, a full turn divided by `count` for more.
+#[must_use]
+pub fn desired_pair_phase_rad(count: usize, pair_rad: f64) -> f64 {
+    if count == 2 { pair_rad } else { TAU / count as f64 }
+}
+
+/// Largest off-boresight angles of two UAVs, computed as a batch (SIMD).
+pub(crate) fn off_boresight_angles_rad(uavs: [&UavRow; 2], matching: &Matching<'_>) -> [Option<f64>; 2] {
+    let boresights = math::sin_cos_batch(uavs.map(|uav| uav.boresight_rad.unwrap_or_default()));
+    let largest: [_; 2] = std::array::from_fn(|i| largest_off_boresight(uavs[i], boresights[i], matching));
+    let angles_rad = math::atan2_batch(largest.map(Option::unwrap_or_default));
+    std::array::from_fn(|i| largest[i].map(|_| angles_rad[i]))
+}
+
+/// Finds the group member with the largest off-boresight angle from a UAV, given the sine and cosine of the boresight.
+/// Returns the components of its relative position across and along the boresight, m; `None` if the UAV has no group,
+/// no boresight or no member.
+fn largest_off_boresight(uav: &UavRow, (sin, cos): (f64, f64), matching: &Matching<'_>) -> Option<(f64, f64)> {
+    let group = uav.group.filter(|_| uav.boresight_rad.is_some())?;
+    let off = |member: Position| {
+        let member_rel_uav = member - at(uav);
+        let (x, y) = (member_rel_uav.x_m(), member_rel_uav.y_m());
+        ((cos * y - sin * x).abs(), cos * x + sin * y)
+    };
+    let is_larger = |a: (f64, f64), b: (f64, f64)| a.0 * b.1 > b.0 * a.1;
+    // Targets in dwell to this group still count for the passing group.
+    let members = matching.pairs().iter().filter(|pair| pair.track.group == Some(group));
+    members.map(|pair| off(position(pair.target))).reduce(|a, b| if is_larger(b, a) { b } else { a })
+}
+
+/// Returns id, position and boresight of the UAVs whose sensors are pointed.
+pub(crate) fn pointed_sensors(frame: &Frame) -> Vec<(u32, Position, Angle)> {
+    let pointed = |uav: &UavRow| Some((uav.uav, at(uav), Angle::from_rad(uav.boresight_rad?)));
+    frame.uavs.iter().filter_map(pointed).collect()
+}
+
+/// Returns whether a target is in view of one of these UAVs.
+pub(crate) fn is_in_view(sensor: &SensorParams, looking: &[(u32, Position, Angle)], target: Position) -> bool {
+    looking.iter().any(|(_, uav, boresight)| sensor.in_view(*uav, *boresight, target))
+}
+
+pub(crate) fn at(uav: &UavRow) -> Position {
+    Position::from_m(uav.x_m, uav.y_m)
+}
+
+pub(crate) fn position(truth: &TruthRow) -> Position {
+    Position::from_m(truth.x_m, truth.y_m)
+}
+
+pub(crate) fn centre(group: &GroupRow) -> Position {
+    Position::from_m(group.x_m, group.y_m)
+}
+
+/// True centre of an orbit about targets; `None` without targets.
+pub(crate) fn true_centre(
+    rule: CentreEstimate,
+    targets: impl ExactSizeIterator<Item = Position> + Clone,
+) -> Option<Position> {
+    match rule {
+        CentreEstimate::Filtered | CentreEstimate::Centroid => centroid(targets),
+        CentreEstimate::EnclosingCircle => EnclosingCircle::of(targets).map(|circle| circle.centre),
+    }
+}
+
+fn centroid(positions: impl ExactSizeIterator<Item = Position>) -> Option<Position> {
+    let n = positions.len();
+    let sum = positions.fold((0.0, 0.0), |(x, y), p| (x + p.x_m(), y + p.y_m()));
+    (n > 0).then(|| Position::from_m(sum.0 / n as f64, sum.1 / n as f64))
+}
+
+/// Returns whether the target of a track is on the orbit of a group, those in dwell from and to it included.
+pub(crate) fn is_on_orbit(track: &TrackRow, group: u32) -> bool {
+    [track.group, track.receiving_group].contains(&Some(group))
+}
+
+/// True states of the existing targets on the orbit of a group.
+pub(crate) fn on_orbit(matching: &Matching<'_>, group: u32) -> impl Iterator<Item = TargetState> {
+    matching.pairs().iter().filter(move |pair| is_on_orbit(pair.track, group)).map(|Matched { target, .. }| {
+        TargetState::new(position(target), Velocity::from_m_s(target.vx_m_s, target.vy_m_s), [0.0; 2])
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::common::{config_of, score};
+    use crate::missions::{frames, load};
+
+    /// During the dwell of a handoff, the target counts for both centres, but for the off-boresight angle of the
+    /// passing group only.
+    #[test]
+    fn a_target_in_dwell_counts_for_both_orbits_and_one_boresight() {
+        let frames = frames(&load("tour/05-a-handoff", &[], 1));
+        let has_dwell =
+            |frame: &&Frame| frame.tracks.iter().any(|track| track.group.and(track.receiving_group).is_some());
+        let frame = frames.iter().find(has_dwell).unwrap();
+        let track = frame.tracks.iter().find(|track| track.group.and(track.receiving_group).is_some()).unwrap();
+        let target_position = position(Geometry::of(frame).matching.target_of(track).unwrap());
+        let geometry = Geometry::of(frame);
+        let positions_of =
+            |group: u32| on_orbit(&geometry.matching, group).map(|one| one.position()).collect::<Vec<_>>();
+        assert!(
+            [track.group, track.receiving_group].iter().all(|id| positions_of(id.unwrap()).contains(&target_position))
+        );
+        for group in &frame.groups {
+            let positions = positions_of(group.group);
+            let mean_m = |of: fn(&Position) -> f64| positions.iter().map(of).sum::<f64>() / positions.len() as f64;
+            let off = Position::from_m(mean_m(|at| at.x_m()), mean_m(|at| at.y_m())) - centre(group);
+            let mean = true_centre(CentreEstimate::Centroid, positions.iter().copied());
+            assert!((geometry.centre_error_m(group, mean).unwrap() - off.length_m()).abs() < 1e-9);
+        }
+        let receiving = |uav: &&UavRow| uav.group == track.receiving_group;
+        let uav = frame.uavs.iter().find(receiving).unwrap();
+        let mut without = frame.clone();
+        without.truth.retain(|truth| truth.target != track.target);
+        assert_eq!(geometry.off_boresight_rad(uav), Geometry::of(&without).off_boresight_rad(uav));
+    }
+
+    /// The estimated centre is that of all members: an error with respect to some of them would be meaningless.
+    /// Off-boresight angles use the members that exist, and are `None` if none exists.
+    #[test]
+    fn a_group_with_a_missing_member_has_no_centre_error() {
+        let mut frame = frames(&load("paper/table-2-pair", &[], 1)).swap_remove(100);
+        let (uav, group) = (frame.uavs[0], frame.groups[0]);
+        let estimated = Some(centre(&group));
+        assert_eq!(Geometry::of(&frame).centre_error_m(&group, estimated), Some(0.0));
+        let (gone, track) = (frame.truth.remove(0).target, frame.tracks[0]);
+        assert_eq!(gone, track.target);
+        let geometry = Geometry::of(&frame);
+        assert_eq!((geometry.centre_error_m(&group, estimated), geometry.position_error_m(&track)), (None, None));
+        assert!(geometry.off_boresight_rad(&uav).is_some() && geometry.position_error_m(&frame.tracks[1]).is_some());
+        frame.truth.clear();
+        assert_eq!(Geometry::of(&frame).off_boresight_rad(&uav), None);
+    }
+
+    /// The values of single frames are the terms of the metrics, to the bit.
+    #[test]
+    fn the_values_of_frames_give_the_metrics() {
+        let scenario = load("paper/figure-9", &[], 1);
+        let frames = frames(&scenario);
+        let (mut widest_deg, mut tracking_m, mut n) = (0.0f64, 0.0, 0.0);
+        for frame in &frames {
+            let geometry = Geometry::of(frame);
+            for group in &frame.groups {
+                for uav in frame.uavs.iter().filter(|uav| uav.group == Some(group.group)) {
+                    assert_eq!(group_of(frame, uav), Some(group));
+                    widest_deg = widest_deg.max(geometry.off_boresight_rad(uav).map_or(0.0, f64::to_degrees));
+                    (tracking_m, n) = (tracking_m + own_estimate_error_m(uav, group).abs(), n + 1.0);
+                }
+            }
+        }
+        let metrics = score(&config_of(&scenario.settings), &frames);
+        assert_eq!(metrics.off_boresight_max_deg, Some(widest_deg));
+        assert_eq!(metrics.standoff_error_own_estimate_m, Some(tracking_m / n));
+    }
+
+    #[test]
+    fn angle_differences_wrap_across_west() {
+        let mut frame = frames(&load("paper/table-2-pair", &[], 1)).swap_remove(100);
+        (frame.uavs[0].phase_rad, frame.uavs[1].phase_rad) = (Some(3.0), Some(-3.0));
+        assert!((phase_differences(&frame)[0].2 - (TAU - 6.0)).abs() < 1e-9);
+        let truth = TruthRow { x_m: 0.0, y_m: -1.0, ..frame.truth[0] };
+        (frame.truth, frame.tracks) = (vec![truth], vec![frame.tracks[0]]);
+        let uav = UavRow { x_m: 10.0, y_m: 0.0, boresight_rad: Some(3.0), ..frame.uavs[0] };
+        let off_rad = Geometry::of(&frame).off_boresight_rad(&uav).unwrap();
+        assert!((off_rad - (TAU - 6.0) / 2.0 - math::atan2(1.0, 10.0)).abs() < 1e-9);
+    }
+
+    #[test]
+    fn phase_differences_of_three_uavs_sum_to_a_full_turn() {
+        let mut frame = frames(&load("paper/table-2-pair", &[], 1)).swap_remove(100);
+        frame.uavs.push(UavRow { uav: 2, ..frame.uavs[0] });
+        frame.uavs.iter_mut().for_each(|row| row.phase_rad = Some(f64::from(row.uav) * 3.0));
+        let gaps = phase_differences(&frame);
+        assert!(gaps.len() == 3 && (gaps.iter().map(|gap| gap.2).sum::<f64>() - TAU).abs() < 1e-9);
+        frame.uavs[2].phase_rad = None;
+        assert!(phase_differences(&frame).is_empty());
+    }
+}
