@@ -3,8 +3,8 @@
 use std::fmt;
 use std::io::{self, BufReader};
 
-use serde::de::{DeserializeSeed, Error as _, IgnoredAny, MapAccess, SeqAccess, Visitor};
-use serde::{Deserialize, Deserializer};
+use serde::Deserializer;
+use serde::de::{DeserializeSeed, Error as _, IgnoredAny, MapAccess, SeqAccess, Unexpected, Visitor};
 use standoff_io::display_text::{printable, quoted};
 use standoff_io::text_source::{Fault, Position, Text, input_fault};
 
@@ -30,8 +30,8 @@ pub(crate) fn read(text: Text<'_>, before: Count) -> Result<Read, Fault> {
     let begin = text.position();
     let mut found = Found::after(before);
     let mut json = serde_json::Deserializer::from_reader(BufReader::new(text.in_one_piece()));
-    let whole = Seed(&mut found).deserialize(&mut json).and_then(|object| json.end().map(|()| object));
-    let object = whole.map_err(|error| fault(error, begin))?;
+    let whole = ObjectOrNull(&mut found).deserialize(&mut json).and_then(|object| json.end().map(|()| object));
+    let object = whole.map_err(|error| fault(error, begin))?.unwrap_or_default();
     object.emit_alone(&mut found).map_err(Fault::whole)?;
     if found.shapes.all.is_empty() {
         let message = "contains neither lines nor polygons; points are not shown";
@@ -163,24 +163,29 @@ fn width_m(tags: &[(String, String)]) -> Option<f64> {
     width_m.filter(|width_m| *width_m <= WIDTH_MAX_M)
 }
 
-struct Seed<'f>(&'f mut Found);
+/// An object, or null.
+struct ObjectOrNull<'f>(&'f mut Found);
 
-impl<'de> DeserializeSeed<'de> for Seed<'_> {
-    type Value = Object;
+impl<'de> DeserializeSeed<'de> for ObjectOrNull<'_> {
+    type Value = Option<Object>;
 
-    fn deserialize<D: Deserializer<'de>>(self, deserializer: D) -> Result<Object, D::Error> {
-        deserializer.deserialize_map(self)
+    fn deserialize<D: Deserializer<'de>>(self, deserializer: D) -> Result<Option<Object>, D::Error> {
+        deserializer.deserialize_any(self)
     }
 }
 
-impl<'de> Visitor<'de> for Seed<'_> {
-    type Value = Object;
+impl<'de> Visitor<'de> for ObjectOrNull<'_> {
+    type Value = Option<Object>;
 
     fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str("a GeoJSON object")
     }
 
-    fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> Result<Object, A::Error> {
+    fn visit_unit<E>(self) -> Result<Option<Object>, E> {
+        Ok(None)
+    }
+
+    fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> Result<Option<Object>, A::Error> {
         let found = self.0;
         let mut object = Object::default();
         while let Some(key) = map.next_key::<String>()? {
@@ -191,25 +196,27 @@ impl<'de> Visitor<'de> for Seed<'_> {
                         return Err(A::Error::custom("this is TopoJSON; must be GeoJSON: convert it"));
                     }
                 }
-                "features" => map.next_value_seed(Features(found))?,
-                "geometry" => object.geometry = map.next_value_seed(Maybe(found))?.map(Box::new),
-                "geometries" => object.geometries = map.next_value_seed(Many(found))?,
-                "coordinates" => object.coordinates = Some(map.next_value_seed(Coordinates(found))?),
-                "properties" => object.tags = map.next_value::<Tags>()?.0,
-                "crs" => check_crs(&map.next_value_seed(Under(&["properties", "name"]))?).map_err(A::Error::custom)?,
+                "features" => drop(map.next_value_seed(Objects { found, has_features: true })?),
+                "geometry" => object.geometry = map.next_value_seed(ObjectOrNull(found))?.map(Box::new),
+                "geometries" => object.geometries = map.next_value_seed(Objects { found, has_features: false })?,
+                "coordinates" => match map.next_value_seed(Coordinates(found))? {
+                    Part::Nest(nest) => object.coordinates = Some(nest),
+                    Part::Number(_) => return Err(A::Error::custom("coordinates must be a list")),
+                },
+                "properties" => object.tags = map.next_value_seed(Tags)?,
+                "crs" => check_crs(&map.next_value_seed(Word(&["properties", "name"]))?).map_err(A::Error::custom)?,
                 "id" | "@id" => {
-                    let Word(id) = map.next_value()?;
+                    let id = map.next_value_seed(Word(&[]))?;
                     found.is_of_openstreetmap |= ["node/", "way/", "relation/"].iter().any(|of| id.starts_with(of));
                 }
                 "copyright" | "attribution" | "generator" => {
-                    let Word(source) = map.next_value()?;
-                    let source = source.to_lowercase();
+                    let source = map.next_value_seed(Word(&[]))?.to_lowercase();
                     found.is_of_openstreetmap |= source.contains("openstreetmap") || source.contains("overpass");
                 }
                 _ => drop(map.next_value::<IgnoredAny>()?),
             }
         }
-        Ok(object)
+        Ok(Some(object))
     }
 }
 
@@ -221,67 +228,13 @@ fn check_crs(name: &str) -> Result<(), String> {
     Err(format!("crs = {}: must be WGS84 (EPSG:4326); save the file in that system", quoted(name)))
 }
 
-/// An object, or null.
-struct Maybe<'f>(&'f mut Found);
-
-impl<'de> DeserializeSeed<'de> for Maybe<'_> {
-    type Value = Option<Object>;
-
-    fn deserialize<D: Deserializer<'de>>(self, deserializer: D) -> Result<Option<Object>, D::Error> {
-        deserializer.deserialize_option(self)
-    }
+/// Features, each of which is processed immediately, or the geometries of a collection, which are returned.
+struct Objects<'f> {
+    found: &'f mut Found,
+    has_features: bool,
 }
 
-impl<'de> Visitor<'de> for Maybe<'_> {
-    type Value = Option<Object>;
-
-    fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str("a geometry or null")
-    }
-
-    fn visit_unit<E>(self) -> Result<Option<Object>, E> {
-        Ok(None)
-    }
-
-    fn visit_none<E>(self) -> Result<Option<Object>, E> {
-        Ok(None)
-    }
-
-    fn visit_some<D: Deserializer<'de>>(self, deserializer: D) -> Result<Option<Object>, D::Error> {
-        Seed(self.0).deserialize(deserializer).map(Some)
-    }
-}
-
-/// Features, each of which is processed immediately.
-struct Features<'f>(&'f mut Found);
-
-impl<'de> DeserializeSeed<'de> for Features<'_> {
-    type Value = ();
-
-    fn deserialize<D: Deserializer<'de>>(self, deserializer: D) -> Result<(), D::Error> {
-        deserializer.deserialize_seq(self)
-    }
-}
-
-impl<'de> Visitor<'de> for Features<'_> {
-    type Value = ();
-
-    fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str("a list of features")
-    }
-
-    fn visit_seq<A: SeqAccess<'de>>(self, mut seq: A) -> Result<(), A::Error> {
-        while let Some(feature) = seq.next_element_seed(Seed(&mut *self.0))? {
-            feature.emit_feature(self.0).map_err(A::Error::custom)?;
-        }
-        Ok(())
-    }
-}
-
-/// Geometries of a collection.
-struct Many<'f>(&'f mut Found);
-
-impl<'de> DeserializeSeed<'de> for Many<'_> {
+impl<'de> DeserializeSeed<'de> for Objects<'_> {
     type Value = Vec<Object>;
 
     fn deserialize<D: Deserializer<'de>>(self, deserializer: D) -> Result<Vec<Object>, D::Error> {
@@ -289,21 +242,27 @@ impl<'de> DeserializeSeed<'de> for Many<'_> {
     }
 }
 
-impl<'de> Visitor<'de> for Many<'_> {
+impl<'de> Visitor<'de> for Objects<'_> {
     type Value = Vec<Object>;
 
     fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str("a list of geometries")
+        f.write_str(if self.has_features { "a list of features" } else { "a list of geometries" })
     }
 
     fn visit_seq<A: SeqAccess<'de>>(self, mut seq: A) -> Result<Vec<Object>, A::Error> {
-        let mut all = Vec::new();
-        while let Some(geometry) = seq.next_element_seed(Seed(&mut *self.0))? {
-            self.0.read = self.0.read.with(1, 0).map_err(A::Error::custom)?;
-            // Only features have properties.
-            all.push(Object { tags: Vec::new(), ..geometry });
+        let Self { found, has_features } = self;
+        let mut geometries = Vec::new();
+        while let Some(object) = seq.next_element_seed(ObjectOrNull(&mut *found))? {
+            let object = object.ok_or_else(|| A::Error::invalid_type(Unexpected::Unit, &"a GeoJSON object"))?;
+            if has_features {
+                object.emit_feature(found).map_err(A::Error::custom)?;
+            } else {
+                found.read = found.read.with(1, 0).map_err(A::Error::custom)?;
+                // Only features have properties.
+                geometries.push(Object { tags: Vec::new(), ..object });
+            }
         }
-        Ok(all)
+        Ok(geometries)
     }
 }
 
@@ -323,28 +282,16 @@ impl Found {
     }
 }
 
-/// A position, or a list of elements one level deeper.
-struct Coordinates<'f>(&'f mut Found);
-
-impl<'de> DeserializeSeed<'de> for Coordinates<'_> {
-    type Value = Nest;
-
-    fn deserialize<D: Deserializer<'de>>(self, deserializer: D) -> Result<Nest, D::Error> {
-        match deserializer.deserialize_any(Deeper(self.0))? {
-            Part::Nest(nest) => Ok(nest),
-            Part::Number(_) => Err(D::Error::custom("coordinates must be a list")),
-        }
-    }
-}
-
+/// A number, or a position or list of such elements.
 enum Part {
     Number(f64),
     Nest(Nest),
 }
 
-struct Deeper<'f>(&'f mut Found);
+/// A position, or a list of elements one level deeper; within a position, a number.
+struct Coordinates<'f>(&'f mut Found);
 
-impl<'de> DeserializeSeed<'de> for Deeper<'_> {
+impl<'de> DeserializeSeed<'de> for Coordinates<'_> {
     type Value = Part;
 
     fn deserialize<D: Deserializer<'de>>(self, deserializer: D) -> Result<Part, D::Error> {
@@ -352,7 +299,7 @@ impl<'de> DeserializeSeed<'de> for Deeper<'_> {
     }
 }
 
-impl<'de> Visitor<'de> for Deeper<'_> {
+impl<'de> Visitor<'de> for Coordinates<'_> {
     type Value = Part;
 
     fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
@@ -374,7 +321,7 @@ impl<'de> Visitor<'de> for Deeper<'_> {
     fn visit_seq<A: SeqAccess<'de>>(self, mut seq: A) -> Result<Part, A::Error> {
         let found = self.0;
         let (mut numbers, mut count, mut list) = ([0.0; 2], 0, Vec::new());
-        while let Some(part) = seq.next_element_seed(Deeper(&mut *found))? {
+        while let Some(part) = seq.next_element_seed(Coordinates(&mut *found))? {
             match part {
                 Part::Number(_) if !list.is_empty() => {
                     return Err(A::Error::custom("a number among lists of coordinates"));
@@ -410,64 +357,54 @@ impl<'de> Visitor<'de> for Deeper<'_> {
 }
 
 /// Properties that define the feature class.
-#[derive(Default)]
-struct Tags(Vec<(String, String)>);
+struct Tags;
 
-impl<'de> Deserialize<'de> for Tags {
-    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        deserializer.deserialize_any(InTags)
+impl<'de> DeserializeSeed<'de> for Tags {
+    type Value = Vec<(String, String)>;
+
+    fn deserialize<D: Deserializer<'de>>(self, deserializer: D) -> Result<Self::Value, D::Error> {
+        deserializer.deserialize_any(self)
     }
 }
 
-struct InTags;
-
-impl<'de> Visitor<'de> for InTags {
-    type Value = Tags;
+impl<'de> Visitor<'de> for Tags {
+    type Value = Vec<(String, String)>;
 
     fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str("properties: an object or null")
     }
 
-    fn visit_unit<E>(self) -> Result<Tags, E> {
-        Ok(Tags::default())
+    fn visit_unit<E>(self) -> Result<Self::Value, E> {
+        Ok(Vec::new())
     }
 
-    fn visit_str<E>(self, _: &str) -> Result<Tags, E> {
-        Ok(Tags::default())
+    fn visit_str<E>(self, _: &str) -> Result<Self::Value, E> {
+        Ok(Vec::new())
     }
 
-    fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> Result<Tags, A::Error> {
+    fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> Result<Self::Value, A::Error> {
         let mut tags = Vec::new();
         while let Some(key) = map.next_key::<String>()? {
             if TAGS.contains(&key.as_str()) || ["lanes", "width"].contains(&key.as_str()) {
-                let Word(value) = map.next_value()?;
-                tags.push((key, value));
+                tags.push((key, map.next_value_seed(Word(&[]))?));
             } else if key == "tags" {
                 // Some converters of OpenStreetMap data nest them in this way.
-                tags.extend(map.next_value::<Tags>()?.0);
+                tags.extend(map.next_value_seed(Self)?);
             } else {
                 map.next_value::<IgnoredAny>()?;
             }
             // Repeated names add no information.
             tags.truncate(4 * TAGS.len());
         }
-        Ok(Tags(tags))
+        Ok(tags)
     }
 }
 
-/// Value as text, truncated to the maximum length; empty if it is not a scalar.
-struct Word(String);
+/// Value at a path of member names, as text, truncated to the maximum length; empty if it is not a scalar. Nothing else
+/// is stored, however large it is.
+struct Word<'n>(&'n [&'n str]);
 
-impl<'de> Deserialize<'de> for Word {
-    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        Under(&[]).deserialize(deserializer).map(Self)
-    }
-}
-
-/// Text at a path of member names. Nothing else is stored, however large it is.
-struct Under<'n>(&'n [&'n str]);
-
-impl Under<'_> {
+impl Word<'_> {
     fn word<E>(&self, word: &str) -> Result<String, E> {
         let end = (0..=MAX_WORD.min(word.len())).rev().find(|&end| word.is_char_boundary(end)).unwrap_or(0);
         let kept = if self.0.is_empty() { &word[..end] } else { "" };
@@ -475,7 +412,7 @@ impl Under<'_> {
     }
 }
 
-impl<'de> DeserializeSeed<'de> for Under<'_> {
+impl<'de> DeserializeSeed<'de> for Word<'_> {
     type Value = String;
 
     fn deserialize<D: Deserializer<'de>>(self, deserializer: D) -> Result<String, D::Error> {
@@ -483,7 +420,7 @@ impl<'de> DeserializeSeed<'de> for Under<'_> {
     }
 }
 
-impl<'de> Visitor<'de> for Under<'_> {
+impl<'de> Visitor<'de> for Word<'_> {
     type Value = String;
 
     fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
@@ -523,7 +460,7 @@ impl<'de> Visitor<'de> for Under<'_> {
         let mut word = String::new();
         while let Some(key) = map.next_key::<String>()? {
             match self.0 {
-                [name, rest @ ..] if key == *name => word = map.next_value_seed(Under(rest))?,
+                [name, rest @ ..] if key == *name => word = map.next_value_seed(Word(rest))?,
                 _ => drop(map.next_value::<IgnoredAny>()?),
             }
         }
