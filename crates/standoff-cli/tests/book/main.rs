@@ -122,8 +122,8 @@ fn follow(place: &str, block: &Block, folder: &Path, tally: &mut Tally) {
         tally.run += 1;
         let quoted = check_quoted(&typed.output, &printed);
         if status != Some(expected) || quoted.is_err() {
-            let why = quoted.err().unwrap_or_default();
-            tally.wrong.push(format!("{place}: {command}: exit status {status:?}: {why}\n{printed}"));
+            let why = quoted.err().unwrap_or(printed);
+            tally.wrong.push(format!("{place}: {command}: exit status {status:?}: {why}"));
         }
     }
 }

@@ -5,6 +5,8 @@ use std::path::Path;
 use std::process::{Child, Command, Stdio};
 use std::{env, fs};
 
+use snapbox::{Assert, IntoData};
+
 /// A command and the output that the page quotes.
 pub(crate) struct Typed {
     pub(crate) command: String,
@@ -79,44 +81,17 @@ fn serve(folder: &Path, command: &str) -> (Option<i32>, String) {
     (if status == Some(1) && is_cut_short { Some(0) } else { status }, printed)
 }
 
-/// Checks that the quoted lines were printed in this order; `...` matches any text within a line, or any number of
-/// lines.
+/// Checks that exactly the quoted lines were printed, if any are quoted; `...` matches any text within a line, or any
+/// number of lines.
 pub(crate) fn check_quoted(quoted: &[String], printed: &str) -> Result<(), String> {
-    let quoted = &quoted[..quoted.iter().rposition(|line| !line.is_empty()).map_or(0, |last| last + 1)];
-    let mut left = printed.lines().map(str::trim_end);
-    let mut skips = false;
-    for line in quoted {
-        if line == "..." {
-            skips = true;
-            continue;
-        }
-        let found = if skips {
-            left.any(|printed| is_like(line, printed))
-        } else {
-            left.next().is_some_and(|printed| is_like(line, printed))
-        };
-        if !found {
-            return Err(format!("not printed, or not at this place: {line}"));
-        }
-        skips = false;
+    let pattern = |line: &String| if line == "..." { line.clone() } else { line.replace("...", "[..]") };
+    let quoted = quoted.iter().map(pattern).collect::<Vec<_>>().join("\n");
+    if quoted.trim_end().is_empty() {
+        return Ok(());
     }
-    match left.find(|line| !line.is_empty()).filter(|_| !skips && !quoted.is_empty()) {
-        Some(more) => Err(format!("printed but not quoted: {more}")),
-        None => Ok(()),
-    }
-}
-
-fn is_like(quoted: &str, printed: &str) -> bool {
-    let Some((first, others)) = quoted.split_once("...") else { return quoted == printed };
-    let (middle, last) = others.rsplit_once("...").unwrap_or(("", others));
-    let Some(mut rest) = printed.strip_prefix(first).and_then(|rest| rest.strip_suffix(last)) else { return false };
-    middle.split("...").all(|part| match rest.find(part) {
-        Some(at) => {
-            rest = &rest[at + part.len()..];
-            true
-        }
-        None => false,
-    })
+    let printed = printed.lines().map(str::trim_end).collect::<Vec<_>>().join("\n");
+    let compared = Assert::new().try_eq(None, printed.trim_end().into_data(), quoted.trim_end().into_data());
+    compared.map_err(|error| error.to_string())
 }
 
 /// Copies a file of the repository to the folder in which a page's commands run.
