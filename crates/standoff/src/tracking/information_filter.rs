@@ -37,7 +37,7 @@ impl Contribution {
         z: &RangeBearingMeasurement,
         predicted: Position,
     ) -> Contribution {
-        let [contribution] = Self::from_measurements(sensor, [(uav, z, predicted)]);
+        let [contribution] = Self::from_measurements(sensor, [(uav, *z, predicted)]);
         contribution
     }
 
@@ -46,7 +46,7 @@ impl Contribution {
     #[inline]
     pub(crate) fn from_measurements<const N: usize>(
         sensor: &SensorParams,
-        measurements: [(Position, &RangeBearingMeasurement, Position); N],
+        measurements: [(Position, RangeBearingMeasurement, Position); N],
     ) -> [Contribution; N] {
         let targets_rel_uav = measurements.map(|(uav, _, predicted)| predicted - uav);
         let expected = sensor::measure_batch(targets_rel_uav);
@@ -419,8 +419,7 @@ mod tests {
         let measurements = [first, (second.0, second.1, at), third, fourth];
         let single =
             measurements.map(|(uav, z, predicted)| Contribution::from_measurement(&sensor(), uav, &z, predicted));
-        let batch = measurements.each_ref().map(|(uav, z, predicted)| (*uav, z, *predicted));
-        assert_eq!(Contribution::from_measurements(&sensor(), batch), single);
+        assert_eq!(Contribution::from_measurements(&sensor(), measurements), single);
         assert_eq!(single[1], Contribution::default());
         assert!(single[0].information.trace() > 0.0);
     }

@@ -104,16 +104,17 @@ impl Tracker {
         measured.resize(tracks.rows().len(), None);
         // In batches of four (SIMD). An incomplete batch is filled with copies of its last element.
         for batch in association.weighted.chunks(4) {
-            let four: [_; 4] = core::array::from_fn(|i| &batch[i.min(batch.len() - 1)]);
+            let four: [_; 4] = core::array::from_fn(|i| batch[i.min(batch.len() - 1)]);
             let contributions = Contribution::from_measurements(
                 scans.sensor,
-                four.map(|one| {
-                    let predicted = tracks.rows()[one.track_index].track().estimate().state.position();
-                    (one.detection.uav_position, &one.detection.measurement, predicted)
+                four.map(|(track_index, _, detection)| {
+                    let predicted = tracks.rows()[track_index].track().estimate().state.position();
+                    let (uav_position, measurement) = scans.measurement(detection);
+                    (uav_position, measurement, predicted)
                 }),
             );
-            for (one, contribution) in batch.iter().zip(contributions) {
-                *measured[one.track_index].get_or_insert_default() += contribution.weighted(one.weight);
+            for ((track_index, weight, _), contribution) in batch.iter().zip(contributions) {
+                *measured[*track_index].get_or_insert_default() += contribution.weighted(*weight);
             }
         }
     }
@@ -129,7 +130,7 @@ impl Tracker {
             while olds.next_if(|old| old.id < id).is_some() {}
             let old = olds.next_if(|old| old.id == id);
             if track.is_lost() {
-                let detections = association.unassociated_of(track.label);
+                let detections = association.unassociated_of(track.label, &input.scans);
                 let reacquired = Track::from_measurements(track.label, detections, input.params);
                 *track = reacquired.unwrap_or(*track);
             } else {
@@ -159,9 +160,10 @@ impl Tracker {
     /// Starts tracks from detections of targets that have none.
     fn start_unassociated<R: TrackRow>(&mut self, tracks: &mut TrackTable<R>, input: &TrackerInput) {
         let association = core::mem::take(&mut self.association);
-        for of_one_target in association.unassociated.chunk_by(|a, b| a.label == b.label) {
-            let label = of_one_target[0].label;
-            let detections = of_one_target.iter().map(|detection| (detection.uav_position, detection.measurement));
+        let scans = &input.scans;
+        for of_one_target in association.unassociated.chunk_by(|a, b| scans.label(*a) == scans.label(*b)) {
+            let label = scans.label(of_one_target[0]);
+            let detections = of_one_target.iter().map(|index| scans.measurement(*index));
             if tracks.by_label(label).is_none()
                 && let Some(track) = Track::from_measurements(label, detections, input.params)
             {
