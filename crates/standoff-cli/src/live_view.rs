@@ -43,7 +43,7 @@ impl ServeArgs {
     /// Serves a site until the returned server is dropped; calls `announce` with its address.
     pub(crate) fn serve(
         &self,
-        site: Arc<dyn Site>,
+        site: Site,
         announce: impl FnOnce(&str) -> Result<(), Failure>,
     ) -> Result<Server, Failure> {
         let listen = self.listen.unwrap_or((Ipv4Addr::LOCALHOST, 0).into());

@@ -2,7 +2,6 @@
 
 use std::io::{self, IsTerminal};
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
 
 use clap::Parser;
 use indicatif::{ProgressBar, ProgressStyle};
@@ -15,7 +14,7 @@ use standoff_sim::run::Mission;
 use standoff_sim::scenario::{Scenario, ScenarioTemplate};
 use standoff_view::replay::Line;
 use standoff_view::serve::{Bytes, Server};
-use standoff_view::site::RunSite;
+use standoff_view::site;
 
 use crate::live_view::{LiveReplay, Pace, ServeArgs, speed};
 use crate::maps::Maps;
@@ -161,7 +160,7 @@ impl Live {
             note(&format!("live view: {url}", url = url.trim_end()));
             Ok(())
         };
-        let server = args.served.serve(Arc::new(RunSite::new(replay.replay(), None)), announce)?;
+        let server = args.served.serve(site::of_runs(replay.replay(), None), announce)?;
         Ok(Self { replay, pace: Pace::new(args.speed), _server: server })
     }
 

@@ -1,7 +1,6 @@
 //! `standoff view`: shows runs in a browser.
 
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
 use std::thread;
 
 use clap::Parser;
@@ -14,7 +13,7 @@ use standoff_sim::monte_carlo::Results;
 use standoff_sim::run::Mission;
 use standoff_sim::scenario::{Scenario, Settings, built_in, built_in_like};
 use standoff_view::batch::Batch;
-use standoff_view::site::{BatchSite, RunSite};
+use standoff_view::site;
 
 use crate::live_view::{LiveReplay, ServeArgs};
 use crate::maps::Maps;
@@ -78,9 +77,9 @@ fn run(what: &Path, args: &Args) -> Result<Shown, Failure> {
 
 /// Serves one or two runs; the page shows them while they are still being flown or read.
 fn show(first: Shown, second: Option<Shown>, args: &Args) -> Result<(), Failure> {
-    let site = RunSite::new(first.live.replay(), second.as_ref().map(|shown| shown.live.replay()));
+    let site = site::of_runs(first.live.replay(), second.as_ref().map(|shown| shown.live.replay()));
     let interruption = Interruption::install()?;
-    let server = args.served.serve(Arc::new(site), print)?;
+    let server = args.served.serve(site, print)?;
     note("Press Ctrl-C to stop.");
     let begin = |shown: Shown| {
         let work = move || (shown.work)(shown.live).map_err(|failure| report_failure(&failure));
@@ -123,8 +122,8 @@ fn batches(dirs: &[&Path], args: &Args) -> Result<(), Failure> {
         Some(replay)
     };
     let interruption = Interruption::install()?;
-    let site = BatchSite::new(&batch, fly).map_err(Failure::running)?;
-    let _server = args.served.serve(Arc::new(site), print)?;
+    let site = site::of_batch(&batch, fly).map_err(Failure::running)?;
+    let _server = args.served.serve(site, print)?;
     note("Press Ctrl-C to stop.");
     interruption.wait(None);
     Ok(())

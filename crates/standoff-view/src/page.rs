@@ -3,12 +3,13 @@
 //! The sources of the pages are plain scripts in `page/`, without a build step. `build.rs` extracts the chart script
 //! from the `plotly` crate.
 
+use axum::routing::get;
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD as BASE64;
 
 use crate::batch::Batch;
 use crate::replay::{Head, Part, gzip};
-use crate::serve::{Bytes, Resource};
+use crate::serve::{Bytes, Resource, Site};
 
 /// Script of the pages. Its files share one scope.
 const SCRIPT: &str = concat!(
@@ -88,19 +89,20 @@ fn served(body: &str, bases: &str) -> Resource {
          <link rel=\"stylesheet\" href=\"/page.css\">\n\
          <script src=\"/page.js\" defer></script>\n</head>\n<body data-bases=\"{bases}\">\n{body}</body>\n</html>\n"
     );
-    Resource { kind: "text/html; charset=utf-8", body: page.into(), gzip: false, immutable: false }
+    Resource { kind: "text/html; charset=utf-8", body: page.into(), gzip: false }
 }
 
-/// Style sheet and scripts of the pages; `None` if `path` is none of them.
-pub(crate) fn asset(path: &str) -> Option<Resource> {
-    let (kind, body, gzip) = match path {
-        "/page.css" => ("text/css; charset=utf-8", STYLE.as_bytes(), false),
-        "/page.js" => ("text/javascript; charset=utf-8", SCRIPT.as_bytes(), false),
-        "/plotly.js" => ("text/javascript; charset=utf-8", CHARTS, true),
-        _ => return None,
-    };
-    // Browsers must not cache: another version of standoff may use the same address later.
-    Some(Resource { kind, body: Bytes::from_static(body), gzip, immutable: false })
+/// Makes a site of a page with its style sheet and scripts.
+pub(crate) fn site(page: Resource) -> Site {
+    let assets = [
+        ("/page.css", "text/css; charset=utf-8", STYLE.as_bytes(), false),
+        ("/page.js", "text/javascript; charset=utf-8", SCRIPT.as_bytes(), false),
+        ("/plotly.js", "text/javascript; charset=utf-8", CHARTS, true),
+    ];
+    assets.into_iter().fold(Site::new().route("/", get(async || page)), |site, (path, kind, body, gzip)| {
+        let asset = Resource { kind, body: Bytes::from_static(body), gzip };
+        site.route(path, get(async || asset))
+    })
 }
 
 /// Makes the replay page of a run as one file that opens from disk without a network.

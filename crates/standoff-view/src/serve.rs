@@ -2,7 +2,7 @@
 //!
 //! A [`Site`] provides the contents. This module makes serving safe: it filters requests (`request_filter`), adds
 //! security headers to every response (`response`), and enforces [`Limits`], so that slow, silent or many clients
-//! cannot block others or use unbounded resources.
+//! cannot block others or use unbounded resources. `axum::serve` has no limits; its routes are served by hyper instead.
 
 mod connection;
 #[cfg(test)]
@@ -11,18 +11,17 @@ mod limits;
 mod live_feed;
 mod request_filter;
 mod response;
-mod site;
+mod state;
 
 use std::io;
 use std::net::SocketAddr;
-use std::sync::Arc;
 use std::thread;
 
-use connection::ServerState;
-pub use hyper::body::Bytes;
+pub use axum::body::Bytes;
 pub use limits::Limits;
 pub use live_feed::Feed;
-pub use site::{Resource, Site};
+pub use response::{NOT_FOUND, Refusal, Resource};
+pub use state::{ServerState, Site};
 use tokio::net::TcpSocket;
 use tokio::sync::watch;
 
@@ -34,20 +33,12 @@ const BACKLOG: u32 = 128;
 /// ```
 /// use std::io::{Read, Write};
 /// use std::net::TcpStream;
-/// use std::sync::Arc;
 ///
-/// use standoff_view::serve::{Resource, Limits, Server, Site};
+/// use axum::routing::get;
+/// use standoff_view::serve::{Limits, Server, Site};
 ///
-/// struct Hello;
-///
-/// impl Site for Hello {
-///     fn get(&self, path: &str) -> Option<Resource> {
-///         let body = "hello".into();
-///         (path == "/").then_some(Resource { kind: "text/plain", body, gzip: false, immutable: false })
-///     }
-/// }
-///
-/// let server = Server::bind("127.0.0.1:0".parse()?, Arc::new(Hello), Limits::default())?;
+/// let site = Site::new().route("/", get(async || "hello"));
+/// let server = Server::bind("127.0.0.1:0".parse()?, site, Limits::default())?;
 /// let mut stream = TcpStream::connect(server.address())?;
 /// write!(stream, "GET / HTTP/1.1\r\nHost: {}\r\nConnection: close\r\n\r\n", server.address())?;
 /// let mut answer = String::new();
@@ -69,7 +60,7 @@ impl Server {
     /// Every client that can reach the address can read the site, including other machines unless it is a loopback
     /// address. The host of a request must be `localhost`, a loopback address or the bound address, with the bound
     /// port. If `address` is `0.0.0.0` or `[::]`, the host may be any IP address, but no other name.
-    pub fn bind(address: SocketAddr, site: Arc<dyn Site>, limits: Limits) -> io::Result<Self> {
+    pub fn bind(address: SocketAddr, site: Site, limits: Limits) -> io::Result<Self> {
         let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build()?;
         let listener = {
             let _within = runtime.enter();
@@ -84,9 +75,9 @@ impl Server {
         };
         let address = listener.local_addr()?;
         let (stop, stopped) = watch::channel(());
-        let state = ServerState::new(site, address, limits, stopped);
-        // When the server stops, calls of the site in progress are not awaited.
-        let serve = move || runtime.block_on(connection::serve(listener, state));
+        let state = ServerState::new(address, limits, stopped);
+        // When the server stops, calls in progress are not awaited.
+        let serve = move || runtime.block_on(connection::serve(listener, state.guard(site), state));
         let thread = thread::Builder::new().name("server".into()).spawn(serve);
         let thread = thread.map_err(|reason| {
             let what = format!("cannot start a thread: {reason}; close other programs, or raise the limit (ulimit -u)");

@@ -86,10 +86,10 @@ impl Replay {
     pub fn get(&self, path: &str) -> Option<Resource> {
         let state = self.lock();
         if path == "head.json" {
-            return Some(Resource { kind: JSON, body: state.head.clone(), gzip: true, immutable: false });
+            return Some(Resource { kind: JSON, body: state.head.clone(), gzip: true });
         }
         if path == "map.json" {
-            return state.map.clone().map(|body| Resource { kind: JSON, body, gzip: true, immutable: false });
+            return state.map.clone().map(|body| Resource { kind: JSON, body, gzip: true });
         }
         let (block, number) = path.split_once('/')?;
         let number: usize = number.parse().ok()?;
@@ -102,8 +102,7 @@ impl Replay {
             "team-states" => part.team_states.as_ref()?,
             _ => return None,
         };
-        // Browsers must not cache: another run may be served at the same address later.
-        Some(Resource { kind: BYTES, body: body.clone(), gzip: true, immutable: false })
+        Some(Resource { kind: BYTES, body: body.clone(), gzip: true })
     }
 
     /// Locks the contents. A poisoned lock is safe: every change is a single assignment or push.

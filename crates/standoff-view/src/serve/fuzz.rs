@@ -4,12 +4,13 @@ use std::panic::{AssertUnwindSafe, RefUnwindSafe};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 
+use axum::extract::{Path, Request, State};
+use axum::routing::get;
 use tokio::io::{AsyncReadExt, AsyncWriteExt, duplex};
 use tokio::runtime::Runtime;
 use tokio::sync::watch;
 
-use super::connection::ServerState;
-use super::{Bytes, Feed, Limits, Resource, Site, connection, live_feed};
+use super::{Bytes, Feed, Limits, NOT_FOUND, Resource, ServerState, Site, connection, live_feed};
 
 /// Number of inputs in a normal test run; `BOLERO_RANDOM_ITERATIONS` overrides it.
 const ITERATIONS: usize = 5_000;
@@ -82,22 +83,12 @@ const FRAMES: [&[u8]; 20] = [
     b"\xff",
 ];
 
-struct Small(Feed);
-
-impl Site for Small {
-    fn get(&self, path: &str) -> Option<Resource> {
-        assert!(path.starts_with('/') && !path.contains("/../") && !path.chars().any(char::is_control), "{path:?}");
-        (path == "/").then(|| Resource {
-            kind: "text/html",
-            body: Bytes::from_static(b"page"),
-            gzip: false,
-            immutable: false,
-        })
-    }
-
-    fn feed(&self, path: &str) -> Option<Feed> {
-        (path == "/feed").then(|| self.0.clone())
-    }
+/// A site with one path of every kind.
+fn site(feed: Feed) -> Site {
+    let page = || Resource { kind: "text/html", body: Bytes::from_static(b"page"), gzip: false };
+    let follow = async move |State(server): State<Arc<ServerState>>, request: Request| server.follow(&feed, request);
+    let file = async |Path(file): Path<String>| if file == "page.js" { Ok(file) } else { Err(NOT_FOUND) };
+    Site::new().route("/", get(async move || page())).route("/feed", get(follow)).route("/{*file}", get(file))
 }
 
 /// Runs a target like those of the simulator: random choices select pieces and damage some of them.
@@ -141,11 +132,11 @@ fn any_head_is_answered_or_refused() {
     run("server head", &HEAD.map(str::as_bytes), &starts, |input| {
         runtime.block_on(async {
             let (_stop, stopped) = watch::channel(());
-            let site = Arc::new(Small(Feed::new("state".into())));
-            let state = ServerState::new(site, ([127, 0, 0, 1], 8080).into(), Limits::default(), stopped);
+            let state = ServerState::new(([127, 0, 0, 1], 8080).into(), Limits::default(), stopped);
+            let site = state.guard(site(Feed::new("state".into())));
             let slot = state.slot().await;
             let (mut client, server) = duplex(64 << 10);
-            let served = tokio::spawn(connection::serve_connection(server, state, slot));
+            let served = tokio::spawn(connection::serve_connection(server, site, state, slot));
             client.write_all(input).await.unwrap();
             let mut answer = Vec::new();
             client.read_to_end(&mut answer).await.unwrap();
@@ -167,7 +158,7 @@ fn any_message_is_ignored_or_ends_its_web_socket() {
             let (mut client, server) = duplex(64 << 10);
             client.write_all(input).await.unwrap();
             let mut received = Vec::new();
-            let send = live_feed::serve_feed(server, feed.follow(), &limits, stopped);
+            let send = live_feed::serve_feed(server, feed.subscribe(), &limits, stopped);
             let ((), read) = tokio::join!(send, client.read_to_end(&mut received));
             read.unwrap();
             assert!(received.len() < 4 << 10, "{} bytes", received.len());

@@ -9,7 +9,7 @@ pub struct Limits {
     pub connections: usize,
     /// Maximum number of WebSockets among them; further ones get status 503.
     pub web_sockets: usize,
-    /// Maximum number of simultaneous calls of [`Site::get`](super::Site::get); further ones wait.
+    /// Maximum number of simultaneous calls of [`ServerState::call`](super::ServerState::call); further ones wait.
     pub calls: usize,
     /// Maximum size of a request head, bytes.
     pub head_bytes: usize,

@@ -31,7 +31,7 @@ impl Feed {
         self.0.receiver_count()
     }
 
-    pub(super) fn follow(&self) -> watch::Receiver<Utf8Bytes> {
+    pub(super) fn subscribe(&self) -> watch::Receiver<Utf8Bytes> {
         self.0.subscribe()
     }
 }

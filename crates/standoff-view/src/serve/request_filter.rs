@@ -6,12 +6,15 @@
 
 use std::net::{IpAddr, SocketAddr};
 
-use hyper::body::Body;
-use hyper::header::{self, HeaderName};
-use hyper::{HeaderMap, Method, Request, StatusCode};
+use axum::body::HttpBody;
+use axum::extract::Request;
+use axum::http::header::{self, HeaderMap, HeaderName};
+use axum::http::status::StatusCode;
 
-/// Returns status and message if a request must be refused. The message contains nothing of the request.
-pub(super) fn refuse<B: Body>(request: &Request<B>, bound: SocketAddr) -> Option<(StatusCode, &'static str)> {
+use super::response::Refusal;
+
+/// Returns the response if a request must be refused. It contains nothing of the request.
+pub(super) fn refuse(request: &Request, bound: SocketAddr) -> Option<Refusal> {
     let headers = request.headers();
     // A request target with an authority is meant for a proxy.
     let host = sole(headers, &header::HOST).filter(|_| request.uri().authority().is_none());
@@ -30,9 +33,6 @@ pub(super) fn refuse<B: Body>(request: &Request<B>, bound: SocketAddr) -> Option
             StatusCode::FORBIDDEN,
             "Requests from links on other sites are refused. Enter this address in the address bar of the browser.\n",
         ));
-    }
-    if ![Method::GET, Method::HEAD].contains(request.method()) {
-        return Some((StatusCode::METHOD_NOT_ALLOWED, "Only GET and HEAD requests are allowed.\n"));
     }
     if !request.body().is_end_stream() {
         return Some((StatusCode::BAD_REQUEST, "Requests with a body are refused.\n"));

@@ -2,22 +2,22 @@
 
 use std::io::{self, Cursor, Read};
 
+use axum::body::{Body, Bytes, to_bytes};
+use axum::http::header::{self, HeaderMap, HeaderName, HeaderValue};
+use axum::http::status::StatusCode;
+use axum::response::{IntoResponse, Response};
 use flate2::bufread::MultiGzDecoder;
-use futures_util::stream::{Iter, iter};
-use http_body_util::{Either, Full, StreamBody};
-use hyper::body::{Bytes, Frame};
-use hyper::header::{self, HeaderName, HeaderValue};
-use hyper::{HeaderMap, Response, StatusCode};
-
-use super::site::Resource;
+use futures_util::stream::iter;
 
 /// Content security policy of pages: only scripts, styles (including those set by scripts), images and feeds of this
 /// site.
 const CONTENT_SECURITY_POLICY: &str = "default-src 'none'; script-src 'self'; style-src 'self' 'unsafe-inline'; \
     img-src 'self' data: blob:; connect-src 'self'; base-uri 'none'; form-action 'none'; frame-ancestors 'none'";
 
-/// Headers of every response: the browser runs only contents of the site and passes nothing to other origins.
-const COMMON_HEADERS: [(HeaderName, &str); 5] = [
+/// Headers of every response: the browser runs only contents of the site and passes nothing to other origins. It must
+/// not cache, because another run or another version of standoff may use the same address later.
+const COMMON_HEADERS: [(HeaderName, &str); 6] = [
+    (header::CACHE_CONTROL, "no-store"),
     (header::CONTENT_SECURITY_POLICY, CONTENT_SECURITY_POLICY),
     (header::X_CONTENT_TYPE_OPTIONS, "nosniff"),
     (header::REFERRER_POLICY, "no-referrer"),
@@ -28,17 +28,39 @@ const COMMON_HEADERS: [(HeaderName, &str); 5] = [
 /// Size of the pieces in which decompressed content is sent, bytes; the memory used for a client without gzip support.
 const PIECE_BYTES: usize = 64 * 1024;
 
-/// A response as it is sent.
-pub(super) type HttpResponse = Response<Content>;
+/// A response without content: its status, and a sentence for the user.
+pub type Refusal = (StatusCode, &'static str);
 
-/// Body of a response: bytes sent unchanged, or gzip data that is decompressed while it is sent.
-pub(super) type Content = Either<Full<Bytes>, StreamBody<Iter<Inflated>>>;
+/// The response if a site has no content at a path.
+pub const NOT_FOUND: Refusal = (StatusCode::NOT_FOUND, "This address does not exist.\n");
+
+/// The response after a panic.
+pub(super) const INTERNAL_ERROR: Refusal =
+    (StatusCode::INTERNAL_SERVER_ERROR, "Internal error: see the terminal of the program for details.\n");
+
+/// Content at a path.
+#[derive(Debug, Clone)]
+pub struct Resource {
+    /// Content type, such as `text/html; charset=utf-8`.
+    pub kind: &'static str,
+    /// Bytes, shared between all responses that are sending them.
+    pub body: Bytes,
+    /// True if `body` is the gzip-compressed content. It is decompressed for clients without gzip support.
+    pub gzip: bool,
+}
+
+impl IntoResponse for Resource {
+    fn into_response(self) -> Response {
+        let packed = [(header::CONTENT_ENCODING, "gzip"), (header::VARY, "accept-encoding")];
+        ([(header::CONTENT_TYPE, self.kind)], self.gzip.then_some(packed), self.body).into_response()
+    }
+}
 
 /// Decompressed content of gzip data, in pieces.
-pub(super) struct Inflated(Box<MultiGzDecoder<Cursor<Bytes>>>);
+struct Inflated(MultiGzDecoder<Cursor<Bytes>>);
 
 impl Iterator for Inflated {
-    type Item = io::Result<Frame<Bytes>>;
+    type Item = io::Result<Bytes>;
 
     fn next(&mut self) -> Option<Self::Item> {
         let mut piece = vec![0; PIECE_BYTES];
@@ -46,57 +68,24 @@ impl Iterator for Inflated {
             Ok(0) => None,
             Ok(length) => {
                 piece.truncate(length);
-                Some(Ok(Frame::data(piece.into())))
+                Some(Ok(piece.into()))
             }
             Err(reason) => Some(Err(reason)),
         }
     }
 }
 
-/// Makes the response for an answer of the site. `takes_gzip`: whether the client supports gzip.
-pub(super) fn content(answer: Resource, takes_gzip: bool) -> HttpResponse {
-    let body = if answer.gzip && !takes_gzip {
-        let inflated = Inflated(Box::new(MultiGzDecoder::new(Cursor::new(answer.body))));
-        Either::Right(StreamBody::new(iter(inflated)))
-    } else {
-        Either::Left(answer.body.into())
-    };
-    let mut reply = Response::new(body);
-    let headers = reply.headers_mut();
-    headers.insert(header::CONTENT_TYPE, HeaderValue::from_static(answer.kind));
-    let keep = if answer.immutable { "private, max-age=31536000, immutable" } else { "no-store" };
-    headers.insert(header::CACHE_CONTROL, HeaderValue::from_static(keep));
-    if answer.gzip {
-        headers.insert(header::VARY, HeaderValue::from_static("accept-encoding"));
+/// Completes a response: adds the common headers, and decompresses the content unless the client `takes_gzip`.
+pub(super) async fn complete(mut response: Response, takes_gzip: bool) -> Response {
+    let headers = response.headers_mut();
+    headers.extend(COMMON_HEADERS.map(|(name, value)| (name, HeaderValue::from_static(value))));
+    if takes_gzip || headers.remove(header::CONTENT_ENCODING).is_none() {
+        return response;
     }
-    if answer.gzip && takes_gzip {
-        headers.insert(header::CONTENT_ENCODING, HeaderValue::from_static("gzip"));
-    }
-    reply
-}
-
-/// Makes a plain-text response.
-pub(super) fn text(status: StatusCode, sentence: &'static str) -> HttpResponse {
-    let body = Bytes::from_static(sentence.as_bytes());
-    let mut reply = content(Resource { kind: "text/plain; charset=utf-8", body, gzip: false, immutable: false }, true);
-    *reply.status_mut() = status;
-    reply
-}
-
-/// Makes the response to a refused request and closes the connection after it.
-pub(super) fn refusal(status: StatusCode, why: &'static str) -> HttpResponse {
-    let mut reply = text(status, why);
-    reply.headers_mut().insert(header::CONNECTION, HeaderValue::from_static("close"));
-    if status == StatusCode::METHOD_NOT_ALLOWED {
-        reply.headers_mut().insert(header::ALLOW, HeaderValue::from_static("GET, HEAD"));
-    }
-    reply
-}
-
-/// Adds the headers of every response.
-pub(super) fn add_common_headers(mut reply: HttpResponse) -> HttpResponse {
-    reply.headers_mut().extend(COMMON_HEADERS.map(|(name, value)| (name, HeaderValue::from_static(value))));
-    reply
+    let (parts, body) = response.into_parts();
+    // The bytes of a `Resource`, not a copy; reading them from memory cannot fail.
+    let gzip = to_bytes(body, usize::MAX).await.unwrap_or_default();
+    Response::from_parts(parts, Body::from_stream(iter(Inflated(MultiGzDecoder::new(Cursor::new(gzip))))))
 }
 
 /// Returns true if the client supports gzip: Accept-Encoding contains `gzip` or, without it, `*`, with a weight above
@@ -117,51 +106,9 @@ pub(super) fn takes_gzip(headers: &HeaderMap) -> bool {
     anything
 }
 
-/// Percent-decodes a path. Returns `None` if it is not UTF-8, or contains control characters, backslashes, `.` or `..`
-/// segments.
-pub(super) fn decode(path: &str) -> Option<String> {
-    let mut plain = Vec::with_capacity(path.len());
-    let mut bytes = path.bytes();
-    while let Some(byte) = bytes.next() {
-        let mut digit = || char::from(bytes.next()?).to_digit(16);
-        plain.push(if byte == b'%' { (16 * digit()? + digit()?) as u8 } else { byte });
-    }
-    let plain = String::from_utf8(plain).ok()?;
-    let climbs = plain.split('/').any(|part| part == "." || part == "..");
-    (plain.starts_with('/') && !climbs && !plain.contains(|c: char| c.is_control() || c == '\\')).then_some(plain)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn paths_are_decoded_once_and_dot_segments_are_rejected() {
-        for (sent, meant) in
-            [("/", "/"), ("/a%20b/%C3%A9.js", "/a b/é.js"), ("/%2525", "/%25"), ("/a..b/...", "/a..b/...")]
-        {
-            assert_eq!(decode(sent).as_deref(), Some(meant), "{sent}");
-        }
-        for sent in [
-            "",
-            "*",
-            "a",
-            "/%",
-            "/%4",
-            "/%zz",
-            "/%+1",
-            "/%ff",
-            "/../x",
-            "/a/%2e%2e/x",
-            "/a%2f..%2fx",
-            "/.",
-            "/a%5cb",
-            "/%00",
-            "/%0d%0a",
-        ] {
-            assert_eq!(decode(sent), None, "{sent}");
-        }
-    }
 
     #[test]
     fn gzip_is_sent_only_to_clients_that_accept_it() {
