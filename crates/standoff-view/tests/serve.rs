@@ -305,6 +305,7 @@ fn only_get_and_head_without_a_body_are_allowed() {
     for method in ["POST", "PUT", "DELETE", "OPTIONS", "TRACE", "PATCH", "PROPFIND"] {
         let reply = ask(at, &format!("{method} /"), &["Host: HOST"]);
         assert_eq!((reply.status, reply.headers["allow"].as_str()), (405, "GET,HEAD"), "{method}");
+        assert_eq!(reply.body, b"Only GET and HEAD requests are allowed.\n", "{method}");
     }
     assert_eq!(ask(at, "GET /", &["Host: HOST", "Content-Length: 1000000000"]).status, 400);
     let head = ask(at, "HEAD /", &["Host: HOST"]);

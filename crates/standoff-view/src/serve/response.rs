@@ -34,6 +34,9 @@ pub type Refusal = (StatusCode, &'static str);
 /// The response if a site has no content at a path.
 pub const NOT_FOUND: Refusal = (StatusCode::NOT_FOUND, "This address does not exist.\n");
 
+/// The response if a path has content, but not for the method of the request.
+pub(super) const NOT_ALLOWED: Refusal = (StatusCode::METHOD_NOT_ALLOWED, "Only GET and HEAD requests are allowed.\n");
+
 /// The response after a panic.
 pub(super) const INTERNAL_ERROR: Refusal =
     (StatusCode::INTERNAL_SERVER_ERROR, "Internal error: see the terminal of the program for details.\n");

@@ -20,13 +20,13 @@ use tokio_tungstenite::tungstenite::handshake::server::create_response;
 use super::limits::Limits;
 use super::live_feed::{self, Feed};
 use super::request_filter;
-use super::response::{self, INTERNAL_ERROR, NOT_FOUND, Refusal};
+use super::response::{self, INTERNAL_ERROR, NOT_ALLOWED, NOT_FOUND, Refusal};
 
 /// Panic message for a closed semaphore, which cannot occur.
 const NEVER_CLOSED: &str = "the semaphores of the server are never closed";
 
-/// Contents of a server: routes, whose handlers run on the server's thread and must be fast. Slow work belongs into
-/// [`ServerState::call`].
+/// Contents of a server: routes. Other paths have status 404. Handlers run on the server's thread and must be fast; slow
+/// work needs [`ServerState::call`]. A panic results in a response with status 500.
 pub type Site = Router<Arc<ServerState>>;
 
 /// State of a running server.
@@ -61,12 +61,12 @@ impl ServerState {
 
     /// Completes a site for connections: with the filter for requests and the headers of responses.
     pub(super) fn guard(self: &Arc<Self>, site: Site) -> Router {
-        let site = site.fallback(async || NOT_FOUND);
+        let site = site.fallback(async || NOT_FOUND).method_not_allowed_fallback(async || NOT_ALLOWED);
         site.layer(from_fn_with_state(self.clone(), answer)).with_state(self.clone())
     }
 
-    /// Runs work that may take seconds on a separate thread, at most [`Limits::calls`] at a time. A panic results in a
-    /// response with status 500.
+    /// Runs work that may take seconds on a separate thread, at most [`Limits::calls`] at a time. Returns status 500
+    /// after a panic, and status 503 if no thread can be started.
     pub async fn call<T: Send + 'static>(&self, work: impl FnOnce() -> T + Send + 'static) -> Result<T, Refusal> {
         let turn = self.calls.clone().acquire_owned().await.expect(NEVER_CLOSED);
         let (give, result) = oneshot::channel();
@@ -85,6 +85,8 @@ impl ServerState {
     }
 
     /// Answers a request for a WebSocket that receives a feed: its text is sent immediately and after every change.
+    /// Returns status 400 if the request is not a valid handshake, and status 503 if there are too many WebSockets.
+    // axum's own WebSocket does not give access to its connection, which `serve_feed` needs for an orderly end.
     pub fn follow(self: &Arc<Self>, feed: &Feed, mut request: Request) -> Response {
         let slot = request.extensions_mut().remove::<Arc<OwnedSemaphorePermit>>();
         let upgraded = hyper::upgrade::on(&mut request);
