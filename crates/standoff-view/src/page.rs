@@ -60,8 +60,8 @@ const SCRIPT: &str = concat!(
 const STYLE: &str = include_str!("../page/style.css");
 const REPLAY: &str = include_str!("../page/replay.html");
 const BATCH: &str = include_str!("../page/batch.html");
-/// Chart script (plotly.js), gzipped.
-const CHARTS: &[u8] = include_bytes!(concat!(env!("OUT_DIR"), "/plotly.js.gz"));
+/// Chart script (plotly.js), gzipped. A constant could be in the program twice.
+static CHARTS: &[u8] = include_bytes!(concat!(env!("OUT_DIR"), "/plotly.js.gz"));
 
 /// Decompresses the page script and runs it. It is the only script of a report in plain text.
 const START: &str = include_str!("../page/boot.js");
