@@ -2,10 +2,10 @@
 //!
 //! `cargo run -p standoff-io --example autopilot`
 
-use standoff::{ParamError, Position};
-use standoff_io::geodesy::LocalPlane;
+use standoff::Position;
+use standoff_io::geodesy::{GeodesyError, LocalPlane};
 
-fn main() -> Result<(), ParamError> {
+fn main() -> Result<(), GeodesyError> {
     // MAVLink's GLOBAL_POSITION_INT uses units of 1e-7 degrees.
     let (home, now) = ([474_000_000, 85_000_000], [474_012_345, 84_987_654]);
     let degrees = |mavlink: i32| f64::from(mavlink) * 1e-7;

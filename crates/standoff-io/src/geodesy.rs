@@ -13,13 +13,13 @@
 //! assert!((vehicle.x_m() - 79.53).abs() < 0.01 && (vehicle.y_m() - 111.12).abs() < 0.01);
 //! let [latitude_deg, longitude_deg] = plane.degrees_at(vehicle)?;
 //! assert!((latitude_deg - 44.501).abs() < 1e-9 && (longitude_deg - 11.301).abs() < 1e-9);
-//! # Ok::<(), standoff::ParamError>(())
+//! # Ok::<(), standoff_io::geodesy::GeodesyError>(())
 //! ```
 
 use map_3d::Ellipsoid::WGS84;
 use map_3d::{enu2geodetic, geodetic2enu};
 use serde::{Deserialize, Serialize};
-use standoff::{Allowed, Displacement, ParamError, Position};
+use standoff::Position;
 
 /// Maximum distance from the origin, m. Further away, a plane is not a usable map of the Earth.
 pub const FURTHEST_M: f64 = 1e6;
@@ -50,9 +50,20 @@ pub struct Origin {
 
 impl Origin {
     /// Returns the plane. Fails if the origin is not a valid position.
-    pub fn plane(self) -> Result<LocalPlane, ParamError> {
+    pub fn plane(self) -> Result<LocalPlane, GeodesyError> {
         LocalPlane::about(self.latitude_deg, self.longitude_deg)
     }
+}
+
+/// A coordinate outside the range in which it can be converted.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[error("{name} = {value}: must be at least {min} and at most {max}")]
+pub struct GeodesyError {
+    name: &'static str,
+    /// The given value: degrees, or a distance in metres.
+    pub value: f64,
+    min: f64,
+    max: f64,
 }
 
 /// The plane that touches the WGS84 ellipsoid at an origin; x is east, y is north.
@@ -65,24 +76,25 @@ pub struct LocalPlane {
 impl LocalPlane {
     /// Creates the plane around an origin: degrees north in [-90, 90], degrees east in [-180, 180]. Fails outside these
     /// ranges.
-    pub fn about(latitude_deg: f64, longitude_deg: f64) -> Result<Self, ParamError> {
+    pub fn about(latitude_deg: f64, longitude_deg: f64) -> Result<Self, GeodesyError> {
         let [latitude_rad, longitude_rad] = radians(latitude_deg, longitude_deg)?;
         Ok(Self { latitude_rad, longitude_rad })
     }
 
     /// Converts latitude and longitude to a position in the plane: degrees north in [-90, 90], degrees east in [-180,
     /// 180]. Fails outside these ranges, and at a straight-line distance of more than [`FURTHEST_M`] from the origin.
-    pub fn position(&self, latitude_deg: f64, longitude_deg: f64) -> Result<Position, ParamError> {
+    pub fn position(&self, latitude_deg: f64, longitude_deg: f64) -> Result<Position, GeodesyError> {
         let [lat, lon] = radians(latitude_deg, longitude_deg)?;
         let (east_m, north_m, up_m) = geodetic2enu(lat, lon, 0.0, self.latitude_rad, self.longitude_rad, 0.0, WGS84);
-        check_distance(Displacement::from_m(Displacement::from_m(east_m, north_m).length_m(), up_m).length_m())?;
+        let length_m = |x_m, y_m| Position::from_m(x_m, y_m).distance_m(Position::default());
+        check_distance(length_m(length_m(east_m, north_m), up_m))?;
         Ok(Position::from_m(east_m, north_m))
     }
 
     /// Converts a position in the plane to latitude and longitude, degrees, of the point of the ellipsoid below it.
     /// Accurate to 1 mm within 100 km of the origin, to 1 cm within [`FURTHEST_M`]. Fails further away.
-    pub fn degrees_at(&self, position: Position) -> Result<[f64; 2], ParamError> {
-        check_distance(position.distance_m(Position::ORIGIN))?;
+    pub fn degrees_at(&self, position: Position) -> Result<[f64; 2], GeodesyError> {
+        check_distance(position.distance_m(Position::default()))?;
         // The ellipsoid is below the plane: lower the point by its remaining height until it is on the ellipsoid.
         let (mut up_m, mut degrees) = (0.0, [0.0; 2]);
         for _ in 0..LOWERED {
@@ -96,18 +108,18 @@ impl LocalPlane {
     }
 }
 
-fn radians(latitude_deg: f64, longitude_deg: f64) -> Result<[f64; 2], ParamError> {
-    check("latitude_deg", latitude_deg, Allowed::at_least(-90.0).at_most(90.0))?;
-    check("longitude_deg", longitude_deg, Allowed::at_least(-180.0).at_most(180.0))?;
+fn radians(latitude_deg: f64, longitude_deg: f64) -> Result<[f64; 2], GeodesyError> {
+    check("latitude_deg", latitude_deg, -90.0, 90.0)?;
+    check("longitude_deg", longitude_deg, -180.0, 180.0)?;
     Ok([latitude_deg.to_radians(), longitude_deg.to_radians()])
 }
 
-fn check_distance(distance_m: f64) -> Result<(), ParamError> {
-    check("distance_from_origin_m", distance_m, Allowed::at_most(Allowed::FINITE, FURTHEST_M))
+fn check_distance(distance_m: f64) -> Result<(), GeodesyError> {
+    check("distance_from_origin_m", distance_m, 0.0, FURTHEST_M)
 }
 
-fn check(name: &'static str, value: f64, allowed: Allowed) -> Result<(), ParamError> {
-    if allowed.contains(value) { Ok(()) } else { Err(ParamError { path: name.to_owned(), value, allowed }) }
+fn check(name: &'static str, value: f64, min: f64, max: f64) -> Result<(), GeodesyError> {
+    if (min..=max).contains(&value) { Ok(()) } else { Err(GeodesyError { name, value, min, max }) }
 }
 
 #[cfg(test)]
@@ -170,7 +182,10 @@ mod tests {
             (LocalPlane::about(90.1, 0.0).map(drop), "latitude_deg = 90.1: must be at least -90 and at most 90"),
             (LocalPlane::about(0.0, f64::NAN).map(drop), "longitude_deg = NaN: must be at least -180 and at most 180"),
             (plane.position(0.0, 180.5).map(drop), "longitude_deg = 180.5"),
-            (plane.position(0.0, 180.0).map(drop), "distance_from_origin_m = 12756274: must be at most 1000000"),
+            (
+                plane.position(0.0, 180.0).map(drop),
+                "distance_from_origin_m = 12756274: must be at least 0 and at most 1000000",
+            ),
             (plane.degrees_at(far).map(drop), "distance_from_origin_m = 1131370.8"),
         ] {
             let error = rejected.unwrap_err().to_string();
