@@ -9,10 +9,10 @@ use std::sync::Arc;
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::{PyFrozenSet, PyList, PyTuple};
-use standoff::research::LimitedCommand;
+use standoff::research::{Assignment, AssignmentLaw, AvailableUav, CandidateGroup, LimitedCommand};
 use standoff::{
-    AgentOutput, Assignment, AssignmentLaw, AvailableUav, CandidateGroup, Command as Flown, Cue, GroupId, Message,
-    PointingTarget, Position, Report, Scan, TeamAgent, Time, TrafficReport, UavId, UavParams, UavState, Velocity,
+    AgentOutput, Command as Flown, Cue, GroupId, Message, PointingTarget, Position, Report, Scan, TeamAgent, Time,
+    TrafficReport, UavId, UavParams, UavState, Velocity,
 };
 use standoff_sim::controller::{Controller, ReportedState, ReportedTables, TrackRow};
 use standoff_sim::rows_of_team_state;

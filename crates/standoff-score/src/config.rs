@@ -3,10 +3,10 @@
 use std::collections::BTreeSet;
 use std::sync::Arc;
 
-use standoff::research::{OrbitMotion, Spread};
+use standoff::research::{CentreEstimate, OrbitMotion, Spread, StandoffDistance};
 use standoff::{
-    CentreEstimate, Geofence, MotionParams, SensorParams, SeparationParams, StandoffDistance, StandoffParams,
-    TargetParams, TargetState, TeamParams, Velocity,
+    Geofence, MotionParams, SensorParams, SeparationParams, StandoffParams, TargetParams, TargetState, TeamParams,
+    Velocity,
 };
 
 use crate::geometry::true_centre;

@@ -48,7 +48,7 @@ impl Bound {
         let (motion, noise) = (config.motion?, config.noise);
         let sensor =
             SensorParams { range_sd_m: noise.range_sd_m, bearing_sd_rad: noise.bearing_sd_rad, ..config.sensor };
-        if !sensor.errors().is_empty() {
+        if !sensor.out_of_range().is_empty() {
             return None;
         }
         let sds = [config.cue.position_sd_m, config.cue.velocity_sd_m_s, motion.acceleration_sd_m_s2];

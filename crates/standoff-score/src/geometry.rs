@@ -4,10 +4,10 @@
 use std::collections::BTreeSet;
 
 use standoff::research::{
-    EnclosingCircle,
+    CentreEstimate, EnclosingCircle,
     math::{self, TAU},
 };
-use standoff::{Angle, CentreEstimate, Position, SensorParams, TargetState, Velocity};
+use standoff::{Angle, Position, SensorParams, TargetState, Velocity};
 
 use crate::matching::{Matched, Matching};
 use standoff_record::{Frame, GroupRow, TrackRow, TruthRow, UavRow};

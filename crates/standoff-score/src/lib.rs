@@ -523,7 +523,7 @@ mod tests {
     use crate::common::{config_of, score, score_config};
     use crate::missions::{frames, load};
     use crate::row_fixtures::{group_row, track_row, truth_row, uav_row};
-    use standoff::CentreEstimate;
+    use standoff::research::CentreEstimate;
     use standoff_record::{ReportedTables, UavRow};
 
     /// The minimum enclosing circle of these four targets passes through the second and third: its centre is (160, 120)

@@ -56,7 +56,8 @@ fn orbit_of(orbits: &[(u32, TrueOrbit)], group: u32) -> Option<&TrueOrbit> {
 
 #[cfg(test)]
 mod tests {
-    use standoff::{CentreEstimate, MotionParams, Position};
+    use standoff::research::CentreEstimate;
+    use standoff::{MotionParams, Position};
 
     use super::*;
     use crate::FrameScorer;

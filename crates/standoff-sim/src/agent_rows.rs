@@ -1,8 +1,9 @@
 //! Converts the types of the agents to rows of the record.
 
+use standoff::research::Assignment;
 use standoff::{
-    Agent, AgentOutput, Aircraft, Angle, Assignment, Avoidance, Detection, Event, EventKind, GroupId,
-    GroupRetiredReason, GroupedTrack, Membership, TeamState, Time, TrackStatus as Status, UavId, UavState,
+    Agent, AgentOutput, Aircraft, Angle, Avoidance, Detection, Event, EventKind, GroupId, GroupRetiredReason,
+    GroupedTrack, Membership, TeamState, Time, TrackStatus as Status, UavId, UavState,
 };
 
 use crate::intruders::Intruder;

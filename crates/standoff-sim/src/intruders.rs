@@ -1,8 +1,7 @@
 //! True motion of aircraft outside the team: they have the flight dynamics of the UAVs and avoid no other aircraft.
 
-use standoff::{
-    AutopilotModel, Command, Displacement, Integrator, Message, Time, TrafficReport, UavId, UavParams, UavState,
-};
+use standoff::research::Integrator;
+use standoff::{AutopilotModel, Command, Displacement, Message, Time, TrafficReport, UavId, UavParams, UavState};
 
 use crate::scenario::{self, Scenario};
 

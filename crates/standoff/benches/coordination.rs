@@ -6,9 +6,8 @@ use std::hint::black_box;
 
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use pieces::{FleetTicks, field, spread};
-use standoff::research::{KMeans, assign};
+use standoff::research::{AvailableUav, CandidateGroup, KMeans, Objective, assign};
 use standoff::*;
-use standoff::{AvailableUav, CandidateGroup};
 
 fn assignment(c: &mut Criterion) {
     let sensor = TeamParams::paper().track.sensor;

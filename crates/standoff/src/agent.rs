@@ -132,7 +132,7 @@ impl Agent {
         self.id
     }
 
-    /// Team state of the last decision. It may still change if its time step is later than [`Self::committed_at`].
+    /// Team state of the last decision. It may still change if it is later than [`Self::committed`].
     pub fn team_state(&self) -> &TeamState {
         self.replica.history.head()
     }
@@ -150,13 +150,14 @@ impl Agent {
     }
 
     /// Last committed time step: nothing up to it can change any more. `None` before the first commit.
-    pub fn committed_at(&self) -> Option<Time> {
+    #[cfg_attr(feature = "research", visibility::make(pub))]
+    pub(crate) fn committed_at(&self) -> Option<Time> {
         (self.replica.history.committed >= self.replica.history.start)
             .then(|| self.replica.log.time(self.replica.history.committed))
     }
 
-    /// Newest stored team state that is committed. It is the state of [`Self::committed_at`], unless a UAV has been
-    /// silent for long.
+    /// Newest stored team state that is committed: nothing up to its time can change any more. `None` before the first
+    /// commit.
     pub fn committed(&self) -> Option<&TeamState> {
         self.committed_at().map(|_| self.replica.history.base())
     }

@@ -18,7 +18,8 @@ pub struct Angle(f64);
 
 impl Angle {
     /// East, the zero angle.
-    pub const ZERO: Self = Self(0.0);
+    #[cfg_attr(feature = "research", visibility::make(pub))]
+    pub(crate) const ZERO: Self = Self(0.0);
 
     /// Wraps any finite number of radians.
     #[inline]

@@ -8,14 +8,6 @@ use nalgebra::{Matrix2, Matrix6, Vector2};
 ///
 /// Both axes have the same model, so corresponding entries of east and north are stored in pairs and processed
 /// together.
-///
-/// ```
-/// use standoff::Covariance;
-///
-/// let p = Covariance::from_diagonal([400.0, 400.0, 4.0, 4.0, 0.1, 0.1]);
-/// assert_eq!(p.upper_triangle()[0], 400.0);
-/// assert_eq!(Covariance::from_upper_triangle(&p.upper_triangle()), p);
-/// ```
 #[derive(Debug, Clone, Copy, Default, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Covariance {
     /// Blocks of east with east and of north with north: the upper triangle of each, row by row.
@@ -29,12 +21,14 @@ pub(crate) const OWN: [[usize; 3]; 3] = [[0, 1, 2], [1, 3, 4], [2, 4, 5]];
 
 impl Covariance {
     /// Creates the covariance of independent components with these variances.
-    pub fn from_diagonal(variances: [f64; 6]) -> Self {
+    #[cfg_attr(feature = "research", visibility::make(pub))]
+    pub(crate) fn from_diagonal(variances: [f64; 6]) -> Self {
         Self::from(&Matrix6::from_diagonal(&variances.into()))
     }
 
     /// Creates a covariance from its upper triangle, row by row.
-    pub fn from_upper_triangle(upper: &[f64; 21]) -> Self {
+    #[cfg_attr(feature = "research", visibility::make(pub))]
+    pub(crate) fn from_upper_triangle(upper: &[f64; 21]) -> Self {
         let [a, b, c, d, e, f, g, h, i, j, k, l, m, n, o, p, q, r, s, t, u] = *upper;
         Self {
             same_axis: [[a, p], [b, q], [c, r], [g, s], [h, t], [l, u]].map(Vector2::from),

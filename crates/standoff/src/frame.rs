@@ -27,8 +27,8 @@ pub(crate) const FASTEST_RAD_S: f64 = 100.0;
 /// let uav = Position::from_m(400.0, 0.0);
 /// let centre = Position::from_m(0.0, 300.0);
 /// let to_centre: Displacement = centre - uav;
-/// assert_eq!((to_centre.x_m(), to_centre.y_m()), (-400.0, 300.0));
-/// assert_eq!(uav.distance_m(centre), 500.0);
+/// assert_eq!((to_centre.length_m(), uav.distance_m(centre)), (500.0, 500.0));
+/// assert!((to_centre.direction().deg() - 143.13).abs() < 0.01);
 /// ```
 #[derive(Debug, Clone, Copy, Default, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Position {
@@ -52,7 +52,8 @@ pub struct Velocity {
 
 impl Position {
     /// The origin of the frame.
-    pub const ORIGIN: Self = Self { x_m: 0.0, y_m: 0.0 };
+    #[cfg_attr(feature = "research", visibility::make(pub))]
+    pub(crate) const ORIGIN: Self = Self { x_m: 0.0, y_m: 0.0 };
 
     /// Creates a position from metres east and north.
     #[inline]
@@ -95,7 +96,8 @@ impl Position {
 
     /// Returns true if both coordinates are finite.
     #[inline]
-    pub fn is_finite(self) -> bool {
+    #[cfg_attr(feature = "research", visibility::make(pub))]
+    pub(crate) fn is_finite(self) -> bool {
         self.x_m.is_finite() && self.y_m.is_finite()
     }
 
@@ -108,26 +110,30 @@ impl Position {
 impl Displacement {
     /// Creates a displacement from metres east and north.
     #[inline]
-    pub fn from_m(x_m: f64, y_m: f64) -> Self {
+    #[cfg_attr(feature = "research", visibility::make(pub))]
+    pub(crate) fn from_m(x_m: f64, y_m: f64) -> Self {
         Self { x_m, y_m }
     }
 
     /// Creates a displacement from a length in metres and a direction.
     #[inline]
-    pub fn from_polar(length_m: f64, direction: Angle) -> Self {
+    #[cfg_attr(feature = "research", visibility::make(pub))]
+    pub(crate) fn from_polar(length_m: f64, direction: Angle) -> Self {
         let (sin, cos) = direction.sin_cos();
         Self { x_m: length_m * cos, y_m: length_m * sin }
     }
 
     /// East component, m.
     #[inline]
-    pub fn x_m(self) -> f64 {
+    #[cfg_attr(feature = "research", visibility::make(pub))]
+    pub(crate) fn x_m(self) -> f64 {
         self.x_m
     }
 
     /// North component, m.
     #[inline]
-    pub fn y_m(self) -> f64 {
+    #[cfg_attr(feature = "research", visibility::make(pub))]
+    pub(crate) fn y_m(self) -> f64 {
         self.y_m
     }
 
@@ -160,7 +166,8 @@ impl Displacement {
 
 impl Velocity {
     /// Zero velocity: stationary.
-    pub const ZERO: Self = Self { x_m_s: 0.0, y_m_s: 0.0 };
+    #[cfg_attr(feature = "research", visibility::make(pub))]
+    pub(crate) const ZERO: Self = Self { x_m_s: 0.0, y_m_s: 0.0 };
 
     /// Creates a velocity from metres per second east and north.
     #[inline]
@@ -170,7 +177,8 @@ impl Velocity {
 
     /// Creates a velocity from a speed in m/s and a direction.
     #[inline]
-    pub fn from_polar(speed_m_s: f64, direction: Angle) -> Self {
+    #[cfg_attr(feature = "research", visibility::make(pub))]
+    pub(crate) fn from_polar(speed_m_s: f64, direction: Angle) -> Self {
         let (sin, cos) = direction.sin_cos();
         Self { x_m_s: speed_m_s * cos, y_m_s: speed_m_s * sin }
     }
@@ -208,7 +216,8 @@ impl Velocity {
 
     /// Returns true if both components are finite.
     #[inline]
-    pub fn is_finite(self) -> bool {
+    #[cfg_attr(feature = "research", visibility::make(pub))]
+    pub(crate) fn is_finite(self) -> bool {
         self.x_m_s.is_finite() && self.y_m_s.is_finite()
     }
 

@@ -8,7 +8,7 @@
 //!
 //! The library is pure: it uses no clock, file, thread, random number or output. The caller passes time, measurements
 //! and messages as arguments and receives commands as values. [`Agent`] combines all parts, and [`TeamAgent`] is a whole
-//! team with an ideal radio. [`wire`] encodes messages. The extension point is [`AssignmentLaw`].
+//! team with an ideal radio. [`wire`] encodes messages.
 //!
 //! The feature `research` adds the module `research`: an unstable view of the internals, for studies, simulators and
 //! tests. It also makes more methods of the public types visible. An integrator needs none of it.
@@ -20,6 +20,9 @@
     not(feature = "research"),
     expect(dead_code, unreachable_pub, reason = "only the module `research` uses or exports some items")
 )]
+
+#[macro_use]
+mod research_fields;
 
 mod agent;
 mod angle;
@@ -53,7 +56,6 @@ pub mod wire;
 
 pub use agent::Agent;
 pub use angle::Angle;
-pub use coordination::assignment::{Assignment, AssignmentLaw, AvailableUav, CandidateGroup};
 pub use coordination::dwell::Handoff;
 pub use coordination::event::{
     Event, EventKind, GroupCreatedReason, GroupRetiredReason, HandoffCancelledReason, HandoffCompletedReason,
@@ -69,17 +71,13 @@ pub use group_id::GroupId;
 pub use guidance::avoidance::Avoidance;
 pub use guidance::geofence::{Geofence, GeofenceError, Zone, ZoneKind};
 pub use guidance::heading::Steering;
-pub use guidance::standoff_distance::StandoffDistance;
-pub use message::{
-    CommitDigest, Cue, Detection, LogStatus, Message, Report, Scan, SnapshotPart, TargetLabel, TrafficReport,
-};
+pub use message::{Cue, Detection, Message, Report, Scan, SnapshotPart, TargetLabel, TrafficReport};
 pub use message_log::TeammateStatus;
 pub use output::{AgentOutput, Diagnostics, Observation, PointingTarget, Rejected};
 pub use params::{
-    AltitudePolicy, CentreEstimate, CentreJump, ClimbParams, Feedforward, GroupCount, GroupingParams, GuidanceParams,
-    Integrator, Lead, LinkModel, LogParams, Margin, MotionParams, Objective, OrbitDirection, ParamInfo, ParamKind,
-    ParamValue, Pointing, RemovalRule, SensorParams, SeparationParams, SpeedReference, StandoffParams, TargetParams,
-    TeamParams, TrackParams, UavParams, Word,
+    AltitudePolicy, ClimbParams, GroupingParams, GuidanceParams, LinkModel, LogParams, MotionParams, OrbitDirection,
+    ParamInfo, ParamValue, SensorParams, SeparationParams, StandoffParams, TargetParams, TeamParams, TrackParams,
+    UavParams,
 };
 pub use sensor::RangeBearingMeasurement;
 pub use target::TargetState;
@@ -89,4 +87,4 @@ pub use time::{Duration, Time};
 pub use tracking::information_filter::Estimate;
 pub use tracking::track::{LossReason, Track, TrackId, TrackStatus};
 pub use uav::{Aircraft, AutopilotModel, Command, UavId, UavState, Vertical};
-pub use validation::{Allowed, ParamError};
+pub use validation::ParamError;

@@ -35,20 +35,6 @@ pub struct Scan<'a> {
     pub detections: &'a [Detection],
 }
 
-/// Declares a struct of the message log's protocol. Integrators pass it on whole, so that its fields are private to the
-/// crate; with the feature `research` they are public, for tests that forge messages.
-macro_rules! protocol_struct {
-    ($(#[$about:meta])* pub struct $Struct:ident { $($(#[$field_about:meta])* $field:ident: $Field:ty,)* }) => {
-        #[cfg(feature = "research")]
-        $(#[$about])*
-        pub struct $Struct { $($(#[$field_about])* pub $field: $Field,)* }
-
-        #[cfg(not(feature = "research"))]
-        $(#[$about])*
-        pub struct $Struct { $($(#[$field_about])* pub(crate) $field: $Field,)* }
-    };
-}
-
 /// Every kind of message.
 #[derive(Debug, PartialEq)]
 pub enum Message {
@@ -71,86 +57,86 @@ pub enum MessageSource {
     CueSource(u32),
 }
 
-protocol_struct! {
+research_fields! {
     /// Contiguous range of entries that an agent has received.
     #[derive(Debug, Clone, Copy, PartialEq, Eq)]
     pub struct ReceivedRange {
         /// Source of the entries.
-        source: MessageSource,
+        pub(crate) source: MessageSource,
         /// First entry. For a UAV, the time step of its report, in periods since [`Time::EPOCH`]; for a cue source, that
         /// number times 65,536 plus the cue's [`sequence`](Cue::sequence).
-        from: i64,
+        pub(crate) from: i64,
         /// Last entry, included.
-        to: i64,
+        pub(crate) to: i64,
     }
 }
 
-protocol_struct! {
+research_fields! {
     /// Status of the sender's message log; teammates compute from it which entries the sender lacks.
     #[derive(Debug, Default, PartialEq)]
     pub struct LogStatus {
         /// Start time of the sender's team state, or of the state that it adopted. The state that started first wins.
-        start: Time,
+        pub(crate) start: Time,
         /// Last committed time step: up to it, the team state cannot change any more, because nothing is missing or the
         /// retention time has passed.
-        committed_until: Time,
+        pub(crate) committed_until: Time,
         /// Digest of a team state that is committed.
-        commit_digest: CommitDigest,
+        pub(crate) commit_digest: CommitDigest,
         /// Time step after which `received` lists all entries that the sender has.
-        listed_after: Time,
+        pub(crate) listed_after: Time,
         /// Ranges of received entries, sorted by source, then number.
-        received: Vec<ReceivedRange>,
+        pub(crate) received: Vec<ReceivedRange>,
         /// Last time step with missing messages, at the sender or at a teammate, according to the reports that it has
         /// received.
-        degraded_at: Time,
+        pub(crate) degraded_at: Time,
         /// Snapshot request of the sender.
-        snapshot_request: Option<SnapshotRequest>,
+        pub(crate) snapshot_request: Option<SnapshotRequest>,
     }
 }
 
-protocol_struct! {
+research_fields! {
     /// Digest of a committed team state.
     #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
     pub struct CommitDigest {
         /// Time step of the team state.
-        time: Time,
+        pub(crate) time: Time,
         /// Digest of the team state at that time.
-        digest: u64,
+        pub(crate) digest: u64,
     }
 }
 
-protocol_struct! {
+research_fields! {
     /// Request for a snapshot, from an agent that missed the history of the team.
     #[derive(Debug, Clone, Copy, PartialEq, Eq)]
     pub struct SnapshotRequest {
         /// Receiver of the request.
-        receiver: UavId,
+        pub(crate) receiver: UavId,
         /// Snapshot that has arrived in part; `None` before the first part.
-        commit_digest: Option<CommitDigest>,
+        pub(crate) commit_digest: Option<CommitDigest>,
         /// Index of the first missing part.
-        first_missing_part: u16,
+        pub(crate) first_missing_part: u16,
         /// Bit mask of the 64 parts after `first_missing_part` that have arrived; the lowest bit is the part directly after
         /// it.
-        received_mask: u64,
+        pub(crate) received_mask: u64,
     }
 }
 
-protocol_struct! {
+research_fields! {
     /// Part of a serialised team state. The receiver checks all parts together against the digest before it uses any.
     #[derive(Debug, PartialEq)]
     pub struct SnapshotPart {
         /// UAV whose team state this is.
-        uav: UavId,
+        pub(crate) uav: UavId,
         /// Start time of that team state.
-        start: Time,
+        pub(crate) start: Time,
         /// Digest that identifies the snapshot.
-        commit_digest: CommitDigest,
+        pub(crate) commit_digest: CommitDigest,
         /// Zero-based index of the part.
-        index: u16,
+        pub(crate) index: u16,
         /// Number of parts.
-        count: u16,
+        pub(crate) count: u16,
         /// Bytes of this part, at most [`SnapshotPart::BYTES_MAX`]; all parts except the last have exactly that number.
-        bytes: Vec<u8>,
+        pub(crate) bytes: Vec<u8>,
     }
 }
 
@@ -189,31 +175,33 @@ pub struct Detection {
     pub measurement: RangeBearingMeasurement,
 }
 
-/// Scan of a UAV's sensor, with the UAV's state at that time step. Of several reports of one UAV and time step, the one
-/// that was sent first counts: the lowest restart count, then the lowest sequence number.
-#[derive(Debug, PartialEq)]
-pub struct Report {
-    /// Id of the sender.
-    pub uav: UavId,
-    /// Restart count of the sender.
-    pub restart_count: u32,
-    /// Sequence number: increases with every time step of the sender until it restarts.
-    pub sequence: u32,
-    /// Time of the scan.
-    pub time: Time,
-    /// State of the sender.
-    pub state: UavState,
-    /// Boresight of the sensor; `None` if the sensor did not scan.
-    pub boresight: Option<Angle>,
-    /// Detected targets, by ascending label without duplicates.
-    pub detections: Vec<Detection>,
-    /// Assigned group of the sender when it sent the report. Teammates use it even if they have computed
-    /// another one.
-    pub assigned_group: Option<GroupId>,
-    /// True if the sender leaves the team from the next time step.
-    pub is_leaving: bool,
-    /// Status of the sender's message log; `None` in a retransmission.
-    pub log_status: Option<Box<LogStatus>>,
+research_fields! {
+    /// Scan of a UAV's sensor, with the UAV's state at that time step. Of several reports of one UAV and time step, the one
+    /// that was sent first counts: the lowest restart count, then the lowest sequence number.
+    #[derive(Debug, PartialEq)]
+    pub struct Report {
+        /// Id of the sender.
+        pub uav: UavId,
+        /// Restart count of the sender.
+        pub(crate) restart_count: u32,
+        /// Sequence number: increases with every time step of the sender until it restarts.
+        pub(crate) sequence: u32,
+        /// Time of the scan.
+        pub time: Time,
+        /// State of the sender.
+        pub state: UavState,
+        /// Boresight of the sensor; `None` if the sensor did not scan.
+        pub boresight: Option<Angle>,
+        /// Detected targets, by ascending label without duplicates.
+        pub detections: Vec<Detection>,
+        /// Assigned group of the sender when it sent the report. Teammates use it even if they have computed
+        /// another one.
+        pub(crate) assigned_group: Option<GroupId>,
+        /// True if the sender leaves the team from the next time step.
+        pub(crate) is_leaving: bool,
+        /// Status of the sender's message log; `None` in a retransmission.
+        pub(crate) log_status: Option<Box<LogStatus>>,
+    }
 }
 
 /// Report of a cue source about a target (the paper assumes that initial target information is given). Of several cues
@@ -243,7 +231,8 @@ pub struct Cue {
 
 impl Report {
     /// Creates a report that contains only the state of a UAV.
-    pub fn position_only(uav: UavId, time: Time, state: UavState) -> Self {
+    #[cfg_attr(feature = "research", visibility::make(pub))]
+    pub(crate) fn position_only(uav: UavId, time: Time, state: UavState) -> Self {
         let (detections, log_status) = (Vec::new(), None);
         let (boresight, assignment, is_leaving) = (None, None, false);
         Self {

@@ -20,12 +20,14 @@ pub struct Observation {
 
 impl Observation {
     /// Id of the UAV.
-    pub fn uav(&self) -> UavId {
+    #[cfg_attr(feature = "research", visibility::make(pub))]
+    pub(crate) fn uav(&self) -> UavId {
         self.uav
     }
 
     /// Time of the observation.
-    pub fn time(&self) -> Time {
+    #[cfg_attr(feature = "research", visibility::make(pub))]
+    pub(crate) fn time(&self) -> Time {
         self.time
     }
 }
@@ -69,41 +71,43 @@ pub struct AgentOutput {
 
 impl AgentOutput {
     /// A command without altitude, pointing target and group.
-    pub const fn command_only(command: Command) -> Self {
+    #[cfg_attr(feature = "research", visibility::make(pub))]
+    pub(crate) const fn command_only(command: Command) -> Self {
         Self { command, altitude_m: None, pointing_target: None, diagnostics: Diagnostics::NONE }
     }
 }
 
-/// Diagnostics of a time step: quality of the result, and how it was computed.
-#[derive(Debug, Clone, Copy, PartialEq)]
-#[non_exhaustive]
-pub struct Diagnostics {
-    /// Assigned group of this UAV; `None` if it has no group.
-    pub group: Option<GroupId>,
-    /// Zero-based creation index of the group ([`TeamState::group_number`](crate::TeamState::group_number)).
-    pub group_number: Option<u32>,
-    /// How the UAV steers onto the group's orbit.
-    pub steering: Option<Steering>,
-    /// True if the guidance law requested more speed change than the limit allows.
-    pub speed_limited: bool,
-    /// True if the guidance law requested more turn rate than the limit allows.
-    pub turn_rate_limited: bool,
-    /// True if no orbit around the group satisfies every constraint; `false` without a group.
-    pub orbit_is_infeasible: bool,
-    /// Phase error: how far the UAV lags behind its desired phase on the orbit, rad.
-    pub phase_error_rad: f64,
-    /// Distance to the nearest other UAV of the same group, m.
-    pub nearest_groupmate_m: Option<f64>,
-    /// Number of tracks that are not lost and in no group.
-    pub ungrouped_targets: u32,
-    /// Messages and observations rejected since the start.
-    pub rejected: Rejected,
-    /// True if the UAV's own state was not finite: it keeps its course.
-    pub own_state_invalid: bool,
-    /// Aircraft that the UAV avoids by not flying the command of its orbit; `None` if it flies that command.
-    pub avoiding: Option<Avoidance>,
-    /// Index of the zone that changes the UAV's command; `None` if the command is the same as without zones.
-    pub limiting_zone: Option<u32>,
+research_fields! {
+    /// Diagnostics of a time step: quality of the result, and how it was computed.
+    #[derive(Debug, Clone, Copy, PartialEq)]
+    pub struct Diagnostics {
+        /// Assigned group of this UAV; `None` if it has no group.
+        pub group: Option<GroupId>,
+        /// Zero-based creation index of the group ([`TeamState::group_number`](crate::TeamState::group_number)).
+        pub(crate) group_number: Option<u32>,
+        /// How the UAV steers onto the group's orbit.
+        pub steering: Option<Steering>,
+        /// True if the guidance law requested more speed change than the limit allows.
+        pub speed_limited: bool,
+        /// True if the guidance law requested more turn rate than the limit allows.
+        pub turn_rate_limited: bool,
+        /// True if no orbit around the group satisfies every constraint; `false` without a group.
+        pub orbit_is_infeasible: bool,
+        /// Phase error: how far the UAV lags behind its desired phase on the orbit, rad.
+        pub phase_error_rad: f64,
+        /// Distance to the nearest other UAV of the same group, m.
+        pub nearest_groupmate_m: Option<f64>,
+        /// Number of tracks that are not lost and in no group.
+        pub(crate) ungrouped_targets: u32,
+        /// Messages and observations rejected since the start.
+        pub rejected: Rejected,
+        /// True if the UAV's own state was not finite: it keeps its course.
+        pub own_state_invalid: bool,
+        /// Aircraft that the UAV avoids by not flying the command of its orbit; `None` if it flies that command.
+        pub avoiding: Option<Avoidance>,
+        /// Index of the zone that changes the UAV's command; `None` if the command is the same as without zones.
+        pub limiting_zone: Option<u32>,
+    }
 }
 
 /// Counters of what was rejected since the start, by reason.
@@ -130,7 +134,8 @@ impl Rejected {
     pub(crate) const NONE: Self = Self { bad_time: 0, late: 0, off_grid: 0, malformed: 0, implausible: 0 };
 
     /// Number of rejected messages of all kinds.
-    pub fn messages(&self) -> u32 {
+    #[cfg_attr(feature = "research", visibility::make(pub))]
+    pub(crate) fn messages(&self) -> u32 {
         [self.off_grid, self.malformed, self.implausible].into_iter().fold(self.late, u32::saturating_add)
     }
 }

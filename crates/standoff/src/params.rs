@@ -14,7 +14,9 @@ use crate::time::Duration;
 use crate::validation::{Allowed, ParamError, errors_of};
 use value::{Scalar, one_line};
 
-pub use value::{ParamKind, ParamValue, Word};
+#[cfg(feature = "research")]
+pub use value::Word;
+pub use value::{ParamKind, ParamValue};
 pub use words::{
     AltitudePolicy, CentreEstimate, CentreJump, Feedforward, GroupCount, Integrator, Lead, LinkModel, Margin,
     Objective, OrbitDirection, Pointing, RemovalRule, SpeedReference,
@@ -38,28 +40,28 @@ params! {
     struct TeamParams at [] {
         parts {
             /// Message log and retransmission.
-            log: LogParams;
+            pub log: LogParams;
             /// Speeds, lags and limits of the UAVs.
-            uav: UavParams;
+            pub uav: UavParams;
             /// Sensor, target model and track management.
-            track: TrackParams;
+            pub track: TrackParams;
             /// Orbit bounds and margins.
-            group: GroupingParams;
+            pub group: GroupingParams;
             /// Gains of the guidance law.
-            guidance: GuidanceParams;
+            pub guidance: GuidanceParams;
         }
         optional {
             /// Collision avoidance; `None`, as in the paper, means that only the phases of UAVs on one orbit separate
             /// them.
-            separation: SeparationParams;
+            pub separation: SeparationParams;
         }
         numbers {
             /// Teammate timeout: a UAV that is silent for longer counts as gone; until then it keeps its assignment.
-            teammate_timeout_s = 3.0, "s", "team.teammate_timeout_s", Allowed::above(0.0).at_most(60.0);
+            pub teammate_timeout_s = 3.0, "s", "team.teammate_timeout_s", Allowed::above(0.0).at_most(60.0);
         }
         others {
             /// Link model: how reliable the team expects its radio to be.
-            link: LinkModel = LinkModel::Ideal;
+            pub link: LinkModel = LinkModel::Ideal;
         }
         relations |team, errors| {
             Allowed::above(team.group.standoff.radius_min_m)
@@ -81,17 +83,18 @@ params! {
         numbers {
             /// Time between two time steps of the team's grid. The grid begins at
             /// [`Time::EPOCH`](crate::Time::EPOCH).
-            period_s = 0.5, "s", "period_s", Allowed::at_least(1e-3).at_most(10.0);
+            pub period_s = 0.5, "s", "period_s", Allowed::at_least(1e-3).at_most(10.0);
             /// Maximum age of a message that is still used; at most 1,200 periods are used. Applies if each UAV has its
             /// own agent.
-            message_retention_s = 60.0, "s", "team.message_retention_s", Allowed::above(0.0).at_most(600.0);
+            pub message_retention_s = 60.0, "s", "team.message_retention_s", Allowed::above(0.0).at_most(600.0);
             /// Decision lag: while messages are missing, the groups and assignments in use are this old, so that the
             /// UAVs act together, because most missing messages have arrived by then. Otherwise the current ones are
             /// used. Applies if each UAV has its own agent.
-            decision_lag_s = 2.0, "s", "team.decision_lag_s", Allowed::at_least(0.0).at_most(10.0);
+            pub decision_lag_s = 2.0, "s", "team.decision_lag_s", Allowed::at_least(0.0).at_most(10.0);
             /// Maximum rate at which a UAV retransmits messages for others, snapshots included. Applies if each UAV has
             /// its own agent.
-            retransmit_bytes_per_s = 1500.0, "bytes/s", "team.retransmit_bytes_per_s", Allowed::at_least(0.0).at_most(1e6);
+            pub retransmit_bytes_per_s = 1500.0, "bytes/s", "team.retransmit_bytes_per_s",
+                Allowed::at_least(0.0).at_most(1e6);
         }
     }
 
@@ -111,26 +114,27 @@ params! {
         optional {
             /// Climb model; `None`: the UAV reaches a commanded altitude immediately, as in the planar model of the
             /// paper.
-            climb: ClimbParams;
+            pub climb: ClimbParams;
         }
         numbers {
             /// Nominal speed v_0, which is also the desired speed v_d.
-            speed_m_s ["v_0", "v_d"] = 40.0, "m/s", "uavs.speed_m_s", Allowed::at_least(1.0).at_most(1000.0);
+            pub speed_m_s ["v_0", "v_d"] = 40.0, "m/s", "uavs.speed_m_s", Allowed::at_least(1.0).at_most(1000.0);
             /// Maximum deviation of the commanded speed from `speed_m_s`, dv_max (2).
-            speed_change_max_m_s ["dv_max"] = 15.0, "m/s", "uavs.speed_change_max_m_s",
+            pub speed_change_max_m_s ["dv_max"] = 15.0, "m/s", "uavs.speed_change_max_m_s",
                 Allowed::at_least(0.0).with_reason("the UAV must keep flying: below speed_m_s"),
                 |uav, allowed| allowed.below(uav.speed_m_s);
             /// Maximum commanded turn rate, omega_max (3).
-            turn_rate_max_rad_s ["omega_max"] = 0.3, "rad/s", "uavs.turn_rate_max_rad_s",
+            pub turn_rate_max_rad_s ["omega_max"] = 0.3, "rad/s", "uavs.turn_rate_max_rad_s",
                 Allowed::at_least(1e-3).at_most(10.0);
             /// Time constant tau_v of the speed (1). With the Euler step, it is at least the period.
-            speed_lag_s ["tau_v"] = 1.0 / 3.0, "s", "uavs.speed_lag_s", Allowed::at_least(1e-3).at_most(60.0);
+            pub speed_lag_s ["tau_v"] = 1.0 / 3.0, "s", "uavs.speed_lag_s", Allowed::at_least(1e-3).at_most(60.0);
             /// Time constant tau_omega of the turn rate (1). With the Euler step, it is at least the period.
-            turn_rate_lag_s ["tau_omega"] = 1.0 / 3.0, "s", "uavs.turn_rate_lag_s", Allowed::at_least(1e-3).at_most(60.0);
+            pub turn_rate_lag_s ["tau_omega"] = 1.0 / 3.0, "s", "uavs.turn_rate_lag_s",
+                Allowed::at_least(1e-3).at_most(60.0);
         }
         words {
             /// Integration of the UAV's motion over a time step (4).
-            integrator: Integrator = Exact, "uavs.integrator";
+            pub(crate) integrator: Integrator = Exact, "uavs.integrator";
         }
     }
 
@@ -138,13 +142,13 @@ params! {
     struct ClimbParams at [uav.climb] {
         numbers {
             /// Maximum rate of climb and of descent.
-            rate_max_m_s = 3.0, "m/s", "uavs.climb.rate_max_m_s", Allowed::at_least(0.01).at_most(100.0);
+            pub rate_max_m_s = 3.0, "m/s", "uavs.climb.rate_max_m_s", Allowed::at_least(0.01).at_most(100.0);
             /// Time constant of the rate of climb.
-            lag_s = 1.0, "s", "uavs.climb.lag_s", Allowed::at_least(1e-3).at_most(60.0);
+            pub lag_s = 1.0, "s", "uavs.climb.lag_s", Allowed::at_least(1e-3).at_most(60.0);
             /// Lowest altitude that may be commanded, above the plane.
-            altitude_min_m = 50.0, "m", "uavs.climb.altitude_min_m", Allowed::at_least(1.0).at_most(2e4);
+            pub altitude_min_m = 50.0, "m", "uavs.climb.altitude_min_m", Allowed::at_least(1.0).at_most(2e4);
             /// Highest altitude that may be commanded, above the plane.
-            altitude_max_m = 3000.0, "m", "uavs.climb.altitude_max_m",
+            pub altitude_max_m = 3000.0, "m", "uavs.climb.altitude_max_m",
                 Allowed::FINITE.at_most(2e4).with_reason("not below altitude_min_m"),
                 |climb, allowed| allowed.and_at_least(climb.altitude_min_m);
         }
@@ -154,21 +158,22 @@ params! {
     struct TrackParams at [track] {
         parts {
             /// Target model assumed by the filter.
-            target: TargetParams;
+            pub target: TargetParams;
             /// Sensor model assumed by the filter.
-            sensor: SensorParams;
+            pub sensor: SensorParams;
         }
         numbers {
             /// A track is lost if the standard deviation of its position, in the worst direction, exceeds this. Larger
             /// covariances would exceed the number precision in combination with a good sensor.
-            deletion_position_sd_m = 300.0, "m", "filter.deletion_position_sd_m", Allowed::above(0.0).at_most(1e4);
+            pub deletion_position_sd_m = 300.0, "m", "filter.deletion_position_sd_m", Allowed::above(0.0).at_most(1e4);
             /// A track is lost if its target is not detected for this long although it should clearly be in view.
-            deletion_unseen_in_view_s = 5.0 => 2.0, "s", "filter.deletion_unseen_in_view_s",
+            pub deletion_unseen_in_view_s = 5.0 => 2.0, "s", "filter.deletion_unseen_in_view_s",
                 Allowed::above(0.0).at_most(1e6);
             /// Standard deviation of the velocity, per axis, of a track that starts from a measurement.
-            initial_velocity_sd_m_s = 10.0, "m/s", "filter.initial_velocity_sd_m_s", Allowed::at_least(1e-3).at_most(1e3);
+            pub initial_velocity_sd_m_s = 10.0, "m/s", "filter.initial_velocity_sd_m_s",
+                Allowed::at_least(1e-3).at_most(1e3);
             /// Time after which a lost track is forgotten.
-            lost_track_retention_s = 600.0, "s", "filter.lost_track_retention_s", Allowed::above(0.0).at_most(1e6);
+            pub lost_track_retention_s = 600.0, "s", "filter.lost_track_retention_s", Allowed::above(0.0).at_most(1e6);
         }
     }
 
@@ -176,10 +181,10 @@ params! {
     struct TargetParams at [track.target] {
         numbers {
             /// Correlation rate alpha of the targets' acceleration; 0: constant acceleration.
-            correlation_rate_1_s ["alpha"] = 0.1, "1/s", "filter.correlation_rate_1_s",
+            pub correlation_rate_1_s ["alpha"] = 0.1, "1/s", "filter.correlation_rate_1_s",
                 Allowed::at_least(0.0).at_most(100.0);
             /// Standard deviation sigma_a of the targets' acceleration, per axis.
-            acceleration_sd_m_s2 ["sigma_a"] = 0.2, "m/s2", "filter.acceleration_sd_m_s2",
+            pub acceleration_sd_m_s2 ["sigma_a"] = 0.2, "m/s2", "filter.acceleration_sd_m_s2",
                 Allowed::at_least(0.0).at_most(100.0);
         }
     }
@@ -200,15 +205,15 @@ params! {
     struct SensorParams at [track.sensor] {
         numbers {
             /// Standard deviation sigma_r of the range.
-            range_sd_m ["sigma_r"] = 10.0, "m", "filter.range_sd_m", Allowed::at_least(1e-3).at_most(1e5);
+            pub range_sd_m ["sigma_r"] = 10.0, "m", "filter.range_sd_m", Allowed::at_least(1e-3).at_most(1e5);
             /// Standard deviation sigma_theta of the bearing.
-            bearing_sd_rad ["sigma_theta"] = 3f64.to_radians(), "rad", "filter.bearing_sd_deg",
+            pub bearing_sd_rad ["sigma_theta"] = 3f64.to_radians(), "rad", "filter.bearing_sd_deg",
                 Allowed::at_least(1e-6).at_most(PI);
             /// Field of view alpha_f of the sensor.
-            field_of_view_rad ["alpha_f"] = 70f64.to_radians(), "rad", "sensor.field_of_view_deg",
+            pub field_of_view_rad ["alpha_f"] = 70f64.to_radians(), "rad", "sensor.field_of_view_deg",
                 Allowed::at_least(1e-3).at_most(TAU);
             /// Maximum range at which a target is detected; above `radius_min_m` of the orbits.
-            sensing_range_m = 1200.0, "m", "sensor.sensing_range_m", Allowed::above(RANGE_MIN_M).at_most(1e6);
+            pub sensing_range_m = 1200.0, "m", "sensor.sensing_range_m", Allowed::above(RANGE_MIN_M).at_most(1e6);
         }
     }
 
@@ -216,12 +221,12 @@ params! {
     struct StandoffParams at [group.standoff] {
         numbers {
             /// Margin eps_m by which the field of view is reduced (15).
-            field_of_view_margin_rad ["eps_m"] = 10f64.to_radians(), "rad", "orbit.field_of_view_margin_deg",
+            pub field_of_view_margin_rad ["eps_m"] = 10f64.to_radians(), "rad", "orbit.field_of_view_margin_deg",
                 Allowed::at_least(0.0).with_reason("the margin must leave some of the field of view");
             /// Minimum radius r_d,min.
-            radius_min_m ["r_d,min"] = 250.0, "m", "orbit.radius_min_m", Allowed::at_least(1.0).at_most(1e5);
+            pub radius_min_m ["r_d,min"] = 250.0, "m", "orbit.radius_min_m", Allowed::at_least(1.0).at_most(1e5);
             /// Maximum radius r_d,max.
-            radius_max_m ["r_d,max"] = 700.0, "m", "orbit.radius_max_m",
+            pub radius_max_m ["r_d,max"] = 700.0, "m", "orbit.radius_max_m",
                 Allowed::FINITE.at_most(1e5).with_reason("not smaller than radius_min_m"),
                 |orbit, allowed| allowed.and_at_least(orbit.radius_min_m);
         }
@@ -232,12 +237,13 @@ params! {
         numbers {
             /// Time constant T with which the orbit's centre and radius follow their desired values; 0: immediately.
             /// Values below the period are treated as the period.
-            time_constant_s = 0.0 => 1.5, "s", "orbit.time_constant_s", Allowed::at_least(0.0).at_most(60.0);
+            pub time_constant_s = 0.0 => 1.5, "s", "orbit.time_constant_s", Allowed::at_least(0.0).at_most(60.0);
             /// Maximum acceleration a_max of the orbit's centre and radius.
-            acceleration_max_m_s2 = 1.0 => 2.5, "m/s2", "orbit.acceleration_max_m_s2", Allowed::above(0.0).at_most(100.0);
+            pub acceleration_max_m_s2 = 1.0 => 2.5, "m/s2", "orbit.acceleration_max_m_s2",
+                Allowed::above(0.0).at_most(100.0);
             /// Maximum speed c_max at which the orbit's centre and radius approach their desired values. It also limits
             /// the rate of the radius.
-            closing_speed_max_m_s = 10.0 => 25.0, "m/s", "orbit.closing_speed_max_m_s",
+            pub closing_speed_max_m_s = 10.0 => 25.0, "m/s", "orbit.closing_speed_max_m_s",
                 Allowed::above(0.0).at_most(1000.0);
         }
     }
@@ -246,73 +252,74 @@ params! {
     struct GroupingParams at [group] {
         parts {
             /// Bounds of the orbit radius and of the field of view.
-            standoff: StandoffParams;
+            pub standoff: StandoffParams;
             /// Limits on the motion of centre and radius.
-            motion: MotionParams;
+            pub motion: MotionParams;
         }
         numbers {
             /// Number of standard deviations for the margin `standard-deviations`; 1.645 is the one-sided 95 % quantile.
-            margin_sds = 1.645 => 0.0, "1", "orbit.margin_sds", Allowed::at_least(0.0).at_most(100.0),
+            pub margin_sds = 1.645 => 0.0, "1", "orbit.margin_sds", Allowed::at_least(0.0).at_most(100.0),
                 |group, allowed| if group.margin == Margin::StandardDeviations { allowed } else { Allowed::FINITE };
             /// Time constant with which the commanded radius follows r_d; 0, as in the paper: immediately.
-            radius_time_constant_s = 0.0, "s", "orbit.radius_time_constant_s", Allowed::at_least(0.0).at_most(3600.0);
+            pub radius_time_constant_s = 0.0, "s", "orbit.radius_time_constant_s",
+                Allowed::at_least(0.0).at_most(3600.0);
             /// A target outside is admitted to a group if the orbit that includes it needs at most this fraction of the
             /// maximum radius.
-            readmission_radius_fraction = 0.9 => 0.97, "1", "orbit.readmission_radius_fraction",
+            pub readmission_radius_fraction = 0.9 => 0.97, "1", "orbit.readmission_radius_fraction",
                 Allowed::above(0.0).at_most(1.0);
             /// A target is handed off if another group's centroid is nearer by more than this. The paper has no such
             /// margin.
-            handoff_margin_m = 50.0, "m", "groups.handoff_margin_m", Allowed::at_least(0.0).at_most(1e5);
+            pub handoff_margin_m = 50.0, "m", "groups.handoff_margin_m", Allowed::at_least(0.0).at_most(1e5);
             /// Minimum dwell time T_hd of a handoff (34).
-            dwell_min_s = 3.0, "s", "groups.dwell_min_s", Allowed::at_least(0.0).at_most(3600.0);
+            pub dwell_min_s = 3.0, "s", "groups.dwell_min_s", Allowed::at_least(0.0).at_most(3600.0);
             /// Maximum dwell time; 0 disables the dwell.
-            dwell_max_s = 30.0, "s", "groups.dwell_max_s",
+            pub dwell_max_s = 30.0, "s", "groups.dwell_max_s",
                 Allowed::FINITE.at_most(3600.0).with_reason("not shorter than dwell_min_s"),
                 |group, allowed| allowed.and_at_least(group.dwell_min_s);
             /// Limit xi_d of the removal by convergence. If xi_th (Lemma 3.1) of all UAVs of a group stays below -xi_d,
             /// the group removes its furthest target.
-            divergence_limit_m2_s ["xi_d"] = 6000.0, "m2/s", "groups.divergence_limit_m2_s",
+            pub divergence_limit_m2_s ["xi_d"] = 6000.0, "m2/s", "groups.divergence_limit_m2_s",
                 Allowed::above(0.0).at_most(1e9);
             /// Time for which xi_th must stay below -xi_d before a removal.
-            divergence_time_s = 3.0, "s", "groups.divergence_time_s", Allowed::at_least(0.0).at_most(3600.0);
+            pub divergence_time_s = 3.0, "s", "groups.divergence_time_s", Allowed::at_least(0.0).at_most(3600.0);
             /// Period of the check whether the UAVs of a group could cover more targets by forming another group; 0, as
             /// in the paper: no check.
-            regrouping_period_s = 30.0, "s", "groups.regrouping_period_s", Allowed::at_least(0.0).at_most(3600.0);
+            pub regrouping_period_s = 30.0, "s", "groups.regrouping_period_s", Allowed::at_least(0.0).at_most(3600.0);
             /// UAVs are not sent to targets that they cannot bring within sensing range in this time.
-            assignment_reach_s = 30.0, "s", "groups.assignment_reach_s", Allowed::at_least(0.0).at_most(3600.0);
+            pub assignment_reach_s = 30.0, "s", "groups.assignment_reach_s", Allowed::at_least(0.0).at_most(3600.0);
             /// Switching cost of a UAV in the assignment with the objective `log-det`, in ln det per target of its
             /// current group. UAVs in flight are reassigned only for a larger gain. For comparison, a UAV twice as far
             /// away contributes 1.4 less.
-            assignment_switching_cost = 0.5 => 10.0, "1", "groups.assignment_switching_cost",
+            pub assignment_switching_cost = 0.5 => 10.0, "1", "groups.assignment_switching_cost",
                 Allowed::at_least(0.0).at_most(100.0);
             /// Altitude of the lowest orbit, above the plane.
-            altitude_lowest_m = 300.0, "m", "groups.altitude_lowest_m", Allowed::at_least(1.0).at_most(2e4);
+            pub altitude_lowest_m = 300.0, "m", "groups.altitude_lowest_m", Allowed::at_least(1.0).at_most(2e4);
             /// Step between altitudes.
-            altitude_step_m = 50.0, "m", "groups.altitude_step_m", Allowed::at_least(1.0).at_most(2e4);
+            pub altitude_step_m = 50.0, "m", "groups.altitude_step_m", Allowed::at_least(1.0).at_most(2e4);
             /// Distance below which two UAVs of a group cause a proximity alert.
-            proximity_alert_m = 50.0, "m", "groups.proximity_alert_m", Allowed::at_least(0.0).at_most(1e4);
+            pub proximity_alert_m = 50.0, "m", "groups.proximity_alert_m", Allowed::at_least(0.0).at_most(1e4);
         }
         words {
             /// Margin d_m of the standoff distance (16).
-            margin: Margin = StandardDeviations, "orbit.margin";
+            pub(crate) margin: Margin = StandardDeviations, "orbit.margin";
             /// Centre of the orbit.
-            centre: CentreEstimate = Filtered => EnclosingCircle, "orbit.centre";
+            pub(crate) centre: CentreEstimate = Filtered => EnclosingCircle, "orbit.centre";
             /// Where the UAVs of a group point their sensors.
-            pointing: Pointing = GroupCentre => AngularMidpoint, "orbit.pointing";
+            pub(crate) pointing: Pointing = GroupCentre => AngularMidpoint, "orbit.pointing";
             /// How the centre reacts to a change of members.
-            centre_jump: CentreJump = ShiftState, "orbit.centre_jump";
+            pub(crate) centre_jump: CentreJump = ShiftState, "orbit.centre_jump";
             /// Number of groups.
-            count: GroupCount = HalfOfUavs => AsNeeded, "groups.count";
+            pub(crate) count: GroupCount = HalfOfUavs => AsNeeded, "groups.count";
             /// Objective of the assignment of UAVs to groups (32).
-            objective: Objective = LogDet, "groups.objective";
+            pub(crate) objective: Objective = LogDet, "groups.objective";
             /// Member that a group removes if its orbit cannot cover all.
-            removal: RemovalRule = FurthestFromCentre => LargestRadiusReduction, "groups.removal";
+            pub(crate) removal: RemovalRule = FurthestFromCentre => LargestRadiusReduction, "groups.removal";
             /// UAVs that share an altitude.
-            altitude_policy: AltitudePolicy = PerGroup, "groups.altitude_policy";
+            pub altitude_policy: AltitudePolicy = PerGroup, "groups.altitude_policy";
         }
         flags {
             /// UAVs that no group needs search for lost targets.
-            search_lost_targets = false => true, "groups.search_lost_targets";
+            pub search_lost_targets = false => true, "groups.search_lost_targets";
         }
         relations |group, errors| {
             // The filter would continue from the centre that the motion model has moved, so that neither would behave as
@@ -331,30 +338,30 @@ params! {
     struct GuidanceParams at [guidance] {
         numbers {
             /// Gain k_l of active measure 1 (20); 1 disables the measure.
-            radial_gain ["k_l"] = 0.2, "1", "guidance.radial_gain", Allowed::at_least(1e-3).at_most(1.0);
+            pub radial_gain ["k_l"] = 0.2, "1", "guidance.radial_gain", Allowed::at_least(1e-3).at_most(1.0);
             /// Lead time k_rd of active measure 2 (22) for the lead `constant`; 0 disables the measure.
-            lead_s ["k_rd"] = 3.0, "s", "guidance.lead_s", Allowed::at_least(0.0).at_most(100.0),
+            pub lead_s ["k_rd"] = 3.0, "s", "guidance.lead_s", Allowed::at_least(0.0).at_most(100.0),
                 |guidance, allowed| if guidance.lead == Lead::Constant { allowed } else { Allowed::FINITE };
             /// Heading gain k_omega (24).
-            heading_gain_1_s ["k_omega"] = 2.0 => 1.0, "1/s", "guidance.heading_gain_1_s",
+            pub heading_gain_1_s ["k_omega"] = 2.0 => 1.0, "1/s", "guidance.heading_gain_1_s",
                 Allowed::above(0.0).at_most(100.0);
             /// Gain on the difference between the turn rate and the feedforward; 0, as in the paper: no damping.
-            turn_rate_gain = 0.0, "1", "guidance.turn_rate_gain", Allowed::at_least(0.0).at_most(100.0);
+            pub turn_rate_gain = 0.0, "1", "guidance.turn_rate_gain", Allowed::at_least(0.0).at_most(100.0);
             /// Phase gain k_v (35).
-            phase_gain_1_s ["k_v"] = 0.5, "1/s", "guidance.phase_gain_1_s", Allowed::at_least(0.0).at_most(100.0);
+            pub phase_gain_1_s ["k_v"] = 0.5, "1/s", "guidance.phase_gain_1_s", Allowed::at_least(0.0).at_most(100.0);
             /// Desired phase theta_d between two UAVs (35).
-            desired_phase_rad ["theta_d"] = 90f64.to_radians(), "rad", "guidance.desired_phase_deg",
+            pub desired_phase_rad ["theta_d"] = 90f64.to_radians(), "rad", "guidance.desired_phase_deg",
                 Allowed::at_least(0.0).at_most(PI);
         }
         words {
             /// Feedforward turn rate (25).
-            feedforward: Feedforward = Field, "guidance.feedforward";
+            pub(crate) feedforward: Feedforward = Field, "guidance.feedforward";
             /// Lead of active measure 2 (22).
-            lead: Lead = Constant, "guidance.lead";
+            pub(crate) lead: Lead = Constant, "guidance.lead";
             /// Reference of the nominal speed.
-            speed_reference: SpeedReference = Ground, "guidance.speed_reference";
+            pub(crate) speed_reference: SpeedReference = Ground, "guidance.speed_reference";
             /// Direction of the orbits, seen from above.
-            orbit_direction: OrbitDirection = Anticlockwise, "guidance.orbit_direction";
+            pub orbit_direction: OrbitDirection = Anticlockwise, "guidance.orbit_direction";
         }
     }
 
@@ -362,9 +369,9 @@ params! {
     struct SeparationParams at [separation] {
         numbers {
             /// Minimum horizontal distance.
-            horizontal_min_m = 50.0, "m", "separation.horizontal_min_m", Allowed::at_least(1.0).at_most(1e4);
+            pub horizontal_min_m = 50.0, "m", "separation.horizontal_min_m", Allowed::at_least(1.0).at_most(1e4);
             /// Minimum difference of altitude.
-            vertical_min_m = 30.0, "m", "separation.vertical_min_m", Allowed::at_least(1.0).at_most(1e4);
+            pub vertical_min_m = 30.0, "m", "separation.vertical_min_m", Allowed::at_least(1.0).at_most(1e4);
         }
     }
 }
@@ -391,14 +398,18 @@ pub struct ParamInfo {
     /// Doc comment, as lines that begin with a space.
     doc: &'static str,
     /// Kind of its values.
+    #[cfg(feature = "research")]
     pub kind: ParamKind,
+    #[cfg(not(feature = "research"))]
+    pub(crate) kind: ParamKind,
     get: fn(&TeamParams) -> Option<ParamValue>,
     set: fn(&mut TeamParams, ParamValue) -> bool,
 }
 
 impl ParamInfo {
     /// Name of the field: the last part of the path.
-    pub fn name(&self) -> &'static str {
+    #[cfg_attr(feature = "research", visibility::make(pub))]
+    pub(crate) fn name(&self) -> &'static str {
         self.path.rsplit('.').next().unwrap_or(self.path)
     }
 
@@ -408,7 +419,8 @@ impl ParamInfo {
     }
 
     /// True for an angle, which is in radians here and in degrees in scenario files.
-    pub fn is_angle(&self) -> bool {
+    #[cfg_attr(feature = "research", visibility::make(pub))]
+    pub(crate) fn is_angle(&self) -> bool {
         matches!(self.kind, ParamKind::Number { unit: "rad", .. })
     }
 
@@ -461,6 +473,11 @@ impl TeamParams {
         Self::preset(true)
     }
 
+    /// Returns every parameter that is out of range, alone or in combination with others.
+    pub fn errors(&self) -> Vec<ParamError> {
+        self.out_of_range()
+    }
+
     /// Every scalar parameter.
     pub fn table() -> &'static [ParamInfo] {
         TABLE
@@ -507,18 +524,18 @@ mod tests {
     fn a_filtered_centre_excludes_the_motion_model() {
         let mut params = TeamParams::paper().group;
         params.motion.time_constant_s = 1.5;
-        let messages: Vec<String> = params.errors().iter().map(ToString::to_string).collect();
+        let messages: Vec<String> = params.out_of_range().iter().map(ToString::to_string).collect();
         assert_eq!(
             messages,
             ["motion.time_constant_s = 1.5: must be exactly 0 (a filtered centre has its own motion \
                  model; to use this one, choose the centroid or the enclosing circle)"]
         );
         for centre in [CentreEstimate::Centroid, CentreEstimate::EnclosingCircle] {
-            assert!(GroupingParams { centre, ..params }.errors().is_empty());
+            assert!(GroupingParams { centre, ..params }.out_of_range().is_empty());
         }
         params.motion = MotionParams { time_constant_s: 61.0, ..params.motion };
         assert_eq!(
-            GroupingParams { centre: CentreEstimate::Centroid, ..params }.errors()[0].path,
+            GroupingParams { centre: CentreEstimate::Centroid, ..params }.out_of_range()[0].path,
             "motion.time_constant_s"
         );
     }

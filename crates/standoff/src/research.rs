@@ -3,7 +3,7 @@
 //! With the feature `research`, types of the crate root have more public methods, and the structs of the message log's
 //! protocol public fields.
 
-pub use crate::coordination::assignment::assign;
+pub use crate::coordination::assignment::{Assignment, AssignmentLaw, AvailableUav, CandidateGroup, assign};
 pub use crate::coordination::clustering::{KMeans, group_count};
 pub use crate::coordination::group_centre::{Centroid, GroupCentre, mahalanobis_squared};
 pub use crate::coordination::lost_target_search::SearchArea;
@@ -14,13 +14,18 @@ pub use crate::guidance::orbit_motion::OrbitMotion;
 pub use crate::guidance::pair_information::{
     equal_accuracy_range_m, optimal_phase_difference_rad, pair_information_1_m4, pair_information_at_1_m4,
 };
-pub use crate::guidance::standoff_distance::{Ramp, Spread, moving_centre_limit_m, turn_limit_m};
+pub use crate::guidance::standoff_distance::{Ramp, Spread, StandoffDistance, moving_centre_limit_m, turn_limit_m};
 pub use crate::guidance::vector_field::{VectorField, lyapunov_m4, lyapunov_rate_m4_s};
-pub use crate::message::{MessageSource, ReceivedRange, SnapshotRequest};
+pub use crate::message::{CommitDigest, LogStatus, MessageSource, ReceivedRange, SnapshotRequest};
+pub use crate::params::{
+    CentreEstimate, CentreJump, Feedforward, GroupCount, Integrator, Lead, Margin, Objective, ParamKind, Pointing,
+    RemovalRule, SpeedReference, Word,
+};
 pub use crate::sensor::{jacobian, measure};
 pub use crate::target::Transition;
 pub use crate::tracking::information_filter::{Contribution, InformationFilter};
 pub use crate::uav::LimitedCommand;
+pub use crate::validation::Allowed;
 
 /// Elementary functions from one portable source, so that results do not depend on the platform or the build.
 pub mod math {

@@ -24,11 +24,15 @@ use crate::time::Duration;
 ///
 /// Component order: `[x, vx, ax, y, vy, ay]`, one block of three per axis.
 #[derive(Debug, Clone, Copy, Default, PartialEq, serde::Serialize, serde::Deserialize)]
-pub struct TargetState(pub Vector6<f64>);
+pub struct TargetState(
+    #[cfg(feature = "research")] pub Vector6<f64>,
+    #[cfg(not(feature = "research"))] pub(crate) Vector6<f64>,
+);
 
 impl TargetState {
     /// Creates a state from position, velocity and acceleration (east and north, m/s2).
-    pub fn new(position: Position, velocity: Velocity, acceleration_m_s2: [f64; 2]) -> Self {
+    #[cfg_attr(feature = "research", visibility::make(pub))]
+    pub(crate) fn new(position: Position, velocity: Velocity, acceleration_m_s2: [f64; 2]) -> Self {
         Self(Vector6::new(
             position.x_m(),
             velocity.x_m_s(),
@@ -53,7 +57,8 @@ impl TargetState {
 
     /// Acceleration east and north, m/s2.
     #[inline]
-    pub fn acceleration_m_s2(&self) -> [f64; 2] {
+    #[cfg_attr(feature = "research", visibility::make(pub))]
+    pub(crate) fn acceleration_m_s2(&self) -> [f64; 2] {
         [self.0[2], self.0[5]]
     }
 }

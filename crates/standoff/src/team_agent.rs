@@ -74,7 +74,8 @@ impl TeamAgent {
 
     /// Replaces the assignment law (33) with a custom one.
     #[must_use]
-    pub fn with_assignment_law(mut self, law: Arc<dyn AssignmentLaw>) -> Self {
+    #[cfg_attr(feature = "research", visibility::make(pub))]
+    pub(crate) fn with_assignment_law(mut self, law: Arc<dyn AssignmentLaw>) -> Self {
         self.updater.assignment = Some(law);
         self
     }

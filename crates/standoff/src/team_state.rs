@@ -31,11 +31,17 @@ pub struct TeamState {
     pub groups: Vec<Group>,
     /// Assignment of UAVs to groups, by ascending UAV. It contains every UAV received within the teammate timeout that
     /// does not search, while there are groups.
+    #[cfg(feature = "research")]
     pub assignments: Vec<Assignment>,
+    #[cfg(not(feature = "research"))]
+    pub(crate) assignments: Vec<Assignment>,
     /// UAVs that search for lost targets, by ascending UAV.
     pub search_assignments: Vec<SearchAssignment>,
     /// Number of tracks that are not lost and in no group.
+    #[cfg(feature = "research")]
     pub ungrouped_count: u32,
+    #[cfg(not(feature = "research"))]
+    pub(crate) ungrouped_count: u32,
     /// Events of this time step.
     #[serde(skip)]
     pub events: Vec<Event>,

@@ -41,7 +41,8 @@ impl Time {
 
 impl Duration {
     /// Zero duration.
-    pub const ZERO: Self = Self(0);
+    #[cfg_attr(feature = "research", visibility::make(pub))]
+    pub(crate) const ZERO: Self = Self(0);
 
     /// Creates a duration from microseconds.
     pub const fn from_us(us: i64) -> Self {

@@ -95,7 +95,8 @@ impl UavState {
     }
 
     /// Returns true if every component is finite.
-    pub fn is_finite(&self) -> bool {
+    #[cfg_attr(feature = "research", visibility::make(pub))]
+    pub(crate) fn is_finite(&self) -> bool {
         self.position.is_finite()
             && self.heading.rad().is_finite()
             && self.speed_m_s.is_finite()

@@ -2,16 +2,18 @@
 
 use core::fmt;
 
-/// A parameter outside its allowed range.
-#[derive(Debug, Clone, PartialEq, thiserror::Error)]
-#[error("{path} = {value}: must be {allowed}")]
-pub struct ParamError {
-    /// Path of the parameter in the checked type: field names joined by dots, as in `track.sensor.range_sd_m`.
-    pub path: String,
-    /// The given value.
-    pub value: f64,
-    /// Allowed range.
-    pub allowed: Allowed,
+research_fields! {
+    /// A parameter outside its allowed range.
+    #[derive(Debug, Clone, PartialEq, thiserror::Error)]
+    #[error("{path} = {value}: must be {allowed}")]
+    pub struct ParamError {
+        /// Path of the parameter in the checked type: field names joined by dots, as in `track.sensor.range_sd_m`.
+        pub path: String,
+        /// The given value.
+        pub value: f64,
+        /// Allowed range.
+        pub(crate) allowed: Allowed,
+    }
 }
 
 /// Joins the errors of several fields and prefixes each path with the name of its field.
@@ -25,7 +27,7 @@ pub(crate) fn errors_of<const N: usize>(fields: [(&'static str, Vec<ParamError>)
 /// An interval of allowed values, in the parameter's unit.
 ///
 /// ```
-/// use standoff::Allowed;
+/// use standoff::research::Allowed;
 ///
 /// let gain = Allowed::at_least(0.001).at_most(1.0);
 /// assert!(gain.contains(0.2) && !gain.contains(0.0) && !gain.contains(f64::NAN));

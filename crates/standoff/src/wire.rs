@@ -27,10 +27,10 @@
 //! of the fields of [`Message`]; times are microseconds. The length in bytes is [`Message::size_bytes`].
 //!
 //! ```
-//! use standoff::{Angle, Message, Position, Report, Time, UavId, UavState, wire};
+//! use standoff::{Angle, Message, Position, Time, TrafficReport, UavState, wire};
 //!
-//! let own = UavState::level_flight(Position::from_m(400.0, 0.0), Angle::from_deg(90.0), 40.0);
-//! let message = Message::Report(Report::position_only(UavId(0), Time::EPOCH, own));
+//! let state = UavState::level_flight(Position::from_m(400.0, 0.0), Angle::from_deg(90.0), 40.0);
+//! let message = Message::Traffic(TrafficReport { aircraft: 0, time: Time::EPOCH, state });
 //! let mut bytes = wire::encode(&message)?;
 //! assert_eq!(bytes.len(), message.size_bytes());
 //! bytes[20] ^= 1;
@@ -52,7 +52,7 @@ use crate::time::Time;
 use crate::uav::{UavId, UavState, Vertical};
 
 /// Version of the encoding. It changes with every change of the layout; a decoder accepts only its own version.
-pub const VERSION: u8 = 1;
+const VERSION: u8 = 1;
 
 /// First byte of every message.
 const FORMAT: u8 = b's';
@@ -82,7 +82,7 @@ pub enum DecodeError {
     /// The first byte, if it is not that of this format.
     #[error("first byte {0}: must be 115 (the letter s)")]
     Format(u8),
-    /// Another version than [`VERSION`].
+    /// The version of another layout.
     #[error("version {0}: must be {VERSION}; install the same version on all aircraft")]
     Version(u8),
     /// The message is damaged or truncated.

@@ -7,6 +7,7 @@ mod common;
 
 use allocation_counter::measure;
 use common::{Team, scan_of};
+use standoff::research::{CentreEstimate, Pointing};
 use standoff::*;
 
 #[test]

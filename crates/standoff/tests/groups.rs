@@ -6,7 +6,10 @@ use std::collections::BTreeSet;
 
 use common::{Team, observe_all, scan_of, step};
 use proptest::prelude::*;
-use standoff::research::group_count;
+use standoff::research::{
+    Assignment, AssignmentLaw, AvailableUav, CandidateGroup, CentreEstimate, GroupCount, Lead, Pointing, RemovalRule,
+    group_count,
+};
 use standoff::*;
 
 /// Two groups; target 1 of the first group drives to the second group.

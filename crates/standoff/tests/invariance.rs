@@ -6,6 +6,7 @@ mod common;
 
 use common::{Draw, OwnedScan};
 use proptest::prelude::*;
+use standoff::research::{CentreEstimate, Feedforward, GroupCount, Lead, Pointing, RemovalRule, SpeedReference};
 use standoff::*;
 
 /// An isometry of the plane: optional north-south mirroring, then a rotation around the origin, then a shift.

@@ -1,8 +1,7 @@
 //! (32) adds information about different targets before the determinant, and (33) allows a UAV in two groups.
 
-use standoff::research::{assign, math};
-use standoff::{Assignment, Displacement, GroupId, Objective, Position, SensorParams, TeamParams, UavId};
-use standoff::{AvailableUav, CandidateGroup};
+use standoff::research::{Assignment, AvailableUav, CandidateGroup, Objective, assign, math};
+use standoff::{Displacement, GroupId, Position, SensorParams, TeamParams, UavId};
 use standoff_sim::random::{Draw, Draws, Stream};
 
 use crate::claim::Claim;

@@ -1,7 +1,8 @@
 //! Euler's step (4) at 0.5 s: the heading loop is marginally stable, and the orbit about a stationary target is too
 //! wide.
 
-use standoff::{Duration, Feedforward, Integrator, TeamParams, UavParams};
+use standoff::research::{Feedforward, Integrator};
+use standoff::{Duration, TeamParams, UavParams};
 use standoff_view::figures::study::Plot;
 
 use super::flight::{Flight, PERIOD_S};

@@ -1,7 +1,7 @@
 //! (25) is the derivative of the field's heading only on the orbit and only about a stationary centre.
 
-use standoff::research::{VectorField, steer};
-use standoff::{Displacement, Feedforward, Position, TeamParams, UavState, Velocity};
+use standoff::research::{Feedforward, VectorField, steer};
+use standoff::{Displacement, Position, TeamParams, UavState, Velocity};
 use standoff_view::figures::study::{Line, Plot};
 
 use super::flight::{Flight, orbit};

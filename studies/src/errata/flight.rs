@@ -1,10 +1,7 @@
 //! Closed-loop simulation of guidance and kinematics of one UAV about an exactly known centre.
 
-use standoff::research::{Orbit, Ramp, steer};
-use standoff::{
-    Angle, Command, Duration, Feedforward, GuidanceParams, Integrator, Position, TeamParams, UavParams, UavState,
-    Velocity,
-};
+use standoff::research::{Feedforward, Integrator, Orbit, Ramp, steer};
+use standoff::{Angle, Command, Duration, GuidanceParams, Position, TeamParams, UavParams, UavState, Velocity};
 
 /// Sampling period T_s of Table I, s.
 pub(super) const PERIOD_S: f64 = 0.5;

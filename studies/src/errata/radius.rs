@@ -1,7 +1,7 @@
 //! (27) neglects the motion of the centre: about a moving centre the smallest feasible orbit is larger.
 
-use standoff::research::{moving_centre_limit_m, turn_limit_m};
-use standoff::{Feedforward, TeamParams};
+use standoff::TeamParams;
+use standoff::research::{Feedforward, moving_centre_limit_m, turn_limit_m};
 use standoff_view::figures::study::Plot;
 
 use super::flight::Flight;

@@ -4,9 +4,9 @@ use std::sync::{Mutex, PoisonError};
 
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyTuple};
-use standoff::research::{Contribution, InformationFilter};
+use standoff::research::{Allowed, Contribution, InformationFilter};
 use standoff::{
-    Allowed, Angle, Covariance, Cue, Duration, Estimate, Position, RangeBearingMeasurement, TargetLabel, TargetState,
+    Angle, Covariance, Cue, Duration, Estimate, Position, RangeBearingMeasurement, TargetLabel, TargetState,
     TeamParams, Time, Track, TrackParams, Velocity,
 };
 

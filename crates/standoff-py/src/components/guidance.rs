@@ -1,8 +1,8 @@
 //! Standoff distance from the spread of a group, and turn-rate law: (15), (22-25), (28, 29).
 
 use pyo3::prelude::*;
-use standoff::research::{self, Orbit, Ramp, Spread};
-use standoff::{Allowed, Angle, UavState};
+use standoff::research::{self, Allowed, Orbit, Ramp, Spread};
+use standoff::{Angle, UavState};
 
 use super::array::{COORDINATE_M, DISTANCE_M, Given, Made, PATIENCE, RATE, Rows, common, each};
 use super::parameters::Parameters;

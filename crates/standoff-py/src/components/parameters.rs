@@ -7,7 +7,8 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 #[cfg(feature = "stubs")]
 use pyo3::{PyTypeInfo, type_hint_union};
-use standoff::{Lead, LinkModel, ParamInfo, ParamKind, ParamValue, TeamParams};
+use standoff::research::{Lead, ParamKind};
+use standoff::{LinkModel, ParamInfo, ParamValue, TeamParams};
 
 use crate::common_args::{Whole, count};
 use crate::exceptions::InputError;

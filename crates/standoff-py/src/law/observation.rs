@@ -3,9 +3,10 @@
 use numpy::ndarray::Dimension;
 use numpy::{IntoPyArray, PyArray, PyArray1, PyArray2, PyArray3, PyArrayMethods};
 use pyo3::prelude::*;
+use standoff::research::{Allowed, AvailableUav, CandidateGroup};
 use standoff::{
-    AgentOutput, Allowed, AvailableUav, CandidateGroup, Cue, GroupedTrack, Membership, Report,
-    TeamState as AgentTeamState, Time, TrackStatus, TrafficReport, UavState,
+    AgentOutput, Cue, GroupedTrack, Membership, Report, TeamState as AgentTeamState, Time, TrackStatus, TrafficReport,
+    UavState,
 };
 use standoff_sim::scenario::Scenario;
 

@@ -3,7 +3,8 @@
 use std::fmt::Display;
 
 use serde::Serialize;
-use standoff::{Allowed, ClimbParams, ParamInfo, ParamValue, SeparationParams, TeamParams};
+use standoff::research::Allowed;
+use standoff::{ClimbParams, ParamInfo, ParamValue, SeparationParams, TeamParams};
 
 use super::number::Number;
 use super::sample::{Draw, Drawing};

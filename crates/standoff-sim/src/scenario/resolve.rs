@@ -3,9 +3,9 @@
 use std::sync::Arc;
 
 use serde::Serialize;
+use standoff::research::Integrator;
 use standoff::{
-    ClimbParams, Duration, Integrator, Position, SeparationParams, TargetParams, TargetState, TeamParams, UavId,
-    Velocity,
+    ClimbParams, Duration, Position, SeparationParams, TargetParams, TargetState, TeamParams, UavId, Velocity,
 };
 
 use standoff_score::{CueError, Noise};

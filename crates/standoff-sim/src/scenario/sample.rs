@@ -2,7 +2,7 @@
 
 use std::fmt::Display;
 
-use standoff::Allowed;
+use standoff::research::Allowed;
 
 use super::diagnostics::Problems;
 use super::number::Number;

@@ -7,7 +7,8 @@ use schemars::Schema;
 use schemars::generate::SchemaSettings;
 use schemars::transform::{RecursiveTransform, Transform};
 use serde_json::{Map, Value, json};
-use standoff::{ParamInfo, ParamKind};
+use standoff::ParamInfo;
+use standoff::research::ParamKind;
 
 use super::parameters::{DERIVED, Parameters, declared, split, tables};
 use super::schema_types::ScenarioFile;

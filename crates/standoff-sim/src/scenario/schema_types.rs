@@ -10,7 +10,8 @@ use std::path::Path;
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize, Serializer};
-use standoff::{Agent, Allowed};
+use standoff::Agent;
+use standoff::research::Allowed;
 
 use super::number::{Number, as_typed, lists_as_typed};
 use super::parameters::Parameters;

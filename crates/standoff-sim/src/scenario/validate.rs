@@ -1,7 +1,8 @@
 //! Checks of a scenario beyond the range of each number. Errors point to where the value was typed, in the unit in
 //! which it was typed.
 
-use standoff::{Allowed, ParamError, TeamParams};
+use standoff::research::Allowed;
+use standoff::{ParamError, TeamParams};
 use standoff_io::display_text::quoted;
 
 use super::basemap::MAPS_MAX;

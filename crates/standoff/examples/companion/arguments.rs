@@ -84,8 +84,9 @@ impl Arguments {
 const TEAM_MAX: u32 = 100;
 
 fn parse_state(text: &str) -> Option<UavState> {
-    let numbers: Vec<f64> = text.split(',').map(|number| number.trim().parse().ok()).collect::<Option<_>>()?;
+    let parse = |number: &str| number.trim().parse().ok().filter(|number: &f64| number.is_finite());
+    let numbers: Vec<f64> = text.split(',').map(parse).collect::<Option<_>>()?;
     let [x_m, y_m, heading_deg] = numbers.try_into().ok()?;
     let (position, heading) = (Position::from_m(x_m, y_m), Angle::from_deg(heading_deg));
-    Some(UavState::level_flight(position, heading, 40.0)).filter(UavState::is_finite)
+    Some(UavState::level_flight(position, heading, 40.0))
 }

@@ -39,7 +39,9 @@ pub(crate) struct Companion {
 
 /// Must be the same on every aircraft of a team: with different parameters, the team states differ.
 fn team_params() -> TeamParams {
-    TeamParams { link: LinkModel::Lossy, ..TeamParams::recommended() }
+    let mut params = TeamParams::recommended();
+    params.link = LinkModel::Lossy;
+    params
 }
 
 /// Initial state of a UAV: the team starts in a row, flying north.
@@ -130,10 +132,10 @@ impl Companion {
         let team_state = self.agent.team_state();
         let assigned_uavs_by_group = team_state.groups.iter().map(|group| {
             let assigned_uavs = team_state
-                .assignments
+                .teammates
                 .iter()
-                .filter(|assignment| assignment.group == group.id)
-                .map(|assignment| assignment.uav.0.to_string());
+                .filter(|teammate| teammate.group == Some(group.id))
+                .map(|teammate| teammate.uav.0.to_string());
             assigned_uavs.collect::<Vec<_>>().join("+")
         });
         assigned_uavs_by_group.collect::<Vec<_>>().join(" ")
@@ -144,7 +146,7 @@ impl Companion {
         let (team_state, own, diagnostics) = (self.agent.team_state(), &self.own, &self.diagnostics);
         let [x_m, y_m] = [own.position.x_m(), own.position.y_m()];
         let r_m = diagnostics.steering.map_or(0.0, |steering| steering.centre_distance_m);
-        let r_d_m = team_state.group_of(self.agent.id()).map_or(0.0, |group| group.standoff.distance_m);
+        let r_d_m = team_state.group_of(self.agent.id()).map_or(0.0, |group| group.orbit_radius_m());
         let measured = team_state.tracks().iter().filter(|known| known.track.status == TrackStatus::Updated).count();
         let nearest =
             diagnostics.nearest_groupmate_m.map_or("none".to_owned(), |distance_m| format!("{distance_m:.0} m"));

@@ -39,7 +39,10 @@ pub struct Group {
     /// Margin d_m that is added to the spread, m.
     pub(crate) margin_m: f64,
     /// Standoff distance r_d and its rate.
+    #[cfg(feature = "research")]
     pub standoff: StandoffDistance,
+    #[cfg(not(feature = "research"))]
+    pub(crate) standoff: StandoffDistance,
     /// Low-passed standoff distance; with [`Lead::Predicted`], that of the predicted standoff distance.
     pub(crate) smoothed_radius: Ramp,
     /// Smallest radius at which a UAV can turn around this centre, m; infinite if the centre is as fast as a UAV can
@@ -60,7 +63,10 @@ pub struct Group {
     /// Duration since the centre became faster than the UAVs can fly.
     pub(crate) outrun_for: Duration,
     /// Smallest distance between two UAVs of the group, m.
+    #[cfg(feature = "research")]
     pub nearest_groupmate_m: Option<f64>,
+    #[cfg(not(feature = "research"))]
+    pub(crate) nearest_groupmate_m: Option<f64>,
     /// Number of members at the last assignment of UAVs.
     pub(crate) members_when_assigned: u32,
     /// Alerts that are active for the group as a whole.
@@ -118,6 +124,12 @@ impl TryFrom<(u8, bool)> for Alarms {
 }
 
 impl Group {
+    /// Radius r_d of the orbit, m.
+    #[doc(alias = "r_d")]
+    pub fn orbit_radius_m(&self) -> f64 {
+        self.standoff.distance_m
+    }
+
     /// State of the filtered centre, and its covariance.
     pub fn centre(&self) -> &Estimate {
         self.centre.estimate()

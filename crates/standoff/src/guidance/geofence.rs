@@ -50,20 +50,21 @@ pub struct Zone {
     pub vertices: Vec<Position>,
 }
 
-/// Error in the zones of a geofence.
-#[derive(Debug, Clone, PartialEq, thiserror::Error)]
-#[error("{position}{reason}")]
-#[non_exhaustive]
-pub struct GeofenceError {
-    /// Index of the zone, from 0; `None` if the error concerns all zones together.
-    pub zone: Option<usize>,
-    /// Index of the vertex, from 0; `None` if the error concerns the whole zone.
-    pub vertex: Option<usize>,
-    /// Zone and vertex as text, such as `zone 1 "airfield", vertex 2: `; empty if the error concerns all zones
-    /// together.
-    pub position: String,
-    /// The error, and how to correct it.
-    pub reason: String,
+research_fields! {
+    /// Error in the zones of a geofence.
+    #[derive(Debug, Clone, PartialEq, thiserror::Error)]
+    #[error("{position}{reason}")]
+    pub struct GeofenceError {
+        /// Index of the zone, from 0; `None` if the error concerns all zones together.
+        pub(crate) zone: Option<usize>,
+        /// Index of the vertex, from 0; `None` if the error concerns the whole zone.
+        pub(crate) vertex: Option<usize>,
+        /// Zone and vertex as text, such as `zone 1 "airfield", vertex 2: `; empty if the error concerns all zones
+        /// together.
+        pub(crate) position: String,
+        /// The error, and how to correct it.
+        pub(crate) reason: String,
+    }
 }
 
 /// Geofence: the validated zones of a team. Clones share the zones.
@@ -122,7 +123,8 @@ impl Geofence {
     }
 
     /// Returns true if there are no zones.
-    pub fn is_empty(&self) -> bool {
+    #[cfg_attr(feature = "research", visibility::make(pub))]
+    pub(crate) fn is_empty(&self) -> bool {
         self.zones.is_empty()
     }
 

@@ -72,27 +72,28 @@ impl Orbit {
     }
 }
 
-/// Output of the guidance law for one UAV, with intermediate values.
-#[derive(Debug, Clone, Copy, PartialEq)]
-#[non_exhaustive]
-pub struct Steering {
-    /// Desired turn rate u_omega before limits, rad/s.
-    pub turn_rate_rad_s: f64,
-    /// Desired heading psi_d (23).
-    #[doc(alias = "psi_d")]
-    pub desired_heading: Angle,
-    /// Feedforward part of the turn rate (25), rad/s.
-    pub feedforward_rad_s: f64,
-    /// Distance r from the centre, m.
-    pub centre_distance_m: f64,
-    /// Direction from the centre to the UAV.
-    pub phase: Angle,
-    /// Steered radius (22), m.
-    pub steered_radius_m: f64,
-    /// Threshold of Lemma 3.1, m2/s.
-    pub convergence_threshold_m2_s: f64,
-    /// True if the centre is too fast for the field (29).
-    pub centre_too_fast: bool,
+research_fields! {
+    /// Output of the guidance law for one UAV, with intermediate values.
+    #[derive(Debug, Clone, Copy, PartialEq)]
+    pub struct Steering {
+        /// Desired turn rate u_omega before limits, rad/s.
+        pub(crate) turn_rate_rad_s: f64,
+        /// Desired heading psi_d (23).
+        #[doc(alias = "psi_d")]
+        pub desired_heading: Angle,
+        /// Feedforward part of the turn rate (25), rad/s.
+        pub(crate) feedforward_rad_s: f64,
+        /// Distance r from the centre, m.
+        pub centre_distance_m: f64,
+        /// Direction from the centre to the UAV.
+        pub(crate) phase: Angle,
+        /// Steered radius (22), m.
+        pub(crate) steered_radius_m: f64,
+        /// Threshold of Lemma 3.1, m2/s.
+        pub(crate) convergence_threshold_m2_s: f64,
+        /// True if the centre is too fast for the field (29).
+        pub centre_too_fast: bool,
+    }
 }
 
 /// Returns the ground speed that results in `speed_m_s` relative to the [`SpeedReference`], m/s, before limits.

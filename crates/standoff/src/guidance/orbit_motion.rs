@@ -313,8 +313,8 @@ mod tests {
     #[test]
     fn invalid_parameters_are_rejected() {
         let bad = MotionParams { time_constant_s: -1.0, acceleration_max_m_s2: 0.0, closing_speed_max_m_s: f64::NAN };
-        let names: Vec<_> = bad.errors().into_iter().map(|error| error.path).collect();
+        let names: Vec<_> = bad.out_of_range().into_iter().map(|error| error.path).collect();
         assert_eq!(names, ["time_constant_s", "acceleration_max_m_s2", "closing_speed_max_m_s"]);
-        assert!(PARAMS.errors().is_empty());
+        assert!(PARAMS.out_of_range().is_empty());
     }
 }

@@ -236,7 +236,7 @@ mod tests {
     #[test]
     fn bounds_in_the_wrong_order_are_rejected() {
         let bad = StandoffParams { radius_max_m: 200.0, ..table_1() };
-        let names: Vec<_> = bad.errors().into_iter().map(|error| error.path).collect();
+        let names: Vec<_> = bad.out_of_range().into_iter().map(|error| error.path).collect();
         assert_eq!(names, ["radius_max_m"]);
     }
 }

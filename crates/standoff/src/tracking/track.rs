@@ -201,7 +201,8 @@ impl Track {
     }
 
     /// Returns true if the track is lost.
-    pub fn is_lost(&self) -> bool {
+    #[cfg_attr(feature = "research", visibility::make(pub))]
+    pub(crate) fn is_lost(&self) -> bool {
         matches!(self.status, TrackStatus::Lost(_))
     }
 
