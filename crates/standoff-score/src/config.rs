@@ -3,10 +3,9 @@
 use std::collections::BTreeSet;
 use std::sync::Arc;
 
-use standoff::research::{CentreEstimate, OrbitMotion, Spread, StandoffDistance};
+use standoff::research::{CentreEstimate, MotionParams, OrbitMotion, Spread, StandoffDistance};
 use standoff::{
-    Geofence, MotionParams, SensorParams, SeparationParams, StandoffParams, TargetParams, TargetState, TeamParams,
-    Velocity,
+    Geofence, SensorParams, SeparationParams, StandoffParams, TargetParams, TargetState, TeamParams, Velocity,
 };
 
 use crate::geometry::true_centre;

@@ -56,8 +56,9 @@ fn orbit_of(orbits: &[(u32, TrueOrbit)], group: u32) -> Option<&TrueOrbit> {
 
 #[cfg(test)]
 mod tests {
+    use standoff::Position;
     use standoff::research::CentreEstimate;
-    use standoff::{MotionParams, Position};
+    use standoff::research::MotionParams;
 
     use super::*;
     use crate::FrameScorer;

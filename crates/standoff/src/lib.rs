@@ -11,7 +11,7 @@
 //! team with an ideal radio. [`wire`] encodes messages.
 //!
 //! The feature `research` adds the module `research`: an unstable view of the internals, for studies, simulators and
-//! tests. It also makes more methods of the public types visible. An integrator needs none of it.
+//! tests. It also makes more fields and methods of the public types visible. An integrator needs none of it.
 //!
 //! Frame: x east, y north, metres. Angles: radians, anticlockwise from east, in (-pi, pi]. Units are SI; the unit is
 //! the last part of a name.
@@ -75,9 +75,8 @@ pub use message::{Cue, Detection, Message, Report, Scan, SnapshotPart, TargetLab
 pub use message_log::TeammateStatus;
 pub use output::{AgentOutput, Diagnostics, Observation, PointingTarget, Rejected};
 pub use params::{
-    AltitudePolicy, ClimbParams, GroupingParams, GuidanceParams, LinkModel, LogParams, MotionParams, OrbitDirection,
-    ParamInfo, ParamValue, SensorParams, SeparationParams, StandoffParams, TargetParams, TeamParams, TrackParams,
-    UavParams,
+    ClimbParams, GroupingParams, GuidanceParams, LinkModel, LogParams, OrbitDirection, ParamInfo, ParamValue,
+    SensorParams, SeparationParams, StandoffParams, TargetParams, TeamParams, TrackParams, UavParams,
 };
 pub use sensor::RangeBearingMeasurement;
 pub use target::TargetState;

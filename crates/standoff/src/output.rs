@@ -58,6 +58,7 @@ impl PointingTarget {
 
 /// Result of a decision: what a UAV does until the next time step.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(not(feature = "research"), non_exhaustive)]
 pub struct AgentOutput {
     /// Command for the autopilot, within the limits.
     pub command: Command,

@@ -28,14 +28,17 @@ pub(crate) const RANGE_MIN_M: f64 = 1.0;
 params! {
     /// Parameters of a team; every agent of the team is built from the same ones.
     ///
+    /// The fields describe UAVs, sensor, targets, radio, orbits and separation. The method has more parameters, such as
+    /// gains, which are tuned in simulation and rarely changed; [`Self::table`] reads and sets all by name.
+    ///
     /// ```
     /// use standoff::TeamParams;
     ///
-    /// let mut params = TeamParams::paper();
+    /// let mut params = TeamParams::recommended();
     /// assert!(params.errors().is_empty());
-    /// params.guidance.radial_gain = 5.0;
-    /// assert_eq!(params.errors()[0].path, "guidance.radial_gain");
-    /// assert!(params.errors()[0].to_string().contains("must be at least 0.001 and at most 1"));
+    /// params.uav.turn_rate_max_rad_s = 12.0;
+    /// assert_eq!(params.errors()[0].path, "uav.turn_rate_max_rad_s");
+    /// assert!(params.errors()[0].to_string().contains("must be at least 0.001 and at most 10"));
     /// ```
     struct TeamParams at [] {
         parts {
@@ -165,15 +168,17 @@ params! {
         numbers {
             /// A track is lost if the standard deviation of its position, in the worst direction, exceeds this. Larger
             /// covariances would exceed the number precision in combination with a good sensor.
-            pub deletion_position_sd_m = 300.0, "m", "filter.deletion_position_sd_m", Allowed::above(0.0).at_most(1e4);
+            pub(crate) deletion_position_sd_m = 300.0, "m", "filter.deletion_position_sd_m",
+                Allowed::above(0.0).at_most(1e4);
             /// A track is lost if its target is not detected for this long although it should clearly be in view.
-            pub deletion_unseen_in_view_s = 5.0 => 2.0, "s", "filter.deletion_unseen_in_view_s",
+            pub(crate) deletion_unseen_in_view_s = 5.0 => 2.0, "s", "filter.deletion_unseen_in_view_s",
                 Allowed::above(0.0).at_most(1e6);
             /// Standard deviation of the velocity, per axis, of a track that starts from a measurement.
-            pub initial_velocity_sd_m_s = 10.0, "m/s", "filter.initial_velocity_sd_m_s",
+            pub(crate) initial_velocity_sd_m_s = 10.0, "m/s", "filter.initial_velocity_sd_m_s",
                 Allowed::at_least(1e-3).at_most(1e3);
             /// Time after which a lost track is forgotten.
-            pub lost_track_retention_s = 600.0, "s", "filter.lost_track_retention_s", Allowed::above(0.0).at_most(1e6);
+            pub(crate) lost_track_retention_s = 600.0, "s", "filter.lost_track_retention_s",
+                Allowed::above(0.0).at_most(1e6);
         }
     }
 
@@ -221,7 +226,7 @@ params! {
     struct StandoffParams at [group.standoff] {
         numbers {
             /// Margin eps_m by which the field of view is reduced (15).
-            pub field_of_view_margin_rad ["eps_m"] = 10f64.to_radians(), "rad", "orbit.field_of_view_margin_deg",
+            pub(crate) field_of_view_margin_rad ["eps_m"] = 10f64.to_radians(), "rad", "orbit.field_of_view_margin_deg",
                 Allowed::at_least(0.0).with_reason("the margin must leave some of the field of view");
             /// Minimum radius r_d,min.
             pub radius_min_m ["r_d,min"] = 250.0, "m", "orbit.radius_min_m", Allowed::at_least(1.0).at_most(1e5);
@@ -254,50 +259,52 @@ params! {
             /// Bounds of the orbit radius and of the field of view.
             pub standoff: StandoffParams;
             /// Limits on the motion of centre and radius.
-            pub motion: MotionParams;
+            pub(crate) motion: MotionParams;
         }
         numbers {
             /// Number of standard deviations for the margin `standard-deviations`; 1.645 is the one-sided 95 % quantile.
-            pub margin_sds = 1.645 => 0.0, "1", "orbit.margin_sds", Allowed::at_least(0.0).at_most(100.0),
+            pub(crate) margin_sds = 1.645 => 0.0, "1", "orbit.margin_sds", Allowed::at_least(0.0).at_most(100.0),
                 |group, allowed| if group.margin == Margin::StandardDeviations { allowed } else { Allowed::FINITE };
             /// Time constant with which the commanded radius follows r_d; 0, as in the paper: immediately.
-            pub radius_time_constant_s = 0.0, "s", "orbit.radius_time_constant_s",
+            pub(crate) radius_time_constant_s = 0.0, "s", "orbit.radius_time_constant_s",
                 Allowed::at_least(0.0).at_most(3600.0);
             /// A target outside is admitted to a group if the orbit that includes it needs at most this fraction of the
             /// maximum radius.
-            pub readmission_radius_fraction = 0.9 => 0.97, "1", "orbit.readmission_radius_fraction",
+            pub(crate) readmission_radius_fraction = 0.9 => 0.97, "1", "orbit.readmission_radius_fraction",
                 Allowed::above(0.0).at_most(1.0);
             /// A target is handed off if another group's centroid is nearer by more than this. The paper has no such
             /// margin.
-            pub handoff_margin_m = 50.0, "m", "groups.handoff_margin_m", Allowed::at_least(0.0).at_most(1e5);
+            pub(crate) handoff_margin_m = 50.0, "m", "groups.handoff_margin_m", Allowed::at_least(0.0).at_most(1e5);
             /// Minimum dwell time T_hd of a handoff (34).
-            pub dwell_min_s = 3.0, "s", "groups.dwell_min_s", Allowed::at_least(0.0).at_most(3600.0);
+            pub(crate) dwell_min_s = 3.0, "s", "groups.dwell_min_s", Allowed::at_least(0.0).at_most(3600.0);
             /// Maximum dwell time; 0 disables the dwell.
-            pub dwell_max_s = 30.0, "s", "groups.dwell_max_s",
+            pub(crate) dwell_max_s = 30.0, "s", "groups.dwell_max_s",
                 Allowed::FINITE.at_most(3600.0).with_reason("not shorter than dwell_min_s"),
                 |group, allowed| allowed.and_at_least(group.dwell_min_s);
             /// Limit xi_d of the removal by convergence. If xi_th (Lemma 3.1) of all UAVs of a group stays below -xi_d,
             /// the group removes its furthest target.
-            pub divergence_limit_m2_s ["xi_d"] = 6000.0, "m2/s", "groups.divergence_limit_m2_s",
+            pub(crate) divergence_limit_m2_s ["xi_d"] = 6000.0, "m2/s", "groups.divergence_limit_m2_s",
                 Allowed::above(0.0).at_most(1e9);
             /// Time for which xi_th must stay below -xi_d before a removal.
-            pub divergence_time_s = 3.0, "s", "groups.divergence_time_s", Allowed::at_least(0.0).at_most(3600.0);
+            pub(crate) divergence_time_s = 3.0, "s", "groups.divergence_time_s", Allowed::at_least(0.0).at_most(3600.0);
             /// Period of the check whether the UAVs of a group could cover more targets by forming another group; 0, as
             /// in the paper: no check.
-            pub regrouping_period_s = 30.0, "s", "groups.regrouping_period_s", Allowed::at_least(0.0).at_most(3600.0);
+            pub(crate) regrouping_period_s = 30.0, "s", "groups.regrouping_period_s",
+                Allowed::at_least(0.0).at_most(3600.0);
             /// UAVs are not sent to targets that they cannot bring within sensing range in this time.
-            pub assignment_reach_s = 30.0, "s", "groups.assignment_reach_s", Allowed::at_least(0.0).at_most(3600.0);
+            pub(crate) assignment_reach_s = 30.0, "s", "groups.assignment_reach_s",
+                Allowed::at_least(0.0).at_most(3600.0);
             /// Switching cost of a UAV in the assignment with the objective `log-det`, in ln det per target of its
             /// current group. UAVs in flight are reassigned only for a larger gain. For comparison, a UAV twice as far
             /// away contributes 1.4 less.
-            pub assignment_switching_cost = 0.5 => 10.0, "1", "groups.assignment_switching_cost",
+            pub(crate) assignment_switching_cost = 0.5 => 10.0, "1", "groups.assignment_switching_cost",
                 Allowed::at_least(0.0).at_most(100.0);
             /// Altitude of the lowest orbit, above the plane.
             pub altitude_lowest_m = 300.0, "m", "groups.altitude_lowest_m", Allowed::at_least(1.0).at_most(2e4);
             /// Step between altitudes.
             pub altitude_step_m = 50.0, "m", "groups.altitude_step_m", Allowed::at_least(1.0).at_most(2e4);
             /// Distance below which two UAVs of a group cause a proximity alert.
-            pub proximity_alert_m = 50.0, "m", "groups.proximity_alert_m", Allowed::at_least(0.0).at_most(1e4);
+            pub(crate) proximity_alert_m = 50.0, "m", "groups.proximity_alert_m", Allowed::at_least(0.0).at_most(1e4);
         }
         words {
             /// Margin d_m of the standoff distance (16).
@@ -315,7 +322,7 @@ params! {
             /// Member that a group removes if its orbit cannot cover all.
             pub(crate) removal: RemovalRule = FurthestFromCentre => LargestRadiusReduction, "groups.removal";
             /// UAVs that share an altitude.
-            pub altitude_policy: AltitudePolicy = PerGroup, "groups.altitude_policy";
+            pub(crate) altitude_policy: AltitudePolicy = PerGroup, "groups.altitude_policy";
         }
         flags {
             /// UAVs that no group needs search for lost targets.
@@ -338,17 +345,18 @@ params! {
     struct GuidanceParams at [guidance] {
         numbers {
             /// Gain k_l of active measure 1 (20); 1 disables the measure.
-            pub radial_gain ["k_l"] = 0.2, "1", "guidance.radial_gain", Allowed::at_least(1e-3).at_most(1.0);
+            pub(crate) radial_gain ["k_l"] = 0.2, "1", "guidance.radial_gain", Allowed::at_least(1e-3).at_most(1.0);
             /// Lead time k_rd of active measure 2 (22) for the lead `constant`; 0 disables the measure.
-            pub lead_s ["k_rd"] = 3.0, "s", "guidance.lead_s", Allowed::at_least(0.0).at_most(100.0),
+            pub(crate) lead_s ["k_rd"] = 3.0, "s", "guidance.lead_s", Allowed::at_least(0.0).at_most(100.0),
                 |guidance, allowed| if guidance.lead == Lead::Constant { allowed } else { Allowed::FINITE };
             /// Heading gain k_omega (24).
-            pub heading_gain_1_s ["k_omega"] = 2.0 => 1.0, "1/s", "guidance.heading_gain_1_s",
+            pub(crate) heading_gain_1_s ["k_omega"] = 2.0 => 1.0, "1/s", "guidance.heading_gain_1_s",
                 Allowed::above(0.0).at_most(100.0);
             /// Gain on the difference between the turn rate and the feedforward; 0, as in the paper: no damping.
-            pub turn_rate_gain = 0.0, "1", "guidance.turn_rate_gain", Allowed::at_least(0.0).at_most(100.0);
+            pub(crate) turn_rate_gain = 0.0, "1", "guidance.turn_rate_gain", Allowed::at_least(0.0).at_most(100.0);
             /// Phase gain k_v (35).
-            pub phase_gain_1_s ["k_v"] = 0.5, "1/s", "guidance.phase_gain_1_s", Allowed::at_least(0.0).at_most(100.0);
+            pub(crate) phase_gain_1_s ["k_v"] = 0.5, "1/s", "guidance.phase_gain_1_s",
+                Allowed::at_least(0.0).at_most(100.0);
             /// Desired phase theta_d between two UAVs (35).
             pub desired_phase_rad ["theta_d"] = 90f64.to_radians(), "rad", "guidance.desired_phase_deg",
                 Allowed::at_least(0.0).at_most(PI);
@@ -387,7 +395,7 @@ params! {
 ///
 /// let mut team = TeamParams::recommended();
 /// assert!(gain.set(&mut team, ParamValue::Number(0.5)));
-/// assert_eq!(team.guidance.heading_gain_1_s, 0.5);
+/// assert_eq!(gain.value(&team), Some(ParamValue::Number(0.5)));
 /// ```
 #[derive(Debug, Clone, Copy)]
 pub struct ParamInfo {

@@ -1,7 +1,8 @@
 //! An unstable view of the internals, for studies, simulators, tests and the Python package. Any release may change it.
 //!
-//! With the feature `research`, types of the crate root have more public methods, and the structs of the message log's
-//! protocol public fields.
+//! With the feature `research`, types of the crate root have more public fields and methods: all parameters, contents of
+//! messages, intermediate values. The extension point of studies is [`AssignmentLaw`], a custom assignment law of a
+//! [`TeamAgent`](crate::TeamAgent).
 
 pub use crate::coordination::assignment::{Assignment, AssignmentLaw, AvailableUav, CandidateGroup, assign};
 pub use crate::coordination::clustering::{KMeans, group_count};
@@ -18,8 +19,8 @@ pub use crate::guidance::standoff_distance::{Ramp, Spread, StandoffDistance, mov
 pub use crate::guidance::vector_field::{VectorField, lyapunov_m4, lyapunov_rate_m4_s};
 pub use crate::message::{CommitDigest, LogStatus, MessageSource, ReceivedRange, SnapshotRequest};
 pub use crate::params::{
-    CentreEstimate, CentreJump, Feedforward, GroupCount, Integrator, Lead, Margin, Objective, ParamKind, Pointing,
-    RemovalRule, SpeedReference, Word,
+    AltitudePolicy, CentreEstimate, CentreJump, Feedforward, GroupCount, Integrator, Lead, Margin, MotionParams,
+    Objective, ParamKind, Pointing, RemovalRule, SpeedReference, Word,
 };
 pub use crate::sensor::{jacobian, measure};
 pub use crate::target::Transition;

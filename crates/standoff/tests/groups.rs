@@ -7,8 +7,8 @@ use std::collections::BTreeSet;
 use common::{Team, observe_all, scan_of, step};
 use proptest::prelude::*;
 use standoff::research::{
-    Assignment, AssignmentLaw, AvailableUav, CandidateGroup, CentreEstimate, GroupCount, Lead, Pointing, RemovalRule,
-    group_count,
+    Assignment, AssignmentLaw, AvailableUav, CandidateGroup, CentreEstimate, GroupCount, Lead, MotionParams, Pointing,
+    RemovalRule, group_count,
 };
 use standoff::*;
 

@@ -70,6 +70,7 @@ impl OtherAircraft {
 
 /// An aircraft that a UAV avoids.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(not(feature = "research"), non_exhaustive)]
 pub struct Avoidance {
     /// The avoided aircraft; without the avoidance, the UAV would have come too near to it.
     pub aircraft: Aircraft,

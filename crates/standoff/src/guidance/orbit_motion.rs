@@ -42,8 +42,8 @@ impl MotionParams {
 /// The flown orbit and its motion.
 ///
 /// ```
-/// use standoff::research::{OrbitMotion, Spread};
-/// use standoff::{MotionParams, Position, TargetState, TeamParams, Velocity};
+/// use standoff::research::{MotionParams, OrbitMotion, Spread};
+/// use standoff::{Position, TargetState, TeamParams, Velocity};
 ///
 /// let motion = MotionParams { time_constant_s: 1.5, acceleration_max_m_s2: 3.0, closing_speed_max_m_s: 25.0 };
 /// let params = TeamParams::paper();
