@@ -492,7 +492,6 @@ impl TeamParams {
     }
 
     /// Duration that a silent UAV still counts as part of the team.
-    #[cfg_attr(feature = "research", visibility::make(pub))]
     pub(crate) fn teammate_timeout(&self) -> Duration {
         Duration::from_s(self.teammate_timeout_s)
     }

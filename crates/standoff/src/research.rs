@@ -7,7 +7,6 @@
 pub use crate::coordination::assignment::{Assignment, AssignmentLaw, AvailableUav, CandidateGroup, assign};
 pub use crate::coordination::clustering::{KMeans, group_count};
 pub use crate::coordination::group_centre::{Centroid, GroupCentre, mahalanobis_squared};
-pub use crate::coordination::lost_target_search::SearchArea;
 pub use crate::enclosing_circle::EnclosingCircle;
 pub use crate::guidance::geofence::ZONES_MAX;
 pub use crate::guidance::heading::{Orbit, ground_speed_m_s, steer};

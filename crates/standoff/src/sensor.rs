@@ -56,7 +56,6 @@ impl SensorParams {
     }
 
     /// Like [`in_view`](Self::in_view), but requires a clearance of `clearance_m` in every direction.
-    #[cfg_attr(feature = "research", visibility::make(pub))]
     pub(crate) fn in_view_with_clearance(
         &self,
         uav: Position,

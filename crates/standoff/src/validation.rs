@@ -70,7 +70,6 @@ impl Allowed {
     }
 
     /// Adds a lower limit that is included.
-    #[cfg_attr(feature = "research", visibility::make(pub))]
     pub(crate) const fn and_at_least(self, limit: f64) -> Self {
         Self { lower: Bound::Closed(limit), ..self }
     }

@@ -40,19 +40,19 @@ pub struct SearchAssignment {
 
 /// Disc that can contain a lost target by now.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct SearchArea {
+pub(crate) struct SearchArea {
     /// Position at which the track was lost.
-    pub centre: Position,
+    pub(crate) centre: Position,
     /// Maximum distance of the target from there, m.
-    pub reach_m: f64,
+    pub(crate) reach_m: f64,
     /// Radius of the circle that a searching UAV flies, m.
-    pub radius_m: f64,
+    pub(crate) radius_m: f64,
 }
 
 impl SearchArea {
     /// Computes the area of a lost track in `later_s` seconds; `None` if the track is not lost, or if the area is
     /// larger than the sensing range.
-    pub fn of(track: &Track, later_s: f64, params: &TeamParams) -> Option<Self> {
+    pub(crate) fn of(track: &Track, later_s: f64, params: &TeamParams) -> Option<Self> {
         let estimate = track.estimate();
         let speed_m_s = estimate.state.velocity().speed_m_s().max(params.track.initial_velocity_sd_m_s);
         let reach_m = estimate.position_sd_max_m() + speed_m_s * (track.time_since_lost().s() + later_s);
@@ -68,7 +68,7 @@ impl SearchArea {
 
     /// Boresight of a searching UAV at a position: at the centre, if the whole disc is in view; otherwise swinging over
     /// the whole disc.
-    pub fn boresight(&self, uav: UavId, at: Position, now: Time, field_of_view_rad: f64) -> Angle {
+    pub(crate) fn boresight(&self, uav: UavId, at: Position, now: Time, field_of_view_rad: f64) -> Angle {
         let to_centre = self.centre - at;
         let tangent_m2 = to_centre.length_m() * to_centre.length_m() - self.reach_m * self.reach_m;
         let half_rad = if tangent_m2 > 0.0 { math::atan2(self.reach_m, tangent_m2.sqrt()) } else { PI };
