@@ -59,7 +59,7 @@ impl ServeArgs {
         announce(&format!("{url}\n"))?;
         if !self.no_open && io::stderr().is_terminal() && has_desktop() {
             // Errors are ignored: the user still has the address.
-            let _ = opener::open_browser(&url);
+            let _ = open::that_detached(&url);
         }
         Ok(server)
     }
