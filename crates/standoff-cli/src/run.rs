@@ -8,7 +8,6 @@ use indicatif::{ProgressBar, ProgressStyle};
 use standoff_app::{Failure, OutcomeOptions, Report, format_errors, has_older_run, lines, report_run, warn};
 use standoff_io::display_text;
 use standoff_record::{FinishedRecord, Frame};
-use standoff_score::MetricSelection;
 use standoff_sim::baseline::baseline;
 use standoff_sim::run::Mission;
 use standoff_sim::scenario::{Scenario, ScenarioTemplate};
@@ -101,7 +100,7 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
         note(&format!("note: replacing the older run in {}", display_text::path(&out)));
     }
     let mut live = args.view.then(|| Live::begin(args, &scenario, map.clone())).transpose()?;
-    let flown = fly(&scenario, args.metrics.selection(), &out, map.as_ref(), &interruption, |frame| {
+    let flown = fly(&scenario, &out, map.as_ref(), &interruption, |frame| {
         mcap.iter_mut().for_each(|mcap| mcap.frame(frame));
         live.iter_mut().for_each(|live| live.frame(frame, &interruption));
     });
@@ -182,14 +181,12 @@ impl Live {
 /// Flies the mission and writes its record; calls `look` with every frame.
 fn fly(
     scenario: &Scenario,
-    choice: MetricSelection,
     out: &Path,
     map: Option<&Bytes>,
     interruption: &Interruption,
     mut look: impl FnMut(&Frame),
 ) -> Result<FinishedRecord, Failure> {
-    let mut mission =
-        Mission::new_for_metrics(scenario, choice).map_err(|errors| Failure::Input(format_errors(&errors)))?;
+    let mut mission = Mission::new(scenario).map_err(|errors| Failure::Input(format_errors(&errors)))?;
     let progress = progress(mission.frames(), "time steps");
     let continues = || !interruption.is_interrupted();
     let record = standoff_app::fly(scenario, &mut mission, out, map, &note, continues, |frame| {

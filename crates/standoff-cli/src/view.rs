@@ -205,8 +205,7 @@ fn flight(what: Option<&str>, args: &Args) -> Result<Shown, Failure> {
 }
 
 fn fly(scenario: &Scenario, live: LiveReplay, choice: MetricSelection) -> Result<(), Failure> {
-    let mut mission =
-        Mission::new_for_metrics(scenario, choice).map_err(|errors| Failure::Input(format_errors(&errors)))?;
+    let mut mission = Mission::new(scenario).map_err(|errors| Failure::Input(format_errors(&errors)))?;
     score_and_show(live, &scenario.settings, choice, |look| {
         while let Some(frame) = mission.frame() {
             look(frame);

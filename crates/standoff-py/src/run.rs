@@ -178,7 +178,7 @@ pub(crate) fn run(
         let work = move || {
             let go_on = || !stopped.load(Ordering::Relaxed);
             let Some((law, calls)) = law.zip(law_calls) else {
-                let mission = Mission::new_for_metrics(&flight.scenario, flight.selection);
+                let mission = Mission::new(&flight.scenario);
                 let mut mission = mission.map_err(|errors| Failure::Input(format_errors(&errors)))?;
                 return flight.fly(&mut mission, &stopped, go_on);
             };

@@ -493,9 +493,6 @@ rows! {
         pub sent_messages: u64,
         /// Their total size, bytes.
         pub sent_bytes: u64,
-        /// True if its newest committed state contains more information than the messages provide, each counted once;
-        /// null: not checked.
-        pub double_counted: Option<bool>,
     }
 
     /// An event that one agent publishes.

@@ -449,8 +449,8 @@ fn other_formats_are_refused_and_other_versions_are_read() {
     assert!(error.contains("run.json is damaged: unknown field `conts`"), "{error}");
     fs::write(&path, &text).unwrap();
     // Records of other versions are refused by their format.
-    for format in [2, 3, 4, 6] {
-        fs::write(&path, text.replace(r#""format": 5"#, &format!(r#""format": {format}"#))).unwrap();
+    for format in [2, 3, 4, 5, 7] {
+        fs::write(&path, text.replace(r#""format": 6"#, &format!(r#""format": {format}"#))).unwrap();
         let error = Record::open(&dir).unwrap_err().to_string();
         assert!(error.contains(&format!("format {format}")), "{error}");
         fs::write(&path, &text).unwrap();
@@ -470,10 +470,10 @@ fn other_formats_are_refused_and_other_versions_are_read() {
         assert!(error.contains("run.json is damaged") && error.contains(expected), "{error}");
     }
 
-    let later = r#"{"format": 6, "version": "9.1.0", "wind": true}"#;
+    let later = r#"{"format": 7, "version": "9.1.0", "wind": true}"#;
     fs::write(&path, later).unwrap();
     let error = Record::open(&dir).unwrap_err();
-    assert!(matches!(error, RecordError::OtherFormat { format: 6, .. }));
+    assert!(matches!(error, RecordError::OtherFormat { format: 7, .. }));
     assert!(error.to_string().contains("9.1.0"), "{error}");
     assert_eq!(occupancy(&dir), Occupancy::OlderRun);
 
@@ -992,7 +992,6 @@ fn frame_of_agents(step: u32, uavs: u32, targets: u32) -> Frame {
             link_degraded: step.is_multiple_of(2),
             sent_messages: 2,
             sent_bytes: u64::from(step) << 33,
-            double_counted: (agent > 0).then_some(agent == 1),
         });
         agents.tracks.extend(frame.tracks.iter().map(|row| ByAgent { agent, row: *row }));
         agents.groups.extend(frame.groups.iter().map(|row| ByAgent { agent, row: *row }));

@@ -25,8 +25,6 @@ pub(crate) struct Agreement {
     uavs: usize,
     /// Fraction of existing targets that are covered by two groups with assigned UAVs at the same time.
     pub(crate) duplicate_coverage: Mean,
-    /// Agent time steps with double-counted information; `None` if the reference replay was off.
-    pub(crate) double_counted_steps: Option<u64>,
     /// Targets, and the group of the UAV that covers each; reused buffer.
     served: Vec<(u32, u64)>,
 }
@@ -52,11 +50,8 @@ impl Agreement {
             self.differ.add(f64::from(differ));
             self.last_differing_us = if differ { Some(*time_us) } else { self.last_differing_us };
         }
-        for AgentRow { agent, committed_us, sent_bytes, double_counted, .. } in &agents.all {
+        for AgentRow { agent, committed_us, sent_bytes, .. } in &agents.all {
             *self.sent_bytes.entry(*agent).or_default() += sent_bytes;
-            if let Some(double_counted) = double_counted {
-                *self.double_counted_steps.get_or_insert(0) += u64::from(*double_counted);
-            }
             if let Some(committed_us) = committed_us {
                 let lag_s = time_us.saturating_sub(*committed_us) as f64 / 1e6;
                 self.lag_s.add(lag_s);
@@ -132,8 +127,7 @@ mod tests {
         for (agent, assigned_uavs, members) in agents {
             let (agent, committed_us) = (*agent, (time_s > 1).then_some((time_s - 2) * 1_000_000));
             let sent_bytes = 100 + 200 * u64::from(agent);
-            let double_counted = (agent == 0).then_some(time_s == 3);
-            frame.agents.all.push(AgentRow { agent, committed_us, sent_bytes, double_counted, ..AgentRow::default() });
+            frame.agents.all.push(AgentRow { agent, committed_us, sent_bytes, ..AgentRow::default() });
             frame.agents.teammates.extend((0..).zip(assigned_uavs).map(|(uav, group_id)| TeammateRow {
                 agent,
                 uav,
@@ -213,13 +207,6 @@ mod tests {
         let idle = [(0, [Some(1), Some(2)], [Some(1), Some(1)]), (1, [Some(1), None], [Some(1), Some(2)])];
         assert_eq!((share(together), share(idle)), (Some(0.0), Some(0.0)));
         assert_eq!(after([frame(0, &[])]).duplicate_coverage.value(), None);
-    }
-
-    #[test]
-    fn double_counts_are_summed_if_the_replay_was_on() {
-        let count = |until_s| after((0..until_s).map(|time_s| frame(time_s, &ALIKE))).double_counted_steps;
-        assert_eq!([0, 3, 5].map(count), [None, Some(0), Some(1)]);
-        assert_eq!(after([frame(3, &ALIKE[1..])]).double_counted_steps, None);
     }
 
     /// Two time steps without a commit, then a delay of two seconds, and once of five. The second of two UAVs has an

@@ -303,8 +303,7 @@ impl Scorer {
             reacquired: refound,
             reacquisition: refind,
         } = self.tallies.sums();
-        let Agreement { differ, lag_s, lag_max_s, duplicate_coverage: double_served, double_counted_steps, .. } =
-            &self.agreement;
+        let Agreement { differ, lag_s, lag_max_s, duplicate_coverage: double_served, .. } = &self.agreement;
         let [sent_bytes_per_s, sent_bytes_per_s_max] = self.agreement.bytes_per_s(period_s);
         let [quiet, manoeuvring] = self.tallies.consistency(&self.config.manoeuvring);
         let metrics = Metrics {
@@ -351,7 +350,6 @@ impl Scorer {
             commit_lag_max_s: *lag_max_s,
             sent_bytes_per_s,
             sent_bytes_per_s_max,
-            double_counted_steps: *double_counted_steps,
             anees: self.so_far.nees.value(),
             anees_nonmanoeuvring: quiet,
             anees_manoeuvring: manoeuvring,

@@ -276,9 +276,6 @@ metrics! {
             sent_bytes_per_s: f64, "data rate sent per UAV, mean", LARGE, 50.0, NOTHING;
             /// Data rate of the UAV that sends most, bytes/s.
             sent_bytes_per_s_max: f64, "data rate sent per UAV, maximum", LARGE, 50.0, NOTHING;
-            /// Agent time steps whose team state contains more information than the reports provide, each counted once.
-            /// Must be 0.
-            double_counted_steps: u64, "team states with double-counted information", LARGE, 0.1, NOTHING;
         }
     }
 }
@@ -298,7 +295,6 @@ impl Metrics {
         "commit_lag_max_s",
         "sent_bytes_per_s",
         "sent_bytes_per_s_max",
-        "double_counted_steps",
     ];
 
     /// Ratios pooled over runs as the square root of the ratio of two means: ratio, numerator, denominator. Selecting
@@ -343,10 +339,6 @@ const LIMITS: &[&str] = &[
     "velocity_crlb_m2_s2",
 ];
 
-/// Metric that replays the message log for every agent. It adds about half the computing time and is computed on
-/// request only.
-const REPLAY: &str = "double_counted_steps";
-
 /// Columns of Table II.
 const TABLE_2: &[&str] = &[
     "position_error_m",
@@ -361,9 +353,9 @@ impl MetricSelection {
     /// All metrics.
     pub const ALL: Self = Self((1 << Metrics::NAMES.len()) - 1);
 
-    /// Default selection: all metrics except the comparisons with limits and `double_counted_steps`.
+    /// Default selection: all metrics except the comparisons with limits.
     pub fn standard() -> Self {
-        Self(Self::ALL.0 & !Self::of(LIMITS).0 & !Self::of(&[REPLAY]).0)
+        Self(Self::ALL.0 & !Self::of(LIMITS).0)
     }
 
     /// Parses a comma-separated list of metric names and sets (`standard`, `limits`, `table-2`, `all`).
@@ -406,11 +398,6 @@ impl MetricSelection {
         Self(Metrics::of_team_states().filter_map(bit).fold(0, |bits, bit| bits | bit) & self.0)
     }
 
-    /// True if `double_counted_steps` is selected, so that the reference replay has to run.
-    pub fn needs_reference_replay(self) -> bool {
-        self.includes(&[REPLAY])
-    }
-
     /// True if nothing is selected.
     pub(crate) fn is_empty(self) -> bool {
         self.0 == 0
@@ -445,7 +432,7 @@ mod tests {
         assert_eq!(names("anees, position_error_m").unwrap(), ["position_error_m", "anees"]);
         assert_eq!(names("all").unwrap(), Metrics::NAMES);
         assert!(names("table-2,handoffs").unwrap().contains(&"phase_error_deg"));
-        assert_eq!(names("standard,limits,double_counted_steps").unwrap(), Metrics::NAMES);
+        assert_eq!(names("standard,limits").unwrap(), Metrics::NAMES);
         assert!(!names("standard").unwrap().contains(&"nis"));
         assert!(names("speed").unwrap_err().contains("no such metric"));
         assert!(names("").is_err());

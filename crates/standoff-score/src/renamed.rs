@@ -1,7 +1,7 @@
 //! Names of metrics in earlier versions: nothing is read under them, but an error names the current one.
 
 /// Metrics: earlier and current name.
-const METRICS: [(&str, &str); 33] = [
+const METRICS: [(&str, &str); 32] = [
     ("watched_fraction", "custody_fraction"),
     ("seen_fraction", "in_view_fraction"),
     ("longest_gap_s", "longest_out_of_view_s"),
@@ -25,7 +25,6 @@ const METRICS: [(&str, &str); 33] = [
     ("agreement_delay_s", "reconvergence_time_s"),
     ("double_served_fraction", "duplicate_coverage_fraction"),
     ("bytes_max_per_s", "sent_bytes_per_s_max"),
-    ("double_count", "double_counted_steps"),
     ("anees_quiet", "anees_nonmanoeuvring"),
     ("standoff_surprise_m_settled", "orbit_prediction_error_m_settled"),
     ("standoff_tracking_surprise_m_settled", "own_orbit_prediction_error_m_settled"),

@@ -178,7 +178,7 @@ pub fn agent(agent: &Agent, beliefs: &mut ReportedState) {
 }
 
 /// Adds the rows of one agent of several. The radio fills in the numbers of sent messages.
-pub(crate) fn own_rows(agent: &Agent, double_counted: Option<bool>, agents: &mut PerAgentTables) {
+pub(crate) fn own_rows(agent: &Agent, agents: &mut PerAgentTables) {
     let (by, team_state) = (agent.id().0, agent.team_state());
     agents.all.push(AgentRow {
         agent: by,
@@ -186,7 +186,6 @@ pub(crate) fn own_rows(agent: &Agent, double_counted: Option<bool>, agents: &mut
         link_degraded: agent.link_is_degraded(),
         sent_messages: 0,
         sent_bytes: 0,
-        double_counted,
     });
     tracks(team_state, |row| agents.tracks.push(ByAgent { agent: by, row }));
     groups(team_state, |row| agents.groups.push(ByAgent { agent: by, row }));

@@ -9,7 +9,6 @@ use standoff::{
 };
 
 use crate::agent_rows;
-use crate::reference_replay::{Before, ReferenceReplay};
 use crate::scenario::AgentSetup;
 pub use standoff_record::{
     AgentEventRow, AgentRow, ByAgent, EventRow, GroupRow, MembershipState, PerAgentTables, ReportedState,
@@ -112,17 +111,6 @@ pub fn team_controller(
     })
 }
 
-/// Creates one built-in agent per UAV, each compared with a reference replay of the messages that it has received.
-pub(crate) fn with_reference_replays(
-    team: TeamParams,
-    geofence: Geofence,
-    uavs: usize,
-) -> Result<AgentPerUav, Vec<ParamError>> {
-    let reference_replays =
-        (0..uavs).map(|_| ReferenceReplay::new(team, geofence.clone())).collect::<Result<_, _>>()?;
-    Ok(AgentPerUav { reference_replays, ..AgentPerUav::new(team, geofence, uavs)? })
-}
-
 /// The last observation of each UAV, by id.
 type Observed = Vec<Option<Observation>>;
 
@@ -175,12 +163,10 @@ impl Controller for SharedAgent {
 
 /// One agent per UAV, by id. With an ideal radio all agents have the same team state; the record stores that of the
 /// first UAV whose computer is on.
-pub(crate) struct AgentPerUav {
+struct AgentPerUav {
     team: TeamParams,
     geofence: Geofence,
     agents: Vec<Agent>,
-    /// Reference replays by UAV; empty unless a metric needs them.
-    pub(crate) reference_replays: Vec<ReferenceReplay>,
     observed: Observed,
     /// UAVs that have observed in this time step, ascending.
     awake: Vec<UavId>,
@@ -194,7 +180,6 @@ impl Controller for AgentPerUav {
         if let (Some(agent), Ok(new)) = (self.agents.get_mut(uav.0 as usize), Agent::new(uav, self.team)) {
             *agent = new.with_geofence(self.geofence.clone()).with_restart_count(restart_count);
         }
-        self.reference_replays.get_mut(uav.0 as usize).into_iter().for_each(ReferenceReplay::restart);
     }
 
     fn observe(&mut self, now: Time, uav: UavId, own: &UavState, scan: Option<Scan>) {
@@ -204,9 +189,6 @@ impl Controller for AgentPerUav {
         self.awake.push(uav);
         if let Some(agent) = self.agents.get_mut(uav.0 as usize) {
             let observation = agent.observe(now, own, scan);
-            if let Some(replay) = self.reference_replays.get_mut(uav.0 as usize) {
-                replay.observe(agent, &observation);
-            }
             store(&mut self.observed, observation);
         }
     }
@@ -217,30 +199,13 @@ impl Controller for AgentPerUav {
 
     fn receive(&mut self, uav: UavId, message: &Message) {
         if let Some(observation) = last(&self.observed, uav) {
-            let agent = &mut self.agents[uav.0 as usize];
-            let Some(replay) = self.reference_replays.get_mut(uav.0 as usize) else {
-                return agent.receive(observation, message);
-            };
-            let before = Before::of(agent, message);
-            agent.receive(observation, message);
-            replay.receive(agent, &before, message);
+            self.agents[uav.0 as usize].receive(observation, message);
         }
     }
 
     fn decide(&mut self, uav: UavId) -> AgentOutput {
         self.is_decided = true;
-        let Some(observation) = last(&self.observed, uav) else { return IDLE_COMMAND };
-        let agent = &mut self.agents[uav.0 as usize];
-        let step = agent.decide(observation);
-        if !self.reference_replays.is_empty() {
-            // The check also needs the reference replays of the other UAVs.
-            let mut replay = self.reference_replays.swap_remove(uav.0 as usize);
-            replay.check(agent, &self.reference_replays);
-            self.reference_replays.push(replay);
-            let last = self.reference_replays.len() - 1;
-            self.reference_replays.swap(uav.0 as usize, last);
-        }
-        step
+        last(&self.observed, uav).map_or(IDLE_COMMAND, |observation| self.agents[uav.0 as usize].decide(observation))
     }
 
     fn reported(&self) -> ReportedTables {
@@ -254,10 +219,7 @@ impl Controller for AgentPerUav {
     }
 
     fn report_per_agent(&self, agents: &mut PerAgentTables) {
-        for agent in self.awake() {
-            let replay = self.reference_replays.get(agent.id().0 as usize);
-            agent_rows::own_rows(agent, replay.and_then(|replay| replay.holds_more), agents);
-        }
+        self.awake().for_each(|agent| agent_rows::own_rows(agent, agents));
     }
 }
 
@@ -265,15 +227,7 @@ impl AgentPerUav {
     fn new(team: TeamParams, geofence: Geofence, uavs: usize) -> Result<Self, Vec<ParamError>> {
         let agent = |uav| Agent::new(uav, team).map(|agent| agent.with_geofence(geofence.clone()));
         let agents = (0..).map(UavId).take(uavs).map(agent).collect::<Result<_, _>>()?;
-        Ok(Self {
-            team,
-            geofence,
-            agents,
-            reference_replays: Vec::new(),
-            observed: Vec::new(),
-            awake: Vec::new(),
-            is_decided: true,
-        })
+        Ok(Self { team, geofence, agents, observed: Vec::new(), awake: Vec::new(), is_decided: true })
     }
 
     /// Agents of the UAVs whose computer is on, ascending.

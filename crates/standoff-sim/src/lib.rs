@@ -24,7 +24,6 @@ pub mod monte_carlo;
 mod onboard_computer;
 pub mod radio;
 pub mod random;
-mod reference_replay;
 mod renamed;
 pub mod run;
 pub mod scenario;

@@ -15,7 +15,7 @@ use crate::intruders::Intruders;
 use crate::onboard_computer::OnboardComputer;
 use crate::radio::{Radio, RadioNode, SentCounts};
 use crate::random::Draws;
-use crate::scenario::{AgentSetup, Outage, Scenario, Settings};
+use crate::scenario::{Outage, Scenario, Settings};
 use crate::sensors;
 use crate::world::{Truth, World};
 use standoff_record::{Frame, ReportedTables};
@@ -85,7 +85,7 @@ pub fn fly_while(
     choice: MetricSelection,
     go_on: impl Fn() -> bool,
 ) -> Result<Metrics, Vec<ParamError>> {
-    Ok(Mission::new_for_metrics(scenario, choice)?.score_while(choice, go_on))
+    Ok(Mission::new(scenario)?.score_while(choice, go_on))
 }
 
 /// A UAV in the world: its state, its controller's outputs and its sensor's measurements.
@@ -114,19 +114,8 @@ impl Mission {
     /// Creates a mission at its start, flown by the built-in agents. Returns all parameters that are out of range,
     /// including those out of range at this period.
     pub fn new(scenario: &Scenario) -> Result<Self, Vec<ParamError>> {
-        Self::new_for_metrics(scenario, MetricSelection::standard())
-    }
-
-    /// Like [`Self::new`], with the reference replay if the chosen metrics need it (`double_counted_steps`), which
-    /// takes time.
-    pub fn new_for_metrics(scenario: &Scenario, choice: MetricSelection) -> Result<Self, Vec<ParamError>> {
         let (Settings { agents, team, geofence, .. }, uavs) = (&scenario.settings, scenario.uavs.len());
-        let controller: Box<dyn Controller + Send> = match agents {
-            AgentSetup::PerUav if choice.needs_reference_replay() => {
-                Box::new(controller::with_reference_replays(*team, geofence.clone(), uavs)?)
-            }
-            _ => controller::team_controller(*agents, *team, geofence.clone(), uavs)?,
-        };
+        let controller = controller::team_controller(*agents, *team, geofence.clone(), uavs)?;
         Ok(Self { is_third_party: false, ..Self::with_controller(scenario, controller)? })
     }
 }
@@ -470,46 +459,6 @@ mod tests {
         assert_eq!(*observed.borrow(), [belief]);
         assert_eq!((row.x_m, row.y_m), (truth.position.x_m(), truth.position.y_m()));
         assert_eq!(mission.uavs[0].believed_state, mission.uavs[0].truth, "navigation is perfect");
-    }
-
-    /// Number of committed states that the reference replays compared, number that differed, and the metric
-    /// `double_counted_steps`.
-    fn with_reference_replays(name: &str, set: &[&str], seed: u64) -> (u64, u64, Option<u64>) {
-        let scenario = load(name, set, seed);
-        let controller = controller::with_reference_replays(
-            scenario.settings.team,
-            scenario.settings.geofence.clone(),
-            scenario.uavs.len(),
-        )
-        .unwrap();
-        let mut mission = Mission::with_controller(&scenario, controller).unwrap();
-        let metrics = mission.score_while(MetricSelection::parse("double_counted_steps").unwrap(), || true);
-        let sum = |of: fn(&crate::reference_replay::ReferenceReplay) -> u64| {
-            mission.controller.reference_replays.iter().map(of).sum()
-        };
-        (sum(|replay| replay.checked), sum(|replay| replay.differed), metrics.double_counted_steps)
-    }
-
-    /// Whatever the radio does to messages, a committed state follows to the bit from the messages sent, each counted
-    /// once.
-    #[test]
-    fn no_report_counts_twice_under_any_radio_fault() {
-        let faults = [
-            &["radio={}"][..],
-            &["radio.packet_loss=0.5"],
-            &["radio.latency_s={uniform=[0, 3]}", "radio.duplication=0.5"],
-            &["radio.packet_loss=0.2", "radio.partition=[{from_s=20,until_s=50,sides=[[0,1],[2,3]]}]"],
-            &["radio.packet_loss=0.2", "uavs.restart=[{uav=0,at_s=30,down_s=10}, {uav=2,at_s=50.2,down_s=0.1}]"],
-            &["uavs.boot_delay_s={uniform=[0, 20]}", "radio.packet_loss=0.2"],
-        ];
-        for fault in faults {
-            for seed in 1..3 {
-                let (looked_at, differed, double_counted_steps) =
-                    with_reference_replays("tour/04-two-groups", fault, seed);
-                assert_eq!((differed, double_counted_steps), (0, Some(0)), "{fault:?}, seed {seed}");
-                assert!(looked_at > 900, "{fault:?}, seed {seed}: {looked_at}");
-            }
-        }
     }
 
     /// Calling `observe` twice has no further effect, and a time step is decided once.

@@ -8,15 +8,94 @@ use std::collections::BTreeMap;
 use std::collections::btree_map::Entry;
 
 use standoff::{
-    Agent, Angle, Cue, Duration, Geofence, Message, Observation, ParamError, Position, Report, TeamAgent, TeamParams,
-    TeamState, Time, UavId, UavState,
+    Agent, AgentOutput, Angle, Cue, Detection, Displacement, Duration, Geofence, Message, Observation, Position,
+    RangeBearingMeasurement, Report, Scan, TargetLabel, TeamAgent, TeamParams, TeamState, Time, UavId, UavState,
+    Velocity,
 };
+use standoff_sim::controller::Controller;
+use standoff_sim::run::Mission;
+use standoff_sim::scenario::Scenario;
 
 /// Relative tolerance below which a smaller covariance does not count as more information.
 const COVARIANCE_TOLERANCE: f64 = 1e-9;
 
+/// Flies a mission with one agent per UAV and compares each committed state with the reference; the UAVs fly as those of
+/// the built-in controller.
+pub(super) fn compare_while_flying(scenario: &Scenario) -> Comparison {
+    let (team, geofence) = (scenario.settings.team, scenario.settings.geofence.clone());
+    let agent = |uav| (Agent::new(uav, team).unwrap().with_geofence(geofence.clone()), None);
+    let mut controller = ComparedAgents {
+        agents: (0..).map(UavId).take(scenario.uavs.len()).map(agent).collect(),
+        references: scenario.uavs.iter().map(|_| ReferenceReplay::new(team, geofence.clone())).collect(),
+        comparison: Comparison::default(),
+    };
+    let mut built_in = Mission::new(scenario).unwrap();
+    let mut mission = Mission::with_controller(scenario, &mut controller).unwrap();
+    while let Some(frame) = mission.frame() {
+        assert_eq!(Some(&frame.uavs), built_in.frame().map(|frame| &frame.uavs));
+    }
+    controller.comparison
+}
+
+/// Numbers of compared states, of those that differ from the reference in at least one bit, and of those that contain
+/// more information.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub(super) struct Comparison {
+    pub(super) compared: u64,
+    pub(super) differ: u64,
+    pub(super) double_counted: u64,
+}
+
+/// Controller with one agent per UAV and its reference, each by id.
+struct ComparedAgents {
+    /// Agents with their last observation.
+    agents: Vec<(Agent, Option<Observation>)>,
+    references: Vec<ReferenceReplay>,
+    comparison: Comparison,
+}
+
+impl Controller for &mut ComparedAgents {
+    fn restart(&mut self, uav: UavId, restart_count: u32) {
+        let index = uav.0 as usize;
+        let ReferenceReplay { team, geofence, .. } = &self.references[index];
+        let new = ReferenceReplay::new(*team, geofence.clone());
+        let agent = Agent::new(uav, *team).unwrap().with_geofence(geofence.clone());
+        (self.agents[index], self.references[index]) = ((agent.with_restart_count(restart_count), None), new);
+    }
+
+    fn observe(&mut self, now: Time, uav: UavId, own: &UavState, scan: Option<Scan>) {
+        let index = uav.0 as usize;
+        let (agent, last) = &mut self.agents[index];
+        let observation = last.insert(agent.observe(now, own, scan));
+        self.references[index].observe(agent, observation);
+    }
+
+    fn outbox(&self, uav: UavId) -> &[Message] {
+        let (agent, last) = &self.agents[uav.0 as usize];
+        last.as_ref().map_or(&[], |observation| agent.outbox(observation))
+    }
+
+    fn receive(&mut self, uav: UavId, message: &Message) {
+        let index = uav.0 as usize;
+        let (agent, Some(observation)) = &mut self.agents[index] else { return };
+        let before = Before::of(agent, message);
+        agent.receive(observation, message);
+        self.references[index].receive(agent, &before, message);
+    }
+
+    fn decide(&mut self, uav: UavId) -> AgentOutput {
+        let index = uav.0 as usize;
+        let (agent, last) = &mut self.agents[index];
+        let output = agent.decide(last.as_ref().unwrap());
+        let mut reference = self.references.remove(index);
+        reference.compare(agent, &self.references, &mut self.comparison);
+        self.references.insert(index, reference);
+        output
+    }
+}
+
 /// Reference replay of one agent.
-pub(crate) struct ReferenceReplay {
+struct ReferenceReplay {
     team: TeamParams,
     geofence: Geofence,
     period: Duration,
@@ -34,12 +113,6 @@ pub(crate) struct ReferenceReplay {
     is_lost: bool,
     /// Messages by time step.
     sent: BTreeMap<i64, Row>,
-    /// Whether the agent's committed state contained more information than the reference at the last comparison; `None`
-    /// if this time step had no comparison.
-    pub(crate) holds_more: Option<bool>,
-    /// Number of compared states, and number of those that differed in at least one bit.
-    pub(crate) checked: u64,
-    pub(crate) differed: u64,
 }
 
 /// Messages of one time step.
@@ -52,14 +125,14 @@ struct Row {
 
 /// State of an agent before it received a message.
 #[derive(PartialEq)]
-pub(crate) struct Before {
+struct Before {
     committed: Option<Time>,
     /// Digest of the committed state, if the message can change that state.
     digest: Option<u64>,
 }
 
 impl Before {
-    pub(crate) fn of(agent: &Agent, message: &Message) -> Self {
+    fn of(agent: &Agent, message: &Message) -> Self {
         let is_snapshot = matches!(message, Message::Snapshot(_));
         let digest = agent.committed().filter(|_| is_snapshot).map(TeamState::digest);
         Self { committed: agent.committed_at(), digest }
@@ -67,36 +140,26 @@ impl Before {
 }
 
 impl ReferenceReplay {
-    pub(crate) fn new(team: TeamParams, geofence: Geofence) -> Result<Self, Vec<ParamError>> {
+    fn new(team: TeamParams, geofence: Geofence) -> Self {
         let period = Duration::from_s(team.log.period_s);
         let periods = |s: f64| (s / team.log.period_s).ceil() as i64;
-        Ok(Self {
+        Self {
             team,
             period,
             kept: periods(team.log.message_retention_s) + 2,
             early: periods(team.teammate_timeout_s),
-            fleet: TeamAgent::new(team)?.with_geofence(geofence.clone()),
+            fleet: TeamAgent::new(team).unwrap().with_geofence(geofence.clone()),
             geofence,
             began: None,
             now: None,
             replayed_until: None,
             is_lost: false,
             sent: BTreeMap::new(),
-            holds_more: None,
-            checked: 0,
-            differed: 0,
-        })
-    }
-
-    /// Restarts with an empty state, as the agent does.
-    pub(crate) fn restart(&mut self) {
-        if let Ok(new) = Self::new(self.team, self.geofence.clone()) {
-            *self = Self { checked: self.checked, differed: self.differed, ..new };
         }
     }
 
     /// Records that the agent has observed a time step.
-    pub(crate) fn observe(&mut self, agent: &Agent, observation: &Observation) {
+    fn observe(&mut self, agent: &Agent, observation: &Observation) {
         let Some(step) = self.step(observation.time()) else { return };
         let ahead = |now: i64| step.saturating_sub(now);
         let jumps =
@@ -115,7 +178,7 @@ impl ReferenceReplay {
     }
 
     /// Records that the agent has received a message.
-    pub(crate) fn receive(&mut self, agent: &Agent, before: &Before, message: &Message) {
+    fn receive(&mut self, agent: &Agent, before: &Before, message: &Message) {
         let (Some(began), Some(now)) = (self.began, self.now) else { return };
         let after = before.committed.and_then(|time| self.step(time)).unwrap_or(began - 1);
         let is_open = |step: &i64| *step > after && *step <= now + self.early;
@@ -141,9 +204,8 @@ impl ReferenceReplay {
         }
     }
 
-    /// Advances the reference to the agent's committed state and compares the two.
-    pub(crate) fn check(&mut self, agent: &Agent, others: &[Self]) {
-        self.holds_more = None;
+    /// Advances the reference to the agent's committed state, if it has one, and compares the two.
+    fn compare(&mut self, agent: &Agent, others: &[Self], comparison: &mut Comparison) {
         let Some((committed, began)) = agent.committed().zip(self.began) else { return };
         let Some(step) = self.step(committed.time) else { return };
         if self.is_lost || self.replayed_until.is_some_and(|replayed| replayed > step) {
@@ -159,9 +221,9 @@ impl ReferenceReplay {
         }
         self.replayed_until = Some(step);
         let reference = self.fleet.team_state();
-        self.checked += 1;
-        self.differed += u64::from(reference.digest() != committed.digest());
-        self.holds_more = Some(holds_more(committed, reference));
+        comparison.compared += 1;
+        comparison.differ += u64::from(reference.digest() != committed.digest());
+        comparison.double_counted += u64::from(holds_more(committed, reference));
     }
 
     fn replay(&mut self, by: UavId, step: i64) {
@@ -212,68 +274,59 @@ fn holds_more(team_state: &TeamState, other: &TeamState) -> bool {
     })
 }
 
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use standoff::{Detection, Displacement, RangeBearingMeasurement, Scan, TargetLabel, Velocity};
-
-    /// Runs two agents that track one target, and compares the first with a reference that receives the same messages,
-    /// except those of time step `withheld`. Returns [`ReferenceReplay::holds_more`] of each time step.
-    fn compared(withheld: Option<i64>) -> Vec<Option<bool>> {
-        let team = TeamParams::paper();
-        let mut agents = [0, 1].map(|uav| Agent::new(UavId(uav), team).unwrap());
-        let mut audit = ReferenceReplay::new(team, Geofence::default()).unwrap();
-        let cue = Message::Cue(Cue {
-            source: 0,
-            issued_at: Time::EPOCH,
-            sequence: 0,
-            label: TargetLabel(0),
-            time: Time::EPOCH,
-            position: Position::ORIGIN,
-            velocity: Velocity::ZERO,
-            position_sd_m: 20.0,
-            velocity_sd_m_s: 2.0,
+/// Runs two agents that track one target, and compares the first with a reference that receives the same messages,
+/// except those of time step `withheld`. Returns the comparison up to each time step.
+fn compared(withheld: Option<i64>) -> Vec<Comparison> {
+    let team = TeamParams::paper();
+    let mut agents = [0, 1].map(|uav| Agent::new(UavId(uav), team).unwrap());
+    let mut reference = ReferenceReplay::new(team, Geofence::default());
+    let mut comparison = Comparison::default();
+    let cue = Message::Cue(Cue {
+        source: 0,
+        issued_at: Time::EPOCH,
+        sequence: 0,
+        label: TargetLabel(0),
+        time: Time::EPOCH,
+        position: Position::ORIGIN,
+        velocity: Velocity::ZERO,
+        position_sd_m: 20.0,
+        velocity_sd_m_s: 2.0,
+    });
+    let look = |step: i64| {
+        let now = Time::from_us(step * 500_000);
+        let observed = [0, 1].map(|place| {
+            let (x_m, bearing) = [(400.0, 180.0), (-400.0, 0.0)][place];
+            let position = Position::ORIGIN + Displacement::from_m(x_m, 0.0);
+            let own = UavState::level_flight(position, Angle::ZERO, 40.0);
+            let measurement = RangeBearingMeasurement { range_m: 400.0, bearing: Angle::from_deg(bearing) };
+            let detected = [Detection { label: TargetLabel(0), measurement }];
+            let scan = Scan { boresight: Some(measurement.bearing), detections: &detected };
+            agents[place].observe(now, &own, Some(scan))
         });
-        let look = |step: i64| {
-            let now = audit_time(step);
-            let observed = [0, 1].map(|place| {
-                let (x_m, bearing) = [(400.0, 180.0), (-400.0, 0.0)][place];
-                let position = Position::ORIGIN + Displacement::from_m(x_m, 0.0);
-                let own = UavState::level_flight(position, Angle::ZERO, 40.0);
-                let measurement = RangeBearingMeasurement { range_m: 400.0, bearing: Angle::from_deg(bearing) };
-                let detected = [Detection { label: TargetLabel(0), measurement }];
-                let scan = Scan { boresight: Some(measurement.bearing), detections: &detected };
-                agents[place].observe(now, &own, Some(scan))
-            });
-            audit.observe(&agents[0], &observed[0]);
-            let sent = [0, 1].map(|place| agents[place].outbox(&observed[place]).to_vec());
-            for place in [0, 1] {
-                let received = sent[1 - place].iter().chain((step == 0).then_some(&cue));
-                for message in received {
-                    let before = Before::of(&agents[place], message);
-                    agents[place].receive(&observed[place], message);
-                    if place == 0 && withheld != Some(step) {
-                        audit.receive(&agents[0], &before, message);
-                    }
+        reference.observe(&agents[0], &observed[0]);
+        let sent = [0, 1].map(|place| agents[place].outbox(&observed[place]).to_vec());
+        for place in [0, 1] {
+            let received = sent[1 - place].iter().chain((step == 0).then_some(&cue));
+            for message in received {
+                let before = Before::of(&agents[place], message);
+                agents[place].receive(&observed[place], message);
+                if place == 0 && withheld != Some(step) {
+                    reference.receive(&agents[0], &before, message);
                 }
-                agents[place].decide(&observed[place]);
             }
-            audit.check(&agents[0], &[]);
-            audit.holds_more
-        };
-        (0..20).map(look).collect()
-    }
+            agents[place].decide(&observed[place]);
+        }
+        reference.compare(&agents[0], &[], &mut comparison);
+        comparison
+    };
+    (0..20).map(look).collect()
+}
 
-    fn audit_time(step: i64) -> Time {
-        Time::from_us(step * 500_000)
-    }
-
-    #[test]
-    fn a_report_that_counts_twice_is_detected() {
-        let whole = compared(None);
-        assert!(whole.ends_with(&[Some(false); 8]), "{whole:?}");
-        // If the reference misses one report, the agent counts one report too many.
-        let one_more = compared(Some(5));
-        assert!(!one_more[..5].contains(&Some(true)) && one_more.contains(&Some(true)), "{one_more:?}");
-    }
+#[test]
+fn a_report_that_counts_twice_is_detected() {
+    let whole = compared(None);
+    assert!(whole[19].compared >= 8 && whole[19].double_counted == 0, "{whole:?}");
+    // If the reference misses one report, the agent counts one report too many.
+    let one_more = compared(Some(5));
+    assert!(one_more[4].double_counted == 0 && one_more[19].double_counted > 0, "{one_more:?}");
 }
