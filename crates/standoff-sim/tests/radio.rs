@@ -738,6 +738,7 @@ fn no_report_counts_twice_under_any_radio_fault() {
         &["radio.packet_loss=0.2", "radio.partition=[{from_s=20,until_s=50,sides=[[0,1],[2,3]]}]"],
         &["radio.packet_loss=0.2", "uavs.restart=[{uav=0,at_s=30,down_s=10}, {uav=2,at_s=50.2,down_s=0.1}]"],
         &["uavs.boot_delay_s={uniform=[0, 20]}", "radio.packet_loss=0.2"],
+        &["geofence=[{vertices=[[100,100],[900,100],[900,900],[100,900]]}]", "radio.packet_loss=0.2"],
     ];
     for fault in faults {
         for seed in 1..3 {
