@@ -166,7 +166,20 @@ def bounds_by_time(record):
     return found
 
 
+def out_of_view_steps(record):
+    """Returns by time and target the number of time steps since a UAV had it in view, its first time step excluded."""
+    counts, found = {}, {}
+    for time in record.times:
+        for target, there in record.truth[time].items():
+            is_seen = any(in_view(record.scenario["sensor"], uav, there) for uav in looking(record, time))
+            counts[target] = 0 if is_seen or target not in counts else counts[target] + 1
+        found[time] = dict(counts)
+    return found
+
+
 def target_values(record, time):
+    if not hasattr(record, "out_of_view_steps"):
+        record.out_of_view_steps = out_of_view_steps(record)
     truth, tracks, sensor = record.truth[time], record.tracks[time], record.scenario["sensor"]
     pointed, after_cue = looking(record, time), any(record.truth[before] for before in record.times if before < time)
     detections = Counter(target for _, target in record.detections[time])
@@ -181,6 +194,8 @@ def target_values(record, time):
             **place(track, "x_m", "y_m"),
             "detections": detections[target],
             "in_view": any(in_view(sensor, uav, there) for uav in pointed) if there is not None and after_cue else None,
+            "seen_by": [uav.uav for uav in pointed if in_view(sensor, uav, there)] if there is not None and after_cue else None,
+            "out_of_view_s": record.out_of_view_steps[time][target] * record.period if there is not None else None,
             "error_m": np.hypot(*(track.position - there.position)) if both else None,
         }
     return found

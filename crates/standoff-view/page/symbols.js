@@ -149,7 +149,8 @@ function drawTracks(map, { ctx, labels, size }) {
   const hidden = map.drawn.filter(({ target }) => target.out_of_view && map.selection.passes(target.group));
   draw(hidden, () => alarm, ({ x, y }) => addDisc(ctx, x, y, 12));
   ctx.fillStyle = alarm;
-  for (const { x, y } of hidden) labels.nextTo("out of view", x, y, 15, 8);
+  // Of targets in no group there may be many: they have the ring only.
+  for (const { x, y } of hidden.filter(({ target }) => target.group !== null)) labels.nextTo("out of view", x, y, 15, 8);
 }
 
 /** Outline of a UAV, nose along x, px. */
