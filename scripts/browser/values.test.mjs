@@ -77,9 +77,8 @@ function checkTargets(rows, recorded, names) {
 
 /** Runs with times, and the warnings expected at these times. */
 const CHOSEN = [
-  ["figure-9", [0, 0.5, 33, 60, 100], ["in handoff", "removed"]],
+  ["figure-9", [0, 0.5, 33, 60, 100], ["in handoff", "out of view, removed"]],
   ["out-of-view", [27], ["out of view"]],
-  ["crowd", [20, 100, 200, 300], ["out of view, ungrouped", "coasting"]],
 ];
 for (const [flight, times_s, warnings] of CHOSEN) {
   inReport(`the tables equal the record at selected times: ${flight}`, { flight }, async (page) => {

@@ -63,9 +63,10 @@ class State {
     this.warn(scene);
   }
 
-  /** Shows the targets in a state in the table, and selects a target if one is given. */
+  /** Shows the targets in a state in the table; selects a target if one is given, and sorts by the time out of view. */
   showTargets(state, target) {
     element("tab-state").click();
+    if (target !== undefined) this.targetTable.sort = { key: "out_of_view_s", sign: -1 };
     this.targetTable.filter(state);
     this.targetTable.scrollToTop();
     if (target !== undefined) this.page.selection.choose({ kind: "target", id: target });
@@ -201,6 +202,8 @@ function markRow(row, item, chosen) {
   row.cells[0].firstChild.setAttribute("aria-pressed", String(chosen));
   row.classList.toggle("chosen", chosen);
   row.classList.toggle("warning", item.out_of_view === true || Boolean(item.out));
+  // A target that is out of view in no group is no alarm.
+  row.classList.toggle("mild", item.out_of_view === true && item.group === null);
 }
 
 /** Writes the column headings of a table. */
@@ -240,7 +243,7 @@ class CustodyStatus {
   /** Shows the targets of a scene; while they are being loaded, the line is empty. */
   show({ targets }) {
     const texts = targets ? this.texts(targets) : new Map();
-    const prefix = this.page.pair && targets ? `${this.page.run.letter}: ` : "";
+    const prefix = this.page.pair && targets ? `Run ${this.page.run.letter}: ` : "";
     for (const [key, button] of this.parts) {
       const text = texts.get(key) ?? "";
       const whole = key === "in-custody" && text ? `${prefix}${text}` : text;

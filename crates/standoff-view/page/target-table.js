@@ -33,7 +33,7 @@ function nameRank(replayData, id) {
 function writeName(element, name) {
   if (element.textContent === name && element.firstChild) return;
   const parts = name.split(/(?<=[-_.:/,;])(?=[^-_.:/,;\s])/u);
-  element.replaceChildren(...parts.flatMap((part, k) => (k ? [make("wbr"), part] : [part])));
+  element.replaceChildren(...parts.flatMap((part, k) => (k ? [document.createElement("wbr"), part] : [part])));
 }
 
 class TargetTable {
@@ -165,7 +165,7 @@ class TargetTable {
     for (let index = first; index < end; index++) {
       const row = rows.get(index) ?? unused.pop() ?? this.row();
       rows.set(index, row);
-      if (row.previousSibling !== before || !row.parentNode) body.insertBefore(row, before?.nextSibling ?? body.firstChild);
+      if (row.previousSibling !== before || !row.parentNode) body.insertBefore(row, before ? before.nextSibling : body.firstChild);
       before = row;
       this.write(row, index);
     }
