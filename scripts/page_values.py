@@ -166,21 +166,39 @@ def bounds_by_time(record):
     return found
 
 
+def views(record):
+    """Returns {time: {existing target: (UAVs that have it in view, time steps since one had)}}. The first time step of a target
+    does not count."""
+    if not hasattr(record, "seen"):
+        steps, record.seen, sensor = {}, {}, record.scenario["sensor"]
+        for time in record.times:
+            pointed, found = looking(record, time), {}
+            for target, there in record.truth[time].items():
+                seen_by = [uav.uav for uav in pointed if in_view(sensor, uav, there)]
+                steps[target] = 0 if seen_by or target not in steps else steps[target] + 1
+                found[target] = seen_by, steps[target]
+            record.seen[time] = found
+    return record.seen
+
+
 def target_values(record, time):
-    truth, tracks, sensor = record.truth[time], record.tracks[time], record.scenario["sensor"]
-    pointed, after_cue = looking(record, time), any(record.truth[before] for before in record.times if before < time)
+    truth, tracks = record.truth[time], record.tracks[time]
+    after_cue = any(record.truth[before] for before in record.times if before < time)
     detections = Counter(target for _, target in record.detections[time])
     found = {}
     for target in truth.keys() | tracks.keys():
         there, track = truth.get(target), tracks.get(target)
         values = {name: getattr(track, name, None) for name in TARGETS}
         both = there is not None and track is not None
+        seen_by, steps = views(record)[time].get(target, (None, None))
         found[target] = values | {
             "exists": there is not None,
             **place(there, "true_x_m", "true_y_m"),
             **place(track, "x_m", "y_m"),
             "detections": detections[target],
-            "in_view": any(in_view(sensor, uav, there) for uav in pointed) if there is not None and after_cue else None,
+            "in_view": bool(seen_by) if there is not None and after_cue else None,
+            "seen_by": seen_by if after_cue else None,
+            "out_of_view_s": None if steps is None else steps * record.period,
             "error_m": np.hypot(*(track.position - there.position)) if both else None,
         }
     return found

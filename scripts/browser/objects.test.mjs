@@ -61,9 +61,10 @@ inReport("the card of the object under the pointer shows its name and its curren
     if (target.group !== 0) continue;
     await page.mouse.move(...(await at(page, target.x_m, target.y_m)));
     await hovered(page).getByRole("heading", { name: record.names[id], exact: true }).waitFor();
-    const { error_m, detections, state } = await facts(hovered(page));
+    const { error_m, detections, seen_by, state } = await facts(hovered(page));
     agrees(error_m, target.error_m, 2, `error of target ${id}`);
-    assert.equal(detections, `${target.detections}`);
+    assert.equal(detections, `${target.detections} ${target.detections === 1 ? "UAV" : "UAVs"}`);
+    assert.equal(seen_by, target.seen_by.map((id) => `UAV ${id}`).join(", ") || "none");
     assert.equal(state, `${target.membership}, ${target.status}`);
     const box = await hovered(page).boundingBox();
     const map = await page.locator("#map").boundingBox();
@@ -84,8 +85,10 @@ inReport("a click selects an object with a ring, a card that follows the time, a
   await page.mouse.move(5, 5);
   await selectedCard(page).getByRole("heading", { name: record.names[id], exact: true }).waitFor();
   assert.ok((await mapImage(page)) !== before, "the object is marked on the map");
-  const row = page.locator("#targets tbody tr").first();
-  assert.equal(await row.locator("td").first().textContent(), record.names[id], "its row comes first");
+  const row = page.locator("#targets tbody tr.chosen");
+  assert.equal(await row.locator("td").first().textContent(), record.names[id]);
+  const [rowBox, pane] = [await row.boundingBox(), await page.getByRole("tabpanel", { name: "State" }).boundingBox()];
+  assert.ok(rowBox.y >= pane.y && rowBox.y + rowBox.height <= pane.y + pane.height + 1, "its row is visible");
   assert.equal(await row.getByRole("button").getAttribute("aria-pressed"), "true");
   assert.equal(await page.locator("tr.chosen").count(), 1);
   for (const time_s of [40, 41, 60]) {

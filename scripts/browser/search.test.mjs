@@ -8,7 +8,7 @@ import { NAMES } from "./hostile.mjs";
 import { inReport } from "./in_report.mjs";
 import { agrees, recordOf } from "./record.mjs";
 
-inReport("searching for a target, UAV or group selects it and centres the map on it", {}, async (page) => {
+inReport("searching for a target, UAV or group selects it and shows it with 300 m around it", {}, async (page) => {
   const record = recordOf("figure-9");
   await goTo(page, 40);
   await page.locator("#map").focus();
@@ -22,7 +22,16 @@ inReport("searching for a target, UAV or group selects it and centres the map on
     await page.keyboard.press("Enter");
     const { x_m, y_m } = record.rows(table, 40).get(id);
     const view = await camera(page);
-    assert.ok(Math.hypot(view.x_m - x_m, view.y_m - y_m) < 0.01, query);
+    // The middle of the map below the toolbar.
+    const { width, height, top } = await page.locator("#map").evaluate((map) => {
+      const tools = document.querySelector(".tools");
+      return { width: map.clientWidth, height: map.clientHeight, top: tools.offsetTop + tools.offsetHeight };
+    });
+    const north_m = view.y_m - top / 2 / view.px_per_m;
+    assert.ok(Math.hypot(view.x_m - x_m, north_m - y_m) < 0.01, query);
+    const around_m = Math.min(width, height - top) / 2 / view.px_per_m;
+    const expected_m = Math.max(300, record.rows(table, 40).get(id).standoff_distance_m ?? 0);
+    assert.ok(Math.abs(around_m - expected_m) < 1, `${query}: ${around_m} m around it`);
     assert.equal((await selectedCard(page).getByRole("heading").textContent()).toLowerCase(), query.replace("get-2", "target-2").toLowerCase());
     await page.keyboard.press("Escape");
     assert.equal(await page.evaluate(() => document.activeElement.id), "map");

@@ -49,12 +49,14 @@ function checkGroups(rows, recorded) {
 
 /** The expected warning about a target. */
 function warningOf(target) {
-  if (target.in_view === false && target.group !== null) return "out of view";
-  if (["removed", "ungrouped"].includes(target.membership)) return target.membership;
-  if (target.membership === "in-handoff") return "in handoff";
-  if (target.status === "coasting") return "coasting";
-  return target.exists && target.status === null ? "untracked" : "";
+  const isUntracked = target.exists && target.status === null;
+  const place = isUntracked ? "untracked" : { removed: "removed", ungrouped: "ungrouped", "in-handoff": "in handoff" }[target.membership] ?? "";
+  if (target.in_view === false) return target.group !== null || !place ? "out of view" : `out of view, ${place}`;
+  return place || (target.status === "coasting" ? "coasting" : "");
 }
+
+/** The expected text of the UAVs that have a target in view. */
+const seenByText = ({ seen_by }) => (seen_by === null ? "\u2013" : seen_by.map((id) => `UAV ${id}`).join(", ") || "none");
 
 function checkTargets(rows, recorded, names) {
   assert.deepEqual([...rows.keys()].sort((a, b) => a - b), [...recorded.keys()]);
@@ -68,13 +70,14 @@ function checkTargets(rows, recorded, names) {
     const group = target.group === null ? "none" : `${target.group}`;
     assert.equal(row.group, target.group !== null && target.receiving_group !== null ? `${group} to ${target.receiving_group}` : group);
     agrees(row.error_m, target.error_m, 2, `target ${id} error`);
-    assert.equal(row.detections, `${target.detections}`);
+    agrees(row.out_of_view_s, target.in_view === false ? target.out_of_view_s : null, 1, `target ${id}: time out of view`);
+    assert.equal(row.seen_by, seenByText(target), `target ${id}`);
   }
 }
 
 /** Runs with times, and the warnings expected at these times. */
 const CHOSEN = [
-  ["figure-9", [0, 0.5, 33, 60, 100], ["in handoff", "removed"]],
+  ["figure-9", [0, 0.5, 33, 60, 100], ["in handoff", "out of view, removed"]],
   ["out-of-view", [27], ["out of view"]],
 ];
 for (const [flight, times_s, warnings] of CHOSEN) {

@@ -57,18 +57,33 @@ const INTRUDER_COLUMNS = [
     `Whether the intruder reports its position; UAVs stop avoiding an intruder that has sent no report for more than ${AVOIDANCE_TIMEOUT_S} s`],
 ];
 
+/** As above, with the value by which the table is sorted. */
 const TARGET_COLUMNS = [
-  ["name", "Target", (target) => target.name, "Name of the target in the scenario or the traffic file"],
-  ["state", "State", (target) => [target.membership, target.status].filter(Boolean).join(", ") || "no track",
+  ["name", "Target", (target) => target.name, "Name of the target in the scenario or the traffic file", (target) => target.rank],
+  ["state", "State", stateText,
     "Membership of the track (member: in a group; in-handoff: in handoff; ungrouped: in no group; removed: no feasible orbit could include it) " +
-    "and its status (updated: measured in this time step; coasting: predicted only; cued: reported by a cue source, not measured yet)"],
-  ["warning", "Warning", (target) => warningOf(target), "State that needs attention; out of view: a group member that is in no UAV's field of view (true geometry)"],
+    "and its status (updated: measured in this time step; coasting: predicted only; cued: reported by a cue source, not measured yet)", stateText],
+  ["warning", "Warning", warningOf, "State that needs attention; out of view: in no UAV's view (true geometry)", (target) => WARNINGS.indexOf(warningOf(target))],
   ["group", "Group", (target) =>
     target.group === null ? "none" : target.receiving_group === null ? `${target.group}` : `${target.group} to ${target.receiving_group}`,
-    "Group of the track; two numbers: handoff from the first group to the second"],
-  ["error_m", "Position error (m)", (target) => fixed(target.error_m, 2), "Distance between the estimated and the true position"],
-  ["detections", "Detected by", (target) => `${target.detections}`, "Number of UAVs that measured the target in this time step"],
+    "Group of the track; two numbers: handoff from the first group to the second", (target) => target.group],
+  ["out_of_view_s", "Out of view for (s)", (target) => fixed(target.out_of_view ? target.out_of_view_s : NaN, 1),
+    "Time for which the target has been in no UAV's view (true geometry)", (target) => (target.out_of_view ? target.out_of_view_s : NaN)],
+  ["seen_by", "Seen by", seenByText, "UAVs that have the target in view: within their field of view and sensing range (true geometry)",
+    seenByText],
+  ["error_m", "Position error (m)", (target) => fixed(target.error_m, 2), "Distance between the estimated and the true position", (target) => target.error_m],
 ];
+
+/** Membership and status of a target's track. */
+function stateText(target) {
+  return [target.membership, target.status].filter(Boolean).join(", ") || "no track";
+}
+
+/** Names of the UAVs that have a target in view; a dash if the target does not exist, and in the first time step. */
+function seenByText(target) {
+  if (!target.is_view_known) return "\u2013";
+  return target.seenBy().map((id) => `UAV ${id}`).join(", ") || "none";
+}
 
 /** Columns of agents; used only if every UAV runs its own agent. */
 const AGENT_COLUMNS = [
@@ -87,6 +102,8 @@ const UAV_DETAILS = [
   ["boresight_deg", "Boresight (\u00b0)", (uav) => compass(uav.boresight_rad), "Compass bearing of the sensor; dash: the sensor points nowhere"],
 ];
 const TARGET_DETAILS = [
+  ["detections", "Measured by", (target) => `${target.detections} ${target.detections === 1 ? "UAV" : "UAVs"}`,
+    "Number of UAVs that measured the target in this time step"],
   ["speed_m_s", "Speed (m/s)", (target) => fixed(Math.hypot(target.vx_m_s, target.vy_m_s), 1), "Estimated speed over ground"],
   ["course_deg", "Course (\u00b0)", (target) => compass(Math.atan2(target.vy_m_s, target.vx_m_s)), "Estimated course: 0 is north, 90 east"],
   ["ellipse_m", "95 % ellipse (m)", (target) => ellipseOf(target.covariance).slice(0, 2).map((axis_m) => fixed(axis_m, 1)).join(" \u00d7 "),

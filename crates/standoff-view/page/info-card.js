@@ -104,7 +104,7 @@ function fill(head, body, { title, what, facts: all }) {
   const put = (element, text) => {
     if (element.textContent !== text) element.textContent = text;
   };
-  put(head, title);
+  writeName(head, title);
   put(description, what);
   while (list.children.length > 2 * facts.length) list.lastChild.remove();
   facts.forEach(([heading, text, about, key], index) => {

@@ -82,7 +82,7 @@ function drawNames(map, { ctx, labels, scene, size }) {
   const few = inSight.length > MAX_NAMED ? inSight.filter(isChosen) : inSight;
   const named = few.map(({ target, x, y }) => {
     const warning = warningOf(target);
-    const suffix = warning && warning !== "out of view" ? ` (${warning})` : "";
+    const suffix = warning && !target.out_of_view ? ` (${warning})` : "";
     return { x, y, first: warning || selection.isChosen("target", target.id), name: `${targetName(replayData, target.id)}${suffix}` };
   });
   for (const { x, y, name } of [...named.filter((one) => one.first), ...named.filter((one) => !one.first)]) {

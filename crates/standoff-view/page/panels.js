@@ -65,8 +65,8 @@ const PANELS = [
 /** The panel of the selected target. */
 const TARGET_PANEL = {
   key: "target", title: "Target", unit: "m", hint: "position error", factor: 1, fromZero: true, curves: [],
-  about: "Distance between the track of the selected target and its true position. Shaded: times at which the target is a group member but in " +
-    "no UAV's field of view, and times at which its track is coasting (not measured).",
+  about: "Distance between the track of the selected target and its true position. Shaded: times at which the target is in no UAV's view, " +
+    "in a group or not, and times at which its track is coasting (not measured).",
 };
 
 /** CSS border styles of the dash styles. */

@@ -172,18 +172,30 @@ function otherGroupsAt(replayData, time_s) {
   return found.sort((a, b) => a.id - b.id);
 }
 
+/** Whether a target is in no UAV's view, by the column `in_view`: NaN, if it does not exist or in the first time step, is not out of view. */
+const isOutOfView = (in_view) => in_view === 0;
+
 /**
  * A target. `truth` returns a true value at the current time step and `movedTruth` interpolates it; `at` and `moved` do the same
- * for values in the team state.
+ * for values in the team state. `uavsWithView` returns the UAVs that have a position in view.
+ *
+ * Its state has the terms of docs/metrics.md. `out_of_view` is true geometry and does not depend on the membership; a group member
+ * (`group` is not null) that is in view is in custody.
  */
-function makeTarget(id, { truth, movedTruth, at, moved }) {
+function makeTarget(id, { truth, movedTruth, at, moved, uavsWithView, period_s }) {
   const tracked = !Number.isNaN(at("x_m"));
   const group = idOf(at("group"));
   const detections = truth("detections");
+  const in_view = truth("in_view");
   return {
     id,
     exists: !Number.isNaN(truth("true_x_m")),
     tracked,
+    is_view_known: !Number.isNaN(in_view),
+    in_custody: in_view === 1 && group !== null,
+    out_of_view: isOutOfView(in_view),
+    out_of_view_s: truth("out_of_view_steps") * period_s,
+    seenBy: () => (in_view === 1 ? uavsWithView(truth("true_x_m"), truth("true_y_m")) : []),
     true_x_m: movedTruth("true_x_m"),
     true_y_m: movedTruth("true_y_m"),
     x_m: moved("x_m"),
@@ -196,7 +208,6 @@ function makeTarget(id, { truth, movedTruth, at, moved }) {
     group,
     receiving_group: idOf(at("receiving_group")),
     detections: Number.isNaN(detections) ? 0 : detections,
-    out_of_view: truth("in_view") === 0 && group !== null,
     error_m: Math.hypot(at("x_m") - truth("true_x_m"), at("y_m") - truth("true_y_m")),
   };
 }
@@ -208,6 +219,7 @@ function otherTargetsAt(replayData, time_s, detail) {
   const { targets } = detail.tables;
   const table = other.block.tables[`tracks-${other.owner}`];
   const detailIndex = (k) => Math.max(0, lastNotAfter(detail.times_s, other.block.times_s[k]));
+  const views = viewsAt(replayData, detail.times_s[detailIndex(other.stepIndex)]);
   const found = [];
   for (const id of new Set([...targets.ids, ...(table?.ids ?? [])])) {
     const main = (column, k) => targets.value(column, id, detailIndex(k));
@@ -217,7 +229,7 @@ function otherTargetsAt(replayData, time_s, detail) {
     const movedTruth = (column) => interpolate(main(column, other.stepIndex), main(column, other.next), other.share);
     const moved = (column) => interpolate(at(column), believed(column, other.next), other.share);
     const truth = (column) => main(column, other.stepIndex);
-    const target = makeTarget(id, { truth, movedTruth, at, moved });
+    const target = makeTarget(id, { truth, movedTruth, at, moved, ...views });
     if (target.exists || target.tracked) found.push({ ...target, hasTeamState: other.owner !== null });
   }
   return found.sort((a, b) => a.id - b.id);
@@ -232,6 +244,7 @@ function targetsAt(replayData, time_s) {
   const following = replayData.after(detail);
   const { stepIndex, share } = stepPosition(replayData.detailTimes(detail), time_s);
   const columns = Object.fromEntries(table.columns);
+  const views = viewsAt(replayData, detail.times_s[stepIndex]);
   const found = [];
   table.ids.forEach((id, row) => {
     const cell = row * table.stepCount + stepIndex;
@@ -242,7 +255,7 @@ function targetsAt(replayData, time_s) {
     };
     const moved = (name) => interpolate(columns[name][cell], next(name), share);
     const at = (name) => columns[name][cell];
-    found.push(makeTarget(id, { truth: at, movedTruth: moved, at, moved }));
+    found.push(makeTarget(id, { truth: at, movedTruth: moved, at, moved, ...views }));
   });
   return found;
 }
@@ -265,16 +278,58 @@ function stepPosition(times_s, time_s) {
   return { stepIndex, share };
 }
 
-/** The warning about a target; empty if there is none. */
+/**
+ * States by which targets are counted and filtered: key, text, condition, explanation. A target can be in several of them. They are in the
+ * order of the header, which leaves out those without targets.
+ */
+const TARGET_STATES = [
+  ["in-custody", "in custody", (target) => target.in_custody, "Targets that are in a group and in some UAV's view (true geometry)"],
+  ["out-of-view", "out of view", (target) => target.out_of_view, "Existing targets that are in no UAV's view (true geometry), in a group or not"],
+  ["untracked", "untracked", isUntracked, "Existing targets without a track: lost, or not found yet"],
+  ["ungrouped", "ungrouped", (target) => target.membership === "ungrouped", "Tracks in no group: new, or no UAV can cover them"],
+  ["removed", "removed", (target) => target.membership === "removed", "Tracks removed from their group, because no feasible orbit could include them"],
+  ["in-handoff", "in handoff", (target) => target.membership === "in-handoff", "Tracks in handoff from one group to another"],
+  ["coasting", "coasting", (target) => target.status === "coasting", "Tracks that are predicted and not measured in this time step"],
+];
+
+/** Whether an existing target has no track. Without a team state, a missing track is no warning. */
+function isUntracked(target) {
+  return target.exists && !target.tracked && target.hasTeamState !== false;
+}
+
+/** The warning about a target; empty if there is none. A target out of view in no group is not the same as a group member out of view. */
 function warningOf(target) {
-  if (target.out_of_view) return "out of view";
-  if (target.membership === "removed") return "removed";
-  if (target.membership === "in-handoff") return "in handoff";
-  if (target.tracked && target.membership === "ungrouped") return "ungrouped";
-  if (target.status === "coasting") return "coasting";
-  // Without a team state, a missing track is no warning.
-  if (target.exists && !target.tracked && target.hasTeamState !== false) return "untracked";
-  return "";
+  const membership = ["removed", "in-handoff", "ungrouped"].includes(target.membership) ? target.membership.replace("-", " ") : "";
+  const place = isUntracked(target) ? "untracked" : membership;
+  if (target.out_of_view) return target.group !== null || !place ? "out of view" : `out of view, ${place}`;
+  return place || (target.status === "coasting" ? "coasting" : "");
+}
+
+/** Warnings about targets, most severe first. */
+const WARNINGS = ["out of view", "out of view, removed", "out of view, ungrouped", "out of view, in handoff", "out of view, untracked", "coasting",
+  "in handoff", "untracked", "ungrouped", "removed", ""];
+
+/** Returns a function that computes which UAVs have a position in view at a time step, and the period of the mission. */
+function viewsAt(replayData, time_s) {
+  const { field_of_view_rad, sensing_range_m } = replayData.head.limits;
+  const stepIndex = replayData.stepAt(time_s);
+  let pointed = null;
+  const uavsWithView = (x_m, y_m) => {
+    pointed ??= replayData.ids.uavs.map((id) => {
+      const at = (column) => replayData.value("uavs", column, id, stepIndex);
+      return { id, x_m: at("x_m"), y_m: at("y_m"), boresight_rad: at("boresight_rad") };
+    }).filter((uav) => !Number.isNaN(uav.boresight_rad));
+    // At most 1 if the position is in view. Infinite ranges are null in JSON.
+    const share = (uav) => {
+      const off_rad = interpolateAngle(0, Math.atan2(y_m - uav.y_m, x_m - uav.x_m) - uav.boresight_rad, 1);
+      return Math.max(Math.hypot(x_m - uav.x_m, y_m - uav.y_m) / (sensing_range_m ?? Infinity), Math.abs(off_rad) / (field_of_view_rad / 2));
+    };
+    const shares = pointed.map((uav) => [uav.id, share(uav)]);
+    // `in_view` is computed in double precision. At the edge of a view, single precision may give another result.
+    const most = Math.max(1, Math.min(...shares.map(([, value]) => value)));
+    return shares.filter(([, value]) => value <= most).map(([id]) => id);
+  };
+  return { uavsWithView, period_s: replayData.head.period_s };
 }
 
 /** Outages by replay, with the number of time steps and events from which they were computed. */

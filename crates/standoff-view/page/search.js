@@ -2,6 +2,8 @@
 
 /** Maximum number of proposed names. */
 const MAX_PROPOSED = 20;
+/** The map shows at least this distance around an object that was found, m. */
+const AROUND_M = 300;
 
 /** Objects whose name contains a text. Exact matches come first, then names that begin with the text, then the others. */
 function* matches({ replayData }, query) {
@@ -26,6 +28,18 @@ function first(items, most) {
   return some;
 }
 
+/** The text of a proposed object: its name, and the warning if it is a target. */
+function proposal({ replayData, map }, object) {
+  const target = object.kind === "target" && objectIn(map.scene, object);
+  return [objectName(replayData, object), target && warningOf(target)].filter(Boolean).join(" \u2013 ");
+}
+
+/** Shows an object with its surroundings: its position is in the middle of the map below the toolbar. */
+function showAround(camera, [x_m, y_m], scene, object) {
+  const around_m = Math.max(AROUND_M, object.kind === "group" ? objectIn(scene, object).standoff_distance_m : 0);
+  Object.assign(camera, camera.fitted([x_m - around_m, y_m - around_m, x_m + around_m, y_m + around_m], 1));
+}
+
 /** Connects the search field. */
 function connectFind(page) {
   const field = element("find");
@@ -33,7 +47,7 @@ function connectFind(page) {
   const propose = () => {
     const { replayData } = page;
     const found = first(matches(page, field.value), MAX_PROPOSED);
-    element("search-names").replaceChildren(...found.map((object) => new Option(objectName(replayData, object), wholeName(replayData, object))));
+    element("search-names").replaceChildren(...found.map((object) => new Option(proposal(page, object), wholeName(replayData, object))));
     message.textContent = field.value.trim() && !found.length ? "no match" : "";
   };
   const take = () => {
@@ -47,7 +61,7 @@ function connectFind(page) {
     if (!position) return undefined;
     page.selection.follow(null);
     map.canvas.focus();
-    [camera.x_m, camera.y_m] = position;
+    showAround(camera, position, scene, object);
     return page.renew();
   };
   field.addEventListener("input", (input) => {

@@ -1,13 +1,10 @@
 // The state at the time shown, as text and numbers: tables, warnings and the CSV file.
 
-/** Maximum number of targets in the table; targets with warnings come first. */
-const MAX_ROWS = 100;
-
 /** Columns of the CSV file of the state; a column is empty for objects that do not have it. */
 const CSV_COLUMNS = ["kind", "id", "name", "group", "receiving_group", "x_m", "y_m", "true_x_m", "true_y_m", "heading_rad", "boresight_rad",
   "speed_m_s", "turn_rate_rad_s", "out_since_s", "centre_distance_m", "standoff_error_m", "off_boresight_rad", "avoided_uav", "avoided_intruder",
   "predicted_distance_m", "limiting_zone", "transponder_on", "members", "standoff_distance_m", "feasible", "spread_m", "nearest_groupmate_m", "phase_rad", "position_error_m", "membership", "status",
-  "out_of_view", "error_m", "detections"];
+  "out_of_view", "error_m", "detections", "in_custody", "out_of_view_s", "seen_by"];
 
 /** Formats a value for CSV. A text that a spreadsheet would interpret as a formula gets an apostrophe in front. */
 function csvText(value) {
@@ -16,9 +13,6 @@ function csvText(value) {
   return /[",\n\r]/.test(plain) ? `"${plain.replaceAll('"', '""')}"` : plain;
 }
 
-/** Warnings about targets, most severe first. */
-const WARNINGS = ["out of view", "coasting", "in handoff", "untracked", "ungrouped", "removed"];
-
 class State {
   constructor(page) {
     this.page = page;
@@ -26,9 +20,12 @@ class State {
     this.warning = element("warning");
     // If the text is cut off, a click shows all of it.
     this.warning.addEventListener("click", () => this.warning.classList.toggle("whole"));
-    this.more = element("more-targets");
-    for (const [id, columns] of [["uavs", UAV_COLUMNS], ["groups", GROUP_COLUMNS], ["intruders", INTRUDER_COLUMNS], ["targets", TARGET_COLUMNS], ["agents", AGENT_COLUMNS]]) {
+    this.custody = new CustodyStatus(page, (state, target) => this.showTargets(state, target));
+    for (const [id, columns] of [["uavs", UAV_COLUMNS], ["groups", GROUP_COLUMNS], ["intruders", INTRUDER_COLUMNS], ["agents", AGENT_COLUMNS]]) {
       headings(element(id), columns);
+    }
+    this.targetTable = new TargetTable(page);
+    for (const id of ["uavs", "groups", "intruders", "targets", "agents"]) {
       this[id] = element(id).tBodies[0];
       this[id].addEventListener("click", (click) => this.clicked(id, click.target.closest("tr")));
     }
@@ -40,7 +37,6 @@ class State {
     this.errors = new Map();
     this.missing = [];
     this.warnings = [];
-    this.critical = false;
   }
 
   /** Shows the time; called for every drawn frame. */
@@ -52,12 +48,6 @@ class State {
   show(scene) {
     const { replayData, selection } = this.page;
     this.scene = scene;
-    const targets = (scene.targets ?? []).map((target) => ({ ...target, name: targetName(replayData, target.id) }));
-    const worst = targets.filter((target) => warningOf(target));
-    const shown = targets.filter((target) => selection.passes(target.group));
-    // The selected target comes first, then targets with warnings.
-    const rank = (target) => (selection.isChosen("target", target.id) ? 0 : warningOf(target) ? 1 : 2);
-    const listed = [0, 1, 2].flatMap((level) => shown.filter((target) => rank(target) === level)).slice(0, MAX_ROWS);
     const isChosen = (kind) => (one) => selection.isChosen(kind, one.id);
     // The last column shows what UAVs avoid; it is hidden if there is nothing to avoid.
     element("uavs").classList.toggle("no-avoidance", !replayData.head.has_separation && !replayData.head.zones);
@@ -65,12 +55,21 @@ class State {
     rows(this.groups, GROUP_COLUMNS, scene.groups, isChosen("group"));
     element("intruders").hidden = !replayData.ids.intruders.length;
     rows(this.intruders, INTRUDER_COLUMNS, scene.intruders, isChosen("intruder"));
-    rows(this.targets, TARGET_COLUMNS, listed, isChosen("target"));
+    this.targetTable.show((scene.targets ?? []).filter((target) => selection.passes(target.group)));
     element("agents").hidden = !replayData.agents.isSeveral;
     rows(this.agents, AGENT_COLUMNS, agentRows(replayData, scene), isChosen("uav"));
-    this.more.textContent = shown.length > listed.length ? `and ${shown.length - listed.length} more` : "";
     this.scrollToRow(selection.object);
-    this.warn(scene, worst);
+    this.custody.show(scene);
+    this.warn(scene);
+  }
+
+  /** Shows the targets in a state in the table; selects a target if one is given, and sorts by the time out of view. */
+  showTargets(state, target) {
+    element("tab-state").click();
+    if (target !== undefined) this.targetTable.sort = { key: "out_of_view_s", sign: -1 };
+    this.targetTable.filter(state);
+    this.targetTable.scrollToTop();
+    if (target !== undefined) this.page.selection.choose({ kind: "target", id: target });
   }
 
   /** Selects the object of a row, or clears the selection if the object is already selected. */
@@ -84,26 +83,22 @@ class State {
   /** Scrolls to the row of a newly selected object, once the table is visible. */
   scrollToRow(object) {
     if (objectKey(object) === objectKey(this.scrolledTo)) return;
+    if (object?.kind === "target") {
+      if (this.targetTable.scrollTo(object.id)) this.scrolledTo = object;
+      return;
+    }
     const row = object && this[`${object.kind}s`].querySelector("tr.chosen");
     if (object && !row?.offsetParent) return;
     this.scrolledTo = object;
     row?.scrollIntoView({ block: "nearest" });
   }
 
-  /** Collects the warnings shown above the map. */
-  warn(scene, worst) {
-    const kinds = new Map();
-    for (const target of worst) kinds.set(warningOf(target), [...(kinds.get(warningOf(target)) ?? []), target.name]);
-    // The most severe warnings come first, because the space may not suffice for all.
+  /** Collects the warnings that are not about targets. */
+  warn(scene) {
     const warnings = scene.uavs.filter((uav) => uav.out).map(outageText);
     warnings.push(...agentsText(this.page.replayData, scene));
     for (const group of scene.groups) if (!group.feasible) warnings.push(`group ${group.id}: no feasible orbit`);
-    for (const [what, names] of [...kinds].sort(([a], [b]) => WARNINGS.indexOf(a) - WARNINGS.indexOf(b))) {
-      const some = names.slice(0, 3).join(", ");
-      warnings.push(`${names.length} ${what}: ${some}${names.length > 3 ? ", ..." : ""}`);
-    }
     this.warnings = warnings;
-    this.critical = kinds.has("out of view");
     this.update();
   }
 
@@ -116,7 +111,7 @@ class State {
     const shown = (targets ?? []).filter((target) => selection.passes(target.group));
     const of = (kind, some) => some.map((one) => ({ ...one, kind, name: wholeName(replayData, { kind, id: one.id }) }));
     const all = [...of("uav", uavs.map((uav) => ({ ...uav, out_since_s: uav.out?.since_s }))), ...of("group", groups),
-      ...of("intruder", intruders), ...of("target", shown)];
+      ...of("intruder", intruders), ...of("target", shown.map((target) => ({ ...target, seen_by: target.seenBy().join(" ") })))];
     const cell = (value) => (value === null || value === undefined || Number.isNaN(value) ? "" : csvText(value));
     const lines = all.map((one) => [time_s, ...CSV_COLUMNS.map((column) => one[column])].map(cell).join(","));
     save(`${fileName(`${runName(replayData.head)}-state-${time_s.toFixed(1)}s`)}.csv`,
@@ -142,7 +137,7 @@ class State {
   /** Shows errors, missing data and warnings in the header. */
   update() {
     const text = [this.errorText, ...this.missing, ...this.warnings].filter(Boolean).join(" \u00b7 ");
-    this.warning.classList.toggle("critical", this.critical || this.errorText !== "");
+    this.warning.classList.toggle("critical", this.errorText !== "");
     if (text === this.shownText) return;
     this.shownText = text;
     this.warning.textContent = this.warning.title = text;
@@ -198,11 +193,17 @@ function rows(body, columns, items, isChosen) {
       if (label.textContent !== text) label.textContent = text;
       if (cell.dataset.field !== key) cell.dataset.field = key;
     });
-    const chosen = isChosen(item);
-    row.cells[0].firstChild.setAttribute("aria-pressed", String(chosen));
-    row.classList.toggle("chosen", chosen);
-    row.classList.toggle("warning", item.out_of_view === true || Boolean(item.out));
+    markRow(row, item, isChosen(item));
   });
+}
+
+/** Marks the row of a selected object, and that of a target out of view or a UAV in an outage. */
+function markRow(row, item, chosen) {
+  row.cells[0].firstChild.setAttribute("aria-pressed", String(chosen));
+  row.classList.toggle("chosen", chosen);
+  row.classList.toggle("warning", item.out_of_view === true || Boolean(item.out));
+  // A target that is out of view in no group is no alarm.
+  row.classList.toggle("mild", item.out_of_view === true && item.group === null);
 }
 
 /** Writes the column headings of a table. */
@@ -215,4 +216,65 @@ function headings(table, columns) {
     cell.title = about;
     row.append(cell);
   }
+}
+
+/** The line in the header: in custody, out of view, and the other states that targets are in. Every part is a button. */
+class CustodyStatus {
+  /** `choose` is called with the state of a part, and the target that is to be selected. */
+  constructor(page, choose) {
+    this.page = page;
+    this.line = element("custody");
+    /** The target that has been out of view for the longest time. */
+    this.longest = null;
+    const parts = TARGET_STATES.map(([key, , , about]) => [key, about, () => choose(key)]);
+    parts.splice(2, 0, ["longest", "Longest time that an existing target has now been in no UAV's view: selects this target", () => choose("out-of-view", this.longest.id)]);
+    this.parts = new Map(parts.map(([key, about, act]) => {
+      const button = make("button");
+      button.type = "button";
+      button.title = about;
+      button.dataset.part = key;
+      button.hidden = true;
+      button.addEventListener("click", act);
+      this.line.append(button);
+      return [key, button];
+    }));
+  }
+
+  /** Shows the targets of a scene; while they are being loaded, the line is empty. */
+  show({ targets }) {
+    const texts = targets ? this.texts(targets) : new Map();
+    const prefix = this.page.pair && targets ? `Run ${this.page.run.letter}: ` : "";
+    for (const [key, button] of this.parts) {
+      const text = texts.get(key) ?? "";
+      const whole = key === "in-custody" && text ? `${prefix}${text}` : text;
+      button.hidden = !text;
+      if (button.textContent !== whole) button.textContent = whole;
+    }
+    this.line.classList.toggle("alarm", texts.has("out-of-view") && targets.some((target) => target.out_of_view));
+  }
+
+  /** The texts of the parts, by state; states without targets have no text. */
+  texts(targets) {
+    const existing = targets.filter((target) => target.exists);
+    const isKnown = existing.some((target) => target.is_view_known);
+    const out = existing.filter((target) => target.out_of_view);
+    this.longest = out.reduce((longest, target) => (longest?.out_of_view_s >= target.out_of_view_s ? longest : target), null);
+    const texts = new Map();
+    for (const [key, text, condition] of TARGET_STATES) {
+      const count = targets.filter(condition).length;
+      if (count) texts.set(key, `${count} ${text}`);
+    }
+    // Without a team state, no target is in custody of a group that is shown.
+    const hasTeamState = existing.every((target) => target.hasTeamState !== false);
+    const inCustody = isKnown && hasTeamState ? existing.filter((target) => target.in_custody).length : "\u2013";
+    texts.set("in-custody", existing.length ? `In custody ${inCustody} of ${existing.length}` : "no targets");
+    if (isKnown && !out.length) texts.set("out-of-view", "none out of view");
+    if (this.longest) texts.set("longest", `longest ${durationText(this.longest.out_of_view_s)}`);
+    return texts;
+  }
+}
+
+/** A duration with at most one decimal. */
+function durationText(duration_s) {
+  return `${duration_s.toFixed(duration_s < 9.95 ? 1 : 0)} s`;
 }

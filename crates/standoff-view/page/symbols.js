@@ -147,9 +147,13 @@ function drawTracks(map, { ctx, labels, size }) {
   const { alarm } = palette();
   ctx.lineWidth = 2.5;
   const hidden = map.drawn.filter(({ target }) => target.out_of_view && map.selection.passes(target.group));
-  draw(hidden, () => alarm, ({ x, y }) => addDisc(ctx, x, y, 12));
+  const members = hidden.filter(({ target }) => target.group !== null);
+  draw(members, () => alarm, ({ x, y }) => addDisc(ctx, x, y, 12));
+  // There may be many targets in no group: their ring is thinner and has no label.
+  ctx.lineWidth = 1.5;
+  draw(hidden.filter(({ target }) => target.group === null), () => alarm, ({ x, y }) => addDisc(ctx, x, y, 12 * size));
   ctx.fillStyle = alarm;
-  for (const { x, y } of hidden) labels.nextTo("out of view", x, y, 15, 8);
+  for (const { x, y } of members) labels.nextTo("out of view", x, y, 15, 8);
 }
 
 /** Outline of a UAV, nose along x, px. */

@@ -71,8 +71,7 @@ class TargetSeries {
       if (!Number.isNaN(group)) this.groups.add(group);
       this.times_s.push(time_s);
       this.error_m.push(Math.hypot(at("x_m") - at("true_x_m"), at("y_m") - at("true_y_m")));
-      const isHidden = at("in_view") === 0 && !Number.isNaN(group);
-      this.warnings.push(isHidden ? "out of view" : STATUS[at("status")] === "coasting" ? "coasting" : "");
+      this.warnings.push(isOutOfView(at("in_view")) ? "out of view" : STATUS[at("status")] === "coasting" ? "coasting" : "");
     });
   }
 

@@ -39,6 +39,7 @@ const SCRIPT: &str = concat!(
     include_str!("../page/events.js"),
     include_str!("../page/timeline.js"),
     include_str!("../page/link.js"),
+    include_str!("../page/target-table.js"),
     include_str!("../page/state.js"),
     include_str!("../page/panels.js"),
     include_str!("../page/target-series.js"),

@@ -11,6 +11,8 @@ pub struct Setup {
     pub title: String,
     /// Full angle of a sensor's field of view, rad.
     pub field_of_view_rad: f64,
+    /// Sensing range, m.
+    pub sensing_range_m: f64,
     /// Minimum speed of a UAV, m/s.
     pub speed_min_m_s: f64,
     /// Maximum speed of a UAV, m/s.
@@ -38,6 +40,7 @@ impl Setup {
         Self {
             title,
             field_of_view_rad: settings.team.track.sensor.field_of_view_rad,
+            sensing_range_m: settings.team.track.sensor.sensing_range_m,
             speed_min_m_s: uav.speed_m_s - uav.speed_change_max_m_s,
             speed_max_m_s: uav.speed_m_s + uav.speed_change_max_m_s,
             turn_rate_max_rad_s: uav.turn_rate_max_rad_s,

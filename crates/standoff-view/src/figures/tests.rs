@@ -23,6 +23,7 @@ pub(crate) fn setup() -> Setup {
     Setup {
         title: "Two UAVs & one <group>".to_owned(),
         field_of_view_rad: 0.7,
+        sensing_range_m: 1000.0,
         speed_min_m_s: 30.0,
         speed_max_m_s: 50.0,
         turn_rate_max_rad_s: 0.2,

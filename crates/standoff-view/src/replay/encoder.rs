@@ -57,10 +57,11 @@ derived! { RUN: run(custody: &CustodyCounts) {
     position_error_m: custody.position_error_m,
 } }
 
-derived! { TARGET: target(truth: Option<&TruthRow>, is_in_view: Option<bool>, detected: u32) {
+derived! { TARGET: target(truth: Option<&TruthRow>, view: Option<&View>, detected: u32) {
     true_x_m: truth.map(|truth| truth.x_m),
     true_y_m: truth.map(|truth| truth.y_m),
-    in_view: is_in_view.map(f64::from),
+    in_view: view.and_then(|view| view.is_in_view).map(f64::from),
+    out_of_view_steps: view.map(|view| f64::from(view.out_of_view_steps)),
     detections: Some(f64::from(detected)),
 } }
 
@@ -76,7 +77,31 @@ pub struct Encoder {
     allowance: EventQuota,
     others_allowance: EventQuota,
     recorded: Recorded,
+    /// Views of all targets that have existed.
+    views: BTreeMap<u32, View>,
     draft: Draft,
+}
+
+/// Whether a target is in some UAV's view.
+#[derive(Debug, Default)]
+struct View {
+    /// `None` at the first cue, as for [`FrameScores::in_view`].
+    is_in_view: Option<bool>,
+    /// Number of time steps since a UAV had it in view, counted as for the metric `longest_out_of_view_s`: its first
+    /// time step and time steps without it do not count.
+    out_of_view_steps: u32,
+}
+
+/// Updates the views of the targets that exist at the time step.
+fn update_views(views: &mut BTreeMap<u32, View>, frame: &Frame, scores: &FrameScores<'_>) {
+    for truth in &frame.truth {
+        let is_in_view = scores.in_view(truth.target);
+        let is_new = !views.contains_key(&truth.target);
+        let view = views.entry(truth.target).or_default();
+        view.is_in_view = is_in_view;
+        view.out_of_view_steps =
+            if is_new || is_in_view == Some(true) { 0 } else { view.out_of_view_steps.saturating_add(1) };
+    }
 }
 
 /// Consecutive time steps of a replay as gzipped blocks, described in the [module](super).
@@ -119,6 +144,7 @@ impl Encoder {
             bound: PositionBound::of(rules),
             colours: GroupColours::default(),
             allowance: EventQuota::default(),
+            views: BTreeMap::new(),
             others_allowance: EventQuota::default(),
             draft: Draft::new(&recorded),
             recorded,
@@ -155,6 +181,7 @@ impl Encoder {
         if let Some(bound) = &mut self.bound {
             bound.frame(frame, scores.geometry.matching());
         }
+        update_views(&mut self.views, frame, &scores);
         let (draft, recorded) = (&mut self.draft, &self.recorded);
         draft.times_us.push(frame.time_us);
         let shown = frame.events.iter().filter(|row| self.allowance.takes(row, None));
@@ -187,7 +214,7 @@ impl Encoder {
         }
         // Every part starts with a detail, so that the page never shows a later detail too early.
         if (draft.times_us.len() - 1).is_multiple_of(self.stride) {
-            draft.detail(frame, &scores, &recorded.tracks);
+            draft.detail(frame, &scores, &self.views, &recorded.tracks);
         }
         if (draft.times_us.len() - 1).is_multiple_of(self.team_states_stride) {
             draft.team_states.next_step(frame, recorded);
@@ -258,7 +285,13 @@ impl Draft {
     }
 
     /// Adds the targets: existing ones with their tracks, and tracks of targets that no longer exist.
-    fn detail(&mut self, frame: &Frame, scores: &FrameScores<'_>, tracks: &PageColumns<TrackRow>) {
+    fn detail(
+        &mut self,
+        frame: &Frame,
+        scores: &FrameScores<'_>,
+        views: &BTreeMap<u32, View>,
+        tracks: &PageColumns<TrackRow>,
+    ) {
         self.detail_times_us.push(frame.time_us);
         self.targets.next_step();
         let mut detections: BTreeMap<u32, u32> = BTreeMap::new();
@@ -268,7 +301,7 @@ impl Draft {
         let matching = scores.geometry.matching();
         for (truth, track) in matching.targets() {
             let detected = detections.get(&truth.target).copied().unwrap_or(0);
-            let derived = target(Some(truth), scores.in_view(truth.target), detected);
+            let derived = target(Some(truth), views.get(&truth.target), detected);
             self.targets.put(truth.target, tracks.values(track).chain(derived));
         }
         for track in matching.unmatched_tracks() {

@@ -9,7 +9,7 @@ use crate::figures::Setup;
 use crate::serve::Bytes;
 
 /// Format number of heads and parts; it increases when either format changes.
-pub const FORMAT: u32 = 4;
+pub const FORMAT: u32 = 5;
 
 /// Properties of a run that the page needs in addition to the parts.
 #[derive(Debug, Clone, Serialize)]

@@ -4,7 +4,7 @@ use std::io::Read;
 use flate2::read::GzDecoder;
 use serde_json::Value;
 use standoff_record::{Frame, GroupRow, IntruderRow, Manifest, TrackRow, TrackStatus};
-use standoff_score::FrameScorer;
+use standoff_score::{FrameScorer, MetricSelection, Scorer};
 use standoff_sim::scenario::Scenario;
 
 use super::{Encoder, Head, Part, Replay};
@@ -214,6 +214,29 @@ fn a_part_contains_the_counts_of_the_whole_run() {
     assert!(left.next().is_none() && compared > 0);
 }
 
+/// The largest time that the page shows for a target is the metric.
+#[test]
+fn the_time_out_of_view_is_that_of_the_metric() {
+    let scenario = load("paper/figure-9-basic", &[], 1);
+    let frames = frames(&scenario);
+    let rules = scenario.settings.score_config();
+    let period_s = rules.period_s;
+    let mut scorer = Scorer::new(rules, MetricSelection::ALL);
+    frames.iter().for_each(|frame| scorer.frame(frame));
+    let details: Vec<Block> = encoded(&scenario, &frames, 1).iter().map(|part| read(&part.detail)).collect();
+    let mut longest_s = 0.0_f64;
+    for score in scorer.targets() {
+        let steps = details.iter().flat_map(|detail| {
+            let count = detail.directory["times_us"].as_array().unwrap().len();
+            (0..count).filter_map(|step| detail.find("targets", "out_of_view_steps", score.target, step))
+        });
+        let shown_s = steps.fold(0.0, f64::max) * period_s;
+        assert_eq!(Some(shown_s), score.longest_out_of_view_s, "target {}", score.target);
+        longest_s = longest_s.max(shown_s);
+    }
+    assert!(longest_s > 1.0);
+}
+
 #[test]
 fn a_stride_thins_out_only_the_details() {
     let (scenario, frames) = flight();
@@ -240,6 +263,7 @@ pub(super) fn head() -> Head {
     let setup = Setup {
         title: "t".to_owned(),
         field_of_view_rad: 1.2,
+        sensing_range_m: 1000.0,
         speed_min_m_s: 25.0,
         speed_max_m_s: 55.0,
         turn_rate_max_rad_s: 0.3,
