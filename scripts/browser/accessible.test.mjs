@@ -124,7 +124,7 @@ inReport("the theme follows the system until the user selects one, which is then
   assert.notEqual(light.page, dark.page);
   await page.getByRole("button", { name: "Theme" }).click();
   assert.deepEqual(await ground(), dark);
-  await page.waitForFunction((colour) => document.querySelector(".panel:not([hidden]) .plot").layout.plot_bgcolor === colour, "#11161c");
+  await page.waitForFunction((colour) => document.querySelector(".panel:not([hidden]) .plot").layout.plot_bgcolor === colour, "#000000");
   await page.keyboard.press("t");
   assert.equal(await theme(), "light");
   await page.keyboard.press("t");
