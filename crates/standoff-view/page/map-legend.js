@@ -22,7 +22,7 @@ const LEGEND_ENTRIES = [
   ["uavs", "UAV, nose along its heading", [drawUavs], uav()],
   ["uavs", "UAV in an outage: last position known to the team", [drawUavs], uav({ x_m: 1e4, out: { x_m: 0, y_m: 0, since_s: 0 } })],
   ["views", "Field of view, in the colour of the group", [drawViews], { ...uav({ x_m: -18 }), groups: [SAMPLE_GROUP], ...target() }],
-  ["views", "Field of view of a UAV on its way: no member of its group is in it", [drawViews],
+  ["views", "Field of view of a UAV on its way, which is not yet at its group", [drawViews],
     { ...uav({ x_m: -18 }), groups: [{ ...SAMPLE_GROUP, x_m: -50 }], ...target({ x_m: -50 }) }],
   ["desired", "Desired orbit and estimated centre of a group", [drawDesired], { groups: [SAMPLE_GROUP] }],
   ["desired", "No orbit satisfies the constraints", [drawDesired], { groups: [{ ...SAMPLE_GROUP, feasible: false }] }],

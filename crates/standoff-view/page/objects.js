@@ -92,9 +92,9 @@ function cardContents(run, object) {
   if (object.kind === "intruder") return { title, what: "Intruder: aircraft outside the team", facts: factsOf(INTRUDER_COLUMNS, one) };
   const facts = [...factsOf([...UAV_COLUMNS, ...UAV_DETAILS], one), ...agentFacts(replayData, one)];
   const { field_of_view_rad } = replayData.head.limits;
-  const wayText = isOnWay(scene, one, field_of_view_rad) ? `On its way: it does not yet point at group ${one.group}, no member of which is in its field of view` : "";
-  if (object.part === "view") return { title, what: [wayText, viewText(replayData)].filter(Boolean).join(". "), facts: facts.filter(([, , , key]) => /sight/.test(key)) };
-  return { title, what: one.out ? `${outageText(one)}: no UAV receives its reports, and its sensor points nowhere` : wayText || "UAV", facts };
+  const way = wayText(scene, one, field_of_view_rad);
+  if (object.part === "view") return { title, what: [way, viewText(replayData)].filter(Boolean).join(". "), facts: facts.filter(([, , , key]) => /sight/.test(key)) };
+  return { title, what: one.out ? `${outageText(one)}: no UAV receives its reports, and its sensor points nowhere` : way || "UAV", facts };
 }
 
 /** Facts about the agent of a UAV; empty if the team shares one agent. */

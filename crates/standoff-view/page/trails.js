@@ -143,19 +143,25 @@ function membersOf(scene, group) {
   return MEMBERS.get(scene).get(group) ?? [];
 }
 
+/** A UAV is on its way while its distance from the group centre exceeds the orbit radius by more than this fraction. */
+const OUTSIDE_ORBIT = 0.25;
+
 /**
- * Whether a UAV is on its way to its group: the estimated positions of all members are outside its field of view, whose
- * length is not limited here. While targets are being loaded, the group centre takes their place.
+ * Why a UAV is still on its way to its group; empty if it is not. It is on its way while it is far outside the desired orbit, or
+ * while the directions to the estimated positions of all members are outside its field of view. While targets are being
+ * loaded, the group centre takes the place of the members.
  */
-function isOnWay(scene, uav, field_of_view_rad) {
+function wayText(scene, uav, field_of_view_rad) {
   const group = scene.groups.find((one) => one.id === uav.group);
-  if (!group || Number.isNaN(uav.boresight_rad)) return false;
-  const members = membersOf(scene, uav.group);
+  if (!group || Number.isNaN(uav.boresight_rad)) return "";
   const isOutside = ({ x_m, y_m }) => {
     const to_rad = Math.atan2(y_m - uav.y_m, x_m - uav.x_m);
     return Math.abs(interpolateAngle(uav.boresight_rad, to_rad, 1) - uav.boresight_rad) > field_of_view_rad / 2;
   };
-  return (members.length ? members : [group]).every(isOutside);
+  const members = membersOf(scene, uav.group);
+  if ((members.length ? members : [group]).every(isOutside)) return `On its way: it does not yet point at group ${group.id}, no member of which is in its field of view`;
+  const outside_m = Math.hypot(uav.x_m - group.x_m, uav.y_m - group.y_m) - group.standoff_distance_m;
+  return outside_m > OUTSIDE_ORBIT * group.standoff_distance_m ? `On its way: it is still ${outside_m.toFixed(0)} m outside the orbit of group ${group.id}` : "";
 }
 
 /** Draws the fields of view of UAVs: in the colour of the group, or in that of the UAV while it is on its way. */
@@ -171,7 +177,8 @@ function drawViews(map, { ctx, scene }) {
     ctx.arc(x, y, wedgeReach_m(uav, scene) * map.camera.px_per_m, -uav.boresight_rad - half_rad, -uav.boresight_rad + half_rad);
     ctx.closePath();
     const own = map.selection.passes(uav.group) ? 1 : 0.15;
-    const ink = (opacity) => (isOnWay(scene, uav, field_of_view_rad) ? faded(uavColour(map.replayData, uav.id), own * opacity) : map.ink(uav.group, opacity));
+    const isOnWay = wayText(scene, uav, field_of_view_rad) !== "";
+    const ink = (opacity) => (isOnWay ? faded(uavColour(map.replayData, uav.id), own * opacity) : map.ink(uav.group, opacity));
     ctx.fillStyle = ink(0.1);
     ctx.fill();
     ctx.strokeStyle = ink(0.45);
