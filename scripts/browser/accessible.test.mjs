@@ -189,7 +189,7 @@ inReport("the keyboard reaches every control, the focus is visible, and the focu
     }
   };
   const names = (await walk()).map((at) => at.id);
-  for (const id of ["help-button", "theme", "map", "zoom-in", "zoom-out", "last-view", "fit", "ruler", "map-legend-button", "follow", "highlighted-group", "find", "summary", "map-png", "tab-charts", "panel-selection", "png", "csv",
+  for (const id of ["help-button", "theme", "map", "zoom-in", "zoom-out", "last-view", "fit", "ruler", "map-legend-button", "follow", "highlighted-group", "find", "summary", "map-png", "map-svg", "tab-charts", "panel-selection", "png", "csv",
     "curve-uavs-0",
     "play", "step-back", "step-forward", "time", "speed"]) assert.ok(names.includes(id), `${id} is among ${names}`);
   assert.ok(!names.includes("tab-state"), "the tab list is one tab stop");

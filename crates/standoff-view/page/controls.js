@@ -95,6 +95,7 @@ function connect(page) {
   pressed("zoom-in", () => zoom(1.4));
   pressed("zoom-out", () => zoom(1 / 1.4));
   pressed("map-png", () => saveMapImage(page));
+  pressed("map-svg", () => saveMapSvg(page));
   connectFind(page);
   connectFilter(page);
   const agent = element("agent");

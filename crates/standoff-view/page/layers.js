@@ -3,7 +3,7 @@
 /** Layers that the user can switch on and off: name, title, tooltip, draw function. */
 const LAYERS = [
   ["basemap", "Roads and buildings", "Background map of the scenario or of the option --map",
-    (map, { ctx }) => map.basemap?.draw(ctx, map.camera)],
+    (map, { ctx, isExport }) => (isExport ? map.basemap?.drawWhole(ctx, map.camera) : map.basemap?.draw(ctx, map.camera))],
   ["grid", "Grid and scale", "Grid lines at round distances; the scale bar at the lower left is one grid step", drawGrid],
   ["zones", "Zones", "Keep-out zones (hatched) and keep-in zones (dashed outline) of the geofence", drawZones],
   ["truth", "True targets", "True positions of the targets, which the UAVs do not know", drawTruth],

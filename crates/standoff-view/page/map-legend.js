@@ -14,30 +14,30 @@ const SAMPLE_GROUP = { id: 0, x_m: 0, y_m: 0, standoff_distance_m: 13, spread_m:
 const SAMPLE_INTRUDER = { id: 0, x_m: 0, y_m: 0, heading_rad: 0, transponder_on: true };
 const SAMPLE_SQUARE = [[-22, -10], [22, -10], [22, 10], [-22, 10]];
 
-const target = (values = {}) => ({ targets: [{ ...SAMPLE_TARGET, ...values }] });
-const uav = (values = {}) => ({ uavs: [{ ...SAMPLE_UAV, ...values }] });
+const sampleTarget = (values = {}) => ({ targets: [{ ...SAMPLE_TARGET, ...values }] });
+const sampleUav = (values = {}) => ({ uavs: [{ ...SAMPLE_UAV, ...values }] });
 
 /** Entries of the legend: layer, text, draw functions, and the scene that they draw. */
 const LEGEND_ENTRIES = [
-  ["uavs", "UAV, nose along its heading", [drawUavs], uav()],
-  ["uavs", "UAV in an outage: last position known to the team", [drawUavs], uav({ x_m: 1e4, out: { x_m: 0, y_m: 0, since_s: 0 } })],
-  ["views", "Field of view, in the colour of the group", [drawViews], { ...uav({ x_m: -18 }), groups: [SAMPLE_GROUP], ...target() }],
+  ["uavs", "UAV, nose along its heading", [drawUavs], sampleUav()],
+  ["uavs", "UAV in an outage: last position known to the team", [drawUavs], sampleUav({ x_m: 1e4, out: { x_m: 0, y_m: 0, since_s: 0 } })],
+  ["views", "Field of view, in the colour of the group", [drawViews], { ...sampleUav({ x_m: -18 }), groups: [SAMPLE_GROUP], ...sampleTarget() }],
   ["views", "Field of view of a UAV on its way, which is not yet at its group", [drawViews],
-    { ...uav({ x_m: -18 }), groups: [{ ...SAMPLE_GROUP, x_m: -50 }], ...target({ x_m: -50 }) }],
+    { ...sampleUav({ x_m: -18 }), groups: [{ ...SAMPLE_GROUP, x_m: -50 }], ...sampleTarget({ x_m: -50 }) }],
   ["desired", "Desired orbit and estimated centre of a group", [drawDesired], { groups: [SAMPLE_GROUP] }],
   ["desired", "No orbit satisfies the constraints", [drawDesired], { groups: [{ ...SAMPLE_GROUP, feasible: false }] }],
-  ["flown", "Flown orbit: last turn, relative to the group centre", [drawFlown], { ...uav({ x_m: 20 }), groups: [SAMPLE_GROUP] }],
-  ["tracks", "Track, measured in this time step", [drawTracks], target()],
-  ["tracks", "Track, coasting or only cued", [drawTracks], target({ status: "coasting" })],
-  ["tracks", "Track in no group", [drawTracks], target({ membership: "ungrouped", group: null })],
-  ["tracks", "In handoff, ring in the colour of the receiving group", [drawTracks], target({ membership: "in-handoff", receiving_group: 1 })],
-  ["tracks", "Removed from its group, still predicted", [drawTracks], target({ membership: "removed" })],
-  ["tracks", "Out of view: group member in no UAV's field of view", [drawTracks], target({ out_of_view: true })],
-  ["truth", "True position of a target", [drawTruth], target()],
-  ["ellipses", "95 % confidence ellipse; dashed: not measured now", [drawEllipses, drawTracks], target({ covariance: [70, 0, 13] })],
-  ["vectors", `Predicted motion over ${AHEAD_S} s`, [drawVectors, drawTracks], target({ x_m: -12, vx_m_s: 2.6, vy_m_s: 0 })],
-  ["target-trails", `Track of the last ${TRAIL_S} s`, [drawTargetTrails, drawTracks], target({ x_m: 20 })],
-  ["trails", `Path of a UAV in the last ${TRAIL_S} s`, [drawTrails], uav({ x_m: 20 })],
+  ["flown", "Flown orbit: last turn, relative to the group centre", [drawFlown], { ...sampleUav({ x_m: 20 }), groups: [SAMPLE_GROUP] }],
+  ["tracks", "Track, measured in this time step", [drawTracks], sampleTarget()],
+  ["tracks", "Track, coasting or only cued", [drawTracks], sampleTarget({ status: "coasting" })],
+  ["tracks", "Track in no group", [drawTracks], sampleTarget({ membership: "ungrouped", group: null })],
+  ["tracks", "In handoff, ring in the colour of the receiving group", [drawTracks], sampleTarget({ membership: "in-handoff", receiving_group: 1 })],
+  ["tracks", "Removed from its group, still predicted", [drawTracks], sampleTarget({ membership: "removed" })],
+  ["tracks", "Out of view: group member in no UAV's field of view", [drawTracks], sampleTarget({ out_of_view: true })],
+  ["truth", "True position of a target", [drawTruth], sampleTarget()],
+  ["ellipses", "95 % confidence ellipse; dashed: not measured now", [drawEllipses, drawTracks], sampleTarget({ covariance: [70, 0, 13] })],
+  ["vectors", `Predicted motion over ${AHEAD_S} s`, [drawVectors, drawTracks], sampleTarget({ x_m: -12, vx_m_s: 2.6, vy_m_s: 0 })],
+  ["target-trails", `Track of the last ${TRAIL_S} s`, [drawTargetTrails, drawTracks], sampleTarget({ x_m: 20 })],
+  ["trails", `Path of a UAV in the last ${TRAIL_S} s`, [drawTrails], sampleUav({ x_m: 20 })],
   ["intruders", "Intruder", [drawIntruders], { intruders: [SAMPLE_INTRUDER] }],
   ["intruders", "Intruder with its transponder off", [drawIntruders], { intruders: [{ ...SAMPLE_INTRUDER, transponder_on: false }] }],
   ["avoidance", "The UAV at the dot avoids the other aircraft", [drawAvoidance],
@@ -48,7 +48,7 @@ const LEGEND_ENTRIES = [
   ["radio", "Only the UAV at the tip receives reports", [drawRadio], sampleLink("silent", "alive")],
   ["radio", "Neither UAV receives reports", [drawRadio], sampleLink("silent", "silent")],
   ["silence", "UAV that is silent in the shown team state; red: timed out", [drawSilence],
-    uav({ agentState: { isOn: true, isNotReceived: true, owner: 1, shown: { status: "silent", age_s: NaN } } })],
+    sampleUav({ agentState: { isOn: true, isNotReceived: true, owner: 1, shown: { status: "silent", age_s: NaN } } })],
 ];
 
 /** Two UAVs outside a sample with the statuses of their links. */

@@ -86,15 +86,15 @@ class MissionMap {
     this.paint(this.canvas.getContext("2d", { alpha: false }), screenRatio());
   }
 
-  /** Draws the scene with `ratio` pixels per CSS pixel. */
-  paint(ctx, ratio) {
+  /** Draws the scene with `ratio` pixels per CSS pixel, on the screen or for a file (`isExport`). */
+  paint(ctx, ratio, isExport = false) {
     const { scene, camera, layers } = this;
     ctx.setTransform(ratio, 0, 0, ratio, 0, 0);
     ctx.fillStyle = palette().ground;
     ctx.fillRect(0, 0, camera.width, camera.height);
     ctx.lineJoin = "round";
     ctx.font = "12px system-ui, sans-serif";
-    const frame = { ctx, scene, labels: new Labels(ctx, camera), size: this.symbolSize() };
+    const frame = { ctx, scene, labels: new Labels(ctx, camera), size: this.symbolSize(), isExport };
     for (const [name, , , paint] of LAYERS) {
       if (layers.shown.has(name) || (layers.reduced.has(name) && this.selection.object)) this.painted(ctx, () => paint(this, frame));
     }

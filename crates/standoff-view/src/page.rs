@@ -41,6 +41,7 @@ const SCRIPT: &str = concat!(
     include_str!("../page/view-history.js"),
     include_str!("../page/link.js"),
     include_str!("../page/map-legend.js"),
+    include_str!("../page/map-export.js"),
     include_str!("../page/state.js"),
     include_str!("../page/panels.js"),
     include_str!("../page/target-series.js"),
