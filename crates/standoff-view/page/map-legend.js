@@ -21,7 +21,7 @@ const sampleUav = (values = {}) => ({ uavs: [{ ...SAMPLE_UAV, ...values }] });
 const LEGEND_ENTRIES = [
   ["uavs", "UAV, nose along its heading", [drawUavs], sampleUav()],
   ["uavs", "UAV in an outage: last position known to the team", [drawUavs], sampleUav({ x_m: 1e4, out: { x_m: 0, y_m: 0, since_s: 0 } })],
-  ["views", "Field of view, in the colour of the group", [drawViews], { ...sampleUav({ x_m: -18 }), groups: [SAMPLE_GROUP], ...sampleTarget() }],
+  ["views", "Field of view, in the colour of the group", [drawViews], { ...sampleUav({ x_m: -18 }), groups: [{ ...SAMPLE_GROUP, standoff_distance_m: 18 }], ...sampleTarget() }],
   ["views", "Field of view of a UAV on its way, which is not yet at its group", [drawViews],
     { ...sampleUav({ x_m: -18 }), groups: [{ ...SAMPLE_GROUP, x_m: -50 }], ...sampleTarget({ x_m: -50 }) }],
   ["desired", "Desired orbit and estimated centre of a group", [drawDesired], { groups: [SAMPLE_GROUP] }],

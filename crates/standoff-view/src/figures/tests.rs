@@ -321,7 +321,7 @@ fn a_legend_shows_the_number_of_unnamed_uavs() {
     let figures = drawn(run(24, 4, 40), &setup());
     let names = legend(svg(&figures, "off_boresight"));
     assert!(
-        names.contains(&"UAV 12") && !names.contains(&"UAV 13") && names.contains(&"and 12 more UAVs"),
+        names.contains(&"UAV 8") && !names.contains(&"UAV 9") && names.contains(&"and 16 more UAVs"),
         "{names:?}"
     );
     assert!(!drawn(run(12, 4, 40), &setup()).iter().any(|figure| figure.svg.contains(" more UAVs")));
@@ -472,7 +472,7 @@ fn each_uav_has_its_own_turn_rate_row_and_a_note_gives_the_number_of_rows() {
     let figures = drawn(run(24, 4, 40), &setup());
     let some = svg(&figures, "speed_and_turn_rate");
     assert!(some.contains("UAV 12 (°/s)") && !some.contains("UAV 13 (°/s)"));
-    assert!(some.contains("(turn rates of the first 12 of 24 UAVs)"));
+    assert!(some.contains("(turn rates of the first 8 of 24 UAVs)"));
 }
 
 /// Two agents that do not receive each other for a while, then have different assignments and commit nothing. The
