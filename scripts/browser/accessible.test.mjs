@@ -2,7 +2,7 @@
 
 import assert from "node:assert/strict";
 
-import { PHONE, TABLET, selectedCard, goTo, recordTexts, open, painted, texts } from "./browser.mjs";
+import { PHONE, TABLET, camera, selectedCard, goTo, recordTexts, open, painted, texts } from "./browser.mjs";
 import { axe, checkLayout } from "./fit.mjs";
 import { inReport } from "./in_report.mjs";
 import { recordOf } from "./record.mjs";
@@ -32,9 +32,15 @@ for (const theme of THEMES) {
     await page.keyboard.press("Enter");
     await selectedCard(page).waitFor();
     const map = await page.locator("#map").boundingBox();
-    await page.mouse.move(map.x + map.width / 2, map.y + map.height / 2);
+    const view = await camera(page);
+    const position = ({ x_m, y_m }) => [map.width / 2 + (x_m - view.x_m) * view.px_per_m, map.height / 2 - (y_m - view.y_m) * view.px_per_m];
+    const [x, y] = [...recordOf("out-of-view").rows("uavs", 27).values()].map(position)
+      .find(([x, y]) => x > 100 && x < map.width - 350 && y > 60 && y < map.height - 150);
+    await page.mouse.move(map.x + x, map.y + y);
     await page.getByRole("tooltip").waitFor();
     await axe(page, `cards, ${theme}`);
+    await page.getByRole("button", { name: "Legend" }).click();
+    await axe(page, `legend, ${theme}`);
     await page.locator(".tools summary").click();
     await page.getByRole("button", { name: "Help" }).click();
     await axe(page, `help and layers, ${theme}`);
@@ -124,7 +130,7 @@ inReport("the theme follows the system until the user selects one, which is then
   assert.notEqual(light.page, dark.page);
   await page.getByRole("button", { name: "Theme" }).click();
   assert.deepEqual(await ground(), dark);
-  await page.waitForFunction((colour) => document.querySelector(".panel:not([hidden]) .plot").layout.plot_bgcolor === colour, "#11161c");
+  await page.waitForFunction((colour) => document.querySelector(".panel:not([hidden]) .plot").layout.plot_bgcolor === colour, "#000000");
   await page.keyboard.press("t");
   assert.equal(await theme(), "light");
   await page.keyboard.press("t");
@@ -185,7 +191,7 @@ inReport("the keyboard reaches every control, the focus is visible, and the focu
     }
   };
   const names = (await walk()).map((at) => at.id);
-  for (const id of ["help-button", "theme", "map", "zoom-in", "zoom-out", "fit", "ruler", "follow", "highlighted-group", "find", "summary", "map-png", "tab-charts", "panel-selection", "png", "csv",
+  for (const id of ["help-button", "theme", "map", "zoom-in", "zoom-out", "last-view", "fit", "ruler", "map-legend-button", "follow", "highlighted-group", "find", "summary", "map-png", "map-svg", "tab-charts", "panel-selection", "png", "csv",
     "curve-uavs-0",
     "play", "step-back", "step-forward", "time", "speed"]) assert.ok(names.includes(id), `${id} is among ${names}`);
   assert.ok(!names.includes("tab-state"), "the tab list is one tab stop");

@@ -27,6 +27,9 @@ inReport("a report with 650 vehicles opens with all of them in view, with small 
 });
 
 inReport("drawing 650 vehicles with all layers takes few canvas operations", { flight: "crowd-650" }, async (page) => {
+  await page.locator("summary", { hasText: "Layers" }).click();
+  await page.getByLabel("Preset").selectOption("everything");
+  await page.keyboard.press("Escape");
   await goTo(page, 15);
   await page.evaluate(() => {
     const prototype = CanvasRenderingContext2D.prototype;

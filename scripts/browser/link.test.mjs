@@ -60,7 +60,11 @@ inLink("a link opens at its time with its UAV selected and followed, and copying
   await page.getByRole("tab", { name: "Events" }).click();
   assert.ok(await page.getByLabel("only UAV 2").isVisible());
   assert.equal(await message(page), "");
-  assert.equal(await copied(page), "#t=60.5&uav=2&follow=1");
+  const { px_per_m } = view;
+  const withView = await copied(page);
+  assert.equal(withView, `#t=60.5&uav=2&follow=1&view=${Number(x_m.toFixed(1))},${Number(y_m.toFixed(1))},${Number(px_per_m.toPrecision(4))}&tab=events`);
+  await to(page, withView);
+  assert.equal(await copied(page), withView);
   // Another link in the address of the same page.
   await to(page, "#t=20&group=1");
   assert.equal(await clock(page), 20);
@@ -68,7 +72,65 @@ inLink("a link opens at its time with its UAV selected and followed, and copying
   await page.locator("#map").focus();
   await page.keyboard.press("ArrowRight");
   await page.keyboard.press("c");
-  await page.waitForFunction(() => location.hash === "#t=20.5&group=1");
+  await page.waitForFunction(() => /^#t=20\.5&group=1&view=[^&]+&tab=events$/.test(location.hash));
+});
+
+inLink("a link contains layers, highlighted group, map view and side panel", async (page) => {
+  const hash = "#t=40&highlight=1&layers=operator&view=120.5,-40,0.5&tab=state";
+  await at(page, hash);
+  assert.deepEqual(await camera(page), { x_m: 120.5, y_m: -40, px_per_m: 0.5 });
+  assert.equal(await page.locator("#highlighted-group").inputValue(), "1");
+  assert.ok(await page.getByRole("tabpanel", { name: "State" }).isVisible());
+  const layers = async () => {
+    await painted(page);
+    return (await page.locator("#map").getAttribute("data-layers")).split(" ");
+  };
+  assert.ok(!(await layers()).includes("truth") && (await layers()).includes("tracks"));
+  assert.equal(await copied(page), hash);
+  await to(page, "#t=40&layers=tracks.uavs&follow=now&highlight=none&tab=charts");
+  assert.deepEqual(await layers(), ["tracks", "uavs"]);
+  assert.equal(await page.getByLabel("Follow").inputValue(), "now");
+  assert.equal(await copied(page), "#t=40&follow=now&highlight=none&layers=tracks.uavs");
+});
+
+inLink("\"Last view\", its keys, and Back and Forward of the browser return to earlier views of the map", async (page) => {
+  await at(page, "#t=40");
+  const entries = () => page.evaluate(() => history.length);
+  const moved = async (act) => {
+    const before = await entries();
+    await act();
+    await page.waitForFunction((before) => history.length > before, before);
+    return camera(page);
+  };
+  const shows = (view) => page.waitForFunction(({ x_m, px_per_m }) => {
+    const { eastM, pxPerM } = document.getElementById("map").dataset;
+    return Number(eastM) === x_m && Number(pxPerM) === px_per_m;
+  }, view);
+  const first = await camera(page);
+  const second = await moved(() => page.getByRole("button", { name: "Zoom in" }).click());
+  const third = await moved(() => page.getByLabel("Follow").selectOption("uav 2"));
+  assert.notEqual(second.px_per_m, first.px_per_m);
+  assert.notEqual(third.x_m, second.x_m);
+  await page.getByRole("button", { name: "Last view" }).click();
+  await shows(second);
+  assert.equal(await page.getByLabel("Follow").inputValue(), "");
+  await page.goForward();
+  await shows(third);
+  assert.equal(await page.getByLabel("Follow").inputValue(), "uav 2");
+  await page.locator("#map").focus();
+  await page.keyboard.press("z");
+  await shows(second);
+  await page.keyboard.press("Backspace");
+  await shows(first);
+  assert.equal(await page.getByLabel("Follow").inputValue(), "run");
+  assert.equal(await clock(page), 40, "the time stays");
+  await page.keyboard.press("z");
+  assert.equal(await message(page), "This is the first view");
+  // A movement that has just ended counts as well.
+  await page.getByRole("button", { name: "Zoom out" }).click();
+  await painted(page);
+  await page.keyboard.press("z");
+  await shows(first);
 });
 
 inLink("links contain the name of a target with any characters, or its id", async (page) => {
@@ -93,6 +155,14 @@ inLink("invalid parameters of a link are reported and otherwise ignored", async 
     ["#t=%3Cb%3E&uav=99&follow=1", 0, /t=<b>.*; it names UAV 99, which is not in this run/],
     ["#t=40&target=unknown", 40, /names target unknown, which is not in this run/],
     ["#t=40&group=", 40, /names group \(empty\)/],
+    ["#t=40&layers=most", 40, /layers=most, which must be automatic, operator, analyst or everything, or names of layers joined by "\."/],
+    ["#t=40&layers=custom", 40, /layers=custom, which must be/],
+    ["#t=40&view=1,2", 40, /view=1,2, which must be metres east, metres north and pixels per metre/],
+    ["#t=40&view=1,2,0", 40, /view=1,2,0, which must be/],
+    ["#t=40&view=1e9,2,1", 40, /view=1e9,2,1, which must be/],
+    ["#t=40&highlight=77", 40, /highlights group 77, which is not in this run/],
+    ["#t=40&tab=map", 40, /tab=map, which must be charts, state, events or outcome/],
+    ["#t=40&follow=2", 40, /follow=2, which must be 1 or now/],
     ["#%E0%A4%A&&==&uav", 0, /names UAV \(empty\)/],
     ["#elsewhere", 0, /^$/],
   ];

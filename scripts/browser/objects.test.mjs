@@ -122,6 +122,70 @@ inReport("a click on an empty position clears the selection, and repeated clicks
   assert.equal(await selectedCard(page).count(), 0);
 });
 
+inReport("a click selects the UAV on top of a target, and the card of the selected object is not shown twice", {}, async (page) => {
+  const record = recordOf("figure-9");
+  // A time at which a UAV flies over a track of a target.
+  const over = record.times_s.flatMap((time_s) => [...record.rows("uavs", time_s)].flatMap(([id, uav]) => [...record.rows("targets", time_s)]
+    .filter(([, { x_m }]) => x_m !== null)
+    .map(([target, { x_m, y_m }]) => ({ time_s, id, target, x_m, y_m, far_m: Math.hypot(x_m - uav.x_m, y_m - uav.y_m) }))))
+    .reduce((best, one) => (one.far_m < best.far_m ? one : best));
+  await goTo(page, over.time_s);
+  while (over.far_m * (await camera(page)).px_per_m > 4) await page.getByRole("button", { name: "Zoom out" }).click();
+  const place = await at(page, over.x_m, over.y_m);
+  await page.mouse.click(...place);
+  await selectedCard(page).getByRole("heading", { name: `UAV ${over.id}`, exact: true }).waitFor();
+  await painted(page);
+  assert.equal(await hovered(page).count(), 0, "only one card of the UAV");
+  const others = [];
+  for (let click = 0; click < 8; click++) {
+    await page.mouse.click(...place);
+    others.push(await selectedCard(page).getByRole("heading").textContent());
+  }
+  assert.ok(others.includes(record.names[over.target]), `the target is among ${others}`);
+});
+
+inReport("the field of view of a UAV on its way has the colour of the UAV, and its cards explain it", {}, async (page) => {
+  const record = recordOf("figure-9");
+  // The share of the orbit radius by which each UAV is outside its orbit.
+  const ways = record.times_s.flatMap((time_s) => [...record.rows("uavs", time_s)]
+    .filter(([, { boresight_rad, group }]) => boresight_rad !== null && group !== null && record.rows("groups", time_s).has(group))
+    .map(([id, uav]) => {
+      const { x_m, y_m, standoff_distance_m } = record.rows("groups", time_s).get(uav.group);
+      return { time_s, id, ...uav, outside: Math.hypot(uav.x_m - x_m, uav.y_m - y_m) / standoff_distance_m - 1, centre: [x_m, y_m] };
+    }));
+  const [way, arrived] = [ways.find(({ outside }) => outside > 0.3), ways.findLast(({ outside }) => Math.abs(outside) < 0.1)];
+  assert.ok(way && arrived, "a UAV is on its way, and one has arrived");
+  await page.evaluate(() => {
+    const { fill } = CanvasRenderingContext2D.prototype;
+    CanvasRenderingContext2D.prototype.fill = function (...rest) {
+      if (this.canvas.id === "map") window.fills.push(this.fillStyle);
+      return fill.apply(this, rest);
+    };
+    window.fills = [];
+  });
+  for (const [one, isOnWay] of [[way, true], [arrived, false]]) {
+    await goTo(page, one.time_s);
+    await page.getByRole("tab", { name: "State" }).click();
+    await page.locator(`#uavs tr[data-id="${one.id}"] td`).nth(1).click();
+    await page.evaluate(() => (window.fills = []));
+    await page.keyboard.press("r");
+    await page.keyboard.press("r");
+    await painted(page);
+    const colour = await page.evaluate((id) => {
+      const { fillStyle } = Object.assign(document.createElement("canvas").getContext("2d"), { fillStyle: ["#5a63ff", "#a855a5", "#12819c", "#ba0cff"][id] });
+      const [r, g, b] = [1, 3, 5].map((at) => parseInt(fillStyle.slice(at, at + 2), 16));
+      return `rgba(${r}, ${g}, ${b}, 0.1)`;
+    }, one.id);
+    const fills = await page.evaluate(() => window.fills);
+    assert.equal(fills.includes(colour), isOnWay, `${colour} among ${fills}`);
+    const text = /On its way: it is still \d+ m outside the orbit of group/;
+    assert.equal(text.test(await selectedCard(page).textContent()), isOnWay, `UAV ${one.id} at ${one.time_s} s`);
+    await selectedCard(page).getByRole("button", { name: "Close" }).click();
+    await page.mouse.move(...(await at(page, one.x_m + 0.5 * (one.centre[0] - one.x_m), one.y_m + 0.5 * (one.centre[1] - one.y_m))));
+    if (isOnWay) assert.match(await hovered(page).textContent(), text);
+  }
+});
+
 inReport("rows of UAVs, groups and targets are selected with mouse and keyboard, and selected objects can be followed", {}, async (page) => {
   const record = recordOf("figure-9");
   await goTo(page, 40);
@@ -179,7 +243,7 @@ inReport("a note reports that a followed object has ended, and following resumes
     .find(([, last]) => last >= 0 && last < ended.times_s.length - 1);
   const end_s = ended.times_s[end + 1];
   const { x_m } = ended.tables.groups[id];
-  const note = page.locator(".note");
+  const note = page.locator(".dock .note");
   await goTo(page, ended.times_s[end]);
   await page.getByLabel("Follow").selectOption(`group ${id}`);
   await painted(page);
@@ -209,15 +273,36 @@ inReport("on a phone a tap selects an object, the card fits on the map, and the 
   await page.getByRole("button", { name: "Ruler" }).tap();
   const session = await page.context().newCDPSession(page);
   const touch = (type, ...points) => session.send("Input.dispatchTouchEvent", { type, touchPoints: points.map(([x, y]) => ({ x, y })) });
-  const [x, y] = [map.x + 100, map.y + map.height - 120];
+  // Away from objects, which the ends would follow.
+  const [x, y] = [map.x + 150, map.y + map.height - 30];
   const before = await camera(page);
   await touch("touchStart", [x, y]);
   await touch("touchMove", [x + 60, y]);
   await touch("touchMove", [x + 120, y]);
   await touch("touchEnd");
   assert.deepEqual(await camera(page), before, "measuring does not move the map");
+
   const [, metres] = (await page.locator("#ruler-result").textContent()).match(/^(\d+) m, bearing 090\u00b0$/);
   assert.ok(Math.abs(Number(metres) - 120 / before.px_per_m) <= 1 / before.px_per_m);
+});
+
+inReport("the ends of the ruler follow the objects on which they were placed", {}, async (page) => {
+  const record = recordOf("figure-9");
+  await goTo(page, 40);
+  await page.getByRole("button", { name: "Ruler" }).click();
+  const [a, b] = [0, 3].map((id) => record.rows("uavs", 40).get(id));
+  await page.mouse.move(...(await at(page, a.x_m, a.y_m)));
+  await page.mouse.down();
+  await page.mouse.move(...(await at(page, b.x_m, b.y_m)));
+  await page.mouse.up();
+  for (const time_s of [40, 60, 80]) {
+    await goTo(page, time_s);
+    await painted(page);
+    const [a, b] = [0, 3].map((id) => record.rows("uavs", time_s).get(id));
+    const text = await page.locator("#ruler-result").textContent();
+    const [, metres] = text.match(/^UAV 0 to UAV 3: (\d+) m, bearing \d{3}\u00b0$/) ?? assert.fail(text);
+    assert.ok(Math.abs(Number(metres) - Math.hypot(a.x_m - b.x_m, a.y_m - b.y_m)) <= 0.51, `${text} at ${time_s} s`);
+  }
 });
 
 inReport("the text of the ruler is always inside the map", {}, async (page) => {

@@ -125,8 +125,34 @@ inReport("the map can be saved as PNG with scale, time and the name of the run",
   assert.equal(name, "paper-figure-9-seed-1-map-40.0-s.png");
   assert.equal(contents.toString("latin1", 1, 4), "PNG");
   const canvas = await page.locator("#map").evaluate(({ width, height }) => [width, height]);
-  assert.equal(contents.readUInt32BE(16), canvas[0]);
-  assert.ok(contents.readUInt32BE(20) > canvas[1], "the text is below the map");
+  assert.equal(contents.readUInt32BE(16), 2 * canvas[0], "twice the resolution of the screen");
+  assert.ok(contents.readUInt32BE(20) > 2 * canvas[1], "the text is below the map");
   const labels = (await texts(page, "elsewhere")).map(({ text }) => text);
-  for (const pattern of [/^paper\/figure-9, seed 1$/, /^40\.0 s$/, /^\d+ m$/, /^N$/]) assert.ok(labels.some((text) => pattern.test(text)), `${pattern}: ${labels}`);
+  for (const pattern of [/^paper\/figure-9, seed 1$/, /^40\.0 s$/, /^\d+ m$/, /^N$/, /^UAV, nose along its heading$/]) {
+    assert.ok(labels.some((text) => pattern.test(text)), `${pattern}: ${labels}`);
+  }
 });
+
+for (const flight of ["figure-9", "city", "hostile", "intruders", "agents"]) {
+  inReport(`the map can be saved as SVG with its legend: ${flight}`, { flight }, async (page) => {
+    await goTo(page, 15);
+    const { name, contents } = await download(page, "Save the map as SVG");
+    assert.match(name, /-map-15\.0-s\.svg$/);
+    const text = contents.toString();
+    assert.doesNotMatch(text, /NaN|undefined|Infinity/);
+    const { error, texts, kinds, links } = await page.evaluate((text) => {
+      const file = new DOMParser().parseFromString(text, "image/svg+xml");
+      const all = [...file.documentElement.querySelectorAll("*")];
+      return {
+        error: file.querySelector("parsererror")?.textContent ?? "",
+        texts: all.filter(({ tagName }) => tagName === "text").map((one) => one.textContent),
+        kinds: [...new Set(all.map(({ tagName }) => tagName))].sort(),
+        links: all.flatMap((one) => [...one.attributes]).filter(({ name }) => /href|^on/.test(name)).length,
+      };
+    }, text);
+    assert.equal(error, "");
+    assert.deepEqual(kinds, ["clipPath", "path", "rect", "text"]);
+    assert.equal(links, 0, "the file refers to nothing");
+    for (const expected of ["15.0 s", "N", "UAV 0", "UAV, nose along its heading"]) assert.ok(texts.includes(expected), `${expected} is among ${texts}`);
+  });
+}

@@ -207,7 +207,6 @@ class Basemap {
     const [across, down] = [tile.quarters % 2, tile.quarters >> 1];
     const [i, j] = [2 * tileI + across, 2 * tileJ + down];
     const { ctx } = tile;
-    const colours = palette().basemap;
     ctx.save();
     ctx.translate(across * side, down * side);
     ctx.beginPath();
@@ -219,33 +218,49 @@ class Basemap {
     const reach_m = 60 + 4 / scale;
     const [west, east] = [(i * side) / scale - reach_m, ((i + 1) * side) / scale + reach_m];
     const [south, north] = [(-(j + 1) * side) / scale - reach_m, (-j * side) / scale + reach_m];
+    this.drawShapes(ctx, [west, east, south, north], scale, -i * side, -j * side);
+    ctx.restore();
+  }
+
+  /** Draws the shapes in a rectangle with `scale` px per m; the origin of the plane is at `x0`, `y0` px. */
+  drawShapes(ctx, [west, east, south, north], scale, x0, y0) {
+    const colours = palette().basemap;
     const groups = new Map();
     for (const shape of this.near(west, east, south, north)) {
-      const { kind, width_m, area, rings } = shape;
+      const { kind, width_m, area } = shape;
       if (shape.east < west || shape.west > east || shape.north < south || shape.south > north) continue;
       // Shapes smaller than about a pixel are not visible.
       if (scale < LINE_STYLES[kind][1] || shape.size_m * scale < (area ? 1.2 : 0.5)) continue;
       const key = `${kind} ${area ? "area" : width_m}`;
-      if (!groups.has(key)) groups.set(key, { kind, width_m, area, path: new Path2D() });
-      const { path } = groups.get(key);
-      for (const points of rings) {
-        path.moveTo(points[0] * scale - i * side, -points[1] * scale - j * side);
-        for (let k = 2; k < points.length; k += 2) path.lineTo(points[k] * scale - i * side, -points[k + 1] * scale - j * side);
-        if (area) path.closePath();
-      }
+      if (!groups.has(key)) groups.set(key, { kind, width_m, area, shapes: [] });
+      groups.get(key).shapes.push(shape);
     }
-    for (const { kind, width_m, area, path } of groups.values()) {
+    for (const { kind, width_m, area, shapes } of groups.values()) {
+      ctx.beginPath();
+      for (const points of shapes.flatMap(({ rings }) => rings)) {
+        ctx.moveTo(points[0] * scale + x0, -points[1] * scale + y0);
+        for (let k = 2; k < points.length; k += 2) ctx.lineTo(points[k] * scale + x0, -points[k + 1] * scale + y0);
+        if (area) ctx.closePath();
+      }
       ctx.fillStyle = ctx.strokeStyle = colours[kind];
       if (area) {
-        ctx.fill(path, "evenodd");
+        ctx.fill("evenodd");
       } else {
         ctx.lineWidth = Math.max(width_m * scale, LINE_STYLES[kind][0]);
         // Round ends of thin lines are slow to draw and not visible.
         [ctx.lineJoin, ctx.lineCap] = ctx.lineWidth > 2 ? ["round", "round"] : ["bevel", "butt"];
-        ctx.stroke(path);
+        ctx.stroke();
       }
     }
-    ctx.restore();
+  }
+
+  /** Draws the visible part of the map without tiles, for files. */
+  drawWhole(ctx, camera) {
+    const { x_m, y_m, px_per_m, width, height } = camera;
+    const [west, north] = camera.world(0, 0);
+    const [east, south] = camera.world(width, height);
+    this.drawShapes(ctx, [west, east, south, north], px_per_m, width / 2 - x_m * px_per_m, height / 2 + y_m * px_per_m);
+    this.drawCredit(ctx, camera);
   }
 
   /** Draws the copyright notice of the map. */

@@ -1,6 +1,10 @@
 // The part of the plane that the map shows: north up, the same scale for both axes.
 
 class Camera {
+  /** Limits of the scale, px per m. */
+  static MIN_PX_PER_M = 1e-4;
+  static MAX_PX_PER_M = 50;
+
   constructor() {
     this.x_m = 0;
     this.y_m = 0;
@@ -34,7 +38,7 @@ class Camera {
   /** Zooms about a position on the canvas, which stays in place. */
   zoom(factor, x = this.width / 2, y = this.height / 2) {
     const [x_m, y_m] = this.world(x, y);
-    this.px_per_m = Math.min(Math.max(this.px_per_m * factor, 1e-4), 50);
+    this.px_per_m = Math.min(Math.max(this.px_per_m * factor, Camera.MIN_PX_PER_M), Camera.MAX_PX_PER_M);
     const [now_x_m, now_y_m] = this.world(x, y);
     this.x_m += x_m - now_x_m;
     this.y_m += y_m - now_y_m;

@@ -28,9 +28,7 @@ function controls({ clock, replayData }) {
 /** Updates the selection of the team state, which is shown only if every UAV runs its own agent. */
 function updateAgentSelection(page) {
   const { agents } = page.replayData;
-  listLayers(page);
   element("agent-label").hidden = !agents.isSeveral;
-  for (const name of AGENT_LAYERS) document.querySelector(`label[data-layer="${name}"]`).hidden = !agents.isSeveral;
   const select = element("agent");
   const options = [["", "auto"], ...agents.ids.map((uav) => [`${uav}`, `UAV ${uav}`])];
   if (select.options.length !== options.length) select.replaceChildren(...options.map(([value, text]) => new Option(text, value)));
@@ -48,6 +46,12 @@ function updateAutoOption({ replayData, clock }) {
   if (option && option.text !== text) option.text = text;
   const charts = agents.chosen === null ? "" : `groups: ${first === null ? "no team state" : `team state of UAV ${first}`}`;
   if (element("charts-of").textContent !== charts) element("charts-of").textContent = charts;
+}
+
+/** Updates the text of the ruler, whose ends may move with objects. */
+function showRuler({ map }) {
+  const text = map.measured();
+  if (text && element("ruler-result").textContent !== text) element("ruler-result").textContent = text;
 }
 
 /** Connects the controls, the pointer and the keyboard. */
@@ -79,6 +83,7 @@ function connect(page) {
     element("ruler-result").textContent = on ? "drag on the map to measure" : "";
     page.renew();
   };
+  pressed("last-view", () => page.viewHistory.back());
   pressed("ruler", () => rule(!page.map.ruler));
   const zoom = (factor) => {
     for (const { selection, map } of page.runs) {
@@ -90,11 +95,11 @@ function connect(page) {
   pressed("zoom-in", () => zoom(1.4));
   pressed("zoom-out", () => zoom(1 / 1.4));
   pressed("map-png", () => saveMapImage(page));
+  pressed("map-svg", () => saveMapSvg(page));
   connectFind(page);
   connectFilter(page);
   const agent = element("agent");
   agent.addEventListener("change", () => page.chooseAgent(agent.value === "" ? null : Number(agent.value)));
-  layers(page);
   tabs(document.querySelector("[role=tablist]"), (tab) => {
     if (tab.id === "tab-charts") charts.draw();
   });
@@ -114,18 +119,21 @@ function connect(page) {
     "=": () => zoom(1.25),
     "-": () => zoom(0.8),
     0: fit,
+    z: () => page.viewHistory.back(),
+    Backspace: () => page.viewHistory.back(),
     f: () => {
       const objects = [...follow.options].filter((option) => option.value.includes(" "));
       const next = objects[objects.indexOf(follow.selectedOptions[0]) + 1];
       page.selection.follow(next ? parseObjectKey(next.value) : WHOLE_RUN);
     },
     r: () => rule(!page.map.ruler),
+    k: () => element("map-legend-button").click(),
     t: () => element("theme").click(),
     c: () => page.link.copy(),
     l: () => element("live").hidden || clock.follow(),
     "/": () => element("find").focus(),
     Escape: () => page.selection.choose(null),
-    "?": () => element("help").showModal(),
+    "?": () => showHelp(),
   };
   document.addEventListener("keydown", (key) => {
     if (key.ctrlKey || key.metaKey || key.altKey || document.querySelector("dialog[open]")) return;
@@ -147,8 +155,14 @@ function connect(page) {
   document.addEventListener("keyup", (key) => {
     if (key.key === " " && key.target.closest("button, summary")) key.preventDefault();
   });
-  element("help-button").addEventListener("click", () => element("help").showModal());
+  element("help-button").addEventListener("click", () => showHelp());
   releaseFocus();
+}
+
+/** Opens the help at its top. */
+function showHelp() {
+  element("help").showModal();
+  element("help").scrollTop = 0;
 }
 
 /** Text fields and lists. */
@@ -168,50 +182,4 @@ function releaseFocus() {
   };
   document.addEventListener("click", release(CLICKED));
   document.addEventListener("change", release(`select, ${CLICKED}`));
-}
-
-/** Writes the names of the drawn layers into the `data-layers` attribute of each map. */
-function listLayers(page) {
-  for (const { map, replayData } of page.runs) {
-    map.canvas.dataset.layers = [...map.shown].filter((name) => replayData.agents.isSeveral || !AGENT_LAYERS.has(name)).join(" ");
-  }
-}
-
-/** Creates a checkbox for each layer. */
-function layers(page) {
-  const maps = page.runs.map((run) => run.map);
-  const update = () => {
-    listLayers(page);
-    page.renew();
-  };
-  for (const [name, title, shown, about] of LAYERS.filter((layer) => maps.some((map) => map.layers.includes(layer)))) {
-    const box = document.createElement("input");
-    box.type = "checkbox";
-    box.checked = shown;
-    box.name = `layer-${name}`;
-    box.addEventListener("change", () => {
-      for (const map of maps) {
-        if (box.checked) map.shown.add(name);
-        else map.shown.delete(name);
-      }
-      update();
-    });
-    const label = document.createElement("label");
-    label.append(box, ` ${title}`);
-    label.title = about;
-    label.dataset.layer = name;
-    label.hidden = AGENT_LAYERS.has(name);
-    element("layers").append(label);
-  }
-  // The list covers other controls: a click elsewhere and Escape close it.
-  const list = element("layers").closest("details");
-  const close = () => (list.open = false);
-  document.addEventListener("pointerdown", (pointer) => list.contains(pointer.target) || close());
-  list.addEventListener("keydown", (key) => {
-    if (key.key !== "Escape" || !list.open) return;
-    key.stopPropagation();
-    close();
-    list.querySelector("summary").focus();
-  });
-  update();
 }

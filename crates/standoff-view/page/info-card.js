@@ -60,8 +60,9 @@ class InfoCards {
     }
     const under = this.pointed && !run.map.ruler ? objectsAt(run.map, ...this.pointed)[0] : undefined;
     canvas.classList.toggle("pointing", Boolean(under));
-    this.hover.hidden = !under;
-    if (under) {
+    // The card of the selected object already shows its values.
+    this.hover.hidden = !under || run.selection.isChosen(under.kind, under.id);
+    if (!this.hover.hidden) {
       fill(...this.hovered, cardContents(run, under));
       this.moveTo(...this.pointed);
     }

@@ -27,6 +27,11 @@ class Labels {
     }
   }
 
+  /** Keeps labels away from a symbol. */
+  reserve(x, y, r) {
+    this.taken.push([x - r, y - r, x + r, y + r]);
+  }
+
   isFree([left, top, right, bottom]) {
     if (left < 0 || top < 0 || right > this.width || bottom > this.height) return false;
     return this.taken.every((box) => left >= box[2] || right <= box[0] || top >= box[3] || bottom <= box[1]);
@@ -66,6 +71,7 @@ function drawNames(map, { ctx, labels, scene, size }) {
   const { camera, selection, replayData } = map;
   const isVisible = (one) => camera.shows(one.x_m, one.y_m, 0) && selection.passes(one.group);
   ctx.fillStyle = palette().ink;
+  for (const uav of scene.uavs) if (isVisible(uav)) labels.reserve(...camera.at(uav.x_m, uav.y_m), 9);
   for (const uav of scene.uavs) {
     if (!isVisible(uav)) continue;
     const out = uav.out ? " (outage)" : "";
@@ -78,11 +84,12 @@ function drawNames(map, { ctx, labels, scene, size }) {
   }
   ctx.font = "11px system-ui, sans-serif";
   const inSight = map.drawn.filter(({ target }) => target.tracked && isVisible(target));
-  const isChosen = ({ target }) => selection.isChosen("target", target.id);
-  const few = inSight.length > MAX_NAMED ? inSight.filter(isChosen) : inSight;
+  const isProminent = ({ target }) => selection.isChosen("target", target.id) || target.out_of_view || target.membership === "in-handoff";
+  const few = inSight.length > MAX_NAMED ? inSight.filter(isProminent) : inSight;
   const named = few.map(({ target, x, y }) => {
     const warning = warningOf(target);
-    const suffix = warning && !target.out_of_view ? ` (${warning})` : "";
+    // Among many targets, the symbol alone shows the warning.
+    const suffix = warning && !target.out_of_view && inSight.length <= MAX_NAMED ? ` (${warning})` : "";
     return { x, y, first: warning || selection.isChosen("target", target.id), name: `${targetName(replayData, target.id)}${suffix}` };
   });
   for (const { x, y, name } of [...named.filter((one) => one.first), ...named.filter((one) => !one.first)]) {
@@ -90,5 +97,5 @@ function drawNames(map, { ctx, labels, scene, size }) {
   }
 }
 
-/** Maximum number of visible targets that have names. */
+/** Maximum number of visible targets that all have names; among more, only those that need attention have names. */
 const MAX_NAMED = 60;

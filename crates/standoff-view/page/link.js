@@ -1,15 +1,25 @@
-// Links to a time and a selection: `#t=100&uav=2`, `#t=40&target=car%203&follow=1`.
+// Links to what the page shows: `#t=100&uav=2`, `#t=40&target=car%203&follow=1`, `#t=40&layers=operator&view=120,-40,0.5&tab=state`.
 
 /** Maximum length of a target name in a link. */
 const LONGEST_NAME = 100;
 
 /** Parameters of a link. */
-const KEYS = ["t", "run", "agent", "uav", "group", "target", "intruder", "follow"];
+const KEYS = ["t", "run", "agent", "uav", "group", "target", "intruder", "follow", "highlight", "layers", "view", "tab"];
+
+/** Side panels of a link; the first is the default. */
+const TABS = ["charts", "state", "events", "outcome"];
+/** Maximum distance from the origin in a link, m. */
+const FURTHEST_M = 1e7;
 
 class Link {
   constructor(page) {
     this.page = page;
-    window.addEventListener("hashchange", () => this.open());
+    window.addEventListener("hashchange", () => {
+      // The buttons of the browser may return to an entry with a view of its own.
+      const { state } = history;
+      this.open();
+      page.viewHistory.restore(state);
+    });
     element("copy-link").addEventListener("click", () => this.copy());
   }
 
@@ -27,8 +37,43 @@ class Link {
     if (parameters.has("t")) this.seek(parameters.get("t"), problems);
     const object = this.object(parameters, problems);
     if (object) page.selection.choose(object);
-    if (object && parameters.get("follow") === "1") page.selection.follow(object);
+    this.openView(parameters, object, problems);
+    const tab = parameters.get("tab");
+    if (TABS.includes(tab)) element(`tab-${tab}`).click();
+    else if (tab !== null) problems.push(`contains tab=${shortName(tab)}, which must be ${oneOf(TABS)}`);
+    page.viewHistory.begin();
     page.timeline.showMessage(problems.length ? `The link ${problems.join("; it ")}.` : "");
+  }
+
+  /** Shows the layers, the highlighted group and the part of the map in a link; follows its object. */
+  openView(parameters, object, problems) {
+    const { page } = this;
+    const get = (key) => parameters.get(key);
+    const layers = get("layers") === null ? null : parseLayers(get("layers"));
+    if (layers?.preset) page.layerMenu.apply((of) => of.choose(layers.preset));
+    else if (layers) page.layerMenu.apply((of) => of.chooseLayers(layers.names));
+    else if (get("layers") !== null) {
+      const presets = PRESETS.map(([key]) => key).filter((key) => key !== "custom");
+      problems.push(`contains layers=${shortName(get("layers"))}, which must be ${oneOf(presets)}, or names of layers joined by "."`);
+    }
+    const highlight = get("highlight");
+    const group = page.replayData.ids.groups.find((id) => String(id) === highlight);
+    if (highlight === "none" || highlight === "all") page.selection.filter(highlight === "none" ? null : "all");
+    else if (group !== undefined) page.selection.filter(group);
+    else if (highlight !== null) problems.push(`highlights group ${shortName(highlight) || "(empty)"}, which is not in this run`);
+    const follow = get("follow");
+    if (object && follow === "1") page.selection.follow(object);
+    else if (follow === "now") page.selection.follow(ALL_NOW);
+    else if (follow !== null && follow !== "1") problems.push(`contains follow=${shortName(follow)}, which must be 1 or now`);
+    if (get("view") === null) return;
+    const view = parseView(get("view"));
+    if (!view) {
+      problems.push(`contains view=${shortName(get("view"))}, which must be metres east, metres north and pixels per metre (0.0001 to 50), such as 120,-40,0.5`);
+      return;
+    }
+    if (follow === null) page.selection.follow(null);
+    Object.assign(page.map.camera, view);
+    page.renew();
   }
 
   /** Goes to the time in a link. */
@@ -74,7 +119,7 @@ class Link {
     return null;
   }
 
-  /** The link to the time and the selection that are shown. */
+  /** The link to the time, the selection, the layers and the part of the map that are shown. */
   get hash() {
     const { clock, selection, replayData } = this.page;
     const object = [selection.object, selection.followed].find((one) => one?.id !== undefined);
@@ -82,8 +127,20 @@ class Link {
     if (this.page.pair) parameters.set("run", this.page.run.letter.toLowerCase());
     if (replayData.agents.chosen !== null) parameters.set("agent", replayData.agents.chosen);
     if (object) parameters.set(object.kind, object.kind === "target" ? targetKey(replayData, object.id) : object.id);
-    if (object && objectKey(object) === objectKey(selection.followed)) parameters.set("follow", "1");
-    return `#${parameters}`;
+    const { followed, group } = selection;
+    if (object && objectKey(object) === objectKey(followed)) parameters.set("follow", "1");
+    else if (followed === ALL_NOW) parameters.set("follow", "now");
+    if (group !== "all") parameters.set("highlight", group ?? "none");
+    const { map } = this.page;
+    if (map.layers.word !== "automatic") parameters.set("layers", map.layers.word);
+    const { x_m, y_m, px_per_m } = map.camera;
+    if (followed !== WHOLE_RUN && followed !== ALL_NOW) {
+      parameters.set("view", [x_m.toFixed(1), y_m.toFixed(1), px_per_m.toPrecision(4)].map(Number).join(","));
+    }
+    const tab = TABS.find((one) => element(`tab-${one}`).getAttribute("aria-selected") === "true");
+    if (tab !== TABS[0]) parameters.set("tab", tab);
+    // Commas need no escape in a fragment.
+    return `#${parameters}`.replaceAll("%2C", ",");
   }
 
   /** Puts the link into the address bar and the clipboard. */
@@ -91,7 +148,7 @@ class Link {
     const { timeline } = this.page;
     const href = location.href.replace(/#.*$/, "") + this.hash;
     try {
-      history.replaceState(null, "", href);
+      history.replaceState(history.state, "", href);
     } catch {
       // Some browsers do not allow a page opened from a file to change its address.
     }
@@ -102,6 +159,20 @@ class Link {
       timeline.showMessage(location.href === href ? "The link is in the address bar" : `Append this to the address of the page: ${this.hash}`);
     }
   }
+}
+
+/** A list of allowed values in a message. */
+function oneOf(words) {
+  return `${words.slice(0, -1).join(", ")} or ${words.at(-1)}`;
+}
+
+/** The view in a link; `null` if it is invalid. */
+function parseView(text) {
+  const numbers = text.split(",");
+  if (numbers.length !== 3 || !numbers.every((word) => /^-?\d+(\.\d+)?$/.test(word))) return null;
+  const [x_m, y_m, px_per_m] = numbers.map(Number);
+  const isAllowed = Math.max(Math.abs(x_m), Math.abs(y_m)) <= FURTHEST_M && px_per_m >= Camera.MIN_PX_PER_M && px_per_m <= Camera.MAX_PX_PER_M;
+  return isAllowed ? { x_m, y_m, px_per_m } : null;
 }
 
 /** Returns the id of the target with a name, or otherwise with an id given as text. */

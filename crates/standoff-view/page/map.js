@@ -14,8 +14,8 @@ class MissionMap {
     /** Available layers: background map, zones, intruders and collision avoidance are optional. */
     const { zones, has_separation, limits } = replayData.head;
     const needs = { basemap: this.basemap, zones, intruders: limits.intruders, avoidance: has_separation };
-    this.layers = LAYERS.filter(([name]) => !(name in needs) || needs[name]);
-    this.shown = new Set(this.layers.filter((layer) => layer[2]).map((layer) => layer[0]));
+    this.layers = new LayerChoice(LAYERS.map(([name]) => name).filter((name) => !(name in needs) || needs[name]));
+    /** The ruler: `null` if it is switched off, otherwise its ends `from` and `to`, if they have been placed. */
     this.ruler = null;
     /** The map whose view this map copies; `null` if it has its own view. */
     this.leader = null;
@@ -23,8 +23,19 @@ class MissionMap {
     this.scene = NO_SCENE;
     /** Its visible targets with their positions on the canvas, px. */
     this.drawn = [];
+    /** A note on the map while data of the time shown is being loaded. Screen readers read the status line of the page instead. */
+    this.note = document.createElement("p");
+    this.note.className = "note loading";
+    this.note.setAttribute("aria-hidden", "true");
+    canvas.after(this.note);
+    this.showLoading("Loading the run");
     /** Colours of groups, by group and opacity. */
     this.inks = new Map();
+  }
+
+  /** Names of the layers that are drawn for all objects. */
+  get shown() {
+    return this.layers.shown;
   }
 
   /** Adapts the canvas to its size on the page; returns whether the size has changed. */
@@ -49,6 +60,11 @@ class MissionMap {
     this.view.restart();
   }
 
+  /** Shows which data is being loaded; an empty text hides the note. */
+  showLoading(text) {
+    if (this.note.textContent !== text) this.note.textContent = text;
+  }
+
   /** Draws a scene. */
   draw(scene) {
     this.resize();
@@ -65,19 +81,35 @@ class MissionMap {
       const [x, y] = this.camera.at(x_m, y_m);
       if (this.camera.shows(x_m, y_m)) this.drawn.push({ target, x, y });
     }
-    const ctx = this.canvas.getContext("2d", { alpha: false });
-    const ratio = screenRatio();
+    this.layers.adapt(this.drawn.length, this.camera.width * this.camera.height);
+    this.canvas.dataset.symbolScale = this.symbolSize();
+    this.paint(this.canvas.getContext("2d", { alpha: false }), screenRatio());
+  }
+
+  /** Draws the scene with `ratio` pixels per CSS pixel, on the screen or for a file (`isExport`). */
+  paint(ctx, ratio, isExport = false) {
+    const { scene, camera, layers } = this;
     ctx.setTransform(ratio, 0, 0, ratio, 0, 0);
     ctx.fillStyle = palette().ground;
-    ctx.fillRect(0, 0, this.camera.width, this.camera.height);
+    ctx.fillRect(0, 0, camera.width, camera.height);
     ctx.lineJoin = "round";
     ctx.font = "12px system-ui, sans-serif";
-    const size = this.symbolSize();
-    this.canvas.dataset.symbolScale = size;
-    const frame = { ctx, scene, labels: new Labels(ctx, this.camera), size };
-    for (const [layer, , , , paint] of this.layers) if (this.shown.has(layer)) this.painted(ctx, () => paint(this, frame));
+    const frame = { ctx, scene, labels: new Labels(ctx, camera), size: this.symbolSize(), isExport };
+    for (const [name, , , paint] of LAYERS) {
+      if (layers.shown.has(name) || (layers.reduced.has(name) && this.selection.object)) this.painted(ctx, () => paint(this, frame));
+    }
     this.painted(ctx, () => drawChosen(this, frame));
     if (this.ruler) this.painted(ctx, () => drawRuler(this, frame));
+  }
+
+  /** The visible targets that a layer draws. */
+  targetsOf(layer) {
+    return this.shown.has(layer) ? this.drawn : this.drawn.filter(({ target }) => this.selection.isChosen("target", target.id));
+  }
+
+  /** The UAVs that a layer draws. */
+  uavsOf(layer) {
+    return this.shown.has(layer) ? this.scene.uavs : this.scene.uavs.filter(({ id }) => this.selection.isChosen("uav", id));
   }
 
   /** Calls a draw function and restores the state of the context afterwards. */
@@ -109,13 +141,30 @@ class MissionMap {
     return roundStep(90 / this.camera.px_per_m);
   }
 
-  /** Text of the ruler: distance, and compass bearing from its start. */
+  /** An end of the ruler at a position of the canvas: on the UAV, target or intruder there, or at a fixed position of the plane. */
+  rulerEnd(x, y) {
+    const object = objectsAt(this, x, y).find(({ kind, part }) => kind !== "group" && !part);
+    const end = { at: this.camera.world(x, y), object: object && { kind: object.kind, id: object.id } };
+    return { ...end, at: this.rulerPosition(end) };
+  }
+
+  /** Position of an end of the ruler, m. An object that does not exist leaves the end where it was. */
+  rulerPosition(end) {
+    const position = end.object && positionOf(this.scene, end.object);
+    if (position) end.at = position;
+    return end.at;
+  }
+
+  /** Text of the ruler: the objects at its ends, distance, and compass bearing from its start. */
   measured() {
     const { from, to } = this.ruler ?? {};
     if (!from || !to) return "";
-    const [dx, dy] = [to[0] - from[0], to[1] - from[1]];
+    const [a, b] = [from, to].map((end) => this.rulerPosition(end));
+    const [dx, dy] = [b[0] - a[0], b[1] - a[1]];
     const compass_deg = ((Math.atan2(dx, dy) * 180) / Math.PI + 360) % 360;
-    return `${formatDistance(Math.hypot(dx, dy))}, bearing ${compass_deg.toFixed(0).padStart(3, "0")}\u00b0`;
+    const names = [from, to].map(({ object }) => (object ? objectName(this.replayData, object) : "point"));
+    const ends = from.object || to.object ? `${names.join(" to ")}: ` : "";
+    return `${ends}${formatDistance(Math.hypot(dx, dy))}, bearing ${compass_deg.toFixed(0).padStart(3, "0")}\u00b0`;
   }
 }
 
@@ -142,8 +191,7 @@ function drawChosen(map, { ctx, scene }) {
 function drawRuler(map, { ctx, labels }) {
   const { from, to } = map.ruler;
   if (!from || !to) return;
-  const [x, y] = map.camera.at(...from);
-  const [x2, y2] = map.camera.at(...to);
+  const [[x, y], [x2, y2]] = [from, to].map((end) => map.camera.at(...map.rulerPosition(end)));
   ctx.strokeStyle = ctx.fillStyle = palette().alarm;
   ctx.lineWidth = 1.5;
   ctx.beginPath();

@@ -5,8 +5,9 @@ const NEAR_PX = 12;
 const FINGER_PX = 24;
 
 /**
- * Returns the objects at a position of the canvas, the most likely selection first: targets, UAVs and intruders by distance, then
- * group centres, orbits, and fields of view. `part` is set if the position is on an orbit or in a field of view.
+ * Returns the objects at a position of the canvas, the most likely selection first: aircraft whose symbol is at the position, the
+ * uppermost first; then targets, aircraft and group centres within `near_px` by distance, then orbits, and fields of view. `part`
+ * is set if the position is on an orbit or in a field of view.
  */
 function objectsAt(map, x, y, near_px = NEAR_PX) {
   const { camera, scene, shown, replayData, selection } = map;
@@ -15,24 +16,33 @@ function objectsAt(map, x, y, near_px = NEAR_PX) {
     return Math.hypot(at_x - x, at_y - y);
   };
   const near = [];
+  const uppermost = [];
   if (shown.has("tracks") || shown.has("truth")) {
     for (const { target, x: at_x, y: at_y } of map.drawn) {
-      if (!target.tracked && !shown.has("truth")) continue;
+      if (!target.tracked && !shown.has("truth") && !selection.isChosen("target", target.id)) continue;
       near.push({ kind: "target", id: target.id, off: Math.hypot(at_x - x, at_y - y), isSelectable: selection.passes(target.group) });
     }
   }
-  if (shown.has("uavs")) for (const uav of scene.uavs) near.push({ kind: "uav", id: uav.id, off: off(uav), isSelectable: true });
-  if (shown.has("intruders")) for (const one of scene.intruders) near.push({ kind: "intruder", id: one.id, off: off(one), isSelectable: true });
-  const centres = [];
+  const addAircraft = (kind, all, outline) => {
+    for (const one of all) {
+      const aircraft = { kind, id: one.id, off: off(one), isSelectable: true };
+      const [at_x, at_y] = camera.at(one.x_m, one.y_m);
+      if (isOnSymbol(outline, one.heading_rad, x - at_x, y - at_y)) uppermost.unshift(aircraft);
+      else near.push(aircraft);
+    }
+  };
+  if (shown.has("uavs")) addAircraft("uav", scene.uavs, AIRCRAFT);
+  if (shown.has("intruders")) addAircraft("intruder", scene.intruders, INTRUDER);
   const orbits = [];
   for (const group of shown.has("desired") ? scene.groups : []) {
     const far = off(group);
-    centres.push({ kind: "group", id: group.id, off: far, isSelectable: true });
+    near.push({ kind: "group", id: group.id, off: far, isSelectable: true });
     const off_orbit = Math.abs(far - group.standoff_distance_m * camera.px_per_m);
     orbits.push({ kind: "group", id: group.id, part: "orbit", off: off_orbit, isSelectable: true });
   }
-  const found = [near, centres, orbits].flatMap((some) =>
+  const found = [near, orbits].flatMap((some) =>
     some.filter((one) => one.off <= near_px && one.isSelectable).sort((a, b) => a.off - b.off));
+  found.unshift(...uppermost);
   if (shown.has("views")) {
     const half_rad = replayData.head.limits.field_of_view_rad / 2;
     const [x_m, y_m] = camera.world(x, y);
@@ -44,6 +54,23 @@ function objectsAt(map, x, y, near_px = NEAR_PX) {
   }
   // Each object is listed once, even if several of its parts are near.
   return found.filter((one, index) => found.findIndex((other) => other.kind === one.kind && other.id === one.id) === index);
+}
+
+/** Distance from the middle of a symbol within which a position is on it, although its outline is narrow, px. */
+const MIDDLE_PX = 5;
+
+/** Whether a position, relative to an aircraft, is on its symbol with the outline `corners`. */
+function isOnSymbol(corners, heading_rad, dx, dy) {
+  if (Math.hypot(dx, dy) <= MIDDLE_PX) return true;
+  const [cos, sin] = [Math.cos(heading_rad), Math.sin(heading_rad)];
+  // The inverse of the rotation with which the symbols are drawn.
+  const [x, y] = [dx * cos - dy * sin, dx * sin + dy * cos];
+  let isInside = false;
+  corners.forEach(([ax, ay], k) => {
+    const [bx, by] = corners[(k + 1) % corners.length];
+    if (ay > y !== by > y && x < ((bx - ax) * (y - ay)) / (by - ay) + ax) isInside = !isInside;
+  });
+  return isInside;
 }
 
 /** Returns the contents of an object's card: title, description, and facts (heading, value, tooltip, key). */
@@ -64,8 +91,10 @@ function cardContents(run, object) {
   if (object.kind === "group") return { title, what: groupText(one, object.part), facts: factsOf(GROUP_COLUMNS, one) };
   if (object.kind === "intruder") return { title, what: "Intruder: aircraft outside the team", facts: factsOf(INTRUDER_COLUMNS, one) };
   const facts = [...factsOf([...UAV_COLUMNS, ...UAV_DETAILS], one), ...agentFacts(replayData, one)];
-  if (object.part === "view") return { title, what: viewText(replayData), facts: facts.filter(([, , , key]) => /sight/.test(key)) };
-  return { title, what: one.out ? `${outageText(one)}: no UAV receives its reports, and its sensor points nowhere` : "UAV", facts };
+  const { field_of_view_rad } = replayData.head.limits;
+  const way = wayText(scene, one, field_of_view_rad);
+  if (object.part === "view") return { title, what: [way, viewText(replayData)].filter(Boolean).join(". "), facts: facts.filter(([, , , key]) => /sight/.test(key)) };
+  return { title, what: one.out ? `${outageText(one)}: no UAV receives its reports, and its sensor points nowhere` : way || "UAV", facts };
 }
 
 /** Facts about the agent of a UAV; empty if the team shares one agent. */

@@ -1,10 +1,13 @@
 // Colours of the light and the dark theme, found by optimisation. UAVs are blue to purple and groups are orange to green, so that
-// colour-blind users can distinguish them as well; both contrast with the background. The tests of `src/colours.rs` check this.
+// colour-blind users can distinguish them as well. A UAV has the same colour in both themes: all have the luminance that contrasts
+// equally with white and black. The tests of `src/colours.rs` check this.
+
+/** Colours of UAVs in both themes. */
+const UAV_COLOURS = ["#5a63ff", "#a855a5", "#12819c", "#ba0cff", "#756eb4", "#0678d5", "#d21bb7", "#9351e7"];
 
 const PALETTES = {
   light: {
-    uavs: ["#0174fb", "#a4048b", "#1a02a5", "#43184c", "#82659e", "#997efd", "#035c9b", "#6831cd",
-      "#5d92d5", "#4a0885", "#ac4ad9", "#0e2b66"],
+    uavs: UAV_COLOURS,
     groups: ["#eb6e10", "#01a806", "#4a6702", "#502001", "#01a584", "#885a42", "#054e3d", "#8d925e"],
     ground: "#ffffff",
     basemap: { green: "#e9f1e4", water: "#dbe8f3", other: "#f0f0f0", building: "#e7e1da", path: "#e0d6c4", rail: "#c2c2ce",
@@ -16,10 +19,9 @@ const PALETTES = {
     none: "#7a8591",
   },
   dark: {
-    uavs: ["#1784fb", "#a04475", "#436e8f", "#ee90e0", "#9b39b7", "#a18cfe", "#22bfff", "#6350d8",
-      "#aecbfe", "#936db1", "#ffd4fe", "#6792d5"],
+    uavs: UAV_COLOURS,
     groups: ["#ff9d21", "#148601", "#d3f461", "#aa6a46", "#18e18b", "#f6c1a5", "#4dab84", "#9e9302"],
-    ground: "#11161c",
+    ground: "#000000",
     basemap: { green: "#14201a", water: "#13222f", other: "#181d24", building: "#242b35", path: "#2a2722", rail: "#33333f",
       minor: "#333f4c", major: "#435160" },
     grid: "#222b35",

@@ -24,7 +24,7 @@ function pointer(page, { map, replayData, selection, cards }) {
     // Touching with a second finger is not a click.
     dragged = down.size > 1;
     pressed = positionIn(event);
-    if (map.ruler && down.size === 1) map.ruler = { from: camera.world(...positionIn(event)), to: null };
+    if (map.ruler && down.size === 1) map.ruler = { from: map.rulerEnd(...positionIn(event)), to: null };
   });
   canvas.addEventListener("pointermove", (event) => {
     const [x, y] = positionIn(event);
@@ -33,7 +33,7 @@ function pointer(page, { map, replayData, selection, cards }) {
     if (!before) return showPosition(x, y);
     if (Math.hypot(x - pressed[0], y - pressed[1]) > CLICK_PX) dragged = true;
     if (map.ruler && down.size === 1) {
-      map.ruler.to = camera.world(x, y);
+      map.ruler.to = map.rulerEnd(x, y);
       element("ruler-result").textContent = map.measured();
     } else if (down.size === 2) {
       const [other] = [...down].filter(([id]) => id !== event.pointerId).map(([, at]) => at);

@@ -59,6 +59,9 @@ async function showReplay(sources) {
   page.state = new State(page);
   page.charts = new Charts(page);
   page.link = new Link(page);
+  page.viewHistory = new ViewHistory(page);
+  page.layerMenu = new LayerMenu(page);
+  page.legend = new MapLegend(page);
   showOutcome(page);
   connect(page);
   for (const { replayData, selection } of page.runs) {
@@ -102,6 +105,10 @@ function drawFrames(page) {
       const scenes = page.runs.map((run) => run.scene(clock.time_s));
       // The map whose view the others copy is drawn first.
       for (const run of [page.run, ...page.runs.filter((run) => run !== page.run)]) run.draw(scenes[page.runs.indexOf(run)]);
+      page.runs.forEach(({ map }, k) => map.showLoading(scenes[k].targets ? "" : `Loading targets at ${page.clock.time_s.toFixed(1)} s`));
+      page.layerMenu.show();
+      page.legend.show();
+      showRuler(page);
       if (page.runs.some(({ map }) => !map.leader && !map.view.isSettled)) page.renew();
       state.setMissing([...new Set(page.runs.map((run, index) => run.missingText(scenes[index], now_ms)))]);
       charts.follow();
@@ -120,6 +127,7 @@ function drawFrames(page) {
       }
       document.body.dataset.frames = Number(document.body.dataset.frames ?? 0) + 1;
     }
+    page.viewHistory.note(now_ms);
     requestAnimationFrame(drawFrame);
   };
   requestAnimationFrame(drawFrame);

@@ -96,34 +96,3 @@ function connectFilter(page) {
   });
   for (const { selection } of page.runs) selection.on(() => filters(page));
 }
-
-/** Saves the map as an image with the scale, the time and the name of the run. */
-async function saveMapImage({ map, replayData, clock }) {
-  const { canvas } = map;
-  const ratio = canvas.width / map.camera.width;
-  const strip = 26;
-  const copy = document.createElement("canvas");
-  copy.width = canvas.width;
-  copy.height = canvas.height + Math.round(strip * ratio);
-  const ctx = copy.getContext("2d", { alpha: false });
-  const { ground, ink, grid } = palette();
-  ctx.fillStyle = ground;
-  ctx.fillRect(0, 0, copy.width, copy.height);
-  ctx.drawImage(canvas, 0, 0);
-  ctx.scale(ratio, ratio);
-  ctx.font = "12px system-ui, sans-serif";
-  if (!map.shown.has("grid")) map.painted(ctx, () => drawScale(map, ctx));
-  const { width, height } = map.camera;
-  ctx.fillStyle = grid;
-  ctx.fillRect(0, height, width, 1);
-  ctx.fillStyle = ink;
-  ctx.textBaseline = "middle";
-  const time = `${clock.time_s.toFixed(1)} s`;
-  const state = replayData.agents.isSeveral ? `, ${teamStateText(replayData, replayData.stepAt(clock.time_s))}` : "";
-  ctx.fillText(`${runName(replayData.head)}${state}`, 10, height + strip / 2, width - 100);
-  ctx.textAlign = "right";
-  ctx.fillText(time, width - 10, height + strip / 2);
-  const image = await new Promise((resolve) => copy.toBlob(resolve, "image/png"));
-  if (!image) return element("search-result").replaceChildren("The map is too large for an image");
-  return save(`${fileName(`${runName(replayData.head)}-map-${time}`)}.png`, image, "image/png");
-}

@@ -93,7 +93,8 @@ function drawScale(map, ctx) {
 
 /** Draws the true positions of targets. */
 function drawTruth(map, { ctx, scene, size }) {
-  const visible = (scene.targets ?? []).filter((target) => target.exists && map.camera.shows(target.true_x_m, target.true_y_m));
+  const isDrawn = ({ id }) => map.shown.has("truth") || map.selection.isChosen("target", id);
+  const visible = (scene.targets ?? []).filter((target) => target.exists && isDrawn(target) && map.camera.shows(target.true_x_m, target.true_y_m));
   const { faint } = palette();
   ctx.lineWidth = 1.25;
   drawByColour(ctx, visible, ({ group }) => (map.selection.passes(group) ? faint : faded(faint, 0.2)), (target) => {
@@ -105,7 +106,7 @@ function drawTruth(map, { ctx, scene, size }) {
 /** Draws the 95 % confidence ellipses of targets; ellipses smaller than the symbol are left out. */
 function drawEllipses(map, { ctx, size }) {
   const visible = [];
-  for (const { target, x, y } of map.drawn) {
+  for (const { target, x, y } of map.targetsOf("ellipses")) {
     if (!target.tracked) continue;
     const [long, wide, turn_rad] = ellipseOf(target.covariance).map((value, k) => (k < 2 ? value * map.camera.px_per_m : value));
     if (long > 4.5 * size) visible.push({ target, x, y, long, wide, turn_rad });
@@ -134,7 +135,9 @@ function ellipseOf([xx, xy, yy]) {
 function drawTracks(map, { ctx, labels, size }) {
   const looks = grouped(map.drawn.filter(({ target }) => target.tracked), ({ target }) =>
     target.membership === "removed" || target.membership === "ungrouped" ? target.membership : target.status === "updated" ? "updated" : "ring");
-  const ink = ({ target }) => map.ink(target.group);
+  // Among many targets, those in no group are fainter, so that the groups stand out.
+  const isCrowd = map.drawn.length > MAX_NAMED;
+  const ink = ({ target }) => map.ink(target.group, isCrowd && target.group === null && !map.selection.isChosen("target", target.id) ? 0.6 : 1);
   const draw = (some, of, add, end) => drawByColour(ctx, some ?? [], of, add, end);
   ctx.lineWidth = size < 0.8 ? 1.25 : 2;
   const half = 4 * size;
@@ -143,7 +146,7 @@ function drawTracks(map, { ctx, labels, size }) {
   draw(looks.get("ring"), ink, ({ x, y }) => addDisc(ctx, x, y, 4.5 * size));
   draw(looks.get("updated"), ink, ({ x, y }) => addDisc(ctx, x, y, 4.5 * size), "fill");
   const passing = map.drawn.filter(({ target }) => target.tracked && target.membership === "in-handoff");
-  draw(passing, ({ target }) => map.ink(target.receiving_group), ({ x, y }) => addDisc(ctx, x, y, 8 * size));
+  draw(passing, ({ target }) => map.ink(target.receiving_group), ({ x, y }) => addDisc(ctx, x, y, Math.max(8 * size, 6.5)));
   const { alarm } = palette();
   ctx.lineWidth = 2.5;
   const hidden = map.drawn.filter(({ target }) => target.out_of_view && map.selection.passes(target.group));

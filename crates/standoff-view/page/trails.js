@@ -38,7 +38,7 @@ function* recent(replayData, time_s, from_s) {
 function drawTrails(map, { ctx, scene }) {
   const { replayData, selection, camera } = map;
   ctx.lineWidth = 1.5;
-  for (const uav of scene.uavs) {
+  for (const uav of map.uavsOf("trails")) {
     const positions = [];
     for (const k of recent(replayData, scene.time_s, scene.time_s - TRAIL_S)) {
       positions.push([replayData.value("uavs", "x_m", uav.id, k), replayData.value("uavs", "y_m", uav.id, k)]);
@@ -54,7 +54,7 @@ function drawTargetTrails(map, { ctx, scene }) {
   const { replayData, camera } = map;
   // The page has no past positions in the team states of other agents.
   if (replayData.agents.isOther(replayData.stepAt(scene.time_s))) return;
-  const visible = map.drawn.filter(({ target }) => target.tracked);
+  const visible = map.targetsOf("target-trails").filter(({ target }) => target.tracked);
   if (!visible.length) return;
   const times = [];
   for (const block of [...replayData.details].sort((a, b) => a[0] - b[0]).map(([, held]) => held.block)) {
@@ -110,7 +110,7 @@ function drawFlown(map, { ctx, scene }) {
   if (replayData.agents.isOther(replayData.stepAt(scene.time_s))) return;
   ctx.lineWidth = 1.25;
   ctx.setLineDash([2, 4]);
-  for (const uav of scene.uavs) {
+  for (const uav of map.uavsOf("flown")) {
     const group = scene.groups.find((one) => one.id === uav.group);
     if (!group) continue;
     const turn_s = Math.min((2 * Math.PI * group.standoff_distance_m) / Math.max(uav.speed_m_s, 1), 4 * TRAIL_S);
@@ -134,9 +134,40 @@ function wedgeReach_m(uav, scene) {
   return group ? Math.hypot(uav.x_m - group.x_m, uav.y_m - group.y_m) + group.spread_m + 40 : 400;
 }
 
-/** Draws the fields of view of UAVs. */
+/** Members of groups by group, for each scene. */
+const MEMBERS = new WeakMap();
+
+/** The targets of a group in a scene. */
+function membersOf(scene, group) {
+  if (!MEMBERS.has(scene)) MEMBERS.set(scene, grouped((scene.targets ?? []).filter(({ tracked, group }) => tracked && group !== null), (target) => target.group));
+  return MEMBERS.get(scene).get(group) ?? [];
+}
+
+/** A UAV is on its way while its distance from the group centre exceeds the orbit radius by more than this fraction. */
+const OUTSIDE_ORBIT = 0.25;
+
+/**
+ * Why a UAV is still on its way to its group; empty if it is not. It is on its way while it is far outside the desired orbit, or
+ * while the directions to the estimated positions of all members are outside its field of view. While targets are being
+ * loaded, the group centre takes the place of the members.
+ */
+function wayText(scene, uav, field_of_view_rad) {
+  const group = scene.groups.find((one) => one.id === uav.group);
+  if (!group || Number.isNaN(uav.boresight_rad)) return "";
+  const isOutside = ({ x_m, y_m }) => {
+    const to_rad = Math.atan2(y_m - uav.y_m, x_m - uav.x_m);
+    return Math.abs(interpolateAngle(uav.boresight_rad, to_rad, 1) - uav.boresight_rad) > field_of_view_rad / 2;
+  };
+  const members = membersOf(scene, uav.group);
+  if ((members.length ? members : [group]).every(isOutside)) return `On its way: it does not yet point at group ${group.id}, no member of which is in its field of view`;
+  const outside_m = Math.hypot(uav.x_m - group.x_m, uav.y_m - group.y_m) - group.standoff_distance_m;
+  return outside_m > OUTSIDE_ORBIT * group.standoff_distance_m ? `On its way: it is still ${outside_m.toFixed(0)} m outside the orbit of group ${group.id}` : "";
+}
+
+/** Draws the fields of view of UAVs: in the colour of the group, or in that of the UAV while it is on its way. */
 function drawViews(map, { ctx, scene }) {
-  const half_rad = map.replayData.head.limits.field_of_view_rad / 2;
+  const { field_of_view_rad } = map.replayData.head.limits;
+  const half_rad = field_of_view_rad / 2;
   for (const uav of scene.uavs) {
     if (Number.isNaN(uav.boresight_rad)) continue;
     const [x, y] = map.camera.at(uav.x_m, uav.y_m);
@@ -145,9 +176,12 @@ function drawViews(map, { ctx, scene }) {
     // Canvas angles are clockwise.
     ctx.arc(x, y, wedgeReach_m(uav, scene) * map.camera.px_per_m, -uav.boresight_rad - half_rad, -uav.boresight_rad + half_rad);
     ctx.closePath();
-    ctx.fillStyle = map.ink(uav.group, 0.1);
+    const own = map.selection.passes(uav.group) ? 1 : 0.15;
+    const isOnWay = wayText(scene, uav, field_of_view_rad) !== "";
+    const ink = (opacity) => (isOnWay ? faded(uavColour(map.replayData, uav.id), own * opacity) : map.ink(uav.group, opacity));
+    ctx.fillStyle = ink(0.1);
     ctx.fill();
-    ctx.strokeStyle = map.ink(uav.group, 0.45);
+    ctx.strokeStyle = ink(0.45);
     ctx.stroke();
   }
 }
@@ -155,7 +189,7 @@ function drawViews(map, { ctx, scene }) {
 /** Draws the predicted motion of targets with constant velocity, and of UAVs with constant speed and turn rate. */
 function drawVectors(map, { ctx, scene }) {
   const { camera } = map;
-  const moving = map.drawn.filter(({ target }) => target.tracked && !Number.isNaN(target.vx_m_s));
+  const moving = map.targetsOf("vectors").filter(({ target }) => target.tracked && !Number.isNaN(target.vx_m_s));
   ctx.lineWidth = 1.25;
   drawByColour(ctx, moving, ({ target }) => map.ink(target.group, 0.8), ({ target, x, y }) => {
     ctx.moveTo(x, y);

@@ -11,17 +11,21 @@ function drawZones(map, { ctx }) {
   for (const zone of replayData.head.zones) {
     const isOut = zone.kind === "keep-out";
     const corners = zone.corners_m.map(([x_m, y_m]) => camera.at(x_m, y_m));
-    const outline = new Path2D();
-    corners.forEach(([x, y], index) => (index ? outline.lineTo(x, y) : outline.moveTo(x, y)));
-    outline.closePath();
+    const outline = () => {
+      ctx.beginPath();
+      for (const [x, y] of corners) ctx.lineTo(x, y);
+      ctx.closePath();
+    };
     const colour = isOut ? alarm : faint;
     ctx.fillStyle = faded(colour, isOut ? 0.08 : 0.05);
-    ctx.fill(outline);
+    outline();
+    ctx.fill();
     if (isOut) hatch(ctx, camera, outline, corners, faded(colour, 0.3));
     ctx.strokeStyle = faded(colour, 0.9);
     ctx.lineWidth = 1.5;
     ctx.setLineDash(isOut ? [] : [8, 5]);
-    ctx.stroke(outline);
+    outline();
+    ctx.stroke();
     ctx.setLineDash([]);
     if (!zone.name) continue;
     const top = corners.reduce((best, at) => (at[1] < best[1] ? at : best));
@@ -31,7 +35,7 @@ function drawZones(map, { ctx }) {
   }
 }
 
-/** Draws slanted lines over the visible part of a zone. */
+/** Draws slanted lines over the visible part of a zone; `outline` makes its outline the current path. */
 function hatch(ctx, camera, outline, corners, colour) {
   const [xs, ys] = [0, 1].map((axis) => corners.map((at) => at[axis]));
   const [left, right] = [Math.max(Math.min(...xs), 0), Math.min(Math.max(...xs), camera.width)];
@@ -40,7 +44,8 @@ function hatch(ctx, camera, outline, corners, colour) {
   if (right <= left || high <= 0) return;
   const step = Math.max(HATCH_PX, (right - left + high) / MAX_HATCHES);
   ctx.save();
-  ctx.clip(outline);
+  outline();
+  ctx.clip();
   ctx.beginPath();
   for (let x = Math.floor((left - high) / step) * step; x < right; x += step) {
     ctx.moveTo(x, bottom);

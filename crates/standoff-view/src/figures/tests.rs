@@ -321,11 +321,8 @@ fn the_map_has_few_legend_entries_and_the_most_important_ones() {
 fn a_legend_shows_the_number_of_unnamed_uavs() {
     let figures = drawn(run(24, 4, 40), &setup());
     let names = legend(svg(&figures, "off_boresight"));
-    assert!(
-        names.contains(&"UAV 12") && !names.contains(&"UAV 13") && names.contains(&"and 12 more UAVs"),
-        "{names:?}"
-    );
-    assert!(!drawn(run(12, 4, 40), &setup()).iter().any(|figure| figure.svg.contains(" more UAVs")));
+    assert!(names.contains(&"UAV 8") && !names.contains(&"UAV 9") && names.contains(&"and 16 more UAVs"), "{names:?}");
+    assert!(!drawn(run(8, 4, 40), &setup()).iter().any(|figure| figure.svg.contains(" more UAVs")));
 }
 
 #[test]
@@ -472,8 +469,8 @@ fn each_uav_has_its_own_turn_rate_row_and_a_note_gives_the_number_of_rows() {
     assert!((1..=8).all(|uav| all.matches(&format!("UAV {uav} (°/s)")).count() == 1) && !all.contains("of the first"));
     let figures = drawn(run(24, 4, 40), &setup());
     let some = svg(&figures, "speed_and_turn_rate");
-    assert!(some.contains("UAV 12 (°/s)") && !some.contains("UAV 13 (°/s)"));
-    assert!(some.contains("(turn rates of the first 12 of 24 UAVs)"));
+    assert!(some.contains("UAV 8 (°/s)") && !some.contains("UAV 9 (°/s)"));
+    assert!(some.contains("(turn rates of the first 8 of 24 UAVs)"));
 }
 
 /// Two agents that do not receive each other for a while, then have different assignments and commit nothing. The
