@@ -32,7 +32,7 @@ const LEGEND_ENTRIES = [
   ["tracks", "Track in no group", [drawTracks], sampleTarget({ membership: "ungrouped", group: null })],
   ["tracks", "In handoff, ring in the colour of the receiving group", [drawTracks], sampleTarget({ membership: "in-handoff", receiving_group: 1 })],
   ["tracks", "Removed from its group, still predicted", [drawTracks], sampleTarget({ membership: "removed" })],
-  ["tracks", "Out of view: group member in no UAV's field of view", [drawTracks], sampleTarget({ out_of_view: true })],
+  ["tracks", "Out of view: target in no UAV's view, in a group or not", [drawTracks], sampleTarget({ out_of_view: true })],
   ["truth", "True position of a target", [drawTruth], sampleTarget()],
   ["ellipses", "95 % confidence ellipse; dashed: not measured now", [drawEllipses, drawTracks], sampleTarget({ covariance: [70, 0, 13] })],
   ["vectors", `Predicted motion over ${AHEAD_S} s`, [drawVectors, drawTracks], sampleTarget({ x_m: -12, vx_m_s: 2.6, vy_m_s: 0 })],
