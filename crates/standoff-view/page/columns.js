@@ -57,9 +57,9 @@ const INTRUDER_COLUMNS = [
     `Whether the intruder reports its position; UAVs stop avoiding an intruder that has sent no report for more than ${AVOIDANCE_TIMEOUT_S} s`],
 ];
 
-/** As above, with the value by which the table is sorted. */
+/** As above, with the value by which the table is sorted; names have a rank, which does not depend on the time. */
 const TARGET_COLUMNS = [
-  ["name", "Target", (target) => target.name, "Name of the target in the scenario or the traffic file", (target) => target.rank],
+  ["name", "Target", (target) => target.name, "Name of the target in the scenario or the traffic file"],
   ["state", "State", stateText,
     "Membership of the track (member: in a group; in-handoff: in handoff; ungrouped: in no group; removed: no feasible orbit could include it) " +
     "and its status (updated: measured in this time step; coasting: predicted only; cued: reported by a cue source, not measured yet)", stateText],

@@ -115,5 +115,6 @@ function fill(head, body, { title, what, facts: all }) {
     put(value, text);
     term.title = about;
     value.dataset.field = key;
+    value.classList.toggle("alarm", key === "warning" && text.startsWith("out of view"));
   });
 }

@@ -56,7 +56,7 @@ class TargetTable {
     this.headings();
     this.chips = new Map([[null, "all"], ...TARGET_STATES.map(([key, text]) => [key, text])].map(([key, text]) => [key, this.chip(key, text)]));
     this.panel.addEventListener("scroll", () => this.fill());
-    new ResizeObserver(() => this.fill()).observe(this.panel);
+    new ResizeObserver(() => this.update()).observe(this.panel);
     this.body.addEventListener("keydown", (key) => this.onKey(key));
     this.body.addEventListener("focusin", ({ target }) => (this.stop = Number(target.closest("tr").dataset.id)));
   }
@@ -103,8 +103,9 @@ class TargetTable {
     this.update();
   }
 
-  /** Filters and sorts the targets. */
+  /** Filters and sorts the targets, if the table is on the page. */
   update() {
+    if (this.panel.hidden) return;
     const { targets, state, sort, page } = this;
     const isIn = new Map(TARGET_STATES.map(([key, , condition]) => [key, condition]));
     for (const [key, chip] of this.chips) {
@@ -116,11 +117,8 @@ class TargetTable {
       if (cell.dataset.sort !== sort.key) cell.removeAttribute("aria-sort");
       else cell.setAttribute("aria-sort", sort.sign > 0 ? "ascending" : "descending");
     }
-    const value = TARGET_COLUMNS.find(([key]) => key === sort.key)[4];
-    const listed = (state === null ? targets : targets.filter(isIn.get(state))).map((target) => {
-      const ranked = { ...target, name: targetName(page.replayData, target.id), rank: nameRank(page.replayData, target.id) };
-      return { target: ranked, value: value(ranked) };
-    });
+    const value = sort.key === "name" ? ({ id }) => nameRank(page.replayData, id) : TARGET_COLUMNS.find(([key]) => key === sort.key)[4];
+    const listed = (state === null ? targets : targets.filter(isIn.get(state))).map((target) => ({ target, value: value(target) }));
     // Equal targets: those that are out of view for the longest time come first.
     const out_s = ({ target }) => (target.out_of_view ? target.out_of_view_s : 0);
     listed.sort((a, b) => compared(a.value, b.value, sort.sign) || out_s(b) - out_s(a) || a.target.id - b.target.id);
@@ -205,7 +203,7 @@ class TargetTable {
 
   /** Writes a target into a row. */
   write(row, index) {
-    const item = this.items[index];
+    const item = { ...this.items[index], name: targetName(this.page.replayData, this.items[index].id) };
     row.dataset.id = item.id;
     row.setAttribute("aria-rowindex", index + 2);
     TARGET_COLUMNS.forEach(([, , textOf], column) => {
