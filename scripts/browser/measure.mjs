@@ -57,7 +57,7 @@ async function playing(flight, seconds, viewport) {
   await page.addInitScript(watch);
   await open(page, flight);
   await page.locator("summary").click();
-  for (const layer of await page.getByRole("group", { name: "Layers" }).getByRole("checkbox").all()) await layer.check();
+  await page.getByLabel("Preset").selectOption("everything");
   await page.locator("summary").click();
   await page.getByLabel("Speed").selectOption("4");
   await page.getByRole("button", { name: "Play", exact: true }).click();
