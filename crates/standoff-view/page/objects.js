@@ -47,9 +47,8 @@ function objectsAt(map, x, y, near_px = NEAR_PX) {
     const half_rad = replayData.head.limits.field_of_view_rad / 2;
     const [x_m, y_m] = camera.world(x, y);
     for (const uav of scene.uavs) {
-      const [dx, dy] = [x_m - uav.x_m, y_m - uav.y_m];
-      const angle_rad = Math.abs(interpolateAngle(uav.boresight_rad, Math.atan2(dy, dx), 1) - uav.boresight_rad);
-      if (angle_rad <= half_rad && Math.hypot(dx, dy) <= wedgeReach_m(uav, scene)) found.push({ kind: "uav", id: uav.id, part: "view" });
+      const range_m = Math.hypot(x_m - uav.x_m, y_m - uav.y_m);
+      if (offBoresight_rad(uav, x_m, y_m) <= half_rad && range_m <= wedgeReach_m(uav, scene)) found.push({ kind: "uav", id: uav.id, part: "view" });
     }
   }
   // Each object is listed once, even if several of its parts are near.

@@ -281,6 +281,11 @@ function interpolateAngle(from_rad, to_rad, share) {
   return from_rad + share * turn_rad;
 }
 
+/** The angle between the boresight of a UAV and the direction from the UAV to a position, rad. */
+function offBoresight_rad(uav, x_m, y_m) {
+  return Math.abs(interpolateAngle(uav.boresight_rad, Math.atan2(y_m - uav.y_m, x_m - uav.x_m), 1) - uav.boresight_rad);
+}
+
 /** Interpolates between two values; returns `a` if `b` is NaN. */
 function interpolate(a, b, share) {
   return Number.isNaN(b) ? a : a + share * (b - a);

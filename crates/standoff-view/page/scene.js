@@ -321,8 +321,8 @@ function viewsAt(replayData, time_s) {
     }).filter((uav) => !Number.isNaN(uav.boresight_rad));
     // At most 1 if the position is in view. Infinite ranges are null in JSON.
     const share = (uav) => {
-      const off_rad = interpolateAngle(0, Math.atan2(y_m - uav.y_m, x_m - uav.x_m) - uav.boresight_rad, 1);
-      return Math.max(Math.hypot(x_m - uav.x_m, y_m - uav.y_m) / (sensing_range_m ?? Infinity), Math.abs(off_rad) / (field_of_view_rad / 2));
+      const range_m = Math.hypot(x_m - uav.x_m, y_m - uav.y_m);
+      return Math.max(range_m / (sensing_range_m ?? Infinity), offBoresight_rad(uav, x_m, y_m) / (field_of_view_rad / 2));
     };
     const shares = pointed.map((uav) => [uav.id, share(uav)]);
     // `in_view` is computed in double precision. At the edge of a view, single precision may give another result.

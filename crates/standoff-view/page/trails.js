@@ -154,10 +154,7 @@ const OUTSIDE_ORBIT = 0.25;
 function wayText(scene, uav, field_of_view_rad) {
   const group = scene.groups.find((one) => one.id === uav.group);
   if (!group || Number.isNaN(uav.boresight_rad)) return "";
-  const isOutside = ({ x_m, y_m }) => {
-    const to_rad = Math.atan2(y_m - uav.y_m, x_m - uav.x_m);
-    return Math.abs(interpolateAngle(uav.boresight_rad, to_rad, 1) - uav.boresight_rad) > field_of_view_rad / 2;
-  };
+  const isOutside = ({ x_m, y_m }) => offBoresight_rad(uav, x_m, y_m) > field_of_view_rad / 2;
   const members = membersOf(scene, uav.group);
   if ((members.length ? members : [group]).every(isOutside)) return `On its way: it does not yet point at group ${group.id}, no member of which is in its field of view`;
   const outside_m = Math.hypot(uav.x_m - group.x_m, uav.y_m - group.y_m) - group.standoff_distance_m;
