@@ -1,8 +1,10 @@
 //! `bolero` fuzz targets for client input, starting with the first byte. `scripts/fuzz` runs them for longer.
 
+#[path = "../../../standoff-io/fuzz/harness.rs"]
+mod harness;
+
 use std::panic::{AssertUnwindSafe, RefUnwindSafe};
 use std::sync::Arc;
-use std::sync::atomic::{AtomicU64, Ordering};
 
 use axum::extract::{Path, Request, State};
 use axum::routing::get;
@@ -11,9 +13,6 @@ use tokio::runtime::Runtime;
 use tokio::sync::watch;
 
 use super::{Bytes, Feed, Limits, NOT_FOUND, Resource, ServerState, Site, connection, live_feed};
-
-/// Number of inputs in a normal test run; `BOLERO_RANDOM_ITERATIONS` overrides it.
-const ITERATIONS: usize = 5_000;
 
 /// Valid and invalid pieces of request heads.
 const HEAD: [&str; 40] = [
@@ -91,30 +90,22 @@ fn site(feed: Feed) -> Site {
     Site::new().route("/", get(async move || page())).route("/feed", get(follow)).route("/{*file}", get(file))
 }
 
-/// Runs a target like those of the simulator: random choices select pieces and damage some of them.
+/// Runs a target. Random choices select pieces and damage some of them.
 fn run(target: &str, pieces: &[&[u8]], starts: &[&[u8]], try_one: impl Fn(&[u8]) -> bool + RefUnwindSafe) {
-    let (tried, accepted) = (AtomicU64::new(0), AtomicU64::new(0));
-    bolero::check!().with_type::<[u8; 24]>().with_iterations(ITERATIONS).for_each(|bytes| {
-        let mut choices = bytes.iter().map(|&byte| usize::from(byte));
-        let mut choose = |end: usize| choices.next().unwrap_or(0) % end;
-        let mut input = starts[choose(starts.len())].to_vec();
-        for _ in 0..choose(8) {
-            let change = choose(8);
-            let at = if change < 3 && !input.is_empty() { choose(256) % input.len() } else { 0 };
+    harness::run(target, 0.06, |choices| {
+        let mut input = choices.one_of(starts).to_vec();
+        for _ in 0..choices.below(8) {
+            let change = choices.below(8);
+            let at = if change < 3 { choices.below(input.len()) } else { 0 };
             match change {
-                0 if !input.is_empty() => input[at] ^= 1 << choose(8),
+                0 if !input.is_empty() => input[at] ^= 1 << choices.below(8),
                 1 => input.truncate(at),
-                2 => drop(input.splice(at..at, pieces[choose(pieces.len())].iter().copied())),
-                _ => input.extend(pieces[choose(pieces.len())]),
+                2 => drop(input.splice(at..at, choices.one_of(pieces).iter().copied())),
+                _ => input.extend(*choices.one_of(pieces)),
             }
         }
-        tried.fetch_add(1, Ordering::Relaxed);
-        accepted.fetch_add(try_one(&input).into(), Ordering::Relaxed);
+        try_one(&input)
     });
-    let (tried, accepted) = (tried.into_inner(), accepted.into_inner());
-    let share = accepted as f64 / tried as f64;
-    println!("{target}: {tried} inputs, {:.1} % accepted", 100.0 * share);
-    assert!(share > 0.05, "{target}: only {share} of the inputs were accepted");
 }
 
 /// A runtime with paused time, which advances only when all tasks are idle, so that timeouts take no real time.
