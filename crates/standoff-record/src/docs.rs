@@ -63,6 +63,6 @@ fn the_page_lists_every_column_with_its_declared_meaning() {
         return;
     }
     let different = page.lines().zip(expected.lines()).find(|(line, expected)| line != expected);
-    let advice = "run `WRITE_RECORD_PAGE=1 cargo test -p standoff-sim record::docs`";
+    let advice = "run `WRITE_RECORD_PAGE=1 cargo test -p standoff-record docs`";
     assert!(page == expected, "docs/record.md differs from the declared columns, first in {different:?}: {advice}");
 }

@@ -19,7 +19,7 @@ use crate::RecordError;
 use crate::column::{self, Columns, Fault, Row, ValueProblem};
 
 /// Rows per row group: limits the memory, whatever the length of the run.
-pub const GROUP_ROWS: usize = 65_536;
+pub(crate) const GROUP_ROWS: usize = 65_536;
 
 /// Maximum size of a table's file, bytes. The widest table has 25 GB at the maximum number of rows of targets.
 pub const MAX_TABLE: u64 = 32 << 30;
@@ -28,7 +28,7 @@ pub const MAX_TABLE: u64 = 32 << 30;
 const BATCH_ROWS: usize = 4096;
 
 /// Path of a table in a record's folder.
-pub fn file_of<R: Row>(dir: &Path) -> PathBuf {
+pub(crate) fn file_of<R: Row>(dir: &Path) -> PathBuf {
     dir.join(format!("{}.parquet", R::TABLE))
 }
 
@@ -39,14 +39,14 @@ pub struct TableWriter<R> {
     columns: Columns<R>,
     rows: usize,
     /// Number of rows added so far, including buffered ones.
-    pub pushed: u64,
+    pub(crate) pushed: u64,
     /// Number of row groups that have been synced to disk.
     synced_groups: usize,
 }
 
 impl<R: Row> TableWriter<R> {
     /// Creates the table of this row type in a record's folder.
-    pub fn create(dir: &Path) -> Result<Self, RecordError> {
+    pub(crate) fn create(dir: &Path) -> Result<Self, RecordError> {
         Self::with_columns(file_of::<R>(dir), column::columns())
     }
 
@@ -81,7 +81,7 @@ impl<R: Row> TableWriter<R> {
     }
 
     /// Syncs the file to disk, and returns the data that it lacks to be readable in its current state.
-    pub fn missing(&mut self) -> Result<Missing, RecordError> {
+    pub(crate) fn missing(&mut self) -> Result<Missing, RecordError> {
         let groups = self.file.flushed_row_groups().len();
         if groups > self.synced_groups {
             let synced = self.file.flush().and_then(|()| self.file.inner().sync_data());
@@ -117,11 +117,11 @@ fn start<R, W: Write + Send>(file: W, columns: &Columns<R>) -> ParquetResult<Ser
 }
 
 /// Data that a growing table's file lacks to be readable.
-pub struct Missing {
+pub(crate) struct Missing {
     /// Footer for the contents of the file.
-    pub footer: Vec<u8>,
+    pub(crate) footer: Vec<u8>,
     /// Buffered rows, as a separate Parquet file.
-    pub rows: Vec<u8>,
+    pub(crate) rows: Vec<u8>,
 }
 
 /// Returns the footer of the written data, and the buffered rows as a separate file.
@@ -188,7 +188,7 @@ pub struct TableReader<R> {
 
 impl<R: Row> TableReader<R> {
     /// Opens a table. Fails if it lacks columns of the row type.
-    pub fn open(path: PathBuf) -> Result<Self, RecordError> {
+    pub(crate) fn open(path: PathBuf) -> Result<Self, RecordError> {
         let source = source(&path)?;
         Self::of(path, R::default(), column::columns(), [source])
     }
