@@ -1,10 +1,10 @@
 //! Agreement of several agents, and its communication cost.
 
+use standoff_record::{AgentRow, Frame, PerAgentTables};
 use std::collections::BTreeMap;
 
 use crate::matching::Matching;
 use crate::mean::Mean;
-use standoff_record::{AgentRow, Frame, PerAgentTables};
 
 /// Agreement statistics so far. Empty if one agent acts for the whole team.
 #[derive(Debug, Clone, Default)]

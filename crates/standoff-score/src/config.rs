@@ -7,9 +7,9 @@ use standoff::research::{CentreEstimate, MotionParams, OrbitMotion, Spread, Stan
 use standoff::{
     Geofence, SensorParams, SeparationParams, StandoffParams, TargetParams, TargetState, TeamParams, Velocity,
 };
+use standoff_record::ReportedTables;
 
 use crate::geometry::true_centre;
-use standoff_record::ReportedTables;
 
 /// Real noise of the sensors.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -3,10 +3,10 @@
 //! A UAV counts only while its sensor is pointed. During an outage it follows no law, and its steady circling must not
 //! improve the metrics.
 
+use standoff_record::{Frame, UavRow};
 use std::collections::BTreeMap;
 
 use crate::mean::Mean;
-use standoff_record::{Frame, UavRow};
 
 /// Turn rates below this absolute value count as no turn, rad/s.
 const DEAD_BAND_RAD_S: f64 = 0.02;

@@ -14,12 +14,12 @@ use std::collections::BTreeMap;
 use nalgebra::{Matrix2, Matrix6, Matrix6x2, Vector6};
 use standoff::research::Transition;
 use standoff::{Covariance, Duration, Position, SensorParams};
+use standoff_record::Frame;
 
 use crate::config::ScoreConfig;
 use crate::geometry::{at, position};
 use crate::matching::{Matched, Matching};
 use crate::mean::Mean;
-use standoff_record::Frame;
 
 /// Indices of position and velocity in a state `[x, vx, ax, y, vy, ay]`.
 const POSITION: [usize; 2] = [0, 3];

@@ -1,12 +1,12 @@
 //! Scores of a single frame relative to the truth. The metrics average these values.
 
 use standoff::{Angle, Position};
+use standoff_record::{DerivedColumns, Frame, GroupRow, UavRow, ViewRow};
 
 use crate::config::ScoreConfig;
 use crate::geometry::{Geometry, at, is_in_view, off_orbit_m, pointed_sensors, position};
 use crate::matching::Matched;
 use crate::true_orbits::TrueOrbits;
-use standoff_record::{DerivedColumns, Frame, GroupRow, UavRow, ViewRow};
 
 /// Scores the frames of a run in sequence: true orbits have a state, and no target counts as in view before the first
 /// cue.

@@ -3,10 +3,10 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use standoff::{Geofence, Position};
+use standoff_record::Frame;
 
 use crate::geometry::at;
 use crate::mean::Mean;
-use standoff_record::Frame;
 
 /// Geofence statistics of all UAVs so far.
 #[derive(Debug, Clone, Default)]

@@ -8,9 +8,9 @@ use standoff::research::{
     math::{self, TAU},
 };
 use standoff::{Angle, Position, SensorParams, TargetState, Velocity};
+use standoff_record::{Frame, GroupRow, TrackRow, TruthRow, UavRow};
 
 use crate::matching::{Matched, Matching};
-use standoff_record::{Frame, GroupRow, TrackRow, TruthRow, UavRow};
 
 /// True targets and tracks of a frame, and the quantities derived from them.
 #[derive(Debug)]

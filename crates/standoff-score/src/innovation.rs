@@ -18,12 +18,12 @@ use std::collections::BTreeMap;
 use nalgebra::{Matrix2, Vector3};
 use standoff::research::{Transition, jacobian, measure};
 use standoff::{Angle, Covariance, Duration, Position, RangeBearingMeasurement, SensorParams, TargetState};
+use standoff_record::{Frame, TrackRow};
 
 use crate::config::ScoreConfig;
 use crate::geometry::at;
 use crate::matching;
 use crate::mean::Mean;
-use standoff_record::{Frame, TrackRow};
 
 /// Normalised innovations squared of a run.
 #[derive(Debug, Clone)]

@@ -34,6 +34,7 @@ mod true_orbits;
 use nalgebra::{SMatrix, SVector};
 use standoff::research::{OrbitMotion, math};
 use standoff::{Covariance, Displacement, Position};
+use standoff_record::{Frame, GroupRow};
 
 use crate::geometry::{at, centre, group_of, off_boresight_angles_rad, off_orbit_m};
 use crate::matching::{Matched, Matching};
@@ -47,7 +48,6 @@ use per_agent::{PerAgentScores, Scores};
 use per_target::{Sums, Tallies};
 use prediction_error::PredictionErrors;
 use separation::{Separations, take_least};
-use standoff_record::{Frame, GroupRow};
 use true_orbits::TrueOrbits;
 
 pub use config::{CueError, Noise, ScoreConfig};

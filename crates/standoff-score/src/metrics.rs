@@ -2,10 +2,10 @@
 
 use serde::ser::{Serialize, SerializeMap, Serializer};
 use standoff_io::display_text::{did_you_mean, nearest, quoted};
+use standoff_record::ReportedTables;
 
 use crate::mean;
 use crate::renamed;
-use standoff_record::ReportedTables;
 
 /// Worse direction of a metric.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]

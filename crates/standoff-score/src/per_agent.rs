@@ -1,9 +1,9 @@
 //! Averages the metrics of tracks and groups over the agents if each agent has its own team state.
 
+use standoff_record::Frame;
 use std::collections::BTreeMap;
 
 use crate::metrics::Metrics;
-use standoff_record::Frame;
 
 /// Scorer of one team state, frame by frame.
 pub(crate) trait Scores {

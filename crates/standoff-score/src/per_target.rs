@@ -8,12 +8,12 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use serde::Serialize;
 use standoff::SensorParams;
+use standoff_record::Frame;
 
 use crate::config::ScoreConfig;
 use crate::geometry::{is_in_view, pointed_sensors, position};
 use crate::matching::Matching;
 use crate::mean::Mean;
-use standoff_record::Frame;
 
 /// All targets that have existed, by id.
 #[derive(Debug, Clone, Default)]

@@ -10,13 +10,13 @@
 
 use standoff::research::{OrbitMotion, Transition};
 use standoff::{Duration, TargetState, Velocity};
+use standoff_record::{Frame, GroupRow, TrackRow};
 
 use crate::config::ScoreConfig;
 use crate::geometry::{at, centre, is_on_orbit, off_orbit_m};
 use crate::matching;
 use crate::mean::Mean;
 use crate::true_orbits::TrueOrbits;
-use standoff_record::{Frame, GroupRow, TrackRow};
 
 /// One-step prediction errors of a run, from `transient_s` on.
 #[derive(Debug, Clone)]

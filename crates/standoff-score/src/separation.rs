@@ -3,9 +3,9 @@
 use std::collections::BTreeSet;
 
 use standoff::{Aircraft, Position, SeparationParams, UavId};
+use standoff_record::{Frame, IntruderRow, UavRow};
 
 use crate::geometry::at;
-use standoff_record::{Frame, IntruderRow, UavRow};
 
 /// Separation statistics of all UAVs so far.
 #[derive(Debug, Clone, Default)]

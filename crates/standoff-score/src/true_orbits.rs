@@ -3,11 +3,11 @@
 
 use standoff::TargetState;
 use standoff::research::OrbitMotion;
+use standoff_record::GroupRow;
 
 use crate::config::ScoreConfig;
 use crate::geometry::on_orbit;
 use crate::matching::Matching;
-use standoff_record::GroupRow;
 
 /// True orbit of a group at a time step.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -5,13 +5,13 @@ use standoff::{
     Agent, AgentOutput, Aircraft, Angle, Avoidance, Detection, Event, EventKind, GroupId, GroupRetiredReason,
     GroupedTrack, Membership, TeamState, Time, TrackStatus as Status, UavId, UavState,
 };
-
-use crate::intruders::Intruder;
-use crate::world::Truth;
 use standoff_record::{
     AgentEventRow, AgentRow, ByAgent, DetectionRow, EventRow, Frame, GroupRow, IntruderRow, MembershipState,
     PerAgentTables, ReportedState, TeammateRow, TrackRow, TrackStatus, TruthRow, UavRow,
 };
+
+use crate::intruders::Intruder;
+use crate::world::Truth;
 
 /// Starts the frame of a time step: fills in the truth and empties all other tables.
 pub(crate) fn begin(now: Time, truth: &[Truth], frame: &mut Frame) {

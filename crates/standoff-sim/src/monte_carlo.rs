@@ -36,13 +36,13 @@ pub use merge::merge;
 pub use results::{Results, Runs, Summary};
 pub use shard::Shard;
 use standoff_io::display_text;
+use standoff_score::{MetricSelection, Metrics};
 pub use statistics::{Pooled, Statistics, pooled_root_ratio, quantile, student_t_975};
 
 use crate::run::fly_while;
 use crate::scenario::{Scenario, ScenarioTemplate};
 use journal::Journal;
 use pool::{JobControl, run_jobs};
-use standoff_score::{MetricSelection, Metrics};
 
 /// Progress of a batch.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

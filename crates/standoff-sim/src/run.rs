@@ -8,6 +8,8 @@ use standoff::{
     AgentOutput, Aircraft, Angle, AutopilotModel, Command, Detection, Duration, Message, ParamError, PointingTarget,
     Position, Scan, Time, UavId, UavState, Velocity,
 };
+use standoff_record::{Frame, ReportedTables};
+use standoff_score::{MetricSelection, Metrics, ScoreConfig, Scorer};
 
 use crate::agent_rows;
 use crate::controller::{self, Controller, ReportedState};
@@ -18,8 +20,6 @@ use crate::random::Draws;
 use crate::scenario::{Outage, Scenario, Settings};
 use crate::sensors;
 use crate::world::{Truth, World};
-use standoff_record::{Frame, ReportedTables};
-use standoff_score::{MetricSelection, Metrics, ScoreConfig, Scorer};
 
 /// A mission in progress.
 ///

@@ -1,10 +1,10 @@
 //! Sensor model: noisy detections of the targets in view, and cues of targets that appear.
 
 use standoff::{Angle, Cue, Detection, Position, SensorParams, Time, UavId, Velocity};
+use standoff_score::{CueError, Noise};
 
 use crate::random::{Draws, Stream};
 use crate::world::Truth;
-use standoff_score::{CueError, Noise};
 
 /// Adds the detections of one scan: every target in view of the sensor of UAV `uav`, which points along `boresight`.
 pub fn scan(

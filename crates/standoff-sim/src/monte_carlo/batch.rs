@@ -7,12 +7,12 @@ use std::path::Path;
 
 use serde::{Deserialize, Serialize};
 use standoff_io::display_text::{path, printable, quoted};
+use standoff_record::{MAX_NAME, MAX_VERSION, check_length};
+use standoff_score::{MetricSelection, Metrics};
 
 use super::error::{FORMAT, MonteCarloError};
 use super::shard::Shard;
 use crate::scenario::ScenarioTemplate;
-use standoff_record::{MAX_NAME, MAX_VERSION, check_length};
-use standoff_score::{MetricSelection, Metrics};
 
 /// Scores of a run: a value per metric of its batch, `None` if nothing was measured.
 pub(super) type Values = Vec<Option<f64>>;

@@ -6,12 +6,12 @@ use std::path::Path;
 use std::sync::atomic::AtomicBool;
 
 use serde::Serialize;
+use standoff_score::{MetricInfo, MetricSelection, Metrics, WorseDirection};
 
 use super::results::as_object;
 use super::statistics::{interval, mean_and_sd};
 use super::{Batch, MonteCarloError, Results, check_not_stopped, fly_seed, in_order};
 use crate::scenario::ScenarioTemplate;
-use standoff_score::{MetricInfo, MetricSelection, Metrics, WorseDirection};
 
 /// Comparison of B with A, seed by seed.
 #[derive(Debug, Clone, PartialEq, Serialize)]

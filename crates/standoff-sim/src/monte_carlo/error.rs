@@ -1,10 +1,10 @@
 //! Errors of Monte Carlo batches, with messages for users.
 
+use standoff_record::RecordError;
 use std::fmt::Display;
 use std::io;
 
 use crate::scenario::ScenarioError;
-use standoff_record::RecordError;
 
 /// Format of the journals and results that this version writes and reads.
 pub(super) const FORMAT: u64 = 2;

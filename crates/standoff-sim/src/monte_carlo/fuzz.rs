@@ -1,5 +1,6 @@
 //! Fuzz targets (`bolero`) for the journal and the results of a batch. See [`crate::fuzz_harness`].
 
+use standoff_score::MetricSelection;
 use std::fs;
 use std::sync::atomic::AtomicBool;
 
@@ -9,7 +10,6 @@ use super::journal::tests::{read_journal, sealed};
 use super::{Batch, Results, results};
 use crate::fuzz_harness::{JSON, put, refused, run};
 use crate::scenario::{Overrides, ScenarioTemplate};
-use standoff_score::MetricSelection;
 
 fn batch() -> Batch {
     let template = ScenarioTemplate::load("tour/01-one-uav", &Overrides::default()).unwrap();

@@ -20,10 +20,10 @@ use std::time::{Duration, Instant};
 
 use standoff_io::atomic_file;
 use standoff_io::display_text::{self, printable};
+use standoff_record::RecordError;
 
 use super::batch::{Batch, Values};
 use super::error::{FORMAT, MonteCarloError};
-use standoff_record::RecordError;
 
 /// Name of the file.
 const JOURNAL: &str = "monte-carlo.journal";

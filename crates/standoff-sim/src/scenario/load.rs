@@ -8,11 +8,11 @@ use std::sync::Arc;
 use serde::Deserialize;
 use standoff_io::bounded_input;
 use standoff_io::display_text::{did_you_mean, escaped, printable, quoted};
+use standoff_record::SCENARIO_MAX;
 use toml::de::{DeTable, DeValue, ValueDeserializer};
 use toml::{Spanned, Table, Value};
 
 use super::builtin::{BUILT_IN, built_in, built_in_like};
-use standoff_record::SCENARIO_MAX;
 
 use super::error::{Excerpt, Problem, ScenarioError};
 use super::locate::{Map, line_around, position_of};

@@ -5,13 +5,13 @@ use std::collections::BTreeMap;
 use standoff::research::math;
 use standoff_io::display_text::quoted;
 use standoff_io::geodesy::FURTHEST_M;
+use standoff_io::geodesy::{Origin, Unit};
 
 use super::limits::{MAX_AT_ONCE, MAX_SAMPLES, MAX_SPEED_M_S, MAX_VEHICLES};
 use super::unit_detection;
 use super::validate::{self, seconds};
 use super::vehicle::{Sample, Vehicle};
 use super::{Options, Traffic};
-use standoff_io::geodesy::{Origin, Unit};
 
 /// The samples read so far, in the file's own coordinates.
 #[derive(Default)]

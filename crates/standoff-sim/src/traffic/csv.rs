@@ -7,6 +7,7 @@ mod table;
 use std::io::Read;
 
 use standoff_io::display_text::{printable, quoted};
+use standoff_io::geodesy::Unit;
 use standoff_io::text_source::{Fault, Lines};
 
 use super::build::Builder;
@@ -14,7 +15,6 @@ use super::model::{COORDINATES_HELP, Coordinates, Options, Traffic};
 use super::validate::{self, Quantity};
 use super::vehicle::Sample;
 use clock::{Clock, Numbers};
-use standoff_io::geodesy::Unit;
 use table::Table;
 
 const TIME: &[&str] = &[

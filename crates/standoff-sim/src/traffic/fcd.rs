@@ -7,6 +7,7 @@ use std::ops::RangeInclusive;
 
 use quick_xml::events::BytesStart;
 use standoff_io::display_text::{nearest, quoted};
+use standoff_io::geodesy::Unit;
 use standoff_io::text_source::xml::{Elements, Found, attributes, walk};
 use standoff_io::text_source::{Fault, Lines, Position};
 
@@ -14,7 +15,6 @@ use super::build::Builder;
 use super::model::{COORDINATES_HELP, Coordinates, Options, Traffic};
 use super::validate::{self, ANGLE, Quantity, SPEED};
 use super::vehicle::Sample;
-use standoff_io::geodesy::Unit;
 
 /// Part of SUMO's header comment for a file in degrees.
 const GEO_OPTION: &str = "fcd-output.geo value=\"true\"";

@@ -1,11 +1,11 @@
 //! Distinguishes metres from degrees by the motion of the vehicles.
 
 use standoff::research::math;
+use standoff_io::geodesy::Unit;
 use std::ops::RangeInclusive;
 
 use super::validate::{axes, seconds};
 use super::vehicle::Sample;
-use standoff_io::geodesy::Unit;
 
 use super::Coordinates;
 
