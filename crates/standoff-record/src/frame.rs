@@ -273,23 +273,23 @@ rows! {
         /// Distance r from the UAV to the estimated group centre, m.
         #[on(page)] pub centre_distance_m: Option<f64>,
         /// Phase on the orbit: direction from the estimated group centre to the UAV, rad.
-        pub phase_rad: Option<f64>,
+        #[on(page)] pub phase_rad: Option<f64>,
         /// Radius steered for after active measure 2 (22), m.
-        pub steered_radius_m: Option<f64>,
+        #[on(page)] pub steered_radius_m: Option<f64>,
         /// Desired heading (23), rad.
-        pub desired_heading_rad: Option<f64>,
+        #[on(page)] pub desired_heading_rad: Option<f64>,
         /// Feedforward turn rate (25), rad/s.
-        pub feedforward_rad_s: Option<f64>,
+        #[on(page)] pub feedforward_rad_s: Option<f64>,
         /// Threshold of Lemma 3.1, m2/s; negative: convergence is not guaranteed.
         pub convergence_threshold_m2_s: Option<f64>,
         /// True if the group's centre is too fast for the desired field (29).
         pub centre_too_fast: bool,
         /// Commanded altitude above the plane, m.
-        pub commanded_altitude_m: Option<f64>,
+        #[on(page)] pub commanded_altitude_m: Option<f64>,
         /// Altitude, m; null if altitudes are not simulated.
-        pub altitude_m: Option<f64>,
+        #[on(page)] pub altitude_m: Option<f64>,
         /// Rate of climb, m/s, positive upward; null like `altitude_m`.
-        pub climb_rate_m_s: Option<f64>,
+        #[on(page)] pub climb_rate_m_s: Option<f64>,
         /// UAV that it avoids by deviating from its orbit command.
         #[on(page)] pub avoided_uav: Option<u32>,
         /// Predicted distance to the avoided aircraft without the deviation, m.
@@ -314,7 +314,7 @@ rows! {
         /// Speed, m/s.
         #[on(page)] pub speed_m_s: f64,
         /// Altitude above the plane, m; null if altitudes are not simulated.
-        pub altitude_m: Option<f64>,
+        #[on(page)] pub altitude_m: Option<f64>,
         /// True if it broadcast its position in this time step.
         #[on(page)] pub transponder_on: bool,
     }
@@ -384,17 +384,17 @@ rows! {
         /// Standoff distance r_d: (15) clamped to its bounds, m.
         #[on(page)] pub standoff_distance_m: f64,
         /// Rate of r_d, m/s.
-        pub standoff_rate_m_s: f64,
+        #[on(page)] pub standoff_rate_m_s: f64,
         /// Minimum radius that UAVs can fly around this centre (27 and the limit for moving centres), m; null: the
         /// centre is as fast as the UAVs.
-        pub turn_limit_m: Option<f64>,
+        #[on(page)] pub turn_limit_m: Option<f64>,
         /// True if some orbit satisfies every constraint.
         #[on(page)] pub feasible: bool,
         /// Threshold of Lemma 3.1 at nominal speed for the UAV of the group that follows best, m2/s; the removal cause
         /// `diverging` uses it. Null: no UAV, or a centre too fast.
         pub convergence_threshold_m2_s: Option<f64>,
         /// Altitude of the orbit above the plane, m.
-        pub altitude_m: f64,
+        #[on(page)] pub altitude_m: f64,
         /// Minimum distance between two of its UAVs, m.
         #[on(page)] pub nearest_groupmate_m: Option<f64>,
         /// Id of the group that all agents use, from creation time and creator, below 2^63. Two team states may number
