@@ -41,7 +41,9 @@ for (const theme of THEMES) {
     await axe(page, `cards, ${theme}`);
     await page.getByRole("button", { name: "Legend" }).click();
     await axe(page, `legend, ${theme}`);
-    await page.locator(".tools summary").click();
+    await page.locator("#save-menu").click();
+    await axe(page, `images, ${theme}`);
+    await page.locator("#layer-menu").click();
     await page.getByRole("button", { name: "Help" }).click();
     await axe(page, `help and layers, ${theme}`);
   });
@@ -191,7 +193,7 @@ inReport("the keyboard reaches every control, the focus is visible, and the focu
     }
   };
   const names = (await walk()).map((at) => at.id);
-  for (const id of ["help-button", "theme", "map", "zoom-in", "zoom-out", "last-view", "fit", "ruler", "map-legend-button", "follow", "highlighted-group", "find", "summary", "map-png", "map-svg", "tab-charts", "panel-selection", "png", "csv",
+  for (const id of ["help-button", "theme", "map", "zoom-in", "zoom-out", "last-view", "fit", "ruler", "map-legend-button", "follow", "highlighted-group", "find", "view-3d", "layer-menu", "save-menu", "tab-charts", "panel-selection", "charts-png", "charts-svg", "csv",
     "curve-uavs-0",
     "play", "step-back", "step-forward", "time", "speed"]) assert.ok(names.includes(id), `${id} is among ${names}`);
   assert.ok(!names.includes("tab-state"), "the tab list is one tab stop");

@@ -17,7 +17,7 @@ async function drawn(page) {
 
 /** The checkbox of the layer of the background map. */
 async function layer(page) {
-  if (!(await page.locator("#layers").isVisible())) await page.locator("summary", { hasText: "Layers" }).click();
+  if (!(await page.locator("#layers").isVisible())) await page.locator("#layer-menu").click();
   return page.getByLabel("Roads and buildings");
 }
 
@@ -121,7 +121,7 @@ inReport("the background map follows the camera and the zoom in both themes", { 
 });
 
 inReport("a run without a background map has no layer for it", {}, async (page) => {
-  await page.locator("summary", { hasText: "Layers" }).click();
+  await page.locator("#layer-menu").click();
   assert.equal(await page.getByLabel("Roads and buildings").count(), 0);
   assert.equal(await page.locator("#map").getAttribute("data-basemap"), null);
 });

@@ -31,7 +31,8 @@ export function browser() {
   launched ??= chromium.launch({
     executablePath: CHROMIUM,
     chromiumSandbox: process.getuid() !== 0,
-    args: ["--disable-gpu", "--disable-background-networking", "--host-resolver-rules=MAP * ~NOTFOUND, EXCLUDE 127.0.0.1"],
+    // WebGL without a graphics card.
+    args: ["--disable-gpu", "--enable-unsafe-swiftshader", "--disable-background-networking", "--host-resolver-rules=MAP * ~NOTFOUND, EXCLUDE 127.0.0.1"],
   });
   return launched;
 }

@@ -338,6 +338,54 @@ inReport("the saved CSV file equals the record at every time step", { flight: "l
   }
 });
 
+inReport("a quantity of the record can be added as a chart, is part of the link and of the CSV file, and can be removed", {}, async (page) => {
+  const record = recordOf("figure-9");
+  await page.getByRole("button", { name: "Panels" }).click();
+  await page.getByLabel("Add a chart").selectOption("uavs.commanded_altitude_m");
+  await page.getByLabel("Add a chart").selectOption("groups.spread_m");
+  await page.keyboard.press("Escape");
+  await page.waitForFunction(() => document.querySelector('[data-panel="groups.spread_m"] .plot')?.data);
+  const added = (await drawn(page)).filter(({ panel }) => panel.includes("."));
+  assert.equal(added.length, record.ids("uavs").length + record.ids("groups").length);
+  for (const { panel, of, id, column, x, y } of added) {
+    assert.equal(panel, `${of}.${column}`);
+    const from = record.times_s.indexOf(x[0]);
+    same(y, record.tables[of][id][column].slice(from, from + x.length), `${of} ${id}`);
+  }
+  assert.equal(await page.getByRole("heading", { level: 2, name: "Groups: spread (m)" }).count(), 1);
+  const [csv] = await Promise.all([page.waitForEvent("download"), page.getByRole("button", { name: "Save CSV" }).click()]);
+  const [heads] = readFileSync(await csv.path(), "utf8").split("\n");
+  assert.ok(heads.split(",").includes("group_0_spread_m"), heads);
+  await page.getByRole("button", { name: "Copy link" }).click();
+  await page.waitForFunction(() => location.hash.includes("charts="));
+  assert.match(decodeURIComponent(await page.evaluate(() => location.hash)), /charts=in_custody,.*,scan_sd,uavs\.commanded_altitude_m,groups\.spread_m/);
+  await page.evaluate(() => (location.hash = "#charts=speed,uavs.altitude_m"));
+  await page.waitForFunction(() => document.querySelectorAll(".panel:not([hidden])").length === 2);
+  await page.getByRole("button", { name: "Panels" }).click();
+  await page.getByRole("checkbox", { name: "UAVs: altitude" }).uncheck();
+  assert.equal(await page.locator('[data-panel="uavs.altitude_m"]').count(), 0);
+  await page.keyboard.press("Escape");
+  await page.evaluate(() => (location.hash = "#charts=speed,uavs.nothing_m"));
+  await page.waitForFunction(() => /charts=uavs\.nothing_m, which is no chart/.test(document.getElementById("event-summary").textContent));
+});
+
+inReport("the charts can be saved as SVG with their legend", {}, async (page) => {
+  const [download] = await Promise.all([page.waitForEvent("download"), page.getByRole("button", { name: "Save SVG" }).click()]);
+  assert.equal(download.suggestedFilename(), "paper-figure-9-1.svg");
+  const text = readFileSync(await download.path(), "utf8");
+  const { error, texts, links } = await page.evaluate((text) => {
+    const file = new DOMParser().parseFromString(text, "image/svg+xml");
+    const all = [...file.documentElement.querySelectorAll("*")];
+    return {
+      error: file.querySelector("parsererror")?.textContent ?? "", texts: all.filter(({ tagName }) => tagName === "text").map((one) => one.textContent),
+      links: all.flatMap((one) => [...one.attributes]).filter(({ name }) => /href|^on/.test(name)).length,
+    };
+  }, text);
+  assert.equal(error, "");
+  assert.equal(links, 0, "the file refers to nothing");
+  for (const expected of ["paper/figure-9, seed 1", "UAV 0", "group 1", "Position error (m)", "Time (s)"]) assert.ok(texts.includes(expected), `${expected} is among ${texts}`);
+});
+
 inReport("the charts can be saved as a PNG with a legend", {}, async (page) => {
   const saved = async () => {
     const [download] = await Promise.all([page.waitForEvent("download"), page.getByRole("button", { name: "Save PNG" }).click()]);

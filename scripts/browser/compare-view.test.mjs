@@ -83,6 +83,42 @@ test("two runs are shown at the same time, the side panel shows one of them, and
   assert.equal(await view.end(), 0);
 });
 
+test("charts show the curves of both runs and their differences, or those of one run", limits, async () => {
+  for (const [out, duration_s, seed] of [["pair-a", 40, 1], ["pair-b", 25, 2]]) {
+    execFileSync(STANDOFF, ["run", "tour/02-two-uavs", "--seed", seed, "--set", `duration_s=${duration_s}`, "--out", out], { cwd: results, stdio: "ignore" });
+  }
+  const view = await serving("view", "pair-a", "pair-b");
+  const { page, complaints, close } = await openServed(view.address);
+  await page.waitForSelector('[data-ready="charts"]');
+  const traces = () => page.evaluate(() => [...document.querySelectorAll('[data-panel="standoff_error"] .plot')].flatMap(({ data }) =>
+    data.map(({ name, yaxis, x, y, line }) => ({ name, yaxis, x: [...x], y: [...y], colour: line.color }))));
+  const both = await traces();
+  assert.deepEqual(both.map(({ name }) => name), ["A UAV 0", "A UAV 1", "B UAV 0", "B UAV 1", "B \u2212 A UAV 0", "B \u2212 A UAV 1"]);
+  const named = Object.fromEntries(both.map((trace) => [trace.name, trace]));
+  for (const id of [0, 1]) {
+    const [a, b, difference] = [`A UAV ${id}`, `B UAV ${id}`, `B \u2212 A UAV ${id}`].map((name) => named[name]);
+    assert.equal(difference.yaxis, "y2");
+    assert.ok(a.x.at(-1) === 40 && b.x.at(-1) === 25 && difference.x.at(-1) === 25, "the difference ends with the shorter run");
+    let count = 0;
+    difference.x.forEach((time_s, k) => {
+      const [y, z] = [a.y[a.x.indexOf(time_s)], b.y[b.x.indexOf(time_s)]];
+      if (difference.y[k] === null) return;
+      count += 1;
+      assert.ok(Math.abs(z - y - difference.y[k]) < 1e-4, `${time_s} s: ${z} - ${y} is not ${difference.y[k]}`);
+    });
+    assert.ok(count > 40, `${count} differences`);
+  }
+  assert.equal(new Set(both.map(({ colour }) => colour)).size, 3, "the runs and the differences have a colour each");
+  await page.getByLabel("A and B").uncheck();
+  await page.waitForFunction(() => document.querySelector('[data-panel="standoff_error"] .plot').data.length === 2);
+  assert.deepEqual((await traces()).map(({ name, yaxis }) => [name, yaxis]), [["UAV 0", "y"], ["UAV 1", "y"]]);
+  await page.getByRole("button", { name: /^B:/ }).click();
+  await page.waitForFunction(() => document.querySelector('[data-panel="standoff_error"] .plot').data[0].x.at(-1) === 25);
+  assert.deepEqual(complaints, []);
+  await close();
+  assert.equal(await view.end(), 0);
+});
+
 test("the name of the shorter run shows when it ended, while the other run continues", limits, async () => {
   for (const [out, duration_s] of [["short", 10], ["long", 30]]) {
     execFileSync(STANDOFF, ["run", "tour/01-one-uav", "--set", `duration_s=${duration_s}`, "--out", out], { cwd: results, stdio: "ignore" });

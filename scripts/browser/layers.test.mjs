@@ -10,7 +10,7 @@ const drawn = async (page) => {
   return (await page.locator("#map").getAttribute("data-layers")).split(" ");
 };
 const preset = (page) => page.getByLabel("Preset");
-const openList = (page) => page.locator("summary", { hasText: "Layers" }).click();
+const openList = (page) => page.locator("#layer-menu").click();
 
 inReport("with 650 vehicles, \"Automatic\" hides layers and names until the map is zoomed in", { flight: "crowd-650" }, async (page) => {
   await recordTexts(page);

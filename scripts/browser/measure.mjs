@@ -56,9 +56,9 @@ async function playing(flight, seconds, viewport) {
   const { context, page } = await emptyPage({ viewport });
   await page.addInitScript(watch);
   await open(page, flight);
-  await page.locator("summary").click();
+  await page.locator("#layer-menu").click();
   await page.getByLabel("Preset").selectOption("everything");
-  await page.locator("summary").click();
+  await page.locator("#layer-menu").click();
   await page.getByLabel("Speed").selectOption("4");
   await page.getByRole("button", { name: "Play", exact: true }).click();
   const { pageFrames, frames, drawing } = await page.evaluate(async (ms) => {

@@ -118,10 +118,11 @@ inReport("names in a CSV file are not formulas", { flight: "hostile" }, async (p
 
 inReport("the map can be saved as PNG with scale, time and the name of the run", { deviceScaleFactor: 2 }, async (page) => {
   await goTo(page, 40);
-  await page.locator("summary").click();
+  await page.locator("#layer-menu").click();
   await page.getByLabel("Grid and scale").uncheck();
   await recordTexts(page);
-  const { name, contents } = await download(page, "Save the map as PNG");
+  await page.locator("#save-menu").click();
+  const { name, contents } = await download(page, "Image (PNG)");
   assert.equal(name, "paper-figure-9-seed-1-map-40.0-s.png");
   assert.equal(contents.toString("latin1", 1, 4), "PNG");
   const canvas = await page.locator("#map").evaluate(({ width, height }) => [width, height]);
@@ -136,7 +137,8 @@ inReport("the map can be saved as PNG with scale, time and the name of the run",
 for (const flight of ["figure-9", "city", "hostile", "intruders", "agents"]) {
   inReport(`the map can be saved as SVG with its legend: ${flight}`, { flight }, async (page) => {
     await goTo(page, 15);
-    const { name, contents } = await download(page, "Save the map as SVG");
+    await page.locator("#save-menu").click();
+    const { name, contents } = await download(page, "Vector graphic (SVG)");
     assert.match(name, /-map-15\.0-s\.svg$/);
     const text = contents.toString();
     assert.doesNotMatch(text, /NaN|undefined|Infinity/);
@@ -156,3 +158,44 @@ for (const flight of ["figure-9", "city", "hostile", "intruders", "agents"]) {
     for (const expected of ["15.0 s", "N", "UAV 0", "UAV, nose along its heading"]) assert.ok(texts.includes(expected), `${expected} is among ${texts}`);
   });
 }
+
+inReport("a video of the map covers the time range of the charts", {}, async (page) => {
+  await goTo(page, 40);
+  await page.getByLabel("Speed").selectOption("32");
+  await page.locator("#save-menu").click();
+  const button = page.locator("#map-video");
+  const [file] = await Promise.all([page.waitForEvent("download"), (async () => {
+    await button.click();
+    assert.equal(await button.textContent(), "Stop video");
+  })()]);
+  assert.equal(file.suggestedFilename(), "paper-figure-9-seed-1-map-40.0-s.webm");
+  assert.equal(await button.textContent(), "Video (WebM)");
+  assert.equal(await page.getByRole("button", { name: "Play", exact: true }).count(), 1, "the run is paused at its end");
+  const bytes = readFileSync(await file.path());
+  assert.equal(bytes.readUInt32BE(0), 0x1a45dfa3, "the file begins as WebM files do");
+  // The browser plays it: its size is that of the map with the caption, and its pictures differ.
+  // A report may not play it.
+  const player = await page.context().newPage();
+  const { width, height, pictures } = await player.evaluate(async (base64) => {
+    const video = document.createElement("video");
+    video.muted = true;
+    video.src = URL.createObjectURL(new Blob([Uint8Array.from(atob(base64), (letter) => letter.charCodeAt(0))], { type: "video/webm" }));
+    const canvas = document.createElement("canvas");
+    const pictures = new Set();
+    const ended = new Promise((resolve, reject) => {
+      video.addEventListener("ended", resolve);
+      video.addEventListener("error", () => reject(new Error(video.error.message)));
+    });
+    video.addEventListener("timeupdate", () => {
+      [canvas.width, canvas.height] = [video.videoWidth, video.videoHeight];
+      canvas.getContext("2d").drawImage(video, 0, 0);
+      pictures.add(canvas.toDataURL());
+    });
+    await video.play();
+    await ended;
+    return { width: video.videoWidth, height: video.videoHeight, pictures: pictures.size };
+  }, bytes.toString("base64"));
+  const map = await page.locator("#map").evaluate(({ clientWidth, clientHeight }) => [clientWidth, clientHeight]);
+  assert.ok(Math.abs(width - map[0]) <= 2 && height > map[1] + 20, `${width} x ${height}, the map has ${map}`);
+  assert.ok(pictures > 3, `${pictures} pictures`);
+});

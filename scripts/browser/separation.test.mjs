@@ -48,7 +48,7 @@ inReport("a UAV that avoids another UAV has a dashed line to it and an entry in 
   await painted(page);
   const drawn = await alarmFraction(page, ...positions);
   assert.ok(drawn > 0.4 && drawn < 0.95, `a dashed line: ${drawn} of it is drawn`);
-  await page.locator("summary").click();
+  await page.locator("#layer-menu").click();
   await page.getByRole("checkbox", { name: "Collision avoidance" }).uncheck();
   await painted(page);
   assert.ok((await alarmFraction(page, ...positions)) < drawn / 3);
@@ -123,7 +123,7 @@ inReport("intruders have names on the map, and a table shows their motion and th
   await goTo(page, 45);
   const labels = (await texts(page)).map(({ text }) => text);
   assert.ok(labels.includes("intruder 0") && labels.includes("intruder 1, transponder off"), `${labels}`);
-  await page.locator("summary").click();
+  await page.locator("#layer-menu").click();
   await page.getByRole("checkbox", { name: "Intruders" }).uncheck();
   assert.ok(!(await texts(page)).some(({ text }) => text.startsWith("intruder")));
 });

@@ -43,7 +43,7 @@ async function numbered(page) {
   await page.fill("#find", "UAV 0");
   await page.press("#find", "Enter");
   await page.click("#fit");
-  await page.click("summary");
+  await page.locator("#layer-menu").click();
   await page.waitForTimeout(500);
   const map = await page.locator("#map").boundingBox();
   const labels = await page.evaluate(() => window.texts.map);

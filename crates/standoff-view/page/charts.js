@@ -18,8 +18,7 @@ class Charts {
     this.cursor = element("cursor");
     this.panels = [TARGET_PANEL, ...PANELS].map((spec) => new Panel(spec));
     element("panels").append(...this.panels.map((panel) => panel.section));
-    /** Keys of the hidden panels. */
-    this.hidden = new Set();
+    this.menu = new PanelMenu(this);
     /** Ids of the selected curves; an empty set selects all. */
     this.only = { uavs: new Set(), groups: new Set() };
     /** The time range shown; `null` for the whole run. */
@@ -32,9 +31,17 @@ class Charts {
     this.round = 0;
     this.legend = new Legend(this);
     this.hover = new Hover(this);
-    this.drag();
-    this.menu();
-    element("png").addEventListener("click", () => savePng(this));
+    connectPointer(this);
+    /** Whether the charts show both runs of a pair. */
+    this.isPaired = page.runs.length > 1;
+    const both = element("both-runs");
+    both.parentElement.hidden = !this.isPaired;
+    both.addEventListener("change", () => {
+      this.isPaired = both.checked;
+      this.draw();
+    });
+    element("charts-png").addEventListener("click", () => saveChartImage(this, "png"));
+    element("charts-svg").addEventListener("click", () => saveChartImage(this, "svg"));
     element("csv").addEventListener("click", () => saveCsv(this));
     element("whole-run").addEventListener("click", () => this.zoom(null));
     for (const run of page.runs) run.selection.on(() => objectKey(page.selection.object) !== this.object && this.renew());
@@ -47,22 +54,37 @@ class Charts {
 
   /** The visible panels. */
   get shown() {
-    return this.panels.filter(({ spec }) => (spec === TARGET_PANEL ? this.target : !this.hidden.has(spec.key)));
+    return this.panels.filter(({ spec }) => (spec === TARGET_PANEL ? this.target : !this.menu.hidden.has(spec.key)));
+  }
+
+  /** The runs whose curves are shown. */
+  get runs() {
+    return this.isPaired ? this.page.runs : [this.page.run];
+  }
+
+  /** Ids of the objects of the shown runs that can have curves. */
+  idsOf(table) {
+    return [...new Set(this.runs.flatMap(({ replayData }) => replayData.ids[table]))].sort((a, b) => a - b);
   }
 
   get shown_s() {
-    const { times_s, end_s } = this.replayData;
-    return this.range_s ?? [times_s[0] ?? 0, Math.max(end_s, (times_s[0] ?? 0) + 1)];
+    const firsts_s = this.runs.map(({ replayData }) => replayData.times_s[0] ?? 0);
+    const first_s = Math.min(...firsts_s);
+    return this.range_s ?? [first_s, Math.max(first_s + 1, ...this.runs.map(({ replayData }) => replayData.end_s))];
   }
 
   /** The curves of a panel: object, name, style, values. */
-  *curvesOf(spec) {
-    const { replayData, target } = this;
+  curvesOf(spec) {
     if (spec === TARGET_PANEL) {
-      const { times_s, error_m, id } = target;
-      yield { of: "targets", id, name: "", note: "error", column: "position_error_m", colour: palette().ink, dash: "solid", factor: 1, times_s, values: error_m };
-      return;
+      const { times_s, error_m, id } = this.target;
+      return [{ of: "targets", id, name: "", note: "error", column: "position_error_m", colour: palette().ink, dash: "solid", factor: 1, times_s, values: error_m }];
     }
+    const curves = this.runs.map(({ replayData }) => [...this.curvesOfRun(spec, replayData)]);
+    return curves.length > 1 ? pairedCurves(curves) : curves[0];
+  }
+
+  /** The curves of a panel from one run. */
+  *curvesOfRun(spec, replayData) {
     for (const { of, column, note, dash, ink } of spec.curves) {
       for (const id of of === "run" ? [0] : replayData.ids[of]) {
         const values = replayData.series(of, column, id);
@@ -91,7 +113,7 @@ class Charts {
       const ahead = some && isFront(curve);
       const width = ahead ? 2.6 : some ? 1 : many ? 1.1 : 1.5;
       const opacity = curve.of === "run" || ahead ? 1 : some ? 0.3 : many ? 0.75 : 1;
-      const style = [curve.of, curve.colour, curve.dash, ahead].join();
+      const style = [curve.of, curve.run, curve.colour, curve.dash, ahead].join();
       const before = last.get(style);
       if (before && before.x.at(-1) < points.x[0]) {
         // Consecutive groups of the same colour share one trace with gaps.
@@ -101,7 +123,7 @@ class Charts {
         continue;
       }
       const trace = {
-        ...points, name: curve.name || curve.note, meta: [{ of: curve.of, id: curve.id, column: curve.column }],
+        ...points, name: [curve.run, curve.name || curve.note].filter(Boolean).join(" "), yaxis: curve.isDifference ? "y2" : "y", meta: [{ of: curve.of, id: curve.id, column: curve.column }],
         type: "scatter", mode: "lines", opacity, connectgaps: false, line: { color: curve.colour, width, dash: curve.dash }, ahead,
       };
       last.set(style, trace);
@@ -127,16 +149,19 @@ class Charts {
     return [...bands("coasting", faded(none, 0.35)), ...bands("out of view", faded(alarm, 0.35)), ...shapes];
   }
 
-  layout({ spec, traces }) {
+  layout({ spec, traces, curves }) {
     const { grid } = palette();
     const levels = spec.levels?.(this.replayData.head.limits).map((level) => level * spec.factor) ?? [];
-    const most = traces.flatMap(({ y }) => y).reduce((a, b) => Math.max(a, b), Math.max(0, ...levels));
+    const most = traces.flatMap(({ y, yaxis }) => (yaxis === "y" ? y : [])).reduce((a, b) => Math.max(a, b), Math.max(0, ...levels));
     const scale = spec.fromZero ? { range: [0, 1.06 * most || 1] } : {};
+    const { height, axes, annotations } = axesOf(curves);
+    const look = { gridcolor: grid, zeroline: false, nticks: 5, ticklabeloverflow: "allow" };
+    const vertical = Object.fromEntries(Object.entries(axes).map(([name, own]) => [name, { ...look, ...(name === "yaxis" ? scale : {}), ...own }]));
     return {
-      width: this.width, height: PLOT_HEIGHT, margin: { l: PLOT_LEFT, r: PLOT_RIGHT, t: PLOT_TOP, b: PLOT_BOTTOM }, ...plotLook(),
-      showlegend: false, hovermode: false, dragmode: false, shapes: this.shapes(spec),
+      width: this.width, height, margin: { l: PLOT_LEFT, r: PLOT_RIGHT, t: PLOT_TOP, b: PLOT_BOTTOM }, ...plotLook(),
+      showlegend: false, hovermode: false, dragmode: false, shapes: this.shapes(spec), annotations,
       xaxis: { range: this.shown_s, gridcolor: grid, zeroline: false, showticklabels: false, tickvals: this.ticks() },
-      yaxis: { gridcolor: grid, zeroline: false, nticks: 5, ticklabeloverflow: "allow", ...scale },
+      ...vertical,
     };
   }
 
@@ -182,11 +207,12 @@ class Charts {
   fill(panel) {
     const { spec } = panel;
     const { ink, alarm, none } = palette();
-    panel.curves = [...this.curvesOf(spec)].filter((curve) => this.isShown(curve));
+    panel.curves = this.curvesOf(spec).filter((curve) => this.isShown(curve));
     panel.traces = this.traces(panel);
     const isDrawn = ({ column, note }) => note && panel.curves.some((curve) => curve.column === column);
     const notes = spec.curves.filter(isDrawn).map(({ dash, note, ink: own }) => [own ? palette()[own] : ink, dash, note]);
     if (spec.level) notes.push([alarm, "dash", spec.level]);
+    if (this.isPaired && spec !== TARGET_PANEL) notes.unshift(...palette().runs.map((colour, k) => [colour, "solid", "AB"[k]]));
     panel.name = spec.title;
     if (spec === TARGET_PANEL) {
       const { share, id } = this.target;
@@ -245,7 +271,8 @@ class Charts {
 
   /** Shows a time range; `null` shows the whole run. */
   zoom(range_s) {
-    const [first, last] = [this.replayData.times_s[0], this.replayData.end_s];
+    this.range_s = null;
+    const [first, last] = this.shown_s;
     this.range_s = range_s && (range_s[0] > first || range_s[1] < last) ? this.atLeast(range_s) : null;
     this.hover.hide();
     this.draw();
@@ -298,103 +325,6 @@ class Charts {
     unit.className = "unit";
     unit.append("s");
     element("time-axis").replaceChildren(...labels, unit);
-  }
-
-  /** Connects the pointer: a click goes to a time, dragging zooms in, a double click shows the whole run. */
-  drag() {
-    const container = element("panels");
-    const span = element("span");
-    let from = null;
-    let dragged = false;
-    let before_s = 0;
-    const end = () => {
-      from = null;
-      span.hidden = true;
-    };
-    container.addEventListener("pointerdown", (pointer) => {
-      if (pointer.button !== 0 || !pointer.target.closest(".plot")) return;
-      dragged = false;
-      from = { clientX: pointer.clientX, pointerId: pointer.pointerId };
-    });
-    container.addEventListener("pointermove", (pointer) => {
-      // The button was released outside the window.
-      if (from && !(pointer.buttons & 1)) end();
-      if (from && Math.abs(pointer.clientX - from.clientX) >= CLICK_PX && !dragged) {
-        dragged = true;
-        container.setPointerCapture(from.pointerId);
-      }
-      if (from && dragged) {
-        this.hover.hide();
-        const [a, b] = [from.clientX, pointer.clientX].map((x) => this.pxOf(this.timeAt(x, true))).sort((a, b) => a - b);
-        span.hidden = false;
-        span.style.left = `${a}px`;
-        span.style.width = `${b - a}px`;
-      } else {
-        const section = pointer.target.closest(".plot")?.parentElement;
-        this.hover.show(this.panels.find((panel) => panel.section === section), pointer.clientX, pointer.clientY);
-      }
-    });
-    container.addEventListener("pointerup", (pointer) => {
-      if (from && dragged) {
-        const range_s = [from.clientX, pointer.clientX].map((x) => this.timeAt(x, true)).sort((a, b) => a - b);
-        if (Math.abs(pointer.clientX - from.clientX) >= CLICK_PX) this.zoom(range_s);
-      }
-      end();
-    });
-    container.addEventListener("pointercancel", end);
-    container.addEventListener("pointerleave", () => this.hover.hide());
-    element("charts").parentElement.addEventListener("scroll", () => this.hover.hide());
-    container.addEventListener("click", (click) => {
-      const time_s = this.timeAt(click.clientX);
-      if (dragged || time_s === null || !click.target.closest(".plot")) return;
-      if (click.detail < 2) {
-        before_s = this.clock.time_s;
-        this.clock.seek(time_s);
-      }
-    });
-    container.addEventListener("dblclick", () => {
-      if (!this.range_s || dragged) return;
-      // The first click of the double click has changed the time: restore it.
-      this.clock.seek(before_s);
-      this.zoom(null);
-    });
-  }
-
-  /** Creates the list of panels with their descriptions; it is filled while it is open. */
-  menu() {
-    const row = (spec) => {
-      const box = document.createElement("input");
-      box.type = "checkbox";
-      box.checked = !this.hidden.has(spec.key);
-      box.name = `panel-${spec.key}`;
-      box.addEventListener("change", () => {
-        if (box.checked) this.hidden.delete(spec.key);
-        else this.hidden.add(spec.key);
-        this.draw();
-      });
-      const label = document.createElement("label");
-      label.append(box, ` ${spec.title}`);
-      const about = document.createElement("p");
-      about.append(spec.about);
-      return [label, about];
-    };
-    const list = element("panel-list");
-    // This listener runs before those of the page.
-    document.addEventListener("keydown", (key) => {
-      if (key.key !== "Escape" || !list.matches(":popover-open")) return;
-      key.stopPropagation();
-      list.hidePopover();
-    }, true);
-    list.addEventListener("beforetoggle", (toggle) => {
-      const hint = document.createElement("p");
-      hint.append("Click in a chart to go to that time; drag to zoom in on a time range; double-click to show the whole run.");
-      list.replaceChildren(...(toggle.newState === "open" ? [hint, ...PANELS.flatMap(row)] : []));
-      const high = innerHeight / pageZoom();
-      const top = Math.min(element("panel-selection").getBoundingClientRect().bottom / pageZoom() + 4, high / 2);
-      list.style.top = `${top}px`;
-      list.style.right = "8px";
-      list.style.maxHeight = `${high - top - 12}px`;
-    });
   }
 }
 

@@ -83,6 +83,7 @@ function connect(page) {
     element("ruler-result").textContent = on ? "drag on the map to measure" : "";
     page.renew();
   };
+  pressed("view-3d", () => page.show3d(!page.is3d));
   pressed("last-view", () => page.viewHistory.back());
   pressed("ruler", () => rule(!page.map.ruler));
   const zoom = (factor) => {
@@ -96,6 +97,8 @@ function connect(page) {
   pressed("zoom-out", () => zoom(1 / 1.4));
   pressed("map-png", () => saveMapImage(page));
   pressed("map-svg", () => saveMapSvg(page));
+  page.video = new MapVideo(page);
+  connectMenus();
   connectFind(page);
   connectFilter(page);
   const agent = element("agent");
@@ -126,6 +129,7 @@ function connect(page) {
       const next = objects[objects.indexOf(follow.selectedOptions[0]) + 1];
       page.selection.follow(next ? parseObjectKey(next.value) : WHOLE_RUN);
     },
+    d: () => page.show3d(!page.is3d),
     r: () => rule(!page.map.ruler),
     k: () => element("map-legend-button").click(),
     t: () => element("theme").click(),
@@ -157,6 +161,27 @@ function connect(page) {
   });
   element("help-button").addEventListener("click", () => showHelp());
   releaseFocus();
+}
+
+/** Connects the menus of the toolbar. They cover other controls: a click elsewhere and Escape close them. */
+function connectMenus() {
+  for (const menu of document.querySelectorAll(".tools details")) {
+    const close = () => (menu.open = false);
+    document.addEventListener("pointerdown", (pointer) => menu.contains(pointer.target) || close());
+    menu.addEventListener("keydown", (key) => {
+      if (key.key !== "Escape" || !menu.open) return;
+      key.stopPropagation();
+      close();
+      menu.querySelector("summary").focus();
+    });
+    menu.addEventListener("toggle", () => keepAboveTime(menu.querySelector(".menu")));
+  }
+}
+
+/** Limits the height of a list over the map so that it does not cover the time slider. */
+function keepAboveTime(list) {
+  const stage = document.querySelector(".stage").getBoundingClientRect();
+  list.style.maxHeight = `${Math.max((stage.bottom - list.getBoundingClientRect().top) / pageZoom() - 8, 60)}px`;
 }
 
 /** Opens the help at its top. */

@@ -25,10 +25,9 @@ class Hover {
     }
     const { step_s, values } = found;
     const box = panel.plot.getBoundingClientRect();
-    const [low, high] = panel.plot.layout.yaxis.range;
     const y = (clientY - box.top) / pageZoom();
-    const under = high - ((y - PLOT_TOP) / (PLOT_HEIGHT - PLOT_TOP - PLOT_BOTTOM)) * (high - low);
-    const near = [...values].sort((a, b) => Math.abs(a.value - under) - Math.abs(b.value - under));
+    const off = ({ curve, value }) => Math.abs(heightOf(panel.plot.layout, curve, value) - y);
+    const near = [...values].sort((a, b) => off(a) - off(b));
     const shown = near.slice(0, Hover.MAX_CURVES).sort((a, b) => b.value - a.value);
     const line = (value) => {
       const row = document.createElement("div");
@@ -56,8 +55,9 @@ class Hover {
     const values = [];
     for (const curve of panel.curves) {
       const k = lastNotAfter(curve.times_s, step_s);
-      const value = k < 0 ? NaN : curve.values[k] * curve.factor;
-      if (!Number.isNaN(value)) values.push({ curve, value, label: `${curve.name} ${curve.note}`.trim() });
+      const isOver = step_s > curve.times_s.at(-1) + 1e-9;
+      const value = k < 0 || isOver ? NaN : curve.values[k] * curve.factor;
+      if (!Number.isNaN(value)) values.push({ curve, value, label: [curve.run, curve.name, curve.note].filter(Boolean).join(" ") });
     }
     return values.length ? { step_s, values } : null;
   }
@@ -72,6 +72,13 @@ class Hover {
     this.box.style.left = `${Math.max(pane.left, Math.min(left, pane.right - width)) / pageZoom()}px`;
     this.box.style.top = `${Math.max(pane.top, Math.min(top, pane.bottom - height)) / pageZoom()}px`;
   }
+}
+
+/** Vertical position of a value of a curve in its plot, px from the top. */
+function heightOf(layout, { isDifference }, value) {
+  const { range, domain = [0, 1] } = isDifference ? layout.yaxis2 : layout.yaxis;
+  const share = domain[0] + ((value - range[0]) / (range[1] - range[0])) * (domain[1] - domain[0]);
+  return PLOT_TOP + (1 - share) * (layout.height - PLOT_TOP - PLOT_BOTTOM);
 }
 
 /** Formats a number with up to four significant digits. */

@@ -84,8 +84,7 @@ function drawNames(map, { ctx, labels, scene, size }) {
   }
   ctx.font = "11px system-ui, sans-serif";
   const inSight = map.drawn.filter(({ target }) => target.tracked && isVisible(target));
-  const isProminent = ({ target }) => selection.isChosen("target", target.id) || target.out_of_view || target.membership === "in-handoff";
-  const few = inSight.length > MAX_NAMED ? inSight.filter(isProminent) : inSight;
+  const few = inSight.length > MAX_NAMED ? mostUrgent(inSight, selection) : inSight;
   const named = few.map(({ target, x, y }) => {
     const warning = warningOf(target);
     // Among many targets, the symbol alone shows the warning.
@@ -97,5 +96,17 @@ function drawNames(map, { ctx, labels, scene, size }) {
   }
 }
 
-/** Maximum number of visible targets that all have names; among more, only those that need attention have names. */
+/** Maximum number of visible targets that have names. */
 const MAX_NAMED = 60;
+
+/** The selected target, those out of view, the longest first and members of groups before others, and those in handoff. */
+function mostUrgent(drawn, selection) {
+  const rank = ({ target }) => {
+    if (selection.isChosen("target", target.id)) return 0;
+    if (target.out_of_view) return target.group === null ? 2 : 1;
+    return target.membership === "in-handoff" ? 3 : 4;
+  };
+  const out_s = ({ target }) => (target.out_of_view ? target.out_of_view_s : 0);
+  const urgent = drawn.filter((one) => rank(one) < 4).sort((a, b) => rank(a) - rank(b) || out_s(b) - out_s(a) || a.target.id - b.target.id);
+  return urgent.slice(0, MAX_NAMED);
+}

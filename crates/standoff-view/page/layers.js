@@ -142,17 +142,6 @@ class LayerMenu {
       element("layers").append(label);
       this.boxes.set(name, box);
     }
-    // The list covers other controls: a click elsewhere and Escape close it.
-    const list = element("layers").closest("details");
-    const close = () => (list.open = false);
-    document.addEventListener("pointerdown", (pointer) => list.contains(pointer.target) || close());
-    list.addEventListener("keydown", (key) => {
-      if (key.key !== "Escape" || !list.open) return;
-      key.stopPropagation();
-      close();
-      list.querySelector("summary").focus();
-    });
-    list.addEventListener("toggle", () => keepAboveTime(element("layers")));
     this.show();
   }
 
@@ -180,10 +169,4 @@ class LayerMenu {
       map.canvas.dataset.layers = [...map.shown].filter((name) => replayData.agents.isSeveral || !AGENT_LAYERS.has(name)).join(" ");
     }
   }
-}
-
-/** Limits the height of a list over the map so that it does not cover the time slider. */
-function keepAboveTime(list) {
-  const stage = document.querySelector(".stage").getBoundingClientRect();
-  list.style.maxHeight = `${Math.max((stage.bottom - list.getBoundingClientRect().top) / pageZoom() - 8, 60)}px`;
 }

@@ -17,11 +17,11 @@ class Legend {
   entries() {
     const { replayData, clock } = this.charts;
     const stepIndex = replayData.stepAt(clock.time_s);
-    const { groups } = replayData.ids;
+    const groups = this.charts.idsOf("groups");
     const exists = (id) => this.charts.only.groups.has(id) || !Number.isNaN(replayData.value("groups", "x_m", id, stepIndex));
     const shown = groups.length > MAX_GROUPS ? groups.filter(exists) : groups;
     return {
-      names: [...replayData.ids.uavs.map((id) => ({ of: "uavs", id })), ...shown.map((id) => ({ of: "groups", id }))],
+      names: [...this.charts.idsOf("uavs").map((id) => ({ of: "uavs", id })), ...shown.map((id) => ({ of: "groups", id }))],
       left: groups.length - shown.length,
     };
   }
@@ -30,7 +30,7 @@ class Legend {
   show() {
     const { charts } = this;
     const { names, left } = this.entries();
-    const key = JSON.stringify([names, left, [...charts.only.uavs], [...charts.only.groups], charts.front?.key, palette().ground]);
+    const key = JSON.stringify([charts.isPaired, names, left, [...charts.only.uavs], [...charts.only.groups], charts.front?.key, palette().ground]);
     if (key === this.key) return;
     this.key = key;
     const focused = document.activeElement?.closest("#legend") ? document.activeElement.id : null;
@@ -45,7 +45,9 @@ class Legend {
       button.classList.toggle("back", !charts.isShown({ of, id }));
       button.classList.toggle("front", charts.front?.[of].has(id) ?? false);
       button.title = `show only ${curveName(of, id)} and other selected curves`;
-      button.append(stroke(curveColour(charts.replayData, of, id), "solid"), curveName(of, id));
+      // The curves of a pair have the colours of the runs.
+      if (!charts.isPaired) button.append(stroke(curveColour(charts.replayData, of, id), "solid"));
+      button.append(curveName(of, id));
       return button;
     });
     if (charts.only.uavs.size || charts.only.groups.size) {
@@ -94,9 +96,10 @@ class Legend {
 }
 
 function curveName(of, id) {
-  return { uavs: `UAV ${id}`, groups: `group ${id}` }[of] ?? "";
+  return { uavs: `UAV ${id}`, groups: `group ${id}`, intruders: `intruder ${id}` }[of] ?? "";
 }
 
 function curveColour(replayData, of, id) {
-  return of === "uavs" ? uavColour(replayData, id) : groupColour(replayData, id);
+  if (of === "groups") return groupColour(replayData, id);
+  return of === "uavs" ? uavColour(replayData, id) : palette().ink;
 }

@@ -4,7 +4,7 @@
 const LONGEST_NAME = 100;
 
 /** Parameters of a link. */
-const KEYS = ["t", "run", "agent", "uav", "group", "target", "intruder", "follow", "highlight", "layers", "view", "tab"];
+const KEYS = ["t", "run", "agent", "uav", "group", "target", "intruder", "follow", "highlight", "layers", "view", "tab", "charts", "3d"];
 
 /** Side panels of a link; the first is the default. */
 const TABS = ["charts", "state", "events", "outcome"];
@@ -41,6 +41,9 @@ class Link {
     const tab = parameters.get("tab");
     if (TABS.includes(tab)) element(`tab-${tab}`).click();
     else if (tab !== null) problems.push(`contains tab=${shortName(tab)}, which must be ${oneOf(TABS)}`);
+    if (parameters.get("3d") === "1") page.show3d(true);
+    else if (parameters.has("3d")) problems.push(`contains 3d=${shortName(parameters.get("3d"))}, which must be 1`);
+    this.openCharts(parameters.get("charts"), problems);
     page.viewHistory.begin();
     page.timeline.showMessage(problems.length ? `The link ${problems.join("; it ")}.` : "");
   }
@@ -74,6 +77,16 @@ class Link {
     if (follow === null) page.selection.follow(null);
     Object.assign(page.map.camera, view);
     page.renew();
+  }
+
+  /** Shows the chart panels in a link, given by their keys. */
+  openCharts(text, problems) {
+    if (text === null) return;
+    const { menu } = this.page.charts;
+    const keys = text === "none" ? [] : text.split(",");
+    const unknown = keys.find((key) => !menu.keys.includes(key));
+    if (unknown === undefined) menu.choose(keys);
+    else problems.push(`contains charts=${shortName(unknown) || "(empty)"}, which is no chart of this run; copy a link to see their names`);
   }
 
   /** Goes to the time in a link. */
@@ -137,8 +150,11 @@ class Link {
     if (followed !== WHOLE_RUN && followed !== ALL_NOW) {
       parameters.set("view", [x_m.toFixed(1), y_m.toFixed(1), px_per_m.toPrecision(4)].map(Number).join(","));
     }
+    const { page } = this;
     const tab = TABS.find((one) => element(`tab-${one}`).getAttribute("aria-selected") === "true");
     if (tab !== TABS[0]) parameters.set("tab", tab);
+    if (page.is3d) parameters.set("3d", "1");
+    if (page.charts.menu.word) parameters.set("charts", page.charts.menu.word);
     // Commas need no escape in a fragment.
     return `#${parameters}`.replaceAll("%2C", ",");
   }

@@ -17,7 +17,7 @@ function exportSize({ camera }, entries) {
 function drawExport({ map, replayData, clock }, ctx, ratio) {
   const entries = legendOf(map);
   const { columns, width, height } = exportSize(map, entries);
-  const { ground, ink, grid } = palette();
+  const { ground, ink } = palette();
   ctx.setTransform(ratio, 0, 0, ratio, 0, 0);
   ctx.fillStyle = ground;
   ctx.fillRect(0, 0, width, height);
@@ -29,17 +29,8 @@ function drawExport({ map, replayData, clock }, ctx, ratio) {
   map.paint(ctx, ratio, true);
   if (!map.shown.has("grid")) map.painted(ctx, () => drawScale(map, ctx));
   ctx.restore();
-  ctx.fillStyle = grid;
-  ctx.fillRect(0, map.camera.height, width, 1);
-  ctx.font = "12px system-ui, sans-serif";
-  ctx.fillStyle = ink;
-  ctx.textBaseline = "middle";
-  const middle = map.camera.height + CAPTION_HEIGHT / 2;
   const state = replayData.agents.isSeveral ? `, ${teamStateText(replayData, replayData.stepAt(clock.time_s))}` : "";
-  ctx.textAlign = "left";
-  ctx.fillText(`${runName(replayData.head)}${state}`, 10, middle, width - 100);
-  ctx.textAlign = "right";
-  ctx.fillText(`${clock.time_s.toFixed(1)} s`, width - 10, middle);
+  drawCaption(ctx, width, map.camera.height, `${runName(replayData.head)}${state}`, clock.time_s);
   entries.forEach((entry, k) => {
     const x = 10 + (k % columns) * (width / columns);
     const y = map.camera.height + CAPTION_HEIGHT + Math.floor(k / columns) * LEGEND_ROW;
@@ -52,13 +43,33 @@ function drawExport({ map, replayData, clock }, ctx, ratio) {
   });
 }
 
+/** Draws the line below a map: a name and the time. */
+function drawCaption(ctx, width, top, name, time_s) {
+  const { ink, grid } = palette();
+  ctx.fillStyle = grid;
+  ctx.fillRect(0, top, width, 1);
+  ctx.font = "12px system-ui, sans-serif";
+  ctx.fillStyle = ink;
+  ctx.textBaseline = "middle";
+  ctx.textAlign = "left";
+  ctx.fillText(name, 10, top + CAPTION_HEIGHT / 2, width - 100);
+  ctx.textAlign = "right";
+  ctx.fillText(`${time_s.toFixed(1)} s`, width - 10, top + CAPTION_HEIGHT / 2);
+}
+
 /** File name of an exported map, without its extension. */
 function exportName({ replayData, clock }) {
   return fileName(`${runName(replayData.head)}-map-${clock.time_s.toFixed(1)} s`);
 }
 
-/** Saves the map as PNG at twice the resolution of the screen. */
+/** Saves the map, or the scene in three dimensions, as PNG at twice the resolution of the screen. */
 async function saveMapImage(page) {
+  if (page.is3d) {
+    const { plot } = page.views3d[page.runs.indexOf(page.run)];
+    const { clientWidth: width, clientHeight: height } = plot;
+    await window.Plotly.downloadImage(plot, { format: "png", filename: exportName(page), scale: 2, width, height });
+    return;
+  }
   const { width, height } = exportSize(page.map, legendOf(page.map));
   const ratio = 2 * screenRatio();
   const canvas = document.createElement("canvas");

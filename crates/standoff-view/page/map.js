@@ -19,6 +19,8 @@ class MissionMap {
     this.ruler = null;
     /** The map whose view this map copies; `null` if it has its own view. */
     this.leader = null;
+    /** Whether another view covers the map. */
+    this.isCovered = false;
     /** The scene that is drawn. */
     this.scene = NO_SCENE;
     /** Its visible targets with their positions on the canvas, px. */
@@ -83,7 +85,7 @@ class MissionMap {
     }
     this.layers.adapt(this.drawn.length, this.camera.width * this.camera.height);
     this.canvas.dataset.symbolScale = this.symbolSize();
-    this.paint(this.canvas.getContext("2d", { alpha: false }), screenRatio());
+    if (!this.isCovered) this.paint(this.canvas.getContext("2d", { alpha: false }), screenRatio());
   }
 
   /** Draws the scene with `ratio` pixels per CSS pixel, on the screen or for a file (`isExport`). */

@@ -9,6 +9,7 @@ const PALETTES = {
   light: {
     uavs: UAV_COLOURS,
     groups: ["#eb6e10", "#01a806", "#4a6702", "#502001", "#01a584", "#885a42", "#054e3d", "#8d925e"],
+    runs: ["#0b5fa5", "#b4500a"],
     ground: "#ffffff",
     basemap: { green: "#e9f1e4", water: "#dbe8f3", other: "#f0f0f0", building: "#e7e1da", path: "#e0d6c4", rail: "#c2c2ce",
       minor: "#d3dae2", major: "#c0cad5" },
@@ -21,6 +22,7 @@ const PALETTES = {
   dark: {
     uavs: UAV_COLOURS,
     groups: ["#ff9d21", "#148601", "#d3f461", "#aa6a46", "#18e18b", "#f6c1a5", "#4dab84", "#9e9302"],
+    runs: ["#4aa3f0", "#ff9d21"],
     ground: "#000000",
     basemap: { green: "#14201a", water: "#13222f", other: "#181d24", building: "#242b35", path: "#2a2722", rail: "#33333f",
       minor: "#333f4c", major: "#435160" },

@@ -69,6 +69,24 @@ const TARGET_PANEL = {
     "in a group or not, and times at which its track is coasting (not measured).",
 };
 
+/** The panel of a quantity that the user has added: a column of a table of the replay, for all objects. */
+function columnPanel(of, column) {
+  const { name, unit, factor } = quantity(column);
+  return { key: `${of}.${column}`, title: `${QUANTITY_TABLES[of]}: ${name}`, unit, factor, isAdded: true,
+    about: `The column ${column} of the table ${of}.`, curves: [{ of, column, note: "", dash: "solid" }] };
+}
+
+/** Tables whose columns can be charts, with their headings. */
+const QUANTITY_TABLES = { uavs: "UAVs", groups: "Groups", intruders: "Intruders", run: "Run" };
+/** Suffixes of column names, longest first: unit on the page, and the factor from SI units to it. */
+const UNITS = [["_m2_s", "m\u00b2/s", 1], ["_rad_s", "\u00b0/s", DEGREES], ["_m_s", "m/s", 1], ["_rad", "\u00b0", DEGREES], ["_m", "m", 1], ["_s", "s", 1]];
+
+/** Name, unit and factor of a quantity, by the name of its column. */
+function quantity(column) {
+  const [suffix, unit, factor] = UNITS.find(([suffix]) => column.endsWith(suffix)) ?? ["", "", 1];
+  return { name: column.slice(0, column.length - suffix.length).replaceAll("_", " "), unit, factor };
+}
+
 /** CSS border styles of the dash styles. */
 const BORDERS = { solid: "solid", dash: "dashed", dot: "dotted" };
 

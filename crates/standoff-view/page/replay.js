@@ -8,6 +8,21 @@ class Page {
     this.run = runs[0];
     this.clock = new Clock(runs.map((run) => run.replayData));
     this.stale = true;
+    this.views3d = runs.map((run) => new View3d(run, this));
+    /** Whether the scenes are shown in three dimensions. */
+    this.is3d = false;
+  }
+
+  /** Shows the scenes in three dimensions, or the maps. */
+  async show3d(is3d) {
+    this.is3d = is3d;
+    for (const view of this.views3d) view.show(is3d);
+    element("view-3d").setAttribute("aria-pressed", String(is3d));
+    for (const id of ["map-svg", "map-video"]) element(id).disabled = is3d;
+    this.renew();
+    // The chart script may not be loaded yet.
+    if (is3d && !window.Plotly) await this.runs[0].source.charts();
+    this.renew();
   }
 
   /** Shows a run in the side panel. */
@@ -105,6 +120,8 @@ function drawFrames(page) {
       const scenes = page.runs.map((run) => run.scene(clock.time_s));
       // The map whose view the others copy is drawn first.
       for (const run of [page.run, ...page.runs.filter((run) => run !== page.run)]) run.draw(scenes[page.runs.indexOf(run)]);
+      page.video.frame();
+      if (page.is3d) page.views3d.forEach((view, k) => view.draw(scenes[k]));
       page.runs.forEach(({ map }, k) => map.showLoading(scenes[k].targets ? "" : `Loading targets at ${page.clock.time_s.toFixed(1)} s`));
       page.layerMenu.show();
       page.legend.show();

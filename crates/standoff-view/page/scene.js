@@ -36,10 +36,17 @@ function uavsAt(replayData, time_s) {
       zone: zoneName(replayData, now.limiting_zone),
       now_x_m: now.x_m,
       now_y_m: now.y_m,
+      shown_altitude_m: interpolate(altitudeOf((column) => now[column]), altitudeOf(then), share),
       out: outages(replayData).find((out) => out.uav === id && out.since_s <= time_s && time_s <= out.until_s) ?? null,
     });
   }
   return found;
+}
+
+/** Altitude of a UAV, m: flown, or commanded if altitudes are not simulated; 0 before a group sets it. `value` returns a column. */
+function altitudeOf(value) {
+  const known = [value("altitude_m"), value("commanded_altitude_m")].find((altitude_m) => !Number.isNaN(altitude_m));
+  return known ?? 0;
 }
 
 /** Intruders further than this from every UAV need not be in view on the map, m. Same value as in `src/replay/chunk.rs`. */
@@ -110,6 +117,7 @@ function groupOf(id, now, moved) {
     y_m: moved("y_m"),
     standoff_distance_m: moved("standoff_distance_m"),
     shown_distance_m: now("standoff_distance_m"),
+    altitude_m: now("altitude_m"),
     members: now("members"),
     spread_m: now("spread_m"),
     feasible: now("feasible") === 1,
