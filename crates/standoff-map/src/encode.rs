@@ -1,14 +1,16 @@
 //! Packed background map for the page: gzip of JSON, in whole decimetres, with delta-encoded points.
 //!
 //! ```text
-//! {"format": 1, "credit": attribution, if required, "layers": [LAYER, ...]}
-//! LAYER: {"kind": "green" | ... | "major", "width_m": of lines, "lines": [LINE, ...], "areas": [[LINE, ...], ...]}
+//! {"format": 2, "credit": attribution, if required, "layers": [LAYER, ...]}
+//! LAYER: {"kind": "green" | ... | "major", "width_m": of lines, "lines": [LINE, ...], "areas": [[LINE, ...], ...],
+//!         "names": {name of a road: [index of LINE in "lines", ...], ...}, if there are any}
 //! LINE: [x, y of the first point, then dx, dy of each next point, ...]
 //! ```
 //!
 //! Layers are drawn in this order. An area is its outer ring followed by the rings of its holes; each ring ends where
 //! it starts.
 
+use std::collections::BTreeMap;
 use std::io::{self, Read as _, Write as _};
 use std::path::Path;
 
@@ -20,10 +22,12 @@ use standoff_io::display_text::printable;
 use standoff_record::MAP_FILE;
 
 use crate::feature_class::Kind;
-use crate::limits::{MAX_PACKED, MAX_UNPACKED};
+use crate::limits::{MAX_NAME, MAX_PACKED, MAX_UNPACKED};
 
 /// Format of the JSON, incremented when it changes.
-const FORMAT: u32 = 1;
+const FORMAT: u32 = 2;
+/// Oldest supported format; it has no names.
+const FORMAT_MIN: u32 = 1;
 
 /// A map, packed.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -50,6 +54,9 @@ pub(crate) struct Layer {
     pub(crate) width_m: f64,
     pub(crate) lines: Vec<Vec<i32>>,
     pub(crate) areas: Vec<Vec<Vec<i32>>>,
+    /// Indices of lines by the name of their road.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub(crate) names: BTreeMap<String, Vec<u32>>,
 }
 
 impl Contents {
@@ -90,15 +97,19 @@ pub(crate) fn check(gz: &[u8]) -> Result<(), String> {
         return Err(format!("it unpacks to more than {MAX_UNPACKED} bytes"));
     }
     let contents: Contents = serde_json::from_slice(&json).map_err(|error| printable(&error.to_string()))?;
-    if contents.format != FORMAT {
-        return Err(format!("it has format {}; supported is {FORMAT}", contents.format));
+    if !(FORMAT_MIN..=FORMAT).contains(&contents.format) {
+        return Err(format!("it has format {}; supported are {FORMAT_MIN} to {FORMAT}", contents.format));
     }
     let are_pairs = contents.layers.iter().all(|layer| {
         layer.lines.iter().chain(layer.areas.iter().flatten()).all(|line| line.len() >= 4 && line.len() % 2 == 0)
     });
     let widths = contents.layers.iter().all(|layer| (0.0..=1000.0).contains(&layer.width_m));
+    let names = contents.layers.iter().all(|layer| {
+        let exists = |index: &u32| (*index as usize) < layer.lines.len();
+        layer.names.iter().all(|(name, lines)| name.len() <= MAX_NAME && lines.iter().all(exists))
+    });
     let credit = contents.credit.is_none_or(|credit| credit.chars().count() <= 100);
-    for (is_right, what) in [(are_pairs, "lines"), (widths, "widths"), (credit, "credit")] {
+    for (is_right, what) in [(are_pairs, "lines"), (widths, "widths"), (names, "names"), (credit, "credit")] {
         if !is_right {
             return Err(format!("invalid {what}"));
         }

@@ -131,10 +131,10 @@ pub(crate) const TAGS: [&str; 12] = [
     "building:part",
 ];
 
-/// Returns the class from properties: names and values, of [`TAGS`] only.
+/// Returns the class from properties: names and values, of [`TAGS`], lanes, width and name.
 pub(crate) fn of_tags(tags: &[(String, String)]) -> Kind {
     let of = |(key, value): &(String, String)| match (key.as_str(), value.as_str()) {
-        (_, "no" | "false" | "") => None,
+        ("name", _) | (_, "no" | "false" | "") => None,
         ("building" | "building:part", _) => Some(Kind::Building),
         ("railway", _) => Some(Kind::Rail),
         ("waterway" | "water", _) => Some(Kind::Water),

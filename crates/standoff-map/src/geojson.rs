@@ -122,7 +122,8 @@ impl Object {
         let coordinates = self.coordinates.ok_or_else(|| format!("{}: coordinates are missing", self.kind))?;
         let wrong = || format!("{}: its coordinates have the wrong nesting depth", self.kind);
         let width_m = width_m(tags).unwrap_or(kind.width_m());
-        let mut add = |form| found.shapes.add(kind, form, false);
+        let name = tags.iter().find(|(key, _)| key == "name").map(|(_, name)| name.as_str());
+        let mut add = |form| found.shapes.add_named(kind, form, name, false);
         match self.kind.as_str() {
             "LineString" => add(Form::Line(width_m, coordinates.line().ok_or_else(wrong)?)),
             "MultiLineString" => {
@@ -385,7 +386,7 @@ impl<'de> Visitor<'de> for Tags {
     fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> Result<Self::Value, A::Error> {
         let mut tags = Vec::new();
         while let Some(key) = map.next_key::<String>()? {
-            if TAGS.contains(&key.as_str()) || ["lanes", "width"].contains(&key.as_str()) {
+            if TAGS.contains(&key.as_str()) || ["lanes", "width", "name"].contains(&key.as_str()) {
                 tags.push((key, map.next_value_seed(Word(&[]))?));
             } else if key == "tags" {
                 // Some converters of OpenStreetMap data nest them in this way.

@@ -1,7 +1,7 @@
 //! Lines and areas, and limits on their number.
 
 use crate::feature_class::Kind;
-use crate::limits::{MAX_POINTS, MAX_SHAPES};
+use crate::limits::{MAX_NAME, MAX_POINTS, MAX_SHAPES};
 
 /// East and north, m, or longitude and latitude, degrees.
 pub(crate) type Point = [f64; 2];
@@ -11,6 +11,8 @@ pub(crate) type Point = [f64; 2];
 pub(crate) struct Shape {
     pub(crate) kind: Kind,
     pub(crate) form: Form,
+    /// Name of a road.
+    pub(crate) name: Option<Box<str>>,
 }
 
 /// Geometry of a shape.
@@ -74,11 +76,26 @@ impl Shapes {
 
     /// Adds a shape. Fails if a limit is exceeded.
     pub(crate) fn add(&mut self, kind: Kind, form: Form, in_degrees: bool) -> Result<(), String> {
+        self.add_named(kind, form, None, in_degrees)
+    }
+
+    /// Adds a shape with the name of its road; names that are too long are omitted. Fails if a limit is exceeded.
+    pub(crate) fn add_named(
+        &mut self,
+        kind: Kind,
+        form: Form,
+        name: Option<&str>,
+        in_degrees: bool,
+    ) -> Result<(), String> {
         if form.lines().iter().all(|line| line.len() < 2) {
             return Ok(());
         }
         self.count = self.count.with(1, form.points().count())?;
-        if in_degrees { &mut self.in_degrees } else { &mut self.all }.push(Shape { kind, form });
+        if in_degrees { &mut self.in_degrees } else { &mut self.all }.push(Shape {
+            kind,
+            form,
+            name: name.map(str::trim).filter(|name| (1..=MAX_NAME).contains(&name.len())).map(Box::from),
+        });
         Ok(())
     }
 }

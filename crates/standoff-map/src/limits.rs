@@ -26,6 +26,9 @@ pub(crate) const TOLERANCE_M: f64 = 0.25;
 /// Maximum tolerance, m: only the largest areas remain.
 pub(crate) const TOLERANCE_MAX_M: f64 = 300.0;
 
+/// Maximum length of the name of a road, bytes; longer names are omitted.
+pub(crate) const MAX_NAME: usize = 100;
+
 /// Maximum length of a projection string, bytes; those of national grids have about 200.
 pub(crate) const MAX_PROJECTION: usize = 1_000;
 

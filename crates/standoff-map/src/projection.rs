@@ -121,12 +121,12 @@ pub(crate) fn all(files: Vec<(String, Read)>, place: &Place) -> Result<Placed, M
         let before = placed.shapes.len();
         let mut spans: Option<Bounds> = None;
         let mut take = |shapes: Vec<Shape>, to: &dyn Fn(Point) -> Option<Point>| {
-            for Shape { kind, form } in shapes {
+            for Shape { kind, form, name } in shapes {
                 let Some(form) = moved(form, to) else { continue };
                 let Some(bounds) = Bounds::of(form.points().copied()) else { continue };
                 spans = Bounds::of(spans.iter().flat_map(|spans| spans.corners()).chain(bounds.corners()));
                 if bounds.touches(near) {
-                    placed.shapes.push(Shape { kind, form });
+                    placed.shapes.push(Shape { kind, form, name });
                 }
             }
         };

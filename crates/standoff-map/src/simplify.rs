@@ -48,7 +48,7 @@ pub(crate) fn fit(placed: Placed, is_of_openstreetmap: bool) -> Result<Packed, S
 
 fn layers(shapes: &[Shape], tolerance_m: f64) -> Vec<Layer> {
     let mut layers: BTreeMap<(Kind, i64), Layer> = BTreeMap::new();
-    for Shape { kind, form } in shapes {
+    for Shape { kind, form, name } in shapes {
         let steps = match form {
             Form::Line(width_m, _) => (width_m / WIDTH_STEP_M).round().max(1.0) as i64,
             Form::Area(_) => 0,
@@ -58,9 +58,16 @@ fn layers(shapes: &[Shape], tolerance_m: f64) -> Vec<Layer> {
             width_m: steps as f64 * WIDTH_STEP_M,
             lines: Vec::new(),
             areas: Vec::new(),
+            names: BTreeMap::new(),
         });
         match form {
-            Form::Line(_, line) => layer.lines.extend(delta_encoded(&thinned(line, tolerance_m))),
+            Form::Line(_, line) => {
+                let Some(line) = delta_encoded(&thinned(line, tolerance_m)) else { continue };
+                if let Some(name) = name {
+                    layer.names.entry(name.to_string()).or_default().push(layer.lines.len() as u32);
+                }
+                layer.lines.push(line);
+            }
             Form::Area(rings) => {
                 let is_seen = |ring: &&Vec<Point>| {
                     Bounds::of(ring.iter().copied()).is_some_and(|Bounds([west, south, east, north])| {

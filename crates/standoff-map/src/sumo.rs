@@ -66,6 +66,7 @@ struct File {
 struct Edge {
     start: Position,
     kind: Option<Kind>,
+    name: Option<String>,
     lanes: Vec<Lane>,
     /// Total of all its lanes.
     points: usize,
@@ -143,10 +144,11 @@ impl File {
 
     fn begin_edge(&mut self, element: &BytesStart<'_>, start: Position) -> Result<(), Fault> {
         self.end_edge()?;
-        let [function, kind] = attributes(element, start, ["function", "type"])?;
+        let [function, kind, name] = attributes(element, start, ["function", "type", "name"])?;
         let is_within = function.is_some_and(|function| JUNCTION_FUNCTIONS.contains(&function.text.as_ref()));
         let kind = kind.and_then(|kind| Kind::of_type(&kind.text));
-        self.edge = (!is_within).then(|| Edge { start, kind, lanes: Vec::new(), points: 0 });
+        let name = name.map(|name| name.text.into_owned());
+        self.edge = (!is_within).then(|| Edge { start, kind, name, lanes: Vec::new(), points: 0 });
         Ok(())
     }
 
@@ -193,7 +195,7 @@ impl File {
 
     /// Adds an edge as one line in the middle of its lanes, excluding the pavements.
     fn end_edge(&mut self) -> Result<(), Fault> {
-        let Some(Edge { start, lanes, .. }) = self.edge.take() else { return Ok(()) };
+        let Some(Edge { start, lanes, name, .. }) = self.edge.take() else { return Ok(()) };
         let Some(kind) = lanes.iter().map(|lane| lane.kind).max() else { return Ok(()) };
         let mut lanes: Vec<Lane> = lanes.into_iter().filter(|lane| lane.kind == kind).collect();
         let width_m: f64 = lanes.iter().map(|lane| lane.width_m).sum();
@@ -204,7 +206,8 @@ impl File {
             lanes = vec![Lane { kind, width_m, line }];
         }
         for lane in lanes {
-            let added = self.shapes.add(kind, Form::Line(lane.width_m, lane.line), false);
+            let form = Form::Line(lane.width_m, lane.line);
+            let added = self.shapes.add_named(kind, form, name.as_deref(), false);
             added.map_err(|message| Fault::at(start, message))?;
         }
         Ok(())

@@ -11,7 +11,7 @@ use standoff_io::text_source;
 use standoff_sim::scenario::MapFile;
 use standoff_sim::traffic::{Options, Traffic, read};
 
-use crate::encode::{Contents, check};
+use crate::encode::{Contents, Layer, check};
 use crate::feature_class::Kind;
 use crate::geometry::Count;
 use crate::limits::{MAX_POINTS, MAX_SHAPES};
@@ -90,6 +90,44 @@ fn net_in_metres_keeps_its_frame_and_edges_have_the_width_of_their_lanes() {
     let junction = vec![[100.0, -2.0], [100.0, 5.0], [110.0, 5.0], [110.0, -2.0], [100.0, -2.0]];
     assert_eq!(rings, [(Kind::Minor, 0.0, junction)]);
     assert_eq!(credit, None);
+}
+
+/// Names of the roads of a packed map, with the first point of each line, m.
+fn names(packed: &Packed) -> Vec<(String, [f64; 2])> {
+    check(&packed.gz).unwrap();
+    let contents: Contents = serde_json::from_reader(GzDecoder::new(&packed.gz[..])).unwrap();
+    let of = |layer: &Layer| {
+        let at = |index: &u32| [0, 1].map(|axis| f64::from(layer.lines[*index as usize][axis]) / 10.0);
+        let named =
+            layer.names.iter().flat_map(|(name, lines)| lines.iter().map(move |index| (name.clone(), at(index))));
+        named.collect::<Vec<_>>()
+    };
+    contents.layers.iter().flat_map(of).collect()
+}
+
+#[test]
+fn roads_keep_their_names() {
+    let net = NET.replace(r#"<edge id="m""#, r#"<edge name=" Via Emilia &amp; Co " id="m""#);
+    let long = NET.replace(r#"<edge id="m""#, &format!(r#"<edge name="{}" id="m""#, "x".repeat(101)));
+    assert_eq!(names(&packed(&[&net], &METRES).unwrap()), [("Via Emilia & Co".to_owned(), [0.0, 50.0])]);
+    assert_eq!(names(&packed(&[&long], &METRES).unwrap()), []);
+    let road = |properties: &str, north: u32| {
+        let line = format!("[[200,{north}],[300,{north}]]");
+        format!(
+            r#"{{"type":"Feature","properties":{properties},"geometry":{{"type":"LineString","coordinates":{line}}}}}"#
+        )
+    };
+    let features = [
+        road(r#"{"name":"Bahnhofstraße","highway":"residential"}"#, 1),
+        road(r#"{"highway":"residential"}"#, 2),
+        // The name of a road is not its class.
+        road(r#"{"name":"park","highway":"primary"}"#, 3),
+        road(r#"{"name":"  "}"#, 4),
+    ];
+    let text = format!(r#"{{"type":"FeatureCollection","features":[{}]}}"#, features.join(","));
+    let found = packed(&[&text], &METRES).unwrap();
+    assert_eq!(names(&found), [("Bahnhofstraße".to_owned(), [200.0, 1.0]), ("park".to_owned(), [200.0, 3.0])]);
+    assert!(unpacked(&found).0.iter().all(|(kind, ..)| *kind != Kind::Green));
 }
 
 /// The central meridian of zone 32, 9 degrees east, is at 500,000 m.
