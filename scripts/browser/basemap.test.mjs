@@ -1,12 +1,16 @@
 // The background map: roads and buildings, their layer, and hostile maps.
 
 import assert from "node:assert/strict";
-import { readFileSync } from "node:fs";
+import { execFileSync } from "node:child_process";
+import { readFileSync, writeFileSync } from "node:fs";
+import { createServer } from "node:http";
 import { join } from "node:path";
+import { after, test } from "node:test";
 import { gunzipSync } from "node:zlib";
 
-import { camera, folder, goTo, recordTexts, painted, mapImage, texts } from "./browser.mjs";
+import { TIMEOUT_MS, camera, folder, goTo, recordTexts, painted, mapImage, texts } from "./browser.mjs";
 import { inReport } from "./in_report.mjs";
+import { STANDOFF, openServed, results, serving } from "./serving.mjs";
 
 /** Waits until the background map is drawn completely. */
 async function drawn(page) {
@@ -136,4 +140,91 @@ inReport("a hostile map does no harm, and its copyright notice is shown", { flig
   const before = await mapImage(page);
   await box.click();
   assert.ok((await mapImage(page)) !== before, "hiding the layer changes the map");
+});
+
+test("tiles of a tile server are requested only with --tiles, and drawn at their place", { timeout: 2 * TIMEOUT_MS }, async () => {
+  // Two colours alternate like those of a chessboard.
+  const colourOf = (x, y) => ((x + y) % 2 ? "#0000ff" : "#ff0000");
+  const requested = [];
+  const server = createServer((request, response) => {
+    requested.push(request.url);
+    const [, , x, y] = request.url.match(/^\/(\d+)\/(\d+)\/(\d+)\.svg$/) ?? assert.fail(request.url);
+    const picture = `<svg xmlns="http://www.w3.org/2000/svg" width="256" height="256"><rect width="256" height="256" fill="${colourOf(Number(x), Number(y))}"/></svg>`;
+    response.writeHead(200, { "content-type": "image/svg+xml", "access-control-allow-origin": "*" }).end(picture);
+  });
+  // A failed test does not reach its end.
+  after(() => {
+    server.close();
+    server.closeAllConnections();
+  });
+  await new Promise((resolve) => server.listen(0, "127.0.0.1", resolve));
+  const origin = `http://127.0.0.1:${server.address().port}`;
+  const traffic = join(results, "degrees.csv");
+  const [lat0, lon0] = [44.49, 11.34];
+  writeFileSync(traffic, ["time_s,vehicle,lat,lon", ...Array.from({ length: 40 }, (_, t) => `${t},car,${lat0 + 1e-4 * t},${lon0}`)].join("\n"));
+  execFileSync(STANDOFF, ["run", "--traffic", traffic, "--uavs", "1", "--out", "degrees"], { cwd: results, stdio: "ignore" });
+
+  const without = await serving("view", "degrees");
+  const plain = await openServed(without.address);
+  await plain.page.waitForSelector('[data-ready="charts"]');
+  assert.deepEqual([requested, plain.complaints], [[], []]);
+  await plain.close();
+  await without.end();
+
+  const view = await serving("view", "degrees", "--tiles", `${origin}/{z}/{x}/{y}.svg`);
+  const { page, complaints, close } = await openServed(view.address);
+  await page.waitForFunction(() => /^(\d+) of \1$/.test(document.getElementById("map").dataset.tiles ?? ""));
+  await hideOtherLayers(page);
+  await page.getByLabel("Map tiles").check();
+  await page.waitForFunction(() => /^(\d+) of \1$/.test(document.getElementById("map").dataset.tiles ?? ""));
+  const zoom = Number(requested.at(-1).split("/")[1]);
+  // Middles of tiles, which a local approximation places to within a metre; tiles are hundreds of metres wide.
+  const tiles = [...new Set(requested)].map((path) => path.match(/\d+/g).map(Number)).filter(([z]) => z === zoom);
+  const middle = ([, x, y]) => {
+    const lat = Math.atan(Math.sinh(Math.PI * (1 - (2 * (y + 0.5)) / 2 ** zoom)));
+    const lon = ((x + 0.5) / 2 ** zoom) * 360 - 180;
+    return [(lon - lon0) * (Math.PI / 180) * 6378137 * Math.cos((lat0 * Math.PI) / 180), ((lat * 180) / Math.PI - lat0) * (Math.PI / 180) * 6367000];
+  };
+  const { x_m, y_m, px_per_m } = await camera(page);
+  const [width, height] = await page.locator("#map").evaluate(({ clientWidth, clientHeight }) => [clientWidth, clientHeight]);
+  const isFree = ([east, north]) => Math.abs(east - x_m) * px_per_m < width / 2 - 120 && Math.abs(north - y_m) * px_per_m < height / 2 - 120;
+  const free = tiles.filter((tile) => isFree(middle(tile)));
+  assert.ok(free.length >= 4, `${free.length} of ${tiles.length} tiles can be checked`);
+  const found = await colours(page, free.map(middle));
+  free.forEach(([, x, y], k) => {
+    const [red, , blue] = found[k].split(",").map(Number);
+    assert.equal(red > blue, colourOf(x, y) === "#ff0000", `tile ${x}, ${y}: ${found[k]}`);
+  });
+  // This test reads pixels.
+  const foreign = complaints.filter((complaint) => !complaint.startsWith(`${origin}/`) && !complaint.includes("getImageData"));
+  assert.deepEqual(foreign, [], "nothing else is requested");
+  await close();
+  assert.equal(await view.end(), 0);
+});
+
+test("names of roads are drawn along them and cover no other text", { timeout: 2 * TIMEOUT_MS }, async () => {
+  const net = ['<net version="1.20"><location netOffset="0,0" convBoundary="0,0,1,1" origBoundary="0,0,1,1" projParameter="!"/>'];
+  ["Long Street", "Short Lane", "Third <Road>"].forEach((name, k) => {
+    const text = name.replace("<", "&lt;").replace(">", "&gt;");
+    net.push(`<edge id="${k}" name="${text}"><lane id="${k}_0" index="0" speed="14" length="9" shape="${-900},${150 * k - 150} ${k === 1 ? -897 : 900},${150 * k - 150}"/></edge>`);
+  });
+  writeFileSync(join(results, "names.net.xml"), `${net.join("\n")}</net>`);
+  execFileSync(STANDOFF, ["run", "tour/02-two-uavs", "--set", "duration_s=20", "--map", "names.net.xml", "--out", "names"], { cwd: results, stdio: "ignore" });
+  const view = await serving("view", "names");
+  const { page, complaints, close } = await openServed(view.address);
+  await page.waitForSelector('[data-ready="charts"]');
+  await drawn(page);
+  await recordTexts(page);
+  await goTo(page, 10);
+  const shown = (await texts(page)).map(({ text }) => text);
+  assert.ok(shown.includes("Long Street") && shown.includes("Third <Road>"), `${shown}`);
+  assert.ok(!shown.includes("Short Lane"), "a road shorter than its name has no name");
+  await page.locator("#layer-menu").click();
+  await page.getByLabel("Road names").uncheck();
+  await recordTexts(page);
+  await goTo(page, 12);
+  assert.ok(!(await texts(page)).some(({ text }) => text === "Long Street"));
+  assert.deepEqual(complaints, []);
+  await close();
+  assert.equal(await view.end(), 0);
 });

@@ -13,6 +13,7 @@ use standoff_sim::world::World;
 use standoff_view::figures::Setup;
 use standoff_view::replay::{Encoder, Head, Line, Replay};
 use standoff_view::serve::{Bytes, Limits, Server, Site};
+use standoff_view::tiles::TileServer;
 
 use crate::signals::Interruption;
 use crate::terminal::note;
@@ -32,12 +33,21 @@ pub(crate) struct ServeArgs {
     /// Do not open a browser.
     #[arg(long)]
     no_open: bool,
+    /// Show the images of this tile server below the map, if the traffic has geographic coordinates: an address with
+    /// {z}, {x} and {y}. The browser requests them; nothing is requested without this option.
+    #[arg(long, value_name = "URL")]
+    tiles: Option<TileServer>,
 }
 
 impl ServeArgs {
     /// True if the user gave an address.
     pub(crate) fn has_address(&self) -> bool {
         self.listen.is_some()
+    }
+
+    /// Returns the tile server.
+    pub(crate) fn tiles(&self) -> Option<&TileServer> {
+        self.tiles.as_ref()
     }
 
     /// Serves a site until the returned server is dropped; calls `announce` with its address.
@@ -96,6 +106,11 @@ impl LiveReplay {
     /// Prepares the replay of a run of this scenario; if it is `live`, the page follows the newest time step.
     pub(crate) fn flight(scenario: &Scenario, live: bool, map: Option<Bytes>) -> Result<Self, Failure> {
         Self::new(&manifest(scenario), &scenario.settings, World::names(scenario), live, map)
+    }
+
+    /// True if the positions of the run have a latitude and longitude.
+    pub(crate) fn is_geographic(&self) -> bool {
+        self.head.origin.is_some()
     }
 
     pub(crate) fn replay(&self) -> Arc<Replay> {

@@ -3,6 +3,7 @@
 mod baseline;
 mod compare;
 mod completions;
+mod frames;
 mod live_view;
 mod maps;
 #[cfg_attr(not(feature = "mcap"), path = "mcap_disabled.rs")]
@@ -78,6 +79,9 @@ enum Command {
     /// Show a run in a browser: a map that replays it, charts and events.
     #[command(after_help = view::EXAMPLES)]
     View(view::Args),
+    /// Draw the map of a recorded run at a series of times, for an animation.
+    #[command(after_help = frames::EXAMPLES)]
+    Frames(frames::Args),
     /// Reproduce the paper's tables, figures and claims: the paper's values next to ours.
     #[command(after_help = reproduce::EXAMPLES)]
     Reproduce(reproduce::Args),
@@ -184,6 +188,7 @@ fn run_command() -> Result<(), Failure> {
             report::show(&dir, metrics.selection(), &maps.named(), json)
         }
         Some(Command::View(args)) => view::view(&args),
+        Some(Command::Frames(args)) => frames::draw(&args),
         Some(Command::Reproduce(args)) => reproduce::reproduce(&args),
         Some(Command::Scenarios { action }) => scenarios::run(action),
         Some(Command::Check { file }) => scenarios::check(&file),

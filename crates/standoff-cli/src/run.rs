@@ -80,8 +80,14 @@ impl Default for Args {
 }
 
 pub(crate) fn run(args: &Args) -> Result<(), Failure> {
-    if args.served.has_address() && !args.view {
-        return Err(Failure::Input("--listen sets the address of the page that --view serves: add --view".into()));
+    if !args.view {
+        let wrong = [
+            (args.served.has_address(), "--listen sets the address of the page that --view serves: add --view"),
+            (args.served.tiles().is_some(), "--tiles adds images to the page that --view serves: add --view"),
+        ];
+        if let Some((_, message)) = wrong.into_iter().find(|(is_given, _)| *is_given) {
+            return Err(Failure::Input(message.to_owned()));
+        }
     }
     let name = args.changes.scenario(args.scenario.as_deref(), DEFAULT_SCENARIO);
     let template = ScenarioTemplate::load(name, &args.changes.overrides()?).map_err(Failure::Scenario)?;
@@ -159,7 +165,7 @@ impl Live {
             note(&format!("live view: {url}", url = url.trim_end()));
             Ok(())
         };
-        let server = args.served.serve(site::of_runs(replay.replay(), None), announce)?;
+        let server = args.served.serve(site::of_runs(replay.replay(), None, args.served.tiles()), announce)?;
         Ok(Self { replay, pace: Pace::new(args.speed), _server: server })
     }
 

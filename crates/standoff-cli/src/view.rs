@@ -77,7 +77,14 @@ fn run(what: &Path, args: &Args) -> Result<Shown, Failure> {
 
 /// Serves one or two runs; the page shows them while they are still being flown or read.
 fn show(first: Shown, second: Option<Shown>, args: &Args) -> Result<(), Failure> {
-    let site = site::of_runs(first.live.replay(), second.as_ref().map(|shown| shown.live.replay()));
+    let replays = (first.live.replay(), second.as_ref().map(|shown| shown.live.replay()));
+    let tiles = args.served.tiles();
+    let is_geographic = [Some(&first), second.as_ref()].into_iter().flatten().any(|shown| shown.live.is_geographic());
+    if tiles.is_some() && !is_geographic {
+        let message = "--tiles: the run has no geographic coordinates: tiles need traffic in degrees";
+        return Err(Failure::Input(message.to_owned()));
+    }
+    let site = site::of_runs(replays.0, replays.1, tiles);
     let interruption = Interruption::install()?;
     let server = args.served.serve(site, print)?;
     note("Press Ctrl-C to stop.");
@@ -122,7 +129,7 @@ fn batches(dirs: &[&Path], args: &Args) -> Result<(), Failure> {
         Some(replay)
     };
     let interruption = Interruption::install()?;
-    let site = site::of_batch(&batch, fly).map_err(Failure::running)?;
+    let site = site::of_batch(&batch, args.served.tiles().cloned(), fly).map_err(Failure::running)?;
     let _server = args.served.serve(site, print)?;
     note("Press Ctrl-C to stop.");
     interruption.wait(None);

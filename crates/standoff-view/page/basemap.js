@@ -47,16 +47,17 @@ class Basemap {
   /** Adds the shapes of a map. */
   put({ layers, credit }) {
     this.credit = credit;
-    for (const { kind, width_m, lines, areas } of layers) {
+    for (const { kind, width_m, lines, areas, names = {} } of layers) {
       if (!Object.hasOwn(LINE_STYLES, kind)) continue;
-      for (const line of lines) this.add(kind, width_m, [line], false);
+      const named = new Map(Object.entries(names).flatMap(([name, indices]) => indices.map((index) => [index, shortName(name)])));
+      lines.forEach((line, index) => this.add(kind, width_m, [line], false, named.get(index)));
       for (const rings of areas) this.add(kind, 0, rings, true);
     }
     this.canvas.dataset.basemap = String(this.shapes.length);
   }
 
-  /** Adds a shape. Its lines are coordinate differences in decimetres. */
-  add(kind, width_m, lines, area) {
+  /** Adds a shape; roads may have a name. Its lines are coordinate differences in decimetres. */
+  add(kind, width_m, lines, area, name) {
     let [west, south, east, north] = [Infinity, Infinity, -Infinity, -Infinity];
     const rings = lines.map((deltas) => {
       const points = new Float64Array(deltas.length);
@@ -71,7 +72,7 @@ class Basemap {
       }
       return points;
     });
-    const shape = { kind, width_m, rings, area, west, south, east, north, size_m: Math.max(east - west, north - south) };
+    const shape = { kind, width_m, rings, area, name, west, south, east, north, size_m: Math.max(east - west, north - south) };
     const index = this.shapes.push(shape) - 1;
     const cell = (value) => Math.floor(value / Basemap.CELL_M);
     const [left, right, low, high] = [cell(west), cell(east), cell(south), cell(north)];
@@ -261,6 +262,14 @@ class Basemap {
     const [east, south] = camera.world(width, height);
     this.drawShapes(ctx, [west, east, south, north], px_per_m, width / 2 - x_m * px_per_m, height / 2 + y_m * px_per_m);
     this.drawCredit(ctx, camera);
+  }
+
+  /** The visible named lines, longest first. */
+  named(camera) {
+    const [west, north] = camera.world(0, 0);
+    const [east, south] = camera.world(camera.width, camera.height);
+    const isVisible = (shape) => shape.name && shape.east > west && shape.west < east && shape.north > south && shape.south < north;
+    return this.near(west, east, south, north).filter(isVisible).sort((a, b) => b.size_m - a.size_m);
   }
 
   /** Draws the copyright notice of the map. */

@@ -100,6 +100,24 @@ function geographic(origin, east_m, north_m) {
   return [(lat * 180) / Math.PI, (Math.atan2(y, x) * 180) / Math.PI];
 }
 
+/** Metres east and north of a latitude and longitude at the height of the ellipsoid, in the plane at `origin`. */
+function local(origin, lat_deg, lon_deg) {
+  const a = 6378137;
+  const f = 1 / 298.257223563;
+  const e2 = f * (2 - f);
+  const radians = (angle_deg) => (angle_deg * Math.PI) / 180;
+  const at = (lat, lon) => {
+    const n = a / Math.sqrt(1 - e2 * Math.sin(lat) ** 2);
+    return [n * Math.cos(lat) * Math.cos(lon), n * Math.cos(lat) * Math.sin(lon), n * (1 - e2) * Math.sin(lat)];
+  };
+  const [lat0, lon0] = [radians(origin.latitude_deg), radians(origin.longitude_deg)];
+  const from = at(lat0, lon0);
+  const [x, y, z] = at(radians(lat_deg), radians(lon_deg)).map((value, k) => value - from[k]);
+  const east_m = -Math.sin(lon0) * x + Math.cos(lon0) * y;
+  const north_m = -Math.sin(lat0) * (Math.cos(lon0) * x + Math.sin(lon0) * y) + Math.cos(lat0) * z;
+  return [east_m, north_m];
+}
+
 /** Formats a latitude or longitude. */
 function degrees(value, positive, negative) {
   return `${Math.abs(value).toFixed(6)}\u00b0 ${value < 0 ? negative : positive}`;

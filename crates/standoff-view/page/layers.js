@@ -2,6 +2,7 @@
 
 /** Layers that the user can switch on and off: name, title, tooltip, draw function. */
 const LAYERS = [
+  ["tiles", "Map tiles", "Background images of the tile server given with --tiles", drawTiles],
   ["basemap", "Roads and buildings", "Background map of the scenario or of the option --map",
     (map, { ctx, isExport }) => (isExport ? map.basemap?.drawWhole(ctx, map.camera) : map.basemap?.draw(ctx, map.camera))],
   ["grid", "Grid and scale", "Grid lines at round distances; the scale bar at the lower left is one grid step", drawGrid],
@@ -29,13 +30,14 @@ const LAYERS = [
     drawIntruders],
   ["silence", "Silent UAVs", "UAVs whose reports the agent of the shown team state does not receive: current position, and position of the last report", drawSilence],
   ["names", "Names", "If there is no space, names of objects without a warning are left out first", drawNames],
+  ["road-names", "Road names", "Names of roads on the background map, where no other label is", drawRoadNames],
 ];
 
 /** Layers that exist only if every UAV runs its own agent. */
 const AGENT_LAYERS = new Set(["radio", "silence"]);
 
 /** Layers of the preset "Operator". */
-const OPERATOR_LAYERS = ["basemap", "grid", "zones", "desired", "views", "radio", "tracks", "uavs", "avoidance", "intruders", "silence", "names"];
+const OPERATOR_LAYERS = ["tiles", "basemap", "road-names", "grid", "zones", "desired", "views", "radio", "tracks", "uavs", "avoidance", "intruders", "silence", "names"];
 
 /** Presets of the layers: key, title, description, layers (all if missing). */
 const PRESETS = [

@@ -89,13 +89,13 @@ function saveMapSvg(page) {
 }
 
 /** Properties of a context that `save` and `restore` keep. */
-const SVG_STATE = ["strokeStyle", "fillStyle", "lineWidth", "lineJoin", "lineCap", "font", "textAlign", "textBaseline", "dash", "clipId", "k", "dx", "dy"];
+const SVG_STATE = ["strokeStyle", "fillStyle", "lineWidth", "lineJoin", "lineCap", "font", "textAlign", "textBaseline", "dash", "clipId", "k", "dx", "dy", "turn_rad"];
 
 /** The part of `CanvasRenderingContext2D` that the draw functions of the map use; it writes SVG elements. */
 class SvgContext {
   constructor(width, height) {
     Object.assign(this, { width, height, strokeStyle: "#000000", fillStyle: "#000000", lineWidth: 1, lineJoin: "miter", lineCap: "butt",
-      font: "12px sans-serif", textAlign: "left", textBaseline: "alphabetic", dash: [], clipId: 0, k: 1, dx: 0, dy: 0 });
+      font: "12px sans-serif", textAlign: "left", textBaseline: "alphabetic", dash: [], clipId: 0, k: 1, dx: 0, dy: 0, turn_rad: 0 });
     this.elements = [];
     this.clips = 0;
     this.states = [];
@@ -124,6 +124,11 @@ class SvgContext {
 
   scale(k) {
     this.k *= k;
+  }
+
+  /** Only texts are rotated. */
+  rotate(angle_rad) {
+    this.turn_rad += angle_rad;
   }
 
   setLineDash(dash) {
@@ -221,11 +226,12 @@ class SvgContext {
     const [left, top] = this.at(x, y).split(" ");
     const [, weight = "", size] = this.font.match(/^(\d+ )?([\d.]+)px/);
     const fit = limit < this.measureText(text).width ? { textLength: svgNumber(this.k * limit), lengthAdjust: "spacingAndGlyphs" } : {};
+    const turn = this.turn_rad ? { transform: `rotate(${svgNumber((this.turn_rad * 180) / Math.PI)} ${left} ${top})` } : {};
     const baseline = { middle: "central", bottom: "text-after-edge" }[this.textBaseline];
     this.add("text", {
       x: left, y: top, "font-family": "system-ui, sans-serif", "font-size": svgNumber(this.k * size), ...(weight ? { "font-weight": weight.trim() } : {}),
       "text-anchor": { left: "start", center: "middle", right: "end" }[this.textAlign] ?? "start",
-      ...(baseline ? { "dominant-baseline": baseline } : {}), ...fit, ...look,
+      ...(baseline ? { "dominant-baseline": baseline } : {}), ...fit, ...turn, ...look,
     }, text);
   }
 

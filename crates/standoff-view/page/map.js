@@ -13,7 +13,9 @@ class MissionMap {
     this.basemap = replayData.head.map ? new Basemap(canvas) : null;
     /** Available layers: background map, zones, intruders and collision avoidance are optional. */
     const { zones, has_separation, limits } = replayData.head;
-    const needs = { basemap: this.basemap, zones, intruders: limits.intruders, avoidance: has_separation };
+    const { tiles: template } = document.body.dataset;
+    this.tiles = template && replayData.head.origin ? new Tiles(template, replayData.head.origin) : null;
+    const needs = { tiles: this.tiles, basemap: this.basemap, "road-names": this.basemap, zones, intruders: limits.intruders, avoidance: has_separation };
     this.layers = new LayerChoice(LAYERS.map(([name]) => name).filter((name) => !(name in needs) || needs[name]));
     /** The ruler: `null` if it is switched off, otherwise its ends `from` and `to`, if they have been placed. */
     this.ruler = null;

@@ -79,7 +79,8 @@ async function showReplay(sources) {
   page.legend = new MapLegend(page);
   showOutcome(page);
   connect(page);
-  for (const { replayData, selection } of page.runs) {
+  for (const { replayData, selection, map } of page.runs) {
+    map.renew = () => page.renew();
     replayData.loaded = () => page.renew();
     selection.on(() => page.renew());
   }

@@ -7,6 +7,7 @@ mod chart;
 mod collect;
 mod curve;
 mod figure;
+mod frames;
 pub mod study;
 mod style;
 mod symbol;
@@ -18,6 +19,7 @@ mod trajectories;
 use chart::Drawn;
 use collect::Run;
 pub use figure::{Figure, FigureError, Setup};
+pub use frames::{Extent, MapFrames};
 use standoff_record::Frame;
 use standoff_score::FrameScorer;
 

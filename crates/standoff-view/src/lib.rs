@@ -19,3 +19,4 @@ mod row_fixtures;
 mod score_fixtures;
 pub mod serve;
 pub mod site;
+pub mod tiles;

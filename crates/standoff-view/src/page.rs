@@ -3,13 +3,16 @@
 //! The sources of the pages are plain scripts in `page/`, without a build step. `build.rs` extracts the chart script
 //! from the `plotly` crate.
 
+use axum::http::header::{CONTENT_SECURITY_POLICY, HeaderValue};
+use axum::response::{IntoResponse, Response};
 use axum::routing::get;
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD as BASE64;
 
 use crate::batch::Batch;
 use crate::replay::{Head, Part, gzip};
-use crate::serve::{Bytes, Resource, Site};
+use crate::serve::{Bytes, Resource, Site, policy_with_images};
+use crate::tiles::TileServer;
 
 /// Script of the pages. Its files share one scope.
 const SCRIPT: &str = concat!(
@@ -30,6 +33,8 @@ const SCRIPT: &str = concat!(
     include_str!("../page/layers.js"),
     include_str!("../page/view.js"),
     include_str!("../page/basemap.js"),
+    include_str!("../page/road-names.js"),
+    include_str!("../page/tiles.js"),
     include_str!("../page/zones.js"),
     include_str!("../page/map.js"),
     include_str!("../page/columns.js"),
@@ -79,30 +84,47 @@ const START: &str = include_str!("../page/boot.js");
 const REPORT_POLICY: &str = "default-src 'none'; script-src 'unsafe-inline' blob:; style-src 'unsafe-inline'; \
                              img-src data: blob:; base-uri 'none'; form-action 'none'";
 
+/// A served page, and the content security policy that it needs if it shows tiles.
+#[derive(Debug, Clone)]
+pub(crate) struct ServedPage {
+    html: Resource,
+    policy: Option<HeaderValue>,
+}
+
+impl IntoResponse for ServedPage {
+    fn into_response(self) -> Response {
+        let policy = self.policy.map(|policy| [(CONTENT_SECURITY_POLICY, policy)]);
+        (policy, self.html).into_response()
+    }
+}
+
 /// Replay page of runs whose data is served below the space-separated paths `bases`.
-pub(crate) fn served_replay(bases: &str) -> Resource {
-    served(REPLAY, bases)
+pub(crate) fn served_replay(bases: &str, tiles: Option<&TileServer>) -> ServedPage {
+    served(REPLAY, bases, tiles)
 }
 
 /// Page of Monte Carlo results whose data is served as `/batch.json`.
-pub(crate) fn served_batch() -> Resource {
-    served(BATCH, "")
+pub(crate) fn served_batch() -> ServedPage {
+    served(BATCH, "", None)
 }
 
 /// A page whose data is served below `bases`.
-fn served(body: &str, bases: &str) -> Resource {
+fn served(body: &str, bases: &str, tiles: Option<&TileServer>) -> ServedPage {
+    let template = tiles.map(|tiles| format!(" data-tiles=\"{}\"", tiles.template().replace('&', "&amp;")));
+    let template = template.unwrap_or_default();
     let page = format!(
         "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\
          <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n\
          <title>standoff</title>\n<link rel=\"icon\" href=\"data:,\">\n\
          <link rel=\"stylesheet\" href=\"/page.css\">\n\
-         <script src=\"/page.js\" defer></script>\n</head>\n<body data-bases=\"{bases}\">\n{body}</body>\n</html>\n"
+         <script src=\"/page.js\" defer></script>\n</head>\n<body data-bases=\"{bases}\"{template}>\n{body}</body>\n</html>\n"
     );
-    Resource { kind: "text/html; charset=utf-8", body: page.into(), gzip: false }
+    let html = Resource { kind: "text/html; charset=utf-8", body: page.into(), gzip: false };
+    ServedPage { html, policy: tiles.map(|tiles| policy_with_images(tiles.origin())) }
 }
 
 /// Makes a site of a page with its style sheet and scripts.
-pub(crate) fn site(page: Resource) -> Site {
+pub(crate) fn site(page: ServedPage) -> Site {
     let assets = [
         ("/page.css", "text/css; charset=utf-8", STYLE.as_bytes(), false),
         ("/page.js", "text/javascript; charset=utf-8", SCRIPT.as_bytes(), false),

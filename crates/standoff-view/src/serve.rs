@@ -20,6 +20,7 @@ use std::thread;
 pub use axum::body::Bytes;
 pub use limits::Limits;
 pub use live_feed::Feed;
+pub(crate) use response::policy_with_images;
 pub use response::{NOT_FOUND, Refusal, Resource};
 pub use state::{ServerState, Site};
 use tokio::net::TcpSocket;

@@ -12,6 +12,7 @@ use crate::batch::Batch;
 use crate::page;
 use crate::replay::{Replay, gzip};
 use crate::serve::{NOT_FOUND, Resource, ServerState, Site};
+use crate::tiles::TileServer;
 
 /// Number of re-flown runs of a batch that are kept in memory.
 const MAX_CACHED_RUNS: usize = 8;
@@ -19,11 +20,12 @@ const MAX_CACHED_RUNS: usize = 8;
 /// URL paths below which the data of the first and of the second run are served.
 const RUNS: [&str; 2] = ["/replay", "/replay-2"];
 
-/// Makes a site of a replay, which may still grow, and of an optional second one shown next to it.
-pub fn of_runs(first: Arc<Replay>, second: Option<Arc<Replay>>) -> Site {
+/// Makes a site of a replay, which may still grow, and of an optional second one shown next to it, over the images of
+/// `tiles` if they have geographic coordinates.
+pub fn of_runs(first: Arc<Replay>, second: Option<Arc<Replay>>, tiles: Option<&TileServer>) -> Site {
     let runs: Vec<_> = RUNS.into_iter().zip(iter::once(first).chain(second)).collect();
     let bases: Vec<_> = runs.iter().map(|(base, _)| *base).collect();
-    let site = page::site(page::served_replay(&bases.join(" ")));
+    let site = page::site(page::served_replay(&bases.join(" "), tiles));
     runs.into_iter().fold(site, |site, (base, replay)| {
         let feed = replay.feed();
         let file = async move |Path(file): Path<String>| replay.get(&file).ok_or(NOT_FOUND);
@@ -34,9 +36,10 @@ pub fn of_runs(first: Arc<Replay>, second: Option<Arc<Replay>>) -> Site {
 }
 
 /// Makes a site of Monte Carlo results. `fly` re-flies a run when a page requests it, given the index of its batch and
-/// its seed.
+/// its seed; `tiles` as in [`of_runs`].
 pub fn of_batch(
     batch: &Batch,
+    tiles: Option<TileServer>,
     fly: impl Fn(usize, u64) -> Option<Arc<Replay>> + Send + Sync + 'static,
 ) -> serde_json::Result<Site> {
     let data = Resource { kind: "application/json", body: gzip(batch.json()?.as_bytes()).into(), gzip: true };
@@ -44,7 +47,10 @@ pub fn of_batch(
     let run = async move |State(server): State<Arc<ServerState>>, Path(path): Path<String>, request: Request| {
         let (run, file) = parse_run(&path).ok_or(NOT_FOUND)?;
         match file {
-            "" => Ok(page::served_replay(&format!("/run/{}/{}/replay", run.0, run.1)).into_response()),
+            "" => {
+                let base = format!("/run/{}/{}/replay", run.0, run.1);
+                Ok(page::served_replay(&base, tiles.as_ref()).into_response())
+            }
             // A page requests the head first, so the run has been flown already.
             "replay/feed" => Ok(server.follow(&flights.cached(run).ok_or(NOT_FOUND)?.feed(), request)),
             _ => {

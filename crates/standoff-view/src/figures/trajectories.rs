@@ -51,9 +51,9 @@ const TRUTH: &str = "true paths of targets";
 const EARLIER: &str = "earlier paths of UAVs";
 const START: &str = "UAV at the start";
 /// Colour of zone outlines.
-const ZONE: RGBColor = RGBColor(196, 38, 29);
+pub(super) const ZONE: RGBColor = RGBColor(196, 38, 29);
 /// Colour of objects in no group.
-const NO_GROUP: RGBColor = RGBColor(130, 130, 130);
+pub(super) const NO_GROUP: RGBColor = RGBColor(130, 130, 130);
 
 /// Draws the figure.
 pub(super) fn draw(run: &Run, setup: &Setup) -> Drawn<Option<String>> {
@@ -245,7 +245,7 @@ fn darker(RGBColor(red, green, blue): RGBColor) -> RGBColor {
 }
 
 /// Points of an arc about a centre, symmetric to the direction `middle`; `angle`: full angle of the arc, rad.
-fn arc((x, y): Point, radius: f64, middle: f64, angle: f64) -> impl Iterator<Item = Point> {
+pub(super) fn arc((x, y): Point, radius: f64, middle: f64, angle: f64) -> impl Iterator<Item = Point> {
     let direction = move |step| middle + angle * (f64::from(step) / 120.0 - 0.5);
     (0..=120).map(direction).map(move |angle| (x + radius * cos(angle), y + radius * sin(angle)))
 }

@@ -14,7 +14,13 @@ use futures_util::stream::iter;
 const CONTENT_SECURITY_POLICY: &str = "default-src 'none'; script-src 'self'; style-src 'self' 'unsafe-inline'; \
     img-src 'self' data: blob:; connect-src 'self'; base-uri 'none'; form-action 'none'; frame-ancestors 'none'";
 
-/// Headers of every response: the browser runs only contents of the site and passes nothing to other origins. It must
+/// Content security policy of a page that also shows images from another origin: scheme, host and port.
+pub(crate) fn policy_with_images(origin: &str) -> HeaderValue {
+    let policy = CONTENT_SECURITY_POLICY.replace("img-src 'self'", &format!("img-src 'self' {origin}"));
+    HeaderValue::from_str(&policy).unwrap_or(HeaderValue::from_static(CONTENT_SECURITY_POLICY))
+}
+
+/// Headers of every response that does not have its own: the browser runs only contents of the site and passes nothing to other origins. It must
 /// not cache, because another run or another version of standoff may use the same address later.
 const COMMON_HEADERS: [(HeaderName, &str); 6] = [
     (header::CACHE_CONTROL, "no-store"),
@@ -81,7 +87,9 @@ impl Iterator for Inflated {
 /// Completes a response: adds the common headers, and decompresses the content unless the client `takes_gzip`.
 pub(super) async fn complete(mut response: Response, takes_gzip: bool) -> Response {
     let headers = response.headers_mut();
-    headers.extend(COMMON_HEADERS.map(|(name, value)| (name, HeaderValue::from_static(value))));
+    for (name, value) in COMMON_HEADERS {
+        headers.entry(name).or_insert(HeaderValue::from_static(value));
+    }
     if takes_gzip || headers.remove(header::CONTENT_ENCODING).is_none() {
         return response;
     }
