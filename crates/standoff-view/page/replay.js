@@ -15,6 +15,10 @@ class Page {
 
   /** Shows the scenes in three dimensions, or the maps. */
   async show3d(is3d) {
+    if (is3d && !hasWebGl()) {
+      element("search-result").replaceChildren("This browser has no WebGL, which the view in three dimensions needs");
+      return;
+    }
     this.is3d = is3d;
     for (const view of this.views3d) view.show(is3d);
     element("view-3d").setAttribute("aria-pressed", String(is3d));

@@ -89,7 +89,7 @@ class View3d {
       scene: {
         uirevision: "kept", dragmode: "turntable", aspectmode: "manual",
         aspectratio: { x: (2 * half[0]) / widest, y: (2 * half[1]) / widest, z: height },
-        camera: { eye: { x: 0.04, y: -0.95, z: 0.62 }, center: { x: 0, y: 0, z: -0.1 } },
+        camera: { eye: { x: 0.04, y: -1.05, z: 0.68 }, center: { x: 0, y: 0, z: -0.1 } },
         xaxis: axis("East (m)", camera.x_m, half[0]), yaxis: axis("North (m)", camera.y_m, half[1]),
         zaxis: { ...axis("Altitude (m)", this.height_m / 2, this.height_m / 2), nticks: 4 },
       },
@@ -242,6 +242,12 @@ class View3d {
     const intruders = of("intruder", scene.intruders, () => alarm, ({ altitude_m }) => (Number.isNaN(altitude_m) ? 0 : altitude_m));
     return markers([...uavs, ...intruders], { symbol: "diamond" });
   }
+}
+
+/** Whether the browser can draw in three dimensions. */
+function hasWebGl() {
+  const canvas = document.createElement("canvas");
+  return Boolean(canvas.getContext("webgl2") ?? canvas.getContext("webgl"));
 }
 
 /** Lines of many colours, which plotly draws as one trace. */
