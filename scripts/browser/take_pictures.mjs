@@ -11,7 +11,8 @@ const [results, pictures] = process.argv.slice(2);
 const browser = await chromium.launch({
   executablePath: process.env.CHROMIUM ?? "/usr/bin/chromium",
   chromiumSandbox: process.getuid() !== 0,
-  args: ["--disable-gpu", "--disable-background-networking"],
+  // WebGL without a graphics card.
+  args: ["--disable-gpu", "--enable-unsafe-swiftshader", "--disable-background-networking"],
 });
 
 /** Opens a page, prepares it and saves a screenshot. */
@@ -28,6 +29,13 @@ async function picture(file, name, theme, arrange) {
 async function handoff(page) {
   await page.waitForSelector("body[data-ready=charts]");
   await goTo(page, 33);
+}
+
+/** Goes to the handoff in three dimensions. */
+async function handoffIn3d(page) {
+  await handoff(page);
+  await page.click("#view-3d");
+  await page.waitForSelector(".view-3d[data-time-s='33.000']");
 }
 
 /** Selects the metric with the largest difference. */
@@ -75,5 +83,6 @@ for (const theme of ["light", "dark"]) {
   await picture("run/report.html", `page-${theme}`, theme, handoff);
   await picture("compared.html", `runs-${theme}`, theme, selectMetric);
 }
+await picture("run/report.html", "page-3d", "light", handoffIn3d);
 await picture("run/report.html", "page-annotated", "light", numbered);
 await browser.close();
