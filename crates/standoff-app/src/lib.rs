@@ -1,4 +1,4 @@
-//! Flies, records and reports runs and batches in folders; shared by the command line and the Python package.
+//! Flies, records and reports runs, batches and sweeps in folders; shared by the command line and the Python package.
 //!
 //! ```text
 //! scenario -> fly -> record -> report -> outcome (text, JSON), summary.json, figures, report.html
@@ -16,6 +16,7 @@ mod fly;
 mod maps;
 mod outcome;
 mod report;
+mod sweep;
 mod warnings;
 
 pub use baseline::BaselineReport;
@@ -27,4 +28,5 @@ pub use fly::{fly, has_older_run, manifest};
 pub use maps::Maps;
 pub use outcome::{Outcome, OutcomeOptions, PerTarget, count, lines};
 pub use report::{Report, report_end, report_run, save, settings_of, warn_omitted};
+pub use sweep::{Axis, LatinHypercube, LoadPoint, SWEEP, SWEEP_TABLE, Sweep, SweepResults};
 pub use warnings::{Warnings, warn};

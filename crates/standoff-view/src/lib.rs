@@ -1,5 +1,5 @@
-//! Visualisation of runs: static figures, a page that replays a run, MCAP files for robotics viewers, a page for Monte
-//! Carlo results, and a local web server for these pages.
+//! Visualisation of runs: static figures, a page that replays a run, MCAP files for robotics viewers, pages for Monte
+//! Carlo results and sweeps, and a local web server for these pages.
 
 pub mod batch;
 mod colours;
@@ -19,3 +19,4 @@ mod row_fixtures;
 mod score_fixtures;
 pub mod serve;
 pub mod site;
+pub mod sweep;

@@ -1,4 +1,4 @@
-//! The replay page of a run and the page of Monte Carlo results, each as one self-contained file or served.
+//! The replay page of a run and the pages of Monte Carlo results and sweeps, each as one self-contained file or served.
 //!
 //! The sources of the pages are plain scripts in `page/`, without a build step. `build.rs` extracts the chart script
 //! from the `plotly` crate.
@@ -10,6 +10,7 @@ use base64::engine::general_purpose::STANDARD as BASE64;
 use crate::batch::Batch;
 use crate::replay::{Head, Part, gzip};
 use crate::serve::{Bytes, Resource, Site};
+use crate::sweep::SweepPage;
 
 /// Script of the pages. Its files share one scope.
 const SCRIPT: &str = concat!(
@@ -66,9 +67,22 @@ const SCRIPT: &str = concat!(
     include_str!("../page/main.js"),
     "})();\n",
 );
+/// Script of the page of a sweep, which needs few of the other files.
+const SWEEP_SCRIPT: &str = concat!(
+    "(() => {\n\"use strict\";\n",
+    include_str!("../page/common.js"),
+    include_str!("../page/replay-data.js"),
+    include_str!("../page/data-source.js"),
+    include_str!("../page/palette.js"),
+    include_str!("../page/batch-plots.js"),
+    include_str!("../page/batch.js"),
+    include_str!("../page/sweep.js"),
+    "})();\n",
+);
 const STYLE: &str = include_str!("../page/style.css");
 const REPLAY: &str = include_str!("../page/replay.html");
 const BATCH: &str = include_str!("../page/batch.html");
+const SWEEP: &str = include_str!("../page/sweep.html");
 /// Chart script (plotly.js), gzipped. A constant could be in the program twice.
 static CHARTS: &[u8] = include_bytes!(concat!(env!("OUT_DIR"), "/plotly.js.gz"));
 
@@ -154,14 +168,21 @@ pub fn report(head: &Head, parts: &[Part]) -> serde_json::Result<String> {
     if let Some(map) = &head.map {
         put(&mut page, "map", map);
     }
-    Ok(end(page))
+    Ok(end(page, SCRIPT))
 }
 
 /// Makes the page of Monte Carlo results as one file that opens from disk without a network.
 pub fn batch_report(batch: &Batch) -> serde_json::Result<String> {
     let mut page = begin(BATCH);
     put(&mut page, "batch", &gzip(batch.json()?.as_bytes()));
-    Ok(end(page))
+    Ok(end(page, SCRIPT))
+}
+
+/// Makes the page of a sweep as one file that opens from disk without a network.
+pub fn sweep_report(sweep: &SweepPage) -> serde_json::Result<String> {
+    let mut page = begin(SWEEP);
+    put(&mut page, "sweep", &gzip(serde_json::to_string(sweep)?.as_bytes()));
+    Ok(end(page, SWEEP_SCRIPT))
 }
 
 /// Start of a report file, up to its data.
@@ -179,9 +200,9 @@ fn put(page: &mut String, name: &str, gz: &[u8]) {
     *page += &format!("<script type=\"application/gzip\" data-part=\"{name}\">{}</script>\n", BASE64.encode(gz));
 }
 
-/// Appends the scripts and completes a report file.
-fn end(mut page: String) -> String {
-    put(&mut page, "page", &gzip(SCRIPT.as_bytes()));
+/// Appends the page's script and plotly.js, and completes a report file.
+fn end(mut page: String, script: &str) -> String {
+    put(&mut page, "page", &gzip(script.as_bytes()));
     put(&mut page, "charts", CHARTS);
     page + &format!("<script>\n{START}</script>\n</body>\n</html>\n")
 }
@@ -202,8 +223,14 @@ mod tests {
     /// The scripts share one scope: a name that is declared twice would be a syntax error.
     #[test]
     fn no_name_is_declared_in_two_scripts() {
+        for script in [SCRIPT, SWEEP_SCRIPT] {
+            check_names(script);
+        }
+    }
+
+    fn check_names(script: &str) {
         let mut names = std::collections::BTreeSet::new();
-        for line in SCRIPT.lines() {
+        for line in script.lines() {
             let words: Vec<&str> = line.trim_start_matches("async ").split([' ', '(', ';']).collect();
             if let [kind, name, ..] = words[..]
                 && ["const", "let", "class", "function", "function*"].contains(&kind)
@@ -211,14 +238,16 @@ mod tests {
                 assert!(names.insert(name), "{name} is declared twice");
             }
         }
-        assert!(names.len() > 100, "{} names", names.len());
+        assert!(names.len() > 30, "{} names", names.len());
     }
 
     /// The page's own text is the only part that is not compressed, so it must not contain a script end tag.
     #[test]
     fn the_page_text_contains_no_script_end_tag() {
         assert!(!START.contains("</script"));
-        assert!(!REPLAY.contains("<script") && !BATCH.contains("<script"));
-        assert!(!SCRIPT.contains("innerHTML") && !SCRIPT.contains("document.write") && !SCRIPT.contains("eval("));
+        assert!([REPLAY, BATCH, SWEEP].iter().all(|body| !body.contains("<script")));
+        for script in [SCRIPT, SWEEP_SCRIPT] {
+            assert!(!script.contains("innerHTML") && !script.contains("document.write") && !script.contains("eval("));
+        }
     }
 }
