@@ -90,6 +90,27 @@ def test_an_interrupted_sweep_resumes(tmp_path: Path) -> None:
     assert (resumed.dir / "sweep.parquet").read_bytes() == (whole.dir / "sweep.parquet").read_bytes()
 
 
+def test_a_damaged_sweep_is_an_error(tmp_path: Path) -> None:
+    swept = standoff.sweep(pair(), vary={"uavs.count": [2, 3]}, runs=2, metrics="anees", out=tmp_path / "s")
+    definition = json.loads((swept.dir / "sweep.json").read_text())
+    for change, message in [
+        ({"metrics": ["anees", "nis"]}, "points/0: its runs or metrics are not those of the sweep"),
+        ({"runs": 0}, "its runs or metrics are not those of the sweep"),
+        ({"points": [["2"], ["3", "4"]]}, "sweep.json is damaged: its points do not match its keys"),
+        ({"points": 5}, "sweep.json is damaged: invalid type"),
+        ({"format": 9}, "sweep.json has format 9"),
+    ]:
+        (swept.dir / "sweep.json").write_text(json.dumps({**definition, **change}))
+        with pytest.raises(InputError, match=message):
+            standoff.Sweep(swept.dir)
+    (swept.dir / "sweep.json").write_text(json.dumps(definition))
+    (swept.dir / "points/1/runs.parquet").unlink()
+    with pytest.raises(InputError, match="points/1: contains no results"):
+        standoff.Sweep(swept.dir)
+    with pytest.raises(InputError, match="contains no results of standoff sweep"):
+        standoff.Sweep(tmp_path)
+
+
 @pytest.mark.parametrize(
     ("wrong", "error", "message"),
     [

@@ -6,7 +6,7 @@ use standoff_io::{atomic_file, display_text};
 use standoff_map::{Bounds, MapError, Packed, Place, pack};
 use standoff_record::{MAP_FILE, Record};
 use standoff_sim::scenario::{MAPS_MAX, MapFile, Scenario, Targets};
-use standoff_view::serve::Bytes;
+use standoff_view::Bytes;
 
 use crate::error::{Failure, of_record};
 use crate::warnings::Warnings;

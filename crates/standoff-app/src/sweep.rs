@@ -25,7 +25,7 @@ use standoff_sim::monte_carlo::{Batch, MonteCarloError, Progress, fly_into};
 use standoff_sim::scenario::ScenarioTemplate;
 
 pub use axis::Axis;
-pub use design::LatinHypercube;
+pub use design::{LatinHypercube, POINTS_MAX};
 pub use results::{SWEEP_TABLE, SweepResults};
 
 use crate::error::{Failure, of_batch};
@@ -130,7 +130,9 @@ impl Sweep {
         if sweep.format != FORMAT {
             return Err(Failure::Input(format!("{place} has format {}; this version supports {FORMAT}", sweep.format)));
         }
-        if sweep.points.is_empty() || sweep.points.iter().any(|point| point.len() != sweep.keys.len()) {
+        if !(1..=POINTS_MAX).contains(&sweep.points.len())
+            || sweep.points.iter().any(|point| point.len() != sweep.keys.len())
+        {
             return Err(damaged("its points do not match its keys".to_owned()));
         }
         Ok(sweep)

@@ -11,7 +11,6 @@ mod interruptible;
 mod law;
 mod metrics_table;
 mod notebook_repr;
-mod pread_file;
 mod run;
 mod scenario;
 mod sweep;

@@ -7,7 +7,7 @@ use std::sync::atomic::AtomicBool;
 use pyo3::exceptions::PyIndexError;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyString};
-use standoff_app::{Axis, LatinHypercube, SWEEP_TABLE, Sweep as Definition, SweepResults};
+use standoff_app::{Axis, LatinHypercube, POINTS_MAX, SWEEP_TABLE, Sweep as Definition, SweepResults};
 use standoff_sim::monte_carlo::Progress;
 
 use crate::batch::{Batch, store_progress};
@@ -195,7 +195,7 @@ fn define(
     metrics: &MetricsArg,
 ) -> PyResult<Definition> {
     let axes = vary.0.iter().map(|(key, values)| axis(&key, &values)).collect::<PyResult<Vec<_>>>()?;
-    let points = points.map(|points| within("points", points, 2, 10_000)).transpose()?;
+    let points = points.map(|points| within("points", points, 2, POINTS_MAX as u64)).transpose()?;
     let points_seed = count("points_seed", points_seed, 0)?;
     let (runs, seed) = (count("runs", runs, 1)?, count("seed", seed, 0)?);
     let hypercube = points

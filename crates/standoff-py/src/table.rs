@@ -8,22 +8,23 @@ use arrow_array::cast::AsArray;
 use arrow_array::ffi_stream::FFI_ArrowArrayStream;
 use arrow_array::types::{Float64Type, Int32Type, Int64Type};
 use arrow_array::{
-    Array, ArrayRef, BooleanArray, Float64Array, Int64Array, RecordBatch, RecordBatchIterator, RecordBatchReader,
-    StringArray,
+    Array, ArrayRef, BooleanArray, Float64Array, Int32Array, Int64Array, RecordBatch, RecordBatchIterator,
+    RecordBatchReader, StringArray,
 };
 use arrow_schema::ffi::FFI_ArrowSchema;
 use arrow_schema::{ArrowError, DataType, Field, Schema, SchemaRef};
 use numpy::IntoPyArray;
-use parquet::arrow::ProjectionMask;
-use parquet::arrow::arrow_reader::{ArrowReaderMetadata, ParquetRecordBatchReader, ParquetRecordBatchReaderBuilder};
+use parquet::basic::Type as Physical;
+use parquet::column::reader::{ColumnReader, ColumnReaderImpl};
+use parquet::data_type::ByteArray;
+use parquet::errors::{ParquetError, Result as ParquetResult};
 use pyo3::exceptions::PyKeyError;
 use pyo3::prelude::*;
 use pyo3::types::{PyCapsule, PyTuple};
 use standoff_io::display_text::nearest;
-use standoff_io::parquet_file::{Error, guarded};
+use standoff_io::parquet_file::{Error, RowBatches, Source};
 
 use crate::exceptions::{InputError, StandoffError};
-use crate::pread_file::Positional;
 
 /// Number of rows per record batch.
 const ROWS: usize = 65_536;
@@ -46,7 +47,7 @@ pub(crate) struct Table {
 
 /// Place of a table's rows.
 enum Contents {
-    File { file: Positional, metadata: ArrowReaderMetadata },
+    File { file: Source, schema: SchemaRef },
     Memory(RecordBatch),
 }
 
@@ -63,8 +64,9 @@ impl Table {
     pub(crate) fn open(path: &Path, owner: Option<Py<PyAny>>) -> PyResult<Self> {
         let shown = path.display().to_string();
         let opened = File::open(path).map_err(Error::from).and_then(|file| {
-            let metadata = guarded(|| ArrowReaderMetadata::load(&file, Default::default()))?;
-            Ok(Contents::File { file: Positional(Arc::new(file)), metadata })
+            let file = Source::open(file)?;
+            let schema = arrow_schema_of(&file)?;
+            Ok(Contents::File { file, schema })
         });
         let contents = opened.map_err(|error| refusal(&shown, error))?;
         Ok(Self { contents, name: shown, _owner: owner })
@@ -91,7 +93,7 @@ impl Table {
 
     fn schema(&self) -> &SchemaRef {
         match &self.contents {
-            Contents::File { metadata, .. } => metadata.schema(),
+            Contents::File { schema, .. } => schema,
             Contents::Memory(batch) => batch.schema_ref(),
         }
     }
@@ -99,15 +101,15 @@ impl Table {
     /// Makes a reader of one column, or of all.
     fn reader(&self, column: Option<usize>) -> PyResult<Box<dyn RecordBatchReader + Send>> {
         match &self.contents {
-            Contents::File { file, metadata } => {
-                let schema = metadata.metadata().file_metadata().schema_descr();
-                let mask = column.map_or_else(ProjectionMask::all, |column| ProjectionMask::leaves(schema, [column]));
-                let read = guarded(|| {
-                    let builder = ParquetRecordBatchReaderBuilder::new_with_metadata(file.clone(), metadata.clone());
-                    builder.with_batch_size(ROWS).with_projection(mask).build()
-                });
-                let reader = read.map_err(|error| refusal(&self.name, error))?;
-                Ok(Box::new(Guarded { schema: reader.schema(), reader }))
+            Contents::File { file, schema } => {
+                let schema = match column {
+                    Some(column) => Arc::new(Schema::new(vec![schema.field(column).clone()])),
+                    None => Arc::clone(schema),
+                };
+                let columns: Vec<_> =
+                    schema.fields().iter().map(|field| (field.name().as_str(), physical(field))).collect();
+                let batches = RowBatches::new([file.clone()], &columns).map_err(|error| refusal(&self.name, error))?;
+                Ok(Box::new(FileReader { schema, batches }))
             }
             Contents::Memory(batch) => {
                 let projected = column.map_or_else(|| Ok(batch.clone()), |column| batch.project(&[column]));
@@ -126,25 +128,135 @@ fn refusal(path: &str, error: Error) -> PyErr {
     }
 }
 
-/// A reader that returns panics as errors, because it is called from C.
-struct Guarded {
-    schema: SchemaRef,
-    reader: ParquetRecordBatchReader,
+/// Types of the columns of a file. Fails if a column has a type that no table of results has.
+fn arrow_schema_of(file: &Source) -> Result<SchemaRef, Error> {
+    let field = |column: &Arc<parquet::schema::types::ColumnDescriptor>| {
+        let name = column.path().string();
+        let kind = match column.physical_type() {
+            Physical::DOUBLE => DataType::Float64,
+            Physical::INT64 => DataType::Int64,
+            Physical::INT32 => DataType::Int32,
+            Physical::BOOLEAN => DataType::Boolean,
+            Physical::BYTE_ARRAY => DataType::Utf8,
+            other => return Err(Error::Foreign(format!("column {name} has the type {other}"))),
+        };
+        Ok(Field::new(name, kind, column.max_def_level() > 0))
+    };
+    let fields = file.schema().columns().iter().map(field).collect::<Result<Vec<_>, _>>()?;
+    Ok(Arc::new(Schema::new(fields)))
 }
 
-impl Iterator for Guarded {
+/// Parquet type of a column.
+fn physical(field: &Field) -> Physical {
+    match field.data_type() {
+        DataType::Float64 => Physical::DOUBLE,
+        DataType::Int64 => Physical::INT64,
+        DataType::Int32 => Physical::INT32,
+        DataType::Boolean => Physical::BOOLEAN,
+        _ => Physical::BYTE_ARRAY,
+    }
+}
+
+/// Reader of the record batches of a file.
+struct FileReader {
+    schema: SchemaRef,
+    batches: RowBatches,
+}
+
+impl FileReader {
+    fn next_batch(&mut self) -> Result<Option<RecordBatch>, ArrowError> {
+        let mut arrays: Vec<ArrayRef> = Vec::with_capacity(self.schema.fields().len());
+        let read = self.batches.next(ROWS, |column, reader, rows| {
+            let is_optional = self.schema.field(column).is_nullable();
+            let (array, found) = read_array(reader, rows, is_optional)?;
+            arrays.push(array);
+            Ok(found)
+        });
+        match read.map_err(|error| ArrowError::ParquetError(error.to_string()))? {
+            0 => Ok(None),
+            _ => RecordBatch::try_new(Arc::clone(&self.schema), arrays).map(Some),
+        }
+    }
+}
+
+impl Iterator for FileReader {
     type Item = Result<RecordBatch, ArrowError>;
 
     fn next(&mut self) -> Option<Self::Item> {
-        guarded(|| Ok(self.reader.next()))
-            .unwrap_or_else(|error| Some(Err(ArrowError::ParquetError(error.to_string()))))
+        self.next_batch().transpose()
     }
 }
 
-impl RecordBatchReader for Guarded {
+impl RecordBatchReader for FileReader {
     fn schema(&self) -> SchemaRef {
         Arc::clone(&self.schema)
     }
+}
+
+/// Reads the next rows of a column; returns also their number.
+fn read_array(reader: &mut ColumnReader, rows: usize, is_optional: bool) -> ParquetResult<(ArrayRef, usize)> {
+    /// Makes the array from the values, or from values and nulls.
+    macro_rules! array {
+        ($reader:expr, $array:ty) => {{
+            let (values, levels, found) = read_values($reader, rows, is_optional)?;
+            let array: ArrayRef = match levels {
+                None => Arc::new(<$array>::from(values)),
+                Some(levels) => {
+                    let mut values = values.into_iter();
+                    Arc::new(levels.into_iter().map(|level| values.next_if_is(level)).collect::<$array>())
+                }
+            };
+            (array, found)
+        }};
+    }
+    Ok(match reader {
+        ColumnReader::DoubleColumnReader(reader) => array!(reader, Float64Array),
+        ColumnReader::Int64ColumnReader(reader) => array!(reader, Int64Array),
+        ColumnReader::Int32ColumnReader(reader) => array!(reader, Int32Array),
+        ColumnReader::BoolColumnReader(reader) => array!(reader, BooleanArray),
+        ColumnReader::ByteArrayColumnReader(reader) => {
+            let (values, levels, found) = read_values(reader, rows, is_optional)?;
+            let text = |bytes: &ByteArray| bytes.as_utf8().map(str::to_owned);
+            let texts = values.iter().map(text).collect::<ParquetResult<Vec<String>>>()?;
+            let array = match levels {
+                None => StringArray::from(texts),
+                Some(levels) => {
+                    let mut texts = texts.into_iter();
+                    levels.into_iter().map(|level| texts.next_if_is(level)).collect()
+                }
+            };
+            (Arc::new(array), found)
+        }
+        _ => return Err(ParquetError::General("a column has an unexpected type".to_owned())),
+    })
+}
+
+/// Values of optional columns, which are stored without the nulls.
+trait NextIfIs: Iterator {
+    /// Returns the next value if the definition level states that there is one.
+    fn next_if_is(&mut self, level: i16) -> Option<Self::Item> {
+        if level > 0 { self.next() } else { None }
+    }
+}
+
+impl<I: Iterator> NextIfIs for I {}
+
+/// Values that are not null; the definition level of every row if the column is optional; and the number of rows.
+type Values<T> = (Vec<T>, Option<Vec<i16>>, usize);
+
+fn read_values<T: parquet::data_type::DataType>(
+    reader: &mut ColumnReaderImpl<T>,
+    rows: usize,
+    is_optional: bool,
+) -> ParquetResult<Values<T::T>> {
+    let (mut values, mut levels, mut found) = (Vec::new(), is_optional.then(Vec::new), 0);
+    while found < rows {
+        match reader.read_records(rows - found, levels.as_mut(), None, &mut values)?.0 {
+            0 => break,
+            records => found += records,
+        }
+    }
+    Ok((values, levels, found))
 }
 
 #[pymethods]
@@ -157,9 +269,7 @@ impl Table {
 
     fn __len__(&self) -> usize {
         match &self.contents {
-            Contents::File { metadata, .. } => {
-                usize::try_from(metadata.metadata().file_metadata().num_rows()).unwrap_or_default()
-            }
+            Contents::File { file, .. } => usize::try_from(file.rows()).unwrap_or_default(),
             Contents::Memory(batch) => batch.num_rows(),
         }
     }

@@ -17,6 +17,10 @@ mod row_fixtures;
 #[cfg(test)]
 #[path = "../../standoff-score/tests/common/mod.rs"]
 mod score_fixtures;
+#[cfg(feature = "server")]
 pub mod serve;
+#[cfg(feature = "server")]
 pub mod site;
 pub mod sweep;
+
+pub use bytes::Bytes;

@@ -1,19 +1,18 @@
-//! The replay page of a run and the pages of Monte Carlo results and sweeps, each as one self-contained file or served.
+//! The replay page of a run and the pages of Monte Carlo results and sweeps, each as one self-contained file; `site.rs`
+//! serves them.
 //!
 //! The sources of the pages are plain scripts in `page/`, without a build step. `build.rs` extracts the chart script
 //! from the `plotly` crate.
 
-use axum::routing::get;
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD as BASE64;
 
 use crate::batch::Batch;
 use crate::replay::{Head, Part, gzip};
-use crate::serve::{Bytes, Resource, Site};
 use crate::sweep::SweepPage;
 
 /// Script of the pages. Its files share one scope.
-const SCRIPT: &str = concat!(
+pub(crate) const SCRIPT: &str = concat!(
     "(() => {\n\"use strict\";\n",
     include_str!("../page/common.js"),
     include_str!("../page/replay-data.js"),
@@ -79,12 +78,12 @@ const SWEEP_SCRIPT: &str = concat!(
     include_str!("../page/sweep.js"),
     "})();\n",
 );
-const STYLE: &str = include_str!("../page/style.css");
-const REPLAY: &str = include_str!("../page/replay.html");
-const BATCH: &str = include_str!("../page/batch.html");
+pub(crate) const STYLE: &str = include_str!("../page/style.css");
+pub(crate) const REPLAY: &str = include_str!("../page/replay.html");
+pub(crate) const BATCH: &str = include_str!("../page/batch.html");
 const SWEEP: &str = include_str!("../page/sweep.html");
 /// Chart script (plotly.js), gzipped. A constant could be in the program twice.
-static CHARTS: &[u8] = include_bytes!(concat!(env!("OUT_DIR"), "/plotly.js.gz"));
+pub(crate) static CHARTS: &[u8] = include_bytes!(concat!(env!("OUT_DIR"), "/plotly.js.gz"));
 
 /// Decompresses the page script and runs it. It is the only script of a report in plain text.
 const START: &str = include_str!("../page/boot.js");
@@ -92,41 +91,6 @@ const START: &str = include_str!("../page/boot.js");
 /// Content security policy of a report: only its own contents may run, and nothing is fetched.
 const REPORT_POLICY: &str = "default-src 'none'; script-src 'unsafe-inline' blob:; style-src 'unsafe-inline'; \
                              img-src data: blob:; base-uri 'none'; form-action 'none'";
-
-/// Replay page of runs whose data is served below the space-separated paths `bases`.
-pub(crate) fn served_replay(bases: &str) -> Resource {
-    served(REPLAY, bases)
-}
-
-/// Page of Monte Carlo results whose data is served as `/batch.json`.
-pub(crate) fn served_batch() -> Resource {
-    served(BATCH, "")
-}
-
-/// A page whose data is served below `bases`.
-fn served(body: &str, bases: &str) -> Resource {
-    let page = format!(
-        "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\
-         <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n\
-         <title>standoff</title>\n<link rel=\"icon\" href=\"data:,\">\n\
-         <link rel=\"stylesheet\" href=\"/page.css\">\n\
-         <script src=\"/page.js\" defer></script>\n</head>\n<body data-bases=\"{bases}\">\n{body}</body>\n</html>\n"
-    );
-    Resource { kind: "text/html; charset=utf-8", body: page.into(), gzip: false }
-}
-
-/// Makes a site of a page with its style sheet and scripts.
-pub(crate) fn site(page: Resource) -> Site {
-    let assets = [
-        ("/page.css", "text/css; charset=utf-8", STYLE.as_bytes(), false),
-        ("/page.js", "text/javascript; charset=utf-8", SCRIPT.as_bytes(), false),
-        ("/plotly.js", "text/javascript; charset=utf-8", CHARTS, true),
-    ];
-    assets.into_iter().fold(Site::new().route("/", get(async || page)), |site, (path, kind, body, gzip)| {
-        let asset = Resource { kind, body: Bytes::from_static(body), gzip };
-        site.route(path, get(async || asset))
-    })
-}
 
 /// Makes the replay page of a run as one file that opens from disk without a network.
 ///

@@ -8,8 +8,9 @@ use axum::extract::{Path, Request, State};
 use axum::response::IntoResponse;
 use axum::routing::get;
 
+use crate::Bytes;
 use crate::batch::Batch;
-use crate::page;
+use crate::page::{BATCH, CHARTS, REPLAY, SCRIPT, STYLE};
 use crate::replay::{Replay, gzip};
 use crate::serve::{NOT_FOUND, Resource, ServerState, Site};
 
@@ -23,7 +24,7 @@ const RUNS: [&str; 2] = ["/replay", "/replay-2"];
 pub fn of_runs(first: Arc<Replay>, second: Option<Arc<Replay>>) -> Site {
     let runs: Vec<_> = RUNS.into_iter().zip(iter::once(first).chain(second)).collect();
     let bases: Vec<_> = runs.iter().map(|(base, _)| *base).collect();
-    let site = page::site(page::served_replay(&bases.join(" ")));
+    let site = with_assets(served_replay(&bases.join(" ")));
     runs.into_iter().fold(site, |site, (base, replay)| {
         let feed = replay.feed();
         let file = async move |Path(file): Path<String>| replay.get(&file).ok_or(NOT_FOUND);
@@ -44,7 +45,7 @@ pub fn of_batch(
     let run = async move |State(server): State<Arc<ServerState>>, Path(path): Path<String>, request: Request| {
         let (run, file) = parse_run(&path).ok_or(NOT_FOUND)?;
         match file {
-            "" => Ok(page::served_replay(&format!("/run/{}/{}/replay", run.0, run.1)).into_response()),
+            "" => Ok(served_replay(&format!("/run/{}/{}/replay", run.0, run.1)).into_response()),
             // A page requests the head first, so the run has been flown already.
             "replay/feed" => Ok(server.follow(&flights.cached(run).ok_or(NOT_FOUND)?.feed(), request)),
             _ => {
@@ -54,7 +55,7 @@ pub fn of_batch(
             }
         }
     };
-    Ok(page::site(page::served_batch()).route("/batch.json", get(async || data)).route("/run/{*path}", get(run)))
+    Ok(with_assets(served_batch()).route("/batch.json", get(async || data)).route("/run/{*path}", get(run)))
 }
 
 /// Identifies a run: index of the batch, and seed.
@@ -104,6 +105,41 @@ fn parse_run(path: &str) -> Option<(RunKey, &str)> {
     let which: RunKey = (batch.parse().ok()?, seed.parse().ok()?);
     ((which.0.to_string(), which.1.to_string()) == (batch.to_owned(), seed.to_owned()))
         .then_some((which, parts.next()?))
+}
+
+/// Replay page of runs whose data is served below the space-separated paths `bases`.
+fn served_replay(bases: &str) -> Resource {
+    served(REPLAY, bases)
+}
+
+/// Page of Monte Carlo results whose data is served as `/batch.json`.
+fn served_batch() -> Resource {
+    served(BATCH, "")
+}
+
+/// A page whose data is served below `bases`.
+fn served(body: &str, bases: &str) -> Resource {
+    let page = format!(
+        "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\
+         <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n\
+         <title>standoff</title>\n<link rel=\"icon\" href=\"data:,\">\n\
+         <link rel=\"stylesheet\" href=\"/page.css\">\n\
+         <script src=\"/page.js\" defer></script>\n</head>\n<body data-bases=\"{bases}\">\n{body}</body>\n</html>\n"
+    );
+    Resource { kind: "text/html; charset=utf-8", body: page.into(), gzip: false }
+}
+
+/// Makes a site of a page with its style sheet and scripts.
+fn with_assets(page: Resource) -> Site {
+    let assets = [
+        ("/page.css", "text/css; charset=utf-8", STYLE.as_bytes(), false),
+        ("/page.js", "text/javascript; charset=utf-8", SCRIPT.as_bytes(), false),
+        ("/plotly.js", "text/javascript; charset=utf-8", CHARTS, true),
+    ];
+    assets.into_iter().fold(Site::new().route("/", get(async || page)), |site, (path, kind, body, gzip)| {
+        let asset = Resource { kind, body: Bytes::from_static(body), gzip };
+        site.route(path, get(async || asset))
+    })
 }
 
 #[cfg(test)]

@@ -127,7 +127,7 @@ mod tests {
         assert_eq!(listed("a=paper"), ["paper"]);
         assert_eq!(listed("a=[1,2],{ x = 1, y = 2 },\"b,c\""), ["[1,2]", "{ x = 1, y = 2 }", "\"b,c\""]);
         let range = Axis::parse("a=-1.5..2").unwrap();
-        assert_eq!((range.key(), range.values), ("a", AxisValues::Range { from: -1.5, to: 2.0 }));
+        assert_eq!(range, Axis { key: "a".to_owned(), values: AxisValues::Range { from: -1.5, to: 2.0 } });
     }
 
     #[test]

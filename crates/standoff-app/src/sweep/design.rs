@@ -6,7 +6,7 @@ use standoff_sim::random::{Draws, Stream};
 use super::axis::{Axis, AxisValues};
 
 /// Maximum number of points of a sweep, each of which has a folder.
-const POINTS_MAX: usize = 10_000;
+pub const POINTS_MAX: usize = 10_000;
 
 /// Sampling by a Latin hypercube.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]

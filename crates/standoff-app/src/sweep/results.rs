@@ -36,8 +36,16 @@ pub struct SweepResults {
 }
 
 impl SweepResults {
-    /// Computes the statistics of the points, whose batches are complete.
+    /// Computes the statistics of the points, whose batches are complete. Fails if they are not those of the sweep.
     pub fn of(sweep: &Sweep, results: &[Results]) -> Result<Self, Failure> {
+        for results in results {
+            let batch = results.batch();
+            let is_same = batch.flown() == (0..sweep.runs) && batch.seed_of(0) == sweep.seed;
+            if !is_same || !batch.metrics().eq(sweep.metrics.iter().map(String::as_str)) {
+                let dir = display_text::path(results.dir());
+                return Err(Failure::Input(format!("{dir}: its runs or metrics are not those of the sweep")));
+            }
+        }
         let points = results.iter().map(|results| results.summary().map_err(of_batch));
         Ok(Self { sweep: sweep.clone(), points: points.collect::<Result<_, _>>()? })
     }
