@@ -36,7 +36,8 @@ def rows(table: Table) -> Iterator[tuple[Any, ...]]:
 def html(table: Table) -> str:
     """Formats the first rows as an HTML table."""
     names = table.columns
-    columns = [table.to_numpy(name)[:SHOWN].tolist() for name in names]
+    first = table._head(SHOWN)
+    columns = [first.to_numpy(name).tolist() for name in names]
     head = "".join(f"<th>{markup.escape(name)}</th>" for name in names)
     body = "".join(
         "<tr>" + "".join(f"<td>{markup.escape(_text(value))}</td>" for value in row) + "</tr>"

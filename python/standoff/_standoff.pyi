@@ -1009,6 +1009,10 @@ class Table:
         """
     def __len__(self, /) -> int: ...
     def __repr__(self, /) -> str: ...
+    def _head(self, /, rows: SupportsIndex) -> Table:
+        """
+        Returns the first rows, at most those of a record batch, as a table in memory.
+        """
     def _repr_html_(self, /) -> str:
         """
         HTML for notebooks: the first rows.

@@ -6,6 +6,7 @@ import os
 import shutil
 import subprocess
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -26,6 +27,10 @@ def test_a_sweep_equals_that_of_the_command(tmp_path: Path) -> None:
     arguments = ["sweep", "paper/table-2-pair", "--set", "duration_s=20", "--set", "transient_s=5", "--runs", "3"]
     vary = ["--vary", "sensor.range_sd_m=5..20", "--vary", "guidance.lead=constant,predicted", "--points", "4"]
     out = ["--points-seed", "9", "--seed", "5", "--out", str(tmp_path / "theirs"), "--json"]
+    grid = [*arguments, "--vary", "guidance.lead=constant,predicted", "--out", str(tmp_path / "grid")]
+    subprocess.run([str(COMMAND), *grid], check=True, capture_output=True)
+    listed = standoff.sweep(pair(), vary={"guidance.lead": ["constant", "predicted"]}, runs=3, out=tmp_path / "listed")
+    assert (listed.dir / "sweep.json").read_bytes() == (tmp_path / "grid/sweep.json").read_bytes()
     printed = subprocess.run([str(COMMAND), *arguments, *vary, *out], check=True, capture_output=True, text=True).stdout
     axes = {"sensor.range_sd_m": "5..20", "guidance.lead": "constant,predicted"}
     ours = standoff.sweep(pair(), vary=axes, points=4, points_seed=9, runs=3, seed=5, out=tmp_path / "ours")
@@ -126,6 +131,6 @@ def test_a_damaged_sweep_is_an_error(tmp_path: Path) -> None:
         ({"vary": {"uavs.count": [2]}, "runs": 0}, InputError, "runs = 0: must be at least 1"),
     ],
 )
-def test_wrong_arguments_are_errors(wrong: dict[str, object], error: type[Exception], message: str) -> None:
+def test_wrong_arguments_are_errors(wrong: dict[str, Any], error: type[Exception], message: str) -> None:
     with pytest.raises(error, match=message):
-        standoff.sweep(pair(), **{"runs": 2, **wrong})  # type: ignore[arg-type]
+        standoff.sweep(pair(), **{"runs": 2, **wrong})

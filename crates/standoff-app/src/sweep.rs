@@ -39,6 +39,9 @@ const FORMAT: u32 = 1;
 /// Maximum size of a definition, bytes.
 const SWEEP_MAX: u64 = 64 << 20;
 
+/// Place within a range of a number that is not whole, as a fraction of the range; irrational.
+const WITHIN: f64 = std::f64::consts::FRAC_1_SQRT_2;
+
 /// Maximum number of keys of a sweep.
 const KEYS_MAX: usize = 20;
 
@@ -263,5 +266,5 @@ fn is_whole(axis: &Axis, load: LoadPoint<'_>, seed: u64) -> bool {
     let axis::AxisValues::Range { from, to } = axis.values else { return false };
     let accepts =
         |value: f64| load(&[format!("{}={value}", axis.key())]).is_ok_and(|template| template.draw(seed).is_ok());
-    from.ceil() <= to.floor() && accepts(from.ceil()) && !accepts((from + (to - from) * 0.381_966).max(from))
+    from.ceil() <= to.floor() && accepts(from.ceil()) && !accepts(from + (to - from) * WITHIN)
 }

@@ -9,6 +9,7 @@ use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyString};
 use standoff_app::{Axis, LatinHypercube, POINTS_MAX, SWEEP_TABLE, Sweep as Definition, SweepResults};
 use standoff_sim::monte_carlo::Progress;
+use toml::Value;
 
 use crate::batch::{Batch, store_progress};
 use crate::common_args::{Dict, MetricsArg, Whole, count, json, number_of_threads, type_name, warn, within};
@@ -221,8 +222,18 @@ fn axis(key: &Bound<'_, PyAny>, values: &Bound<'_, PyAny>) -> PyResult<Axis> {
         return Err(must());
     }
     let items = values.try_iter().map_err(|_| must())?;
-    let text = |item: PyResult<Bound<'_, PyAny>>| {
-        value(&item?).map(|item| item.to_string()).map_err(|what| refused(format!("{key}: {what}")))
+    let text = |item: PyResult<Bound<'_, PyAny>>| match value(&item?) {
+        // Words need no quotes, as on the command line.
+        Ok(Value::String(word)) if is_word(&word) => Ok(word),
+        Ok(item) => Ok(item.to_string()),
+        Err(what) => Err(refused(format!("{key}: {what}"))),
     };
     Axis::listed(&key, items.map(text).collect::<PyResult<_>>()?).map_err(refused)
+}
+
+/// True for text that TOML does not read as a number, a boolean or something else.
+fn is_word(text: &str) -> bool {
+    text.bytes().all(|byte| byte.is_ascii_lowercase() || byte == b'-')
+        && text.starts_with(|c: char| c.is_ascii_lowercase())
+        && !["true", "false", "inf", "nan"].contains(&text)
 }

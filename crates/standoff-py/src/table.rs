@@ -325,6 +325,16 @@ impl Table {
         in_numpy(py, self.schema().field(place).data_type(), &arrays)
     }
 
+    /// Returns the first rows, at most those of a record batch, as a table in memory.
+    fn _head(&self, rows: usize) -> PyResult<Self> {
+        let batch = match self.reader(None)?.next() {
+            Some(batch) => batch.map_err(|error| InputError::new_err(format!("{}: damaged: {error}", self.name)))?,
+            None => RecordBatch::new_empty(Arc::clone(self.schema())),
+        };
+        let head = batch.slice(0, rows.min(batch.num_rows()));
+        Ok(Self { contents: Contents::Memory(head), name: self.name.clone(), _owner: None })
+    }
+
     /// Exports the table as a stream of the Arrow C data interface.
     #[pyo3(signature = (requested_schema=None))]
     fn __arrow_c_stream__<'py>(
