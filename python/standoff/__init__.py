@@ -13,6 +13,7 @@ from standoff._standoff import (
     Report,
     Run,
     Scenario,
+    Sweep,
     Table,
     Tracks,
     Zone,
@@ -22,6 +23,7 @@ from standoff._standoff import (
     monte_carlo,
     run,
     scenarios,
+    sweep,
     baseline,
 )
 from standoff.errors import InputError, ScenarioError, StandoffError
@@ -47,6 +49,7 @@ __all__ = [
     "Scenario",
     "ScenarioError",
     "StandoffError",
+    "Sweep",
     "Table",
     "Tracks",
     "Zone",
@@ -57,5 +60,6 @@ __all__ = [
     "components",
     "run",
     "scenarios",
+    "sweep",
     "baseline",
 ]

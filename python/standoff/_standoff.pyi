@@ -3,13 +3,14 @@ Cooperative standoff tracking: runs, batches, custom laws, and components of the
 """
 
 from _typeshed import Incomplete, SupportsGetItem, SupportsLenAndGetItem
+from collections.abc import Sequence
 from numpy import bool_, float64
 from numpy.typing import ArrayLike, NDArray
 from os import PathLike
 from pathlib import Path
 from typing import Any, Final, SupportsFloat, SupportsIndex, final
 
-__all__ = ["__version__", "AssignmentProblem", "Batch", "Command", "Comparison", "Cue", "EnvStep", "Filter", "Intruder", "MissionInfo", "Observation", "Parameters", "Report", "Run", "Scenario", "StandoffDistance", "Steering", "Table", "TeamState", "Tracks", "Worlds", "Zone", "_described", "_difference", "_fly_described", "baseline", "compare", "merge", "monte_carlo", "observation_features", "run", "scenarios", "standoff_distance", "steer", "steered_radius"]
+__all__ = ["__version__", "AssignmentProblem", "Batch", "Command", "Comparison", "Cue", "EnvStep", "Filter", "Intruder", "MissionInfo", "Observation", "Parameters", "Report", "Run", "Scenario", "StandoffDistance", "Steering", "Sweep", "Table", "TeamState", "Tracks", "Worlds", "Zone", "_described", "_difference", "_fly_described", "_sweep_complete", "_sweep_difference", "_sweep_plan", "baseline", "compare", "merge", "monte_carlo", "observation_features", "run", "scenarios", "standoff_distance", "steer", "steered_radius", "sweep"]
 
 __version__: Final[str]
 
@@ -74,6 +75,13 @@ class Batch:
         Statistics of each metric over the runs: ``n``, ``mean``, ``ci95``, ``sd``, ``p5``, ``p50``, ``p95``, ``max``.
         """
     @property
+    def metrics_table(self, /) -> Table:
+        """
+        The statistics as a table, one row per metric, with ``metric``, ``label``, ``unit``, ``n``, ``mean``, ``ci95_low``,
+        ``ci95_high`` and the others of :attr:`metrics`. Fractions are 0 to 1, and have, like all numbers without a unit,
+        the unit 1.
+        """
+    @property
     def runs(self, /) -> Table:
         """
         ``runs.parquet``: one row per run, in seed order, with ``run``, ``seed`` and one column per metric.
@@ -122,9 +130,14 @@ class Comparison:
     docs/monte-carlo.md explains each number.
     """
     def __repr__(self, /) -> str: ...
+    def __str__(self, /) -> str:
+        """
+        The text that ``standoff compare`` prints.
+        """
     def _repr_html_(self, /) -> str:
         """
-        HTML for notebooks: a table with one row per metric; * marks differences of relevant size.
+        HTML for notebooks: the verdict, and a table with means, differences, intervals and verdicts of all metrics that
+        have a value.
         """
     @property
     def a(self, /) -> str:
@@ -145,6 +158,14 @@ class Comparison:
     def metrics(self, /) -> dict[str, Any]:
         """
         Results of each metric: ``mean_a``, ``mean_b``, ``difference`` (B - A), ``ci95``, ``differs``, ...
+        """
+    @property
+    def metrics_table(self, /) -> Table:
+        """
+        The differences as a table, one row per metric, with ``metric``, ``label``, ``unit``, ``n``, ``mean_a``, ``mean_b``,
+        ``difference`` (B - A), its interval ``ci95_low`` to ``ci95_high``, ``b_smaller``, ``interest`` and the ``verdict``:
+        "A better", "B better", "differs", "same" or "unclear". Fractions are 0 to 1, and have, like all numbers without a
+        unit, the unit 1.
         """
     @property
     def runs(self, /) -> int:
@@ -684,14 +705,16 @@ class Run:
     A recorded run, read from its folder: its tables and its results.
 
     ``run.uavs``, ``run.truth``, ``run.tracks``, ``run.groups``, ``run.detections``, ``run.in_view`` and ``run.events``
-    are its tables (docs/record.md describes their columns). A notebook shows the report page of the run; ``print``
-    shows the same table as the command line.
+    are its tables (docs/record.md describes their columns); ``run.targets`` has the scores of each target. A notebook
+    shows the report page of the run; ``print`` shows the same table as the command line.
 
     :param dir: folder written by ``standoff run`` or :func:`run`; the summary and the figures in it are recomputed.
     :param metrics: names of metrics and of sets, as for :func:`run`.
+    :param map: background map that replaces the one in the record: a SUMO net (.net.xml) or GeoJSON, plain or .gz, or a
+        list of them.
     :raises InputError: if the folder holds no record, or the record is damaged.
     """
-    def __new__(cls, /, dir: str | PathLike[str], *, metrics: str | SupportsGetItem[int, str] = ...) -> Run: ...
+    def __new__(cls, /, dir: str | PathLike[str], *, metrics: str | Sequence[str] = ..., map: str | PathLike[str] | Sequence[str | PathLike[str]] | None = None) -> Run: ...
     def __repr__(self, /) -> str: ...
     def __str__(self, /) -> str: ...
     def _repr_html_(self, /) -> str | None:
@@ -729,6 +752,12 @@ class Run:
         Metrics of the run: a float for each name, or None if the metric is not defined for this run.
         """
     @property
+    def metrics_table(self, /) -> Table:
+        """
+        Metrics as a table, one row per metric, with ``metric``, ``label``, ``unit`` and ``value``. Fractions are 0 to 1,
+        and have, like all numbers without a unit, the unit 1.
+        """
+    @property
     def scenario_toml(self, /) -> str:
         """
         Scenario of the run as TOML, with all random values drawn and all defaults.
@@ -746,6 +775,11 @@ class Run:
             with intruders also ``intruders``; in runs with one agent per UAV also ``agents``, ``agent_tracks``,
             ``agent_groups``, ``agent_events`` or ``agent_teammates``.
         :raises KeyError: if no table has this name.
+        """
+    @property
+    def targets(self, /) -> Table:
+        """
+        Scores of each target, one row per target: custody, longest time out of view, position error, ANEES.
         """
     @property
     def tracks(self, /) -> Table:
@@ -897,9 +931,60 @@ class Steering:
         """
 
 @final
+class Sweep:
+    """
+    A complete sweep, read from its folder: a Monte Carlo batch at each point of a grid or a Latin hypercube.
+
+    :attr:`table` has the results, ``print`` shows the means with their intervals, and a notebook shows the page.
+
+    :param dir: folder written by ``standoff sweep`` or :func:`sweep`.
+    :raises InputError: if the folder holds no complete sweep, or a file was changed after it was written.
+    """
+    def __len__(self, /) -> int:
+        """
+        Number of points.
+        """
+    def __new__(cls, /, dir: str | PathLike[str]) -> Sweep: ...
+    def __repr__(self, /) -> str: ...
+    def __str__(self, /) -> str:
+        """
+        The text that ``standoff sweep`` prints, for all metrics.
+        """
+    def _repr_html_(self, /) -> str | None:
+        """
+        HTML for notebooks: the page with the plot and the table.
+        """
+    def batch(self, /, point: SupportsIndex) -> Batch:
+        """
+        Opens the batch of a point.
+
+        :param point: index of the point, from 0.
+        :raises IndexError: if there is no such point.
+        """
+    @property
+    def dir(self, /) -> Path:
+        """
+        Folder of the sweep: ``sweep.json``, ``sweep.parquet``, ``report.html``, and the batches in ``points``.
+        """
+    @property
+    def table(self, /) -> Table:
+        """
+        ``sweep.parquet``: one row per point, with ``point``, a column per key, and for every metric its mean, the ends of
+        the mean's 95 % confidence interval (``..._ci95_low``, ``..._ci95_high``), standard deviation (``..._sd``) and
+        number of runs with a value (``..._n``).
+        """
+    def to_dict(self, /) -> dict[str, Any]:
+        """
+        Returns the output of ``standoff sweep --json`` as a dict.
+        """
+
+@final
 class Table:
     """
-    A result table in a Parquet file, read on demand.
+    A result table.
+
+    ``table["x_m"]`` is a column as a NumPy array, :attr:`columns` lists the columns, and ``len(table)`` is the number of
+    rows. :meth:`to_pandas` and :meth:`to_polars` make data frames. A table of a file is read on demand.
 
     It supports the Arrow C data interface: ``polars.DataFrame(table)``, ``pyarrow.table(table)``,
     ``pandas.DataFrame.from_arrow(table)`` and DuckDB's ``select * from table`` read it without a copy.
@@ -912,21 +997,34 @@ class Table:
         """
         Exports the table as a stream of the Arrow C data interface.
         """
+    def __contains__(self, column: str, /) -> bool: ...
+    def __getitem__(self, column: str, /) -> Any:
+        """
+        Returns one column, as :meth:`to_numpy`.
+        """
+    def __iter__(self, /) -> Any:
+        """
+        Iterates over the rows, as tuples that know the names of the columns: ``pandas.DataFrame(table)`` uses them.
+        :meth:`to_pandas` is faster.
+        """
     def __len__(self, /) -> int: ...
     def __repr__(self, /) -> str: ...
+    def _head(self, /, rows: SupportsIndex) -> Table:
+        """
+        Returns the first rows, at most those of a record batch, as a table in memory.
+        """
+    def _repr_html_(self, /) -> str:
+        """
+        HTML for notebooks: the first rows.
+        """
     @property
-    def column_names(self, /) -> list[str]:
+    def columns(self, /) -> list[str]:
         """
-        Names of the columns, in order.
-        """
-    @property
-    def num_rows(self, /) -> int:
-        """
-        Number of rows.
+        Names of the columns, in order; the suffix of a name is the unit.
         """
     def to_numpy(self, /, column: str) -> Any:
         """
-        Reads one column as a NumPy array, shape ``(num_rows,)``.
+        Reads one column as a NumPy array, shape ``(len(table),)``.
 
         Numeric columns with missing values become float64 with NaN. Text columns, and boolean columns with missing
         values, become object arrays with None.
@@ -934,6 +1032,18 @@ class Table:
         :param column: name of the column; its suffix is the unit.
         :returns: a new array of float64, int64, int32, bool or object.
         :raises KeyError: if no column has this name.
+        """
+    def to_pandas(self, /) -> Any:
+        """
+        Makes a ``pandas.DataFrame``; needs pandas 2 or newer, not pyarrow.
+
+        Numeric columns with missing values become float64 with NaN.
+
+        :returns: a new data frame with the columns of the table.
+        """
+    def to_polars(self, /) -> Any:
+        """
+        Makes a ``polars.DataFrame`` without a copy; needs polars.
         """
 
 @final
@@ -1109,7 +1219,7 @@ class Zone:
         Vertices in order, shape ``(n, 2)``: x_m, y_m. An edge joins the last one to the first.
         """
 
-def _described(scenario: Any, runs: SupportsIndex, seed: SupportsIndex, metrics: str | SupportsGetItem[int, str]) -> str:
+def _described(scenario: Any, runs: SupportsIndex, seed: SupportsIndex, metrics: str | Sequence[str]) -> str:
     """
     Description of a batch as JSON, for other processes and machines. It fully determines every part of the batch.
     """
@@ -1130,6 +1240,21 @@ def _fly_described(described: str, traffic: str | PathLike[str] | None, shard: s
     :param traffic: traffic file to read instead of the scenario's; it must have the same contents.
     """
 
+def _sweep_complete(dir: str | PathLike[str]) -> None:
+    """
+    Writes the table and the page of a sweep, all of whose batches are complete.
+    """
+
+def _sweep_difference(ours: str, theirs: str) -> str | None:
+    """
+    Compares two definitions of sweeps. Returns the first difference of ``theirs`` from ``ours`` as text, or None.
+    """
+
+def _sweep_plan(scenario: Any, vary: dict[str, Any], points: SupportsIndex | None, points_seed: SupportsIndex, runs: SupportsIndex, seed: SupportsIndex, metrics: str | Sequence[str]) -> tuple[str, list[str], list[Scenario]]:
+    """
+    Definition of a sweep as JSON, the folder of each point's batch, and the scenario of each point.
+    """
+
 def baseline(scenario: Any | None = None, *, seed: SupportsIndex = ..., traffic: str | PathLike[str] | None = None, uavs: SupportsIndex | None = None, set: dict[str, Any] | None = None) -> dict[str, Any]:
     """
     Computes the coverage baseline of a scenario: the coverage of greedily placed sensor footprints with perfect
@@ -1141,7 +1266,7 @@ def baseline(scenario: Any | None = None, *, seed: SupportsIndex = ..., traffic:
     :raises ScenarioError: if the scenario is invalid.
     """
 
-def compare(a: Any, b: Any | None = None, *, runs: SupportsIndex = ..., seed: SupportsIndex = ..., metrics: str | SupportsGetItem[int, str] = ..., threads: SupportsIndex | None = None, law_a: Any | None = None, law_b: Any | None = None, law_limit_s: SupportsFloat | SupportsIndex = 10.0) -> Comparison:
+def compare(a: Any, b: Any | None = None, *, runs: SupportsIndex = ..., seed: SupportsIndex = ..., metrics: str | Sequence[str] = ..., threads: SupportsIndex | None = None, law_a: Any | None = None, law_b: Any | None = None, law_limit_s: SupportsFloat | SupportsIndex = 10.0) -> Comparison:
     """
     Compares two scenarios run with the same seeds, or two complete batches over their common seeds and metrics.
 
@@ -1170,7 +1295,7 @@ def merge(dirs: SupportsGetItem[int, str | PathLike[str]], *, out: str | PathLik
     :raises InputError: if a shard is missing, incomplete, damaged, duplicated or part of another batch.
     """
 
-def monte_carlo(scenario: Any, *, runs: SupportsIndex, seed: SupportsIndex = ..., metrics: str | SupportsGetItem[int, str] = ..., threads: SupportsIndex | None = None, shard: str | None = None, out: str | PathLike[str] | None = None, progress: Any | None = None) -> Batch:
+def monte_carlo(scenario: Any, *, runs: SupportsIndex, seed: SupportsIndex = ..., metrics: str | Sequence[str] = ..., threads: SupportsIndex | None = None, shard: str | None = None, out: str | PathLike[str] | None = None, progress: Any | None = None) -> Batch:
     """
     Runs a scenario many times with consecutive seeds. Writes byte for byte the same files as ``standoff monte-carlo``.
 
@@ -1200,7 +1325,7 @@ def observation_features() -> list[tuple[str, float, float, str]]:
     the bounds.
     """
 
-def run(scenario: Any | None = None, *, seed: SupportsIndex = ..., traffic: str | PathLike[str] | None = None, uavs: SupportsIndex | None = None, set: dict[str, Any] | None = None, metrics: str | SupportsGetItem[int, str] = ..., out: str | PathLike[str] | None = None, maps: SupportsGetItem[int, str | PathLike[str]] = ..., law: Any | None = None, law_limit_s: SupportsFloat | SupportsIndex = 10.0, baseline: bool = False) -> Run:
+def run(scenario: Any | None = None, *, seed: SupportsIndex = ..., traffic: str | PathLike[str] | None = None, uavs: SupportsIndex | None = None, set: dict[str, Any] | None = None, metrics: str | Sequence[str] = ..., out: str | PathLike[str] | None = None, map: str | PathLike[str] | Sequence[str | PathLike[str]] | None = None, law: Any | None = None, law_limit_s: SupportsFloat | SupportsIndex = 10.0, baseline: bool = False) -> Run:
     """
     Runs a scenario and records it. Writes byte for byte the same files as ``standoff run``, with the same results.
 
@@ -1213,7 +1338,8 @@ def run(scenario: Any | None = None, *, seed: SupportsIndex = ..., traffic: str 
     :param metrics: names of metrics (docs/metrics.md) and of the sets ``standard``, ``limits``, ``table-2``, ``all``: a
         comma-separated str, or a list.
     :param out: folder for the results. None: a temporary folder, deleted together with the run object.
-    :param maps: SUMO networks or GeoJSON files to show below the vehicles.
+    :param map: background map: a SUMO net (.net.xml) or GeoJSON, plain or .gz, or a list of them. None: the map of the
+        scenario.
     :param law: custom law that replaces the built-in controller: a subclass of :class:`Law`, or a callable that takes a
         :class:`MissionInfo` and returns an object with a method ``decide``.
     :param law_limit_s: time limit for each call of a custom law, s, above 0.
@@ -1280,4 +1406,31 @@ def steered_radius(distance_m: ArrayLike, rate_m_s: ArrayLike, *, speed_m_s: Arr
     :param parameters: uses lead, lead_s, radial_gain, radius_min_m, radius_max_m; ``Parameters()`` by default.
     :returns: radius, shape (...), m, and its rate, shape (...), m/s; the rate is 0 at a bound.
     :raises InputError: if an argument has the wrong shape or type, or a value is out of range.
+    """
+
+def sweep(scenario: Any, *, vary: dict[str, Any], runs: SupportsIndex, points: SupportsIndex | None = None, points_seed: SupportsIndex = ..., seed: SupportsIndex = ..., metrics: str | Sequence[str] = ..., threads: SupportsIndex | None = None, out: str | PathLike[str] | None = None, progress: Any | None = None) -> Sweep:
+    """
+    Runs a scenario many times at each point of a grid, or at random points of a Latin hypercube. Writes byte for byte the
+    same table as ``standoff sweep``.
+
+    All points use the same seeds. If the sweep is interrupted, the same call with the same ``out`` resumes it.
+    docs/sweep.md describes the files.
+
+    :param scenario: name of a built-in scenario, path of a scenario file, or a :class:`Scenario`.
+    :param vary: the keys to vary and their values: a list (``{"guidance.lead_s": [0, 1, 2]}``, also a NumPy array) or, as
+        str, ``"FROM..TO:COUNT"`` for evenly spaced values or ``"FROM..TO"`` for a range, which needs ``points``.
+    :param runs: number of runs of each point, 1 to 100,000,000.
+    :param points: number of points of a Latin hypercube, 2 to 10,000. None: a grid of all combinations.
+    :param points_seed: seed of the Latin hypercube, at least 0; 1 by default.
+    :param seed: seed of the first run of every point, at least 0; 1 by default.
+    :param metrics: names of metrics and of the sets ``standard``, ``limits``, ``table-2``, ``all``: a comma-separated
+        str, or a list.
+    :param threads: number of threads; None: one per core. The results do not depend on it.
+    :param out: folder for the results. None: a temporary folder, deleted together with the sweep object.
+    :param progress: called as ``progress(done, of)`` with numbers of runs, several times per second and at the end. An
+        exception that it raises stops the sweep.
+    :returns: the complete sweep.
+    :raises ScenarioError: if the scenario of a point is invalid.
+    :raises InputError: if another argument is invalid, a seed cannot be run, or ``out`` holds other files.
+    :raises StandoffError: if a run fails, for example because the disk is full; completed runs stay in ``out``.
     """

@@ -43,10 +43,21 @@ except ModuleNotFoundError as error:
     raise ModuleNotFoundError(f"standoff.dask: {error}; pip install 'standoff[dask]'", name=error.name) from error
 
 import standoff
-from standoff._standoff import Batch, Scenario, _described, _difference, _fly_described, merge
+from standoff._standoff import (
+    Batch,
+    Scenario,
+    Sweep,
+    _described,
+    _difference,
+    _fly_described,
+    _sweep_complete,
+    _sweep_difference,
+    _sweep_plan,
+    merge,
+)
 from standoff.errors import InputError, StandoffError
 
-__all__ = ["WorkerError", "monte_carlo"]
+__all__ = ["WorkerError", "monte_carlo", "sweep"]
 
 SHARD_S = 60.0
 """Default duration of a shard, s; the maximum work that is lost when a worker dies."""
@@ -56,6 +67,8 @@ SHARDS_MAX = 10_000
 """Maximum default number of shards; more tasks at a time make Dask's scheduler slow."""
 CONNECTION_CHECK_S = 0.2
 """Interval of checks that the scheduler is still connected, s."""
+SWEEP = "sweep.json"
+"""Definition of a sweep."""
 
 
 def monte_carlo(
@@ -113,6 +126,104 @@ def monte_carlo(
         batch = _BatchRun(client, store, scenario, plan, threads=threads, retries=retries, progress=progress).run()
     store.remove(PARTS)
     return batch
+
+
+def sweep(
+    client: Client,
+    scenario: str | os.PathLike[str] | Scenario,
+    *,
+    vary: Mapping[str, Any],
+    runs: int,
+    out: str | os.PathLike[str],
+    points: int | None = None,
+    points_seed: int = 1,
+    seed: int = 1,
+    metrics: str | list[str] = "standard",
+    threads: int = 1,
+    retries: int = 3,
+    storage_options: Mapping[str, Any] | None = None,
+    progress: Callable[[int, int], object] | None = None,
+) -> Sweep:
+    """Runs a sweep on a Dask cluster, one point after the other; the table is byte-identical to that of
+    :func:`standoff.sweep`.
+
+    The batch of each point is distributed by :func:`monte_carlo`. After any interruption, repeat the call to resume.
+
+    :param client: a client of the cluster, as for :func:`monte_carlo`, like the other parameters not described here.
+    :param scenario: a built-in scenario's name, the path of a scenario file, or a :class:`standoff.Scenario`.
+    :param vary: the keys to vary and their values, as for :func:`standoff.sweep`.
+    :param runs: number of runs of each point.
+    :param out: the store. It must be empty, or contain this sweep.
+    :param points: number of points of a Latin hypercube. None: a grid of all combinations.
+    :param points_seed: seed of the Latin hypercube.
+    :param seed: seed of the first run of every point.
+    :param metrics: names of metrics and the sets ``standard``, ``limits``, ``table-2``, ``all``.
+    :param threads: threads per shard.
+    :param retries: how often a shard is retried.
+    :param storage_options: fsspec's options for opening ``out``.
+    :param progress: called as ``progress(done, of)``, in runs of all points, whenever a shard is complete.
+    :returns: the complete sweep: in ``out`` if that is a local folder, otherwise in a temporary folder that is deleted
+        with the object.
+    :raises InputError: the scenario or an argument is wrong, a seed cannot be run, or ``out`` contains something else.
+    :raises WorkerError: a worker has another version of standoff, or cannot access the store.
+    :raises StandoffError: another failure; completed points and shards remain in ``out``.
+    """
+    definition, names, scenarios = _sweep_plan(scenario, dict(vary), points, points_seed, runs, seed, metrics)
+    store = Store.of(out, storage_options)
+    saved = store.read(SWEEP)
+    if saved is not None:
+        difference = _sweep_difference(definition, saved.decode(errors="replace"))
+        if difference is not None:
+            raise InputError(
+                f"{store.url} contains another sweep: {difference}; use another folder, or remove this one"
+            )
+    else:
+        others = store.names()
+        if others:
+            raise InputError(f"{store.url} contains {others[0]}, but no sweep; use another folder, or an empty one")
+        store.write(SWEEP, definition.encode())
+
+    def of_point(index: int) -> Callable[[int, int], object] | None:
+        report = progress
+        if report is None:
+            return None
+        return lambda done, of: report(index * runs + done, len(names) * runs)
+
+    batches = []
+    for index, (name, of_scenario) in enumerate(zip(names, scenarios, strict=True)):
+        batches.append(
+            monte_carlo(
+                client,
+                of_scenario,
+                runs=runs,
+                out=f"{store.url}/{name}",
+                seed=seed,
+                metrics=metrics,
+                threads=threads,
+                retries=retries,
+                storage_options=storage_options,
+                progress=of_point(index),
+            )
+        )
+        # As on one machine: a page of almost 2 MB per point would be larger than the results.
+        store.remove(f"{name}/report.html")
+    if store.folder is not None:
+        _sweep_complete(store.folder)
+        return Sweep(store.folder)
+    folder = Path(tempfile.mkdtemp(prefix="standoff-"))
+    try:
+        (folder / SWEEP).write_text(definition)
+        for name, batch in zip(names, batches, strict=True):
+            shutil.copytree(batch.dir, folder / name, ignore=shutil.ignore_patterns("report.html"))
+        _sweep_complete(folder)
+        for file in (file for file in folder.iterdir() if file.is_file()):
+            store.put(file, file.name)
+        completed = Sweep(folder)
+    except BaseException:
+        shutil.rmtree(folder, ignore_errors=True)
+        raise
+    weakref.finalize(completed, shutil.rmtree, folder, ignore_errors=True)
+    return completed
 
 
 def _complete(store: Store, described: str) -> Batch | None:

@@ -150,7 +150,7 @@ def test_the_table_of_runs_converts_to_arrow_and_numpy(tmp_path: Path) -> None:
     )
     runs = batch.runs
     assert (
-        runs.column_names == ["run", "seed", "reacquisition_time_s", "anees", "handoffs"] and runs.num_rows == len(runs) == 5
+        runs.columns == ["run", "seed", "reacquisition_time_s", "anees", "handoffs"] and len(runs) == 5
     )
     stored = pq.read_table(batch.dir / "runs.parquet")
     assert pa.table(runs).equals(stored) and pa.schema(runs).equals(stored.schema)
@@ -158,7 +158,11 @@ def test_the_table_of_runs_converts_to_arrow_and_numpy(tmp_path: Path) -> None:
     assert runs.to_numpy("anees").tolist() == stored["anees"].to_pylist()
     assert np.isnan(runs.to_numpy("reacquisition_time_s")).all() and stored["reacquisition_time_s"].null_count == 5
     assert batch.metrics["anees"]["mean"] == pytest.approx(np.mean(runs.to_numpy("anees")), rel=1e-12)
-    with pytest.raises(KeyError, match='no column "anes"; columns: run, seed'):
+    table = batch.metrics_table.to_pandas().set_index("metric")
+    statistics = batch.metrics["anees"]
+    assert [table.loc["anees", name] for name in ("mean", "ci95_low", "ci95_high")] == [statistics["mean"], *statistics["ci95"]]
+    assert table.loc["anees", "unit"] == "1" and table.loc["anees", "n"] == 5
+    with pytest.raises(KeyError, match='no column "anes"; did you mean "anees"\\?; columns: run, seed'):
         runs.to_numpy("anes")
     assert "<td>anees</td><td>5</td>" in batch._repr_html_() or "srcdoc" in batch._repr_html_()
 
@@ -204,7 +208,12 @@ def test_a_comparison_has_the_numbers_of_its_batches(tmp_path: Path) -> None:
     assert (compared.a, compared.runs, compared.seed) == ("paper/table-2-pair", 4, 9)
     assert list(compared.metrics) == ["anees", "handoffs"] and compared.to_dict() == json.loads(compared.json)
     assert repr(compared) == 'Comparison(a="paper/table-2-pair", b="paper/table-2-pair", runs=4)'
-    assert "<tr><td>anees</td><td>4</td>" in compared._repr_html_()
+    shown = compared._repr_html_()
+    assert "verdict: neither A nor B is better" in shown and "4 runs of each" in shown
+    assert "<td>anees</td><td>1</td>" in shown and "<td>0 to 0</td><td>same</td>" in shown
+    assert str(compared).startswith("verdict: ") and "B - A" in str(compared)
+    table = compared.metrics_table.to_pandas().set_index("metric")
+    assert table.loc["anees", "verdict"] == "same" and table.loc["anees", "ci95_low"] == 0.0
     batch = standoff.monte_carlo(pair(), runs=4, seed=9, metrics="anees")
     assert compared.metrics["anees"]["mean_a"] == batch.metrics["anees"]["mean"]
 

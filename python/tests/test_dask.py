@@ -125,17 +125,42 @@ def test_any_number_of_workers_and_shards_gives_the_bytes_of_one_machine(
     assert done
 
 
+@pytest.mark.parametrize("store", ["folder", "memory"])
+def test_a_sweep_gives_the_table_of_one_machine(three: Client, tmp_path: Path, store: str) -> None:
+    vary = {"sensor.range_sd_m": [5, 20], "uavs.count": "2..3"}
+    ours = standoff.sweep(pair(), vary=vary, points=3, runs=4, out=tmp_path / "ours")
+    done: list[tuple[int, int]] = []
+    if store == "folder":
+        theirs = standoff.dask.sweep(
+            three, pair(), vary=vary, points=3, runs=4, out=tmp_path / "theirs", progress=lambda *now: done.append(now)
+        )
+        assert done[-1] == (12, 12) and files(theirs.dir) == files(ours.dir)
+        done.clear()
+        again = standoff.dask.sweep(three, pair(), vary=vary, points=3, runs=4, out=tmp_path / "theirs")
+        assert files(again.dir) == files(ours.dir) and not done
+        with pytest.raises(InputError, match="contains another sweep: the number of runs of a point is 4, not 5"):
+            standoff.dask.sweep(three, pair(), vary=vary, points=3, runs=5, out=tmp_path / "theirs")
+        with pytest.raises(InputError, match="contains points/0/monte-carlo.json, but no batch"):
+            monte_carlo(three, pair(), runs=3, out=tmp_path / "theirs")
+        return
+    with LocalCluster(n_workers=1, processes=False, dashboard_address="127.0.0.1:0") as started, Client(started) as client:
+        theirs = standoff.dask.sweep(client, pair(), vary=vary, points=3, runs=4, out="memory://swept")
+        assert files(theirs.dir) == files(ours.dir)
+        assert "sweep.parquet" in Store.of("memory://swept", None).names()
+
+
 def test_code_of_the_docs_page_runs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     page = (Path(__file__).parents[2] / "docs" / "many-machines.md").read_text()
-    code = page.split("```python\n")[1].split("```")[0]
+    code = "\n".join(block.split("```")[0] for block in page.split("```python\n")[1:3])
     monkeypatch.chdir(tmp_path)
     variables: dict[str, Any] = {}
     try:
         exec(
-            code.replace("runs=400", "runs=40").replace("workers=2", "workers=2, dashboard_address='127.0.0.1:0'"),
+            code.replace("runs=400", "runs=40").replace("runs=100", "runs=4").replace("workers=2", "workers=2, dashboard_address='127.0.0.1:0'"),
             variables,
         )
         assert variables["batch"].dir == tmp_path / "batch"
+        assert len(variables["swept"]) == 2
     finally:
         variables["client"].close()
         variables["cluster"].close()

@@ -9,9 +9,20 @@ import pytest
 DOCS = Path(__file__).parents[2] / "docs"
 
 
+def code_blocks(page: str) -> list[str]:
+    return re.findall(r"^```python\n(.*?)^```", (DOCS / page).read_text(), re.MULTILINE | re.DOTALL)
+
+
+def test_code_blocks_of_the_sweep_page_run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    variables: dict[str, Any] = {}
+    for block in code_blocks("sweep.md"):
+        exec(block, variables)
+    assert len(variables["swept"]) == 9 and not list(tmp_path.iterdir())
+
+
 def test_code_blocks_of_the_python_page_run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    page = (DOCS / "python.md").read_text()
-    blocks = re.findall(r"^```python\n(.*?)^```", page, re.MULTILINE | re.DOTALL)
+    blocks = code_blocks("python.md")
     assert len(blocks) >= 7
     monkeypatch.chdir(tmp_path)
     variables: dict[str, Any] = {}
@@ -19,5 +30,5 @@ def test_code_blocks_of_the_python_page_run(tmp_path: Path, monkeypatch: pytest.
         exec(block, variables)
     assert variables["compared"].b.endswith("by Bold")
     assert variables["faster"].metrics["custody_fraction"] is not None
-    assert variables["steering"].turn_rate_rad_s.shape == (1000,) and len(variables["uavs"]) == variables["run"].uavs.num_rows
+    assert variables["steering"].turn_rate_rad_s.shape == (1000,) and len(variables["uavs"]) == len(variables["run"].uavs)
     assert not list(tmp_path.iterdir())

@@ -25,8 +25,8 @@ def test_recomputed_orbits_and_headings_are_bit_identical() -> None:
     run = standoff.run("paper/table-2-pair", seed=3)
     uavs, groups, of = run.uavs, run.groups, parameters(run)
     # Both UAVs are assigned to the only group at every time step.
-    column: Any = {name: uavs.to_numpy(name).astype(float) for name in uavs.column_names if name != "uav"}
-    twice = {name: np.repeat(groups.to_numpy(name).astype(float), 2) for name in groups.column_names}
+    column: Any = {name: uavs.to_numpy(name).astype(float) for name in uavs.columns if name != "uav"}
+    twice = {name: np.repeat(groups.to_numpy(name).astype(float), 2) for name in groups.columns}
     assert np.array_equal(column["time_s"], twice["time_s"]) and len(column["time_s"]) > 300
     distance = components.standoff_distance(twice["spread_m"], margin_m=twice["margin_m"], parameters=of)
     assert np.array_equal(distance.distance_m, twice["standoff_distance_m"])

@@ -114,7 +114,7 @@ def test_an_agent_sees_its_own_state_its_scan_and_reports() -> None:
     Listener.seen.clear()
     run = standoff.run("tour/02-two-uavs", law=Listener)
     seen = [one for one in Listener.seen if one.uav == 1]
-    assert len(Listener.seen) == 2 * len(seen) == run.uavs.num_rows
+    assert len(Listener.seen) == 2 * len(seen) == len(run.uavs)
     is_second = run.uavs.to_numpy("uav") == 1
     assert np.array_equal([one.x_m for one in seen], run.uavs.to_numpy("x_m")[is_second])
     measured = [range_m for one in seen if one.scan for range_m in one.scan.range_m]

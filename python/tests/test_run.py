@@ -69,15 +69,66 @@ def test_tables_convert_to_arrow_libraries() -> None:
         assert list(pd.DataFrame.from_arrow(table).columns) == whole.column_names
     uavs = run.uavs
     counted = duckdb.sql("select count(*) from uavs")
-    assert counted is not None and counted.fetchall() == [(uavs.num_rows,)]
+    assert counted is not None and counted.fetchall() == [(len(uavs),)]
     assert np.array_equal(uavs.to_numpy("x_m"), pq.read_table(run.dir / "uavs.parquet")["x_m"].to_numpy())
     with pytest.raises(KeyError, match="no table \"uav\"; tables: uavs, truth"):
         run.table("uav")
 
 
+def test_tables_convert_to_data_frames() -> None:
+    run = standoff.run("tour/04-two-groups")
+    uavs = run.uavs
+    assert len(uavs) == len(uavs["x_m"]) and "x_m" in uavs and "x" not in uavs
+    assert uavs["x_m"].dtype == np.float64 and np.array_equal(uavs["x_m"], uavs.to_numpy("x_m"))
+    for table in [*(run.table(name) for name in TABLES), run.targets, run.metrics_table]:
+        frame, constructed = table.to_pandas(), pd.DataFrame(table)
+        assert list(frame.columns) == list(constructed.columns) == table.columns and len(frame) == len(table)
+        for name in table.columns:
+            # Rows do not have the type of a column without values.
+            if frame[name].notna().any():
+                pd.testing.assert_series_equal(frame[name], constructed[name], check_dtype=frame[name].dtype != np.int32)
+        assert table.to_polars().equals(pl.DataFrame(table)) and table.to_polars().columns == table.columns
+        assert table._repr_html_().count("<tr>") == 1 + min(len(table), 20)
+    with pytest.raises(KeyError, match='no column "x_n"; did you mean "x_m"\\?; columns: time_us, time_s, uav'):
+        uavs["x_n"]
+
+
+def test_pandas_and_polars_are_optional(monkeypatch: pytest.MonkeyPatch) -> None:
+    uavs = standoff.run("tour/01-one-uav").uavs
+    for name in ("pandas", "polars"):
+        monkeypatch.setitem(sys.modules, name, None)
+        with pytest.raises(ModuleNotFoundError, match=f"to_{name} needs {name}: pip install {name}"):
+            getattr(uavs, f"to_{name}")()
+
+
+def test_targets_and_metrics_are_tables() -> None:
+    run = standoff.run("tour/04-two-groups")
+    targets = run.targets.to_pandas()
+    assert len(targets) == len(run.summary["per_target"]) == 5
+    assert targets["custody_fraction"].tolist() == [one["custody_fraction"] for one in run.summary["per_target"]]
+    metrics = run.metrics_table.to_pandas().set_index("metric")
+    assert metrics.loc["position_error_m", "unit"] == "m" and metrics.loc["custody_fraction", "unit"] == "1"
+    assert metrics.loc["position_error_m", "value"] == run.metrics["position_error_m"]
+    assert metrics.index.tolist() == list(run.metrics)
+
+
+def test_a_map_is_added_to_a_run_and_to_its_report(tmp_path: Path) -> None:
+    road = {"type": "LineString", "coordinates": [[0.0, 0.0], [0.001, 0.001]]}
+    (tmp_path / "road.geojson").write_text(json.dumps({"type": "Feature", "properties": {"highway": "primary"}, "geometry": road}))
+    rows = [f"{t},a,{0.0001 * t:.6f},{0.0001 * t:.6f}" for t in range(31)]
+    (tmp_path / "cars.csv").write_text("\n".join(["t,id,lat,lon", *rows]))
+    scenario = standoff.Scenario("traffic/convoy", traffic=tmp_path / "cars.csv", set={"duration_s": 20, "transient_s": 5})
+    without = standoff.run(scenario, out=tmp_path / "without")
+    run = standoff.run(scenario, map=tmp_path / "road.geojson", out=tmp_path / "with")
+    assert 'data-part="map"' in (run.dir / "report.html").read_text()
+    assert 'data-part="map"' not in (without.dir / "report.html").read_text()
+    again = standoff.Run(without.dir, map=[tmp_path / "road.geojson"])
+    assert (again.dir / "report.html").read_text() == (run.dir / "report.html").read_text()
+
+
 def test_several_threads_can_read_a_table() -> None:
     table = standoff.run("traffic/city", set={"duration_s": 60.0}).tracks
-    names = [name for name in table.column_names if table.to_numpy(name).dtype == np.float64]
+    names = [name for name in table.columns if table.to_numpy(name).dtype == np.float64]
     alone = {name: table.to_numpy(name) for name in names}
     with concurrent.futures.ThreadPoolExecutor(8) as pool:
         for name, read in pool.map(lambda name: (name, table.to_numpy(name)), names * 20):
@@ -123,7 +174,11 @@ def test_scenarios_convert_to_and_from_dicts_and_toml() -> None:
     ("keywords", "error", "message"),
     [
         ({"scenario": "tour/01-one-uavs"}, standoff.ScenarioError, "did you mean `tour/01-one-uav`"),
-        ({"scenario": 5}, standoff.ScenarioError, "a built-in name, a path or a Scenario, not int"),
+        ({"scenario": 5}, standoff.ScenarioError, "scenario: must be a built-in name, a path or a Scenario, not int"),
+        ({"scenario": {"uavs": {}}}, standoff.ScenarioError, "Scenario, not dict: Scenario.from_dict makes a Scenario of a dict"),
+        ({"set": ["guidance.lead_s=1"]}, TypeError, "must be a dict with str keys, not list\nwhile processing 'set'"),
+        ({"metrics": 5}, TypeError, "must be names, as a str or a list of str, not int\nwhile processing 'metrics'"),
+        ({"map": 5}, TypeError, "must be a path, or a list of paths, not int\nwhile processing 'map'"),
         ({"set": {"guidance.lead_ss": 1}}, standoff.ScenarioError, "did you mean `lead_s`"),
         ({"set": {"uavs.count": None}}, standoff.ScenarioError, "uavs.count: a value must be a number"),
         ({"set": {"uavs.speed_m_s": float("nan")}}, standoff.ScenarioError, "uavs.speed_m_s"),
@@ -133,7 +188,8 @@ def test_scenarios_convert_to_and_from_dicts_and_toml() -> None:
         ({"uavs": -1}, standoff.InputError, "uavs = -1: must be at least 0"),
         ({"uavs": 10**50}, standoff.InputError, "uavs = .*: must be at most"),
         ({"metrics": "standart"}, standoff.InputError, "standart"),
-        ({"maps": ["nowhere.net.xml"]}, standoff.InputError, "nowhere.net.xml"),
+        ({"map": "nowhere.net.xml"}, standoff.InputError, "nowhere.net.xml"),
+        ({"map": ["nowhere.net.xml"]}, standoff.InputError, "nowhere.net.xml"),
         ({"law": 5}, TypeError, "law: must be a class"),
         ({"law": standoff.Law, "law_limit_s": 0.0}, standoff.InputError, "law_limit_s = 0.0: must be a time"),
     ],

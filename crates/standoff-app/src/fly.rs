@@ -12,7 +12,7 @@ use standoff_sim::controller::Controller;
 use standoff_sim::run::Mission;
 use standoff_sim::scenario::{Scenario, Settings};
 use standoff_sim::world::World;
-use standoff_view::serve::Bytes;
+use standoff_view::Bytes;
 
 use crate::error::{Failure, of_record};
 use crate::warnings::Warnings;

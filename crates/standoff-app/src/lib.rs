@@ -1,4 +1,4 @@
-//! Flies, records and reports runs and batches in folders; shared by the command line and the Python package.
+//! Flies, records and reports runs, batches and sweeps in folders; shared by the command line and the Python package.
 //!
 //! ```text
 //! scenario -> fly -> record -> report -> outcome (text, JSON), summary.json, figures, report.html
@@ -10,19 +10,23 @@
 mod baseline;
 mod batch;
 mod cancellable;
+mod comparison;
 mod error;
 mod fly;
 mod maps;
 mod outcome;
 mod report;
+mod sweep;
 mod warnings;
 
 pub use baseline::BaselineReport;
 pub use batch::{REPORT, batch_page};
 pub use cancellable::{POLL, run_interruptible};
+pub use comparison::{Verdict, comparison_text, maybe, name_width, number};
 pub use error::{Failure, format_errors, of_batch, of_record};
 pub use fly::{fly, has_older_run, manifest};
 pub use maps::Maps;
-pub use outcome::{Outcome, OutcomeOptions, count, lines};
+pub use outcome::{Outcome, OutcomeOptions, PerTarget, count, lines};
 pub use report::{Report, report_end, report_run, save, settings_of, warn_omitted};
+pub use sweep::{Axis, LatinHypercube, LoadPoint, POINTS_MAX, SWEEP, SWEEP_TABLE, Sweep, SweepResults};
 pub use warnings::{Warnings, warn};

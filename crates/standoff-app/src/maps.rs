@@ -1,11 +1,12 @@
 //! Background maps of runs: given by the user, or named by the scenario.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
+use standoff_io::{atomic_file, display_text};
 use standoff_map::{Bounds, MapError, Packed, Place, pack};
-use standoff_record::Record;
+use standoff_record::{MAP_FILE, Record};
 use standoff_sim::scenario::{MAPS_MAX, MapFile, Scenario, Targets};
-use standoff_view::serve::Bytes;
+use standoff_view::Bytes;
 
 use crate::error::{Failure, of_record};
 use crate::warnings::Warnings;
@@ -42,6 +43,19 @@ impl Maps {
             },
             on_warning,
         )
+    }
+
+    /// Replaces the map in the record in `dir`, if the user gave maps.
+    pub fn replace_in_record(&self, dir: &Path, on_warning: Warnings) -> Result<(), Failure> {
+        if self.0.is_empty() {
+            return Ok(());
+        }
+        let record = Record::open(dir).map_err(of_record)?;
+        let Some(map) = self.of_record(&record, on_warning)? else { return Ok(()) };
+        let path = dir.join(MAP_FILE);
+        atomic_file::save_quickly(&path, &map).map_err(|reason| {
+            Failure::running(format!("cannot write {}: {reason}; check the disk", display_text::path(&path)))
+        })
     }
 
     fn files(&self) -> Result<Vec<MapFile>, Failure> {

@@ -72,18 +72,20 @@ pub struct Outcome {
     pub(crate) events: Events,
     /// Scores of each target.
     #[serde(skip_serializing_if = "Vec::is_empty")]
-    pub(crate) per_target: Vec<PerTarget>,
+    pub per_target: Vec<PerTarget>,
     /// Settings of the run.
     #[serde(skip)]
     pub settings: Settings,
 }
 
 /// Scores of one target.
-#[derive(Serialize)]
-pub(crate) struct PerTarget {
-    pub(crate) target: String,
+#[derive(Debug, Clone, Serialize)]
+pub struct PerTarget {
+    /// Name of the target.
+    pub target: String,
+    /// Scores, defined like the metrics of the same names.
     #[serde(flatten)]
-    pub(crate) score: TargetScore,
+    pub score: TargetScore,
 }
 
 /// Options for printing an outcome.

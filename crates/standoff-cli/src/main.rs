@@ -19,6 +19,7 @@ mod reproduce;
 mod run;
 mod scenarios;
 mod signals;
+mod sweep;
 mod terminal;
 mod usage;
 mod view;
@@ -57,6 +58,9 @@ enum Command {
     /// Merge the shards of a Monte Carlo batch.
     #[command(after_help = merge::EXAMPLES)]
     Merge(merge::Args),
+    /// Fly a scenario many times at each point of a grid, or of random points, of its keys.
+    #[command(after_help = sweep::EXAMPLES)]
+    Sweep(sweep::Args),
     /// Compare two scenarios, or two settings of one, on the same random draws.
     #[command(after_help = compare::EXAMPLES)]
     Compare(compare::Args),
@@ -115,6 +119,8 @@ Examples:
   standoff monte-carlo paper/table-2-pair --runs 200  statistics of many runs
   standoff compare paper/table-2-pair --set-b guidance.lead_s=0
                                                       effect of a change
+  standoff sweep paper/table-2-pair --vary guidance.lead_s=0..4:5 --runs 50
+                                                      effect of several values
   standoff baseline traffic/city --uavs 4             coverage baseline
   standoff scenarios show tour/01-one-uav > mine.toml
                                                       start your own scenario
@@ -182,6 +188,7 @@ fn run_command() -> Result<(), Failure> {
         Some(Command::Run(args)) => run::run(&args),
         Some(Command::MonteCarlo(args)) => monte_carlo::run(&args),
         Some(Command::Merge(args)) => merge::run(&args),
+        Some(Command::Sweep(args)) => sweep::run(&args),
         Some(Command::Compare(args)) => compare::run(&args),
         Some(Command::Baseline(args)) => baseline::run(&args),
         Some(Command::Report { dir, metrics, maps, json }) => {

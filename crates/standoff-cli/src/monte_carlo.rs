@@ -6,7 +6,7 @@ use std::time::{Duration, Instant};
 
 use clap::Parser;
 use indicatif::ProgressBar;
-use standoff_app::{Failure, REPORT, batch_page, count, of_batch, warn};
+use standoff_app::{Failure, REPORT, batch_page, count, maybe, name_width, number, of_batch, warn};
 use standoff_io::display_text;
 use standoff_score::Metrics;
 use standoff_sim::monte_carlo::{Batch, MonteCarloError, Progress, Results, Shard, Summary, fly_into};
@@ -59,7 +59,7 @@ pub(crate) struct Args {
 }
 
 /// Scenario that is flown if the user names none.
-const DEFAULT_SCENARIO: &str = "paper/table-2-pair";
+pub(crate) const DEFAULT_SCENARIO: &str = "paper/table-2-pair";
 
 /// Time between progress messages if the output is not a terminal.
 const PROGRESS_EVERY: Duration = Duration::from_secs(60);
@@ -127,15 +127,14 @@ fn fly(
     threads: Option<NonZeroUsize>,
     interruption: &Interruption,
 ) -> Result<Results, Failure> {
-    let now = Instant::now();
-    let mut reporter = ProgressReporter { bar: ProgressBar::hidden(), last: None, began: now, printed: now };
+    let mut reporter = ProgressReporter::new();
     let results = fly_into(out, template, batch, threads, interruption.flag(), |progress| reporter.print(progress));
-    reporter.bar.finish_and_clear();
-    if results.is_ok() && reporter.last.is_none() {
+    let last = reporter.finish();
+    if results.is_ok() && last.is_none() {
         note(&format!("note: {} is already complete; no runs are flown", display_text::path(out)));
     }
     results.map_err(|error| {
-        let saved = match reporter.last {
+        let saved = match last {
             Some(Progress { done, of, .. }) => {
                 format!("{done} of {} are saved in {}", count_runs(of), display_text::path(out))
             }
@@ -154,7 +153,7 @@ fn fly(
 }
 
 /// Progress display of a batch: a bar on a terminal, otherwise a line from time to time.
-struct ProgressReporter {
+pub(crate) struct ProgressReporter {
     bar: ProgressBar,
     last: Option<Progress>,
     began: Instant,
@@ -162,7 +161,18 @@ struct ProgressReporter {
 }
 
 impl ProgressReporter {
-    fn print(&mut self, progress: Progress) {
+    pub(crate) fn new() -> Self {
+        let now = Instant::now();
+        Self { bar: ProgressBar::hidden(), last: None, began: now, printed: now }
+    }
+
+    /// Removes the bar. Returns the last progress; `None` if there was none.
+    pub(crate) fn finish(self) -> Option<Progress> {
+        self.bar.finish_and_clear();
+        self.last
+    }
+
+    pub(crate) fn print(&mut self, progress: Progress) {
         let Progress { before, done, of } = progress;
         if self.last.replace(progress).is_none() {
             self.began = Instant::now();
@@ -208,31 +218,7 @@ fn table(summary: &Summary, results: &Results) -> String {
     text + &format!("\nresults in {}\n", display_text::path(results.dir()))
 }
 
-/// Returns the width of the column of metric names: 33 or more, so that tables of the usual metrics look alike.
-pub(crate) fn name_width<T>(metrics: &[(String, T)]) -> usize {
-    metrics.iter().map(|(name, _)| name.len()).fold(33, usize::max)
-}
-
 /// Formats a number of runs: `200 runs`.
 fn count_runs(runs: u64) -> String {
     count(usize::try_from(runs).unwrap_or(usize::MAX), "run")
-}
-
-/// Formats a number with four significant digits.
-pub(crate) fn number(value: f64) -> String {
-    let size = value.abs();
-    match size {
-        0.0 => "0".to_owned(),
-        _ if size >= 1000.0 => format!("{value:.0}"),
-        _ if size >= 100.0 => format!("{value:.1}"),
-        _ if size >= 10.0 => format!("{value:.2}"),
-        _ if size >= 1.0 => format!("{value:.3}"),
-        _ if size >= 1e-4 => format!("{value:.4}"),
-        _ => format!("{value:.1e}"),
-    }
-}
-
-/// Formats a number, or `-` if it has no value.
-pub(crate) fn maybe(value: Option<f64>) -> String {
-    value.map_or_else(|| "-".to_owned(), number)
 }

@@ -21,6 +21,7 @@
 //! ```
 
 mod error;
+mod positional;
 mod row_batches;
 #[cfg(test)]
 mod tests;
@@ -31,13 +32,16 @@ use std::sync::Arc;
 use parquet::errors::{ParquetError, Result as ParquetResult};
 use parquet::file::metadata::{ParquetMetaData, ParquetMetaDataReader, RowGroupMetaData};
 
+use parquet::schema::types::SchemaDescriptor;
+use positional::Positional;
+
 pub use error::{Error, guarded, panic_is_expected};
 pub use row_batches::RowBatches;
 
-/// A Parquet file and its metadata. It is opened once and can be read repeatedly.
+/// A Parquet file and its metadata. It is opened once and can be read repeatedly, also by several threads at a time.
 #[derive(Debug, Clone)]
 pub struct Source {
-    file: Arc<File>,
+    file: Arc<Positional>,
     footer: Footer,
 }
 
@@ -49,12 +53,22 @@ impl Source {
     /// Opens a Parquet file. Fails if its footer cannot be read.
     pub fn open(file: File) -> Result<Self, Error> {
         let metadata = guarded(|| ParquetMetaDataReader::new().parse_and_finish(&file))?;
-        Ok(Self { file: Arc::new(file), footer: Footer(Arc::new(metadata)) })
+        Ok(Self { file: Arc::new(Positional(Arc::new(file))), footer: Footer(Arc::new(metadata)) })
+    }
+
+    /// Schema of the file.
+    pub fn schema(&self) -> &SchemaDescriptor {
+        self.footer.0.file_metadata().schema_descr()
+    }
+
+    /// Number of rows according to the metadata.
+    pub fn rows(&self) -> u64 {
+        u64::try_from(self.footer.0.file_metadata().num_rows()).unwrap_or(0)
     }
 
     /// Creates a source from a file and a footer that is stored elsewhere.
     pub fn with_footer(file: Arc<File>, footer: &Footer) -> Self {
-        Self { file, footer: footer.clone() }
+        Self { file: Arc::new(Positional(file)), footer: footer.clone() }
     }
 }
 

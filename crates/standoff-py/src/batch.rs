@@ -15,7 +15,8 @@ use crate::common_args::{Dict, MetricsArg, Whole, count, json, number_of_threads
 use crate::exceptions::{InputError, StandoffError, of_batch as refused};
 use crate::folder::in_folder;
 use crate::interruptible::{LatestProgress, batch_until_done};
-use crate::notebook_repr::{framed, html_table};
+use crate::metrics_table;
+use crate::notebook_repr::{frame_html, framed};
 use crate::scenario::scenario_of;
 use crate::table::Table;
 
@@ -26,12 +27,19 @@ use crate::table::Table;
 #[pyclass(frozen, weakref, module = "standoff")]
 pub(crate) struct Batch {
     results: Results,
+    /// Object whose life keeps a temporary folder from being deleted.
+    _owner: Option<Py<PyAny>>,
 }
 
 impl Batch {
     /// Raises an error if no batch can have this number of runs and first seed.
     pub(crate) fn check(template: &ScenarioTemplate, seed: u64, runs: u64, selection: MetricSelection) -> PyResult<()> {
         Flown::new(template, seed, runs, None, selection).map(drop).map_err(refused)
+    }
+
+    /// Opens a batch. It holds a reference to `owner`, whose temporary folder may contain it.
+    pub(crate) fn open(py: Python<'_>, dir: &Path, owner: Option<Py<PyAny>>) -> PyResult<Self> {
+        Ok(Self { results: py.detach(|| Results::open(dir)).map_err(refused)?, _owner: owner })
     }
 
     pub(crate) fn folder(&self) -> &Path {
@@ -48,7 +56,7 @@ impl Batch {
 impl Batch {
     #[new]
     fn new(py: Python<'_>, dir: PathBuf) -> PyResult<Self> {
-        Ok(Self { results: py.detach(|| Results::open(&dir)).map_err(refused)? })
+        Self::open(py, &dir, None)
     }
 
     /// Folder of the batch: ``runs.parquet``, ``summary.json``, ``monte-carlo.json``, ``report.html``.
@@ -76,6 +84,14 @@ impl Batch {
         self.summary(py)?.dict("metrics")
     }
 
+    /// The statistics as a table, one row per metric, with ``metric``, ``label``, ``unit``, ``n``, ``mean``, ``ci95_low``,
+    /// ``ci95_high`` and the others of :attr:`metrics`. Fractions are 0 to 1, and have, like all numbers without a unit,
+    /// the unit 1.
+    #[getter]
+    fn metrics_table(&self, py: Python<'_>) -> PyResult<Table> {
+        metrics_table::of_batch(&py.detach(|| self.results.summary()).map_err(refused)?)
+    }
+
     /// ``runs.parquet``: one row per run, in seed order, with ``run``, ``seed`` and one column per metric.
     #[getter]
     fn runs(this: &Bound<'_, Self>) -> PyResult<Table> {
@@ -93,7 +109,7 @@ impl Batch {
         if let Some(page) = self.file("report.html") {
             return framed(py, &page);
         }
-        html_table(py, &self.metrics(py)?, &["n", "mean", "sd", "p5", "p50", "p95", "max"], |_| Ok(""))
+        frame_html(py, self.metrics_table(py)?)
     }
 }
 
@@ -141,7 +157,7 @@ pub(crate) fn monte_carlo(
             let results = fly_into(&out, &template, &flown, threads, stop, |progress| store_progress(latest, progress));
             results.map_err(of_batch).and_then(with_page)
         };
-        batch_until_done(py, progress, fly).map(|results| Batch { results })
+        batch_until_done(py, progress, fly).map(|results| Batch { results, _owner: None })
     })
 }
 
@@ -159,7 +175,7 @@ pub(crate) fn merge(py: Python<'_>, dirs: Vec<PathBuf>, out: Option<PathBuf>) ->
         let merge = move |stop: &AtomicBool, _: &LatestProgress| {
             merge_shards(&dirs, &out, stop).map_err(of_batch).and_then(with_page)
         };
-        batch_until_done(py, None, merge).map(|results| Batch { results })
+        batch_until_done(py, None, merge).map(|results| Batch { results, _owner: None })
     })
 }
 
@@ -225,7 +241,7 @@ fn batch(
     Flown::new(template, seed, runs, shard, metrics.selection()?).map_err(refused)
 }
 
-fn store_progress(latest: &LatestProgress, progress: Progress) {
+pub(crate) fn store_progress(latest: &LatestProgress, progress: Progress) {
     *latest.lock().unwrap_or_else(PoisonError::into_inner) = Some(progress);
 }
 

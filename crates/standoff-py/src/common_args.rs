@@ -3,27 +3,39 @@
 use std::convert::Infallible;
 use std::ffi::CString;
 use std::num::NonZeroUsize;
+use std::path::PathBuf;
 
-use pyo3::exceptions::{PyOverflowError, PyUserWarning};
+use pyo3::exceptions::{PyOverflowError, PyTypeError, PyUserWarning};
 #[cfg(feature = "stubs")]
 use pyo3::inspect::PyStaticExpr;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 #[cfg(feature = "stubs")]
-use pyo3::{type_hint_identifier, type_hint_subscript};
+use pyo3::{type_hint_identifier, type_hint_subscript, type_hint_union};
+use standoff_app::Maps;
 use standoff_score::MetricSelection;
 use standoff_sim::scenario::Scenario;
 
 use crate::exceptions::InputError;
 
 /// Requested metrics.
-#[derive(FromPyObject)]
 pub(crate) enum MetricsArg {
     /// Names, separated by commas.
-    #[pyo3(transparent, annotation = "str")]
     Text(String),
-    #[pyo3(transparent, annotation = "list[str]")]
     Names(Vec<String>),
+}
+
+impl FromPyObject<'_, '_> for MetricsArg {
+    type Error = PyErr;
+
+    #[cfg(feature = "stubs")]
+    const INPUT_TYPE: PyStaticExpr = type_hint_union!(STR, type_hint_subscript!(SEQUENCE, STR));
+
+    fn extract(given: Borrowed<'_, '_, PyAny>) -> PyResult<Self> {
+        let text = given.extract().map(Self::Text);
+        let several = |_| given.extract().map(Self::Names);
+        text.or_else(several).map_err(|_: PyErr| wrong_type("names, as a str or a list of str", &given))
+    }
 }
 
 impl Default for MetricsArg {
@@ -39,6 +51,30 @@ impl MetricsArg {
             Self::Names(names) => MetricSelection::parse(&names.join(",")),
         };
         selection.map_err(|what| InputError::new_err(format!("metrics: {what}")))
+    }
+}
+
+/// Background maps: one file, or several.
+pub(crate) struct MapArg(Vec<PathBuf>);
+
+impl FromPyObject<'_, '_> for MapArg {
+    type Error = PyErr;
+
+    #[cfg(feature = "stubs")]
+    const INPUT_TYPE: PyStaticExpr =
+        type_hint_union!(STR, PATH, type_hint_subscript!(SEQUENCE, type_hint_union!(STR, PATH)));
+
+    fn extract(given: Borrowed<'_, '_, PyAny>) -> PyResult<Self> {
+        let one = given.extract::<PathBuf>().map(|path| Self(vec![path]));
+        let several = |_| given.extract().map(Self);
+        one.or_else(several).map_err(|_: PyErr| wrong_type("a path, or a list of paths", &given))
+    }
+}
+
+impl MapArg {
+    /// Returns the maps that replace those of the scenario or of the record.
+    pub(crate) fn maps(map: Option<Self>) -> Maps {
+        Maps(map.map_or_else(Vec::new, |Self(paths)| paths))
     }
 }
 
@@ -101,6 +137,16 @@ pub(crate) fn warning(py: Python<'_>, what: &str) -> PyResult<()> {
     PyErr::warn(py, &py.get_type::<PyUserWarning>(), &what, 1)
 }
 
+/// Name of an object's type, for messages.
+pub(crate) fn type_name(object: &Bound<'_, PyAny>) -> String {
+    object.get_type().name().map_or_else(|_| "this type".to_owned(), |name| name.to_string())
+}
+
+/// The exception for an argument of a wrong type; PyO3 adds the name of the argument.
+fn wrong_type(expected: &str, given: &Bound<'_, PyAny>) -> PyErr {
+    PyTypeError::new_err(format!("must be {expected}, not {}", type_name(given)))
+}
+
 /// A dict with str keys.
 pub(crate) struct Dict<'py>(pub(crate) Bound<'py, PyDict>);
 
@@ -123,7 +169,8 @@ impl<'py> FromPyObject<'_, 'py> for Dict<'py> {
     const INPUT_TYPE: PyStaticExpr = DICT;
 
     fn extract(given: Borrowed<'_, 'py, PyAny>) -> PyResult<Self> {
-        Ok(Self(given.cast::<PyDict>()?.to_owned()))
+        let dict = given.cast::<PyDict>().map_err(|_| wrong_type("a dict with str keys", &given))?;
+        Ok(Self(dict.to_owned()))
     }
 }
 
@@ -139,6 +186,15 @@ impl<'py> IntoPyObject<'py> for Dict<'py> {
         Ok(self.0)
     }
 }
+
+#[cfg(feature = "stubs")]
+const STR: PyStaticExpr = type_hint_identifier!("builtins", "str");
+
+#[cfg(feature = "stubs")]
+const SEQUENCE: PyStaticExpr = type_hint_identifier!("collections.abc", "Sequence");
+
+#[cfg(feature = "stubs")]
+const PATH: PyStaticExpr = type_hint_subscript!(type_hint_identifier!("os", "PathLike"), STR);
 
 #[cfg(feature = "stubs")]
 const DICT: PyStaticExpr = type_hint_subscript!(

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use pyo3::prelude::*;
-use standoff_app::{format_errors, of_batch};
+use standoff_app::{comparison_text, format_errors, of_batch};
 use standoff_score::{MetricSelection, Metrics, Scorer};
 use standoff_sim::monte_carlo::{Comparison as Flown, compare as compare_scenarios, compare_results};
 use standoff_sim::run::fly_while;
@@ -17,8 +17,9 @@ use crate::common_args::{Dict, MetricsArg, Whole, count, json, number_of_threads
 use crate::exceptions::{InputError, StandoffError, of_scenario};
 use crate::interruptible::{LatestProgress, batch_until_done, until_done};
 use crate::law::{self, LawCalls};
-use crate::notebook_repr::{escaped, html_table};
+use crate::metrics_table;
 use crate::scenario::{Scenario, scenario_of};
+use crate::table::Table;
 
 /// Paired comparison of B with A, run by run with the same seeds. The numbers are bit for bit those of ``standoff
 /// compare``.
@@ -26,6 +27,7 @@ use crate::scenario::{Scenario, scenario_of};
 /// docs/monte-carlo.md explains each number.
 #[pyclass(frozen, module = "standoff")]
 pub(crate) struct Comparison {
+    compared: Flown,
     json: String,
 }
 
@@ -33,32 +35,41 @@ pub(crate) struct Comparison {
 impl Comparison {
     /// Description of A.
     #[getter]
-    fn a(&self, py: Python<'_>) -> PyResult<String> {
-        self.to_dict(py)?.get("a")?.extract()
+    fn a(&self) -> &str {
+        &self.compared.a
     }
 
     /// Description of B.
     #[getter]
-    fn b(&self, py: Python<'_>) -> PyResult<String> {
-        self.to_dict(py)?.get("b")?.extract()
+    fn b(&self) -> &str {
+        &self.compared.b
     }
 
     /// First seed.
     #[getter]
-    fn seed(&self, py: Python<'_>) -> PyResult<u64> {
-        self.to_dict(py)?.get("seed")?.extract()
+    fn seed(&self) -> u64 {
+        self.compared.seed
     }
 
     /// Number of runs of A and of B each.
     #[getter]
-    fn runs(&self, py: Python<'_>) -> PyResult<u64> {
-        self.to_dict(py)?.get("runs")?.extract()
+    fn runs(&self) -> u64 {
+        self.compared.runs
     }
 
     /// Results of each metric: ``mean_a``, ``mean_b``, ``difference`` (B - A), ``ci95``, ``differs``, ...
     #[getter]
     fn metrics<'py>(&self, py: Python<'py>) -> PyResult<Dict<'py>> {
         self.to_dict(py)?.dict("metrics")
+    }
+
+    /// The differences as a table, one row per metric, with ``metric``, ``label``, ``unit``, ``n``, ``mean_a``, ``mean_b``,
+    /// ``difference`` (B - A), its interval ``ci95_low`` to ``ci95_high``, ``b_smaller``, ``interest`` and the ``verdict``:
+    /// "A better", "B better", "differs", "same" or "unclear". Fractions are 0 to 1, and have, like all numbers without a
+    /// unit, the unit 1.
+    #[getter]
+    fn metrics_table(&self) -> PyResult<Table> {
+        metrics_table::of_comparison(&self.compared)
     }
 
     /// Returns the output of ``standoff compare --json`` as a dict.
@@ -72,18 +83,19 @@ impl Comparison {
         &self.json
     }
 
-    fn __repr__(&self, py: Python<'_>) -> PyResult<String> {
-        Ok(format!("Comparison(a={:?}, b={:?}, runs={})", self.a(py)?, self.b(py)?, self.runs(py)?))
+    /// The text that ``standoff compare`` prints.
+    fn __str__(&self) -> String {
+        comparison_text(&self.compared)
     }
 
-    /// HTML for notebooks: a table with one row per metric; * marks differences of relevant size.
-    fn _repr_html_(&self, py: Python<'_>) -> PyResult<String> {
-        let columns = ["n", "mean_a", "mean_b", "difference", "b_smaller"];
-        let heading = format!("A: {}, B: {}, {} runs of each", self.a(py)?, self.b(py)?, self.runs(py)?);
-        let table = html_table(py, &self.metrics(py)?, &columns, |numbers| {
-            Ok(if numbers.get_item("differs")?.is_truthy()? { " *" } else { "" })
-        })?;
-        Ok(format!("<p>{}</p>{table}", escaped(py, &heading)?))
+    fn __repr__(&self) -> String {
+        format!("Comparison(a={:?}, b={:?}, runs={})", self.a(), self.b(), self.runs())
+    }
+
+    /// HTML for notebooks: the verdict, and a table with means, differences, intervals and verdicts of all metrics that
+    /// have a value.
+    fn _repr_html_(this: &Bound<'_, Self>) -> PyResult<String> {
+        this.py().import("standoff._frames")?.call_method1("comparison_html", (this,))?.extract()
     }
 }
 
@@ -185,7 +197,7 @@ pub(crate) fn compare(
         }
     };
     let json = compared.json().map_err(|error| StandoffError::new_err(error.to_string()))?;
-    Ok(Comparison { json })
+    Ok(Comparison { compared, json })
 }
 
 /// A scenario and the custom law that controls its UAVs; `None`: the built-in controller.

@@ -9,10 +9,11 @@ mod exceptions;
 mod folder;
 mod interruptible;
 mod law;
+mod metrics_table;
 mod notebook_repr;
-mod pread_file;
 mod run;
 mod scenario;
+mod sweep;
 mod table;
 
 use pyo3::prelude::*;
@@ -37,6 +38,8 @@ mod _standoff {
     use super::run::{Run, baseline, run};
     #[pymodule_export]
     use super::scenario::{Scenario, scenarios};
+    #[pymodule_export]
+    use super::sweep::{_sweep_complete, _sweep_difference, _sweep_plan, Sweep, sweep};
     #[pymodule_export]
     use super::table::Table;
 

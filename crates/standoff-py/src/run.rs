@@ -8,18 +8,19 @@ use std::sync::{Arc, Mutex, PoisonError};
 use pyo3::exceptions::PyKeyError;
 use pyo3::prelude::*;
 use standoff_app::{
-    BaselineReport, Failure, Maps, OutcomeOptions, Report, fly, format_errors, has_older_run, report_run,
-    run_interruptible,
+    BaselineReport, Failure, Maps, Outcome, OutcomeOptions, PerTarget, Report, fly, format_errors, has_older_run,
+    report_run, run_interruptible,
 };
 use standoff_io::display_text;
-use standoff_score::MetricSelection;
+use standoff_score::{MetricSelection, SelectedMetrics};
 use standoff_sim::run::Mission;
 
-use crate::common_args::{Dict, MetricsArg, Whole, count, json, small, warn, warning};
+use crate::common_args::{Dict, MapArg, MetricsArg, Whole, count, json, small, warn, warning};
 use crate::exceptions::{InputError, StandoffError, raised};
 use crate::folder::in_folder;
 use crate::interruptible::{unless_interrupted, until_done};
 use crate::law::{self, LawCalls};
+use crate::metrics_table;
 use crate::notebook_repr::framed;
 use crate::scenario::scenario_with;
 use crate::table::Table;
@@ -44,17 +45,39 @@ const TABLES: [&str; 13] = [
 /// A recorded run, read from its folder: its tables and its results.
 ///
 /// ``run.uavs``, ``run.truth``, ``run.tracks``, ``run.groups``, ``run.detections``, ``run.in_view`` and ``run.events``
-/// are its tables (docs/record.md describes their columns). A notebook shows the report page of the run; ``print``
-/// shows the same table as the command line.
+/// are its tables (docs/record.md describes their columns); ``run.targets`` has the scores of each target. A notebook
+/// shows the report page of the run; ``print`` shows the same table as the command line.
 ///
 /// :param dir: folder written by ``standoff run`` or :func:`run`; the summary and the figures in it are recomputed.
 /// :param metrics: names of metrics and of sets, as for :func:`run`.
+/// :param map: background map that replaces the one in the record: a SUMO net (.net.xml) or GeoJSON, plain or .gz, or a
+///     list of them.
 /// :raises InputError: if the folder holds no record, or the record is damaged.
 #[pyclass(frozen, weakref, module = "standoff")]
 pub(crate) struct Run {
     dir: PathBuf,
+    results: Results,
+}
+
+/// Results of a run.
+struct Results {
+    /// `summary.json`.
     summary: String,
+    /// Text for `print`.
     text: String,
+    metrics: SelectedMetrics,
+    targets: Vec<PerTarget>,
+}
+
+impl Results {
+    fn of(outcome: &Outcome, dir: &Path) -> Result<Self, Failure> {
+        Ok(Self {
+            summary: outcome.json().map_err(Failure::running)?,
+            text: outcome.text(dir, OutcomeOptions { per_target: true, ..OutcomeOptions::default() }),
+            metrics: outcome.metrics,
+            targets: outcome.per_target.clone(),
+        })
+    }
 }
 
 /// Inputs of a run that move to the worker thread.
@@ -85,14 +108,13 @@ impl Notes {
 }
 
 impl Flight {
-    /// Runs the mission, publishes the record and writes its results. Returns the summary as JSON and the text for
-    /// `print`.
+    /// Runs the mission, publishes the record and writes its results.
     fn fly<B: standoff_sim::controller::Controller>(
         &self,
         mission: &mut Mission<B>,
         stop: &AtomicBool,
         go_on: impl Fn() -> bool,
-    ) -> Result<(String, String), Failure> {
+    ) -> Result<Results, Failure> {
         let note = |line: &str| self.notes.add(line);
         let map = self.maps.of_scenario(&self.scenario, &note)?;
         let record = fly(&self.scenario, mission, &self.out, map.as_ref(), &note, go_on, |_| {})?;
@@ -111,8 +133,7 @@ impl Flight {
             text.ok_or_else(|| Failure::running(format!("the run is complete in {}", display_text::path(&self.out))))??;
         written?;
         outcome.baseline = baseline;
-        let summary = outcome.json().map_err(Failure::running)?;
-        Ok((summary, outcome.text(&self.out, OutcomeOptions { per_target: true, ..OutcomeOptions::default() })))
+        Results::of(&outcome, &self.out)
     }
 }
 
@@ -127,7 +148,8 @@ impl Flight {
 /// :param metrics: names of metrics (docs/metrics.md) and of the sets ``standard``, ``limits``, ``table-2``, ``all``: a
 ///     comma-separated str, or a list.
 /// :param out: folder for the results. None: a temporary folder, deleted together with the run object.
-/// :param maps: SUMO networks or GeoJSON files to show below the vehicles.
+/// :param map: background map: a SUMO net (.net.xml) or GeoJSON, plain or .gz, or a list of them. None: the map of the
+///     scenario.
 /// :param law: custom law that replaces the built-in controller: a subclass of :class:`Law`, or a callable that takes a
 ///     :class:`MissionInfo` and returns an object with a method ``decide``.
 /// :param law_limit_s: time limit for each call of a custom law, s, above 0.
@@ -140,7 +162,7 @@ impl Flight {
 ///     Exceptions of a custom law are passed on. A note in the exception states which part of the run was saved.
 #[pyfunction]
 #[pyo3(signature = (
-    scenario=None, *, seed=Whole(1), traffic=None, uavs=None, set=None, metrics=MetricsArg::default(), out=None, maps=vec![],
+    scenario=None, *, seed=Whole(1), traffic=None, uavs=None, set=None, metrics=MetricsArg::default(), out=None, map=None,
     law=None, law_limit_s=10.0, baseline=false
 ))]
 #[expect(clippy::too_many_arguments, reason = "Python callers pass them by keyword")]
@@ -153,7 +175,7 @@ pub(crate) fn run(
     set: Option<Dict<'_>>,
     metrics: MetricsArg,
     out: Option<PathBuf>,
-    maps: Vec<PathBuf>,
+    map: Option<MapArg>,
     law: Option<&Bound<'_, PyAny>>,
     law_limit_s: f64,
     baseline: bool,
@@ -174,7 +196,8 @@ pub(crate) fn run(
             notes.add(&format!("note: replacing the older run in {}", out.display()));
         }
         let (law_calls, stopped) = (calls.clone(), Arc::clone(&stop));
-        let flight = Flight { scenario, out: out.clone(), maps: Maps(maps), selection, baseline, notes: notes.clone() };
+        let flight =
+            Flight { scenario, out: out.clone(), maps: MapArg::maps(map), selection, baseline, notes: notes.clone() };
         let work = move || {
             let go_on = || !stopped.load(Ordering::Relaxed);
             let Some((law, calls)) = law.zip(law_calls) else {
@@ -194,7 +217,7 @@ pub(crate) fn run(
         notes.warn(py)?;
         let raised_error = ended.raised.or_else(|| calls.and_then(|calls| calls.take()));
         match (ended.done, raised_error) {
-            (Ok((summary, text)), None) => Ok(Run { dir: out, summary, text }),
+            (Ok(results), None) => Ok(Run { dir: out, results }),
             (Err(failure), None) => Err(raised(&failure)),
             // A raised exception takes precedence: it is the reason why the run ended.
             (done, Some(error)) => {
@@ -234,20 +257,21 @@ pub(crate) fn baseline<'py>(
 #[pymethods]
 impl Run {
     #[new]
-    #[pyo3(signature = (dir, *, metrics=MetricsArg::default()))]
-    fn new(py: Python<'_>, dir: PathBuf, metrics: MetricsArg) -> PyResult<Self> {
+    #[pyo3(signature = (dir, *, metrics=MetricsArg::default(), map=None))]
+    fn new(py: Python<'_>, dir: PathBuf, metrics: MetricsArg, map: Option<MapArg>) -> PyResult<Self> {
         let (selection, notes) = (metrics.selection()?, Notes::default());
         let (folder, collected) = (dir.clone(), notes.clone());
+        let maps = MapArg::maps(map);
         let work = move || -> Result<_, Failure> {
-            let Report { outcome, written } = report_run(&folder, &folder, selection, &|line| collected.add(line))?;
+            let note = |line: &str| collected.add(line);
+            maps.replace_in_record(&folder, &note)?;
+            let Report { outcome, written } = report_run(&folder, &folder, selection, &note)?;
             written?;
-            let text = outcome.text(&folder, OutcomeOptions { per_target: true, ..OutcomeOptions::default() });
-            Ok((outcome.json().map_err(Failure::running)?, text))
+            Results::of(&outcome, &folder)
         };
         let done = unless_interrupted(py, work)?;
         notes.warn(py)?;
-        let (summary, text) = done.map_err(|failure| raised(&failure))?;
-        Ok(Self { dir, summary, text })
+        Ok(Self { dir, results: done.map_err(|failure| raised(&failure))? })
     }
 
     /// Folder of the run.
@@ -259,13 +283,26 @@ impl Run {
     /// ``summary.json`` as a dict: scenario, metrics, events, and results of each target.
     #[getter]
     fn summary<'py>(&self, py: Python<'py>) -> PyResult<Dict<'py>> {
-        json(py, &self.summary)
+        json(py, &self.results.summary)
     }
 
     /// Metrics of the run: a float for each name, or None if the metric is not defined for this run.
     #[getter]
     fn metrics<'py>(&self, py: Python<'py>) -> PyResult<Dict<'py>> {
         self.summary(py)?.dict("metrics")
+    }
+
+    /// Metrics as a table, one row per metric, with ``metric``, ``label``, ``unit`` and ``value``. Fractions are 0 to 1,
+    /// and have, like all numbers without a unit, the unit 1.
+    #[getter]
+    fn metrics_table(&self) -> PyResult<Table> {
+        metrics_table::of_run(&self.results.metrics)
+    }
+
+    /// Scores of each target, one row per target: custody, longest time out of view, position error, ANEES.
+    #[getter]
+    fn targets(&self) -> PyResult<Table> {
+        metrics_table::of_targets(&self.results.targets)
     }
 
     /// Scenario of the run as TOML, with all random values drawn and all defaults.
@@ -331,7 +368,7 @@ impl Run {
     }
 
     fn __str__(&self) -> &str {
-        &self.text
+        &self.results.text
     }
 
     fn __repr__(&self, py: Python<'_>) -> PyResult<String> {

@@ -5,10 +5,11 @@ use std::path::PathBuf;
 
 use pyo3::prelude::*;
 use pyo3::types::{PyBool, PyDict, PyInt, PyList, PyString, PyTuple};
-use standoff_sim::scenario::{BUILT_IN, Overrides, ScenarioTemplate};
+use standoff_app::Failure;
+use standoff_sim::scenario::{BUILT_IN, Overrides, ScenarioError as SimScenarioError, ScenarioTemplate};
 use toml::{Table, Value};
 
-use crate::common_args::{Dict, Whole, count, small};
+use crate::common_args::{Dict, Whole, count, small, type_name};
 use crate::exceptions::{ScenarioError, of_scenario};
 
 /// A scenario: a built-in one, a scenario file, or TOML text, with changes.
@@ -36,13 +37,35 @@ enum Source {
     Toml { name: String, toml: String, folder: PathBuf },
 }
 
+impl Source {
+    fn load(&self, overrides: &Overrides) -> Result<ScenarioTemplate, SimScenarioError> {
+        match self {
+            Self::Named(name) => ScenarioTemplate::load(name, overrides),
+            Self::Toml { name, toml, folder } => ScenarioTemplate::of_toml(name, toml, overrides, folder),
+        }
+    }
+}
+
 impl Scenario {
     fn load(source: Source, overrides: Overrides) -> PyResult<Self> {
-        let template = match &source {
-            Source::Named(name) => ScenarioTemplate::load(name, &overrides),
-            Source::Toml { name, toml, folder } => ScenarioTemplate::of_toml(name, toml, &overrides, folder),
-        };
-        Ok(Self { source, overrides, template: template.map_err(of_scenario)? })
+        let template = source.load(&overrides).map_err(of_scenario)?;
+        Ok(Self { source, overrides, template })
+    }
+
+    /// Returns the scenario with further changes, each `KEY=VALUE`.
+    pub(crate) fn with(&self, set: &[String]) -> PyResult<Self> {
+        Self::load(self.source.clone(), self.overrides_and(set))
+    }
+
+    /// Loads the template of the scenario with further changes, each `KEY=VALUE`.
+    pub(crate) fn template_with(&self, set: &[String]) -> Result<ScenarioTemplate, Failure> {
+        self.source.load(&self.overrides_and(set)).map_err(Failure::Scenario)
+    }
+
+    fn overrides_and(&self, set: &[String]) -> Overrides {
+        let mut overrides = self.overrides.clone();
+        overrides.set.extend_from_slice(set);
+        overrides
     }
 
     pub(crate) fn template(&self) -> &ScenarioTemplate {
@@ -205,10 +228,10 @@ pub(crate) fn scenarios() -> Vec<&'static str> {
 
 fn path(scenario: &Bound<'_, PyAny>) -> PyResult<String> {
     let path: PathBuf = scenario.extract().map_err(|_| {
-        ScenarioError::new_err(format!(
-            "a scenario must be a built-in name, a path or a Scenario, not {}",
-            scenario.get_type().name().map_or_else(|_| "this type".to_owned(), |name| name.to_string())
-        ))
+        let must = "scenario: must be a built-in name, a path or a Scenario";
+        let advice =
+            if scenario.is_instance_of::<PyDict>() { ": Scenario.from_dict makes a Scenario of a dict" } else { "" };
+        ScenarioError::new_err(format!("{must}, not {}{advice}", type_name(scenario)))
     })?;
     path.into_os_string().into_string().map_err(|path| {
         ScenarioError::new_err(format!("{}: not UTF-8: rename it, or change to its folder", path.to_string_lossy()))
@@ -243,14 +266,13 @@ fn table(dict: &Bound<'_, PyDict>) -> PyResult<Table> {
 /// Maximum nesting depth of dicts and lists; scenarios need three levels.
 const DEPTH_MAX: usize = 8;
 
-fn value(of: &Bound<'_, PyAny>) -> Result<Value, String> {
+pub(crate) fn value(of: &Bound<'_, PyAny>) -> Result<Value, String> {
     value_within(of, DEPTH_MAX)
 }
 
 /// Converts a Python or NumPy value to TOML.
 fn value_within(of: &Bound<'_, PyAny>, depth: usize) -> Result<Value, String> {
     let depth = depth.checked_sub(1).ok_or("nested too deeply for a scenario")?;
-    let kind = || of.get_type().name().map_or_else(|_| "this type".to_owned(), |name| name.to_string());
     if let Ok(dict) = of.cast::<PyDict>() {
         let entries = dict.iter().map(|(key, value)| {
             let key: String = key.extract().map_err(|_| "keys must be str".to_owned())?;
@@ -282,5 +304,7 @@ fn value_within(of: &Bound<'_, PyAny>, depth: usize) -> Result<Value, String> {
         let own = of.call_method0("tolist").map_err(|error| error.to_string())?;
         return value_within(&own, depth);
     }
-    of.extract().map(Value::Float).map_err(|_| format!("a value must be a number, str, list or dict, not {}", kind()))
+    of.extract()
+        .map(Value::Float)
+        .map_err(|_| format!("a value must be a number, str, list or dict, not {}", type_name(of)))
 }

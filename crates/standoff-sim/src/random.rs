@@ -30,6 +30,8 @@ pub enum Stream {
     RadioDelay = 7,
     /// Whether a message is duplicated.
     RadioDuplicate = 8,
+    /// Points of a Latin hypercube.
+    Sweep = 9,
 }
 
 /// All random draws of a run.

@@ -1,5 +1,5 @@
-//! Visualisation of runs: static figures, a page that replays a run, MCAP files for robotics viewers, a page for Monte
-//! Carlo results, and a local web server for these pages.
+//! Visualisation of runs: static figures, a page that replays a run, MCAP files for robotics viewers, pages for Monte
+//! Carlo results and sweeps, and a local web server for these pages.
 
 pub mod batch;
 mod colours;
@@ -17,6 +17,12 @@ mod row_fixtures;
 #[cfg(test)]
 #[path = "../../standoff-score/tests/common/mod.rs"]
 mod score_fixtures;
+#[cfg(feature = "server")]
 pub mod serve;
+#[cfg(feature = "server")]
 pub mod site;
+pub mod sweep;
+#[cfg(feature = "server")]
 pub mod tiles;
+
+pub use bytes::Bytes;

@@ -1,21 +1,18 @@
-//! The replay page of a run and the page of Monte Carlo results, each as one self-contained file or served.
+//! The replay page of a run and the pages of Monte Carlo results and sweeps, each as one self-contained file; `site.rs`
+//! serves them.
 //!
 //! The sources of the pages are plain scripts in `page/`, without a build step. `build.rs` extracts the chart script
 //! from the `plotly` crate.
 
-use axum::http::header::{CONTENT_SECURITY_POLICY, HeaderValue};
-use axum::response::{IntoResponse, Response};
-use axum::routing::get;
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD as BASE64;
 
 use crate::batch::Batch;
 use crate::replay::{Head, Part, gzip};
-use crate::serve::{Bytes, Resource, Site, policy_with_images};
-use crate::tiles::TileServer;
+use crate::sweep::SweepPage;
 
 /// Script of the pages. Its files share one scope.
-const SCRIPT: &str = concat!(
+pub(crate) const SCRIPT: &str = concat!(
     "(() => {\n\"use strict\";\n",
     include_str!("../page/common.js"),
     include_str!("../page/replay-data.js"),
@@ -71,11 +68,24 @@ const SCRIPT: &str = concat!(
     include_str!("../page/main.js"),
     "})();\n",
 );
-const STYLE: &str = include_str!("../page/style.css");
-const REPLAY: &str = include_str!("../page/replay.html");
-const BATCH: &str = include_str!("../page/batch.html");
+/// Script of the page of a sweep, which needs few of the other files.
+const SWEEP_SCRIPT: &str = concat!(
+    "(() => {\n\"use strict\";\n",
+    include_str!("../page/common.js"),
+    include_str!("../page/replay-data.js"),
+    include_str!("../page/data-source.js"),
+    include_str!("../page/palette.js"),
+    include_str!("../page/batch-plots.js"),
+    include_str!("../page/batch.js"),
+    include_str!("../page/sweep.js"),
+    "})();\n",
+);
+pub(crate) const STYLE: &str = include_str!("../page/style.css");
+pub(crate) const REPLAY: &str = include_str!("../page/replay.html");
+pub(crate) const BATCH: &str = include_str!("../page/batch.html");
+const SWEEP: &str = include_str!("../page/sweep.html");
 /// Chart script (plotly.js), gzipped. A constant could be in the program twice.
-static CHARTS: &[u8] = include_bytes!(concat!(env!("OUT_DIR"), "/plotly.js.gz"));
+pub(crate) static CHARTS: &[u8] = include_bytes!(concat!(env!("OUT_DIR"), "/plotly.js.gz"));
 
 /// Decompresses the page script and runs it. It is the only script of a report in plain text.
 const START: &str = include_str!("../page/boot.js");
@@ -83,58 +93,6 @@ const START: &str = include_str!("../page/boot.js");
 /// Content security policy of a report: only its own contents may run, and nothing is fetched.
 const REPORT_POLICY: &str = "default-src 'none'; script-src 'unsafe-inline' blob:; style-src 'unsafe-inline'; \
                              img-src data: blob:; base-uri 'none'; form-action 'none'";
-
-/// A served page, and the content security policy that it needs if it shows tiles.
-#[derive(Debug, Clone)]
-pub(crate) struct ServedPage {
-    html: Resource,
-    policy: Option<HeaderValue>,
-}
-
-impl IntoResponse for ServedPage {
-    fn into_response(self) -> Response {
-        let policy = self.policy.map(|policy| [(CONTENT_SECURITY_POLICY, policy)]);
-        (policy, self.html).into_response()
-    }
-}
-
-/// Replay page of runs whose data is served below the space-separated paths `bases`.
-pub(crate) fn served_replay(bases: &str, tiles: Option<&TileServer>) -> ServedPage {
-    served(REPLAY, bases, tiles)
-}
-
-/// Page of Monte Carlo results whose data is served as `/batch.json`.
-pub(crate) fn served_batch() -> ServedPage {
-    served(BATCH, "", None)
-}
-
-/// A page whose data is served below `bases`.
-fn served(body: &str, bases: &str, tiles: Option<&TileServer>) -> ServedPage {
-    let template = tiles.map(|tiles| format!(" data-tiles=\"{}\"", tiles.template().replace('&', "&amp;")));
-    let template = template.unwrap_or_default();
-    let page = format!(
-        "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\
-         <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n\
-         <title>standoff</title>\n<link rel=\"icon\" href=\"data:,\">\n\
-         <link rel=\"stylesheet\" href=\"/page.css\">\n\
-         <script src=\"/page.js\" defer></script>\n</head>\n<body data-bases=\"{bases}\"{template}>\n{body}</body>\n</html>\n"
-    );
-    let html = Resource { kind: "text/html; charset=utf-8", body: page.into(), gzip: false };
-    ServedPage { html, policy: tiles.map(|tiles| policy_with_images(tiles.origin())) }
-}
-
-/// Makes a site of a page with its style sheet and scripts.
-pub(crate) fn site(page: ServedPage) -> Site {
-    let assets = [
-        ("/page.css", "text/css; charset=utf-8", STYLE.as_bytes(), false),
-        ("/page.js", "text/javascript; charset=utf-8", SCRIPT.as_bytes(), false),
-        ("/plotly.js", "text/javascript; charset=utf-8", CHARTS, true),
-    ];
-    assets.into_iter().fold(Site::new().route("/", get(async || page)), |site, (path, kind, body, gzip)| {
-        let asset = Resource { kind, body: Bytes::from_static(body), gzip };
-        site.route(path, get(async || asset))
-    })
-}
 
 /// Makes the replay page of a run as one file that opens from disk without a network.
 ///
@@ -176,14 +134,21 @@ pub fn report(head: &Head, parts: &[Part]) -> serde_json::Result<String> {
     if let Some(map) = &head.map {
         put(&mut page, "map", map);
     }
-    Ok(end(page))
+    Ok(end(page, SCRIPT))
 }
 
 /// Makes the page of Monte Carlo results as one file that opens from disk without a network.
 pub fn batch_report(batch: &Batch) -> serde_json::Result<String> {
     let mut page = begin(BATCH);
     put(&mut page, "batch", &gzip(batch.json()?.as_bytes()));
-    Ok(end(page))
+    Ok(end(page, SCRIPT))
+}
+
+/// Makes the page of a sweep as one file that opens from disk without a network.
+pub fn sweep_report(sweep: &SweepPage) -> serde_json::Result<String> {
+    let mut page = begin(SWEEP);
+    put(&mut page, "sweep", &gzip(serde_json::to_string(sweep)?.as_bytes()));
+    Ok(end(page, SWEEP_SCRIPT))
 }
 
 /// Start of a report file, up to its data.
@@ -201,9 +166,9 @@ fn put(page: &mut String, name: &str, gz: &[u8]) {
     *page += &format!("<script type=\"application/gzip\" data-part=\"{name}\">{}</script>\n", BASE64.encode(gz));
 }
 
-/// Appends the scripts and completes a report file.
-fn end(mut page: String) -> String {
-    put(&mut page, "page", &gzip(SCRIPT.as_bytes()));
+/// Appends the page's script and plotly.js, and completes a report file.
+fn end(mut page: String, script: &str) -> String {
+    put(&mut page, "page", &gzip(script.as_bytes()));
     put(&mut page, "charts", CHARTS);
     page + &format!("<script>\n{START}</script>\n</body>\n</html>\n")
 }
@@ -224,8 +189,14 @@ mod tests {
     /// The scripts share one scope: a name that is declared twice would be a syntax error.
     #[test]
     fn no_name_is_declared_in_two_scripts() {
+        for script in [SCRIPT, SWEEP_SCRIPT] {
+            check_names(script);
+        }
+    }
+
+    fn check_names(script: &str) {
         let mut names = std::collections::BTreeSet::new();
-        for line in SCRIPT.lines() {
+        for line in script.lines() {
             let words: Vec<&str> = line.trim_start_matches("async ").split([' ', '(', ';']).collect();
             if let [kind, name, ..] = words[..]
                 && ["const", "let", "class", "function", "function*"].contains(&kind)
@@ -233,14 +204,16 @@ mod tests {
                 assert!(names.insert(name), "{name} is declared twice");
             }
         }
-        assert!(names.len() > 100, "{} names", names.len());
+        assert!(names.len() > 30, "{} names", names.len());
     }
 
     /// The page's own text is the only part that is not compressed, so it must not contain a script end tag.
     #[test]
     fn the_page_text_contains_no_script_end_tag() {
         assert!(!START.contains("</script"));
-        assert!(!REPLAY.contains("<script") && !BATCH.contains("<script"));
-        assert!(!SCRIPT.contains("innerHTML") && !SCRIPT.contains("document.write") && !SCRIPT.contains("eval("));
+        assert!([REPLAY, BATCH, SWEEP].iter().all(|body| !body.contains("<script")));
+        for script in [SCRIPT, SWEEP_SCRIPT] {
+            assert!(!script.contains("innerHTML") && !script.contains("document.write") && !script.contains("eval("));
+        }
     }
 }

@@ -23,6 +23,7 @@
 mod chunk;
 mod encoder;
 mod header;
+#[cfg(feature = "server")]
 mod live;
 mod per_agent;
 mod recorded;
@@ -33,4 +34,5 @@ mod tests;
 pub(crate) use chunk::gzip;
 pub use encoder::{Encoder, Part};
 pub use header::{FORMAT, Head, Line};
+#[cfg(feature = "server")]
 pub use live::Replay;

@@ -5,13 +5,15 @@ use std::iter;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use axum::extract::{Path, Request, State};
-use axum::response::IntoResponse;
+use axum::http::header::{CONTENT_SECURITY_POLICY, HeaderValue};
+use axum::response::{IntoResponse, Response};
 use axum::routing::get;
 
+use crate::Bytes;
 use crate::batch::Batch;
-use crate::page;
+use crate::page::{BATCH, CHARTS, REPLAY, SCRIPT, STYLE};
 use crate::replay::{Replay, gzip};
-use crate::serve::{NOT_FOUND, Resource, ServerState, Site};
+use crate::serve::{NOT_FOUND, Resource, ServerState, Site, policy_with_images};
 use crate::tiles::TileServer;
 
 /// Number of re-flown runs of a batch that are kept in memory.
@@ -25,7 +27,7 @@ const RUNS: [&str; 2] = ["/replay", "/replay-2"];
 pub fn of_runs(first: Arc<Replay>, second: Option<Arc<Replay>>, tiles: Option<&TileServer>) -> Site {
     let runs: Vec<_> = RUNS.into_iter().zip(iter::once(first).chain(second)).collect();
     let bases: Vec<_> = runs.iter().map(|(base, _)| *base).collect();
-    let site = page::site(page::served_replay(&bases.join(" "), tiles));
+    let site = with_assets(served_replay(&bases.join(" "), tiles));
     runs.into_iter().fold(site, |site, (base, replay)| {
         let feed = replay.feed();
         let file = async move |Path(file): Path<String>| replay.get(&file).ok_or(NOT_FOUND);
@@ -49,7 +51,7 @@ pub fn of_batch(
         match file {
             "" => {
                 let base = format!("/run/{}/{}/replay", run.0, run.1);
-                Ok(page::served_replay(&base, tiles.as_ref()).into_response())
+                Ok(served_replay(&base, tiles.as_ref()).into_response())
             }
             // A page requests the head first, so the run has been flown already.
             "replay/feed" => Ok(server.follow(&flights.cached(run).ok_or(NOT_FOUND)?.feed(), request)),
@@ -60,7 +62,7 @@ pub fn of_batch(
             }
         }
     };
-    Ok(page::site(page::served_batch()).route("/batch.json", get(async || data)).route("/run/{*path}", get(run)))
+    Ok(with_assets(served_batch()).route("/batch.json", get(async || data)).route("/run/{*path}", get(run)))
 }
 
 /// Identifies a run: index of the batch, and seed.
@@ -110,6 +112,58 @@ fn parse_run(path: &str) -> Option<(RunKey, &str)> {
     let which: RunKey = (batch.parse().ok()?, seed.parse().ok()?);
     ((which.0.to_string(), which.1.to_string()) == (batch.to_owned(), seed.to_owned()))
         .then_some((which, parts.next()?))
+}
+
+/// A served page, and the content security policy that it needs if it shows tiles.
+#[derive(Debug, Clone)]
+struct ServedPage {
+    html: Resource,
+    policy: Option<HeaderValue>,
+}
+
+impl IntoResponse for ServedPage {
+    fn into_response(self) -> Response {
+        let policy = self.policy.map(|policy| [(CONTENT_SECURITY_POLICY, policy)]);
+        (policy, self.html).into_response()
+    }
+}
+
+/// Replay page of runs whose data is served below the space-separated paths `bases`.
+fn served_replay(bases: &str, tiles: Option<&TileServer>) -> ServedPage {
+    served(REPLAY, bases, tiles)
+}
+
+/// Page of Monte Carlo results whose data is served as `/batch.json`.
+fn served_batch() -> ServedPage {
+    served(BATCH, "", None)
+}
+
+/// A page whose data is served below `bases`.
+fn served(body: &str, bases: &str, tiles: Option<&TileServer>) -> ServedPage {
+    let template = tiles.map(|tiles| format!(" data-tiles=\"{}\"", tiles.template().replace('&', "&amp;")));
+    let template = template.unwrap_or_default();
+    let page = format!(
+        "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\
+         <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n\
+         <title>standoff</title>\n<link rel=\"icon\" href=\"data:,\">\n\
+         <link rel=\"stylesheet\" href=\"/page.css\">\n\
+         <script src=\"/page.js\" defer></script>\n</head>\n<body data-bases=\"{bases}\"{template}>\n{body}</body>\n</html>\n"
+    );
+    let html = Resource { kind: "text/html; charset=utf-8", body: page.into(), gzip: false };
+    ServedPage { html, policy: tiles.map(|tiles| policy_with_images(tiles.origin())) }
+}
+
+/// Makes a site of a page with its style sheet and scripts.
+fn with_assets(page: ServedPage) -> Site {
+    let assets = [
+        ("/page.css", "text/css; charset=utf-8", STYLE.as_bytes(), false),
+        ("/page.js", "text/javascript; charset=utf-8", SCRIPT.as_bytes(), false),
+        ("/plotly.js", "text/javascript; charset=utf-8", CHARTS, true),
+    ];
+    assets.into_iter().fold(Site::new().route("/", get(async || page)), |site, (path, kind, body, gzip)| {
+        let asset = Resource { kind, body: Bytes::from_static(body), gzip };
+        site.route(path, get(async || asset))
+    })
 }
 
 #[cfg(test)]

@@ -9,7 +9,7 @@ use standoff::research::math::hypot;
 use standoff_record::{AgentEventRow, EventRow, Frame, IntruderRow};
 
 use super::table::{Directory, Table};
-use crate::serve::Bytes;
+use crate::Bytes;
 
 /// An event in the page's list.
 #[derive(Debug, Serialize)]

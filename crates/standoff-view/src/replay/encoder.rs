@@ -11,8 +11,8 @@ use super::chunk::{Event, PartBounds, block};
 use super::per_agent::{AssignmentTables, TeamStates};
 use super::recorded::Recorded;
 use super::table::Table;
+use crate::Bytes;
 use crate::colours::GroupColours;
-use crate::serve::Bytes;
 
 /// Number of time steps after which a part is full.
 const MAX_STEPS: usize = 256;

@@ -5,8 +5,8 @@ use standoff::Zone;
 use standoff_io::geodesy::Origin;
 use standoff_record::Manifest;
 
+use crate::Bytes;
 use crate::figures::Setup;
-use crate::serve::Bytes;
 
 /// Format number of heads and parts; it increases when either format changes.
 pub const FORMAT: u32 = 5;

@@ -7,7 +7,8 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 use super::chunk::gzip;
 use super::encoder::Part;
 use super::header::Head;
-use crate::serve::{Bytes, Feed, Resource};
+use crate::Bytes;
+use crate::serve::{Feed, Resource};
 
 const JSON: &str = "application/json";
 const BYTES: &str = "application/octet-stream";

@@ -1,7 +1,7 @@
 //! Positional reads: several readers share one open file without a common file position.
 
 use std::fs::File;
-use std::io::{self, Read};
+use std::io::{self, BufReader, Read};
 use std::sync::Arc;
 
 use bytes::Bytes;
@@ -9,8 +9,8 @@ use parquet::errors::Result;
 use parquet::file::reader::{ChunkReader, Length};
 
 /// An open file that is read at explicit offsets.
-#[derive(Clone)]
-pub(crate) struct Positional(pub(crate) Arc<File>);
+#[derive(Debug)]
+pub(super) struct Positional(pub(super) Arc<File>);
 
 #[cfg(unix)]
 fn read_at(file: &File, buffer: &mut [u8], at: u64) -> io::Result<usize> {
@@ -23,7 +23,7 @@ fn read_at(file: &File, buffer: &mut [u8], at: u64) -> io::Result<usize> {
 }
 
 /// A sequential reader with its own offset.
-pub(crate) struct From {
+pub(super) struct From {
     file: Arc<File>,
     at: u64,
 }
@@ -43,16 +43,17 @@ impl Length for Positional {
 }
 
 impl ChunkReader for Positional {
-    type T = From;
+    type T = BufReader<From>;
 
-    fn get_read(&self, at: u64) -> Result<From> {
-        Ok(From { file: Arc::clone(&self.0), at })
+    fn get_read(&self, at: u64) -> Result<Self::T> {
+        Ok(BufReader::new(From { file: Arc::clone(&self.0), at }))
     }
 
     fn get_bytes(&self, at: u64, length: usize) -> Result<Bytes> {
         // Nothing is allocated up front: a damaged file may give a huge length.
         let mut bytes = Vec::new();
-        let read = self.get_read(at)?.take(length as u64).read_to_end(&mut bytes)?;
+        let from = From { file: Arc::clone(&self.0), at };
+        let read = from.take(length as u64).read_to_end(&mut bytes)?;
         if read == length {
             return Ok(bytes.into());
         }
