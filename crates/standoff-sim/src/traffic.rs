@@ -33,26 +33,32 @@
 mod build;
 mod csv;
 mod fcd;
+mod gpx;
 mod limits;
 mod model;
+mod notes;
+mod parquet;
 mod unit_detection;
 mod validate;
 mod vehicle;
 
-use std::io::Read;
+use std::io::{BufRead as _, Read};
 use std::path::Path;
 
 pub(crate) use limits::MAX_AT_ONCE;
 pub use limits::{MAX_SAMPLES, MAX_VEHICLES};
-pub use model::{Coordinates, Options, Traffic};
+pub use model::{Coordinates, Options, Persons, Traffic};
 pub use vehicle::{Vehicle, VehicleState};
 
 use standoff_io::display_text;
 pub use standoff_io::text_source::Position;
-use standoff_io::text_source::{self, Expectation, Fault, Text};
+use standoff_io::text_source::{self, Expectation, Fault, Text, input_fault};
 
 /// Expected contents, for messages.
-pub(crate) static TRAFFIC: Expectation = Expectation { description: "traffic", formats: "SUMO FCD XML or CSV tracks" };
+pub(crate) static TRAFFIC: Expectation = Expectation { description: "traffic", formats: "SUMO FCD (XML, CSV or Parquet), CSV tracks or GPX" };
+
+/// Number of first bytes in which the root element of GPX is expected.
+const HEAD_BYTES: usize = 2_000;
 
 /// Error of a traffic file; prints as one line, `FILE:LINE:COLUMN: what is wrong; what is allowed; what to do`.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
@@ -72,7 +78,11 @@ pub struct TrafficError {
 /// anything is read; if it cannot be read; or as [`read_from`] does.
 pub fn read(path: &Path, options: &Options) -> Result<Traffic, TrafficError> {
     let name = path.display().to_string();
-    parse(|| text_source::open(path, &TRAFFIC), options).map_err(named(&name))
+    let read = match parquet::is_parquet(path) {
+        true => check_options(options).and_then(|()| parquet::read(path, options)),
+        false => parse(|| text_source::open(path, &TRAFFIC), options),
+    };
+    read.map_err(named(&name))
 }
 
 /// Reads traffic from bytes; errors use `name` as the file name. Fails with a position if any part of it breaks the
@@ -88,7 +98,7 @@ fn named(file: &str) -> impl FnOnce(Fault) -> TrafficError {
     }
 }
 
-fn parse<'a>(text: impl FnOnce() -> Result<Text<'a>, Fault>, options: &Options) -> Result<Traffic, Fault> {
+fn check_options(options: &Options) -> Result<(), Fault> {
     if let Some(gap_s) = options.gap_s
         && !(gap_s.is_finite() && gap_s > 0.0)
     {
@@ -96,12 +106,28 @@ fn parse<'a>(text: impl FnOnce() -> Result<Text<'a>, Fault>, options: &Options) 
             "gap limit = {gap_s} s; must be finite and above 0 s; leave it out for the default"
         )));
     }
+    Ok(())
+}
+
+fn parse<'a>(text: impl FnOnce() -> Result<Text<'a>, Fault>, options: &Options) -> Result<Traffic, Fault> {
+    check_options(options)?;
     let mut lines = text()?;
-    match lines.first_byte()? {
+    let first = lines.first_byte()?;
+    let begin = lines.fill_buf().map_err(|error| input_fault(None, &error))?;
+    let is_gpx = begin.windows(4).take(HEAD_BYTES).any(|four| four == b"<gpx");
+    match first {
         None => Err(Fault::whole(format!("contains no text; must be {}", TRAFFIC.formats))),
+        Some(b'<') if is_gpx => gpx::read(lines, options),
         Some(b'<') => fcd::read(lines, options),
+        Some(b'{') => Err(foreign("JSON", "a table of time, vehicle, latitude and longitude as CSV")),
+        Some(b'$' | b'!') => Err(foreign("NMEA sentences", "GPX or CSV, for example with gpsbabel -i nmea -o gpx")),
         Some(_) => csv::read(lines, options),
     }
+}
+
+/// Creates the error of a file in a known format that is not read, with the nearest one that is.
+fn foreign(found: &str, nearest: &str) -> Fault {
+    Fault::whole(format!("contains {found}; must be {}; convert it to {nearest}", TRAFFIC.formats))
 }
 
 #[cfg(test)]

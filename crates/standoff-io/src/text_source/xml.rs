@@ -15,6 +15,14 @@ pub trait Elements {
     /// Handles an element that starts at `start` within `depth` enclosing elements.
     fn element(&mut self, element: &BytesStart<'_>, start: Position, depth: usize) -> Result<(), Fault>;
 
+    /// Handles text directly within the element that was handled last; long text comes in parts.
+    fn text(&mut self, _text: &str) {}
+
+    /// Handles the end of an element within `depth` enclosing elements.
+    fn end(&mut self, _depth: usize) -> Result<(), Fault> {
+        Ok(())
+    }
+
     /// Handles a comment.
     fn comment(&mut self, _text: &str) {}
 }
@@ -39,8 +47,24 @@ pub fn walk(lines: Lines<impl Read>, elements: &mut impl Elements) -> Result<(),
                     return Err(Fault::at(start, format!("elements are nested too deeply; at most {MAX_DEPTH} deep")));
                 }
             }
-            Event::Empty(element) => elements.element(&element, start, depth)?,
-            Event::End(_) => depth -= 1,
+            Event::Empty(element) => {
+                elements.element(&element, start, depth)?;
+                elements.end(depth)?;
+            }
+            Event::End(_) => {
+                depth -= 1;
+                elements.end(depth)?;
+            }
+            Event::Text(text) => elements.text(&text),
+            Event::GeneralRef(reference) => elements.text(match &*reference {
+                "amp" => "&",
+                "lt" => "<",
+                "gt" => ">",
+                "quot" => "\"",
+                "apos" => "'",
+                _ => "\u{fffd}",
+            }),
+            Event::CData(text) => elements.text(&text),
             Event::Comment(comment) => elements.comment(&comment),
             Event::Eof if depth > 0 => {
                 let message = "the file ends inside an element; it is cut off: copy or create it again";

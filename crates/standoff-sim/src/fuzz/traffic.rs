@@ -6,7 +6,7 @@ use flate2::Compression;
 use flate2::write::GzEncoder;
 
 use crate::fuzz_harness::{Choices, corpus, refused, run};
-use crate::traffic::{Coordinates, Options, read_from};
+use crate::traffic::{Coordinates, Options, Persons, read_from};
 
 const XML: [&str; 33] = [
     "<fcd-export>",
@@ -81,7 +81,12 @@ const CSV: [&str; 31] = [
 fn options(choices: &mut Choices<'_>) -> Options {
     let coordinates =
         *choices.one_of(&[Coordinates::Auto, Coordinates::Auto, Coordinates::Metres, Coordinates::Degrees]);
-    Options { coordinates, gap_s: *choices.one_of(&[None, None, Some(1.0), Some(1e300)]) }
+    Options {
+        coordinates,
+        gap_s: *choices.one_of(&[None, None, Some(1.0), Some(1e300)]),
+        persons: *choices.one_of(&[Persons::Ignored, Persons::Included]),
+        frame_rate_hz: None,
+    }
 }
 
 /// Reads a traffic file; returns whether it was accepted.

@@ -16,7 +16,7 @@ use standoff::research::Allowed;
 use super::number::{Number, as_typed, lists_as_typed};
 use super::parameters::Parameters;
 use super::sample::{Draw, Drawing};
-use crate::traffic::Coordinates;
+use crate::traffic::{Coordinates, Persons};
 
 /// Defines each table of a scenario file twice: as typed in the file, and, in [`resolved`], as flown. A number has a
 /// default and, unless it is checked elsewhere, its range.
@@ -498,13 +498,17 @@ tables! {
         /// Traffic file: SUMO floating-car data (XML) or CSV tracks, plain or gzip, relative to the scenario file.
         #[serde(serialize_with = "name_alone")]
         file;
-    } absent {
-        /// Gap limit, s; above 0: a vehicle without samples for longer is absent during the gap. If absent: 1 s or 2.5
-        /// time steps of the file, whichever is longer.
-        gap_s: Allowed::above(0.0);
     } words {
         /// Unit of the file's coordinates: `auto`, `metres` or `degrees`.
         coordinates: Coordinates = Auto;
+        /// Whether persons and containers of SUMO are targets: `ignored` or `included`.
+        persons: Persons = Ignored;
+    } optional {
+        /// Gap limit, s; above 0: a vehicle without samples for longer is absent during the gap. If absent: 1 s, or 2.5
+        /// typical sampling intervals of the file or of the vehicle, whichever is longest.
+        gap_s: Allowed::above(0.0);
+        /// Frames per second, 1 to 1,000, of a data set whose times are numbers of frames. If absent: 25.
+        frame_rate_hz: Allowed::at_least(1.0).at_most(1_000.0);
     }
 }
 

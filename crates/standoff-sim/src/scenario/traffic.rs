@@ -36,19 +36,24 @@ pub(super) fn read(typed: &Typed) -> Result<Option<Traffic>, ScenarioError> {
         let what = format!("traffic.file = {}: must be at most {NAME_MAX} bytes", quoted(&table.file));
         return refuse("traffic.file", what);
     }
-    let gap_s = match &table.gap_s {
-        None => None,
-        Some(Number::Constant(gap_s)) => Some(*gap_s),
+    let constant = |key: &str, number: &Option<Number>| match number {
+        None => Ok(None),
+        Some(Number::Constant(value)) => Ok(Some(*value)),
         Some(_) => {
-            let what =
-                "traffic.gap_s: must be a number, not a distribution, because the file is read once for all seeds";
-            return refuse("traffic.gap_s", what.to_owned());
+            let what = "must be a number, not a distribution, because the file is read once for all seeds";
+            refuse(key, format!("{key}: {what}")).map(|_| None)
         }
     };
+    let gap_s = constant("traffic.gap_s", &table.gap_s)?;
+    let frame_rate_hz = constant("traffic.frame_rate_hz", &table.frame_rate_hz)?;
+    if let Some(rate) = frame_rate_hz.filter(|rate| !(1.0..=1_000.0).contains(rate)) {
+        return refuse("traffic.frame_rate_hz", format!("traffic.frame_rate_hz = {rate}: must be 1 to 1000"));
+    }
     if let Some(gap_s) = gap_s.filter(|gap_s| *gap_s <= 0.0) {
         return refuse("traffic.gap_s", format!("traffic.gap_s = {gap_s}: must be above 0"));
     }
-    let options = traffic::Options { coordinates: table.coordinates, gap_s };
+    let options =
+        traffic::Options { coordinates: table.coordinates, gap_s, persons: table.persons, frame_rate_hz };
     let path = path(typed, table);
     let read = match built_in(table, &path) {
         Some((name, bytes)) => traffic::read_from(*bytes, name, &options),

@@ -1,6 +1,7 @@
 //! Reads tracks from CSV tables.
 
 mod clock;
+mod data_set;
 mod quotes;
 mod table;
 
@@ -11,10 +12,13 @@ use standoff_io::geodesy::Unit;
 use standoff_io::text_source::{Fault, Lines};
 
 use super::build::Builder;
-use super::model::{COORDINATES_HELP, Coordinates, Options, Traffic};
+use super::TRAFFIC;
+use super::model::{COORDINATES_HELP, Coordinates, Options, Persons, Traffic};
 use super::validate::{self, Quantity};
 use super::vehicle::Sample;
+pub(super) use clock::date_time_us;
 use clock::{Clock, Numbers};
+use data_set::DataSet;
 use table::Table;
 
 const TIME: &[&str] = &[
@@ -36,13 +40,20 @@ const Y: &[&str] = &["y_m", "y_north_m", "y", "north_m", "vehicle_y"];
 const LAT: &[&str] = &["lat_deg", "lat", "latitude", "latitude_deg"];
 const LON: &[&str] = &["lon_deg", "lon", "longitude", "longitude_deg", "lng", "long"];
 
+/// Columns of SUMO that distinguish persons and containers from vehicles.
+const TYPE: &[&str] = &["vehicle_type"];
+const LANE: &[&str] = &["vehicle_lane"];
+const EDGE: &[&str] = &["vehicle_edge"];
+/// Types that SUMO gives persons and containers by default.
+pub(super) const NO_VEHICLES: [&str; 2] = ["DEFAULT_PEDTYPE", "DEFAULT_CONTAINERTYPE"];
+
 pub(super) fn read(lines: Lines<impl Read>, options: &Options) -> Result<Traffic, Fault> {
     let mut table = Table::new(lines)?;
     let mut builder = Builder::default();
     if !table.next_row()? {
-        return Err(Fault::whole("contains only comments; must be SUMO FCD XML or CSV tracks".to_string()));
+        return Err(Fault::whole(format!("contains only comments; must be {}", TRAFFIC.formats)));
     }
-    let columns = Columns::find(&table, options.coordinates)?;
+    let columns = Columns::find(&table, options)?;
     let (mut clock, mut numbers) = (Clock::new(&columns.time.name), Numbers::new(table.separator));
     while table.next_row()? {
         if table.row.len() != columns.count {
@@ -51,31 +62,55 @@ pub(super) fn read(lines: Lines<impl Read>, options: &Options) -> Result<Traffic
             return Err(table.fault(0, message));
         }
         let name = table.text(columns.vehicle.index)?;
+        let is_blank = |column: &Column| Ok::<_, Fault>(table.text(column.index)?.trim().is_empty());
+        let has_no_position = is_blank(&columns.x)? && is_blank(&columns.y)?;
+        // SUMO writes the time alone while there are no vehicles.
+        if has_no_position && is_blank(&columns.vehicle)? || options.persons == Persons::Ignored && columns.is_person(&table)? {
+            continue;
+        }
         let in_field = |column: &Column, message| table.fault(column.index, message);
         builder.check_name(&columns.vehicle.name, name).map_err(|message| in_field(&columns.vehicle, message))?;
         let of_vehicle = |column: &Column, message| in_field(column, format!("vehicle {}: {message}", quoted(name)));
-        let time_us = clock
-            .time_us(&columns.time.name, table.text(columns.time.index)?, &mut numbers)
-            .map_err(|message| of_vehicle(&columns.time, message))?;
+        let time_text = table.text(columns.time.index)?;
+        let time_us = match columns.set {
+            Some(set) => set.time_us(&columns.time.name, time_text, &mut numbers, options),
+            None => clock.time_us(&columns.time.name, time_text, &mut numbers),
+        };
+        let time_us = time_us.map_err(|message| of_vehicle(&columns.time, message))?;
+        if has_no_position {
+            builder.skip(name);
+            continue;
+        }
         let mut number = |column: &Column, quantity: &Quantity| {
             let text = table.text(column.index)?;
             numbers.parse(&column.name, text, quantity).map_err(|message| of_vehicle(column, message))
         };
         let [x_kind, y_kind] = validate::axes(columns.coordinates);
-        let (x, y) = (number(&columns.x, &x_kind)?, number(&columns.y, &y_kind)?);
+        let (mut x, mut y) = (number(&columns.x, &x_kind)?, number(&columns.y, &y_kind)?);
+        if columns.coordinates == Coordinates::Degrees && x == 0.0 && y == 0.0 {
+            // A receiver without a fix reports 0, 0, in the Gulf of Guinea.
+            builder.skip(name);
+            continue;
+        }
+        if let Some([width, length]) = &columns.box_size {
+            x += 0.5 * number(width, &x_kind)?;
+            y += 0.5 * number(length, &y_kind)?;
+        }
+        if let Some(set) = columns.set {
+            (x, y) = set.metres(x, y);
+        }
         let sample = Sample { time_us, x, y, velocity: [f32::NAN; 2] };
         builder.add(name, sample).map_err(|message| in_field(&columns.time, message))?;
     }
-    let is_named = options.coordinates != Coordinates::Auto || columns.x.name.to_ascii_lowercase().ends_with("_m");
-    if columns.coordinates == Coordinates::Metres && !is_named && builder.shows() == Some(Unit::Degrees) {
-        let Column { name, .. } = &columns.x;
-        return Err(Fault::whole(format!(
-            "the vehicles move as if column {} were degrees; its name means metres; rename the columns to lon and lat, or \
-             set {COORDINATES_HELP}",
-            quoted(name)
-        )));
+    if builder.has_single_samples() {
+        let name = quoted(&columns.vehicle.name);
+        let message = format!(
+            "each vehicle has a single sample: column {name} probably numbers the rows; call the column of the vehicles \
+             vehicle, and {name} otherwise"
+        );
+        return Err(Fault::whole(message));
     }
-    let unit = if columns.coordinates == Coordinates::Degrees { Unit::Degrees } else { Unit::Metres };
+    let unit = columns.unit(&builder, options)?;
     builder.finish(unit, options).map_err(Fault::whole)
 }
 
@@ -91,12 +126,18 @@ struct Columns {
     vehicle: Column,
     x: Column,
     y: Column,
-    /// Unit of `x` and `y`; not `Auto`.
+    /// Width and height of the box whose corner `x` and `y` are, if they are not the centre.
+    box_size: Option<[Column; 2]>,
+    /// Unit of `x` and `y`; `Auto` if only the motion shows it.
     coordinates: Coordinates,
+    /// Type, lane and edge, in tables of SUMO.
+    of_sumo: [Option<Column>; 3],
+    /// Published data set with these columns.
+    set: Option<&'static DataSet>,
 }
 
 impl Columns {
-    fn find(table: &Table<impl Read>, coordinates: Coordinates) -> Result<Self, Fault> {
+    fn find(table: &Table<impl Read>, options: &Options) -> Result<Self, Fault> {
         let header =
             (0..table.row.len()).map(|index| table.text(index).map(str::trim)).collect::<Result<Vec<_>, _>>()?;
         let column = |accepted: &[&str]| {
@@ -121,17 +162,59 @@ impl Columns {
                 Err(table.fault(at, message))
             })
         };
+        let of_sumo = [TYPE, LANE, EDGE].map(column);
+        let count = header.len();
+        if let Some(set) = DataSet::with(&header) {
+            // The data set was recognised by these columns.
+            let named = |name| column(&[name]).ok_or_else(|| missing(name, &set.columns));
+            let [time, vehicle, x, y] = set.columns.map(named);
+            let (time, vehicle, x, y) = (time?, vehicle?, x?, y?);
+            [&time, &vehicle, &x, &y].into_iter().try_for_each(once)?;
+            let box_size = set.box_size.map(|names| names.map(named));
+            let box_size = box_size.map(|[width, length]| Ok::<_, Fault>([width?, length?])).transpose()?;
+            let coordinates = Coordinates::Metres;
+            return Ok(Self { count, time, vehicle, x, y, box_size, coordinates, of_sumo, set: Some(set) });
+        }
         let (time, vehicle) = (need("the time", TIME)?, need("the vehicle", VEHICLE)?);
         let metres = || Some((Coordinates::Metres, column(X)?, column(Y)?));
         let degrees = || Some((Coordinates::Degrees, column(LON)?, column(LAT)?));
-        let (found, accepted) = match coordinates {
-            Coordinates::Auto => (metres().or_else(degrees), [X, Y, LAT, LON].concat()),
+        // SUMO writes degrees into the same columns.
+        let sumo = |unit| Some((unit, column(&X[X.len() - 1..])?, column(&Y[Y.len() - 1..])?));
+        let (found, accepted) = match options.coordinates {
+            Coordinates::Auto => {
+                (sumo(Coordinates::Auto).or_else(metres).or_else(degrees), [X, Y, LAT, LON].concat())
+            }
             Coordinates::Metres => (metres(), [X, Y].concat()),
-            Coordinates::Degrees => (degrees(), [LAT, LON].concat()),
+            Coordinates::Degrees => (degrees().or_else(|| sumo(Coordinates::Degrees)), [LAT, LON].concat()),
         };
         let (coordinates, x, y) = found.ok_or_else(|| missing("both coordinates", &accepted))?;
         [&time, &vehicle, &x, &y].into_iter().try_for_each(once)?;
-        Ok(Self { count: header.len(), time, vehicle, x, y, coordinates })
+        Ok(Self { count, time, vehicle, x, y, box_size: None, coordinates, of_sumo, set: None })
+    }
+
+    /// Returns whether the current row is that of a person or container: they have a default type, or an edge but no
+    /// lane.
+    fn is_person(&self, table: &Table<impl Read>) -> Result<bool, Fault> {
+        let text = |column: &Option<Column>| column.as_ref().map(|column| table.text(column.index)).transpose();
+        let [kind, lane, edge] = &self.of_sumo;
+        let is_default = text(kind)?.is_some_and(|kind| NO_VEHICLES.contains(&kind));
+        let has_no_lane = text(lane)?.is_some_and(|lane| lane.is_empty()) && text(edge)?.is_some_and(|edge| !edge.is_empty());
+        Ok(is_default || has_no_lane)
+    }
+
+    /// Returns the unit of the coordinates. Fails if the motion of the vehicles contradicts the columns.
+    fn unit(&self, builder: &Builder, options: &Options) -> Result<Unit, Fault> {
+        let is_named = options.coordinates != Coordinates::Auto || self.x.name.to_ascii_lowercase().ends_with("_m");
+        match self.coordinates {
+            Coordinates::Metres if self.set.is_none() && !is_named && builder.shows() == Some(Unit::Degrees) => {
+                Err(Fault::whole(format!(
+                    "the vehicles move as if column {} were degrees; its name means metres; rename the columns to lon \
+                     and lat, or set {COORDINATES_HELP}",
+                    quoted(&self.x.name)
+                )))
+            }
+            coordinates => Ok(builder.unit(coordinates)),
+        }
     }
 }
 
@@ -141,7 +224,7 @@ mod tests {
     use super::*;
 
     fn read_as(text: &str, coordinates: Coordinates) -> Result<Traffic, TrafficError> {
-        read_from(text.as_bytes(), "f.csv", &Options { coordinates, gap_s: None })
+        read_from(text.as_bytes(), "f.csv", &Options { coordinates, ..Options::default() })
     }
 
     fn read(text: &str) -> Result<Traffic, TrafficError> {

@@ -12,7 +12,7 @@ use standoff_io::text_source::xml::{Elements, Found, attributes, walk};
 use standoff_io::text_source::{Fault, Lines, Position};
 
 use super::build::Builder;
-use super::model::{COORDINATES_HELP, Coordinates, Options, Traffic};
+use super::model::{COORDINATES_HELP, Coordinates, Options, Persons, Traffic};
 use super::validate::{self, ANGLE, Quantity, SPEED};
 use super::vehicle::Sample;
 
@@ -22,7 +22,7 @@ const GEO_OPTION: &str = "fcd-output.geo value=\"true\"";
 const OPTION: &str = "<fcd-output value=";
 /// Elements that are read within `fcd-export`.
 const TRAFFIC: [&str; 2] = ["timestep", "vehicle"];
-/// Other elements that SUMO writes into a time step; they are ignored.
+/// Other elements that SUMO writes into a time step; they are ignored unless they are targets, too.
 const LEFT_OUT: [&str; 2] = ["person", "container"];
 /// Length of a name that can be a misspelt traffic element, bytes.
 const MISSPELT_BYTES: RangeInclusive<usize> = 5..=10;
@@ -31,7 +31,7 @@ const MISSPELT_BYTES: RangeInclusive<usize> = 5..=10;
 const MAX_OTHERS: usize = 1_000;
 
 pub(super) fn read(lines: Lines<impl Read>, options: &Options) -> Result<Traffic, Fault> {
-    let mut file = Fcd { coordinates: options.coordinates, ..Fcd::default() };
+    let mut file = Fcd { coordinates: options.coordinates, persons: options.persons == Persons::Included, ..Fcd::default() };
     walk(lines, &mut file)?;
     file.finish(options)
 }
@@ -58,6 +58,8 @@ fn out_of_place(element: &str, start: Position) -> Fault {
 struct Fcd {
     builder: Builder,
     in_root: bool,
+    /// True if persons and containers are read, too.
+    persons: bool,
     /// Time of the last time step, microseconds.
     last_us: Option<i64>,
     /// Time of the open element at depth 1, if that is a time step.
@@ -93,7 +95,7 @@ impl Elements for Fcd {
                 return Err(Fault::at(start, message));
             }
             (1, "timestep") => self.timestep(element, start)?,
-            (2, "vehicle") => match self.step_us {
+            (2, name) if name == "vehicle" || self.persons && LEFT_OUT.contains(&name) => match self.step_us {
                 Some(time_us) => self.vehicle(element, start, time_us)?,
                 None => return Err(out_of_place(name, start)),
             },

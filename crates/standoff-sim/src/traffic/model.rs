@@ -14,6 +14,10 @@ pub struct Options {
     /// Gap limit, s, finite and above 0: a vehicle without samples for longer is absent during the gap. `None`: 2.5
     /// times the median step between samples of a vehicle, and at least 1 s.
     pub gap_s: Option<f64>,
+    /// Whether persons and containers of SUMO are targets.
+    pub persons: Persons,
+    /// Frames per second of a data set whose times are numbers of frames. `None`: 25.
+    pub frame_rate_hz: Option<f64>,
 }
 
 /// Unit of the coordinates of a file.
@@ -30,6 +34,17 @@ pub enum Coordinates {
     Metres,
     /// Degrees of longitude and latitude (WGS84).
     Degrees,
+}
+
+/// Whether persons and containers of SUMO are targets.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Persons {
+    /// Only vehicles are targets.
+    #[default]
+    Ignored,
+    /// Persons and containers are targets, too.
+    Included,
 }
 
 /// Setting to recommend if the unit of the coordinates cannot be determined.
@@ -59,6 +74,8 @@ pub struct Traffic {
     pub end_us: i64,
     /// Origin of the local frame; `None` if the file was in metres.
     pub origin: Option<Origin>,
+    /// What is implausible in the file, for the user.
+    pub notes: Vec<String>,
 }
 
 impl Traffic {
@@ -70,11 +87,6 @@ impl Traffic {
     /// Time from the first sample to the last, s.
     pub fn span_s(&self) -> f64 {
         self.end_us.saturating_sub(self.begin_us) as f64 / 1e6
-    }
-
-    /// Gap limit, s: a vehicle without samples for longer is absent during the gap.
-    pub fn gap_s(&self) -> f64 {
-        self.vehicles.first().map_or(1.0, Vehicle::gap_s)
     }
 
     /// Positions of all samples, east and north, m.

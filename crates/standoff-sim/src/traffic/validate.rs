@@ -60,6 +60,10 @@ pub(super) fn axes(coordinates: Coordinates) -> [Quantity; 2] {
 }
 
 impl Quantity {
+    pub(super) const fn new(low: f64, high: f64, unit: &'static str, advice: &'static str) -> Self {
+        Self { low, high, unit, advice }
+    }
+
     /// Returns whether `value` is in the range; `false` for NaN.
     pub(super) fn contains(&self, value: f64) -> bool {
         (self.low..=self.high).contains(&value)

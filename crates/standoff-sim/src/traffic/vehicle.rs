@@ -41,9 +41,6 @@ impl Vehicle {
         Self { name, samples, gap_us }
     }
 
-    pub(super) fn gap_s(&self) -> f64 {
-        self.gap_us as f64 / 1e6
-    }
 
     /// Adds the vehicle to a checksum.
     pub(super) fn check_in(&self, crc: &mut crc32fast::Hasher) {

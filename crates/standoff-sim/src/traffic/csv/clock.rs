@@ -71,6 +71,14 @@ impl Clock {
     }
 }
 
+/// Parses `text`, the value of `key`, as a date and time; returns microseconds since 1970.
+pub(in super::super) fn date_time_us(key: &str, text: &str) -> Result<i64, String> {
+    match date_time(text) {
+        Some((_, time_us)) if (-9e15..=9e15).contains(&(time_us as f64)) => Ok(time_us),
+        _ => Err(format!("{key} = {} is not a date-time like 2026-03-01T12:00:00.5Z", quoted(text))),
+    }
+}
+
 /// Parses a date and time in ISO 8601, with a T or a blank in between; returns the form and the microseconds since
 /// 1970.
 fn date_time(text: &str) -> Option<(&'static str, i64)> {
