@@ -236,7 +236,7 @@ fn invalid_traffic_is_refused() {
         format!("<fcd-export><timestep time=\"1\"/>\n<timestep time=\"{time}\"/></fcd-export>").into_bytes()
     };
     for (bytes, expected) in [
-        (vec![], "f: is empty; must be SUMO FCD XML or CSV tracks"),
+        (vec![], "f: is empty; must be SUMO FCD (XML, CSV or Parquet), CSV tracks or GPX"),
         (b" \r\n ".to_vec(), "f: contains no text"),
         (b"t,id,x,y\n".to_vec(), "f: contains no vehicles; must contain at least one; was the right file chosen?"),
         (b"<fcd-export/>".to_vec(), "f: contains no vehicles"),

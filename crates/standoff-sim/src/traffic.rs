@@ -1,13 +1,14 @@
 //! Reads traffic that was recorded elsewhere (real, or from a traffic simulator) as vehicles that move over time.
 //!
-//! Two file formats are accepted, plain or gzip; the reader recognises the format by the content, never by the name.
-//! Lines end with LF, CRLF or CR.
+//! The reader recognises the format by the content, never by the name. Text is plain or gzip, with lines that end with
+//! LF, CRLF or CR.
 //!
 //! **SUMO floating-car data** (`sumo --fcd-output`): `<fcd-export>` contains `<timestep time>` (s, strictly
 //! increasing), which contains `<vehicle id x y speed angle>`. `x`, `y` are metres east and north, or longitude and
 //! latitude in degrees (`--fcd-output.geo`), of the middle of the FRONT bumper, and are used as the vehicle's position.
-//! `speed` (m/s) and `angle` (degrees clockwise from north) give the velocity if both are present. Other elements are
-//! ignored, unless they are traffic that is misspelt or out of place.
+//! `speed` (m/s) and `angle` (degrees clockwise from north) give the velocity if both are present. Persons and containers
+//! are targets on request. Other elements are ignored, unless they are traffic that is misspelt or out of place. SUMO's
+//! CSV and Parquet are read, too (`timestep_time`, `vehicle_id`, `vehicle_x`, `vehicle_y`).
 //!
 //! **CSV tracks**: a header names the columns (upper or lower case, any order; other columns are ignored), followed by
 //! one row per vehicle and time. Rows need not be sorted, but the times of each vehicle must increase. Lines that begin
@@ -24,6 +25,10 @@
 //! | metres north | `y_m`, `y_north_m`, `y`, `north_m` |
 //! | latitude, degrees | `lat_deg`, `lat`, `latitude`, `latitude_deg` |
 //! | longitude, degrees | `lon_deg`, `lon`, `longitude`, `longitude_deg`, `lng`, `long` |
+//!
+//! Columns of highD, of inD, rounD, exiD and uniD, and of NGSIM are recognised. Samples without a position are skipped.
+//!
+//! **GPX**: each `trk` is a vehicle, with its `name` or a number; a `trkpt` needs `lat`, `lon` and `time`.
 //!
 //! Degrees (WGS84) are converted to metres east and north in the plane that touches the ellipsoid at the file's first
 //! sample. A vehicle without samples for longer than the gap limit is absent during the gap. The reader rejects a
@@ -187,11 +192,22 @@ mod tests {
     #[test]
     fn empty_files_are_refused() {
         for (bytes, expected) in [
-            (Vec::new(), "f: is empty; must be SUMO FCD XML or CSV tracks"),
-            (b" \r\n ".to_vec(), "f: contains no text; must be SUMO FCD XML or CSV tracks"),
-            (packed(b""), "f: contains no text; must be SUMO FCD XML or CSV tracks"),
+            (Vec::new(), "f: is empty; must be SUMO FCD (XML, CSV or Parquet), CSV tracks or GPX"),
+            (b" \r\n ".to_vec(), "f: contains no text; must be SUMO FCD (XML, CSV or Parquet), CSV tracks or GPX"),
+            (packed(b""), "f: contains no text; must be SUMO FCD (XML, CSV or Parquet), CSV tracks or GPX"),
         ] {
             assert_eq!(read_bytes(&bytes).unwrap_err().to_string(), expected);
+        }
+    }
+
+    #[test]
+    fn formats_that_are_not_read_are_named() {
+        for (bytes, expected) in [
+            (&b"{\"fileType\": \"Plan\"}"[..], "f: contains JSON; must be SUMO FCD"),
+            (b"$GPGGA,123519,4807.038,N,01131.000,E,1,08,0.9,545.4,M,46.9,M,,*47", "f: contains NMEA sentences; must be"),
+        ] {
+            let error = read_bytes(bytes).unwrap_err().to_string();
+            assert!(error.starts_with(expected) && error.contains("; convert it to "), "{error}");
         }
     }
 

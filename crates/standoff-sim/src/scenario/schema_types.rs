@@ -495,7 +495,7 @@ tables! {
 
     /// `[traffic]`: targets from a traffic file.
     table Traffic texts {
-        /// Traffic file: SUMO floating-car data (XML) or CSV tracks, plain or gzip, relative to the scenario file.
+        /// Traffic file: SUMO floating-car data (XML, CSV or Parquet), CSV tracks or GPX; relative to the scenario file.
         #[serde(serialize_with = "name_alone")]
         file;
     } words {

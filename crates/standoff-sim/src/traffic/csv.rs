@@ -271,6 +271,106 @@ mod tests {
         }
     }
 
+    /// What `sumo --fcd-output FILE.csv` writes: rows with the time alone, persons among the vehicles, and degrees in the
+    /// same columns.
+    #[test]
+    fn tables_of_sumo_are_read_like_its_xml() {
+        let header = "timestep_time;vehicle_id;vehicle_x;vehicle_y;vehicle_type;vehicle_lane;vehicle_edge\n";
+        let rows = "0.00;;;;;;\n1.00;car;20;0;car;e_0;\n1.00;p0;0;5;DEFAULT_PEDTYPE;;e\n1.00;p1;0;6;tourist;;e\n\
+                    2.00;car;30;0;car;e_0;\n2.00;p0;1;5;DEFAULT_PEDTYPE;;e\n2.00;p1;1;6;tourist;;e\n";
+        let names = |options: &Options| {
+            let traffic = read_from(format!("{header}{rows}").as_bytes(), "f.csv", options).unwrap();
+            assert_eq!((traffic.begin_us, traffic.origin), (1_000_000, None));
+            traffic.vehicles.iter().map(|vehicle| vehicle.name().to_owned()).collect::<Vec<_>>()
+        };
+        assert_eq!(names(&Options::default()), ["car"]);
+        assert_eq!(names(&Options { persons: Persons::Included, ..Options::default() }), ["car", "p0", "p1"]);
+        let degrees = "timestep_time;vehicle_id;vehicle_x;vehicle_y\n0;a;11.3;44.5\n1;a;11.30012;44.5\n2;a;11.30024;44.5\n";
+        for coordinates in [Coordinates::Auto, Coordinates::Degrees] {
+            let origin = read_as(degrees, coordinates).unwrap().origin.unwrap();
+            assert_eq!((origin.latitude_deg, origin.longitude_deg), (44.5, 11.3));
+        }
+        assert!(read_as(degrees, Coordinates::Metres).unwrap().origin.is_none());
+    }
+
+    #[test]
+    fn a_line_that_names_the_separator_is_skipped() {
+        for (line, separator) in [("sep=;", ";"), ("SEP=,\r", ","), ("sep=\t", "\t"), ("sep=|", "|")] {
+            let rows = "t,id,x,y\n0,a,1,2\n1,a,3,2\n".replace(',', separator);
+            let traffic = read(&format!("{line}\n{rows}")).unwrap();
+            assert_eq!(traffic.vehicles[0].at(0).unwrap().x_m, 1.0);
+        }
+        assert!(error("sep=;\nt;id;x;y\n0;a;here;2\n").starts_with("f.csv:3:5: vehicle \"a\": x = \"here\""));
+    }
+
+    #[test]
+    fn samples_without_a_fix_are_skipped_and_reported() {
+        let traffic = read("t,id,lat,lon\n0,a,44.5,11.3\n1,a,,\n2,a,0,0\n3,a,44.5001,11.3\n3,b,44.5,11.3\n").unwrap();
+        assert_eq!(traffic.notes, ["2 samples without a position or time, which are skipped: \"a\" (2)"]);
+        assert_eq!((traffic.vehicles.len(), traffic.span_s()), (2, 3.0));
+        assert!(error("t,id,x,y\n0,a,,3\n").starts_with("f.csv:2:5: vehicle \"a\": x = \"\" is not a number"));
+        assert!(read("t,id,x,y\n0,a,0,0\n").unwrap().notes.is_empty(), "0, 0 is a position in metres");
+    }
+
+    /// The rows are our own; the columns are those of the data sets.
+    #[test]
+    fn published_data_sets_are_recognised_by_their_columns() {
+        let high_d = "frame,id,x,y,width,height,xVelocity,yVelocity,xAcceleration\n\
+                      0,1,100,8,4,2,30,0,0\n25,1,130,8,4,2,30,0,0\n50,1,160,8,4,2,30,0,0\n";
+        let in_d = "recordingId,trackId,frame,trackLifetime,xCenter,yCenter,heading,width,length,xVelocity\n\
+                    0,1,0,0,102,-9,0,2,4,30\n0,1,25,1,132,-9,0,2,4,30\n0,1,50,2,162,-9,0,2,4,30\n";
+        let ngsim = "Vehicle_ID,Frame_ID,Total_Frames,Global_Time,Local_X,Local_Y,Global_X,Global_Y,v_Length\n\
+                     1,12,3,1118846980000,16,48,6451137.5,1873344.5,14\n1,22,3,1118846981000,16,98,6451137.5,1873394.5,14\n";
+        for text in [high_d, in_d] {
+            let traffic = read(text).unwrap();
+            let state = traffic.vehicles[0].at(1_000_000).unwrap();
+            assert_eq!((state.x_m, state.y_m, state.vx_m_s, traffic.span_s()), (132.0, -9.0, 30.0, 2.0));
+        }
+        let slower = Options { frame_rate_hz: Some(10.0), ..Options::default() };
+        assert_eq!(read_from(in_d.as_bytes(), "f.csv", &slower).unwrap().span_s(), 5.0);
+        let traffic = read(ngsim).unwrap();
+        let state = traffic.vehicles[0].at(traffic.begin_us).unwrap();
+        assert!((state.vy_m_s - 15.24).abs() < 1e-4 && (state.x_m - 1_966_310.6).abs() < 0.1, "{state:?}");
+        let wrong = error("frame,id,x,y,width,height,xVelocity,yVelocity\nx,1,100,8,4,2,30,0\n");
+        assert!(wrong.starts_with("f.csv:2:1: vehicle \"1\": frame = \"x\" is not a number; 0 to 1000000000"), "{wrong}");
+    }
+
+    #[test]
+    fn row_numbers_are_no_vehicles() {
+        let rows: String = (0..6).map(|row| format!("{row},{},v,44.5,11.3\n", row / 2)).collect();
+        let refused = error(&format!("id,timestamp,device,latitude,longitude\n{rows}"));
+        let expected = "f.csv: each vehicle has a single sample: column \"id\" probably numbers the rows; call the column";
+        assert!(refused.starts_with(expected), "{refused}");
+        assert!(read("id,t,x,y\n0,0,1,2\n1,0,1,2\n").is_ok(), "two vehicles may have one sample each");
+    }
+
+    #[test]
+    fn implausible_traffic_is_reported() {
+        let of = |rows: String| read(&format!("time_s,vehicle,x_m,y_m\n{rows}")).unwrap();
+        let spike = of((0..20).map(|t| format!("{t},van,{},0\n", if t == 7 { 1800 } else { 8 * t })).collect());
+        let expected = "1 vehicle above 100 m/s between two samples: \"van\" with 1744 m/s before time = 7 s; is a position \
+                        wrong? correct it or remove the sample";
+        assert_eq!(spike.notes, [expected]);
+        let slow = of((0..300).map(|t| format!("{},car,{},0\n", 100 * t, 1.5 * f64::from(t))).collect());
+        assert!(slow.notes[0].starts_with("no vehicle is faster than 0.015 m/s, although one moves 448 m; are the"));
+        let parked = of((0..300).map(|t| format!("{},car,{},0\n", 100 * t, f64::from(t % 2))).collect());
+        assert_eq!(parked.notes, [""; 0]);
+    }
+
+    /// A lorry that is sampled every ten seconds next to a van that is sampled every second exists all the time.
+    #[test]
+    fn the_gap_limit_follows_the_sampling_interval_of_each_vehicle() {
+        let van: String = (0..=60).map(|t| format!("{t},van,{},0\n", 8 * t)).collect();
+        let lorry: String = (0..=6).map(|t| format!("{},lorry,{},9\n", 10 * t, 80 * t)).collect();
+        let text = format!("time_s,vehicle,x_m,y_m\n{van}{lorry}");
+        let exists = |traffic: &Traffic| traffic.vehicles.iter().all(|vehicle| vehicle.at(35_000_000).is_some());
+        assert!(exists(&read(&text).unwrap()));
+        let limited = Options { gap_s: Some(2.5), ..Options::default() };
+        let traffic = read_from(text.as_bytes(), "f.csv", &limited).unwrap();
+        assert!(!exists(&traffic));
+        assert_eq!(traffic.notes, ["1 vehicle absent between most samples: \"lorry\" (6 gaps); a longer traffic.gap_s keeps them"]);
+    }
+
     #[test]
     fn tables_of_gps_loggers_are_read() {
         let plain = read("time_s,vehicle,lat,lon\n0,v,44.5,11.3\n1.5,v,44.5001,11.3\n").unwrap();
