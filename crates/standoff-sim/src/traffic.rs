@@ -46,8 +46,9 @@ mod parquet;
 mod unit_detection;
 mod validate;
 mod vehicle;
+mod xml;
 
-use std::io::{BufRead as _, Read};
+use std::io::Read;
 use std::path::Path;
 
 pub(crate) use limits::MAX_AT_ONCE;
@@ -57,13 +58,11 @@ pub use vehicle::{Vehicle, VehicleState};
 
 use standoff_io::display_text;
 pub use standoff_io::text_source::Position;
-use standoff_io::text_source::{self, Expectation, Fault, Text, input_fault};
+use standoff_io::text_source::{self, Expectation, Fault, Text};
 
 /// Expected contents, for messages.
-pub(crate) static TRAFFIC: Expectation = Expectation { description: "traffic", formats: "SUMO FCD (XML, CSV or Parquet), CSV tracks or GPX" };
-
-/// Number of first bytes in which the root element of GPX is expected.
-const HEAD_BYTES: usize = 2_000;
+pub(crate) static TRAFFIC: Expectation =
+    Expectation { description: "traffic", formats: "SUMO FCD (XML, CSV or Parquet), CSV tracks or GPX" };
 
 /// Error of a traffic file; prints as one line, `FILE:LINE:COLUMN: what is wrong; what is allowed; what to do`.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
@@ -117,14 +116,13 @@ fn check_options(options: &Options) -> Result<(), Fault> {
 fn parse<'a>(text: impl FnOnce() -> Result<Text<'a>, Fault>, options: &Options) -> Result<Traffic, Fault> {
     check_options(options)?;
     let mut lines = text()?;
-    let first = lines.first_byte()?;
-    let begin = lines.fill_buf().map_err(|error| input_fault(None, &error))?;
-    let is_gpx = begin.windows(4).take(HEAD_BYTES).any(|four| four == b"<gpx");
-    match first {
+    match lines.first_byte()? {
         None => Err(Fault::whole(format!("contains no text; must be {}", TRAFFIC.formats))),
-        Some(b'<') if is_gpx => gpx::read(lines, options),
-        Some(b'<') => fcd::read(lines, options),
-        Some(b'{') => Err(foreign("JSON", "a table of time, vehicle, latitude and longitude as CSV")),
+        Some(b'<') => xml::read(lines, options),
+        Some(b'{') => Err(foreign(
+            "JSON, such as GeoJSON or a plan of QGroundControl",
+            "CSV with the columns time, vehicle, latitude and longitude",
+        )),
         Some(b'$' | b'!') => Err(foreign("NMEA sentences", "GPX or CSV, for example with gpsbabel -i nmea -o gpx")),
         Some(_) => csv::read(lines, options),
     }
@@ -204,7 +202,10 @@ mod tests {
     fn formats_that_are_not_read_are_named() {
         for (bytes, expected) in [
             (&b"{\"fileType\": \"Plan\"}"[..], "f: contains JSON; must be SUMO FCD"),
-            (b"$GPGGA,123519,4807.038,N,01131.000,E,1,08,0.9,545.4,M,46.9,M,,*47", "f: contains NMEA sentences; must be"),
+            (
+                b"$GPGGA,123519,4807.038,N,01131.000,E,1,08,0.9,545.4,M,46.9,M,,*47",
+                "f: contains NMEA sentences; must be",
+            ),
         ] {
             let error = read_bytes(bytes).unwrap_err().to_string();
             assert!(error.starts_with(expected) && error.contains("; convert it to "), "{error}");

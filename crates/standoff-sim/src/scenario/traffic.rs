@@ -52,8 +52,7 @@ pub(super) fn read(typed: &Typed) -> Result<Option<Traffic>, ScenarioError> {
     if let Some(gap_s) = gap_s.filter(|gap_s| *gap_s <= 0.0) {
         return refuse("traffic.gap_s", format!("traffic.gap_s = {gap_s}: must be above 0"));
     }
-    let options =
-        traffic::Options { coordinates: table.coordinates, gap_s, persons: table.persons, frame_rate_hz };
+    let options = traffic::Options { coordinates: table.coordinates, gap_s, persons: table.persons, frame_rate_hz };
     let path = path(typed, table);
     let read = match built_in(table, &path) {
         Some((name, bytes)) => traffic::read_from(*bytes, name, &options),

@@ -7,8 +7,8 @@ use standoff_io::display_text::quoted;
 use standoff_io::geodesy::FURTHEST_M;
 use standoff_io::geodesy::{Origin, Unit};
 
-use super::notes;
 use super::limits::{MAX_AT_ONCE, MAX_SAMPLES, MAX_SPEED_M_S, MAX_VEHICLES};
+use super::notes;
 use super::unit_detection;
 use super::validate::{self, seconds};
 use super::vehicle::{Sample, Vehicle};

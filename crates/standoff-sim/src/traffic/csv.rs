@@ -11,8 +11,8 @@ use standoff_io::display_text::{printable, quoted};
 use standoff_io::geodesy::Unit;
 use standoff_io::text_source::{Fault, Lines};
 
-use super::build::Builder;
 use super::TRAFFIC;
+use super::build::Builder;
 use super::model::{COORDINATES_HELP, Coordinates, Options, Persons, Traffic};
 use super::validate::{self, Quantity};
 use super::vehicle::Sample;
@@ -65,7 +65,9 @@ pub(super) fn read(lines: Lines<impl Read>, options: &Options) -> Result<Traffic
         let is_blank = |column: &Column| Ok::<_, Fault>(table.text(column.index)?.trim().is_empty());
         let has_no_position = is_blank(&columns.x)? && is_blank(&columns.y)?;
         // SUMO writes the time alone while there are no vehicles.
-        if has_no_position && is_blank(&columns.vehicle)? || options.persons == Persons::Ignored && columns.is_person(&table)? {
+        if has_no_position && is_blank(&columns.vehicle)?
+            || options.persons == Persons::Ignored && columns.is_person(&table)?
+        {
             continue;
         }
         let in_field = |column: &Column, message| table.fault(column.index, message);
@@ -181,9 +183,7 @@ impl Columns {
         // SUMO writes degrees into the same columns.
         let sumo = |unit| Some((unit, column(&X[X.len() - 1..])?, column(&Y[Y.len() - 1..])?));
         let (found, accepted) = match options.coordinates {
-            Coordinates::Auto => {
-                (sumo(Coordinates::Auto).or_else(metres).or_else(degrees), [X, Y, LAT, LON].concat())
-            }
+            Coordinates::Auto => (sumo(Coordinates::Auto).or_else(metres).or_else(degrees), [X, Y, LAT, LON].concat()),
             Coordinates::Metres => (metres(), [X, Y].concat()),
             Coordinates::Degrees => (degrees().or_else(|| sumo(Coordinates::Degrees)), [LAT, LON].concat()),
         };
@@ -198,7 +198,8 @@ impl Columns {
         let text = |column: &Option<Column>| column.as_ref().map(|column| table.text(column.index)).transpose();
         let [kind, lane, edge] = &self.of_sumo;
         let is_default = text(kind)?.is_some_and(|kind| NO_VEHICLES.contains(&kind));
-        let has_no_lane = text(lane)?.is_some_and(|lane| lane.is_empty()) && text(edge)?.is_some_and(|edge| !edge.is_empty());
+        let has_no_lane =
+            text(lane)?.is_some_and(|lane| lane.is_empty()) && text(edge)?.is_some_and(|edge| !edge.is_empty());
         Ok(is_default || has_no_lane)
     }
 
@@ -285,7 +286,8 @@ mod tests {
         };
         assert_eq!(names(&Options::default()), ["car"]);
         assert_eq!(names(&Options { persons: Persons::Included, ..Options::default() }), ["car", "p0", "p1"]);
-        let degrees = "timestep_time;vehicle_id;vehicle_x;vehicle_y\n0;a;11.3;44.5\n1;a;11.30012;44.5\n2;a;11.30024;44.5\n";
+        let degrees =
+            "timestep_time;vehicle_id;vehicle_x;vehicle_y\n0;a;11.3;44.5\n1;a;11.30012;44.5\n2;a;11.30024;44.5\n";
         for coordinates in [Coordinates::Auto, Coordinates::Degrees] {
             let origin = read_as(degrees, coordinates).unwrap().origin.unwrap();
             assert_eq!((origin.latitude_deg, origin.longitude_deg), (44.5, 11.3));
@@ -332,14 +334,18 @@ mod tests {
         let state = traffic.vehicles[0].at(traffic.begin_us).unwrap();
         assert!((state.vy_m_s - 15.24).abs() < 1e-4 && (state.x_m - 1_966_310.6).abs() < 0.1, "{state:?}");
         let wrong = error("frame,id,x,y,width,height,xVelocity,yVelocity\nx,1,100,8,4,2,30,0\n");
-        assert!(wrong.starts_with("f.csv:2:1: vehicle \"1\": frame = \"x\" is not a number; 0 to 1000000000"), "{wrong}");
+        assert!(
+            wrong.starts_with("f.csv:2:1: vehicle \"1\": frame = \"x\" is not a number; 0 to 1000000000"),
+            "{wrong}"
+        );
     }
 
     #[test]
     fn row_numbers_are_no_vehicles() {
         let rows: String = (0..6).map(|row| format!("{row},{},v,44.5,11.3\n", row / 2)).collect();
         let refused = error(&format!("id,timestamp,device,latitude,longitude\n{rows}"));
-        let expected = "f.csv: each vehicle has a single sample: column \"id\" probably numbers the rows; call the column";
+        let expected =
+            "f.csv: each vehicle has a single sample: column \"id\" probably numbers the rows; call the column";
         assert!(refused.starts_with(expected), "{refused}");
         assert!(read("id,t,x,y\n0,0,1,2\n1,0,1,2\n").is_ok(), "two vehicles may have one sample each");
     }
@@ -348,7 +354,7 @@ mod tests {
     fn implausible_traffic_is_reported() {
         let of = |rows: String| read(&format!("time_s,vehicle,x_m,y_m\n{rows}")).unwrap();
         let spike = of((0..20).map(|t| format!("{t},van,{},0\n", if t == 7 { 1800 } else { 8 * t })).collect());
-        let expected = "1 vehicle above 100 m/s between two samples: \"van\" with 1744 m/s before time = 7 s; is a position \
+        let expected = "1 vehicle above 100 m/s between two samples: \"van\" with 1752 m/s before time = 7 s; is a position \
                         wrong? correct it or remove the sample";
         assert_eq!(spike.notes, [expected]);
         let slow = of((0..300).map(|t| format!("{},car,{},0\n", 100 * t, 1.5 * f64::from(t))).collect());
@@ -368,7 +374,10 @@ mod tests {
         let limited = Options { gap_s: Some(2.5), ..Options::default() };
         let traffic = read_from(text.as_bytes(), "f.csv", &limited).unwrap();
         assert!(!exists(&traffic));
-        assert_eq!(traffic.notes, ["1 vehicle absent between most samples: \"lorry\" (6 gaps); a longer traffic.gap_s keeps them"]);
+        assert_eq!(
+            traffic.notes,
+            ["1 vehicle absent between most samples: \"lorry\" (6 gaps); a longer traffic.gap_s keeps them"]
+        );
     }
 
     #[test]

@@ -2,14 +2,13 @@
 
 use standoff::research::math;
 use std::collections::BTreeSet;
-use std::io::Read;
 use std::ops::RangeInclusive;
 
 use quick_xml::events::BytesStart;
 use standoff_io::display_text::{nearest, quoted};
 use standoff_io::geodesy::Unit;
-use standoff_io::text_source::xml::{Elements, Found, attributes, walk};
-use standoff_io::text_source::{Fault, Lines, Position};
+use standoff_io::text_source::xml::{Elements, Found, attributes};
+use standoff_io::text_source::{Fault, Position};
 
 use super::build::Builder;
 use super::model::{COORDINATES_HELP, Coordinates, Options, Persons, Traffic};
@@ -30,12 +29,6 @@ const MISSPELT_BYTES: RangeInclusive<usize> = 5..=10;
 /// large file may contain nothing else.
 const MAX_OTHERS: usize = 1_000;
 
-pub(super) fn read(lines: Lines<impl Read>, options: &Options) -> Result<Traffic, Fault> {
-    let mut file = Fcd { coordinates: options.coordinates, persons: options.persons == Persons::Included, ..Fcd::default() };
-    walk(lines, &mut file)?;
-    file.finish(options)
-}
-
 /// Creates the error of a missing attribute.
 fn missing(start: Position, element: &str, key: &str) -> Fault {
     Fault::at(
@@ -55,7 +48,7 @@ fn out_of_place(element: &str, start: Position) -> Fault {
 
 /// State of the reader.
 #[derive(Default)]
-struct Fcd {
+pub(super) struct Fcd {
     builder: Builder,
     in_root: bool,
     /// True if persons and containers are read, too.
@@ -89,7 +82,7 @@ impl Elements for Fcd {
             (0, "fcd-export") if !self.in_root => self.in_root = true,
             (0, _) => {
                 let message = format!(
-                    "element = {}; the only root element must be fcd-export; create the file with sumo --fcd-output",
+                    "element = {}; the only root element must be fcd-export or gpx; create the file with sumo --fcd-output",
                     quoted(name)
                 );
                 return Err(Fault::at(start, message));
@@ -111,6 +104,10 @@ impl Elements for Fcd {
 }
 
 impl Fcd {
+    pub(super) fn new(options: &Options) -> Self {
+        Self { coordinates: options.coordinates, persons: options.persons == Persons::Included, ..Self::default() }
+    }
+
     /// Rejects an element of traffic that cannot be read in its place; ignores all other elements.
     fn other(&mut self, element: &BytesStart<'_>, start: Position, depth: usize) -> Result<(), Fault> {
         let name = element.name().into_inner();
@@ -184,7 +181,7 @@ impl Fcd {
         self.builder.add(&id.text, sample).map_err(|message| Fault::at(start, message))
     }
 
-    fn finish(self, options: &Options) -> Result<Traffic, Fault> {
+    pub(super) fn finish(self, options: &Options) -> Result<Traffic, Fault> {
         let known = match self.coordinates {
             Coordinates::Auto => self.builder.shows().or(self.is_of_sumo.then_some(Unit::Metres)),
             Coordinates::Metres => Some(Unit::Metres),

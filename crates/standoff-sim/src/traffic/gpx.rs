@@ -1,11 +1,10 @@
 //! Reads tracks of GPS receivers from GPX (version 1.0 or 1.1): each `trk` is a vehicle, with its `name` or a number.
 
-use std::io::Read;
 
 use quick_xml::events::BytesStart;
 use standoff_io::geodesy::Unit;
-use standoff_io::text_source::xml::{Elements, attributes, walk};
-use standoff_io::text_source::{Fault, Lines, Position};
+use standoff_io::text_source::xml::{Elements, attributes};
+use standoff_io::text_source::{Fault, Position};
 
 use super::build::Builder;
 use super::csv::date_time_us;
@@ -16,18 +15,9 @@ use super::vehicle::Sample;
 /// Maximum length of a name or a time, bytes.
 const TEXT_MAX: usize = 1_000;
 
-pub(super) fn read(lines: Lines<impl Read>, options: &Options) -> Result<Traffic, Fault> {
-    let mut file = Gpx::default();
-    walk(lines, &mut file)?;
-    if file.builder.is_empty() && file.has_points {
-        return Err(Fault::whole("none of its track points has a time; export the track with times".to_owned()));
-    }
-    file.builder.finish(Unit::Degrees, options).map_err(Fault::whole)
-}
-
 /// State of the reader.
 #[derive(Default)]
-struct Gpx {
+pub(super) struct Gpx {
     builder: Builder,
     /// Number of tracks so far.
     tracks: usize,
@@ -107,6 +97,15 @@ impl Elements for Gpx {
     }
 }
 
+impl Gpx {
+    pub(super) fn finish(self, options: &Options) -> Result<Traffic, Fault> {
+        if self.builder.is_empty() && self.has_points {
+            return Err(Fault::whole("none of its track points has a time; export the track with times".to_owned()));
+        }
+        self.builder.finish(Unit::Degrees, options).map_err(Fault::whole)
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::super::read_from;
@@ -123,7 +122,8 @@ mod tests {
 
     #[test]
     fn each_track_is_a_vehicle() {
-        let points = |from: u32| (from..from + 3).map(|second| point(second, 44.0 + 1e-4 * f64::from(second))).collect();
+        let points =
+            |from: u32| (from..from + 3).map(|second| point(second, 44.0 + 1e-4 * f64::from(second))).collect();
         let [one, two]: [String; 2] = [points(0), points(5)];
         let traffic = read(&format!(
             "<metadata><name>tour</name></metadata><wpt lat=\"1\" lon=\"2\"><name>w</name></wpt>\

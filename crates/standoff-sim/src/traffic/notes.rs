@@ -68,7 +68,11 @@ pub(super) fn of(
     if !without_position.is_empty() {
         let rows: usize = without_position.values().sum();
         let named: Vec<_> = without_position.iter().map(|(name, rows)| format!("{} ({rows})", quoted(name))).collect();
-        notes.push(format!("{} without a position or time, which are skipped: {}", count(rows, "sample"), some(&named)));
+        notes.push(format!(
+            "{} without a position or time, which are skipped: {}",
+            count(rows, "sample"),
+            some(&named)
+        ));
     }
     notes
 }

@@ -41,7 +41,6 @@ impl Vehicle {
         Self { name, samples, gap_us }
     }
 
-
     /// Adds the vehicle to a checksum.
     pub(super) fn check_in(&self, crc: &mut crc32fast::Hasher) {
         for length in [self.name.len(), self.samples.len()] {

@@ -27,7 +27,9 @@ enum Within {
 /// Returns the separator that a line such as `sep=;` names; `None` for any other line.
 pub(super) fn named_separator(line: &[u8]) -> Option<u8> {
     match line.trim_ascii_end() {
-        [s, e, p, b'=', separator @ (b',' | b';' | b'|')] if [*s, *e, *p].eq_ignore_ascii_case(b"sep") => Some(*separator),
+        [s, e, p, b'=', separator @ (b',' | b';' | b'|')] if [*s, *e, *p].eq_ignore_ascii_case(b"sep") => {
+            Some(*separator)
+        }
         // A tab at the end counts as white space.
         [s, e, p, b'='] if [*s, *e, *p].eq_ignore_ascii_case(b"sep") && line.get(4) == Some(&b'\t') => Some(b'\t'),
         _ => None,
