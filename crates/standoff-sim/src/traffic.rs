@@ -8,12 +8,13 @@
 //! latitude in degrees (`--fcd-output.geo`), of the middle of the FRONT bumper, and are used as the vehicle's position.
 //! `speed` (m/s) and `angle` (degrees clockwise from north) give the velocity if both are present. Persons and containers
 //! are targets on request. Other elements are ignored, unless they are traffic that is misspelt or out of place. SUMO's
-//! CSV and Parquet are read, too (`timestep_time`, `vehicle_id`, `vehicle_x`, `vehicle_y`).
+//! CSV and Parquet are read, too (`timestep_time`, `vehicle_id`, `vehicle_x`, `vehicle_y`; CSV also `vehicle_speed` and
+//! `vehicle_angle`).
 //!
 //! **CSV tracks**: a header names the columns (upper or lower case, any order; other columns are ignored), followed by
 //! one row per vehicle and time. Rows need not be sorted, but the times of each vehicle must increase. Lines that begin
-//! with `#` are skipped. Quotes enclose whole fields. Semicolons separate the fields if the header has more of them
-//! than commas; then numbers may have decimal commas, all of them or none. Times are numbers, or dates and times in ISO
+//! with `#` are skipped. Quotes enclose whole fields. Commas, semicolons, tabs or vertical bars separate the fields,
+//! whichever the header has most of; without commas, numbers may have decimal commas, all of them or none. Times are numbers, or dates and times in ISO
 //! 8601: all with an offset from UTC (or Z), or all without.
 //!
 //! | what | column |
@@ -39,6 +40,7 @@ mod build;
 mod csv;
 mod fcd;
 mod gpx;
+mod join;
 mod limits;
 mod model;
 mod notes;
@@ -48,9 +50,11 @@ mod validate;
 mod vehicle;
 mod xml;
 
-use std::io::Read;
+use std::io::{BufRead, Read};
 use std::path::Path;
+use std::sync::atomic::{AtomicBool, Ordering};
 
+pub(crate) use join::Joined;
 pub(crate) use limits::MAX_AT_ONCE;
 pub use limits::{MAX_SAMPLES, MAX_VEHICLES};
 pub use model::{Coordinates, Options, Persons, Traffic};
@@ -59,6 +63,9 @@ pub use vehicle::{Vehicle, VehicleState};
 use standoff_io::display_text;
 pub use standoff_io::text_source::Position;
 use standoff_io::text_source::{self, Expectation, Fault, Text};
+
+/// File name that stands for standard input.
+pub(crate) const STANDARD_INPUT: &str = "-";
 
 /// Expected contents, for messages.
 pub(crate) static TRAFFIC: Expectation =
@@ -89,6 +96,18 @@ pub fn read(path: &Path, options: &Options) -> Result<Traffic, TrafficError> {
     read.map_err(named(&name))
 }
 
+/// Reads traffic from standard input, which must be text, plain or gzip. Fails if it was read before, or as
+/// [`read_from`] does.
+pub(crate) fn read_standard_input(options: &Options) -> Result<Traffic, TrafficError> {
+    static IS_READ: AtomicBool = AtomicBool::new(false);
+    let name = "standard input";
+    if IS_READ.swap(true, Ordering::Relaxed) {
+        let message = "has already been read; can be read once; write it to a file, and name that";
+        return Err(named(name)(Fault::whole(message.to_owned())));
+    }
+    read_from(std::io::stdin().lock(), name, options)
+}
+
 /// Reads traffic from bytes; errors use `name` as the file name. Fails with a position if any part of it breaks the
 /// rules above.
 pub fn read_from(reader: impl Read, name: &str, options: &Options) -> Result<Traffic, TrafficError> {
@@ -101,6 +120,13 @@ fn named(file: &str) -> impl FnOnce(Fault) -> TrafficError {
         TrafficError { file: file.to_string(), position, message, is_io_error }
     }
 }
+
+/// Formats that are not read: the first bytes, the name of the format, and how to get one that is read.
+const OTHERS: [(&[u8], &str, &str); 3] = [
+    (b"PAR1", "Parquet that is compressed or from standard input", "an uncompressed file on disk"),
+    (b"QGC WPL", "a mission of QGroundControl, which has no vehicles", "CSV tracks"),
+    (b"HFDTE", "an IGC flight log", "GPX, for example with gpsbabel -i igc -o gpx"),
+];
 
 fn check_options(options: &Options) -> Result<(), Fault> {
     if let Some(gap_s) = options.gap_s
@@ -119,12 +145,18 @@ fn parse<'a>(text: impl FnOnce() -> Result<Text<'a>, Fault>, options: &Options) 
     match lines.first_byte()? {
         None => Err(Fault::whole(format!("contains no text; must be {}", TRAFFIC.formats))),
         Some(b'<') => xml::read(lines, options),
-        Some(b'{') => Err(foreign(
+        Some(b'{' | b'[') => Err(foreign(
             "JSON, such as GeoJSON or a plan of QGroundControl",
             "CSV with the columns time, vehicle, latitude and longitude",
         )),
         Some(b'$' | b'!') => Err(foreign("NMEA sentences", "GPX or CSV, for example with gpsbabel -i nmea -o gpx")),
-        Some(_) => csv::read(lines, options),
+        Some(_) => {
+            let head = lines.fill_buf().map_err(|error| text_source::input_fault(None, &error))?;
+            match OTHERS.into_iter().find(|(start, ..)| head.starts_with(start)) {
+                Some((_, found, nearest)) => Err(foreign(found, nearest)),
+                None => csv::read(lines, options),
+            }
+        }
     }
 }
 
@@ -201,7 +233,14 @@ mod tests {
     #[test]
     fn formats_that_are_not_read_are_named() {
         for (bytes, expected) in [
-            (&b"{\"fileType\": \"Plan\"}"[..], "f: contains JSON; must be SUMO FCD"),
+            (
+                &b"{\"fileType\": \"Plan\"}"[..],
+                "f: contains JSON, such as GeoJSON or a plan of QGroundControl; must be",
+            ),
+            (b"[1]", "f: contains JSON, such as"),
+            (b"PAR1\x15\0", "f: contains Parquet that is compressed or from standard input; must be"),
+            (b"QGC WPL 110\n", "f: contains a mission of QGroundControl, which has no vehicles; must be"),
+            (b"HFDTE010326\n", "f: contains an IGC flight log; must be"),
             (
                 b"$GPGGA,123519,4807.038,N,01131.000,E,1,08,0.9,545.4,M,46.9,M,,*47",
                 "f: contains NMEA sentences; must be",
@@ -209,6 +248,41 @@ mod tests {
         ] {
             let error = read_bytes(bytes).unwrap_err().to_string();
             assert!(error.starts_with(expected) && error.contains("; convert it to "), "{error}");
+        }
+        for (root, nearest) in
+            [("kml", "this is KML: make GPX"), ("net", "this is a SUMO net"), ("TrainingCenterDatabase", "TCX")]
+        {
+            let error = read_bytes(format!("<?xml version=\"1.0\"?>\n<{root}/>").as_bytes()).unwrap_err().to_string();
+            let expected =
+                format!("f:2:1: element = \"{root}\"; the only root element must be fcd-export or gpx; this is ");
+            assert!(error.starts_with(&expected) && error.contains(nearest), "{error}");
+        }
+    }
+
+    /// The same run of SUMO in all of its formats that are text.
+    #[test]
+    fn csv_of_sumo_is_the_same_traffic_as_its_xml() {
+        let (mut xml, mut csv) = (
+            "<fcd-export><timestep time=\"0.00\"/>".to_owned(),
+            "timestep_time;vehicle_id;vehicle_x;vehicle_y;vehicle_angle;vehicle_type;vehicle_speed\n0.00;;;;;;\n"
+                .to_owned(),
+        );
+        for second in 1..5 {
+            let x_m = 12.5 * f64::from(second);
+            let angle_deg = 80 + second;
+            xml += &format!(
+                "<timestep time=\"{second}.00\"><vehicle id=\"a\" x=\"{x_m}\" y=\"3\" angle=\"{angle_deg}\" speed=\"12.4\"/>\
+                 <person id=\"p\" x=\"{second}\" y=\"0\" angle=\"0\" speed=\"1\"/></timestep>"
+            );
+            csv +=
+                &format!("{second}.00;a;{x_m};3;{angle_deg};car;12.4\n{second}.00;p;{second};0;0;DEFAULT_PEDTYPE;1\n");
+        }
+        for persons in [Persons::Ignored, Persons::Included] {
+            let options = Options { persons, ..Options::default() };
+            let [of_xml, of_csv] = [xml.clone() + "</fcd-export>", csv.clone()]
+                .map(|text| read_from(text.as_bytes(), "f", &options).unwrap());
+            assert_eq!(of_xml, of_csv);
+            assert_eq!(of_csv.vehicles.len(), if persons == Persons::Ignored { 1 } else { 2 });
         }
     }
 

@@ -3,6 +3,7 @@
 use std::borrow::Cow;
 use std::io::Read;
 
+use quick_xml::escape::resolve_predefined_entity;
 use quick_xml::events::{BytesStart, Event};
 use quick_xml::{Error, Reader, XmlVersion};
 
@@ -56,14 +57,10 @@ pub fn walk(lines: Lines<impl Read>, elements: &mut impl Elements) -> Result<(),
                 elements.end(depth)?;
             }
             Event::Text(text) => elements.text(&text),
-            Event::GeneralRef(reference) => elements.text(match &*reference {
-                "amp" => "&",
-                "lt" => "<",
-                "gt" => ">",
-                "quot" => "\"",
-                "apos" => "'",
-                _ => "\u{fffd}",
-            }),
+            Event::GeneralRef(reference) => match reference.resolve_char_ref() {
+                Ok(Some(character)) => elements.text(character.encode_utf8(&mut [0; 4])),
+                _ => elements.text(resolve_predefined_entity(&reference).unwrap_or("\u{fffd}")),
+            },
             Event::CData(text) => elements.text(&text),
             Event::Comment(comment) => elements.comment(&comment),
             Event::Eof if depth > 0 => {

@@ -314,9 +314,8 @@ mod tests {
         // The resolved scenario needs no file.
         let resolved = scenario.resolved().unwrap();
         assert!(!resolved.contains("geojson"), "{resolved}");
-        let again = super::super::ScenarioTemplate::of_text("r", &resolved, None)
-            .and_then(|template| template.draw(1))
-            .unwrap();
+        let again =
+            super::super::ScenarioTemplate::of_text("r", &resolved, &[]).and_then(|template| template.draw(1)).unwrap();
         assert_eq!(again.settings.geofence, scenario.settings.geofence);
         // A hole in a keep-in zone becomes a keep-out zone; in a keep-out zone it is rejected.
         write(&feature("a", &format!("{ring},{hole}")));

@@ -113,7 +113,8 @@ impl Builder {
         let Some(first) = self.first else {
             return Err("contains no vehicles; must contain at least one; was the right file chosen?".to_string());
         };
-        let origin = (unit == Unit::Degrees).then_some(Origin { latitude_deg: first.y, longitude_deg: first.x });
+        let of_first = Origin { latitude_deg: first.y, longitude_deg: first.x };
+        let origin = (unit == Unit::Degrees).then_some(options.origin.unwrap_or(of_first));
         if let Some(origin) = origin {
             for (name, samples) in &mut self.vehicles {
                 to_metres(name, samples, origin)?;
@@ -152,7 +153,7 @@ impl Builder {
 }
 
 /// Rejects more vehicles at one time than a mission supports; the vehicles are ordered by their first times.
-fn check_crowd(vehicles: &[Vehicle]) -> Result<(), String> {
+pub(super) fn check_crowd(vehicles: &[Vehicle]) -> Result<(), String> {
     let mut last_us: Vec<i64> = vehicles.iter().map(Vehicle::last_us).collect();
     last_us.sort_unstable();
     let mut gone = 0;
@@ -207,7 +208,7 @@ fn to_metres(name: &str, samples: &mut [Sample], origin: Origin) -> Result<(), S
     for sample in samples {
         let position = plane.position(sample.y, sample.x).map_err(|far| {
             format!(
-                "vehicle {}: at time = {} s it is {:.0} km from the file's first sample; at most {} km; cut the file into parts",
+                "vehicle {}: at time = {} s it is {:.0} km from the first sample; at most {} km; cut the file into parts",
                 quoted(name),
                 seconds(sample.time_us),
                 far.value / 1e3,
@@ -343,7 +344,7 @@ mod tests {
     #[test]
     fn samples_too_far_from_the_first_are_refused() {
         assert!(degrees(&[(0.0, 0.0), (8.9, 0.0)]).is_ok());
-        assert!(degrees(&[(0.0, 0.0), (180.0, 0.0)]).unwrap_err().contains("12756 km from the file's first sample"));
+        assert!(degrees(&[(0.0, 0.0), (180.0, 0.0)]).unwrap_err().contains("12756 km from the first sample"));
     }
 
     #[test]

@@ -14,7 +14,7 @@ use standoff_io::text_source::{Fault, Lines};
 use super::TRAFFIC;
 use super::build::Builder;
 use super::model::{COORDINATES_HELP, Coordinates, Options, Persons, Traffic};
-use super::validate::{self, Quantity};
+use super::validate::{self, ANGLE, Quantity, SPEED};
 use super::vehicle::Sample;
 pub(super) use clock::date_time_us;
 use clock::{Clock, Numbers};
@@ -44,6 +44,10 @@ const LON: &[&str] = &["lon_deg", "lon", "longitude", "longitude_deg", "lng", "l
 const TYPE: &[&str] = &["vehicle_type"];
 const LANE: &[&str] = &["vehicle_lane"];
 const EDGE: &[&str] = &["vehicle_edge"];
+/// Columns of SUMO with the velocity.
+const MOTION: [&str; 2] = ["vehicle_speed", "vehicle_angle"];
+/// Values that stand for a missing one.
+const NO_VALUES: [&str; 6] = ["", "nan", "null", "none", "na", "n/a"];
 /// Types that SUMO gives persons and containers by default.
 pub(super) const NO_VEHICLES: [&str; 2] = ["DEFAULT_PEDTYPE", "DEFAULT_CONTAINERTYPE"];
 
@@ -62,10 +66,13 @@ pub(super) fn read(lines: Lines<impl Read>, options: &Options) -> Result<Traffic
             return Err(table.fault(0, message));
         }
         let name = table.text(columns.vehicle.index)?;
-        let is_blank = |column: &Column| Ok::<_, Fault>(table.text(column.index)?.trim().is_empty());
-        let has_no_position = is_blank(&columns.x)? && is_blank(&columns.y)?;
+        let is_missing = |column: &Column| {
+            let text = table.text(column.index)?.trim();
+            Ok::<_, Fault>(NO_VALUES.iter().any(|none| text.eq_ignore_ascii_case(none)))
+        };
+        let has_no_position = is_missing(&columns.x)? && is_missing(&columns.y)?;
         // SUMO writes the time alone while there are no vehicles.
-        if has_no_position && is_blank(&columns.vehicle)?
+        if has_no_position && name.trim().is_empty()
             || options.persons == Persons::Ignored && columns.is_person(&table)?
         {
             continue;
@@ -101,7 +108,11 @@ pub(super) fn read(lines: Lines<impl Read>, options: &Options) -> Result<Traffic
         if let Some(set) = columns.set {
             (x, y) = set.metres(x, y);
         }
-        let sample = Sample { time_us, x, y, velocity: [f32::NAN; 2] };
+        let velocity = match &columns.motion {
+            Some([speed, angle]) => validate::velocity(number(speed, &SPEED)?, number(angle, &ANGLE)?),
+            None => [f32::NAN; 2],
+        };
+        let sample = Sample { time_us, x, y, velocity };
         builder.add(name, sample).map_err(|message| in_field(&columns.time, message))?;
     }
     if builder.has_single_samples() {
@@ -132,6 +143,8 @@ struct Columns {
     box_size: Option<[Column; 2]>,
     /// Unit of `x` and `y`; `Auto` if only the motion shows it.
     coordinates: Coordinates,
+    /// Speed and angle, in tables of SUMO.
+    motion: Option<[Column; 2]>,
     /// Type, lane and edge, in tables of SUMO.
     of_sumo: [Option<Column>; 3],
     /// Published data set with these columns.
@@ -150,7 +163,7 @@ impl Columns {
         let missing = |what: &str, accepted: &[&str]| {
             let found: Vec<String> = header.iter().take(20).map(|name| quoted(name)).collect();
             let message = format!(
-                "no column for {what}; found {}; accepted: {}; rename a column, and separate columns by commas or semicolons",
+                "no column for {what}; found {}; accepted: {}; rename a column, and separate columns by commas, semicolons or tabs",
                 printable(&found.join(", ")),
                 accepted.join(", ")
             );
@@ -165,6 +178,8 @@ impl Columns {
             })
         };
         let of_sumo = [TYPE, LANE, EDGE].map(column);
+        let [speed, angle] = MOTION.map(|name| column(&[name]));
+        let motion = speed.zip(angle).map(|(speed, angle)| [speed, angle]);
         let count = header.len();
         if let Some(set) = DataSet::with(&header) {
             // The data set was recognised by these columns.
@@ -175,7 +190,7 @@ impl Columns {
             let box_size = set.box_size.map(|names| names.map(named));
             let box_size = box_size.map(|[width, length]| Ok::<_, Fault>([width?, length?])).transpose()?;
             let coordinates = Coordinates::Metres;
-            return Ok(Self { count, time, vehicle, x, y, box_size, coordinates, of_sumo, set: Some(set) });
+            return Ok(Self { count, time, vehicle, x, y, box_size, coordinates, motion, of_sumo, set: Some(set) });
         }
         let (time, vehicle) = (need("the time", TIME)?, need("the vehicle", VEHICLE)?);
         let metres = || Some((Coordinates::Metres, column(X)?, column(Y)?));
@@ -189,7 +204,7 @@ impl Columns {
         };
         let (coordinates, x, y) = found.ok_or_else(|| missing("both coordinates", &accepted))?;
         [&time, &vehicle, &x, &y].into_iter().try_for_each(once)?;
-        Ok(Self { count, time, vehicle, x, y, box_size: None, coordinates, of_sumo, set: None })
+        Ok(Self { count, time, vehicle, x, y, box_size: None, coordinates, motion, of_sumo, set: None })
     }
 
     /// Returns whether the current row is that of a person or container: they have a default type, or an edge but no
@@ -297,7 +312,15 @@ mod tests {
 
     #[test]
     fn a_line_that_names_the_separator_is_skipped() {
-        for (line, separator) in [("sep=;", ";"), ("SEP=,\r", ","), ("sep=\t", "\t"), ("sep=|", "|")] {
+        for (line, separator) in [
+            ("sep=;", ";"),
+            ("SEP=,\r", ","),
+            ("sep=\t", "\t"),
+            ("sep=|", "|"),
+            ("\"sep=;\"", ";"),
+            ("# no", "\t"),
+            ("#", "|"),
+        ] {
             let rows = "t,id,x,y\n0,a,1,2\n1,a,3,2\n".replace(',', separator);
             let traffic = read(&format!("{line}\n{rows}")).unwrap();
             assert_eq!(traffic.vehicles[0].at(0).unwrap().x_m, 1.0);
@@ -308,8 +331,11 @@ mod tests {
     #[test]
     fn samples_without_a_fix_are_skipped_and_reported() {
         let traffic = read("t,id,lat,lon\n0,a,44.5,11.3\n1,a,,\n2,a,0,0\n3,a,44.5001,11.3\n3,b,44.5,11.3\n").unwrap();
-        assert_eq!(traffic.notes, ["2 samples without a position or time, which are skipped: \"a\" (2)"]);
+        assert_eq!(traffic.notes, ["skipped 2 samples without a position or time: \"a\" (2)"]);
         assert_eq!((traffic.vehicles.len(), traffic.span_s()), (2, 3.0));
+        let missing = read("t,id,lat,lon\n0,a,44.5,11.3\n1,a,NaN,nan\n2,a,null,NULL\n3,a,44.5001,11.3\n").unwrap();
+        assert!(missing.notes[0].ends_with("position or time: \"a\" (2)"), "{:?}", missing.notes);
+        assert!(error("t,id,lat,lon\n0,a,,\n1,a,,\n").starts_with("f.csv: contains no vehicles"));
         assert!(error("t,id,x,y\n0,a,,3\n").starts_with("f.csv:2:5: vehicle \"a\": x = \"\" is not a number"));
         assert!(read("t,id,x,y\n0,a,0,0\n").unwrap().notes.is_empty(), "0, 0 is a position in metres");
     }
@@ -359,6 +385,11 @@ mod tests {
         assert_eq!(spike.notes, [expected]);
         let slow = of((0..300).map(|t| format!("{},car,{},0\n", 100 * t, 1.5 * f64::from(t))).collect());
         assert!(slow.notes[0].starts_with("no vehicle is faster than 0.015 m/s, although one moves 448 m; are the"));
+        let fast = of((0..30).map(|t| format!("{},car,{},0\n", f64::from(t) / 1e3, 8 * t)).collect());
+        assert!(
+            fast.notes[0]
+                .ends_with("are the times in another unit? then correct the name or the values of their column")
+        );
         let parked = of((0..300).map(|t| format!("{},car,{},0\n", 100 * t, f64::from(t % 2))).collect());
         assert_eq!(parked.notes, [""; 0]);
     }
@@ -442,14 +473,14 @@ mod tests {
         let header = error("# c\ntime,car,x,y\n0,v,1,2");
         let expected = "f.csv:2:1: no column for the vehicle; found \"time\", \"car\", \"x\", \"y\"; \
                         accepted: vehicle, vehicle_id, id, track, track_id, target, target_id; rename a column, and separate \
-                        columns by commas or semicolons";
+                        columns by commas, semicolons or tabs";
         assert_eq!(header, expected);
         assert!(error("id,x,y\n").contains("no column for the time;"));
         assert!(error("id,t,x,lat\n").contains("no column for both coordinates;"));
         let degrees = read_as("id,t,x,y\n", Coordinates::Degrees).unwrap_err();
         assert!(degrees.message.ends_with(
             "accepted: lat_deg, lat, latitude, latitude_deg, lon_deg, lon, longitude, longitude_deg, lng, long; rename a \
-             column, and separate columns by commas or semicolons"
+             column, and separate columns by commas, semicolons or tabs"
         ));
         let metres = read_as("id,t,lat,lon\n", Coordinates::Metres).unwrap_err();
         assert!(metres.message.contains("accepted: x_m, x_east_m, x, east_m, vehicle_x, y_m,"), "{metres}");

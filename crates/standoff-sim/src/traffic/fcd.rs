@@ -1,6 +1,5 @@
 //! Reads SUMO floating-car data.
 
-use standoff::research::math;
 use std::collections::BTreeSet;
 use std::ops::RangeInclusive;
 
@@ -173,8 +172,8 @@ impl Fcd {
         let (x, y) = (need("x", x, &x_kind)?, need("y", y, &y_kind)?);
         let speed = speed.map(|found| read("speed", &found, &SPEED)).transpose()?;
         let angle = angle.map(|found| read("angle", &found, &ANGLE)).transpose()?;
-        let velocity = match (speed, angle.map(f64::to_radians)) {
-            (Some(speed), Some(angle)) => [(speed * math::sin(angle)) as f32, (speed * math::cos(angle)) as f32],
+        let velocity = match (speed, angle) {
+            (Some(speed_m_s), Some(angle_deg)) => validate::velocity(speed_m_s, angle_deg),
             _ => [f32::NAN; 2],
         };
         let sample = Sample { time_us, x, y, velocity };

@@ -1,6 +1,5 @@
 //! Reads tracks of GPS receivers from GPX (version 1.0 or 1.1): each `trk` is a vehicle, with its `name` or a number.
 
-
 use quick_xml::events::BytesStart;
 use standoff_io::geodesy::Unit;
 use standoff_io::text_source::xml::{Elements, attributes};
@@ -41,7 +40,7 @@ enum Collects {
 impl Elements for Gpx {
     fn element(&mut self, element: &BytesStart<'_>, start: Position, depth: usize) -> Result<(), Fault> {
         self.collects = None;
-        match (depth, element.name().into_inner()) {
+        match (depth, element.local_name().into_inner()) {
             (1, "trk") => {
                 self.tracks += 1;
                 self.name.clear();
@@ -99,8 +98,14 @@ impl Elements for Gpx {
 
 impl Gpx {
     pub(super) fn finish(self, options: &Options) -> Result<Traffic, Fault> {
-        if self.builder.is_empty() && self.has_points {
-            return Err(Fault::whole("none of its track points has a time; export the track with times".to_owned()));
+        if self.builder.is_empty() {
+            let message = match self.has_points {
+                true => "none of its track points has a time and a position; export the track with both",
+                false => {
+                    "contains no track points; must contain trk with trkseg and trkpt; routes and waypoints have no times"
+                }
+            };
+            return Err(Fault::whole(message.to_owned()));
         }
         self.builder.finish(Unit::Degrees, options).map_err(Fault::whole)
     }
@@ -136,15 +141,21 @@ mod tests {
         assert_eq!((traffic.span_s(), traffic.notes.len()), (7.0, 0));
         let state = traffic.vehicles[0].at(traffic.begin_us + 500_000).unwrap();
         assert!((state.vy_m_s - 11.1).abs() < 0.1, "{state:?}");
+        let prefixed = "<g:gpx xmlns:g=\"http://www.topografix.com/GPX/1/1\"><g:trk><g:name>&#233;</g:name><g:trkseg>\
+                        <g:trkpt lat=\"44\" lon=\"9\"><g:time>2026-03-01T12:00:00Z</g:time></g:trkpt></g:trkseg></g:trk></g:gpx>";
+        let traffic = read_from(prefixed.as_bytes(), "f.gpx", &Options::default()).unwrap();
+        assert_eq!(traffic.vehicles[0].name(), "\u{e9}");
     }
 
     #[test]
     fn points_without_a_fix_or_a_time_are_skipped_and_reported() {
         let none = "<trkpt lat=\"0\" lon=\"0\"><time>2026-03-01T12:00:01Z</time></trkpt><trkpt lat=\"44\" lon=\"9\"/>";
         let traffic = read(&format!("<trk><trkseg>{}{none}{}</trkseg></trk>", point(0, 44.0), point(3, 44.0))).unwrap();
-        assert_eq!(traffic.notes, ["2 samples without a position or time, which are skipped: \"track 1\" (2)"]);
+        assert_eq!(traffic.notes, ["skipped 2 samples without a position or time: \"track 1\" (2)"]);
         let untimed = read("<trk><trkseg><trkpt lat=\"44\" lon=\"9\"/></trkseg></trk>").unwrap_err();
-        assert_eq!(untimed, "f.gpx: none of its track points has a time; export the track with times");
+        let none = read("<rte><rtept lat=\"44\" lon=\"9\"/></rte>").unwrap_err();
+        assert!(none.starts_with("f.gpx: contains no track points; must contain trk"), "{none}");
+        assert_eq!(untimed, "f.gpx: none of its track points has a time and a position; export the track with both");
     }
 
     #[test]

@@ -18,6 +18,8 @@ pub struct Options {
     pub persons: Persons,
     /// Frames per second of a data set whose times are numbers of frames. `None`: 25.
     pub frame_rate_hz: Option<f64>,
+    /// Origin of the local frame of a file in degrees. `None`: its first sample.
+    pub origin: Option<Origin>,
 }
 
 /// Unit of the coordinates of a file.

@@ -25,6 +25,7 @@ pub(super) fn of(
     gap_us: impl Fn(&Vec<Sample>) -> i64,
 ) -> Vec<String> {
     let (mut jumps, mut gaps) = (Vec::new(), Vec::new());
+    let (mut steps, mut fast_steps) = (0, 0);
     let (mut fastest_m_s, mut furthest_m) = (0.0f64, 0.0f64);
     for (name, samples) in vehicles {
         let gap_us = gap_us(samples);
@@ -38,6 +39,8 @@ pub(super) fn of(
             }
             let speed_m_s = distance_m(&pair[0], &pair[1]) / seconds(step_us);
             fastest_m_s = fastest_m_s.max(speed_m_s);
+            steps += 1;
+            fast_steps += usize::from(speed_m_s > FAST_M_S);
             if speed_m_s > FAST_M_S && jump.is_none_or(|(fastest_m_s, _)| speed_m_s > fastest_m_s) {
                 jump = Some((speed_m_s, pair[1].time_us));
             }
@@ -46,14 +49,18 @@ pub(super) fn of(
         if let Some((speed_m_s, time_us)) = jump {
             jumps.push(format!("{} with {speed_m_s:.0} m/s before time = {} s", quoted(name), seconds(time_us)));
         }
-        if samples.len() >= 4 && 2 * absent >= samples.len() - 1 {
+        if samples.len() >= 3 && 2 * absent >= samples.len() - 1 {
             gaps.push(format!("{} ({absent} gaps)", quoted(name)));
         }
     }
     let mut notes = Vec::new();
     if !jumps.is_empty() {
         let what = format!("{} above {FAST_M_S} m/s between two samples", count(jumps.len(), "vehicle"));
-        notes.push(format!("{what}: {}; is a position wrong? correct it or remove the sample", some(&jumps)));
+        let advice = match 2 * fast_steps > steps {
+            true => "are the times in another unit? then correct the name or the values of their column",
+            false => "is a position wrong? correct it or remove the sample",
+        };
+        notes.push(format!("{what}: {}; {advice}", some(&jumps)));
     }
     if !gaps.is_empty() {
         let what = format!("{} absent between most samples", count(gaps.len(), "vehicle"));
@@ -68,11 +75,7 @@ pub(super) fn of(
     if !without_position.is_empty() {
         let rows: usize = without_position.values().sum();
         let named: Vec<_> = without_position.iter().map(|(name, rows)| format!("{} ({rows})", quoted(name))).collect();
-        notes.push(format!(
-            "{} without a position or time, which are skipped: {}",
-            count(rows, "sample"),
-            some(&named)
-        ));
+        notes.push(format!("skipped {} without a position or time: {}", count(rows, "sample"), some(&named)));
     }
     notes
 }

@@ -55,6 +55,16 @@ impl Vehicle {
         }
     }
 
+    /// Changes the name.
+    pub(super) fn rename(&mut self, name: String) {
+        self.name = name;
+    }
+
+    /// Number of samples.
+    pub(super) fn samples(&self) -> usize {
+        self.samples.len()
+    }
+
     /// Name as in the file; it may contain any character.
     pub fn name(&self) -> &str {
         &self.name

@@ -3,23 +3,24 @@
 use std::io::Read;
 
 use quick_xml::events::BytesStart;
+use standoff_io::display_text::quoted;
 use standoff_io::text_source::xml::{Elements, walk};
 use standoff_io::text_source::{Fault, Lines, Position};
 
 use super::fcd::Fcd;
-use super::foreign;
 use super::gpx::Gpx;
 use super::model::{Options, Traffic};
 
 /// Formats that are not read: the root element, the name of the format, and how to get one that is read.
-const OTHERS: [(&str, &str, &str); 5] = [
+const OTHERS: [(&str, &str, &str); 6] = [
     ("kml", "KML", "GPX, for example with gpsbabel -i kml -o gpx"),
-    ("net", "a SUMO net, which has no vehicles", "floating-car data with sumo --net-file --fcd-output"),
-    ("routes", "SUMO routes, which have no positions", "floating-car data with sumo --route-files --fcd-output"),
+    ("TrainingCenterDatabase", "TCX", "GPX, for example with gpsbabel -i gtrnctr -o gpx"),
+    ("net", "a SUMO net, without vehicles", "floating-car data with sumo --net-file --fcd-output"),
+    ("routes", "SUMO routes, without positions", "floating-car data with sumo --route-files --fcd-output"),
     ("additional", "additional elements of SUMO", "floating-car data with sumo --fcd-output"),
     (
         "osm",
-        "an OpenStreetMap extract, which has no vehicles",
+        "an OpenStreetMap extract, without vehicles",
         "floating-car data with SUMO's osmWebWizard and --fcd-output",
     ),
 ];
@@ -45,13 +46,17 @@ impl Elements for Xml {
         if let Some(gpx) = &mut self.gpx {
             return gpx.element(element, start, depth);
         }
-        let name = element.name().into_inner();
+        let name = element.local_name().into_inner();
         if depth == 0 && name == "gpx" {
             self.gpx = Some(Gpx::default());
             return Ok(());
         }
         if let Some((_, found, nearest)) = OTHERS.into_iter().find(|(root, ..)| depth == 0 && *root == name) {
-            return Err(foreign(found, nearest));
+            let name = quoted(name);
+            let message = format!(
+                "element = {name}; the only root element must be fcd-export or gpx; this is {found}: make {nearest}"
+            );
+            return Err(Fault::at(start, message));
         }
         self.fcd.element(element, start, depth)
     }

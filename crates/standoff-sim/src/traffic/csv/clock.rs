@@ -5,7 +5,7 @@ use standoff_io::display_text::quoted;
 
 use super::super::validate::{LOGGED_MILLISECONDS, LOGGED_SECONDS, Quantity};
 
-/// Number format of a table. If semicolons separate its fields, the first number with a decimal sign determines that
+/// Number format of a table. If no commas separate its fields, the first number with a decimal sign determines that
 /// sign, because 1,234 is a different number with a decimal point than with a decimal comma.
 pub(super) struct Numbers {
     /// True if a comma may be the decimal sign.
@@ -15,7 +15,7 @@ pub(super) struct Numbers {
 
 impl Numbers {
     pub(super) fn new(separator: u8) -> Self {
-        Self { may_be_comma: separator == b';', decimal_sign: None }
+        Self { may_be_comma: separator != b',', decimal_sign: None }
     }
 
     /// Parses `text`, the value of `key`.

@@ -13,7 +13,7 @@ pub(super) struct Table<R> {
     reader: csv::Reader<RowText<R>>,
     /// The current row.
     pub(super) row: ByteRecord,
-    /// Separator between fields: a comma or a semicolon.
+    /// Separator between fields.
     pub(super) separator: u8,
 }
 
