@@ -68,6 +68,8 @@ pub(super) struct Typed {
     pub(super) file: ScenarioFile,
     /// Problems in the form of the scenario and of the command line's changes.
     pub(super) problems: Vec<Problem>,
+    /// Warnings about the files that the scenario names.
+    pub(super) notes: Vec<String>,
     /// Keys that were left out of `file` because their values have a wrong form.
     pub(super) left_out: Vec<String>,
     /// True if parts of the text are not TOML: their keys, which are unknown, are missing from `file`.
@@ -154,7 +156,9 @@ impl Typed {
             left_out.push(mistake.left_out);
         }
         match file {
-            Some(file) => Ok(Self { name, file, problems, left_out, is_text_broken, origin, files_from }),
+            Some(file) => {
+                Ok(Self { name, file, problems, notes: Vec::new(), left_out, is_text_broken, origin, files_from })
+            }
             None => Err(problems.into()),
         }
     }

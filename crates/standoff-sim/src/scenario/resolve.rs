@@ -47,6 +47,7 @@ pub(super) fn resolve(typed: &Typed, traffic: Option<&Arc<Traffic>>, seed: u64) 
     let mut warnings = warnings(&settings.team, settings.period);
     warnings.extend(geofence::warnings(&settings, &uavs));
     warnings.extend(traffic.and_then(|traffic| length_warning(typed, &settings, traffic)));
+    warnings.extend(typed.notes.iter().cloned());
     warnings.extend(traffic.iter().flat_map(|traffic| traffic.notes.iter().cloned()));
     let outages = file.uavs.outage.iter().map(|outage| Outage {
         uav: UavId(outage.uav as u32),

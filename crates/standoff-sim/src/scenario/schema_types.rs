@@ -377,19 +377,30 @@ tables! {
     /// at the same time.
     table Separation
 
-    /// `[[geofence]]`: a polygon of the geofence. A UAV must be inside every keep-in zone and outside every keep-out
-    /// zone.
+    /// `[[geofence]]`: a zone of the geofence, a polygon or a circle. A UAV must be inside every keep-in zone and
+    /// outside every keep-out zone.
     table Zone texts {
         /// Name of the zone, for display; at most 100 characters.
         #[serde(skip_serializing_if = "String::is_empty")]
         name;
-        /// GeoJSON file with the polygons, relative to the scenario file, instead of `vertices`. A record contains
-        /// the vertices.
+        /// File with the zones, relative to the scenario file, instead of `vertices` or a circle: GeoJSON, a plan of
+        /// QGroundControl (`.plan`) or KML. A record contains the zones.
         #[serde(serialize_with = "name_alone", skip_serializing_if = "String::is_empty")]
         file;
     } words {
         /// Kind of the zone: `keep-out` or `keep-in`.
         kind: ZoneKind = KeepOut;
+    } optional {
+        /// Centre of a circle, east, m; -1e7 to 1e7; with `radius_m`.
+        x_m: PLACE_M;
+        /// Centre of a circle, north, m; -1e7 to 1e7.
+        y_m: PLACE_M;
+        /// Centre of a circle, degrees north; -90 to 90; instead of `x_m` and `y_m` if the traffic is in degrees.
+        lat_deg: Allowed::at_least(-90.0).at_most(90.0);
+        /// Centre of a circle, degrees east; -180 to 180.
+        lon_deg: Allowed::at_least(-180.0).at_most(180.0);
+        /// Radius of a circle, m; 1 to 1e6; instead of `vertices`.
+        radius_m: Allowed::at_least(1.0).at_most(1e6);
     } lists {
         /// Vertices in order, each [east, north], m.
         vertices;

@@ -1,0 +1,147 @@
+//! Reads zones from files: GeoJSON, plans of QGroundControl and KML.
+
+use serde_json::Value;
+use standoff_io::display_text::quoted;
+use standoff_io::geodesy::{LocalPlane, Origin};
+
+use super::super::schema_types::ZoneKind;
+use super::kml;
+
+/// Rings of a polygon: the outline, then the holes; east and north, m.
+pub(super) type Rings = Vec<Vec<[f64; 2]>>;
+
+/// A zone of a file, in the plane of the scenario.
+#[derive(Debug)]
+pub(super) struct Found {
+    pub(super) name: String,
+    /// Kind, if the file determines it.
+    pub(super) kind: Option<ZoneKind>,
+    pub(super) shape: Shape,
+}
+
+#[derive(Debug)]
+pub(super) enum Shape {
+    Polygon(Rings),
+    Circle { centre_m: [f64; 2], radius_m: f64 },
+}
+
+/// Zones of a file, and what the user should know about them.
+#[derive(Debug, Default)]
+pub(super) struct Contents {
+    pub(super) zones: Vec<Found>,
+    pub(super) note: Option<String>,
+}
+
+/// Reads zones. Degrees are converted to the plane at `origin`, that of the traffic in degrees. Without it, GeoJSON is
+/// in metres, and the other formats are rejected.
+pub(super) fn read(bytes: &[u8], origin: Option<Origin>) -> Result<Contents, String> {
+    let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
+    let plane = origin.map(Origin::plane).transpose().map_err(|error| error.to_string())?;
+    let in_degrees = |format: &str| {
+        let message =
+            format!("{format} is in degrees; the traffic must be in degrees, too, to place it; give metres otherwise");
+        plane.ok_or(message)
+    };
+    let contents = match bytes.trim_ascii_start() {
+        [b'<', ..] => kml::read(bytes, &in_degrees("KML")?)?,
+        [b'P', b'K', ..] => return Err("is compressed with zip (KMZ); decompress it first, with unzip".to_owned()),
+        _ => {
+            let json: Value = serde_json::from_slice(bytes)
+                .map_err(|error| format!("is not GeoJSON, a plan of QGroundControl or KML: {error}"))?;
+            match json.get("geoFence") {
+                Some(fence) => plan(fence, &in_degrees("a plan of QGroundControl")?)?,
+                None if json.get("fileType").is_some() => {
+                    return Err("has no geoFence; must be a plan of QGroundControl with zones".to_owned());
+                }
+                None => {
+                    let mut contents = Contents::default();
+                    collect(&json, "", plane.as_ref(), &mut contents.zones)?;
+                    contents
+                }
+            }
+        }
+    };
+    if contents.zones.is_empty() {
+        return Err("has no polygon; must contain a polygon (in a plan, or a circle)".to_owned());
+    }
+    Ok(contents)
+}
+
+/// Converts degrees to east and north, m. Rounded to the millimetre for the record.
+pub(super) fn place(latitude_deg: f64, longitude_deg: f64, plane: &LocalPlane) -> Result<[f64; 2], String> {
+    let at = plane
+        .position(latitude_deg, longitude_deg)
+        .map_err(|error| format!("[{longitude_deg}, {latitude_deg}] is not near the traffic: {error}"))?;
+    Ok([at.x_m(), at.y_m()].map(|metres| (metres * 1e3).round() / 1e3))
+}
+
+/// Reads the polygons and circles of a plan's fence: those with `inclusion` are keep-in zones.
+fn plan(fence: &Value, plane: &LocalPlane) -> Result<Contents, String> {
+    let list = |key: &str| fence.get(key).and_then(Value::as_array).map(Vec::as_slice).unwrap_or_default();
+    let wrong = |what: &str| format!("geoFence: {what}; save the plan again with QGroundControl");
+    let point = |point: &Value| {
+        let number = |place: usize| point.get(place).and_then(Value::as_f64);
+        let (Some(lat), Some(lon)) = (number(0), number(1)) else {
+            return Err(wrong("a position must be [latitude, longitude]"));
+        };
+        place(lat, lon, plane)
+    };
+    let kind = |zone: &Value| match zone.get("inclusion").and_then(Value::as_bool) {
+        Some(true) => Ok(Some(ZoneKind::KeepIn)),
+        Some(false) => Ok(Some(ZoneKind::KeepOut)),
+        None => Err(wrong("inclusion must be true or false")),
+    };
+    let mut contents = Contents::default();
+    for zone in list("polygons") {
+        let outline =
+            zone.get("polygon").and_then(Value::as_array).ok_or_else(|| wrong("a polygon has no positions"))?;
+        let shape = Shape::Polygon(vec![outline.iter().map(point).collect::<Result<_, _>>()?]);
+        contents.zones.push(Found { name: String::new(), kind: kind(zone)?, shape });
+    }
+    for zone in list("circles") {
+        let number = |path: &str| zone.pointer(path).and_then(Value::as_f64);
+        let radius_m = number("/circle/radius").ok_or_else(|| wrong("a circle has no radius"))?;
+        let centre_m = point(zone.pointer("/circle/center").unwrap_or(&Value::Null))?;
+        contents.zones.push(Found {
+            name: String::new(),
+            kind: kind(zone)?,
+            shape: Shape::Circle { centre_m, radius_m },
+        });
+    }
+    Ok(contents)
+}
+
+/// Reads the polygons of GeoJSON.
+fn collect(object: &Value, name: &str, plane: Option<&LocalPlane>, found: &mut Vec<Found>) -> Result<(), String> {
+    let list = |key: &str| object.get(key).and_then(Value::as_array).map(Vec::as_slice).unwrap_or_default();
+    let mut add = |coordinates: Option<&Value>| {
+        let shape = Shape::Polygon(rings(coordinates, plane)?);
+        found.push(Found { name: name.to_owned(), kind: None, shape });
+        Ok(())
+    };
+    match object.get("type").and_then(Value::as_str).unwrap_or_default() {
+        "FeatureCollection" => list("features").iter().try_for_each(|feature| collect(feature, name, plane, found)),
+        "GeometryCollection" => list("geometries").iter().try_for_each(|part| collect(part, name, plane, found)),
+        "Feature" => {
+            let name = object.pointer("/properties/name").and_then(Value::as_str).unwrap_or(name);
+            object.get("geometry").map_or(Ok(()), |geometry| collect(geometry, name, plane, found))
+        }
+        "Polygon" => add(object.get("coordinates")),
+        "MultiPolygon" => list("coordinates").iter().try_for_each(|polygon| add(Some(polygon))),
+        // Points and lines enclose nothing.
+        "Point" | "MultiPoint" | "LineString" | "MultiLineString" => Ok(()),
+        kind if object.is_object() => Err(format!("type = {}: must be a type of GeoJSON", quoted(kind))),
+        _ => Ok(()),
+    }
+}
+
+fn rings(coordinates: Option<&Value>, plane: Option<&LocalPlane>) -> Result<Rings, String> {
+    let nested = || "a polygon's coordinates must be lists of [longitude, latitude], or of [east, north]".to_owned();
+    let point = |point: &Value| -> Result<[f64; 2], String> {
+        let number = |place: usize| point.get(place).and_then(Value::as_f64);
+        let (Some(x), Some(y)) = (number(0), number(1)) else { return Err(nested()) };
+        plane.map_or(Ok([x, y]), |plane| place(y, x, plane))
+    };
+    let ring = |ring: &Value| ring.as_array().ok_or_else(nested)?.iter().map(point).collect();
+    coordinates.and_then(Value::as_array).ok_or_else(nested)?.iter().map(ring).collect()
+}
