@@ -363,6 +363,10 @@ mod tests {
             ("{", "is not GeoJSON, a plan of QGroundControl or KML"),
             ("{\"type\":\"Point\",\"coordinates\":[0,0]}", "has no polygon"),
             ("{\"type\":\"Polygon\",\"coordinates\":[[0,1]]}", "must be lists"),
+            (
+                "{\"type\":\"Polygon\",\"coordinates\":[[[11.3,44.5],[11.4,44.5],[11.3,44.6]]]}",
+                "polygon 0 is smaller than 1 m; its coordinates are probably degrees",
+            ),
             ("{\"type\":\"Topology\"}", "must be a type of GeoJSON"),
         ] {
             fs::write(folder.path().join("z.geojson"), text).unwrap();
@@ -425,8 +429,9 @@ mod tests {
         let zone = scenario.settings.geofence.zones().next().unwrap();
         assert_eq!((zone.name.as_str(), zone.vertices.len()), ("wood & lake", 3));
         assert!((zone.vertices[0].y_m() - 1_111.0).abs() < 2.0, "{:?}", zone.vertices);
-        assert_eq!(scenario.warnings, [""; 0]);
-        let note = "geofence.0.file = \"a.kml\": the altitudes of its polygons are ignored";
+        assert!(scenario.warnings[0].starts_with("geofence.0.file = \"a.kml\": ignores 1 of its points and lines"));
+        let note = "geofence.0.file = \"a.kml\": ignores the altitudes of its polygons; ignores 1 of its points and lines; a \
+                    zone is a polygon or a typed circle";
         assert_eq!(with_altitude("120").unwrap().warnings, [note]);
         for (from, to, expected) in [
             ("44.51,ALT", "44.51,x", "coordinates = \"11.31,44.51,x\": must be longitude,latitude,altitude"),

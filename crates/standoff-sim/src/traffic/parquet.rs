@@ -1,9 +1,11 @@
 //! Reads SUMO floating-car data from Parquet (`sumo --fcd-output FILE.parquet`).
 
-use std::fs::File;
+use std::io::Read;
 use std::path::Path;
 
+use standoff_io::bounded_input;
 use standoff_io::text_source::Fault;
+use standoff_io::text_source::limits::MAX_TEXT;
 use standoff_record::RecordError;
 use standoff_record::column::{self, Columns, Declaration, Field, Part, Row};
 use standoff_record::table::{TableReader, source};
@@ -17,10 +19,10 @@ use super::vehicle::Sample;
 /// First bytes of a Parquet file.
 const MAGIC: [u8; 4] = *b"PAR1";
 
-/// Returns whether the file is Parquet, by its first bytes.
+/// Returns whether the file is Parquet of an accepted size, by its first bytes.
 pub(super) fn is_parquet(path: &Path) -> bool {
     let mut head = [0; 4];
-    let read = File::open(path).and_then(|mut file| std::io::Read::read_exact(&mut file, &mut head));
+    let read = bounded_input::open(path, MAX_TEXT).and_then(|mut file| file.read_exact(&mut head));
     read.is_ok() && head == MAGIC
 }
 

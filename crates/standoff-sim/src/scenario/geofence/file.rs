@@ -53,11 +53,7 @@ pub(super) fn read(bytes: &[u8], origin: Option<Origin>) -> Result<Contents, Str
                 None if json.get("fileType").is_some() => {
                     return Err("has no geoFence; must be a plan of QGroundControl with zones".to_owned());
                 }
-                None => {
-                    let mut contents = Contents::default();
-                    collect(&json, "", plane.as_ref(), &mut contents.zones)?;
-                    contents
-                }
+                None => geojson(&json, plane.as_ref())?,
             }
         }
     };
@@ -111,8 +107,41 @@ fn plan(fence: &Value, plane: &LocalPlane) -> Result<Contents, String> {
     Ok(contents)
 }
 
-/// Reads the polygons of GeoJSON.
-fn collect(object: &Value, name: &str, plane: Option<&LocalPlane>, found: &mut Vec<Found>) -> Result<(), String> {
+/// Describes shapes that are no zones; `None` if there are none.
+pub(super) fn ignored(shapes: usize) -> Option<String> {
+    (shapes > 0).then(|| format!("ignores {shapes} of its points and lines; a zone is a polygon or a typed circle"))
+}
+
+/// Reads the polygons of GeoJSON. Without a plane, it must be in metres.
+fn geojson(json: &Value, plane: Option<&LocalPlane>) -> Result<Contents, String> {
+    let (mut zones, mut others) = (Vec::new(), 0);
+    collect(json, "", plane, &mut zones, &mut others)?;
+    let extent_m = |zone: &Found| match &zone.shape {
+        Shape::Polygon(rings) => [0, 1].map(|axis| {
+            let values = || rings.iter().flatten().map(|point| point[axis]);
+            values().fold(f64::NEG_INFINITY, f64::max) - values().fold(f64::INFINITY, f64::min)
+        }),
+        Shape::Circle { radius_m, .. } => [*radius_m; 2],
+    };
+    if let Some(index) =
+        zones.iter().position(|zone| plane.is_none() && extent_m(zone).into_iter().fold(0.0, f64::max) < 1.0)
+    {
+        return Err(format!(
+            "polygon {index} is smaller than 1 m; its coordinates are probably degrees, but the traffic is in metres; give \
+             metres, or use traffic in degrees"
+        ));
+    }
+    Ok(Contents { zones, note: ignored(others) })
+}
+
+/// Reads the polygons of a part of GeoJSON, and counts other shapes.
+fn collect(
+    object: &Value,
+    name: &str,
+    plane: Option<&LocalPlane>,
+    found: &mut Vec<Found>,
+    others: &mut usize,
+) -> Result<(), String> {
     let list = |key: &str| object.get(key).and_then(Value::as_array).map(Vec::as_slice).unwrap_or_default();
     let mut add = |coordinates: Option<&Value>| {
         let shape = Shape::Polygon(rings(coordinates, plane)?);
@@ -120,16 +149,23 @@ fn collect(object: &Value, name: &str, plane: Option<&LocalPlane>, found: &mut V
         Ok(())
     };
     match object.get("type").and_then(Value::as_str).unwrap_or_default() {
-        "FeatureCollection" => list("features").iter().try_for_each(|feature| collect(feature, name, plane, found)),
-        "GeometryCollection" => list("geometries").iter().try_for_each(|part| collect(part, name, plane, found)),
+        "FeatureCollection" => {
+            list("features").iter().try_for_each(|feature| collect(feature, name, plane, found, others))
+        }
+        "GeometryCollection" => {
+            list("geometries").iter().try_for_each(|part| collect(part, name, plane, found, others))
+        }
         "Feature" => {
             let name = object.pointer("/properties/name").and_then(Value::as_str).unwrap_or(name);
-            object.get("geometry").map_or(Ok(()), |geometry| collect(geometry, name, plane, found))
+            object.get("geometry").map_or(Ok(()), |geometry| collect(geometry, name, plane, found, others))
         }
         "Polygon" => add(object.get("coordinates")),
         "MultiPolygon" => list("coordinates").iter().try_for_each(|polygon| add(Some(polygon))),
         // Points and lines enclose nothing.
-        "Point" | "MultiPoint" | "LineString" | "MultiLineString" => Ok(()),
+        "Point" | "MultiPoint" | "LineString" | "MultiLineString" => {
+            *others += 1;
+            Ok(())
+        }
         kind if object.is_object() => Err(format!("type = {}: must be a type of GeoJSON", quoted(kind))),
         _ => Ok(()),
     }

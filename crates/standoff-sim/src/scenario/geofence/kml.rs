@@ -6,7 +6,7 @@ use standoff_io::geodesy::LocalPlane;
 use standoff_io::text_source::xml::{Elements, walk};
 use standoff_io::text_source::{self, Expectation, Fault, Position};
 
-use super::file::{Contents, Found, Rings, Shape, place};
+use super::file::{Contents, Found, Rings, Shape, ignored, place};
 
 /// Expected contents, for messages.
 static ZONES: Expectation = Expectation { description: "zones", formats: "KML with polygons" };
@@ -22,7 +22,9 @@ pub(super) fn read(bytes: &[u8], plane: &LocalPlane) -> Result<Contents, String>
     let text = text_source::text(bytes, &ZONES).map_err(described)?;
     let mut file = Kml::new(plane);
     walk(text, &mut file).map_err(described)?;
-    let note = file.has_altitudes.then(|| "the altitudes of its polygons are ignored".to_owned());
+    let altitudes = file.has_altitudes.then(|| "ignores the altitudes of its polygons".to_owned());
+    let notes: Vec<String> = altitudes.into_iter().chain(ignored(file.others)).collect();
+    let note = (!notes.is_empty()).then(|| notes.join("; "));
     Ok(Contents { zones: file.zones, note })
 }
 
@@ -31,6 +33,8 @@ struct Kml<'a> {
     plane: &'a LocalPlane,
     zones: Vec<Found>,
     has_altitudes: bool,
+    /// Number of points and lines.
+    others: usize,
     /// Depth and name of the current placemark.
     placemark: Option<(usize, String)>,
     /// Depth and rings of the current polygon.
@@ -58,6 +62,7 @@ impl Elements for Kml<'_> {
             "Placemark" => self.placemark = Some((depth, String::new())),
             "name" if self.placemark.as_ref().is_some_and(|(of, _)| of + 1 == depth) => collect(true),
             "Polygon" => self.polygon = Some((depth, Vec::new())),
+            "Point" | "LineString" | "Track" => self.others += 1,
             "outerBoundaryIs" => self.is_hole = false,
             "innerBoundaryIs" => self.is_hole = true,
             "coordinates" if self.polygon.is_some() => collect(false),
@@ -107,6 +112,7 @@ impl<'a> Kml<'a> {
             plane,
             zones: Vec::new(),
             has_altitudes: false,
+            others: 0,
             placemark,
             polygon,
             is_hole: false,
