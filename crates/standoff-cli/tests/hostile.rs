@@ -191,7 +191,7 @@ fn too_many_simultaneous_vehicles_are_refused() {
     let expected = "f: more than 5000 vehicles at time = 0 s; at most 5000; select a smaller area";
     check_traffic(crowd(5001).as_bytes(), expected);
     // The limit does not apply to vehicles that exist at different times.
-    let later = (0..6000).map(|n| format!("{n},v{n},3,4\n")).collect::<String>();
+    let later = (0..6000).map(|n| format!("{n},v{n},3,4\n{n}.4,v{n},3,4\n")).collect::<String>();
     let folder = tempfile::tempdir().unwrap();
     fs::write(folder.path().join("f"), "t,id,x,y\n".to_owned() + &later).unwrap();
     let args = ["run", "--traffic", "f", "--set", "duration_s=1", "--out", "o"];

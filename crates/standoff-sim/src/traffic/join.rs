@@ -58,7 +58,7 @@ impl Joined {
         Ok(())
     }
 
-    /// Returns the traffic of all files. Fails if vehicles cannot be told apart, or if too many exist at one time.
+    /// Returns the traffic of all files. Fails if two vehicles have one name, or if too many exist at one time.
     pub(crate) fn finish(mut self) -> Result<Traffic, TrafficError> {
         if self.files.len() == 1 {
             return Ok(self.files.remove(0).traffic);
