@@ -48,8 +48,6 @@ const EDGE: &[&str] = &["vehicle_edge"];
 const MOTION: [&str; 2] = ["vehicle_speed", "vehicle_angle"];
 /// Values that stand for a missing one.
 const NO_VALUES: [&str; 6] = ["", "nan", "null", "none", "na", "n/a"];
-/// Types that SUMO gives persons and containers by default.
-pub(super) const NO_VEHICLES: [&str; 2] = ["DEFAULT_PEDTYPE", "DEFAULT_CONTAINERTYPE"];
 
 pub(super) fn read(lines: Lines<impl Read>, options: &Options) -> Result<Traffic, Fault> {
     let mut table = Table::new(lines)?;
@@ -207,15 +205,11 @@ impl Columns {
         Ok(Self { count, time, vehicle, x, y, box_size: None, coordinates, motion, of_sumo, set: None })
     }
 
-    /// Returns whether the current row is that of a person or container: they have a default type, or an edge but no
-    /// lane.
+    /// Returns whether the current row is that of a person or container.
     fn is_person(&self, table: &Table<impl Read>) -> Result<bool, Fault> {
         let text = |column: &Option<Column>| column.as_ref().map(|column| table.text(column.index)).transpose();
         let [kind, lane, edge] = &self.of_sumo;
-        let is_default = text(kind)?.is_some_and(|kind| NO_VEHICLES.contains(&kind));
-        let has_no_lane =
-            text(lane)?.is_some_and(|lane| lane.is_empty()) && text(edge)?.is_some_and(|edge| !edge.is_empty());
-        Ok(is_default || has_no_lane)
+        Ok(Persons::is_person(text(kind)?, text(lane)?, text(edge)?))
     }
 
     /// Returns the unit of the coordinates. Fails if the motion of the vehicles contradicts the columns.

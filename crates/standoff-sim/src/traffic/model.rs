@@ -49,6 +49,15 @@ pub enum Persons {
     Included,
 }
 
+impl Persons {
+    /// Returns whether a row of SUMO's tables is that of a person or container: they have a default type, or an edge but
+    /// no lane, whereas vehicles have a lane and no edge.
+    pub(super) fn is_person(kind: Option<&str>, lane: Option<&str>, edge: Option<&str>) -> bool {
+        let is_blank = |text: Option<&str>| text.is_none_or(str::is_empty);
+        matches!(kind, Some("DEFAULT_PEDTYPE" | "DEFAULT_CONTAINERTYPE")) || is_blank(lane) && !is_blank(edge)
+    }
+}
+
 /// Setting to recommend if the unit of the coordinates cannot be determined.
 pub(super) const COORDINATES_HELP: &str =
     "traffic.coordinates = \"metres\" or \"degrees\" (--set traffic.coordinates=degrees)";
