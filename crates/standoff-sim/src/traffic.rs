@@ -57,19 +57,16 @@ use std::sync::atomic::{AtomicBool, Ordering};
 pub(crate) use join::Joined;
 pub(crate) use limits::MAX_AT_ONCE;
 pub use limits::{MAX_SAMPLES, MAX_VEHICLES};
+use model::TRAFFIC;
 pub use model::{Coordinates, Options, Persons, Traffic};
 pub use vehicle::{Vehicle, VehicleState};
 
 use standoff_io::display_text;
 pub use standoff_io::text_source::Position;
-use standoff_io::text_source::{self, Expectation, Fault, Text};
+use standoff_io::text_source::{self, Fault, Text};
 
 /// File name that stands for standard input.
 pub(crate) const STANDARD_INPUT: &str = "-";
-
-/// Expected contents, for messages.
-pub(crate) static TRAFFIC: Expectation =
-    Expectation { description: "traffic", formats: "SUMO FCD (XML, CSV or Parquet), CSV tracks or GPX" };
 
 /// Error of a traffic file; prints as one line, `FILE:LINE:COLUMN: what is wrong; what is allowed; what to do`.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]

@@ -2,10 +2,11 @@
 
 mod file;
 mod kml;
+mod shapes;
 
 use std::path::Path;
 
-use file::{Found, Shape, place};
+use shapes::{Found, Shape, place};
 use standoff::research::{ZONES_MAX, math};
 use standoff::{Geofence, Position, UavState, Zone};
 use standoff_io::bounded_input;

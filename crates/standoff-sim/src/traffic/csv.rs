@@ -11,9 +11,8 @@ use standoff_io::display_text::{printable, quoted};
 use standoff_io::geodesy::Unit;
 use standoff_io::text_source::{Fault, Lines};
 
-use super::TRAFFIC;
 use super::build::Builder;
-use super::model::{COORDINATES_HELP, Coordinates, Options, Persons, Traffic};
+use super::model::{COORDINATES_HELP, Coordinates, Options, Persons, TRAFFIC, Traffic};
 use super::validate::{self, ANGLE, Quantity, SPEED};
 use super::vehicle::Sample;
 pub(super) use clock::date_time_us;

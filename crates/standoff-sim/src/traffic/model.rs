@@ -3,8 +3,13 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use standoff_io::geodesy::{Origin, Unit};
+use standoff_io::text_source::Expectation;
 
 use super::vehicle::Vehicle;
+
+/// Expected contents, for messages.
+pub(super) static TRAFFIC: Expectation =
+    Expectation { description: "traffic", formats: "SUMO FCD (XML, CSV or Parquet), CSV tracks or GPX" };
 
 /// Options of the traffic reader.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
