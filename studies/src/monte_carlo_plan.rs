@@ -112,7 +112,7 @@ impl ScenarioVariant {
 
     /// Selects a traffic file, with the settings of `traffic/convoy`.
     pub(crate) fn over(file: &Path, set: &[&str]) -> Self {
-        let overrides = Overrides { traffic: Some(file.to_owned()), ..Overrides::default() };
+        let overrides = Overrides { traffic: vec![file.to_owned()], ..Overrides::default() };
         Self { scenario: "traffic/convoy".to_owned(), overrides, streets: None }.and(set)
     }
 

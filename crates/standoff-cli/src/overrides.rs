@@ -1,7 +1,7 @@
 //! Options that change a scenario, shared by all commands that fly one.
 
 use std::collections::BTreeMap;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use clap::Args;
 use standoff_app::Failure;
@@ -15,9 +15,10 @@ pub(crate) const DEFAULT_SCENARIO: &str = "improved/figure-9";
 /// Changes to a scenario.
 #[derive(Args, Default)]
 pub(crate) struct OverrideArgs {
-    /// Fly over this traffic file: SUMO floating-car data or CSV tracks, plain or .gz.
+    /// Fly over this traffic file (- for standard input): SUMO floating-car data, CSV tracks or GPX, plain or .gz; may be
+    /// given several times.
     #[arg(long, value_name = "FILE")]
-    traffic: Option<PathBuf>,
+    traffic: Vec<PathBuf>,
     /// Number of UAVs, which start on an orbit around the first targets.
     #[arg(long, value_name = "N")]
     uavs: Option<u32>,
@@ -32,12 +33,12 @@ const DEFAULT_FOR_TRAFFIC: &str = "traffic/convoy";
 impl OverrideArgs {
     /// True if no option changes the scenario.
     pub(crate) fn is_empty(&self) -> bool {
-        self.traffic.is_none() && self.uavs.is_none() && self.set.is_empty()
+        self.traffic.is_empty() && self.uavs.is_none() && self.set.is_empty()
     }
 
-    /// Returns the traffic file if no other option changes the scenario; otherwise `None`.
-    pub(crate) fn only_traffic(&self) -> Option<Option<&Path>> {
-        (self.uavs.is_none() && self.set.is_empty()).then_some(self.traffic.as_deref())
+    /// Returns the traffic files if no other option changes the scenario; otherwise `None`.
+    pub(crate) fn only_traffic(&self) -> Option<&[PathBuf]> {
+        (self.uavs.is_none() && self.set.is_empty()).then_some(&self.traffic)
     }
 
     /// Converts the options to overrides for the simulator. Fails if they contradict each other.
@@ -81,7 +82,7 @@ impl OverrideArgs {
     /// identified by the checksum of its content.
     pub(crate) fn folder(&self, named: Option<&str>, template: &ScenarioTemplate, seeds: &str) -> PathBuf {
         let name = template.name();
-        let traffic = self.traffic.as_ref().and_then(|_| template.traffic_crc32()).map(|crc| format!("{crc:08x}"));
+        let traffic = self.traffic.first().and_then(|_| template.traffic_crc32()).map(|crc| format!("{crc:08x}"));
         let (scenario, traffic) = match (named, traffic) {
             (Some(named), Some(crc)) => (name_of(named), Some(format!("{name}-{crc}"))),
             (_, traffic) => (name.to_owned(), traffic),
@@ -94,7 +95,7 @@ impl OverrideArgs {
 
     /// Returns the scenario to change: the named one, or the default for traffic files, or `default`.
     pub(crate) fn scenario<'a>(&self, named: Option<&'a str>, default: &'a str) -> &'a str {
-        named.unwrap_or(if self.traffic.is_some() { DEFAULT_FOR_TRAFFIC } else { default })
+        named.unwrap_or(if self.traffic.is_empty() { default } else { DEFAULT_FOR_TRAFFIC })
     }
 }
 

@@ -268,6 +268,32 @@ fn any_traffic_file_flies_without_a_scenario() {
     assert!(folder.path().join("standoff-out").join(results).join("trajectories.svg").exists());
 }
 
+#[test]
+fn several_traffic_files_and_standard_input_are_flown_together() {
+    let folder = tempfile::tempdir().unwrap();
+    let rows = |y_m: u32| (0..30).map(|t| format!("{t},car,{},{y_m}\n", 10 * t)).collect::<String>();
+    for (name, y_m) in [("north.csv", 9), ("south.csv", 0)] {
+        fs::write(folder.path().join(name), format!("time_s,vehicle,x_m,y_m\n{}", rows(y_m))).unwrap();
+    }
+    let mut piped = common::command(
+        folder.path(),
+        &["run", "--traffic", "north.csv", "--traffic", "-", "--traffic", "south.csv", "--uavs", "1", "--out", "o"],
+    );
+    let input = folder.path().join("input");
+    fs::write(&input, "time_s,vehicle,x_m,y_m\n0,bus,0,4\n1,bus,9,4\n").unwrap();
+    let output = piped.stdin(fs::File::open(&input).unwrap()).output().unwrap();
+    let printed = text(&output.stdout);
+    assert!(printed.starts_with("north, seed 1: 1 UAV, 3 targets (2.0 at a time), 29 s"), "{printed}");
+    assert!(printed.contains("UAVs over north.csv, standard input, south.csv"), "{printed}");
+    let scenario = fs::read_to_string(folder.path().join("o/scenario.toml")).unwrap();
+    assert!(scenario.contains("file = [\"north.csv\", \"-\", \"south.csv\"]"), "{scenario}");
+    let output = standoff(folder.path(), &["report", "o", "--json"]);
+    assert!(output.status.success(), "{}", text(&output.stderr));
+    check_refused(&["run", "--traffic", "-"], &["standard input: is empty; must be"]);
+    check_refused(&["run", "--traffic", "bad.xml", "--traffic", "none.csv"], &["bad.xml:2:"]);
+    check_refused(&["run", "--traffic", "-", "--set", "traffic.file=[1]"], &["traffic.file.0 = 1: must be"]);
+}
+
 /// A run never replaces the results of a different run.
 #[test]
 fn different_changes_have_different_folders_and_their_order_does_not_matter() {

@@ -191,7 +191,7 @@ fn too_many_simultaneous_vehicles_are_refused() {
     let expected = "f: more than 5000 vehicles at time = 0 s; at most 5000; select a smaller area";
     check_traffic(crowd(5001).as_bytes(), expected);
     // The limit does not apply to vehicles that exist at different times.
-    let later = (0..6000).map(|n| format!("{n},v{n},3,4\n")).collect::<String>();
+    let later = (0..6000).map(|n| format!("{n},v{n},3,4\n{n}.4,v{n},3,4\n")).collect::<String>();
     let folder = tempfile::tempdir().unwrap();
     fs::write(folder.path().join("f"), "t,id,x,y\n".to_owned() + &later).unwrap();
     let args = ["run", "--traffic", "f", "--set", "duration_s=1", "--out", "o"];
@@ -236,7 +236,7 @@ fn invalid_traffic_is_refused() {
         format!("<fcd-export><timestep time=\"1\"/>\n<timestep time=\"{time}\"/></fcd-export>").into_bytes()
     };
     for (bytes, expected) in [
-        (vec![], "f: is empty; must be SUMO FCD XML or CSV tracks"),
+        (vec![], "f: is empty; must be SUMO FCD (XML, CSV or Parquet), CSV tracks or GPX"),
         (b" \r\n ".to_vec(), "f: contains no text"),
         (b"t,id,x,y\n".to_vec(), "f: contains no vehicles; must contain at least one; was the right file chosen?"),
         (b"<fcd-export/>".to_vec(), "f: contains no vehicles"),

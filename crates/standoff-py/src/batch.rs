@@ -215,7 +215,7 @@ pub(crate) fn _fly_described(
     progress: Option<&Bound<'_, PyAny>>,
 ) -> PyResult<()> {
     let (flown, threads) = (part(described, shard)?, number_of_threads(threads)?);
-    let template = flown.template(traffic.as_deref()).map_err(refused)?;
+    let template = flown.template(traffic.as_slice()).map_err(refused)?;
     batch_until_done(py, progress, move |stop, latest| {
         let flown = fly_into(&out, &template, &flown, threads, stop, |progress| store_progress(latest, progress));
         flown.map(drop).map_err(of_batch)

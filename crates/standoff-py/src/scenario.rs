@@ -164,7 +164,7 @@ impl Scenario {
     /// Traffic file of the scenario; None if it uses none or a built-in one.
     #[getter]
     fn traffic_file(&self) -> Option<PathBuf> {
-        self.template.traffic_file()
+        self.template.traffic_files().into_iter().next()
     }
 
     /// The scenario as TOML with its changes and all defaults, before random values are drawn.
@@ -209,7 +209,7 @@ impl Scenario {
         toml: Option<String>,
         folder: Option<PathBuf>,
         set: Vec<String>,
-        traffic: Option<PathBuf>,
+        traffic: Vec<PathBuf>,
         uavs: Option<u32>,
     ) -> PyResult<Self> {
         let source = match toml {
@@ -244,7 +244,7 @@ fn changed(
     uavs: Option<u32>,
     set: Option<&Dict<'_>>,
 ) -> PyResult<Overrides> {
-    overrides.traffic = traffic.or(overrides.traffic);
+    overrides.traffic = traffic.map_or(overrides.traffic, |file| vec![file]);
     overrides.uavs = uavs.or(overrides.uavs);
     for (key, value) in set.into_iter().flat_map(|set| set.0.iter()) {
         let key: String = key.extract().map_err(|_| ScenarioError::new_err("set: keys must be str"))?;

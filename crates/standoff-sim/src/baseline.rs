@@ -158,7 +158,7 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let file = folder.path().join("vehicles.csv");
         std::fs::write(&file, "t_s,vehicle,x_m,y_m\n".to_owned() + &rows.collect::<String>()).unwrap();
-        let overrides = Overrides { traffic: Some(file), uavs: Some(1), ..Overrides::default() };
+        let overrides = Overrides { traffic: vec![file], uavs: Some(1), ..Overrides::default() };
         baseline(&Scenario::load("traffic/convoy", &overrides, 1).unwrap()).all_uavs
     }
 

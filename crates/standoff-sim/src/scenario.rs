@@ -77,12 +77,12 @@ impl ScenarioTemplate {
         Self::with_traffic(load::Typed::load(name_or_file, overrides)?)
     }
 
-    /// Loads a scenario from a text returned by [`Self::text`], and the traffic file it names: a built-in one, or a
-    /// path relative to the current folder. `traffic` replaces that file.
-    pub fn of_text(name: &str, text: &str, traffic: Option<&Path>) -> Result<Self, ScenarioError> {
+    /// Loads a scenario from a text returned by [`Self::text`], and the traffic files it names: built-in ones, or
+    /// path relative to the current folder. Any `traffic` replaces the files.
+    pub fn of_text(name: &str, text: &str, traffic: &[PathBuf]) -> Result<Self, ScenarioError> {
         let mut typed = load::Typed::of_text(name, text)?;
-        if let (Some(table), Some(file)) = (&mut typed.file.traffic, traffic) {
-            table.file = file.to_string_lossy().into_owned();
+        if let (Some(table), [_, ..]) = (&mut typed.file.traffic, traffic) {
+            table.file.0 = traffic.iter().map(|file| file.to_string_lossy().into_owned()).collect();
         }
         Self::with_traffic(typed)
     }
@@ -131,9 +131,9 @@ impl ScenarioTemplate {
         resolve::text(&self.typed.origin.label, &self.typed.file, &self.typed.file.parameters)
     }
 
-    /// Path of the traffic file, unless it is built in.
-    pub fn traffic_file(&self) -> Option<PathBuf> {
-        traffic::file(&self.typed)
+    /// Paths of the traffic files that are not built in.
+    pub fn traffic_files(&self) -> Vec<PathBuf> {
+        traffic::files(&self.typed)
     }
 
     /// Checksum of the traffic that was read, independent of the file's name and format.

@@ -1,18 +1,20 @@
 //! Reads traffic that was recorded elsewhere (real, or from a traffic simulator) as vehicles that move over time.
 //!
-//! Two file formats are accepted, plain or gzip; the reader recognises the format by the content, never by the name.
-//! Lines end with LF, CRLF or CR.
+//! The reader recognises the format by the content, never by the name. Text is plain or gzip, with lines that end with
+//! LF, CRLF or CR.
 //!
 //! **SUMO floating-car data** (`sumo --fcd-output`): `<fcd-export>` contains `<timestep time>` (s, strictly
 //! increasing), which contains `<vehicle id x y speed angle>`. `x`, `y` are metres east and north, or longitude and
 //! latitude in degrees (`--fcd-output.geo`), of the middle of the FRONT bumper, and are used as the vehicle's position.
-//! `speed` (m/s) and `angle` (degrees clockwise from north) give the velocity if both are present. Other elements are
-//! ignored, unless they are traffic that is misspelt or out of place.
+//! `speed` (m/s) and `angle` (degrees clockwise from north) give the velocity if both are present. Persons and containers
+//! are targets on request. Other elements are ignored, unless they are traffic that is misspelt or out of place. SUMO's
+//! CSV and Parquet are read, too (`timestep_time`, `vehicle_id`, `vehicle_x`, `vehicle_y`; CSV also `vehicle_speed` and
+//! `vehicle_angle`).
 //!
 //! **CSV tracks**: a header names the columns (upper or lower case, any order; other columns are ignored), followed by
 //! one row per vehicle and time. Rows need not be sorted, but the times of each vehicle must increase. Lines that begin
-//! with `#` are skipped. Quotes enclose whole fields. Semicolons separate the fields if the header has more of them
-//! than commas; then numbers may have decimal commas, all of them or none. Times are numbers, or dates and times in ISO
+//! with `#` are skipped. Quotes enclose whole fields. Commas, semicolons, tabs or vertical bars separate the fields,
+//! whichever the header has most of; without commas, numbers may have decimal commas, all of them or none. Times are numbers, or dates and times in ISO
 //! 8601: all with an offset from UTC (or Z), or all without.
 //!
 //! | what | column |
@@ -25,6 +27,10 @@
 //! | latitude, degrees | `lat_deg`, `lat`, `latitude`, `latitude_deg` |
 //! | longitude, degrees | `lon_deg`, `lon`, `longitude`, `longitude_deg`, `lng`, `long` |
 //!
+//! Columns of highD, of inD, rounD, exiD and uniD, and of NGSIM are recognised. Samples without a position are skipped.
+//!
+//! **GPX**: each `trk` is a vehicle, with its `name` or a number; a `trkpt` needs `lat`, `lon` and `time`.
+//!
 //! Degrees (WGS84) are converted to metres east and north in the plane that touches the ellipsoid at the file's first
 //! sample. A vehicle without samples for longer than the gap limit is absent during the gap. The reader rejects a
 //! vehicle that is faster than 10 km/s between two samples, and files beyond [`MAX_SAMPLES`] and the other limits. It
@@ -33,26 +39,34 @@
 mod build;
 mod csv;
 mod fcd;
+mod gpx;
+mod join;
 mod limits;
 mod model;
+mod notes;
+mod parquet;
 mod unit_detection;
 mod validate;
 mod vehicle;
+mod xml;
 
-use std::io::Read;
+use std::io::{BufRead, Read};
 use std::path::Path;
+use std::sync::atomic::{AtomicBool, Ordering};
 
+pub(crate) use join::Joined;
 pub(crate) use limits::MAX_AT_ONCE;
 pub use limits::{MAX_SAMPLES, MAX_VEHICLES};
-pub use model::{Coordinates, Options, Traffic};
+use model::TRAFFIC;
+pub use model::{Coordinates, Options, Persons, Traffic};
 pub use vehicle::{Vehicle, VehicleState};
 
 use standoff_io::display_text;
 pub use standoff_io::text_source::Position;
-use standoff_io::text_source::{self, Expectation, Fault, Text};
+use standoff_io::text_source::{self, Fault, Text};
 
-/// Expected contents, for messages.
-pub(crate) static TRAFFIC: Expectation = Expectation { description: "traffic", formats: "SUMO FCD XML or CSV tracks" };
+/// File name that stands for standard input.
+pub(crate) const STANDARD_INPUT: &str = "-";
 
 /// Error of a traffic file; prints as one line, `FILE:LINE:COLUMN: what is wrong; what is allowed; what to do`.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
@@ -72,7 +86,23 @@ pub struct TrafficError {
 /// anything is read; if it cannot be read; or as [`read_from`] does.
 pub fn read(path: &Path, options: &Options) -> Result<Traffic, TrafficError> {
     let name = path.display().to_string();
-    parse(|| text_source::open(path, &TRAFFIC), options).map_err(named(&name))
+    let read = match parquet::is_parquet(path) {
+        true => check_options(options).and_then(|()| parquet::read(path, options)),
+        false => parse(|| text_source::open(path, &TRAFFIC), options),
+    };
+    read.map_err(named(&name))
+}
+
+/// Reads traffic from standard input, which must be text, plain or gzip. Fails if it was read before, or as
+/// [`read_from`] does.
+pub(crate) fn read_standard_input(options: &Options) -> Result<Traffic, TrafficError> {
+    static IS_READ: AtomicBool = AtomicBool::new(false);
+    let name = "standard input";
+    if IS_READ.swap(true, Ordering::Relaxed) {
+        let message = "has already been read; can be read once; write it to a file, and name that";
+        return Err(named(name)(Fault::whole(message.to_owned())));
+    }
+    read_from(std::io::stdin().lock(), name, options)
 }
 
 /// Reads traffic from bytes; errors use `name` as the file name. Fails with a position if any part of it breaks the
@@ -88,7 +118,14 @@ fn named(file: &str) -> impl FnOnce(Fault) -> TrafficError {
     }
 }
 
-fn parse<'a>(text: impl FnOnce() -> Result<Text<'a>, Fault>, options: &Options) -> Result<Traffic, Fault> {
+/// Formats that are not read: the first bytes, the name of the format, and how to get one that is read.
+const OTHERS: [(&[u8], &str, &str); 3] = [
+    (b"PAR1", "Parquet that is compressed or from standard input", "an uncompressed file on disk"),
+    (b"QGC WPL", "a mission of QGroundControl, which has no vehicles", "CSV tracks"),
+    (b"HFDTE", "an IGC flight log", "GPX, for example with gpsbabel -i igc -o gpx"),
+];
+
+fn check_options(options: &Options) -> Result<(), Fault> {
     if let Some(gap_s) = options.gap_s
         && !(gap_s.is_finite() && gap_s > 0.0)
     {
@@ -96,12 +133,33 @@ fn parse<'a>(text: impl FnOnce() -> Result<Text<'a>, Fault>, options: &Options) 
             "gap limit = {gap_s} s; must be finite and above 0 s; leave it out for the default"
         )));
     }
+    Ok(())
+}
+
+fn parse<'a>(text: impl FnOnce() -> Result<Text<'a>, Fault>, options: &Options) -> Result<Traffic, Fault> {
+    check_options(options)?;
     let mut lines = text()?;
     match lines.first_byte()? {
         None => Err(Fault::whole(format!("contains no text; must be {}", TRAFFIC.formats))),
-        Some(b'<') => fcd::read(lines, options),
-        Some(_) => csv::read(lines, options),
+        Some(b'<') => xml::read(lines, options),
+        Some(b'{' | b'[') => Err(foreign(
+            "JSON, such as GeoJSON or a plan of QGroundControl",
+            "CSV with the columns time, vehicle, latitude and longitude",
+        )),
+        Some(b'$' | b'!') => Err(foreign("NMEA sentences", "GPX or CSV, for example with gpsbabel -i nmea -o gpx")),
+        Some(_) => {
+            let head = lines.fill_buf().map_err(|error| text_source::input_fault(None, &error))?;
+            match OTHERS.into_iter().find(|(start, ..)| head.starts_with(start)) {
+                Some((_, found, nearest)) => Err(foreign(found, nearest)),
+                None => csv::read(lines, options),
+            }
+        }
     }
+}
+
+/// Creates the error of a file in a known format that is not read, with the nearest one that is.
+fn foreign(found: &str, nearest: &str) -> Fault {
+    Fault::whole(format!("contains {found}; must be {}; convert it to {nearest}", TRAFFIC.formats))
 }
 
 #[cfg(test)]
@@ -161,11 +219,67 @@ mod tests {
     #[test]
     fn empty_files_are_refused() {
         for (bytes, expected) in [
-            (Vec::new(), "f: is empty; must be SUMO FCD XML or CSV tracks"),
-            (b" \r\n ".to_vec(), "f: contains no text; must be SUMO FCD XML or CSV tracks"),
-            (packed(b""), "f: contains no text; must be SUMO FCD XML or CSV tracks"),
+            (Vec::new(), "f: is empty; must be SUMO FCD (XML, CSV or Parquet), CSV tracks or GPX"),
+            (b" \r\n ".to_vec(), "f: contains no text; must be SUMO FCD (XML, CSV or Parquet), CSV tracks or GPX"),
+            (packed(b""), "f: contains no text; must be SUMO FCD (XML, CSV or Parquet), CSV tracks or GPX"),
         ] {
             assert_eq!(read_bytes(&bytes).unwrap_err().to_string(), expected);
+        }
+    }
+
+    #[test]
+    fn formats_that_are_not_read_are_named() {
+        for (bytes, expected) in [
+            (
+                &b"{\"fileType\": \"Plan\"}"[..],
+                "f: contains JSON, such as GeoJSON or a plan of QGroundControl; must be",
+            ),
+            (b"[1]", "f: contains JSON, such as"),
+            (b"PAR1\x15\0", "f: contains Parquet that is compressed or from standard input; must be"),
+            (b"QGC WPL 110\n", "f: contains a mission of QGroundControl, which has no vehicles; must be"),
+            (b"HFDTE010326\n", "f: contains an IGC flight log; must be"),
+            (
+                b"$GPGGA,123519,4807.038,N,01131.000,E,1,08,0.9,545.4,M,46.9,M,,*47",
+                "f: contains NMEA sentences; must be",
+            ),
+        ] {
+            let error = read_bytes(bytes).unwrap_err().to_string();
+            assert!(error.starts_with(expected) && error.contains("; convert it to "), "{error}");
+        }
+        for (root, nearest) in
+            [("kml", "this is KML: make GPX"), ("net", "this is a SUMO net"), ("TrainingCenterDatabase", "TCX")]
+        {
+            let error = read_bytes(format!("<?xml version=\"1.0\"?>\n<{root}/>").as_bytes()).unwrap_err().to_string();
+            let expected =
+                format!("f:2:1: element = \"{root}\"; the only root element must be fcd-export or gpx; this is ");
+            assert!(error.starts_with(&expected) && error.contains(nearest), "{error}");
+        }
+    }
+
+    /// The same run of SUMO in all of its formats that are text.
+    #[test]
+    fn csv_of_sumo_is_the_same_traffic_as_its_xml() {
+        let (mut xml, mut csv) = (
+            "<fcd-export><timestep time=\"0.00\"/>".to_owned(),
+            "timestep_time;vehicle_id;vehicle_x;vehicle_y;vehicle_angle;vehicle_type;vehicle_speed\n0.00;;;;;;\n"
+                .to_owned(),
+        );
+        for second in 1..5 {
+            let x_m = 12.5 * f64::from(second);
+            let angle_deg = 80 + second;
+            xml += &format!(
+                "<timestep time=\"{second}.00\"><vehicle id=\"a\" x=\"{x_m}\" y=\"3\" angle=\"{angle_deg}\" speed=\"12.4\"/>\
+                 <person id=\"p\" x=\"{second}\" y=\"0\" angle=\"0\" speed=\"1\"/></timestep>"
+            );
+            csv +=
+                &format!("{second}.00;a;{x_m};3;{angle_deg};car;12.4\n{second}.00;p;{second};0;0;DEFAULT_PEDTYPE;1\n");
+        }
+        for persons in [Persons::Ignored, Persons::Included] {
+            let options = Options { persons, ..Options::default() };
+            let [of_xml, of_csv] = [xml.clone() + "</fcd-export>", csv.clone()]
+                .map(|text| read_from(text.as_bytes(), "f", &options).unwrap());
+            assert_eq!(of_xml, of_csv);
+            assert_eq!(of_csv.vehicles.len(), if persons == Persons::Ignored { 1 } else { 2 });
         }
     }
 

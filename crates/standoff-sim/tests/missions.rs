@@ -456,7 +456,7 @@ fn real_traffic_can_be_flown() {
         "bologna_all_traffic_box.fcd.xml.gz",
     ];
     for (file, uavs) in files.into_iter().flat_map(|file| [1, 2, 4, 5, 8].map(|uavs| (file, uavs))) {
-        let overrides = Overrides { traffic: Some(data.join(file)), uavs: Some(uavs), ..Overrides::default() };
+        let overrides = Overrides { traffic: vec![data.join(file)], uavs: Some(uavs), ..Overrides::default() };
         let scenario = Scenario::load("traffic/convoy", &overrides, 1).unwrap();
         let frames = frames(&scenario);
         let metrics = score(&scenario, &frames);

@@ -271,7 +271,7 @@ fn different_traffic_with_the_same_name_is_a_different_batch() {
     let load = |y: f64| {
         let rows: String = (0..30).map(|t| format!("{t},a,{},{y}\n", 10 * t)).collect();
         fs::write(&file, format!("t,id,x,y\n{rows}")).unwrap();
-        let overrides = Overrides { traffic: Some(file.clone()), ..Overrides::default() };
+        let overrides = Overrides { traffic: vec![file.clone()], ..Overrides::default() };
         ScenarioTemplate::load("traffic/convoy", &overrides).unwrap()
     };
     let dir = home.path().join("out");

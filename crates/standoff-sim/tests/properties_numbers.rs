@@ -298,7 +298,7 @@ fn fly(text: &str, seed: u64) -> Result<usize, String> {
         assert!(why.contains("must be"), "{why}");
         Ok(0)
     };
-    let scenario = match ScenarioTemplate::of_text("drawn", text, None).and_then(|template| template.draw(seed)) {
+    let scenario = match ScenarioTemplate::of_text("drawn", text, &[]).and_then(|template| template.draw(seed)) {
         Ok(scenario) => scenario,
         Err(error) => return refused(error.to_string()),
     };
@@ -336,7 +336,7 @@ fn range_limits_match_the_validation() {
         let wide = "uavs.speed_change_max_m_s = 0.0\norbit.field_of_view_margin_deg = 0.0\norbit.radius_max_m = 100000.0\n\
                     sensor.sensing_range_m = 1000000.0\ngroups.dwell_max_s = 3600.0\n";
         let typed = format!("{wide}duration_s = 20.0\ncue.position_sd_m = 0.001\n{key} = {value:?}\n");
-        let template = ScenarioTemplate::of_text("drawn", &format!("{typed}[[targets.start]]\n"), None);
+        let template = ScenarioTemplate::of_text("drawn", &format!("{typed}[[targets.start]]\n"), &[]);
         template.and_then(|template| template.draw(1)).err().map(|error| error.to_string())
     };
     for (key, _, lowest, highest) in KEYS {

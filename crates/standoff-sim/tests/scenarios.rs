@@ -335,7 +335,7 @@ fn euler_step_with_the_gain_of_table_1_gives_a_warning() {
 
 #[test]
 fn overshooting_euler_step_is_refused_at_the_lag_or_the_integrator() {
-    let drawn = |text: &str| ScenarioTemplate::of_text("mine.toml", text, None).and_then(|template| template.draw(1));
+    let drawn = |text: &str| ScenarioTemplate::of_text("mine.toml", text, &[]).and_then(|template| template.draw(1));
     let expected_message = |place: &str, lag: &str, value: &str| {
         format!(
             "mine.toml:{place}: uavs.{lag} = {value}: must be at least 0.5 (the period: with a shorter lag an Euler step \
@@ -370,7 +370,7 @@ fn traffic_error_has_the_position_in_the_traffic_file() {
     let folder = tempfile::tempdir().unwrap();
     let traffic = folder.path().join("city.xml");
     fs::write(&traffic, "<fcd-export>\n<timestep time=\"1\">\n<vehicle id=\"a\" x=\"?\" y=\"1\"/>\n").unwrap();
-    let overrides = Overrides { traffic: Some(traffic.clone()), ..Overrides::default() };
+    let overrides = Overrides { traffic: vec![traffic.clone()], ..Overrides::default() };
     let error = Scenario::load("traffic/convoy", &overrides, 1).unwrap_err().to_string();
     assert!(error.starts_with(&format!("{}:3:", traffic.display())), "{error}");
     assert!(error.contains("x = \"?\" is not a number"), "{error}");
@@ -401,7 +401,7 @@ fn at_most_5000_targets_are_allowed_however_they_are_listed() {
         let at = "{x_m=1,y_m=2,vx_m_s=0,vy_m_s=0},".repeat(listed);
         let scatter = format!("random = {{count={scattered},x_m=0,y_m=0,vx_m_s=0,vy_m_s=0}}");
         let text = format!("[targets]\nstart = [{at}]\n{scatter}\n");
-        ScenarioTemplate::of_text("many", &text, None)
+        ScenarioTemplate::of_text("many", &text, &[])
             .and_then(|template| template.draw(1))
             .map(drop)
             .map_err(|e| e.to_string())
@@ -419,7 +419,7 @@ fn scenario_too_large_to_be_read_again_is_refused() {
     // Short as typed, but long when resolved.
     let some = "{normal={mean=1,sd=1}}";
     let at = format!("{{x_m={some},y_m={some},vx_m_s={some},vy_m_s={some}}},").repeat(4500);
-    let template = ScenarioTemplate::of_text("many", &format!("targets.start = [{at}]\n"), None).unwrap();
+    let template = ScenarioTemplate::of_text("many", &format!("targets.start = [{at}]\n"), &[]).unwrap();
     let error = template.text().unwrap_err().to_string();
     assert!(error.starts_with("many: it has more keys and values than 5000 targets need"), "{error}");
 }
@@ -536,7 +536,7 @@ fn too_short_traffic_is_refused_with_its_file_name() {
     let folder = tempfile::tempdir().unwrap();
     let traffic = folder.path().join("short.csv");
     fs::write(&traffic, "t,id,x,y\n0,a,0,0\n0.3,a,1,0\n").unwrap();
-    let overrides = Overrides { traffic: Some(traffic.clone()), ..Overrides::default() };
+    let overrides = Overrides { traffic: vec![traffic.clone()], ..Overrides::default() };
     let error = Scenario::load("traffic/convoy", &overrides, 1).unwrap_err().to_string();
     assert_eq!(error, format!("{}: spans 0.3 s; a mission needs at least one period_s of 0.5 s", traffic.display()));
     check_error("[traffic]\n", "/mine.toml:1:2: traffic.file: missing; name SUMO floating-car data or CSV tracks");

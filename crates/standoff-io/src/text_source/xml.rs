@@ -3,6 +3,7 @@
 use std::borrow::Cow;
 use std::io::Read;
 
+use quick_xml::escape::resolve_predefined_entity;
 use quick_xml::events::{BytesStart, Event};
 use quick_xml::{Error, Reader, XmlVersion};
 
@@ -14,6 +15,14 @@ use crate::display_text;
 pub trait Elements {
     /// Handles an element that starts at `start` within `depth` enclosing elements.
     fn element(&mut self, element: &BytesStart<'_>, start: Position, depth: usize) -> Result<(), Fault>;
+
+    /// Handles text directly within the element that was handled last; long text comes in parts.
+    fn text(&mut self, _text: &str) {}
+
+    /// Handles the end of an element within `depth` enclosing elements.
+    fn end(&mut self, _depth: usize) -> Result<(), Fault> {
+        Ok(())
+    }
 
     /// Handles a comment.
     fn comment(&mut self, _text: &str) {}
@@ -39,8 +48,20 @@ pub fn walk(lines: Lines<impl Read>, elements: &mut impl Elements) -> Result<(),
                     return Err(Fault::at(start, format!("elements are nested too deeply; at most {MAX_DEPTH} deep")));
                 }
             }
-            Event::Empty(element) => elements.element(&element, start, depth)?,
-            Event::End(_) => depth -= 1,
+            Event::Empty(element) => {
+                elements.element(&element, start, depth)?;
+                elements.end(depth)?;
+            }
+            Event::End(_) => {
+                depth -= 1;
+                elements.end(depth)?;
+            }
+            Event::Text(text) => elements.text(&text),
+            Event::GeneralRef(reference) => match reference.resolve_char_ref() {
+                Ok(Some(character)) => elements.text(character.encode_utf8(&mut [0; 4])),
+                _ => elements.text(resolve_predefined_entity(&reference).unwrap_or("\u{fffd}")),
+            },
+            Event::CData(text) => elements.text(&text),
             Event::Comment(comment) => elements.comment(&comment),
             Event::Eof if depth > 0 => {
                 let message = "the file ends inside an element; it is cut off: copy or create it again";

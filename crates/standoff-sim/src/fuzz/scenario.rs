@@ -54,7 +54,7 @@ fn try_one(text: &str) -> bool {
     if let Err(error) = Settings::of_record("file", text) {
         error.problems.iter().for_each(check);
     }
-    let drawn = ScenarioTemplate::of_text("file", text, None).and_then(|template| template.draw(1));
+    let drawn = ScenarioTemplate::of_text("file", text, &[]).and_then(|template| template.draw(1));
     match drawn {
         Ok(scenario) => {
             assert!(scenario.resolved().is_ok());

@@ -6,9 +6,9 @@ use flate2::Compression;
 use flate2::write::GzEncoder;
 
 use crate::fuzz_harness::{Choices, corpus, refused, run};
-use crate::traffic::{Coordinates, Options, read_from};
+use crate::traffic::{Coordinates, Options, Persons, read_from};
 
-const XML: [&str; 33] = [
+const XML: [&str; 43] = [
     "<fcd-export>",
     "</fcd-export>",
     "<timestep time=\"",
@@ -42,9 +42,19 @@ const XML: [&str; 33] = [
     "vehcle",
     "timesteps",
     "<timestep time=\"9\"><vehicle id=\"v\" x=\"1\" y=\"2\"/></timestep>",
+    "<gpx>",
+    "<trk>",
+    "</trk>",
+    "<name>",
+    "</name>",
+    "<trkpt lat=\"44\" lon=\"9\">",
+    "</trkpt>",
+    "<time>2026-03-01T12:00:00Z</time>",
+    "<trkpt lat=\"0\" lon=\"0\"/>",
+    "<kml>",
 ];
 
-const CSV: [&str; 31] = [
+const CSV: [&str; 40] = [
     ",",
     ",,",
     "\n",
@@ -76,12 +86,27 @@ const CSV: [&str; 31] = [
     "9999-12-31T23:59:60+14:00",
     "+01:00",
     "1,5",
+    "sep=;\n",
+    "\t",
+    "|",
+    "null",
+    "frame",
+    "vehicle_type",
+    "vehicle_speed",
+    "DEFAULT_PEDTYPE",
+    "xCenter",
 ];
 
 fn options(choices: &mut Choices<'_>) -> Options {
     let coordinates =
         *choices.one_of(&[Coordinates::Auto, Coordinates::Auto, Coordinates::Metres, Coordinates::Degrees]);
-    Options { coordinates, gap_s: *choices.one_of(&[None, None, Some(1.0), Some(1e300)]) }
+    Options {
+        coordinates,
+        gap_s: *choices.one_of(&[None, None, Some(1.0), Some(1e300)]),
+        persons: *choices.one_of(&[Persons::Ignored, Persons::Included]),
+        frame_rate_hz: *choices.one_of(&[None, Some(10.0)]),
+        origin: None,
+    }
 }
 
 /// Reads a traffic file; returns whether it was accepted.

@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 use std::fmt;
 use std::ops::Range;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
 use standoff_io::display_text::{path, printable, quoted};
@@ -145,9 +145,9 @@ impl Batch {
         self.seed + run
     }
 
-    /// Returns the scenario, to repeat runs of it. `traffic` replaces its traffic file, because a batch only has the
-    /// file's name and checksum.
-    pub fn template(&self, traffic: Option<&Path>) -> Result<ScenarioTemplate, MonteCarloError> {
+    /// Returns the scenario, to repeat runs of it. Any `traffic` replaces its traffic files, because a batch only has
+    /// the files' names and checksum.
+    pub fn template(&self, traffic: &[PathBuf]) -> Result<ScenarioTemplate, MonteCarloError> {
         let template = ScenarioTemplate::of_text(&self.scenario, &self.scenario_toml, traffic)?;
         if template.traffic_crc32() != self.traffic_crc32 {
             let of = format!("the traffic of {} differs from that of these runs", printable(&self.scenario));

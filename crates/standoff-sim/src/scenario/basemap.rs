@@ -55,7 +55,7 @@ mod tests {
         let home = tempfile::tempdir().unwrap();
         let traffic = home.path().join("cars.csv");
         fs::write(&traffic, "t,id,x,y\n0,a,0,0\n60,a,1,0\n").unwrap();
-        let overrides = Overrides { traffic: Some(traffic), ..Overrides::default() };
+        let overrides = Overrides { traffic: vec![traffic], ..Overrides::default() };
         assert_eq!(Scenario::load("traffic/city", &overrides, 1).unwrap().map, []);
     }
 

@@ -1,13 +1,17 @@
-//! Zones of a scenario, typed or read from GeoJSON, as the geofence of a mission.
+//! Zones of a scenario, typed or read from a file, as the geofence of a mission.
+
+mod file;
+mod kml;
+mod shapes;
 
 use std::path::Path;
 
-use serde_json::Value;
-use standoff::research::ZONES_MAX;
+use shapes::{Found, Shape, place};
+use standoff::research::{ZONES_MAX, math};
 use standoff::{Geofence, Position, UavState, Zone};
 use standoff_io::bounded_input;
 use standoff_io::display_text::quoted;
-use standoff_io::geodesy::{LocalPlane, Origin};
+use standoff_io::geodesy::Origin;
 
 use super::diagnostics::Problems;
 use super::error::ScenarioError;
@@ -18,19 +22,23 @@ use super::resolved::Settings;
 use super::schema_types::{self, ZoneKind, resolved};
 use super::traffic::NAME_MAX;
 
-/// Maximum size of a GeoJSON file, bytes: the maximum number of vertices takes a hundredth of it.
+/// Maximum size of a file of zones, bytes: the maximum number of vertices takes a hundredth of it.
 const LENGTH_MAX: u64 = 4 << 20;
 
 /// Maximum length of the name of a zone, characters.
 const CALLED_MAX: usize = 100;
 
-/// Replaces the names of GeoJSON files by their polygons: the first polygon at the position of the file, the others at
-/// the end of the list. The scenario, and so its record, then contains the zones that are flown.
+/// Number of vertices of the polygon that replaces a circle. It deviates from the circle by 0.5 % of the radius.
+const CIRCLE_VERTICES: usize = 32;
+
+/// Replaces the names of files by their zones, the first zone at the position of the file, the others at the end of the
+/// list, and degrees by metres. The scenario, and so its record, then contains the zones that are flown.
 pub(super) fn spell_out(typed: &mut Typed, origin: Option<Origin>) -> Result<(), ScenarioError> {
     let mut others = Vec::new();
     for place in 0..typed.file.geofence.len().min(ZONES_MAX) {
         let zone = &typed.file.geofence[place];
         if zone.file.is_empty() {
+            circle_in_metres(typed, place, origin)?;
             continue;
         }
         let key = format!("geofence.{place}.file");
@@ -41,15 +49,17 @@ pub(super) fn spell_out(typed: &mut Typed, origin: Option<Origin>) -> Result<(),
         if zone.file.len() > NAME_MAX {
             return Err(problem(format!("must be at most {NAME_MAX} bytes")));
         }
-        if !zone.vertices.is_empty() {
-            return Err(problem("a zone has `vertices` or a `file`; keep one".to_owned()));
+        if !zone.vertices.is_empty() || is_circle(zone) {
+            return Err(problem("a zone has `vertices`, a circle or a `file`; keep one".to_owned()));
         }
         let path = typed.files_from.as_deref().unwrap_or(Path::new("")).join(&zone.file);
         let bytes = bounded_input::bytes(&path, LENGTH_MAX).map_err(|reason| {
             let is_io_error = !bounded_input::is_input_error(&reason);
             ScenarioError { is_io_error, ..problem(bounded_input::cannot_be_read(&reason)) }
         })?;
-        let zones = polygons(&bytes, origin).and_then(|polygons| zones(zone, polygons)).map_err(problem)?;
+        let contents = file::read(&bytes, origin).map_err(problem)?;
+        let zones = zones(zone, contents.zones).map_err(problem)?;
+        typed.notes.extend(contents.note.map(|note| format!("{key} = {}: {note}", quoted(&zone.file))));
         let mut zones = zones.into_iter();
         if let Some(first) = zones.next() {
             typed.file.geofence[place] = first;
@@ -76,10 +86,23 @@ pub(super) fn geofence(zones: &[resolved::Zone], problems: &mut Problems) -> Geo
                 None,
             );
         }
-        if zone.vertices.is_empty() {
+        let circle = match (zone.x_m, zone.y_m, zone.radius_m) {
+            (None, None, None) => None,
+            (Some(x_m), Some(y_m), Some(radius_m)) if zone.vertices.is_empty() => Some(([x_m, y_m], radius_m)),
+            (Some(_), Some(_), Some(_)) => {
+                problems.add(format!("geofence.{place}"), "a zone has `vertices` or a circle; keep one", None);
+                continue;
+            }
+            _ => {
+                problems.add(format!("geofence.{place}"), "a circle needs `x_m`, `y_m` and `radius_m`", None);
+                continue;
+            }
+        };
+        if zone.vertices.is_empty() && circle.is_none() {
             problems.add(
                 format!("geofence.{place}"),
-                "has no outline; give `vertices` = [[0, 0], [500, 0], [0, 500]] or a `file`",
+                "has no outline; give `vertices` = [[0, 0], [500, 0], [0, 500]], `x_m`, `y_m` and `radius_m` of a circle, \
+                 or a `file`",
                 None,
             );
             continue;
@@ -88,7 +111,10 @@ pub(super) fn geofence(zones: &[resolved::Zone], problems: &mut Problems) -> Geo
             problems.add(format!("geofence.{place}.vertices.{vertex}"), "must be [east, north], m", None);
             continue;
         }
-        let outline = zone.vertices.iter().map(|point| Position::from_m(point[0], point[1])).collect();
+        let outline = match circle {
+            Some((centre_m, radius_m)) => circle_outline(centre_m, radius_m, zone.kind),
+            None => zone.vertices.iter().map(|point| Position::from_m(point[0], point[1])).collect(),
+        };
         let zone = Zone { name: zone.name.clone(), kind: zone.kind.into(), vertices: outline };
         // Each zone is checked separately to locate its error.
         if let Err(error) = Geofence::new(vec![zone.clone()]) {
@@ -107,6 +133,52 @@ pub(super) fn geofence(zones: &[resolved::Zone], problems: &mut Problems) -> Geo
         problems.add("geofence", error.to_string(), None);
         Geofence::default()
     })
+}
+
+/// Returns whether any key of a circle was typed.
+fn is_circle(zone: &schema_types::Zone) -> bool {
+    [zone.x_m, zone.y_m, zone.lat_deg, zone.lon_deg, zone.radius_m].iter().any(Option::is_some)
+}
+
+/// Replaces the latitude and longitude of a circle by metres.
+fn circle_in_metres(typed: &mut Typed, index: usize, origin: Option<Origin>) -> Result<(), ScenarioError> {
+    let zone = &typed.file.geofence[index];
+    let key = format!("geofence.{index}.{}", if zone.lat_deg.is_some() { "lat_deg" } else { "lon_deg" });
+    let refuse = |what: &str| {
+        let message = format!("{key}: {what}");
+        ScenarioError::from(typed.origin.problem(&Map::new(&typed.origin.text), &key, message, None))
+    };
+    let (latitude_deg, longitude_deg) = match (zone.lat_deg, zone.lon_deg) {
+        (None, None) => return Ok(()),
+        (Some(Number::Constant(latitude_deg)), Some(Number::Constant(longitude_deg))) => (latitude_deg, longitude_deg),
+        (Some(_), Some(_)) => return Err(refuse("must be a number, not a distribution; draw x_m and y_m instead")),
+        _ => return Err(refuse("a circle needs both lat_deg and lon_deg, or x_m and y_m")),
+    };
+    if zone.x_m.is_some() || zone.y_m.is_some() {
+        return Err(refuse("a circle has lat_deg and lon_deg, or x_m and y_m; keep one pair"));
+    }
+    let origin = origin.ok_or_else(|| refuse("needs traffic in degrees to be placed; give x_m and y_m instead"))?;
+    let plane = origin.plane().map_err(|error| refuse(&error.to_string()))?;
+    let [x_m, y_m] = place(latitude_deg, longitude_deg, &plane).map_err(|message| refuse(&message))?;
+    let zone = &mut typed.file.geofence[index];
+    (zone.lat_deg, zone.lon_deg) = (None, None);
+    (zone.x_m, zone.y_m) = (Some(Number::Constant(x_m)), Some(Number::Constant(y_m)));
+    Ok(())
+}
+
+/// Returns a regular polygon for a circle, on the safe side of it: a keep-out zone contains the circle, a keep-in zone
+/// is inside of it.
+fn circle_outline(centre_m: [f64; 2], radius_m: f64, kind: ZoneKind) -> Vec<Position> {
+    let half_angle = std::f64::consts::PI / CIRCLE_VERTICES as f64;
+    let radius_m = match kind {
+        ZoneKind::KeepOut => radius_m / math::cos(half_angle),
+        ZoneKind::KeepIn => radius_m,
+    };
+    let vertex = |index: usize| {
+        let angle = 2.0 * half_angle * index as f64;
+        Position::from_m(centre_m[0] + radius_m * math::cos(angle), centre_m[1] + radius_m * math::sin(angle))
+    };
+    (0..CIRCLE_VERTICES).map(vertex).collect()
 }
 
 /// Returns warnings about UAVs that start where they may not be, or where they cannot avoid violating a zone.
@@ -133,78 +205,35 @@ pub(super) fn warnings(settings: &Settings, uavs: &[UavState]) -> Vec<String> {
     if geofence.is_empty() { Vec::new() } else { uavs.iter().enumerate().filter_map(warning).collect() }
 }
 
-/// Rings of a polygon: the outline, then the holes.
-type Rings = Vec<Vec<[f64; 2]>>;
-
-/// Returns the polygons of GeoJSON in the local plane; their coordinates are degrees if its origin is known, otherwise
-/// metres.
-fn polygons(bytes: &[u8], origin: Option<Origin>) -> Result<Vec<(String, Rings)>, String> {
-    let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
-    let json: Value = serde_json::from_slice(bytes).map_err(|error| format!("is not GeoJSON: {error}"))?;
-    let plane = match origin {
-        Some(Origin { latitude_deg, longitude_deg }) => {
-            Some(LocalPlane::about(latitude_deg, longitude_deg).map_err(|error| error.to_string())?)
-        }
-        None => None,
-    };
-    let mut found = Vec::new();
-    collect(&json, "", plane.as_ref(), &mut found)?;
-    if found.is_empty() {
-        return Err("has no polygon; must contain a Polygon or MultiPolygon".to_owned());
-    }
-    Ok(found)
-}
-
-fn collect(
-    object: &Value,
-    name: &str,
-    plane: Option<&LocalPlane>,
-    found: &mut Vec<(String, Rings)>,
-) -> Result<(), String> {
-    let list = |key: &str| object.get(key).and_then(Value::as_array).map(Vec::as_slice).unwrap_or_default();
-    match object.get("type").and_then(Value::as_str).unwrap_or_default() {
-        "FeatureCollection" => list("features").iter().try_for_each(|feature| collect(feature, name, plane, found)),
-        "GeometryCollection" => list("geometries").iter().try_for_each(|part| collect(part, name, plane, found)),
-        "Feature" => {
-            let name = object.pointer("/properties/name").and_then(Value::as_str).unwrap_or(name);
-            object.get("geometry").map_or(Ok(()), |geometry| collect(geometry, name, plane, found))
-        }
-        "Polygon" => {
-            found.push((name.to_owned(), rings(object.get("coordinates"), plane)?));
-            Ok(())
-        }
-        "MultiPolygon" => list("coordinates").iter().try_for_each(|polygon| {
-            found.push((name.to_owned(), rings(Some(polygon), plane)?));
-            Ok(())
-        }),
-        // Points and lines enclose nothing.
-        "Point" | "MultiPoint" | "LineString" | "MultiLineString" => Ok(()),
-        kind if object.is_object() => Err(format!("type = {}: must be a type of GeoJSON", quoted(kind))),
-        _ => Ok(()),
-    }
-}
-
-fn rings(coordinates: Option<&Value>, plane: Option<&LocalPlane>) -> Result<Rings, String> {
-    let nested = || "a polygon's coordinates must be lists of [longitude, latitude], or of [east, north]".to_owned();
-    let point = |point: &Value| -> Result<[f64; 2], String> {
-        let number = |place: usize| point.get(place).and_then(Value::as_f64);
-        let (Some(x), Some(y)) = (number(0), number(1)) else { return Err(nested()) };
-        let Some(plane) = plane else { return Ok([x, y]) };
-        let at = plane.position(y, x).map_err(|error| format!("[{x}, {y}] is not near the traffic: {error}"))?;
-        // Rounded to the millimetre for the record.
-        Ok([at.x_m(), at.y_m()].map(|metres| (metres * 1e3).round() / 1e3))
-    };
-    let ring = |ring: &Value| ring.as_array().ok_or_else(nested)?.iter().map(point).collect();
-    coordinates.and_then(Value::as_array).ok_or_else(nested)?.iter().map(ring).collect()
-}
-
-/// Converts the polygons to zones of the table that names their file.
-fn zones(table: &schema_types::Zone, polygons: Vec<(String, Rings)>) -> Result<Vec<schema_types::Zone>, String> {
+/// Converts the zones of a file to those of the table that names it.
+fn zones(table: &schema_types::Zone, found: Vec<Found>) -> Result<Vec<schema_types::Zone>, String> {
     let mut all = Vec::new();
-    for (name, rings) in polygons {
+    for Found { name, kind, shape } in found {
         let name = if table.name.is_empty() { name } else { table.name.clone() };
+        let of_file = kind.unwrap_or(table.kind);
+        let rings = match shape {
+            Shape::Polygon(rings) => rings,
+            Shape::Circle { centre_m: [x_m, y_m], radius_m } => {
+                if !(1.0..=1e6).contains(&radius_m) {
+                    return Err(format!("zone {}: radius = {radius_m} m; must be 1 to 1000000", all.len()));
+                }
+                let [x_m, y_m, radius_m] = [x_m, y_m, radius_m].map(|value| Some(Number::Constant(value)));
+                all.push(schema_types::Zone {
+                    name,
+                    kind: of_file,
+                    x_m,
+                    y_m,
+                    radius_m,
+                    ..schema_types::Zone::default()
+                });
+                continue;
+            }
+        };
+        if rings.is_empty() {
+            return Err(format!("polygon {} has no outline", all.len()));
+        }
         for (place, mut ring) in rings.into_iter().enumerate() {
-            let kind = match (place, table.kind) {
+            let kind = match (place, of_file) {
                 (0, kind) => kind,
                 // A hole in a keep-in zone is a keep-out zone.
                 (_, ZoneKind::KeepIn) => ZoneKind::KeepOut,
@@ -223,11 +252,19 @@ fn zones(table: &schema_types::Zone, polygons: Vec<(String, Rings)>) -> Result<V
                 format!("polygon {}{vertex}: {}", all.len(), error.reason)
             })?;
             let points = ring.iter().map(|point| point.map(Number::Constant).to_vec()).collect();
-            all.push(schema_types::Zone { name: name.clone(), file: String::new(), kind, vertices: points });
+            all.push(schema_types::Zone {
+                name: name.clone(),
+                kind,
+                vertices: points,
+                ..schema_types::Zone::default()
+            });
             if all.len() > ZONES_MAX {
                 return Err(format!("has more than {ZONES_MAX} zones"));
             }
         }
+    }
+    if all.len() > ZONES_MAX {
+        return Err(format!("has more than {ZONES_MAX} zones"));
     }
     Ok(all)
 }
@@ -314,9 +351,8 @@ mod tests {
         // The resolved scenario needs no file.
         let resolved = scenario.resolved().unwrap();
         assert!(!resolved.contains("geojson"), "{resolved}");
-        let again = super::super::ScenarioTemplate::of_text("r", &resolved, None)
-            .and_then(|template| template.draw(1))
-            .unwrap();
+        let again =
+            super::super::ScenarioTemplate::of_text("r", &resolved, &[]).and_then(|template| template.draw(1)).unwrap();
         assert_eq!(again.settings.geofence, scenario.settings.geofence);
         // A hole in a keep-in zone becomes a keep-out zone; in a keep-out zone it is rejected.
         write(&feature("a", &format!("{ring},{hole}")));
@@ -325,9 +361,13 @@ mod tests {
         assert_eq!(kinds, ["keep-in", "keep-out"]);
         assert!(of_kind("keep-out").unwrap_err().contains("a keep-out zone with a hole"));
         for (text, expected) in [
-            ("{", "is not GeoJSON"),
+            ("{", "is not GeoJSON, a plan of QGroundControl or KML"),
             ("{\"type\":\"Point\",\"coordinates\":[0,0]}", "has no polygon"),
             ("{\"type\":\"Polygon\",\"coordinates\":[[0,1]]}", "must be lists"),
+            (
+                "{\"type\":\"Polygon\",\"coordinates\":[[[11.3,44.5],[11.4,44.5],[11.3,44.6]]]}",
+                "polygon 0 is smaller than 1 m; its coordinates are probably degrees",
+            ),
             ("{\"type\":\"Topology\"}", "must be a type of GeoJSON"),
         ] {
             fs::write(folder.path().join("z.geojson"), text).unwrap();
@@ -336,6 +376,124 @@ mod tests {
         }
         fs::remove_file(folder.path().join("z.geojson")).unwrap();
         assert!(of_kind("keep-out").unwrap_err().contains("z.geojson"));
+    }
+
+    /// Zones over traffic at 44.5 degrees north, 11.3 degrees east, from a file called `name`.
+    fn of_file(name: &str, text: &str, zone: &str) -> Result<Scenario, String> {
+        let folder = tempfile::tempdir().unwrap();
+        fs::write(folder.path().join("t.csv"), "t,id,lat,lon\n0,a,44.5,11.3\n60,a,44.501,11.3\n").unwrap();
+        fs::write(folder.path().join(name), text).unwrap();
+        let toml = format!("[traffic]\nfile = \"t.csv\"\n[[geofence]]\nfile = \"{name}\"\n{zone}");
+        let template = super::super::ScenarioTemplate::of_toml("mine", &toml, &Overrides::default(), folder.path());
+        template.and_then(|template| template.draw(1)).map_err(|error| error.to_string())
+    }
+
+    const PLAN: &str = r#"{"fileType": "Plan", "geoFence": {"circles": [{"circle": {"center": [44.51, 11.3], "radius":
+        200}, "inclusion": false, "version": 1}], "polygons": [{"inclusion": true, "polygon": [[44.4, 11.2], [44.4, 11.4],
+        [44.6, 11.4], [44.6, 11.2]], "version": 1}], "version": 2}, "version": 1}"#;
+
+    const KML: &str = r#"<?xml version="1.0" encoding="UTF-8"?><kml xmlns="http://www.opengis.net/kml/2.2"><Document><name>all
+        </name><Placemark><name>wood &amp; lake</name><Polygon><outerBoundaryIs><LinearRing><coordinates>
+        11.31,44.51,ALT 11.32,44.51,0 11.32,44.52,0 11.31,44.51,0 </coordinates></LinearRing></outerBoundaryIs></Polygon>
+        </Placemark><Placemark><Point><coordinates>11.3,44.5</coordinates></Point></Placemark></Document></kml>"#;
+
+    #[test]
+    fn plans_of_qgroundcontrol_determine_the_kind_of_their_zones() {
+        let scenario = of_file("area.plan", PLAN, "name = \"area\"").unwrap();
+        let zones: Vec<_> = scenario.settings.geofence.zones().collect();
+        assert_eq!(zones.iter().map(|zone| zone.kind.name()).collect::<Vec<_>>(), ["keep-in", "keep-out"]);
+        assert_eq!(zones.iter().map(|zone| zone.vertices.len()).collect::<Vec<_>>(), [4, 32]);
+        assert!(zones.iter().all(|zone| zone.name == "area"));
+        let resolved = scenario.resolved().unwrap();
+        assert!(resolved.contains("radius_m = 200") && !resolved.contains("plan"), "{resolved}");
+        assert_eq!(super::Settings::of_record("r", &resolved).unwrap().geofence, scenario.settings.geofence);
+        for (from, to, expected) in [
+            ("\"inclusion\": true", "\"inclusion\": 1", "geoFence: inclusion must be true or false"),
+            ("[44.4, 11.2]", "[44.4]", "geoFence: a position must be [latitude, longitude]"),
+            ("\"radius\"", "\"r\"", "geoFence: a circle has no radius"),
+            ("200", "0.5", "zone 1: radius = 0.5 m; must be 1 to 1000000"),
+            ("[44.4, 11.2]", "[14.4, 11.2]", "[11.2, 14.4] is not near the traffic"),
+            ("geoFence", "mission", "has no geoFence"),
+        ] {
+            let error = of_file("area.plan", &PLAN.replace(from, to), "").unwrap_err();
+            assert!(
+                error.starts_with("mine:4:1: geofence.0.file = \"area.plan\": ") && error.contains(expected),
+                "{error}"
+            );
+        }
+    }
+
+    #[test]
+    fn polygons_of_kml_are_zones_without_altitude() {
+        let with_altitude = |altitude: &str| of_file("a.kml", &KML.replace("ALT", altitude), "kind = \"keep-out\"");
+        let scenario = with_altitude("0").unwrap();
+        let zone = scenario.settings.geofence.zones().next().unwrap();
+        assert_eq!((zone.name.as_str(), zone.vertices.len()), ("wood & lake", 3));
+        assert!((zone.vertices[0].y_m() - 1_111.0).abs() < 2.0, "{:?}", zone.vertices);
+        assert!(scenario.warnings[0].starts_with("geofence.0.file = \"a.kml\": ignores 1 of its points and lines"));
+        let note = "geofence.0.file = \"a.kml\": ignores the altitudes of its polygons; ignores 1 of its points and lines; a \
+                    zone is a polygon or a typed circle";
+        assert_eq!(with_altitude("120").unwrap().warnings, [note]);
+        for (from, to, expected) in [
+            ("44.51,ALT", "44.51,x", "coordinates = \"11.31,44.51,x\": must be longitude,latitude,altitude"),
+            ("Polygon", "Track", "has no polygon"),
+            ("kml", "gpx", "1:39: element = \"gpx\"; the root element must be kml"),
+            ("</kml>", "", "the file ends inside an element"),
+        ] {
+            let error = of_file("a.kml", &KML.replace(from, to).replace("ALT", "0"), "").unwrap_err();
+            assert!(
+                error.starts_with("mine:4:1: geofence.0.file = \"a.kml\": ") && error.contains(expected),
+                "{error}"
+            );
+        }
+        let folder = tempfile::tempdir().unwrap();
+        fs::write(folder.path().join("a.kml"), KML).unwrap();
+        let metric = of_toml("[[geofence]]\nfile = \"a.kml\"", folder.path()).unwrap_err();
+        assert!(metric.contains("KML is in degrees; the traffic must be in degrees, too"), "{metric}");
+    }
+
+    #[test]
+    fn circles_become_polygons_on_their_safe_side() {
+        let radius_m = 400.0;
+        for (kind, low_m, high_m) in [("keep-out", radius_m, 1.005 * radius_m), ("keep-in", 0.995 * radius_m, radius_m)]
+        {
+            let toml = format!("[[geofence]]\nkind = \"{kind}\"\nx_m = 2000\ny_m = -300\nradius_m = {radius_m}");
+            let scenario = typed(&toml).unwrap();
+            let geofence = &scenario.settings.geofence;
+            let zone = geofence.zones().next().unwrap();
+            let centre = standoff::Position::from_m(2000.0, -300.0);
+            for (from, to) in zone.vertices.iter().zip(zone.vertices.iter().cycle().skip(1)) {
+                let middle = standoff::Position::from_m((from.x_m() + to.x_m()) / 2.0, (from.y_m() + to.y_m()) / 2.0);
+                for distance_m in [from, &middle].map(|at| at.distance_m(centre)) {
+                    assert!((low_m - 1e-6..=high_m + 1e-6).contains(&distance_m), "{kind}: {distance_m}");
+                }
+            }
+            let resolved = scenario.resolved().unwrap();
+            assert_eq!(&super::Settings::of_record("r", &resolved).unwrap().geofence, geofence);
+        }
+        let drawn = typed("[[geofence]]\nx_m = { uniform = [2000, 3000] }\ny_m = 0\nradius_m = 100").unwrap();
+        assert!((2000.0..3000.0).contains(&drawn.file.geofence[0].x_m.unwrap()));
+        let degrees = of_file("a.plan", PLAN, "[[geofence]]\nlat_deg = 44.51\nlon_deg = 11.3\nradius_m = 200").unwrap();
+        let zones: Vec<_> = degrees.settings.geofence.zones().collect();
+        assert_eq!(zones[1].vertices, zones[2].vertices);
+        for (circle, expected) in [
+            ("x_m = 1\ny_m = 2", "geofence.0: a circle needs `x_m`, `y_m` and `radius_m`"),
+            ("radius_m = 5", "geofence.0: a circle needs"),
+            ("x_m = 1\ny_m = 2\nradius_m = 0", "geofence.0.radius_m = 0: must be"),
+            (
+                "x_m = 1\ny_m = 2\nradius_m = 9\nvertices = [[0, 0], [9, 0], [0, 9]]",
+                "a zone has `vertices` or a circle; keep one",
+            ),
+            ("lat_deg = 44\nradius_m = 9", "geofence.0.lat_deg: a circle needs both"),
+            ("lat_deg = 44\nlon_deg = 9\nradius_m = 9", "geofence.0.lat_deg: needs traffic in degrees"),
+            ("lat_deg = 44\nlon_deg = 9\nx_m = 1\nradius_m = 9", "keep one pair"),
+            ("radius = 9", "radius"),
+        ] {
+            let error = typed(&format!("[[geofence]]\n{circle}")).unwrap_err();
+            assert!(error.contains(expected), "{circle}: {error}");
+        }
+        let both = of_file("a.plan", PLAN, "radius_m = 5").unwrap_err();
+        assert!(both.contains("a zone has `vertices`, a circle or a `file`; keep one"), "{both}");
     }
 
     #[test]

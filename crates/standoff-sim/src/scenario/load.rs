@@ -18,7 +18,7 @@ use super::error::{Excerpt, Problem, ScenarioError};
 use super::locate::{Map, line_around, position_of};
 use super::parse::{self, MISTAKES_MAX};
 use super::schema_types::{AgentSetup, ScenarioFile};
-use crate::traffic::MAX_AT_ONCE;
+use crate::traffic::{MAX_AT_ONCE, STANDARD_INPUT};
 
 /// Maximum size of a scenario file, bytes. The maximum number of targets, spelt out, takes 1 MiB.
 const LENGTH_MAX: u64 = SCENARIO_MAX / SPELT_OUT;
@@ -33,23 +33,24 @@ pub(super) const SPELT_OUT: u64 = 2;
 /// Maximum depth of a key: that of a number's distribution in an array.
 const DEPTH_MAX: usize = 6;
 
+/// Maximum number of traffic files that the description of a scenario names.
+const NAMED: usize = 3;
+
 /// Changes that the command line makes to a scenario.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct Overrides {
     /// `KEY=VALUE`, dotted keys, values as in TOML; a value that is not TOML is a word.
     pub set: Vec<String>,
-    /// Traffic file that replaces the scenario's targets.
-    pub traffic: Option<PathBuf>,
+    /// Traffic files that replace the scenario's targets; `-` is standard input.
+    pub traffic: Vec<PathBuf>,
     /// Number of UAVs, with automatic starts.
     pub uavs: Option<u32>,
 }
 
-/// Returns the name of a scenario flown over this traffic file (`city` for `some/where/city.fcd.xml.gz`), and the
-/// folder to which the file's path is relative.
-fn over(traffic: &Path) -> (String, Option<PathBuf>) {
+/// Returns the stem of the name of a traffic file: `city` for `some/where/city.fcd.xml.gz`.
+pub(super) fn stem(traffic: &Path) -> String {
     let file = file_name(traffic);
-    let name = file.split('.').next().filter(|stem| !stem.is_empty()).unwrap_or("traffic").to_owned();
-    (name, Some(PathBuf::new()))
+    file.split('.').next().filter(|stem| !["", STANDARD_INPUT].contains(stem)).unwrap_or("traffic").to_owned()
 }
 
 /// Returns the name of a built-in scenario or of a scenario file.
@@ -67,6 +68,8 @@ pub(super) struct Typed {
     pub(super) file: ScenarioFile,
     /// Problems in the form of the scenario and of the command line's changes.
     pub(super) problems: Vec<Problem>,
+    /// Warnings about the files that the scenario names.
+    pub(super) notes: Vec<String>,
     /// Keys that were left out of `file` because their values have a wrong form.
     pub(super) left_out: Vec<String>,
     /// True if parts of the text are not TOML: their keys, which are unknown, are missing from `file`.
@@ -105,18 +108,21 @@ impl Typed {
                 (name_or_file.to_owned(), read(name_or_file)?, Some(folder))
             }
         };
-        if let Some(traffic) = &overrides.traffic {
-            (name, files_from) = over(traffic);
+        if let Some(traffic) = overrides.traffic.first() {
+            // Paths on the command line are relative to the current folder.
+            (name, files_from) = (stem(traffic), Some(PathBuf::new()));
         }
         Self::new(name, &label, &text, 1, overrides, files_from)
     }
 
     /// Reads a scenario from TOML that is not in a file, and applies the overrides.
     pub(super) fn of_toml(name: &str, toml: &str, overrides: &Overrides, folder: &Path) -> Result<Self, ScenarioError> {
-        let (called, files_from) =
-            overrides.traffic.as_deref().map_or((name.to_owned(), Some(folder.to_owned())), over);
+        let (called, files_from) = match overrides.traffic.first() {
+            Some(traffic) => (stem(traffic), PathBuf::new()),
+            None => (name.to_owned(), folder.to_owned()),
+        };
         // The program's own texts are also read here.
-        Self::new(called, name, toml, SPELT_OUT, overrides, files_from)
+        Self::new(called, name, toml, SPELT_OUT, overrides, Some(files_from))
     }
 
     /// Reads a scenario from a text in which the program may have spelt out all values.
@@ -150,7 +156,9 @@ impl Typed {
             left_out.push(mistake.left_out);
         }
         match file {
-            Some(file) => Ok(Self { name, file, problems, left_out, is_text_broken, origin, files_from }),
+            Some(file) => {
+                Ok(Self { name, file, problems, notes: Vec::new(), left_out, is_text_broken, origin, files_from })
+            }
             None => Err(problems.into()),
         }
     }
@@ -194,7 +202,7 @@ impl Origin {
         table: &mut Table,
         problems: &mut Vec<Problem>,
     ) -> Result<(), ScenarioError> {
-        if let Some(traffic) = &overrides.traffic {
+        if !overrides.traffic.is_empty() {
             table.remove("targets");
             table.remove("traffic");
             // The map shows another place.
@@ -202,13 +210,16 @@ impl Origin {
             // The size of the scenario's ring has no meaning for other targets.
             parse::take_out(table, "uavs.start_ring");
             parse::take_out(table, "uavs.start");
-            table.insert("about".to_owned(), Value::String(format!("UAVs over {}", printable(&file_name(traffic)))));
-            let Some(path) = traffic.to_str() else {
-                let what = "the path of a traffic file must be UTF-8 text: rename the file, or change to its folder";
-                return Err(ScenarioError::one(escaped(&traffic.to_string_lossy()), None, what));
+            table.insert("about".to_owned(), Value::String(about(&overrides.traffic)));
+            let name = |path: &PathBuf| {
+                path.to_str().map(|path| Value::String(path.to_owned())).ok_or_else(|| {
+                    let what =
+                        "the path of a traffic file must be UTF-8 text: rename the file, or change to its folder";
+                    ScenarioError::one(escaped(&path.to_string_lossy()), None, what)
+                })
             };
-            let file = Value::String(path.to_owned());
-            table.insert("traffic".to_owned(), Value::Table([("file".to_owned(), file)].into_iter().collect()));
+            let files = Value::Array(overrides.traffic.iter().map(name).collect::<Result<_, _>>()?);
+            table.insert("traffic".to_owned(), Value::Table([("file".to_owned(), files)].into_iter().collect()));
         }
         if let Some(uavs) = overrides.uavs {
             parse::take_out(table, "uavs.start");
@@ -245,6 +256,18 @@ impl Origin {
     }
 }
 
+/// Describes a scenario that is flown over these traffic files.
+fn about(traffic: &[PathBuf]) -> String {
+    let name = |path: &PathBuf| match path.to_str() {
+        Some(STANDARD_INPUT) => "standard input".to_owned(),
+        _ => printable(&file_name(path)),
+    };
+    let names: Vec<String> = traffic.iter().take(NAMED).map(name).collect();
+    let more = traffic.len() - names.len();
+    let more = if more == 0 { String::new() } else { format!(" and {more} more files") };
+    format!("UAVs over {}{more}", names.join(", "))
+}
+
 /// Returns whether two keys are equal or one contains the other.
 pub(super) fn related(one: &str, other: &str) -> bool {
     let within = |inner: &str, outer: &str| inner.strip_prefix(outer).is_some_and(|rest| rest.starts_with('.'));
@@ -279,7 +302,7 @@ fn on_command_line(message: String, text: &Arc<str>) -> Problem {
 
 fn read(name: &str) -> Result<String, ScenarioError> {
     let refuse = |message: &str| Err(ScenarioError::one(name, None, message));
-    if [".csv", ".xml", ".gz"].iter().any(|ending| name.to_lowercase().ends_with(ending)) {
+    if [".csv", ".xml", ".gz", ".gpx", ".parquet"].iter().any(|ending| name.to_lowercase().ends_with(ending)) {
         let how = format!("standoff run --traffic {}", printable(name));
         return refuse(&format!("its name is that of a traffic file, not of a scenario; to fly over it, run: {how}"));
     }

@@ -47,6 +47,8 @@ pub(super) fn resolve(typed: &Typed, traffic: Option<&Arc<Traffic>>, seed: u64) 
     let mut warnings = warnings(&settings.team, settings.period);
     warnings.extend(geofence::warnings(&settings, &uavs));
     warnings.extend(traffic.and_then(|traffic| length_warning(typed, &settings, traffic)));
+    warnings.extend(typed.notes.iter().cloned());
+    warnings.extend(traffic.iter().flat_map(|traffic| traffic.notes.iter().cloned()));
     let outages = file.uavs.outage.iter().map(|outage| Outage {
         uav: UavId(outage.uav as u32),
         from_s: outage.from_s,
@@ -188,7 +190,6 @@ fn absent(file: &schema_types::ScenarioFile, traffic: Option<&Traffic>, draws: D
         period_s: 0.5,
         transient_s: 30.0,
         count: file.uavs.start.len().max(1) as f64,
-        gap_s: traffic.map_or(1.0, Traffic::gap_s),
         parameters: [
             model.0,
             model.1,

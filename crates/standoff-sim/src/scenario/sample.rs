@@ -40,7 +40,6 @@ pub(super) struct DerivedDefaults {
     pub(super) period_s: f64,
     pub(super) transient_s: f64,
     pub(super) count: f64,
-    pub(super) gap_s: f64,
     /// Parameters of the library, in the order of [`DERIVED`](super::parameters::DERIVED).
     pub(super) parameters: [f64; 4],
 }

@@ -177,7 +177,7 @@ mod tests {
         assert_eq!(KEYS.tables_with("start_ring"), ["uavs"]);
         assert_eq!(
             KEYS.tables_with("x_m"),
-            ["uavs.start", "intruders", "targets.random", "targets.start"].map(str::to_owned)
+            ["uavs.start", "geofence", "intruders", "targets.random", "targets.start"].map(str::to_owned)
         );
     }
 }

@@ -5,18 +5,20 @@
 //! (see [`Number`]). Units stand at the end of the keys. Imperfections default to none. Any other key is an error.
 
 use std::borrow::Cow;
-use std::fmt::Display;
+use std::fmt::{self, Display};
 use std::path::Path;
 
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize, Serializer};
+use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
+use serde::de::{self, SeqAccess, Visitor};
+use serde::{Deserialize, Deserializer, Serialize, Serializer};
+use serde_json::json;
 use standoff::Agent;
 use standoff::research::Allowed;
 
 use super::number::{Number, as_typed, lists_as_typed};
 use super::parameters::Parameters;
 use super::sample::{Draw, Drawing};
-use crate::traffic::Coordinates;
+use crate::traffic::{Coordinates, Persons};
 
 /// Defines each table of a scenario file twice: as typed in the file, and, in [`resolved`], as flown. A number has a
 /// default and, unless it is checked elsewhere, its range.
@@ -26,8 +28,8 @@ macro_rules! tables {
         table $name:ident
         // Texts; empty by default.
         $(texts { $($(#[$text_doc:meta])* $text:ident;)* })?
-        // Lists of files; empty by default.
-        $(files { $($(#[$files_doc:meta])* $files:ident;)* })?
+        // Names of files; empty by default.
+        $(files { $($(#[$files_doc:meta])* $files:ident: $files_type:ty;)* })?
         // Numbers.
         $(numbers { $($(#[$number_doc:meta])* $number:ident = $default:expr $(, $allowed:expr)?;)* })?
         // Numbers whose default depends on other values: see `DerivedDefaults`.
@@ -53,7 +55,7 @@ macro_rules! tables {
             #[serde(default, deny_unknown_fields)]
             pub struct $name {
                 $($($(#[$text_doc])* pub $text: String,)*)?
-                $($($(#[$files_doc])* #[serde(serialize_with = "names_alone", skip_serializing_if = "Vec::is_empty")] pub $files: Vec<String>,)*)?
+                $($($(#[$files_doc])* pub $files: $files_type,)*)?
                 $($($(#[$number_doc])* pub $number: Number,)*)?
                 $($($(#[$absent_doc])* pub $absent: Option<Number>,)*)?
                 $($($(#[$word_doc])* pub $word: $word_type,)*)?
@@ -69,7 +71,7 @@ macro_rules! tables {
                 fn default() -> Self {
                     Self {
                         $($($text: String::new(),)*)?
-                        $($($files: Vec::new(),)*)?
+                        $($($files: Default::default(),)*)?
                         $($($number: Number::Constant($default),)*)?
                         $($($absent: None,)*)?
                         $($($word: $word_type::$word_default,)*)?
@@ -116,7 +118,7 @@ macro_rules! tables {
                 #[derive(Debug, Clone, PartialEq, Serialize)]
                 pub(crate) struct $name {
                     $($($(#[$text_doc])* pub(crate) $text: String,)*)?
-                    $($($(#[$files_doc])* #[serde(serialize_with = "names_alone", skip_serializing_if = "Vec::is_empty")] pub(crate) $files: Vec<String>,)*)?
+                    $($($(#[$files_doc])* pub(crate) $files: $files_type,)*)?
                     $($($(#[$number_doc])* #[serde(serialize_with = "as_typed")] pub(crate) $number: f64,)*)?
                     $($($(#[$absent_doc])* #[serde(serialize_with = "as_typed")] pub(crate) $absent: f64,)*)?
                     $($($(#[$word_doc])* pub(crate) $word: $word_type,)*)?
@@ -151,7 +153,8 @@ tables! {
     } files {
         /// Background maps: files with a SUMO net or GeoJSON, plain or gzip, relative to the scenario file; at most 16.
         /// They are only displayed and do not affect the mission.
-        basemap;
+        #[serde(serialize_with = "names_alone", skip_serializing_if = "Vec::is_empty")]
+        basemap: Vec<String>;
     } absent {
         /// Length of the mission, s; from one `period_s` to ten million of them. If absent: 100 s, or the length of the
         /// traffic file.
@@ -374,19 +377,30 @@ tables! {
     /// at the same time.
     table Separation
 
-    /// `[[geofence]]`: a polygon of the geofence. A UAV must be inside every keep-in zone and outside every keep-out
-    /// zone.
+    /// `[[geofence]]`: a zone of the geofence, a polygon or a circle. A UAV must be inside every keep-in zone and
+    /// outside every keep-out zone.
     table Zone texts {
         /// Name of the zone, for display; at most 100 characters.
         #[serde(skip_serializing_if = "String::is_empty")]
         name;
-        /// GeoJSON file with the polygons, relative to the scenario file, instead of `vertices`. A record contains
-        /// the vertices.
+        /// File with the zones, relative to the scenario file, instead of `vertices` or a circle: GeoJSON, a plan of
+        /// QGroundControl (`.plan`) or KML. A record contains the zones.
         #[serde(serialize_with = "name_alone", skip_serializing_if = "String::is_empty")]
         file;
     } words {
         /// Kind of the zone: `keep-out` or `keep-in`.
         kind: ZoneKind = KeepOut;
+    } optional {
+        /// Centre of a circle, east, m; -1e7 to 1e7; with `radius_m`.
+        x_m: PLACE_M;
+        /// Centre of a circle, north, m; -1e7 to 1e7.
+        y_m: PLACE_M;
+        /// Centre of a circle, degrees north; -90 to 90; instead of `x_m` and `y_m` if the traffic is in degrees.
+        lat_deg: Allowed::at_least(-90.0).at_most(90.0);
+        /// Centre of a circle, degrees east; -180 to 180.
+        lon_deg: Allowed::at_least(-180.0).at_most(180.0);
+        /// Radius of a circle, m; 1 to 1e6; instead of `vertices`.
+        radius_m: Allowed::at_least(1.0).at_most(1e6);
     } lists {
         /// Vertices in order, each [east, north], m.
         vertices;
@@ -494,17 +508,21 @@ tables! {
     }
 
     /// `[traffic]`: targets from a traffic file.
-    table Traffic texts {
-        /// Traffic file: SUMO floating-car data (XML) or CSV tracks, plain or gzip, relative to the scenario file.
-        #[serde(serialize_with = "name_alone")]
-        file;
-    } absent {
-        /// Gap limit, s; above 0: a vehicle without samples for longer is absent during the gap. If absent: 1 s or 2.5
-        /// time steps of the file, whichever is longer.
-        gap_s: Allowed::above(0.0);
+    table Traffic files {
+        /// Traffic file, or a list of at most 100: SUMO floating-car data (XML, CSV or Parquet), CSV tracks or GPX;
+        /// relative to the scenario file. `-` is standard input.
+        file: Files;
     } words {
         /// Unit of the file's coordinates: `auto`, `metres` or `degrees`.
         coordinates: Coordinates = Auto;
+        /// Whether persons and containers of SUMO are targets: `ignored` or `included`.
+        persons: Persons = Ignored;
+    } optional {
+        /// Gap limit, s; above 0: a vehicle without samples for longer is absent during the gap. If absent: 1 s, or 2.5
+        /// typical sampling intervals of the file or of the vehicle, whichever is longest.
+        gap_s: Allowed::above(0.0);
+        /// Frames per second, 1 to 1,000, of a data set whose times are numbers of frames. If absent: 25.
+        frame_rate_hz: Allowed::at_least(1.0).at_most(1_000.0);
     }
 }
 
@@ -513,6 +531,53 @@ impl ScenarioFile {
     pub(super) fn needs_an_agent_per_uav(&self) -> bool {
         let Uavs { restart, clock, boot_delay_s, .. } = &self.uavs;
         self.radio.is_some() || !restart.is_empty() || !clock.is_empty() || boot_delay_s.is_some()
+    }
+}
+
+/// Names of one or several files, typed as a text or as a list of texts.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Files(pub Vec<String>);
+
+impl<'de> Deserialize<'de> for Files {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        struct Names;
+        impl<'de> Visitor<'de> for Names {
+            type Value = Files;
+
+            fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+                f.write_str("the name of a file, or a list of names")
+            }
+
+            fn visit_str<E: de::Error>(self, name: &str) -> Result<Files, E> {
+                Ok(Files(vec![name.to_owned()]))
+            }
+
+            fn visit_seq<A: SeqAccess<'de>>(self, mut names: A) -> Result<Files, A::Error> {
+                std::iter::from_fn(|| names.next_element().transpose()).collect::<Result<_, _>>().map(Files)
+            }
+        }
+        deserializer.deserialize_any(Names)
+    }
+}
+
+impl Serialize for Files {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        match &self.0[..] {
+            [] => serializer.serialize_str(""),
+            [one] => name_alone(one, serializer),
+            several => names_alone(several, serializer),
+        }
+    }
+}
+
+impl JsonSchema for Files {
+    fn schema_name() -> Cow<'static, str> {
+        "Files".into()
+    }
+
+    fn json_schema(_: &mut SchemaGenerator) -> Schema {
+        let text = json!({ "type": "string" });
+        json_schema!({ "description": "A file, or a list of files.", "anyOf": [text, { "type": "array", "items": text }] })
     }
 }
 

@@ -18,7 +18,7 @@ fn every_parameter_error_of_the_library_points_to_its_key() {
     let numbers = TeamParams::table().iter().filter(|param| param.kind.is_number());
     assert_eq!(printed, numbers.clone().count(), "every number is in the table");
     let text = "[separation]\n[uavs.climb]\n[[targets.start]]\n";
-    let scenario = ScenarioTemplate::of_text("mine", text, None).unwrap().draw(1).unwrap();
+    let scenario = ScenarioTemplate::of_text("mine", text, &[]).unwrap().draw(1).unwrap();
     let text = scenario.resolved().unwrap();
     let typed = Typed::of_text("mine", &text).unwrap();
     assert_eq!(team(&scenario.file), scenario.settings.team);
@@ -48,7 +48,7 @@ fn every_parameter_error_of_the_library_points_to_its_key() {
 fn a_range_is_reported_in_the_unit_of_the_key() {
     let error = |text: &str| {
         let text = format!("{text}\n[[targets.start]]\n");
-        ScenarioTemplate::of_text("mine", &text, None).unwrap().draw(1).unwrap_err().to_string()
+        ScenarioTemplate::of_text("mine", &text, &[]).unwrap().draw(1).unwrap_err().to_string()
     };
     assert_eq!(
         error("[guidance]\ndesired_phase_deg = 181"),
@@ -66,7 +66,7 @@ fn the_filter_assumes_the_noise_that_was_drawn() {
     let text = "[sensor]\nrange_sd_m = { uniform = { min = 5, max = 6 } }\n[targets]\n\
                 acceleration_sd_m_s2 = { normal = { mean = 1, sd = 0.1 } }\n[[targets.start]]\n";
     for seed in 1..4 {
-        let settings = ScenarioTemplate::of_text("mine", text, None).unwrap().draw(seed).unwrap().settings;
+        let settings = ScenarioTemplate::of_text("mine", text, &[]).unwrap().draw(seed).unwrap().settings;
         assert!(settings.noise.range_sd_m > 5.0);
         assert_eq!(settings.team.track.sensor.range_sd_m, settings.noise.range_sd_m);
         assert_eq!(Some(settings.team.track.target), settings.model);

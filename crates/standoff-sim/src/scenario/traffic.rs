@@ -1,4 +1,4 @@
-//! Reads the traffic file of a scenario and compares its time span with the mission.
+//! Reads the traffic files of a scenario and compares their time span with the mission.
 
 use std::path::{Path, PathBuf};
 
@@ -6,12 +6,11 @@ use standoff_io::display_text::quoted;
 
 use super::builtin::BUILT_IN_TRAFFIC;
 use super::error::ScenarioError;
-use super::load::Typed;
+use super::load::{Typed, stem};
 use super::locate::Map;
 use super::number::Number;
 use super::resolved::Settings;
-use super::schema_types;
-use crate::traffic::{self, Traffic};
+use crate::traffic::{self, Joined, STANDARD_INPUT, Traffic};
 
 /// Longest traffic that is flown to its end by default, s. Recordings last hours: a file that spans more than a day
 /// contains a wrong time, and with it a file of two rows could fill a disk.
@@ -20,7 +19,10 @@ const UNASKED_MAX_S: f64 = 86_400.0;
 /// Maximum length of the name of a traffic file or a map, bytes: the limit of Linux for a path.
 pub(super) const NAME_MAX: usize = 4096;
 
-/// Reads and checks the traffic file.
+/// Maximum number of traffic files.
+const FILES_MAX: usize = 100;
+
+/// Reads and checks the traffic files.
 pub(super) fn read(typed: &Typed) -> Result<Option<Traffic>, ScenarioError> {
     let Some(table) = &typed.file.traffic else { return Ok(None) };
     let refuse = |key: &str, message: String| {
@@ -29,49 +31,69 @@ pub(super) fn read(typed: &Typed) -> Result<Option<Traffic>, ScenarioError> {
     if typed.file.targets.is_some() {
         return refuse("traffic", "[targets] and [traffic] exclude each other; keep one".to_owned());
     }
-    if table.file.is_empty() {
+    let names = &table.file.0;
+    if names.iter().all(String::is_empty) {
         return refuse("traffic", "traffic.file: missing; name SUMO floating-car data or CSV tracks".to_owned());
     }
-    if table.file.len() > NAME_MAX {
-        let what = format!("traffic.file = {}: must be at most {NAME_MAX} bytes", quoted(&table.file));
+    if names.len() > FILES_MAX {
+        let what = format!("traffic.file: {} files; must be at most {FILES_MAX}; join some of them", names.len());
         return refuse("traffic.file", what);
     }
-    let gap_s = match &table.gap_s {
-        None => None,
-        Some(Number::Constant(gap_s)) => Some(*gap_s),
+    if let Some(name) = names.iter().find(|name| !(1..=NAME_MAX).contains(&name.len())) {
+        let what = format!("traffic.file = {}: must be 1 to {NAME_MAX} bytes", quoted(name));
+        return refuse("traffic.file", what);
+    }
+    let constant = |key: &str, number: &Option<Number>| match number {
+        None => Ok(None),
+        Some(Number::Constant(value)) => Ok(Some(*value)),
         Some(_) => {
-            let what =
-                "traffic.gap_s: must be a number, not a distribution, because the file is read once for all seeds";
-            return refuse("traffic.gap_s", what.to_owned());
+            let what = "must be a number, not a distribution, because the file is read once for all seeds";
+            refuse(key, format!("{key}: {what}")).map(|_| None)
         }
     };
+    let gap_s = constant("traffic.gap_s", &table.gap_s)?;
+    let frame_rate_hz = constant("traffic.frame_rate_hz", &table.frame_rate_hz)?;
+    if let Some(rate) = frame_rate_hz.filter(|rate| !(1.0..=1_000.0).contains(rate)) {
+        return refuse("traffic.frame_rate_hz", format!("traffic.frame_rate_hz = {rate}: must be 1 to 1000"));
+    }
     if let Some(gap_s) = gap_s.filter(|gap_s| *gap_s <= 0.0) {
         return refuse("traffic.gap_s", format!("traffic.gap_s = {gap_s}: must be above 0"));
     }
-    let options = traffic::Options { coordinates: table.coordinates, gap_s };
-    let path = path(typed, table);
-    let read = match built_in(table, &path) {
-        Some((name, bytes)) => traffic::read_from(*bytes, name, &options),
-        None => traffic::read(&path, &options),
-    };
-    read.map(Some).map_err(ScenarioError::from)
+    let coordinates = table.coordinates;
+    let mut options = traffic::Options { coordinates, gap_s, persons: table.persons, frame_rate_hz, origin: None };
+    let mut files = Joined::default();
+    for name in names {
+        let path = path(typed, name);
+        let read = match built_in(name, &path) {
+            Some((name, bytes)) => traffic::read_from(*bytes, name, &options),
+            None if name == STANDARD_INPUT => traffic::read_standard_input(&options),
+            None => traffic::read(&path, &options),
+        }?;
+        // All files have the plane of the first one.
+        options.origin = options.origin.or(read.origin);
+        files.add(path.to_string_lossy().into_owned(), stem(Path::new(name)), read)?;
+    }
+    Ok(Some(files.finish()?))
 }
 
-/// Path of the traffic file, unless it is built in.
-pub(super) fn file(typed: &Typed) -> Option<PathBuf> {
-    let table = typed.file.traffic.as_ref()?;
-    let path = path(typed, table);
-    built_in(table, &path).is_none().then_some(path)
+/// Paths of the traffic files that are not built in.
+pub(super) fn files(typed: &Typed) -> Vec<PathBuf> {
+    let names = typed.file.traffic.iter().flat_map(|table| &table.file.0);
+    let paths = names.map(|name| (name, path(typed, name)));
+    paths.filter(|(name, path)| built_in(name, path).is_none()).map(|(_, path)| path).collect()
 }
 
 /// Returns the built-in traffic file of that name, unless a file of that name exists on disk.
-fn built_in(table: &schema_types::Traffic, path: &Path) -> Option<&'static (&'static str, &'static [u8])> {
-    BUILT_IN_TRAFFIC.iter().find(|(name, _)| *name == table.file).filter(|_| !path.exists())
+fn built_in(name: &str, path: &Path) -> Option<&'static (&'static str, &'static [u8])> {
+    BUILT_IN_TRAFFIC.iter().find(|(built_in, _)| *built_in == name).filter(|_| !path.exists())
 }
 
 /// Path at which the file is expected.
-fn path(typed: &Typed, table: &schema_types::Traffic) -> PathBuf {
-    typed.files_from.as_deref().unwrap_or(Path::new("")).join(&table.file)
+fn path(typed: &Typed, name: &str) -> PathBuf {
+    match name {
+        STANDARD_INPUT => PathBuf::from(name),
+        _ => typed.files_from.as_deref().unwrap_or(Path::new("")).join(name),
+    }
 }
 
 /// Rejects a file that is shorter than one period, or implausibly long.
@@ -89,7 +111,8 @@ pub(super) fn check_span(typed: &Typed, period_s: f64, traffic: &Traffic) -> Res
     } else {
         return Ok(());
     };
-    Err(ScenarioError::one(path(typed, table).to_string_lossy(), None, format!("spans {span_s} s; {wrong}")))
+    let paths: Vec<String> = table.file.0.iter().map(|name| path(typed, name).display().to_string()).collect();
+    Err(ScenarioError::one(paths.join(", "), None, format!("spans {span_s} s; {wrong}")))
 }
 
 /// Returns a warning if the traffic ends before the mission or continues after it, unless the command line requested
@@ -128,7 +151,7 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let file = folder.path().join("cars.csv");
         fs::write(&file, format!("t,id,x,y\n0,a,0,0\n{until_s},a,1,0\n")).unwrap();
-        let overrides = Overrides { traffic: Some(file.clone()), ..overrides(set) };
+        let overrides = Overrides { traffic: vec![file.clone()], ..overrides(set) };
         let loaded = Scenario::load(scenario, &overrides, 1);
         loaded.map_err(|error| error.to_string().replace(&file.display().to_string(), "cars.csv"))
     }
@@ -177,7 +200,7 @@ mod tests {
 
     #[test]
     fn the_name_of_a_traffic_file_is_not_repeated_at_length() {
-        let overrides = Overrides { traffic: Some("x".repeat(100_000).into()), ..Overrides::default() };
+        let overrides = Overrides { traffic: vec!["x".repeat(100_000).into()], ..Overrides::default() };
         let error = Scenario::load("traffic/convoy", &overrides, 1).unwrap_err().to_string();
         assert!(error.contains("traffic.file = \"xxx") && error.len() < 1000, "{error}");
     }

@@ -8,10 +8,16 @@ use standoff_io::geodesy::FURTHEST_M;
 use standoff_io::geodesy::{Origin, Unit};
 
 use super::limits::{MAX_AT_ONCE, MAX_SAMPLES, MAX_SPEED_M_S, MAX_VEHICLES};
+use super::notes;
 use super::unit_detection;
 use super::validate::{self, seconds};
 use super::vehicle::{Sample, Vehicle};
-use super::{Options, Traffic};
+use super::{Coordinates, Options, Traffic};
+
+/// Minimum number of samples from which the sampling interval of a single vehicle is known.
+const SAMPLES_MIN: usize = 4;
+/// Minimum number of vehicles with one sample each that are taken for rows of a table.
+const SINGLE_SAMPLES_MIN: usize = 3;
 
 /// The samples read so far, in the file's own coordinates.
 #[derive(Default)]
@@ -22,6 +28,8 @@ pub(super) struct Builder {
     first: Option<Sample>,
     /// Number of samples.
     samples: usize,
+    /// Samples without a position, by vehicle.
+    without_position: BTreeMap<String, usize>,
 }
 
 impl Builder {
@@ -51,6 +59,25 @@ impl Builder {
     /// Returns the unit of x and y as far as the motion of the vehicles determines it.
     pub(super) fn shows(&self) -> Option<Unit> {
         unit_detection::shows(self.vehicles.values())
+    }
+
+    /// Counts a sample without a position.
+    pub(super) fn skip(&mut self, name: &str) {
+        *self.without_position.entry(name.to_string()).or_default() += 1;
+    }
+
+    /// Returns whether each of several vehicles has a single sample: the names are then probably numbers of rows.
+    pub(super) fn has_single_samples(&self) -> bool {
+        self.vehicles.len() >= SINGLE_SAMPLES_MIN && self.samples == self.vehicles.len()
+    }
+
+    /// Returns the unit of x and y: as given, or as far as the motion of the vehicles determines it, otherwise metres.
+    pub(super) fn unit(&self, coordinates: Coordinates) -> Unit {
+        match coordinates {
+            Coordinates::Auto => self.shows().unwrap_or(Unit::Metres),
+            Coordinates::Metres => Unit::Metres,
+            Coordinates::Degrees => Unit::Degrees,
+        }
     }
 
     /// Adds a sample.
@@ -86,21 +113,32 @@ impl Builder {
         let Some(first) = self.first else {
             return Err("contains no vehicles; must contain at least one; was the right file chosen?".to_string());
         };
-        let origin = (unit == Unit::Degrees).then_some(Origin { latitude_deg: first.y, longitude_deg: first.x });
+        let of_first = Origin { latitude_deg: first.y, longitude_deg: first.x };
+        let origin = (unit == Unit::Degrees).then_some(options.origin.unwrap_or(of_first));
         if let Some(origin) = origin {
             for (name, samples) in &mut self.vehicles {
                 to_metres(name, samples, origin)?;
             }
         }
-        let gap_us = match options.gap_s {
+        let of_file_us = default_gap_us(self.vehicles.values());
+        let gap_us = |samples: &Vec<Sample>| match options.gap_s {
             Some(gap_s) => (gap_s * 1e6).round() as i64,
-            None => default_gap_us(&self.vehicles),
+            // A vehicle that is sampled less often than the others has a longer limit.
+            None if samples.len() >= SAMPLES_MIN => default_gap_us([samples]).max(of_file_us),
+            None => of_file_us,
         };
         for (name, samples) in &self.vehicles {
-            check_speed(name, samples, gap_us)?;
+            check_speed(name, samples, gap_us(samples))?;
         }
-        let mut vehicles: Vec<Vehicle> =
-            self.vehicles.into_iter().map(|(name, samples)| Vehicle::new(name, samples, gap_us)).collect();
+        let notes = notes::of(&self.vehicles, &self.without_position, gap_us);
+        let mut vehicles: Vec<Vehicle> = self
+            .vehicles
+            .into_iter()
+            .map(|(name, samples)| {
+                let gap_us = gap_us(&samples);
+                Vehicle::new(name, samples, gap_us)
+            })
+            .collect();
         // The map yields the vehicles by name, and the sort is stable.
         vehicles.sort_by_key(Vehicle::first_us);
         check_crowd(&vehicles)?;
@@ -109,12 +147,13 @@ impl Builder {
             end_us: vehicles.iter().map(Vehicle::last_us).max().unwrap_or(first.time_us),
             vehicles,
             origin,
+            notes,
         })
     }
 }
 
 /// Rejects more vehicles at one time than a mission supports; the vehicles are ordered by their first times.
-fn check_crowd(vehicles: &[Vehicle]) -> Result<(), String> {
+pub(super) fn check_crowd(vehicles: &[Vehicle]) -> Result<(), String> {
     let mut last_us: Vec<i64> = vehicles.iter().map(Vehicle::last_us).collect();
     last_us.sort_unstable();
     let mut gone = 0;
@@ -131,10 +170,10 @@ fn check_crowd(vehicles: &[Vehicle]) -> Result<(), String> {
     Ok(())
 }
 
-/// Default gap limit: 2.5 times the median step of a vehicle, at least 1 s.
-fn default_gap_us(vehicles: &BTreeMap<String, Vec<Sample>>) -> i64 {
+/// Default gap limit: 2.5 times the median step of these vehicles, at least 1 s.
+fn default_gap_us<'a>(vehicles: impl IntoIterator<Item = &'a Vec<Sample>>) -> i64 {
     let mut steps: Vec<i64> = vehicles
-        .values()
+        .into_iter()
         .flat_map(|samples| samples.windows(2).map(|pair| pair[1].time_us - pair[0].time_us))
         .collect();
     if steps.is_empty() {
@@ -169,7 +208,7 @@ fn to_metres(name: &str, samples: &mut [Sample], origin: Origin) -> Result<(), S
     for sample in samples {
         let position = plane.position(sample.y, sample.x).map_err(|far| {
             format!(
-                "vehicle {}: at time = {} s it is {:.0} km from the file's first sample; at most {} km; cut the file into parts",
+                "vehicle {}: at time = {} s it is {:.0} km from the first sample; at most {} km; cut the file into parts",
                 quoted(name),
                 seconds(sample.time_us),
                 far.value / 1e3,
@@ -305,7 +344,7 @@ mod tests {
     #[test]
     fn samples_too_far_from_the_first_are_refused() {
         assert!(degrees(&[(0.0, 0.0), (8.9, 0.0)]).is_ok());
-        assert!(degrees(&[(0.0, 0.0), (180.0, 0.0)]).unwrap_err().contains("12756 km from the file's first sample"));
+        assert!(degrees(&[(0.0, 0.0), (180.0, 0.0)]).unwrap_err().contains("12756 km from the first sample"));
     }
 
     #[test]

@@ -1,6 +1,7 @@
 //! Reads tracks from CSV tables.
 
 mod clock;
+mod data_set;
 mod quotes;
 mod table;
 
@@ -11,10 +12,12 @@ use standoff_io::geodesy::Unit;
 use standoff_io::text_source::{Fault, Lines};
 
 use super::build::Builder;
-use super::model::{COORDINATES_HELP, Coordinates, Options, Traffic};
-use super::validate::{self, Quantity};
+use super::model::{COORDINATES_HELP, Coordinates, Options, Persons, TRAFFIC, Traffic};
+use super::validate::{self, ANGLE, Quantity, SPEED};
 use super::vehicle::Sample;
+pub(super) use clock::date_time_us;
 use clock::{Clock, Numbers};
+use data_set::DataSet;
 use table::Table;
 
 const TIME: &[&str] = &[
@@ -36,13 +39,22 @@ const Y: &[&str] = &["y_m", "y_north_m", "y", "north_m", "vehicle_y"];
 const LAT: &[&str] = &["lat_deg", "lat", "latitude", "latitude_deg"];
 const LON: &[&str] = &["lon_deg", "lon", "longitude", "longitude_deg", "lng", "long"];
 
+/// Columns of SUMO that distinguish persons and containers from vehicles.
+const TYPE: &[&str] = &["vehicle_type"];
+const LANE: &[&str] = &["vehicle_lane"];
+const EDGE: &[&str] = &["vehicle_edge"];
+/// Columns of SUMO with the velocity.
+const MOTION: [&str; 2] = ["vehicle_speed", "vehicle_angle"];
+/// Values that stand for a missing one.
+const NO_VALUES: [&str; 6] = ["", "nan", "null", "none", "na", "n/a"];
+
 pub(super) fn read(lines: Lines<impl Read>, options: &Options) -> Result<Traffic, Fault> {
     let mut table = Table::new(lines)?;
     let mut builder = Builder::default();
     if !table.next_row()? {
-        return Err(Fault::whole("contains only comments; must be SUMO FCD XML or CSV tracks".to_string()));
+        return Err(Fault::whole(format!("contains only comments; must be {}", TRAFFIC.formats)));
     }
-    let columns = Columns::find(&table, options.coordinates)?;
+    let columns = Columns::find(&table, options)?;
     let (mut clock, mut numbers) = (Clock::new(&columns.time.name), Numbers::new(table.separator));
     while table.next_row()? {
         if table.row.len() != columns.count {
@@ -51,31 +63,64 @@ pub(super) fn read(lines: Lines<impl Read>, options: &Options) -> Result<Traffic
             return Err(table.fault(0, message));
         }
         let name = table.text(columns.vehicle.index)?;
+        let is_missing = |column: &Column| {
+            let text = table.text(column.index)?.trim();
+            Ok::<_, Fault>(NO_VALUES.iter().any(|none| text.eq_ignore_ascii_case(none)))
+        };
+        let has_no_position = is_missing(&columns.x)? && is_missing(&columns.y)?;
+        // SUMO writes the time alone while there are no vehicles.
+        if has_no_position && name.trim().is_empty()
+            || options.persons == Persons::Ignored && columns.is_person(&table)?
+        {
+            continue;
+        }
         let in_field = |column: &Column, message| table.fault(column.index, message);
         builder.check_name(&columns.vehicle.name, name).map_err(|message| in_field(&columns.vehicle, message))?;
         let of_vehicle = |column: &Column, message| in_field(column, format!("vehicle {}: {message}", quoted(name)));
-        let time_us = clock
-            .time_us(&columns.time.name, table.text(columns.time.index)?, &mut numbers)
-            .map_err(|message| of_vehicle(&columns.time, message))?;
+        let time_text = table.text(columns.time.index)?;
+        let time_us = match columns.set {
+            Some(set) => set.time_us(&columns.time.name, time_text, &mut numbers, options),
+            None => clock.time_us(&columns.time.name, time_text, &mut numbers),
+        };
+        let time_us = time_us.map_err(|message| of_vehicle(&columns.time, message))?;
+        if has_no_position {
+            builder.skip(name);
+            continue;
+        }
         let mut number = |column: &Column, quantity: &Quantity| {
             let text = table.text(column.index)?;
             numbers.parse(&column.name, text, quantity).map_err(|message| of_vehicle(column, message))
         };
         let [x_kind, y_kind] = validate::axes(columns.coordinates);
-        let (x, y) = (number(&columns.x, &x_kind)?, number(&columns.y, &y_kind)?);
-        let sample = Sample { time_us, x, y, velocity: [f32::NAN; 2] };
+        let (mut x, mut y) = (number(&columns.x, &x_kind)?, number(&columns.y, &y_kind)?);
+        if columns.coordinates == Coordinates::Degrees && x == 0.0 && y == 0.0 {
+            // A receiver without a fix reports 0, 0, in the Gulf of Guinea.
+            builder.skip(name);
+            continue;
+        }
+        if let Some([width, length]) = &columns.box_size {
+            x += 0.5 * number(width, &x_kind)?;
+            y += 0.5 * number(length, &y_kind)?;
+        }
+        if let Some(set) = columns.set {
+            (x, y) = set.metres(x, y);
+        }
+        let velocity = match &columns.motion {
+            Some([speed, angle]) => validate::velocity(number(speed, &SPEED)?, number(angle, &ANGLE)?),
+            None => [f32::NAN; 2],
+        };
+        let sample = Sample { time_us, x, y, velocity };
         builder.add(name, sample).map_err(|message| in_field(&columns.time, message))?;
     }
-    let is_named = options.coordinates != Coordinates::Auto || columns.x.name.to_ascii_lowercase().ends_with("_m");
-    if columns.coordinates == Coordinates::Metres && !is_named && builder.shows() == Some(Unit::Degrees) {
-        let Column { name, .. } = &columns.x;
-        return Err(Fault::whole(format!(
-            "the vehicles move as if column {} were degrees; its name means metres; rename the columns to lon and lat, or \
-             set {COORDINATES_HELP}",
-            quoted(name)
-        )));
+    if builder.has_single_samples() {
+        let name = quoted(&columns.vehicle.name);
+        let message = format!(
+            "each vehicle has a single sample: column {name} probably numbers the rows; call the column of the vehicles \
+             vehicle, and {name} otherwise"
+        );
+        return Err(Fault::whole(message));
     }
-    let unit = if columns.coordinates == Coordinates::Degrees { Unit::Degrees } else { Unit::Metres };
+    let unit = columns.unit(&builder, options)?;
     builder.finish(unit, options).map_err(Fault::whole)
 }
 
@@ -91,12 +136,20 @@ struct Columns {
     vehicle: Column,
     x: Column,
     y: Column,
-    /// Unit of `x` and `y`; not `Auto`.
+    /// Width and height of the box whose corner `x` and `y` are, if they are not the centre.
+    box_size: Option<[Column; 2]>,
+    /// Unit of `x` and `y`; `Auto` if only the motion shows it.
     coordinates: Coordinates,
+    /// Speed and angle, in tables of SUMO.
+    motion: Option<[Column; 2]>,
+    /// Type, lane and edge, in tables of SUMO.
+    of_sumo: [Option<Column>; 3],
+    /// Published data set with these columns.
+    set: Option<&'static DataSet>,
 }
 
 impl Columns {
-    fn find(table: &Table<impl Read>, coordinates: Coordinates) -> Result<Self, Fault> {
+    fn find(table: &Table<impl Read>, options: &Options) -> Result<Self, Fault> {
         let header =
             (0..table.row.len()).map(|index| table.text(index).map(str::trim)).collect::<Result<Vec<_>, _>>()?;
         let column = |accepted: &[&str]| {
@@ -107,7 +160,7 @@ impl Columns {
         let missing = |what: &str, accepted: &[&str]| {
             let found: Vec<String> = header.iter().take(20).map(|name| quoted(name)).collect();
             let message = format!(
-                "no column for {what}; found {}; accepted: {}; rename a column, and separate columns by commas or semicolons",
+                "no column for {what}; found {}; accepted: {}; rename a column, and separate columns by commas, semicolons or tabs",
                 printable(&found.join(", ")),
                 accepted.join(", ")
             );
@@ -121,17 +174,56 @@ impl Columns {
                 Err(table.fault(at, message))
             })
         };
+        let of_sumo = [TYPE, LANE, EDGE].map(column);
+        let [speed, angle] = MOTION.map(|name| column(&[name]));
+        let motion = speed.zip(angle).map(|(speed, angle)| [speed, angle]);
+        let count = header.len();
+        if let Some(set) = DataSet::with(&header) {
+            // The data set was recognised by these columns.
+            let named = |name| column(&[name]).ok_or_else(|| missing(name, &set.columns));
+            let [time, vehicle, x, y] = set.columns.map(named);
+            let (time, vehicle, x, y) = (time?, vehicle?, x?, y?);
+            [&time, &vehicle, &x, &y].into_iter().try_for_each(once)?;
+            let box_size = set.box_size.map(|names| names.map(named));
+            let box_size = box_size.map(|[width, length]| Ok::<_, Fault>([width?, length?])).transpose()?;
+            let coordinates = Coordinates::Metres;
+            return Ok(Self { count, time, vehicle, x, y, box_size, coordinates, motion, of_sumo, set: Some(set) });
+        }
         let (time, vehicle) = (need("the time", TIME)?, need("the vehicle", VEHICLE)?);
         let metres = || Some((Coordinates::Metres, column(X)?, column(Y)?));
         let degrees = || Some((Coordinates::Degrees, column(LON)?, column(LAT)?));
-        let (found, accepted) = match coordinates {
-            Coordinates::Auto => (metres().or_else(degrees), [X, Y, LAT, LON].concat()),
+        // SUMO writes degrees into the same columns.
+        let sumo = |unit| Some((unit, column(&X[X.len() - 1..])?, column(&Y[Y.len() - 1..])?));
+        let (found, accepted) = match options.coordinates {
+            Coordinates::Auto => (sumo(Coordinates::Auto).or_else(metres).or_else(degrees), [X, Y, LAT, LON].concat()),
             Coordinates::Metres => (metres(), [X, Y].concat()),
-            Coordinates::Degrees => (degrees(), [LAT, LON].concat()),
+            Coordinates::Degrees => (degrees().or_else(|| sumo(Coordinates::Degrees)), [LAT, LON].concat()),
         };
         let (coordinates, x, y) = found.ok_or_else(|| missing("both coordinates", &accepted))?;
         [&time, &vehicle, &x, &y].into_iter().try_for_each(once)?;
-        Ok(Self { count: header.len(), time, vehicle, x, y, coordinates })
+        Ok(Self { count, time, vehicle, x, y, box_size: None, coordinates, motion, of_sumo, set: None })
+    }
+
+    /// Returns whether the current row is that of a person or container.
+    fn is_person(&self, table: &Table<impl Read>) -> Result<bool, Fault> {
+        let text = |column: &Option<Column>| column.as_ref().map(|column| table.text(column.index)).transpose();
+        let [kind, lane, edge] = &self.of_sumo;
+        Ok(Persons::is_person(text(kind)?, text(lane)?, text(edge)?))
+    }
+
+    /// Returns the unit of the coordinates. Fails if the motion of the vehicles contradicts the columns.
+    fn unit(&self, builder: &Builder, options: &Options) -> Result<Unit, Fault> {
+        let is_named = options.coordinates != Coordinates::Auto || self.x.name.to_ascii_lowercase().ends_with("_m");
+        match self.coordinates {
+            Coordinates::Metres if self.set.is_none() && !is_named && builder.shows() == Some(Unit::Degrees) => {
+                Err(Fault::whole(format!(
+                    "the vehicles move as if column {} were degrees; its name means metres; rename the columns to lon \
+                     and lat, or set {COORDINATES_HELP}",
+                    quoted(&self.x.name)
+                )))
+            }
+            coordinates => Ok(builder.unit(coordinates)),
+        }
     }
 }
 
@@ -141,7 +233,7 @@ mod tests {
     use super::*;
 
     fn read_as(text: &str, coordinates: Coordinates) -> Result<Traffic, TrafficError> {
-        read_from(text.as_bytes(), "f.csv", &Options { coordinates, gap_s: None })
+        read_from(text.as_bytes(), "f.csv", &Options { coordinates, ..Options::default() })
     }
 
     fn read(text: &str) -> Result<Traffic, TrafficError> {
@@ -186,6 +278,130 @@ mod tests {
             let origin = read(&format!("{latitude},{longitude},t,id\n20,10,1,v")).unwrap().origin.unwrap();
             assert_eq!((origin.latitude_deg, origin.longitude_deg), (20.0, 10.0));
         }
+    }
+
+    /// What `sumo --fcd-output FILE.csv` writes: rows with the time alone, persons among the vehicles, and degrees in the
+    /// same columns.
+    #[test]
+    fn tables_of_sumo_are_read_like_its_xml() {
+        let header = "timestep_time;vehicle_id;vehicle_x;vehicle_y;vehicle_type;vehicle_lane;vehicle_edge\n";
+        let rows = "0.00;;;;;;\n1.00;car;20;0;car;e_0;\n1.00;p0;0;5;DEFAULT_PEDTYPE;;e\n1.00;p1;0;6;tourist;;e\n\
+                    2.00;car;30;0;car;e_0;\n2.00;p0;1;5;DEFAULT_PEDTYPE;;e\n2.00;p1;1;6;tourist;;e\n";
+        let names = |options: &Options| {
+            let traffic = read_from(format!("{header}{rows}").as_bytes(), "f.csv", options).unwrap();
+            assert_eq!((traffic.begin_us, traffic.origin), (1_000_000, None));
+            traffic.vehicles.iter().map(|vehicle| vehicle.name().to_owned()).collect::<Vec<_>>()
+        };
+        assert_eq!(names(&Options::default()), ["car"]);
+        assert_eq!(names(&Options { persons: Persons::Included, ..Options::default() }), ["car", "p0", "p1"]);
+        let degrees =
+            "timestep_time;vehicle_id;vehicle_x;vehicle_y\n0;a;11.3;44.5\n1;a;11.30012;44.5\n2;a;11.30024;44.5\n";
+        for coordinates in [Coordinates::Auto, Coordinates::Degrees] {
+            let origin = read_as(degrees, coordinates).unwrap().origin.unwrap();
+            assert_eq!((origin.latitude_deg, origin.longitude_deg), (44.5, 11.3));
+        }
+        assert!(read_as(degrees, Coordinates::Metres).unwrap().origin.is_none());
+    }
+
+    #[test]
+    fn a_line_that_names_the_separator_is_skipped() {
+        for (line, separator) in [
+            ("sep=;", ";"),
+            ("SEP=,\r", ","),
+            ("sep=\t", "\t"),
+            ("sep=|", "|"),
+            ("\"sep=;\"", ";"),
+            ("# no", "\t"),
+            ("#", "|"),
+        ] {
+            let rows = "t,id,x,y\n0,a,1,2\n1,a,3,2\n".replace(',', separator);
+            let traffic = read(&format!("{line}\n{rows}")).unwrap();
+            assert_eq!(traffic.vehicles[0].at(0).unwrap().x_m, 1.0);
+        }
+        assert!(error("sep=;\nt;id;x;y\n0;a;here;2\n").starts_with("f.csv:3:5: vehicle \"a\": x = \"here\""));
+    }
+
+    #[test]
+    fn samples_without_a_fix_are_skipped_and_reported() {
+        let traffic = read("t,id,lat,lon\n0,a,44.5,11.3\n1,a,,\n2,a,0,0\n3,a,44.5001,11.3\n3,b,44.5,11.3\n").unwrap();
+        assert_eq!(traffic.notes, ["skipped 2 samples without a position or time: \"a\" (2)"]);
+        assert_eq!((traffic.vehicles.len(), traffic.span_s()), (2, 3.0));
+        let missing = read("t,id,lat,lon\n0,a,44.5,11.3\n1,a,NaN,nan\n2,a,null,NULL\n3,a,44.5001,11.3\n").unwrap();
+        assert!(missing.notes[0].ends_with("position or time: \"a\" (2)"), "{:?}", missing.notes);
+        assert!(error("t,id,lat,lon\n0,a,,\n1,a,,\n").starts_with("f.csv: contains no vehicles"));
+        assert!(error("t,id,x,y\n0,a,,3\n").starts_with("f.csv:2:5: vehicle \"a\": x = \"\" is not a number"));
+        assert!(read("t,id,x,y\n0,a,0,0\n").unwrap().notes.is_empty(), "0, 0 is a position in metres");
+    }
+
+    /// The rows are our own; the columns are those of the data sets.
+    #[test]
+    fn published_data_sets_are_recognised_by_their_columns() {
+        let high_d = "frame,id,x,y,width,height,xVelocity,yVelocity,xAcceleration\n\
+                      0,1,100,8,4,2,30,0,0\n25,1,130,8,4,2,30,0,0\n50,1,160,8,4,2,30,0,0\n";
+        let in_d = "recordingId,trackId,frame,trackLifetime,xCenter,yCenter,heading,width,length,xVelocity\n\
+                    0,1,0,0,102,-9,0,2,4,30\n0,1,25,1,132,-9,0,2,4,30\n0,1,50,2,162,-9,0,2,4,30\n";
+        let ngsim = "Vehicle_ID,Frame_ID,Total_Frames,Global_Time,Local_X,Local_Y,Global_X,Global_Y,v_Length\n\
+                     1,12,3,1118846980000,16,48,6451137.5,1873344.5,14\n1,22,3,1118846981000,16,98,6451137.5,1873394.5,14\n";
+        for text in [high_d, in_d] {
+            let traffic = read(text).unwrap();
+            let state = traffic.vehicles[0].at(1_000_000).unwrap();
+            assert_eq!((state.x_m, state.y_m, state.vx_m_s, traffic.span_s()), (132.0, -9.0, 30.0, 2.0));
+        }
+        let slower = Options { frame_rate_hz: Some(10.0), ..Options::default() };
+        assert_eq!(read_from(in_d.as_bytes(), "f.csv", &slower).unwrap().span_s(), 5.0);
+        let traffic = read(ngsim).unwrap();
+        let state = traffic.vehicles[0].at(traffic.begin_us).unwrap();
+        assert!((state.vy_m_s - 15.24).abs() < 1e-4 && (state.x_m - 1_966_310.6).abs() < 0.1, "{state:?}");
+        let wrong = error("frame,id,x,y,width,height,xVelocity,yVelocity\nx,1,100,8,4,2,30,0\n");
+        assert!(
+            wrong.starts_with("f.csv:2:1: vehicle \"1\": frame = \"x\" is not a number; 0 to 1000000000"),
+            "{wrong}"
+        );
+    }
+
+    #[test]
+    fn row_numbers_are_no_vehicles() {
+        let rows: String = (0..6).map(|row| format!("{row},{},v,44.5,11.3\n", row / 2)).collect();
+        let refused = error(&format!("id,timestamp,device,latitude,longitude\n{rows}"));
+        let expected =
+            "f.csv: each vehicle has a single sample: column \"id\" probably numbers the rows; call the column";
+        assert!(refused.starts_with(expected), "{refused}");
+        assert!(read("id,t,x,y\n0,0,1,2\n1,0,1,2\n").is_ok(), "two vehicles may have one sample each");
+    }
+
+    #[test]
+    fn implausible_traffic_is_reported() {
+        let of = |rows: String| read(&format!("time_s,vehicle,x_m,y_m\n{rows}")).unwrap();
+        let spike = of((0..20).map(|t| format!("{t},van,{},0\n", if t == 7 { 1800 } else { 8 * t })).collect());
+        let expected = "1 vehicle above 100 m/s between two samples: \"van\" with 1752 m/s before time = 7 s; is a position \
+                        wrong? correct it or remove the sample";
+        assert_eq!(spike.notes, [expected]);
+        let slow = of((0..300).map(|t| format!("{},car,{},0\n", 100 * t, 1.5 * f64::from(t))).collect());
+        assert!(slow.notes[0].starts_with("no vehicle is faster than 0.015 m/s, although one moves 448 m; are the"));
+        let fast = of((0..30).map(|t| format!("{},car,{},0\n", f64::from(t) / 1e3, 8 * t)).collect());
+        assert!(
+            fast.notes[0]
+                .ends_with("are the times in another unit? then correct the name or the values of their column")
+        );
+        let parked = of((0..300).map(|t| format!("{},car,{},0\n", 100 * t, f64::from(t % 2))).collect());
+        assert_eq!(parked.notes, [""; 0]);
+    }
+
+    /// A lorry that is sampled every ten seconds next to a van that is sampled every second exists all the time.
+    #[test]
+    fn the_gap_limit_follows_the_sampling_interval_of_each_vehicle() {
+        let van: String = (0..=60).map(|t| format!("{t},van,{},0\n", 8 * t)).collect();
+        let lorry: String = (0..=6).map(|t| format!("{},lorry,{},9\n", 10 * t, 80 * t)).collect();
+        let text = format!("time_s,vehicle,x_m,y_m\n{van}{lorry}");
+        let exists = |traffic: &Traffic| traffic.vehicles.iter().all(|vehicle| vehicle.at(35_000_000).is_some());
+        assert!(exists(&read(&text).unwrap()));
+        let limited = Options { gap_s: Some(2.5), ..Options::default() };
+        let traffic = read_from(text.as_bytes(), "f.csv", &limited).unwrap();
+        assert!(!exists(&traffic));
+        assert_eq!(
+            traffic.notes,
+            ["1 vehicle absent between most samples: \"lorry\" (6 gaps); a longer traffic.gap_s keeps them"]
+        );
     }
 
     #[test]
@@ -250,14 +466,14 @@ mod tests {
         let header = error("# c\ntime,car,x,y\n0,v,1,2");
         let expected = "f.csv:2:1: no column for the vehicle; found \"time\", \"car\", \"x\", \"y\"; \
                         accepted: vehicle, vehicle_id, id, track, track_id, target, target_id; rename a column, and separate \
-                        columns by commas or semicolons";
+                        columns by commas, semicolons or tabs";
         assert_eq!(header, expected);
         assert!(error("id,x,y\n").contains("no column for the time;"));
         assert!(error("id,t,x,lat\n").contains("no column for both coordinates;"));
         let degrees = read_as("id,t,x,y\n", Coordinates::Degrees).unwrap_err();
         assert!(degrees.message.ends_with(
             "accepted: lat_deg, lat, latitude, latitude_deg, lon_deg, lon, longitude, longitude_deg, lng, long; rename a \
-             column, and separate columns by commas or semicolons"
+             column, and separate columns by commas, semicolons or tabs"
         ));
         let metres = read_as("id,t,lat,lon\n", Coordinates::Metres).unwrap_err();
         assert!(metres.message.contains("accepted: x_m, x_east_m, x, east_m, vehicle_x, y_m,"), "{metres}");

@@ -1,18 +1,16 @@
 //! Reads SUMO floating-car data.
 
-use standoff::research::math;
 use std::collections::BTreeSet;
-use std::io::Read;
 use std::ops::RangeInclusive;
 
 use quick_xml::events::BytesStart;
 use standoff_io::display_text::{nearest, quoted};
 use standoff_io::geodesy::Unit;
-use standoff_io::text_source::xml::{Elements, Found, attributes, walk};
-use standoff_io::text_source::{Fault, Lines, Position};
+use standoff_io::text_source::xml::{Elements, Found, attributes};
+use standoff_io::text_source::{Fault, Position};
 
 use super::build::Builder;
-use super::model::{COORDINATES_HELP, Coordinates, Options, Traffic};
+use super::model::{COORDINATES_HELP, Coordinates, Options, Persons, Traffic};
 use super::validate::{self, ANGLE, Quantity, SPEED};
 use super::vehicle::Sample;
 
@@ -22,19 +20,13 @@ const GEO_OPTION: &str = "fcd-output.geo value=\"true\"";
 const OPTION: &str = "<fcd-output value=";
 /// Elements that are read within `fcd-export`.
 const TRAFFIC: [&str; 2] = ["timestep", "vehicle"];
-/// Other elements that SUMO writes into a time step; they are ignored.
+/// Other elements that SUMO writes into a time step; they are ignored unless they are targets, too.
 const LEFT_OUT: [&str; 2] = ["person", "container"];
 /// Length of a name that can be a misspelt traffic element, bytes.
 const MISSPELT_BYTES: RangeInclusive<usize> = 5..=10;
 /// Maximum number of names of other elements that are compared with those of traffic: a comparison takes long, and a
 /// large file may contain nothing else.
 const MAX_OTHERS: usize = 1_000;
-
-pub(super) fn read(lines: Lines<impl Read>, options: &Options) -> Result<Traffic, Fault> {
-    let mut file = Fcd { coordinates: options.coordinates, ..Fcd::default() };
-    walk(lines, &mut file)?;
-    file.finish(options)
-}
 
 /// Creates the error of a missing attribute.
 fn missing(start: Position, element: &str, key: &str) -> Fault {
@@ -55,9 +47,11 @@ fn out_of_place(element: &str, start: Position) -> Fault {
 
 /// State of the reader.
 #[derive(Default)]
-struct Fcd {
+pub(super) struct Fcd {
     builder: Builder,
     in_root: bool,
+    /// True if persons and containers are read, too.
+    persons: bool,
     /// Time of the last time step, microseconds.
     last_us: Option<i64>,
     /// Time of the open element at depth 1, if that is a time step.
@@ -87,13 +81,13 @@ impl Elements for Fcd {
             (0, "fcd-export") if !self.in_root => self.in_root = true,
             (0, _) => {
                 let message = format!(
-                    "element = {}; the only root element must be fcd-export; create the file with sumo --fcd-output",
+                    "element = {}; the only root element must be fcd-export or gpx; create the file with sumo --fcd-output",
                     quoted(name)
                 );
                 return Err(Fault::at(start, message));
             }
             (1, "timestep") => self.timestep(element, start)?,
-            (2, "vehicle") => match self.step_us {
+            (2, name) if name == "vehicle" || self.persons && LEFT_OUT.contains(&name) => match self.step_us {
                 Some(time_us) => self.vehicle(element, start, time_us)?,
                 None => return Err(out_of_place(name, start)),
             },
@@ -109,6 +103,10 @@ impl Elements for Fcd {
 }
 
 impl Fcd {
+    pub(super) fn new(options: &Options) -> Self {
+        Self { coordinates: options.coordinates, persons: options.persons == Persons::Included, ..Self::default() }
+    }
+
     /// Rejects an element of traffic that cannot be read in its place; ignores all other elements.
     fn other(&mut self, element: &BytesStart<'_>, start: Position, depth: usize) -> Result<(), Fault> {
         let name = element.name().into_inner();
@@ -174,15 +172,15 @@ impl Fcd {
         let (x, y) = (need("x", x, &x_kind)?, need("y", y, &y_kind)?);
         let speed = speed.map(|found| read("speed", &found, &SPEED)).transpose()?;
         let angle = angle.map(|found| read("angle", &found, &ANGLE)).transpose()?;
-        let velocity = match (speed, angle.map(f64::to_radians)) {
-            (Some(speed), Some(angle)) => [(speed * math::sin(angle)) as f32, (speed * math::cos(angle)) as f32],
+        let velocity = match (speed, angle) {
+            (Some(speed_m_s), Some(angle_deg)) => validate::velocity(speed_m_s, angle_deg),
             _ => [f32::NAN; 2],
         };
         let sample = Sample { time_us, x, y, velocity };
         self.builder.add(&id.text, sample).map_err(|message| Fault::at(start, message))
     }
 
-    fn finish(self, options: &Options) -> Result<Traffic, Fault> {
+    pub(super) fn finish(self, options: &Options) -> Result<Traffic, Fault> {
         let known = match self.coordinates {
             Coordinates::Auto => self.builder.shows().or(self.is_of_sumo.then_some(Unit::Metres)),
             Coordinates::Metres => Some(Unit::Metres),

@@ -3,8 +3,13 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use standoff_io::geodesy::{Origin, Unit};
+use standoff_io::text_source::Expectation;
 
 use super::vehicle::Vehicle;
+
+/// Expected contents, for messages.
+pub(super) static TRAFFIC: Expectation =
+    Expectation { description: "traffic", formats: "SUMO FCD (XML, CSV or Parquet), CSV tracks or GPX" };
 
 /// Options of the traffic reader.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
@@ -14,6 +19,12 @@ pub struct Options {
     /// Gap limit, s, finite and above 0: a vehicle without samples for longer is absent during the gap. `None`: 2.5
     /// times the median step between samples of a vehicle, and at least 1 s.
     pub gap_s: Option<f64>,
+    /// Whether persons and containers of SUMO are targets.
+    pub persons: Persons,
+    /// Frames per second of a data set whose times are numbers of frames. `None`: 25.
+    pub frame_rate_hz: Option<f64>,
+    /// Origin of the local frame of a file in degrees. `None`: its first sample.
+    pub origin: Option<Origin>,
 }
 
 /// Unit of the coordinates of a file.
@@ -30,6 +41,26 @@ pub enum Coordinates {
     Metres,
     /// Degrees of longitude and latitude (WGS84).
     Degrees,
+}
+
+/// Whether persons and containers of SUMO are targets.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Persons {
+    /// Only vehicles are targets.
+    #[default]
+    Ignored,
+    /// Persons and containers are targets, too.
+    Included,
+}
+
+impl Persons {
+    /// Returns whether a row of SUMO's tables is that of a person or container: they have a default type, or an edge but
+    /// no lane, whereas vehicles have a lane and no edge.
+    pub(super) fn is_person(kind: Option<&str>, lane: Option<&str>, edge: Option<&str>) -> bool {
+        let is_blank = |text: Option<&str>| text.is_none_or(str::is_empty);
+        matches!(kind, Some("DEFAULT_PEDTYPE" | "DEFAULT_CONTAINERTYPE")) || is_blank(lane) && !is_blank(edge)
+    }
 }
 
 /// Setting to recommend if the unit of the coordinates cannot be determined.
@@ -59,6 +90,8 @@ pub struct Traffic {
     pub end_us: i64,
     /// Origin of the local frame; `None` if the file was in metres.
     pub origin: Option<Origin>,
+    /// What is implausible in the file, for the user.
+    pub notes: Vec<String>,
 }
 
 impl Traffic {
@@ -70,11 +103,6 @@ impl Traffic {
     /// Time from the first sample to the last, s.
     pub fn span_s(&self) -> f64 {
         self.end_us.saturating_sub(self.begin_us) as f64 / 1e6
-    }
-
-    /// Gap limit, s: a vehicle without samples for longer is absent during the gap.
-    pub fn gap_s(&self) -> f64 {
-        self.vehicles.first().map_or(1.0, Vehicle::gap_s)
     }
 
     /// Positions of all samples, east and north, m.

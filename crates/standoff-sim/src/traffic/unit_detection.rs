@@ -120,7 +120,7 @@ mod tests {
         let step =
             |time: i32, x: f64| format!("<timestep time=\"{time}\"><vehicle id=\"a\" x=\"{x}\" y=\"50\"/></timestep>");
         let text = format!("{comment}<fcd-export>{}{}</fcd-export>", step(0, from), step(1, to));
-        read_from(text.as_bytes(), "f.xml", &Options { coordinates, gap_s: None })
+        read_from(text.as_bytes(), "f.xml", &Options { coordinates, ..Options::default() })
     }
 
     const GEO: &str = "<!-- <fcd-output value=\"a\"/> <fcd-output.geo value=\"true\"/> -->";
@@ -151,7 +151,7 @@ mod tests {
     fn a_table_with_degrees_in_metre_columns_is_rejected() {
         let read = |header: &str, coordinates| {
             let rows = "0,a,11.3,44.5\n1,a,11.3001,44.5\n2,a,11.3002,44.5\n";
-            read_from(format!("{header}\n{rows}").as_bytes(), "f.csv", &Options { coordinates, gap_s: None })
+            read_from(format!("{header}\n{rows}").as_bytes(), "f.csv", &Options { coordinates, ..Options::default() })
         };
         let error = read("t,id,x,y", Coordinates::Auto).unwrap_err().to_string();
         assert!(

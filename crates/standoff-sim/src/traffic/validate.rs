@@ -1,5 +1,6 @@
 //! Checks the single values of traffic files and describes what is wrong.
 
+use standoff::research::math;
 use standoff_io::display_text::quoted;
 
 use super::Coordinates;
@@ -60,6 +61,10 @@ pub(super) fn axes(coordinates: Coordinates) -> [Quantity; 2] {
 }
 
 impl Quantity {
+    pub(super) const fn new(low: f64, high: f64, unit: &'static str, advice: &'static str) -> Self {
+        Self { low, high, unit, advice }
+    }
+
     /// Returns whether `value` is in the range; `false` for NaN.
     pub(super) fn contains(&self, value: f64) -> bool {
         (self.low..=self.high).contains(&value)
@@ -81,6 +86,12 @@ impl Quantity {
         let Self { low, high, unit, advice } = self;
         Err(format!("{key} = {} {wrong}; {low} to {high} {unit}; {advice}", quoted(text)))
     }
+}
+
+/// Returns the velocity east and north, m/s, from SUMO's speed and its angle clockwise from north.
+pub(super) fn velocity(speed_m_s: f64, angle_deg: f64) -> [f32; 2] {
+    let angle = angle_deg.to_radians();
+    [(speed_m_s * math::sin(angle)) as f32, (speed_m_s * math::cos(angle)) as f32]
 }
 
 /// Parses `text`, the value of `key`, as a time in seconds; returns microseconds.

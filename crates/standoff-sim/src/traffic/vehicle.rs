@@ -41,10 +41,6 @@ impl Vehicle {
         Self { name, samples, gap_us }
     }
 
-    pub(super) fn gap_s(&self) -> f64 {
-        self.gap_us as f64 / 1e6
-    }
-
     /// Adds the vehicle to a checksum.
     pub(super) fn check_in(&self, crc: &mut crc32fast::Hasher) {
         for length in [self.name.len(), self.samples.len()] {
@@ -57,6 +53,16 @@ impl Vehicle {
             [x, y].into_iter().for_each(|value| crc.update(&value.to_le_bytes()));
             velocity.iter().for_each(|value| crc.update(&value.to_le_bytes()));
         }
+    }
+
+    /// Changes the name.
+    pub(super) fn rename(&mut self, name: String) {
+        self.name = name;
+    }
+
+    /// Number of samples.
+    pub(super) fn samples(&self) -> usize {
+        self.samples.len()
     }
 
     /// Name as in the file; it may contain any character.

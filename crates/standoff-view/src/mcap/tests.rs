@@ -251,7 +251,7 @@ fn uavs_in_georeferenced_scenarios_have_latitude_and_longitude() {
     let traffic = folder.path().join("traffic.csv");
     let row = |i: i32| format!("{i},car,{},{}\n", 44.5 + f64::from(i) * 1e-5, 11.3);
     fs::write(&traffic, format!("t,id,lat,lon\n{}", (0..=10).map(row).collect::<String>())).unwrap();
-    let overrides = Overrides { traffic: Some(traffic), ..Overrides::default() };
+    let overrides = Overrides { traffic: vec![traffic], ..Overrides::default() };
     let scenario = Scenario::load("traffic/convoy", &overrides, 1).unwrap();
     let frames = frames(&scenario);
     let bytes = written(&scenario, &frames);

@@ -1,9 +1,9 @@
-//! Fuzz target: zones in GeoJSON. `scripts/fuzz` runs it for longer.
+//! Fuzz target: zones in GeoJSON, plans and KML. `scripts/fuzz` runs it for longer.
 
 use super::*;
 use crate::fuzz_harness::{corpus, refused, run};
 
-const GEOJSON: [&str; 24] = [
+const PARTS: [&str; 34] = [
     "{",
     "}",
     "[",
@@ -28,22 +28,35 @@ const GEOJSON: [&str; 24] = [
     "\"Topology\"",
     "[181, 91]",
     "[0, 0], [1, 1], [0, 1]",
+    "\"geoFence\":",
+    "\"circles\":",
+    "\"circle\": {\"center\": [44, 9], \"radius\": 50}",
+    "\"inclusion\": true",
+    "\"polygon\":",
+    "<kml>",
+    "<Polygon>",
+    "</Polygon>",
+    "<innerBoundaryIs>",
+    "<coordinates>9,44,3 9.1,44 9,44.1</coordinates>",
 ];
 
 /// Reads zones; returns whether they were accepted. Accepted zones must be valid outlines for the library.
 fn try_one(bytes: &[u8], origin: Option<Origin>, kind: ZoneKind) -> bool {
-    let table = schema_types::Zone { name: String::new(), file: "file".to_owned(), kind, vertices: Vec::new() };
-    let found = match polygons(bytes, origin).and_then(|polygons| zones(&table, polygons)) {
+    let table = schema_types::Zone { kind, ..schema_types::Zone::default() };
+    let found = match file::read(bytes, origin).and_then(|contents| zones(&table, contents.zones)) {
         Ok(found) => found,
         Err(message) => return refused(&message),
     };
     assert!((1..=ZONES_MAX).contains(&found.len()));
+    let constant = |number: &Number| match number {
+        Number::Constant(value) => *value,
+        _ => panic!("{number:?} is not a constant"),
+    };
     for zone in found {
-        let place = |point: &Vec<Number>| match point[..] {
-            [Number::Constant(x_m), Number::Constant(y_m)] => Position::from_m(x_m, y_m),
-            _ => panic!("{point:?} is not a position"),
+        let outline: Vec<_> = match [zone.x_m, zone.y_m, zone.radius_m].map(|number| number.as_ref().map(constant)) {
+            [Some(x_m), Some(y_m), Some(radius_m)] => circle_outline([x_m, y_m], radius_m, zone.kind),
+            _ => zone.vertices.iter().map(|at| Position::from_m(constant(&at[0]), constant(&at[1]))).collect(),
         };
-        let outline: Vec<_> = zone.vertices.iter().map(place).collect();
         assert!(outline.iter().all(|at| at.is_finite()) && zone.file.is_empty());
         Geofence::new(vec![Zone { name: zone.name, kind: zone.kind.into(), vertices: outline }]).unwrap();
     }
@@ -51,12 +64,12 @@ fn try_one(bytes: &[u8], origin: Option<Origin>, kind: ZoneKind) -> bool {
 }
 
 #[test]
-fn any_geojson_gives_zones_or_is_refused() {
+fn any_file_gives_zones_or_is_refused() {
     let files = corpus("zones");
     let traffic = Some(Origin { latitude_deg: 44.25, longitude_deg: 9.0 });
     run("zones", 0.05, |choices| {
         let (origin, kind) =
             (*choices.one_of(&[None, traffic]), *choices.one_of(&[ZoneKind::KeepIn, ZoneKind::KeepOut]));
-        try_one(&choices.mutated(&files, &GEOJSON), origin, kind)
+        try_one(&choices.mutated(&files, &PARTS), origin, kind)
     });
 }

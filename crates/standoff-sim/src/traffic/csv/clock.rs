@@ -5,7 +5,7 @@ use standoff_io::display_text::quoted;
 
 use super::super::validate::{LOGGED_MILLISECONDS, LOGGED_SECONDS, Quantity};
 
-/// Number format of a table. If semicolons separate its fields, the first number with a decimal sign determines that
+/// Number format of a table. If no commas separate its fields, the first number with a decimal sign determines that
 /// sign, because 1,234 is a different number with a decimal point than with a decimal comma.
 pub(super) struct Numbers {
     /// True if a comma may be the decimal sign.
@@ -15,7 +15,7 @@ pub(super) struct Numbers {
 
 impl Numbers {
     pub(super) fn new(separator: u8) -> Self {
-        Self { may_be_comma: separator == b';', decimal_sign: None }
+        Self { may_be_comma: separator != b',', decimal_sign: None }
     }
 
     /// Parses `text`, the value of `key`.
@@ -68,6 +68,14 @@ impl Clock {
             }
             _ => Ok(time_us),
         }
+    }
+}
+
+/// Parses `text`, the value of `key`, as a date and time; returns microseconds since 1970.
+pub(in super::super) fn date_time_us(key: &str, text: &str) -> Result<i64, String> {
+    match date_time(text) {
+        Some((_, time_us)) if (-9e15..=9e15).contains(&(time_us as f64)) => Ok(time_us),
+        _ => Err(format!("{key} = {} is not a date-time like 2026-03-01T12:00:00.5Z", quoted(text))),
     }
 }
 

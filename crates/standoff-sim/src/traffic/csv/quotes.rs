@@ -24,18 +24,29 @@ enum Within {
     Closed { open: usize, close: usize },
 }
 
-/// Returns the separator of a table: semicolon if its header has more of them than commas outside of quotes.
+/// Separators, by preference.
+const SEPARATORS: [u8; 4] = [b',', b';', b'\t', b'|'];
+
+/// Returns the separator that a line such as `sep=;` names; `None` for any other line.
+pub(super) fn named_separator(line: &[u8]) -> Option<u8> {
+    let line = line.strip_prefix(b"\"").unwrap_or(line);
+    let (head, rest) = line.split_at_checked(4)?;
+    let (separator, rest) = rest.split_first()?;
+    let ends = rest.trim_ascii().is_empty() || rest.trim_ascii() == b"\"";
+    (head.eq_ignore_ascii_case(b"sep=") && ends && SEPARATORS.contains(separator)).then_some(*separator)
+}
+
+/// Returns the separator of a table: the most frequent one of its header outside of quotes.
 pub(super) fn separator(header: &[u8]) -> u8 {
-    let (mut is_quoted, mut commas, mut semicolons) = (false, 0, 0);
+    let (mut is_quoted, mut counts) = (false, [0; SEPARATORS.len()]);
     for byte in header {
-        match byte {
-            b'"' => is_quoted = !is_quoted,
-            b',' if !is_quoted => commas += 1,
-            b';' if !is_quoted => semicolons += 1,
-            _ => {}
+        is_quoted ^= *byte == b'"';
+        if let (false, Some(index)) = (is_quoted, SEPARATORS.iter().position(|separator| separator == byte)) {
+            counts[index] += 1;
         }
     }
-    if semicolons > commas { b';' } else { b',' }
+    let most = counts.into_iter().max().unwrap_or_default();
+    counts.into_iter().zip(SEPARATORS).find(|(count, _)| *count == most).map_or(b',', |(_, separator)| separator)
 }
 
 /// Returns the start of each field of a row, up to the first error in its quotes, and that error.

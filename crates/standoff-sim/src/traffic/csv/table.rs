@@ -13,7 +13,7 @@ pub(super) struct Table<R> {
     reader: csv::Reader<RowText<R>>,
     /// The current row.
     pub(super) row: ByteRecord,
-    /// Separator between fields: a comma or a semicolon.
+    /// Separator between fields.
     pub(super) separator: u8,
 }
 
@@ -24,7 +24,13 @@ impl<R: Read> Table<R> {
         let mut text =
             RowText { lines, start, ahead: Cursor::default(), text: Vec::new(), separator: b',', separators: None };
         text.look_ahead().map_err(|error| input_fault(Some(text.lines.position()), &error))?;
-        let separator = quotes::separator(text.ahead.get_ref());
+        // Spreadsheets write the separator into a line before the header.
+        let named = quotes::named_separator(text.ahead.get_ref());
+        if named.is_some() {
+            text.ahead = Cursor::default();
+            text.look_ahead().map_err(|error| input_fault(Some(text.lines.position()), &error))?;
+        }
+        let separator = named.unwrap_or_else(|| quotes::separator(text.ahead.get_ref()));
         text.separator = separator;
         let reader = ReaderBuilder::new().has_headers(false).flexible(true).delimiter(separator).from_reader(text);
         Ok(Self { reader, row: ByteRecord::new(), separator })

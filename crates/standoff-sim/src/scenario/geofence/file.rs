@@ -1,0 +1,146 @@
+//! Reads zones from files: GeoJSON, plans of QGroundControl and KML.
+
+use serde_json::Value;
+use standoff_io::display_text::quoted;
+use standoff_io::geodesy::{LocalPlane, Origin};
+
+use super::super::schema_types::ZoneKind;
+use super::kml;
+use super::shapes::{Contents, Found, Rings, Shape, ignored, place};
+
+/// Reads zones. Degrees are converted to the plane at `origin`, that of the traffic in degrees. Without it, GeoJSON is
+/// in metres, and the other formats are rejected.
+pub(super) fn read(bytes: &[u8], origin: Option<Origin>) -> Result<Contents, String> {
+    let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
+    let plane = origin.map(Origin::plane).transpose().map_err(|error| error.to_string())?;
+    let in_degrees = |format: &str| {
+        let message =
+            format!("{format} is in degrees; the traffic must be in degrees, too, to place it; give metres otherwise");
+        plane.ok_or(message)
+    };
+    let contents = match bytes.trim_ascii_start() {
+        [b'<', ..] => kml::read(bytes, &in_degrees("KML")?)?,
+        [b'P', b'K', ..] => return Err("is compressed with zip (KMZ); decompress it first, with unzip".to_owned()),
+        _ => {
+            let json: Value = serde_json::from_slice(bytes)
+                .map_err(|error| format!("is not GeoJSON, a plan of QGroundControl or KML: {error}"))?;
+            match json.get("geoFence") {
+                Some(fence) => plan(fence, &in_degrees("a plan of QGroundControl")?)?,
+                None if json.get("fileType").is_some() => {
+                    return Err("has no geoFence; must be a plan of QGroundControl with zones".to_owned());
+                }
+                None => geojson(&json, plane.as_ref())?,
+            }
+        }
+    };
+    if contents.zones.is_empty() {
+        return Err("has no polygon; must contain a polygon (in a plan, or a circle)".to_owned());
+    }
+    Ok(contents)
+}
+
+/// Reads the polygons and circles of a plan's fence: those with `inclusion` are keep-in zones.
+fn plan(fence: &Value, plane: &LocalPlane) -> Result<Contents, String> {
+    let list = |key: &str| fence.get(key).and_then(Value::as_array).map(Vec::as_slice).unwrap_or_default();
+    let wrong = |what: &str| format!("geoFence: {what}; save the plan again with QGroundControl");
+    let point = |point: &Value| {
+        let number = |place: usize| point.get(place).and_then(Value::as_f64);
+        let (Some(lat), Some(lon)) = (number(0), number(1)) else {
+            return Err(wrong("a position must be [latitude, longitude]"));
+        };
+        place(lat, lon, plane)
+    };
+    let kind = |zone: &Value| match zone.get("inclusion").and_then(Value::as_bool) {
+        Some(true) => Ok(Some(ZoneKind::KeepIn)),
+        Some(false) => Ok(Some(ZoneKind::KeepOut)),
+        None => Err(wrong("inclusion must be true or false")),
+    };
+    let mut contents = Contents::default();
+    for zone in list("polygons") {
+        let outline =
+            zone.get("polygon").and_then(Value::as_array).ok_or_else(|| wrong("a polygon has no positions"))?;
+        let shape = Shape::Polygon(vec![outline.iter().map(point).collect::<Result<_, _>>()?]);
+        contents.zones.push(Found { name: String::new(), kind: kind(zone)?, shape });
+    }
+    for zone in list("circles") {
+        let number = |path: &str| zone.pointer(path).and_then(Value::as_f64);
+        let radius_m = number("/circle/radius").ok_or_else(|| wrong("a circle has no radius"))?;
+        let centre_m = point(zone.pointer("/circle/center").unwrap_or(&Value::Null))?;
+        contents.zones.push(Found {
+            name: String::new(),
+            kind: kind(zone)?,
+            shape: Shape::Circle { centre_m, radius_m },
+        });
+    }
+    Ok(contents)
+}
+
+/// Reads the polygons of GeoJSON. Without a plane, it must be in metres.
+fn geojson(json: &Value, plane: Option<&LocalPlane>) -> Result<Contents, String> {
+    let (mut zones, mut others) = (Vec::new(), 0);
+    collect(json, "", plane, &mut zones, &mut others)?;
+    let extent_m = |zone: &Found| match &zone.shape {
+        Shape::Polygon(rings) => [0, 1].map(|axis| {
+            let values = || rings.iter().flatten().map(|point| point[axis]);
+            values().fold(f64::NEG_INFINITY, f64::max) - values().fold(f64::INFINITY, f64::min)
+        }),
+        Shape::Circle { radius_m, .. } => [*radius_m; 2],
+    };
+    if let Some(index) =
+        zones.iter().position(|zone| plane.is_none() && extent_m(zone).into_iter().fold(0.0, f64::max) < 1.0)
+    {
+        return Err(format!(
+            "polygon {index} is smaller than 1 m; its coordinates are probably degrees, but the traffic is in metres; give \
+             metres, or use traffic in degrees"
+        ));
+    }
+    Ok(Contents { zones, note: ignored(others) })
+}
+
+/// Reads the polygons of a part of GeoJSON, and counts other shapes.
+fn collect(
+    object: &Value,
+    name: &str,
+    plane: Option<&LocalPlane>,
+    found: &mut Vec<Found>,
+    others: &mut usize,
+) -> Result<(), String> {
+    let list = |key: &str| object.get(key).and_then(Value::as_array).map(Vec::as_slice).unwrap_or_default();
+    let mut add = |coordinates: Option<&Value>| {
+        let shape = Shape::Polygon(rings(coordinates, plane)?);
+        found.push(Found { name: name.to_owned(), kind: None, shape });
+        Ok(())
+    };
+    match object.get("type").and_then(Value::as_str).unwrap_or_default() {
+        "FeatureCollection" => {
+            list("features").iter().try_for_each(|feature| collect(feature, name, plane, found, others))
+        }
+        "GeometryCollection" => {
+            list("geometries").iter().try_for_each(|part| collect(part, name, plane, found, others))
+        }
+        "Feature" => {
+            let name = object.pointer("/properties/name").and_then(Value::as_str).unwrap_or(name);
+            object.get("geometry").map_or(Ok(()), |geometry| collect(geometry, name, plane, found, others))
+        }
+        "Polygon" => add(object.get("coordinates")),
+        "MultiPolygon" => list("coordinates").iter().try_for_each(|polygon| add(Some(polygon))),
+        // Points and lines enclose nothing.
+        "Point" | "MultiPoint" | "LineString" | "MultiLineString" => {
+            *others += 1;
+            Ok(())
+        }
+        kind if object.is_object() => Err(format!("type = {}: must be a type of GeoJSON", quoted(kind))),
+        _ => Ok(()),
+    }
+}
+
+fn rings(coordinates: Option<&Value>, plane: Option<&LocalPlane>) -> Result<Rings, String> {
+    let nested = || "a polygon's coordinates must be lists of [longitude, latitude], or of [east, north]".to_owned();
+    let point = |point: &Value| -> Result<[f64; 2], String> {
+        let number = |place: usize| point.get(place).and_then(Value::as_f64);
+        let (Some(x), Some(y)) = (number(0), number(1)) else { return Err(nested()) };
+        plane.map_or(Ok([x, y]), |plane| place(y, x, plane))
+    };
+    let ring = |ring: &Value| ring.as_array().ok_or_else(nested)?.iter().map(point).collect();
+    coordinates.and_then(Value::as_array).ok_or_else(nested)?.iter().map(ring).collect()
+}

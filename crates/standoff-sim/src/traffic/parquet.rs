@@ -1,0 +1,192 @@
+//! Reads SUMO floating-car data from Parquet (`sumo --fcd-output FILE.parquet`).
+
+use std::io::Read;
+use std::path::Path;
+
+use standoff_io::bounded_input;
+use standoff_io::text_source::Fault;
+use standoff_io::text_source::limits::MAX_TEXT;
+use standoff_record::RecordError;
+use standoff_record::column::{self, Columns, Declaration, Field, Part, Row};
+use standoff_record::table::{TableReader, source};
+
+use super::build::Builder;
+use super::model::{Options, Persons, Traffic};
+use super::validate;
+use super::vehicle::Sample;
+
+/// Columns that distinguish persons and containers from vehicles.
+const TYPE: &str = "vehicle_type";
+const LANE: &str = "vehicle_lane";
+const EDGE: &str = "vehicle_edge";
+
+/// First bytes of a Parquet file.
+const MAGIC: [u8; 4] = *b"PAR1";
+
+/// Returns whether the file is Parquet of an accepted size, by its first bytes.
+pub(super) fn is_parquet(path: &Path) -> bool {
+    let mut head = [0; 4];
+    let read = bounded_input::open(path, MAX_TEXT).and_then(|mut file| file.read_exact(&mut head));
+    read.is_ok() && head == MAGIC
+}
+
+/// Row of the file; SUMO writes the time alone while there are no vehicles.
+#[derive(Debug, Clone, Default)]
+struct FcdRow {
+    time_s: Option<f64>,
+    vehicle: Option<String>,
+    x: Option<f64>,
+    y: Option<f64>,
+    kind: Option<String>,
+    lane: Option<String>,
+    edge: Option<String>,
+}
+
+impl Row for FcdRow {
+    const TABLE: &'static str = "traffic";
+}
+
+impl Field for FcdRow {
+    fn declare<T: 'static>(_: Declaration, columns: &mut Columns<T>, part: impl Part<T, Self>) {
+        Option::declare(Declaration::new("timestep_time", ""), columns, move |row| &mut part(row).time_s);
+        Option::declare(Declaration::new("vehicle_id", ""), columns, move |row| &mut part(row).vehicle);
+        Option::declare(Declaration::new("vehicle_x", ""), columns, move |row| &mut part(row).x);
+        Option::declare(Declaration::new("vehicle_y", ""), columns, move |row| &mut part(row).y);
+    }
+}
+
+pub(super) fn read(path: &Path, options: &Options) -> Result<Traffic, Fault> {
+    let file = source(path).map_err(|error| fault(&error))?;
+    let reader = |optional: &[&'static str]| {
+        TableReader::of(path.to_owned(), FcdRow::default(), columns(optional), [file.clone()])
+    };
+    // `sumo --fcd-output.attributes` can leave out columns.
+    let table = reader(&[TYPE, LANE, EDGE]).or_else(|_| reader(&[TYPE])).or_else(|_| reader(&[LANE, EDGE]));
+    let mut table = table.or_else(|_| reader(&[])).map_err(|error| fault(&error))?;
+    let mut builder = Builder::default();
+    let mut index = 0;
+    while let Some(row) = table.next_row().map_err(|error| fault(&error))? {
+        index += 1;
+        let FcdRow { time_s: Some(time_s), vehicle: Some(vehicle), x, y, kind, lane, edge } = row else { continue };
+        let is_person = Persons::is_person(kind.as_deref(), lane.as_deref(), edge.as_deref());
+        if options.persons == Persons::Ignored && is_person || vehicle.is_empty() && x.is_none() && y.is_none() {
+            continue;
+        }
+        let in_row = |message| Fault::whole(format!("row {index}: {message}"));
+        builder.check_name("vehicle_id", &vehicle).map_err(in_row)?;
+        let time_us = validate::time_us("timestep_time", &time_s.to_string()).map_err(in_row)?;
+        let (Some(x), Some(y)) = (x, y) else {
+            builder.skip(&vehicle);
+            continue;
+        };
+        let [x_kind, y_kind] = validate::axes(options.coordinates);
+        let x = x_kind.check("vehicle_x", &x.to_string(), Some(x)).map_err(in_row)?;
+        let y = y_kind.check("vehicle_y", &y.to_string(), Some(y)).map_err(in_row)?;
+        builder.add(&vehicle, Sample { time_us, x, y, velocity: [f32::NAN; 2] }).map_err(in_row)?;
+    }
+    let unit = builder.unit(options.coordinates);
+    builder.finish(unit, options).map_err(Fault::whole)
+}
+
+/// Returns the columns of a file, with some of the optional ones.
+fn columns(optional: &[&'static str]) -> Columns<FcdRow> {
+    let mut columns = column::columns();
+    for &name in optional {
+        let field: fn(&mut FcdRow) -> &mut Option<String> = match name {
+            TYPE => |row| &mut row.kind,
+            LANE => |row| &mut row.lane,
+            _ => |row| &mut row.edge,
+        };
+        Option::declare(Declaration::new(name, ""), &mut columns, field);
+    }
+    columns
+}
+
+/// Converts an error; the path is added elsewhere.
+fn fault(error: &RecordError) -> Fault {
+    let message = match error {
+        RecordError::Read { reason, .. } => format!("cannot be read: {reason}"),
+        RecordError::Damaged { what, .. } | RecordError::Foreign { what, .. } => {
+            format!("{what}; must be SUMO FCD as Parquet, with timestep_time, vehicle_id, vehicle_x and vehicle_y")
+        }
+        other => other.to_string(),
+    };
+    Fault::whole(message)
+}
+
+#[cfg(test)]
+mod tests {
+    use std::fs;
+
+    use standoff_record::table::TableWriter;
+
+    use super::super::read as read_traffic;
+    use super::*;
+
+    /// Writes rows of time, vehicle, x, y, type, lane and edge, with some of the optional columns.
+    fn write(path: &Path, optional: &[&'static str], rows: &[(f64, &str, f64, f64, &str, &str, &str)]) {
+        let text = |text: &str| (!text.is_empty()).then(|| text.to_owned());
+        let mut table = TableWriter::with_columns(path.to_owned(), columns(optional)).unwrap();
+        let mut rows: Vec<FcdRow> = rows
+            .iter()
+            .map(|&(time_s, vehicle, x, y, kind, lane, edge)| FcdRow {
+                time_s: Some(time_s),
+                vehicle: text(vehicle),
+                x: text(vehicle).map(|_| x),
+                y: text(vehicle).map(|_| y),
+                kind: text(kind),
+                lane: text(lane),
+                edge: text(edge),
+            })
+            .collect();
+        table.push(&mut rows).unwrap();
+        table.finish().unwrap();
+    }
+
+    #[test]
+    fn tables_of_sumo_are_read_like_its_csv() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("fcd.parquet");
+        let rows = [
+            (0.0, "", 0.0, 0.0, "", "", ""),
+            (1.0, "car", 20.0, 0.0, "car", "e_0", ""),
+            (1.0, "p0", 0.0, 5.0, "DEFAULT_PEDTYPE", "", "e"),
+            (1.0, "p1", 0.0, 6.0, "tourist", "", "e"),
+            (2.0, "car", 30.0, 0.0, "car", "e_0", ""),
+        ];
+        let names = |optional: &[&'static str], persons| {
+            write(&path, optional, &rows);
+            let traffic = read_traffic(&path, &Options { persons, ..Options::default() }).unwrap();
+            assert_eq!((traffic.begin_us, traffic.end_us, traffic.origin), (1_000_000, 2_000_000, None));
+            traffic.vehicles.iter().map(|vehicle| vehicle.name().to_owned()).collect::<Vec<_>>()
+        };
+        assert_eq!(names(&[TYPE, LANE, EDGE], Persons::Ignored), ["car"]);
+        assert_eq!(names(&[LANE, EDGE], Persons::Ignored), ["car"]);
+        assert_eq!(names(&[TYPE], Persons::Ignored), ["car", "p1"]);
+        assert_eq!(names(&[TYPE, LANE, EDGE], Persons::Included), ["car", "p0", "p1"]);
+        assert_eq!(names(&[], Persons::Ignored), ["car", "p0", "p1"]);
+    }
+
+    #[test]
+    fn damaged_and_other_tables_are_refused() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("fcd.parquet");
+        write(&path, &[], &[(0.0, "a", 0.0, 0.0, "", "", ""), (1.0, "a", 1e9, 0.0, "", "", "")]);
+        let refused = || read_traffic(&path, &Options::default()).unwrap_err().message;
+        assert!(refused().starts_with("row 2: vehicle_x = \"1000000000\" is out of range"), "{}", refused());
+        let whole = fs::read(&path).unwrap();
+        for length in [4, 8, whole.len() / 2, whole.len() - 1] {
+            fs::write(&path, &whole[..length]).unwrap();
+            assert!(refused().contains("must be SUMO FCD as Parquet, with timestep_time"), "{}", refused());
+        }
+        let column = |name: &'static str| {
+            let mut columns: Columns<FcdRow> = Vec::new();
+            Option::declare(Declaration::new(name, ""), &mut columns, |row: &mut FcdRow| &mut row.x);
+            columns
+        };
+        let mut other = TableWriter::with_columns(path.clone(), column("speed")).unwrap();
+        other.push(&mut [FcdRow::default()]).unwrap();
+        other.finish().unwrap();
+        assert!(refused().contains("must be SUMO FCD as Parquet"), "{}", refused());
+    }
+}
