@@ -539,7 +539,7 @@ fn too_short_traffic_is_refused_with_its_file_name() {
     let overrides = Overrides { traffic: vec![traffic.clone()], ..Overrides::default() };
     let error = Scenario::load("traffic/convoy", &overrides, 1).unwrap_err().to_string();
     assert_eq!(error, format!("{}: spans 0.3 s; a mission needs at least one period_s of 0.5 s", traffic.display()));
-    check_error("[traffic]\n", "/mine.toml:1:2: traffic.file: missing; name SUMO floating-car data or CSV tracks");
+    check_error("[traffic]\n", "/mine.toml:1:2: traffic.file: missing; name SUMO floating-car data, CSV tracks or GPX");
 }
 
 /// `improved/*` differs from `paper/*` only by the improvements; figure 9 also by its start.

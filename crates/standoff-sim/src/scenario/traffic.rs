@@ -6,7 +6,7 @@ use standoff_io::display_text::quoted;
 
 use super::builtin::BUILT_IN_TRAFFIC;
 use super::error::ScenarioError;
-use super::load::{Typed, stem};
+use super::load::{Typed, related, stem};
 use super::locate::Map;
 use super::number::Number;
 use super::resolved::Settings;
@@ -32,8 +32,12 @@ pub(super) fn read(typed: &Typed) -> Result<Option<Traffic>, ScenarioError> {
         return refuse("traffic", "[targets] and [traffic] exclude each other; keep one".to_owned());
     }
     let names = &table.file.0;
+    if typed.left_out.iter().any(|key| related(key, "traffic.file")) {
+        // Its value has a wrong form, which is reported.
+        return Ok(None);
+    }
     if names.iter().all(String::is_empty) {
-        return refuse("traffic", "traffic.file: missing; name SUMO floating-car data or CSV tracks".to_owned());
+        return refuse("traffic", "traffic.file: missing; name SUMO floating-car data, CSV tracks or GPX".to_owned());
     }
     if names.len() > FILES_MAX {
         let what = format!("traffic.file: {} files; must be at most {FILES_MAX}; join some of them", names.len());
@@ -195,6 +199,41 @@ mod tests {
         assert_eq!(warnings(60.0, &["duration_s=70"]).len(), 1, "a request cannot extend the traffic");
         for scenario in ["traffic/convoy", "traffic/city"] {
             assert_eq!(Scenario::load(scenario, &Overrides::default(), 1).unwrap().warnings, [""; 0]);
+        }
+    }
+
+    #[test]
+    fn traffic_files_are_one_name_or_a_list() {
+        let folder = tempfile::tempdir().unwrap();
+        for (name, y_m) in [("a.csv", 0), ("b.csv", 9)] {
+            fs::write(folder.path().join(name), format!("t,id,x,y\n0,car,0,{y_m}\n60,car,9,{y_m}\n")).unwrap();
+        }
+        let load = |file: &str| {
+            let toml = format!("[traffic]\nfile = {file}");
+            super::super::ScenarioTemplate::of_toml("mine", &toml, &Overrides::default(), folder.path())
+        };
+        let one = load("\"a.csv\"").unwrap();
+        assert!(one.text().unwrap().contains("file = \"a.csv\""));
+        let both = load("[\"a.csv\", \"b.csv\"]").unwrap();
+        assert!(both.text().unwrap().contains("file = [\"a.csv\", \"b.csv\"]"));
+        assert_eq!(both.traffic_files(), ["a.csv", "b.csv"].map(|name| folder.path().join(name)));
+        let again =
+            super::super::ScenarioTemplate::of_text("mine", &both.text().unwrap(), &both.traffic_files()).unwrap();
+        assert_eq!(
+            (again.traffic_crc32(), again.traffic_crc32() == one.traffic_crc32()),
+            (both.traffic_crc32(), false)
+        );
+        let many = format!("[{}]", "\"a.csv\", ".repeat(101));
+        for (file, expected) in [
+            ("3", "mine:2:1: traffic.file = 3: must be the name of a file, or a list of names"),
+            ("[\"a.csv\", 4]", "traffic.file.1 = 4: must be a string"),
+            ("[]", "traffic.file: missing; name SUMO"),
+            ("[\"a.csv\", \"\"]", "traffic.file = \"\": must be 1 to 4096 bytes"),
+            (&many, "traffic.file: 101 files; must be at most 100"),
+            ("[\"a.csv\", \"c.csv\"]", "c.csv: cannot be read"),
+        ] {
+            let error = load(file).unwrap_err().to_string();
+            assert!(error.contains(expected) && !error.contains('\n'), "{file}: {error}");
         }
     }
 
