@@ -1,6 +1,7 @@
 //! Transforms maps from their frame to the plane of a run.
 //!
-//! For traffic in metres, the plane is that of the net: both have the same x, y. For traffic in degrees, it is the
+//! For traffic in metres, the plane is that of the net: both have the same x, y, unless the traffic is in the net's
+//! projection (UTM), which lacks the `netOffset`. For traffic in degrees, it is the
 //! plane tangent to the Earth at the origin: the net's `netOffset` is subtracted, and its projection is inverted.
 
 use proj4rs::Proj;
@@ -111,7 +112,7 @@ pub(crate) struct Placed {
 /// transformed, or if no shape of a file is near the run.
 pub(crate) fn all(files: Vec<(String, Read)>, place: &Place) -> Result<Placed, MapError> {
     let nets = files.iter().filter(|(_, file)| file.is_net);
-    let located = nets.chain(&files).find_map(|(name, file)| Some((name.clone(), file.location.clone()?)));
+    let located = nets.chain(&files).find_map(|(name, file)| Some((name.clone(), location_of_run(file, place)?)));
     let near = place.bounds.grown(MARGIN_M);
     let mut placed = Placed::default();
     for (name, file) in files {
@@ -152,6 +153,22 @@ pub(crate) fn all(files: Vec<(String, Read)>, place: &Place) -> Result<Placed, M
         }
     }
     Ok(placed)
+}
+
+/// Returns the frame of a run in metres over a net: that of the net or, for traffic from `sumo --fcd-output.utm`, its
+/// projection without the offset, if only there the net is near the run.
+fn location_of_run(net: &Read, place: &Place) -> Option<Location> {
+    let mut location = net.location.clone()?;
+    let near = place.bounds.grown(MARGIN_M);
+    let [x_m, y_m] = location.offset_m;
+    let spans = Bounds::of(net.shapes.all.iter().flat_map(|shape| shape.form.points().copied()));
+    let without_offset =
+        |Bounds([west, south, east, north]): Bounds| Bounds([west - x_m, south - y_m, east - x_m, north - y_m]);
+    if place.origin.is_none() && spans.is_some_and(|spans| !spans.touches(near) && without_offset(spans).touches(near))
+    {
+        location.offset_m = [0.0; 2];
+    }
+    Some(location)
 }
 
 type To = Box<dyn Fn(Point) -> Option<Point>>;

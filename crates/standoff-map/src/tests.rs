@@ -130,6 +130,20 @@ fn roads_keep_their_names() {
     assert!(unpacked(&found).0.iter().all(|(kind, ..)| *kind != Kind::Green));
 }
 
+/// Traffic of `sumo --fcd-output.utm` lacks the offset of its net.
+#[test]
+fn net_for_traffic_in_its_projection_is_shifted() {
+    let place = Place { origin: None, bounds: Bounds([500_000.0, 4_900_000.0, 500_100.0, 4_900_100.0]) };
+    // The position of a degree east and north, by the same projection.
+    let square =
+        r#"{"type": "Polygon", "coordinates": [[[9.0, 44.25], [9.001, 44.25], [9.001, 44.251], [9.0, 44.25]]]}"#;
+    let (lines, rings, _) = unpacked(&packed(&[NET, square], &place).unwrap());
+    assert_eq!(lines[2].2, [[500_000.0, 4_900_001.5], [500_100.0, 4_900_001.5]]);
+    assert!(rings.iter().any(|(.., ring)| (ring[0][0] - 500_000.0).abs() < 0.2), "{rings:?}");
+    let elsewhere = Place { bounds: Bounds([300_000.0, 0.0, 300_100.0, 100.0]), ..place };
+    assert!(refused(&[NET], &elsewhere).contains("it spans x = 0 to 110 m"));
+}
+
 /// The central meridian of zone 32, 9 degrees east, is at 500,000 m.
 #[test]
 fn net_for_traffic_in_degrees_is_projected_back() {
