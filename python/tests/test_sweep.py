@@ -98,13 +98,14 @@ def test_an_interrupted_sweep_resumes(tmp_path: Path) -> None:
 def test_a_damaged_sweep_is_an_error(tmp_path: Path) -> None:
     swept = standoff.sweep(pair(), vary={"uavs.count": [2, 3]}, runs=2, metrics="anees", out=tmp_path / "s")
     definition = json.loads((swept.dir / "sweep.json").read_text())
-    for change, message in [
+    changes: list[tuple[dict[str, Any], str]] = [
         ({"metrics": ["anees", "nis"]}, "points/0: its runs or metrics are not those of the sweep"),
         ({"runs": 0}, "its runs or metrics are not those of the sweep"),
         ({"points": [["2"], ["3", "4"]]}, "sweep.json is damaged: its points do not match its keys"),
         ({"points": 5}, "sweep.json is damaged: invalid type"),
         ({"format": 9}, "sweep.json has format 9"),
-    ]:
+    ]
+    for change, message in changes:
         (swept.dir / "sweep.json").write_text(json.dumps({**definition, **change}))
         with pytest.raises(InputError, match=message):
             standoff.Sweep(swept.dir)

@@ -18,10 +18,10 @@ pub(crate) const EXAMPLES: &str = "\
 Examples:
   standoff sweep paper/table-2-pair --vary guidance.lead_s=0..4:5 --runs 50
                               five values, evenly spaced
-  standoff sweep improved/figure-9 --vary uavs.count=2,4,6 --vary sensor.range_sd_m=5,10 --runs 20
-                              a grid of six points
-  standoff sweep mine.toml --vary guidance.lead_s=0..4 --vary uavs.speed_m_s=25..45 --points 30 --runs 20
-                              a Latin hypercube of thirty points
+  standoff sweep mine.toml --vary uavs.count=2,4 --vary sensor.range_sd_m=5,9 \\
+      --runs 20               a grid of four points
+  standoff sweep mine.toml --vary uavs.count=2..8 --vary uavs.speed_m_s=25..45 \\
+      --points 30 --runs 20   a Latin hypercube of thirty points
 
 After an interruption by Ctrl-C or anything else, repeat the command to resume.";
 
@@ -31,9 +31,9 @@ pub(crate) struct Args {
     /// The name of a built-in scenario, or a scenario file [default: paper/table-2-pair; with --traffic, the settings
     /// of traffic/convoy].
     scenario: Option<String>,
-    /// Vary a key of the scenario over a list of values, COUNT evenly spaced values, or, with --points, a range; may be
-    /// given several times.
-    #[arg(long, value_name = "KEY=A,B,C|KEY=FROM..TO:COUNT|KEY=FROM..TO", required = true, value_parser = Axis::parse)]
+    /// Vary a key of the scenario over a list of values (KEY=A,B,C), evenly spaced values (KEY=FROM..TO:COUNT) or, with
+    /// --points, a range (KEY=FROM..TO); may be given several times.
+    #[arg(long, value_name = "KEY=VALUES", required = true, value_parser = Axis::parse)]
     vary: Vec<Axis>,
     /// Draw N points by a Latin hypercube instead of a grid of all combinations.
     #[arg(long, value_name = "N")]

@@ -15,7 +15,7 @@ use standoff_sim::monte_carlo::{Results, Statistics, Summary};
 use standoff_view::page;
 use standoff_view::sweep::{SweepMetric, SweepPage, SweepPoint};
 
-use super::Sweep;
+use super::definition::Sweep;
 use crate::batch::REPORT;
 use crate::comparison::{maybe, number};
 use crate::error::{Failure, of_batch};
