@@ -76,8 +76,8 @@ pub(crate) fn draw(args: &Args) -> Result<(), Failure> {
         let time_s = frame.time_us as f64 / 1e6;
         // Half a step of tolerance, so that the frames follow the times requested.
         let next_s = from + written as f64 * every;
-        let wanted = time_s + period_s / 2.0 > next_s && time_s <= *to && time_s >= *from;
-        let Some(svg) = frames.next(&frame, wanted).map_err(Failure::running)? else { continue };
+        let requested = time_s + period_s / 2.0 > next_s && time_s <= *to && time_s >= *from;
+        let Some(svg) = frames.next(&frame, requested).map_err(Failure::running)? else { continue };
         std::fs::write(out.join(format!("{written:05}.svg")), svg).map_err(cannot)?;
         written += 1;
         if written == FRAMES_MAX {

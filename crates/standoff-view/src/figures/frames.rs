@@ -69,16 +69,16 @@ impl<'a> MapFrames<'a> {
         Self { setup, extent, scorer, colours: GroupColours::default(), trails: VecDeque::new() }
     }
 
-    /// Processes the next time step; returns its map as an SVG document if it is `wanted`. Every time step must be
+    /// Processes the next time step; returns its map as an SVG document if it is `requested`. Every time step must be
     /// processed, because trails and colours depend on the earlier ones.
-    pub fn next(&mut self, frame: &Frame, wanted: bool) -> Result<Option<String>, String> {
+    pub fn next(&mut self, frame: &Frame, requested: bool) -> Result<Option<String>, String> {
         self.colours.next_step(&frame.groups);
         self.trails.push_back((frame.time_us, frame.uavs.iter().map(|row| (row.uav, (row.x_m, row.y_m))).collect()));
         while self.trails.front().is_some_and(|(time_us, _)| *time_us < frame.time_us - TRAIL_US) {
             self.trails.pop_front();
         }
         let scores = self.scorer.frame(frame);
-        if !wanted {
+        if !requested {
             return Ok(None);
         }
         let out = frame.truth.iter().map(|row| row.target).filter(|target| scores.in_view(*target) == Some(false));
