@@ -863,9 +863,9 @@ class Scenario:
         The scenario as TOML with its changes and all defaults, before random values are drawn.
         """
     @property
-    def traffic_file(self, /) -> Path | None:
+    def traffic_files(self, /) -> list[Path]:
         """
-        Traffic file of the scenario; None if it uses none or a built-in one.
+        Traffic files of the scenario; empty if it uses none or a built-in one.
         """
 
 @final

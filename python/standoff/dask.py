@@ -279,7 +279,7 @@ def _plan(client: Client, store: Store, scenario: Scenario, described: str, runs
         if shards is not None and shards > runs:
             raise InputError(f"shards = {shards}: must be at most {runs}, one run per shard")
         plan = Plan(described, shards or 1, False, 0)
-    traffic = scenario.traffic_file
+    traffic = _traffic(scenario)
     with tempfile.TemporaryDirectory(prefix="standoff-") as home:
         began = time.perf_counter()
         first_crc32 = first_run_crc32(plan, traffic, Path(home, "first"))
@@ -304,6 +304,14 @@ def _plan(client: Client, store: Store, scenario: Scenario, described: str, runs
     plan = Plan(described, shards, traffic is not None, first_crc32)
     store.write(PLAN, plan.to_json())
     return plan
+
+
+def _traffic(scenario: Scenario) -> Path | None:
+    """Returns the traffic file that workers need."""
+    files = scenario.traffic_files
+    if len(files) > 1:
+        raise InputError(f"{len(files)} traffic files: workers get at most one; combine them into one file")
+    return files[0] if files else None
 
 
 def _shards(runs: int, run_s: float, threads: int) -> int:

@@ -230,7 +230,7 @@ def test_scenario_warnings_become_python_warnings(tmp_path: Path) -> None:
     cars = tmp_path / "cars.csv"
     cars.write_text("t,id,x,y\n0,a,0,0\n30,a,9,0\n")
     scenario = standoff.Scenario("improved/figure-9", traffic=cars)
-    assert scenario.traffic_file == cars and pair().traffic_file is None
-    assert standoff.Scenario("traffic/convoy").traffic_file is None, "it is built in"
+    assert scenario.traffic_files == [cars] and pair().traffic_files == []
+    assert standoff.Scenario("traffic/convoy").traffic_files == [], "it is built in"
     with pytest.warns(UserWarning, match="the traffic ends after 30 s"):
         standoff.monte_carlo(scenario, runs=1)

@@ -385,6 +385,16 @@ def test_workers_get_the_traffic_file(three: Client, tmp_path: Path, monkeypatch
     assert batch.dir == tmp_path / "out" and files(batch.dir) == files(one.dir)
 
 
+def test_several_traffic_files_are_refused(three: Client, tmp_path: Path) -> None:
+    cars = [tmp_path / name for name in ("a.csv", "b.csv")]
+    for file in cars:
+        file.write_text("t,id,x,y\n" + "".join(f"{t},{file.stem},{9 * t},0\n" for t in range(40)))
+    scenario = standoff.Scenario("traffic/convoy", set={"traffic.file": [str(file) for file in cars]})
+    assert scenario.traffic_files == cars
+    with pytest.raises(InputError, match="2 traffic files: workers get at most one"):
+        monte_carlo(three, scenario, runs=2, out=tmp_path / "out")
+
+
 def test_the_lowest_seed_that_cannot_be_run_is_reported(three: Client, tmp_path: Path) -> None:
     uniform = {"uniform": {"min": 300.0, "max": 750.0}}
     scenario = pair().changed(set={"orbit.radius_min_m": uniform})

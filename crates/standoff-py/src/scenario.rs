@@ -161,10 +161,10 @@ impl Scenario {
         self.template.name()
     }
 
-    /// Traffic file of the scenario; None if it uses none or a built-in one.
+    /// Traffic files of the scenario; empty if it uses none or a built-in one.
     #[getter]
-    fn traffic_file(&self) -> Option<PathBuf> {
-        self.template.traffic_files().into_iter().next()
+    fn traffic_files(&self) -> Vec<PathBuf> {
+        self.template.traffic_files()
     }
 
     /// The scenario as TOML with its changes and all defaults, before random values are drawn.
