@@ -62,11 +62,12 @@ class PanelMenu {
     hint.append("Click in a chart to go to that time; drag to zoom in on a time range; double-click to show the whole run.");
     const specs = charts.panels.map(({ spec }) => spec).filter((spec) => spec !== TARGET_PANEL);
     list.replaceChildren(...(isOpen ? [hint, this.adder(), ...specs.flatMap((spec) => this.row(spec))] : []));
-    const high = innerHeight / pageZoom();
-    const top = Math.min(element("panel-selection").getBoundingClientRect().bottom / pageZoom() + 4, high / 2);
+    // The list does not cover the time slider.
+    const bottom = document.querySelector("footer").getBoundingClientRect().top / pageZoom();
+    const top = Math.min(element("panel-selection").getBoundingClientRect().bottom / pageZoom() + 4, bottom / 2);
     list.style.top = `${top}px`;
     list.style.right = "8px";
-    list.style.maxHeight = `${high - top - 12}px`;
+    list.style.maxHeight = `${bottom - top - 8}px`;
   }
 
   /** The check box of a panel with its description. */
