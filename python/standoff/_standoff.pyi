@@ -815,7 +815,7 @@ class Scenario:
     def __reduce__(self, /) -> "tuple[object, tuple[object, ...]]": ...
     def __repr__(self, /) -> str: ...
     @staticmethod
-    def _restored(name: str, toml: str | None, folder: str | PathLike[str] | None, set: SupportsGetItem[int, str], traffic: str | PathLike[str] | None, uavs: SupportsIndex | None) -> Scenario:
+    def _restored(name: str, toml: str | None, folder: str | PathLike[str] | None, set: SupportsGetItem[int, str], traffic: SupportsGetItem[int, str | PathLike[str]], uavs: SupportsIndex | None) -> Scenario:
         """
         Restores a pickled scenario.
         """
