@@ -264,11 +264,11 @@ class Basemap {
     this.drawCredit(ctx, camera);
   }
 
-  /** The visible named lines, longest first. */
-  named(camera) {
+  /** The visible named lines that are at least `least_px` long, longest first. */
+  named(camera, least_px) {
     const [west, north] = camera.world(0, 0);
     const [east, south] = camera.world(camera.width, camera.height);
-    const isVisible = (shape) => shape.name && shape.east > west && shape.west < east && shape.north > south && shape.south < north;
+    const isVisible = (shape) => shape.name && shape.size_m * camera.px_per_m >= least_px && shape.east > west && shape.west < east && shape.north > south && shape.south < north;
     return this.near(west, east, south, north).filter(isVisible).sort((a, b) => b.size_m - a.size_m);
   }
 

@@ -1,5 +1,7 @@
 // Names of roads on the background map, along the roads, where they cover no other label.
 
+/** Length of a road below which it has no space for a name, px. */
+const SHORTEST_ROAD = 40;
 /** Distance below which a name is not repeated, px. */
 const NAME_DISTANCE = 300;
 /** Maximum number of lines whose names are tried in a frame, and maximum number of names. */
@@ -14,7 +16,7 @@ function drawRoadNames(map, { ctx, labels }) {
   ctx.fillStyle = palette().faint;
   const places = new Map();
   let count = 0;
-  for (const { name, rings: [points] } of basemap.named(camera).slice(0, MAX_NAME_TRIES)) {
+  for (const { name, rings: [points] } of basemap.named(camera, SHORTEST_ROAD).slice(0, MAX_NAME_TRIES)) {
     const known = places.get(name) ?? [];
     const isFree = ([x, y, , box]) => labels.isFree(box) && known.every((other) => Math.hypot(other[0] - x, other[1] - y) >= NAME_DISTANCE);
     const place = placesOf(camera, points, ctx.measureText(name).width).find(isFree);
