@@ -26,7 +26,7 @@ pub use comparison::{Verdict, comparison_text, maybe, name_width, number};
 pub use error::{Failure, format_errors, of_batch, of_record};
 pub use fly::{fly, has_older_run, manifest};
 pub use maps::Maps;
-pub use outcome::{Outcome, OutcomeOptions, PerTarget, count, lines};
+pub use outcome::{Outcome, OutcomeOptions, PerTarget, lines};
 pub use report::{Report, report_end, report_run, save, settings_of, warn_omitted};
 pub use sweep::{Axis, LatinHypercube, LoadPoint, POINTS_MAX, SWEEP, SWEEP_TABLE, Sweep, SweepResults};
 pub use warnings::{Warnings, warn};

@@ -6,7 +6,7 @@ mod targets_and_limits;
 use std::path::Path;
 
 use serde::Serialize;
-use standoff_io::display_text::{self, wrapped};
+use standoff_io::display_text::{self, count, wrapped};
 use standoff_score::{MetricInfo, MetricSelection, Metrics, SelectedMetrics, TargetScore};
 use standoff_sim::baseline::{CoverageBaseline, SPEED_M_S};
 use standoff_sim::scenario::Settings;
@@ -280,9 +280,4 @@ impl Outcome {
 fn number(value: Option<f64>, is_count: bool) -> String {
     let digits = if is_count { 0 } else { 2 };
     value.map_or_else(|| "-".to_owned(), |value| format!("{value:.digits$}"))
-}
-
-/// Formats a number with its noun: `1 UAV`, `2 UAVs`.
-pub fn count(n: usize, what: &str) -> String {
-    format!("{n} {what}{}", if n == 1 { "" } else { "s" })
 }

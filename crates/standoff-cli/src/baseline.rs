@@ -1,8 +1,8 @@
 //! `standoff baseline`: computes the coverage baseline, the coverage of greedy discs with perfect knowledge.
 
 use clap::Parser;
-use standoff_app::{BaselineReport, Failure, count, warn};
-use standoff_io::display_text::{self, WIDTH, wrapped};
+use standoff_app::{BaselineReport, Failure, warn};
+use standoff_io::display_text::{self, WIDTH, count, wrapped};
 use standoff_sim::baseline::{CoverageShare, SPEED_M_S};
 use standoff_sim::scenario::Scenario;
 

@@ -6,8 +6,8 @@ use std::time::{Duration, Instant};
 
 use clap::Parser;
 use indicatif::ProgressBar;
-use standoff_app::{Failure, REPORT, batch_page, count, maybe, name_width, number, of_batch, warn};
-use standoff_io::display_text;
+use standoff_app::{Failure, REPORT, batch_page, maybe, name_width, number, of_batch, warn};
+use standoff_io::display_text::{self, count};
 use standoff_score::Metrics;
 use standoff_sim::monte_carlo::{Batch, MonteCarloError, Progress, Results, Shard, Summary, fly_into};
 use standoff_sim::scenario::ScenarioTemplate;

@@ -1,7 +1,8 @@
 //! `standoff scenarios` and `standoff check`.
 
 use clap::Subcommand;
-use standoff_app::{Failure, Maps, count, warn};
+use standoff_app::{Failure, Maps, warn};
+use standoff_io::display_text::count;
 use standoff_sim::scenario::{BUILT_IN, Overrides, Scenario, built_in, built_in_like, schema};
 
 use crate::terminal::{note, print};

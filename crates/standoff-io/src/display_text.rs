@@ -9,6 +9,12 @@ const PART: usize = 200;
 /// Maximum number of characters of a line: enough for two paths and an explanation.
 const LINE: usize = 1500;
 
+/// Formats a number with its noun: `1 UAV`, `2 UAVs`.
+#[must_use]
+pub fn count(n: usize, what: &str) -> String {
+    format!("{n} {what}{}", if n == 1 { "" } else { "s" })
+}
+
 /// Quotes a value from a file: on one line, at most 60 characters of it.
 #[must_use]
 pub fn quoted(text: &str) -> String {

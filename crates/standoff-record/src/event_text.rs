@@ -1,5 +1,7 @@
 //! Reason of an event as text, derived from the columns of its row.
 
+use standoff_io::display_text::count;
+
 use crate::frame::EventRow;
 
 impl EventRow {
@@ -24,7 +26,7 @@ fn text(event: &EventRow) -> Option<String> {
         ("group-retired", "too-many") => "it is the smallest, and the UAVs suffice for fewer groups now",
         ("group-retired", "redundant") => "other groups can cover its targets, and its UAVs are needed elsewhere",
         ("group-retired", "merged") => {
-            let others = count(event.coverable_targets?, "ungrouped target");
+            let others = count(event.coverable_targets? as usize, "ungrouped target");
             let into = event.into_group?;
             return Some(format!("its UAVs can cover {others}, and group {into} can cover its own"));
         }
@@ -138,11 +140,7 @@ fn created_text(cause: &str, members: u32) -> Option<String> {
         ("split", _) => " split off, because the UAVs suffice for another group",
         _ => return None,
     };
-    Some(count(members, "target") + which)
-}
-
-fn count(n: u32, what: &str) -> String {
-    if n == 1 { format!("1 {what}") } else { format!("{n} {what}s") }
+    Some(count(members as usize, "target") + which)
 }
 
 /// Formats two different values with as few decimals as show that they differ.

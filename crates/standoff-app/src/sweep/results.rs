@@ -6,7 +6,7 @@ use std::path::Path;
 use serde::Serialize;
 use serde_json::{Map, Value};
 use standoff_io::atomic_file::{self, PARTIAL};
-use standoff_io::display_text;
+use standoff_io::display_text::{self, count};
 use standoff_record::RecordError;
 use standoff_record::column::{self, Columns, Declaration, Field, Part, Row};
 use standoff_record::table::TableWriter;
@@ -19,7 +19,6 @@ use super::definition::Sweep;
 use crate::batch::REPORT;
 use crate::comparison::{maybe, number};
 use crate::error::{Failure, of_batch};
-use crate::outcome::count;
 
 /// File name of the table of a sweep.
 pub const SWEEP_TABLE: &str = "sweep.parquet";

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use standoff::research::math;
-use standoff_io::display_text::quoted;
+use standoff_io::display_text::{count, quoted};
 
 use super::validate::seconds;
 use super::vehicle::Sample;
@@ -82,10 +82,6 @@ pub(super) fn of(
 
 fn distance_m(one: &Sample, other: &Sample) -> f64 {
     math::hypot(other.x - one.x, other.y - one.y)
-}
-
-fn count(n: usize, noun: &str) -> String {
-    format!("{n} {noun}{}", if n == 1 { "" } else { "s" })
 }
 
 /// Lists the first names, and the number of the others.
