@@ -28,5 +28,5 @@ pub use fly::{fly, has_older_run, manifest};
 pub use maps::Maps;
 pub use outcome::{Outcome, OutcomeOptions, PerTarget, lines};
 pub use report::{Report, report_end, report_run, save, settings_of, warn_omitted};
-pub use sweep::{Axis, LatinHypercube, LoadPoint, POINTS_MAX, SWEEP, SWEEP_TABLE, Sweep, SweepResults};
+pub use sweep::{Axis, LatinHypercube, POINTS_MAX, SWEEP, SWEEP_TABLE, Sweep, SweepResults};
 pub use warnings::{Warnings, warn};

@@ -18,9 +18,10 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use standoff_score::MetricSelection;
 use standoff_sim::monte_carlo::{Batch, MonteCarloError, Progress, fly_into};
+use standoff_sim::scenario::ScenarioTemplate;
 
 pub use axis::Axis;
-pub use definition::{LoadPoint, SWEEP, Sweep};
+pub use definition::{SWEEP, Sweep};
 pub use design::{LatinHypercube, POINTS_MAX};
 pub use results::{SWEEP_TABLE, SweepResults};
 
@@ -28,11 +29,11 @@ use crate::error::{Failure, of_batch};
 
 impl Sweep {
     /// Flies the missing runs of all points and completes the folder. If anything stops the sweep, another call with the
-    /// same sweep continues it. `report` is called with the progress, in runs of all points.
+    /// same sweep continues it. `template` is the scenario without the values of the points; `report` is called with the progress, in runs of all points.
     pub fn fly_into(
         &self,
         dir: &Path,
-        load: LoadPoint<'_>,
+        template: &ScenarioTemplate,
         threads: Option<NonZeroUsize>,
         stop: &AtomicBool,
         mut report: impl FnMut(Progress),
@@ -47,7 +48,7 @@ impl Sweep {
             if stop.load(Ordering::Relaxed) {
                 return Err(of_batch(MonteCarloError::Interrupted));
             }
-            let template = load(&self.changes(point))?;
+            let template = template.changed(&self.changes(point)).map_err(Failure::Scenario)?;
             let batch = Batch::new(&template, self.seed, self.runs, None, choice).map_err(of_batch)?;
             let mut found = None;
             let flown = fly_into(&dir.join(self.point_dir(point)), &template, &batch, threads, stop, |progress| {

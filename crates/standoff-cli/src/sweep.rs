@@ -65,15 +65,14 @@ pub(crate) struct Args {
 
 pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     let name = args.changes.scenario(args.scenario.as_deref(), DEFAULT_SCENARIO);
-    let load =
-        |set: &[String]| ScenarioTemplate::load(name, &args.changes.overrides_and(set)?).map_err(Failure::Scenario);
+    let template = ScenarioTemplate::load(name, &args.changes.overrides()?).map_err(Failure::Scenario)?;
     let latin_hypercube = args.points.map(|points| LatinHypercube { points, seed: args.points_seed.unwrap_or(1) });
-    let sweep = Sweep::new(&args.vary, latin_hypercube, &load, args.seed, args.runs, args.metrics.selection())?;
-    let first = load(&sweep.changes(0))?.draw(args.seed).map_err(Failure::Scenario)?;
-    warn(&first, "", &note);
-    let out = args.out.clone().map_or_else(|| default_out(args, &sweep, &load(&[])?), Ok)?;
+    let sweep = Sweep::new(&args.vary, latin_hypercube, &template, args.seed, args.runs, args.metrics.selection())?;
+    let first = template.changed(&sweep.changes(0)).and_then(|first| first.draw(args.seed));
+    warn(&first.map_err(Failure::Scenario)?, "", &note);
+    let out = args.out.clone().map_or_else(|| default_out(args, &sweep, &template), Ok)?;
     let interruption = Interruption::install()?;
-    let results = fly(&sweep, &out, &load, args.threads, &interruption)?;
+    let results = fly(&sweep, &out, &template, args.threads, &interruption)?;
     let text = if args.json { results.json()? } else { results.text(args.metrics.is_given(), &out) };
     print(&display_text::lines(&text))
 }
@@ -89,12 +88,12 @@ fn default_out(args: &Args, sweep: &Sweep, template: &ScenarioTemplate) -> Resul
 fn fly(
     sweep: &Sweep,
     out: &Path,
-    load: &dyn Fn(&[String]) -> Result<ScenarioTemplate, Failure>,
+    template: &ScenarioTemplate,
     threads: Option<NonZeroUsize>,
     interruption: &Interruption,
 ) -> Result<SweepResults, Failure> {
     let mut reporter = ProgressReporter::new();
-    let results = sweep.fly_into(out, load, threads, interruption.flag(), |progress| reporter.print(progress));
+    let results = sweep.fly_into(out, template, threads, interruption.flag(), |progress| reporter.print(progress));
     let done = reporter.finish();
     if results.is_ok() && done.is_none() {
         note(&format!("note: {} is already complete; no runs are flown", display_text::path(out)));

@@ -5,7 +5,6 @@ use std::path::PathBuf;
 
 use pyo3::prelude::*;
 use pyo3::types::{PyBool, PyDict, PyInt, PyList, PyString, PyTuple};
-use standoff_app::Failure;
 use standoff_sim::scenario::{BUILT_IN, Overrides, ScenarioError as SimScenarioError, ScenarioTemplate};
 use toml::{Table, Value};
 
@@ -54,18 +53,10 @@ impl Scenario {
 
     /// Returns the scenario with further changes, each `KEY=VALUE`.
     pub(crate) fn with(&self, set: &[String]) -> PyResult<Self> {
-        Self::load(self.source.clone(), self.overrides_and(set))
-    }
-
-    /// Loads the template of the scenario with further changes, each `KEY=VALUE`.
-    pub(crate) fn template_with(&self, set: &[String]) -> Result<ScenarioTemplate, Failure> {
-        self.source.load(&self.overrides_and(set)).map_err(Failure::Scenario)
-    }
-
-    fn overrides_and(&self, set: &[String]) -> Overrides {
+        let template = self.template.changed(set).map_err(of_scenario)?;
         let mut overrides = self.overrides.clone();
         overrides.set.extend_from_slice(set);
-        overrides
+        Ok(Self { source: self.source.clone(), overrides, template })
     }
 
     pub(crate) fn template(&self) -> &ScenarioTemplate {

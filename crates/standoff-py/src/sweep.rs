@@ -142,9 +142,8 @@ pub(crate) fn sweep(
     in_folder(py, out, |out| {
         let dir = out.to_owned();
         let fly = move |stop: &AtomicBool, latest: &LatestProgress| {
-            let load = |set: &[String]| scenario.template_with(set);
             let report = |progress: Progress| store_progress(latest, progress);
-            sweep.fly_into(&dir, &load, threads, stop, report)
+            sweep.fly_into(&dir, scenario.template(), threads, stop, report)
         };
         let results = batch_until_done(py, progress, fly)?;
         Ok(Sweep { dir: out.to_owned(), results })
@@ -202,8 +201,7 @@ fn define(
     let hypercube = points
         .and_then(|points| usize::try_from(points).ok())
         .map(|points| LatinHypercube { points, seed: points_seed });
-    let load = |set: &[String]| scenario.template_with(set);
-    let sweep = Definition::new(&axes, hypercube, &load, seed, runs, metrics.selection()?);
+    let sweep = Definition::new(&axes, hypercube, scenario.template(), seed, runs, metrics.selection()?);
     sweep.map_err(|failure| raised(&failure))
 }
 

@@ -74,7 +74,7 @@ pub struct ScenarioTemplate {
 impl ScenarioTemplate {
     /// Loads a built-in scenario by name, or a scenario file, and the traffic file it names.
     pub fn load(name_or_file: &str, overrides: &Overrides) -> Result<Self, ScenarioError> {
-        Self::with_traffic(load::Typed::load(name_or_file, overrides)?)
+        Self::with_traffic(load::Typed::load(name_or_file, overrides)?, None)
     }
 
     /// Loads a scenario from a text returned by [`Self::text`], and the traffic files it names: built-in ones, or
@@ -84,30 +84,42 @@ impl ScenarioTemplate {
         if let (Some(table), [_, ..]) = (&mut typed.file.traffic, traffic) {
             table.file.0 = traffic.iter().map(|file| file.to_string_lossy().into_owned()).collect();
         }
-        Self::with_traffic(typed)
+        Self::with_traffic(typed, None)
     }
 
     /// Loads a scenario called `name` from TOML, changed by `overrides`. Paths of traffic files and maps are relative
     /// to `folder`.
     pub fn of_toml(name: &str, toml: &str, overrides: &Overrides, folder: &Path) -> Result<Self, ScenarioError> {
-        Self::with_traffic(load::Typed::of_toml(name, toml, overrides, folder)?)
+        Self::with_traffic(load::Typed::of_toml(name, toml, overrides, folder)?, None)
     }
 
-    /// Reads the traffic file. Returns all errors together: those in the form of the scenario, in its ranges, and in
-    /// that file.
-    fn with_traffic(mut typed: load::Typed) -> Result<Self, ScenarioError> {
-        let (traffic, mut problems) = match traffic::read(&typed) {
+    /// Loads the same scenario with further changes (`KEY=VALUE`, as in [`Overrides::set`]). The traffic files are read
+    /// again only if the changes concern `traffic`.
+    pub fn changed(&self, set: &[String]) -> Result<Self, ScenarioError> {
+        let mut typed = self.typed.changed(set)?;
+        if load::sets(set, "traffic") {
+            return Self::with_traffic(typed, None);
+        }
+        // `of_text` may have replaced the files of the text.
+        typed.file.traffic.clone_from(&self.typed.file.traffic);
+        Self::with_traffic(typed, self.traffic.as_ref())
+    }
+
+    /// Reads the traffic files, unless their traffic is `known`. Returns all errors together: those in the form of the
+    /// scenario, in its ranges, and in those files.
+    fn with_traffic(mut typed: load::Typed, known: Option<&Arc<Traffic>>) -> Result<Self, ScenarioError> {
+        let (traffic, mut problems) = match traffic::read(&typed, known) {
             Ok(traffic) => {
                 geofence::spell_out(&mut typed, traffic.as_ref().and_then(|traffic| traffic.origin))?;
                 if typed.problems.is_empty() {
-                    return Ok(Self { typed, traffic: traffic.map(Arc::new) });
+                    return Ok(Self { typed, traffic });
                 }
                 (traffic, Vec::new())
             }
             Err(error) if error.is_io_error => return Err(error),
             Err(error) => (None, error.problems),
         };
-        if let Err(error) = resolve::checked(&typed, traffic.as_ref(), 0) {
+        if let Err(error) = resolve::checked(&typed, traffic.as_deref(), 0) {
             problems.splice(..0, error.problems);
         }
         Err(problems.into())

@@ -15,9 +15,6 @@ use super::axis::{Axis, AxisValues};
 use super::design::{self, LatinHypercube, POINTS_MAX};
 use crate::error::{Failure, of_batch};
 
-/// Loads the scenario with further changes, each `KEY=VALUE`.
-pub type LoadPoint<'a> = &'a dyn Fn(&[String]) -> Result<ScenarioTemplate, Failure>;
-
 /// File name of the definition of a sweep.
 pub const SWEEP: &str = "sweep.json";
 
@@ -57,12 +54,12 @@ pub struct Sweep {
 }
 
 impl Sweep {
-    /// Defines a sweep of `axes`: a grid or, with `latin_hypercube`, random points. Checks the scenario of every point
+    /// Defines a sweep of `axes` over a scenario: a grid or, with `latin_hypercube`, random points. Checks the scenario of every point
     /// with the first seed.
     pub fn new(
         axes: &[Axis],
         latin_hypercube: Option<LatinHypercube>,
-        load: LoadPoint<'_>,
+        template: &ScenarioTemplate,
         seed: u64,
         runs: u64,
         choice: MetricSelection,
@@ -76,11 +73,10 @@ impl Sweep {
         }
         let points = match latin_hypercube {
             None => design::grid(axes),
-            Some(hypercube) => design::latin_hypercube(axes, hypercube, |index| is_whole(&axes[index], load, seed)),
+            Some(hypercube) => design::latin_hypercube(axes, hypercube, |index| is_whole(&axes[index], template, seed)),
         };
         let points = points.map_err(Failure::Input)?;
-        let template = load(&[])?;
-        let batch = Batch::new(&template, seed, runs, None, choice).map_err(of_batch)?;
+        let batch = Batch::new(template, seed, runs, None, choice).map_err(of_batch)?;
         let sweep = Self {
             format: FORMAT,
             version: env!("CARGO_PKG_VERSION").to_owned(),
@@ -93,7 +89,8 @@ impl Sweep {
             points,
         };
         for point in 0..sweep.points.len() {
-            load(&sweep.changes(point))?.draw(seed).map_err(Failure::Scenario)?;
+            let changed = template.changed(&sweep.changes(point));
+            changed.and_then(|changed| changed.draw(seed)).map_err(Failure::Scenario)?;
         }
         Ok(sweep)
     }
@@ -201,9 +198,11 @@ impl Sweep {
 }
 
 /// True if the key of an axis takes whole numbers only: the scenario accepts both whole numbers and no other one.
-fn is_whole(axis: &Axis, load: LoadPoint<'_>, seed: u64) -> bool {
+fn is_whole(axis: &Axis, template: &ScenarioTemplate, seed: u64) -> bool {
     let AxisValues::Range { from, to } = axis.values else { return false };
-    let accepts =
-        |value: f64| load(&[format!("{}={value}", axis.key())]).is_ok_and(|template| template.draw(seed).is_ok());
+    let accepts = |value: f64| {
+        let changed = template.changed(&[format!("{}={value}", axis.key())]);
+        changed.is_ok_and(|changed| changed.draw(seed).is_ok())
+    };
     from.ceil() <= to.floor() && accepts(from.ceil()) && !accepts(from + (to - from) * WITHIN)
 }

@@ -75,6 +75,8 @@ pub(super) struct Typed {
     /// True if parts of the text are not TOML: their keys, which are unknown, are missing from `file`.
     pub(super) is_text_broken: bool,
     pub(super) origin: Origin,
+    /// Changes of the command line.
+    overrides: Overrides,
     /// Folder of the traffic file and maps; `None` for built-in ones.
     pub(super) files_from: Option<PathBuf>,
 }
@@ -130,6 +132,13 @@ impl Typed {
         Self::new(label.to_owned(), label, text, SPELT_OUT, &Overrides::default(), None)
     }
 
+    /// Reads the same text again, with further changes.
+    pub(super) fn changed(&self, set: &[String]) -> Result<Self, ScenarioError> {
+        let Self { name, origin, overrides, files_from, .. } = self;
+        let overrides = Overrides { set: [&overrides.set, set].concat(), ..overrides.clone() };
+        Self::new(name.clone(), &origin.label, &origin.text, SPELT_OUT, &overrides, files_from.clone())
+    }
+
     /// Reads a text of at most `times` the size of a typed scenario. Fails if no scenario can be read from it.
     fn new(
         name: String,
@@ -157,7 +166,8 @@ impl Typed {
         }
         match file {
             Some(file) => {
-                Ok(Self { name, file, problems, notes: Vec::new(), left_out, is_text_broken, origin, files_from })
+                let (notes, overrides) = (Vec::new(), overrides.clone());
+                Ok(Self { name, file, problems, notes, left_out, is_text_broken, origin, overrides, files_from })
             }
             None => Err(problems.into()),
         }
@@ -266,6 +276,11 @@ fn about(traffic: &[PathBuf]) -> String {
     let more = traffic.len() - names.len();
     let more = if more == 0 { String::new() } else { format!(" and {more} more files") };
     format!("UAVs over {}{more}", names.join(", "))
+}
+
+/// Returns whether any of the changes `KEY=VALUE` sets the key, a part of it, or a table around it.
+pub(super) fn sets(set: &[String], key: &str) -> bool {
+    set.iter().filter_map(|edit| edit.split_once('=')).any(|(edited, _)| related(edited.trim(), key))
 }
 
 /// Returns whether two keys are equal or one contains the other.

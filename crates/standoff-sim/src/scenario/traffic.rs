@@ -1,6 +1,7 @@
 //! Reads the traffic files of a scenario and compares their time span with the mission.
 
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use standoff_io::display_text::quoted;
 
@@ -22,8 +23,8 @@ pub(super) const NAME_MAX: usize = 4096;
 /// Maximum number of traffic files.
 const FILES_MAX: usize = 100;
 
-/// Reads and checks the traffic files.
-pub(super) fn read(typed: &Typed) -> Result<Option<Traffic>, ScenarioError> {
+/// Reads and checks the traffic files; takes their traffic from `known` if they have been read before.
+pub(super) fn read(typed: &Typed, known: Option<&Arc<Traffic>>) -> Result<Option<Arc<Traffic>>, ScenarioError> {
     let Some(table) = &typed.file.traffic else { return Ok(None) };
     let refuse = |key: &str, message: String| {
         Err(ScenarioError::from(typed.origin.problem(&Map::new(&typed.origin.text), key, message, None)))
@@ -63,6 +64,9 @@ pub(super) fn read(typed: &Typed) -> Result<Option<Traffic>, ScenarioError> {
     if let Some(gap_s) = gap_s.filter(|gap_s| *gap_s <= 0.0) {
         return refuse("traffic.gap_s", format!("traffic.gap_s = {gap_s}: must be above 0"));
     }
+    if let Some(known) = known {
+        return Ok(Some(Arc::clone(known)));
+    }
     let coordinates = table.coordinates;
     let mut options = traffic::Options { coordinates, gap_s, persons: table.persons, frame_rate_hz, origin: None };
     let mut files = Joined::default();
@@ -77,7 +81,7 @@ pub(super) fn read(typed: &Typed) -> Result<Option<Traffic>, ScenarioError> {
         options.origin = options.origin.or(read.origin);
         files.add(path.to_string_lossy().into_owned(), stem(Path::new(name)), read)?;
     }
-    Ok(Some(files.finish()?))
+    Ok(Some(Arc::new(files.finish()?)))
 }
 
 /// Paths of the traffic files that are not built in.
@@ -147,7 +151,7 @@ pub(super) fn length_warning(typed: &Typed, settings: &Settings, traffic: &Traff
 mod tests {
     use std::fs;
 
-    use super::super::{Overrides, Scenario};
+    use super::super::{Overrides, Scenario, ScenarioTemplate};
     use crate::common::overrides;
 
     /// Loads a scenario with the traffic of one car that exists from 0 s to `until_s`.
@@ -200,6 +204,30 @@ mod tests {
         for scenario in ["traffic/convoy", "traffic/city"] {
             assert_eq!(Scenario::load(scenario, &Overrides::default(), 1).unwrap().warnings, [""; 0]);
         }
+    }
+
+    /// The file is gone when the scenario is changed.
+    #[test]
+    fn a_changed_scenario_reads_its_traffic_again_only_if_the_changes_concern_it() {
+        let folder = tempfile::tempdir().unwrap();
+        let file = folder.path().join("cars.csv");
+        fs::write(&file, "t,id,x,y\n0,a,0,0\n60,a,1,0\n").unwrap();
+        let overrides = Overrides { traffic: vec![file.clone()], ..overrides(&["uavs.count=2"]) };
+        let template = ScenarioTemplate::load("traffic/convoy", &overrides).unwrap();
+        let set = |set: &str| [set.to_owned()];
+        let again = ScenarioTemplate::load(
+            "traffic/convoy",
+            &Overrides { set: [&overrides.set[..], &set("sensor.range_sd_m=7")].concat(), ..overrides.clone() },
+        );
+        fs::remove_file(&file).unwrap();
+        let changed = template.changed(&set("sensor.range_sd_m=7")).unwrap();
+        assert_eq!(changed.text().unwrap(), again.unwrap().text().unwrap());
+        assert_eq!(changed.traffic_crc32(), template.traffic_crc32());
+        assert!(changed.draw(1).is_ok());
+        let error = |of: &str| template.changed(&set(of)).unwrap_err().to_string();
+        assert!(error("traffic.gap_s=9").contains("cars.csv"), "{}", error("traffic.gap_s=9"));
+        assert!(error("targets.random.count=3").contains("[targets] and [traffic] exclude each other"));
+        assert!(error("sensor.range=1").contains("sensor.range: there is no such key"), "{}", error("sensor.range=1"));
     }
 
     #[test]
