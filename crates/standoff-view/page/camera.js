@@ -78,14 +78,21 @@ class Camera {
   }
 }
 
+/** Ellipsoid of WGS84: equatorial radius, m, and square of the eccentricity. */
+const EQUATOR_M = 6378137;
+const ECCENTRICITY2 = (2 - 1 / 298.257223563) / 298.257223563;
+
+/** Radius of curvature of the ellipsoid in the prime vertical at a latitude in rad, m. */
+function curvatureRadius_m(lat) {
+  return EQUATOR_M / Math.sqrt(1 - ECCENTRICITY2 * Math.sin(lat) ** 2);
+}
+
 /** Latitude and longitude, degrees, of a position in the plane that touches the WGS84 ellipsoid at the origin. */
 function geographic(origin, east_m, north_m) {
-  const a = 6378137;
-  const f = 1 / 298.257223563;
-  const e2 = f * (2 - f);
+  const e2 = ECCENTRICITY2;
   const lat0 = (origin.latitude_deg * Math.PI) / 180;
   const lon0 = (origin.longitude_deg * Math.PI) / 180;
-  const n0 = a / Math.sqrt(1 - e2 * Math.sin(lat0) ** 2);
+  const n0 = curvatureRadius_m(lat0);
   const out_m = n0 * Math.cos(lat0) - Math.sin(lat0) * north_m;
   const x = out_m * Math.cos(lon0) - Math.sin(lon0) * east_m;
   const y = out_m * Math.sin(lon0) + Math.cos(lon0) * east_m;
@@ -94,21 +101,17 @@ function geographic(origin, east_m, north_m) {
   // Fixed-point iteration of the latitude: near the surface each round gains more than two digits.
   let lat = Math.atan2(z, p * (1 - e2));
   for (let round = 0; round < 6; round++) {
-    const n = a / Math.sqrt(1 - e2 * Math.sin(lat) ** 2);
-    lat = Math.atan2(z + e2 * n * Math.sin(lat), p);
+    lat = Math.atan2(z + e2 * curvatureRadius_m(lat) * Math.sin(lat), p);
   }
   return [(lat * 180) / Math.PI, (Math.atan2(y, x) * 180) / Math.PI];
 }
 
 /** Metres east and north of a latitude and longitude at the height of the ellipsoid, in the plane at `origin`. */
 function local(origin, lat_deg, lon_deg) {
-  const a = 6378137;
-  const f = 1 / 298.257223563;
-  const e2 = f * (2 - f);
   const radians = (angle_deg) => (angle_deg * Math.PI) / 180;
   const at = (lat, lon) => {
-    const n = a / Math.sqrt(1 - e2 * Math.sin(lat) ** 2);
-    return [n * Math.cos(lat) * Math.cos(lon), n * Math.cos(lat) * Math.sin(lon), n * (1 - e2) * Math.sin(lat)];
+    const n = curvatureRadius_m(lat);
+    return [n * Math.cos(lat) * Math.cos(lon), n * Math.cos(lat) * Math.sin(lon), n * (1 - ECCENTRICITY2) * Math.sin(lat)];
   };
   const [lat0, lon0] = [radians(origin.latitude_deg), radians(origin.longitude_deg)];
   const from = at(lat0, lon0);

@@ -38,7 +38,7 @@ class Tiles {
 
   /** Zoom level and range of the tiles that cover the map. */
   range(camera, ratio) {
-    const equator_m = 2 * Math.PI * 6378137;
+    const equator_m = 2 * Math.PI * EQUATOR_M;
     const scale = camera.px_per_m * ratio * Math.cos((this.origin.latitude_deg * Math.PI) / 180);
     const sharpest = Math.round(Math.log2((equator_m * scale) / TILE_PX));
     for (let zoom = Math.min(Math.max(sharpest, 0), MAX_ZOOM); ; zoom--) {

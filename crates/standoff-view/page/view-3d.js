@@ -101,7 +101,8 @@ class View3d {
   }
 
   traces(scene) {
-    return [this.roads(), this.zones(), this.fields(scene), this.lines(scene), this.targets(scene), this.outOfView(scene), this.aircraft(scene)];
+    const views = this.views(scene);
+    return [this.roads(), this.zones(), this.fields(views), this.lines(scene, views), this.targets(scene), this.outOfView(scene), this.aircraft(scene)];
   }
 
   /** The roads of the background map. They are collected once. */
@@ -133,11 +134,15 @@ class View3d {
     return line.trace({ width: 4 });
   }
 
-  /** Colour of the field of view of a UAV, as on the map. */
-  viewColour(scene, uav) {
+  /** Fields of view: UAV, corners on the ground, and colour as on the map. */
+  views(scene) {
     const { replayData } = this.run;
-    const isOnWay = wayText(scene, uav, replayData.head.limits.field_of_view_rad) !== "";
-    return isOnWay ? uavColour(replayData, uav.id) : groupColour(replayData, uav.group);
+    const colour = (uav) => {
+      const isOnWay = wayText(scene, uav, replayData.head.limits.field_of_view_rad) !== "";
+      return isOnWay ? uavColour(replayData, uav.id) : groupColour(replayData, uav.group);
+    };
+    const shown = scene.uavs.filter((uav) => !Number.isNaN(uav.boresight_rad));
+    return shown.map((uav) => ({ uav, corners: this.footprint(scene, uav), colour: colour(uav) }));
   }
 
   /** Corners on the ground of the field of view of a UAV, m; the first is below the UAV. */
@@ -153,13 +158,11 @@ class View3d {
   }
 
   /** The fields of view on the ground, as one surface of triangles. */
-  fields(scene) {
+  fields(views) {
     const surface = { type: "mesh3d", x: [], y: [], z: [], i: [], j: [], k: [], facecolor: [], opacity: 0.2, hoverinfo: "skip", lighting: { ambient: 1, diffuse: 0 } };
-    for (const uav of scene.uavs) {
-      if (Number.isNaN(uav.boresight_rad)) continue;
+    for (const { corners, colour } of views) {
       const from = surface.x.length;
-      const colour = this.viewColour(scene, uav);
-      this.footprint(scene, uav).forEach(([x_m, y_m], corner) => {
+      corners.forEach(([x_m, y_m], corner) => {
         surface.x.push(x_m);
         surface.y.push(y_m);
         // Slightly above the roads.
@@ -175,7 +178,7 @@ class View3d {
   }
 
   /** Orbits, trails of UAVs, lines from UAVs to the ground below, and the edges of their fields of view. */
-  lines(scene) {
+  lines(scene, views) {
     const { replayData, selection } = this.run;
     const line = new Lines();
     const opacity = (group) => (selection.passes(group) ? 1 : 0.2);
@@ -196,9 +199,9 @@ class View3d {
       line.to(uav.x_m, uav.y_m, uav.shown_altitude_m, colour);
       line.to(uav.x_m, uav.y_m, 0, colour);
       line.lift();
-      if (Number.isNaN(uav.boresight_rad)) continue;
-      const corners = this.footprint(scene, uav);
-      const edge = faded(this.viewColour(scene, uav), 0.5 * opacity(uav.group));
+    }
+    for (const { uav, corners, colour } of views) {
+      const edge = faded(colour, 0.5 * opacity(uav.group));
       for (const [x_m, y_m] of [corners[1], corners.at(-1)]) {
         line.to(uav.x_m, uav.y_m, uav.shown_altitude_m, edge);
         line.to(x_m, y_m, 0, edge);

@@ -172,6 +172,15 @@ impl<'a> Chart<'a> {
         Ok(Self { plot, legend })
     }
 
+    /// Makes an empty map that shows these ranges, m, with the same scale on both axes.
+    pub(super) fn map(area: &Area<'a>, east: &Range<f64>, north: &Range<f64>) -> Drawn<Self> {
+        let (across, up) = Self::plot_size(area);
+        let scale = ((east.end - east.start) / across).max((north.end - north.start) / up);
+        let east = range([east.start, east.end], scale * across, 0.0);
+        let north = range([north.start, north.end], scale * up, 0.0);
+        Self::new(area, east, north, ["East (m)", "North (m)"])
+    }
+
     /// Draws a line; a single point is drawn as a dot.
     pub(super) fn line(&mut self, Line { runs, ink, dashed, dashes, label }: Line) -> Drawn {
         let ink = ShapeStyle { color: if dashed { ink.color.mix(DASHED) } else { ink.color }, ..ink };

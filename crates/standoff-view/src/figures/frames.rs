@@ -5,7 +5,6 @@ use std::iter::once;
 use std::ops::Range;
 
 use plotters::prelude::*;
-use standoff::ZoneKind;
 use standoff::research::math::{TAU, hypot};
 use standoff_record::{Frame, GroupRow, UavRow};
 use standoff_score::FrameScorer;
@@ -15,7 +14,7 @@ use super::curve::{Point, range, usable};
 use super::figure::Setup;
 use super::style::ink;
 use super::symbol::Symbol;
-use super::trajectories::{NO_GROUP, ZONE, arc};
+use super::trajectories::{NO_GROUP, arc, zones};
 use crate::colours::{GROUPS, GroupColours, UAVS};
 
 /// Duration of the trails of UAVs, microseconds.
@@ -87,13 +86,8 @@ impl<'a> MapFrames<'a> {
         let heading = format!("{:.1} s", frame.time_us as f64 / 1e6);
         let [east, north] = [&self.extent.east_m, &self.extent.north_m].map(|axis| axis.clone().unwrap_or(0.0..0.0));
         let draw = |area: &Area| {
-            let (across, up) = Chart::plot_size(area);
             let [east, north] = [&east, &north].map(|axis| range([axis.start, axis.end], 10.0, 0.06));
-            // The same scale on both axes.
-            let scale = ((east.end - east.start) / across).max((north.end - north.start) / up);
-            let east = range([east.start, east.end], scale * across, 0.0);
-            let north = range([north.start, north.end], scale * up, 0.0);
-            let mut chart = Chart::new(area, east, north, ["East (m)", "North (m)"])?;
+            let mut chart = Chart::map(area, &east, &north)?;
             let faint = |(colour, corners): &(RGBColor, Vec<Point>)| Polygon::new(corners.clone(), colour.mix(0.15));
             chart.plot.draw_series(views.iter().map(faint))?;
             lines.into_iter().try_for_each(|line| chart.line(line))?;
@@ -109,12 +103,7 @@ impl<'a> MapFrames<'a> {
 
     /// Zones, orbits and trails.
     fn lines(&self, frame: &Frame) -> Vec<Line> {
-        let zone = |zone: &standoff::Zone| {
-            let corners = zone.vertices.iter().chain(zone.vertices.first());
-            let corners = corners.map(|at| (at.x_m(), at.y_m())).collect();
-            Line { dashed: zone.kind == ZoneKind::KeepIn, ..Line::new(vec![corners], ink(ZONE, 1.25)) }
-        };
-        let mut lines: Vec<Line> = self.setup.rules.geofence.zones().map(zone).collect();
+        let mut lines: Vec<Line> = zones(self.setup).into_iter().map(|line| Line { label: None, ..line }).collect();
         for (rank, group) in frame.groups.iter().enumerate() {
             let circle = arc((group.x_m, group.y_m), group.standoff_distance_m, 0.0, TAU).collect();
             let label = (rank == 0).then(|| "desired orbit".to_owned());

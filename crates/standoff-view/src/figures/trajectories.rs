@@ -51,7 +51,7 @@ const TRUTH: &str = "true paths of targets";
 const EARLIER: &str = "earlier paths of UAVs";
 const START: &str = "UAV at the start";
 /// Colour of zone outlines.
-pub(super) const ZONE: RGBColor = RGBColor(196, 38, 29);
+const ZONE: RGBColor = RGBColor(196, 38, 29);
 /// Colour of objects in no group.
 pub(super) const NO_GROUP: RGBColor = RGBColor(130, 130, 130);
 
@@ -100,12 +100,7 @@ pub(super) fn draw(run: &Run, setup: &Setup) -> Drawn<Option<String>> {
     let named = labels.flatten().count();
     let height = (110.0 + 636.0 * (high / wide).clamp(0.5, 1.1)).max(80.0 + 20.0 * named as f64);
     let draw = |area: &Area| {
-        let (across, up) = Chart::plot_size(area);
-        // The same scale on both axes.
-        let scale = (wide / across).max(high / up);
-        let east = range([east.start, east.end], scale * across, 0.0);
-        let north = range([north.start, north.end], scale * up, 0.0);
-        let mut chart = Chart::new(area, east, north, ["East (m)", "North (m)"])?;
+        let mut chart = Chart::map(area, &east, &north)?;
         let faint = |(colour, corners): &(RGBColor, Vec<Point>)| Polygon::new(corners.clone(), colour.mix(0.15));
         chart.plot.draw_series(views.iter().map(faint))?;
         lines.into_iter().try_for_each(|line| chart.line(line))?;
@@ -173,7 +168,7 @@ fn recent(run: &Run) -> usize {
 }
 
 /// Outlines of zones: keep-out zones solid, keep-in zones dashed.
-fn zones(setup: &Setup) -> Vec<Line> {
+pub(super) fn zones(setup: &Setup) -> Vec<Line> {
     let line = |zone: &Zone| {
         let corners = zone.vertices.iter().chain(zone.vertices.first());
         let corners: Vec<Point> = corners.map(|at| (at.x_m(), at.y_m())).collect();
