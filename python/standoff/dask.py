@@ -21,7 +21,7 @@ from collections import Counter
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import asdict, replace
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 try:
     from distributed import Client, Future
@@ -69,6 +69,8 @@ CONNECTION_CHECK_S = 0.2
 """Interval of checks that the scheduler is still connected, s."""
 SWEEP = "sweep.json"
 """Definition of a sweep."""
+
+Results = TypeVar("Results", Batch, Sweep)
 
 
 def monte_carlo(
@@ -210,20 +212,29 @@ def sweep(
     if store.folder is not None:
         _sweep_complete(store.folder)
         return Sweep(store.folder)
-    folder = Path(tempfile.mkdtemp(prefix="standoff-"))
-    try:
+
+    def completed(folder: Path) -> Sweep:
         (folder / SWEEP).write_text(definition)
         for name, batch in zip(names, batches, strict=True):
             shutil.copytree(batch.dir, folder / name, ignore=shutil.ignore_patterns("report.html"))
         _sweep_complete(folder)
         for file in (file for file in folder.iterdir() if file.is_file()):
             store.put(file, file.name)
-        completed = Sweep(folder)
+        return Sweep(folder)
+
+    return _in_temporary_folder(completed)
+
+
+def _in_temporary_folder(fill: Callable[[Path], Results]) -> Results:
+    """Returns the results that ``fill`` creates in a temporary folder, which is deleted together with them."""
+    folder = Path(tempfile.mkdtemp(prefix="standoff-"))
+    try:
+        results = fill(folder)
     except BaseException:
         shutil.rmtree(folder, ignore_errors=True)
         raise
-    weakref.finalize(completed, shutil.rmtree, folder, ignore_errors=True)
-    return completed
+    weakref.finalize(results, shutil.rmtree, folder, ignore_errors=True)
+    return results
 
 
 def _complete(store: Store, described: str) -> Batch | None:
@@ -234,16 +245,13 @@ def _complete(store: Store, described: str) -> Batch | None:
     _check_same_batch(store, described, manifest.decode(errors="replace"))
     if store.folder is not None:
         return Batch(store.folder)
-    folder = Path(tempfile.mkdtemp(prefix="standoff-"))
-    try:
+
+    def downloaded(folder: Path) -> Batch:
         names = [name for name in store.names() if "/" not in name]
         store.get(names, [folder / name for name in names])
-        batch = Batch(folder)
-    except BaseException:
-        shutil.rmtree(folder, ignore_errors=True)
-        raise
-    weakref.finalize(batch, shutil.rmtree, folder, ignore_errors=True)
-    return batch
+        return Batch(folder)
+
+    return _in_temporary_folder(downloaded)
 
 
 def _check_same_batch(store: Store, described: str, existing: str) -> None:
