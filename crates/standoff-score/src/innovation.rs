@@ -137,6 +137,7 @@ mod tests {
             bearing_sd_rad: 3f64.to_radians(),
             field_of_view_rad: 1.0,
             sensing_range_m: 1200.0,
+            ..standoff::TeamParams::paper().track.sensor
         }
     }
 

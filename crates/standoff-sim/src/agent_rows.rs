@@ -3,7 +3,7 @@
 use standoff::research::Assignment;
 use standoff::{
     Agent, AgentOutput, Aircraft, Angle, Avoidance, Detection, Event, EventKind, GroupId, GroupRetiredReason,
-    GroupedTrack, Membership, TeamState, Time, TrackStatus as Status, UavId, UavState,
+    GroupedTrack, Membership, TeamState, Time, TrackId, TrackStatus as Status, UavId, UavState,
 };
 use standoff_record::{
     AgentEventRow, AgentRow, ByAgent, DetectionRow, EventRow, Frame, GroupRow, IntruderRow, MembershipState,
@@ -100,7 +100,7 @@ pub(crate) fn intruder(number: u32, intruder: &Intruder, now: Time) -> IntruderR
 pub(crate) fn detection(uav: UavId, detection: &Detection) -> DetectionRow {
     DetectionRow {
         uav: uav.0,
-        target: detection.label.0,
+        target: detection.label.map_or(u32::MAX, |label| label.0),
         range_m: detection.measurement.range_m,
         bearing_rad: detection.measurement.bearing.rad(),
     }
@@ -114,8 +114,8 @@ fn event(event: &Event, team_state: &TeamState) -> EventRow {
     let number = |group: GroupId| team_state.group_number(group);
     let mut row = EventRow {
         kind: event.kind.name().to_owned(),
-        target: event.track.and_then(|track| team_state.track(track)).map(|known| known.track.label.0),
-        track: event.track.map(|track| track.0),
+        target: event.track.filter(|track| team_state.track(*track).is_some()).map(number_of),
+        track: event.track.map(number_of),
         group: event.group.and_then(number),
         to_group: event.to_group.and_then(number),
         group_id: event.group.map(|group| group.0),
@@ -256,6 +256,11 @@ fn groups(team_state: &TeamState, mut put: impl FnMut(GroupRow)) {
     }
 }
 
+/// Number of a track in the record.
+fn number_of(track: TrackId) -> u32 {
+    track.label().map_or(track.0 as u32 | 1 << 31, |label| label.0)
+}
+
 fn live_status(known: &GroupedTrack) -> Option<TrackStatus> {
     match known.track.status {
         Status::Cued => Some(TrackStatus::Cued),
@@ -269,8 +274,8 @@ fn track(known: &GroupedTrack, status: TrackStatus, team_state: &TeamState) -> T
     let number = |group: GroupId| team_state.group_number(group);
     let estimate = known.track.estimate();
     TrackRow {
-        target: known.track.label.0,
-        track: known.track.id.0,
+        target: number_of(known.track.id),
+        track: number_of(known.track.id),
         status,
         membership: match known.membership {
             Membership::Ungrouped => MembershipState::Ungrouped,

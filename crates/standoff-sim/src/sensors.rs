@@ -28,7 +28,7 @@ pub fn scan(
             measurement.range_m += noise.range_sd_m * range;
             measurement.bearing = measurement.bearing + Angle::from_rad(noise.bearing_sd_rad * bearing);
             if measurement.range_m > 0.0 {
-                detections.push(Detection { label: truth.target.label(), measurement });
+                detections.push(Detection { label: Some(truth.target.label()), measurement, range_rate_m_s: None });
             }
         }
     }
@@ -45,7 +45,7 @@ pub fn cue(target: &Truth, now: Time, error: CueError, draws: Draws) -> Cue {
         issued_at: now,
         // Truncation is safe: the target ids of one time step differ by less than 2^16.
         sequence: target.target.0 as u16,
-        label: target.target.label(),
+        label: Some(target.target.label()),
         time: now,
         position: Position::from_m(position.x_m() + x, position.y_m() + y),
         velocity: Velocity::from_m_s(velocity.x_m_s() + vx, velocity.y_m_s() + vy),

@@ -132,6 +132,11 @@ const SENSOR: SensorParams = SensorParams {
     bearing_sd_rad: 3.0 * std::f64::consts::PI / 180.0,
     field_of_view_rad: 1.2,
     sensing_range_m: 1200.0,
+    detection_probability: 1.0,
+    mdv_m_s: 0.0,
+    range_rate_sd_m_s: 1.0,
+    false_alarms_per_scan: 0.0,
+    new_targets_per_scan: 1.0,
 };
 const MODEL: TargetParams = TargetParams { correlation_rate_1_s: 0.1, acceleration_sd_m_s2: 0.05 };
 const CUE_SDS: [f64; 3] = [20.0, 2.0, MODEL.acceleration_sd_m_s2];

@@ -60,7 +60,7 @@ struct Log {
 
 fn report(uav: UavId, sequence: u32, now: Time, own: UavState, detections: usize) -> Message {
     let measurement = RangeBearingMeasurement { range_m: 1.0, bearing: Angle::from_rad(0.0) };
-    let detection = |label| Detection { label: TargetLabel(label), measurement };
+    let detection = |label| Detection { label: Some(TargetLabel(label)), measurement, range_rate_m_s: None };
     let detections = (0..detections as u32).map(detection).collect();
     Message::Report(Report { sequence, detections, ..Report::position_only(uav, now, own) })
 }
@@ -101,7 +101,7 @@ impl Controller for TestController {
     fn receive(&mut self, uav: UavId, message: &Message) {
         let (from, sent_s, number) = match message {
             Message::Report(report) => (report.uav.0, report.time.s(), report.sequence),
-            Message::Cue(cue) => (OUTSIDE, cue.time.s(), cue.label.0),
+            Message::Cue(cue) => (OUTSIDE, cue.time.s(), cue.label.unwrap().0),
             Message::Snapshot(_) | Message::Traffic(_) => panic!("unexpected message type"),
         };
         let received = Received { at_s: self.now_s[uav.0 as usize], to: uav.0, from, sent_s, number };

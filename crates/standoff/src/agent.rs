@@ -42,7 +42,7 @@ use crate::validation::ParamError;
 ///     source: 0,
 ///     issued_at: Time::EPOCH,
 ///     sequence: 0,
-///     label: TargetLabel(0),
+///     label: Some(TargetLabel(0)),
 ///     time: Time::EPOCH,
 ///     position: Position::from_m(0.0, 0.0),
 ///     velocity: Velocity::from_m_s(5.0, 0.0),

@@ -13,10 +13,9 @@ impl GroupId {
     ///
     /// The id consists of the microseconds since the start of the mission, then 16 bits that depend on the members: a
     /// hybrid logical clock (Kulkarni et al., *Logical Physical Clocks*, 2014), whose counter is the last id given.
-    pub(crate) fn founded(now: Time, members: impl Iterator<Item = u32>, last: Self) -> Self {
-        let members_hash = members.fold(0xCBF2_9CE4_8422_2325_u64, |hash, track| {
-            (hash ^ u64::from(track)).wrapping_mul(0x0000_0100_0000_01B3)
-        });
+    pub(crate) fn founded(now: Time, members: impl Iterator<Item = u64>, last: Self) -> Self {
+        let members_hash =
+            members.fold(0xCBF2_9CE4_8422_2325_u64, |hash, track| (hash ^ track).wrapping_mul(0x0000_0100_0000_01B3));
         // A change of the last member, in the low bits, must also change the high bits.
         let members_hash = (members_hash ^ members_hash >> 32).wrapping_mul(0xFF51_AFD7_ED55_8CCD);
         let us = now.us().clamp(0, (1 << 47) - 1) as u64;
@@ -36,7 +35,7 @@ mod tests {
 
     #[test]
     fn an_id_depends_on_time_and_members_and_is_never_reused() {
-        let id = |us, tracks: &[u32], last| GroupId::founded(Time::from_us(us), tracks.iter().copied(), GroupId(last));
+        let id = |us, tracks: &[u64], last| GroupId::founded(Time::from_us(us), tracks.iter().copied(), GroupId(last));
         assert_eq!(id(5, &[1, 2], 0), id(5, &[1, 2], 7));
         assert_ne!(id(5, &[1, 2], 0), id(5, &[1, 3], 0));
         assert!(id(5, &[1, 2], 0) < id(6, &[1, 2], 0));

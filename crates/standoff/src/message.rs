@@ -12,6 +12,7 @@ use crate::frame::{FARTHEST_M, FASTEST_M_S, Position, Velocity};
 use crate::group_id::GroupId;
 use crate::sensor::RangeBearingMeasurement;
 use crate::time::Time;
+use crate::tracking::track::TrackId;
 use crate::uav::{UavId, UavState};
 
 /// Maximum number of UAVs; reports of more UAVs are rejected.
@@ -21,8 +22,9 @@ pub(crate) const TEAM_MAX: usize = 256;
 /// one report and for the cues of one time step.
 pub(crate) const TARGETS_MAX: usize = 8_000;
 
-/// Identity of a target as reported by sensors and cue sources. It is the same for all of them (assumption of the
-/// paper: data association is solved). Inside the team, a target is identified by its [`TrackId`](crate::TrackId).
+/// Identity of a target as reported by sensors and cue sources that can tell targets apart. It is the same for all of
+/// them (assumption of the paper: data association is solved). Inside the team, a target is identified by its
+/// [`TrackId`](crate::TrackId).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, serde::Serialize, serde::Deserialize)]
 pub struct TargetLabel(pub u32);
 
@@ -166,13 +168,16 @@ pub struct TrafficReport {
     pub state: UavState,
 }
 
-/// Measurement of one target in one scan.
+/// Measurement of one target in one scan, or a false alarm.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Detection {
-    /// Sensor-reported identity of the target.
-    pub label: TargetLabel,
+    /// Sensor-reported identity of the target; `None` if the sensor cannot tell targets apart.
+    pub label: Option<TargetLabel>,
     /// Range and bearing from the UAV.
     pub measurement: RangeBearingMeasurement,
+    /// Rate of change of the range, due to the motion of both target and UAV, m/s, positive while the range grows;
+    /// `None` if it is not measured.
+    pub range_rate_m_s: Option<f64>,
 }
 
 research_fields! {
@@ -192,7 +197,7 @@ research_fields! {
         pub state: UavState,
         /// Boresight of the sensor; `None` if the sensor did not scan.
         pub boresight: Option<Angle>,
-        /// Detected targets, by ascending label without duplicates.
+        /// Detections, by ascending label without duplicates, then those without label in the order of their bits.
         pub detections: Vec<Detection>,
         /// Assigned group of the sender when it sent the report. Teammates use it even if they have computed
         /// another one.
@@ -215,8 +220,8 @@ pub struct Cue {
     pub issued_at: Time,
     /// Zero-based index among the cues of this source and time step.
     pub sequence: u16,
-    /// Identity of the target.
-    pub label: TargetLabel,
+    /// Identity of the target; `None` if the source does not know it.
+    pub label: Option<TargetLabel>,
     /// Time of the position and velocity.
     pub time: Time,
     /// Position of the target.
@@ -315,17 +320,20 @@ impl Message {
     /// |---|---|
     /// | report | 84 |
     /// | with altitude and rate of climb | + 16 |
-    /// | for each detection | + 20 |
+    /// | for each detection with label | + 20 |
+    /// | for each of them, if one has a range rate | + 4 |
+    /// | with detections without label | + 2 |
+    /// | for each detection without label | + 12 |
     /// | with the log status | + 50 |
     /// | for each range of received entries | + 13 |
     /// | with a snapshot request | + 29 |
-    /// | cue | 79 |
+    /// | cue; without label | 79; 75 |
     /// | part of a snapshot with n bytes of the team state | 39 + n |
     /// | traffic; with altitude and rate of climb | 60; 76 |
     pub fn size_bytes(&self) -> usize {
         match self {
             Self::Report(report) => Self::report_size_bytes(report, report.log_status.as_deref()),
-            Self::Cue(_) => Self::CUE_SIZE_BYTES,
+            Self::Cue(cue) => Self::CUE_SIZE_BYTES - if cue.label.is_none() { 4 } else { 0 },
             Self::Snapshot(part) => 39 + part.bytes.len(),
             Self::Traffic(traffic) => 60 + vertical_size_bytes(&traffic.state),
         }
@@ -337,8 +345,16 @@ impl Message {
     pub(crate) fn report_size_bytes(report: &Report, status: Option<&LogStatus>) -> usize {
         let status =
             status.map_or(0, |status| 50 + 13 * status.received.len() + status.snapshot_request.map_or(0, |_| 29));
-        84 + vertical_size_bytes(&report.state) + 20 * report.detections.len() + status
+        84 + vertical_size_bytes(&report.state) + detections_size_bytes(&report.detections) + status
     }
+}
+
+/// Size of a list of detections without its length, bytes.
+fn detections_size_bytes(detections: &[Detection]) -> usize {
+    let (labelled, unlabelled) = Detection::split(detections);
+    let rates = labelled.iter().any(|detection| detection.range_rate_m_s.is_some());
+    let list_bytes = if unlabelled.is_empty() { 0 } else { 2 + 12 * unlabelled.len() };
+    (if rates { 24 } else { 20 }) * labelled.len() + list_bytes
 }
 
 /// Size of altitude and rate of climb, if included, bytes.
@@ -347,6 +363,14 @@ fn vertical_size_bytes(state: &UavState) -> usize {
 }
 
 impl Cue {
+    /// Id of a track that this cue starts.
+    pub(crate) fn track_id(&self) -> TrackId {
+        let Self { position, velocity, .. } = self;
+        let numbers = [position.x_m(), position.y_m(), velocity.x_m_s(), velocity.y_m_s()].map(f64::to_bits);
+        let of_cue = [self.time.us() as u64, self.source.into(), self.sequence.into()];
+        self.label.map_or_else(|| TrackId::minted(of_cue.into_iter().chain(numbers)), TrackId::from)
+    }
+
     /// True if every number is finite and possible on Earth, and both standard deviations are positive.
     #[cfg_attr(feature = "research", visibility::make(pub))]
     pub(crate) fn is_valid(&self) -> bool {
@@ -359,10 +383,42 @@ impl Cue {
 }
 
 impl Detection {
-    /// True if the measurement is possible: finite, with a positive range that exists on Earth.
+    /// True if the measurement is possible: finite, with a positive range that exists on Earth, and a plausible range
+    /// rate.
     #[cfg_attr(feature = "research", visibility::make(pub))]
     pub(crate) fn is_valid(&self) -> bool {
         let RangeBearingMeasurement { range_m, bearing } = self.measurement;
-        range_m > 0.0 && range_m <= FARTHEST_M && bearing.rad().is_finite()
+        let is_plausible = |rate_m_s: f64| rate_m_s.abs() <= FASTEST_M_S;
+        let has_valid_rate = self.range_rate_m_s.is_none_or(is_plausible);
+        range_m > 0.0 && range_m <= FARTHEST_M && bearing.rad().is_finite() && has_valid_rate
+    }
+
+    /// Splits detections in their canonical order into those with and those without label.
+    pub(crate) fn split(detections: &[Self]) -> (&[Self], &[Self]) {
+        detections.split_at(detections.partition_point(|detection| detection.label.is_some()))
+    }
+
+    /// This detection as a receiver reads it: [`wire`](crate::wire) sends range rates, and measurements without label,
+    /// in single precision. The sender uses the rounded numbers too, so that all agents compute with the same bits.
+    pub(crate) fn rounded(self) -> Self {
+        /// Largest number of single precision below pi: the next one would wrap to another bearing.
+        const BELOW_PI: f64 = 3.141_592_502_593_994;
+        let round = |value: f64| f64::from(value as f32);
+        let RangeBearingMeasurement { range_m, bearing } = self.measurement;
+        let measurement = match self.label {
+            Some(_) => self.measurement,
+            None => RangeBearingMeasurement {
+                range_m: round(range_m),
+                bearing: Angle::from_rad(round(bearing.rad()).clamp(-BELOW_PI, BELOW_PI)),
+            },
+        };
+        Self { measurement, range_rate_m_s: self.range_rate_m_s.map(round), ..self }
+    }
+
+    /// Bits that order detections: labels first, then those of the numbers.
+    pub(crate) fn order(&self) -> (bool, Option<TargetLabel>, u64, u64, Option<u64>) {
+        let RangeBearingMeasurement { range_m, bearing } = self.measurement;
+        let rate = self.range_rate_m_s.map(f64::to_bits);
+        (self.label.is_none(), self.label, range_m.to_bits(), bearing.rad().to_bits(), rate)
     }
 }

@@ -219,6 +219,20 @@ params! {
                 Allowed::at_least(1e-3).at_most(TAU);
             /// Maximum range at which a target is detected; above `radius_min_m` of the orbits.
             pub sensing_range_m = 1200.0, "m", "sensor.sensing_range_m", Allowed::above(RANGE_MIN_M).at_most(1e6);
+            /// Probability p_d that a target in view is detected if it moves well above `mdv_m_s`. Used for detections
+            /// without label, like all numbers below.
+            pub(crate) detection_probability ["p_d"] = 1.0, "1", "filter.detection_probability",
+                Allowed::above(0.0).at_most(1.0);
+            /// Minimum detectable velocity: the radial speed over ground at which half of p_d is left; 0: no limit.
+            pub(crate) mdv_m_s = 0.0, "m/s", "filter.mdv_m_s", Allowed::at_least(0.0).at_most(1e3);
+            /// Standard deviation of the range rate, if it is measured.
+            pub(crate) range_rate_sd_m_s = 0.5, "m/s", "filter.range_rate_sd_m_s", Allowed::at_least(1e-3).at_most(1e3);
+            /// Mean number of false alarms of a scan.
+            pub(crate) false_alarms_per_scan = 0.0, "1", "filter.false_alarms_per_scan",
+                Allowed::at_least(0.0).at_most(1e3);
+            /// Mean number of targets of a scan that have no track yet.
+            pub(crate) new_targets_per_scan = 0.02, "1", "filter.new_targets_per_scan",
+                Allowed::at_least(1e-9).at_most(1e3);
         }
     }
 

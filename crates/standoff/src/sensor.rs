@@ -7,7 +7,12 @@ use nalgebra::{Matrix2, Vector2};
 
 use crate::angle::Angle;
 use crate::frame::{Displacement, Position};
+use crate::math;
 use crate::params::{RANGE_MIN_M, SensorParams};
+
+/// Largest radial speed over ground of a false alarm, m/s. They are uniform between it and its negative, except in the
+/// blind zone, where they are as rare as targets.
+pub(crate) const FALSE_ALARM_SPEED_MAX_M_S: f64 = 20.0;
 
 /// A measurement: range and bearing from the UAV to the target.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -73,6 +78,20 @@ impl SensorParams {
         let off_boresight_rad = (target_rel_uav.direction() - boresight).abs_rad();
         range_m > clearance_m.max(RANGE_MIN_M)
             && off_boresight_rad + clearance_m / range_m <= self.half_field_of_view_rad()
+    }
+
+    /// Probability that a target in view is detected, which has a speed along the line of sight over ground of
+    /// `radial_speed_m_s`: `p_d (1 - exp(-ln 2 (v / mdv)^2))`, half of p_d at the minimum detectable velocity.
+    #[cfg_attr(feature = "research", visibility::make(pub))]
+    pub(crate) fn detection_probability_at(&self, radial_speed_m_s: f64) -> f64 {
+        let in_mdv = radial_speed_m_s / self.mdv_m_s;
+        let is_blind = if self.mdv_m_s > 0.0 { math::exp(-core::f64::consts::LN_2 * in_mdv * in_mdv) } else { 0.0 };
+        self.detection_probability * (1.0 - is_blind)
+    }
+
+    /// Area in view, m2.
+    pub(crate) fn area_m2(&self) -> f64 {
+        0.5 * self.field_of_view_rad * self.sensing_range_m * self.sensing_range_m
     }
 
     /// Returns the information H' R^-1 H that one measurement from `uav` gives about the position of a target at
@@ -145,7 +164,6 @@ pub(crate) fn jacobian_rows(range_m: f64, target_rel_uav: Displacement) -> [Vect
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::math;
     use crate::params::TeamParams;
     use proptest::prelude::*;
 

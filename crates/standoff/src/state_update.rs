@@ -134,6 +134,7 @@ impl TeamStateUpdater {
         next.events.clear();
         next.time = input.now;
         next.memberships.copy(&previous.memberships);
+        next.unlabelled.clone_from(&previous.unlabelled);
         next.grouping_state = previous.grouping_state;
 
         next.gather_team(previous, &input, params, &mut buffers.implausible);
@@ -179,12 +180,13 @@ impl TeamState {
         tracker: &mut Tracker,
         implausible: &[UavId],
     ) {
+        let unlabelled = &mut self.unlabelled;
         self.memberships.update_tracks(|tracks| {
             let scans = Scans { sensor: &params.track.sensor, reports: input.messages.reports(), implausible };
             let cues = input.messages.cues();
             let (now, transition, params) = (input.now, input.transition, &params.track);
             let input = TrackerInput { now, transition, scans, cues, params, tracks_max: TARGETS_MAX };
-            tracker.step(tracks, previous.memberships.track_table(), &input)
+            tracker.step(tracks, unlabelled, previous.memberships.track_table(), &input)
         });
         for TrackChange { track, kind } in &tracker.changes {
             let kind = match *kind {

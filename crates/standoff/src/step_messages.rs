@@ -68,7 +68,7 @@ pub(crate) struct StepMessages {
     /// Reports by ascending UAV. The first `report_count` entries are valid; the others are reusable buffers.
     reports: Vec<Report>,
     report_count: usize,
-    /// Cues by ascending label; of several cues for one target, the one that counts comes first.
+    /// Cues by ascending label, those without label last; of several cues for one target, the one that counts comes first.
     cues: Vec<Cue>,
 }
 
@@ -168,33 +168,41 @@ fn any_order(incoming: &ReportView, known: &Report) -> Ordering {
         let vertical = vertical.map(|vertical| vertical.numbers().map(f64::to_bits));
         (numbers, vertical, boresight.map(|boresight| boresight.rad().to_bits()))
     };
-    let bits_of = |of: &Detection| (of.label, of.measurement.range_m.to_bits(), of.measurement.bearing.rad().to_bits());
     let heads = (bits(incoming.state, incoming.scan.boresight), incoming.assigned_group, incoming.is_leaving);
     heads.cmp(&(bits(&known.state, known.boresight), known.assigned_group, known.is_leaving)).then_with(|| {
         // Usually the two reports are equal.
-        if incoming.scan.detections.iter().map(bits_of).eq(known.detections.iter().map(bits_of)) {
+        if incoming.scan.detections.iter().map(Detection::order).eq(known.detections.iter().map(Detection::order)) {
             return Ordering::Equal;
         }
         let mut kept = Vec::new();
         copy_valid(incoming.scan.detections, &mut kept);
-        kept.iter().map(bits_of).cmp(known.detections.iter().map(bits_of))
+        kept.iter().map(Detection::order).cmp(known.detections.iter().map(Detection::order))
     })
 }
 
-/// Copies the valid detections of a scan into `kept`, by ascending label without duplicates.
+/// Copies the valid detections of a scan into `kept`: by ascending label without duplicates, then those without label in
+/// the order of their bits. Of these, none is a duplicate: two targets can give equal measurements.
 fn copy_valid(detections: &[Detection], kept: &mut Vec<Detection>) {
     kept.clear();
-    kept.extend_from_slice(detections);
+    kept.extend(detections.iter().map(|detection| detection.rounded()));
     if !kept.iter().all(Detection::is_valid) {
         kept.retain(Detection::is_valid);
     }
-    if !kept.is_sorted_by(|a, b| a.label < b.label) {
-        kept.sort_by_key(|detection| detection.label);
-        kept.dedup_by_key(|detection| detection.label);
+    let is_in_order = |a: &Detection, b: &Detection| match (a.label, b.label) {
+        (Some(a), Some(b)) => a < b,
+        (Some(_), None) => true,
+        (None, Some(_)) => false,
+        (None, None) => a.order() <= b.order(),
+    };
+    if !kept.is_sorted_by(is_in_order) {
+        kept.sort_by_key(|detection| (detection.label.is_none(), detection.label));
+        kept.dedup_by(|a, b| a.label.is_some() && a.label == b.label);
+        let labelled_count = Detection::split(kept).0.len();
+        kept[labelled_count..].sort_by_key(Detection::order);
     }
 }
 
-/// By label; of one target the newest first, then the most accurate; then an arbitrary order that all agents share.
+/// By label, those without label last; of one target the newest first, then the most accurate; then an arbitrary order that all agents share.
 fn counting_order(cue: &Cue, other: &Cue) -> Ordering {
     let numbers = |cue: &Cue| {
         let Cue { position, velocity, position_sd_m, velocity_sd_m_s, .. } = *cue;
@@ -203,7 +211,8 @@ fn counting_order(cue: &Cue, other: &Cue) -> Ordering {
     let mut pairs = numbers(cue).into_iter().zip(numbers(other));
     let by_numbers = pairs.find_map(|(a, b)| Some(a.total_cmp(&b)).filter(|order| order.is_ne()));
     let by_source = (cue.source, cue.sequence).cmp(&(other.source, other.sequence));
-    (cue.label.cmp(&other.label))
+    (cue.label.is_none(), cue.label)
+        .cmp(&(other.label.is_none(), other.label))
         .then(other.time.cmp(&cue.time))
         .then(by_numbers.unwrap_or(Ordering::Equal))
         .then(by_source)
@@ -274,8 +283,9 @@ mod tests {
     fn which_report_of_a_duplicate_sequence_number_counts_does_not_depend_on_order() {
         let honest = report(1, 0, 9);
         let detection = |range_m| Detection {
-            label: TargetLabel(1),
+            label: Some(TargetLabel(1)),
             measurement: RangeBearingMeasurement { range_m, bearing: Angle::ZERO },
+            range_rate_m_s: None,
         };
         let changes: [fn(&mut Report); 4] = [
             |change| change.state.speed_m_s = 41.0,
@@ -348,8 +358,9 @@ mod tests {
     #[test]
     fn invalid_detections_are_dropped() {
         let detection = |target, range_m| Detection {
-            label: TargetLabel(target),
+            label: Some(TargetLabel(target)),
             measurement: RangeBearingMeasurement { range_m, bearing: Angle::ZERO },
+            range_rate_m_s: None,
         };
         let mut row = row();
         let mut sent = report(1, 0, 1);
@@ -361,8 +372,12 @@ mod tests {
             detection(3, 1e300),
         ];
         row.put(ReportView::of(&sent));
-        let kept: Vec<_> =
-            row.reports().iter().flat_map(|r| &r.detections).map(|d| (d.label.0, d.measurement.range_m)).collect();
+        let kept: Vec<_> = row
+            .reports()
+            .iter()
+            .flat_map(|r| &r.detections)
+            .map(|d| (d.label.unwrap().0, d.measurement.range_m))
+            .collect();
         assert_eq!(kept, [(1, 5.0), (4, 10.0)]);
     }
 
@@ -371,7 +386,7 @@ mod tests {
             source: 0,
             issued_at: Time::EPOCH,
             sequence: 0,
-            label: TargetLabel(1),
+            label: Some(TargetLabel(1)),
             time: Time::EPOCH,
             position: Position::ORIGIN,
             velocity: Velocity::ZERO,
@@ -385,9 +400,9 @@ mod tests {
     fn a_cue_counts_once_and_only_if_valid() {
         let mut row = row();
         let other = Cue { position: Position::from_m(9.0, 9.0), ..cue() };
-        let of_other_target = Cue { label: TargetLabel(2), ..cue() };
-        let invalid = Cue { label: TargetLabel(2), velocity_sd_m_s: -1.0, ..cue() };
-        let in_the_future = Cue { label: TargetLabel(2), time: Time::from_us(6), ..cue() };
+        let of_other_target = Cue { label: Some(TargetLabel(2)), ..cue() };
+        let invalid = Cue { label: Some(TargetLabel(2)), velocity_sd_m_s: -1.0, ..cue() };
+        let in_the_future = Cue { label: Some(TargetLabel(2)), time: Time::from_us(6), ..cue() };
         let puts = [cue(), cue(), other, of_other_target, invalid, in_the_future].map(|cue| row.put_cue(&cue));
         assert_eq!(
             puts,
@@ -409,7 +424,7 @@ mod tests {
             .map(|label| Cue {
                 source: label / 1000,
                 sequence: (label % 1000) as u16,
-                label: TargetLabel(label),
+                label: Some(TargetLabel(label)),
                 ..cue()
             })
             .collect();
@@ -423,8 +438,9 @@ mod tests {
     #[test]
     fn a_report_with_more_than_the_maximum_number_of_targets_is_rejected() {
         let detection = Detection {
-            label: TargetLabel(1),
+            label: Some(TargetLabel(1)),
             measurement: RangeBearingMeasurement { range_m: 10.0, bearing: Angle::ZERO },
+            range_rate_m_s: None,
         };
         let with_detections = |n| Report { detections: vec![detection; n], ..report(1, 0, 1) };
         assert_eq!(

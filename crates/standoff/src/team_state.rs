@@ -17,6 +17,7 @@ use crate::message::{TARGETS_MAX, TEAM_MAX, TargetLabel};
 use crate::params::TeamParams;
 use crate::time::{Duration, Time};
 use crate::tracking::track::{Track, TrackId};
+use crate::tracking::unlabelled::UnlabelledTracks;
 use crate::uav::UavId;
 
 #[cfg(test)]
@@ -48,6 +49,9 @@ pub struct TeamState {
     /// UAVs whose reports were received within the teammate timeout, by ascending id, with their groups.
     pub teammates: Vec<Teammate>,
     pub(crate) memberships: Memberships,
+    /// Tracks of detections without label. Serialised apart, and only if there are any.
+    #[serde(skip)]
+    pub(crate) unlabelled: UnlabelledTracks,
     /// Place of each UAV on its group's orbit; empty while there are no groups.
     #[serde(skip)]
     pub(crate) on_orbit: Vec<OrbitRelativeState>,
@@ -77,7 +81,7 @@ impl TeamState {
 
     /// Returns the target with a sensor-reported identity.
     pub fn track_by_label(&self, label: TargetLabel) -> Option<&GroupedTrack> {
-        self.track(TrackId::from_label(label))
+        self.track(label.into())
     }
 
     /// Returns the assigned group of a UAV.
@@ -102,13 +106,14 @@ impl TeamState {
 
     /// 64-bit digest of the state. States with equal digests evolve equally.
     pub fn digest(&self) -> u64 {
-        digest(self)
+        if self.unlabelled.is_empty() { digest(self) } else { digest(&(self, &self.unlabelled)) }
     }
 
     /// Validates a state received from another agent and restores the fields that are not serialised. Returns `false`
     /// for an invalid state: unordered or oversized lists, times in the future, or NaNs.
     pub(crate) fn rebuild_index(&mut self, params: &TeamParams) -> bool {
         self.memberships.rebuild_index(self.time, Duration::from_s(params.group.dwell_max_s))
+            && self.unlabelled.is_valid(self.time)
             && self.grouping_state.is_valid(self.time, params)
             && self.tracks().len() <= TARGETS_MAX
             && self.teammates.len() <= TEAM_MAX

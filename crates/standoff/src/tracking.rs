@@ -1,7 +1,11 @@
 //! Tracking: one track per target, updated with the detections of all UAVs.
 
 pub(crate) mod association;
+pub(crate) mod gaussian;
 pub(crate) mod information_filter;
+pub(crate) mod joint_association;
+pub(crate) mod scan_model;
 pub(crate) mod track;
 pub(crate) mod track_table;
 pub(crate) mod tracker;
+pub(crate) mod unlabelled;

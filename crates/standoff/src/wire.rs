@@ -4,16 +4,22 @@
 //! message            's' u8, version u8, kind u8, content, CRC-32 (as in zip files) of all bytes before it u32
 //! kind 0, report     uav u16, restart_count u32, sequence u32, time i64, state, boresight f64 (NaN: none),
 //!                    assigned_group u64 (0: none), flags u8, vertical?, detections [detection],
+//!                    range rates (one f32 per detection, NaN: none)?, detections [unlabelled]?,
 //!                    log_status?, snapshot_request?
-//! kind 1, cue        source u16, sequence u16, label u32, issued_at i64, time i64, x f64, y f64, velocity_x f64,
-//!                    velocity_y f64, position_sd f64, velocity_sd f64
+//! kind 1, cue        source u16, sequence u16, label u32, cue_content
+//! kind 4, cue without label
+//!                    source u16, sequence u16, cue_content
 //! kind 2, snapshot   uav u16, start i64, commit_digest, index u16, count u16, bytes [u8]
 //! kind 3, traffic    aircraft u32, time i64, state, has_vertical u8, vertical?
 //!
+//! cue_content        issued_at i64, time i64, x f64, y f64, velocity_x f64, velocity_y f64, position_sd f64,
+//!                    velocity_sd f64
 //! state              x f64, y f64, heading f64, speed f64, turn_rate f64
-//! flags              sum of 1: leaving, 2: with assigned_group, 4: log_status, 8: snapshot_request, 16: vertical
+//! flags              sum of 1: leaving, 2: with assigned_group, 4: log_status, 8: snapshot_request, 16: vertical,
+//!                    32: range rates, 64: unlabelled
 //! vertical           altitude f64, climb_rate f64
 //! detection          label u32, range f64, bearing f64
+//! unlabelled         range f32, bearing f32, range rate f32 (NaN: none)
 //! log_status         start i64, committed_until i64, listed_after i64, degraded_at i64, commit_digest,
 //!                    received [range]
 //! range              kind of source (0: UAV, 1: cue source) u8, id of source u16, first entry i64,
@@ -23,7 +29,8 @@
 //! ```
 //!
 //! `[x]` is a list: its length as u16, then its elements. `x?` is only included if its flag is set. All numbers are
-//! little-endian; an f64 is not rounded, because all agents must compute with the same bits. Units and frames are those
+//! little-endian; an f64 is not rounded, because all agents must compute with the same bits. The sender rounds what it
+//! sends as f32 before it uses it. Units and frames are those
 //! of the fields of [`Message`]; times are microseconds. The length in bytes is [`Message::size_bytes`].
 //!
 //! ```
@@ -52,7 +59,7 @@ use crate::time::Time;
 use crate::uav::{UavId, UavState, Vertical};
 
 /// Version of the encoding. It changes with every change of the layout; a decoder accepts only its own version.
-const VERSION: u8 = 1;
+const VERSION: u8 = 2;
 
 /// First byte of every message.
 const FORMAT: u8 = b's';
@@ -89,7 +96,7 @@ pub enum DecodeError {
     #[error("wrong checksum: the message is damaged")]
     Checksum,
     /// Undefined kind of message.
-    #[error("kind of message {0}: must be at most 3")]
+    #[error("kind of message {0}: must be at most 4")]
     Kind(u8),
     /// Flags that are undefined.
     #[error("flags {0}: undefined")]
@@ -115,6 +122,7 @@ pub fn encode(message: &Message) -> Result<Vec<u8>, EncodeError> {
     bytes.extend([FORMAT, VERSION]);
     match message {
         Message::Report(report) => put_kind(0, report, &mut bytes),
+        Message::Cue(cue) if cue.label.is_none() => put_kind(4, &UnlabelledCue(*cue), &mut bytes),
         Message::Cue(cue) => put_kind(1, cue, &mut bytes),
         Message::Snapshot(part) => put_kind(2, part, &mut bytes),
         Message::Traffic(traffic) => put_kind(3, traffic, &mut bytes),
@@ -141,6 +149,7 @@ pub fn decode(bytes: &[u8]) -> Result<Message, DecodeError> {
         1 => Message::Cue(Wire::take(&mut from)?),
         2 => Message::Snapshot(Wire::take(&mut from)?),
         3 => Message::Traffic(Wire::take(&mut from)?),
+        4 => Message::Cue(UnlabelledCue::take(&mut from)?.0),
         kind => return Err(DecodeError::Kind(kind)),
     };
     if from.is_empty() { Ok(message) } else { Err(DecodeError::Trailing(from.len())) }
@@ -183,7 +192,10 @@ macro_rules! numbers {
     )+};
 }
 
-numbers!(u8, u16, u32, u64, i64, f64);
+numbers!(u8, u16, u32, u64, i64, f32, f64);
+
+/// A cue without label.
+struct UnlabelledCue(Cue);
 
 /// Id of a UAV or cue source, in two bytes.
 struct Id(u32);
@@ -278,12 +290,8 @@ fields! {
     Vertical { altitude_m, climb_rate_m_s }
     UavState { position, heading, speed_m_s, turn_rate_rad_s; vertical }
     RangeBearingMeasurement { range_m, bearing }
-    Detection { label, measurement }
     LogStatus { start, committed_until, listed_after, degraded_at, commit_digest, received; snapshot_request }
     SnapshotRequest { receiver, first_missing_part, received_mask, commit_digest }
-    Cue {
-        source as Id, sequence, label, issued_at, time, position, velocity, position_sd_m, velocity_sd_m_s
-    }
     SnapshotPart { uav, start, commit_digest, index, count, bytes }
 }
 
@@ -337,15 +345,118 @@ impl Wire for ReceivedRange {
     }
 }
 
+impl Wire for Cue {
+    fn put(&self, to: &mut Vec<u8>) -> Result<(), EncodeError> {
+        (Id(self.source), (self.sequence, self.label.unwrap_or(TargetLabel(0)))).put(to)?;
+        self.put_content(to)
+    }
+
+    fn take(from: &mut &[u8]) -> Result<Self, DecodeError> {
+        let (Id(source), (sequence, label)) = Wire::take(from)?;
+        Self::take_content(source, sequence, Some(label), from)
+    }
+}
+
+impl Wire for UnlabelledCue {
+    fn put(&self, to: &mut Vec<u8>) -> Result<(), EncodeError> {
+        (Id(self.0.source), self.0.sequence).put(to)?;
+        self.0.put_content(to)
+    }
+
+    fn take(from: &mut &[u8]) -> Result<Self, DecodeError> {
+        let (Id(source), sequence) = Wire::take(from)?;
+        Cue::take_content(source, sequence, None, from).map(Self)
+    }
+}
+
+impl Cue {
+    fn put_content(&self, to: &mut Vec<u8>) -> Result<(), EncodeError> {
+        let Self { issued_at, time, position, velocity, position_sd_m, velocity_sd_m_s, .. } = *self;
+        ((issued_at, time), ((position, velocity), (position_sd_m, velocity_sd_m_s))).put(to)
+    }
+
+    fn take_content(
+        source: u32,
+        sequence: u16,
+        label: Option<TargetLabel>,
+        from: &mut &[u8],
+    ) -> Result<Self, DecodeError> {
+        let ((issued_at, time), ((position, velocity), (position_sd_m, velocity_sd_m_s))) = Wire::take(from)?;
+        Ok(Self { source, issued_at, sequence, label, time, position, velocity, position_sd_m, velocity_sd_m_s })
+    }
+}
+
+/// A detection with label, without its range rate.
+struct Labelled(Detection);
+
+impl Wire for Labelled {
+    fn put(&self, to: &mut Vec<u8>) -> Result<(), EncodeError> {
+        (self.0.label.unwrap_or(TargetLabel(0)), self.0.measurement).put(to)
+    }
+
+    fn take(from: &mut &[u8]) -> Result<Self, DecodeError> {
+        let (label, measurement) = Wire::take(from)?;
+        Ok(Self(Detection { label: Some(label), measurement, range_rate_m_s: None }))
+    }
+}
+
+/// A detection without label, in single precision.
+struct Unlabelled(Detection);
+
+impl Wire for Unlabelled {
+    fn put(&self, to: &mut Vec<u8>) -> Result<(), EncodeError> {
+        let RangeBearingMeasurement { range_m, bearing } = self.0.measurement;
+        (range_m as f32, (bearing.rad() as f32, rate_to_wire(&self.0))).put(to)
+    }
+
+    fn take(from: &mut &[u8]) -> Result<Self, DecodeError> {
+        let (range_m, (bearing_rad, rate)): (f32, (f32, f32)) = Wire::take(from)?;
+        let measurement =
+            RangeBearingMeasurement { range_m: range_m.into(), bearing: Angle::from_rad(bearing_rad.into()) };
+        Ok(Self(Detection { label: None, measurement, range_rate_m_s: rate_from_wire(rate) }))
+    }
+}
+
+/// Range rate of a detection, NaN if it has none.
+fn rate_to_wire(detection: &Detection) -> f32 {
+    detection.range_rate_m_s.map_or(f32::NAN, |rate_m_s| rate_m_s as f32)
+}
+
+fn rate_from_wire(rate_m_s: f32) -> Option<f64> {
+    Some(rate_m_s.into()).filter(|rate_m_s: &f64| !rate_m_s.is_nan())
+}
+
+/// Appends the length of a list of detections and the detections.
+fn put_list<T: Wire>(list: &[Detection], of: fn(Detection) -> T, to: &mut Vec<u8>) -> Result<(), EncodeError> {
+    u16::try_from(list.len()).map_err(|_| EncodeError::Length(list.len()))?.put(to)?;
+    list.iter().try_for_each(|detection| of(*detection).put(to))
+}
+
 impl Wire for Report {
     fn put(&self, to: &mut Vec<u8>) -> Result<(), EncodeError> {
         let (vertical, group, status) = (self.state.vertical, self.assigned_group, self.log_status.as_deref());
         let request = status.and_then(|status| status.snapshot_request);
-        let flags = [self.is_leaving, group.is_some(), status.is_some(), request.is_some(), vertical.is_some()];
+        let (labelled, unlabelled) = Detection::split(&self.detections);
+        let has_rates = labelled.iter().any(|detection| detection.range_rate_m_s.is_some());
+        let flags = [
+            self.is_leaving,
+            group.is_some(),
+            status.is_some(),
+            request.is_some(),
+            vertical.is_some(),
+            has_rates,
+            !unlabelled.is_empty(),
+        ];
         ((self.uav, self.restart_count), (self.sequence, self.time)).put(to)?;
         ((self.state, self.boresight), (group.unwrap_or(GroupId(0)), flags)).put(to)?;
         vertical.iter().try_for_each(|vertical| vertical.put(to))?;
-        self.detections.put(to)?;
+        put_list(labelled, Labelled, to)?;
+        if has_rates {
+            labelled.iter().try_for_each(|detection| rate_to_wire(detection).put(to))?;
+        }
+        if !unlabelled.is_empty() {
+            put_list(unlabelled, Unlabelled, to)?;
+        }
         status.iter().try_for_each(|status| status.put(to))?;
         request.iter().try_for_each(|request| request.put(to))
     }
@@ -353,9 +464,17 @@ impl Wire for Report {
     fn take(from: &mut &[u8]) -> Result<Self, DecodeError> {
         let ((uav, restart_count), (sequence, time)) = Wire::take(from)?;
         let ((mut state, boresight), (group, flags)): ((UavState, _), _) = Wire::take(from)?;
-        let [is_leaving, has_group, has_status, has_request, has_vertical] = flags;
+        let [is_leaving, has_group, has_status, has_request, has_vertical, has_rates, has_unlabelled] = flags;
         state.vertical = take_if(has_vertical, from)?;
-        let detections = Wire::take(from)?;
+        let mut detections: Vec<Detection> = Vec::<Labelled>::take(from)?.into_iter().map(|of| of.0).collect();
+        if has_rates {
+            for detection in &mut detections {
+                detection.range_rate_m_s = rate_from_wire(Wire::take(from)?);
+            }
+        }
+        if let Some(unlabelled) = take_if::<Vec<Unlabelled>>(has_unlabelled, from)? {
+            detections.extend(unlabelled.into_iter().map(|of| of.0));
+        }
         let mut log_status = take_if::<LogStatus>(has_status, from)?.map(Box::new);
         if has_request {
             let log_status = log_status.as_mut().ok_or(DecodeError::Request)?;

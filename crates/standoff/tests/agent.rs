@@ -186,7 +186,7 @@ fn messages_with_an_old_observation_are_ignored() {
         source: 1,
         issued_at: now,
         sequence: 0,
-        label: TargetLabel(77),
+        label: Some(TargetLabel(77)),
         time: now,
         position: Position::ORIGIN,
         velocity: Velocity::ZERO,
@@ -354,7 +354,7 @@ fn two_cues_of_one_target_give_the_same_team_state_in_any_order() {
                 source: searcher,
                 issued_at: Time::EPOCH,
                 sequence: target,
-                label: TargetLabel(target.into()),
+                label: Some(TargetLabel(target.into())),
                 time: Time::EPOCH,
                 position: Position::from_m(x_m + f64::from(target), 0.0),
                 velocity: Velocity::from_m_s(5.0, 0.0),
@@ -452,8 +452,9 @@ fn any_state() -> impl Strategy<Value = UavState> {
 
 fn any_detections() -> impl Strategy<Value = Vec<Detection>> {
     let detection = (0..4u32, any_number(), any_number()).prop_map(|(target, range_m, bearing)| Detection {
-        label: TargetLabel(target),
+        label: Some(TargetLabel(target)),
         measurement: RangeBearingMeasurement { range_m, bearing: Angle::from_rad(bearing) },
+        range_rate_m_s: None,
     });
     proptest::collection::vec(detection, 0..5)
 }
@@ -471,7 +472,7 @@ fn any_message(now_us: i64) -> impl Strategy<Value = Message> {
                 source: 0,
                 issued_at: Time::from_us(now_us),
                 sequence: target as u16,
-                label: TargetLabel(target),
+                label: Some(TargetLabel(target)),
                 time: Time::from_us(now_us),
                 position: Position::from_m(x, y),
                 velocity: Velocity::from_m_s(vx, y),

@@ -55,8 +55,9 @@ fn a_warm_time_step_allocates_nothing() {
 #[test]
 fn a_decoded_message_takes_memory_in_proportion_to_its_bytes() {
     let detection = Detection {
-        label: TargetLabel(0),
+        label: Some(TargetLabel(0)),
         measurement: RangeBearingMeasurement { range_m: 1.0, bearing: Angle::ZERO },
+        range_rate_m_s: None,
     };
     for detections in [0, 1, 100, 10_000] {
         let report = Report { detections: vec![detection; detections], ..report() };
@@ -98,8 +99,9 @@ fn growth_bytes(blocks: i64, steps: i64) -> Vec<i64> {
             let now = Time::from_us(tick * 500_000);
             let at = |target: u32| Position::from_m(10.0 * f64::from(target % 7), 40.0 * f64::from(target % 3));
             let of = |target| Detection {
-                label: TargetLabel(target),
+                label: Some(TargetLabel(target)),
                 measurement: research::measure(own.position, at(target)),
+                range_rate_m_s: None,
             };
             let detections: Vec<Detection> = present(tick, 40, 100).map(of).collect();
             let scan = Scan { boresight: Some(boresight), detections: &detections };

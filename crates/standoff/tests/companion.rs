@@ -183,8 +183,9 @@ fn kbit_s(team: u32, lose_percent: u32) -> [f64; 2] {
             let position = position_of(5, 5.0) + offset;
             let own = UavState { position, heading, speed_m_s: 40.0, turn_rate_rad_s: 0.1, vertical: None };
             let measure = |id| standoff::research::measure(position, position_of(id, 5.0));
-            let detections: Vec<_> =
-                (0..10).map(|id| Detection { label: TargetLabel(id), measurement: measure(id) }).collect();
+            let detections: Vec<_> = (0..10)
+                .map(|id| Detection { label: Some(TargetLabel(id)), measurement: measure(id), range_rate_m_s: None })
+                .collect();
             let scan = Scan { boresight: Some(Angle::from_rad(heading.rad() + FRAC_PI_2)), detections: &detections };
             let observation = agent.observe(now, &own, Some(scan));
             let messages = agent.outbox(&observation).to_vec();

@@ -48,7 +48,7 @@ fn group_ids(agent: &Agent) -> Vec<GroupId> {
 }
 
 fn labels(agent: &Agent) -> Vec<u32> {
-    agent.team_state().tracks().iter().map(|known| known.track.label.0).collect()
+    agent.team_state().tracks().iter().map(|known| known.track.label().unwrap().0).collect()
 }
 
 fn fly(team: &mut Team, radio: &mut Radio, ticks: core::ops::Range<i64>) {
@@ -294,7 +294,7 @@ const LIES: [(&str, Lie); 12] = [
                 source: searcher,
                 issued_at,
                 sequence: number,
-                label,
+                label: Some(label),
                 time,
                 position,
                 velocity,
@@ -372,7 +372,7 @@ fn the_number_of_false_targets_is_limited() {
             source: 7,
             issued_at: time,
             sequence: number,
-            label: TargetLabel(1000 + 5000 * tick as u32 + u32::from(number)),
+            label: Some(TargetLabel(1000 + 5000 * tick as u32 + u32::from(number))),
             time,
             position: Position::from_m(5e4, f64::from(number)),
             velocity: Velocity::ZERO,
@@ -395,7 +395,7 @@ fn the_number_of_false_targets_is_limited() {
     let last = false_cues(40).next().unwrap();
     (0..2).for_each(|to| radio.deliver(40, to, Message::Cue(last)));
     fly(&mut team, &mut radio, 40..41);
-    assert!(agree(&team, [0, 1]) && team.agents[0].team_state().track_by_label(last.label).is_some());
+    assert!(agree(&team, [0, 1]) && team.agents[0].team_state().track_by_label(last.label.unwrap()).is_some());
 }
 
 /// A malicious UAV that sends different reports to different receivers prevents agreement only until it stops.

@@ -266,7 +266,7 @@ fn a_track_of_a_target_that_never_accelerates_stays_valid_for_hours() {
     let transition = params.transition(Duration::from_s(0.5));
     let uav = Position::from_m(-300.0, 0.0);
     let z = research::measure(uav, Position::from_m(40.0, 30.0));
-    let mut track = Track::from_measurements(TargetLabel(0), [(uav, z)], &params).unwrap();
+    let mut track = Track::from_measurements(TargetLabel(0).into(), [(uav, z)], &params).unwrap();
     for step in 0..20_000 {
         let before = track;
         track.predict(&transition);

@@ -29,7 +29,7 @@ fn cue(id: u32, time: Time, (x_m, y_m): (f64, f64), position_sd_m: f64) -> Messa
         source: 0,
         issued_at: time,
         sequence: label.0 as u16,
-        label,
+        label: Some(label),
         time,
         position,
         velocity,
@@ -288,12 +288,12 @@ proptest! {
             let now = Time::from_us(tick * 500_000);
             let targets: Vec<_> = (0..targets).filter_map(|id| Some((id, place(odd, id, tick, seed)?))).collect();
             let cues: Vec<Message> = targets.iter().filter(|_| tick == 0).map(|(id, (position, velocity))| Message::Cue(Cue {
-                source: 0, issued_at: now, sequence: *id as u16, label: TargetLabel(*id), time: now, position: *position, velocity: *velocity, position_sd_m: 20.0, velocity_sd_m_s: 2.0,
+                source: 0, issued_at: now, sequence: *id as u16, label: Some(TargetLabel(*id)), time: now, position: *position, velocity: *velocity, position_sd_m: 20.0, velocity_sd_m_s: 2.0,
             })).collect();
             let scans: Vec<(Option<Angle>, Vec<Detection>)> = states.iter().zip(&pointing_target).map(|(state, look)| {
                 let boresight = look.map(|look| look.boresight(state.position, Duration::from_s(0.5)));
                 let seen = targets.iter().filter(|(_, (at, _))| boresight.is_some_and(|boresight| params.track.sensor.in_view(state.position, boresight, *at)));
-                (boresight, seen.map(|(id, (at, _))| Detection { label: TargetLabel(*id), measurement: research::measure(state.position, *at) }).collect())
+                (boresight, seen.map(|(id, (at, _))| Detection { label: Some(TargetLabel(*id)), measurement: research::measure(state.position, *at), range_rate_m_s: None }).collect())
             }).collect();
             // One UAV reports an invalid state for a while, which counts as silence.
             let mut reported = states.clone();

@@ -74,7 +74,7 @@ impl Wrong {
             source: 9,
             issued_at: now,
             sequence: 0,
-            label: TargetLabel(99),
+            label: Some(TargetLabel(99)),
             time: now,
             position: Position::ORIGIN,
             velocity: Velocity::ZERO,
@@ -247,9 +247,9 @@ proptest! {
                     let range_m = *value;
                     // Inserted before the valid detections: for the same target, the valid one is used.
                     let measurement = RangeBearingMeasurement { range_m, bearing };
-                    report.detections.insert(0, Detection { label: TargetLabel(*target), measurement });
+                    report.detections.insert(0, Detection { label: Some(TargetLabel(*target)), measurement, range_rate_m_s: None });
                     let measurement = RangeBearingMeasurement { range_m: -1.0, bearing: Angle::from_rad(1.0) };
-                    report.detections.push(Detection { label: TargetLabel(*target), measurement });
+                    report.detections.push(Detection { label: Some(TargetLabel(*target)), measurement, range_rate_m_s: None });
                 }
             }
             let own = team.states[0];

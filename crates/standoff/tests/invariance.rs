@@ -172,7 +172,7 @@ impl World {
                 let Some(mut measurement) = seen else { continue };
                 measurement.range_m += range_m;
                 measurement.bearing = measurement.bearing + Angle::from_rad(self.through.turn_rate(bearing_rad));
-                detections.push(Detection { label: TargetLabel(id), measurement });
+                detections.push(Detection { label: Some(TargetLabel(id)), measurement, range_rate_m_s: None });
             }
             scans.push((boresight, detections));
         }
@@ -189,7 +189,7 @@ impl World {
                 source: 0,
                 issued_at: now,
                 sequence: id as u16,
-                label: TargetLabel(id),
+                label: Some(TargetLabel(id)),
                 time: now,
                 position: *position + Displacement::from_m(dx_m, dy_m),
                 velocity: Velocity::from_m_s(velocity.x_m_s() + dvx_m_s, velocity.y_m_s() + dvy_m_s),

@@ -199,7 +199,7 @@ impl Filter {
                     source: 0,
                     issued_at: Time::EPOCH,
                     sequence: 0,
-                    label: TargetLabel(0),
+                    label: Some(TargetLabel(0)),
                     time: Time::EPOCH,
                     position: position.position(target),
                     velocity: velocity.velocity(target),
@@ -237,7 +237,7 @@ impl Filter {
                     let what = format!("mask: target {target} has no measurement to start from");
                     return Err(InputError::new_err(what));
                 }
-                let track = Track::from_measurements(TargetLabel(0), measured.of_target(target), &team.track);
+                let track = Track::from_measurements(TargetLabel(0).into(), measured.of_target(target), &team.track);
                 filter_of(target, track)
             };
             (0..measured.targets).map(started).collect()

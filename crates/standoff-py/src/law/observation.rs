@@ -177,7 +177,8 @@ pub(crate) struct ReceivedReport {
 impl ReceivedReport {
     fn of(py: Python<'_>, report: &Report) -> Self {
         let numbers = |of: fn(&standoff::Detection) -> f64| one(py, report.detections.iter().map(of).collect());
-        let targets: Vec<i64> = report.detections.iter().map(|detection| detection.label.0.into()).collect();
+        let label = |detection: &standoff::Detection| detection.label.map_or(-1, |label| label.0.into());
+        let targets: Vec<i64> = report.detections.iter().map(label).collect();
         Self {
             uav: report.uav.0,
             state: state(py, &report.state),
@@ -204,8 +205,8 @@ fn level(state: &UavState) -> [f64; 5] {
 /// Cue: the position and velocity of a new target, sent by a cue source such as a search aircraft.
 #[pyclass(frozen, get_all, name = "Cue", module = "standoff")]
 pub(crate) struct ReceivedCue {
-    /// Sensor-reported identity of the target.
-    target: u32,
+    /// Identity of the target; ``None`` if the source does not know it.
+    target: Option<u32>,
     /// Position east, m.
     x_m: f64,
     /// Position north, m.
@@ -223,7 +224,7 @@ pub(crate) struct ReceivedCue {
 impl ReceivedCue {
     fn of(cue: &Cue) -> Self {
         Self {
-            target: cue.label.0,
+            target: cue.label.map(|label| label.0),
             x_m: cue.position.x_m(),
             y_m: cue.position.y_m(),
             vx_m_s: cue.velocity.x_m_s(),
@@ -399,7 +400,7 @@ impl TeamState {
             mate.state.vertical.map_or([f64::NAN; 2], |vertical| [vertical.altitude_m, vertical.climb_rate_m_s])
         });
         Self {
-            target: whole(&|known| known.track.label.0.into()),
+            target: whole(&|known| known.track.id.0.cast_signed()),
             state: two(py, states, 6),
             covariance: three(py, covariances),
             updated: one(py, live.iter().map(|known| known.track.status == TrackStatus::Updated).collect()),

@@ -285,7 +285,7 @@ fn compared(withheld: Option<i64>) -> Vec<Comparison> {
         source: 0,
         issued_at: Time::EPOCH,
         sequence: 0,
-        label: TargetLabel(0),
+        label: Some(TargetLabel(0)),
         time: Time::EPOCH,
         position: Position::ORIGIN,
         velocity: Velocity::ZERO,
@@ -299,7 +299,7 @@ fn compared(withheld: Option<i64>) -> Vec<Comparison> {
             let position = Position::ORIGIN + Displacement::from_m(x_m, 0.0);
             let own = UavState::level_flight(position, Angle::ZERO, 40.0);
             let measurement = RangeBearingMeasurement { range_m: 400.0, bearing: Angle::from_deg(bearing) };
-            let detected = [Detection { label: TargetLabel(0), measurement }];
+            let detected = [Detection { label: Some(TargetLabel(0)), measurement, range_rate_m_s: None }];
             let scan = Scan { boresight: Some(measurement.bearing), detections: &detected };
             agents[place].observe(now, &own, Some(scan))
         });

@@ -34,7 +34,17 @@ pub fn field(targets: u32) -> Vec<Position> {
 fn cue(label: TargetLabel, position: Position) -> Cue {
     let (velocity, position_sd_m, velocity_sd_m_s) = (Velocity::ZERO, 20.0, 2.0);
     let (source, issued_at, sequence) = (0, Time::EPOCH, label.0 as u16);
-    Cue { source, issued_at, sequence, label, time: issued_at, position, velocity, position_sd_m, velocity_sd_m_s }
+    Cue {
+        source,
+        issued_at,
+        sequence,
+        label: Some(label),
+        time: issued_at,
+        position,
+        velocity,
+        position_sd_m,
+        velocity_sd_m_s,
+    }
 }
 
 /// Workload: prediction of one target's filter, and an update with measurements of two UAVs, always from the same
@@ -133,8 +143,9 @@ impl FleetTicks {
             let boresight = look.boresight(state.position, Duration::ZERO);
             let seen = (0..).zip(&positions).filter(|(_, at)| sensor.in_view(state.position, boresight, **at));
             let detections = seen.map(|(id, at)| Detection {
-                label: TargetLabel(id),
+                label: Some(TargetLabel(id)),
                 measurement: research::measure(state.position, *at),
+                range_rate_m_s: None,
             });
             (Some(boresight), detections.collect())
         });

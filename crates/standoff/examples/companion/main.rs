@@ -81,7 +81,8 @@ impl Companion {
         let boresight = self.pointing_target.map(|look| look.boresight(self.own.position, now - self.now));
         let sensor = team_params().track.sensor;
         let seen = vehicles(now).filter_map(|(label, position, _)| {
-            Some(Detection { label, measurement: sensor.measure(self.own.position, boresight?, position)? })
+            let measurement = sensor.measure(self.own.position, boresight?, position)?;
+            Some(Detection { label: Some(label), measurement, range_rate_m_s: None })
         });
         (boresight, seen.collect())
     }
@@ -177,7 +178,7 @@ pub(crate) fn cue(time: Time, (label, position, velocity): (TargetLabel, Positio
         source: 0,
         issued_at: time,
         sequence: label.0 as u16,
-        label,
+        label: Some(label),
         time,
         position,
         velocity,

@@ -92,7 +92,7 @@ mod tests {
                 source: 0,
                 issued_at: Time::EPOCH,
                 sequence: 0,
-                label: TargetLabel(label),
+                label: Some(TargetLabel(label)),
                 time: Time::EPOCH,
                 position: Position::from_m(*x_m, *y_m),
                 velocity: Velocity::from_m_s(*vx_m_s, 0.0),

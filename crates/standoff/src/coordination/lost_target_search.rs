@@ -210,7 +210,7 @@ mod tests {
             source: 0,
             issued_at: Time::EPOCH,
             sequence: 0,
-            label: TargetLabel(id),
+            label: Some(TargetLabel(id)),
             time: Time::EPOCH,
             position: Position::from_m(x_m, 0.0),
             velocity: Velocity::from_m_s(vx_m_s, 0.0),
@@ -303,7 +303,7 @@ mod tests {
         }
 
         /// Updates the assignments; returns the searching UAVs with their tracks, and the events.
-        fn settle(&mut self) -> (Vec<(u32, u32)>, Causes) {
+        fn settle(&mut self) -> (Vec<(u32, u64)>, Causes) {
             let Self { memberships, team, assignments } = self;
             let mut events = Vec::new();
             SearchAssignmentUpdate { memberships, team, params: &params(), assignments, events: &mut events }.update();

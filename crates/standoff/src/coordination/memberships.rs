@@ -331,7 +331,7 @@ mod tests {
             source: 0,
             issued_at: Time::EPOCH,
             sequence: 0,
-            label: TargetLabel(label),
+            label: Some(TargetLabel(label)),
             time: Time::EPOCH,
             position: Position::ORIGIN,
             velocity: Velocity::ZERO,

@@ -28,7 +28,7 @@ pub(crate) struct SnapshotSender {
 impl SnapshotSender {
     /// Serialises a team state at time step `now`; `None` if it is too large.
     pub(crate) fn of(team_state: &TeamState, now: i64) -> Option<Self> {
-        let bytes = postcard::to_allocvec(team_state).ok()?;
+        let bytes = serialised(team_state).ok()?;
         let parts = bytes.len().div_ceil(SnapshotPart::BYTES_MAX);
         let commit_digest = CommitDigest { time: team_state.time, digest: team_state.digest() };
         (parts <= PARTS_MAX).then(|| Self { commit_digest, bytes, sent_at: vec![i64::MIN; parts], made_at: now })
@@ -150,9 +150,18 @@ impl SnapshotReceiver {
     }
 }
 
+/// Serialises a team state; tracks of detections without label follow, if there are any.
+fn serialised(team_state: &TeamState) -> postcard::Result<Vec<u8>> {
+    let bytes = postcard::to_allocvec(team_state)?;
+    if team_state.unlabelled.is_empty() { Ok(bytes) } else { postcard::to_extend(&team_state.unlabelled, bytes) }
+}
+
 /// Deserialises a team state and checks it against its digest.
 fn read(bytes: &[u8], commit_digest: CommitDigest, params: &TeamParams) -> Option<TeamState> {
-    let (mut team_state, rest) = postcard::take_from_bytes::<TeamState>(bytes).ok()?;
+    let (mut team_state, mut rest) = postcard::take_from_bytes::<TeamState>(bytes).ok()?;
+    if !rest.is_empty() {
+        (team_state.unlabelled, rest) = postcard::take_from_bytes(rest).ok()?;
+    }
     let matches =
         rest.is_empty() && team_state.time == commit_digest.time && team_state.digest() == commit_digest.digest;
     (matches && team_state.rebuild_index(params)).then_some(team_state)

@@ -33,7 +33,7 @@ fn assignment_starts_from_the_reported_assignments() {
                 source: searcher,
                 issued_at,
                 sequence: number,
-                label,
+                label: Some(label),
                 time: issued_at,
                 position,
                 velocity,

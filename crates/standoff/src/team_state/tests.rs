@@ -17,7 +17,7 @@ fn known() -> TeamState {
             source: searcher,
             issued_at,
             sequence: number,
-            label,
+            label: Some(label),
             time,
             position,
             velocity,
@@ -65,7 +65,8 @@ fn impossible_team_states_are_rejected() {
             let position = Position::from_m(300.0, 0.0);
             let measurements = [(Position::ORIGIN, crate::sensor::measure(Position::ORIGIN, position))];
             for label in 3..=TARGETS_MAX as u32 {
-                let track = Track::from_measurements(TargetLabel(label), measurements, &TeamParams::paper().track);
+                let track =
+                    Track::from_measurements(TargetLabel(label).into(), measurements, &TeamParams::paper().track);
                 team_state.memberships.start(track.unwrap());
             }
         },

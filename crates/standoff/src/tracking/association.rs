@@ -1,9 +1,11 @@
-//! Data association: which detection belongs to which track.
+//! Association by label: which detection belongs to which track. [`unlabelled`](super::unlabelled) associates detections
+//! without label.
 
 use crate::frame::Position;
-use crate::message::{Report, TargetLabel};
+use crate::message::{Detection, Report};
 use crate::params::SensorParams;
 use crate::sensor::RangeBearingMeasurement;
+use crate::tracking::scan_model::ScanModel;
 use crate::tracking::track::TrackId;
 use crate::tracking::track_table::{TrackRow, TrackTable};
 use crate::uav::UavId;
@@ -26,15 +28,39 @@ impl<'a> Scans<'a> {
         self.reports.iter().enumerate().filter(move |(_, report)| counts(report))
     }
 
-    /// Label of a detection.
-    pub(crate) fn label(&self, index: DetectionIndex) -> TargetLabel {
-        self.reports[index.report].detections[index.detection].label
+    /// Track that a detection with label belongs to; `None` without label.
+    pub(crate) fn track_id(&self, index: DetectionIndex) -> Option<TrackId> {
+        self.detection(index).label.map(TrackId::from)
+    }
+
+    fn detection(&self, index: DetectionIndex) -> &'a Detection {
+        &self.reports[index.report].detections[index.detection]
+    }
+
+    /// True if a sensor reported detections without label.
+    pub(crate) fn have_unlabelled(&self) -> bool {
+        self.plausible().any(|(_, report)| report.detections.last().is_some_and(|last| last.label.is_none()))
+    }
+
+    /// Scans with their detections without label, in the order of the UAVs.
+    pub(crate) fn unlabelled(&self) -> impl Iterator<Item = (UavId, ScanModel<'a>, &'a [Detection])> {
+        let sensor = self.sensor;
+        self.plausible().filter_map(move |(_, report)| {
+            let model = ScanModel::new(sensor, report)?;
+            Some((report.uav, model, Detection::split(&report.detections).1))
+        })
     }
 
     /// Measurement of a detection, and the position of the UAV that made it.
     pub(crate) fn measurement(&self, index: DetectionIndex) -> (Position, RangeBearingMeasurement) {
-        let report = &self.reports[index.report];
-        (report.state.position, report.detections[index.detection].measurement)
+        (self.reports[index.report].state.position, self.detection(index).measurement)
+    }
+
+    /// A detection with range rate, and the sensor model of its scan.
+    pub(crate) fn with_range_rate(&self, index: DetectionIndex) -> Option<(ScanModel<'a>, &'a Detection)> {
+        let detection = self.detection(index);
+        detection.range_rate_m_s?;
+        Some((ScanModel::new(self.sensor, &self.reports[index.report])?, detection))
     }
 
     /// True if a sensor had the position in view, with a clearance to the edge of its field of view, m.
@@ -68,18 +94,19 @@ impl Association {
     /// Detections of a target that has no track, or a lost one, in the order of the UAVs.
     pub(crate) fn unassociated_of(
         &self,
-        label: TargetLabel,
+        track: TrackId,
         scans: &Scans,
     ) -> impl Iterator<Item = (Position, RangeBearingMeasurement)> {
-        let start = self.unassociated.partition_point(|index| scans.label(*index) < label);
-        let of_one_target = self.unassociated[start..].iter().take_while(move |index| scans.label(**index) == label);
+        let start = self.unassociated.partition_point(|index| scans.track_id(*index) < Some(track));
+        let of_one_target =
+            self.unassociated[start..].iter().take_while(move |index| scans.track_id(**index) == Some(track));
         of_one_target.map(|index| scans.measurement(*index))
     }
 }
 
-/// Associates the detections of all scans with the predicted tracks.
+/// Associates the detections with label of all scans with the predicted tracks.
 ///
-/// Each detection carries the label of its target (assumption of the paper: data association is solved), so that every
+/// Each carries the label of its target (assumption of the paper: data association is solved), so that every
 /// weight is 1.
 pub(crate) fn associate<R: TrackRow>(tracks: &TrackTable<R>, scans: &Scans, result: &mut Association) {
     let Association { weighted, unassociated } = result;
@@ -88,7 +115,7 @@ pub(crate) fn associate<R: TrackRow>(tracks: &TrackTable<R>, scans: &Scans, resu
     for (report_index, report) in scans.plausible() {
         let mut next = 0;
         for (detection_index, detection) in report.detections.iter().enumerate() {
-            let id = TrackId::from_label(detection.label);
+            let Some(id) = detection.label.map(TrackId::from) else { break };
             // Most UAVs detect one target after the other.
             let is_next = tracks.rows().get(next).is_some_and(|row| row.track().id == id);
             let track_index = if is_next { Ok(next) } else { tracks.index(id) };
@@ -103,5 +130,5 @@ pub(crate) fn associate<R: TrackRow>(tracks: &TrackTable<R>, scans: &Scans, resu
         }
     }
     // Stable: the detections of one target stay in the order of the UAVs.
-    unassociated.sort_by_key(|index| scans.label(*index));
+    unassociated.sort_by_key(|index| scans.track_id(*index));
 }

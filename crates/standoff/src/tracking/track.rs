@@ -12,6 +12,7 @@ use crate::sensor::RangeBearingMeasurement;
 use crate::target::{TargetState, Transition};
 use crate::time::{Duration, Time};
 use crate::tracking::information_filter::{Contribution, Estimate, InformationFilter, is_well_posed};
+use crate::tracking::tracker::TrackChangeKind;
 
 impl TrackParams {
     /// Discretises the target model of the tracks for a time step of `dt`.
@@ -54,15 +55,32 @@ pub enum LossReason {
     Diverged,
 }
 
-/// Id of a track in the team. It is derived from the identity reported by the sensors ([`label`](Track::label)), so
-/// that all agents with the same messages assign the same ids.
+/// Id of a track in the team. All agents with the same messages assign the same ids: a track that starts from a
+/// detection or cue with a label has the number of the label; the id of any other track is made from the bits of the
+/// detection or cue that started it, and is at least 2^63.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, serde::Serialize, serde::Deserialize)]
-pub struct TrackId(pub u32);
+pub struct TrackId(pub u64);
+
+impl From<TargetLabel> for TrackId {
+    fn from(label: TargetLabel) -> Self {
+        Self(label.0.into())
+    }
+}
 
 impl TrackId {
-    /// Returns the track id of a target with this label.
-    pub(crate) fn from_label(label: TargetLabel) -> Self {
-        Self(label.0)
+    /// Id of a track that these values started, which have no label. It does not depend on other tracks: a late message
+    /// must not rename them.
+    pub(crate) fn minted(values: impl IntoIterator<Item = u64>) -> Self {
+        let mix = |hash: u64, value: u64| {
+            let mixed = (hash ^ value).wrapping_mul(0xFF51_AFD7_ED55_8CCD);
+            (mixed ^ mixed >> 32).rotate_left(17)
+        };
+        Self(values.into_iter().chain([0]).fold(0x9E37_79B9_7F4A_7C15, mix) | 1 << 63)
+    }
+
+    /// Label of the target, if the track was started by a detection or cue with a label.
+    pub fn label(self) -> Option<TargetLabel> {
+        u32::try_from(self.0).ok().map(TargetLabel)
     }
 }
 
@@ -71,8 +89,8 @@ impl TrackId {
 pub struct Track {
     /// Id of the track.
     pub id: TrackId,
-    /// Identity of the target as reported by the sensors.
-    pub label: TargetLabel,
+    /// Label in the id, or 0.
+    label: TargetLabel,
     /// State in the life cycle.
     pub status: TrackStatus,
     filter: InformationFilter,
@@ -86,7 +104,12 @@ impl Track {
     /// Returns true if the filter is valid, the id matches the label and the durations are not negative.
     pub(crate) fn is_valid(&self) -> bool {
         let [missed, time_since_lost] = [self.missed, self.time_since_lost].map(|time| time >= Duration::ZERO);
-        self.filter.is_valid() && self.id == TrackId::from_label(self.label) && missed && time_since_lost
+        self.filter.is_valid() && self.label == label_in(self.id) && missed && time_since_lost
+    }
+
+    /// Identity of the target as reported by the sensors; `None` if the detection or cue that started the track had none.
+    pub fn label(&self) -> Option<TargetLabel> {
+        self.id.label()
     }
 
     /// Starts a track from a cue, predicted to `now`; `None` if the cue is invalid or later than `now`.
@@ -101,7 +124,7 @@ impl Track {
         if cue.time < now {
             filter.predict(&params.transition(now - cue.time));
         }
-        filter.is_valid().then_some(Self::start(cue.label, TrackStatus::Cued, filter))
+        filter.is_valid().then_some(Self::start(cue.track_id(), TrackStatus::Cued, filter))
     }
 
     /// Starts a track from the measurements of one time step, each with the position of its UAV. The first measurement
@@ -109,7 +132,7 @@ impl Track {
     /// precise in one direction than in the other that its covariance is numerically singular.
     #[cfg_attr(feature = "research", visibility::make(pub))]
     pub(crate) fn from_measurements(
-        label: TargetLabel,
+        id: TrackId,
         measurements: impl IntoIterator<Item = (Position, RangeBearingMeasurement)>,
         params: &TrackParams,
     ) -> Option<Self> {
@@ -126,17 +149,53 @@ impl Track {
             sum += Contribution::from_measurement(&params.sensor, uav, &z, position);
         }
         filter.update(&sum);
-        filter.is_valid().then_some(Self::start(label, TrackStatus::Updated, filter))
+        filter.is_valid().then_some(Self::start(id, TrackStatus::Updated, filter))
     }
 
-    fn start(label: TargetLabel, status: TrackStatus, filter: InformationFilter) -> Self {
-        Self {
-            id: TrackId::from_label(label),
-            label,
-            status,
-            filter,
-            missed: Duration::ZERO,
-            time_since_lost: Duration::ZERO,
+    fn start(id: TrackId, status: TrackStatus, filter: InformationFilter) -> Self {
+        Self { id, label: label_in(id), status, filter, missed: Duration::ZERO, time_since_lost: Duration::ZERO }
+    }
+
+    /// Track with this estimate, updated in this time step; `None` if the covariance is not positive definite.
+    pub(crate) fn from_estimate(id: TrackId, estimate: Estimate) -> Option<Self> {
+        InformationFilter::new(estimate).map(|filter| Self::start(id, TrackStatus::Updated, filter))
+    }
+
+    /// Replaces the estimate, unless the track is lost or the covariance is not positive definite.
+    pub(crate) fn refine(&mut self, estimate: &Estimate) {
+        if let Some(filter) = InformationFilter::new(*estimate).filter(|_| !self.is_lost()) {
+            self.filter = filter;
+        }
+    }
+
+    /// Takes over the estimate of a time step in which it was detected with the probability `detected`. Returns the
+    /// change of its life cycle.
+    pub(crate) fn conclude(
+        &mut self,
+        estimate: &Estimate,
+        detected: f64,
+        is_improbable: bool,
+        params: &TrackParams,
+    ) -> Option<TrackChangeKind> {
+        let before = self.status;
+        match InformationFilter::new(*estimate) {
+            Some(filter) => self.filter = filter,
+            None => self.status = TrackStatus::Lost(LossReason::Diverged),
+        }
+        self.status = match self.status {
+            TrackStatus::Lost(reason) => TrackStatus::Lost(reason),
+            _ if is_improbable => TrackStatus::Lost(LossReason::UnseenInView),
+            _ if detected > 0.5 => TrackStatus::Updated,
+            _ if estimate.position_sd_max_m() > params.deletion_position_sd_m => {
+                TrackStatus::Lost(LossReason::TooUncertain)
+            }
+            TrackStatus::Cued => TrackStatus::Cued,
+            _ => TrackStatus::Coasting,
+        };
+        match (before, self.status) {
+            (_, TrackStatus::Lost(reason)) => Some(TrackChangeKind::Lost(reason)),
+            (TrackStatus::Cued, TrackStatus::Updated) => Some(TrackChangeKind::Confirmed),
+            _ => None,
         }
     }
 
@@ -217,6 +276,11 @@ impl Track {
     }
 }
 
+/// Label in an id, or 0.
+fn label_in(id: TrackId) -> TargetLabel {
+    id.label().unwrap_or(TargetLabel(0))
+}
+
 fn start_filter(
     position: Position,
     velocity: Velocity,
@@ -251,7 +315,7 @@ mod tests {
             source: 0,
             issued_at: Time::EPOCH,
             sequence: 0,
-            label: TargetLabel(7),
+            label: Some(TargetLabel(7)),
             time: Time::EPOCH,
             position: Position::from_m(100.0, 50.0),
             velocity: Velocity::from_m_s(10.0, 0.0),
@@ -323,7 +387,7 @@ mod tests {
         assert_eq!((frozen.estimate(), frozen.status), (track.estimate(), track.status));
         assert_eq!(frozen.time_since_lost(), transition().dt);
         let truth = Position::from_m(500.0, 500.0);
-        let again = Track::from_measurements(track.label, [measurement(truth), measurement(truth)], &params()).unwrap();
+        let again = Track::from_measurements(track.id, [measurement(truth), measurement(truth)], &params()).unwrap();
         assert_eq!(again.status, TrackStatus::Updated);
         assert!(again.estimate().state.position().distance_m(truth) < 1.0);
     }
@@ -331,7 +395,7 @@ mod tests {
     #[test]
     fn a_track_unseen_while_well_in_view_is_soon_lost() {
         let held =
-            Track::from_measurements(TargetLabel(7), [measurement(Position::from_m(110.0, 50.0))], &params()).unwrap();
+            Track::from_measurements(TrackId(7), [measurement(Position::from_m(110.0, 50.0))], &params()).unwrap();
         let mut track = held;
         for step in 1..=10 {
             assert!(!track.is_lost(), "step {step}");

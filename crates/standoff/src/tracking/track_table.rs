@@ -1,6 +1,5 @@
 //! Table of all tracks, by ascending id.
 
-use crate::message::TargetLabel;
 use crate::time::Duration;
 use crate::tracking::track::{Track, TrackId};
 
@@ -40,9 +39,9 @@ impl<R: TrackRow> TrackTable<R> {
         self.rows.binary_search_by_key(&track, |row| row.track().id)
     }
 
-    /// Track of the target with a label.
-    pub(crate) fn by_label(&self, label: TargetLabel) -> Option<&Track> {
-        self.index(TrackId::from_label(label)).ok().map(|index| self.rows[index].track())
+    /// Track with an id.
+    pub(crate) fn get(&self, track: TrackId) -> Option<&Track> {
+        self.index(track).ok().map(|index| self.rows[index].track())
     }
 
     /// Adds a track, or replaces the one with its id. Returns false if the table contains `rows_max` other tracks.

@@ -5,9 +5,11 @@ use crate::params::TrackParams;
 use crate::target::Transition;
 use crate::time::{Duration, Time};
 use crate::tracking::association::{Association, Scans, associate};
-use crate::tracking::information_filter::Contribution;
+use crate::tracking::gaussian::Gaussian;
+use crate::tracking::information_filter::{Contribution, Estimate};
 use crate::tracking::track::{LossReason, Track, TrackId, TrackStatus};
 use crate::tracking::track_table::{TrackRow, TrackTable};
+use crate::tracking::unlabelled::{UnlabelledTracks, UnlabelledUpdate};
 
 /// Input of one time step.
 #[derive(Debug, Clone, Copy)]
@@ -51,6 +53,7 @@ pub(crate) struct Tracker {
     association: Association,
     /// Sum of the measurements of each track, by index.
     measured: Vec<Option<Contribution>>,
+    unlabelled: UnlabelledUpdate,
     /// Changes in the last time step.
     pub(crate) changes: Vec<TrackChange>,
     /// Number of tracks that did not start in the last time step, because the table was full.
@@ -65,6 +68,7 @@ impl Tracker {
     pub(crate) fn step<R: TrackRow>(
         &mut self,
         tracks: &mut TrackTable<R>,
+        unlabelled: &mut UnlabelledTracks,
         previous: &TrackTable<R>,
         input: &TrackerInput,
     ) -> bool {
@@ -75,22 +79,37 @@ impl Tracker {
         let is_full = tracks.rows().len() >= input.tracks_max;
         let after_s = if is_full { 0.0 } else { input.params.lost_track_retention_s };
         let has_removed = tracks.remove_lost(Duration::from_s(after_s));
-        self.take_cues(tracks, input);
+        self.take_cues(tracks, unlabelled, input);
         associate(tracks, &input.scans, &mut self.association);
         self.sum_measurements(tracks, &input.scans);
-        self.update(tracks, previous, input);
+        self.update(tracks, unlabelled, previous, input);
+        self.apply_range_rates(tracks, &input.scans);
         self.start_unassociated(tracks, input);
+        unlabelled.step(tracks, input, &mut self.unlabelled, &mut self.changes);
+        self.rejected += self.unlabelled.rejected;
         let is_start = |kind: &TrackChangeKind| matches!(kind, TrackChangeKind::Cued | TrackChangeKind::Started);
         has_removed || self.changes.iter().any(|change| is_start(&change.kind))
     }
 
-    /// Starts a track from each cue, unless the target has a track that is not lost.
-    fn take_cues<R: TrackRow>(&mut self, tracks: &mut TrackTable<R>, input: &TrackerInput) {
+    /// Starts a track from each cue, unless the target has a track that is not lost. A cue without label is of the target
+    /// of a track near it.
+    fn take_cues<R: TrackRow>(
+        &mut self,
+        tracks: &mut TrackTable<R>,
+        unlabelled: &mut UnlabelledTracks,
+        input: &TrackerInput,
+    ) {
         for cue in input.cues {
-            if tracks.by_label(cue.label).is_none_or(Track::is_lost)
-                && let Some(track) = Track::from_cue(cue, input.params, input.now)
-            {
+            if !tracks.get(cue.track_id()).is_none_or(Track::is_lost) {
+                continue;
+            }
+            let Some(track) = Track::from_cue(cue, input.params, input.now) else { continue };
+            if cue.label.is_some() {
                 self.start(tracks, track, TrackChangeKind::Cued, input);
+            } else if !unlabelled.has_track_near(tracks, track.estimate())
+                && self.start(tracks, track, TrackChangeKind::Cued, input)
+            {
+                unlabelled.enter_cued(track.id);
             }
         }
     }
@@ -120,18 +139,27 @@ impl Tracker {
     }
 
     /// Updates the predicted tracks and reacquires lost ones.
-    fn update<R: TrackRow>(&mut self, tracks: &mut TrackTable<R>, previous: &TrackTable<R>, input: &TrackerInput) {
+    fn update<R: TrackRow>(
+        &mut self,
+        tracks: &mut TrackTable<R>,
+        unlabelled: &UnlabelledTracks,
+        previous: &TrackTable<R>,
+        input: &TrackerInput,
+    ) {
         let Self { association, measured, changes, .. } = self;
         // Tracks stay in the same order until they are removed.
         let mut olds = previous.rows().iter().map(TrackRow::track).peekable();
         for (row, measured) in tracks.rows_mut().iter_mut().zip(measured) {
             let track = row.track_mut();
             let (id, status) = (track.id, track.status);
+            if unlabelled.contains(id) {
+                continue;
+            }
             while olds.next_if(|old| old.id < id).is_some() {}
             let old = olds.next_if(|old| old.id == id);
             if track.is_lost() {
-                let detections = association.unassociated_of(track.label, &input.scans);
-                let reacquired = Track::from_measurements(track.label, detections, input.params);
+                let detections = association.unassociated_of(id, &input.scans);
+                let reacquired = Track::from_measurements(id, detections, input.params);
                 *track = reacquired.unwrap_or(*track);
             } else {
                 // A track that a cue has just started is already at this time step.
@@ -157,15 +185,29 @@ impl Tracker {
         }
     }
 
+    /// Updates tracks with the range rates of their detections with label, if they are measured.
+    fn apply_range_rates<R: TrackRow>(&self, tracks: &mut TrackTable<R>, scans: &Scans) {
+        for (track_index, _, detection) in &self.association.weighted {
+            if let Some((model, detection)) = scans.with_range_rate(*detection) {
+                let track = tracks.rows_mut()[*track_index].track_mut();
+                let mut gaussian = Gaussian::from(track.estimate());
+                if let Some([_, _, Some(rate)]) = model.linearised(&gaussian, detection) {
+                    gaussian.condition(&rate);
+                    track.refine(&Estimate::from(&gaussian));
+                }
+            }
+        }
+    }
+
     /// Starts tracks from detections of targets that have none.
     fn start_unassociated<R: TrackRow>(&mut self, tracks: &mut TrackTable<R>, input: &TrackerInput) {
         let association = core::mem::take(&mut self.association);
         let scans = &input.scans;
-        for of_one_target in association.unassociated.chunk_by(|a, b| scans.label(*a) == scans.label(*b)) {
-            let label = scans.label(of_one_target[0]);
+        for of_one_target in association.unassociated.chunk_by(|a, b| scans.track_id(*a) == scans.track_id(*b)) {
+            let Some(id) = scans.track_id(of_one_target[0]) else { continue };
             let detections = of_one_target.iter().map(|index| scans.measurement(*index));
-            if tracks.by_label(label).is_none()
-                && let Some(track) = Track::from_measurements(label, detections, input.params)
+            if tracks.get(id).is_none()
+                && let Some(track) = Track::from_measurements(id, detections, input.params)
             {
                 self.start(tracks, track, TrackChangeKind::Started, input);
             }
@@ -179,11 +221,13 @@ impl Tracker {
         track: Track,
         kind: TrackChangeKind,
         input: &TrackerInput,
-    ) {
-        if tracks.start(track, input.tracks_max) {
+    ) -> bool {
+        let is_started = tracks.start(track, input.tracks_max);
+        if is_started {
             self.changes.push(TrackChange { track: track.id, kind });
         } else {
             self.rejected += 1;
         }
+        is_started
     }
 }

@@ -29,8 +29,9 @@ fn golden() -> Vec<(Message, Vec<u8>)> {
     let vertical = Some(Vertical { altitude_m: 300.0, climb_rate_m_s: -2.5 });
     let plain = Report::position_only(UavId(7), Time::from_us(-5), state);
     let detection = |label, range_m, bearing_rad| Detection {
-        label: TargetLabel(label),
+        label: Some(TargetLabel(label)),
         measurement: RangeBearingMeasurement { range_m, bearing: Angle::from_rad(bearing_rad) },
+        range_rate_m_s: None,
     };
     let uav_range = ReceivedRange { source: MessageSource::Uav(UavId(4)), from: 8, to: 8 };
     let cue_range = ReceivedRange { source: MessageSource::CueSource(65_535), from: -1, to: 65_534 };
@@ -71,7 +72,7 @@ fn golden() -> Vec<(Message, Vec<u8>)> {
         source: 9,
         issued_at: Time::from_us(i64::MIN),
         sequence: 65_535,
-        label: TargetLabel(2),
+        label: Some(TargetLabel(2)),
         time: Time::from_us(i64::MAX),
         position: Position::from_m(1.0, 2.0),
         velocity: Velocity::from_m_s(3.0, 4.0),
@@ -270,8 +271,9 @@ fn any_knowledge() -> impl Strategy<Value = LogStatus> {
 
 fn any_message() -> impl Strategy<Value = Message> {
     let detection = (any::<u32>(), -1e4..1e4, any_angle()).prop_map(|(label, range_m, bearing)| Detection {
-        label: TargetLabel(label),
+        label: Some(TargetLabel(label)),
         measurement: RangeBearingMeasurement { range_m, bearing },
+        range_rate_m_s: None,
     });
     let header = (any_uav(), any::<u32>(), any::<u32>(), any_time(), any::<bool>(), proptest::option::of(any::<u64>()));
     let content = (
@@ -308,7 +310,7 @@ fn any_message() -> impl Strategy<Value = Message> {
             source: searcher,
             issued_at,
             sequence: number,
-            label,
+            label: Some(label),
             time,
             position,
             velocity,

@@ -161,7 +161,7 @@ impl Team {
                 source: 0,
                 issued_at: now,
                 sequence: label.0 as u16,
-                label,
+                label: Some(label),
                 time: now,
                 position,
                 velocity,
@@ -177,7 +177,7 @@ impl Team {
                 let Some((position, _)) = (self.motion)(id, now) else { continue };
                 if boresight.is_some_and(|boresight| sensor.in_view(state.position, boresight, position)) {
                     let measurement = research::measure(state.position, position);
-                    detections.push(Detection { label: TargetLabel(id), measurement });
+                    detections.push(Detection { label: Some(TargetLabel(id)), measurement, range_rate_m_s: None });
                 }
             }
             (boresight, detections)

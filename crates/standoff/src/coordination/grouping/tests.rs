@@ -96,7 +96,7 @@ impl World {
     }
 
     /// Members of each group by creation index, including those in handoff to it.
-    fn groups(&self) -> Vec<(u32, Vec<u32>)> {
+    fn groups(&self) -> Vec<(u32, Vec<u64>)> {
         let members = |id| {
             let belongs = |known: &&GroupedTrack| known.membership.groups().any(|group| group == id);
             self.memberships.tracks().iter().filter(belongs).map(|known| known.track.id.0).collect::<Vec<_>>()
@@ -123,7 +123,7 @@ fn cue(id: u32, x_m: f64) -> Cue {
         source: 0,
         issued_at: Time::EPOCH,
         sequence: 0,
-        label: TargetLabel(id),
+        label: Some(TargetLabel(id)),
         time: Time::EPOCH,
         position: Position::from_m(x_m, 0.0),
         velocity: Velocity::ZERO,

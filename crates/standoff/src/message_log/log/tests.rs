@@ -53,7 +53,7 @@ fn cue(label: u32, step: i64) -> Cue {
         source: 5,
         issued_at: us(step),
         sequence: label as u16,
-        label: TargetLabel(label),
+        label: Some(TargetLabel(label)),
         time: us(step),
         position: Position::ORIGIN,
         velocity: Velocity::ZERO,

@@ -29,8 +29,11 @@ fn report(uav: u32, step: i64, targets: u32) -> Report {
     let position = Position::ORIGIN + Displacement::from_polar(450.0, phase);
     let heading = phase + Angle::from_deg(90.0);
     let state = UavState { position, heading, speed_m_s: 40.0, turn_rate_rad_s: 0.09, vertical: None };
-    let detect =
-        |label| Detection { label: TargetLabel(label), measurement: sensor::measure(position, target(label, step)) };
+    let detect = |label| Detection {
+        label: Some(TargetLabel(label)),
+        measurement: sensor::measure(position, target(label, step)),
+        range_rate_m_s: None,
+    };
     let boresight = Some(phase + Angle::from_deg(180.0));
     let detections = (0..targets).map(detect).collect();
     Report { sequence: step as u32, boresight, detections, ..Report::position_only(UavId(uav), time(step), state) }
@@ -41,7 +44,7 @@ fn cue(label: u32, step: i64) -> Cue {
         source: 0,
         issued_at: time(step),
         sequence: label as u16,
-        label: TargetLabel(label),
+        label: Some(TargetLabel(label)),
         time: time(step),
         position: target(label, step),
         velocity: Velocity::from_m_s(6.0, 2.0),

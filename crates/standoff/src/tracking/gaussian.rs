@@ -1,0 +1,122 @@
+//! Gaussian over the state of a target: conditioning on scalar measurements, and moments of mixtures.
+
+use nalgebra::{Matrix6, Vector6};
+
+use crate::covariance::Covariance;
+use crate::math::{self, TAU};
+use crate::target::TargetState;
+use crate::tracking::information_filter::Estimate;
+
+/// A scalar measurement, linear in the state: `h' x` with additive noise.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct LinearMeasurement {
+    /// Row h of the measurement matrix.
+    pub(crate) h: Vector6<f64>,
+    /// Measured value of `h' x`.
+    pub(crate) value: f64,
+    /// Variance of the noise.
+    pub(crate) variance: f64,
+}
+
+/// Mean and covariance of a Gaussian over the state, component order as in [`TargetState`].
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Gaussian {
+    pub(crate) mean: Vector6<f64>,
+    pub(crate) covariance: Matrix6<f64>,
+}
+
+impl From<&Estimate> for Gaussian {
+    fn from(estimate: &Estimate) -> Self {
+        Self { mean: estimate.state.0, covariance: estimate.covariance.matrix() }
+    }
+}
+
+impl From<&Gaussian> for Estimate {
+    fn from(gaussian: &Gaussian) -> Self {
+        Self { state: TargetState(gaussian.mean), covariance: Covariance::from(&gaussian.covariance) }
+    }
+}
+
+impl Gaussian {
+    /// Mean and variance of `h' x`.
+    pub(crate) fn project(&self, h: &Vector6<f64>) -> (f64, f64) {
+        (h.dot(&self.mean), h.dot(&(self.covariance * h)))
+    }
+
+    /// Conditions on a measurement, and returns the likelihood of its value.
+    pub(crate) fn condition(&mut self, measurement: &LinearMeasurement) -> f64 {
+        let LinearMeasurement { h, value, variance } = measurement;
+        let with_h = self.covariance * h;
+        let total_variance = h.dot(&with_h) + variance;
+        let gain = with_h / total_variance;
+        let innovation = value - h.dot(&self.mean);
+        self.mean += gain * innovation;
+        self.covariance -= gain * with_h.transpose();
+        math::exp(-0.5 * innovation * innovation / total_variance) / (TAU * total_variance).sqrt()
+    }
+}
+
+/// Weighted sum of Gaussians. Weights can be negative, as long as the sum is a density.
+#[derive(Debug, Clone, Copy, Default)]
+pub(crate) struct Mixture {
+    weight: f64,
+    first_moment: Vector6<f64>,
+    /// About `origin`, to which the first moment is relative, too.
+    second_moment: Matrix6<f64>,
+    origin: Vector6<f64>,
+}
+
+impl Mixture {
+    /// Empty mixture. `origin` should be near the means: it keeps the moments small and so their rounding.
+    pub(crate) fn about(origin: Vector6<f64>) -> Self {
+        Self { origin, ..Self::default() }
+    }
+
+    pub(crate) fn add(&mut self, weight: f64, gaussian: &Gaussian) {
+        let mean = gaussian.mean - self.origin;
+        self.weight += weight;
+        self.first_moment += mean * weight;
+        self.second_moment += (gaussian.covariance + mean * mean.transpose()) * weight;
+    }
+
+    /// Gaussian with the mean and the covariance of the mixture; `None` if its weight is not positive.
+    pub(crate) fn moments(&self) -> Option<Gaussian> {
+        if self.weight <= 0.0 {
+            return None;
+        }
+        let mean = self.first_moment / self.weight;
+        let covariance = self.second_moment / self.weight - mean * mean.transpose();
+        Some(Gaussian { mean: mean + self.origin, covariance })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn gaussian(x_m: f64, sd_m: f64) -> Gaussian {
+        let mut mean = Vector6::zeros();
+        mean[0] = x_m;
+        Gaussian { mean, covariance: Matrix6::identity() * (sd_m * sd_m) }
+    }
+
+    #[test]
+    fn conditioning_weighs_prior_and_measurement_by_their_variances() {
+        let mut estimate = gaussian(10.0, 2.0);
+        let h = Vector6::new(1.0, 0.0, 0.0, 0.0, 0.0, 0.0);
+        let likelihood = estimate.condition(&LinearMeasurement { h, value: 15.0, variance: 1.0 });
+        assert!((estimate.mean[0] - 14.0).abs() < 1e-12 && (estimate.covariance[(0, 0)] - 0.8).abs() < 1e-12);
+        assert!((likelihood - (-2.5f64).exp() / (TAU * 5.0).sqrt()).abs() < 1e-12);
+        assert_eq!(estimate.covariance[(1, 1)], 4.0);
+    }
+
+    #[test]
+    fn moments_of_a_mixture_include_the_distance_of_the_means() {
+        let mut mixture = Mixture::about(gaussian(1e6, 1.0).mean);
+        mixture.add(0.5, &gaussian(1e6 - 3.0, 1.0));
+        mixture.add(0.5, &gaussian(1e6 + 3.0, 1.0));
+        let moments = mixture.moments().unwrap();
+        assert!((moments.mean[0] - 1e6).abs() < 1e-9 && (moments.covariance[(0, 0)] - 10.0).abs() < 1e-9);
+        assert!(Mixture::about(Vector6::zeros()).moments().is_none());
+    }
+}
