@@ -176,6 +176,14 @@ params! {
             /// Standard deviation of the velocity, per axis, of a track that starts from a measurement.
             pub(crate) initial_velocity_sd_m_s = 10.0, "m/s", "filter.initial_velocity_sd_m_s",
                 Allowed::at_least(1e-3).at_most(1e3);
+            /// Rate at which targets begin to manoeuvre: to brake, start or turn harder than the target model says. Used
+            /// for detections without label.
+            pub(crate) manoeuvre_rate_1_s = 0.0 => 0.03, "1/s", "filter.manoeuvre_rate_1_s",
+                Allowed::at_least(0.0).at_most(10.0);
+            /// Rate at which slow targets stop. Used for detections without label, if the sensor has a minimum
+            /// detectable velocity.
+            pub(crate) stop_rate_1_s = 0.0 => 0.05, "1/s", "filter.stop_rate_1_s",
+                Allowed::at_least(0.0).at_most(10.0);
             /// Time after which a lost track is forgotten.
             pub(crate) lost_track_retention_s = 600.0, "s", "filter.lost_track_retention_s",
                 Allowed::above(0.0).at_most(1e6);
@@ -229,10 +237,10 @@ params! {
             pub(crate) range_rate_sd_m_s = 0.5, "m/s", "filter.range_rate_sd_m_s", Allowed::at_least(1e-3).at_most(1e3);
             /// Mean number of false alarms of a scan.
             pub(crate) false_alarms_per_scan = 0.0, "1", "filter.false_alarms_per_scan",
-                Allowed::at_least(0.0).at_most(1e3);
+                Allowed::at_least(0.0).at_most(1e5);
             /// Mean number of targets of a scan that have no track yet.
             pub(crate) new_targets_per_scan = 0.02, "1", "filter.new_targets_per_scan",
-                Allowed::at_least(1e-9).at_most(1e3);
+                Allowed::at_least(1e-9).at_most(1e5);
         }
     }
 

@@ -4,6 +4,7 @@ pub(crate) mod association;
 pub(crate) mod gaussian;
 pub(crate) mod information_filter;
 pub(crate) mod joint_association;
+pub(crate) mod motion_modes;
 pub(crate) mod scan_model;
 pub(crate) mod track;
 pub(crate) mod track_table;

@@ -3,7 +3,6 @@
 use nalgebra::{Matrix6, Vector6};
 
 use crate::covariance::Covariance;
-use crate::math::{self, TAU};
 use crate::target::TargetState;
 use crate::tracking::information_filter::Estimate;
 
@@ -43,8 +42,9 @@ impl Gaussian {
         (h.dot(&self.mean), h.dot(&(self.covariance * h)))
     }
 
-    /// Conditions on a measurement, and returns the likelihood of its value.
-    pub(crate) fn condition(&mut self, measurement: &LinearMeasurement) -> f64 {
+    /// Conditions on a measurement. Returns how its value differs from the prediction: the squared distance in standard
+    /// deviations, and the variance.
+    pub(crate) fn condition(&mut self, measurement: &LinearMeasurement) -> (f64, f64) {
         let LinearMeasurement { h, value, variance } = measurement;
         let with_h = self.covariance * h;
         let total_variance = h.dot(&with_h) + variance;
@@ -52,7 +52,7 @@ impl Gaussian {
         let innovation = value - h.dot(&self.mean);
         self.mean += gain * innovation;
         self.covariance -= gain * with_h.transpose();
-        math::exp(-0.5 * innovation * innovation / total_variance) / (TAU * total_variance).sqrt()
+        (innovation * innovation / total_variance, total_variance)
     }
 }
 
@@ -70,6 +70,11 @@ impl Mixture {
     /// Empty mixture. `origin` should be near the means: it keeps the moments small and so their rounding.
     pub(crate) fn about(origin: Vector6<f64>) -> Self {
         Self { origin, ..Self::default() }
+    }
+
+    /// Sum of the weights.
+    pub(crate) fn weight(&self) -> f64 {
+        self.weight
     }
 
     pub(crate) fn add(&mut self, weight: f64, gaussian: &Gaussian) {
@@ -104,9 +109,9 @@ mod tests {
     fn conditioning_weighs_prior_and_measurement_by_their_variances() {
         let mut estimate = gaussian(10.0, 2.0);
         let h = Vector6::new(1.0, 0.0, 0.0, 0.0, 0.0, 0.0);
-        let likelihood = estimate.condition(&LinearMeasurement { h, value: 15.0, variance: 1.0 });
+        let (squared, variance) = estimate.condition(&LinearMeasurement { h, value: 15.0, variance: 1.0 });
         assert!((estimate.mean[0] - 14.0).abs() < 1e-12 && (estimate.covariance[(0, 0)] - 0.8).abs() < 1e-12);
-        assert!((likelihood - (-2.5f64).exp() / (TAU * 5.0).sqrt()).abs() < 1e-12);
+        assert_eq!((squared, variance), (5.0, 5.0));
         assert_eq!(estimate.covariance[(1, 1)], 4.0);
     }
 

@@ -10,13 +10,13 @@
 const EXACT_DETECTIONS_MAX: usize = 12;
 
 /// Maximum cost of an exact solution, sets of detections times pairs.
-const EXACT_COST_MAX: usize = 1 << 17;
+const EXACT_COST_MAX: usize = 1 << 15;
 
 /// Maximum number of sweeps of belief propagation.
-const SWEEPS_MAX: usize = 200;
+const SWEEPS_MAX: usize = 100;
 
 /// Change of the messages at which belief propagation stops.
-const CONVERGED: f64 = 1e-9;
+const CONVERGED: f64 = 1e-6;
 
 /// A possible pair of a track and a detection.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -42,7 +42,11 @@ pub(crate) struct JointAssociation {
     detections: Vec<usize>,
     forward: Vec<f64>,
     backward: Vec<f64>,
-    messages: Vec<f64>,
+    /// Message of each edge from its detection to its track; those to the detections are in `forward`.
+    to_track: Vec<f64>,
+    /// Index of each edge's detection in `detections`.
+    places: Vec<usize>,
+    ratios: Vec<f64>,
 }
 
 impl JointAssociation {
@@ -132,47 +136,48 @@ impl JointAssociation {
 
     /// Loopy belief propagation. It converges; the marginals are approximate in clusters with cycles.
     fn propagate(&mut self, cluster: &[(usize, usize)], edges: &mut [Edge]) {
-        let Self { detections, forward: to_detection, backward: sums, messages: to_track, .. } = self;
+        let Self { detections, forward: to_detection, backward: sums, to_track, places, ratios, .. } = self;
+        ratios.clear();
+        ratios.extend(cluster.iter().map(|(_, edge)| edges[*edge].ratio));
+        places.clear();
+        places.extend(cluster.iter().map(|(_, edge)| detections.partition_point(|of| *of < edges[*edge].detection)));
         to_track.clear();
         to_track.resize(cluster.len(), 1.0);
         to_detection.clear();
         to_detection.resize(cluster.len(), 0.0);
-        let place = |edge: &Edge| detections.binary_search(&edge.detection).unwrap_or(0);
-        let tracks: Vec<&[(usize, usize)]> = cluster.chunk_by(|a, b| edges[a.1].track == edges[b.1].track).collect();
+        let is_of_same_track = |a: &(usize, usize), b: &(usize, usize)| edges[a.1].track == edges[b.1].track;
+        let counts: Vec<usize> = cluster.chunk_by(is_of_same_track).map(<[_]>::len).collect();
         for _ in 0..SWEEPS_MAX {
             sums.clear();
             sums.resize(detections.len(), 1.0);
             let mut start = 0;
-            for track in &tracks {
-                let range = start..start + track.len();
-                let weighted = |index: usize| edges[cluster[index].1].ratio * to_track[index];
-                let total: f64 = 1.0 + range.clone().map(weighted).sum::<f64>();
+            for count in &counts {
+                let range = start..start + count;
+                let total: f64 = 1.0 + range.clone().map(|index| ratios[index] * to_track[index]).sum::<f64>();
                 for index in range {
-                    let edge = &edges[cluster[index].1];
-                    to_detection[index] = edge.ratio / (total - weighted(index)).max(1.0);
-                    sums[place(edge)] += to_detection[index];
+                    to_detection[index] = ratios[index] / (total - ratios[index] * to_track[index]).max(1.0);
+                    sums[places[index]] += to_detection[index];
                 }
-                start += track.len();
+                start += count;
             }
             let mut change: f64 = 0.0;
-            for (index, (_, edge)) in cluster.iter().enumerate() {
-                let message = 1.0 / (sums[place(&edges[*edge])] - to_detection[index]).max(1.0);
-                change = change.max((message - to_track[index]).abs());
-                to_track[index] = message;
+            for (index, old) in to_track.iter_mut().enumerate() {
+                let message = 1.0 / (sums[places[index]] - to_detection[index]).max(1.0);
+                change = change.max((message - *old).abs());
+                *old = message;
             }
             if change < CONVERGED {
                 break;
             }
         }
         let mut start = 0;
-        for track in &tracks {
-            let messages = &to_track[start..start + track.len()];
-            let total: f64 =
-                1.0 + track.iter().zip(messages).map(|((_, edge), message)| edges[*edge].ratio * message).sum::<f64>();
-            for ((_, edge), message) in track.iter().zip(messages) {
-                edges[*edge].probability = edges[*edge].ratio * message / total;
+        for count in &counts {
+            let range = start..start + count;
+            let total: f64 = 1.0 + range.clone().map(|index| ratios[index] * to_track[index]).sum::<f64>();
+            for index in range {
+                edges[cluster[index].1].probability = ratios[index] * to_track[index] / total;
             }
-            start += track.len();
+            start += count;
         }
     }
 }

@@ -1,127 +1,191 @@
 //! Sensor model of one scan for detections without label: where and how fast a target must be to be detected, how likely
 //! a detection is of a target with a given estimate, and how many false alarms to expect.
 
-use nalgebra::Vector6;
+use nalgebra::{Vector2, Vector6};
 
 use crate::angle::Angle;
-use crate::frame::Position;
-use crate::math::{self, PI};
+use crate::frame::{Displacement, Position};
+use crate::math::{self, PI, TAU};
 use crate::message::{Detection, Report};
 use crate::params::{RANGE_MIN_M, SensorParams};
 use crate::sensor::{self, FALSE_ALARM_SPEED_MAX_M_S};
 use crate::tracking::gaussian::{Gaussian, LinearMeasurement, Mixture};
+use crate::tracking::motion_modes::{MODES, MotionModes};
 use crate::uav::UavState;
 
 /// Largest squared distance of a detection from its prediction, in standard deviations: 99.9 % of the detections of a
 /// target with three measured values are nearer.
 const GATE: f64 = 16.3;
 
+/// Number of standard deviations out of view beyond which a target is certainly out of view.
+const OUT_OF_VIEW_SDS: f64 = 6.0;
+
 /// A scan, as seen by the sensor model.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct ScanModel<'a> {
-    pub(crate) sensor: &'a SensorParams,
+    sensor: &'a SensorParams,
     uav: &'a UavState,
     boresight: Angle,
     /// Density of false alarms and of new targets with any radial speed, per m2.
-    false_alarms_per_m2: f64,
-    new_targets_per_m2: f64,
-    /// Variance parameter of the blind zone, m2/s2: a target is blind with the probability exp(-v^2 / 2 u^2); 0: none.
+    background_per_m2: [f64; 2],
+    /// Variance parameter u^2 of the blind zone, m2/s2: a target with the radial speed v is not detected with the
+    /// probability exp(-v^2 / 2 u^2); 0: no blind zone.
     blind_variance: f64,
 }
 
+/// Visibility of a target in a scan under each motion model; `None` if it is certainly out of view.
+pub(crate) type Views = [Option<View>; MODES];
+
 /// How a target with a given estimate meets a scan.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Visibility {
+pub(crate) struct View {
+    /// Probability that it is in view.
+    in_view: f64,
     /// Probability that it would be detected if it moved fast.
     if_fast: f64,
     /// Probability that it is in the blind zone.
     blind: f64,
-    /// Row of the radial speed over ground.
-    radial: Vector6<f64>,
+    /// Expected measurement.
+    range_m: f64,
+    bearing: Angle,
+    /// Unit vector of the line of sight.
+    unit: Vector2<f64>,
+    /// Variances of range (m2) and bearing (rad2), with those of the sensor.
+    variances: [f64; 2],
 }
 
-impl Visibility {
+impl View {
+    /// True if it is more probably in view than not.
+    pub(crate) fn is_in_view(&self) -> bool {
+        self.in_view > 0.5
+    }
+
     /// Probability that it is detected.
     pub(crate) fn detection_probability(&self) -> f64 {
         self.if_fast * (1.0 - self.blind)
     }
 }
 
-/// A detection conditioned on being of a target.
+/// A detection conditioned on being of a target, under one motion model.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Hit {
+    /// Index of the motion model.
+    pub(crate) mode: usize,
     /// Estimate of the target, if the detection is of it.
     pub(crate) posterior: Gaussian,
-    /// Probability density of the detection, if the target exists.
-    pub(crate) density: f64,
+    /// Probability of the model, times the density of the detection if the target exists.
+    pub(crate) weight: f64,
 }
 
 impl<'a> ScanModel<'a> {
     /// Model of the scan of a report; `None` if the sensor did not scan.
     pub(crate) fn new(sensor: &'a SensorParams, report: &'a Report) -> Option<Self> {
-        let boresight = report.boresight?;
         let area_m2 = sensor.area_m2();
         Some(Self {
             sensor,
             uav: &report.state,
-            boresight,
-            false_alarms_per_m2: sensor.false_alarms_per_scan / area_m2,
-            new_targets_per_m2: sensor.new_targets_per_scan / area_m2,
+            boresight: report.boresight?,
+            background_per_m2: [sensor.false_alarms_per_scan / area_m2, sensor.new_targets_per_scan / area_m2],
             blind_variance: sensor.mdv_m_s * sensor.mdv_m_s / (2.0 * core::f64::consts::LN_2),
         })
     }
 
-    /// Returns how a target meets the scan; `None` if it is certainly out of view.
-    pub(crate) fn visibility(&self, target: &Gaussian) -> Option<Visibility> {
-        let SensorParams { sensing_range_m, detection_probability, .. } = *self.sensor;
+    /// Position of the UAV.
+    pub(crate) fn uav_position(&self) -> Position {
+        self.uav.position
+    }
+
+    /// Returns how a target meets the scan under each of its motion models.
+    pub(crate) fn views(&self, modes: &MotionModes) -> Views {
+        modes
+            .all()
+            .each_ref()
+            .map(|(probability, gaussian)| (*probability > 0.0).then(|| self.view(gaussian)).flatten())
+    }
+
+    fn view(&self, target: &Gaussian) -> Option<View> {
+        let SensorParams { sensing_range_m, detection_probability, range_sd_m, bearing_sd_rad, .. } = *self.sensor;
+        let sd_max_m = (target.covariance[(0, 0)] + target.covariance[(3, 3)]).sqrt();
+        let furthest_m = sensing_range_m + OUT_OF_VIEW_SDS * sd_max_m;
+        if self.uav.position.squared_distance_m2(position(target)) > furthest_m * furthest_m {
+            return None;
+        }
         let expected = sensor::measure(self.uav.position, position(target));
         let range_m = expected.range_m;
-        if range_m < RANGE_MIN_M {
+        let unit = direction(expected.bearing);
+        let variance_along = |unit: &Vector2<f64>| target.project(&position_row(unit)).1.max(1e-6);
+        let [along, across] = [unit, Vector2::new(-unit.y, unit.x)].map(|unit| variance_along(&unit));
+        let off_edge_rad = (expected.bearing - self.boresight).abs_rad() - self.sensor.half_field_of_view_rad();
+        let beyond = [(range_m - sensing_range_m) / along.sqrt(), off_edge_rad * range_m / across.sqrt()];
+        if range_m < RANGE_MIN_M || beyond.iter().any(|sds| *sds > OUT_OF_VIEW_SDS) {
             return None;
         }
-        let [along, across] = directions(&expected.bearing);
-        let along_sd_m = target.project(&along).1.max(0.0).sqrt().max(1e-3);
-        let across_sd_m = target.project(&across).1.max(0.0).sqrt().max(1e-3);
-        let beyond_sds = (range_m - sensing_range_m) / along_sd_m;
-        let edge_m = ((expected.bearing - self.boresight).abs_rad() - self.sensor.half_field_of_view_rad()) * range_m;
-        let aside_sds = edge_m / across_sd_m;
-        let sds = beyond_sds.max(aside_sds);
-        if sds > 6.0 {
-            return None;
-        }
-        let is_in_view = |sds: f64| if sds < -6.0 { 1.0 } else { logistic(-sds) };
-        let if_fast = detection_probability * is_in_view(beyond_sds) * is_in_view(aside_sds);
-        let radial = velocity_row(&expected.bearing);
-        Some(Visibility { if_fast, blind: self.blind_probability(target, &radial).0, radial })
+        let in_view = beyond.map(|sds| if sds < -OUT_OF_VIEW_SDS { 1.0 } else { normal_below(-sds) }).iter().product();
+        Some(View {
+            in_view,
+            if_fast: detection_probability * in_view,
+            blind: self.blind_probability(target, &unit).0,
+            range_m,
+            bearing: expected.bearing,
+            unit,
+            variances: [
+                along + range_sd_m * range_sd_m,
+                across / (range_m * range_m) + bearing_sd_rad * bearing_sd_rad,
+            ],
+        })
     }
 
     /// Probability that a target is in the blind zone, and the pseudo-measurement of its radial speed if it is.
-    fn blind_probability(&self, target: &Gaussian, radial: &Vector6<f64>) -> (f64, LinearMeasurement) {
+    fn blind_probability(&self, target: &Gaussian, unit: &Vector2<f64>) -> (f64, LinearMeasurement) {
         let variance = self.blind_variance;
-        let blind = LinearMeasurement { h: *radial, value: 0.0, variance };
+        let blind = LinearMeasurement { h: velocity_row(unit), value: 0.0, variance };
         if variance <= 0.0 {
             return (0.0, blind);
         }
-        let (mean, spread) = target.project(radial);
+        let (mean, spread) = target.project(&blind.h);
         let total = spread.max(0.0) + variance;
         ((variance / total).sqrt() * math::exp(-0.5 * mean * mean / total), blind)
     }
 
-    /// Conditions a target on a detection; `None` if the detection is outside of its gate.
-    pub(crate) fn hit(&self, target: &Gaussian, visibility: &Visibility, detection: &Detection) -> Option<Hit> {
+    /// Conditions a target under each motion model on a detection, and adds the possible results. Returns the density of
+    /// the detection over all models, if the target exists.
+    pub(crate) fn add_hits(
+        &self,
+        modes: &MotionModes,
+        views: &Views,
+        detection: &Detection,
+        hits: &mut Vec<Hit>,
+    ) -> f64 {
+        let mut density = 0.0;
+        for (mode, (view, (probability, gaussian))) in views.iter().zip(modes.all()).enumerate() {
+            if let Some((posterior, of_mode)) = view.as_ref().and_then(|view| self.hit(gaussian, view, detection)) {
+                density += probability * of_mode;
+                hits.push(Hit { mode, posterior, weight: probability * of_mode });
+            }
+        }
+        density
+    }
+
+    /// Estimate of a target conditioned on a detection, and the density of the detection if the target exists.
+    fn hit(&self, target: &Gaussian, view: &View, detection: &Detection) -> Option<(Gaussian, f64)> {
+        let off_m = detection.measurement.range_m - view.range_m;
+        let off_rad = (detection.measurement.bearing - view.bearing).rad();
+        // Most detections are far off; this test is cheap.
+        if off_m * off_m > GATE * view.variances[0] || off_rad * off_rad > GATE * view.variances[1] {
+            return None;
+        }
         let mut posterior = *target;
-        let mut density = visibility.if_fast;
-        let mut squared_distance = 0.0;
-        for measurement in self.linearised(target, detection)?.into_iter().flatten() {
-            let (mean, variance) = posterior.project(&measurement.h);
-            let innovation = measurement.value - mean;
-            squared_distance += innovation * innovation / (variance + measurement.variance);
+        let (mut squared_distance, mut variances) = (0.0, 1.0);
+        for measurement in self.linearised_at(target, view, detection).into_iter().flatten() {
+            let (squared, variance) = posterior.condition(&measurement);
+            squared_distance += squared;
+            variances *= TAU * variance;
             if squared_distance > GATE {
                 return None;
             }
-            density *= posterior.condition(&measurement);
         }
-        let (blind, at_zero) = self.blind_probability(&posterior, &visibility.radial);
+        let density = view.if_fast * math::exp(-0.5 * squared_distance) / variances.sqrt();
+        let (blind, at_zero) = self.blind_probability(&posterior, &view.unit);
         // A detected target is not in the blind zone.
         if blind > 0.0 && blind < 0.999 {
             let mut stopped = posterior;
@@ -131,82 +195,62 @@ impl<'a> ScanModel<'a> {
             moving.add(-blind, &stopped);
             posterior = moving.moments().unwrap_or(posterior);
         }
-        Some(Hit { posterior, density: density * (1.0 - blind) })
+        Some((posterior, density * (1.0 - blind)))
     }
 
-    /// Adds to a mixture, with weight `weight`, the estimate of a target that was not detected.
-    pub(crate) fn add_miss(&self, target: &Gaussian, visibility: &Visibility, weight: f64, mixture: &mut Mixture) {
-        let Visibility { if_fast, blind, radial } = visibility;
-        let scale = weight / (1.0 - visibility.detection_probability()).max(1e-9);
-        mixture.add(scale * (1.0 - if_fast), target);
+    /// Adds to a mixture the estimate of a target that was not detected, with `weight` times the probability of that.
+    pub(crate) fn add_miss(&self, target: &Gaussian, view: Option<&View>, weight: f64, mixture: &mut Mixture) {
+        let Some(View { if_fast, blind, unit, .. }) = view else { return mixture.add(weight, target) };
+        mixture.add(weight * (1.0 - if_fast), target);
         if if_fast * blind > 0.0 {
             let mut stopped = *target;
-            stopped.condition(&self.blind_probability(target, radial).1);
-            mixture.add(scale * if_fast * blind, &stopped);
+            stopped.condition(&self.blind_probability(target, unit).1);
+            mixture.add(weight * if_fast * blind, &stopped);
         }
     }
 
-    pub(crate) fn uav_position(&self) -> Position {
-        self.uav.position
-    }
-
-    /// Density of false alarms at a detection, and of detections of new targets, in the units of [`Hit::density`].
+    /// Density of false alarms at a detection, and of detections of new targets, in the units of [`Hit::weight`].
     pub(crate) fn background(&self, detection: &Detection) -> [f64; 2] {
-        let speed = detection.range_rate_m_s.map(|rate| rate + self.own_radial_speed_m_s(detection));
-        // Of an area element of r dr dtheta.
-        let per_area = detection.measurement.range_m;
-        let per_speed = speed.map_or(1.0, |speed_m_s| {
-            let blur = self.sensor.range_rate_sd_m_s;
-            let in_mdv = speed_m_s * speed_m_s + blur * blur;
-            let visible =
-                if self.blind_variance > 0.0 { 1.0 - math::exp(-0.5 * in_mdv / self.blind_variance) } else { 1.0 };
-            let band_m_s = FALSE_ALARM_SPEED_MAX_M_S - self.blind_half_width_m_s();
-            visible / (2.0 * band_m_s)
+        let unit = direction(detection.measurement.bearing);
+        let per_speed = detection.range_rate_m_s.map_or(1.0, |rate_m_s| {
+            let speed_m_s = rate_m_s + self.uav.velocity().vector().dot(&unit);
+            let blur_m_s = self.sensor.range_rate_sd_m_s;
+            let squared = speed_m_s * speed_m_s + blur_m_s * blur_m_s;
+            let is_blind =
+                if self.blind_variance > 0.0 { math::exp(-0.5 * squared / self.blind_variance) } else { 0.0 };
+            // Integral of the blind probability over positive speeds.
+            let blind_m_s = (0.5 * PI * self.blind_variance).sqrt().min(0.9 * FALSE_ALARM_SPEED_MAX_M_S);
+            (1.0 - is_blind) / (2.0 * (FALSE_ALARM_SPEED_MAX_M_S - blind_m_s))
         });
-        [self.false_alarms_per_m2, self.new_targets_per_m2].map(|density| density * per_area * per_speed)
+        // The area of an element dr dtheta is r dr dtheta.
+        self.background_per_m2.map(|per_m2| per_m2 * detection.measurement.range_m * per_speed)
     }
 
-    /// Integral of the blind probability over positive radial speeds, m/s.
-    fn blind_half_width_m_s(&self) -> f64 {
-        (0.5 * PI * self.blind_variance).sqrt().min(0.9 * FALSE_ALARM_SPEED_MAX_M_S)
-    }
-
-    /// Speed of the UAV towards a detection, m/s.
-    fn own_radial_speed_m_s(&self, detection: &Detection) -> f64 {
-        self.uav.velocity().vector().dot(&direction(&detection.measurement.bearing))
+    /// Range rate of a detection, linearised about the estimate of its target; `None` if it is not measured, or if the
+    /// target is certainly not in view.
+    pub(crate) fn range_rate(&self, target: &Gaussian, detection: &Detection) -> Option<LinearMeasurement> {
+        self.linearised_at(target, &self.view(target)?, detection)[2]
     }
 
     /// Linearises a detection about the estimate of a target: range, bearing and, if measured, range rate.
-    pub(crate) fn linearised(
-        &self,
-        target: &Gaussian,
-        detection: &Detection,
-    ) -> Option<[Option<LinearMeasurement>; 3]> {
+    fn linearised_at(&self, target: &Gaussian, view: &View, detection: &Detection) -> [Option<LinearMeasurement>; 3] {
         let SensorParams { range_sd_m, bearing_sd_rad, range_rate_sd_m_s, .. } = *self.sensor;
-        let expected = sensor::measure(self.uav.position, position(target));
-        if expected.range_m < RANGE_MIN_M {
-            return None;
-        }
+        let View { range_m, bearing, unit, .. } = *view;
         let z = &detection.measurement;
-        let [along, across] = directions(&expected.bearing);
-        let across = across / expected.range_m;
-        let of = |h: Vector6<f64>, innovation: f64, sd: f64| LinearMeasurement {
-            h,
-            value: h.dot(&target.mean) + innovation,
-            variance: sd * sd,
+        let of = |h: Vector6<f64>, innovation: f64, sd: f64| {
+            Some(LinearMeasurement { h, value: h.dot(&target.mean) + innovation, variance: sd * sd })
         };
-        let range = of(along, z.range_m - expected.range_m, range_sd_m);
-        let bearing = of(across, (z.bearing - expected.bearing).rad(), bearing_sd_rad);
-        let rate = detection.range_rate_m_s.map(|rate_m_s| {
-            let unit = direction(&expected.bearing);
-            let closing = nalgebra::Vector2::new(target.mean[1], target.mean[4]) - self.uav.velocity().vector();
-            let expected_m_s = closing.dot(&unit);
-            // The rate also depends on the line of sight.
-            let turning = (closing - unit * expected_m_s) / expected.range_m;
-            let h = Vector6::new(turning.x, unit.x, 0.0, turning.y, unit.y, 0.0);
-            of(h, rate_m_s - expected_m_s, range_rate_sd_m_s)
+        let range = of(position_row(&unit), z.range_m - range_m, range_sd_m);
+        let across = Vector2::new(-unit.y, unit.x) / range_m;
+        let bearing = of(position_row(&across), (z.bearing - bearing).rad(), bearing_sd_rad);
+        let rate = detection.range_rate_m_s.and_then(|rate_m_s| {
+            let relative = Vector2::new(target.mean[1], target.mean[4]) - self.uav.velocity().vector();
+            let expected_m_s = relative.dot(&unit);
+            // The rate also depends on the line of sight, and so on the position.
+            let turning = (relative - unit * expected_m_s) / range_m;
+            of(velocity_row(&unit) + position_row(&turning), rate_m_s - expected_m_s, range_rate_sd_m_s)
         });
-        Some([Some(range), Some(bearing), rate])
+        [range, bearing, rate]
     }
 }
 
@@ -214,23 +258,22 @@ fn position(target: &Gaussian) -> Position {
     Position::from_m(target.mean[0], target.mean[3])
 }
 
-fn direction(bearing: &Angle) -> nalgebra::Vector2<f64> {
-    crate::frame::Displacement::from_polar(1.0, *bearing).vector()
+/// Unit vector of a bearing.
+fn direction(bearing: Angle) -> Vector2<f64> {
+    Displacement::from_polar(1.0, bearing).vector()
 }
 
-/// Rows of the position along a direction and to its left.
-fn directions(bearing: &Angle) -> [Vector6<f64>; 2] {
-    let unit = direction(bearing);
-    [Vector6::new(unit.x, 0.0, 0.0, unit.y, 0.0, 0.0), Vector6::new(-unit.y, 0.0, 0.0, unit.x, 0.0, 0.0)]
+/// Row that multiplies the position by a vector.
+fn position_row(by: &Vector2<f64>) -> Vector6<f64> {
+    Vector6::new(by.x, 0.0, 0.0, by.y, 0.0, 0.0)
 }
 
-/// Row of the velocity along a direction.
-fn velocity_row(bearing: &Angle) -> Vector6<f64> {
-    let unit = direction(bearing);
-    Vector6::new(0.0, unit.x, 0.0, 0.0, unit.y, 0.0)
+/// Row that multiplies the velocity by a vector.
+fn velocity_row(by: &Vector2<f64>) -> Vector6<f64> {
+    Vector6::new(0.0, by.x, 0.0, 0.0, by.y, 0.0)
 }
 
-/// Distribution function of the standard normal distribution, approximated to 0.01.
-fn logistic(sds: f64) -> f64 {
+/// Distribution function of the standard normal distribution, to 0.01.
+fn normal_below(sds: f64) -> f64 {
     1.0 / (1.0 + math::exp(-1.702 * sds))
 }

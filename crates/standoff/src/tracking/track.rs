@@ -168,23 +168,25 @@ impl Track {
         }
     }
 
-    /// Takes over the estimate of a time step in which it was detected with the probability `detected`. Returns the
-    /// change of its life cycle.
+    /// Takes over the estimate of a time step in which it was detected with the probability `detected`, or missed in
+    /// view for `missed`. Returns the change of its life cycle.
     pub(crate) fn conclude(
         &mut self,
         estimate: &Estimate,
         detected: f64,
-        is_improbable: bool,
+        missed: Duration,
+        is_improbable: impl Fn(Duration) -> bool,
         params: &TrackParams,
     ) -> Option<TrackChangeKind> {
         let before = self.status;
+        self.missed = if detected > 0.5 { Duration::ZERO } else { self.missed + missed };
         match InformationFilter::new(*estimate) {
             Some(filter) => self.filter = filter,
             None => self.status = TrackStatus::Lost(LossReason::Diverged),
         }
         self.status = match self.status {
             TrackStatus::Lost(reason) => TrackStatus::Lost(reason),
-            _ if is_improbable => TrackStatus::Lost(LossReason::UnseenInView),
+            _ if is_improbable(self.missed) => TrackStatus::Lost(LossReason::UnseenInView),
             _ if detected > 0.5 => TrackStatus::Updated,
             _ if estimate.position_sd_max_m() > params.deletion_position_sd_m => {
                 TrackStatus::Lost(LossReason::TooUncertain)

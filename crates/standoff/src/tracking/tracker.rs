@@ -74,7 +74,12 @@ impl Tracker {
     ) -> bool {
         self.changes.clear();
         self.rejected = 0;
-        tracks.rows_mut().iter_mut().for_each(|row| row.track_mut().predict(input.transition));
+        for row in tracks.rows_mut() {
+            let track = row.track_mut();
+            if track.is_lost() || !unlabelled.contains(track.id) {
+                track.predict(input.transition);
+            }
+        }
         // If the maximum number of tracks is reached, lost ones are removed immediately.
         let is_full = tracks.rows().len() >= input.tracks_max;
         let after_s = if is_full { 0.0 } else { input.params.lost_track_retention_s };
@@ -191,7 +196,7 @@ impl Tracker {
             if let Some((model, detection)) = scans.with_range_rate(*detection) {
                 let track = tracks.rows_mut()[*track_index].track_mut();
                 let mut gaussian = Gaussian::from(track.estimate());
-                if let Some([_, _, Some(rate)]) = model.linearised(&gaussian, detection) {
+                if let Some(rate) = model.range_rate(&gaussian, detection) {
                     gaussian.condition(&rate);
                     track.refine(&Estimate::from(&gaussian));
                 }

@@ -8,12 +8,14 @@
 //! A detection of no track starts a *tentative* track. It is in no group and causes no event until its existence is
 //! almost certain; then it enters the table of tracks.
 
+use crate::math;
 use crate::message::Detection;
-use crate::time::Time;
+use crate::time::{Duration, Time};
 use crate::tracking::gaussian::{Gaussian, Mixture};
-use crate::tracking::information_filter::Estimate;
+use crate::tracking::information_filter::{Estimate, InformationFilter};
 use crate::tracking::joint_association::{Edge, JointAssociation};
-use crate::tracking::scan_model::{Hit, ScanModel, Visibility};
+use crate::tracking::motion_modes::{MotionModes, MotionTransitions, StoredModes};
+use crate::tracking::scan_model::{Hit, ScanModel, View, Views};
 use crate::tracking::track::{Track, TrackId};
 use crate::tracking::track_table::{TrackRow, TrackTable};
 use crate::tracking::tracker::{TrackChange, TrackChangeKind, TrackerInput};
@@ -22,21 +24,29 @@ use crate::uav::UavId;
 /// Probability of existence at which a tentative track is confirmed.
 const CONFIRMED: f64 = 0.99;
 
-/// Probability of existence at which a tentative track is dropped, and a confirmed one lost.
-const DROPPED: f64 = 0.01;
-const LOST: f64 = 0.02;
+/// Probability of existence at which a confirmed track is lost.
+const LOST: f64 = 0.3;
+
+/// Probability of existence at which a tentative track is dropped, as a fraction of that of a new one.
+const DROPPED: f64 = 0.2;
 
 /// Time after which a tentative track that is not confirmed is dropped, s.
 const TENTATIVE_MAX_S: f64 = 20.0;
 
+/// Time after which a track that is missed in view is lost, s. Only a stopped target can be missed for so long.
+const MISSED_MAX_S: f64 = 90.0;
+
 /// Maximum number of tentative tracks.
 const TENTATIVE_MAX: usize = 400;
 
-/// Rate at which targets cease to exist, 1/s.
-const END_RATE_1_S: f64 = 4e-4;
+/// Rate at which targets cease to exist, or tracks to follow them, 1/s.
+const END_RATE_1_S: f64 = 0.003;
 
 /// Probability of existence of a target with a cue.
 const CUED_EXISTENCE: f64 = 0.95;
+
+/// Number of time steps with detection after which a track is known well enough to stay while its target has stopped.
+const DETECTED_MAX: u8 = 10;
 
 /// Squared distance between the estimates of one target, in standard deviations, that 99 % do not exceed, for positions.
 const POSITION_GATE: f64 = 9.2;
@@ -44,18 +54,29 @@ const POSITION_GATE: f64 = 9.2;
 /// State of the tracks without labels, apart from what the table of tracks contains.
 #[derive(Debug, Clone, Default, PartialEq, serde::Serialize, serde::Deserialize)]
 pub(crate) struct UnlabelledTracks {
-    /// Probability of existence of each track in the table that has no label, by ascending id.
-    existences: Vec<(TrackId, f64)>,
+    /// State of each track in the table that has no label, by ascending id.
+    confirmed: Vec<Confirmed>,
     /// Tentative tracks, by ascending id.
     tentative: Vec<Tentative>,
 }
 
+/// State of a track in the table, apart from its estimate.
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
+struct Confirmed {
+    id: TrackId,
+    /// Probability that its target exists.
+    existence: f64,
+    /// Number of time steps in which it was detected, at most [`DETECTED_MAX`].
+    detected_count: u8,
+    modes: StoredModes,
+}
+
 /// A track that may be of no target.
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
-pub(crate) struct Tentative {
-    pub(crate) id: TrackId,
-    pub(crate) estimate: Estimate,
-    pub(crate) existence: f64,
+struct Tentative {
+    id: TrackId,
+    estimate: Estimate,
+    existence: f64,
     started: Time,
 }
 
@@ -63,22 +84,32 @@ pub(crate) struct Tentative {
 #[derive(Debug, Clone, Copy)]
 struct Candidate {
     id: TrackId,
-    gaussian: Gaussian,
+    modes: MotionModes,
     existence: f64,
+    detected_count: u8,
     /// Index in the table; `None` if it is tentative.
     row: Option<usize>,
+    /// Start of a tentative track.
     started: Time,
     /// Probability that a detection of this time step is of it.
     detected: f64,
+    /// True if it is probably in the view of a sensor.
+    is_in_view: bool,
 }
 
-/// Buffers of a time step.
+/// Computes time steps. It keeps no state between them, only buffers.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct UnlabelledUpdate {
     candidates: Vec<Candidate>,
+    views: Vec<Views>,
     joint: JointAssociation,
     edges: Vec<Edge>,
+    /// Detections conditioned on being of a track, by edge.
     hits: Vec<Hit>,
+    /// End of each edge's hits.
+    hits_ends: Vec<usize>,
+    /// Density of false alarms and of new targets at each detection.
+    backgrounds: Vec<[f64; 2]>,
     /// For each detection, the probability that it is of a track.
     explained: Vec<f64>,
     /// Number of tentative tracks that did not start because there were too many.
@@ -87,29 +118,30 @@ pub(crate) struct UnlabelledUpdate {
 
 impl UnlabelledTracks {
     pub(crate) fn is_empty(&self) -> bool {
-        self.existences.is_empty() && self.tentative.is_empty()
-    }
-
-    fn existence(&self, id: TrackId) -> Option<f64> {
-        self.existences.binary_search_by_key(&id, |(id, _)| *id).ok().map(|index| self.existences[index].1)
+        self.confirmed.is_empty() && self.tentative.is_empty()
     }
 
     /// True if a track belongs here and not to the labelled ones.
     pub(crate) fn contains(&self, id: TrackId) -> bool {
-        self.existence(id).is_some()
+        self.confirmed(id).is_some()
+    }
+
+    fn confirmed(&self, id: TrackId) -> Option<&Confirmed> {
+        self.confirmed.binary_search_by_key(&id, |of| of.id).ok().map(|index| &self.confirmed[index])
     }
 
     /// True if the state is one that a time step can leave.
     pub(crate) fn is_valid(&self, now: Time) -> bool {
         let is_probability = |probability: f64| (0.0..=1.0).contains(&probability);
-        self.existences.is_sorted_by(|a, b| a.0 < b.0)
-            && self.existences.iter().all(|(_, existence)| is_probability(*existence))
+        let is_possible = |of: &Confirmed| is_probability(of.existence) && of.modes.is_valid();
+        let is_usable = |of: &Tentative| {
+            is_probability(of.existence) && of.started <= now && InformationFilter::new(of.estimate).is_some()
+        };
+        self.confirmed.is_sorted_by(|a, b| a.id < b.id)
+            && self.confirmed.iter().all(is_possible)
             && self.tentative.is_sorted_by(|a, b| a.id < b.id)
             && self.tentative.len() <= TENTATIVE_MAX
-            && self
-                .tentative
-                .iter()
-                .all(|of| is_probability(of.existence) && of.started <= now && is_usable(&of.estimate))
+            && self.tentative.iter().all(is_usable)
     }
 
     /// True if a cue without label is probably of a track that exists already.
@@ -120,35 +152,35 @@ impl UnlabelledTracks {
 
     /// Enters a track that a cue has started.
     pub(crate) fn enter_cued(&mut self, id: TrackId) {
-        self.set_existence(id, CUED_EXISTENCE);
+        self.enter(Confirmed { id, existence: CUED_EXISTENCE, detected_count: 0, modes: StoredModes::default() });
     }
 
-    fn set_existence(&mut self, id: TrackId, existence: f64) {
-        match self.existences.binary_search_by_key(&id, |(id, _)| *id) {
-            Ok(index) => self.existences[index].1 = existence,
-            Err(index) => self.existences.insert(index, (id, existence)),
+    fn enter(&mut self, entry: Confirmed) {
+        match self.confirmed.binary_search_by_key(&entry.id, |of| of.id) {
+            Ok(index) => self.confirmed[index] = entry,
+            Err(index) => self.confirmed.insert(index, entry),
         }
     }
 
-    /// Advances all tracks without labels by the scans of a time step. Those in the table are already predicted.
+    /// Advances all tracks without labels to a time step, and updates them with its scans.
     pub(crate) fn step<R: TrackRow>(
         &mut self,
         tracks: &mut TrackTable<R>,
         input: &TrackerInput,
-        buffers: &mut UnlabelledUpdate,
+        update: &mut UnlabelledUpdate,
         changes: &mut Vec<TrackChange>,
     ) {
-        buffers.rejected = 0;
+        update.rejected = 0;
         if self.is_empty() && !input.scans.have_unlabelled() {
             return;
         }
-        self.existences.retain(|(id, _)| tracks.index(*id).is_ok());
-        buffers.gather(self, tracks, input);
+        self.confirmed.retain(|of| tracks.index(of.id).is_ok());
+        update.gather(self, tracks, input, changes);
         for (uav, model, detections) in input.scans.unlabelled() {
-            buffers.update(&model, detections);
-            buffers.start(&model, detections, uav, input);
+            update.associate(&model, detections);
+            update.start(&model, detections, uav, input);
         }
-        self.finish(tracks, input, buffers, changes);
+        self.finish(tracks, input, update, changes);
     }
 
     /// Writes the results of a time step back: tracks updated, lost, confirmed, reacquired and dropped.
@@ -156,55 +188,60 @@ impl UnlabelledTracks {
         &mut self,
         tracks: &mut TrackTable<R>,
         input: &TrackerInput,
-        buffers: &mut UnlabelledUpdate,
+        update: &mut UnlabelledUpdate,
         changes: &mut Vec<TrackChange>,
     ) {
         self.tentative.clear();
-        for candidate in &buffers.candidates {
+        for candidate in &update.candidates {
             let Some(row) = candidate.row else { continue };
             let track = tracks.rows_mut()[row].track_mut();
-            let change = track.conclude(
-                &Estimate::from(&candidate.gaussian),
-                candidate.detected,
-                candidate.existence < LOST,
-                input.params,
-            );
+            let estimate = Estimate::from(&candidate.modes.moments());
+            let missed = if candidate.is_in_view { input.transition.dt } else { Duration::ZERO };
+            let is_improbable = |missed: Duration| candidate.existence < LOST || missed.s() > MISSED_MAX_S;
+            let change = track.conclude(&estimate, candidate.detected, missed, is_improbable, input.params);
             if let Some(kind) = change {
                 changes.push(TrackChange { track: track.id, kind });
             }
-            self.set_existence(candidate.id, candidate.existence);
+            self.enter(candidate.entry(candidate.id));
         }
-        for candidate in buffers.candidates.iter().filter(|candidate| candidate.row.is_none()) {
-            let age = input.now - candidate.started;
-            let estimate = Estimate::from(&candidate.gaussian);
-            if candidate.existence < DROPPED || age.s() > TENTATIVE_MAX_S || !is_usable(&estimate) {
-                continue;
-            }
-            if candidate.existence < CONFIRMED {
+        let least_existence = DROPPED * input.params.sensor.new_target_fraction();
+        for candidate in update.candidates.iter().filter(|candidate| candidate.row.is_none()) {
+            let estimate = Estimate::from(&candidate.modes.moments());
+            let is_old = (input.now - candidate.started).s() > TENTATIVE_MAX_S;
+            if candidate.existence >= CONFIRMED {
+                self.confirm(candidate, estimate, tracks, input, changes, &mut update.rejected);
+            } else if candidate.existence >= least_existence && !is_old && InformationFilter::new(estimate).is_some() {
                 let Candidate { id, existence, started, .. } = *candidate;
                 self.tentative.push(Tentative { id, estimate, existence, started });
-                continue;
-            }
-            let predecessor = self.predecessor(tracks, &estimate, input);
-            let id = predecessor.unwrap_or(candidate.id);
-            let kind = if predecessor.is_some() { TrackChangeKind::Reacquired } else { TrackChangeKind::Started };
-            let Some(track) = Track::from_estimate(id, estimate) else { continue };
-            let is_stored = match tracks.index(id) {
-                Ok(row) => {
-                    *tracks.rows_mut()[row].track_mut() = track;
-                    true
-                }
-                Err(_) => tracks.start(track, input.tracks_max),
-            };
-            if is_stored {
-                self.set_existence(id, candidate.existence);
-                changes.push(TrackChange { track: id, kind });
-            } else {
-                buffers.rejected += 1;
             }
         }
         self.tentative.sort_unstable_by_key(|of| of.id);
         self.tentative.dedup_by_key(|of| of.id);
+    }
+
+    /// Enters a tentative track into the table; if it is near a lost one, in its place.
+    fn confirm<R: TrackRow>(
+        &mut self,
+        candidate: &Candidate,
+        estimate: Estimate,
+        tracks: &mut TrackTable<R>,
+        input: &TrackerInput,
+        changes: &mut Vec<TrackChange>,
+        rejected: &mut u32,
+    ) {
+        let predecessor = self.predecessor(tracks, &estimate, input);
+        let (id, kind) = match predecessor {
+            Some(id) => (id, TrackChangeKind::Reacquired),
+            None => (candidate.id, TrackChangeKind::Started),
+        };
+        let Some(track) = Track::from_estimate(id, estimate) else { return };
+        match tracks.index(id) {
+            Ok(row) => *tracks.rows_mut()[row].track_mut() = track,
+            Err(_) if tracks.start(track, input.tracks_max) => {}
+            Err(_) => return *rejected += 1,
+        }
+        self.enter(candidate.entry(id));
+        changes.push(TrackChange { track: id, kind });
     }
 
     /// Lost track whose target a new track probably has.
@@ -229,123 +266,182 @@ impl UnlabelledTracks {
 }
 
 impl UnlabelledUpdate {
-    fn gather<R: TrackRow>(&mut self, state: &UnlabelledTracks, tracks: &TrackTable<R>, input: &TrackerInput) {
-        let survival = crate::math::exp(-END_RATE_1_S * input.transition.dt.s());
+    /// Predicts all tracks without label to the time step.
+    fn gather<R: TrackRow>(
+        &mut self,
+        state: &UnlabelledTracks,
+        tracks: &TrackTable<R>,
+        input: &TrackerInput,
+        changes: &[TrackChange],
+    ) {
+        let transitions = MotionTransitions::new(input.transition, input.params);
+        let survival = math::exp(-END_RATE_1_S * input.transition.dt.s());
         self.candidates.clear();
         for (row, of) in tracks.rows().iter().enumerate() {
             let track = of.track();
-            if let Some(existence) = state.existence(track.id).filter(|_| !track.is_lost()) {
-                self.candidates.push(Candidate {
-                    id: track.id,
-                    gaussian: track.estimate().into(),
-                    existence: existence * survival,
-                    row: Some(row),
-                    started: input.now,
-                    detected: 0.0,
-                });
+            let Some(known) = state.confirmed(track.id).filter(|_| !track.is_lost()) else { continue };
+            let mut modes = known.modes.restored(track.estimate());
+            // A track that a cue has just started is already at this time step.
+            if !changes.iter().any(|change| change.track == track.id) {
+                let can_stop = known.detected_count >= DETECTED_MAX && input.params.sensor.mdv_m_s > 0.0;
+                modes.predict(&transitions, can_stop);
             }
+            self.candidates.push(Candidate {
+                id: track.id,
+                modes,
+                existence: known.existence * survival,
+                detected_count: known.detected_count,
+                row: Some(row),
+                started: input.now,
+                detected: 0.0,
+                is_in_view: false,
+            });
         }
         for tentative in &state.tentative {
-            let mut estimate = tentative.estimate;
-            estimate.state = input.transition.predict(&estimate.state);
-            input.transition.predict_covariance(&mut estimate.covariance);
+            let mut modes = MotionModes::moving((&tentative.estimate).into());
+            modes.predict(&transitions, false);
             self.candidates.push(Candidate {
                 id: tentative.id,
-                gaussian: (&estimate).into(),
+                modes,
                 existence: tentative.existence * survival,
+                detected_count: 0,
                 row: None,
                 started: tentative.started,
                 detected: 0.0,
+                is_in_view: false,
             });
         }
     }
 
-    /// Updates all candidates with one scan.
-    fn update(&mut self, model: &ScanModel, detections: &[Detection]) {
-        let Self { candidates, joint, edges, hits, explained, .. } = self;
+    /// Associates the detections of one scan with all candidates, and updates these.
+    fn associate(&mut self, model: &ScanModel, detections: &[Detection]) {
+        let Self { candidates, views, joint, edges, hits, hits_ends, backgrounds, explained, .. } = self;
         edges.clear();
         hits.clear();
+        hits_ends.clear();
         explained.clear();
         explained.resize(detections.len(), 0.0);
-        let visibilities: Vec<Option<Visibility>> =
-            candidates.iter().map(|candidate| model.visibility(&candidate.gaussian)).collect();
-        let backgrounds: Vec<f64> =
-            detections.iter().map(|detection| model.background(detection).iter().sum()).collect();
-        for (track, (candidate, visibility)) in candidates.iter().zip(&visibilities).enumerate() {
-            let Some(visibility) = visibility else { continue };
-            let missed = 1.0 - candidate.existence * visibility.detection_probability();
+        backgrounds.clear();
+        backgrounds.extend(detections.iter().map(|detection| model.background(detection)));
+        views.clear();
+        views.extend(candidates.iter().map(|candidate| model.views(&candidate.modes)));
+        for (track, (candidate, views)) in candidates.iter().zip(&*views).enumerate() {
+            if views.iter().all(Option::is_none) {
+                continue;
+            }
+            let missed = 1.0 - candidate.existence * detection_probability(&candidate.modes, views);
             for (detection, z) in detections.iter().enumerate() {
-                if let Some(hit) = model.hit(&candidate.gaussian, visibility, z) {
-                    let ratio = candidate.existence * hit.density / (missed.max(1e-9) * backgrounds[detection]);
+                let density = model.add_hits(&candidate.modes, views, z, hits);
+                if density > 0.0 {
+                    let background: f64 = backgrounds[detection].iter().sum();
+                    let ratio = candidate.existence * density / (missed.max(1e-9) * background);
                     edges.push(Edge { track, detection, ratio, probability: 0.0 });
-                    hits.push(hit);
+                    hits_ends.push(hits.len());
                 }
             }
         }
         joint.solve(edges, detections.len());
-        let mut next = 0;
-        for (track, (candidate, visibility)) in candidates.iter_mut().zip(&visibilities).enumerate() {
-            let Some(visibility) = visibility else { continue };
-            let start = next;
-            while edges.get(next).is_some_and(|edge| edge.track == track) {
-                next += 1;
+        let mut start = 0;
+        for of_track in edges.chunk_by(|a, b| a.track == b.track) {
+            of_track.iter().for_each(|edge| explained[edge.detection] += edge.probability);
+        }
+        for (track, (candidate, views)) in candidates.iter_mut().zip(&*views).enumerate() {
+            let end = start + edges[start..].iter().take_while(|edge| edge.track == track).count();
+            if !views.iter().all(Option::is_none) {
+                let first = start.checked_sub(1).map_or(0, |before| hits_ends[before]);
+                candidate.update(model, views, &edges[start..end], hits, first, &hits_ends[start..end]);
             }
-            let mut mixture = Mixture::about(candidate.gaussian.mean);
-            let mut hit_probability = 0.0;
-            for (edge, hit) in edges[start..next].iter().zip(&hits[start..next]) {
-                hit_probability += edge.probability;
-                explained[edge.detection] += edge.probability;
-                mixture.add(edge.probability, &hit.posterior);
-            }
-            let missed = (1.0 - hit_probability).max(0.0);
-            let pd = visibility.detection_probability();
-            let exists_missed = missed * candidate.existence * (1.0 - pd) / (1.0 - candidate.existence * pd).max(1e-12);
-            model.add_miss(&candidate.gaussian, visibility, exists_missed, &mut mixture);
-            candidate.existence = (hit_probability + exists_missed).min(1.0);
-            candidate.detected = candidate.detected.max(hit_probability);
-            if let Some(gaussian) = mixture.moments() {
-                candidate.gaussian = gaussian;
-            }
+            start = end;
         }
     }
 
-    /// Starts tentative tracks from the detections that are probably of no track.
+    /// Starts tentative tracks from the detections of a scan that are probably of no track.
     fn start(&mut self, model: &ScanModel, detections: &[Detection], uav: UavId, input: &TrackerInput) {
+        let mut tentative_count = self.candidates.iter().filter(|candidate| candidate.row.is_none()).count();
         let mut repeats = 0;
         for (index, detection) in detections.iter().enumerate() {
             let is_repeat = index > 0 && detections[index - 1].order() == detection.order();
             repeats = if is_repeat { repeats + 1 } else { 0 };
-            let [false_alarms, new_targets] = model.background(detection);
-            let existence = (1.0 - self.explained[index]).max(0.0) * new_targets / (new_targets + false_alarms);
-            if existence < DROPPED * 0.1 || self.explained[index] > 0.9 {
+            let [false_alarms, new_targets] = self.backgrounds[index];
+            let unexplained = (1.0 - self.explained[index]).max(0.0);
+            let existence = unexplained * new_targets / (new_targets + false_alarms);
+            if unexplained < 0.1 {
                 continue;
             }
-            let tentative = self.candidates.iter().filter(|candidate| candidate.row.is_none()).count();
-            if tentative >= TENTATIVE_MAX {
+            if tentative_count >= TENTATIVE_MAX {
                 self.rejected += 1;
                 continue;
             }
             let (_, _, range, bearing, rate) = detection.order();
-            let id = TrackId::minted([input.now.us() as u64, uav.0.into(), range, bearing, rate.unwrap_or(0), repeats]);
+            let time = input.now.us().cast_unsigned();
+            let id = TrackId::minted([time, uav.0.into(), range, bearing, rate.unwrap_or(0), repeats]);
             let measured = (model.uav_position(), detection.measurement);
             let Some(track) = Track::from_measurements(id, [measured], input.params) else { continue };
             let mut gaussian = Gaussian::from(track.estimate());
-            if let Some([_, _, Some(rate)]) = model.linearised(&gaussian, detection) {
+            if let Some(rate) = model.range_rate(&gaussian, detection) {
                 gaussian.condition(&rate);
             }
-            self.candidates.push(Candidate { id, gaussian, existence, row: None, started: input.now, detected: 1.0 });
+            tentative_count += 1;
+            self.candidates.push(Candidate {
+                id,
+                modes: MotionModes::moving(gaussian),
+                existence,
+                detected_count: 0,
+                row: None,
+                started: input.now,
+                detected: 1.0,
+                is_in_view: true,
+            });
         }
     }
 }
 
-/// True if an estimate can be predicted and updated.
-fn is_usable(estimate: &Estimate) -> bool {
-    crate::tracking::information_filter::InformationFilter::new(*estimate).is_some()
+impl Candidate {
+    /// Replaces the estimate by the moments over all associations with the detections of one scan. The hits of the
+    /// first edge start at `first`, those of each edge end at its element of `ends`.
+    fn update(&mut self, model: &ScanModel, views: &Views, edges: &[Edge], hits: &[Hit], first: usize, ends: &[usize]) {
+        let pd = detection_probability(&self.modes, views);
+        let hit_probability: f64 = edges.iter().map(|edge| edge.probability).sum();
+        let missed = (1.0 - hit_probability).max(0.0);
+        let exists_missed = missed * self.existence * (1.0 - pd) / (1.0 - self.existence * pd).max(1e-12);
+        let mut mixtures = self.modes.all().each_ref().map(|(_, gaussian)| Mixture::about(gaussian.mean));
+        let mut start = first;
+        for (edge, end) in edges.iter().zip(ends) {
+            let of_edge = &hits[start..*end];
+            let density: f64 = of_edge.iter().map(|hit| hit.weight).sum();
+            for hit in of_edge {
+                mixtures[hit.mode].add(edge.probability * hit.weight / density, &hit.posterior);
+            }
+            start = *end;
+        }
+        for ((mixture, view), (prior, gaussian)) in mixtures.iter_mut().zip(views).zip(self.modes.all()) {
+            let weight = exists_missed * prior / (1.0 - pd).max(1e-9);
+            model.add_miss(gaussian, view.as_ref(), weight, mixture);
+        }
+        self.modes.replace(&mixtures);
+        self.existence = (hit_probability + exists_missed).min(1.0);
+        self.detected = self.detected.max(hit_probability);
+        self.is_in_view |= views.iter().flatten().any(View::is_in_view);
+    }
+
+    /// State to keep of it as a track in the table with an id.
+    fn entry(&self, id: TrackId) -> Confirmed {
+        let detected_count = self.detected_count.saturating_add(u8::from(self.detected > 0.5)).min(DETECTED_MAX);
+        Confirmed { id, existence: self.existence, detected_count, modes: self.modes.stored() }
+    }
+}
+
+/// Probability that a target is detected in a scan, over all motion models.
+fn detection_probability(modes: &MotionModes, views: &Views) -> f64 {
+    let of_mode = |((probability, _), view): (&(f64, Gaussian), &Option<View>)| {
+        view.as_ref().map_or(0.0, |view| probability * view.detection_probability())
+    };
+    modes.all().iter().zip(views).map(of_mode).sum()
 }
 
 /// Squared distance between two independent estimates of a position, in standard deviations.
 fn squared_distance(a: &Estimate, b: &Estimate) -> f64 {
-    let between = a.state.position() - b.state.position();
+    let between = (a.state.position() - b.state.position()).vector();
     let covariance = a.position_covariance() + b.position_covariance();
-    covariance.try_inverse().map_or(f64::INFINITY, |inverse| between.vector().dot(&(inverse * between.vector())))
+    covariance.try_inverse().map_or(f64::INFINITY, |inverse| between.dot(&(inverse * between)))
 }

@@ -79,6 +79,18 @@ fn golden() -> Vec<(Message, Vec<u8>)> {
         position_sd_m: 5.0,
         velocity_sd_m_s: 6.0,
     };
+    let unlabelled_cue = Cue { label: None, ..cue };
+    let with_rate = |of: Detection, range_rate_m_s| Detection { range_rate_m_s, ..of };
+    let unlabelled = |of: Detection| Detection { label: None, ..of };
+    let mixed = Report {
+        detections: vec![
+            detection(9, 512.25, 1.5),
+            with_rate(detection(10, 100.0, -0.75), Some(-2.5)),
+            unlabelled(with_rate(detection(0, 200.5, 0.25), Some(3.0))),
+            unlabelled(detection(0, 300.0, -1.0)),
+        ],
+        ..plain.clone()
+    };
     let part = SnapshotPart {
         uav: UavId(1),
         start: Time::from_us(4),
@@ -92,37 +104,49 @@ fn golden() -> Vec<(Message, Vec<u8>)> {
     [
         (
             Message::Report(plain),
-            "73 01 00  0700 00000000 00000000 fbffffffffffffff  9a9999999999b93f 00000000006a08c1
-             00000000000008c0 0000000000c04440 000000000000c0bf  000000000000f87f 0000000000000000 00 0000  a6c5282f",
+            "73 02 00  0700 00000000 00000000 fbffffffffffffff  9a9999999999b93f 00000000006a08c1
+             00000000000008c0 0000000000c04440 000000000000c0bf  000000000000f87f 0000000000000000 00 0000  555c23f3",
         ),
         (
             Message::Report(full),
-            "73 01 00  ffff 03000000 ffffffff 40420f0000000000  000000000000f03f 0000000000000040
+            "73 02 00  ffff 03000000 ffffffff 40420f0000000000  000000000000f03f 0000000000000040
              000000000000e03f 0000000000004440 000000000000d03f  000000000000f8bf ffffffffffffffff 1f
              0000000000c07240 00000000000004c0
              0200  09000000 0000000000028040 000000000000f83f  ffffffff 0000000000005940 000000000000e8bf
              0100000000000000 0200000000000000 0300000000000000 0000000000000080  0900000000000000 feffffffffffffff
              0200  00 0400 0800000000000000 0000  01 ffff ffffffffffffffff ffff
-             feff 0300 0000000000000080 01 0900000000000000 0500000000000000  f2635535",
+             feff 0300 0000000000000080 01 0900000000000000 0500000000000000  e573cd35",
         ),
         (
             Message::Cue(cue),
-            "73 01 01  0900 ffff 02000000 0000000000000080 ffffffffffffff7f  000000000000f03f 0000000000000040
-             0000000000000840 0000000000001040  0000000000001440 0000000000001840  fac55966",
+            "73 02 01  0900 ffff 02000000 0000000000000080 ffffffffffffff7f  000000000000f03f 0000000000000040
+             0000000000000840 0000000000001040  0000000000001440 0000000000001840  56e0f894",
         ),
         (
             Message::Snapshot(part),
-            "73 01 02  0100 0400000000000000  0900000000000000 0500000000000000  0500 0600  0300 07 08 ff  b53586fd",
+            "73 02 02  0100 0400000000000000  0900000000000000 0500000000000000  0500 0600  0300 07 08 ff  d50ae7a7",
         ),
         (
             Message::Traffic(traffic),
-            "73 01 03  ffffffff f9ffffffffffffff  9a9999999999b93f 00000000006a08c1
-             00000000000008c0 0000000000c04440 000000000000c0bf  00  dd567fe3",
+            "73 02 03  ffffffff f9ffffffffffffff  9a9999999999b93f 00000000006a08c1
+             00000000000008c0 0000000000c04440 000000000000c0bf  00  ed837b85",
         ),
         (
             Message::Traffic(high_traffic),
-            "73 01 03  ffffffff f9ffffffffffffff  9a9999999999b93f 00000000006a08c1
-             00000000000008c0 0000000000c04440 000000000000c0bf  01 0000000000c07240 00000000000004c0  4d3eb787",
+            "73 02 03  ffffffff f9ffffffffffffff  9a9999999999b93f 00000000006a08c1
+             00000000000008c0 0000000000c04440 000000000000c0bf  01 0000000000c07240 00000000000004c0  345b8c32",
+        ),
+        (
+            Message::Report(mixed),
+            "73 02 00  0700 00000000 00000000 fbffffffffffffff  9a9999999999b93f 00000000006a08c1
+             00000000000008c0 0000000000c04440 000000000000c0bf  000000000000f87f 0000000000000000 60
+             0200  09000000 0000000000028040 000000000000f83f  0a000000 0000000000005940 000000000000e8bf  0000c07f 000020c0
+             0200  00804843 0000803e 00004040  00009643 000080bf 0000c07f  88c06b34",
+        ),
+        (
+            Message::Cue(unlabelled_cue),
+            "73 02 04  0900 ffff 0000000000000080 ffffffffffffff7f  000000000000f03f 0000000000000040
+             0000000000000840 0000000000001040  0000000000001440 0000000000001840  57b40c5e",
         ),
     ]
     .map(|(message, hexadecimal)| (message, bytes(hexadecimal)))
@@ -168,12 +192,12 @@ fn every_error_has_a_name() {
     for (error, expected, text) in [
         (changed(plain, &[(0, b'x')]), DecodeError::Format(b'x'), "first byte 120: must be 115 (the letter s)"),
         (
-            changed(plain, &[(1, 2)]),
-            DecodeError::Version(2),
-            "version 2: must be 1; install the same version on all aircraft",
+            changed(plain, &[(1, 1)]),
+            DecodeError::Version(1),
+            "version 1: must be 2; install the same version on all aircraft",
         ),
-        (changed(plain, &[(2, 4)]), DecodeError::Kind(4), "kind of message 4: must be at most 3"),
-        (changed(plain, &[(77, 32)]), DecodeError::Flags(32), "flags 32: undefined"),
+        (changed(plain, &[(2, 5)]), DecodeError::Kind(5), "kind of message 5: must be at most 4"),
+        (changed(plain, &[(77, 128)]), DecodeError::Flags(128), "flags 128: undefined"),
         (changed(traffic, &[(55, 2)]), DecodeError::Flags(2), "flags 2: undefined"),
         (changed(plain, &[(77, 8)]), DecodeError::Request, "snapshot request without a log status"),
         // Two detections are announced, but the bytes end.
@@ -269,18 +293,25 @@ fn any_knowledge() -> impl Strategy<Value = LogStatus> {
     )
 }
 
+/// Those with label first.
+fn sorted(mut detections: Vec<Detection>) -> Vec<Detection> {
+    detections.sort_by_key(|detection| detection.label.is_none());
+    detections
+}
+
 fn any_message() -> impl Strategy<Value = Message> {
-    let detection = (any::<u32>(), -1e4..1e4, any_angle()).prop_map(|(label, range_m, bearing)| Detection {
-        label: Some(TargetLabel(label)),
-        measurement: RangeBearingMeasurement { range_m, bearing },
-        range_rate_m_s: None,
+    let label = proptest::option::of(any::<u32>());
+    let rate = proptest::option::of(-100.0..100.0);
+    let detection = (label, -1e4..1e4, any_angle(), rate).prop_map(|(label, range_m, bearing, range_rate_m_s)| {
+        let measurement = RangeBearingMeasurement { range_m, bearing };
+        Detection { label: label.map(TargetLabel), measurement, range_rate_m_s }.rounded()
     });
     let header = (any_uav(), any::<u32>(), any::<u32>(), any_time(), any::<bool>(), proptest::option::of(any::<u64>()));
     let content = (
         [-1e6..1e6, -1e6..1e6, 0.0..90.0, -0.5..0.5],
         any_angle(),
         proptest::option::of(any_angle()),
-        proptest::collection::vec(detection, 0..20),
+        proptest::collection::vec(detection, 0..20).prop_map(sorted),
         proptest::option::of(any_knowledge()),
     );
     let report =

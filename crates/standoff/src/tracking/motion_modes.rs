@@ -1,0 +1,295 @@
+//! Motion models of one target: it moves as the target model says, it manoeuvres, or it has stopped.
+//!
+//! Braking and starting are no events of the target model of a gentle target, and a stopped target is in the blind zone
+//! of the sensor. With the target model alone, a track would lose targets that do either.
+//!
+//! The probabilities of the models form a Markov chain. Between time steps, the estimates of the moving and of the
+//! manoeuvring target are merged (generalised pseudo-Bayes of first order); that of the stopped one stays apart.
+
+use nalgebra::{Matrix6, Vector6};
+
+use crate::math;
+use crate::params::{TargetParams, TrackParams};
+use crate::target::{TargetState, Transition};
+use crate::time::Duration;
+use crate::tracking::gaussian::{Gaussian, Mixture};
+use crate::tracking::information_filter::Estimate;
+
+/// Number of models.
+pub(crate) const MODES: usize = 3;
+
+/// Indices of the models; 0 is the target model.
+const MANOEUVRING: usize = 1;
+const STOPPED: usize = 2;
+
+/// Acceleration of a manoeuvre (braking, starting, turning), and the rate at which it changes, as multiples of those of
+/// the target model.
+const MANOEUVRE_FACTOR: f64 = 3.3;
+
+/// Rate at which manoeuvres end, 1/s.
+const MANOEUVRE_END_RATE_1_S: f64 = 0.5;
+
+/// Speed that a target can lose between two time steps, m/s: only slow targets stop.
+const STOP_SPEED_M_S: f64 = 2.0;
+
+/// Rate at which a stopped target starts to move, 1/s.
+const START_RATE_1_S: f64 = 0.02;
+
+/// Standard deviation of the velocity of a target that starts to move, per axis, m/s.
+const START_SPEED_SD_M_S: f64 = 2.0;
+
+/// Time for which a target that stops moves on with its velocity, s, on average and its standard deviation.
+const BRAKING_S: [f64; 2] = [0.5, 0.5];
+
+/// Standard deviation of the velocity of a stopped target, m/s, and of its acceleration, m/s2.
+const STOPPED_SDS: [f64; 2] = [0.1, 0.02];
+
+/// Growth of the position variance of a stopped target, m2/s.
+const STOPPED_DRIFT_M2_S: f64 = 0.1;
+
+/// Probability below which a model is dropped.
+const NEGLIGIBLE: f64 = 1e-4;
+
+/// Transitions of the moving models over a time step.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct MotionTransitions {
+    moving: Transition,
+    manoeuvring: Transition,
+    /// Standard deviation of the acceleration of a manoeuvre, per axis, m/s2.
+    acceleration_sd_m_s2: f64,
+    manoeuvre_rate_1_s: f64,
+    stop_rate_1_s: f64,
+}
+
+impl MotionTransitions {
+    /// Transitions over the time of `moving`, that of the target model.
+    pub(crate) fn new(moving: &Transition, params: &TrackParams) -> Self {
+        let model = &params.target;
+        let manoeuvre = TargetParams {
+            correlation_rate_1_s: MANOEUVRE_FACTOR * model.correlation_rate_1_s,
+            acceleration_sd_m_s2: MANOEUVRE_FACTOR * model.acceleration_sd_m_s2,
+        };
+        let manoeuvring = manoeuvre.transition(moving.dt);
+        Self {
+            moving: *moving,
+            manoeuvring,
+            acceleration_sd_m_s2: manoeuvre.acceleration_sd_m_s2,
+            manoeuvre_rate_1_s: params.manoeuvre_rate_1_s,
+            stop_rate_1_s: params.stop_rate_1_s,
+        }
+    }
+
+    pub(crate) fn dt(&self) -> Duration {
+        self.moving.dt
+    }
+}
+
+/// Probability and estimate of a target under each model. A model with probability 0 is not possible.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct MotionModes([(f64, Gaussian); MODES]);
+
+/// What is kept between time steps, apart from the estimate over all models.
+#[derive(Debug, Clone, Copy, Default, PartialEq, serde::Serialize, serde::Deserialize)]
+pub(crate) struct StoredModes {
+    /// Probability that a target that has not stopped manoeuvres.
+    manoeuvring: f64,
+    stopped: Option<StoredStop>,
+}
+
+/// Estimate of a target that may have stopped.
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
+struct StoredStop {
+    probability: f64,
+    /// Position, m, and its covariance, m2: xx, xy, yy.
+    position: [f64; 2],
+    covariance: [f64; 3],
+    /// Estimate of the target if it has not stopped.
+    moving: Estimate,
+}
+
+impl MotionModes {
+    /// A target that moves as the target model says.
+    pub(crate) fn moving(moving: Gaussian) -> Self {
+        Self([(1.0, moving), (0.0, moving), (0.0, moving)])
+    }
+
+    /// All models with their probabilities.
+    pub(crate) fn all(&self) -> &[(f64, Gaussian); MODES] {
+        &self.0
+    }
+
+    /// Mean and covariance over all models.
+    pub(crate) fn moments(&self) -> Gaussian {
+        merged(&self.0).1
+    }
+
+    /// Replaces each model by the moments of a mixture; the weights sum to any positive number.
+    pub(crate) fn replace(&mut self, by: &[Mixture; MODES]) {
+        for ((weight, gaussian), mixture) in self.0.iter_mut().zip(by) {
+            *weight = mixture.weight();
+            *gaussian = mixture.moments().unwrap_or(*gaussian);
+        }
+        self.normalise();
+    }
+
+    /// Makes the probabilities sum to 1, without those of models that are hardly possible.
+    fn normalise(&mut self) {
+        for _ in 0..2 {
+            let total: f64 = self.0.iter().map(|(weight, _)| weight).sum();
+            for (weight, _) in &mut self.0 {
+                *weight = if *weight > NEGLIGIBLE * total { *weight / total } else { 0.0 };
+            }
+        }
+    }
+
+    /// Predicts all models over a time step. A target that is not known well enough cannot stop.
+    pub(crate) fn predict(&mut self, transitions: &MotionTransitions, can_stop: bool) {
+        let dt_s = transitions.dt().s();
+        let within = |rate_1_s: f64| 1.0 - math::exp(-rate_1_s * dt_s);
+        let [(moves, _), (manoeuvres, _), (was_stopped, stopped)] = self.0;
+        let (flowing, moving) = merged(&self.0[..STOPPED]);
+        let stopping = if can_stop { within(transitions.stop_rate_1_s) * slowness(&moving) } else { 0.0 };
+        let starting = within(START_RATE_1_S);
+        let (begins, ends) = (within(transitions.manoeuvre_rate_1_s), within(MANOEUVRE_END_RATE_1_S));
+        let to_manoeuvring = (moves * begins + manoeuvres * (1.0 - ends)) * (1.0 - stopping);
+        let to_moving = (moves * (1.0 - begins) + manoeuvres * ends) * (1.0 - stopping);
+
+        let stops = stopped_from(&moving);
+        let mut rests = Mixture::about(stops.mean);
+        rests.add(flowing * stopping, &stops);
+        let mut starts = Mixture::about(moving.mean);
+        starts.add(to_manoeuvring, &predicted(&moving, &transitions.manoeuvring));
+        if was_stopped > 0.0 {
+            starts.add(was_stopped * starting, &started_from(&stopped, transitions.acceleration_sd_m_s2));
+            let mut stays = stopped;
+            stays.covariance[(0, 0)] += STOPPED_DRIFT_M2_S * dt_s;
+            stays.covariance[(3, 3)] += STOPPED_DRIFT_M2_S * dt_s;
+            rests.add(was_stopped * (1.0 - starting), &stays);
+        }
+        self.0 = [
+            (to_moving, predicted(&moving, &transitions.moving)),
+            (starts.weight(), starts.moments().unwrap_or(moving)),
+            (rests.weight(), rests.moments().unwrap_or(stops)),
+        ];
+        self.normalise();
+    }
+
+    /// What to keep of it; `None` if nothing.
+    pub(crate) fn stored(&self) -> StoredModes {
+        let (flowing, moving) = merged(&self.0[..STOPPED]);
+        let (probability, Gaussian { mean, covariance }) = &self.0[STOPPED];
+        let stop = StoredStop {
+            probability: *probability,
+            position: [mean[0], mean[3]],
+            covariance: [covariance[(0, 0)], covariance[(0, 3)], covariance[(3, 3)]],
+            moving: (&moving).into(),
+        };
+        StoredModes {
+            manoeuvring: if flowing > 0.0 { self.0[MANOEUVRING].0 / flowing } else { 0.0 },
+            stopped: (*probability > 0.0).then_some(stop),
+        }
+    }
+}
+
+impl StoredModes {
+    /// Models of a track with an estimate over all of them.
+    pub(crate) fn restored(&self, estimate: &Estimate) -> MotionModes {
+        let Self { manoeuvring, stopped } = *self;
+        let Some(StoredStop { probability, position, covariance: [xx, xy, yy], moving }) = stopped else {
+            let gaussian = Gaussian::from(estimate);
+            return MotionModes([(1.0 - manoeuvring, gaussian), (manoeuvring, gaussian), (0.0, gaussian)]);
+        };
+        let mut at = Gaussian { mean: Vector6::zeros(), covariance: Matrix6::zeros() };
+        (at.mean[0], at.mean[3]) = (position[0], position[1]);
+        (at.covariance[(0, 0)], at.covariance[(3, 3)]) = (xx, yy);
+        (at.covariance[(0, 3)], at.covariance[(3, 0)]) = (xy, xy);
+        let (moving, flowing) = (Gaussian::from(&moving), 1.0 - probability);
+        MotionModes([
+            (flowing * (1.0 - manoeuvring), moving),
+            (flowing * manoeuvring, moving),
+            (probability, at_rest(&at)),
+        ])
+    }
+
+    /// True if all numbers are possible.
+    pub(crate) fn is_valid(&self) -> bool {
+        let is_probability = |probability: f64| (0.0..=1.0).contains(&probability);
+        let is_possible = |stop: StoredStop| {
+            let [xx, xy, yy] = stop.covariance;
+            let is_positive = xx > 0.0 && yy > 0.0 && xx * yy > xy * xy && (xx + yy).is_finite();
+            let is_finite = stop.position.iter().all(|coordinate| coordinate.is_finite());
+            is_probability(stop.probability) && is_positive && is_finite
+        };
+        is_probability(self.manoeuvring) && self.stopped.is_none_or(is_possible)
+    }
+}
+
+/// Sum of the weights, mean and covariance over some models.
+fn merged(modes: &[(f64, Gaussian)]) -> (f64, Gaussian) {
+    let mut mixture = Mixture::about(modes[0].1.mean);
+    for (weight, gaussian) in modes.iter().filter(|(weight, _)| *weight > 0.0) {
+        mixture.add(*weight, gaussian);
+    }
+    (mixture.weight(), mixture.moments().unwrap_or(modes[0].1))
+}
+
+/// 1 for a target that may be at rest, falling to 0 with the speed that it has for certain.
+fn slowness(moving: &Gaussian) -> f64 {
+    let Gaussian { mean, covariance } = moving;
+    let brakes = STOP_SPEED_M_S * STOP_SPEED_M_S;
+    let [xx, yy] = [1, 4].map(|row| covariance[(row, row)] + brakes);
+    let xy = covariance[(1, 4)];
+    let [vx, vy] = [mean[1], mean[4]];
+    let squared = (yy * vx * vx - 2.0 * xy * vx * vy + xx * vy * vy) / (xx * yy - xy * xy);
+    math::exp(-0.5 * squared)
+}
+
+fn predicted(gaussian: &Gaussian, transition: &Transition) -> Gaussian {
+    let mut estimate = Estimate::from(gaussian);
+    estimate.state = transition.predict(&TargetState(gaussian.mean));
+    transition.predict_covariance(&mut estimate.covariance);
+    (&estimate).into()
+}
+
+/// Estimate of a stopped target with the position of `gaussian`.
+fn at_rest(gaussian: &Gaussian) -> Gaussian {
+    let mut mean = Vector6::zeros();
+    let mut covariance = Matrix6::zeros();
+    let [velocity_sd, acceleration_sd] = STOPPED_SDS;
+    for row in [0, 3] {
+        mean[row] = gaussian.mean[row];
+        for column in [0, 3] {
+            covariance[(row, column)] = gaussian.covariance[(row, column)];
+        }
+        covariance[(row + 1, row + 1)] = velocity_sd * velocity_sd;
+        covariance[(row + 2, row + 2)] = acceleration_sd * acceleration_sd;
+    }
+    Gaussian { mean, covariance }
+}
+
+/// Where a target that moves now will have stopped.
+fn stopped_from(moving: &Gaussian) -> Gaussian {
+    let mut stopped = at_rest(moving);
+    let [after_s, sd_s] = BRAKING_S;
+    let Gaussian { mean, covariance } = moving;
+    for row in [0, 3] {
+        stopped.mean[row] += after_s * mean[row + 1];
+        for column in [0, 3] {
+            let of_time = sd_s * sd_s * mean[row + 1] * mean[column + 1];
+            let of_velocity = after_s * after_s * covariance[(row + 1, column + 1)];
+            let of_both = after_s * (covariance[(row, column + 1)] + covariance[(row + 1, column)]);
+            stopped.covariance[(row, column)] += of_time + of_velocity + of_both;
+        }
+    }
+    stopped
+}
+
+/// Estimate of a target that starts to move.
+fn started_from(stopped: &Gaussian, acceleration_sd_m_s2: f64) -> Gaussian {
+    let mut moving = *stopped;
+    for axis in [0, 3] {
+        moving.covariance[(axis + 1, axis + 1)] += START_SPEED_SD_M_S * START_SPEED_SD_M_S;
+        moving.covariance[(axis + 2, axis + 2)] += acceleration_sd_m_s2 * acceleration_sd_m_s2;
+    }
+    moving
+}
