@@ -147,6 +147,19 @@ impl<'a> ScanModel<'a> {
         ((variance / total).sqrt() * math::exp(-0.5 * mean * mean / total), blind)
     }
 
+    /// Range of indices of the detections that can be of a target; `detections` are in their canonical order, and so by
+    /// ascending range.
+    pub(crate) fn possible(&self, views: &Views, detections: &[Detection]) -> core::ops::Range<usize> {
+        let mut within = (f64::INFINITY, f64::NEG_INFINITY);
+        for view in views.iter().flatten() {
+            let off_m = (GATE * view.variances[0]).sqrt();
+            within = (within.0.min(view.range_m - off_m), within.1.max(view.range_m + off_m));
+        }
+        let start = detections.partition_point(|detection| detection.measurement.range_m < within.0);
+        let count = detections[start..].partition_point(|detection| detection.measurement.range_m <= within.1);
+        start..start + count
+    }
+
     /// Conditions a target under each motion model on a detection, and adds the possible results. Returns the density of
     /// the detection over all models, if the target exists.
     pub(crate) fn add_hits(

@@ -330,8 +330,8 @@ impl UnlabelledUpdate {
                 continue;
             }
             let missed = 1.0 - candidate.existence * detection_probability(&candidate.modes, views);
-            for (detection, z) in detections.iter().enumerate() {
-                let density = model.add_hits(&candidate.modes, views, z, hits);
+            for detection in model.possible(views, detections) {
+                let density = model.add_hits(&candidate.modes, views, &detections[detection], hits);
                 if density > 0.0 {
                     let background: f64 = backgrounds[detection].iter().sum();
                     let ratio = candidate.existence * density / (missed.max(1e-9) * background);
