@@ -143,6 +143,7 @@ pub(super) fn checked(typed: &Typed, traffic: Option<&Traffic>, seed: u64) -> Re
                     set \"per-uav\", or leave out the key";
         problems.add("team.agents", what, None);
     }
+    geofence::check_altitudes(&settings.geofence, &settings.team, &file.uavs, &mut problems);
     check_objects(&file, ring.as_ref(), scatter.as_ref(), &mut problems);
     let over = settings.team.errors_for_period(settings.period);
     check_settings(&file, &settings.team, over, &mut problems);
