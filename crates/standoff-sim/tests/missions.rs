@@ -630,7 +630,7 @@ fn zone_binds_climbing_uavs_until_they_are_above_it() {
     assert_eq!(score(&scenario, &frames).zone_violations, Some(0));
     let rows = || frames.iter().map(|frame| &frame.uavs[0]);
     let altitude_m = |row: &UavRow| row.altitude_m.unwrap();
-    let last_limited = rows().filter(|row| row.limiting_zone.is_some()).next_back().unwrap();
+    let last_limited = rows().rfind(|row| row.limiting_zone.is_some()).unwrap();
     assert!(altitude_m(last_limited) <= 200.0, "{last_limited:?}");
     let first_inside = rows().find(|row| row.x_m > 100.0 && row.y_m > 60.0).unwrap();
     assert!(altitude_m(first_inside) > 200.0, "{first_inside:?}");

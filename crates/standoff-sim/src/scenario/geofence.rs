@@ -302,9 +302,7 @@ fn zones(table: &schema_types::Zone, found: Vec<Found>) -> Result<Vec<schema_typ
                 ring.pop();
             }
             let outline = ring.iter().map(|[x_m, y_m]| Position::from_m(*x_m, *y_m)).collect();
-            let kind_of_zone = kind.into();
-            let checked =
-                Zone { name: String::new(), kind: kind_of_zone, vertices: outline, altitude_min_m, altitude_max_m };
+            let checked = Zone { vertices: outline, altitude_min_m, altitude_max_m, ..Zone::default() };
             Geofence::new(vec![checked]).map_err(|error| {
                 let vertex = error.vertex.map_or(String::new(), |vertex| format!(", vertex {vertex}"));
                 format!("polygon {}{vertex}: {}", all.len(), error.reason)
@@ -670,6 +668,9 @@ mod tests {
             let error = result(limits, &rest).unwrap_err();
             assert!(error.starts_with(expected), "{error}");
         }
+        let inverted = "[uavs.climb]\naltitude_min_m = 500\naltitude_max_m = 400\n";
+        let error = result("altitude_max_m = 450", inverted).unwrap_err();
+        assert!(error.contains("uavs.climb.altitude_max_m = 400") && !error.contains("geofence"), "{error}");
         // A keep-out zone limits no altitudes.
         let out = zone.replace("keep-in", "keep-out").replace("x_m = 0", "x_m = 20000");
         assert!(typed(&format!("{out}altitude_max_m = 120")).is_ok());
