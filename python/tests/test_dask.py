@@ -397,7 +397,7 @@ def test_workers_get_several_traffic_files_under_their_names(three: Client, tmp_
     assert files(batch.dir) == files(one.dir)
     vary = {"uavs.count": [1, 2]}
     local = standoff.sweep(scenario, vary=vary, runs=2, out=tmp_path / "local")
-    distributed = sweep(three, scenario, vary=vary, runs=2, out=tmp_path / "distributed")
+    distributed = standoff.dask.sweep(three, scenario, vary=vary, runs=2, out=tmp_path / "distributed")
     assert (distributed.dir / "sweep.parquet").read_bytes() == (local.dir / "sweep.parquet").read_bytes()
 
 

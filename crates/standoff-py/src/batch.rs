@@ -203,8 +203,8 @@ pub(crate) fn _difference(ours: &str, theirs: &str, shard: Option<&str>) -> PyRe
 
 /// Runs a batch described by :func:`_described`, or one part of it, and writes it to a folder without a report page.
 ///
-/// :param traffic: traffic files to read instead of the scenario's; they must have the same names and contents. None: those
-///     of the scenario.
+/// :param traffic: traffic files to read instead of the scenario's; they must have the same names and contents.
+///     Empty: those of the scenario.
 #[pyfunction]
 pub(crate) fn _fly_described(
     py: Python<'_>,
