@@ -775,11 +775,30 @@ def check_altitudes(record, compare):
 PLACES = 72  # number of points on an orbit that are checked against the zones
 
 
-def orbit_left(outlines, row):
+def altitudes_of(record, uav):
+    """Returns the lowest and highest altitude that a UAV may have from now on."""
+    rules, climb = record.scenario["groups"], climb_of(record.scenario)
+    lowest, step = rules["altitude_lowest_m"], rules["altitude_step_m"]
+    ends = {"per-group": [lowest, np.inf], "per-uav": [lowest + step * uav.uav] * 2, "common": [lowest] * 2}[rules["altitude_policy"]]
+    if climb is None:
+        return ends
+    levelled = uav.altitude_m + climb["lag_s"] * uav.climb_rate_m_s
+    low, high = np.clip(ends, climb["altitude_min_m"], climb["altitude_max_m"])
+    return [min(low, uav.altitude_m, levelled), max(high, uav.altitude_m, levelled)]
+
+
+def binding_zones(outlines, record, time, group, row):
+    """Returns the zones that bind a UAV of a group; those at the group's altitude if it has no UAV."""
+    crew = [altitudes_of(record, uav) for uav in record.uavs[time].values() if uav.group == group]
+    return {number for number, outline in enumerate(outlines)
+            if any(outline.binds(*ends) for ends in crew or [[row.altitude_m] * 2])}
+
+
+def orbit_left(outlines, row, binding):
     """Returns the fraction of an orbit outside forbidden areas, and the first zone that blocks a part of it."""
     angles = 2 * np.pi * np.arange(PLACES) / PLACES
     places = [row.position + row.standoff_distance_m * unit(angle) for angle in angles]
-    taking = [[number for number, outline in enumerate(outlines) if outline.forbids(at)] for at in places]
+    taking = [[number for number, outline in enumerate(outlines) if number in binding and outline.forbids(at)] for at in places]
     return np.mean([not zones for zones in taking]), next((zones[0] for zones in taking if zones), None)
 
 
@@ -795,7 +814,7 @@ def check_blocked_orbits(record, compare):
     for time in record.times:
         old, blocked, expected = blocked, {}, []
         for group, row in record.groups[time].items() if outlines else []:
-            left, zone = orbit_left(outlines, row)
+            left, zone = orbit_left(outlines, row, binding_zones(outlines, record, time, group, row))
             was = old.get(group, "orbit-unblocked")
             blocked[group] = now = blocked_state(left, was)
             if now != was:

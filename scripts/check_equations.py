@@ -1004,6 +1004,16 @@ class Outline:
 
     def __init__(self, zone):
         self.corners, self.is_keep_out = np.array(zone["vertices"], float), zone["kind"] == "keep-out"
+        self.floor, self.ceiling = zone.get("altitude_min_m", -np.inf), zone.get("altitude_max_m", np.inf)
+
+    def binds(self, low, high):
+        """Returns true if the zone binds a UAV that flies between two altitudes."""
+        return not self.is_keep_out or (low <= self.ceiling and high >= self.floor)
+
+    def forbids_at(self, at, altitude):
+        """Returns true if the zone forbids a position at an altitude."""
+        is_in_band = self.floor <= altitude <= self.ceiling
+        return self.forbids(at) and is_in_band if self.is_keep_out else self.forbids(at) or not is_in_band
 
     def forbids(self, at):
         """Returns true if the zone forbids a position. The outline winds around positions inside it."""
@@ -1023,6 +1033,12 @@ class Outline:
         return False
 
 
+def altitude_of(row):
+    """Returns the simulated altitude, or else the commanded one. Scenarios with floors and ceilings have one of them."""
+    altitudes = [altitude for altitude in [row.altitude_m, row.commanded_altitude_m] if altitude is not None]
+    return altitudes[0] if altitudes else 0.0
+
+
 def zone_metrics(record):
     """Returns the number of zone violations, including those between time steps, and the fraction of time steps at which a
     zone changes the command."""
@@ -1032,11 +1048,11 @@ def zone_metrics(record):
     rows = [row for uavs in record.uavs.values() for row in uavs.values()]
     places, times = defaultdict(list), 0
     for row in rows:
-        places[row.uav].append(row.position)
+        places[row.uav].append((row.position, altitude_of(row)))
     for flown in places.values():
         for outline in outlines:
-            forbidden = [outline.forbids(at) for at in flown]
-            crossed = [outline.crossed(a, b) for a, b in zip(flown, flown[1:])]
+            forbidden = [outline.forbids_at(*at) for at in flown]
+            crossed = [outline.crossed(a, b) and outline.binds(*sorted([low, high])) for (a, low), (b, high) in zip(flown, flown[1:])]
             times += forbidden[0] + sum(not was and (now or met) for was, now, met in
                                         zip(forbidden, forbidden[1:], crossed))
     return {"zone_violations": times, "geofence_detour_fraction": np.mean([row.limiting_zone is not None for row in rows])}

@@ -222,9 +222,14 @@ def check_group(entity, row, _, compare):
 
 
 def check_zone(entity, zone, _, compare):
-    compare("/scene: vertices of a zone", zone["vertices"], points(only(entity.lines))[:, :2])
+    levels = [zone.get("altitude_min_m", 0.0)] + [zone[key] for key in ["altitude_max_m"] if key in zone]
+    compare("/scene: outlines of a zone", len(levels), len(entity.lines))
+    for level, line in zip(levels, entity.lines):
+        compare("/scene: vertices of a zone", zone["vertices"], points(line)[:, :2])
+        compare("/scene: altitude of a zone", level, points(line)[:, 2])
     metadata = {pair.key: pair.value for pair in entity.metadata}
-    compare("/scene: metadata of a zone that differ", 0, metadata != {"kind": zone["kind"], "name": zone.get("name", "")})
+    limits = {key: f"{zone[key]:g}" for key in ["altitude_min_m", "altitude_max_m"] if key in zone}
+    compare("/scene: metadata of a zone that differ", 0, metadata != {"kind": zone["kind"], "name": zone.get("name", "")} | limits)
 
 
 SHAPES = {"zone": check_zone, "uav": check_uav, "truth": check_truth, "track": check_track, "group": check_group}

@@ -7,7 +7,7 @@ import tempfile
 import threading
 import time
 import zlib
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -21,6 +21,7 @@ PARTS = "parts"
 """Folder of the store that holds the shards until they are merged."""
 PLAN = f"{PARTS}/batch.json"
 TRAFFIC = f"{PARTS}/traffic"
+"""Folder of the traffic files, which are numbered from 0."""
 RUNS = "runs.parquet"
 MANIFEST = "monte-carlo.json"
 """Definition of a shard with the checksum of its runs. It is written last, so a shard without it is incomplete."""
@@ -36,8 +37,8 @@ class Plan:
 
     described: str
     shards: int
-    has_traffic: bool
-    """True if the store contains a traffic file."""
+    traffic: list[str]
+    """Names of the traffic files; they determine names of vehicles that occur in several files."""
     first_crc32: int
     """Checksum of the batch's first run on the client; the build of every worker must reproduce it."""
 
@@ -49,7 +50,7 @@ class Plan:
         """Parses the output of :meth:`to_json`; raises ValueError or TypeError if it is invalid."""
         plan = Plan(**json.loads(text))
         kinds = [type(value) for value in plan.__dict__.values()]
-        if kinds != [str, int, bool, int] or plan.shards < 1:
+        if kinds != [str, int, list, int] or plan.shards < 1 or any(name != Path(name).name for name in plan.traffic):
             raise ValueError("not a plan")
         return plan
 
@@ -62,7 +63,11 @@ def folder_of(shard: int, shards: int) -> str:
     return f"{PARTS}/{shard}-of-{shards}"
 
 
-def first_run_crc32(plan: Plan, traffic: Path | None, folder: Path) -> int:
+def traffic_name(index: int) -> str:
+    return f"{TRAFFIC}/{index}"
+
+
+def first_run_crc32(plan: Plan, traffic: Sequence[Path], folder: Path) -> int:
     _fly_described(plan.described, traffic, plan.first_run(), 1, folder, None)
     return zlib.crc32((folder / RUNS).read_bytes())
 
@@ -104,10 +109,8 @@ def fly_shard(order: dict[str, Any]) -> str:
     plan = Plan.of_json(text)
     with tempfile.TemporaryDirectory(prefix="standoff-", dir=worker.folder, ignore_cleanup_errors=True) as temporary:
         home = Path(temporary)
-        traffic = None
-        if plan.has_traffic:
-            traffic = home / "traffic"
-            store.get([TRAFFIC], [traffic])
+        traffic = [home / "traffic" / str(index) / name for index, name in enumerate(plan.traffic)]
+        store.get([traffic_name(index) for index in range(len(traffic))], traffic)
         with _checking:
             if task.plan_crc32 not in _checked:
                 _check_build(plan, traffic, home / "first", worker)
@@ -132,7 +135,7 @@ def _read_plan(store: Store) -> bytes | None:
     return None
 
 
-def _check_build(plan: Plan, traffic: Path | None, folder: Path, worker: _Worker) -> None:
+def _check_build(plan: Plan, traffic: Sequence[Path], folder: Path, worker: _Worker) -> None:
     if first_run_crc32(plan, traffic, folder) != plan.first_crc32:
         raise WorkerError(
             f"worker {worker.name} gets another result for the first run than the client: its standoff "

@@ -1201,8 +1201,18 @@ class Worlds:
 @final
 class Zone:
     """
-    A keep-out or keep-in zone: a polygon that UAVs must not enter, or must not leave.
+    A keep-out or keep-in zone: a polygon that UAVs must not enter, or must not leave, between two altitudes.
     """
+    @property
+    def altitude_max_m(self, /) -> float | None:
+        """
+        Ceiling, m above the plane; None: no upper limit.
+        """
+    @property
+    def altitude_min_m(self, /) -> float | None:
+        """
+        Floor, m above the plane; None: no lower limit.
+        """
     @property
     def kind(self, /) -> str:
         """
@@ -1233,11 +1243,12 @@ def _difference(ours: str, theirs: str, shard: str | None) -> str | None:
     :raises InputError: if one text is not a batch description, or was made by another version of standoff.
     """
 
-def _fly_described(described: str, traffic: str | PathLike[str] | None, shard: str | None, threads: SupportsIndex | None, out: str | PathLike[str], progress: Any | None) -> None:
+def _fly_described(described: str, traffic: SupportsGetItem[int, str | PathLike[str]], shard: str | None, threads: SupportsIndex | None, out: str | PathLike[str], progress: Any | None) -> None:
     """
     Runs a batch described by :func:`_described`, or one part of it, and writes it to a folder without a report page.
 
-    :param traffic: traffic file to read instead of the scenario's; it must have the same contents.
+    :param traffic: traffic files to read instead of the scenario's; they must have the same names and contents.
+        Empty: those of the scenario.
     """
 
 def _sweep_complete(dir: str | PathLike[str]) -> None:

@@ -37,6 +37,7 @@ try:
         WorkerError,
         first_run_crc32,
         folder_of,
+        traffic_name,
     )
     from standoff._store import Store
 except ModuleNotFoundError as error:
@@ -94,7 +95,7 @@ def monte_carlo(
 
     :param client: a client of the cluster. Workers need the same version of standoff as this process.
     :param scenario: a built-in scenario's name, the path of a scenario file, or a :class:`standoff.Scenario`. Its
-        traffic file is copied to the store, from where the workers fetch it.
+        traffic files are copied to the store, from where the workers fetch them.
     :param runs: number of runs, 1 to 100,000,000.
     :param out: the store, a folder or a URL that fsspec can open (``s3://bucket/batch``), which every worker can access
         under that name. It must be empty, or contain this batch.
@@ -280,14 +281,14 @@ def _plan(client: Client, store: Store, scenario: Scenario, described: str, runs
                 "use another folder"
             )
     else:
-        # A client that was killed may have left its traffic file; it will be overwritten.
-        others = [name for name in store.names() if name != TRAFFIC]
+        # A client that was killed may have left its traffic files; they will be overwritten.
+        others = [name for name in store.names() if not name.startswith(f"{TRAFFIC}/")]
         if others:
             raise InputError(f"{store.url} contains {others[0]}, but no batch; use another folder, or an empty one")
         if shards is not None and shards > runs:
             raise InputError(f"shards = {shards}: must be at most {runs}, one run per shard")
-        plan = Plan(described, shards or 1, False, 0)
-    traffic = _traffic(scenario)
+        plan = Plan(described, shards or 1, [], 0)
+    traffic = scenario.traffic_files
     with tempfile.TemporaryDirectory(prefix="standoff-") as home:
         began = time.perf_counter()
         first_crc32 = first_run_crc32(plan, traffic, Path(home, "first"))
@@ -307,19 +308,11 @@ def _plan(client: Client, store: Store, scenario: Scenario, described: str, runs
                 _fly_described(described, traffic, f"0/{runs // several}", 1, Path(home, "several"), None)
                 run_s = (time.perf_counter() - began) / several
             shards = _shards(runs, run_s, sum(client.nthreads().values()))
-    if traffic is not None:
-        store.put(traffic, TRAFFIC)
-    plan = Plan(described, shards, traffic is not None, first_crc32)
+    for index, file in enumerate(traffic):
+        store.put(file, traffic_name(index))
+    plan = Plan(described, shards, [file.name for file in traffic], first_crc32)
     store.write(PLAN, plan.to_json())
     return plan
-
-
-def _traffic(scenario: Scenario) -> Path | None:
-    """Returns the traffic file that workers need."""
-    files = scenario.traffic_files
-    if len(files) > 1:
-        raise InputError(f"{len(files)} traffic files: workers get at most one; combine them into one file")
-    return files[0] if files else None
 
 
 def _shards(runs: int, run_s: float, threads: int) -> int:

@@ -385,14 +385,20 @@ def test_workers_get_the_traffic_file(three: Client, tmp_path: Path, monkeypatch
     assert batch.dir == tmp_path / "out" and files(batch.dir) == files(one.dir)
 
 
-def test_several_traffic_files_are_refused(three: Client, tmp_path: Path) -> None:
-    cars = [tmp_path / name for name in ("a.csv", "b.csv")]
-    for file in cars:
-        file.write_text("t,id,x,y\n" + "".join(f"{t},{file.stem},{9 * t},0\n" for t in range(40)))
+def test_workers_get_several_traffic_files_under_their_names(three: Client, tmp_path: Path) -> None:
+    # Both files have a vehicle "a", which is named after its file.
+    cars = [tmp_path / name for name in ("a [1].csv", "b.csv")]
+    for nth, file in enumerate(cars):
+        file.write_text("t,id,x,y\n" + "".join(f"{t},a,{9 * t},{50 * nth}\n" for t in range(40)))
     scenario = standoff.Scenario("traffic/convoy", set={"traffic.file": [str(file) for file in cars]})
     assert scenario.traffic_files == cars
-    with pytest.raises(InputError, match="2 traffic files: workers get at most one"):
-        monte_carlo(three, scenario, runs=2, out=tmp_path / "out")
+    one = standoff.monte_carlo(scenario, runs=20)
+    batch = monte_carlo(three, scenario, runs=20, shards=4, out=tmp_path / "out")
+    assert files(batch.dir) == files(one.dir)
+    vary = {"uavs.count": [1, 2]}
+    local = standoff.sweep(scenario, vary=vary, runs=2, out=tmp_path / "local")
+    distributed = standoff.dask.sweep(three, scenario, vary=vary, runs=2, out=tmp_path / "distributed")
+    assert (distributed.dir / "sweep.parquet").read_bytes() == (local.dir / "sweep.parquet").read_bytes()
 
 
 def test_the_lowest_seed_that_cannot_be_run_is_reported(three: Client, tmp_path: Path) -> None:

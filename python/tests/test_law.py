@@ -185,6 +185,11 @@ def test_a_law_sees_altitudes_and_zones() -> None:
     (zone,) = Level.missions[0].zones
     assert (zone.name, zone.kind) == ("field", "keep-out")
     assert zone.vertices.tolist() == [[650.0, -100.0], [900.0, -350.0], [1150.0, -100.0]]
+    assert (zone.altitude_min_m, zone.altitude_max_m) == (None, None)
+    low = {"vertices": zone.vertices.tolist(), "altitude_max_m": 120.0}
+    standoff.run(standoff.Scenario("tour/09-separation", set={"geofence": [low]}), law=Level)
+    (zone,) = Level.missions[-1].zones
+    assert (zone.altitude_min_m, zone.altitude_max_m) == (None, 120.0)
     # If altitude is not flown and the scenario has no zones, altitudes are None and the list of zones is empty.
     Level.levels = []
     standoff.run(SCENARIO, law=Level)

@@ -67,6 +67,13 @@ inReport("the table shows the geofence zone that makes a UAV deviate", { flight:
   }
 });
 
+inReport("labels of zones on the map show floors and ceilings", { flight: "zones" }, async (page) => {
+  await recordTexts(page);
+  await page.getByRole("button", { name: "Show all" }).click();
+  const labels = (await texts(page)).map(({ text }) => text);
+  for (const label of ["field, 100 to 350 m", "up to 120 m", "roof, from 400 m", "wood"]) assert.ok(labels.includes(label), `${label}: ${labels.join("; ")}`);
+});
+
 inReport("a UAV that avoids an intruder has a dashed line to it and an entry in the table", { flight: "intruders" }, async (page) => {
   const record = recordOf("intruders");
   await page.getByRole("tab", { name: "State" }).click();

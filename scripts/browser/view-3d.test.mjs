@@ -70,6 +70,22 @@ for (const flight of ["figure-9", "separation"]) {
   });
 }
 
+inReport("zones in three dimensions are between their floors and ceilings, in the scene", { flight: "zones" }, async (page) => {
+  await page.getByRole("button", { name: "3D" }).click();
+  await goTo(page, 5);
+  await shows(page, 5);
+  const levels = (x_m, y_m) => page.evaluate(([x_m, y_m]) => {
+    const found = document.querySelector(".view-3d").data.flatMap(({ x, y, z }) => [...z].filter((_, k) => x[k] === x_m && y[k] === y_m));
+    return [...new Set(found)].sort((one, other) => one - other);
+  }, [x_m, y_m]);
+  const top_m = await page.evaluate(() => document.querySelector(".view-3d").layout.scene.zaxis.range[1]);
+  assert.ok(top_m > 400 && top_m < 500, `the scene has room for the floor at 400 m: ${top_m}`);
+  assert.deepEqual(await levels(900, -350), [100, 350]);
+  assert.deepEqual(await levels(-900, 350), [0, 120]);
+  assert.deepEqual(await levels(-900, -750), [400, top_m]);
+  assert.deepEqual(await levels(900, 750), [0]);
+});
+
 inReport("a link opens the view in three dimensions, which shows the area of the map", {}, async (page) => {
   await page.evaluate(() => (location.hash = "#t=30&view=200,100,0.5&3d=1"));
   await shows(page, 30);

@@ -45,9 +45,18 @@ impl ServeArgs {
         self.listen.is_some()
     }
 
-    /// Returns the tile server.
-    pub(crate) fn tiles(&self) -> Option<&TileServer> {
-        self.tiles.as_ref()
+    /// True if the user gave a tile server.
+    pub(crate) fn has_tiles(&self) -> bool {
+        self.tiles.is_some()
+    }
+
+    /// Returns the tile server. Fails if the user gave one, but no shown run `is_geographic`.
+    pub(crate) fn tiles(&self, is_geographic: bool) -> Result<Option<&TileServer>, Failure> {
+        if self.has_tiles() && !is_geographic {
+            let message = "--tiles: the run has no geographic coordinates: tiles need traffic in degrees";
+            return Err(Failure::Input(message.to_owned()));
+        }
+        Ok(self.tiles.as_ref())
     }
 
     /// Serves a site until the returned server is dropped; calls `announce` with its address.

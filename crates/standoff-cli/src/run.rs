@@ -14,6 +14,7 @@ use standoff_sim::scenario::{Scenario, ScenarioTemplate};
 use standoff_view::replay::Line;
 use standoff_view::serve::{Bytes, Server};
 use standoff_view::site;
+use standoff_view::tiles::TileServer;
 
 use crate::live_view::{LiveReplay, Pace, ServeArgs, speed};
 use crate::maps::Maps;
@@ -83,7 +84,7 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     if !args.view {
         let wrong = [
             (args.served.has_address(), "--listen sets the address of the page that --view serves: add --view"),
-            (args.served.tiles().is_some(), "--tiles adds images to the page that --view serves: add --view"),
+            (args.served.has_tiles(), "--tiles adds images to the page that --view serves: add --view"),
         ];
         if let Some((_, message)) = wrong.into_iter().find(|(is_given, _)| *is_given) {
             return Err(Failure::Input(message.to_owned()));
@@ -92,6 +93,7 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     let name = args.changes.scenario(args.scenario.as_deref(), DEFAULT_SCENARIO);
     let template = ScenarioTemplate::load(name, &args.changes.overrides()?).map_err(Failure::Scenario)?;
     let scenario = template.draw(args.seed).map_err(Failure::Scenario)?;
+    let tiles = args.served.tiles(scenario.origin().is_some())?;
     warn(&scenario, "", &note);
     let out = match &args.out {
         // Removes a trailing slash, so that a symbolic link to a folder is recognised and refused.
@@ -105,7 +107,7 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     if has_older_run {
         note(&format!("note: replacing the older run in {}", display_text::path(&out)));
     }
-    let mut live = args.view.then(|| Live::begin(args, &scenario, map.clone())).transpose()?;
+    let mut live = args.view.then(|| Live::begin(args, &scenario, tiles, map.clone())).transpose()?;
     let flown = fly(&scenario, &out, map.as_ref(), &interruption, |frame| {
         mcap.iter_mut().for_each(|mcap| mcap.frame(frame));
         live.iter_mut().for_each(|live| live.frame(frame, &interruption));
@@ -159,13 +161,18 @@ struct Live {
 }
 
 impl Live {
-    fn begin(args: &Args, scenario: &Scenario, map: Option<Bytes>) -> Result<Self, Failure> {
+    fn begin(
+        args: &Args,
+        scenario: &Scenario,
+        tiles: Option<&TileServer>,
+        map: Option<Bytes>,
+    ) -> Result<Self, Failure> {
         let replay = LiveReplay::flight(scenario, true, map)?;
         let announce = |url: &str| {
             note(&format!("live view: {url}", url = url.trim_end()));
             Ok(())
         };
-        let server = args.served.serve(site::of_runs(replay.replay(), None, args.served.tiles()), announce)?;
+        let server = args.served.serve(site::of_runs(replay.replay(), None, tiles), announce)?;
         Ok(Self { replay, pace: Pace::new(args.speed), _server: server })
     }
 

@@ -11,7 +11,7 @@ use standoff_record::{Frame, Record};
 use standoff_score::{MetricSelection, Scorer, SelectedMetrics};
 use standoff_sim::monte_carlo::Results;
 use standoff_sim::run::Mission;
-use standoff_sim::scenario::{Scenario, Settings, built_in, built_in_like};
+use standoff_sim::scenario::{Scenario, ScenarioTemplate, Settings, built_in, built_in_like};
 use standoff_view::batch::Batch;
 use standoff_view::site;
 
@@ -78,13 +78,8 @@ fn run(what: &Path, args: &Args) -> Result<Shown, Failure> {
 /// Serves one or two runs; the page shows them while they are still being flown or read.
 fn show(first: Shown, second: Option<Shown>, args: &Args) -> Result<(), Failure> {
     let replays = (first.live.replay(), second.as_ref().map(|shown| shown.live.replay()));
-    let tiles = args.served.tiles();
     let is_geographic = [Some(&first), second.as_ref()].into_iter().flatten().any(|shown| shown.live.is_geographic());
-    if tiles.is_some() && !is_geographic {
-        let message = "--tiles: the run has no geographic coordinates: tiles need traffic in degrees";
-        return Err(Failure::Input(message.to_owned()));
-    }
-    let site = site::of_runs(replays.0, replays.1, tiles);
+    let site = site::of_runs(replays.0, replays.1, args.served.tiles(is_geographic)?);
     let interruption = Interruption::install()?;
     let server = args.served.serve(site, print)?;
     note("Press Ctrl-C to stop.");
@@ -115,6 +110,10 @@ fn batches(dirs: &[&Path], args: &Args) -> Result<(), Failure> {
         template.inspect_err(|error| note(&format!("warning: its runs cannot be replayed: {error}"))).ok()
     };
     let templates: Vec<_> = results.iter().map(template).collect();
+    // Runs that cannot be replayed need no tiles.
+    let is_geographic =
+        templates.iter().all(Option::is_none) || templates.iter().flatten().any(ScenarioTemplate::is_geographic);
+    let tiles = args.served.tiles(is_geographic)?.cloned();
     let (choice, maps) = (args.metrics.selection(), args.maps.named());
     let fly = move |variant: usize, seed: u64| {
         let scenario = templates.get(variant)?.as_ref()?.draw(seed).ok()?;
@@ -129,7 +128,7 @@ fn batches(dirs: &[&Path], args: &Args) -> Result<(), Failure> {
         Some(replay)
     };
     let interruption = Interruption::install()?;
-    let site = site::of_batch(&batch, args.served.tiles().cloned(), fly).map_err(Failure::running)?;
+    let site = site::of_batch(&batch, tiles, fly).map_err(Failure::running)?;
     let _server = args.served.serve(site, print)?;
     note("Press Ctrl-C to stop.");
     interruption.wait(None);

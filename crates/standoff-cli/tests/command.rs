@@ -462,7 +462,10 @@ fn wrong_input_is_refused_with_one_clear_message() {
     let tiles = "http://127.0.0.1/{z}/{x}/{y}.png";
     check_refused(&["run", "--tiles", tiles], &["--tiles adds images to the page that --view serves: add --view"]);
     check_refused(&["view", "--tiles", "http://a/{z}/{x}"], &["--tiles", "must contain {y} once"]);
-    check_refused(&["view", "--no-open", "--tiles", tiles], &["--tiles: the run has no geographic coordinates"]);
+    for command in [&["view", "--no-open"][..], &["run", "--view", "--no-open"]] {
+        let arguments = [command, &["--tiles", tiles]].concat();
+        check_refused(&arguments, &["--tiles: the run has no geographic coordinates"]);
+    }
 }
 
 #[test]

@@ -38,6 +38,12 @@ pub fn sync_folder(dir: &Path) -> io::Result<()> {
     File::open(dir).map_or(Ok(()), |folder| folder.sync_all())
 }
 
+/// Gives a file its final path, durably: `FILE.partial`, which must be complete and flushed to disk, becomes `FILE`.
+pub fn publish(path: &Path) -> io::Result<()> {
+    fs::rename(sibling(path, PARTIAL), path)?;
+    sync_folder(path.parent().unwrap_or(Path::new("")))
+}
+
 /// Returns the path with `addition` appended to the file name.
 #[must_use]
 pub fn sibling(path: &Path, addition: &str) -> PathBuf {
@@ -63,6 +69,10 @@ mod tests {
         save(&path, "older").unwrap();
         save(&path, "newer").unwrap();
         assert_eq!(fs::read_to_string(&path).unwrap(), "newer");
+        fs::write(sibling(&path, PARTIAL), "newest").unwrap();
+        publish(&path).unwrap();
+        assert_eq!(fs::read_to_string(&path).unwrap(), "newest");
+        assert!(publish(&path).is_err());
         assert_eq!(fs::read_dir(home.path()).unwrap().count(), 2);
     }
 }

@@ -203,19 +203,20 @@ pub(crate) fn _difference(ours: &str, theirs: &str, shard: Option<&str>) -> PyRe
 
 /// Runs a batch described by :func:`_described`, or one part of it, and writes it to a folder without a report page.
 ///
-/// :param traffic: traffic file to read instead of the scenario's; it must have the same contents.
+/// :param traffic: traffic files to read instead of the scenario's; they must have the same names and contents.
+///     Empty: those of the scenario.
 #[pyfunction]
 pub(crate) fn _fly_described(
     py: Python<'_>,
     described: &str,
-    traffic: Option<PathBuf>,
+    traffic: Vec<PathBuf>,
     shard: Option<&str>,
     threads: Option<Whole>,
     out: PathBuf,
     progress: Option<&Bound<'_, PyAny>>,
 ) -> PyResult<()> {
     let (flown, threads) = (part(described, shard)?, number_of_threads(threads)?);
-    let template = flown.template(traffic.as_slice()).map_err(refused)?;
+    let template = flown.template(&traffic).map_err(refused)?;
     batch_until_done(py, progress, move |stop, latest| {
         let flown = fly_into(&out, &template, &flown, threads, stop, |progress| store_progress(latest, progress));
         flown.map(drop).map_err(of_batch)

@@ -64,6 +64,8 @@ pub struct ScoreConfig {
     pub transient_s: f64,
     /// Geofence.
     pub geofence: Geofence,
+    /// Parameters of the team, which determine the altitudes of UAVs without a recorded one.
+    pub team: TeamParams,
     /// End of the last radio fault or restart that ends within the mission, s.
     pub faults_end_s: Option<f64>,
 }
@@ -91,6 +93,7 @@ impl ScoreConfig {
             period_s,
             transient_s: 0.0,
             geofence: Geofence::default(),
+            team: *team,
             faults_end_s: None,
         }
     }

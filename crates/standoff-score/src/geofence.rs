@@ -1,9 +1,9 @@
-//! Geofence violations and detours, from the recorded UAV positions alone.
+//! Geofence violations and detours, from the recorded positions and altitudes of the UAVs alone.
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use standoff::{Geofence, Position};
-use standoff_record::Frame;
+use standoff::{Geofence, Position, TeamParams, UavId};
+use standoff_record::{Frame, UavRow};
 
 use crate::geometry::at;
 use crate::mean::Mean;
@@ -11,29 +11,50 @@ use crate::mean::Mean;
 /// Geofence statistics of all UAVs so far.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Zones {
-    /// Position of every UAV in the last frame, and the zones that it violated there.
-    before: BTreeMap<u32, (Position, BTreeSet<usize>)>,
+    /// State of every UAV in the last frame.
+    before: BTreeMap<u32, Before>,
     violations: u64,
     /// UAV time steps at which the geofence changed the flown command.
     pub(crate) detour: Mean,
 }
 
+/// A UAV in the last frame.
+#[derive(Debug, Clone)]
+struct Before {
+    position: Position,
+    /// Lowest and highest altitude that it may have had, m.
+    altitudes_m: [f64; 2],
+    violated_zones: BTreeSet<usize>,
+}
+
+/// Lowest and highest altitude that a UAV may have, m: the recorded one. If altitudes are not simulated, it is the
+/// commanded one; without one, all that the UAV can be commanded to fly at count.
+fn altitudes_m(team: &TeamParams, uav: &UavRow) -> [f64; 2] {
+    let recorded_m = uav.altitude_m.or(uav.commanded_altitude_m);
+    recorded_m.map_or_else(|| team.altitudes_m(UavId(uav.uav), None), |altitude_m| [altitude_m; 2])
+}
+
 impl Zones {
     /// Adds the next frame.
-    pub(crate) fn frame(&mut self, geofence: &Geofence, frame: &Frame) {
+    pub(crate) fn frame(&mut self, geofence: &Geofence, team: &TeamParams, frame: &Frame) {
         let mut after = BTreeMap::new();
         for uav in &frame.uavs {
             self.detour.add(f64::from(uav.limiting_zone.is_some()));
-            let violated_zones: BTreeSet<usize> = geofence.violated_zones(at(uav)).collect();
+            let (position, altitudes_m) = (at(uav), altitudes_m(team, uav));
+            let violated_zones: BTreeSet<usize> = geofence.violated_zones_between(position, altitudes_m).collect();
             // A UAV that leaves a zone, or crosses its corner between two time steps, crosses the outline as well.
             let mut violated = violated_zones.clone();
             let before = self.before.get(&uav.uav);
-            violated.extend(before.into_iter().flat_map(|(was_at, _)| geofence.crosses(*was_at, at(uav))));
+            violated.extend(before.into_iter().flat_map(|before| {
+                let [low_m, high_m] = before.altitudes_m;
+                let between_m = [low_m.min(altitudes_m[0]), high_m.max(altitudes_m[1])];
+                geofence.crosses(before.position, position, between_m)
+            }));
             self.violations += match before {
-                Some((_, forbade)) => violated.difference(forbade).count() as u64,
+                Some(before) => violated.difference(&before.violated_zones).count() as u64,
                 None => violated.len() as u64,
             };
-            after.insert(uav.uav, (at(uav), violated_zones));
+            after.insert(uav.uav, Before { position, altitudes_m, violated_zones });
         }
         self.before = after;
     }
@@ -48,13 +69,12 @@ impl Zones {
 mod tests {
     use super::*;
     use crate::row_fixtures::uav_row;
-    use standoff::{Position, Zone, ZoneKind};
-    use standoff_record::UavRow;
+    use standoff::{Zone, ZoneKind};
 
     fn square(kind: ZoneKind, half_m: f64) -> Zone {
         let corners = [(-half_m, -half_m), (half_m, -half_m), (half_m, half_m), (-half_m, half_m)];
         let outline = corners.map(|(x_m, y_m)| Position::from_m(x_m, y_m)).into();
-        Zone { name: String::new(), kind, vertices: outline }
+        Zone { kind, vertices: outline, ..Zone::default() }
     }
 
     /// Twice into the keep-out zone, once out of the keep-in zone. Starting inside a keep-out zone counts as one
@@ -67,7 +87,7 @@ mod tests {
             for x_m in places {
                 let border = (*x_m > 100.0).then_some(0);
                 let uavs = vec![UavRow { x_m: *x_m, y_m: 0.0, limiting_zone: border, ..uav_row(0) }];
-                zones.frame(&geofence, &Frame { uavs, ..Frame::default() });
+                zones.frame(&geofence, &TeamParams::paper(), &Frame { uavs, ..Frame::default() });
             }
             (zones.violations(), zones.detour.value())
         };
@@ -75,6 +95,44 @@ mod tests {
         assert_eq!(count(&[100.0, 60.0, 55.0, 60.0]), (Some(0), Some(0.0)));
         assert_eq!(count(&[60.0, 40.0, 0.0, 60.0, 40.0, 600.0]), (Some(3), Some(1.0 / 6.0)));
         assert_eq!(count(&[0.0, 0.0]), (Some(1), Some(0.0)));
+    }
+
+    /// UAVs inside a keep-out zone from 100 to 200 m and a keep-in zone up to 300 m, at recorded or commanded altitudes.
+    #[test]
+    fn violations_count_at_the_recorded_altitude_only() {
+        let band = |kind, half_m, [altitude_min_m, altitude_max_m]: [Option<f64>; 2]| Zone {
+            altitude_min_m,
+            altitude_max_m,
+            ..square(kind, half_m)
+        };
+        let geofence = Geofence::new(vec![
+            band(ZoneKind::KeepOut, 50.0, [Some(100.0), Some(200.0)]),
+            band(ZoneKind::KeepIn, 500.0, [None, Some(300.0)]),
+        ]);
+        let geofence = geofence.unwrap();
+        // At 300 m, like all UAVs without a recorded altitude.
+        let mut team = TeamParams::recommended();
+        team.group.altitude_policy = standoff::research::AltitudePolicy::Common;
+        let count = |flown: &[(f64, Option<f64>, Option<f64>)]| {
+            let mut zones = Zones::default();
+            for &(x_m, altitude_m, commanded_altitude_m) in flown {
+                let uavs = vec![UavRow { x_m, y_m: 0.0, altitude_m, commanded_altitude_m, ..uav_row(0) }];
+                zones.frame(&geofence, &team, &Frame { uavs, ..Frame::default() });
+            }
+            zones.violations()
+        };
+        // Both limits are inside the band.
+        for (altitude_m, violations) in [(99.0, 0), (100.0, 1), (200.0, 1), (201.0, 0), (300.0, 0), (301.0, 1)] {
+            assert_eq!(count(&[(0.0, Some(altitude_m), Some(150.0))]), Some(violations), "{altitude_m} m");
+            assert_eq!(count(&[(0.0, None, Some(altitude_m))]), Some(violations), "{altitude_m} m");
+        }
+        assert_eq!(count(&[(0.0, None, None)]), Some(0));
+        // A descent into the band, and a passage below it.
+        assert_eq!(count(&[(0.0, Some(201.0), None), (0.0, Some(199.0), None), (0.0, Some(99.0), None)]), Some(1));
+        assert_eq!(count(&[(60.0, Some(90.0), None), (-60.0, Some(90.0), None)]), Some(0));
+        // A UAV that descends into the band while it flies across the zone may have crossed it.
+        assert_eq!(count(&[(60.0, Some(205.0), None), (-60.0, Some(195.0), None)]), Some(1));
+        assert_eq!(count(&[(490.0, Some(90.0), None), (510.0, Some(90.0), None)]), Some(1));
     }
 
     /// Crossing a corner of the keep-out zone between two time steps counts once, and once more on the way back.
@@ -86,7 +144,7 @@ mod tests {
             let mut zones = Zones::default();
             for (x_m, y_m) in places {
                 let uavs = vec![UavRow { x_m: *x_m, y_m: *y_m, ..uav_row(0) }];
-                zones.frame(&geofence, &Frame { uavs, ..Frame::default() });
+                zones.frame(&geofence, &TeamParams::paper(), &Frame { uavs, ..Frame::default() });
             }
             zones.violations()
         };

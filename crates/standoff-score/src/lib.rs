@@ -259,7 +259,7 @@ impl Scorer {
             self.control_effort.frame(frame);
         }
         if needed.zones && !self.config.geofence.is_empty() {
-            self.zones.frame(&self.config.geofence, frame);
+            self.zones.frame(&self.config.geofence, &self.config.team, frame);
         }
         if needed.coverage {
             for (_, track) in matching.targets() {

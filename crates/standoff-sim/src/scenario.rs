@@ -153,6 +153,11 @@ impl ScenarioTemplate {
         self.traffic.as_ref().map(|traffic| traffic.crc32())
     }
 
+    /// True if the positions of its runs have a latitude and longitude.
+    pub fn is_geographic(&self) -> bool {
+        self.traffic.as_ref().is_some_and(|traffic| traffic.origin.is_some())
+    }
+
     /// Returns the scenario of a seed.
     pub fn draw(&self, seed: u64) -> Result<Scenario, ScenarioError> {
         resolve::resolve(&self.typed, self.traffic.as_ref(), seed)

@@ -11,7 +11,7 @@ use std::path::{Path, PathBuf};
 
 use common::{frames, load};
 use standoff::{Angle, Position};
-use standoff_record::{DetectionRow, Frame, Record};
+use standoff_record::{DetectionRow, Frame, Record, UavRow};
 use standoff_score::Metrics;
 use standoff_sim::run::Mission;
 use standoff_sim::scenario::{Overrides, Scenario, ScenarioTemplate, built_in};
@@ -591,6 +591,49 @@ fn zone_across_an_orbit_is_avoided_and_reported() {
         frames.into_iter().map(|frame| frame.uavs).collect::<Vec<_>>()
     });
     assert_eq!(flown[0], flown[1]);
+}
+
+/// UAVs at 300 and 350 m, and a keep-out zone across the orbit. Its ceiling touches the altitude of UAV 0 exactly, or
+/// that of UAV 1, or none.
+#[test]
+fn zone_binds_only_uavs_that_fly_in_its_band() {
+    for (ceiling_m, binds) in [(299.9, [false, false]), (300.0, [true, false]), (350.0, [true, true])] {
+        let wood = "[[geofence]]\nvertices = [[100, 100], [900, 100], [900, 900], [100, 900]]";
+        let text = format!("groups.altitude_policy = \"per-uav\"\n{wood}\naltitude_max_m = {ceiling_m}");
+        let flown = ["shared", "per-uav"].map(|agents| {
+            let scenario = about_the_origin(&format!("team.agents = \"{agents}\"\n{text}"), 150.0);
+            let frames = frames(&scenario);
+            assert_eq!(score(&scenario, &frames).zone_violations, Some(0));
+            for uav in [0, 1] {
+                let mut rows = frames.iter().map(|frame| &frame.uavs[uav]);
+                let is_inside = |x_m: f64, y_m: f64| x_m > 100.0 && y_m > 100.0;
+                assert_eq!(rows.clone().any(|row| is_inside(row.x_m, row.y_m)), !binds[uav], "{ceiling_m}, UAV {uav}");
+                assert_eq!(rows.any(|row| row.limiting_zone.is_some()), binds[uav], "{ceiling_m}, UAV {uav}");
+            }
+            let mut events = frames.iter().flat_map(|frame| &frame.events);
+            assert_eq!(events.any(|event| event.kind == "orbit-partly-blocked"), binds[0]);
+            frames.into_iter().map(|frame| frame.uavs).collect::<Vec<_>>()
+        });
+        assert_eq!(flown[0], flown[1]);
+    }
+}
+
+/// UAVs climb from 100 m to 300 m. The zone across the orbit ends at 200 m: they stay outside until they are above it.
+#[test]
+fn zone_binds_climbing_uavs_until_they_are_above_it() {
+    let places = "[[uavs.start]]\nx_m = 300\ny_m = -100\nheading_deg = 90\naltitude_m = 100\n[[targets.start]]\n[[targets.start]]\nx_m = 40\n";
+    let zone = "[[geofence]]\nvertices = [[100, 60], [900, 60], [900, 900], [100, 900]]\naltitude_min_m = 50\naltitude_max_m = 200";
+    let text = format!("duration_s = 200\ngroups.altitude_policy = \"common\"\n[uavs.climb]\n{zone}\n{places}");
+    let template = ScenarioTemplate::of_toml("mine", &text, &Overrides::default(), Path::new(""));
+    let scenario = template.and_then(|template| template.draw(1)).unwrap();
+    let frames = frames(&scenario);
+    assert_eq!(score(&scenario, &frames).zone_violations, Some(0));
+    let rows = || frames.iter().map(|frame| &frame.uavs[0]);
+    let altitude_m = |row: &UavRow| row.altitude_m.unwrap();
+    let last_limited = rows().rfind(|row| row.limiting_zone.is_some()).unwrap();
+    assert!(altitude_m(last_limited) <= 200.0, "{last_limited:?}");
+    let first_inside = rows().find(|row| row.x_m > 100.0 && row.y_m > 60.0).unwrap();
+    assert!(altitude_m(first_inside) > 200.0, "{first_inside:?}");
 }
 
 /// A keep-out zone around the group, too wide for any orbit: the UAVs stay outside, and an event reports the reason.

@@ -1,5 +1,5 @@
-// The scene in three dimensions, drawn with plotly.js: UAVs and orbits at their altitudes; targets, zones, roads and fields of view on
-// the ground. It shows the area that the map shows.
+// The scene in three dimensions, drawn with plotly.js: UAVs and orbits at their altitudes; zones between their floors and ceilings;
+// targets, roads and fields of view on the ground. It shows the area that the map shows.
 
 /** Segments of an orbit, and of the arc of a field of view. */
 const ORBIT_SEGMENTS = 72;
@@ -59,7 +59,7 @@ class View3d {
     });
   }
 
-  /** Height of the scene, m: above the highest altitude of the run. */
+  /** Height of the scene, m: above the highest altitude of the run, and above zones up to twice as high. */
   get height_m() {
     const { replayData } = this.run;
     if (this.top_m.parts !== replayData.times_s.length) {
@@ -68,6 +68,8 @@ class View3d {
       for (const [table, column] of columns) {
         for (const id of replayData.ids[table]) for (const value of replayData.series(table, column, id)) if (value > top_m) top_m = value;
       }
+      const limits_m = (replayData.head.zones ?? []).flatMap(({ altitude_min_m = 0, altitude_max_m = 0 }) => [altitude_min_m, altitude_max_m]);
+      top_m = Math.max(top_m, ...limits_m.filter((limit_m) => limit_m <= 2 * top_m));
       this.top_m = { parts: replayData.times_s.length, value: top_m };
     }
     return 1.15 * this.top_m.value || 100;
@@ -124,12 +126,22 @@ class View3d {
     return this.road.line.trace({ width: 1.5, color: faded(colour, 0.6) });
   }
 
+  /** Outlines of zones: on the ground, or at floor and ceiling with the edges between them. Higher zones end at the top of the scene. */
   zones() {
     const line = new Lines();
-    for (const { corners_m, kind } of this.run.replayData.head.zones ?? []) {
+    for (const { corners_m, kind, altitude_min_m, altitude_max_m } of this.run.replayData.head.zones ?? []) {
       const colour = kind === "keep-out" ? palette().alarm : palette().faint;
-      for (const [x_m, y_m] of [...corners_m, corners_m[0]]) line.to(x_m, y_m, 0, colour);
-      line.lift();
+      const hasBand = altitude_min_m !== undefined || altitude_max_m !== undefined;
+      const levels_m = hasBand ? [altitude_min_m ?? 0, altitude_max_m ?? Infinity].map((level_m) => Math.min(level_m, this.height_m)) : [0];
+      for (const level_m of levels_m) {
+        for (const [x_m, y_m] of [...corners_m, corners_m[0]]) line.to(x_m, y_m, level_m, colour);
+        line.lift();
+      }
+      if (!hasBand) continue;
+      for (const [x_m, y_m] of corners_m) {
+        for (const level_m of levels_m) line.to(x_m, y_m, level_m, colour);
+        line.lift();
+      }
     }
     return line.trace({ width: 4 });
   }

@@ -27,12 +27,19 @@ function drawZones(map, { ctx }) {
     outline();
     ctx.stroke();
     ctx.setLineDash([]);
-    if (!zone.name) continue;
+    const label = [zone.name?.slice(0, 40), bandText(zone)].filter(Boolean).join(", ");
+    if (!label) continue;
     const top = corners.reduce((best, at) => (at[1] < best[1] ? at : best));
     ctx.fillStyle = colour;
     ctx.textAlign = "center";
-    ctx.fillText(zone.name.slice(0, 40), top[0], top[1] - 6);
+    ctx.fillText(label, top[0], top[1] - 6);
   }
+}
+
+/** Floor and ceiling of a zone as text; empty if it has neither. */
+function bandText({ altitude_min_m: floor_m, altitude_max_m: ceiling_m }) {
+  if (floor_m === undefined) return ceiling_m === undefined ? "" : `up to ${fixed(ceiling_m, 0)} m`;
+  return ceiling_m === undefined ? `from ${fixed(floor_m, 0)} m` : `${fixed(floor_m, 0)} to ${fixed(ceiling_m, 0)} m`;
 }
 
 /** Draws slanted lines over the visible part of a zone; `outline` makes its outline the current path. */

@@ -251,10 +251,15 @@ impl Agent {
         if let Some(now) = self.now {
             self.replica.update(now);
         }
-        let TeamStateUpdater { params, geofence_safety, .. } = &self.replica.history.updater;
-        let (team_state, geofence_safety) = (self.team_state(), geofence_safety.as_deref());
-        CommandLaw { params, team_state, geofence_safety, intruders: &self.intruders }
-            .decide(observation, self.replica.rejected())
+        let updater = &mut self.replica.history.updater;
+        let geofence_safety = updater.geofence_safety(observation.uav, &observation.own);
+        let law = CommandLaw {
+            params: &self.replica.history.updater.params,
+            team_state: self.team_state(),
+            geofence_safety: geofence_safety.as_deref(),
+            intruders: &self.intruders,
+        };
+        law.decide(observation, self.replica.rejected())
     }
 
     fn is_of_now(&self, observation: &Observation) -> bool {

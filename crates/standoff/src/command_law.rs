@@ -17,7 +17,7 @@ use crate::intruders::Intruders;
 use crate::output::{AgentOutput, Diagnostics, Observation, PointingTarget, Rejected};
 use crate::params::{AltitudePolicy, GroupingParams, LinkModel, Pointing, SeparationParams, TeamParams};
 use crate::team_state::TeamState;
-use crate::uav::{Aircraft, Command, LimitedCommand, UavId, UavState};
+use crate::uav::{Aircraft, Command, LimitedCommand, UavId, UavState, Vertical};
 
 /// Maximum distance to an orbit, as a fraction of its radius, at which a UAV of another group counts as a neighbour on
 /// it.
@@ -28,7 +28,7 @@ const NEAR_ORBIT: f64 = 0.25;
 pub(crate) struct CommandLaw<'a> {
     pub(crate) params: &'a TeamParams,
     pub(crate) team_state: &'a TeamState,
-    /// Geofence safety function; `None` without zones.
+    /// Geofence safety function of the observed UAV; `None` if no zone binds it.
     pub(crate) geofence_safety: Option<&'a GeofenceSafety>,
     /// Aircraft outside the team.
     pub(crate) intruders: &'a Intruders,
@@ -308,6 +308,26 @@ impl TeamParams {
             }
             (AltitudePolicy::Common, _) => Some(altitude_lowest_m),
         }
+    }
+
+    /// Lowest and highest altitude that a UAV may be commanded to fly at, m: its own one, or those of all groups that it
+    /// may be assigned to. The number of groups is unknown, so the highest one is the limit of altitude, or infinite.
+    pub(crate) fn commanded_altitudes_m(&self, uav: UavId) -> [f64; 2] {
+        let own_m = self.own_altitude_m(uav);
+        own_m
+            .map_or([self.group.altitude_lowest_m, f64::INFINITY], |own_m| [own_m; 2])
+            .map(|altitude_m| self.limit_altitude_m(altitude_m))
+    }
+
+    /// Lowest and highest altitude that a UAV may have from now on, m: those that it may be commanded to fly at, and
+    /// those on the way to them. UAVs level off without overshoot.
+    #[cfg_attr(feature = "research", visibility::make(pub))]
+    pub(crate) fn altitudes_m(&self, uav: UavId, now: Option<Vertical>) -> [f64; 2] {
+        let [low_m, high_m] = self.commanded_altitudes_m(uav);
+        let Some(Vertical { altitude_m, climb_rate_m_s }) = now else { return [low_m, high_m] };
+        // A UAV that climbs away from these altitudes first levels off.
+        let level_m = altitude_m + climb_rate_m_s * self.uav.climb.map_or(0.0, |climb| climb.lag_s);
+        [low_m.min(altitude_m).min(level_m), high_m.max(altitude_m).max(level_m)]
     }
 
     /// Limits an altitude to the allowed range, m.

@@ -14,4 +14,5 @@ pub(crate) mod predicted_trajectory;
 pub(crate) mod pursuer_model;
 pub(crate) mod sensor_pointing;
 pub(crate) mod standoff_distance;
+pub(crate) mod team_geofence;
 pub(crate) mod vector_field;

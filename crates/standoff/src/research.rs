@@ -8,7 +8,7 @@ pub use crate::coordination::assignment::{Assignment, AssignmentLaw, AvailableUa
 pub use crate::coordination::clustering::{KMeans, group_count};
 pub use crate::coordination::group_centre::{Centroid, GroupCentre, mahalanobis_squared};
 pub use crate::enclosing_circle::EnclosingCircle;
-pub use crate::guidance::geofence::ZONES_MAX;
+pub use crate::guidance::geofence::{ZONE_ALTITUDE_MAX_M, ZONES_MAX};
 pub use crate::guidance::heading::{Orbit, ground_speed_m_s, steer};
 pub use crate::guidance::orbit_motion::OrbitMotion;
 pub use crate::guidance::pair_information::{

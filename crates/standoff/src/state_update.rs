@@ -19,6 +19,7 @@ use crate::coordination::grouping::{Grouping, GroupingBuffers};
 use crate::coordination::memberships::GroupIndex;
 use crate::guidance::geofence::Geofence;
 use crate::guidance::geofence_safety::GeofenceSafety;
+use crate::guidance::team_geofence::TeamGeofence;
 use crate::message::TARGETS_MAX;
 use crate::params::TeamParams;
 use crate::step_messages::StepMessages;
@@ -27,7 +28,7 @@ use crate::team_state::TeamState;
 use crate::time::{Duration, Time};
 use crate::tracking::association::Scans;
 use crate::tracking::tracker::{TrackChange, TrackChangeKind, Tracker, TrackerInput};
-use crate::uav::UavId;
+use crate::uav::{UavId, UavState};
 use crate::validation::ParamError;
 
 /// Computes the next team state from the previous one and the messages of one time step; keeps no state itself.
@@ -39,8 +40,8 @@ pub(crate) struct TeamStateUpdater {
     tracker: Tracker,
     buffers: Buffers,
     pub(crate) assignment: Option<Arc<dyn AssignmentLaw>>,
-    /// Geofence safety function; `None` without zones.
-    pub(crate) geofence_safety: Option<Arc<GeofenceSafety>>,
+    /// Geofence; `None` without zones.
+    geofence: Option<TeamGeofence>,
 }
 
 /// Input of one time step: everything that changed since the previous team state.
@@ -78,15 +79,19 @@ impl TeamStateUpdater {
             tracker: Tracker::default(),
             buffers: Buffers::default(),
             assignment: None,
-            geofence_safety: None,
+            geofence: None,
         })
     }
 
     /// Adds a geofence.
     pub(crate) fn with_geofence_zones(self, geofence: Geofence) -> Self {
-        let geofence_safety = (!geofence.is_empty())
-            .then(|| Arc::new(GeofenceSafety::new(geofence, self.params.uav, self.params.log.period_s)));
-        Self { geofence_safety, ..self }
+        Self { geofence: TeamGeofence::new(geofence, &self.params), ..self }
+    }
+
+    /// Geofence safety function of a UAV in a state; `None` if no zone binds it.
+    pub(crate) fn geofence_safety(&mut self, uav: UavId, own: &UavState) -> Option<Arc<GeofenceSafety>> {
+        let altitudes_m = self.params.altitudes_m(uav, own.vertical);
+        self.geofence.as_mut()?.safety(altitudes_m, &self.params)
     }
 
     /// Computes the team state `next` at the time of `messages`, `dt` after `previous`.
@@ -123,13 +128,13 @@ impl TeamStateUpdater {
         if dt != self.transition.dt {
             self.transition = self.params.track.transition(dt);
         }
-        let Self { params, transition, tracker, buffers, assignment, geofence_safety } = self;
+        let Self { params, transition, tracker, buffers, assignment, geofence } = self;
         let input = StepInput {
             now: messages.time,
             messages,
             assignment: assignment.as_deref(),
             transition,
-            geofence: geofence_safety.as_deref().map(GeofenceSafety::geofence),
+            geofence: geofence.as_ref().map(|geofence| &geofence.zones),
         };
         next.events.clear();
         next.time = input.now;

@@ -147,9 +147,14 @@ impl TeamAgent {
     /// [`Agent::decide`](crate::Agent::decide).
     pub fn decide(&mut self, observation: &Observation) -> AgentOutput {
         self.catch_up();
-        let TeamStateUpdater { params, geofence_safety, .. } = &self.updater;
-        let (team_state, geofence_safety) = (self.team_state(), geofence_safety.as_deref());
-        CommandLaw { params, team_state, geofence_safety, intruders: &self.intruders }.decide(observation, self.refused)
+        let geofence_safety = self.updater.geofence_safety(observation.uav, &observation.own);
+        let law = CommandLaw {
+            params: &self.updater.params,
+            team_state: self.team_state(),
+            geofence_safety: geofence_safety.as_deref(),
+            intruders: &self.intruders,
+        };
+        law.decide(observation, self.refused)
     }
 
     /// Clears the team state and all received messages; the counters of rejected messages keep their values.

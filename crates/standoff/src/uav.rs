@@ -142,7 +142,8 @@ impl ClimbParams {
     /// Clamps an altitude to the limits, m.
     #[cfg_attr(feature = "research", visibility::make(pub))]
     pub(crate) fn limit_m(&self, altitude_m: f64) -> f64 {
-        altitude_m.clamp(self.altitude_min_m, self.altitude_max_m)
+        // Unlike `clamp`, this accepts the limits of an edited record, whose order is unchecked.
+        altitude_m.max(self.altitude_min_m).min(self.altitude_max_m)
     }
 
     /// Returns the state after flying towards a commanded altitude (m) for `dt`. Without a command the UAV levels off.

@@ -1,6 +1,5 @@
 //! Results of a sweep: the statistics of each point as a table, as text, as JSON and on a page.
 
-use std::fs;
 use std::path::Path;
 
 use serde::Serialize;
@@ -72,8 +71,7 @@ impl SweepResults {
 
     fn save_table(&self, dir: &Path) -> Result<(), RecordError> {
         let path = dir.join(SWEEP_TABLE);
-        let partial = dir.join(format!("{SWEEP_TABLE}{PARTIAL}"));
-        let mut table = TableWriter::with_columns(partial.clone(), self.columns())?;
+        let mut table = TableWriter::with_columns(atomic_file::sibling(&path, PARTIAL), self.columns())?;
         for (index, (values, summary)) in self.sweep.points.iter().zip(&self.points).enumerate() {
             let statistics = summary.metrics.iter().flat_map(|(_, of)| {
                 let [low, high] = of.ci95.map_or([None, None], |ends| ends.map(Some));
@@ -88,7 +86,7 @@ impl SweepResults {
             }])?;
         }
         table.finish()?;
-        fs::rename(&partial, &path).map_err(|reason| RecordError::write(&path, reason))
+        atomic_file::publish(&path).map_err(|reason| RecordError::write(&path, reason))
     }
 
     /// True if all values of a key are numbers.

@@ -46,7 +46,7 @@ pub(crate) struct MissionInfo {
     zones: Vec<Py<Zone>>,
 }
 
-/// A keep-out or keep-in zone: a polygon that UAVs must not enter, or must not leave.
+/// A keep-out or keep-in zone: a polygon that UAVs must not enter, or must not leave, between two altitudes.
 #[pyclass(frozen, get_all, name = "Zone", module = "standoff")]
 pub(crate) struct Zone {
     /// Name of the zone; may be empty.
@@ -55,12 +55,22 @@ pub(crate) struct Zone {
     kind: &'static str,
     /// Vertices in order, shape ``(n, 2)``: x_m, y_m. An edge joins the last one to the first.
     vertices: Py<PyArray2<f64>>,
+    /// Floor, m above the plane; None: no lower limit.
+    altitude_min_m: Option<f64>,
+    /// Ceiling, m above the plane; None: no upper limit.
+    altitude_max_m: Option<f64>,
 }
 
 impl Zone {
     fn of(py: Python<'_>, zone: &standoff::Zone) -> Self {
         let vertices = zone.vertices.iter().flat_map(|at| [at.x_m(), at.y_m()]).collect();
-        Self { name: zone.name.clone(), kind: zone.kind.name(), vertices: two(py, vertices, 2) }
+        Self {
+            name: zone.name.clone(),
+            kind: zone.kind.name(),
+            vertices: two(py, vertices, 2),
+            altitude_min_m: zone.altitude_min_m,
+            altitude_max_m: zone.altitude_max_m,
+        }
     }
 }
 

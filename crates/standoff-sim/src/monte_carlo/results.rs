@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use serde::{Deserialize, Serialize, Serializer};
-use standoff_io::atomic_file::{self, PARTIAL};
+use standoff_io::atomic_file::{self, PARTIAL, sibling};
 use standoff_io::bounded_input;
 use standoff_io::display_text;
 use standoff_io::parquet_file::Source;
@@ -222,7 +222,8 @@ pub(super) fn write(
     rows: impl Iterator<Item = Result<Values, MonteCarloError>>,
     stop: &AtomicBool,
 ) -> Result<Results, MonteCarloError> {
-    let partial = dir.join(format!("{RUNS}{PARTIAL}"));
+    let path = dir.join(RUNS);
+    let partial = sibling(&path, PARTIAL);
     let mut table = TableWriter::with_columns(partial.clone(), columns(batch.metrics()))?;
     for (run, values) in batch.flown().zip(rows) {
         // Batches have no seeds above the maximum of i64.
@@ -233,9 +234,7 @@ pub(super) fn write(
     let unwritable = |error: serde_json::Error| RecordError::write(dir, error.into());
     save(dir, SUMMARY, &summary_text(dir, &Runs::open(batch, partial.clone())?, stop)?)?;
     save(dir, MANIFEST, &(serde_json::to_string_pretty(&manifest).map_err(unwritable)? + "\n"))?;
-    let path = dir.join(RUNS);
-    fs::rename(&partial, &path).map_err(|reason| RecordError::write(&path, reason))?;
-    sync_folder(dir)?;
+    atomic_file::publish(&path).map_err(|reason| RecordError::write(&path, reason))?;
     Ok(Results { dir: dir.to_owned(), manifest })
 }
 

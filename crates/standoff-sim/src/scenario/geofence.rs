@@ -6,9 +6,9 @@ mod shapes;
 
 use std::path::Path;
 
-use shapes::{Found, Shape, place};
+use shapes::{BandM, Found, Shape, place};
 use standoff::research::{ZONES_MAX, math};
-use standoff::{Geofence, Position, UavState, Zone};
+use standoff::{Geofence, Position, TeamParams, UavId, UavState, Vertical, Zone};
 use standoff_io::bounded_input;
 use standoff_io::display_text::quoted;
 use standoff_io::geodesy::Origin;
@@ -19,7 +19,7 @@ use super::load::Typed;
 use super::locate::Map;
 use super::number::Number;
 use super::resolved::Settings;
-use super::schema_types::{self, ZoneKind, resolved};
+use super::schema_types::{self, ZONE_ALTITUDE_M, ZoneKind, resolved};
 use super::traffic::NAME_MAX;
 
 /// Maximum size of a file of zones, bytes: the maximum number of vertices takes a hundredth of it.
@@ -115,7 +115,21 @@ pub(super) fn geofence(zones: &[resolved::Zone], problems: &mut Problems) -> Geo
             Some((centre_m, radius_m)) => circle_outline(centre_m, radius_m, zone.kind),
             None => zone.vertices.iter().map(|point| Position::from_m(point[0], point[1])).collect(),
         };
-        let zone = Zone { name: zone.name.clone(), kind: zone.kind.into(), vertices: outline };
+        let (altitude_min_m, altitude_max_m) = (zone.altitude_min_m, zone.altitude_max_m);
+        let altitudes_m = || altitude_min_m.into_iter().chain(altitude_max_m);
+        if altitudes_m().any(|altitude_m| !ZONE_ALTITUDE_M.contains(altitude_m)) {
+            // Reported already.
+            continue;
+        }
+        if let (Some(floor_m), Some(ceiling_m)) = (altitude_min_m, altitude_max_m)
+            && floor_m > ceiling_m
+        {
+            let what = format!("must not be below altitude_min_m = {floor_m}");
+            problems.add(format!("geofence.{place}.altitude_max_m"), what, Some(ceiling_m.into()));
+            continue;
+        }
+        let kind = zone.kind.into();
+        let zone = Zone { name: zone.name.clone(), kind, vertices: outline, altitude_min_m, altitude_max_m };
         // Each zone is checked separately to locate its error.
         if let Err(error) = Geofence::new(vec![zone.clone()]) {
             let key = match error.vertex {
@@ -133,6 +147,42 @@ pub(super) fn geofence(zones: &[resolved::Zone], problems: &mut Problems) -> Geo
         problems.add("geofence", error.to_string(), None);
         Geofence::default()
     })
+}
+
+/// Checks that every UAV stays in the bands of the keep-in zones, because the agents do not limit altitudes to them.
+pub(super) fn check_altitudes(geofence: &Geofence, team: &TeamParams, uavs: &resolved::Uavs, problems: &mut Problems) {
+    let altitudes_m = |uav: u32| {
+        let id = UavId(uav);
+        let start = uavs.start.get(uav as usize).filter(|_| team.uav.climb.is_some());
+        let vertical = start.and_then(|start| start.altitude_m);
+        team.altitudes_m(id, vertical.map(|altitude_m| Vertical { altitude_m, climb_rate_m_s: 0.0 }))
+    };
+    let count = if uavs.start.is_empty() { uavs.count as u32 } else { uavs.start.len() as u32 };
+    for (place, zone) in geofence.zones().enumerate().filter(|(_, zone)| zone.kind == standoff::ZoneKind::KeepIn) {
+        let outside = |uav: &u32| !zone.has_altitudes(altitudes_m(*uav));
+        let Some(uav) = (0..count).find(outside) else { continue };
+        let [low_m, high_m] = altitudes_m(uav);
+        let (key, limit_m, required) = match zone.altitude_min_m.filter(|floor_m| *floor_m > low_m) {
+            Some(floor_m) => ("altitude_min_m", Some(floor_m), format!("at most {low_m}")),
+            None => ("altitude_max_m", zone.altitude_max_m, format!("at least {high_m}")),
+        };
+        let range =
+            if low_m < high_m { format!("can fly at {low_m} to {high_m}") } else { format!("flies at {low_m}") };
+        let what = if high_m.is_finite() {
+            format!(
+                "must be {required}: UAV {uav} {range} m, and a keep-in zone must contain all altitudes of all UAVs; \
+                 change groups.altitude_lowest_m, groups.altitude_step_m, groups.altitude_policy, uavs.climb or the start \
+                 of the UAV, or remove this limit"
+            )
+        } else {
+            format!(
+                "must contain all altitudes of all UAVs: UAV {uav} can be commanded to fly at any altitude from {low_m} m, \
+                 one per group; set groups.altitude_policy = \"common\" or \"per-uav\", or the table [uavs.climb] with \
+                 altitude_max_m"
+            )
+        };
+        problems.add(format!("geofence.{place}.{key}"), what, limit_m.map(Number::Constant));
+    }
 }
 
 /// Returns whether any key of a circle was typed.
@@ -185,19 +235,20 @@ fn circle_outline(centre_m: [f64; 2], radius_m: f64, kind: ZoneKind) -> Vec<Posi
 pub(super) fn warnings(settings: &Settings, uavs: &[UavState]) -> Vec<String> {
     let geofence = &settings.geofence;
     let warning = |(uav, state): (usize, &UavState)| {
+        let altitudes_m = settings.team.altitudes_m(UavId(uav as u32), state.vertical);
         let named = |zone: usize| {
-            let zone = geofence.zones().nth(zone)?;
+            let zone = geofence.zone(zone)?;
             let name = if zone.name.is_empty() { String::new() } else { format!(" {}", quoted(&zone.name)) };
             Some(format!("{} zone{name}", zone.kind.name()))
         };
-        if let Some(zone) = geofence.violated_zones(state.position).next() {
-            let side = match geofence.zones().nth(zone)?.kind {
+        if let Some(zone) = geofence.violated_zones_between(state.position, altitudes_m).next() {
+            let side = match geofence.zone(zone)?.kind {
                 standoff::ZoneKind::KeepOut => "inside",
                 standoff::ZoneKind::KeepIn => "outside",
             };
             return Some(format!("UAV {uav} starts {side} {}: it leaves as soon as it can", named(zone)?));
         }
-        let is_safe = geofence.can_stay_inside(&settings.team.uav, settings.period, state);
+        let is_safe = geofence.can_stay_inside(&settings.team.uav, settings.period, state, altitudes_m);
         (!is_safe).then(|| {
             format!("UAV {uav} starts so close to a zone's outline that it may not be able to turn away from it")
         })
@@ -208,7 +259,9 @@ pub(super) fn warnings(settings: &Settings, uavs: &[UavState]) -> Vec<String> {
 /// Converts the zones of a file to those of the table that names it.
 fn zones(table: &schema_types::Zone, found: Vec<Found>) -> Result<Vec<schema_types::Zone>, String> {
     let mut all = Vec::new();
-    for Found { name, kind, shape } in found {
+    for Found { name, kind, shape, band_m } in found {
+        let [altitude_min_m, altitude_max_m] = band_of(table, band_m)?;
+        let numbers = [altitude_min_m, altitude_max_m].map(|altitude_m| altitude_m.map(Number::Constant));
         let name = if table.name.is_empty() { name } else { table.name.clone() };
         let of_file = kind.unwrap_or(table.kind);
         let rings = match shape {
@@ -218,12 +271,15 @@ fn zones(table: &schema_types::Zone, found: Vec<Found>) -> Result<Vec<schema_typ
                     return Err(format!("zone {}: radius = {radius_m} m; must be 1 to 1000000", all.len()));
                 }
                 let [x_m, y_m, radius_m] = [x_m, y_m, radius_m].map(|value| Some(Number::Constant(value)));
+                let [altitude_min_m, altitude_max_m] = numbers;
                 all.push(schema_types::Zone {
                     name,
                     kind: of_file,
                     x_m,
                     y_m,
                     radius_m,
+                    altitude_min_m,
+                    altitude_max_m,
                     ..schema_types::Zone::default()
                 });
                 continue;
@@ -246,7 +302,7 @@ fn zones(table: &schema_types::Zone, found: Vec<Found>) -> Result<Vec<schema_typ
                 ring.pop();
             }
             let outline = ring.iter().map(|[x_m, y_m]| Position::from_m(*x_m, *y_m)).collect();
-            let checked = Zone { name: String::new(), kind: kind.into(), vertices: outline };
+            let checked = Zone { vertices: outline, altitude_min_m, altitude_max_m, ..Zone::default() };
             Geofence::new(vec![checked]).map_err(|error| {
                 let vertex = error.vertex.map_or(String::new(), |vertex| format!(", vertex {vertex}"));
                 format!("polygon {}{vertex}: {}", all.len(), error.reason)
@@ -256,6 +312,8 @@ fn zones(table: &schema_types::Zone, found: Vec<Found>) -> Result<Vec<schema_typ
                 name: name.clone(),
                 kind,
                 vertices: points,
+                altitude_min_m: numbers[0],
+                altitude_max_m: numbers[1],
                 ..schema_types::Zone::default()
             });
             if all.len() > ZONES_MAX {
@@ -267,6 +325,18 @@ fn zones(table: &schema_types::Zone, found: Vec<Found>) -> Result<Vec<schema_typ
         return Err(format!("has more than {ZONES_MAX} zones"));
     }
     Ok(all)
+}
+
+/// Floor and ceiling of the zones of a file: those of the table, otherwise those of the file.
+fn band_of(table: &schema_types::Zone, of_file: BandM) -> Result<BandM, String> {
+    let limit = |key: &str, typed: Option<Number>, of_file: Option<f64>| match typed {
+        None => Ok(of_file),
+        Some(Number::Constant(altitude_m)) => Ok(Some(altitude_m)),
+        // Each zone would draw another number.
+        Some(_) => Err(format!("{key} must be a number, not a distribution, if the zones are from a file")),
+    };
+    let floor_m = limit("altitude_min_m", table.altitude_min_m, of_file[0])?;
+    Ok([floor_m, limit("altitude_max_m", table.altitude_max_m, of_file[1])?])
 }
 
 #[cfg(test)]
@@ -424,15 +494,15 @@ mod tests {
     }
 
     #[test]
-    fn polygons_of_kml_are_zones_without_altitude() {
+    fn polygons_of_kml_are_zones() {
         let with_altitude = |altitude: &str| of_file("a.kml", &KML.replace("ALT", altitude), "kind = \"keep-out\"");
         let scenario = with_altitude("0").unwrap();
         let zone = scenario.settings.geofence.zones().next().unwrap();
         assert_eq!((zone.name.as_str(), zone.vertices.len()), ("wood & lake", 3));
         assert!((zone.vertices[0].y_m() - 1_111.0).abs() < 2.0, "{:?}", zone.vertices);
         assert!(scenario.warnings[0].starts_with("geofence.0.file = \"a.kml\": ignores 1 of its points and lines"));
-        let note = "geofence.0.file = \"a.kml\": ignores the altitudes of its polygons; ignores 1 of its points and lines; a \
-                    zone is a polygon or a typed circle";
+        let note = "geofence.0.file = \"a.kml\": ignores the altitudes of polygons, except for extruded ones with a single \
+                    altitude relative to the ground; ignores 1 of its points and lines; a zone is a polygon or a typed circle";
         assert_eq!(with_altitude("120").unwrap().warnings, [note]);
         for (from, to, expected) in [
             ("44.51,ALT", "44.51,x", "coordinates = \"11.31,44.51,x\": must be longitude,latitude,altitude"),
@@ -450,6 +520,28 @@ mod tests {
         fs::write(folder.path().join("a.kml"), KML).unwrap();
         let metric = of_toml("[[geofence]]\nfile = \"a.kml\"", folder.path()).unwrap_err();
         assert!(metric.contains("KML is in degrees; the traffic must be in degrees, too"), "{metric}");
+    }
+
+    /// The polygon has its points at 120 m above the ground or the sea, or one of them elsewhere.
+    #[test]
+    fn extruded_polygons_of_kml_have_a_ceiling() {
+        let band = |first_m: &str, mode: &str| {
+            let kml =
+                KML.replace(",0 ", ",120 ").replace("ALT", first_m).replace("<Polygon>", &format!("<Polygon>{mode}"));
+            let scenario = of_file("a.kml", &kml, "").unwrap();
+            let zone = scenario.settings.geofence.zones().next().unwrap();
+            (zone.altitude_min_m, zone.altitude_max_m, scenario.warnings[0].contains("ignores the altitudes"))
+        };
+        let relative = "<extrude>1</extrude><altitudeMode>relativeToGround</altitudeMode>";
+        assert_eq!(band("120", relative), (None, Some(120.0), false));
+        for (first_m, mode) in [
+            ("119", relative),
+            ("120", "<extrude>1</extrude><altitudeMode>absolute</altitudeMode>"),
+            ("120", "<extrude>0</extrude><altitudeMode>relativeToGround</altitudeMode>"),
+            ("120", "<extrude>1</extrude>"),
+        ] {
+            assert_eq!(band(first_m, mode), (None, None, true), "{mode}");
+        }
     }
 
     #[test]
@@ -497,6 +589,125 @@ mod tests {
     }
 
     #[test]
+    fn floors_and_ceilings_are_flown_and_a_record_has_them() {
+        let outline = "vertices = [[2000, 0], [2500, 0], [2000, 400]]";
+        let scenario = typed(&format!(
+            "[[geofence]]\n{outline}\naltitude_min_m = 0\naltitude_max_m = {{ uniform = [100, 200] }}\n\
+             [[geofence]]\nx_m = 0\ny_m = 5000\nradius_m = 50\naltitude_min_m = 450\n[[geofence]]\n{outline}"
+        ))
+        .unwrap();
+        let limits: Vec<_> =
+            scenario.settings.geofence.zones().map(|zone| (zone.altitude_min_m, zone.altitude_max_m)).collect();
+        assert!(limits[0].0 == Some(0.0) && limits[0].1.is_some_and(|drawn_m| (100.0..200.0).contains(&drawn_m)));
+        assert_eq!(limits[1..], [(Some(450.0), None), (None, None)]);
+        let resolved = scenario.resolved().unwrap();
+        assert_eq!(super::Settings::of_record("r", &resolved).unwrap().geofence, scenario.settings.geofence);
+        assert_eq!(resolved.matches("altitude_min_m").count(), 2);
+        for (limits, expected) in [
+            ("altitude_max_m = -1", "mine:3:1: geofence.0.altitude_max_m = -1: must be at least 0 and at most 100000"),
+            ("altitude_min_m = nan", "mine:3:1: geofence.0.altitude_min_m = nan: must be a finite number"),
+            (
+                "altitude_min_m = 2e5",
+                "mine:3:1: geofence.0.altitude_min_m = 200000: must be at least 0 and at most 100000",
+            ),
+            (
+                "altitude_max_m = 119\naltitude_min_m = 120",
+                "mine:3:1: geofence.0.altitude_max_m = 119: must not be below altitude_min_m = 120",
+            ),
+        ] {
+            let error = typed(&format!("[[geofence]]\n{outline}\n{limits}")).unwrap_err();
+            assert_eq!(error, expected);
+        }
+    }
+
+    /// Two UAVs, which fly at 300 and 350 m if each has its own altitude.
+    #[test]
+    fn a_keep_in_zone_must_contain_all_altitudes_of_all_uavs() {
+        let zone = "[[geofence]]\nkind = \"keep-in\"\nx_m = 0\ny_m = 0\nradius_m = 9000\n";
+        let result = |limits: &str, rest: &str| typed(&format!("{zone}{limits}\n{rest}")).map(|_| ());
+        let per_uav = "[groups]\naltitude_policy = \"per-uav\"\n";
+        let common = "[groups]\naltitude_policy = \"common\"\n";
+        let two = "[uavs]\ncount = 2\n";
+        // The band touches both altitudes exactly.
+        assert_eq!(result("altitude_min_m = 300\naltitude_max_m = 350", &format!("{two}{per_uav}")), Ok(()));
+        assert_eq!(result("altitude_min_m = 300\naltitude_max_m = 300", &format!("{two}{common}")), Ok(()));
+        assert_eq!(result("altitude_max_m = 3000", &format!("{two}[uavs.climb]\n")), Ok(()));
+        let climbing = "[uavs.climb]\naltitude_max_m = 500\n[[uavs.start]]\naltitude_m = 120\n";
+        assert_eq!(result("altitude_min_m = 120\naltitude_max_m = 500", climbing), Ok(()));
+        for (limits, rest, expected) in [
+            (
+                "altitude_max_m = 349",
+                format!("{two}{per_uav}"),
+                "mine:6:1: geofence.0.altitude_max_m = 349: must be at least 350: UAV 1 flies at 350 m, and a keep-in \
+                 zone must contain all altitudes of all UAVs; change groups.altitude_lowest_m, groups.altitude_step_m, \
+                 groups.altitude_policy, uavs.climb or the start of the UAV, or remove this limit",
+            ),
+            (
+                "altitude_min_m = 301",
+                format!("{two}{common}"),
+                "mine:6:1: geofence.0.altitude_min_m = 301: must be at most 300: UAV 0 flies at 300 m, and",
+            ),
+            (
+                "altitude_max_m = 5000",
+                two.to_owned(),
+                "mine:6:1: geofence.0.altitude_max_m = 5000: must contain all altitudes of all UAVs: UAV 0 can be \
+                 commanded to fly at any altitude from 300 m, one per group; set groups.altitude_policy = \"common\" or \
+                 \"per-uav\", or the table [uavs.climb] with altitude_max_m",
+            ),
+            (
+                "altitude_max_m = 499",
+                climbing.to_owned(),
+                "mine:6:1: geofence.0.altitude_max_m = 499: must be at least 500: UAV 0 can fly at 120 to 500 m, and",
+            ),
+            (
+                "altitude_min_m = 121",
+                climbing.to_owned(),
+                "mine:6:1: geofence.0.altitude_min_m = 121: must be at most 120: UAV 0 can fly at 120 to 500 m, and",
+            ),
+        ] {
+            let error = result(limits, &rest).unwrap_err();
+            assert!(error.starts_with(expected), "{error}");
+        }
+        let inverted = "[uavs.climb]\naltitude_min_m = 500\naltitude_max_m = 400\n";
+        let error = result("altitude_max_m = 450", inverted).unwrap_err();
+        assert!(error.contains("uavs.climb.altitude_max_m = 400") && !error.contains("geofence"), "{error}");
+        // A keep-out zone limits no altitudes.
+        let out = zone.replace("keep-in", "keep-out").replace("x_m = 0", "x_m = 20000");
+        assert!(typed(&format!("{out}altitude_max_m = 120")).is_ok());
+    }
+
+    #[test]
+    fn zones_of_geojson_have_the_band_of_their_feature_or_of_the_table() {
+        let folder = tempfile::tempdir().unwrap();
+        let of_file = |properties: &str, table: &str| {
+            let geometry = "{\"type\":\"Polygon\",\"coordinates\":[[[900,0],[1900,0],[900,900],[900,0]]]}";
+            let collection = format!("{{\"type\":\"GeometryCollection\",\"geometries\":[{geometry}]}}");
+            let feature = format!("{{\"type\":\"Feature\",\"properties\":{properties},\"geometry\":{collection}}}");
+            fs::write(folder.path().join("z.geojson"), feature).unwrap();
+            let scenario = of_toml(&format!("[[geofence]]\nfile = \"z.geojson\"\n{table}"), folder.path())?;
+            let zone = scenario.settings.geofence.zones().next().unwrap();
+            Ok((zone.altitude_min_m, zone.altitude_max_m))
+        };
+        assert_eq!(of_file("null", ""), Ok((None, None)));
+        assert_eq!(of_file("{\"altitude_min_m\": null}", ""), Ok((None, None)));
+        let both = "{\"altitude_min_m\": 50, \"altitude_max_m\": 120.5}";
+        assert_eq!(of_file(both, ""), Ok((Some(50.0), Some(120.5))));
+        assert_eq!(of_file(both, "altitude_min_m = 60"), Ok((Some(60.0), Some(120.5))));
+        for (properties, table, expected) in [
+            ("{\"altitude_max_m\": \"FL95\"}", "", "properties.altitude_max_m = \"FL95\": must be a number, m"),
+            ("{\"altitude_max_m\": -5}", "", "polygon 0: altitude_max_m = -5 must be between 0 and 100000"),
+            (both, "altitude_min_m = 121", "polygon 0: altitude_min_m = 121 is above altitude_max_m = 120.5"),
+            (both, "altitude_min_m = { uniform = [1, 2] }", "altitude_min_m must be a number, not a distribution"),
+        ] {
+            let error: String = of_file(properties, table).unwrap_err();
+            assert!(
+                error.starts_with("mine:2:1: geofence.0.file = \"z.geojson\": ") && error.contains(expected),
+                "{error}"
+            );
+        }
+    }
+
+    #[test]
     fn uavs_that_start_in_forbidden_places_cause_warnings() {
         let start = |x_m: f64| {
             let zone = "[[geofence]]\nname = \"wood\"\nvertices = [[0, -500], [400, -500], [400, 500], [0, 500]]\n";
@@ -505,5 +716,11 @@ mod tests {
         assert_eq!(start(-400.0), [""; 0]);
         assert_eq!(start(200.0), ["UAV 0 starts inside keep-out zone \"wood\": it leaves as soon as it can"]);
         assert!(start(-20.0)[0].contains("may not be able to turn away"));
+        // The UAV flies at 300 m or above.
+        let below = |ceiling_m: &str| {
+            let zone = "[[geofence]]\nvertices = [[0, -500], [400, -500], [400, 500], [0, 500]]\naltitude_max_m = ";
+            typed(&format!("{zone}{ceiling_m}\n[[uavs.start]]\nx_m = 200\n")).unwrap().warnings
+        };
+        assert_eq!((below("299").len(), below("300").len()), (0, 1));
     }
 }

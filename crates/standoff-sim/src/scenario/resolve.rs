@@ -146,6 +146,10 @@ pub(super) fn checked(typed: &Typed, traffic: Option<&Traffic>, seed: u64) -> Re
     check_objects(&file, ring.as_ref(), scatter.as_ref(), &mut problems);
     let over = settings.team.errors_for_period(settings.period);
     check_settings(&file, &settings.team, over, &mut problems);
+    if problems.found.is_empty() {
+        // With wrong parameters, the altitudes are wrong, too.
+        geofence::check_altitudes(&settings.geofence, &settings.team, &file.uavs, &mut problems);
+    }
     report(problems, typed, seed)?;
     let scattered = scatter.map_or(0, |scatter| scatter.count as u64);
     Ok(Checked { file, ring, scattered, settings })

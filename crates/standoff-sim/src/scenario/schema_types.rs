@@ -13,7 +13,7 @@ use serde::de::{self, SeqAccess, Visitor};
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use serde_json::json;
 use standoff::Agent;
-use standoff::research::Allowed;
+use standoff::research::{Allowed, ZONE_ALTITUDE_MAX_M};
 
 use super::number::{Number, as_typed, lists_as_typed};
 use super::parameters::Parameters;
@@ -133,6 +133,8 @@ macro_rules! tables {
     };
 }
 
+/// Floor or ceiling of a zone, m.
+pub(super) const ZONE_ALTITUDE_M: Allowed = Allowed::at_least(0.0).at_most(ZONE_ALTITUDE_MAX_M);
 /// East or north, m.
 const PLACE_M: Allowed = Allowed::at_least(-1e7).at_most(1e7);
 const VELOCITY_M_S: Allowed = Allowed::at_least(-1e3).at_most(1e3);
@@ -401,6 +403,10 @@ tables! {
         lon_deg: Allowed::at_least(-180.0).at_most(180.0);
         /// Radius of a circle, m; 1 to 1e6; instead of `vertices`.
         radius_m: Allowed::at_least(1.0).at_most(1e6);
+        /// Floor, m above the plane; 0 to 100,000. If absent: no lower limit.
+        altitude_min_m: ZONE_ALTITUDE_M;
+        /// Ceiling, m above the plane; `altitude_min_m` to 100,000. If absent: no upper limit.
+        altitude_max_m: ZONE_ALTITUDE_M;
     } lists {
         /// Vertices in order, each [east, north], m.
         vertices;

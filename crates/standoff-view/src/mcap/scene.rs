@@ -133,17 +133,29 @@ impl Scene {
     }
 }
 
-/// Outline of a zone on the ground, with kind and name.
+/// Outline of a zone, with kind and name: on the ground, or at its floor and at its ceiling.
 fn zone(number: usize, zone: &Zone) -> SceneEntity {
     let colour = colour(if zone.kind == ZoneKind::KeepOut { UNSEEN } else { PLAIN });
-    let corners: Vec<_> = zone.vertices.iter().map(|at| vector(at.x_m(), at.y_m(), 0.0)).collect();
+    let limits = [("altitude_min_m", zone.altitude_min_m), ("altitude_max_m", zone.altitude_max_m)];
+    let corners =
+        |altitude_m| -> Vec<_> { zone.vertices.iter().map(|at| vector(at.x_m(), at.y_m(), altitude_m)).collect() };
+    // A zone without a ceiling has no upper outline.
+    let levels_m = [Some(zone.altitude_min_m.unwrap_or(0.0)), zone.altitude_max_m];
+    let outlines: Vec<_> = levels_m.into_iter().flatten().map(corners).collect();
     let label = [zone.kind.name(), &zone.name].join(" ");
     let metadata = [("kind", zone.kind.name()), ("name", &zone.name)].map(|(key, value)| pair(key, value));
+    let limits = limits.iter().filter_map(|(key, altitude_m)| Some(pair(key, &(*altitude_m)?.to_string())));
     SceneEntity {
         id: format!("zone/{number}"),
-        metadata: metadata.into(),
-        texts: corners.first().map(|at| text(*at, label.trim_end().to_owned(), colour)).into_iter().collect(),
-        lines: vec![outline(&corners, colour)],
+        metadata: metadata.into_iter().chain(limits).collect(),
+        texts: outlines
+            .iter()
+            .flatten()
+            .next()
+            .map(|at| text(*at, label.trim_end().to_owned(), colour))
+            .into_iter()
+            .collect(),
+        lines: outlines.iter().map(|corners| outline(corners, colour)).collect(),
         ..SceneEntity::default()
     }
 }

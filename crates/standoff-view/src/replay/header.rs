@@ -66,12 +66,19 @@ pub struct Outline {
     pub kind: &'static str,
     /// Vertices, east and north, m.
     pub corners_m: Vec<[f64; 2]>,
+    /// Floor, m; `None`: no lower limit.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub altitude_min_m: Option<f64>,
+    /// Ceiling, m; `None`: no upper limit.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub altitude_max_m: Option<f64>,
 }
 
 impl Outline {
     fn of(zone: &Zone) -> Self {
         let corners_m = zone.vertices.iter().map(|at| [at.x_m(), at.y_m()]).collect();
-        Self { name: zone.name.clone(), kind: zone.kind.name(), corners_m }
+        let (altitude_min_m, altitude_max_m) = (zone.altitude_min_m, zone.altitude_max_m);
+        Self { name: zone.name.clone(), kind: zone.kind.name(), corners_m, altitude_min_m, altitude_max_m }
     }
 }
 

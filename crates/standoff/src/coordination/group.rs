@@ -10,7 +10,7 @@ use crate::coordination::memberships::GroupedTrack;
 use crate::coordination::spread::{furthest_from, margin_m, spread_in};
 use crate::frame::{Displacement, Position};
 use crate::group_id::GroupId;
-use crate::guidance::geofence::{Geofence, ZoneKind};
+use crate::guidance::geofence::{Geofence, ZoneKind, ZoneSet};
 use crate::guidance::heading::{Orbit, OrbitRelativeState};
 use crate::guidance::orbit_motion::OrbitMotion;
 use crate::guidance::phase_control::speed_min_for_phase_m_s;
@@ -386,14 +386,19 @@ impl Group {
         now.abs_diff(then) >= 2 && (now / 2 >= then || then / 2 >= now)
     }
 
-    /// Returns the events for alerts that start or end. Alerts end with a hysteresis.
-    pub(crate) fn alarm(&mut self, params: &GroupingParams, geofence: Option<&Geofence>) -> [Option<EventKind>; 3] {
+    /// Returns the events for alerts that start or end. Alerts end with a hysteresis. `geofence` contains the zones that
+    /// bind a UAV of the group.
+    pub(crate) fn alarm(
+        &mut self,
+        params: &GroupingParams,
+        geofence: Option<(&Geofence, ZoneSet)>,
+    ) -> [Option<EventKind>; 3] {
         let (smallest_m, largest_m) = (self.radius_min_m, self.radius_max_m);
         let infeasible = !self.has_feasible_orbit() || (self.alarms.infeasible && smallest_m > 0.95 * largest_m);
         let closest_m = self.nearest_groupmate_m.unwrap_or(f64::INFINITY);
         let hysteresis = if self.alarms.close { 1.2 } else { 1.0 };
         let close = closest_m < hysteresis * params.proximity_alert_m;
-        let unblocked = geofence.map(|geofence| self.clear_part_of_orbit(geofence));
+        let unblocked = geofence.map(|(geofence, binding)| self.clear_part_of_orbit(geofence, binding));
         let cut = unblocked.map_or(Blockage::Clear, |(clear_fraction, _)| self.alarms.blockage.at(clear_fraction));
         let before = core::mem::replace(&mut self.alarms, Alarms { infeasible, close, blockage: cut });
         [
@@ -413,9 +418,9 @@ impl Group {
         ]
     }
 
-    /// Fraction of the circle of radius r_d around the centre at which UAVs may fly, and a zone that blocks part of the
-    /// rest.
-    fn clear_part_of_orbit(&self, geofence: &Geofence) -> (f64, Option<(u32, ZoneKind)>) {
+    /// Fraction of the circle of radius r_d around the centre at which UAVs may fly, and a zone of a set that blocks part
+    /// of the rest.
+    fn clear_part_of_orbit(&self, geofence: &Geofence, binding: ZoneSet) -> (f64, Option<(u32, ZoneKind)>) {
         let (centre, radius_m) = (self.centre.estimate().state.position(), self.standoff.distance_m);
         let point = |nth: u32| {
             let direction = Angle::from_rad(TAU * f64::from(nth) / f64::from(PLACES));
@@ -425,12 +430,12 @@ impl Group {
         let sample_count = if geofence.has_side_near(centre, radius_m * 1.01) { PLACES } else { 1 };
         let (mut clear, mut first) = (0, None);
         for nth in 0..sample_count {
-            match geofence.violated_zones(point(nth)).next() {
+            match geofence.violated_zones_of(binding, point(nth)).next() {
                 None => clear += 1,
                 Some(zone) => first = first.or(Some(zone)),
             }
         }
-        let kind = |zone: usize| geofence.zones().nth(zone).map(|of| (zone as u32, of.kind));
+        let kind = |zone: usize| geofence.zone(zone).map(|of| (zone as u32, of.kind));
         (f64::from(clear) / f64::from(sample_count), first.and_then(kind))
     }
 

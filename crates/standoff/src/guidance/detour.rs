@@ -329,7 +329,7 @@ mod tests {
 
     fn zone(kind: ZoneKind, corners: &[(f64, f64)]) -> Zone {
         let outline = corners.iter().map(|(x_m, y_m)| Position::from_m(*x_m, *y_m)).collect();
-        Zone { name: String::new(), kind, vertices: outline }
+        Zone { kind, vertices: outline, ..Zone::default() }
     }
 
     /// Flight of a UAV that starts in the west, heads east, and flies to an orbit of 300 m around the origin. All

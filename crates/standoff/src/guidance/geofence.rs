@@ -2,6 +2,9 @@
 //!
 //! A UAV must be outside *each* keep-out zone and inside *each* keep-in zone, so of two keep-in zones only the
 //! intersection is allowed. A zone has no holes; a hole in a keep-in zone is a keep-out zone.
+//!
+//! A zone may have a floor and a ceiling, its *band*. A keep-out zone binds the UAVs that may fly in its band, both ends
+//! included. A keep-in zone binds all UAVs.
 
 use std::sync::Arc;
 
@@ -13,6 +16,9 @@ pub const ZONES_MAX: usize = 100;
 /// Maximum total number of vertices of all zones. It bounds the time of detour planning.
 pub(crate) const VERTICES_MAX: usize = 1_000;
 
+/// Maximum altitude of a floor or a ceiling, m.
+pub const ZONE_ALTITUDE_MAX_M: f64 = 1e5;
+
 /// Maximum coordinate of a vertex, m.
 const FARTHEST_M: f64 = 1e7;
 
@@ -20,9 +26,10 @@ const FARTHEST_M: f64 = 1e7;
 const SAME_M: f64 = 1e-6;
 
 /// Kind of a zone: the side of the outline on which UAVs may fly.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub enum ZoneKind {
     /// UAVs must stay outside.
+    #[default]
     KeepOut,
     /// UAVs must stay inside.
     KeepIn,
@@ -39,8 +46,8 @@ impl ZoneKind {
     }
 }
 
-/// A keep-out or keep-in zone: a polygon, convex or not.
-#[derive(Debug, Clone, PartialEq)]
+/// A keep-out or keep-in zone: a polygon, convex or not, between two altitudes.
+#[derive(Debug, Clone, Default, PartialEq)]
 pub struct Zone {
     /// Name for users; may be empty.
     pub name: String,
@@ -48,6 +55,26 @@ pub struct Zone {
     pub kind: ZoneKind,
     /// Corners in order, clockwise or anticlockwise. The last is joined to the first.
     pub vertices: Vec<Position>,
+    /// Floor, m above the plane, 0 to 100,000; `None`: no lower limit.
+    pub altitude_min_m: Option<f64>,
+    /// Ceiling, m above the plane, `altitude_min_m` to 100,000; `None`: no upper limit.
+    pub altitude_max_m: Option<f64>,
+}
+
+/// A set of zones of a geofence: bit n is zone n.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub(crate) struct ZoneSet(u128);
+
+const _: () = assert!(ZONES_MAX <= u128::BITS as usize);
+
+impl ZoneSet {
+    pub(crate) fn union(self, other: Self) -> Self {
+        Self(self.0 | other.0)
+    }
+
+    fn contains(self, number: usize) -> bool {
+        self.0 >> number & 1 == 1
+    }
 }
 
 research_fields! {
@@ -67,13 +94,14 @@ research_fields! {
     }
 }
 
-/// Geofence: the validated zones of a team. Clones share the zones.
+/// Geofence: the validated zones of a team. Clones share the zones. All methods that take no altitude regard zones as
+/// unlimited in height.
 ///
 /// ```
 /// use standoff::{Geofence, Position, Zone, ZoneKind};
 ///
 /// let outline = [(0.0, 0.0), (400.0, 0.0), (0.0, 400.0)].map(|(x_m, y_m)| Position::from_m(x_m, y_m));
-/// let zone = Zone { name: "airfield".into(), kind: ZoneKind::KeepOut, vertices: outline.into() };
+/// let zone = Zone { kind: ZoneKind::KeepOut, vertices: outline.into(), ..Zone::default() };
 /// let geofence = Geofence::new(vec![zone]).unwrap();
 /// assert!(!geofence.contains(Position::from_m(100.0, 100.0)));
 /// assert!(geofence.contains(Position::from_m(300.0, 300.0)));
@@ -86,6 +114,8 @@ pub struct Geofence {
 /// A zone and its bounding box.
 #[derive(Debug, Clone, PartialEq)]
 struct Bounded {
+    /// Index of the zone in the geofence of the team, also in a part of it.
+    number: usize,
     zone: Zone,
     low: Position,
     high: Position,
@@ -101,7 +131,8 @@ pub(crate) struct Side {
 }
 
 impl Geofence {
-    /// Validates zones. Each must be a polygon with at least three vertices that does not cross itself.
+    /// Validates zones. Each must be a polygon with at least three vertices that does not cross itself. A floor must not
+    /// be above the ceiling.
     pub fn new(zones: Vec<Zone>) -> Result<Self, GeofenceError> {
         let of_all = |what: String| GeofenceError { zone: None, vertex: None, position: String::new(), reason: what };
         if zones.len() > ZONES_MAX {
@@ -139,25 +170,63 @@ impl Geofence {
         self.violated_zones(at).next().is_none()
     }
 
-    /// Indices of the zones that forbid a position, ascending.
+    /// Zone of an index.
     #[cfg_attr(feature = "research", visibility::make(pub))]
-    pub(crate) fn violated_zones(&self, at: Position) -> impl Iterator<Item = usize> {
-        self.zones.iter().enumerate().filter(move |(_, bounded)| bounded.is_violated(at)).map(|(number, _)| number)
+    pub(crate) fn zone(&self, number: usize) -> Option<&Zone> {
+        self.zones.iter().find(|bounded| bounded.number == number).map(|bounded| &bounded.zone)
     }
 
-    /// Indices of the zones whose outline the straight line between two positions crosses or touches, ascending.
+    /// Zones that bind a UAV with altitudes between two, m: all keep-in zones, and the keep-out zones that have such an
+    /// altitude.
+    pub(crate) fn binding(&self, altitudes_m: [f64; 2]) -> ZoneSet {
+        let binding = self.zones.iter().filter(|bounded| bounded.zone.binds(altitudes_m));
+        ZoneSet(binding.fold(0, |zones, bounded| zones | 1 << bounded.number))
+    }
+
+    /// The zones of a set. They keep their indices.
+    #[must_use]
+    pub(crate) fn part(&self, zones: ZoneSet) -> Self {
+        if self.zones.iter().all(|bounded| zones.contains(bounded.number)) {
+            return self.clone();
+        }
+        Self { zones: self.zones.iter().filter(|bounded| zones.contains(bounded.number)).cloned().collect() }
+    }
+
+    /// Indices of the zones that forbid a position, ascending.
+    pub(crate) fn violated_zones(&self, at: Position) -> impl Iterator<Item = usize> {
+        self.zones.iter().filter(move |bounded| bounded.is_violated(at)).map(|bounded| bounded.number)
+    }
+
+    /// Indices of the zones of a set that forbid a position, ascending.
+    pub(crate) fn violated_zones_of(&self, zones: ZoneSet, at: Position) -> impl Iterator<Item = usize> {
+        self.violated_zones(at).filter(move |number| zones.contains(*number))
+    }
+
+    /// Indices of the zones that an aircraft with altitudes between two, m, violates at a position, ascending. Outside
+    /// the band of a keep-in zone, the aircraft violates it.
     #[cfg_attr(feature = "research", visibility::make(pub))]
-    pub(crate) fn crosses(&self, from: Position, to: Position) -> impl Iterator<Item = usize> {
+    pub(crate) fn violated_zones_between(&self, at: Position, altitudes_m: [f64; 2]) -> impl Iterator<Item = usize> {
+        let violated = self.zones.iter().filter(move |bounded| match bounded.zone.kind {
+            ZoneKind::KeepOut => bounded.zone.binds(altitudes_m) && bounded.is_violated(at),
+            ZoneKind::KeepIn => !bounded.zone.has_altitudes(altitudes_m) || bounded.is_violated(at),
+        });
+        violated.map(|bounded| bounded.number)
+    }
+
+    /// Indices of the zones that bind an aircraft with altitudes between two, m, and whose outline the straight line
+    /// between two positions crosses or touches, ascending.
+    #[cfg_attr(feature = "research", visibility::make(pub))]
+    pub(crate) fn crosses(&self, from: Position, to: Position, altitudes_m: [f64; 2]) -> impl Iterator<Item = usize> {
         let reach_m = from.distance_m(to) + SAME_M;
-        let near = self.zones.iter().enumerate().filter(move |(_, bounded)| bounded.is_near(from, reach_m));
+        let near = move |bounded: &&Bounded| bounded.zone.binds(altitudes_m) && bounded.is_near(from, reach_m);
         let meets = move |side: Side| squared_between_m2((from, to), (side.from, side.to)) == 0.0;
-        near.filter(move |(number, bounded)| bounded.zone.sides(*number).any(meets)).map(|(number, _)| number)
+        self.zones.iter().filter(near).filter(move |bounded| bounded.sides().any(meets)).map(|bounded| bounded.number)
     }
 
     /// All sides closer to a position than `reach_m`.
     pub(crate) fn sides_near(&self, at: Position, reach_m: f64) -> impl Iterator<Item = Side> {
-        let near = self.zones.iter().enumerate().filter(move |(_, bounded)| bounded.is_near(at, reach_m));
-        let sides = near.flat_map(|(number, bounded)| bounded.zone.sides(number));
+        let near = self.zones.iter().filter(move |bounded| bounded.is_near(at, reach_m));
+        let sides = near.flat_map(Bounded::sides);
         sides.filter(move |side| squared_to_side_m2(at, side.from, side.to) < reach_m * reach_m)
     }
 
@@ -168,7 +237,7 @@ impl Geofence {
 
     /// All sides of all zones.
     pub(crate) fn sides(&self) -> impl Iterator<Item = Side> {
-        self.zones.iter().enumerate().flat_map(|(number, bounded)| bounded.zone.sides(number))
+        self.zones.iter().flat_map(Bounded::sides)
     }
 }
 
@@ -188,6 +257,24 @@ impl Zone {
             }
         });
         crossed.count() % 2 == 1
+    }
+
+    /// Floor and ceiling, m.
+    fn band_m(&self) -> [f64; 2] {
+        [self.altitude_min_m.unwrap_or(f64::NEG_INFINITY), self.altitude_max_m.unwrap_or(f64::INFINITY)]
+    }
+
+    /// Returns true if the zone binds an aircraft with altitudes between two, m.
+    fn binds(&self, [low_m, high_m]: [f64; 2]) -> bool {
+        let [floor_m, ceiling_m] = self.band_m();
+        self.kind == ZoneKind::KeepIn || (low_m <= ceiling_m && high_m >= floor_m)
+    }
+
+    /// Returns true if all altitudes between two, m, are between floor and ceiling.
+    #[cfg_attr(feature = "research", visibility::make(pub))]
+    pub(crate) fn has_altitudes(&self, [low_m, high_m]: [f64; 2]) -> bool {
+        let [floor_m, ceiling_m] = self.band_m();
+        floor_m <= low_m && high_m <= ceiling_m
     }
 
     /// Twice the signed area, m2; positive if the vertices are in anticlockwise order.
@@ -211,6 +298,18 @@ impl Bounded {
                 Some(vertex),
                 "coordinates must be finite and at most 10,000 km from the origin on each axis".to_owned(),
             );
+        }
+        let is_altitude = |altitude_m: f64| (0.0..=ZONE_ALTITUDE_MAX_M).contains(&altitude_m);
+        for (name, altitude_m) in [("altitude_min_m", zone.altitude_min_m), ("altitude_max_m", zone.altitude_max_m)] {
+            if let Some(altitude_m) = altitude_m.filter(|altitude_m| !is_altitude(*altitude_m)) {
+                return error(None, format!("{name} = {altitude_m} must be between 0 and {ZONE_ALTITUDE_MAX_M}"));
+            }
+        }
+        if let (Some(floor_m), Some(ceiling_m)) = (zone.altitude_min_m, zone.altitude_max_m)
+            && floor_m > ceiling_m
+        {
+            let what = "the floor must not be above the ceiling";
+            return error(None, format!("altitude_min_m = {floor_m} is above altitude_max_m = {ceiling_m}; {what}"));
         }
         // The rings of polygon files repeat the first vertex at the end.
         zone.vertices.dedup_by(|a, b| a.distance_m(*b) <= SAME_M);
@@ -251,7 +350,11 @@ impl Bounded {
             low = (low.0.min(at.x_m()), low.1.min(at.y_m()));
             high = (high.0.max(at.x_m()), high.1.max(at.y_m()));
         }
-        Ok(Self { zone, low: Position::from_m(low.0, low.1), high: Position::from_m(high.0, high.1) })
+        Ok(Self { number, zone, low: Position::from_m(low.0, low.1), high: Position::from_m(high.0, high.1) })
+    }
+
+    fn sides(&self) -> impl Iterator<Item = Side> {
+        self.zone.sides(self.number)
     }
 
     fn is_near(&self, at: Position, reach_m: f64) -> bool {
@@ -318,7 +421,7 @@ mod tests {
     }
 
     fn zone(kind: ZoneKind, vertices: &[(f64, f64)]) -> Zone {
-        Zone { name: String::new(), kind, vertices: outline(vertices) }
+        Zone { kind, vertices: outline(vertices), ..Zone::default() }
     }
 
     const L: [(f64, f64); 6] = [(0.0, 0.0), (300.0, 0.0), (300.0, 100.0), (100.0, 100.0), (100.0, 300.0), (0.0, 300.0)];
@@ -348,7 +451,7 @@ mod tests {
     fn a_straight_line_reports_the_zones_that_it_crosses() {
         let geofence = Geofence::new(vec![zone(ZoneKind::KeepOut, &L), zone(ZoneKind::KeepIn, &L)]).unwrap();
         let crossed = |from: (f64, f64), to: (f64, f64)| {
-            geofence.crosses(Position::from_m(from.0, from.1), Position::from_m(to.0, to.1)).count()
+            geofence.crosses(Position::from_m(from.0, from.1), Position::from_m(to.0, to.1), [300.0; 2]).count()
         };
         assert_eq!(crossed((-5.0, 10.0), (10.0, -5.0)), 2);
         assert_eq!(crossed((-5.0, 4.0), (4.0, -5.0)), 0);
@@ -383,6 +486,52 @@ mod tests {
         assert!(
             error(&[(0.0, 0.0), (1e8, 1.0), (0.0, 5.0)]).starts_with("zone 1, vertex 1: coordinates must be finite")
         );
+    }
+
+    /// Zones from 100 to 200 m. Their limits are part of the band.
+    #[test]
+    fn a_keep_out_zone_binds_altitudes_in_its_band_and_a_keep_in_zone_all() {
+        let band = |kind| Zone { altitude_min_m: Some(100.0), altitude_max_m: Some(200.0), ..zone(kind, &L) };
+        let geofence = Geofence::new(vec![band(ZoneKind::KeepOut), band(ZoneKind::KeepIn)]).unwrap();
+        let (inside, outside) = (Position::from_m(50.0, 50.0), Position::from_m(-50.0, 50.0));
+        for (altitudes_m, is_bound, is_in_band) in [
+            ([100.0, 100.0], true, true),
+            ([200.0, 200.0], true, true),
+            ([200.0, 300.0], true, false),
+            ([0.0, 100.0], true, false),
+            ([50.0, 250.0], true, false),
+            ([99.9, 99.9], false, false),
+            ([200.1, f64::INFINITY], false, false),
+        ] {
+            let binding = geofence.binding(altitudes_m);
+            let part: Vec<usize> = geofence.part(binding).sides().map(|side| side.zone).collect();
+            assert_eq!(part.len(), if is_bound { 12 } else { 6 }, "{altitudes_m:?}");
+            // The remaining zone keeps its index.
+            assert_eq!((part.contains(&0), part.contains(&1)), (is_bound, true));
+            let violated = |at| geofence.violated_zones_between(at, altitudes_m).collect::<Vec<_>>();
+            let expected: Vec<usize> =
+                [(0, is_bound), (1, !is_in_band)].iter().filter(|of| of.1).map(|of| of.0).collect();
+            assert_eq!(violated(inside), expected, "{altitudes_m:?}");
+            assert_eq!(violated(outside), [1], "{altitudes_m:?}");
+            let crossed: Vec<usize> = geofence.crosses(inside, outside, altitudes_m).collect();
+            assert_eq!(crossed, if is_bound { vec![0, 1] } else { vec![1] }, "{altitudes_m:?}");
+        }
+    }
+
+    #[test]
+    fn an_invalid_floor_or_ceiling_is_rejected() {
+        let error = |altitude_min_m, altitude_max_m| {
+            let zone = Zone { altitude_min_m, altitude_max_m, ..zone(ZoneKind::KeepOut, &L) };
+            Geofence::new(vec![zone]).map(|_| ()).map_err(|error| error.to_string())
+        };
+        assert_eq!(error(Some(0.0), Some(ZONE_ALTITUDE_MAX_M)), Ok(()));
+        assert_eq!(error(Some(120.0), Some(120.0)), Ok(()));
+        let inverted =
+            "zone 0: altitude_min_m = 121 is above altitude_max_m = 120; the floor must not be above the ceiling";
+        assert_eq!(error(Some(121.0), Some(120.0)), Err(inverted.to_owned()));
+        let range = "zone 0: altitude_max_m = NaN must be between 0 and 100000";
+        assert_eq!(error(None, Some(f64::NAN)), Err(range.to_owned()));
+        assert!(error(Some(-0.1), None).is_err() && error(None, Some(f64::INFINITY)).is_err());
     }
 
     #[test]

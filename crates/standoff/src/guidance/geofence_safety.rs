@@ -90,12 +90,18 @@ impl Closest {
 }
 
 impl Geofence {
-    /// Returns true if a UAV in this state can stay within the geofence: one of its two hardest turns at the lowest
-    /// speed stays clear of every outline. An [`Agent`](crate::Agent) that commands it every `period` then keeps it
-    /// inside.
+    /// Returns true if a UAV in this state, with altitudes between two, m, can stay within the geofence: one of its two
+    /// hardest turns at the lowest speed stays clear of the outline of every zone that binds it. An
+    /// [`Agent`](crate::Agent) that commands it every `period` then keeps it inside.
     #[cfg_attr(feature = "research", visibility::make(pub))]
-    pub(crate) fn can_stay_inside(&self, uav: &UavParams, period: Duration, own: &UavState) -> bool {
-        GeofenceSafety::new(self.clone(), *uav, period.s()).is_safe(own)
+    pub(crate) fn can_stay_inside(
+        &self,
+        uav: &UavParams,
+        period: Duration,
+        own: &UavState,
+        altitudes_m: [f64; 2],
+    ) -> bool {
+        GeofenceSafety::new(self.part(self.binding(altitudes_m)), *uav, period.s()).is_safe(own)
     }
 }
 
@@ -345,7 +351,7 @@ pub(crate) mod tests {
             if discs.iter().all(|(other, other_m)| other.distance_m(centre) > other_m + size_m + apart_m) {
                 discs.push((centre, size_m));
                 let outline = shape(drawn, centre, size_m);
-                zones.push(Zone { name: String::new(), kind: ZoneKind::KeepOut, vertices: outline });
+                zones.push(Zone { kind: ZoneKind::KeepOut, vertices: outline, ..Zone::default() });
             }
         }
         if drawn.below(3) == 0 {
@@ -353,7 +359,7 @@ pub(crate) mod tests {
             let half_m = (furthest_m.fold(300.0, f64::max) + apart_m) * 1.5;
             let corners = [(-half_m, -half_m), (half_m, -half_m), (half_m, half_m), (-half_m, half_m)];
             let outline = corners.map(|(x_m, y_m)| Position::from_m(x_m, y_m)).into();
-            zones.push(Zone { name: String::new(), kind: ZoneKind::KeepIn, vertices: outline });
+            zones.push(Zone { kind: ZoneKind::KeepIn, vertices: outline, ..Zone::default() });
         }
         Geofence::new(zones).unwrap_or_default()
     }
@@ -429,7 +435,7 @@ pub(crate) mod tests {
     fn square(x_m: f64, y_m: f64, half_m: f64) -> Zone {
         let outline = [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)]
             .map(|(x, y)| Position::from_m(x_m + x * half_m, y_m + y * half_m));
-        Zone { name: String::new(), kind: ZoneKind::KeepOut, vertices: outline.into() }
+        Zone { kind: ZoneKind::KeepOut, vertices: outline.into(), ..Zone::default() }
     }
 
     fn east(x_m: f64, y_m: f64) -> UavState {

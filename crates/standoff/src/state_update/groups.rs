@@ -5,7 +5,7 @@ use crate::coordination::event::Event;
 use crate::coordination::group::Group;
 use crate::coordination::memberships::GroupIndex;
 use crate::coordination::teammate::Teammate;
-use crate::guidance::geofence::Geofence;
+use crate::guidance::geofence::{Geofence, ZoneSet};
 use crate::guidance::heading::OrbitRelativeState;
 use crate::params::{AltitudePolicy, TeamParams};
 use crate::team_state::TeamState;
@@ -53,9 +53,16 @@ impl TeamState {
             let id = group.id;
             let assigned_uavs =
                 self.teammates.iter().zip(&self.on_orbit).filter(|(teammate, _)| teammate.group == Some(id));
+            let binding = geofence.map(|geofence| {
+                let binding = |(teammate, _): (&Teammate, _)| {
+                    geofence.binding(params.altitudes_m(teammate.uav, teammate.state.vertical))
+                };
+                let of_uavs = assigned_uavs.clone().map(binding).reduce(ZoneSet::union);
+                (geofence, of_uavs.unwrap_or_else(|| geofence.binding([params.limit_altitude_m(group.altitude_m); 2])))
+            });
             let assigned_uavs = assigned_uavs.map(|(teammate, on_orbit)| (teammate.state.position, on_orbit));
             group.check(assigned_uavs, self.time - previous.time, params);
-            let kinds = group.alarm(&params.group, geofence);
+            let kinds = group.alarm(&params.group, binding);
             self.events.extend(kinds.into_iter().flatten().map(|kind| Event::of_group(kind, id)));
         }
     }

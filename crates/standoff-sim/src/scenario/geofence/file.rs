@@ -6,7 +6,7 @@ use standoff_io::geodesy::{LocalPlane, Origin};
 
 use super::super::schema_types::ZoneKind;
 use super::kml;
-use super::shapes::{Contents, Found, Rings, Shape, ignored, place};
+use super::shapes::{BandM, Contents, Found, Rings, Shape, ignored, place};
 
 /// Reads zones. Degrees are converted to the plane at `origin`, that of the traffic in degrees. Without it, GeoJSON is
 /// in metres, and the other formats are rejected.
@@ -60,7 +60,7 @@ fn plan(fence: &Value, plane: &LocalPlane) -> Result<Contents, String> {
         let outline =
             zone.get("polygon").and_then(Value::as_array).ok_or_else(|| wrong("a polygon has no positions"))?;
         let shape = Shape::Polygon(vec![outline.iter().map(point).collect::<Result<_, _>>()?]);
-        contents.zones.push(Found { name: String::new(), kind: kind(zone)?, shape });
+        contents.zones.push(Found { name: String::new(), kind: kind(zone)?, shape, band_m: [None; 2] });
     }
     for zone in list("circles") {
         let number = |path: &str| zone.pointer(path).and_then(Value::as_f64);
@@ -70,6 +70,7 @@ fn plan(fence: &Value, plane: &LocalPlane) -> Result<Contents, String> {
             name: String::new(),
             kind: kind(zone)?,
             shape: Shape::Circle { centre_m, radius_m },
+            band_m: [None; 2],
         });
     }
     Ok(contents)
@@ -78,7 +79,7 @@ fn plan(fence: &Value, plane: &LocalPlane) -> Result<Contents, String> {
 /// Reads the polygons of GeoJSON. Without a plane, it must be in metres.
 fn geojson(json: &Value, plane: Option<&LocalPlane>) -> Result<Contents, String> {
     let (mut zones, mut others) = (Vec::new(), 0);
-    collect(json, "", plane, &mut zones, &mut others)?;
+    collect(json, Properties { name: "", band_m: [None; 2] }, plane, &mut zones, &mut others)?;
     let extent_m = |zone: &Found| match &zone.shape {
         Shape::Polygon(rings) => [0, 1].map(|axis| {
             let values = || rings.iter().flatten().map(|point| point[axis]);
@@ -97,10 +98,17 @@ fn geojson(json: &Value, plane: Option<&LocalPlane>) -> Result<Contents, String>
     Ok(Contents { zones, note: ignored(others) })
 }
 
-/// Reads the polygons of a part of GeoJSON, and counts other shapes.
+/// Properties of a feature of GeoJSON.
+#[derive(Clone, Copy)]
+struct Properties<'a> {
+    name: &'a str,
+    band_m: BandM,
+}
+
+/// Reads the polygons of a part of GeoJSON, and counts other shapes. `outer` are the properties of the feature around it.
 fn collect(
     object: &Value,
-    name: &str,
+    outer: Properties<'_>,
     plane: Option<&LocalPlane>,
     found: &mut Vec<Found>,
     others: &mut usize,
@@ -108,19 +116,30 @@ fn collect(
     let list = |key: &str| object.get(key).and_then(Value::as_array).map(Vec::as_slice).unwrap_or_default();
     let mut add = |coordinates: Option<&Value>| {
         let shape = Shape::Polygon(rings(coordinates, plane)?);
-        found.push(Found { name: name.to_owned(), kind: None, shape });
+        found.push(Found { name: outer.name.to_owned(), kind: None, shape, band_m: outer.band_m });
         Ok(())
     };
     match object.get("type").and_then(Value::as_str).unwrap_or_default() {
         "FeatureCollection" => {
-            list("features").iter().try_for_each(|feature| collect(feature, name, plane, found, others))
+            list("features").iter().try_for_each(|feature| collect(feature, outer, plane, found, others))
         }
         "GeometryCollection" => {
-            list("geometries").iter().try_for_each(|part| collect(part, name, plane, found, others))
+            list("geometries").iter().try_for_each(|part| collect(part, outer, plane, found, others))
         }
         "Feature" => {
-            let name = object.pointer("/properties/name").and_then(Value::as_str).unwrap_or(name);
-            object.get("geometry").map_or(Ok(()), |geometry| collect(geometry, name, plane, found, others))
+            let property = |key: &str| object.get("properties").and_then(|properties| properties.get(key));
+            let altitude_m = |key: &str| match property(key) {
+                None | Some(Value::Null) => Ok(None),
+                Some(Value::Number(number)) => Ok(number.as_f64()),
+                Some(other) => {
+                    let value = other.as_str().map_or_else(|| other.to_string(), str::to_owned);
+                    Err(format!("properties.{key} = {}: must be a number, m", quoted(&value)))
+                }
+            };
+            let name = property("name").and_then(Value::as_str).unwrap_or(outer.name);
+            let band_m = [altitude_m("altitude_min_m")?, altitude_m("altitude_max_m")?];
+            let properties = Properties { name, band_m };
+            object.get("geometry").map_or(Ok(()), |geometry| collect(geometry, properties, plane, found, others))
         }
         "Polygon" => add(object.get("coordinates")),
         "MultiPolygon" => list("coordinates").iter().try_for_each(|polygon| add(Some(polygon))),

@@ -3,7 +3,7 @@
 use super::*;
 use crate::fuzz_harness::{corpus, refused, run};
 
-const PARTS: [&str; 34] = [
+const PARTS: [&str; 37] = [
     "{",
     "}",
     "[",
@@ -21,6 +21,7 @@ const PARTS: [&str; 34] = [
     "\"geometries\":",
     "\"coordinates\":",
     "\"properties\": {\"name\": \"\\u001b[2J\"},",
+    "\"properties\": {\"altitude_min_m\": 50, \"altitude_max_m\": 1e2},",
     "\"Polygon\"",
     "\"MultiPolygon\"",
     "\"Point\"",
@@ -37,6 +38,8 @@ const PARTS: [&str; 34] = [
     "<Polygon>",
     "</Polygon>",
     "<innerBoundaryIs>",
+    "<extrude>1</extrude>",
+    "<altitudeMode>relativeToGround</altitudeMode>",
     "<coordinates>9,44,3 9.1,44 9,44.1</coordinates>",
 ];
 
@@ -58,7 +61,10 @@ fn try_one(bytes: &[u8], origin: Option<Origin>, kind: ZoneKind) -> bool {
             _ => zone.vertices.iter().map(|at| Position::from_m(constant(&at[0]), constant(&at[1]))).collect(),
         };
         assert!(outline.iter().all(|at| at.is_finite()) && zone.file.is_empty());
-        Geofence::new(vec![Zone { name: zone.name, kind: zone.kind.into(), vertices: outline }]).unwrap();
+        let [altitude_min_m, altitude_max_m] =
+            [zone.altitude_min_m, zone.altitude_max_m].map(|number| number.as_ref().map(constant));
+        let zone = Zone { name: zone.name, kind: zone.kind.into(), vertices: outline, altitude_min_m, altitude_max_m };
+        Geofence::new(vec![zone]).unwrap();
     }
     true
 }

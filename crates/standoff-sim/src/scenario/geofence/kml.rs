@@ -1,4 +1,8 @@
 //! Reads zones from KML: each polygon of a placemark, with the placemark's name.
+//!
+//! A polygon that is extruded to the ground from one altitude above it has this altitude as its ceiling. Other altitudes
+//! are ignored: those above the sea level, because the elevation of the ground is unknown, and those of polygons that are
+//! not extruded, because such a polygon has no volume.
 
 use quick_xml::events::BytesStart;
 use standoff_io::display_text::quoted;
@@ -22,7 +26,10 @@ pub(super) fn read(bytes: &[u8], plane: &LocalPlane) -> Result<Contents, String>
     let text = text_source::text(bytes, &ZONES).map_err(described)?;
     let mut file = Kml::new(plane);
     walk(text, &mut file).map_err(described)?;
-    let altitudes = file.has_altitudes.then(|| "ignores the altitudes of its polygons".to_owned());
+    let altitudes = file.ignores_altitudes.then(|| {
+        "ignores the altitudes of polygons, except for extruded ones with a single altitude relative to the ground"
+            .to_owned()
+    });
     let notes: Vec<String> = altitudes.into_iter().chain(ignored(file.others)).collect();
     let note = (!notes.is_empty()).then(|| notes.join("; "));
     Ok(Contents { zones: file.zones, note })
@@ -32,25 +39,57 @@ pub(super) fn read(bytes: &[u8], plane: &LocalPlane) -> Result<Contents, String>
 struct Kml<'a> {
     plane: &'a LocalPlane,
     zones: Vec<Found>,
-    has_altitudes: bool,
+    ignores_altitudes: bool,
     /// Number of points and lines.
     others: usize,
     /// Depth and name of the current placemark.
     placemark: Option<(usize, String)>,
-    /// Depth and rings of the current polygon.
-    polygon: Option<(usize, Rings)>,
+    /// Depth of the current polygon, and its contents.
+    polygon: Option<(usize, Polygon)>,
     is_hole: bool,
-    /// Element whose text is collected: its depth and whether it is a name.
-    collects: Option<(usize, bool)>,
+    /// Element whose text is collected, and its depth.
+    collects: Option<(usize, Text)>,
     text: String,
     start: Position,
+}
+
+/// A polygon that is being read.
+#[derive(Default)]
+struct Polygon {
+    rings: Rings,
+    /// Lowest and highest altitude of its points, m.
+    altitudes_m: Option<[f64; 2]>,
+    is_relative_to_ground: bool,
+    is_extruded: bool,
+}
+
+/// An element whose text is collected.
+#[derive(Clone, Copy)]
+enum Text {
+    Name,
+    Coordinates,
+    AltitudeMode,
+    Extrude,
+}
+
+impl Polygon {
+    /// Altitude from which it is extruded to the ground, m.
+    fn ceiling_m(&self) -> Option<f64> {
+        let [low_m, high_m] = self.altitudes_m.filter(|_| self.is_relative_to_ground && self.is_extruded)?;
+        (low_m > 0.0 && low_m >= high_m).then_some(high_m)
+    }
+
+    /// True if an altitude other than zero is ignored.
+    fn ignores_altitudes(&self) -> bool {
+        self.ceiling_m().is_none() && self.altitudes_m.is_some_and(|altitudes_m| altitudes_m != [0.0; 2])
+    }
 }
 
 impl Elements for Kml<'_> {
     fn element(&mut self, element: &BytesStart<'_>, start: Position, depth: usize) -> Result<(), Fault> {
         let name = element.local_name().into_inner();
-        let mut collect = |is_name| {
-            self.collects = Some((depth, is_name));
+        let mut collect = |text| {
+            self.collects = Some((depth, text));
             self.text.clear();
             self.start = start;
         };
@@ -60,12 +99,14 @@ impl Elements for Kml<'_> {
                 return Err(Fault::at(start, message));
             }
             "Placemark" => self.placemark = Some((depth, String::new())),
-            "name" if self.placemark.as_ref().is_some_and(|(of, _)| of + 1 == depth) => collect(true),
-            "Polygon" => self.polygon = Some((depth, Vec::new())),
+            "name" if self.placemark.as_ref().is_some_and(|(of, _)| of + 1 == depth) => collect(Text::Name),
+            "Polygon" => self.polygon = Some((depth, Polygon::default())),
             "Point" | "LineString" | "Track" => self.others += 1,
             "outerBoundaryIs" => self.is_hole = false,
             "innerBoundaryIs" => self.is_hole = true,
-            "coordinates" if self.polygon.is_some() => collect(false),
+            "coordinates" if self.polygon.is_some() => collect(Text::Coordinates),
+            "altitudeMode" if self.polygon.is_some() => collect(Text::AltitudeMode),
+            "extrude" if self.polygon.is_some() => collect(Text::Extrude),
             _ => {}
         }
         Ok(())
@@ -73,8 +114,8 @@ impl Elements for Kml<'_> {
 
     fn text(&mut self, text: &str) {
         let room = match self.collects {
-            Some((_, true)) => NAME_MAX.saturating_sub(self.text.len()),
-            Some((_, false)) => usize::MAX,
+            Some((_, Text::Coordinates)) => usize::MAX,
+            Some(_) => NAME_MAX.saturating_sub(self.text.len()),
             None => 0,
         };
         if text.len() <= room {
@@ -83,21 +124,23 @@ impl Elements for Kml<'_> {
     }
 
     fn end(&mut self, depth: usize) -> Result<(), Fault> {
-        if let Some((_, is_name)) = self.collects.take_if(|(of, _)| *of == depth) {
-            if is_name {
-                let text = self.text.trim();
-                self.placemark.iter_mut().for_each(|(_, name)| text.clone_into(name));
-            } else {
-                let ring = self.ring().map_err(|message| Fault::at(self.start, message))?;
-                if let Some((_, rings)) = &mut self.polygon {
-                    // The outline is the first ring, whatever the order in the file.
-                    rings.insert(if self.is_hole { rings.len() } else { 0 }, ring);
+        if let Some((_, element)) = self.collects.take_if(|(of, _)| *of == depth) {
+            let text = self.text.trim();
+            match (element, &mut self.polygon) {
+                (Text::Name, _) => self.placemark.iter_mut().for_each(|(_, name)| text.clone_into(name)),
+                (Text::Coordinates, Some((_, polygon))) => {
+                    ring(text, self.plane, polygon, self.is_hole).map_err(|message| Fault::at(self.start, message))?;
                 }
+                (Text::AltitudeMode, Some((_, polygon))) => polygon.is_relative_to_ground = text == "relativeToGround",
+                (Text::Extrude, Some((_, polygon))) => polygon.is_extruded = ["1", "true"].contains(&text),
+                (_, None) => {}
             }
         }
-        if let Some((_, rings)) = self.polygon.take_if(|(of, _)| *of == depth) {
+        if let Some((_, polygon)) = self.polygon.take_if(|(of, _)| *of == depth) {
             let name = self.placemark.as_ref().map_or_else(String::new, |(_, name)| name.clone());
-            self.zones.push(Found { name, kind: None, shape: Shape::Polygon(rings) });
+            self.ignores_altitudes |= polygon.ignores_altitudes();
+            let band_m = [None, polygon.ceiling_m()];
+            self.zones.push(Found { name, kind: None, shape: Shape::Polygon(polygon.rings), band_m });
         }
         self.placemark.take_if(|(of, _)| *of == depth);
         Ok(())
@@ -111,7 +154,7 @@ impl<'a> Kml<'a> {
         Self {
             plane,
             zones: Vec::new(),
-            has_altitudes: false,
+            ignores_altitudes: false,
             others: 0,
             placemark,
             polygon,
@@ -121,20 +164,24 @@ impl<'a> Kml<'a> {
             start,
         }
     }
+}
 
-    /// Parses the collected coordinates: `longitude,latitude` or `longitude,latitude,altitude`, separated by blanks.
-    fn ring(&mut self) -> Result<Vec<[f64; 2]>, String> {
-        let mut ring = Vec::new();
-        for point in self.text.split_whitespace() {
-            let numbers: Option<Vec<f64>> = point.split(',').map(|number| number.parse().ok()).collect();
-            let (lon, lat, altitude_m) = match numbers.as_deref() {
-                Some(&[lon, lat]) => (lon, lat, 0.0),
-                Some(&[lon, lat, altitude_m]) => (lon, lat, altitude_m),
-                _ => return Err(format!("coordinates = {}: must be longitude,latitude,altitude", quoted(point))),
-            };
-            self.has_altitudes |= altitude_m != 0.0;
-            ring.push(place(lat, lon, self.plane)?);
-        }
-        Ok(ring)
+/// Adds a ring of coordinates to a polygon: `longitude,latitude` or `longitude,latitude,altitude`, separated by blanks.
+fn ring(text: &str, plane: &LocalPlane, polygon: &mut Polygon, is_hole: bool) -> Result<(), String> {
+    let mut ring = Vec::new();
+    for point in text.split_whitespace() {
+        let numbers: Option<Vec<f64>> = point.split(',').map(|number| number.parse().ok()).collect();
+        let (lon, lat, altitude_m) = match numbers.as_deref() {
+            Some(&[lon, lat]) => (lon, lat, 0.0),
+            Some(&[lon, lat, altitude_m]) => (lon, lat, altitude_m),
+            _ => return Err(format!("coordinates = {}: must be longitude,latitude,altitude", quoted(point))),
+        };
+        let [low_m, high_m] = polygon.altitudes_m.unwrap_or([altitude_m; 2]);
+        polygon.altitudes_m = Some([low_m.min(altitude_m), high_m.max(altitude_m)]);
+        ring.push(place(lat, lon, plane)?);
     }
+    let rings = &mut polygon.rings;
+    // The outline is the first ring, whatever the order in the file.
+    rings.insert(if is_hole { rings.len() } else { 0 }, ring);
+    Ok(())
 }

@@ -14,7 +14,11 @@ pub(super) struct Found {
     /// Kind, if the file determines it.
     pub(super) kind: Option<ZoneKind>,
     pub(super) shape: Shape,
+    pub(super) band_m: BandM,
 }
+
+/// Floor and ceiling of a zone, if the file determines them, m.
+pub(super) type BandM = [Option<f64>; 2];
 
 #[derive(Debug)]
 pub(super) enum Shape {
