@@ -16,7 +16,7 @@ const EXACT_COST_MAX: usize = 1 << 15;
 const SWEEPS_MAX: usize = 100;
 
 /// Change of the messages at which belief propagation stops.
-const CONVERGED: f64 = 1e-6;
+const CONVERGED: f64 = 1e-5;
 
 /// A possible pair of a track and a detection.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -17,6 +17,9 @@ use crate::uav::UavState;
 /// target with three measured values are nearer.
 const GATE: f64 = 16.3;
 
+/// Probability of being in the blind zone above which a target is certainly not detected.
+const SURELY_BLIND: f64 = 0.99;
+
 /// Number of standard deviations out of view beyond which a target is certainly out of view.
 const OUT_OF_VIEW_SDS: f64 = 6.0;
 
@@ -183,8 +186,11 @@ impl<'a> ScanModel<'a> {
     fn hit(&self, target: &Gaussian, view: &View, detection: &Detection) -> Option<(Gaussian, f64)> {
         let off_m = detection.measurement.range_m - view.range_m;
         let off_rad = (detection.measurement.bearing - view.bearing).rad();
-        // Most detections are far off; this test is cheap.
-        if off_m * off_m > GATE * view.variances[0] || off_rad * off_rad > GATE * view.variances[1] {
+        // Most detections are far off, and a stopped target is hardly ever detected; these tests are cheap.
+        if view.blind > SURELY_BLIND
+            || off_m * off_m > GATE * view.variances[0]
+            || off_rad * off_rad > GATE * view.variances[1]
+        {
             return None;
         }
         let mut posterior = *target;
@@ -200,7 +206,7 @@ impl<'a> ScanModel<'a> {
         let density = view.if_fast * math::exp(-0.5 * squared_distance) / variances.sqrt();
         let (blind, at_zero) = self.blind_probability(&posterior, &view.unit);
         // A detected target is not in the blind zone.
-        if blind > 0.0 && blind < 0.999 {
+        if blind > 0.0 && blind < SURELY_BLIND {
             let mut stopped = posterior;
             stopped.condition(&at_zero);
             let mut moving = Mixture::about(posterior.mean);

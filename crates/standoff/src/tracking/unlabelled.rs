@@ -45,6 +45,15 @@ const END_RATE_1_S: f64 = 0.003;
 /// Probability of existence of a target with a cue.
 const CUED_EXISTENCE: f64 = 0.95;
 
+/// Ratio of an edge below which a detection is certainly not of a track.
+const RATIO_MIN: f64 = 1e-4;
+
+/// Maximum number of detections of a scan that are used: the nearest ones.
+const DETECTIONS_MAX: usize = 2000;
+
+/// Maximum number of possible pairs of a track and a detection in a scan. Beyond it, tracks find no further detections.
+const EDGES_MAX: usize = 20_000;
+
 /// Number of time steps with detection after which a track is known well enough to stay while its target has stopped.
 const DETECTED_MAX: u8 = 10;
 
@@ -112,7 +121,7 @@ pub(crate) struct UnlabelledUpdate {
     backgrounds: Vec<[f64; 2]>,
     /// For each detection, the probability that it is of a track.
     explained: Vec<f64>,
-    /// Number of tentative tracks that did not start because there were too many.
+    /// Number of detections and pairs beyond a maximum, and of tracks that did not start because there were too many.
     pub(crate) rejected: u32,
 }
 
@@ -177,8 +186,10 @@ impl UnlabelledTracks {
         self.confirmed.retain(|of| tracks.index(of.id).is_ok());
         update.gather(self, tracks, input, changes);
         for (uav, model, detections) in input.scans.unlabelled() {
-            update.associate(&model, detections);
-            update.start(&model, detections, uav, input);
+            let used = &detections[..detections.len().min(DETECTIONS_MAX)];
+            update.rejected += (detections.len() - used.len()) as u32;
+            update.associate(&model, used);
+            update.start(&model, used, uav, input);
         }
         self.finish(tracks, input, update, changes);
     }
@@ -315,7 +326,7 @@ impl UnlabelledUpdate {
 
     /// Associates the detections of one scan with all candidates, and updates these.
     fn associate(&mut self, model: &ScanModel, detections: &[Detection]) {
-        let Self { candidates, views, joint, edges, hits, hits_ends, backgrounds, explained, .. } = self;
+        let Self { candidates, views, joint, edges, hits, hits_ends, backgrounds, explained, rejected } = self;
         edges.clear();
         hits.clear();
         hits_ends.clear();
@@ -331,10 +342,16 @@ impl UnlabelledUpdate {
             }
             let missed = 1.0 - candidate.existence * detection_probability(&candidate.modes, views);
             for detection in model.possible(views, detections) {
+                if edges.len() >= EDGES_MAX {
+                    *rejected += 1;
+                    break;
+                }
                 let density = model.add_hits(&candidate.modes, views, &detections[detection], hits);
-                if density > 0.0 {
-                    let background: f64 = backgrounds[detection].iter().sum();
-                    let ratio = candidate.existence * density / (missed.max(1e-9) * background);
+                let background: f64 = backgrounds[detection].iter().sum();
+                let ratio = candidate.existence * density / (missed.max(1e-9) * background);
+                if ratio < RATIO_MIN {
+                    hits.truncate(hits_ends.last().copied().unwrap_or(0));
+                } else {
                     edges.push(Edge { track, detection, ratio, probability: 0.0 });
                     hits_ends.push(hits.len());
                 }

@@ -47,6 +47,49 @@ pub struct Team {
     pub off: Vec<usize>,
     /// Clock offset of each UAV; only used with a radio.
     pub clock_ahead: Vec<Duration>,
+    /// Makes noisy scans without label; `None`: labels, and no noise.
+    pub unlabelled: Option<Unlabelled>,
+}
+
+/// Sensor that cannot tell targets apart.
+#[derive(Clone, Copy)]
+pub struct Unlabelled {
+    /// Probability that a target in view is detected.
+    pub detection_probability: f64,
+    /// Number of false alarms of every scan.
+    pub false_alarms: u32,
+}
+
+impl Unlabelled {
+    /// Removes the labels and some detections, and adds noise and false alarms.
+    fn change(&self, detections: &mut Vec<Detection>, boresight: Angle, mut draw: Draw) {
+        let sensor = TeamParams::paper().track.sensor;
+        // The sum of three uniform numbers is almost normal, with unit variance.
+        let normal = |draw: &mut Draw| (0..3).map(|_| draw.next()).sum::<f64>();
+        detections.retain(|_| 0.5 * (draw.next() + 1.0) < self.detection_probability);
+        for detection in &mut *detections {
+            detection.label = None;
+            detection.measurement.range_m += sensor.range_sd_m * normal(&mut draw);
+            let bearing = detection.measurement.bearing;
+            detection.measurement.bearing = bearing + Angle::from_rad(sensor.bearing_sd_rad * normal(&mut draw));
+        }
+        for _ in 0..self.false_alarms {
+            // Uniform over the area.
+            let range_m = sensor.sensing_range_m * (0.5 * (draw.next() + 1.0)).sqrt();
+            let bearing = boresight + Angle::from_rad(0.5 * sensor.field_of_view_rad * draw.next());
+            let measurement = RangeBearingMeasurement { range_m, bearing };
+            detections.push(Detection { label: None, measurement, range_rate_m_s: None });
+        }
+        for index in (1..detections.len()).rev() {
+            detections.swap(index, (0.5 * (draw.next() + 1.0) * (index + 1) as f64) as usize);
+        }
+    }
+}
+
+/// Seed of the noise of a scan.
+fn scan_seed(tick: i64, uav: u32) -> u64 {
+    let mixed = (tick as u64 * 1000 + u64::from(uav) + 1).wrapping_mul(0xFF51_AFD7_ED55_8CCD);
+    (mixed ^ mixed >> 32).wrapping_mul(0x9E37_79B9_7F4A_7C15) | 1
 }
 
 /// A sensor scan: boresight and detections.
@@ -126,6 +169,7 @@ impl Team {
             silent: Vec::new(),
             off: Vec::new(),
             clock_ahead: vec![Duration::ZERO; uavs as usize],
+            unlabelled: None,
         }
     }
 
@@ -161,7 +205,7 @@ impl Team {
                 source: 0,
                 issued_at: now,
                 sequence: label.0 as u16,
-                label: Some(label),
+                label: Some(label).filter(|_| self.unlabelled.is_none()),
                 time: now,
                 position,
                 velocity,
@@ -170,7 +214,7 @@ impl Team {
             }));
             self.cued[id as usize] = true;
         }
-        let scan = |(state, pointing_target): (&UavState, &Option<PointingTarget>)| {
+        let scan = |((uav, state), pointing_target): ((u32, &UavState), &Option<PointingTarget>)| {
             let boresight = pointing_target.map(|look| look.boresight(state.position, Duration::from_s(0.5)));
             let mut detections = Vec::new();
             for id in 0..self.targets {
@@ -180,9 +224,12 @@ impl Team {
                     detections.push(Detection { label: Some(TargetLabel(id)), measurement, range_rate_m_s: None });
                 }
             }
+            if let Some((unlabelled, boresight)) = self.unlabelled.zip(boresight) {
+                unlabelled.change(&mut detections, boresight, Draw(scan_seed(tick, uav)));
+            }
             (boresight, detections)
         };
-        (now, cues, self.states.iter().zip(&self.pointing_target).map(scan).collect())
+        (now, cues, (0..).zip(&self.states).zip(&self.pointing_target).map(scan).collect())
     }
 
     /// Moves the UAVs by one period under the commands of the last step.
