@@ -12,7 +12,6 @@ use crate::frame::{FARTHEST_M, FASTEST_M_S, Position, Velocity};
 use crate::group_id::GroupId;
 use crate::sensor::RangeBearingMeasurement;
 use crate::time::Time;
-use crate::tracking::track::TrackId;
 use crate::uav::{UavId, UavState};
 
 /// Maximum number of UAVs; reports of more UAVs are rejected.
@@ -22,7 +21,7 @@ pub(crate) const TEAM_MAX: usize = 256;
 /// one report and for the cues of one time step.
 pub(crate) const TARGETS_MAX: usize = 8_000;
 
-/// Identity of a target as reported by sensors and cue sources that can tell targets apart. It is the same for all of
+/// Identity of a target as reported by sensors and cue sources that identify targets. It is the same for all of
 /// them (assumption of the paper: data association is solved). Inside the team, a target is identified by its
 /// [`TrackId`](crate::TrackId).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, serde::Serialize, serde::Deserialize)]
@@ -171,7 +170,7 @@ pub struct TrafficReport {
 /// Measurement of one target in one scan, or a false alarm.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Detection {
-    /// Sensor-reported identity of the target; `None` if the sensor cannot tell targets apart.
+    /// Sensor-reported identity of the target; `None` if the sensor does not identify targets.
     pub label: Option<TargetLabel>,
     /// Range and bearing from the UAV.
     pub measurement: RangeBearingMeasurement,
@@ -363,14 +362,6 @@ fn vertical_size_bytes(state: &UavState) -> usize {
 }
 
 impl Cue {
-    /// Id of a track that this cue starts.
-    pub(crate) fn track_id(&self) -> TrackId {
-        let Self { position, velocity, .. } = self;
-        let numbers = [position.x_m(), position.y_m(), velocity.x_m_s(), velocity.y_m_s()].map(f64::to_bits);
-        let of_cue = [self.time.us() as u64, self.source.into(), self.sequence.into()];
-        self.label.map_or_else(|| TrackId::minted(of_cue.into_iter().chain(numbers)), TrackId::from)
-    }
-
     /// True if every number is finite and possible on Earth, and both standard deviations are positive.
     #[cfg_attr(feature = "research", visibility::make(pub))]
     pub(crate) fn is_valid(&self) -> bool {

@@ -26,8 +26,9 @@ use crate::step_messages::StepMessages;
 use crate::target::Transition;
 use crate::team_state::TeamState;
 use crate::time::{Duration, Time};
-use crate::tracking::association::Scans;
-use crate::tracking::tracker::{TrackChange, TrackChangeKind, Tracker, TrackerInput};
+use crate::tracking::input::{Scans, TrackerInput};
+use crate::tracking::track::{TrackChange, TrackChangeKind};
+use crate::tracking::tracker::Tracker;
 use crate::uav::{UavId, UavState};
 use crate::validation::ParamError;
 

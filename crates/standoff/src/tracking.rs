@@ -3,6 +3,7 @@
 pub(crate) mod association;
 pub(crate) mod gaussian;
 pub(crate) mod information_filter;
+pub(crate) mod input;
 pub(crate) mod joint_association;
 pub(crate) mod motion_modes;
 pub(crate) mod scan_model;

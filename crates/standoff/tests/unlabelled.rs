@@ -137,15 +137,15 @@ fn a_late_report_renames_no_track() {
 /// Two cars side by side for a minute stay two tracks, or become two again when they part.
 #[test]
 fn side_by_side_targets_are_not_merged_for_good() {
-    fn beside(id: u32, now: Time) -> Option<(Position, Velocity)> {
+    fn side_by_side(id: u32, now: Time) -> Option<(Position, Velocity)> {
         let apart_m = if now.s() < 20.0 { 60.0 - 2.5 * now.s() } else { (now.s() - 80.0).max(0.0) * 2.5 + 10.0 };
         let velocity = Velocity::from_m_s(8.0, 0.0);
         Some((Position::from_m(0.0, apart_m * f64::from(id)) + velocity * now.s(), velocity))
     }
-    let (mut team, mut radio) = (team(3, 2).with_motion(beside), Radio::new(1));
+    let (mut team, mut radio) = (team(3, 2).with_motion(side_by_side), Radio::new(1));
     (0..240).for_each(|tick| drop(team.tick_over(tick, &mut radio)));
     let state = team.agents[0].team_state();
-    assert_eq!((matched(state, 2, beside), live(state).len()), ((2, 0), 2));
+    assert_eq!((matched(state, 2, side_by_side), live(state).len()), ((2, 0), 2));
 }
 
 /// A cue without label for a target that has a track starts no second one.

@@ -293,3 +293,89 @@ fn started_from(stopped: &Gaussian, acceleration_sd_m_s2: f64) -> Gaussian {
     }
     moving
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::params::TeamParams;
+
+    fn transitions() -> MotionTransitions {
+        let params = TeamParams::recommended().track;
+        MotionTransitions::new(&params.transition(Duration::from_s(0.5)), &params)
+    }
+
+    fn at_speed(speed_m_s: f64) -> MotionModes {
+        let mean = Vector6::new(5.0, speed_m_s, 0.0, -3.0, 0.0, 0.0);
+        MotionModes::moving(Gaussian { mean, covariance: Matrix6::identity() })
+    }
+
+    fn probabilities(modes: &MotionModes) -> [f64; MODES] {
+        modes.all().each_ref().map(|(probability, _)| *probability)
+    }
+
+    #[test]
+    fn slow_targets_stop_and_fast_ones_do_not() {
+        for (speed_m_s, stops) in [(0.0, true), (2.0, true), (14.0, false)] {
+            let mut modes = at_speed(speed_m_s);
+            modes.predict(&transitions(), true);
+            let [moving, manoeuvring, stopped] = probabilities(&modes);
+            assert!((moving + manoeuvring + stopped - 1.0).abs() < 1e-12, "{speed_m_s}");
+            assert_eq!(stopped > 0.001, stops, "{speed_m_s}: {stopped}");
+            assert!((0.01..0.02).contains(&manoeuvring), "{manoeuvring}");
+        }
+        let mut modes = at_speed(0.0);
+        modes.predict(&transitions(), false);
+        assert_eq!(probabilities(&modes)[STOPPED], 0.0);
+    }
+
+    /// A stopped target stays where it is; if it starts, it starts slowly.
+    #[test]
+    fn a_stopped_target_stays_or_starts() {
+        let mut modes = at_speed(1.0);
+        modes.predict(&transitions(), true);
+        modes.0[0].0 = 0.0;
+        modes.0[1].0 = 0.0;
+        modes.normalise();
+        let before = modes.all()[STOPPED].1;
+        modes.predict(&transitions(), true);
+        let [moving, manoeuvring, stopped] = modes.all();
+        assert_eq!((moving.0, before.mean), (0.0, stopped.1.mean));
+        assert!((manoeuvring.0 - (1.0 - math::exp(-START_RATE_1_S * 0.5))).abs() < 1e-12);
+        assert!(manoeuvring.1.covariance[(1, 1)] > 4.0 && stopped.1.covariance[(1, 1)] < 0.02);
+    }
+
+    /// What is kept between time steps gives the same prediction, up to the merging of the moving models.
+    #[test]
+    fn stored_modes_are_restored() {
+        let mut modes = at_speed(1.0);
+        modes.predict(&transitions(), true);
+        let stored = modes.stored();
+        assert!(stored.is_valid());
+        let restored = stored.restored(&Estimate::from(&modes.moments()));
+        let [before, after] = [&modes, &restored].map(probabilities);
+        assert!(before.iter().zip(after).all(|(a, b)| (a - b).abs() < 1e-12));
+        let [before, after] = [&modes, &restored].map(MotionModes::moments);
+        assert!((before.mean - after.mean).norm() < 1e-9 && (before.covariance - after.covariance).norm() < 1e-9);
+        assert_eq!(
+            StoredModes::default().restored(&Estimate::from(&before)),
+            MotionModes::moving(Gaussian::from(&Estimate::from(&before)))
+        );
+    }
+
+    #[test]
+    fn impossible_stored_modes_are_invalid() {
+        let mut modes = at_speed(1.0);
+        modes.predict(&transitions(), true);
+        let stored = modes.stored();
+        let stop = stored.stopped.unwrap();
+        for broken in [
+            StoredModes { manoeuvring: 1.5, ..stored },
+            StoredModes { manoeuvring: f64::NAN, ..stored },
+            StoredModes { stopped: Some(StoredStop { probability: -0.1, ..stop }), ..stored },
+            StoredModes { stopped: Some(StoredStop { covariance: [1.0, 2.0, 1.0], ..stop }), ..stored },
+            StoredModes { stopped: Some(StoredStop { position: [f64::INFINITY, 0.0], ..stop }), ..stored },
+        ] {
+            assert!(!broken.is_valid(), "{broken:?}");
+        }
+    }
+}

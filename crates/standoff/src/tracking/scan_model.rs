@@ -186,7 +186,7 @@ impl<'a> ScanModel<'a> {
     fn hit(&self, target: &Gaussian, view: &View, detection: &Detection) -> Option<(Gaussian, f64)> {
         let off_m = detection.measurement.range_m - view.range_m;
         let off_rad = (detection.measurement.bearing - view.bearing).rad();
-        // Most detections are far off, and a stopped target is hardly ever detected; these tests are cheap.
+        // Most detections are far off, and a stopped target is rarely detected; these tests are cheap.
         if view.blind > SURELY_BLIND
             || off_m * off_m > GATE * view.variances[0]
             || off_rad * off_rad > GATE * view.variances[1]
@@ -295,4 +295,135 @@ fn velocity_row(by: &Vector2<f64>) -> Vector6<f64> {
 /// Distribution function of the standard normal distribution, to 0.01.
 fn normal_below(sds: f64) -> f64 {
     1.0 / (1.0 + math::exp(-1.702 * sds))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::Time;
+    use crate::params::TeamParams;
+    use crate::sensor::RangeBearingMeasurement;
+    use crate::uav::UavId;
+    use nalgebra::Matrix6;
+
+    fn sensor() -> SensorParams {
+        let sensor = TeamParams::paper().track.sensor;
+        SensorParams { detection_probability: 0.9, mdv_m_s: 2.0, false_alarms_per_scan: 5.0, ..sensor }
+    }
+
+    /// A UAV at the origin that flies and looks east.
+    fn report() -> Report {
+        let state = UavState::level_flight(Position::ORIGIN, Angle::ZERO, 40.0);
+        Report { boresight: Some(Angle::ZERO), ..Report::position_only(UavId(0), Time::EPOCH, state) }
+    }
+
+    /// A target 400 m east that drives east with `speed_m_s`, known to 2 m/s.
+    fn target(speed_m_s: f64) -> Gaussian {
+        let mean = Vector6::new(400.0, speed_m_s, 0.0, 0.0, 1.0, 0.0);
+        Gaussian { mean, covariance: Matrix6::from_diagonal(&Vector6::new(9.0, 4.0, 0.1, 9.0, 1.0, 0.1)) }
+    }
+
+    /// Integrals over the radial speed: of the density times `probability`, and its mean and variance.
+    fn integrated(target: &Gaussian, probability: impl Fn(f64) -> f64) -> (f64, f64, f64) {
+        let (mean, variance) = (target.mean[1], target.covariance[(1, 1)]);
+        let step = 0.002;
+        let mut sums = [0.0; 3];
+        for index in -10_000..10_000 {
+            let speed = mean + step * f64::from(index);
+            let off = speed - mean;
+            let density = math::exp(-0.5 * off * off / variance) / (TAU * variance).sqrt() * step * probability(speed);
+            sums.iter_mut().zip([1.0, speed, speed * speed]).for_each(|(sum, value)| *sum += density * value);
+        }
+        let mean = sums[1] / sums[0];
+        (sums[0], mean, sums[2] / sums[0] - mean * mean)
+    }
+
+    /// The closed forms for detections and misses equal integrals of the detection probability.
+    #[test]
+    fn hits_and_misses_have_the_moments_of_the_exact_density() {
+        let (sensor, report) = (sensor(), report());
+        let model = ScanModel::new(&sensor, &report).unwrap();
+        for speed_m_s in [0.0, 1.0, 3.0, 8.0] {
+            let target = target(speed_m_s);
+            let view = model.view(&target).unwrap();
+            let (total, mean, variance) = integrated(&target, |speed| 1.0 - sensor.detection_probability_at(speed));
+            assert!((view.detection_probability() - (1.0 - total)).abs() < 1e-6, "{speed_m_s}");
+            let mut missed = Mixture::about(target.mean);
+            model.add_miss(&target, Some(&view), 1.0, &mut missed);
+            let moments = missed.moments().unwrap();
+            assert!((missed.weight() - total).abs() < 1e-6);
+            assert!((moments.mean[1] - mean).abs() < 1e-6 && (moments.covariance[(1, 1)] - variance).abs() < 1e-6);
+            // A detection at the expected place.
+            let measurement = RangeBearingMeasurement { range_m: 400.0, bearing: Angle::ZERO };
+            let detection = Detection { label: None, measurement, range_rate_m_s: None };
+            let (posterior, density) = model.hit(&target, &view, &detection).unwrap();
+            let (total, mean, variance) = integrated(&target, |speed| sensor.detection_probability_at(speed));
+            let [of_range, of_bearing] = view.variances;
+            assert!((density - total / (TAU * (of_range * of_bearing).sqrt())).abs() < 1e-6 * density, "{speed_m_s}");
+            assert!((posterior.mean[1] - mean).abs() < 1e-6 && (posterior.covariance[(1, 1)] - variance).abs() < 1e-6);
+        }
+    }
+
+    /// The linearised range rate equals differences of the exact one.
+    #[test]
+    fn the_range_rate_is_linearised_in_position_and_velocity() {
+        let (sensor, report) = (sensor(), report());
+        let model = ScanModel::new(&sensor, &report).unwrap();
+        let mut target = target(5.0);
+        (target.mean[0], target.mean[3], target.mean[4]) = (300.0, 150.0, -7.0);
+        let rate = |of: &Vector6<f64>| {
+            let to = Vector2::new(of[0], of[3]);
+            (Vector2::new(of[1], of[4]) - Vector2::new(40.0, 0.0)).dot(&to) / to.norm()
+        };
+        let measurement = sensor::measure(Position::ORIGIN, position(&target));
+        let exact = rate(&target.mean);
+        let detection = Detection { label: None, measurement, range_rate_m_s: Some(exact) };
+        let linear = model.range_rate(&target, &detection).unwrap();
+        assert!((linear.value - linear.h.dot(&target.mean)).abs() < 1e-9);
+        for index in 0..6 {
+            let mut moved = target.mean;
+            moved[index] += 1e-4;
+            assert!(((rate(&moved) - exact) / 1e-4 - linear.h[index]).abs() < 1e-6, "{index}");
+        }
+    }
+
+    /// The density of false alarms integrates to their number over the field of view and the radial speeds.
+    #[test]
+    fn the_background_integrates_to_the_number_of_false_alarms() {
+        let (sensor, report) = (sensor(), report());
+        let model = ScanModel::new(&sensor, &report).unwrap();
+        let (ranges, speeds) = (100, 400);
+        let mut sum = 0.0;
+        for range in 0..ranges {
+            let range_m = sensor.sensing_range_m * (f64::from(range) + 0.5) / f64::from(ranges);
+            for speed in 0..speeds {
+                let speed_m_s = FALSE_ALARM_SPEED_MAX_M_S * (2.0 * (f64::from(speed) + 0.5) / f64::from(speeds) - 1.0);
+                let measurement = RangeBearingMeasurement { range_m, bearing: Angle::ZERO };
+                let range_rate_m_s = Some(speed_m_s - 40.0);
+                sum += model.background(&Detection { label: None, measurement, range_rate_m_s })[0];
+            }
+        }
+        let cell = sensor.sensing_range_m / f64::from(ranges) * 2.0 * FALSE_ALARM_SPEED_MAX_M_S / f64::from(speeds);
+        // The blur of the blind zone by the noise of the range rate is not normalised.
+        assert!(
+            (sum * cell * sensor.field_of_view_rad - 5.0).abs() < 0.05,
+            "{}",
+            sum * cell * sensor.field_of_view_rad
+        );
+    }
+
+    /// A target leaves the view gradually, over its position uncertainty.
+    #[test]
+    fn the_probability_of_being_in_view_falls_across_the_edge() {
+        let (sensor, report) = (sensor(), report());
+        let model = ScanModel::new(&sensor, &report).unwrap();
+        let at = |range_m: f64| {
+            let mut target = target(10.0);
+            target.mean[0] = range_m;
+            model.view(&target).map_or(0.0, |view| view.in_view)
+        };
+        let edge_m = sensor.sensing_range_m;
+        assert!((at(edge_m) - 0.5).abs() < 1e-9 && at(edge_m - 20.0) == 1.0 && at(edge_m + 20.0) == 0.0);
+        assert!((at(edge_m - 3.0) - 0.84).abs() < 0.01);
+    }
 }

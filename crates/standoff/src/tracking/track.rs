@@ -12,7 +12,6 @@ use crate::sensor::RangeBearingMeasurement;
 use crate::target::{TargetState, Transition};
 use crate::time::{Duration, Time};
 use crate::tracking::information_filter::{Contribution, Estimate, InformationFilter, is_well_posed};
-use crate::tracking::tracker::TrackChangeKind;
 
 impl TrackParams {
     /// Discretises the target model of the tracks for a time step of `dt`.
@@ -78,10 +77,40 @@ impl TrackId {
         Self(values.into_iter().chain([0]).fold(0x9E37_79B9_7F4A_7C15, mix) | 1 << 63)
     }
 
+    /// Id of a track that a cue starts.
+    pub(crate) fn of_cue(cue: &Cue) -> Self {
+        let Cue { position, velocity, .. } = cue;
+        let numbers = [position.x_m(), position.y_m(), velocity.x_m_s(), velocity.y_m_s()].map(f64::to_bits);
+        let of_cue = [cue.time.us().cast_unsigned(), cue.source.into(), cue.sequence.into()];
+        cue.label.map_or_else(|| Self::minted(of_cue.into_iter().chain(numbers)), Self::from)
+    }
+
     /// Label of the target, if the track was started by a detection or cue with a label.
     pub fn label(self) -> Option<TargetLabel> {
         u32::try_from(self.0).ok().map(TargetLabel)
     }
+}
+
+/// Change in the life cycle of a track.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct TrackChange {
+    pub(crate) track: TrackId,
+    pub(crate) kind: TrackChangeKind,
+}
+
+/// Kind of a change.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) enum TrackChangeKind {
+    /// Started from a cue.
+    Cued,
+    /// Started from measurements, without a cue.
+    Started,
+    /// Measured for the first time after a cue.
+    Confirmed,
+    /// Lost.
+    Lost(LossReason),
+    /// Measured again after it was lost.
+    Reacquired,
 }
 
 /// The team's estimate of a target.
@@ -124,7 +153,7 @@ impl Track {
         if cue.time < now {
             filter.predict(&params.transition(now - cue.time));
         }
-        filter.is_valid().then_some(Self::start(cue.track_id(), TrackStatus::Cued, filter))
+        filter.is_valid().then_some(Self::start(TrackId::of_cue(cue), TrackStatus::Cued, filter))
     }
 
     /// Starts a track from the measurements of one time step, each with the position of its UAV. The first measurement

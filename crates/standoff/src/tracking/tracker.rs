@@ -1,51 +1,13 @@
 //! Tracker: advances all tracks by one time step.
 
-use crate::message::Cue;
-use crate::params::TrackParams;
-use crate::target::Transition;
-use crate::time::{Duration, Time};
-use crate::tracking::association::{Association, Scans, associate};
+use crate::time::Duration;
+use crate::tracking::association::{Association, associate};
 use crate::tracking::gaussian::Gaussian;
 use crate::tracking::information_filter::{Contribution, Estimate};
-use crate::tracking::track::{LossReason, Track, TrackId, TrackStatus};
+use crate::tracking::input::{Scans, TrackerInput};
+use crate::tracking::track::{Track, TrackChange, TrackChangeKind, TrackId, TrackStatus};
 use crate::tracking::track_table::{TrackRow, TrackTable};
 use crate::tracking::unlabelled::{UnlabelledTracks, UnlabelledUpdate};
-
-/// Input of one time step.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct TrackerInput<'a> {
-    /// Time of the time step.
-    pub(crate) now: Time,
-    /// Target model over the time since the last time step.
-    pub(crate) transition: &'a Transition,
-    pub(crate) scans: Scans<'a>,
-    pub(crate) cues: &'a [Cue],
-    pub(crate) params: &'a TrackParams,
-    /// Maximum number of tracks.
-    pub(crate) tracks_max: usize,
-}
-
-/// Change in the life cycle of a track.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct TrackChange {
-    pub(crate) track: TrackId,
-    pub(crate) kind: TrackChangeKind,
-}
-
-/// Kind of a change.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) enum TrackChangeKind {
-    /// Started from a cue.
-    Cued,
-    /// Started from measurements, without a cue.
-    Started,
-    /// Measured for the first time after a cue.
-    Confirmed,
-    /// Lost.
-    Lost(LossReason),
-    /// Measured again after it was lost.
-    Reacquired,
-}
 
 /// Advances the tracks. It keeps no state between time steps, only buffers and the results of the last one.
 #[derive(Debug, Clone, Default)]
@@ -105,7 +67,7 @@ impl Tracker {
         input: &TrackerInput,
     ) {
         for cue in input.cues {
-            if !tracks.get(cue.track_id()).is_none_or(Track::is_lost) {
+            if !tracks.get(TrackId::of_cue(cue)).is_none_or(Track::is_lost) {
                 continue;
             }
             let Some(track) = Track::from_cue(cue, input.params, input.now) else { continue };

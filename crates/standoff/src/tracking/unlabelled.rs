@@ -13,12 +13,12 @@ use crate::message::Detection;
 use crate::time::{Duration, Time};
 use crate::tracking::gaussian::{Gaussian, Mixture};
 use crate::tracking::information_filter::{Estimate, InformationFilter};
+use crate::tracking::input::TrackerInput;
 use crate::tracking::joint_association::{Edge, JointAssociation};
 use crate::tracking::motion_modes::{MotionModes, MotionTransitions, StoredModes};
 use crate::tracking::scan_model::{Hit, ScanModel, View, Views};
-use crate::tracking::track::{Track, TrackId};
+use crate::tracking::track::{Track, TrackChange, TrackChangeKind, TrackId};
 use crate::tracking::track_table::{TrackRow, TrackTable};
-use crate::tracking::tracker::{TrackChange, TrackChangeKind, TrackerInput};
 use crate::uav::UavId;
 
 /// Probability of existence at which a tentative track is confirmed.

@@ -51,7 +51,7 @@ pub struct Team {
     pub unlabelled: Option<Unlabelled>,
 }
 
-/// Sensor that cannot tell targets apart.
+/// Sensor without identities.
 #[derive(Clone, Copy)]
 pub struct Unlabelled {
     /// Probability that a target in view is detected.

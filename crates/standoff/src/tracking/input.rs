@@ -1,0 +1,95 @@
+//! Input of the tracker for one time step: scans and cues.
+
+use crate::frame::Position;
+use crate::message::{Cue, Detection, Report};
+use crate::params::{SensorParams, TrackParams};
+use crate::sensor::RangeBearingMeasurement;
+use crate::target::Transition;
+use crate::time::Time;
+use crate::tracking::scan_model::ScanModel;
+use crate::tracking::track::TrackId;
+use crate::uav::UavId;
+
+/// Input of one time step.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct TrackerInput<'a> {
+    /// Time of the time step.
+    pub(crate) now: Time,
+    /// Target model over the time since the last time step.
+    pub(crate) transition: &'a Transition,
+    pub(crate) scans: Scans<'a>,
+    pub(crate) cues: &'a [Cue],
+    pub(crate) params: &'a TrackParams,
+    /// Maximum number of tracks.
+    pub(crate) tracks_max: usize,
+}
+
+/// Scans of all UAVs at one time step.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Scans<'a> {
+    pub(crate) sensor: &'a SensorParams,
+    /// Reports by ascending UAV; each contains a scan.
+    pub(crate) reports: &'a [Report],
+    /// UAVs whose reports do not count; usually empty.
+    pub(crate) implausible: &'a [UavId],
+}
+
+impl<'a> Scans<'a> {
+    /// Reports that count, with their indices.
+    pub(super) fn plausible(&self) -> impl Iterator<Item = (usize, &'a Report)> + use<'a> {
+        let implausible = self.implausible;
+        let counts = move |report: &Report| implausible.is_empty() || !implausible.contains(&report.uav);
+        self.reports.iter().enumerate().filter(move |(_, report)| counts(report))
+    }
+
+    /// Track that a detection with label belongs to; `None` without label.
+    pub(crate) fn track_id(&self, index: DetectionIndex) -> Option<TrackId> {
+        self.detection(index).label.map(TrackId::from)
+    }
+
+    fn detection(&self, index: DetectionIndex) -> &'a Detection {
+        &self.reports[index.report].detections[index.detection]
+    }
+
+    /// True if a sensor reported detections without label.
+    pub(crate) fn have_unlabelled(&self) -> bool {
+        self.plausible().any(|(_, report)| report.detections.last().is_some_and(|last| last.label.is_none()))
+    }
+
+    /// Scans with their detections without label, in the order of the UAVs.
+    pub(crate) fn unlabelled(&self) -> impl Iterator<Item = (UavId, ScanModel<'a>, &'a [Detection])> {
+        let sensor = self.sensor;
+        self.plausible().filter_map(move |(_, report)| {
+            let model = ScanModel::new(sensor, report)?;
+            Some((report.uav, model, Detection::split(&report.detections).1))
+        })
+    }
+
+    /// Measurement of a detection, and the position of the UAV that made it.
+    pub(crate) fn measurement(&self, index: DetectionIndex) -> (Position, RangeBearingMeasurement) {
+        (self.reports[index.report].state.position, self.detection(index).measurement)
+    }
+
+    /// A detection with range rate, and the sensor model of its scan.
+    pub(crate) fn with_range_rate(&self, index: DetectionIndex) -> Option<(ScanModel<'a>, &'a Detection)> {
+        let detection = self.detection(index);
+        detection.range_rate_m_s?;
+        Some((ScanModel::new(self.sensor, &self.reports[index.report])?, detection))
+    }
+
+    /// True if a sensor had the position in view, with a clearance to the edge of its field of view, m.
+    pub(crate) fn have_in_view(&self, position: Position, clearance_m: f64) -> bool {
+        self.plausible().any(|(_, report)| {
+            report.boresight.is_some_and(|boresight| {
+                self.sensor.in_view_with_clearance(report.state.position, boresight, position, clearance_m)
+            })
+        })
+    }
+}
+
+/// Place of a detection: the index of its report in [`Scans::reports`], and its own index in the report.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct DetectionIndex {
+    pub(super) report: usize,
+    pub(super) detection: usize,
+}
