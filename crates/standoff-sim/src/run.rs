@@ -18,7 +18,8 @@ use crate::onboard_computer::OnboardComputer;
 use crate::radio::{Radio, RadioNode, SentCounts};
 use crate::random::Draws;
 use crate::scenario::{Outage, Scenario, Settings};
-use crate::sensors;
+use crate::sensors::{self, DetectionOfTarget, SensorScan};
+use crate::target_id::TargetId;
 use crate::world::{Truth, World};
 
 /// A mission in progress.
@@ -56,6 +57,8 @@ pub struct Mission<B = Box<dyn Controller + Send>> {
     /// Progress of the current time step.
     stage: Stage,
     truth: Vec<Truth>,
+    /// Detections of one scan; reused buffer.
+    scanned: Vec<DetectionOfTarget>,
     frame: Frame,
 }
 
@@ -103,6 +106,8 @@ struct Uav {
     is_off: bool,
     boresight: Option<Angle>,
     detections: Vec<Detection>,
+    /// Targets of the detections; `None` for a false alarm.
+    detected_targets: Vec<Option<TargetId>>,
     command: Command,
     /// Commanded altitude, m.
     altitude_m: Option<f64>,
@@ -138,6 +143,7 @@ impl<B: Controller> Mission<B> {
             is_off: false,
             boresight: None,
             detections: Vec::new(),
+            detected_targets: Vec::new(),
             command: Command { speed_m_s: state.speed_m_s, turn_rate_rad_s: 0.0 },
             altitude_m: None,
             last_avoidance: None,
@@ -156,6 +162,7 @@ impl<B: Controller> Mission<B> {
             tick: 0,
             stage: Stage::Ahead,
             truth: Vec::new(),
+            scanned: Vec::new(),
             frame: Frame::default(),
             settings,
         })
@@ -267,7 +274,7 @@ impl<B: Controller> Mission<B> {
 
     /// Points every sensor as its UAV commanded, from the state that the UAV assumes, and measures.
     fn scan(&mut self, now: Time) {
-        let Settings { period, noise, team, .. } = &self.settings;
+        let Settings { period, sensor, .. } = &self.settings;
         // In pairs, whose boresights are computed as a batch (SIMD); a single last UAV is paired with itself.
         for pair in self.uavs.chunks_mut(2) {
             for uav in &mut *pair {
@@ -284,10 +291,15 @@ impl<B: Controller> Mission<B> {
         }
         for uav in &mut self.uavs {
             uav.detections.clear();
+            uav.detected_targets.clear();
             if let Some(boresight) = uav.boresight {
-                let (from, sensor) = ((uav.id, uav.truth.position), &team.track.sensor);
-                let draws = (self.draws, self.tick as u64);
-                sensors::scan(from, boresight, &self.truth, sensor, *noise, draws, &mut uav.detections);
+                let scan =
+                    SensorScan { uav: uav.id, state: &uav.truth, boresight, draws: (self.draws, self.tick as u64) };
+                scan.detect(sensor, &self.truth, &mut self.scanned);
+                for (detection, target) in self.scanned.drain(..) {
+                    uav.detections.push(detection);
+                    uav.detected_targets.push(target);
+                }
             }
         }
     }
@@ -295,7 +307,7 @@ impl<B: Controller> Mission<B> {
     /// Every UAV whose computer is on observes, and receives what the radio delivers: the messages of the other UAVs,
     /// and cues of targets that have just appeared or already exist when the first computer is switched on.
     fn send(&mut self, now: Time) {
-        let Self { uavs, controller, radio, cued, intruders, .. } = self;
+        let Self { settings, uavs, controller, radio, cued, intruders, .. } = self;
         radio.open();
         for uav in &mut *uavs {
             radio.join(RadioNode { position: uav.truth.position, transmits: !uav.is_out, receives: !uav.is_off });
@@ -319,7 +331,7 @@ impl<B: Controller> Mission<B> {
                 cued.resize(index + 1, false);
             }
             if !std::mem::replace(&mut cued[index], true) {
-                let cue = Message::Cue(sensors::cue(target, now, self.settings.cue, self.draws));
+                let cue = Message::Cue(sensors::cue(target, now, settings.cue, settings.sensor.has_labels, self.draws));
                 radio.cue(target.target.0, cue);
             }
         }

@@ -65,7 +65,8 @@ pub(super) fn meaning(metric: &str, value: f64, settings: &Settings) -> Option<S
         "member_out_of_view_fraction" if value > 0.0 => "targets that are in a group, but in no UAV's view",
         "off_boresight_max_deg" => "worst moment of one UAV; the limit is half its field of view",
         "position_error_m" => {
-            let (range_m, bearing_deg) = (settings.noise.range_sd_m, settings.noise.bearing_sd_rad.to_degrees());
+            let (range_m, bearing_deg) =
+                (settings.sensor.truth.range_sd_m, settings.sensor.truth.bearing_sd_rad.to_degrees());
             if range_m == 0.0 {
                 return None;
             }
