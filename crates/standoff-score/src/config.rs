@@ -66,6 +66,8 @@ pub struct ScoreConfig {
     pub geofence: Geofence,
     /// End of the last radio fault or restart that ends within the mission, s.
     pub faults_end_s: Option<f64>,
+    /// Cut-off distance c of GOSPA, m.
+    pub gospa_cutoff_m: f64,
 }
 
 impl ScoreConfig {
@@ -92,6 +94,7 @@ impl ScoreConfig {
             transient_s: 0.0,
             geofence: Geofence::default(),
             faults_end_s: None,
+            gospa_cutoff_m: 20.0,
         }
     }
 

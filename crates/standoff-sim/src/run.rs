@@ -9,6 +9,7 @@ use standoff::{
     Position, Scan, Time, UavId, UavState, Velocity,
 };
 use standoff_record::{Frame, ReportedTables};
+use standoff_score::matching::Identities;
 use standoff_score::{MetricSelection, Metrics, ScoreConfig, Scorer};
 
 use crate::agent_rows;
@@ -57,6 +58,8 @@ pub struct Mission<B = Box<dyn Controller + Send>> {
     /// Progress of the current time step.
     stage: Stage,
     truth: Vec<Truth>,
+    /// Finds the targets of tracks, if sensors report no identities.
+    identities: Option<Identities>,
     /// Detections of one scan; reused buffer.
     scanned: Vec<DetectionOfTarget>,
     frame: Frame,
@@ -162,6 +165,7 @@ impl<B: Controller> Mission<B> {
             tick: 0,
             stage: Stage::Ahead,
             truth: Vec::new(),
+            identities: (!settings.sensor.has_labels).then(Identities::default),
             scanned: Vec::new(),
             frame: Frame::default(),
             settings,
@@ -341,7 +345,7 @@ impl<B: Controller> Mission<B> {
 
     /// Every UAV decides, and the controller reports its state.
     fn command(&mut self, now: Time) {
-        let Self { frame, controller, uavs, settings, radio, intruders, .. } = self;
+        let Self { frame, controller, uavs, settings, radio, intruders, identities, .. } = self;
         agent_rows::begin(now, &self.truth, frame);
         frame.intruders.extend(intruders.all().map(|(number, intruder)| agent_rows::intruder(number, intruder, now)));
         let is_on = uavs.iter().any(|uav| !uav.is_off);
@@ -361,7 +365,8 @@ impl<B: Controller> Mission<B> {
             step.diagnostics.speed_limited |= limited.speed_limited;
             step.diagnostics.turn_rate_limited |= limited.turn_rate_limited;
             frame.uavs.push(agent_rows::uav(uav.id, &uav.truth, uav.boresight, &step));
-            frame.detections.extend(uav.detections.iter().map(|detection| agent_rows::detection(uav.id, detection)));
+            let detected = uav.detections.iter().zip(&uav.detected_targets);
+            frame.detections.extend(detected.map(|(detection, of)| agent_rows::detection(uav.id, detection, *of)));
             (uav.pointing_target, uav.command, uav.altitude_m) = (step.pointing_target, step.command, step.altitude_m);
             if let Some(avoidance) = step.diagnostics.avoiding {
                 let goes_on =
@@ -372,14 +377,18 @@ impl<B: Controller> Mission<B> {
                 uav.last_avoidance = Some((avoidance.aircraft, now));
             }
         }
-        let Frame { tracks, groups, events, agents, .. } = frame;
+        let Frame { tracks, groups, events, agents, .. } = &mut *frame;
         let mut beliefs = ReportedState { tracks, groups, events };
         if is_on {
             controller.report(&mut beliefs);
             controller.report_per_agent(agents);
         }
+        if let Some(identities) = identities {
+            identities.identify(frame);
+        }
+        let Frame { tracks, groups, events, agents, .. } = frame;
         if self.is_third_party {
-            beliefs.tidy();
+            ReportedState { tracks, groups, events }.tidy();
         }
         events.append(&mut avoidances);
         agents.tidy();
