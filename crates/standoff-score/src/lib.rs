@@ -650,6 +650,7 @@ mod tests {
         let always = [
             "in_view_fraction",
             "longest_out_of_view_s",
+            "detected_fraction",
             "turn_rate_saturated_fraction",
             "speed_saturated_fraction",
             "turn_reversals_per_min",

@@ -420,6 +420,7 @@ mod tests {
     use super::*;
     use crate::common::{frames, load};
     use standoff::{AgentOutput, Displacement, TargetState};
+    use standoff_record::NO_TARGET;
 
     /// Agents have no access to the truth: moving every target after the scan changes no command and no estimate.
     #[test]
@@ -450,6 +451,36 @@ mod tests {
                 assert_eq!(frames[0].uavs, frames[1].uavs);
                 assert_eq!(frames[0].tracks, frames[1].tracks);
                 assert_eq!(frames[0].groups, frames[1].groups);
+            }
+        }
+    }
+
+    /// Unlabelled detections: if the targets have other ids, the record differs in these only.
+    #[test]
+    fn renaming_the_targets_renames_them_in_the_record_and_changes_nothing_else() {
+        let renamed = |target: u32| if target < NO_TARGET { 6 - target } else { target };
+        for set in [&["team.agents=shared"], &["team.agents=per-uav"]] {
+            let scenario = load("tour/10-unlabelled-detections", set, 4);
+            let [mut original, mut other] = [0; 2].map(|_| Mission::new(&scenario).unwrap());
+            while original.observe() {
+                other.observe();
+                other.truth.iter_mut().for_each(|target| target.target = TargetId(renamed(target.target.0)));
+                other.truth.sort_by_key(|target| target.target);
+                for target in other.uavs.iter_mut().flat_map(|uav| &mut uav.detected_targets).flatten() {
+                    *target = TargetId(renamed(target.0));
+                }
+                let mut expected = original.decide().unwrap().clone();
+                let Frame { truth, tracks, detections, events, agents, .. } = &mut expected;
+                truth.iter_mut().for_each(|row| row.target = renamed(row.target));
+                truth.sort_by_key(|row| row.target);
+                let rows = tracks.iter_mut().chain(agents.tracks.iter_mut().map(|of| &mut of.row));
+                rows.for_each(|row| row.target = renamed(row.target));
+                tracks.sort_by_key(|row| row.target);
+                agents.tracks.sort_by_key(|of| (of.agent, of.row.target));
+                detections.iter_mut().for_each(|row| row.target = row.target.map(renamed));
+                let events = events.iter_mut().chain(agents.events.iter_mut().map(|row| &mut row.event));
+                events.for_each(|event| event.target = event.target.map(renamed));
+                assert!(*other.decide().unwrap() == expected, "{} s", expected.time_us / 1_000_000);
             }
         }
     }

@@ -29,11 +29,12 @@ pub(super) fn target(metric: &str, settings: &Settings) -> String {
         "separation_min_same_altitude_m" => {
             settings.team.separation.map_or_else(String::new, |least| format!("limit {:.0}", least.horizontal_min_m))
         }
-        "anees" | "anees_nonmanoeuvring" | "anees_manoeuvring" | "nis" => "goal 1".to_owned(),
+        "anees" | "anees_nonmanoeuvring" | "anees_manoeuvring" | "nis" | "track_purity" => "goal 1".to_owned(),
         "position_crlb_ratio" | "velocity_crlb_ratio" => "bound 1".to_owned(),
         "handoffs"
         | "removals"
         | "standoff_distance_m"
+        | "detected_fraction"
         | "separation_min_m"
         | "separation_min_same_group_m"
         | "orbit_prediction_error_m_settled"
