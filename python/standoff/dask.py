@@ -100,7 +100,7 @@ def monte_carlo(
     :param out: the store, a folder or a URL that fsspec can open (``s3://bucket/batch``), which every worker can access
         under that name. It must be empty, or contain this batch.
     :param seed: seed of the first run; each further run adds 1.
-    :param metrics: names of metrics and the sets ``standard``, ``limits``, ``table-2``, ``all``: a comma-separated str,
+    :param metrics: names of metrics and the sets ``standard``, ``limits``, ``association``, ``table-2``, ``all``: a comma-separated str,
         or a list.
     :param shards: number of shards. None: each shard takes about a minute on one thread, or less if that keeps all
         workers busy. A resumed batch keeps its number of shards.
@@ -160,7 +160,7 @@ def sweep(
     :param points: number of points of a Latin hypercube. None: a grid of all combinations.
     :param points_seed: seed of the Latin hypercube.
     :param seed: seed of the first run of every point.
-    :param metrics: names of metrics and the sets ``standard``, ``limits``, ``table-2``, ``all``.
+    :param metrics: names of metrics and the sets ``standard``, ``limits``, ``association``, ``table-2``, ``all``.
     :param threads: threads per shard.
     :param retries: how often a shard is retried.
     :param storage_options: fsspec's options for opening ``out``.

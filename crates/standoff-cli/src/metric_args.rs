@@ -7,7 +7,8 @@ use standoff_score::MetricSelection;
 #[derive(Args)]
 pub(crate) struct MetricArgs {
     /// Comma-separated list of metrics to compute: names from docs/metrics.md, or the sets standard, limits (estimation
-    /// errors relative to their bound; takes slightly longer), table-2 and all.
+    /// errors relative to their bound; takes slightly longer), association (GOSPA, swapped and false tracks), table-2
+    /// and all.
     /// [default: standard]
     #[arg(id = "metrics", long = "metrics", value_name = "LIST", value_parser = MetricSelection::parse)]
     typed: Option<MetricSelection>,

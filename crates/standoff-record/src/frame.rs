@@ -8,6 +8,9 @@ use standoff::TeammateStatus;
 
 use crate::column::{Field, Row, rows};
 
+/// Number of the first track without identity, and key of the first track of no target. Ids of targets are smaller.
+pub const NO_TARGET: u32 = 1 << 30;
+
 /// Tables that a controller reports; tables that it does not report are not scored.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -50,7 +53,7 @@ pub struct Frame {
     pub tracks: Vec<TrackRow>,
     /// Groups and their orbits, by ascending id.
     pub groups: Vec<GroupRow>,
-    /// Measurements of this time step, by UAV, then target.
+    /// Measurements of this time step, by UAV, then in the order in which the sensor reports them.
     pub detections: Vec<DetectionRow>,
     /// Events of this time step.
     pub events: Vec<EventRow>,
@@ -197,7 +200,9 @@ pub struct ByAgent<R> {
 /// rows with a number that is not finite are left out.
 #[derive(Debug)]
 pub struct ReportedState<'a> {
-    /// Tracks, by ascending target, which is the label that sensors report.
+    /// Tracks, by ascending target, which is the label that sensors report. If they report none, the simulator replaces
+    /// the target of each track by that to which it assigns the track; rows with equal `track_uid`, or without it equal
+    /// `track`, are of the same track.
     pub tracks: &'a mut Vec<TrackRow>,
     /// Groups, by ascending group. A UAV is assigned to the group that its step's diagnostics name.
     pub groups: &'a mut Vec<GroupRow>,
@@ -341,7 +346,8 @@ rows! {
     /// A track: the fused estimate of one target.
     #[derive(Copy)]
     pub struct TrackRow in "tracks" and "agent_tracks" {
-        /// Id of the true target, as in `truth`.
+        /// Id of the true target, as in `truth`. If sensors report no identities, it follows from the assignment of
+        /// tracks to targets (docs/metrics.md); a track of no target has the number in `track`.
         pub target: u32,
         /// `cued` (reported by a cue source, not measured yet), `updated` (measured in this time step) or `coasting`
         /// (predicted).
@@ -356,8 +362,12 @@ rows! {
         #[on(page)] pub state: [f64; 6],
         /// Upper triangle of their covariance, row by row.
         #[on(page)] pub covariance: [f64; 21],
-        /// The team's id of the track; equal to `target` if sensors report identities.
+        /// Number of the track: the identity that sensors report, or 2^30 plus the index of the track in the order of
+        /// first appearance, if they report none.
         pub track: u32,
+        /// The team's id of a track without identity, less 2^63; null for tracks with an identity.
+        #[may_be(absent)]
+        pub track_uid: Option<u64>,
     }
 
     /// A group and its orbit.
@@ -402,17 +412,20 @@ rows! {
         pub group_uid: Option<u64>,
     }
 
-    /// A measurement (7).
+    /// A measurement (7), or a false alarm.
     #[derive(Copy)]
     pub struct DetectionRow in "detections" {
         /// UAV that measured.
         pub uav: u32,
-        /// Measured target.
-        pub target: u32,
+        /// Measured target, whether or not the sensor reports its identity; null for a false alarm.
+        pub target: Option<u32>,
         /// Range, m.
         pub range_m: f64,
         /// Bearing from the UAV to the target, rad.
         pub bearing_rad: f64,
+        /// Rate of change of the range, due to the motion of both UAV and target, m/s; null if it is not measured.
+        #[may_be(absent)]
+        pub range_rate_m_s: Option<f64>,
     }
 
     /// A true target in view of a UAV: within half the field of view of the boresight and within sensing range.
@@ -432,7 +445,7 @@ rows! {
     pub struct EventRow in "events" {
         /// Kind of event, in kebab-case.
         pub kind: String,
-        /// Target concerned.
+        /// Target concerned, as in `tracks`.
         pub target: Option<u32>,
         /// Group concerned; for handoffs the passing group, for reassignments the previous one.
         pub group: Option<u32>,
@@ -442,7 +455,7 @@ rows! {
         pub uavs: Vec<u32>,
         /// The cause and the columns below as a sentence.
         pub reason: String,
-        /// The team's id of the target's track.
+        /// Number of the target's track, as in `tracks`.
         pub track: Option<u32>,
         /// Cause, in kebab-case; null if the kind has only one.
         pub cause: Option<String>,
@@ -478,6 +491,9 @@ rows! {
         pub zone: Option<u32>,
         /// Intruder concerned.
         pub intruder: Option<u32>,
+        /// `track_uid` of the track.
+        #[may_be(absent)]
+        pub track_uid: Option<u64>,
     }
 
     /// An agent, if each UAV has its own.

@@ -42,7 +42,7 @@ pub use directory::{MAP_FILE, NO_FOLDER, Occupancy, conflicting_files, first_in,
 pub use error::RecordError;
 pub use event_quota::EventQuota;
 pub use frame::{
-    AgentEventRow, AgentRow, ByAgent, DetectionRow, EventRow, Frame, GroupRow, IntruderRow, MembershipState,
+    AgentEventRow, AgentRow, ByAgent, DetectionRow, EventRow, Frame, GroupRow, IntruderRow, MembershipState, NO_TARGET,
     PerAgentTables, ReportedState, ReportedTables, TeammateRow, TrackRow, TrackStatus, TruthRow, UavRow, ViewRow,
 };
 pub use limits::MAX_ROWS;

@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 
 use crate::Manifest;
 use crate::column::Row;
-use crate::frame::{AgentEventRow, ByAgent, DetectionRow, EventRow, Frame, TrackRow, TruthRow, UavRow};
+use crate::frame::{AgentEventRow, ByAgent, DetectionRow, EventRow, Frame, NO_TARGET, TrackRow, TruthRow, UavRow};
 use crate::schema::{microseconds, seconds};
 
 /// Maximum number of rows of targets in a new record: 1,000 targets once per second for a day.
@@ -26,6 +26,11 @@ pub(crate) struct RecordLimits {
 pub(crate) struct LimitExceeded {
     pub(crate) table: &'static str,
     pub(crate) what: String,
+}
+
+/// Returns the target with this key; `None` if it is the key of a track of no target.
+fn target_of(key: u32) -> Option<u32> {
+    Some(key).filter(|key| *key < NO_TARGET)
 }
 
 impl RecordLimits {
@@ -57,12 +62,12 @@ impl RecordLimits {
         self.check_agents(time_s, &agents.events, |row| row.agent)?;
         self.check_agents(time_s, &agents.teammates, |row| row.agent)?;
         self.check_agents(time_s, &agents.teammates, |row| row.uav)?;
-        self.check_targets(time_s, &agents.tracks, |of: &ByAgent<TrackRow>| Some(of.row.target))?;
-        self.check_targets(time_s, &agents.events, |row: &AgentEventRow| row.event.target)?;
+        self.check_targets(time_s, &agents.tracks, |of: &ByAgent<TrackRow>| target_of(of.row.target))?;
+        self.check_targets(time_s, &agents.events, |row: &AgentEventRow| row.event.target.and_then(target_of))?;
         self.check_targets(time_s, truth, |row: &TruthRow| Some(row.target))?;
-        self.check_targets(time_s, tracks, |row: &TrackRow| Some(row.target))?;
-        self.check_targets(time_s, detections, |row: &DetectionRow| Some(row.target))?;
-        self.check_targets(time_s, events, |row: &EventRow| row.target)
+        self.check_targets(time_s, tracks, |row: &TrackRow| target_of(row.target))?;
+        self.check_targets(time_s, detections, |row: &DetectionRow| row.target)?;
+        self.check_targets(time_s, events, |row: &EventRow| row.target.and_then(target_of))
     }
 
     /// Refuses rows of an unnamed target: the table may belong to another record.

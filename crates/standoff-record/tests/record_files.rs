@@ -9,8 +9,8 @@ use parquet::file::reader::{FileReader, SerializedFileReader};
 use standoff::TeammateStatus;
 use standoff_record::{
     AgentEventRow, AgentRow, ByAgent, Counts, DetectionRow, EventRow, Frame, GroupRow, Manifest, MembershipState,
-    Occupancy, PerAgentTables, Record, RecordError, TeammateRow, TrackRow, TrackStatus, TruthRow, UavRow, Writer,
-    occupancy,
+    NO_TARGET, Occupancy, PerAgentTables, Record, RecordError, TeammateRow, TrackRow, TrackStatus, TruthRow, UavRow,
+    Writer, occupancy,
 };
 use tempfile::TempDir;
 
@@ -113,8 +113,22 @@ fn rows_beyond_the_run_are_refused_by_writer_and_reader() {
         frame.tracks.extend(unknown);
     };
     check_limits(last_track, "tracks", "it has target 5 at 0 s, but the run has 4 targets");
-    let detection = DetectionRow { uav: 0, target: 4, range_m: 1.0, bearing_rad: 0.0 };
+    let detection = DetectionRow { uav: 0, target: Some(4), range_m: 1.0, ..DetectionRow::default() };
     check_limits(|frame| frame.detections.push(detection), "detections", "it has target 4 at 0 s");
+}
+
+/// Tracks of no target have keys above those of all targets.
+#[test]
+fn tracks_of_no_target_are_read_back() {
+    let dir = TempDir::new().unwrap();
+    let mut frames = frames(3, 2, 4);
+    for frame in &mut frames {
+        let lone = frame.tracks[0];
+        frame.tracks.push(TrackRow { target: NO_TARGET + 7, track: NO_TARGET + 7, ..lone });
+        frame.events.push(EventRow { target: Some(NO_TARGET), ..EventRow::default() });
+    }
+    write(&dir.path().join("run"), &frames);
+    assert_eq!(read(&dir.path().join("run")).unwrap(), frames);
 }
 
 /// Checks that tables of a run with another duration and period are refused in a run of 0.4 s with time steps of 0.2 s.
@@ -909,6 +923,7 @@ fn frame(step: u32, uavs: u32, targets: u32) -> Frame {
         truth: (0..targets).map(|id| truth(id, t)).collect(),
         tracks: (0..targets)
             .map(|id| TrackRow {
+                track_uid: id.is_multiple_of(2).then_some(u64::from(id) << 50),
                 target: id,
                 track: 1_000 - id,
                 status: status[((id + step) % 3) as usize],
@@ -946,13 +961,15 @@ fn frame(step: u32, uavs: u32, targets: u32) -> Frame {
         detections: (0..uavs.min(step))
             .map(|uav| DetectionRow {
                 uav,
-                target: step % targets,
+                target: (step % 7 > 0).then_some(step % targets),
                 range_m: 400.0 + t.sqrt(),
                 bearing_rad: -1.0 + 0.01 * t,
+                range_rate_m_s: step.is_multiple_of(3).then_some(0.5 - t),
             })
             .collect(),
         events: Vec::from_iter(happened.then(|| EventRow {
             intruder: None,
+            track_uid: step.is_multiple_of(4).then_some((1 << 63) - u64::from(step) - 1),
             kind: "lost".to_owned(),
             target: step.is_multiple_of(2).then_some(step % targets),
             group: None,

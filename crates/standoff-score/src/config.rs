@@ -68,6 +68,8 @@ pub struct ScoreConfig {
     pub team: TeamParams,
     /// End of the last radio fault or restart that ends within the mission, s.
     pub faults_end_s: Option<f64>,
+    /// Cut-off distance c of GOSPA, m.
+    pub gospa_cutoff_m: f64,
 }
 
 impl ScoreConfig {
@@ -95,6 +97,7 @@ impl ScoreConfig {
             geofence: Geofence::default(),
             team: *team,
             faults_end_s: None,
+            gospa_cutoff_m: 20.0,
         }
     }
 

@@ -106,8 +106,8 @@ impl Bound {
 fn known_detections(frame: &Frame, matching: &Matching<'_>) -> impl Iterator<Item = (Position, u32, Position)> {
     frame.detections.iter().filter_map(|detection| {
         let uav = frame.uavs.iter().find(|uav| uav.uav == detection.uav)?;
-        let truth = matching.target(detection.target)?;
-        Some((at(uav), detection.target, position(truth)))
+        let truth = matching.target(detection.target?)?;
+        Some((at(uav), truth.target, position(truth)))
     })
 }
 
@@ -192,7 +192,7 @@ mod tests {
         for (uav, (range_m, phase_rad)) in (0..).zip(ranges_and_phases) {
             let at = Displacement::from_polar(*range_m, Angle::from_rad(*phase_rad));
             frame.uavs.push(UavRow { x_m: at.x_m(), y_m: at.y_m(), ..uav_row(uav) });
-            frame.detections.push(DetectionRow { uav, target: 0, range_m: *range_m, bearing_rad: 0.0 });
+            frame.detections.push(DetectionRow { uav, target: Some(0), range_m: *range_m, ..DetectionRow::default() });
         }
         frame
     }

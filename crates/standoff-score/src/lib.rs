@@ -5,6 +5,7 @@
 extern crate self as standoff_score;
 
 mod agreement;
+mod association;
 #[cfg(test)]
 #[path = "../tests/common/mod.rs"]
 mod common;
@@ -39,6 +40,7 @@ use standoff_record::{Frame, GroupRow};
 use crate::geometry::{at, centre, group_of, off_boresight_angles_rad, off_orbit_m};
 use crate::matching::{Matched, Matching};
 use agreement::Agreement;
+use association::AssociationScores;
 use control_effort::ControlEffort;
 use cramer_rao::Bound;
 use geofence::Zones;
@@ -71,6 +73,7 @@ struct Needed {
     events: bool,
     zones: bool,
     agreement: bool,
+    association: bool,
 }
 
 impl Needed {
@@ -122,6 +125,7 @@ impl Needed {
             events: choice.includes(&["handoffs", "removals"]),
             zones: choice.includes(&["zone_violations", "geofence_detour_fraction"]),
             agreement: choice.includes(Metrics::AGREEMENT),
+            association: choice.includes(metrics::ASSOCIATION),
         }
     }
 }
@@ -161,6 +165,7 @@ pub struct Scorer {
     /// Empty; its memory is reused.
     matching: Matching<'static>,
     agreement: Agreement,
+    association: AssociationScores,
     per_agent: PerAgentScores<Self>,
     /// Selected metrics that are computed for each agent separately.
     of_team_states: MetricSelection,
@@ -214,6 +219,7 @@ impl Scorer {
             true_orbits: TrueOrbits::default(),
             matching: Matching::default(),
             agreement: Agreement::default(),
+            association: AssociationScores::default(),
             per_agent: PerAgentScores::default(),
             of_team_states: choice.of_team_states(),
             assignments: Vec::new(),
@@ -274,6 +280,9 @@ impl Scorer {
         }
         if needed.agreement {
             self.agreement.frame(frame);
+        }
+        if needed.association {
+            self.association.frame(&self.config, frame, &matching);
         }
         if !self.of_team_states.is_empty() {
             self.per_agent.frame(frame, || Self::new(self.config.clone(), self.of_team_states));
@@ -343,6 +352,14 @@ impl Scorer {
             geofence_detour_fraction: self.zones.detour.value(),
             handoffs: self.needed.events.then_some(self.so_far.handoffs),
             removals: self.needed.events.then_some(self.so_far.removals),
+            gospa_m: self.association.squared_m2.value().map(f64::sqrt),
+            gospa_localisation_m: self.association.localisation_m2.value().map(f64::sqrt),
+            gospa_missed: self.association.missed.value(),
+            gospa_false: self.association.false_tracks_in_view.value(),
+            track_swaps: self.needed.association.then_some(self.association.swaps),
+            false_tracks: self.needed.association.then(|| self.association.false_tracks()),
+            track_purity: self.association.purity(),
+            detected_fraction: self.association.detected.value(),
             assignment_disagreement_fraction: differ.value(),
             reconvergence_time_s: self.agreement.delay_s(self.config.faults_end_s),
             duplicate_coverage_fraction: double_served.value(),
@@ -633,6 +650,7 @@ mod tests {
         let always = [
             "in_view_fraction",
             "longest_out_of_view_s",
+            "detected_fraction",
             "turn_rate_saturated_fraction",
             "speed_saturated_fraction",
             "turn_reversals_per_min",

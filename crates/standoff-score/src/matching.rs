@@ -1,11 +1,18 @@
 //! Matching of the true targets and the tracks of one time step.
 //!
-//! Data association is assumed to be solved: the key of a track, and the target of a detection, are the id of the true
-//! target. Scores, figures and pages rely on this only through this module.
+//! The key of a track, and the target of a detection, are the id of the true target. If sensors report identities, the
+//! key is the identity; otherwise [`Identities`] finds the target of each track when the record is written. Scores,
+//! figures and pages rely on this only through this module.
+
+mod assignment;
+mod identities;
 
 use standoff::Position;
 
 use standoff_record::{DetectionRow, Frame, TrackRow, TruthRow};
+
+pub(crate) use assignment::assign;
+pub use identities::{CUTOFF_M, Identities};
 
 /// An existing target and the track that estimates it.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -84,7 +91,7 @@ impl<'a> Matching<'a> {
         matched.chain(self.unmatched_targets.iter().map(|target| (*target, None)))
     }
 
-    /// Returns the tracks whose target does not exist.
+    /// Returns the tracks of no target, and those whose target does not exist.
     #[must_use]
     pub fn unmatched_tracks(&self) -> &[&'a TrackRow] {
         &self.unmatched_tracks
@@ -113,7 +120,7 @@ pub(crate) fn key(track: &TrackRow) -> u32 {
 
 /// Returns the index of the track that a detection belongs to, among the tracks of one time step.
 pub(crate) fn track_index(detection: &DetectionRow, tracks: &[TrackRow]) -> Option<usize> {
-    tracks.binary_search_by_key(&detection.target, key).ok()
+    tracks.binary_search_by_key(&detection.target?, key).ok()
 }
 
 #[cfg(test)]
@@ -143,7 +150,7 @@ mod tests {
         assert_eq!(targets.collect::<Vec<_>>(), [None, Some(2), None, Some(4), None]);
         assert_eq!((0..5).filter(|id| matching.target(*id).is_some()).collect::<Vec<_>>(), [1, 2, 4]);
         let of_detection = |target| track_index(&DetectionRow { target, ..DetectionRow::default() }, &frame.tracks);
-        assert_eq!([1, 3].map(of_detection), [None, Some(2)]);
+        assert_eq!([Some(1), Some(3), None].map(of_detection), [None, Some(2), None]);
     }
 
     /// A scorer keeps its memory between frames.

@@ -209,6 +209,24 @@ metrics! {
             /// Mean of its Cramer-Rao bound over the same samples, m2/s2.
             velocity_crlb_m2_s2: f64, "Cramer-Rao bound of the velocity", NEITHER, 0.1, BOTH;
         }
+        "Association" {
+            /// Root-mean-square GOSPA of the targets and tracks in view, m.
+            gospa_m: f64, "GOSPA", LARGE, 0.5, TRACKS;
+            /// Part of `gospa_m` due to position errors, m.
+            gospa_localisation_m: f64, "GOSPA, position errors", LARGE, 0.5, TRACKS;
+            /// Mean number of targets in view without a track within the cut-off.
+            gospa_missed: f64, "targets in view without track", LARGE, 0.05, TRACKS;
+            /// Mean number of tracks in view without a target within the cut-off.
+            gospa_false: f64, "tracks in view without target", LARGE, 0.05, TRACKS;
+            /// Number of times that a track changed its target.
+            track_swaps: u64, "tracks that changed their target", LARGE, 0.1, TRACKS;
+            /// Number of tracks that had no target for more than 90 % of their time.
+            false_tracks: u64, "false tracks", LARGE, 0.1, TRACKS;
+            /// Fraction of the time of targets with a track in which it is the track that the target had longest, 0 to 1.
+            track_purity: f64, "track purity", SMALL, 0.01, TRACKS;
+            /// Fraction of the targets in view of a scan that were detected, 0 to 1.
+            detected_fraction: f64, "targets in view detected", SMALL, 0.01, NOTHING;
+        }
         "Guidance" {
             /// Standoff distance r_d (15) from the agents' estimates, m.
             standoff_distance_m: f64, "desired standoff distance", NEITHER, 5.0, GROUPS;
@@ -324,7 +342,7 @@ impl SelectedMetrics {
 
 /// Selection of metrics; metrics that are not selected are not computed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct MetricSelection(u64);
+pub struct MetricSelection(u128);
 
 /// Metrics that compare a run with theoretical limits. They take longer than most and are computed on request only.
 const LIMITS: &[&str] = &[
@@ -337,6 +355,18 @@ const LIMITS: &[&str] = &[
     "position_crlb_m2",
     "velocity_squared_error_m2_s2",
     "velocity_crlb_m2_s2",
+];
+
+/// Metrics of sensors that do not detect every target or report no identities. They are computed on request only.
+pub(crate) const ASSOCIATION: &[&str] = &[
+    "gospa_m",
+    "gospa_localisation_m",
+    "gospa_missed",
+    "gospa_false",
+    "track_swaps",
+    "false_tracks",
+    "track_purity",
+    "detected_fraction",
 ];
 
 /// Columns of Table II.
@@ -353,12 +383,13 @@ impl MetricSelection {
     /// All metrics.
     pub const ALL: Self = Self((1 << Metrics::NAMES.len()) - 1);
 
-    /// Default selection: all metrics except the comparisons with limits.
+    /// Default selection: all metrics except the comparisons with limits and those of the association.
     pub fn standard() -> Self {
-        Self(Self::ALL.0 & !Self::of(LIMITS).0)
+        Self(Self::ALL.0 & !Self::of(LIMITS).0 & !Self::of(ASSOCIATION).0)
     }
 
-    /// Parses a comma-separated list of metric names and sets (`standard`, `limits`, `table-2`, `all`).
+    /// Parses a comma-separated list of metric names and sets (`standard`, `limits`, `association`, `table-2`,
+    /// `all`).
     pub fn parse(list: &str) -> Result<Self, String> {
         let mut choice = Self(0);
         for word in list.split(',').map(str::trim).filter(|word| !word.is_empty()) {
@@ -366,13 +397,17 @@ impl MetricSelection {
                 "all" => Self::ALL.0,
                 "standard" => Self::standard().0,
                 "limits" => Self::of(LIMITS).0,
+                "association" => Self::of(ASSOCIATION).0,
                 "table-2" => Self::of(TABLE_2).0,
                 name if bit(name).is_none() => {
                     let advice = match (renamed::metric(name), nearest(name, Metrics::NAMES)) {
                         (Some(now), _) => format!("it is now called `{now}`"),
                         (None, Some(near)) => did_you_mean(near),
                         (None, None) => {
-                            format!("allowed: standard, limits, table-2, all, {}", Metrics::NAMES.join(", "))
+                            format!(
+                                "allowed: standard, limits, association, table-2, all, {}",
+                                Metrics::NAMES.join(", ")
+                            )
                         }
                     };
                     return Err(format!("{}: no such metric; {advice}", quoted(name)));
@@ -418,7 +453,7 @@ impl MetricSelection {
     }
 }
 
-fn bit(name: &str) -> Option<u64> {
+fn bit(name: &str) -> Option<u128> {
     Metrics::NAMES.iter().position(|known| *known == name).map(|index| 1 << index)
 }
 
@@ -432,7 +467,7 @@ mod tests {
         assert_eq!(names("anees, position_error_m").unwrap(), ["position_error_m", "anees"]);
         assert_eq!(names("all").unwrap(), Metrics::NAMES);
         assert!(names("table-2,handoffs").unwrap().contains(&"phase_error_deg"));
-        assert_eq!(names("standard,limits").unwrap(), Metrics::NAMES);
+        assert_eq!(names("standard,limits,association").unwrap(), Metrics::NAMES);
         assert!(!names("standard").unwrap().contains(&"nis"));
         assert!(names("speed").unwrap_err().contains("no such metric"));
         assert!(names("").is_err());
@@ -445,7 +480,7 @@ mod tests {
             let chosen: Vec<_> = MetricSelection::parse(ratio).unwrap().names().collect();
             assert_eq!(chosen, [ratio, numerator, denominator]);
         }
-        for set in [LIMITS, TABLE_2] {
+        for set in [LIMITS, ASSOCIATION, TABLE_2] {
             assert_eq!(MetricSelection::of(set).names().count(), set.len());
         }
     }

@@ -6,11 +6,12 @@ use standoff::{
     GroupedTrack, Membership, TeamState, Time, TrackId, TrackStatus as Status, UavId, UavState,
 };
 use standoff_record::{
-    AgentEventRow, AgentRow, ByAgent, DetectionRow, EventRow, Frame, GroupRow, IntruderRow, MembershipState,
+    AgentEventRow, AgentRow, ByAgent, DetectionRow, EventRow, Frame, GroupRow, IntruderRow, MembershipState, NO_TARGET,
     PerAgentTables, ReportedState, TeammateRow, TrackRow, TrackStatus, TruthRow, UavRow,
 };
 
 use crate::intruders::Intruder;
+use crate::target_id::TargetId;
 use crate::world::Truth;
 
 /// Starts the frame of a time step: fills in the truth and empties all other tables.
@@ -97,12 +98,13 @@ pub(crate) fn intruder(number: u32, intruder: &Intruder, now: Time) -> IntruderR
     }
 }
 
-pub(crate) fn detection(uav: UavId, detection: &Detection) -> DetectionRow {
+pub(crate) fn detection(uav: UavId, detection: &Detection, target: Option<TargetId>) -> DetectionRow {
     DetectionRow {
         uav: uav.0,
-        target: detection.label.map_or(u32::MAX, |label| label.0),
+        target: target.map(|target| target.0),
         range_m: detection.measurement.range_m,
         bearing_rad: detection.measurement.bearing.rad(),
+        range_rate_m_s: detection.range_rate_m_s,
     }
 }
 
@@ -116,6 +118,7 @@ fn event(event: &Event, team_state: &TeamState) -> EventRow {
         kind: event.kind.name().to_owned(),
         target: event.track.filter(|track| team_state.track(*track).is_some()).map(number_of),
         track: event.track.map(number_of),
+        track_uid: event.track.and_then(uid_of),
         group: event.group.and_then(number),
         to_group: event.to_group.and_then(number),
         group_id: event.group.map(|group| group.0),
@@ -256,9 +259,15 @@ fn groups(team_state: &TeamState, mut put: impl FnMut(GroupRow)) {
     }
 }
 
-/// Number of a track in the record.
+/// Number of a track in the record. The mission numbers those without label, and finds their targets: see
+/// [`Identities`](standoff_score::matching::Identities).
 fn number_of(track: TrackId) -> u32 {
-    track.label().map_or(track.0 as u32 | 1 << 31, |label| label.0)
+    track.label().map_or(NO_TARGET, |label| label.0)
+}
+
+/// Id of a track without label, less 2^63.
+fn uid_of(track: TrackId) -> Option<u64> {
+    track.label().is_none().then_some(track.0 & !(1 << 63))
 }
 
 fn live_status(known: &GroupedTrack) -> Option<TrackStatus> {
@@ -276,6 +285,7 @@ fn track(known: &GroupedTrack, status: TrackStatus, team_state: &TeamState) -> T
     TrackRow {
         target: number_of(known.track.id),
         track: number_of(known.track.id),
+        track_uid: uid_of(known.track.id),
         status,
         membership: match known.membership {
             Membership::Ungrouped => MembershipState::Ungrouped,

@@ -8,6 +8,7 @@ mod split_mix;
 mod ziggurat;
 
 use split_mix::SplitMix64;
+use standoff::research::math;
 use ziggurat::Ziggurat;
 
 /// Purpose of a draw.
@@ -32,6 +33,16 @@ pub enum Stream {
     RadioDuplicate = 8,
     /// Points of a Latin hypercube.
     Sweep = 9,
+    /// Whether a target in view is detected.
+    Detection = 10,
+    /// Noise of the range rate.
+    RangeRate = 11,
+    /// Number of false alarms of a scan.
+    FalseAlarmCount = 12,
+    /// Range, bearing and range rate of a false alarm.
+    FalseAlarm = 13,
+    /// Order of the detections of a scan.
+    DetectionOrder = 14,
 }
 
 /// All random draws of a run.
@@ -80,6 +91,24 @@ impl Draw {
     /// Draws a standard normal.
     pub fn normal(&mut self) -> f64 {
         self.ziggurat.normal(&mut self.bits)
+    }
+
+    /// Draws a Poisson number of the given mean, at least 0, by adding up exponentially distributed gaps.
+    pub fn poisson(&mut self, mean: f64) -> u32 {
+        let mut sum = -math::ln(1.0 - self.uniform());
+        let mut count = 0;
+        while sum < mean {
+            count += 1;
+            sum -= math::ln(1.0 - self.uniform());
+        }
+        count
+    }
+
+    /// Puts items into a uniformly random order.
+    pub fn shuffle<T>(&mut self, items: &mut [T]) {
+        for last in (1..items.len()).rev() {
+            items.swap(last, (self.uniform() * (last + 1) as f64) as usize);
+        }
     }
 
     /// Draws independent standard normals.
@@ -142,6 +171,40 @@ mod tests {
         assert!((squares / count - 1.0).abs() < 5.0 * (2.0 / count).sqrt());
         assert!((fourths / count - 3.0).abs() < 5.0 * (96.0 / count).sqrt());
         assert!((product / n as f64).abs() < 5.0 / (n as f64).sqrt());
+    }
+
+    /// Mean and variance of a Poisson number are equal; a mean of 0 gives 0.
+    #[test]
+    fn poisson_numbers_have_the_given_mean_and_variance() {
+        assert_eq!(Draws::new(5).at(Stream::FalseAlarmCount, 0, 0).poisson(0.0), 0);
+        let n = 20_000;
+        for mean in [0.3, 5.0, 40.0] {
+            let number = |tick| f64::from(Draws::new(5).at(Stream::FalseAlarmCount, 0, tick).poisson(mean));
+            let numbers: Vec<f64> = (0..n).map(number).collect();
+            let average = numbers.iter().sum::<f64>() / n as f64;
+            let variance = numbers.iter().map(|number| (number - mean) * (number - mean)).sum::<f64>() / n as f64;
+            // Five standard errors each.
+            assert!((average - mean).abs() < 5.0 * (mean / n as f64).sqrt(), "{mean}: {average}");
+            let fourth = mean + 3.0 * mean * mean;
+            assert!((variance - mean).abs() < 5.0 * ((fourth - mean * mean) / n as f64).sqrt(), "{mean}: {variance}");
+        }
+    }
+
+    /// Every item is equally likely at every place.
+    #[test]
+    fn shuffled_items_are_uniform_over_the_places() {
+        let n = 12_000;
+        let mut counts = [[0u32; 4]; 4];
+        for tick in 0..n {
+            let mut items = [0, 1, 2, 3];
+            Draws::new(5).at(Stream::DetectionOrder, 0, tick).shuffle(&mut items);
+            items.iter().enumerate().for_each(|(place, item)| counts[place][*item] += 1);
+        }
+        let allowed = 5.0 * (n as f64 * 0.25 * 0.75).sqrt();
+        assert!(
+            counts.as_flattened().iter().all(|count| (f64::from(*count) - 0.25 * n as f64).abs() < allowed),
+            "{counts:?}"
+        );
     }
 
     /// Keys that differ by one in one part: neither their normals nor the squares of these are correlated.

@@ -9,6 +9,7 @@ use standoff::{
     Position, Scan, Time, UavId, UavState, Velocity,
 };
 use standoff_record::{Frame, ReportedTables};
+use standoff_score::matching::Identities;
 use standoff_score::{MetricSelection, Metrics, ScoreConfig, Scorer};
 
 use crate::agent_rows;
@@ -18,7 +19,8 @@ use crate::onboard_computer::OnboardComputer;
 use crate::radio::{Radio, RadioNode, SentCounts};
 use crate::random::Draws;
 use crate::scenario::{Outage, Scenario, Settings};
-use crate::sensors;
+use crate::sensors::{self, DetectionOfTarget, SensorScan};
+use crate::target_id::TargetId;
 use crate::world::{Truth, World};
 
 /// A mission in progress.
@@ -56,6 +58,10 @@ pub struct Mission<B = Box<dyn Controller + Send>> {
     /// Progress of the current time step.
     stage: Stage,
     truth: Vec<Truth>,
+    /// Finds the targets of tracks, if sensors report no identities.
+    identities: Option<Identities>,
+    /// Detections of one scan; reused buffer.
+    scanned: Vec<DetectionOfTarget>,
     frame: Frame,
 }
 
@@ -103,6 +109,8 @@ struct Uav {
     is_off: bool,
     boresight: Option<Angle>,
     detections: Vec<Detection>,
+    /// Targets of the detections; `None` for a false alarm.
+    detected_targets: Vec<Option<TargetId>>,
     command: Command,
     /// Commanded altitude, m.
     altitude_m: Option<f64>,
@@ -138,6 +146,7 @@ impl<B: Controller> Mission<B> {
             is_off: false,
             boresight: None,
             detections: Vec::new(),
+            detected_targets: Vec::new(),
             command: Command { speed_m_s: state.speed_m_s, turn_rate_rad_s: 0.0 },
             altitude_m: None,
             last_avoidance: None,
@@ -156,6 +165,8 @@ impl<B: Controller> Mission<B> {
             tick: 0,
             stage: Stage::Ahead,
             truth: Vec::new(),
+            identities: (!settings.sensor.has_labels).then(Identities::default),
+            scanned: Vec::new(),
             frame: Frame::default(),
             settings,
         })
@@ -267,7 +278,7 @@ impl<B: Controller> Mission<B> {
 
     /// Points every sensor as its UAV commanded, from the state that the UAV assumes, and measures.
     fn scan(&mut self, now: Time) {
-        let Settings { period, noise, team, .. } = &self.settings;
+        let Settings { period, sensor, .. } = &self.settings;
         // In pairs, whose boresights are computed as a batch (SIMD); a single last UAV is paired with itself.
         for pair in self.uavs.chunks_mut(2) {
             for uav in &mut *pair {
@@ -284,10 +295,15 @@ impl<B: Controller> Mission<B> {
         }
         for uav in &mut self.uavs {
             uav.detections.clear();
+            uav.detected_targets.clear();
             if let Some(boresight) = uav.boresight {
-                let (from, sensor) = ((uav.id, uav.truth.position), &team.track.sensor);
-                let draws = (self.draws, self.tick as u64);
-                sensors::scan(from, boresight, &self.truth, sensor, *noise, draws, &mut uav.detections);
+                let scan =
+                    SensorScan { uav: uav.id, state: &uav.truth, boresight, draws: (self.draws, self.tick as u64) };
+                scan.detect(sensor, &self.truth, &mut self.scanned);
+                for (detection, target) in self.scanned.drain(..) {
+                    uav.detections.push(detection);
+                    uav.detected_targets.push(target);
+                }
             }
         }
     }
@@ -295,7 +311,7 @@ impl<B: Controller> Mission<B> {
     /// Every UAV whose computer is on observes, and receives what the radio delivers: the messages of the other UAVs,
     /// and cues of targets that have just appeared or already exist when the first computer is switched on.
     fn send(&mut self, now: Time) {
-        let Self { uavs, controller, radio, cued, intruders, .. } = self;
+        let Self { settings, uavs, controller, radio, cued, intruders, .. } = self;
         radio.open();
         for uav in &mut *uavs {
             radio.join(RadioNode { position: uav.truth.position, transmits: !uav.is_out, receives: !uav.is_off });
@@ -319,7 +335,7 @@ impl<B: Controller> Mission<B> {
                 cued.resize(index + 1, false);
             }
             if !std::mem::replace(&mut cued[index], true) {
-                let cue = Message::Cue(sensors::cue(target, now, self.settings.cue, self.draws));
+                let cue = Message::Cue(sensors::cue(target, now, settings.cue, settings.sensor.has_labels, self.draws));
                 radio.cue(target.target.0, cue);
             }
         }
@@ -329,7 +345,7 @@ impl<B: Controller> Mission<B> {
 
     /// Every UAV decides, and the controller reports its state.
     fn command(&mut self, now: Time) {
-        let Self { frame, controller, uavs, settings, radio, intruders, .. } = self;
+        let Self { frame, controller, uavs, settings, radio, intruders, identities, .. } = self;
         agent_rows::begin(now, &self.truth, frame);
         frame.intruders.extend(intruders.all().map(|(number, intruder)| agent_rows::intruder(number, intruder, now)));
         let is_on = uavs.iter().any(|uav| !uav.is_off);
@@ -349,7 +365,8 @@ impl<B: Controller> Mission<B> {
             step.diagnostics.speed_limited |= limited.speed_limited;
             step.diagnostics.turn_rate_limited |= limited.turn_rate_limited;
             frame.uavs.push(agent_rows::uav(uav.id, &uav.truth, uav.boresight, &step));
-            frame.detections.extend(uav.detections.iter().map(|detection| agent_rows::detection(uav.id, detection)));
+            let detected = uav.detections.iter().zip(&uav.detected_targets);
+            frame.detections.extend(detected.map(|(detection, of)| agent_rows::detection(uav.id, detection, *of)));
             (uav.pointing_target, uav.command, uav.altitude_m) = (step.pointing_target, step.command, step.altitude_m);
             if let Some(avoidance) = step.diagnostics.avoiding {
                 let goes_on =
@@ -360,14 +377,18 @@ impl<B: Controller> Mission<B> {
                 uav.last_avoidance = Some((avoidance.aircraft, now));
             }
         }
-        let Frame { tracks, groups, events, agents, .. } = frame;
+        let Frame { tracks, groups, events, agents, .. } = &mut *frame;
         let mut beliefs = ReportedState { tracks, groups, events };
         if is_on {
             controller.report(&mut beliefs);
             controller.report_per_agent(agents);
         }
+        if let Some(identities) = identities {
+            identities.identify(frame);
+        }
+        let Frame { tracks, groups, events, agents, .. } = frame;
         if self.is_third_party {
-            beliefs.tidy();
+            ReportedState { tracks, groups, events }.tidy();
         }
         events.append(&mut avoidances);
         agents.tidy();
@@ -399,6 +420,7 @@ mod tests {
     use super::*;
     use crate::common::{frames, load};
     use standoff::{AgentOutput, Displacement, TargetState};
+    use standoff_record::NO_TARGET;
 
     /// Agents have no access to the truth: moving every target after the scan changes no command and no estimate.
     #[test]
@@ -429,6 +451,36 @@ mod tests {
                 assert_eq!(frames[0].uavs, frames[1].uavs);
                 assert_eq!(frames[0].tracks, frames[1].tracks);
                 assert_eq!(frames[0].groups, frames[1].groups);
+            }
+        }
+    }
+
+    /// Unlabelled detections: if the targets have other ids, the record differs in these only.
+    #[test]
+    fn renaming_the_targets_renames_them_in_the_record_and_changes_nothing_else() {
+        let renamed = |target: u32| if target < NO_TARGET { 6 - target } else { target };
+        for set in [&["team.agents=shared"], &["team.agents=per-uav"]] {
+            let scenario = load("tour/10-unlabelled-detections", set, 4);
+            let [mut original, mut other] = [0; 2].map(|_| Mission::new(&scenario).unwrap());
+            while original.observe() {
+                other.observe();
+                other.truth.iter_mut().for_each(|target| target.target = TargetId(renamed(target.target.0)));
+                other.truth.sort_by_key(|target| target.target);
+                for target in other.uavs.iter_mut().flat_map(|uav| &mut uav.detected_targets).flatten() {
+                    *target = TargetId(renamed(target.0));
+                }
+                let mut expected = original.decide().unwrap().clone();
+                let Frame { truth, tracks, detections, events, agents, .. } = &mut expected;
+                truth.iter_mut().for_each(|row| row.target = renamed(row.target));
+                truth.sort_by_key(|row| row.target);
+                let rows = tracks.iter_mut().chain(agents.tracks.iter_mut().map(|of| &mut of.row));
+                rows.for_each(|row| row.target = renamed(row.target));
+                tracks.sort_by_key(|row| row.target);
+                agents.tracks.sort_by_key(|of| (of.agent, of.row.target));
+                detections.iter_mut().for_each(|row| row.target = row.target.map(renamed));
+                let events = events.iter_mut().chain(agents.events.iter_mut().map(|row| &mut row.event));
+                events.for_each(|event| event.target = event.target.map(renamed));
+                assert!(*other.decide().unwrap() == expected, "{} s", expected.time_us / 1_000_000);
             }
         }
     }

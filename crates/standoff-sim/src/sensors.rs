@@ -1,41 +1,138 @@
-//! Sensor model: noisy detections of the targets in view, and cues of targets that appear.
+//! Sensor model: noisy detections of the targets in view, false alarms, and cues of targets that appear.
 
-use standoff::{Angle, Cue, Detection, Position, SensorParams, Time, UavId, Velocity};
+use standoff::research::FALSE_ALARM_SPEED_MAX_M_S;
+use standoff::{
+    Angle, Cue, Detection, Displacement, Position, RangeBearingMeasurement, SensorParams, Time, UavId, UavState,
+    Velocity,
+};
 use standoff_score::{CueError, Noise};
 
 use crate::random::{Draws, Stream};
+use crate::target_id::TargetId;
 use crate::world::Truth;
 
-/// Adds the detections of one scan: every target in view of the sensor of UAV `uav`, which points along `boresight`.
-pub fn scan(
-    uav: (UavId, Position),
-    boresight: Angle,
-    truth: &[Truth],
-    sensor: &SensorParams,
-    noise: Noise,
-    (draws, tick): (Draws, u64),
-    detections: &mut Vec<Detection>,
-) {
-    let (id, from) = uav;
-    // In batches of four (SIMD); the last target fills up an incomplete batch.
-    for four in truth.chunks(4) {
-        let targets: [_; 4] = core::array::from_fn(|i| four[i.min(four.len() - 1)].state.position());
-        for (truth, seen) in four.iter().zip(sensor.measure_batch(from, boresight, targets)) {
-            let Some(mut measurement) = seen else { continue };
-            // The random key consists of UAV and target, so that further UAVs and targets do not change this noise.
-            let object = (u64::from(id.0) << 32) | u64::from(truth.target.0);
-            let [range, bearing] = draws.at(Stream::Measurement, object, tick).normals();
-            measurement.range_m += noise.range_sd_m * range;
-            measurement.bearing = measurement.bearing + Angle::from_rad(noise.bearing_sd_rad * bearing);
-            if measurement.range_m > 0.0 {
-                detections.push(Detection { label: Some(truth.target.label()), measurement, range_rate_m_s: None });
-            }
-        }
+/// What the sensors of a mission detect and report. The team's own assumptions are `TeamParams::track`.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct SensorModel {
+    /// True if detections and cues have the identity of their target.
+    pub has_labels: bool,
+    /// Field of view and range, and the true noise, detection probability, MDV and number of false alarms.
+    pub truth: SensorParams,
+    /// True standard deviation of the range rate, m/s; `None` if it is not measured.
+    pub range_rate_sd_m_s: Option<f64>,
+}
+
+impl SensorModel {
+    /// Returns the true noise of range and bearing.
+    #[must_use]
+    pub fn noise(&self) -> Noise {
+        Noise { range_sd_m: self.truth.range_sd_m, bearing_sd_rad: self.truth.bearing_sd_rad }
     }
 }
 
+/// A detection, and the target that it is of; `None` for a false alarm. No agent knows the target.
+pub type DetectionOfTarget = (Detection, Option<TargetId>);
+
+/// A scan of the sensor of a UAV.
+pub struct SensorScan<'a> {
+    /// UAV.
+    pub uav: UavId,
+    /// True state of the UAV.
+    pub state: &'a UavState,
+    /// Direction of the sensor.
+    pub boresight: Angle,
+    /// Draws of the mission, and the number of the time step.
+    pub draws: (Draws, u64),
+}
+
+impl SensorScan<'_> {
+    /// Adds the detections of this scan. With labels they are in the order of the targets, otherwise in random order.
+    pub fn detect(&self, sensor: &SensorModel, truth: &[Truth], detections: &mut Vec<DetectionOfTarget>) {
+        let start = detections.len();
+        self.detect_targets(sensor, truth, detections);
+        self.add_false_alarms(sensor, detections);
+        if !sensor.has_labels {
+            let (draws, tick) = self.draws;
+            draws.at(Stream::DetectionOrder, self.uav.0.into(), tick).shuffle(&mut detections[start..]);
+        }
+    }
+
+    /// Detects the targets in view.
+    fn detect_targets(&self, sensor: &SensorModel, truth: &[Truth], detections: &mut Vec<DetectionOfTarget>) {
+        let SensorModel { has_labels, truth: params, range_rate_sd_m_s } = sensor;
+        let (draws, tick) = self.draws;
+        let always_detects = params.detection_probability >= 1.0 && params.mdv_m_s <= 0.0;
+        // In batches of four (SIMD); the last target fills up an incomplete batch.
+        for four in truth.chunks(4) {
+            let targets: [_; 4] = core::array::from_fn(|i| four[i.min(four.len() - 1)].state.position());
+            for (truth, seen) in four.iter().zip(params.measure_batch(self.state.position, self.boresight, targets)) {
+                let Some(mut measurement) = seen else { continue };
+                // The random key consists of UAV and target, so that further UAVs and targets do not change this noise.
+                let object = (u64::from(self.uav.0) << 32) | u64::from(truth.target.0);
+                let (velocity, bearing) = (truth.state.velocity(), measurement.bearing);
+                if !always_detects
+                    && draws.at(Stream::Detection, object, tick).uniform()
+                        >= params.detection_probability_at(radial_speed_m_s(velocity, bearing))
+                {
+                    continue;
+                }
+                let range_rate_m_s = range_rate_sd_m_s.map(|sd_m_s| {
+                    let noise_m_s = sd_m_s * draws.at(Stream::RangeRate, object, tick).normal();
+                    radial_speed_m_s(velocity, bearing) - self.own_radial_speed_m_s(bearing) + noise_m_s
+                });
+                let [range_noise, bearing_noise] = draws.at(Stream::Measurement, object, tick).normals();
+                measurement.range_m += params.range_sd_m * range_noise;
+                measurement.bearing = bearing + Angle::from_rad(params.bearing_sd_rad * bearing_noise);
+                if measurement.range_m > 0.0 {
+                    let label = has_labels.then(|| truth.target.label());
+                    detections.push((Detection { label, measurement, range_rate_m_s }, Some(truth.target)));
+                }
+            }
+        }
+    }
+
+    /// Adds false alarms: a Poisson number, uniform over the area in view. Their radial speeds over ground are uniform
+    /// in a band, and thinned by the detection probability of targets.
+    fn add_false_alarms(&self, sensor: &SensorModel, detections: &mut Vec<DetectionOfTarget>) {
+        let SensorModel { truth: params, range_rate_sd_m_s, .. } = sensor;
+        if params.false_alarms_per_scan <= 0.0 {
+            return;
+        }
+        let ((draws, tick), uav) = (self.draws, u64::from(self.uav.0));
+        let count = draws.at(Stream::FalseAlarmCount, uav, tick).poisson(params.false_alarms_per_scan);
+        for index in 0..count {
+            let mut draw = draws.at(Stream::FalseAlarm, (uav << 32) | u64::from(index), tick);
+            let range_m = params.sensing_range_m * (1.0 - draw.uniform()).sqrt();
+            let bearing = self.boresight + Angle::from_rad(params.field_of_view_rad * (draw.uniform() - 0.5));
+            let range_rate_m_s = range_rate_sd_m_s.map(|sd_m_s| {
+                let noise_m_s = sd_m_s * draw.normal();
+                let radial_speed_m_s = loop {
+                    let speed_m_s = FALSE_ALARM_SPEED_MAX_M_S * (2.0 * draw.uniform() - 1.0);
+                    let is_kept = params.detection_probability * draw.uniform();
+                    if is_kept < params.detection_probability_at(speed_m_s) {
+                        break speed_m_s;
+                    }
+                };
+                radial_speed_m_s - self.own_radial_speed_m_s(bearing) + noise_m_s
+            });
+            let measurement = RangeBearingMeasurement { range_m, bearing };
+            detections.push((Detection { label: None, measurement, range_rate_m_s }, None));
+        }
+    }
+
+    /// Speed of the UAV in a direction, m/s.
+    fn own_radial_speed_m_s(&self, bearing: Angle) -> f64 {
+        radial_speed_m_s(self.state.velocity(), bearing)
+    }
+}
+
+/// Component of a velocity in a direction, m/s.
+fn radial_speed_m_s(velocity: Velocity, bearing: Angle) -> f64 {
+    velocity.vector().dot(&Displacement::from_polar(1.0, bearing).vector())
+}
+
 /// Creates the cue of a target that has just appeared.
-pub fn cue(target: &Truth, now: Time, error: CueError, draws: Draws) -> Cue {
+pub fn cue(target: &Truth, now: Time, error: CueError, has_labels: bool, draws: Draws) -> Cue {
     let mut draw = draws.at(Stream::Cue, u64::from(target.target.0), 0);
     let [x, y] = draw.normals().map(|normal| normal * error.position_sd_m);
     let [vx, vy] = draw.normals().map(|normal| normal * error.velocity_sd_m_s);
@@ -45,11 +142,128 @@ pub fn cue(target: &Truth, now: Time, error: CueError, draws: Draws) -> Cue {
         issued_at: now,
         // Truncation is safe: the target ids of one time step differ by less than 2^16.
         sequence: target.target.0 as u16,
-        label: Some(target.target.label()),
+        label: has_labels.then(|| target.target.label()),
         time: now,
         position: Position::from_m(position.x_m() + x, position.y_m() + y),
         velocity: Velocity::from_m_s(velocity.x_m_s() + vx, velocity.y_m_s() + vy),
         position_sd_m: error.position_sd_m,
         velocity_sd_m_s: error.velocity_sd_m_s,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::common::load;
+    use standoff::TargetState;
+
+    /// A sensor at the origin that flies north-east and points along `deg`, and what it detects at tick `tick`.
+    fn detect(sensor: &SensorModel, truth: &[Truth], deg: f64, tick: u64) -> Vec<DetectionOfTarget> {
+        let state = UavState::level_flight(Position::ORIGIN, Angle::from_deg(45.0), 40.0);
+        let (boresight, draws) = (Angle::from_deg(deg), (Draws::new(3), tick));
+        let mut detections = Vec::new();
+        SensorScan { uav: UavId(2), state: &state, boresight, draws }.detect(sensor, truth, &mut detections);
+        detections
+    }
+
+    fn sensor(changes: &[&str]) -> SensorModel {
+        load("paper/table-2-single", changes, 1).settings.sensor
+    }
+
+    fn target(id: u32, at_m: [f64; 2], velocity_m_s: [f64; 2]) -> Truth {
+        let position = Position::from_m(at_m[0], at_m[1]);
+        let state = TargetState::new(position, Velocity::from_m_s(velocity_m_s[0], velocity_m_s[1]), [0.0; 2]);
+        Truth { target: TargetId(id), state, has_known_acceleration: true }
+    }
+
+    /// Targets east of the UAV: at a radial speed of the MDV half of p_d, at several MDV p_d, and across the line of
+    /// sight never.
+    #[test]
+    fn targets_are_detected_with_the_probability_of_their_radial_speed() {
+        let sensor = sensor(&["sensor.detection_probability=0.8", "sensor.mdv_m_s=2"]);
+        let truth = [
+            target(0, [400.0, 0.0], [-2.0, 5.0]),
+            target(1, [500.0, 0.0], [12.0, 0.0]),
+            target(2, [600.0, 0.0], [0.0, 15.0]),
+        ];
+        let scans = 4_000;
+        let mut counts = [0u32; 3];
+        for tick in 0..scans {
+            for (_, of) in detect(&sensor, &truth, 0.0, tick) {
+                counts[of.unwrap().0 as usize] += 1;
+            }
+        }
+        for (count, expected) in counts.into_iter().zip([0.4, 0.8, 0.0]) {
+            let fraction = f64::from(count) / scans as f64;
+            assert!((fraction - expected).abs() < 5.0 * (0.25 / scans as f64).sqrt(), "{fraction}, not {expected}");
+        }
+    }
+
+    /// A target that flies away at 7 m/s, 30 degrees left of a UAV that flies at 40 m/s: 7 - 40 cos(30 deg).
+    #[test]
+    fn range_rate_is_the_radial_speed_minus_that_of_the_uav() {
+        let at = Displacement::from_polar(400.0, Angle::from_deg(75.0));
+        let away = Displacement::from_polar(7.0, Angle::from_deg(75.0));
+        let truth = [target(0, [at.x_m(), at.y_m()], [away.x_m(), away.y_m()])];
+        let exact = sensor(&["sensor.range_rate_sd_m_s=0"]);
+        let [(detection, Some(TargetId(0)))] = detect(&exact, &truth, 75.0, 1)[..] else { panic!() };
+        assert!((detection.range_rate_m_s.unwrap() - (7.0 - 40.0 * 0.75f64.sqrt())).abs() < 1e-9);
+        // The range rate changes no other number, and its noise has the given standard deviation.
+        let (noisy, plain) = (sensor(&["sensor.range_rate_sd_m_s=2"]), sensor(&[]));
+        let n = 4_000;
+        let mut squares = 0.0;
+        for tick in 0..n {
+            let [[with], [without]] =
+                [&noisy, &plain].map(|sensor| <[_; 1]>::try_from(detect(sensor, &truth, 75.0, tick)).unwrap());
+            assert_eq!((with.0.measurement, without.0.range_rate_m_s), (without.0.measurement, None));
+            let noise_m_s = with.0.range_rate_m_s.unwrap() - detection.range_rate_m_s.unwrap();
+            squares += noise_m_s * noise_m_s;
+        }
+        assert!((squares / n as f64 / 4.0 - 1.0).abs() < 5.0 * (2.0 / n as f64).sqrt());
+    }
+
+    /// Half of the area in view is beyond 0.71 of the range, and half on each side of the boresight. No false alarm is
+    /// slower than targets can be.
+    #[test]
+    fn false_alarms_are_uniform_over_the_area_in_view_and_thinned_by_the_mdv() {
+        let changes =
+            ["sensor.labels=none", "sensor.false_alarms_per_scan=5", "sensor.mdv_m_s=3", "sensor.range_rate_sd_m_s=0"];
+        let sensor = sensor(&changes);
+        let (scans, boresight) = (2_000, Angle::from_deg(170.0));
+        let (mut n, mut far, mut left, mut slow, mut positive) = (0.0, 0.0, 0.0, 0.0, 0.0);
+        for tick in 0..scans {
+            for (Detection { label, measurement, range_rate_m_s }, of) in detect(&sensor, &[], 170.0, tick) {
+                assert_eq!((label, of), (None, None));
+                let position = Position::ORIGIN + Displacement::from_polar(measurement.range_m, measurement.bearing);
+                assert!(sensor.truth.in_view(Position::ORIGIN, boresight, position));
+                let own_m_s = 40.0 * (measurement.bearing - Angle::from_deg(45.0)).rad().cos();
+                let speed_m_s = range_rate_m_s.unwrap() + own_m_s;
+                assert!(speed_m_s.abs() < FALSE_ALARM_SPEED_MAX_M_S);
+                n += 1.0;
+                far += f64::from(measurement.range_m > sensor.truth.sensing_range_m * 0.5f64.sqrt());
+                left += f64::from((measurement.bearing - boresight).rad() > 0.0);
+                slow += f64::from(speed_m_s.abs() < 3.0);
+                positive += f64::from(speed_m_s > 0.0);
+            }
+        }
+        let expected = 5.0 * scans as f64;
+        assert!((n - expected).abs() < 5.0 * expected.sqrt(), "{n}");
+        for half in [far, left, positive] {
+            assert!((half / n - 0.5).abs() < 5.0 * (0.25 / n).sqrt(), "{half} of {n}");
+        }
+        // The integral of 1 - exp(-ln 2 (v / 3)^2) from 0 to 3 m/s is 0.57 m/s, from 0 to 20 m/s it is 16.81 m/s.
+        assert!((slow / n - 0.57 / 16.81).abs() < 5.0 * (0.034 / n).sqrt(), "{slow} of {n}");
+    }
+
+    /// Without labels the order of the detections does not depend on the targets' ids.
+    #[test]
+    fn only_unlabelled_detections_are_shuffled() {
+        let truth: Vec<Truth> = (0..6).map(|id| target(id, [300.0 + 50.0 * f64::from(id), 0.0], [0.0; 2])).collect();
+        let first = |sensor: &SensorModel| -> Vec<u32> {
+            (0..600).map(|tick| detect(sensor, &truth, 0.0, tick)[0].1.unwrap().0).collect()
+        };
+        assert!(first(&sensor(&[])).iter().all(|id| *id == 0));
+        let shuffled = first(&sensor(&["sensor.labels=none"]));
+        assert!((0..6).all(|id| (60..140).contains(&shuffled.iter().filter(|first| **first == id).count())));
     }
 }

@@ -54,8 +54,8 @@ fn determinism_another_uav_does_not_change_other_draws() {
         let uav = Position::from_m(frame.uavs[0].x_m, frame.uavs[0].y_m);
         let of_first = frame.detections.iter().filter(|detection| detection.uav == 0);
         let noise = of_first.map(|detection| {
-            let truth = &frame.truth[detection.target as usize];
-            (detection.target, detection.range_m - uav.distance_m(Position::from_m(truth.x_m, truth.y_m)))
+            let truth = &frame.truth[detection.target.unwrap() as usize];
+            (truth.target, detection.range_m - uav.distance_m(Position::from_m(truth.x_m, truth.y_m)))
         });
         noise.collect()
     };
@@ -79,7 +79,7 @@ fn determinism_noise_differs_for_every_uav_and_target() {
     let mut compared = 0;
     for frame in &frames {
         let noise_m = |detection: &DetectionRow| {
-            let (uav, truth) = (&frame.uavs[detection.uav as usize], &frame.truth[detection.target as usize]);
+            let (uav, truth) = (&frame.uavs[detection.uav as usize], &frame.truth[detection.target.unwrap() as usize]);
             detection.range_m - Position::from_m(uav.x_m, uav.y_m).distance_m(Position::from_m(truth.x_m, truth.y_m))
         };
         let noises: Vec<f64> = frame.detections.iter().map(noise_m).collect();

@@ -7,7 +7,7 @@ use nalgebra::Matrix6;
 use proptest::prelude::*;
 use standoff::Covariance;
 use standoff::research::math;
-use standoff_record::{Frame, TrackRow};
+use standoff_record::{Frame, NO_TARGET, TrackRow};
 use standoff_score::{MetricSelection, Scorer};
 use standoff_sim::run::Mission;
 use standoff_sim::scenario::{Scenario, ScenarioTemplate};
@@ -75,6 +75,13 @@ const KEYS: &[Key] = &[
     ("sensor.range_sd_m", 10.0, 0.0, 1e5),
     ("sensor.bearing_sd_deg", 3.0, 0.0, 180.0),
     ("sensor.field_of_view_deg", 70.0, 0.058, 360.0),
+    ("sensor.detection_probability", 1.0, TINY, 1.0),
+    ("sensor.mdv_m_s", 0.0, 0.0, 100.0),
+    ("filter.detection_probability", 1.0, TINY, 1.0),
+    ("filter.mdv_m_s", 0.0, 0.0, 1e3),
+    ("filter.range_rate_sd_m_s", 0.5, 1e-3, 1e3),
+    ("filter.false_alarms_per_scan", 0.0, 0.0, 1e3),
+    ("filter.new_targets_per_scan", 0.02, 1e-9, 1e3),
     ("filter.deletion_position_sd_m", 300.0, TINY, 1e4),
     ("filter.deletion_unseen_in_view_s", 5.0, TINY, 1e6),
     ("filter.initial_velocity_sd_m_s", 10.0, 1e-3, 1e3),
@@ -124,6 +131,7 @@ const BOUNDED: &[Bounded] = &[
 const WORDS: &[(&str, &[&str])] = &[
     ("uavs.integrator", &["exact", "euler"]),
     ("team.agents", &["shared", "per-uav"]),
+    ("sensor.labels", &["all", "none"]),
     ("orbit.margin", &["standard-deviations", "mahalanobis"]),
     ("orbit.centre", &["filtered", "centroid", "enclosing-circle"]),
     ("orbit.pointing", &["group-centre", "angular-midpoint"]),
@@ -206,6 +214,9 @@ impl Draft {
         for ((key, words), word) in WORDS.iter().zip(&self.words) {
             text += &format!("{key} = {:?}\n", words[word % words.len()]);
         }
+        if text.contains("sensor.labels = \"none\"") {
+            text += "sensor.false_alarms_per_scan = 3.0\nsensor.range_rate_sd_m_s = 0.5\n";
+        }
         // With default values, UAVs and targets are placed next to each other.
         let listed = |table: &str, keys: &[Key], levels: &[Level], offset_m: f64| {
             let mut row = format!("[[{table}]]\n");
@@ -269,8 +280,10 @@ fn wrong(scenario: &Scenario, frame: &Frame) -> Option<String> {
         return Some("a UAV that does not exist".to_owned());
     }
     let is_target = |id: &u32| truth.binary_search_by_key(id, |row| row.target).is_ok();
-    let targets = tracks.iter().map(|row| row.target).chain(detections.iter().map(|row| row.target));
-    if let Some(unknown) = targets.chain(events.iter().filter_map(|event| event.target)).find(|id| !is_target(id)) {
+    let targets = tracks.iter().map(|row| row.target).chain(detections.iter().filter_map(|row| row.target));
+    if let Some(unknown) =
+        targets.chain(events.iter().filter_map(|event| event.target)).find(|id| *id < NO_TARGET && !is_target(id))
+    {
         return Some(format!("no target {unknown}"));
     }
     if let Some(event) = events

@@ -8,6 +8,7 @@ use std::fs;
 
 use common::{load as load_with, overrides};
 use standoff_sim::scenario::{BUILT_IN, Overrides, Scenario, ScenarioTemplate, Settings, Targets, built_in};
+use standoff_sim::sensors::SensorModel;
 
 /// Loads a scenario from this text.
 fn load(text: &str) -> Result<Scenario, String> {
@@ -470,8 +471,36 @@ fn reference_page_has_the_defaults() {
         (page.team.uav, page.team.guidance, page.team.group),
         (bare.team.uav, bare.team.guidance, bare.team.group)
     );
-    assert_eq!((page.noise, page.cue), (bare.noise, bare.cue));
+    // On the page, the optional range rate has its most common value.
+    let sensor = SensorModel { range_rate_sd_m_s: None, ..page.sensor };
+    assert_eq!((sensor, page.cue), (bare.sensor, bare.cue));
     assert_eq!(page.team.track.sensor, bare.team.track.sensor);
+}
+
+#[test]
+fn false_alarms_need_detections_without_labels() {
+    check_error(
+        &format!("[sensor]\nfalse_alarms_per_scan = 2\n{TARGET}"),
+        "/mine.toml:2:1: sensor.false_alarms_per_scan = 2: a false alarm is of no target and cannot have a label; set \
+         sensor.labels = \"none\", or 0",
+    );
+    let unlabelled = format!("[sensor]\nfalse_alarms_per_scan = 2\nlabels = \"none\"\n{TARGET}");
+    assert_eq!(load(&unlabelled).unwrap().settings.sensor.truth.false_alarms_per_scan, 2.0);
+}
+
+/// The team assumes the true sensor unless `[filter]` gives other values; without noise of the range rate, 0.5 m/s.
+#[test]
+fn assumptions_of_the_team_follow_the_sensor() {
+    let sensor = "[sensor]\nlabels = \"none\"\ndetection_probability = 0.9\nmdv_m_s = 2\nfalse_alarms_per_scan = 5\n";
+    let of = |more: &str| load(&format!("{sensor}{more}{TARGET}")).unwrap().settings;
+    let assumed = |more: &str| {
+        let sensor = of(more).team.track.sensor;
+        [sensor.detection_probability, sensor.mdv_m_s, sensor.false_alarms_per_scan, sensor.range_rate_sd_m_s]
+    };
+    assert_eq!(assumed(""), [0.9, 2.0, 5.0, 0.5]);
+    assert_eq!(assumed("range_rate_sd_m_s = 0.25\n"), [0.9, 2.0, 5.0, 0.25]);
+    assert_eq!(assumed("[filter]\ndetection_probability = 0.7\nmdv_m_s = 3\n"), [0.7, 3.0, 5.0, 0.5]);
+    assert_eq!(of("[filter]\nmdv_m_s = 3\n").sensor.truth.mdv_m_s, 2.0);
 }
 
 #[test]

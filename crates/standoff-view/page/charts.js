@@ -216,7 +216,7 @@ class Charts {
     panel.name = spec.title;
     if (spec === TARGET_PANEL) {
       const { share, id } = this.target;
-      panel.name = `Target ${shortName(this.replayData.head.targets[id] ?? String(id))}`;
+      panel.name = `Target ${targetName(this.replayData, id)}`;
       notes.push([alarm, "solid", "out of view"], [none, "solid", "coasting"]);
       if (share < 1) notes.push([none, "dot", `loading, ${Math.floor(100 * share)} %`]);
     }

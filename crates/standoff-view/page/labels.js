@@ -61,9 +61,17 @@ function shortName(name) {
   return text.length > 24 ? `${text.slice(0, 23)}\u2026` : text;
 }
 
+/** Key of the first track of no target. */
+const NO_TARGET = 2 ** 30;
+
+/** The full name of a target, or of a track of no target. */
+function fullTargetName(replayData, id) {
+  return replayData.head.targets[id] ?? (id < NO_TARGET ? `${id}` : `track ${id - NO_TARGET}`);
+}
+
 /** The name of a target as shown on the page. */
 function targetName(replayData, id) {
-  return shortName(replayData.head.targets[id] ?? `${id}`);
+  return shortName(fullTargetName(replayData, id));
 }
 
 /** Draws the names of visible objects, the most important first; names without space are left out. */

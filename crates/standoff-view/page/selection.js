@@ -71,7 +71,7 @@ function parseObjectKey(word) {
 
 /** The full name of an object, as stored in files. */
 function wholeName(replayData, object) {
-  return object.kind === "target" ? (replayData.head.targets[object.id] ?? `${object.id}`) : objectName(replayData, object);
+  return object.kind === "target" ? fullTargetName(replayData, object.id) : objectName(replayData, object);
 }
 
 /** The name of an object as shown on the page. */

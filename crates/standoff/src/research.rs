@@ -21,7 +21,7 @@ pub use crate::params::{
     AltitudePolicy, CentreEstimate, CentreJump, Feedforward, GroupCount, Integrator, Lead, Margin, MotionParams,
     Objective, ParamKind, Pointing, RemovalRule, SpeedReference, Word,
 };
-pub use crate::sensor::{jacobian, measure};
+pub use crate::sensor::{FALSE_ALARM_SPEED_MAX_M_S, jacobian, measure};
 pub use crate::target::Transition;
 pub use crate::tracking::information_filter::{Contribution, InformationFilter};
 pub use crate::uav::LimitedCommand;

@@ -12,7 +12,7 @@ use crate::params::{RANGE_MIN_M, SensorParams};
 
 /// Largest radial speed over ground of a false alarm, m/s. They are uniform between it and its negative, except in the
 /// blind zone, where they are as rare as targets.
-pub(crate) const FALSE_ALARM_SPEED_MAX_M_S: f64 = 20.0;
+pub const FALSE_ALARM_SPEED_MAX_M_S: f64 = 20.0;
 
 /// A measurement: range and bearing from the UAV to the target.
 #[derive(Debug, Clone, Copy, PartialEq)]

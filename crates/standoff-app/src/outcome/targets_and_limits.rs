@@ -29,11 +29,12 @@ pub(super) fn target(metric: &str, settings: &Settings) -> String {
         "separation_min_same_altitude_m" => {
             settings.team.separation.map_or_else(String::new, |least| format!("limit {:.0}", least.horizontal_min_m))
         }
-        "anees" | "anees_nonmanoeuvring" | "anees_manoeuvring" | "nis" => "goal 1".to_owned(),
+        "anees" | "anees_nonmanoeuvring" | "anees_manoeuvring" | "nis" | "track_purity" => "goal 1".to_owned(),
         "position_crlb_ratio" | "velocity_crlb_ratio" => "bound 1".to_owned(),
         "handoffs"
         | "removals"
         | "standoff_distance_m"
+        | "detected_fraction"
         | "separation_min_m"
         | "separation_min_same_group_m"
         | "orbit_prediction_error_m_settled"
@@ -65,7 +66,8 @@ pub(super) fn meaning(metric: &str, value: f64, settings: &Settings) -> Option<S
         "member_out_of_view_fraction" if value > 0.0 => "targets that are in a group, but in no UAV's view",
         "off_boresight_max_deg" => "worst moment of one UAV; the limit is half its field of view",
         "position_error_m" => {
-            let (range_m, bearing_deg) = (settings.noise.range_sd_m, settings.noise.bearing_sd_rad.to_degrees());
+            let (range_m, bearing_deg) =
+                (settings.sensor.truth.range_sd_m, settings.sensor.truth.bearing_sd_rad.to_degrees());
             if range_m == 0.0 {
                 return None;
             }

@@ -51,7 +51,7 @@ pub(super) const FEATURES: [Feature; 19] = [
 /// Number of features of a UAV's observation.
 pub(super) const LENGTH: usize = FEATURES.len();
 
-/// Appends the observation of each UAV of a frame. `ever_known`: number of targets that have had a live track so far.
+/// Appends the observation of each UAV of a frame. `ever_known`: number of live tracks so far.
 pub(super) fn of(frame: &Frame, ever_known: usize, team: &TeamParams, observations: &mut Vec<f32>) {
     let live = frame.tracks.len();
     let share = |part: usize, of: usize| if of > 0 { part as f64 / of as f64 } else { 0.0 };

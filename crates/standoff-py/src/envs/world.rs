@@ -1,5 +1,7 @@
 //! One world: a sequence of missions flown by a policy.
 
+use std::collections::BTreeSet;
+
 use standoff::{Command, ParamError, TeamParams, UavId, UavParams};
 use standoff_record::UavRow;
 use standoff_score::FrameScorer;
@@ -59,8 +61,8 @@ pub(super) struct World {
     team: TeamParams,
     mission: Mission,
     scorer: FrameScorer,
-    /// By target: whether it has had a live track so far.
-    ever_known: Vec<bool>,
+    /// Numbers of the live tracks so far.
+    ever_known: BTreeSet<u32>,
     /// Features by UAV, [`observation::LENGTH`] values each.
     pub(super) observations: Vec<f32>,
     /// Commands of the built-in guidance law for each UAV, in action units: turn rate and speed.
@@ -92,7 +94,7 @@ impl World {
             team: scenario.settings.team,
             scorer: FrameScorer::new(mission.score_config()),
             mission,
-            ever_known: Vec::new(),
+            ever_known: BTreeSet::new(),
             observations: Vec::new(),
             law: Vec::new(),
             score: StepScore::default(),
@@ -147,14 +149,8 @@ impl World {
         self.is_truncated = self.mission.is_last();
         self.mission.observe();
         let Some(frame) = self.mission.propose() else { return };
-        for track in &frame.tracks {
-            let index = track.target as usize;
-            if index >= self.ever_known.len() {
-                self.ever_known.resize(index + 1, false);
-            }
-            self.ever_known[index] = true;
-        }
-        let ever_known = self.ever_known.iter().filter(|known| **known).count();
+        self.ever_known.extend(frame.tracks.iter().map(|track| track.track));
+        let ever_known = self.ever_known.len();
         self.observations.clear();
         observation::of(frame, ever_known, &self.team, &mut self.observations);
         self.law.clear();

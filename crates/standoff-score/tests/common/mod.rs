@@ -18,7 +18,10 @@ pub fn score_config() -> ScoreConfig {
 /// Same as `Settings::score_config`, but with the types of the crate under test, which differ in its unit tests.
 pub fn config_of(settings: &Settings) -> ScoreConfig {
     ScoreConfig {
-        noise: Noise { range_sd_m: settings.noise.range_sd_m, bearing_sd_rad: settings.noise.bearing_sd_rad },
+        noise: Noise {
+            range_sd_m: settings.sensor.truth.range_sd_m,
+            bearing_sd_rad: settings.sensor.truth.bearing_sd_rad,
+        },
         cue: CueError { position_sd_m: settings.cue.position_sd_m, velocity_sd_m_s: settings.cue.velocity_sd_m_s },
         motion: settings.motion(),
         manoeuvring: Arc::clone(&settings.manoeuvring),

@@ -30,6 +30,7 @@ pub const BUILT_IN: &[BuiltIn] = built_in![
     "tour/07-lossy-radio",
     "tour/08-network-partition",
     "tour/09-separation",
+    "tour/10-unlabelled-detections",
     "traffic/convoy",
     "traffic/city",
     "paper/table-2-single",

@@ -5,10 +5,11 @@ use std::sync::Arc;
 use serde::Serialize;
 use standoff::research::Integrator;
 use standoff::{
-    ClimbParams, Duration, Position, SeparationParams, TargetParams, TargetState, TeamParams, UavId, Velocity,
+    ClimbParams, Duration, Position, SensorParams, SeparationParams, TargetParams, TargetState, TeamParams, UavId,
+    Velocity,
 };
 
-use standoff_score::{CueError, Noise};
+use standoff_score::CueError;
 
 use super::diagnostics::Problems;
 use super::error::ScenarioError;
@@ -19,11 +20,12 @@ use super::parse::to_toml;
 use super::resolved::{Clock, Link, Manoeuvre, Outage, Partition, Radio, Restart, Scenario, Settings, Targets};
 use super::sample::{DerivedDefaults, Draw, Drawing, value};
 use super::schema_types::resolved::{Ring, TargetAt};
-use super::schema_types::{self, AgentSetup, resolved};
+use super::schema_types::{self, AgentSetup, Labels, resolved};
 use super::traffic::{check_span, length_warning};
 use super::validate::{check_objects, check_settings, report};
 use super::{basemap, geofence, start};
 use crate::random::{Draws, Stream};
+use crate::sensors::SensorModel;
 use crate::target_id::TargetId;
 use crate::traffic::Traffic;
 
@@ -182,7 +184,7 @@ fn drawn(
 /// Returns the defaults of numbers that depend on other values.
 fn absent(file: &schema_types::ScenarioFile, traffic: Option<&Traffic>, draws: Draws) -> DerivedDefaults {
     let of = |key: &str, number: &Number| value(number, &key, draws, 0);
-    let or_table_1 = |noise: f64, table_1: f64| if noise > 0.0 { noise } else { table_1 };
+    let or_default = |noise: f64, default: f64| if noise > 0.0 { noise } else { default };
     // Measured cars: 0.2-0.5 1/s and 0.5-1 m/s2 per axis.
     let model = file.targets.as_ref().map_or((0.3, 0.75), |targets| {
         let rate_1_s = of("targets.correlation_rate_1_s", &targets.correlation_rate_1_s);
@@ -197,22 +199,38 @@ fn absent(file: &schema_types::ScenarioFile, traffic: Option<&Traffic>, draws: D
         parameters: [
             model.0,
             model.1,
-            or_table_1(of("sensor.range_sd_m", &file.sensor.range_sd_m), 10.0),
-            or_table_1(of("sensor.bearing_sd_deg", &file.sensor.bearing_sd_deg), 3.0),
+            or_default(of("sensor.range_sd_m", &file.sensor.range_sd_m), 10.0),
+            or_default(of("sensor.bearing_sd_deg", &file.sensor.bearing_sd_deg), 3.0),
+            of("sensor.detection_probability", &file.sensor.detection_probability),
+            of("sensor.mdv_m_s", &file.sensor.mdv_m_s),
+            or_default(file.sensor.range_rate_sd_m_s.map_or(0.0, |sd| of("sensor.range_rate_sd_m_s", &sd)), 0.5),
+            of("sensor.false_alarms_per_scan", &file.sensor.false_alarms_per_scan),
         ],
     }
 }
 
 fn settings(file: &resolved::ScenarioFile) -> Settings {
     let manoeuvres = file.targets.iter().flat_map(|targets| &targets.manoeuvre);
+    let (team, sensor) = (team(file), &file.sensor);
     Settings {
         duration: Duration::from_s(file.duration_s),
         period: Duration::from_s(file.period_s),
         transient: Duration::from_s(file.transient_s),
-        team: team(file),
+        team,
         geofence: standoff::Geofence::default(),
         agents: file.team.agents,
-        noise: Noise { range_sd_m: file.sensor.range_sd_m, bearing_sd_rad: file.sensor.bearing_sd_deg.to_radians() },
+        sensor: SensorModel {
+            has_labels: sensor.labels == Labels::All,
+            truth: SensorParams {
+                range_sd_m: sensor.range_sd_m,
+                bearing_sd_rad: sensor.bearing_sd_deg.to_radians(),
+                detection_probability: sensor.detection_probability,
+                mdv_m_s: sensor.mdv_m_s,
+                false_alarms_per_scan: sensor.false_alarms_per_scan,
+                ..team.track.sensor
+            },
+            range_rate_sd_m_s: sensor.range_rate_sd_m_s,
+        },
         cue: CueError { position_sd_m: file.cue.position_sd_m, velocity_sd_m_s: file.cue.velocity_sd_m_s },
         model: file.targets.as_ref().map(target_model),
         intruders: file.intruders.len(),

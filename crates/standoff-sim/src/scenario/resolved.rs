@@ -5,12 +5,13 @@ use std::sync::Arc;
 
 use standoff::{Duration, Geofence, TargetParams, TargetState, TeamParams, UavId, UavState};
 use standoff_io::geodesy::{Origin, Unit};
-use standoff_score::{CueError, Noise, ScoreConfig};
+use standoff_score::{CueError, ScoreConfig};
 
 use super::basemap::MapFile;
 use super::number::Number;
 use super::schema_types::AgentSetup;
 use super::schema_types::resolved::ScenarioFile;
+use crate::sensors::SensorModel;
 use crate::target_id::TargetId;
 use crate::traffic::Traffic;
 
@@ -77,8 +78,8 @@ pub struct Settings {
     pub geofence: Geofence,
     /// One agent for the team, or one per UAV.
     pub agents: AgentSetup,
-    /// True noise of the sensors.
-    pub noise: Noise,
+    /// What the sensors detect and report.
+    pub sensor: SensorModel,
     /// Errors of cues.
     pub cue: CueError,
     /// Motion model of the targets without manoeuvres; `None` if they come from a file.
@@ -105,7 +106,7 @@ impl Settings {
         ScoreConfig {
             motion: self.motion(),
             manoeuvring: Arc::clone(&self.manoeuvring),
-            noise: self.noise,
+            noise: self.sensor.noise(),
             cue: self.cue,
             transient_s: self.transient.s(),
             geofence: self.geofence.clone(),

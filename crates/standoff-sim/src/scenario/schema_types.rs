@@ -356,6 +356,21 @@ tables! {
         range_sd_m = 0.0, Allowed::at_least(0.0).at_most(1e5);
         /// Standard deviation of the bearing noise, degrees; 0 to 180.
         bearing_sd_deg = 0.0, Allowed::at_least(0.0).at_most(180.0);
+        /// Probability p_d that a target in view is detected in a scan if it moves well above `mdv_m_s`; above 0, at
+        /// most 1.
+        detection_probability = 1.0, Allowed::above(0.0).at_most(1.0);
+        /// Minimum detectable velocity (MDV), m/s; 0 to 100. A target with the radial speed v over ground is detected
+        /// with the probability p_d (1 - exp(-ln 2 (v / mdv)^2)); 0: with p_d.
+        mdv_m_s = 0.0, Allowed::at_least(0.0).at_most(100.0);
+        /// Mean number of false alarms of a scan, uniform over the area in view; 0 to 1,000. Above 0 only with the
+        /// labels `none`.
+        false_alarms_per_scan = 0.0, Allowed::at_least(0.0).at_most(1e3);
+    } words {
+        /// Whether detections and cues have the identity of their target: `all` or `none`.
+        labels: Labels = All;
+    } optional {
+        /// Standard deviation of the range rate, m/s; 0 to 1,000. If absent: the sensors do not measure it.
+        range_rate_sd_m_s: Allowed::at_least(0.0).at_most(1e3);
     }
 
     /// `[filter]`: assumptions of the filters, and the rules for lost tracks.
@@ -609,6 +624,16 @@ pub enum AgentSetup {
     Shared,
     /// Each UAV has its own agent.
     PerUav,
+}
+
+/// Which detections and cues have the identity of their target.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Labels {
+    /// All of them: sensors and cue sources can tell targets apart.
+    All,
+    /// None: the team associates detections with tracks.
+    None,
 }
 
 /// Kind of a zone.

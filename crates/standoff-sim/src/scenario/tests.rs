@@ -67,8 +67,8 @@ fn the_filter_assumes_the_noise_that_was_drawn() {
                 acceleration_sd_m_s2 = { normal = { mean = 1, sd = 0.1 } }\n[[targets.start]]\n";
     for seed in 1..4 {
         let settings = ScenarioTemplate::of_text("mine", text, &[]).unwrap().draw(seed).unwrap().settings;
-        assert!(settings.noise.range_sd_m > 5.0);
-        assert_eq!(settings.team.track.sensor.range_sd_m, settings.noise.range_sd_m);
+        assert!(settings.sensor.truth.range_sd_m > 5.0);
+        assert_eq!(settings.team.track.sensor.range_sd_m, settings.sensor.truth.range_sd_m);
         assert_eq!(Some(settings.team.track.target), settings.model);
     }
 }

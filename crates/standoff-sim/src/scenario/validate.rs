@@ -12,6 +12,7 @@ use super::load::{Typed, related};
 use super::locate::Map;
 use super::number::Number;
 use super::parse::{MISTAKES_MAX, to_toml, value_at, with_value};
+use super::schema_types::Labels;
 use super::schema_types::resolved::{Intruder, Link, Radio, Ring, Scatter, ScenarioFile};
 use super::traffic::NAME_MAX;
 use crate::traffic::MAX_AT_ONCE;
@@ -39,6 +40,10 @@ pub(super) fn check_settings(file: &ScenarioFile, team: &TeamParams, over: Vec<P
         .below(team.track.deletion_position_sd_m)
         .with_reason("a less certain track is lost: below filter.deletion_position_sd_m");
     problems.check("cue.position_sd_m", file.cue.position_sd_m, findable);
+    if file.sensor.labels == Labels::All && file.sensor.false_alarms_per_scan > 0.0 {
+        let what = "a false alarm is of no target and cannot have a label; set sensor.labels = \"none\", or 0";
+        problems.add("sensor.false_alarms_per_scan", what, Some(file.sensor.false_alarms_per_scan.into()));
+    }
     for ParamError { path, value, allowed } in team.errors().into_iter().chain(over) {
         let param = TeamParams::table().iter().find(|param| param.path == path);
         let (key, is_angle) = param.map_or((path.as_str(), false), |param| (param.key, param.is_angle()));
@@ -223,6 +228,10 @@ const PARTNERS: &[(&str, &str)] = &[
     ("cue.position_sd_m", "filter.deletion_position_sd_m"),
     ("filter.range_sd_m", "sensor.range_sd_m"),
     ("filter.bearing_sd_deg", "sensor.bearing_sd_deg"),
+    ("filter.detection_probability", "sensor.detection_probability"),
+    ("filter.mdv_m_s", "sensor.mdv_m_s"),
+    ("filter.range_rate_sd_m_s", "sensor.range_rate_sd_m_s"),
+    ("filter.false_alarms_per_scan", "sensor.false_alarms_per_scan"),
     ("filter.correlation_rate_1_s", "targets.correlation_rate_1_s"),
     ("filter.acceleration_sd_m_s2", "targets.acceleration_sd_m_s2"),
     ("duration_s", "period_s"),

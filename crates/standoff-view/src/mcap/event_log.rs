@@ -1,7 +1,7 @@
 //! Events as log messages.
 
 use foxglove::messages::{Log, log::Level};
-use standoff_record::EventRow;
+use standoff_record::{EventRow, NO_TARGET};
 
 use super::pose::timestamp;
 
@@ -29,7 +29,11 @@ pub(super) fn entry(time_us: i64, event: &EventRow, target_names: &[String]) -> 
     }
 }
 
-/// Name of a target.
+/// Name of a target, or of a track of no target.
 pub(super) fn target_name(target: u32, target_names: &[String]) -> String {
-    target_names.get(target as usize).cloned().unwrap_or_else(|| format!("target {target}"))
+    let number = || match target.checked_sub(NO_TARGET) {
+        Some(track) => format!("track {track}"),
+        None => format!("target {target}"),
+    };
+    target_names.get(target as usize).cloned().unwrap_or_else(number)
 }

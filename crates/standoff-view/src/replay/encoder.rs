@@ -295,8 +295,8 @@ impl Draft {
         self.detail_times_us.push(frame.time_us);
         self.targets.next_step();
         let mut detections: BTreeMap<u32, u32> = BTreeMap::new();
-        for detection in &frame.detections {
-            *detections.entry(detection.target).or_default() += 1;
+        for target in frame.detections.iter().filter_map(|detection| detection.target) {
+            *detections.entry(target).or_default() += 1;
         }
         let matching = scores.geometry.matching();
         for (truth, track) in matching.targets() {

@@ -121,7 +121,7 @@ fn every_number_of_the_record_reads_back_from_the_parts() {
                 let held = f64::from(u8::from(row.status == TrackStatus::Updated));
                 assert_eq!(got("status") == Some(1.0), held == 1.0);
                 assert!(near(got("receiving_group"), row.receiving_group.map(f64::from)));
-                let detected = frame.detections.iter().filter(|detection| detection.target == row.target).count();
+                let detected = frame.detections.iter().filter(|detection| detection.target == Some(row.target)).count();
                 assert_eq!(got("detections"), Some(detected as f64));
             }
             for row in &frame.events {

@@ -1,0 +1,237 @@
+//! Scores of detection and association: GOSPA, swapped and false tracks, and the fraction of detected targets.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use standoff::Position;
+use standoff_record::{Frame, TrackRow};
+
+use crate::config::ScoreConfig;
+use crate::geometry::{is_in_view, pointed_sensors, position};
+use crate::matching::{Matching, assign};
+use crate::mean::Mean;
+
+/// Fraction of its time steps in which a track must have a target, otherwise it is false.
+const TRUE_FRACTION: f64 = 0.1;
+
+/// Scores so far.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct AssociationScores {
+    /// Squared GOSPA, and its part due to the distances of assigned targets and tracks, m2.
+    pub(crate) squared_m2: Mean,
+    pub(crate) localisation_m2: Mean,
+    /// Numbers of targets and tracks that are not assigned.
+    pub(crate) missed: Mean,
+    pub(crate) false_tracks_in_view: Mean,
+    /// Target-scans in view that were detected.
+    pub(crate) detected: Mean,
+    /// Number of times that a track has changed its target.
+    pub(crate) swaps: u64,
+    /// Tracks so far, by number.
+    tracks: BTreeMap<u32, TrackLife>,
+    /// Time steps of each target with each of its tracks.
+    of_targets: BTreeMap<u32, BTreeMap<u32, u64>>,
+}
+
+/// Life of a track so far.
+#[derive(Debug, Clone, Copy, Default)]
+struct TrackLife {
+    steps: u64,
+    /// Time steps with a target.
+    matched: u64,
+    last_target: Option<u32>,
+}
+
+impl AssociationScores {
+    /// Adds the next frame.
+    pub(crate) fn frame(&mut self, config: &ScoreConfig, frame: &Frame, matching: &Matching<'_>) {
+        let looking = pointed_sensors(frame);
+        if !looking.is_empty() {
+            let is_seen = |at: &Position| is_in_view(&config.sensor, &looking, *at);
+            let targets: Vec<Position> = frame.truth.iter().map(position).filter(is_seen).collect();
+            let tracks: Vec<Position> = frame.tracks.iter().map(estimate).filter(is_seen).collect();
+            self.add_gospa(Gospa::of(&targets, &tracks, config.gospa_cutoff_m));
+            let detected: BTreeSet<_> =
+                frame.detections.iter().filter_map(|row| Some((row.uav, row.target?))).collect();
+            for (uav, at, boresight) in &looking {
+                for truth in &frame.truth {
+                    if config.sensor.in_view(*at, *boresight, position(truth)) {
+                        self.detected.add(f64::from(detected.contains(&(*uav, truth.target))));
+                    }
+                }
+            }
+        }
+        for pair in matching.pairs() {
+            let (target, track) = (pair.target.target, pair.track.track);
+            let life = self.tracks.entry(track).or_default();
+            self.swaps += u64::from(life.last_target.is_some_and(|last| last != target));
+            (life.steps, life.matched, life.last_target) = (life.steps + 1, life.matched + 1, Some(target));
+            *self.of_targets.entry(target).or_default().entry(track).or_default() += 1;
+        }
+        for track in matching.unmatched_tracks() {
+            self.tracks.entry(track.track).or_default().steps += 1;
+        }
+    }
+
+    fn add_gospa(&mut self, gospa: Gospa) {
+        self.squared_m2.add(gospa.squared_m2());
+        self.localisation_m2.add(gospa.localisation_m2);
+        self.missed.add(gospa.missed as f64);
+        self.false_tracks_in_view.add(gospa.false_tracks as f64);
+    }
+
+    /// Number of tracks so far that have had no target for more than 90 % of their time steps.
+    pub(crate) fn false_tracks(&self) -> u64 {
+        let is_false = |life: &&TrackLife| (life.matched as f64) < TRUE_FRACTION * life.steps as f64;
+        self.tracks.values().filter(is_false).count() as u64
+    }
+
+    /// Fraction of the time steps of targets with a track in which it is the one that the target has had longest.
+    pub(crate) fn purity(&self) -> Option<f64> {
+        let mut purity = Mean::default();
+        for tracks in self.of_targets.values() {
+            let main = tracks.values().copied().max().unwrap_or(0);
+            purity = purity.and(Mean { sum: main as f64, n: tracks.values().sum() });
+        }
+        purity.value()
+    }
+}
+
+/// GOSPA of order 2 with alpha = 2: the smallest root of the squared distances of pairs, plus half the cut-off squared
+/// for each target and track without partner.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Gospa {
+    cutoff_m: f64,
+    localisation_m2: f64,
+    missed: usize,
+    false_tracks: usize,
+}
+
+impl Gospa {
+    fn of(targets: &[Position], tracks: &[Position], cutoff_m: f64) -> Self {
+        let pairs = assign(targets, tracks, cutoff_m);
+        let squared_m2 = |(target, track): &(usize, usize)| targets[*target].squared_distance_m2(tracks[*track]);
+        Self {
+            cutoff_m,
+            localisation_m2: pairs.iter().map(squared_m2).sum(),
+            missed: targets.len() - pairs.len(),
+            false_tracks: tracks.len() - pairs.len(),
+        }
+    }
+
+    fn squared_m2(&self) -> f64 {
+        let unassigned = (self.missed + self.false_tracks) as f64;
+        self.localisation_m2 + 0.5 * self.cutoff_m * self.cutoff_m * unassigned
+    }
+}
+
+fn estimate(track: &TrackRow) -> Position {
+    Position::from_m(track.state[0], track.state[3])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::common::{score, score_config};
+    use crate::row_fixtures::{track_row, truth_row, uav_row};
+    use standoff_record::{DetectionRow, NO_TARGET, UavRow};
+    use standoff_sim::random::{Draws, Stream};
+
+    /// Smallest squared GOSPA over all assignments of the targets from `first` on to tracks that are free.
+    fn enumerated_m2(targets: &[Position], tracks: &[Position], used: &mut Vec<bool>, cutoff_m: f64) -> f64 {
+        let half_m2 = 0.5 * cutoff_m * cutoff_m;
+        let Some((first, rest)) = targets.split_first() else {
+            return half_m2 * used.iter().filter(|used| !**used).count() as f64;
+        };
+        let mut best_m2 = half_m2 + enumerated_m2(rest, tracks, used, cutoff_m);
+        for index in 0..tracks.len() {
+            if !used[index] {
+                used[index] = true;
+                let squared_m2 = first.squared_distance_m2(tracks[index]);
+                best_m2 = best_m2.min(squared_m2 + enumerated_m2(rest, tracks, used, cutoff_m));
+                used[index] = false;
+            }
+        }
+        best_m2
+    }
+
+    #[test]
+    fn gospa_equals_the_minimum_over_all_assignments() {
+        let mut draw = Draws::new(1).at(Stream::Measurement, 0, 0);
+        for _ in 0..500 {
+            let [targets, tracks] = [6.0, 7.0].map(|most| {
+                let n = (draw.uniform() * most) as usize;
+                (0..n).map(|_| Position::from_m(60.0 * draw.uniform(), 30.0 * draw.uniform())).collect::<Vec<_>>()
+            });
+            let cutoff_m = 5.0 + 40.0 * draw.uniform();
+            let gospa = Gospa::of(&targets, &tracks, cutoff_m);
+            let expected_m2 = enumerated_m2(&targets, &tracks, &mut vec![false; tracks.len()], cutoff_m);
+            assert!((gospa.squared_m2() - expected_m2).abs() < 1e-9 * expected_m2.max(1.0), "{targets:?} {tracks:?}");
+            assert_eq!(targets.len() - gospa.missed, tracks.len() - gospa.false_tracks);
+        }
+    }
+
+    /// Targets 0 and 1 in view at 400 m and 450 m, target 2 behind the UAV. A track 3 m off target 0, a false one in
+    /// view, and one behind the UAV.
+    fn frame(step: i64) -> Frame {
+        let track = |target, track, x_m, y_m| TrackRow {
+            track,
+            state: [x_m, 0.0, 0.0, y_m, 0.0, 0.0],
+            ..track_row(target, None)
+        };
+        Frame {
+            time_us: step * 500_000,
+            uavs: vec![UavRow { x_m: 0.0, y_m: 0.0, boresight_rad: Some(0.0), ..uav_row(0) }],
+            truth: vec![truth_row(0, 400.0, 0.0), truth_row(1, 450.0, 0.0), truth_row(2, -400.0, 0.0)],
+            tracks: vec![
+                track(0, NO_TARGET, 400.0, 3.0),
+                track(2, NO_TARGET + 1, -400.0, 0.0),
+                track(NO_TARGET + 2, NO_TARGET + 2, 300.0, 0.0),
+            ],
+            detections: vec![
+                DetectionRow { target: Some(1), ..DetectionRow::default() },
+                DetectionRow { target: None, ..DetectionRow::default() },
+            ],
+            ..Frame::default()
+        }
+    }
+
+    #[test]
+    fn only_targets_and_tracks_in_view_count_for_gospa() {
+        let metrics = score(&score_config(), &[frame(0), frame(1)]);
+        assert_eq!((metrics.gospa_missed, metrics.gospa_false), (Some(1.0), Some(1.0)));
+        assert_eq!(metrics.gospa_localisation_m, Some(3.0));
+        assert_eq!(metrics.gospa_m, Some(409f64.sqrt()));
+        assert_eq!(metrics.detected_fraction, Some(0.5));
+        let narrow = ScoreConfig { gospa_cutoff_m: 2.0, ..score_config() };
+        assert_eq!(score(&narrow, &[frame(0)]).gospa_m, Some(8f64.sqrt()), "two targets missed, two false tracks");
+        // Without a pointed sensor nothing is in view.
+        let mut blind = frame(0);
+        blind.uavs[0].boresight_rad = None;
+        let metrics = score(&score_config(), &[blind]);
+        assert_eq!((metrics.gospa_m, metrics.detected_fraction), (None, None));
+    }
+
+    /// Track 0 has target 0 for six time steps, then target 1 for two, and in between none. Target 1 has another track
+    /// for six time steps.
+    #[test]
+    fn swaps_false_tracks_and_purity_follow_the_targets_of_tracks() {
+        let targets = [0, 0, 0, 0, 0, 0, NO_TARGET, 1, 1];
+        let frames: Vec<Frame> = (0..)
+            .zip(targets)
+            .map(|(step, target)| {
+                let mut frame = frame(step);
+                let other = TrackRow { target: 1, track: NO_TARGET + 3, ..frame.tracks[0] };
+                frame.tracks[0].target = target;
+                if target == 0 {
+                    frame.tracks.push(other);
+                }
+                frame.tracks.sort_by_key(|track| track.target);
+                frame
+            })
+            .collect();
+        let metrics = score(&score_config(), &frames);
+        assert_eq!((metrics.track_swaps, metrics.false_tracks), (Some(1), Some(1)));
+        // Targets 0 and 2 have one track each for 6 and 9 time steps, target 1 two tracks for 6 and 2.
+        assert_eq!(metrics.track_purity, Some(21.0 / 23.0));
+    }
+}

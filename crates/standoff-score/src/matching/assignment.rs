@@ -1,0 +1,100 @@
+//! Optimal assignment of positions within a cut-off distance.
+
+use std::collections::BTreeMap;
+
+use pathfinding::kuhn_munkres::kuhn_munkres;
+use pathfinding::matrix::Matrix;
+use standoff::Position;
+
+/// Steps of the gain per cut-off squared: the assignment is optimal to this fraction for each pair.
+const GAIN_STEPS: f64 = 1e12;
+
+/// Assigns positions of two sets to each other: pairs of an index of each, both at most once, nearer than the cut-off.
+/// The sum of the squared distances is minimal, where each position without partner counts as half the cut-off squared.
+pub(crate) fn assign(one: &[Position], other: &[Position], cutoff_m: f64) -> Vec<(usize, usize)> {
+    let mut edges: Vec<(usize, usize, i64)> = Vec::new();
+    let cutoff_m2 = cutoff_m * cutoff_m;
+    for (i, a) in one.iter().enumerate() {
+        for (j, b) in other.iter().enumerate() {
+            let squared_m2 = a.squared_distance_m2(*b);
+            if squared_m2 < cutoff_m2 {
+                edges.push((i, j, ((1.0 - squared_m2 / cutoff_m2) * GAIN_STEPS) as i64));
+            }
+        }
+    }
+    let mut pairs = Vec::new();
+    for cluster in clusters(one.len(), other.len(), &edges) {
+        match cluster[..] {
+            [(i, j, _)] => pairs.push((i, j)),
+            _ => assign_cluster(&cluster, &mut pairs),
+        }
+    }
+    pairs.sort_unstable();
+    pairs
+}
+
+/// Splits the edges into those that share no position with others: few large problems become many small ones.
+fn clusters(ones: usize, others: usize, edges: &[(usize, usize, i64)]) -> Vec<Vec<(usize, usize, i64)>> {
+    let mut parents: Vec<usize> = (0..ones + others).collect();
+    fn root(parents: &mut [usize], mut node: usize) -> usize {
+        while parents[node] != node {
+            parents[node] = parents[parents[node]];
+            node = parents[node];
+        }
+        node
+    }
+    for (i, j, _) in edges {
+        let (a, b) = (root(&mut parents, *i), root(&mut parents, ones + j));
+        parents[a.max(b)] = a.min(b);
+    }
+    let mut clusters: BTreeMap<usize, Vec<_>> = BTreeMap::new();
+    edges.iter().for_each(|edge| clusters.entry(root(&mut parents, edge.0)).or_default().push(*edge));
+    clusters.into_values().collect()
+}
+
+/// Adds the pairs of one cluster with the largest total gain.
+fn assign_cluster(edges: &[(usize, usize, i64)], pairs: &mut Vec<(usize, usize)>) {
+    let sorted = |mut indices: Vec<usize>| {
+        indices.sort_unstable();
+        indices.dedup();
+        indices
+    };
+    let ones = sorted(edges.iter().map(|edge| edge.0).collect());
+    let others = sorted(edges.iter().map(|edge| edge.1).collect());
+    // The algorithm needs at least as many columns as rows.
+    let is_tall = ones.len() > others.len();
+    let (rows, columns) = if is_tall { (&others, &ones) } else { (&ones, &others) };
+    let mut gains = Matrix::new(rows.len(), columns.len(), 0i64);
+    for (i, j, gain) in edges {
+        let (row, column) = if is_tall { (j, i) } else { (i, j) };
+        if let (Ok(row), Ok(column)) = (rows.binary_search(row), columns.binary_search(column)) {
+            gains[(row, column)] = *gain;
+        }
+    }
+    let (_, chosen) = kuhn_munkres(&gains);
+    for (row, column) in chosen.into_iter().enumerate().filter(|place| gains[*place] > 0) {
+        let (row, column) = (rows[row], columns[column]);
+        pairs.push(if is_tall { (column, row) } else { (row, column) });
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn line(x_m: &[f64]) -> Vec<Position> {
+        x_m.iter().map(|x_m| Position::from_m(*x_m, 0.0)).collect()
+    }
+
+    /// The nearest pair, 4 and 5, would leave 0 and 9 without partners.
+    #[test]
+    fn assignment_minimises_the_sum_of_squared_distances() {
+        assert_eq!(assign(&line(&[0.0, 5.0]), &line(&[4.0, 9.0]), 6.0), [(0, 0), (1, 1)]);
+        assert_eq!(assign(&line(&[0.0, 5.0]), &line(&[4.0, 9.0]), 3.0), [(1, 0)]);
+        // More of either set than of the other, and two separate clusters.
+        assert_eq!(assign(&line(&[0.0, 1.0, 100.0]), &line(&[1.5, 99.0]), 20.0), [(1, 0), (2, 1)]);
+        assert_eq!(assign(&line(&[1.5, 99.0]), &line(&[0.0, 1.0, 100.0]), 20.0), [(0, 1), (1, 2)]);
+        assert_eq!(assign(&line(&[]), &line(&[0.0]), 20.0), []);
+        assert_eq!(assign(&line(&[0.0]), &line(&[20.0]), 20.0), [], "the cut-off is excluded");
+    }
+}
