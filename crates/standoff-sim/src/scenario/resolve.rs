@@ -205,6 +205,8 @@ fn absent(file: &schema_types::ScenarioFile, traffic: Option<&Traffic>, draws: D
             of("sensor.mdv_m_s", &file.sensor.mdv_m_s),
             or_default(file.sensor.range_rate_sd_m_s.map_or(0.0, |sd| of("sensor.range_rate_sd_m_s", &sd)), 0.5),
             of("sensor.false_alarms_per_scan", &file.sensor.false_alarms_per_scan),
+            if file.targets.as_ref().is_none_or(|targets| !targets.manoeuvre.is_empty()) { 0.03 } else { 0.0 },
+            if file.targets.is_none() { 0.05 } else { 0.0 },
         ],
     }
 }
