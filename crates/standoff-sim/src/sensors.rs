@@ -98,6 +98,7 @@ impl SensorScan<'_> {
         if params.false_alarms_per_scan <= 0.0 {
             return;
         }
+        let thinning = SensorParams { detection_probability: 1.0, ..*params };
         let ((draws, tick), uav) = (self.draws, u64::from(self.uav.0));
         let count = draws.at(Stream::FalseAlarmCount, uav, tick).poisson(params.false_alarms_per_scan);
         for index in 0..count {
@@ -108,8 +109,7 @@ impl SensorScan<'_> {
                 let noise_m_s = sd_m_s * draw.normal();
                 let radial_speed_m_s = loop {
                     let speed_m_s = FALSE_ALARM_SPEED_MAX_M_S * (2.0 * draw.uniform() - 1.0);
-                    let is_kept = params.detection_probability * draw.uniform();
-                    if is_kept < params.detection_probability_at(speed_m_s) {
+                    if draw.uniform() < thinning.detection_probability_at(speed_m_s) {
                         break speed_m_s;
                     }
                 };
