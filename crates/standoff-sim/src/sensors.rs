@@ -156,6 +156,7 @@ mod tests {
     use super::*;
     use crate::common::load;
     use standoff::TargetState;
+    use standoff::research::math;
 
     /// A sensor at the origin that flies north-east and points along `deg`, and what it detects at tick `tick`.
     fn detect(sensor: &SensorModel, truth: &[Truth], deg: f64, tick: u64) -> Vec<DetectionOfTarget> {
@@ -236,7 +237,7 @@ mod tests {
                 assert_eq!((label, of), (None, None));
                 let position = Position::ORIGIN + Displacement::from_polar(measurement.range_m, measurement.bearing);
                 assert!(sensor.truth.in_view(Position::ORIGIN, boresight, position));
-                let own_m_s = 40.0 * (measurement.bearing - Angle::from_deg(45.0)).rad().cos();
+                let own_m_s = 40.0 * math::cos((measurement.bearing - Angle::from_deg(45.0)).rad());
                 let speed_m_s = range_rate_m_s.unwrap() + own_m_s;
                 assert!(speed_m_s.abs() < FALSE_ALARM_SPEED_MAX_M_S);
                 n += 1.0;

@@ -22,7 +22,7 @@ pub(crate) const TEAM_MAX: usize = 256;
 /// one report and for the cues of one time step.
 pub(crate) const TARGETS_MAX: usize = 8_000;
 
-/// Identity of a target as reported by sensors and cue sources that can tell targets apart. It is the same for all of
+/// Identity of a target as reported by sensors and cue sources that identify targets. It is the same for all of
 /// them (assumption of the paper: data association is solved). Inside the team, a target is identified by its
 /// [`TrackId`](crate::TrackId).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, serde::Serialize, serde::Deserialize)]
@@ -171,7 +171,7 @@ pub struct TrafficReport {
 /// Measurement of one target in one scan, or a false alarm.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Detection {
-    /// Sensor-reported identity of the target; `None` if the sensor cannot tell targets apart.
+    /// Sensor-reported identity of the target; `None` if the sensor does not identify targets.
     pub label: Option<TargetLabel>,
     /// Range and bearing from the UAV.
     pub measurement: RangeBearingMeasurement,

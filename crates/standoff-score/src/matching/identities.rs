@@ -162,7 +162,7 @@ mod tests {
     }
 
     #[test]
-    fn pair_persists_within_the_cutoff_and_is_assigned_anew_beyond() {
+    fn pair_persists_within_the_cutoff_and_is_assigned_again_beyond() {
         let mut identities = Identities::default();
         let targets = [(3, 0.0), (5, 20.0)];
         assert_eq!(identified(&mut identities, frame(&targets, &[(70, 1.0), (80, 19.0)])), [(70, 3), (80, 5)]);
