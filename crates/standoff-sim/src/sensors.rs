@@ -5,30 +5,12 @@ use standoff::{
     Angle, Cue, Detection, Displacement, Position, RangeBearingMeasurement, SensorParams, Time, UavId, UavState,
     Velocity,
 };
-use standoff_score::{CueError, Noise};
+use standoff_score::CueError;
 
 use crate::random::{Draws, Stream};
+use crate::scenario::SensorModel;
 use crate::target_id::TargetId;
 use crate::world::Truth;
-
-/// What the sensors of a mission detect and report. The team's own assumptions are `TeamParams::track`.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct SensorModel {
-    /// True if detections and cues have the identity of their target.
-    pub has_labels: bool,
-    /// Field of view and range, and the true noise, detection probability, MDV and number of false alarms.
-    pub truth: SensorParams,
-    /// True standard deviation of the range rate, m/s; `None` if it is not measured.
-    pub range_rate_sd_m_s: Option<f64>,
-}
-
-impl SensorModel {
-    /// Returns the true noise of range and bearing.
-    #[must_use]
-    pub fn noise(&self) -> Noise {
-        Noise { range_sd_m: self.truth.range_sd_m, bearing_sd_rad: self.truth.bearing_sd_rad }
-    }
-}
 
 /// A detection, and the target that it is of; `None` for a false alarm. No agent knows the target.
 pub type DetectionOfTarget = (Detection, Option<TargetId>);

@@ -5,7 +5,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use standoff::Position;
 use standoff_record::{AgentEventRow, EventRow, Frame, NO_TARGET, TrackRow, TruthRow};
 
-use super::assign;
+use super::assignment::assign;
 
 /// Largest distance between a target and the track that is paired with it, m.
 pub const CUTOFF_M: f64 = 30.0;
