@@ -1285,8 +1285,8 @@ def compare(a: Any, b: Any | None = None, *, runs: SupportsIndex = ..., seed: Su
     :param b: the scenario or batch to compare with ``a``. None: the scenario of ``a``.
     :param runs: number of runs of each scenario, 200 by default; ignored for batches.
     :param seed: seed of the first run, 1 by default; the following runs use the following seeds. Ignored for batches.
-    :param metrics: names of metrics and of the sets ``standard``, ``limits``, ``table-2``, ``all``: a comma-separated
-        str, or a list.
+    :param metrics: names of metrics and of the sets ``standard``, ``limits``, ``association``, ``table-2``, ``all``: a
+        comma-separated str, or a list.
     :param threads: number of threads; None: one per core. The results do not depend on it.
     :param law_a: custom law that controls the UAVs in ``a``, as for :func:`run`. With custom laws, runs are sequential.
     :param law_b: custom law that controls the UAVs in ``b``.
@@ -1316,8 +1316,8 @@ def monte_carlo(scenario: Any, *, runs: SupportsIndex, seed: SupportsIndex = ...
     :param scenario: name of a built-in scenario, path of a scenario file, or a :class:`Scenario`.
     :param runs: number of runs, 1 to 100,000,000.
     :param seed: seed of the first run, at least 0; 1 by default.
-    :param metrics: names of metrics and of the sets ``standard``, ``limits``, ``table-2``, ``all``: a comma-separated
-        str, or a list.
+    :param metrics: names of metrics and of the sets ``standard``, ``limits``, ``association``, ``table-2``, ``all``: a
+        comma-separated str, or a list.
     :param threads: number of threads; None: one per core. The results do not depend on it.
     :param shard: run only part I of N, counted from 0, for example ``"0/4"``; :func:`merge` combines the parts.
     :param out: folder for the results. None: a temporary folder, deleted together with the batch object.
@@ -1346,8 +1346,8 @@ def run(scenario: Any | None = None, *, seed: SupportsIndex = ..., traffic: str 
     :param traffic: traffic file with the targets: SUMO floating-car data or CSV tracks, plain or .gz.
     :param uavs: number of UAVs, started on an orbit about the first targets.
     :param set: values of the scenario to change, by dotted key.
-    :param metrics: names of metrics (docs/metrics.md) and of the sets ``standard``, ``limits``, ``table-2``, ``all``: a
-        comma-separated str, or a list.
+    :param metrics: names of metrics (docs/metrics.md) and of the sets ``standard``, ``limits``, ``association``,
+        ``table-2``, ``all``: a comma-separated str, or a list.
     :param out: folder for the results. None: a temporary folder, deleted together with the run object.
     :param map: background map: a SUMO net (.net.xml) or GeoJSON, plain or .gz, or a list of them. None: the map of the
         scenario.
@@ -1434,8 +1434,8 @@ def sweep(scenario: Any, *, vary: dict[str, Any], runs: SupportsIndex, points: S
     :param points: number of points of a Latin hypercube, 2 to 10,000. None: a grid of all combinations.
     :param points_seed: seed of the Latin hypercube, at least 0; 1 by default.
     :param seed: seed of the first run of every point, at least 0; 1 by default.
-    :param metrics: names of metrics and of the sets ``standard``, ``limits``, ``table-2``, ``all``: a comma-separated
-        str, or a list.
+    :param metrics: names of metrics and of the sets ``standard``, ``limits``, ``association``, ``table-2``, ``all``: a
+        comma-separated str, or a list.
     :param threads: number of threads; None: one per core. The results do not depend on it.
     :param out: folder for the results. None: a temporary folder, deleted together with the sweep object.
     :param progress: called as ``progress(done, of)`` with numbers of runs, several times per second and at the end. An

@@ -121,8 +121,8 @@ impl Batch {
 /// :param scenario: name of a built-in scenario, path of a scenario file, or a :class:`Scenario`.
 /// :param runs: number of runs, 1 to 100,000,000.
 /// :param seed: seed of the first run, at least 0; 1 by default.
-/// :param metrics: names of metrics and of the sets ``standard``, ``limits``, ``association``, ``table-2``, ``all``: a comma-separated
-///     str, or a list.
+/// :param metrics: names of metrics and of the sets ``standard``, ``limits``, ``association``, ``table-2``, ``all``: a
+///     comma-separated str, or a list.
 /// :param threads: number of threads; None: one per core. The results do not depend on it.
 /// :param shard: run only part I of N, counted from 0, for example ``"0/4"``; :func:`merge` combines the parts.
 /// :param out: folder for the results. None: a temporary folder, deleted together with the batch object.

@@ -127,8 +127,8 @@ fn is_built_in(path: &Path) -> bool {
 /// :param b: the scenario or batch to compare with ``a``. None: the scenario of ``a``.
 /// :param runs: number of runs of each scenario, 200 by default; ignored for batches.
 /// :param seed: seed of the first run, 1 by default; the following runs use the following seeds. Ignored for batches.
-/// :param metrics: names of metrics and of the sets ``standard``, ``limits``, ``association``, ``table-2``, ``all``: a comma-separated
-///     str, or a list.
+/// :param metrics: names of metrics and of the sets ``standard``, ``limits``, ``association``, ``table-2``, ``all``: a
+///     comma-separated str, or a list.
 /// :param threads: number of threads; None: one per core. The results do not depend on it.
 /// :param law_a: custom law that controls the UAVs in ``a``, as for :func:`run`. With custom laws, runs are sequential.
 /// :param law_b: custom law that controls the UAVs in ``b``.

@@ -145,8 +145,8 @@ impl Flight {
 /// :param traffic: traffic file with the targets: SUMO floating-car data or CSV tracks, plain or .gz.
 /// :param uavs: number of UAVs, started on an orbit about the first targets.
 /// :param set: values of the scenario to change, by dotted key.
-/// :param metrics: names of metrics (docs/metrics.md) and of the sets ``standard``, ``limits``, ``association``, ``table-2``, ``all``: a
-///     comma-separated str, or a list.
+/// :param metrics: names of metrics (docs/metrics.md) and of the sets ``standard``, ``limits``, ``association``,
+///     ``table-2``, ``all``: a comma-separated str, or a list.
 /// :param out: folder for the results. None: a temporary folder, deleted together with the run object.
 /// :param map: background map: a SUMO net (.net.xml) or GeoJSON, plain or .gz, or a list of them. None: the map of the
 ///     scenario.

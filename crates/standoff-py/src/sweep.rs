@@ -107,8 +107,8 @@ impl Sweep {
 /// :param points: number of points of a Latin hypercube, 2 to 10,000. None: a grid of all combinations.
 /// :param points_seed: seed of the Latin hypercube, at least 0; 1 by default.
 /// :param seed: seed of the first run of every point, at least 0; 1 by default.
-/// :param metrics: names of metrics and of the sets ``standard``, ``limits``, ``association``, ``table-2``, ``all``: a comma-separated
-///     str, or a list.
+/// :param metrics: names of metrics and of the sets ``standard``, ``limits``, ``association``, ``table-2``, ``all``: a
+///     comma-separated str, or a list.
 /// :param threads: number of threads; None: one per core. The results do not depend on it.
 /// :param out: folder for the results. None: a temporary folder, deleted together with the sweep object.
 /// :param progress: called as ``progress(done, of)`` with numbers of runs, several times per second and at the end. An

@@ -961,7 +961,7 @@ fn frame(step: u32, uavs: u32, targets: u32) -> Frame {
         detections: (0..uavs.min(step))
             .map(|uav| DetectionRow {
                 uav,
-                target: (step % 7 > 0).then_some(step % targets),
+                target: (!step.is_multiple_of(7)).then_some(step % targets),
                 range_m: 400.0 + t.sqrt(),
                 bearing_rad: -1.0 + 0.01 * t,
                 range_rate_m_s: step.is_multiple_of(3).then_some(0.5 - t),

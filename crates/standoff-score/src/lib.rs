@@ -661,7 +661,8 @@ mod tests {
         ];
         assert_eq!(scored(false, &frames), always);
         let additional = from_tracks.iter().filter(|name| !always.contains(name)).copied().collect::<Vec<_>>();
-        assert_eq!(additional, ["position_error_all_m", "nis"]);
+        let of_tracks = metrics::ASSOCIATION.iter().filter(|name| !always.contains(name)).copied();
+        assert_eq!(additional, ["position_error_all_m", "nis"].into_iter().chain(of_tracks).collect::<Vec<_>>());
         // A controller that reports tracks and groups, but has none, has no target in custody.
         assert_eq!(score(&score_config, &frames).custody_fraction, Some(0.0));
         let events_only =

@@ -35,7 +35,9 @@ pub use load::{Overrides, name_of};
 pub use locate::SourcePosition;
 pub use number::{Distribution, Number};
 pub use parse::MISTAKES_MAX;
-pub use resolved::{Clock, Intruder, Link, Manoeuvre, Outage, Partition, Radio, Restart, Scenario, Settings, Targets};
+pub use resolved::{
+    Clock, Intruder, Link, Manoeuvre, Outage, Partition, Radio, Restart, Scenario, SensorModel, Settings, Targets,
+};
 pub use schema::schema;
 pub use schema_types::AgentSetup;
 

@@ -5,30 +5,12 @@ use standoff::{
     Angle, Cue, Detection, Displacement, Position, RangeBearingMeasurement, SensorParams, Time, UavId, UavState,
     Velocity,
 };
-use standoff_score::{CueError, Noise};
+use standoff_score::CueError;
 
 use crate::random::{Draws, Stream};
+use crate::scenario::SensorModel;
 use crate::target_id::TargetId;
 use crate::world::Truth;
-
-/// What the sensors of a mission detect and report. The team's own assumptions are `TeamParams::track`.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct SensorModel {
-    /// True if detections and cues have the identity of their target.
-    pub has_labels: bool,
-    /// Field of view and range, and the true noise, detection probability, MDV and number of false alarms.
-    pub truth: SensorParams,
-    /// True standard deviation of the range rate, m/s; `None` if it is not measured.
-    pub range_rate_sd_m_s: Option<f64>,
-}
-
-impl SensorModel {
-    /// Returns the true noise of range and bearing.
-    #[must_use]
-    pub fn noise(&self) -> Noise {
-        Noise { range_sd_m: self.truth.range_sd_m, bearing_sd_rad: self.truth.bearing_sd_rad }
-    }
-}
 
 /// A detection, and the target that it is of; `None` for a false alarm. No agent knows the target.
 pub type DetectionOfTarget = (Detection, Option<TargetId>);
@@ -98,6 +80,7 @@ impl SensorScan<'_> {
         if params.false_alarms_per_scan <= 0.0 {
             return;
         }
+        let thinning = SensorParams { detection_probability: 1.0, ..*params };
         let ((draws, tick), uav) = (self.draws, u64::from(self.uav.0));
         let count = draws.at(Stream::FalseAlarmCount, uav, tick).poisson(params.false_alarms_per_scan);
         for index in 0..count {
@@ -108,8 +91,7 @@ impl SensorScan<'_> {
                 let noise_m_s = sd_m_s * draw.normal();
                 let radial_speed_m_s = loop {
                     let speed_m_s = FALSE_ALARM_SPEED_MAX_M_S * (2.0 * draw.uniform() - 1.0);
-                    let is_kept = params.detection_probability * draw.uniform();
-                    if is_kept < params.detection_probability_at(speed_m_s) {
+                    if draw.uniform() < thinning.detection_probability_at(speed_m_s) {
                         break speed_m_s;
                     }
                 };
@@ -156,6 +138,7 @@ mod tests {
     use super::*;
     use crate::common::load;
     use standoff::TargetState;
+    use standoff::research::math;
 
     /// A sensor at the origin that flies north-east and points along `deg`, and what it detects at tick `tick`.
     fn detect(sensor: &SensorModel, truth: &[Truth], deg: f64, tick: u64) -> Vec<DetectionOfTarget> {
@@ -236,7 +219,7 @@ mod tests {
                 assert_eq!((label, of), (None, None));
                 let position = Position::ORIGIN + Displacement::from_polar(measurement.range_m, measurement.bearing);
                 assert!(sensor.truth.in_view(Position::ORIGIN, boresight, position));
-                let own_m_s = 40.0 * (measurement.bearing - Angle::from_deg(45.0)).rad().cos();
+                let own_m_s = 40.0 * math::cos((measurement.bearing - Angle::from_deg(45.0)).rad());
                 let speed_m_s = range_rate_m_s.unwrap() + own_m_s;
                 assert!(speed_m_s.abs() < FALSE_ALARM_SPEED_MAX_M_S);
                 n += 1.0;

@@ -7,7 +7,7 @@ use standoff::TargetLabel;
 pub struct TargetId(pub u32);
 
 impl TargetId {
-    /// Returns the identity that sensors and cues report if they can tell targets apart: the same number.
+    /// Returns the identity that sensors and cues report if they identify targets: the same number.
     pub fn label(self) -> TargetLabel {
         TargetLabel(self.0)
     }

@@ -7,8 +7,9 @@ mod common;
 use std::fs;
 
 use common::{load as load_with, overrides};
-use standoff_sim::scenario::{BUILT_IN, Overrides, Scenario, ScenarioTemplate, Settings, Targets, built_in};
-use standoff_sim::sensors::SensorModel;
+use standoff_sim::scenario::{
+    BUILT_IN, Overrides, Scenario, ScenarioTemplate, SensorModel, Settings, Targets, built_in,
+};
 
 /// Loads a scenario from this text.
 fn load(text: &str) -> Result<Scenario, String> {

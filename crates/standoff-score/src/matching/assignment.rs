@@ -1,6 +1,7 @@
 //! Optimal assignment of positions within a cut-off distance.
 
-use std::collections::BTreeMap;
+use std::cmp::Reverse;
+use std::collections::{BTreeMap, BTreeSet};
 
 use pathfinding::kuhn_munkres::kuhn_munkres;
 use pathfinding::matrix::Matrix;
@@ -8,6 +9,10 @@ use standoff::Position;
 
 /// Steps of the gain per cut-off squared: the assignment is optimal to this fraction for each pair.
 const GAIN_STEPS: f64 = 1e12;
+
+/// Maximum number of positions of one set in a cluster that is assigned optimally, because the time grows with its
+/// cube. In a larger cluster, the nearest pairs are assigned first.
+const CLUSTER_MAX: usize = 500;
 
 /// Assigns positions of two sets to each other: pairs of an index of each, both at most once, nearer than the cut-off.
 /// The sum of the squared distances is minimal, where each position without partner counts as half the cut-off squared.
@@ -61,6 +66,10 @@ fn assign_cluster(edges: &[(usize, usize, i64)], pairs: &mut Vec<(usize, usize)>
     };
     let ones = sorted(edges.iter().map(|edge| edge.0).collect());
     let others = sorted(edges.iter().map(|edge| edge.1).collect());
+    if ones.len().max(others.len()) > CLUSTER_MAX {
+        assign_nearest_first(edges, pairs);
+        return;
+    }
     // The algorithm needs at least as many columns as rows.
     let is_tall = ones.len() > others.len();
     let (rows, columns) = if is_tall { (&others, &ones) } else { (&ones, &others) };
@@ -75,6 +84,19 @@ fn assign_cluster(edges: &[(usize, usize, i64)], pairs: &mut Vec<(usize, usize)>
     for (row, column) in chosen.into_iter().enumerate().filter(|place| gains[*place] > 0) {
         let (row, column) = (rows[row], columns[column]);
         pairs.push(if is_tall { (column, row) } else { (row, column) });
+    }
+}
+
+/// Adds pairs of one cluster by ascending distance.
+fn assign_nearest_first(edges: &[(usize, usize, i64)], pairs: &mut Vec<(usize, usize)>) {
+    let (mut ones, mut others) = (BTreeSet::new(), BTreeSet::new());
+    let mut sorted = edges.to_vec();
+    sorted.sort_unstable_by_key(|(i, j, gain)| (Reverse(*gain), *i, *j));
+    for (i, j, _) in sorted {
+        if !ones.contains(&i) && others.insert(j) {
+            ones.insert(i);
+            pairs.push((i, j));
+        }
     }
 }
 
@@ -94,6 +116,9 @@ mod tests {
         // More of either set than of the other, and two separate clusters.
         assert_eq!(assign(&line(&[0.0, 1.0, 100.0]), &line(&[1.5, 99.0]), 20.0), [(1, 0), (2, 1)]);
         assert_eq!(assign(&line(&[1.5, 99.0]), &line(&[0.0, 1.0, 100.0]), 20.0), [(0, 1), (1, 2)]);
+        // A cluster that is too large for that: the nearest pairs first.
+        let many = [&[0.0, 5.0][..], &[5.0; CLUSTER_MAX]].concat();
+        assert_eq!(assign(&line(&many), &line(&[4.0, 9.0]), 6.0), [(1, 0), (2, 1)]);
         assert_eq!(assign(&line(&[]), &line(&[0.0]), 20.0), []);
         assert_eq!(assign(&line(&[0.0]), &line(&[20.0]), 20.0), [], "the cut-off is excluded");
     }

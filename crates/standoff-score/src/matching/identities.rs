@@ -5,7 +5,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use standoff::Position;
 use standoff_record::{AgentEventRow, EventRow, Frame, NO_TARGET, TrackRow, TruthRow};
 
-use super::assign;
+use super::assignment::assign;
 
 /// Largest distance between a target and the track that is paired with it, m.
 pub const CUTOFF_M: f64 = 30.0;
@@ -162,7 +162,7 @@ mod tests {
     }
 
     #[test]
-    fn pair_persists_within_the_cutoff_and_is_assigned_anew_beyond() {
+    fn pair_persists_within_the_cutoff_and_is_assigned_again_beyond() {
         let mut identities = Identities::default();
         let targets = [(3, 0.0), (5, 20.0)];
         assert_eq!(identified(&mut identities, frame(&targets, &[(70, 1.0), (80, 19.0)])), [(70, 3), (80, 5)]);

@@ -17,7 +17,9 @@ use super::load::{SPELT_OUT, Typed, check_size};
 use super::number::Number;
 use super::parameters::Parameters;
 use super::parse::to_toml;
-use super::resolved::{Clock, Link, Manoeuvre, Outage, Partition, Radio, Restart, Scenario, Settings, Targets};
+use super::resolved::{
+    Clock, Link, Manoeuvre, Outage, Partition, Radio, Restart, Scenario, SensorModel, Settings, Targets,
+};
 use super::sample::{DerivedDefaults, Draw, Drawing, value};
 use super::schema_types::resolved::{Ring, TargetAt};
 use super::schema_types::{self, AgentSetup, Labels, resolved};
@@ -25,7 +27,6 @@ use super::traffic::{check_span, length_warning};
 use super::validate::{check_objects, check_settings, report};
 use super::{basemap, geofence, start};
 use crate::random::{Draws, Stream};
-use crate::sensors::SensorModel;
 use crate::target_id::TargetId;
 use crate::traffic::Traffic;
 

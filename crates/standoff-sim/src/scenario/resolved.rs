@@ -3,15 +3,14 @@
 use std::collections::BTreeSet;
 use std::sync::Arc;
 
-use standoff::{Duration, Geofence, TargetParams, TargetState, TeamParams, UavId, UavState};
+use standoff::{Duration, Geofence, SensorParams, TargetParams, TargetState, TeamParams, UavId, UavState};
 use standoff_io::geodesy::{Origin, Unit};
-use standoff_score::{CueError, ScoreConfig};
+use standoff_score::{CueError, Noise, ScoreConfig};
 
 use super::basemap::MapFile;
 use super::number::Number;
 use super::schema_types::AgentSetup;
 use super::schema_types::resolved::ScenarioFile;
-use crate::sensors::SensorModel;
 use crate::target_id::TargetId;
 use crate::traffic::Traffic;
 
@@ -113,6 +112,25 @@ impl Settings {
             faults_end_s: self.faults_end_s,
             ..ScoreConfig::new(&self.team, self.period.s())
         }
+    }
+}
+
+/// What the sensors of a mission detect and report. The team's own assumptions are `TeamParams::track`.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct SensorModel {
+    /// True if detections and cues have the identity of their target.
+    pub has_labels: bool,
+    /// Field of view and range, and the true noise, detection probability, MDV and number of false alarms.
+    pub truth: SensorParams,
+    /// True standard deviation of the range rate, m/s; `None` if it is not measured.
+    pub range_rate_sd_m_s: Option<f64>,
+}
+
+impl SensorModel {
+    /// Returns the true noise of range and bearing.
+    #[must_use]
+    pub fn noise(&self) -> Noise {
+        Noise { range_sd_m: self.truth.range_sd_m, bearing_sd_rad: self.truth.bearing_sd_rad }
     }
 }
 

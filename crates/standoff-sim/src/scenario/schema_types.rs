@@ -630,7 +630,7 @@ pub enum AgentSetup {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Labels {
-    /// All of them: sensors and cue sources can tell targets apart.
+    /// All of them: sensors and cue sources identify targets.
     All,
     /// None: the team associates detections with tracks.
     None,
