@@ -89,11 +89,6 @@ impl SensorParams {
         self.detection_probability * (1.0 - is_blind)
     }
 
-    /// Probability that a detection of no known target is of a new one, and no false alarm.
-    pub(crate) fn new_target_fraction(&self) -> f64 {
-        self.new_targets_per_scan / (self.new_targets_per_scan + self.false_alarms_per_scan)
-    }
-
     /// Area in view, m2.
     pub(crate) fn area_m2(&self) -> f64 {
         0.5 * self.field_of_view_rad * self.sensing_range_m * self.sensing_range_m

@@ -20,6 +20,11 @@ const GATE: f64 = 16.3;
 /// Probability of being in the blind zone above which a target is certainly not detected.
 const SURELY_BLIND: f64 = 0.99;
 
+/// Largest probability of detection, and least number of false alarms of a scan, that the tracker assumes: no sensor is
+/// so perfect that a single scan decides whether a target exists.
+const DETECTION_PROBABILITY_MAX: f64 = 0.98;
+const FALSE_ALARMS_MIN: f64 = 0.1;
+
 /// Number of standard deviations out of view beyond which a target is certainly out of view.
 const OUT_OF_VIEW_SDS: f64 = 6.0;
 
@@ -88,7 +93,7 @@ impl<'a> ScanModel<'a> {
             sensor,
             uav: &report.state,
             boresight: report.boresight?,
-            background_per_m2: [sensor.false_alarms_per_scan / area_m2, sensor.new_targets_per_scan / area_m2],
+            background_per_m2: [false_alarms_per_scan(sensor) / area_m2, sensor.new_targets_per_scan / area_m2],
             blind_variance: sensor.mdv_m_s * sensor.mdv_m_s / (2.0 * core::f64::consts::LN_2),
         })
     }
@@ -126,7 +131,7 @@ impl<'a> ScanModel<'a> {
         let in_view = beyond.map(|sds| if sds < -OUT_OF_VIEW_SDS { 1.0 } else { normal_below(-sds) }).iter().product();
         Some(View {
             in_view,
-            if_fast: detection_probability * in_view,
+            if_fast: detection_probability.min(DETECTION_PROBABILITY_MAX) * in_view,
             blind: self.blind_probability(target, &unit).0,
             range_m,
             bearing: expected.bearing,
@@ -271,6 +276,16 @@ impl<'a> ScanModel<'a> {
         });
         [range, bearing, rate]
     }
+}
+
+/// Number of false alarms of a scan that the tracker assumes.
+fn false_alarms_per_scan(sensor: &SensorParams) -> f64 {
+    sensor.false_alarms_per_scan.max(FALSE_ALARMS_MIN)
+}
+
+/// Probability that a detection of no known target is of a new one, and no false alarm.
+pub(crate) fn new_target_fraction(sensor: &SensorParams) -> f64 {
+    sensor.new_targets_per_scan / (sensor.new_targets_per_scan + false_alarms_per_scan(sensor))
 }
 
 fn position(target: &Gaussian) -> Position {

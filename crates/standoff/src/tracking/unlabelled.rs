@@ -16,7 +16,7 @@ use crate::tracking::information_filter::{Estimate, InformationFilter};
 use crate::tracking::input::TrackerInput;
 use crate::tracking::joint_association::{Edge, JointAssociation};
 use crate::tracking::motion_modes::{MotionModes, MotionTransitions, StoredModes};
-use crate::tracking::scan_model::{Hit, ScanModel, View, Views};
+use crate::tracking::scan_model::{Hit, ScanModel, View, Views, new_target_fraction};
 use crate::tracking::track::{Track, TrackChange, TrackChangeKind, TrackId};
 use crate::tracking::track_table::{TrackRow, TrackTable};
 use crate::uav::UavId;
@@ -215,7 +215,7 @@ impl UnlabelledTracks {
             }
             self.enter(candidate.entry(candidate.id));
         }
-        let least_existence = DROPPED * input.params.sensor.new_target_fraction();
+        let least_existence = DROPPED * new_target_fraction(&input.params.sensor);
         for candidate in update.candidates.iter().filter(|candidate| candidate.row.is_none()) {
             let estimate = Estimate::from(&candidate.modes.moments());
             let is_old = (input.now - candidate.started).s() > TENTATIVE_MAX_S;
