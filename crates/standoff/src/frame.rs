@@ -210,7 +210,8 @@ impl Velocity {
 
     /// Direction of motion, anticlockwise from east; east if stationary.
     #[inline]
-    pub fn direction(self) -> Angle {
+    #[cfg_attr(feature = "research", visibility::make(pub))]
+    pub(crate) fn direction(self) -> Angle {
         Angle::from_arc_rad(math::atan2(self.y_m_s, self.x_m_s))
     }
 

@@ -93,7 +93,7 @@ params! {
             /// Decision lag: while messages are missing, the groups and assignments in use are this old, so that the
             /// UAVs act together, because most missing messages have arrived by then. Otherwise the current ones are
             /// used. Applies if each UAV has its own agent.
-            pub decision_lag_s = 2.0, "s", "team.decision_lag_s", Allowed::at_least(0.0).at_most(10.0);
+            pub(crate) decision_lag_s = 2.0, "s", "team.decision_lag_s", Allowed::at_least(0.0).at_most(10.0);
             /// Maximum rate at which a UAV retransmits messages for others, snapshots included. Applies if each UAV has
             /// its own agent.
             pub retransmit_bytes_per_s = 1500.0, "bytes/s", "team.retransmit_bytes_per_s",

@@ -139,7 +139,8 @@ impl TeamState {
 
     /// Zero-based creation index of a group, which records and users see; it is the same for all agents if all messages
     /// arrive. `None` for groups that exist neither now nor at the previous time step.
-    pub fn group_number(&self, group: GroupId) -> Option<u32> {
+    #[cfg_attr(feature = "research", visibility::make(pub))]
+    pub(crate) fn group_number(&self, group: GroupId) -> Option<u32> {
         self.memberships.number(group)
     }
 

@@ -86,7 +86,8 @@ impl TrackId {
     }
 
     /// Label of the target, if the track was started by a detection or cue with a label.
-    pub fn label(self) -> Option<TargetLabel> {
+    #[cfg_attr(feature = "research", visibility::make(pub))]
+    pub(crate) fn label(self) -> Option<TargetLabel> {
         u32::try_from(self.0).ok().map(TargetLabel)
     }
 }
