@@ -176,7 +176,7 @@ params! {
             /// Standard deviation of the velocity, per axis, of a track that starts from a measurement.
             pub(crate) initial_velocity_sd_m_s = 10.0, "m/s", "filter.initial_velocity_sd_m_s",
                 Allowed::at_least(1e-3).at_most(1e3);
-            /// Rate at which targets begin to manoeuvre: to brake, start or turn harder than the target model says. Used
+            /// Rate at which targets begin to manoeuvre: to brake, start or turn harder than the target model assumes. Used
             /// for detections without label.
             pub(crate) manoeuvre_rate_1_s = 0.0 => 0.03, "1/s", "filter.manoeuvre_rate_1_s",
                 Allowed::at_least(0.0).at_most(10.0);

@@ -1,4 +1,4 @@
-//! Motion models of one target: it moves as the target model says, it manoeuvres, or it has stopped.
+//! Motion models of one target: it follows the target model, manoeuvres, or has stopped.
 //!
 //! Braking and starting are no events of the target model of a gentle target, and a stopped target is in the blind zone
 //! of the sensor. With the target model alone, a track would lose targets that do either.
@@ -108,7 +108,7 @@ struct StoredStop {
 }
 
 impl MotionModes {
-    /// A target that moves as the target model says.
+    /// A target that follows the target model.
     pub(crate) fn moving(moving: Gaussian) -> Self {
         Self([(1.0, moving), (0.0, moving), (0.0, moving)])
     }
