@@ -316,6 +316,30 @@ mod tests {
         assert_eq!(put(&mut row(), &[honest, again]).0, [Insert::Added, Insert::Duplicate]);
     }
 
+    /// Detections without label are rounded as they are sent, sorted by their bits, and none is a duplicate.
+    #[test]
+    fn detections_without_label_have_a_canonical_order() {
+        let detection = |label: Option<u32>, range_m| Detection {
+            label: label.map(TargetLabel),
+            measurement: RangeBearingMeasurement { range_m, bearing: Angle::from_rad(0.1) },
+            range_rate_m_s: None,
+        };
+        let mut scrambled = report(1, 0, 9);
+        scrambled.detections =
+            [(None, 300.1), (Some(2), 50.1), (None, 200.0), (Some(1), 90.0), (None, 300.1), (Some(2), 60.0)]
+                .map(|(label, range_m)| detection(label, range_m))
+                .to_vec();
+        let mut row = row();
+        row.put(ReportView::of(&scrambled));
+        let kept: Vec<_> = row.reports()[0].detections.iter().map(|of| (of.label, of.measurement.range_m)).collect();
+        let (one, two, far_m) = (Some(TargetLabel(1)), Some(TargetLabel(2)), f64::from(300.1f32));
+        assert_eq!(kept, [(one, 90.0), (two, 50.1), (None, 200.0), (None, far_m), (None, far_m)]);
+        // Another order is the same report.
+        scrambled.detections.reverse();
+        scrambled.detections.retain(|of| of.measurement.range_m != 60.0);
+        assert_eq!(row.put(ReportView::of(&scrambled)), Insert::Duplicate);
+    }
+
     /// The log status of a report is not stored with the messages: retransmissions do not contain it.
     #[test]
     fn a_report_is_the_same_entry_with_and_without_log_status() {

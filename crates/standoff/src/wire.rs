@@ -405,7 +405,7 @@ struct Unlabelled(Detection);
 
 impl Wire for Unlabelled {
     fn put(&self, to: &mut Vec<u8>) -> Result<(), EncodeError> {
-        let RangeBearingMeasurement { range_m, bearing } = self.0.measurement;
+        let RangeBearingMeasurement { range_m, bearing } = self.0.rounded().measurement;
         (range_m as f32, (bearing.rad() as f32, rate_to_wire(&self.0))).put(to)
     }
 
