@@ -64,10 +64,8 @@ pub(super) fn read(mut text: Text<'_>, origin: Option<Origin>) -> Result<Content
                         metres, or use traffic in degrees";
             return Err(fault(format!("{called} {what}")));
         }
-        if let Some(ring) = outline.rings_cm.iter().find(|ring| ring.len() < 3) {
-            let what = format!("has {} different vertices; needs at least three; remove or correct it", ring.len());
-            return Err(fault(format!("{called}: an outline {what}")));
-        }
+        let checked = outline.check();
+        checked.map_err(|message| fault(format!("{called}: {message}; remove or correct it")))?;
         without_height += usize::from(outline.height_cm.is_none());
         buildings.push(outline);
     }

@@ -44,14 +44,10 @@ fn try_one(bytes: &[u8], origin: Option<Origin>) -> bool {
         Err(fault) => return refused(&fault.message),
     };
     for outline in &contents.buildings {
-        let within = outline.rings_cm.iter().flatten().flatten().all(|cm| cm.abs() <= 1_000_000_000);
-        match outline.to_string().parse::<Outline>() {
-            Ok(again) => assert_eq!(&again, outline),
-            Err(_) => assert!(!within, "{outline}"),
-        }
+        assert_eq!(&outline.to_string().parse::<Outline>().unwrap(), outline);
     }
-    // Coordinates far away are refused here.
-    Buildings::new(contents.buildings.iter().map(|outline| outline.building(10.0)).collect()).is_ok()
+    Buildings::new(contents.buildings.iter().map(|outline| outline.building(10.0)).collect()).unwrap();
+    true
 }
 
 #[test]

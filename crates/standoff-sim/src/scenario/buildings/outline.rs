@@ -1,6 +1,7 @@
 //! A building as text of a scenario, in whole centimetres, because a scenario may contain thousands of them.
 
 use std::fmt;
+use std::ops::RangeInclusive;
 use std::str::FromStr;
 
 use standoff::Position;
@@ -15,8 +16,8 @@ pub(super) struct Outline {
     pub(super) rings_cm: Vec<Vec<[i64; 2]>>,
 }
 
-/// Largest number, cm: ten times the range of coordinates. Its product with 0.01 is exact enough to be written again.
-const CM_MAX: i64 = 10_000_000_000;
+/// Range of coordinates and heights, cm: that of typed coordinates.
+const RANGE_CM: RangeInclusive<i64> = -1_000_000_000..=1_000_000_000;
 
 impl Outline {
     /// Rounds a building in m. The last vertex of a ring may repeat the first one.
@@ -35,6 +36,17 @@ impl Outline {
             height_cm: height_m.map(|height_m| cm(height_m).max(1)),
             rings_cm: rings_m.iter().map(ring_cm).collect(),
         }
+    }
+
+    /// Describes what is wrong with the outlines, if anything.
+    pub(super) fn check(&self) -> Result<(), String> {
+        if let Some(ring) = self.rings_cm.iter().find(|ring| ring.len() < 3) {
+            return Err(format!("an outline has {} different vertices; needs at least three", ring.len()));
+        }
+        if !self.rings_cm.iter().flatten().flatten().all(|cm| RANGE_CM.contains(cm)) {
+            return Err("coordinates must be at most 1e7 m from the origin".to_owned());
+        }
+        if self.rings_cm.is_empty() { Err("has no outline".to_owned()) } else { Ok(()) }
     }
 
     /// Returns the building; `height_m` is the height of the scenario.
@@ -64,7 +76,7 @@ impl FromStr for Outline {
     type Err = String;
 
     fn from_str(text: &str) -> Result<Self, String> {
-        let number = |text: &str| text.trim().parse().ok().filter(|cm: &i64| cm.abs() <= CM_MAX);
+        let number = |text: &str| text.trim().parse().ok().filter(|cm| RANGE_CM.contains(cm));
         let wrong = || "must be \"HEIGHT: X,Y X,Y X,Y\" in whole cm; HEIGHT: may be absent".to_owned();
         let (height_cm, rings) = match text.split_once(':') {
             Some((height, rings)) => (Some(number(height).ok_or_else(wrong)?), rings),
@@ -74,10 +86,8 @@ impl FromStr for Outline {
             let (x, y) = point.split_once(',')?;
             Some([number(x)?, number(y)?])
         };
-        let ring = |ring: &str| {
-            let ring = ring.split_whitespace().map(point).collect::<Option<Vec<_>>>().ok_or_else(wrong)?;
-            if ring.len() < 3 { Err("an outline needs at least three vertices".to_owned()) } else { Ok(ring) }
-        };
-        Ok(Self { height_cm, rings_cm: rings.split(';').map(ring).collect::<Result<_, _>>()? })
+        let ring = |ring: &str| ring.split_whitespace().map(point).collect::<Option<Vec<_>>>().ok_or_else(wrong);
+        let outline = Self { height_cm, rings_cm: rings.split(';').map(ring).collect::<Result<_, _>>()? };
+        outline.check().map(|()| outline)
     }
 }
