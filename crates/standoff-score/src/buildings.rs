@@ -184,8 +184,9 @@ impl LineOfSight {
         self.target + Displacement::from_m(part * self.uav_rel_target.x_m(), part * self.uav_rel_target.y_m())
     }
 
-    /// Part of the line at which it crosses a wall; `None` if it does not, or is parallel. A crossing that is not one
-    /// does no harm, because the points between crossings decide; so walls are a little longer than they are.
+    /// Part of the line at which it crosses a wall; `None` if it does not, or is parallel. Walls are longer by `GRAZE`, so
+    /// that rounding misses no crossing at a corner. An additional crossing has no effect, because the points between
+    /// crossings decide.
     fn crossing(&self, a: Position, b: Position) -> Option<f64> {
         let (wall, a_rel_target) = (b - a, a - self.target);
         let area = cross(self.uav_rel_target, wall);
@@ -273,7 +274,7 @@ mod tests {
         Buildings::new(buildings.to_vec()).unwrap().hide(target, uav, Some(altitude_m))
     }
 
-    /// From 40 m west of a target 20 m west of a block, the line is 20 m from the near wall: a third of the way down.
+    /// A target 20 m east of the block, and a UAV 80 m west of the target.
     #[test]
     fn a_building_hides_what_is_behind_it_below_its_height() {
         let block = [building(10.0, &[BLOCK])];
