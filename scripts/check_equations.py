@@ -67,6 +67,7 @@ class Record:
         self.scenario = tomllib.loads((folder / "scenario.toml").read_text(encoding="utf-8"))
         self.metrics = json.loads((folder / "summary.json").read_text(encoding="utf-8"))["metrics"]
         self.period = self.scenario["period_s"]
+        self.walls = walls_of(self.scenario)
         self.uavs = self.by_time("uavs", "uav")
         self.truth = self.by_time("truth", "target") if (folder / "truth.parquet").exists() else None
         self.tracks = self.by_time("tracks", "target")
@@ -189,7 +190,8 @@ def check_kinematics(record, compare):
 def climb_of(scenario):
     """Returns the climb parameters of the scenario, or the defaults of docs/separation.md; None if UAVs do not climb."""
     default = {"rate_max_m_s": 3.0, "lag_s": 1.0, "altitude_min_m": 50.0, "altitude_max_m": 3000.0}
-    return scenario["uavs"].get("climb", default if "separation" in scenario else None)
+    climbs = "separation" in scenario or scenario.get("world", {}).get("building_outlines_cm")
+    return scenario["uavs"].get("climb", default if climbs else None)
 
 
 def check_climbs(record, pairs, compare):
@@ -291,6 +293,29 @@ def in_view(sensor, uav, target):
     return off <= np.radians(sensor["field_of_view_deg"]) / 2 and distance <= sensor["sensing_range_m"]
 
 
+def walls_of(scenario):
+    """Returns the walls of the buildings, each with both ends (m) and height (m)."""
+    walls, world = [], scenario.get("world", {})
+    for outline in world.get("building_outlines_cm", []):
+        height, _, rings = outline.rpartition(":")
+        height_m = int(height) / 100 if height else world["building_height_m"]
+        for ring in rings.split(";"):
+            corners = [[int(number) / 100 for number in corner.split(",")] for corner in ring.split()]
+            walls += [(*a, *b, height_m) for a, b in zip(corners, corners[1:] + corners[:1])]
+    return np.array(walls).reshape(-1, 5)
+
+
+def is_hidden(walls, uav, target):
+    """Returns true if a wall hides a target outside of all buildings: the line of sight crosses it below its height."""
+    a, b, height_m = walls[:, :2] - target.position, walls[:, 2:4] - target.position, walls[:, 4]
+    line = uav.position - target.position
+    cross = lambda p, q: p[..., 0] * q[..., 1] - p[..., 1] * q[..., 0]
+    with np.errstate(divide="ignore", invalid="ignore"):
+        part, along = cross(a, b - a) / cross(line, b - a), cross(a, line) / cross(line, b - a)
+        crossed = (0 < part) & (part < 1) & (0 <= along) & (along <= 1)
+    return bool(np.any(crossed & (part * uav.altitude_m < height_m))) if len(walls) else False
+
+
 def largest_fit(rows, bearings, away, widest):
     """Returns the largest set of targets that fits into a field of view, and the direction of its middle. Of equally large
     sets the one with the largest uncertainty wins, of equal ones the nearest."""
@@ -344,7 +369,8 @@ def check_measurements(record, compare):
         truth, expected = record.truth[time], set()
         for uav, row in record.uavs[time].items():
             if row.boresight_rad is not None:
-                expected |= {(uav, target) for target in truth if in_view(sensor, row, truth[target])}
+                expected |= {(uav, target) for target in truth
+                             if in_view(sensor, row, truth[target]) and not is_hidden(record.walls, row, truth[target])}
             centre = record.groups[before].get(record.uavs[before][uav].group) if before is not None else None
             if centre is not None:
                 ahead, what, tolerance = centre.position + centre.velocity * record.period, "", ROUNDING
@@ -1253,7 +1279,8 @@ def looking(record, time):
 def is_seen(record, time, target):
     """Returns true if an existing target is in some UAV's view."""
     there = record.truth[time][target]
-    return any(in_view(record.scenario["sensor"], row, there) for row in looking(record, time))
+    return any(in_view(record.scenario["sensor"], row, there) and not is_hidden(record.walls, row, there)
+               for row in looking(record, time))
 
 
 def is_member(record, time, target):

@@ -428,7 +428,8 @@ rows! {
         pub range_rate_m_s: Option<f64>,
     }
 
-    /// A true target in view of a UAV: within half the field of view of the boresight and within sensing range.
+    /// A true target in view of a UAV: within half the field of view of the boresight, within sensing range, and not
+    /// hidden by a building.
     #[derive(Copy)]
     pub struct ViewRow in "in_view" {
         /// UAV whose sensor has the target in view.

@@ -6,7 +6,7 @@ use standoff::Position;
 use standoff_record::{Frame, TrackRow};
 
 use crate::config::ScoreConfig;
-use crate::geometry::{is_in_view, pointed_sensors, position};
+use crate::geometry::{pointed_sensors, position};
 use crate::matching::{Matching, assign};
 use crate::mean::Mean;
 
@@ -22,7 +22,7 @@ pub(crate) struct AssociationScores {
     /// Numbers of targets and tracks that are not assigned.
     pub(crate) missed: Mean,
     pub(crate) false_tracks_in_view: Mean,
-    /// Target-scans in view that were detected.
+    /// Target-scans in the field of view, behind buildings or not, that were detected.
     pub(crate) detected: Mean,
     /// Number of times that a track has changed its target.
     pub(crate) swaps: u64,
@@ -46,16 +46,17 @@ impl AssociationScores {
     pub(crate) fn frame(&mut self, config: &ScoreConfig, frame: &Frame, matching: &Matching<'_>) {
         let looking = pointed_sensors(frame);
         if !looking.is_empty() {
-            let is_seen = |at: &Position| is_in_view(&config.sensor, &looking, *at);
+            // Targets behind buildings count, too.
+            let is_seen = |at: &Position| looking.iter().any(|pointed| pointed.covers(&config.sensor, *at));
             let targets: Vec<Position> = frame.truth.iter().map(position).filter(is_seen).collect();
             let tracks: Vec<Position> = frame.tracks.iter().map(estimate).filter(is_seen).collect();
             self.add_gospa(Gospa::of(&targets, &tracks, config.gospa_cutoff_m));
             let detected: BTreeSet<_> =
                 frame.detections.iter().filter_map(|row| Some((row.uav, row.target?))).collect();
-            for (uav, at, boresight) in &looking {
+            for pointed in &looking {
                 for truth in &frame.truth {
-                    if config.sensor.in_view(*at, *boresight, position(truth)) {
-                        self.detected.add(f64::from(detected.contains(&(*uav, truth.target))));
+                    if pointed.covers(&config.sensor, position(truth)) {
+                        self.detected.add(f64::from(detected.contains(&(pointed.uav, truth.target))));
                     }
                 }
             }

@@ -9,6 +9,7 @@ use standoff::{
 };
 use standoff_record::ReportedTables;
 
+use crate::buildings::Buildings;
 use crate::geometry::true_centre;
 
 /// Real noise of the sensors.
@@ -64,6 +65,8 @@ pub struct ScoreConfig {
     pub transient_s: f64,
     /// Geofence.
     pub geofence: Geofence,
+    /// Buildings that hide targets from the sensors.
+    pub buildings: Buildings,
     /// Parameters of the team, which determine the altitudes of UAVs without a recorded one.
     pub team: TeamParams,
     /// End of the last radio fault or restart that ends within the mission, s.
@@ -74,7 +77,7 @@ pub struct ScoreConfig {
 
 impl ScoreConfig {
     /// Returns the scoring configuration of a team whose controller reports all tables, with the sensor noise that its
-    /// filters assume, exact cues, and neither a target model, geofence nor faults. All times count as settled.
+    /// filters assume, exact cues, and no target model, geofence, buildings or faults. All times count as settled.
     #[must_use]
     pub fn new(team: &TeamParams, period_s: f64) -> Self {
         let sensor = team.track.sensor;
@@ -95,6 +98,7 @@ impl ScoreConfig {
             period_s,
             transient_s: 0.0,
             geofence: Geofence::default(),
+            buildings: Buildings::default(),
             team: *team,
             faults_end_s: None,
             gospa_cutoff_m: 20.0,

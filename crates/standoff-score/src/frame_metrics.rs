@@ -1,10 +1,9 @@
 //! Scores of a single frame relative to the truth. The metrics average these values.
 
-use standoff::{Angle, Position};
 use standoff_record::{DerivedColumns, Frame, GroupRow, UavRow, ViewRow};
 
 use crate::config::ScoreConfig;
-use crate::geometry::{Geometry, at, is_in_view, off_orbit_m, pointed_sensors, position};
+use crate::geometry::{Geometry, PointedSensor, at, is_in_view, off_orbit_m, pointed_sensors, position};
 use crate::matching::Matched;
 use crate::true_orbits::TrueOrbits;
 
@@ -76,7 +75,7 @@ pub struct FrameScores<'a> {
     frame: &'a Frame,
     /// True if a target existed before this time step, so that sensors could have been pointed.
     is_after_cue: bool,
-    looking: Vec<(u32, Position, Angle)>,
+    looking: Vec<PointedSensor>,
     orbits: &'a TrueOrbits,
 }
 
@@ -115,7 +114,7 @@ impl FrameScores<'_> {
     #[must_use]
     pub fn in_view(&self, target: u32) -> Option<bool> {
         let target = position(self.geometry.matching().target(target)?);
-        self.is_after_cue.then(|| is_in_view(&self.score_config.sensor, &self.looking, target))
+        self.is_after_cue.then(|| is_in_view(self.score_config, &self.looking, target))
     }
 
     /// Returns the custody of all targets.
@@ -123,7 +122,7 @@ impl FrameScores<'_> {
     pub fn custody(&self) -> CustodyCounts {
         let (mut targets, mut in_view, mut in_custody, mut errors_m2) = (0, 0, 0, 0.0);
         for (target, track) in self.geometry.matching().targets() {
-            let is_in_view = is_in_view(&self.score_config.sensor, &self.looking, position(target));
+            let is_in_view = is_in_view(self.score_config, &self.looking, position(target));
             targets += 1;
             in_view += usize::from(is_in_view);
             let Some(track) = track else { continue };
@@ -143,11 +142,11 @@ impl FrameScores<'_> {
 
     /// Returns what each UAV has in view, sorted by UAV and target.
     pub fn views(&self) -> impl Iterator<Item = ViewRow> {
-        let pairs = self.looking.iter().flat_map(|uav| self.frame.truth.iter().map(move |truth| (uav, truth)));
-        pairs.filter_map(|((uav, at, boresight), truth)| {
-            let seen = self.score_config.sensor.measure(*at, *boresight, position(truth))?;
-            let off_boresight_rad = (seen.bearing - *boresight).rad();
-            Some(ViewRow { uav: *uav, target: truth.target, range_m: seen.range_m, off_boresight_rad })
+        let pairs = self.looking.iter().flat_map(|one| self.frame.truth.iter().map(move |truth| (one, truth)));
+        pairs.filter_map(|(pointed, truth)| {
+            let seen = pointed.measure(self.score_config, position(truth))?;
+            let off_boresight_rad = (seen.bearing - pointed.boresight).rad();
+            Some(ViewRow { uav: pointed.uav, target: truth.target, range_m: seen.range_m, off_boresight_rad })
         })
     }
 

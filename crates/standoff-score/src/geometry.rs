@@ -7,9 +7,10 @@ use standoff::research::{
     CentreEstimate, EnclosingCircle,
     math::{self, TAU},
 };
-use standoff::{Angle, Position, SensorParams, TargetState, Velocity};
+use standoff::{Angle, Position, RangeBearingMeasurement, SensorParams, TargetState, Velocity};
 use standoff_record::{Frame, GroupRow, TrackRow, TruthRow, UavRow};
 
+use crate::config::ScoreConfig;
 use crate::matching::{Matched, Matching};
 
 /// True targets and tracks of a frame, and the quantities derived from them.
@@ -128,15 +129,41 @@ fn largest_off_boresight(uav: &UavRow, (sin, cos): (f64, f64), matching: &Matchi
     members.map(|pair| off(position(pair.target))).reduce(|a, b| if is_larger(b, a) { b } else { a })
 }
 
-/// Returns id, position and boresight of the UAVs whose sensors are pointed.
-pub(crate) fn pointed_sensors(frame: &Frame) -> Vec<(u32, Position, Angle)> {
-    let pointed = |uav: &UavRow| Some((uav.uav, at(uav), Angle::from_rad(uav.boresight_rad?)));
+/// A sensor that is pointed.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct PointedSensor {
+    pub(crate) uav: u32,
+    position: Position,
+    /// Altitude of the UAV, m; `None` if it is not simulated.
+    altitude_m: Option<f64>,
+    pub(crate) boresight: Angle,
+}
+
+impl PointedSensor {
+    /// Returns whether a target is within sensing range and field of view, whether or not a building hides it.
+    pub(crate) fn covers(&self, sensor: &SensorParams, target: Position) -> bool {
+        sensor.in_view(self.position, self.boresight, target)
+    }
+
+    /// Returns the noise-free measurement of a target in view: covered, and not hidden by a building.
+    pub(crate) fn measure(&self, config: &ScoreConfig, target: Position) -> Option<RangeBearingMeasurement> {
+        let measurement = config.sensor.measure(self.position, self.boresight, target)?;
+        (!config.buildings.hide(target, self.position, self.altitude_m)).then_some(measurement)
+    }
+}
+
+/// Returns the sensors that are pointed.
+pub(crate) fn pointed_sensors(frame: &Frame) -> Vec<PointedSensor> {
+    let pointed = |uav: &UavRow| {
+        let boresight = Angle::from_rad(uav.boresight_rad?);
+        Some(PointedSensor { uav: uav.uav, position: at(uav), altitude_m: uav.altitude_m, boresight })
+    };
     frame.uavs.iter().filter_map(pointed).collect()
 }
 
-/// Returns whether a target is in view of one of these UAVs.
-pub(crate) fn is_in_view(sensor: &SensorParams, looking: &[(u32, Position, Angle)], target: Position) -> bool {
-    looking.iter().any(|(_, uav, boresight)| sensor.in_view(*uav, *boresight, target))
+/// Returns whether a target is in view of one of these sensors.
+pub(crate) fn is_in_view(config: &ScoreConfig, looking: &[PointedSensor], target: Position) -> bool {
+    looking.iter().any(|sensor| sensor.measure(config, target).is_some())
 }
 
 pub(crate) fn at(uav: &UavRow) -> Position {

@@ -6,6 +6,7 @@ extern crate self as standoff_score;
 
 mod agreement;
 mod association;
+mod buildings;
 #[cfg(test)]
 #[path = "../tests/common/mod.rs"]
 mod common;
@@ -52,6 +53,7 @@ use prediction_error::PredictionErrors;
 use separation::{Separations, take_least};
 use true_orbits::TrueOrbits;
 
+pub use buildings::{BUILDING_HEIGHT_MAX_M, BUILDING_VERTICES_MAX, BUILDINGS_MAX, Building, Buildings};
 pub use config::{CueError, Noise, ScoreConfig};
 pub use cramer_rao::Bound as PositionBound;
 pub use frame_metrics::{CustodyCounts, FrameScorer, FrameScores};
@@ -234,7 +236,7 @@ impl Scorer {
         let mut matching = std::mem::take(&mut self.matching);
         matching.fill(&frame.truth, &frame.tracks);
         if needed.tallies {
-            self.tallies.frame(&self.config.sensor, frame, &matching);
+            self.tallies.frame(&self.config, frame, &matching);
         }
         self.assigned.clear();
         let pointed = frame.uavs.iter().filter(|uav| uav.boresight_rad.is_some());

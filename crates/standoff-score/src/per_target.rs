@@ -7,7 +7,6 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use serde::Serialize;
-use standoff::SensorParams;
 use standoff_record::Frame;
 
 use crate::config::ScoreConfig;
@@ -102,12 +101,12 @@ pub struct TargetScore {
 
 impl Tallies {
     /// Adds the next frame.
-    pub(crate) fn frame(&mut self, sensor: &SensorParams, frame: &Frame, matching: &Matching<'_>) {
+    pub(crate) fn frame(&mut self, config: &ScoreConfig, frame: &Frame, matching: &Matching<'_>) {
         let looking = pointed_sensors(frame);
         let is_first_cue = self.of.is_empty();
         self.frames += u64::from(!is_first_cue);
         for (truth, track) in matching.targets() {
-            let is_seen = is_in_view(sensor, &looking, position(truth));
+            let is_seen = is_in_view(config, &looking, position(truth));
             let is_member = track.is_some_and(|track| track.group.is_some());
             let mut is_cue = false;
             let tally = self.of.entry(truth.target).or_insert_with(|| {
@@ -244,7 +243,7 @@ mod tests {
 
     /// The UAV looks east, so targets to the west are out of view.
     fn sums(courses: &[&[At]]) -> Sums {
-        let sensor = score_config().sensor;
+        let config = score_config();
         let mut tallies = Tallies::default();
         for step in 0..courses[0].len() {
             let mut frame = Frame { uavs: vec![uav_row(0)], ..Frame::default() };
@@ -259,7 +258,7 @@ mod tests {
                     Gone => {}
                 }
             }
-            tallies.frame(&sensor, &frame, &Matching::of(&frame));
+            tallies.frame(&config, &frame, &Matching::of(&frame));
         }
         tallies.sums()
     }

@@ -278,7 +278,7 @@ impl<B: Controller> Mission<B> {
 
     /// Points every sensor as its UAV commanded, from the state that the UAV assumes, and measures.
     fn scan(&mut self, now: Time) {
-        let Settings { period, sensor, .. } = &self.settings;
+        let Settings { period, sensor, buildings, .. } = &self.settings;
         // In pairs, whose boresights are computed as a batch (SIMD); a single last UAV is paired with itself.
         for pair in self.uavs.chunks_mut(2) {
             for uav in &mut *pair {
@@ -297,8 +297,8 @@ impl<B: Controller> Mission<B> {
             uav.detections.clear();
             uav.detected_targets.clear();
             if let Some(boresight) = uav.boresight {
-                let scan =
-                    SensorScan { uav: uav.id, state: &uav.truth, boresight, draws: (self.draws, self.tick as u64) };
+                let draws = (self.draws, self.tick as u64);
+                let scan = SensorScan { uav: uav.id, state: &uav.truth, boresight, buildings, draws };
                 scan.detect(sensor, &self.truth, &mut self.scanned);
                 for (detection, target) in self.scanned.drain(..) {
                     uav.detections.push(detection);

@@ -5,6 +5,7 @@
 //! be written as text with every value spelt out; the record stores that text.
 
 mod basemap;
+mod buildings;
 mod builtin;
 mod diagnostics;
 mod error;
@@ -112,7 +113,9 @@ impl ScenarioTemplate {
     fn with_traffic(mut typed: load::Typed, known: Option<&Arc<Traffic>>) -> Result<Self, ScenarioError> {
         let (traffic, mut problems) = match traffic::read(&typed, known) {
             Ok(traffic) => {
-                geofence::spell_out(&mut typed, traffic.as_ref().and_then(|traffic| traffic.origin))?;
+                let origin = traffic.as_ref().and_then(|traffic| traffic.origin);
+                geofence::spell_out(&mut typed, origin)?;
+                buildings::spell_out(&mut typed, origin)?;
                 if typed.problems.is_empty() {
                     return Ok(Self { typed, traffic });
                 }

@@ -5,7 +5,7 @@ use standoff::{
     Angle, Cue, Detection, Displacement, Position, RangeBearingMeasurement, SensorParams, Time, UavId, UavState,
     Velocity,
 };
-use standoff_score::CueError;
+use standoff_score::{Buildings, CueError};
 
 use crate::random::{Draws, Stream};
 use crate::scenario::SensorModel;
@@ -23,6 +23,8 @@ pub struct SensorScan<'a> {
     pub state: &'a UavState,
     /// Direction of the sensor.
     pub boresight: Angle,
+    /// Buildings that hide targets from it.
+    pub buildings: &'a Buildings,
     /// Draws of the mission, and the number of the time step.
     pub draws: (Draws, u64),
 }
@@ -49,6 +51,10 @@ impl SensorScan<'_> {
             let targets: [_; 4] = core::array::from_fn(|i| four[i.min(four.len() - 1)].state.position());
             for (truth, seen) in four.iter().zip(params.measure_batch(self.state.position, self.boresight, targets)) {
                 let Some(mut measurement) = seen else { continue };
+                let altitude_m = self.state.vertical.map(|vertical| vertical.altitude_m);
+                if self.buildings.hide(truth.state.position(), self.state.position, altitude_m) {
+                    continue;
+                }
                 // The random key consists of UAV and target, so that further UAVs and targets do not change this noise.
                 let object = (u64::from(self.uav.0) << 32) | u64::from(truth.target.0);
                 let (velocity, bearing) = (truth.state.velocity(), measurement.bearing);
@@ -145,7 +151,8 @@ mod tests {
         let state = UavState::level_flight(Position::ORIGIN, Angle::from_deg(45.0), 40.0);
         let (boresight, draws) = (Angle::from_deg(deg), (Draws::new(3), tick));
         let mut detections = Vec::new();
-        SensorScan { uav: UavId(2), state: &state, boresight, draws }.detect(sensor, truth, &mut detections);
+        let buildings = &Buildings::default();
+        SensorScan { uav: UavId(2), state: &state, boresight, buildings, draws }.detect(sensor, truth, &mut detections);
         detections
     }
 

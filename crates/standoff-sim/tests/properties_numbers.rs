@@ -105,6 +105,7 @@ const KEYS: &[Key] = &[
     ("groups.altitude_lowest_m", 300.0, 1.0, 2e4),
     ("groups.altitude_step_m", 50.0, 1.0, 2e4),
     ("groups.proximity_alert_m", 50.0, 0.0, 1e4),
+    ("world.building_height_m", 10.0, TINY, 1e3),
     ("guidance.radial_gain", 0.2, 1e-3, 1.0),
     ("guidance.lead_s", 3.0, 0.0, 100.0),
     ("guidance.heading_gain_1_s", 2.0, TINY, 100.0),

@@ -42,6 +42,7 @@ const LEGEND_ENTRIES = [
   ["intruders", "Intruder with its transponder off", [drawIntruders], { intruders: [{ ...SAMPLE_INTRUDER, transponder_on: false }] }],
   ["avoidance", "The UAV at the dot avoids the other aircraft", [drawAvoidance],
     { uavs: [{ ...SAMPLE_UAV, x_m: -22, avoided_uav: 1 }, { ...SAMPLE_UAV, id: 1, x_m: 24 }] }],
+  ["buildings", "Building that hides targets, darker if it is higher", [drawBuildings], { buildings: [{ height_m: 20, rings_m: [SAMPLE_SQUARE] }] }],
   ["zones", "Keep-out zone", [drawZones], { zones: [{ kind: "keep-out", corners_m: SAMPLE_SQUARE }] }],
   ["zones", "Keep-in zone", [drawZones], { zones: [{ kind: "keep-in", corners_m: SAMPLE_SQUARE }] }],
   ["radio", "Both UAVs receive each other's reports", [drawRadio], sampleLink("alive", "alive")],
@@ -82,12 +83,12 @@ class SampleMap {
 }
 
 /** The part of `ReplayData` that the draw functions use: straight paths from the left edge of the sample to its right. */
-function sampleReplay({ zones = [], statuses = [] }, { limits }) {
+function sampleReplay({ buildings = [], zones = [], statuses = [] }, { limits }) {
   const times_s = [0, 1, 2, 3, 4, 5];
   const value = (table, column, id, k) => (table === "uavs" && column === "x_m" ? -20 + 8 * k : 0);
   const block = { times_s, tables: { targets: { value: (column, id, k) => (column === "x_m" ? -20 + 8 * k : 0) } } };
   const agents = { isSeveral: true, isOther: () => false, believed: (one) => ({ status: statuses[one] }) };
-  return { times_s, value, agents, ids: { uavs: [0, 1] }, colours: new Map([[0, 0], [1, 1]]), head: { limits, zones },
+  return { times_s, value, agents, ids: { uavs: [0, 1] }, colours: new Map([[0, 0], [1, 1]]), head: { limits, buildings, zones },
     details: new Map([[0, { block }]]), stepAt: (time_s) => Math.min(Math.max(Math.floor(time_s), 0), 5) };
 }
 

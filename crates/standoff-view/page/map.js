@@ -11,11 +11,11 @@ class MissionMap {
     this.camera = new Camera();
     this.view = new View(this);
     this.basemap = replayData.head.map ? new Basemap(canvas) : null;
-    /** Available layers: background map, zones, intruders and collision avoidance are optional. */
-    const { zones, has_separation, limits } = replayData.head;
+    /** Available layers: background map, buildings, zones, intruders and collision avoidance are optional. */
+    const { buildings, zones, has_separation, limits } = replayData.head;
     const { tiles: template } = document.body.dataset;
     this.tiles = template && replayData.head.origin ? new Tiles(template, replayData.head.origin) : null;
-    const needs = { tiles: this.tiles, basemap: this.basemap, "road-names": this.basemap, zones, intruders: limits.intruders, avoidance: has_separation };
+    const needs = { tiles: this.tiles, basemap: this.basemap, "road-names": this.basemap, buildings, zones, intruders: limits.intruders, avoidance: has_separation };
     this.layers = new LayerChoice(LAYERS.map(([name]) => name).filter((name) => !(name in needs) || needs[name]));
     /** The ruler: `null` if it is switched off, otherwise its ends `from` and `to`, if they have been placed. */
     this.ruler = null;

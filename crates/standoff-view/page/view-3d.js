@@ -1,5 +1,5 @@
 // The scene in three dimensions, drawn with plotly.js: UAVs and orbits at their altitudes; zones between their floors and ceilings;
-// targets, roads and fields of view on the ground. It shows the area that the map shows.
+// buildings; targets, roads and fields of view on the ground. It shows the area that the map shows.
 
 /** Segments of an orbit, and of the arc of a field of view. */
 const ORBIT_SEGMENTS = 72;
@@ -104,7 +104,7 @@ class View3d {
 
   traces(scene) {
     const views = this.views(scene);
-    return [this.roads(), this.zones(), this.fields(views), this.lines(scene, views), this.targets(scene), this.outOfView(scene), this.aircraft(scene)];
+    return [this.roads(), this.buildings(), this.zones(), this.fields(views), this.lines(scene, views), this.targets(scene), this.outOfView(scene), this.aircraft(scene)];
   }
 
   /** The roads of the background map. They are collected once. */
@@ -124,6 +124,29 @@ class View3d {
       this.road = { count: shapes.length, line };
     }
     return this.road.line.trace({ width: 1.5, color: faded(colour, 0.6) });
+  }
+
+  /** Edges of the buildings; without vertical ones if they are many. They are collected once for each theme. */
+  buildings() {
+    const colour = palette().none;
+    if (this.building?.colour !== colour) {
+      const buildings = this.run.replayData.head.buildings ?? [];
+      const count = buildings.reduce((sum, { rings_m }) => sum + rings_m.reduce((all, ring) => all + ring.length, 0), 0);
+      const line = new Lines();
+      for (const { height_m, rings_m } of buildings) {
+        for (const ring of rings_m) {
+          for (const [x_m, y_m] of [...ring, ring[0]]) line.to(x_m, y_m, height_m, colour);
+          line.lift();
+          for (const [x_m, y_m] of count > MAX_ROAD_POINTS / 4 ? [] : ring) {
+            line.to(x_m, y_m, 0, colour);
+            line.to(x_m, y_m, height_m, colour);
+            line.lift();
+          }
+        }
+      }
+      this.building = { colour, line };
+    }
+    return this.building.line.trace({ width: 1.5, color: faded(colour, 0.8) });
   }
 
   /** Outlines of zones: on the ground, or at floor and ceiling with the edges between them. Higher zones end at the top of the scene. */

@@ -27,6 +27,7 @@ pub(crate) const SCRIPT: &str = concat!(
     include_str!("../page/symbols.js"),
     include_str!("../page/trails.js"),
     include_str!("../page/links.js"),
+    include_str!("../page/buildings.js"),
     include_str!("../page/layers.js"),
     include_str!("../page/view.js"),
     include_str!("../page/basemap.js"),

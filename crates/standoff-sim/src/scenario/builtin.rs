@@ -33,6 +33,7 @@ pub const BUILT_IN: &[BuiltIn] = built_in![
     "tour/10-unlabelled-detections",
     "traffic/convoy",
     "traffic/city",
+    "traffic/town",
     "paper/table-2-single",
     "paper/table-2-pair-basic",
     "paper/table-2-pair",
@@ -54,6 +55,10 @@ pub(super) const BUILT_IN_MAPS: &[(&str, &[u8])] = &[
     ("convoy.net.xml.gz", include_bytes!("../../../../scenarios/traffic/convoy.net.xml.gz")),
     ("city.net.xml.gz", include_bytes!("../../../../scenarios/traffic/city.net.xml.gz")),
 ];
+
+/// Buildings of the built-in scenarios.
+pub(super) const BUILT_IN_BUILDINGS: &[(&str, &[u8])] =
+    &[("town.poly.xml.gz", include_bytes!("../../../../scenarios/traffic/town.poly.xml.gz"))];
 
 /// Returns the built-in scenario of that name.
 pub fn built_in(name: &str) -> Option<&'static BuiltIn> {

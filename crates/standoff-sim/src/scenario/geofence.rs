@@ -6,7 +6,9 @@ mod shapes;
 
 use std::path::Path;
 
-use shapes::{BandM, Found, Shape, place};
+pub(super) use file::rings;
+use shapes::{BandM, Found, Shape};
+pub(super) use shapes::{Rings, place};
 use standoff::research::{ZONES_MAX, math};
 use standoff::{Geofence, Position, TeamParams, UavId, UavState, Vertical, Zone};
 use standoff_io::bounded_input;

@@ -217,6 +217,8 @@ impl Origin {
             table.remove("traffic");
             // The map shows another place.
             table.remove("basemap");
+            // So do the buildings.
+            table.remove("world");
             // The size of the scenario's ring has no meaning for other targets.
             parse::take_out(table, "uavs.start_ring");
             parse::take_out(table, "uavs.start");

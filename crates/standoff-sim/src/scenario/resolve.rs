@@ -9,7 +9,7 @@ use standoff::{
     Velocity,
 };
 
-use standoff_score::CueError;
+use standoff_score::{Buildings, CueError};
 
 use super::diagnostics::Problems;
 use super::error::ScenarioError;
@@ -25,7 +25,7 @@ use super::schema_types::resolved::{Ring, TargetAt};
 use super::schema_types::{self, AgentSetup, Labels, resolved};
 use super::traffic::{check_span, length_warning};
 use super::validate::{check_objects, check_settings, report};
-use super::{basemap, geofence, start};
+use super::{basemap, buildings, geofence, start};
 use crate::random::{Draws, Stream};
 use crate::target_id::TargetId;
 use crate::traffic::Traffic;
@@ -138,6 +138,7 @@ pub(super) fn checked(typed: &Typed, traffic: Option<&Traffic>, seed: u64) -> Re
     let mut settings = settings(&file);
     let mut problems = drawing.problems;
     settings.geofence = geofence::geofence(&file.geofence, &mut problems);
+    settings.buildings = buildings::buildings(file.world.as_ref(), &mut problems);
     if typed.file.needs_an_agent_per_uav() {
         settings.team.link = standoff::LinkModel::Lossy;
     }
@@ -166,6 +167,7 @@ pub(super) fn settings_of_record(typed: &Typed) -> Result<Settings, ScenarioErro
     drawing.problems.found.retain(|found| !found.key.contains(".start.") && !found.key.starts_with("intruders."));
     let mut settings = settings(&file);
     settings.geofence = geofence::geofence(&file.geofence, &mut drawing.problems);
+    settings.buildings = buildings::buildings(file.world.as_ref(), &mut drawing.problems);
     check_settings(&file, &settings.team, Vec::new(), &mut drawing.problems);
     report(drawing.problems, typed, 0)?;
     Ok(settings)
@@ -221,6 +223,7 @@ fn settings(file: &resolved::ScenarioFile) -> Settings {
         transient: Duration::from_s(file.transient_s),
         team,
         geofence: standoff::Geofence::default(),
+        buildings: Buildings::default(),
         agents: file.team.agents,
         sensor: SensorModel {
             has_labels: sensor.labels == Labels::All,
@@ -247,8 +250,9 @@ pub(super) fn team(file: &resolved::ScenarioFile) -> TeamParams {
     let mut team = TeamParams::recommended();
     team.log.period_s = file.period_s;
     team.separation = file.separation.as_ref().map(|_| SeparationParams::default());
-    // Vertical separation needs simulated altitudes.
-    let has_altitudes = file.uavs.climb.is_some() || file.separation.is_some();
+    // Vertical separation needs simulated altitudes, and so do buildings, which hide less from above.
+    let has_buildings = file.world.as_ref().is_some_and(|world| !world.building_outlines_cm.is_empty());
+    let has_altitudes = file.uavs.climb.is_some() || file.separation.is_some() || has_buildings;
     team.uav.climb = has_altitudes.then(ClimbParams::default);
     file.parameters.apply_to(&mut team);
     team

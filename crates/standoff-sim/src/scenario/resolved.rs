@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use standoff::{Duration, Geofence, SensorParams, TargetParams, TargetState, TeamParams, UavId, UavState};
 use standoff_io::geodesy::{Origin, Unit};
-use standoff_score::{CueError, Noise, ScoreConfig};
+use standoff_score::{Buildings, CueError, Noise, ScoreConfig};
 
 use super::basemap::MapFile;
 use super::number::Number;
@@ -75,6 +75,8 @@ pub struct Settings {
     pub team: TeamParams,
     /// Keep-out and keep-in zones.
     pub geofence: Geofence,
+    /// Buildings that hide targets from the sensors.
+    pub buildings: Buildings,
     /// One agent for the team, or one per UAV.
     pub agents: AgentSetup,
     /// What the sensors detect and report.
@@ -109,6 +111,7 @@ impl Settings {
             cue: self.cue,
             transient_s: self.transient.s(),
             geofence: self.geofence.clone(),
+            buildings: self.buildings.clone(),
             faults_end_s: self.faults_end_s,
             ..ScoreConfig::new(&self.team, self.period.s())
         }

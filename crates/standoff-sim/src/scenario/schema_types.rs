@@ -14,6 +14,7 @@ use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use serde_json::json;
 use standoff::Agent;
 use standoff::research::{Allowed, ZONE_ALTITUDE_MAX_M};
+use standoff_score::BUILDING_HEIGHT_MAX_M;
 
 use super::number::{Number, as_typed, lists_as_typed};
 use super::parameters::Parameters;
@@ -191,6 +192,8 @@ tables! {
         /// Geofence: keep-out and keep-in zones. If absent: UAVs may fly everywhere.
         #[serde(skip_serializing_if = "Vec::is_empty")]
         geofence: Vec<Zone>;
+        /// Surroundings: buildings that hide targets from the sensors. If absent: none.
+        world: Option<World>;
         /// Aircraft outside the team; at most 100.
         #[serde(skip_serializing_if = "Vec::is_empty")]
         intruders: Vec<Intruder>;
@@ -425,6 +428,23 @@ tables! {
     } lists {
         /// Vertices in order, each [east, north], m.
         vertices;
+    }
+
+    /// `[world]`: buildings. A target is not in view if the straight line from the UAV to it, on the ground, passes
+    /// through a building below its height. Altitudes are then simulated.
+    table World files {
+        /// File with the buildings, relative to the scenario file: GeoJSON or SUMO polygons (`.poly.xml`), plain or
+        /// gzip. A record contains the buildings.
+        #[serde(serialize_with = "name_alone", skip_serializing_if = "String::is_empty")]
+        buildings: String;
+        /// Buildings, each `HEIGHT: X,Y X,Y X,Y` in whole centimetres: height, then the vertices of the outline and,
+        /// after `;`, of each courtyard. Without `HEIGHT:`, `building_height_m` applies. At most 20,000 buildings with
+        /// 100,000 vertices. Those of the file are added.
+        #[serde(skip_serializing_if = "Vec::is_empty")]
+        building_outlines_cm: Vec<String>;
+    } numbers {
+        /// Height of the buildings without one in the file, m; above 0, at most 1,000.
+        building_height_m = 10.0, Allowed::above(0.0).at_most(BUILDING_HEIGHT_MAX_M);
     }
 
     /// `[[intruders]]`: an aircraft outside the team that avoids no other aircraft. It pursues a UAV, or flies with a

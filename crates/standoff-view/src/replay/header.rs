@@ -1,9 +1,10 @@
 //! Head of a replay: the properties of the run.
 
 use serde::{Serialize, Serializer};
-use standoff::Zone;
+use standoff::{Position, Zone};
 use standoff_io::geodesy::Origin;
 use standoff_record::Manifest;
+use standoff_score::Building;
 
 use crate::Bytes;
 use crate::figures::Setup;
@@ -32,6 +33,9 @@ pub struct Head {
     /// Basemap, encoded by `standoff-map`. In the JSON it is a flag; if it is set, the page requests the map.
     #[serde(serialize_with = "serialize_is_some")]
     pub map: Option<Bytes>,
+    /// Buildings that hide targets.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub buildings: Vec<Prism>,
     /// Keep-out and keep-in zones.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub zones: Vec<Outline>,
@@ -55,6 +59,22 @@ pub struct Head {
     /// Number of events reported only by other agents that are in no part.
     #[serde(skip_serializing_if = "is_none")]
     pub other_events_left_out: u64,
+}
+
+/// A building.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Prism {
+    /// Height, m.
+    pub height_m: f64,
+    /// Vertices of outline and courtyards, east and north, m.
+    pub rings_m: Vec<Vec<[f64; 2]>>,
+}
+
+impl Prism {
+    fn of(building: &Building) -> Self {
+        let ring = |ring: &Vec<Position>| ring.iter().map(|at| [at.x_m(), at.y_m()]).collect();
+        Self { height_m: building.height_m, rings_m: building.rings.iter().map(ring).collect() }
+    }
 }
 
 /// Outline of a zone.
@@ -117,6 +137,7 @@ impl Head {
             duration_s: manifest.duration_s,
             period_s: manifest.period_s,
             origin: manifest.origin,
+            buildings: limits.rules.buildings.all().iter().map(Prism::of).collect(),
             zones: limits.rules.geofence.zones().map(Outline::of).collect(),
             has_separation: limits.rules.has_separation,
             limits,

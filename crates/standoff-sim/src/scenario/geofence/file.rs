@@ -153,7 +153,8 @@ fn collect(
     }
 }
 
-fn rings(coordinates: Option<&Value>, plane: Option<&LocalPlane>) -> Result<Rings, String> {
+/// Reads the rings of a polygon. Degrees are converted to the plane; without it, they are in metres.
+pub(in super::super) fn rings(coordinates: Option<&Value>, plane: Option<&LocalPlane>) -> Result<Rings, String> {
     let nested = || "a polygon's coordinates must be lists of [longitude, latitude], or of [east, north]".to_owned();
     let point = |point: &Value| -> Result<[f64; 2], String> {
         let number = |place: usize| point.get(place).and_then(Value::as_f64);

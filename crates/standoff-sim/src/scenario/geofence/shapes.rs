@@ -5,7 +5,7 @@ use standoff_io::geodesy::LocalPlane;
 use super::super::schema_types::ZoneKind;
 
 /// Rings of a polygon: the outline, then the holes; east and north, m.
-pub(super) type Rings = Vec<Vec<[f64; 2]>>;
+pub(in super::super) type Rings = Vec<Vec<[f64; 2]>>;
 
 /// A zone of a file, in the plane of the scenario.
 #[derive(Debug)]
@@ -34,7 +34,7 @@ pub(super) struct Contents {
 }
 
 /// Converts degrees to east and north, m. Rounded to the millimetre for the record.
-pub(super) fn place(latitude_deg: f64, longitude_deg: f64, plane: &LocalPlane) -> Result<[f64; 2], String> {
+pub(in super::super) fn place(latitude_deg: f64, longitude_deg: f64, plane: &LocalPlane) -> Result<[f64; 2], String> {
     let at = plane
         .position(latitude_deg, longitude_deg)
         .map_err(|error| format!("[{longitude_deg}, {latitude_deg}] is not near the traffic: {error}"))?;
