@@ -62,12 +62,18 @@ impl PoseError {
         })
     }
 
+    /// Variance of a value, with the squared length of its gradient in the position and its derivative in the heading.
+    pub(crate) fn of_value(&self, position_gradient_squared: f64, heading_derivative: f64) -> PoseVariance {
+        PoseVariance {
+            position: self.position * position_gradient_squared,
+            heading: self.heading * heading_derivative * heading_derivative,
+            change: self.change,
+        }
+    }
+
     /// Variances of range (m2) and bearing (rad2) at a range.
     pub(crate) fn of_measurement(&self, range_m: f64) -> [PoseVariance; 2] {
-        let Self { position, heading, change } = *self;
-        let squared_range = range_m * range_m;
-        let range = PoseVariance { position, heading: 0.0, change };
-        [range, PoseVariance { position: position / squared_range, heading, change }]
+        [self.of_value(1.0, 0.0), self.of_value(1.0 / (range_m * range_m), 1.0)]
     }
 
     /// Weights 1 / R' of a range and a bearing measured from `uav`. The target is predicted at `predicted`, at the range
@@ -84,11 +90,6 @@ impl PoseError {
         let [along, across] = sensor::jacobian_rows(range_m, predicted - uav).map(|row| row.dot(&(prior * row)));
         let noise = [sensor.range_sd_m, sensor.bearing_sd_rad].map(|sd| sd * sd);
         [range.weight(noise[0], along), bearing.weight(noise[1], across)]
-    }
-
-    /// Variance of a range rate (m2/s2), if the UAV flies across the line of sight with `across_m_s`.
-    pub(crate) fn of_range_rate(&self, across_m_s: f64) -> PoseVariance {
-        PoseVariance { position: 0.0, heading: self.heading * across_m_s * across_m_s, change: self.change }
     }
 }
 

@@ -205,12 +205,11 @@ impl<'a> ScanModel<'a> {
         }
         let mut posterior = *target;
         let (mut squared_distance, mut variances) = (0.0, 1.0);
-        let of_pose = self.pose_error.map(|error| self.pose_variances(&error, view));
         for (index, measurement) in self.linearised_at(target, view, detection).into_iter().enumerate() {
             let Some(measurement) = measurement else { continue };
-            let (squared, variance) = match &of_pose {
+            let (squared, variance) = match self.pose_variance(&measurement, index, view) {
                 None => posterior.condition(&measurement),
-                Some(of_pose) => posterior.condition_with_pose_error(&measurement, &of_pose[index]),
+                Some(of_pose) => posterior.condition_with_pose_error(&measurement, &of_pose),
             };
             squared_distance += squared;
             variances *= TAU * variance;
@@ -250,7 +249,7 @@ impl<'a> ScanModel<'a> {
             let speed_m_s = rate_m_s + self.uav.velocity().vector().dot(&unit);
             let blur_m_s = self.sensor.range_rate_sd_m_s;
             let of_pose =
-                self.pose_error.map_or(0.0, |error| error.of_range_rate(self.speed_across_m_s(&unit)).total());
+                self.pose_error.map_or(0.0, |error| error.of_value(0.0, self.speed_across_m_s(&unit)).total());
             let squared = speed_m_s * speed_m_s + (blur_m_s * blur_m_s + of_pose);
             let is_blind =
                 if self.blind_variance > 0.0 { math::exp(-0.5 * squared / self.blind_variance) } else { 0.0 };
@@ -267,14 +266,17 @@ impl<'a> ScanModel<'a> {
     pub(crate) fn range_rate(&self, target: &Gaussian, detection: &Detection) -> Option<LinearMeasurement> {
         let view = self.view(target)?;
         let measurement = self.linearised_at(target, &view, detection)[2]?;
-        let Some(error) = self.pose_error else { return Some(measurement) };
-        measurement.with_pose_error(&self.pose_variances(&error, &view)[2], target)
+        let Some(of_pose) = self.pose_variance(&measurement, 2, &view) else { return Some(measurement) };
+        measurement.with_pose_error(&of_pose, target)
     }
 
-    /// Variances of range, bearing and range rate of a target due to the error of the UAV's pose.
-    fn pose_variances(&self, error: &PoseError, view: &View) -> [PoseVariance; 3] {
-        let [range, bearing] = error.of_measurement(view.range_m);
-        [range, bearing, error.of_range_rate(self.speed_across_m_s(&view.unit))]
+    /// Variance of range (0), bearing (1) or range rate (2) due to the error of the UAV's pose; `None` if it is exact.
+    fn pose_variance(&self, measurement: &LinearMeasurement, index: usize, view: &View) -> Option<PoseVariance> {
+        let error = self.pose_error.as_ref()?;
+        let heading_derivative = if index == 2 { self.speed_across_m_s(&view.unit) } else { index as f64 };
+        // All values depend on the position of the target relative to the UAV.
+        let LinearMeasurement { h, .. } = measurement;
+        Some(error.of_value(h[0] * h[0] + h[3] * h[3], heading_derivative))
     }
 
     /// Speed of the UAV across a line of sight, m/s.
