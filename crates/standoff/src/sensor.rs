@@ -141,7 +141,9 @@ impl SensorParams {
         let (across_sd_m, heading_sd_m) = (range_m * self.bearing_sd_rad, range_m * self.own_heading_sd_rad);
         let own_variance_m2 = self.own_position_sd_m * self.own_position_sd_m;
         let covariance = along * along.transpose() * (self.range_sd_m * self.range_sd_m + own_variance_m2)
-            + across * across.transpose() * (across_sd_m * across_sd_m + (heading_sd_m * heading_sd_m + own_variance_m2));
+            + across
+                * across.transpose()
+                * (across_sd_m * across_sd_m + (heading_sd_m * heading_sd_m + own_variance_m2));
         (uav + Displacement::from_polar(z.range_m, z.bearing), covariance)
     }
 }

@@ -37,7 +37,8 @@ impl Contribution {
         z: &RangeBearingMeasurement,
         predicted: Position,
     ) -> Contribution {
-        let [contribution] = Self::with_weights([(uav, *z, predicted)], |_, range_m| sensor.measurement_weights(range_m));
+        let [contribution] =
+            Self::with_weights([(uav, *z, predicted)], |_, range_m| sensor.measurement_weights(range_m));
         contribution
     }
 

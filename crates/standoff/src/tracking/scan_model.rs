@@ -85,11 +85,7 @@ pub(crate) struct Hit {
 
 impl<'a> ScanModel<'a> {
     /// Model of the scan of a report; `None` if the sensor did not scan.
-    pub(crate) fn new(
-        sensor: &'a SensorParams,
-        pose_error: Option<PoseError>,
-        report: &'a Report,
-    ) -> Option<Self> {
+    pub(crate) fn new(sensor: &'a SensorParams, pose_error: Option<PoseError>, report: &'a Report) -> Option<Self> {
         let area_m2 = sensor.area_m2();
         Some(Self {
             sensor,
