@@ -303,6 +303,12 @@ rows! {
         #[on(page)] pub limiting_zone: Option<u32>,
         /// Intruder that it avoids; `avoided_uav` is then null.
         #[on(page)] pub avoided_intruder: Option<u32>,
+        /// East that the UAV assumes, m; null if its navigation is exact.
+        pub believed_x_m: Option<f64>,
+        /// North that it assumes, m; null like `believed_x_m`.
+        pub believed_y_m: Option<f64>,
+        /// Heading that it assumes, rad; null like `believed_x_m`.
+        pub believed_heading_rad: Option<f64>,
     }
 
     /// True state of an aircraft outside the team.

@@ -41,7 +41,14 @@ pub(crate) fn begin(now: Time, truth: &[Truth], frame: &mut Frame) {
     }));
 }
 
-pub(crate) fn uav(uav: UavId, state: &UavState, boresight: Option<Angle>, step: &AgentOutput) -> UavRow {
+/// Row of a UAV: its true state, the state that it assumes if that differs, and the true direction of its sensor.
+pub(crate) fn uav(
+    uav: UavId,
+    state: &UavState,
+    believed: Option<&UavState>,
+    boresight: Option<Angle>,
+    step: &AgentOutput,
+) -> UavRow {
     let steering = step.diagnostics.steering.as_ref();
     UavRow {
         uav: uav.0,
@@ -74,6 +81,9 @@ pub(crate) fn uav(uav: UavId, state: &UavState, boresight: Option<Angle>, step: 
             .map(|avoids| avoids.predicted_distance_m)
             .filter(|metres| metres.is_finite()),
         limiting_zone: step.diagnostics.limiting_zone,
+        believed_x_m: believed.map(|state| state.position.x_m()),
+        believed_y_m: believed.map(|state| state.position.y_m()),
+        believed_heading_rad: believed.map(|state| state.heading.rad()),
     }
 }
 

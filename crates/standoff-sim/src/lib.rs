@@ -21,6 +21,7 @@ mod fuzz;
 mod fuzz_harness;
 mod intruders;
 pub mod monte_carlo;
+pub mod navigation;
 mod onboard_computer;
 pub mod radio;
 pub mod random;

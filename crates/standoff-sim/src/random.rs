@@ -43,6 +43,10 @@ pub enum Stream {
     FalseAlarm = 13,
     /// Order of the detections of a scan.
     DetectionOrder = 14,
+    /// Error of the position that a UAV assumes.
+    NavigationPosition = 15,
+    /// Error of the heading that a UAV assumes.
+    NavigationHeading = 16,
 }
 
 /// All random draws of a run.

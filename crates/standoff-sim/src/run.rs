@@ -15,6 +15,7 @@ use standoff_score::{MetricSelection, Metrics, ScoreConfig, Scorer};
 use crate::agent_rows;
 use crate::controller::{self, Controller, ReportedState};
 use crate::intruders::Intruders;
+use crate::navigation::NavigationError;
 use crate::onboard_computer::OnboardComputer;
 use crate::radio::{Radio, RadioNode, SentCounts};
 use crate::random::Draws;
@@ -99,14 +100,17 @@ struct Uav {
     id: UavId,
     /// True state.
     truth: UavState,
-    /// State that its controller assumes; equal to the true one, because navigation is perfect.
+    /// State that its controller assumes.
     believed_state: UavState,
+    /// Its difference from the true one; `None` if the navigation is exact.
+    navigation_error: Option<NavigationError>,
     pointing_target: Option<PointingTarget>,
     /// During an outage: it neither measures nor sends.
     is_out: bool,
     computer: OnboardComputer,
     /// True if its computer is off.
     is_off: bool,
+    /// Direction of the sensor, assumed by its controller.
     boresight: Option<Angle>,
     detections: Vec<Detection>,
     /// Targets of the detections; `None` for a false alarm.
@@ -116,6 +120,12 @@ struct Uav {
     altitude_m: Option<f64>,
     /// Aircraft that it avoided last, and when.
     last_avoidance: Option<(Aircraft, Time)>,
+}
+
+impl Uav {
+    fn heading_error(&self) -> Option<Angle> {
+        self.navigation_error.as_ref().map(NavigationError::heading)
+    }
 }
 
 impl Mission {
@@ -136,13 +146,16 @@ impl<B: Controller> Mission<B> {
         if !errors.is_empty() {
             return Err(errors);
         }
-        let uavs = scenario.uavs.iter().zip(0..).map(|(state, id)| Uav {
-            id: UavId(id),
+        let (draws, navigation) = (Draws::new(scenario.seed), settings.navigation);
+        let error = |uav| (!navigation.is_exact()).then(|| NavigationError::new(&navigation, uav, draws));
+        let uavs = scenario.uavs.iter().zip((0..).map(UavId)).map(|(state, id)| Uav {
+            id,
             truth: *state,
-            believed_state: *state,
+            believed_state: error(id).map_or(*state, |error| error.believed(state)),
+            navigation_error: error(id),
             pointing_target: None,
             is_out: false,
-            computer: OnboardComputer::new(UavId(id), scenario),
+            computer: OnboardComputer::new(id, scenario),
             is_off: false,
             boresight: None,
             detections: Vec::new(),
@@ -154,7 +167,7 @@ impl<B: Controller> Mission<B> {
         Ok(Self {
             outages: scenario.outages.clone(),
             world: World::new(scenario),
-            draws: Draws::new(scenario.seed),
+            draws,
             uavs: uavs.collect(),
             intruders: Intruders::new(scenario),
             response: settings.team.uav.response(settings.period),
@@ -298,9 +311,15 @@ impl<B: Controller> Mission<B> {
             uav.detected_targets.clear();
             if let Some(boresight) = uav.boresight {
                 let draws = (self.draws, self.tick as u64);
+                let heading_error = uav.heading_error();
+                let boresight = heading_error.map_or(boresight, |error| boresight - error);
                 let scan = SensorScan { uav: uav.id, state: &uav.truth, boresight, buildings, draws };
                 scan.detect(sensor, &self.truth, &mut self.scanned);
-                for (detection, target) in self.scanned.drain(..) {
+                for (mut detection, target) in self.scanned.drain(..) {
+                    // Bearings are measured relative to the heading.
+                    if let Some(error) = heading_error {
+                        detection.measurement.bearing = detection.measurement.bearing + error;
+                    }
                     uav.detections.push(detection);
                     uav.detected_targets.push(target);
                 }
@@ -364,7 +383,9 @@ impl<B: Controller> Mission<B> {
             step.altitude_m = step.altitude_m.filter(|altitude_m| altitude_m.is_finite());
             step.diagnostics.speed_limited |= limited.speed_limited;
             step.diagnostics.turn_rate_limited |= limited.turn_rate_limited;
-            frame.uavs.push(agent_rows::uav(uav.id, &uav.truth, uav.boresight, &step));
+            let true_boresight = uav.boresight.map(|assumed| uav.heading_error().map_or(assumed, |by| assumed - by));
+            let believed_state = uav.navigation_error.map(|_| uav.believed_state);
+            frame.uavs.push(agent_rows::uav(uav.id, &uav.truth, believed_state.as_ref(), true_boresight, &step));
             let detected = uav.detections.iter().zip(&uav.detected_targets);
             frame.detections.extend(detected.map(|(detection, of)| agent_rows::detection(uav.id, detection, *of)));
             (uav.pointing_target, uav.command, uav.altitude_m) = (step.pointing_target, step.command, step.altitude_m);
@@ -402,12 +423,19 @@ impl<B: Controller> Mission<B> {
     fn fly(&mut self) {
         let Self { uavs, intruders, .. } = self;
         intruders.fly(|uav| uavs.get(uav.0 as usize).map(|uav| &uav.truth));
+        let (navigation, period) = (self.settings.navigation, self.settings.period);
         for uav in &mut self.uavs {
             uav.truth = self.response.step(&uav.truth, uav.command);
             if let (Some(vertical), Some(climb)) = (&mut uav.truth.vertical, &self.settings.team.uav.climb) {
                 *vertical = climb.step(vertical, uav.altitude_m, self.settings.period);
             }
-            uav.believed_state = uav.truth;
+            uav.believed_state = match &mut uav.navigation_error {
+                None => uav.truth,
+                Some(error) => {
+                    error.step(&navigation, period, uav.id, (self.draws, self.tick as u64 + 1));
+                    error.believed(&uav.truth)
+                }
+            };
         }
     }
 }

@@ -137,6 +137,9 @@ const SENSOR: SensorParams = SensorParams {
     range_rate_sd_m_s: 1.0,
     false_alarms_per_scan: 0.0,
     new_targets_per_scan: 1.0,
+    own_position_sd_m: 0.0,
+    own_position_correlation_s: 30.0,
+    own_heading_sd_rad: 0.0,
 };
 const MODEL: TargetParams = TargetParams { correlation_rate_1_s: 0.1, acceleration_sd_m_s2: 0.05 };
 const CUE_SDS: [f64; 3] = [20.0, 2.0, MODEL.acceleration_sd_m_s2];

@@ -241,6 +241,14 @@ params! {
             /// Mean number of targets of a scan that have no track yet.
             pub(crate) new_targets_per_scan = 0.02, "1", "filter.new_targets_per_scan",
                 Allowed::at_least(1e-9).at_most(1e5);
+            /// Standard deviation of the error of a UAV's own position, per axis.
+            pub(crate) own_position_sd_m = 0.0, "m", "filter.own_position_sd_m", Allowed::at_least(0.0).at_most(1e4);
+            /// Correlation time of that error.
+            pub(crate) own_position_correlation_s = 30.0, "s", "filter.own_position_correlation_s",
+                Allowed::at_least(0.0).at_most(1e6);
+            /// Standard deviation of a constant error of a UAV's own heading, to which its bearings are relative.
+            pub(crate) own_heading_sd_rad = 0.0, "rad", "filter.own_heading_sd_deg",
+                Allowed::at_least(0.0).at_most(PI);
         }
     }
 

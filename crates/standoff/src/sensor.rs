@@ -116,14 +116,29 @@ impl SensorParams {
         [1.0 / (self.range_sd_m * self.range_sd_m), 1.0 / (self.bearing_sd_rad * self.bearing_sd_rad)]
     }
 
-    /// Converts a measurement to a target position and its covariance, m2.
+    /// Inverse variances of range (1/m2) and bearing (1/rad2) of one measurement, with the errors of the UAV's own
+    /// position and heading.
+    pub(crate) fn measurement_weights(&self, range_m: f64) -> [f64; 2] {
+        let position_rad = self.own_position_sd_m / range_m;
+        let range = self.range_sd_m * self.range_sd_m + self.own_position_sd_m * self.own_position_sd_m;
+        let bearing = self.bearing_sd_rad * self.bearing_sd_rad
+            + (position_rad * position_rad + self.own_heading_sd_rad * self.own_heading_sd_rad);
+        [1.0 / range, 1.0 / bearing]
+    }
+
+    /// Converts a measurement to a target position and its covariance, m2, with the errors of the UAV's own position and
+    /// heading.
     #[cfg_attr(feature = "research", visibility::make(pub))]
     pub(crate) fn to_cartesian(&self, uav: Position, z: &RangeBearingMeasurement) -> (Position, Matrix2<f64>) {
         let along = Displacement::from_polar(1.0, z.bearing).vector();
         let across = Vector2::new(-along.y, along.x);
-        let across_sd_m = z.range_m.max(RANGE_MIN_M) * self.bearing_sd_rad;
-        let covariance = along * along.transpose() * (self.range_sd_m * self.range_sd_m)
-            + across * across.transpose() * (across_sd_m * across_sd_m);
+        let range_m = z.range_m.max(RANGE_MIN_M);
+        let (across_sd_m, heading_sd_m) = (range_m * self.bearing_sd_rad, range_m * self.own_heading_sd_rad);
+        let own_variance_m2 = self.own_position_sd_m * self.own_position_sd_m;
+        let covariance = along * along.transpose() * (self.range_sd_m * self.range_sd_m + own_variance_m2)
+            + across
+                * across.transpose()
+                * (across_sd_m * across_sd_m + (heading_sd_m * heading_sd_m + own_variance_m2));
         (uav + Displacement::from_polar(z.range_m, z.bearing), covariance)
     }
 }

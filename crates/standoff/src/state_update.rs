@@ -27,6 +27,7 @@ use crate::target::Transition;
 use crate::team_state::TeamState;
 use crate::time::{Duration, Time};
 use crate::tracking::input::{Scans, TrackerInput};
+use crate::tracking::pose_error::PoseError;
 use crate::tracking::track::{TrackChange, TrackChangeKind};
 use crate::tracking::tracker::Tracker;
 use crate::uav::{UavId, UavState};
@@ -188,7 +189,9 @@ impl TeamState {
     ) {
         let unlabelled = &mut self.unlabelled;
         self.memberships.update_tracks(|tracks| {
-            let scans = Scans { sensor: &params.track.sensor, reports: input.messages.reports(), implausible };
+            let (sensor, reports) = (&params.track.sensor, input.messages.reports());
+            let pose_error = PoseError::new(sensor, input.transition.dt);
+            let scans = Scans { sensor, pose_error, reports, implausible };
             let cues = input.messages.cues();
             let (now, transition, params) = (input.now, input.transition, &params.track);
             let input = TrackerInput { now, transition, scans, cues, params, tracks_max: TARGETS_MAX };

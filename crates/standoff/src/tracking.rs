@@ -6,6 +6,7 @@ pub(crate) mod information_filter;
 pub(crate) mod input;
 pub(crate) mod joint_association;
 pub(crate) mod motion_modes;
+pub(crate) mod pose_error;
 pub(crate) mod scan_model;
 pub(crate) mod track;
 pub(crate) mod track_table;

@@ -10,7 +10,7 @@ use super::number::Number;
 use super::sample::{Draw, Drawing};
 
 /// Keys whose defaults depend on other values ([`DerivedDefaults`](super::sample::DerivedDefaults)), and how.
-pub(super) const DERIVED: [(&str, &str); 10] = [
+pub(super) const DERIVED: [(&str, &str); 13] = [
     ("filter.correlation_rate_1_s", "If absent: that of `[targets]`, or 0.3 for traffic."),
     ("filter.acceleration_sd_m_s2", "If absent: that of `[targets]`, or 0.75 for traffic."),
     ("filter.range_sd_m", "If absent: that of the sensor, or 10 if the sensor has no noise."),
@@ -21,6 +21,9 @@ pub(super) const DERIVED: [(&str, &str); 10] = [
     ("filter.false_alarms_per_scan", "If absent: that of the sensor."),
     ("filter.manoeuvre_rate_1_s", "If absent: 0.03 for traffic and with `[[targets.manoeuvre]]`, otherwise 0."),
     ("filter.stop_rate_1_s", "If absent: 0.05 for traffic, otherwise 0."),
+    ("filter.own_position_sd_m", "If absent: `navigation.position_sd_m`."),
+    ("filter.own_position_correlation_s", "If absent: `navigation.correlation_s`."),
+    ("filter.own_heading_sd_deg", "If absent: `navigation.heading_bias_deg`."),
 ];
 
 /// Returns the parameters that have a key in one of the tables. The period, whose key is at the top, belongs to the

@@ -26,6 +26,7 @@ use super::schema_types::{self, AgentSetup, Labels, resolved};
 use super::traffic::{check_span, length_warning};
 use super::validate::{check_objects, check_settings, report};
 use super::{basemap, buildings, geofence, start};
+use crate::navigation::NavigationModel;
 use crate::random::{Draws, Stream};
 use crate::target_id::TargetId;
 use crate::traffic::Traffic;
@@ -210,6 +211,9 @@ fn absent(file: &schema_types::ScenarioFile, traffic: Option<&Traffic>, draws: D
             of("sensor.false_alarms_per_scan", &file.sensor.false_alarms_per_scan),
             if file.targets.as_ref().is_none_or(|targets| !targets.manoeuvre.is_empty()) { 0.03 } else { 0.0 },
             if file.targets.is_none() { 0.05 } else { 0.0 },
+            of("navigation.position_sd_m", &file.navigation.position_sd_m),
+            of("navigation.correlation_s", &file.navigation.correlation_s),
+            of("navigation.heading_bias_deg", &file.navigation.heading_bias_deg),
         ],
     }
 }
@@ -236,6 +240,11 @@ fn settings(file: &resolved::ScenarioFile) -> Settings {
                 ..team.track.sensor
             },
             range_rate_sd_m_s: sensor.range_rate_sd_m_s,
+        },
+        navigation: NavigationModel {
+            position_sd_m: file.navigation.position_sd_m,
+            correlation_s: file.navigation.correlation_s,
+            heading_sd_rad: file.navigation.heading_bias_deg.to_radians(),
         },
         cue: CueError { position_sd_m: file.cue.position_sd_m, velocity_sd_m_s: file.cue.velocity_sd_m_s },
         model: file.targets.as_ref().map(target_model),

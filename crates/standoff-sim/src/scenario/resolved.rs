@@ -11,6 +11,7 @@ use super::basemap::MapFile;
 use super::number::Number;
 use super::schema_types::AgentSetup;
 use super::schema_types::resolved::ScenarioFile;
+use crate::navigation::NavigationModel;
 use crate::target_id::TargetId;
 use crate::traffic::Traffic;
 
@@ -81,6 +82,8 @@ pub struct Settings {
     pub agents: AgentSetup,
     /// What the sensors detect and report.
     pub sensor: SensorModel,
+    /// Errors of the states that the UAVs assume.
+    pub navigation: NavigationModel,
     /// Errors of cues.
     pub cue: CueError,
     /// Motion model of the targets without manoeuvres; `None` if they come from a file.

@@ -176,6 +176,8 @@ tables! {
         radio: Option<Radio>;
         /// True properties of the sensors.
         sensor: Sensor;
+        /// Errors of the UAVs' own positions and headings.
+        navigation: Navigation;
         /// Assumptions of the UAVs' filters, and the rules for lost tracks.
         filter: Filter;
         /// Accuracy of the cues that report new targets to the team.
@@ -374,6 +376,18 @@ tables! {
     } optional {
         /// Standard deviation of the range rate, m/s; 0 to 1,000. If absent: the sensors do not measure it.
         range_rate_sd_m_s: Allowed::at_least(0.0).at_most(1e3);
+    }
+
+    /// `[navigation]`: errors of the position and heading that each UAV assumes to have.
+    table Navigation numbers {
+        /// Standard deviation of the position error, per axis, m; 0 to 1,000.
+        position_sd_m = 0.0, Allowed::at_least(0.0).at_most(1e3);
+        /// Correlation time of the position error, s; 0 to 1e6. The error of each axis is a first-order Gauss-Markov
+        /// process.
+        correlation_s = 30.0, Allowed::at_least(0.0).at_most(1e6);
+        /// Standard deviation of the heading error, degrees; 0 to 180. The error is drawn once for each UAV and constant.
+        /// It rotates the heading, the boresight and all bearings of the UAV.
+        heading_bias_deg = 0.0, Allowed::at_least(0.0).at_most(180.0);
     }
 
     /// `[filter]`: assumptions of the filters, and the rules for lost tracks.

@@ -5,6 +5,7 @@ use nalgebra::{Matrix6, Vector6};
 use crate::covariance::Covariance;
 use crate::target::TargetState;
 use crate::tracking::information_filter::Estimate;
+use crate::tracking::pose_error::PoseVariance;
 
 /// A scalar measurement, linear in the state: `h' x` with additive noise.
 #[derive(Debug, Clone, Copy)]
@@ -36,6 +37,15 @@ impl From<&Gaussian> for Estimate {
     }
 }
 
+impl LinearMeasurement {
+    /// This measurement with the variance that a pose error requires, for a target that is predicted at `prior`; `None`
+    /// if it contains no information then.
+    pub(crate) fn with_pose_error(self, of_pose: &PoseVariance, prior: &Gaussian) -> Option<Self> {
+        let weight = of_pose.weight(self.variance, prior.project(&self.h).1);
+        (weight > 0.0).then(|| Self { variance: 1.0 / weight, ..self })
+    }
+}
+
 impl Gaussian {
     /// Mean and variance of `h' x`.
     pub(crate) fn project(&self, h: &Vector6<f64>) -> (f64, f64) {
@@ -52,6 +62,21 @@ impl Gaussian {
         let innovation = value - h.dot(&self.mean);
         self.mean += gain * innovation;
         self.covariance -= gain * with_h.transpose();
+        (innovation * innovation / total_variance, total_variance)
+    }
+
+    /// Like [`Self::condition`], for a measurement with a pose error.
+    pub(crate) fn condition_with_pose_error(
+        &mut self,
+        measurement: &LinearMeasurement,
+        of_pose: &PoseVariance,
+    ) -> (f64, f64) {
+        let (mean, variance) = self.project(&measurement.h);
+        let total_variance = variance + measurement.variance + of_pose.total();
+        let innovation = measurement.value - mean;
+        if let Some(measurement) = measurement.with_pose_error(of_pose, self) {
+            self.condition(&measurement);
+        }
         (innovation * innovation / total_variance, total_variance)
     }
 }

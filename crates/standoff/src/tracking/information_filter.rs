@@ -37,7 +37,8 @@ impl Contribution {
         z: &RangeBearingMeasurement,
         predicted: Position,
     ) -> Contribution {
-        let [contribution] = Self::from_measurements(sensor, [(uav, *z, predicted)]);
+        let [contribution] =
+            Self::with_weights([(uav, *z, predicted)], |_, range_m| sensor.measurement_weights(range_m));
         contribution
     }
 
@@ -48,13 +49,23 @@ impl Contribution {
         sensor: &SensorParams,
         measurements: [(Position, RangeBearingMeasurement, Position); N],
     ) -> [Contribution; N] {
+        let weights = sensor.noise_weights();
+        Self::with_weights(measurements, |_, _| weights)
+    }
+
+    /// Like [`Self::from_measurements`], with the weights (inverse variances) of range and bearing as a function of the
+    /// index and the expected range, m.
+    #[inline]
+    pub(crate) fn with_weights<const N: usize>(
+        measurements: [(Position, RangeBearingMeasurement, Position); N],
+        weights: impl Fn(usize, f64) -> [f64; 2],
+    ) -> [Contribution; N] {
         let targets_rel_uav = measurements.map(|(uav, _, predicted)| predicted - uav);
         let expected = sensor::measure_batch(targets_rel_uav);
-        let weights = sensor.noise_weights();
         core::array::from_fn(|i| {
             let ((_, z, predicted), expected) = (measurements[i], expected[i]);
             // If the Jacobian does not exist, the measurement has zero weight.
-            let weights = if expected.range_m >= RANGE_MIN_M { weights } else { [0.0; 2] };
+            let weights = if expected.range_m >= RANGE_MIN_M { weights(i, expected.range_m) } else { [0.0; 2] };
             let [range, bearing] = sensor::jacobian_rows(expected.range_m.max(RANGE_MIN_M), targets_rel_uav[i]);
             let scalar = |h: Vector2<f64>, nu: f64, weight: f64| {
                 let weighted = h * weight;

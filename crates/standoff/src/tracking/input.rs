@@ -6,6 +6,7 @@ use crate::params::{SensorParams, TrackParams};
 use crate::sensor::RangeBearingMeasurement;
 use crate::target::Transition;
 use crate::time::Time;
+use crate::tracking::pose_error::PoseError;
 use crate::tracking::scan_model::ScanModel;
 use crate::tracking::track::TrackId;
 use crate::uav::UavId;
@@ -28,6 +29,8 @@ pub(crate) struct TrackerInput<'a> {
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Scans<'a> {
     pub(crate) sensor: &'a SensorParams,
+    /// Errors of the UAVs' poses; `None` if they are exact.
+    pub(crate) pose_error: Option<PoseError>,
     /// Reports by ascending UAV; each contains a scan.
     pub(crate) reports: &'a [Report],
     /// UAVs whose reports do not count; usually empty.
@@ -58,9 +61,9 @@ impl<'a> Scans<'a> {
 
     /// Scans with their detections without label, in the order of the UAVs.
     pub(crate) fn unlabelled(&self) -> impl Iterator<Item = (UavId, ScanModel<'a>, &'a [Detection])> {
-        let sensor = self.sensor;
+        let Self { sensor, pose_error, .. } = *self;
         self.plausible().filter_map(move |(_, report)| {
-            let model = ScanModel::new(sensor, report)?;
+            let model = ScanModel::new(sensor, pose_error, report)?;
             Some((report.uav, model, Detection::split(&report.detections).1))
         })
     }
@@ -74,7 +77,7 @@ impl<'a> Scans<'a> {
     pub(crate) fn with_range_rate(&self, index: DetectionIndex) -> Option<(ScanModel<'a>, &'a Detection)> {
         let detection = self.detection(index);
         detection.range_rate_m_s?;
-        Some((ScanModel::new(self.sensor, &self.reports[index.report])?, detection))
+        Some((ScanModel::new(self.sensor, self.pose_error, &self.reports[index.report])?, detection))
     }
 
     /// True if a sensor had the position in view, with a clearance to the edge of its field of view, m.

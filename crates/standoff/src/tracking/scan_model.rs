@@ -11,6 +11,7 @@ use crate::params::{RANGE_MIN_M, SensorParams};
 use crate::sensor::{self, FALSE_ALARM_SPEED_MAX_M_S};
 use crate::tracking::gaussian::{Gaussian, LinearMeasurement, Mixture};
 use crate::tracking::motion_modes::{MODES, MotionModes};
+use crate::tracking::pose_error::{PoseError, PoseVariance};
 use crate::uav::UavState;
 
 /// Largest squared distance of a detection from its prediction, in standard deviations: 99.9 % of the detections of a
@@ -32,6 +33,8 @@ const OUT_OF_VIEW_SDS: f64 = 6.0;
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct ScanModel<'a> {
     sensor: &'a SensorParams,
+    /// Error of the UAV's pose; `None` if it is exact.
+    pose_error: Option<PoseError>,
     uav: &'a UavState,
     boresight: Angle,
     /// Density of false alarms and of new targets with any radial speed, per m2.
@@ -87,10 +90,11 @@ pub(crate) struct Hit {
 
 impl<'a> ScanModel<'a> {
     /// Model of the scan of a report; `None` if the sensor did not scan.
-    pub(crate) fn new(sensor: &'a SensorParams, report: &'a Report) -> Option<Self> {
+    pub(crate) fn new(sensor: &'a SensorParams, pose_error: Option<PoseError>, report: &'a Report) -> Option<Self> {
         let area_m2 = sensor.area_m2();
         Some(Self {
             sensor,
+            pose_error,
             uav: &report.state,
             boresight: report.boresight?,
             background_per_m2: [false_alarms_per_scan(sensor) / area_m2, sensor.new_targets_per_scan / area_m2],
@@ -129,6 +133,8 @@ impl<'a> ScanModel<'a> {
             return None;
         }
         let in_view = beyond.map(|sds| if sds < -OUT_OF_VIEW_SDS { 1.0 } else { normal_below(-sds) }).iter().product();
+        let [of_range, of_bearing] =
+            self.pose_error.map_or([0.0; 2], |error| error.of_measurement(range_m).map(|of| of.total()));
         Some(View {
             in_view,
             if_fast: detection_probability.min(DETECTION_PROBABILITY_MAX) * in_view,
@@ -137,8 +143,8 @@ impl<'a> ScanModel<'a> {
             bearing: expected.bearing,
             unit,
             variances: [
-                along + range_sd_m * range_sd_m,
-                across / (range_m * range_m) + bearing_sd_rad * bearing_sd_rad,
+                along + (range_sd_m * range_sd_m + of_range),
+                across / (range_m * range_m) + (bearing_sd_rad * bearing_sd_rad + of_bearing),
             ],
         })
     }
@@ -200,8 +206,12 @@ impl<'a> ScanModel<'a> {
         }
         let mut posterior = *target;
         let (mut squared_distance, mut variances) = (0.0, 1.0);
-        for measurement in self.linearised_at(target, view, detection).into_iter().flatten() {
-            let (squared, variance) = posterior.condition(&measurement);
+        for (index, measurement) in self.linearised_at(target, view, detection).into_iter().enumerate() {
+            let Some(measurement) = measurement else { continue };
+            let (squared, variance) = match self.pose_variance(&measurement, index, view) {
+                None => posterior.condition(&measurement),
+                Some(of_pose) => posterior.condition_with_pose_error(&measurement, &of_pose),
+            };
             squared_distance += squared;
             variances *= TAU * variance;
             if squared_distance > GATE {
@@ -239,7 +249,9 @@ impl<'a> ScanModel<'a> {
         let per_speed = detection.range_rate_m_s.map_or(1.0, |rate_m_s| {
             let speed_m_s = rate_m_s + self.uav.velocity().vector().dot(&unit);
             let blur_m_s = self.sensor.range_rate_sd_m_s;
-            let squared = speed_m_s * speed_m_s + blur_m_s * blur_m_s;
+            let of_pose =
+                self.pose_error.map_or(0.0, |error| error.of_value(0.0, self.speed_across_m_s(&unit)).total());
+            let squared = speed_m_s * speed_m_s + (blur_m_s * blur_m_s + of_pose);
             let is_blind =
                 if self.blind_variance > 0.0 { math::exp(-0.5 * squared / self.blind_variance) } else { 0.0 };
             // Integral of the blind probability over positive speeds.
@@ -253,7 +265,24 @@ impl<'a> ScanModel<'a> {
     /// Range rate of a detection, linearised about the estimate of its target; `None` if it is not measured, or if the
     /// target is certainly not in view.
     pub(crate) fn range_rate(&self, target: &Gaussian, detection: &Detection) -> Option<LinearMeasurement> {
-        self.linearised_at(target, &self.view(target)?, detection)[2]
+        let view = self.view(target)?;
+        let measurement = self.linearised_at(target, &view, detection)[2]?;
+        let Some(of_pose) = self.pose_variance(&measurement, 2, &view) else { return Some(measurement) };
+        measurement.with_pose_error(&of_pose, target)
+    }
+
+    /// Variance of range (0), bearing (1) or range rate (2) due to the error of the UAV's pose; `None` if it is exact.
+    fn pose_variance(&self, measurement: &LinearMeasurement, index: usize, view: &View) -> Option<PoseVariance> {
+        let error = self.pose_error.as_ref()?;
+        let heading_derivative = if index == 2 { self.speed_across_m_s(&view.unit) } else { index as f64 };
+        // All values depend on the position of the target relative to the UAV.
+        let LinearMeasurement { h, .. } = measurement;
+        Some(error.of_value(h[0] * h[0] + h[3] * h[3], heading_derivative))
+    }
+
+    /// Speed of the UAV across a line of sight, m/s.
+    fn speed_across_m_s(&self, unit: &Vector2<f64>) -> f64 {
+        self.uav.velocity().vector().perp(unit)
     }
 
     /// Linearises a detection about the estimate of a target: range, bearing and, if measured, range rate.
@@ -357,7 +386,7 @@ mod tests {
     #[test]
     fn hits_and_misses_have_the_moments_of_the_exact_density() {
         let (sensor, report) = (sensor(), report());
-        let model = ScanModel::new(&sensor, &report).unwrap();
+        let model = ScanModel::new(&sensor, None, &report).unwrap();
         for speed_m_s in [0.0, 1.0, 3.0, 8.0] {
             let target = target(speed_m_s);
             let view = model.view(&target).unwrap();
@@ -383,7 +412,7 @@ mod tests {
     #[test]
     fn the_range_rate_is_linearised_in_position_and_velocity() {
         let (sensor, report) = (sensor(), report());
-        let model = ScanModel::new(&sensor, &report).unwrap();
+        let model = ScanModel::new(&sensor, None, &report).unwrap();
         let mut target = target(5.0);
         (target.mean[0], target.mean[3], target.mean[4]) = (300.0, 150.0, -7.0);
         let rate = |of: &Vector6<f64>| {
@@ -406,7 +435,7 @@ mod tests {
     #[test]
     fn the_background_integrates_to_the_number_of_false_alarms() {
         let (sensor, report) = (sensor(), report());
-        let model = ScanModel::new(&sensor, &report).unwrap();
+        let model = ScanModel::new(&sensor, None, &report).unwrap();
         let (ranges, speeds) = (100, 400);
         let mut sum = 0.0;
         for range in 0..ranges {
@@ -431,7 +460,7 @@ mod tests {
     #[test]
     fn the_probability_of_being_in_view_falls_across_the_edge() {
         let (sensor, report) = (sensor(), report());
-        let model = ScanModel::new(&sensor, &report).unwrap();
+        let model = ScanModel::new(&sensor, None, &report).unwrap();
         let at = |range_m: f64| {
             let mut target = target(10.0);
             target.mean[0] = range_m;

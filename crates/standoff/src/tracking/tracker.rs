@@ -91,14 +91,18 @@ impl Tracker {
         // In batches of four (SIMD). An incomplete batch is filled with copies of its last element.
         for batch in association.weighted.chunks(4) {
             let four: [_; 4] = core::array::from_fn(|i| batch[i.min(batch.len() - 1)]);
-            let contributions = Contribution::from_measurements(
-                scans.sensor,
-                four.map(|(track_index, _, detection)| {
-                    let predicted = tracks.rows()[track_index].track().estimate().state.position();
-                    let (uav_position, measurement) = scans.measurement(detection);
-                    (uav_position, measurement, predicted)
+            let estimate = |track_index: usize| tracks.rows()[track_index].track().estimate();
+            let measurements = four.map(|(track_index, _, detection)| {
+                let (uav_position, measurement) = scans.measurement(detection);
+                (uav_position, measurement, estimate(track_index).state.position())
+            });
+            let contributions = match &scans.pose_error {
+                None => Contribution::from_measurements(scans.sensor, measurements),
+                Some(pose_error) => Contribution::with_weights(measurements, |i, range_m| {
+                    let prior = estimate(four[i].0).position_covariance();
+                    pose_error.weights(scans.sensor, measurements[i].0, measurements[i].2, range_m, &prior)
                 }),
-            );
+            };
             for ((track_index, weight, _), contribution) in batch.iter().zip(contributions) {
                 *measured[*track_index].get_or_insert_default() += contribution.weighted(*weight);
             }
