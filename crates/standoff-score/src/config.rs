@@ -10,7 +10,7 @@ use standoff::{
 use standoff_record::ReportedTables;
 
 use crate::buildings::Buildings;
-use crate::geometry::true_centre;
+use crate::geometry::{InView, true_centre};
 
 /// Real noise of the sensors.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -103,6 +103,11 @@ impl ScoreConfig {
             faults_end_s: None,
             gospa_cutoff_m: 20.0,
         }
+    }
+
+    /// Returns what determines whether a target is in view.
+    pub(crate) fn in_view(&self) -> InView<'_> {
+        (&self.sensor, &self.buildings)
     }
 
     /// Returns the orbit of the members without motion limits: centre by the configured rule, mean velocity of the

@@ -114,7 +114,7 @@ impl FrameScores<'_> {
     #[must_use]
     pub fn in_view(&self, target: u32) -> Option<bool> {
         let target = position(self.geometry.matching().target(target)?);
-        self.is_after_cue.then(|| is_in_view(self.score_config, &self.looking, target))
+        self.is_after_cue.then(|| is_in_view(self.score_config.in_view(), &self.looking, target))
     }
 
     /// Returns the custody of all targets.
@@ -122,7 +122,7 @@ impl FrameScores<'_> {
     pub fn custody(&self) -> CustodyCounts {
         let (mut targets, mut in_view, mut in_custody, mut errors_m2) = (0, 0, 0, 0.0);
         for (target, track) in self.geometry.matching().targets() {
-            let is_in_view = is_in_view(self.score_config, &self.looking, position(target));
+            let is_in_view = is_in_view(self.score_config.in_view(), &self.looking, position(target));
             targets += 1;
             in_view += usize::from(is_in_view);
             let Some(track) = track else { continue };
@@ -144,7 +144,7 @@ impl FrameScores<'_> {
     pub fn views(&self) -> impl Iterator<Item = ViewRow> {
         let pairs = self.looking.iter().flat_map(|one| self.frame.truth.iter().map(move |truth| (one, truth)));
         pairs.filter_map(|(pointed, truth)| {
-            let seen = pointed.measure(self.score_config, position(truth))?;
+            let seen = pointed.measure(self.score_config.in_view(), position(truth))?;
             let off_boresight_rad = (seen.bearing - pointed.boresight).rad();
             Some(ViewRow { uav: pointed.uav, target: truth.target, range_m: seen.range_m, off_boresight_rad })
         })

@@ -10,7 +10,7 @@ use standoff::research::{
 use standoff::{Angle, Position, RangeBearingMeasurement, SensorParams, TargetState, Velocity};
 use standoff_record::{Frame, GroupRow, TrackRow, TruthRow, UavRow};
 
-use crate::config::ScoreConfig;
+use crate::buildings::Buildings;
 use crate::matching::{Matched, Matching};
 
 /// True targets and tracks of a frame, and the quantities derived from them.
@@ -129,6 +129,9 @@ fn largest_off_boresight(uav: &UavRow, (sin, cos): (f64, f64), matching: &Matchi
     members.map(|pair| off(position(pair.target))).reduce(|a, b| if is_larger(b, a) { b } else { a })
 }
 
+/// What determines whether a target is in view: the sensors, and the buildings that hide targets from them.
+pub(crate) type InView<'a> = (&'a SensorParams, &'a Buildings);
+
 /// A sensor that is pointed.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct PointedSensor {
@@ -146,9 +149,9 @@ impl PointedSensor {
     }
 
     /// Returns the noise-free measurement of a target in view: covered, and not hidden by a building.
-    pub(crate) fn measure(&self, config: &ScoreConfig, target: Position) -> Option<RangeBearingMeasurement> {
-        let measurement = config.sensor.measure(self.position, self.boresight, target)?;
-        (!config.buildings.hide(target, self.position, self.altitude_m)).then_some(measurement)
+    pub(crate) fn measure(&self, (sensor, buildings): InView<'_>, target: Position) -> Option<RangeBearingMeasurement> {
+        let measurement = sensor.measure(self.position, self.boresight, target)?;
+        (!buildings.hide(target, self.position, self.altitude_m)).then_some(measurement)
     }
 }
 
@@ -162,8 +165,8 @@ pub(crate) fn pointed_sensors(frame: &Frame) -> Vec<PointedSensor> {
 }
 
 /// Returns whether a target is in view of one of these sensors.
-pub(crate) fn is_in_view(config: &ScoreConfig, looking: &[PointedSensor], target: Position) -> bool {
-    looking.iter().any(|sensor| sensor.measure(config, target).is_some())
+pub(crate) fn is_in_view(rules: InView<'_>, looking: &[PointedSensor], target: Position) -> bool {
+    looking.iter().any(|sensor| sensor.measure(rules, target).is_some())
 }
 
 pub(crate) fn at(uav: &UavRow) -> Position {

@@ -106,7 +106,7 @@ impl Tallies {
         let is_first_cue = self.of.is_empty();
         self.frames += u64::from(!is_first_cue);
         for (truth, track) in matching.targets() {
-            let is_seen = is_in_view(config, &looking, position(truth));
+            let is_seen = is_in_view(config.in_view(), &looking, position(truth));
             let is_member = track.is_some_and(|track| track.group.is_some());
             let mut is_cue = false;
             let tally = self.of.entry(truth.target).or_insert_with(|| {

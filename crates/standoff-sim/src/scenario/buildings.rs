@@ -9,7 +9,7 @@ use outline::Outline;
 use standoff_io::display_text::quoted;
 use standoff_io::geodesy::Origin;
 use standoff_io::text_source::{self, Expectation, Fault};
-use standoff_score::{BUILDING_VERTICES_MAX, BUILDINGS_MAX, Buildings};
+use standoff_score::{BUILDINGS_MAX, Buildings};
 
 use super::builtin::BUILT_IN_BUILDINGS;
 use super::diagnostics::Problems;
@@ -79,17 +79,6 @@ pub(super) fn buildings(world: Option<&resolved::World>, problems: &mut Problems
         problems.add(OUTLINES, message, None);
         Buildings::default()
     })
-}
-
-/// Describes too many vertices or buildings.
-fn check_numbers(buildings: usize, vertices: usize) -> Result<(), String> {
-    if buildings <= BUILDINGS_MAX && vertices <= BUILDING_VERTICES_MAX {
-        return Ok(());
-    }
-    Err(format!(
-        "has more than {BUILDINGS_MAX} buildings, or {BUILDING_VERTICES_MAX} vertices; crop the file to the area of the \
-         vehicles"
-    ))
 }
 
 #[cfg(test)]

@@ -9,10 +9,9 @@ use standoff_io::display_text::{printable, quoted};
 use standoff_io::geodesy::{LocalPlane, Origin};
 use standoff_io::text_source::xml::{Elements, attributes, walk};
 use standoff_io::text_source::{Fault, Position, Text, input_fault};
-use standoff_score::BUILDING_HEIGHT_MAX_M;
+use standoff_score::{BUILDING_HEIGHT_MAX_M, BUILDING_VERTICES_MAX, BUILDINGS_MAX};
 
 use super::super::geofence::{Rings, place, rings};
-use super::check_numbers;
 use super::outline::Outline;
 
 /// Maximum size of a GeoJSON text, bytes, because all of it is in memory: ten times that of the maximum number of
@@ -118,6 +117,17 @@ impl ShapeOfFile {
         };
         extent_m(0).max(extent_m(1))
     }
+}
+
+/// Describes too many vertices or buildings.
+fn check_numbers(buildings: usize, vertices: usize) -> Result<(), String> {
+    if buildings <= BUILDINGS_MAX && vertices <= BUILDING_VERTICES_MAX {
+        return Ok(());
+    }
+    Err(format!(
+        "has more than {BUILDINGS_MAX} buildings, or {BUILDING_VERTICES_MAX} vertices; crop the file to the area of the \
+         vehicles"
+    ))
 }
 
 /// Returns the height in metres, with or without their unit; `None` if it is none of a building.
