@@ -87,7 +87,8 @@ mod tests {
             let offs = [first, last].map(|believed| (believed.position - truth.position).x_m());
             squares.iter_mut().zip(offs).for_each(|(sum, off)| *sum += off * off);
             products += offs[0] * offs[1];
-            headings += (first.heading - truth.heading).rad().powi(2);
+            let heading_rad = (first.heading - truth.heading).rad();
+            headings += heading_rad * heading_rad;
         }
         let n = f64::from(n);
         // Five standard errors each.

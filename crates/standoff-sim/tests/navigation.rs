@@ -1,7 +1,5 @@
 //! Missions whose UAVs do not know their own positions and headings exactly.
 
-#![expect(clippy::unwrap_used, reason = "helpers of tests")]
-
 mod common;
 
 use common::{frames, load};
