@@ -110,6 +110,11 @@ impl Record {
         Ok(tracks.max(self.table::<TruthRow>()?.rows()))
     }
 
+    /// Number of detections.
+    pub fn detection_rows(&self) -> Result<u64, RecordError> {
+        Ok(self.table::<DetectionRow>()?.rows())
+    }
+
     /// Number of track rows of all agents; 0 if one agent acts for the whole team.
     pub fn agent_track_rows(&self) -> Result<u64, RecordError> {
         if self.has_agents() { Ok(self.table::<ByAgent<TrackRow>>()?.rows()) } else { Ok(0) }

@@ -8,11 +8,13 @@ use standoff_score::geometry::{desired_pair_phase_rad, phase_differences};
 use standoff_score::{CustodyCounts, FrameScorer, FrameScores, PositionBound, ScoreConfig};
 
 use super::chunk::{Event, PartBounds, block};
+use super::detections::DetectionTables;
 use super::per_agent::{AssignmentTables, TeamStates};
 use super::recorded::Recorded;
 use super::table::Table;
 use crate::Bytes;
 use crate::colours::GroupColours;
+use crate::figures::DetectionSetup;
 
 /// Number of time steps after which a part is full.
 const MAX_STEPS: usize = 256;
@@ -73,6 +75,7 @@ pub struct Encoder {
     stride: usize,
     team_states_stride: usize,
     bound: Option<PositionBound>,
+    detections: Option<DetectionSetup>,
     colours: GroupColours,
     allowance: EventQuota,
     others_allowance: EventQuota,
@@ -127,6 +130,7 @@ struct Draft {
     groups: Table,
     intruders: Table,
     targets: Table,
+    detections: Option<DetectionTables>,
     agents: AssignmentTables,
     team_states: TeamStates,
 }
@@ -146,7 +150,8 @@ impl Encoder {
             allowance: EventQuota::default(),
             views: BTreeMap::new(),
             others_allowance: EventQuota::default(),
-            draft: Draft::new(&recorded),
+            detections: None,
+            draft: Draft::new(&recorded, None),
             recorded,
         }
     }
@@ -155,6 +160,12 @@ impl Encoder {
     #[must_use]
     pub fn with_team_states_every(self, team_states: usize) -> Self {
         Self { team_states_stride: self.stride.saturating_mul(team_states.max(1)), ..self }
+    }
+
+    /// Encodes the detections of a run, if it has a setup for them. Call it before the first frame.
+    #[must_use]
+    pub fn with_detections(self, detections: Option<DetectionSetup>) -> Self {
+        Self { draft: Draft::new(&self.recorded, detections.as_ref()), detections, ..self }
     }
 
     /// Number of events of the run that are in no part, because a page could not show them all.
@@ -224,7 +235,7 @@ impl Encoder {
     /// Returns the time steps since the last part as a part and starts the next one; `None` if there are none.
     pub fn part(&mut self) -> Option<Part> {
         let part = self.so_far()?.0;
-        self.draft = Draft::new(&self.recorded);
+        self.draft = Draft::new(&self.recorded, self.detections.as_ref());
         Some(part)
     }
 
@@ -241,14 +252,16 @@ impl Encoder {
             groups,
             intruders,
             targets,
+            detections,
             agents,
             team_states,
         } = &self.draft;
         let intruders = Some(intruders).filter(|table| table.rows() > 0);
         let tables = || [run, uavs, groups].into_iter().chain(intruders).chain(agents.tables());
+        let of_detections = || detections.iter().flat_map(DetectionTables::tables);
         let part = || Part {
             overview: block(times_us, bounds.listed_m(), events, tables()),
-            detail: block(detail_times_us, None, &[], [targets]),
+            detail: block(detail_times_us, None, &[], std::iter::once(targets).chain(of_detections())),
             team_states: agents.tables().next().map(|_| block(&team_states.times_us, None, &[], team_states.tables())),
         };
         (!times_us.is_empty()).then(|| (part(), times_us.len()))
@@ -256,7 +269,7 @@ impl Encoder {
 }
 
 impl Draft {
-    fn new(Recorded { uavs, groups, intruders, tracks }: &Recorded) -> Self {
+    fn new(Recorded { uavs, groups, intruders, tracks }: &Recorded, detections: Option<&DetectionSetup>) -> Self {
         Self {
             times_us: Vec::new(),
             detail_times_us: Vec::new(),
@@ -267,20 +280,23 @@ impl Draft {
             groups: Table::new("groups", groups.names().chain(GROUP.map(Cow::from))),
             intruders: Table::new("intruders", intruders.names()),
             targets: Table::new("targets", tracks.names().chain(TARGET.map(Cow::from))),
+            detections: detections.map(DetectionTables::new),
             agents: AssignmentTables::new(),
             team_states: TeamStates::default(),
         }
     }
 
     fn is_full(&self) -> bool {
-        let Self { uavs, groups, targets, agents, team_states, .. } = self;
-        let rows = [uavs.rows(), groups.rows(), targets.rows(), agents.rows()];
+        let Self { uavs, groups, targets, detections, agents, team_states, .. } = self;
+        let detected = detections.as_ref().map_or(0, DetectionTables::rows);
+        let rows = [uavs.rows(), groups.rows(), targets.rows(), detected, agents.rows()];
         self.times_us.len() >= MAX_STEPS || rows.iter().any(|&rows| rows >= ROWS) || team_states.is_full()
     }
 
-    /// Returns true if the rows of targets stay bounded even if all targets of the frame are new to the part.
+    /// Returns true if the rows of targets and detections stay bounded even if all of the frame are new to the part.
     fn has_room_for(&self, frame: &Frame) -> bool {
-        let most = self.targets.rows_with(frame.truth.len() + frame.tracks.len());
+        let detected = self.detections.as_ref().map_or(0, |tables| tables.rows_with(frame));
+        let most = self.targets.rows_with(frame.truth.len() + frame.tracks.len()).max(detected);
         !self.is_full() && (self.times_us.is_empty() || most <= MAX_ROWS)
     }
 
@@ -294,6 +310,9 @@ impl Draft {
     ) {
         self.detail_times_us.push(frame.time_us);
         self.targets.next_step();
+        if let Some(tables) = &mut self.detections {
+            tables.next_step(frame);
+        }
         let mut detections: BTreeMap<u32, u32> = BTreeMap::new();
         for target in frame.detections.iter().filter_map(|detection| detection.target) {
             *detections.entry(target).or_default() += 1;

@@ -271,6 +271,7 @@ pub(super) fn head() -> Head {
         radius_max_m: 700.0,
         desired_phase_rad: 1.5,
         intruders: 0,
+        detections: None,
         rules: crate::figures::tests::setup().rules,
     };
     Head::new(&Manifest::new("s", u64::MAX, 10.0, 0.5), setup, vec!["</script><b>".to_owned()])
