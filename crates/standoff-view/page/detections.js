@@ -8,26 +8,34 @@ const DETECTION_PX = 3.5;
 
 /** The detections of the current time step, at the measured range and bearing from the UAV's position; empty for ideal sensors. */
 function detectionsAt(replayData, time_s) {
+  return listAt(replayData, time_s, "detections").map(({ row, detail_s }) => {
+    const { range_m, bearing_rad } = row;
+    const stepIndex = replayData.stepAt(detail_s);
+    const [x_m, y_m] = ["x_m", "y_m"].map((column) => replayData.value("uavs", column, row.uav, stepIndex));
+    return { ...row, target: idOf(row.target), x_m: x_m + range_m * Math.cos(bearing_rad), y_m: y_m + range_m * Math.sin(bearing_rad) };
+  });
+}
+
+/** The tentative tracks of the current time step; empty if there are none, and for another agent's team state, for which they are not recorded. */
+function tentativeAt(replayData, time_s) {
+  if (replayData.agents.isOther(replayData.stepAt(time_s))) return [];
+  return listAt(replayData, time_s, "tentative").map(({ row }) => row);
+}
+
+/** The rows of a table without ids at the current time step of the detail, with its time; empty if the run has no such table. */
+function listAt(replayData, time_s, name) {
   const detail = replayData.detail(time_s);
-  const table = detail?.tables.detections;
+  const table = detail?.tables[name];
   if (!table) return [];
   const { stepIndex } = stepPosition(replayData.detailTimes(detail), time_s);
-  // After the last time step of the detail, its next one is not loaded: the last one stays.
+  // The last time of `detailTimes` belongs to the next detail: at it, the rows before stay.
   const step = Math.min(stepIndex, table.stepCount - 1);
-  const overviewIndex = replayData.stepAt(detail.times_s[step]);
-  const found = [];
-  for (const id of table.ids) {
-    const at = (column) => table.value(column, id, step);
-    const [uav, range_m, bearing_rad] = ["uav", "range_m", "bearing_rad"].map(at);
-    // Detections have no gaps: the first one that is missing ends the list.
-    if (Number.isNaN(uav)) break;
-    const [uav_x_m, uav_y_m] = ["x_m", "y_m"].map((column) => replayData.value("uavs", column, uav, overviewIndex));
-    found.push({
-      id, uav, range_m, bearing_rad, range_rate_m_s: at("range_rate_m_s"), target: idOf(at("target")),
-      x_m: uav_x_m + range_m * Math.cos(bearing_rad), y_m: uav_y_m + range_m * Math.sin(bearing_rad),
-    });
-  }
-  return found;
+  const [first] = table.columns.keys();
+  // A time step has no gaps: the first missing row ends the list.
+  const end = table.ids.findIndex((id) => Number.isNaN(table.value(first, id, step)));
+  const ids = end < 0 ? table.ids : table.ids.slice(0, end);
+  const row = (id) => ({ id, ...Object.fromEntries([...table.columns.keys()].map((column) => [column, table.value(column, id, step)])) });
+  return ids.map((id) => ({ row: row(id), detail_s: detail.times_s[step] }));
 }
 
 /** The detections that a map draws: all, or those of the selected UAV or target if the layer is hidden. */
@@ -50,6 +58,33 @@ function drawDetections(map, { ctx, scene, size }) {
   });
   const chosen = map.selection.object?.kind === "target" && objectIn(scene, map.selection.object);
   if (chosen?.tracked) drawGates(map, ctx, scene, chosen);
+}
+
+/** Draws tentative tracks as faint triangles, fainter for a low probability of existence. */
+function drawTentative(map, { ctx, scene, size }) {
+  const visible = scene.tentative.filter(({ x_m, y_m }) => map.camera.shows(x_m, y_m));
+  const r = 6 * Math.max(size, 0.7);
+  ctx.lineWidth = 1.25;
+  // Few steps of opacity, because the symbols of a colour are drawn as one path.
+  const colour = ({ existence }) => faded(palette().none, 0.3 + 0.1 * Math.round(6 * existence));
+  drawByColour(ctx, visible, colour, ({ x_m, y_m }) => {
+    const [x, y] = map.camera.at(x_m, y_m);
+    ctx.moveTo(x, y - r);
+    ctx.lineTo(x + 0.87 * r, y + 0.5 * r);
+    ctx.lineTo(x - 0.87 * r, y + 0.5 * r);
+    ctx.closePath();
+  });
+}
+
+/** Title, description and facts of the card of a tentative track. */
+function tentativeCard({ existence, x_m, y_m, vx_m_s, vy_m_s }) {
+  const facts = [
+    ["Existence (%)", fixed(100 * existence, 1), "Probability that there is a target; at 99 % the track is confirmed", "existence"],
+    ["East (m)", fixed(x_m, 1), "Estimated position, metres east of the origin; negative: west", "x_m"],
+    ["North (m)", fixed(y_m, 1), "Estimated position, metres north of the origin; negative: south", "y_m"],
+    ["Speed (m/s)", fixed(Math.hypot(vx_m_s, vy_m_s), 1), "Estimated speed over ground", "speed_m_s"],
+  ];
+  return { title: "Tentative track", what: "Track that may be of no target; in no group", facts };
 }
 
 function addDiamond(ctx, x, y, r) {
@@ -92,12 +127,12 @@ function gateOf({ x_m, y_m, covariance: [xx, xy, yy] }, uav, { range_sd_m, beari
   return [scale * long, scale * wide, turn_rad];
 }
 
-/** UAVs that have a target in view and whose blind zone it is in: its radial speed over ground is below the MDV. */
+/** UAVs that have a target in view and in their blind zone: its true radial speed over ground is below the MDV, at which half of the detections are left. */
 function blindTo(target, { mdv_m_s }) {
   return target.radialSpeeds().filter(({ speed_m_s }) => speed_m_s < mdv_m_s);
 }
 
-/** Whether no sensor can detect a target in view, or the sensor of the selected UAV cannot. */
+/** Whether a target is in view, and in the blind zone of all UAVs that have it in view; or of the selected UAV. */
 function isBlind(map, target) {
   const speeds = target.radialSpeeds();
   const { mdv_m_s } = map.replayData.head.limits.detections;
@@ -121,7 +156,7 @@ function drawBlind(map, { ctx, size }) {
 function blindTargetText(replayData, target) {
   const { detections } = replayData.head.limits;
   if (!(detections?.mdv_m_s > 0)) return "";
-  const texts = blindTo(target, detections).map(({ uav, speed_m_s }) => `UAV ${uav} (radial speed ${speed_m_s.toFixed(1)} m/s)`);
+  const texts = blindTo(target, detections).map(({ uav, speed_m_s }) => `UAV ${uav} at ${speed_m_s.toFixed(1)} m/s`);
   return texts.length ? `${texts.join(", ")}; MDV ${detections.mdv_m_s} m/s` : "";
 }
 

@@ -14,8 +14,8 @@
 //! Overviews then also have the tables `agents` and `team-UAV`, events have `by`, and a part has a third block, its
 //! *team states*: the tables `tracks-UAV` and `groups-UAV` of the other agents, described in `per_agent.rs`.
 //!
-//! If the sensors are not ideal, details also have the table `detections`, described in `detections.rs`, and with a
-//! minimum detectable velocity the table `velocities` of the targets.
+//! If the sensors are not ideal, details also have the tables `detections`, `tentative` and `velocities`, described in
+//! `detections.rs`.
 //!
 //! The directory of an overview also has `"bounds_m": [west, south, east, north]` of everything that its time steps
 //! show: UAVs, orbits, and true and estimated positions of targets. It is absent if there is nothing to show.

@@ -3,7 +3,7 @@
 use std::borrow::Cow;
 use std::collections::BTreeMap;
 
-use standoff_record::{EventQuota, EventRow, Frame, PageColumns, PerAgentTables, TrackRow, TruthRow, UavRow};
+use standoff_record::{EventQuota, EventRow, Frame, PerAgentTables, TruthRow, UavRow};
 use standoff_score::geometry::{desired_pair_phase_rad, phase_differences};
 use standoff_score::{CustodyCounts, FrameScorer, FrameScores, PositionBound, ScoreConfig};
 
@@ -225,7 +225,7 @@ impl Encoder {
         }
         // Every part starts with a detail, so that the page never shows a later detail too early.
         if (draft.times_us.len() - 1).is_multiple_of(self.stride) {
-            draft.detail(frame, &scores, &self.views, &recorded.tracks);
+            draft.detail(frame, &scores, &self.views, recorded);
         }
         if (draft.times_us.len() - 1).is_multiple_of(self.team_states_stride) {
             draft.team_states.next_step(frame, recorded);
@@ -269,7 +269,8 @@ impl Encoder {
 }
 
 impl Draft {
-    fn new(Recorded { uavs, groups, intruders, tracks }: &Recorded, detections: Option<&DetectionSetup>) -> Self {
+    fn new(recorded: &Recorded, detections: Option<&DetectionSetup>) -> Self {
+        let Recorded { uavs, groups, intruders, tracks, .. } = recorded;
         Self {
             times_us: Vec::new(),
             detail_times_us: Vec::new(),
@@ -280,7 +281,7 @@ impl Draft {
             groups: Table::new("groups", groups.names().chain(GROUP.map(Cow::from))),
             intruders: Table::new("intruders", intruders.names()),
             targets: Table::new("targets", tracks.names().chain(TARGET.map(Cow::from))),
-            detections: detections.map(DetectionTables::new),
+            detections: detections.map(|setup| DetectionTables::new(setup, recorded)),
             agents: AssignmentTables::new(),
             team_states: TeamStates::default(),
         }
@@ -301,17 +302,11 @@ impl Draft {
     }
 
     /// Adds the targets: existing ones with their tracks, and tracks of targets that no longer exist.
-    fn detail(
-        &mut self,
-        frame: &Frame,
-        scores: &FrameScores<'_>,
-        views: &BTreeMap<u32, View>,
-        tracks: &PageColumns<TrackRow>,
-    ) {
+    fn detail(&mut self, frame: &Frame, scores: &FrameScores<'_>, views: &BTreeMap<u32, View>, recorded: &Recorded) {
         self.detail_times_us.push(frame.time_us);
         self.targets.next_step();
         if let Some(tables) = &mut self.detections {
-            tables.next_step(frame);
+            tables.next_step(frame, recorded);
         }
         let mut detections: BTreeMap<u32, u32> = BTreeMap::new();
         for target in frame.detections.iter().filter_map(|detection| detection.target) {
@@ -321,10 +316,10 @@ impl Draft {
         for (truth, track) in matching.targets() {
             let detected = detections.get(&truth.target).copied().unwrap_or(0);
             let derived = target(Some(truth), views.get(&truth.target), detected);
-            self.targets.put(truth.target, tracks.values(track).chain(derived));
+            self.targets.put(truth.target, recorded.tracks.values(track).chain(derived));
         }
         for track in matching.unmatched_tracks() {
-            self.targets.put(track.target, tracks.values(Some(track)).chain(target(None, None, 0)));
+            self.targets.put(track.target, recorded.tracks.values(Some(track)).chain(target(None, None, 0)));
         }
     }
 }
