@@ -6,7 +6,8 @@ Usage: page_values.py <record folder> > values.json
 Writes {"times_s": [...], "names": [...], "events": [...]} and, by table ("run", "uavs", "groups", "targets", and
 "intruders" if the record has any), id and column, one value for every time step; null for missing values. Columns have
 the names and units of the record. Columns that the record does not contain are recomputed with check_equations.py, as
-docs/metrics.md defines them. With per-UAV team states, "agents" has the team state of each agent at every time step, and
+docs/metrics.md defines them. If the record has tentative tracks, "detections", "tentative" and "truth" have the list of
+rows of each time step. With per-UAV team states, "agents" has the team state of each agent at every time step, and
 "agent_events" the number of events that each agent publishes. Needs requirements.txt.
 """
 
@@ -42,10 +43,20 @@ def main(arguments):
         intruders = record.by_time("intruders", "intruder")
         page["intruders"] = columns(times, lambda time: {
             intruder: recorded(row) for intruder, row in intruders[time].items()})
+    if (record.folder / "tentative.parquet").exists():
+        page |= {table: lists(record, table) for table in ("detections", "tentative", "truth")}
     if (record.folder / "agents.parquet").exists():
         page |= {"agents": [agents(record, time) for time in times], "agent_events": Counter(row.agent for row in record.rows("agent_events"))}
     json.dump(page, sys.stdout, default=lambda number: number.item(), allow_nan=False)
     return 0
+
+
+def lists(record, table):
+    """Returns the rows of a table at every time step, in the order of the record."""
+    found = {time: [] for time in record.times}
+    for row in record.rows(table):
+        found[row.time_us].append({name: None if value != value else value for name, value in vars(row).items()})
+    return list(found.values())
 
 
 def columns(times, rows):

@@ -6,13 +6,16 @@ import { join } from "node:path";
 
 import { folder } from "./browser.mjs";
 
-/** The values of a run, by table, id, column and time step; and its events. */
+/** The values of a run, by table, id, column and time step; its events; and lists of rows by time step, if it has tentative tracks. */
 export function recordOf(flight) {
-  const { times_s, names, events, ...tables } = JSON.parse(readFileSync(join(folder(flight), "values.json"), "utf8"));
+  const { times_s, names, events, detections, tentative, truth, ...tables } = JSON.parse(readFileSync(join(folder(flight), "values.json"), "utf8"));
   return {
     times_s,
     names,
     events,
+    detections,
+    tentative,
+    truth,
     tables,
     ids: (table) => Object.keys(tables[table]).map(Number).sort((a, b) => a - b),
     /** The rows of a table at a time step, by id. */

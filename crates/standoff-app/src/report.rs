@@ -48,11 +48,17 @@ pub fn report_run(dir: &Path, place: &Path, choice: MetricSelection, warn: Warni
     }
     let config = ScoreConfig { reported, ..settings.score_config() };
     let mut scorer = Scorer::new(config.clone(), choice);
-    let rows = record.target_rows().map_err(of_record)?;
+    let manifest = record.manifest();
+    let setup = Setup::of(manifest.title(), &settings);
+    let mut rows = record.target_rows().map_err(of_record)?;
+    if setup.detections.is_some() {
+        rows = rows.max(record.detection_rows().map_err(of_record)?);
+    }
     let stride = usize::try_from(rows.div_ceil(REPORT_ROWS)).unwrap_or(usize::MAX).max(1);
     let own_rows = record.agent_track_rows().map_err(of_record)?;
     let state_stride = usize::try_from(own_rows.div_ceil(REPORT_OTHER_ROWS)).unwrap_or(usize::MAX).div_ceil(stride);
-    let (mut encoder, mut parts) = (Encoder::new(&config, stride).with_team_states_every(state_stride), Vec::new());
+    let encoder = Encoder::new(&config, stride).with_team_states_every(state_stride);
+    let (mut encoder, mut parts) = (encoder.with_detections(setup.detections), Vec::new());
     let (mut events, mut uavs) = (Events::default(), 0);
     let frames = record.frames().map_err(of_record)?.inspect(|frame| {
         let Ok(frame) = frame else { return };
@@ -61,8 +67,6 @@ pub fn report_run(dir: &Path, place: &Path, choice: MetricSelection, warn: Warni
         uavs = uavs.max(frame.uavs.len());
         frame.events.iter().for_each(|row| events.add(frame.time_us, row, record.target_names()));
     });
-    let manifest = record.manifest();
-    let setup = Setup::of(manifest.title(), &settings);
     let figures = figures(frames, &setup).map_err(|error| match error {
         FigureError::Frame(error) => of_record(error),
         other => Failure::running(other),

@@ -109,7 +109,8 @@ impl LiveReplay {
         let mut head = Head::new(manifest, Setup::of(manifest.title(), settings), targets);
         (head.live, head.map) = (live, map);
         let replay = Arc::new(Replay::new(&head).map_err(Failure::running)?);
-        Ok(Self { encoder: Encoder::new(&settings.score_config(), 1), head, replay, next_update: Instant::now() })
+        let encoder = Encoder::new(&settings.score_config(), 1).with_detections(head.limits.detections);
+        Ok(Self { encoder, head, replay, next_update: Instant::now() })
     }
 
     /// Prepares the replay of a run of this scenario; if it is `live`, the page follows the newest time step.

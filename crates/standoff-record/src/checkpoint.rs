@@ -9,9 +9,9 @@
 //! table: lengths of its footer and of its rows, 8 bytes each | footer in Parquet format | rows: complete Parquet file
 //! ```
 //!
-//! Numbers are little-endian. Tables only grow, and this file is replaced as a whole, so it matches the tables however
-//! the run ends. A checkpoint without tables means that the files of the tables are complete. The tables of intruders
-//! and of several agents come last, if they exist.
+//! Numbers are little-endian. The tables are in the order of `frame_tables`; a table that the record lacks has two lengths
+//! of 0. Tables only grow, and this file is replaced as a whole, so it matches the tables however
+//! the run ends. A checkpoint without tables means that the files of the tables are complete.
 
 use std::fs::{self, File};
 use std::io::Read as _;
@@ -22,9 +22,7 @@ use standoff_io::parquet_file::{self, Footer, Source};
 use standoff_io::{atomic_file, bounded_input};
 
 use crate::RecordError;
-use crate::column::Row as _;
-use crate::frame::IntruderRow;
-use crate::schema::{OF_AGENTS, TIMED};
+use crate::schema::{OF_AGENTS, TIMED, frame_tables};
 use crate::table::Missing;
 
 /// Name of the file.
@@ -35,12 +33,12 @@ const MAX_BYTES: u64 = 128 << 20;
 
 const MAGIC: &[u8; 16] = b"standoff partial";
 
-/// Writes the checkpoint of a record. `tables` are in the order of [`TIMED`], followed by the intruders and
-/// [`OF_AGENTS`] if they exist; empty if the files are complete.
-pub(crate) fn write(dir: &Path, last_us: i64, tables: &[Missing]) -> Result<(), RecordError> {
+/// Writes the checkpoint of a record. `tables` are in the order of [`frame_tables`]; empty if the files are complete.
+pub(crate) fn write(dir: &Path, last_us: i64, tables: &[Option<Missing>]) -> Result<(), RecordError> {
     let mut bytes = MAGIC.to_vec();
     bytes.extend(last_us.to_le_bytes());
-    for Missing { footer, rows } in tables {
+    for table in tables {
+        let (footer, rows) = table.as_ref().map_or((&[][..], &[][..]), |table| (&table.footer, &table.rows));
         bytes.extend((footer.len() as u64).to_le_bytes());
         bytes.extend((rows.len() as u64).to_le_bytes());
         bytes.extend(footer);
@@ -72,9 +70,8 @@ pub(crate) struct Checkpoint {
     file: Arc<File>,
     /// Time of the last frame in it.
     pub(crate) last_us: i64,
-    /// In the order of [`TIMED`], followed by the intruders and [`OF_AGENTS`] if they exist; empty if the files are
-    /// complete.
-    tables: Vec<Table>,
+    /// In the order of [`frame_tables`], `None` for those that the record lacks; empty if the files are complete.
+    tables: Vec<Option<Table>>,
 }
 
 #[derive(Debug)]
@@ -98,43 +95,38 @@ impl Checkpoint {
         let (last_us, mut rest) =
             head.filter(|_| crc32fast::hash(contents) == u32::from_le_bytes(*crc)).ok_or_else(broken)?;
         let mut tables = Vec::new();
-        // The number of tables determines which ones they are.
-        const WITH_AGENTS: usize = TIMED.len() + OF_AGENTS.len();
-        while !rest.is_empty() && tables.len() <= WITH_AGENTS {
+        let all = frame_tables().count();
+        while !rest.is_empty() && tables.len() < all {
             let at = contents.len() - rest.len();
             let (table, after) = split_table(rest, at).map_err(|error| RecordError::parquet_read(&path, error))?;
             tables.push(table);
             rest = after;
         }
-        let sound = [0, TIMED.len(), TIMED.len() + 1, WITH_AGENTS, WITH_AGENTS + 1];
-        if !sound.contains(&tables.len()) || !rest.is_empty() {
+        let has_all = tables.len() == all && tables[..TIMED.len()].iter().all(Option::is_some);
+        let of_agents = tables.iter().skip(all - OF_AGENTS.len()).map(Option::is_some);
+        let is_sound = tables.is_empty() || has_all && of_agents.clone().all(|is| Some(is) == of_agents.clone().next());
+        if !is_sound || !rest.is_empty() {
             return Err(RecordError::damaged(&path, "it does not contain the tables of a record"));
         }
         Ok(Self { file: Arc::new(file), last_us: i64::from_le_bytes(*last_us), tables })
     }
 
-    /// True if the checkpoint was written before the tables of several agents existed.
-    pub(crate) fn is_without_agents(&self) -> bool {
-        [TIMED.len(), TIMED.len() + 1].contains(&self.tables.len())
-    }
-
-    /// True if the checkpoint was written before the table of intruders existed.
-    pub(crate) fn is_without_intruders(&self) -> bool {
-        [TIMED.len(), TIMED.len() + OF_AGENTS.len()].contains(&self.tables.len())
+    /// True if the checkpoint was written before a table existed.
+    pub(crate) fn is_without(&self, table: &str) -> bool {
+        frame_tables().zip(&self.tables).any(|(name, found)| name == table && found.is_none())
     }
 
     /// Returns the sources of the rows of a table, given its own file; `None` if that file is complete.
     pub(crate) fn sources(&self, table: &str, file: File) -> Option<[Source; 2]> {
-        let intruders = Some(IntruderRow::TABLE).filter(|_| !self.is_without_intruders());
-        let mut names = TIMED.into_iter().chain(intruders).chain(OF_AGENTS);
-        let place = names.position(|name| name == table)?;
-        let Table { footer, rows } = self.tables.get(place)?;
+        let (_, found) = frame_tables().zip(&self.tables).find(|(name, _)| *name == table)?;
+        let Table { footer, rows } = found.as_ref()?;
         Some([Source::with_footer(Arc::new(file), footer), Source::with_footer(Arc::clone(&self.file), rows)])
     }
 }
 
-/// Splits off the first table of the bytes, which start at `at` in the file, and returns it with the rest.
-fn split_table(bytes: &[u8], at: usize) -> Result<(Table, &[u8]), parquet_file::Error> {
+/// Splits off the first table of the bytes, which start at `at` in the file, and returns it with the rest; `None` for a
+/// table that the record lacks.
+fn split_table(bytes: &[u8], at: usize) -> Result<(Option<Table>, &[u8]), parquet_file::Error> {
     let split = || {
         let (footer_length, bytes) = bytes.split_first_chunk()?;
         let (rows_length, bytes) = bytes.split_first_chunk()?;
@@ -145,8 +137,11 @@ fn split_table(bytes: &[u8], at: usize) -> Result<(Table, &[u8]), parquet_file::
     };
     let breaks_off = || parquet_file::Error::Damaged("a table is truncated".to_owned());
     let (footer, rows, rest) = split().ok_or_else(breaks_off)?;
+    if footer.is_empty() && rows.is_empty() {
+        return Ok((None, rest));
+    }
     // The size of data in memory is far below that limit.
     let offset = i64::try_from(at + 8 + 8 + footer.len()).unwrap_or(i64::MAX);
     let table = Table { footer: Footer::at_end_of(footer, 0)?, rows: Footer::at_end_of(rows, offset)? };
-    Ok((table, rest))
+    Ok((Some(table), rest))
 }

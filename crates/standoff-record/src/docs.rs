@@ -4,8 +4,8 @@ use std::path::Path;
 
 use crate::column::{self, Field, Row};
 use crate::frame::{
-    AgentEventRow, AgentRow, DetectionRow, EventRow, GroupRow, IntruderRow, TeammateRow, TrackRow, TruthRow, UavRow,
-    ViewRow,
+    AgentEventRow, AgentRow, DetectionRow, EventRow, GroupRow, IntruderRow, TeammateRow, TentativeRow, TrackRow,
+    TruthRow, UavRow, ViewRow,
 };
 use crate::schema::{TargetRow, WithError};
 
@@ -47,6 +47,7 @@ fn the_page_lists_every_column_with_its_declared_meaning() {
         table::<IntruderRow>(),
         table::<TruthRow>(),
         table::<WithError<TrackRow>>(),
+        table::<TentativeRow>(),
         table::<GroupRow>(),
         table::<DetectionRow>(),
         table::<EventRow>(),

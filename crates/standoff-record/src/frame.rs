@@ -55,6 +55,8 @@ pub struct Frame {
     pub groups: Vec<GroupRow>,
     /// Measurements of this time step, by UAV, then in the order in which the sensor reports them.
     pub detections: Vec<DetectionRow>,
+    /// Tentative tracks, by ascending id; empty if sensors report identities.
+    pub tentative: Vec<TentativeRow>,
     /// Events of this time step.
     pub events: Vec<EventRow>,
     /// Aircraft outside the team, by ascending number.
@@ -170,6 +172,7 @@ frame_rows! {
     TrackRow: tracks, |row| Some((row.target, 0));
     GroupRow: groups, |row| Some((row.group, 0));
     DetectionRow: detections, |_| None;
+    TentativeRow: tentative, |row| Some(((row.track_uid >> 32) as u32, row.track_uid as u32));
     EventRow: events, |_| None;
     IntruderRow: intruders, |row| Some((row.intruder, 0));
     AgentRow: agents.all, |row| Some((row.agent, 0));
@@ -206,6 +209,8 @@ pub struct ReportedState<'a> {
     pub tracks: &'a mut Vec<TrackRow>,
     /// Groups, by ascending group. A UAV is assigned to the group that its step's diagnostics name.
     pub groups: &'a mut Vec<GroupRow>,
+    /// Tentative tracks, by ascending id.
+    pub tentative: &'a mut Vec<TentativeRow>,
     /// Events, in order.
     pub events: &'a mut Vec<EventRow>,
 }
@@ -218,6 +223,8 @@ impl ReportedState<'_> {
         put_in_order(self.tracks);
         self.groups.retain(GroupRow::is_finite);
         put_in_order(self.groups);
+        self.tentative.retain(TentativeRow::is_finite);
+        put_in_order(self.tentative);
     }
 }
 
@@ -374,6 +381,30 @@ rows! {
         /// The team's id of a track without identity, less 2^63; null for tracks with an identity.
         #[may_be(absent)]
         pub track_uid: Option<u64>,
+    }
+
+    /// A tentative track: an estimate of a target that may exist. It is in no group.
+    #[derive(Copy)]
+    pub struct TentativeRow in "tentative" {
+        /// Id of the track, less 2^63. If the track is confirmed, it has this `track_uid` in `tracks`, unless it takes
+        /// the place of a lost track.
+        pub track_uid: u64,
+        /// Probability that the target exists.
+        #[on(page)] pub existence: f64,
+        /// Estimated position east, m.
+        #[on(page)] pub x_m: f64,
+        /// Estimated position north, m.
+        #[on(page)] pub y_m: f64,
+        /// Estimated velocity east, m/s.
+        #[on(page)] pub vx_m_s: f64,
+        /// Estimated velocity north, m/s.
+        #[on(page)] pub vy_m_s: f64,
+        /// Variance of the position east, m2.
+        pub var_x_m2: f64,
+        /// Covariance of the position east and north, m2.
+        pub cov_x_y_m2: f64,
+        /// Variance of the position north, m2.
+        pub var_y_m2: f64,
     }
 
     /// A group and its orbit.

@@ -43,7 +43,8 @@ pub use error::RecordError;
 pub use event_quota::EventQuota;
 pub use frame::{
     AgentEventRow, AgentRow, ByAgent, DetectionRow, EventRow, Frame, GroupRow, IntruderRow, MembershipState, NO_TARGET,
-    PerAgentTables, ReportedState, ReportedTables, TeammateRow, TrackRow, TrackStatus, TruthRow, UavRow, ViewRow,
+    PerAgentTables, ReportedState, ReportedTables, TeammateRow, TentativeRow, TrackRow, TrackStatus, TruthRow, UavRow,
+    ViewRow,
 };
 pub use limits::MAX_ROWS;
 pub use manifest::{Counts, FORMAT, MAX_NAME, MAX_VERSION, Manifest, check_length};

@@ -10,7 +10,7 @@ use crate::column::Row;
 use crate::directory::SCENARIO;
 use crate::frame::{
     AgentEventRow, AgentRow, ByAgent, DetectionRow, EventRow, Frame, FrameRow, GroupRow, IntruderRow, TeammateRow,
-    TrackRow, TruthRow, UavRow,
+    TentativeRow, TrackRow, TruthRow, UavRow,
 };
 use crate::limits::{LimitExceeded, RecordLimits};
 use crate::schema::{At, TargetRow, seconds};
@@ -90,15 +90,25 @@ impl Record {
     /// True if the record contains the estimates of several agents. Users may remove them.
     #[must_use]
     pub fn has_agents(&self) -> bool {
-        let is_before = self.checkpoint.as_ref().is_some_and(|checkpoint| checkpoint.is_without_agents());
-        file_of::<AgentRow>(&self.dir).exists() && !is_before
+        self.has_table::<AgentRow>()
     }
 
     /// True if the run had intruders and the record contains them. Users may remove them.
     #[must_use]
     pub fn has_intruders(&self) -> bool {
-        let is_before = self.checkpoint.as_ref().is_some_and(|checkpoint| checkpoint.is_without_intruders());
-        file_of::<IntruderRow>(&self.dir).exists() && !is_before
+        self.has_table::<IntruderRow>()
+    }
+
+    /// True if the record contains tentative tracks. Users may remove them.
+    #[must_use]
+    pub fn has_tentative_tracks(&self) -> bool {
+        self.has_table::<TentativeRow>()
+    }
+
+    /// True if the record has an optional table, and the checkpoint is not older than the table.
+    fn has_table<R: Row>(&self) -> bool {
+        let is_before = self.checkpoint.as_ref().is_some_and(|checkpoint| checkpoint.is_without(R::TABLE));
+        file_of::<R>(&self.dir).exists() && !is_before
     }
 
     /// Number of rows of the larger one of the tables of tracks and truth.
@@ -108,6 +118,11 @@ impl Record {
             return Ok(tracks);
         }
         Ok(tracks.max(self.table::<TruthRow>()?.rows()))
+    }
+
+    /// Number of detections.
+    pub fn detection_rows(&self) -> Result<u64, RecordError> {
+        Ok(self.table::<DetectionRow>()?.rows())
     }
 
     /// Number of track rows of all agents; 0 if one agent acts for the whole team.
@@ -158,6 +173,9 @@ impl Record {
         others.push(Merged::<EventRow>::boxed(self)?);
         if self.has_intruders() {
             others.push(Merged::<IntruderRow>::boxed(self)?);
+        }
+        if self.has_tentative_tracks() {
+            others.push(Merged::<TentativeRow>::boxed(self)?);
         }
         if self.has_agents() {
             others.push(Merged::<AgentRow>::boxed(self)?);

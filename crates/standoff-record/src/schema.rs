@@ -7,10 +7,10 @@ use standoff_io::display_text::quoted;
 use crate::column::{Columns, Declaration, Field, Part, Row, Scalar, ValueProblem, rows};
 use crate::frame::{
     AgentEventRow, AgentRow, ByAgent, DetectionRow, EventRow, GroupRow, IntruderRow, MembershipState, TeammateRow,
-    TrackRow, TrackStatus, TruthRow, UavRow, ViewRow,
+    TentativeRow, TrackRow, TrackStatus, TruthRow, UavRow, ViewRow,
 };
 
-/// Names of the tables that frames are read from; the files are `<name>.parquet`.
+/// Names of the tables that every record has and frames are read from; the files are `<name>.parquet`.
 pub(crate) const TIMED: [&str; 6] =
     [UavRow::TABLE, TruthRow::TABLE, TrackRow::TABLE, GroupRow::TABLE, DetectionRow::TABLE, EventRow::TABLE];
 
@@ -18,10 +18,14 @@ pub(crate) const TIMED: [&str; 6] =
 pub(crate) const OF_AGENTS: [&str; 5] =
     [AgentRow::TABLE, ByAgent::<TrackRow>::TABLE, ByAgent::<GroupRow>::TABLE, AgentEventRow::TABLE, TeammateRow::TABLE];
 
+/// Names of all tables that frames are read from, including those that a record may lack.
+pub(crate) fn frame_tables() -> impl Iterator<Item = &'static str> {
+    TIMED.into_iter().chain([IntruderRow::TABLE, TentativeRow::TABLE]).chain(OF_AGENTS)
+}
+
 /// True if a table has this name.
 pub(crate) fn is_table(name: &str) -> bool {
-    let others = [TargetRow::TABLE, ViewRow::TABLE, IntruderRow::TABLE];
-    TIMED.contains(&name) || OF_AGENTS.contains(&name) || others.contains(&name)
+    frame_tables().chain([TargetRow::TABLE, ViewRow::TABLE]).any(|table| table == name)
 }
 
 rows! {

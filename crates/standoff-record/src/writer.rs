@@ -14,11 +14,11 @@ use crate::directory::{self, FolderLock, MAP_FILE, Partial, SCENARIO};
 use crate::error::RecordError;
 use crate::frame::{
     AgentEventRow, AgentRow, ByAgent, DetectionRow, EventRow, Frame, FrameRow, GroupRow, IntruderRow, PerAgentTables,
-    TeammateRow, TrackRow, TruthRow, UavRow, ViewRow,
+    TeammateRow, TentativeRow, TrackRow, TruthRow, UavRow, ViewRow,
 };
 use crate::limits::{LimitExceeded, RecordLimits};
 use crate::manifest::{Counts, FORMAT, MANIFEST, Manifest};
-use crate::schema::{At, HasErrorColumn, TIMED, TargetRow, WithError, seconds};
+use crate::schema::{At, HasErrorColumn, TargetRow, WithError, frame_tables, seconds};
 use crate::table::{Missing, TableWriter};
 
 /// Minimum time between two checkpoints: the most data that is lost if the process ends.
@@ -54,8 +54,7 @@ const CHECKPOINT_SHARE: u32 = 50;
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 pub struct Writer {
-    /// In the order of `TIMED`; then the intruders, from the first one on, and those of `OF_AGENTS`, from the first
-    /// data of agents on.
+    /// Those of `TIMED`; those of intruders, tentative tracks and `OF_AGENTS` from the first row on.
     tables: Vec<Box<dyn FrameTable>>,
     /// Derived from the frames for other programs; a checkpoint does not contain it.
     views: Box<dyn FrameTable>,
@@ -182,9 +181,13 @@ impl Writer {
         let derived = self.derive.as_mut().map(|derive| derive(frame)).unwrap_or_default();
         let folder = &self.partial.path;
         let has = |name: &str| self.tables.iter().any(|table| table.count().0 == name);
-        let (intruders, of_agents) = (has(IntruderRow::TABLE), has(AgentRow::TABLE));
+        let (intruders, tentative, of_agents) =
+            (has(IntruderRow::TABLE), has(TentativeRow::TABLE), has(AgentRow::TABLE));
         if !intruders && !frame.intruders.is_empty() {
-            self.tables.insert(TIMED.len(), plain::<IntruderRow>(folder)?);
+            self.tables.push(plain::<IntruderRow>(folder)?);
+        }
+        if !tentative && !frame.tentative.is_empty() {
+            self.tables.push(plain::<TentativeRow>(folder)?);
         }
         if !of_agents && frame.agents != PerAgentTables::default() {
             self.tables.push(plain::<AgentRow>(folder)?);
@@ -219,7 +222,11 @@ impl Writer {
         let Some(last_us) = self.last_us else { return Ok(()) };
         self.check_sound(last_us)?;
         self.sound = false;
-        let tables = self.tables.iter_mut().map(|table| table.missing()).collect::<Result<Vec<_>, _>>()?;
+        let mut missing = |name: &str| {
+            let table = self.tables.iter_mut().find(|table| table.count().0 == name);
+            table.map(|table| table.missing()).transpose()
+        };
+        let tables = frame_tables().map(&mut missing).collect::<Result<Vec<_>, _>>()?;
         self.sound = true;
         self.keep(last_us, &tables)
     }
@@ -259,7 +266,7 @@ impl Writer {
         self.kept_us.map(|last_us| PartialRecord { dir: self.partial.path.clone(), until_s: seconds(last_us) })
     }
 
-    fn keep(&mut self, last_us: i64, tables: &[Missing]) -> Result<(), RecordError> {
+    fn keep(&mut self, last_us: i64, tables: &[Option<Missing>]) -> Result<(), RecordError> {
         if self.kept_us.is_none() {
             let synced = self.lock.sync_all();
             synced.map_err(|reason| RecordError::write(&self.partial.path.join(MANIFEST), reason))?;

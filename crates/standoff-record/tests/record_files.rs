@@ -8,9 +8,9 @@ use std::path::{Path, PathBuf};
 use parquet::file::reader::{FileReader, SerializedFileReader};
 use standoff::TeammateStatus;
 use standoff_record::{
-    AgentEventRow, AgentRow, ByAgent, Counts, DetectionRow, EventRow, Frame, GroupRow, Manifest, MembershipState,
-    NO_TARGET, Occupancy, PerAgentTables, Record, RecordError, TeammateRow, TrackRow, TrackStatus, TruthRow, UavRow,
-    Writer, occupancy,
+    AgentEventRow, AgentRow, ByAgent, Counts, DetectionRow, EventRow, Frame, GroupRow, IntruderRow, Manifest,
+    MembershipState, NO_TARGET, Occupancy, PerAgentTables, Record, RecordError, TeammateRow, TentativeRow, TrackRow,
+    TrackStatus, TruthRow, UavRow, Writer, occupancy,
 };
 use tempfile::TempDir;
 
@@ -325,6 +325,41 @@ fn unfinished_record_of_several_agents_is_read_up_to_its_checkpoint() {
     look(12..20, 20);
     let kept = writer.stop().unwrap().unwrap();
     assert_eq!(read(&kept.dir).unwrap(), flown);
+}
+
+/// The tables of intruders and tentative tracks begin at different times, in either order.
+#[test]
+fn optional_tables_are_read_up_to_their_checkpoint() {
+    for begins in [[6, 12, 18], [18, 6, 12], [12, 18, 6]] {
+        let home = TempDir::new().unwrap();
+        let dir = home.path().join("run");
+        let make = |step: u32| {
+            let [intruders, tentative, agents] = begins.map(|begin| step >= begin);
+            let track =
+                |uid: u64| TentativeRow { track_uid: uid << 40, x_m: f64::from(step), ..TentativeRow::default() };
+            Frame {
+                intruders: Vec::from_iter(intruders.then(IntruderRow::default)),
+                tentative: if tentative { (1..4).map(track).collect() } else { Vec::new() },
+                ..if agents { frame_of_agents(step, 3, 4) } else { frame(step, 3, 4) }
+            }
+        };
+        let flown: Vec<Frame> = (0..24).map(make).collect();
+        let mut writer = create(&dir).unwrap();
+        for (until, frame) in (1..).zip(&flown) {
+            writer.frame(frame).unwrap();
+            if until % 3 == 0 {
+                writer.checkpoint().unwrap();
+                assert_eq!(read(&partial(&dir)).unwrap(), flown[..until], "{begins:?}");
+            }
+        }
+        writer.finish().unwrap();
+        assert_eq!(read(&dir).unwrap(), flown);
+        let record = Record::open(&dir).unwrap();
+        assert!(record.has_tentative_tracks() && record.has_intruders());
+        assert_eq!(record.manifest().counts.clone().unwrap().rows["tentative"], 3 * (24 - u64::from(begins[1])));
+        fs::remove_file(dir.join("tentative.parquet")).unwrap();
+        assert!(read(&dir).unwrap().iter().all(|frame| frame.tentative.is_empty()));
+    }
 }
 
 /// Checks that rows of agents changed by `spoil` are refused by the reader.
@@ -918,6 +953,7 @@ fn frame(step: u32, uavs: u32, targets: u32) -> Frame {
     let happened = step.is_multiple_of(7);
     Frame {
         intruders: Vec::new(),
+        tentative: Vec::new(),
         time_us: i64::from(step) * 200_000,
         uavs: (0..uavs).map(|id| uav(id, t)).collect(),
         truth: (0..targets).map(|id| truth(id, t)).collect(),

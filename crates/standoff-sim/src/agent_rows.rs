@@ -1,13 +1,13 @@
 //! Converts the types of the agents to rows of the record.
 
-use standoff::research::Assignment;
+use standoff::research::{Assignment, TentativeTrack};
 use standoff::{
-    Agent, AgentOutput, Aircraft, Angle, Avoidance, Detection, Event, EventKind, GroupId, GroupRetiredReason,
+    Agent, AgentOutput, Aircraft, Angle, Avoidance, Detection, Estimate, Event, EventKind, GroupId, GroupRetiredReason,
     GroupedTrack, Membership, TeamState, Time, TrackId, TrackStatus as Status, UavId, UavState,
 };
 use standoff_record::{
     AgentEventRow, AgentRow, ByAgent, DetectionRow, EventRow, Frame, GroupRow, IntruderRow, MembershipState, NO_TARGET,
-    PerAgentTables, ReportedState, TeammateRow, TrackRow, TrackStatus, TruthRow, UavRow,
+    PerAgentTables, ReportedState, TeammateRow, TentativeRow, TrackRow, TrackStatus, TruthRow, UavRow,
 };
 
 use crate::intruders::Intruder;
@@ -16,11 +16,12 @@ use crate::world::Truth;
 
 /// Starts the frame of a time step: fills in the truth and empties all other tables.
 pub(crate) fn begin(now: Time, truth: &[Truth], frame: &mut Frame) {
-    let Frame { time_us, uavs, truth: rows, tracks, groups, detections, events, intruders, agents } = frame;
+    let Frame { time_us, uavs, truth: rows, tracks, tentative, groups, detections, events, intruders, agents } = frame;
     *time_us = now.us();
     uavs.clear();
     rows.clear();
     tracks.clear();
+    tentative.clear();
     groups.clear();
     detections.clear();
     events.clear();
@@ -233,6 +234,7 @@ fn events(team_state: &TeamState, beliefs: &mut ReportedState) {
 fn state(team_state: &TeamState, beliefs: &mut ReportedState) {
     tracks(team_state, |row| beliefs.tracks.push(row));
     groups(team_state, |row| beliefs.groups.push(row));
+    beliefs.tentative.extend(team_state.tentative_tracks().map(tentative));
 }
 
 fn tracks(team_state: &TeamState, mut put: impl FnMut(TrackRow)) {
@@ -241,6 +243,22 @@ fn tracks(team_state: &TeamState, mut put: impl FnMut(TrackRow)) {
         if let Some(status) = live_status(known) {
             put(track(known, status, team_state));
         }
+    }
+}
+
+fn tentative(track: TentativeTrack) -> TentativeRow {
+    let Estimate { state, covariance } = &track.estimate;
+    let (position, velocity, covariance) = (state.position(), state.velocity(), covariance.position());
+    TentativeRow {
+        track_uid: uid_of(track.id).unwrap_or_default(),
+        existence: track.existence,
+        x_m: position.x_m(),
+        y_m: position.y_m(),
+        vx_m_s: velocity.x_m_s(),
+        vy_m_s: velocity.y_m_s(),
+        var_x_m2: covariance[(0, 0)],
+        cov_x_y_m2: covariance[(0, 1)],
+        var_y_m2: covariance[(1, 1)],
     }
 }
 

@@ -398,8 +398,8 @@ impl<B: Controller> Mission<B> {
                 uav.last_avoidance = Some((avoidance.aircraft, now));
             }
         }
-        let Frame { tracks, groups, events, agents, .. } = &mut *frame;
-        let mut beliefs = ReportedState { tracks, groups, events };
+        let Frame { tracks, tentative, groups, events, agents, .. } = &mut *frame;
+        let mut beliefs = ReportedState { tracks, tentative, groups, events };
         if is_on {
             controller.report(&mut beliefs);
             controller.report_per_agent(agents);
@@ -407,9 +407,9 @@ impl<B: Controller> Mission<B> {
         if let Some(identities) = identities {
             identities.identify(frame);
         }
-        let Frame { tracks, groups, events, agents, .. } = frame;
+        let Frame { tracks, tentative, groups, events, agents, .. } = frame;
         if self.is_third_party {
-            ReportedState { tracks, groups, events }.tidy();
+            ReportedState { tracks, tentative, groups, events }.tidy();
         }
         events.append(&mut avoidances);
         agents.tidy();

@@ -25,6 +25,11 @@ const LAYERS = [
     "UAVs with constant speed and turn rate", drawVectors],
   ["tracks", "Tracks", "Estimated target positions in the team state; the legend on the map explains the symbols", drawTracks],
   ["uavs", "UAVs", "The nose points along the heading; a cross marks the last known position of a UAV in an outage", drawUavs],
+  ["tentative", "Tentative tracks", "Faint triangles: tracks that may be of no target, and are in no group until they are confirmed", drawTentative],
+  ["detections", "Detections", "Measured positions of the current time step, in the colour of the UAV: plus, or diamond for a false alarm; " +
+    "with the gates of the selected track: dotted ellipse in which a UAV's detection is associated with it", drawDetections],
+  ["blind", "Blind zone", "Slash: target whose true radial speed over ground is below the minimum detectable velocity (MDV), at which half of the detections " +
+    "are left, for all UAVs that have it in view, or for the selected UAV", drawBlind],
   ["avoidance", "Collision avoidance", "Dashed red line: the UAV at the dot deviates from its orbit command to avoid the other UAV or the intruder",
     drawAvoidance],
   ["intruders", "Intruders", "Aircraft outside the team, drawn as arrowheads with their numbers; hollow while the transponder is off",
@@ -44,14 +49,14 @@ const OPERATOR_LAYERS = ["tiles", "basemap", "road-names", "buildings", "grid", 
 const PRESETS = [
   ["automatic", "Automatic", "All layers; with many targets on the visible part of the map, layers are hidden step by step"],
   ["operator", "Operator", "What the team knows now: without trails, uncertainty and true positions", OPERATOR_LAYERS],
-  ["analyst", "Analyst", "Adds true positions, 95 % ellipses, velocity vectors and flown orbits to those of \"Operator\"",
-    [...OPERATOR_LAYERS, "truth", "ellipses", "vectors", "flown"]],
+  ["analyst", "Analyst", "Adds true positions, 95 % ellipses, velocity vectors, flown orbits, detections, tentative tracks and blind zones to those of \"Operator\"",
+    [...OPERATOR_LAYERS, "truth", "ellipses", "vectors", "flown", "detections", "tentative", "blind"]],
   ["everything", "Everything", "All layers"],
   ["custom", "Custom", "The layers that you have selected"],
 ];
 
 /** Layers that "Automatic" hides, step by step, above a number of visible targets on `STEP_AREA_PX2`. */
-const AUTOMATIC_STEPS = [[40, ["target-trails", "flown"]], [80, ["truth", "vectors"]], [120, ["ellipses"]], [250, ["trails"]]];
+const AUTOMATIC_STEPS = [[40, ["target-trails", "flown"]], [80, ["truth", "vectors", "detections", "tentative"]], [120, ["ellipses"]], [250, ["trails"]]];
 /** Area of the map for which the steps are defined, px\u00b2. */
 const STEP_AREA_PX2 = 500_000;
 /** A hidden layer is shown again below this fraction of its number of targets, so that it does not flicker. */

@@ -12,6 +12,7 @@ const SAMPLE_UAV = { id: 0, group: 0, x_m: 0, y_m: 0, heading_rad: 0, boresight_
   avoided_uav: null, avoided_intruder: null, agentState: { isOn: true, isNotReceived: false } };
 const SAMPLE_GROUP = { id: 0, x_m: 0, y_m: 0, standoff_distance_m: 13, spread_m: 0, feasible: true };
 const SAMPLE_INTRUDER = { id: 0, x_m: 0, y_m: 0, heading_rad: 0, transponder_on: true };
+const SAMPLE_DETECTION = { id: 0, uav: 0, target: 0, x_m: 0, y_m: 0 };
 const SAMPLE_SQUARE = [[-22, -10], [22, -10], [22, 10], [-22, 10]];
 
 const sampleTarget = (values = {}) => ({ targets: [{ ...SAMPLE_TARGET, ...values }] });
@@ -40,6 +41,13 @@ const LEGEND_ENTRIES = [
   ["trails", `Path of a UAV in the last ${TRAIL_S} s`, [drawTrails], sampleUav({ x_m: 20 })],
   ["intruders", "Intruder", [drawIntruders], { intruders: [SAMPLE_INTRUDER] }],
   ["intruders", "Intruder with its transponder off", [drawIntruders], { intruders: [{ ...SAMPLE_INTRUDER, transponder_on: false }] }],
+  ["tentative", "Tentative track: may be of no target", [drawTentative], { tentative: [{ id: 0, existence: 1, x_m: 0, y_m: 0 }] }],
+  ["detections", "Detection, in the colour of the UAV that measured it", [drawDetections], { detections: [SAMPLE_DETECTION] }],
+  ["detections", "False alarm", [drawDetections], { detections: [{ ...SAMPLE_DETECTION, target: null }] }],
+  ["detections", "Gate of the selected track: region of a UAV's detections that are associated with it",
+    [drawTracks, (map, { ctx }) => strokeGate(ctx, uavColour(map.replayData, 0), ...map.camera.at(0, 0), [24, 11, 0])], sampleTarget()],
+  ["blind", "Target in view and in the blind zone: radial speed below the MDV", [drawTracks, drawBlind],
+    sampleTarget({ radialSpeeds: () => [{ uav: 0, speed_m_s: 0 }] })],
   ["avoidance", "The UAV at the dot avoids the other aircraft", [drawAvoidance],
     { uavs: [{ ...SAMPLE_UAV, x_m: -22, avoided_uav: 1 }, { ...SAMPLE_UAV, id: 1, x_m: 24 }] }],
   ["buildings", "Building that hides targets, darker if it is higher", [drawBuildings], { buildings: [{ height_m: 20, rings_m: [SAMPLE_SQUARE] }] }],
@@ -60,7 +68,7 @@ function sampleLink(first, second) {
 /** The part of `MissionMap` that the draw functions use, with a sample as its scene. */
 class SampleMap {
   constructor(values, head) {
-    this.scene = { time_s: 5, uavs: [], groups: [], intruders: [], targets: [], ...values };
+    this.scene = { time_s: 5, uavs: [], groups: [], intruders: [], targets: [], detections: [], tentative: [], ...values };
     const [width, height] = [SAMPLE_WIDTH / SAMPLE_SCALE, SAMPLE_HEIGHT / SAMPLE_SCALE];
     this.camera = { width, height, px_per_m: 1, at: (x_m, y_m) => [width / 2 + x_m, height / 2 - y_m], shows: (x_m) => Math.abs(x_m) < width };
     this.selection = new Selection();

@@ -1,7 +1,7 @@
 // The map: north up. `LAYERS` defines the drawing order.
 
 /** The scene of a map before its first drawn frame. */
-const NO_SCENE = { time_s: 0, uavs: [], groups: [], intruders: [], targets: null };
+const NO_SCENE = { time_s: 0, uavs: [], groups: [], intruders: [], targets: null, detections: [], tentative: [] };
 
 class MissionMap {
   constructor(canvas, replayData, selection) {
@@ -11,11 +11,12 @@ class MissionMap {
     this.camera = new Camera();
     this.view = new View(this);
     this.basemap = replayData.head.map ? new Basemap(canvas) : null;
-    /** Available layers: background map, buildings, zones, intruders and collision avoidance are optional. */
+    /** Available layers: background map, buildings, zones, intruders, collision avoidance and detections are optional. */
     const { buildings, zones, has_separation, limits } = replayData.head;
     const { tiles: template } = document.body.dataset;
     this.tiles = template && replayData.head.origin ? new Tiles(template, replayData.head.origin) : null;
-    const needs = { tiles: this.tiles, basemap: this.basemap, "road-names": this.basemap, buildings, zones, intruders: limits.intruders, avoidance: has_separation };
+    const needs = { tiles: this.tiles, basemap: this.basemap, "road-names": this.basemap, buildings, zones, intruders: limits.intruders, avoidance: has_separation,
+      detections: limits.detections, tentative: limits.detections && !limits.detections.has_labels, blind: limits.detections?.mdv_m_s > 0 };
     this.layers = new LayerChoice(LAYERS.map(([name]) => name).filter((name) => !(name in needs) || needs[name]));
     /** The ruler: `null` if it is switched off, otherwise its ends `from` and `to`, if they have been placed. */
     this.ruler = null;
@@ -147,7 +148,7 @@ class MissionMap {
 
   /** An end of the ruler at a position of the canvas: on the UAV, target or intruder there, or at a fixed position of the plane. */
   rulerEnd(x, y) {
-    const object = objectsAt(this, x, y).find(({ kind, part }) => kind !== "group" && !part);
+    const object = objectsAt(this, x, y).find(({ kind, part }) => kind !== "group" && !HOVER_ONLY.has(kind) && !part);
     const end = { at: this.camera.world(x, y), object: object && { kind: object.kind, id: object.id } };
     return { ...end, at: this.rulerPosition(end) };
   }

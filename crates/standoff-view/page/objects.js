@@ -1,12 +1,15 @@
 // Objects of the map: which object is at a position, and the contents of its card.
 
+/** Kinds of objects that have a card but exist for one time step only, so that they cannot be selected. */
+const HOVER_ONLY = new Set(["detection", "tentative"]);
+
 /** Distance from an object within which a pointer selects it, px: mouse and finger. */
 const NEAR_PX = 12;
 const FINGER_PX = 24;
 
 /**
  * Returns the objects at a position of the canvas, the most likely selection first: aircraft whose symbol is at the position, the
- * uppermost first; then targets, aircraft and group centres within `near_px` by distance, then orbits, and fields of view. `part`
+ * uppermost first; then targets, aircraft, group centres, detections and tentative tracks within `near_px` by distance, then orbits, and fields of view. `part`
  * is set if the position is on an orbit or in a field of view.
  */
 function objectsAt(map, x, y, near_px = NEAR_PX) {
@@ -33,6 +36,8 @@ function objectsAt(map, x, y, near_px = NEAR_PX) {
   };
   if (shown.has("uavs")) addAircraft("uav", scene.uavs, AIRCRAFT);
   if (shown.has("intruders")) addAircraft("intruder", scene.intruders, INTRUDER);
+  for (const one of shown.has("detections") ? scene.detections : []) near.push({ kind: "detection", id: one.id, off: off(one), isSelectable: true });
+  for (const one of shown.has("tentative") ? scene.tentative : []) near.push({ kind: "tentative", id: one.id, off: off(one), isSelectable: true });
   const orbits = [];
   for (const group of shown.has("desired") ? scene.groups : []) {
     const far = off(group);
@@ -85,11 +90,17 @@ function cardContents(run, object) {
   if (object.kind === "target") {
     const target = { ...one, name };
     const more = one.tracked ? factsOf([null, ...TARGET_DETAILS], target) : [];
-    return { title, what: "Target", facts: [...factsOf(TARGET_COLUMNS, target), ...more] };
+    const blind = ["Blind to", blindTargetText(replayData, one), "UAVs that have the target in view but rarely detect it: its true radial speed over ground, which is given, is " +
+      "below the minimum detectable velocity (MDV)", "blind"];
+    return { title, what: "Target", facts: [...factsOf(TARGET_COLUMNS, target), ...more, blind] };
   }
+  if (object.kind === "tentative") return tentativeCard(one);
+  if (object.kind === "detection") return detectionCard(replayData, one);
   if (object.kind === "group") return { title, what: groupText(one, object.part), facts: factsOf(GROUP_COLUMNS, one) };
   if (object.kind === "intruder") return { title, what: "Intruder: aircraft outside the team", facts: factsOf(INTRUDER_COLUMNS, one) };
   const facts = [...factsOf([...UAV_COLUMNS, ...UAV_DETAILS], one), ...agentFacts(replayData, one)];
+  facts.push(["Blind to", blindUavText(replayData, scene, one), "Targets in view that it rarely detects: their true radial speed over ground, which is given, is " +
+    "below the minimum detectable velocity (MDV)", "blind"]);
   const { field_of_view_rad } = replayData.head.limits;
   const way = wayText(scene, one, field_of_view_rad);
   if (object.part === "view") return { title, what: [way, viewText(replayData)].filter(Boolean).join(". "), facts: facts.filter(([, , , key]) => /sight/.test(key)) };

@@ -61,7 +61,7 @@ function pointer(page, { map, replayData, selection, cards }) {
   });
   /** Selects the object at a position. If it is already selected, selects the next object at that position. */
   const click = (x, y, isFinger) => {
-    const objects = objectsAt(map, x, y, isFinger ? FINGER_PX : NEAR_PX);
+    const objects = objectsAt(map, x, y, isFinger ? FINGER_PX : NEAR_PX).filter(({ kind }) => !HOVER_ONLY.has(kind));
     const chosen = objects.findIndex(({ kind, id }) => selection.isChosen(kind, id));
     const next = objects[(chosen + 1) % Math.max(objects.length, 1)];
     selection.choose(next ? { kind: next.kind, id: next.id } : null);

@@ -21,7 +21,10 @@ class Run {
   scene(time_s) {
     const { replayData } = this;
     const [uavs, targets] = [uavsAt(replayData, time_s), targetsAt(replayData, time_s)];
-    return { time_s, uavs, groups: groupsAt(replayData, time_s), intruders: intrudersAt(replayData, time_s, uavs), targets, ...shownTimes(replayData, time_s) };
+    return {
+      time_s, uavs, groups: groupsAt(replayData, time_s), intruders: intrudersAt(replayData, time_s, uavs), targets,
+      detections: detectionsAt(replayData, time_s), tentative: tentativeAt(replayData, time_s), ...shownTimes(replayData, time_s),
+    };
   }
 
   /** Draws the map; data attributes contain the times of the UAVs and the targets. */

@@ -185,16 +185,19 @@ const isOutOfView = (in_view) => in_view === 0;
 
 /**
  * A target. `truth` returns a true value at the current time step and `movedTruth` interpolates it; `at` and `moved` do the same
- * for values in the team state. `uavsWithView` returns the UAVs that have a position in view.
+ * for values in the team state. `velocity_m_s` is the true velocity, `null` if it is not on the page. `uavsWithView` returns the UAVs
+ * that have a position in view.
  *
  * Its state has the terms of docs/metrics.md. `out_of_view` is true geometry and does not depend on the membership; a group member
  * (`group` is not null) that is in view is in custody.
  */
-function makeTarget(id, { truth, movedTruth, at, moved, uavsWithView, period_s }) {
+function makeTarget(id, { truth, movedTruth, at, moved, velocity_m_s, uavsWithView, radialSpeed_m_s, period_s }) {
   const tracked = !Number.isNaN(at("x_m"));
   const group = idOf(at("group"));
   const detections = truth("detections");
   const in_view = truth("in_view");
+  const position = () => [truth("true_x_m"), truth("true_y_m")];
+  const seenBy = () => (in_view === 1 ? uavsWithView(...position()) : []);
   return {
     id,
     exists: !Number.isNaN(truth("true_x_m")),
@@ -203,7 +206,9 @@ function makeTarget(id, { truth, movedTruth, at, moved, uavsWithView, period_s }
     in_custody: in_view === 1 && group !== null,
     out_of_view: isOutOfView(in_view),
     out_of_view_s: truth("out_of_view_steps") * period_s,
-    seenBy: () => (in_view === 1 ? uavsWithView(truth("true_x_m"), truth("true_y_m")) : []),
+    seenBy,
+    /** UAVs that have it in view, with its true radial speed over ground; empty if its velocity is not on the page. */
+    radialSpeeds: () => (velocity_m_s ? seenBy().map((uav) => ({ uav, speed_m_s: radialSpeed_m_s(uav, position(), velocity_m_s) })) : []),
     true_x_m: movedTruth("true_x_m"),
     true_y_m: movedTruth("true_y_m"),
     x_m: moved("x_m"),
@@ -237,7 +242,8 @@ function otherTargetsAt(replayData, time_s, detail) {
     const movedTruth = (column) => interpolate(main(column, other.stepIndex), main(column, other.next), other.share);
     const moved = (column) => interpolate(at(column), believed(column, other.next), other.share);
     const truth = (column) => main(column, other.stepIndex);
-    const target = makeTarget(id, { truth, movedTruth, at, moved, ...views });
+    const velocity_m_s = trueVelocity(detail, id, detailIndex(other.stepIndex));
+    const target = makeTarget(id, { truth, movedTruth, at, moved, velocity_m_s, ...views });
     if (target.exists || target.tracked) found.push({ ...target, hasTeamState: other.owner !== null });
   }
   return found.sort((a, b) => a.id - b.id);
@@ -263,9 +269,14 @@ function targetsAt(replayData, time_s) {
     };
     const moved = (name) => interpolate(columns[name][cell], next(name), share);
     const at = (name) => columns[name][cell];
-    found.push(makeTarget(id, { truth: at, movedTruth: moved, at, moved, ...views }));
+    found.push(makeTarget(id, { truth: at, movedTruth: moved, at, moved, velocity_m_s: trueVelocity(detail, id, stepIndex), ...views }));
   });
   return found;
+}
+
+/** True velocity of a target at a time step of a detail, m/s; `null` if it is not on the page. */
+function trueVelocity({ tables: { velocities } }, id, stepIndex) {
+  return velocities ? ["true_vx_m_s", "true_vy_m_s"].map((column) => velocities.value(column, id, stepIndex)) : null;
 }
 
 /** The times of the UAVs and the targets that are shown; the time of the targets is undefined while they are being loaded. */
@@ -317,7 +328,7 @@ function warningOf(target) {
 const WARNINGS = ["out of view", "out of view, removed", "out of view, ungrouped", "out of view, in handoff", "out of view, untracked", "coasting",
   "in handoff", "untracked", "ungrouped", "removed", ""];
 
-/** Returns a function that computes which UAVs have a position in view at a time step, and the period of the mission. */
+/** Returns functions that compute which UAVs have a position in view at a time step, and a radial speed; and the period of the mission. */
 function viewsAt(replayData, time_s) {
   const { field_of_view_rad, sensing_range_m } = replayData.head.limits;
   const stepIndex = replayData.stepAt(time_s);
@@ -337,7 +348,11 @@ function viewsAt(replayData, time_s) {
     const most = Math.max(1, Math.min(...shares.map(([, value]) => value)));
     return shares.filter(([, value]) => value <= most).map(([id]) => id);
   };
-  return { uavsWithView, period_s: replayData.head.period_s };
+  const radialSpeed_m_s = (uav, [x_m, y_m], [vx_m_s, vy_m_s]) => {
+    const [dx_m, dy_m] = [x_m - replayData.value("uavs", "x_m", uav, stepIndex), y_m - replayData.value("uavs", "y_m", uav, stepIndex)];
+    return Math.abs(dx_m * vx_m_s + dy_m * vy_m_s) / Math.hypot(dx_m, dy_m);
+  };
+  return { uavsWithView, radialSpeed_m_s, period_s: replayData.head.period_s };
 }
 
 /** Outages by replay, with the number of time steps and events from which they were computed. */

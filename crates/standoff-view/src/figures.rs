@@ -18,7 +18,7 @@ mod trajectories;
 
 use chart::Drawn;
 use collect::Run;
-pub use figure::{Figure, FigureError, Setup};
+pub use figure::{DetectionSetup, Figure, FigureError, Setup};
 pub use frames::{Extent, MapFrames};
 use standoff_record::Frame;
 use standoff_score::FrameScorer;

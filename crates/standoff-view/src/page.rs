@@ -25,6 +25,7 @@ pub(crate) const SCRIPT: &str = concat!(
     include_str!("../page/selection.js"),
     include_str!("../page/labels.js"),
     include_str!("../page/symbols.js"),
+    include_str!("../page/detections.js"),
     include_str!("../page/trails.js"),
     include_str!("../page/links.js"),
     include_str!("../page/buildings.js"),

@@ -14,6 +14,9 @@
 //! Overviews then also have the tables `agents` and `team-UAV`, events have `by`, and a part has a third block, its
 //! *team states*: the tables `tracks-UAV` and `groups-UAV` of the other agents, described in `per_agent.rs`.
 //!
+//! If the sensors are not ideal, details also have the tables `detections`, `tentative` and `velocities`, described in
+//! `detections.rs`.
+//!
 //! The directory of an overview also has `"bounds_m": [west, south, east, north]` of everything that its time steps
 //! show: UAVs, orbits, and true and estimated positions of targets. It is absent if there is nothing to show.
 //!
@@ -21,6 +24,7 @@
 //! world frame (x east, y north), angles in radians anticlockwise from east, as in the record.
 
 mod chunk;
+mod detections;
 mod encoder;
 mod header;
 #[cfg(feature = "server")]

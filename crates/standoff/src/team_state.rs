@@ -69,6 +69,12 @@ impl TeamState {
         self.memberships.tracks()
     }
 
+    /// Tentative tracks of detections without label, by ascending id.
+    #[cfg(feature = "research")]
+    pub fn tentative_tracks(&self) -> impl Iterator<Item = crate::research::TentativeTrack> {
+        self.unlabelled.tentative()
+    }
+
     /// Members of a group, including those in handoff to or from it.
     pub(crate) fn members_of(&self, group: GroupId) -> impl Iterator<Item = &GroupedTrack> + Clone {
         self.memberships.of(group).map(|track_index| &self.tracks()[track_index])

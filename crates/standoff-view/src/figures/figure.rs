@@ -28,6 +28,10 @@ pub struct Setup {
     /// Number of intruders.
     #[serde(skip_serializing_if = "is_none")]
     pub intruders: usize,
+    /// What the replay page needs to show detections; `None` for ideal sensors, which detect and identify every target
+    /// in view and nothing else.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub detections: Option<DetectionSetup>,
     /// Rules for scoring the run.
     #[serde(skip)]
     pub rules: ScoreConfig,
@@ -48,8 +52,39 @@ impl Setup {
             radius_max_m: standoff.radius_max_m,
             desired_phase_rad: settings.team.guidance.desired_phase_rad,
             intruders: settings.intruders,
+            detections: DetectionSetup::of(settings),
             rules: settings.score_config(),
         }
+    }
+}
+
+/// Properties of sensors that are not ideal.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct DetectionSetup {
+    /// True if the sensors report the identities of targets.
+    pub has_labels: bool,
+    /// Standard deviation of the range that the team assumes, m.
+    pub range_sd_m: f64,
+    /// Standard deviation of the bearing that the team assumes, rad.
+    pub bearing_sd_rad: f64,
+    /// True minimum detectable velocity, m/s; 0: no limit.
+    pub mdv_m_s: f64,
+}
+
+impl DetectionSetup {
+    /// Returns the properties of the sensors of a run; `None` if they are ideal.
+    fn of(settings: &Settings) -> Option<Self> {
+        let (truth, assumed) = (&settings.sensor.truth, &settings.team.track.sensor);
+        let is_ideal = settings.sensor.has_labels
+            && truth.detection_probability >= 1.0
+            && truth.mdv_m_s <= 0.0
+            && truth.false_alarms_per_scan <= 0.0;
+        (!is_ideal).then_some(Self {
+            has_labels: settings.sensor.has_labels,
+            range_sd_m: assumed.range_sd_m,
+            bearing_sd_rad: assumed.bearing_sd_rad,
+            mdv_m_s: truth.mdv_m_s,
+        })
     }
 }
 

@@ -31,6 +31,7 @@ pub(crate) fn setup() -> Setup {
         radius_max_m: 2000.0,
         desired_phase_rad: FRAC_PI_2,
         intruders: 0,
+        detections: None,
         rules: score_config(),
     }
 }

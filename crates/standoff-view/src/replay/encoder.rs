@@ -3,16 +3,18 @@
 use std::borrow::Cow;
 use std::collections::BTreeMap;
 
-use standoff_record::{EventQuota, EventRow, Frame, PageColumns, PerAgentTables, TrackRow, TruthRow, UavRow};
+use standoff_record::{EventQuota, EventRow, Frame, PerAgentTables, TruthRow, UavRow};
 use standoff_score::geometry::{desired_pair_phase_rad, phase_differences};
 use standoff_score::{CustodyCounts, FrameScorer, FrameScores, PositionBound, ScoreConfig};
 
 use super::chunk::{Event, PartBounds, block};
+use super::detections::DetectionTables;
 use super::per_agent::{AssignmentTables, TeamStates};
 use super::recorded::Recorded;
 use super::table::Table;
 use crate::Bytes;
 use crate::colours::GroupColours;
+use crate::figures::DetectionSetup;
 
 /// Number of time steps after which a part is full.
 const MAX_STEPS: usize = 256;
@@ -73,6 +75,7 @@ pub struct Encoder {
     stride: usize,
     team_states_stride: usize,
     bound: Option<PositionBound>,
+    detections: Option<DetectionSetup>,
     colours: GroupColours,
     allowance: EventQuota,
     others_allowance: EventQuota,
@@ -127,6 +130,7 @@ struct Draft {
     groups: Table,
     intruders: Table,
     targets: Table,
+    detections: Option<DetectionTables>,
     agents: AssignmentTables,
     team_states: TeamStates,
 }
@@ -146,7 +150,8 @@ impl Encoder {
             allowance: EventQuota::default(),
             views: BTreeMap::new(),
             others_allowance: EventQuota::default(),
-            draft: Draft::new(&recorded),
+            detections: None,
+            draft: Draft::new(&recorded, None),
             recorded,
         }
     }
@@ -155,6 +160,12 @@ impl Encoder {
     #[must_use]
     pub fn with_team_states_every(self, team_states: usize) -> Self {
         Self { team_states_stride: self.stride.saturating_mul(team_states.max(1)), ..self }
+    }
+
+    /// Encodes the detections of a run, if it has a setup for them. Call it before the first frame.
+    #[must_use]
+    pub fn with_detections(self, detections: Option<DetectionSetup>) -> Self {
+        Self { draft: Draft::new(&self.recorded, detections.as_ref()), detections, ..self }
     }
 
     /// Number of events of the run that are in no part, because a page could not show them all.
@@ -214,7 +225,7 @@ impl Encoder {
         }
         // Every part starts with a detail, so that the page never shows a later detail too early.
         if (draft.times_us.len() - 1).is_multiple_of(self.stride) {
-            draft.detail(frame, &scores, &self.views, &recorded.tracks);
+            draft.detail(frame, &scores, &self.views, recorded);
         }
         if (draft.times_us.len() - 1).is_multiple_of(self.team_states_stride) {
             draft.team_states.next_step(frame, recorded);
@@ -224,7 +235,7 @@ impl Encoder {
     /// Returns the time steps since the last part as a part and starts the next one; `None` if there are none.
     pub fn part(&mut self) -> Option<Part> {
         let part = self.so_far()?.0;
-        self.draft = Draft::new(&self.recorded);
+        self.draft = Draft::new(&self.recorded, self.detections.as_ref());
         Some(part)
     }
 
@@ -241,14 +252,16 @@ impl Encoder {
             groups,
             intruders,
             targets,
+            detections,
             agents,
             team_states,
         } = &self.draft;
         let intruders = Some(intruders).filter(|table| table.rows() > 0);
         let tables = || [run, uavs, groups].into_iter().chain(intruders).chain(agents.tables());
+        let of_detections = || detections.iter().flat_map(DetectionTables::tables);
         let part = || Part {
             overview: block(times_us, bounds.listed_m(), events, tables()),
-            detail: block(detail_times_us, None, &[], [targets]),
+            detail: block(detail_times_us, None, &[], std::iter::once(targets).chain(of_detections())),
             team_states: agents.tables().next().map(|_| block(&team_states.times_us, None, &[], team_states.tables())),
         };
         (!times_us.is_empty()).then(|| (part(), times_us.len()))
@@ -256,7 +269,8 @@ impl Encoder {
 }
 
 impl Draft {
-    fn new(Recorded { uavs, groups, intruders, tracks }: &Recorded) -> Self {
+    fn new(recorded: &Recorded, detections: Option<&DetectionSetup>) -> Self {
+        let Recorded { uavs, groups, intruders, tracks, .. } = recorded;
         Self {
             times_us: Vec::new(),
             detail_times_us: Vec::new(),
@@ -267,33 +281,33 @@ impl Draft {
             groups: Table::new("groups", groups.names().chain(GROUP.map(Cow::from))),
             intruders: Table::new("intruders", intruders.names()),
             targets: Table::new("targets", tracks.names().chain(TARGET.map(Cow::from))),
+            detections: detections.map(|setup| DetectionTables::new(setup, recorded)),
             agents: AssignmentTables::new(),
             team_states: TeamStates::default(),
         }
     }
 
     fn is_full(&self) -> bool {
-        let Self { uavs, groups, targets, agents, team_states, .. } = self;
-        let rows = [uavs.rows(), groups.rows(), targets.rows(), agents.rows()];
+        let Self { uavs, groups, targets, detections, agents, team_states, .. } = self;
+        let detected = detections.as_ref().map_or(0, DetectionTables::rows);
+        let rows = [uavs.rows(), groups.rows(), targets.rows(), detected, agents.rows()];
         self.times_us.len() >= MAX_STEPS || rows.iter().any(|&rows| rows >= ROWS) || team_states.is_full()
     }
 
-    /// Returns true if the rows of targets stay bounded even if all targets of the frame are new to the part.
+    /// Returns true if the rows of targets and detections stay bounded even if all of the frame are new to the part.
     fn has_room_for(&self, frame: &Frame) -> bool {
-        let most = self.targets.rows_with(frame.truth.len() + frame.tracks.len());
+        let detected = self.detections.as_ref().map_or(0, |tables| tables.rows_with(frame));
+        let most = self.targets.rows_with(frame.truth.len() + frame.tracks.len()).max(detected);
         !self.is_full() && (self.times_us.is_empty() || most <= MAX_ROWS)
     }
 
     /// Adds the targets: existing ones with their tracks, and tracks of targets that no longer exist.
-    fn detail(
-        &mut self,
-        frame: &Frame,
-        scores: &FrameScores<'_>,
-        views: &BTreeMap<u32, View>,
-        tracks: &PageColumns<TrackRow>,
-    ) {
+    fn detail(&mut self, frame: &Frame, scores: &FrameScores<'_>, views: &BTreeMap<u32, View>, recorded: &Recorded) {
         self.detail_times_us.push(frame.time_us);
         self.targets.next_step();
+        if let Some(tables) = &mut self.detections {
+            tables.next_step(frame, recorded);
+        }
         let mut detections: BTreeMap<u32, u32> = BTreeMap::new();
         for target in frame.detections.iter().filter_map(|detection| detection.target) {
             *detections.entry(target).or_default() += 1;
@@ -302,10 +316,10 @@ impl Draft {
         for (truth, track) in matching.targets() {
             let detected = detections.get(&truth.target).copied().unwrap_or(0);
             let derived = target(Some(truth), views.get(&truth.target), detected);
-            self.targets.put(truth.target, tracks.values(track).chain(derived));
+            self.targets.put(truth.target, recorded.tracks.values(track).chain(derived));
         }
         for track in matching.unmatched_tracks() {
-            self.targets.put(track.target, tracks.values(Some(track)).chain(target(None, None, 0)));
+            self.targets.put(track.target, recorded.tracks.values(Some(track)).chain(target(None, None, 0)));
         }
     }
 }

@@ -271,6 +271,7 @@ pub(super) fn head() -> Head {
         radius_max_m: 700.0,
         desired_phase_rad: 1.5,
         intruders: 0,
+        detections: None,
         rules: crate::figures::tests::setup().rules,
     };
     Head::new(&Manifest::new("s", u64::MAX, 10.0, 0.5), setup, vec!["</script><b>".to_owned()])
@@ -351,4 +352,41 @@ fn a_page_gets_only_the_first_of_very_many_events() {
     let part = encoder.part().unwrap();
     let events = read(&part.overview).directory["events"].as_array().unwrap().len();
     assert_eq!((events, encoder.events_left_out()), (50_000, 10_000));
+}
+
+/// The page has the detections, tentative tracks and true velocities of sensors that are not ideal, and only of those.
+#[test]
+fn detections_and_tentative_tracks_read_back_from_the_parts() {
+    let scenario = load("tour/10-unlabelled-detections", &["duration_s=20"], 1);
+    let frames = frames(&scenario);
+    let setup = Setup::of(String::new(), &scenario.settings);
+    let mut encoder = Encoder::new(&scenario.settings.score_config(), 1).with_detections(setup.detections);
+    frames.iter().for_each(|frame| assert!(encoder.frame(frame).is_none()));
+    let detail = read(&encoder.part().unwrap().detail);
+    // Rounded values have at least 12 bits.
+    let close = |got: Option<f64>, expected: Option<f64>| match (got, expected) {
+        (Some(got), Some(expected)) => (got - expected).abs() <= expected.abs() / 4096.0,
+        (got, expected) => got.is_none() && expected.is_none(),
+    };
+    let mut false_alarms = 0;
+    for (step, frame) in frames.iter().enumerate() {
+        for (place, row) in (0..).zip(&frame.detections) {
+            let got = |column| detail.value("detections", column, place, step);
+            assert_eq!((got("uav"), got("target")), (Some(f64::from(row.uav)), row.target.map(f64::from)));
+            assert!(close(got("range_m"), Some(row.range_m)) && close(got("bearing_rad"), Some(row.bearing_rad)));
+            assert!(close(got("range_rate_m_s"), row.range_rate_m_s));
+            false_alarms += u32::from(row.target.is_none());
+        }
+        for (place, row) in (0..).zip(&frame.tentative) {
+            let got = |column| detail.value("tentative", column, place, step);
+            assert!(close(got("x_m"), Some(row.x_m)) && close(got("existence"), Some(row.existence)));
+        }
+        for row in &frame.truth {
+            assert!(close(detail.value("velocities", "true_vx_m_s", row.target, step), Some(row.vx_m_s)));
+        }
+    }
+    let tentative = frames.iter().map(|frame| frame.tentative.len()).max();
+    assert!(false_alarms > 300 && tentative > Some(10), "{false_alarms}, {tentative:?}");
+    let (ideal, ..) = flight();
+    assert_eq!(Setup::of(String::new(), &ideal.settings).detections, None);
 }

@@ -89,6 +89,18 @@ struct Tentative {
     started: Time,
 }
 
+/// A tentative track: a target that may exist. It is in no group and causes no event.
+#[cfg(feature = "research")]
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct TentativeTrack {
+    /// Id that the track has if it is confirmed.
+    pub id: TrackId,
+    /// State and covariance.
+    pub estimate: Estimate,
+    /// Probability that the target exists.
+    pub existence: f64,
+}
+
 /// A track while a time step is computed.
 #[derive(Debug, Clone, Copy)]
 struct Candidate {
@@ -128,6 +140,16 @@ pub(crate) struct UnlabelledUpdate {
 impl UnlabelledTracks {
     pub(crate) fn is_empty(&self) -> bool {
         self.confirmed.is_empty() && self.tentative.is_empty()
+    }
+
+    /// Tentative tracks, by ascending id.
+    #[cfg(feature = "research")]
+    pub(crate) fn tentative(&self) -> impl Iterator<Item = TentativeTrack> {
+        self.tentative.iter().map(|&Tentative { id, estimate, existence, .. }| TentativeTrack {
+            id,
+            estimate,
+            existence,
+        })
     }
 
     /// True if a track belongs here and not to the labelled ones.
