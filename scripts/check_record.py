@@ -36,7 +36,8 @@ def main(arguments):
         manifest = json.loads((folder / "run.json").read_text(encoding="utf-8"))
         print(f"{folder}: {manifest['scenario']}, seed {manifest['seed']}, format {manifest['format']}")
         has_agents = (folder / "agents.parquet").exists()
-        for table in TABLES + (OF_AGENTS if has_agents else []):
+        optional = [table for table in ["intruders", "tentative"] if (folder / f"{table}.parquet").exists()]
+        for table in TABLES + optional + (OF_AGENTS if has_agents else []):
             path = folder / f"{table}.parquet"
             if table in ["truth", "in_view"] and not path.exists():
                 print(f"{table}: not in this record")

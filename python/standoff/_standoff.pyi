@@ -772,8 +772,8 @@ class Run:
         Opens a table of the record.
 
         :param name: ``uavs``, ``truth``, ``tracks``, ``groups``, ``detections``, ``in_view`` or ``events``; in runs
-            with intruders also ``intruders``; in runs with one agent per UAV also ``agents``, ``agent_tracks``,
-            ``agent_groups``, ``agent_events`` or ``agent_teammates``.
+            with intruders also ``intruders``; in runs with tentative tracks also ``tentative``; in runs with one
+            agent per UAV also ``agents``, ``agent_tracks``, ``agent_groups``, ``agent_events`` or ``agent_teammates``.
         :raises KeyError: if no table has this name.
         """
     @property

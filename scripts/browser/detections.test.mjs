@@ -103,7 +103,7 @@ inReport("the selected track has a gate for each UAV that has it in view", FLIGH
       return ellipse.call(this, x, y, long, wide, ...rest);
     };
   });
-  await showOnly(page, ["detections"]);
+  await showOnly(page, ["tentative"]);
   await page.getByLabel("Find").fill("target-6");
   await page.getByLabel("Find").press("Enter");
   await painted(page);

@@ -26,7 +26,7 @@ use crate::scenario::scenario_with;
 use crate::table::Table;
 
 /// Names of the tables in a record.
-const TABLES: [&str; 13] = [
+const TABLES: [&str; 14] = [
     "uavs",
     "truth",
     "tracks",
@@ -35,6 +35,7 @@ const TABLES: [&str; 13] = [
     "in_view",
     "events",
     "intruders",
+    "tentative",
     "agents",
     "agent_tracks",
     "agent_groups",
@@ -315,8 +316,8 @@ impl Run {
     /// Opens a table of the record.
     ///
     /// :param name: ``uavs``, ``truth``, ``tracks``, ``groups``, ``detections``, ``in_view`` or ``events``; in runs
-    ///     with intruders also ``intruders``; in runs with one agent per UAV also ``agents``, ``agent_tracks``,
-    ///     ``agent_groups``, ``agent_events`` or ``agent_teammates``.
+    ///     with intruders also ``intruders``; in runs with tentative tracks also ``tentative``; in runs with one
+    ///     agent per UAV also ``agents``, ``agent_tracks``, ``agent_groups``, ``agent_events`` or ``agent_teammates``.
     /// :raises KeyError: if no table has this name.
     fn table(this: &Bound<'_, Self>, name: &str) -> PyResult<Table> {
         if !TABLES.contains(&name) {

@@ -2,9 +2,10 @@
 //!
 //! A record contains `run.json` (scenario name, seed and version), `scenario.toml` (the resolved scenario) and the
 //! tables `uavs`, `truth`, `tracks`, `groups`, `detections`, `events`, `targets` and `in_view`, each as
-//! `<name>.parquet`. Runs with intruders add `intruders`. Runs with several agents add their estimates (`agents`,
-//! `agent_tracks`, `agent_groups`, `agent_events`, `agent_teammates`). The folder may also contain figures and
-//! summaries. The same frames give the same bytes: a record contains no time, place or user name of its creation.
+//! `<name>.parquet`. Runs with intruders add `intruders`, runs with tentative tracks `tentative`. Runs with several agents
+//! add their estimates (`agents`, `agent_tracks`, `agent_groups`, `agent_events`, `agent_teammates`). The folder may
+//! also contain figures and summaries. The same frames give the same bytes: a record contains no time, place or user
+//! name of its creation.
 //!
 //! Until it is complete, a record is written to a temporary folder next to its destination. It is marked as unfinished
 //! and can be read up to its last checkpoint.

@@ -257,9 +257,9 @@ impl Draft {
 /// Describes the first error in the frame, if any.
 fn wrong(scenario: &Scenario, frame: &Frame) -> Option<String> {
     let uav = &scenario.settings.team.uav;
-    let Frame { time_us: _, uavs, truth, tracks, groups, detections, events, intruders, agents } = frame;
+    let Frame { time_us: _, uavs, truth, tracks, tentative, groups, detections, events, intruders, agents } = frame;
     // Searches all numbers of all rows; no field name and no value contains one of these words.
-    let own = (&agents.all, &agents.tracks, &agents.groups, &agents.teammates);
+    let own = (&agents.all, &agents.tracks, &agents.groups, &agents.teammates, tentative);
     let numbers = format!("{uavs:?} {truth:?} {tracks:?} {groups:?} {detections:?} {intruders:?} {own:?}");
     if let Some(place) = numbers.find("NaN").or_else(|| numbers.find("inf")) {
         return Some(format!("not finite: ...{}", &numbers[place.saturating_sub(200)..place + 3]));

@@ -45,8 +45,8 @@ function detectionsOf({ scene, shown, selection }) {
     selection.isChosen("uav", uav) || (target !== null && selection.isChosen("target", target)));
 }
 
-/** Draws detections in the colours of the UAVs that measured them. Of a target: plus. False alarm: diamond. Also draws the gates of the selected track. */
-function drawDetections(map, { ctx, scene, size }) {
+/** Draws detections in the colours of the UAVs that measured them. Of a target: plus. False alarm: diamond. */
+function drawDetections(map, { ctx, size }) {
   const visible = detectionsOf(map).filter(({ x_m, y_m }) => map.camera.shows(x_m, y_m));
   const r = DETECTION_PX * Math.max(size, 0.7);
   ctx.lineWidth = 1.25;
@@ -56,13 +56,11 @@ function drawDetections(map, { ctx, scene, size }) {
     if (target === null) addDiamond(ctx, x, y, r);
     else addPlus(ctx, x, y, r);
   });
-  const chosen = map.selection.object?.kind === "target" && objectIn(scene, map.selection.object);
-  if (chosen?.tracked) drawGates(map, ctx, scene, chosen);
 }
 
-/** Draws tentative tracks as faint triangles, fainter for a low probability of existence. */
+/** Draws tentative tracks as faint triangles, fainter for a low probability of existence, and the gates of the selected track. */
 function drawTentative(map, { ctx, scene, size }) {
-  const visible = scene.tentative.filter(({ x_m, y_m }) => map.camera.shows(x_m, y_m));
+  const visible = map.shown.has("tentative") ? scene.tentative.filter(({ x_m, y_m }) => map.camera.shows(x_m, y_m)) : [];
   const r = 6 * Math.max(size, 0.7);
   ctx.lineWidth = 1.25;
   // Few steps of opacity, because the symbols of a colour are drawn as one path.
@@ -74,6 +72,8 @@ function drawTentative(map, { ctx, scene, size }) {
     ctx.lineTo(x - 0.87 * r, y + 0.5 * r);
     ctx.closePath();
   });
+  const chosen = map.selection.object?.kind === "target" && objectIn(scene, map.selection.object);
+  if (chosen?.tracked) drawGates(map, ctx, scene, chosen);
 }
 
 /** Title, description and facts of the card of a tentative track. */

@@ -25,9 +25,9 @@ const LAYERS = [
     "UAVs with constant speed and turn rate", drawVectors],
   ["tracks", "Tracks", "Estimated target positions in the team state; the legend on the map explains the symbols", drawTracks],
   ["uavs", "UAVs", "The nose points along the heading; a cross marks the last known position of a UAV in an outage", drawUavs],
-  ["tentative", "Tentative tracks", "Faint triangles: tracks that may be of no target, and are in no group until they are confirmed", drawTentative],
-  ["detections", "Detections", "Measured positions of the current time step, in the colour of the UAV: plus, or diamond for a false alarm; " +
-    "with the gates of the selected track: dotted ellipse in which a UAV's detection is associated with it", drawDetections],
+  ["tentative", "Tentative tracks and gates", "Faint triangles: tracks that may be of no target, and are in no group until they are confirmed; " +
+    "dotted ellipses: gates of the selected track, in which the detections of a UAV are associated with it", drawTentative],
+  ["detections", "Detections", "Measured positions of the current time step, in the colour of the UAV: plus, or diamond for a false alarm", drawDetections],
   ["blind", "Blind zone", "Slash: target whose true radial speed over ground is below the minimum detectable velocity (MDV), at which half of the detections " +
     "are left, for all UAVs that have it in view, or for the selected UAV", drawBlind],
   ["avoidance", "Collision avoidance", "Dashed red line: the UAV at the dot deviates from its orbit command to avoid the other UAV or the intruder",

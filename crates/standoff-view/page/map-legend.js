@@ -44,7 +44,7 @@ const LEGEND_ENTRIES = [
   ["tentative", "Tentative track: may be of no target", [drawTentative], { tentative: [{ id: 0, existence: 1, x_m: 0, y_m: 0 }] }],
   ["detections", "Detection, in the colour of the UAV that measured it", [drawDetections], { detections: [SAMPLE_DETECTION] }],
   ["detections", "False alarm", [drawDetections], { detections: [{ ...SAMPLE_DETECTION, target: null }] }],
-  ["detections", "Gate of the selected track: region of a UAV's detections that are associated with it",
+  ["tentative", "Gate of the selected track: region of a UAV's detections that are associated with it",
     [drawTracks, (map, { ctx }) => strokeGate(ctx, uavColour(map.replayData, 0), ...map.camera.at(0, 0), [24, 11, 0])], sampleTarget()],
   ["blind", "Target in view and in the blind zone: radial speed below the MDV", [drawTracks, drawBlind],
     sampleTarget({ radialSpeeds: () => [{ uav: 0, speed_m_s: 0 }] })],
