@@ -56,6 +56,10 @@ fn defaults_are_the_recommended_parameters() {
     assert_ne!(team.track.target, recommended.track.target);
     team.track.target = recommended.track.target;
     team.track.sensor = recommended.track.sensor;
+    // The targets of this scenario neither manoeuvre nor stop.
+    assert_eq!((team.track.manoeuvre_rate_1_s, team.track.stop_rate_1_s), (0.0, 0.0));
+    team.track.manoeuvre_rate_1_s = recommended.track.manoeuvre_rate_1_s;
+    team.track.stop_rate_1_s = recommended.track.stop_rate_1_s;
     assert_eq!(team, recommended);
 }
 

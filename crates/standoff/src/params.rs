@@ -237,10 +237,10 @@ params! {
             pub(crate) range_rate_sd_m_s = 0.5, "m/s", "filter.range_rate_sd_m_s", Allowed::at_least(1e-3).at_most(1e3);
             /// Mean number of false alarms of a scan.
             pub(crate) false_alarms_per_scan = 0.0, "1", "filter.false_alarms_per_scan",
-                Allowed::at_least(0.0).at_most(1e5);
+                Allowed::at_least(0.0).at_most(1e3);
             /// Mean number of targets of a scan that have no track yet.
             pub(crate) new_targets_per_scan = 0.02, "1", "filter.new_targets_per_scan",
-                Allowed::at_least(1e-9).at_most(1e5);
+                Allowed::at_least(1e-9).at_most(1e3);
             /// Standard deviation of the error of a UAV's own position, per axis.
             pub(crate) own_position_sd_m = 0.0, "m", "filter.own_position_sd_m", Allowed::at_least(0.0).at_most(1e4);
             /// Correlation time of that error.

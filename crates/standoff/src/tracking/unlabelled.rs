@@ -121,6 +121,8 @@ struct Candidate {
 /// Computes time steps. It keeps no state between them, only buffers.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct UnlabelledUpdate {
+    /// Probability that a target in view still exists, and its track still follows it, after the time step.
+    survival: f64,
     candidates: Vec<Candidate>,
     views: Vec<Views>,
     joint: JointAssociation,
@@ -308,7 +310,7 @@ impl UnlabelledUpdate {
         changes: &[TrackChange],
     ) {
         let transitions = MotionTransitions::new(input.transition, input.params);
-        let survival = math::exp(-END_RATE_1_S * input.transition.dt.s());
+        self.survival = math::exp(-END_RATE_1_S * input.transition.dt.s());
         self.candidates.clear();
         for (row, of) in tracks.rows().iter().enumerate() {
             let track = of.track();
@@ -322,7 +324,7 @@ impl UnlabelledUpdate {
             self.candidates.push(Candidate {
                 id: track.id,
                 modes,
-                existence: known.existence * survival,
+                existence: known.existence,
                 detected_count: known.detected_count,
                 row: Some(row),
                 started: input.now,
@@ -336,7 +338,7 @@ impl UnlabelledUpdate {
             self.candidates.push(Candidate {
                 id: tentative.id,
                 modes,
-                existence: tentative.existence * survival,
+                existence: tentative.existence,
                 detected_count: 0,
                 row: None,
                 started: tentative.started,
@@ -348,7 +350,8 @@ impl UnlabelledUpdate {
 
     /// Associates the detections of one scan with all candidates, and updates these.
     fn associate(&mut self, model: &ScanModel, detections: &[Detection]) {
-        let Self { candidates, views, joint, edges, hits, hits_ends, backgrounds, explained, rejected } = self;
+        let Self { survival, candidates, views, joint, edges, hits, hits_ends, backgrounds, explained, rejected } =
+            self;
         edges.clear();
         hits.clear();
         hits_ends.clear();
@@ -358,9 +361,12 @@ impl UnlabelledUpdate {
         backgrounds.extend(detections.iter().map(|detection| model.background(detection)));
         views.clear();
         views.extend(candidates.iter().map(|candidate| model.views(&candidate.modes)));
-        for (track, (candidate, views)) in candidates.iter().zip(&*views).enumerate() {
+        for (track, (candidate, views)) in candidates.iter_mut().zip(&*views).enumerate() {
             if views.iter().all(Option::is_none) {
                 continue;
+            }
+            if !candidate.is_in_view && views.iter().flatten().any(View::is_in_view) {
+                (candidate.existence, candidate.is_in_view) = (candidate.existence * *survival, true);
             }
             let missed = 1.0 - candidate.existence * detection_probability(&candidate.modes, views);
             for detection in model.possible(views, detections) {
@@ -460,7 +466,6 @@ impl Candidate {
         self.modes.replace(&mixtures);
         self.existence = (hit_probability + exists_missed).min(1.0);
         self.detected = self.detected.max(hit_probability);
-        self.is_in_view |= views.iter().flatten().any(View::is_in_view);
     }
 
     /// State to keep of it as a track in the table with an id.
