@@ -2,6 +2,7 @@ use proptest::prelude::*;
 
 use super::*;
 use crate::agent::Agent;
+use crate::math::PI;
 use crate::message::Scan;
 use crate::params::{LinkModel, TeamParams};
 
@@ -424,7 +425,7 @@ fn any_bytes_are_decoded_or_rejected() {
 /// The sender rounds as its receivers do, also for bearings next to pi, which single precision rounds up.
 #[test]
 fn a_received_detection_without_label_equals_the_rounded_one() {
-    for bearing_rad in [core::f64::consts::PI, 3.141_592_6, -3.141_592_6, 0.1, -1e-9] {
+    for bearing_rad in [PI, PI - 1e-7, 1e-7 - PI, 0.1, -1e-9] {
         let measurement = RangeBearingMeasurement { range_m: 400.1, bearing: Angle::from_rad(bearing_rad) };
         let detection = Detection { label: None, measurement, range_rate_m_s: Some(0.3) };
         let state = UavState::level_flight(Position::from_m(0.0, 0.0), Angle::ZERO, 40.0);
