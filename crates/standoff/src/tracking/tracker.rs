@@ -73,7 +73,7 @@ impl Tracker {
             let Some(track) = Track::from_cue(cue, input.params, input.now) else { continue };
             if cue.label.is_some() {
                 self.start(tracks, track, TrackChangeKind::Cued, input);
-            } else if !unlabelled.has_track_near(tracks, track.estimate())
+            } else if !unlabelled.has_track_near(tracks, &self.changes, track.estimate())
                 && self.start(tracks, track, TrackChangeKind::Cued, input)
             {
                 unlabelled.enter_cued(track.id);

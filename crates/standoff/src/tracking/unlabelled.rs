@@ -177,9 +177,16 @@ impl UnlabelledTracks {
             && self.tentative.iter().all(is_usable)
     }
 
-    /// True if a cue without label is probably of a track that exists already.
-    pub(crate) fn has_track_near<R: TrackRow>(&self, tracks: &TrackTable<R>, cued: &Estimate) -> bool {
-        let live = tracks.rows().iter().map(TrackRow::track).filter(|track| !track.is_lost());
+    /// True if a cue without label is probably of a track that exists already. Tracks that other cues of the time step
+    /// have started (`new`) do not count: these cues are of other targets.
+    pub(crate) fn has_track_near<R: TrackRow>(
+        &self,
+        tracks: &TrackTable<R>,
+        new: &[TrackChange],
+        cued: &Estimate,
+    ) -> bool {
+        let is_new = |track: &Track| new.iter().any(|change| change.track == track.id);
+        let live = tracks.rows().iter().map(TrackRow::track).filter(|track| !track.is_lost() && !is_new(track));
         live.map(Track::estimate).any(|estimate| squared_distance(estimate, cued) < POSITION_GATE)
     }
 
