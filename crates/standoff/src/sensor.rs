@@ -84,9 +84,19 @@ impl SensorParams {
     /// `radial_speed_m_s`: `p_d (1 - exp(-ln 2 (v / mdv)^2))`, half of p_d at the minimum detectable velocity.
     #[cfg_attr(feature = "research", visibility::make(pub))]
     pub(crate) fn detection_probability_at(&self, radial_speed_m_s: f64) -> f64 {
-        let in_mdv = radial_speed_m_s / self.mdv_m_s;
-        let is_blind = if self.mdv_m_s > 0.0 { math::exp(-core::f64::consts::LN_2 * in_mdv * in_mdv) } else { 0.0 };
-        self.detection_probability * (1.0 - is_blind)
+        self.detection_probability * (1.0 - self.blind_probability(radial_speed_m_s * radial_speed_m_s))
+    }
+
+    /// Variance parameter u^2 of the blind zone, m2/s2: a target with the radial speed v is in it with the probability
+    /// exp(-v^2 / 2 u^2); 0: no blind zone.
+    pub(crate) fn blind_variance(&self) -> f64 {
+        self.mdv_m_s * self.mdv_m_s / (2.0 * core::f64::consts::LN_2)
+    }
+
+    /// Probability that a target is in the blind zone, from the square of its radial speed, m2/s2.
+    pub(crate) fn blind_probability(&self, squared_speed: f64) -> f64 {
+        let variance = self.blind_variance();
+        if variance > 0.0 { math::exp(-0.5 * squared_speed / variance) } else { 0.0 }
     }
 
     /// Area in view, m2.
@@ -116,14 +126,14 @@ impl SensorParams {
         [1.0 / (self.range_sd_m * self.range_sd_m), 1.0 / (self.bearing_sd_rad * self.bearing_sd_rad)]
     }
 
-    /// Inverse variances of range (1/m2) and bearing (1/rad2) of one measurement, with the errors of the UAV's own
-    /// position and heading.
-    pub(crate) fn measurement_weights(&self, range_m: f64) -> [f64; 2] {
+    /// Variances of range (m2) and bearing (rad2) of one measurement, with the errors of the UAV's own position and
+    /// heading.
+    pub(crate) fn measurement_variances(&self, range_m: f64) -> [f64; 2] {
         let position_rad = self.own_position_sd_m / range_m;
         let range = self.range_sd_m * self.range_sd_m + self.own_position_sd_m * self.own_position_sd_m;
         let bearing = self.bearing_sd_rad * self.bearing_sd_rad
             + (position_rad * position_rad + self.own_heading_sd_rad * self.own_heading_sd_rad);
-        [1.0 / range, 1.0 / bearing]
+        [range, bearing]
     }
 
     /// Converts a measurement to a target position and its covariance, m2, with the errors of the UAV's own position and

@@ -92,8 +92,8 @@ impl TeamStateUpdater {
 
     /// Geofence safety function of a UAV in a state; `None` if no zone binds it.
     pub(crate) fn geofence_safety(&mut self, uav: UavId, own: &UavState) -> Option<Arc<GeofenceSafety>> {
-        let altitudes_m = self.params.altitudes_m(uav, own.vertical);
-        self.geofence.as_mut()?.safety(altitudes_m, &self.params)
+        let Self { geofence, params, .. } = self;
+        geofence.as_mut()?.safety(params.altitudes_m(uav, own.vertical), params)
     }
 
     /// Computes the team state `next` at the time of `messages`, `dt` after `previous`.

@@ -16,6 +16,8 @@ pub(crate) struct LinearMeasurement {
     pub(crate) value: f64,
     /// Variance of the noise.
     pub(crate) variance: f64,
+    /// Derivative of the measured value in the heading that the UAV assumes.
+    pub(crate) heading_derivative: f64,
 }
 
 /// Mean and covariance of a Gaussian over the state, component order as in [`TargetState`].
@@ -55,7 +57,7 @@ impl Gaussian {
     /// Conditions on a measurement. Returns how its value differs from the prediction: the squared distance in standard
     /// deviations, and the variance.
     pub(crate) fn condition(&mut self, measurement: &LinearMeasurement) -> (f64, f64) {
-        let LinearMeasurement { h, value, variance } = measurement;
+        let LinearMeasurement { h, value, variance, .. } = measurement;
         let with_h = self.covariance * h;
         let total_variance = h.dot(&with_h) + variance;
         let gain = with_h / total_variance;
@@ -134,7 +136,8 @@ mod tests {
     fn conditioning_weighs_prior_and_measurement_by_their_variances() {
         let mut estimate = gaussian(10.0, 2.0);
         let h = Vector6::new(1.0, 0.0, 0.0, 0.0, 0.0, 0.0);
-        let (squared, variance) = estimate.condition(&LinearMeasurement { h, value: 15.0, variance: 1.0 });
+        let (squared, variance) =
+            estimate.condition(&LinearMeasurement { h, value: 15.0, variance: 1.0, heading_derivative: 0.0 });
         assert!((estimate.mean[0] - 14.0).abs() < 1e-12 && (estimate.covariance[(0, 0)] - 0.8).abs() < 1e-12);
         assert_eq!((squared, variance), (5.0, 5.0));
         assert_eq!(estimate.covariance[(1, 1)], 4.0);

@@ -37,8 +37,9 @@ impl Contribution {
         z: &RangeBearingMeasurement,
         predicted: Position,
     ) -> Contribution {
-        let [contribution] =
-            Self::with_weights([(uav, *z, predicted)], |_, range_m| sensor.measurement_weights(range_m));
+        let [contribution] = Self::with_weights([(uav, *z, predicted)], |_, range_m| {
+            sensor.measurement_variances(range_m).map(f64::recip)
+        });
         contribution
     }
 
@@ -109,6 +110,12 @@ pub struct Estimate {
 }
 
 impl Estimate {
+    /// Predicts the state over a time step.
+    pub(crate) fn predict(&mut self, transition: &Transition) {
+        self.state = transition.predict(&self.state);
+        transition.predict_covariance(&mut self.covariance);
+    }
+
     /// Covariance of the position, m2.
     #[cfg_attr(feature = "research", visibility::make(pub))]
     pub(crate) fn position_covariance(&self) -> Matrix2<f64> {
@@ -186,8 +193,7 @@ impl InformationFilter {
     ///
     /// Implements Eq. (8), (9).
     pub fn predict(&mut self, transition: &Transition) {
-        self.estimate.state = transition.predict(&self.estimate.state);
-        transition.predict_covariance(&mut self.estimate.covariance);
+        self.estimate.predict(transition);
     }
 
     /// Updates the estimate with the sum of all UAVs' contributions.

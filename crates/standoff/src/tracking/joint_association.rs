@@ -78,11 +78,9 @@ impl JointAssociation {
         parents.clear();
         parents.extend(0..detection_count);
         for of_track in edges.chunk_by(|a, b| a.track == b.track) {
-            let first = root(parents, of_track[0].detection);
-            for edge in of_track {
-                let other = root(parents, edge.detection);
-                let (low, high) = (root(parents, first).min(other), root(parents, first).max(other));
-                parents[high] = low;
+            for pair in of_track.windows(2) {
+                let (a, b) = (root(parents, pair[0].detection), root(parents, pair[1].detection));
+                parents[a.max(b)] = a.min(b);
             }
         }
         clustered.clear();

@@ -10,7 +10,7 @@ use nalgebra::{Matrix6, Vector6};
 
 use crate::math;
 use crate::params::{TargetParams, TrackParams};
-use crate::target::{TargetState, Transition};
+use crate::target::Transition;
 use crate::time::Duration;
 use crate::tracking::gaussian::{Gaussian, Mixture};
 use crate::tracking::information_filter::Estimate;
@@ -246,8 +246,7 @@ fn slowness(moving: &Gaussian) -> f64 {
 
 fn predicted(gaussian: &Gaussian, transition: &Transition) -> Gaussian {
     let mut estimate = Estimate::from(gaussian);
-    estimate.state = transition.predict(&TargetState(gaussian.mean));
-    transition.predict_covariance(&mut estimate.covariance);
+    estimate.predict(transition);
     (&estimate).into()
 }
 

@@ -181,12 +181,12 @@ mod tests {
             let off = (sensor.to_cartesian(assumed, &z).0 - target).vector();
             spread += off * off.transpose() / n as f64;
         }
-        let weights = sensor.measurement_weights(expected.range_m);
+        let variances = sensor.measurement_variances(expected.range_m);
         let of_pose = pose_error().of_measurement(expected.range_m);
         let noise = [sensor.range_sd_m, sensor.bearing_sd_rad].map(|sd| sd * sd);
         for value in 0..2 {
             let variance = noise[value] + of_pose[value].total();
-            assert!((variance * weights[value] - 1.0).abs() < 1e-12);
+            assert!((variance / variances[value] - 1.0).abs() < 1e-12);
             // Five standard errors, and the curvature of range and bearing.
             assert!((squares[value] / variance - 1.0).abs() < 5.0 * (2.0 / n as f64).sqrt() + 0.005, "{squares:?}");
         }
@@ -235,7 +235,7 @@ mod tests {
     fn exact_poses_need_no_work() {
         let exact = SensorParams { own_position_sd_m: 0.0, own_heading_sd_rad: 0.0, ..sensor() };
         assert_eq!(PoseError::new(&exact, Duration::from_s(0.5)), None);
-        assert_eq!(exact.measurement_weights(400.0), exact.noise_weights());
+        assert_eq!(exact.measurement_variances(400.0).map(f64::recip), exact.noise_weights());
     }
 
     /// A scalar random walk, measured with white noise and a correlated error: the first-order filter with `kappa` 1

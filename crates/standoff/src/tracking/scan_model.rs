@@ -39,8 +39,7 @@ pub(crate) struct ScanModel<'a> {
     boresight: Angle,
     /// Density of false alarms and of new targets with any radial speed, per m2.
     background_per_m2: [f64; 2],
-    /// Variance parameter u^2 of the blind zone, m2/s2: a target with the radial speed v is not detected with the
-    /// probability exp(-v^2 / 2 u^2); 0: no blind zone.
+    /// Variance parameter of the blind zone, m2/s2; 0: no blind zone.
     blind_variance: f64,
 }
 
@@ -98,7 +97,7 @@ impl<'a> ScanModel<'a> {
             uav: &report.state,
             boresight: report.boresight?,
             background_per_m2: [false_alarms_per_scan(sensor) / area_m2, sensor.new_targets_per_scan / area_m2],
-            blind_variance: sensor.mdv_m_s * sensor.mdv_m_s / (2.0 * core::f64::consts::LN_2),
+            blind_variance: sensor.blind_variance(),
         })
     }
 
@@ -116,7 +115,7 @@ impl<'a> ScanModel<'a> {
     }
 
     fn view(&self, target: &Gaussian) -> Option<View> {
-        let SensorParams { sensing_range_m, detection_probability, range_sd_m, bearing_sd_rad, .. } = *self.sensor;
+        let SensorParams { sensing_range_m, detection_probability, .. } = *self.sensor;
         let sd_max_m = (target.covariance[(0, 0)] + target.covariance[(3, 3)]).sqrt();
         let furthest_m = sensing_range_m + OUT_OF_VIEW_SDS * sd_max_m;
         if self.uav.position.squared_distance_m2(position(target)) > furthest_m * furthest_m {
@@ -133,8 +132,7 @@ impl<'a> ScanModel<'a> {
             return None;
         }
         let in_view = beyond.map(|sds| if sds < -OUT_OF_VIEW_SDS { 1.0 } else { normal_below(-sds) }).iter().product();
-        let [of_range, of_bearing] =
-            self.pose_error.map_or([0.0; 2], |error| error.of_measurement(range_m).map(|of| of.total()));
+        let [of_range, of_bearing] = self.sensor.measurement_variances(range_m);
         Some(View {
             in_view,
             if_fast: detection_probability.min(DETECTION_PROBABILITY_MAX) * in_view,
@@ -142,17 +140,14 @@ impl<'a> ScanModel<'a> {
             range_m,
             bearing: expected.bearing,
             unit,
-            variances: [
-                along + (range_sd_m * range_sd_m + of_range),
-                across / (range_m * range_m) + (bearing_sd_rad * bearing_sd_rad + of_bearing),
-            ],
+            variances: [along + of_range, across / (range_m * range_m) + of_bearing],
         })
     }
 
     /// Probability that a target is in the blind zone, and the pseudo-measurement of its radial speed if it is.
     fn blind_probability(&self, target: &Gaussian, unit: &Vector2<f64>) -> (f64, LinearMeasurement) {
         let variance = self.blind_variance;
-        let blind = LinearMeasurement { h: velocity_row(unit), value: 0.0, variance };
+        let blind = LinearMeasurement { h: velocity_row(unit), value: 0.0, variance, heading_derivative: 0.0 };
         if variance <= 0.0 {
             return (0.0, blind);
         }
@@ -206,9 +201,8 @@ impl<'a> ScanModel<'a> {
         }
         let mut posterior = *target;
         let (mut squared_distance, mut variances) = (0.0, 1.0);
-        for (index, measurement) in self.linearised_at(target, view, detection).into_iter().enumerate() {
-            let Some(measurement) = measurement else { continue };
-            let (squared, variance) = match self.pose_variance(&measurement, index, view) {
+        for measurement in self.linearised_at(target, view, detection).into_iter().flatten() {
+            let (squared, variance) = match self.pose_variance(&measurement) {
                 None => posterior.condition(&measurement),
                 Some(of_pose) => posterior.condition_with_pose_error(&measurement, &of_pose),
             };
@@ -252,11 +246,9 @@ impl<'a> ScanModel<'a> {
             let of_pose =
                 self.pose_error.map_or(0.0, |error| error.of_value(0.0, self.speed_across_m_s(&unit)).total());
             let squared = speed_m_s * speed_m_s + (blur_m_s * blur_m_s + of_pose);
-            let is_blind =
-                if self.blind_variance > 0.0 { math::exp(-0.5 * squared / self.blind_variance) } else { 0.0 };
             // Integral of the blind probability over positive speeds.
             let blind_m_s = (0.5 * PI * self.blind_variance).sqrt().min(0.9 * FALSE_ALARM_SPEED_MAX_M_S);
-            (1.0 - is_blind) / (2.0 * (FALSE_ALARM_SPEED_MAX_M_S - blind_m_s))
+            (1.0 - self.sensor.blind_probability(squared)) / (2.0 * (FALSE_ALARM_SPEED_MAX_M_S - blind_m_s))
         });
         // The area of an element dr dtheta is r dr dtheta.
         self.background_per_m2.map(|per_m2| per_m2 * detection.measurement.range_m * per_speed)
@@ -267,17 +259,15 @@ impl<'a> ScanModel<'a> {
     pub(crate) fn range_rate(&self, target: &Gaussian, detection: &Detection) -> Option<LinearMeasurement> {
         let view = self.view(target)?;
         let measurement = self.linearised_at(target, &view, detection)[2]?;
-        let Some(of_pose) = self.pose_variance(&measurement, 2, &view) else { return Some(measurement) };
+        let Some(of_pose) = self.pose_variance(&measurement) else { return Some(measurement) };
         measurement.with_pose_error(&of_pose, target)
     }
 
-    /// Variance of range (0), bearing (1) or range rate (2) due to the error of the UAV's pose; `None` if it is exact.
-    fn pose_variance(&self, measurement: &LinearMeasurement, index: usize, view: &View) -> Option<PoseVariance> {
-        let error = self.pose_error.as_ref()?;
-        let heading_derivative = if index == 2 { self.speed_across_m_s(&view.unit) } else { index as f64 };
+    /// Variance of a measured value due to the error of the UAV's pose; `None` if it is exact.
+    fn pose_variance(&self, measurement: &LinearMeasurement) -> Option<PoseVariance> {
+        let LinearMeasurement { h, heading_derivative, .. } = measurement;
         // All values depend on the position of the target relative to the UAV.
-        let LinearMeasurement { h, .. } = measurement;
-        Some(error.of_value(h[0] * h[0] + h[3] * h[3], heading_derivative))
+        Some(self.pose_error.as_ref()?.of_value(h[0] * h[0] + h[3] * h[3], *heading_derivative))
     }
 
     /// Speed of the UAV across a line of sight, m/s.
@@ -290,18 +280,20 @@ impl<'a> ScanModel<'a> {
         let SensorParams { range_sd_m, bearing_sd_rad, range_rate_sd_m_s, .. } = *self.sensor;
         let View { range_m, bearing, unit, .. } = *view;
         let z = &detection.measurement;
-        let of = |h: Vector6<f64>, innovation: f64, sd: f64| {
-            Some(LinearMeasurement { h, value: h.dot(&target.mean) + innovation, variance: sd * sd })
+        let of = |h: Vector6<f64>, innovation: f64, sd: f64, heading_derivative: f64| {
+            let value = h.dot(&target.mean) + innovation;
+            Some(LinearMeasurement { h, value, variance: sd * sd, heading_derivative })
         };
-        let range = of(position_row(&unit), z.range_m - range_m, range_sd_m);
+        let range = of(position_row(&unit), z.range_m - range_m, range_sd_m, 0.0);
         let across = Vector2::new(-unit.y, unit.x) / range_m;
-        let bearing = of(position_row(&across), (z.bearing - bearing).rad(), bearing_sd_rad);
+        let bearing = of(position_row(&across), (z.bearing - bearing).rad(), bearing_sd_rad, 1.0);
         let rate = detection.range_rate_m_s.and_then(|rate_m_s| {
             let relative = Vector2::new(target.mean[1], target.mean[4]) - self.uav.velocity().vector();
             let expected_m_s = relative.dot(&unit);
             // The rate also depends on the line of sight, and so on the position.
             let turning = (relative - unit * expected_m_s) / range_m;
-            of(velocity_row(&unit) + position_row(&turning), rate_m_s - expected_m_s, range_rate_sd_m_s)
+            let h = velocity_row(&unit) + position_row(&turning);
+            of(h, rate_m_s - expected_m_s, range_rate_sd_m_s, self.speed_across_m_s(&unit))
         });
         [range, bearing, rate]
     }

@@ -12,7 +12,7 @@ use crate::math;
 use crate::message::Detection;
 use crate::time::{Duration, Time};
 use crate::tracking::gaussian::{Gaussian, Mixture};
-use crate::tracking::information_filter::{Estimate, InformationFilter};
+use crate::tracking::information_filter::{Estimate, InformationFilter, inverse_2};
 use crate::tracking::input::TrackerInput;
 use crate::tracking::joint_association::{Edge, JointAssociation};
 use crate::tracking::motion_modes::{MotionModes, MotionTransitions, StoredModes};
@@ -297,8 +297,7 @@ impl UnlabelledTracks {
         let near = lost.filter_map(|track| {
             let transition = input.params.transition(track.time_since_lost());
             let mut estimate = *track.estimate();
-            estimate.state = transition.predict(&estimate.state);
-            transition.predict_covariance(&mut estimate.covariance);
+            estimate.predict(&transition);
             let is_known = estimate.position_sd_max_m() < 2.0 * input.params.deletion_position_sd_m;
             let distance = squared_distance(&estimate, new);
             (is_known && distance < POSITION_GATE).then_some((distance, track.id))
@@ -494,5 +493,5 @@ fn detection_probability(modes: &MotionModes, views: &Views) -> f64 {
 fn squared_distance(a: &Estimate, b: &Estimate) -> f64 {
     let between = (a.state.position() - b.state.position()).vector();
     let covariance = a.position_covariance() + b.position_covariance();
-    covariance.try_inverse().map_or(f64::INFINITY, |inverse| between.dot(&(inverse * between)))
+    inverse_2(&covariance).map_or(f64::INFINITY, |inverse| between.dot(&(inverse * between)))
 }
