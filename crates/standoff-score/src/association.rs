@@ -3,11 +3,11 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use standoff::Position;
-use standoff_record::{Frame, TrackRow};
+use standoff_record::Frame;
 
 use crate::config::ScoreConfig;
-use crate::geometry::{pointed_sensors, position};
-use crate::matching::{Matching, assign};
+use crate::geometry::pointed_sensors;
+use crate::matching::{Matching, assign, estimate, position};
 use crate::mean::Mean;
 
 /// Fraction of its time steps in which a track must have a target, otherwise it is false.
@@ -125,16 +125,12 @@ impl Gospa {
     }
 }
 
-fn estimate(track: &TrackRow) -> Position {
-    Position::from_m(track.state[0], track.state[3])
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::common::{score, score_config};
     use crate::row_fixtures::{track_row, truth_row, uav_row};
-    use standoff_record::{DetectionRow, NO_TARGET, UavRow};
+    use standoff_record::{DetectionRow, NO_TARGET, TrackRow, UavRow};
     use standoff_sim::random::{Draws, Stream};
 
     /// Smallest squared GOSPA over all assignments of the targets from `first` on to tracks that are free.

@@ -142,16 +142,15 @@ impl Building {
     fn contains(&self, at: Position) -> bool {
         let mut is_inside = false;
         for [a, b] in self.walls() {
-            let (wall, to_point) = (b - a, at - a);
-            let squared_m2 = dot(wall, wall);
-            let along = if squared_m2 > 0.0 { (dot(to_point, wall) / squared_m2).clamp(0.0, 1.0) } else { 0.0 };
-            let off = (to_point.x_m() - along * wall.x_m(), to_point.y_m() - along * wall.y_m());
-            if off.0 * off.0 + off.1 * off.1 <= WALL_M * WALL_M {
+            let (wall, to_point) = ((b - a).vector(), (at - a).vector());
+            let squared_m2 = wall.norm_squared();
+            let along = if squared_m2 > 0.0 { (to_point.dot(&wall) / squared_m2).clamp(0.0, 1.0) } else { 0.0 };
+            if (to_point - along * wall).norm_squared() <= WALL_M * WALL_M {
                 return false;
             }
             // A ray to the east crosses the wall.
             if (a.y_m() > at.y_m()) != (b.y_m() > at.y_m()) {
-                let x_m = a.x_m() + wall.x_m() * (to_point.y_m() / wall.y_m());
+                let x_m = a.x_m() + wall.x * (to_point.y / wall.y);
                 is_inside ^= x_m > at.x_m();
             }
         }
@@ -188,10 +187,11 @@ impl LineOfSight {
     /// that rounding misses no crossing at a corner. An additional crossing has no effect, because the points between
     /// crossings decide.
     fn crossing(&self, a: Position, b: Position) -> Option<f64> {
-        let (wall, a_rel_target) = (b - a, a - self.target);
-        let area = cross(self.uav_rel_target, wall);
-        let part = cross(a_rel_target, wall) / area;
-        let along_wall = cross(a_rel_target, self.uav_rel_target) / area;
+        let (wall, a_rel_target) = ((b - a).vector(), (a - self.target).vector());
+        let uav_rel_target = self.uav_rel_target.vector();
+        let area = uav_rel_target.perp(&wall);
+        let part = a_rel_target.perp(&wall) / area;
+        let along_wall = a_rel_target.perp(&uav_rel_target) / area;
         let is_crossed = part > 0.0 && part < 1.0 && (-GRAZE..=1.0 + GRAZE).contains(&along_wall);
         (area != 0.0 && is_crossed).then_some(part)
     }
@@ -243,14 +243,6 @@ impl SelectionFunction<Indexed> for &LineOfSight {
     fn should_unpack_leaf(&self, leaf: &Indexed) -> bool {
         self.meets(&leaf.envelope)
     }
-}
-
-fn dot(a: Displacement, b: Displacement) -> f64 {
-    a.x_m() * b.x_m() + a.y_m() * b.y_m()
-}
-
-fn cross(a: Displacement, b: Displacement) -> f64 {
-    a.x_m() * b.y_m() - a.y_m() * b.x_m()
 }
 
 #[cfg(test)]

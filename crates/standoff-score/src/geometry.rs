@@ -8,9 +8,10 @@ use standoff::research::{
     math::{self, TAU},
 };
 use standoff::{Angle, Position, RangeBearingMeasurement, SensorParams, TargetState, Velocity};
-use standoff_record::{Frame, GroupRow, TrackRow, TruthRow, UavRow};
+use standoff_record::{Frame, GroupRow, TrackRow, UavRow};
 
 use crate::buildings::Buildings;
+pub(crate) use crate::matching::position;
 use crate::matching::{Matched, Matching};
 
 /// True targets and tracks of a frame, and the quantities derived from them.
@@ -173,10 +174,6 @@ pub(crate) fn at(uav: &UavRow) -> Position {
     Position::from_m(uav.x_m, uav.y_m)
 }
 
-pub(crate) fn position(truth: &TruthRow) -> Position {
-    Position::from_m(truth.x_m, truth.y_m)
-}
-
 pub(crate) fn centre(group: &GroupRow) -> Position {
     Position::from_m(group.x_m, group.y_m)
 }
@@ -212,6 +209,8 @@ pub(crate) fn on_orbit(matching: &Matching<'_>, group: u32) -> impl Iterator<Ite
 
 #[cfg(test)]
 mod tests {
+    use standoff_record::TruthRow;
+
     use super::*;
     use crate::common::{config_of, score};
     use crate::missions::{frames, load};

@@ -127,7 +127,7 @@ impl Needed {
             events: choice.includes(&["handoffs", "removals"]),
             zones: choice.includes(&["zone_violations", "geofence_detour_fraction"]),
             agreement: choice.includes(Metrics::AGREEMENT),
-            association: choice.includes(metrics::ASSOCIATION),
+            association: choice.includes(&metrics::association()),
         }
     }
 }
@@ -663,7 +663,7 @@ mod tests {
         ];
         assert_eq!(scored(false, &frames), always);
         let additional = from_tracks.iter().filter(|name| !always.contains(name)).copied().collect::<Vec<_>>();
-        let of_tracks = metrics::ASSOCIATION.iter().filter(|name| !always.contains(name)).copied();
+        let of_tracks = metrics::association().into_iter().filter(|name| !always.contains(name));
         assert_eq!(additional, ["position_error_all_m", "nis"].into_iter().chain(of_tracks).collect::<Vec<_>>());
         // A controller that reports tracks and groups, but has none, has no target in custody.
         assert_eq!(score(&score_config, &frames).custody_fraction, Some(0.0));

@@ -27,8 +27,7 @@ impl Matched<'_> {
     /// Returns the distance between the estimated and the true position, m.
     #[must_use]
     pub fn position_error_m(&self) -> f64 {
-        let Self { target, track } = self;
-        Position::from_m(track.state[0], track.state[3]).distance_m(Position::from_m(target.x_m, target.y_m))
+        estimate(self.track).distance_m(position(self.target))
     }
 }
 
@@ -110,6 +109,16 @@ impl<'a> Matching<'a> {
     pub(crate) fn target_of(&self, track: &TrackRow) -> Option<&'a TruthRow> {
         self.target(key(track))
     }
+}
+
+/// True position of a target.
+pub(crate) fn position(truth: &TruthRow) -> Position {
+    Position::from_m(truth.x_m, truth.y_m)
+}
+
+/// Estimated position of a track.
+pub(crate) fn estimate(track: &TrackRow) -> Position {
+    Position::from_m(track.state[0], track.state[3])
 }
 
 /// Key of a track in the record: the same at all time steps, and independent of the ids that a controller gives its

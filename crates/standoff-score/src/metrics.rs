@@ -357,17 +357,11 @@ const LIMITS: &[&str] = &[
     "velocity_crlb_m2_s2",
 ];
 
-/// Metrics of sensors that do not detect every target or report no identities. They are computed on request only.
-pub(crate) const ASSOCIATION: &[&str] = &[
-    "gospa_m",
-    "gospa_localisation_m",
-    "gospa_missed",
-    "gospa_false",
-    "track_swaps",
-    "false_tracks",
-    "track_purity",
-    "detected_fraction",
-];
+/// Metrics of sensors that do not detect every target or report no identities: those of the section on association. They
+/// are computed on request only.
+pub(crate) fn association() -> Vec<&'static str> {
+    Metrics::ABOUT.iter().filter(|about| about.section == "Association").map(|about| about.name).collect()
+}
 
 /// Columns of Table II.
 const TABLE_2: &[&str] = &[
@@ -385,7 +379,7 @@ impl MetricSelection {
 
     /// Default selection: all metrics except the comparisons with limits and those of the association.
     pub fn standard() -> Self {
-        Self(Self::ALL.0 & !Self::of(LIMITS).0 & !Self::of(ASSOCIATION).0)
+        Self(Self::ALL.0 & !Self::of(LIMITS).0 & !Self::of(&association()).0)
     }
 
     /// Parses a comma-separated list of metric names and sets (`standard`, `limits`, `association`, `table-2`,
@@ -397,7 +391,7 @@ impl MetricSelection {
                 "all" => Self::ALL.0,
                 "standard" => Self::standard().0,
                 "limits" => Self::of(LIMITS).0,
-                "association" => Self::of(ASSOCIATION).0,
+                "association" => Self::of(&association()).0,
                 "table-2" => Self::of(TABLE_2).0,
                 name if bit(name).is_none() => {
                     let advice = match (renamed::metric(name), nearest(name, Metrics::NAMES)) {
@@ -480,7 +474,7 @@ mod tests {
             let chosen: Vec<_> = MetricSelection::parse(ratio).unwrap().names().collect();
             assert_eq!(chosen, [ratio, numerator, denominator]);
         }
-        for set in [LIMITS, ASSOCIATION, TABLE_2] {
+        for set in [LIMITS, &association(), TABLE_2] {
             assert_eq!(MetricSelection::of(set).names().count(), set.len());
         }
     }

@@ -5,6 +5,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use pathfinding::kuhn_munkres::kuhn_munkres;
 use pathfinding::matrix::Matrix;
+use pathfinding::undirected::connected_components::separate_components;
 use standoff::Position;
 
 /// Steps of the gain per cut-off squared: the assignment is optimal to this fraction for each pair.
@@ -28,7 +29,7 @@ pub(crate) fn assign(one: &[Position], other: &[Position], cutoff_m: f64) -> Vec
         }
     }
     let mut pairs = Vec::new();
-    for cluster in clusters(one.len(), other.len(), &edges) {
+    for cluster in clusters(one.len(), &edges) {
         match cluster[..] {
             [(i, j, _)] => pairs.push((i, j)),
             _ => assign_cluster(&cluster, &mut pairs),
@@ -39,21 +40,13 @@ pub(crate) fn assign(one: &[Position], other: &[Position], cutoff_m: f64) -> Vec
 }
 
 /// Splits the edges into those that share no position with others: few large problems become many small ones.
-fn clusters(ones: usize, others: usize, edges: &[(usize, usize, i64)]) -> Vec<Vec<(usize, usize, i64)>> {
-    let mut parents: Vec<usize> = (0..ones + others).collect();
-    fn root(parents: &mut [usize], mut node: usize) -> usize {
-        while parents[node] != node {
-            parents[node] = parents[parents[node]];
-            node = parents[node];
-        }
-        node
-    }
-    for (i, j, _) in edges {
-        let (a, b) = (root(&mut parents, *i), root(&mut parents, ones + j));
-        parents[a.max(b)] = a.min(b);
-    }
+fn clusters(ones: usize, edges: &[(usize, usize, i64)]) -> Vec<Vec<(usize, usize, i64)>> {
+    let ends: Vec<Vec<usize>> = edges.iter().map(|(i, j, _)| vec![*i, ones + j]).collect();
+    let (_, cluster_of_edge) = separate_components(&ends);
     let mut clusters: BTreeMap<usize, Vec<_>> = BTreeMap::new();
-    edges.iter().for_each(|edge| clusters.entry(root(&mut parents, edge.0)).or_default().push(*edge));
+    for (edge, cluster) in edges.iter().zip(cluster_of_edge) {
+        clusters.entry(cluster).or_default().push(*edge);
+    }
     clusters.into_values().collect()
 }
 

@@ -6,6 +6,7 @@ use standoff::Position;
 use standoff_record::{AgentEventRow, EventRow, Frame, NO_TARGET, TrackRow, TruthRow};
 
 use super::assignment::assign;
+use super::{estimate, position};
 
 /// Largest distance between a target and the track that is paired with it, m.
 pub const CUTOFF_M: f64 = 30.0;
@@ -88,7 +89,7 @@ fn pair(
         row.track = number(key, numbers);
         let target = before.filter(|identity| identity.step + 1 == step).and_then(|identity| {
             let index = truth.binary_search_by_key(&identity.target, |target| target.target).ok()?;
-            let is_near = at(row).distance_m(place(&truth[index])) < CUTOFF_M;
+            let is_near = estimate(row).distance_m(position(&truth[index])) < CUTOFF_M;
             (is_near && paired.insert(identity.target)).then_some(identity.target)
         });
         row.target = target.unwrap_or(row.track);
@@ -98,8 +99,8 @@ fn pair(
         }
     }
     let free_targets: Vec<&TruthRow> = truth.iter().filter(|target| !paired.contains(&target.target)).collect();
-    let positions: Vec<Position> = free.iter().map(|(_, row)| at(row)).collect();
-    let places: Vec<Position> = free_targets.iter().map(|target| place(target)).collect();
+    let positions: Vec<Position> = free.iter().map(|(_, row)| estimate(row)).collect();
+    let places: Vec<Position> = free_targets.iter().map(|target| position(target)).collect();
     for (track, target) in assign(&positions, &places, CUTOFF_M) {
         let (key, row) = &mut free[track];
         row.target = free_targets[target].target;
@@ -126,14 +127,6 @@ fn number(key: TrackKey, numbers: &mut BTreeMap<TrackKey, u32>) -> u32 {
 
 fn key_of(row: &TrackRow) -> TrackKey {
     row.track_uid.map_or((false, row.track.into()), |uid| (true, uid))
-}
-
-fn at(row: &TrackRow) -> Position {
-    Position::from_m(row.state[0], row.state[3])
-}
-
-fn place(target: &TruthRow) -> Position {
-    Position::from_m(target.x_m, target.y_m)
 }
 
 #[cfg(test)]
