@@ -15,6 +15,7 @@ mod locate;
 mod number;
 mod parameters;
 mod parse;
+mod polygons;
 mod resolve;
 mod resolved;
 mod sample;

@@ -6,9 +6,7 @@ mod shapes;
 
 use std::path::Path;
 
-pub(super) use file::rings;
 use shapes::{BandM, Found, Shape};
-pub(super) use shapes::{Rings, place};
 use standoff::research::{ZONES_MAX, math};
 use standoff::{Geofence, Position, TeamParams, UavId, UavState, Vertical, Zone};
 use standoff_io::bounded_input;
@@ -20,6 +18,7 @@ use super::error::ScenarioError;
 use super::load::Typed;
 use super::locate::Map;
 use super::number::Number;
+use super::polygons::place;
 use super::resolved::Settings;
 use super::schema_types::{self, ZONE_ALTITUDE_M, ZoneKind, resolved};
 use super::traffic::NAME_MAX;

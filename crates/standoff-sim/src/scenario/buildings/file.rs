@@ -11,7 +11,7 @@ use standoff_io::text_source::xml::{Elements, attributes, walk};
 use standoff_io::text_source::{Fault, Position, Text, input_fault};
 use standoff_score::{BUILDING_HEIGHT_MAX_M, BUILDING_VERTICES_MAX, BUILDINGS_MAX};
 
-use super::super::geofence::{Rings, place, rings};
+use super::super::polygons::{GeoJson, Rings, check_metres, place, rings};
 use super::outline::Outline;
 
 /// Maximum size of a GeoJSON text, bytes, because all of it is in memory: ten times that of the maximum number of
@@ -58,10 +58,8 @@ pub(super) fn read(mut text: Text<'_>, origin: Option<Origin>) -> Result<Content
             None => Fault::whole(message),
         };
         let called = format!("building {}", buildings.len());
-        if plane.is_none() && shape.extent_m() < 1.0 {
-            let what = "is smaller than 1 m; its coordinates are probably degrees, but the traffic is in metres; give \
-                        metres, or use traffic in degrees";
-            return Err(fault(format!("{called} {what}")));
+        if plane.is_none() {
+            check_metres(&shape.rings_m).map_err(|message| fault(format!("{called} {message}")))?;
         }
         let checked = outline.check();
         checked.map_err(|message| fault(format!("{called}: {message}; remove or correct it")))?;
@@ -105,17 +103,6 @@ impl ShapesOfFile {
         self.vertices += shape.rings_m.iter().map(Vec::len).sum::<usize>();
         self.all.push(shape);
         check_numbers(self.all.len(), self.vertices)
-    }
-}
-
-impl ShapeOfFile {
-    /// Largest extent east or north, m.
-    fn extent_m(&self) -> f64 {
-        let extent_m = |axis: usize| {
-            let values = || self.rings_m.iter().flatten().map(|point| point[axis]);
-            values().fold(f64::NEG_INFINITY, f64::max) - values().fold(f64::INFINITY, f64::min)
-        };
-        extent_m(0).max(extent_m(1))
     }
 }
 
@@ -172,33 +159,33 @@ fn collect(
     plane: Option<&LocalPlane>,
     shapes: &mut ShapesOfFile,
 ) -> Result<(), String> {
-    let list = |key: &str| object.get(key).and_then(Value::as_array).map(Vec::as_slice).unwrap_or_default();
     let property = |key: &str| match properties?.get(key)? {
         Value::Null => None,
         Value::String(text) => Some(text.clone()),
         other => Some(other.to_string()),
     };
-    let mut add = |coordinates: Option<&Value>| {
-        let height_m = height_of(property);
-        let is_building = ["building", "building:part"].iter().any(|key| property(key).is_some_and(|is| is != "no"));
-        let rings_m =
-            rings(coordinates, plane).map_err(|message| format!("building {}: {message}", shapes.all.len()))?;
-        shapes.add(ShapeOfFile { position: None, is_building: is_building || height_m.is_some(), height_m, rings_m })
-    };
-    match object.get("type").and_then(Value::as_str).unwrap_or_default() {
-        "FeatureCollection" => list("features").iter().try_for_each(|feature| collect(feature, None, plane, shapes)),
-        "GeometryCollection" => list("geometries").iter().try_for_each(|part| collect(part, properties, plane, shapes)),
-        "Feature" => {
-            let geometry = object.get("geometry").filter(|geometry| !geometry.is_null());
+    match GeoJson::of(object)? {
+        GeoJson::Collection(parts) => parts.iter().try_for_each(|part| collect(part, properties, plane, shapes)),
+        GeoJson::Feature(geometry) => {
             geometry.map_or(Ok(()), |geometry| collect(geometry, object.get("properties"), plane, shapes))
         }
-        "Polygon" => add(object.get("coordinates")),
-        "MultiPolygon" => list("coordinates").iter().try_for_each(|polygon| add(Some(polygon))),
-        "Point" | "MultiPoint" | "LineString" | "MultiLineString" => {
+        GeoJson::Polygons(polygons) => polygons.iter().try_for_each(|coordinates| {
+            let height_m = height_of(property);
+            let is_building =
+                ["building", "building:part"].iter().any(|key| property(key).is_some_and(|is| is != "no"));
+            let rings_m =
+                rings(coordinates, plane).map_err(|message| format!("building {}: {message}", shapes.all.len()))?;
+            shapes.add(ShapeOfFile {
+                position: None,
+                is_building: is_building || height_m.is_some(),
+                height_m,
+                rings_m,
+            })
+        }),
+        GeoJson::Other => {
             shapes.others += 1;
             Ok(())
         }
-        kind => Err(format!("type = {}: must be a type of GeoJSON", quoted(kind))),
     }
 }
 

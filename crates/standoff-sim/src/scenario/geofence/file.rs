@@ -4,9 +4,10 @@ use serde_json::Value;
 use standoff_io::display_text::quoted;
 use standoff_io::geodesy::{LocalPlane, Origin};
 
+use super::super::polygons::{GeoJson, check_metres, place, rings};
 use super::super::schema_types::ZoneKind;
 use super::kml;
-use super::shapes::{BandM, Contents, Found, Rings, Shape, ignored, place};
+use super::shapes::{BandM, Contents, Found, Shape, ignored};
 
 /// Reads zones. Degrees are converted to the plane at `origin`, that of the traffic in degrees. Without it, GeoJSON is
 /// in metres, and the other formats are rejected.
@@ -80,20 +81,10 @@ fn plan(fence: &Value, plane: &LocalPlane) -> Result<Contents, String> {
 fn geojson(json: &Value, plane: Option<&LocalPlane>) -> Result<Contents, String> {
     let (mut zones, mut others) = (Vec::new(), 0);
     collect(json, Properties { name: "", band_m: [None; 2] }, plane, &mut zones, &mut others)?;
-    let extent_m = |zone: &Found| match &zone.shape {
-        Shape::Polygon(rings) => [0, 1].map(|axis| {
-            let values = || rings.iter().flatten().map(|point| point[axis]);
-            values().fold(f64::NEG_INFINITY, f64::max) - values().fold(f64::INFINITY, f64::min)
-        }),
-        Shape::Circle { radius_m, .. } => [*radius_m; 2],
-    };
-    if let Some(index) =
-        zones.iter().position(|zone| plane.is_none() && extent_m(zone).into_iter().fold(0.0, f64::max) < 1.0)
-    {
-        return Err(format!(
-            "polygon {index} is smaller than 1 m; its coordinates are probably degrees, but the traffic is in metres; give \
-             metres, or use traffic in degrees"
-        ));
+    for (index, zone) in zones.iter().enumerate() {
+        if let (None, Shape::Polygon(rings_m)) = (plane, &zone.shape) {
+            check_metres(rings_m).map_err(|message| format!("polygon {index} {message}"))?;
+        }
     }
     Ok(Contents { zones, note: ignored(others) })
 }
@@ -113,20 +104,12 @@ fn collect(
     found: &mut Vec<Found>,
     others: &mut usize,
 ) -> Result<(), String> {
-    let list = |key: &str| object.get(key).and_then(Value::as_array).map(Vec::as_slice).unwrap_or_default();
-    let mut add = |coordinates: Option<&Value>| {
-        let shape = Shape::Polygon(rings(coordinates, plane)?);
-        found.push(Found { name: outer.name.to_owned(), kind: None, shape, band_m: outer.band_m });
-        Ok(())
-    };
-    match object.get("type").and_then(Value::as_str).unwrap_or_default() {
-        "FeatureCollection" => {
-            list("features").iter().try_for_each(|feature| collect(feature, outer, plane, found, others))
-        }
-        "GeometryCollection" => {
-            list("geometries").iter().try_for_each(|part| collect(part, outer, plane, found, others))
-        }
-        "Feature" => {
+    if !object.is_object() {
+        return Ok(());
+    }
+    match GeoJson::of(object)? {
+        GeoJson::Collection(parts) => parts.iter().try_for_each(|part| collect(part, outer, plane, found, others)),
+        GeoJson::Feature(geometry) => {
             let property = |key: &str| object.get("properties").and_then(|properties| properties.get(key));
             let altitude_m = |key: &str| match property(key) {
                 None | Some(Value::Null) => Ok(None),
@@ -139,28 +122,16 @@ fn collect(
             let name = property("name").and_then(Value::as_str).unwrap_or(outer.name);
             let band_m = [altitude_m("altitude_min_m")?, altitude_m("altitude_max_m")?];
             let properties = Properties { name, band_m };
-            object.get("geometry").map_or(Ok(()), |geometry| collect(geometry, properties, plane, found, others))
+            geometry.map_or(Ok(()), |geometry| collect(geometry, properties, plane, found, others))
         }
-        "Polygon" => add(object.get("coordinates")),
-        "MultiPolygon" => list("coordinates").iter().try_for_each(|polygon| add(Some(polygon))),
-        // Points and lines enclose nothing.
-        "Point" | "MultiPoint" | "LineString" | "MultiLineString" => {
+        GeoJson::Polygons(polygons) => polygons.iter().try_for_each(|coordinates| {
+            let shape = Shape::Polygon(rings(coordinates, plane)?);
+            found.push(Found { name: outer.name.to_owned(), kind: None, shape, band_m: outer.band_m });
+            Ok(())
+        }),
+        GeoJson::Other => {
             *others += 1;
             Ok(())
         }
-        kind if object.is_object() => Err(format!("type = {}: must be a type of GeoJSON", quoted(kind))),
-        _ => Ok(()),
     }
-}
-
-/// Reads the rings of a polygon. Degrees are converted to the plane; without it, they are in metres.
-pub(in super::super) fn rings(coordinates: Option<&Value>, plane: Option<&LocalPlane>) -> Result<Rings, String> {
-    let nested = || "a polygon's coordinates must be lists of [longitude, latitude], or of [east, north]".to_owned();
-    let point = |point: &Value| -> Result<[f64; 2], String> {
-        let number = |place: usize| point.get(place).and_then(Value::as_f64);
-        let (Some(x), Some(y)) = (number(0), number(1)) else { return Err(nested()) };
-        plane.map_or(Ok([x, y]), |plane| place(y, x, plane))
-    };
-    let ring = |ring: &Value| ring.as_array().ok_or_else(nested)?.iter().map(point).collect();
-    coordinates.and_then(Value::as_array).ok_or_else(nested)?.iter().map(ring).collect()
 }

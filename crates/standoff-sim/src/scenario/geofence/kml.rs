@@ -10,7 +10,8 @@ use standoff_io::geodesy::LocalPlane;
 use standoff_io::text_source::xml::{Elements, walk};
 use standoff_io::text_source::{self, Expectation, Fault, Position};
 
-use super::shapes::{Contents, Found, Rings, Shape, ignored, place};
+use super::super::polygons::{Rings, place};
+use super::shapes::{Contents, Found, Shape, ignored};
 
 /// Expected contents, for messages.
 static ZONES: Expectation = Expectation { description: "zones", formats: "KML with polygons" };

@@ -1,11 +1,7 @@
 //! Zones of a file, before they become those of a scenario.
 
-use standoff_io::geodesy::LocalPlane;
-
+use super::super::polygons::Rings;
 use super::super::schema_types::ZoneKind;
-
-/// Rings of a polygon: the outline, then the holes; east and north, m.
-pub(in super::super) type Rings = Vec<Vec<[f64; 2]>>;
 
 /// A zone of a file, in the plane of the scenario.
 #[derive(Debug)]
@@ -31,14 +27,6 @@ pub(super) enum Shape {
 pub(super) struct Contents {
     pub(super) zones: Vec<Found>,
     pub(super) note: Option<String>,
-}
-
-/// Converts degrees to east and north, m. Rounded to the millimetre for the record.
-pub(in super::super) fn place(latitude_deg: f64, longitude_deg: f64, plane: &LocalPlane) -> Result<[f64; 2], String> {
-    let at = plane
-        .position(latitude_deg, longitude_deg)
-        .map_err(|error| format!("[{longitude_deg}, {latitude_deg}] is not near the traffic: {error}"))?;
-    Ok([at.x_m(), at.y_m()].map(|metres| (metres * 1e3).round() / 1e3))
 }
 
 /// Describes shapes that are no zones; `None` if there are none.
