@@ -1,8 +1,5 @@
 // Detections of sensors that are not ideal: measured positions, false alarms, gates of tracks, and targets in the blind zone.
 
-/** Largest squared distance of a detection from a track with which it is associated, in standard deviations. Same value as in `scan_model.rs` of the library. */
-const GATE = 16.3;
-
 /** Size of the symbol of a detection, px. */
 const DETECTION_PX = 3.5;
 
@@ -60,7 +57,7 @@ function drawDetections(map, { ctx, size }) {
 
 /** Draws tentative tracks as faint triangles, fainter for a low probability of existence, and the gates of the selected track. */
 function drawTentative(map, { ctx, scene, size }) {
-  const visible = map.shown.has("tentative") ? scene.tentative.filter(({ x_m, y_m }) => map.camera.shows(x_m, y_m)) : [];
+  const visible = map.shown.has("tentative") ? scene.tentatives.filter(({ x_m, y_m }) => map.camera.shows(x_m, y_m)) : [];
   const r = 6 * Math.max(size, 0.7);
   ctx.lineWidth = 1.25;
   // Few steps of opacity, because the symbols of a colour are drawn as one path.
@@ -116,14 +113,14 @@ function strokeGate(ctx, colour, x, y, [long, wide, turn_rad]) {
 }
 
 /** Semi-axes of the gate of a track for a UAV, m, and the direction of the major axis, rad: covariance of the track plus noise of the sensor. */
-function gateOf({ x_m, y_m, covariance: [xx, xy, yy] }, uav, { range_sd_m, bearing_sd_rad }) {
+function gateOf({ x_m, y_m, covariance: [xx, xy, yy] }, uav, { range_sd_m, bearing_sd_rad, gate }) {
   const [dx_m, dy_m] = [x_m - uav.x_m, y_m - uav.y_m];
   const range_m = Math.max(Math.hypot(dx_m, dy_m), 1);
   const [cos, sin] = [dx_m / range_m, dy_m / range_m];
   const [along, across] = [range_sd_m ** 2, (range_m * bearing_sd_rad) ** 2];
   const noise = [along * cos * cos + across * sin * sin, (along - across) * cos * sin, along * sin * sin + across * cos * cos];
   const [long, wide, turn_rad] = ellipseOf([xx + noise[0], xy + noise[1], yy + noise[2]]);
-  const scale = Math.sqrt(GATE) / SIGMAS;
+  const scale = Math.sqrt(gate) / SIGMAS;
   return [scale * long, scale * wide, turn_rad];
 }
 

@@ -41,7 +41,7 @@ const LEGEND_ENTRIES = [
   ["trails", `Path of a UAV in the last ${TRAIL_S} s`, [drawTrails], sampleUav({ x_m: 20 })],
   ["intruders", "Intruder", [drawIntruders], { intruders: [SAMPLE_INTRUDER] }],
   ["intruders", "Intruder with its transponder off", [drawIntruders], { intruders: [{ ...SAMPLE_INTRUDER, transponder_on: false }] }],
-  ["tentative", "Tentative track: may be of no target", [drawTentative], { tentative: [{ id: 0, existence: 1, x_m: 0, y_m: 0 }] }],
+  ["tentative", "Tentative track: may be of no target", [drawTentative], { tentatives: [{ id: 0, existence: 1, x_m: 0, y_m: 0 }] }],
   ["detections", "Detection, in the colour of the UAV that measured it", [drawDetections], { detections: [SAMPLE_DETECTION] }],
   ["detections", "False alarm", [drawDetections], { detections: [{ ...SAMPLE_DETECTION, target: null }] }],
   ["tentative", "Gate of the selected track: region of a UAV's detections that are associated with it",
@@ -68,7 +68,7 @@ function sampleLink(first, second) {
 /** The part of `MissionMap` that the draw functions use, with a sample as its scene. */
 class SampleMap {
   constructor(values, head) {
-    this.scene = { time_s: 5, uavs: [], groups: [], intruders: [], targets: [], detections: [], tentative: [], ...values };
+    this.scene = { time_s: 5, uavs: [], groups: [], intruders: [], targets: [], detections: [], tentatives: [], ...values };
     const [width, height] = [SAMPLE_WIDTH / SAMPLE_SCALE, SAMPLE_HEIGHT / SAMPLE_SCALE];
     this.camera = { width, height, px_per_m: 1, at: (x_m, y_m) => [width / 2 + x_m, height / 2 - y_m], shows: (x_m) => Math.abs(x_m) < width };
     this.selection = new Selection();

@@ -1,7 +1,7 @@
 // The map: north up. `LAYERS` defines the drawing order.
 
 /** The scene of a map before its first drawn frame. */
-const NO_SCENE = { time_s: 0, uavs: [], groups: [], intruders: [], targets: null, detections: [], tentative: [] };
+const NO_SCENE = { time_s: 0, uavs: [], groups: [], intruders: [], targets: null, detections: [], tentatives: [] };
 
 class MissionMap {
   constructor(canvas, replayData, selection) {

@@ -37,7 +37,7 @@ function objectsAt(map, x, y, near_px = NEAR_PX) {
   if (shown.has("uavs")) addAircraft("uav", scene.uavs, AIRCRAFT);
   if (shown.has("intruders")) addAircraft("intruder", scene.intruders, INTRUDER);
   for (const one of shown.has("detections") ? scene.detections : []) near.push({ kind: "detection", id: one.id, off: off(one), isSelectable: true });
-  for (const one of shown.has("tentative") ? scene.tentative : []) near.push({ kind: "tentative", id: one.id, off: off(one), isSelectable: true });
+  for (const one of shown.has("tentative") ? scene.tentatives : []) near.push({ kind: "tentative", id: one.id, off: off(one), isSelectable: true });
   const orbits = [];
   for (const group of shown.has("desired") ? scene.groups : []) {
     const far = off(group);

@@ -23,7 +23,7 @@ class Run {
     const [uavs, targets] = [uavsAt(replayData, time_s), targetsAt(replayData, time_s)];
     return {
       time_s, uavs, groups: groupsAt(replayData, time_s), intruders: intrudersAt(replayData, time_s, uavs), targets,
-      detections: detectionsAt(replayData, time_s), tentative: tentativeAt(replayData, time_s), ...shownTimes(replayData, time_s),
+      detections: detectionsAt(replayData, time_s), tentatives: tentativeAt(replayData, time_s), ...shownTimes(replayData, time_s),
     };
   }
 

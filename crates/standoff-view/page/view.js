@@ -101,7 +101,7 @@ function boundsOf({ uavs, groups, intruders, targets }) {
 
 /** An object of a scene; `undefined` if it does not exist. */
 function objectIn(scene, { kind, id }) {
-  return (scene[kind === "tentative" ? kind : `${kind}s`] ?? []).find((one) => one.id === id);
+  return (scene[`${kind}s`] ?? []).find((one) => one.id === id);
 }
 
 /** Position of an object of a scene as known to the team, m; `null` if it does not exist. */

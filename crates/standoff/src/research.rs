@@ -24,6 +24,7 @@ pub use crate::params::{
 pub use crate::sensor::{FALSE_ALARM_SPEED_MAX_M_S, jacobian, measure};
 pub use crate::target::Transition;
 pub use crate::tracking::information_filter::{Contribution, InformationFilter};
+pub use crate::tracking::scan_model::GATE;
 pub use crate::tracking::unlabelled::TentativeTrack;
 pub use crate::uav::LimitedCommand;
 pub use crate::validation::Allowed;

@@ -1,6 +1,7 @@
 //! Input of the figures in addition to the frames, and their output.
 
 use serde::Serialize;
+use standoff::research::GATE;
 use standoff_score::ScoreConfig;
 use standoff_sim::scenario::Settings;
 
@@ -67,6 +68,8 @@ pub struct DetectionSetup {
     pub range_sd_m: f64,
     /// Standard deviation of the bearing that the team assumes, rad.
     pub bearing_sd_rad: f64,
+    /// Largest squared distance of a detection from its prediction, in standard deviations, at which they are associated.
+    pub gate: f64,
     /// True minimum detectable velocity, m/s; 0: no limit.
     pub mdv_m_s: f64,
 }
@@ -74,16 +77,14 @@ pub struct DetectionSetup {
 impl DetectionSetup {
     /// Returns the properties of the sensors of a run; `None` if they are ideal.
     fn of(settings: &Settings) -> Option<Self> {
-        let (truth, assumed) = (&settings.sensor.truth, &settings.team.track.sensor);
-        let is_ideal = settings.sensor.has_labels
-            && truth.detection_probability >= 1.0
-            && truth.mdv_m_s <= 0.0
-            && truth.false_alarms_per_scan <= 0.0;
+        let (sensor, assumed) = (&settings.sensor, &settings.team.track.sensor);
+        let is_ideal = sensor.has_labels && sensor.always_detects() && sensor.truth.false_alarms_per_scan <= 0.0;
         (!is_ideal).then_some(Self {
-            has_labels: settings.sensor.has_labels,
+            has_labels: sensor.has_labels,
             range_sd_m: assumed.range_sd_m,
             bearing_sd_rad: assumed.bearing_sd_rad,
-            mdv_m_s: truth.mdv_m_s,
+            gate: GATE,
+            mdv_m_s: sensor.truth.mdv_m_s,
         })
     }
 }

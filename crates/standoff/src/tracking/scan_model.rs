@@ -14,9 +14,9 @@ use crate::tracking::motion_modes::{MODES, MotionModes};
 use crate::tracking::pose_error::{PoseError, PoseVariance};
 use crate::uav::UavState;
 
-/// Largest squared distance of a detection from its prediction, in standard deviations: 99.9 % of the detections of a
+/// Largest squared distance of a detection from its prediction, in standard deviations, at which they are associated: 99.9 % of the detections of a
 /// target with three measured values are nearer.
-const GATE: f64 = 16.3;
+pub const GATE: f64 = 16.3;
 
 /// Probability of being in the blind zone above which a target is certainly not detected.
 const SURELY_BLIND: f64 = 0.99;
