@@ -126,6 +126,11 @@ impl Uav {
     fn heading_error(&self) -> Option<Angle> {
         self.navigation_error.as_ref().map(NavigationError::heading)
     }
+
+    /// Where the sensor points: the UAV turns it relative to the heading that it assumes.
+    fn true_boresight(&self) -> Option<Angle> {
+        self.boresight.map(|assumed| self.heading_error().map_or(assumed, |error| assumed - error))
+    }
 }
 
 impl Mission {
@@ -147,22 +152,24 @@ impl<B: Controller> Mission<B> {
             return Err(errors);
         }
         let (draws, navigation) = (Draws::new(scenario.seed), settings.navigation);
-        let error = |uav| (!navigation.is_exact()).then(|| NavigationError::new(&navigation, uav, draws));
-        let uavs = scenario.uavs.iter().zip((0..).map(UavId)).map(|(state, id)| Uav {
-            id,
-            truth: *state,
-            believed_state: error(id).map_or(*state, |error| error.believed(state)),
-            navigation_error: error(id),
-            pointing_target: None,
-            is_out: false,
-            computer: OnboardComputer::new(id, scenario),
-            is_off: false,
-            boresight: None,
-            detections: Vec::new(),
-            detected_targets: Vec::new(),
-            command: Command { speed_m_s: state.speed_m_s, turn_rate_rad_s: 0.0 },
-            altitude_m: None,
-            last_avoidance: None,
+        let uavs = scenario.uavs.iter().zip((0..).map(UavId)).map(|(state, id)| {
+            let error = (!navigation.is_exact()).then(|| NavigationError::new(&navigation, id, draws));
+            Uav {
+                id,
+                truth: *state,
+                believed_state: error.as_ref().map_or(*state, |error| error.believed(state)),
+                navigation_error: error,
+                pointing_target: None,
+                is_out: false,
+                computer: OnboardComputer::new(id, scenario),
+                is_off: false,
+                boresight: None,
+                detections: Vec::new(),
+                detected_targets: Vec::new(),
+                command: Command { speed_m_s: state.speed_m_s, turn_rate_rad_s: 0.0 },
+                altitude_m: None,
+                last_avoidance: None,
+            }
         });
         Ok(Self {
             outages: scenario.outages.clone(),
@@ -309,15 +316,13 @@ impl<B: Controller> Mission<B> {
         for uav in &mut self.uavs {
             uav.detections.clear();
             uav.detected_targets.clear();
-            if let Some(boresight) = uav.boresight {
+            if let Some(boresight) = uav.true_boresight() {
                 let draws = (self.draws, self.tick as u64);
-                let heading_error = uav.heading_error();
-                let boresight = heading_error.map_or(boresight, |error| boresight - error);
                 let scan = SensorScan { uav: uav.id, state: &uav.truth, boresight, buildings, draws };
                 scan.detect(sensor, &self.truth, &mut self.scanned);
                 for (mut detection, target) in self.scanned.drain(..) {
                     // Bearings are measured relative to the heading.
-                    if let Some(error) = heading_error {
+                    if let Some(error) = uav.heading_error() {
                         detection.measurement.bearing = detection.measurement.bearing + error;
                     }
                     uav.detections.push(detection);
@@ -383,9 +388,8 @@ impl<B: Controller> Mission<B> {
             step.altitude_m = step.altitude_m.filter(|altitude_m| altitude_m.is_finite());
             step.diagnostics.speed_limited |= limited.speed_limited;
             step.diagnostics.turn_rate_limited |= limited.turn_rate_limited;
-            let true_boresight = uav.boresight.map(|assumed| uav.heading_error().map_or(assumed, |by| assumed - by));
             let believed_state = uav.navigation_error.map(|_| uav.believed_state);
-            frame.uavs.push(agent_rows::uav(uav.id, &uav.truth, believed_state.as_ref(), true_boresight, &step));
+            frame.uavs.push(agent_rows::uav(uav.id, &uav.truth, believed_state.as_ref(), uav.true_boresight(), &step));
             let detected = uav.detections.iter().zip(&uav.detected_targets);
             frame.detections.extend(detected.map(|(detection, of)| agent_rows::detection(uav.id, detection, *of)));
             (uav.pointing_target, uav.command, uav.altitude_m) = (step.pointing_target, step.command, step.altitude_m);

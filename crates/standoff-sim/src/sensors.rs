@@ -45,7 +45,7 @@ impl SensorScan<'_> {
     fn detect_targets(&self, sensor: &SensorModel, truth: &[Truth], detections: &mut Vec<DetectionOfTarget>) {
         let SensorModel { has_labels, truth: params, range_rate_sd_m_s } = sensor;
         let (draws, tick) = self.draws;
-        let always_detects = params.detection_probability >= 1.0 && params.mdv_m_s <= 0.0;
+        let always_detects = sensor.always_detects();
         // In batches of four (SIMD); the last target fills up an incomplete batch.
         for four in truth.chunks(4) {
             let targets: [_; 4] = core::array::from_fn(|i| four[i.min(four.len() - 1)].state.position());

@@ -133,6 +133,12 @@ pub struct SensorModel {
 }
 
 impl SensorModel {
+    /// True if every scan detects all targets in view.
+    #[must_use]
+    pub fn always_detects(&self) -> bool {
+        self.truth.detection_probability >= 1.0 && self.truth.mdv_m_s <= 0.0
+    }
+
     /// Returns the true noise of range and bearing.
     #[must_use]
     pub fn noise(&self) -> Noise {
