@@ -1,6 +1,6 @@
 //! Scores of detection and association: GOSPA, swapped and false tracks, and the fraction of detected targets.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeMap;
 
 use standoff::Position;
 use standoff_record::Frame;
@@ -46,20 +46,22 @@ impl AssociationScores {
     pub(crate) fn frame(&mut self, config: &ScoreConfig, frame: &Frame, matching: &Matching<'_>) {
         let looking = pointed_sensors(frame);
         if !looking.is_empty() {
-            // Targets behind buildings count, too.
-            let is_seen = |at: &Position| looking.iter().any(|pointed| pointed.covers(&config.sensor, *at));
-            let targets: Vec<Position> = frame.truth.iter().map(position).filter(is_seen).collect();
-            let tracks: Vec<Position> = frame.tracks.iter().map(estimate).filter(is_seen).collect();
-            self.add_gospa(Gospa::of(&targets, &tracks, config.gospa_cutoff_m));
-            let detected: BTreeSet<_> =
-                frame.detections.iter().filter_map(|row| Some((row.uav, row.target?))).collect();
-            for pointed in &looking {
-                for truth in &frame.truth {
-                    if pointed.covers(&config.sensor, position(truth)) {
-                        self.detected.add(f64::from(detected.contains(&(pointed.uav, truth.target))));
-                    }
+            let mut detected: Vec<_> = frame.detections.iter().filter_map(|row| Some((row.uav, row.target?))).collect();
+            detected.sort_unstable();
+            let mut targets = Vec::with_capacity(frame.truth.len());
+            for truth in &frame.truth {
+                let at = position(truth);
+                let before = self.detected.n;
+                // Targets behind buildings count, too.
+                for pointed in looking.iter().filter(|pointed| pointed.covers(&config.sensor, at)) {
+                    let is_detected = detected.binary_search(&(pointed.uav, truth.target)).is_ok();
+                    self.detected.add(f64::from(is_detected));
                 }
+                targets.extend((self.detected.n > before).then_some(at));
             }
+            let is_in_view = |at: &Position| looking.iter().any(|pointed| pointed.covers(&config.sensor, *at));
+            let tracks: Vec<Position> = frame.tracks.iter().map(estimate).filter(is_in_view).collect();
+            self.add_gospa(Gospa::of(&targets, &tracks, config.gospa_cutoff_m));
         }
         for pair in matching.pairs() {
             let (target, track) = (pair.target.target, pair.track.track);

@@ -67,6 +67,7 @@ impl Buildings {
 
     /// True without any building.
     #[must_use]
+    #[inline]
     pub fn is_empty(&self) -> bool {
         self.all.is_empty()
     }
@@ -82,10 +83,12 @@ impl Buildings {
     /// hidden from everywhere. Without an altitude, in m above the ground, the lowest one counts, from which every
     /// building on the line hides the target.
     #[must_use]
+    #[inline]
     pub fn hide(&self, target: Position, uav: Position, altitude_m: Option<f64>) -> bool {
-        if self.is_empty() {
-            return false;
-        }
+        !self.is_empty() && self.hide_behind_any(target, uav, altitude_m)
+    }
+
+    fn hide_behind_any(&self, target: Position, uav: Position, altitude_m: Option<f64>) -> bool {
         let line = LineOfSight::new(target, uav, altitude_m);
         let (mut crossed, mut crossings) = (self.index.locate_with_selection_function(&line), Vec::new());
         crossed.any(|found| self.all.get(found.index).is_some_and(|building| building.hides(&line, &mut crossings)))

@@ -5,8 +5,8 @@
 //! ```
 
 use standoff::{
-    AgentOutput, Aircraft, Angle, AutopilotModel, Command, Detection, Duration, Message, ParamError, PointingTarget,
-    Position, Scan, Time, UavId, UavState, Velocity,
+    AgentOutput, Aircraft, Angle, AutopilotModel, Command, Duration, Message, ParamError, PointingTarget, Position,
+    Scan, Time, UavId, UavState, Velocity,
 };
 use standoff_record::{Frame, ReportedTables};
 use standoff_score::matching::Identities;
@@ -20,8 +20,7 @@ use crate::onboard_computer::OnboardComputer;
 use crate::radio::{Radio, RadioNode, SentCounts};
 use crate::random::Draws;
 use crate::scenario::{Outage, Scenario, Settings};
-use crate::sensors::{self, DetectionOfTarget, SensorScan};
-use crate::target_id::TargetId;
+use crate::sensors::{self, Detections, SensorScan};
 use crate::world::{Truth, World};
 
 /// A mission in progress.
@@ -61,8 +60,6 @@ pub struct Mission<B = Box<dyn Controller + Send>> {
     truth: Vec<Truth>,
     /// Finds the targets of tracks, if sensors report no identities.
     identities: Option<Identities>,
-    /// Detections of one scan; reused buffer.
-    scanned: Vec<DetectionOfTarget>,
     frame: Frame,
 }
 
@@ -112,9 +109,7 @@ struct Uav {
     is_off: bool,
     /// Direction of the sensor, assumed by its controller.
     boresight: Option<Angle>,
-    detections: Vec<Detection>,
-    /// Targets of the detections; `None` for a false alarm.
-    detected_targets: Vec<Option<TargetId>>,
+    detections: Detections,
     command: Command,
     /// Commanded altitude, m.
     altitude_m: Option<f64>,
@@ -164,8 +159,7 @@ impl<B: Controller> Mission<B> {
                 computer: OnboardComputer::new(id, scenario),
                 is_off: false,
                 boresight: None,
-                detections: Vec::new(),
-                detected_targets: Vec::new(),
+                detections: Detections::default(),
                 command: Command { speed_m_s: state.speed_m_s, turn_rate_rad_s: 0.0 },
                 altitude_m: None,
                 last_avoidance: None,
@@ -186,7 +180,6 @@ impl<B: Controller> Mission<B> {
             stage: Stage::Ahead,
             truth: Vec::new(),
             identities: (!settings.sensor.has_labels).then(Identities::default),
-            scanned: Vec::new(),
             frame: Frame::default(),
             settings,
         })
@@ -314,19 +307,17 @@ impl<B: Controller> Mission<B> {
             }
         }
         for uav in &mut self.uavs {
-            uav.detections.clear();
-            uav.detected_targets.clear();
-            if let Some(boresight) = uav.true_boresight() {
-                let draws = (self.draws, self.tick as u64);
-                let scan = SensorScan { uav: uav.id, state: &uav.truth, boresight, buildings, draws };
-                scan.detect(sensor, &self.truth, &mut self.scanned);
-                for (mut detection, target) in self.scanned.drain(..) {
-                    // Bearings are measured relative to the heading.
-                    if let Some(error) = uav.heading_error() {
-                        detection.measurement.bearing = detection.measurement.bearing + error;
-                    }
-                    uav.detections.push(detection);
-                    uav.detected_targets.push(target);
+            let Some(boresight) = uav.true_boresight() else {
+                uav.detections.clear();
+                continue;
+            };
+            let draws = (self.draws, self.tick as u64);
+            let scan = SensorScan { uav: uav.id, state: &uav.truth, boresight, buildings, draws };
+            scan.detect(sensor, &self.truth, &mut uav.detections);
+            if let Some(error) = uav.heading_error() {
+                // Bearings are measured relative to the heading.
+                for detection in &mut uav.detections.all {
+                    detection.measurement.bearing = detection.measurement.bearing + error;
                 }
             }
         }
@@ -345,7 +336,7 @@ impl<B: Controller> Mission<B> {
             if let Some(restart_count) = uav.computer.restarted(now) {
                 controller.restart(uav.id, restart_count);
             }
-            let scan = Scan { boresight: uav.boresight, detections: &uav.detections };
+            let scan = Scan { boresight: uav.boresight, detections: &uav.detections.all };
             controller.observe(uav.computer.time(now), uav.id, &uav.believed_state, (!uav.is_out).then_some(scan));
             if !uav.is_out {
                 controller.outbox(uav.id).iter().for_each(|message| radio.send(uav.id, message));
@@ -390,7 +381,7 @@ impl<B: Controller> Mission<B> {
             step.diagnostics.turn_rate_limited |= limited.turn_rate_limited;
             let believed_state = uav.navigation_error.map(|_| uav.believed_state);
             frame.uavs.push(agent_rows::uav(uav.id, &uav.truth, believed_state.as_ref(), uav.true_boresight(), &step));
-            let detected = uav.detections.iter().zip(&uav.detected_targets);
+            let detected = uav.detections.all.iter().zip(&uav.detections.targets);
             frame.detections.extend(detected.map(|(detection, of)| agent_rows::detection(uav.id, detection, *of)));
             (uav.pointing_target, uav.command, uav.altitude_m) = (step.pointing_target, step.command, step.altitude_m);
             if let Some(avoidance) = step.diagnostics.avoiding {
@@ -451,6 +442,7 @@ mod tests {
 
     use super::*;
     use crate::common::{frames, load};
+    use crate::target_id::TargetId;
     use standoff::{AgentOutput, Displacement, TargetState};
     use standoff_record::NO_TARGET;
 
@@ -498,7 +490,7 @@ mod tests {
                 other.observe();
                 other.truth.iter_mut().for_each(|target| target.target = TargetId(renamed(target.target.0)));
                 other.truth.sort_by_key(|target| target.target);
-                for target in other.uavs.iter_mut().flat_map(|uav| &mut uav.detected_targets).flatten() {
+                for target in other.uavs.iter_mut().flat_map(|uav| &mut uav.detections.targets).flatten() {
                     *target = TargetId(renamed(target.0));
                 }
                 let mut expected = original.decide().unwrap().clone();

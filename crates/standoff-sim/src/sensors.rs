@@ -12,8 +12,27 @@ use crate::scenario::SensorModel;
 use crate::target_id::TargetId;
 use crate::world::Truth;
 
-/// A detection, and the target that it is of; `None` for a false alarm. No agent knows the target.
-pub type DetectionOfTarget = (Detection, Option<TargetId>);
+/// Detections of one scan. No agent knows their targets.
+#[derive(Debug, Default)]
+pub struct Detections {
+    /// Detections.
+    pub all: Vec<Detection>,
+    /// Target of each detection; `None` for a false alarm.
+    pub targets: Vec<Option<TargetId>>,
+}
+
+impl Detections {
+    /// Removes all.
+    pub fn clear(&mut self) {
+        self.all.clear();
+        self.targets.clear();
+    }
+
+    fn push(&mut self, detection: Detection, target: Option<TargetId>) {
+        self.all.push(detection);
+        self.targets.push(target);
+    }
+}
 
 /// A scan of the sensor of a UAV.
 pub struct SensorScan<'a> {
@@ -30,19 +49,23 @@ pub struct SensorScan<'a> {
 }
 
 impl SensorScan<'_> {
-    /// Adds the detections of this scan. With labels they are in the order of the targets, otherwise in random order.
-    pub fn detect(&self, sensor: &SensorModel, truth: &[Truth], detections: &mut Vec<DetectionOfTarget>) {
-        let start = detections.len();
+    /// Replaces `detections` by those of this scan. With labels they are in the order of the targets, otherwise in
+    /// random order.
+    pub fn detect(&self, sensor: &SensorModel, truth: &[Truth], detections: &mut Detections) {
+        detections.clear();
         self.detect_targets(sensor, truth, detections);
         self.add_false_alarms(sensor, detections);
         if !sensor.has_labels {
             let (draws, tick) = self.draws;
-            draws.at(Stream::DetectionOrder, self.uav.0.into(), tick).shuffle(&mut detections[start..]);
+            // The same draws give both the same order.
+            let order = || draws.at(Stream::DetectionOrder, self.uav.0.into(), tick);
+            order().shuffle(&mut detections.all);
+            order().shuffle(&mut detections.targets);
         }
     }
 
     /// Detects the targets in view.
-    fn detect_targets(&self, sensor: &SensorModel, truth: &[Truth], detections: &mut Vec<DetectionOfTarget>) {
+    fn detect_targets(&self, sensor: &SensorModel, truth: &[Truth], detections: &mut Detections) {
         let SensorModel { has_labels, truth: params, range_rate_sd_m_s } = sensor;
         let (draws, tick) = self.draws;
         let always_detects = sensor.always_detects();
@@ -73,7 +96,7 @@ impl SensorScan<'_> {
                 measurement.bearing = bearing + Angle::from_rad(params.bearing_sd_rad * bearing_noise);
                 if measurement.range_m > 0.0 {
                     let label = has_labels.then(|| truth.target.label());
-                    detections.push((Detection { label, measurement, range_rate_m_s }, Some(truth.target)));
+                    detections.push(Detection { label, measurement, range_rate_m_s }, Some(truth.target));
                 }
             }
         }
@@ -81,7 +104,7 @@ impl SensorScan<'_> {
 
     /// Adds false alarms: a Poisson number, uniform over the area in view. Their radial speeds over ground are uniform
     /// in a band, and thinned by the detection probability of targets.
-    fn add_false_alarms(&self, sensor: &SensorModel, detections: &mut Vec<DetectionOfTarget>) {
+    fn add_false_alarms(&self, sensor: &SensorModel, detections: &mut Detections) {
         let SensorModel { truth: params, range_rate_sd_m_s, .. } = sensor;
         if params.false_alarms_per_scan <= 0.0 {
             return;
@@ -104,7 +127,7 @@ impl SensorScan<'_> {
                 radial_speed_m_s - self.own_radial_speed_m_s(bearing) + noise_m_s
             });
             let measurement = RangeBearingMeasurement { range_m, bearing };
-            detections.push((Detection { label: None, measurement, range_rate_m_s }, None));
+            detections.push(Detection { label: None, measurement, range_rate_m_s }, None);
         }
     }
 
@@ -147,13 +170,13 @@ mod tests {
     use standoff::research::math;
 
     /// A sensor at the origin that flies north-east and points along `deg`, and what it detects at tick `tick`.
-    fn detect(sensor: &SensorModel, truth: &[Truth], deg: f64, tick: u64) -> Vec<DetectionOfTarget> {
+    fn detect(sensor: &SensorModel, truth: &[Truth], deg: f64, tick: u64) -> Vec<(Detection, Option<TargetId>)> {
         let state = UavState::level_flight(Position::ORIGIN, Angle::from_deg(45.0), 40.0);
         let (boresight, draws) = (Angle::from_deg(deg), (Draws::new(3), tick));
-        let mut detections = Vec::new();
+        let mut detections = Detections::default();
         let buildings = &Buildings::default();
         SensorScan { uav: UavId(2), state: &state, boresight, buildings, draws }.detect(sensor, truth, &mut detections);
-        detections
+        detections.all.into_iter().zip(detections.targets).collect()
     }
 
     fn sensor(changes: &[&str]) -> SensorModel {

@@ -68,7 +68,8 @@ pub(crate) struct StepMessages {
     /// Reports by ascending UAV. The first `report_count` entries are valid; the others are reusable buffers.
     reports: Vec<Report>,
     report_count: usize,
-    /// Cues by ascending label, those without label last; of several cues for one target, the one that counts comes first.
+    /// Cues by ascending label, those without label last; of several cues for one target, the one that counts comes
+    /// first.
     cues: Vec<Cue>,
 }
 
@@ -184,7 +185,10 @@ fn any_order(incoming: &ReportView, known: &Report) -> Ordering {
 /// the order of their bits. Of these, none is a duplicate: two targets can give equal measurements.
 fn copy_valid(detections: &[Detection], kept: &mut Vec<Detection>) {
     kept.clear();
-    kept.extend(detections.iter().map(|detection| detection.rounded()));
+    kept.extend_from_slice(detections);
+    for detection in kept.iter_mut().filter(|of| of.label.is_none() || of.range_rate_m_s.is_some()) {
+        *detection = detection.rounded();
+    }
     if !kept.iter().all(Detection::is_valid) {
         kept.retain(Detection::is_valid);
     }
@@ -202,7 +206,8 @@ fn copy_valid(detections: &[Detection], kept: &mut Vec<Detection>) {
     }
 }
 
-/// By label, those without label last; of one target the newest first, then the most accurate; then an arbitrary order that all agents share.
+/// By label, those without label last; of one target the newest first, then the most accurate; then an arbitrary order
+/// that all agents share.
 fn counting_order(cue: &Cue, other: &Cue) -> Ordering {
     let numbers = |cue: &Cue| {
         let Cue { position, velocity, position_sd_m, velocity_sd_m_s, .. } = *cue;

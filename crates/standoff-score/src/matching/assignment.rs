@@ -28,19 +28,32 @@ pub(crate) fn assign(one: &[Position], other: &[Position], cutoff_m: f64) -> Vec
             }
         }
     }
-    let mut pairs = Vec::new();
+    let mut pairs = take_separate_pairs(&mut edges, one.len(), other.len());
     for cluster in clusters(one.len(), &edges) {
-        match cluster[..] {
-            [(i, j, _)] => pairs.push((i, j)),
-            _ => assign_cluster(&cluster, &mut pairs),
-        }
+        assign_cluster(&cluster, &mut pairs);
     }
     pairs.sort_unstable();
     pairs
 }
 
+/// Removes the edges of two positions that have no other one, usually all, and returns their pairs.
+fn take_separate_pairs(edges: &mut Vec<(usize, usize, i64)>, ones: usize, others: usize) -> Vec<(usize, usize)> {
+    let (mut of_one, mut of_other) = (vec![0u32; ones], vec![0u32; others]);
+    for (i, j, _) in &*edges {
+        of_one[*i] += 1;
+        of_other[*j] += 1;
+    }
+    let is_separate = |i: usize, j: usize| of_one[i] == 1 && of_other[j] == 1;
+    let pairs = edges.iter().map(|(i, j, _)| (*i, *j)).filter(|(i, j)| is_separate(*i, *j)).collect();
+    edges.retain(|(i, j, _)| !is_separate(*i, *j));
+    pairs
+}
+
 /// Splits the edges into those that share no position with others: few large problems become many small ones.
 fn clusters(ones: usize, edges: &[(usize, usize, i64)]) -> Vec<Vec<(usize, usize, i64)>> {
+    if edges.is_empty() {
+        return Vec::new();
+    }
     let ends: Vec<Vec<usize>> = edges.iter().map(|(i, j, _)| vec![*i, ones + j]).collect();
     let (_, cluster_of_edge) = separate_components(&ends);
     let mut clusters: BTreeMap<usize, Vec<_>> = BTreeMap::new();

@@ -1,6 +1,7 @@
 //! Values of the library's parameters in a scenario: their keys, defaults and ranges are those of [`TeamParams::table`].
 
 use std::fmt::Display;
+use std::sync::LazyLock;
 
 use serde::Serialize;
 use standoff::research::Allowed;
@@ -29,7 +30,9 @@ pub(super) const DERIVED: [(&str, &str); 13] = [
 /// Returns the parameters that have a key in one of the tables. The period, whose key is at the top, belongs to the
 /// simulator.
 pub(super) fn declared() -> impl Iterator<Item = &'static ParamInfo> {
-    TeamParams::table().iter().filter(|param| param.key.contains('.'))
+    static DECLARED: LazyLock<Vec<&ParamInfo>> =
+        LazyLock::new(|| TeamParams::table().iter().filter(|param| param.key.contains('.')).collect());
+    DECLARED.iter().copied()
 }
 
 /// Returns the table of a parameter's key, and the key in that table.

@@ -37,36 +37,24 @@ impl Contribution {
         z: &RangeBearingMeasurement,
         predicted: Position,
     ) -> Contribution {
-        let [contribution] = Self::with_weights([(uav, *z, predicted)], |_, range_m| {
-            sensor.measurement_variances(range_m).map(f64::recip)
-        });
+        let weights = sensor.measurement_variances((predicted - uav).length_m()).map(f64::recip);
+        let [contribution] = Self::from_measurements([(uav, *z, predicted)], [weights]);
         contribution
     }
 
-    /// Like [`Self::from_measurement`] for several measurements, each with its own UAV position and predicted target
-    /// position. Same results, but faster.
+    /// Like [`Self::from_measurement`] for several measurements, each with its own UAV position, predicted target
+    /// position, and weights (inverse variances) of range and bearing. Same results, but faster.
     #[inline]
     pub(crate) fn from_measurements<const N: usize>(
-        sensor: &SensorParams,
         measurements: [(Position, RangeBearingMeasurement, Position); N],
-    ) -> [Contribution; N] {
-        let weights = sensor.noise_weights();
-        Self::with_weights(measurements, |_, _| weights)
-    }
-
-    /// Like [`Self::from_measurements`], with the weights (inverse variances) of range and bearing as a function of the
-    /// index and the expected range, m.
-    #[inline]
-    pub(crate) fn with_weights<const N: usize>(
-        measurements: [(Position, RangeBearingMeasurement, Position); N],
-        weights: impl Fn(usize, f64) -> [f64; 2],
+        weights: [[f64; 2]; N],
     ) -> [Contribution; N] {
         let targets_rel_uav = measurements.map(|(uav, _, predicted)| predicted - uav);
         let expected = sensor::measure_batch(targets_rel_uav);
         core::array::from_fn(|i| {
             let ((_, z, predicted), expected) = (measurements[i], expected[i]);
             // If the Jacobian does not exist, the measurement has zero weight.
-            let weights = if expected.range_m >= RANGE_MIN_M { weights(i, expected.range_m) } else { [0.0; 2] };
+            let weights = if expected.range_m >= RANGE_MIN_M { weights[i] } else { [0.0; 2] };
             let [range, bearing] = sensor::jacobian_rows(expected.range_m.max(RANGE_MIN_M), targets_rel_uav[i]);
             let scalar = |h: Vector2<f64>, nu: f64, weight: f64| {
                 let weighted = h * weight;
@@ -436,7 +424,7 @@ mod tests {
         let measurements = [first, (second.0, second.1, at), third, fourth];
         let single =
             measurements.map(|(uav, z, predicted)| Contribution::from_measurement(&sensor(), uav, &z, predicted));
-        assert_eq!(Contribution::from_measurements(&sensor(), measurements), single);
+        assert_eq!(Contribution::from_measurements(measurements, [sensor().noise_weights(); 4]), single);
         assert_eq!(single[1], Contribution::default());
         assert!(single[0].information.trace() > 0.0);
     }

@@ -76,18 +76,19 @@ impl PoseError {
         [self.of_value(1.0, 0.0), self.of_value(1.0 / (range_m * range_m), 1.0)]
     }
 
-    /// Weights 1 / R' of a range and a bearing measured from `uav`. The target is predicted at `predicted`, at the range
-    /// `range_m`, with the covariance `prior`, m2.
+    /// Weights 1 / R' of a range and a bearing measured from `uav`. The target is predicted at `predicted` with the
+    /// covariance `prior`, m2.
     pub(crate) fn weights(
         &self,
         sensor: &SensorParams,
         uav: Position,
         predicted: Position,
-        range_m: f64,
         prior: &Matrix2<f64>,
     ) -> [f64; 2] {
+        let target_rel_uav = predicted - uav;
+        let range_m = target_rel_uav.length_m();
         let [range, bearing] = self.of_measurement(range_m);
-        let [along, across] = sensor::jacobian_rows(range_m, predicted - uav).map(|row| row.dot(&(prior * row)));
+        let [along, across] = sensor::jacobian_rows(range_m, target_rel_uav).map(|row| row.dot(&(prior * row)));
         let noise = [sensor.range_sd_m, sensor.bearing_sd_rad].map(|sd| sd * sd);
         [range.weight(noise[0], along), bearing.weight(noise[1], across)]
     }
@@ -278,7 +279,7 @@ mod tests {
         let (sensor, error) = (sensor(), pose_error());
         let predicted = Position::from_m(0.0, 400.0);
         let prior = Matrix2::from_diagonal(&Vector2::new(900.0, 16.0));
-        let weights = error.weights(&sensor, Position::ORIGIN, predicted, 400.0, &prior);
+        let weights = error.weights(&sensor, Position::ORIGIN, predicted, &prior);
         let [range, bearing] = error.of_measurement(400.0);
         let bearing_variance = sensor.bearing_sd_rad * sensor.bearing_sd_rad;
         let expected = [range.weight(100.0, 16.0), bearing.weight(bearing_variance, 900.0 / 160_000.0)];

@@ -96,13 +96,15 @@ impl Tracker {
                 let (uav_position, measurement) = scans.measurement(detection);
                 (uav_position, measurement, estimate(track_index).state.position())
             });
-            let contributions = match &scans.pose_error {
-                None => Contribution::from_measurements(scans.sensor, measurements),
-                Some(pose_error) => Contribution::with_weights(measurements, |i, range_m| {
+            let weights = match &scans.pose_error {
+                None => [scans.sensor.noise_weights(); 4],
+                Some(pose_error) => core::array::from_fn(|i| {
+                    let (uav, _, predicted) = measurements[i];
                     let prior = estimate(four[i].0).position_covariance();
-                    pose_error.weights(scans.sensor, measurements[i].0, measurements[i].2, range_m, &prior)
+                    pose_error.weights(scans.sensor, uav, predicted, &prior)
                 }),
             };
+            let contributions = Contribution::from_measurements(measurements, weights);
             for ((track_index, weight, _), contribution) in batch.iter().zip(contributions) {
                 *measured[*track_index].get_or_insert_default() += contribution.weighted(*weight);
             }
