@@ -28,7 +28,8 @@ static COMPANION: LazyLock<PathBuf> = LazyLock::new(|| {
     let test = std::env::current_exe().unwrap();
     let profile = test.parent().unwrap().parent().unwrap();
     let built = profile.join("examples").join(format!("companion{EXE_SUFFIX}"));
-    let here = Path::new(env!("CARGO_MANIFEST_DIR"));
+    // Not the folder at compile time: a copied build is of another one.
+    let here = PathBuf::from(std::env::var_os("CARGO_MANIFEST_DIR").unwrap());
     let sources = ["src", "examples"].map(|folder| changed(&here.join(folder)));
     if built.metadata().and_then(|file| file.modified()).is_ok_and(|time| sources.iter().all(|source| *source <= time))
     {
