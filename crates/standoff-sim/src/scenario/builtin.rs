@@ -31,6 +31,7 @@ pub const BUILT_IN: &[BuiltIn] = built_in![
     "tour/08-network-partition",
     "tour/09-separation",
     "tour/10-unlabelled-detections",
+    "tour/11-behind-buildings",
     "traffic/convoy",
     "traffic/city",
     "traffic/town",
