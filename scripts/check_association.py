@@ -18,7 +18,6 @@ import numpy as np
 import pandas
 from scipy.optimize import linear_sum_assignment
 
-GOSPA_CUTOFF_M = 20.0
 PAIR_CUTOFF_M = 30.0
 FIRST_TRACK = 2**30
 
@@ -32,9 +31,9 @@ def main(arguments):
         print(f"{folder}: several agents, whose metrics are averaged: not checked")
         return 0
     tables = {name: by_time(folder / f"{name}.parquet") for name in ["uavs", "truth", "tracks", "detections"]}
-    sensor = tomllib.loads((folder / "scenario.toml").read_text(encoding="utf-8"))["sensor"]
+    scenario = tomllib.loads((folder / "scenario.toml").read_text(encoding="utf-8"))
     metrics = json.loads((folder / "summary.json").read_text(encoding="utf-8"))["metrics"]
-    wrong = [name for name, holds in check(tables, sensor, metrics) if not holds]
+    wrong = [name for name, holds in check(tables, scenario, metrics) if not holds]
     if wrong:
         print(f"{folder}: differ: {', '.join(wrong)}", file=sys.stderr)
     return int(bool(wrong))
@@ -45,8 +44,9 @@ def by_time(path):
     return {time: rows for time, rows in table.groupby("time_us")}
 
 
-def check(tables, sensor, metrics):
+def check(tables, scenario, metrics):
     """Yields the name of each quantity, and whether it agrees."""
+    sensor, cutoff = scenario["sensor"], scenario["gospa_cutoff_m"]
     squared, localisation, missed, false, detected = [], [], [], [], []
     last, swaps, lives, of_targets, before = {}, 0, defaultdict(list), defaultdict(Counter), {}
     wrong_targets = compared = 0
@@ -60,11 +60,11 @@ def check(tables, sensor, metrics):
             views = [in_view(uav, at, sensor) for uav in looking.itertuples()]
             estimated_views = [in_view(uav, estimates, sensor) for uav in looking.itertuples()]
             ours, theirs = at[np.any(views, axis=0)], estimates[np.any(estimated_views, axis=0)]
-            distances = [d for _, _, d in assigned(ours, theirs, GOSPA_CUTOFF_M)]
+            distances = [d for _, _, d in assigned(ours, theirs, cutoff)]
             localisation.append(sum(d * d for d in distances))
             missed.append(len(ours) - len(distances))
             false.append(len(theirs) - len(distances))
-            squared.append(localisation[-1] + 0.5 * GOSPA_CUTOFF_M**2 * (missed[-1] + false[-1]))
+            squared.append(localisation[-1] + 0.5 * cutoff**2 * (missed[-1] + false[-1]))
             rows = tables["detections"].get(time)
             found = set() if rows is None else set(zip(rows["uav"], rows["target"]))
             for uav, view in zip(looking.itertuples(), views):

@@ -225,6 +225,7 @@ fn settings(file: &resolved::ScenarioFile) -> Settings {
         duration: Duration::from_s(file.duration_s),
         period: Duration::from_s(file.period_s),
         transient: Duration::from_s(file.transient_s),
+        gospa_cutoff_m: file.gospa_cutoff_m,
         team,
         geofence: standoff::Geofence::default(),
         buildings: Buildings::default(),

@@ -72,6 +72,8 @@ pub struct Settings {
     pub period: Duration,
     /// End of the transient: start of the interval of the `..._settled` metrics.
     pub transient: Duration,
+    /// Cut-off distance of GOSPA, m.
+    pub gospa_cutoff_m: f64,
     /// Parameters that all UAVs share.
     pub team: TeamParams,
     /// Keep-out and keep-in zones.
@@ -113,6 +115,7 @@ impl Settings {
             noise: self.sensor.noise(),
             cue: self.cue,
             transient_s: self.transient.s(),
+            gospa_cutoff_m: self.gospa_cutoff_m,
             geofence: self.geofence.clone(),
             buildings: self.buildings.clone(),
             faults_end_s: self.faults_end_s,

@@ -158,6 +158,9 @@ tables! {
         /// They are only displayed and do not affect the mission.
         #[serde(serialize_with = "names_alone", skip_serializing_if = "Vec::is_empty")]
         basemap: Vec<String>;
+    } numbers {
+        /// Cut-off distance of GOSPA, m; 0.1 to 1e6.
+        gospa_cutoff_m = 20.0, Allowed::at_least(0.1).at_most(1e6);
     } absent {
         /// Length of the mission, s; from one `period_s` to ten million of them. If absent: 100 s, or the length of the
         /// traffic file.
