@@ -87,3 +87,10 @@ function save(name, contents, type) {
   link.click();
   setTimeout(() => URL.revokeObjectURL(link.href), 10000);
 }
+
+/** Writes a name with opportunities for line breaks after spaces and punctuation, so that it does not break inside words. */
+function writeName(element, name) {
+  if (element.textContent === name && element.firstChild) return;
+  const parts = name.split(/(?<=[-_.:/,;])(?=[^-_.:/,;\s])/u);
+  element.replaceChildren(...parts.flatMap((part, k) => (k ? [document.createElement("wbr"), part] : [part])));
+}

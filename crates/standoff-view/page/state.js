@@ -266,8 +266,9 @@ class CustodyStatus {
     }
     // Without a team state, no target is in custody of a group that is shown.
     const hasTeamState = existing.every((target) => target.hasTeamState !== false);
-    const inCustody = isKnown && hasTeamState ? existing.filter((target) => target.in_custody).length : "\u2013";
-    texts.set("in-custody", existing.length ? `In custody ${inCustody} of ${existing.length}` : "no targets");
+    const inCustody = existing.filter((target) => target.in_custody).length;
+    const count = existing.length === 1 ? "1 target" : `${existing.length || "no"} targets`;
+    texts.set("in-custody", existing.length && isKnown && hasTeamState ? `In custody ${inCustody} of ${existing.length}` : count);
     if (isKnown && !out.length) texts.set("out-of-view", "none out of view");
     if (this.longest) texts.set("longest", `longest ${durationText(this.longest.out_of_view_s)}`);
     return texts;

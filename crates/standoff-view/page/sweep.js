@@ -135,7 +135,11 @@ class SweepView {
     const head = document.createElement("tr");
     const { metric } = this;
     const heads = [...this.data.keys, "n", `Mean${metric.unit ? ` (${metric.unit})` : ""}`, "95 % interval"];
-    head.append(...heads.map((text) => textElement("th", text, { scope: "col" })));
+    head.append(...heads.map((text) => {
+      const cell = textElement("th", "", { scope: "col" });
+      writeName(cell, text);
+      return cell;
+    }));
     table.tHead.replaceChildren(head);
     table.tBodies[0].replaceChildren(...this.data.points.map((point) => {
       const row = document.createElement("tr");

@@ -29,13 +29,6 @@ function nameRank(replayData, id) {
   return NAME_RANKS.get(targets)[id] ?? id;
 }
 
-/** Writes a name with opportunities for line breaks after spaces and punctuation, so that it does not break inside words. */
-function writeName(element, name) {
-  if (element.textContent === name && element.firstChild) return;
-  const parts = name.split(/(?<=[-_.:/,;])(?=[^-_.:/,;\s])/u);
-  element.replaceChildren(...parts.flatMap((part, k) => (k ? [document.createElement("wbr"), part] : [part])));
-}
-
 class TargetTable {
   constructor(page) {
     this.page = page;
