@@ -46,7 +46,7 @@ fn files(folder: &Path) -> BTreeMap<String, Vec<u8>> {
 fn every_study_runs_and_the_page_does_not_depend_on_the_number_of_threads() {
     let [one, three] = ["1", "3"].map(|threads| {
         let folder = tempfile::tempdir().unwrap();
-        let output = reproduce(folder.path(), threads, &["--runs", "3", "--out", "out", "--page", "docs/page.md"]);
+        let output = reproduce(folder.path(), threads, &["--runs", "2", "--out", "out", "--page", "docs/page.md"]);
         assert!(output.status.success(), "{}", text(&output.stderr));
         (files(folder.path()), output.stdout)
     });
@@ -69,7 +69,7 @@ fn every_study_runs_and_the_page_does_not_depend_on_the_number_of_threads() {
             let what = claim["what"].as_str().unwrap().replace('|', "\\|");
             assert!(page.contains(&what), "{study}: {what} is not on the page");
         }
-        assert!(page.contains(&format!("`standoff reproduce {study} --runs 3`")), "{study}");
+        assert!(page.contains(&format!("`standoff reproduce {study} --runs 2`")), "{study}");
         assert!(study == "errata" || one.0.contains_key(&format!("out/{study}.csv")), "{study} has no data");
     }
     let team_states: Vec<&str> =
