@@ -15,13 +15,13 @@ const browser = await chromium.launch({
   args: ["--disable-gpu", "--enable-unsafe-swiftshader", "--disable-background-networking"],
 });
 
-/** Opens a page, prepares it and saves a screenshot. */
-async function picture(file, name, theme, arrange) {
+/** Opens a page, prepares it and saves a screenshot of the page or of one of its parts. */
+async function picture(file, name, theme, arrange, part) {
   const page = await browser.newPage({ viewport: { width: 1280, height: 720 }, colorScheme: theme });
   await page.goto(pathToFileURL(resolve(results, file)).href);
   await arrange(page);
   await page.waitForTimeout(500);
-  await page.screenshot({ path: join(pictures, `${name}.png`) });
+  await (part ? page.locator(part) : page).screenshot({ path: join(pictures, `${name}.png`) });
   await page.close();
 }
 
@@ -36,6 +36,26 @@ async function handoffIn3d(page) {
   await handoff(page);
   await page.click("#view-3d");
   await page.waitForSelector(".view-3d[data-time-s='33.000']");
+}
+
+/** Selects a target, so that its gates are shown. */
+async function gates(page) {
+  await page.waitForSelector("body[data-ready=charts]");
+  await goTo(page, 30);
+  await find(page, "target-5");
+}
+
+/** Goes to a time at which a building hides a car. */
+async function behindBuildings(page) {
+  await page.waitForSelector("body[data-ready=charts]");
+  await goTo(page, 85);
+  await find(page, "target-0");
+}
+
+/** Selects an object and zooms to it. */
+async function find(page, name) {
+  await page.fill("#find", name);
+  await page.press("#find", "Enter");
 }
 
 /** Selects the metric with the largest difference. */
@@ -84,5 +104,7 @@ for (const theme of ["light", "dark"]) {
   await picture("compared.html", `runs-${theme}`, theme, selectMetric);
 }
 await picture("run/report.html", "page-3d", "light", handoffIn3d);
+await picture("radar/report.html", "map-detections", "light", gates, ".stage");
+await picture("street/report.html", "map-buildings", "light", behindBuildings, ".stage");
 await picture("run/report.html", "page-annotated", "light", numbered);
 await browser.close();
