@@ -55,6 +55,7 @@ def check(tables, scenario, metrics):
         ids, at = positions(truth, "target")
         keys, estimates = positions(tracks, "target")
         numbers = [] if tracks is None else tracks["track"].tolist()
+        cued = [] if tracks is None else (tracks["status"] == "cued").tolist()
         looking = uavs.dropna(subset=["boresight_rad"])
         if len(looking):
             views = [in_view(uav, at, sensor) for uav in looking.itertuples()]
@@ -69,17 +70,20 @@ def check(tables, scenario, metrics):
             found = set() if rows is None else set(zip(rows["uav"], rows["target"]))
             for uav, view in zip(looking.itertuples(), views):
                 detected += [(uav.uav, target) in found for target, seen in zip(ids, view) if seen]
-        for number, target in zip(numbers, keys):
+        for number, target, is_cued in zip(numbers, keys, cued):
             exists = target in ids
             lives[number].append(exists)
             if exists:
-                swaps += last.get(number, target) != target
-                last[number] = target
+                if not is_cued:
+                    swaps += last.get(number, target) != target
+                    last[number] = target
                 of_targets[target][number] += 1
         if tracks is not None and tracks["track_uid"].notna().any():
             uids = tracks["track_uid"].tolist()
-            before = paired(before, ids, at, uids, estimates)
-            expected = [before.get(uid, number) for uid, number in zip(uids, numbers)]
+            now = paired(before, ids, at, uids, estimates)
+            expected = [now.get(uid, number) for uid, number in zip(uids, numbers)]
+            # The target of a cue is not known.
+            before = {uid: now[uid] for uid, is_cued in zip(uids, cued) if uid in now and not is_cued}
             wrong_targets += sum(ours != theirs for ours, theirs in zip(expected, keys))
             compared += len(keys)
     print(f"targets of tracks: {wrong_targets} of {compared} differ")

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use standoff::Position;
-use standoff_record::Frame;
+use standoff_record::{Frame, TrackStatus};
 
 use crate::config::ScoreConfig;
 use crate::geometry::pointed_sensors;
@@ -24,7 +24,7 @@ pub(crate) struct AssociationScores {
     pub(crate) false_tracks_in_view: Mean,
     /// Target-scans in the field of view, behind buildings or not, that were detected.
     pub(crate) detected: Mean,
-    /// Number of times that a track has changed its target.
+    /// Number of times that a track has changed its target since its first measurement.
     pub(crate) swaps: u64,
     /// Tracks so far, by number.
     tracks: BTreeMap<u32, TrackLife>,
@@ -38,6 +38,7 @@ struct TrackLife {
     steps: u64,
     /// Time steps with a target.
     matched: u64,
+    /// Last target since the first measurement.
     last_target: Option<u32>,
 }
 
@@ -66,8 +67,12 @@ impl AssociationScores {
         for pair in matching.pairs() {
             let (target, track) = (pair.target.target, pair.track.track);
             let life = self.tracks.entry(track).or_default();
-            self.swaps += u64::from(life.last_target.is_some_and(|last| last != target));
-            (life.steps, life.matched, life.last_target) = (life.steps + 1, life.matched + 1, Some(target));
+            (life.steps, life.matched) = (life.steps + 1, life.matched + 1);
+            // The target of a cue is not known before the first measurement.
+            if pair.track.status != TrackStatus::Cued {
+                self.swaps += u64::from(life.last_target.is_some_and(|last| last != target));
+                life.last_target = Some(target);
+            }
             *self.of_targets.entry(target).or_default().entry(track).or_default() += 1;
         }
         for track in matching.unmatched_tracks() {
@@ -230,6 +235,12 @@ mod tests {
             .collect();
         let metrics = score(&score_config(), &frames);
         assert_eq!((metrics.track_swaps, metrics.false_tracks), (Some(1), Some(1)));
+        let cued = |mut frame: Frame| {
+            frame.tracks.iter_mut().for_each(|track| track.status = TrackStatus::Cued);
+            frame
+        };
+        let metrics_if_cued = score(&score_config(), &frames.iter().cloned().map(cued).collect::<Vec<_>>());
+        assert_eq!(metrics_if_cued.track_swaps, Some(0), "cues have no known target");
         // Targets 0 and 2 have one track each for 6 and 9 time steps, target 1 two tracks for 6 and 2.
         assert_eq!(metrics.track_purity, Some(21.0 / 23.0));
     }

@@ -194,7 +194,9 @@ impl TeamState {
             let scans = Scans { sensor, pose_error, reports, implausible };
             let cues = input.messages.cues();
             let (now, transition, params) = (input.now, input.transition, &params.track);
-            let input = TrackerInput { now, transition, scans, cues, params, tracks_max: TARGETS_MAX };
+            let is_first_scan = previous.teammates.is_empty();
+            let tracks_max = TARGETS_MAX;
+            let input = TrackerInput { now, transition, scans, cues, is_first_scan, params, tracks_max };
             tracker.step(tracks, unlabelled, previous.memberships.track_table(), &input)
         });
         for TrackChange { track, kind } in &tracker.changes {

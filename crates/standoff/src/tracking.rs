@@ -1,6 +1,7 @@
 //! Tracking: one track per target, updated with the detections of all UAVs.
 
 pub(crate) mod association;
+pub(crate) mod exchange;
 pub(crate) mod gaussian;
 pub(crate) mod information_filter;
 pub(crate) mod input;

@@ -66,6 +66,51 @@ fn each_target_has_a_track_and_no_false_alarm_has_one() {
     }
 }
 
+/// The first scan of a team without cues finds targets that have been there before: they are confirmed sooner than targets
+/// of a later scan.
+#[test]
+fn targets_of_the_first_scan_are_confirmed_sooner() {
+    let steps_until_confirmed = |first_tick: i64, hidden_ticks: i64| {
+        let (mut team, mut fleet) = (team(2, 4), TeamAgent::new(params()).unwrap());
+        let mut is_confirmed = |tick: i64| {
+            let (now, mut scans, inbox) = team.speak(tick);
+            team.decide(now, &scans, &inbox);
+            if tick < first_tick {
+                return false;
+            }
+            if tick < first_tick + hidden_ticks {
+                scans.iter_mut().for_each(|scan| scan.1.clear());
+            }
+            let observed = observe_all(&mut fleet, now, &team.states, &scans, &[]);
+            fleet.decide(&observed[0]);
+            matched(fleet.team_state(), 4, apart).0 == 4
+        };
+        (0..60).find(|tick| is_confirmed(*tick)).unwrap() - first_tick - hidden_ticks
+    };
+    let [first, later]: [i64; 2] = [0, 1].map(|hidden| (5..25).map(|tick| steps_until_confirmed(tick, hidden)).sum());
+    assert!(first + 5 < later, "{first} and {later} time steps in 20 missions");
+}
+
+/// After two targets were together, the covariance of their tracks includes that they may have changed places.
+#[test]
+fn tracks_of_targets_that_have_met_are_uncertain_about_their_identity() {
+    fn meeting(id: u32, now: Time) -> Option<(Position, Velocity)> {
+        let away_m = (30.0 - now.s()).abs() * 2.0;
+        let velocity = Velocity::from_m_s(6.0, 0.0);
+        Some((Position::from_m(0.0, if id == 0 { away_m } else { -away_m }) + velocity * now.s(), velocity))
+    }
+    let sd_m = |until: i64| {
+        let (mut team, mut radio) = (team(3, 2).with_motion(meeting), Radio::new(1));
+        (0..until).for_each(|tick| drop(team.tick_over(tick, &mut radio)));
+        let state = team.agents[0].team_state();
+        let sds_m = live(state).iter().map(|track| track.estimate().position_sd_max_m()).collect::<Vec<_>>();
+        sds_m.into_iter().fold(0.0, f64::max)
+    };
+    // Both are 30 m apart, at 22.5 s before they meet at 30 s, and at 37.5 s after.
+    let (before_m, after_m) = (sd_m(45), sd_m(75));
+    assert!(after_m > 15.0 && before_m < 12.0, "{before_m} m before, {after_m} m after");
+}
+
 /// Late, repeated and reordered reports: all agents have the same tracks, bit for bit.
 #[test]
 fn agents_with_the_same_messages_have_the_same_tracks() {

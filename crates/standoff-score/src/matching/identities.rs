@@ -3,7 +3,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use standoff::Position;
-use standoff_record::{AgentEventRow, EventRow, Frame, NO_TARGET, TrackRow, TruthRow};
+use standoff_record::{AgentEventRow, EventRow, Frame, NO_TARGET, TrackRow, TrackStatus, TruthRow};
 
 use super::assignment::assign;
 use super::{estimate, position};
@@ -18,8 +18,9 @@ const KEPT_STEPS: u64 = 2_000;
 ///
 /// A pair of target and track persists as long as both exist within [`CUTOFF_M`] of each other: if two targets meet,
 /// their tracks do not swap for being nearer to the other target for a moment. The other tracks and targets are
-/// assigned at each time step, so that the sum of squared distances is minimal. A track of no target gets a key that no
-/// target has.
+/// assigned at each time step, so that the sum of squared distances is minimal. So are cued tracks, because the error of
+/// a cue is as large as the distance of many targets: the first measurement shows which target the track is of. A track
+/// of no target gets a key that no target has.
 #[derive(Debug, Clone, Default)]
 pub struct Identities {
     /// Numbers of the tracks, by key: the order of their first appearance.
@@ -41,6 +42,19 @@ struct Identity {
     target: u32,
     /// Last time step at which the track existed.
     step: u64,
+    /// True if the track has been measured.
+    is_measured: bool,
+}
+
+impl Identity {
+    fn of(row: &TrackRow, step: u64) -> Self {
+        Self { target: row.target, step, is_measured: row.status != TrackStatus::Cued }
+    }
+
+    /// True if the target is that of the track also at the next time step, `step`, if it is still near.
+    fn persists_at(&self, step: u64) -> bool {
+        self.is_measured && self.step + 1 == step
+    }
 }
 
 impl Identities {
@@ -87,13 +101,13 @@ fn pair(
         let key = key_of(row);
         let before = targets.get(&key).copied();
         row.track = number(key, numbers);
-        let target = before.filter(|identity| identity.step + 1 == step).and_then(|identity| {
+        let target = before.filter(|identity| identity.persists_at(step)).and_then(|identity| {
             let index = truth.binary_search_by_key(&identity.target, |target| target.target).ok()?;
             let is_near = estimate(row).distance_m(position(&truth[index])) < CUTOFF_M;
             (is_near && paired.insert(identity.target)).then_some(identity.target)
         });
         row.target = target.unwrap_or(row.track);
-        targets.insert(key, Identity { target: row.target, step });
+        targets.insert(key, Identity::of(row, step));
         if target.is_none() {
             free.push((key, row));
         }
@@ -104,7 +118,7 @@ fn pair(
     for (track, target) in assign(&positions, &places, CUTOFF_M) {
         let (key, row) = &mut free[track];
         row.target = free_targets[target].target;
-        targets.insert(*key, Identity { target: row.target, step });
+        targets.insert(*key, Identity::of(row, step));
     }
 }
 
@@ -169,6 +183,22 @@ mod tests {
         assert_eq!(identified(&mut identities, frame(&targets, &lone)), [(90, NO_TARGET + 2)]);
         // A pair that ended does not come back by itself.
         assert_eq!(identified(&mut identities, frame(&targets, &[(70, 1.0)])), [(70, 3)]);
+    }
+
+    /// The first measurement of a cued track decides which target it is of.
+    #[test]
+    fn a_cued_track_is_assigned_again_until_it_is_measured() {
+        let mut identities = Identities::default();
+        let with = |status, x_m| {
+            let mut frame = frame(&[(3, 0.0), (5, 20.0)], &[(70, x_m)]);
+            frame.tracks[0].status = status;
+            frame
+        };
+        let cued = |x_m| with(TrackStatus::Cued, x_m);
+        assert_eq!(identified(&mut identities, cued(9.0)), [(70, 3)]);
+        assert_eq!(identified(&mut identities, cued(12.0)), [(70, 5)]);
+        assert_eq!(identified(&mut identities, with(TrackStatus::Updated, 8.0)), [(70, 3)]);
+        assert_eq!(identified(&mut identities, with(TrackStatus::Updated, 12.0)), [(70, 3)]);
     }
 
     /// Tracks have the same number in all team states, but each agent has its own pairs. Events have the target of

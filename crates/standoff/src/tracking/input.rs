@@ -20,9 +20,18 @@ pub(crate) struct TrackerInput<'a> {
     pub(crate) transition: &'a Transition,
     pub(crate) scans: Scans<'a>,
     pub(crate) cues: &'a [Cue],
+    /// True if the team has received no scan before.
+    pub(crate) is_first_scan: bool,
     pub(crate) params: &'a TrackParams,
     /// Maximum number of tracks.
     pub(crate) tracks_max: usize,
+}
+
+impl TrackerInput<'_> {
+    /// True if the sensors do not detect slow targets.
+    pub(crate) fn has_blind_zone(&self) -> bool {
+        self.params.sensor.mdv_m_s > 0.0
+    }
 }
 
 /// Scans of all UAVs at one time step.

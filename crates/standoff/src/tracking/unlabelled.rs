@@ -11,8 +11,9 @@
 use crate::math;
 use crate::message::Detection;
 use crate::time::{Duration, Time};
+use crate::tracking::exchange::{self, ExchangeMixture, exchange_probability, squared_distance};
 use crate::tracking::gaussian::{Gaussian, Mixture};
-use crate::tracking::information_filter::{Estimate, InformationFilter, inverse_2};
+use crate::tracking::information_filter::{Estimate, InformationFilter};
 use crate::tracking::input::TrackerInput;
 use crate::tracking::joint_association::{Edge, JointAssociation};
 use crate::tracking::motion_modes::{MotionModes, MotionTransitions, StoredModes};
@@ -24,8 +25,22 @@ use crate::uav::UavId;
 /// Probability of existence at which a tentative track is confirmed.
 const CONFIRMED: f64 = 0.99;
 
+/// Number of scans whose new targets the first scan finds, unless there were cues: that of the mean time that a target
+/// exists, 1 / [`END_RATE_1_S`], at three scans per second.
+const UNDETECTED_SCANS: f64 = 1000.0;
+
+/// Maximum probability of existence of a new tentative track: a single detection confirms no track.
+const STARTED_MAX: f64 = 0.9;
+
 /// Probability of existence at which a confirmed track is lost.
 const LOST: f64 = 0.3;
+
+/// Probability of an exchange above which two tracks cannot be distinguished.
+const INDISTINCT: f64 = 0.2;
+
+/// Number of tracks without target, expected among a track and those indistinct from it, at which the least probable one
+/// ends: from there on, the expected number of targets is rounded to less than that of the tracks.
+const DUPLICATES: f64 = 0.5;
 
 /// Probability of existence at which a tentative track is dropped, as a fraction of that of a new one.
 const DROPPED: f64 = 0.2;
@@ -70,7 +85,7 @@ pub(crate) struct UnlabelledTracks {
 }
 
 /// State of a track in the table, apart from its estimate.
-#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
+#[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
 struct Confirmed {
     id: TrackId,
     /// Probability that its target exists.
@@ -78,6 +93,21 @@ struct Confirmed {
     /// Number of time steps in which it was detected, at most [`DETECTED_MAX`].
     detected_count: u8,
     modes: StoredModes,
+    /// Estimate without exchanges; `None` if it is that in the table.
+    own: Option<Estimate>,
+    /// Tracks of higher id with which it may have exchanged its target, by ascending id, each with the probability.
+    exchanges: Vec<(TrackId, f64)>,
+}
+
+impl Confirmed {
+    fn new(id: TrackId, existence: f64, detected_count: u8, modes: StoredModes) -> Self {
+        Self { id, existence, detected_count, modes, own: None, exchanges: Vec::new() }
+    }
+
+    /// Probability that it has exchanged its target with a track of higher id.
+    fn exchange_probability(&self, other: TrackId) -> f64 {
+        self.exchanges.iter().find(|(id, _)| *id == other).map_or(0.0, |(_, probability)| *probability)
+    }
 }
 
 /// A track that may be of no target.
@@ -123,6 +153,8 @@ struct Candidate {
 pub(crate) struct UnlabelledUpdate {
     /// Probability that a target in view still exists, and its track still follows it, after the time step.
     survival: f64,
+    /// Number of targets that a scan may discover, as a multiple of those that have just appeared.
+    undetected_factor: f64,
     candidates: Vec<Candidate>,
     views: Vec<Views>,
     joint: JointAssociation,
@@ -166,7 +198,12 @@ impl UnlabelledTracks {
     /// True if the state is one that a time step can leave.
     pub(crate) fn is_valid(&self, now: Time) -> bool {
         let is_probability = |probability: f64| (0.0..=1.0).contains(&probability);
-        let is_possible = |of: &Confirmed| is_probability(of.existence) && of.modes.is_valid();
+        let is_possible = |of: &Confirmed| {
+            let is_usable = of.own.is_none_or(|own| InformationFilter::new(own).is_some());
+            let are_probabilities = of.exchanges.iter().all(|(_, probability)| (0.0..=0.5).contains(probability));
+            let are_sorted = of.exchanges.is_sorted_by(|a, b| a.0 < b.0);
+            is_probability(of.existence) && of.modes.is_valid() && is_usable && are_probabilities && are_sorted
+        };
         let is_usable = |of: &Tentative| {
             is_probability(of.existence) && of.started <= now && InformationFilter::new(of.estimate).is_some()
         };
@@ -187,17 +224,26 @@ impl UnlabelledTracks {
     ) -> bool {
         let is_new = |track: &Track| new.iter().any(|change| change.track == track.id);
         let live = tracks.rows().iter().map(TrackRow::track).filter(|track| !track.is_lost() && !is_new(track));
-        live.map(Track::estimate).any(|estimate| squared_distance(estimate, cued) < POSITION_GATE)
+        live.map(|track| self.own_estimate(track)).any(|own| squared_distance(own, cued) < POSITION_GATE)
+    }
+
+    /// Estimate of a track without exchanges.
+    fn own_estimate<'a>(&'a self, track: &'a Track) -> &'a Estimate {
+        self.confirmed(track.id).and_then(|of| of.own.as_ref()).unwrap_or(track.estimate())
     }
 
     /// Enters a track that a cue has started.
     pub(crate) fn enter_cued(&mut self, id: TrackId) {
-        self.enter(Confirmed { id, existence: CUED_EXISTENCE, detected_count: 0, modes: StoredModes::default() });
+        self.enter(Confirmed::new(id, CUED_EXISTENCE, 0, StoredModes::default()));
     }
 
+    /// Enters the state of a track. Its exchanges stay.
     fn enter(&mut self, entry: Confirmed) {
         match self.confirmed.binary_search_by_key(&entry.id, |of| of.id) {
-            Ok(index) => self.confirmed[index] = entry,
+            Ok(index) => {
+                let exchanges = core::mem::take(&mut self.confirmed[index].exchanges);
+                self.confirmed[index] = Confirmed { exchanges, ..entry };
+            }
             Err(index) => self.confirmed.insert(index, entry),
         }
     }
@@ -234,6 +280,10 @@ impl UnlabelledTracks {
         changes: &mut Vec<TrackChange>,
     ) {
         self.tentative.clear();
+        // Targets in a blind zone are missed for another reason: their detections are not those of a neighbour's track.
+        if !input.has_blind_zone() {
+            update.end_duplicates();
+        }
         for candidate in &update.candidates {
             let Some(row) = candidate.row else { continue };
             let track = tracks.rows_mut()[row].track_mut();
@@ -259,6 +309,38 @@ impl UnlabelledTracks {
         }
         self.tentative.sort_unstable_by_key(|of| of.id);
         self.tentative.dedup_by_key(|of| of.id);
+        self.include_exchanges(tracks);
+    }
+
+    /// Includes in the covariances of the tracks that they may have exchanged their targets, now or before.
+    fn include_exchanges<R: TrackRow>(&mut self, tracks: &mut TrackTable<R>) {
+        let is_live = |id: TrackId| tracks.index(id).ok().filter(|row| !tracks.rows()[*row].track().is_lost());
+        let rows: Vec<Option<usize>> = self.confirmed.iter().map(|of| is_live(of.id)).collect();
+        let live: Vec<(usize, usize)> =
+            rows.iter().enumerate().filter_map(|(entry, row)| Some((entry, (*row)?))).collect();
+        let estimates: Vec<Estimate> = live.iter().map(|(_, row)| *tracks.rows()[*row].track().estimate()).collect();
+        let mut exchanges: Vec<Vec<(TrackId, f64)>> = vec![Vec::new(); self.confirmed.len()];
+        let mut mixtures = vec![ExchangeMixture::default(); live.len()];
+        for (one, other) in exchange::close_pairs(&estimates) {
+            let (entry, id) = (live[one].0, self.confirmed[live[other].0].id);
+            let now = exchange_probability(&estimates[one], &estimates[other]);
+            let probability = now.max(self.confirmed[entry].exchange_probability(id));
+            if probability > exchange::NEGLIGIBLE {
+                exchanges[entry].push((id, probability));
+                let between = estimates[other].state.0 - estimates[one].state.0;
+                mixtures[one].add(probability, &between);
+                mixtures[other].add(probability, &between);
+            }
+        }
+        for (of, exchanges) in self.confirmed.iter_mut().zip(exchanges) {
+            (of.own, of.exchanges) = (None, exchanges);
+        }
+        for ((mixture, own), (entry, row)) in mixtures.iter().zip(&estimates).zip(&live) {
+            if let Some(estimate) = mixture.estimate(own) {
+                self.confirmed[*entry].own = Some(*own);
+                tracks.rows_mut()[*row].track_mut().refine(&estimate);
+            }
+        }
     }
 
     /// Enters a tentative track into the table; if it is near a lost one, in its place.
@@ -307,6 +389,43 @@ impl UnlabelledTracks {
 }
 
 impl UnlabelledUpdate {
+    /// Ends duplicates. If fewer targets exist than tracks that cannot be distinguished, each of these keeps some detections
+    /// and so its existence, although their number is known.
+    fn end_duplicates(&mut self) {
+        let mut confirmed: Vec<usize> =
+            (0..self.candidates.len()).filter(|index| self.candidates[*index].row.is_some()).collect();
+        let estimate = |index: &usize| Estimate::from(&self.candidates[*index].modes.moments());
+        let estimates: Vec<Estimate> = confirmed.iter().map(estimate).collect();
+        let mut pairs = exchange::close_pairs(&estimates);
+        pairs.retain(|(one, other)| exchange_probability(&estimates[*one], &estimates[*other]) > INDISTINCT);
+        let indistinct: Vec<[usize; 2]> =
+            pairs.iter().map(|(one, other)| [confirmed[*one], confirmed[*other]]).collect();
+        // Stable: of equally probable tracks, that of lowest id ends first.
+        confirmed.sort_by(|a, b| self.candidates[*a].existence.total_cmp(&self.candidates[*b].existence));
+        for index in confirmed {
+            let pairs = indistinct.iter().filter(|pair| pair.contains(&index));
+            let others: Vec<usize> = pairs.map(|[one, other]| if *one == index { *other } else { *one }).collect();
+            self.end_if_duplicate(index, &others);
+        }
+    }
+
+    /// Ends a track if its target is probably that of one of the tracks that are indistinct from it. They get its existence.
+    fn end_if_duplicate(&mut self, index: usize, others: &[usize]) {
+        let others = others.iter().filter(|other| self.candidates[**other].existence >= LOST);
+        let others: Vec<usize> = others.copied().collect();
+        let lacking: f64 = others.iter().map(|other| 1.0 - self.candidates[*other].existence).sum();
+        let existence = self.candidates[index].existence;
+        if existence < LOST || lacking <= 0.0 || lacking + 1.0 - existence < DUPLICATES {
+            return;
+        }
+        self.candidates[index].existence = 0.0;
+        let share = (existence / lacking).min(1.0);
+        for other in others {
+            let Candidate { existence, .. } = &mut self.candidates[other];
+            *existence += share * (1.0 - *existence);
+        }
+    }
+
     /// Predicts all tracks without label to the time step.
     fn gather<R: TrackRow>(
         &mut self,
@@ -317,14 +436,17 @@ impl UnlabelledUpdate {
     ) {
         let transitions = MotionTransitions::new(input.transition, input.params);
         self.survival = math::exp(-END_RATE_1_S * input.transition.dt.s());
+        // With a blind zone, misses would not end the false tracks that start then.
+        let is_first_look = input.is_first_scan && tracks.rows().is_empty() && !input.has_blind_zone();
+        self.undetected_factor = if is_first_look { UNDETECTED_SCANS } else { 1.0 };
         self.candidates.clear();
         for (row, of) in tracks.rows().iter().enumerate() {
             let track = of.track();
             let Some(known) = state.confirmed(track.id).filter(|_| !track.is_lost()) else { continue };
-            let mut modes = known.modes.restored(track.estimate());
+            let mut modes = known.modes.restored(known.own.as_ref().unwrap_or(track.estimate()));
             // A track that a cue has just started is already at this time step.
             if !changes.iter().any(|change| change.track == track.id) {
-                let can_stop = known.detected_count >= DETECTED_MAX && input.params.sensor.mdv_m_s > 0.0;
+                let can_stop = known.detected_count >= DETECTED_MAX && input.has_blind_zone();
                 modes.predict(&transitions, can_stop);
             }
             self.candidates.push(Candidate {
@@ -356,15 +478,18 @@ impl UnlabelledUpdate {
 
     /// Associates the detections of one scan with all candidates, and updates these.
     fn associate(&mut self, model: &ScanModel, detections: &[Detection]) {
-        let Self { survival, candidates, views, joint, edges, hits, hits_ends, backgrounds, explained, rejected } =
-            self;
+        let Self {
+            survival, candidates, views, joint, edges, hits, hits_ends, backgrounds, explained, rejected, ..
+        } = self;
+        let undetected_factor = self.undetected_factor;
         edges.clear();
         hits.clear();
         hits_ends.clear();
         explained.clear();
         explained.resize(detections.len(), 0.0);
         backgrounds.clear();
-        backgrounds.extend(detections.iter().map(|detection| model.background(detection)));
+        let background = |[false_alarms, new_targets]: [f64; 2]| [false_alarms, new_targets * undetected_factor];
+        backgrounds.extend(detections.iter().map(|detection| background(model.background(detection))));
         views.clear();
         views.extend(candidates.iter().map(|candidate| model.views(&candidate.modes)));
         for (track, (candidate, views)) in candidates.iter_mut().zip(&*views).enumerate() {
@@ -415,7 +540,7 @@ impl UnlabelledUpdate {
             repeats = if is_repeat { repeats + 1 } else { 0 };
             let [false_alarms, new_targets] = self.backgrounds[index];
             let unexplained = (1.0 - self.explained[index]).max(0.0);
-            let existence = unexplained * new_targets / (new_targets + false_alarms);
+            let existence = (unexplained * new_targets / (new_targets + false_alarms)).min(STARTED_MAX);
             if unexplained < 0.1 {
                 continue;
             }
@@ -477,7 +602,7 @@ impl Candidate {
     /// State to keep of it as a track in the table with an id.
     fn entry(&self, id: TrackId) -> Confirmed {
         let detected_count = self.detected_count.saturating_add(u8::from(self.detected > 0.5)).min(DETECTED_MAX);
-        Confirmed { id, existence: self.existence, detected_count, modes: self.modes.stored() }
+        Confirmed::new(id, self.existence, detected_count, self.modes.stored())
     }
 }
 
@@ -489,9 +614,42 @@ fn detection_probability(modes: &MotionModes, views: &Views) -> f64 {
     modes.all().iter().zip(views).map(of_mode).sum()
 }
 
-/// Squared distance between two independent estimates of a position, in standard deviations.
-fn squared_distance(a: &Estimate, b: &Estimate) -> f64 {
-    let between = (a.state.position() - b.state.position()).vector();
-    let covariance = a.position_covariance() + b.position_covariance();
-    inverse_2(&covariance).map_or(f64::INFINITY, |inverse| between.dot(&(inverse * between)))
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use nalgebra::{Matrix6, Vector6};
+
+    /// A track in the table at `x_m`, known to 5 m.
+    fn candidate(row: usize, x_m: f64, existence: f64) -> Candidate {
+        let mut mean = Vector6::zeros();
+        mean[0] = x_m;
+        let covariance = Matrix6::from_diagonal(&Vector6::new(25.0, 1.0, 0.1, 25.0, 1.0, 0.1));
+        Candidate {
+            id: TrackId(row as u64),
+            modes: MotionModes::moving(Gaussian { mean, covariance }),
+            existence,
+            detected_count: 0,
+            row: Some(row),
+            started: Time::EPOCH,
+            detected: 0.0,
+            is_in_view: true,
+        }
+    }
+
+    fn existences_after(tracks: [(f64, f64); 3]) -> [f64; 3] {
+        let mut update = UnlabelledUpdate::default();
+        update.candidates.extend((0..).zip(tracks).map(|(row, (x_m, existence))| candidate(row, x_m, existence)));
+        update.end_duplicates();
+        core::array::from_fn(|index| update.candidates[index].existence)
+    }
+
+    /// Of two tracks of one target, the less probable one ends, and the other one gets its existence.
+    #[test]
+    fn a_duplicate_ends() {
+        assert_eq!(existences_after([(0.0, 0.8), (1.0, 0.6), (100.0, 0.6)]), [1.0, 0.0, 0.6]);
+        // Both targets probably exist.
+        assert_eq!(existences_after([(0.0, 0.8), (1.0, 0.9), (100.0, 0.4)]), [0.8, 0.9, 0.4]);
+        // The tracks can be distinguished.
+        assert_eq!(existences_after([(0.0, 0.5), (30.0, 0.5), (60.0, 0.5)]), [0.5, 0.5, 0.5]);
+    }
 }

@@ -1,0 +1,125 @@
+//! Exchanges of targets: after a meeting, two tracks may each follow the target that the other one followed before.
+//!
+//! The association sums over all joint events but keeps one estimate for each track. The places of the targets are then
+//! known as well as before, but not which track follows which target. The reported estimate includes this: its covariance
+//! is that of the mixture over the possible exchanges, about the mean of the track. The tracker itself continues with the
+//! estimate without exchanges.
+
+use nalgebra::{Matrix6, Vector6};
+
+use crate::math;
+use crate::tracking::gaussian::Gaussian;
+use crate::tracking::information_filter::{Estimate, inverse_2};
+
+/// Distance of two tracks beyond which an exchange no longer counts, m: 1.5 times the distance up to which the simulator
+/// pairs a target with its track. Otherwise the covariances would grow without limit as the tracks part.
+const DISTANCE_MAX_M: f64 = 45.0;
+
+/// Probability below which an exchange does not count.
+pub(crate) const NEGLIGIBLE: f64 = 0.01;
+
+/// Maximum number of pairs of tracks that are compared in a time step.
+const PAIRS_MAX: usize = 20_000;
+
+/// Pairs of tracks that are close to each other, as ascending indices into their estimates, in ascending order.
+pub(crate) fn close_pairs(estimates: &[Estimate]) -> Vec<(usize, usize)> {
+    let x_m = |index: usize| estimates[index].state.position().x_m();
+    let mut from_west: Vec<usize> = (0..estimates.len()).collect();
+    from_west.sort_by(|a, b| x_m(*a).total_cmp(&x_m(*b)));
+    let compared = from_west.iter().enumerate().flat_map(|(place, one)| {
+        let next = from_west[place + 1..].iter().take_while(|other| x_m(**other) - x_m(*one) < DISTANCE_MAX_M);
+        next.map(|other| (*one.min(other), *one.max(other)))
+    });
+    let is_close = |(one, other): &(usize, usize)| {
+        let [one, other] = [one, other].map(|index| estimates[*index].state.position());
+        one.squared_distance_m2(other) < DISTANCE_MAX_M * DISTANCE_MAX_M
+    };
+    let mut pairs: Vec<_> = compared.take(PAIRS_MAX).filter(is_close).collect();
+    pairs.sort_unstable();
+    pairs
+}
+
+/// Probability of mistaking one target for the other, given the estimates of both: its upper bound, half the
+/// Bhattacharyya coefficient of Gaussians with the mean of both covariances.
+pub(crate) fn exchange_probability(one: &Estimate, other: &Estimate) -> f64 {
+    let squared = squared_distance(one, other);
+    0.5 * math::exp(-0.25 * squared)
+}
+
+/// Mixture of a track with the tracks that it may have exchanged its target with.
+#[derive(Debug, Clone, Copy, Default)]
+pub(crate) struct ExchangeMixture {
+    odds: f64,
+    /// Sum of the second moments of the other tracks about the mean of this one, by their odds.
+    second_moment: Matrix6<f64>,
+}
+
+impl ExchangeMixture {
+    /// Adds a track at a distance `between`, with the probability that both have exchanged their targets.
+    pub(crate) fn add(&mut self, probability: f64, between: &Vector6<f64>) {
+        // With odds, any number of tracks that are completely mixed up are equally probable.
+        let odds = probability / (1.0 - probability);
+        self.odds += odds;
+        self.second_moment += between * between.transpose() * odds;
+    }
+
+    /// Estimate of the target, with the mean of its track; `None` if it cannot be that of another track.
+    pub(crate) fn estimate(&self, own: &Estimate) -> Option<Estimate> {
+        if self.odds <= 0.0 {
+            return None;
+        }
+        let mut gaussian = Gaussian::from(own);
+        gaussian.covariance += self.second_moment / (1.0 + self.odds);
+        Some(Estimate::from(&gaussian))
+    }
+}
+
+/// Squared distance between two independent estimates of a position, in standard deviations.
+pub(crate) fn squared_distance(a: &Estimate, b: &Estimate) -> f64 {
+    let between = (a.state.position() - b.state.position()).vector();
+    let covariance = a.position_covariance() + b.position_covariance();
+    inverse_2(&covariance).map_or(f64::INFINITY, |inverse| between.dot(&(inverse * between)))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A target at `x_m` east, known to `sd_m` and 1 m/s.
+    fn estimate(x_m: f64, sd_m: f64) -> Estimate {
+        let mut mean = Vector6::zeros();
+        mean[0] = x_m;
+        let position = sd_m * sd_m;
+        let covariance = Matrix6::from_diagonal(&Vector6::new(position, 1.0, 0.1, position, 1.0, 0.1));
+        (&Gaussian { mean, covariance }).into()
+    }
+
+    #[test]
+    fn close_tracks_exchange_their_targets_and_distant_ones_do_not() {
+        let at = |x_m: f64| exchange_probability(&estimate(0.0, 3.0), &estimate(x_m, 3.0));
+        assert_eq!(at(0.0), 0.5);
+        assert!((at(6.0) - 0.5 * math::exp(-0.5)).abs() < 1e-12);
+        assert!(at(20.0) < NEGLIGIBLE);
+    }
+
+    #[test]
+    fn close_pairs_are_found_in_any_order() {
+        let estimates = [300.0, 0.0, 280.0, 44.0, 90.0].map(|x_m| estimate(x_m, 1.0));
+        assert_eq!(close_pairs(&estimates), [(0, 2), (1, 3)]);
+    }
+
+    /// Of tracks that are completely mixed up, each has the target with the same probability.
+    #[test]
+    fn the_covariance_is_that_of_the_mixture_about_the_track() {
+        let own = estimate(0.0, 2.0);
+        let mut mixture = ExchangeMixture::default();
+        assert!(mixture.estimate(&own).is_none());
+        for x_m in [-10.0, 20.0] {
+            mixture.add(0.5, &(estimate(x_m, 2.0).state.0 - own.state.0));
+        }
+        let admitted = mixture.estimate(&own).unwrap();
+        assert_eq!(admitted.state, own.state);
+        let covariance = admitted.position_covariance();
+        assert!((covariance[(0, 0)] - (4.0 + 500.0 / 3.0)).abs() < 1e-9 && covariance[(1, 1)] == 4.0);
+    }
+}
