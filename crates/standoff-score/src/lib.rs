@@ -47,7 +47,7 @@ use cramer_rao::Bound;
 use geofence::Zones;
 use innovation::Innovations;
 use mean::Mean;
-use per_agent::{PerAgentScores, Scores};
+use per_agent::{Grouped, PerAgentScores, Scores};
 use per_target::{Sums, Tallies};
 use prediction_error::PredictionErrors;
 use separation::{Separations, take_least};
@@ -235,8 +235,9 @@ impl Scorer {
         let needed = self.needed;
         let mut matching = std::mem::take(&mut self.matching);
         matching.fill(&frame.truth, &frame.tracks);
+        let grouped = Grouped::of(frame);
         if needed.tallies {
-            self.tallies.frame(&self.config, frame, &matching);
+            self.tallies.frame(&self.config, frame, &matching, &grouped);
         }
         self.assigned.clear();
         let pointed = frame.uavs.iter().filter(|uav| uav.boresight_rad.is_some());
@@ -270,9 +271,8 @@ impl Scorer {
             self.zones.frame(&self.config.geofence, &self.config.team, frame);
         }
         if needed.coverage {
-            for (_, track) in matching.targets() {
-                let covered = track.is_some_and(|track| track.group.is_some());
-                self.so_far.uncovered.add(f64::from(!covered));
+            for (target, track) in matching.targets() {
+                self.so_far.uncovered.add(1.0 - grouped.fraction(target, track));
             }
         }
         if needed.events {

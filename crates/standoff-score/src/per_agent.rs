@@ -1,8 +1,9 @@
 //! Averages the metrics of tracks and groups over the agents if each agent has its own team state.
 
-use standoff_record::Frame;
+use standoff_record::{Frame, TrackRow, TruthRow};
 use std::collections::BTreeMap;
 
+use crate::matching::key;
 use crate::metrics::Metrics;
 
 /// Scorer of one team state, frame by frame.
@@ -56,11 +57,43 @@ impl<S: Scores> PerAgentScores<S> {
         }
     }
 
-    /// Replaces the metrics of a shared team state by the means over all agents, weighted by their running time.
+    /// Replaces the metrics of a shared team state by the means over all agents, weighted by their running time, except
+    /// for the fractions of target time, which are already means over the agents and include the time without any.
     pub(crate) fn average(&self, metrics: Metrics) -> Metrics {
         let running = self.running.values().map(|period| (period.scorer.metrics(), period.steps));
         let all: Vec<(Metrics, u64)> = self.over.iter().copied().chain(running).collect();
-        if all.is_empty() { metrics } else { metrics.averaged(&all) }
+        if all.is_empty() {
+            return metrics;
+        }
+        let Metrics { custody_fraction, ungrouped_fraction, .. } = metrics;
+        Metrics { custody_fraction, ungrouped_fraction, ..metrics.averaged(&all) }
+    }
+}
+
+/// Targets in groups. If each agent has its own team state, a target can be in a group for some agents only.
+#[derive(Debug)]
+pub(crate) struct Grouped {
+    /// Number of running agents, and of those that have each target in a group. 0 if one agent acts for the whole team,
+    /// or if none is running.
+    agents: usize,
+    counts: BTreeMap<u32, usize>,
+}
+
+impl Grouped {
+    pub(crate) fn of(frame: &Frame) -> Self {
+        let mut counts = BTreeMap::new();
+        for of in frame.agents.tracks.iter().filter(|of| of.row.group.is_some()) {
+            *counts.entry(key(&of.row)).or_default() += 1;
+        }
+        Self { agents: frame.agents.all.len(), counts }
+    }
+
+    /// Fraction of the running agents that have a target in a group. `track` is its track in the shared team state.
+    pub(crate) fn fraction(&self, target: &TruthRow, track: Option<&TrackRow>) -> f64 {
+        if self.agents == 0 {
+            return f64::from(track.is_some_and(|track| track.group.is_some()));
+        }
+        self.counts.get(&target.target).map_or(0.0, |count| *count as f64 / self.agents as f64)
     }
 }
 
@@ -133,7 +166,31 @@ mod tests {
             2 => frame(2, &[]),
             _ => frame(step, &[(1, step < 2, 0.0, 1)]),
         };
-        assert_eq!(scored((0..5).map(at)).custody_fraction, Some(0.5));
+        // In custody at one of the four time steps after the first.
+        assert_eq!(scored((0..5).map(at)).custody_fraction, Some(0.25));
+    }
+
+    /// Whichever of two agents run at each of three time steps: custody is never above the time in view, and without a
+    /// running agent no target is in custody or in a group.
+    #[test]
+    fn targets_in_custody_are_in_view_and_in_a_group() {
+        for running in 0..64u32 {
+            let at = |step: i64| {
+                let of_agent = |agent: u32| {
+                    let is_on = running >> (step as u32 + 3 * agent) & 1 == 1;
+                    is_on.then_some((agent, step != 2 || agent == 0, 1.0, 0))
+                };
+                let mut frame = frame(step, &(0..2).filter_map(of_agent).collect::<Vec<_>>());
+                frame.uavs.iter_mut().filter(|_| step == 1).for_each(|uav| uav.boresight_rad = None);
+                frame
+            };
+            let metrics = scored((0..3).map(at));
+            // In view at the last of the two time steps that count, and then in a group of the first agent only.
+            let [first, second] = [2, 5].map(|bit| f64::from(running >> bit & 1));
+            let custody = if first > 0.0 { 0.5 / (first + second) } else { 0.0 };
+            assert_eq!((metrics.in_view_fraction, metrics.custody_fraction), (Some(0.5), Some(custody)), "{running:b}");
+            assert_eq!(metrics.ungrouped_fraction == Some(1.0), running & 0b01_1111 == 0, "{running:b}");
+        }
     }
 
     /// Each agent believes that the other UAV is assigned to the group. A UAV whose computer is off has no assignment.

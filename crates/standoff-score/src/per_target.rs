@@ -13,6 +13,7 @@ use crate::config::ScoreConfig;
 use crate::geometry::{is_in_view, pointed_sensors, position};
 use crate::matching::Matching;
 use crate::mean::Mean;
+use crate::per_agent::Grouped;
 
 /// All targets that have existed, by id.
 #[derive(Debug, Clone, Default)]
@@ -29,7 +30,9 @@ struct Tally {
     until_us: i64,
     /// Time steps at which the target existed, without that of its cue.
     steps: u64,
-    in_custody: u64,
+    /// Sum over these time steps: 1 if it is in custody; with several agents, the fraction of them that have it in a
+    /// group.
+    in_custody: f64,
     in_view: u64,
     /// Consecutive time steps out of view. Time steps at which the target does not exist are skipped.
     gap: u64,
@@ -101,7 +104,7 @@ pub struct TargetScore {
 
 impl Tallies {
     /// Adds the next frame.
-    pub(crate) fn frame(&mut self, config: &ScoreConfig, frame: &Frame, matching: &Matching<'_>) {
+    pub(crate) fn frame(&mut self, config: &ScoreConfig, frame: &Frame, matching: &Matching<'_>, grouped: &Grouped) {
         let looking = pointed_sensors(frame);
         let is_first_cue = self.of.is_empty();
         self.frames += u64::from(!is_first_cue);
@@ -115,7 +118,7 @@ impl Tallies {
             });
             tally.until_us = frame.time_us;
             if !is_cue {
-                tally.coverage(is_seen, is_member);
+                tally.coverage(is_seen, is_member, grouped.fraction(truth, track));
             }
             // A target that is in a group when it is cued is that group's responsibility immediately.
             if is_member && !is_first_cue {
@@ -136,7 +139,7 @@ impl Tallies {
         let mut sums = Sums::default();
         for tally in self.of.values() {
             let share = |part: u64, n: u64| Mean { sum: part as f64, n };
-            sums.in_custody = sums.in_custody.and(share(tally.in_custody, tally.steps));
+            sums.in_custody = sums.in_custody.and(Mean { sum: tally.in_custody, n: tally.steps });
             sums.in_view = sums.in_view.and(share(tally.in_view, tally.steps));
             sums.out_of_view = sums.out_of_view.and(share(tally.out_of_view, tally.member));
             sums.reacquired = sums.reacquired.and(share(tally.found.n, tally.losses));
@@ -169,7 +172,7 @@ impl Tallies {
             target: *target,
             until_s: tally.until_us as f64 / 1e6,
             manoeuvres: config.manoeuvring.contains(target),
-            custody_fraction: share(tally.in_custody, tally.steps).filter(|_| of_members),
+            custody_fraction: Mean { sum: tally.in_custody, n: tally.steps }.value().filter(|_| of_members),
             in_view_fraction: share(tally.in_view, tally.steps),
             longest_out_of_view_s: (tally.steps > 0).then_some(tally.longest_gap as f64 * config.period_s),
             position_error_m: tally.position_m.value().filter(|_| of_members),
@@ -179,10 +182,10 @@ impl Tallies {
 }
 
 impl Tally {
-    fn coverage(&mut self, is_seen: bool, is_member: bool) {
+    fn coverage(&mut self, is_seen: bool, is_member: bool, grouped: f64) {
         self.steps += 1;
         self.in_view += u64::from(is_seen);
-        self.in_custody += u64::from(is_seen && is_member);
+        self.in_custody += if is_seen { grouped } else { 0.0 };
         self.gap = if is_seen { 0 } else { self.gap + 1 };
         self.longest_gap = self.longest_gap.max(self.gap);
         self.update_custody(is_seen, is_member);
@@ -258,7 +261,7 @@ mod tests {
                     Gone => {}
                 }
             }
-            tallies.frame(&config, &frame, &Matching::of(&frame));
+            tallies.frame(&config, &frame, &Matching::of(&frame), &Grouped::of(&frame));
         }
         tallies.sums()
     }
