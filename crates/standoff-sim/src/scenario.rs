@@ -26,6 +26,7 @@ mod start;
 mod tests;
 mod traffic;
 mod validate;
+mod warnings;
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;

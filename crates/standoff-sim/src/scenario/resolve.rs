@@ -3,7 +3,6 @@
 use std::sync::Arc;
 
 use serde::Serialize;
-use standoff::research::Integrator;
 use standoff::{
     ClimbParams, Duration, Position, SensorParams, SeparationParams, TargetParams, TargetState, TeamParams, UavId,
     Velocity,
@@ -25,6 +24,7 @@ use super::schema_types::resolved::{Ring, TargetAt};
 use super::schema_types::{self, AgentSetup, Labels, resolved};
 use super::traffic::{check_span, length_warning};
 use super::validate::{check_objects, check_settings, report};
+use super::warnings::warnings;
 use super::{basemap, buildings, geofence, start};
 use crate::navigation::NavigationModel;
 use crate::random::{Draws, Stream};
@@ -48,7 +48,7 @@ pub(super) fn resolve(typed: &Typed, traffic: Option<&Arc<Traffic>>, seed: u64) 
     };
     let uavs = start::states(&mut file.uavs, ring.as_ref(), &settings.team, &targets);
     let intruders = start::intruders(&mut file.intruders, &uavs, &settings.team);
-    let mut warnings = warnings(&settings.team, settings.period);
+    let mut warnings = warnings(&settings, &targets);
     warnings.extend(geofence::warnings(&settings, &uavs));
     warnings.extend(traffic.and_then(|traffic| length_warning(typed, &settings, traffic)));
     warnings.extend(typed.notes.iter().cloned());
@@ -312,22 +312,6 @@ fn random_targets(targets: &resolved::Targets) -> Targets {
         acceleration_m_s2: [manoeuvre.ax_m_s2, manoeuvre.ay_m_s2],
     });
     Targets::Random { model: target_model(targets), start: start.collect(), manoeuvres: manoeuvres.collect() }
-}
-
-fn warnings(team: &TeamParams, period: Duration) -> Vec<String> {
-    let modulus = team.uav.heading_loop_spectral_radius(team.guidance.heading_gain_1_s, period);
-    let mut warnings = Vec::new();
-    if modulus > 1.0 - 1e-6 {
-        let euler = match team.uav.integrator {
-            Integrator::Euler => " (Euler needs guidance.heading_gain_1_s * period_s below 1)",
-            Integrator::Exact => "",
-        };
-        warnings.push(format!(
-            "the heading loop is not stable at this period: its largest eigenvalue has modulus {modulus:.3}, \
-             must be below 1{euler}"
-        ));
-    }
-    warnings
 }
 
 /// Serialises a typed or resolved scenario as text that can be read again.
