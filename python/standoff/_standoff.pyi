@@ -193,9 +193,9 @@ class Cue:
         Standard deviation of the position per axis, m.
         """
     @property
-    def target(self, /) -> int:
+    def target(self, /) -> int | None:
         """
-        Sensor-reported identity of the target.
+        Identity of the target; ``None`` if the source does not know it.
         """
     @property
     def velocity_sd_m_s(self, /) -> float:
