@@ -212,7 +212,7 @@ proptest! {
     #![proptest_config(ProptestConfig::with_cases(cases()))]
     /// Checks Eq. (8), (9), (10), (11): after each of 200 scans with up to four UAVs, the three filters have the same
     /// mean, to 1e-9 of its standard deviation, and the same covariance, to 1e-9 of the product of the standard
-    /// deviations of its row and column, or differ no more than the other two do.
+    /// deviations of its row and column, or differ at most three times as much as the other two do.
     #[test]
     fn information_joseph_and_square_root_forms_agree(problem in any_problem()) {
         let start = &problem.start;
