@@ -168,6 +168,13 @@ mod tests {
         };
         // In custody at one of the four time steps after the first.
         assert_eq!(scored((0..5).map(at)).custody_fraction, Some(0.25));
+        // Out of view before and after the gap: two times, not one long time.
+        let unseen = |step| {
+            let mut frame = frame(step, if step == 2 { &[] } else { &[(1, true, 0.0, 1)] });
+            frame.uavs.iter_mut().filter(|_| step > 0).for_each(|uav| uav.boresight_rad = None);
+            frame
+        };
+        assert_eq!(scored((0..5).map(unseen)).member_longest_out_of_view_s, Some(0.5));
     }
 
     /// Whichever of two agents run at each of three time steps: custody is never above the time in view, and without a
