@@ -106,19 +106,19 @@ macro_rules! metrics {
                 self
             }
 
-            /// Replaces the metrics that depend on tracks or groups by the weighted means of `others`.
+            /// Replaces the metrics of the team state of one agent by the weighted means of `others`.
             pub(crate) fn averaged(mut self, others: &[(Self, u64)]) -> Self {
-                $($(if needs_team_state($needs) {
+                $($(if is_of_one_agent(stringify!($field), $needs) {
                     let values = others.iter().filter_map(|(of, times)| Some((of.$field? as f64, *times)));
                     self.$field = mean::weighted(values).map(|value| value as $type);
                 })*)*
                 self
             }
 
-            /// Names of the metrics that depend on tracks or groups.
+            /// Names of the metrics of the team state of one agent.
             fn of_team_states() -> impl Iterator<Item = &'static str> {
                 let all = [$($((stringify!($field), $needs),)*)*];
-                all.into_iter().filter(|(_, needs)| needs_team_state(*needs)).map(|(name, _)| name)
+                all.into_iter().filter(|(name, needs)| is_of_one_agent(name, *needs)).map(|(name, _)| name)
             }
         }
 
@@ -145,9 +145,10 @@ const GROUPS: ReportedTables = ReportedTables { groups: true, ..NOTHING };
 const BOTH: ReportedTables = ReportedTables { tracks: true, groups: true, ..NOTHING };
 const EVENTS: ReportedTables = ReportedTables { events: true, ..NOTHING };
 
-/// True if a metric depends on tracks or groups, and hence on the team state of one agent.
-fn needs_team_state(needs: ReportedTables) -> bool {
-    needs.tracks || needs.groups
+/// True if a metric depends on tracks or groups, and hence on the team state of one agent. The fractions of target time are
+/// computed for all agents together, because they count the time without a running agent, too.
+fn is_of_one_agent(name: &str, needs: ReportedTables) -> bool {
+    (needs.tracks || needs.groups) && !["custody_fraction", "ungrouped_fraction"].contains(&name)
 }
 
 metrics! {

@@ -57,16 +57,11 @@ impl<S: Scores> PerAgentScores<S> {
         }
     }
 
-    /// Replaces the metrics of a shared team state by the means over all agents, weighted by their running time, except
-    /// for the fractions of target time, which are already means over the agents and include the time without any.
+    /// Replaces the metrics of a shared team state by the means over all agents, weighted by their running time.
     pub(crate) fn average(&self, metrics: Metrics) -> Metrics {
         let running = self.running.values().map(|period| (period.scorer.metrics(), period.steps));
         let all: Vec<(Metrics, u64)> = self.over.iter().copied().chain(running).collect();
-        if all.is_empty() {
-            return metrics;
-        }
-        let Metrics { custody_fraction, ungrouped_fraction, .. } = metrics;
-        Metrics { custody_fraction, ungrouped_fraction, ..metrics.averaged(&all) }
+        if all.is_empty() { metrics } else { metrics.averaged(&all) }
     }
 }
 
