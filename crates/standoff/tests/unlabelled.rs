@@ -199,6 +199,7 @@ fn a_cue_of_a_tracked_target_starts_no_track() {
     let (mut team, mut radio) = (team(3, 2), Radio::new(1));
     (0..40).for_each(|tick| drop(team.tick_over(tick, &mut radio)));
     let before = ids(team.agents[0].team_state());
+    let count = team.agents[0].team_state().tracks().len();
     let now = Time::from_us(40 * 500_000);
     let (position, velocity) = apart(0, now).unwrap();
     let cue = Cue {
@@ -221,4 +222,31 @@ fn a_cue_of_a_tracked_target_starts_no_track() {
     let new: Vec<TrackId> = after.difference(&before).copied().collect();
     let of_new = |id: &TrackId| team.agents[0].team_state().track(*id).unwrap().track.estimate().state.position();
     assert_eq!(new.iter().map(of_new).collect::<Vec<_>>(), [elsewhere]);
+    // Nor one that is lost immediately.
+    assert_eq!(team.agents[0].team_state().tracks().len(), count + 1);
+}
+
+/// A false alarm shortly before does not change the id of the track of a target that appears.
+#[test]
+fn the_id_of_a_track_does_not_depend_on_other_tracks() {
+    fn appears(id: u32, now: Time) -> Option<(Position, Velocity)> {
+        if now.s() < 5.0 && id == 1 { None } else { apart(id, now) }
+    }
+    let mut team = team(2, 2).with_motion(appears);
+    let mut fleets = [(); 2].map(|()| TeamAgent::new(params()).unwrap());
+    for tick in 0..30 {
+        let (now, scans, inbox) = team.speak(tick);
+        let mut disturbed = scans.clone();
+        if tick == 9 {
+            let measurement = RangeBearingMeasurement { range_m: 900.0, bearing: scans[0].0.unwrap() };
+            disturbed[0].1.push(Detection { label: None, measurement, range_rate_m_s: None });
+        }
+        for (scans, fleet) in [&scans, &disturbed].into_iter().zip(&mut fleets) {
+            let observed = observe_all(fleet, now, &team.states, scans, &[]);
+            fleet.decide(&observed[0]);
+        }
+        team.decide(now, &scans, &inbox);
+    }
+    let [plain, disturbed] = fleets.map(|fleet| ids(fleet.team_state()));
+    assert_eq!((plain.len(), &plain), (2, &disturbed));
 }

@@ -104,6 +104,11 @@ impl Confirmed {
         Self { id, existence, detected_count, modes, own: None, exchanges: Vec::new() }
     }
 
+    /// Estimate of its track without exchanges.
+    fn own_estimate<'a>(&'a self, track: &'a Track) -> &'a Estimate {
+        self.own.as_ref().unwrap_or(track.estimate())
+    }
+
     /// Probability that it has exchanged its target with a track of higher id.
     fn exchange_probability(&self, other: TrackId) -> f64 {
         self.exchanges.iter().find(|(id, _)| *id == other).map_or(0.0, |(_, probability)| *probability)
@@ -223,13 +228,11 @@ impl UnlabelledTracks {
         cued: &Estimate,
     ) -> bool {
         let is_new = |track: &Track| new.iter().any(|change| change.track == track.id);
-        let live = tracks.rows().iter().map(TrackRow::track).filter(|track| !track.is_lost() && !is_new(track));
-        live.map(|track| self.own_estimate(track)).any(|own| squared_distance(own, cued) < POSITION_GATE)
-    }
-
-    /// Estimate of a track without exchanges.
-    fn own_estimate<'a>(&'a self, track: &'a Track) -> &'a Estimate {
-        self.confirmed(track.id).and_then(|of| of.own.as_ref()).unwrap_or(track.estimate())
+        let mut live = tracks.rows().iter().map(TrackRow::track).filter(|track| !track.is_lost() && !is_new(track));
+        live.any(|track| {
+            let own = self.confirmed(track.id).map_or(track.estimate(), |of| of.own_estimate(track));
+            squared_distance(own, cued) < POSITION_GATE
+        })
     }
 
     /// Enters a track that a cue has started.
@@ -314,10 +317,9 @@ impl UnlabelledTracks {
 
     /// Includes in the covariances of the tracks that they may have exchanged their targets, now or before.
     fn include_exchanges<R: TrackRow>(&mut self, tracks: &mut TrackTable<R>) {
-        let is_live = |id: TrackId| tracks.index(id).ok().filter(|row| !tracks.rows()[*row].track().is_lost());
-        let rows: Vec<Option<usize>> = self.confirmed.iter().map(|of| is_live(of.id)).collect();
-        let live: Vec<(usize, usize)> =
-            rows.iter().enumerate().filter_map(|(entry, row)| Some((entry, (*row)?))).collect();
+        let live_row = |id: TrackId| tracks.index(id).ok().filter(|row| !tracks.rows()[*row].track().is_lost());
+        let entries = self.confirmed.iter().enumerate();
+        let live: Vec<(usize, usize)> = entries.filter_map(|(entry, of)| Some((entry, live_row(of.id)?))).collect();
         let estimates: Vec<Estimate> = live.iter().map(|(_, row)| *tracks.rows()[*row].track().estimate()).collect();
         let mut exchanges: Vec<Vec<(TrackId, f64)>> = vec![Vec::new(); self.confirmed.len()];
         let mut mixtures = vec![ExchangeMixture::default(); live.len()];
@@ -443,7 +445,7 @@ impl UnlabelledUpdate {
         for (row, of) in tracks.rows().iter().enumerate() {
             let track = of.track();
             let Some(known) = state.confirmed(track.id).filter(|_| !track.is_lost()) else { continue };
-            let mut modes = known.modes.restored(known.own.as_ref().unwrap_or(track.estimate()));
+            let mut modes = known.modes.restored(known.own_estimate(track));
             // A track that a cue has just started is already at this time step.
             if !changes.iter().any(|change| change.track == track.id) {
                 let can_stop = known.detected_count >= DETECTED_MAX && input.has_blind_zone();
@@ -479,16 +481,25 @@ impl UnlabelledUpdate {
     /// Associates the detections of one scan with all candidates, and updates these.
     fn associate(&mut self, model: &ScanModel, detections: &[Detection]) {
         let Self {
-            survival, candidates, views, joint, edges, hits, hits_ends, backgrounds, explained, rejected, ..
+            survival,
+            undetected_factor,
+            candidates,
+            views,
+            joint,
+            edges,
+            hits,
+            hits_ends,
+            backgrounds,
+            explained,
+            rejected,
         } = self;
-        let undetected_factor = self.undetected_factor;
         edges.clear();
         hits.clear();
         hits_ends.clear();
         explained.clear();
         explained.resize(detections.len(), 0.0);
         backgrounds.clear();
-        let background = |[false_alarms, new_targets]: [f64; 2]| [false_alarms, new_targets * undetected_factor];
+        let background = |[false_alarms, new_targets]: [f64; 2]| [false_alarms, new_targets * *undetected_factor];
         backgrounds.extend(detections.iter().map(|detection| background(model.background(detection))));
         views.clear();
         views.extend(candidates.iter().map(|candidate| model.views(&candidate.modes)));
