@@ -25,10 +25,15 @@ async function picture(file, name, theme, arrange, part) {
   await page.close();
 }
 
+/** Goes to a time when the page is complete. */
+async function show(page, time_s) {
+  await page.waitForSelector("body[data-ready=charts]");
+  await goTo(page, time_s);
+}
+
 /** Goes to the handoff. */
 async function handoff(page) {
-  await page.waitForSelector("body[data-ready=charts]");
-  await goTo(page, 33);
+  await show(page, 33);
 }
 
 /** Goes to the handoff in three dimensions. */
@@ -40,15 +45,13 @@ async function handoffIn3d(page) {
 
 /** Selects a target, so that its gates are shown. */
 async function gates(page) {
-  await page.waitForSelector("body[data-ready=charts]");
-  await goTo(page, 30);
+  await show(page, 30);
   await find(page, "target-5");
 }
 
 /** Goes to a time at which a building hides a car. */
 async function behindBuildings(page) {
-  await page.waitForSelector("body[data-ready=charts]");
-  await goTo(page, 85);
+  await show(page, 85);
   await find(page, "target-0");
 }
 
@@ -68,8 +71,7 @@ async function selectMetric(page) {
 async function numbered(page) {
   await handoff(page);
   await recordTexts(page);
-  await page.fill("#find", "UAV 0");
-  await page.press("#find", "Enter");
+  await find(page, "UAV 0");
   await page.click("#fit");
   await page.locator("#layer-menu").click();
   await page.waitForTimeout(500);

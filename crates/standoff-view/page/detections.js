@@ -76,7 +76,7 @@ function drawTentative(map, { ctx, scene, size }) {
 /** Title, description and facts of the card of a tentative track. */
 function tentativeCard({ existence, x_m, y_m, vx_m_s, vy_m_s }) {
   const facts = [
-    ["Existence (%)", fixed(100 * existence, 1), "Probability that there is a target; at 99 % the track is confirmed", "existence"],
+    ["Existence (%)", fixed(100 * existence, 1), "Probability that the target exists; at 99 % the track is confirmed", "existence"],
     ["East (m)", fixed(x_m, 1), "Estimated position, metres east of the origin; negative: west", "x_m"],
     ["North (m)", fixed(y_m, 1), "Estimated position, metres north of the origin; negative: south", "y_m"],
     ["Speed (m/s)", fixed(Math.hypot(vx_m_s, vy_m_s), 1), "Estimated speed over ground", "speed_m_s"],

@@ -14,8 +14,8 @@ use crate::tracking::motion_modes::{MODES, MotionModes};
 use crate::tracking::pose_error::{PoseError, PoseVariance};
 use crate::uav::UavState;
 
-/// Largest squared distance of a detection from its prediction, in standard deviations, at which they are associated: 99.9 % of the detections of a
-/// target with three measured values are nearer.
+/// Largest squared distance of a detection from its prediction, in standard deviations, at which they are associated:
+/// 99.9 % of the detections of a target with three measured values are nearer.
 pub const GATE: f64 = 16.3;
 
 /// Probability of being in the blind zone above which a target is certainly not detected.
