@@ -28,7 +28,7 @@ import numpy as np
 from check_equations import (
     POSITION, ROUNDING, VELOCITY, Outline, circle_spread, climb_of, direction, equation_7, equation_15, equations_13_20,
     equation_22, equations_28_29, is_by_circle, last_furthest, lemma_3_1, main, margin_in_metres, minima, required_radius,
-    enclosing_circle, unit, desired_state, wrap)
+    enclosing_circle, turn_limit, unit, desired_state, wrap)
 
 EXHAUSTIVE_MAX = 8  # UAVs up to which all assignments are tried
 RECEIVING_RADIUS_FRACTION = 0.85  # maximum radius of other orbits that receive members of a retiring group, relative to radius_max_m
@@ -164,7 +164,7 @@ class TimeStep:
         if is_by_circle(self.scenario):
             velocities = np.array([row.velocity for row in rows.values()])
             spread, spread_rate = circle_spread(self.positions(rows), velocities)
-        unclamped, radius, rate = equation_15(self.scenario, spread, spread_rate, margin)
+        unclamped, radius, rate = equation_15(self.scenario, spread, spread_rate, margin, turn_limit(self.scenario["uavs"], centre[VELOCITY]))
         has_room = (unclamped <= self.orbit["readmission_radius_fraction"] * self.orbit["radius_max_m"]
                     and radius * rate <= self.rules["divergence_limit_m2_s"] / 2)
         return SimpleNamespace(centre=centre[POSITION], furthest=furthest, spread=spread, unclamped=unclamped,
@@ -207,7 +207,7 @@ class TimeStep:
 
     def reach(self):
         """Returns the maximum distance of a target from the centre of an orbit with room to spare and without margin."""
-        radius_per_metre, _, _ = equation_15(self.scenario, 1.0, 0.0, 0.0)
+        radius_per_metre, _, _ = equation_15(self.scenario, 1.0, 0.0, 0.0, 0.0)
         return self.orbit["readmission_radius_fraction"] * self.orbit["radius_max_m"] / radius_per_metre
 
     def create_first(self, desired):

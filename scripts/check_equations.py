@@ -521,9 +521,29 @@ def margin_in_metres(sds, toward, furthest, members):
     return sds * np.sqrt(toward @ relative @ toward)
 
 
-def equation_15(scenario, spread, spread_rate, margin):
-    """Returns the standoff distance unclamped and clamped, and its rate."""
+def turn_limit(uavs, centre_velocity):
+    """Returns the smallest radius that UAVs can turn around a moving centre; infinite if it is as fast as they can fly."""
+    centre_speed, fastest = np.hypot(*centre_velocity), uavs["speed_m_s"] + uavs["speed_change_max_m_s"]
+    v = min(max(uavs["speed_m_s"], speed_floor(centre_velocity)), fastest)
+    return (v + centre_speed) ** 2 / (v * uavs["turn_rate_max_rad_s"]) if centre_speed < v else np.inf
+
+
+def turn_limit_after(before, limit, dt):
+    """Returns the turn limit of a moving orbit, which follows that at the members' velocity with a time constant of 5 s."""
+    return before + dt / (5.0 + dt) * (limit - before) if np.isfinite(before) and np.isfinite(limit) else limit
+
+
+def bounds_with(scenario, limit):
+    """Returns the keys of the orbit, with a minimum radius of at least the turn limit."""
     orbit = scenario["orbit"]
+    if not orbit["radius_above_turn_limit"]:
+        return orbit
+    return {**orbit, "radius_min_m": min(max(orbit["radius_min_m"], limit), orbit["radius_max_m"])}
+
+
+def equation_15(scenario, spread, spread_rate, margin, limit):
+    """Returns the standoff distance unclamped and clamped to the bounds with a turn limit, and its rate."""
+    orbit = bounds_with(scenario, limit)
     half_view = np.radians(scenario["sensor"]["field_of_view_deg"] - orbit["field_of_view_margin_deg"]) / 2
     sine = np.sin(min(half_view, np.pi / 2))
     unclamped = (spread + margin) / sine
@@ -595,12 +615,15 @@ def follow(x, v, desired, desired_v, orbit, dt):
 def follow_radius(radius, rate, desired, orbit, dt):
     """Moves a radius: like `follow` with a desired rate of zero, within its bounds and with a limited rate."""
     moved, rate = (value[0] for value in follow(*(np.array([value]) for value in (radius, rate, desired, 0.0)), orbit, dt))
-    radius, fastest = np.clip(moved, orbit["radius_min_m"], orbit["radius_max_m"]), orbit["closing_speed_max_m_s"]
-    return radius, np.clip(rate, -fastest, fastest) if radius == moved else 0.0
+    bounded, fastest = np.clip(moved, orbit["radius_min_m"], orbit["radius_max_m"]), orbit["closing_speed_max_m_s"]
+    if bounded == moved:
+        return bounded, np.clip(rate, -fastest, fastest)
+    # The lower bound may have risen above the radius.
+    return bounded, np.clip((bounded - radius) / dt, 0.0, fastest) if bounded == orbit["radius_min_m"] else 0.0
 
 
 def orbit_about(scenario, positions, velocities, margin=0.0, before=None, dt=None):
-    """Returns the centre, its velocity, r_d and its rate: instantaneous, or `dt` after the moving orbit `before`."""
+    """Returns the centre, its velocity, r_d, its rate and turn limit: instantaneous, or `dt` after the moving orbit `before`."""
     positions, velocities, orbit = np.array(positions), np.array(velocities), scenario["orbit"]
     centre, velocity = true_centre(scenario, positions), np.mean(velocities, axis=0)
     moves = before is not None and orbit["time_constant_s"] > 0
@@ -610,10 +633,12 @@ def orbit_about(scenario, positions, velocities, margin=0.0, before=None, dt=Non
     # The last one of equally far targets.
     furthest = len(spreads) - 1 - np.argmax(spreads[::-1])
     rate = (positions[furthest] - centre) @ (velocities[furthest] - velocity) / max(spreads[furthest], 1e-300)
-    _, radius, rate = equation_15(scenario, spreads[furthest], rate, margin)
+    limit = turn_limit(scenario["uavs"], np.mean(velocities, axis=0))
+    limit = turn_limit_after(before[4], limit, dt) if moves else limit
+    _, radius, rate = equation_15(scenario, spreads[furthest], rate, margin, limit)
     if moves:
-        radius, rate = follow_radius(*before[2:], radius, orbit, dt)
-    return centre, velocity, radius, rate
+        radius, rate = follow_radius(*before[2:4], radius, bounds_with(scenario, limit), dt)
+    return centre, velocity, radius, rate, limit
 
 
 def true_orbits(record):
@@ -646,7 +671,7 @@ def required_radius(scenario, members, desired, furthest_row, margin):
     if is_by_circle(scenario):
         positions = np.array([track.position for track in members.values()])
         spread = max(np.hypot(*(positions - enclosing_circle(positions)[0]).T))
-    return equation_15(scenario, spread, 0.0, margin)[0]
+    return equation_15(scenario, spread, 0.0, margin, 0.0)[0]
 
 
 def check_groups(record, compare):
@@ -671,7 +696,7 @@ def check_groups(record, compare):
                 centre, p, margin = mean, mean_p, margin if group in previous else 0.0
             if moves:
                 # The centre follows its desired state; it equals this state only when the group is created.
-                at, velocity, old_radius, old_rate = flown_before[group]
+                at, velocity, old_radius, old_rate, old_limit = flown_before[group]
                 at, velocity = follow(at, velocity, centre[POSITION], centre[VELOCITY], orbit, record.period)
                 centre = np.zeros(6)
                 centre[POSITION], centre[VELOCITY] = at, velocity
@@ -689,16 +714,22 @@ def check_groups(record, compare):
                                                       for name in ["position", "velocity"]))
             if orbit["margin"] != "mahalanobis":
                 margin = margin_in_metres(orbit["margin_sds"], toward, furthest, members)
-            unclamped, clamped, rate = equation_15(scenario, spread, spread_rate, margin)
+            limit = turn_limit(scenario["uavs"], mean[VELOCITY])
             if moves:
-                clamped, rate = follow_radius(old_radius, old_rate, clamped, orbit, record.period)
-            flown[group] = centre[POSITION], centre[VELOCITY], clamped, rate
+                limit = turn_limit_after(old_limit, limit, record.period)
+            unclamped, clamped, rate = equation_15(scenario, spread, spread_rate, margin, limit)
+            if moves:
+                clamped, rate = follow_radius(old_radius, old_rate, clamped, bounds_with(scenario, limit), record.period)
+            flown[group] = centre[POSITION], centre[VELOCITY], clamped, rate, limit
             compare("(15) spread d_max", row.spread_m, spread, tolerance=LONG_FILTER_TOLERANCE)
             compare(f"(16) margin d_m, {orbit['margin']}", row.margin_m, margin, tolerance=LONG_FILTER_TOLERANCE)
             compare("(15) standoff distance, unclamped", row.standoff_unclamped_m, unclamped, tolerance=LONG_FILTER_TOLERANCE)
             compare("(15) standoff distance r_d", row.standoff_distance_m, clamped, tolerance=LONG_FILTER_TOLERANCE)
             compare("(15) rate of r_d", row.standoff_rate_m_s, rate, tolerance=LONG_FILTER_TOLERANCE)
-            limit = equation_27(scenario["uavs"], row.velocity, row.standoff_rate_m_s)
+            if orbit["radius_above_turn_limit"]:
+                limit = limit if np.isfinite(limit) else None
+            else:
+                limit = equation_27(scenario["uavs"], row.velocity, row.standoff_rate_m_s)
             compare("(27) and moving centre: smallest radius", row.turn_limit_m, limit)
             required = required_radius(scenario, members, mean, furthest_row, margin) if moves else unclamped
             required = max(required, orbit["radius_min_m"], np.inf if limit is None else limit)
@@ -714,7 +745,8 @@ def equation_22(record):
         previous, smoothed, steered[time] = smoothed, {}, {}
         for group, row in record.groups[time].items():
             members, radius, rate = record.members(time, group), row.standoff_distance_m, row.standoff_rate_m_s
-            lag = guidance["radial_gain"] * radius / speed
+            lag, limit = guidance["radial_gain"] * radius / speed, np.inf if row.turn_limit_m is None else row.turn_limit_m
+            bounds = bounds_with(scenario, limit)
             if guidance["lead"] == "predicted":
                 relative = [(track.position - row.position, track.velocity - row.velocity) for track in members.values()]
                 away, moving = max(((at + lag * v, v) for at, v in relative), key=lambda later: np.hypot(*later[0]))
@@ -729,10 +761,10 @@ def equation_22(record):
                     away, moving = max(relative, key=lambda pair: np.hypot(*pair[0]))
                     spread_rate = unit(direction(away)) @ moving if np.any(away) else 0.0
                     spread = max(np.hypot(*away) + lag * spread_rate, 0.0)
-                _, expected, expected_rate = equation_15(scenario, spread, spread_rate, row.margin_m)
+                _, expected, expected_rate = equation_15(scenario, spread, spread_rate, row.margin_m, limit)
                 if moves:
                     # A moving orbit has not yet reached the predicted radius.
-                    expected, expected_rate = follow_radius(radius, rate, expected, orbit, lag)
+                    expected, expected_rate = follow_radius(radius, rate, expected, bounds, lag)
                 radius, rate = expected, expected_rate
             # A moving orbit continues when its members change.
             kept = group in previous and (orbit["time_constant_s"] > 0 or set(record.members(before, group)) == set(members))
@@ -743,7 +775,7 @@ def equation_22(record):
             smoothed[group] = radius, rate
             if guidance["lead"] != "predicted":
                 led = radius + (guidance["lead_s"] if guidance["lead"] == "constant" else lag) * rate
-                radius = np.clip(led, orbit["radius_min_m"], orbit["radius_max_m"])
+                radius = np.clip(led, bounds["radius_min_m"], bounds["radius_max_m"])
                 rate = rate if radius == led else 0.0
             steered[time][group] = radius, rate
     return steered
@@ -777,9 +809,21 @@ def equation_25(guidance, r, radius, rate, speed):
     return DIRECTION[guidance["orbit_direction"]] * turn_rate
 
 
-def flown_feedforward(scenario, uav, uav_rel_centre, centre_velocity, steered, speed):
-    """Returns the derivative of the desired heading along the flown trajectory or field, by central differences of fourth
-    order."""
+def one_lag_ahead(scenario, uav, uav_rel_centre, centre_velocity, steered):
+    """Returns heading, position relative to the centre and steered radius one turn rate lag later, at constant rates."""
+    lag, turn = scenario["uavs"]["turn_rate_lag_s"], uav.turn_rate_rad_s
+    heading = uav.heading_rad + turn * lag
+    if abs(turn * lag) < 1e-9:
+        path = lag * uav.speed_m_s * unit(uav.heading_rad)
+    else:
+        path = uav.speed_m_s / turn * np.array([np.sin(heading) - np.sin(uav.heading_rad),
+                                                np.cos(uav.heading_rad) - np.cos(heading)])
+    return heading, uav_rel_centre + path - lag * centre_velocity, (steered[0] + lag * steered[1], steered[1])
+
+
+def flown_feedforward(scenario, uav_velocity, uav_rel_centre, centre_velocity, steered, speed):
+    """Returns the derivative of the desired heading, by central differences of fourth order, for a UAV at this velocity; along
+    the field if it is None."""
     guidance, (radius, rate) = scenario["guidance"], steered
     field_now = equations_13_20(scenario, uav_rel_centre, radius)
     over_ground_now, too_fast = equations_28_29(field_now, centre_velocity, speed)
@@ -794,8 +838,7 @@ def flown_feedforward(scenario, uav, uav_rel_centre, centre_velocity, steered, s
     def change(t):
         return wrap(direction(ground_track(t)) - direction(ground_track(-t)))
 
-    velocity = uav.speed_m_s * unit(uav.heading_rad) if guidance["feedforward"] == "trajectory" else over_ground_now
-    flown, h = velocity - centre_velocity, 1e-4
+    flown, h = (over_ground_now if uav_velocity is None else uav_velocity) - centre_velocity, 1e-4
     return (8 * change(h) - change(2 * h)) / (12 * h)
 
 
@@ -868,15 +911,23 @@ def check_guidance(record, compare):
             compare.angle("(13, 20, 23, 28, 29) desired heading", row.desired_heading_rad, desired)
             compare("(29) centre too fast", row.centre_too_fast, too_fast)
 
-            if guidance["feedforward"] in ("field", "trajectory"):
+            heading_error = wrap(row.heading_rad - desired)
+            if guidance["feedforward"] == "trajectory":
                 tolerance = DIFFERENCES
-                feedforward = flown_feedforward(scenario, row, relative, group.velocity, steered, speed)
+                heading, later, ramp = one_lag_ahead(scenario, row, relative, group.velocity, steered)
+                field_later = equations_13_20(scenario, later, ramp[0])
+                heading_error = wrap(heading - direction(equations_28_29(field_later, group.velocity, speed)[0]))
+                velocity = row.speed_m_s * unit(heading)
+                feedforward = flown_feedforward(scenario, velocity, later, group.velocity, ramp, speed)
+            elif guidance["feedforward"] == "field":
+                tolerance = DIFFERENCES
+                feedforward = flown_feedforward(scenario, None, relative, group.velocity, steered, speed)
             else:
                 tolerance = ROUNDING
                 feedforward = equation_25(guidance, r, radius, rate, speed)
             what = f"(25) feedforward, {guidance['feedforward']}"
             compare(what, row.feedforward_rad_s, feedforward, tolerance=tolerance)
-            turn_rate = -guidance["heading_gain_1_s"] * wrap(row.heading_rad - desired) + feedforward
+            turn_rate = -guidance["heading_gain_1_s"] * heading_error + feedforward
             turn_rate -= guidance["turn_rate_gain"] * (row.turn_rate_rad_s - feedforward)
             limited = np.clip(turn_rate, -turn_rate_max, turn_rate_max)
             if changed:
@@ -1172,13 +1223,14 @@ def prediction_error_metrics(record):
             predicted = [state[POSITION] for state in states], [state[VELOCITY] for state in states]
             was = orbits[before].get(group, [None])[0]
             true = orbit_about(scenario, *predicted, before=was, dt=record.period)
-            own = old.position, old.velocity, old.standoff_distance_m, old.standoff_rate_m_s
+            limit = np.inf if old.turn_limit_m is None else old.turn_limit_m
+            own = old.position, old.velocity, old.standoff_distance_m, old.standoff_rate_m_s, limit
             if moves:
                 own = orbit_about(scenario, *predicted, margin=row.margin_m, before=own, dt=record.period)
             else:
                 centre = old.position + old.velocity * record.period
                 spread = max(np.hypot(*(position - centre)) for position in predicted[0])
-                own = centre, None, equation_15(scenario, spread, 0.0, row.margin_m)[1]
+                own = centre, None, equation_15(scenario, spread, 0.0, row.margin_m, turn_limit(scenario["uavs"], np.mean(predicted[1], axis=0)))[1]
             for uav in record.uavs[time].values():
                 if uav.group == group:
                     true_off = off(uav, orbits[time][group][0]) - off(uav, true)

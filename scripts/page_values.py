@@ -18,7 +18,7 @@ from pathlib import Path
 
 import numpy as np
 from check_equations import POSITION, Record, direction, equation_15, equations_5_6, in_view, inverse, jacobian
-from check_equations import looking, looks_by_target, stacked, true_centre, wrap
+from check_equations import looking, looks_by_target, stacked, true_centre, turn_limit, wrap
 
 TARGETS = ["status", "membership", "group", "receiving_group"]
 
@@ -108,7 +108,8 @@ def uav_values(record, time, row):
     if members:
         centre = true_centre(record.scenario, members)
         spread = max(np.hypot(*(member - centre)) for member in members)
-        radius = equation_15(record.scenario, spread, 0.0, 0.0)[1]
+        velocity = np.mean([truth[target].velocity for target in record.members(time, row.group) if target in truth], axis=0)
+        radius = equation_15(record.scenario, spread, 0.0, 0.0, turn_limit(record.scenario["uavs"], velocity))[1]
         values["standoff_error_m"] = np.hypot(*(row.position - centre)) - radius
     return values
 

@@ -1398,9 +1398,10 @@ def steer(uav_position_m: ArrayLike, heading_rad: ArrayLike, centre_m: ArrayLike
     :param speed_m_s: shape (...), commanded ground speed, m/s; speed_m_s of the parameters by default.
     :param uav_speed_m_s: shape (...), current speed, m/s, used only by the feedforward ``"trajectory"``; speed_m_s by
         default.
-    :param turn_rate_rad_s: shape (...), current turn rate, rad/s, used only if turn_rate_gain > 0; 0 by default.
+    :param turn_rate_rad_s: shape (...), current turn rate, rad/s, used only by the feedforward ``"trajectory"`` and if
+        turn_rate_gain > 0; 0 by default.
     :param parameters: uses orbit_direction, radial_gain, speed_reference, heading_gain_1_s, turn_rate_gain,
-        feedforward, speed_m_s; ``Parameters()`` by default.
+        turn_rate_lag_s, feedforward, speed_m_s; ``Parameters()`` by default.
     :returns: the turn rate and its intermediate values.
     :raises InputError: if an argument has the wrong shape or type, or a value is out of range.
     """

@@ -78,7 +78,7 @@ const IMPROVEMENTS: [Improvement; 14] = [
 ];
 
 /// All improvements, as in `improved/figure-9`.
-const ALL: [&str; 18] = [
+const ALL: [&str; 19] = [
     "filter.deletion_unseen_in_view_s=2",
     "guidance.feedforward=trajectory",
     "guidance.heading_gain_1_s=1",
@@ -93,6 +93,7 @@ const ALL: [&str; 18] = [
     "orbit.time_constant_s=1.5",
     "orbit.acceleration_max_m_s2=2.5",
     "orbit.readmission_radius_fraction=0.97",
+    "orbit.radius_above_turn_limit=true",
     "groups.count=as-needed",
     "groups.removal=largest-radius-reduction",
     "groups.assignment_switching_cost=10",

@@ -12,7 +12,7 @@ use super::study::{Data, Study, Table};
 use crate::error::Failure;
 
 /// Improvements, each with the settings that undo it.
-const WITHOUT: [(&str, &[&str]); 11] = [
+const WITHOUT: [(&str, &[&str]); 12] = [
     ("groups as needed", &["groups.count=half-of-uavs"]),
     ("the minimum enclosing circle", &["orbit.centre=centroid"]),
     ("pointing at the angular midpoint", &["orbit.pointing=group-centre"]),
@@ -21,6 +21,7 @@ const WITHOUT: [(&str, &[&str]); 11] = [
     ("the smaller heading gain", &["guidance.heading_gain_1_s=2"]),
     ("the greater switching cost", &["groups.assignment_switching_cost=0.5"]),
     ("the greater readmission radius", &["orbit.readmission_radius_fraction=0.9"]),
+    ("orbits above the turn limit", &["orbit.radius_above_turn_limit=false"]),
     ("the zero margin", &["orbit.margin_sds=1.645"]),
     ("early deletion of unseen tracks", &["filter.deletion_unseen_in_view_s=5"]),
     ("the search for lost targets", &["groups.search_lost_targets=false"]),

@@ -15,7 +15,7 @@ use crate::error::Failure;
 use crate::street_traffic::Streets;
 
 /// Settings that switch a mission to the paper's law. Traffic scenarios keep their own `guidance.lead_s`.
-pub const PAPER_LAW: [&str; 16] = [
+pub const PAPER_LAW: [&str; 17] = [
     "filter.deletion_unseen_in_view_s=5",
     "guidance.feedforward=static-centre",
     "guidance.turn_rate_gain=0",
@@ -28,6 +28,7 @@ pub const PAPER_LAW: [&str; 16] = [
     "orbit.pointing=group-centre",
     "orbit.time_constant_s=0",
     "orbit.readmission_radius_fraction=0.9",
+    "orbit.radius_above_turn_limit=false",
     "groups.count=half-of-uavs",
     "groups.removal=furthest-from-centre",
     "groups.assignment_switching_cost=0.5",

@@ -433,7 +433,8 @@ rows! {
         /// Rate of r_d, m/s.
         #[on(page)] pub standoff_rate_m_s: f64,
         /// Minimum radius that UAVs can fly around this centre (27 and the limit for moving centres), m; null: the
-        /// centre is as fast as the UAVs.
+        /// centre is as fast as the UAVs. With `orbit.radius_above_turn_limit`, the limit at the members' mean velocity,
+        /// low-passed if the orbit's motion is limited.
         #[on(page)] pub turn_limit_m: Option<f64>,
         /// True if some orbit satisfies every constraint.
         #[on(page)] pub feasible: bool,

@@ -4,9 +4,7 @@ use std::collections::BTreeSet;
 use std::sync::Arc;
 
 use standoff::research::{CentreEstimate, MotionParams, OrbitMotion, Spread, StandoffDistance};
-use standoff::{
-    Geofence, SensorParams, SeparationParams, StandoffParams, TargetParams, TargetState, TeamParams, Velocity,
-};
+use standoff::{Geofence, SensorParams, SeparationParams, TargetParams, TargetState, TeamParams, Velocity};
 use standoff_record::ReportedTables;
 
 use crate::buildings::Buildings;
@@ -35,8 +33,6 @@ pub struct CueError {
 pub struct ScoreConfig {
     /// Tables that the controller reports.
     pub reported: ReportedTables,
-    /// Radius limits, and the margin of the field of view.
-    pub standoff: StandoffParams,
     /// Definition of the orbit centre: centroid of the targets or centre of their minimum enclosing circle.
     pub centre: CentreEstimate,
     /// Motion limits of the orbit's centre and radius.
@@ -67,7 +63,8 @@ pub struct ScoreConfig {
     pub geofence: Geofence,
     /// Buildings that hide targets from the sensors.
     pub buildings: Buildings,
-    /// Parameters of the team, which determine the altitudes of UAVs without a recorded one.
+    /// Parameters of the team, which determine the limits of the orbit radius and the altitudes of UAVs without a
+    /// recorded one.
     pub team: TeamParams,
     /// End of the last radio fault or restart that ends within the mission, s.
     pub faults_end_s: Option<f64>,
@@ -83,7 +80,6 @@ impl ScoreConfig {
         let sensor = team.track.sensor;
         Self {
             reported: ReportedTables::default(),
-            standoff: team.group.standoff,
             centre: team.group.centre,
             orbit_motion: team.group.motion,
             sensor,
@@ -119,7 +115,9 @@ impl ScoreConfig {
         };
         let velocity = Velocity::from_m_s(mean_m_s(Velocity::x_m_s), mean_m_s(Velocity::y_m_s));
         let centre = TargetState::new(centre, velocity, [0.0; 2]);
-        Some(OrbitMotion::start(&centre, &self.standoff_distance(members, &centre, 0.0)))
+        let turn_limit_m = self.team.turn_limit_about_m(centre.velocity().speed_m_s());
+        let standoff = self.standoff_distance(members, &centre, 0.0, turn_limit_m);
+        Some(OrbitMotion::start(&centre, &standoff, turn_limit_m))
     }
 
     /// Returns the orbit one period after `flown`, on its way to `desired`: the centre moves towards that of `desired`,
@@ -137,16 +135,18 @@ impl ScoreConfig {
             return *desired;
         }
         let flown = flown.with_centre(&desired.state(), motion, period_s);
-        let target_radius_m = self.standoff_distance(members, &flown.state(), margin_m).distance_m;
-        flown.with_radius(target_radius_m, &self.standoff, motion, period_s)
+        let flown = flown.with_turn_limit(desired.turn_limit_m, period_s);
+        let target = self.standoff_distance(members, &flown.state(), margin_m, flown.turn_limit_m);
+        flown.with_radius(target.distance_m, &self.team.orbit_bounds(flown.turn_limit_m), motion, period_s)
     }
 
-    /// Computes (15) of members about a centre.
+    /// Computes (15) of members about a centre, within the bounds of an orbit with this turn limit.
     pub(crate) fn standoff_distance(
         &self,
         members: &[TargetState],
         centre: &TargetState,
         margin_m: f64,
+        turn_limit_m: f64,
     ) -> StandoffDistance {
         let at = centre.position();
         let squared_m2 = |member: &TargetState| member.position().squared_distance_m2(at);
@@ -155,6 +155,6 @@ impl ScoreConfig {
             distance_m: squared_m2(furthest).sqrt(),
             ..Spread::of(furthest, centre)
         });
-        self.standoff.distance(spread, margin_m, &self.sensor)
+        self.team.orbit_bounds(turn_limit_m).distance(spread, margin_m, &self.sensor)
     }
 }

@@ -560,7 +560,8 @@ mod tests {
         frame.groups.push(GroupRow { x_m: 160.0, y_m: 123.0, ..group_row(0) });
         let uav = |uav: u32, x_m: f64, y_m: f64| UavRow { x_m, y_m, ..uav_row(uav) };
         frame.uavs.extend([uav(0, 660.0, 120.0), uav(1, 160.0, 620.0)]);
-        let half_rad = 0.5 * (score_config.sensor.field_of_view_rad - score_config.standoff.field_of_view_margin_rad);
+        let half_rad =
+            0.5 * (score_config.sensor.field_of_view_rad - score_config.team.group.standoff.field_of_view_margin_rad);
         let r_d_m = |d_max_m: f64| d_max_m / math::sin(half_rad);
         let near = |value: Option<f64>, expected: f64| (value.unwrap() - expected).abs() < 1e-9;
 

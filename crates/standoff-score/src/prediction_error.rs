@@ -74,13 +74,15 @@ impl PredictionErrors {
             velocity: Velocity::from_m_s(row.vx_m_s, row.vy_m_s),
             radius_m: row.standoff_distance_m,
             rate_m_s: row.standoff_rate_m_s,
+            turn_limit_m: row.turn_limit_m.unwrap_or(f64::INFINITY),
         };
         let (own, was) = (orbit(group), orbit(old));
         let expected_own = if self.score_config.orbit_motion.is_instantaneous() {
             // The agents' own centre moves on at constant velocity.
             let centre = was.centre + was.velocity * self.score_config.period_s;
             let state = TargetState::new(centre, was.velocity, [0.0; 2]);
-            OrbitMotion::start(&state, &self.score_config.standoff_distance(&members, &state, group.margin_m))
+            let standoff = self.score_config.standoff_distance(&members, &state, group.margin_m, desired.turn_limit_m);
+            OrbitMotion::start(&state, &standoff, desired.turn_limit_m)
         } else {
             after(&was, group.margin_m)
         };

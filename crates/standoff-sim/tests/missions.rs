@@ -9,7 +9,7 @@ mod score_fixtures;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-use common::{frames, load};
+use common::{frames, load, overrides};
 use standoff::{Angle, Position};
 use standoff_record::{DetectionRow, Frame, Record, UavRow};
 use standoff_score::Metrics;
@@ -394,6 +394,52 @@ fn targets_faster_than_the_uavs_are_reported_and_do_no_harm() {
     assert!(frames.iter().any(|frame| frame.events.iter().any(|event| event.kind == "orbit-infeasible")));
     let metrics = score(&scenario, &frames);
     assert!(metrics.infeasible_fraction.unwrap() > 0.5);
+}
+
+/// A scenario with all defaults, one UAV and one target at the origin that moves east at constant velocity.
+fn one_target(speed_m_s: f64, set: &[&str]) -> Scenario {
+    let text = format!("duration_s = 300\n[[targets.start]]\nvx_m_s = {speed_m_s}\n");
+    let file = tempfile::Builder::new().suffix(".toml").tempfile().unwrap();
+    std::fs::write(file.path(), text).unwrap();
+    Scenario::load(file.path().to_str().unwrap(), &overrides(set), 1).unwrap()
+}
+
+/// With all defaults, the orbit is at least the turn limit about the moving centre, and is followed; without the bound,
+/// the UAV cannot follow it.
+#[test]
+fn orbits_are_not_smaller_than_the_turn_limit() {
+    let smallest = "orbit.radius_min_m=50";
+    for (speed_m_s, set, radius_m) in [
+        (25.0, &[][..], 352.1),
+        (0.0, &[smallest], 133.3),
+        (8.0, &[smallest, "guidance.orbit_direction=clockwise"], 192.0),
+    ] {
+        let scenario = one_target(speed_m_s, set);
+        let frames = frames(&scenario);
+        for group in frames.iter().flat_map(|frame| &frame.groups) {
+            assert!(group.standoff_distance_m >= group.turn_limit_m.unwrap() - 1e-9, "{group:?}");
+        }
+        let last = &frames.last().unwrap().groups[0];
+        assert!((last.standoff_distance_m - radius_m).abs() < 1.0, "{speed_m_s} m/s: {}", last.standoff_distance_m);
+        let error_m = score(&scenario, &frames).standoff_error_m_settled.unwrap();
+        let unbounded = one_target(speed_m_s, &[set, &["orbit.radius_above_turn_limit=false"]].concat());
+        let unbounded_error_m = score(&unbounded, &self::frames(&unbounded)).standoff_error_m_settled.unwrap();
+        assert!(error_m < 2.0 && unbounded_error_m > 10.0, "{speed_m_s} m/s: {error_m} m, {unbounded_error_m} m");
+    }
+}
+
+/// UAVs at 200 m/s need 667 m about a target at rest, which is allowed; about a target at 5 m/s, they need 700.4 m. This
+/// is reported before the run and by an event.
+#[test]
+fn a_scenario_without_feasible_orbit_is_reported_before_and_in_the_run() {
+    let fast = ["uavs.speed_m_s=200", "uavs.speed_change_max_m_s=10"];
+    let reports = |speed_m_s: f64| {
+        let scenario = one_target(speed_m_s, &fast);
+        let has_event =
+            frames(&scenario).iter().any(|frame| frame.events.iter().any(|event| event.kind == "orbit-infeasible"));
+        (scenario.warnings.iter().any(|warning| warning.starts_with("no orbit can be flown")), has_event)
+    };
+    assert_eq!((reports(0.0), reports(5.0)), ((false, false), (true, true)));
 }
 
 /// Writes the frames to a record and opens it.

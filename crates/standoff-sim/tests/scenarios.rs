@@ -591,6 +591,7 @@ fn improved_scenarios_differ_from_the_paper_only_by_the_improvements() {
         "orbit.acceleration_max_m_s2",
         "orbit.closing_speed_max_m_s",
         "orbit.readmission_radius_fraction",
+        "orbit.radius_above_turn_limit",
         "groups.count",
         "groups.removal",
         "groups.assignment_switching_cost",

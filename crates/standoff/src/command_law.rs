@@ -130,10 +130,10 @@ impl CommandLaw<'_> {
     fn intent_of(&self, teammate: UavId) -> Option<Intent> {
         let teammate = self.team_state.teammate(teammate)?;
         let (state, group) = (&teammate.last_report, teammate.group?);
-        let guidance = &self.params.guidance;
+        let (guidance, lag_s) = (&self.params.guidance, self.params.uav.turn_rate_lag_s);
         let steering = match self.on_orbit_as_reported(teammate.uav, group) {
-            Some(known) => known.steer(guidance, state, state.speed_m_s),
-            None => steer(guidance, state, &self.team_state.group(group)?.orbit(self.params), state.speed_m_s),
+            Some(known) => known.steer(guidance, lag_s, state, state.speed_m_s),
+            None => steer(guidance, lag_s, state, &self.team_state.group(group)?.orbit(self.params), state.speed_m_s),
         };
         let command = Command { speed_m_s: state.speed_m_s, turn_rate_rad_s: steering.turn_rate_rad_s };
         Some(Intent::of(self.params.uav.limit(command).command, state.heading, &steering))
@@ -196,7 +196,7 @@ impl CommandLaw<'_> {
         let desired_m_s = on_orbit.ground_speed_m_s(guidance, desired_m_s);
         // The field is followed at the speed that the limits allow, so that (25) and (29) hold for it.
         let (limited_m_s, _) = self.params.uav.limit_speed_m_s(desired_m_s);
-        let steering = on_orbit.steer(guidance, own, limited_m_s);
+        let steering = on_orbit.steer(guidance, self.params.uav.turn_rate_lag_s, own, limited_m_s);
         let desired = Command { speed_m_s: desired_m_s, turn_rate_rad_s: steering.turn_rate_rad_s };
         (desired, error_rad, Some(steering))
     }
@@ -212,11 +212,12 @@ impl CommandLaw<'_> {
     fn wait(&self, id: UavId, own: &UavState) -> Command {
         let speed_m_s = self.params.uav.speed_m_s;
         let Some(orbit) = self.waiting_orbit(id, own) else { return self.params.fallback_command() };
-        Command { speed_m_s, turn_rate_rad_s: steer(&self.params.guidance, own, &orbit, speed_m_s).turn_rate_rad_s }
+        let steering = steer(&self.params.guidance, self.params.uav.turn_rate_lag_s, own, &orbit, speed_m_s);
+        Command { speed_m_s, turn_rate_rad_s: steering.turn_rate_rad_s }
     }
 
     fn waiting_orbit(&self, id: UavId, own: &UavState) -> Option<Orbit> {
-        let smallest_m = self.params.group.standoff.radius_min_m;
+        let smallest_m = self.params.stationary_orbit_bounds().radius_min_m;
         let search_area = self.search_area(id).map(|area| (area.centre, area.radius_m));
         let last_known = || self.nearest_known(id, own).map(|last_known| (last_known.position, smallest_m));
         let (centre, radius_m) = search_area.or_else(last_known)?;
@@ -288,7 +289,7 @@ impl TeamParams {
     /// Command of a UAV that knows no targets or whose computer is off: the smallest orbit at its position.
     #[cfg_attr(feature = "research", visibility::make(pub))]
     pub(crate) fn fallback_command(&self) -> Command {
-        let (speed_m_s, radius_m) = (self.uav.speed_m_s, self.group.standoff.radius_min_m);
+        let (speed_m_s, radius_m) = (self.uav.speed_m_s, self.stationary_orbit_bounds().radius_min_m);
         Command { speed_m_s, turn_rate_rad_s: self.guidance.orbit_direction.sign() * speed_m_s / radius_m }
     }
 

@@ -7,6 +7,7 @@ pub(crate) mod geofence;
 pub(crate) mod geofence_safety;
 pub(crate) mod heading;
 pub(crate) mod moving_centre;
+pub(crate) mod orbit_loop;
 pub(crate) mod orbit_motion;
 pub(crate) mod pair_information;
 pub(crate) mod phase_control;

@@ -355,6 +355,8 @@ params! {
             pub(crate) altitude_policy: AltitudePolicy = PerGroup, "groups.altitude_policy";
         }
         flags {
+            /// Orbits are not smaller than the turn limit about their moving centre, up to the maximum radius.
+            pub(crate) radius_above_turn_limit = false => true, "orbit.radius_above_turn_limit";
             /// UAVs that no group needs search for lost targets.
             pub search_lost_targets = false => true, "groups.search_lost_targets";
         }
@@ -393,7 +395,7 @@ params! {
         }
         words {
             /// Feedforward turn rate (25).
-            pub(crate) feedforward: Feedforward = Field, "guidance.feedforward";
+            pub(crate) feedforward: Feedforward = Field => Trajectory, "guidance.feedforward";
             /// Lead of active measure 2 (22).
             pub(crate) lead: Lead = Constant, "guidance.lead";
             /// Reference of the nominal speed.

@@ -137,9 +137,10 @@ pub(crate) struct Steering {
 /// :param speed_m_s: shape (...), commanded ground speed, m/s; speed_m_s of the parameters by default.
 /// :param uav_speed_m_s: shape (...), current speed, m/s, used only by the feedforward ``"trajectory"``; speed_m_s by
 ///     default.
-/// :param turn_rate_rad_s: shape (...), current turn rate, rad/s, used only if turn_rate_gain > 0; 0 by default.
+/// :param turn_rate_rad_s: shape (...), current turn rate, rad/s, used only by the feedforward ``"trajectory"`` and if
+///     turn_rate_gain > 0; 0 by default.
 /// :param parameters: uses orbit_direction, radial_gain, speed_reference, heading_gain_1_s, turn_rate_gain,
-///     feedforward, speed_m_s; ``Parameters()`` by default.
+///     turn_rate_lag_s, feedforward, speed_m_s; ``Parameters()`` by default.
 /// :returns: the turn rate and its intermediate values.
 /// :raises InputError: if an argument has the wrong shape or type, or a value is out of range.
 #[pyfunction]
@@ -212,7 +213,7 @@ pub(crate) fn steer(
             turn_rate_rad_s: turn_rate.one(row),
             vertical: None,
         };
-        research::steer(&guidance, &state, &orbit, speed.one(row))
+        research::steer(&guidance, team.uav.turn_rate_lag_s, &state, &orbit, speed.one(row))
     })?;
     let made = |of: fn(&standoff::Steering) -> f64| Made::of(py, &lead, &[], steerings.iter().map(of).collect());
     Ok(Steering {

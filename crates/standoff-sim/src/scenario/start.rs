@@ -163,7 +163,7 @@ fn first_orbit(positions: &[Position], team: &TeamParams) -> (Position, f64) {
             .map(|(index, position)| (index, position.distance_m(centre)))
             .max_by(|a, b| a.1.total_cmp(&b.1));
         let spread = Spread { distance_m: furthest.map_or(0.0, |(_, distance_m)| distance_m), rate_m_s: 0.0 };
-        let standoff = team.group.standoff.distance(spread, 0.0, &team.track.sensor);
+        let standoff = team.stationary_orbit_bounds().distance(spread, 0.0, &team.track.sensor);
         match furthest {
             Some((index, _)) if standoff.unclamped_m > team.group.standoff.radius_max_m && covered.len() > 1 => {
                 covered.remove(index);

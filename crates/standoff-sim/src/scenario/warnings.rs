@@ -1,14 +1,21 @@
 //! Warnings about settings that cannot have the effect that their keys promise.
 
 use standoff::TeamParams;
-use standoff::research::{AltitudePolicy, Integrator, math, turn_limit_m};
+use standoff::research::{AltitudePolicy, Feedforward, Integrator, math};
 
 use super::resolved::{Settings, Targets};
+use crate::traffic::Vehicle;
 
 /// Returns the warnings, one line for each setting.
 pub(super) fn warnings(settings: &Settings, targets: &Targets) -> Vec<String> {
     let team = &settings.team;
-    let all = [heading_loop(settings), turning_circle(team), pair_on_orbit(settings), process_noise(settings, targets)];
+    let all = [
+        heading_loop(settings),
+        orbit_loop(settings),
+        turning_circle(team, targets),
+        pair_on_orbit(settings),
+        process_noise(settings, targets),
+    ];
     all.into_iter().flatten().collect()
 }
 
@@ -27,32 +34,82 @@ fn heading_loop(settings: &Settings) -> Option<String> {
     })
 }
 
-/// UAVs at nominal speed cannot fly tighter orbits than their turn rate allows, even about a centre at rest.
-fn turning_circle(team: &TeamParams) -> Option<String> {
+/// UAVs at nominal speed do not settle on the smallest orbit if the guidance loop is not stable there.
+fn orbit_loop(settings: &Settings) -> Option<String> {
+    let team = &settings.team;
+    let radius_m = smallest_orbit_m(team);
+    let modulus = team.orbit_loop_spectral_radius(radius_m, settings.period);
+    let remedy = match team.guidance.feedforward {
+        Feedforward::Trajectory => "a shorter period_s or a larger guidance.radial_gain",
+        _ => "guidance.feedforward = \"trajectory\"",
+    };
+    (modulus > 1.0 - 1e-6 && heading_loop(settings).is_none()).then(|| {
+        format!(
+            "UAVs do not settle on the smallest orbits, of {radius_m:.0} m: the largest eigenvalue of the guidance loop \
+             has modulus {modulus:.3}, must be below 1; choose {remedy}, or a larger orbit.radius_min_m"
+        )
+    })
+}
+
+/// Radius of the smallest orbit that UAVs can fly about a centre at rest, m.
+fn smallest_orbit_m(team: &TeamParams) -> f64 {
+    team.stationary_orbit_bounds().radius_min_m.max(team.turn_limit_about_m(0.0))
+}
+
+/// UAVs cannot fly tighter orbits than their turn rate allows. The faster the targets, the larger is the smallest orbit.
+fn turning_circle(team: &TeamParams, targets: &Targets) -> Option<String> {
     let (speed_m_s, rate_rad_s) = (team.uav.speed_m_s, team.uav.turn_rate_max_rad_s);
-    let circle_m = turn_limit_m(speed_m_s, 0.0, rate_rad_s);
-    let turn = format!("uavs.speed_m_s = {speed_m_s} at uavs.turn_rate_max_rad_s = {rate_rad_s} needs {circle_m:.0} m");
+    let (slowest_m_s, fastest_m_s) = target_speeds_m_s(targets);
     let orbit = &team.group.standoff;
-    if circle_m > orbit.radius_max_m {
-        Some(format!("no orbit can be flown: {turn}, and orbit.radius_max_m is {}", orbit.radius_max_m))
-    } else if circle_m > orbit.radius_min_m {
-        Some(format!("the smallest orbits cannot be flown: {turn}, and orbit.radius_min_m is {}", orbit.radius_min_m))
+    let needs = |target_m_s: f64| {
+        let circle_m = team.turn_limit_about_m(target_m_s);
+        let circle = if circle_m.is_finite() { format!("{circle_m:.0} m") } else { "more speed".into() };
+        let about = if target_m_s > 0.05 { format!(" about a target at {target_m_s:.1} m/s") } else { String::new() };
+        format!("uavs.speed_m_s = {speed_m_s} at uavs.turn_rate_max_rad_s = {rate_rad_s} needs {circle}{about}")
+    };
+    let exceeds_all = |target_m_s: f64| team.turn_limit_about_m(target_m_s) > orbit.radius_max_m;
+    let (maximum_m, minimum_m) = (orbit.radius_max_m, orbit.radius_min_m);
+    if exceeds_all(slowest_m_s) {
+        Some(format!("no orbit can be flown: {}, and orbit.radius_max_m is {maximum_m}", needs(slowest_m_s)))
+    } else if exceeds_all(fastest_m_s) {
+        let needs = needs(fastest_m_s);
+        Some(format!("no orbit about the fastest targets can be flown: {needs}, and orbit.radius_max_m is {maximum_m}"))
+    } else if team.turn_limit_about_m(0.0) > minimum_m {
+        let not = if team.group.radius_above_turn_limit { "are not" } else { "cannot be" };
+        Some(format!("the smallest orbits {not} flown: {}, and orbit.radius_min_m is {minimum_m}", needs(0.0)))
     } else {
         None
     }
+}
+
+/// Speeds of the slowest and of the fastest target, m/s: at the start, or the mean over the samples of its vehicle.
+fn target_speeds_m_s(targets: &Targets) -> (f64, f64) {
+    let speeds_m_s: Vec<f64> = match targets {
+        Targets::Random { start, .. } => start.iter().map(|state| state.velocity().speed_m_s()).collect(),
+        Targets::Traffic(traffic) => traffic.vehicles.iter().filter_map(mean_speed_m_s).collect(),
+    };
+    let slowest_m_s = speeds_m_s.iter().copied().reduce(f64::min).unwrap_or(0.0);
+    (slowest_m_s, speeds_m_s.into_iter().fold(0.0, f64::max))
+}
+
+fn mean_speed_m_s(vehicle: &Vehicle) -> Option<f64> {
+    let steps = vehicle.places().zip(vehicle.places().skip(1));
+    let path_m: f64 = steps.map(|([x, y], [x_next, y_next])| math::hypot(x_next - x, y_next - y)).sum();
+    let duration_s = (vehicle.last_us() - vehicle.first_us()) as f64 / 1e6;
+    (duration_s > 0.0).then_some(path_m / duration_s)
 }
 
 /// Two UAVs on the smallest orbit, at one altitude, are apart by the chord of the desired phase.
 fn pair_on_orbit(settings: &Settings) -> Option<String> {
     let team = &settings.team;
     let minimum_m = team.separation.as_ref()?.horizontal_min_m;
-    let radius_m = team.group.standoff.radius_min_m;
+    let radius_m = team.stationary_orbit_bounds().radius_min_m;
     let chord_m = 2.0 * radius_m * math::sin(0.5 * team.guidance.desired_phase_rad);
     let is_one_altitude = team.group.altitude_policy != AltitudePolicy::PerUav;
     (is_one_altitude && chord_m < minimum_m).then(|| {
         format!(
             "separation.horizontal_min_m = {minimum_m} is more than the {chord_m:.0} m between two UAVs at \
-             guidance.desired_phase_deg on an orbit of orbit.radius_min_m = {radius_m}: they cannot keep both"
+             guidance.desired_phase_deg on the smallest orbit, of {radius_m:.0} m: they cannot keep both"
         )
     })
 }
@@ -82,7 +139,26 @@ mod tests {
         let separation = "separation={horizontal_min_m=300}";
         for (changes, expected) in [
             (&["uavs.speed_m_s=76"][..], "the smallest orbits cannot be flown: uavs.speed_m_s = 76 at "),
-            (&["uavs.speed_m_s=211"], "no orbit can be flown: uavs.speed_m_s = 211 at "),
+            (
+                &["uavs.speed_m_s=76", "orbit.radius_above_turn_limit=true"],
+                "the smallest orbits are not flown: uavs.speed_m_s = 76 at ",
+            ),
+            (
+                &["uavs.speed_m_s=200"],
+                "no orbit can be flown: uavs.speed_m_s = 200 at uavs.turn_rate_max_rad_s = 0.3 needs 7",
+            ),
+            (
+                &["targets.random.vx_m_s=60"],
+                "no orbit can be flown: uavs.speed_m_s = 40 at uavs.turn_rate_max_rad_s = 0.3 needs more speed about a target at 60.",
+            ),
+            (
+                &["guidance.heading_gain_1_s=1", "orbit.radius_min_m=190"],
+                "UAVs do not settle on the smallest orbits, of 190 m: the largest eigenvalue of the guidance loop has modulus 1.0",
+            ),
+            (
+                &["guidance.heading_gain_1_s=1", "guidance.feedforward=trajectory", "period_s=1.2"],
+                "UAVs do not settle on the smallest orbits, of 250 m: ",
+            ),
             (
                 &[separation, "guidance.desired_phase_deg=73"],
                 "separation.horizontal_min_m = 300 is more than the 297 m",
@@ -94,6 +170,8 @@ mod tests {
         }
         for changes in [
             &["uavs.speed_m_s=75"][..],
+            &["guidance.heading_gain_1_s=1", "orbit.radius_min_m=210"],
+            &["guidance.heading_gain_1_s=1", "orbit.radius_min_m=190", "guidance.feedforward=trajectory"],
             &[separation, "guidance.desired_phase_deg=74"],
             &[separation, "guidance.desired_phase_deg=73", "groups.altitude_policy=per-uav"],
             &["filter.acceleration_sd_m_s2=0", "targets.acceleration_sd_m_s2=0"],

@@ -13,8 +13,7 @@ use crate::group_id::GroupId;
 use crate::guidance::geofence::{Geofence, ZoneKind, ZoneSet};
 use crate::guidance::heading::{Orbit, OrbitRelativeState};
 use crate::guidance::orbit_motion::OrbitMotion;
-use crate::guidance::phase_control::speed_min_for_phase_m_s;
-use crate::guidance::standoff_distance::{Ramp, Spread, StandoffDistance, moving_centre_limit_m, turn_limit_m};
+use crate::guidance::standoff_distance::{self, Ramp, Spread, StandoffDistance};
 use crate::math::TAU;
 use crate::params::{CentreEstimate, CentreJump, GroupingParams, Lead, Margin, TeamParams};
 use crate::target::Transition;
@@ -237,7 +236,7 @@ impl Group {
         let estimates = members.clone().map(|index| known[index].estimate());
         let desired = DesiredCentre::of(team.group.centre, known, members.clone())?;
         self.members = desired.members;
-        let flown = OrbitMotion::start(&self.centre.estimate().state, &self.standoff);
+        let flown = OrbitMotion::start(&self.centre.estimate().state, &self.standoff, self.turn_limit_m);
         let is_unchanged = before.clone().eq(members.clone());
         if !is_unchanged {
             // A change of members changes the orbit, so that the timers restart.
@@ -297,9 +296,14 @@ impl Group {
         let furthest_rel_centre = furthest.position() - at.position();
         let relative_m2 = || relative_covariance(furthest.estimate(), centroid_m2, self.members);
         let margin_m = margin_m(params, self.centre.innovation_distance, relative_m2, furthest_rel_centre);
-        let mut standoff = params.standoff.distance(spread, margin_m, sensor);
+        // At the members' mean velocity: after a jump of the desired centre, the flown one is faster for some seconds.
+        let turn_limit_m = team.turn_limit_about_m(desired.state.velocity().speed_m_s());
+        let flown = flown.map(|flown| flown.with_turn_limit(turn_limit_m, dt.s()));
+        let turn_limit_m = flown.map_or(turn_limit_m, |flown| flown.turn_limit_m);
+        let bounds = team.orbit_bounds(turn_limit_m);
+        let mut standoff = bounds.distance(spread, margin_m, sensor);
         if let Some(flown) = flown {
-            let flown = flown.with_radius(standoff.distance_m, &params.standoff, &params.motion, dt.s());
+            let flown = flown.with_radius(standoff.distance_m, &bounds, &params.motion, dt.s());
             (standoff.distance_m, standoff.rate_m_s) = (flown.radius_m, flown.rate_m_s);
         }
         let steered = match team.guidance.lead {
@@ -313,23 +317,29 @@ impl Group {
                             CentreEstimate::EnclosingCircle => circle_in(lead_s, states)?.1,
                             CentreEstimate::Filtered | CentreEstimate::Centroid => spread_in(lead_s, states, &at),
                         };
-                        params.standoff.distance(expected, margin_m, sensor)
+                        bounds.distance(expected, margin_m, sensor)
                     }
                     // By then, the orbit is still moving towards the predicted standoff distance.
                     Some(_) => {
-                        let expected = params.standoff.distance(spread.after(lead_s), margin_m, sensor).distance_m;
-                        let OrbitMotion { radius_m: distance_m, rate_m_s, .. } = OrbitMotion::start(&at, &standoff)
-                            .with_radius(expected, &params.standoff, &params.motion, lead_s);
+                        let expected = bounds.distance(spread.after(lead_s), margin_m, sensor).distance_m;
+                        let now = OrbitMotion::start(&at, &standoff, turn_limit_m);
+                        let OrbitMotion { radius_m: distance_m, rate_m_s, .. } =
+                            now.with_radius(expected, &bounds, &params.motion, lead_s);
                         StandoffDistance { distance_m, rate_m_s, ..standoff }
                     }
                 }
             }
         };
         self.smoothed_radius = Ramp::low_passed(smoothed, &steered, params.radius_time_constant_s, dt.s());
-        let centre_speed_m_s = at.velocity().speed_m_s();
-        let speed_m_s = uav.speed_m_s.max(speed_min_for_phase_m_s(centre_speed_m_s)).min(uav.speed_max_m_s());
-        self.turn_limit_m = turn_limit_m(speed_m_s, standoff.rate_m_s, uav.turn_rate_max_rad_s)
-            .max(moving_centre_limit_m(speed_m_s, centre_speed_m_s, uav.turn_rate_max_rad_s));
+        self.turn_limit_m = match params.radius_above_turn_limit {
+            true => turn_limit_m,
+            // As in the paper: (27) at the present rate.
+            false => {
+                let speed_m_s = team.orbit_speed_m_s(at.velocity().speed_m_s());
+                let limit_m = standoff_distance::turn_limit_m(speed_m_s, standoff.rate_m_s, uav.turn_rate_max_rad_s);
+                limit_m.max(team.turn_limit_about_m(at.velocity().speed_m_s()))
+            }
+        };
         // While an orbit shrinks gradually, it is larger than its members require.
         let required_radius_m = match flown {
             Some(_) => {
@@ -452,7 +462,7 @@ impl Group {
             Lead::Predicted => self.smoothed_radius,
             Lead::Constant | Lead::Scheduled => {
                 let lead_s = team.guidance.lead_s(self.standoff.distance_m, team.uav.speed_m_s);
-                self.smoothed_radius.with_lead(lead_s, &team.group.standoff)
+                self.smoothed_radius.with_lead(lead_s, &team.orbit_bounds(self.turn_limit_m))
             }
         };
         Orbit::about(&self.centre.estimate().state, &self.standoff, steered)

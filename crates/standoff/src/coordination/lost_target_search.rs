@@ -57,7 +57,7 @@ impl SearchArea {
         let speed_m_s = estimate.state.velocity().speed_m_s().max(params.track.initial_velocity_sd_m_s);
         let reach_m = estimate.position_sd_max_m() + speed_m_s * (track.time_since_lost().s() + later_s);
         let is_searchable = track.is_lost() && reach_m <= params.track.sensor.sensing_range_m;
-        let standoff = &params.group.standoff;
+        let standoff = params.stationary_orbit_bounds();
         is_searchable.then(|| Self {
             centre: estimate.state.position(),
             reach_m,

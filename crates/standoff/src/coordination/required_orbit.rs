@@ -40,7 +40,8 @@ impl RequiredOrbit {
         };
         let margin_m = margin_m(params, 0.0, relative_m2, known[furthest].position() - centre.position());
         let spread = desired.spread(&estimate(furthest).state, &centre);
-        let standoff = params.standoff.distance(spread, margin_m, &team.track.sensor);
+        let bounds = team.orbit_bounds(team.turn_limit_about_m(centre.velocity().speed_m_s()));
+        let standoff = bounds.distance(spread, margin_m, &team.track.sensor);
         Some(Self { members, centre, furthest, standoff })
     }
 

@@ -183,8 +183,12 @@ impl DetourPlanner {
             (orbit.distance_m, orbit.steered.radius_m) = (wider, wider);
             let command = match self.ahead(guidance, own, &orbit, speed_m_s, &sides) {
                 PathAhead::Clear => {
-                    let steering =
-                        OrbitRelativeState::of(guidance, own.position, &orbit).steer(guidance, own, speed_m_s);
+                    let steering = OrbitRelativeState::of(guidance, own.position, &orbit).steer(
+                        guidance,
+                        self.uav.turn_rate_lag_s,
+                        own,
+                        speed_m_s,
+                    );
                     Command { speed_m_s, turn_rate_rad_s: steering.turn_rate_rad_s }
                 }
                 PathAhead::Blocked(_, Some(to)) => self.towards(own, to, speed_m_s),
@@ -243,7 +247,7 @@ impl DetourPlanner {
             if rest_s < 0.0 {
                 break;
             }
-            let desired = on_orbit.steer(guidance, &state, speed_m_s).desired_heading;
+            let desired = on_orbit.ground_track(guidance, speed_m_s).heading;
             let turn_rad = (desired - state.heading).rad().clamp(-turn_max_rad, turn_max_rad);
             let along = state.heading + Angle::from_rad(0.5 * turn_rad);
             let next = state.position + Displacement::from_polar(speed_m_s * STEP_S, along);
@@ -323,6 +327,7 @@ mod tests {
     use crate::frame::Velocity;
     use crate::guidance::geofence::Zone;
     use crate::guidance::geofence_safety::GeofenceSafety;
+    use crate::guidance::heading::steer;
     use crate::guidance::standoff_distance::Ramp;
     use crate::params::TeamParams;
     use crate::time::Duration;
@@ -360,8 +365,7 @@ mod tests {
         assert!(geofence_safety.is_safe(&state));
         let mut flown = Flown { on_orbit_fraction: 0.0, furthest_m: 0.0, turned_back: 0 };
         for step in 0..1200 {
-            let steering =
-                OrbitRelativeState::of(&params.guidance, state.position, &orbit).steer(&params.guidance, &state, 40.0);
+            let steering = steer(&params.guidance, params.uav.turn_rate_lag_s, &state, &orbit, 40.0);
             let desired = Command { speed_m_s: 40.0, turn_rate_rad_s: steering.turn_rate_rad_s };
             let detour = geofence_safety.detours.detour(&params.guidance, &state, &orbit, 40.0, 700.0);
             let desired = params.uav.limit(detour.map_or(desired, |detour| detour.command)).command;

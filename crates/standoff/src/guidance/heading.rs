@@ -8,13 +8,15 @@
 //!
 //! Erratum: the published form is the derivative of the field's heading only on the orbit (r = r_d). The exact form is
 //! correct everywhere for the field (13) around a stationary centre. The flown field also includes k_l, a virtual
-//! radius and a moving centre; the third form ([`Feedforward::Field`]) differentiates that field.
+//! radius and a moving centre; the third form ([`Feedforward::Field`]) differentiates that field along itself. The
+//! fourth form ([`Feedforward::Trajectory`]) differentiates it along the motion of the UAV, and evaluates (24) for the
+//! state one turn rate lag ahead, so that the lag has no effect on the loop: see [`orbit_loop`](super::orbit_loop).
 
 use nalgebra::Vector2;
 
 use crate::angle::Angle;
 use crate::frame::{Displacement, Position, Velocity};
-use crate::guidance::moving_centre;
+use crate::guidance::moving_centre::{self, GroundTrack};
 use crate::guidance::standoff_distance::{Ramp, StandoffDistance};
 use crate::guidance::vector_field::{FieldAt, PolarMotion, VectorField, convergence_threshold_m2_s};
 use crate::params::{Feedforward, GuidanceParams, Lead, SpeedReference};
@@ -60,6 +62,17 @@ pub struct Orbit {
 }
 
 impl Orbit {
+    /// Extrapolates centre and steered radius, which determine the field, by `after_s` seconds at their rates.
+    fn extrapolated(&self, after_s: f64) -> Self {
+        // A radius that shrinks for a long lag stays positive.
+        let radius_m = (self.steered.radius_m + self.steered.rate_m_s * after_s).max(1.0);
+        Self {
+            centre: self.centre + self.centre_velocity * after_s,
+            steered: Ramp { radius_m, ..self.steered },
+            ..*self
+        }
+    }
+
     /// Creates an orbit from a centre, a standoff distance and a steered radius.
     pub fn about(centre: &TargetState, standoff: &StandoffDistance, steered: Ramp) -> Self {
         Self {
@@ -101,11 +114,12 @@ pub fn ground_speed_m_s(params: &GuidanceParams, uav: &UavState, orbit: &Orbit, 
     OrbitRelativeState::of(params, uav.position, orbit).ground_speed_m_s(params, speed_m_s)
 }
 
-/// Steers a UAV onto `orbit`. `speed_m_s` is the commanded ground speed.
+/// Steers a UAV onto `orbit`. `turn_rate_lag_s` is the time constant tau_omega of its turn rate, `speed_m_s` the
+/// commanded ground speed.
 ///
 /// Implements Eq. (23), (24), (25).
-pub fn steer(params: &GuidanceParams, uav: &UavState, orbit: &Orbit, speed_m_s: f64) -> Steering {
-    OrbitRelativeState::of(params, uav.position, orbit).steer(params, uav, speed_m_s)
+pub fn steer(params: &GuidanceParams, turn_rate_lag_s: f64, uav: &UavState, orbit: &Orbit, speed_m_s: f64) -> Steering {
+    OrbitRelativeState::of(params, uav.position, orbit).steer(params, turn_rate_lag_s, uav, speed_m_s)
 }
 
 /// Position of a UAV relative to its orbit, and the field at that position. Computed once and shared by all users.
@@ -153,36 +167,55 @@ impl OrbitRelativeState {
         }
     }
 
-    /// See [`steer`]. The position of `uav` must be the one that `self` was created with.
-    pub(crate) fn steer(&self, params: &GuidanceParams, uav: &UavState, speed_m_s: f64) -> Steering {
-        let Self { orbit, phase, uav_rel_centre, field, along } = self;
-        let r_m = self.centre_distance_m();
-        let mut flown = moving_centre::ground_track(*along, orbit.centre_velocity, speed_m_s);
-        if params.speed_reference == SpeedReference::Centre && !flown.centre_too_fast {
+    /// Ground track along the field at ground speed `speed_m_s`.
+    pub(crate) fn ground_track(&self, params: &GuidanceParams, speed_m_s: f64) -> GroundTrack {
+        let Self { orbit: Orbit { centre_velocity, .. }, along, .. } = *self;
+        let flown = moving_centre::ground_track(along, centre_velocity, speed_m_s);
+        match params.speed_reference {
             // Same heading, but differentiated at constant speed relative to the centre.
-            flown = moving_centre::with_relative_speed(*along, orbit.centre_velocity, flown.relative_speed_m_s).0;
+            SpeedReference::Centre if !flown.centre_too_fast => {
+                moving_centre::with_relative_speed(along, centre_velocity, flown.relative_speed_m_s).0
+            }
+            _ => flown,
         }
+    }
+
+    /// See [`steer`]. The position of `uav` must be the one that `self` was created with.
+    pub(crate) fn steer(
+        &self,
+        params: &GuidanceParams,
+        turn_rate_lag_s: f64,
+        uav: &UavState,
+        speed_m_s: f64,
+    ) -> Steering {
+        let Self { orbit, phase, uav_rel_centre, field, .. } = self;
+        let r_m = self.centre_distance_m();
+        let flown = self.ground_track(params, speed_m_s);
         let motion = if flown.centre_too_fast {
             let ground_track = Velocity::from_polar(speed_m_s, flown.heading);
             PolarMotion::of(*uav_rel_centre, ground_track - orbit.centre_velocity)
         } else {
             field.motion_along(flown.relative_speed_m_s)
         };
+        let mut heading_error = uav.heading - flown.heading;
         let feedforward_rad_s = match params.feedforward {
             // Differentiated at constant centre velocity and speed.
             Feedforward::Field => {
                 field.turn_rate_rad_s(motion, orbit.steered.rate_m_s) * flown.heading_per_field_heading
             }
             Feedforward::Trajectory => {
-                let actual = PolarMotion::of(*uav_rel_centre, uav.velocity() - orbit.centre_velocity);
-                field.turn_rate_rad_s(actual, orbit.steered.rate_m_s) * flown.heading_per_field_heading
+                let later = uav.extrapolated(turn_rate_lag_s);
+                let then = Self::of(params, later.position, &orbit.extrapolated(turn_rate_lag_s));
+                let desired = then.ground_track(params, speed_m_s);
+                heading_error = later.heading - desired.heading;
+                let actual = PolarMotion::of(then.uav_rel_centre, later.velocity() - orbit.centre_velocity);
+                then.field.turn_rate_rad_s(actual, orbit.steered.rate_m_s) * desired.heading_per_field_heading
             }
             Feedforward::StaticCentre => {
                 params.orbit_direction.sign() * stationary_centre_rad_s(r_m, orbit, speed_m_s, orbit.distance_m)
             }
             Feedforward::Paper => params.orbit_direction.sign() * stationary_centre_rad_s(r_m, orbit, speed_m_s, r_m),
         };
-        let heading_error = uav.heading - flown.heading;
         Steering {
             turn_rate_rad_s: feedforward_rad_s
                 - params.heading_gain_1_s * heading_error.rad()
@@ -227,6 +260,8 @@ mod tests {
     use super::*;
     use crate::params::{OrbitDirection, TeamParams};
 
+    const LAG_S: f64 = 1.0 / 3.0;
+
     fn params(feedforward: Feedforward) -> GuidanceParams {
         GuidanceParams { radial_gain: 1.0, lead_s: 0.0, feedforward, ..TeamParams::paper().guidance }
     }
@@ -247,6 +282,7 @@ mod tests {
     fn the_turn_rate_is_feedback_plus_feedforward() {
         let got = steer(
             &params(Feedforward::StaticCentre),
+            LAG_S,
             &uav(300.0, Angle::from_deg(100.0)),
             &orbit(Velocity::ZERO, 0.0),
             40.0,
@@ -262,7 +298,7 @@ mod tests {
         // North of the centre, anticlockwise, the field points west.
         let mut state = uav(300.0, Angle::from_deg(-170.0));
         state.position = Position::from_m(0.0, 300.0);
-        let got = steer(&params(Feedforward::StaticCentre), &state, &orbit(Velocity::ZERO, 0.0), 40.0);
+        let got = steer(&params(Feedforward::StaticCentre), LAG_S, &state, &orbit(Velocity::ZERO, 0.0), 40.0);
         assert!((got.turn_rate_rad_s - (40.0 / 300.0 - 2.0 * 10f64.to_radians())).abs() < 1e-9);
     }
 
@@ -270,8 +306,9 @@ mod tests {
     /// published form gives 0.048. On the orbit both agree.
     #[test]
     fn the_published_feedforward_is_wrong_off_the_orbit() {
-        let at =
-            |form, r| steer(&params(form), &uav(r, Angle::ZERO), &orbit(Velocity::ZERO, 0.0), 40.0).feedforward_rad_s;
+        let at = |form, r| {
+            steer(&params(form), LAG_S, &uav(r, Angle::ZERO), &orbit(Velocity::ZERO, 0.0), 40.0).feedforward_rad_s
+        };
         assert!((at(Feedforward::StaticCentre, 100.0) - 0.432).abs() < 1e-9);
         assert!((at(Feedforward::Paper, 100.0) - 0.048).abs() < 1e-9);
         assert!((at(Feedforward::Field, 100.0) - 0.432).abs() < 1e-9);
@@ -281,7 +318,7 @@ mod tests {
     /// Returns the flown feedforward, and the derivative of psi_d along the flown velocity by central differences.
     fn flown_and_differentiated(params: &GuidanceParams, r_m: f64, at_start: Orbit) -> (f64, f64) {
         let state = uav(r_m, Angle::ZERO);
-        let here = steer(params, &state, &at_start, 40.0);
+        let here = steer(params, LAG_S, &state, &at_start, 40.0);
         let heading_at = |t: f64| {
             let position = state.position + Velocity::from_polar(40.0, here.desired_heading) * t;
             let orbit = Orbit {
@@ -292,7 +329,7 @@ mod tests {
                 },
                 ..at_start
             };
-            steer(params, &UavState { position, ..state }, &orbit, 40.0).desired_heading
+            steer(params, LAG_S, &UavState { position, ..state }, &orbit, 40.0).desired_heading
         };
         let h = 1e-4;
         (here.feedforward_rad_s, (heading_at(h) - heading_at(-h)).rad() / (2.0 * h))
@@ -320,7 +357,7 @@ mod tests {
 
     /// Checks Eq. (25) along the actual motion: the derivative of psi_d for a UAV that does not follow the field.
     #[test]
-    fn the_actual_feedforward_is_the_derivative_along_the_actual_motion() {
+    fn the_feedforward_of_a_trajectory_is_the_derivative_along_it() {
         let params = GuidanceParams { radial_gain: 0.2, ..params(Feedforward::Trajectory) };
         let slow = orbit(Velocity::from_m_s(9.0, -5.0), 3.0);
         for (r_m, heading_deg) in [(80.0, 10.0), (290.0, 100.0), (600.0, -150.0)] {
@@ -329,12 +366,30 @@ mod tests {
                 let position = state.position + state.velocity() * t;
                 let steered = Ramp { radius_m: 300.0 + 3.0 * t, ..slow.steered };
                 let orbit = Orbit { centre: slow.centre + slow.centre_velocity * t, steered, ..slow };
-                steer(&params, &UavState { position, ..state }, &orbit, 40.0).desired_heading
+                steer(&params, LAG_S, &UavState { position, ..state }, &orbit, 40.0).desired_heading
             };
             let expected = (heading_at(1e-4) - heading_at(-1e-4)).rad() / 2e-4;
-            let got = steer(&params, &state, &slow, 40.0).feedforward_rad_s;
+            let got = steer(&params, 0.0, &state, &slow, 40.0).feedforward_rad_s;
             assert!((got - expected).abs() < 1e-5, "r {r_m}: {got} {expected}");
         }
+    }
+
+    /// Checks Eq. (24), (25) with a lag: the command is that of the state and the orbit one lag later.
+    #[test]
+    fn a_trajectory_is_steered_one_lag_ahead() {
+        let params = GuidanceParams { radial_gain: 0.2, ..params(Feedforward::Trajectory) };
+        let now = orbit(Velocity::from_m_s(9.0, -5.0), 3.0);
+        let later = Orbit {
+            centre: now.centre + now.centre_velocity * LAG_S,
+            steered: Ramp { radius_m: 300.0 + 3.0 * LAG_S, ..now.steered },
+            ..now
+        };
+        let state = UavState { turn_rate_rad_s: 0.2, ..uav(290.0, Angle::from_deg(100.0)) };
+        let (got, expected) =
+            (steer(&params, LAG_S, &state, &now, 40.0), steer(&params, 0.0, &state.extrapolated(LAG_S), &later, 40.0));
+        assert_eq!(got.turn_rate_rad_s, expected.turn_rate_rad_s);
+        assert_eq!(got.feedforward_rad_s, expected.feedforward_rad_s);
+        assert_eq!(got.desired_heading, steer(&params, 0.0, &state, &now, 40.0).desired_heading);
     }
 
     #[test]
@@ -342,7 +397,8 @@ mod tests {
         let undamped = params(Feedforward::StaticCentre);
         let damped = GuidanceParams { turn_rate_gain: 0.5, ..undamped };
         let turning = UavState { turn_rate_rad_s: 0.2, ..uav(300.0, Angle::from_deg(90.0)) };
-        let rate = |params: &GuidanceParams| steer(params, &turning, &orbit(Velocity::ZERO, 0.0), 40.0).turn_rate_rad_s;
+        let rate =
+            |params: &GuidanceParams| steer(params, LAG_S, &turning, &orbit(Velocity::ZERO, 0.0), 40.0).turn_rate_rad_s;
         let expected = rate(&undamped) - 0.5 * (0.2 - 40.0 / 300.0);
         assert!((rate(&damped) - expected).abs() < 1e-12);
     }
@@ -351,7 +407,7 @@ mod tests {
     #[test]
     fn a_uav_does_not_converge_to_a_centre_that_is_too_fast() {
         let state = uav(600.0, Angle::from_deg(180.0));
-        let got = steer(&params(Feedforward::Field), &state, &orbit(Velocity::from_m_s(-60.0, 0.0), 0.0), 40.0);
+        let got = steer(&params(Feedforward::Field), LAG_S, &state, &orbit(Velocity::from_m_s(-60.0, 0.0), 0.0), 40.0);
         assert!(got.centre_too_fast && got.convergence_threshold_m2_s < 0.0, "{got:?}");
     }
 
@@ -359,6 +415,7 @@ mod tests {
     fn a_centre_faster_than_the_uav_is_pursued_with_a_finite_turn_rate() {
         let got = steer(
             &params(Feedforward::Field),
+            LAG_S,
             &uav(300.0, Angle::ZERO),
             &orbit(Velocity::from_m_s(0.0, 90.0), 0.0),
             40.0,

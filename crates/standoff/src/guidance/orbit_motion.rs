@@ -20,6 +20,9 @@
 //! is not used for the radius: it would be that of a single member, which the filter estimates with delay, and an error
 //! of 1 m/s would shift the radius by 2 T / sin((alpha_f - eps_m) / 2) = 6 m.
 //!
+//! The turn limit about the moving centre (27), which is a lower bound of the radius, follows the limit at the mean
+//! velocity of the members as a first-order low-pass.
+//!
 //! This is not part of the paper, which uses the orbit of (15) directly. Reference models and their limits: Fossen,
 //! *Handbook of Marine Craft Hydrodynamics and Motion Control* (2011), section 10.2. The square-root approach is
 //! ArduPilot's `sqrt_controller`.
@@ -51,7 +54,7 @@ impl MotionParams {
 /// let at = |x_m| TargetState::new(Position::from_m(x_m, 0.0), Velocity::ZERO, [0.0, 0.0]);
 /// let alone = bounds.distance(Spread::default(), 0.0, &sensor);
 /// // The only member is 100 m from the centre: the centre starts to move, and the radius keeps the member in view.
-/// let orbit = OrbitMotion::start(&at(0.0), &alone).with_centre(&at(100.0), &motion, 0.5);
+/// let orbit = OrbitMotion::start(&at(0.0), &alone, 0.0).with_centre(&at(100.0), &motion, 0.5);
 /// assert!(orbit.centre.x_m() > 0.0 && orbit.velocity.x_m_s() <= 3.0 * 0.5 + 1e-9);
 /// let spread = Spread::of(&at(100.0), &orbit.state());
 /// let orbit = orbit.with_radius(bounds.distance(spread, 0.0, &sensor).distance_m, &bounds, &motion, 0.5);
@@ -67,13 +70,28 @@ pub struct OrbitMotion {
     pub radius_m: f64,
     /// Rate of the radius, m/s; 0 at a bound.
     pub rate_m_s: f64,
+    /// Turn limit that bounds the radius, m.
+    pub turn_limit_m: f64,
 }
 
+/// Time constant with which the turn limit follows that of the members' mean velocity, s. It filters the error of the
+/// velocity: at 40 m/s, 1 m/s more or less changes the limit by 9 m.
+const TURN_LIMIT_TIME_CONSTANT_S: f64 = 5.0;
+
 impl OrbitMotion {
-    /// Starts the orbit at the desired centre and radius.
-    pub fn start(centre: &TargetState, standoff: &StandoffDistance) -> Self {
+    /// Starts the orbit at the desired centre, radius and turn limit.
+    pub fn start(centre: &TargetState, standoff: &StandoffDistance, turn_limit_m: f64) -> Self {
         let (centre, velocity) = (centre.position(), centre.velocity());
-        Self { centre, velocity, radius_m: standoff.distance_m, rate_m_s: standoff.rate_m_s }
+        Self { centre, velocity, radius_m: standoff.distance_m, rate_m_s: standoff.rate_m_s, turn_limit_m }
+    }
+
+    /// Advances the turn limit by `dt_s` towards `limit_m`, which may be infinite.
+    #[must_use]
+    pub fn with_turn_limit(self, limit_m: f64, dt_s: f64) -> Self {
+        let gain = dt_s / (TURN_LIMIT_TIME_CONSTANT_S + dt_s);
+        let is_finite = self.turn_limit_m.is_finite() && limit_m.is_finite();
+        let turn_limit_m = if is_finite { self.turn_limit_m + gain * (limit_m - self.turn_limit_m) } else { limit_m };
+        Self { turn_limit_m, ..self }
     }
 
     /// Advances the centre by `dt_s` towards the desired centre. The radius is advanced by [`Self::with_radius`].
@@ -90,15 +108,21 @@ impl OrbitMotion {
     }
 
     /// Advances the radius by `dt_s` towards `desired_m`, which is r_d around the flown centre at that time. The radius
-    /// stops at a bound and can leave it immediately (no wind-up).
+    /// stops at a bound and can leave it immediately (no wind-up). If the lower bound has risen, the radius rises with
+    /// it.
     #[must_use]
     pub fn with_radius(self, desired_m: f64, bounds: &StandoffParams, params: &MotionParams, dt_s: f64) -> Self {
         let of = |radius_m: f64, rate_m_s: f64| Motion { at: Vector1::new(radius_m), rate: Vector1::new(rate_m_s) };
         let flown = of(self.radius_m, self.rate_m_s).follow(&of(desired_m, 0.0), params, dt_s);
         let radius_m = flown.at.x.clamp(bounds.radius_min_m, bounds.radius_max_m);
         let fastest_m_s = params.closing_speed_max_m_s;
-        let is_free = radius_m == flown.at.x;
-        let rate_m_s = if is_free { flown.rate.x.clamp(-fastest_m_s, fastest_m_s) } else { 0.0 };
+        let rate_m_s = if radius_m == flown.at.x {
+            flown.rate.x.clamp(-fastest_m_s, fastest_m_s)
+        } else if radius_m == bounds.radius_min_m {
+            ((radius_m - self.radius_m) / dt_s).clamp(0.0, fastest_m_s)
+        } else {
+            0.0
+        };
         Self { radius_m, rate_m_s, ..self }
     }
 
@@ -167,7 +191,7 @@ mod tests {
 
     /// Motion of an orbit that starts stationary at the origin with a radius of 400 m, at `steps` time steps.
     fn flown(desired: impl Fn(f64) -> (TargetState, f64), steps: u32, dt_s: f64) -> Vec<OrbitMotion> {
-        let mut orbit = OrbitMotion::start(&state(0.0, 0.0, 0.0, 0.0), &r_d(400.0, 0.0));
+        let mut orbit = OrbitMotion::start(&state(0.0, 0.0, 0.0, 0.0), &r_d(400.0, 0.0), 0.0);
         let mut next = |step: u32| {
             let (centre, desired_m) = desired(f64::from(step) * dt_s);
             orbit = orbit.with_centre(&centre, &PARAMS, dt_s).with_radius(desired_m, &BOUNDS, &PARAMS, dt_s);
@@ -257,7 +281,7 @@ mod tests {
     /// standstill.
     #[test]
     fn the_radius_stops_at_a_bound_without_wind_up() {
-        let mut orbit = OrbitMotion::start(&state(0.0, 0.0, 0.0, 0.0), &r_d(690.0, 20.0));
+        let mut orbit = OrbitMotion::start(&state(0.0, 0.0, 0.0, 0.0), &r_d(690.0, 20.0), 0.0);
         let mut step = |desired_m| {
             orbit = orbit.with_radius(desired_m, &BOUNDS, &PARAMS, DT_S);
             (orbit.radius_m, orbit.rate_m_s)
@@ -268,11 +292,33 @@ mod tests {
         assert_eq!(step(400.0), (700.0 - 0.375, -1.5));
     }
 
+    /// The radius rises with its lower bound, and its rate is that of the bound. The turn limit itself is a low-pass of
+    /// the limit at the members' velocity.
+    #[test]
+    fn the_radius_rises_with_the_turn_limit() {
+        let mut orbit = OrbitMotion::start(&state(0.0, 0.0, 0.0, 0.0), &r_d(260.0, 0.0), 250.0);
+        for step in 1..=100 {
+            let before = orbit;
+            orbit = orbit.with_turn_limit(350.0, DT_S);
+            let expected_m = 350.0 - 100.0 * crate::math::exp(-f64::from(step) * crate::math::ln(1.1));
+            assert!((orbit.turn_limit_m - expected_m).abs() < 1e-9);
+            let bounds = StandoffParams { radius_min_m: orbit.turn_limit_m, ..BOUNDS };
+            orbit = orbit.with_radius(bounds.radius_min_m, &bounds, &PARAMS, DT_S);
+            assert!(orbit.radius_m >= orbit.turn_limit_m && orbit.radius_m < 370.0, "{orbit:?}");
+            let is_at_bound = orbit.radius_m == orbit.turn_limit_m;
+            let mean_m_s = (orbit.radius_m - before.radius_m) / DT_S;
+            assert!(!is_at_bound || (orbit.rate_m_s - mean_m_s).abs() < 1e-9, "{orbit:?}");
+        }
+        assert!((orbit.radius_m - 350.0).abs() < 0.1);
+        assert_eq!(orbit.with_turn_limit(f64::INFINITY, DT_S).turn_limit_m, f64::INFINITY);
+        assert_eq!(orbit.with_turn_limit(f64::INFINITY, DT_S).with_turn_limit(400.0, DT_S).turn_limit_m, 400.0);
+    }
+
     /// A time constant below the period is treated as the period, so that the motion does not ring.
     #[test]
     fn a_time_constant_shorter_than_the_period_does_not_ring() {
         let quick = MotionParams { time_constant_s: 0.01, acceleration_max_m_s2: 100.0, closing_speed_max_m_s: 1000.0 };
-        let mut orbit = OrbitMotion::start(&state(0.0, 0.0, 0.0, 0.0), &r_d(400.0, 0.0));
+        let mut orbit = OrbitMotion::start(&state(0.0, 0.0, 0.0, 0.0), &r_d(400.0, 0.0), 0.0);
         for _ in 0..40 {
             orbit = orbit.with_centre(&state(20.0, 0.0, 0.0, 0.0), &quick, DT_S);
             assert!(orbit.centre.x_m() < 20.6, "{orbit:?}");
@@ -286,7 +332,7 @@ mod tests {
         let extremes = [0.0, 1e-300, -1e9, 1e160, -1e308, f64::MAX, f64::INFINITY, f64::NAN];
         for desired in extremes {
             for other in extremes {
-                let mut orbit = OrbitMotion::start(&state(0.0, 0.0, 0.0, 0.0), &r_d(400.0, 0.0));
+                let mut orbit = OrbitMotion::start(&state(0.0, 0.0, 0.0, 0.0), &r_d(400.0, 0.0), 0.0);
                 for dt_s in [0.5, 0.0, 1e-12, 1e6] {
                     orbit = orbit.with_centre(&state(desired, other, other, desired), &PARAMS, dt_s);
                     orbit = orbit.with_radius(desired, &BOUNDS, &PARAMS, dt_s);
@@ -303,7 +349,7 @@ mod tests {
     fn the_spread_is_measured_from_the_flown_centre() {
         let member = state(100.0, 0.0, 0.0, 0.0);
         let orbit =
-            OrbitMotion::start(&state(0.0, 0.0, 0.0, 0.0), &r_d(400.0, 0.0)).with_centre(&member, &PARAMS, DT_S);
+            OrbitMotion::start(&state(0.0, 0.0, 0.0, 0.0), &r_d(400.0, 0.0), 0.0).with_centre(&member, &PARAMS, DT_S);
         // Full a_max from standstill.
         assert_eq!(orbit.state(), state(0.375, 0.0, 1.5, 0.0));
         let spread = Spread::of(&member, &orbit.state());

@@ -8,10 +8,12 @@
 //!
 //! The flown radius is (15) clamped to [r_d,min, r_d,max]. The removal of members depends on the unclamped radius.
 //! Erratum: (27) ignores the motion of the centre. A true circle around a centre that moves at v_t needs
-//! r_d >= (v + v_t)^2 / (v omega_max): see [`moving_centre_limit_m`].
+//! r_d >= (v + v_t)^2 / (v omega_max): see [`moving_centre_limit_m`]. With `radius_above_turn_limit`, r_d,min is at
+//! least this limit: see [`TeamParams::orbit_bounds`].
 
+use crate::guidance::phase_control::speed_min_for_phase_m_s;
 use crate::math;
-use crate::params::{SensorParams, StandoffParams};
+use crate::params::{SensorParams, StandoffParams, TeamParams};
 use crate::target::TargetState;
 
 /// Spread of a group: distance of the furthest member from the centre, and its rate.
@@ -86,6 +88,40 @@ impl StandoffParams {
         let clamped = unclamped_m < self.radius_min_m || unclamped_m > self.radius_max_m;
         let rate_m_s = if clamped { 0.0 } else { spread.rate_m_s * per_spread };
         StandoffDistance { unclamped_m, distance_m, rate_m_s }
+    }
+}
+
+impl TeamParams {
+    /// Smallest radius at which a UAV without phase error can turn about a centre at `centre_speed_m_s`, m; infinite if
+    /// the centre is as fast as a UAV can fly.
+    ///
+    /// Implements Eq. (27), corrected: [`moving_centre_limit_m`].
+    #[cfg_attr(feature = "research", visibility::make(pub))]
+    pub(crate) fn turn_limit_about_m(&self, centre_speed_m_s: f64) -> f64 {
+        let speed_m_s = self.orbit_speed_m_s(centre_speed_m_s);
+        moving_centre_limit_m(speed_m_s, centre_speed_m_s, self.uav.turn_rate_max_rad_s)
+    }
+
+    /// Ground speed of a UAV without phase error that orbits a centre at `centre_speed_m_s`, m/s.
+    pub(crate) fn orbit_speed_m_s(&self, centre_speed_m_s: f64) -> f64 {
+        self.uav.speed_m_s.max(speed_min_for_phase_m_s(centre_speed_m_s)).min(self.uav.speed_max_m_s())
+    }
+
+    /// Bounds of an orbit with this turn limit. With `radius_above_turn_limit`, the minimum is at least the limit, but not
+    /// above r_d,max.
+    #[cfg_attr(feature = "research", visibility::make(pub))]
+    pub(crate) fn orbit_bounds(&self, turn_limit_m: f64) -> StandoffParams {
+        let bounds = self.group.standoff;
+        if !self.group.radius_above_turn_limit {
+            return bounds;
+        }
+        StandoffParams { radius_min_m: bounds.radius_min_m.max(turn_limit_m).min(bounds.radius_max_m), ..bounds }
+    }
+
+    /// Bounds of an orbit about a stationary centre.
+    #[cfg_attr(feature = "research", visibility::make(pub))]
+    pub(crate) fn stationary_orbit_bounds(&self) -> StandoffParams {
+        self.orbit_bounds(self.turn_limit_about_m(0.0))
     }
 }
 

@@ -90,7 +90,8 @@ words! {
     enum Feedforward {
         /// The derivative along the flown field, including (20), (22) and (28).
         Field = "field",
-        /// Like `field`, but along the actual motion of the UAV.
+        /// Like `field`, but along the actual motion of the UAV; feedback and feedforward are those of the state that is
+        /// extrapolated by the lag of the turn rate. The UAV settles on every orbit that it can turn.
         Trajectory = "trajectory",
         /// Eq. (25) corrected: the exact derivative along the field (13) around a stationary centre.
         StaticCentre = "static-centre",
