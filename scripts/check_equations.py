@@ -36,6 +36,9 @@ DIRECTION = {"anticlockwise": 1.0, "clockwise": -1.0}
 ROUNDING = 1e-10  # the same algebra in another order
 DIFFERENCES = 1e-7  # for numeric derivatives, which are least accurate if a centre becomes too fast to follow
 LONG_FILTER_TOLERANCE = 1e-7  # for filters that run for a whole record: rounding accumulates if measurements are rare
+INTEGRATED_TOLERANCE = 1e-4  # for filters with measurements that are integrated over five standard deviations
+FLOWN_TOLERANCE = 2e-3  # for distances along flown paths, in metres
+NODES = np.polynomial.legendre.leggauss(120)
 # Metrics that check_association.py checks.
 ASSOCIATION = {
     "gospa_m", "gospa_localisation_m", "gospa_missed", "gospa_false", "track_swaps", "false_tracks", "track_purity",
@@ -429,15 +432,54 @@ def equations_8_9(y, information, f, q):
 
 def equations_10_11(y, information, looks, sensor):
     """Updates with all measurements of one target at one time step: (UAV's position, range and azimuth)."""
-    x = inverse(information) @ y
+    p = inverse(information)
+    x = p @ y
     r_inverse = np.diag([sensor["range_sd_m"] ** -2, np.radians(sensor["bearing_sd_deg"]) ** -2])
-    for uav, z in looks:
+    near = [is_near(uav, x[POSITION], p, sensor) for uav, _ in looks]
+    for (uav, z), is_integrated in zip(looks, near):
+        if is_integrated:
+            continue
         h = jacobian(uav, x[POSITION])
         if h is None:
             continue
         y = y + h.T @ r_inverse @ (innovation(uav, z, x[POSITION]) + h @ x)
         information = information + h.T @ r_inverse @ h
+    for (uav, z), is_integrated in zip(looks, near):
+        if is_integrated:
+            y, information = integrated(y, information, uav, z, sensor)
     return y, information
+
+
+def is_near(uav, predicted, p, sensor):
+    """Returns whether a measurement is integrated instead of linearised (docs/sensing.md)."""
+    distance = equation_7(uav, predicted)[0]
+    return distance < sensor["near_range_m"] and np.trace(p[np.ix_(POSITION, POSITION)]) > 1e-3 * distance**2
+
+
+def integrated(y, information, uav, z, sensor):
+    """Updates with one measurement: moments of prior times likelihood, summed over a grid of ranges and azimuths."""
+    p = inverse(information)
+    x = p @ y
+    prior = p[np.ix_(POSITION, POSITION)]
+    range_sd, azimuth_sd = sensor["range_sd_m"], np.radians(sensor["bearing_sd_deg"])
+    offsets = np.linspace(-1.0, 1.0, 201) * min(5.0 * azimuth_sd, np.pi)
+    nodes, weights = NODES
+    distance, reach = equation_7(uav, x[POSITION])[0], 9.0 * np.sqrt(np.linalg.eigvalsh(prior)[1])
+    nearest, farthest = max(z[0] - 9.0 * range_sd, distance - reach, 0.0), min(z[0] + 9.0 * range_sd, distance + reach)
+    ranges = nearest + 0.5 * (farthest - nearest) * (nodes + 1.0)
+    directions = np.stack([np.cos(z[1] + offsets), np.sin(z[1] + offsets)], axis=-1)
+    places = uav + ranges[:, None, None] * directions
+    away = places - x[POSITION]
+    exponent = -0.5 * (np.einsum("...i,ij,...j", away, np.linalg.inv(prior), away)
+                       + ((ranges - z[0]) / range_sd)[:, None] ** 2 + (offsets / azimuth_sd) ** 2)
+    mass = (weights * ranges)[:, None] * np.exp(exponent - exponent.max())
+    mass /= mass.sum()
+    mean = np.einsum("rt,rti->i", mass, places)
+    spread = np.einsum("rt,rti,rtj->ij", mass, places - mean, places - mean)
+    gain = p[:, POSITION] @ np.linalg.inv(prior)
+    p = p + gain @ (spread - prior) @ gain.T
+    information = inverse(p)
+    return information @ (x + gain @ (mean - x[POSITION])), information
 
 
 def jacobian(uav, target):
@@ -486,8 +528,9 @@ def check_tracks(record, compare):
             filters[target] = y, information
             sds = np.sqrt(np.diag(row.p))
             scale = np.maximum(np.abs(row.state), np.maximum(sds, 1.0))
-            compare("(8, 10) state of a track", row.state, inverse(information) @ y, scale, LONG_FILTER_TOLERANCE)
-            compare("(9, 11) covariance of a track", row.p, inverse(information), np.outer(sds, sds), LONG_FILTER_TOLERANCE)
+            tolerance = INTEGRATED_TOLERANCE if model["near_range_m"] > 0.0 else LONG_FILTER_TOLERANCE
+            compare("(8, 10) state of a track", row.state, inverse(information) @ y, scale, tolerance)
+            compare("(9, 11) covariance of a track", row.p, inverse(information), np.outer(sds, sds), tolerance)
             compare("track status updated if and only if measured", row.status == "updated", bool(looks))
 
 
@@ -997,10 +1040,11 @@ def check_metrics(record, compare):
     if not record.truth:
         return
     samples, unseen, gaps, gap, orbits = defaultdict(list), [], {}, 0, true_orbits(record)
-    for time in record.times:
+    paths = flown_paths(record)
+    for before, time in zip([None, *record.times], record.times):
         track_samples(record, time, samples)
         orbit_samples(record, time, orbits, samples, compare)
-        separation_samples(record.uavs[time].values(), minima(record)["vertical_min_m"], samples)
+        separation_samples(record, paths, before, time, samples)
         line_of_sight_samples(record, time, samples)
         if gaps:
             unseen.append(view_samples(record, time, samples))
@@ -1028,7 +1072,8 @@ def check_metrics(record, compare):
     metrics |= bound_metrics(record) | innovation_metrics(record) | prediction_error_metrics(record)
     metrics |= control_effort_metrics(record) | custody_metrics(record) | separation_metrics(record) | zone_metrics(record)
     for name in sorted(set(record.metrics) - ASSOCIATION):
-        compare(f"metric {name}", record.metrics[name], metrics.get(name))
+        tolerance, scale = (FLOWN_TOLERANCE, 1.0) if name in smallest else (ROUNDING, None)
+        compare(f"metric {name}", record.metrics[name], metrics.get(name), scale, tolerance)
 
 
 def control_effort_metrics(record):
@@ -1055,29 +1100,77 @@ def minima(record):
 
 
 def height_apart(one, other):
-    """Returns the vertical distance of two UAVs: by flown altitudes, or by commanded ones, which count as infinitely far
-    apart unless they are equal."""
-    flown = one.altitude_m, other.altitude_m
-    if None not in flown:
-        return abs(flown[0] - flown[1])
-    commanded = one.commanded_altitude_m, other.commanded_altitude_m
-    return 0.0 if None in commanded or commanded[0] == commanded[1] else np.inf
+    """Returns the vertical distance of two UAVs: by flown altitudes, or by commanded ones; 0 if they are unknown."""
+    for altitudes in [(one.altitude_m, other.altitude_m), (one.commanded_altitude_m, other.commanded_altitude_m)]:
+        if None not in altitudes:
+            return abs(altitudes[0] - altitudes[1])
+    return 0.0
+
+
+def flown_paths(record):
+    """Returns for each time step but the first the path of each UAV from the step before: positions and altitudes at
+    equal times. (1) is integrated from the recorded state and command by Simpson's rule."""
+    uavs, period, parts = record.scenario["uavs"], record.period, 100
+    t = np.linspace(0.0, period, 2 * parts + 1)
+    speed_left, turn_left = np.exp(-t / uavs["speed_lag_s"]), np.exp(-t / uavs["turn_rate_lag_s"])
+    share = np.linspace(0.0, 1.0, parts + 1)
+    paths = {}
+    for before, time in zip(record.times, record.times[1:]):
+        paths[time] = {}
+        for uav, row in record.uavs[time].items():
+            start = record.uavs[before][uav]
+            if uavs["integrator"] == "euler":
+                places = start.position + share[:, None] * (row.position - start.position)
+            else:
+                turn, command = start.turn_rate_rad_s, start.turn_rate_command_rad_s
+                heading = start.heading_rad + command * t + (turn - command) * uavs["turn_rate_lag_s"] * (1.0 - turn_left)
+                speed = start.speed_command_m_s + (start.speed_m_s - start.speed_command_m_s) * speed_left
+                rates = speed[:, None] * np.stack([np.cos(heading), np.sin(heading)], axis=-1)
+                steps = period / parts / 6.0 * (rates[:-2:2] + 4.0 * rates[1::2] + rates[2::2])
+                places = start.position + np.vstack([[0.0, 0.0], np.cumsum(steps, axis=0)])
+            altitudes = None
+            if None not in (start.altitude_m, row.altitude_m):
+                low, rise = start.altitude_m, row.altitude_m - start.altitude_m
+                first, last = (period * at.climb_rate_m_s for at in [start, row])
+                altitudes = low + share * first + share**2 * (3.0 * rise - 2.0 * first - last) + share**3 * (first + last - 2.0 * rise)
+            paths[time][uav] = places, altitudes
+    return paths
+
+
+def least_distances(record, paths, before, time, one, other):
+    """Returns the smallest distance of two UAVs along their paths, and that below the minimum vertical distance."""
+    vertical_m = minima(record)["vertical_min_m"]
+    (places, altitudes), (others, other_altitudes) = paths[time][one], paths[time][other]
+    apart = places - others
+    along = np.diff(apart, axis=0)
+    shares = np.clip(-np.sum(apart[:-1] * along, axis=1) / np.maximum(np.sum(along**2, axis=1), 1e-300), 0.0, 1.0)
+    distances = np.hypot(*(apart[:-1] + shares[:, None] * along).T)
+    if altitudes is None or other_altitudes is None:
+        is_level = np.full(len(distances), height_apart(record.uavs[before][one], record.uavs[before][other]) < vertical_m)
+    else:
+        near = np.abs(altitudes - other_altitudes) < vertical_m
+        is_level = near[:-1] & near[1:]
+    return distances.min(), distances[is_level].min(initial=np.inf)
 
 
 def separation_metrics(record):
     """Returns the number of times at which two UAVs come closer than both minima, and the total time of avoidance."""
     least = minima(record)
-    near, times, avoiding, pairs = set(), 0, 0, False
-    for time in record.times:
+    near, times, avoiding, pairs, paths = set(), 0, 0, False, flown_paths(record)
+    for before, time in zip([None, *record.times], record.times):
         uavs = list(record.uavs[time].values())
         avoiding += sum(row.avoided_uav is not None or row.avoided_intruder is not None for row in uavs)
-        now = set()
+        now, met = set(), set()
         for one, other in combinations(uavs, 2):
             pairs = True
+            if before is not None:
+                _, level = least_distances(record, paths, before, time, one.uav, other.uav)
+                if level < least["horizontal_min_m"]:
+                    met.add((one.uav, other.uav))
             distance = np.hypot(*(one.position - other.position))
             if distance < least["horizontal_min_m"] and height_apart(one, other) < least["vertical_min_m"]:
                 now.add((one.uav, other.uav))
-        times, near = times + len(now - near), now
+        times, near = times + len((now | met) - near), now
     return {"separation_violations": times, "avoidance_time_s": avoiding * record.period} if pairs else {}
 
 
@@ -1122,19 +1215,21 @@ def altitude_of(row):
 
 
 def zone_metrics(record):
-    """Returns the number of zone violations, including those between time steps, and the fraction of time steps at which a
+    """Returns the number of zone violations, including those on the paths between time steps, and the fraction of time steps at which a
     zone changes the command."""
     outlines = [Outline(zone) for zone in record.scenario.get("geofence", [])]
     if not outlines:
         return {}
     rows = [row for uavs in record.uavs.values() for row in uavs.values()]
-    places, times = defaultdict(list), 0
+    places, times, paths = defaultdict(list), 0, flown_paths(record)
     for row in rows:
         places[row.uav].append((row.position, altitude_of(row)))
-    for flown in places.values():
+    for uav, flown in places.items():
+        arcs = [paths[time][uav][0][::10] for time in record.times[1:]]
         for outline in outlines:
             forbidden = [outline.forbids_at(*at) for at in flown]
-            crossed = [outline.crossed(a, b) and outline.binds(*sorted([low, high])) for (a, low), (b, high) in zip(flown, flown[1:])]
+            crossed = [any(outline.crossed(a, b) for a, b in zip(arc, arc[1:])) and outline.binds(*sorted([low, high]))
+                       for arc, (_, low), (_, high) in zip(arcs, flown, flown[1:])]
             times += forbidden[0] + sum(not was and (now or met) for was, now, met in
                                         zip(forbidden, forbidden[1:], crossed))
     return {"zone_violations": times, "geofence_detour_fraction": np.mean([row.limiting_zone is not None for row in rows])}
@@ -1272,7 +1367,6 @@ def orbit_samples(record, time, orbits, samples, compare):
         samples["turn_rate_saturated_fraction"].append(row.turn_rate_limited)
     for group, orbit in groups.items():
         uavs = [row.position for row in record.uavs[time].values() if row.group == group]
-        samples["separation_min_same_group_m"] += [np.hypot(*(a - b)) for i, a in enumerate(uavs) for b in uavs[:i]]
         flown, instantaneous = orbits[time].get(group, (None, None))
 
         def off(position, orbit):
@@ -1297,13 +1391,22 @@ def orbit_samples(record, time, orbits, samples, compare):
             samples["phase_error_deg"].append(np.mean([abs(gap - desired) for gap in gaps]))
 
 
-def separation_samples(uavs, vertical_m, samples):
-    """Adds the distances of all pairs of UAVs, and of those that may be at one altitude."""
-    for one, other in combinations(uavs, 2):
-        distance = np.hypot(*(one.position - other.position))
-        samples["separation_min_m"].append(distance)
-        if height_apart(one, other) < vertical_m:
-            samples["separation_min_same_altitude_m"].append(distance)
+def separation_samples(record, paths, before, time, samples):
+    """Adds the distances of all pairs of UAVs along their paths, of those that may be at one altitude, and of those of
+    one group."""
+    vertical_m = minima(record)["vertical_min_m"]
+    for one, other in combinations(record.uavs[time], 2):
+        rows = [record.uavs[at][uav] for at in [before, time] if at is not None for uav in [one, other]]
+        distance = np.hypot(*(rows[-2].position - rows[-1].position))
+        found = [(distance, distance if height_apart(*rows[-2:]) < vertical_m else np.inf, rows[-2:])]
+        if before is not None:
+            found.append((*least_distances(record, paths, before, time, one, other), rows[:2]))
+        for distance, level, pair in found:
+            samples["separation_min_m"].append(distance)
+            if level < np.inf:
+                samples["separation_min_same_altitude_m"].append(level)
+            if pair[0].group is not None and pair[0].group == pair[1].group:
+                samples["separation_min_same_group_m"].append(distance)
 
 
 def line_of_sight_samples(record, time, samples):

@@ -167,9 +167,18 @@ mod tests {
         let others = ["orbit.margin_sds=1.645", "orbit.centre=centroid"];
         assert!(undone.iter().all(|key| PAPER_LAW.contains(key) || others.contains(key)), "{undone:?}");
         let has_row = |setting: &&&str| {
-            !["feedforward", "turn_rate_gain", "lead", "speed_reference", "margin", "centre_jump", "centre"]
-                .iter()
-                .any(|key| setting.contains(&format!(".{key}=")))
+            ![
+                "feedforward",
+                "turn_rate_gain",
+                "lead",
+                "speed_reference",
+                "margin",
+                "centre_jump",
+                "centre",
+                "near_range_m",
+            ]
+            .iter()
+            .any(|key| setting.contains(&format!(".{key}=")))
         };
         let mut papers: Vec<&str> = PAPER_LAW.iter().filter(has_row).copied().collect();
         let mut sorted: Vec<&str> = undone.iter().filter(|key| !others.contains(*key)).copied().collect();

@@ -17,6 +17,7 @@ use crate::street_traffic::Streets;
 /// Settings that switch a mission to the paper's law. Traffic scenarios keep their own `guidance.lead_s`.
 pub const PAPER_LAW: [&str; 17] = [
     "filter.deletion_unseen_in_view_s=5",
+    "filter.near_range_m=0",
     "guidance.feedforward=static-centre",
     "guidance.turn_rate_gain=0",
     "guidance.heading_gain_1_s=2",

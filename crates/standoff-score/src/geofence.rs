@@ -1,18 +1,25 @@
-//! Geofence violations and detours, from the recorded positions and altitudes of the UAVs alone.
+//! Geofence violations along the flown paths, and detours, from the recorded states of the UAVs alone.
 
 use std::collections::{BTreeMap, BTreeSet};
 
 use standoff::{Geofence, Position, TeamParams, UavId};
 use standoff_record::{Frame, UavRow};
 
+use crate::config::ScoreConfig;
+use crate::flown_path::{Curve, PathModel, Recorded};
 use crate::geometry::at;
 use crate::mean::Mean;
+
+/// Distance from the flown path at which a crossing is certain, m.
+const ACCURACY_M: f64 = 1e-3;
 
 /// Geofence statistics of all UAVs so far.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Zones {
     /// State of every UAV in the last frame.
     before: BTreeMap<u32, Before>,
+    /// Time of that frame.
+    before_us: i64,
     violations: u64,
     /// UAV time steps at which the geofence changed the flown command.
     pub(crate) detour: Mean,
@@ -21,7 +28,7 @@ pub(crate) struct Zones {
 /// A UAV in the last frame.
 #[derive(Debug, Clone)]
 struct Before {
-    position: Position,
+    recorded: Recorded,
     /// Lowest and highest altitude that it may have had, m.
     altitudes_m: [f64; 2],
     violated_zones: BTreeSet<usize>,
@@ -35,28 +42,35 @@ fn altitudes_m(team: &TeamParams, uav: &UavRow) -> [f64; 2] {
 }
 
 impl Zones {
-    /// Adds the next frame.
-    pub(crate) fn frame(&mut self, geofence: &Geofence, team: &TeamParams, frame: &Frame) {
+    /// Adds the next frame, and the paths from the last frame to it.
+    pub(crate) fn frame(&mut self, config: &ScoreConfig, model: &PathModel, frame: &Frame) {
+        let ScoreConfig { geofence, team, .. } = config;
+        let duration_s = (frame.time_us - self.before_us) as f64 / 1e6;
         let mut after = BTreeMap::new();
         for uav in &frame.uavs {
             self.detour.add(f64::from(uav.limiting_zone.is_some()));
-            let (position, altitudes_m) = (at(uav), altitudes_m(team, uav));
+            let (position, recorded, altitudes_m) = (at(uav), Recorded::from(uav), altitudes_m(team, uav));
             let violated_zones: BTreeSet<usize> = geofence.violated_zones_between(position, altitudes_m).collect();
             // A UAV that leaves a zone, or crosses its corner between two time steps, crosses the outline as well.
             let mut violated = violated_zones.clone();
             let before = self.before.get(&uav.uav);
-            violated.extend(before.into_iter().flat_map(|before| {
-                let [low_m, high_m] = before.altitudes_m;
-                let between_m = [low_m.min(altitudes_m[0]), high_m.max(altitudes_m[1])];
-                geofence.crosses(before.position, position, between_m)
-            }));
+            if let Some(before) = before {
+                let from = before.recorded.position();
+                let bend_max_m = model.bend_max_m(&before.recorded, &recorded, duration_s);
+                if geofence.has_side_near(middle(from, position), 0.5 * from.distance_m(position) + bend_max_m + 1.0) {
+                    let [low_m, high_m] = before.altitudes_m;
+                    let between_m = [low_m.min(altitudes_m[0]), high_m.max(altitudes_m[1])];
+                    let path = model.path(&before.recorded, &recorded, duration_s);
+                    path.curves().iter().for_each(|curve| add_crossed(geofence, curve, between_m, &mut violated));
+                }
+            }
             self.violations += match before {
                 Some(before) => violated.difference(&before.violated_zones).count() as u64,
                 None => violated.len() as u64,
             };
-            after.insert(uav.uav, Before { position, altitudes_m, violated_zones });
+            after.insert(uav.uav, Before { recorded, altitudes_m, violated_zones });
         }
-        self.before = after;
+        (self.before, self.before_us) = (after, frame.time_us);
     }
 
     /// Returns the number of violations that began; `None` before the first frame and without zones.
@@ -65,11 +79,37 @@ impl Zones {
     }
 }
 
+fn middle(from: Position, to: Position) -> Position {
+    Position::from((from.vector() + to.vector()) * 0.5)
+}
+
+/// Adds the zones whose outline a curve crosses. It is halved until it is straight near an outline.
+fn add_crossed(geofence: &Geofence, curve: &Curve, altitudes_m: [f64; 2], crossed: &mut BTreeSet<usize>) {
+    let ([from, to], bend_m) = (curve.ends(), curve.bend_m());
+    if !geofence.has_side_near(middle(from, to), 0.5 * from.distance_m(to) + bend_m + ACCURACY_M) {
+        return;
+    }
+    if bend_m <= ACCURACY_M {
+        crossed.extend(geofence.crosses(from, to, altitudes_m));
+    } else {
+        curve.halves().iter().for_each(|half| add_crossed(geofence, half, altitudes_m, crossed));
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::row_fixtures::uav_row;
+    use standoff::research::math;
     use standoff::{Zone, ZoneKind};
+
+    fn config(geofence: &Geofence, team: &TeamParams) -> ScoreConfig {
+        ScoreConfig { geofence: geofence.clone(), ..ScoreConfig::new(team, 0.5) }
+    }
+
+    fn add(zones: &mut Zones, config: &ScoreConfig, frame: &Frame) {
+        zones.frame(config, &PathModel::new(&config.team, config.period_s), frame);
+    }
 
     fn square(kind: ZoneKind, half_m: f64) -> Zone {
         let corners = [(-half_m, -half_m), (half_m, -half_m), (half_m, half_m), (-half_m, half_m)];
@@ -87,7 +127,7 @@ mod tests {
             for x_m in places {
                 let border = (*x_m > 100.0).then_some(0);
                 let uavs = vec![UavRow { x_m: *x_m, y_m: 0.0, limiting_zone: border, ..uav_row(0) }];
-                zones.frame(&geofence, &TeamParams::paper(), &Frame { uavs, ..Frame::default() });
+                add(&mut zones, &config(&geofence, &TeamParams::paper()), &Frame { uavs, ..Frame::default() });
             }
             (zones.violations(), zones.detour.value())
         };
@@ -117,7 +157,7 @@ mod tests {
             let mut zones = Zones::default();
             for &(x_m, altitude_m, commanded_altitude_m) in flown {
                 let uavs = vec![UavRow { x_m, y_m: 0.0, altitude_m, commanded_altitude_m, ..uav_row(0) }];
-                zones.frame(&geofence, &team, &Frame { uavs, ..Frame::default() });
+                add(&mut zones, &config(&geofence, &team), &Frame { uavs, ..Frame::default() });
             }
             zones.violations()
         };
@@ -144,7 +184,7 @@ mod tests {
             let mut zones = Zones::default();
             for (x_m, y_m) in places {
                 let uavs = vec![UavRow { x_m: *x_m, y_m: *y_m, ..uav_row(0) }];
-                zones.frame(&geofence, &TeamParams::paper(), &Frame { uavs, ..Frame::default() });
+                add(&mut zones, &config(&geofence, &TeamParams::paper()), &Frame { uavs, ..Frame::default() });
             }
             zones.violations()
         };
@@ -154,5 +194,41 @@ mod tests {
         assert_eq!(count(&[(60.0, 0.0), (45.0, 0.0), (60.0, 0.0)]), Some(1));
         // Across the keep-out zone, and out of the keep-in zone and back.
         assert_eq!(count(&[(60.0, 0.0), (-60.0, 0.0), (-60.0, 60.0), (600.0, 60.0), (-60.0, 60.0)]), Some(2));
+    }
+
+    /// A UAV turns left around a corner on an arc: the chord cuts a zone inside the arc, the arc a zone outside the chord.
+    #[test]
+    fn a_violation_is_one_of_the_flown_arc_and_not_of_its_chord() {
+        let (speed_m_s, rate_rad_s, radius_m) = (80.0, 0.6, 80.0 / 0.6);
+        let on_circle = |time_us: i64, angle_rad: f64| {
+            let (sin, cos) = math::sin_cos(angle_rad);
+            let uav = UavRow {
+                x_m: radius_m * cos,
+                y_m: radius_m * sin,
+                heading_rad: angle_rad + 0.5 * math::PI,
+                speed_m_s,
+                speed_command_m_s: speed_m_s,
+                turn_rate_rad_s: rate_rad_s,
+                turn_rate_command_rad_s: rate_rad_s,
+                ..uav_row(0)
+            };
+            Frame { time_us, uavs: vec![uav], ..Frame::default() }
+        };
+        // The chord passes the centre of the circle at 110 m, the arc at 133.3 m.
+        for (corner_m, violations) in [(128.0, 0), (133.2, 0), (133.4, 1), (138.0, 1)] {
+            let inside = [(corner_m, 0.0), (60.0, -20.0), (60.0, 20.0)];
+            let outside = [(corner_m - 5.0 + 0.1, 0.0), (200.0, -20.0), (200.0, 20.0)];
+            for (vertices, violations) in [(inside, violations), (outside, u64::from(corner_m < 138.2))] {
+                let vertices = vertices.map(|(x_m, y_m)| Position::from_m(x_m, y_m)).into();
+                let zone = Zone { kind: ZoneKind::KeepOut, vertices, ..Zone::default() };
+                let geofence = Geofence::new(vec![zone]).unwrap();
+                let score_config = ScoreConfig { period_s: 2.0, ..config(&geofence, &TeamParams::recommended()) };
+                let mut zones = Zones::default();
+                for (time_us, angle_rad) in [(0, -0.6), (2_000_000, 0.6)] {
+                    add(&mut zones, &score_config, &on_circle(time_us, angle_rad));
+                }
+                assert_eq!(zones.violations(), Some(violations), "{corner_m} m");
+            }
+        }
     }
 }

@@ -13,6 +13,7 @@ mod common;
 mod config;
 mod control_effort;
 mod cramer_rao;
+mod flown_path;
 mod frame_metrics;
 mod geofence;
 pub mod geometry;
@@ -44,13 +45,14 @@ use agreement::Agreement;
 use association::AssociationScores;
 use control_effort::ControlEffort;
 use cramer_rao::Bound;
+use flown_path::PathModel;
 use geofence::Zones;
 use innovation::Innovations;
 use mean::Mean;
 use per_agent::{Grouped, PerAgentScores, Scores};
 use per_target::{Sums, Tallies};
 use prediction_error::PredictionErrors;
-use separation::{Separations, take_least};
+use separation::{SeparationRules, Separations};
 use true_orbits::TrueOrbits;
 
 pub use buildings::{BUILDING_HEIGHT_MAX_M, BUILDING_VERTICES_MAX, BUILDINGS_MAX, Building, Buildings};
@@ -67,6 +69,7 @@ struct Needed {
     consistency: bool,
     orbits: bool,
     separation: bool,
+    separation_in_groups: bool,
     off_boresight: bool,
     tallies: bool,
     limits: bool,
@@ -97,7 +100,6 @@ impl Needed {
                 "standoff_error_own_estimate_m_settled",
                 "standoff_error_unfiltered_m_settled",
                 "phase_error_deg",
-                "separation_min_same_group_m",
             ]),
             separation: choice.includes(&[
                 "separation_min_m",
@@ -105,6 +107,7 @@ impl Needed {
                 "separation_violations",
                 "avoidance_time_s",
             ]),
+            separation_in_groups: choice.includes(&["separation_min_same_group_m"]),
             off_boresight: choice.includes(&["off_boresight_mean_deg", "off_boresight_max_deg"]),
             tallies: choice.includes(&[
                 "custody_fraction",
@@ -156,6 +159,7 @@ pub struct Scorer {
     so_far: SoFar,
     tallies: Tallies,
     control_effort: ControlEffort,
+    separation_rules: SeparationRules,
     separations: Separations,
     zones: Zones,
     bound: Option<Bound>,
@@ -196,7 +200,6 @@ struct SoFar {
     uncovered: Mean,
     infeasible: Mean,
     saturated: Mean,
-    separation_min_same_group_m: Option<f64>,
     handoffs: u64,
     removals: u64,
     nees: Mean,
@@ -205,11 +208,17 @@ struct SoFar {
 impl Scorer {
     /// Makes a scorer without data for the selected metrics; the other metrics may be `None`.
     pub fn new(score_config: ScoreConfig, choice: MetricSelection) -> Self {
+        let needed = Needed::of(choice);
         Self {
-            needed: Needed::of(choice),
+            needed,
             so_far: SoFar::default(),
             tallies: Tallies::default(),
             control_effort: ControlEffort::default(),
+            separation_rules: SeparationRules {
+                minima: score_config.separation,
+                model: PathModel::new(&score_config.team, score_config.period_s),
+                is_of_groups: !needed.separation,
+            },
             separations: Separations::default(),
             zones: Zones::default(),
             bound: choice.needs_bound().then(|| Bound::of(&score_config)).flatten(),
@@ -251,8 +260,8 @@ impl Scorer {
         if needed.orbits {
             frame.groups.iter().for_each(|group| self.orbit(frame, group));
         }
-        if needed.separation {
-            self.separations.frame(&self.config.separation, frame);
+        if needed.separation || needed.separation_in_groups {
+            self.separations.frame(&self.separation_rules, frame);
         }
         if needed.off_boresight {
             self.lines_of_sight(frame, &matching);
@@ -268,7 +277,7 @@ impl Scorer {
             self.control_effort.frame(frame);
         }
         if needed.zones && !self.config.geofence.is_empty() {
-            self.zones.frame(&self.config.geofence, &self.config.team, frame);
+            self.zones.frame(&self.config, &self.separation_rules.model, frame);
         }
         if needed.coverage {
             for (target, track) in matching.targets() {
@@ -347,7 +356,7 @@ impl Scorer {
             reassignments_per_uav_min: self.control_effort.reassignments_per_min(period_s),
             separation_min_m: self.separations.min_m,
             separation_min_same_altitude_m: self.separations.min_same_altitude_m,
-            separation_min_same_group_m: self.so_far.separation_min_same_group_m,
+            separation_min_same_group_m: self.separations.min_same_group_m,
             separation_violations: self.separations.has_pairs.then_some(self.separations.violations),
             avoidance_time_s: self.separations.has_pairs.then_some(self.separations.avoiding as f64 * period_s),
             zone_violations: self.zones.violations(),
@@ -430,15 +439,12 @@ impl Scorer {
         self.assignments.clear();
         self.assignments.extend(frame.uavs.iter().filter(|uav| uav.group == Some(group.group)).map(at));
         let centre = centre(group);
-        for (index, uav) in self.assignments.iter().enumerate() {
+        for uav in &self.assignments {
             let error_m = off_orbit_m(*uav, centre, group.standoff_distance_m).abs();
             self.so_far.distance.add(group.standoff_distance_m);
             self.so_far.tracking.add(error_m);
             if settled {
                 self.so_far.tracking_settled.add(error_m);
-            }
-            for other in &self.assignments[index + 1..] {
-                take_least(&mut self.so_far.separation_min_same_group_m, uav.distance_m(*other));
             }
         }
 

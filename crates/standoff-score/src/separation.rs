@@ -1,17 +1,33 @@
-//! Separation of UAVs from each other and from intruders, and time spent on collision avoidance.
+//! Separation of UAVs from each other and from intruders along their flown paths, and time spent on collision avoidance.
 
 use std::collections::BTreeSet;
 
-use standoff::{Aircraft, Position, SeparationParams, UavId};
+use standoff::{Aircraft, SeparationParams, UavId};
 use standoff_record::{Frame, IntruderRow, UavRow};
 
-use crate::geometry::at;
+use crate::flown_path::{Curve, FlownPath, PathModel, Recorded, to_origin_m};
+
+/// Accuracy of the distances, m.
+const ACCURACY_M: f64 = 1e-3;
+
+/// Maximum number of halvings of a curve.
+const HALVINGS_MAX: u32 = 16;
+
+/// Rules by which pairs of aircraft count.
+#[derive(Debug, Clone)]
+pub(crate) struct SeparationRules {
+    pub(crate) minima: SeparationParams,
+    pub(crate) model: PathModel,
+    /// True if only pairs of one group count.
+    pub(crate) is_of_groups: bool,
+}
 
 /// Separation statistics of all UAVs so far.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Separations {
     pub(crate) min_m: Option<f64>,
     pub(crate) min_same_altitude_m: Option<f64>,
+    pub(crate) min_same_group_m: Option<f64>,
     /// Number of times that a UAV and another aircraft violated both minima.
     pub(crate) violations: u64,
     /// UAV time steps on collision avoidance.
@@ -19,56 +35,239 @@ pub(crate) struct Separations {
     /// True if a UAV and at least one other aircraft have flown.
     pub(crate) has_pairs: bool,
     /// Pairs that violate the minima now.
-    near: BTreeSet<(u32, Aircraft)>,
+    near: BTreeSet<(Aircraft, Aircraft)>,
+    legs: Legs,
+}
+
+/// An aircraft in a frame.
+#[derive(Debug, Clone, Copy)]
+struct Flying {
+    aircraft: Aircraft,
+    group: Option<u32>,
+    recorded: Recorded,
+    /// Altitude, or the commanded one if altitudes are not simulated.
+    layer_m: Option<f64>,
+    /// Index in the last frame.
+    last: Option<usize>,
+    /// Distance that its path from the last frame keeps to straight motion at constant speed, m.
+    bend_max_m: f64,
+}
+
+/// All aircraft in the last frame and now, and their paths in between, as far as they were needed.
+#[derive(Debug, Clone, Default)]
+struct Legs {
+    before: Vec<Flying>,
+    now: Vec<Flying>,
+    paths: Vec<Option<FlownPath>>,
+    now_us: i64,
+    duration_s: f64,
+}
+
+/// Smallest horizontal distances, m: at any altitudes, and below the minimum vertical distance.
+#[derive(Debug, Clone, Copy)]
+struct Least {
+    any_m: f64,
+    same_altitude_m: f64,
+}
+
+impl From<&UavRow> for Flying {
+    fn from(row: &UavRow) -> Self {
+        let (aircraft, layer_m) = (Aircraft::Uav(UavId(row.uav)), row.altitude_m.or(row.commanded_altitude_m));
+        Self { aircraft, group: row.group, recorded: row.into(), layer_m, last: None, bend_max_m: 0.0 }
+    }
+}
+
+impl From<&IntruderRow> for Flying {
+    fn from(row: &IntruderRow) -> Self {
+        let (aircraft, layer_m) = (Aircraft::Intruder(row.intruder), row.altitude_m);
+        Self { aircraft, group: None, recorded: row.into(), layer_m, last: None, bend_max_m: 0.0 }
+    }
+}
+
+impl Flying {
+    fn is_in_group_of(&self, other: &Self) -> bool {
+        self.group.is_some() && self.group == other.group
+    }
+
+    fn distance_m(&self, other: &Self) -> f64 {
+        self.recorded.position().distance_m(other.recorded.position())
+    }
+
+    /// Difference of altitude, m; `None` if altitudes are not simulated.
+    fn vertical_m(&self, other: &Self) -> Option<f64> {
+        let both_m = self.recorded.altitude_m().zip(other.recorded.altitude_m());
+        both_m.map(|(one_m, other_m)| (one_m - other_m).abs())
+    }
+
+    fn is_level_with(&self, other: &Self, minima: &SeparationParams) -> bool {
+        self.vertical_m(other).unwrap_or(0.0) < self.vertical_min_m(other, minima)
+    }
+
+    /// Minimum vertical distance. If altitudes are not simulated, all aircraft are flown at altitude 0: the minimum is 0
+    /// for commanded altitudes that are apart, otherwise infinite. An aircraft without altitude is near all others.
+    fn vertical_min_m(&self, other: &Self, minima: &SeparationParams) -> f64 {
+        let is_apart = |(one_m, other_m): (f64, f64)| (one_m - other_m).abs() >= minima.vertical_min_m;
+        match (self.vertical_m(other), self.layer_m.zip(other.layer_m)) {
+            (Some(_), _) => minima.vertical_min_m,
+            (None, Some(layers_m)) if is_apart(layers_m) => 0.0,
+            _ => f64::INFINITY,
+        }
+    }
+}
+
+impl Legs {
+    /// Advances to the next frame.
+    fn next(&mut self, model: &PathModel, frame: &Frame) {
+        let Self { before, now, paths, now_us, duration_s } = self;
+        std::mem::swap(before, now);
+        *duration_s = (frame.time_us - *now_us) as f64 / 1e6;
+        *now_us = frame.time_us;
+        now.clear();
+        now.extend(frame.uavs.iter().map(Flying::from));
+        now.extend(frame.intruders.iter().map(Flying::from));
+        for (index, flying) in now.iter_mut().enumerate() {
+            // Aircraft keep their places unless some appear or vanish.
+            let is_same = |of: &Flying| of.aircraft == flying.aircraft;
+            let is_in_place = before.get(index).is_some_and(is_same);
+            flying.last = if is_in_place { Some(index) } else { before.iter().position(is_same) };
+            if let Some(last) = flying.last {
+                flying.bend_max_m = model.bend_max_m(&before[last].recorded, &flying.recorded, *duration_s);
+            }
+        }
+        paths.clear();
+        paths.resize(now.len(), None);
+    }
+
+    /// Computes the path of an aircraft if it is missing.
+    fn compute_path(&mut self, model: &PathModel, index: usize) {
+        let to = &self.now[index];
+        if let (Some(last), None) = (to.last, &self.paths[index]) {
+            self.paths[index] = Some(model.path(&self.before[last].recorded, &to.recorded, self.duration_s));
+        }
+    }
 }
 
 impl Separations {
-    /// Adds the next frame.
-    pub(crate) fn frame(&mut self, minima: &SeparationParams, frame: &Frame) {
+    /// Adds the next frame, and the paths from the last frame to it.
+    pub(crate) fn frame(&mut self, rules: &SeparationRules, frame: &Frame) {
         let avoids = |uav: &&UavRow| uav.avoided_uav.is_some() || uav.avoided_intruder.is_some();
         self.avoiding += frame.uavs.iter().filter(avoids).count() as u64;
-        for (index, uav) in frame.uavs.iter().enumerate() {
-            for other in &frame.uavs[index + 1..] {
-                let pair = (uav.uav, Aircraft::Uav(UavId(other.uav)));
-                self.pair(minima, pair, at(uav).distance_m(at(other)), shares_altitude(minima, uav, other));
-            }
-            for intruder in &frame.intruders {
-                let pair = (uav.uav, Aircraft::Intruder(intruder.intruder));
-                let distance_m = at(uav).distance_m(Position::from_m(intruder.x_m, intruder.y_m));
-                self.pair(minima, pair, distance_m, shares_altitude_with_intruder(minima, uav, intruder));
+        self.legs.next(&rules.model, frame);
+        for one in 0..frame.uavs.len() {
+            for other in one + 1..self.legs.now.len() {
+                let has_violated = self.fly(rules, one, other);
+                let violates = self.meet(rules, one, other);
+                let pair = (self.legs.now[one].aircraft, self.legs.now[other].aircraft);
+                let was_near = if violates { !self.near.insert(pair) } else { self.near.remove(&pair) };
+                self.violations += u64::from((has_violated || violates) && !was_near);
             }
         }
     }
 
-    /// Adds the distance of one pair.
-    fn pair(&mut self, minima: &SeparationParams, pair: (u32, Aircraft), distance_m: f64, is_one_layer: bool) {
+    /// Adds the distance of two aircraft in a frame. Returns true if they violate both minima.
+    fn meet(&mut self, rules: &SeparationRules, one: usize, other: usize) -> bool {
+        let [one, other] = [one, other].map(|index| &self.legs.now[index]);
+        let distance_m = one.distance_m(other);
+        let is_level = one.is_level_with(other, &rules.minima);
+        if one.is_in_group_of(other) {
+            take_least(&mut self.min_same_group_m, distance_m);
+        }
+        if rules.is_of_groups {
+            return false;
+        }
         self.has_pairs = true;
         take_least(&mut self.min_m, distance_m);
-        if is_one_layer {
+        if is_level {
             take_least(&mut self.min_same_altitude_m, distance_m);
         }
-        if !(is_one_layer && distance_m < minima.horizontal_min_m) {
-            self.near.remove(&pair);
-        } else if self.near.insert(pair) {
-            self.violations += 1;
+        is_level && distance_m < rules.minima.horizontal_min_m
+    }
+
+    /// Adds the distances of two aircraft along their paths. Returns true if they violated both minima.
+    fn fly(&mut self, rules: &SeparationRules, one: usize, other: usize) -> bool {
+        let SeparationRules { minima, model, is_of_groups } = rules;
+        let Legs { before, now, .. } = &self.legs;
+        let (Some(one_last), Some(other_last)) = (now[one].last, now[other].last) else { return false };
+        let (one_from, other_from) = (&before[one_last], &before[other_last]);
+        let is_same_group = one_from.is_in_group_of(other_from);
+        if *is_of_groups && !is_same_group {
+            return false;
+        }
+        // Larger distances change no result.
+        let of_group_m = if is_same_group { self.min_same_group_m.unwrap_or(f64::INFINITY) } else { 0.0 };
+        let relevant = if *is_of_groups {
+            Least { any_m: of_group_m, same_altitude_m: 0.0 }
+        } else {
+            let [any_m, level_m] =
+                [self.min_m, self.min_same_altitude_m].map(|least_m| least_m.unwrap_or(f64::INFINITY));
+            Least { any_m: any_m.max(of_group_m), same_altitude_m: level_m.max(minima.horizontal_min_m) }
+        };
+        let vertical_min_m = one_from.vertical_min_m(other_from, minima);
+        let apart = |one: &Flying, other: &Flying| (one.recorded.position() - other.recorded.position()).vector();
+        let (from, to) = (apart(one_from, other_from), apart(&now[one], &now[other]));
+        let bend_max_m = now[one].bend_max_m + now[other].bend_max_m;
+        let reach_m = to_origin_m(from, to) - bend_max_m;
+        if reach_m >= relevant.any_m && (vertical_min_m <= 0.0 || reach_m >= relevant.same_altitude_m) {
+            return false;
+        }
+        // Where the distance falls or rises throughout, the frames contain its minimum. The path bends by at most four
+        // times the maximum per time from an end.
+        let counts_at_end = |one: &Flying, other: &Flying| {
+            (vertical_min_m <= 0.0 || one.is_level_with(other, minima)) && (!is_same_group || one.is_in_group_of(other))
+        };
+        let falls = -to.dot(&(to - from)) >= 4.0 * bend_max_m * to.norm() && counts_at_end(&now[one], &now[other]);
+        let rises = from.dot(&(to - from)) >= 4.0 * bend_max_m * from.norm() && counts_at_end(one_from, other_from);
+        if falls || rises {
+            return false;
+        }
+        let mut least = relevant;
+        self.legs.compute_path(model, one);
+        self.legs.compute_path(model, other);
+        if let [Some(one), Some(other)] = [one, other].map(|index| &self.legs.paths[index]) {
+            for (curve, other_curve) in one.curves().iter().zip(other.curves()) {
+                closest(&curve.relative_to(other_curve), vertical_min_m, HALVINGS_MAX, &mut least);
+            }
+        }
+        if is_same_group && least.any_m < relevant.any_m {
+            take_least(&mut self.min_same_group_m, least.any_m);
+        }
+        if *is_of_groups {
+            return false;
+        }
+        if least.any_m < relevant.any_m {
+            take_least(&mut self.min_m, least.any_m);
+        }
+        let is_found = least.same_altitude_m < relevant.same_altitude_m;
+        if is_found {
+            take_least(&mut self.min_same_altitude_m, least.same_altitude_m);
+        }
+        is_found && least.same_altitude_m < minima.horizontal_min_m
+    }
+}
+
+/// Lowers `least` to the smallest distances from the origin along the motion of one aircraft relative to another, if it
+/// comes closer. The curve is within [`Curve::bend_m`] of a straight line; it is halved until that is accurate.
+fn closest(relative: &Curve, vertical_min_m: f64, halvings_max: u32, least: &mut Least) {
+    let (nearest_m, bend_m) = (relative.straight_to_origin_m(), relative.bend_m());
+    let [low_m, high_m] = relative.altitudes_m();
+    let is_level = -vertical_min_m < low_m && high_m < vertical_min_m;
+    let is_apart = low_m >= vertical_min_m || high_m <= -vertical_min_m;
+    let is_nearer = |least_m: f64| nearest_m - bend_m < least_m - ACCURACY_M;
+    if !is_nearer(least.any_m) && (is_apart || !is_nearer(least.same_altitude_m)) {
+        return;
+    }
+    if bend_m <= ACCURACY_M {
+        least.any_m = least.any_m.min(nearest_m);
+        if is_level {
+            least.same_altitude_m = least.same_altitude_m.min(nearest_m);
+        }
+        if is_level || is_apart || !is_nearer(least.same_altitude_m) {
+            return;
         }
     }
-}
-
-/// True if the vertical distance is below the minimum or, if altitudes are not simulated, if both commanded altitudes
-/// are equal. UAVs without altitudes share one.
-fn shares_altitude(minima: &SeparationParams, uav: &UavRow, other: &UavRow) -> bool {
-    match (uav.altitude_m.zip(other.altitude_m), uav.commanded_altitude_m.zip(other.commanded_altitude_m)) {
-        (Some((one_m, other_m)), _) => (one_m - other_m).abs() < minima.vertical_min_m,
-        (None, Some((one_m, other_m))) => one_m == other_m,
-        (None, None) => true,
+    if halvings_max > 0 {
+        relative.halves().iter().for_each(|half| closest(half, vertical_min_m, halvings_max - 1, least));
     }
-}
-
-/// True if the vertical distance of a UAV and an intruder is below the minimum, or is unknown.
-fn shares_altitude_with_intruder(minima: &SeparationParams, uav: &UavRow, intruder: &IntruderRow) -> bool {
-    let both_m = uav.altitude_m.zip(intruder.altitude_m);
-    both_m.is_none_or(|(one_m, other_m)| (one_m - other_m).abs() < minima.vertical_min_m)
 }
 
 /// Replaces `least` by `value` if that is smaller.
@@ -80,58 +279,143 @@ pub(crate) fn take_least(least: &mut Option<f64>, value: f64) {
 mod tests {
     use super::*;
     use crate::row_fixtures::uav_row;
+    use standoff::TeamParams;
+    use standoff::research::math::{self, PI};
 
-    /// Two UAVs with these horizontal distances and differences in altitude, one time step each.
+    fn rules(period_s: f64) -> SeparationRules {
+        let model = PathModel::new(&TeamParams::recommended(), period_s);
+        SeparationRules { minima: SeparationParams::default(), model, is_of_groups: false }
+    }
+
+    /// Frames of two UAVs at rest, 1 s apart, with this distance and difference in altitude each.
     fn flown(steps: &[(f64, Option<f64>)]) -> Separations {
         let mut separations = Separations::default();
-        for (x_m, up_m) in steps {
-            let height = |up_m: f64| up_m.is_finite().then_some(300.0 + up_m);
-            let rows = [(0, 0.0, 0.0), (1, *x_m, up_m.unwrap_or_default())].map(|(uav, x_m, up)| UavRow {
+        for (time_us, (x_m, up_m)) in (0..).step_by(1_000_000).zip(steps) {
+            let rows = [(0, 0.0, 0.0), (1, *x_m, up_m.unwrap_or_default())].map(|(uav, x_m, up_m_of)| UavRow {
                 x_m,
-                altitude_m: up_m.and(height(up)),
+                altitude_m: up_m.map(|_| 300.0 + up_m_of),
                 ..uav_row(uav)
             });
-            separations.frame(&SeparationParams::default(), &Frame { uavs: rows.to_vec(), ..Frame::default() });
+            separations.frame(&rules(0.5), &Frame { time_us, uavs: rows.to_vec(), ..Frame::default() });
         }
         separations
     }
 
-    /// Two UAVs are closer than 50 m at vertical distances of 29 m and 0 m, and farther apart in one dimension in
-    /// between: both minima are violated twice. Consecutive time steps in violation count once.
+    /// Both minima are violated at 49 m and 29 m, and again after the UAVs have been apart. Consecutive time steps in
+    /// violation count once.
     #[test]
     fn violation_requires_horizontal_and_vertical_proximity() {
-        let near = [(49.0, Some(29.0)), (48.0, Some(0.0)), (49.0, Some(30.0)), (51.0, Some(0.0)), (49.9, Some(0.0))];
+        let near = [(49.0, Some(29.0)), (48.0, Some(0.0)), (60.0, Some(0.0)), (60.0, Some(30.0)), (49.9, Some(29.9))];
         let separations = flown(&near);
         assert_eq!(
             (separations.violations, separations.min_m, separations.min_same_altitude_m),
             (2, Some(48.0), Some(48.0))
         );
-        let apart = flown(&[(0.0, Some(30.0)), (50.0, Some(0.0)), (70.0, Some(29.9))]);
+        let apart = flown(&[(0.0, Some(30.0)), (50.0, Some(30.0)), (50.0, Some(0.0)), (70.0, Some(29.9))]);
         assert_eq!((apart.violations, apart.min_m, apart.min_same_altitude_m), (0, Some(0.0), Some(50.0)));
         // UAVs with unknown altitudes count as being at the same altitude.
         assert_eq!(flown(&[(49.0, None)]).violations, 1);
         assert!(!flown(&[]).has_pairs);
     }
 
+    /// Two UAVs approach while one descends past the other: they are 31 m apart horizontally when their difference of
+    /// altitude falls below 30 m, after four of five equal parts of the time step.
+    #[test]
+    fn a_distance_counts_from_when_the_vertical_minimum_is_violated() {
+        let separations = flown(&[(135.0, Some(150.0)), (5.0, Some(0.0))]);
+        assert_eq!((separations.violations, separations.min_m), (1, Some(5.0)));
+        let crossing = flown(&[(-119.0, Some(150.0)), (31.0, Some(0.0))]);
+        assert_eq!((crossing.violations, crossing.min_m), (1, Some(0.0)));
+        let level_m = crossing.min_same_altitude_m.unwrap();
+        assert!((level_m - 1.0).abs() < 0.01, "{level_m}");
+    }
+
+    /// Commanded altitudes that are 1 to 29 m apart count as one altitude, with and without simulated altitudes.
+    #[test]
+    fn altitudes_below_the_vertical_minimum_count_as_one() {
+        for (up_m, violations) in [(0.0, 1), (1.0, 1), (29.0, 1), (30.0, 0), (50.0, 0)] {
+            for is_simulated in [false, true] {
+                let rows = [(0, 0.0, 300.0), (1, 20.0, 300.0 + up_m)].map(|(uav, x_m, altitude_m)| UavRow {
+                    x_m,
+                    altitude_m: is_simulated.then_some(altitude_m),
+                    commanded_altitude_m: Some(altitude_m),
+                    ..uav_row(uav)
+                });
+                let mut separations = Separations::default();
+                for time_us in [0, 500_000] {
+                    separations.frame(&rules(0.5), &Frame { time_us, uavs: rows.to_vec(), ..Frame::default() });
+                }
+                assert_eq!(separations.violations, violations, "{up_m} m, {is_simulated}");
+                assert_eq!(separations.min_same_altitude_m.is_some(), violations == 1);
+            }
+        }
+    }
+
+    /// One UAV flies a circle, clockwise, and comes to 10 m from another one at rest between two time steps; both are
+    /// recorded 2 s apart, on the circle. The chord passes at more than 40 m.
+    #[test]
+    fn distances_are_those_of_the_flown_arcs() {
+        let (speed_m_s, rate_rad_s) = (80.0, -0.6);
+        let radius_m = speed_m_s / -rate_rad_s;
+        let on_circle = |angle_rad: f64| UavRow {
+            x_m: radius_m * math::cos(angle_rad),
+            y_m: radius_m * math::sin(angle_rad),
+            heading_rad: angle_rad - 0.5 * PI,
+            speed_m_s,
+            speed_command_m_s: speed_m_s,
+            turn_rate_rad_s: rate_rad_s,
+            turn_rate_command_rad_s: rate_rad_s,
+            ..uav_row(0)
+        };
+        let other = UavRow { x_m: radius_m + 10.0, speed_m_s: 0.0, speed_command_m_s: 0.0, ..uav_row(1) };
+        let mut separations = Separations::default();
+        for (time_us, angle_rad) in [(0, 0.6), (2_000_000, -0.6)] {
+            let uavs = vec![on_circle(angle_rad), other];
+            separations.frame(&rules(2.0), &Frame { time_us, uavs, ..Frame::default() });
+        }
+        for least_m in [separations.min_m, separations.min_same_altitude_m, separations.min_same_group_m] {
+            assert!((least_m.unwrap() - 10.0).abs() < 0.01, "{least_m:?}");
+        }
+        assert_eq!(separations.violations, 1);
+        let chord_m = radius_m + 10.0 - radius_m * math::cos(0.6);
+        assert!(chord_m > 30.0);
+    }
+
     /// One UAV, and an intruder at a distance of 49 m: 29 m above it, then 30 m above it.
     #[test]
     fn intruders_count_like_uavs() {
         let mut separations = Separations::default();
-        for altitude_m in [329.0, 330.0] {
-            let uavs = vec![UavRow { altitude_m: Some(300.0), ..uav_row(0) }];
+        for (time_us, altitude_m) in [(0, 329.0), (500_000, 330.0)] {
+            let uavs = vec![UavRow { altitude_m: Some(300.0), speed_m_s: 0.0, speed_command_m_s: 0.0, ..uav_row(0) }];
             let intruder = IntruderRow { x_m: 49.0, altitude_m: Some(altitude_m), ..IntruderRow::default() };
-            let frame = Frame { uavs, intruders: vec![intruder], ..Frame::default() };
-            separations.frame(&SeparationParams::default(), &frame);
+            let frame = Frame { time_us, uavs, intruders: vec![intruder], ..Frame::default() };
+            separations.frame(&rules(0.5), &frame);
         }
         let Separations { min_m, min_same_altitude_m: min_layer_m, violations, has_pairs, .. } = separations;
         assert_eq!((min_m, min_layer_m, violations, has_pairs), (Some(49.0), Some(49.0), 1, true));
+    }
+
+    /// Only pairs of one group count for one agent's team state.
+    #[test]
+    fn pairs_of_groups_exclude_all_others() {
+        let mut separations = Separations::default();
+        let rows = [(0, 0.0, 5), (1, 10.0, 6), (2, 70.0, 5)].map(|(uav, x_m, group)| UavRow {
+            x_m,
+            group: Some(group),
+            ..uav_row(uav)
+        });
+        let rules = SeparationRules { is_of_groups: true, ..rules(0.5) };
+        for time_us in [0, 500_000] {
+            separations.frame(&rules, &Frame { time_us, uavs: rows.to_vec(), ..Frame::default() });
+        }
+        assert_eq!((separations.min_same_group_m, separations.min_m, separations.violations), (Some(70.0), None, 0));
     }
 
     #[test]
     fn avoiding_uavs_are_counted_at_every_time_step() {
         let mut separations = Separations::default();
         let rows = [Some(1), None, Some(0)].map(|avoids| UavRow { avoided_uav: avoids, ..uav_row(0) });
-        separations.frame(&SeparationParams::default(), &Frame { uavs: rows.to_vec(), ..Frame::default() });
+        separations.frame(&rules(0.5), &Frame { uavs: rows.to_vec(), ..Frame::default() });
         assert_eq!(separations.avoiding, 2);
     }
 }

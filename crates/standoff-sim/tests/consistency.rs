@@ -137,6 +137,7 @@ const SENSOR: SensorParams = SensorParams {
     range_rate_sd_m_s: 1.0,
     false_alarms_per_scan: 0.0,
     new_targets_per_scan: 1.0,
+    near_range_m: 0.0,
     own_position_sd_m: 0.0,
     own_position_correlation_s: 30.0,
     own_heading_sd_rad: 0.0,
@@ -221,4 +222,56 @@ fn stat_late_and_unwrapped_measurements_are_detected() {
     assert!(CONSISTENT.contains(&honest), "{honest}");
     assert!(late > 1.05, "{late}");
     assert!(unwrapped > 10.0, "{unwrapped}");
+}
+
+/// Mean normalised error squared of the position (2 is consistent) and mean position error, m, of targets that are
+/// measured at ranges of 10 to 30, 30 to 100 and 100 to 300 m from the nearest UAV.
+fn near_errors(scenario: &str, set: &[&str], runs: u64) -> [[f64; 2]; 3] {
+    let template =
+        ScenarioTemplate::of_toml("near", scenario, &common::overrides(set), std::path::Path::new("")).unwrap();
+    let mut sums = [[0.0; 3]; 3];
+    for seed in 1..=runs {
+        let mut mission = Mission::new(&template.draw(seed).unwrap()).unwrap();
+        while let Some(frame) = mission.frame() {
+            for (track, target) in frame.tracks.iter().zip(&frame.truth) {
+                let truth = Vector2::new(target.x_m, target.y_m);
+                let range_m = frame.uavs.iter().map(|uav| (truth - Vector2::new(uav.x_m, uav.y_m)).norm());
+                let range_m = range_m.fold(f64::INFINITY, f64::min);
+                let is_updated = track.status == standoff_record::TrackStatus::Updated && track.target == target.target;
+                let band = [10.0..30.0, 30.0..100.0, 100.0..300.0].iter().position(|band| band.contains(&range_m));
+                let Some(band) = band.filter(|_| is_updated) else { continue };
+                let off = Vector2::new(track.state[0], track.state[3]) - truth;
+                let covariance = Covariance::from_upper_triangle(&track.covariance).position();
+                let nees = off.dot(&covariance.cholesky().unwrap().solve(&off));
+                sums[band] = [sums[band][0] + nees, sums[band][1] + off.norm(), sums[band][2] + 1.0];
+            }
+        }
+    }
+    sums.map(|[nees, off_m, n]| [nees / n, off_m / n])
+}
+
+/// UAVs that start over a target or near it: one or three, a target at rest or moving, labelled or not, precise and
+/// coarse sensors. docs/sensing.md has more runs.
+#[test]
+fn stat_estimates_near_the_sensor_are_consistent() {
+    let over = "duration_s = 20\n[[uavs.start]]\nheading_deg = 0\n[[targets.start]]\n";
+    let moving = "duration_s = 20\n[[uavs.start]]\n[[targets.start]]\nx_m = 30\ny_m = 15\nvx_m_s = 6\n";
+    let three = "duration_s = 20\n[[uavs.start]]\n[[uavs.start]]\nx_m = 30\ny_m = 20\nheading_deg = 100\n\
+                 [[uavs.start]]\nx_m = -60\ny_m = 10\nheading_deg = 220\n[[targets.start]]\n";
+    let usual = ["sensor.range_sd_m=10", "sensor.bearing_sd_deg=3"];
+    for (text, set) in [
+        (over, vec![]),
+        (over, vec!["sensor.range_sd_m=3", "sensor.bearing_sd_deg=1"]),
+        (moving, vec!["targets.acceleration_sd_m_s2=0.2"]),
+        (moving, vec!["sensor.labels=\"none\""]),
+        (three, vec![]),
+    ] {
+        let set: Vec<&str> = usual.into_iter().chain(set).collect();
+        let errors = near_errors(text, &set, 100);
+        assert!(errors.iter().all(|[nees, _]| (1.5..3.0).contains(nees)), "{set:?} {errors:?}");
+        let linearised: Vec<&str> = set.iter().copied().chain(["filter.near_range_m=0"]).collect();
+        let before = near_errors(text, &linearised, 100);
+        assert!(before[0][0] > 4.0, "{set:?} {before:?}");
+        assert!(errors.iter().zip(&before).all(|(now, before)| now[1] < before[1]), "{errors:?} {before:?}");
+    }
 }

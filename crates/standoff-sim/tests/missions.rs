@@ -12,7 +12,7 @@ use std::path::{Path, PathBuf};
 use common::{frames, load, overrides};
 use standoff::{Angle, Position};
 use standoff_record::{DetectionRow, Frame, Record, UavRow};
-use standoff_score::Metrics;
+use standoff_score::{MetricSelection, Metrics, Scorer};
 use standoff_sim::run::Mission;
 use standoff_sim::scenario::{Overrides, Scenario, ScenarioTemplate, built_in};
 
@@ -572,6 +572,40 @@ fn single_uav_with_an_outage_has_no_perfect_scores() {
     assert_eq!(metrics.longest_out_of_view_s, Some(scenario.settings.duration.s()));
     assert_ne!(metrics.member_out_of_view_fraction, Some(0.0));
     assert_ne!(metrics.member_longest_out_of_view_s, Some(0.0));
+}
+
+/// Random outages, restarts, late starts and clock errors of two UAVs, with one agent per UAV or one for the team: no
+/// target is in custody more than it is in view, in total and one by one.
+#[test]
+fn custody_is_at_most_the_time_in_view_for_any_outage() {
+    let mut random = 1u64;
+    let mut next = |limit: f64| {
+        random = random.wrapping_mul(0x5851_F42D_4C95_7F2D).wrapping_add(0x1405_7B7E_F767_814F);
+        limit * (random >> 40) as f64 / (1u64 << 24) as f64
+    };
+    let mut smallest: f64 = 1.0;
+    for seed in 1..=40 {
+        let mut text = "duration_s = 60\n".to_owned();
+        if seed % 2 == 0 {
+            text += "team.agents = \"per-uav\"\n";
+        }
+        text += &format!("[uavs]\ncount = 2\nboot_delay_s = {}\n[targets.random]\ncount = 3\n", next(30.0));
+        for uav in 0..2 {
+            let (from_s, at_s) = (next(60.0), next(60.0));
+            text += &format!("[[uavs.outage]]\nuav = {uav}\nfrom_s = {from_s}\nuntil_s = {}\n", from_s + next(60.0));
+            text += &format!("[[uavs.restart]]\nuav = {uav}\nat_s = {at_s}\ndown_s = {}\n", next(40.0));
+            text += &format!("[[uavs.clock]]\nuav = {uav}\noffset_s = {}\n", next(1.0));
+        }
+        let template = ScenarioTemplate::of_toml("outages", &text, &Overrides::default(), Path::new(""));
+        let scenario = template.and_then(|template| template.draw(seed)).unwrap();
+        let mut scorer = Scorer::new(scenario.settings.score_config(), MetricSelection::ALL);
+        frames(&scenario).iter().for_each(|frame| scorer.frame(frame));
+        let metrics = scorer.metrics();
+        assert!(metrics.custody_fraction <= metrics.in_view_fraction, "{text} {metrics:?}");
+        assert!(scorer.targets().all(|target| target.custody_fraction <= target.in_view_fraction), "{text}");
+        smallest = smallest.min(metrics.custody_fraction.unwrap());
+    }
+    assert!(smallest < 0.3, "{smallest}");
 }
 
 /// Minimum separation of any two UAVs, of two at the same altitude, and of two in a group: each is at most as large as

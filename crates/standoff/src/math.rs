@@ -119,6 +119,11 @@ pub fn ln(x: f64) -> f64 {
     libm::log(x)
 }
 
+/// Complementary error function.
+pub(crate) fn erfc(x: f64) -> f64 {
+    libm::erfc(x)
+}
+
 /// `sqrt(x^2 + y^2)` without overflow.
 #[inline]
 pub fn hypot(x: f64, y: f64) -> f64 {

@@ -241,6 +241,9 @@ params! {
             /// Mean number of targets of a scan that have no track yet.
             pub(crate) new_targets_per_scan = 0.02, "1", "filter.new_targets_per_scan",
                 Allowed::at_least(1e-9).at_most(1e3);
+            /// Range below which a measurement updates a track without being linearised, if the predicted position is
+            /// uncertain; 0, as in the paper: never.
+            pub(crate) near_range_m = 0.0 => 300.0, "m", "filter.near_range_m", Allowed::at_least(0.0).at_most(1e6);
             /// Standard deviation of the error of a UAV's own position, per axis.
             pub(crate) own_position_sd_m = 0.0, "m", "filter.own_position_sd_m", Allowed::at_least(0.0).at_most(1e4);
             /// Correlation time of that error.

@@ -137,12 +137,16 @@ impl SensorParams {
     }
 
     /// Converts a measurement to a target position and its covariance, m2, with the errors of the UAV's own position and
-    /// heading.
+    /// heading. Across the line of sight, an error of the bearing grows with the true range: below `near_range_m`, its
+    /// mean square replaces the square of the measured range.
     #[cfg_attr(feature = "research", visibility::make(pub))]
     pub(crate) fn to_cartesian(&self, uav: Position, z: &RangeBearingMeasurement) -> (Position, Matrix2<f64>) {
         let along = Displacement::from_polar(1.0, z.bearing).vector();
         let across = Vector2::new(-along.y, along.x);
-        let range_m = z.range_m.max(RANGE_MIN_M);
+        let mut range_m = z.range_m.max(RANGE_MIN_M);
+        if range_m < self.near_range_m {
+            range_m = math::hypot(range_m, self.range_sd_m);
+        }
         let (across_sd_m, heading_sd_m) = (range_m * self.bearing_sd_rad, range_m * self.own_heading_sd_rad);
         let own_variance_m2 = self.own_position_sd_m * self.own_position_sd_m;
         let covariance = along * along.transpose() * (self.range_sd_m * self.range_sd_m + own_variance_m2)

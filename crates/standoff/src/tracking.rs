@@ -7,6 +7,7 @@ pub(crate) mod information_filter;
 pub(crate) mod input;
 pub(crate) mod joint_association;
 pub(crate) mod motion_modes;
+pub(crate) mod near_update;
 pub(crate) mod pose_error;
 pub(crate) mod scan_model;
 pub(crate) mod track;

@@ -1,7 +1,7 @@
 //! Warnings about settings that cannot have the effect that their keys promise.
 
 use standoff::TeamParams;
-use standoff::research::{AltitudePolicy, Feedforward, Integrator, math};
+use standoff::research::{AltitudePolicy, Feedforward, Integrator, Lead, math};
 
 use super::resolved::{Settings, Targets};
 use crate::traffic::Vehicle;
@@ -12,6 +12,7 @@ pub(super) fn warnings(settings: &Settings, targets: &Targets) -> Vec<String> {
     let all = [
         heading_loop(settings),
         orbit_loop(settings),
+        negative_lead(team),
         turning_circle(team, targets),
         pair_on_orbit(settings),
         process_noise(settings, targets),
@@ -47,6 +48,22 @@ fn orbit_loop(settings: &Settings) -> Option<String> {
         format!(
             "UAVs do not settle on the smallest orbits, of {radius_m:.0} m: the largest eigenvalue of the guidance loop \
              has modulus {modulus:.3}, must be below 1; choose {remedy}, or a larger orbit.radius_min_m"
+        )
+    })
+}
+
+/// The constant lead cannot be negative, and no other lead uses the key.
+fn negative_lead(team: &TeamParams) -> Option<String> {
+    let lead = match team.guidance.lead {
+        Lead::Constant => return None,
+        Lead::Scheduled => "scheduled",
+        Lead::Predicted => "predicted",
+    };
+    let lead_s = team.guidance.lead_s;
+    (lead_s < 0.0).then(|| {
+        format!(
+            "guidance.lead_s = {lead_s} has no effect with guidance.lead = \"{lead}\", which computes the lead; the lead \
+             \"constant\" uses it, from 0 to 100"
         )
     })
 }
@@ -163,6 +180,10 @@ mod tests {
                 &[separation, "guidance.desired_phase_deg=73"],
                 "separation.horizontal_min_m = 300 is more than the 297 m",
             ),
+            (
+                &["guidance.lead=predicted", "guidance.lead_s=-3"],
+                "guidance.lead_s = -3 has no effect with guidance.lead = \"predicted\"",
+            ),
             (&["filter.acceleration_sd_m_s2=0"], "filter.acceleration_sd_m_s2 = 0, but targets accelerate"),
         ] {
             let warnings = warnings(changes);
@@ -172,6 +193,7 @@ mod tests {
             &["uavs.speed_m_s=75"][..],
             &["guidance.heading_gain_1_s=1", "orbit.radius_min_m=210"],
             &["guidance.heading_gain_1_s=1", "orbit.radius_min_m=190", "guidance.feedforward=trajectory"],
+            &["guidance.lead=predicted", "guidance.lead_s=0"],
             &[separation, "guidance.desired_phase_deg=74"],
             &[separation, "guidance.desired_phase_deg=73", "groups.altitude_policy=per-uav"],
             &["filter.acceleration_sd_m_s2=0", "targets.acceleration_sd_m_s2=0"],

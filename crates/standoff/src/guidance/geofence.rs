@@ -231,6 +231,7 @@ impl Geofence {
     }
 
     /// Returns true if a side is closer to a position than `reach_m`.
+    #[cfg_attr(feature = "research", visibility::make(pub))]
     pub(crate) fn has_side_near(&self, at: Position, reach_m: f64) -> bool {
         self.sides_near(at, reach_m).next().is_some()
     }

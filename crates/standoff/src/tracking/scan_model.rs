@@ -10,7 +10,9 @@ use crate::message::{Detection, Report};
 use crate::params::{RANGE_MIN_M, SensorParams};
 use crate::sensor::{self, FALSE_ALARM_SPEED_MAX_M_S};
 use crate::tracking::gaussian::{Gaussian, LinearMeasurement, Mixture};
+use crate::tracking::information_filter::Estimate;
 use crate::tracking::motion_modes::{MODES, MotionModes};
+use crate::tracking::near_update::NearMeasurement;
 use crate::tracking::pose_error::{PoseError, PoseVariance};
 use crate::uav::UavState;
 
@@ -201,7 +203,14 @@ impl<'a> ScanModel<'a> {
         }
         let mut posterior = *target;
         let (mut squared_distance, mut variances) = (0.0, 1.0);
-        for measurement in self.linearised_at(target, view, detection).into_iter().flatten() {
+        let measurements = match self.update_near(&mut posterior, detection) {
+            None => self.linearised_at(target, view, detection),
+            Some(density) => {
+                variances = 1.0 / (density * density);
+                [None, None, self.linearised_at(&posterior, &self.view(&posterior)?, detection)[2]]
+            }
+        };
+        for measurement in measurements.into_iter().flatten() {
             let (squared, variance) = match self.pose_variance(&measurement) {
                 None => posterior.condition(&measurement),
                 Some(of_pose) => posterior.condition_with_pose_error(&measurement, &of_pose),
@@ -224,6 +233,29 @@ impl<'a> ScanModel<'a> {
             posterior = moving.moments().unwrap_or(posterior);
         }
         Some((posterior, density * (1.0 - blind)))
+    }
+
+    fn is_near(&self, target: &Gaussian) -> bool {
+        let trace_m2 = || target.covariance[(0, 0)] + target.covariance[(3, 3)];
+        self.sensor.is_near(self.uav.position, position(target), trace_m2)
+    }
+
+    /// Updates a target with the range and bearing of a detection from nearby, and returns their density; `None` if they
+    /// can be linearised.
+    fn update_near(&self, target: &mut Gaussian, detection: &Detection) -> Option<f64> {
+        if !self.is_near(target) {
+            return None;
+        }
+        let mut estimate = Estimate::from(&*target);
+        let uav = self.uav.position;
+        let weights = match &self.pose_error {
+            None => self.sensor.noise_weights(),
+            Some(error) => error.weights(self.sensor, uav, position(target), &estimate.position_covariance()),
+        };
+        let near = NearMeasurement { uav, measurement: detection.measurement, variances: weights.map(f64::recip) };
+        let density = near.update(&mut estimate)?;
+        *target = Gaussian::from(&estimate);
+        Some(density)
     }
 
     /// Adds to a mixture the estimate of a target that was not detected, with `weight` times the probability of that.
@@ -293,7 +325,15 @@ impl<'a> ScanModel<'a> {
             // The rate also depends on the line of sight, and so on the position.
             let turning = (relative - unit * expected_m_s) / range_m;
             let h = velocity_row(&unit) + position_row(&turning);
-            of(h, rate_m_s - expected_m_s, range_rate_sd_m_s, self.speed_across_m_s(&unit))
+            let mut rate = of(h, rate_m_s - expected_m_s, range_rate_sd_m_s, self.speed_across_m_s(&unit))?;
+            if self.is_near(target) {
+                // Variance of the second-order term: errors along and across the line of sight turn it together.
+                let rows = [unit, Vector2::new(-unit.y, unit.x)].map(|direction| position_row(&direction));
+                let [along, mixed, across] =
+                    [(0, 0), (0, 1), (1, 1)].map(|(i, j)| rows[i].dot(&(target.covariance * rows[j])));
+                rate.variance += turning.norm_squared() * (along * across + mixed * mixed) / (range_m * range_m);
+            }
+            Some(rate)
         });
         [range, bearing, rate]
     }

@@ -7,11 +7,12 @@
 use crate::covariance::Covariance;
 use crate::frame::{Position, Velocity};
 use crate::message::{Cue, TargetLabel};
-use crate::params::{TargetParams, TrackParams};
+use crate::params::{RANGE_MIN_M, TargetParams, TrackParams};
 use crate::sensor::RangeBearingMeasurement;
 use crate::target::{TargetState, Transition};
 use crate::time::{Duration, Time};
 use crate::tracking::information_filter::{Contribution, Estimate, InformationFilter, is_well_posed};
+use crate::tracking::near_update::NearMeasurement;
 
 impl TrackParams {
     /// Discretises the target model of the tracks for a time step of `dt`.
@@ -174,11 +175,21 @@ impl Track {
         let mut estimate = *start.estimate();
         estimate.covariance = estimate.covariance.with_position(&covariance);
         let mut filter = InformationFilter::new(estimate).filter(|_| is_well_posed(&estimate.covariance.matrix()))?;
-        let mut sum = Contribution::default();
-        for (uav, z) in measurements {
-            sum += Contribution::from_measurement(&params.sensor, uav, &z, position);
+        let (mut sum, mut near) = (Contribution::default(), Vec::new());
+        for (uav, measurement) in measurements {
+            if params.sensor.is_near(uav, position, || covariance.trace()) {
+                let variances = params.sensor.measurement_variances(uav.distance_m(position).max(RANGE_MIN_M));
+                near.push(NearMeasurement { uav, measurement, variances });
+            } else {
+                sum += Contribution::from_measurement(&params.sensor, uav, &measurement, position);
+            }
         }
         filter.update(&sum);
+        if !near.is_empty() {
+            let mut estimate = *filter.estimate();
+            near.iter().for_each(|near| near.apply(&mut estimate));
+            filter = InformationFilter::new(estimate)?;
+        }
         filter.is_valid().then_some(Self::start(id, TrackStatus::Updated, filter))
     }
 

@@ -5,6 +5,7 @@ use crate::tracking::association::{Association, associate};
 use crate::tracking::gaussian::Gaussian;
 use crate::tracking::information_filter::{Contribution, Estimate};
 use crate::tracking::input::{Scans, TrackerInput};
+use crate::tracking::near_update::NearMeasurement;
 use crate::tracking::track::{Track, TrackChange, TrackChangeKind, TrackId, TrackStatus};
 use crate::tracking::track_table::{TrackRow, TrackTable};
 use crate::tracking::unlabelled::{UnlabelledTracks, UnlabelledUpdate};
@@ -15,6 +16,8 @@ pub(crate) struct Tracker {
     association: Association,
     /// Sum of the measurements of each track, by index.
     measured: Vec<Option<Contribution>>,
+    /// Measurements from nearby, which are not in these sums, each with the index of the track.
+    near: Vec<(usize, NearMeasurement)>,
     unlabelled: UnlabelledUpdate,
     /// Changes in the last time step.
     pub(crate) changes: Vec<TrackChange>,
@@ -48,8 +51,10 @@ impl Tracker {
         let has_removed = tracks.remove_lost(Duration::from_s(after_s));
         self.take_cues(tracks, unlabelled, input);
         associate(tracks, &input.scans, &mut self.association);
+        self.take_near_measurements(tracks, &input.scans);
         self.sum_measurements(tracks, &input.scans);
         self.update(tracks, unlabelled, previous, input);
+        self.apply_near_measurements(tracks);
         self.apply_range_rates(tracks, &input.scans);
         self.start_unassociated(tracks, input);
         unlabelled.step(tracks, input, &mut self.unlabelled, &mut self.changes);
@@ -111,6 +116,28 @@ impl Tracker {
         }
     }
 
+    /// Takes the measurements from nearby out of the association: their weight becomes zero.
+    fn take_near_measurements<R: TrackRow>(&mut self, tracks: &TrackTable<R>, scans: &Scans) {
+        let Self { association, near, .. } = self;
+        near.clear();
+        if scans.sensor.near_range_m <= 0.0 {
+            return;
+        }
+        for (track_index, weight, detection) in &mut association.weighted {
+            let estimate = tracks.rows()[*track_index].track().estimate();
+            let ((uav, measurement), predicted) = (scans.measurement(*detection), estimate.state.position());
+            let prior = || estimate.position_covariance();
+            if scans.sensor.is_near(uav, predicted, || prior().trace()) {
+                let weights = match &scans.pose_error {
+                    None => scans.sensor.noise_weights(),
+                    Some(pose_error) => pose_error.weights(scans.sensor, uav, predicted, &prior()),
+                };
+                near.push((*track_index, NearMeasurement { uav, measurement, variances: weights.map(f64::recip) }));
+                *weight = 0.0;
+            }
+        }
+    }
+
     /// Updates the predicted tracks and reacquires lost ones.
     fn update<R: TrackRow>(
         &mut self,
@@ -155,6 +182,16 @@ impl Tracker {
                 _ => continue,
             };
             changes.push(TrackChange { track: id, kind });
+        }
+    }
+
+    /// Updates tracks with the measurements from nearby, in the order of the UAVs.
+    fn apply_near_measurements<R: TrackRow>(&self, tracks: &mut TrackTable<R>) {
+        for (track_index, near) in &self.near {
+            let track = tracks.rows_mut()[*track_index].track_mut();
+            let mut estimate = *track.estimate();
+            near.apply(&mut estimate);
+            track.refine(&estimate);
         }
     }
 

@@ -1,0 +1,352 @@
+//! Paths that aircraft fly between two recorded time steps.
+//!
+//! A UAV holds its command over a time step, so that (1) gives its path from the recorded state and command. The path is
+//! a sequence of cubic Bezier curves over equal parts of the time step, in three dimensions; each has position and
+//! velocity of (1) at both ends. A part is at most a third of a lag and a turn of 0.3 rad long: for UAVs of up to
+//! 100 m/s the curve is then within 0.01 m of (1).
+
+use nalgebra::{Vector2, Vector3};
+use standoff::research::Integrator;
+use standoff::{Angle, AutopilotModel, Command, Duration, Position, TeamParams, UavState};
+use standoff_record::{IntruderRow, UavRow};
+
+/// Maximum number of parts of a time step.
+const PARTS_MAX: f64 = 400.0;
+
+/// Recorded state of an aircraft.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Recorded {
+    /// State in the plane.
+    state: UavState,
+    /// Command until the next time step; `None` if it is unknown.
+    command: Option<Command>,
+    altitude_m: Option<f64>,
+    climb_rate_m_s: Option<f64>,
+}
+
+impl From<&UavRow> for Recorded {
+    fn from(row: &UavRow) -> Self {
+        let (position, heading) = (Position::from_m(row.x_m, row.y_m), Angle::from_rad(row.heading_rad));
+        let level = UavState::level_flight(position, heading, row.speed_m_s);
+        let state = UavState { turn_rate_rad_s: row.turn_rate_rad_s, ..level };
+        let command = Command { speed_m_s: row.speed_command_m_s, turn_rate_rad_s: row.turn_rate_command_rad_s };
+        let UavRow { altitude_m, climb_rate_m_s, .. } = *row;
+        Self { state, command: Some(command), altitude_m, climb_rate_m_s }
+    }
+}
+
+/// The turn rate and the command of an intruder are unknown.
+impl From<&IntruderRow> for Recorded {
+    fn from(row: &IntruderRow) -> Self {
+        let (position, heading) = (Position::from_m(row.x_m, row.y_m), Angle::from_rad(row.heading_rad));
+        let state = UavState::level_flight(position, heading, row.speed_m_s);
+        Self { state, command: None, altitude_m: row.altitude_m, climb_rate_m_s: None }
+    }
+}
+
+impl Recorded {
+    /// Altitude, m; `None` if altitudes are not simulated.
+    pub(crate) fn altitude_m(&self) -> Option<f64> {
+        self.altitude_m
+    }
+
+    pub(crate) fn position(&self) -> Position {
+        self.state.position
+    }
+}
+
+/// Computes paths over one time step.
+#[derive(Debug, Clone)]
+pub(crate) struct PathModel {
+    response: AutopilotModel,
+    parts: usize,
+    period_s: f64,
+    speed_lag_s: f64,
+    is_exact: bool,
+}
+
+impl PathModel {
+    pub(crate) fn new(team: &TeamParams, period_s: f64) -> Self {
+        let uav = &team.uav;
+        let rate_1_s = (3.0 / uav.speed_lag_s.min(uav.turn_rate_lag_s)).max(uav.turn_rate_max_rad_s / 0.3);
+        let parts = (period_s * rate_1_s).ceil().clamp(1.0, PARTS_MAX);
+        let response = uav.response(Duration::from_s(period_s / parts));
+        let (speed_lag_s, is_exact) = (uav.speed_lag_s, uav.integrator == Integrator::Exact);
+        Self { response, parts: parts as usize, period_s, speed_lag_s, is_exact }
+    }
+
+    /// Distance that the path between two recorded states keeps to straight motion at constant speed, m: an eighth of
+    /// the largest acceleration times the square of the duration, and less for a sudden change of speed.
+    #[inline]
+    pub(crate) fn bend_max_m(&self, from: &Recorded, to: &Recorded, duration_s: f64) -> f64 {
+        if !self.is_one_step(duration_s) || (from.command.is_some() && !self.is_exact) {
+            return 0.0;
+        }
+        let (end_m_s, turn_rate_rad_s) = match from.command {
+            Some(command) => (command.speed_m_s, from.state.turn_rate_rad_s.abs().max(command.turn_rate_rad_s.abs())),
+            None => (to.state.speed_m_s, self.mean_turn_rate_rad_s(from, to).abs()),
+        };
+        let turning_m_s2 = from.state.speed_m_s.max(end_m_s) * turn_rate_rad_s;
+        // A speed between two limits moves a UAV by at most a quarter of their difference times the duration.
+        let changing_m = (end_m_s - from.state.speed_m_s).abs()
+            * self.period_s
+            * (0.125 * self.period_s / self.speed_lag_s).min(0.25);
+        0.125 * self.period_s * self.period_s * turning_m_s2 + changing_m
+    }
+
+    /// Turn rate that leads from one heading to another in a time step.
+    fn mean_turn_rate_rad_s(&self, from: &Recorded, to: &Recorded) -> f64 {
+        (to.state.heading - from.state.heading).rad() / self.period_s
+    }
+
+    /// Path from one recorded state to another. It is straight after an Euler step (4), and between states that are not
+    /// one time step apart. Between the states of an intruder, the turn rate is constant.
+    pub(crate) fn path(&self, from: &Recorded, to: &Recorded, duration_s: f64) -> FlownPath {
+        let mean_turn_rate_rad_s = self.mean_turn_rate_rad_s(from, to);
+        let (start, command) = match from.command {
+            Some(command) => (from.state, command),
+            None => (
+                UavState { turn_rate_rad_s: mean_turn_rate_rad_s, ..from.state },
+                Command { speed_m_s: to.state.speed_m_s, turn_rate_rad_s: mean_turn_rate_rad_s },
+            ),
+        };
+        if !self.is_one_step(duration_s) || !(self.is_exact || from.command.is_none()) {
+            return self.straight(from, to);
+        }
+        let states = std::iter::successors(Some(start), |state| Some(self.response.step(state, command)));
+        let states: Vec<UavState> = states.take(self.parts + 1).collect();
+        // Zero, except for rounding and for states that the model does not explain.
+        let missing = (to.position() - states[self.parts].position).vector();
+        let height = self.height(from, to);
+        let node = |index: usize| {
+            let share = index as f64 / self.parts as f64;
+            let (at, velocity) = (states[index].position.vector() + missing * share, states[index].velocity().vector());
+            let velocity = velocity + missing / self.period_s;
+            let (up, climb) = (height.at(share), height.slope(share) / self.period_s);
+            (Vector3::new(at.x, at.y, up.z), Vector3::new(velocity.x, velocity.y, climb.z))
+        };
+        let nodes: Vec<_> = (0..=self.parts).map(node).collect();
+        let part_s = self.period_s / self.parts as f64;
+        FlownPath { curves: nodes.windows(2).map(|pair| Curve::hermite(pair[0], pair[1], part_s)).collect() }
+    }
+
+    fn is_one_step(&self, duration_s: f64) -> bool {
+        (duration_s - self.period_s).abs() < 1e-6
+    }
+
+    /// Altitude over one time step, at constant rate of climb if it is not recorded.
+    fn height(&self, from: &Recorded, to: &Recorded) -> Curve {
+        let [from_m, to_m] = [from, to].map(|of| of.altitude_m.unwrap_or(0.0));
+        let mean_m_s = (to_m - from_m) / self.period_s;
+        let [from_m_s, to_m_s] = [from, to].map(|of| of.climb_rate_m_s.unwrap_or(mean_m_s));
+        let up = |length: f64| Vector3::z() * length;
+        Curve::hermite((up(from_m), up(from_m_s)), (up(to_m), up(to_m_s)), self.period_s)
+    }
+
+    /// Straight path at constant speed.
+    fn straight(&self, from: &Recorded, to: &Recorded) -> FlownPath {
+        let at = |of: &Recorded| Vector3::new(of.position().x_m(), of.position().y_m(), of.altitude_m.unwrap_or(0.0));
+        let node = |index: usize| at(from).lerp(&at(to), index as f64 / self.parts as f64);
+        FlownPath { curves: (0..self.parts).map(|index| Curve::straight(node(index), node(index + 1))).collect() }
+    }
+}
+
+/// Path of an aircraft over one time step.
+#[derive(Debug, Clone)]
+pub(crate) struct FlownPath {
+    /// Curves of equal duration.
+    curves: Vec<Curve>,
+}
+
+impl FlownPath {
+    pub(crate) fn curves(&self) -> &[Curve] {
+        &self.curves
+    }
+}
+
+/// Cubic Bezier curve: east, north and altitude of its control points, m.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Curve([Vector3<f64>; 4]);
+
+impl Curve {
+    /// Curve with a position and velocity at each end, over a duration.
+    fn hermite(from: (Vector3<f64>, Vector3<f64>), to: (Vector3<f64>, Vector3<f64>), duration_s: f64) -> Self {
+        Self([from.0, from.0 + from.1 * (duration_s / 3.0), to.0 - to.1 * (duration_s / 3.0), to.0])
+    }
+
+    fn straight(from: Vector3<f64>, to: Vector3<f64>) -> Self {
+        Self([from, from.lerp(&to, 1.0 / 3.0), from.lerp(&to, 2.0 / 3.0), to])
+    }
+
+    /// Motion relative to another aircraft.
+    pub(crate) fn relative_to(&self, other: &Self) -> Self {
+        Self(std::array::from_fn(|i| self.0[i] - other.0[i]))
+    }
+
+    /// Both halves in time, by de Casteljau.
+    pub(crate) fn halves(&self) -> [Self; 2] {
+        let [a, b, c, d] = self.0;
+        let middle = |one: Vector3<f64>, other: Vector3<f64>| (one + other) * 0.5;
+        let (ab, bc, cd) = (middle(a, b), middle(b, c), middle(c, d));
+        let (abc, bcd) = (middle(ab, bc), middle(bc, cd));
+        let abcd = middle(abc, bcd);
+        [Self([a, ab, abc, abcd]), Self([abcd, bcd, cd, d])]
+    }
+
+    /// Position after a share of the time.
+    pub(crate) fn at(&self, share: f64) -> Vector3<f64> {
+        let [a, b, c, d] = self.0;
+        let left = 1.0 - share;
+        a * (left * left * left)
+            + (b * (left * left * share) + c * (left * share * share)) * 3.0
+            + d * (share * share * share)
+    }
+
+    /// Derivative of the position in the share of the time.
+    fn slope(&self, share: f64) -> Vector3<f64> {
+        let [a, b, c, d] = self.0;
+        let left = 1.0 - share;
+        ((b - a) * (left * left) + (c - b) * (2.0 * left * share) + (d - c) * (share * share)) * 3.0
+    }
+
+    /// Horizontal positions of both ends.
+    pub(crate) fn ends(&self) -> [Position; 2] {
+        [self.0[0], self.0[3]].map(|at| Position::from_m(at.x, at.y))
+    }
+
+    /// Largest horizontal distance from straight motion at constant speed between both ends, m; at most 3/4 of the
+    /// distance of the control points.
+    pub(crate) fn bend_m(&self) -> f64 {
+        let [a, b, c, d] = self.0;
+        let off_m = |of: Vector3<f64>, share: f64| (of - a.lerp(&d, share)).xy().norm();
+        0.75 * off_m(b, 1.0 / 3.0).max(off_m(c, 2.0 / 3.0))
+    }
+
+    /// Altitudes that it cannot exceed, m.
+    pub(crate) fn altitudes_m(&self) -> [f64; 2] {
+        let heights = self.0.map(|at| at.z);
+        [heights.into_iter().fold(f64::INFINITY, f64::min), heights.into_iter().fold(f64::NEG_INFINITY, f64::max)]
+    }
+
+    /// Smallest horizontal distance of the straight line between both ends from the origin, m.
+    pub(crate) fn straight_to_origin_m(&self) -> f64 {
+        to_origin_m(self.0[0].xy(), self.0[3].xy())
+    }
+}
+
+/// Smallest distance of the straight line between two positions from the origin, m.
+pub(crate) fn to_origin_m(from: Vector2<f64>, to: Vector2<f64>) -> f64 {
+    let along = to - from;
+    let squared_m2 = along.norm_squared();
+    let share = if squared_m2 > 0.0 { (-from.dot(&along) / squared_m2).clamp(0.0, 1.0) } else { 0.0 };
+    (from + along * share).norm()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use standoff::UavParams;
+
+    /// Positions of (1) at 256 times of a step, from steps of that length.
+    fn integrated(params: &UavParams, period_s: f64, start: UavState, command: Command) -> Vec<UavState> {
+        let fine = params.response(Duration::from_s(period_s / 256.0));
+        std::iter::successors(Some(start), |state| Some(fine.step(state, command))).take(257).collect()
+    }
+
+    fn recorded(state: UavState, command: Option<Command>) -> Recorded {
+        Recorded { state, command, altitude_m: None, climb_rate_m_s: None }
+    }
+
+    /// Largest distance of a path from these states, m.
+    fn off_m(path: &FlownPath, states: &[UavState]) -> f64 {
+        let off_m = |(index, state): (usize, &UavState)| {
+            let part = index as f64 / 256.0 * path.curves.len() as f64;
+            let curve = (part as usize).min(path.curves.len() - 1);
+            let at = path.curves[curve].at(part - curve as f64);
+            state.position.distance_m(Position::from_m(at.x, at.y))
+        };
+        states.iter().enumerate().map(off_m).fold(0.0, f64::max)
+    }
+
+    /// Periods up to 2 s, lags above and below them, and the hardest reversal of turn and speed.
+    #[test]
+    fn a_path_is_within_a_centimetre_of_the_integrated_flight() {
+        let mut worst_m: f64 = 0.0;
+        for (period_s, lag_s, speed_m_s, turn_rate_max_rad_s) in [
+            (0.5, 1.0 / 3.0, 40.0, 0.3),
+            (2.0, 1.0, 80.0, 0.6),
+            (2.0, 0.05, 80.0, 0.6),
+            (2.0, 20.0, 80.0, 0.6),
+            (1.0, 0.3, 25.0, 1.0),
+            (0.1, 1e-3, 100.0, 0.3),
+        ] {
+            let mut team = TeamParams::recommended();
+            let lags = (lag_s, 2.0 * lag_s);
+            team.uav =
+                UavParams { speed_lag_s: lags.0, turn_rate_lag_s: lags.1, speed_m_s, turn_rate_max_rad_s, ..team.uav };
+            let start = UavState {
+                turn_rate_rad_s: -turn_rate_max_rad_s,
+                ..UavState::level_flight(Position::from_m(300.0, -20.0), Angle::from_deg(170.0), speed_m_s - 15.0)
+            };
+            let command = Command { speed_m_s: speed_m_s + 15.0, turn_rate_rad_s: turn_rate_max_rad_s };
+            let states = integrated(&team.uav, period_s, start, command);
+            let model = PathModel::new(&team, period_s);
+            let (from, to) = (recorded(start, Some(command)), recorded(states[256], None));
+            let path = model.path(&from, &to, period_s);
+            worst_m = worst_m.max(off_m(&path, &states));
+            let [start, end] = [states[0], states[256]].map(|state| state.position.vector());
+            let bends_m = states
+                .iter()
+                .enumerate()
+                .map(|(index, state)| (state.position.vector() - start.lerp(&end, index as f64 / 256.0)).norm());
+            let (bend_m, bend_max_m) = (bends_m.fold(0.0, f64::max), model.bend_max_m(&from, &to, period_s));
+            assert!(bend_m <= bend_max_m && bend_m > 0.05 * bend_max_m, "{bend_m} {bend_max_m}");
+            let steps = path.curves.windows(2).map(|pair| pair[0].ends()[1].distance_m(pair[1].ends()[0]));
+            assert!(steps.fold(0.0, f64::max) < 1e-9);
+        }
+        assert!((1e-6..0.01).contains(&worst_m), "{worst_m}");
+    }
+
+    /// An intruder with a constant turn rate, whose record has no turn rate.
+    #[test]
+    fn the_path_of_an_intruder_has_a_constant_turn_rate() {
+        let team = TeamParams::recommended();
+        let start =
+            UavState { turn_rate_rad_s: 0.3, ..UavState::level_flight(Position::ORIGIN, Angle::from_deg(-60.0), 55.0) };
+        let states = integrated(&team.uav, 2.0, start, Command { speed_m_s: 55.0, turn_rate_rad_s: 0.3 });
+        let (from, to) = (UavState { turn_rate_rad_s: 0.0, ..start }, states[256]);
+        let path = PathModel::new(&team, 2.0).path(&recorded(from, None), &recorded(to, None), 2.0);
+        assert!(off_m(&path, &states) < 0.01);
+    }
+
+    /// An Euler step (4) moves the UAV straight ahead. A gap in the record is straight as well.
+    #[test]
+    fn euler_steps_and_gaps_are_straight() {
+        let mut team = TeamParams::paper();
+        let command = Command { speed_m_s: 55.0, turn_rate_rad_s: 0.3 };
+        let [start, end] =
+            [0.0, 20.0].map(|x_m| UavState::level_flight(Position::from_m(x_m, 0.0), Angle::from_deg(30.0), 40.0));
+        let middle = |team: &TeamParams, duration_s: f64| {
+            let path =
+                PathModel::new(team, 0.5).path(&recorded(start, Some(command)), &recorded(end, None), duration_s);
+            let curve = path.curves[path.curves.len() / 2];
+            path.curves.iter().map(Curve::bend_m).fold(curve.ends()[0].y_m().abs(), f64::max)
+        };
+        assert!(middle(&team, 0.5) > 0.1 && middle(&team, 1.0) < 1e-12);
+        team.uav.integrator = Integrator::Euler;
+        assert!(middle(&team, 0.5) < 1e-12);
+    }
+
+    #[test]
+    fn halves_of_a_curve_are_the_curve() {
+        let at = |x, y, z| Vector3::new(x, y, z);
+        let curve = Curve([at(0.0, 0.0, 1.0), at(1.0, 5.0, 2.0), at(4.0, -3.0, 0.0), at(6.0, 1.0, 9.0)]);
+        let [first, second] = curve.halves();
+        assert!((first.at(0.5) - curve.at(0.25)).norm() < 1e-12 && (second.at(0.5) - curve.at(0.75)).norm() < 1e-12);
+        let step = (curve.at(0.4 + 1e-6) - curve.at(0.4 - 1e-6)) / 2e-6;
+        assert!((curve.slope(0.4) - step).norm() < 1e-6);
+        let off_m = |share: f64| (curve.at(share) - curve.0[0].lerp(&curve.0[3], share)).xy().norm();
+        let largest_m = (0..=100).map(|index| off_m(f64::from(index) / 100.0)).fold(0.0, f64::max);
+        assert!(largest_m <= curve.bend_m() && curve.bend_m() < 3.0 * largest_m);
+    }
+}
