@@ -4,5 +4,6 @@ pub mod atomic_file;
 pub mod bounded_input;
 pub mod display_text;
 pub mod geodesy;
+pub mod net_projection;
 pub mod parquet_file;
 pub mod text_source;

@@ -29,8 +29,5 @@ pub(crate) const TOLERANCE_MAX_M: f64 = 300.0;
 /// Maximum length of the name of a road, bytes; longer names are omitted.
 pub(crate) const MAX_NAME: usize = 100;
 
-/// Maximum length of a projection string, bytes; those of national grids have about 200.
-pub(crate) const MAX_PROJECTION: usize = 1_000;
-
 /// Maximum number of points of a line that are simplified together: the worst case takes quadratic time.
 pub(crate) const MAX_PIECE: usize = 500;

@@ -4,16 +4,14 @@
 //! projection (UTM), which lacks the `netOffset`. For traffic in degrees, it is the
 //! plane tangent to the Earth at the origin: the net's `netOffset` is subtracted, and its projection is inverted.
 
-use proj4rs::Proj;
-use proj4rs::transform::transform;
-use standoff_io::display_text::{printable, quoted};
-use standoff_io::geodesy::LocalPlane;
-use standoff_io::geodesy::Origin;
-use standoff_io::text_source::{Fault, Position};
+use standoff_io::display_text::printable;
+use standoff_io::geodesy::{LocalPlane, Origin};
+use standoff_io::net_projection::{Location, Projected, finite, has_projection};
+use standoff_io::text_source::Fault;
 
 use crate::error::{MapError, named};
 use crate::geometry::{Bounds, Form, Point, Shape, Shapes};
-use crate::limits::{FURTHEST_M, MARGIN_M};
+use crate::limits::MARGIN_M;
 
 /// Plane and bounds of a run.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -33,71 +31,6 @@ pub(crate) struct Read {
     /// True for a net. Traffic is in the frame of its net.
     pub(crate) is_net: bool,
     pub(crate) is_of_openstreetmap: bool,
-}
-
-/// Coordinate frame of a net (SUMO's `<location>`).
-#[derive(Debug, Clone, PartialEq)]
-pub(crate) struct Location {
-    /// Offset that was added to projected positions.
-    pub(crate) offset_m: Point,
-    /// Projection as a PROJ string; `!` or `-` for none.
-    pub(crate) projection: String,
-    /// Position of the projection in its file.
-    pub(crate) position: Position,
-}
-
-/// Frame of a net, related to the Earth.
-struct Projected {
-    projection: Proj,
-    earth: Proj,
-    offset_m: Point,
-}
-
-impl Projected {
-    fn of(location: &Location) -> Result<Self, Fault> {
-        let Location { offset_m, projection, position } = location;
-        let refused = |what: &str| {
-            let advice = "make the net again with a supported projection, for example netconvert --proj.utm";
-            Fault::at(*position, format!("projParameter = {}: {what}; {advice}", quoted(projection)))
-        };
-        if !has_projection(location) {
-            let what = "it has no projection, so its location on the Earth is unknown, but the traffic is in degrees";
-            let advice = "use traffic in metres (sumo --fcd-output without .geo), or a map with a projection";
-            return Err(Fault::at(*position, format!("projParameter = {}: {what}; {advice}", quoted(projection))));
-        }
-        // Grids would be other files that this file names.
-        if projection.to_lowercase().contains("grids") || projection.contains("NAD27") {
-            return Err(refused("grid files for datum shifts are not supported"));
-        }
-        let parsed = Proj::from_proj_string(projection).map_err(|error| refused(&printable(&error.to_string())))?;
-        if parsed.is_latlong() || !parsed.has_inverse() || !parsed.has_forward() {
-            return Err(refused("must convert degrees to metres and back"));
-        }
-        let earth = Proj::from_proj_string("+proj=longlat +datum=WGS84 +no_defs");
-        let earth = earth.map_err(|error| refused(&printable(&error.to_string())))?;
-        Ok(Self { projection: parsed, earth, offset_m: *offset_m })
-    }
-
-    /// Returns longitude and latitude, degrees; `None` if the projection cannot be inverted there.
-    fn degrees(&self, [x_m, y_m]: Point) -> Option<Point> {
-        let mut point = (x_m - self.offset_m[0], y_m - self.offset_m[1], 0.0);
-        transform(&self.projection, &self.earth, &mut point).ok()?;
-        finite([point.0.to_degrees(), point.1.to_degrees()])
-    }
-
-    fn metres(&self, [lon_deg, lat_deg]: Point) -> Option<Point> {
-        let mut point = (lon_deg.to_radians(), lat_deg.to_radians(), 0.0);
-        transform(&self.earth, &self.projection, &mut point).ok()?;
-        finite([point.0 + self.offset_m[0], point.1 + self.offset_m[1]])
-    }
-}
-
-fn has_projection(location: &Location) -> bool {
-    !matches!(location.projection.trim(), "" | "!" | "-" | ".")
-}
-
-fn finite(point: Point) -> Option<Point> {
-    point.iter().all(|value| value.abs() <= FURTHEST_M).then_some(point)
 }
 
 /// Shapes in the plane of a run.

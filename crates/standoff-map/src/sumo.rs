@@ -4,13 +4,14 @@ use std::collections::BTreeMap;
 
 use quick_xml::events::BytesStart;
 use standoff_io::display_text::quoted;
+use standoff_io::net_projection::Location;
 use standoff_io::text_source::xml::{Elements, Found, attributes, walk};
 use standoff_io::text_source::{Fault, Position, Text};
 
 use crate::feature_class::Kind;
 use crate::geometry::{Count, Form, Point, Shapes};
-use crate::limits::{FURTHEST_M, MAX_PROJECTION, MAX_SHAPES};
-use crate::projection::{Location, Read};
+use crate::limits::{FURTHEST_M, MAX_SHAPES};
+use crate::projection::Read;
 
 /// Default width of a lane, m, as in SUMO.
 const LANE_M: f64 = 3.2;
@@ -121,24 +122,8 @@ impl File {
     }
 
     fn place(&mut self, element: &BytesStart<'_>, start: Position) -> Result<(), Fault> {
-        let [offset, projection] = attributes(element, start, ["netOffset", "projParameter"])?;
-        let need = |found: Option<Found<'_>>, key: &str| {
-            let message =
-                format!("location: {key} is missing; must be an attribute; make the net again with netconvert");
-            found.map(|found| (found.text.into_owned(), found.position)).ok_or_else(|| Fault::at(start, message))
-        };
-        let (offset, offset_at) = need(offset, "netOffset")?;
-        let (projection, projection_at) = need(projection, "projParameter")?;
-        if projection.len() > MAX_PROJECTION {
-            let message = format!("projParameter has {} bytes; at most {MAX_PROJECTION}", projection.len());
-            return Err(Fault::at(projection_at, message));
-        }
-        let point = match points(&offset).map_err(|what| format!("netOffset: {what}")) {
-            Ok(points) if points.len() == 1 => points[0],
-            Ok(_) => return Err(Fault::at(offset_at, "netOffset: must be x,y in metres".to_owned())),
-            Err(message) => return Err(Fault::at(offset_at, message)),
-        };
-        self.location.get_or_insert(Location { offset_m: point, projection, position: projection_at });
+        let location = Location::of(element, start)?;
+        self.location.get_or_insert(location);
         Ok(())
     }
 

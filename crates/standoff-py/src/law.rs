@@ -107,8 +107,8 @@ pub(crate) fn mission(
     let refused = |errors: Vec<standoff::ParamError>| {
         InputError::new_err(errors.iter().map(ToString::to_string).collect::<Vec<_>>().join("\n"))
     };
-    let team_agent = kind.runs_builtin().then(|| TeamAgent::new(team)).transpose().map_err(refused)?;
-    let team_agent = team_agent.map(|team_agent| team_agent.with_geofence(scenario.settings.geofence.clone()));
+    let team_agent = || TeamAgent::new(team).and_then(|agent| agent.with_geofence(scenario.settings.geofence.clone()));
+    let team_agent = kind.runs_builtin().then(team_agent).transpose().map_err(refused)?;
     let team_agent = match (team_agent, kind.replaces) {
         (Some(team_agent), Replaces::Assignment) => {
             Some(team_agent.with_assignment_law(Arc::new(CustomAssignment {

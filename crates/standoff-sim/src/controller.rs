@@ -105,7 +105,7 @@ pub fn team_controller(
 ) -> Result<Box<dyn Controller + Send>, Vec<ParamError>> {
     Ok(match setup {
         AgentSetup::Shared => {
-            Box::new(SharedAgent { fleet: TeamAgent::new(team)?.with_geofence(geofence), observed: Vec::new() })
+            Box::new(SharedAgent { fleet: TeamAgent::new(team)?.with_geofence(geofence)?, observed: Vec::new() })
         }
         AgentSetup::PerUav => Box::new(AgentPerUav::new(team, geofence, uavs)?),
     })
@@ -177,8 +177,9 @@ struct AgentPerUav {
 impl Controller for AgentPerUav {
     fn restart(&mut self, uav: UavId, restart_count: u32) {
         // The parameters were valid when the first agent was created.
-        if let (Some(agent), Ok(new)) = (self.agents.get_mut(uav.0 as usize), Agent::new(uav, self.team)) {
-            *agent = new.with_geofence(self.geofence.clone()).with_restart_count(restart_count);
+        let new = Agent::new(uav, self.team).and_then(|agent| agent.with_geofence(self.geofence.clone()));
+        if let (Some(agent), Ok(new)) = (self.agents.get_mut(uav.0 as usize), new) {
+            *agent = new.with_restart_count(restart_count);
         }
     }
 
@@ -225,7 +226,7 @@ impl Controller for AgentPerUav {
 
 impl AgentPerUav {
     fn new(team: TeamParams, geofence: Geofence, uavs: usize) -> Result<Self, Vec<ParamError>> {
-        let agent = |uav| Agent::new(uav, team).map(|agent| agent.with_geofence(geofence.clone()));
+        let agent = |uav| Agent::new(uav, team)?.with_geofence(geofence.clone());
         let agents = (0..).map(UavId).take(uavs).map(agent).collect::<Result<_, _>>()?;
         Ok(Self { team, geofence, agents, observed: Vec::new(), awake: Vec::new(), is_decided: true })
     }

@@ -8,6 +8,7 @@ mod basemap;
 mod buildings;
 mod builtin;
 mod diagnostics;
+mod earth;
 mod error;
 mod geofence;
 mod load;
@@ -116,7 +117,7 @@ impl ScenarioTemplate {
         let (traffic, mut problems) = match traffic::read(&typed, known) {
             Ok(traffic) => {
                 let origin = traffic.as_ref().and_then(|traffic| traffic.origin);
-                geofence::spell_out(&mut typed, origin)?;
+                geofence::spell_out(&mut typed, traffic.as_deref())?;
                 buildings::spell_out(&mut typed, origin)?;
                 if typed.problems.is_empty() {
                     return Ok(Self { typed, traffic });

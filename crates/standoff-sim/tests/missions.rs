@@ -726,3 +726,39 @@ fn zone_that_blocks_a_whole_orbit_is_reported() {
     let found = frames.iter().flat_map(|frame| &frame.events).find(|event| event.kind == "orbit-blocked").unwrap();
     assert_eq!(found.reason, "keep-out zone 0 blocks all of its orbit; UAVs fly a wider one, or as close as they can");
 }
+
+/// A keep-in zone of two parts, 200 m apart, of which the UAVs start in the western one, with the vehicles at its edge.
+#[test]
+fn uavs_stay_in_a_part_of_a_keep_in_zone() {
+    let part = |west_m: f64, east_m: f64| {
+        format!(
+            "[[geofence]]\nkind = \"keep-in\"\n\
+             vertices = [[{west_m}, -1500], [{east_m}, -1500], [{east_m}, 1500], [{west_m}, 1500]]\n"
+        )
+    };
+    let zones = format!("{}{}part_of = 0\n", part(-2500.0, -100.0), part(100.0, 2000.0));
+    for agents in ["shared", "per-uav"] {
+        let scenario = about_the_origin(&format!("team.agents = \"{agents}\"\n{zones}"), 200.0);
+        let frames = frames(&scenario);
+        let metrics = score(&scenario, &frames);
+        assert_eq!(metrics.zone_violations, Some(0));
+        assert!(metrics.custody_fraction > Some(0.7), "{metrics:?}");
+        assert!(
+            frames.iter().flat_map(|frame| &frame.uavs).all(|uav| uav.x_m < -100.0 && uav.limiting_zone != Some(1))
+        );
+    }
+}
+
+/// The clock of a UAV is off or drifts, here beyond a period: the mission is the same as with a correct clock.
+#[test]
+fn an_agent_follows_its_clock() {
+    let fly = |clock: &str| {
+        let scenario = about_the_origin(&format!("[[uavs.clock]]\nuav = 1\n{clock}\n[radio]\n"), 400.0);
+        frames(&scenario).into_iter().map(|frame| (frame.uavs, frame.tracks, frame.groups, frame.events)).collect()
+    };
+    let correct: Vec<_> = fly("");
+    assert!(correct.iter().all(|frame| frame.0.len() == 2));
+    for clock in ["offset_s = 0.2", "offset_s = -0.24", "drift_ppm = 20", "drift_ppm = 500", "drift_ppm = -1900"] {
+        assert!(fly(clock) == correct, "{clock}");
+    }
+}

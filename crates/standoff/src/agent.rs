@@ -28,7 +28,7 @@ use crate::validation::ParamError;
 /// expected, [`Self::decide`] returns the command.
 ///
 /// Time steps lie on the team's grid: whole periods ([`LogParams::period_s`](crate::LogParams)) after
-/// [`Time::EPOCH`]. A late message still counts for its own time step: all later time steps are recomputed. Agents that
+/// [`Time::EPOCH`], by a clock that may be off by less than half a period at the first time step. A late message still counts for its own time step: all later time steps are recomputed. Agents that
 /// have received the same messages, in any order, therefore have bitwise equal team states. Missing messages are
 /// retransmitted: the outbox contains these retransmissions, too.
 ///
@@ -69,6 +69,10 @@ pub struct Agent {
     intruders: Intruders,
     /// Last observed time step.
     now: Option<i64>,
+    /// Error of this UAV's clock against the grid, as far as it is known.
+    clock_error: Duration,
+    /// Time of the last observation, if it was rejected because it was off the grid.
+    off_grid: Option<Time>,
     /// First and last of the time steps that were rejected since then and that follow each other.
     rejected_steps: Option<(i64, i64)>,
     /// Whether this UAV has reported at this time step: its state is valid and its sensor has scanned.
@@ -82,6 +86,9 @@ impl Agent {
     /// is also the longest period that the simulator supports.
     pub const TIME_JUMP_MAX: Duration = Duration::from_us(10_000_000);
 
+    /// Time in which a clock may gain or lose 1 us: 2,000 ppm. Crystals drift by up to 200 ppm.
+    const DRIFT_1_US: i64 = 500;
+
     /// Creates the agent of one UAV. Returns all parameters that are out of range or contradict one another
     /// ([`TeamParams::errors`]).
     pub fn new(id: UavId, params: TeamParams) -> Result<Self, Vec<ParamError>> {
@@ -92,6 +99,8 @@ impl Agent {
             replica: Replica::new(id, TeamStateUpdater::new(params)?),
             intruders: Intruders::default(),
             now: None,
+            clock_error: Duration::ZERO,
+            off_grid: None,
             rejected_steps: None,
             has_reported: false,
             is_leaving: false,
@@ -106,10 +115,10 @@ impl Agent {
     }
 
     /// Adds keep-out and keep-in zones. Call it before the first time step. All agents of a team need the same zones,
-    /// because the team state records which orbits the zones cut.
-    #[must_use]
-    pub fn with_geofence(self, geofence: Geofence) -> Self {
-        Self { replica: self.replica.with_geofence(geofence), ..self }
+    /// because the team state records which orbits the zones cut. Fails if the intersection of the keep-in zones is empty,
+    /// or so small that the UAV cannot circle in it.
+    pub fn with_geofence(self, geofence: Geofence) -> Result<Self, Vec<ParamError>> {
+        Ok(Self { replica: self.replica.with_geofence(geofence)?, ..self })
     }
 
     /// Clears the team state and all received messages, and accepts any time as the next one. Use it after the clock
@@ -117,7 +126,8 @@ impl Agent {
     /// As after a restart, teammates that know more send their state; without such teammates, targets have to be cued
     /// again.
     pub fn reset(&mut self) {
-        (self.now, self.rejected_steps, self.has_reported) = (None, None, false);
+        (self.now, self.off_grid, self.rejected_steps, self.has_reported) = (None, None, None, false);
+        self.clock_error = Duration::ZERO;
         self.intruders.clear();
         self.replica.restart_at(0);
     }
@@ -184,8 +194,7 @@ impl Agent {
     }
 
     /// True if the clock was set, or the program was paused for longer than [`Self::TIME_JUMP_MAX`]: the last
-    /// observations had two or more rejected times that follow each other. A single wrong time is an error, and times off
-    /// the grid would still be rejected after a [`reset`](Self::reset).
+    /// observations had two or more rejected times that follow each other. A single wrong time is an error.
     pub fn is_time_jump(&self) -> bool {
         self.rejected_steps.is_some_and(|(first, last)| first < last)
     }
@@ -193,21 +202,28 @@ impl Agent {
     /// First half of a time step: takes the UAV's state and the scan of its sensor, both at `now`. Without a scan, the
     /// sensor does not measure and the agent sends no report.
     ///
+    /// The first time counts for the nearest time step. After it, the agent follows its clock, which may drift by up to
+    /// 2,000 ppm: time steps go on if the times are whole periods apart, even if the clock leaves the team's grid. If the
+    /// clock was set by less than half a period, the agent rejects one time and follows the next one.
+    ///
     /// The first observation of a time step that has a scan counts. The agent rejects and counts a time that is more
-    /// than a tenth of a period off the team's grid, runs backward, or jumps ahead by more than
+    /// than a tenth of a period off the expected one, runs backward, or jumps ahead by more than
     /// [`Self::TIME_JUMP_MAX`]. It then sends and receives nothing, computes the command from its previous state, and
     /// accepts the next time if that is valid. To make the agent follow a time that has permanently shifted, call
     /// [`Self::reset`] if [`Self::is_time_jump`].
     pub fn observe(&mut self, now: Time, own: &UavState, scan: Option<Scan>) -> Observation {
-        let step = self.replica.log.step(now);
+        let step = self.step(now);
         let Some(step) = step.filter(|step| self.now.is_none_or(|now| self.is_next(now, *step))) else {
             count(&mut self.replica.log.rejected.bad_time);
+            self.off_grid = Some(now).filter(|_| step.is_none());
             let follows = |(first, last)| step.filter(|step| self.is_next(last, *step)).map(|step| (first, step));
             self.rejected_steps = self.rejected_steps.and_then(follows).or(step.zip(step));
             return Observation { uav: self.id, time: now, own: *own };
         };
         self.rejected_steps = None;
+        self.off_grid = None;
         if self.now != Some(step) {
+            self.follow_clock(now, step);
             self.start_time_step(step);
         }
         // A UAV that does not know its own state sends no report.
@@ -260,6 +276,30 @@ impl Agent {
             intruders: &self.intruders,
         };
         law.decide(observation, self.replica.rejected())
+    }
+
+    /// Time step of a time of this UAV's clock; `None` if it is off the grid. The first time, and one that is whole periods
+    /// after another one off the grid, belong to the nearest time step.
+    fn step(&self, now: Time) -> Option<i64> {
+        let log = &self.replica.log;
+        let by_clock = Time::from_us(now.us().saturating_sub(self.clock_error.us()));
+        let is_set =
+            self.off_grid.is_some_and(|before| log.step(Time::EPOCH + (now - before)).is_some_and(|step| step > 0));
+        if self.now.is_some() && !is_set {
+            return log.step(by_clock);
+        }
+        Some(log.step_at(Time::from_us(by_clock.us().saturating_add(log.period.us() / 2))))
+    }
+
+    /// Updates the error of the clock, which shows `now` at a new time step.
+    fn follow_clock(&mut self, now: Time, step: i64) {
+        let time = |step: i64| self.replica.log.time(step);
+        let error_us = (now - time(step)).us();
+        let (known_us, tolerance_us) = (self.clock_error.us(), self.replica.log.period.us() / 10);
+        let is_set = self.now.is_none() || error_us.abs_diff(known_us) > tolerance_us.unsigned_abs();
+        let drift_us = self.now.map_or(0, |last| (time(step) - time(last)).us() / Self::DRIFT_1_US);
+        let drifted_us = || error_us.clamp(known_us - drift_us, known_us + drift_us);
+        self.clock_error = Duration::from_us(if is_set { error_us } else { drifted_us() });
     }
 
     fn is_of_now(&self, observation: &Observation) -> bool {

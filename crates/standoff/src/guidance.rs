@@ -13,6 +13,7 @@ pub(crate) mod pair_information;
 pub(crate) mod phase_control;
 pub(crate) mod predicted_trajectory;
 pub(crate) mod pursuer_model;
+pub(crate) mod room;
 pub(crate) mod sensor_pointing;
 pub(crate) mod standoff_distance;
 pub(crate) mod team_geofence;

@@ -14,6 +14,10 @@ use crate::sensor::RangeBearingMeasurement;
 use crate::time::Time;
 use crate::uav::{UavId, UavState};
 
+/// Maximum distance of a new UAV from the team, and of a cue from its UAVs, m: beyond radio range, and further than a
+/// UAV flies within a mission.
+pub(crate) const TEAM_AREA_M: f64 = 100_000.0;
+
 /// Maximum number of UAVs; reports of more UAVs are rejected.
 pub(crate) const TEAM_MAX: usize = 256;
 
@@ -382,6 +386,11 @@ impl Detection {
         let is_plausible = |rate_m_s: f64| rate_m_s.abs() <= FASTEST_M_S;
         let has_valid_rate = self.range_rate_m_s.is_none_or(is_plausible);
         range_m > 0.0 && range_m <= FARTHEST_M && bearing.rad().is_finite() && has_valid_rate
+    }
+
+    /// True if the range is above a maximum, m.
+    pub(crate) fn is_beyond(&self, range_max_m: f64) -> bool {
+        self.measurement.range_m > range_max_m
     }
 
     /// Splits detections in their canonical order into those with and those without label.

@@ -5,6 +5,8 @@ use crate::frame::{Displacement, Position, Velocity};
 use crate::group_id::GroupId;
 use crate::guidance::avoidance::Avoidance;
 use crate::guidance::heading::Steering;
+use crate::message::Detection;
+use crate::team_state::TeamState;
 use crate::time::{Duration, Time};
 use crate::uav::{Command, UavId, UavState};
 
@@ -128,11 +130,35 @@ pub struct Rejected {
     /// Reports of UAVs whose position is not reachable from their last one; and targets beyond the 8,000 that a team
     /// tracks, lost ones included.
     pub implausible: u32,
+    /// Detections beyond the range of the sensor.
+    #[cfg(feature = "research")]
+    pub out_of_range: u32,
+    #[cfg(not(feature = "research"))]
+    pub(crate) out_of_range: u32,
+    /// Detections with label that are too far from the prediction of their track.
+    #[cfg(feature = "research")]
+    pub gated: u32,
+    #[cfg(not(feature = "research"))]
+    pub(crate) gated: u32,
 }
 
 impl Rejected {
     /// All counters at zero.
-    pub(crate) const NONE: Self = Self { bad_time: 0, late: 0, off_grid: 0, malformed: 0, implausible: 0 };
+    pub(crate) const NONE: Self =
+        Self { bad_time: 0, late: 0, off_grid: 0, malformed: 0, implausible: 0, out_of_range: 0, gated: 0 };
+
+    /// Adds what the last time step of a team state rejected.
+    pub(crate) fn with(self, newest: &TeamState) -> Self {
+        let [implausible, gated] = [(self.implausible, newest.implausible), (self.gated, newest.gated)]
+            .map(|(before, now)| before.saturating_add(now));
+        Self { implausible, gated, ..self }
+    }
+
+    /// Counts the detections of a scan with a range above `range_max_m`.
+    pub(crate) fn count_beyond(&mut self, detections: &[Detection], range_max_m: f64) {
+        let beyond = detections.iter().filter(|detection| detection.is_beyond(range_max_m)).count();
+        self.out_of_range = self.out_of_range.saturating_add(beyond as u32);
+    }
 
     /// Number of rejected messages of all kinds.
     #[cfg_attr(feature = "research", visibility::make(pub))]

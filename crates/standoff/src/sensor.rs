@@ -14,6 +14,9 @@ use crate::params::{RANGE_MIN_M, SensorParams};
 /// blind zone, where they are as rare as targets.
 pub const FALSE_ALARM_SPEED_MAX_M_S: f64 = 20.0;
 
+/// Largest error of a measurement that is taken for noise, in standard deviations.
+const NOISE_SDS_MAX: f64 = 10.0;
+
 /// A measurement: range and bearing from the UAV to the target.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct RangeBearingMeasurement {
@@ -25,6 +28,11 @@ pub struct RangeBearingMeasurement {
 }
 
 impl SensorParams {
+    /// Maximum range that the sensor can report, m: the sensing range and ten standard deviations of noise.
+    pub(crate) fn reported_range_max_m(&self) -> f64 {
+        self.sensing_range_m + NOISE_SDS_MAX * (self.range_sd_m + self.own_position_sd_m)
+    }
+
     /// Half the field of view, rad.
     #[cfg_attr(feature = "research", visibility::make(pub))]
     pub(crate) fn half_field_of_view_rad(&self) -> f64 {

@@ -67,6 +67,8 @@ struct Buffers {
     grouping: GroupingBuffers,
     /// UAVs whose report is implausible; usually empty.
     implausible: Vec<UavId>,
+    /// UAVs whose detections start no tracks; usually empty.
+    newcomers: Vec<UavId>,
 }
 
 impl TeamStateUpdater {
@@ -85,9 +87,9 @@ impl TeamStateUpdater {
         })
     }
 
-    /// Adds a geofence.
-    pub(crate) fn with_geofence_zones(self, geofence: Geofence) -> Self {
-        Self { geofence: TeamGeofence::new(geofence, &self.params), ..self }
+    /// Adds a geofence. Fails if a UAV cannot circle in it.
+    pub(crate) fn with_geofence_zones(self, geofence: Geofence) -> Result<Self, Vec<ParamError>> {
+        Ok(Self { geofence: TeamGeofence::new(geofence, &self.params)?, ..self })
     }
 
     /// Geofence safety function of a UAV in a state; `None` if no zone binds it.
@@ -145,8 +147,11 @@ impl TeamStateUpdater {
         next.grouping_state = previous.grouping_state;
 
         next.gather_team(previous, &input, params, &mut buffers.implausible);
-        next.update_tracks(previous, &input, params, tracker, &buffers.implausible);
-        next.implausible = buffers.implausible.len() as u32 + tracker.rejected;
+        let newcomers = next.teammates.iter().filter(|teammate| teammate.starts_tracks_from > input.now);
+        buffers.newcomers.clear();
+        buffers.newcomers.extend(newcomers.map(|teammate| teammate.uav));
+        next.update_tracks(previous, &input, params, tracker, buffers);
+        (next.implausible, next.gated) = (buffers.implausible.len() as u32 + tracker.rejected, tracker.gated());
 
         buffers.members_before.copy(next.memberships.index());
         if !is_extrapolated {
@@ -185,13 +190,13 @@ impl TeamState {
         input: &StepInput,
         params: &TeamParams,
         tracker: &mut Tracker,
-        implausible: &[UavId],
+        Buffers { implausible, newcomers, .. }: &Buffers,
     ) {
         let unlabelled = &mut self.unlabelled;
         self.memberships.update_tracks(|tracks| {
             let (sensor, reports) = (&params.track.sensor, input.messages.reports());
             let pose_error = PoseError::new(sensor, input.transition.dt);
-            let scans = Scans { sensor, pose_error, reports, implausible };
+            let scans = Scans { sensor, pose_error, reports, implausible, newcomers };
             let cues = input.messages.cues();
             let (now, transition, params) = (input.now, input.transition, &params.track);
             let is_first_scan = previous.teammates.is_empty();

@@ -96,9 +96,14 @@ impl StepMessages {
         &self.cues
     }
 
-    /// Inserts a report.
-    pub(crate) fn put(&mut self, incoming: ReportView) -> Insert {
-        let ReportView { uav, order, state, scan, assigned_group: assignment, is_leaving } = incoming;
+    /// Inserts a report. Detections with a range above `range_max_m` are dropped. If it has no others, its sensor has
+    /// failed, so the scan counts as none.
+    pub(crate) fn put(&mut self, incoming: ReportView, range_max_m: f64) -> Insert {
+        let ReportView { uav, order, state, mut scan, assigned_group: assignment, is_leaving } = incoming;
+        if !scan.detections.is_empty() && scan.detections.iter().all(|of| of.is_beyond(range_max_m)) {
+            scan = Scan::default();
+        }
+        let incoming = ReportView { scan, ..incoming };
         let is_valid = state.is_valid() && scan.boresight.is_none_or(|angle| angle.rad().is_finite());
         if !is_valid || scan.detections.len() > TARGETS_MAX {
             return Insert::Rejected;
@@ -106,7 +111,10 @@ impl StepMessages {
         let (index, put) = match self.reports().binary_search_by_key(&uav, |report| report.uav) {
             Ok(index) => {
                 let known = &self.reports[index];
-                match order.cmp(&(known.restart_count, known.sequence)).then_with(|| any_order(&incoming, known)) {
+                match order
+                    .cmp(&(known.restart_count, known.sequence))
+                    .then_with(|| any_order(&incoming, known, range_max_m))
+                {
                     Ordering::Equal => return Insert::Duplicate,
                     Ordering::Greater => return Insert::Rejected,
                     Ordering::Less => (index, Insert::Replaced),
@@ -123,7 +131,7 @@ impl StepMessages {
             }
         };
         let report = &mut self.reports[index];
-        copy_valid(scan.detections, &mut report.detections);
+        copy_valid(scan.detections, range_max_m, &mut report.detections);
         (report.uav, report.time, report.state, report.boresight) = (uav, self.time, *state, scan.boresight);
         (report.restart_count, report.sequence) = order;
         (report.assigned_group, report.is_leaving) = (assignment, is_leaving);
@@ -162,7 +170,7 @@ impl StepMessages {
 /// Orders two different reports with the same restart count and sequence number: an arbitrary order that all agents
 /// share.
 #[cold]
-fn any_order(incoming: &ReportView, known: &Report) -> Ordering {
+fn any_order(incoming: &ReportView, known: &Report, range_max_m: f64) -> Ordering {
     let bits = |state: &UavState, boresight: Option<Angle>| {
         let UavState { position, heading, speed_m_s, turn_rate_rad_s, vertical } = *state;
         let numbers = [position.x_m(), position.y_m(), heading.rad(), speed_m_s, turn_rate_rad_s].map(f64::to_bits);
@@ -176,21 +184,22 @@ fn any_order(incoming: &ReportView, known: &Report) -> Ordering {
             return Ordering::Equal;
         }
         let mut kept = Vec::new();
-        copy_valid(incoming.scan.detections, &mut kept);
+        copy_valid(incoming.scan.detections, range_max_m, &mut kept);
         kept.iter().map(Detection::order).cmp(known.detections.iter().map(Detection::order))
     })
 }
 
 /// Copies the valid detections of a scan into `kept`: by ascending label without duplicates, then those without label in
 /// the order of their bits. Of these, none is a duplicate: two targets can give equal measurements.
-fn copy_valid(detections: &[Detection], kept: &mut Vec<Detection>) {
+fn copy_valid(detections: &[Detection], range_max_m: f64, kept: &mut Vec<Detection>) {
     kept.clear();
     kept.extend_from_slice(detections);
     for detection in kept.iter_mut().filter(|of| of.label.is_none() || of.range_rate_m_s.is_some()) {
         *detection = detection.rounded();
     }
-    if !kept.iter().all(Detection::is_valid) {
-        kept.retain(Detection::is_valid);
+    let counts = |detection: &Detection| detection.is_valid() && !detection.is_beyond(range_max_m);
+    if !kept.iter().all(counts) {
+        kept.retain(counts);
     }
     let is_in_order = |a: &Detection, b: &Detection| match (a.label, b.label) {
         (Some(a), Some(b)) => a < b,
@@ -231,6 +240,8 @@ mod tests {
     use crate::sensor::RangeBearingMeasurement;
     use crate::{Angle, Velocity};
 
+    const RANGE_MAX_M: f64 = 1_300.0;
+
     fn report(uav: u32, restart_count: u32, sequence: u32) -> Report {
         let state = UavState::level_flight(Position::ORIGIN, Angle::ZERO, 40.0);
         Report { restart_count, sequence, ..Report::position_only(UavId(uav), Time::from_us(5), state) }
@@ -244,7 +255,7 @@ mod tests {
 
     /// Inserts reports; returns the result of each, and the UAV and sequence number of the stored reports.
     fn put(row: &mut StepMessages, reports: &[Report]) -> (Vec<Insert>, Vec<(u32, u32)>) {
-        let puts = reports.iter().map(|report| row.put(ReportView::of(report))).collect();
+        let puts = reports.iter().map(|report| row.put(ReportView::of(report), RANGE_MAX_M)).collect();
         (puts, row.reports().iter().map(|report| (report.uav.0, report.sequence)).collect())
     }
 
@@ -335,14 +346,14 @@ mod tests {
                 .map(|(label, range_m)| detection(label, range_m))
                 .to_vec();
         let mut row = row();
-        row.put(ReportView::of(&scrambled));
+        row.put(ReportView::of(&scrambled), RANGE_MAX_M);
         let kept: Vec<_> = row.reports()[0].detections.iter().map(|of| (of.label, of.measurement.range_m)).collect();
         let (one, two, far_m) = (Some(TargetLabel(1)), Some(TargetLabel(2)), f64::from(300.1f32));
         assert_eq!(kept, [(one, 90.0), (two, 50.1), (None, 200.0), (None, far_m), (None, far_m)]);
         // Another order is the same report.
         scrambled.detections.reverse();
         scrambled.detections.retain(|of| of.measurement.range_m != 60.0);
-        assert_eq!(row.put(ReportView::of(&scrambled)), Insert::Duplicate);
+        assert_eq!(row.put(ReportView::of(&scrambled), RANGE_MAX_M), Insert::Duplicate);
     }
 
     /// The log status of a report is not stored with the messages: retransmissions do not contain it.
@@ -352,7 +363,7 @@ mod tests {
         (with_status.log_status, with_status.assigned_group, with_status.is_leaving) =
             (Some(Box::default()), Some(GroupId(3)), true);
         let mut row = row();
-        row.put(ReportView::of(&with_status));
+        row.put(ReportView::of(&with_status), RANGE_MAX_M);
         assert_eq!(row.reports(), [Report { log_status: None, ..with_status }]);
     }
 
@@ -372,7 +383,7 @@ mod tests {
         let mut far = report(1, 0, 1);
         for x_m in [1e300, -2e8] {
             far.state.position = Position::from_m(x_m, 0.0);
-            assert_eq!(row.put(ReportView::of(&far)), Insert::Rejected);
+            assert_eq!(row.put(ReportView::of(&far), RANGE_MAX_M), Insert::Rejected);
         }
         for wrong in [f64::NAN, f64::INFINITY, 1e300] {
             let (mut speed, mut turn, mut boresight) = (report(1, 0, 1), report(1, 0, 1), report(1, 0, 1));
@@ -400,7 +411,7 @@ mod tests {
             detection(4, 11.0),
             detection(3, 1e300),
         ];
-        row.put(ReportView::of(&sent));
+        row.put(ReportView::of(&sent), RANGE_MAX_M);
         let kept: Vec<_> = row
             .reports()
             .iter()
@@ -505,5 +516,29 @@ mod tests {
                 }
             }
         }
+    }
+
+    #[test]
+    fn detections_beyond_the_sensor_are_dropped_and_a_scan_of_them_is_none() {
+        let with_ranges = |ranges_m: &[f64]| {
+            let detection = |(label, range_m): (u32, &f64)| Detection {
+                label: Some(TargetLabel(label)),
+                measurement: RangeBearingMeasurement { range_m: *range_m, bearing: Angle::ZERO },
+                range_rate_m_s: None,
+            };
+            let mut sent = report(1, 0, 9);
+            (sent.boresight, sent.detections) = (Some(Angle::ZERO), (0..).zip(ranges_m).map(detection).collect());
+            let mut row = row();
+            assert_eq!(row.put(ReportView::of(&sent), RANGE_MAX_M), Insert::Added);
+            // The sent report and the stored one are the same.
+            let stored = row.reports()[0].clone();
+            let again = [&sent, &stored].map(|report| row.put(ReportView::of(report), RANGE_MAX_M));
+            assert_eq!(again, [Insert::Duplicate; 2]);
+            (stored.detections.iter().map(|of| of.measurement.range_m).collect::<Vec<_>>(), stored.boresight.is_some())
+        };
+        assert_eq!(with_ranges(&[400.0, RANGE_MAX_M]), (vec![400.0, RANGE_MAX_M], true));
+        assert_eq!(with_ranges(&[40_000.0, 400.0, RANGE_MAX_M + 1.0]), (vec![400.0], true));
+        assert_eq!(with_ranges(&[40_000.0, 30_000.0]), (vec![], false));
+        assert_eq!(with_ranges(&[]), (vec![], true));
     }
 }

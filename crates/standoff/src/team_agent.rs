@@ -80,10 +80,10 @@ impl TeamAgent {
         self
     }
 
-    /// Adds keep-out and keep-in zones.
-    #[must_use]
-    pub fn with_geofence(self, geofence: Geofence) -> Self {
-        Self { updater: self.updater.with_geofence_zones(geofence), ..self }
+    /// Adds keep-out and keep-in zones. Fails if the intersection of the keep-in zones is empty, or so small that a UAV
+    /// cannot circle in it.
+    pub fn with_geofence(self, geofence: Geofence) -> Result<Self, Vec<ParamError>> {
+        Ok(Self { updater: self.updater.with_geofence_zones(geofence)?, ..self })
     }
 
     /// First half of a time step: takes a UAV's state and the scan of its sensor, which all agents receive. It works
@@ -103,15 +103,9 @@ impl TeamAgent {
         // A UAV that does not know its own state sends no report.
         if let Some(scan) = scan.filter(|_| own.is_finite() && self.messages.report_of(uav).is_none()) {
             let (order, assignment) = ((0, self.sequence), self.previous.assignment_of(uav));
-            let put = self.messages.put(ReportView {
-                uav,
-                order,
-                state: own,
-                scan,
-                assigned_group: assignment,
-                is_leaving: false,
-            });
-            if put == Insert::Rejected {
+            let assigned_group = assignment;
+            let report = ReportView { uav, order, state: own, scan, assigned_group, is_leaving: false };
+            if self.put(report) == Insert::Rejected {
                 count(&mut self.refused.malformed);
             }
             self.is_stale = true;
@@ -127,7 +121,7 @@ impl TeamAgent {
             return;
         }
         let put = match message {
-            Message::Report(report) if report.time == self.messages.time => self.messages.put(ReportView::of(report)),
+            Message::Report(report) if report.time == self.messages.time => self.put(ReportView::of(report)),
             Message::Cue(cue) => self.messages.put_cue(cue),
             Message::Report(_) => Insert::Rejected,
             // All agents have the same state.
@@ -154,7 +148,7 @@ impl TeamAgent {
             geofence_safety: geofence_safety.as_deref(),
             intruders: &self.intruders,
         };
-        law.decide(observation, self.refused)
+        law.decide(observation, self.refused.with(&self.team_state))
     }
 
     /// Clears the team state and all received messages; the counters of rejected messages keep their values.
@@ -170,6 +164,15 @@ impl TeamAgent {
         if self.team_state.time == self.messages.time { &self.team_state } else { &self.previous }
     }
 
+    fn put(&mut self, report: ReportView) -> Insert {
+        let range_max_m = self.updater.params.track.sensor.reported_range_max_m();
+        let put = self.messages.put(report, range_max_m);
+        if matches!(put, Insert::Added | Insert::Replaced) {
+            self.refused.count_beyond(report.scan.detections, range_max_m);
+        }
+        put
+    }
+
     fn is_of_now(&self, observation: &Observation) -> bool {
         self.started && observation.time == self.messages.time
     }
@@ -177,6 +180,7 @@ impl TeamAgent {
     fn open(&mut self, now: Time) {
         // A time step without a decision is still part of the past.
         self.catch_up();
+        self.refused = self.refused.with(&self.team_state);
         core::mem::swap(&mut self.previous, &mut self.team_state);
         self.dt = if self.started { now - self.messages.time } else { Duration::ZERO };
         (self.started, self.is_stale) = (true, true);

@@ -9,7 +9,7 @@ use crate::coordination::group::Group;
 use crate::coordination::grouping::GroupingState;
 use crate::coordination::lost_target_search::SearchAssignment;
 use crate::coordination::memberships::{GroupedTrack, Memberships};
-use crate::coordination::teammate::Teammate;
+use crate::coordination::teammate::{PROBATION_S, Teammate};
 use crate::digest::digest;
 use crate::group_id::GroupId;
 use crate::guidance::heading::OrbitRelativeState;
@@ -61,6 +61,9 @@ pub struct TeamState {
     /// targets beyond the maximum.
     #[serde(skip)]
     pub(crate) implausible: u32,
+    /// Number of detections of this time step that are too far from the prediction of their track.
+    #[serde(skip)]
+    pub(crate) gated: u32,
 }
 
 impl TeamState {
@@ -132,7 +135,10 @@ impl TeamState {
             && self.search_assignments.iter().all(|assignment| self.track(assignment.track).is_some())
             && is_ascending(self.teammates.iter().map(|teammate| u64::from(teammate.uav.0)))
             && self.teammates.iter().all(|teammate| {
-                teammate.state.is_finite() && teammate.last_report.is_valid() && teammate.last_report_at <= self.time
+                teammate.state.is_finite()
+                    && teammate.last_report.is_valid()
+                    && teammate.last_report_at <= self.time
+                    && teammate.starts_tracks_from <= self.time + Duration::from_s(PROBATION_S)
             })
     }
 

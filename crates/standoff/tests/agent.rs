@@ -2,7 +2,7 @@
 
 mod common;
 
-use common::{Team, observe_all, scan_of, step};
+use common::{Team, observe_all, outgoing, scan_of, step};
 use proptest::prelude::*;
 use standoff::*;
 
@@ -253,6 +253,44 @@ fn a_clock_jump_of_one_step_changes_no_bit() {
         let agent = &mut team.agents[agent];
         assert_eq!(step(agent, now, &own, Scan::default(), &[]).diagnostics.rejected.bad_time, refused);
         assert_eq!(agent.team_state().time, if refused == 0 { now } else { last });
+    }
+}
+
+/// The clock of UAV 1 is off, drifts, or is set during the mission. The agents stay equal, and only a set clock costs a
+/// time step.
+#[test]
+fn an_agent_follows_a_clock_that_is_off_or_drifts() {
+    type Clock = fn(f64) -> f64;
+    let clocks: [(Clock, u32); 6] = [
+        (|now_s| 0.2 + now_s, 0),
+        (|now_s| now_s - 0.24, 0),
+        (|now_s| now_s * (1.0 + 500e-6), 0),
+        (|now_s| now_s * (1.0 - 1_900e-6), 0),
+        (|now_s| 0.2 + now_s * (1.0 + 1_900e-6), 0),
+        (|now_s| if now_s < 30.0 { now_s } else { now_s + 0.2 }, 1),
+    ];
+    for (index, (clock, bad_times)) in clocks.into_iter().enumerate() {
+        let mut team = Team::new(2, 4);
+        for tick in 0..600 {
+            let (now, scans, mut inbox) = team.speak(tick);
+            let off = Time::EPOCH + Duration::from_s(clock(now.s()));
+            inbox.retain(|message| !matches!(message, Message::Report(report) if report.uav == UavId(1)));
+            inbox.extend(outgoing(&team.agents[1], off, &team.states[1], scan_of(&scans[1])));
+            let times = [now, off];
+            let mut commands = Vec::new();
+            for (index, agent) in team.agents.iter_mut().enumerate() {
+                commands.push(step(agent, times[index], &team.states[index], scan_of(&scans[index]), &inbox));
+            }
+            // The report of the rejected time step is missing until it is retransmitted.
+            let is_repaired = bad_times == 0 || !(60..70).contains(&tick);
+            if is_repaired {
+                let [one, other] = [0, 1].map(|agent| team.agents[agent].team_state().digest());
+                assert_eq!(one, other, "clock {index}, {now:?}");
+                assert_eq!(team.agents[0].team_state().teammates.len(), 2, "clock {index}, {now:?}");
+            }
+            assert_eq!(commands[1].diagnostics.rejected.bad_time, if tick < 60 { 0 } else { bad_times });
+            team.apply(&commands, now);
+        }
     }
 }
 

@@ -3,6 +3,7 @@
 mod file;
 mod kml;
 mod shapes;
+mod union;
 
 use std::path::Path;
 
@@ -11,17 +12,18 @@ use standoff::research::{ZONES_MAX, math};
 use standoff::{Geofence, Position, TeamParams, UavId, UavState, Vertical, Zone};
 use standoff_io::bounded_input;
 use standoff_io::display_text::quoted;
-use standoff_io::geodesy::Origin;
 
 use super::diagnostics::Problems;
+use super::earth::Earth;
 use super::error::ScenarioError;
 use super::load::Typed;
 use super::locate::Map;
 use super::number::Number;
-use super::polygons::place;
+use super::polygons::{Rings, check_metres};
 use super::resolved::Settings;
 use super::schema_types::{self, ZONE_ALTITUDE_M, ZoneKind, resolved};
 use super::traffic::NAME_MAX;
+use crate::traffic::Traffic;
 
 /// Maximum size of a file of zones, bytes: the maximum number of vertices takes a hundredth of it.
 const LENGTH_MAX: u64 = 4 << 20;
@@ -29,17 +31,26 @@ const LENGTH_MAX: u64 = 4 << 20;
 /// Maximum length of the name of a zone, characters.
 const CALLED_MAX: usize = 100;
 
+/// Maximum number of zones that a message names.
+const NAMED: usize = 5;
+
 /// Number of vertices of the polygon that replaces a circle. It deviates from the circle by 0.5 % of the radius.
 const CIRCLE_VERTICES: usize = 32;
 
 /// Replaces the names of files by their zones, the first zone at the position of the file, the others at the end of the
 /// list, and degrees by metres. The scenario, and so its record, then contains the zones that are flown.
-pub(super) fn spell_out(typed: &mut Typed, origin: Option<Origin>) -> Result<(), ScenarioError> {
-    let mut others = Vec::new();
-    for place in 0..typed.file.geofence.len().min(ZONES_MAX) {
+pub(super) fn spell_out(typed: &mut Typed, traffic: Option<&Traffic>) -> Result<(), ScenarioError> {
+    let is_in_degrees = |zone: &schema_types::Zone| !zone.file.is_empty() || is_in_degrees(zone);
+    if !typed.file.geofence.iter().any(is_in_degrees) {
+        return Ok(());
+    }
+    let earth = Earth::of(typed, traffic);
+    let is_metric = traffic.is_none_or(|traffic| traffic.origin.is_none());
+    let (mut others, typed_count) = (Vec::new(), typed.file.geofence.len());
+    for place in 0..typed_count.min(ZONES_MAX) {
         let zone = &typed.file.geofence[place];
         if zone.file.is_empty() {
-            circle_in_metres(typed, place, origin)?;
+            circle_in_metres(typed, place, &earth)?;
             continue;
         }
         let key = format!("geofence.{place}.file");
@@ -53,14 +64,26 @@ pub(super) fn spell_out(typed: &mut Typed, origin: Option<Origin>) -> Result<(),
         if !zone.vertices.is_empty() || is_circle(zone) {
             return Err(problem("a zone has `vertices`, a circle or a `file`; keep one".to_owned()));
         }
+        if zone.part_of.is_some() {
+            return Err(problem("a file has zones of their own; remove `part_of`".to_owned()));
+        }
         let path = typed.files_from.as_deref().unwrap_or(Path::new("")).join(&zone.file);
         let bytes = bounded_input::bytes(&path, LENGTH_MAX).map_err(|reason| {
             let is_io_error = !bounded_input::is_input_error(&reason);
             ScenarioError { is_io_error, ..problem(bounded_input::cannot_be_read(&reason)) }
         })?;
-        let contents = file::read(&bytes, origin).map_err(problem)?;
-        let zones = zones(zone, contents.zones).map_err(problem)?;
+        let contents = file::read(&bytes, is_metric, &earth).map_err(problem)?;
+        let mut zones = zones(zone, contents.zones).map_err(problem)?;
         typed.notes.extend(contents.note.map(|note| format!("{key} = {}: {note}", quoted(&zone.file))));
+        // Parts count from the first zone of the file.
+        let index = |of_file: f64| {
+            if of_file == 0.0 { place as f64 } else { (typed_count + others.len()) as f64 + of_file - 1.0 }
+        };
+        for zone in &mut zones {
+            if let Some(Number::Constant(part_of)) = &mut zone.part_of {
+                *part_of = index(*part_of);
+            }
+        }
         let mut zones = zones.into_iter();
         if let Some(first) = zones.next() {
             typed.file.geofence[place] = first;
@@ -112,7 +135,13 @@ pub(super) fn geofence(zones: &[resolved::Zone], problems: &mut Problems) -> Geo
             problems.add(format!("geofence.{place}.vertices.{vertex}"), "must be [east, north], m", None);
             continue;
         }
-        let outline = match circle {
+        let is_index = |part_of: f64| part_of.fract() == 0.0 && part_of < place as f64;
+        if let Some(part_of) = zone.part_of.filter(|part_of| !is_index(*part_of)) {
+            let what = "must be the index of an earlier zone, from 0";
+            problems.add(format!("geofence.{place}.part_of"), what, Some(part_of.into()));
+            continue;
+        }
+        let outline: Vec<Position> = match circle {
             Some((centre_m, radius_m)) => circle_outline(centre_m, radius_m, zone.kind),
             None => zone.vertices.iter().map(|point| Position::from_m(point[0], point[1])).collect(),
         };
@@ -129,10 +158,14 @@ pub(super) fn geofence(zones: &[resolved::Zone], problems: &mut Problems) -> Geo
             problems.add(format!("geofence.{place}.altitude_max_m"), what, Some(ceiling_m.into()));
             continue;
         }
-        let kind = zone.kind.into();
-        let zone = Zone { name: zone.name.clone(), kind, vertices: outline, altitude_min_m, altitude_max_m };
+        if let Err(message) = check_metres(&vec![outline.iter().map(|at| [at.x_m(), at.y_m()]).collect()]) {
+            problems.add(format!("geofence.{place}.vertices"), message, None);
+            continue;
+        }
+        let (kind, part_of) = (zone.kind.into(), zone.part_of.map(|part_of| part_of as usize));
+        let zone = Zone { name: zone.name.clone(), kind, vertices: outline, altitude_min_m, altitude_max_m, part_of };
         // Each zone is checked separately to locate its error.
-        if let Err(error) = Geofence::new(vec![zone.clone()]) {
+        if let Err(error) = Geofence::new(vec![Zone { part_of: None, ..zone.clone() }]) {
             let key = match error.vertex {
                 Some(vertex) => format!("geofence.{place}.vertices.{vertex}"),
                 None => format!("geofence.{place}.vertices"),
@@ -186,13 +219,44 @@ pub(super) fn check_altitudes(geofence: &Geofence, team: &TeamParams, uavs: &res
     }
 }
 
+/// Checks that a UAV can circle in the intersection of the keep-in zones.
+pub(super) fn check_room(geofence: &Geofence, settings: &Settings, problems: &mut Problems) {
+    let Some([found_m, required_m]) = geofence.lacking_room(&settings.team.uav, settings.period) else { return };
+    let is_keep_in = |(_, zone): &(usize, &Zone)| zone.kind == standoff::ZoneKind::KeepIn;
+    let keep_in: Vec<(usize, &Zone)> = geofence.zones().enumerate().filter(is_keep_in).collect();
+    let named = |(index, zone): &(usize, &Zone)| match zone.name.as_str() {
+        "" => index.to_string(),
+        name => format!("{index} {}", quoted(name)),
+    };
+    let mut names: Vec<String> = keep_in.iter().take(NAMED).map(named).collect();
+    if keep_in.len() > NAMED {
+        names.push("...".to_owned());
+    }
+    let zones = format!("keep-in zone{} {}", if keep_in.len() == 1 { "" } else { "s" }, names.join(", "));
+    let what = if found_m < 0.0 {
+        format!("no position is inside all of {zones}, but a UAV must be; remove or enlarge some of them")
+    } else {
+        format!(
+            "the largest circle inside {zones}, and outside large keep-out zones, has a radius of {found_m:.0} m; must be at \
+             least {required_m:.0} m, so that a UAV can circle there at its lowest speed, clear of the outlines; enlarge the \
+             zones, or change uavs.speed_m_s, uavs.speed_change_max_m_s or uavs.turn_rate_max_rad_s"
+        )
+    };
+    problems.add("geofence", what, None);
+}
+
+/// Returns whether the centre of a circle was typed in degrees.
+fn is_in_degrees(zone: &schema_types::Zone) -> bool {
+    zone.lat_deg.is_some() || zone.lon_deg.is_some()
+}
+
 /// Returns whether any key of a circle was typed.
 fn is_circle(zone: &schema_types::Zone) -> bool {
     [zone.x_m, zone.y_m, zone.lat_deg, zone.lon_deg, zone.radius_m].iter().any(Option::is_some)
 }
 
 /// Replaces the latitude and longitude of a circle by metres.
-fn circle_in_metres(typed: &mut Typed, index: usize, origin: Option<Origin>) -> Result<(), ScenarioError> {
+fn circle_in_metres(typed: &mut Typed, index: usize, earth: &Result<Earth, String>) -> Result<(), ScenarioError> {
     let zone = &typed.file.geofence[index];
     let key = format!("geofence.{index}.{}", if zone.lat_deg.is_some() { "lat_deg" } else { "lon_deg" });
     let refuse = |what: &str| {
@@ -208,9 +272,8 @@ fn circle_in_metres(typed: &mut Typed, index: usize, origin: Option<Origin>) -> 
     if zone.x_m.is_some() || zone.y_m.is_some() {
         return Err(refuse("a circle has lat_deg and lon_deg, or x_m and y_m; keep one pair"));
     }
-    let origin = origin.ok_or_else(|| refuse("needs traffic in degrees to be placed; give x_m and y_m instead"))?;
-    let plane = origin.plane().map_err(|error| refuse(&error.to_string()))?;
-    let [x_m, y_m] = place(latitude_deg, longitude_deg, &plane).map_err(|message| refuse(&message))?;
+    let earth = earth.as_ref().map_err(|reason| refuse(&format!("{reason}; or give x_m and y_m")))?;
+    let [x_m, y_m] = earth.place(latitude_deg, longitude_deg).map_err(|message| refuse(&message))?;
     let zone = &mut typed.file.geofence[index];
     (zone.lat_deg, zone.lon_deg) = (None, None);
     (zone.x_m, zone.y_m) = (Some(Number::Constant(x_m)), Some(Number::Constant(y_m)));
@@ -265,8 +328,8 @@ fn zones(table: &schema_types::Zone, found: Vec<Found>) -> Result<Vec<schema_typ
         let numbers = [altitude_min_m, altitude_max_m].map(|altitude_m| altitude_m.map(Number::Constant));
         let name = if table.name.is_empty() { name } else { table.name.clone() };
         let of_file = kind.unwrap_or(table.kind);
-        let rings = match shape {
-            Shape::Polygon(rings) => rings,
+        let polygons = match shape {
+            Shape::Polygons(polygons) => polygons,
             Shape::Circle { centre_m: [x_m, y_m], radius_m } => {
                 if !(1.0..=1e6).contains(&radius_m) {
                     return Err(format!("zone {}: radius = {radius_m} m; must be 1 to 1000000", all.len()));
@@ -286,35 +349,19 @@ fn zones(table: &schema_types::Zone, found: Vec<Found>) -> Result<Vec<schema_typ
                 continue;
             }
         };
-        if rings.is_empty() {
-            return Err(format!("polygon {} has no outline", all.len()));
-        }
-        for (place, mut ring) in rings.into_iter().enumerate() {
-            let kind = match (place, of_file) {
-                (0, kind) => kind,
-                // A hole in a keep-in zone is a keep-out zone.
-                (_, ZoneKind::KeepIn) => ZoneKind::KeepOut,
-                (_, ZoneKind::KeepOut) => {
-                    let what = "a keep-out zone with a hole: no UAV could reach the hole; remove it";
-                    return Err(what.to_owned());
-                }
-            };
-            if ring.len() > 1 && ring.first() == ring.last() {
-                ring.pop();
-            }
-            let outline = ring.iter().map(|[x_m, y_m]| Position::from_m(*x_m, *y_m)).collect();
-            let checked = Zone { vertices: outline, altitude_min_m, altitude_max_m, ..Zone::default() };
-            Geofence::new(vec![checked]).map_err(|error| {
-                let vertex = error.vertex.map_or(String::new(), |vertex| format!(", vertex {vertex}"));
-                format!("polygon {}{vertex}: {}", all.len(), error.reason)
-            })?;
-            let points = ring.iter().map(|point| point.map(Number::Constant).to_vec()).collect();
+        let outlines = outlines(polygons, of_file, [altitude_min_m, altitude_max_m], all.len())?;
+        let mut first = None;
+        for (kind, outline) in outlines {
+            // A hole is no part of the zone around it.
+            let part_of = first.filter(|_| kind == of_file).map(|first: usize| Number::Constant(first as f64));
+            first = first.or(Some(all.len()));
             all.push(schema_types::Zone {
                 name: name.clone(),
                 kind,
-                vertices: points,
+                vertices: outline.iter().map(|point| point.map(Number::Constant).to_vec()).collect(),
                 altitude_min_m: numbers[0],
                 altitude_max_m: numbers[1],
+                part_of,
                 ..schema_types::Zone::default()
             });
             if all.len() > ZONES_MAX {
@@ -326,6 +373,54 @@ fn zones(table: &schema_types::Zone, found: Vec<Found>) -> Result<Vec<schema_typ
         return Err(format!("has more than {ZONES_MAX} zones"));
     }
     Ok(all)
+}
+
+/// Kind and vertices of an outline, m.
+type Outline = (ZoneKind, Vec<[f64; 2]>);
+
+/// Outlines of a zone with one or more polygons, each without its last point, which repeats the first. A hole in a keep-in
+/// zone is a keep-out zone. `before` is the number of zones before it in the file.
+fn outlines(
+    mut polygons: Vec<Rings>,
+    kind: ZoneKind,
+    [altitude_min_m, altitude_max_m]: BandM,
+    before: usize,
+) -> Result<Vec<Outline>, String> {
+    for (index, rings) in polygons.iter_mut().enumerate() {
+        let polygon = format!("polygon {}", before + index);
+        if rings.is_empty() {
+            return Err(format!("{polygon} has no outline"));
+        }
+        if kind == ZoneKind::KeepOut && rings.len() > 1 {
+            return Err("a keep-out zone with a hole: no UAV could reach the hole; remove it".to_owned());
+        }
+        for ring in rings {
+            if ring.len() > 1 && ring.first() == ring.last() {
+                ring.pop();
+            }
+            let vertices = ring.iter().map(|[x_m, y_m]| Position::from_m(*x_m, *y_m)).collect();
+            let checked = Zone { vertices, altitude_min_m, altitude_max_m, ..Zone::default() };
+            Geofence::new(vec![checked]).map_err(|error| {
+                let vertex = error.vertex.map_or(String::new(), |vertex| format!(", vertex {vertex}"));
+                format!("{polygon}{vertex}: {}", error.reason)
+            })?;
+        }
+    }
+    if kind == ZoneKind::KeepOut || polygons.len() == 1 {
+        let kind_of = |place: usize| if place == 0 { kind } else { ZoneKind::KeepOut };
+        let of_polygon = |rings: Rings| {
+            rings.into_iter().enumerate().map(|(place, ring)| (kind_of(place), ring)).collect::<Vec<_>>()
+        };
+        return Ok(polygons.into_iter().flat_map(of_polygon).collect());
+    }
+    let joined = union::union(&polygons).map(|outlines| {
+        let is_outer = |ring: &Vec<[f64; 2]>| union::twice_area_m2(ring) > 0.0;
+        let kind_of = |ring: &Vec<[f64; 2]>| if is_outer(ring) { kind } else { ZoneKind::KeepOut };
+        outlines.into_iter().map(|ring| (kind_of(&ring), ring)).collect()
+    });
+    joined.ok_or_else(|| {
+        format!("polygon {before} has parts that cannot be joined, because their outlines are nearly equal; join them")
+    })
 }
 
 /// Floor and ceiling of the zones of a file: those of the table, otherwise those of the file.
@@ -433,10 +528,19 @@ mod tests {
         assert!(of_kind("keep-out").unwrap_err().contains("a keep-out zone with a hole"));
         for (text, expected) in [
             ("{", "is not GeoJSON, a plan of QGroundControl or KML"),
-            ("{\"type\":\"Point\",\"coordinates\":[0,0]}", "has no polygon"),
-            ("{\"type\":\"Polygon\",\"coordinates\":[[0,1]]}", "must be lists"),
+            ("{\"type\":\"FeatureCollection\",\"features\":[]}", "has no polygon"),
+            (
+                "{\"type\":\"Point\",\"coordinates\":[500,0]}",
+                "feature is a Point: a zone is a polygon; remove it, or give a",
+            ),
+            ("{\"type\":\"Polygon\",\"coordinates\":[[500,1]]}", "must be lists"),
             (
                 "{\"type\":\"Polygon\",\"coordinates\":[[[11.3,44.5],[11.4,44.5],[11.3,44.6]]]}",
+                "its coordinates are, or can be, in degrees, but the traffic is in metres and the location of the scenario on \
+                 the Earth is unknown: name the SUMO net of the traffic in `basemap`",
+            ),
+            (
+                "{\"type\":\"Polygon\",\"coordinates\":[[[511.3,44.5],[511.4,44.5],[511.3,44.6]]]}",
                 "polygon 0 is smaller than 1 m; its coordinates are probably degrees",
             ),
             ("{\"type\":\"Topology\"}", "must be a type of GeoJSON"),
@@ -447,6 +551,114 @@ mod tests {
         }
         fs::remove_file(folder.path().join("z.geojson")).unwrap();
         assert!(of_kind("keep-out").unwrap_err().contains("z.geojson"));
+    }
+
+    fn write_geojson(folder: &std::path::Path, geometry: &str, coordinates: &str) {
+        let geometry = format!("{{\"type\":\"{geometry}\",\"coordinates\":{coordinates}}}");
+        let feature = format!("{{\"type\":\"Feature\",\"properties\":{{\"name\":\"a\"}},\"geometry\":{geometry}}}");
+        fs::write(folder.join("z.geojson"), feature).unwrap();
+    }
+
+    fn ring(west: f64, south: f64, east: f64, north: f64) -> String {
+        format!("[[{west},{south}],[{east},{south}],[{east},{north}],[{west},{north}],[{west},{south}]]")
+    }
+
+    /// Two halves with a common side, the same in another kind, two apart, and four around a hole.
+    #[test]
+    fn a_multipolygon_is_one_zone() {
+        let folder = tempfile::tempdir().unwrap();
+        let flown = |kind: &str, parts: &[String]| {
+            let parts: Vec<String> = parts.iter().map(|part| format!("[{part}]")).collect();
+            write_geojson(folder.path(), "MultiPolygon", &format!("[{}]", parts.join(",")));
+            let other = "vertices = [[9000, 9000], [9500, 9000], [9000, 9500]]";
+            let toml = format!("[[geofence]]\nkind = \"{kind}\"\nfile = \"z.geojson\"\n[[geofence]]\n{other}");
+            let scenario = of_toml(&toml, folder.path()).unwrap();
+            let resolved = scenario.resolved().unwrap();
+            assert_eq!(super::Settings::of_record("r", &resolved).unwrap().geofence, scenario.settings.geofence);
+            let zone = |zone: &standoff::Zone| (zone.kind.name(), zone.vertices.len(), zone.part_of);
+            let zones: Vec<_> = scenario.settings.geofence.zones().map(zone).collect();
+            (zones, scenario.settings.geofence.clone())
+        };
+        let halves = [ring(-3000.0, -3000.0, 0.0, 3000.0), ring(0.0, -3000.0, 3000.0, 3000.0)];
+        let other = ("keep-out", 3, None);
+        assert_eq!(flown("keep-in", &halves).0, [("keep-in", 4, None), other]);
+        assert_eq!(flown("keep-out", &halves).0, [("keep-out", 4, None), other, ("keep-out", 4, Some(0))]);
+        let apart = [ring(-2000.0, -1000.0, -100.0, 900.0), ring(100.0, -1000.0, 2000.0, 900.0)];
+        let (zones, geofence) = flown("keep-in", &apart);
+        assert_eq!(zones, [("keep-in", 4, None), other, ("keep-in", 4, Some(0))]);
+        let at = |x_m| standoff::Position::from_m(x_m, 0.0);
+        assert!(geofence.contains(at(-1000.0)) && geofence.contains(at(1000.0)) && !geofence.contains(at(0.0)));
+        let around = [(-900.0, -900.0, 900.0, -500.0), (-900.0, 500.0, 900.0, 900.0)]
+            .into_iter()
+            .chain([(-900.0, -500.0, -500.0, 500.0), (500.0, -500.0, 900.0, 500.0)])
+            .map(|(west, south, east, north)| ring(west, south, east, north));
+        let (zones, geofence) = flown("keep-in", &around.collect::<Vec<_>>());
+        assert_eq!(zones, [("keep-in", 4, None), other, ("keep-out", 4, None)]);
+        assert!(!geofence.contains(at(0.0)) && geofence.contains(at(700.0)));
+    }
+
+    #[test]
+    fn keep_in_zones_without_room_for_a_turning_circle_are_refused() {
+        let square = |name: &str, x_m: f64, half_m: f64| {
+            let (west, east) = (x_m - half_m, x_m + half_m);
+            format!(
+                "[[geofence]]\nname = \"{name}\"\nkind = \"keep-in\"\nvertices = [[{west}, -{half_m}], [{east}, -{half_m}], \
+                 [{east}, {half_m}], [{west}, {half_m}]]\n"
+            )
+        };
+        let apart = typed(&(square("a", -1000.0, 2000.0) + &square("b", 2500.0, 1000.0))).unwrap_err();
+        let expected =
+            "no position is inside all of keep-in zones 0 \"a\", 1 \"b\", but a UAV must be; remove or enlarge";
+        assert!(apart.starts_with("mine:1:3: geofence: ") && apart.contains(expected), "{apart}");
+        let small = typed(&square("a", 0.0, 60.0)).unwrap_err();
+        let expected = "the largest circle inside keep-in zone 0 \"a\", and outside large keep-out zones, has a radius of \
+                        60 m; must be at least 88 m";
+        assert!(small.contains(expected), "{small}");
+        // A slower or more agile UAV has room.
+        assert!(typed(&format!("[uavs]\nturn_rate_max_rad_s = 0.5\n{}", square("a", 0.0, 60.0))).is_ok());
+        assert!(typed(&(square("a", 0.0, 2000.0) + &square("b", 2500.0, 1000.0))).is_ok());
+    }
+
+    #[test]
+    fn geojson_in_degrees_over_metric_traffic_is_placed_by_the_net_or_refused() {
+        let folder = tempfile::tempdir().unwrap();
+        fs::write(folder.path().join("t.csv"), "t,id,x,y\n0,a,5000,3000\n60,a,5100,3000\n").unwrap();
+        // The south-west corner is at 44.5 degrees north, 11.3 degrees east.
+        let net = |projection: &str, name: &str| {
+            let location = format!(
+                "<location netOffset=\"-682845.756,-4929982.183\" convBoundary=\"0,0,9000,9000\" \
+                 origBoundary=\"0,0,1,1\" projParameter=\"{projection}\"/>"
+            );
+            fs::write(folder.path().join(name), format!("<net>{location}<edge/></net>")).unwrap();
+        };
+        net("+proj=utm +zone=32 +ellps=WGS84 +datum=WGS84 +units=m +no_defs", "a.net.xml");
+        net("!", "none.net.xml");
+        write_geojson(folder.path(), "Polygon", &format!("[{}]", ring(11.3, 44.5, 11.31, 44.51)));
+        let load = |basemap: &str| {
+            let toml =
+                format!("basemap = [{basemap}]\n[traffic]\nfile = \"t.csv\"\n[[geofence]]\nfile = \"z.geojson\"");
+            let template = super::super::ScenarioTemplate::of_toml("mine", &toml, &Overrides::default(), folder.path());
+            template.and_then(|template| template.draw(1)).map_err(|error| error.to_string())
+        };
+        let placed = load("\"a.net.xml\"").unwrap();
+        let vertices = &placed.settings.geofence.zones().next().unwrap().vertices;
+        assert!(vertices[0].distance_m(standoff::Position::from_m(0.0, 0.0)) < 5.0, "{vertices:?}");
+        // A hundredth of a degree is 1,112 m north and 794 m east.
+        let [east_m, north_m] = [vertices[0].distance_m(vertices[1]), vertices[0].distance_m(vertices[3])];
+        assert!((east_m - 794.0).abs() < 3.0 && (north_m - 1_111.0).abs() < 3.0, "{east_m} {north_m}");
+        for basemap in ["", "\"none.net.xml\""] {
+            assert!(load(basemap).unwrap_err().contains("the location of the scenario on the Earth is unknown"));
+        }
+        let square = ring(11.3, 44.5, 11.31, 44.51);
+        let crs = |name: &str| {
+            let crs = format!("\"crs\":{{\"type\":\"name\",\"properties\":{{\"name\":\"{name}\"}}}}");
+            let text = format!("{{\"type\":\"Polygon\",{crs},\"coordinates\":[{square}]}}");
+            fs::write(folder.path().join("z.geojson"), text).unwrap();
+            load("\"a.net.xml\"")
+        };
+        assert!(crs("urn:ogc:def:crs:OGC:1.3:CRS84").is_ok());
+        let refused = crs("urn:ogc:def:crs:EPSG::25832").unwrap_err();
+        assert!(refused.contains("crs = \"urn:ogc:def:crs:EPSG::25832\": must be WGS 84 (EPSG:4326)"), "{refused}");
     }
 
     /// Zones over traffic at 44.5 degrees north, 11.3 degrees east, from a file called `name`.
@@ -466,7 +678,7 @@ mod tests {
     const KML: &str = r#"<?xml version="1.0" encoding="UTF-8"?><kml xmlns="http://www.opengis.net/kml/2.2"><Document><name>all
         </name><Placemark><name>wood &amp; lake</name><Polygon><outerBoundaryIs><LinearRing><coordinates>
         11.31,44.51,ALT 11.32,44.51,0 11.32,44.52,0 11.31,44.51,0 </coordinates></LinearRing></outerBoundaryIs></Polygon>
-        </Placemark><Placemark><Point><coordinates>11.3,44.5</coordinates></Point></Placemark></Document></kml>"#;
+        </Placemark></Document></kml>"#;
 
     #[test]
     fn plans_of_qgroundcontrol_determine_the_kind_of_their_zones() {
@@ -501,13 +713,18 @@ mod tests {
         let zone = scenario.settings.geofence.zones().next().unwrap();
         assert_eq!((zone.name.as_str(), zone.vertices.len()), ("wood & lake", 3));
         assert!((zone.vertices[0].y_m() - 1_111.0).abs() < 2.0, "{:?}", zone.vertices);
-        assert!(scenario.warnings[0].starts_with("geofence.0.file = \"a.kml\": ignores 1 of its points and lines"));
+        assert_eq!(scenario.warnings, [""; 0]);
         let note = "geofence.0.file = \"a.kml\": ignores the altitudes of polygons, except for extruded ones with a single \
-                    altitude relative to the ground; ignores 1 of its points and lines; a zone is a polygon or a typed circle";
+                    altitude relative to the ground";
         assert_eq!(with_altitude("120").unwrap().warnings, [note]);
         for (from, to, expected) in [
             ("44.51,ALT", "44.51,x", "coordinates = \"11.31,44.51,x\": must be longitude,latitude,altitude"),
-            ("Polygon", "Track", "has no polygon"),
+            (
+                "</Document>",
+                "<Placemark><name>mast</name><Point/></Placemark>",
+                "placemark \"mast\" is a Point: a zone is",
+            ),
+            ("<Polygon>", "<LineString/><Polygon>", "placemark \"wood & lake\" is a LineString: a zone is a polygon"),
             ("kml", "gpx", "1:39: element = \"gpx\"; the root element must be kml"),
             ("</kml>", "", "the file ends inside an element"),
         ] {
@@ -520,7 +737,7 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         fs::write(folder.path().join("a.kml"), KML).unwrap();
         let metric = of_toml("[[geofence]]\nfile = \"a.kml\"", folder.path()).unwrap_err();
-        assert!(metric.contains("KML is in degrees; the traffic must be in degrees, too"), "{metric}");
+        assert!(metric.contains("KML is in degrees, but the traffic is in metres and the location"), "{metric}");
     }
 
     /// The polygon has its points at 120 m above the ground or the sea, or one of them elsewhere.
@@ -531,7 +748,7 @@ mod tests {
                 KML.replace(",0 ", ",120 ").replace("ALT", first_m).replace("<Polygon>", &format!("<Polygon>{mode}"));
             let scenario = of_file("a.kml", &kml, "").unwrap();
             let zone = scenario.settings.geofence.zones().next().unwrap();
-            (zone.altitude_min_m, zone.altitude_max_m, scenario.warnings[0].contains("ignores the altitudes"))
+            (zone.altitude_min_m, zone.altitude_max_m, !scenario.warnings.is_empty())
         };
         let relative = "<extrude>1</extrude><altitudeMode>relativeToGround</altitudeMode>";
         assert_eq!(band("120", relative), (None, Some(120.0), false));
@@ -578,7 +795,10 @@ mod tests {
                 "a zone has `vertices` or a circle; keep one",
             ),
             ("lat_deg = 44\nradius_m = 9", "geofence.0.lat_deg: a circle needs both"),
-            ("lat_deg = 44\nlon_deg = 9\nradius_m = 9", "geofence.0.lat_deg: needs traffic in degrees"),
+            (
+                "lat_deg = 44\nlon_deg = 9\nradius_m = 9",
+                "geofence.0.lat_deg: the location of the scenario on the Earth is unknown",
+            ),
             ("lat_deg = 44\nlon_deg = 9\nx_m = 1\nradius_m = 9", "keep one pair"),
             ("radius = 9", "radius"),
         ] {

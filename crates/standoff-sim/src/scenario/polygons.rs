@@ -2,17 +2,48 @@
 
 use serde_json::Value;
 use standoff_io::display_text::quoted;
-use standoff_io::geodesy::LocalPlane;
+
+use super::earth::Earth;
 
 /// Rings of a polygon: the outline, then the holes; east and north, m.
 pub(super) type Rings = Vec<Vec<[f64; 2]>>;
 
-/// Converts degrees to east and north, m. Rounded to the millimetre for the record.
-pub(super) fn place(latitude_deg: f64, longitude_deg: f64, plane: &LocalPlane) -> Result<[f64; 2], String> {
-    let at = plane
-        .position(latitude_deg, longitude_deg)
-        .map_err(|error| format!("[{longitude_deg}, {latitude_deg}] is not near the traffic: {error}"))?;
-    Ok([at.x_m(), at.y_m()].map(|metres| (metres * 1e3).round() / 1e3))
+/// Names of WGS 84 in old GeoJSON files.
+const WGS84: [&str; 5] =
+    ["urn:ogc:def:crs:OGC:1.3:CRS84", "urn:ogc:def:crs:OGC::CRS84", "CRS84", "EPSG:4326", "urn:ogc:def:crs:EPSG::4326"];
+
+/// Returns whether an object of GeoJSON states that its coordinates are degrees. Fails if it states another frame.
+pub(super) fn states_degrees(object: &Value) -> Result<bool, String> {
+    let Some(crs) = object.get("crs").filter(|crs| !crs.is_null()) else { return Ok(false) };
+    let name = crs.pointer("/properties/name").and_then(Value::as_str);
+    if name.is_some_and(|name| WGS84.contains(&name)) {
+        return Ok(true);
+    }
+    let stated = name.map_or_else(|| crs.to_string(), str::to_owned);
+    Err(format!(
+        "crs = {}: must be WGS 84 (EPSG:4326); convert the file, with ogr2ogr -t_srs EPSG:4326",
+        quoted(&stated)
+    ))
+}
+
+/// Returns whether GeoJSON has coordinates, all of which can be degrees.
+pub(super) fn can_be_degrees(object: &Value) -> bool {
+    let mut points = Vec::new();
+    collect_points(object, &mut points);
+    !points.is_empty() && points.iter().all(|[x, y]| x.abs() <= 180.0 && y.abs() <= 90.0)
+}
+
+/// Collects all positions in a part of GeoJSON.
+fn collect_points(part: &Value, points: &mut Vec<[f64; 2]>) {
+    let number = |place: usize| part.get(place).and_then(Value::as_f64);
+    match (number(0), number(1)) {
+        (Some(x), Some(y)) => points.push([x, y]),
+        _ => {
+            let members = ["features", "geometry", "geometries", "coordinates"].iter().filter_map(|key| part.get(key));
+            let parts = part.as_array().map(Vec::as_slice).unwrap_or_default();
+            members.chain(parts).for_each(|part| collect_points(part, points));
+        }
+    }
 }
 
 /// Checks a polygon whose coordinates are read as metres.
@@ -36,8 +67,8 @@ pub(super) enum GeoJson<'a> {
     Feature(Option<&'a Value>),
     /// Coordinates of polygons.
     Polygons(&'a [Value]),
-    /// Points and lines, which enclose nothing.
-    Other,
+    /// Points and lines, which enclose nothing, by type.
+    Other(&'a str),
 }
 
 impl<'a> GeoJson<'a> {
@@ -49,19 +80,19 @@ impl<'a> GeoJson<'a> {
             "Feature" => Self::Feature(object.get("geometry").filter(|geometry| !geometry.is_null())),
             "Polygon" => Self::Polygons(std::slice::from_ref(object.get("coordinates").unwrap_or(&Value::Null))),
             "MultiPolygon" => Self::Polygons(list("coordinates")),
-            "Point" | "MultiPoint" | "LineString" | "MultiLineString" => Self::Other,
+            kind @ ("Point" | "MultiPoint" | "LineString" | "MultiLineString") => Self::Other(kind),
             kind => return Err(format!("type = {}: must be a type of GeoJSON", quoted(kind))),
         })
     }
 }
 
-/// Reads the rings of a polygon of GeoJSON. Degrees are converted to the plane; without it, they are in metres.
-pub(super) fn rings(coordinates: &Value, plane: Option<&LocalPlane>) -> Result<Rings, String> {
+/// Reads the rings of a polygon of GeoJSON. Degrees are placed by `earth`; without it, they are in metres.
+pub(super) fn rings(coordinates: &Value, earth: Option<&Earth>) -> Result<Rings, String> {
     let nested = || "a polygon's coordinates must be lists of [longitude, latitude], or of [east, north]".to_owned();
     let point = |point: &Value| -> Result<[f64; 2], String> {
         let number = |place: usize| point.get(place).and_then(Value::as_f64);
         let (Some(x), Some(y)) = (number(0), number(1)) else { return Err(nested()) };
-        plane.map_or(Ok([x, y]), |plane| place(y, x, plane))
+        earth.map_or(Ok([x, y]), |earth| earth.place(y, x))
     };
     let ring = |ring: &Value| ring.as_array().ok_or_else(nested)?.iter().map(point).collect();
     coordinates.as_array().ok_or_else(nested)?.iter().map(ring).collect()

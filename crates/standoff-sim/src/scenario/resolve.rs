@@ -154,6 +154,7 @@ pub(super) fn checked(typed: &Typed, traffic: Option<&Traffic>, seed: u64) -> Re
     if problems.found.is_empty() {
         // With wrong parameters, the altitudes are wrong, too.
         geofence::check_altitudes(&settings.geofence, &settings.team, &file.uavs, &mut problems);
+        geofence::check_room(&settings.geofence, &settings, &mut problems);
     }
     report(problems, typed, seed)?;
     let scattered = scatter.map_or(0, |scatter| scatter.count as u64);

@@ -432,7 +432,8 @@ tables! {
         x_m: PLACE_M;
         /// Centre of a circle, north, m; -1e7 to 1e7.
         y_m: PLACE_M;
-        /// Centre of a circle, degrees north; -90 to 90; instead of `x_m` and `y_m` if the traffic is in degrees.
+        /// Centre of a circle, degrees north; -90 to 90; instead of `x_m` and `y_m` if the traffic is in degrees
+        /// or the basemap has its net.
         lat_deg: Allowed::at_least(-90.0).at_most(90.0);
         /// Centre of a circle, degrees east; -180 to 180.
         lon_deg: Allowed::at_least(-180.0).at_most(180.0);
@@ -442,6 +443,9 @@ tables! {
         altitude_min_m: ZONE_ALTITUDE_M;
         /// Ceiling, m above the plane; `altitude_min_m` to 100,000. If absent: no upper limit.
         altitude_max_m: ZONE_ALTITUDE_M;
+        /// Index, from 0, of an earlier zone of the same kind, floor and ceiling, of which this is a further part: both are
+        /// one zone, their union. If absent: a zone of its own.
+        part_of: Allowed::at_least(0.0).at_most(99.0);
     } lists {
         /// Vertices in order, each [east, north], m.
         vertices;

@@ -23,7 +23,7 @@ const COVARIANCE_TOLERANCE: f64 = 1e-9;
 /// the built-in controller.
 pub(super) fn compare_while_flying(scenario: &Scenario) -> Comparison {
     let (team, geofence) = (scenario.settings.team, scenario.settings.geofence.clone());
-    let agent = |uav| (Agent::new(uav, team).unwrap().with_geofence(geofence.clone()), None);
+    let agent = |uav| (Agent::new(uav, team).unwrap().with_geofence(geofence.clone()).unwrap(), None);
     let mut controller = ComparedAgents {
         agents: (0..).map(UavId).take(scenario.uavs.len()).map(agent).collect(),
         references: scenario.uavs.iter().map(|_| ReferenceReplay::new(team, geofence.clone())).collect(),
@@ -59,7 +59,7 @@ impl Controller for &mut ComparedAgents {
         let index = uav.0 as usize;
         let ReferenceReplay { team, geofence, .. } = &self.references[index];
         let new = ReferenceReplay::new(*team, geofence.clone());
-        let agent = Agent::new(uav, *team).unwrap().with_geofence(geofence.clone());
+        let agent = Agent::new(uav, *team).unwrap().with_geofence(geofence.clone()).unwrap();
         (self.agents[index], self.references[index]) = ((agent.with_restart_count(restart_count), None), new);
     }
 
@@ -148,7 +148,7 @@ impl ReferenceReplay {
             period,
             kept: periods(team.log.message_retention_s) + 2,
             early: periods(team.teammate_timeout_s),
-            fleet: TeamAgent::new(team).unwrap().with_geofence(geofence.clone()),
+            fleet: TeamAgent::new(team).unwrap().with_geofence(geofence.clone()).unwrap(),
             geofence,
             began: None,
             now: None,

@@ -297,7 +297,7 @@ mod tests {
                 let state = UavState::level_flight(position, Angle::ZERO, 40.0);
                 let boresight = Some((Position::ORIGIN - position).direction());
                 let report = Report { boresight, ..Report::position_only(UavId(id as u32), Time::EPOCH, state) };
-                Teammate::from_report(&report, Some(GroupId(0)))
+                Teammate::from_report(&report, Some(GroupId(0)), Time::EPOCH)
             };
             Self { memberships, team: uavs.iter().enumerate().map(teammate).collect(), assignments: Vec::new() }
         }

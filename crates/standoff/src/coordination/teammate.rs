@@ -29,11 +29,17 @@ pub struct Teammate {
     pub(crate) reported_group: Option<GroupId>,
     /// True if the UAV has announced that it leaves.
     pub(crate) has_left: bool,
+    /// Time from which its detections start tracks: those of a UAV that has just joined only update the team's tracks.
+    pub(crate) starts_tracks_from: Time,
 }
+
+/// Time after which the detections of a UAV that has joined the team start tracks, s: longer than a sensor, a navigation
+/// filter or a message is usually wrong.
+pub(crate) const PROBATION_S: f64 = 6.0;
 
 impl Teammate {
     /// A UAV with a report of this time step; `group` is its assignment in the team state.
-    pub(crate) fn from_report(report: &Report, group: Option<GroupId>) -> Self {
+    pub(crate) fn from_report(report: &Report, group: Option<GroupId>, starts_tracks_from: Time) -> Self {
         let Report { uav, state, boresight, time, assigned_group, is_leaving, .. } = *report;
         Self {
             uav,
@@ -45,6 +51,7 @@ impl Teammate {
             last_report_at: time,
             reported_group: assigned_group,
             has_left: is_leaving,
+            starts_tracks_from,
         }
     }
 

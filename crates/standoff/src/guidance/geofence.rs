@@ -1,7 +1,8 @@
 //! Geofence: keep-out and keep-in zones, and the geometry of their outlines.
 //!
 //! A UAV must be outside *each* keep-out zone and inside *each* keep-in zone, so of two keep-in zones only the
-//! intersection is allowed. A zone has no holes; a hole in a keep-in zone is a keep-out zone.
+//! intersection is allowed. A zone has no holes; a hole in a keep-in zone is a keep-out zone. A zone may have several
+//! parts, each with an outline: it is their union.
 //!
 //! A zone may have a floor and a ceiling, its *band*. A keep-out zone binds the UAVs that may fly in its band, both ends
 //! included. A keep-in zone binds all UAVs.
@@ -59,6 +60,9 @@ pub struct Zone {
     pub altitude_min_m: Option<f64>,
     /// Ceiling, m above the plane, `altitude_min_m` to 100,000; `None`: no upper limit.
     pub altitude_max_m: Option<f64>,
+    /// Index of an earlier zone, of the same kind, floor and ceiling, of which this is a further part: both are one zone,
+    /// their union, with that index. Parts of a keep-in zone must not touch each other. `None`: a zone of its own.
+    pub part_of: Option<usize>,
 }
 
 /// A set of zones of a geofence: bit n is zone n.
@@ -108,13 +112,16 @@ research_fields! {
 /// ```
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Geofence {
+    /// By zone, then index.
     zones: Arc<[Bounded]>,
 }
 
-/// A zone and its bounding box.
+/// A part of a zone and its bounding box.
 #[derive(Debug, Clone, PartialEq)]
 struct Bounded {
-    /// Index of the zone in the geofence of the team, also in a part of it.
+    /// Index in the geofence of the team, also in a part of it.
+    index: usize,
+    /// Index of the zone, that of its first part.
     number: usize,
     zone: Zone,
     low: Position,
@@ -145,12 +152,21 @@ impl Geofence {
                 "the zones have {vertices} vertices: at most {VERTICES_MAX} are allowed; {what}"
             )));
         }
-        zones
-            .into_iter()
-            .enumerate()
-            .map(|(number, zone)| Bounded::new(number, zone))
-            .collect::<Result<_, _>>()
-            .map(|zones: Vec<Bounded>| Self { zones: zones.into() })
+        let mut parts: Vec<Bounded> = Vec::new();
+        for (index, zone) in zones.into_iter().enumerate() {
+            let mut part = Bounded::new(index, zone)?;
+            if let Some(first) = part.zone.part_of {
+                part.join(&parts, first)?;
+            }
+            parts.push(part);
+        }
+        parts.sort_by_key(|part| (part.number, part.index));
+        Ok(Self { zones: parts.into() })
+    }
+
+    /// The zones, each as its parts.
+    fn unions(&self) -> impl Iterator<Item = &[Bounded]> {
+        self.zones.chunk_by(|one, other| one.number == other.number)
     }
 
     /// Returns true if there are no zones.
@@ -159,9 +175,12 @@ impl Geofence {
         self.zones.is_empty()
     }
 
-    /// The zones, without repeated vertices.
-    pub fn zones(&self) -> impl ExactSizeIterator<Item = &Zone> {
-        self.zones.iter().map(|bounded| &bounded.zone)
+    /// The zones by ascending index, without repeated vertices, each part apart.
+    #[cfg_attr(feature = "research", visibility::make(pub))]
+    pub(crate) fn zones(&self) -> impl ExactSizeIterator<Item = &Zone> {
+        let mut all: Vec<&Bounded> = self.zones.iter().collect();
+        all.sort_by_key(|bounded| bounded.index);
+        all.into_iter().map(|bounded| &bounded.zone)
     }
 
     /// Returns true if a UAV may be at a position: outside every keep-out zone and inside every keep-in zone. On an
@@ -173,7 +192,7 @@ impl Geofence {
     /// Zone of an index.
     #[cfg_attr(feature = "research", visibility::make(pub))]
     pub(crate) fn zone(&self, number: usize) -> Option<&Zone> {
-        self.zones.iter().find(|bounded| bounded.number == number).map(|bounded| &bounded.zone)
+        self.zones.iter().find(|bounded| bounded.index == number).map(|bounded| &bounded.zone)
     }
 
     /// Zones that bind a UAV with altitudes between two, m: all keep-in zones, and the keep-out zones that have such an
@@ -194,7 +213,7 @@ impl Geofence {
 
     /// Indices of the zones that forbid a position, ascending.
     pub(crate) fn violated_zones(&self, at: Position) -> impl Iterator<Item = usize> {
-        self.zones.iter().filter(move |bounded| bounded.is_violated(at)).map(|bounded| bounded.number)
+        self.unions().filter(move |parts| is_violated(parts, at)).map(|parts| parts[0].number)
     }
 
     /// Indices of the zones of a set that forbid a position, ascending.
@@ -206,11 +225,14 @@ impl Geofence {
     /// the band of a keep-in zone, the aircraft violates it.
     #[cfg_attr(feature = "research", visibility::make(pub))]
     pub(crate) fn violated_zones_between(&self, at: Position, altitudes_m: [f64; 2]) -> impl Iterator<Item = usize> {
-        let violated = self.zones.iter().filter(move |bounded| match bounded.zone.kind {
-            ZoneKind::KeepOut => bounded.zone.binds(altitudes_m) && bounded.is_violated(at),
-            ZoneKind::KeepIn => !bounded.zone.has_altitudes(altitudes_m) || bounded.is_violated(at),
+        let violated = self.unions().filter(move |parts| {
+            let zone = &parts[0].zone;
+            match zone.kind {
+                ZoneKind::KeepOut => zone.binds(altitudes_m) && is_violated(parts, at),
+                ZoneKind::KeepIn => !zone.has_altitudes(altitudes_m) || is_violated(parts, at),
+            }
         });
-        violated.map(|bounded| bounded.number)
+        violated.map(|parts| parts[0].number)
     }
 
     /// Indices of the zones that bind an aircraft with altitudes between two, m, and whose outline the straight line
@@ -218,9 +240,10 @@ impl Geofence {
     #[cfg_attr(feature = "research", visibility::make(pub))]
     pub(crate) fn crosses(&self, from: Position, to: Position, altitudes_m: [f64; 2]) -> impl Iterator<Item = usize> {
         let reach_m = from.distance_m(to) + SAME_M;
-        let near = move |bounded: &&Bounded| bounded.zone.binds(altitudes_m) && bounded.is_near(from, reach_m);
+        let near = move |bounded: &Bounded| bounded.zone.binds(altitudes_m) && bounded.is_near(from, reach_m);
         let meets = move |side: Side| squared_between_m2((from, to), (side.from, side.to)) == 0.0;
-        self.zones.iter().filter(near).filter(move |bounded| bounded.sides().any(meets)).map(|bounded| bounded.number)
+        let crossed = move |bounded: &Bounded| near(bounded) && bounded.sides().any(meets);
+        self.unions().filter(move |parts| parts.iter().any(crossed)).map(|parts| parts[0].number)
     }
 
     /// All sides closer to a position than `reach_m`.
@@ -234,6 +257,45 @@ impl Geofence {
     #[cfg_attr(feature = "research", visibility::make(pub))]
     pub(crate) fn has_side_near(&self, at: Position, reach_m: f64) -> bool {
         self.sides_near(at, reach_m).next().is_some()
+    }
+
+    /// The zones, or parts of them, that count. They keep their indices.
+    pub(crate) fn only(&self, counts: impl Fn(&Zone) -> bool) -> Self {
+        Self { zones: self.zones.iter().filter(|bounded| counts(&bounded.zone)).cloned().collect() }
+    }
+
+    /// Signed distance from a position to the edge of what the zones allow, m; negative outside. Infinite without zones.
+    pub(crate) fn room_at_m(&self, at: Position) -> f64 {
+        let inward_m = |bounded: &Bounded| {
+            let distances_m2 = bounded.sides().map(|side| squared_to_side_m2(at, side.from, side.to));
+            let distance_m = distances_m2.fold(f64::INFINITY, f64::min).sqrt();
+            if bounded.zone.contains(at) { distance_m } else { -distance_m }
+        };
+        let room_m = |parts: &[Bounded]| {
+            let inward_m = parts.iter().map(inward_m).fold(f64::NEG_INFINITY, f64::max);
+            if parts[0].zone.kind == ZoneKind::KeepIn { inward_m } else { -inward_m }
+        };
+        self.unions().map(room_m).fold(f64::INFINITY, f64::min)
+    }
+
+    /// The smallest box around all positions that every keep-in zone contains, as two corners; `None` if there is no
+    /// keep-in zone.
+    pub(crate) fn keep_in_box(&self) -> Option<[Position; 2]> {
+        let boxes = self.unions().filter(|parts| parts[0].zone.kind == ZoneKind::KeepIn).map(|parts| {
+            let ends = |of: fn(&Bounded) -> Position, pick: fn(f64, f64) -> f64| {
+                let corners = parts.iter().map(of);
+                corners
+                    .reduce(|a, b| Position::from_m(pick(a.x_m(), b.x_m()), pick(a.y_m(), b.y_m())))
+                    .unwrap_or_default()
+            };
+            [ends(|part| part.low, f64::min), ends(|part| part.high, f64::max)]
+        });
+        boxes.reduce(|a, b| {
+            let of = |one: Position, other: Position, pick: fn(f64, f64) -> f64| {
+                Position::from_m(pick(one.x_m(), other.x_m()), pick(one.y_m(), other.y_m()))
+            };
+            [of(a[0], b[0], f64::max), of(a[1], b[1], f64::min)]
+        })
     }
 
     /// All sides of all zones.
@@ -351,7 +413,46 @@ impl Bounded {
             low = (low.0.min(at.x_m()), low.1.min(at.y_m()));
             high = (high.0.max(at.x_m()), high.1.max(at.y_m()));
         }
-        Ok(Self { number, zone, low: Position::from_m(low.0, low.1), high: Position::from_m(high.0, high.1) })
+        Ok(Self {
+            index: number,
+            number,
+            zone,
+            low: Position::from_m(low.0, low.1),
+            high: Position::from_m(high.0, high.1),
+        })
+    }
+
+    /// Makes this a part of the zone with the index `first`, which is among the `earlier` ones.
+    fn join(&mut self, earlier: &[Self], first: usize) -> Result<(), GeofenceError> {
+        let error = |reason: String| {
+            Err(GeofenceError {
+                zone: Some(self.index),
+                vertex: None,
+                position: format!("zone {}: ", self.index),
+                reason,
+            })
+        };
+        let key = |zone: &Zone| (zone.kind, zone.altitude_min_m, zone.altitude_max_m);
+        if !earlier.iter().any(|of| of.index == first && of.number == first && key(&of.zone) == key(&self.zone)) {
+            let what =
+                "must be the index of an earlier zone of the same kind, floor and ceiling, which is no part itself";
+            return error(format!("part_of = {first}: {what}"));
+        }
+        let meets = |part: &&Self| {
+            let within = |one: &Self, other: &Self| other.zone.contains(one.zone.vertices[0]);
+            within(self, part) || within(part, self) || self.sides().any(|side| part.is_met_by(&side))
+        };
+        let mut others = earlier.iter().filter(|of| of.number == first && of.zone.kind == ZoneKind::KeepIn);
+        if let Some(part) = others.find(meets) {
+            return error(format!("part_of = {first}: it touches zone {}; join them to one outline", part.index));
+        }
+        self.number = first;
+        Ok(())
+    }
+
+    fn is_met_by(&self, side: &Side) -> bool {
+        let meets = |own: Side| squared_between_m2((own.from, own.to), (side.from, side.to)) <= SAME_M * SAME_M;
+        self.is_near(side.from, side.from.distance_m(side.to) + SAME_M) && self.sides().any(meets)
     }
 
     fn sides(&self) -> impl Iterator<Item = Side> {
@@ -365,10 +466,14 @@ impl Bounded {
             && at.y_m() < self.high.y_m() + reach_m
     }
 
-    fn is_violated(&self, at: Position) -> bool {
-        let contains = self.is_near(at, SAME_M) && self.zone.contains(at);
-        contains == (self.zone.kind == ZoneKind::KeepOut)
+    fn contains(&self, at: Position) -> bool {
+        self.is_near(at, SAME_M) && self.zone.contains(at)
     }
+}
+
+/// True if a zone with these parts forbids a position.
+fn is_violated(parts: &[Bounded], at: Position) -> bool {
+    parts.iter().any(|part| part.contains(at)) == (parts[0].zone.kind == ZoneKind::KeepOut)
 }
 
 /// Cross product, m2; positive if the second vector is to the left of the first.
@@ -562,5 +667,47 @@ mod tests {
         assert_eq!(crossed_at(at(0.0, 0.0), Displacement::from_m(2.0, 0.0), &side), Some(2.5));
         assert_eq!(crossed_at(at(0.0, 0.0), Displacement::from_m(-2.0, 0.0), &side), None);
         assert_eq!(crossed_at(at(0.0, 3.0), Displacement::from_m(2.0, 0.0), &side), None);
+    }
+
+    /// Two squares 100 m apart, as one zone before and after another zone.
+    #[test]
+    fn a_zone_with_several_parts_is_their_union() {
+        let square =
+            |x_m: f64| zone(ZoneKind::KeepIn, &[(x_m, 0.0), (x_m + 100.0, 0.0), (x_m + 100.0, 100.0), (x_m, 100.0)]);
+        let at = |x_m| Position::from_m(x_m, 50.0);
+        for kind in [ZoneKind::KeepIn, ZoneKind::KeepOut] {
+            let [one, other] = [square(0.0), square(200.0)].map(|square| Zone { kind, ..square });
+            let part = Zone { part_of: Some(0), ..other };
+            let far = zone(ZoneKind::KeepOut, &[(900.0, 0.0), (950.0, 0.0), (900.0, 50.0)]);
+            let geofence = Geofence::new(vec![one, far, part.clone()]).unwrap();
+            for (x_m, is_inside) in [(-50.0, false), (50.0, true), (150.0, false), (250.0, true), (350.0, false)] {
+                let is_violated = is_inside == (kind == ZoneKind::KeepOut);
+                assert_eq!(geofence.contains(at(x_m)), !is_violated, "{x_m} m");
+                let violated: Vec<usize> = geofence.violated_zones_between(at(x_m), [300.0; 2]).collect();
+                assert_eq!(violated, if is_violated { vec![0] } else { vec![] });
+                let room_m = geofence.room_at_m(at(x_m));
+                assert_eq!(room_m, if is_violated { -50.0 } else { 50.0 }, "{x_m} m");
+            }
+            assert_eq!(geofence.crosses(at(50.0), at(250.0), [300.0; 2]).collect::<Vec<_>>(), [0]);
+            assert_eq!(geofence.zones().last(), Some(&part));
+            assert_eq!(geofence.part(geofence.binding([300.0; 2])), geofence);
+        }
+    }
+
+    #[test]
+    fn a_part_must_fit_its_zone() {
+        let part = |part_of, kind, x_m: f64| {
+            let vertices = [(x_m, 0.0), (x_m + 100.0, 0.0), (x_m, 100.0)];
+            Zone { part_of, ..zone(kind, &vertices) }
+        };
+        let one = || part(None, ZoneKind::KeepIn, 0.0);
+        let error = |zones: Vec<Zone>| Geofence::new(zones).unwrap_err().to_string();
+        let expected = "zone 1: part_of = 0: must be the index of an earlier zone of the same kind";
+        assert!(error(vec![one(), part(Some(0), ZoneKind::KeepOut, 900.0)]).starts_with(expected));
+        assert!(error(vec![one(), part(Some(1), ZoneKind::KeepIn, 900.0)]).contains("part_of = 1: must be"));
+        let touching = "zone 1: part_of = 0: it touches zone 0; join them to one outline";
+        assert_eq!(error(vec![one(), part(Some(0), ZoneKind::KeepIn, 100.0)]), touching);
+        assert_eq!(error(vec![one(), part(Some(0), ZoneKind::KeepIn, 20.0)]), touching);
+        assert!(Geofence::new(vec![one(), part(Some(0), ZoneKind::KeepIn, 101.0)]).is_ok());
     }
 }

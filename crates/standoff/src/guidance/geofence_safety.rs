@@ -105,28 +105,25 @@ impl Geofence {
     }
 }
 
+impl Geofence {
+    /// Returns the radius of the largest circle inside all keep-in zones, m, and the radius that a UAV needs, m, if the
+    /// first is smaller. It is negative if no position is inside all of them.
+    #[cfg_attr(feature = "research", visibility::make(pub))]
+    pub(crate) fn lacking_room(&self, uav: &UavParams, period: Duration) -> Option<[f64; 2]> {
+        let required_m = required_room_m(uav, period.s());
+        self.lacking_room_m(required_m).map(|found_m| [found_m, required_m])
+    }
+}
+
 impl GeofenceSafety {
     pub(crate) fn new(geofence: Geofence, uav: UavParams, period_s: f64) -> Self {
         let turn_max = uav.turn_rate_max_rad_s;
-        let pieces = |time_s: f64| (time_s * turn_max / TURN_STEP_RAD).ceil().clamp(1.0, 200.0) as u32;
-        let lag_s = uav.speed_lag_s.max(uav.turn_rate_lag_s);
-        let (period, settling) = match uav.integrator {
-            Integrator::Exact => {
-                let settled_s = SETTLED_LAGS * lag_s;
-                (Pieces::of(period_s, pieces(period_s), &uav), Pieces::of(settled_s, pieces(settled_s), &uav))
-            }
-            // Whole periods, with straight flight in each.
-            Integrator::Euler => {
-                let periods = (3.0 * SETTLED_LAGS * lag_s / period_s).ceil().clamp(1.0, 200.0);
-                (Pieces::of(period_s, 1, &uav), Pieces::of(periods * period_s, periods as u32, &uav))
-            }
-        };
-        let sagitta_m = |piece_s: f64| uav.speed_max_m_s() * piece_s * turn_max * piece_s / 8.0;
+        let (period, settling) = pieces(&uav, period_s);
         let settled_s = settling.piece_s * f64::from(settling.count);
         let circle_m = 2.0 * uav.speed_max_m_s() / turn_max;
         Self {
             detours: DetourPlanner::of(geofence, uav),
-            margin_m: MARGIN_M + sagitta_m(period.piece_s).max(sagitta_m(settling.piece_s)),
+            margin_m: margin_m(&uav, &[&period, &settling]),
             reach_m: uav.speed_max_m_s() * (period_s + settled_s) + circle_m + 2.0 * MARGIN_M,
             uav,
             period,
@@ -210,14 +207,7 @@ impl GeofenceSafety {
             return closest;
         }
         let sense = if command.turn_rate_rad_s < 0.0 { -1.0 } else { 1.0 };
-        // Euler steps form a polygon; its corners are on the circle.
-        let (radius_m, lean_rad) = match self.uav.integrator {
-            Integrator::Exact => (end.speed_m_s / end.turn_rate_rad_s.abs(), 0.0),
-            Integrator::Euler => {
-                let lean_rad = (0.5 * end.turn_rate_rad_s.abs() * self.period.piece_s).clamp(1e-6, 1.5);
-                (0.5 * end.speed_m_s * self.period.piece_s / math::sin(lean_rad), lean_rad)
-            }
-        };
+        let (radius_m, lean_rad) = circle(&self.uav, end.speed_m_s, end.turn_rate_rad_s.abs(), self.period.piece_s);
         let to_centre = end.heading + Angle::from_rad(sense * (0.5 * PI - lean_rad));
         let centre = end.position + Displacement::from_polar(radius_m, to_centre);
         for side in sides {
@@ -268,6 +258,50 @@ impl GeofenceSafety {
         }
         furthest_m
     }
+}
+
+/// Radius of the circle that a UAV flies with a constant turn rate, m, and how far its heading leans out of the tangent,
+/// rad. Euler steps of `step_s` form a polygon; its corners are on the circle.
+fn circle(uav: &UavParams, speed_m_s: f64, turn_rate_rad_s: f64, step_s: f64) -> (f64, f64) {
+    match uav.integrator {
+        Integrator::Exact => (speed_m_s / turn_rate_rad_s, 0.0),
+        Integrator::Euler => {
+            let lean_rad = (0.5 * turn_rate_rad_s * step_s).clamp(1e-6, 1.5);
+            (0.5 * speed_m_s * step_s / math::sin(lean_rad), lean_rad)
+        }
+    }
+}
+
+/// Radius of the free circle that a UAV needs to fly in circles at its lowest speed forever, clear of every outline, m.
+pub(crate) fn required_room_m(uav: &UavParams, period_s: f64) -> f64 {
+    let (period, settling) = pieces(uav, period_s);
+    let speed_m_s = uav.speed_m_s - uav.speed_change_max_m_s;
+    let (radius_m, _) = circle(uav, speed_m_s, uav.turn_rate_max_rad_s, period.piece_s);
+    radius_m + margin_m(uav, &[&period, &settling])
+}
+
+/// One period, and the time until a manoeuvre is a circle.
+fn pieces(uav: &UavParams, period_s: f64) -> (Pieces, Pieces) {
+    let turn_max = uav.turn_rate_max_rad_s;
+    let pieces = |time_s: f64| (time_s * turn_max / TURN_STEP_RAD).ceil().clamp(1.0, 200.0) as u32;
+    let lag_s = uav.speed_lag_s.max(uav.turn_rate_lag_s);
+    match uav.integrator {
+        Integrator::Exact => {
+            let settled_s = SETTLED_LAGS * lag_s;
+            (Pieces::of(period_s, pieces(period_s), uav), Pieces::of(settled_s, pieces(settled_s), uav))
+        }
+        // Whole periods, with straight flight in each.
+        Integrator::Euler => {
+            let periods = (3.0 * SETTLED_LAGS * lag_s / period_s).ceil().clamp(1.0, 200.0);
+            (Pieces::of(period_s, 1, uav), Pieces::of(periods * period_s, periods as u32, uav))
+        }
+    }
+}
+
+/// Clearance of path points from outlines, m, that covers the deviation of the path between two points.
+fn margin_m(uav: &UavParams, paths: &[&Pieces]) -> f64 {
+    let sagitta_m = |path: &&Pieces| uav.speed_max_m_s() * path.piece_s * uav.turn_rate_max_rad_s * path.piece_s / 8.0;
+    MARGIN_M + paths.iter().map(sagitta_m).fold(0.0, f64::max)
 }
 
 /// State after holding a command, and its closest approach to the sides. Stops at a point nearer than `least_m2`.

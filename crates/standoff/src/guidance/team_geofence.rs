@@ -6,7 +6,9 @@ use std::sync::Arc;
 use crate::guidance::geofence::{Geofence, ZoneSet};
 use crate::guidance::geofence_safety::GeofenceSafety;
 use crate::params::TeamParams;
+use crate::time::Duration;
 use crate::uav::UavId;
+use crate::validation::{Allowed, ParamError};
 
 /// Maximum number of safety functions that are kept. Teams need about one per altitude; UAVs that climb through many
 /// zones need more for a short time.
@@ -21,15 +23,22 @@ pub(crate) struct TeamGeofence {
 }
 
 impl TeamGeofence {
-    /// Returns `None` without zones.
-    pub(crate) fn new(zones: Geofence, params: &TeamParams) -> Option<Self> {
+    /// Returns `None` without zones, and an error if a UAV cannot circle in the intersection of the keep-in zones.
+    pub(crate) fn new(zones: Geofence, params: &TeamParams) -> Result<Option<Self>, Vec<ParamError>> {
         if zones.is_empty() {
-            return None;
+            return Ok(None);
+        }
+        if let Some([found_m, required_m]) = zones.lacking_room(&params.uav, Duration::from_s(params.log.period_s)) {
+            let allowed = Allowed::at_least(required_m).with_reason(
+                "the largest circle inside all keep-in zones must contain the tightest circle at the lowest speed, 5 m from \
+                 their outlines",
+            );
+            return Err(vec![ParamError { path: "geofence.room_m".to_owned(), value: found_m, allowed }]);
         }
         let mut geofence = Self { zones, safety: Vec::new() };
         // Building a safety function takes longer than a decision, so the most probable one is built before the flight.
         geofence.safety(params.altitudes_m(UavId(0), None), params);
-        Some(geofence)
+        Ok(Some(geofence))
     }
 
     /// Safety function of a UAV with altitudes between two, m; `None` if no zone binds it.
@@ -54,7 +63,7 @@ impl TeamGeofence {
 mod tests {
     use super::*;
     use crate::frame::Position;
-    use crate::guidance::geofence::Zone;
+    use crate::guidance::geofence::{Zone, ZoneKind};
     use crate::params::{AltitudePolicy, ClimbParams, LinkModel};
     use crate::uav::Vertical;
 
@@ -92,19 +101,19 @@ mod tests {
     #[test]
     fn a_uav_is_bound_by_the_zones_at_its_own_altitude() {
         let params = params(AltitudePolicy::PerUav);
-        let mut geofence = TeamGeofence::new(towers(5), &params).unwrap();
+        let mut geofence = TeamGeofence::new(towers(5), &params).unwrap().unwrap();
         // UAV 0 flies at 300 m, UAV 1 at 350 m, UAV 2 at 400 m, UAV 4 above all zones.
         for (uav, expected) in [(0, vec![3]), (1, vec![3]), (2, vec![4]), (4, vec![])] {
             assert_eq!(bound(&mut geofence, &params, uav, None), expected, "UAV {uav}");
         }
         assert_eq!(geofence.safety.len(), 2, "UAVs at altitudes with the same zones share a safety function");
-        assert!(TeamGeofence::new(Geofence::default(), &params).is_none());
+        assert!(TeamGeofence::new(Geofence::default(), &params).unwrap().is_none());
     }
 
     #[test]
     fn a_uav_that_can_change_groups_is_bound_by_the_zones_at_all_their_altitudes() {
         let mut params = params(AltitudePolicy::PerGroup);
-        let mut geofence = TeamGeofence::new(towers(5), &params).unwrap();
+        let mut geofence = TeamGeofence::new(towers(5), &params).unwrap().unwrap();
         assert_eq!(bound(&mut geofence, &params, 0, None), [3, 4]);
         params.uav.climb = Some(ClimbParams { altitude_max_m: 399.0, ..ClimbParams::default() });
         assert_eq!(bound(&mut geofence, &params, 0, None), [3]);
@@ -118,7 +127,7 @@ mod tests {
     fn a_climbing_uav_is_bound_by_the_zones_on_its_way() {
         let mut params = params(AltitudePolicy::Common);
         params.uav.climb = Some(ClimbParams { lag_s: 2.0, ..ClimbParams::default() });
-        let mut geofence = TeamGeofence::new(towers(5), &params).unwrap();
+        let mut geofence = TeamGeofence::new(towers(5), &params).unwrap().unwrap();
         let mut at = |altitude_m, climb_rate_m_s| {
             bound(&mut geofence, &params, 0, Some(Vertical { altitude_m, climb_rate_m_s }))
         };
@@ -134,7 +143,7 @@ mod tests {
     #[test]
     fn the_number_of_kept_safety_functions_is_limited() {
         let params = params(AltitudePolicy::Common);
-        let mut geofence = TeamGeofence::new(towers(100), &params).unwrap();
+        let mut geofence = TeamGeofence::new(towers(100), &params).unwrap().unwrap();
         for altitude_m in (400..4000).step_by(50) {
             let altitudes_m =
                 params.altitudes_m(UavId(0), Some(Vertical { altitude_m: altitude_m.into(), climb_rate_m_s: 0.0 }));
@@ -143,5 +152,20 @@ mod tests {
             assert_eq!(sides, 3 * (altitude_m / 100 - 2) as usize, "{altitude_m}");
         }
         assert_eq!(geofence.safety.len(), KEPT_MAX);
+    }
+    /// Table I: 25 m/s and 0.3 rad/s.
+    #[test]
+    fn a_keep_in_zone_without_room_for_a_turning_circle_is_refused() {
+        let params = TeamParams::recommended();
+        let square = |half_m: f64| {
+            let vertices = [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)];
+            let vertices = vertices.map(|(x, y)| Position::from_m(x * half_m, y * half_m)).into();
+            let zone = Zone { kind: ZoneKind::KeepIn, vertices, ..Zone::default() };
+            TeamGeofence::new(Geofence::new(vec![zone]).unwrap(), &params).map(|_| ())
+        };
+        // 25 / 0.3 = 83.3 m, the margin of 5 m, and the deviation of an arc from its chord.
+        assert_eq!(square(89.0), Ok(()));
+        let error = square(88.0).unwrap_err()[0].to_string();
+        assert!(error.starts_with("geofence.room_m = 88: must be at least 88."), "{error}");
     }
 }

@@ -37,6 +37,8 @@ pub(crate) struct MessageLog {
     teammate_timeout: i64,
     degraded_hold: i64,
     pub(super) own: UavId,
+    /// Maximum range that a sensor can report, m.
+    range_max_m: f64,
     /// Time step of the first row.
     pub(super) first: i64,
     time_steps: VecDeque<StepMessages>,
@@ -70,6 +72,7 @@ impl MessageLog {
             teammate_timeout: periods(params.teammate_timeout_s).max(1),
             degraded_hold: periods(DEGRADED_HOLD_S),
             own,
+            range_max_m: params.track.sensor.reported_range_max_m(),
             first: 0,
             time_steps: VecDeque::new(),
             spare: Vec::new(),
@@ -248,10 +251,12 @@ impl MessageLog {
         if !self.has_room_for(uav) {
             return Insert::Rejected;
         }
+        let range_max_m = self.range_max_m;
         let Some(row) = self.messages_mut(step) else { return Insert::Rejected };
-        let put = row.put(report_view);
+        let put = row.put(report_view, range_max_m);
         if matches!(put, Insert::Added | Insert::Replaced) {
             self.changed_from = self.changed_from.min(step);
+            self.rejected.count_beyond(report_view.scan.detections, range_max_m);
         }
         if put != Insert::Rejected {
             self.note(MessageSource::Uav(uav), step);

@@ -12,6 +12,7 @@ use crate::state_update::TeamStateUpdater;
 use crate::step_messages::{Insert, ReportView};
 use crate::time::Time;
 use crate::uav::UavId;
+use crate::validation::ParamError;
 
 /// Message log and team states of an agent, and the exchange with its teammates that keeps them equal.
 #[derive(Debug, Clone)]
@@ -51,8 +52,8 @@ impl Replica {
         }
     }
 
-    pub(crate) fn with_geofence(self, geofence: Geofence) -> Self {
-        Self { history: self.history.with_geofence_zones(geofence), ..self }
+    pub(crate) fn with_geofence(self, geofence: Geofence) -> Result<Self, Vec<ParamError>> {
+        Ok(Self { history: self.history.with_geofence_zones(geofence)?, ..self })
     }
 
     /// Clears everything except the counters of rejected messages, and restarts at time step `first`.
@@ -94,8 +95,7 @@ impl Replica {
 
     /// Number of messages that were rejected so far.
     pub(crate) fn rejected(&self) -> Rejected {
-        let rejected = self.log.rejected;
-        Rejected { implausible: rejected.implausible.saturating_add(self.history.newest().implausible), ..rejected }
+        self.log.rejected.with(self.history.newest())
     }
 
     /// Appends this UAV's report to the log and composes the messages to send. Returns false if the report is malformed.
@@ -116,7 +116,7 @@ impl Replica {
             (message, log.messages(now).and_then(|messages| messages.report_of(own.uav)))
         {
             (report.uav, (report.restart_count, report.sequence)) = (own.uav, own.order);
-            (report.time, report.state, report.boresight) = (logged.time, *own.state, own.scan.boresight);
+            (report.time, report.state, report.boresight) = (logged.time, *own.state, logged.boresight);
             (report.assigned_group, report.is_leaving) = (own.assigned_group, own.is_leaving);
             report.detections.clone_from(&logged.detections);
             let log_status = report.log_status.get_or_insert_default();

@@ -12,6 +12,7 @@ use crate::message_log::log::MessageLog;
 use crate::state_update::TeamStateUpdater;
 use crate::team_state::TeamState;
 use crate::time::Duration;
+use crate::validation::ParamError;
 
 /// Interval at which digests of committed time steps are kept, in time steps; the same for all agents.
 const DIGEST_EVERY: i64 = 16;
@@ -70,8 +71,8 @@ impl TeamStateHistory {
         history
     }
 
-    pub(crate) fn with_geofence_zones(self, geofence: Geofence) -> Self {
-        Self { updater: self.updater.with_geofence_zones(geofence), ..self }
+    pub(crate) fn with_geofence_zones(self, geofence: Geofence) -> Result<Self, Vec<ParamError>> {
+        Ok(Self { updater: self.updater.with_geofence_zones(geofence)?, ..self })
     }
 
     /// Restarts the history at time step `first`.

@@ -2,11 +2,12 @@
 
 use super::StepInput;
 use crate::coordination::event::{Event, EventKind};
-use crate::coordination::teammate::Teammate;
+use crate::coordination::teammate::{PROBATION_S, Teammate};
 use crate::frame::Position;
-use crate::message::TEAM_MAX;
+use crate::message::{TEAM_AREA_M, TEAM_MAX};
 use crate::params::TeamParams;
 use crate::team_state::TeamState;
+use crate::time::Duration;
 use crate::uav::UavId;
 
 /// Maximum position jump that is accepted as a correction by a UAV's navigation filter, m.
@@ -15,7 +16,8 @@ const JUMP_M: f64 = 100.0;
 impl TeamState {
     /// Computes the team: all UAVs received within the teammate timeout, with their previous groups. The report of a
     /// UAV whose position is not reachable from its last one is ignored; if the UAV stays there, it counts as new once
-    /// the old state has timed out.
+    /// the old state has timed out. A new UAV must be within [`TEAM_AREA_M`] of a UAV of the team or, if there is none,
+    /// of half of the UAVs that report.
     pub(super) fn gather_team(
         &mut self,
         previous: &TeamState,
@@ -31,6 +33,14 @@ impl TeamState {
             position.squared_distance_m2(teammate.last_report.position) <= reach_m * reach_m
         };
         let reports = input.messages.reports();
+        let is_near = |one: Position, other: Position| one.squared_distance_m2(other) <= TEAM_AREA_M * TEAM_AREA_M;
+        let could_join = |position: Position| match &previous.teammates[..] {
+            [] => {
+                let near = reports.iter().filter(|report| is_near(position, report.state.position)).count();
+                2 * near >= reports.len()
+            }
+            team => team.iter().any(|teammate| is_near(position, teammate.state.position)),
+        };
         let mut room = TEAM_MAX - reports.len();
         let carry_on = |teammates: &[Teammate], team: &mut Vec<Teammate>, room: &mut usize| {
             for teammate in teammates.iter().filter(|teammate| teammate.is_recent(input.now, lease)).take(*room) {
@@ -48,15 +58,23 @@ impl TeamState {
                 teammates = others;
             }
             let last_state = teammates.first().filter(|teammate| teammate.uav == report.uav);
-            if last_state.is_some_and(|teammate| {
-                teammate.is_recent(input.now, lease) && !could_be_at(teammate, report.state.position)
-            }) {
+            let is_plausible = match last_state.filter(|teammate| teammate.is_recent(input.now, lease)) {
+                Some(teammate) => could_be_at(teammate, report.state.position),
+                None => could_join(report.state.position),
+            };
+            if !is_plausible {
                 implausible.push(report.uav);
                 room += 1;
                 continue;
             }
             teammates = &teammates[usize::from(last_state.is_some())..];
-            self.teammates.push(Teammate::from_report(report, last_state.and_then(|teammate| teammate.group)));
+            let starts_tracks_from = match last_state {
+                Some(teammate) => teammate.starts_tracks_from,
+                None if previous.teammates.is_empty() => input.now,
+                None => input.now + Duration::from_s(PROBATION_S),
+            };
+            let group = last_state.and_then(|teammate| teammate.group);
+            self.teammates.push(Teammate::from_report(report, group, starts_tracks_from));
         }
         carry_on(teammates, &mut self.teammates, &mut room);
     }

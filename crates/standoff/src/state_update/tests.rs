@@ -21,7 +21,7 @@ fn assignment_starts_from_the_reported_assignments() {
         for uav in 0..uavs {
             let report =
                 Report { assigned_group: assignment(uav), ..Report::position_only(UavId(uav), at(step), state) };
-            row.put(ReportView::of(&report));
+            row.put(ReportView::of(&report), f64::INFINITY);
         }
         for number in (0..4).filter(|_| step == 0) {
             // Both groups look the same from the middle.

@@ -68,6 +68,19 @@ impl Contribution {
         })
     }
 
+    /// Returns the squared distance of the measured position from a predicted one, in standard deviations of their
+    /// difference. `covariance` is that of the prediction, m2. Zero for a contribution without information.
+    ///
+    /// Let I be the information and `y = i - I x` that of the innovation. The measured position then differs from x by
+    /// `I^-1 y` and has the covariance `I^-1`, so that the squared distance is `y' (I P I + I)^-1 y`.
+    pub(crate) fn squared_distance(&self, predicted: Position, covariance: &Matrix2<f64>) -> f64 {
+        let innovation = self.vector - self.information * predicted.vector();
+        let sum = self.information * covariance * self.information + self.information;
+        let determinant = sum[(0, 0)] * sum[(1, 1)] - sum[(0, 1)] * sum[(1, 0)];
+        let adjugate = Matrix2::new(sum[(1, 1)], -sum[(0, 1)], -sum[(1, 0)], sum[(0, 0)]);
+        if determinant > 0.0 { innovation.dot(&(adjugate * innovation)) / determinant } else { 0.0 }
+    }
+
     /// This contribution with a weight: the probability that it is of the target.
     pub(crate) fn weighted(self, weight: f64) -> Contribution {
         Contribution { information: self.information * weight, vector: self.vector * weight }

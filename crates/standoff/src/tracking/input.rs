@@ -1,7 +1,7 @@
 //! Input of the tracker for one time step: scans and cues.
 
 use crate::frame::Position;
-use crate::message::{Cue, Detection, Report};
+use crate::message::{Cue, Detection, Report, TEAM_AREA_M};
 use crate::params::{SensorParams, TrackParams};
 use crate::sensor::RangeBearingMeasurement;
 use crate::target::Transition;
@@ -44,6 +44,8 @@ pub(crate) struct Scans<'a> {
     pub(crate) reports: &'a [Report],
     /// UAVs whose reports do not count; usually empty.
     pub(crate) implausible: &'a [UavId],
+    /// UAVs whose detections start no tracks; usually empty.
+    pub(crate) newcomers: &'a [UavId],
 }
 
 impl<'a> Scans<'a> {
@@ -52,6 +54,16 @@ impl<'a> Scans<'a> {
         let implausible = self.implausible;
         let counts = move |report: &Report| implausible.is_empty() || !implausible.contains(&report.uav);
         self.reports.iter().enumerate().filter(move |(_, report)| counts(report))
+    }
+
+    /// True if the detections of a UAV start tracks.
+    pub(super) fn starts_tracks(&self, uav: UavId) -> bool {
+        self.newcomers.is_empty() || !self.newcomers.contains(&uav)
+    }
+
+    /// UAV that made a detection.
+    pub(super) fn uav(&self, index: DetectionIndex) -> UavId {
+        self.reports[index.report].uav
     }
 
     /// Track that a detection with label belongs to; `None` without label.
@@ -89,6 +101,12 @@ impl<'a> Scans<'a> {
         Some((ScanModel::new(self.sensor, self.pose_error, &self.reports[index.report])?, detection))
     }
 
+    /// True if a UAV is within the team's area around the position, or if no UAV has reported.
+    pub(crate) fn reach(&self, position: Position) -> bool {
+        let mut distances_m = self.plausible().map(|(_, report)| report.state.position.distance_m(position)).peekable();
+        distances_m.peek().is_none() || distances_m.any(|distance_m| distance_m <= TEAM_AREA_M)
+    }
+
     /// True if a sensor had the position in view, with a clearance to the edge of its field of view, m.
     pub(crate) fn have_in_view(&self, position: Position, clearance_m: f64) -> bool {
         self.plausible().any(|(_, report)| {
@@ -100,7 +118,7 @@ impl<'a> Scans<'a> {
 }
 
 /// Place of a detection: the index of its report in [`Scans::reports`], and its own index in the report.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) struct DetectionIndex {
     pub(super) report: usize,
     pub(super) detection: usize,

@@ -14,6 +14,10 @@ use crate::time::{Duration, Time};
 use crate::tracking::information_filter::{Contribution, Estimate, InformationFilter, is_well_posed};
 use crate::tracking::near_update::NearMeasurement;
 
+/// Time for which a track resists measurements beyond the gate, s: longer than a sensor, a navigation filter or a message
+/// is usually wrong.
+const DOUBT_MAX_S: f64 = 6.0;
+
 impl TrackParams {
     /// Discretises the target model of the tracks for a time step of `dt`.
     ///
@@ -297,6 +301,23 @@ impl Track {
         };
     }
 
+    /// Coasts through a time step in which all measurements of the target were beyond the gate. They do not show that the
+    /// target has gone. If this continues for [`DOUBT_MAX_S`], the track is wrong and restarts from them.
+    #[cold]
+    pub(crate) fn doubt(
+        &mut self,
+        dt: Duration,
+        measurements: impl IntoIterator<Item = (Position, RangeBearingMeasurement)>,
+        params: &TrackParams,
+    ) {
+        let missed = self.missed + dt;
+        let restarted = Self::from_measurements(self.id, measurements, params).filter(|_| missed.s() > DOUBT_MAX_S);
+        *self = restarted.unwrap_or(Self { missed, status: TrackStatus::Coasting, ..*self });
+        if self.estimate().position_sd_max_m() > params.deletion_position_sd_m {
+            self.status = TrackStatus::Lost(LossReason::TooUncertain);
+        }
+    }
+
     #[cfg(test)]
     pub(crate) fn give_up(&mut self) {
         self.status = TrackStatus::Lost(LossReason::UnseenInView);
@@ -445,5 +466,22 @@ mod tests {
             track = advanced(&track, &[], true);
         }
         assert_eq!(track.status, TrackStatus::Lost(LossReason::UnseenInView));
+    }
+
+    #[test]
+    fn a_track_resists_measurements_beyond_the_gate_for_six_seconds() {
+        let params = crate::TeamParams::paper().track;
+        let measured = |range_m| [(Position::ORIGIN, RangeBearingMeasurement { range_m, bearing: crate::Angle::ZERO })];
+        let mut track = Track::from_measurements(TrackId(1), measured(400.0), &params).unwrap();
+        let mut doubt = |after: &str| {
+            track.doubt(Duration::from_s(0.5), measured(900.0), &params);
+            let place_m = track.estimate().state.position().x_m().round();
+            assert!(!track.is_lost(), "{after}");
+            (place_m, track.status)
+        };
+        for step in 1..=12 {
+            assert_eq!(doubt("before"), (400.0, TrackStatus::Coasting), "step {step}");
+        }
+        assert_eq!(doubt("after"), (900.0, TrackStatus::Updated));
     }
 }

@@ -1,14 +1,25 @@
 //! Tracker: advances all tracks by one time step.
 
+use nalgebra::Matrix2;
+
 use crate::time::Duration;
 use crate::tracking::association::{Association, associate};
 use crate::tracking::gaussian::Gaussian;
 use crate::tracking::information_filter::{Contribution, Estimate};
-use crate::tracking::input::{Scans, TrackerInput};
+use crate::tracking::input::{DetectionIndex, Scans, TrackerInput};
 use crate::tracking::near_update::NearMeasurement;
 use crate::tracking::track::{Track, TrackChange, TrackChangeKind, TrackId, TrackStatus};
 use crate::tracking::track_table::{TrackRow, TrackTable};
 use crate::tracking::unlabelled::{UnlabelledTracks, UnlabelledUpdate};
+
+/// Squared distance of a measurement with label from the prediction of its track, in standard deviations, beyond which it
+/// is wrong. Normal errors reach it in one of 10^21 measurements.
+const GATE: f64 = 100.0;
+
+/// Standard deviation of the motion of targets that their model omits, m, and its rate, m/s: a vehicle changes lanes, or
+/// its speed, within a time step.
+const UNMODELLED_SD_M: f64 = 5.0;
+const UNMODELLED_SD_M_S: f64 = 5.0;
 
 /// Advances the tracks. It keeps no state between time steps, only buffers and the results of the last one.
 #[derive(Debug, Clone, Default)]
@@ -17,7 +28,9 @@ pub(crate) struct Tracker {
     /// Sum of the measurements of each track, by index.
     measured: Vec<Option<Contribution>>,
     /// Measurements from nearby, which are not in these sums, each with the index of the track.
-    near: Vec<(usize, NearMeasurement)>,
+    near: Vec<(usize, DetectionIndex, NearMeasurement)>,
+    /// Detections beyond the gate, each with the index of its track; those of one track are in the order of the UAVs.
+    gated: Vec<(usize, DetectionIndex)>,
     unlabelled: UnlabelledUpdate,
     /// Changes in the last time step.
     pub(crate) changes: Vec<TrackChange>,
@@ -52,7 +65,7 @@ impl Tracker {
         self.take_cues(tracks, unlabelled, input);
         associate(tracks, &input.scans, &mut self.association);
         self.take_near_measurements(tracks, &input.scans);
-        self.sum_measurements(tracks, &input.scans);
+        self.sum_measurements(tracks, input);
         self.update(tracks, unlabelled, previous, input);
         self.apply_near_measurements(tracks);
         self.apply_range_rates(tracks, &input.scans);
@@ -63,8 +76,8 @@ impl Tracker {
         has_removed || self.changes.iter().any(|change| is_start(&change.kind))
     }
 
-    /// Starts a track from each cue, unless the target has a track that is not lost. A cue without label is of the target
-    /// of a track near it.
+    /// Starts a track from each cue, unless the target has a track that is not lost, or is out of reach of all UAVs. A cue
+    /// without label is of the target of a track near it.
     fn take_cues<R: TrackRow>(
         &mut self,
         tracks: &mut TrackTable<R>,
@@ -73,6 +86,10 @@ impl Tracker {
     ) {
         for cue in input.cues {
             if !tracks.get(TrackId::of_cue(cue)).is_none_or(Track::is_lost) {
+                continue;
+            }
+            if !input.scans.reach(cue.position) {
+                self.rejected += 1;
                 continue;
             }
             let Some(track) = Track::from_cue(cue, input.params, input.now) else { continue };
@@ -87,10 +104,15 @@ impl Tracker {
     }
 
     /// Linearises the measurements about the predicted position of their track and sums them, in the order of the UAVs.
+    /// Those beyond the gate are no longer associated.
     ///
     /// Implements the sums of Eq. (10), (11).
-    fn sum_measurements<R: TrackRow>(&mut self, tracks: &TrackTable<R>, scans: &Scans) {
-        let Self { association, measured, .. } = self;
+    fn sum_measurements<R: TrackRow>(&mut self, tracks: &TrackTable<R>, input: &TrackerInput) {
+        let scans = &input.scans;
+        let unmodelled_sd_m = UNMODELLED_SD_M + UNMODELLED_SD_M_S * input.transition.dt.s();
+        let unmodelled = Matrix2::from_diagonal_element(unmodelled_sd_m * unmodelled_sd_m);
+        let Self { association, measured, near, gated, .. } = self;
+        gated.clear();
         measured.clear();
         measured.resize(tracks.rows().len(), None);
         // In batches of four (SIMD). An incomplete batch is filled with copies of its last element.
@@ -110,9 +132,20 @@ impl Tracker {
                 }),
             };
             let contributions = Contribution::from_measurements(measurements, weights);
-            for ((track_index, weight, _), contribution) in batch.iter().zip(contributions) {
-                *measured[*track_index].get_or_insert_default() += contribution.weighted(*weight);
+            for ((track_index, weight, detection), contribution) in batch.iter().zip(contributions) {
+                let predicted = estimate(*track_index);
+                let covariance = predicted.position_covariance() + unmodelled;
+                if contribution.squared_distance(predicted.state.position(), &covariance) > GATE {
+                    gated.push((*track_index, *detection));
+                } else {
+                    *measured[*track_index].get_or_insert_default() += contribution.weighted(*weight);
+                }
             }
+        }
+        if !gated.is_empty() {
+            let is_gated = |detection: &DetectionIndex| gated.iter().any(|(_, of)| of == detection);
+            association.weighted.retain(|(_, _, detection)| !is_gated(detection));
+            near.retain(|(_, detection, _)| !is_gated(detection));
         }
     }
 
@@ -132,7 +165,8 @@ impl Tracker {
                     None => scans.sensor.noise_weights(),
                     Some(pose_error) => pose_error.weights(scans.sensor, uav, predicted, &prior()),
                 };
-                near.push((*track_index, NearMeasurement { uav, measurement, variances: weights.map(f64::recip) }));
+                let of_near = NearMeasurement { uav, measurement, variances: weights.map(f64::recip) };
+                near.push((*track_index, *detection, of_near));
                 *weight = 0.0;
             }
         }
@@ -146,10 +180,10 @@ impl Tracker {
         previous: &TrackTable<R>,
         input: &TrackerInput,
     ) {
-        let Self { association, measured, changes, .. } = self;
+        let Self { association, measured, gated, changes, .. } = self;
         // Tracks stay in the same order until they are removed.
         let mut olds = previous.rows().iter().map(TrackRow::track).peekable();
-        for (row, measured) in tracks.rows_mut().iter_mut().zip(measured) {
+        for (index, (row, measured)) in tracks.rows_mut().iter_mut().zip(measured).enumerate() {
             let track = row.track_mut();
             let (id, status) = (track.id, track.status);
             if unlabelled.contains(id) {
@@ -161,6 +195,10 @@ impl Tracker {
                 let detections = association.unassociated_of(id, &input.scans);
                 let reacquired = Track::from_measurements(id, detections, input.params);
                 *track = reacquired.unwrap_or(*track);
+            } else if measured.is_none() && gated.iter().any(|(of, _)| *of == index) {
+                let detections = gated.iter().filter(|(of, _)| *of == index);
+                let detections = detections.map(|(_, detection)| input.scans.measurement(*detection));
+                track.doubt(input.transition.dt, detections, input.params);
             } else {
                 // A track that a cue has just started is already at this time step.
                 let cued;
@@ -187,7 +225,7 @@ impl Tracker {
 
     /// Updates tracks with the measurements from nearby, in the order of the UAVs.
     fn apply_near_measurements<R: TrackRow>(&self, tracks: &mut TrackTable<R>) {
-        for (track_index, near) in &self.near {
+        for (track_index, _, near) in &self.near {
             let track = tracks.rows_mut()[*track_index].track_mut();
             let mut estimate = *track.estimate();
             near.apply(&mut estimate);
@@ -209,13 +247,19 @@ impl Tracker {
         }
     }
 
+    /// Number of detections beyond the gate in the last time step.
+    pub(crate) fn gated(&self) -> u32 {
+        self.gated.len() as u32
+    }
+
     /// Starts tracks from detections of targets that have none.
     fn start_unassociated<R: TrackRow>(&mut self, tracks: &mut TrackTable<R>, input: &TrackerInput) {
         let association = core::mem::take(&mut self.association);
         let scans = &input.scans;
         for of_one_target in association.unassociated.chunk_by(|a, b| scans.track_id(*a) == scans.track_id(*b)) {
             let Some(id) = scans.track_id(of_one_target[0]) else { continue };
-            let detections = of_one_target.iter().map(|index| scans.measurement(*index));
+            let detections = of_one_target.iter().filter(|index| scans.starts_tracks(scans.uav(**index)));
+            let detections = detections.map(|index| scans.measurement(*index));
             if tracks.get(id).is_none()
                 && let Some(track) = Track::from_measurements(id, detections, input.params)
             {

@@ -269,7 +269,9 @@ impl UnlabelledTracks {
             let used = &detections[..detections.len().min(DETECTIONS_MAX)];
             update.rejected += (detections.len() - used.len()) as u32;
             update.associate(&model, used);
-            update.start(&model, used, uav, input);
+            if input.scans.starts_tracks(uav) {
+                update.start(&model, used, uav, input);
+            }
         }
         self.finish(tracks, input, update, changes);
     }

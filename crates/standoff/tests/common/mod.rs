@@ -232,6 +232,14 @@ impl Team {
         (now, cues, (0..).zip(&self.states).zip(&self.pointing_target).map(scan).collect())
     }
 
+    /// Flies the results of a time step.
+    pub fn apply(&mut self, steps: &[AgentOutput], now: Time) {
+        for (index, step) in steps.iter().enumerate() {
+            (self.commands[index], self.pointing_target[index]) = (step.command, step.pointing_target);
+        }
+        self.fly(now);
+    }
+
     /// Moves the UAVs by one period under the commands of the last step.
     pub fn fly(&mut self, _now: Time) {
         let uav = TeamParams::paper().uav;

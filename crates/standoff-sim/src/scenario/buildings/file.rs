@@ -6,12 +6,13 @@ use quick_xml::events::BytesStart;
 use serde_json::Value;
 use standoff_io::bounded_input::size;
 use standoff_io::display_text::{printable, quoted};
-use standoff_io::geodesy::{LocalPlane, Origin};
+use standoff_io::geodesy::Origin;
 use standoff_io::text_source::xml::{Elements, attributes, walk};
 use standoff_io::text_source::{Fault, Position, Text, input_fault};
 use standoff_score::{BUILDING_HEIGHT_MAX_M, BUILDING_VERTICES_MAX, BUILDINGS_MAX};
 
-use super::super::polygons::{GeoJson, Rings, check_metres, place, rings};
+use super::super::earth::Earth;
+use super::super::polygons::{GeoJson, Rings, check_metres, rings};
 use super::outline::Outline;
 
 /// Maximum size of a GeoJSON text, bytes, because all of it is in memory: ten times that of the maximum number of
@@ -39,6 +40,7 @@ pub(super) struct Contents {
 /// is in the metres of the scenario.
 pub(super) fn read(mut text: Text<'_>, origin: Option<Origin>) -> Result<Contents, Fault> {
     let plane = origin.map(Origin::plane).transpose().map_err(|error| Fault::whole(error.to_string()))?;
+    let (plane, is_metric) = (plane.map(Earth::Plane), plane.is_none());
     let shapes = match text.first_byte()? {
         Some(b'<') => sumo(text, plane)?,
         Some(b'{') => geojson(text, plane.as_ref())?,
@@ -58,7 +60,7 @@ pub(super) fn read(mut text: Text<'_>, origin: Option<Origin>) -> Result<Content
             None => Fault::whole(message),
         };
         let called = format!("building {}", buildings.len());
-        if plane.is_none() {
+        if is_metric {
             check_metres(&shape.rings_m).map_err(|message| fault(format!("{called} {message}")))?;
         }
         let checked = outline.check();
@@ -132,7 +134,7 @@ fn height_of(property: impl Fn(&str) -> Option<String>) -> Option<f64> {
     of(&HEIGHTS, 1.0).or_else(|| of(&STOREYS, STOREY_M))
 }
 
-fn geojson(text: Text<'_>, plane: Option<&LocalPlane>) -> Result<ShapesOfFile, Fault> {
+fn geojson(text: Text<'_>, plane: Option<&Earth>) -> Result<ShapesOfFile, Fault> {
     let mut bytes = Vec::new();
     let read = text.in_one_piece().take(GEOJSON_MAX + 1).read_to_end(&mut bytes);
     read.map_err(|error| input_fault(None, &error))?;
@@ -156,7 +158,7 @@ fn geojson(text: Text<'_>, plane: Option<&LocalPlane>) -> Result<ShapesOfFile, F
 fn collect(
     object: &Value,
     properties: Option<&Value>,
-    plane: Option<&LocalPlane>,
+    plane: Option<&Earth>,
     shapes: &mut ShapesOfFile,
 ) -> Result<(), String> {
     let property = |key: &str| match properties?.get(key)? {
@@ -182,14 +184,14 @@ fn collect(
                 rings_m,
             })
         }),
-        GeoJson::Other => {
+        GeoJson::Other(_) => {
             shapes.others += 1;
             Ok(())
         }
     }
 }
 
-fn sumo(text: Text<'_>, plane: Option<LocalPlane>) -> Result<ShapesOfFile, Fault> {
+fn sumo(text: Text<'_>, plane: Option<Earth>) -> Result<ShapesOfFile, Fault> {
     let mut file = Sumo { plane, shapes: ShapesOfFile::default(), params: Vec::new(), poly: None };
     walk(text, &mut file)?;
     Ok(file.shapes)
@@ -197,7 +199,7 @@ fn sumo(text: Text<'_>, plane: Option<LocalPlane>) -> Result<ShapesOfFile, Fault
 
 /// State of the reader of SUMO polygons.
 struct Sumo {
-    plane: Option<LocalPlane>,
+    plane: Option<Earth>,
     shapes: ShapesOfFile,
     /// Polygon that is being read, and its parameters.
     poly: Option<ShapeOfFile>,
@@ -268,7 +270,7 @@ impl Sumo {
             let (Some(Some(x)), Some(Some(y))) = (numbers.next(), numbers.next()) else {
                 return Err(format!("{}: must be x,y", quoted(text)));
             };
-            plane.map_or(Ok([x, y]), |plane| place(y, x, plane))
+            plane.map_or(Ok([x, y]), |plane| plane.place(y, x))
         };
         let ring_m = shape.read(|text| text.split_whitespace().map(point).collect::<Result<Vec<_>, _>>())?;
         let is_building = kind.is_some_and(|kind| kind.text.starts_with("building"));

@@ -6,12 +6,13 @@
 
 use quick_xml::events::BytesStart;
 use standoff_io::display_text::quoted;
-use standoff_io::geodesy::LocalPlane;
 use standoff_io::text_source::xml::{Elements, walk};
 use standoff_io::text_source::{self, Expectation, Fault, Position};
 
-use super::super::polygons::{Rings, place};
-use super::shapes::{Contents, Found, Shape, ignored};
+use super::super::earth::Earth;
+use super::super::polygons::Rings;
+use super::file::INSTEAD;
+use super::shapes::{Contents, Found, Shape, named};
 
 /// Expected contents, for messages.
 static ZONES: Expectation = Expectation { description: "zones", formats: "KML with polygons" };
@@ -19,30 +20,28 @@ static ZONES: Expectation = Expectation { description: "zones", formats: "KML wi
 /// Maximum length of a name, bytes.
 const NAME_MAX: usize = 1_000;
 
-pub(super) fn read(bytes: &[u8], plane: &LocalPlane) -> Result<Contents, String> {
+pub(super) fn read(bytes: &[u8], earth: &Earth) -> Result<Contents, String> {
     let described = |fault: Fault| match fault.position {
         Some(position) => format!("{position}: {fault}"),
         None => fault.to_string(),
     };
     let text = text_source::text(bytes, &ZONES).map_err(described)?;
-    let mut file = Kml::new(plane);
+    let mut file = Kml::new(earth);
     walk(text, &mut file).map_err(described)?;
-    let altitudes = file.ignores_altitudes.then(|| {
+    let note = file.ignores_altitudes.then(|| {
         "ignores the altitudes of polygons, except for extruded ones with a single altitude relative to the ground"
             .to_owned()
     });
-    let notes: Vec<String> = altitudes.into_iter().chain(ignored(file.others)).collect();
-    let note = (!notes.is_empty()).then(|| notes.join("; "));
     Ok(Contents { zones: file.zones, note })
 }
 
 /// State of the reader.
 struct Kml<'a> {
-    plane: &'a LocalPlane,
+    earth: &'a Earth,
     zones: Vec<Found>,
     ignores_altitudes: bool,
-    /// Number of points and lines.
-    others: usize,
+    /// Depth of the current collection, and the index of its first zone.
+    collection: Option<(usize, usize)>,
     /// Depth and name of the current placemark.
     placemark: Option<(usize, String)>,
     /// Depth of the current polygon, and its contents.
@@ -102,7 +101,12 @@ impl Elements for Kml<'_> {
             "Placemark" => self.placemark = Some((depth, String::new())),
             "name" if self.placemark.as_ref().is_some_and(|(of, _)| of + 1 == depth) => collect(Text::Name),
             "Polygon" => self.polygon = Some((depth, Polygon::default())),
-            "Point" | "LineString" | "Track" => self.others += 1,
+            "MultiGeometry" if self.collection.is_none() => self.collection = Some((depth, self.zones.len())),
+            "Point" | "LineString" | "LinearRing" | "Track" if self.polygon.is_none() => {
+                let called = self.placemark.as_ref().map_or("", |(_, called)| called);
+                let message = format!("placemark {}is a {name}: {INSTEAD}", named(called));
+                return Err(Fault::at(start, message));
+            }
             "outerBoundaryIs" => self.is_hole = false,
             "innerBoundaryIs" => self.is_hole = true,
             "coordinates" if self.polygon.is_some() => collect(Text::Coordinates),
@@ -130,7 +134,7 @@ impl Elements for Kml<'_> {
             match (element, &mut self.polygon) {
                 (Text::Name, _) => self.placemark.iter_mut().for_each(|(_, name)| text.clone_into(name)),
                 (Text::Coordinates, Some((_, polygon))) => {
-                    ring(text, self.plane, polygon, self.is_hole).map_err(|message| Fault::at(self.start, message))?;
+                    ring(text, self.earth, polygon, self.is_hole).map_err(|message| Fault::at(self.start, message))?;
                 }
                 (Text::AltitudeMode, Some((_, polygon))) => polygon.is_relative_to_ground = text == "relativeToGround",
                 (Text::Extrude, Some((_, polygon))) => polygon.is_extruded = ["1", "true"].contains(&text),
@@ -141,22 +145,31 @@ impl Elements for Kml<'_> {
             let name = self.placemark.as_ref().map_or_else(String::new, |(_, name)| name.clone());
             self.ignores_altitudes |= polygon.ignores_altitudes();
             let band_m = [None, polygon.ceiling_m()];
-            self.zones.push(Found { name, kind: None, shape: Shape::Polygon(polygon.rings), band_m });
+            let first = self.collection.map_or(usize::MAX, |(_, first)| first);
+            // The polygons of a collection are one zone, if they have the same ceiling.
+            match self.zones.get_mut(first..).and_then(|zones| zones.iter_mut().find(|zone| zone.band_m == band_m)) {
+                Some(Found { shape: Shape::Polygons(parts), .. }) => parts.push(polygon.rings),
+                _ => {
+                    let shape = Shape::Polygons(vec![polygon.rings]);
+                    self.zones.push(Found { name, kind: None, shape, band_m });
+                }
+            }
         }
+        self.collection.take_if(|(of, _)| *of == depth);
         self.placemark.take_if(|(of, _)| *of == depth);
         Ok(())
     }
 }
 
 impl<'a> Kml<'a> {
-    fn new(plane: &'a LocalPlane) -> Self {
+    fn new(earth: &'a Earth) -> Self {
         let (text, start) = (String::new(), Position::START);
         let (placemark, polygon, collects) = (None, None, None);
         Self {
-            plane,
+            earth,
             zones: Vec::new(),
             ignores_altitudes: false,
-            others: 0,
+            collection: None,
             placemark,
             polygon,
             is_hole: false,
@@ -168,7 +181,7 @@ impl<'a> Kml<'a> {
 }
 
 /// Adds a ring of coordinates to a polygon: `longitude,latitude` or `longitude,latitude,altitude`, separated by blanks.
-fn ring(text: &str, plane: &LocalPlane, polygon: &mut Polygon, is_hole: bool) -> Result<(), String> {
+fn ring(text: &str, earth: &Earth, polygon: &mut Polygon, is_hole: bool) -> Result<(), String> {
     let mut ring = Vec::new();
     for point in text.split_whitespace() {
         let numbers: Option<Vec<f64>> = point.split(',').map(|number| number.parse().ok()).collect();
@@ -179,7 +192,7 @@ fn ring(text: &str, plane: &LocalPlane, polygon: &mut Polygon, is_hole: bool) ->
         };
         let [low_m, high_m] = polygon.altitudes_m.unwrap_or([altitude_m; 2]);
         polygon.altitudes_m = Some([low_m.min(altitude_m), high_m.max(altitude_m)]);
-        ring.push(place(lat, lon, plane)?);
+        ring.push(earth.place(lat, lon)?);
     }
     let rings = &mut polygon.rings;
     // The outline is the first ring, whatever the order in the file.

@@ -1,5 +1,7 @@
 //! Zones of a file, before they become those of a scenario.
 
+use standoff_io::display_text::quoted;
+
 use super::super::polygons::Rings;
 use super::super::schema_types::ZoneKind;
 
@@ -18,8 +20,12 @@ pub(super) type BandM = [Option<f64>; 2];
 
 #[derive(Debug)]
 pub(super) enum Shape {
-    Polygon(Rings),
-    Circle { centre_m: [f64; 2], radius_m: f64 },
+    /// The union of its parts.
+    Polygons(Vec<Rings>),
+    Circle {
+        centre_m: [f64; 2],
+        radius_m: f64,
+    },
 }
 
 /// Zones of a file, and what the user should know about them.
@@ -29,7 +35,7 @@ pub(super) struct Contents {
     pub(super) note: Option<String>,
 }
 
-/// Describes shapes that are no zones; `None` if there are none.
-pub(super) fn ignored(shapes: usize) -> Option<String> {
-    (shapes > 0).then(|| format!("ignores {shapes} of its points and lines; a zone is a polygon or a typed circle"))
+/// Name of a shape in a message, with a blank after it; empty without a name.
+pub(super) fn named(name: &str) -> String {
+    if name.is_empty() { String::new() } else { format!("{} ", quoted(name)) }
 }

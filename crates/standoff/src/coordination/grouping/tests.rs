@@ -27,7 +27,7 @@ impl World {
         let state = UavState::level_flight(Position::from_m(0.0, -400.0), Angle::ZERO, 40.0);
         let boresight = Some(Angle::from_deg(90.0));
         let report = |id| Report { boresight, ..Report::position_only(UavId(id), Time::EPOCH, state) };
-        let teammate = |id| Teammate::from_report(&report(id), None);
+        let teammate = |id| Teammate::from_report(&report(id), None, Time::EPOCH);
         let mut params = TeamParams::paper();
         params.group.handoff_margin_m = 0.0;
         // A field of view so wide that every target is always in view; the effect of the view is tested separately.
