@@ -15,7 +15,7 @@ use crate::error::Failure;
 use crate::street_traffic::Streets;
 
 /// Settings that switch a mission to the paper's law. Traffic scenarios keep their own `guidance.lead_s`.
-pub const PAPER_LAW: [&str; 17] = [
+pub const PAPER_LAW: [&str; 18] = [
     "filter.deletion_unseen_in_view_s=5",
     "filter.near_range_m=0",
     "guidance.feedforward=static-centre",
