@@ -15,7 +15,7 @@ use crate::error::Failure;
 use crate::street_traffic::Streets;
 
 /// Settings that switch a mission to the paper's law. Traffic scenarios keep their own `guidance.lead_s`.
-pub const PAPER_LAW: [&str; 18] = [
+pub const PAPER_LAW: [&str; 19] = [
     "filter.deletion_unseen_in_view_s=5",
     "filter.near_range_m=0",
     "guidance.feedforward=static-centre",
@@ -34,6 +34,7 @@ pub const PAPER_LAW: [&str; 18] = [
     "groups.removal=furthest-from-centre",
     "groups.assignment_switching_cost=0.5",
     "groups.search_lost_targets=false",
+    "separation=false",
 ];
 
 /// Settings for a margin in metres that replaces (16); it is not part of the paper's law.

@@ -109,17 +109,28 @@ fn text(event: &EventRow) -> Option<String> {
             return Some(format!("two UAVs at its altitude are {:.0} m apart", event.distance_m?));
         }
         ("avoidance", _) => {
-            let (uav, other) = match (&event.uavs[..], event.intruder) {
-                (&[uav, other], None) => (uav, format!("UAV {other}")),
-                (&[uav], Some(intruder)) => (uav, format!("intruder {intruder}")),
-                _ => return None,
-            };
+            let (uav, other) = avoidance(event)?;
             return Some(format!("UAV {uav} would have come within {:.0} m of {other}", event.distance_m?));
+        }
+        ("separation-given-up", _) => {
+            let (uav, other) = avoidance(event)?;
+            return Some(format!(
+                "no command of UAV {uav} keeps the minimum separation from {other} within the limits and the geofence"
+            ));
         }
         ("proximity-cleared", _) => "no two UAVs at its altitude are too close any more",
         _ => return None,
     };
     Some(plain.to_owned())
+}
+
+/// UAV that avoids another aircraft, and the name of that aircraft.
+fn avoidance(event: &EventRow) -> Option<(u32, String)> {
+    match (&event.uavs[..], event.intruder) {
+        (&[uav, other], None) => Some((uav, format!("UAV {other}"))),
+        (&[uav], Some(intruder)) => Some((uav, format!("intruder {intruder}"))),
+        _ => None,
+    }
 }
 
 /// Names a zone by its kind and its index.

@@ -316,6 +316,9 @@ rows! {
         pub believed_y_m: Option<f64>,
         /// Heading that it assumes, rad; null like `believed_x_m`.
         pub believed_heading_rad: Option<f64>,
+        /// True if it gives up the minimum separation from the avoided aircraft, because no command keeps it within the
+        /// limits and the geofence. It never gives up the geofence.
+        pub separation_given_up: bool,
     }
 
     /// True state of an aircraft outside the team.

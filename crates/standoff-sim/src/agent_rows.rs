@@ -85,6 +85,7 @@ pub(crate) fn uav(
         believed_x_m: believed.map(|state| state.position.x_m()),
         believed_y_m: believed.map(|state| state.position.y_m()),
         believed_heading_rad: believed.map(|state| state.heading.rad()),
+        separation_given_up: step.diagnostics.avoiding.is_some_and(|avoids| avoids.is_given_up),
     }
 }
 
@@ -169,11 +170,12 @@ fn event(event: &Event, team_state: &TeamState) -> EventRow {
     row
 }
 
-/// Creates the event of a UAV that starts to avoid another UAV or an intruder.
-pub(crate) fn avoidance(uav: UavId, avoidance: &Avoidance) -> EventRow {
+/// Creates the event of a UAV that starts to avoid another UAV or an intruder (`avoidance`), or that gives up the minimum
+/// separation from it (`separation-given-up`).
+pub(crate) fn avoidance(kind: &str, uav: UavId, avoidance: &Avoidance) -> EventRow {
     let distance_m = Some(avoidance.predicted_distance_m).filter(|metres| metres.is_finite());
     let uavs = std::iter::once(uav.0).chain(uav_of(avoidance.aircraft)).collect();
-    let (kind, intruder) = ("avoidance".to_owned(), intruder_of(avoidance.aircraft));
+    let (kind, intruder) = (kind.to_owned(), intruder_of(avoidance.aircraft));
     let mut row = EventRow { kind, uavs, intruder, distance_m, ..EventRow::default() };
     row.reason = row.reason_text();
     row

@@ -115,6 +115,8 @@ struct Uav {
     altitude_m: Option<f64>,
     /// Aircraft that it avoided last, and when.
     last_avoidance: Option<(Aircraft, Time)>,
+    /// Whether it has given up the minimum separation.
+    has_given_up: bool,
 }
 
 impl Uav {
@@ -163,6 +165,7 @@ impl<B: Controller> Mission<B> {
                 command: Command { speed_m_s: state.speed_m_s, turn_rate_rad_s: 0.0 },
                 altitude_m: None,
                 last_avoidance: None,
+                has_given_up: false,
             }
         });
         Ok(Self {
@@ -388,10 +391,14 @@ impl<B: Controller> Mission<B> {
                 let goes_on =
                     |(from, when): (Aircraft, Time)| from == avoidance.aircraft && now - when <= ONE_AVOIDANCE;
                 if !uav.last_avoidance.is_some_and(goes_on) {
-                    avoidances.push(agent_rows::avoidance(uav.id, &avoidance));
+                    avoidances.push(agent_rows::avoidance("avoidance", uav.id, &avoidance));
+                }
+                if avoidance.is_given_up && !uav.has_given_up {
+                    avoidances.push(agent_rows::avoidance("separation-given-up", uav.id, &avoidance));
                 }
                 uav.last_avoidance = Some((avoidance.aircraft, now));
             }
+            uav.has_given_up = step.diagnostics.avoiding.is_some_and(|avoidance| avoidance.is_given_up);
         }
         let Frame { tracks, tentative, groups, events, agents, .. } = &mut *frame;
         let mut beliefs = ReportedState { tracks, tentative, groups, events };

@@ -509,8 +509,10 @@ fn draws_are_keyed_by_sender_receiver_and_time() {
 #[test]
 fn radio_without_faults_changes_no_bit() {
     for name in ["paper/table-2-pair", "tour/04-two-groups", "traffic/convoy"] {
-        let set = ["radio={}", "uavs.boot_delay_s=0", "uavs.restart=[{uav=0,at_s=1e6}]"];
-        let [plain, configured] = [&[][..], &set].map(|set| load(name, set, 3));
+        // Otherwise, a radio implies another policy.
+        let common = "groups.altitude_policy=common";
+        let set = [common, "radio={}", "uavs.boot_delay_s=0", "uavs.restart=[{uav=0,at_s=1e6}]"];
+        let [plain, configured] = [&[common][..], &set].map(|set| load(name, set, 3));
         let frames = |scenario: &Scenario| {
             let controller = team_controller(
                 AgentSetup::PerUav,

@@ -56,6 +56,9 @@ fn defaults_are_the_recommended_parameters() {
     assert_ne!(team.track.target, recommended.track.target);
     team.track.target = recommended.track.target;
     team.track.sensor = recommended.track.sensor;
+    // Collision avoidance needs simulated altitudes.
+    assert_eq!(team.uav.climb, Some(standoff::ClimbParams::default()));
+    team.uav.climb = recommended.uav.climb;
     // The targets of this scenario neither manoeuvre nor stop.
     assert_eq!((team.track.manoeuvre_rate_1_s, team.track.stop_rate_1_s), (0.0, 0.0));
     team.track.manoeuvre_rate_1_s = recommended.track.manoeuvre_rate_1_s;
@@ -603,6 +606,7 @@ fn improved_scenarios_differ_from_the_paper_only_by_the_improvements() {
         "guidance.turn_rate_gain",
         "guidance.feedforward",
         "uavs.start",
+        "separation",
     ];
     fn flat(prefix: &str, table: &toml::Table, all: &mut std::collections::BTreeMap<String, toml::Value>) {
         for (key, value) in table {

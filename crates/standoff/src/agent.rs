@@ -10,7 +10,7 @@
 use crate::command_law::CommandLaw;
 use crate::guidance::geofence::Geofence;
 use crate::intruders::Intruders;
-use crate::message::{Message, Scan};
+use crate::message::{Manoeuvre, Message, Scan};
 use crate::message_log::{Replica, TeammateStatus};
 use crate::output::{AgentOutput, Observation, count};
 use crate::params::TeamParams;
@@ -78,6 +78,8 @@ pub struct Agent {
     /// Whether this UAV has reported at this time step: its state is valid and its sensor has scanned.
     has_reported: bool,
     is_leaving: bool,
+    /// Avoidance manoeuvre of the last decision.
+    manoeuvre: Option<Manoeuvre>,
 }
 
 impl Agent {
@@ -104,6 +106,7 @@ impl Agent {
             rejected_steps: None,
             has_reported: false,
             is_leaving: false,
+            manoeuvre: None,
         })
     }
 
@@ -126,7 +129,8 @@ impl Agent {
     /// As after a restart, teammates that know more send their state; without such teammates, targets have to be cued
     /// again.
     pub fn reset(&mut self) {
-        (self.now, self.off_grid, self.rejected_steps, self.has_reported) = (None, None, None, false);
+        (self.now, self.off_grid, self.rejected_steps) = (None, None, None);
+        (self.has_reported, self.manoeuvre) = (false, None);
         self.clock_error = Duration::ZERO;
         self.intruders.clear();
         self.replica.restart_at(0);
@@ -230,7 +234,8 @@ impl Agent {
         if let Some(scan) = scan.filter(|_| own.is_finite() && !self.has_reported) {
             let (uav, order, is_leaving) = (self.id, (self.restart_count, self.sequence), self.is_leaving);
             let assigned_group = self.team_state().assignment_of(uav);
-            let report = ReportView { uav, order, state: own, scan, assigned_group, is_leaving };
+            let manoeuvre = self.manoeuvre;
+            let report = ReportView { uav, order, state: own, scan, assigned_group, is_leaving, manoeuvre };
             self.has_reported = self.replica.append_report(step, report);
         }
         let known =
@@ -252,7 +257,8 @@ impl Agent {
         match message {
             // Traffic is not part of the team state.
             Message::Traffic(traffic) => {
-                self.intruders.receive(traffic, observation.time, &mut self.replica.log.rejected);
+                let rejected = &mut self.replica.log.rejected;
+                self.intruders.receive(traffic, observation.time, core::iter::once(&observation.own), rejected);
             }
             _ => self.replica.receive(message, now),
         }
@@ -274,8 +280,11 @@ impl Agent {
             team_state: self.team_state(),
             geofence_safety: geofence_safety.as_deref(),
             intruders: &self.intruders,
+            escapes: self.replica.history.updater.escapes.as_ref(),
         };
-        law.decide(observation, self.replica.rejected())
+        let output = law.decide(observation, self.replica.rejected());
+        self.manoeuvre = output.manoeuvre();
+        output
     }
 
     /// Time step of a time of this UAV's clock; `None` if it is off the grid. The first time, and one that is whole periods

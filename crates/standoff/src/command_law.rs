@@ -6,7 +6,8 @@ use crate::coordination::lost_target_search::SearchArea;
 use crate::coordination::memberships::GroupedTrack;
 use crate::frame::{Displacement, Position, Velocity};
 use crate::group_id::GroupId;
-use crate::guidance::avoidance::{Avoidance, CollisionAvoidance, OtherAircraft};
+use crate::guidance::avoidance::{Avoidance, CollisionAvoidance, DesiredCommands, OtherAircraft};
+use crate::guidance::escape::EscapeModel;
 use crate::guidance::geofence_safety::GeofenceSafety;
 use crate::guidance::heading::{Orbit, OrbitRelativeState, Steering, steer};
 use crate::guidance::phase_control::{is_in_transit, phase_control_speed_m_s, phase_error_rad};
@@ -32,6 +33,27 @@ pub(crate) struct CommandLaw<'a> {
     pub(crate) geofence_safety: Option<&'a GeofenceSafety>,
     /// Aircraft outside the team.
     pub(crate) intruders: &'a Intruders,
+    /// Escape manoeuvres of the UAVs; `None` without collision avoidance.
+    pub(crate) escapes: Option<&'a EscapeModel>,
+}
+
+/// Command of a UAV without collision avoidance.
+struct Desired {
+    /// Command within the limits and the geofence.
+    command: Command,
+    speed_limited: bool,
+    turn_rate_limited: bool,
+    steering: Option<Steering>,
+    phase_error_rad: f64,
+    /// Index of the zone that changes the command.
+    zone: Option<usize>,
+}
+
+impl Desired {
+    /// Steering onto the orbit; a command changed by a zone is not the command of the orbit.
+    fn intended(&self) -> Option<&Steering> {
+        self.steering.as_ref().filter(|_| self.zone.is_none())
+    }
 }
 
 impl CommandLaw<'_> {
@@ -40,32 +62,13 @@ impl CommandLaw<'_> {
         let Observation { uav: id, ref own, .. } = *observation;
         let own_state_invalid = !own.is_finite();
         let group = self.team_state.group_of(id).filter(|_| !own_state_invalid);
-        let (desired, phase_error_rad, steering) = match group {
-            _ if own_state_invalid => {
-                (Command { speed_m_s: self.params.uav.speed_m_s, turn_rate_rad_s: 0.0 }, 0.0, None)
-            }
-            Some(group) => self.fly_orbit(observation, group),
-            None => (self.wait(id, own), 0.0, None),
-        };
         let geofence_safety = self.geofence_safety.filter(|_| !own_state_invalid);
-        let detour = geofence_safety.and_then(|geofence_safety| {
-            let (orbit, largest_m) = match group {
-                Some(group) => (group.orbit(self.params), group.radius_max_m),
-                None => (self.waiting_orbit(id, own)?, f64::INFINITY),
-            };
-            geofence_safety.detours.detour(&self.params.guidance, own, &orbit, self.params.uav.speed_m_s, largest_m)
-        });
-        let desired = detour.map_or(desired, |detour| detour.command);
-        let LimitedCommand { command, speed_limited, turn_rate_limited } = self.params.uav.limit(desired);
-        // The geofence limits the command before and after collision avoidance.
-        let (command, stopped_by) =
-            geofence_safety.map_or((command, None), |geofence_safety| geofence_safety.make_safe(own, command));
-        let border = stopped_by.or(detour.map(|detour| detour.zone));
-        // A command changed by a zone is not the command of the orbit.
-        let intended = steering.as_ref().filter(|_| border.is_none());
+        let desired = self.desired(observation, group, geofence_safety);
+        let Desired { command, speed_limited, turn_rate_limited, steering, phase_error_rad, zone: border } = desired;
         let altitude_m = self.altitude_m(id, group);
-        let (command, altitude_m, avoids) = match self.params.separation.as_ref().filter(|_| !own_state_invalid) {
-            Some(separation) => self.avoid_aircraft(separation, observation, (command, intended), altitude_m),
+        let separation = self.params.separation.as_ref().zip(self.escapes).filter(|_| !own_state_invalid);
+        let (command, altitude_m, avoids) = match separation {
+            Some(separation) => self.avoid_aircraft(separation, observation, (command, desired.intended()), altitude_m),
             None => (command, altitude_m, None),
         };
         // The diagnostics describe the command in effect, whatever its source.
@@ -98,16 +101,49 @@ impl CommandLaw<'_> {
         }
     }
 
+    /// Command of a UAV without collision avoidance; straight flight if its state is invalid.
+    fn desired(
+        &self,
+        observation: &Observation,
+        group: Option<&Group>,
+        geofence_safety: Option<&GeofenceSafety>,
+    ) -> Desired {
+        let Observation { uav: id, ref own, .. } = *observation;
+        let (desired, phase_error_rad, steering) = match group {
+            _ if !own.is_finite() => {
+                (Command { speed_m_s: self.params.uav.speed_m_s, turn_rate_rad_s: 0.0 }, 0.0, None)
+            }
+            Some(group) => self.fly_orbit(observation, group),
+            None => (self.wait(id, own), 0.0, None),
+        };
+        let detour = geofence_safety.and_then(|geofence_safety| {
+            let (orbit, largest_m) = match group {
+                Some(group) => (group.orbit(self.params), group.radius_max_m),
+                None => (self.waiting_orbit(id, own)?, f64::INFINITY),
+            };
+            geofence_safety.detours.detour(&self.params.guidance, own, &orbit, self.params.uav.speed_m_s, largest_m)
+        });
+        let desired = detour.map_or(desired, |detour| detour.command);
+        let LimitedCommand { command, speed_limited, turn_rate_limited } = self.params.uav.limit(desired);
+        // The geofence limits the command before and after collision avoidance.
+        let (command, stopped_by) =
+            geofence_safety.map_or((command, None), |geofence_safety| geofence_safety.make_safe(own, command));
+        let zone = stopped_by.or(detour.map(|detour| detour.zone));
+        Desired { command, speed_limited, turn_rate_limited, steering, phase_error_rad, zone }
+    }
+
     /// Returns the command and altitude that keep the minimum separation, and the aircraft avoided.
     fn avoid_aircraft(
         &self,
-        separation: &SeparationParams,
+        (separation, escapes): (&SeparationParams, &EscapeModel),
         observation: &Observation,
         desired: (Command, Option<&Steering>),
         altitude_m: Option<f64>,
     ) -> (Command, Option<f64>, Option<Avoidance>) {
         let Observation { uav: id, ref own, time } = *observation;
-        let keeper = CollisionAvoidance { separation, uav: &self.params.uav, id, own };
+        let manoeuvre = self.team_state.teammate(id).and_then(|own| own.manoeuvre);
+        let (uav, geofence) = (&self.params.uav, self.geofence_safety);
+        let keeper = CollisionAvoidance { separation, uav, escapes, geofence, id, own, manoeuvre };
         let teammates = self
             .team_state
             .teammates
@@ -115,28 +151,13 @@ impl CommandLaw<'_> {
             .filter(|teammate| teammate.uav != id && keeper.may_come_near(&teammate.last_report));
         let teammates = teammates.map(|teammate| {
             let age_s = (time - teammate.last_report_at).s().max(0.0);
-            OtherAircraft { aircraft: Aircraft::Uav(teammate.uav), reported_state: teammate.last_report, age_s }
+            let (aircraft, manoeuvre) = (Aircraft::Uav(teammate.uav), teammate.manoeuvre);
+            OtherAircraft { aircraft, reported_state: teammate.last_report, age_s, manoeuvre }
         });
         let others = teammates.chain(self.intruders.others(time));
         let altitude_m = altitude_m.map(|altitude_m| keeper.altitude_m(altitude_m, others.clone()));
-        let is_allowed =
-            |command| self.geofence_safety.is_none_or(|geofence_safety| geofence_safety.allows(own, command));
-        let (command, avoids) =
-            keeper.avoid(desired, altitude_m, others, |teammate| self.intent_of(teammate), is_allowed);
+        let (command, avoids) = keeper.avoid(desired, altitude_m, others, self);
         (command, altitude_m, avoids)
-    }
-
-    /// Predicted intent of a teammate at its last report, if it follows the orbit of its group.
-    fn intent_of(&self, teammate: UavId) -> Option<Intent> {
-        let teammate = self.team_state.teammate(teammate)?;
-        let (state, group) = (&teammate.last_report, teammate.group?);
-        let (guidance, lag_s) = (&self.params.guidance, self.params.uav.turn_rate_lag_s);
-        let steering = match self.on_orbit_as_reported(teammate.uav, group) {
-            Some(known) => known.steer(guidance, lag_s, state, state.speed_m_s),
-            None => steer(guidance, lag_s, state, &self.team_state.group(group)?.orbit(self.params), state.speed_m_s),
-        };
-        let command = Command { speed_m_s: state.speed_m_s, turn_rate_rad_s: steering.turn_rate_rad_s };
-        Some(Intent::of(self.params.uav.limit(command).command, state.heading, &steering))
     }
 
     /// Other UAVs of a group: position, id and position relative to the orbit.
@@ -282,6 +303,28 @@ impl CommandLaw<'_> {
             positions.min_by(|a, b| squared_m2(a).total_cmp(&squared_m2(b)))
         };
         nearest(false).or_else(|| nearest(true))
+    }
+}
+
+impl DesiredCommands for CommandLaw<'_> {
+    fn intent_of(&self, teammate: UavId) -> Option<Intent> {
+        let teammate = self.team_state.teammate(teammate)?;
+        let (state, group) = (&teammate.last_report, teammate.group?);
+        let (guidance, lag_s) = (&self.params.guidance, self.params.uav.turn_rate_lag_s);
+        let steering = match self.on_orbit_as_reported(teammate.uav, group) {
+            Some(known) => known.steer(guidance, lag_s, state, state.speed_m_s),
+            None => steer(guidance, lag_s, state, &self.team_state.group(group)?.orbit(self.params), state.speed_m_s),
+        };
+        let command = Command { speed_m_s: state.speed_m_s, turn_rate_rad_s: steering.turn_rate_rad_s };
+        Some(Intent::of(self.params.uav.limit(command).command, state.heading, &steering))
+    }
+
+    fn desired(&self, teammate: UavId, state: &UavState) -> (Command, Intent) {
+        let observation = Observation { uav: teammate, time: self.team_state.time, own: *state };
+        let desired = CommandLaw::desired(self, &observation, self.team_state.group_of(teammate), self.geofence_safety);
+        let held = Intent::held(desired.command);
+        let intent = desired.intended().map_or(held, |steering| Intent::of(desired.command, state.heading, steering));
+        (desired.command, intent)
     }
 }
 

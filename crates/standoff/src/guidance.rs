@@ -3,6 +3,7 @@
 pub(crate) mod avoidance;
 pub(crate) mod command_candidates;
 pub(crate) mod detour;
+pub(crate) mod escape;
 pub(crate) mod geofence;
 pub(crate) mod geofence_safety;
 pub(crate) mod heading;

@@ -8,11 +8,11 @@
 //! lack it.
 
 use crate::angle::Angle;
-use crate::frame::{FARTHEST_M, FASTEST_M_S, Position, Velocity};
+use crate::frame::{FARTHEST_M, FASTEST_M_S, FASTEST_RAD_S, Position, Velocity};
 use crate::group_id::GroupId;
 use crate::sensor::RangeBearingMeasurement;
 use crate::time::Time;
-use crate::uav::{UavId, UavState};
+use crate::uav::{Aircraft, Command, UavId, UavState};
 
 /// Maximum distance of a new UAV from the team, and of a cue from its UAVs, m: beyond radio range, and further than a
 /// UAV flies within a mission.
@@ -207,8 +207,44 @@ research_fields! {
         pub(crate) assigned_group: Option<GroupId>,
         /// True if the sender leaves the team from the next time step.
         pub(crate) is_leaving: bool,
+        /// Avoidance manoeuvre that the sender flies; `None` if it flies its desired command.
+        pub(crate) manoeuvre: Option<Manoeuvre>,
         /// Status of the sender's message log; `None` in a retransmission.
         pub(crate) log_status: Option<Box<LogStatus>>,
+    }
+}
+
+research_fields! {
+    /// Avoidance manoeuvre of a UAV, its intent in reports: what it has flown since its last decision. The sender keeps
+    /// to its side until it is clear of the aircraft.
+    #[derive(Debug, Clone, Copy, PartialEq)]
+    pub struct Manoeuvre {
+        /// Aircraft that the UAV avoids.
+        pub(crate) avoids: Aircraft,
+        /// Command that it flies.
+        pub(crate) command: Command,
+        /// True if it would turn to the left if the conflict remained, false if to the right.
+        pub(crate) is_left: bool,
+    }
+}
+
+impl Manoeuvre {
+    /// The manoeuvre as a receiver reads it: [`wire`](crate::wire) sends the command in single precision.
+    pub(crate) fn rounded(self) -> Self {
+        let round = |value: f64| f64::from(value as f32);
+        let Command { speed_m_s, turn_rate_rad_s } = self.command;
+        Self { command: Command { speed_m_s: round(speed_m_s), turn_rate_rad_s: round(turn_rate_rad_s) }, ..self }
+    }
+
+    /// True if the command is finite and physically plausible.
+    pub(crate) fn is_valid(&self) -> bool {
+        self.command.speed_m_s.abs() <= FASTEST_M_S && self.command.turn_rate_rad_s.abs() <= FASTEST_RAD_S
+    }
+
+    /// Bits that order manoeuvres.
+    pub(crate) fn order(&self) -> (Aircraft, u64, u64, bool) {
+        let Command { speed_m_s, turn_rate_rad_s } = self.command;
+        (self.avoids, speed_m_s.to_bits(), turn_rate_rad_s.to_bits(), self.is_left)
     }
 }
 
@@ -253,6 +289,7 @@ impl Report {
             detections,
             assigned_group: assignment,
             is_leaving,
+            manoeuvre: None,
             log_status,
         }
     }
@@ -323,6 +360,7 @@ impl Message {
     /// |---|---|
     /// | report | 84 |
     /// | with altitude and rate of climb | + 16 |
+    /// | while the UAV avoids another aircraft | + 13 |
     /// | for each detection with label | + 20 |
     /// | for each of them, if one has a range rate | + 4 |
     /// | with detections without label | + 2 |
@@ -348,7 +386,8 @@ impl Message {
     pub(crate) fn report_size_bytes(report: &Report, status: Option<&LogStatus>) -> usize {
         let status =
             status.map_or(0, |status| 50 + 13 * status.received.len() + status.snapshot_request.map_or(0, |_| 29));
-        84 + vertical_size_bytes(&report.state) + detections_size_bytes(&report.detections) + status
+        let manoeuvre = report.manoeuvre.map_or(0, |_| 13);
+        84 + vertical_size_bytes(&report.state) + manoeuvre + detections_size_bytes(&report.detections) + status
     }
 }
 

@@ -5,7 +5,7 @@ use crate::frame::{Displacement, Position, Velocity};
 use crate::group_id::GroupId;
 use crate::guidance::avoidance::Avoidance;
 use crate::guidance::heading::Steering;
-use crate::message::Detection;
+use crate::message::{Detection, Manoeuvre};
 use crate::team_state::TeamState;
 use crate::time::{Duration, Time};
 use crate::uav::{Command, UavId, UavState};
@@ -73,6 +73,16 @@ pub struct AgentOutput {
 }
 
 impl AgentOutput {
+    /// Avoidance manoeuvre, for the next report.
+    pub(crate) fn manoeuvre(&self) -> Option<Manoeuvre> {
+        let of = |avoidance: Avoidance| Manoeuvre {
+            avoids: avoidance.aircraft,
+            command: self.command,
+            is_left: avoidance.is_left,
+        };
+        self.diagnostics.avoiding.map(of)
+    }
+
     /// A command without altitude, pointing target and group.
     #[cfg_attr(feature = "research", visibility::make(pub))]
     pub(crate) const fn command_only(command: Command) -> Self {

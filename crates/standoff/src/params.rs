@@ -54,8 +54,8 @@ params! {
             pub guidance: GuidanceParams;
         }
         optional {
-            /// Collision avoidance; `None`, as in the paper, means that only the phases of UAVs on one orbit separate
-            /// them.
+            /// Collision avoidance. [`Self::recommended`] enables it. `None`, as in the paper: only the phases of UAVs on
+            /// one orbit separate them.
             pub separation: SeparationParams;
         }
         numbers {
@@ -501,8 +501,8 @@ impl TeamParams {
         Self::preset(false)
     }
 
-    /// Returns the recommended parameters: those of [`Self::paper`] with this project's modified grouping and guidance,
-    /// as used by scenarios that set no parameters. `docs/validation.md` lists the measured gain of each modification.
+    /// Returns the recommended parameters: those of [`Self::paper`] with this project's modified grouping and guidance
+    /// and with collision avoidance, as used by scenarios that set no parameters. `docs/validation.md` lists the measured gain of each modification.
     ///
     /// ```
     /// # use standoff::{Agent, TeamParams, UavId};
@@ -513,7 +513,7 @@ impl TeamParams {
     /// # Ok::<(), Vec<standoff::ParamError>>(())
     /// ```
     pub fn recommended() -> Self {
-        Self::preset(true)
+        Self { separation: Some(SeparationParams::default()), ..Self::preset(true) }
     }
 
     /// Returns every parameter that is out of range, alone or in combination with others.

@@ -16,7 +16,7 @@ pub use crate::guidance::pair_information::{
 };
 pub use crate::guidance::standoff_distance::{Ramp, Spread, StandoffDistance, moving_centre_limit_m, turn_limit_m};
 pub use crate::guidance::vector_field::{VectorField, lyapunov_m4, lyapunov_rate_m4_s};
-pub use crate::message::{CommitDigest, LogStatus, MessageSource, ReceivedRange, SnapshotRequest};
+pub use crate::message::{CommitDigest, LogStatus, Manoeuvre, MessageSource, ReceivedRange, SnapshotRequest};
 pub use crate::params::{
     AltitudePolicy, CentreEstimate, CentreJump, Feedforward, GroupCount, Integrator, Lead, Margin, MotionParams,
     Objective, ParamKind, Pointing, RemovalRule, SpeedReference, Word,

@@ -17,6 +17,7 @@ use crate::coordination::assignment::AssignmentLaw;
 use crate::coordination::event::{Event, EventKind};
 use crate::coordination::grouping::{Grouping, GroupingBuffers};
 use crate::coordination::memberships::GroupIndex;
+use crate::guidance::escape::EscapeModel;
 use crate::guidance::geofence::Geofence;
 use crate::guidance::geofence_safety::GeofenceSafety;
 use crate::guidance::team_geofence::TeamGeofence;
@@ -44,6 +45,8 @@ pub(crate) struct TeamStateUpdater {
     pub(crate) assignment: Option<Arc<dyn AssignmentLaw>>,
     /// Geofence; `None` without zones.
     geofence: Option<TeamGeofence>,
+    /// Escape manoeuvres; `None` without collision avoidance.
+    pub(crate) escapes: Option<EscapeModel>,
 }
 
 /// Input of one time step: everything that changed since the previous team state.
@@ -77,8 +80,10 @@ impl TeamStateUpdater {
         if !errors.is_empty() {
             return Err(errors);
         }
+        let escapes = params.separation.map(|_| EscapeModel::new(&params.uav, params.log.period_s));
         Ok(Self {
             params,
+            escapes,
             transition: Transition::none(),
             tracker: Tracker::default(),
             buffers: Buffers::default(),
@@ -132,7 +137,7 @@ impl TeamStateUpdater {
         if dt != self.transition.dt {
             self.transition = self.params.track.transition(dt);
         }
-        let Self { params, transition, tracker, buffers, assignment, geofence } = self;
+        let Self { params, transition, tracker, buffers, assignment, geofence, escapes: _ } = self;
         let input = StepInput {
             now: messages.time,
             messages,

@@ -7,7 +7,7 @@ use core::cmp::Ordering;
 
 use crate::angle::Angle;
 use crate::group_id::GroupId;
-use crate::message::{Cue, Detection, Report, Scan, TARGETS_MAX, TEAM_MAX};
+use crate::message::{Cue, Detection, Manoeuvre, Report, Scan, TARGETS_MAX, TEAM_MAX};
 use crate::time::Time;
 use crate::uav::{UavId, UavState};
 
@@ -34,6 +34,7 @@ pub(crate) struct ReportView<'a> {
     pub(crate) scan: Scan<'a>,
     pub(crate) assigned_group: Option<GroupId>,
     pub(crate) is_leaving: bool,
+    pub(crate) manoeuvre: Option<Manoeuvre>,
 }
 
 impl<'a> ReportView<'a> {
@@ -47,6 +48,7 @@ impl<'a> ReportView<'a> {
             ref detections,
             assigned_group: assignment,
             is_leaving,
+            manoeuvre,
             ..
         } = *report;
         Self {
@@ -56,6 +58,7 @@ impl<'a> ReportView<'a> {
             scan: Scan { boresight, detections },
             assigned_group: assignment,
             is_leaving,
+            manoeuvre,
         }
     }
 }
@@ -99,12 +102,15 @@ impl StepMessages {
     /// Inserts a report. Detections with a range above `range_max_m` are dropped. If it has no others, its sensor has
     /// failed, so the scan counts as none.
     pub(crate) fn put(&mut self, incoming: ReportView, range_max_m: f64) -> Insert {
-        let ReportView { uav, order, state, mut scan, assigned_group: assignment, is_leaving } = incoming;
+        let ReportView { uav, order, state, mut scan, assigned_group: assignment, is_leaving, manoeuvre } = incoming;
         if !scan.detections.is_empty() && scan.detections.iter().all(|of| of.is_beyond(range_max_m)) {
             scan = Scan::default();
         }
-        let incoming = ReportView { scan, ..incoming };
-        let is_valid = state.is_valid() && scan.boresight.is_none_or(|angle| angle.rad().is_finite());
+        let manoeuvre = manoeuvre.map(Manoeuvre::rounded);
+        let incoming = ReportView { scan, manoeuvre, ..incoming };
+        let is_valid = state.is_valid()
+            && manoeuvre.is_none_or(|of| of.is_valid())
+            && scan.boresight.is_none_or(|angle| angle.rad().is_finite());
         if !is_valid || scan.detections.len() > TARGETS_MAX {
             return Insert::Rejected;
         }
@@ -134,7 +140,7 @@ impl StepMessages {
         copy_valid(scan.detections, range_max_m, &mut report.detections);
         (report.uav, report.time, report.state, report.boresight) = (uav, self.time, *state, scan.boresight);
         (report.restart_count, report.sequence) = order;
-        (report.assigned_group, report.is_leaving) = (assignment, is_leaving);
+        (report.assigned_group, report.is_leaving, report.manoeuvre) = (assignment, is_leaving, manoeuvre);
         put
     }
 
@@ -177,8 +183,11 @@ fn any_order(incoming: &ReportView, known: &Report, range_max_m: f64) -> Orderin
         let vertical = vertical.map(|vertical| vertical.numbers().map(f64::to_bits));
         (numbers, vertical, boresight.map(|boresight| boresight.rad().to_bits()))
     };
+    let intent = |manoeuvre: Option<Manoeuvre>| manoeuvre.map(|manoeuvre| manoeuvre.order());
     let heads = (bits(incoming.state, incoming.scan.boresight), incoming.assigned_group, incoming.is_leaving);
-    heads.cmp(&(bits(&known.state, known.boresight), known.assigned_group, known.is_leaving)).then_with(|| {
+    let known_heads = (bits(&known.state, known.boresight), known.assigned_group, known.is_leaving);
+    let by_intent = intent(incoming.manoeuvre).cmp(&intent(known.manoeuvre));
+    heads.cmp(&known_heads).then(by_intent).then_with(|| {
         // Usually the two reports are equal.
         if incoming.scan.detections.iter().map(Detection::order).eq(known.detections.iter().map(Detection::order)) {
             return Ordering::Equal;

@@ -7,7 +7,7 @@ use crate::command_law::CommandLaw;
 use crate::coordination::assignment::AssignmentLaw;
 use crate::guidance::geofence::Geofence;
 use crate::intruders::Intruders;
-use crate::message::{Message, Scan};
+use crate::message::{Manoeuvre, Message, Scan};
 use crate::output::{AgentOutput, Observation, Rejected, count};
 use crate::params::TeamParams;
 use crate::state_update::TeamStateUpdater;
@@ -53,6 +53,8 @@ pub struct TeamAgent {
     /// Number of time steps started.
     sequence: u32,
     refused: Rejected,
+    /// Avoidance manoeuvres of the last decisions.
+    manoeuvres: Vec<(UavId, Manoeuvre)>,
 }
 
 impl TeamAgent {
@@ -69,6 +71,7 @@ impl TeamAgent {
             is_stale: false,
             sequence: 0,
             refused: Rejected::default(),
+            manoeuvres: Vec::new(),
         })
     }
 
@@ -103,8 +106,15 @@ impl TeamAgent {
         // A UAV that does not know its own state sends no report.
         if let Some(scan) = scan.filter(|_| own.is_finite() && self.messages.report_of(uav).is_none()) {
             let (order, assignment) = ((0, self.sequence), self.previous.assignment_of(uav));
-            let assigned_group = assignment;
-            let report = ReportView { uav, order, state: own, scan, assigned_group, is_leaving: false };
+            let report = ReportView {
+                uav,
+                order,
+                state: own,
+                scan,
+                assigned_group: assignment,
+                is_leaving: false,
+                manoeuvre: self.manoeuvres.iter().find(|(of, _)| *of == uav).map(|(_, manoeuvre)| *manoeuvre),
+            };
             if self.put(report) == Insert::Rejected {
                 count(&mut self.refused.malformed);
             }
@@ -128,7 +138,8 @@ impl TeamAgent {
             Message::Snapshot(_) => Insert::Duplicate,
             // Traffic is not part of the team state.
             Message::Traffic(traffic) => {
-                return self.intruders.receive(traffic, observation.time, &mut self.refused);
+                let uavs = self.messages.reports().iter().map(|report| &report.state);
+                return self.intruders.receive(traffic, observation.time, uavs, &mut self.refused);
             }
         };
         if matches!(put, Insert::Rejected | Insert::Replaced) {
@@ -147,8 +158,12 @@ impl TeamAgent {
             team_state: self.team_state(),
             geofence_safety: geofence_safety.as_deref(),
             intruders: &self.intruders,
+            escapes: self.updater.escapes.as_ref(),
         };
-        law.decide(observation, self.refused.with(&self.team_state))
+        let output = law.decide(observation, self.refused.with(&self.team_state));
+        self.manoeuvres.retain(|(uav, _)| *uav != observation.uav);
+        self.manoeuvres.extend(output.manoeuvre().map(|manoeuvre| (observation.uav, manoeuvre)));
+        output
     }
 
     /// Clears the team state and all received messages; the counters of rejected messages keep their values.
@@ -156,6 +171,7 @@ impl TeamAgent {
         (self.previous, self.team_state) = (Box::default(), Box::default());
         self.messages.open(Time::EPOCH);
         self.intruders.clear();
+        self.manoeuvres.clear();
         (self.dt, self.started, self.is_stale) = (Duration::ZERO, false, false);
     }
 

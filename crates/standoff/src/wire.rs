@@ -3,7 +3,7 @@
 //! ```text
 //! message            's' u8, version u8, kind u8, content, CRC-32 (as in zip files) of all bytes before it u32
 //! kind 0, report     uav u16, restart_count u32, sequence u32, time i64, state, boresight f64 (NaN: none),
-//!                    assigned_group u64 (0: none), flags u8, vertical?, detections [detection],
+//!                    assigned_group u64 (0: none), flags u8, vertical?, manoeuvre?, detections [detection],
 //!                    range rates (one f32 per detection, NaN: none)?, detections [unlabelled]?,
 //!                    log_status?, snapshot_request?
 //! kind 1, cue        source u16, sequence u16, label u32, cue_content
@@ -16,8 +16,9 @@
 //!                    velocity_sd f64
 //! state              x f64, y f64, heading f64, speed f64, turn_rate f64
 //! flags              sum of 1: leaving, 2: with assigned_group, 4: log_status, 8: snapshot_request, 16: vertical,
-//!                    32: range rates, 64: unlabelled
+//!                    32: range rates, 64: unlabelled, 128: manoeuvre
 //! vertical           altitude f64, climb_rate f64
+//! manoeuvre          sum of 1: avoids an intruder, 2: turns left u8, avoided aircraft u32, speed f32, turn_rate f32
 //! detection          label u32, range f64, bearing f64
 //! unlabelled         range f32, bearing f32, range rate f32 (NaN: none)
 //! log_status         start i64, committed_until i64, listed_after i64, degraded_at i64, commit_digest,
@@ -51,15 +52,15 @@ use crate::angle::Angle;
 use crate::frame::{Position, Velocity};
 use crate::group_id::GroupId;
 use crate::message::{
-    CommitDigest, Cue, Detection, LogStatus, Message, MessageSource, ReceivedRange, Report, SnapshotPart,
+    CommitDigest, Cue, Detection, LogStatus, Manoeuvre, Message, MessageSource, ReceivedRange, Report, SnapshotPart,
     SnapshotRequest, TargetLabel, TrafficReport,
 };
 use crate::sensor::RangeBearingMeasurement;
 use crate::time::Time;
-use crate::uav::{UavId, UavState, Vertical};
+use crate::uav::{Aircraft, Command, UavId, UavState, Vertical};
 
 /// Version of the encoding. It changes with every change of the layout; a decoder accepts only its own version.
-const VERSION: u8 = 2;
+const VERSION: u8 = 3;
 
 /// First byte of every message.
 const FORMAT: u8 = b's';
@@ -345,6 +346,24 @@ impl Wire for ReceivedRange {
     }
 }
 
+impl Wire for Manoeuvre {
+    fn put(&self, to: &mut Vec<u8>) -> Result<(), EncodeError> {
+        let (is_intruder, number) = match self.avoids {
+            Aircraft::Uav(uav) => (false, uav.0),
+            Aircraft::Intruder(number) => (true, number),
+        };
+        let Command { speed_m_s, turn_rate_rad_s } = self.command;
+        (([is_intruder, self.is_left], number), (speed_m_s as f32, turn_rate_rad_s as f32)).put(to)
+    }
+
+    fn take(from: &mut &[u8]) -> Result<Self, DecodeError> {
+        let (([is_intruder, is_left], number), (speed_m_s, turn_rate_rad_s)): (_, (f32, f32)) = Wire::take(from)?;
+        let avoids = if is_intruder { Aircraft::Intruder(number) } else { Aircraft::Uav(UavId(number)) };
+        let command = Command { speed_m_s: speed_m_s.into(), turn_rate_rad_s: turn_rate_rad_s.into() };
+        Ok(Self { avoids, command, is_left })
+    }
+}
+
 impl Wire for Cue {
     fn put(&self, to: &mut Vec<u8>) -> Result<(), EncodeError> {
         (Id(self.source), (self.sequence, self.label.unwrap_or(TargetLabel(0)))).put(to)?;
@@ -446,10 +465,12 @@ impl Wire for Report {
             vertical.is_some(),
             has_rates,
             !unlabelled.is_empty(),
+            self.manoeuvre.is_some(),
         ];
         ((self.uav, self.restart_count), (self.sequence, self.time)).put(to)?;
         ((self.state, self.boresight), (group.unwrap_or(GroupId(0)), flags)).put(to)?;
         vertical.iter().try_for_each(|vertical| vertical.put(to))?;
+        self.manoeuvre.iter().try_for_each(|manoeuvre| manoeuvre.put(to))?;
         put_list(labelled, Labelled, to)?;
         if has_rates {
             labelled.iter().try_for_each(|detection| rate_to_wire(detection).put(to))?;
@@ -464,8 +485,10 @@ impl Wire for Report {
     fn take(from: &mut &[u8]) -> Result<Self, DecodeError> {
         let ((uav, restart_count), (sequence, time)) = Wire::take(from)?;
         let ((mut state, boresight), (group, flags)): ((UavState, _), _) = Wire::take(from)?;
-        let [is_leaving, has_group, has_status, has_request, has_vertical, has_rates, has_unlabelled] = flags;
+        let [is_leaving, has_group, has_status, has_request, has_vertical, has_rates, has_unlabelled, has_manoeuvre] =
+            flags;
         state.vertical = take_if(has_vertical, from)?;
+        let manoeuvre = take_if(has_manoeuvre, from)?;
         let mut detections: Vec<Detection> = Vec::<Labelled>::take(from)?.into_iter().map(|of| of.0).collect();
         if has_rates {
             for detection in &mut detections {
@@ -491,6 +514,7 @@ impl Wire for Report {
             detections,
             assigned_group,
             is_leaving,
+            manoeuvre,
             log_status,
         })
     }

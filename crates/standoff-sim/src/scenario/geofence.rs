@@ -844,7 +844,7 @@ mod tests {
     /// Two UAVs, which fly at 300 and 350 m if each has its own altitude.
     #[test]
     fn a_keep_in_zone_must_contain_all_altitudes_of_all_uavs() {
-        let zone = "[[geofence]]\nkind = \"keep-in\"\nx_m = 0\ny_m = 0\nradius_m = 9000\n";
+        let zone = "separation = false\n[[geofence]]\nkind = \"keep-in\"\nx_m = 0\ny_m = 0\nradius_m = 9000\n";
         let result = |limits: &str, rest: &str| typed(&format!("{zone}{limits}\n{rest}")).map(|_| ());
         let per_uav = "[groups]\naltitude_policy = \"per-uav\"\n";
         let common = "[groups]\naltitude_policy = \"common\"\n";
@@ -859,31 +859,31 @@ mod tests {
             (
                 "altitude_max_m = 349",
                 format!("{two}{per_uav}"),
-                "mine:6:1: geofence.0.altitude_max_m = 349: must be at least 350: UAV 1 flies at 350 m, and a keep-in \
+                "mine:7:1: geofence.0.altitude_max_m = 349: must be at least 350: UAV 1 flies at 350 m, and a keep-in \
                  zone must contain all altitudes of all UAVs; change groups.altitude_lowest_m, groups.altitude_step_m, \
                  groups.altitude_policy, uavs.climb or the start of the UAV, or remove this limit",
             ),
             (
                 "altitude_min_m = 301",
                 format!("{two}{common}"),
-                "mine:6:1: geofence.0.altitude_min_m = 301: must be at most 300: UAV 0 flies at 300 m, and",
+                "mine:7:1: geofence.0.altitude_min_m = 301: must be at most 300: UAV 0 flies at 300 m, and",
             ),
             (
                 "altitude_max_m = 5000",
                 two.to_owned(),
-                "mine:6:1: geofence.0.altitude_max_m = 5000: must contain all altitudes of all UAVs: UAV 0 can be \
+                "mine:7:1: geofence.0.altitude_max_m = 5000: must contain all altitudes of all UAVs: UAV 0 can be \
                  commanded to fly at any altitude from 300 m, one per group; set groups.altitude_policy = \"common\" or \
                  \"per-uav\", or the table [uavs.climb] with altitude_max_m",
             ),
             (
                 "altitude_max_m = 499",
                 climbing.to_owned(),
-                "mine:6:1: geofence.0.altitude_max_m = 499: must be at least 500: UAV 0 can fly at 120 to 500 m, and",
+                "mine:7:1: geofence.0.altitude_max_m = 499: must be at least 500: UAV 0 can fly at 120 to 500 m, and",
             ),
             (
                 "altitude_min_m = 121",
                 climbing.to_owned(),
-                "mine:6:1: geofence.0.altitude_min_m = 121: must be at most 120: UAV 0 can fly at 120 to 500 m, and",
+                "mine:7:1: geofence.0.altitude_min_m = 121: must be at most 120: UAV 0 can fly at 120 to 500 m, and",
             ),
         ] {
             let error = result(limits, &rest).unwrap_err();

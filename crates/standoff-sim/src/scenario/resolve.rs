@@ -260,10 +260,10 @@ fn settings(file: &resolved::ScenarioFile) -> Settings {
 pub(super) fn team(file: &resolved::ScenarioFile) -> TeamParams {
     let mut team = TeamParams::recommended();
     team.log.period_s = file.period_s;
-    team.separation = file.separation.as_ref().map(|_| SeparationParams::default());
+    team.separation = file.separation.0.as_ref().map(|_| SeparationParams::default());
     // Vertical separation needs simulated altitudes, and so do buildings, which hide less from above.
     let has_buildings = file.world.as_ref().is_some_and(|world| !world.building_outlines_cm.is_empty());
-    let has_altitudes = file.uavs.climb.is_some() || file.separation.is_some() || has_buildings;
+    let has_altitudes = file.uavs.climb.is_some() || file.separation.0.is_some() || has_buildings;
     team.uav.climb = has_altitudes.then(ClimbParams::default);
     file.parameters.apply_to(&mut team);
     team

@@ -62,10 +62,12 @@ fn without_null(schema: &mut Schema) {
         object.remove("default");
     }
     let Some(Value::Array(any)) = object.get("anyOf") else { return };
-    let Some(one) = any.iter().find(|one| one.get("$ref").is_some()) else { return };
-    let one = one.clone();
-    object.remove("anyOf");
-    object.insert("allOf".to_owned(), Value::Array(vec![one]));
+    let [one, Value::Object(other)] = &any[..] else { return };
+    if one.get("$ref").is_some() && other.get("type").is_some_and(|name| name == "null") {
+        let one = one.clone();
+        object.remove("anyOf");
+        object.insert("allOf".to_owned(), Value::Array(vec![one]));
+    }
 }
 
 /// Schema in which keys are looked up.
@@ -153,7 +155,7 @@ impl Keys {
 
 /// Returns the definition that a node refers to.
 fn reference(node: &Value) -> Option<&str> {
-    let node = node.pointer("/allOf/0").unwrap_or(node);
+    let node = node.pointer("/allOf/0").or_else(|| node.pointer("/anyOf/0")).unwrap_or(node);
     node.get("$ref")?.as_str()
 }
 

@@ -6,10 +6,12 @@
 
 use std::borrow::Cow;
 use std::fmt::{self, Display};
+use std::marker::PhantomData;
 use std::path::Path;
 
 use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
-use serde::de::{self, SeqAccess, Visitor};
+use serde::de::value::MapAccessDeserializer;
+use serde::de::{self, MapAccess, SeqAccess, Visitor};
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use serde_json::json;
 use standoff::Agent;
@@ -191,9 +193,9 @@ tables! {
         groups: Groups;
         /// Guidance law.
         guidance: Guidance;
-        /// Collision avoidance: minimum distances between aircraft. If absent: UAVs are kept apart only by their phases
-        /// on an orbit.
-        separation: Option<Separation>;
+        /// Collision avoidance: minimum distances between aircraft. `false`: UAVs are kept apart only by their phases on
+        /// an orbit.
+        separation: Switchable<Separation>;
         /// Geofence: keep-out and keep-in zones. If absent: UAVs may fly everywhere.
         #[serde(skip_serializing_if = "Vec::is_empty")]
         geofence: Vec<Zone>;
@@ -234,8 +236,8 @@ tables! {
         /// Errors of clocks, at most one table per UAV.
         #[serde(skip_serializing_if = "Vec::is_empty")]
         clock: Vec<Clock>;
-        /// Climb and descent. If absent: UAVs change altitude immediately; with `[separation]`, the defaults of this
-        /// table apply.
+        /// Climb and descent. If absent: the defaults of this table, or immediate changes of altitude if `separation`
+        /// is `false`.
         climb: Option<Climb>;
     }
 
@@ -629,6 +631,70 @@ impl Serialize for Files {
             [one] => name_alone(one, serializer),
             several => names_alone(several, serializer),
         }
+    }
+}
+
+/// A table that applies unless it is switched off with `false`.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Switchable<T>(pub Option<T>);
+
+impl<T: Default> Default for Switchable<T> {
+    fn default() -> Self {
+        Self(Some(T::default()))
+    }
+}
+
+impl<T: Draw> Draw for Switchable<T> {
+    type Drawn = Switchable<T::Drawn>;
+
+    fn drawn(&self, at: &dyn Display, drawing: &mut Drawing) -> Self::Drawn {
+        Switchable(self.0.drawn(at, drawing))
+    }
+}
+
+impl<T: Serialize> Serialize for Switchable<T> {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        match &self.0 {
+            Some(table) => table.serialize(serializer),
+            None => serializer.serialize_bool(false),
+        }
+    }
+}
+
+impl<'de, T: Deserialize<'de> + Default> Deserialize<'de> for Switchable<T> {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        struct TableOrSwitch<T>(PhantomData<T>);
+        impl<'de, T: Deserialize<'de> + Default> Visitor<'de> for TableOrSwitch<T> {
+            type Value = Switchable<T>;
+
+            fn expecting(&self, formatter: &mut fmt::Formatter) -> fmt::Result {
+                formatter.write_str("a table or false")
+            }
+
+            fn visit_bool<E: de::Error>(self, is_on: bool) -> Result<Self::Value, E> {
+                Ok(Switchable(is_on.then(T::default)))
+            }
+
+            fn visit_map<A: MapAccess<'de>>(self, map: A) -> Result<Self::Value, A::Error> {
+                T::deserialize(MapAccessDeserializer::new(map)).map(|table| Switchable(Some(table)))
+            }
+        }
+        deserializer.deserialize_any(TableOrSwitch(PhantomData))
+    }
+}
+
+impl<T: JsonSchema> JsonSchema for Switchable<T> {
+    fn schema_name() -> Cow<'static, str> {
+        format!("Switchable{}", T::schema_name()).into()
+    }
+
+    fn inline_schema() -> bool {
+        true
+    }
+
+    fn json_schema(generator: &mut SchemaGenerator) -> Schema {
+        let table = generator.subschema_for::<T>();
+        json_schema!({ "anyOf": [table, { "type": "boolean" }] })
     }
 }
 

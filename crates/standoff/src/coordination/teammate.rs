@@ -2,7 +2,7 @@
 
 use crate::angle::Angle;
 use crate::group_id::GroupId;
-use crate::message::Report;
+use crate::message::{Manoeuvre, Report};
 use crate::params::LinkModel;
 use crate::time::{Duration, Time};
 use crate::uav::{UavId, UavState};
@@ -31,6 +31,9 @@ pub struct Teammate {
     pub(crate) has_left: bool,
     /// Time from which its detections start tracks: those of a UAV that has just joined only update the team's tracks.
     pub(crate) starts_tracks_from: Time,
+    /// Avoidance manoeuvre according to the last report.
+    #[serde(skip)]
+    pub(crate) manoeuvre: Option<Manoeuvre>,
 }
 
 /// Time after which the detections of a UAV that has joined the team start tracks, s: longer than a sensor, a navigation
@@ -40,7 +43,7 @@ pub(crate) const PROBATION_S: f64 = 6.0;
 impl Teammate {
     /// A UAV with a report of this time step; `group` is its assignment in the team state.
     pub(crate) fn from_report(report: &Report, group: Option<GroupId>, starts_tracks_from: Time) -> Self {
-        let Report { uav, state, boresight, time, assigned_group, is_leaving, .. } = *report;
+        let Report { uav, state, boresight, time, assigned_group, is_leaving, manoeuvre, .. } = *report;
         Self {
             uav,
             state,
@@ -52,6 +55,7 @@ impl Teammate {
             reported_group: assigned_group,
             has_left: is_leaving,
             starts_tracks_from,
+            manoeuvre,
         }
     }
 

@@ -1,33 +1,34 @@
 //! Collision avoidance: keeps the minimum distance between aircraft by small changes of the desired command.
 //!
-//! Each UAV predicts its own path under a command and the paths of the other aircraft. It flies the desired command if
-//! that keeps the minimum distance to all of them. Otherwise it flies the admissible command, from a grid of turn rates
-//! and speeds, that is closest to the desired one and keeps the minimum distance to all aircraft together. This is the
-//! idea of velocity obstacles (P. Fiorini and Z. Shiller, *Motion Planning in Dynamic Environments Using Velocity
-//! Obstacles*, International Journal of Robotics Research 17(7), 1998), with arcs instead of straight lines, as flown
-//! by fixed-wing aircraft.
+//! A UAV flies the desired command if that keeps the required distance to all other aircraft. Otherwise it flies the
+//! admissible command, from a grid of turn rates and speeds, with the lowest cost: difference from the desired command,
+//! then shortfall of predicted distances, then shortfall of escape manoeuvres. Predicted paths are arcs, as flown by
+//! fixed-wing aircraft (P. Fiorini and Z. Shiller, *Motion Planning in Dynamic Environments Using Velocity Obstacles*,
+//! International Journal of Robotics Research 17(7), 1998).
 //!
-//! Right of way: the UAV with the lower id looks far ahead and gives way early. The UAV with the higher id keeps its
-//! course and turns away only if the other one does not give way in time. If both gave way early, they could keep
-//! turning away side by side.
+//! Coordination: the UAVs near each other plan one after the other, by ascending id. Each UAV computes the plans of those
+//! before it from the same reports, so that it knows their commands and none undoes the manoeuvre of another.
+//! [Escape manoeuvres](crate::guidance::escape) keep them separable whatever they do next, and respect the geofence.
 
 use crate::guidance::command_candidates::Costs;
+use crate::guidance::escape::{Escape, EscapeModel, Side, choose_sides};
+use crate::guidance::geofence_safety::GeofenceSafety;
 use crate::guidance::heading::Steering;
-use crate::guidance::predicted_trajectory::{Intent, PredictedTrajectory};
+use crate::guidance::predicted_trajectory::{Intent, PredictedTrajectory, SampledTrajectory, least_length};
 use crate::guidance::pursuer_model;
+use crate::message::Manoeuvre;
 use crate::params::{SeparationParams, UavParams};
 use crate::uav::{Aircraft, Command, UavId, UavState, Vertical};
 
-/// Buffer added to the minimum distance to cover prediction errors, m.
-const BUFFER_M: f64 = 20.0;
+/// Buffer added to the minimum distance to cover errors of the predicted paths of teammates, m.
+const BUFFER_M: f64 = 12.0;
+/// The same for intruders.
+const INTRUDER_BUFFER_M: f64 = 25.0;
+/// Buffer added to the minimum distance of escape manoeuvres, whose prediction is exact, m.
+const ESCAPE_BUFFER_M: f64 = 2.0;
 
-/// Prediction horizon of the UAV that gives way, s.
+/// Prediction horizon for teammates, s.
 const AHEAD_S: f64 = 8.0;
-
-/// Prediction horizon of the UAV with the right of way, s.
-const SHORT_AHEAD_S: f64 = 3.0;
-/// Reduction of the distance at which the UAV with the right of way turns away too, m.
-const LESS_M: f64 = 15.0;
 
 /// Growth of the position uncertainty of another aircraft per second since its last report, m/s.
 const DRIFT_M_S: f64 = 10.0;
@@ -36,16 +37,26 @@ const DRIFT_M_S2: f64 = 6.0;
 /// Maximum age of a report used for the uncertainty, s. Older reports count as this old.
 const SILENT_MAX_S: f64 = 10.0;
 
-/// Reduction of the buffer of the UAV with the right of way per second since the last report of the other one, m/s.
-/// With an older report it turns later, because simultaneous manoeuvres of both UAVs may cancel each other.
-const BUFFER_REDUCTION_M_S: f64 = 25.0;
-/// Lower bound of the buffer of the UAV with the right of way, m.
-const SPARE_MIN_M: f64 = -10.0;
+/// Maximum number of UAVs that are planned together: the nearest ones.
+const PLANNED_MAX: usize = 10;
+
+/// Additional distance for the aircraft that a UAV already avoids, m.
+const CLEAR_M: f64 = 4.0;
+/// Cost of a turn to the other side. A UAV that turns to and fro would not get clear.
+const REVERSAL_COST: f64 = 0.5;
+/// Slowest turn that counts for a reversal, rad/s.
+const REVERSAL_RAD_S: f64 = 0.02;
 
 /// Costs of a command that differs from the desired one.
 const COSTS: Costs = Costs { speed: 0.1, turn: 0.2 };
 /// Cost of falling short of the required distance, per fraction of that distance.
 const SHORTFALL_COST: f64 = 100.0;
+/// Cost of escape manoeuvres that fall short, and per fraction of their required distance. Above all other costs: as
+/// long as no escape manoeuvre falls short, the UAVs can keep the minimum distance whatever they do next.
+const ESCAPE_SHORTFALL_COST: f64 = 1000.0;
+
+/// Shortfall of an escape manoeuvre that the geofence forbids; larger than any other.
+const IMPOSSIBLE: f64 = 10.0;
 
 /// Prediction horizon for intruders, s. Both straight flight and pursuit of the UAV are predicted.
 const INTRUDER_AHEAD_S: f64 = 12.0;
@@ -59,6 +70,8 @@ pub(crate) struct OtherAircraft {
     pub(crate) reported_state: UavState,
     /// Age of the report, s.
     pub(crate) age_s: f64,
+    /// Reported avoidance manoeuvre.
+    pub(crate) manoeuvre: Option<Manoeuvre>,
 }
 
 impl OtherAircraft {
@@ -68,14 +81,20 @@ impl OtherAircraft {
     }
 }
 
-/// An aircraft that a UAV avoids.
-#[derive(Debug, Clone, Copy, PartialEq)]
-#[cfg_attr(not(feature = "research"), non_exhaustive)]
-pub struct Avoidance {
-    /// The avoided aircraft; without the avoidance, the UAV would have come too near to it.
-    pub aircraft: Aircraft,
-    /// Predicted minimum distance to it without the avoidance, m.
-    pub predicted_distance_m: f64,
+research_fields! {
+    /// An aircraft that a UAV avoids.
+    #[derive(Debug, Clone, Copy, PartialEq)]
+    pub struct Avoidance {
+        /// The avoided aircraft; without the avoidance, the UAV would have come too near to it.
+        pub aircraft: Aircraft,
+        /// Predicted minimum distance to it without the avoidance, m.
+        pub predicted_distance_m: f64,
+        /// True if the UAV turns to the left if the conflict remains, false if to the right.
+        pub(crate) is_left: bool,
+        /// True if the UAV gives up the minimum separation for now: no command keeps it within the limits and the
+        /// geofence. The UAV flies the one that opens the distance most.
+        pub(crate) is_given_up: bool,
+    }
 }
 
 /// Maximum difference between the reported turn rate of a teammate and the one expected from its group's orbit, rad/s.
@@ -89,15 +108,41 @@ const AVOIDING_S: f64 = 1.0;
 pub(crate) struct CollisionAvoidance<'a> {
     pub(crate) separation: &'a SeparationParams,
     pub(crate) uav: &'a UavParams,
+    pub(crate) escapes: &'a EscapeModel,
+    pub(crate) geofence: Option<&'a GeofenceSafety>,
     pub(crate) id: UavId,
     pub(crate) own: &'a UavState,
+    /// Avoidance manoeuvre since the last decision, as reported.
+    pub(crate) manoeuvre: Option<Manoeuvre>,
+}
+
+/// Commands that teammates fly if no aircraft is near.
+pub(crate) trait DesiredCommands {
+    /// Intent of a teammate at its last report if it follows the orbit of its group; `None` without a group.
+    fn intent_of(&self, teammate: UavId) -> Option<Intent>;
+
+    /// Desired command of a teammate in a state, within the limits and its geofence, and its intent.
+    fn desired(&self, teammate: UavId, state: &UavState) -> (Command, Intent);
+}
+
+/// A UAV whose command is planned together with those of its neighbours.
+#[derive(Debug, Clone, Copy)]
+struct Planned {
+    uav: UavId,
+    /// Current state, extrapolated from the last report.
+    state: UavState,
+    /// Age of the last report, s.
+    age_s: f64,
+    levels_m: Option<[f64; 2]>,
+    course: PredictedTrajectory,
+    manoeuvre: Option<Manoeuvre>,
 }
 
 /// Another aircraft that may come near.
 #[derive(Debug, Clone, Copy)]
 struct Near {
     aircraft: Aircraft,
-    course: PredictedTrajectory,
+    course: SampledTrajectory,
     /// Current state of an aircraft that may pursue the UAV.
     pursuer: Option<UavState>,
     /// Prediction horizon, s.
@@ -108,32 +153,182 @@ struct Near {
     growth_m_s: f64,
 }
 
+/// Paths of other UAVs that the escape manoeuvres of a UAV must not come near.
+struct Neighbours<'a> {
+    near: &'a [Near],
+    escapes: Vec<(UavId, Escape, f64)>,
+}
+
 impl CollisionAvoidance<'_> {
     /// Returns the command to fly instead of the desired one, and the aircraft that it avoids, if any. The desired
-    /// command must be within the limits.
-    ///
-    /// `altitude_m` is the commanded altitude. `intent_of` returns the intent of a teammate on its group's orbit.
-    /// `is_allowed` returns false for commands that must not be flown for other reasons.
+    /// command must be within the limits. `altitude_m` is the commanded altitude.
     pub(crate) fn avoid(
         &self,
         (desired, steering): (Command, Option<&Steering>),
         altitude_m: Option<f64>,
-        others: impl Iterator<Item = OtherAircraft>,
-        intent_of: impl Fn(UavId) -> Option<Intent>,
-        is_allowed: impl Fn(Command) -> bool,
+        others: impl Iterator<Item = OtherAircraft> + Clone,
+        team: &impl DesiredCommands,
     ) -> (Command, Option<Avoidance>) {
         let levels = self.levels_m(altitude_m);
-        let others = others.filter(|other| !self.is_separated(levels, other));
-        let near: Vec<Near> = others.filter_map(|other| self.near(&other, &intent_of)).collect();
-        if near.is_empty() {
-            return (desired, None);
-        }
+        let others = others.filter(|other| !self.is_separated(levels, other.levels_m()));
         let intent = steering.map_or(Intent::held(desired), |steering| Intent::of(desired, self.own.heading, steering));
         let course = PredictedTrajectory::of(self.own, intent, self.uav.turn_rate_lag_s, 0.0);
-        match self.shortfall(&course, &near, f64::INFINITY) {
-            (_, None) => (desired, None),
-            (_, avoidance) => (self.nearest_command((desired, course), &near, is_allowed), avoidance),
+        let mut can_meet = false;
+        let mut near: Vec<Near> = Vec::new();
+        for other in others.clone() {
+            let is_teammate = matches!(other.aircraft, Aircraft::Uav(_));
+            can_meet |= is_teammate && self.can_meet(&other.reported_state, other.age_s);
+            near.extend(self.near(&other, Some(&course), |uav| team.intent_of(uav)));
         }
+        if !can_meet && (near.is_empty() || self.shortfall(&course.sampled(), &near, f64::INFINITY).1.is_none()) {
+            return (desired, None);
+        }
+        self.plan(desired, course, others, team)
+    }
+
+    /// True if the escape manoeuvres of this UAV and another one may meet.
+    fn can_meet(&self, other: &UavState, age_s: f64) -> bool {
+        let speeds_m_s = self.own.speed_m_s.abs() + other.speed_m_s.abs();
+        let reach_m = self.separation.horizontal_min_m
+            + ESCAPE_BUFFER_M
+            + speeds_m_s * self.escapes.turning_s
+            + (other.speed_m_s.abs() + DRIFT_M_S) * age_s;
+        self.own.position.squared_distance_m2(other.position) < reach_m * reach_m
+    }
+
+    /// Plans the commands of this UAV and its neighbours one after the other, by ascending id: each takes the commands
+    /// of those before it as known. All UAVs compute the same plan from the same reports. Returns the command of this
+    /// UAV.
+    #[cold]
+    fn plan(
+        &self,
+        desired: Command,
+        course: PredictedTrajectory,
+        others: impl Iterator<Item = OtherAircraft> + Clone,
+        team: &impl DesiredCommands,
+    ) -> (Command, Option<Avoidance>) {
+        let intruders: Vec<OtherAircraft> =
+            others.clone().filter(|other| matches!(other.aircraft, Aircraft::Intruder(_))).collect();
+        let lag_s = self.uav.turn_rate_lag_s;
+        let mut planned: Vec<Planned> = Vec::new();
+        let (aircraft, manoeuvre) = (Aircraft::Uav(self.id), self.manoeuvre);
+        let own = OtherAircraft { aircraft, reported_state: *self.own, age_s: 0.0, manoeuvre };
+        for other in others.chain([own]) {
+            let Aircraft::Uav(uav) = other.aircraft else { continue };
+            let age_s = other.age_s.min(SILENT_MAX_S);
+            let state = other.reported_state.extrapolated(age_s);
+            let course = self.predicted(&other, team.intent_of(uav));
+            let (levels_m, manoeuvre) = (other.levels_m(), other.manoeuvre);
+            planned.push(Planned { uav, state, age_s, levels_m, course, manoeuvre });
+        }
+        if planned.len() >= PLANNED_MAX {
+            let far_m2 = |planned: &Planned| planned.state.position.squared_distance_m2(self.own.position);
+            planned.sort_by(|a, b| far_m2(a).total_cmp(&far_m2(b)));
+            planned.truncate(PLANNED_MAX);
+        }
+        // UAVs that avoid an intruder have right of way.
+        planned.sort_by_key(|planned| {
+            let avoids = planned.manoeuvre.map(|manoeuvre| manoeuvre.avoids);
+            (matches!(avoids, Some(Aircraft::Intruder(_))), planned.uav)
+        });
+        let Self { separation, uav, escapes: model, geofence, .. } = *self;
+        let of = |index: usize| {
+            let Planned { uav: id, state: ref own, manoeuvre, .. } = planned[index];
+            CollisionAvoidance { separation, uav, escapes: model, geofence, id, own, manoeuvre }
+        };
+        let age_s = |i: usize, j: usize| planned[i].age_s + planned[j].age_s;
+        let required_m = |i: usize, j: usize| {
+            let minimum_m = self.separation.horizontal_min_m + ESCAPE_BUFFER_M + self.escapes.chord_error_m;
+            minimum_m + DRIFT_M_S * age_s(i, j)
+        };
+        let can_meet = |i: usize, j: usize| {
+            i != j
+                && of(i).can_meet(&planned[j].state, age_s(i, j))
+                && !self.is_separated(planned[i].levels_m, planned[j].levels_m)
+        };
+        let meets: Vec<Vec<usize>> = (0..planned.len())
+            .map(|index| (0..planned.len()).filter(|other| can_meet(index, *other)).collect())
+            .collect();
+        let turns =
+            |state: &UavState, command| self.geofence.map_or([true; 2], |geofence| geofence.safe_turns(state, command));
+        let commands: Vec<(Command, PredictedTrajectory)> = planned
+            .iter()
+            .map(|planned| {
+                if planned.uav == self.id {
+                    return (desired, course);
+                }
+                let (command, intent) = team.desired(planned.uav, &planned.state);
+                (command, PredictedTrajectory::of(&planned.state, intent, lag_s, 0.0))
+            })
+            .collect();
+        let preferred: Vec<Side> = planned
+            .iter()
+            .map(|planned| {
+                let turns_left = planned.state.turn_rate_rad_s >= 0.0;
+                if planned.manoeuvre.map_or(turns_left, |manoeuvre| manoeuvre.is_left) {
+                    Side::Left
+                } else {
+                    Side::Right
+                }
+            })
+            .collect();
+        // Escape manoeuvres of all, after their desired commands or, if these fall short together, from now on.
+        let escapes_after = |command_of: &dyn Fn(usize, Side) -> Command| {
+            let paths: Vec<[Option<Escape>; 2]> = (0..planned.len())
+                .map(|index| {
+                    let state = &planned[index].state;
+                    Side::BOTH.map(|side| {
+                        let command = command_of(index, side);
+                        let is_possible = turns(state, Some(command))[side as usize];
+                        is_possible.then(|| self.escapes.path(state, command, side))
+                    })
+                })
+                .collect();
+            let (short, sides) =
+                choose_sides(&preferred, |i, s, j, t| match (&paths[i][s as usize], &paths[j][t as usize]) {
+                    (Some(a), Some(b)) if meets[i].contains(&j) => self.escapes.shortfall(a, b, required_m(i, j)),
+                    (Some(_), _) => 0.0,
+                    (None, _) => IMPOSSIBLE,
+                });
+            let path = |(index, side): (usize, &Side)| {
+                let command = command_of(index, *side);
+                paths[index][*side as usize].unwrap_or_else(|| self.escapes.path(&planned[index].state, command, *side))
+            };
+            (short, sides.iter().enumerate().map(path).collect::<Vec<Escape>>())
+        };
+        let (short, mut escapes) = escapes_after(&|index, _| commands[index].0);
+        if short > 0.0 {
+            escapes = escapes_after(&|_, side| self.escapes.command(side)).1;
+        }
+        let mut courses: Vec<SampledTrajectory> = planned.iter().map(|planned| planned.course.sampled()).collect();
+        for index in 0..planned.len() {
+            let uav = of(index);
+            let (command, course) = commands[index];
+            let teammates = (0..planned.len()).filter(|other| *other != index).filter_map(|other| {
+                let Planned { uav: teammate, ref state, levels_m, .. } = planned[other];
+                let required = uav.required(AHEAD_S, BUFFER_M, age_s(index, other));
+                let is_near =
+                    uav.is_within_reach(state, 0.0, required) && !self.is_separated(planned[index].levels_m, levels_m);
+                let (aircraft, course) = (Aircraft::Uav(teammate), courses[other]);
+                let (ahead_s, required_m, growth_m_s) = uav.kept(aircraft, required);
+                is_near.then_some(Near { aircraft, course, pursuer: None, ahead_s, required_m, growth_m_s })
+            });
+            let intruders = intruders.iter().filter_map(|other| uav.near(other, None, |_| None));
+            let near: Vec<Near> = teammates.chain(intruders).collect();
+            let met = meets[index].iter();
+            let met = met.map(|other| (planned[*other].uav, escapes[*other], required_m(index, *other))).collect();
+            let neighbours = Neighbours { near: &near, escapes: met };
+            let (flown, side, avoidance) = uav.nearest_command((command, course), &neighbours, turns);
+            if uav.id == self.id {
+                return (flown, avoidance);
+            }
+            let course = if flown == command { course } else { course.with(Intent::held(flown)) };
+            courses[index] = course.sampled();
+            if !meets[index].is_empty() {
+                escapes[index] = self.escapes.path(uav.own, flown, side);
+            }
+        }
+        (desired, None)
     }
 
     /// Returns the altitude to command on the way to a desired altitude, m. The UAV does not climb or descend past a
@@ -181,8 +376,8 @@ impl CollisionAvoidance<'_> {
     }
 
     /// Returns true if both are separated by altitude for the whole prediction horizon.
-    fn is_separated(&self, levels: Option<[f64; 2]>, other: &OtherAircraft) -> bool {
-        levels.zip(other.levels_m()).is_some_and(|([low_m, high_m], [other_low_m, other_high_m])| {
+    fn is_separated(&self, levels: Option<[f64; 2]>, other_levels: Option<[f64; 2]>) -> bool {
+        levels.zip(other_levels).is_some_and(|([low_m, high_m], [other_low_m, other_high_m])| {
             other_low_m - high_m >= self.separation.vertical_min_m
                 || low_m - other_high_m >= self.separation.vertical_min_m
         })
@@ -197,92 +392,186 @@ impl CollisionAvoidance<'_> {
         self.own.position.squared_distance_m2(other.position) < far_m * far_m
     }
 
-    /// Predicts another aircraft and sets the required distance; `None` if it is too far away to matter. This UAV gives
-    /// way to teammates with a higher id and to intruders.
-    fn near(&self, other: &OtherAircraft, intent_of: impl Fn(UavId) -> Option<Intent>) -> Option<Near> {
-        let OtherAircraft { aircraft, reported_state: reported, age_s } = other;
+    /// Predicts another aircraft and sets the required distance; `None` if it is too far away to matter, at least for
+    /// the given course.
+    fn near(
+        &self,
+        other: &OtherAircraft,
+        own_course: Option<&PredictedTrajectory>,
+        intent_of: impl Fn(UavId) -> Option<Intent>,
+    ) -> Option<Near> {
+        let OtherAircraft { aircraft, reported_state: reported, age_s, .. } = *other;
         let age_s = age_s.min(SILENT_MAX_S);
-        let minimum_m = self.separation.horizontal_min_m;
-        let gives_way = |ahead_s| (ahead_s, minimum_m + BUFFER_M + DRIFT_M_S * age_s, DRIFT_M_S2 * age_s);
-        let (teammate, (ahead_s, required_m, growth_m_s)) = match *aircraft {
-            // Intruders do not give way.
-            Aircraft::Intruder(_) => (None, gives_way(INTRUDER_AHEAD_S)),
-            Aircraft::Uav(teammate) if self.id < teammate => (Some(teammate), gives_way(AHEAD_S)),
-            Aircraft::Uav(teammate) => {
-                let spare_m = (BUFFER_M - BUFFER_REDUCTION_M_S * age_s).max(SPARE_MIN_M);
-                (Some(teammate), (SHORT_AHEAD_S + age_s, minimum_m - LESS_M + spare_m, 0.0))
-            }
+        let (ahead_s, buffer_m, intent, pursuer) = match aircraft {
+            Aircraft::Intruder(_) => (INTRUDER_AHEAD_S, INTRUDER_BUFFER_M, None, Some(reported.extrapolated(age_s))),
+            Aircraft::Uav(teammate) => (AHEAD_S, BUFFER_M, intent_of(teammate), None),
         };
-        let UavState { position, speed_m_s, turn_rate_rad_s, .. } = *reported;
-        let least_m = required_m + growth_m_s * ahead_s;
-        let reach_m = least_m + self.uav.speed_max_m_s() * ahead_s + speed_m_s.abs() * (ahead_s + age_s);
-        if self.own.position.squared_distance_m2(position) >= reach_m * reach_m {
+        let required = self.required(ahead_s, buffer_m, age_s);
+        if !self.is_within_reach(&reported, age_s, required) {
             return None;
         }
+        let course = self.predicted(other, intent);
+        let (ahead_s, required_m, growth_m_s) = self.kept(aircraft, required);
+        let least_m = required_m + growth_m_s * ahead_s;
+        if pursuer.is_none() && own_course.is_some_and(|own| own.separation_m(&course, ahead_s) >= least_m) {
+            return None;
+        }
+        Some(Near { aircraft, course: course.sampled(), pursuer, ahead_s, required_m, growth_m_s })
+    }
+
+    /// Prediction horizon, s; required distance, m; and its growth per second of prediction, m/s; for an aircraft whose
+    /// report is `age_s` seconds old.
+    fn required(&self, ahead_s: f64, buffer_m: f64, age_s: f64) -> (f64, f64, f64) {
+        (ahead_s, self.separation.horizontal_min_m + buffer_m + DRIFT_M_S * age_s, DRIFT_M_S2 * age_s)
+    }
+
+    /// A required distance, larger for the aircraft that the UAV already avoids: a manoeuvre ends only when clear.
+    fn kept(&self, aircraft: Aircraft, (ahead_s, required_m, growth_m_s): (f64, f64, f64)) -> (f64, f64, f64) {
+        let is_avoided = self.manoeuvre.is_some_and(|manoeuvre| manoeuvre.avoids == aircraft);
+        (ahead_s, required_m + if is_avoided { CLEAR_M } else { 0.0 }, growth_m_s)
+    }
+
+    /// True if another aircraft can come nearer than the required distance within the prediction horizon.
+    fn is_within_reach(&self, reported: &UavState, age_s: f64, required: (f64, f64, f64)) -> bool {
+        let (ahead_s, required_m, growth_m_s) = required;
+        let least_m = required_m + growth_m_s * ahead_s;
+        let reach_m = least_m + self.uav.speed_max_m_s() * ahead_s + reported.speed_m_s.abs() * (ahead_s + age_s);
+        self.own.position.squared_distance_m2(reported.position) < reach_m * reach_m
+    }
+
+    /// Predicted trajectory of a teammate that follows its intent, or of an aircraft without intent.
+    fn predicted(&self, other: &OtherAircraft, intent: Option<Intent>) -> PredictedTrajectory {
+        let (reported, age_s) = (&other.reported_state, other.age_s.min(SILENT_MAX_S));
+        let UavState { speed_m_s, turn_rate_rad_s, .. } = *reported;
         let is_trusted =
             |intent: &Intent| (intent.command.turn_rate_rad_s - turn_rate_rad_s).abs() < TRUST_RAD_S * (1.0 + age_s);
-        let flown = Intent::held(Command { speed_m_s, turn_rate_rad_s });
-        let intent = match teammate.and_then(intent_of) {
+        let reported_command = other.manoeuvre.map(|manoeuvre| self.uav.limit(manoeuvre.command).command);
+        let flown = Intent::held(reported_command.unwrap_or(Command { speed_m_s, turn_rate_rad_s }));
+        let intent = match intent {
             None => flown,
-            Some(intent) if is_trusted(&intent) => intent,
+            Some(intent) if reported_command.is_none() && is_trusted(&intent) => intent,
             // The teammate avoids another aircraft and will return to its orbit.
             Some(intent) => Intent { for_s: AVOIDING_S, turn_rate_after_rad_s: intent.turn_rate_after_rad_s, ..flown },
         };
-        let course = PredictedTrajectory::of(reported, intent, self.uav.turn_rate_lag_s, age_s);
-        let pursuer = teammate.is_none().then(|| reported.extrapolated(age_s));
-        Some(Near { aircraft: *aircraft, course, pursuer, ahead_s, required_m, growth_m_s })
+        PredictedTrajectory::of(reported, intent, self.uav.turn_rate_lag_s, age_s)
     }
 
-    /// Returns the admissible command with the lowest cost; the desired command if no other is admissible.
-    #[cold]
+    /// Returns the admissible command with the lowest cost, the side of its escape manoeuvre, and the aircraft that the
+    /// desired command would come near; the desired command if no other is admissible.
     fn nearest_command(
         &self,
         (desired, course): (Command, PredictedTrajectory),
-        near: &[Near],
-        is_allowed: impl Fn(Command) -> bool,
-    ) -> Command {
-        let mut best = (f64::INFINITY, desired);
+        neighbours: &Neighbours,
+        turns: impl Fn(&UavState, Option<Command>) -> [bool; 2],
+    ) -> (Command, Side, Option<Avoidance>) {
+        let near = neighbours.near;
+        let (short, soft_avoidance) = self.shortfall(&course.sampled(), near, f64::INFINITY);
+        let (escape_short, side, escape_avoidance) =
+            self.escape_shortfall(desired, &neighbours.escapes, f64::INFINITY, [true; 2]);
+        if short <= 0.0 && escape_short <= 0.0 && turns(self.own, Some(desired))[side as usize] {
+            return (desired, side, None);
+        }
+        let mut best = (f64::INFINITY, desired, side, escape_short);
         let turns_s = if near.iter().any(|other| other.pursuer.is_some()) { &TURNS_S[..] } else { &[] };
+        let flown_rad_s =
+            self.manoeuvre.map_or(self.own.turn_rate_rad_s, |manoeuvre| manoeuvre.command.turn_rate_rad_s);
         for (effort, command) in COSTS.candidates(self.uav, self.own.turn_rate_rad_s, desired) {
+            let is_reversal = flown_rad_s * command.turn_rate_rad_s < 0.0
+                && flown_rad_s.abs().min(command.turn_rate_rad_s.abs()) > REVERSAL_RAD_S;
+            let effort = effort + if is_reversal { REVERSAL_COST } else { 0.0 };
             // A command with a larger shortfall costs more than the best one.
             let short_max = (best.0 - effort) / SHORTFALL_COST;
             if short_max <= 0.0 {
+                if is_reversal {
+                    continue;
+                }
                 break;
             }
             let held = Intent::held(command);
-            let mut short = self.shortfall(&course.with(held), near, short_max).0;
+            let mut short = self.shortfall(&course.with(held).sampled(), near, short_max).0;
             for for_s in turns_s {
                 if short > 0.0 {
                     let turn = Intent { for_s: *for_s, turn_rate_after_rad_s: 0.0, ..held };
-                    short = short.min(self.shortfall(&course.with(turn), near, short_max).0);
+                    short = short.min(self.shortfall(&course.with(turn).sampled(), near, short_max).0);
                 }
             }
-            if short < short_max && is_allowed(command) {
-                best = (effort + SHORTFALL_COST * short, command);
-            }
-        }
-        best.1
-    }
-
-    /// Largest shortfall of a course, as a fraction of the required distance, and the aircraft concerned. The search
-    /// stops once the shortfall reaches `short_max`.
-    fn shortfall(&self, course: &PredictedTrajectory, near: &[Near], short_max: f64) -> (f64, Option<Avoidance>) {
-        let mut worst = (0.0, None);
-        for other in near {
-            let furthest_m = other.required_m + other.growth_m_s * other.ahead_s;
-            if other.pursuer.is_none() && course.separation_m(&other.course, other.ahead_s) >= furthest_m {
+            if short >= short_max {
                 continue;
             }
-            let closing_m_s = course.fastest_m_s() + other.course.fastest_m_s() + other.growth_m_s;
-            let enough_m = other.required_m * (1.0 - short_max);
-            let (mut after_s, mut spare_m, mut predicted_distance_m) = (0.0, f64::INFINITY, f64::INFINITY);
-            while after_s < other.ahead_s && spare_m >= enough_m {
-                let distance_m = course.at(after_s).distance_m(other.course.at(after_s));
+            let cost = effort + SHORTFALL_COST * short;
+            let escape_short_max = ((best.0 - cost) / ESCAPE_SHORTFALL_COST - 1.0).max(f64::MIN_POSITIVE);
+            if self.escape_shortfall(command, &neighbours.escapes, escape_short_max, [true; 2]).0 >= escape_short_max {
+                continue;
+            }
+            let possible = turns(self.own, Some(command));
+            if possible == [false; 2] {
+                continue;
+            }
+            let (escape_short, side, _) =
+                self.escape_shortfall(command, &neighbours.escapes, escape_short_max, possible);
+            let falls_short = if escape_short > 0.0 { ESCAPE_SHORTFALL_COST * (1.0 + escape_short) } else { 0.0 };
+            if cost + falls_short < best.0 {
+                best = (cost + falls_short, command, side, escape_short);
+            }
+        }
+        let (_, command, side, escape_short) = best;
+        let is_given_up = escape_short > 0.0;
+        let avoidance =
+            if is_given_up { escape_avoidance.or(soft_avoidance) } else { soft_avoidance.or(escape_avoidance) };
+        let avoidance = avoidance.map(|avoidance| Avoidance { is_left: side == Side::Left, is_given_up, ..avoidance });
+        (command, side, avoidance)
+    }
+
+    /// Smallest shortfall of the escape manoeuvres after a command, the side of that manoeuvre, and the aircraft that
+    /// comes nearest. The search may stop once the shortfall reaches `short_max`.
+    fn escape_shortfall(
+        &self,
+        command: Command,
+        others: &[(UavId, Escape, f64)],
+        short_max: f64,
+        possible: [bool; 2],
+    ) -> (f64, Side, Option<Avoidance>) {
+        let first = if command.turn_rate_rad_s < 0.0 { Side::Right } else { Side::Left };
+        let order = if first == Side::Left { Side::BOTH } else { [Side::Right, Side::Left] };
+        if others.is_empty() {
+            return (0.0, first, None);
+        }
+        let mut best = (f64::INFINITY, first, None);
+        for side in order.into_iter().filter(|side| possible[*side as usize]) {
+            let path = self.escapes.path(self.own, command, side);
+            let mut worst = (0.0, side, None);
+            for (uav, escape, required_m) in others {
+                let short = self.escapes.shortfall(&path, escape, *required_m);
+                if short > worst.0 {
+                    let predicted_distance_m = required_m * (1.0 - short).max(0.0);
+                    worst = (short, side, Some(avoidance(Aircraft::Uav(*uav), predicted_distance_m)));
+                }
+                if short >= best.0.min(short_max) {
+                    break;
+                }
+            }
+            if worst.0 < best.0 {
+                best = worst;
+            }
+            if best.0 <= 0.0 {
+                break;
+            }
+        }
+        best
+    }
+
+    /// Shortfall of the distance to other aircraft, as a fraction of the required distance: the largest plus the mean;
+    /// and the aircraft concerned. The search stops once the shortfall reaches `short_max`.
+    fn shortfall(&self, course: &SampledTrajectory, near: &[Near], short_max: f64) -> (f64, Option<Avoidance>) {
+        let mut worst = (0.0, None);
+        for other in near {
+            let (mut spare_m, mut predicted_distance_m) = (f64::INFINITY, f64::INFINITY);
+            let (mut sum, mut steps) = (0.0, 0.0);
+            for (after_s, step) in course.relative(&other.course, other.ahead_s) {
+                let distance_m = least_length(step);
                 let left_m = distance_m - other.growth_m_s * after_s;
                 (spare_m, predicted_distance_m) = (spare_m.min(left_m), predicted_distance_m.min(distance_m));
-                // Before that time, the distance cannot fall below the required one or the smallest one found so far,
-                // whichever is smaller.
-                after_s += ((left_m - other.required_m.min(spare_m)) / closing_m_s).max(0.25);
+                (sum, steps) = (sum + (other.required_m - left_m).max(0.0), steps + 1.0);
             }
             if let Some(pursuer) = &other.pursuer {
                 let turn_max_rad_s = self.uav.turn_rate_max_rad_s;
@@ -292,9 +581,9 @@ impl CollisionAvoidance<'_> {
                     });
                 (spare_m, predicted_distance_m) = (spare_m.min(closest_m), predicted_distance_m.min(closest_m));
             }
-            let short = (other.required_m - spare_m) / other.required_m;
+            let short = (other.required_m - spare_m + sum / steps) / other.required_m;
             if short > worst.0 {
-                worst = (short, Some(Avoidance { aircraft: other.aircraft, predicted_distance_m }));
+                worst = (short, Some(avoidance(other.aircraft, predicted_distance_m)));
             }
             if short >= short_max {
                 break;
@@ -308,6 +597,11 @@ impl CollisionAvoidance<'_> {
 const CLIMB_CLEAR_MINIMA: f64 = 6.0;
 /// Buffer added to the minimum altitude difference for a UAV that waits for another aircraft to clear its altitude, m.
 const SPARE_VERTICAL_M: f64 = 1.0;
+
+/// Avoidance of an aircraft, before a manoeuvre has been chosen.
+fn avoidance(aircraft: Aircraft, predicted_distance_m: f64) -> Avoidance {
+    Avoidance { aircraft, predicted_distance_m, is_left: false, is_given_up: false }
+}
 
 /// Lowest and highest altitude of a UAV on its way to `to_m`, m. Includes `after_s` seconds at the current climb rate.
 fn reach_m(from: Vertical, to_m: f64, after_s: f64) -> [f64; 2] {

@@ -149,10 +149,22 @@ impl GeofenceSafety {
         (allowed.unwrap_or_else(|| self.manoeuvre(own, &sides)), Some(zone))
     }
 
-    /// Returns true if a command, which must be within the limits, is allowed.
-    pub(crate) fn allows(&self, own: &UavState, command: Command) -> bool {
-        let sides = self.sides_near(own);
-        self.geofence().contains(own.position) && self.forbidding_zone(own, command, &sides).is_none()
+    /// Fallback manoeuvres, to the left and to the right, that stay clear of every outline forever after a command was
+    /// held for one period; without a command, from now on. Neither, if the command is not allowed.
+    pub(crate) fn safe_turns(&self, own: &UavState, command: Option<Command>) -> [bool; 2] {
+        if !self.geofence().contains(own.position) {
+            return [false; 2];
+        }
+        let (sides, least_m2) = (self.sides_near(own), self.margin_m * self.margin_m);
+        let mut state = *own;
+        if let Some(command) = command {
+            let (end, closest) = flown(&self.period, own, command, &sides, least_m2);
+            if closest.squared_m2 < least_m2 {
+                return [false; 2];
+            }
+            state = end;
+        }
+        self.manoeuvres().map(|turn| self.for_good(&state, turn, &sides, least_m2).squared_m2 >= least_m2)
     }
 
     /// Returns true if the position is allowed and a fallback manoeuvre stays clear of every outline forever.

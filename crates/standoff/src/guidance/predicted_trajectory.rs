@@ -125,9 +125,9 @@ impl PredictedTrajectory {
         arc.from + arc.flown(after_s).0
     }
 
-    /// Maximum speed of the trajectory, m/s.
-    pub(crate) fn fastest_m_s(&self) -> f64 {
-        self.arcs[0].speed_m_s.abs().max(self.arcs[1].speed_m_s.abs())
+    /// Positions at regular times from now on.
+    pub(crate) fn sampled(&self) -> SampledTrajectory {
+        SampledTrajectory(core::array::from_fn(|sample| self.at(sample as f64 * SampledTrajectory::STEP_S)))
     }
 
     /// Lower bound of the distance of two trajectories within a time, m; usually a coarse bound.
@@ -148,4 +148,35 @@ impl PredictedTrajectory {
         let off_m = (0.5 * self.turn_m_s2 * flown_s + self.change_m_s) * flown_s;
         (from + velocity * self.age_s, velocity.vector(), off_m)
     }
+}
+
+/// Positions of a predicted trajectory at regular times from now on.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct SampledTrajectory([Position; Self::SAMPLES]);
+
+impl SampledTrajectory {
+    /// Time between two positions, s. A UAV at 40 m/s that turns at 0.3 rad/s deviates by 0.4 m from their chord.
+    const STEP_S: f64 = 0.5;
+    /// Number of positions; the last one is the prediction horizon.
+    const SAMPLES: usize = 25;
+
+    /// Position at the sample nearest to a time, s from now.
+    pub(crate) fn at(&self, after_s: f64) -> Position {
+        self.0[((after_s / Self::STEP_S + 0.5) as usize).min(Self::SAMPLES - 1)]
+    }
+
+    /// Vectors from another trajectory to this one within a time, at both ends of each step, with the time of the
+    /// first, s.
+    pub(crate) fn relative(&self, other: &Self, within_s: f64) -> impl Iterator<Item = (f64, [Vector2<f64>; 2])> {
+        let steps = ((within_s / Self::STEP_S) as usize).min(Self::SAMPLES - 1);
+        let relative = |sample: usize| (self.0[sample] - other.0[sample]).vector();
+        (0..steps).map(move |step| (step as f64 * Self::STEP_S, [relative(step), relative(step + 1)]))
+    }
+}
+
+/// Minimum length of a vector that moves straight from one to another.
+pub(crate) fn least_length([from, to]: [Vector2<f64>; 2]) -> f64 {
+    let along = to - from;
+    let nearest = (-from.dot(&along) / along.norm_squared().max(1e-12)).clamp(0.0, 1.0);
+    (from + along * nearest).norm()
 }

@@ -118,6 +118,7 @@ impl Replica {
             (report.uav, (report.restart_count, report.sequence)) = (own.uav, own.order);
             (report.time, report.state, report.boresight) = (logged.time, *own.state, logged.boresight);
             (report.assigned_group, report.is_leaving) = (own.assigned_group, own.is_leaving);
+            report.manoeuvre = logged.manoeuvre;
             report.detections.clone_from(&logged.detections);
             let log_status = report.log_status.get_or_insert_default();
             log_status.start = log.time(history.start);

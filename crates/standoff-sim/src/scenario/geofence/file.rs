@@ -7,11 +7,7 @@ use super::super::earth::Earth;
 use super::super::polygons::{GeoJson, can_be_degrees, check_metres, rings, states_degrees};
 use super::super::schema_types::ZoneKind;
 use super::kml;
-use super::shapes::{BandM, Contents, Found, Shape};
-
-/// Advice on how to give a circle, which files give as points.
-pub(super) const INSTEAD: &str =
-    "a zone is a polygon; remove it, or give a circle in the scenario (lat_deg, lon_deg, radius_m)";
+use super::shapes::{BandM, Contents, Found, INSTEAD, Shape};
 
 /// Reads zones. `earth` places degrees, or states why it cannot. Plans and KML are in degrees. GeoJSON is in degrees if
 /// the traffic is, if it states so, or if all its coordinates can be; otherwise it is in metres.

@@ -11,8 +11,7 @@ use standoff_io::text_source::{self, Expectation, Fault, Position};
 
 use super::super::earth::Earth;
 use super::super::polygons::Rings;
-use super::file::INSTEAD;
-use super::shapes::{Contents, Found, Shape, named};
+use super::shapes::{Contents, Found, INSTEAD, Shape, named};
 
 /// Expected contents, for messages.
 static ZONES: Expectation = Expectation { description: "zones", formats: "KML with polygons" };

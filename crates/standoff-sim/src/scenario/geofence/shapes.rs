@@ -5,6 +5,10 @@ use standoff_io::display_text::quoted;
 use super::super::polygons::Rings;
 use super::super::schema_types::ZoneKind;
 
+/// Advice on how to give a circle, which files give as points.
+pub(super) const INSTEAD: &str =
+    "a zone is a polygon; remove it, or give a circle in the scenario (lat_deg, lon_deg, radius_m)";
+
 /// A zone of a file, in the plane of the scenario.
 #[derive(Debug)]
 pub(super) struct Found {

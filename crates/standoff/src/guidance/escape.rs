@@ -1,0 +1,272 @@
+//! Escape manoeuvres: turns that UAVs can fly together forever without coming near each other.
+//!
+//! A UAV has two escape manoeuvres: the hardest turn to the left and to the right at the lowest speed, which end in
+//! circles. Some UAVs are *separable* if each has one of the two such that all pairs keep the required distance forever.
+//! If each UAV in turn only flies commands after which they remain separable, they keep that distance (T. Schouwenaars,
+//! J. How and E. Feron, *Decentralized Cooperative Trajectory Planning of Multiple Aircraft with Hard Safety
+//! Guarantees*, AIAA Guidance, Navigation, and Control Conference 2004).
+
+use nalgebra::Vector2;
+
+use crate::angle::Angle;
+use crate::frame::{Displacement, Position};
+use crate::guidance::predicted_trajectory::least_length;
+use crate::math::PI;
+use crate::params::{Integrator, UavParams};
+use crate::time::Duration;
+use crate::uav::{AutopilotModel, Command, UavState};
+
+/// Maximum turn between two consecutive points of a path, rad.
+const TURN_STEP_RAD: f64 = 0.15;
+/// Number of lags after which a manoeuvre counts as a circle.
+const SETTLED_LAGS: f64 = 5.0;
+/// Shortest time until a manoeuvre counts as a circle, s.
+const SETTLED_MIN_S: f64 = 4.0;
+/// Maximum number of pieces of the first period, and from then on until a manoeuvre is a circle.
+const PIECES_MAX: [usize; 2] = [20, 28];
+/// Maximum number of points of a path.
+const POINTS_MAX: usize = 1 + PIECES_MAX[0] + PIECES_MAX[1];
+
+/// Side of an escape manoeuvre.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Side {
+    Left,
+    Right,
+}
+
+impl Side {
+    pub(crate) const BOTH: [Self; 2] = [Self::Left, Self::Right];
+
+    fn other(self) -> Self {
+        if self == Self::Left { Self::Right } else { Self::Left }
+    }
+
+    /// Sign of the turn rate.
+    fn sign(self) -> f64 {
+        if self == Self::Left { 1.0 } else { -1.0 }
+    }
+}
+
+/// Model of the escape manoeuvres of all UAVs of a team.
+#[derive(Debug, Clone)]
+pub(crate) struct EscapeModel {
+    /// Responses of the first period, and from then on, during one piece.
+    responses: [AutopilotModel; 2],
+    /// Numbers of these pieces.
+    pieces: [usize; 2],
+    /// Lowest speed, m/s.
+    speed_m_s: f64,
+    turn_rate_max_rad_s: f64,
+    /// Maximum deviation of the distance between two paths from the distance between their chords, m.
+    pub(crate) chord_error_m: f64,
+    /// Time in which a UAV can fly towards another one before it has turned away, s.
+    pub(crate) turning_s: f64,
+}
+
+/// Path of a UAV: a command for one period, then an escape manoeuvre.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Escape {
+    points: [Position; POINTS_MAX],
+    centre: Position,
+    /// Unit vector from the centre to the last point.
+    spoke: Vector2<f64>,
+    pub(crate) side: Side,
+}
+
+impl EscapeModel {
+    pub(crate) fn new(uav: &UavParams, period_s: f64) -> Self {
+        let turn_max = uav.turn_rate_max_rad_s;
+        let count = |time_s: f64, most: usize| ((time_s * turn_max / TURN_STEP_RAD).ceil() as usize).clamp(1, most);
+        let settled_s = (SETTLED_LAGS * uav.speed_lag_s.max(uav.turn_rate_lag_s)).max(SETTLED_MIN_S);
+        let pieces = [
+            if uav.integrator == Integrator::Exact { count(period_s, PIECES_MAX[0]) } else { 1 },
+            count(settled_s, PIECES_MAX[1]),
+        ];
+        let pieces_s = [period_s / pieces[0] as f64, settled_s / pieces[1] as f64];
+        let exact = UavParams { integrator: Integrator::Exact, ..*uav };
+        let longest_s = pieces_s[0].max(pieces_s[1]);
+        Self {
+            responses: [uav.response(Duration::from_s(pieces_s[0])), exact.response(Duration::from_s(pieces_s[1]))],
+            pieces,
+            speed_m_s: uav.speed_m_s - uav.speed_change_max_m_s,
+            turn_rate_max_rad_s: turn_max,
+            chord_error_m: 0.25 * uav.speed_max_m_s() * longest_s * turn_max * longest_s,
+            turning_s: 2.0 * period_s + uav.turn_rate_lag_s + 1.0 / turn_max,
+        }
+    }
+
+    /// The command of an escape manoeuvre.
+    pub(crate) fn command(&self, side: Side) -> Command {
+        Command { speed_m_s: self.speed_m_s, turn_rate_rad_s: side.sign() * self.turn_rate_max_rad_s }
+    }
+
+    /// Path from a state: a command for one period, then the escape manoeuvre.
+    pub(crate) fn path(&self, from: &UavState, command: Command, side: Side) -> Escape {
+        let (mut state, manoeuvre) = (*from, self.command(side));
+        let mut points = [from.position; POINTS_MAX];
+        for (index, point) in points[1..=self.pieces[0] + self.pieces[1]].iter_mut().enumerate() {
+            state = match index < self.pieces[0] {
+                true => self.responses[0].step(&state, command),
+                false => self.responses[1].step(&state, manoeuvre),
+            };
+            *point = state.position;
+        }
+        let outward = state.heading - Angle::from_rad(side.sign() * 0.5 * PI);
+        let centre = state.position + Displacement::from_polar(-self.radius_m(), outward);
+        Escape { points, centre, spoke: Displacement::from_polar(1.0, outward).vector(), side }
+    }
+
+    fn radius_m(&self) -> f64 {
+        self.speed_m_s / self.turn_rate_max_rad_s
+    }
+
+    /// Shortfall of the distance of two paths, as a fraction of the required distance: the largest plus the mean. Zero
+    /// if they never come nearer than that.
+    pub(crate) fn shortfall(&self, a: &Escape, b: &Escape, required_m: f64) -> f64 {
+        let relative = |piece: usize| (a.points[piece] - b.points[piece]).vector();
+        let (mut from, mut worst, mut sum) = (relative(0), 0.0, 0.0);
+        let short = |distance_m: f64| ((required_m - distance_m) / required_m).max(0.0);
+        let pieces = self.pieces[0] + self.pieces[1];
+        for piece in 1..=pieces {
+            let to = relative(piece);
+            worst = f64::max(worst, short(least_length([from, to])));
+            sum += short(to.norm());
+            from = to;
+        }
+        f64::max(worst, short(self.circles_m(a, b))) + sum / pieces as f64
+    }
+
+    /// Minimum distance of two UAVs that fly the circles at the end of their paths forever, m.
+    fn circles_m(&self, a: &Escape, b: &Escape) -> f64 {
+        let (apart, radius_m) = ((a.centre - b.centre).vector(), self.radius_m());
+        if a.side == b.side {
+            // The difference of the two spokes turns, but keeps its length.
+            return (apart.norm() - radius_m * (a.spoke - b.spoke).norm()).abs();
+        }
+        // The difference of two spokes that turn in opposite directions moves to and fro on a line.
+        let bisector = a.spoke + b.spoke;
+        let along = match bisector.norm() {
+            length if length > 1e-6 => Vector2::new(-bisector.y, bisector.x) / length,
+            _ => a.spoke,
+        };
+        let most_m = 2.0 * radius_m;
+        let at_m = (-apart.dot(&along)).clamp(-most_m, most_m);
+        (apart + along * at_m).norm()
+    }
+}
+
+/// Chooses a side for each UAV so that the largest shortfall is as small as possible; returns that shortfall and the
+/// sides. `short(i, s, j, t)` is the shortfall of UAV `i` on side `s` with UAV `j` on side `t`; for `i` equal to `j`, that
+/// of UAV `i` alone. Of equal choices, the preferred sides count.
+pub(crate) fn choose_sides(preferred: &[Side], short: impl Fn(usize, Side, usize, Side) -> f64) -> (f64, Vec<Side>) {
+    struct Search<S> {
+        short: S,
+        chosen: Vec<Side>,
+        best: (f64, Vec<Side>),
+    }
+    impl<S: Fn(usize, Side, usize, Side) -> f64> Search<S> {
+        fn place(&mut self, preferred: &[Side], worst: f64) {
+            let index = self.chosen.len();
+            if worst >= self.best.0 {
+                return;
+            }
+            let Some(first) = preferred.get(index) else {
+                self.best = (worst, self.chosen.clone());
+                return;
+            };
+            for side in [*first, first.other()] {
+                self.chosen.push(side);
+                let all = self.chosen.iter().enumerate();
+                let most = all.map(|(other, at)| (self.short)(index, side, other, *at)).fold(worst, f64::max);
+                self.place(preferred, most);
+                self.chosen.pop();
+            }
+        }
+    }
+    let mut search = Search { short, chosen: Vec::new(), best: (f64::INFINITY, preferred.to_vec()) };
+    search.place(preferred, 0.0);
+    search.best
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::guidance::geofence_safety::tests::Drawn;
+    use crate::params::TeamParams;
+
+    fn drawn_state(drawn: &mut Drawn, uav: &UavParams) -> UavState {
+        UavState {
+            position: Position::from_m(drawn.between(-200.0, 200.0), drawn.between(-200.0, 200.0)),
+            heading: Angle::from_rad(drawn.between(-PI, PI)),
+            speed_m_s: drawn.between(25.0, 55.0),
+            turn_rate_rad_s: drawn.between(-1.0, 1.0) * uav.turn_rate_max_rad_s,
+            vertical: None,
+        }
+    }
+
+    /// Minimum distance of two UAVs that fly a command for one period, then an escape manoeuvre for a minute.
+    fn flown_m(uav: &UavParams, period_s: f64, starts: [UavState; 2], commands: [[Command; 2]; 2]) -> f64 {
+        let piece_s = period_s / 50.0;
+        let response = uav.response(Duration::from_s(piece_s));
+        let mut states = starts;
+        let mut least_m = f64::INFINITY;
+        for piece in 0..(60.0 / piece_s) as usize {
+            least_m = least_m.min(states[0].position.distance_m(states[1].position));
+            for (state, [first, then]) in states.iter_mut().zip(commands) {
+                *state = response.step(state, if piece < 50 { first } else { then });
+            }
+        }
+        least_m
+    }
+
+    /// The shortfall is that of the flown paths, with all periods and lags; never smaller by more than the error of
+    /// chords.
+    #[test]
+    fn the_predicted_distance_of_two_escape_manoeuvres_is_flown() {
+        let mut drawn = Drawn(7);
+        for case in 0..300 {
+            let lag_s = |drawn: &mut Drawn| drawn.between(0.1, 2.0);
+            let (speed_lag_s, turn_rate_lag_s) = (lag_s(&mut drawn), lag_s(&mut drawn));
+            let uav = UavParams { speed_lag_s, turn_rate_lag_s, ..TeamParams::paper().uav };
+            let period_s = [0.1, 0.5, 1.0, 2.0][drawn.below(4)];
+            let model = EscapeModel::new(&uav, period_s);
+            let starts = [0, 1].map(|_| drawn_state(&mut drawn, &uav));
+            let sides = [0, 1].map(|_| Side::BOTH[drawn.below(2)]);
+            let first = [0, 1]
+                .map(|_| Command { speed_m_s: drawn.between(25.0, 55.0), turn_rate_rad_s: drawn.between(-0.3, 0.3) });
+            let [a, b] = [0, 1].map(|index| model.path(&starts[index], first[index], sides[index]));
+            let flown_m = flown_m(&uav, period_s, starts, [0, 1].map(|of| [first[of], model.command(sides[of])]));
+            // Of two required distances around the flown one, the paths keep the smaller one only.
+            let error_m = model.chord_error_m + 1.0;
+            let kept = model.shortfall(&a, &b, (flown_m - error_m).max(0.01));
+            let missed = model.shortfall(&a, &b, flown_m + error_m);
+            assert!(kept == 0.0 && missed > 0.0, "case {case}: {flown_m} m, {kept}, {missed}");
+        }
+    }
+
+    /// The sides are the best of all combinations.
+    #[test]
+    fn the_chosen_sides_have_the_smallest_shortfall() {
+        let uav = TeamParams::paper().uav;
+        let model = EscapeModel::new(&uav, 0.5);
+        let mut drawn = Drawn(3);
+        for _ in 0..100 {
+            let states = [0; 4].map(|_| drawn_state(&mut drawn, &uav));
+            let paths = states.map(|state| Side::BOTH.map(|side| model.path(&state, model.command(side), side)));
+            let short = |i: usize, s: Side, j: usize, t: Side| match i == j {
+                true => 0.0,
+                false => model.shortfall(&paths[i][s as usize], &paths[j][t as usize], 52.0),
+            };
+            let worst = |sides: &[Side]| {
+                let pairs = (0..4).flat_map(|i| (0..i).map(move |j| (i, j)));
+                pairs.map(|(i, j)| short(i, sides[i], j, sides[j])).fold(0.0, f64::max)
+            };
+            let all = (0..16).map(|bits| [0, 1, 2, 3].map(|index| Side::BOTH[bits >> index & 1]));
+            let best = all.map(|sides| worst(&sides)).fold(f64::INFINITY, f64::min);
+            let (shortfall, chosen) = choose_sides(&[Side::Left; 4], short);
+            assert_eq!((shortfall, worst(&chosen)), (best, best));
+            let forbidden = |i, s, j, t| if i == 2 && j == 2 && s == Side::Left { 9.0 } else { short(i, s, j, t) };
+            assert_eq!(choose_sides(&[Side::Left; 4], forbidden).1[2], Side::Right);
+        }
+    }
+}
