@@ -756,7 +756,7 @@ def check_altitudes(record, compare):
             desired = {"per-group": altitudes.get(uav.group), "per-uav": lowest + step * uav.uav, "common": lowest}[rules["altitude_policy"]]
             if climb and desired is not None:
                 desired = np.clip(desired, climb["altitude_min_m"], climb["altitude_max_m"])
-            if "separation" in record.scenario and desired is not None and uav.commanded_altitude_m != desired:
+            if record.scenario.get("separation") and desired is not None and uav.commanded_altitude_m != desired:
                 # The UAV waits for near UAVs at altitudes in between.
                 clear, vertical = (minima(record)[key] for key in ["horizontal_min_m", "vertical_min_m"])
                 near = [other for other in uavs.values() if other is not uav

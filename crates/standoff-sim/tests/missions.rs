@@ -530,7 +530,8 @@ fn improved_figure_9_starts_on_the_orbits() {
 #[test]
 fn paper_and_improved_pair_start_identically() {
     for seed in 1..=20 {
-        let [paper, best] = ["paper/table-2-pair", "improved/table-2-pair"].map(|name| load(name, &["separation=false"], seed));
+        let [paper, best] =
+            ["paper/table-2-pair", "improved/table-2-pair"].map(|name| load(name, &["separation=false"], seed));
         let first = |scenario: &Scenario| Mission::new(scenario).unwrap().frame().unwrap().truth.clone();
         assert_eq!(paper.uavs, best.uavs, "seed {seed}");
         assert_eq!(first(&paper), first(&best), "seed {seed}");

@@ -466,9 +466,12 @@ impl CollisionAvoidance<'_> {
     ) -> (Command, Side, Option<Avoidance>) {
         let near = neighbours.near;
         let (short, soft_avoidance) = self.shortfall(&course.sampled(), near, f64::INFINITY);
+        let possible = turns(self.own, Some(desired));
+        let is_allowed = possible != [false; 2];
+        let sides = if is_allowed { possible } else { [true; 2] };
         let (escape_short, side, escape_avoidance) =
-            self.escape_shortfall(desired, &neighbours.escapes, f64::INFINITY, [true; 2]);
-        if short <= 0.0 && escape_short <= 0.0 && turns(self.own, Some(desired))[side as usize] {
+            self.escape_shortfall(desired, &neighbours.escapes, f64::INFINITY, sides);
+        if short <= 0.0 && escape_short <= 0.0 && is_allowed {
             return (desired, side, None);
         }
         let mut best = (f64::INFINITY, desired, side, escape_short);
