@@ -179,6 +179,7 @@ mod tests {
             ]
             .iter()
             .any(|key| setting.contains(&format!(".{key}=")))
+                && !setting.starts_with("separation=")
         };
         let mut papers: Vec<&str> = PAPER_LAW.iter().filter(has_row).copied().collect();
         let mut sorted: Vec<&str> = undone.iter().filter(|key| !others.contains(*key)).copied().collect();
