@@ -344,11 +344,6 @@ fn fly(text: &str, seed: u64) -> Result<usize, String> {
     if are_sound { Ok(frames) } else { Err(format!("{metrics:?}")) }
 }
 
-/// 400, or more if `PROPTEST_CASES` is larger.
-fn cases() -> u32 {
-    ProptestConfig::default().cases.max(400)
-}
-
 /// The ranges above match the validation: the extremes are allowed, the next numbers beyond them are not.
 #[test]
 fn range_limits_match_the_validation() {
@@ -389,7 +384,7 @@ fn extreme_noise_gives_no_negative_squares() {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig { cases: cases(), max_shrink_iters: 2000, failure_persistence: None, ..ProptestConfig::default() })]
+    #![proptest_config(ProptestConfig { max_shrink_iters: 2000, failure_persistence: None, ..ProptestConfig::default() })]
     /// Whatever the values, all numbers of all frames are finite, all commands are within their limits, all covariances
     /// are positive definite to within rounding, and all ids are valid; otherwise the scenario is refused with a range.
     #[test]
