@@ -65,7 +65,7 @@ pub(super) fn spell_out(typed: &mut Typed, traffic: Option<&Traffic>) -> Result<
             return Err(problem("a zone has `vertices`, a circle or a `file`; keep one".to_owned()));
         }
         if zone.part_of.is_some() {
-            return Err(problem("a file has zones of their own; remove `part_of`".to_owned()));
+            return Err(problem("a file defines separate zones; remove `part_of`".to_owned()));
         }
         let path = typed.files_from.as_deref().unwrap_or(Path::new("")).join(&zone.file);
         let bytes = bounded_input::bytes(&path, LENGTH_MAX).map_err(|reason| {
@@ -386,6 +386,9 @@ fn outlines(
     [altitude_min_m, altitude_max_m]: BandM,
     before: usize,
 ) -> Result<Vec<Outline>, String> {
+    if polygons.is_empty() {
+        return Err(format!("polygon {before} has no parts; remove it"));
+    }
     for (index, rings) in polygons.iter_mut().enumerate() {
         let polygon = format!("polygon {}", before + index);
         if rings.is_empty() {
@@ -412,6 +415,12 @@ fn outlines(
             rings.into_iter().enumerate().map(|(place, ring)| (kind_of(place), ring)).collect::<Vec<_>>()
         };
         return Ok(polygons.into_iter().flat_map(of_polygon).collect());
+    }
+    for (index, polygon) in polygons.iter().enumerate() {
+        if union::union(std::slice::from_ref(polygon)).is_some_and(|outlines| outlines.is_empty()) {
+            let width_m = union::SAME_M;
+            return Err(format!("polygon {} is less than {width_m} m wide; remove it", before + index));
+        }
     }
     let joined = union::union(&polygons).map(|outlines| {
         let is_outer = |ring: &Vec<[f64; 2]>| union::twice_area_m2(ring) > 0.0;
@@ -561,6 +570,22 @@ mod tests {
 
     fn ring(west: f64, south: f64, east: f64, north: f64) -> String {
         format!("[[{west},{south}],[{east},{south}],[{east},{north}],[{west},{north}],[{west},{south}]]")
+    }
+
+    #[test]
+    fn a_multipolygon_without_area_is_refused() {
+        let folder = tempfile::tempdir().unwrap();
+        let error = |parts: &[String]| {
+            let parts: Vec<String> = parts.iter().map(|part| format!("[{part}]")).collect();
+            write_geojson(folder.path(), "MultiPolygon", &format!("[{}]", parts.join(",")));
+            let toml = "[[geofence]]\nkind = \"keep-in\"\nfile = \"z.geojson\"\n";
+            of_toml(toml, folder.path()).err().unwrap_or_default()
+        };
+        let (large, narrow) = (ring(-3000.0, -3000.0, 3000.0, 3000.0), ring(4000.0, 0.0, 4000.04, 900.0));
+        assert!(error(&[]).contains("polygon 0 has no parts; remove it"), "{}", error(&[]));
+        let message = error(&[large.clone(), narrow]);
+        assert!(message.contains("polygon 1 is less than 0.05 m wide; remove it"), "{message}");
+        assert_eq!(error(&[large, ring(4000.0, 0.0, 4000.2, 900.0)]), "");
     }
 
     /// Two halves with a common side, the same in another kind, two apart, and four around a hole.
