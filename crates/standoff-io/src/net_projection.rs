@@ -11,6 +11,9 @@ use crate::text_source::{Fault, Position};
 /// Maximum coordinate in the frame of a net, m.
 pub const FURTHEST_M: f64 = 1e8;
 
+/// Distance from a run within which a map of it must be, m. It is beyond the range of every sensor.
+pub const NEAR_M: f64 = 5_000.0;
+
 /// Maximum length of a projection, bytes; usual ones have 100.
 const PROJECTION_MAX: usize = 1_000;
 
@@ -49,6 +52,15 @@ impl Location {
                 Err(Fault::at(offset_at, message))
             }
         }
+    }
+
+    /// Returns the frame of traffic in metres over the net: that of the net or, for traffic from
+    /// `sumo --fcd-output.utm`, its projection without the offset, if the net is near the traffic only there. `is_near`
+    /// returns true if the net, shifted by a vector in metres, is near the traffic.
+    pub fn of_traffic(self, is_near: impl Fn([f64; 2]) -> bool) -> Self {
+        let without_offset = self.offset_m.map(|offset_m| -offset_m);
+        let lacks_offset = !is_near([0.0; 2]) && is_near(without_offset);
+        Self { offset_m: if lacks_offset { [0.0; 2] } else { self.offset_m }, ..self }
     }
 }
 

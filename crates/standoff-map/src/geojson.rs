@@ -6,11 +6,12 @@ use std::io::{self, BufReader};
 use serde::Deserializer;
 use serde::de::{DeserializeSeed, Error as _, IgnoredAny, MapAccess, SeqAccess, Unexpected, Visitor};
 use standoff_io::display_text::{printable, quoted};
+use standoff_io::net_projection::FURTHEST_M;
 use standoff_io::text_source::{Fault, Position, Text, input_fault};
 
 use crate::feature_class::{TAGS, of_tags};
 use crate::geometry::{Count, Form, Point, Shapes};
-use crate::limits::{FURTHEST_M, MAX_POINTS};
+use crate::limits::MAX_POINTS;
 use crate::projection::Read;
 
 /// Maximum plausible width of a line, m.

@@ -14,12 +14,6 @@ pub(crate) const MAX_PACKED: usize = 1_500_000;
 /// Maximum size of an unpacked map, bytes: packed maps have a tenth to a third of the size.
 pub(crate) const MAX_UNPACKED: u64 = 30_000_000;
 
-/// Maximum distance of shapes from the area of the run, m. It is beyond the range of every sensor.
-pub(crate) const MARGIN_M: f64 = 5_000.0;
-
-/// Maximum distance east or north, m, as for vehicles.
-pub(crate) const FURTHEST_M: f64 = 1e8;
-
 /// Initial tolerance of simplified lines, m; doubled until the map fits.
 pub(crate) const TOLERANCE_M: f64 = 0.25;
 

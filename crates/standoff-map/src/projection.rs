@@ -6,12 +6,11 @@
 
 use standoff_io::display_text::printable;
 use standoff_io::geodesy::{LocalPlane, Origin};
-use standoff_io::net_projection::{Location, Projected, finite, has_projection};
+use standoff_io::net_projection::{Location, NEAR_M, Projected, finite, has_projection};
 use standoff_io::text_source::Fault;
 
 use crate::error::{MapError, named};
 use crate::geometry::{Bounds, Form, Point, Shape, Shapes};
-use crate::limits::MARGIN_M;
 
 /// Plane and bounds of a run.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -46,7 +45,7 @@ pub(crate) struct Placed {
 pub(crate) fn all(files: Vec<(String, Read)>, place: &Place) -> Result<Placed, MapError> {
     let nets = files.iter().filter(|(_, file)| file.is_net);
     let located = nets.chain(&files).find_map(|(name, file)| Some((name.clone(), location_of_run(file, place)?)));
-    let near = place.bounds.grown(MARGIN_M);
+    let near = place.bounds.grown(NEAR_M);
     let mut placed = Placed::default();
     for (name, file) in files {
         let named = |fault| named(&name)(fault);
@@ -80,7 +79,7 @@ pub(crate) fn all(files: Vec<(String, Read)>, place: &Place) -> Result<Placed, M
             let message = format!(
                 "no part of it is within {:.0} km of the run, which is at x = {west:.0} to {east:.0} m, y = {south:.0} to \
                  {north:.0} m{spans}; is it a map of another place, or in another frame?",
-                MARGIN_M / 1e3
+                NEAR_M / 1e3
             );
             return Err(named(Fault::whole(message)));
         }
@@ -88,20 +87,16 @@ pub(crate) fn all(files: Vec<(String, Read)>, place: &Place) -> Result<Placed, M
     Ok(placed)
 }
 
-/// Returns the frame of a run in metres over a net: that of the net or, for traffic from `sumo --fcd-output.utm`, its
-/// projection without the offset, if only there the net is near the run.
+/// Returns the frame of a run over a net.
 fn location_of_run(net: &Read, place: &Place) -> Option<Location> {
-    let mut location = net.location.clone()?;
-    let near = place.bounds.grown(MARGIN_M);
-    let [x_m, y_m] = location.offset_m;
-    let spans = Bounds::of(net.shapes.all.iter().flat_map(|shape| shape.form.points().copied()));
-    let without_offset =
-        |Bounds([west, south, east, north]): Bounds| Bounds([west - x_m, south - y_m, east - x_m, north - y_m]);
-    if place.origin.is_none() && spans.is_some_and(|spans| !spans.touches(near) && without_offset(spans).touches(near))
-    {
-        location.offset_m = [0.0; 2];
+    let location = net.location.clone()?;
+    if place.origin.is_some() {
+        return Some(location);
     }
-    Some(location)
+    let near = place.bounds.grown(NEAR_M);
+    let spans = Bounds::of(net.shapes.all.iter().flat_map(|shape| shape.form.points().copied()));
+    let is_near = |by_m| spans.is_some_and(|spans| spans.shifted(by_m).touches(near));
+    Some(location.of_traffic(is_near))
 }
 
 type To = Box<dyn Fn(Point) -> Option<Point>>;
@@ -162,6 +157,11 @@ fn moved(form: Form, to: &dyn Fn(Point) -> Option<Point>) -> Option<Form> {
 }
 
 impl Bounds {
+    fn shifted(self, [x_m, y_m]: [f64; 2]) -> Self {
+        let [west, south, east, north] = self.0;
+        Self([west + x_m, south + y_m, east + x_m, north + y_m])
+    }
+
     fn corners(self) -> [Point; 2] {
         let [west, south, east, north] = self.0;
         [[west, south], [east, north]]

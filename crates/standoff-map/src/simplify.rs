@@ -3,11 +3,12 @@
 use std::collections::BTreeMap;
 
 use simplify_polyline::{Point as Vertex, simplify};
+use standoff_io::net_projection::NEAR_M;
 
 use crate::encode::{Contents, Layer, Packed};
 use crate::feature_class::Kind;
 use crate::geometry::{Bounds, Form, Point, Shape};
-use crate::limits::{MARGIN_M, MAX_PACKED, MAX_PIECE, TOLERANCE_M, TOLERANCE_MAX_M};
+use crate::limits::{MAX_PACKED, MAX_PIECE, TOLERANCE_M, TOLERANCE_MAX_M};
 use crate::projection::Placed;
 
 /// Attribution that OpenStreetMap's data require.
@@ -29,7 +30,7 @@ pub(crate) fn fit(placed: Placed, is_of_openstreetmap: bool) -> Result<Packed, S
             if far > 0 {
                 left_out.push(format!(
                     "{far} of {of} lines and areas are omitted because they are more than {:.0} km from the run",
-                    MARGIN_M / 1e3
+                    NEAR_M / 1e3
                 ));
             }
             if tolerance_m > TOLERANCE_M {

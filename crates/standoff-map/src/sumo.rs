@@ -4,13 +4,13 @@ use std::collections::BTreeMap;
 
 use quick_xml::events::BytesStart;
 use standoff_io::display_text::quoted;
-use standoff_io::net_projection::Location;
+use standoff_io::net_projection::{FURTHEST_M, Location};
 use standoff_io::text_source::xml::{Elements, Found, attributes, walk};
 use standoff_io::text_source::{Fault, Position, Text};
 
 use crate::feature_class::Kind;
 use crate::geometry::{Count, Form, Point, Shapes};
-use crate::limits::{FURTHEST_M, MAX_SHAPES};
+use crate::limits::MAX_SHAPES;
 use crate::projection::Read;
 
 /// Default width of a lane, m, as in SUMO.

@@ -6,22 +6,17 @@ use std::io::Read;
 use quick_xml::events::BytesStart;
 use standoff_io::display_text::quoted;
 use standoff_io::geodesy::LocalPlane;
-use standoff_io::net_projection::{Location, Projected, has_projection};
+use standoff_io::net_projection::{Location, NEAR_M, Projected, has_projection};
 use standoff_io::text_source::xml::{Elements, attributes, walk};
 use standoff_io::text_source::{self, Expectation, Fault, Lines, Position};
 
 use super::basemap::{self, MapFile};
 use super::load::Typed;
+use super::schema_types::PLACE_MAX_M;
 use crate::traffic::Traffic;
 
 /// Expected contents of a basemap, for messages.
 static NET: Expectation = Expectation { description: "a map", formats: "SUMO net or GeoJSON, plain or gzip" };
-
-/// Distance from a net within which its traffic is, m: that of maps.
-const MARGIN_M: f64 = 5_000.0;
-
-/// Maximum coordinate, m: that of a zone.
-const FARTHEST_M: f64 = 1e7;
 
 /// Converts degrees to the plane of the scenario.
 #[derive(Debug)]
@@ -65,7 +60,7 @@ impl Earth {
             Self::Net(net) => {
                 let is_on_earth = latitude_deg.abs() <= 90.0 && longitude_deg.abs() <= 180.0;
                 let at = is_on_earth.then(|| net.metres([longitude_deg, latitude_deg])).flatten();
-                at.filter(|at| at.iter().all(|value| value.abs() <= FARTHEST_M))
+                at.filter(|at| at.iter().all(|value| value.abs() <= PLACE_MAX_M))
                     .ok_or_else(|| far("it is outside the projection of the net".to_owned()))?
             }
         };
@@ -131,16 +126,11 @@ impl Elements for Net {
     }
 }
 
-/// Frame of traffic over a net: that of the net or, for traffic from `sumo --fcd-output.utm`, its projection without the
-/// offset, if only there the net is near the traffic.
+/// Frame of traffic over a net.
 fn frame_of(location: Location, bounds_m: Option<[f64; 4]>, traffic: Option<&Traffic>) -> Location {
     let (Some([west, south, east, north]), Some(traffic)) = (bounds_m, traffic) else { return location };
-    let [x_m, y_m] = location.offset_m;
-    let is_near = |[x_offset_m, y_offset_m]: [f64; 2]| {
-        let in_x = west - x_offset_m - MARGIN_M..=east - x_offset_m + MARGIN_M;
-        let in_y = south - y_offset_m - MARGIN_M..=north - y_offset_m + MARGIN_M;
+    location.of_traffic(|[x_m, y_m]| {
+        let (in_x, in_y) = (west + x_m - NEAR_M..=east + x_m + NEAR_M, south + y_m - NEAR_M..=north + y_m + NEAR_M);
         traffic.places().any(|[x, y]| in_x.contains(&x) && in_y.contains(&y))
-    };
-    let offset_m = if !is_near([0.0; 2]) && is_near([x_m, y_m]) { [0.0; 2] } else { location.offset_m };
-    Location { offset_m, ..location }
+    })
 }

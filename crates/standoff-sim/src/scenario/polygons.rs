@@ -26,7 +26,7 @@ pub(super) fn states_degrees(object: &Value) -> Result<bool, String> {
     ))
 }
 
-/// Returns whether GeoJSON has coordinates, all of which can be degrees.
+/// Returns true if GeoJSON has coordinates, and all of them can be degrees.
 pub(super) fn can_be_degrees(object: &Value) -> bool {
     let mut points = Vec::new();
     collect_points(object, &mut points);

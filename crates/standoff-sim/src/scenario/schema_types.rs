@@ -138,8 +138,10 @@ macro_rules! tables {
 
 /// Floor or ceiling of a zone, m.
 pub(super) const ZONE_ALTITUDE_M: Allowed = Allowed::at_least(0.0).at_most(ZONE_ALTITUDE_MAX_M);
+/// Maximum distance east or north, m.
+pub(super) const PLACE_MAX_M: f64 = 1e7;
 /// East or north, m.
-const PLACE_M: Allowed = Allowed::at_least(-1e7).at_most(1e7);
+const PLACE_M: Allowed = Allowed::at_least(-PLACE_MAX_M).at_most(PLACE_MAX_M);
 const VELOCITY_M_S: Allowed = Allowed::at_least(-1e3).at_most(1e3);
 const ACCELERATION_M_S2: Allowed = Allowed::at_least(-100.0).at_most(100.0);
 const ANGLE_DEG: Allowed = Allowed::at_least(-1e6).at_most(1e6);
@@ -193,8 +195,8 @@ tables! {
         groups: Groups;
         /// Guidance law.
         guidance: Guidance;
-        /// Collision avoidance: minimum distances between aircraft. `false`: UAVs are kept apart only by their phases on
-        /// an orbit.
+        /// Collision avoidance: minimum distances between aircraft. `false`: only their phases on an orbit
+        /// separate UAVs.
         separation: Switchable<Separation>;
         /// Geofence: keep-out and keep-in zones. If absent: UAVs may fly everywhere.
         #[serde(skip_serializing_if = "Vec::is_empty")]
@@ -446,7 +448,7 @@ tables! {
         /// Ceiling, m above the plane; `altitude_min_m` to 100,000. If absent: no upper limit.
         altitude_max_m: ZONE_ALTITUDE_M;
         /// Index, from 0, of an earlier zone of the same kind, floor and ceiling, of which this is a further part: both are
-        /// one zone, their union. If absent: a zone of its own.
+        /// one zone, their union. If absent: a separate zone.
         part_of: Allowed::at_least(0.0).at_most(99.0);
     } lists {
         /// Vertices in order, each [east, north], m.
