@@ -5,8 +5,8 @@
 //! velocity of (1) at both ends. A part is at most a third of a lag and a turn of 0.3 rad long: for UAVs of up to
 //! 100 m/s the curve is then within 0.01 m of (1).
 
-use nalgebra::{Vector2, Vector3};
-use standoff::research::Integrator;
+use nalgebra::Vector3;
+use standoff::research::{Integrator, least_length};
 use standoff::{Angle, AutopilotModel, Command, Duration, Position, TeamParams, UavState};
 use standoff_record::{IntruderRow, UavRow};
 
@@ -230,16 +230,8 @@ impl Curve {
 
     /// Smallest horizontal distance of the straight line between both ends from the origin, m.
     pub(crate) fn straight_to_origin_m(&self) -> f64 {
-        to_origin_m(self.0[0].xy(), self.0[3].xy())
+        least_length([self.0[0].xy(), self.0[3].xy()])
     }
-}
-
-/// Smallest distance of the straight line between two positions from the origin, m.
-pub(crate) fn to_origin_m(from: Vector2<f64>, to: Vector2<f64>) -> f64 {
-    let along = to - from;
-    let squared_m2 = along.norm_squared();
-    let share = if squared_m2 > 0.0 { (-from.dot(&along) / squared_m2).clamp(0.0, 1.0) } else { 0.0 };
-    (from + along * share).norm()
 }
 
 #[cfg(test)]
@@ -307,7 +299,7 @@ mod tests {
         assert!((1e-6..0.01).contains(&worst_m), "{worst_m}");
     }
 
-    /// An intruder with a constant turn rate, whose record has no turn rate.
+    /// An intruder with a constant turn rate, which its record does not contain.
     #[test]
     fn the_path_of_an_intruder_has_a_constant_turn_rate() {
         let team = TeamParams::recommended();

@@ -2,7 +2,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use standoff::{Geofence, Position, TeamParams, UavId};
+use standoff::{Geofence, TeamParams, UavId};
 use standoff_record::{Frame, UavRow};
 
 use crate::config::ScoreConfig;
@@ -57,7 +57,7 @@ impl Zones {
             if let Some(before) = before {
                 let from = before.recorded.position();
                 let bend_max_m = model.bend_max_m(&before.recorded, &recorded, duration_s);
-                if geofence.has_side_near(middle(from, position), 0.5 * from.distance_m(position) + bend_max_m + 1.0) {
+                if geofence.has_side_near(from.midpoint(position), 0.5 * from.distance_m(position) + bend_max_m + 1.0) {
                     let [low_m, high_m] = before.altitudes_m;
                     let between_m = [low_m.min(altitudes_m[0]), high_m.max(altitudes_m[1])];
                     let path = model.path(&before.recorded, &recorded, duration_s);
@@ -79,14 +79,10 @@ impl Zones {
     }
 }
 
-fn middle(from: Position, to: Position) -> Position {
-    Position::from((from.vector() + to.vector()) * 0.5)
-}
-
 /// Adds the zones whose outline a curve crosses. It is halved until it is straight near an outline.
 fn add_crossed(geofence: &Geofence, curve: &Curve, altitudes_m: [f64; 2], crossed: &mut BTreeSet<usize>) {
     let ([from, to], bend_m) = (curve.ends(), curve.bend_m());
-    if !geofence.has_side_near(middle(from, to), 0.5 * from.distance_m(to) + bend_m + ACCURACY_M) {
+    if !geofence.has_side_near(from.midpoint(to), 0.5 * from.distance_m(to) + bend_m + ACCURACY_M) {
         return;
     }
     if bend_m <= ACCURACY_M {
@@ -101,7 +97,7 @@ mod tests {
     use super::*;
     use crate::row_fixtures::uav_row;
     use standoff::research::math;
-    use standoff::{Zone, ZoneKind};
+    use standoff::{Position, Zone, ZoneKind};
 
     fn config(geofence: &Geofence, team: &TeamParams) -> ScoreConfig {
         ScoreConfig { geofence: geofence.clone(), ..ScoreConfig::new(team, 0.5) }

@@ -2,10 +2,11 @@
 
 use std::collections::BTreeSet;
 
+use standoff::research::least_length;
 use standoff::{Aircraft, SeparationParams, UavId};
 use standoff_record::{Frame, IntruderRow, UavRow};
 
-use crate::flown_path::{Curve, FlownPath, PathModel, Recorded, to_origin_m};
+use crate::flown_path::{Curve, FlownPath, PathModel, Recorded};
 
 /// Accuracy of the distances, m.
 const ACCURACY_M: f64 = 1e-3;
@@ -13,7 +14,7 @@ const ACCURACY_M: f64 = 1e-3;
 /// Maximum number of halvings of a curve.
 const HALVINGS_MAX: u32 = 16;
 
-/// Rules by which pairs of aircraft count.
+/// Rules for the pairs of aircraft that count.
 #[derive(Debug, Clone)]
 pub(crate) struct SeparationRules {
     pub(crate) minima: SeparationParams,
@@ -206,7 +207,7 @@ impl Separations {
         let apart = |one: &Flying, other: &Flying| (one.recorded.position() - other.recorded.position()).vector();
         let (from, to) = (apart(one_from, other_from), apart(&now[one], &now[other]));
         let bend_max_m = now[one].bend_max_m + now[other].bend_max_m;
-        let reach_m = to_origin_m(from, to) - bend_max_m;
+        let reach_m = least_length([from, to]) - bend_max_m;
         if reach_m >= relevant.any_m && (vertical_min_m <= 0.0 || reach_m >= relevant.same_altitude_m) {
             return false;
         }
@@ -351,7 +352,7 @@ mod tests {
         }
     }
 
-    /// One UAV flies a circle, clockwise, and comes to 10 m from another one at rest between two time steps; both are
+    /// One UAV flies a circle, clockwise, within 10 m of another one at rest between two time steps; both are
     /// recorded 2 s apart, on the circle. The chord passes at more than 40 m.
     #[test]
     fn distances_are_those_of_the_flown_arcs() {

@@ -110,7 +110,7 @@ impl EnclosingCircle {
             }
         };
         for &one in support {
-            consider(enclosing(midpoint(outside.1, one.1), Support::of(&[outside, one])));
+            consider(enclosing(outside.1.midpoint(one.1), Support::of(&[outside, one])));
         }
         for (index, &one) in support.iter().enumerate() {
             for &other in &support[index + 1..] {
@@ -155,10 +155,6 @@ impl EnclosingCircle {
     }
 }
 
-fn midpoint(a: Position, b: Position) -> Position {
-    Position::from_m(0.5 * (a.x_m() + b.x_m()), 0.5 * (a.y_m() + b.y_m()))
-}
-
 /// Centre of the circle through three points; `None` if they are collinear.
 fn circumcentre(a: Position, b: Position, c: Position) -> Option<Position> {
     let (b, c) = ((b - a).vector(), (c - a).vector());
@@ -191,7 +187,7 @@ mod tests {
         let mut least_m = f64::INFINITY;
         for (i, a) in points.iter().enumerate() {
             for (j, b) in points.iter().enumerate().skip(i) {
-                least_m = least_m.min(reach_m(points, midpoint(*a, *b)));
+                least_m = least_m.min(reach_m(points, a.midpoint(*b)));
                 for c in &points[j..] {
                     let rows =
                         nalgebra::Matrix2::from_rows(&[(*b - *a).vector().transpose(), (*c - *a).vector().transpose()]);

@@ -94,6 +94,23 @@ impl Position {
         (self - other).length_m()
     }
 
+    /// Point halfway to another position.
+    #[inline]
+    #[cfg_attr(feature = "research", visibility::make(pub))]
+    pub(crate) fn midpoint(self, other: Self) -> Self {
+        Self::from_m(0.5 * (self.x_m + other.x_m), 0.5 * (self.y_m + other.y_m))
+    }
+
+    /// Point of the straight line between two positions that is nearest to this one.
+    #[inline]
+    #[cfg_attr(feature = "research", visibility::make(pub))]
+    pub(crate) fn nearest_on_line(self, from: Self, to: Self) -> Self {
+        let (along, to_self) = ((to - from).vector(), (self - from).vector());
+        let squared_m2 = along.norm_squared();
+        let share = if squared_m2 > 0.0 { (to_self.dot(&along) / squared_m2).clamp(0.0, 1.0) } else { 0.0 };
+        Self::from(from.vector() + along * share)
+    }
+
     /// Returns true if both coordinates are finite.
     #[inline]
     #[cfg_attr(feature = "research", visibility::make(pub))]

@@ -9,9 +9,7 @@
 
 use crate::angle::Angle;
 use crate::frame::{Displacement, Position};
-use crate::guidance::geofence::{
-    Geofence, Side, ZoneKind, cross, nearest_on_side, squared_between_m2, squared_to_side_m2,
-};
+use crate::guidance::geofence::{Geofence, Side, ZoneKind, cross, squared_between_m2, squared_to_side_m2};
 use crate::guidance::heading::{Orbit, OrbitRelativeState};
 use crate::math;
 use crate::params::{GuidanceParams, UavParams};
@@ -199,7 +197,7 @@ impl DetourPlanner {
         // No part of any orbit is free: stay as close to the centre as possible.
         let off_m = 0.5 * self.circle_m();
         let free = sides.iter().filter_map(|side| {
-            let nearest = nearest_on_side(orbit.centre, side.from, side.to);
+            let nearest = orbit.centre.nearest_on_line(side.from, side.to);
             let outward = (nearest - orbit.centre).direction();
             let across = (side.to - side.from).direction() + Angle::from_rad(0.5 * math::PI);
             let directions = [outward, across, across + Angle::from_rad(math::PI)];

@@ -61,7 +61,7 @@ pub struct Zone {
     /// Ceiling, m above the plane, `altitude_min_m` to 100,000; `None`: no upper limit.
     pub altitude_max_m: Option<f64>,
     /// Index of an earlier zone, of the same kind, floor and ceiling, of which this is a further part: both are one zone,
-    /// their union, with that index. Parts of a keep-in zone must not touch each other. `None`: a zone of its own.
+    /// their union, with that index. Parts of a keep-in zone must not touch each other. `None`: a separate zone.
     pub part_of: Option<usize>,
 }
 
@@ -483,15 +483,7 @@ pub(crate) fn cross(a: Displacement, b: Displacement) -> f64 {
 
 /// Squared distance from a position to a side, m2.
 pub(crate) fn squared_to_side_m2(at: Position, from: Position, to: Position) -> f64 {
-    at.squared_distance_m2(nearest_on_side(at, from, to))
-}
-
-/// Nearest point on a side.
-pub(crate) fn nearest_on_side(at: Position, from: Position, to: Position) -> Position {
-    let (along, to_place) = ((to - from).vector(), (at - from).vector());
-    let squared_m2 = along.norm_squared();
-    let share = if squared_m2 > 0.0 { (to_place.dot(&along) / squared_m2).clamp(0.0, 1.0) } else { 0.0 };
-    Position::from(from.vector() + along * share)
+    at.squared_distance_m2(at.nearest_on_line(from, to))
 }
 
 /// Squared distance between two sides, m2; zero if they cross.

@@ -175,8 +175,7 @@ impl SampledTrajectory {
 }
 
 /// Minimum length of a vector that moves straight from one to another.
+#[cfg_attr(feature = "research", visibility::make(pub))]
 pub(crate) fn least_length([from, to]: [Vector2<f64>; 2]) -> f64 {
-    let along = to - from;
-    let nearest = (-from.dot(&along) / along.norm_squared().max(1e-12)).clamp(0.0, 1.0);
-    (from + along * nearest).norm()
+    Position::ORIGIN.nearest_on_line(from.into(), to.into()).vector().norm()
 }

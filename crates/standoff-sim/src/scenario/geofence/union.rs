@@ -10,7 +10,7 @@ use standoff::Position;
 use super::super::polygons::Rings;
 
 /// Distance within which points coincide, m: files round degrees to seven decimals, 1.1 cm.
-const SAME_M: f64 = 0.05;
+pub(super) const SAME_M: f64 = 0.05;
 
 /// Maximum number of points at which outlines meet: more than the zones of a scenario may have.
 const POINTS_MAX: usize = 2_000;
@@ -174,16 +174,17 @@ pub(super) fn twice_area_m2(ring: &[Point]) -> f64 {
     sides_of(ring).map(cross).sum()
 }
 
+fn position([x_m, y_m]: Point) -> Position {
+    Position::from_m(x_m, y_m)
+}
+
 fn distance_m(one: Point, other: Point) -> f64 {
-    Position::from_m(one[0], one[1]).distance_m(Position::from_m(other[0], other[1]))
+    position(one).distance_m(position(other))
 }
 
 fn distance_to_side_m(at: Point, from: Point, to: Point) -> f64 {
-    let along = [to[0] - from[0], to[1] - from[1]];
-    let squared_m2 = along[0] * along[0] + along[1] * along[1];
-    let dot = (at[0] - from[0]) * along[0] + (at[1] - from[1]) * along[1];
-    let share = if squared_m2 > 0.0 { (dot / squared_m2).clamp(0.0, 1.0) } else { 0.0 };
-    distance_m(at, [from[0] + share * along[0], from[1] + share * along[1]])
+    let at = position(at);
+    at.distance_m(at.nearest_on_line(position(from), position(to)))
 }
 
 /// Point at which two sides cross; `None` if they do not, or are parallel.
