@@ -403,7 +403,7 @@ fn uavs_keep_the_minimum_distance_in_many_drawn_scenarios() {
     }
 }
 
-/// Two UAVs of three, 385 m apart at the start, whose orbits cross: they do not undo each other's manoeuvres.
+/// Three UAVs with crossing orbits, two of them 385 m apart at the start: these do not undo each other's manoeuvres.
 #[test]
 fn two_uavs_do_not_undo_the_manoeuvres_of_each_other() {
     let toml = r#"

@@ -122,8 +122,8 @@ fn hour_of_clutter_alone_starts_no_track_and_needs_no_more_memory() {
     check_clutter(3600);
 }
 
-/// Two UAVs in clutter for `duration_s`; the only target is 90 km away and faster than they are. No false track is confirmed, and
-/// the memory in use does not grow.
+/// Two UAVs in clutter for `duration_s`; the only target is 90 km away and faster than they are. No false track is
+/// confirmed, and the memory in use does not grow.
 fn check_clutter(duration_s: i64) {
     let duration = format!("duration_s={duration_s}");
     let distant = [

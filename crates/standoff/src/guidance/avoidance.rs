@@ -145,12 +145,25 @@ struct Near {
     course: SampledTrajectory,
     /// Current state of an aircraft that may pursue the UAV.
     pursuer: Option<UavState>,
+    required: Required,
+}
+
+/// Distance that must be kept from another aircraft.
+#[derive(Debug, Clone, Copy)]
+struct Required {
     /// Prediction horizon, s.
     ahead_s: f64,
-    /// Required distance, m.
-    required_m: f64,
-    /// Growth of the required distance per second of prediction, m/s.
+    /// Distance required now, m.
+    now_m: f64,
+    /// Its growth per second of prediction, m/s.
     growth_m_s: f64,
+}
+
+impl Required {
+    /// Largest distance required within the horizon, m.
+    fn most_m(&self) -> f64 {
+        self.now_m + self.growth_m_s * self.ahead_s
+    }
 }
 
 /// Paths of other UAVs that the escape manoeuvres of a UAV must not come near.
@@ -265,11 +278,7 @@ impl CollisionAvoidance<'_> {
             .iter()
             .map(|planned| {
                 let turns_left = planned.state.turn_rate_rad_s >= 0.0;
-                if planned.manoeuvre.map_or(turns_left, |manoeuvre| manoeuvre.is_left) {
-                    Side::Left
-                } else {
-                    Side::Right
-                }
+                Side::of(planned.manoeuvre.map_or(turns_left, |manoeuvre| manoeuvre.is_left))
             })
             .collect();
         // Escape manoeuvres of all, after their desired commands or, if these fall short together, from now on.
@@ -309,9 +318,9 @@ impl CollisionAvoidance<'_> {
                 let required = uav.required(AHEAD_S, BUFFER_M, age_s(index, other));
                 let is_near =
                     uav.is_within_reach(state, 0.0, required) && !self.is_separated(planned[index].levels_m, levels_m);
-                let (aircraft, course) = (Aircraft::Uav(teammate), courses[other]);
-                let (ahead_s, required_m, growth_m_s) = uav.kept(aircraft, required);
-                is_near.then_some(Near { aircraft, course, pursuer: None, ahead_s, required_m, growth_m_s })
+                let aircraft = Aircraft::Uav(teammate);
+                let required = uav.kept(aircraft, required);
+                is_near.then_some(Near { aircraft, course: courses[other], pursuer: None, required })
             });
             let intruders = intruders.iter().filter_map(|other| uav.near(other, None, |_| None));
             let near: Vec<Near> = teammates.chain(intruders).collect();
@@ -411,31 +420,30 @@ impl CollisionAvoidance<'_> {
             return None;
         }
         let course = self.predicted(other, intent);
-        let (ahead_s, required_m, growth_m_s) = self.kept(aircraft, required);
-        let least_m = required_m + growth_m_s * ahead_s;
-        if pursuer.is_none() && own_course.is_some_and(|own| own.separation_m(&course, ahead_s) >= least_m) {
+        let required = self.kept(aircraft, required);
+        let is_clear = |own: &PredictedTrajectory| own.separation_m(&course, required.ahead_s) >= required.most_m();
+        if pursuer.is_none() && own_course.is_some_and(is_clear) {
             return None;
         }
-        Some(Near { aircraft, course: course.sampled(), pursuer, ahead_s, required_m, growth_m_s })
+        Some(Near { aircraft, course: course.sampled(), pursuer, required })
     }
 
-    /// Prediction horizon, s; required distance, m; and its growth per second of prediction, m/s; for an aircraft whose
-    /// report is `age_s` seconds old.
-    fn required(&self, ahead_s: f64, buffer_m: f64, age_s: f64) -> (f64, f64, f64) {
-        (ahead_s, self.separation.horizontal_min_m + buffer_m + DRIFT_M_S * age_s, DRIFT_M_S2 * age_s)
+    /// Required distance to an aircraft whose report is `age_s` seconds old.
+    fn required(&self, ahead_s: f64, buffer_m: f64, age_s: f64) -> Required {
+        let now_m = self.separation.horizontal_min_m + buffer_m + DRIFT_M_S * age_s;
+        Required { ahead_s, now_m, growth_m_s: DRIFT_M_S2 * age_s }
     }
 
     /// A required distance, larger for the aircraft that the UAV already avoids: a manoeuvre ends only when clear.
-    fn kept(&self, aircraft: Aircraft, (ahead_s, required_m, growth_m_s): (f64, f64, f64)) -> (f64, f64, f64) {
+    fn kept(&self, aircraft: Aircraft, required: Required) -> Required {
         let is_avoided = self.manoeuvre.is_some_and(|manoeuvre| manoeuvre.avoids == aircraft);
-        (ahead_s, required_m + if is_avoided { CLEAR_M } else { 0.0 }, growth_m_s)
+        Required { now_m: required.now_m + if is_avoided { CLEAR_M } else { 0.0 }, ..required }
     }
 
     /// True if another aircraft can come nearer than the required distance within the prediction horizon.
-    fn is_within_reach(&self, reported: &UavState, age_s: f64, required: (f64, f64, f64)) -> bool {
-        let (ahead_s, required_m, growth_m_s) = required;
-        let least_m = required_m + growth_m_s * ahead_s;
-        let reach_m = least_m + self.uav.speed_max_m_s() * ahead_s + reported.speed_m_s.abs() * (ahead_s + age_s);
+    fn is_within_reach(&self, reported: &UavState, age_s: f64, required: Required) -> bool {
+        let (ahead_s, speed_m_s) = (required.ahead_s, reported.speed_m_s.abs());
+        let reach_m = required.most_m() + self.uav.speed_max_m_s() * ahead_s + speed_m_s * (ahead_s + age_s);
         self.own.position.squared_distance_m2(reported.position) < reach_m * reach_m
     }
 
@@ -503,15 +511,20 @@ impl CollisionAvoidance<'_> {
             }
             let cost = effort + SHORTFALL_COST * short;
             let escape_short_max = ((best.0 - cost) / ESCAPE_SHORTFALL_COST - 1.0).max(f64::MIN_POSITIVE);
-            if self.escape_shortfall(command, &neighbours.escapes, escape_short_max, [true; 2]).0 >= escape_short_max {
+            let shortfall_of = |sides| self.escape_shortfall(command, &neighbours.escapes, escape_short_max, sides);
+            // Without the geofence first, because its turns take longer to compute.
+            let mut escape = shortfall_of([true; 2]);
+            if escape.0 >= escape_short_max {
                 continue;
             }
             let possible = turns(self.own, Some(command));
             if possible == [false; 2] {
                 continue;
             }
-            let (escape_short, side, _) =
-                self.escape_shortfall(command, &neighbours.escapes, escape_short_max, possible);
+            if possible != [true; 2] {
+                escape = shortfall_of(possible);
+            }
+            let (escape_short, side, _) = escape;
             let falls_short = if escape_short > 0.0 { ESCAPE_SHORTFALL_COST * (1.0 + escape_short) } else { 0.0 };
             if cost + falls_short < best.0 {
                 best = (cost + falls_short, command, side, escape_short);
@@ -534,13 +547,12 @@ impl CollisionAvoidance<'_> {
         short_max: f64,
         possible: [bool; 2],
     ) -> (f64, Side, Option<Avoidance>) {
-        let first = if command.turn_rate_rad_s < 0.0 { Side::Right } else { Side::Left };
-        let order = if first == Side::Left { Side::BOTH } else { [Side::Right, Side::Left] };
+        let first = Side::of(command.turn_rate_rad_s >= 0.0);
         if others.is_empty() {
             return (0.0, first, None);
         }
         let mut best = (f64::INFINITY, first, None);
-        for side in order.into_iter().filter(|side| possible[*side as usize]) {
+        for side in first.with_other().into_iter().filter(|side| possible[*side as usize]) {
             let path = self.escapes.path(self.own, command, side);
             let mut worst = (0.0, side, None);
             for (uav, escape, required_m) in others {
@@ -568,23 +580,22 @@ impl CollisionAvoidance<'_> {
     fn shortfall(&self, course: &SampledTrajectory, near: &[Near], short_max: f64) -> (f64, Option<Avoidance>) {
         let mut worst = (0.0, None);
         for other in near {
+            let Required { ahead_s, now_m: required_m, growth_m_s } = other.required;
             let (mut spare_m, mut predicted_distance_m) = (f64::INFINITY, f64::INFINITY);
             let (mut sum, mut steps) = (0.0, 0.0);
-            for (after_s, step) in course.relative(&other.course, other.ahead_s) {
+            for (after_s, step) in course.relative(&other.course, ahead_s) {
                 let distance_m = least_length(step);
-                let left_m = distance_m - other.growth_m_s * after_s;
+                let left_m = distance_m - growth_m_s * after_s;
                 (spare_m, predicted_distance_m) = (spare_m.min(left_m), predicted_distance_m.min(distance_m));
-                (sum, steps) = (sum + (other.required_m - left_m).max(0.0), steps + 1.0);
+                (sum, steps) = (sum + (required_m - left_m).max(0.0), steps + 1.0);
             }
             if let Some(pursuer) = &other.pursuer {
                 let turn_max_rad_s = self.uav.turn_rate_max_rad_s;
                 let closest_m =
-                    pursuer_model::closest_m(pursuer, turn_max_rad_s, other.ahead_s, other.growth_m_s, |at_s| {
-                        course.at(at_s)
-                    });
+                    pursuer_model::closest_m(pursuer, turn_max_rad_s, ahead_s, growth_m_s, |at_s| course.at(at_s));
                 (spare_m, predicted_distance_m) = (spare_m.min(closest_m), predicted_distance_m.min(closest_m));
             }
-            let short = (other.required_m - spare_m + sum / steps) / other.required_m;
+            let short = (required_m - spare_m + sum / steps) / required_m;
             if short > worst.0 {
                 worst = (short, Some(avoidance(other.aircraft, predicted_distance_m)));
             }

@@ -37,8 +37,13 @@ pub(crate) enum Side {
 impl Side {
     pub(crate) const BOTH: [Self; 2] = [Self::Left, Self::Right];
 
-    fn other(self) -> Self {
-        if self == Self::Left { Self::Right } else { Self::Left }
+    pub(crate) fn of(is_left: bool) -> Self {
+        if is_left { Self::Left } else { Self::Right }
+    }
+
+    /// This side, then the other one.
+    pub(crate) fn with_other(self) -> [Self; 2] {
+        [self, Self::of(self == Self::Right)]
     }
 
     /// Sign of the turn rate.
@@ -174,7 +179,7 @@ pub(crate) fn choose_sides(preferred: &[Side], short: impl Fn(usize, Side, usize
                 self.best = (worst, self.chosen.clone());
                 return;
             };
-            for side in [*first, first.other()] {
+            for side in first.with_other() {
                 self.chosen.push(side);
                 let all = self.chosen.iter().enumerate();
                 let most = all.map(|(other, at)| (self.short)(index, side, other, *at)).fold(worst, f64::max);

@@ -3,6 +3,7 @@ use proptest::prelude::*;
 use super::*;
 use crate::angle::Angle;
 use crate::frame::{Displacement, Position};
+use crate::guidance::geofence::{Geofence, Zone, ZoneKind};
 use crate::params::{ClimbParams, TeamParams};
 use crate::time::Duration;
 use crate::uav::AutopilotModel;
@@ -293,7 +294,7 @@ fn uavs_whose_courses_jump_keep_the_minimum_distance() {
     let mut drawn = crate::guidance::geofence_safety::tests::Drawn(11);
     for case in 0..40 {
         let uav =
-            UavParams { speed_lag_s: drawn.between(0.2, 1.0), turn_rate_lag_s: drawn.between(0.2, 1.0), ..params() };
+            UavParams { speed_lag_s: drawn.between(0.2, 2.0), turn_rate_lag_s: drawn.between(0.2, 2.0), ..params() };
         let count = 2 + drawn.below(4);
         let at = |index: usize| (600.0 * (index % 2) as f64, 600.0 * (index / 2) as f64);
         let mut fliers: Vec<Flier> =
@@ -309,6 +310,54 @@ fn uavs_whose_courses_jump_keep_the_minimum_distance() {
             fliers.iter_mut().zip(&flown.last).for_each(|(flier, last)| flier.state = *last);
         }
     }
+}
+
+/// UAVs near each other in a small area: whatever a UAV avoids, an escape manoeuvre after its command stays inside.
+#[test]
+fn avoidance_keeps_to_the_geofence() {
+    let (uav, separation) = (params(), SeparationParams::default());
+    let corners = [(-300.0, -300.0), (300.0, -300.0), (300.0, 300.0), (-300.0, 300.0)];
+    let vertices = corners.map(|(x_m, y_m)| Position::from_m(x_m, y_m)).into();
+    let geofence = Geofence::new(vec![Zone { kind: ZoneKind::KeepIn, vertices, ..Zone::default() }]).unwrap();
+    let safety = GeofenceSafety::new(geofence, uav, PERIOD_S);
+    let escapes = EscapeModel::new(&uav, PERIOD_S);
+    let mut drawn = crate::guidance::geofence_safety::tests::Drawn(5);
+    let (mut safe, mut changed) = (0, 0);
+    for case in 0..1000 {
+        let fliers: Vec<Flier> = (0..4)
+            .map(|_| {
+                let at = (drawn.between(-280.0, 280.0), drawn.between(-280.0, 280.0));
+                Flier::new(at, drawn.between(-180.0, 180.0))
+            })
+            .collect();
+        let own = fliers[3].state;
+        if !safety.is_safe(&own) {
+            continue;
+        }
+        let others = (0..3).map(|id: u32| OtherAircraft {
+            aircraft: Aircraft::Uav(UavId(id)),
+            reported_state: fliers[id as usize].state,
+            age_s: 0.0,
+            manoeuvre: None,
+        });
+        let (id, geofence) = (UavId(3), Some(&safety));
+        let avoidance = CollisionAvoidance {
+            separation: &separation,
+            uav: &uav,
+            escapes: &escapes,
+            geofence,
+            id,
+            own: &own,
+            manoeuvre: None,
+        };
+        let courses = Courses(&fliers, uav);
+        let (desired, _) = safety.make_safe(&own, courses.command(3, &own));
+        let (command, _) = avoidance.avoid((desired, None), None, others, &courses);
+        assert_ne!(safety.safe_turns(&own, Some(command)), [false; 2], "case {case}: {command:?}");
+        safe += 1;
+        changed += usize::from(command != desired);
+    }
+    assert!(safe > 300 && changed > 100, "{safe} {changed}");
 }
 
 /// Number of cases: `PROPTEST_CASES`, or 200 if it is not set.
