@@ -28,9 +28,10 @@ use crate::validation::ParamError;
 /// expected, [`Self::decide`] returns the command.
 ///
 /// Time steps lie on the team's grid: whole periods ([`LogParams::period_s`](crate::LogParams)) after
-/// [`Time::EPOCH`], by a clock that may be off by less than half a period at the first time step. A late message still counts for its own time step: all later time steps are recomputed. Agents that
-/// have received the same messages, in any order, therefore have bitwise equal team states. Missing messages are
-/// retransmitted: the outbox contains these retransmissions, too.
+/// [`Time::EPOCH`], by a clock that may be off by less than half a period at the first time step. A late message still
+/// counts for its own time step: all later time steps are recomputed. Agents that have received the same messages, in any
+/// order, therefore have bitwise equal team states. Missing messages are retransmitted: the outbox contains these
+/// retransmissions, too.
 ///
 /// ```
 /// # use standoff::*;

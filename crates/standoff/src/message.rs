@@ -18,6 +18,10 @@ use crate::uav::{Aircraft, Command, UavId, UavState};
 /// UAV flies within a mission.
 pub(crate) const TEAM_AREA_M: f64 = 100_000.0;
 
+/// Time after which what contradicts the team counts, s: longer than a sensor, a navigation filter or a sender is usually
+/// wrong.
+pub(crate) const WRONG_MAX_S: f64 = 6.0;
+
 /// Maximum number of UAVs; reports of more UAVs are rejected.
 pub(crate) const TEAM_MAX: usize = 256;
 
@@ -228,12 +232,16 @@ research_fields! {
     }
 }
 
+/// A number as a receiver reads it that is sent in single precision.
+fn single(value: f64) -> f64 {
+    f64::from(value as f32)
+}
+
 impl Manoeuvre {
     /// The manoeuvre as a receiver reads it: [`wire`](crate::wire) sends the command in single precision.
     pub(crate) fn rounded(self) -> Self {
-        let round = |value: f64| f64::from(value as f32);
         let Command { speed_m_s, turn_rate_rad_s } = self.command;
-        Self { command: Command { speed_m_s: round(speed_m_s), turn_rate_rad_s: round(turn_rate_rad_s) }, ..self }
+        Self { command: Command { speed_m_s: single(speed_m_s), turn_rate_rad_s: single(turn_rate_rad_s) }, ..self }
     }
 
     /// True if the command is finite and physically plausible.
@@ -442,16 +450,15 @@ impl Detection {
     pub(crate) fn rounded(self) -> Self {
         /// Largest number of single precision below pi: the next one would wrap to another bearing.
         const BELOW_PI: f64 = 3.141_592_502_593_994;
-        let round = |value: f64| f64::from(value as f32);
         let RangeBearingMeasurement { range_m, bearing } = self.measurement;
         let measurement = match self.label {
             Some(_) => self.measurement,
             None => RangeBearingMeasurement {
-                range_m: round(range_m),
-                bearing: Angle::from_rad(round(bearing.rad()).clamp(-BELOW_PI, BELOW_PI)),
+                range_m: single(range_m),
+                bearing: Angle::from_rad(single(bearing.rad()).clamp(-BELOW_PI, BELOW_PI)),
             },
         };
-        Self { measurement, range_rate_m_s: self.range_rate_m_s.map(round), ..self }
+        Self { measurement, range_rate_m_s: self.range_rate_m_s.map(single), ..self }
     }
 
     /// Bits that order detections: labels first, then those of the numbers.

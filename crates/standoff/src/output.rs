@@ -123,33 +123,28 @@ research_fields! {
     }
 }
 
-/// Counters of what was rejected since the start, by reason.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
-#[non_exhaustive]
-pub struct Rejected {
-    /// Own observations with a time that is off the team's grid, before the last one, or more than
-    /// [`Agent::TIME_JUMP_MAX`](crate::Agent::TIME_JUMP_MAX) after it. If the counter keeps growing although the clock
-    /// is correct, call [`Agent::reset`](crate::Agent::reset).
-    pub bad_time: u32,
-    /// Messages received too late to count.
-    pub late: u32,
-    /// Messages of a time step too far ahead or off the team's grid: the clock of the sender or of this UAV is wrong.
-    pub off_grid: u32,
-    /// Superseded or malformed messages: NaNs, oversized lists, snapshot parts that fail the digest.
-    pub malformed: u32,
-    /// Reports of UAVs whose position is not reachable from their last one; and targets beyond the 8,000 that a team
-    /// tracks, lost ones included.
-    pub implausible: u32,
-    /// Detections beyond the range of the sensor.
-    #[cfg(feature = "research")]
-    pub out_of_range: u32,
-    #[cfg(not(feature = "research"))]
-    pub(crate) out_of_range: u32,
-    /// Detections with label that are too far from the prediction of their track.
-    #[cfg(feature = "research")]
-    pub gated: u32,
-    #[cfg(not(feature = "research"))]
-    pub(crate) gated: u32,
+research_fields! {
+    /// Counters of what was rejected since the start, by reason.
+    #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+    pub struct Rejected {
+        /// Own observations with a time that is off the team's grid, before the last one, or more than
+        /// [`Agent::TIME_JUMP_MAX`](crate::Agent::TIME_JUMP_MAX) after it. If the counter keeps growing although the clock
+        /// is correct, call [`Agent::reset`](crate::Agent::reset).
+        pub bad_time: u32,
+        /// Messages received too late to count.
+        pub late: u32,
+        /// Messages of a time step too far ahead or off the team's grid: the clock of the sender or of this UAV is wrong.
+        pub off_grid: u32,
+        /// Superseded or malformed messages: NaNs, oversized lists, snapshot parts that fail the digest.
+        pub malformed: u32,
+        /// Reports of UAVs whose position is not reachable from their last one; and targets beyond the 8,000 that a team
+        /// tracks, lost ones included.
+        pub implausible: u32,
+        /// Detections beyond the range of the sensor.
+        pub(crate) out_of_range: u32,
+        /// Detections with label that are too far from the prediction of their track.
+        pub(crate) gated: u32,
+    }
 }
 
 impl Rejected {

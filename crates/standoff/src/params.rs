@@ -502,7 +502,8 @@ impl TeamParams {
     }
 
     /// Returns the recommended parameters: those of [`Self::paper`] with this project's modified grouping and guidance
-    /// and with collision avoidance, as used by scenarios that set no parameters. `docs/validation.md` lists the measured gain of each modification.
+    /// and with collision avoidance, as used by scenarios that set no parameters. `docs/validation.md` lists the measured
+    /// gain of each modification.
     ///
     /// ```
     /// # use standoff::{Agent, TeamParams, UavId};

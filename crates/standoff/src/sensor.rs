@@ -15,7 +15,7 @@ use crate::params::{RANGE_MIN_M, SensorParams};
 pub const FALSE_ALARM_SPEED_MAX_M_S: f64 = 20.0;
 
 /// Largest error of a measurement that is taken for noise, in standard deviations.
-const NOISE_SDS_MAX: f64 = 10.0;
+pub(crate) const NOISE_SDS_MAX: f64 = 10.0;
 
 /// A measurement: range and bearing from the UAV to the target.
 #[derive(Debug, Clone, Copy, PartialEq)]

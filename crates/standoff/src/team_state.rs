@@ -9,11 +9,11 @@ use crate::coordination::group::Group;
 use crate::coordination::grouping::GroupingState;
 use crate::coordination::lost_target_search::SearchAssignment;
 use crate::coordination::memberships::{GroupedTrack, Memberships};
-use crate::coordination::teammate::{PROBATION_S, Teammate};
+use crate::coordination::teammate::Teammate;
 use crate::digest::digest;
 use crate::group_id::GroupId;
 use crate::guidance::heading::OrbitRelativeState;
-use crate::message::{TARGETS_MAX, TEAM_MAX, TargetLabel};
+use crate::message::{TARGETS_MAX, TEAM_MAX, TargetLabel, WRONG_MAX_S};
 use crate::params::TeamParams;
 use crate::time::{Duration, Time};
 use crate::tracking::track::{Track, TrackId};
@@ -138,7 +138,7 @@ impl TeamState {
                 teammate.state.is_finite()
                     && teammate.last_report.is_valid()
                     && teammate.last_report_at <= self.time
-                    && teammate.starts_tracks_from <= self.time + Duration::from_s(PROBATION_S)
+                    && teammate.starts_tracks_from <= self.time + Duration::from_s(WRONG_MAX_S)
             })
     }
 

@@ -29,16 +29,13 @@ pub struct Teammate {
     pub(crate) reported_group: Option<GroupId>,
     /// True if the UAV has announced that it leaves.
     pub(crate) has_left: bool,
-    /// Time from which its detections start tracks: those of a UAV that has just joined only update the team's tracks.
+    /// Time from which its detections start tracks: [`WRONG_MAX_S`](crate::message::WRONG_MAX_S) after it has joined the
+    /// team. Before, they only update the team's tracks.
     pub(crate) starts_tracks_from: Time,
     /// Avoidance manoeuvre according to the last report.
     #[serde(skip)]
     pub(crate) manoeuvre: Option<Manoeuvre>,
 }
-
-/// Time after which the detections of a UAV that has joined the team start tracks, s: longer than a sensor, a navigation
-/// filter or a message is usually wrong.
-pub(crate) const PROBATION_S: f64 = 6.0;
 
 impl Teammate {
     /// A UAV with a report of this time step; `group` is its assignment in the team state.

@@ -2,9 +2,9 @@
 
 use super::StepInput;
 use crate::coordination::event::{Event, EventKind};
-use crate::coordination::teammate::{PROBATION_S, Teammate};
+use crate::coordination::teammate::Teammate;
 use crate::frame::Position;
-use crate::message::{TEAM_AREA_M, TEAM_MAX};
+use crate::message::{TEAM_AREA_M, TEAM_MAX, WRONG_MAX_S};
 use crate::params::TeamParams;
 use crate::team_state::TeamState;
 use crate::time::Duration;
@@ -16,7 +16,7 @@ const JUMP_M: f64 = 100.0;
 impl TeamState {
     /// Computes the team: all UAVs received within the teammate timeout, with their previous groups. The report of a
     /// UAV whose position is not reachable from its last one is ignored; if the UAV stays there, it counts as new once
-    /// the old state has timed out. A new UAV must be within [`TEAM_AREA_M`] of a UAV of the team or, if there is none,
+    /// the old state has timed out. A new UAV must be within [`TEAM_AREA_M`] of a UAV of the team or, if the team is empty,
     /// of half of the UAVs that report.
     pub(super) fn gather_team(
         &mut self,
@@ -71,7 +71,7 @@ impl TeamState {
             let starts_tracks_from = match last_state {
                 Some(teammate) => teammate.starts_tracks_from,
                 None if previous.teammates.is_empty() => input.now,
-                None => input.now + Duration::from_s(PROBATION_S),
+                None => input.now + Duration::from_s(WRONG_MAX_S),
             };
             let group = last_state.and_then(|teammate| teammate.group);
             self.teammates.push(Teammate::from_report(report, group, starts_tracks_from));

@@ -68,6 +68,11 @@ impl SensorParams {
 }
 
 impl NearMeasurement {
+    /// Measurement with the weights of range and bearing: the inverse variances, 1/m2 and 1/rad2.
+    pub(crate) fn new(uav: Position, measurement: RangeBearingMeasurement, weights: [f64; 2]) -> Self {
+        Self { uav, measurement, variances: weights.map(f64::recip) }
+    }
+
     /// Updates an estimate; with the linearised measurement if it contradicts the estimate.
     pub(crate) fn apply(&self, estimate: &mut Estimate) {
         if self.update(estimate).is_none()
@@ -179,20 +184,8 @@ mod tests {
     use crate::params::TeamParams;
     use crate::sensor;
     use crate::target::TargetState;
+    use crate::tracking::pose_error::tests::normals;
     use nalgebra::Vector6;
-
-    /// Standard normals, by Box and Muller from a linear congruential generator.
-    fn normals() -> impl FnMut() -> [f64; 2] {
-        let mut state = 7u64;
-        let mut uniform = move || {
-            state = state.wrapping_mul(0x5851_F42D_4C95_7F2D).wrapping_add(0x1405_7B7E_F767_814F);
-            ((state >> 11) as f64 + 0.5) / (1u64 << 53) as f64
-        };
-        move || {
-            let (radius, angle) = ((-2.0 * math::ln(uniform())).sqrt(), math::TAU * uniform());
-            [radius * math::cos(angle), radius * math::sin(angle)]
-        }
-    }
 
     /// Target predicted at `(x_m, y_m)`, with standard deviations of 12 m east and `sd_m` north, correlated.
     fn prior(x_m: f64, y_m: f64, sd_m: f64) -> Estimate {
@@ -261,7 +254,7 @@ mod tests {
     /// Mean normalised error squared (2 is consistent) and mean distance from the truth, m, of both updates, over 4,000
     /// targets that are distributed as predicted.
     fn errors(estimate: &Estimate, sds: [f64; 2]) -> [[f64; 2]; 2] {
-        let mut normals = normals();
+        let mut normals = normals(7);
         let root = estimate.position_covariance().cholesky().unwrap().l();
         let mut sums = [[0.0; 2]; 2];
         let mut n = 0.0;

@@ -94,6 +94,19 @@ impl PoseError {
     }
 }
 
+impl SensorParams {
+    /// Weights of range and bearing of a predicted position, with the pose error of the UAV, if any.
+    pub(crate) fn weights(
+        &self,
+        pose_error: Option<&PoseError>,
+        uav: Position,
+        predicted: Position,
+        prior: impl Fn() -> Matrix2<f64>,
+    ) -> [f64; 2] {
+        pose_error.map_or_else(|| self.noise_weights(), |error| error.weights(self, uav, predicted, &prior()))
+    }
+}
+
 impl PoseVariance {
     /// Variance of one value.
     pub(crate) fn total(&self) -> f64 {
@@ -122,7 +135,7 @@ impl PoseVariance {
 }
 
 #[cfg(test)]
-mod tests {
+pub(crate) mod tests {
     use super::*;
     use crate::angle::Angle;
     use crate::frame::Displacement;
@@ -144,8 +157,8 @@ mod tests {
     }
 
     /// Standard normals, by Box and Muller from a linear congruential generator.
-    fn normals(count: usize) -> impl FnMut() -> [f64; 2] {
-        let mut state = count as u64;
+    pub(crate) fn normals(seed: usize) -> impl FnMut() -> [f64; 2] {
+        let mut state = seed as u64;
         let mut uniform = move || {
             state = state.wrapping_mul(0x5851_F42D_4C95_7F2D).wrapping_add(0x1405_7B7E_F767_814F);
             ((state >> 11) as f64 + 0.5) / (1u64 << 53) as f64

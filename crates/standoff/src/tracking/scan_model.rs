@@ -248,12 +248,9 @@ impl<'a> ScanModel<'a> {
         }
         let mut estimate = Estimate::from(&*target);
         let uav = self.uav.position;
-        let weights = match &self.pose_error {
-            None => self.sensor.noise_weights(),
-            Some(error) => error.weights(self.sensor, uav, position(target), &estimate.position_covariance()),
-        };
-        let near = NearMeasurement { uav, measurement: detection.measurement, variances: weights.map(f64::recip) };
-        let density = near.update(&mut estimate)?;
+        let prior = || estimate.position_covariance();
+        let weights = self.sensor.weights(self.pose_error.as_ref(), uav, position(target), prior);
+        let density = NearMeasurement::new(uav, detection.measurement, weights).update(&mut estimate)?;
         *target = Gaussian::from(&estimate);
         Some(density)
     }

@@ -6,17 +6,13 @@
 
 use crate::covariance::Covariance;
 use crate::frame::{Position, Velocity};
-use crate::message::{Cue, TargetLabel};
+use crate::message::{Cue, TargetLabel, WRONG_MAX_S};
 use crate::params::{RANGE_MIN_M, TargetParams, TrackParams};
 use crate::sensor::RangeBearingMeasurement;
 use crate::target::{TargetState, Transition};
 use crate::time::{Duration, Time};
 use crate::tracking::information_filter::{Contribution, Estimate, InformationFilter, is_well_posed};
 use crate::tracking::near_update::NearMeasurement;
-
-/// Time for which a track resists measurements beyond the gate, s: longer than a sensor, a navigation filter or a message
-/// is usually wrong.
-const DOUBT_MAX_S: f64 = 6.0;
 
 impl TrackParams {
     /// Discretises the target model of the tracks for a time step of `dt`.
@@ -302,7 +298,7 @@ impl Track {
     }
 
     /// Coasts through a time step in which all measurements of the target were beyond the gate. They do not show that the
-    /// target has gone. If this continues for [`DOUBT_MAX_S`], the track is wrong and restarts from them.
+    /// target has gone. If this continues for [`WRONG_MAX_S`], the track is wrong and restarts from them.
     #[cold]
     pub(crate) fn doubt(
         &mut self,
@@ -311,7 +307,7 @@ impl Track {
         params: &TrackParams,
     ) {
         let missed = self.missed + dt;
-        let restarted = Self::from_measurements(self.id, measurements, params).filter(|_| missed.s() > DOUBT_MAX_S);
+        let restarted = Self::from_measurements(self.id, measurements, params).filter(|_| missed.s() > WRONG_MAX_S);
         *self = restarted.unwrap_or(Self { missed, status: TrackStatus::Coasting, ..*self });
         if self.estimate().position_sd_max_m() > params.deletion_position_sd_m {
             self.status = TrackStatus::Lost(LossReason::TooUncertain);

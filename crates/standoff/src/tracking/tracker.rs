@@ -2,6 +2,7 @@
 
 use nalgebra::Matrix2;
 
+use crate::sensor::NOISE_SDS_MAX;
 use crate::time::Duration;
 use crate::tracking::association::{Association, associate};
 use crate::tracking::gaussian::Gaussian;
@@ -14,7 +15,7 @@ use crate::tracking::unlabelled::{UnlabelledTracks, UnlabelledUpdate};
 
 /// Squared distance of a measurement with label from the prediction of its track, in standard deviations, beyond which it
 /// is wrong. Normal errors reach it in one of 10^21 measurements.
-const GATE: f64 = 100.0;
+const GATE: f64 = NOISE_SDS_MAX * NOISE_SDS_MAX;
 
 /// Standard deviation of the motion of targets that their model omits, m, and its rate, m/s: a vehicle changes lanes, or
 /// its speed, within a time step.
@@ -161,12 +162,8 @@ impl Tracker {
             let ((uav, measurement), predicted) = (scans.measurement(*detection), estimate.state.position());
             let prior = || estimate.position_covariance();
             if scans.sensor.is_near(uav, predicted, || prior().trace()) {
-                let weights = match &scans.pose_error {
-                    None => scans.sensor.noise_weights(),
-                    Some(pose_error) => pose_error.weights(scans.sensor, uav, predicted, &prior()),
-                };
-                let of_near = NearMeasurement { uav, measurement, variances: weights.map(f64::recip) };
-                near.push((*track_index, *detection, of_near));
+                let weights = scans.sensor.weights(scans.pose_error.as_ref(), uav, predicted, prior);
+                near.push((*track_index, *detection, NearMeasurement::new(uav, measurement, weights)));
                 *weight = 0.0;
             }
         }
