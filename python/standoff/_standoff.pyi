@@ -1224,6 +1224,11 @@ class Zone:
         Name of the zone; may be empty.
         """
     @property
+    def part_of(self, /) -> int | None:
+        """
+        Index in ``MissionInfo.zones`` of the zone of which this polygon is a further part; None: a separate zone.
+        """
+    @property
     def vertices(self, /) -> Incomplete:
         """
         Vertices in order, shape ``(n, 2)``: x_m, y_m. An edge joins the last one to the first.

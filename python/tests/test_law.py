@@ -187,9 +187,11 @@ def test_a_law_sees_altitudes_and_zones() -> None:
     assert zone.vertices.tolist() == [[650.0, -100.0], [900.0, -350.0], [1150.0, -100.0]]
     assert (zone.altitude_min_m, zone.altitude_max_m) == (None, None)
     low = {"vertices": zone.vertices.tolist(), "altitude_max_m": 120.0}
-    standoff.run(standoff.Scenario("tour/09-separation", set={"geofence": [low]}), law=Level)
-    (zone,) = Level.missions[-1].zones
-    assert (zone.altitude_min_m, zone.altitude_max_m) == (None, 120.0)
+    further = low | {"vertices": [[2000, 0], [2100, 0], [2000, 100]], "part_of": 0}
+    standoff.run(standoff.Scenario("tour/09-separation", set={"geofence": [low, further]}), law=Level)
+    zones = Level.missions[-1].zones
+    assert [(zone.altitude_min_m, zone.altitude_max_m) for zone in zones] == [(None, 120.0)] * 2
+    assert [zone.part_of for zone in zones] == [None, 0]
     # If altitude is not flown and the scenario has no zones, altitudes are None and the list of zones is empty.
     Level.levels = []
     standoff.run(SCENARIO, law=Level)

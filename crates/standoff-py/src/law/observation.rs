@@ -59,6 +59,8 @@ pub(crate) struct Zone {
     altitude_min_m: Option<f64>,
     /// Ceiling, m above the plane; None: no upper limit.
     altitude_max_m: Option<f64>,
+    /// Index in ``MissionInfo.zones`` of the zone of which this polygon is a further part; None: a separate zone.
+    part_of: Option<usize>,
 }
 
 impl Zone {
@@ -70,6 +72,7 @@ impl Zone {
             vertices: two(py, vertices, 2),
             altitude_min_m: zone.altitude_min_m,
             altitude_max_m: zone.altitude_max_m,
+            part_of: zone.part_of,
         }
     }
 }
