@@ -231,6 +231,60 @@ fn two_uavs_within_the_minimum_distance_open_it_fast() {
     }
 }
 
+/// Slow UAVs within the minimum distance need longer than 4 s. They take at most 1.2 times the shortest time, and one
+/// period. The shortest time is that of the best pair of manoeuvres, each a turn at full rate and then a straight flight,
+/// at one speed.
+#[test]
+fn slow_uavs_within_the_minimum_distance_open_it_nearly_as_fast_as_possible() {
+    let min_m = SeparationParams::default().horizontal_min_m;
+    for (speed_m_s, turn_rate_max_rad_s) in [(10.0, 0.3), (15.0, 0.5), (20.0, 0.2)] {
+        let uav = UavParams { speed_m_s, turn_rate_max_rad_s, speed_change_max_m_s: 0.3 * speed_m_s, ..params() };
+        for (x_m, y_m) in [(0.0, 0.0), (0.0, 30.0), (0.0, -10.0), (30.0, 0.0), (-45.0, 5.0), (20.0, 20.0)] {
+            for course_deg in [0.0, 20.0, -20.0, 90.0] {
+                let mut fliers = vec![Flier::new((0.0, 0.0), 0.0), Flier::new((x_m, y_m), course_deg)];
+                for flier in &mut fliers {
+                    (flier.speed_m_s, flier.state.speed_m_s) = (speed_m_s, speed_m_s);
+                }
+                let shortest_s = shortest_time_s([fliers[0].state, fliers[1].state], uav, min_m);
+                let flown = fly_with(uav, fliers, 60.0);
+                let open = flown.apart_m.iter().rposition(|apart_m| *apart_m < min_m).map_or(1, |last| last + 2);
+                let open_s = open as f64 * PERIOD_S;
+                assert!(
+                    open_s <= 1.2 * shortest_s + PERIOD_S,
+                    "{speed_m_s} m/s, {x_m} m, {y_m} m, {course_deg} deg: {open_s} s, not {shortest_s} s"
+                );
+            }
+        }
+    }
+}
+
+/// Shortest time in which two UAVs open to a distance, s.
+fn shortest_time_s(start: [UavState; 2], uav: UavParams, min_m: f64) -> f64 {
+    let response: AutopilotModel = uav.response(Duration::from_s(PERIOD_S));
+    let paths = start.map(|start| {
+        let mut paths = Vec::new();
+        for (side, turn_steps) in (0..12).flat_map(|steps| [(1.0, steps), (-1.0, steps)]) {
+            for change_m_s in [-1.0, 0.0, 1.0].map(|share| share * uav.speed_change_max_m_s) {
+                let mut state = start;
+                let path: Vec<Position> = (0..20)
+                    .map(|step| {
+                        let turn_rate_rad_s = if step < turn_steps { side * uav.turn_rate_max_rad_s } else { 0.0 };
+                        let command = Command { turn_rate_rad_s, speed_m_s: uav.speed_m_s + change_m_s };
+                        state = response.step(&state, command);
+                        state.position
+                    })
+                    .collect();
+                paths.push(path);
+            }
+        }
+        paths
+    });
+    let opened =
+        |one: &[Position], other: &[Position]| one.iter().zip(other).position(|(a, b)| a.distance_m(*b) >= min_m);
+    let steps = paths[0].iter().flat_map(|one| paths[1].iter().filter_map(move |other| opened(one, other))).min();
+    steps.map_or(f64::INFINITY, |steps| (steps + 1) as f64 * PERIOD_S)
+}
+
 /// If no aircraft is near, the desired command is flown unchanged.
 #[test]
 fn commands_of_distant_uavs_are_unchanged() {
