@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use clap::Args;
+use standoff_sim::scenario::Overrides;
 
 /// Background maps that replace those of the scenario.
 #[derive(Args, Clone, Default)]
@@ -14,6 +15,11 @@ pub(crate) struct Maps {
 }
 
 impl Maps {
+    /// Adds the maps to the changes of a scenario.
+    pub(crate) fn with(&self, overrides: Overrides) -> Overrides {
+        Overrides { maps: self.map.clone(), ..overrides }
+    }
+
     /// Converts the option to the type that loads the maps.
     pub(crate) fn named(&self) -> standoff_app::Maps {
         standoff_app::Maps(self.map.clone())

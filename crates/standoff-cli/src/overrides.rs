@@ -50,7 +50,10 @@ impl OverrideArgs {
                 let what = format!("--uavs {uavs} and --set {key}={value} contradict each other: give one of them");
                 Err(Failure::Input(what))
             }
-            _ => Ok(Overrides { set: self.set.clone(), traffic: self.traffic.clone(), uavs: self.uavs }),
+            _ => {
+                let (set, traffic) = (self.set.clone(), self.traffic.clone());
+                Ok(Overrides { set, traffic, uavs: self.uavs, ..Overrides::default() })
+            }
         }
     }
 

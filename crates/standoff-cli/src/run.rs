@@ -91,7 +91,8 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
         }
     }
     let name = args.changes.scenario(args.scenario.as_deref(), DEFAULT_SCENARIO);
-    let template = ScenarioTemplate::load(name, &args.changes.overrides()?).map_err(Failure::Scenario)?;
+    let overrides = args.maps.with(args.changes.overrides()?);
+    let template = ScenarioTemplate::load(name, &overrides).map_err(Failure::Scenario)?;
     let scenario = template.draw(args.seed).map_err(Failure::Scenario)?;
     let tiles = args.served.tiles(scenario.origin().is_some())?;
     warn(&scenario, "", &note);

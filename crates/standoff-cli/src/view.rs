@@ -202,8 +202,8 @@ fn flight(what: Option<&str>, args: &Args) -> Result<Shown, Failure> {
     if !names_a_file && built_in(name).is_none() && !Path::new(name).exists() {
         return Err(not_found(name));
     }
-    let scenario =
-        Scenario::load(name, &args.changes.overrides()?, args.seed.unwrap_or(1)).map_err(Failure::Scenario)?;
+    let overrides = args.maps.with(args.changes.overrides()?);
+    let scenario = Scenario::load(name, &overrides, args.seed.unwrap_or(1)).map_err(Failure::Scenario)?;
     warn(&scenario, "", &note);
     let live = LiveReplay::flight(&scenario, false, args.maps.named().of_scenario(&scenario, &note)?)?;
     let choice = args.metrics.selection();

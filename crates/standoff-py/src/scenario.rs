@@ -184,7 +184,7 @@ impl Scenario {
 
     #[pyo3(signature = () -> "tuple[object, tuple[object, ...]]")]
     fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyTuple>)> {
-        let Overrides { set, traffic, uavs } = self.overrides.clone();
+        let Overrides { set, traffic, uavs, .. } = self.overrides.clone();
         let (name, toml, folder) = match self.source.clone() {
             Source::Named(name) => (name, None, None),
             Source::Toml { name, toml, folder } => (name, Some(toml), Some(folder)),
@@ -207,7 +207,7 @@ impl Scenario {
             Some(toml) => Source::Toml { name, toml, folder: folder.unwrap_or_default() },
             None => Source::Named(name),
         };
-        Self::load(source, Overrides { set, traffic, uavs })
+        Self::load(source, Overrides { set, traffic, uavs, ..Overrides::default() })
     }
 }
 

@@ -17,8 +17,11 @@ pub enum MapFile {
     OnDisk(PathBuf),
 }
 
-/// Returns the maps that a scenario names, with their paths.
+/// Returns the maps of a scenario with their paths: those of the command line, otherwise those that it names.
 pub(super) fn files(typed: &Typed) -> Vec<MapFile> {
+    if !typed.overrides.maps.is_empty() {
+        return typed.overrides.maps.iter().cloned().map(MapFile::OnDisk).collect();
+    }
     let folder = typed.files_from.as_deref().unwrap_or(Path::new(""));
     let file = |name: &String| {
         let path = folder.join(name);

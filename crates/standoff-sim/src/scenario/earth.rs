@@ -44,8 +44,8 @@ impl Earth {
             let location = frame_of(location, bounds_m, traffic);
             return Projected::of(&location).map(|net| Self::Net(Box::new(net))).map_err(described);
         }
-        Err("the location of the scenario on the Earth is unknown: name the SUMO net of the traffic in `basemap` (with a \
-             projection), use traffic in degrees, or give metres as `vertices`"
+        Err("the location of the scenario on the Earth is unknown: name the SUMO net of the traffic in `basemap` or with \
+             --map (with a projection), use traffic in degrees, or give metres as `vertices`"
             .to_owned())
     }
 

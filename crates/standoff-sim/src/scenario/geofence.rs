@@ -546,7 +546,7 @@ mod tests {
             (
                 "{\"type\":\"Polygon\",\"coordinates\":[[[11.3,44.5],[11.4,44.5],[11.3,44.6]]]}",
                 "its coordinates are, or can be, in degrees, but the traffic is in metres and the location of the scenario on \
-                 the Earth is unknown: name the SUMO net of the traffic in `basemap`",
+                 the Earth is unknown: name the SUMO net of the traffic in `basemap` or with --map",
             ),
             (
                 "{\"type\":\"Polygon\",\"coordinates\":[[[511.3,44.5],[511.4,44.5],[511.3,44.6]]]}",
@@ -659,13 +659,20 @@ mod tests {
         net("+proj=utm +zone=32 +ellps=WGS84 +datum=WGS84 +units=m +no_defs", "a.net.xml");
         net("!", "none.net.xml");
         write_geojson(folder.path(), "Polygon", &format!("[{}]", ring(11.3, 44.5, 11.31, 44.51)));
-        let load = |basemap: &str| {
+        let load_with = |maps: &[&str], basemap: &str| {
             let toml =
                 format!("basemap = [{basemap}]\n[traffic]\nfile = \"t.csv\"\n[[geofence]]\nfile = \"z.geojson\"");
-            let template = super::super::ScenarioTemplate::of_toml("mine", &toml, &Overrides::default(), folder.path());
+            let maps = maps.iter().map(|name| folder.path().join(name)).collect();
+            let overrides = Overrides { maps, ..Overrides::default() };
+            let template = super::super::ScenarioTemplate::of_toml("mine", &toml, &overrides, folder.path());
             template.and_then(|template| template.draw(1)).map_err(|error| error.to_string())
         };
+        let load = |basemap: &str| load_with(&[], basemap);
         let placed = load("\"a.net.xml\"").unwrap();
+        for basemap in ["", "\"none.net.xml\""] {
+            let by_override = load_with(&["a.net.xml"], basemap).unwrap();
+            assert_eq!(by_override.settings.geofence, placed.settings.geofence);
+        }
         let vertices = &placed.settings.geofence.zones().next().unwrap().vertices;
         assert!(vertices[0].distance_m(standoff::Position::from_m(0.0, 0.0)) < 5.0, "{vertices:?}");
         // A hundredth of a degree is 1,112 m north and 794 m east.

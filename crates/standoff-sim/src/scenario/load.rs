@@ -45,6 +45,8 @@ pub struct Overrides {
     pub traffic: Vec<PathBuf>,
     /// Number of UAVs, with automatic starts.
     pub uavs: Option<u32>,
+    /// Maps that replace those of the scenario. The first SUMO net with a projection places degrees.
+    pub maps: Vec<PathBuf>,
 }
 
 /// Returns the stem of the name of a traffic file: `city` for `some/where/city.fcd.xml.gz`.
@@ -76,7 +78,7 @@ pub(super) struct Typed {
     pub(super) is_text_broken: bool,
     pub(super) origin: Origin,
     /// Changes of the command line.
-    overrides: Overrides,
+    pub(super) overrides: Overrides,
     /// Folder of the traffic file and maps; `None` for built-in ones.
     pub(super) files_from: Option<PathBuf>,
 }
