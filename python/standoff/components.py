@@ -5,15 +5,18 @@ rules, and results are arrays. Frame: x east, y north, metres; angles in radians
 suffix of a name. :class:`Parameters` contains numbers such as gains; the defaults are the recommended parameters, which
 scenarios use by default.
 
-Two UAVs orbit a group whose furthest member is 100 m from the centre; the turn rates that the law commands:
+Two UAVs orbit a group whose furthest member is 100 m from the centre; the turn rates that the law commands, if the
+UAVs turn at 0.133 rad/s:
 
 >>> from standoff import components
 >>> orbit = components.standoff_distance(100, margin_m=50)
 >>> print(orbit.distance_m.round(3))
 300.0
->>> steering = components.steer([[380, 60], [80, -240]], [1.5, 0.0], [80, 60], distance_m=orbit.distance_m)
+>>> steering = components.steer(
+...     [[380, 60], [80, -240]], [1.5, 0.0], [80, 60], distance_m=orbit.distance_m, turn_rate_rad_s=0.133
+... )
 >>> print(steering.turn_rate_rad_s.round(3))
-[0.204 0.133]
+[0.266 0.134]
 """
 
 from standoff._standoff import (

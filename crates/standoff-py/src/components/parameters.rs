@@ -51,7 +51,7 @@ pub(crate) struct Parameters(TeamParams);
 /// The parameters with a name in Python. Two of them have the same name and value: the field of view of sensor and
 /// orbits.
 fn named() -> impl Iterator<Item = &'static ParamInfo> {
-    let team = TeamParams::recommended();
+    let Parameters(team) = Parameters::of_team(TeamParams::recommended());
     TeamParams::table().iter().filter(move |param| param.value(&team).is_some())
 }
 
