@@ -41,7 +41,7 @@ inReport("a UAV that avoids another UAV has a dashed line to it and an entry in 
   for (const [id, uav] of record.rows("uavs", time_s)) {
     const text = await avoiding(page, id);
     if (uav.avoided_uav === null) assert.ok(!text.includes("UAV"), text);
-    else assert.ok(text.includes(`UAV ${uav.avoided_uav} (${uav.predicted_distance_m.toFixed(0)} m predicted)`), text);
+    else assert.ok(text.includes(`UAV ${uav.avoided_uav} (${uav.predicted_distance_m.toFixed(0)} m)`), text);
   }
   const [one, other] = avoidingAt(time_s).map((one) => pair(time_s, one)).sort((a, b) => distance_m(b) - distance_m(a))[0];
   const positions = [one, other].map(({ x_m, y_m }) => [x_m, y_m]);
@@ -89,7 +89,7 @@ inReport("a UAV that avoids an intruder has a dashed line to it and an entry in 
   const { time_s, id, uav, at } = candidates.reduce((best, one) => (distance_m(one) > distance_m(best) ? one : best));
   await goTo(page, time_s);
   const text = await avoiding(page, id);
-  assert.ok(text.includes(`intruder ${uav.avoided_intruder} (${uav.predicted_distance_m.toFixed(0)} m predicted)`), text);
+  assert.ok(text.includes(`intruder ${uav.avoided_intruder} (${uav.predicted_distance_m.toFixed(0)} m)`), text);
   await painted(page);
   const drawn = await alarmFraction(page, ...at);
   assert.ok(drawn > 0.4 && drawn < 0.95, `a dashed line: ${drawn} of it is drawn`);

@@ -21,15 +21,15 @@ const UAV_COLUMNS = [
   ["off_boresight_deg", "Off-bore\u00adsight angle (\u00b0)", (uav) =>
     uav.out ? `out since ${uav.out.since_s.toFixed(1)} s` : fixed(uav.off_boresight_rad * DEGREES, 1),
     "Largest angle between the boresight and the true direction to a member of the group; beyond half the field of view the member is out of view"],
-  ["avoiding", "Avoiding", (uav) => [avoidedText(uav), uav.zone].filter(Boolean).join(", "),
-    "UAV or intruder that collision avoidance reacts to, with the predicted minimum distance; and the geofence zone that makes the UAV deviate"],
+  ["avoiding", "Avoid\u00ading", (uav) => [avoidedText(uav), uav.zone].filter(Boolean).join(", "),
+    "UAV or intruder that collision avoidance reacts to (predicted minimum distance); and the geofence zone that makes the UAV deviate"],
 ];
 
 /** The aircraft that a UAV avoids, with the predicted minimum distance; empty if there is none. */
 function avoidedText({ avoided_uav, avoided_intruder, predicted_distance_m }) {
   if (avoided_uav === null && avoided_intruder === null) return "";
   const aircraft = avoided_uav === null ? `intruder ${avoided_intruder}` : `UAV ${avoided_uav}`;
-  return `${aircraft}${Number.isNaN(predicted_distance_m) ? "" : ` (${predicted_distance_m.toFixed(0)} m predicted)`}`;
+  return `${aircraft}${Number.isNaN(predicted_distance_m) ? "" : ` (${predicted_distance_m.toFixed(0)} m)`}`;
 }
 
 const GROUP_COLUMNS = [
