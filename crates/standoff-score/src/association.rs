@@ -1,10 +1,9 @@
 //! Scores of detection and association: GOSPA, swapped and false tracks, and the fraction of detected targets.
 
-use std::collections::BTreeMap;
-
 use standoff::Position;
 use standoff_record::{Frame, TrackStatus};
 
+use crate::by_id::ById;
 use crate::config::ScoreConfig;
 use crate::geometry::pointed_sensors;
 use crate::matching::{Matching, assign, estimate, position};
@@ -27,9 +26,9 @@ pub(crate) struct AssociationScores {
     /// Number of times that a track has changed its target since its first measurement.
     pub(crate) swaps: u64,
     /// Tracks so far, by number.
-    tracks: BTreeMap<u32, TrackLife>,
+    tracks: ById<TrackLife>,
     /// Time steps of each target with each of its tracks.
-    of_targets: BTreeMap<u32, BTreeMap<u32, u64>>,
+    of_targets: ById<ById<u64>>,
 }
 
 /// Life of a track so far.
@@ -66,17 +65,17 @@ impl AssociationScores {
         }
         for pair in matching.pairs() {
             let (target, track) = (pair.target.target, pair.track.track);
-            let life = self.tracks.entry(track).or_default();
+            let life = self.tracks.entry(track, TrackLife::default);
             (life.steps, life.matched) = (life.steps + 1, life.matched + 1);
             // The target of a cue is not known before the first measurement.
             if pair.track.status != TrackStatus::Cued {
                 self.swaps += u64::from(life.last_target.is_some_and(|last| last != target));
                 life.last_target = Some(target);
             }
-            *self.of_targets.entry(target).or_default().entry(track).or_default() += 1;
+            *self.of_targets.entry(target, ById::default).entry(track, || 0) += 1;
         }
         for track in matching.unmatched_tracks() {
-            self.tracks.entry(track.track).or_default().steps += 1;
+            self.tracks.entry(track.track, TrackLife::default).steps += 1;
         }
     }
 

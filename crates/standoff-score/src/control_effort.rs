@@ -4,8 +4,8 @@
 //! improve the metrics.
 
 use standoff_record::{Frame, UavRow};
-use std::collections::BTreeMap;
 
+use crate::by_id::ById;
 use crate::mean::Mean;
 
 /// Turn rates below this absolute value count as no turn, rad/s.
@@ -14,7 +14,7 @@ const DEAD_BAND_RAD_S: f64 = 0.02;
 /// Control effort of all UAVs so far.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct ControlEffort {
-    of: BTreeMap<u32, Last>,
+    of: ById<Last>,
     /// Time steps at which the law commanded a speed outside the limits.
     pub(crate) speed_saturated: Mean,
     reversals: u64,
@@ -41,7 +41,7 @@ impl ControlEffort {
 
     /// The last turn and the last group count, even if dead-band time steps or an outage lie in between.
     fn uav(&mut self, uav: &UavRow) {
-        let last = self.of.entry(uav.uav).or_default();
+        let last = self.of.entry(uav.uav, Last::default);
         self.speed_saturated.add(f64::from(uav.speed_limited));
         if uav.turn_rate_rad_s.abs() > DEAD_BAND_RAD_S {
             let is_left = uav.turn_rate_rad_s > 0.0;

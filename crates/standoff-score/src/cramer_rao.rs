@@ -9,13 +9,12 @@
 //! evaluated at the true positions, and the sum runs over the detections of the time step. The bound covers the actual
 //! geometry and measurements only: it does not use the information that an undetected target was out of view.
 
-use std::collections::BTreeMap;
-
 use nalgebra::{Matrix2, Matrix6, Matrix6x2, Vector6};
 use standoff::research::Transition;
 use standoff::{Covariance, Duration, Position, SensorParams};
 use standoff_record::Frame;
 
+use crate::by_id::ById;
 use crate::config::ScoreConfig;
 use crate::geometry::{at, position};
 use crate::matching::{Matched, Matching};
@@ -33,7 +32,9 @@ pub struct Bound {
     /// Covariance P_0 of a cue.
     cue: Matrix6<f64>,
     /// Inverse J^-1 of every target, by target id.
-    covariances: BTreeMap<u32, Matrix6<f64>>,
+    covariances: ById<Matrix6<f64>>,
+    /// Information of the measurements of the current time step, by target id.
+    measured: ById<Matrix2<f64>>,
     /// True if a covariance was not representable, because prior and measurement accuracy differ too much.
     is_lost: bool,
     position: Efficiency,
@@ -56,7 +57,8 @@ impl Bound {
             transition: motion.transition(Duration::from_s(config.period_s)),
             sensor,
             cue: Matrix6::from_diagonal(&Vector6::from_fn(|i, _| sds[i % 3] * sds[i % 3])),
-            covariances: BTreeMap::new(),
+            covariances: ById::default(),
+            measured: ById::default(),
             is_lost: false,
             position: Efficiency::default(),
             velocity: Efficiency::default(),
@@ -65,25 +67,29 @@ impl Bound {
 
     /// Adds the next frame, with its targets and tracks.
     pub fn frame(&mut self, frame: &Frame, matching: &Matching<'_>) {
-        let mut information_by_target: BTreeMap<u32, Matrix2<f64>> = BTreeMap::new();
+        self.measured.clear();
         for (uav, target, truth) in known_detections(frame, matching) {
-            *information_by_target.entry(target).or_default() += self.sensor.information(uav, truth);
+            *self.measured.entry(target, Matrix2::zeros) += self.sensor.information(uav, truth);
         }
         for (truth, track) in matching.targets() {
-            let before = self.covariances.get(&truth.target);
-            let prior = before.map_or(self.cue, |before| {
-                let mut covariance = Covariance::from(before);
-                self.transition.predict_covariance(&mut covariance);
-                covariance.matrix()
+            let mut is_first = false;
+            let covariance = self.covariances.entry(truth.target, || {
+                is_first = true;
+                self.cue
             });
-            let covariance =
-                information_by_target.get(&truth.target).map_or(prior, |information| informed(&prior, information));
+            if !is_first {
+                let mut predicted = Covariance::from(&*covariance);
+                self.transition.predict_covariance(&mut predicted);
+                *covariance = predicted.matrix();
+            }
+            if let Some(information) = self.measured.get(truth.target) {
+                *covariance = informed(covariance, information);
+            }
             self.is_lost |= !covariance.diagonal().iter().all(|variance| *variance >= 0.0 && variance.is_finite());
-            self.covariances.insert(truth.target, covariance);
             if let Some(track) = track.filter(|track| track.group.is_some()) {
                 let error = error(Matched { target: truth, track });
-                self.position.add(&error, &covariance, POSITION);
-                self.velocity.add(&error, &covariance, VELOCITY);
+                self.position.add(&error, covariance, POSITION);
+                self.velocity.add(&error, covariance, VELOCITY);
             }
         }
     }
@@ -92,7 +98,7 @@ impl Bound {
     /// position block.
     #[must_use]
     pub fn position_m2(&self, target: u32) -> Option<f64> {
-        let covariance = self.covariances.get(&target).filter(|_| !self.is_lost)?;
+        let covariance = self.covariances.get(target).filter(|_| !self.is_lost)?;
         Some(POSITION.iter().map(|axis| covariance[(*axis, *axis)]).sum())
     }
 

@@ -13,8 +13,6 @@
 //! rows of the triangle and leaves a residual that no u reduces. The result is a sum of squared residuals, so it is
 //! never negative, whatever the measurement errors and the sensor accuracy.
 
-use std::collections::BTreeMap;
-
 use nalgebra::{Matrix2, Vector3};
 use standoff::research::{Transition, jacobian, measure};
 use standoff::{Angle, Covariance, Duration, Position, RangeBearingMeasurement, SensorParams, TargetState};
@@ -32,6 +30,8 @@ pub(crate) struct Innovations {
     sensor: SensorParams,
     /// Tracks of the previous frame.
     before: Vec<TrackRow>,
+    /// Their predicted measurements, if they are measured at the current time step.
+    predicted: Vec<Option<PredictedMeasurement>>,
     /// Squared innovations per measured value.
     squares: Mean,
 }
@@ -42,24 +42,25 @@ impl Innovations {
             transition: config.target.transition(Duration::from_s(config.period_s)),
             sensor: config.sensor,
             before: Vec::new(),
+            predicted: Vec::new(),
             squares: Mean::default(),
         }
     }
 
     /// Adds the next frame.
     pub(crate) fn frame(&mut self, frame: &Frame) {
-        let mut predicted: BTreeMap<usize, PredictedMeasurement> = BTreeMap::new();
+        self.predicted.clear();
+        self.predicted.resize(self.before.len(), None);
         for detection in &frame.detections {
             let Some(uav) = frame.uavs.iter().find(|uav| uav.uav == detection.uav) else { continue };
             let Some(index) = matching::track_index(detection, &self.before) else { continue };
             let z =
                 RangeBearingMeasurement { range_m: detection.range_m, bearing: Angle::from_rad(detection.bearing_rad) };
-            predicted
-                .entry(index)
-                .or_insert_with(|| PredictedMeasurement::of(&self.before[index], &self.transition))
+            self.predicted[index]
+                .get_or_insert_with(|| PredictedMeasurement::of(&self.before[index], &self.transition))
                 .compare(&self.sensor, at(uav), &z);
         }
-        for target in predicted.values() {
+        for target in self.predicted.iter().flatten() {
             self.squares = self.squares.and(target.squares);
         }
         self.before.clone_from(&frame.tracks);
@@ -72,6 +73,7 @@ impl Innovations {
 }
 
 /// Predicted position of a target, and the measurements of this time step relative to it.
+#[derive(Debug, Clone, Copy)]
 struct PredictedMeasurement {
     position: Position,
     /// Lower root L of the position covariance, m.
@@ -101,16 +103,16 @@ impl PredictedMeasurement {
         let nu = [z.range_m - expected.range_m, (z.bearing - expected.bearing).rad()];
         let by_u = h * self.root;
         for (row, (nu, sd)) in nu.into_iter().zip([sensor.range_sd_m, sensor.bearing_sd_rad]).enumerate() {
-            self.add_value(Vector3::new(by_u[(row, 0)], by_u[(row, 1)], nu) / sd);
+            self.add_value(Vector3::new(by_u[(row, 0)], by_u[(row, 1)], nu) * (1.0 / sd));
         }
     }
 
     /// Adds one measured value: its row of coefficients of u and its innovation, both in standard deviations.
     fn add_value(&mut self, mut row: Vector3<f64>) {
         for (column, kept) in self.kept.iter_mut().enumerate() {
-            // At least 1, the initial value.
-            let length = (kept[column] * kept[column] + row[column] * row[column]).sqrt();
-            let (cos, sin) = (kept[column] / length, row[column] / length);
+            // The length is at least 1, the initial value.
+            let inverse = 1.0 / (kept[column] * kept[column] + row[column] * row[column]).sqrt();
+            let (cos, sin) = (kept[column] * inverse, row[column] * inverse);
             (*kept, row) = (*kept * cos + row * sin, row * cos - *kept * sin);
         }
         self.squares.add(row.z * row.z);

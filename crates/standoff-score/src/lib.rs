@@ -7,6 +7,7 @@ extern crate self as standoff_score;
 mod agreement;
 mod association;
 mod buildings;
+mod by_id;
 #[cfg(test)]
 #[path = "../tests/common/mod.rs"]
 mod common;
@@ -524,20 +525,37 @@ fn nees_per_state(score_config: &ScoreConfig, Matched { target, track }: Matched
     let is_random = score_config.target.acceleration_sd_m_s2 >= LEAST_ACCELERATION_SD_M_S2;
     if let (true, Some(true_ax), Some(true_ay)) = (is_random, target.ax_m_s2, target.ay_m_s2) {
         let [x, vx, y, vy] = error;
-        return normalised(&SVector::from([x, vx, ax_m_s2 - true_ax, y, vy, ay_m_s2 - true_ay]), &covariance);
+        return normalised(SVector::from([x, vx, ax_m_s2 - true_ax, y, vy, ay_m_s2 - true_ay]), covariance);
     }
     const POSITION_AND_VELOCITY: [usize; 4] = [0, 1, 3, 4];
     let part = SMatrix::from_fn(|row, column| covariance[(POSITION_AND_VELOCITY[row], POSITION_AND_VELOCITY[column])]);
-    normalised(&SVector::from(error), &part)
+    normalised(SVector::from(error), part)
 }
 
 /// A filter with a smaller configured value assumes this one, so that its covariance has an inverse. Its targets'
 /// acceleration counts as known, hence not as a random state.
 const LEAST_ACCELERATION_SD_M_S2: f64 = 1e-6;
 
-fn normalised<const N: usize>(error: &SVector<f64, N>, covariance: &SMatrix<f64, N, N>) -> Option<f64> {
-    let cholesky = nalgebra::Cholesky::new(*covariance)?;
-    Some(error.dot(&cholesky.solve(error)) / N as f64)
+/// `error`' `covariance`^-1 `error` / N, by elimination: the terms of the sum are not negative, and no root is needed.
+/// `None` if the covariance is not positive definite.
+fn normalised<const N: usize>(mut error: SVector<f64, N>, mut covariance: SMatrix<f64, N, N>) -> Option<f64> {
+    let mut sum = 0.0;
+    for pivot in 0..N {
+        let variance = covariance[(pivot, pivot)];
+        if variance.is_nan() || variance <= 0.0 {
+            return None;
+        }
+        let weight = 1.0 / variance;
+        sum += weight * error[pivot] * error[pivot];
+        for row in pivot + 1..N {
+            let factor = weight * covariance[(row, pivot)];
+            error[row] -= factor * error[pivot];
+            for below in row..N {
+                covariance[(below, row)] -= factor * covariance[(below, pivot)];
+            }
+        }
+    }
+    Some(sum / N as f64)
 }
 
 #[cfg(test)]

@@ -4,11 +4,12 @@
 //! end. The time step of the cue does not count, because no sensor can have been pointed at the target yet. All later
 //! ones count, whatever fails.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeSet;
 
 use serde::Serialize;
 use standoff_record::Frame;
 
+use crate::by_id::ById;
 use crate::config::ScoreConfig;
 use crate::geometry::{is_in_view, pointed_sensors, position};
 use crate::matching::Matching;
@@ -18,7 +19,7 @@ use crate::per_agent::Grouped;
 /// All targets that have existed, by id.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Tallies {
-    of: BTreeMap<u32, Tally>,
+    of: ById<Tally>,
     /// Frames since the first target was cued.
     frames: u64,
 }
@@ -112,7 +113,7 @@ impl Tallies {
             let is_seen = is_in_view(config.in_view(), &looking, position(truth));
             let is_member = track.is_some_and(|track| track.group.is_some());
             let mut is_cue = false;
-            let tally = self.of.entry(truth.target).or_insert_with(|| {
+            let tally = self.of.entry(truth.target, || {
                 is_cue = true;
                 Tally::default()
             });
@@ -129,7 +130,7 @@ impl Tallies {
 
     /// Adds the estimation error of a group member at the time step of the last frame.
     pub(crate) fn estimate(&mut self, target: u32, position_error_m: f64, nees: Option<f64>) {
-        if let Some(tally) = self.of.get_mut(&target) {
+        if let Some(tally) = self.of.get_mut(target) {
             tally.position_m.add(position_error_m);
             nees.into_iter().for_each(|nees| tally.nees.add(nees));
         }
@@ -153,8 +154,8 @@ impl Tallies {
     /// Returns `anees` of the targets that never manoeuvre and of those that do, if there are any of the latter.
     pub(crate) fn consistency(&self, manoeuvring: &BTreeSet<u32>) -> [Option<f64>; 2] {
         let mut means = [Mean::default(); 2];
-        for (target, tally) in &self.of {
-            let mean = &mut means[usize::from(manoeuvring.contains(target))];
+        for (target, tally) in self.of.iter() {
+            let mean = &mut means[usize::from(manoeuvring.contains(&target))];
             *mean = mean.and(tally.nees);
         }
         if manoeuvring.is_empty() { [None; 2] } else { means.map(|mean| mean.value()) }
@@ -169,9 +170,9 @@ impl Tallies {
         let share = |part: u64, of: u64| (of > 0).then(|| part as f64 / of as f64);
         let of_members = config.reported.tracks && config.reported.groups;
         self.of.iter().map(move |(target, tally)| TargetScore {
-            target: *target,
+            target,
             until_s: tally.until_us as f64 / 1e6,
-            manoeuvres: config.manoeuvring.contains(target),
+            manoeuvres: config.manoeuvring.contains(&target),
             custody_fraction: Mean { sum: tally.in_custody, n: tally.steps }.value().filter(|_| of_members),
             in_view_fraction: share(tally.in_view, tally.steps),
             longest_out_of_view_s: (tally.steps > 0).then_some(tally.longest_gap as f64 * config.period_s),
