@@ -9,11 +9,12 @@
 //! nu' S^-1 nu = min over u of  u' u + (nu - H L u)' R^-1 (nu - H L u)
 //! ```
 //!
-//! This is a least-squares problem with two unknowns, solved by Givens rotations. Each measured value updates the two
-//! rows of the triangle and leaves a residual that no u reduces. The result is a sum of squared residuals, so it is
-//! never negative, whatever the measurement errors and the sensor accuracy.
+//! This is a least-squares problem with two unknowns, solved by Givens rotations without square roots (Gentleman, *Least
+//! squares computations by Givens transformations without square roots*, 1973). Each measured value updates the two rows
+//! of the triangle and leaves a residual that no u reduces. The result is a sum of squared residuals with positive
+//! weights, so it is never negative, whatever the measurement errors and the sensor accuracy.
 
-use nalgebra::{Matrix2, Vector3};
+use nalgebra::Matrix2;
 use standoff::research::{Transition, jacobian, measure};
 use standoff::{Angle, Covariance, Duration, Position, RangeBearingMeasurement, SensorParams, TargetState};
 use standoff_record::{Frame, TrackRow};
@@ -78,22 +79,25 @@ struct PredictedMeasurement {
     position: Position,
     /// Lower root L of the position covariance, m.
     root: Matrix2<f64>,
-    /// Upper triangle times u, and its right-hand side; initially the identity and zero.
-    kept: [Vector3<f64>; 2],
+    /// Weight of each row of the triangle, initially 1.
+    weights: [f64; 2],
+    /// Coefficient of the second unknown in the first row; the diagonal is 1.
+    across: f64,
+    /// Right-hand sides.
+    right: [f64; 2],
     /// Sum nu' S^-1 nu, and the number of measured values.
     squares: Mean,
 }
 
 impl PredictedMeasurement {
     fn of(track: &TrackRow, transition: &Transition) -> Self {
-        let mut p = Covariance::from_upper_triangle(&track.covariance);
-        transition.predict_covariance(&mut p);
-        Self::at(transition.predict(&TargetState(track.state.into())).position(), &p.position())
+        let covariance = transition.predicted_position_covariance(&Covariance::from_upper_triangle(&track.covariance));
+        Self::at(transition.predict(&TargetState(track.state.into())).position(), &covariance)
     }
 
     fn at(position: Position, covariance: &Matrix2<f64>) -> Self {
-        let kept = [Vector3::x(), Vector3::y()];
-        Self { position, root: lower_root(covariance), kept, squares: Mean::default() }
+        let root = lower_root(covariance);
+        Self { position, root, weights: [1.0; 2], across: 0.0, right: [0.0; 2], squares: Mean::default() }
     }
 
     /// The filter ignores measurements without a Jacobian, so this function does, too.
@@ -103,19 +107,28 @@ impl PredictedMeasurement {
         let nu = [z.range_m - expected.range_m, (z.bearing - expected.bearing).rad()];
         let by_u = h * self.root;
         for (row, (nu, sd)) in nu.into_iter().zip([sensor.range_sd_m, sensor.bearing_sd_rad]).enumerate() {
-            self.add_value(Vector3::new(by_u[(row, 0)], by_u[(row, 1)], nu) * (1.0 / sd));
+            let per_sd = 1.0 / sd;
+            self.add_value([by_u[(row, 0)] * per_sd, by_u[(row, 1)] * per_sd], nu * per_sd);
         }
     }
 
-    /// Adds one measured value: its row of coefficients of u and its innovation, both in standard deviations.
-    fn add_value(&mut self, mut row: Vector3<f64>) {
-        for (column, kept) in self.kept.iter_mut().enumerate() {
-            // The length is at least 1, the initial value.
-            let inverse = 1.0 / (kept[column] * kept[column] + row[column] * row[column]).sqrt();
-            let (cos, sin) = (kept[column] * inverse, row[column] * inverse);
-            (*kept, row) = (*kept * cos + row * sin, row * cos - *kept * sin);
-        }
-        self.squares.add(row.z * row.z);
+    /// Adds one measured value: its coefficients of u and its innovation, both in standard deviations.
+    fn add_value(&mut self, [first, mut second]: [f64; 2], mut nu: f64) {
+        let (kept, new) = self.rotate(0, first, 1.0);
+        (second, self.across) = (second - first * self.across, kept * self.across + new * second);
+        (nu, self.right[0]) = (nu - first * self.right[0], kept * self.right[0] + new * nu);
+        let weight = kept;
+        let (kept, new) = self.rotate(1, second, weight);
+        (nu, self.right[1]) = (nu - second * self.right[1], kept * self.right[1] + new * nu);
+        self.squares.add(weight * kept * nu * nu);
+    }
+
+    /// Adds a value with this weight to a row of the triangle; returns the fractions of the old and of the new row in it.
+    fn rotate(&mut self, row: usize, coefficient: f64, weight: f64) -> (f64, f64) {
+        let old = self.weights[row];
+        self.weights[row] = old + weight * coefficient * coefficient;
+        let inverse = 1.0 / self.weights[row];
+        (old * inverse, weight * coefficient * inverse)
     }
 }
 

@@ -12,7 +12,7 @@
 
 use core::ops::{Add, Mul};
 
-use nalgebra::{Matrix3, Vector6};
+use nalgebra::{Matrix2, Matrix3, Vector6};
 
 use crate::covariance::Covariance;
 use crate::frame::{Position, Velocity};
@@ -137,6 +137,15 @@ impl Transition {
         let upper = [(0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2)];
         p.same_axis = upper.map(|(row, column)| own[column][row].add_scalar(self.q[(row, column)]));
         p.cross_axis = [0, 1, 2].map(|row| across.map(|column| column[row]));
+    }
+
+    /// Returns the position block of F P F' + Q, m2.
+    #[inline]
+    pub fn predicted_position_covariance(&self, p: &Covariance) -> Matrix2<f64> {
+        let [xx, xv, xa, vv, va, aa] = p.same_axis;
+        let [own, ..] = self.moved([[xx, xv, xa], [xv, vv, va], [xa, va, aa]].map(|row| self.moved(row)[0]));
+        let [across, ..] = self.moved(p.cross_axis.map(|row| self.moved(row)[0]));
+        Matrix2::new(own.x + self.q[(0, 0)], across, across, own.y + self.q[(0, 0)])
     }
 
     /// Returns the lower triangular L with L L' = Q of one axis. L times three standard normal samples is a sample of
