@@ -457,12 +457,13 @@ def is_near(uav, predicted, p, sensor):
 
 
 def integrated(y, information, uav, z, sensor):
-    """Updates with one measurement: moments of prior times likelihood, summed over a grid of ranges and azimuths."""
+    """Updates with one measurement: moments of prior times likelihood, summed over a grid of ranges and azimuths. If the
+    prior is wide, all ranges are equally likely; otherwise positive ranges are reported with their probability."""
     p = inverse(information)
     x = p @ y
     prior = p[np.ix_(POSITION, POSITION)]
     range_sd, azimuth_sd = sensor["range_sd_m"], np.radians(sensor["bearing_sd_deg"])
-    offsets = np.linspace(-1.0, 1.0, 201) * min(5.0 * azimuth_sd, np.pi)
+    offsets = np.linspace(-1.0, 1.0, 401) * min(8.0 * azimuth_sd, np.pi)
     nodes, weights = NODES
     distance, reach = equation_7(uav, x[POSITION])[0], 9.0 * np.sqrt(np.linalg.eigvalsh(prior)[1])
     nearest, farthest = max(z[0] - 9.0 * range_sd, distance - reach, 0.0), min(z[0] + 9.0 * range_sd, distance + reach)
@@ -472,7 +473,10 @@ def integrated(y, information, uav, z, sensor):
     away = places - x[POSITION]
     exponent = -0.5 * (np.einsum("...i,ij,...j", away, np.linalg.inv(prior), away)
                        + ((ranges - z[0]) / range_sd)[:, None] ** 2 + (offsets / azimuth_sd) ** 2)
-    mass = (weights * ranges)[:, None] * np.exp(exponent - exponent.max())
+    sds = ranges / range_sd
+    if np.trace(prior) <= 0.25 * distance**2:
+        weights = weights * ranges * (1.0 + np.exp(-(1.54 + 0.145 * sds) * sds))
+    mass = weights[:, None] * np.exp(exponent - exponent.max())
     mass /= mass.sum()
     mean = np.einsum("rt,rti->i", mass, places)
     spread = np.einsum("rt,rti,rtj->ij", mass, places - mean, places - mean)

@@ -251,7 +251,7 @@ fn near_errors(scenario: &str, set: &[&str], runs: u64) -> [[f64; 2]; 3] {
 }
 
 /// UAVs that start over a target or near it: one or three, a target at rest or moving, labelled or not, precise and
-/// coarse sensors. docs/sensing.md has more runs.
+/// coarse sensors, short time steps, pose errors. docs/sensing.md has more runs.
 #[test]
 fn stat_estimates_near_the_sensor_are_consistent() {
     let over = "duration_s = 20\n[[uavs.start]]\nheading_deg = 0\n[[targets.start]]\n";
@@ -264,6 +264,10 @@ fn stat_estimates_near_the_sensor_are_consistent() {
         (over, vec!["sensor.range_sd_m=3", "sensor.bearing_sd_deg=1"]),
         (moving, vec!["targets.acceleration_sd_m_s2=0.2"]),
         (moving, vec!["sensor.labels=\"none\""]),
+        (moving, vec!["navigation.position_sd_m=3"]),
+        (over, vec!["sensor.range_sd_m=30"]),
+        (over, vec!["sensor.range_sd_m=30", "period_s=0.1"]),
+        (moving, vec!["sensor.range_sd_m=50", "sensor.bearing_sd_deg=10"]),
         (three, vec![]),
     ] {
         let set: Vec<&str> = usual.into_iter().chain(set).collect();
@@ -271,7 +275,7 @@ fn stat_estimates_near_the_sensor_are_consistent() {
         assert!(errors.iter().all(|[nees, _]| (1.5..3.0).contains(nees)), "{set:?} {errors:?}");
         let linearised: Vec<&str> = set.iter().copied().chain(["filter.near_range_m=0"]).collect();
         let before = near_errors(text, &linearised, 100);
-        assert!(before[0][0] > 4.0, "{set:?} {before:?}");
+        assert!(before[0][0] > 3.0, "{set:?} {before:?}");
         assert!(errors.iter().zip(&before).all(|(now, before)| now[1] < before[1]), "{errors:?} {before:?}");
     }
 }

@@ -6,13 +6,18 @@
 //! N(x; m, A), it is
 //!
 //! ```text
-//! p(r, theta | z) ~ r N(x(r, theta); m, A) N(z_r; r, R_r) N(z_theta; theta, R_theta),   r >= 0
+//! p(r, theta | z) ~ r N(x(r, theta); m, A) N(z_r; r, R_r) / P(r) N(z_theta; theta, R_theta),   r >= 0
 //! ```
 //!
-//! Along a line of sight it is r times a Gaussian, whose moments are exact; over the bearing, the trapezoidal rule sums
-//! them. Mean and covariance of the position are those of this density (assumed-density filtering: Ito & Xiong,
-//! *Gaussian Filters for Nonlinear Filtering Problems*, 2000). They are conditional moments, so that their normalised
-//! squared error is 2 on average if the prior is Gaussian.
+//! Only positive ranges are reported, with the probability `P(r) = Phi(r / sigma_r)`: without P, each report would make
+//! a target nearer than sigma_r seem farther away. The factor r counts the positions at a range. If the prior is wide
+//! compared with the distance, both factors are omitted, so that all ranges are equally likely: the sensor has found the
+//! target because it pointed at the prediction, which is the case more often if that is too far away.
+//!
+//! Along a line of sight the density is a sum of Gaussians of r, or of r times Gaussians, whose moments are exact; over
+//! the bearing, the trapezoidal rule sums them. Mean and covariance of the position are those of this density
+//! (assumed-density filtering: Ito & Xiong, *Gaussian Filters for Nonlinear Filtering Problems*, 2000). They are
+//! conditional moments, so that their normalised squared error is 2 on average if the prior is Gaussian and not wide.
 
 use nalgebra::{Matrix2, Matrix6x2, Vector2};
 
@@ -20,18 +25,31 @@ use crate::covariance::Covariance;
 use crate::frame::{Displacement, Position};
 use crate::math::{self, PI, TAU};
 use crate::params::SensorParams;
-use crate::sensor::RangeBearingMeasurement;
+use crate::sensor::{self, RangeBearingMeasurement};
 use crate::tracking::information_filter::{Contribution, Estimate, InformationFilter, inverse_2};
 
 /// Variance of the predicted position, as a fraction of its squared distance from the UAV, up to which the error of the
 /// linearisation is negligible: less than 0.1 % of any variance.
 const LINEAR_MAX: f64 = 1e-3;
 
+/// Variance of the predicted position, as a fraction of its squared distance from the UAV, above which all ranges are
+/// equally likely instead of all positions. Calibrated with sensors of 1 to 50 m and 0.5 to 10 degrees.
+const WIDE_MIN: f64 = 0.25;
+
+/// Coefficients of `1 / Phi(x) = 1 + exp(-(a x + b x^2 / 2))`, which is off by less than 0.3 % for positive x.
+const POSITIVE: [f64; 2] = [1.54, 0.29];
+
+/// Largest measured range, in standard deviations, of a target at which a range may be negative.
+const POSITIVE_SDS: f64 = 6.0;
+
 /// Number of bearings on each side of the middle one.
 const HALF: i32 = 20;
 
-/// Number of standard deviations that the bearings cover.
+/// Number of standard deviations of the posterior that the bearings cover.
 const WIDTH_SDS: f64 = 5.0;
+
+/// Largest error of a measured bearing, in its standard deviations. The prediction may contradict the measurement.
+const ERROR_SDS: f64 = 8.0;
 
 /// Maximum number of passes: each narrows the bearings to those that the last one has found possible.
 const PASSES_MAX: usize = 4;
@@ -39,18 +57,25 @@ const PASSES_MAX: usize = 4;
 /// Number of standard deviations at which a line of sight points away from the target.
 const BEHIND_SDS: f64 = 8.0;
 
-/// A measurement from nearby: position of the UAV, range and bearing, and the variances of both, m2 and rad2.
+/// A measurement from nearby: position of the UAV, range and bearing.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct NearMeasurement {
-    pub(crate) uav: Position,
-    pub(crate) measurement: RangeBearingMeasurement,
-    pub(crate) variances: [f64; 2],
+    uav: Position,
+    measurement: RangeBearingMeasurement,
+    /// Variances of range and bearing, m2 and rad2, with the heading error of the UAV.
+    variances: [f64; 2],
+    /// Covariance of the position error of the UAV, m2.
+    uav_covariance: Matrix2<f64>,
 }
 
-/// Sums over the bearings: weight, and first and second moment of the position relative to the UAV.
+/// Sums over the bearings.
 #[derive(Debug, Clone, Copy, Default)]
 struct Moments {
+    /// Integral of the density over the plane.
+    integral: f64,
+    /// Integral of the density, for a wide prior without the factor r; up to a constant.
     weight: f64,
+    /// First and second moment of the position relative to the UAV, in the same units.
     first: Vector2<f64>,
     second: Matrix2<f64>,
     /// First and second moment of the bearing relative to the measured one.
@@ -68,18 +93,33 @@ impl SensorParams {
 }
 
 impl NearMeasurement {
-    /// Measurement with the weights of range and bearing: the inverse variances, 1/m2 and 1/rad2.
-    pub(crate) fn new(uav: Position, measurement: RangeBearingMeasurement, weights: [f64; 2]) -> Self {
-        Self { uav, measurement, variances: weights.map(f64::recip) }
+    /// Measurement by a UAV with this covariance of its position, m2, and variance of its heading, rad2.
+    pub(crate) fn new(
+        sensor: &SensorParams,
+        uav: Position,
+        measurement: RangeBearingMeasurement,
+        (uav_covariance, heading_variance): (Matrix2<f64>, f64),
+    ) -> Self {
+        let [range, bearing] = sensor.noise_weights().map(f64::recip);
+        Self { uav, measurement, variances: [range, bearing + heading_variance], uav_covariance }
     }
 
     /// Updates an estimate; with the linearised measurement if it contradicts the estimate.
     pub(crate) fn apply(&self, estimate: &mut Estimate) {
-        if self.update(estimate).is_none()
-            && let Some(mut filter) = InformationFilter::new(*estimate)
-        {
-            let at = (self.uav, self.measurement, estimate.state.position());
-            let [contribution] = Contribution::from_measurements([at], [self.variances.map(f64::recip)]);
+        if self.update(estimate).is_none() {
+            self.linearised(estimate);
+        }
+    }
+
+    /// Updates an estimate with the measurement linearised at the predicted position.
+    fn linearised(&self, estimate: &mut Estimate) {
+        if let Some(mut filter) = InformationFilter::new(*estimate) {
+            let predicted = estimate.state.position();
+            let [range, bearing] = self.variances;
+            let rows = sensor::jacobian_rows(self.uav.distance_m(predicted), predicted - self.uav);
+            let [of_range, of_bearing] = rows.map(|row| row.dot(&(self.uav_covariance * row)));
+            let weights = [range + of_range, bearing + of_bearing].map(f64::recip);
+            let [contribution] = Contribution::from_measurements([(self.uav, self.measurement, predicted)], [weights]);
             filter.update(&contribution);
             *estimate = *filter.estimate();
         }
@@ -88,10 +128,12 @@ impl NearMeasurement {
     /// Updates an estimate. Returns the density of the measurement, 1/(m rad); `None` if it contradicts the estimate,
     /// which does not change then.
     pub(crate) fn update(&self, estimate: &mut Estimate) -> Option<f64> {
-        let prior = estimate.position_covariance();
+        // The target is measured relative to the assumed position of the UAV, which is off by its error.
+        let prior = estimate.position_covariance() + self.uav_covariance;
         let information = inverse_2(&prior)?;
         let uav_rel_target = (self.uav - estimate.state.position()).vector();
-        let (moments, integral) = self.moments(&uav_rel_target, &information)?;
+        let is_wide = prior.trace() > WIDE_MIN * uav_rel_target.norm_squared();
+        let moments = self.moments(&uav_rel_target, &information, is_wide)?;
         let mean = moments.first / moments.weight;
         let covariance = moments.second / moments.weight - mean * mean.transpose();
         inverse_2(&covariance)?;
@@ -101,23 +143,41 @@ impl NearMeasurement {
         estimate.state.0 += gain * (uav_rel_target + mean);
         estimate.covariance = Covariance::from(&(full + gain * (covariance - prior) * gain.transpose()));
         let normalisation = (information.determinant() / (self.variances[0] * self.variances[1])).sqrt();
-        Some(integral * normalisation / (TAU * TAU))
+        Some(moments.integral * normalisation / (TAU * TAU))
     }
 
-    /// Moments of the posterior, and the integral over its density without the constants of the three normal densities.
-    fn moments(&self, uav_rel_target: &Vector2<f64>, information: &Matrix2<f64>) -> Option<(Moments, f64)> {
-        let limit_rad = (WIDTH_SDS * self.variances[1].sqrt()).min(PI);
+    /// Terms of the density of the measured range as a function of the range.
+    fn range_terms(&self, is_wide: bool) -> Vec<RangeTerm> {
+        let (mean_m, variance) = (self.measurement.range_m, self.variances[0]);
+        let mut terms = vec![RangeTerm { mean_m, variance, exponent: 0.0 }];
+        let (sd_m, [a, b]) = (variance.sqrt(), POSITIVE);
+        if !is_wide && mean_m < POSITIVE_SDS * sd_m {
+            let term =
+                RangeTerm { mean_m: (mean_m - a * sd_m) / (1.0 + b), variance: variance / (1.0 + b), exponent: 0.0 };
+            let exponent = 0.5 * (term.mean_m * term.mean_m / term.variance - mean_m * mean_m / variance);
+            terms.push(RangeTerm { exponent, ..term });
+        }
+        terms
+    }
+
+    /// Moments of the posterior, without the constants of the three normal densities.
+    fn moments(&self, uav_rel_target: &Vector2<f64>, information: &Matrix2<f64>, is_wide: bool) -> Option<Moments> {
+        let (power, terms) = (usize::from(!is_wide), self.range_terms(is_wide));
+        let limit_rad = (ERROR_SDS * self.variances[1].sqrt()).min(PI);
         let (mut middle_rad, mut half_width_rad) = (0.0, limit_rad);
         for pass in 1.. {
             let step_rad = half_width_rad / f64::from(HALF);
             let offsets = (-HALF..=HALF).map(|index| middle_rad + f64::from(index) * step_rad);
             let offsets = offsets.filter(|offset_rad| offset_rad.abs() <= limit_rad * (1.0 + 1e-12));
-            let lines = offsets.filter_map(|offset_rad| self.line(offset_rad, uav_rel_target, information));
+            let line = |offset_rad, term| self.line(offset_rad, term, uav_rel_target, information);
+            let lines = offsets.flat_map(|offset_rad| terms.iter().filter_map(move |term| line(offset_rad, term)));
             let lines: Vec<Line> = lines.collect();
             let peak = lines.iter().map(|line| line.exponent).fold(f64::NEG_INFINITY, f64::max);
             let mut sum = Moments::default();
             for Line { offset_rad, exponent, direction, radial } in &lines {
-                let [one, r, r2] = radial.map(|moment| moment * math::exp(exponent - peak));
+                let radial = radial.map(|moment| moment * math::exp(exponent - peak));
+                let [one, r, r2] = core::array::from_fn(|i| radial[power + i]);
+                sum.integral += radial[1];
                 sum.weight += one;
                 sum.first += direction * r;
                 sum.second += direction * direction.transpose() * r2;
@@ -131,38 +191,52 @@ impl NearMeasurement {
             let sd_rad = (sum.bearing[1] / sum.weight - mean_rad * mean_rad).max(0.0).sqrt();
             let wider_rad = WIDTH_SDS * sd_rad.max(step_rad);
             if pass == PASSES_MAX || wider_rad > 0.5 * half_width_rad {
-                return Some((sum, sum.weight * step_rad * math::exp(peak)));
+                sum.integral = sum.integral * step_rad * math::exp(peak);
+                return Some(sum);
             }
             (middle_rad, half_width_rad) = (mean_rad, wider_rad);
         }
         None
     }
 
-    /// Density along the line of sight with an offset from the measured bearing; `None` if it points away from the
-    /// target.
-    fn line(&self, offset_rad: f64, uav_rel_target: &Vector2<f64>, information: &Matrix2<f64>) -> Option<Line> {
-        let [range_variance, bearing_variance] = self.variances;
+    /// Density along the line of sight with an offset from the measured bearing, for one term of the range; `None` if it
+    /// points away from the target.
+    fn line(
+        &self,
+        offset_rad: f64,
+        term: &RangeTerm,
+        uav_rel_target: &Vector2<f64>,
+        information: &Matrix2<f64>,
+    ) -> Option<Line> {
         let bearing = self.measurement.bearing + crate::Angle::from_rad(offset_rad);
         let direction = Displacement::from_polar(1.0, bearing).vector();
         let across = information * uav_rel_target;
-        let precision = direction.dot(&(information * direction)) + 1.0 / range_variance;
+        let precision = direction.dot(&(information * direction)) + 1.0 / term.variance;
         let sd_m = 1.0 / precision.sqrt();
-        let mean_m = (self.measurement.range_m / range_variance - direction.dot(&across)) / precision;
+        let mean_m = (term.mean_m / term.variance - direction.dot(&across)) / precision;
         if mean_m.is_nan() || mean_m < -BEHIND_SDS * sd_m {
             return None;
         }
         // At the maximum over r, without cancellation.
         let at = uav_rel_target + direction * mean_m;
-        let off_m = self.measurement.range_m - mean_m;
-        let squared = at.dot(&(information * at)) + off_m * off_m / range_variance;
-        let exponent = -0.5 * (squared + offset_rad * offset_rad / bearing_variance);
+        let off_m = term.mean_m - mean_m;
+        let squared = at.dot(&(information * at)) + off_m * off_m / term.variance;
+        let exponent = term.exponent - 0.5 * (squared + offset_rad * offset_rad / self.variances[1]);
         let sds = mean_m / sd_m;
         let all_m = sd_m * (0.5 * PI).sqrt() * math::erfc(-sds * core::f64::consts::FRAC_1_SQRT_2);
         let r = mean_m * all_m + sd_m * sd_m * math::exp(-0.5 * sds * sds);
         let r2 = mean_m * r + sd_m * sd_m * all_m;
         let r3 = mean_m * r2 + 2.0 * sd_m * sd_m * r;
-        Some(Line { offset_rad, exponent, direction, radial: [r, r2, r3] })
+        Some(Line { offset_rad, exponent, direction, radial: [all_m, r, r2, r3] })
     }
+}
+
+/// A Gaussian of the range, and the logarithm of its maximum.
+#[derive(Debug, Clone, Copy)]
+struct RangeTerm {
+    mean_m: f64,
+    variance: f64,
+    exponent: f64,
 }
 
 /// Posterior density along a line of sight.
@@ -173,8 +247,8 @@ struct Line {
     /// Logarithm of the largest density.
     exponent: f64,
     direction: Vector2<f64>,
-    /// Integrals of r, r2 and r3 over the density as a fraction of the largest one.
-    radial: [f64; 3],
+    /// Integrals of 1, r, r2 and r3 over the density as a fraction of the largest one.
+    radial: [f64; 4],
 }
 
 #[cfg(test)]
@@ -182,7 +256,6 @@ mod tests {
     use super::*;
     use crate::Angle;
     use crate::params::TeamParams;
-    use crate::sensor;
     use crate::target::TargetState;
     use crate::tracking::pose_error::tests::normals;
     use nalgebra::Vector6;
@@ -199,50 +272,60 @@ mod tests {
         let measurement = RangeBearingMeasurement { range_m, bearing: Angle::from_deg(bearing_deg) };
         let bearing_sd_rad = bearing_sd_deg.to_radians();
         let variances = [range_sd_m * range_sd_m, bearing_sd_rad * bearing_sd_rad];
-        NearMeasurement { uav: Position::from_m(5.0, -3.0), measurement, variances }
+        NearMeasurement { uav: Position::from_m(5.0, -3.0), measurement, variances, uav_covariance: Matrix2::zeros() }
     }
 
-    /// Density, mean and covariance of the position, by summation over a fine grid of positions.
-    fn summed(prior: &Estimate, near: &NearMeasurement) -> (f64, Vector2<f64>, Matrix2<f64>) {
+    /// Density, mean and covariance of the position, by summation over a fine grid of ranges and bearings. Of a wide
+    /// prior, all ranges are equally likely.
+    fn summed(prior: &Estimate, near: &NearMeasurement, is_wide: bool) -> (f64, Vector2<f64>, Matrix2<f64>) {
         const STEP_M: f64 = 0.1;
+        let [range_sd_m, bearing_sd_rad] = near.variances.map(f64::sqrt);
+        let step_rad = (6.0 * bearing_sd_rad).min(PI) / 100.0;
         let (at, covariance) = (prior.state.position().vector(), prior.position_covariance());
         let information = inverse_2(&covariance).unwrap();
-        let (mut weight, mut first, mut second) = (0.0, Vector2::zeros(), Matrix2::zeros());
-        for column in -800..800 {
-            for row in -800..800 {
-                let x = at + Vector2::new(f64::from(column), f64::from(row)) * STEP_M;
-                let expected = sensor::measure(near.uav, Position::from(x));
-                let off =
-                    [near.measurement.range_m - expected.range_m, (near.measurement.bearing - expected.bearing).rad()];
-                let squared = off[0] * off[0] / near.variances[0] + off[1] * off[1] / near.variances[1];
-                let density = math::exp(-0.5 * (squared + (x - at).dot(&(information * (x - at)))));
-                weight += density;
-                first += x * density;
-                second += x * x.transpose() * density;
+        let (mut integral, mut weight, mut first, mut second) = (0.0, 0.0, Vector2::zeros(), Matrix2::zeros());
+        for row in 0..1500 {
+            let r = (f64::from(row) + 0.5) * STEP_M;
+            let off = (near.measurement.range_m - r) / range_sd_m;
+            let range = math::exp(-0.5 * off * off);
+            let positive = 0.5 * math::erfc(-r / range_sd_m * core::f64::consts::FRAC_1_SQRT_2);
+            for column in -100..100 {
+                let offset_rad = (f64::from(column) + 0.5) * step_rad;
+                let bearing = near.measurement.bearing + Angle::from_rad(offset_rad);
+                let x = (near.uav + Displacement::from_polar(r, bearing)).vector();
+                let squared = offset_rad * offset_rad / near.variances[1] + (x - at).dot(&(information * (x - at)));
+                let density = range * math::exp(-0.5 * squared);
+                let (area, factor) = if is_wide { (r, 1.0) } else { (r / positive, r / positive) };
+                integral += density * area;
+                weight += density * factor;
+                first += x * (density * factor);
+                second += x * x.transpose() * (density * factor);
             }
         }
         let mean = first / weight;
         let normalisation = (information.determinant() / (near.variances[0] * near.variances[1])).sqrt() / (TAU * TAU);
-        (weight * STEP_M * STEP_M * normalisation, mean, second / weight - mean * mean.transpose())
+        (integral * STEP_M * step_rad * normalisation, mean, second / weight - mean * mean.transpose())
     }
 
     /// UAVs within and outside the standard deviations of the prediction, precise and coarse sensors.
     #[test]
     fn moments_and_density_equal_those_of_a_fine_grid() {
-        for (x_m, y_m, sd_m, range_m, bearing_deg, sds) in [
-            (20.0, 4.0, 6.0, 22.0, 30.0, [10.0, 3.0]),
-            (8.0, -1.0, 10.0, 14.0, -170.0, [10.0, 3.0]),
-            (8.0, -1.0, 4.0, 6.0, 100.0, [30.0, 10.0]),
-            (40.0, 10.0, 1.5, 30.0, 14.0, [3.0, 10.0]),
-            (25.0, 5.0, 8.0, 28.0, 20.0, [30.0, 60.0]),
+        for (x_m, y_m, sd_m, range_m, bearing_deg, sds, is_wide) in [
+            (20.0, 4.0, 6.0, 22.0, 30.0, [10.0, 3.0], true),
+            (8.0, -1.0, 10.0, 14.0, -170.0, [10.0, 3.0], true),
+            (8.0, -1.0, 4.0, 6.0, 100.0, [30.0, 10.0], true),
+            (40.0, 10.0, 1.5, 30.0, 14.0, [3.0, 10.0], false),
+            (25.0, 5.0, 8.0, 28.0, 20.0, [30.0, 60.0], true),
+            (32.0, 5.0, 3.0, 20.0, 30.0, [40.0, 10.0], false),
+            (50.0, 10.0, 10.0, 95.0, 10.0, [30.0, 3.0], false),
         ] {
             let (estimate, near) = (prior(x_m, y_m, sd_m), near(range_m, bearing_deg, sds));
             let mut updated = estimate;
             let density = near.update(&mut updated).unwrap();
-            let (expected_density, mean, covariance) = summed(&estimate, &near);
-            assert!((density / expected_density - 1.0).abs() < 1e-3, "{density} {expected_density}");
-            assert!((updated.state.position().vector() - mean).norm() < 0.01, "{mean} {updated:?}");
-            assert!((updated.position_covariance() - covariance).norm() < 2e-3 * covariance.norm(), "{covariance}");
+            let (expected_density, mean, covariance) = summed(&estimate, &near, is_wide);
+            assert!((density / expected_density - 1.0).abs() < 2e-3, "{density} {expected_density}");
+            assert!((updated.state.position().vector() - mean).norm() < 0.02, "{mean} {updated:?}");
+            assert!((updated.position_covariance() - covariance).norm() < 1e-3 * covariance.norm(), "{covariance}");
             // The velocity changes with the position, by their correlation.
             let change = updated.state.position().vector() - estimate.state.position().vector();
             let gain = estimate.covariance.matrix().fixed_view::<1, 1>(1, 0)[0];
@@ -252,31 +335,43 @@ mod tests {
     }
 
     /// Mean normalised error squared (2 is consistent) and mean distance from the truth, m, of both updates, over 4,000
-    /// targets that are distributed as predicted.
-    fn errors(estimate: &Estimate, sds: [f64; 2]) -> [[f64; 2]; 2] {
+    /// measurements with a positive range, by a UAV whose position has an error of `uav_sd_m` per axis. Targets are
+    /// distributed as predicted; or `target` is given, predictions are distributed about it, and the sensor with a field
+    /// of view of 70 degrees points at them.
+    fn errors(estimate: &Estimate, target: Option<Vector2<f64>>, sds: [f64; 2], uav_sd_m: f64) -> [[f64; 2]; 2] {
         let mut normals = normals(7);
         let root = estimate.position_covariance().cholesky().unwrap().l();
         let mut sums = [[0.0; 2]; 2];
         let mut n = 0.0;
         while n < 4000.0 {
-            let truth = estimate.state.position().vector() + root * Vector2::from(normals());
-            let at = near(0.0, 0.0, sds);
-            let exact = sensor::measure(at.uav, Position::from(truth));
+            let mut estimate = *estimate;
+            let mut truth = estimate.state.position().vector() + root * Vector2::from(normals());
+            if let Some(target) = target {
+                let off = truth - estimate.state.position().vector();
+                (estimate.state.0[0], estimate.state.0[3]) = (target.x + off.x, target.y + off.y);
+                truth = target;
+            }
+            let at = NearMeasurement {
+                uav_covariance: Matrix2::from_diagonal_element(uav_sd_m * uav_sd_m),
+                ..near(0.0, 0.0, sds)
+            };
+            let [x, y] = normals();
+            let true_uav = at.uav + Displacement::from_m(uav_sd_m * x, uav_sd_m * y);
+            let exact = sensor::measure(true_uav, Position::from(truth));
+            let boresight = sensor::measure(at.uav, estimate.state.position()).bearing;
             let [of_range, of_bearing] = normals();
             let bearing = exact.bearing + Angle::from_rad(at.variances[1].sqrt() * of_bearing);
             let measurement = RangeBearingMeasurement { range_m: exact.range_m + sds[0] * of_range, bearing };
-            if measurement.range_m <= 0.0 {
+            let is_in_view = target.is_none() || (exact.bearing - boresight).abs_rad() < 35f64.to_radians();
+            if measurement.range_m <= 0.0 || !is_in_view {
                 continue;
             }
             n += 1.0;
             let at = NearMeasurement { measurement, ..at };
-            let mut filter = InformationFilter::new(*estimate).unwrap();
-            let contribution = (at.uav, measurement, estimate.state.position());
-            let [contribution] = Contribution::from_measurements([contribution], [at.variances.map(f64::recip)]);
-            filter.update(&contribution);
-            let mut updated = *estimate;
-            at.apply(&mut updated);
-            for (sum, estimate) in sums.iter_mut().zip([updated, *filter.estimate()]) {
+            let mut linearised = estimate;
+            at.linearised(&mut linearised);
+            at.apply(&mut estimate);
+            for (sum, estimate) in sums.iter_mut().zip([estimate, linearised]) {
                 let off = estimate.state.position().vector() - truth;
                 sum[0] += off.dot(&(inverse_2(&estimate.position_covariance()).unwrap() * off));
                 sum[1] += off.norm();
@@ -287,10 +382,33 @@ mod tests {
 
     #[test]
     fn updates_from_nearby_are_consistent_and_linearised_ones_are_not() {
-        for (x_m, sd_m, sds) in [(20.0, 8.0, [10.0, 3.0]), (25.0, 12.0, [1.0, 1.0]), (45.0, 12.0, [10.0, 1.0])] {
-            let [[nees, error_m], [linearised_nees, linearised_error_m]] = errors(&prior(x_m, 2.0, sd_m), sds);
-            assert!((1.85..2.15).contains(&nees) && linearised_nees > 4.0, "{nees} {linearised_nees}");
+        // With a wide prior and coarse ranges, near targets are favoured; those distributed as predicted are farther.
+        for (x_m, sd_m, sds, uav_sd_m, max) in [
+            (20.0, 8.0, [10.0, 3.0], 0.0, 3.0),
+            (25.0, 12.0, [1.0, 1.0], 0.0, 2.15),
+            (45.0, 12.0, [10.0, 1.0], 0.0, 2.15),
+            (45.0, 12.0, [3.0, 1.0], 4.0, 2.15),
+        ] {
+            let [[nees, error_m], [linearised_nees, linearised_error_m]] =
+                errors(&prior(x_m, 2.0, sd_m), None, sds, uav_sd_m);
+            assert!((1.85..max).contains(&nees) && linearised_nees > 3.0, "{nees} {linearised_nees}");
             assert!(error_m < 0.85 * linearised_error_m, "{error_m} {linearised_error_m}");
+        }
+    }
+
+    /// A target 10 or 20 m from the UAV, known to 20 m: a range may be mostly noise, and positive ranges and a sensor that
+    /// points at the prediction make the target seem farther away.
+    #[test]
+    fn the_first_measurement_of_a_target_below_the_uav_is_better_than_linearised_for_any_range_noise() {
+        let mut estimate = prior(0.0, 0.0, 20.0);
+        estimate.covariance = Covariance::from_diagonal([400.0, 4.0, 0.04, 400.0, 4.0, 0.04]);
+        for range_m in [10.0, 20.0] {
+            let target = Vector2::new(5.0 + 0.8 * range_m, -3.0 + 0.6 * range_m);
+            for sds in [[1.0, 3.0], [10.0, 0.5], [30.0, 3.0], [50.0, 10.0]] {
+                let [[nees, error_m], [_, linearised_error_m]] = errors(&estimate, Some(target), sds, 0.0);
+                assert!((1.5..3.0).contains(&nees), "{range_m} {sds:?} {nees}");
+                assert!(error_m < linearised_error_m, "{range_m} {sds:?} {error_m} {linearised_error_m}");
+            }
         }
     }
 
@@ -308,7 +426,7 @@ mod tests {
         assert!(!sensor.is_near(uav, farther, trace_m2(1e6)));
         estimate.covariance =
             estimate.covariance * (LINEAR_MAX * 285.0 * 285.0 / estimate.position_covariance().trace());
-        let [near, linearised] = errors(&estimate, [10.0, 3.0]);
+        let [near, linearised] = errors(&estimate, None, [10.0, 3.0], 0.0);
         assert!(
             (near[0] - linearised[0]).abs() < 0.02 && (near[1] / linearised[1] - 1.0).abs() < 0.002,
             "{near:?} {linearised:?}"

@@ -15,7 +15,7 @@
 //! An error that never changes has a = 1: a measurement then counts only as far as the prediction is less certain than
 //! the pose.
 
-use nalgebra::Matrix2;
+use nalgebra::{Matrix2, Vector2};
 
 use crate::frame::Position;
 use crate::math;
@@ -95,15 +95,26 @@ impl PoseError {
 }
 
 impl SensorParams {
-    /// Weights of range and bearing of a predicted position, with the pose error of the UAV, if any.
-    pub(crate) fn weights(
+    /// Covariance of the position of a UAV, m2, and variance of its heading, rad2. Along the line of sight to a predicted
+    /// position they are inflated as the error of a range, across it as that of a bearing.
+    pub(crate) fn pose_covariance(
         &self,
         pose_error: Option<&PoseError>,
         uav: Position,
         predicted: Position,
         prior: impl Fn() -> Matrix2<f64>,
-    ) -> [f64; 2] {
-        pose_error.map_or_else(|| self.noise_weights(), |error| error.weights(self, uav, predicted, &prior()))
+    ) -> (Matrix2<f64>, f64) {
+        let Some(error) = pose_error else { return (Matrix2::zeros(), 0.0) };
+        let inflated = error.weights(self, uav, predicted, &prior()).map(f64::recip);
+        let noise = self.noise_weights().map(f64::recip);
+        let totals = error.of_measurement(uav.distance_m(predicted)).map(|of_pose| of_pose.total());
+        let factor = |value: usize| {
+            if totals[value] > 0.0 { ((inflated[value] - noise[value]) / totals[value]).max(0.0) } else { 0.0 }
+        };
+        let along = (predicted - uav).vector().normalize();
+        let across = Vector2::new(-along.y, along.x);
+        let position = (along * along.transpose()) * factor(0) + (across * across.transpose()) * factor(1);
+        (position * error.position, error.heading * factor(1))
     }
 }
 
@@ -141,7 +152,6 @@ pub(crate) mod tests {
     use crate::frame::Displacement;
     use crate::params::TeamParams;
     use crate::sensor::RangeBearingMeasurement;
-    use nalgebra::Vector2;
 
     fn sensor() -> SensorParams {
         SensorParams {
@@ -284,6 +294,22 @@ pub(crate) mod tests {
             let (with, without) = (ratio(true), ratio(false));
             assert!((0.9..1.1).contains(&with) && without > 1.2, "{process}: {with}, without {without}");
         }
+    }
+
+    /// A single measurement has the errors of one pose; a settled track gains little from further ones.
+    #[test]
+    fn the_pose_covariance_grows_as_the_prediction_becomes_certain() {
+        let predicted = Position::from_m(0.0, 20.0);
+        let covariance = |error: Option<&PoseError>, prior_m2: f64| {
+            sensor().pose_covariance(error, Position::ORIGIN, predicted, || Matrix2::from_diagonal_element(prior_m2))
+        };
+        assert_eq!(covariance(None, 1.0), (Matrix2::zeros(), 0.0));
+        let error = pose_error();
+        let (position, heading) = covariance(Some(&error), 1e8);
+        assert!((position / 36.0 - Matrix2::identity()).norm() < 1e-3 && (heading / 0.0016 - 1.0).abs() < 1e-3);
+        let (settled, _) = covariance(Some(&error), 4.0);
+        assert!(settled[(0, 0)] > 72.0 && settled[(1, 1)] > 72.0, "{settled}");
+        assert!(settled[(0, 1)].abs() < 1e-9);
     }
 
     /// The weights of a measurement use the predicted variances along and across the line of sight.

@@ -249,8 +249,9 @@ impl<'a> ScanModel<'a> {
         let mut estimate = Estimate::from(&*target);
         let uav = self.uav.position;
         let prior = || estimate.position_covariance();
-        let weights = self.sensor.weights(self.pose_error.as_ref(), uav, position(target), prior);
-        let density = NearMeasurement::new(uav, detection.measurement, weights).update(&mut estimate)?;
+        let of_pose = self.sensor.pose_covariance(self.pose_error.as_ref(), uav, position(target), prior);
+        let near = NearMeasurement::new(self.sensor, uav, detection.measurement, of_pose);
+        let density = near.update(&mut estimate)?;
         *target = Gaussian::from(&estimate);
         Some(density)
     }

@@ -4,10 +4,12 @@
 //! otherwise it coasts on the target model. It is lost when its position becomes too uncertain, or when the target
 //! stays unseen although it should be well in view. A lost track is frozen until a measurement or a cue restarts it.
 
+use nalgebra::Matrix2;
+
 use crate::covariance::Covariance;
 use crate::frame::{Position, Velocity};
 use crate::message::{Cue, TargetLabel, WRONG_MAX_S};
-use crate::params::{RANGE_MIN_M, TargetParams, TrackParams};
+use crate::params::{SensorParams, TargetParams, TrackParams};
 use crate::sensor::RangeBearingMeasurement;
 use crate::target::{TargetState, Transition};
 use crate::time::{Duration, Time};
@@ -178,8 +180,10 @@ impl Track {
         let (mut sum, mut near) = (Contribution::default(), Vec::new());
         for (uav, measurement) in measurements {
             if params.sensor.is_near(uav, position, || covariance.trace()) {
-                let variances = params.sensor.measurement_variances(uav.distance_m(position).max(RANGE_MIN_M));
-                near.push(NearMeasurement { uav, measurement, variances });
+                let SensorParams { own_position_sd_m, own_heading_sd_rad, .. } = params.sensor;
+                let position = Matrix2::from_diagonal_element(own_position_sd_m * own_position_sd_m);
+                let of_pose = (position, own_heading_sd_rad * own_heading_sd_rad);
+                near.push(NearMeasurement::new(&params.sensor, uav, measurement, of_pose));
             } else {
                 sum += Contribution::from_measurement(&params.sensor, uav, &measurement, position);
             }
