@@ -313,17 +313,22 @@ impl CollisionAvoidance<'_> {
         for index in 0..planned.len() {
             let uav = of(index);
             let (command, course) = commands[index];
-            let teammates = (0..planned.len()).filter(|other| *other != index).filter_map(|other| {
+            let teammate = |other: usize, course: SampledTrajectory| {
                 let Planned { uav: teammate, ref state, levels_m, .. } = planned[other];
                 let required = uav.required(AHEAD_S, BUFFER_M, age_s(index, other));
                 let is_near =
                     uav.is_within_reach(state, 0.0, required) && !self.is_separated(planned[index].levels_m, levels_m);
                 let aircraft = Aircraft::Uav(teammate);
                 let required = uav.kept(aircraft, required);
-                is_near.then_some(Near { aircraft, course: courses[other], pursuer: None, required })
-            });
+                is_near.then_some(Near { aircraft, course, pursuer: None, required })
+            };
+            let teammates = (0..planned.len()).filter(|other| *other != index);
+            let teammates = teammates.filter_map(|other| teammate(other, courses[other]));
+            // A teammate whose last report is old may have planned from others, and fly on as reported.
+            let as_reported = (0..index).filter(|other| age_s(index, *other) > 0.0);
+            let as_reported = as_reported.filter_map(|other| teammate(other, planned[other].course.sampled()));
             let intruders = intruders.iter().filter_map(|other| uav.near(other, None, |_| None));
-            let near: Vec<Near> = teammates.chain(intruders).collect();
+            let near: Vec<Near> = teammates.chain(as_reported).chain(intruders).collect();
             let met = meets[index].iter();
             let met = met.map(|other| (planned[*other].uav, escapes[*other], required_m(index, *other))).collect();
             let neighbours = Neighbours { near: &near, escapes: met };
