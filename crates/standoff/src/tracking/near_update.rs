@@ -147,17 +147,17 @@ impl NearMeasurement {
     }
 
     /// Terms of the density of the measured range as a function of the range.
-    fn range_terms(&self, is_wide: bool) -> Vec<RangeTerm> {
-        let (mean_m, variance) = (self.measurement.range_m, self.variances[0]);
-        let mut terms = vec![RangeTerm { mean_m, variance, exponent: 0.0 }];
-        let (sd_m, [a, b]) = (variance.sqrt(), POSITIVE);
-        if !is_wide && mean_m < POSITIVE_SDS * sd_m {
-            let term =
-                RangeTerm { mean_m: (mean_m - a * sd_m) / (1.0 + b), variance: variance / (1.0 + b), exponent: 0.0 };
-            let exponent = 0.5 * (term.mean_m * term.mean_m / term.variance - mean_m * mean_m / variance);
-            terms.push(RangeTerm { exponent, ..term });
-        }
-        terms
+    fn range_terms(&self, is_wide: bool) -> [Option<RangeTerm>; 2] {
+        let reported = RangeTerm { mean_m: self.measurement.range_m, variance: self.variances[0], exponent: 0.0 };
+        let (sd_m, [a, b]) = (reported.variance.sqrt(), POSITIVE);
+        let is_near_zero = !is_wide && reported.mean_m < POSITIVE_SDS * sd_m;
+        let near_zero = is_near_zero.then(|| {
+            let (mean_m, variance) = ((reported.mean_m - a * sd_m) / (1.0 + b), reported.variance / (1.0 + b));
+            let squared = |mean_m: f64, variance: f64| mean_m * mean_m / variance;
+            let exponent = 0.5 * (squared(mean_m, variance) - squared(reported.mean_m, reported.variance));
+            RangeTerm { mean_m, variance, exponent }
+        });
+        [Some(reported), near_zero]
     }
 
     /// Moments of the posterior, without the constants of the three normal densities.
@@ -170,7 +170,7 @@ impl NearMeasurement {
             let offsets = (-HALF..=HALF).map(|index| middle_rad + f64::from(index) * step_rad);
             let offsets = offsets.filter(|offset_rad| offset_rad.abs() <= limit_rad * (1.0 + 1e-12));
             let line = |offset_rad, term| self.line(offset_rad, term, uav_rel_target, information);
-            let lines = offsets.flat_map(|offset_rad| terms.iter().filter_map(move |term| line(offset_rad, term)));
+            let lines = offsets.flat_map(|offset_rad| terms.iter().flatten().filter_map(move |term| line(offset_rad, term)));
             let lines: Vec<Line> = lines.collect();
             let peak = lines.iter().map(|line| line.exponent).fold(f64::NEG_INFINITY, f64::max);
             let mut sum = Moments::default();
