@@ -1226,7 +1226,7 @@ class Zone:
     @property
     def part_of(self, /) -> int | None:
         """
-        Index in ``MissionInfo.zones`` of the zone of which this polygon is a further part; None: a separate zone.
+        Index in ``MissionInfo.zones`` of the zone that this polygon extends; None: a separate zone.
         """
     @property
     def vertices(self, /) -> Incomplete:

@@ -31,7 +31,7 @@ impl<T> ById<T> {
         self.search(id).ok().map(|index| &mut self.entries[index].1)
     }
 
-    /// Returns the value of an id, which is inserted if there is none.
+    /// Returns the value of an id; inserts a new one if the id is missing.
     pub(crate) fn entry(&mut self, id: u32, new: impl FnOnce() -> T) -> &mut T {
         let index = self.search(id).unwrap_or_else(|index| {
             self.entries.insert(index, (id, new()));

@@ -59,7 +59,7 @@ pub(crate) struct Zone {
     altitude_min_m: Option<f64>,
     /// Ceiling, m above the plane; None: no upper limit.
     altitude_max_m: Option<f64>,
-    /// Index in ``MissionInfo.zones`` of the zone of which this polygon is a further part; None: a separate zone.
+    /// Index in ``MissionInfo.zones`` of the zone that this polygon extends; None: a separate zone.
     part_of: Option<usize>,
 }
 

@@ -14,8 +14,8 @@
 //! compared with the distance, both factors are omitted, so that all ranges are equally likely: the sensor has found the
 //! target because it pointed at the prediction, which is the case more often if that is too far away.
 //!
-//! Along a line of sight the density is a sum of Gaussians of r, or of r times Gaussians, whose moments are exact; over
-//! the bearing, the trapezoidal rule sums them. Mean and covariance of the position are those of this density
+//! Along a line of sight, the density is a sum of Gaussians of r, or of r times Gaussians, with exact moments. Over the
+//! bearing, the trapezoidal rule sums them. Mean and covariance of the position are those of this density
 //! (assumed-density filtering: Ito & Xiong, *Gaussian Filters for Nonlinear Filtering Problems*, 2000). They are
 //! conditional moments, so that their normalised squared error is 2 on average if the prior is Gaussian and not wide.
 
