@@ -170,7 +170,8 @@ impl NearMeasurement {
             let offsets = (-HALF..=HALF).map(|index| middle_rad + f64::from(index) * step_rad);
             let offsets = offsets.filter(|offset_rad| offset_rad.abs() <= limit_rad * (1.0 + 1e-12));
             let line = |offset_rad, term| self.line(offset_rad, term, uav_rel_target, information);
-            let lines = offsets.flat_map(|offset_rad| terms.iter().flatten().filter_map(move |term| line(offset_rad, term)));
+            let lines =
+                offsets.flat_map(|offset_rad| terms.iter().flatten().filter_map(move |term| line(offset_rad, term)));
             let lines: Vec<Line> = lines.collect();
             let peak = lines.iter().map(|line| line.exponent).fold(f64::NEG_INFINITY, f64::max);
             let mut sum = Moments::default();
