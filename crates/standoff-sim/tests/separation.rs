@@ -345,7 +345,7 @@ const FAMILIES: &[(&str, Family, f64)] = &[
     ("many", Family { uavs: (6, 8), ..FEW }, 0.5),
     ("zone", Family { has_zone: true, duration_s: 150.0, ..FEW }, 1.0),
     ("zone-per-group", Family { has_zone: true, duration_s: 150.0, policy: "per-group", ..FEW }, 1.0),
-    ("radio", Family { extra: RADIO, ..FEW }, 6.0),
+    ("radio", Family { extra: RADIO, ..FEW }, 1.0),
     ("slow-period", Family { uavs: (4, 4), period_max_s: 2.0, ..FEW }, 1.0),
     ("slow", Family { uavs: (4, 4), period_max_s: 2.0, lag_max_s: 2.0, ..FEW }, 1.0),
     ("pursuer", Family { uavs: (4, 4), extra: PURSUER, ..FEW }, 1.0),
