@@ -427,7 +427,7 @@ fn bash_completes_commands_options_and_names() {
 
 #[test]
 fn wrong_input_is_refused_with_one_clear_message() {
-    let drawn = "error: uavs.count = 0: must be at least 1 and at most 100\n --> bad.toml:2:1\n  |\n2 | count = 0\n  | ^^^^^^^^^\n";
+    let drawn = "error: uavs.count = 0: must be at least 1 and at most 4096\n --> bad.toml:2:1\n  |\n2 | count = 0\n  | ^^^^^^^^^\n";
     check_refused(&["run", "bad.toml"], &[drawn]);
     check_refused(&["check", "bad.toml"], &[drawn]);
     check_refused(&["monte-carlo", "bad.toml", "--runs", "2"], &[drawn]);
@@ -551,7 +551,7 @@ fn the_coverage_baseline_is_printed_for_a_scenario_and_with_a_run() {
     of(&["run", "--out", "o"]);
     assert!(files() == with_baseline, "the baseline changes the files");
     check_refused(&["baseline", "paper/table-9"], &["no such scenario", "paper/table-2-pair"]);
-    check_refused(&["baseline", "bad.toml"], &["error: uavs.count = 0: must be at least 1 and at most 100"]);
+    check_refused(&["baseline", "bad.toml"], &["error: uavs.count = 0: must be at least 1 and at most 4096"]);
     check_refused(&["baseline", "--uavs", "2", "--set", "uavs.count=3"], &["contradict each other"]);
 }
 

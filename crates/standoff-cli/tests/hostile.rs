@@ -124,7 +124,7 @@ fn oversized_scenarios_are_refused_within_the_same_limits() {
     let far = at.replace(" = ", " = 1e99 # ");
     let dotted = |n: usize| format!("a{n}{} = 1\n", ".a".repeat(70));
     for (text, expected) in [
-        ("\n".repeat(2 << 20), "more keys and values than 5000 targets need"),
+        ("\n".repeat(2 << 20), "more than 2097152 bytes, or more than 200000 line ends and punctuation characters"),
         ("duration_s = -1\n".to_owned() + &within(at, 16), "duration_s = -1: must be at least"),
         (within(&far, 20), "there may be more: reading stops after "),
         (
@@ -188,10 +188,10 @@ fn too_many_simultaneous_vehicles_are_refused() {
         let rows = (0..vehicles).map(|n| format!("0,v{n},{},{}\n1,v{n},{},{}\n", n % 300, n / 300, n % 300, n / 300));
         "t,id,x,y\n".to_owned() + &rows.collect::<String>()
     };
-    let expected = "f: more than 5000 vehicles at time = 0 s; at most 5000; select a smaller area";
-    check_traffic(crowd(5001).as_bytes(), expected);
+    let expected = "f: more than 16384 vehicles at time = 0 s; at most 16384; select a smaller area";
+    check_traffic(crowd(16_385).as_bytes(), expected);
     // The limit does not apply to vehicles that exist at different times.
-    let later = (0..6000).map(|n| format!("{n},v{n},3,4\n{n}.4,v{n},3,4\n")).collect::<String>();
+    let later = (0..17_000).map(|n| format!("{n},v{n},3,4\n{n}.4,v{n},3,4\n")).collect::<String>();
     let folder = tempfile::tempdir().unwrap();
     fs::write(folder.path().join("f"), "t,id,x,y\n".to_owned() + &later).unwrap();
     let args = ["run", "--traffic", "f", "--set", "duration_s=1", "--out", "o"];

@@ -44,8 +44,8 @@ struct TrackLife {
 impl AssociationScores {
     /// Adds the next frame.
     pub(crate) fn frame(&mut self, config: &ScoreConfig, frame: &Frame, matching: &Matching<'_>) {
-        let looking = pointed_sensors(frame);
-        if !looking.is_empty() {
+        let looking = pointed_sensors(frame, &config.sensor);
+        if !looking.all.is_empty() {
             let mut detected: Vec<_> = frame.detections.iter().filter_map(|row| Some((row.uav, row.target?))).collect();
             detected.sort_unstable();
             let mut targets = Vec::with_capacity(frame.truth.len());
@@ -53,13 +53,13 @@ impl AssociationScores {
                 let at = position(truth);
                 let before = self.detected.n;
                 // Targets behind buildings count, too.
-                for pointed in looking.iter().filter(|pointed| pointed.covers(&config.sensor, at)) {
+                for pointed in looking.covering(&config.sensor, at) {
                     let is_detected = detected.binary_search(&(pointed.uav, truth.target)).is_ok();
                     self.detected.add(f64::from(is_detected));
                 }
                 targets.extend((self.detected.n > before).then_some(at));
             }
-            let is_in_view = |at: &Position| looking.iter().any(|pointed| pointed.covers(&config.sensor, *at));
+            let is_in_view = |at: &Position| looking.covering(&config.sensor, *at).next().is_some();
             let tracks: Vec<Position> = frame.tracks.iter().map(estimate).filter(is_in_view).collect();
             self.add_gospa(Gospa::of(&targets, &tracks, config.gospa_cutoff_m));
         }

@@ -111,7 +111,7 @@ impl Bound {
 /// Returns every detection whose UAV and target are in the frame: UAV position, target id, true target position.
 fn known_detections(frame: &Frame, matching: &Matching<'_>) -> impl Iterator<Item = (Position, u32, Position)> {
     frame.detections.iter().filter_map(|detection| {
-        let uav = frame.uavs.iter().find(|uav| uav.uav == detection.uav)?;
+        let uav = crate::matching::uav(frame, detection.uav)?;
         let truth = matching.target(detection.target?)?;
         Some((at(uav), truth.target, position(truth)))
     })

@@ -1,9 +1,10 @@
 //! Scores of a single frame relative to the truth. The metrics average these values.
 
+use standoff::research::Grid;
 use standoff_record::{DerivedColumns, Frame, GroupRow, UavRow, ViewRow};
 
 use crate::config::ScoreConfig;
-use crate::geometry::{Geometry, PointedSensor, at, is_in_view, off_orbit_m, pointed_sensors, position};
+use crate::geometry::{Geometry, PointedSensors, at, off_orbit_m, pointed_sensors, position};
 use crate::matching::Matched;
 use crate::true_orbits::TrueOrbits;
 
@@ -60,7 +61,7 @@ impl FrameScorer {
             score_config: &self.config,
             frame,
             is_after_cue,
-            looking: pointed_sensors(frame),
+            looking: pointed_sensors(frame, &self.config.sensor),
             orbits: &self.orbits,
         }
     }
@@ -75,7 +76,7 @@ pub struct FrameScores<'a> {
     frame: &'a Frame,
     /// True if a target existed before this time step, so that sensors could have been pointed.
     is_after_cue: bool,
-    looking: Vec<PointedSensor>,
+    looking: PointedSensors,
     orbits: &'a TrueOrbits,
 }
 
@@ -114,7 +115,7 @@ impl FrameScores<'_> {
     #[must_use]
     pub fn in_view(&self, target: u32) -> Option<bool> {
         let target = position(self.geometry.matching().target(target)?);
-        self.is_after_cue.then(|| is_in_view(self.score_config.in_view(), &self.looking, target))
+        self.is_after_cue.then(|| self.looking.have_in_view(self.score_config.in_view(), target))
     }
 
     /// Returns the custody of all targets.
@@ -122,7 +123,7 @@ impl FrameScores<'_> {
     pub fn custody(&self) -> CustodyCounts {
         let (mut targets, mut in_view, mut in_custody, mut errors_m2) = (0, 0, 0, 0.0);
         for (target, track) in self.geometry.matching().targets() {
-            let is_in_view = is_in_view(self.score_config.in_view(), &self.looking, position(target));
+            let is_in_view = self.looking.have_in_view(self.score_config.in_view(), position(target));
             targets += 1;
             in_view += usize::from(is_in_view);
             let Some(track) = track else { continue };
@@ -142,8 +143,15 @@ impl FrameScores<'_> {
 
     /// Returns what each UAV has in view, sorted by UAV and target.
     pub fn views(&self) -> impl Iterator<Item = ViewRow> {
-        let pairs = self.looking.iter().flat_map(|one| self.frame.truth.iter().map(move |truth| (one, truth)));
-        pairs.filter_map(|(pointed, truth)| {
+        let range_m = self.score_config.sensor.sensing_range_m;
+        let places = Grid::of(self.frame.truth.iter().map(position), 0.5 * range_m);
+        let pairs = self.looking.all.iter().flat_map(move |one| {
+            let mut near = Vec::new();
+            let near: Vec<usize> = places.near_ascending(one.position, range_m, &mut near).collect();
+            near.into_iter().map(move |index| (one, index))
+        });
+        pairs.filter_map(|(pointed, index)| {
+            let truth = &self.frame.truth[index];
             let seen = pointed.measure(self.score_config.in_view(), position(truth))?;
             let off_boresight_rad = (seen.bearing - pointed.boresight).rad();
             Some(ViewRow { uav: pointed.uav, target: truth.target, range_m: seen.range_m, off_boresight_rad })

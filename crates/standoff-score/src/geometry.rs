@@ -4,7 +4,7 @@
 use std::collections::BTreeSet;
 
 use standoff::research::{
-    CentreEstimate, EnclosingCircle,
+    CentreEstimate, EnclosingCircle, Grid,
     math::{self, TAU},
 };
 use standoff::{Angle, Position, RangeBearingMeasurement, SensorParams, TargetState, Velocity};
@@ -70,7 +70,12 @@ pub(crate) fn off_orbit_m(uav: Position, centre: Position, radius_m: f64) -> f64
 /// Returns the group to which a UAV is assigned.
 #[must_use]
 pub fn group_of<'a>(frame: &'a Frame, uav: &UavRow) -> Option<&'a GroupRow> {
-    frame.groups.iter().find(|group| Some(group.group) == uav.group)
+    let id = uav.group?;
+    // Groups are usually sorted.
+    match frame.groups.binary_search_by_key(&id, |group| group.group) {
+        Ok(index) => Some(&frame.groups[index]),
+        Err(_) => frame.groups.iter().find(|group| group.group == id),
+    }
 }
 
 /// Identifies a phase difference: the number of UAVs on the orbit, the UAV, and the other UAV of a pair. With more than
@@ -126,7 +131,7 @@ fn largest_off_boresight(uav: &UavRow, (sin, cos): (f64, f64), matching: &Matchi
     };
     let is_larger = |a: (f64, f64), b: (f64, f64)| a.0 * b.1 > b.0 * a.1;
     // Targets in dwell to this group still count for the passing group.
-    let members = matching.pairs().iter().filter(|pair| pair.track.group == Some(group));
+    let members = matching.on_orbit(group).filter(|pair| pair.track.group == Some(group));
     members.map(|pair| off(position(pair.target))).reduce(|a, b| if is_larger(b, a) { b } else { a })
 }
 
@@ -137,7 +142,7 @@ pub(crate) type InView<'a> = (&'a SensorParams, &'a Buildings);
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct PointedSensor {
     pub(crate) uav: u32,
-    position: Position,
+    pub(crate) position: Position,
     /// Altitude of the UAV, m; `None` if it is not simulated.
     altitude_m: Option<f64>,
     pub(crate) boresight: Angle,
@@ -156,18 +161,41 @@ impl PointedSensor {
     }
 }
 
+/// The sensors that are pointed.
+#[derive(Debug)]
+pub(crate) struct PointedSensors {
+    /// By ascending UAV.
+    pub(crate) all: Vec<PointedSensor>,
+    places: Grid,
+    range_m: f64,
+}
+
+impl PointedSensors {
+    /// Sensors near a target, others cannot have it in view; in no particular order.
+    fn near(&self, target: Position) -> impl Iterator<Item = &PointedSensor> {
+        self.places.near(target, self.range_m).map(|index| &self.all[index])
+    }
+
+    /// Returns whether a target is in view of one of the sensors.
+    pub(crate) fn have_in_view(&self, rules: InView<'_>, target: Position) -> bool {
+        self.near(target).any(|sensor| sensor.measure(rules, target).is_some())
+    }
+
+    /// Returns the sensors that cover a target, in no particular order.
+    pub(crate) fn covering(&self, sensor: &SensorParams, target: Position) -> impl Iterator<Item = &PointedSensor> {
+        self.near(target).filter(move |pointed| pointed.covers(sensor, target))
+    }
+}
+
 /// Returns the sensors that are pointed.
-pub(crate) fn pointed_sensors(frame: &Frame) -> Vec<PointedSensor> {
+pub(crate) fn pointed_sensors(frame: &Frame, sensor: &SensorParams) -> PointedSensors {
     let pointed = |uav: &UavRow| {
         let boresight = Angle::from_rad(uav.boresight_rad?);
         Some(PointedSensor { uav: uav.uav, position: at(uav), altitude_m: uav.altitude_m, boresight })
     };
-    frame.uavs.iter().filter_map(pointed).collect()
-}
-
-/// Returns whether a target is in view of one of these sensors.
-pub(crate) fn is_in_view(rules: InView<'_>, looking: &[PointedSensor], target: Position) -> bool {
-    looking.iter().any(|sensor| sensor.measure(rules, target).is_some())
+    let all: Vec<_> = frame.uavs.iter().filter_map(pointed).collect();
+    let range_m = sensor.sensing_range_m;
+    PointedSensors { places: Grid::of(all.iter().map(|sensor| sensor.position), 0.5 * range_m), all, range_m }
 }
 
 pub(crate) fn at(uav: &UavRow) -> Position {
@@ -202,7 +230,7 @@ pub(crate) fn is_on_orbit(track: &TrackRow, group: u32) -> bool {
 
 /// True states of the existing targets on the orbit of a group.
 pub(crate) fn on_orbit(matching: &Matching<'_>, group: u32) -> impl Iterator<Item = TargetState> {
-    matching.pairs().iter().filter(move |pair| is_on_orbit(pair.track, group)).map(|Matched { target, .. }| {
+    matching.on_orbit(group).map(|Matched { target, .. }| {
         TargetState::new(position(target), Velocity::from_m_s(target.vx_m_s, target.vy_m_s), [0.0; 2])
     })
 }

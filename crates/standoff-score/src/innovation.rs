@@ -53,7 +53,7 @@ impl Innovations {
         self.predicted.clear();
         self.predicted.resize(self.before.len(), None);
         for detection in &frame.detections {
-            let Some(uav) = frame.uavs.iter().find(|uav| uav.uav == detection.uav) else { continue };
+            let Some(uav) = matching::uav(frame, detection.uav) else { continue };
             let Some(index) = matching::track_index(detection, &self.before) else { continue };
             let z =
                 RangeBearingMeasurement { range_m: detection.range_m, bearing: Angle::from_rad(detection.bearing_rad) };

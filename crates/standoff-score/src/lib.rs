@@ -36,7 +36,7 @@ mod separation;
 mod true_orbits;
 
 use nalgebra::{SMatrix, SVector};
-use standoff::research::{OrbitMotion, math};
+use standoff::research::{ByGroup, OrbitMotion, math};
 use standoff::{Covariance, Displacement, Position};
 use standoff_record::{Frame, GroupRow};
 
@@ -166,8 +166,9 @@ pub struct Scorer {
     bound: Option<Bound>,
     innovations: Option<Innovations>,
     prediction_errors: Option<PredictionErrors>,
-    /// Groups with assigned UAVs whose sensor is pointed, one entry per UAV.
-    assigned: Vec<u32>,
+    /// UAVs of each group, and those of them whose sensor is pointed.
+    uavs: ByGroup<u32>,
+    assigned: ByGroup<u32>,
     true_orbits: TrueOrbits,
     /// Empty; its memory is reused.
     matching: Matching<'static>,
@@ -227,7 +228,8 @@ impl Scorer {
             prediction_errors: choice
                 .includes(&["orbit_prediction_error_m_settled", "own_orbit_prediction_error_m_settled"])
                 .then(|| PredictionErrors::new(score_config.clone())),
-            assigned: Vec::new(),
+            uavs: ByGroup::default(),
+            assigned: ByGroup::default(),
             true_orbits: TrueOrbits::default(),
             matching: Matching::default(),
             agreement: Agreement::default(),
@@ -249,9 +251,9 @@ impl Scorer {
         if needed.tallies {
             self.tallies.frame(&self.config, frame, &matching, &grouped);
         }
-        self.assigned.clear();
-        let pointed = frame.uavs.iter().filter(|uav| uav.boresight_rad.is_some());
-        self.assigned.extend(pointed.filter_map(|uav| uav.group));
+        let assigned = || frame.uavs.iter().enumerate().filter_map(|(index, uav)| Some((uav.group?, index)));
+        self.uavs.fill(assigned());
+        self.assigned.fill(assigned().filter(|(_, index)| frame.uavs[*index].boresight_rad.is_some()));
         if needed.estimates || needed.consistency {
             matching.pairs().iter().for_each(|pair| self.estimate(*pair));
         }
@@ -418,7 +420,7 @@ impl Scorer {
         self.so_far.position_all.add(position_error_m);
         if let Some(group) = track.group {
             self.so_far.position.add(position_error_m);
-            match self.assigned.iter().filter(|served| **served == group).count() {
+            match self.assigned.of(group).len() {
                 0 => {}
                 1 => self.so_far.position_one.add(position_error_m),
                 _ => self.so_far.position_more.add(position_error_m),
@@ -438,7 +440,7 @@ impl Scorer {
     fn orbit(&mut self, frame: &Frame, group: &GroupRow) {
         let settled = frame.time_us as f64 / 1e6 >= self.config.transient_s;
         self.assignments.clear();
-        self.assignments.extend(frame.uavs.iter().filter(|uav| uav.group == Some(group.group)).map(at));
+        self.assignments.extend(self.uavs.of(group.group).map(|index| at(&frame.uavs[index])));
         let centre = centre(group);
         for uav in &self.assignments {
             let error_m = off_orbit_m(*uav, centre, group.standoff_distance_m).abs();

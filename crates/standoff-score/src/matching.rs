@@ -8,8 +8,9 @@ mod assignment;
 mod identities;
 
 use standoff::Position;
+use standoff::research::ByGroup;
 
-use standoff_record::{DetectionRow, Frame, TrackRow, TruthRow};
+use standoff_record::{DetectionRow, Frame, TrackRow, TruthRow, UavRow};
 
 pub(crate) use assignment::assign;
 pub use identities::{CUTOFF_M, Identities};
@@ -37,6 +38,8 @@ pub struct Matching<'a> {
     pairs: Vec<Matched<'a>>,
     unmatched_targets: Vec<&'a TruthRow>,
     unmatched_tracks: Vec<&'a TrackRow>,
+    /// Pairs on the orbit of each group, those in dwell from and to it included.
+    on_orbits: ByGroup<u32>,
 }
 
 impl<'a> Matching<'a> {
@@ -69,19 +72,30 @@ impl<'a> Matching<'a> {
             }
         }
         self.unmatched_targets.extend(truth);
+        let groups = |track: &TrackRow| [track.group, track.receiving_group].into_iter().flatten();
+        let pairs = self.pairs.iter().enumerate();
+        self.on_orbits.fill(pairs.flat_map(|(index, pair)| groups(pair.track).map(move |group| (group, index))));
     }
 
     /// Removes all rows, and keeps the memory of the pairs for those of another frame.
     #[expect(clippy::unnecessary_filter_map, reason = "the items get another lifetime")]
     pub(crate) fn emptied(self) -> Matching<'static> {
         // The standard library collects into the memory of the iterator, because the items have the same size.
-        Matching { pairs: self.pairs.into_iter().filter_map(|_| None).collect(), ..Matching::default() }
+        let pairs = self.pairs.into_iter().filter_map(|_| None).collect();
+        let mut on_orbits = self.on_orbits;
+        on_orbits.fill([]);
+        Matching { pairs, on_orbits, ..Matching::default() }
     }
 
     /// Returns the existing targets that have a track, by ascending id.
     #[must_use]
     pub fn pairs(&self) -> &[Matched<'a>] {
         &self.pairs
+    }
+
+    /// Returns the pairs on the orbit of a group, those in dwell from and to it included, by ascending id.
+    pub(crate) fn on_orbit(&self, group: u32) -> impl Iterator<Item = &Matched<'a>> + Clone {
+        self.on_orbits.of(group).map(|index| &self.pairs[index])
     }
 
     /// Returns all existing targets with their tracks; those without a track come last.
@@ -125,6 +139,12 @@ pub(crate) fn estimate(track: &TrackRow) -> Position {
 /// tracks.
 pub(crate) fn key(track: &TrackRow) -> u32 {
     track.target
+}
+
+/// Returns the row of the UAV with an id. Ids are usually the indices of the rows.
+pub(crate) fn uav(frame: &Frame, id: u32) -> Option<&UavRow> {
+    let is_it = |row: &&UavRow| row.uav == id;
+    frame.uavs.get(id as usize).filter(is_it).or_else(|| frame.uavs.iter().find(is_it))
 }
 
 /// Returns the index of the track that a detection belongs to, among the tracks of one time step.

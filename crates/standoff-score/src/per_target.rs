@@ -11,7 +11,7 @@ use standoff_record::Frame;
 
 use crate::by_id::ById;
 use crate::config::ScoreConfig;
-use crate::geometry::{is_in_view, pointed_sensors, position};
+use crate::geometry::{pointed_sensors, position};
 use crate::matching::Matching;
 use crate::mean::Mean;
 use crate::per_agent::Grouped;
@@ -106,11 +106,11 @@ pub struct TargetScore {
 impl Tallies {
     /// Adds the next frame.
     pub(crate) fn frame(&mut self, config: &ScoreConfig, frame: &Frame, matching: &Matching<'_>, grouped: &Grouped) {
-        let looking = pointed_sensors(frame);
+        let looking = pointed_sensors(frame, &config.sensor);
         let is_first_cue = self.of.is_empty();
         self.frames += u64::from(!is_first_cue);
         for (truth, track) in matching.targets() {
-            let is_seen = is_in_view(config.in_view(), &looking, position(truth));
+            let is_seen = looking.have_in_view(config.in_view(), position(truth));
             let is_member = track.is_some_and(|track| track.group.is_some());
             let mut is_cue = false;
             let tally = self.of.entry(truth.target, || {

@@ -8,12 +8,12 @@
 //! e = |u - c| - r_d        prediction error  = | e(current orbit) - e(orbit predicted one time step ago) |
 //! ```
 
-use standoff::research::{OrbitMotion, Transition};
+use standoff::research::{ByGroup, OrbitMotion, Transition};
 use standoff::{Duration, TargetState, Velocity};
 use standoff_record::{Frame, GroupRow, TrackRow};
 
 use crate::config::ScoreConfig;
-use crate::geometry::{at, centre, is_on_orbit, off_orbit_m};
+use crate::geometry::{at, centre, off_orbit_m};
 use crate::matching;
 use crate::mean::Mean;
 use crate::true_orbits::TrueOrbits;
@@ -26,6 +26,11 @@ pub(crate) struct PredictionErrors {
     before: Vec<TrackRow>,
     groups_before: Vec<GroupRow>,
     orbits_before: TrueOrbits,
+    /// Tracks on the orbit of each group, now and before.
+    on_orbits: ByGroup<u32>,
+    on_orbits_before: ByGroup<u32>,
+    /// UAVs of each group.
+    uavs: ByGroup<u32>,
     /// Error of the true orbit, m.
     pub(crate) truth: Mean,
     /// Error of the agents' own orbit, m.
@@ -40,6 +45,9 @@ impl PredictionErrors {
             before: Vec::new(),
             groups_before: Vec::new(),
             orbits_before: TrueOrbits::default(),
+            on_orbits: ByGroup::default(),
+            on_orbits_before: ByGroup::default(),
+            uavs: ByGroup::default(),
             truth: Mean::default(),
             own: Mean::default(),
         }
@@ -47,6 +55,11 @@ impl PredictionErrors {
 
     /// Adds the next frame and its true orbits.
     pub(crate) fn frame(&mut self, frame: &Frame, orbits: &TrueOrbits) {
+        std::mem::swap(&mut self.on_orbits, &mut self.on_orbits_before);
+        let groups = |track: &TrackRow| [track.group, track.receiving_group].into_iter().flatten();
+        let tracks = frame.tracks.iter().enumerate();
+        self.on_orbits.fill(tracks.flat_map(|(index, track)| groups(track).map(move |group| (group, index))));
+        self.uavs.fill(frame.uavs.iter().enumerate().filter_map(|(index, uav)| Some((uav.group?, index))));
         if frame.time_us as f64 / 1e6 >= self.score_config.transient_s {
             frame.groups.iter().for_each(|group| self.group(frame, orbits, group));
         }
@@ -57,14 +70,17 @@ impl PredictionErrors {
 
     /// Groups count only while their members stay the same: a change of membership is not a prediction error.
     fn group(&mut self, frame: &Frame, orbits: &TrueOrbits, group: &GroupRow) {
-        let is_on = |track: &&TrackRow| is_on_orbit(track, group.group);
-        let keys = |tracks: &[TrackRow]| tracks.iter().filter(is_on).map(matching::key).collect::<Vec<_>>();
-        let Some(old) = self.groups_before.iter().find(|old| old.group == group.group) else { return };
-        if keys(&self.before) != keys(&frame.tracks) {
+        let keys = |tracks: &[TrackRow], on_orbits: &ByGroup<u32>| -> Vec<u32> {
+            on_orbits.of(group.group).map(|index| matching::key(&tracks[index])).collect()
+        };
+        let old = self.groups_before.binary_search_by_key(&group.group, |old| old.group);
+        let Some(old) = old.ok().map(|index| &self.groups_before[index]) else { return };
+        if keys(&self.before, &self.on_orbits_before) != keys(&frame.tracks, &self.on_orbits) {
             return;
         }
         let expected = |track: &TrackRow| self.transition.predict(&TargetState(track.state.into()));
-        let members: Vec<TargetState> = self.before.iter().filter(is_on).map(expected).collect();
+        let members: Vec<TargetState> =
+            self.on_orbits_before.of(group.group).map(|index| expected(&self.before[index])).collect();
         let (Some(truth), Some(desired)) = (orbits.of(group.group), self.score_config.orbit(&members)) else { return };
         let after =
             |flown: &OrbitMotion, margin_m: f64| self.score_config.orbit_after(flown, &desired, &members, margin_m);
@@ -86,7 +102,8 @@ impl PredictionErrors {
         } else {
             after(&was, group.margin_m)
         };
-        for uav in frame.uavs.iter().filter(|uav| uav.group == Some(group.group)) {
+        for index in self.uavs.of(group.group) {
+            let uav = &frame.uavs[index];
             let off_m = |orbit: &OrbitMotion| off_orbit_m(at(uav), orbit.centre, orbit.radius_m);
             self.truth.add((off_m(&truth.flown) - off_m(&expected_true)).abs());
             self.own.add((off_m(&own) - off_m(&expected_own)).abs());

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeSet;
 
-use standoff::research::least_length;
+use standoff::research::{ByGroup, Grid, least_length};
 use standoff::{Aircraft, SeparationParams, UavId};
 use standoff_record::{Frame, IntruderRow, UavRow};
 
@@ -38,6 +38,19 @@ pub(crate) struct Separations {
     /// Pairs that violate the minima now.
     near: BTreeSet<(Aircraft, Aircraft)>,
     legs: Legs,
+    candidates: Candidates,
+}
+
+/// Pairs of aircraft that can change a result; the buffers are reused.
+#[derive(Debug, Clone, Default)]
+struct Candidates {
+    /// Distance now beyond which a pair of different groups changes no result, m.
+    reach_m: f64,
+    places: Grid,
+    /// Aircraft of each group in the last frame and now, by their index now.
+    groups: [ByGroup<u32>; 2],
+    /// Other aircraft of one aircraft, ascending.
+    others: Vec<usize>,
 }
 
 /// An aircraft in a frame.
@@ -148,14 +161,52 @@ impl Legs {
     }
 }
 
+/// With at most this many aircraft, all pairs are candidates.
+const FEW: usize = 16;
+
+impl Candidates {
+    /// Replaces the aircraft.
+    fn fill(&mut self, Legs { before, now, .. }: &Legs, reach_m: f64) {
+        self.reach_m = if now.len() <= FEW { f64::INFINITY } else { reach_m };
+        if self.reach_m.is_finite() {
+            self.places.fill(now.iter().map(|flying| flying.recorded.position()), 0.5 * reach_m);
+            let [was, is] = &mut self.groups;
+            let all = || now.iter().enumerate();
+            was.fill(all().filter_map(|(index, flying)| Some((before[flying.last?].group?, index))));
+            is.fill(all().filter_map(|(index, flying)| Some((flying.group?, index))));
+        }
+    }
+
+    /// Aircraft after one aircraft with which it forms a candidate, ascending.
+    fn of(&mut self, Legs { before, now, .. }: &Legs, one: usize) -> &[usize] {
+        let Self { reach_m, places, groups: [was, is], others } = self;
+        others.clear();
+        if reach_m.is_infinite() {
+            others.extend(one + 1..now.len());
+            return others;
+        }
+        let flying = &now[one];
+        let was = flying.last.and_then(|last| before[last].group).into_iter().flat_map(|group| was.of(group));
+        let is = flying.group.into_iter().flat_map(|group| is.of(group));
+        let near = places.near(flying.recorded.position(), *reach_m);
+        others.extend(near.chain(was).chain(is).filter(|other| *other > one));
+        others.sort_unstable();
+        others.dedup();
+        others
+    }
+}
+
 impl Separations {
     /// Adds the next frame, and the paths from the last frame to it.
     pub(crate) fn frame(&mut self, rules: &SeparationRules, frame: &Frame) {
         let avoids = |uav: &&UavRow| uav.avoided_uav.is_some() || uav.avoided_intruder.is_some();
         self.avoiding += frame.uavs.iter().filter(avoids).count() as u64;
         self.legs.next(&rules.model, frame);
+        let mut candidates = std::mem::take(&mut self.candidates);
+        candidates.fill(&self.legs, self.reach_m(rules));
+        self.has_pairs |= !rules.is_of_groups && !frame.uavs.is_empty() && self.legs.now.len() > 1;
         for one in 0..frame.uavs.len() {
-            for other in one + 1..self.legs.now.len() {
+            for &other in candidates.of(&self.legs, one) {
                 let has_violated = self.fly(rules, one, other);
                 let violates = self.meet(rules, one, other);
                 let pair = (self.legs.now[one].aircraft, self.legs.now[other].aircraft);
@@ -163,6 +214,19 @@ impl Separations {
                 self.violations += u64::from((has_violated || violates) && !was_near);
             }
         }
+        self.candidates = candidates;
+    }
+
+    /// Distance now beyond which a pair of different groups changes no result, m: it was not nearer on the way.
+    fn reach_m(&self, rules: &SeparationRules) -> f64 {
+        let Legs { before, now, .. } = &self.legs;
+        let least_m = |least_m: Option<f64>| least_m.unwrap_or(f64::INFINITY);
+        let least_m = least_m(self.min_m).max(least_m(self.min_same_altitude_m)).max(rules.minima.horizontal_min_m);
+        // A pair with an aircraft that has just appeared may still count as near.
+        let moved_m = |of: &Flying| of.last.map_or(f64::INFINITY, |last| of.distance_m(&before[last]) + of.bend_max_m);
+        let moved_max_m = now.iter().map(moved_m).fold(0.0, f64::max);
+        // The difference exceeds rounding errors.
+        if rules.is_of_groups { 0.0 } else { (least_m + 2.0 * moved_max_m) * (1.0 + 1e-9) }
     }
 
     /// Adds the distance of two aircraft in a frame. Returns true if they violate both minima.
@@ -176,7 +240,6 @@ impl Separations {
         if rules.is_of_groups {
             return false;
         }
-        self.has_pairs = true;
         take_least(&mut self.min_m, distance_m);
         if is_level {
             take_least(&mut self.min_same_altitude_m, distance_m);

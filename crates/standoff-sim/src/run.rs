@@ -4,6 +4,7 @@
 //! truth -> scans (each along the commanded boresight) -> controller <-> radio -> commands -> truth
 //! ```
 
+use standoff::research::Grid;
 use standoff::{
     AgentOutput, Aircraft, Angle, AutopilotModel, Command, Duration, Message, ParamError, PointingTarget, Position,
     Scan, Time, UavId, UavState, Velocity,
@@ -58,6 +59,8 @@ pub struct Mission<B = Box<dyn Controller + Send>> {
     /// Progress of the current time step.
     stage: Stage,
     truth: Vec<Truth>,
+    /// Index of the targets' positions.
+    places: Grid,
     /// Finds the targets of tracks, if sensors report no identities.
     identities: Option<Identities>,
     frame: Frame,
@@ -182,6 +185,7 @@ impl<B: Controller> Mission<B> {
             tick: 0,
             stage: Stage::Ahead,
             truth: Vec::new(),
+            places: Grid::default(),
             identities: (!settings.sensor.has_labels).then(Identities::default),
             frame: Frame::default(),
             settings,
@@ -309,6 +313,8 @@ impl<B: Controller> Mission<B> {
                 uav.boresight = (uav.pointing_target.is_some() && !uav.is_out).then_some(boresight);
             }
         }
+        let positions = self.truth.iter().map(|target| target.state.position());
+        self.places.fill(positions, 0.5 * sensor.truth.sensing_range_m);
         for uav in &mut self.uavs {
             let Some(boresight) = uav.true_boresight() else {
                 uav.detections.clear();
@@ -316,7 +322,7 @@ impl<B: Controller> Mission<B> {
             };
             let draws = (self.draws, self.tick as u64);
             let scan = SensorScan { uav: uav.id, state: &uav.truth, boresight, buildings, draws };
-            scan.detect(sensor, &self.truth, &mut uav.detections);
+            scan.detect(sensor, &self.truth, &self.places, &mut uav.detections);
             if let Some(error) = uav.heading_error() {
                 // Bearings are measured relative to the heading.
                 for detection in &mut uav.detections.all {

@@ -1,6 +1,6 @@
 //! Sensor model: noisy detections of the targets in view, false alarms, and cues of targets that appear.
 
-use standoff::research::FALSE_ALARM_SPEED_MAX_M_S;
+use standoff::research::{FALSE_ALARM_SPEED_MAX_M_S, Grid};
 use standoff::{
     Angle, Cue, Detection, Displacement, Position, RangeBearingMeasurement, SensorParams, Time, UavId, UavState,
     Velocity,
@@ -19,6 +19,8 @@ pub struct Detections {
     pub all: Vec<Detection>,
     /// Target of each detection; `None` for a false alarm.
     pub targets: Vec<Option<TargetId>>,
+    /// Targets near the sensor; reused buffer.
+    near: Vec<usize>,
 }
 
 impl Detections {
@@ -50,10 +52,10 @@ pub struct SensorScan<'a> {
 
 impl SensorScan<'_> {
     /// Replaces `detections` by those of this scan. With labels they are in the order of the targets, otherwise in
-    /// random order.
-    pub fn detect(&self, sensor: &SensorModel, truth: &[Truth], detections: &mut Detections) {
+    /// random order. `places` is the index of the targets' positions.
+    pub fn detect(&self, sensor: &SensorModel, truth: &[Truth], places: &Grid, detections: &mut Detections) {
         detections.clear();
-        self.detect_targets(sensor, truth, detections);
+        self.detect_targets(sensor, truth, places, detections);
         self.add_false_alarms(sensor, detections);
         if !sensor.has_labels {
             let (draws, tick) = self.draws;
@@ -65,14 +67,19 @@ impl SensorScan<'_> {
     }
 
     /// Detects the targets in view.
-    fn detect_targets(&self, sensor: &SensorModel, truth: &[Truth], detections: &mut Detections) {
+    fn detect_targets(&self, sensor: &SensorModel, truth: &[Truth], places: &Grid, detections: &mut Detections) {
         let SensorModel { has_labels, truth: params, range_rate_sd_m_s } = sensor;
         let (draws, tick) = self.draws;
         let always_detects = sensor.always_detects();
-        // In batches of four (SIMD); the last target fills up an incomplete batch.
-        for four in truth.chunks(4) {
-            let targets: [_; 4] = core::array::from_fn(|i| four[i.min(four.len() - 1)].state.position());
-            for (truth, seen) in four.iter().zip(params.measure_batch(self.state.position, self.boresight, targets)) {
+        let mut buffer = std::mem::take(&mut detections.near);
+        let mut near = places.near_ascending(self.state.position, params.sensing_range_m, &mut buffer);
+        // In batches of four (SIMD); the first target fills up an incomplete batch.
+        while let Some(first) = near.next() {
+            let four: [_; 4] =
+                core::array::from_fn(|i| if i == 0 { Some(first) } else { near.next() }.map(|index| &truth[index]));
+            let targets = four.map(|target| target.unwrap_or(&truth[first]).state.position());
+            let measurements = params.measure_batch(self.state.position, self.boresight, targets);
+            for (truth, seen) in four.into_iter().flatten().zip(measurements) {
                 let Some(mut measurement) = seen else { continue };
                 let altitude_m = self.state.vertical.map(|vertical| vertical.altitude_m);
                 if self.buildings.hide(truth.state.position(), self.state.position, altitude_m) {
@@ -100,6 +107,8 @@ impl SensorScan<'_> {
                 }
             }
         }
+        drop(near);
+        detections.near = buffer;
     }
 
     /// Adds false alarms: a Poisson number, uniform over the area in view. Their radial speeds over ground are uniform
@@ -175,7 +184,9 @@ mod tests {
         let (boresight, draws) = (Angle::from_deg(deg), (Draws::new(3), tick));
         let mut detections = Detections::default();
         let buildings = &Buildings::default();
-        SensorScan { uav: UavId(2), state: &state, boresight, buildings, draws }.detect(sensor, truth, &mut detections);
+        let places = Grid::of(truth.iter().map(|target| target.state.position()), 600.0);
+        let scan = SensorScan { uav: UavId(2), state: &state, boresight, buildings, draws };
+        scan.detect(sensor, truth, &places, &mut detections);
         detections.all.into_iter().zip(detections.targets).collect()
     }
 

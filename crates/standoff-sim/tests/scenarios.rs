@@ -161,7 +161,7 @@ radial_gian = 0.5
 lead_s = \"three\"
 lead = \"scheduld\"
 [uavs]
-count = 500
+count = 5000
 start = [1, { x_m = 2 }]
 [orbit]
 margin_sds = { uniform = { min = 3, mx = 4 } }
@@ -270,7 +270,7 @@ fn impossible_values_name_key_value_and_range() {
     let with_target = |text: &str| format!("{text}\n{TARGET}");
     check_error(
         &with_target("[uavs]\ncount = 0"),
-        "/mine.toml:2:1: uavs.count = 0: must be at least 1 and at most 100",
+        "/mine.toml:2:1: uavs.count = 0: must be at least 1 and at most 4096",
     );
     check_error(
         &with_target("[sensor]\nfield_of_view_deg = 10.0"),
@@ -405,7 +405,7 @@ fn only_an_invalid_override_is_reported() {
 }
 
 #[test]
-fn at_most_5000_targets_are_allowed_however_they_are_listed() {
+fn targets_are_limited_however_they_are_listed() {
     let refused = |scattered: usize, listed: usize| {
         let at = "{x_m=1,y_m=2,vx_m_s=0,vy_m_s=0},".repeat(listed);
         let scatter = format!("random = {{count={scattered},x_m=0,y_m=0,vx_m_s=0,vy_m_s=0}}");
@@ -415,22 +415,34 @@ fn at_most_5000_targets_are_allowed_however_they_are_listed() {
             .map(drop)
             .map_err(|e| e.to_string())
     };
-    assert_eq!(refused(2000, 3000), Ok(()));
-    assert!(
-        refused(2001, 3000).unwrap_err().contains("targets.random.count = 2001: must be at least 1 and at most 2000")
-    );
-    let many = "many:2:1: targets.start: must be at most 5000, not 5001; put many targets into a traffic file";
-    assert!(refused(1, 5001).unwrap_err().starts_with(many));
+    assert_eq!(refused(13_384, 3000), Ok(()));
+    let expected = "targets.random.count = 13385: must be at least 1 and at most 13384 (the maximum of targets, less those of [[targets.start]])";
+    let error = refused(13_385, 3000).unwrap_err();
+    assert!(error.contains(expected), "{error}");
+    let many = "many:2:1: targets.start: must be at most 16384, not 16385; put many targets into a traffic file";
+    let error = refused(1, 16_385).unwrap_err();
+    assert!(error.starts_with(many), "{error}");
 }
 
 #[test]
-fn scenario_too_large_to_be_read_again_is_refused() {
-    // Short as typed, but long when resolved.
-    let some = "{normal={mean=1,sd=1}}";
-    let at = format!("{{x_m={some},y_m={some},vx_m_s={some},vy_m_s={some}}},").repeat(4500);
-    let template = ScenarioTemplate::of_text("many", &format!("targets.start = [{at}]\n"), &[]).unwrap();
-    let error = template.text().unwrap_err().to_string();
-    assert!(error.starts_with("many: it has more keys and values than 5000 targets need"), "{error}");
+fn a_text_too_large_to_be_read_is_refused() {
+    let at = "{x_m=1,y_m=2,vx_m_s=0,vy_m_s=0},".repeat(80_000);
+    let error = ScenarioTemplate::of_text("many", &format!("targets.start = [{at}]\n"), &[]).unwrap_err().to_string();
+    assert!(error.starts_with("many: it has more than 4194304 bytes, or more than 800000 line ends"), "{error}");
+}
+
+/// The maximum numbers of UAVs and targets, with all values spelt out.
+#[test]
+fn the_largest_scenario_can_be_read_again() {
+    let number = "{uniform={min=-99999.9,max=99999.9}}";
+    let text = format!(
+        "[uavs]\ncount = 4096\n[targets]\nacceleration_sd_m_s2 = 0.2\n\
+         random = {{count=16384,x_m={number},y_m={number},vx_m_s=-1.1,vy_m_s=-1.1}}\n"
+    );
+    let scenario = ScenarioTemplate::of_text("many", &text, &[]).and_then(|template| template.draw(1)).unwrap();
+    let resolved = scenario.resolved().unwrap();
+    let again = ScenarioTemplate::of_text("many", &resolved, &[]).and_then(|template| template.draw(1)).unwrap();
+    assert_eq!((again.uavs.len(), again.resolved().unwrap() == resolved), (4096, true));
 }
 
 /// Every key of a resolved scenario is on the reference page, and every example there loads.

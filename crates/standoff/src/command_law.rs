@@ -144,11 +144,10 @@ impl CommandLaw<'_> {
         let manoeuvre = self.team_state.teammate(id).and_then(|own| own.manoeuvre);
         let (uav, geofence) = (&self.params.uav, self.geofence_safety);
         let keeper = CollisionAvoidance { separation, uav, escapes, geofence, id, own, manoeuvre };
-        let teammates = self
-            .team_state
-            .teammates
-            .iter()
-            .filter(|teammate| teammate.uav != id && keeper.may_come_near(&teammate.last_report));
+        let (mut buffer, places) = (Vec::new(), &self.team_state.reported_places);
+        let near = places.near(own.position, keeper.reach_m(places.fastest_m_s), &mut buffer);
+        let near = near.map(|index| &self.team_state.teammates[index]);
+        let teammates = near.filter(|teammate| teammate.uav != id && keeper.may_come_near(&teammate.last_report));
         let teammates = teammates.map(|teammate| {
             let age_s = (time - teammate.last_report_at).s().max(0.0);
             let (aircraft, manoeuvre) = (Aircraft::Uav(teammate.uav), teammate.manoeuvre);

@@ -10,6 +10,7 @@ pub(crate) mod group_centre;
 pub(crate) mod grouping;
 pub(crate) mod lost_target_search;
 pub(crate) mod memberships;
+pub(crate) mod reported_places;
 mod required_orbit;
 mod spread;
 pub(crate) mod teammate;

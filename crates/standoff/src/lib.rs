@@ -26,12 +26,14 @@ mod research_fields;
 
 mod agent;
 mod angle;
+mod by_group;
 mod command_law;
 mod coordination;
 mod covariance;
 mod digest;
 mod enclosing_circle;
 mod frame;
+mod grid;
 mod group_id;
 mod guidance;
 mod intruders;

@@ -22,12 +22,14 @@ pub(crate) const TEAM_AREA_M: f64 = 100_000.0;
 /// wrong.
 pub(crate) const WRONG_MAX_S: f64 = 6.0;
 
-/// Maximum number of UAVs; reports of more UAVs are rejected.
-pub(crate) const TEAM_MAX: usize = 256;
+/// Maximum number of UAVs; reports of more UAVs are rejected. A UAV takes 1.5 kB of two team states and its report, so
+/// that this many take 6 MB. A message log keeps the reports of many time steps, and accepts fewer UAVs.
+pub(crate) const TEAM_MAX: usize = 4_096;
 
-/// Maximum number of targets: as many as fit into a snapshot (`PARTS_MAX`). The same limit holds for the detections of
-/// one report and for the cues of one time step.
-pub(crate) const TARGETS_MAX: usize = 8_000;
+/// Maximum number of targets: as many as fit into a snapshot (`PARTS_MAX`). A target takes 1.2 kB of two team states and
+/// a snapshot, so that this many take 20 MB. The same limit holds for the detections of one report and for the cues of
+/// one time step.
+pub(crate) const TARGETS_MAX: usize = 16_384;
 
 /// Identity of a target as reported by sensors and cue sources that identify targets. It is the same for all of
 /// them (assumption of the paper: data association is solved). Inside the team, a target is identified by its
@@ -279,6 +281,24 @@ pub struct Cue {
     pub position_sd_m: f64,
     /// Standard deviation of the velocity per axis, m/s; above 0.
     pub velocity_sd_m_s: f64,
+}
+
+#[cfg(test)]
+impl Cue {
+    /// Cue of a target at rest, at the epoch.
+    pub(crate) fn at(label: u32, position: Position) -> Self {
+        Self {
+            source: 0,
+            issued_at: Time::EPOCH,
+            sequence: 0,
+            label: Some(TargetLabel(label)),
+            time: Time::EPOCH,
+            position,
+            velocity: Velocity::ZERO,
+            position_sd_m: 20.0,
+            velocity_sd_m_s: 2.0,
+        }
+    }
 }
 
 impl Report {

@@ -137,8 +137,8 @@ research_fields! {
         pub off_grid: u32,
         /// Superseded or malformed messages: NaNs, oversized lists, snapshot parts that fail the digest.
         pub malformed: u32,
-        /// Reports of UAVs whose position is not reachable from their last one; and targets beyond the 8,000 that a team
-        /// tracks, lost ones included.
+        /// Reports of UAVs whose position is not reachable from their last one; and targets beyond the 16,384 that a
+        /// team tracks, lost ones included.
         pub implausible: u32,
         /// Detections beyond the range of the sensor.
         pub(crate) out_of_range: u32,

@@ -4,10 +4,12 @@
 //! messages, intermediate values. The extension point of studies is [`AssignmentLaw`], a custom assignment law of a
 //! [`TeamAgent`](crate::TeamAgent).
 
+pub use crate::by_group::ByGroup;
 pub use crate::coordination::assignment::{Assignment, AssignmentLaw, AvailableUav, CandidateGroup, assign};
 pub use crate::coordination::clustering::{KMeans, group_count};
 pub use crate::coordination::group_centre::{Centroid, GroupCentre, mahalanobis_squared};
 pub use crate::enclosing_circle::EnclosingCircle;
+pub use crate::grid::Grid;
 pub use crate::guidance::geofence::{ZONE_ALTITUDE_MAX_M, ZONES_MAX};
 pub use crate::guidance::heading::{Orbit, ground_speed_m_s, steer};
 pub use crate::guidance::orbit_motion::OrbitMotion;

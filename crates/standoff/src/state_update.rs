@@ -17,6 +17,7 @@ use crate::coordination::assignment::AssignmentLaw;
 use crate::coordination::event::{Event, EventKind};
 use crate::coordination::grouping::{Grouping, GroupingBuffers};
 use crate::coordination::memberships::GroupIndex;
+use crate::grid::Grid;
 use crate::guidance::escape::EscapeModel;
 use crate::guidance::geofence::Geofence;
 use crate::guidance::geofence_safety::GeofenceSafety;
@@ -72,6 +73,8 @@ struct Buffers {
     implausible: Vec<UavId>,
     /// UAVs whose detections start no tracks; usually empty.
     newcomers: Vec<UavId>,
+    /// Index of the reports' positions.
+    places: Grid,
 }
 
 impl TeamStateUpdater {
@@ -183,6 +186,9 @@ impl TeamStateUpdater {
             next.assign_uavs(previous, &input, params);
         }
         next.emit_uav_events(previous);
+        if params.separation.is_some() {
+            next.reported_places.rebuild(&next.teammates);
+        }
         next.check_groups(previous, params, input.geofence);
     }
 }
@@ -195,13 +201,14 @@ impl TeamState {
         input: &StepInput,
         params: &TeamParams,
         tracker: &mut Tracker,
-        Buffers { implausible, newcomers, .. }: &Buffers,
+        Buffers { implausible, newcomers, places, .. }: &mut Buffers,
     ) {
         let unlabelled = &mut self.unlabelled;
         self.memberships.update_tracks(|tracks| {
             let (sensor, reports) = (&params.track.sensor, input.messages.reports());
             let pose_error = PoseError::new(sensor, input.transition.dt);
-            let scans = Scans { sensor, pose_error, reports, implausible, newcomers };
+            places.fill(reports.iter().map(|report| report.state.position), 0.5 * sensor.sensing_range_m);
+            let scans = Scans { sensor, pose_error, reports, implausible, newcomers, places };
             let cues = input.messages.cues();
             let (now, transition, params) = (input.now, input.transition, &params.track);
             let is_first_scan = previous.teammates.is_empty();

@@ -74,6 +74,8 @@ pub(crate) struct StepMessages {
     /// Cues by ascending label, those without label last; of several cues for one target, the one that counts comes
     /// first.
     cues: Vec<Cue>,
+    /// Source and number of each cue, ascending.
+    cue_numbers: Vec<(u32, u16)>,
 }
 
 impl StepMessages {
@@ -81,6 +83,7 @@ impl StepMessages {
     pub(crate) fn open(&mut self, time: Time) {
         self.time = time;
         self.cues.clear();
+        self.cue_numbers.clear();
         self.report_count = 0;
     }
 
@@ -151,24 +154,34 @@ impl StepMessages {
 
     /// Inserts a cue. If there are too many, those first in order are kept, in whatever order they arrive.
     pub(crate) fn put_cue(&mut self, cue: &Cue) -> Insert {
-        let is_same = |known: &Cue| (known.source, known.sequence) == (cue.source, cue.sequence);
         let is_beyond = |last: &Cue| self.is_full() && counting_order(last, cue).is_lt();
         if !cue.is_valid() || cue.time > self.time || self.cues.last().is_some_and(is_beyond) {
             return Insert::Rejected;
         }
         let mut put = Insert::Added;
         // A cue with the same source and number but other content, for any target, is the same entry.
-        if let Some(index) = self.cues.iter().position(is_same) {
-            match counting_order(cue, &self.cues[index]) {
-                Ordering::Equal => return Insert::Duplicate,
-                Ordering::Greater => return Insert::Rejected,
-                Ordering::Less => put = Insert::Replaced,
+        let number = (cue.source, cue.sequence);
+        match self.cue_numbers.binary_search(&number) {
+            Ok(_) => {
+                let is_same = |known: &Cue| (known.source, known.sequence) == number;
+                let Some(index) = self.cues.iter().position(is_same) else { return Insert::Rejected };
+                match counting_order(cue, &self.cues[index]) {
+                    Ordering::Equal => return Insert::Duplicate,
+                    Ordering::Greater => return Insert::Rejected,
+                    Ordering::Less => put = Insert::Replaced,
+                }
+                self.cues.remove(index);
             }
-            self.cues.remove(index);
+            Err(index) => self.cue_numbers.insert(index, number),
         }
         let place = self.cues.partition_point(|known| counting_order(known, cue).is_lt());
         self.cues.insert(place, *cue);
-        self.cues.truncate(TARGETS_MAX);
+        if self.cues.len() > TARGETS_MAX
+            && let Some(last) = self.cues.pop()
+            && let Ok(index) = self.cue_numbers.binary_search(&(last.source, last.sequence))
+        {
+            self.cue_numbers.remove(index);
+        }
         put
     }
 }

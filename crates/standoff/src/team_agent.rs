@@ -53,7 +53,7 @@ pub struct TeamAgent {
     /// Number of time steps started.
     sequence: u32,
     refused: Rejected,
-    /// Avoidance manoeuvres of the last decisions.
+    /// Avoidance manoeuvres of the last decisions, by ascending UAV.
     manoeuvres: Vec<(UavId, Manoeuvre)>,
 }
 
@@ -113,7 +113,7 @@ impl TeamAgent {
                 scan,
                 assigned_group: assignment,
                 is_leaving: false,
-                manoeuvre: self.manoeuvres.iter().find(|(of, _)| *of == uav).map(|(_, manoeuvre)| *manoeuvre),
+                manoeuvre: self.manoeuvre_index(uav).ok().map(|index| self.manoeuvres[index].1),
             };
             if self.put(report) == Insert::Rejected {
                 count(&mut self.refused.malformed);
@@ -161,9 +161,18 @@ impl TeamAgent {
             escapes: self.updater.escapes.as_ref(),
         };
         let output = law.decide(observation, self.refused.with(&self.team_state));
-        self.manoeuvres.retain(|(uav, _)| *uav != observation.uav);
-        self.manoeuvres.extend(output.manoeuvre().map(|manoeuvre| (observation.uav, manoeuvre)));
+        match (self.manoeuvre_index(observation.uav), output.manoeuvre()) {
+            (Ok(index), Some(manoeuvre)) => self.manoeuvres[index].1 = manoeuvre,
+            (Ok(index), None) => _ = self.manoeuvres.remove(index),
+            (Err(index), Some(manoeuvre)) => self.manoeuvres.insert(index, (observation.uav, manoeuvre)),
+            (Err(_), None) => {}
+        }
         output
+    }
+
+    /// Index of the last avoidance manoeuvre of a UAV, or the index at which to insert it.
+    fn manoeuvre_index(&self, uav: UavId) -> Result<usize, usize> {
+        self.manoeuvres.binary_search_by_key(&uav, |(of, _)| *of)
     }
 
     /// Clears the team state and all received messages; the counters of rejected messages keep their values.

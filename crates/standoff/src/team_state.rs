@@ -3,12 +3,14 @@
 //! A team state is a function of the previous one and of the messages in between. All agents that compute it get
 //! bitwise equal results.
 
+use crate::by_group::ByGroup;
 use crate::coordination::assignment::Assignment;
 use crate::coordination::event::Event;
 use crate::coordination::group::Group;
 use crate::coordination::grouping::GroupingState;
 use crate::coordination::lost_target_search::SearchAssignment;
 use crate::coordination::memberships::{GroupedTrack, Memberships};
+use crate::coordination::reported_places::ReportedPlaces;
 use crate::coordination::teammate::Teammate;
 use crate::digest::digest;
 use crate::group_id::GroupId;
@@ -55,6 +57,12 @@ pub struct TeamState {
     /// Place of each UAV on its group's orbit; empty while there are no groups.
     #[serde(skip)]
     pub(crate) on_orbit: Vec<OrbitRelativeState>,
+    /// UAVs of each group; empty while there are no groups.
+    #[serde(skip)]
+    pub(crate) group_uavs: ByGroup<GroupId>,
+    /// Index of the UAVs by their last reports.
+    #[serde(skip)]
+    pub(crate) reported_places: ReportedPlaces,
     pub(crate) had_team: bool,
     pub(crate) grouping_state: GroupingState,
     /// Number of implausible reports of this time step, with a position that the UAV cannot have reached, and of
@@ -121,6 +129,7 @@ impl TeamState {
     /// Validates a state received from another agent and restores the fields that are not serialised. Returns `false`
     /// for an invalid state: unordered or oversized lists, times in the future, or NaNs.
     pub(crate) fn rebuild_index(&mut self, params: &TeamParams) -> bool {
+        self.reported_places.rebuild(&self.teammates);
         self.memberships.rebuild_index(self.time, Duration::from_s(params.group.dwell_max_s))
             && self.unlabelled.is_valid(self.time)
             && self.grouping_state.is_valid(self.time, params)
@@ -168,7 +177,7 @@ impl TeamState {
 
     /// UAVs of a group, and their places on its orbit.
     pub(crate) fn on_orbit_of(&self, group: GroupId) -> impl Iterator<Item = (&Teammate, &OrbitRelativeState)> + Clone {
-        self.teammates.iter().zip(&self.on_orbit).filter(move |(teammate, _)| teammate.group == Some(group))
+        self.group_uavs.of(group).map(|index| (&self.teammates[index], &self.on_orbit[index]))
     }
 
     /// Returns the id of a UAV's assigned group.

@@ -372,21 +372,21 @@ fn the_number_of_false_targets_is_limited() {
             source: 7,
             issued_at: time,
             sequence: number,
-            label: Some(TargetLabel(1000 + 5000 * tick as u32 + u32::from(number))),
+            label: Some(TargetLabel(1000 + 10_000 * tick as u32 + u32::from(number))),
             time,
             position: Position::from_m(5e4, f64::from(number)),
             velocity: Velocity::ZERO,
             position_sd_m: 20.0,
             velocity_sd_m_s: 2.0,
         };
-        (0..5000).map(cue)
+        (0..10_000).map(cue)
     };
     for tick in 0..12 {
         for cue in false_cues(tick).filter(|_| (5..8).contains(&tick)) {
             (0..2).for_each(|to| radio.deliver(tick, to, Message::Cue(cue)));
         }
         let (steps, known) = (team.tick_over(tick, &mut radio).steps, team.agents[0].team_state().tracks().len());
-        assert!(agree(&team, [0, 1]) && known <= 8000, "{tick}: {known}");
+        assert!(agree(&team, [0, 1]) && known <= 16_384, "{tick}: {known}");
         let rejected = steps[1].1.diagnostics.rejected.implausible;
         assert_eq!(rejected > 0, tick > 5, "{tick}: {rejected}");
     }

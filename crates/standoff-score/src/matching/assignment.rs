@@ -7,6 +7,7 @@ use pathfinding::kuhn_munkres::kuhn_munkres;
 use pathfinding::matrix::Matrix;
 use pathfinding::undirected::connected_components::separate_components;
 use standoff::Position;
+use standoff::research::Grid;
 
 /// Steps of the gain per cut-off squared: the assignment is optimal to this fraction for each pair.
 const GAIN_STEPS: f64 = 1e12;
@@ -20,9 +21,10 @@ const CLUSTER_MAX: usize = 500;
 pub(crate) fn assign(one: &[Position], other: &[Position], cutoff_m: f64) -> Vec<(usize, usize)> {
     let mut edges: Vec<(usize, usize, i64)> = Vec::new();
     let cutoff_m2 = cutoff_m * cutoff_m;
+    let (places, mut near) = (Grid::of(other.iter().copied(), cutoff_m), Vec::new());
     for (i, a) in one.iter().enumerate() {
-        for (j, b) in other.iter().enumerate() {
-            let squared_m2 = a.squared_distance_m2(*b);
+        for j in places.near_ascending(*a, cutoff_m, &mut near) {
+            let squared_m2 = a.squared_distance_m2(other[j]);
             if squared_m2 < cutoff_m2 {
                 edges.push((i, j, ((1.0 - squared_m2 / cutoff_m2) * GAIN_STEPS) as i64));
             }

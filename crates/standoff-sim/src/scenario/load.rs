@@ -18,17 +18,20 @@ use super::error::{Excerpt, Problem, ScenarioError};
 use super::locate::{Map, line_around, position_of};
 use super::parse::{self, MISTAKES_MAX};
 use super::schema_types::{AgentSetup, ScenarioFile};
-use crate::traffic::{MAX_AT_ONCE, STANDARD_INPUT};
+use crate::traffic::STANDARD_INPUT;
 
-/// Maximum size of a scenario file, bytes. The maximum number of targets, spelt out, takes 1 MiB.
+/// Maximum size of a scenario file, bytes. 5,000 targets, one table each, take 1 MiB.
 const LENGTH_MAX: u64 = SCENARIO_MAX / SPELT_OUT;
 
-/// Maximum number of line ends and punctuation characters in a text: parsing can take 500 bytes of memory for each. The
-/// maximum number of targets, spelt out, has 180,000.
+/// Maximum number of line ends and punctuation characters in a text: parsing can take 500 bytes of memory for each.
+/// 5,000 targets, one table each, have 180,000.
 const SIGNS_MAX: u64 = 200_000;
 
-/// Factor on these limits for a text in which the program has spelt out all values.
+/// Factor on the size limit for a text written by this program, which contains all values.
 pub(super) const SPELT_OUT: u64 = 2;
+
+/// Maximum number of these characters in such a text. The maximum numbers of targets and UAVs have 700,000.
+const SPELT_OUT_SIGNS_MAX: u64 = 800_000;
 
 /// Maximum depth of a key: that of a number's distribution in an array.
 const DEPTH_MAX: usize = 6;
@@ -293,14 +296,17 @@ pub(super) fn related(one: &str, other: &str) -> bool {
     one == other || within(one, other) || within(other, one)
 }
 
-/// Rejects a text that would take too much memory to read: more than `times` the limits of a typed scenario.
+/// Rejects a text that would take too much memory to read: `times` is 1 for a typed scenario, or [`SPELT_OUT`].
 pub(super) fn check_size(label: &str, text: &str, times: u64) -> Result<(), ScenarioError> {
     let signs: u64 = text.bytes().map(signs_of).sum();
-    if signs <= times * SIGNS_MAX && text.len() as u64 <= times * LENGTH_MAX {
+    let signs_max = if times == SPELT_OUT { SPELT_OUT_SIGNS_MAX } else { SIGNS_MAX };
+    let length_max = times * LENGTH_MAX;
+    if signs <= signs_max && text.len() as u64 <= length_max {
         return Ok(());
     }
     let what = format!(
-        "it has more keys and values than {MAX_AT_ONCE} targets need; put targets into a traffic file, see [traffic]"
+        "it has more than {length_max} bytes, or more than {signs_max} line ends and punctuation characters; put targets \
+         into a traffic file, see [traffic]"
     );
     Err(ScenarioError::one(label, None, what))
 }

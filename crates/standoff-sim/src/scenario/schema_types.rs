@@ -217,7 +217,8 @@ tables! {
 
     /// `[uavs]`: number, flight dynamics and starts of the UAVs.
     table Uavs absent {
-        /// Number of UAVs, 1 to 100. If absent: the number of `[[uavs.start]]` tables, or 1. A drawn value is rounded.
+        /// Number of UAVs, 1 to 4,096; with one agent each, 1 to 100. If absent: the number of `[[uavs.start]]` tables,
+        /// or 1. A drawn value is rounded.
         count;
     } many {
         /// Delay after which a UAV's computer starts, s; 0 to 1e9. Drawn for each UAV. If absent: 0.
@@ -522,7 +523,7 @@ tables! {
         /// Targets with random starts.
         random: Option<Scatter>;
     } tables {
-        /// Targets with given starts, one table per target; at most 5,000 targets in total.
+        /// Targets with given starts, one table per target; at most 16,384 targets in total.
         start: Vec<TargetAt>;
         /// Manoeuvres of single targets.
         #[serde(skip_serializing_if = "Vec::is_empty")]
@@ -553,7 +554,7 @@ tables! {
         vx_m_s = 0.0, VELOCITY_M_S;
         /// Velocity north, m/s; -1,000 to 1,000.
         vy_m_s = 0.0, VELOCITY_M_S;
-        /// Number of these targets; at least 1, at most 5,000 targets in total. A drawn value is rounded.
+        /// Number of these targets; at least 1, at most 16,384 targets in total. A drawn value is rounded.
         count = 1.0;
     }
 

@@ -12,8 +12,8 @@ use super::load::{Typed, related};
 use super::locate::Map;
 use super::number::Number;
 use super::parse::{MISTAKES_MAX, to_toml, value_at, with_value};
-use super::schema_types::Labels;
 use super::schema_types::resolved::{Intruder, Link, Radio, Ring, Scatter, ScenarioFile};
+use super::schema_types::{AgentSetup, Labels};
 use super::traffic::NAME_MAX;
 use crate::traffic::MAX_AT_ONCE;
 
@@ -22,6 +22,14 @@ const TICKS_MAX: f64 = 10_000_000.0;
 
 /// Maximum number of outages, manoeuvres and other listed faults, each.
 const LISTED_MAX: usize = 1_000;
+
+/// Maximum number of UAVs: as many as a team accepts. With its targets and its record, the run of a UAV takes at most
+/// 400 kB, so that this many take 1.6 GB.
+const UAVS_MAX: f64 = 4_096.0;
+
+/// Maximum number of UAVs with one agent each: an agent keeps the reports of all others for the retention time, so that
+/// memory grows with the square. 100 agents take 1 GB.
+const AGENTS_MAX: f64 = 100.0;
 
 /// Maximum number of intruders, which is also the number that an agent can track.
 const INTRUDERS_MAX: usize = 100;
@@ -76,7 +84,12 @@ pub(super) fn check_objects(
         );
     }
     let count = file.uavs.count;
-    problems.check_whole("uavs.count", count, Allowed::at_least(1.0).at_most(100.0));
+    let allowed = if file.team.agents == AgentSetup::PerUav {
+        Allowed::at_least(1.0).at_most(AGENTS_MAX).with_reason("the maximum of UAVs with an agent each")
+    } else {
+        Allowed::at_least(1.0).at_most(UAVS_MAX)
+    };
+    problems.check_whole("uavs.count", count, allowed);
     let listed = file.uavs.start.len() as f64;
     if listed > 0.0 {
         problems.check("uavs.count", count, Allowed::exactly(listed).with_reason("as many as [[uavs.start]]"));
@@ -125,7 +138,8 @@ pub(super) fn check_objects(
     }
     if scatter.is_some() {
         let most = MAX_AT_ONCE.saturating_sub(at).max(1) as f64;
-        let count = Allowed::at_least(1.0).at_most(most).with_reason("5,000 targets in total");
+        let count =
+            Allowed::at_least(1.0).at_most(most).with_reason("the maximum of targets, less those of [[targets.start]]");
         problems.check_whole("targets.random.count", scattered, count);
     }
 }

@@ -13,7 +13,7 @@ use std::ops::Range;
 
 /// Maximum number of groups kept; the shortest-lived of the retired groups are removed first.
 const MOST_GROUPS: usize = 32;
-/// Maximum number of targets whose paths are kept; equal to the maximum number of simultaneous targets in a run.
+/// Maximum number of targets whose paths are kept. More paths would only cover each other.
 const MOST_TARGETS: usize = 5_000;
 /// Maximum number of points of all curves. Up to 200 curves have full resolution; more curves have fewer points each.
 const ALL_POINTS: usize = 200 * MAX_POINTS;

@@ -19,6 +19,7 @@
 //! differing UAV wins.
 
 mod local_search;
+mod neighbourhood_search;
 mod problem;
 #[cfg(test)]
 mod tests;
@@ -29,8 +30,8 @@ use crate::group_id::GroupId;
 use crate::params::{Objective, SensorParams};
 use crate::time::Time;
 use crate::uav::UavId;
-use problem::Problem;
 pub use problem::{AvailableUav, CandidateGroup};
+use problem::{Problem, UavSet};
 
 /// Maximum number of UAVs with an exact assignment and the tie-breaking described above; for more UAVs, see [`assign`].
 pub(crate) const EXACT_UAVS_MAX: usize = 12;
@@ -76,13 +77,8 @@ pub struct Assignment {
 ///
 /// Implements Eq. (32), (33), as restated above.
 ///
-/// The result is exact for up to `EXACT_UAVS_MAX` UAVs, and if there are no more UAVs than groups. Otherwise, it
-/// comes from a search of bounded length, which breaks ties arbitrarily but identically in every run. Where the optimum
-/// is known, the loss is negligible: in 5880 worlds with 6 to 12 UAVs, 2 or more groups and 1 to 10 targets in each
-/// (UAVs scattered or starting together, in a field of 2, 8 or 30 km), the search missed the optimum in 4, by at most
-/// 0.0052 in ln det per target, and by 1.6e-6 on average over all worlds. The greedy rounds with which it begins missed
-/// the optimum in 94 % of them, by at most 2.0 and by 0.11 on average. With 13 to 100 UAVs, in 54 worlds, twenty times
-/// as many trials gained at most 0.0024 per target, and 0.0003 on average.
+/// The result is exact for up to `EXACT_UAVS_MAX` UAVs. Otherwise, it comes from a search of bounded length that starts
+/// from the current groups of the UAVs, and breaks ties arbitrarily but identically in every run.
 ///
 /// `switching_cost` is the switching cost of a UAV under the default objective, in ln det per target of its current
 /// group.
@@ -93,21 +89,38 @@ pub fn assign(
     objective: Objective,
     switching_cost: f64,
 ) -> Vec<Assignment> {
+    assign_changed(uavs, sites, &|_| true, sensor, objective, switching_cost)
+}
+
+/// Like [`assign`], but of more UAVs than `EXACT_UAVS_MAX`, only those near a change are reconsidered: near groups that
+/// have appeared or have lost a UAV, and near those that `has_changed` selects by their index in `sites`.
+pub(crate) fn assign_changed(
+    uavs: &[AvailableUav],
+    sites: &[CandidateGroup<'_>],
+    has_changed: &dyn Fn(usize) -> bool,
+    sensor: &SensorParams,
+    objective: Objective,
+    switching_cost: f64,
+) -> Vec<Assignment> {
     if uavs.is_empty() || sites.is_empty() {
         return Vec::new();
     }
-    let problem = Problem::new(uavs, sites, sensor, switching_cost);
-    let uav_sets = if objective == Objective::Paper && uavs.len().max(sites.len()) <= PAPER_OBJECTIVE_UAVS_MAX {
-        problem.paper_objective()
-    } else if uavs.len() <= EXACT_UAVS_MAX {
-        problem.exact()
+    let sets_of = |problem: &Problem, uav_sets: Vec<UavSet>| -> Vec<(GroupId, UavSet)> {
+        problem.groups.iter().map(|choice| choice.group).zip(uav_sets).collect()
+    };
+    let uav_sets = if uavs.len() > EXACT_UAVS_MAX {
+        let uav_sets = neighbourhood_search::search(uavs, sites, has_changed, sensor, switching_cost);
+        sites.iter().map(|site| site.group).zip(uav_sets).collect()
     } else {
-        local_search::search(&problem)
+        let problem = Problem::new(uavs, sites, sensor, switching_cost);
+        if objective == Objective::Paper && uavs.len().max(sites.len()) <= PAPER_OBJECTIVE_UAVS_MAX {
+            sets_of(&problem, problem.paper_objective())
+        } else {
+            sets_of(&problem, problem.exact())
+        }
     };
-    let group_of = |uav: usize| {
-        problem.groups.iter().zip(&uav_sets).find(|(_, uav_set)| uav_set.contains(&uav)).map(|(choice, _)| choice.group)
-    };
-    let assignment =
-        |(index, uav): (usize, &AvailableUav)| group_of(index).map(|group| Assignment { uav: uav.uav, group });
-    uavs.iter().enumerate().filter_map(assignment).collect()
+    let assigned = uav_sets.iter().flat_map(|(group, uav_set)| uav_set.iter().map(|uav| (*uav, *group)));
+    let mut assigned: Vec<(usize, GroupId)> = assigned.collect();
+    assigned.sort_unstable();
+    assigned.into_iter().map(|(uav, group)| Assignment { uav: uavs[uav].uav, group }).collect()
 }

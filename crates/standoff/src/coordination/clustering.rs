@@ -10,12 +10,16 @@
 //! empty: its last target stays.
 
 use crate::frame::Position;
+use crate::grid::Grid;
 
 /// Maximum number of Lloyd iterations. They normally end much earlier; the limit prevents a cycle caused by rounding.
 const ITERATIONS_MAX: u32 = 100;
 
 /// Numbers of starts without a previous clustering: centroids spread as far as possible, and random ones.
 const STARTS: (usize, usize) = (8, 24);
+
+/// Maximum number of distances that the starts compute. Above 100 UAVs and 1,000 targets, fewer starts are tried.
+const START_DISTANCES_MAX: usize = 2_000_000;
 
 /// Number of groups: half the number of UAVs, rounded up, but at most the number of targets.
 ///
@@ -33,6 +37,8 @@ pub struct KMeans {
     sizes: Vec<usize>,
     /// Squared half distance of each cluster's centroid to the nearest other centroid.
     safe_m2: Vec<f64>,
+    /// Index of the centroids, for the nearest one.
+    grid: Grid,
 }
 
 impl KMeans {
@@ -45,9 +51,10 @@ impl KMeans {
         let k = k.min(positions.len());
         let n = positions.len();
         let (spread, drawn) = if k > 1 { (n.min(STARTS.0), STARTS.1) } else { (1, 0) };
+        let starts = (spread + drawn).min((START_DISTANCES_MAX / (n * k).max(1)).max(1));
         let mut draw = Draw(0x9E37_79B9_7F4A_7C15);
         let mut best: Option<(f64, Vec<usize>)> = None;
-        for start in 0..spread + drawn {
+        for start in 0..starts {
             match start.checked_sub(spread) {
                 None => self.start(start * n / spread, positions, k, furthest),
                 Some(_) => self.start(draw.below(n), positions, k, |distances_m2| draw.likelier_further(distances_m2)),
@@ -77,7 +84,10 @@ impl KMeans {
                 if position.squared_distance_m2(self.centroids[*cluster]) < self.safe_m2[*cluster] {
                     continue;
                 }
-                let nearest = nearest(&self.centroids, *position, *cluster);
+                let own_m2 = position.squared_distance_m2(self.centroids[*cluster]);
+                // Of ties, the own one counts.
+                let nearest = self.grid.nearest(*position, |_| true).filter(|(squared_m2, _)| *squared_m2 < own_m2);
+                let nearest = nearest.map_or(*cluster, |(_, nearest)| nearest);
                 let gain_m =
                     || position.distance_m(self.centroids[*cluster]) - position.distance_m(self.centroids[nearest]);
                 if nearest != *cluster && self.sizes[*cluster] > 1 && (margin_m <= 0.0 || gain_m() > margin_m) {
@@ -124,11 +134,11 @@ impl KMeans {
     /// Computes for each centroid the distance within which positions need not be compared with other centroids: half
     /// the distance to the next one.
     fn measure_safety(&mut self) {
+        self.grid.fill_evenly(self.centroids.iter().copied());
         self.safe_m2.clear();
         for (index, own) in self.centroids.iter().enumerate() {
-            let others = self.centroids.iter().enumerate().filter(|(other, _)| *other != index);
-            let nearest_m2 = others.map(|(_, other)| own.squared_distance_m2(*other)).fold(f64::INFINITY, f64::min);
-            self.safe_m2.push(0.25 * nearest_m2);
+            let nearest = self.grid.nearest(*own, |other| other != index);
+            self.safe_m2.push(0.25 * nearest.map_or(f64::INFINITY, |(squared_m2, _)| squared_m2));
         }
     }
 
@@ -188,18 +198,6 @@ impl Draw {
         }
         furthest(distances_m2)
     }
-}
-
-/// Index of the nearest centroid; of ties `now`, otherwise the first.
-fn nearest(centroids: &[Position], position: Position, now: usize) -> usize {
-    let mut best = (now, position.squared_distance_m2(centroids[now]));
-    for (index, centroid) in centroids.iter().enumerate() {
-        let distance_m2 = position.squared_distance_m2(*centroid);
-        if distance_m2 < best.1 {
-            best = (index, distance_m2);
-        }
-    }
-    best.0
 }
 
 #[cfg(test)]

@@ -80,7 +80,7 @@ pub(crate) fn circle_in(in_s: f64, targets: impl Iterator<Item = TargetState> + 
 mod tests {
     use super::*;
     use crate::coordination::memberships::Memberships;
-    use crate::message::{Cue, TargetLabel};
+    use crate::message::Cue;
     use crate::params::TeamParams;
     use crate::time::Time;
     use crate::tracking::track::Track;
@@ -88,17 +88,8 @@ mod tests {
     fn known(targets: &[(f64, f64, f64)]) -> Vec<GroupedTrack> {
         let mut memberships = Memberships::default();
         for (label, (x_m, y_m, vx_m_s)) in (0..).zip(targets) {
-            let cue = Cue {
-                source: 0,
-                issued_at: Time::EPOCH,
-                sequence: 0,
-                label: Some(TargetLabel(label)),
-                time: Time::EPOCH,
-                position: Position::from_m(*x_m, *y_m),
-                velocity: Velocity::from_m_s(*vx_m_s, 0.0),
-                position_sd_m: 10.0,
-                velocity_sd_m_s: 1.0,
-            };
+            let velocity = Velocity::from_m_s(*vx_m_s, 0.0);
+            let cue = Cue { velocity, ..Cue::at(label, Position::from_m(*x_m, *y_m)) };
             memberships.start(Track::from_cue(&cue, &TeamParams::paper().track, Time::EPOCH).unwrap());
         }
         memberships.tracks().to_vec()

@@ -17,10 +17,12 @@
 
 mod create;
 mod handoff;
+mod neighbourhoods;
 mod retire;
 #[cfg(test)]
 mod tests;
 
+use crate::by_group::ByGroup;
 use crate::coordination::clustering::{KMeans, group_count};
 use crate::coordination::desired_centre::DesiredCentre;
 use crate::coordination::dwell::Handoff;
@@ -30,9 +32,10 @@ use crate::coordination::event::{
 use crate::coordination::group::Group;
 use crate::coordination::memberships::{GroupedTrack, Membership, Memberships};
 use crate::coordination::required_orbit::RequiredOrbit;
-use crate::coordination::teammate::Teammate;
+use crate::coordination::teammate::{Teammate, groups_of};
 use crate::enclosing_circle::EnclosingCircle;
 use crate::frame::Position;
+use crate::grid::Grid;
 use crate::group_id::GroupId;
 use crate::guidance::standoff_distance::Spread;
 use crate::params::{CentreEstimate, GroupCount, RemovalRule, TeamParams};
@@ -71,6 +74,8 @@ pub(crate) struct GroupingBuffers {
     /// Squared distance, m2, target index and group.
     candidates: Vec<(f64, usize, GroupId)>,
     desired_groups: Vec<(usize, GroupId)>,
+    uavs: ByGroup<GroupId>,
+    grid: Grid,
 }
 
 /// Update of the memberships at one time step.
@@ -92,6 +97,7 @@ impl Grouping<'_> {
     /// Updates the memberships.
     pub(crate) fn update(&mut self) {
         self.release_lost();
+        self.buffers.uavs.fill(groups_of(self.team));
         if self.team.is_empty() {
             // Without UAVs, all memberships stay unchanged.
             return self.emit_retired_groups();
@@ -110,7 +116,7 @@ impl Grouping<'_> {
             self.continue_retirement();
             self.admit();
             self.regroup(desired);
-            while self.groups() < desired && self.create_another() {}
+            self.create_others(desired);
             // Handoffs need at least two groups.
             if self.groups() > 1 || self.grouped_track().iter().any(|known| known.receiving_group().is_some()) {
                 self.update_handoffs();
@@ -139,6 +145,11 @@ impl Grouping<'_> {
     /// Number of targets that are not lost.
     fn live(&self) -> usize {
         self.grouped_track().iter().filter(|known| !known.track.is_lost()).count()
+    }
+
+    /// UAVs of a group, ascending.
+    fn uavs(&self, group: GroupId) -> impl Iterator<Item = &Teammate> + Clone {
+        self.buffers.uavs.of(group).map(|index| &self.team[index])
     }
 
     fn grouped_track(&self) -> &[GroupedTrack] {
@@ -186,7 +197,7 @@ impl Grouping<'_> {
 
     /// Pairs of ungrouped targets and groups that may contain them, the nearest first.
     fn candidates(&mut self) -> Vec<(f64, usize, GroupId)> {
-        let GroupingBuffers { centres, candidates, .. } = &mut *self.buffers;
+        let GroupingBuffers { centres, candidates, grid, .. } = &mut *self.buffers;
         let (memberships, mut candidates) = (&*self.memberships, core::mem::take(candidates));
         centres.clear();
         for id in memberships.groups().iter().filter(|id| self.state.retiring != Some(**id)) {
@@ -195,13 +206,15 @@ impl Grouping<'_> {
         }
         let reach_m = self.params.group.reach_m(&self.params.track.sensor);
         let limit_m_s = self.params.uav.speed_max_m_s();
+        let farthest_m = centres.iter().map(|(_, centre)| centre.reach_m(reach_m)).fold(0.0, f64::max);
+        grid.fill(centres.iter().map(|(_, centre)| centre.state.position()), 0.5 * farthest_m);
         candidates.clear();
         for (track_index, target) in memberships.tracks().iter().enumerate().filter(|(_, target)| target.is_ungrouped())
         {
             if target.speed_m_s() > limit_m_s {
                 continue;
             }
-            for (id, centre) in &*centres {
+            for (id, centre) in grid.near(target.position(), farthest_m).map(|index| &centres[index]) {
                 let reach_m = centre.reach_m(reach_m);
                 let squared_m2 = target.position().squared_distance_m2(centre.state.position());
                 if squared_m2 <= reach_m * reach_m && !target.is_blocked_from(*id, self.now) {

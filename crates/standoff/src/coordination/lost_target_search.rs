@@ -11,11 +11,14 @@
 //! the UAV. A UAV may only search if other UAVs have every member of its group in view, and if one UAV remains for
 //! every group.
 
+use std::collections::BTreeSet;
+
 use crate::angle::Angle;
 use crate::coordination::event::{Event, EventKind, SearchEndReason};
 use crate::coordination::memberships::Memberships;
 use crate::coordination::teammate::Teammate;
 use crate::frame::Position;
+use crate::grid::Grid;
 use crate::math::{self, PI};
 use crate::params::TeamParams;
 use crate::time::{Duration, Time};
@@ -111,8 +114,8 @@ impl SearchAssignmentUpdate<'_> {
 
     fn recall(&mut self) {
         let mut assignments = core::mem::take(self.assignments);
-        let teammate = |uav: UavId| self.team.iter().find(|teammate| teammate.uav == uav);
-        assignments.retain(|assignment| teammate(assignment.uav).is_some());
+        let is_in_team = |uav: UavId| self.team.binary_search_by_key(&uav, |teammate| teammate.uav).is_ok();
+        assignments.retain(|assignment| is_in_team(assignment.uav));
         let reach_m = |assignment: &SearchAssignment| {
             let area = self.track(assignment.track).and_then(|track| SearchArea::of(track, 0.0, self.params));
             area.map_or(f64::INFINITY, |area| area.reach_m)
@@ -145,8 +148,17 @@ impl SearchAssignmentUpdate<'_> {
         }
         let mut pairs: Vec<(f64, usize, TrackId)> = Vec::new();
         let lost = self.memberships.tracks().iter().map(|known| &known.track).filter(|track| track.is_lost());
-        for track in lost.filter(|track| self.assignments.iter().all(|assignment| assignment.track != track.id)) {
-            for (index, teammate) in self.team.iter().enumerate() {
+        let searched: BTreeSet<TrackId> = self.assignments.iter().map(|assignment| assignment.track).collect();
+        // A UAV that needs longer cannot arrive in time, because the area grows at least at this rate.
+        let longest_s = self.params.track.sensor.sensing_range_m / self.params.track.initial_velocity_sd_m_s;
+        let farthest_m = longest_s * self.params.uav.speed_m_s;
+        let places = Grid::of(self.team.iter().map(|teammate| teammate.state.position), 0.25 * farthest_m);
+        for track in lost.filter(|track| !searched.contains(&track.id)) {
+            if SearchArea::of(track, 0.0, self.params).is_none() {
+                continue;
+            }
+            for index in places.near(track.estimate().state.position(), farthest_m) {
+                let teammate = &self.team[index];
                 let distance_m = track.estimate().state.position().distance_m(teammate.state.position);
                 let in_time = SearchArea::of(track, distance_m / self.params.uav.speed_m_s, self.params);
                 pairs.extend(in_time.map(|_| (distance_m, index, track.id)));
@@ -198,7 +210,7 @@ mod tests {
     use crate::coordination::memberships::Membership;
     use crate::frame::Velocity;
     use crate::group_id::GroupId;
-    use crate::message::{Cue, Report, TargetLabel};
+    use crate::message::{Cue, Report};
     use crate::uav::UavState;
 
     fn params() -> TeamParams {
@@ -206,17 +218,7 @@ mod tests {
     }
 
     fn track(id: u32, x_m: f64, vx_m_s: f64) -> Track {
-        let cue = Cue {
-            source: 0,
-            issued_at: Time::EPOCH,
-            sequence: 0,
-            label: Some(TargetLabel(id)),
-            time: Time::EPOCH,
-            position: Position::from_m(x_m, 0.0),
-            velocity: Velocity::from_m_s(vx_m_s, 0.0),
-            position_sd_m: 20.0,
-            velocity_sd_m_s: 2.0,
-        };
+        let cue = Cue { velocity: Velocity::from_m_s(vx_m_s, 0.0), ..Cue::at(id, Position::from_m(x_m, 0.0)) };
         Track::from_cue(&cue, &params().track, Time::EPOCH).unwrap()
     }
 

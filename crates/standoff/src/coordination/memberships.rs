@@ -322,23 +322,11 @@ impl Memberships {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::frame::Velocity;
-    use crate::message::{Cue, TargetLabel};
+    use crate::message::Cue;
     use crate::params::TeamParams;
 
     fn track(label: u32) -> Track {
-        let cue = Cue {
-            source: 0,
-            issued_at: Time::EPOCH,
-            sequence: 0,
-            label: Some(TargetLabel(label)),
-            time: Time::EPOCH,
-            position: Position::ORIGIN,
-            velocity: Velocity::ZERO,
-            position_sd_m: 1.0,
-            velocity_sd_m_s: 1.0,
-        };
-        Track::from_cue(&cue, &TeamParams::paper().track, Time::EPOCH).unwrap()
+        Track::from_cue(&Cue::at(label, Position::ORIGIN), &TeamParams::paper().track, Time::EPOCH).unwrap()
     }
 
     /// The index of members, recomputed from scratch.

@@ -37,6 +37,11 @@ pub struct Teammate {
     pub(crate) manoeuvre: Option<Manoeuvre>,
 }
 
+/// Group and index of each UAV that is assigned to a group.
+pub(crate) fn groups_of(team: &[Teammate]) -> impl Iterator<Item = (GroupId, usize)> {
+    team.iter().enumerate().filter_map(|(index, teammate)| Some((teammate.group?, index)))
+}
+
 impl Teammate {
     /// A UAV with a report of this time step; `group` is its assignment in the team state.
     pub(crate) fn from_report(report: &Report, group: Option<GroupId>, starts_tracks_from: Time) -> Self {

@@ -186,15 +186,14 @@ impl CollisionAvoidance<'_> {
         let others = others.filter(|other| !self.is_separated(levels, other.levels_m()));
         let intent = steering.map_or(Intent::held(desired), |steering| Intent::of(desired, self.own.heading, steering));
         let course = PredictedTrajectory::of(self.own, intent, self.uav.turn_rate_lag_s, 0.0);
-        let mut can_meet = false;
-        let mut near: Vec<Near> = Vec::new();
-        for other in others.clone() {
-            let is_teammate = matches!(other.aircraft, Aircraft::Uav(_));
-            can_meet |= is_teammate && self.can_meet(&other.reported_state, other.age_s);
-            near.extend(self.near(&other, Some(&course), |uav| team.intent_of(uav)));
-        }
-        if !can_meet && (near.is_empty() || self.shortfall(&course.sampled(), &near, f64::INFINITY).1.is_none()) {
-            return (desired, None);
+        let is_teammate = |other: &OtherAircraft| matches!(other.aircraft, Aircraft::Uav(_));
+        let meets = |other: &OtherAircraft| is_teammate(other) && self.can_meet(&other.reported_state, other.age_s);
+        if !others.clone().any(|other| meets(&other)) {
+            let near = others.clone().filter_map(|other| self.near(&other, Some(&course), |uav| team.intent_of(uav)));
+            let near: Vec<Near> = near.collect();
+            if near.is_empty() || self.shortfall(&course.sampled(), &near, f64::INFINITY).1.is_none() {
+                return (desired, None);
+            }
         }
         self.plan(desired, course, others, team)
     }
@@ -223,22 +222,26 @@ impl CollisionAvoidance<'_> {
         let intruders: Vec<OtherAircraft> =
             others.clone().filter(|other| matches!(other.aircraft, Aircraft::Intruder(_))).collect();
         let lag_s = self.uav.turn_rate_lag_s;
-        let mut planned: Vec<Planned> = Vec::new();
         let (aircraft, manoeuvre) = (Aircraft::Uav(self.id), self.manoeuvre);
         let own = OtherAircraft { aircraft, reported_state: *self.own, age_s: 0.0, manoeuvre };
-        for other in others.chain([own]) {
-            let Aircraft::Uav(uav) = other.aircraft else { continue };
-            let age_s = other.age_s.min(SILENT_MAX_S);
-            let state = other.reported_state.extrapolated(age_s);
+        let current = |other: OtherAircraft| match other.aircraft {
+            Aircraft::Uav(uav) => {
+                let age_s = other.age_s.min(SILENT_MAX_S);
+                Some((uav, other, age_s, other.reported_state.extrapolated(age_s)))
+            }
+            Aircraft::Intruder(_) => None,
+        };
+        let mut nearest: Vec<_> = others.chain([own]).filter_map(current).collect();
+        if nearest.len() >= PLANNED_MAX {
+            let far_m2 = |state: &UavState| state.position.squared_distance_m2(self.own.position);
+            nearest.sort_by(|a, b| far_m2(&a.3).total_cmp(&far_m2(&b.3)));
+            nearest.truncate(PLANNED_MAX);
+        }
+        let plan = |(uav, other, age_s, state): (UavId, OtherAircraft, f64, UavState)| {
             let course = self.predicted(&other, team.intent_of(uav));
-            let (levels_m, manoeuvre) = (other.levels_m(), other.manoeuvre);
-            planned.push(Planned { uav, state, age_s, levels_m, course, manoeuvre });
-        }
-        if planned.len() >= PLANNED_MAX {
-            let far_m2 = |planned: &Planned| planned.state.position.squared_distance_m2(self.own.position);
-            planned.sort_by(|a, b| far_m2(a).total_cmp(&far_m2(b)));
-            planned.truncate(PLANNED_MAX);
-        }
+            Planned { uav, state, age_s, levels_m: other.levels_m(), course, manoeuvre: other.manoeuvre }
+        };
+        let mut planned: Vec<Planned> = nearest.into_iter().map(plan).collect();
         // UAVs that avoid an intruder have right of way.
         planned.sort_by_key(|planned| {
             let avoids = planned.manoeuvre.map(|manoeuvre| manoeuvre.avoids);
@@ -262,6 +265,10 @@ impl CollisionAvoidance<'_> {
         let meets: Vec<Vec<usize>> = (0..planned.len())
             .map(|index| (0..planned.len()).filter(|other| can_meet(index, *other)).collect())
             .collect();
+        // The escape manoeuvres of the others are not compared with any.
+        let is_met: Vec<bool> = (0..planned.len())
+            .map(|index| !meets[index].is_empty() || meets.iter().any(|met| met.contains(&index)))
+            .collect();
         let turns =
             |state: &UavState, command| self.geofence.map_or([true; 2], |geofence| geofence.safe_turns(state, command));
         let commands: Vec<(Command, PredictedTrajectory)> = planned
@@ -283,27 +290,29 @@ impl CollisionAvoidance<'_> {
             .collect();
         // Escape manoeuvres of all, after their desired commands or, if these fall short together, from now on.
         let escapes_after = |command_of: &dyn Fn(usize, Side) -> Command| {
-            let paths: Vec<[Option<Escape>; 2]> = (0..planned.len())
+            let path_of = |index: usize, side| {
+                is_met[index].then(|| self.escapes.path(&planned[index].state, command_of(index, side), side))
+            };
+            let is_possible: Vec<[bool; 2]> = (0..planned.len())
                 .map(|index| {
-                    let state = &planned[index].state;
-                    Side::BOTH.map(|side| {
-                        let command = command_of(index, side);
-                        let is_possible = turns(state, Some(command))[side as usize];
-                        is_possible.then(|| self.escapes.path(state, command, side))
-                    })
+                    Side::BOTH.map(|side| turns(&planned[index].state, Some(command_of(index, side)))[side as usize])
                 })
                 .collect();
-            let (short, sides) =
-                choose_sides(&preferred, |i, s, j, t| match (&paths[i][s as usize], &paths[j][t as usize]) {
-                    (Some(a), Some(b)) if meets[i].contains(&j) => self.escapes.shortfall(a, b, required_m(i, j)),
-                    (Some(_), _) => 0.0,
-                    (None, _) => IMPOSSIBLE,
-                });
-            let path = |(index, side): (usize, &Side)| {
-                let command = command_of(index, *side);
-                paths[index][*side as usize].unwrap_or_else(|| self.escapes.path(&planned[index].state, command, *side))
-            };
-            (short, sides.iter().enumerate().map(path).collect::<Vec<Escape>>())
+            let paths: Vec<[Option<Escape>; 2]> =
+                (0..planned.len()).map(|index| Side::BOTH.map(|side| path_of(index, side))).collect();
+            let (short, sides) = choose_sides(&preferred, |i, s, j, t| {
+                if !is_possible[i][s as usize] {
+                    return IMPOSSIBLE;
+                }
+                match (&paths[i][s as usize], &paths[j][t as usize]) {
+                    (Some(a), Some(b)) if is_possible[j][t as usize] && meets[i].contains(&j) => {
+                        self.escapes.shortfall(a, b, required_m(i, j))
+                    }
+                    _ => 0.0,
+                }
+            });
+            let chosen = sides.iter().enumerate().map(|(index, side)| paths[index][*side as usize]);
+            (short, chosen.collect::<Vec<Option<Escape>>>())
         };
         let (short, mut escapes) = escapes_after(&|index, _| commands[index].0);
         if short > 0.0 {
@@ -330,8 +339,8 @@ impl CollisionAvoidance<'_> {
             let intruders = intruders.iter().filter_map(|other| uav.near(other, None, |_| None));
             let near: Vec<Near> = teammates.chain(as_reported).chain(intruders).collect();
             let met = meets[index].iter();
-            let met = met.map(|other| (planned[*other].uav, escapes[*other], required_m(index, *other))).collect();
-            let neighbours = Neighbours { near: &near, escapes: met };
+            let met = met.filter_map(|other| Some((planned[*other].uav, escapes[*other]?, required_m(index, *other))));
+            let neighbours = Neighbours { near: &near, escapes: met.collect() };
             let (flown, side, avoidance) = uav.nearest_command((command, course), &neighbours, turns);
             if uav.id == self.id {
                 return (flown, avoidance);
@@ -339,7 +348,7 @@ impl CollisionAvoidance<'_> {
             let course = if flown == command { course } else { course.with(Intent::held(flown)) };
             courses[index] = course.sampled();
             if !meets[index].is_empty() {
-                escapes[index] = self.escapes.path(uav.own, flown, side);
+                escapes[index] = Some(self.escapes.path(uav.own, flown, side));
             }
         }
         (desired, None)
@@ -400,10 +409,15 @@ impl CollisionAvoidance<'_> {
     /// Returns true if another aircraft may come near before its report is too old. Others are ignored early.
     #[inline]
     pub(crate) fn may_come_near(&self, other: &UavState) -> bool {
-        let spare_m = BUFFER_M + SILENT_MAX_S * (DRIFT_M_S + DRIFT_M_S2 * AHEAD_S);
-        let flown_m = self.uav.speed_max_m_s() * AHEAD_S + other.speed_m_s.abs() * (AHEAD_S + SILENT_MAX_S);
-        let far_m = CLIMB_CLEAR_MINIMA * self.separation.horizontal_min_m + spare_m + flown_m;
+        let far_m = self.reach_m(other.speed_m_s.abs());
         self.own.position.squared_distance_m2(other.position) < far_m * far_m
+    }
+
+    /// Distance beyond which another aircraft of a speed, m/s, cannot come near, m.
+    pub(crate) fn reach_m(&self, speed_m_s: f64) -> f64 {
+        let spare_m = BUFFER_M + SILENT_MAX_S * (DRIFT_M_S + DRIFT_M_S2 * AHEAD_S);
+        let flown_m = self.uav.speed_max_m_s() * AHEAD_S + speed_m_s * (AHEAD_S + SILENT_MAX_S);
+        CLIMB_CLEAR_MINIMA * self.separation.horizontal_min_m + spare_m + flown_m
     }
 
     /// Predicts another aircraft and sets the required distance; `None` if it is too far away to matter, at least for

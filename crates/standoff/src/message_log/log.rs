@@ -9,7 +9,7 @@ mod tests;
 use std::collections::VecDeque;
 
 use super::ranges::{Ranges, first_of, last_of, number_of_cue, step_of};
-use crate::message::{Cue, LogStatus, Message, MessageSource, ReceivedRange, Report, TEAM_MAX};
+use crate::message::{Cue, LogStatus, Message, MessageSource, ReceivedRange, Report};
 use crate::output::{Rejected, count};
 use crate::params::TeamParams;
 use crate::step_messages::{Insert, ReportView, StepMessages};
@@ -17,6 +17,9 @@ use crate::time::{Duration, Time};
 use crate::uav::UavId;
 
 use super::teammates::{NEVER, TeammateLog};
+
+/// Maximum number of UAVs of a log, which keeps their reports for the retention time; and of cue sources.
+pub(super) const TEAMMATES_MAX: usize = 256;
 
 /// Maximum number of ranges accepted in one report: the number of gaps has a bound.
 pub(crate) const RECEIVED_RANGES_MAX: usize = 1024;
@@ -320,7 +323,7 @@ impl MessageLog {
     /// True if a UAV can be added: a sender may replace a UAV that is known only from the lists of others, and the own
     /// UAV always has a place.
     fn has_room_for(&self, uav: UavId) -> bool {
-        self.teammates.len() + 1 < TEAM_MAX
+        self.teammates.len() + 1 < TEAMMATES_MAX
             || uav == self.own
             || self.room() > 0
             || self.teammate(uav).is_some()
@@ -329,13 +332,13 @@ impl MessageLog {
 
     /// Number of UAVs that can still be added, in addition to this one.
     fn room(&self) -> usize {
-        TEAM_MAX.saturating_sub(self.teammates.len() + usize::from(self.teammate(self.own).is_none()))
+        TEAMMATES_MAX.saturating_sub(self.teammates.len() + usize::from(self.teammate(self.own).is_none()))
     }
 
     /// True if a cue source can be added: the same maximum holds as for UAVs.
     fn has_room_for_cues_of(&self, source: MessageSource) -> bool {
         let uavs = self.received.partition_point(|(source, _)| matches!(source, MessageSource::Uav(_)));
-        self.received.len() - uavs < TEAM_MAX || self.runs(source).is_some()
+        self.received.len() - uavs < TEAMMATES_MAX || self.runs(source).is_some()
     }
 
     /// Index of a teammate, or the index at which to insert it.

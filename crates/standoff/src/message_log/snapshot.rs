@@ -9,8 +9,8 @@ use crate::team_state::TeamState;
 use crate::time::Time;
 use crate::uav::UavId;
 
-/// Maximum number of parts of a snapshot: 2 MiB, about 8,000 targets.
-const PARTS_MAX: usize = 4096;
+/// Maximum number of parts of a snapshot: 5 MiB, about 20,000 targets.
+const PARTS_MAX: usize = 10_240;
 
 /// Number of time steps after which a newer team state is offered.
 const OFFERED_FOR: i64 = 40;

@@ -1,8 +1,8 @@
 use super::*;
 use crate::angle::Angle;
-use crate::frame::{Position, Velocity};
+use crate::frame::Position;
 use crate::group_id::GroupId;
-use crate::message::{Cue, Report, TargetLabel};
+use crate::message::{Cue, Report};
 use crate::step_messages::ReportView;
 use crate::uav::UavState;
 
@@ -27,19 +27,8 @@ fn assignment_starts_from_the_reported_assignments() {
             // Both groups look the same from the middle.
             let x_m = if number < 2 { -900.0 } else { 900.0 };
             let position = Position::from_m(x_m, 40.0 * f64::from(number % 2) - 20.0);
-            let (issued_at, searcher, label) = (at(0), 0, TargetLabel(u32::from(number)));
-            let (velocity, position_sd_m, velocity_sd_m_s) = (Velocity::ZERO, 20.0, 2.0);
-            row.put_cue(&Cue {
-                source: searcher,
-                issued_at,
-                sequence: number,
-                label: Some(label),
-                time: issued_at,
-                position,
-                velocity,
-                position_sd_m,
-                velocity_sd_m_s,
-            });
+            let (issued_at, time) = (at(0), at(0));
+            row.put_cue(&Cue { sequence: number, issued_at, time, ..Cue::at(u32::from(number), position) });
         }
         row
     };

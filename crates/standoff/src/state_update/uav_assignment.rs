@@ -1,7 +1,7 @@
 //! Assignment of UAVs to searches and groups.
 
 use super::StepInput;
-use crate::coordination::assignment::{AvailableUav, CandidateGroup, assign, sound};
+use crate::coordination::assignment::{AvailableUav, CandidateGroup, assign_changed, sound};
 use crate::coordination::event::{Event, EventKind, ReassignmentReason};
 use crate::coordination::group::Group;
 use crate::coordination::lost_target_search::{SearchAssignment, SearchAssignmentUpdate};
@@ -63,7 +63,9 @@ impl TeamState {
                 ReassignmentReason::CustomLaw
             }
             (None, Some(reason)) => {
-                self.assignments = assign(&uavs, &sites, &params.track.sensor, objective, assignment_switching_cost);
+                let (sensor, has_changed) = (&params.track.sensor, |site: usize| self.groups[site].has_changed());
+                self.assignments =
+                    assign_changed(&uavs, &sites, &has_changed, sensor, objective, assignment_switching_cost);
                 reason
             }
             (None, None) => return self.keep_assignments(previous),
@@ -72,7 +74,8 @@ impl TeamState {
             group.members_when_assigned = group.members;
         }
         for assignment in &self.assignments {
-            let serves = uavs.iter().find(|uav| uav.uav == assignment.uav).and_then(|uav| uav.current_group);
+            let index = uavs.binary_search_by_key(&assignment.uav, |uav| uav.uav);
+            let serves = index.ok().and_then(|index| uavs[index].current_group);
             if let Some(old) = serves.filter(|old| *old != assignment.group) {
                 let group_size = self.assignments.iter().filter(|other| other.group == assignment.group).count();
                 let reason =
@@ -112,5 +115,5 @@ impl TeamState {
 }
 
 fn is_searching(search_assignments: &[SearchAssignment], uav: UavId) -> bool {
-    search_assignments.iter().any(|assignment| assignment.uav == uav)
+    search_assignments.binary_search_by_key(&uav, |assignment| assignment.uav).is_ok()
 }

@@ -2,7 +2,7 @@ use super::*;
 use crate::coordination::dwell::Handoff;
 use crate::coordination::memberships::Membership;
 use crate::frame::Position;
-use crate::{Angle, Cue, Message, TargetLabel, TeamAgent, UavState, Velocity};
+use crate::{Angle, Cue, Message, TeamAgent, UavState};
 
 /// Team state of two UAVs with three cued targets.
 fn known() -> TeamState {
@@ -10,20 +10,7 @@ fn known() -> TeamState {
     let state = UavState::level_flight(Position::ORIGIN, Angle::ZERO, 40.0);
     let observed = [0, 1].map(|uav| fleet.observe(Time::EPOCH, UavId(uav), &state, Some(Default::default())));
     for number in 0..3 {
-        let (issued_at, time, searcher, label) = (Time::EPOCH, Time::EPOCH, 0, TargetLabel(u32::from(number)));
-        let (position, velocity) = (Position::from_m(300.0, 0.0), Velocity::ZERO);
-        let (position_sd_m, velocity_sd_m_s) = (20.0, 2.0);
-        let cue = Cue {
-            source: searcher,
-            issued_at,
-            sequence: number,
-            label: Some(label),
-            time,
-            position,
-            velocity,
-            position_sd_m,
-            velocity_sd_m_s,
-        };
+        let cue = Cue { sequence: number, ..Cue::at(u32::from(number), Position::from_m(300.0, 0.0)) };
         fleet.receive(&observed[0], &Message::Cue(cue));
     }
     let _ = fleet.decide(&observed[0]);

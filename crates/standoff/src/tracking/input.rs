@@ -1,6 +1,7 @@
 //! Input of the tracker for one time step: scans and cues.
 
 use crate::frame::Position;
+use crate::grid::Grid;
 use crate::message::{Cue, Detection, Report, TEAM_AREA_M};
 use crate::params::{SensorParams, TrackParams};
 use crate::sensor::RangeBearingMeasurement;
@@ -46,14 +47,19 @@ pub(crate) struct Scans<'a> {
     pub(crate) implausible: &'a [UavId],
     /// UAVs whose detections start no tracks; usually empty.
     pub(crate) newcomers: &'a [UavId],
+    /// Index of the reports' positions.
+    pub(crate) places: &'a Grid,
 }
 
 impl<'a> Scans<'a> {
     /// Reports that count, with their indices.
     pub(super) fn plausible(&self) -> impl Iterator<Item = (usize, &'a Report)> + use<'a> {
-        let implausible = self.implausible;
-        let counts = move |report: &Report| implausible.is_empty() || !implausible.contains(&report.uav);
-        self.reports.iter().enumerate().filter(move |(_, report)| counts(report))
+        let scans = *self;
+        self.reports.iter().enumerate().filter(move |(_, report)| scans.counts(report))
+    }
+
+    fn counts(&self, report: &Report) -> bool {
+        self.implausible.is_empty() || !self.implausible.contains(&report.uav)
     }
 
     /// True if the detections of a UAV start tracks.
@@ -109,7 +115,8 @@ impl<'a> Scans<'a> {
 
     /// True if a sensor had the position in view, with a clearance to the edge of its field of view, m.
     pub(crate) fn have_in_view(&self, position: Position, clearance_m: f64) -> bool {
-        self.plausible().any(|(_, report)| {
+        let near = self.places.near(position, self.sensor.sensing_range_m).map(|index| &self.reports[index]);
+        near.filter(|report| self.counts(report)).any(|report| {
             report.boresight.is_some_and(|boresight| {
                 self.sensor.in_view_with_clearance(report.state.position, boresight, position, clearance_m)
             })

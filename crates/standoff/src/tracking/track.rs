@@ -375,17 +375,8 @@ mod tests {
     }
 
     fn cue() -> Cue {
-        Cue {
-            source: 0,
-            issued_at: Time::EPOCH,
-            sequence: 0,
-            label: Some(TargetLabel(7)),
-            time: Time::EPOCH,
-            position: Position::from_m(100.0, 50.0),
-            velocity: Velocity::from_m_s(10.0, 0.0),
-            position_sd_m: 20.0,
-            velocity_sd_m_s: 3.0,
-        }
+        let (velocity, velocity_sd_m_s) = (Velocity::from_m_s(10.0, 0.0), 3.0);
+        Cue { velocity, velocity_sd_m_s, ..Cue::at(7, Position::from_m(100.0, 50.0)) }
     }
 
     fn measurement(truth: Position) -> (Position, RangeBearingMeasurement) {

@@ -8,9 +8,6 @@ use std::collections::BTreeMap;
 use super::problem::{Problem, Score, UavSet};
 use crate::coordination::clustering::Draw;
 
-/// Number of times that UAVs are taken out and reassigned.
-const TRIALS: u32 = 2000;
-
 /// Maximum number of consecutive trials without a gain; after more, a few swaps lead away from the best result so far.
 const PATIENCE: u32 = 10;
 
@@ -23,17 +20,15 @@ const REMEMBERED_MAX: usize = 1 << 20;
 /// Score of a forbidden choice; sums of it do not overflow.
 const FORBIDDEN: Score = -(1 << 50);
 
-/// Returns a good assignment of all UAVs; the best one if there are no more UAVs than groups.
-pub(super) fn search(problem: &Problem) -> Vec<UavSet> {
+/// Improves an assignment of all UAVs: takes UAVs out and reassigns them, as often as `trials`.
+pub(super) fn improve(problem: &Problem, mut best: Vec<UavSet>, trials: u32) -> Vec<UavSet> {
     let mut search = Search::new(problem);
-    let mut best = search.start();
-    if problem.uavs <= problem.groups.len() {
-        return best;
-    }
     let mut best_score = problem.total(&best);
+    // If no group has two UAVs, the first trial is optimal.
+    let trials = if problem.uavs <= problem.groups.len() { trials.min(1) } else { trials };
     let (mut uav_sets, mut score, mut idle) = (best.clone(), best_score, 0);
     let mut draw = Draw(0x9E37_79B9_7F4A_7C15);
-    for _ in 0..TRIALS {
+    for _ in 0..trials {
         let pulled = take_out(&mut uav_sets, &mut draw);
         let before = core::mem::replace(&mut score, search.place(&mut uav_sets, &pulled));
         idle = if score > before { 0 } else { idle + 1 };
@@ -70,7 +65,7 @@ fn swap(uav_sets: &mut [UavSet], draw: &mut Draw) {
     }
 }
 
-fn join(uav_set: &mut UavSet, uav: usize) {
+pub(super) fn join(uav_set: &mut UavSet, uav: usize) {
     uav_set.insert(uav_set.partition_point(|member| *member < uav), uav);
 }
 
@@ -91,6 +86,7 @@ impl<'a> Search<'a> {
     }
 
     /// Assigns the best UAV to every group, then the second best, and so on; each round is optimal over all groups.
+    #[cfg(test)]
     pub(super) fn start(&mut self) -> Vec<UavSet> {
         let mut uav_sets = vec![UavSet::new(); self.problem.groups.len()];
         let mut free: Vec<usize> = (0..self.problem.uavs).collect();

@@ -58,6 +58,21 @@ pub(super) struct Problem {
     pub(super) groups: Vec<Candidate>,
 }
 
+/// Allowed numbers of UAVs of each group; `None` for a group that gets none.
+pub(super) fn allowed_sizes(uavs: usize, sites: &[CandidateGroup<'_>]) -> Vec<Option<RangeInclusive<usize>>> {
+    let mut targets: Vec<usize> = sites.iter().map(|site| site.members.len()).collect();
+    targets.sort_unstable_by(|a, b| b.cmp(a));
+    // With too few UAVs, larger groups get one, smaller groups get none, and groups of exactly this size may get one.
+    let marginal = targets.get(uavs).and(targets.get(uavs - 1));
+    let sizes = |site: &CandidateGroup<'_>| match marginal.map(|marginal| site.members.len().cmp(marginal)) {
+        None => Some(1..=uavs.div_ceil(sites.len()).max(2)),
+        Some(core::cmp::Ordering::Greater) => Some(1..=1),
+        Some(core::cmp::Ordering::Equal) => Some(0..=1),
+        Some(core::cmp::Ordering::Less) => None,
+    };
+    sites.iter().map(sizes).collect()
+}
+
 impl Problem {
     pub(super) fn new(
         uavs: &[AvailableUav],
@@ -65,23 +80,23 @@ impl Problem {
         sensor: &SensorParams,
         switching_cost: f64,
     ) -> Self {
-        let n = uavs.len();
-        let mut targets: Vec<usize> = sites.iter().map(|site| site.members.len()).collect();
-        targets.sort_unstable_by(|a, b| b.cmp(a));
-        // With too few UAVs, larger groups get one, smaller groups get none, and groups of exactly this size may get
-        // one.
-        let marginal = targets.get(n).and(targets.get(n - 1));
-        let sizes = |site: &CandidateGroup<'_>| match marginal.map(|marginal| site.members.len().cmp(marginal)) {
-            None => Some(1..=n.div_ceil(sites.len()).max(2)),
-            Some(core::cmp::Ordering::Greater) => Some(1..=1),
-            Some(core::cmp::Ordering::Equal) => Some(0..=1),
-            Some(core::cmp::Ordering::Less) => None,
-        };
+        Self::with_sizes(uavs, sites, &allowed_sizes(uavs.len(), sites), sensor, switching_cost)
+    }
+
+    /// Creates a part of a larger problem, with these allowed numbers of UAVs for each group.
+    pub(super) fn with_sizes(
+        uavs: &[AvailableUav],
+        sites: &[CandidateGroup<'_>],
+        sizes: &[Option<RangeInclusive<usize>>],
+        sensor: &SensorParams,
+        switching_cost: f64,
+    ) -> Self {
         let information_of = |uav: Position, target: &Position| {
             let information = sensor.information(uav, *target);
             if information.iter().all(|entry| entry.is_finite()) { information } else { Matrix2::zeros() }
         };
-        let choice = |site: &CandidateGroup<'_>| {
+        let choice = |(site, sizes): (&CandidateGroup<'_>, &Option<RangeInclusive<usize>>)| {
+            let sizes = sizes.clone()?;
             let information = uavs
                 .iter()
                 .map(|uav| site.members.iter().map(|target| information_of(uav.position, target)).collect())
@@ -89,9 +104,9 @@ impl Problem {
             let staying = in_millionths(switching_cost * site.members.len() as f64);
             let switching_cost =
                 uavs.iter().map(|uav| if uav.current_group == Some(site.group) { staying } else { 0 }).collect();
-            Some(Candidate { group: site.group, sizes: sizes(site)?, information, switching_cost })
+            Some(Candidate { group: site.group, sizes, information, switching_cost })
         };
-        Self { uavs: n, groups: sites.iter().filter_map(choice).collect() }
+        Self { uavs: uavs.len(), groups: sites.iter().zip(sizes).filter_map(choice).collect() }
     }
 
     /// Score of a group with its UAVs.

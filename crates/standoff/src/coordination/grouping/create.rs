@@ -5,8 +5,10 @@ use crate::coordination::event::{
     Event, EventKind, GroupCreatedReason, GroupRetiredReason, HandoffCancelledReason, HandoffCompletedReason,
 };
 use crate::coordination::grouping::Grouping;
+use crate::coordination::grouping::neighbourhoods::Neighbourhoods;
 use crate::coordination::memberships::{GroupedTrack, Membership};
 use crate::frame::Position;
+use crate::grid::Grid;
 use crate::group_id::GroupId;
 use crate::params::{GroupCount, LinkModel};
 use crate::time::Duration;
@@ -20,8 +22,7 @@ impl Grouping<'_> {
         let live: Vec<usize> = self.track_indices(|known| !known.track.is_lost());
         let clusters = self.clustered(&live, group_count(self.team.len(), live.len()));
         if self.params.group.count == GroupCount::AsNeeded && !self.all_are_grouped(&live, &clusters) {
-            while self.groups() < desired && self.create_another() {}
-            return;
+            return self.create_others(desired);
         }
         // Groups are numbered in the order of their first targets.
         let mut ids: Vec<(usize, GroupId)> = Vec::new();
@@ -63,9 +64,7 @@ impl Grouping<'_> {
     /// Retires the group with the fewest members; of ties the newest. With a lossy link, groups to which no received
     /// UAV is assigned go first: their UAVs may only be out of range and continue with them.
     pub(super) fn retire_smallest(&mut self) {
-        let has_uav = |id: &GroupId| {
-            self.params.link == LinkModel::Lossy && self.team.iter().any(|teammate| teammate.group == Some(*id))
-        };
+        let has_uav = |id: &GroupId| self.params.link == LinkModel::Lossy && self.uavs(*id).next().is_some();
         let size = |id: &&GroupId| (has_uav(id), self.members(**id).count());
         let smallest = self.memberships.groups().iter().rev().min_by_key(size).copied();
         if let Some(id) = smallest {
@@ -124,10 +123,11 @@ impl Grouping<'_> {
             return;
         }
         let mut best: Option<(usize, f64, GroupId, Position, GroupRetiredReason)> = None;
+        let (places, ungrouped) = (self.group_places(), self.ungrouped_grid());
         for &id in self.memberships.groups() {
             let Some(from) = self.required_by(id).map(|required| required.centre()) else { continue };
             let members = self.members(id).count();
-            let into = self.first_group_with_room(id);
+            let into = self.first_group_with_room(id, &places);
             let together = self.coverable_together(|known| {
                 let is_own = into.is_none() && known.membership == Membership::Member(id);
                 is_own || (known.is_ungrouped() && self.is_soon_in_view(known, from))
@@ -148,7 +148,7 @@ impl Grouping<'_> {
                     )
                 }
             };
-            let away_m2 = if by_need { self.distance_to_ungrouped_m2(from) } else { f64::INFINITY };
+            let away_m2 = if by_need { distance_m2(&ungrouped, from) } else { f64::INFINITY };
             let (most, nearest_m2) = best.map_or((0, f64::INFINITY), |(most, nearest_m2, ..)| (most, nearest_m2));
             if gain > most || (gain > 0 && gain == most && away_m2 < nearest_m2) {
                 best = Some((gain, away_m2, id, from, reason));
@@ -170,10 +170,35 @@ impl Grouping<'_> {
         together >= 2 || 10 * together >= self.live()
     }
 
-    /// Squared distance to the nearest ungrouped target, m2; infinite without one.
-    pub(super) fn distance_to_ungrouped_m2(&self, from: Position) -> f64 {
+    /// Index of the ungrouped targets.
+    pub(super) fn ungrouped_grid(&self) -> Grid {
         let ungrouped = self.grouped_track().iter().filter(|known| known.is_ungrouped());
-        ungrouped.map(|known| known.position().squared_distance_m2(from)).fold(f64::INFINITY, f64::min)
+        let mut grid = Grid::default();
+        grid.fill_evenly(ungrouped.map(GroupedTrack::position));
+        grid
+    }
+
+    /// Index of the groups by their first members.
+    pub(super) fn group_places(&self) -> Grid {
+        let firsts = self.memberships.groups().iter().filter_map(|id| self.members(*id).next());
+        Grid::of(firsts.map(|first| self.grouped_track()[first].position()), self.orbit_diameter_m())
+    }
+
+    /// Distance beyond which one orbit with room to spare cannot contain two targets, m.
+    fn orbit_diameter_m(&self) -> f64 {
+        // The difference exceeds rounding errors.
+        2.0 * self.params.group.reach_m(&self.params.track.sensor) * (1.0 + 1e-6)
+    }
+
+    /// Indices of the groups near enough that their orbits might have room for a target, ascending. No other group has
+    /// room for it.
+    pub(super) fn groups_near<'a>(
+        &self,
+        places: &Grid,
+        track_index: usize,
+        buffer: &'a mut Vec<usize>,
+    ) -> impl Iterator<Item = usize> + use<'a> {
+        places.near_ascending(self.grouped_track()[track_index].position(), self.orbit_diameter_m(), buffer)
     }
 
     /// True if UAVs around `from` can bring the target within sensing range in time, even if it drives away.
@@ -184,8 +209,10 @@ impl Grouping<'_> {
     }
 
     /// First other group whose orbit has room for all members of a group.
-    fn first_group_with_room(&self, id: GroupId) -> Option<GroupId> {
-        self.memberships.groups().iter().copied().filter(|other| *other != id).find(|other| {
+    fn first_group_with_room(&self, id: GroupId, places: &Grid) -> Option<GroupId> {
+        let (first, mut buffer) = (self.members(id).next()?, Vec::new());
+        let near = self.groups_near(places, first, &mut buffer).map(|index| self.memberships.groups()[index]);
+        near.filter(|other| *other != id).find(|other| {
             let belongs =
                 |track_index: &usize| self.grouped_track()[*track_index].membership.groups().any(|group| group == id);
             let of_other = self.members(*other).filter(|track_index| !belongs(track_index));
@@ -197,21 +224,21 @@ impl Grouping<'_> {
     /// Indices of the largest set of eligible targets that one orbit around one of them could contain. Targets faster
     /// than the UAVs are not eligible.
     fn coverable_together(&self, is_eligible: impl Fn(&GroupedTrack) -> bool) -> Vec<usize> {
+        self.coverable_of(&self.neighbourhoods(is_eligible))
+    }
+
+    /// Eligible targets that are not faster than the UAVs.
+    fn neighbourhoods(&self, is_eligible: impl Fn(&GroupedTrack) -> bool) -> Neighbourhoods {
         let reach_m = self.params.group.reach_m(&self.params.track.sensor);
         let limit_m_s = self.params.uav.speed_max_m_s();
-        let is_near = |a: Position, b: Position| a.squared_distance_m2(b) <= reach_m * reach_m;
-        let mut track_indices = self.track_indices(|known| known.speed_m_s() <= limit_m_s && is_eligible(known));
+        let track_indices = self.track_indices(|known| is_eligible(known) && known.speed_m_s() <= limit_m_s);
         let positions = self.positions(&track_indices);
-        let mut best: Option<(usize, Position)> = None;
-        for centre in &positions {
-            let near = positions.iter().filter(|position| is_near(**position, *centre)).count();
-            if best.is_none_or(|(most, _)| near > most) {
-                best = Some((near, *centre));
-            }
-        }
-        track_indices.retain(|track_index| {
-            best.is_some_and(|(_, centre)| is_near(self.grouped_track()[*track_index].position(), centre))
-        });
+        Neighbourhoods::new(track_indices, positions, reach_m)
+    }
+
+    /// Indices of the largest set of these targets that one orbit around one of them could contain.
+    fn coverable_of(&self, neighbourhoods: &Neighbourhoods) -> Vec<usize> {
+        let mut track_indices = neighbourhoods.largest();
         while let Some(required) = self.required(track_indices.iter().copied()) {
             if required.has_room(&self.params.group) || track_indices.len() == 1 {
                 break;
@@ -222,17 +249,27 @@ impl Grouping<'_> {
         track_indices
     }
 
-    /// Creates one more group: of ungrouped targets, or else by splitting the most scattered group. Returns `false` if
-    /// neither is possible.
-    pub(super) fn create_another(&mut self) -> bool {
-        let Some(first) = self.grouped_track().iter().position(GroupedTrack::is_ungrouped) else {
-            // If all targets are in groups, further groups are only created while each can have two UAVs.
-            return self.groups() < group_count(self.team.len(), self.live()) && self.split();
-        };
-        let together = self.coverable_together(GroupedTrack::is_ungrouped);
-        // If no ungrouped target is slow enough, the first one is used.
-        self.create(if together.is_empty() { core::slice::from_ref(&first) } else { &together });
-        true
+    /// Creates groups until there are as many as desired: each of ungrouped targets, or else by splitting the most
+    /// scattered group, as long as either is possible.
+    pub(super) fn create_others(&mut self, desired: usize) {
+        let mut ungrouped = None;
+        while self.groups() < desired {
+            let Some(first) = self.grouped_track().iter().position(GroupedTrack::is_ungrouped) else {
+                // If all targets are in groups, further groups are only created while each can have two UAVs.
+                if self.groups() < group_count(self.team.len(), self.live()) && self.split() {
+                    continue;
+                }
+                return;
+            };
+            let neighbourhoods = ungrouped.get_or_insert_with(|| self.neighbourhoods(GroupedTrack::is_ungrouped));
+            let mut together = self.coverable_of(neighbourhoods);
+            if together.is_empty() {
+                // If no ungrouped target is slow enough, the first one is used.
+                together.push(first);
+            }
+            self.create(&together);
+            together.iter().for_each(|track_index| neighbourhoods.remove(*track_index));
+        }
     }
 
     /// Creates a group of the targets with these indices.
@@ -302,4 +339,9 @@ impl Grouping<'_> {
         clusters.seed(&self.positions(track_indices), k);
         clusters.cluster_of
     }
+}
+
+/// Squared distance to the nearest point, m2; infinite without one.
+pub(super) fn distance_m2(grid: &Grid, from: Position) -> f64 {
+    grid.nearest(from, |_| true).map_or(f64::INFINITY, |(squared_m2, _)| squared_m2)
 }

@@ -71,8 +71,7 @@ impl Grouping<'_> {
         }
         let Some(required) = self.has_room(to, track_index) else { return };
         let (group, guidance) = (&self.params.group, &self.params.guidance);
-        let uavs =
-            self.team.iter().filter(|teammate| teammate.group == Some(to)).map(|teammate| teammate.state.position);
+        let uavs = self.uavs(to).map(|teammate| teammate.state.position);
         let (orbit, speed_m_s) = (required.orbit(), self.params.uav.speed_m_s);
         let dwell_s = dwell_s(uavs, &orbit, guidance.radial_gain, speed_m_s, (group.dwell_min_s, group.dwell_max_s));
         let handoff = Handoff { from: Some(from), to, requested_at: self.now, dwell: Duration::from_s(dwell_s) };
@@ -109,7 +108,7 @@ impl Grouping<'_> {
         let sensor = &self.params.track.sensor;
         let estimate = self.grouped_track()[track_index].estimate();
         let (at, clearance_m) = (estimate.state.position(), estimate.position_sd_max_m());
-        self.team.iter().filter(move |teammate| teammate.group == Some(group)).map(move |teammate| {
+        self.uavs(group).map(move |teammate| {
             let from = teammate.state.position;
             teammate.boresight.is_some_and(|boresight| sensor.in_view_with_clearance(from, boresight, at, clearance_m))
         })
@@ -133,8 +132,7 @@ impl Grouping<'_> {
         self.last(group).is_none_or(|group| {
             let near_m = (sensor.sensing_range_m - 2.0 * turn_m).max(group.standoff.distance_m + turn_m);
             let centre = group.centre.estimate().state.position();
-            let mut uavs = self.team.iter().filter(|teammate| teammate.group == Some(group.id));
-            uavs.all(|teammate| teammate.state.position.distance_m(centre) <= near_m)
+            self.uavs(group.id).all(|teammate| teammate.state.position.distance_m(centre) <= near_m)
         })
     }
 

@@ -2,7 +2,9 @@
 
 use crate::coordination::event::{Event, EventKind, HandoffCancelledReason};
 use crate::coordination::grouping::Grouping;
+use crate::coordination::grouping::create::distance_m2;
 use crate::coordination::required_orbit::RequiredOrbit;
+use crate::grid::Grid;
 use crate::group_id::GroupId;
 use crate::time::Duration;
 
@@ -14,14 +16,16 @@ impl Grouping<'_> {
     /// Starts to retire a group whose members all fit into other groups: the group nearest to an ungrouped target. It
     /// keeps its members until the others have received them, and admits no targets meanwhile.
     pub(super) fn retire_redundant_group(&mut self) -> bool {
+        let (places, ungrouped) = (self.group_places(), self.ungrouped_grid());
         let distance_m2 = |id: &GroupId| {
             self.last(*id)
-                .map_or(f64::INFINITY, |group| self.distance_to_ungrouped_m2(group.centre.estimate().state.position()))
+                .map_or(f64::INFINITY, |group| distance_m2(&ungrouped, group.centre.estimate().state.position()))
         };
         let mut groups: Vec<(f64, GroupId)> =
             self.memberships.groups().iter().map(|id| (distance_m2(id), *id)).collect();
         groups.sort_by(|one, other| one.0.total_cmp(&other.0).then(other.1.cmp(&one.1)));
-        let plan = groups.iter().map(|(_, id)| id).find_map(|id| Some((*id, self.groups_able_to_hold_each(*id)?)));
+        let plan =
+            groups.iter().map(|(_, id)| id).find_map(|id| Some((*id, self.groups_able_to_hold_each(*id, &places)?)));
         let Some((id, receivers)) = plan else { return false };
         self.state.retiring = Some(id);
         for track_index in 0..self.grouped_track().len() {
@@ -58,30 +62,29 @@ impl Grouping<'_> {
     }
 
     /// Receiving group for each member of this group; `None` if the other groups cannot contain all of them together.
-    fn groups_able_to_hold_each(&self, id: GroupId) -> Option<Vec<(usize, GroupId)>> {
-        let others = self.memberships.groups().iter().filter(|other| **other != id);
-        let mut filled: Vec<(GroupId, Vec<usize>)> =
-            others.map(|other| (*other, self.members(*other).collect())).collect();
-        let mut receivers = Vec::new();
+    fn groups_able_to_hold_each(&self, id: GroupId, places: &Grid) -> Option<Vec<(usize, GroupId)>> {
+        // Targets that other groups receive in addition to their members.
+        let mut receivers: Vec<(usize, GroupId)> = Vec::new();
+        let mut buffer = Vec::new();
         // A target in handoff from another group can stay there.
         let needs_receiver = |track_index: &usize| {
             let known = &self.grouped_track()[*track_index];
             known.home() == Some(id) && known.group().is_none_or(|group| group == id)
         };
         for track_index in self.members(id).filter(needs_receiver) {
-            let mut best: Option<(f64, usize)> = None;
-            for (index, (other, held)) in filled.iter().enumerate() {
-                let required = self.required(held.iter().copied().chain([track_index]));
+            let mut best: Option<(f64, GroupId)> = None;
+            let near = self.groups_near(places, track_index, &mut buffer);
+            for other in near.map(|index| &self.memberships.groups()[index]).filter(|other| **other != id) {
+                let received = receivers.iter().filter(|(_, to)| to == other).map(|(received, _)| *received);
+                let required = self.required(self.members(*other).chain(received).chain([track_index]));
                 let roomy = required.filter(|required| self.is_roomy(required));
                 let Some(required_radius_m) = roomy.map(|required| required.standoff.unclamped_m) else { continue };
                 let is_barred = self.grouped_track()[track_index].is_blocked_from(*other, self.now);
                 if !is_barred && best.is_none_or(|(least_m, _)| required_radius_m < least_m) {
-                    best = Some((required_radius_m, index));
+                    best = Some((required_radius_m, *other));
                 }
             }
-            let (_, index) = best?;
-            filled[index].1.push(track_index);
-            receivers.push((track_index, filled[index].0));
+            receivers.push((track_index, best?.1));
         }
         Some(receivers)
     }

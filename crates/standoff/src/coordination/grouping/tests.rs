@@ -3,7 +3,7 @@ use crate::angle::Angle;
 use crate::coordination::event::GroupCreatedReason;
 use crate::frame::Velocity;
 use crate::guidance::heading::OrbitRelativeState;
-use crate::message::{Cue, Report, TargetLabel};
+use crate::message::{Cue, Report};
 use crate::params::{CentreEstimate, GroupCount, RemovalRule};
 use crate::tracking::track::Track;
 use crate::uav::{UavId, UavState};
@@ -119,17 +119,7 @@ impl World {
 }
 
 fn cue(id: u32, x_m: f64) -> Cue {
-    Cue {
-        source: 0,
-        issued_at: Time::EPOCH,
-        sequence: 0,
-        label: Some(TargetLabel(id)),
-        time: Time::EPOCH,
-        position: Position::from_m(x_m, 0.0),
-        velocity: Velocity::ZERO,
-        position_sd_m: 1.0,
-        velocity_sd_m_s: 1.0,
-    }
+    Cue { position_sd_m: 1.0, velocity_sd_m_s: 1.0, ..Cue::at(id, Position::from_m(x_m, 0.0)) }
 }
 
 /// A track without measurements.

@@ -300,8 +300,8 @@ fn entries_older_than_the_retention_time_are_removed_unless_a_team_state_needs_t
 fn uavs_silent_for_the_retention_time_free_their_place_in_the_list() {
     let mut log = log();
     log.append_own(0, ReportView::of(&report(0, 0)));
-    (0..TEAM_MAX as u32).for_each(|fake_uav| log.receive_report(&report(1000 + fake_uav, 0), 0, -1));
-    assert_eq!((stored_uavs(&log, 0).len(), log.rejected.malformed), (TEAM_MAX, 1));
+    (0..TEAMMATES_MAX as u32).for_each(|fake_uav| log.receive_report(&report(1000 + fake_uav, 0), 0, -1));
+    assert_eq!((stored_uavs(&log, 0).len(), log.rejected.malformed), (TEAMMATES_MAX, 1));
     for (now, is_stored) in [(HORIZON, false), (HORIZON + 1, true)] {
         log.turn_to(now, now);
         log.receive_report(&report(1, now), now, now - 1);
@@ -318,14 +318,14 @@ fn listed_fake_uavs_do_not_exclude_senders() {
     let mut log = log();
     let fake_uavs: Vec<u32> = (1000..1300).collect();
     log.receive_report(&listing(1, 3, &fake_uavs), 3, -1);
-    assert_eq!(log.teammates().len(), TEAM_MAX - 1);
+    assert_eq!(log.teammates().len(), TEAMMATES_MAX - 1);
     assert_ne!(log.append_own(3, ReportView::of(&report(0, 3))), Insert::Rejected);
     for uav in 2..9 {
         log.receive_report(&report(uav, 3), 3, -1);
         log.receive_report(&listing(1, 3, &fake_uavs), 3, -1);
     }
     assert_eq!((stored_uavs(&log, 3), log.rejected), ((0..9).collect(), Rejected::NONE));
-    assert_eq!(log.teammates().len(), TEAM_MAX);
+    assert_eq!(log.teammates().len(), TEAMMATES_MAX);
 }
 
 /// Completion waits for the longest delay, also while all reports are delayed equally.
@@ -393,12 +393,12 @@ fn the_number_of_retransmissions_examined_per_period_is_limited() {
 fn the_number_of_cue_sources_is_limited() {
     let mut log = log();
     let cue_of = |searcher| Cue { source: searcher, ..cue(1, 3) };
-    (0..=TEAM_MAX as u32).for_each(|searcher| log.receive_cue(&cue_of(searcher), 3, -1));
+    (0..=TEAMMATES_MAX as u32).for_each(|searcher| log.receive_cue(&cue_of(searcher), 3, -1));
     let cues = |log: &MessageLog| log.messages(3).map(|row| row.cues().len());
-    assert_eq!((cues(&log), log.rejected.malformed), (Some(TEAM_MAX), 1));
+    assert_eq!((cues(&log), log.rejected.malformed), (Some(TEAMMATES_MAX), 1));
     // Further cues of a known source are accepted.
     log.receive_cue(&Cue { sequence: 7, ..cue_of(0) }, 3, -1);
-    assert_eq!((cues(&log), log.rejected.malformed), (Some(TEAM_MAX + 1), 1));
+    assert_eq!((cues(&log), log.rejected.malformed), (Some(TEAMMATES_MAX + 1), 1));
 }
 
 /// A teammate marked as matching lacks no entry that is stored here, and lists no entry that is missing here. The
