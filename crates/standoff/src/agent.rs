@@ -20,6 +20,7 @@ use crate::team_state::TeamState;
 use crate::time::{Duration, Time};
 use crate::uav::{UavId, UavState};
 use crate::validation::ParamError;
+use crate::wind::{AirVelocity, Wind, WindEstimate};
 
 /// The agent of one UAV.
 ///
@@ -81,6 +82,7 @@ pub struct Agent {
     is_leaving: bool,
     /// Avoidance manoeuvre of the last decision.
     manoeuvre: Option<Manoeuvre>,
+    wind: Option<WindEstimate>,
 }
 
 impl Agent {
@@ -108,6 +110,7 @@ impl Agent {
             has_reported: false,
             is_leaving: false,
             manoeuvre: None,
+            wind: None,
         })
     }
 
@@ -131,7 +134,7 @@ impl Agent {
     /// again.
     pub fn reset(&mut self) {
         (self.now, self.off_grid, self.rejected_steps) = (None, None, None);
-        (self.has_reported, self.manoeuvre) = (false, None);
+        (self.has_reported, self.manoeuvre, self.wind) = (false, None, None);
         self.clock_error = Duration::ZERO;
         self.intruders.clear();
         self.replica.restart_at(0);
@@ -244,6 +247,17 @@ impl Agent {
         Observation { uav: self.id, time: self.replica.log.time(step), own: known.map_or(*own, |report| report.state) }
     }
 
+    /// Takes the UAV's velocity relative to the air at the observed time step, from its air data and attitude. With the
+    /// ground velocity of the observation, the agent estimates the wind from it, if it does so
+    /// ([`TeamParams::wind`]). Call it before [`Self::decide`]. With an observation of a past time step, or of another
+    /// agent, the call has no effect.
+    pub fn observe_air(&mut self, observation: &Observation, air: &AirVelocity) {
+        if let Some(params) = self.replica.history.updater.params.wind.filter(|_| self.is_of_now(observation)) {
+            let measured = Wind::measured(observation.own.velocity(), air);
+            self.wind = WindEstimate::updated(self.wind, &params, observation.time, measured);
+        }
+    }
+
     /// Messages to send to the teammates: the report of this UAV, then the messages that teammates lack. Empty for a
     /// time step that was rejected or is over, without a scan, and while the UAV's state is not finite.
     pub fn outbox(&self, observation: &Observation) -> &[Message] {
@@ -282,9 +296,10 @@ impl Agent {
             geofence_safety: geofence_safety.as_deref(),
             intruders: &self.intruders,
             escapes: self.replica.history.updater.escapes.as_ref(),
+            wind: self.replica.history.updater.params.wind.and_then(|wind| wind.believed(self.wind.as_ref())),
         };
-        let output = law.decide(observation, self.replica.rejected());
-        self.manoeuvre = output.manoeuvre();
+        let (output, manoeuvre) = law.decide(observation, self.replica.rejected());
+        self.manoeuvre = manoeuvre;
         output
     }
 

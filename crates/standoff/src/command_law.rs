@@ -11,14 +11,17 @@ use crate::guidance::escape::EscapeModel;
 use crate::guidance::geofence_safety::GeofenceSafety;
 use crate::guidance::heading::{Orbit, OrbitRelativeState, Steering, steer};
 use crate::guidance::phase_control::{is_in_transit, phase_control_speed_m_s, phase_error_rad};
+use crate::guidance::phase_control_in_wind::phase_control_in_wind;
 use crate::guidance::predicted_trajectory::Intent;
 use crate::guidance::sensor_pointing::{angular_midpoint, angular_midpoint_of_most};
 use crate::guidance::standoff_distance::Ramp;
 use crate::intruders::Intruders;
+use crate::message::Manoeuvre;
 use crate::output::{AgentOutput, Diagnostics, Observation, PointingTarget, Rejected};
 use crate::params::{AltitudePolicy, GroupingParams, LinkModel, Pointing, SeparationParams, TeamParams};
 use crate::team_state::TeamState;
 use crate::uav::{Aircraft, Command, LimitedCommand, UavId, UavState, Vertical};
+use crate::wind::Wind;
 
 /// Maximum distance to an orbit, as a fraction of its radius, at which a UAV of another group counts as a neighbour on
 /// it.
@@ -35,6 +38,9 @@ pub(crate) struct CommandLaw<'a> {
     pub(crate) intruders: &'a Intruders,
     /// Escape manoeuvres of the UAVs; `None` without collision avoidance.
     pub(crate) escapes: Option<&'a EscapeModel>,
+    /// Wind that the observed UAV assumes; `None`: calm air. Up to the command, everything is over ground: positions,
+    /// courses, ground speeds and course rates.
+    pub(crate) wind: Option<Wind>,
 }
 
 /// Command of a UAV without collision avoidance.
@@ -57,8 +63,18 @@ impl Desired {
 }
 
 impl CommandLaw<'_> {
-    /// Returns the command of the observed UAV.
-    pub(crate) fn decide(&self, observation: &Observation, refused: Rejected) -> AgentOutput {
+    /// Returns the command of the observed UAV, in wind relative to the air, and its avoidance manoeuvre over ground,
+    /// for the next report.
+    pub(crate) fn decide(&self, observation: &Observation, refused: Rejected) -> (AgentOutput, Option<Manoeuvre>) {
+        let output = self.decide_over_ground(observation, refused);
+        let manoeuvre = output.manoeuvre();
+        let Some(wind) = self.wind.filter(|_| observation.own.is_finite()) else { return (output, manoeuvre) };
+        let command = wind.air_command(self.params, &observation.own, output.command);
+        let diagnostics = Diagnostics { wind: Some(wind), ..output.diagnostics };
+        (AgentOutput { command, diagnostics, ..output }, manoeuvre)
+    }
+
+    fn decide_over_ground(&self, observation: &Observation, refused: Rejected) -> AgentOutput {
         let Observation { uav: id, ref own, .. } = *observation;
         let own_state_invalid = !own.is_finite();
         let group = self.team_state.group_of(id).filter(|_| !own_state_invalid);
@@ -97,7 +113,16 @@ impl CommandLaw<'_> {
                 own_state_invalid,
                 avoiding: avoids,
                 limiting_zone: border.map(|zone| zone as u32),
+                wind: None,
             },
+        }
+    }
+
+    /// Limits a command over ground to what the UAV can fly.
+    fn limit(&self, own: &UavState, desired: Command) -> LimitedCommand {
+        match self.wind {
+            Some(wind) if own.is_finite() => wind.limit(&self.params.uav, own, desired),
+            _ => self.params.uav.limit(desired),
         }
     }
 
@@ -124,7 +149,7 @@ impl CommandLaw<'_> {
             geofence_safety.detours.detour(&self.params.guidance, own, &orbit, self.params.uav.speed_m_s, largest_m)
         });
         let desired = detour.map_or(desired, |detour| detour.command);
-        let LimitedCommand { command, speed_limited, turn_rate_limited } = self.params.uav.limit(desired);
+        let LimitedCommand { command, speed_limited, turn_rate_limited } = self.limit(own, desired);
         // The geofence limits the command before and after collision avoidance.
         let (command, stopped_by) =
             geofence_safety.map_or((command, None), |geofence_safety| geofence_safety.make_safe(own, command));
@@ -211,11 +236,17 @@ impl CommandLaw<'_> {
         };
         let nominal_m_s = self.params.uav.speed_m_s;
         let centre_m_s = orbit.centre_velocity.speed_m_s();
-        let desired_m_s =
-            phase_control_speed_m_s(error_rad, guidance.phase_gain_1_s, orbit.distance_m, nominal_m_s, centre_m_s);
-        let desired_m_s = on_orbit.ground_speed_m_s(guidance, desired_m_s);
+        let in_wind = self.wind.and_then(|wind| {
+            let groupmates = self.groupmates(id, group.id).map(|(.., teammate)| teammate);
+            phase_control_in_wind(wind, self.params, on_orbit, groupmates.filter(|mate| !is_away(mate)), error_rad)
+        });
         // The field is followed at the speed that the limits allow, so that (25) and (29) hold for it.
-        let (limited_m_s, _) = self.params.uav.limit_speed_m_s(desired_m_s);
+        let (desired_m_s, limited_m_s) = in_wind.unwrap_or_else(|| {
+            let desired_m_s =
+                phase_control_speed_m_s(error_rad, guidance.phase_gain_1_s, orbit.distance_m, nominal_m_s, centre_m_s);
+            let desired_m_s = on_orbit.ground_speed_m_s(guidance, desired_m_s);
+            (desired_m_s, self.params.uav.limit_speed_m_s(desired_m_s).0)
+        });
         let steering = on_orbit.steer(guidance, self.params.uav.turn_rate_lag_s, own, limited_m_s);
         let desired = Command { speed_m_s: desired_m_s, turn_rate_rad_s: steering.turn_rate_rad_s };
         (desired, error_rad, Some(steering))
@@ -315,7 +346,7 @@ impl DesiredCommands for CommandLaw<'_> {
             None => steer(guidance, lag_s, state, &self.team_state.group(group)?.orbit(self.params), state.speed_m_s),
         };
         let command = Command { speed_m_s: state.speed_m_s, turn_rate_rad_s: steering.turn_rate_rad_s };
-        Some(Intent::of(self.params.uav.limit(command).command, state.heading, &steering))
+        Some(Intent::of(self.limit(state, command).command, state.heading, &steering))
     }
 
     fn desired(&self, teammate: UavId, state: &UavState) -> (Command, Intent) {

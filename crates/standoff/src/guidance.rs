@@ -12,6 +12,7 @@ pub(crate) mod orbit_loop;
 pub(crate) mod orbit_motion;
 pub(crate) mod pair_information;
 pub(crate) mod phase_control;
+pub(crate) mod phase_control_in_wind;
 pub(crate) mod predicted_trajectory;
 pub(crate) mod pursuer_model;
 pub(crate) mod room;

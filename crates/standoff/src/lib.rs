@@ -54,6 +54,7 @@ mod time;
 mod tracking;
 mod uav;
 mod validation;
+mod wind;
 pub mod wire;
 
 pub use agent::Agent;
@@ -78,7 +79,7 @@ pub use message_log::TeammateStatus;
 pub use output::{AgentOutput, Diagnostics, Observation, PointingTarget, Rejected};
 pub use params::{
     ClimbParams, GroupingParams, GuidanceParams, LinkModel, LogParams, OrbitDirection, ParamInfo, ParamValue,
-    SensorParams, SeparationParams, StandoffParams, TargetParams, TeamParams, TrackParams, UavParams,
+    SensorParams, SeparationParams, StandoffParams, TargetParams, TeamParams, TrackParams, UavParams, WindParams,
 };
 pub use sensor::RangeBearingMeasurement;
 pub use target::TargetState;
@@ -89,3 +90,4 @@ pub use tracking::information_filter::Estimate;
 pub use tracking::track::{LossReason, Track, TrackId, TrackStatus};
 pub use uav::{Aircraft, AutopilotModel, Command, UavId, UavState, Vertical};
 pub use validation::ParamError;
+pub use wind::{AirVelocity, Wind};

@@ -9,6 +9,7 @@ use crate::message::{Detection, Manoeuvre};
 use crate::team_state::TeamState;
 use crate::time::{Duration, Time};
 use crate::uav::{Command, UavId, UavState};
+use crate::wind::Wind;
 
 /// Proof that an agent has observed a UAV's state at a time step. Only `observe` creates one, and `receive` and
 /// `decide` require it, so that no time step is processed without an observation.
@@ -120,6 +121,8 @@ research_fields! {
         pub avoiding: Option<Avoidance>,
         /// Index of the zone that changes the UAV's command; `None` if the command is the same as without zones.
         pub limiting_zone: Option<u32>,
+        /// Wind that the UAV assumes. The command is then airspeed and heading rate. `None`: the UAV assumes calm air.
+        pub wind: Option<Wind>,
     }
 }
 
@@ -193,5 +196,6 @@ impl Diagnostics {
         own_state_invalid: false,
         avoiding: None,
         limiting_zone: None,
+        wind: None,
     };
 }

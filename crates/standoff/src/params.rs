@@ -19,7 +19,7 @@ pub use value::Word;
 pub use value::{ParamKind, ParamValue};
 pub use words::{
     AltitudePolicy, CentreEstimate, CentreJump, Feedforward, GroupCount, Integrator, Lead, LinkModel, Margin,
-    Objective, OrbitDirection, Pointing, RemovalRule, SpeedReference,
+    Objective, OrbitDirection, Pointing, RemovalRule, SpeedReference, WindBelief,
 };
 
 /// Minimum range of a usable measurement, m. At shorter ranges the Jacobian's 1/r diverges and the bearing is useless.
@@ -57,6 +57,8 @@ params! {
             /// Collision avoidance. [`Self::recommended`] enables it. `None`, as in the paper: only the phases of UAVs on
             /// one orbit separate them.
             pub separation: SeparationParams;
+            /// Flight in wind. `None`: the air is calm, and heading and airspeed are course and ground speed.
+            pub wind: WindParams;
         }
         numbers {
             /// Teammate timeout: a UAV that is silent for longer counts as gone; until then it keeps its assignment.
@@ -417,6 +419,27 @@ params! {
             pub vertical_min_m = 30.0, "m", "separation.vertical_min_m", Allowed::at_least(1.0).at_most(1e4);
         }
     }
+
+    /// What a team assumes about the wind.
+    struct WindParams at [wind] {
+        numbers {
+            /// Wind speed for which orbits have room: r_d,min is the turn limit at the highest ground speed, in a wind of
+            /// this speed against the motion of the centre. The same for all UAVs, unlike their estimates.
+            pub orbit_wind_m_s = 0.0, "m/s", "wind.orbit_wind_m_s", Allowed::at_least(0.0).at_most(100.0);
+            /// Time constant with which the estimate follows the difference between the ground velocity and the air
+            /// velocity of the UAV.
+            pub estimate_time_constant_s = 10.0, "s", "wind.estimate_time_constant_s",
+                Allowed::at_least(1e-3).at_most(3600.0);
+            /// Speed of a given wind.
+            pub believed_speed_m_s = 0.0, "m/s", "wind.believed_speed_m_s", Allowed::at_least(0.0).at_most(100.0);
+            /// Direction that a given wind blows from, clockwise from north.
+            pub believed_from_rad = 0.0, "rad", "wind.believed_from_deg", Allowed::at_least(0.0).at_most(TAU);
+        }
+        words {
+            /// Source of the wind that a UAV assumes.
+            pub(crate) belief: WindBelief = Estimated, "wind.belief";
+        }
+    }
 }
 
 /// Declaration of a scalar parameter.
@@ -487,6 +510,12 @@ impl Default for ClimbParams {
 }
 
 impl Default for SeparationParams {
+    fn default() -> Self {
+        Self::preset(true)
+    }
+}
+
+impl Default for WindParams {
     fn default() -> Self {
         Self::preset(true)
     }

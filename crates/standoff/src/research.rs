@@ -22,7 +22,7 @@ pub use crate::guidance::vector_field::{VectorField, lyapunov_m4, lyapunov_rate_
 pub use crate::message::{CommitDigest, LogStatus, Manoeuvre, MessageSource, ReceivedRange, SnapshotRequest};
 pub use crate::params::{
     AltitudePolicy, CentreEstimate, CentreJump, Feedforward, GroupCount, Integrator, Lead, Margin, MotionParams,
-    Objective, ParamKind, Pointing, RemovalRule, SpeedReference, Word,
+    Objective, ParamKind, Pointing, RemovalRule, SpeedReference, WindBelief, Word,
 };
 pub use crate::sensor::{FALSE_ALARM_SPEED_MAX_M_S, jacobian, measure};
 pub use crate::target::Transition;

@@ -16,6 +16,7 @@ use crate::team_state::TeamState;
 use crate::time::{Duration, Time};
 use crate::uav::{UavId, UavState};
 use crate::validation::ParamError;
+use crate::wind::{AirVelocity, Wind, WindEstimate};
 
 /// The agents of a team whose messages reach all UAVs immediately. Each answers bitwise like a separate
 /// [`Agent`], but the team state is computed once instead of once for each agent.
@@ -55,6 +56,8 @@ pub struct TeamAgent {
     refused: Rejected,
     /// Avoidance manoeuvres of the last decisions, by ascending UAV.
     manoeuvres: Vec<(UavId, Manoeuvre)>,
+    /// Wind estimates, by ascending UAV.
+    winds: Vec<(UavId, WindEstimate)>,
 }
 
 impl TeamAgent {
@@ -72,6 +75,7 @@ impl TeamAgent {
             sequence: 0,
             refused: Rejected::default(),
             manoeuvres: Vec::new(),
+            winds: Vec::new(),
         })
     }
 
@@ -124,6 +128,20 @@ impl TeamAgent {
         Observation { uav, time: now, own }
     }
 
+    /// Takes a UAV's velocity relative to the air at the observed time step, like
+    /// [`Agent::observe_air`](crate::Agent::observe_air).
+    pub fn observe_air(&mut self, observation: &Observation, air: &AirVelocity) {
+        let Some(params) = self.updater.params.wind.filter(|_| self.is_of_now(observation)) else { return };
+        let measured = Wind::measured(observation.own.velocity(), air);
+        let found = self.winds.binary_search_by_key(&observation.uav, |(of, _)| *of);
+        let before = found.ok().map(|index| self.winds[index].1);
+        match (found, WindEstimate::updated(before, &params, observation.time, measured)) {
+            (Ok(index), Some(estimate)) => self.winds[index].1 = estimate,
+            (Err(index), Some(estimate)) => self.winds.insert(index, (observation.uav, estimate)),
+            (_, None) => {}
+        }
+    }
+
     /// Processes a message from outside the team, of the observed time step, which all agents receive. A message of
     /// another time step is rejected and counted. Only traffic messages may be older.
     pub fn receive(&mut self, observation: &Observation, message: &Message) {
@@ -159,9 +177,10 @@ impl TeamAgent {
             geofence_safety: geofence_safety.as_deref(),
             intruders: &self.intruders,
             escapes: self.updater.escapes.as_ref(),
+            wind: self.updater.params.wind.and_then(|params| params.believed(self.wind_estimate(observation.uav))),
         };
-        let output = law.decide(observation, self.refused.with(&self.team_state));
-        match (self.manoeuvre_index(observation.uav), output.manoeuvre()) {
+        let (output, manoeuvre) = law.decide(observation, self.refused.with(&self.team_state));
+        match (self.manoeuvre_index(observation.uav), manoeuvre) {
             (Ok(index), Some(manoeuvre)) => self.manoeuvres[index].1 = manoeuvre,
             (Ok(index), None) => _ = self.manoeuvres.remove(index),
             (Err(index), Some(manoeuvre)) => self.manoeuvres.insert(index, (observation.uav, manoeuvre)),
@@ -175,12 +194,18 @@ impl TeamAgent {
         self.manoeuvres.binary_search_by_key(&uav, |(of, _)| *of)
     }
 
+    fn wind_estimate(&self, uav: UavId) -> Option<&WindEstimate> {
+        let index = self.winds.binary_search_by_key(&uav, |(of, _)| *of).ok()?;
+        Some(&self.winds[index].1)
+    }
+
     /// Clears the team state and all received messages; the counters of rejected messages keep their values.
     pub fn reset(&mut self) {
         (self.previous, self.team_state) = (Box::default(), Box::default());
         self.messages.open(Time::EPOCH);
         self.intruders.clear();
         self.manoeuvres.clear();
+        self.winds.clear();
         (self.dt, self.started, self.is_stale) = (Duration::ZERO, false, false);
     }
 

@@ -33,16 +33,19 @@ pub enum Aircraft {
 }
 
 /// Position, heading, speed and turn rate of a UAV: the state of Eq. (1).
+///
+/// In wind, the state is that over ground: course, ground speed and course rate. Heading and airspeed are then an
+/// [`AirVelocity`](crate::AirVelocity).
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct UavState {
     /// Position in the world frame.
     pub position: Position,
-    /// Heading psi; also the direction of motion (no wind).
+    /// Heading psi, the direction of motion over ground. In wind: the course chi.
     #[doc(alias = "psi")]
     pub heading: Angle,
-    /// Speed v, m/s.
+    /// Speed v over ground, m/s.
     pub speed_m_s: f64,
-    /// Turn rate omega, rad/s, positive anticlockwise.
+    /// Turn rate omega, rad/s, positive anticlockwise. In wind: the course rate.
     #[doc(alias = "omega")]
     pub turn_rate_rad_s: f64,
     /// Altitude and climb rate; `None` if unknown or if the mission is flat.
@@ -116,7 +119,7 @@ impl UavState {
     }
 }
 
-/// Command to the low-level autopilot: speed u_v and turn rate u_omega.
+/// Command to the low-level autopilot: speed u_v and turn rate u_omega. In wind, these are airspeed and heading rate.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Command {
     /// Speed, m/s.
@@ -171,6 +174,11 @@ impl UavParams {
         self.speed_m_s + self.speed_change_max_m_s
     }
 
+    /// Lowest and highest speed that may be commanded, m/s; in wind, airspeed.
+    pub(crate) fn speeds_m_s(&self) -> [f64; 2] {
+        [self.speed_m_s - self.speed_change_max_m_s, self.speed_m_s + self.speed_change_max_m_s]
+    }
+
     /// Returns every parameter that is out of range if each command is held for `dt`.
     ///
     /// If a lag is shorter than `dt`, an Euler step (4) overshoots the command, possibly past the limits and even into
@@ -202,7 +210,7 @@ impl UavParams {
 
     /// Limits a desired speed like [`Self::limit`], m/s; `true` if the limit was applied.
     pub(crate) fn limit_speed_m_s(&self, desired_m_s: f64) -> (f64, bool) {
-        let (lower, upper) = (self.speed_m_s - self.speed_change_max_m_s, self.speed_m_s + self.speed_change_max_m_s);
+        let [lower, upper] = self.speeds_m_s();
         clamp_flagged(desired_m_s, lower, upper, self.speed_m_s)
     }
 
@@ -345,7 +353,7 @@ const GAUSS_LEGENDRE: [(f64, f64); 6] = [
 ];
 
 /// Clamps `desired`; `true` if it was out of range. NaN gives `fallback`.
-fn clamp_flagged(desired: f64, lower: f64, upper: f64, fallback: f64) -> (f64, bool) {
+pub(crate) fn clamp_flagged(desired: f64, lower: f64, upper: f64, fallback: f64) -> (f64, bool) {
     if desired.is_nan() {
         return (fallback, true);
     }

@@ -152,6 +152,23 @@ impl OrbitRelativeState {
         })
     }
 
+    /// Direction of the field, a unit vector.
+    pub(crate) fn along(&self) -> Vector2<f64> {
+        self.along
+    }
+
+    /// Speed relative to the centre, m/s, of a UAV that follows the field at `speed_m_s` relative to the
+    /// [`SpeedReference`]; 0 if the centre is too fast for the field (29).
+    pub(crate) fn speed_rel_centre_m_s(&self, params: &GuidanceParams, speed_m_s: f64) -> f64 {
+        match params.speed_reference {
+            SpeedReference::Ground => {
+                let relative = moving_centre::relative_speed_m_s(self.along, self.orbit.centre_velocity, speed_m_s);
+                relative.unwrap_or(0.0)
+            }
+            SpeedReference::Centre => speed_m_s,
+        }
+    }
+
     /// Distance r from the centre, m.
     pub(crate) fn centre_distance_m(&self) -> f64 {
         self.field.r_m

@@ -93,11 +93,13 @@ impl StandoffParams {
 
 impl TeamParams {
     /// Smallest radius at which a UAV without phase error can turn about a centre at `centre_speed_m_s`, m; infinite if
-    /// the centre is as fast as a UAV can fly.
+    /// the centre is as fast as a UAV can fly. In wind, the speed of the centre is that relative to the air, at most.
     ///
     /// Implements Eq. (27), corrected: [`moving_centre_limit_m`].
     #[cfg_attr(feature = "research", visibility::make(pub))]
     pub(crate) fn turn_limit_about_m(&self, centre_speed_m_s: f64) -> f64 {
+        // In the air, the centre moves with its velocity minus that of the wind.
+        let centre_speed_m_s = centre_speed_m_s + self.wind.map_or(0.0, |wind| wind.orbit_wind_m_s);
         let speed_m_s = self.orbit_speed_m_s(centre_speed_m_s);
         moving_centre_limit_m(speed_m_s, centre_speed_m_s, self.uav.turn_rate_max_rad_s)
     }

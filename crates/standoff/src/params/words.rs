@@ -119,6 +119,15 @@ words! {
         Centre = "centre",
     }
 
+    /// Source of the wind that a UAV assumes.
+    enum WindBelief {
+        /// The UAV estimates the wind from its ground velocity and its air velocity; until it has measured both, it
+        /// assumes calm air.
+        Estimated = "estimated",
+        /// The UAV assumes a constant wind: `believed_speed_m_s` and `believed_from_deg`.
+        Given = "given",
+    }
+
     /// Orbit direction, seen from above.
     enum OrbitDirection {
         /// As published in (13).

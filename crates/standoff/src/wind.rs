@@ -1,0 +1,221 @@
+//! Wind: the wind triangle, the ground speeds that are feasible on a course, and the estimate of the wind.
+//!
+//! ```text
+//! v_g = v_a + w                                                ground velocity = air velocity + wind
+//! V_g = w . d + sqrt(V_a^2 - (w x d)^2)                        on the course d, a unit vector
+//! V_a psi' = V_g chi' cos(psi - chi) - V_g' sin(psi - chi)     constant wind
+//! ```
+//!
+//! V_g and chi are ground speed and course, V_a and psi airspeed and heading. The third line follows from the first,
+//! because in constant wind the acceleration is the same over ground and in the air. At constant ground speed it gives
+//! psi' = chi' V_g cos(psi - chi) / V_a; at constant airspeed psi' = chi' V_g / (V_a cos(psi - chi)).
+//!
+//! Guidance computes ground speed and course rate. [`Wind::air_command`] converts them to airspeed and heading rate as a
+//! separate step, within the airspeeds of the UAV.
+//!
+//! Sources: R. W. Beard and T. W. McLain, *Small Unmanned Aircraft: Theory and Practice*, Princeton University Press,
+//! 2012, chapter 2 (wind triangle); T. Stastny and R. Siegwart, *On Flying Backwards: Preventing Run-away of Small,
+//! Low-speed, Fixed-wing UAVs in Strong Winds*, IROS 2019 (feasibility, flight into the wind if there is none).
+
+use nalgebra::Vector2;
+
+use crate::angle::Angle;
+use crate::frame::{FASTEST_RAD_S, Velocity};
+use crate::math;
+use crate::params::{TeamParams, UavParams, WindBelief, WindParams};
+use crate::time::Time;
+use crate::uav::{Command, LimitedCommand, UavState, clamp_flagged};
+
+/// Smallest cosine of the drift angle, and smallest ground speed (m/s), by which rates are divided.
+const DIVISOR_MIN: f64 = 0.1;
+
+/// Velocity of a UAV relative to the air, as its air data and attitude sensors measure it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct AirVelocity {
+    /// Heading psi, the direction of the nose without sideslip; in wind it differs from the course.
+    #[doc(alias = "psi")]
+    pub heading: Angle,
+    /// True airspeed V_a, m/s.
+    #[doc(alias = "V_a")]
+    pub airspeed_m_s: f64,
+}
+
+/// Wind: the horizontal velocity of the air over ground, m/s, in the world frame.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct Wind {
+    /// Velocity of the air over ground.
+    pub velocity: Velocity,
+}
+
+/// Wind triangle of a UAV on a course.
+struct Triangle {
+    airspeed_m_s: f64,
+    ground_speed_m_s: f64,
+    /// Cosine of the drift angle psi - chi.
+    cos_drift: f64,
+    /// True if an airspeed limit determines the ground speed.
+    is_at_limit: bool,
+}
+
+impl Triangle {
+    /// Heading rate per course rate, at constant airspeed if it is at its limit, otherwise at constant ground speed.
+    fn heading_per_course(&self) -> f64 {
+        let (cos, ratio) = (self.cos_drift.max(DIVISOR_MIN), self.ground_speed_m_s / self.airspeed_m_s);
+        if self.is_at_limit { ratio / cos } else { ratio * cos }
+    }
+}
+
+impl Wind {
+    /// Creates a wind from its speed, m/s, and the direction it blows from, radians clockwise from north, as in weather
+    /// reports: a wind from 90 degrees blows from east to west.
+    pub fn blowing_from(speed_m_s: f64, from_rad: f64) -> Self {
+        let (sin, cos) = math::sin_cos(from_rad);
+        Self { velocity: Velocity::from_m_s(-speed_m_s * sin, -speed_m_s * cos) }
+    }
+
+    /// Wind relative to a point that moves at `velocity`.
+    pub(crate) fn relative_to(self, velocity: Velocity) -> Self {
+        Self { velocity: self.velocity - velocity }
+    }
+
+    /// Wind that makes a UAV with velocity `air` relative to the air move at `ground` over ground.
+    pub(crate) fn measured(ground: Velocity, air: &AirVelocity) -> Self {
+        Self { velocity: ground - Velocity::from_polar(air.airspeed_m_s, air.heading) }
+    }
+
+    /// Velocity relative to the air of a UAV with velocity `ground` over ground.
+    #[cfg_attr(feature = "research", visibility::make(pub))]
+    pub(crate) fn air_velocity(self, ground: Velocity) -> AirVelocity {
+        let air = ground - self.velocity;
+        AirVelocity { heading: air.direction(), airspeed_m_s: air.speed_m_s() }
+    }
+
+    /// State over ground of a UAV whose heading, airspeed and heading rate are those of `air`, and whose airspeed
+    /// changes by `acceleration_m_s2`. Position and altitude are the same. A UAV that hovers over ground has a course
+    /// rate of zero.
+    #[cfg_attr(feature = "research", visibility::make(pub))]
+    pub(crate) fn over_ground(self, air: &UavState, acceleration_m_s2: f64) -> UavState {
+        let ground = air.velocity() + self.velocity;
+        let (course, ground_speed_m_s) = (ground.direction(), ground.speed_m_s());
+        let (sin, cos) = (air.heading - course).sin_cos();
+        let sideways_m_s2 = air.speed_m_s * air.turn_rate_rad_s * cos + acceleration_m_s2 * sin;
+        let turn_rate_rad_s = if ground_speed_m_s < DIVISOR_MIN { 0.0 } else { sideways_m_s2 / ground_speed_m_s };
+        UavState {
+            heading: course,
+            speed_m_s: ground_speed_m_s,
+            turn_rate_rad_s: turn_rate_rad_s.clamp(-FASTEST_RAD_S, FASTEST_RAD_S),
+            ..*air
+        }
+    }
+
+    /// Lowest and highest ground speed, m/s, on the course `along`, a unit vector, at airspeeds between the two of
+    /// `airspeeds_m_s`; `None` if there is none above 0. The UAV faces along its course: it does not fly backwards.
+    #[cfg_attr(feature = "research", visibility::make(pub))]
+    pub(crate) fn ground_speeds_m_s(self, along: Vector2<f64>, airspeeds_m_s: [f64; 2]) -> Option<[f64; 2]> {
+        let wind = self.velocity.vector();
+        let (tail_m_s, cross_m_s) = (wind.dot(&along), along.perp(&wind));
+        let forward_m_s = |airspeed_m_s: f64| {
+            let squared = airspeed_m_s * airspeed_m_s - cross_m_s * cross_m_s;
+            (squared >= 0.0).then(|| squared.sqrt())
+        };
+        let highest_m_s = tail_m_s + forward_m_s(airspeeds_m_s[1])?;
+        let lowest_m_s = (tail_m_s + forward_m_s(airspeeds_m_s[0]).unwrap_or(0.0)).max(0.0);
+        (highest_m_s > lowest_m_s.max(DIVISOR_MIN)).then_some([lowest_m_s, highest_m_s])
+    }
+
+    /// Wind triangle at the ground speed nearest to `desired_m_s` that is feasible on the course `after_s` from now;
+    /// `None` if there is none.
+    fn triangle(self, uav: &UavParams, own: &UavState, desired_m_s: f64, after_s: f64) -> Option<Triangle> {
+        let course = own.heading + Angle::from_rad(own.turn_rate_rad_s * after_s);
+        let along = Velocity::from_polar(1.0, course).vector();
+        let [lowest_m_s, highest_m_s] = self.ground_speeds_m_s(along, uav.speeds_m_s())?;
+        let (ground_speed_m_s, is_at_limit) = clamp_flagged(desired_m_s, lowest_m_s, highest_m_s, highest_m_s);
+        let air_m_s = along * ground_speed_m_s - self.velocity.vector();
+        let airspeed_m_s = air_m_s.norm();
+        let cos_drift = air_m_s.dot(&along) / airspeed_m_s;
+        (airspeed_m_s > 0.0).then_some(Triangle { airspeed_m_s, ground_speed_m_s, cos_drift, is_at_limit })
+    }
+
+    /// Limits a command over ground, ground speed and course rate, to what the UAV can fly in this wind: the airframe
+    /// limits airspeed and heading rate. On an infeasible course, the limits are those of calm air.
+    pub(crate) fn limit(self, uav: &UavParams, own: &UavState, desired: Command) -> LimitedCommand {
+        let Some(triangle) = self.triangle(uav, own, desired.speed_m_s, 0.0) else {
+            return LimitedCommand { speed_limited: true, ..uav.limit(desired) };
+        };
+        let course_rate_max_rad_s = (uav.turn_rate_max_rad_s / triangle.heading_per_course()).min(FASTEST_RAD_S);
+        let (turn_rate_rad_s, turn_rate_limited) =
+            clamp_flagged(desired.turn_rate_rad_s, -course_rate_max_rad_s, course_rate_max_rad_s, 0.0);
+        LimitedCommand {
+            command: Command { speed_m_s: triangle.ground_speed_m_s, turn_rate_rad_s },
+            speed_limited: triangle.is_at_limit,
+            turn_rate_limited,
+        }
+    }
+
+    /// Converts a command over ground, ground speed and course rate, to airspeed and heading rate, within the limits of
+    /// the UAV. `own` is its state over ground.
+    ///
+    /// Both are those of the course at the time when the command has its effect: after the lag, and for the airspeed in
+    /// the middle of the period. If no ground speed is feasible on the course, the UAV turns into the wind at its
+    /// highest airspeed, which keeps the drift smallest.
+    pub(crate) fn air_command(self, team: &TeamParams, own: &UavState, ground: Command) -> Command {
+        let uav = &team.uav;
+        let speed_after_s = uav.speed_lag_s + 0.5 * team.log.period_s;
+        let speed_triangle = self.triangle(uav, own, ground.speed_m_s, speed_after_s);
+        let turn_triangle = self.triangle(uav, own, ground.speed_m_s, uav.turn_rate_lag_s);
+        let desired = match speed_triangle.zip(turn_triangle) {
+            Some((speed, turn)) => Command {
+                speed_m_s: speed.airspeed_m_s,
+                turn_rate_rad_s: ground.turn_rate_rad_s * turn.heading_per_course(),
+            },
+            None => {
+                let into_wind = (Velocity::ZERO - self.velocity).direction();
+                let error = into_wind - self.air_velocity(own.velocity()).heading;
+                Command {
+                    speed_m_s: uav.speed_max_m_s(),
+                    turn_rate_rad_s: team.guidance.heading_gain_1_s * error.rad(),
+                }
+            }
+        };
+        uav.limit(desired).command
+    }
+}
+
+/// Low-pass filtered wind of a UAV.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct WindEstimate {
+    wind: Wind,
+    at: Time,
+}
+
+impl WindEstimate {
+    /// Estimate after a measurement of the wind at `now`. The first measurement is taken as it is; after it, the
+    /// estimate follows with the time constant of the parameters. A measurement that is not finite, or not later than
+    /// the last one, is ignored.
+    pub(crate) fn updated(before: Option<Self>, params: &WindParams, now: Time, measured: Wind) -> Option<Self> {
+        if !measured.velocity.is_finite() {
+            return before;
+        }
+        let Some(Self { wind, at }) = before else { return Some(Self { wind: measured, at: now }) };
+        let dt_s = (now - at).s();
+        if dt_s <= 0.0 {
+            return before;
+        }
+        let gain = 1.0 - math::exp(-dt_s / params.estimate_time_constant_s);
+        let velocity = Velocity::from(wind.velocity.vector().lerp(&measured.velocity.vector(), gain));
+        Some(Self { wind: Wind { velocity }, at: now })
+    }
+}
+
+impl WindParams {
+    /// Wind that a UAV with this estimate assumes; `None`, calm air, before the first measurement.
+    pub(crate) fn believed(&self, estimate: Option<&WindEstimate>) -> Option<Wind> {
+        match self.belief {
+            WindBelief::Given => Some(Wind::blowing_from(self.believed_speed_m_s, self.believed_from_rad)),
+            WindBelief::Estimated => estimate.map(|estimate| estimate.wind),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests;
