@@ -266,17 +266,17 @@ rows! {
         #[on(page)] pub x_m: f64,
         /// North, m.
         #[on(page)] pub y_m: f64,
-        /// Heading, rad.
+        /// Heading, rad; in wind: course.
         #[on(page)] pub heading_rad: f64,
-        /// Speed, m/s.
+        /// Speed, m/s; in wind: ground speed.
         #[on(page)] pub speed_m_s: f64,
-        /// Turn rate, rad/s.
+        /// Turn rate, rad/s; in wind: course rate.
         #[on(page)] pub turn_rate_rad_s: f64,
         /// Direction of the sensor during the scan, rad.
         #[on(page)] pub boresight_rad: Option<f64>,
-        /// Commanded speed, within limits, m/s.
+        /// Commanded speed, within limits, m/s; in wind: airspeed.
         pub speed_command_m_s: f64,
-        /// Commanded turn rate, within limits, rad/s.
+        /// Commanded turn rate, within limits, rad/s; in wind: heading rate.
         pub turn_rate_command_rad_s: f64,
         /// True if the speed change was limited.
         #[on(page)] pub speed_limited: bool,
@@ -319,6 +319,18 @@ rows! {
         /// True if it gives up the minimum separation from the avoided aircraft, because no command keeps it within the
         /// limits and the geofence. It never gives up the geofence.
         pub separation_given_up: bool,
+        /// True airspeed, m/s; null without wind, like the next three columns.
+        pub airspeed_m_s: Option<f64>,
+        /// Heading in the air, rad; `heading_rad` is then the course.
+        pub air_heading_rad: Option<f64>,
+        /// Velocity of the wind, east, m/s.
+        pub wind_x_m_s: Option<f64>,
+        /// Velocity of the wind, north, m/s.
+        pub wind_y_m_s: Option<f64>,
+        /// Velocity of the wind that the UAV assumes, east, m/s; null if it assumes calm air.
+        pub believed_wind_x_m_s: Option<f64>,
+        /// The same, north, m/s.
+        pub believed_wind_y_m_s: Option<f64>,
     }
 
     /// True state of an aircraft outside the team.

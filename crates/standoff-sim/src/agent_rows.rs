@@ -12,6 +12,7 @@ use standoff_record::{
 
 use crate::intruders::Intruder;
 use crate::target_id::TargetId;
+use crate::wind::AirMotion;
 use crate::world::Truth;
 
 /// Starts the frame of a time step: fills in the truth and empties all other tables.
@@ -42,11 +43,11 @@ pub(crate) fn begin(now: Time, truth: &[Truth], frame: &mut Frame) {
     }));
 }
 
-/// Row of a UAV: its true state, the state that it assumes if that differs, and the true direction of its sensor.
+/// Row of a UAV: its true state, the state that it assumes if that differs, its motion relative to the air if there is
+/// wind, and the true direction of its sensor.
 pub(crate) fn uav(
     uav: UavId,
-    state: &UavState,
-    believed: Option<&UavState>,
+    (state, believed, air): (&UavState, Option<&UavState>, Option<&AirMotion>),
     boresight: Option<Angle>,
     step: &AgentOutput,
 ) -> UavRow {
@@ -86,6 +87,12 @@ pub(crate) fn uav(
         believed_y_m: believed.map(|state| state.position.y_m()),
         believed_heading_rad: believed.map(|state| state.heading.rad()),
         separation_given_up: step.diagnostics.avoiding.is_some_and(|avoids| avoids.is_given_up),
+        airspeed_m_s: air.map(|air| air.velocity().airspeed_m_s),
+        air_heading_rad: air.map(|air| air.velocity().heading.rad()),
+        wind_x_m_s: air.map(|air| air.wind.velocity.x_m_s()),
+        wind_y_m_s: air.map(|air| air.wind.velocity.y_m_s()),
+        believed_wind_x_m_s: step.diagnostics.wind.map(|wind| wind.velocity.x_m_s()),
+        believed_wind_y_m_s: step.diagnostics.wind.map(|wind| wind.velocity.y_m_s()),
     }
 }
 

@@ -4,8 +4,8 @@
 //! `docs/controllers.md` explains how to write a controller; `examples/follower.rs` is its example.
 
 use standoff::{
-    Agent, AgentOutput, Command, Geofence, Message, Observation, ParamError, Scan, TeamAgent, TeamParams, Time, UavId,
-    UavState,
+    Agent, AgentOutput, AirVelocity, Command, Geofence, Message, Observation, ParamError, Scan, TeamAgent, TeamParams,
+    Time, UavId, UavState,
 };
 
 use crate::agent_rows;
@@ -29,6 +29,10 @@ pub trait Controller {
     /// itself, `scan` the measurements of its sensor; `None` during an outage, in which the UAV neither measures nor
     /// sends, but receives.
     fn observe(&mut self, now: Time, uav: UavId, own: &UavState, scan: Option<Scan>);
+
+    /// Passes the velocity of a UAV relative to the air, after [`Self::observe`]; not called without wind. In wind, the
+    /// state of the observation is that over ground, and a command is airspeed and heading rate.
+    fn observe_air(&mut self, _uav: UavId, _air: &AirVelocity) {}
 
     /// Returns the messages that a UAV sends after its last observation; the radio delivers them unchanged to the other
     /// UAVs. The mission does not call it during an outage of the UAV. Controllers without communication return
@@ -69,6 +73,10 @@ impl<B: Controller + ?Sized> Controller for Box<B> {
 
     fn observe(&mut self, now: Time, uav: UavId, own: &UavState, scan: Option<Scan>) {
         (**self).observe(now, uav, own, scan);
+    }
+
+    fn observe_air(&mut self, uav: UavId, air: &AirVelocity) {
+        (**self).observe_air(uav, air);
     }
 
     fn outbox(&self, uav: UavId) -> &[Message] {
@@ -141,6 +149,12 @@ impl Controller for SharedAgent {
         store(&mut self.observed, observation);
     }
 
+    fn observe_air(&mut self, uav: UavId, air: &AirVelocity) {
+        if let Some(observation) = last(&self.observed, uav) {
+            self.fleet.observe_air(observation, air);
+        }
+    }
+
     /// All UAVs receive the same messages, so those of UAV 0 suffice.
     fn receive(&mut self, uav: UavId, message: &Message) {
         if let Some(observation) = last(&self.observed, uav).filter(|_| uav.0 == 0) {
@@ -191,6 +205,12 @@ impl Controller for AgentPerUav {
         if let Some(agent) = self.agents.get_mut(uav.0 as usize) {
             let observation = agent.observe(now, own, scan);
             store(&mut self.observed, observation);
+        }
+    }
+
+    fn observe_air(&mut self, uav: UavId, air: &AirVelocity) {
+        if let Some(observation) = last(&self.observed, uav) {
+            self.agents[uav.0 as usize].observe_air(observation, air);
         }
     }
 

@@ -31,6 +31,7 @@ pub mod scenario;
 pub mod sensors;
 pub mod target_id;
 pub mod traffic;
+pub mod wind;
 pub mod world;
 
 pub use agent_rows::{agent as rows_of_agent, team_state as rows_of_team_state};

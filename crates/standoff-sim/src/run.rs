@@ -6,8 +6,8 @@
 
 use standoff::research::Grid;
 use standoff::{
-    AgentOutput, Aircraft, Angle, AutopilotModel, Command, Duration, Message, ParamError, PointingTarget, Position,
-    Scan, Time, UavId, UavState, Velocity,
+    AgentOutput, AirVelocity, Aircraft, Angle, AutopilotModel, Command, Duration, Message, ParamError, PointingTarget,
+    Position, Scan, TeamParams, Time, UavId, UavState, Velocity,
 };
 use standoff_record::{Frame, ReportedTables};
 use standoff_score::matching::Identities;
@@ -22,6 +22,7 @@ use crate::radio::{Radio, RadioNode, SentCounts};
 use crate::random::Draws;
 use crate::scenario::{Outage, Scenario, Settings};
 use crate::sensors::{self, Detections, SensorScan};
+use crate::wind::AirMotion;
 use crate::world::{Truth, World};
 
 /// A mission in progress.
@@ -100,6 +101,8 @@ struct Uav {
     id: UavId,
     /// True state.
     truth: UavState,
+    /// Its motion relative to the air; `None` without wind.
+    air: Option<AirMotion>,
     /// State that its controller assumes.
     believed_state: UavState,
     /// Its difference from the true one; `None` if the navigation is exact.
@@ -125,6 +128,13 @@ struct Uav {
 impl Uav {
     fn heading_error(&self) -> Option<Angle> {
         self.navigation_error.as_ref().map(NavigationError::heading)
+    }
+
+    /// Air velocity that the UAV measures, with its heading error; `None` without wind.
+    fn air_data(&self) -> Option<AirVelocity> {
+        let AirVelocity { heading, airspeed_m_s } = self.air?.velocity();
+        let heading = self.heading_error().map_or(heading, |error| heading + error);
+        Some(AirVelocity { heading, airspeed_m_s })
     }
 
     /// Where the sensor points: the UAV turns it relative to the heading that it assumes.
@@ -153,11 +163,17 @@ impl<B: Controller> Mission<B> {
         }
         let (draws, navigation) = (Draws::new(scenario.seed), settings.navigation);
         let uavs = scenario.uavs.iter().zip((0..).map(UavId)).map(|(state, id)| {
+            let wind = settings.wind.map(|wind| wind.at(height_m(state, None, &settings.team, id)));
+            let (air, state) = wind.map_or((None, *state), |wind| {
+                let (air, over_ground) = AirMotion::start(state, wind);
+                (Some(air), over_ground)
+            });
             let error = (!navigation.is_exact()).then(|| NavigationError::new(&navigation, id, draws));
             Uav {
                 id,
-                truth: *state,
-                believed_state: error.as_ref().map_or(*state, |error| error.believed(state)),
+                truth: state,
+                air,
+                believed_state: error.as_ref().map_or(state, |error| error.believed(&state)),
                 navigation_error: error,
                 pointing_target: None,
                 is_out: false,
@@ -347,6 +363,9 @@ impl<B: Controller> Mission<B> {
             }
             let scan = Scan { boresight: uav.boresight, detections: &uav.detections.all };
             controller.observe(uav.computer.time(now), uav.id, &uav.believed_state, (!uav.is_out).then_some(scan));
+            if let Some(air) = uav.air_data() {
+                controller.observe_air(uav.id, &air);
+            }
             if !uav.is_out {
                 controller.outbox(uav.id).iter().for_each(|message| radio.send(uav.id, message));
             }
@@ -389,7 +408,8 @@ impl<B: Controller> Mission<B> {
             step.diagnostics.speed_limited |= limited.speed_limited;
             step.diagnostics.turn_rate_limited |= limited.turn_rate_limited;
             let believed_state = uav.navigation_error.map(|_| uav.believed_state);
-            frame.uavs.push(agent_rows::uav(uav.id, &uav.truth, believed_state.as_ref(), uav.true_boresight(), &step));
+            let states = (&uav.truth, believed_state.as_ref(), uav.air.as_ref());
+            frame.uavs.push(agent_rows::uav(uav.id, states, uav.true_boresight(), &step));
             let detected = uav.detections.all.iter().zip(&uav.detections.targets);
             frame.detections.extend(detected.map(|(detection, of)| agent_rows::detection(uav.id, detection, *of)));
             (uav.pointing_target, uav.command, uav.altitude_m) = (step.pointing_target, step.command, step.altitude_m);
@@ -432,10 +452,23 @@ impl<B: Controller> Mission<B> {
         let Self { uavs, intruders, .. } = self;
         intruders.fly(|uav| uavs.get(uav.0 as usize).map(|uav| &uav.truth));
         let (navigation, period) = (self.settings.navigation, self.settings.period);
+        let (team, wind) = (&self.settings.team, self.settings.wind);
         for uav in &mut self.uavs {
-            uav.truth = self.response.step(&uav.truth, uav.command);
-            if let (Some(vertical), Some(climb)) = (&mut uav.truth.vertical, &self.settings.team.uav.climb) {
-                *vertical = climb.step(vertical, uav.altitude_m, self.settings.period);
+            let (id, altitude_m) = (uav.id, uav.altitude_m);
+            let climb = |state: &mut UavState| {
+                if let (Some(vertical), Some(climb)) = (&mut state.vertical, &team.uav.climb) {
+                    *vertical = climb.step(vertical, altitude_m, period);
+                }
+            };
+            match (&mut uav.air, wind) {
+                (Some(air), Some(wind)) => {
+                    let wind_of = |state: &UavState| wind.at(height_m(state, altitude_m, team, id));
+                    uav.truth = air.fly(&self.response, &uav.truth, (uav.command, period), climb, wind_of);
+                }
+                _ => {
+                    uav.truth = self.response.step(&uav.truth, uav.command);
+                    climb(&mut uav.truth);
+                }
             }
             uav.believed_state = match &mut uav.navigation_error {
                 None => uav.truth,
@@ -446,6 +479,12 @@ impl<B: Controller> Mission<B> {
             };
         }
     }
+}
+
+/// Height of a UAV above the plane, m; if altitudes are not simulated, the commanded or the initial one.
+fn height_m(state: &UavState, commanded_m: Option<f64>, team: &TeamParams, uav: UavId) -> f64 {
+    let flown_m = state.vertical.map(|vertical| vertical.altitude_m);
+    flown_m.or(commanded_m).unwrap_or_else(|| team.initial_altitude_m(uav))
 }
 
 #[cfg(test)]

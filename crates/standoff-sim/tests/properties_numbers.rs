@@ -123,6 +123,18 @@ const KEYS: &[Key] = &[
     ("targets.acceleration_sd_m_s2", 0.0, 0.0, 100.0),
 ];
 
+/// The same for keys of `[wind]`, which are drawn in half of the scenarios.
+const WIND: &[Key] = &[
+    ("wind.speed_m_s", 8.0, 0.0, 100.0),
+    ("wind.from_deg", 270.0, 0.0, 360.0),
+    ("wind.shear_exponent", 0.0, 0.0, 0.5),
+    ("wind.reference_height_m", 10.0, 1.0, 2e4),
+    ("wind.orbit_wind_m_s", 8.0, 0.0, 100.0),
+    ("wind.believed_speed_m_s", 8.0, 0.0, 100.0),
+    ("wind.believed_from_deg", 270.0, 0.0, 360.0),
+    ("wind.estimate_time_constant_s", 10.0, 1e-3, 3600.0),
+];
+
 /// Keys whose range depends on another key: key, other key, default, and range as a function of the other key's value.
 type Bounded = (&'static str, &'static str, f64, fn(f64) -> (f64, f64));
 
@@ -173,6 +185,8 @@ const UAV: &[Key] = &[
 #[derive(Clone)]
 struct Draft {
     keys: Vec<Level>,
+    /// Keys of `[wind]`, if there is wind, and whether it is estimated.
+    wind: Option<(Vec<Level>, bool)>,
     bounded: Vec<Level>,
     words: Vec<usize>,
     /// One row per target.
@@ -189,13 +203,14 @@ fn rows(most: usize, keys: usize) -> impl Strategy<Value = Vec<Vec<Level>>> {
 prop_compose! {
     fn any_draft()(
         keys in proptest::collection::vec(any_level(), KEYS.len()),
+        wind in proptest::option::of((proptest::collection::vec(any_level(), WIND.len()), any::<bool>())),
         bounded in proptest::collection::vec(any_level(), BOUNDED.len()),
         words in proptest::collection::vec(0..12usize, WORDS.len()),
         targets in rows(20, TARGET.len()),
         uavs in prop_oneof![rows(8, UAV.len()).prop_map(Ok), (1..=8usize).prop_map(Err)],
         ticks in 10..60u32,
     ) -> Draft {
-        Draft { keys, bounded, words, targets, uavs, ticks }
+        Draft { keys, wind, bounded, words, targets, uavs, ticks }
     }
 }
 
@@ -213,6 +228,9 @@ impl Draft {
         for ((key, default, lowest, highest), level) in KEYS.iter().zip(&self.keys) {
             values.insert(key, level.of(*default, *lowest, *highest));
         }
+        for ((key, default, lowest, highest), level) in WIND.iter().zip(self.wind.iter().flat_map(|(wind, _)| wind)) {
+            values.insert(key, level.of(*default, *lowest, *highest));
+        }
         for ((key, by, default, range), level) in BOUNDED.iter().zip(&self.bounded) {
             let (lowest, highest) = range(values[by]);
             values.insert(key, level.of(*default, lowest, highest));
@@ -221,6 +239,9 @@ impl Draft {
         let mut text: String = values.iter().map(|(key, value)| format!("{key} = {value:?}\n")).collect();
         for ((key, words), word) in WORDS.iter().zip(&self.words) {
             text += &format!("{key} = {:?}\n", words[word % words.len()]);
+        }
+        if let Some((_, is_estimated)) = self.wind {
+            text += &format!("wind.belief = {:?}\n", if is_estimated { "estimated" } else { "given" });
         }
         if text.contains("sensor.labels = \"none\"") {
             text += "sensor.false_alarms_per_scan = 3.0\nsensor.range_rate_sd_m_s = 0.5\n";
@@ -355,7 +376,7 @@ fn range_limits_match_the_validation() {
         let template = ScenarioTemplate::of_text("drawn", &format!("{typed}[[targets.start]]\n"), &[]);
         template.and_then(|template| template.draw(1)).err().map(|error| error.to_string())
     };
-    for (key, _, lowest, highest) in KEYS {
+    for (key, _, lowest, highest) in KEYS.iter().chain(WIND) {
         // A track with a larger uncertainty than the cue is lost.
         let lowest = if *key == "filter.deletion_position_sd_m" { 1e-3f64.next_up() } else { *lowest };
         for allowed in [lowest, *highest] {

@@ -32,6 +32,7 @@ pub const BUILT_IN: &[BuiltIn] = built_in![
     "tour/09-separation",
     "tour/10-unlabelled-detections",
     "tour/11-behind-buildings",
+    "tour/12-wind",
     "traffic/convoy",
     "traffic/city",
     "traffic/town",

@@ -5,13 +5,13 @@ use std::sync::LazyLock;
 
 use serde::Serialize;
 use standoff::research::Allowed;
-use standoff::{ClimbParams, ParamInfo, ParamValue, SeparationParams, TeamParams};
+use standoff::{ClimbParams, ParamInfo, ParamValue, SeparationParams, TeamParams, WindParams};
 
 use super::number::Number;
 use super::sample::{Draw, Drawing};
 
 /// Keys whose defaults depend on other values ([`DerivedDefaults`](super::sample::DerivedDefaults)), and how.
-pub(super) const DERIVED: [(&str, &str); 13] = [
+pub(super) const DERIVED: [(&str, &str); 16] = [
     ("filter.correlation_rate_1_s", "If absent: that of `[targets]`, or 0.3 for traffic."),
     ("filter.acceleration_sd_m_s2", "If absent: that of `[targets]`, or 0.75 for traffic."),
     ("filter.range_sd_m", "If absent: that of the sensor, or 10 if the sensor has no noise."),
@@ -25,6 +25,9 @@ pub(super) const DERIVED: [(&str, &str); 13] = [
     ("filter.own_position_sd_m", "If absent: `navigation.position_sd_m`."),
     ("filter.own_position_correlation_s", "If absent: `navigation.correlation_s`."),
     ("filter.own_heading_sd_deg", "If absent: `navigation.heading_bias_deg`."),
+    ("wind.orbit_wind_m_s", "If absent: the speed of the wind at `groups.altitude_lowest_m`."),
+    ("wind.believed_speed_m_s", "If absent: the speed of the wind at `groups.altitude_lowest_m`."),
+    ("wind.believed_from_deg", "If absent: `wind.from_deg`."),
 ];
 
 /// Returns the parameters that have a key in one of the tables. The period, whose key is at the top, belongs to the
@@ -69,6 +72,7 @@ impl Default for Parameters {
     fn default() -> Self {
         let mut team = TeamParams { separation: Some(SeparationParams::default()), ..TeamParams::recommended() };
         team.uav.climb = Some(ClimbParams::default());
+        team.wind = Some(WindParams::default());
         let default = |param: &ParamInfo| {
             let is_derived = DERIVED.iter().any(|(key, _)| *key == param.key);
             param.value(&team).filter(|_| !is_derived).map(|value| match value {

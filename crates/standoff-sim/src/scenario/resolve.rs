@@ -5,7 +5,7 @@ use std::sync::Arc;
 use serde::Serialize;
 use standoff::{
     ClimbParams, Duration, Position, SensorParams, SeparationParams, TargetParams, TargetState, TeamParams, UavId,
-    Velocity,
+    Velocity, Wind, WindParams,
 };
 
 use standoff_score::{Buildings, CueError};
@@ -14,7 +14,7 @@ use super::diagnostics::Problems;
 use super::error::ScenarioError;
 use super::load::{SPELT_OUT, Typed, check_size};
 use super::number::Number;
-use super::parameters::Parameters;
+use super::parameters::{Parameters, TypedValue};
 use super::parse::to_toml;
 use super::resolved::{
     Clock, Link, Manoeuvre, Outage, Partition, Radio, Restart, Scenario, SensorModel, Settings, Targets,
@@ -30,6 +30,7 @@ use crate::navigation::NavigationModel;
 use crate::random::{Draws, Stream};
 use crate::target_id::TargetId;
 use crate::traffic::Traffic;
+use crate::wind::{WindModel, shear_factor};
 
 /// Draws all values, fills in defaults and checks everything.
 pub(super) fn resolve(typed: &Typed, traffic: Option<&Arc<Traffic>>, seed: u64) -> Result<Scenario, ScenarioError> {
@@ -195,6 +196,16 @@ fn absent(file: &schema_types::ScenarioFile, traffic: Option<&Traffic>, draws: D
         let rate_1_s = of("targets.correlation_rate_1_s", &targets.correlation_rate_1_s);
         (rate_1_s, of("targets.acceleration_sd_m_s2", &targets.acceleration_sd_m_s2))
     });
+    let lowest_m = match file.parameters.value("groups.altitude_lowest_m") {
+        Some(TypedValue::Number(typed)) => of("groups.altitude_lowest_m", &typed),
+        _ => 0.0,
+    };
+    let wind_m_s = file.wind.as_ref().map_or(0.0, |wind| {
+        let of = |name: &str, number: &Number| of(&format!("wind.{name}"), number);
+        let speed_m_s = of("speed_m_s", &wind.speed_m_s);
+        let height_m = of("reference_height_m", &wind.reference_height_m);
+        speed_m_s * shear_factor(lowest_m, height_m, of("shear_exponent", &wind.shear_exponent))
+    });
     DerivedDefaults {
         duration_s: traffic.map_or(100.0, Traffic::span_s),
         // Table I's T_s.
@@ -215,6 +226,9 @@ fn absent(file: &schema_types::ScenarioFile, traffic: Option<&Traffic>, draws: D
             of("navigation.position_sd_m", &file.navigation.position_sd_m),
             of("navigation.correlation_s", &file.navigation.correlation_s),
             of("navigation.heading_bias_deg", &file.navigation.heading_bias_deg),
+            wind_m_s,
+            wind_m_s,
+            file.wind.as_ref().map_or(0.0, |wind| of("wind.from_deg", &wind.from_deg)),
         ],
     }
 }
@@ -248,6 +262,11 @@ fn settings(file: &resolved::ScenarioFile) -> Settings {
             correlation_s: file.navigation.correlation_s,
             heading_sd_rad: file.navigation.heading_bias_deg.to_radians(),
         },
+        wind: file.wind.as_ref().map(|wind| WindModel {
+            at_reference: Wind::blowing_from(wind.speed_m_s, wind.from_deg.to_radians()),
+            reference_height_m: wind.reference_height_m,
+            shear_exponent: wind.shear_exponent,
+        }),
         cue: CueError { position_sd_m: file.cue.position_sd_m, velocity_sd_m_s: file.cue.velocity_sd_m_s },
         model: file.targets.as_ref().map(target_model),
         intruders: file.intruders.len(),
@@ -265,6 +284,7 @@ pub(super) fn team(file: &resolved::ScenarioFile) -> TeamParams {
     let has_buildings = file.world.as_ref().is_some_and(|world| !world.building_outlines_cm.is_empty());
     let has_altitudes = file.uavs.climb.is_some() || file.separation.0.is_some() || has_buildings;
     team.uav.climb = has_altitudes.then(ClimbParams::default);
+    team.wind = file.wind.as_ref().map(|_| WindParams::default());
     file.parameters.apply_to(&mut team);
     team
 }

@@ -14,6 +14,7 @@ use super::schema_types::resolved::ScenarioFile;
 use crate::navigation::NavigationModel;
 use crate::target_id::TargetId;
 use crate::traffic::Traffic;
+use crate::wind::WindModel;
 
 /// A resolved scenario: all inputs of one run.
 ///
@@ -86,6 +87,8 @@ pub struct Settings {
     pub sensor: SensorModel,
     /// Errors of the states that the UAVs assume.
     pub navigation: NavigationModel,
+    /// True wind; `None`: calm air.
+    pub wind: Option<WindModel>,
     /// Errors of cues.
     pub cue: CueError,
     /// Motion model of the targets without manoeuvres; `None` if they come from a file.

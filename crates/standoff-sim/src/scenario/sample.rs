@@ -41,7 +41,7 @@ pub(super) struct DerivedDefaults {
     pub(super) transient_s: f64,
     pub(super) count: f64,
     /// Parameters of the library, in the order of [`DERIVED`](super::parameters::DERIVED).
-    pub(super) parameters: [f64; 13],
+    pub(super) parameters: [f64; 16],
 }
 
 /// State of drawing the numbers of a seed, with the problems found.

@@ -201,6 +201,8 @@ tables! {
         /// Geofence: keep-out and keep-in zones. If absent: UAVs may fly everywhere.
         #[serde(skip_serializing_if = "Vec::is_empty")]
         geofence: Vec<Zone>;
+        /// Wind. If absent: the air is calm.
+        wind: Option<Wind>;
         /// Surroundings: buildings that hide targets from the sensors. If absent: none.
         world: Option<World>;
         /// Aircraft outside the team; at most 100.
@@ -454,6 +456,19 @@ tables! {
     } lists {
         /// Vertices in order, each [east, north], m.
         vertices;
+    }
+
+    /// `[wind]`: the true wind, and what the UAVs assume about it. In wind, `uavs.speed_m_s` and the speed limits are
+    /// airspeeds, and the starts of UAVs are heading and airspeed.
+    table Wind numbers {
+        /// Speed at the reference height, m/s; 0 to 100.
+        speed_m_s = 5.0, Allowed::at_least(0.0).at_most(100.0);
+        /// Direction that the wind blows from, degrees clockwise from north; 0 to 360.
+        from_deg = 270.0, Allowed::at_least(0.0).at_most(360.0);
+        /// Exponent of the power law by which the speed grows with the height; 0 to 0.5. 0: the same wind at all heights.
+        shear_exponent = 0.0, Allowed::at_least(0.0).at_most(0.5);
+        /// Reference height above the plane, m; 1 to 20,000.
+        reference_height_m = 10.0, Allowed::at_least(1.0).at_most(2e4);
     }
 
     /// `[world]`: buildings. A target is not in view if the straight line from the UAV to it, on the ground, passes
