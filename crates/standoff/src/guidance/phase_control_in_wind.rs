@@ -12,7 +12,7 @@ use crate::wind::Wind;
 /// Returns the desired ground speed of a UAV with phase error `error_rad`, and the nearest feasible one, m/s; `None` if
 /// no speed is feasible at its place on the orbit. `groupmates` are the other UAVs on the orbit.
 ///
-/// Implements Eq. (35) for speeds relative to the centre.
+/// This is (35) for speeds relative to the centre.
 pub(crate) fn phase_control_in_wind<'a>(
     wind: Wind,
     team: &TeamParams,
