@@ -19,6 +19,7 @@ mod fuzz;
 #[cfg(test)]
 #[path = "../../standoff-io/fuzz/harness.rs"]
 mod fuzz_harness;
+pub mod gusts;
 mod intruders;
 pub mod monte_carlo;
 pub mod navigation;

@@ -47,6 +47,8 @@ pub enum Stream {
     NavigationPosition = 15,
     /// Error of the heading that a UAV assumes.
     NavigationHeading = 16,
+    /// Gusts around a UAV.
+    Gust = 17,
 }
 
 /// All random draws of a run.

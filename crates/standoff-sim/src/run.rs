@@ -15,6 +15,7 @@ use standoff_score::{MetricSelection, Metrics, ScoreConfig, Scorer};
 
 use crate::agent_rows;
 use crate::controller::{self, Controller, ReportedState};
+use crate::gusts::Gusts;
 use crate::intruders::Intruders;
 use crate::navigation::NavigationError;
 use crate::onboard_computer::OnboardComputer;
@@ -103,6 +104,8 @@ struct Uav {
     truth: UavState,
     /// Its motion relative to the air; `None` without wind.
     air: Option<AirMotion>,
+    /// Gusts around it; `None` in steady wind.
+    gusts: Option<Gusts>,
     /// State that its controller assumes.
     believed_state: UavState,
     /// Its difference from the true one; `None` if the navigation is exact.
@@ -163,7 +166,8 @@ impl<B: Controller> Mission<B> {
         }
         let (draws, navigation) = (Draws::new(scenario.seed), settings.navigation);
         let uavs = scenario.uavs.iter().zip((0..).map(UavId)).map(|(state, id)| {
-            let wind = settings.wind.map(|wind| wind.at(height_m(state, None, &settings.team, id)));
+            let gusts = settings.wind.and_then(|wind| wind.gusts).map(|_| Gusts::new(id, draws));
+            let wind = settings.wind.map(|wind| wind.around(height_m(state, None, &settings.team, id), gusts.as_ref()));
             let (air, state) = wind.map_or((None, *state), |wind| {
                 let (air, over_ground) = AirMotion::start(state, wind);
                 (Some(air), over_ground)
@@ -173,6 +177,7 @@ impl<B: Controller> Mission<B> {
                 id,
                 truth: state,
                 air,
+                gusts,
                 believed_state: error.as_ref().map_or(state, |error| error.believed(&state)),
                 navigation_error: error,
                 pointing_target: None,
@@ -462,7 +467,13 @@ impl<B: Controller> Mission<B> {
             };
             match (&mut uav.air, wind) {
                 (Some(air), Some(wind)) => {
-                    let wind_of = |state: &UavState| wind.at(height_m(state, altitude_m, team, id));
+                    let wind_of = |state: &UavState| {
+                        let height_m = height_m(state, altitude_m, team, id);
+                        if let (Some(gusts), Some(model)) = (&mut uav.gusts, &wind.gusts) {
+                            gusts.step(model, height_m, period, id, (self.draws, self.tick as u64 + 1));
+                        }
+                        wind.around(height_m, uav.gusts.as_ref())
+                    };
                     uav.truth = air.fly(&self.response, &uav.truth, (uav.command, period), climb, wind_of);
                 }
                 _ => {

@@ -3,10 +3,12 @@
 use standoff::research::math;
 use standoff::{AirVelocity, AutopilotModel, Command, Duration, UavState, Wind};
 
+use crate::gusts::{GustModel, Gusts};
+
 /// Lowest height of the wind profile, m: the power law does not hold near the ground.
 const HEIGHT_MIN_M: f64 = 1.0;
 
-/// A steady wind whose speed depends on the height above the plane.
+/// A wind, steady or with gusts, whose mean speed depends on the height above the plane.
 ///
 /// ```text
 /// speed(h) = speed(h_ref) (h / h_ref)^exponent
@@ -22,10 +24,12 @@ pub struct WindModel {
     pub reference_height_m: f64,
     /// Exponent of the power law.
     pub shear_exponent: f64,
+    /// Gusts; `None`: the wind is steady.
+    pub gusts: Option<GustModel>,
 }
 
 impl WindModel {
-    /// Wind at a height above the plane, m.
+    /// Mean wind at a height above the plane, m.
     #[must_use]
     pub fn at(&self, height_m: f64) -> Wind {
         if self.shear_exponent <= 0.0 {
@@ -33,6 +37,13 @@ impl WindModel {
         }
         let factor = shear_factor(height_m, self.reference_height_m, self.shear_exponent);
         Wind { velocity: self.at_reference.velocity.vector().scale(factor).into() }
+    }
+
+    /// Wind around a UAV at a height, m, with the gusts around it.
+    pub(crate) fn around(&self, height_m: f64, gusts: Option<&Gusts>) -> Wind {
+        let mean = self.at(height_m);
+        let Some((model, gusts)) = self.gusts.zip(gusts) else { return mean };
+        Wind { velocity: mean.velocity + gusts.velocity(&model, height_m, mean.velocity.direction()) }
     }
 }
 
@@ -100,7 +111,7 @@ mod tests {
     #[test]
     fn the_wind_follows_the_power_law() {
         let at_reference = Wind { velocity: Velocity::from_m_s(3.0, -4.0) };
-        let wind = WindModel { at_reference, reference_height_m: 10.0, shear_exponent: 0.5 };
+        let wind = WindModel { at_reference, reference_height_m: 10.0, shear_exponent: 0.5, gusts: None };
         let high = wind.at(100.0).velocity;
         assert!((high.speed_m_s() - 5.0 * 10f64.sqrt()).abs() < 1e-9);
         assert!((high.direction() - at_reference.velocity.direction()).abs_rad() < 1e-12);

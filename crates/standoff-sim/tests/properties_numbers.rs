@@ -129,6 +129,7 @@ const WIND: &[Key] = &[
     ("wind.from_deg", 270.0, 0.0, 360.0),
     ("wind.shear_exponent", 0.0, 0.0, 0.5),
     ("wind.reference_height_m", 10.0, 1.0, 2e4),
+    ("wind.gust_w20_m_s", 0.0, 0.0, 50.0),
     ("wind.orbit_wind_m_s", 8.0, 0.0, 100.0),
     ("wind.believed_speed_m_s", 8.0, 0.0, 100.0),
     ("wind.believed_from_deg", 270.0, 0.0, 360.0),

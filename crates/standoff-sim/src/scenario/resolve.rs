@@ -26,6 +26,7 @@ use super::traffic::{check_span, length_warning};
 use super::validate::{check_objects, check_settings, report};
 use super::warnings::warnings;
 use super::{basemap, buildings, geofence, start};
+use crate::gusts::GustModel;
 use crate::navigation::NavigationModel;
 use crate::random::{Draws, Stream};
 use crate::target_id::TargetId;
@@ -266,6 +267,8 @@ fn settings(file: &resolved::ScenarioFile) -> Settings {
             at_reference: Wind::blowing_from(wind.speed_m_s, wind.from_deg.to_radians()),
             reference_height_m: wind.reference_height_m,
             shear_exponent: wind.shear_exponent,
+            gusts: (wind.gust_w20_m_s > 0.0)
+                .then_some(GustModel { w20_m_s: wind.gust_w20_m_s, airspeed_m_s: team.uav.speed_m_s }),
         }),
         cue: CueError { position_sd_m: file.cue.position_sd_m, velocity_sd_m_s: file.cue.velocity_sd_m_s },
         model: file.targets.as_ref().map(target_model),

@@ -469,6 +469,9 @@ tables! {
         shear_exponent = 0.0, Allowed::at_least(0.0).at_most(0.5);
         /// Reference height above the plane, m; 1 to 20,000.
         reference_height_m = 10.0, Allowed::at_least(1.0).at_most(2e4);
+        /// Wind speed at 20 feet that determines the intensity of Dryden gusts, m/s; 0 to 50. Light turbulence: 7.7,
+        /// moderate: 15.4, severe: 23.2; 0: none.
+        gust_w20_m_s = 0.0, Allowed::at_least(0.0).at_most(50.0);
     }
 
     /// `[world]`: buildings. A target is not in view if the straight line from the UAV to it, on the ground, passes
