@@ -1,0 +1,6 @@
+//! One agent behind one autopilot: MAVLink 2 to an ArduPlane vehicle, with a feed of detections and with teammates.
+//!
+//! The program watches over and locates targets. It never arms the aircraft, never changes its mode, releases nothing and
+//! points nothing. It commands roll, airspeed and altitude, and only while the pilot has selected GUIDED
+//! ([`authority`]). `docs/fly.md` describes its use.
+
