@@ -4,3 +4,19 @@
 //! points nothing. It commands roll, airspeed and altitude, and only while the pilot has selected GUIDED
 //! ([`authority`]). `docs/fly.md` describes its use.
 
+pub mod address;
+pub mod authority;
+mod boot_clock;
+pub mod codec;
+pub mod command;
+pub mod companion;
+pub mod feed;
+mod flight_commands;
+pub mod parameters;
+pub mod rate_loop;
+mod requests;
+pub mod run;
+mod scan_alignment;
+mod status;
+mod transport;
+pub mod vehicle;

@@ -1,0 +1,309 @@
+//! The program on the companion computer without its devices: time, received bytes and messages are arguments.
+
+use mavlink::MavHeader;
+use mavlink::dialects::ardupilotmega::{MavCmd, MavMessage};
+use standoff::{
+    Agent, AgentOutput, Angle, Command, Cue, Diagnostics, Duration, Geofence, Message, Observation, ParamError, Scan,
+    TeamParams, Time, UavId, UavState, wire,
+};
+use standoff_io::geodesy::LocalPlane;
+
+use crate::authority::{Authority, Inputs, Permission, State};
+use crate::command;
+use crate::feed::{FeedCue, FeedError, FeedLine, FeedScan};
+use crate::flight_commands::FlightCommands;
+use crate::scan_alignment::aligned;
+use crate::vehicle::Vehicle;
+
+/// Period of the commands to the autopilot.
+pub const STEP: Duration = Duration::from_us(100_000);
+
+/// Maximum delay of the program after which a time step of the agent is skipped.
+const LATE: Duration = Duration::from_us(250_000);
+
+/// Maximum number of cues kept until the next time step.
+const CUES_MAX: usize = 1000;
+
+/// Settings of one companion computer.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Config {
+    /// Parameters of the team, the same on every aircraft.
+    pub params: TeamParams,
+    /// Zones of the team, the same on every aircraft.
+    pub geofence: Geofence,
+    /// Id of this UAV in the team.
+    pub uav: UavId,
+    /// Restart count of this program.
+    pub restart_count: u32,
+    /// MAVLink system id of the autopilot.
+    pub system_id: u8,
+    /// The team's local plane.
+    pub plane: LocalPlane,
+    /// Ids of the teammates whose reports are required.
+    pub teammates: Vec<UavId>,
+    /// Lowest and highest altitude above home that is commanded, m; in addition to the fence.
+    pub altitude_m: [f64; 2],
+}
+
+/// Messages to send after a step.
+#[derive(Debug, Default)]
+pub struct Outgoing {
+    /// To the autopilot.
+    pub mavlink: Vec<MavMessage>,
+    /// To all teammates, one datagram each.
+    pub teammates: Vec<Vec<u8>>,
+}
+
+/// Agent, vehicle and authority of one aircraft.
+pub struct Companion {
+    config: Config,
+    agent: Agent,
+    /// The vehicle as its messages describe it.
+    pub vehicle: Vehicle,
+    authority: Authority,
+    commands: FlightCommands,
+    requests: crate::requests::Requests,
+    scan: Option<(Time, FeedScan)>,
+    /// Last boresight of the sensor.
+    boresight: Option<Angle>,
+    cues: Vec<(Time, FeedCue)>,
+    feed_at: Option<Time>,
+    target_at: Option<Time>,
+    step_at: Option<Time>,
+    /// Newest observation, and whether the agent has decided since.
+    observation: Option<(Observation, bool)>,
+    /// Last decision.
+    pub output: AgentOutput,
+    /// Number of received datagrams of teammates that are not valid messages.
+    pub damaged: u32,
+    inputs: Inputs,
+}
+
+impl Companion {
+    /// Creates the program of one UAV. Returns all parameters that are out of range.
+    pub fn new(config: Config) -> Result<Self, Vec<ParamError>> {
+        let agent = Agent::new(config.uav, config.params)?.with_restart_count(config.restart_count);
+        let agent = agent.with_geofence(config.geofence.clone())?;
+        let straight = Command { speed_m_s: config.params.uav.speed_m_s, turn_rate_rad_s: 0.0 };
+        let mut companion = Self {
+            agent,
+            vehicle: Vehicle::new(config.system_id, config.plane),
+            authority: Authority::default(),
+            commands: FlightCommands::new(&config),
+            requests: crate::requests::Requests::default(),
+            scan: None,
+            boresight: None,
+            cues: Vec::new(),
+            feed_at: None,
+            target_at: None,
+            step_at: None,
+            observation: None,
+            output: AgentOutput {
+                command: straight,
+                altitude_m: None,
+                pointing_target: None,
+                diagnostics: Diagnostics::NONE,
+            },
+            damaged: 0,
+            inputs: Inputs::NOTHING,
+            config,
+        };
+        companion.inputs = companion.inputs();
+        Ok(companion)
+    }
+
+    /// The agent.
+    pub fn agent(&self) -> &Agent {
+        &self.agent
+    }
+
+    /// State of the authority.
+    pub fn authority(&self) -> State {
+        self.authority.state()
+    }
+
+    /// What the authority decided on in the last step.
+    pub fn last_inputs(&self) -> &Inputs {
+        &self.inputs
+    }
+
+    /// Angle between the last boresight and the direction to the centre of the group, rad; `None` if one is unknown.
+    pub fn off_boresight_rad(&self) -> Option<f64> {
+        let group = self.agent.team_state().group_of(self.agent.id())?;
+        let to_centre = group.centre().state.position() - self.vehicle.position?.position;
+        Some((self.boresight? - to_centre.direction()).abs_rad())
+    }
+
+    /// Processes a MAVLink message that arrived at `now`. Returns true if it is one of the vehicle's autopilot.
+    pub fn receive(&mut self, now: Time, header: &MavHeader, message: &MavMessage) -> bool {
+        self.vehicle.receive(now, header, message)
+    }
+
+    /// Processes a line of the feed that arrived at `now`.
+    pub fn hear_feed(&mut self, now: Time, line: &str) -> Result<(), FeedError> {
+        match FeedLine::parse(line)? {
+            FeedLine::Scan(scan) => {
+                self.boresight = scan.boresight;
+                self.scan = Some((Time::from_us(now.us().saturating_sub(scan.age.us())), scan));
+            }
+            FeedLine::Cue(cue) if self.cues.len() < CUES_MAX => {
+                self.cues.push((Time::from_us(now.us().saturating_sub(cue.age.us())), cue));
+            }
+            FeedLine::Cue(_) => {}
+        }
+        self.feed_at = Some(now);
+        Ok(())
+    }
+
+    /// Processes a datagram of a teammate.
+    pub fn hear_teammate(&mut self, bytes: &[u8]) {
+        match wire::decode(bytes) {
+            Ok(message) => {
+                if let Some((observation, _)) = &self.observation {
+                    self.agent.receive(observation, &message);
+                }
+            }
+            Err(_) => self.damaged = self.damaged.saturating_add(1),
+        }
+    }
+
+    /// Announces to the teammates that this UAV leaves the team.
+    pub fn leave(&mut self) {
+        self.agent.leave();
+    }
+
+    /// One step of the program; call it every [`STEP`].
+    pub fn step(&mut self, now: Time) -> Outgoing {
+        let mut outgoing = Outgoing::default();
+        self.run_agent(now, &mut outgoing);
+        self.inputs = self.inputs();
+        // The first step counts as on time.
+        self.inputs.step_at = Some(self.step_at.unwrap_or(now));
+        let was_engaged = self.authority.state() == State::Engaged;
+        let permission = self.authority.step(now, &self.inputs);
+        let since_last = self.step_at.map_or(STEP, |step_at| now - step_at);
+        self.requests.append(now, &self.vehicle, &mut outgoing.mavlink);
+        let limits = self.vehicle.parameters.limits().ok();
+        match (permission, limits) {
+            (Permission::Confirm, Some(limits)) => {
+                self.vehicle.forget_answer();
+                outgoing.mavlink.push(self.commands.first(&self.vehicle, &limits, self.output.command));
+            }
+            (Permission::Command, Some(limits)) => {
+                if !was_engaged {
+                    self.commands.start(now, &self.vehicle);
+                }
+                let commands = self.commands.step(now, since_last, &self.vehicle, &limits, &self.output);
+                outgoing.mavlink.extend(commands);
+            }
+            (Permission::SafeOrbit, _) => {
+                self.vehicle.forget_answer();
+                outgoing.mavlink.extend(self.commands.safe_orbit(&self.vehicle));
+            }
+            _ => {}
+        }
+        self.step_at = Some(now);
+        outgoing
+    }
+
+    /// Decides for the last observation, and observes if a time step of the team's grid has begun.
+    fn run_agent(&mut self, now: Time, outgoing: &mut Outgoing) {
+        if let Some((observation, false)) = self.observation {
+            self.decide(now, &observation);
+        }
+        let period = Duration::from_s(self.config.params.log.period_s);
+        let begun_at = Time::from_us(now.us().div_euclid(period.us()) * period.us());
+        let is_new = self.step_at.is_none_or(|step_at| step_at < begun_at);
+        let Some(own) = self.vehicle.state(begun_at).filter(|_| is_new && now - begun_at < LATE) else { return };
+        let observation = self.observe(now, begun_at, &own, outgoing);
+        self.observation = Some((observation, false));
+        // Without teammates, there is nothing to wait for.
+        if self.config.teammates.is_empty() {
+            self.decide(now, &observation);
+        }
+    }
+
+    fn observe(&mut self, now: Time, begun_at: Time, own: &UavState, outgoing: &mut Outgoing) -> Observation {
+        let scan = self.scan.take().map(|(at, scan)| {
+            // Where the UAV was when the sensor looked.
+            let earlier = self.vehicle.state(at).map_or(own.position, |then| then.position);
+            (scan.boresight, aligned(&scan.detections, earlier, own.position))
+        });
+        let (boresight, detections) = scan.unwrap_or_default();
+        // On the ground, the UAV only listens: a teammate that reports counts as one that flies.
+        let scan = Scan { boresight, detections: &detections };
+        let observation = self.agent.observe(begun_at, own, self.vehicle.is_airborne().then_some(scan));
+        for traffic in self.vehicle.take_traffic() {
+            self.agent.receive(&observation, &Message::Traffic(traffic));
+        }
+        outgoing.teammates.extend(self.agent.outbox(&observation).iter().flat_map(wire::encode));
+        for (sequence, (at, cue)) in (0..).zip(core::mem::take(&mut self.cues)) {
+            let [latitude_deg, longitude_deg] = cue.point_deg;
+            let Ok(position) = self.config.plane.position(latitude_deg, longitude_deg) else { continue };
+            let cue = Message::Cue(Cue {
+                source: self.config.uav.0,
+                issued_at: begun_at,
+                sequence,
+                label: cue.label,
+                time: at.min(now),
+                position,
+                velocity: cue.velocity,
+                position_sd_m: cue.position_sd_m,
+                velocity_sd_m_s: cue.velocity_sd_m_s,
+            });
+            self.agent.receive(&observation, &cue);
+            outgoing.teammates.extend(wire::encode(&cue));
+        }
+        observation
+    }
+
+    fn decide(&mut self, now: Time, observation: &Observation) {
+        self.output = self.agent.decide(observation);
+        self.observation = Some((*observation, true));
+        if self.output.diagnostics.group.is_some() {
+            self.target_at = Some(now);
+        }
+        // The clock was set, or the program was paused for long.
+        if self.agent.is_time_jump() {
+            self.agent.reset();
+        }
+    }
+
+    fn inputs(&self) -> Inputs {
+        let heartbeat = self.vehicle.heartbeat;
+        let reports = self.config.teammates.iter().map(|teammate| self.agent.last_report_at(*teammate));
+        let answered = match self.authority.state() {
+            State::Confirming { .. } => Some(MavCmd::MAV_CMD_GUIDED_CHANGE_SPEED),
+            State::Stopped { .. } => Some(MavCmd::MAV_CMD_DO_REPOSITION),
+            State::Waiting | State::Engaged => None,
+        };
+        Inputs {
+            heartbeat_at: heartbeat.map(|heartbeat| heartbeat.at),
+            telemetry_at: self.vehicle.telemetry_at(),
+            feed_at: self.feed_at,
+            target_at: self.target_at,
+            teammates_at: reports.min().flatten(),
+            teammate_timeout: Duration::from_s(self.config.params.teammate_timeout_s),
+            has_teammates: !self.config.teammates.is_empty(),
+            step_at: self.step_at,
+            is_armed: heartbeat.is_some_and(|heartbeat| heartbeat.is_armed),
+            is_guided: self.vehicle.is_guided(),
+            is_failsafe: heartbeat.is_some_and(|heartbeat| heartbeat.is_failsafe),
+            is_airborne: self.vehicle.is_airborne(),
+            has_parameters: self.vehicle.parameters.limits().is_ok(),
+            is_accepted: answered.and_then(|command| self.vehicle.answer(command)),
+        }
+    }
+}
+
+/// True for a message that commands the aircraft, unlike heartbeats and requests of data.
+pub fn is_command(message: &MavMessage) -> bool {
+    match message {
+        MavMessage::HEARTBEAT(_) | MavMessage::PARAM_REQUEST_READ(_) => false,
+        MavMessage::COMMAND_LONG(long) => long.command != MavCmd::MAV_CMD_SET_MESSAGE_INTERVAL,
+        _ => true,
+    }
+}
+
+/// Custom mode in which the aircraft is commanded.
+pub const COMMANDED_MODE: u32 = command::GUIDED;

@@ -1,0 +1,143 @@
+//! Commands of the agent as messages to the autopilot: roll at every step, airspeed and altitude if they change.
+
+use mavlink::dialects::ardupilotmega::MavMessage;
+use standoff::{AgentOutput, Command, Duration, Time};
+
+use crate::command;
+use crate::companion::Config;
+use crate::parameters::Limits;
+use crate::rate_loop::{RateInputs, RateLoop};
+use crate::vehicle::Vehicle;
+
+/// Shortest time between two commands of airspeed, and between two of altitude.
+const CHANGE_PERIOD: Duration = Duration::from_us(1_000_000);
+
+/// Smallest change of the airspeed that is commanded, m/s.
+const AIRSPEED_CHANGE_MIN_M_S: f64 = 0.3;
+
+/// Smallest change of the altitude that is commanded, m.
+const ALTITUDE_CHANGE_MIN_M: f64 = 0.5;
+
+/// Rate at which the commanded altitude changes, m/s, if the parameters of the team have no climb model.
+const CLIMB_RATE_M_S: f64 = 2.0;
+
+/// Time constant of the estimated difference between airspeed and ground speed, s.
+const WIND_TIME_CONSTANT_S: f64 = 2.0;
+
+/// Distance that commanded altitudes keep from the fence, m.
+const FENCE_MARGIN_M: f64 = 10.0;
+
+/// What was commanded last.
+#[derive(Debug, Clone)]
+pub(crate) struct FlightCommands {
+    altitude_m: [f64; 2],
+    climb_rate_m_s: f64,
+    rate_loop: RateLoop,
+    /// Airspeed less ground speed, m/s.
+    headwind_m_s: Option<f64>,
+    airspeed: Option<(Time, f64)>,
+    altitude: Option<(Time, f64)>,
+}
+
+impl FlightCommands {
+    pub(crate) fn new(config: &Config) -> Self {
+        Self {
+            altitude_m: config.altitude_m,
+            climb_rate_m_s: config.params.uav.climb.map_or(CLIMB_RATE_M_S, |climb| climb.rate_max_m_s),
+            rate_loop: RateLoop::default(),
+            headwind_m_s: None,
+            airspeed: None,
+            altitude: None,
+        }
+    }
+
+    /// The first command, whose answer shows that the autopilot obeys: an airspeed.
+    pub(crate) fn first(&mut self, vehicle: &Vehicle, limits: &Limits, command: Command) -> MavMessage {
+        self.headwind_m_s = vehicle.airspeed.map(|(airspeed_m_s, ground_speed_m_s)| airspeed_m_s - ground_speed_m_s);
+        command::airspeed(vehicle.system_id(), self.airspeed_m_s(limits, command))
+    }
+
+    /// Begins the stream at the current roll and altitude.
+    pub(crate) fn start(&mut self, now: Time, vehicle: &Vehicle) {
+        self.rate_loop = RateLoop::start_at(vehicle.roll.map_or(0.0, |(_, roll_rad)| roll_rad));
+        self.airspeed = None;
+        self.altitude = vehicle.position.map(|position| (now, position.vertical.altitude_m));
+    }
+
+    /// Messages of one step.
+    pub(crate) fn step(
+        &mut self,
+        now: Time,
+        since_last: Duration,
+        vehicle: &Vehicle,
+        limits: &Limits,
+        output: &AgentOutput,
+    ) -> Vec<MavMessage> {
+        let system_id = vehicle.system_id();
+        let inputs = RateInputs {
+            desired_rad_s: output.command.turn_rate_rad_s,
+            measured_rad_s: vehicle.turn_rate_rad_s(),
+            speed_m_s: vehicle.position.map_or(output.command.speed_m_s, |position| position.speed_m_s),
+            roll_max_rad: limits.roll_max_rad,
+        };
+        let roll_rad = self.rate_loop.step(&inputs, since_last.s());
+        let mut messages = vec![command::roll(system_id, roll_rad)];
+
+        if let Some((airspeed_m_s, ground_speed_m_s)) = vehicle.airspeed {
+            let measured_m_s = airspeed_m_s - ground_speed_m_s;
+            let known_m_s = self.headwind_m_s.unwrap_or(measured_m_s);
+            let share = (since_last.s() / WIND_TIME_CONSTANT_S).clamp(0.0, 1.0);
+            self.headwind_m_s = Some(known_m_s + share * (measured_m_s - known_m_s));
+        }
+        let airspeed_m_s = self.airspeed_m_s(limits, output.command);
+        let is_due = |last: Option<(Time, f64)>, value: f64, change_min: f64| {
+            last.is_none_or(|(at, last)| now - at >= CHANGE_PERIOD && (value - last).abs() >= change_min)
+        };
+        if is_due(self.airspeed, airspeed_m_s, AIRSPEED_CHANGE_MIN_M_S) {
+            self.airspeed = Some((now, airspeed_m_s));
+            messages.push(command::airspeed(system_id, airspeed_m_s));
+        }
+        if let Some((at, altitude_m)) = self.altitude.zip(output.altitude_m).and_then(|((at, from_m), to_m)| {
+            let change_m = self.climb_rate_m_s * (now - at).s();
+            let [min_m, max_m] = self.altitude_limits_m(vehicle);
+            let to_m = to_m.max(min_m).min(max_m);
+            to_m.is_finite().then(|| (at, to_m.clamp(from_m - change_m, from_m + change_m)))
+        }) && now - at >= CHANGE_PERIOD
+        {
+            let is_changed = self.altitude.is_some_and(|(_, last)| (altitude_m - last).abs() >= ALTITUDE_CHANGE_MIN_M);
+            if is_changed {
+                self.altitude = Some((now, altitude_m));
+                messages.push(command::altitude(system_id, altitude_m));
+            } else {
+                // Time at the altitude does not accumulate climb.
+                self.altitude = self.altitude.map(|(_, last)| (now, last));
+            }
+        }
+        messages
+    }
+
+    /// Request to circle at the last known position, at its altitude, in the direction of the current turn.
+    pub(crate) fn safe_orbit(&self, vehicle: &Vehicle) -> Option<MavMessage> {
+        let position = vehicle.position?;
+        let [min_m, max_m] = self.altitude_limits_m(vehicle);
+        let altitude_m = position.vertical.altitude_m.max(min_m).min(max_m);
+        // If the parameters have become implausible, the autopilot uses its own radius.
+        let radius_m = vehicle.parameters.limits().map_or(0.0, |limits| limits.loiter_radius_m);
+        let is_left = vehicle.turn_rate_rad_s().is_some_and(|rad_s| rad_s > 0.0);
+        Some(command::circle(vehicle.system_id(), position.point_e7, altitude_m, radius_m, is_left))
+    }
+
+    /// Airspeed for a commanded ground speed, within the limits of the vehicle, m/s.
+    fn airspeed_m_s(&self, limits: &Limits, command: Command) -> f64 {
+        let desired_m_s = command.speed_m_s + self.headwind_m_s.unwrap_or(0.0);
+        desired_m_s.max(limits.airspeed_min_m_s).min(limits.airspeed_max_m_s)
+    }
+
+    /// Lowest and highest altitude that is commanded, m.
+    fn altitude_limits_m(&self, vehicle: &Vehicle) -> [f64; 2] {
+        let [min_m, max_m] = self.altitude_m;
+        let floor_m = vehicle.parameters.fence_altitude_min_m().map_or(min_m, |m| min_m.max(m + FENCE_MARGIN_M));
+        let ceiling_m = vehicle.parameters.fence_altitude_max_m().map_or(max_m, |m| max_m.min(m - FENCE_MARGIN_M));
+        [floor_m, ceiling_m.max(floor_m)]
+    }
+}

@@ -1,0 +1,160 @@
+//! Flight of the companion's program with the double of the vehicle, in simulated time.
+
+use standoff::{Geofence, PointingTarget, Position, TeamParams, Time, UavId};
+use standoff_fly::codec::{Codec, SigningKey};
+use standoff_fly::companion::{Companion, Config};
+use standoff_io::geodesy::LocalPlane;
+
+use super::plane::{Plane, STEP_S};
+
+/// Start of the flights in the team's time.
+const START_US: i64 = 1_000_000_000_000;
+
+/// Velocity of the target, m/s east.
+pub(crate) const TARGET_SPEED_M_S: f64 = 6.7;
+
+pub(crate) fn local_plane() -> LocalPlane {
+    LocalPlane::about(47.4, 8.5).unwrap()
+}
+
+pub(crate) fn params() -> TeamParams {
+    let mut params = TeamParams::recommended();
+    params.uav.speed_m_s = 23.0;
+    params.uav.speed_change_max_m_s = 6.0;
+    params.uav.turn_rate_lag_s = 0.6;
+    params.uav.speed_lag_s = 3.0;
+    params
+}
+
+pub(crate) fn config() -> Config {
+    Config {
+        params: params(),
+        geofence: Geofence::default(),
+        uav: UavId(0),
+        restart_count: 0,
+        system_id: 1,
+        plane: local_plane(),
+        teammates: Vec::new(),
+        altitude_m: [60.0, 300.0],
+    }
+}
+
+pub(crate) struct Flight {
+    pub(crate) companion: Companion,
+    codec: Codec,
+    pub(crate) vehicle: Plane,
+    /// Pointing target of the simulated gimbal and its time.
+    pointing: Option<(Time, PointingTarget)>,
+    pub(crate) has_feed: bool,
+    /// Standard deviations of range (m) and bearing (rad) of the simulated sensor.
+    pub(crate) noise: [f64; 2],
+    random: u64,
+}
+
+impl Flight {
+    pub(crate) fn new(config: Config, key: Option<&SigningKey>) -> Self {
+        Self {
+            companion: Companion::new(config).unwrap(),
+            codec: Codec::new(1, key),
+            vehicle: Plane::new(local_plane(), key),
+            pointing: None,
+            has_feed: true,
+            noise: [0.0; 2],
+            random: 1,
+        }
+    }
+
+    pub(crate) fn now(&self) -> Time {
+        Time::from_us(START_US + (self.vehicle.time_s() * 1e6).round() as i64)
+    }
+
+    pub(crate) fn target(&self) -> Position {
+        Position::from_m(TARGET_SPEED_M_S * self.vehicle.time_s(), 0.0)
+    }
+
+    /// Distance of the UAV from the target, m.
+    pub(crate) fn range_m(&self) -> f64 {
+        self.vehicle.position.distance_m(self.target())
+    }
+
+    /// A random number with standard deviation 1: the sum of twelve uniform numbers.
+    fn noise(&mut self) -> f64 {
+        let uniform = |state: &mut u64| {
+            *state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+            (*state >> 11) as f64 / (1u64 << 53) as f64
+        };
+        (0..12).map(|_| uniform(&mut self.random)).sum::<f64>() - 6.0
+    }
+
+    /// Passes bytes to the companion as a datagram from the vehicle's address.
+    pub(crate) fn hear(&mut self, datagram: &[u8]) {
+        let now = self.now();
+        self.codec.decode_datagram(datagram, |header, message| {
+            self.companion.receive(now, &header, &message);
+        });
+    }
+
+    /// Line of the feed with the scan of the simulated sensor.
+    fn feed_line(&mut self, now: Time) -> String {
+        let own = self.vehicle.position;
+        let sensor = params().track.sensor;
+        let boresight = self.pointing.map(|(at, pointing)| pointing.boresight(own, now - at));
+        let seen = boresight.and_then(|boresight| sensor.measure(own, boresight, self.target()));
+        let detections = seen.map_or(String::new(), |z| {
+            let range_m = (z.range_m + self.noise[0] * self.noise()).max(1.0);
+            let bearing_deg = 90.0 - z.bearing.deg() + (self.noise[1] * self.noise()).to_degrees();
+            format!(r#"{{"label": 0, "range_m": {range_m}, "bearing_deg": {bearing_deg}}}"#)
+        });
+        let boresight = boresight.map_or("null".to_owned(), |boresight| (90.0 - boresight.deg()).to_string());
+        format!(r#"{{"scan": {{"boresight_deg": {boresight}, "detections": [{detections}]}}}}"#)
+    }
+
+    /// Cue for the target.
+    pub(crate) fn cue(&mut self) {
+        let now = self.now();
+        let [latitude_deg, longitude_deg] = local_plane().degrees_at(self.target()).unwrap();
+        let line = format!(
+            r#"{{"cue": {{"label": 0, "latitude_deg": {latitude_deg}, "longitude_deg": {longitude_deg}, "course_deg": 90,
+            "speed_m_s": {TARGET_SPEED_M_S}, "position_sd_m": 20, "velocity_sd_m_s": 2}}}}"#
+        );
+        self.companion.hear_feed(now, &line).unwrap();
+    }
+
+    /// Flies a step of 0.1 s.
+    pub(crate) fn step(&mut self) {
+        for _ in 0..(0.1 / STEP_S).round() as u32 {
+            for datagram in self.vehicle.advance() {
+                self.hear(&datagram);
+            }
+        }
+        let now = self.now();
+        if self.has_feed && now.us() % 500_000 == 0 {
+            let line = self.feed_line(now);
+            self.companion.hear_feed(now, &line).unwrap();
+            if self.companion.agent().team_state().tracks().is_empty() {
+                self.cue();
+            }
+        }
+        self.decide();
+    }
+
+    /// Runs the companion's program once and passes its messages to the vehicle.
+    pub(crate) fn decide(&mut self) {
+        let now = self.now();
+        let outgoing = self.companion.step(now);
+        self.pointing = self.companion.output.pointing_target.map(|pointing| (now, pointing));
+        for message in outgoing.mavlink {
+            let frame = self.codec.encode(&message);
+            for answer in self.vehicle.receive(&frame) {
+                self.hear(&answer);
+            }
+        }
+    }
+
+    pub(crate) fn fly(&mut self, seconds: f64) {
+        let end_s = self.vehicle.time_s() + seconds;
+        while self.vehicle.time_s() < end_s - 1e-9 {
+            self.step();
+        }
+    }
+}

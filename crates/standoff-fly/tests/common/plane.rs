@@ -1,0 +1,292 @@
+//! Double of an ArduPlane vehicle that behaves as measured in ArduPlane's simulator, in simulated time.
+//!
+//! - In turns it reaches 0.72 of the coordinated turn rate.
+//! - A roll target without successor is released after 3.06 s; then the aircraft flies to its guided point.
+//! - It obeys commands in GUIDED only; it refuses ground speeds, and airspeeds outside its limits.
+//! - With a signing key, it drops frames without valid signature.
+
+use mavlink::dialects::ardupilotmega::{
+    ATTITUDE_DATA, COMMAND_ACK_DATA, COMMAND_INT_DATA, GLOBAL_POSITION_INT_DATA, HEARTBEAT_DATA, MavAutopilot, MavCmd,
+    MavMessage, MavModeFlag, MavParamType, MavResult, MavState, MavType, PARAM_VALUE_DATA, VFR_HUD_DATA,
+};
+use mavlink::{MavHeader, SigningConfig, SigningData};
+use standoff::research::math;
+use standoff::{Angle, Position};
+use standoff_fly::codec::{Codec, SigningKey, encode_as};
+use standoff_fly::rate_loop::GRAVITY_M_S2;
+use standoff_io::geodesy::LocalPlane;
+
+pub(crate) const GUIDED: u32 = 15;
+pub(crate) const LOITER: u32 = 12;
+pub(crate) const RTL: u32 = 11;
+
+/// Share of the coordinated turn rate that the airframe reaches.
+const TURN_RESPONSE: f64 = 0.72;
+/// Time after which a roll target is released, s.
+const RELEASE_S: f64 = 3.06;
+/// Time constant of the roll, s: within 3 of 30 degrees after 1 s.
+const ROLL_TIME_CONSTANT_S: f64 = 0.43;
+/// Acceleration, m/s2: from 22 to 28 m/s in 8.7 s.
+const ACCELERATION_M_S2: f64 = 0.7;
+/// Rate of climb, m/s: 100 m in 27 s.
+const CLIMB_RATE_M_S: f64 = 3.7;
+/// Step of the simulation, s.
+pub(crate) const STEP_S: f64 = 0.02;
+
+pub(crate) struct Plane {
+    plane: LocalPlane,
+    codec: Codec,
+    signing: Option<SigningData>,
+    sequence: u8,
+    steps: u64,
+    pub(crate) mode: u32,
+    pub(crate) is_armed: bool,
+    pub(crate) system_status: MavState,
+    pub(crate) position: Position,
+    pub(crate) heading: Angle,
+    pub(crate) roll_rad: f64,
+    pub(crate) airspeed_m_s: f64,
+    pub(crate) altitude_m: f64,
+    pub(crate) wind_m_s: [f64; 2],
+    commanded_airspeed_m_s: f64,
+    pub(crate) commanded_altitude_m: f64,
+    roll_target: Option<(f64, f64)>,
+    pub(crate) guided_point: Position,
+    pub(crate) loiter_radius_m: f64,
+    /// Times and radii of accepted requests of a circle, s and m.
+    pub(crate) circles: Vec<(f64, f64)>,
+    /// Time of the last roll target that arrived, s.
+    pub(crate) roll_target_at_s: Option<f64>,
+    /// Number of commands that arrived in another mode than GUIDED, and of messages that would arm or change the mode.
+    pub(crate) violations: Vec<String>,
+    /// Number of received messages of any kind.
+    pub(crate) received: usize,
+    pub(crate) parameters: Vec<(&'static str, f32)>,
+    pub(crate) is_mute: bool,
+    pub(crate) refuses_speed: bool,
+}
+
+impl Plane {
+    pub(crate) fn new(plane: LocalPlane, key: Option<&SigningKey>) -> Self {
+        let config = |key: &SigningKey| SigningData::from_config(SigningConfig::new(key.key, 0, true, false));
+        Self {
+            plane,
+            codec: Codec::new(1, key),
+            signing: key.map(config),
+            sequence: 0,
+            steps: 0,
+            mode: GUIDED,
+            is_armed: true,
+            system_status: MavState::MAV_STATE_ACTIVE,
+            position: Position::from_m(-400.0, -300.0),
+            heading: Angle::from_deg(45.0),
+            roll_rad: 0.0,
+            airspeed_m_s: 22.0,
+            altitude_m: 150.0,
+            wind_m_s: [0.0; 2],
+            commanded_airspeed_m_s: 22.0,
+            commanded_altitude_m: 150.0,
+            roll_target: None,
+            guided_point: Position::default(),
+            loiter_radius_m: 80.0,
+            circles: Vec::new(),
+            roll_target_at_s: None,
+            violations: Vec::new(),
+            received: 0,
+            parameters: vec![
+                ("ROLL_LIMIT_DEG", 65.0),
+                ("AIRSPEED_MIN", 10.0),
+                ("AIRSPEED_MAX", 30.0),
+                ("WP_LOITER_RAD", 80.0),
+                ("FS_GCS_ENABL", 1.0),
+                ("FS_LONG_ACTN", 1.0),
+                ("FS_LONG_TIMEOUT", 5.0),
+                ("FENCE_ENABLE", 1.0),
+                ("FENCE_ACTION", 1.0),
+                ("FENCE_TYPE", 1.0),
+                ("FENCE_ALT_MAX", 200.0),
+            ],
+            is_mute: false,
+            refuses_speed: false,
+        }
+    }
+
+    /// Simulated time since the start, s.
+    pub(crate) fn time_s(&self) -> f64 {
+        self.steps as f64 * STEP_S
+    }
+
+    fn send(&mut self, message: &MavMessage, to: &mut Vec<Vec<u8>>) {
+        let header = MavHeader { system_id: 1, component_id: 1, sequence: self.sequence };
+        self.sequence = self.sequence.wrapping_add(1);
+        to.push(encode_as(header, message, self.signing.as_ref()));
+    }
+
+    /// Processes a datagram and returns the answers.
+    pub(crate) fn receive(&mut self, datagram: &[u8]) -> Vec<Vec<u8>> {
+        let mut messages = Vec::new();
+        self.codec.decode_datagram(datagram, |header, message| messages.push((header, message)));
+        let mut answers = Vec::new();
+        for (header, message) in messages {
+            assert_eq!((header.system_id, header.component_id), (1, 191));
+            self.received += 1;
+            self.obey(&message, &mut answers);
+        }
+        answers
+    }
+
+    fn obey(&mut self, message: &MavMessage, answers: &mut Vec<Vec<u8>>) {
+        if standoff_fly::companion::is_command(message) && (self.mode != GUIDED || !self.is_armed) {
+            self.violations.push(format!("{:.2} s, mode {}: {message:?}", self.time_s(), self.mode));
+        }
+        match message {
+            MavMessage::HEARTBEAT(_) => {}
+            MavMessage::SET_ATTITUDE_TARGET(target) => {
+                assert_eq!(target.type_mask.bits(), 0xC6);
+                if self.mode == GUIDED {
+                    let [w, x, _, _] = target.q.map(f64::from);
+                    self.roll_target = Some((self.time_s(), 2.0 * math::atan2(x, w)));
+                    self.roll_target_at_s = Some(self.time_s());
+                }
+            }
+            MavMessage::COMMAND_INT(command) => {
+                let result = self.command(command);
+                let answer = COMMAND_ACK_DATA { command: command.command, result };
+                self.send(&MavMessage::COMMAND_ACK(answer), answers);
+            }
+            MavMessage::COMMAND_LONG(command) if command.command == MavCmd::MAV_CMD_SET_MESSAGE_INTERVAL => {
+                let answer = COMMAND_ACK_DATA { command: command.command, result: MavResult::MAV_RESULT_ACCEPTED };
+                self.send(&MavMessage::COMMAND_ACK(answer), answers);
+            }
+            MavMessage::PARAM_REQUEST_READ(request) => {
+                let name = request.param_id.to_str().unwrap();
+                if let Some((_, value)) = self.parameters.iter().find(|(known, _)| *known == name) {
+                    let answer = PARAM_VALUE_DATA {
+                        param_value: *value,
+                        param_count: 1000,
+                        param_index: u16::MAX,
+                        param_id: request.param_id,
+                        param_type: MavParamType::MAV_PARAM_TYPE_REAL32,
+                    };
+                    self.send(&MavMessage::PARAM_VALUE(answer), answers);
+                }
+            }
+            other => self.violations.push(format!("unexpected {other:?}")),
+        }
+    }
+
+    fn command(&mut self, command: &COMMAND_INT_DATA) -> MavResult {
+        if self.mode != GUIDED {
+            return MavResult::MAV_RESULT_FAILED;
+        }
+        match command.command {
+            MavCmd::MAV_CMD_GUIDED_CHANGE_SPEED => {
+                let speed_m_s = f64::from(command.param2);
+                if command.param1 != 0.0 {
+                    return MavResult::MAV_RESULT_DENIED;
+                }
+                if self.refuses_speed || !(10.0..=30.0).contains(&speed_m_s) {
+                    return MavResult::MAV_RESULT_FAILED;
+                }
+                self.commanded_airspeed_m_s = speed_m_s;
+            }
+            MavCmd::MAV_CMD_GUIDED_CHANGE_ALTITUDE => {
+                assert_eq!(command.param3, 0.0, "with a rate, the aircraft climbs too slowly");
+                self.commanded_altitude_m = f64::from(command.z);
+            }
+            MavCmd::MAV_CMD_DO_REPOSITION => {
+                assert_eq!(command.param2, 0.0, "the flag would change the mode");
+                let [latitude_deg, longitude_deg] = [command.x, command.y].map(|e7| f64::from(e7) * 1e-7);
+                self.guided_point = self.plane.position(latitude_deg, longitude_deg).unwrap();
+                self.loiter_radius_m = f64::from(command.param3);
+                self.circles.push((self.time_s(), self.loiter_radius_m));
+            }
+            _ => return MavResult::MAV_RESULT_UNSUPPORTED,
+        }
+        MavResult::MAV_RESULT_ACCEPTED
+    }
+
+    /// Velocity over ground, m/s east and north.
+    pub(crate) fn velocity_m_s(&self) -> [f64; 2] {
+        let (sin, cos) = math::sin_cos(self.heading.rad());
+        [self.airspeed_m_s * cos + self.wind_m_s[0], self.airspeed_m_s * sin + self.wind_m_s[1]]
+    }
+
+    /// Roll, rad, that the autopilot flies without a roll target: towards the guided point, then around it.
+    fn own_roll_rad(&self) -> f64 {
+        let to_point = self.guided_point - self.position;
+        let radial = (to_point.length_m() / self.loiter_radius_m).clamp(0.0, 2.0);
+        let desired = to_point.direction() + Angle::from_rad((2.0 - radial) * 0.25 * math::PI);
+        -(1.0 * (desired - self.heading).rad()).clamp(-0.7, 0.7)
+    }
+
+    /// Simulates a step and returns the datagrams that the autopilot sends.
+    pub(crate) fn advance(&mut self) -> Vec<Vec<u8>> {
+        let time_s = self.time_s();
+        if self.roll_target.is_some_and(|(at_s, _)| time_s - at_s > RELEASE_S) || self.mode != GUIDED {
+            self.roll_target = None;
+        }
+        let roll_limit_rad = 65f64.to_radians();
+        let target_rad = self.roll_target.map_or_else(|| self.own_roll_rad(), |(_, roll_rad)| roll_rad);
+        let target_rad = target_rad.clamp(-roll_limit_rad, roll_limit_rad);
+        self.roll_rad += (target_rad - self.roll_rad) * STEP_S / ROLL_TIME_CONSTANT_S;
+        let (sin, cos) = math::sin_cos(self.roll_rad);
+        let turn_rate_rad_s = -TURN_RESPONSE * GRAVITY_M_S2 * sin / cos / self.airspeed_m_s;
+        self.heading = self.heading + Angle::from_rad(turn_rate_rad_s * STEP_S);
+        let change = |from: f64, to: f64, rate: f64| (to - from).clamp(-rate * STEP_S, rate * STEP_S);
+        self.airspeed_m_s += change(self.airspeed_m_s, self.commanded_airspeed_m_s, ACCELERATION_M_S2);
+        self.altitude_m += change(self.altitude_m, self.commanded_altitude_m, CLIMB_RATE_M_S);
+        let [east_m_s, north_m_s] = self.velocity_m_s();
+
+        self.position =
+            Position::from_m(self.position.x_m() + east_m_s * STEP_S, self.position.y_m() + north_m_s * STEP_S);
+        self.steps += 1;
+        if self.is_mute { Vec::new() } else { self.telemetry() }
+    }
+
+    fn telemetry(&mut self) -> Vec<Vec<u8>> {
+        let mut sent = Vec::new();
+        let time_boot_ms = 60_000 + (self.steps as f64 * STEP_S * 1e3).round() as u32;
+        let is_due = |period_steps: u64| self.steps.is_multiple_of(period_steps);
+        let [heartbeat, attitude, position, hud] = [is_due(50), is_due(3), is_due(5), is_due(5)];
+        if heartbeat {
+            let base_mode = if self.is_armed { MavModeFlag::MAV_MODE_FLAG_SAFETY_ARMED } else { MavModeFlag::empty() };
+            let heartbeat = HEARTBEAT_DATA {
+                custom_mode: self.mode,
+                mavtype: MavType::MAV_TYPE_FIXED_WING,
+                autopilot: MavAutopilot::MAV_AUTOPILOT_ARDUPILOTMEGA,
+                base_mode: base_mode | MavModeFlag::MAV_MODE_FLAG_CUSTOM_MODE_ENABLED,
+                system_status: self.system_status,
+                mavlink_version: 3,
+            };
+            self.send(&MavMessage::HEARTBEAT(heartbeat), &mut sent);
+        }
+        if attitude {
+            let (roll, yaw) = (self.roll_rad as f32, (Angle::from_deg(90.0) - self.heading).rad() as f32);
+            let attitude = ATTITUDE_DATA { time_boot_ms, roll, yaw, ..ATTITUDE_DATA::default() };
+            self.send(&MavMessage::ATTITUDE(attitude), &mut sent);
+        }
+        let [east_m_s, north_m_s] = self.velocity_m_s();
+        if position {
+            let [lat, lon] = self.plane.degrees_at(self.position).unwrap().map(|deg| (deg * 1e7).round() as i32);
+            let position = GLOBAL_POSITION_INT_DATA {
+                time_boot_ms,
+                lat,
+                lon,
+                alt: ((self.altitude_m + 400.0) * 1e3) as i32,
+                relative_alt: (self.altitude_m * 1e3) as i32,
+                vx: (north_m_s * 1e2).round() as i16,
+                vy: (east_m_s * 1e2).round() as i16,
+                vz: 0,
+                hdg: u16::MAX,
+            };
+            self.send(&MavMessage::GLOBAL_POSITION_INT(position), &mut sent);
+        }
+        if hud {
+            let groundspeed = math::hypot(east_m_s, north_m_s) as f32;
+            let hud = VFR_HUD_DATA { airspeed: self.airspeed_m_s as f32, groundspeed, ..VFR_HUD_DATA::default() };
+            self.send(&MavMessage::VFR_HUD(hud), &mut sent);
+        }
+        sent
+    }
+}
