@@ -16,7 +16,7 @@ pub const GUIDED: u32 = 15;
 /// roll rate not ignored, ArduPlane takes the roll from the quaternion and keeps altitude and speed.
 const ROLL_ONLY: u8 = 0xC6;
 
-/// Messages that the autopilot is asked to send: id and period, us.
+/// Messages requested from the autopilot: id and period, us.
 pub const INTERVALS: [(u32, u32); 7] = [
     (30, 50_000),     // ATTITUDE
     (33, 100_000),    // GLOBAL_POSITION_INT

@@ -3,19 +3,19 @@
 use mavlink::MavHeader;
 use mavlink::dialects::ardupilotmega::{MavCmd, MavMessage};
 use standoff::{
-    Agent, AgentOutput, Angle, Command, Cue, Diagnostics, Duration, Geofence, Message, Observation, ParamError, Scan,
-    TeamParams, Time, UavId, UavState, wire,
+    Agent, AgentOutput, Angle, Command, Cue, Diagnostics, Duration, Message, Observation, ParamError, Scan, Time,
+    UavState, wire,
 };
-use standoff_io::geodesy::LocalPlane;
 
 use crate::authority::{Authority, Inputs, Permission, State};
-use crate::command;
+use crate::config::Config;
 use crate::feed::{FeedCue, FeedError, FeedLine, FeedScan};
 use crate::flight_commands::FlightCommands;
+use crate::requests::Requests;
 use crate::scan_alignment::aligned;
 use crate::vehicle::Vehicle;
 
-/// Period of the commands to the autopilot.
+/// Usual period of the commands to the autopilot, which is that of its positions.
 pub const STEP: Duration = Duration::from_us(100_000);
 
 /// Maximum delay of the program after which a time step of the agent is skipped.
@@ -23,27 +23,6 @@ const LATE: Duration = Duration::from_us(250_000);
 
 /// Maximum number of cues kept until the next time step.
 const CUES_MAX: usize = 1000;
-
-/// Settings of one companion computer.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Config {
-    /// Parameters of the team, the same on every aircraft.
-    pub params: TeamParams,
-    /// Zones of the team, the same on every aircraft.
-    pub geofence: Geofence,
-    /// Id of this UAV in the team.
-    pub uav: UavId,
-    /// Restart count of this program.
-    pub restart_count: u32,
-    /// MAVLink system id of the autopilot.
-    pub system_id: u8,
-    /// The team's local plane.
-    pub plane: LocalPlane,
-    /// Ids of the teammates whose reports are required.
-    pub teammates: Vec<UavId>,
-    /// Lowest and highest altitude above home that is commanded, m; in addition to the fence.
-    pub altitude_m: [f64; 2],
-}
 
 /// Messages to send after a step.
 #[derive(Debug, Default)]
@@ -62,7 +41,7 @@ pub struct Companion {
     pub vehicle: Vehicle,
     authority: Authority,
     commands: FlightCommands,
-    requests: crate::requests::Requests,
+    requests: Requests,
     scan: Option<(Time, FeedScan)>,
     /// Last boresight of the sensor.
     boresight: Option<Angle>,
@@ -90,7 +69,7 @@ impl Companion {
             vehicle: Vehicle::new(config.system_id, config.plane),
             authority: Authority::default(),
             commands: FlightCommands::new(&config),
-            requests: crate::requests::Requests::default(),
+            requests: Requests::default(),
             scan: None,
             boresight: None,
             cues: Vec::new(),
@@ -172,7 +151,7 @@ impl Companion {
         self.agent.leave();
     }
 
-    /// One step of the program; call it every [`STEP`].
+    /// One step of the program; call it about every [`STEP`].
     pub fn step(&mut self, now: Time) -> Outgoing {
         let mut outgoing = Outgoing::default();
         self.run_agent(now, &mut outgoing);
@@ -304,6 +283,3 @@ pub fn is_command(message: &MavMessage) -> bool {
         _ => true,
     }
 }
-
-/// Custom mode in which the aircraft is commanded.
-pub const COMMANDED_MODE: u32 = command::GUIDED;

@@ -4,7 +4,7 @@ use mavlink::dialects::ardupilotmega::MavMessage;
 use standoff::{AgentOutput, Command, Duration, Time};
 
 use crate::command;
-use crate::companion::Config;
+use crate::config::Config;
 use crate::parameters::Limits;
 use crate::rate_loop::{RateInputs, RateLoop};
 use crate::vehicle::Vehicle;

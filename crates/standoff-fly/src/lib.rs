@@ -10,6 +10,7 @@ mod boot_clock;
 pub mod codec;
 pub mod command;
 pub mod companion;
+pub mod config;
 pub mod feed;
 mod flight_commands;
 pub mod parameters;

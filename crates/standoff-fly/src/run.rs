@@ -8,7 +8,8 @@ use standoff::{Duration, Time};
 
 use crate::address::LinkAddress;
 use crate::codec::{Codec, SigningKey};
-use crate::companion::{Companion, Config, Outgoing, STEP};
+use crate::companion::{Companion, Outgoing};
+use crate::config::Config;
 use crate::status;
 use crate::transport::{Input, Inputs, Link, Radio, Received};
 
@@ -18,6 +19,12 @@ const EPOCH_UNIX_S: i64 = 1_767_225_600;
 
 /// Time for which the program sends on after it has announced that the UAV leaves the team.
 const LEAVE: Duration = Duration::from_us(1_000_000);
+
+/// Longest time between two steps: longer than the period of positions, which start the steps.
+const STEP_MAX: Duration = Duration::from_us(120_000);
+
+/// Longest time less the shortest time between two steps, of 60 ms.
+const STEP_MAX_LESS_MIN: Duration = Duration::from_us(60_000);
 
 /// Maximum number of inputs processed between two steps, so that a flood of datagrams does not delay a step.
 const INPUTS_MAX: usize = 2000;
@@ -86,10 +93,13 @@ pub fn run(
         if leaves_at.is_some_and(|at| now - at >= LEAVE || now < at) {
             return Ok(());
         }
-        let next = Time::from_us((now.us().div_euclid(STEP.us()) + 1) * STEP.us());
+        // A position calls for a command immediately; without positions, the longest time passes.
+        let due_at = now + STEP_MAX;
+        let known_at = position_at(&companion);
         for _ in 0..INPUTS_MAX {
-            let left_us = (next - clock.now()).us().clamp(0, STEP.us());
-            if left_us == 0 {
+            let left_us = (due_at - clock.now()).us().clamp(0, STEP_MAX.us());
+            let is_early = due_at - clock.now() > STEP_MAX_LESS_MIN;
+            if left_us == 0 || (position_at(&companion) != known_at && !is_early) {
                 break;
             }
             if let Some(received) = inputs.next(std::time::Duration::from_micros(left_us as u64)) {
@@ -107,6 +117,11 @@ pub fn run(
         teammates.iter().for_each(|datagram| devices_open.radio.send(datagram));
         status.report(now, &companion, report);
     }
+}
+
+/// Time of the last position.
+fn position_at(companion: &Companion) -> Option<Time> {
+    companion.vehicle.position.map(|position| position.at)
 }
 
 /// Open devices.

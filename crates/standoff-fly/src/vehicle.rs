@@ -36,6 +36,9 @@ const TURN_RATE_WINDOW: Duration = Duration::from_us(300_000);
 /// Longest time over which a state is extrapolated.
 const EXTRAPOLATION_MAX: Duration = Duration::from_us(1_000_000);
 
+/// Longest time over which a state is extrapolated backward, to a time step that has begun before its sample.
+const BACKWARD_MAX: Duration = Duration::from_us(300_000);
+
 /// Number of traffic reports kept between two time steps; further ones are dropped.
 const TRAFFIC_MAX: usize = 200;
 
@@ -257,11 +260,11 @@ impl Vehicle {
         (time >= TURN_RATE_WINDOW && time <= EXTRAPOLATION_MAX).then(|| (last - first).rad() / time.s())
     }
 
-    /// State at `now`, extrapolated by at most a second; `None` without a position. The heading is the course over
+    /// State at `now`, extrapolated by at most a second, backward by 0.3 s; `None` without a position. The heading is the course over
     /// ground, the speed is the ground speed.
     pub fn state(&self, now: Time) -> Option<UavState> {
         let sample = self.position?;
-        let age_s = (now - sample.at).s().clamp(0.0, EXTRAPOLATION_MAX.s());
+        let age_s = (now - sample.at).s().clamp(-BACKWARD_MAX.s(), EXTRAPOLATION_MAX.s());
         let turn_rate_rad_s = self.turn_rate_rad_s().unwrap_or(0.0);
         let mean_course = sample.course + Angle::from_rad(0.5 * turn_rate_rad_s * age_s);
         let (sin, cos) = math::sin_cos(mean_course.rad());

@@ -1,6 +1,6 @@
 //! Flights of the agent with the double of the vehicle.
 
-#![expect(clippy::unwrap_used, reason = "a failed test")]
+#![expect(clippy::unwrap_used, reason = "helpers of tests")]
 
 mod common;
 

@@ -2,7 +2,8 @@
 
 use standoff::{Geofence, PointingTarget, Position, TeamParams, Time, UavId};
 use standoff_fly::codec::{Codec, SigningKey};
-use standoff_fly::companion::{Companion, Config};
+use standoff_fly::companion::Companion;
+use standoff_fly::config::Config;
 use standoff_io::geodesy::LocalPlane;
 
 use super::plane::{Plane, STEP_S};

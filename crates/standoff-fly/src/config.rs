@@ -1,0 +1,25 @@
+//! Settings of one companion computer.
+
+use standoff::{Geofence, TeamParams, UavId};
+use standoff_io::geodesy::LocalPlane;
+
+/// Settings of one companion computer.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Config {
+    /// Parameters of the team, the same on every aircraft.
+    pub params: TeamParams,
+    /// Zones of the team, the same on every aircraft.
+    pub geofence: Geofence,
+    /// Id of this UAV in the team.
+    pub uav: UavId,
+    /// Restart count of this program.
+    pub restart_count: u32,
+    /// MAVLink system id of the autopilot.
+    pub system_id: u8,
+    /// The team's local plane.
+    pub plane: LocalPlane,
+    /// Ids of the teammates whose reports are required.
+    pub teammates: Vec<UavId>,
+    /// Lowest and highest altitude above home that is commanded, m; in addition to the fence.
+    pub altitude_m: [f64; 2],
+}
