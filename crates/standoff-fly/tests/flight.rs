@@ -58,7 +58,7 @@ fn a_change_of_mode_stops_the_stream_from_the_next_heartbeat_and_guided_resumes_
 }
 
 #[test]
-fn a_silent_feed_requests_a_circle_and_stops_and_the_roll_is_released_after_3_1_s() {
+fn a_silent_feed_requests_a_circle_after_which_no_roll_target_follows() {
     let mut flight = Flight::new(config(), None);
     flight.fly(30.0);
     flight.has_feed = false;
@@ -83,4 +83,71 @@ fn a_silent_feed_requests_a_circle_and_stops_and_the_roll_is_released_after_3_1_
     flight.vehicle.mode = GUIDED;
     flight.fly(3.0);
     assert_eq!(flight.companion.authority(), State::Engaged);
+}
+
+/// Asserts that the authority has stopped for a reason, that a circle was requested, and that no roll target follows.
+fn assert_stopped(flight: &mut Flight, condition: Condition) {
+    let stopped = matches!(flight.companion.authority(), State::Stopped { reason, .. }
+        if reason == StopReason::Failed(condition));
+    assert!(stopped, "{:?}", flight.companion.authority());
+    assert_eq!(flight.vehicle.circles.len(), 1);
+    let last_roll_at_s = flight.vehicle.roll_target_at_s;
+    flight.fly(5.0);
+    assert_eq!(flight.vehicle.roll_target_at_s, last_roll_at_s);
+}
+
+#[test]
+fn silent_telemetry_stops_the_commands_within_1_1_s() {
+    let mut flight = Flight::new(config(), None);
+    flight.fly(30.0);
+    flight.vehicle.is_mute = true;
+    flight.fly(0.9);
+    assert_eq!(flight.companion.authority(), State::Engaged);
+    flight.fly(0.3);
+    assert_stopped(&mut flight, Condition::Telemetry);
+}
+
+#[test]
+fn a_program_that_was_late_by_more_than_1_s_stops() {
+    let mut flight = Flight::new(config(), None);
+    flight.fly(30.0);
+    for _ in 0..55 {
+        let datagrams = flight.vehicle.advance();
+        datagrams.iter().for_each(|datagram| flight.hear(datagram));
+    }
+    flight.cue();
+    flight.decide();
+    let State::Stopped { reason: StopReason::Failed(condition), .. } = flight.companion.authority() else {
+        panic!("{:?}", flight.companion.authority())
+    };
+    assert!([Condition::OnTime, Condition::Target].contains(&condition), "{condition}");
+    assert_stopped(&mut flight, condition);
+}
+
+#[test]
+fn a_refused_first_command_stops_before_any_roll_target() {
+    let mut flight = Flight::new(config(), None);
+    flight.vehicle.refuses_speed = true;
+    flight.fly(20.0);
+    let refused = matches!(flight.companion.authority(), State::Stopped { reason: StopReason::Refused, .. });
+    assert!(refused && flight.vehicle.roll_target_at_s.is_none() && flight.vehicle.circles.is_empty());
+}
+
+#[test]
+fn nothing_is_commanded_while_disarmed_low_in_failsafe_or_without_plausible_parameters() {
+    use mavlink::dialects::ardupilotmega::MavState;
+    let changes: [(fn(&mut Flight), Condition); 4] = [
+        (|flight| flight.vehicle.is_armed = false, Condition::Armed),
+        (|flight| (flight.vehicle.altitude_m, flight.vehicle.commanded_altitude_m) = (5.0, 5.0), Condition::Airborne),
+        (|flight| flight.vehicle.system_status = MavState::MAV_STATE_CRITICAL, Condition::NoFailsafe),
+        (|flight| flight.vehicle.parameters[0].1 = 0.0, Condition::Parameters),
+    ];
+    for (change, condition) in changes {
+        let mut flight = Flight::new(config(), None);
+        change(&mut flight);
+        flight.fly(20.0);
+        assert_eq!(flight.companion.authority(), State::Waiting);
+        assert!(!flight.companion.last_inputs().holds(condition, flight.now()), "{condition}");
+        assert_eq!((flight.vehicle.roll_target_at_s, flight.vehicle.violations.len()), (None, 0), "{condition}");
+    }
 }
