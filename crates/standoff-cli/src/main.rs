@@ -3,6 +3,8 @@
 mod baseline;
 mod compare;
 mod completions;
+#[cfg_attr(not(feature = "fly"), path = "fly_disabled.rs")]
+mod fly;
 mod frames;
 mod live_view;
 mod maps;
@@ -86,6 +88,9 @@ enum Command {
     /// Draw the map of a recorded run at a series of times, for an animation.
     #[command(after_help = frames::EXAMPLES)]
     Frames(frames::Args),
+    /// Run the agent of one UAV on its companion computer, behind an ArduPlane autopilot.
+    #[command(after_help = fly::EXAMPLES)]
+    Fly(fly::Args),
     /// Reproduce the paper's tables, figures and claims: the paper's values next to ours.
     #[command(after_help = reproduce::EXAMPLES)]
     Reproduce(reproduce::Args),
@@ -196,6 +201,7 @@ fn run_command() -> Result<(), Failure> {
         }
         Some(Command::View(args)) => view::view(&args),
         Some(Command::Frames(args)) => frames::draw(&args),
+        Some(Command::Fly(args)) => fly::run(&args),
         Some(Command::Reproduce(args)) => reproduce::reproduce(&args),
         Some(Command::Scenarios { action }) => scenarios::run(action),
         Some(Command::Check { file }) => scenarios::check(&file),
