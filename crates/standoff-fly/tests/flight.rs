@@ -136,7 +136,8 @@ fn a_refused_first_command_stops_before_any_roll_target() {
 #[test]
 fn nothing_is_commanded_while_disarmed_low_in_failsafe_or_without_plausible_parameters() {
     use mavlink::dialects::ardupilotmega::MavState;
-    let changes: [(fn(&mut Flight), Condition); 4] = [
+    type Change = fn(&mut Flight);
+    let changes: [(Change, Condition); 4] = [
         (|flight| flight.vehicle.is_armed = false, Condition::Armed),
         (|flight| (flight.vehicle.altitude_m, flight.vehicle.commanded_altitude_m) = (5.0, 5.0), Condition::Airborne),
         (|flight| flight.vehicle.system_status = MavState::MAV_STATE_CRITICAL, Condition::NoFailsafe),

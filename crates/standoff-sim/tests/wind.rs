@@ -1,5 +1,7 @@
 //! Missions in wind.
 
+#![expect(clippy::unwrap_used, reason = "helpers of tests")]
+
 mod common;
 
 use common::{frames, load};
