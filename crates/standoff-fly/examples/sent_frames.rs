@@ -1,5 +1,5 @@
 //! Prints one frame of each kind of message that `standoff fly` sends, as hexadecimal digits: unsigned, then signed with a
-//! key of 32 bytes 0x2a. `scripts/check_mavlink` decodes them with pymavlink.
+//! key of 32 bytes 0x2a. `scripts/check_mavlink.py` decodes them with pymavlink.
 
 use mavlink::dialects::ardupilotmega::MavMessage;
 use standoff_fly::codec::{Codec, SigningKey};
