@@ -20,11 +20,14 @@ use crate::terminal::note;
 pub(crate) const EXAMPLES: &str = "\
 Examples:
   standoff fly team.toml --link udpin:127.0.0.1:14550 --origin 47.4,8.5
-  standoff fly team.toml --link serial:/dev/ttyAMA0:921600 --origin 47.4,8.5 --key-file key.hex
-  standoff fly team.toml --link udpin:127.0.0.1:14560 --origin 47.4,8.5 --uav 1 --system-id 2 \\
-    --feed 127.0.0.1:47801 --listen 127.0.0.1:47901 --teammate 0=127.0.0.1:47900
+  standoff fly team.toml --link serial:/dev/ttyAMA0:921600 \\
+    --origin 47.4,8.5 --key-file key.hex
+  standoff fly team.toml --link udpin:127.0.0.1:14560 --origin 47.4,8.5 \\
+    --uav 1 --system-id 2 --feed 127.0.0.1:47801 --listen 127.0.0.1:47901 \\
+    --teammate 0=127.0.0.1:47900
 
-Read docs/fly-safety.md first. Exit status: 0 ended by the user, 1 failure while running, 2 wrong input or usage.";
+Read docs/fly-safety.md first. Exit status: 0 ended by the user,
+1 failure while running, 2 wrong input or usage.";
 
 /// Options of `standoff fly`.
 #[derive(Parser)]
