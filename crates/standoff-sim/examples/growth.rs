@@ -68,6 +68,7 @@ fn draw(file: &Path, curves: &[Vec<(f64, f64)>]) -> Result<(), Box<dyn std::erro
     area.fill(&WHITE)?;
     let mut chart = ChartBuilder::on(&area)
         .margin(12)
+        .margin_right(32)
         .x_label_area_size(44)
         .y_label_area_size(56)
         .build_cartesian_2d((targets.0..targets.1).log_scale(), 0.0..1.1 * highest_us)?;

@@ -80,7 +80,8 @@ fn the_record_satisfies_the_wind_triangle() {
                 0.5 * (ground(row).x_m_s() + ground(&next).x_m_s()),
                 0.5 * (ground(row).y_m_s() + ground(&next).y_m_s()),
             );
-            assert!((moved - mean).speed_m_s() < 0.4, "{moved:?} {mean:?}");
+            // The mean of both ends differs most when a turn begins.
+            assert!((moved - mean).speed_m_s() < 1.0, "{moved:?} {mean:?}");
         }
     }
 }

@@ -22,13 +22,12 @@ pub(crate) const TEAM_AREA_M: f64 = 100_000.0;
 /// wrong.
 pub(crate) const WRONG_MAX_S: f64 = 6.0;
 
-/// Maximum number of UAVs; reports of more UAVs are rejected. A UAV takes 1.5 kB of two team states and its report, so
-/// that this many take 6 MB. A message log keeps the reports of many time steps, and accepts fewer UAVs.
+/// Maximum number of UAVs; reports of more UAVs are rejected. A run of so many over [`TARGETS_MAX`] targets has taken
+/// 0.4 GB. A message log keeps the reports of many time steps, and accepts fewer UAVs.
 pub(crate) const TEAM_MAX: usize = 4_096;
 
-/// Maximum number of targets: as many as fit into a snapshot (`PARTS_MAX`). A target takes 1.2 kB of two team states and
-/// a snapshot, so that this many take 20 MB. The same limit holds for the detections of one report and for the cues of
-/// one time step.
+/// Maximum number of targets: as many as fit into a snapshot (`PARTS_MAX`). The same limit holds for the detections of
+/// one report and for the cues of one time step.
 pub(crate) const TARGETS_MAX: usize = 16_384;
 
 /// Identity of a target as reported by sensors and cue sources that identify targets. It is the same for all of

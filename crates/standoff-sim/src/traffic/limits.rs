@@ -10,7 +10,7 @@ pub const MAX_SAMPLES: usize = 5_000_000;
 pub const MAX_VEHICLES: usize = 100_000;
 
 /// Maximum number of vehicles at one time, which is also the maximum number of targets of a scenario: as many as a team
-/// tracks. The run of a target takes at most 20 kB, its record included, so that this many take 330 MB.
+/// tracks.
 pub(crate) const MAX_AT_ONCE: usize = 16_384;
 
 /// Maximum speed of a vehicle, by its speed value or its positions, m/s: above it, a position is wrong or degrees and
