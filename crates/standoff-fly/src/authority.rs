@@ -55,7 +55,7 @@ pub enum Condition {
 }
 
 impl Condition {
-    /// Every condition, in the order in which they are shown.
+    /// All conditions, in the order of the status line.
     pub const ALL: [Self; 11] = [
         Self::Heartbeat,
         Self::Armed,
@@ -103,7 +103,7 @@ pub struct Inputs {
     pub telemetry_at: Option<Time>,
     /// Last valid line of the feed.
     pub feed_at: Option<Time>,
-    /// Last decision in which the agent had a group to orbit.
+    /// Last decision of the agent with a group to orbit.
     pub target_at: Option<Time>,
     /// Oldest one of the last reports of the configured teammates; `None` if one has not reported.
     pub teammates_at: Option<Time>,
@@ -178,7 +178,7 @@ impl Inputs {
 pub enum Permission {
     /// No command.
     None,
-    /// The first command, whose answer is awaited.
+    /// The first command; commands follow if the autopilot accepts it.
     Confirm,
     /// Roll, speed and altitude.
     Command,

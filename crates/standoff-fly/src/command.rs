@@ -60,7 +60,7 @@ pub fn airspeed(system_id: u8, airspeed_m_s: f64) -> MavMessage {
 
 /// Command of an altitude above home, m. The autopilot accepts it only in GUIDED.
 pub fn altitude(system_id: u8, altitude_m: f64) -> MavMessage {
-    // With a rate, ArduPlane climbs at 0.4 m/s instead of 5 (measured), so there is none.
+    // Without a rate: with one of 5 m/s, ArduPlane climbs at 0.4 m/s (measured).
     int(system_id, MavCmd::MAV_CMD_GUIDED_CHANGE_ALTITUDE, [0.0; 4], [0, 0], altitude_m)
 }
 
@@ -71,7 +71,7 @@ pub fn circle(system_id: u8, point_e7: [i32; 2], altitude_m: f64, radius_m: f64,
     int(system_id, MavCmd::MAV_CMD_DO_REPOSITION, [-1.0, 0.0, radius_m as f32, direction], point_e7, altitude_m)
 }
 
-#[expect(deprecated, reason = "the frame that was measured on ArduPlane, whose synonym needs a newer version")]
+#[expect(deprecated, reason = "ArduPlane was measured with this frame, and its newer name needs a newer version")]
 fn int(system_id: u8, command: MavCmd, params: [f32; 4], [x, y]: [i32; 2], z: f64) -> MavMessage {
     let [param1, param2, param3, param4] = params;
     MavMessage::COMMAND_INT(COMMAND_INT_DATA {

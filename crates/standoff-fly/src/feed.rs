@@ -159,11 +159,10 @@ impl CueLine {
         let longitude_deg = in_range("cue.longitude_deg", self.longitude_deg, -180.0, 180.0)?;
         let course = compass("cue.course_deg", self.course_deg)?;
         let speed_m_s = in_range("cue.speed_m_s", self.speed_m_s, 0.0, 200.0)?;
-        let (sin, cos) = standoff::research::math::sin_cos(course.rad());
         Ok(FeedCue {
             label: self.label.map(TargetLabel),
             point_deg: [latitude_deg, longitude_deg],
-            velocity: Velocity::from_m_s(speed_m_s * cos, speed_m_s * sin),
+            velocity: Velocity::from_polar(speed_m_s, course),
             position_sd_m: in_range("cue.position_sd_m", self.position_sd_m, 0.1, 1e4)?,
             velocity_sd_m_s: in_range("cue.velocity_sd_m_s", self.velocity_sd_m_s, 0.01, 1e3)?,
             age: age("cue.age_s", self.age_s)?,

@@ -51,7 +51,7 @@ impl FlightCommands {
         }
     }
 
-    /// The first command, whose answer shows that the autopilot obeys: an airspeed.
+    /// The first command: an airspeed. If the autopilot accepts it, it also obeys further commands.
     pub(crate) fn first(&mut self, vehicle: &Vehicle, limits: &Limits, command: Command) -> MavMessage {
         self.headwind_m_s = vehicle.airspeed.map(|(airspeed_m_s, ground_speed_m_s)| airspeed_m_s - ground_speed_m_s);
         command::airspeed(vehicle.system_id(), self.airspeed_m_s(limits, command))

@@ -102,11 +102,6 @@ impl Parameters {
         self.has_fence_of_type(8).then(|| self.value("FENCE_ALT_MIN")).flatten()
     }
 
-    /// Radius of the fence around home, m; `None` if the fence has no circle or is unknown.
-    pub fn fence_radius_m(&self) -> Option<f64> {
-        self.has_fence_of_type(2).then(|| self.value("FENCE_RADIUS")).flatten().filter(|radius_m| *radius_m > 0.0)
-    }
-
     fn has_fence_of_type(&self, bit: u32) -> bool {
         self.value("FENCE_TYPE").is_some_and(|kind| (0.0..256.0).contains(&kind) && kind as u32 & bit != 0)
     }

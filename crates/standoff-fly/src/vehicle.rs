@@ -11,7 +11,7 @@ use mavlink::dialects::ardupilotmega::{
     MavLandedState, MavMessage, MavModeFlag, MavResult, MavState, VFR_HUD_DATA,
 };
 use standoff::research::math;
-use standoff::{Angle, Duration, Position, Time, TrafficReport, UavState, Vertical};
+use standoff::{Angle, Duration, Position, Time, TrafficReport, UavState, Velocity, Vertical};
 use standoff_io::geodesy::LocalPlane;
 
 use crate::boot_clock::BootClock;
@@ -179,8 +179,8 @@ impl Vehicle {
         };
         let [north_m_s, east_m_s, down_m_s] = [sample.vx, sample.vy, sample.vz].map(|cm_s| 0.01 * f64::from(cm_s));
         let [altitude_m, sea_level_m] = [sample.relative_alt, sample.alt].map(|mm| 1e-3 * f64::from(mm));
-        let course = Angle::from_rad(math::atan2(north_m_s, east_m_s));
-        let speed_m_s = math::hypot(north_m_s, east_m_s);
+        let velocity = Velocity::from_m_s(east_m_s, north_m_s);
+        let (course, speed_m_s) = (velocity.direction(), velocity.speed_m_s());
         self.position = Some(PositionSample {
             at,
             point_e7: [sample.lat, sample.lon],
@@ -260,23 +260,13 @@ impl Vehicle {
         (time >= TURN_RATE_WINDOW && time <= EXTRAPOLATION_MAX).then(|| (last - first).rad() / time.s())
     }
 
-    /// State at `now`, extrapolated by at most a second, backward by 0.3 s; `None` without a position. The heading is the course over
-    /// ground, the speed is the ground speed.
+    /// State at `now`, extrapolated by at most 1 s, backward by at most 0.3 s; `None` without a position. The heading is
+    /// the course over ground, the speed is the ground speed.
     pub fn state(&self, now: Time) -> Option<UavState> {
-        let sample = self.position?;
-        let age_s = (now - sample.at).s().clamp(-BACKWARD_MAX.s(), EXTRAPOLATION_MAX.s());
+        let PositionSample { at, position, course, speed_m_s, vertical, .. } = self.position?;
         let turn_rate_rad_s = self.turn_rate_rad_s().unwrap_or(0.0);
-        let mean_course = sample.course + Angle::from_rad(0.5 * turn_rate_rad_s * age_s);
-        let (sin, cos) = math::sin_cos(mean_course.rad());
-        let way_m = sample.speed_m_s * age_s;
-        let Vertical { altitude_m, climb_rate_m_s } = sample.vertical;
-        Some(UavState {
-            position: Position::from_m(sample.position.x_m() + way_m * cos, sample.position.y_m() + way_m * sin),
-            heading: sample.course + Angle::from_rad(turn_rate_rad_s * age_s),
-            speed_m_s: sample.speed_m_s,
-            turn_rate_rad_s,
-            vertical: Some(Vertical { altitude_m: altitude_m + climb_rate_m_s * age_s, climb_rate_m_s }),
-        })
+        let sampled = UavState { position, heading: course, speed_m_s, turn_rate_rad_s, vertical: Some(vertical) };
+        Some(sampled.extrapolated((now - at).s().clamp(-BACKWARD_MAX.s(), EXTRAPOLATION_MAX.s())))
     }
 
     /// Time of the older one of the last position and the last attitude.

@@ -251,9 +251,9 @@ impl Scorer {
         if needed.tallies {
             self.tallies.frame(&self.config, frame, &matching, &grouped);
         }
-        let assigned = || frame.uavs.iter().enumerate().filter_map(|(index, uav)| Some((uav.group?, index)));
-        self.uavs.fill(assigned());
-        self.assigned.fill(assigned().filter(|(_, index)| frame.uavs[*index].boresight_rad.is_some()));
+        self.uavs.fill(matching::assigned(frame));
+        let is_pointed = |index: usize| frame.uavs[index].boresight_rad.is_some();
+        self.assigned.fill(matching::assigned(frame).filter(|(_, index)| is_pointed(*index)));
         if needed.estimates || needed.consistency {
             matching.pairs().iter().for_each(|pair| self.estimate(*pair));
         }

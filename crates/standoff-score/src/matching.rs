@@ -72,9 +72,7 @@ impl<'a> Matching<'a> {
             }
         }
         self.unmatched_targets.extend(truth);
-        let groups = |track: &TrackRow| [track.group, track.receiving_group].into_iter().flatten();
-        let pairs = self.pairs.iter().enumerate();
-        self.on_orbits.fill(pairs.flat_map(|(index, pair)| groups(pair.track).map(move |group| (group, index))));
+        self.on_orbits.fill(on_orbits(self.pairs.iter().map(|pair| pair.track)));
     }
 
     /// Removes all rows, and keeps the memory of the pairs for those of another frame.
@@ -139,6 +137,17 @@ pub(crate) fn estimate(track: &TrackRow) -> Position {
 /// tracks.
 pub(crate) fn key(track: &TrackRow) -> u32 {
     track.target
+}
+
+/// Returns group and index of each track on the orbit of a group; a target in dwell is on two orbits.
+pub(crate) fn on_orbits<'a>(tracks: impl Iterator<Item = &'a TrackRow>) -> impl Iterator<Item = (u32, usize)> {
+    let groups = |track: &TrackRow| [track.group, track.receiving_group].into_iter().flatten();
+    tracks.enumerate().flat_map(move |(index, track)| groups(track).map(move |group| (group, index)))
+}
+
+/// Returns group and index of each UAV that is assigned to a group.
+pub(crate) fn assigned(frame: &Frame) -> impl Iterator<Item = (u32, usize)> {
+    frame.uavs.iter().enumerate().filter_map(|(index, uav)| Some((uav.group?, index)))
 }
 
 /// Returns the row of the UAV with an id. Ids are usually the indices of the rows.

@@ -56,10 +56,8 @@ impl PredictionErrors {
     /// Adds the next frame and its true orbits.
     pub(crate) fn frame(&mut self, frame: &Frame, orbits: &TrueOrbits) {
         std::mem::swap(&mut self.on_orbits, &mut self.on_orbits_before);
-        let groups = |track: &TrackRow| [track.group, track.receiving_group].into_iter().flatten();
-        let tracks = frame.tracks.iter().enumerate();
-        self.on_orbits.fill(tracks.flat_map(|(index, track)| groups(track).map(move |group| (group, index))));
-        self.uavs.fill(frame.uavs.iter().enumerate().filter_map(|(index, uav)| Some((uav.group?, index))));
+        self.on_orbits.fill(matching::on_orbits(frame.tracks.iter()));
+        self.uavs.fill(matching::assigned(frame));
         if frame.time_us as f64 / 1e6 >= self.score_config.transient_s {
             frame.groups.iter().for_each(|group| self.group(frame, orbits, group));
         }

@@ -22,8 +22,8 @@ pub(crate) const TEAM_AREA_M: f64 = 100_000.0;
 /// wrong.
 pub(crate) const WRONG_MAX_S: f64 = 6.0;
 
-/// Maximum number of UAVs; reports of more UAVs are rejected. A run of so many over [`TARGETS_MAX`] targets has taken
-/// 0.4 GB. A message log keeps the reports of many time steps, and accepts fewer UAVs.
+/// Maximum number of UAVs; reports of more UAVs are rejected. A run with this number and
+/// [`TARGETS_MAX`] targets takes 0.4 GB. A message log keeps the reports of many time steps, and accepts fewer UAVs.
 pub(crate) const TEAM_MAX: usize = 4_096;
 
 /// Maximum number of targets: as many as fit into a snapshot (`PARTS_MAX`). The same limit holds for the detections of

@@ -1,5 +1,6 @@
 //! A team with an ideal link, in one process: all agents would compute the same team state, so that one is enough.
 
+use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use crate::agent::Agent;
@@ -54,10 +55,9 @@ pub struct TeamAgent {
     /// Number of time steps started.
     sequence: u32,
     refused: Rejected,
-    /// Avoidance manoeuvres of the last decisions, by ascending UAV.
-    manoeuvres: Vec<(UavId, Manoeuvre)>,
-    /// Wind estimates, by ascending UAV.
-    winds: Vec<(UavId, WindEstimate)>,
+    /// Avoidance manoeuvres of the last decisions.
+    manoeuvres: BTreeMap<UavId, Manoeuvre>,
+    winds: BTreeMap<UavId, WindEstimate>,
 }
 
 impl TeamAgent {
@@ -74,8 +74,8 @@ impl TeamAgent {
             is_stale: false,
             sequence: 0,
             refused: Rejected::default(),
-            manoeuvres: Vec::new(),
-            winds: Vec::new(),
+            manoeuvres: BTreeMap::new(),
+            winds: BTreeMap::new(),
         })
     }
 
@@ -117,7 +117,7 @@ impl TeamAgent {
                 scan,
                 assigned_group: assignment,
                 is_leaving: false,
-                manoeuvre: self.manoeuvre_index(uav).ok().map(|index| self.manoeuvres[index].1),
+                manoeuvre: self.manoeuvres.get(&uav).copied(),
             };
             if self.put(report) == Insert::Rejected {
                 count(&mut self.refused.malformed);
@@ -133,12 +133,9 @@ impl TeamAgent {
     pub fn observe_air(&mut self, observation: &Observation, air: &AirVelocity) {
         let Some(params) = self.updater.params.wind.filter(|_| self.is_of_now(observation)) else { return };
         let measured = Wind::measured(observation.own.velocity(), air);
-        let found = self.winds.binary_search_by_key(&observation.uav, |(of, _)| *of);
-        let before = found.ok().map(|index| self.winds[index].1);
-        match (found, WindEstimate::updated(before, &params, observation.time, measured)) {
-            (Ok(index), Some(estimate)) => self.winds[index].1 = estimate,
-            (Err(index), Some(estimate)) => self.winds.insert(index, (observation.uav, estimate)),
-            (_, None) => {}
+        let before = self.winds.get(&observation.uav).copied();
+        if let Some(estimate) = WindEstimate::updated(before, &params, observation.time, measured) {
+            self.winds.insert(observation.uav, estimate);
         }
     }
 
@@ -177,26 +174,14 @@ impl TeamAgent {
             geofence_safety: geofence_safety.as_deref(),
             intruders: &self.intruders,
             escapes: self.updater.escapes.as_ref(),
-            wind: self.updater.params.wind.and_then(|params| params.believed(self.wind_estimate(observation.uav))),
+            wind: self.updater.params.wind.and_then(|params| params.believed(self.winds.get(&observation.uav))),
         };
         let (output, manoeuvre) = law.decide(observation, self.refused.with(&self.team_state));
-        match (self.manoeuvre_index(observation.uav), manoeuvre) {
-            (Ok(index), Some(manoeuvre)) => self.manoeuvres[index].1 = manoeuvre,
-            (Ok(index), None) => _ = self.manoeuvres.remove(index),
-            (Err(index), Some(manoeuvre)) => self.manoeuvres.insert(index, (observation.uav, manoeuvre)),
-            (Err(_), None) => {}
-        }
+        match manoeuvre {
+            Some(manoeuvre) => self.manoeuvres.insert(observation.uav, manoeuvre),
+            None => self.manoeuvres.remove(&observation.uav),
+        };
         output
-    }
-
-    /// Index of the last avoidance manoeuvre of a UAV, or the index at which to insert it.
-    fn manoeuvre_index(&self, uav: UavId) -> Result<usize, usize> {
-        self.manoeuvres.binary_search_by_key(&uav, |(of, _)| *of)
-    }
-
-    fn wind_estimate(&self, uav: UavId) -> Option<&WindEstimate> {
-        let index = self.winds.binary_search_by_key(&uav, |(of, _)| *of).ok()?;
-        Some(&self.winds[index].1)
     }
 
     /// Clears the team state and all received messages; the counters of rejected messages keep their values.

@@ -75,6 +75,7 @@ impl UavState {
     }
 
     /// Extrapolates the state by `after_s` seconds at constant speed, turn rate and climb rate.
+    #[cfg_attr(feature = "research", visibility::make(pub))]
     pub(crate) fn extrapolated(&self, after_s: f64) -> Self {
         let turned_rad = self.turn_rate_rad_s * after_s;
         let (moved, heading) = if turned_rad.abs() < 1e-9 {

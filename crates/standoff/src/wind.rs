@@ -15,7 +15,7 @@
 //!
 //! Sources: R. W. Beard and T. W. McLain, *Small Unmanned Aircraft: Theory and Practice*, Princeton University Press,
 //! 2012, chapter 2 (wind triangle); T. Stastny and R. Siegwart, *On Flying Backwards: Preventing Run-away of Small,
-//! Low-speed, Fixed-wing UAVs in Strong Winds*, IROS 2019 (feasibility, flight into the wind if there is none).
+//! Low-speed, Fixed-wing UAVs in Strong Winds*, IROS 2019 (feasibility; flight into the wind on infeasible courses).
 
 use nalgebra::Vector2;
 
@@ -109,7 +109,8 @@ impl Wind {
     }
 
     /// Lowest and highest ground speed, m/s, on the course `along`, a unit vector, at airspeeds between the two of
-    /// `airspeeds_m_s`; `None` if there is none above 0. The UAV faces along its course: it does not fly backwards.
+    /// `airspeeds_m_s`; `None` if no ground speed above 0 is possible. The UAV faces along its course: it does not fly
+    /// backwards.
     #[cfg_attr(feature = "research", visibility::make(pub))]
     pub(crate) fn ground_speeds_m_s(self, along: Vector2<f64>, airspeeds_m_s: [f64; 2]) -> Option<[f64; 2]> {
         let wind = self.velocity.vector();

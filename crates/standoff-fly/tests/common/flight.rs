@@ -6,13 +6,10 @@ use standoff_fly::companion::Companion;
 use standoff_fly::config::Config;
 use standoff_io::geodesy::LocalPlane;
 
-use super::plane::{Plane, STEP_S};
+use super::plane::{Plane, STEP_S, TARGET_SPEED_M_S, cue_line};
 
 /// Start of the flights in the team's time.
 const START_US: i64 = 1_000_000_000_000;
-
-/// Velocity of the target, m/s east.
-pub(crate) const TARGET_SPEED_M_S: f64 = 6.7;
 
 pub(crate) fn local_plane() -> LocalPlane {
     LocalPlane::about(47.4, 8.5).unwrap()
@@ -113,12 +110,7 @@ impl Flight {
     /// Cue for the target.
     pub(crate) fn cue(&mut self) {
         let now = self.now();
-        let [latitude_deg, longitude_deg] = local_plane().degrees_at(self.target()).unwrap();
-        let line = format!(
-            r#"{{"cue": {{"label": 0, "latitude_deg": {latitude_deg}, "longitude_deg": {longitude_deg}, "course_deg": 90,
-            "speed_m_s": {TARGET_SPEED_M_S}, "position_sd_m": 20, "velocity_sd_m_s": 2}}}}"#
-        );
-        self.companion.hear_feed(now, &line).unwrap();
+        self.companion.hear_feed(now, &cue_line(&local_plane(), self.target())).unwrap();
     }
 
     /// Flies a step of 0.1 s.

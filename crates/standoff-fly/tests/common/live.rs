@@ -7,10 +7,7 @@ use std::time::{Duration, Instant};
 use standoff::Position;
 use standoff_io::geodesy::LocalPlane;
 
-use super::plane::{Plane, STEP_S};
-
-/// Velocity of the target, m/s east.
-const TARGET_SPEED_M_S: f64 = 6.7;
+use super::plane::{Plane, STEP_S, TARGET_SPEED_M_S, cue_line};
 
 /// What was seen in a flight in real time.
 #[derive(Debug, Default)]
@@ -48,12 +45,7 @@ pub(crate) fn fly(vehicle: &mut Plane, plane: &LocalPlane, link: &str, feed: &st
             let _ = socket.send_to(scan.replace('\n', " ").as_bytes(), feed);
         }
         if steps.is_multiple_of(250) || steps == 25 {
-            let [latitude_deg, longitude_deg] = plane.degrees_at(target).unwrap();
-            let cue = format!(
-                r#"{{"cue": {{"label": 0, "latitude_deg": {latitude_deg}, "longitude_deg": {longitude_deg},
-                "course_deg": 90, "speed_m_s": {TARGET_SPEED_M_S}, "position_sd_m": 20, "velocity_sd_m_s": 2}}}}"#
-            );
-            let _ = socket.send_to(cue.replace('\n', " ").as_bytes(), feed);
+            let _ = socket.send_to(cue_line(plane, target).as_bytes(), feed);
         }
         seen.ranges_m.push(vehicle.position.distance_m(target));
         let due_at = begun_at + Duration::from_secs_f64(vehicle.time_s() - begun_s);

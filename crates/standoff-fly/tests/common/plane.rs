@@ -11,7 +11,7 @@ use mavlink::dialects::ardupilotmega::{
 };
 use mavlink::{MavHeader, SigningConfig, SigningData};
 use standoff::research::math;
-use standoff::{Angle, Position};
+use standoff::{Angle, Position, Velocity};
 use standoff_fly::codec::{Codec, SigningKey, encode_as};
 use standoff_fly::rate_loop::GRAVITY_M_S2;
 use standoff_io::geodesy::LocalPlane;
@@ -32,6 +32,17 @@ const ACCELERATION_M_S2: f64 = 0.7;
 const CLIMB_RATE_M_S: f64 = 3.7;
 /// Step of the simulation, s.
 pub(crate) const STEP_S: f64 = 0.02;
+
+/// Velocity of the target, m/s east.
+pub(crate) const TARGET_SPEED_M_S: f64 = 6.7;
+
+/// Line of the feed with a cue for the target.
+pub(crate) fn cue_line(plane: &LocalPlane, target: Position) -> String {
+    let [latitude_deg, longitude_deg] = plane.degrees_at(target).unwrap();
+    let place = format!(r#""latitude_deg": {latitude_deg}, "longitude_deg": {longitude_deg}"#);
+    let motion = format!(r#""course_deg": 90, "speed_m_s": {TARGET_SPEED_M_S}"#);
+    format!(r#"{{"cue": {{"label": 0, {place}, {motion}, "position_sd_m": 20, "velocity_sd_m_s": 2}}}}"#)
+}
 
 pub(crate) struct Plane {
     plane: LocalPlane,
@@ -208,8 +219,8 @@ impl Plane {
 
     /// Velocity over ground, m/s east and north.
     pub(crate) fn velocity_m_s(&self) -> [f64; 2] {
-        let (sin, cos) = math::sin_cos(self.heading.rad());
-        [self.airspeed_m_s * cos + self.wind_m_s[0], self.airspeed_m_s * sin + self.wind_m_s[1]]
+        let air = Velocity::from_polar(self.airspeed_m_s, self.heading);
+        [air.x_m_s() + self.wind_m_s[0], air.y_m_s() + self.wind_m_s[1]]
     }
 
     /// Roll, rad, that the autopilot flies without a roll target: towards the guided point, then around it.
