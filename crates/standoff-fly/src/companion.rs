@@ -81,7 +81,7 @@ impl Companion {
                 command: straight,
                 altitude_m: None,
                 pointing_target: None,
-                diagnostics: Diagnostics::NONE,
+                diagnostics: Diagnostics::default(),
             },
             damaged: 0,
             inputs: Inputs::NOTHING,

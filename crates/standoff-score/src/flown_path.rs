@@ -6,8 +6,9 @@
 //! 100 m/s the curve is then within 0.01 m of (1).
 
 use nalgebra::Vector3;
+use standoff::research::AutopilotModel;
 use standoff::research::{Integrator, least_length};
-use standoff::{Angle, AutopilotModel, Command, Duration, Position, TeamParams, UavState};
+use standoff::{Angle, Command, Duration, Position, TeamParams, UavState};
 use standoff_record::{IntruderRow, UavRow};
 
 /// Maximum number of parts of a time step.

@@ -91,8 +91,8 @@ pub(crate) fn uav(
         air_heading_rad: air.map(|air| air.velocity().heading.rad()),
         wind_x_m_s: air.map(|air| air.wind.velocity.x_m_s()),
         wind_y_m_s: air.map(|air| air.wind.velocity.y_m_s()),
-        believed_wind_x_m_s: step.diagnostics.wind.map(|wind| wind.velocity.x_m_s()),
-        believed_wind_y_m_s: step.diagnostics.wind.map(|wind| wind.velocity.y_m_s()),
+        believed_wind_x_m_s: step.diagnostics.wind.map(|wind| wind.x_m_s()),
+        believed_wind_y_m_s: step.diagnostics.wind.map(|wind| wind.y_m_s()),
     }
 }
 

@@ -134,8 +134,10 @@ fn last(observed: &Observed, uav: UavId) -> Option<&Observation> {
     observed.get(uav.0 as usize)?.as_ref()
 }
 
-/// Output for a UAV that has never observed.
-const IDLE_COMMAND: AgentOutput = AgentOutput::command_only(Command { speed_m_s: 0.0, turn_rate_rad_s: 0.0 });
+/// Returns the output for a UAV that has never observed.
+fn idle_command() -> AgentOutput {
+    AgentOutput::command_only(Command { speed_m_s: 0.0, turn_rate_rad_s: 0.0 })
+}
 
 /// One agent for the whole team: with an ideal radio, one team state serves all UAVs.
 struct SharedAgent {
@@ -163,7 +165,7 @@ impl Controller for SharedAgent {
     }
 
     fn decide(&mut self, uav: UavId) -> AgentOutput {
-        last(&self.observed, uav).map_or(IDLE_COMMAND, |observation| self.fleet.decide(observation))
+        last(&self.observed, uav).map_or_else(idle_command, |observation| self.fleet.decide(observation))
     }
 
     fn reported(&self) -> ReportedTables {
@@ -226,7 +228,8 @@ impl Controller for AgentPerUav {
 
     fn decide(&mut self, uav: UavId) -> AgentOutput {
         self.is_decided = true;
-        last(&self.observed, uav).map_or(IDLE_COMMAND, |observation| self.agents[uav.0 as usize].decide(observation))
+        last(&self.observed, uav)
+            .map_or_else(idle_command, |observation| self.agents[uav.0 as usize].decide(observation))
     }
 
     fn reported(&self) -> ReportedTables {

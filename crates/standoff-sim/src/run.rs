@@ -4,10 +4,10 @@
 //! truth -> scans (each along the commanded boresight) -> controller <-> radio -> commands -> truth
 //! ```
 
-use standoff::research::Grid;
+use standoff::research::{AutopilotModel, Grid};
 use standoff::{
-    AgentOutput, AirVelocity, Aircraft, Angle, AutopilotModel, Command, Duration, Message, ParamError, PointingTarget,
-    Position, Scan, TeamParams, Time, UavId, UavState, Velocity,
+    AgentOutput, AirVelocity, Aircraft, Angle, Command, Duration, Message, ParamError, PointingTarget, Position, Scan,
+    TeamParams, Time, UavId, UavState, Velocity,
 };
 use standoff_record::{Frame, ReportedTables};
 use standoff_score::matching::Identities;

@@ -1,7 +1,8 @@
 //! True wind, and the motion of the UAVs relative to the air.
 
 use standoff::research::math;
-use standoff::{AirVelocity, AutopilotModel, Command, Duration, UavState, Wind};
+use standoff::research::{AutopilotModel, Wind};
+use standoff::{AirVelocity, Command, Duration, UavState};
 
 use crate::gusts::{GustModel, Gusts};
 

@@ -89,7 +89,8 @@ impl Agent {
     /// Longest accepted time between two observations. A longer gap counts as a clock jump: if the agent accepted
     /// one wrong time in the future, it would reject all correct times before it, and would lose its tracks. The value
     /// is also the longest period that the simulator supports.
-    pub const TIME_JUMP_MAX: Duration = Duration::from_us(10_000_000);
+    #[cfg_attr(feature = "research", visibility::make(pub))]
+    pub(crate) const TIME_JUMP_MAX: Duration = Duration::from_us(10_000_000);
 
     /// Time in which a clock may gain or lose 1 us: 2,000 ppm. Crystals drift by up to 200 ppm.
     const DRIFT_1_US: i64 = 500;
@@ -129,7 +130,7 @@ impl Agent {
     }
 
     /// Clears the team state and all received messages, and accepts any time as the next one. Use it after the clock
-    /// was set or after a pause longer than [`Self::TIME_JUMP_MAX`]. The counters in the diagnostics keep their values.
+    /// was set or after a pause longer than 10 s. The counters in the diagnostics keep their values.
     /// As after a restart, teammates that know more send their state; without such teammates, targets have to be cued
     /// again.
     pub fn reset(&mut self) {
@@ -191,17 +192,19 @@ impl Agent {
     }
 
     /// Time of the newest report of a UAV that this agent or a teammate received within the retention time.
-    pub fn last_report_at(&self, uav: UavId) -> Option<Time> {
+    #[cfg_attr(feature = "research", visibility::make(pub))]
+    pub(crate) fn last_report_at(&self, uav: UavId) -> Option<Time> {
         self.replica.log.teammate(uav).map(|peer| self.replica.log.time(peer.newest))
     }
 
     /// True if messages went missing recently, here or at a teammate: the groups and assignments in use are then those
     /// of the decision lag ago.
-    pub fn link_is_degraded(&self) -> bool {
+    #[cfg_attr(feature = "research", visibility::make(pub))]
+    pub(crate) fn link_is_degraded(&self) -> bool {
         self.now.is_some_and(|now| self.replica.log.link_is_degraded(now))
     }
 
-    /// True if the clock was set, or the program was paused for longer than [`Self::TIME_JUMP_MAX`]: the last
+    /// True if the clock was set, or the program was paused for longer than 10 s: the last
     /// observations had two or more rejected times that follow each other. A single wrong time is an error.
     pub fn is_time_jump(&self) -> bool {
         self.rejected_steps.is_some_and(|(first, last)| first < last)
@@ -216,9 +219,9 @@ impl Agent {
     ///
     /// The first observation of a time step that has a scan counts. The agent rejects and counts a time that is more
     /// than a tenth of a period off the expected one, runs backward, or jumps ahead by more than
-    /// [`Self::TIME_JUMP_MAX`]. It then sends and receives nothing, computes the command from its previous state, and
-    /// accepts the next time if that is valid. To make the agent follow a time that has permanently shifted, call
-    /// [`Self::reset`] if [`Self::is_time_jump`].
+    /// 10 s. It then sends and receives nothing, computes the command from its previous state, and accepts the next time
+    /// if that is valid. To make the agent follow a time that has permanently shifted, call [`Self::reset`] if
+    /// [`Self::is_time_jump`].
     pub fn observe(&mut self, now: Time, own: &UavState, scan: Option<Scan>) -> Observation {
         let step = self.step(now);
         let Some(step) = step.filter(|step| self.now.is_none_or(|now| self.is_next(now, *step))) else {

@@ -70,7 +70,7 @@ impl CommandLaw<'_> {
         let manoeuvre = output.manoeuvre();
         let Some(wind) = self.wind.filter(|_| observation.own.is_finite()) else { return (output, manoeuvre) };
         let command = wind.air_command(self.params, &observation.own, output.command);
-        let diagnostics = Diagnostics { wind: Some(wind), ..output.diagnostics };
+        let diagnostics = Diagnostics { wind: Some(wind.velocity), ..output.diagnostics };
         (AgentOutput { command, diagnostics, ..output }, manoeuvre)
     }
 

@@ -101,7 +101,7 @@ mod tests {
 
     #[test]
     fn the_newest_report_of_each_intruder_counts_for_30_s_in_any_order() {
-        let (mut intruders, mut refused) = (Intruders::default(), Rejected::NONE);
+        let (mut intruders, mut refused) = (Intruders::default(), Rejected::default());
         let now = Time::from_us(12_000_000);
         for traffic in [
             traffic_at(7, 10.0, 100.0),
@@ -112,14 +112,14 @@ mod tests {
             intruders.receive(&traffic, now, [own()].iter(), &mut refused);
         }
         let both = [(Aircraft::Intruder(7), 180.0, 0.0), (Aircraft::Intruder(9), 5.0, 1.0)];
-        assert_eq!((known(&intruders, 12.0), refused), (both.to_vec(), Rejected::NONE));
+        assert_eq!((known(&intruders, 12.0), refused), (both.to_vec(), Rejected::default()));
         assert_eq!(known(&intruders, 41.5), [(Aircraft::Intruder(7), 180.0, 29.5)]);
         assert_eq!(known(&intruders, 42.5), []);
     }
 
     #[test]
     fn invalid_and_untimely_reports_are_rejected_and_counted() {
-        let (mut intruders, mut refused) = (Intruders::default(), Rejected::NONE);
+        let (mut intruders, mut refused) = (Intruders::default(), Rejected::default());
         let now = Time::from_us(100_000_000);
         let mut hear = |traffic| {
             intruders.receive(&traffic, now, [own()].iter(), &mut refused);
@@ -140,7 +140,7 @@ mod tests {
     /// A sender that uses ever new ids cannot exceed the maximum, and does not displace a near intruder.
     #[test]
     fn at_the_limit_the_intruders_that_can_meet_a_uav_soonest_are_kept() {
-        let (mut intruders, mut refused) = (Intruders::default(), Rejected::NONE);
+        let (mut intruders, mut refused) = (Intruders::default(), Rejected::default());
         let mut hear = |aircraft, at_s: f64, x_m| {
             let now = Time::from_us((at_s * 1e6) as i64);
             intruders.receive(&traffic_at(aircraft, at_s, x_m), now, [own()].iter(), &mut refused);

@@ -88,6 +88,6 @@ pub use team_state::TeamState;
 pub use time::{Duration, Time};
 pub use tracking::information_filter::Estimate;
 pub use tracking::track::{LossReason, Track, TrackId, TrackStatus};
-pub use uav::{Aircraft, AutopilotModel, Command, UavId, UavState, Vertical};
+pub use uav::{Aircraft, Command, UavId, UavState, Vertical};
 pub use validation::ParamError;
-pub use wind::{AirVelocity, Wind};
+pub use wind::AirVelocity;

@@ -9,7 +9,6 @@ use crate::message::{Detection, Manoeuvre};
 use crate::team_state::TeamState;
 use crate::time::{Duration, Time};
 use crate::uav::{Command, UavId, UavState};
-use crate::wind::Wind;
 
 /// Proof that an agent has observed a UAV's state at a time step. Only `observe` creates one, and `receive` and
 /// `decide` require it, so that no time step is processed without an observation.
@@ -86,14 +85,15 @@ impl AgentOutput {
 
     /// A command without altitude, pointing target and group.
     #[cfg_attr(feature = "research", visibility::make(pub))]
-    pub(crate) const fn command_only(command: Command) -> Self {
-        Self { command, altitude_m: None, pointing_target: None, diagnostics: Diagnostics::NONE }
+    pub(crate) fn command_only(command: Command) -> Self {
+        Self { command, altitude_m: None, pointing_target: None, diagnostics: Diagnostics::default() }
     }
 }
 
 research_fields! {
-    /// Diagnostics of a time step: quality of the result, and how it was computed.
-    #[derive(Debug, Clone, Copy, PartialEq)]
+    /// Diagnostics of a time step: quality of the result, and how it was computed. By default: no group, nothing
+    /// limited, nothing rejected.
+    #[derive(Debug, Clone, Copy, Default, PartialEq)]
     pub struct Diagnostics {
         /// Assigned group of this UAV; `None` if it has no group.
         pub group: Option<GroupId>,
@@ -122,7 +122,7 @@ research_fields! {
         /// Index of the zone that changes the UAV's command; `None` if the command is the same as without zones.
         pub limiting_zone: Option<u32>,
         /// Wind that the UAV assumes. The command is then airspeed and heading rate. `None`: the UAV assumes calm air.
-        pub wind: Option<Wind>,
+        pub wind: Option<Velocity>,
     }
 }
 
@@ -130,9 +130,8 @@ research_fields! {
     /// Counters of what was rejected since the start, by reason.
     #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
     pub struct Rejected {
-        /// Own observations with a time that is off the team's grid, before the last one, or more than
-        /// [`Agent::TIME_JUMP_MAX`](crate::Agent::TIME_JUMP_MAX) after it. If the counter keeps growing although the clock
-        /// is correct, call [`Agent::reset`](crate::Agent::reset).
+        /// Own observations with a time that is off the team's grid, before the last one, or more than 10 s
+        /// after it. If the counter keeps growing although the clock is correct, call [`Agent::reset`](crate::Agent::reset).
         pub bad_time: u32,
         /// Messages received too late to count.
         pub late: u32,
@@ -151,10 +150,6 @@ research_fields! {
 }
 
 impl Rejected {
-    /// All counters at zero.
-    pub(crate) const NONE: Self =
-        Self { bad_time: 0, late: 0, off_grid: 0, malformed: 0, implausible: 0, out_of_range: 0, gated: 0 };
-
     /// Adds what the last time step of a team state rejected.
     pub(crate) fn with(self, newest: &TeamState) -> Self {
         let [implausible, gated] = [(self.implausible, newest.implausible), (self.gated, newest.gated)]
@@ -178,24 +173,4 @@ impl Rejected {
 /// Increments a counter without overflow.
 pub(crate) fn count(counter: &mut u32) {
     *counter = counter.saturating_add(1);
-}
-
-impl Diagnostics {
-    /// Default values: no group, nothing limited, nothing rejected.
-    pub const NONE: Self = Self {
-        group: None,
-        group_number: None,
-        steering: None,
-        speed_limited: false,
-        turn_rate_limited: false,
-        orbit_is_infeasible: false,
-        phase_error_rad: 0.0,
-        nearest_groupmate_m: None,
-        ungrouped_targets: 0,
-        rejected: Rejected::NONE,
-        own_state_invalid: false,
-        avoiding: None,
-        limiting_zone: None,
-        wind: None,
-    };
 }

@@ -428,12 +428,12 @@ params! {
             pub orbit_wind_m_s = 0.0, "m/s", "wind.orbit_wind_m_s", Allowed::at_least(0.0).at_most(100.0);
             /// Time constant with which the estimate follows the difference between the ground velocity and the air
             /// velocity of the UAV.
-            pub estimate_time_constant_s = 10.0, "s", "wind.estimate_time_constant_s",
+            pub(crate) estimate_time_constant_s = 10.0, "s", "wind.estimate_time_constant_s",
                 Allowed::at_least(1e-3).at_most(3600.0);
             /// Speed of a given wind.
-            pub believed_speed_m_s = 0.0, "m/s", "wind.believed_speed_m_s", Allowed::at_least(0.0).at_most(100.0);
+            pub(crate) believed_speed_m_s = 0.0, "m/s", "wind.believed_speed_m_s", Allowed::at_least(0.0).at_most(100.0);
             /// Direction that a given wind blows from, clockwise from north.
-            pub believed_from_rad = 0.0, "rad", "wind.believed_from_deg", Allowed::at_least(0.0).at_most(TAU);
+            pub(crate) believed_from_rad = 0.0, "rad", "wind.believed_from_deg", Allowed::at_least(0.0).at_most(TAU);
         }
         words {
             /// Source of the wind that a UAV assumes.

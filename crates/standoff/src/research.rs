@@ -29,8 +29,9 @@ pub use crate::target::Transition;
 pub use crate::tracking::information_filter::{Contribution, InformationFilter};
 pub use crate::tracking::scan_model::GATE;
 pub use crate::tracking::unlabelled::TentativeTrack;
-pub use crate::uav::LimitedCommand;
+pub use crate::uav::{AutopilotModel, LimitedCommand};
 pub use crate::validation::Allowed;
+pub use crate::wind::Wind;
 
 /// Elementary functions from one portable source, so that results do not depend on the platform or the build.
 pub mod math {

@@ -47,7 +47,8 @@ impl SensorParams {
 
     /// Returns the noise-free measurement of a target within half the field of view of the boresight and within sensing
     /// range; `None` for other targets.
-    pub fn measure(&self, uav: Position, boresight: Angle, target: Position) -> Option<RangeBearingMeasurement> {
+    #[cfg_attr(feature = "research", visibility::make(pub))]
+    pub(crate) fn measure(&self, uav: Position, boresight: Angle, target: Position) -> Option<RangeBearingMeasurement> {
         let [z] = self.measure_batch(uav, boresight, [target]);
         z
     }

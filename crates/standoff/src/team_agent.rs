@@ -185,7 +185,8 @@ impl TeamAgent {
     }
 
     /// Clears the team state and all received messages; the counters of rejected messages keep their values.
-    pub fn reset(&mut self) {
+    #[cfg_attr(feature = "research", visibility::make(pub))]
+    pub(crate) fn reset(&mut self) {
         (self.previous, self.team_state) = (Box::default(), Box::default());
         self.messages.open(Time::EPOCH);
         self.intruders.clear();

@@ -216,7 +216,8 @@ impl UavParams {
     }
 
     /// Returns the response of the UAV to commands that are held for `dt`.
-    pub fn response(&self, dt: Duration) -> AutopilotModel {
+    #[cfg_attr(feature = "research", visibility::make(pub))]
+    pub(crate) fn response(&self, dt: Duration) -> AutopilotModel {
         let dt_s = dt.s();
         let after = |t_s: f64| {
             let turn_decay = math::exp(-t_s / self.turn_rate_lag_s);

@@ -68,7 +68,8 @@ impl Triangle {
 impl Wind {
     /// Creates a wind from its speed, m/s, and the direction it blows from, radians clockwise from north, as in weather
     /// reports: a wind from 90 degrees blows from east to west.
-    pub fn blowing_from(speed_m_s: f64, from_rad: f64) -> Self {
+    #[cfg_attr(feature = "research", visibility::make(pub))]
+    pub(crate) fn blowing_from(speed_m_s: f64, from_rad: f64) -> Self {
         let (sin, cos) = math::sin_cos(from_rad);
         Self { velocity: Velocity::from_m_s(-speed_m_s * sin, -speed_m_s * cos) }
     }

@@ -3,9 +3,10 @@
 use std::sync::Arc;
 
 use serde::Serialize;
+use standoff::research::Wind;
 use standoff::{
     ClimbParams, Duration, Position, SensorParams, SeparationParams, TargetParams, TargetState, TeamParams, UavId,
-    Velocity, Wind, WindParams,
+    Velocity, WindParams,
 };
 
 use standoff_score::{Buildings, CueError};

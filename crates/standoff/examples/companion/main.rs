@@ -20,10 +20,9 @@ pub(crate) const PERIOD: Duration = Duration::from_us(500_000);
 /// One UAV: its agent, and simulated replacements for the devices of your aircraft.
 pub(crate) struct Companion {
     pub(crate) agent: Agent,
-    /// State of the UAV. On your aircraft it comes from the navigation filter; here from a model of the autopilot,
-    /// which holds the last command.
+    /// State of the UAV. On your aircraft it comes from the navigation filter; here from a simple model of an aircraft,
+    /// which flies the last command.
     pub(crate) own: UavState,
-    autopilot: AutopilotModel,
     pub(crate) command: Command,
     /// Pointing target of your gimbal.
     pointing_target: Option<PointingTarget>,
@@ -57,13 +56,12 @@ impl Companion {
         Ok(Self {
             agent: Agent::new(UavId(id), params)?.with_restart_count(restart_count),
             own,
-            autopilot: params.uav.response(PERIOD),
             command: Command { speed_m_s: own.speed_m_s, turn_rate_rad_s: 0.0 },
             pointing_target: None,
             now: Time::EPOCH,
             searches: id == 0,
             damaged: 0,
-            diagnostics: Diagnostics::NONE,
+            diagnostics: Diagnostics::default(),
         })
     }
 
@@ -71,8 +69,13 @@ impl Companion {
     fn fly_on(&mut self, now: Time) {
         let periods = (now - self.now).us() / PERIOD.us();
         // At most one hour, in case the clock was set.
+        let (own, uav, dt_s) = (&mut self.own, team_params().uav, PERIOD.s());
+        let after = |now: f64, command: f64, lag_s: f64| now + (command - now) * dt_s / (lag_s + dt_s);
         for _ in 0..periods.min(7200) {
-            self.own = self.autopilot.step(&self.own, self.command);
+            own.speed_m_s = after(own.speed_m_s, self.command.speed_m_s, uav.speed_lag_s);
+            own.turn_rate_rad_s = after(own.turn_rate_rad_s, self.command.turn_rate_rad_s, uav.turn_rate_lag_s);
+            own.heading = own.heading + Angle::from_rad(own.turn_rate_rad_s * dt_s);
+            own.position = own.position + own.velocity() * dt_s;
         }
     }
 
@@ -81,8 +84,12 @@ impl Companion {
         let boresight = self.pointing_target.map(|look| look.boresight(self.own.position, now - self.now));
         let sensor = team_params().track.sensor;
         let seen = vehicles(now).filter_map(|(label, position, _)| {
-            let measurement = sensor.measure(self.own.position, boresight?, position)?;
-            Some(Detection { label: Some(label), measurement, range_rate_m_s: None })
+            let offset = position - self.own.position;
+            let (range_m, bearing) = (offset.length_m(), offset.direction());
+            let is_in_view = (bearing - boresight?).rad().abs() <= 0.5 * sensor.field_of_view_rad;
+            let measurement = RangeBearingMeasurement { range_m, bearing };
+            let detection = Detection { label: Some(label), measurement, range_rate_m_s: None };
+            (is_in_view && range_m <= sensor.sensing_range_m).then_some(detection)
         });
         (boresight, seen.collect())
     }

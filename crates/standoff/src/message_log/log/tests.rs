@@ -77,10 +77,10 @@ fn late_reports_count_for_their_time_step_until_it_is_committed() {
     log.changed_from = i64::MAX;
     log.receive_report(&report(1, 5), 9, 4);
     log.receive_report(&report(1, 5), 9, 5);
-    assert_eq!((log.rejected, log.changed_from), (Rejected::NONE, i64::MAX));
+    assert_eq!((log.rejected, log.changed_from), (Rejected::default(), i64::MAX));
     log.receive_report(&report(1, 4), 9, 4);
     log.receive_cue(&cue(7, 4), 9, 4);
-    assert_eq!((log.rejected, log.changed_from), (Rejected { late: 2, ..Rejected::NONE }, i64::MAX));
+    assert_eq!((log.rejected, log.changed_from), (Rejected { late: 2, ..Rejected::default() }, i64::MAX));
     assert!(stored_uavs(&log, 4).is_empty() && log.messages(4).unwrap().cues().is_empty());
 }
 
@@ -96,7 +96,7 @@ fn times_within_a_tenth_of_a_period_belong_to_the_time_step() {
         log.receive_report(&Report { time: us(7) + Duration::from_us(off_us), ..report(1, 7) }, 7, -1);
         log.receive_cue(&Cue { issued_at: us(7) + Duration::from_us(off_us), ..cue(1, 7) }, 7, -1);
     }
-    assert_eq!((log.rejected, stored_uavs(&log, 7)), (Rejected { off_grid: 6, ..Rejected::NONE }, vec![]));
+    assert_eq!((log.rejected, stored_uavs(&log, 7)), (Rejected { off_grid: 6, ..Rejected::default() }, vec![]));
     // No time causes an overflow.
     for us in [i64::MIN, i64::MIN + 1, i64::MAX - 1, i64::MAX] {
         log.receive_report(&Report { time: Time::from_us(us), ..report(1, 7) }, 7, -1);
@@ -109,7 +109,7 @@ fn early_reports_are_stored_and_too_early_ones_are_rejected() {
     let mut log = log();
     log.turn_to(3, 0);
     log.receive_report(&report(1, 3 + LEASE), 3, -1);
-    assert_eq!((stored_uavs(&log, 3 + LEASE), log.rejected), (vec![1], Rejected::NONE));
+    assert_eq!((stored_uavs(&log, 3 + LEASE), log.rejected), (vec![1], Rejected::default()));
     log.receive_report(&report(2, 4 + LEASE), 3, -1);
     assert_eq!((stored_uavs(&log, 4 + LEASE), log.rejected.off_grid), (vec![], 1));
 }
@@ -289,7 +289,7 @@ fn entries_older_than_the_retention_time_are_removed_unless_a_team_state_needs_t
     assert!(!log.holds(MessageSource::Uav(UavId(1)), 1));
     // Entries older than the log are ignored and not counted as errors.
     log.receive_report(&report(2, 1), HORIZON + 2, -1);
-    assert_eq!((stored_uavs(&log, 1), log.rejected), (vec![], Rejected::NONE));
+    assert_eq!((stored_uavs(&log, 1), log.rejected), (vec![], Rejected::default()));
     log.reach_back(1);
     log.receive_report(&report(2, 1), HORIZON + 2, -1);
     assert_eq!(stored_uavs(&log, 1), [2]);
@@ -324,7 +324,7 @@ fn listed_fake_uavs_do_not_exclude_senders() {
         log.receive_report(&report(uav, 3), 3, -1);
         log.receive_report(&listing(1, 3, &fake_uavs), 3, -1);
     }
-    assert_eq!((stored_uavs(&log, 3), log.rejected), ((0..9).collect(), Rejected::NONE));
+    assert_eq!((stored_uavs(&log, 3), log.rejected), ((0..9).collect(), Rejected::default()));
     assert_eq!(log.teammates().len(), TEAMMATES_MAX);
 }
 
