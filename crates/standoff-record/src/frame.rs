@@ -320,13 +320,13 @@ rows! {
         /// limits and the geofence. It never gives up the geofence.
         pub separation_given_up: bool,
         /// True airspeed, m/s; null without wind, like the next three columns.
-        pub airspeed_m_s: Option<f64>,
+        #[on(page)] pub airspeed_m_s: Option<f64>,
         /// Heading in the air, rad; `heading_rad` is then the course.
-        pub air_heading_rad: Option<f64>,
+        #[on(page)] pub air_heading_rad: Option<f64>,
         /// Velocity of the wind, east, m/s.
-        pub wind_x_m_s: Option<f64>,
+        #[on(page)] pub wind_x_m_s: Option<f64>,
         /// Velocity of the wind, north, m/s.
-        pub wind_y_m_s: Option<f64>,
+        #[on(page)] pub wind_y_m_s: Option<f64>,
         /// Velocity of the wind that the UAV assumes, east, m/s; null if it assumes calm air.
         pub believed_wind_x_m_s: Option<f64>,
         /// The same, north, m/s.

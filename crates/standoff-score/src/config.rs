@@ -53,6 +53,8 @@ pub struct ScoreConfig {
     pub separation: SeparationParams,
     /// True if the team's own controller does collision avoidance.
     pub has_separation: bool,
+    /// True if the UAVs fly in wind.
+    pub has_wind: bool,
     /// Desired phase of a pair, rad.
     pub desired_phase_rad: f64,
     /// Time between two frames, s.
@@ -90,6 +92,7 @@ impl ScoreConfig {
             cue: CueError { position_sd_m: 0.0, velocity_sd_m_s: 0.0 },
             separation: team.separation.unwrap_or_default(),
             has_separation: team.separation.is_some(),
+            has_wind: team.wind.is_some(),
             desired_phase_rad: team.guidance.desired_phase_rad,
             period_s,
             transient_s: 0.0,

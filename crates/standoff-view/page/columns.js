@@ -98,8 +98,15 @@ const AGENT_COLUMNS = [
 
 /** Additional rows of cards, which have more space than tables. */
 const UAV_DETAILS = [
-  ["heading_deg", "Heading (\u00b0)", (uav) => compass(uav.heading_rad), "Compass heading: 0 is north, 90 east"],
+  ["heading_deg", "Heading (\u00b0)", (uav) => compass(uav.nose_rad), "Compass heading: 0 is north, 90 east"],
   ["boresight_deg", "Boresight (\u00b0)", (uav) => compass(uav.boresight_rad), "Compass bearing of the sensor; dash: the sensor points nowhere"],
+];
+/** Further rows of a UAV in wind. */
+const WIND_DETAILS = [
+  ["course_deg", "Course (\u00b0)", (uav) => compass(uav.heading_rad), "Direction of motion over ground: 0 is north, 90 east"],
+  ["airspeed_m_s", "Airspeed (m/s)", (uav) => fixed(uav.airspeed_m_s, 2), "Speed relative to the air"],
+  ["wind", "Wind", (uav) => `${fixed(Math.hypot(uav.wind_x_m_s, uav.wind_y_m_s), 1)} m/s from ${windFrom(Math.atan2(uav.wind_y_m_s, uav.wind_x_m_s))}\u00b0`,
+    "True wind at the UAV, and the compass direction it blows from"],
 ];
 const TARGET_DETAILS = [
   ["detections", "Measured by", (target) => `${target.detections} ${target.detections === 1 ? "UAV" : "UAVs"}`,
@@ -114,6 +121,11 @@ const TARGET_DETAILS = [
 function fixed(value, digits) {
   if (value === undefined || Number.isNaN(value)) return "\u2013";
   return value.toFixed(digits).replace("-", "\u2212");
+}
+
+/** Formats the compass direction, in degrees, from which a wind blows that moves the air towards `toward_rad`. */
+function windFrom(toward_rad) {
+  return compass(toward_rad + Math.PI);
 }
 
 /** Formats an angle, anticlockwise from east, as a compass bearing in degrees. */

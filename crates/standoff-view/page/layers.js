@@ -7,6 +7,7 @@ const LAYERS = [
     (map, { ctx, isExport }) => (isExport ? map.basemap?.drawWhole(ctx, map.camera) : map.basemap?.draw(ctx, map.camera))],
   ["buildings", "Buildings", "Buildings that hide targets from the sensors; darker if they are higher", drawBuildings],
   ["grid", "Grid and scale", "Grid lines at round distances; the scale bar at the lower left is one grid step", drawGrid],
+  ["wind", "Wind", "Arrow at the lower left: direction of the wind, as the mean at the UAVs", drawWind],
   ["zones", "Zones", "Keep-out zones (hatched) and keep-in zones (dashed outline) of the geofence", drawZones],
   ["truth", "True targets", "True positions of the targets, which the UAVs do not know", drawTruth],
   ["target-trails", "Target trails", `Positions of the target tracks during the last ${TRAIL_S} s, in the colour of the group`,
@@ -43,7 +44,7 @@ const LAYERS = [
 const AGENT_LAYERS = new Set(["radio", "silence"]);
 
 /** Layers of the preset "Operator". */
-const OPERATOR_LAYERS = ["tiles", "basemap", "road-names", "buildings", "grid", "zones", "desired", "views", "radio", "tracks", "uavs", "avoidance", "intruders", "silence", "names"];
+const OPERATOR_LAYERS = ["tiles", "basemap", "road-names", "buildings", "grid", "wind", "zones", "desired", "views", "radio", "tracks", "uavs", "avoidance", "intruders", "silence", "names"];
 
 /** Presets of the layers: key, title, description, layers (all if missing). */
 const PRESETS = [

@@ -8,7 +8,7 @@ const SAMPLE_SCALE = 0.72;
 /** A target, a UAV and an intruder in the middle of a sample. */
 const SAMPLE_TARGET = { id: 0, exists: true, tracked: true, x_m: 0, y_m: 0, true_x_m: 0, true_y_m: 0, vx_m_s: NaN, vy_m_s: NaN,
   covariance: [0, 0, 0], status: "updated", membership: "member", group: 0, receiving_group: null, out_of_view: false };
-const SAMPLE_UAV = { id: 0, group: 0, x_m: 0, y_m: 0, heading_rad: 0, boresight_rad: 0, turn_rate_rad_s: 0, speed_m_s: 2, out: null,
+const SAMPLE_UAV = { id: 0, group: 0, x_m: 0, y_m: 0, heading_rad: 0, nose_rad: 0, boresight_rad: 0, turn_rate_rad_s: 0, speed_m_s: 2, out: null,
   avoided_uav: null, avoided_intruder: null, agentState: { isOn: true, isNotReceived: false } };
 const SAMPLE_GROUP = { id: 0, x_m: 0, y_m: 0, standoff_distance_m: 13, spread_m: 0, feasible: true };
 const SAMPLE_INTRUDER = { id: 0, x_m: 0, y_m: 0, heading_rad: 0, transponder_on: true };

@@ -12,10 +12,10 @@ class MissionMap {
     this.view = new View(this);
     this.basemap = replayData.head.map ? new Basemap(canvas) : null;
     /** Available layers: background map, buildings, zones, intruders, collision avoidance and detections are optional. */
-    const { buildings, zones, has_separation, limits } = replayData.head;
+    const { buildings, zones, has_separation, has_wind, limits } = replayData.head;
     const { tiles: template } = document.body.dataset;
     this.tiles = template && replayData.head.origin ? new Tiles(template, replayData.head.origin) : null;
-    const needs = { tiles: this.tiles, basemap: this.basemap, "road-names": this.basemap, buildings, zones, intruders: limits.intruders, avoidance: has_separation,
+    const needs = { tiles: this.tiles, basemap: this.basemap, "road-names": this.basemap, buildings, zones, intruders: limits.intruders, avoidance: has_separation, wind: has_wind,
       detections: limits.detections, tentative: limits.detections && !limits.detections.has_labels, blind: limits.detections?.mdv_m_s > 0 };
     this.layers = new LayerChoice(LAYERS.map(([name]) => name).filter((name) => !(name in needs) || needs[name]));
     /** The ruler: `null` if it is switched off, otherwise its ends `from` and `to`, if they have been placed. */

@@ -30,7 +30,7 @@ function objectsAt(map, x, y, near_px = NEAR_PX) {
     for (const one of all) {
       const aircraft = { kind, id: one.id, off: off(one), isSelectable: true };
       const [at_x, at_y] = camera.at(one.x_m, one.y_m);
-      if (isOnSymbol(outline, one.heading_rad, x - at_x, y - at_y)) uppermost.unshift(aircraft);
+      if (isOnSymbol(outline, one.nose_rad ?? one.heading_rad, x - at_x, y - at_y)) uppermost.unshift(aircraft);
       else near.push(aircraft);
     }
   };
@@ -98,7 +98,8 @@ function cardContents(run, object) {
   if (object.kind === "detection") return detectionCard(replayData, one);
   if (object.kind === "group") return { title, what: groupText(one, object.part), facts: factsOf(GROUP_COLUMNS, one) };
   if (object.kind === "intruder") return { title, what: "Intruder: aircraft outside the team", facts: factsOf(INTRUDER_COLUMNS, one) };
-  const facts = [...factsOf([...UAV_COLUMNS, ...UAV_DETAILS], one), ...agentFacts(replayData, one)];
+  const details = Number.isNaN(one.airspeed_m_s) ? UAV_DETAILS : [...UAV_DETAILS, ...WIND_DETAILS];
+  const facts = [...factsOf([...UAV_COLUMNS, ...details], one), ...agentFacts(replayData, one)];
   facts.push(["Blind to", blindUavText(replayData, scene, one), "Targets in view that it rarely detects: their true radial speed over ground, which is given, is " +
     "below the minimum detectable velocity (MDV)", "blind"]);
   const { field_of_view_rad } = replayData.head.limits;

@@ -25,6 +25,7 @@ function uavsAt(replayData, time_s) {
       x_m: interpolate(now.x_m, then("x_m"), share),
       y_m: interpolate(now.y_m, then("y_m"), share),
       heading_rad: turnedTo("heading_rad"),
+      nose_rad: turnedTo(Number.isNaN(now.air_heading_rad) ? "heading_rad" : "air_heading_rad"),
       boresight_rad: Number.isNaN(now.boresight_rad) ? NaN : turnedTo("boresight_rad"),
       group: owner === undefined ? idOf(now.group) : owner === null ? null : agents.believed(owner, id, stepIndex).group,
       agentState: agents.isSeveral ? agentAt(replayData, id, owner, stepIndex) : null,
@@ -41,6 +42,13 @@ function uavsAt(replayData, time_s) {
     });
   }
   return found;
+}
+
+/** Mean true wind at the UAVs: speed, m/s, and the direction in which it moves the air, rad; NaN without wind. */
+function windAt({ uavs }) {
+  const mean = (column) => uavs.reduce((sum, uav) => sum + uav[column], 0) / uavs.length;
+  const [x_m_s, y_m_s] = [mean("wind_x_m_s"), mean("wind_y_m_s")];
+  return [Math.hypot(x_m_s, y_m_s), Math.atan2(y_m_s, x_m_s)];
 }
 
 /** Altitude of a UAV, m: flown, or commanded if altitudes are not simulated; 0 before a group sets it. `value` returns a column. */

@@ -91,6 +91,29 @@ function drawScale(map, ctx) {
   ctx.fill();
 }
 
+/** Draws the mean wind at the UAVs: an arrow in its direction, with speed and the compass direction it blows from. */
+function drawWind(map, { ctx, scene }) {
+  const [speed_m_s, toward_rad] = windAt(scene);
+  if (Number.isNaN(speed_m_s)) return;
+  const { camera } = map;
+  const [x, y, half] = [66, camera.height - 61, 17];
+  const [cos, sin] = [Math.cos(toward_rad), Math.sin(toward_rad)];
+  // Positions along and across the arrow; the y axis of the canvas points down.
+  const to = (along, across) => ctx.lineTo(x + along * cos + across * sin, y - along * sin + across * cos);
+  ctx.strokeStyle = ctx.fillStyle = palette().ink;
+  ctx.lineWidth = 2;
+  ctx.beginPath();
+  to(-half, 0);
+  to(half - 8, 0);
+  ctx.stroke();
+  ctx.beginPath();
+  to(half, 0);
+  to(half - 10, 5);
+  to(half - 10, -5);
+  ctx.fill();
+  ctx.fillText(`wind ${fixed(speed_m_s, 1)} m/s from ${windFrom(toward_rad)}\u00b0`, x + half + 8, y + 4);
+}
+
 /** Draws the true positions of targets. */
 function drawTruth(map, { ctx, scene, size }) {
   const isDrawn = ({ id }) => map.shown.has("truth") || map.selection.isChosen("target", id);
@@ -171,7 +194,7 @@ function drawUavs(map, { ctx, labels, scene }) {
     const colour = uavColour(replayData, uav.id);
     if (camera.shows(uav.x_m, uav.y_m)) {
       const [x, y] = camera.at(uav.x_m, uav.y_m);
-      const [cos, sin] = [Math.cos(uav.heading_rad), Math.sin(uav.heading_rad)];
+      const [cos, sin] = [Math.cos(uav.nose_rad), Math.sin(uav.nose_rad)];
       ctx.fillStyle = isFaint ? faded(colour, 0.35) : colour;
       ctx.strokeStyle = palette().ground;
       ctx.lineWidth = 1.5;

@@ -42,6 +42,9 @@ pub struct Head {
     /// True if collision avoidance is on.
     #[serde(skip_serializing_if = "std::ops::Not::not")]
     pub has_separation: bool,
+    /// True if the UAVs fly in wind.
+    #[serde(skip_serializing_if = "std::ops::Not::not")]
+    pub has_wind: bool,
     /// Names of the targets by id. They may come from untrusted files, so the page shows them as plain text.
     pub targets: Vec<String>,
     /// Results of the run; empty while it is in progress.
@@ -140,6 +143,7 @@ impl Head {
             buildings: limits.rules.buildings.all().iter().map(Prism::of).collect(),
             zones: limits.rules.geofence.zones().map(Outline::of).collect(),
             has_separation: limits.rules.has_separation,
+            has_wind: limits.rules.has_wind,
             limits,
             map: None,
             targets,
