@@ -83,7 +83,8 @@ impl TeamStateUpdater {
         if !errors.is_empty() {
             return Err(errors);
         }
-        let escapes = params.separation.map(|_| EscapeModel::new(&params.uav, params.log.period_s));
+        let (uav, fastest_m_s) = (params.limits_over_ground(), params.fastest_m_s());
+        let escapes = params.separation.map(|_| EscapeModel::new(&uav, fastest_m_s, params.log.period_s));
         Ok(Self {
             params,
             escapes,

@@ -183,6 +183,34 @@ impl Wind {
     }
 }
 
+impl TeamParams {
+    /// Speed of the wind that guidance allows for, m/s.
+    pub(crate) fn orbit_wind_m_s(&self) -> f64 {
+        self.wind.map_or(0.0, |wind| wind.orbit_wind_m_s)
+    }
+
+    /// Highest speed of a UAV over ground in that wind, m/s.
+    pub(crate) fn fastest_m_s(&self) -> f64 {
+        self.uav.speed_max_m_s() + self.orbit_wind_m_s()
+    }
+
+    /// Limits over ground that a UAV can fly on every course in that wind, for predictions that must hold: ground speeds
+    /// from V_min + w to V_max - w, or the nominal one if this interval is empty, and the course rate in a tailwind at
+    /// the lowest airspeed, omega_max V_min / (V_min + w). In calm air these are the limits of the airframe.
+    pub(crate) fn limits_over_ground(&self) -> UavParams {
+        let wind_m_s = self.orbit_wind_m_s();
+        if wind_m_s == 0.0 {
+            return self.uav;
+        }
+        let lowest_m_s = self.uav.speeds_m_s()[0];
+        UavParams {
+            speed_change_max_m_s: (self.uav.speed_change_max_m_s - wind_m_s).max(0.0),
+            turn_rate_max_rad_s: self.uav.turn_rate_max_rad_s * lowest_m_s / (lowest_m_s + wind_m_s),
+            ..self.uav
+        }
+    }
+}
+
 /// Low-pass filtered wind of a UAV.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct WindEstimate {

@@ -108,6 +108,8 @@ const AVOIDING_S: f64 = 1.0;
 pub(crate) struct CollisionAvoidance<'a> {
     pub(crate) separation: &'a SeparationParams,
     pub(crate) uav: &'a UavParams,
+    /// Highest speed of a UAV over ground, m/s.
+    pub(crate) fastest_m_s: f64,
     pub(crate) escapes: &'a EscapeModel,
     pub(crate) geofence: Option<&'a GeofenceSafety>,
     pub(crate) id: UavId,
@@ -247,10 +249,10 @@ impl CollisionAvoidance<'_> {
             let avoids = planned.manoeuvre.map(|manoeuvre| manoeuvre.avoids);
             (matches!(avoids, Some(Aircraft::Intruder(_))), planned.uav)
         });
-        let Self { separation, uav, escapes: model, geofence, .. } = *self;
+        let Self { separation, uav, fastest_m_s, escapes: model, geofence, .. } = *self;
         let of = |index: usize| {
             let Planned { uav: id, state: ref own, manoeuvre, .. } = planned[index];
-            CollisionAvoidance { separation, uav, escapes: model, geofence, id, own, manoeuvre }
+            CollisionAvoidance { separation, uav, fastest_m_s, escapes: model, geofence, id, own, manoeuvre }
         };
         let age_s = |i: usize, j: usize| planned[i].age_s + planned[j].age_s;
         let required_m = |i: usize, j: usize| {
@@ -365,8 +367,7 @@ impl CollisionAvoidance<'_> {
             else {
                 continue;
             };
-            let clear_m =
-                CLIMB_CLEAR_MINIMA * self.separation.horizontal_min_m + 2.0 * self.uav.speed_max_m_s() * other.age_s;
+            let clear_m = CLIMB_CLEAR_MINIMA * self.separation.horizontal_min_m + 2.0 * self.fastest_m_s * other.age_s;
             let is_clear = self.own.position.squared_distance_m2(other.reported_state.position) > clear_m * clear_m;
             let over_m = own.altitude_m - vertical.altitude_m;
             // If the altitudes already overlap, waiting does not help.
@@ -416,7 +417,7 @@ impl CollisionAvoidance<'_> {
     /// Distance beyond which another aircraft of a speed, m/s, cannot come near, m.
     pub(crate) fn reach_m(&self, speed_m_s: f64) -> f64 {
         let spare_m = BUFFER_M + SILENT_MAX_S * (DRIFT_M_S + DRIFT_M_S2 * AHEAD_S);
-        let flown_m = self.uav.speed_max_m_s() * AHEAD_S + speed_m_s * (AHEAD_S + SILENT_MAX_S);
+        let flown_m = self.fastest_m_s * AHEAD_S + speed_m_s * (AHEAD_S + SILENT_MAX_S);
         CLIMB_CLEAR_MINIMA * self.separation.horizontal_min_m + spare_m + flown_m
     }
 
@@ -462,7 +463,7 @@ impl CollisionAvoidance<'_> {
     /// True if another aircraft can come nearer than the required distance within the prediction horizon.
     fn is_within_reach(&self, reported: &UavState, age_s: f64, required: Required) -> bool {
         let (ahead_s, speed_m_s) = (required.ahead_s, reported.speed_m_s.abs());
-        let reach_m = required.most_m() + self.uav.speed_max_m_s() * ahead_s + speed_m_s * (ahead_s + age_s);
+        let reach_m = required.most_m() + self.fastest_m_s * ahead_s + speed_m_s * (ahead_s + age_s);
         self.own.position.squared_distance_m2(reported.position) < reach_m * reach_m
     }
 

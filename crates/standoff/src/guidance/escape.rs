@@ -79,7 +79,8 @@ pub(crate) struct Escape {
 }
 
 impl EscapeModel {
-    pub(crate) fn new(uav: &UavParams, period_s: f64) -> Self {
+    /// Creates the model for UAVs with these limits over ground, whose speed is at most `fastest_m_s`.
+    pub(crate) fn new(uav: &UavParams, fastest_m_s: f64, period_s: f64) -> Self {
         let turn_max = uav.turn_rate_max_rad_s;
         let count = |time_s: f64, most: usize| ((time_s * turn_max / TURN_STEP_RAD).ceil() as usize).clamp(1, most);
         let settled_s = (SETTLED_LAGS * uav.speed_lag_s.max(uav.turn_rate_lag_s)).max(SETTLED_MIN_S);
@@ -95,7 +96,7 @@ impl EscapeModel {
             pieces,
             speed_m_s: uav.speed_m_s - uav.speed_change_max_m_s,
             turn_rate_max_rad_s: turn_max,
-            chord_error_m: 0.25 * uav.speed_max_m_s() * longest_s * turn_max * longest_s,
+            chord_error_m: 0.25 * fastest_m_s * longest_s * turn_max * longest_s,
             turning_s: 2.0 * period_s + uav.turn_rate_lag_s + 1.0 / turn_max,
         }
     }
@@ -234,7 +235,7 @@ mod tests {
             let (speed_lag_s, turn_rate_lag_s) = (lag_s(&mut drawn), lag_s(&mut drawn));
             let uav = UavParams { speed_lag_s, turn_rate_lag_s, ..TeamParams::paper().uav };
             let period_s = [0.1, 0.5, 1.0, 2.0][drawn.below(4)];
-            let model = EscapeModel::new(&uav, period_s);
+            let model = EscapeModel::new(&uav, uav.speed_max_m_s(), period_s);
             let starts = [0, 1].map(|_| drawn_state(&mut drawn, &uav));
             let sides = [0, 1].map(|_| Side::BOTH[drawn.below(2)]);
             let first = [0, 1]
@@ -253,7 +254,7 @@ mod tests {
     #[test]
     fn the_chosen_sides_have_the_smallest_shortfall() {
         let uav = TeamParams::paper().uav;
-        let model = EscapeModel::new(&uav, 0.5);
+        let model = EscapeModel::new(&uav, uav.speed_max_m_s(), 0.5);
         let mut drawn = Drawn(3);
         for _ in 0..100 {
             let states = [0; 4].map(|_| drawn_state(&mut drawn, &uav));

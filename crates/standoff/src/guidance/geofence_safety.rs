@@ -101,7 +101,8 @@ impl Geofence {
         own: &UavState,
         altitudes_m: [f64; 2],
     ) -> bool {
-        GeofenceSafety::new(self.part(self.binding(altitudes_m)), *uav, period.s()).is_safe(own)
+        let zones = self.part(self.binding(altitudes_m));
+        GeofenceSafety::new(zones, *uav, uav.speed_max_m_s(), period.s()).is_safe(own)
     }
 }
 
@@ -116,15 +117,16 @@ impl Geofence {
 }
 
 impl GeofenceSafety {
-    pub(crate) fn new(geofence: Geofence, uav: UavParams, period_s: f64) -> Self {
+    /// Creates the safety function of UAVs with these limits over ground, whose speed is at most `fastest_m_s`.
+    pub(crate) fn new(geofence: Geofence, uav: UavParams, fastest_m_s: f64, period_s: f64) -> Self {
         let turn_max = uav.turn_rate_max_rad_s;
         let (period, settling) = pieces(&uav, period_s);
         let settled_s = settling.piece_s * f64::from(settling.count);
-        let circle_m = 2.0 * uav.speed_max_m_s() / turn_max;
+        let circle_m = 2.0 * fastest_m_s / turn_max;
         Self {
             detours: DetourPlanner::of(geofence, uav),
-            margin_m: margin_m(&uav, &[&period, &settling]),
-            reach_m: uav.speed_max_m_s() * (period_s + settled_s) + circle_m + 2.0 * MARGIN_M,
+            margin_m: margin_m(fastest_m_s, turn_max, &[&period, &settling]),
+            reach_m: fastest_m_s * (period_s + settled_s) + circle_m + 2.0 * MARGIN_M,
             uav,
             period,
             settling,
@@ -289,7 +291,7 @@ pub(crate) fn required_room_m(uav: &UavParams, period_s: f64) -> f64 {
     let (period, settling) = pieces(uav, period_s);
     let speed_m_s = uav.speed_m_s - uav.speed_change_max_m_s;
     let (radius_m, _) = circle(uav, speed_m_s, uav.turn_rate_max_rad_s, period.piece_s);
-    radius_m + margin_m(uav, &[&period, &settling])
+    radius_m + margin_m(uav.speed_max_m_s(), uav.turn_rate_max_rad_s, &[&period, &settling])
 }
 
 /// One period, and the time until a manoeuvre is a circle.
@@ -311,8 +313,8 @@ fn pieces(uav: &UavParams, period_s: f64) -> (Pieces, Pieces) {
 }
 
 /// Clearance of path points from outlines, m, that covers the deviation of the path between two points.
-fn margin_m(uav: &UavParams, paths: &[&Pieces]) -> f64 {
-    let sagitta_m = |path: &&Pieces| uav.speed_max_m_s() * path.piece_s * uav.turn_rate_max_rad_s * path.piece_s / 8.0;
+fn margin_m(speed_m_s: f64, turn_rate_rad_s: f64, paths: &[&Pieces]) -> f64 {
+    let sagitta_m = |path: &&Pieces| speed_m_s * path.piece_s * turn_rate_rad_s * path.piece_s / 8.0;
     MARGIN_M + paths.iter().map(sagitta_m).fold(0.0, f64::max)
 }
 
@@ -425,7 +427,8 @@ pub(crate) mod tests {
     fn stays_within(seed: u64, params: &TeamParams) {
         let mut drawn = Drawn(seed);
         let geofence = drawn_geofence(&mut drawn, 2.0 * 40.0 / 0.3);
-        let geofence_safety = GeofenceSafety::new(geofence, params.uav, params.log.period_s);
+        let geofence_safety =
+            GeofenceSafety::new(geofence, params.uav, params.uav.speed_max_m_s(), params.log.period_s);
         let Some(mut state) = (0..20).map(|_| drawn_state(&mut drawn)).find(|state| geofence_safety.is_safe(state))
         else {
             return;
@@ -491,7 +494,7 @@ pub(crate) mod tests {
     #[test]
     fn allowed_commands_are_unchanged_and_others_report_the_zone() {
         let geofence = Geofence::new(vec![square(-5000.0, 0.0, 10.0), square(600.0, 0.0, 200.0)]).unwrap();
-        let geofence_safety = GeofenceSafety::new(geofence, TeamParams::paper().uav, 0.5);
+        let geofence_safety = GeofenceSafety::new(geofence, TeamParams::paper().uav, 50.0, 0.5);
         let desired = Command { speed_m_s: 41.25, turn_rate_rad_s: 0.012_345 };
         assert_eq!(geofence_safety.make_safe(&east(0.0, 0.0), desired), (desired, None));
         // The radius of the tightest circle is 83 m, so at 110 m from the zone the UAV cannot continue.
@@ -502,7 +505,7 @@ pub(crate) mod tests {
     #[test]
     fn a_uav_inside_a_keep_out_zone_leaves_it_on_the_fastest_path() {
         let geofence = Geofence::new(vec![square(0.0, 0.0, 400.0)]).unwrap();
-        let geofence_safety = GeofenceSafety::new(geofence, TeamParams::paper().uav, 0.5);
+        let geofence_safety = GeofenceSafety::new(geofence, TeamParams::paper().uav, 50.0, 0.5);
         // Straight ahead the exit is 100 m away; behind, it is a turn and 700 m.
         let straight_on = Command { speed_m_s: 55.0, turn_rate_rad_s: 0.0 };
         assert_eq!(geofence_safety.make_safe(&east(300.0, 0.0), straight_on), (straight_on, Some(0)));

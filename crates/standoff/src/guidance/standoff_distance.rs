@@ -99,7 +99,7 @@ impl TeamParams {
     #[cfg_attr(feature = "research", visibility::make(pub))]
     pub(crate) fn turn_limit_about_m(&self, centre_speed_m_s: f64) -> f64 {
         // In the air, the centre moves with its velocity minus that of the wind.
-        let centre_speed_m_s = centre_speed_m_s + self.wind.map_or(0.0, |wind| wind.orbit_wind_m_s);
+        let centre_speed_m_s = centre_speed_m_s + self.orbit_wind_m_s();
         let speed_m_s = self.orbit_speed_m_s(centre_speed_m_s);
         moving_centre_limit_m(speed_m_s, centre_speed_m_s, self.uav.turn_rate_max_rad_s)
     }

@@ -28,7 +28,9 @@ impl TeamGeofence {
         if zones.is_empty() {
             return Ok(None);
         }
-        if let Some([found_m, required_m]) = zones.lacking_room(&params.uav, Duration::from_s(params.log.period_s)) {
+        if let Some([found_m, required_m]) =
+            zones.lacking_room(&params.limits_over_ground(), Duration::from_s(params.log.period_s))
+        {
             let allowed = Allowed::at_least(required_m).with_reason(
                 "the largest circle inside all keep-in zones must contain the tightest circle at the lowest speed, 5 m from \
                  their outlines",
@@ -50,7 +52,8 @@ impl TeamGeofence {
         if let Some((_, safety)) = self.safety.iter().find(|(zones, _)| *zones == binding) {
             return Some(Arc::clone(safety));
         }
-        let safety = Arc::new(GeofenceSafety::new(self.zones.part(binding), params.uav, params.log.period_s));
+        let (zones, uav) = (self.zones.part(binding), params.limits_over_ground());
+        let safety = Arc::new(GeofenceSafety::new(zones, uav, params.fastest_m_s(), params.log.period_s));
         if self.safety.len() == KEPT_MAX {
             self.safety.remove(0);
         }
