@@ -118,7 +118,7 @@ function drawSample(ctx, x, y, [, , paints, values], head) {
   ctx.scale(SAMPLE_SCALE, SAMPLE_SCALE);
   for (const paint of paints) {
     ctx.save();
-    paint(map, { ctx, scene: map.scene, labels: { nextTo() {} }, size: 1 });
+    paint(map, { ctx, scene: map.scene, labels: { nextTo() {} }, size: 1, uavSize: 1 });
     ctx.restore();
   }
   ctx.restore();

@@ -99,7 +99,7 @@ class MissionMap {
     ctx.fillRect(0, 0, camera.width, camera.height);
     ctx.lineJoin = "round";
     ctx.font = "12px system-ui, sans-serif";
-    const frame = { ctx, scene, labels: new Labels(ctx, camera), size: this.symbolSize(), isExport };
+    const frame = { ctx, scene, labels: new Labels(ctx, camera), size: this.symbolSize(), uavSize: this.uavSize(), isExport };
     for (const [name, , , paint] of LAYERS) {
       if (layers.shown.has(name) || (layers.reduced.has(name) && this.selection.object)) this.painted(ctx, () => paint(this, frame));
     }
@@ -128,6 +128,12 @@ class MissionMap {
   symbolSize() {
     const spacing_px = Math.sqrt((this.camera.width * this.camera.height) / Math.max(this.drawn.length, 1));
     return Math.min(Math.max(spacing_px / 110, 0.5), 1);
+  }
+
+  /** Scale of the UAV symbols, at most 1; more than 140 visible UAVs on a map of 500,000 px\u00b2 have smaller symbols. */
+  uavSize() {
+    const visible = this.scene.uavs.filter(({ x_m, y_m }) => this.camera.shows(x_m, y_m)).length;
+    return Math.min(Math.max(Math.sqrt((this.camera.width * this.camera.height) / Math.max(visible, 1)) / 60, 0.35), 1);
   }
 
   /** The colour of a group with an opacity; fainter if another group is highlighted. */

@@ -26,16 +26,16 @@ function objectsAt(map, x, y, near_px = NEAR_PX) {
       near.push({ kind: "target", id: target.id, off: Math.hypot(at_x - x, at_y - y), isSelectable: selection.passes(target.group) });
     }
   }
-  const addAircraft = (kind, all, outline) => {
+  const addAircraft = (kind, all, outline, size) => {
     for (const one of all) {
       const aircraft = { kind, id: one.id, off: off(one), isSelectable: true };
       const [at_x, at_y] = camera.at(one.x_m, one.y_m);
-      if (isOnSymbol(outline, one.nose_rad ?? one.heading_rad, x - at_x, y - at_y)) uppermost.unshift(aircraft);
+      if (isOnSymbol(outline, one.nose_rad ?? one.heading_rad, (x - at_x) / size, (y - at_y) / size)) uppermost.unshift(aircraft);
       else near.push(aircraft);
     }
   };
-  if (shown.has("uavs")) addAircraft("uav", scene.uavs, AIRCRAFT);
-  if (shown.has("intruders")) addAircraft("intruder", scene.intruders, INTRUDER);
+  if (shown.has("uavs")) addAircraft("uav", scene.uavs, AIRCRAFT, map.uavSize());
+  if (shown.has("intruders")) addAircraft("intruder", scene.intruders, INTRUDER, 1);
   for (const one of shown.has("detections") ? scene.detections : []) near.push({ kind: "detection", id: one.id, off: off(one), isSelectable: true });
   for (const one of shown.has("tentative") ? scene.tentatives : []) near.push({ kind: "tentative", id: one.id, off: off(one), isSelectable: true });
   const orbits = [];

@@ -187,14 +187,14 @@ const AIRCRAFT = [[13, 0], [2, 2.2], [0, 12], [-4, 12], [-2.5, 2], [-9, 1.5], [-
   [-9, -1.5], [-2.5, -2], [-4, -12], [0, -12], [2, -2.2]];
 
 /** Draws UAVs. For a UAV in an outage it also draws the last position known to the team. */
-function drawUavs(map, { ctx, labels, scene }) {
+function drawUavs(map, { ctx, labels, scene, uavSize }) {
   const { camera, replayData, selection } = map;
   for (const uav of scene.uavs) {
     const isFaint = uav.out || !selection.passes(uav.group);
     const colour = uavColour(replayData, uav.id);
     if (camera.shows(uav.x_m, uav.y_m)) {
       const [x, y] = camera.at(uav.x_m, uav.y_m);
-      const [cos, sin] = [Math.cos(uav.nose_rad), Math.sin(uav.nose_rad)];
+      const [cos, sin] = [uavSize * Math.cos(uav.nose_rad), uavSize * Math.sin(uav.nose_rad)];
       ctx.fillStyle = isFaint ? faded(colour, 0.35) : colour;
       ctx.strokeStyle = palette().ground;
       ctx.lineWidth = 1.5;
