@@ -1,12 +1,12 @@
 //! Commands of the agent as messages to the autopilot: roll at every step, airspeed and altitude if they change.
 
 use mavlink::dialects::ardupilotmega::MavMessage;
+use standoff::research::{RateInputs, RateLoop};
 use standoff::{AgentOutput, Command, Duration, Time};
 
 use crate::command;
 use crate::config::Config;
 use crate::parameters::Limits;
-use crate::rate_loop::{RateInputs, RateLoop};
 use crate::vehicle::Vehicle;
 
 /// Shortest time between two commands of airspeed, and between two of altitude.

@@ -14,7 +14,6 @@ pub mod config;
 pub mod feed;
 mod flight_commands;
 pub mod parameters;
-pub mod rate_loop;
 mod requests;
 pub mod run;
 mod scan_alignment;

@@ -15,6 +15,7 @@ pub(crate) mod phase_control;
 pub(crate) mod phase_control_in_wind;
 pub(crate) mod predicted_trajectory;
 pub(crate) mod pursuer_model;
+pub(crate) mod rate_loop;
 pub(crate) mod room;
 pub(crate) mod sensor_pointing;
 pub(crate) mod standoff_distance;

@@ -10,10 +10,9 @@ use mavlink::dialects::ardupilotmega::{
     MavMessage, MavModeFlag, MavParamType, MavResult, MavState, MavType, PARAM_VALUE_DATA, VFR_HUD_DATA,
 };
 use mavlink::{MavHeader, SigningConfig, SigningData};
-use standoff::research::math;
+use standoff::research::{GRAVITY_M_S2, math};
 use standoff::{Angle, Position, Velocity};
 use standoff_fly::codec::{Codec, SigningKey, encode_as};
-use standoff_fly::rate_loop::GRAVITY_M_S2;
 use standoff_io::geodesy::LocalPlane;
 
 pub(crate) const GUIDED: u32 = 15;

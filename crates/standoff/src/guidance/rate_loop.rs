@@ -7,7 +7,7 @@
 //! The formula without I is not accurate: an ArduPlane airframe with stock parameters turned at 0.72 of that rate at any
 //! bank (measured in its simulator), because its turns are not coordinated.
 
-use standoff::research::math;
+use crate::math;
 
 /// Standard gravity, m/s2.
 pub const GRAVITY_M_S2: f64 = 9.80665;
