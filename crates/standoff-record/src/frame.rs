@@ -331,6 +331,11 @@ rows! {
         pub believed_wind_x_m_s: Option<f64>,
         /// The same, north, m/s.
         pub believed_wind_y_m_s: Option<f64>,
+        /// Bank angle, rad, positive to the right (right wing down), so that a positive bank turns clockwise; null unless
+        /// the scenario has the dynamics `bank`.
+        pub bank_rad: Option<f64>,
+        /// Last commanded bank angle before the scan, rad, positive to the right; null like `bank_rad`.
+        pub bank_command_rad: Option<f64>,
     }
 
     /// True state of an aircraft outside the team.

@@ -3,7 +3,8 @@
 //! A UAV holds its command over a time step, so that (1) gives its path from the recorded state and command. The path is
 //! a sequence of cubic Bezier curves over equal parts of the time step, in three dimensions; each has position and
 //! velocity of (1) at both ends. A part is at most a third of a lag and a turn of 0.3 rad long: for UAVs of up to
-//! 100 m/s the curve is then within 0.01 m of (1).
+//! 100 m/s the curve is then within 0.01 m of (1). Between two states of an intruder or of a banking UAV, the turn rate
+//! is constant.
 
 use nalgebra::Vector3;
 use standoff::research::AutopilotModel;
@@ -19,7 +20,7 @@ const PARTS_MAX: f64 = 400.0;
 pub(crate) struct Recorded {
     /// State in the plane.
     state: UavState,
-    /// Command until the next time step; `None` if it is unknown.
+    /// Command until the next time step; `None` if it is unknown, or if (1) does not describe the aircraft.
     command: Option<Command>,
     altitude_m: Option<f64>,
     climb_rate_m_s: Option<f64>,
@@ -31,8 +32,9 @@ impl From<&UavRow> for Recorded {
         let level = UavState::level_flight(position, heading, row.speed_m_s);
         let state = UavState { turn_rate_rad_s: row.turn_rate_rad_s, ..level };
         let command = Command { speed_m_s: row.speed_command_m_s, turn_rate_rad_s: row.turn_rate_command_rad_s };
-        let UavRow { altitude_m, climb_rate_m_s, .. } = *row;
-        Self { state, command: Some(command), altitude_m, climb_rate_m_s }
+        let UavRow { altitude_m, climb_rate_m_s, bank_rad, .. } = *row;
+        // Lags do not describe the turn of a banking aircraft: its path is an arc, like that of an intruder.
+        Self { state, command: bank_rad.is_none().then_some(command), altitude_m, climb_rate_m_s }
     }
 }
 
@@ -310,6 +312,23 @@ mod tests {
         let (from, to) = (UavState { turn_rate_rad_s: 0.0, ..start }, states[256]);
         let path = PathModel::new(&team, 2.0).path(&recorded(from, None), &recorded(to, None), 2.0);
         assert!(off_m(&path, &states) < 0.01);
+    }
+
+    /// The path of a banking UAV is an arc, whatever it is commanded.
+    #[test]
+    fn the_path_of_a_banking_uav_does_not_follow_its_command() {
+        let row =
+            UavRow { turn_rate_command_rad_s: 0.3, speed_m_s: 40.0, speed_command_m_s: 40.0, ..UavRow::default() };
+        let straight = Recorded { command: None, ..Recorded::from(&UavRow { x_m: 20.0, ..row }) };
+        let middle_m = |bank_rad| {
+            let path = PathModel::new(&TeamParams::recommended(), 0.5).path(
+                &Recorded::from(&UavRow { bank_rad, ..row }),
+                &straight,
+                0.5,
+            );
+            path.curves.iter().map(Curve::bend_m).fold(0.0, f64::max)
+        };
+        assert!(middle_m(Some(0.1)) < 1e-9 && middle_m(None) > 1e-3);
     }
 
     /// An Euler step (4) moves the UAV straight ahead. A gap in the record is straight as well.

@@ -10,6 +10,7 @@ use standoff_record::{
     PerAgentTables, ReportedState, TeammateRow, TentativeRow, TrackRow, TrackStatus, TruthRow, UavRow,
 };
 
+use crate::bank::BankMotion;
 use crate::intruders::Intruder;
 use crate::target_id::TargetId;
 use crate::wind::AirMotion;
@@ -44,10 +45,10 @@ pub(crate) fn begin(now: Time, truth: &[Truth], frame: &mut Frame) {
 }
 
 /// Row of a UAV: its true state, the state that it assumes if that differs, its motion relative to the air if there is
-/// wind, and the true direction of its sensor.
+/// wind, its bank if it banks, and the true direction of its sensor.
 pub(crate) fn uav(
     uav: UavId,
-    (state, believed, air): (&UavState, Option<&UavState>, Option<&AirMotion>),
+    (state, believed, air, bank): (&UavState, Option<&UavState>, Option<&AirMotion>, Option<&BankMotion>),
     boresight: Option<Angle>,
     step: &AgentOutput,
 ) -> UavRow {
@@ -93,6 +94,8 @@ pub(crate) fn uav(
         wind_y_m_s: air.map(|air| air.wind.velocity.y_m_s()),
         believed_wind_x_m_s: step.diagnostics.wind.map(|wind| wind.x_m_s()),
         believed_wind_y_m_s: step.diagnostics.wind.map(|wind| wind.y_m_s()),
+        bank_rad: bank.map(BankMotion::bank_rad),
+        bank_command_rad: bank.map(BankMotion::command_rad),
     }
 }
 

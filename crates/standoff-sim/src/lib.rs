@@ -9,6 +9,8 @@
 extern crate self as standoff_sim;
 
 mod agent_rows;
+mod atmosphere;
+pub mod bank;
 pub mod baseline;
 #[cfg(test)]
 #[path = "../tests/common/mod.rs"]

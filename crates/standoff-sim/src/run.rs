@@ -14,6 +14,7 @@ use standoff_score::matching::Identities;
 use standoff_score::{MetricSelection, Metrics, ScoreConfig, Scorer};
 
 use crate::agent_rows;
+use crate::bank::{BankMotion, HeldCommand};
 use crate::controller::{self, Controller, ReportedState};
 use crate::gusts::Gusts;
 use crate::intruders::Intruders;
@@ -104,6 +105,8 @@ struct Uav {
     truth: UavState,
     /// Its motion relative to the air; `None` without wind.
     air: Option<AirMotion>,
+    /// Its bank; `None` if it does not bank.
+    bank: Option<BankMotion>,
     /// Gusts around it; `None` in steady wind.
     gusts: Option<Gusts>,
     /// State that its controller assumes.
@@ -177,6 +180,7 @@ impl<B: Controller> Mission<B> {
                 id,
                 truth: state,
                 air,
+                bank: settings.bank.map(|_| BankMotion::default()),
                 gusts,
                 believed_state: error.as_ref().map_or(state, |error| error.believed(&state)),
                 navigation_error: error,
@@ -413,7 +417,7 @@ impl<B: Controller> Mission<B> {
             step.diagnostics.speed_limited |= limited.speed_limited;
             step.diagnostics.turn_rate_limited |= limited.turn_rate_limited;
             let believed_state = uav.navigation_error.map(|_| uav.believed_state);
-            let states = (&uav.truth, believed_state.as_ref(), uav.air.as_ref());
+            let states = (&uav.truth, believed_state.as_ref(), uav.air.as_ref(), uav.bank.as_ref());
             frame.uavs.push(agent_rows::uav(uav.id, states, uav.true_boresight(), &step));
             let detected = uav.detections.all.iter().zip(&uav.detections.targets);
             frame.detections.extend(detected.map(|(detection, of)| agent_rows::detection(uav.id, detection, *of)));
@@ -457,15 +461,24 @@ impl<B: Controller> Mission<B> {
         let Self { uavs, intruders, .. } = self;
         intruders.fly(|uav| uavs.get(uav.0 as usize).map(|uav| &uav.truth));
         let (navigation, period) = (self.settings.navigation, self.settings.period);
-        let (team, wind) = (&self.settings.team, self.settings.wind);
+        let Settings { team, wind, bank: bank_model, .. } = &self.settings;
         for uav in &mut self.uavs {
-            let (id, altitude_m) = (uav.id, uav.altitude_m);
-            let climb = |state: &mut UavState| {
-                if let (Some(vertical), Some(climb)) = (&mut state.vertical, &team.uav.climb) {
-                    *vertical = climb.step(vertical, altitude_m, period);
+            let Uav { id, command, altitude_m, .. } = *uav;
+            let bank = uav.bank.as_mut().zip(*bank_model);
+            let flown = |before: &UavState| match bank {
+                Some((bank, model)) => {
+                    let height_m = height_m(before, altitude_m, team, id);
+                    bank.fly(&model, &team.uav, before, &HeldCommand { command, altitude_m, height_m, period })
+                }
+                None => {
+                    let mut after = self.response.step(before, command);
+                    if let (Some(vertical), Some(climb)) = (&mut after.vertical, &team.uav.climb) {
+                        *vertical = climb.step(vertical, altitude_m, period);
+                    }
+                    after
                 }
             };
-            match (&mut uav.air, wind) {
+            uav.truth = match (&mut uav.air, wind) {
                 (Some(air), Some(wind)) => {
                     let wind_of = |state: &UavState| {
                         let height_m = height_m(state, altitude_m, team, id);
@@ -474,13 +487,10 @@ impl<B: Controller> Mission<B> {
                         }
                         wind.around(height_m, uav.gusts.as_ref())
                     };
-                    uav.truth = air.fly(&self.response, &uav.truth, (uav.command, period), climb, wind_of);
+                    air.fly(&uav.truth, period, flown, wind_of)
                 }
-                _ => {
-                    uav.truth = self.response.step(&uav.truth, uav.command);
-                    climb(&mut uav.truth);
-                }
-            }
+                _ => flown(&uav.truth),
+            };
             uav.believed_state = match &mut uav.navigation_error {
                 None => uav.truth,
                 Some(error) => {

@@ -1,8 +1,8 @@
 //! True wind, and the motion of the UAVs relative to the air.
 
 use standoff::research::math;
-use standoff::research::{AutopilotModel, Wind};
-use standoff::{AirVelocity, Command, Duration, UavState};
+use standoff::research::Wind;
+use standoff::{AirVelocity, Duration, UavState};
 
 use crate::gusts::{GustModel, Gusts};
 
@@ -74,15 +74,14 @@ impl AirMotion {
         AirVelocity { heading: self.heading, airspeed_m_s: self.airspeed_m_s }
     }
 
-    /// Returns the state over ground after holding `command`, airspeed and heading rate, for the time step `dt` of
-    /// `response`. The air moves with the wind at the start of the time step. `climbed` changes the altitude, and
-    /// `wind_of` returns the wind at the end.
+    /// Returns the state over ground after a time step `dt`. `flown` returns the state after it in air that does not
+    /// move; heading and speed are then those relative to the air. The air moves with the wind at the start of the time
+    /// step. `wind_of` returns the wind at the end.
     pub(crate) fn fly(
         &mut self,
-        response: &AutopilotModel,
         truth: &UavState,
-        (command, dt): (Command, Duration),
-        climbed: impl FnOnce(&mut UavState),
+        dt: Duration,
+        flown: impl FnOnce(&UavState) -> UavState,
         wind_of: impl FnOnce(&UavState) -> Wind,
     ) -> UavState {
         let before = UavState {
@@ -91,9 +90,8 @@ impl AirMotion {
             turn_rate_rad_s: self.heading_rate_rad_s,
             ..*truth
         };
-        let mut air = response.step(&before, command);
+        let mut air = flown(&before);
         air.position = air.position + self.wind.velocity * dt.s();
-        climbed(&mut air);
         // The mean acceleration: at the end of a time step the lag has ended most of it.
         let acceleration_m_s2 = (air.speed_m_s - before.speed_m_s) / dt.s();
         let wind = wind_of(&air);
@@ -106,7 +104,7 @@ impl AirMotion {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use standoff::{Angle, Position, TeamParams, Velocity};
+    use standoff::{Angle, Command, Position, TeamParams, Velocity};
 
     /// Ten times the height at an exponent of 0.5: the square root of ten times the speed, in the same direction.
     #[test]
@@ -131,7 +129,7 @@ mod tests {
         for step in 1..=40 {
             let command = Command { speed_m_s: 45.0, turn_rate_rad_s: 0.2 };
             calm = response.step(&calm, command);
-            truth = air.fly(&response, &truth, (command, dt), |_| {}, |_| wind);
+            truth = air.fly(&truth, dt, |before| response.step(before, command), |_| wind);
             let drifted = calm.position + wind.velocity * (dt.s() * f64::from(step));
             assert!((truth.position - drifted).length_m() < 1e-6);
             assert_eq!(air.velocity(), AirVelocity { heading: calm.heading, airspeed_m_s: calm.speed_m_s });

@@ -136,6 +136,16 @@ const WIND: &[Key] = &[
     ("wind.estimate_time_constant_s", 10.0, 1e-3, 3600.0),
 ];
 
+/// The same for keys of `[uavs.bank]`, which are drawn in half of the scenarios.
+const BANK: &[Key] = &[
+    ("uavs.bank.bank_max_deg", 60.0, 5.0, 80.0),
+    ("uavs.bank.roll_rate_max_deg_s", 60.0, 1.0, 720.0),
+    ("uavs.bank.roll_lag_s", 0.4, 1e-3, 10.0),
+    ("uavs.bank.turn_factor", 1.0, 0.1, 1.5),
+    ("uavs.bank.climb_full_power_m_s", 5.0, 0.1, 100.0),
+    ("uavs.bank.sink_idle_m_s", 2.0, 0.1, 100.0),
+];
+
 /// Keys whose range depends on another key: key, other key, default, and range as a function of the other key's value.
 type Bounded = (&'static str, &'static str, f64, fn(f64) -> (f64, f64));
 
@@ -188,6 +198,8 @@ struct Draft {
     keys: Vec<Level>,
     /// Keys of `[wind]`, if there is wind, and whether it is estimated.
     wind: Option<(Vec<Level>, bool)>,
+    /// Keys of `[uavs.bank]`, if UAVs bank, and whether commands are true airspeeds.
+    bank: Option<(Vec<Level>, bool)>,
     bounded: Vec<Level>,
     words: Vec<usize>,
     /// One row per target.
@@ -205,13 +217,14 @@ prop_compose! {
     fn any_draft()(
         keys in proptest::collection::vec(any_level(), KEYS.len()),
         wind in proptest::option::of((proptest::collection::vec(any_level(), WIND.len()), any::<bool>())),
+        bank in proptest::option::of((proptest::collection::vec(any_level(), BANK.len()), any::<bool>())),
         bounded in proptest::collection::vec(any_level(), BOUNDED.len()),
         words in proptest::collection::vec(0..12usize, WORDS.len()),
         targets in rows(20, TARGET.len()),
         uavs in prop_oneof![rows(8, UAV.len()).prop_map(Ok), (1..=8usize).prop_map(Err)],
         ticks in 10..60u32,
     ) -> Draft {
-        Draft { keys, wind, bounded, words, targets, uavs, ticks }
+        Draft { keys, wind, bank, bounded, words, targets, uavs, ticks }
     }
 }
 
@@ -232,6 +245,9 @@ impl Draft {
         for ((key, default, lowest, highest), level) in WIND.iter().zip(self.wind.iter().flat_map(|(wind, _)| wind)) {
             values.insert(key, level.of(*default, *lowest, *highest));
         }
+        for ((key, default, lowest, highest), level) in BANK.iter().zip(self.bank.iter().flat_map(|(bank, _)| bank)) {
+            values.insert(key, level.of(*default, *lowest, *highest));
+        }
         for ((key, by, default, range), level) in BOUNDED.iter().zip(&self.bounded) {
             let (lowest, highest) = range(values[by]);
             values.insert(key, level.of(*default, lowest, highest));
@@ -243,6 +259,10 @@ impl Draft {
         }
         if let Some((_, is_estimated)) = self.wind {
             text += &format!("wind.belief = {:?}\n", if is_estimated { "estimated" } else { "given" });
+        }
+        if let Some((_, is_true)) = self.bank {
+            let taken_as = if is_true { "true-airspeed" } else { "equivalent-airspeed" };
+            text += &format!("uavs.dynamics = \"bank\"\nuavs.bank.speed_command = {taken_as:?}\n");
         }
         if text.contains("sensor.labels = \"none\"") {
             text += "sensor.false_alarms_per_scan = 3.0\nsensor.range_rate_sd_m_s = 0.5\n";
@@ -373,11 +393,12 @@ fn range_limits_match_the_validation() {
         // With these values, no other key has a limit.
         let wide = "uavs.speed_change_max_m_s = 0.0\norbit.field_of_view_margin_deg = 0.0\norbit.radius_max_m = 100000.0\n\
                     sensor.sensing_range_m = 1000000.0\ngroups.dwell_max_s = 3600.0\n";
+        let wide = format!("{wide}{}", if key.starts_with("uavs.bank.") { "uavs.dynamics = \"bank\"\n" } else { "" });
         let typed = format!("{wide}duration_s = 20.0\ncue.position_sd_m = 0.001\n{key} = {value:?}\n");
         let template = ScenarioTemplate::of_text("drawn", &format!("{typed}[[targets.start]]\n"), &[]);
         template.and_then(|template| template.draw(1)).err().map(|error| error.to_string())
     };
-    for (key, _, lowest, highest) in KEYS.iter().chain(WIND) {
+    for (key, _, lowest, highest) in KEYS.iter().chain(WIND).chain(BANK) {
         // A track with a larger uncertainty than the cue is lost.
         let lowest = if *key == "filter.deletion_position_sd_m" { 1e-3f64.next_up() } else { *lowest };
         for allowed in [lowest, *highest] {

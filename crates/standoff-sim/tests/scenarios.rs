@@ -111,8 +111,8 @@ fn unknown_key_suggests_the_right_one() {
     unknown(
         "[uavs]\ncolour = 5\n",
         "/mine.toml:2:1: uavs.colour: there is no such key; the keys in [uavs] are speed_m_s, speed_change_max_m_s, \
-         turn_rate_max_rad_s, speed_lag_s, turn_rate_lag_s, count, integrator, boot_delay_s, start_ring, start, outage, restart, \
-         clock, climb",
+         turn_rate_max_rad_s, speed_lag_s, turn_rate_lag_s, count, integrator, dynamics, boot_delay_s, start_ring, start, outage, restart, \
+         clock, climb, bank",
     );
     unknown(
         "[[uavs.start]]\nheading = 5\n",
@@ -450,7 +450,7 @@ fn the_largest_scenario_can_be_read_again() {
 fn reference_page_has_every_key() {
     let page = fs::read_to_string(concat!(env!("CARGO_MANIFEST_DIR"), "/../../docs/scenarios.md")).unwrap();
     let blocks: Vec<&str> = page.split("```toml\n").skip(1).map(|rest| rest.split("```").next().unwrap()).collect();
-    assert_eq!(blocks.len(), 11);
+    assert_eq!(blocks.len(), 12);
     let keys = |text: &str| -> Vec<String> {
         let mut table = String::new();
         let mut keys = Vec::new();
@@ -465,7 +465,7 @@ fn reference_page_has_every_key() {
         keys
     };
     let on_page: Vec<String> = blocks.iter().flat_map(|block| keys(block)).collect();
-    for block in &blocks[..9] {
+    for block in &blocks[..10] {
         let resolved = load(block).unwrap().resolved().unwrap();
         for key in keys(&resolved) {
             assert!(on_page.contains(&key), "{key} is not on the page");
@@ -475,7 +475,7 @@ fn reference_page_has_every_key() {
     for key in keys(&traffic) {
         assert!(on_page.contains(&key), "{key} is not on the page");
     }
-    for key in blocks[9..].iter().flat_map(|block| keys(block)) {
+    for key in blocks[10..].iter().flat_map(|block| keys(block)) {
         assert!(keys(&traffic).contains(&key), "{key} is not known");
     }
 }

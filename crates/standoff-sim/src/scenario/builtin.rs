@@ -33,6 +33,7 @@ pub const BUILT_IN: &[BuiltIn] = built_in![
     "tour/10-unlabelled-detections",
     "tour/11-behind-buildings",
     "tour/12-wind",
+    "tour/13-banking-aircraft",
     "traffic/convoy",
     "traffic/city",
     "traffic/town",

@@ -17,7 +17,7 @@ use super::builtin::{BUILT_IN, built_in, built_in_like};
 use super::error::{Excerpt, Problem, ScenarioError};
 use super::locate::{Map, line_around, position_of};
 use super::parse::{self, MISTAKES_MAX};
-use super::schema_types::{AgentSetup, ScenarioFile};
+use super::schema_types::{AgentSetup, Dynamics, ScenarioFile};
 use crate::traffic::STANDARD_INPUT;
 
 /// Maximum size of a scenario file, bytes. 5,000 targets, one table each, take 1 MiB.
@@ -163,6 +163,9 @@ impl Typed {
         let (mut file, mistakes) = parse::typed(table);
         if let Some(file) = file.as_mut().filter(|file| !sets_agents && file.needs_an_agent_per_uav()) {
             file.team.agents = AgentSetup::PerUav;
+        }
+        if let Some(file) = file.as_mut().filter(|file| file.uavs.dynamics == Dynamics::Bank) {
+            file.uavs.bank.get_or_insert_default();
         }
         let mut left_out = Vec::new();
         for mistake in mistakes {

@@ -22,11 +22,12 @@ use super::resolved::{
 };
 use super::sample::{DerivedDefaults, Draw, Drawing, value};
 use super::schema_types::resolved::{Ring, TargetAt};
-use super::schema_types::{self, AgentSetup, Labels, resolved};
+use super::schema_types::{self, AgentSetup, Labels, SpeedCommand, resolved};
 use super::traffic::{check_span, length_warning};
 use super::validate::{check_objects, check_settings, report};
 use super::warnings::warnings;
 use super::{basemap, buildings, geofence, start};
+use crate::bank::BankModel;
 use crate::gusts::GustModel;
 use crate::navigation::NavigationModel;
 use crate::random::{Draws, Stream};
@@ -270,6 +271,15 @@ fn settings(file: &resolved::ScenarioFile) -> Settings {
             shear_exponent: wind.shear_exponent,
             gusts: (wind.gust_w20_m_s > 0.0)
                 .then_some(GustModel { w20_m_s: wind.gust_w20_m_s, airspeed_m_s: team.uav.speed_m_s }),
+        }),
+        bank: file.uavs.bank.as_ref().map(|bank| BankModel {
+            bank_max_rad: bank.bank_max_deg.to_radians(),
+            roll_rate_max_rad_s: bank.roll_rate_max_deg_s.to_radians(),
+            roll_lag_s: bank.roll_lag_s,
+            turn_factor: bank.turn_factor,
+            climb_full_power_m_s: bank.climb_full_power_m_s,
+            sink_idle_m_s: bank.sink_idle_m_s,
+            flies_equivalent_airspeed: bank.speed_command == SpeedCommand::EquivalentAirspeed,
         }),
         cue: CueError { position_sd_m: file.cue.position_sd_m, velocity_sd_m_s: file.cue.velocity_sd_m_s },
         model: file.targets.as_ref().map(target_model),

@@ -222,6 +222,9 @@ tables! {
         /// Number of UAVs, 1 to 4,096; with one agent each, 1 to 100. If absent: the number of `[[uavs.start]]` tables,
         /// or 1. A drawn value is rounded.
         count;
+    } words {
+        /// Flight dynamics of the true aircraft: `kinematic` or `bank`.
+        dynamics: Dynamics = Kinematic;
     } many {
         /// Delay after which a UAV's computer starts, s; 0 to 1e9. Drawn for each UAV. If absent: 0.
         boot_delay_s: TIME_S;
@@ -244,10 +247,31 @@ tables! {
         /// Climb and descent. If absent: the defaults of this table, or immediate changes of altitude if `separation`
         /// is `false`.
         climb: Option<Climb>;
+        /// Banking aircraft; only with the dynamics `bank`. If absent: the defaults of this table.
+        bank: Option<Bank>;
     }
 
     /// `[uavs.climb]`: how UAVs climb and descend, and between which altitudes.
     table Climb
+
+    /// `[uavs.bank]`: true properties of a banking aircraft. The agents do not know them.
+    table Bank numbers {
+        /// Maximum bank angle to either side, degrees; 5 to 80.
+        bank_max_deg = 60.0, Allowed::at_least(5.0).at_most(80.0);
+        /// Maximum roll rate, degrees per second; 1 to 720.
+        roll_rate_max_deg_s = 60.0, Allowed::at_least(1.0).at_most(720.0);
+        /// Time constant with which the bank angle follows its command, s; 0.001 to 10.
+        roll_lag_s = 0.4, Allowed::at_least(1e-3).at_most(10.0);
+        /// Turn rate as a share of that of a coordinated turn at the same bank angle; 0.1 to 1.5.
+        turn_factor = 1.0, Allowed::at_least(0.1).at_most(1.5);
+        /// Rate of climb at full power and constant airspeed, m/s; 0.1 to 100.
+        climb_full_power_m_s = 5.0, Allowed::at_least(0.1).at_most(100.0);
+        /// Rate of descent with the engine idle at constant airspeed, m/s; 0.1 to 100.
+        sink_idle_m_s = 2.0, Allowed::at_least(0.1).at_most(100.0);
+    } words {
+        /// How the aircraft interprets a commanded speed: `true-airspeed` or `equivalent-airspeed`.
+        speed_command: SpeedCommand = TrueAirspeed;
+    }
 
     /// `[team]`: how the team shares its state.
     table Team words {
@@ -752,6 +776,26 @@ pub enum AgentSetup {
     Shared,
     /// Each UAV has its own agent.
     PerUav,
+}
+
+/// Flight dynamics of the true aircraft.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Dynamics {
+    /// First-order lags of speed and turn rate (1).
+    Kinematic,
+    /// Turns by a bank angle, and airspeed within the power that a climb leaves.
+    Bank,
+}
+
+/// How an aircraft interprets a commanded speed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum SpeedCommand {
+    /// As true airspeed: the command is converted to an equivalent airspeed for the autopilot.
+    TrueAirspeed,
+    /// As equivalent airspeed, without conversion: the aircraft is faster, the more the higher it flies.
+    EquivalentAirspeed,
 }
 
 /// Which detections and cues have the identity of their target.

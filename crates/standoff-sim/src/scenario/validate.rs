@@ -13,7 +13,7 @@ use super::locate::Map;
 use super::number::Number;
 use super::parse::{MISTAKES_MAX, to_toml, value_at, with_value};
 use super::schema_types::resolved::{Intruder, Link, Radio, Ring, Scatter, ScenarioFile};
-use super::schema_types::{AgentSetup, Labels};
+use super::schema_types::{AgentSetup, Dynamics, Labels};
 use super::traffic::NAME_MAX;
 use crate::traffic::MAX_AT_ONCE;
 
@@ -95,6 +95,10 @@ pub(super) fn check_objects(
         if ring.is_some() {
             problems.add("uavs.start_ring", "[uavs.start_ring] and [[uavs.start]] exclude each other; keep one", None);
         }
+    }
+    if file.uavs.dynamics == Dynamics::Kinematic && file.uavs.bank.is_some() {
+        let what = "describes a banking aircraft; set uavs.dynamics = \"bank\", or leave out the table";
+        problems.add("uavs.bank", what, None);
     }
     let uav_range =
         Allowed::at_least(0.0).at_most((count - 1.0).max(0.0)).with_reason("one of the UAVs, counted from 0");

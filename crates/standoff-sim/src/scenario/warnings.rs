@@ -14,6 +14,7 @@ pub(super) fn warnings(settings: &Settings, targets: &Targets) -> Vec<String> {
         orbit_loop(settings),
         negative_lead(team),
         turning_circle(team, targets),
+        bank_limit(settings),
         pair_on_orbit(settings),
         process_noise(settings, targets),
     ];
@@ -97,6 +98,22 @@ fn turning_circle(team: &TeamParams, targets: &Targets) -> Option<String> {
     } else {
         None
     }
+}
+
+/// The guidance assumes that UAVs reach the limit of the turn rate, whatever they are.
+fn bank_limit(settings: &Settings) -> Option<String> {
+    let (uav, bank) = (&settings.team.uav, settings.bank.as_ref()?);
+    let (speed_m_s, limit_rad_s) = (uav.speed_m_s, uav.turn_rate_max_rad_s);
+    let reached_rad_s = bank.turn_rate_rad_s(-bank.bank_max_rad, speed_m_s);
+    (reached_rad_s < limit_rad_s).then(|| {
+        format!(
+            "uavs.turn_rate_max_rad_s = {limit_rad_s} is not reached: at uavs.speed_m_s = {speed_m_s}, a bank of {:.0} \
+             degrees with uavs.bank.turn_factor = {} turns at {reached_rad_s:.3} rad/s; lower the limit of the turn rate, \
+             or raise uavs.bank.bank_max_deg",
+            bank.bank_max_rad.to_degrees(),
+            bank.turn_factor,
+        )
+    })
 }
 
 /// Speeds of the slowest and of the fastest target, m/s: at the start, or the mean over the samples of its vehicle.
