@@ -36,7 +36,7 @@ fn the_bank_needs_its_dynamics() {
     );
     assert_eq!(
         error_of("[uavs]\ndynamics = \"banked\""),
-        "mine:2:1: uavs.dynamics = \"banked\": must be \"kinematic\" or \"bank\"; did you mean `bank`?"
+        "mine:2:1: uavs.dynamics = \"banked\": must be \"kinematic\" or \"bank\""
     );
     let is_empty = |row: &UavRow| row.bank_rad.is_none() && row.bank_command_rad.is_none();
     assert!(frames(&load(PAIR, &["duration_s=5"], 1)).iter().flat_map(|frame| &frame.uavs).all(is_empty));
