@@ -84,18 +84,19 @@ fn the_roll_rate_and_the_bank_angle_stay_within_their_limits() {
     assert!((0.99..=1.0).contains(&steepest_rad), "{steepest_rad}");
 }
 
-/// After a minute at the maximum bank angle, the aircraft leaves it as fast as after ten seconds.
+/// After a minute at the maximum bank angle, the aircraft leaves it as fast as after ten seconds: two seconds later, it
+/// turns slower than commanded. With a wound-up integral it would still turn at 0.16 rad/s.
 #[test]
 fn the_command_does_not_wind_up_at_the_maximum_bank() {
     let after = |time_s| {
         let mut flight = Flight::new(AIRCRAFT);
         flight.hold(23.0, 1.0, 300.0, (time_s, 0.5), |_, _| {});
         assert!((flight.motion.bank_rad + 1.0).abs() < 1e-3, "{}", flight.motion.bank_rad);
-        flight.hold(23.0, 0.1, 300.0, (4.0, 0.5), |_, _| {});
+        flight.hold(23.0, 0.1, 300.0, (2.0, 0.5), |_, _| {});
         flight.state.turn_rate_rad_s
     };
     let (soon, late) = (after(10.0), after(60.0));
-    assert!((soon - late).abs() < 1e-6 && (late - 0.1).abs() < 0.1, "{soon} {late}");
+    assert!((soon - late).abs() < 1e-6 && (0.0..0.1).contains(&late), "{soon} {late}");
 }
 
 /// The energy per mass never changes faster than the power allows. A climb at 10 m/s with power for 5 m/s costs speed
