@@ -21,10 +21,10 @@ const EPOCH_UNIX_S: i64 = 1_767_225_600;
 const LEAVE: Duration = Duration::from_us(1_000_000);
 
 /// Longest time between two steps: longer than the period of positions, which start the steps.
-const STEP_MAX: Duration = Duration::from_us(120_000);
+const STEP_MAX: Duration = Duration::from_us(150_000);
 
-/// Longest time less the shortest time between two steps, of 60 ms.
-const STEP_MAX_LESS_MIN: Duration = Duration::from_us(60_000);
+/// Shortest time between two steps: after a step without a position, the next position starts a step immediately.
+const STEP_MIN: Duration = Duration::from_us(40_000);
 
 /// Maximum number of inputs processed between two steps, so that a flood of datagrams does not delay a step.
 const INPUTS_MAX: usize = 2000;
@@ -94,12 +94,12 @@ pub fn run(
             return Ok(());
         }
         // A position calls for a command immediately; without positions, the longest time passes.
-        let due_at = now + STEP_MAX;
         let known_at = position_at(&companion);
         for _ in 0..INPUTS_MAX {
+            let is_known = position_at(&companion) == known_at;
+            let due_at = now + if is_known { STEP_MAX } else { STEP_MIN };
             let left_us = (due_at - clock.now()).us().clamp(0, STEP_MAX.us());
-            let is_early = due_at - clock.now() > STEP_MAX_LESS_MIN;
-            if left_us == 0 || (position_at(&companion) != known_at && !is_early) {
+            if left_us == 0 {
                 break;
             }
             if let Some(received) = inputs.next(std::time::Duration::from_micros(left_us as u64)) {
