@@ -60,7 +60,9 @@ pub struct Companion {
 
 impl Companion {
     /// Creates the program of one UAV. Returns all parameters that are out of range.
-    pub fn new(config: Config) -> Result<Self, Vec<ParamError>> {
+    pub fn new(mut config: Config) -> Result<Self, Vec<ParamError>> {
+        // The air outside is not calm: the wind is always estimated.
+        config.params.wind.get_or_insert_default();
         let agent = Agent::new(config.uav, config.params)?.with_restart_count(config.restart_count);
         let agent = agent.with_geofence(config.geofence.clone())?;
         let straight = Command { speed_m_s: config.params.uav.speed_m_s, turn_rate_rad_s: 0.0 };
@@ -166,7 +168,7 @@ impl Companion {
         match (permission, limits) {
             (Permission::Confirm, Some(limits)) => {
                 self.vehicle.forget_answer();
-                outgoing.mavlink.push(self.commands.first(&self.vehicle, &limits, self.output.command));
+                outgoing.mavlink.push(FlightCommands::first(&self.vehicle, &limits, self.output.command));
             }
             (Permission::Command, Some(limits)) => {
                 if !was_engaged {
@@ -211,7 +213,11 @@ impl Companion {
         let (boresight, detections) = scan.unwrap_or_default();
         // On the ground, the UAV only listens: a teammate that reports counts as one that flies.
         let scan = Scan { boresight, detections: &detections };
-        let observation = self.agent.observe(begun_at, own, self.vehicle.is_airborne().then_some(scan));
+        let is_airborne = self.vehicle.is_airborne();
+        let observation = self.agent.observe(begun_at, own, is_airborne.then_some(scan));
+        if let Some(air) = self.vehicle.air_velocity(begun_at).filter(|_| is_airborne) {
+            self.agent.observe_air(&observation, &air);
+        }
         for traffic in self.vehicle.take_traffic() {
             self.agent.receive(&observation, &Message::Traffic(traffic));
         }

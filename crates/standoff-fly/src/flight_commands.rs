@@ -21,9 +21,6 @@ const ALTITUDE_CHANGE_MIN_M: f64 = 0.5;
 /// Rate at which the commanded altitude changes, m/s, if the parameters of the team have no climb model.
 const CLIMB_RATE_M_S: f64 = 2.0;
 
-/// Time constant of the estimated difference between airspeed and ground speed, s.
-const WIND_TIME_CONSTANT_S: f64 = 2.0;
-
 /// Distance that commanded altitudes keep from the fence, m.
 const FENCE_MARGIN_M: f64 = 10.0;
 
@@ -33,8 +30,6 @@ pub(crate) struct FlightCommands {
     altitude_m: [f64; 2],
     climb_rate_m_s: f64,
     rate_loop: RateLoop,
-    /// Airspeed less ground speed, m/s.
-    headwind_m_s: Option<f64>,
     airspeed: Option<(Time, f64)>,
     altitude: Option<(Time, f64)>,
 }
@@ -45,16 +40,14 @@ impl FlightCommands {
             altitude_m: config.altitude_m,
             climb_rate_m_s: config.params.uav.climb.map_or(CLIMB_RATE_M_S, |climb| climb.rate_max_m_s),
             rate_loop: RateLoop::default(),
-            headwind_m_s: None,
             airspeed: None,
             altitude: None,
         }
     }
 
     /// The first command: an airspeed. If the autopilot accepts it, it also obeys further commands.
-    pub(crate) fn first(&mut self, vehicle: &Vehicle, limits: &Limits, command: Command) -> MavMessage {
-        self.headwind_m_s = vehicle.airspeed.map(|(airspeed_m_s, ground_speed_m_s)| airspeed_m_s - ground_speed_m_s);
-        command::airspeed(vehicle.system_id(), self.airspeed_m_s(limits, command))
+    pub(crate) fn first(vehicle: &Vehicle, limits: &Limits, command: Command) -> MavMessage {
+        command::airspeed(vehicle.system_id(), airspeed_m_s(vehicle, limits, command))
     }
 
     /// Begins the stream at the current roll and altitude.
@@ -74,22 +67,23 @@ impl FlightCommands {
         output: &AgentOutput,
     ) -> Vec<MavMessage> {
         let system_id = vehicle.system_id();
+        // With a wind estimate, the command is relative to the air, otherwise over ground.
+        let air = vehicle.air_velocity(now).filter(|_| output.diagnostics.wind.is_some());
+        let (measured_rad_s, speed_m_s) = match air {
+            Some(air) => (vehicle.heading_rate_rad_s(), Some(air.airspeed_m_s)),
+            None => (vehicle.turn_rate_rad_s(), vehicle.position.map(|position| position.speed_m_s)),
+        };
         let inputs = RateInputs {
             desired_rad_s: output.command.turn_rate_rad_s,
-            measured_rad_s: vehicle.turn_rate_rad_s(),
-            speed_m_s: vehicle.position.map_or(output.command.speed_m_s, |position| position.speed_m_s),
+            measured_rad_s,
+            measured_roll_rad: vehicle.roll.map(|(_, roll_rad)| roll_rad),
+            speed_m_s: speed_m_s.unwrap_or(output.command.speed_m_s),
             roll_max_rad: limits.roll_max_rad,
         };
         let roll_rad = self.rate_loop.step(&inputs, since_last.s());
         let mut messages = vec![command::roll(system_id, roll_rad)];
 
-        if let Some((airspeed_m_s, ground_speed_m_s)) = vehicle.airspeed {
-            let measured_m_s = airspeed_m_s - ground_speed_m_s;
-            let known_m_s = self.headwind_m_s.unwrap_or(measured_m_s);
-            let share = (since_last.s() / WIND_TIME_CONSTANT_S).clamp(0.0, 1.0);
-            self.headwind_m_s = Some(known_m_s + share * (measured_m_s - known_m_s));
-        }
-        let airspeed_m_s = self.airspeed_m_s(limits, output.command);
+        let airspeed_m_s = airspeed_m_s(vehicle, limits, output.command);
         let is_due = |last: Option<(Time, f64)>, value: f64, change_min: f64| {
             last.is_none_or(|(at, last)| now - at >= CHANGE_PERIOD && (value - last).abs() >= change_min)
         };
@@ -127,12 +121,6 @@ impl FlightCommands {
         Some(command::circle(vehicle.system_id(), position.point_e7, altitude_m, radius_m, is_left))
     }
 
-    /// Airspeed for a commanded ground speed, within the limits of the vehicle, m/s.
-    fn airspeed_m_s(&self, limits: &Limits, command: Command) -> f64 {
-        let desired_m_s = command.speed_m_s + self.headwind_m_s.unwrap_or(0.0);
-        desired_m_s.max(limits.airspeed_min_m_s).min(limits.airspeed_max_m_s)
-    }
-
     /// Lowest and highest altitude that is commanded, m.
     fn altitude_limits_m(&self, vehicle: &Vehicle) -> [f64; 2] {
         let [min_m, max_m] = self.altitude_m;
@@ -140,4 +128,10 @@ impl FlightCommands {
         let ceiling_m = vehicle.parameters.fence_altitude_max_m().map_or(max_m, |m| max_m.min(m - FENCE_MARGIN_M));
         [floor_m, ceiling_m.max(floor_m)]
     }
+}
+
+/// Calibrated airspeed for a commanded true airspeed, within the limits of the vehicle, m/s.
+fn airspeed_m_s(vehicle: &Vehicle, limits: &Limits, command: Command) -> f64 {
+    let desired_m_s = command.speed_m_s / vehicle.true_per_calibrated_airspeed().unwrap_or(1.0);
+    desired_m_s.max(limits.airspeed_min_m_s).min(limits.airspeed_max_m_s)
 }

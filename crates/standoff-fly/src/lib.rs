@@ -11,6 +11,7 @@ pub mod codec;
 pub mod command;
 pub mod companion;
 pub mod config;
+mod directions;
 pub mod feed;
 mod flight_commands;
 pub mod parameters;

@@ -3,19 +3,18 @@
 //! Only messages of the autopilot of one system id count. Numbers outside the physical range, repeated samples and
 //! samples that are older than the last one change nothing.
 
-use std::collections::VecDeque;
-
 use mavlink::MavHeader;
 use mavlink::dialects::ardupilotmega::{
     ADSB_VEHICLE_DATA, ATTITUDE_DATA, AdsbAltitudeType, AdsbFlags, GLOBAL_POSITION_INT_DATA, HEARTBEAT_DATA, MavCmd,
     MavLandedState, MavMessage, MavModeFlag, MavResult, MavState, VFR_HUD_DATA,
 };
 use standoff::research::math;
-use standoff::{Angle, Duration, Position, Time, TrafficReport, UavState, Velocity, Vertical};
+use standoff::{AirVelocity, Angle, Duration, Position, Time, TrafficReport, UavState, Velocity, Vertical};
 use standoff_io::geodesy::LocalPlane;
 
 use crate::boot_clock::BootClock;
 use crate::command::{AUTOPILOT_COMPONENT_ID, GUIDED};
+use crate::directions::Directions;
 use crate::parameters::Parameters;
 
 /// Component id of an ADS-B receiver (MAV_COMP_ID_ADSB).
@@ -30,8 +29,11 @@ const AIRBORNE_AIRSPEED_SHARE: f64 = 0.75;
 /// Ground speed below which the course is too inaccurate for a turn rate, m/s.
 const COURSE_SPEED_MIN_M_S: f64 = 3.0;
 
-/// Time over which the turn rate is measured.
-const TURN_RATE_WINDOW: Duration = Duration::from_us(300_000);
+/// Maximum age of the airspeed and of the heading from which the wind is estimated.
+const AIR_AGE_MAX: Duration = Duration::from_us(1_000_000);
+
+/// Altitudes above sea level for which the density of the air is computed, m: the troposphere.
+const AIR_ALTITUDES_M: [f64; 2] = [-500.0, 11_000.0];
 
 /// Longest time over which a state is extrapolated.
 const EXTRAPOLATION_MAX: Duration = Duration::from_us(1_000_000);
@@ -86,10 +88,12 @@ pub struct Vehicle {
     pub position: Option<PositionSample>,
     /// Last roll, rad, positive to the right, and its time.
     pub roll: Option<(Time, f64)>,
-    /// Last airspeed and the ground speed of the same message, m/s.
-    pub airspeed: Option<(f64, f64)>,
+    /// Time of arrival of the last airspeed, and its value, m/s. It is calibrated, as in the commands: that of the same
+    /// pressure at sea level.
+    pub airspeed: Option<(Time, f64)>,
     landed_state: Option<MavLandedState>,
-    courses: VecDeque<(Time, Angle)>,
+    courses: Directions,
+    headings: Directions,
     /// Parameters read.
     pub parameters: Parameters,
     answer: Option<(MavCmd, bool)>,
@@ -108,7 +112,8 @@ impl Vehicle {
             roll: None,
             airspeed: None,
             landed_state: None,
-            courses: VecDeque::new(),
+            courses: Directions::default(),
+            headings: Directions::default(),
             parameters: Parameters::default(),
             answer: None,
             traffic: Vec::new(),
@@ -137,10 +142,10 @@ impl Vehicle {
             MavMessage::HEARTBEAT(heartbeat) => self.hear_heartbeat(now, heartbeat),
             MavMessage::GLOBAL_POSITION_INT(position) => self.hear_position(now, position),
             MavMessage::ATTITUDE(attitude) => self.hear_attitude(now, attitude),
-            MavMessage::VFR_HUD(VFR_HUD_DATA { airspeed, groundspeed, .. }) => {
-                let speeds = [*airspeed, *groundspeed].map(f64::from);
-                if speeds.iter().all(|speed_m_s| (0.0..=300.0).contains(speed_m_s)) {
-                    self.airspeed = Some((speeds[0], speeds[1]));
+            MavMessage::VFR_HUD(VFR_HUD_DATA { airspeed, .. }) => {
+                let airspeed_m_s = f64::from(*airspeed);
+                if (0.0..=300.0).contains(&airspeed_m_s) {
+                    self.airspeed = Some((now, airspeed_m_s));
                 }
             }
             MavMessage::EXTENDED_SYS_STATE(state) => self.landed_state = Some(state.landed_state),
@@ -193,11 +198,7 @@ impl Vehicle {
         if speed_m_s < COURSE_SPEED_MIN_M_S {
             self.courses.clear();
         } else {
-            self.courses.push_back((at, course));
-        }
-        // One sample older than the window remains.
-        while self.courses.get(1).is_some_and(|(second_at, _)| at - *second_at >= TURN_RATE_WINDOW) {
-            self.courses.pop_front();
+            self.courses.push(at, course);
         }
     }
 
@@ -207,6 +208,10 @@ impl Vehicle {
             && let Some(at) = self.clock.sample_at(attitude.time_boot_ms, now, self.roll.map(|(at, _)| at))
         {
             self.roll = Some((at, roll_rad));
+            let yaw_rad = f64::from(attitude.yaw);
+            if yaw_rad.abs() <= 2.0 * math::PI {
+                self.headings.push(at, Angle::from_deg(90.0) - Angle::from_rad(yaw_rad));
+            }
         }
     }
 
@@ -255,9 +260,33 @@ impl Vehicle {
 
     /// Turn rate of the course over ground, rad/s, positive to the left; `None` without samples over the window.
     pub fn turn_rate_rad_s(&self) -> Option<f64> {
-        let ((first_at, first), (last_at, last)) = (*self.courses.front()?, *self.courses.back()?);
-        let time = last_at - first_at;
-        (time >= TURN_RATE_WINDOW && time <= EXTRAPOLATION_MAX).then(|| (last - first).rad() / time.s())
+        self.courses.rate_rad_s()
+    }
+
+    /// Turn rate of the heading, rad/s, positive to the left; `None` without samples over the window.
+    pub fn heading_rate_rad_s(&self) -> Option<f64> {
+        self.headings.rate_rad_s()
+    }
+
+    /// Velocity relative to the air at `now`, with the heading extrapolated; `None` if airspeed, heading or altitude are
+    /// unknown or older than 1 s.
+    pub fn air_velocity(&self, now: Time) -> Option<AirVelocity> {
+        let is_fresh = |at: Time| (-BACKWARD_MAX.us()..=AIR_AGE_MAX.us()).contains(&(now - at).us());
+        let (_, airspeed_m_s) = self.airspeed.filter(|(at, _)| is_fresh(*at))?;
+        let (at, heading) = self.headings.last().filter(|(at, _)| is_fresh(*at))?;
+        let turned_rad = self.heading_rate_rad_s().unwrap_or(0.0) * (now - at).s();
+        let airspeed_m_s = airspeed_m_s * self.true_per_calibrated_airspeed()?;
+        Some(AirVelocity { heading: heading + Angle::from_rad(turned_rad), airspeed_m_s })
+    }
+
+    /// True airspeed per calibrated airspeed, from the density of the standard atmosphere at the altitude; `None`
+    /// without a position.
+    pub fn true_per_calibrated_airspeed(&self) -> Option<f64> {
+        let position = self.position?;
+        let [lowest_m, highest_m] = AIR_ALTITUDES_M;
+        let altitude_m = (position.home_altitude_m + position.vertical.altitude_m).clamp(lowest_m, highest_m);
+        // Density per that at sea level: (1 - 2.25577e-5 h)^4.2559 (ISO 2533).
+        Some(math::exp(-0.5 * 4.2559 * math::ln(1.0 - 2.25577e-5 * altitude_m)))
     }
 
     /// State at `now`, extrapolated by at most 1 s, backward by at most 0.3 s; `None` without a position. The heading is
@@ -290,9 +319,62 @@ impl Vehicle {
             )
         );
         let is_high = self.position.is_some_and(|at| at.vertical.altitude_m >= AIRBORNE_ALTITUDE_MIN_M);
-        let is_fast = self.airspeed.zip(self.parameters.limits().ok()).is_some_and(|((airspeed_m_s, _), limits)| {
+        let is_fast = self.airspeed.zip(self.parameters.limits().ok()).is_some_and(|((_, airspeed_m_s), limits)| {
             airspeed_m_s >= AIRBORNE_AIRSPEED_SHARE * limits.airspeed_min_m_s
         });
         is_high && is_fast && !is_on_ground
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const NOW: Time = Time::from_us(1_000_000_000);
+
+    /// Vehicle at an altitude above sea level, which flies east at an airspeed of 20 m/s and turns left at 0.2 rad/s.
+    fn vehicle(sea_level_m: i32) -> Vehicle {
+        let mut vehicle = Vehicle::new(1, LocalPlane::about(47.4, 8.5).unwrap());
+        let header = MavHeader { system_id: 1, component_id: 1, sequence: 0 };
+        let mut receive = |at_ms: i64, message: MavMessage| {
+            assert!(vehicle.receive(NOW + Duration::from_us(1000 * (at_ms - 400)), &header, &message));
+        };
+        for at_ms in (0..=400).step_by(50) {
+            let (time_boot_ms, yaw) = (1000 + at_ms as u32, 1.6 - 0.2e-3 * (at_ms - 400) as f32);
+            receive(at_ms, MavMessage::ATTITUDE(ATTITUDE_DATA { time_boot_ms, yaw, ..ATTITUDE_DATA::default() }));
+        }
+        let position = GLOBAL_POSITION_INT_DATA {
+            time_boot_ms: 1400,
+            lat: 474_000_000,
+            lon: 85_000_000,
+            alt: sea_level_m * 1000,
+            relative_alt: 150_000,
+            ..GLOBAL_POSITION_INT_DATA::default()
+        };
+        receive(400, MavMessage::GLOBAL_POSITION_INT(position));
+        receive(400, MavMessage::VFR_HUD(VFR_HUD_DATA { airspeed: 20.0, ..VFR_HUD_DATA::default() }));
+        vehicle
+    }
+
+    /// Densities of the standard atmosphere per that at sea level: 1, 0.9075 and 0.6012 (ISO 2533).
+    #[test]
+    fn the_true_airspeed_follows_from_the_density_at_the_altitude() {
+        for (sea_level_m, density) in [(0, 1.0f64), (1000, 0.9075), (5000, 0.6012)] {
+            let air = vehicle(sea_level_m).air_velocity(NOW).unwrap();
+            let expected_m_s = 20.0 / density.sqrt();
+            assert!((air.airspeed_m_s - expected_m_s).abs() < 0.01, "{sea_level_m} m: {} m/s", air.airspeed_m_s);
+        }
+    }
+
+    #[test]
+    fn the_heading_is_extrapolated_and_an_old_airspeed_is_not_used() {
+        let vehicle = vehicle(500);
+        assert!((vehicle.heading_rate_rad_s().unwrap() - 0.2).abs() < 1e-3);
+        for after_s in [-0.2, 0.0, 0.5, 1.0] {
+            let air = vehicle.air_velocity(NOW + Duration::from_s(after_s)).unwrap();
+            let expected = Angle::from_rad(0.5 * math::PI - 1.6 + 0.2 * after_s);
+            assert!((air.heading - expected).rad().abs() < 2e-3, "{after_s} s: {:?}", air.heading);
+        }
+        assert_eq!(vehicle.air_velocity(NOW + Duration::from_s(1.1)), None);
     }
 }

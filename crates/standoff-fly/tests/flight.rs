@@ -6,6 +6,7 @@ mod common;
 
 use common::flight::{Flight, config};
 use common::plane::{GUIDED, LOITER, RTL};
+use standoff::research::math;
 use standoff_fly::authority::{Condition, State, StopReason};
 
 /// Mean, root mean square and maximum of the orbit error at 250 m over a time, m.
@@ -37,6 +38,20 @@ fn the_orbit_error_is_at_most_10_m_rms_around_a_moving_target() {
         let altitude_m = flight.companion.output.altitude_m.unwrap().clamp(60.0, 190.0);
         assert!((flight.vehicle.altitude_m - altitude_m).abs() < 1.0, "{altitude_m}");
     }
+}
+
+#[test]
+fn the_wind_is_estimated_and_the_orbit_error_in_wind_of_8_m_s_is_at_most_10_m_rms() {
+    let mut flight = Flight::new(config(), None);
+    flight.vehicle.wind_m_s = [6.4, -4.8];
+    flight.fly(120.0);
+    let wind = flight.companion.output.diagnostics.wind.unwrap().velocity;
+    // The double's airspeed is the true one, which counts as calibrated: 0.6 m/s too much at its altitude.
+    let error_m_s = math::hypot(wind.x_m_s() - 6.4, wind.y_m_s() + 4.8);
+    let [mean_m, rms_m, max_m] = orbit_error_m(&mut flight, 120.0);
+    println!("wind error {error_m_s:.2} m/s; orbit error mean {mean_m:+.1}, rms {rms_m:.2}, max {max_m:.1} m");
+    assert!(error_m_s < 1.0 && rms_m <= 10.0, "{error_m_s} {rms_m}");
+    assert_eq!(flight.vehicle.violations, Vec::<String>::new());
 }
 
 #[test]
