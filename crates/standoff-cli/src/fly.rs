@@ -29,6 +29,9 @@ Examples:
 Read docs/fly-safety.md first. Exit status: 0 ended by the user,
 1 failure while running, 2 wrong input or usage.";
 
+/// Standard deviation of the targets' acceleration below which the program warns, m/s2: the default of the library.
+const ACCELERATION_SD_MIN_M_S2: f64 = 0.2;
+
 /// Options of `standoff fly`.
 #[derive(Parser)]
 pub(crate) struct Args {
@@ -64,6 +67,9 @@ pub(crate) struct Args {
     /// Id and address of a teammate; may be given several times.
     #[arg(long, value_name = "ID=HOST:PORT", value_parser = teammate)]
     teammate: Vec<(u32, String)>,
+    /// Address of a running SUMO simulation (TraCI) with targets: cues and simulated detections of its vehicles.
+    #[arg(long, value_name = "HOST:PORT")]
+    sumo: Option<String>,
     /// Lowest and highest altitude above home that is commanded, m; in addition to the vehicle's fence.
     #[arg(long, value_name = "MIN,MAX", default_value = "60,300", value_parser = altitudes)]
     altitude: [f64; 2],
@@ -103,11 +109,19 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
         feed: args.feed.clone(),
         listen: args.listen.clone(),
         teammates: args.teammate.iter().map(|(_, address)| address.clone()).collect(),
+        sumo: args.sumo.clone(),
     };
     if devices.signing.is_none() {
         note(
             "warning: messages are not signed: every sender that reaches the link can command the aircraft; give --key-file",
         );
+    }
+    let acceleration_sd_m_s2 = config.params.track.target.acceleration_sd_m_s2;
+    if acceleration_sd_m_s2 < ACCELERATION_SD_MIN_M_S2 {
+        note(&format!(
+            "warning: filter.acceleration_sd_m_s2 = {acceleration_sd_m_s2}: tracks of targets that turn will be wrong; \
+             set it in the scenario, for example to 0.5"
+        ));
     }
     let interruption = Interruption::install()?;
     let duration = args.seconds.map(|s| Duration::from_s(s.into()));

@@ -122,7 +122,13 @@ impl Companion {
 
     /// Processes a line of the feed that arrived at `now`.
     pub fn hear_feed(&mut self, now: Time, line: &str) -> Result<(), FeedError> {
-        match FeedLine::parse(line)? {
+        self.hear_feed_line(now, FeedLine::parse(line)?);
+        Ok(())
+    }
+
+    /// Processes a parsed line of the feed that arrived at `now`.
+    pub(crate) fn hear_feed_line(&mut self, now: Time, line: FeedLine) {
+        match line {
             FeedLine::Scan(scan) => {
                 self.boresight = scan.boresight;
                 self.scan = Some((Time::from_us(now.us().saturating_sub(scan.age.us())), scan));
@@ -133,7 +139,6 @@ impl Companion {
             FeedLine::Cue(_) => {}
         }
         self.feed_at = Some(now);
-        Ok(())
     }
 
     /// Processes a datagram of a teammate.

@@ -19,5 +19,7 @@ mod requests;
 pub mod run;
 mod scan_alignment;
 mod status;
+mod sumo;
+mod traci;
 mod transport;
 pub mod vehicle;

@@ -11,6 +11,7 @@ use crate::codec::{Codec, SigningKey};
 use crate::companion::{Companion, Outgoing};
 use crate::config::Config;
 use crate::status;
+use crate::sumo::Sumo;
 use crate::transport::{Input, Inputs, Link, Radio, Received};
 
 /// Zero of the team's time: 2026-01-01 00:00 UTC, seconds of UNIX time. It is fixed, so that all aircraft of a team, and
@@ -41,6 +42,8 @@ pub struct Devices {
     pub listen: String,
     /// Addresses of the teammates.
     pub teammates: Vec<String>,
+    /// Address of a SUMO simulation with targets.
+    pub sumo: Option<String>,
 }
 
 /// Why the program has ended.
@@ -63,6 +66,7 @@ pub fn run(
     report: &mut dyn FnMut(&str),
 ) -> Result<(), RunError> {
     let system_id = config.system_id;
+    let (plane, sensor, uav) = (config.plane, config.params.track.sensor, config.uav);
     let mut companion = Companion::new(config)
         .map_err(|errors| RunError::Input(errors.iter().map(ToString::to_string).collect::<Vec<_>>().join("\n")))?;
     let at = |what: &str| {
@@ -78,6 +82,9 @@ pub fn run(
     };
     let feed = UdpSocket::bind(&devices.feed).map_err(at(&devices.feed))?;
     inputs.listen(Input::Feed, &feed).map_err(at(&devices.feed))?;
+
+    let connect = |address: &String| Sumo::connect(address, uav.0 + 1, plane, sensor).map_err(at(address));
+    let mut sumo = devices.sumo.as_ref().map(connect).transpose()?;
 
     let clock = Clock;
     let begun_at = clock.now();
@@ -107,6 +114,11 @@ pub fn run(
             }
         }
         let now = clock.now();
+        if let Some(sumo) = &mut sumo {
+            let lines = sumo.lines(now, &companion);
+            let lines = lines.map_err(|reason| RunError::Running(format!("SUMO: {reason}")))?;
+            lines.into_iter().for_each(|line| companion.hear_feed_line(now, line));
+        }
         // While the UAV leaves the team, it does not command.
         let Outgoing { mavlink, teammates } = companion.step(now);
         let is_leaving = leaves_at.is_some();

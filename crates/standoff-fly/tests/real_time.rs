@@ -41,6 +41,7 @@ fn fly(count: u32, seconds: f64) -> Vec<(live::Seen, plane::Plane, Vec<String>)>
             feed: feed.clone(),
             listen: radios[id as usize].clone(),
             teammates: others().map(|other| radios[other as usize].clone()).collect(),
+            sumo: None,
         };
         let lines = Arc::new(Mutex::new(Vec::new()));
         let report = Arc::clone(&lines);
