@@ -129,6 +129,7 @@ impl BankMotion {
             let inputs = RateInputs {
                 desired_rad_s: held.command.turn_rate_rad_s,
                 measured_rad_s: Some(model.turn_rate_rad_s(self.bank_rad, state.speed_m_s)),
+                measured_roll_rad: Some(self.bank_rad),
                 speed_m_s: state.speed_m_s,
                 roll_max_rad: model.bank_max_rad,
             };
