@@ -14,6 +14,7 @@
 #[cfg(test)]
 extern crate self as standoff_record;
 
+pub mod agent_rows;
 mod checkpoint;
 pub mod column;
 #[cfg(test)]

@@ -8,8 +8,8 @@ use standoff::{
     Time, UavId, UavState,
 };
 
-use crate::agent_rows;
 use crate::scenario::AgentSetup;
+use standoff_record::agent_rows;
 pub use standoff_record::{
     AgentEventRow, AgentRow, ByAgent, EventRow, GroupRow, MembershipState, PerAgentTables, ReportedState,
     ReportedTables, TeammateRow, TrackRow, TrackStatus,

@@ -8,7 +8,6 @@
 #[cfg(test)]
 extern crate self as standoff_sim;
 
-mod agent_rows;
 mod atmosphere;
 pub mod bank;
 pub mod baseline;
@@ -34,7 +33,8 @@ pub mod scenario;
 pub mod sensors;
 pub mod target_id;
 pub mod traffic;
+mod truth_rows;
 pub mod wind;
 pub mod world;
 
-pub use agent_rows::{agent as rows_of_agent, team_state as rows_of_team_state};
+pub use standoff_record::agent_rows::{agent as rows_of_agent, team_state as rows_of_team_state};

@@ -9,11 +9,11 @@ use standoff::{
     AgentOutput, AirVelocity, Aircraft, Angle, Command, Duration, Message, ParamError, PointingTarget, Position, Scan,
     TeamParams, Time, UavId, UavState, Velocity,
 };
+use standoff_record::agent_rows::{self, AirState};
 use standoff_record::{Frame, ReportedTables};
 use standoff_score::matching::Identities;
 use standoff_score::{MetricSelection, Metrics, ScoreConfig, Scorer};
 
-use crate::agent_rows;
 use crate::bank::{BankMotion, HeldCommand};
 use crate::controller::{self, Controller, ReportedState};
 use crate::gusts::Gusts;
@@ -24,6 +24,7 @@ use crate::radio::{Radio, RadioNode, SentCounts};
 use crate::random::Draws;
 use crate::scenario::{Outage, Scenario, Settings};
 use crate::sensors::{self, Detections, SensorScan};
+use crate::truth_rows;
 use crate::wind::AirMotion;
 use crate::world::{Truth, World};
 
@@ -398,8 +399,8 @@ impl<B: Controller> Mission<B> {
     /// Every UAV decides, and the controller reports its state.
     fn command(&mut self, now: Time) {
         let Self { frame, controller, uavs, settings, radio, intruders, identities, .. } = self;
-        agent_rows::begin(now, &self.truth, frame);
-        frame.intruders.extend(intruders.all().map(|(number, intruder)| agent_rows::intruder(number, intruder, now)));
+        truth_rows::begin(now, &self.truth, frame);
+        frame.intruders.extend(intruders.all().map(|(number, intruder)| truth_rows::intruder(number, intruder, now)));
         let is_on = uavs.iter().any(|uav| !uav.is_off);
         let mut avoidances = Vec::new();
         for uav in uavs {
@@ -417,10 +418,16 @@ impl<B: Controller> Mission<B> {
             step.diagnostics.speed_limited |= limited.speed_limited;
             step.diagnostics.turn_rate_limited |= limited.turn_rate_limited;
             let believed_state = uav.navigation_error.map(|_| uav.believed_state);
-            let states = (&uav.truth, believed_state.as_ref(), uav.air.as_ref(), uav.bank.as_ref());
-            frame.uavs.push(agent_rows::uav(uav.id, states, uav.true_boresight(), &step));
+            let air = uav.air.map(|air| AirState { velocity: air.velocity(), wind: air.wind.velocity });
+            let states = (&uav.truth, believed_state.as_ref(), air.as_ref());
+            let mut row = agent_rows::uav(uav.id, states, uav.true_boresight(), &step);
+            row.bank_rad = uav.bank.as_ref().map(BankMotion::bank_rad);
+            row.bank_command_rad = uav.bank.as_ref().map(BankMotion::command_rad);
+            frame.uavs.push(row);
             let detected = uav.detections.all.iter().zip(&uav.detections.targets);
-            frame.detections.extend(detected.map(|(detection, of)| agent_rows::detection(uav.id, detection, *of)));
+            frame
+                .detections
+                .extend(detected.map(|(detection, of)| agent_rows::detection(uav.id, detection, of.map(|of| of.0))));
             (uav.pointing_target, uav.command, uav.altitude_m) = (step.pointing_target, step.command, step.altitude_m);
             if let Some(avoidance) = step.diagnostics.avoiding {
                 let goes_on =

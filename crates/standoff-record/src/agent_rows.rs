@@ -1,54 +1,31 @@
-//! Converts the types of the agents to rows of the record.
+//! Converts the types of the agents to rows of the record. Truth has no place here: the simulator adds it.
 
 use standoff::research::{Assignment, TentativeTrack};
 use standoff::{
-    Agent, AgentOutput, Aircraft, Angle, Avoidance, Detection, Estimate, Event, EventKind, GroupId, GroupRetiredReason,
-    GroupedTrack, Membership, TeamState, Time, TrackId, TrackStatus as Status, UavId, UavState,
-};
-use standoff_record::{
-    AgentEventRow, AgentRow, ByAgent, DetectionRow, EventRow, Frame, GroupRow, IntruderRow, MembershipState, NO_TARGET,
-    PerAgentTables, ReportedState, TeammateRow, TentativeRow, TrackRow, TrackStatus, TruthRow, UavRow,
+    Agent, AgentOutput, AirVelocity, Aircraft, Angle, Avoidance, Detection, Estimate, Event, EventKind, GroupId,
+    GroupRetiredReason, GroupedTrack, Membership, TeamState, Time, TrackId, TrackStatus as Status, UavId, UavState,
+    Velocity,
 };
 
-use crate::bank::BankMotion;
-use crate::intruders::Intruder;
-use crate::target_id::TargetId;
-use crate::wind::AirMotion;
-use crate::world::Truth;
+use crate::frame::{
+    AgentEventRow, AgentRow, ByAgent, DetectionRow, EventRow, GroupRow, MembershipState, NO_TARGET, PerAgentTables,
+    ReportedState, TeammateRow, TentativeRow, TrackRow, TrackStatus, UavRow,
+};
 
-/// Starts the frame of a time step: fills in the truth and empties all other tables.
-pub(crate) fn begin(now: Time, truth: &[Truth], frame: &mut Frame) {
-    let Frame { time_us, uavs, truth: rows, tracks, tentative, groups, detections, events, intruders, agents } = frame;
-    *time_us = now.us();
-    uavs.clear();
-    rows.clear();
-    tracks.clear();
-    tentative.clear();
-    groups.clear();
-    detections.clear();
-    events.clear();
-    intruders.clear();
-    agents.clear();
-    rows.extend(truth.iter().map(|target| {
-        let (position, velocity) = (target.state.position(), target.state.velocity());
-        let [ax, ay] = target.state.acceleration_m_s2();
-        TruthRow {
-            target: target.target.0,
-            x_m: position.x_m(),
-            y_m: position.y_m(),
-            vx_m_s: velocity.x_m_s(),
-            vy_m_s: velocity.y_m_s(),
-            ax_m_s2: target.has_known_acceleration.then_some(ax),
-            ay_m_s2: target.has_known_acceleration.then_some(ay),
-        }
-    }));
+/// Motion of a UAV relative to the air, and the wind.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct AirState {
+    /// Velocity relative to the air.
+    pub velocity: AirVelocity,
+    /// Velocity of the wind.
+    pub wind: Velocity,
 }
 
 /// Row of a UAV: its true state, the state that it assumes if that differs, its motion relative to the air if there is
-/// wind, its bank if it banks, and the true direction of its sensor.
-pub(crate) fn uav(
+/// wind, and the true direction of its sensor. The bank is missing.
+pub fn uav(
     uav: UavId,
-    (state, believed, air, bank): (&UavState, Option<&UavState>, Option<&AirMotion>, Option<&BankMotion>),
+    (state, believed, air): (&UavState, Option<&UavState>, Option<&AirState>),
     boresight: Option<Angle>,
     step: &AgentOutput,
 ) -> UavRow {
@@ -88,14 +65,14 @@ pub(crate) fn uav(
         believed_y_m: believed.map(|state| state.position.y_m()),
         believed_heading_rad: believed.map(|state| state.heading.rad()),
         separation_given_up: step.diagnostics.avoiding.is_some_and(|avoids| avoids.is_given_up),
-        airspeed_m_s: air.map(|air| air.velocity().airspeed_m_s),
-        air_heading_rad: air.map(|air| air.velocity().heading.rad()),
-        wind_x_m_s: air.map(|air| air.wind.velocity.x_m_s()),
-        wind_y_m_s: air.map(|air| air.wind.velocity.y_m_s()),
+        airspeed_m_s: air.map(|air| air.velocity.airspeed_m_s),
+        air_heading_rad: air.map(|air| air.velocity.heading.rad()),
+        wind_x_m_s: air.map(|air| air.wind.x_m_s()),
+        wind_y_m_s: air.map(|air| air.wind.y_m_s()),
         believed_wind_x_m_s: step.diagnostics.wind.map(|wind| wind.x_m_s()),
         believed_wind_y_m_s: step.diagnostics.wind.map(|wind| wind.y_m_s()),
-        bank_rad: bank.map(BankMotion::bank_rad),
-        bank_command_rad: bank.map(BankMotion::command_rad),
+        bank_rad: None,
+        bank_command_rad: None,
     }
 }
 
@@ -107,23 +84,11 @@ fn intruder_of(aircraft: Aircraft) -> Option<u32> {
     if let Aircraft::Intruder(intruder) = aircraft { Some(intruder) } else { None }
 }
 
-pub(crate) fn intruder(number: u32, intruder: &Intruder, now: Time) -> IntruderRow {
-    let state = &intruder.truth;
-    IntruderRow {
-        intruder: number,
-        x_m: state.position.x_m(),
-        y_m: state.position.y_m(),
-        heading_rad: state.heading.rad(),
-        speed_m_s: state.speed_m_s,
-        altitude_m: state.vertical.map(|vertical| vertical.altitude_m),
-        transponder_on: intruder.reports(now),
-    }
-}
-
-pub(crate) fn detection(uav: UavId, detection: &Detection, target: Option<TargetId>) -> DetectionRow {
+/// Row of a detection, and the target that it is of, if that is known.
+pub fn detection(uav: UavId, detection: &Detection, target: Option<u32>) -> DetectionRow {
     DetectionRow {
         uav: uav.0,
-        target: target.map(|target| target.0),
+        target,
         range_m: detection.measurement.range_m,
         bearing_rad: detection.measurement.bearing.rad(),
         range_rate_m_s: detection.range_rate_m_s,
@@ -182,7 +147,7 @@ fn event(event: &Event, team_state: &TeamState) -> EventRow {
 
 /// Creates the event of a UAV that starts to avoid another UAV or an intruder (`avoidance`), or that gives up the minimum
 /// separation from it (`separation-given-up`).
-pub(crate) fn avoidance(kind: &str, uav: UavId, avoidance: &Avoidance) -> EventRow {
+pub fn avoidance(kind: &str, uav: UavId, avoidance: &Avoidance) -> EventRow {
     let distance_m = Some(avoidance.predicted_distance_m).filter(|metres| metres.is_finite());
     let uavs = std::iter::once(uav.0).chain(uav_of(avoidance.aircraft)).collect();
     let (kind, intruder) = (kind.to_owned(), intruder_of(avoidance.aircraft));
@@ -204,7 +169,7 @@ pub fn agent(agent: &Agent, beliefs: &mut ReportedState) {
 }
 
 /// Adds the rows of one agent of several. The radio fills in the numbers of sent messages.
-pub(crate) fn own_rows(agent: &Agent, agents: &mut PerAgentTables) {
+pub fn own_rows(agent: &Agent, agents: &mut PerAgentTables) {
     let (by, team_state) = (agent.id().0, agent.team_state());
     agents.all.push(AgentRow {
         agent: by,
@@ -299,8 +264,7 @@ fn groups(team_state: &TeamState, mut put: impl FnMut(GroupRow)) {
     }
 }
 
-/// Number of a track in the record. The mission numbers those without label, and finds their targets: see
-/// [`Identities`](standoff_score::matching::Identities).
+/// Number of a track in the record. Those without label are numbered, and their targets found, later.
 fn number_of(track: TrackId) -> u32 {
     track.label().map_or(NO_TARGET, |label| label.0)
 }
