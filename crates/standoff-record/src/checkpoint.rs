@@ -22,6 +22,8 @@ use standoff_io::parquet_file::{self, Footer, Source};
 use standoff_io::{atomic_file, bounded_input};
 
 use crate::RecordError;
+use crate::column::Row;
+use crate::frame::TruthRow;
 use crate::schema::{OF_AGENTS, TIMED, frame_tables};
 use crate::table::Missing;
 
@@ -102,7 +104,9 @@ impl Checkpoint {
             tables.push(table);
             rest = after;
         }
-        let has_all = tables.len() == all && tables[..TIMED.len()].iter().all(Option::is_some);
+        // The record of a real flight has no truth.
+        let is_there = |(name, table): (&str, &Option<Table>)| table.is_some() || name == TruthRow::TABLE;
+        let has_all = tables.len() == all && TIMED.into_iter().zip(&tables).all(is_there);
         let of_agents = tables.iter().skip(all - OF_AGENTS.len()).map(Option::is_some);
         let is_sound = tables.is_empty() || has_all && of_agents.clone().all(|is| Some(is) == of_agents.clone().next());
         if !is_sound || !rest.is_empty() {

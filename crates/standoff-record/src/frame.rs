@@ -475,7 +475,8 @@ rows! {
     pub struct DetectionRow in "detections" {
         /// UAV that measured.
         pub uav: u32,
-        /// Measured target, whether or not the sensor reports its identity; null for a false alarm.
+        /// Measured target, whether or not the sensor reports its identity; null for a false alarm. In the record of a
+        /// flight, where targets are unknown: the track with the reported identity, as in `tracks`, or null.
         pub target: Option<u32>,
         /// Range, m.
         pub range_m: f64,

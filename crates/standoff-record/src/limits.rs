@@ -66,7 +66,7 @@ impl RecordLimits {
         self.check_targets(time_s, &agents.events, |row: &AgentEventRow| row.event.target.and_then(target_of))?;
         self.check_targets(time_s, truth, |row: &TruthRow| Some(row.target))?;
         self.check_targets(time_s, tracks, |row: &TrackRow| target_of(row.target))?;
-        self.check_targets(time_s, detections, |row: &DetectionRow| row.target)?;
+        self.check_targets(time_s, detections, |row: &DetectionRow| row.target.and_then(target_of))?;
         self.check_targets(time_s, events, |row: &EventRow| row.target.and_then(target_of))
     }
 

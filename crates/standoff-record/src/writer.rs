@@ -19,7 +19,7 @@ use crate::frame::{
 use crate::limits::{LimitExceeded, RecordLimits};
 use crate::manifest::{Counts, FORMAT, MANIFEST, Manifest};
 use crate::schema::{At, HasErrorColumn, TargetRow, WithError, frame_tables, seconds};
-use crate::table::{Missing, TableWriter};
+use crate::table::{Missing, TableWriter, file_of};
 
 /// Minimum time between two checkpoints: the most data that is lost if the process ends.
 const CHECKPOINT_EVERY: Duration = Duration::from_secs(1);
@@ -152,6 +152,14 @@ impl Writer {
         Self { derive: Some(Box::new(derive)), ..self }
     }
 
+    /// Leaves out the table of the truth, which is unknown in a real flight. Scores that need it are then absent.
+    pub fn without_truth(mut self) -> Result<Self, RecordError> {
+        self.tables.retain(|table| table.count().0 != TruthRow::TABLE);
+        let path = file_of::<TruthRow>(&self.partial.path);
+        std::fs::remove_file(&path).map_err(|reason| RecordError::write(&path, reason))?;
+        Ok(self)
+    }
+
     /// Adds a packed background map to the record.
     pub fn with_map(self, gz: &[u8]) -> Result<Self, RecordError> {
         let path = self.partial.path.join(MAP_FILE);
@@ -240,6 +248,21 @@ impl Writer {
     /// added to it.
     pub fn close(mut self) -> Result<FinishedRecord, RecordError> {
         self.finish_tables()?;
+        self.complete()
+    }
+
+    /// Like [`Self::close`], for a run whose length was not known at its start: sets its length, s, and the scenario
+    /// with that length.
+    pub fn close_with_length(mut self, duration_s: f64, scenario_toml: &str) -> Result<FinishedRecord, RecordError> {
+        self.finish_tables()?;
+        self.manifest.duration_s = duration_s;
+        let path = self.partial.path.join(SCENARIO);
+        atomic_file::save(&path, scenario_toml).map_err(|reason| RecordError::write(&path, reason))?;
+        self.complete()
+    }
+
+    /// Marks the record with complete tables as finished.
+    fn complete(mut self) -> Result<FinishedRecord, RecordError> {
         let tables = self.tables.iter().chain([&self.views]).map(|table| table.count());
         let rows = tables.chain([(TargetRow::TABLE, self.bounds.targets as u64)]);
         let rows = rows.map(|(table, rows)| (table.to_owned(), rows)).collect();
