@@ -9,6 +9,7 @@
 
 use crate::command_law::CommandLaw;
 use crate::guidance::geofence::Geofence;
+use crate::guidance::team_geofence::TeamGeofence;
 use crate::intruders::Intruders;
 use crate::message::{Manoeuvre, Message, Scan};
 use crate::message_log::{Replica, TeammateStatus};
@@ -83,6 +84,8 @@ pub struct Agent {
     /// Avoidance manoeuvre of the last decision.
     manoeuvre: Option<Manoeuvre>,
     wind: Option<WindEstimate>,
+    /// Zones that bind the commands of this UAV, if they differ from those of the team.
+    own_geofence: Option<TeamGeofence>,
 }
 
 impl Agent {
@@ -112,6 +115,7 @@ impl Agent {
             is_leaving: false,
             manoeuvre: None,
             wind: None,
+            own_geofence: None,
         })
     }
 
@@ -127,6 +131,15 @@ impl Agent {
     /// or so small that the UAV cannot circle in it.
     pub fn with_geofence(self, geofence: Geofence) -> Result<Self, Vec<ParamError>> {
         Ok(Self { replica: self.replica.with_geofence(geofence)?, ..self })
+    }
+
+    /// Replaces the zones that bind the commands of this UAV: those of the team and its own, such as the fence of its
+    /// autopilot. The team state does not depend on them, so they may differ between UAVs and change in flight. Fails, and
+    /// changes nothing, in the same cases as [`Self::with_geofence`].
+    #[cfg(feature = "research")]
+    pub fn set_own_geofence(&mut self, geofence: Geofence) -> Result<(), Vec<ParamError>> {
+        self.own_geofence = TeamGeofence::new(geofence, &self.replica.history.updater.params)?;
+        Ok(())
     }
 
     /// Clears the team state and all received messages, and accepts any time as the next one. Use it after the clock
@@ -292,7 +305,13 @@ impl Agent {
             self.replica.update(now);
         }
         let updater = &mut self.replica.history.updater;
-        let geofence_safety = updater.geofence_safety(observation.uav, &observation.own);
+        let geofence_safety = match &mut self.own_geofence {
+            Some(own) => {
+                let altitudes_m = updater.params.altitudes_m(observation.uav, observation.own.vertical);
+                own.safety(altitudes_m, &updater.params)
+            }
+            None => updater.geofence_safety(observation.uav, &observation.own),
+        };
         let law = CommandLaw {
             params: &self.replica.history.updater.params,
             team_state: self.team_state(),
