@@ -1,7 +1,8 @@
 //! Feed of detections and cues: one JSON object per line, `docs/fly.md` describes it.
 
 use serde::Deserialize;
-use standoff::{Angle, Detection, Duration, RangeBearingMeasurement, TargetLabel, Velocity};
+use standoff::research::Allowed;
+use standoff::{Angle, Detection, Duration, ParamError, RangeBearingMeasurement, TargetLabel, Velocity};
 
 /// Maximum number of detections in a scan.
 const DETECTIONS_MAX: usize = 1000;
@@ -16,17 +17,8 @@ pub enum FeedError {
     #[error("line of the feed: {0}")]
     Form(String),
     /// A number that is out of range.
-    #[error("`{key}` = {value}: must be between {min} and {max}")]
-    Range {
-        /// Key of the number.
-        key: String,
-        /// The number.
-        value: f64,
-        /// Lowest allowed number.
-        min: f64,
-        /// Highest allowed number.
-        max: f64,
-    },
+    #[error("{0}")]
+    Range(ParamError),
     /// Too long a line or list.
     #[error("{what} of {length}: must have at most {max}")]
     Length {
@@ -180,7 +172,9 @@ fn age(key: &str, age_s: f64) -> Result<Duration, FeedError> {
 }
 
 fn in_range(key: impl Into<String>, value: f64, min: f64, max: f64) -> Result<f64, FeedError> {
-    if (min..=max).contains(&value) { Ok(value) } else { Err(FeedError::Range { key: key.into(), value, min, max }) }
+    let allowed = Allowed::at_least(min).at_most(max);
+    let error = || FeedError::Range(ParamError { path: key.into(), value, allowed });
+    if allowed.contains(value) { Ok(value) } else { Err(error()) }
 }
 
 #[cfg(test)]
@@ -215,13 +209,13 @@ mod tests {
             (r#"{"scan": {}}"#, "line of the feed: missing field `detections`"),
             (
                 r#"{"scan": {"detections": [{"range_m": -3, "bearing_deg": 0}]}}"#,
-                "`scan.detections[0].range_m` = -3: must be between 1 and 1000000",
+                "scan.detections[0].range_m = -3: must be at least 1 and at most 1000000",
             ),
             (
                 r#"{"scan": {"detections": [{"range_m": 1e999, "bearing_deg": 0}]}}"#,
                 "line of the feed: number out of range",
             ),
-            (r#"{"scan": {"age_s": 11, "detections": []}}"#, "`scan.age_s` = 11: must be between 0 and 10"),
+            (r#"{"scan": {"age_s": 11, "detections": []}}"#, "scan.age_s = 11: must be at least 0 and at most 10"),
         ] {
             let stated = FeedLine::parse(line).unwrap_err().to_string();
             assert!(stated.starts_with(error), "{stated}");
