@@ -26,7 +26,7 @@ def decoded(frames, key):
 
 
 def check(messages):
-    heartbeat, roll, airspeed, altitude, circle, interval, parameter = messages
+    heartbeat, roll, airspeed, altitude, circle, interval, parameter, course, fence, item, received = messages
     for sequence, message in enumerate(messages):
         sender = (message.get_srcSystem(), message.get_srcComponent(), message.get_seq())
         assert sender == (1, 191, sequence), (message, sender)
@@ -39,13 +39,19 @@ def check(messages):
     assert (circle.param2, circle.param3, circle.param4) == (0, 80, 1)
     assert (interval.get_type(), interval.command) == ("COMMAND_LONG", 511)
     assert (interval.param1, interval.param2) == (33, 100000)
+    assert (course.command, course.param1, course.param3) == (43002, 0, 15)
+    assert abs(course.param2 - (360 - math.degrees(1))) < 1e-4, course
+    assert [message.get_type() for message in (fence, item, received)] == \
+        ["MISSION_REQUEST_LIST", "MISSION_REQUEST_INT", "MISSION_ACK"]
+    assert all(message.mission_type == mavlink.MAV_MISSION_TYPE_FENCE for message in (fence, item, received))
+    assert (item.seq, received.type) == (4, mavlink.MAV_MISSION_ACCEPTED)
     assert (parameter.param_id, parameter.param_index) == ("ROLL_LIMIT_DEG", -1)
 
 
 def main():
     frames = [bytes.fromhex(line) for line in sys.stdin]
-    assert len(frames) == 14, len(frames)
-    unsigned, signed = frames[:7], frames[7:]
+    assert len(frames) == 22, len(frames)
+    unsigned, signed = frames[:11], frames[11:]
     check(decoded(unsigned, None))
     check(decoded(signed, KEY))
     assert all(message.get_signed() for message in decoded(signed, KEY))
@@ -55,7 +61,7 @@ def main():
         assert wrong[0].get_type() == "BAD_DATA", wrong
     except mavlink.MAVError:
         pass
-    print(f"pymavlink decodes {len(frames)} frames of 7 kinds, 7 of them signed")
+    print(f"pymavlink decodes {len(frames)} frames of 11 kinds, 11 of them signed")
 
 
 if __name__ == "__main__":

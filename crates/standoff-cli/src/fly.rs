@@ -1,18 +1,25 @@
 //! `standoff fly`: runs the agent of one UAV behind its autopilot.
 
+use std::net::SocketAddr;
 use std::path::{Path, PathBuf};
 
-use clap::Parser;
+use clap::{Parser, ValueEnum};
 use standoff::{Duration, LinkModel, UavId};
-use standoff_app::Failure;
+use standoff_app::{Failure, of_record};
 use standoff_fly::address::LinkAddress;
 use standoff_fly::codec::SigningKey;
-use standoff_fly::config::Config;
+use standoff_fly::config::{Config, Steer};
+use standoff_fly::flight_record::{FlightRecordError, FlightRecorder};
 use standoff_fly::run::{Devices, RunError, run as run_until};
+use standoff_io::atomic_file::{PARTIAL, sibling};
 use standoff_io::display_text;
-use standoff_io::geodesy::LocalPlane;
-use standoff_sim::scenario::{Overrides, Scenario};
+use standoff_io::geodesy::{LocalPlane, Origin};
+use standoff_record::{Frame, Manifest, Occupancy, Writer, conflicting_files, occupancy};
+use standoff_sim::scenario::{Overrides, Scenario, ScenarioError, ScenarioTemplate};
+use standoff_view::serve::Server;
+use standoff_view::site;
 
+use crate::live_view::{LiveReplay, ServeArgs};
 use crate::overrides::key_and_value;
 use crate::signals::Interruption;
 use crate::terminal::note;
@@ -22,6 +29,8 @@ Examples:
   standoff fly team.toml --link udpin:127.0.0.1:14550 --origin 47.4,8.5
   standoff fly team.toml --link serial:/dev/ttyAMA0:921600 \\
     --origin 47.4,8.5 --key-file key.hex
+  standoff fly team.toml --link udpin:127.0.0.1:14550 --origin 47.4,8.5 \\
+    --out flight-1 --view
   standoff fly team.toml --link udpin:127.0.0.1:14560 --origin 47.4,8.5 \\
     --uav 1 --system-id 2 --feed 127.0.0.1:47801 --listen 127.0.0.1:47901 \\
     --teammate 0=127.0.0.1:47900
@@ -31,6 +40,13 @@ Read docs/fly-safety.md first. Exit status: 0 ended by the user,
 
 /// Standard deviation of the targets' acceleration below which the program warns, m/s2: the default of the library.
 const ACCELERATION_SD_MIN_M_S2: f64 = 0.2;
+
+/// How the aircraft is steered.
+#[derive(Debug, Clone, Copy, ValueEnum)]
+enum SteerBy {
+    Roll,
+    Course,
+}
 
 /// Options of `standoff fly`.
 #[derive(Parser)]
@@ -73,6 +89,24 @@ pub(crate) struct Args {
     /// Lowest and highest altitude above home that is commanded, m; in addition to the vehicle's fence.
     #[arg(long, value_name = "MIN,MAX", default_value = "60,300", value_parser = altitudes)]
     altitude: [f64; 2],
+    /// Steer by roll targets, which the autopilot releases 3 s after the last one, or by course commands, which it keeps for ever.
+    #[arg(long, value_enum, default_value_t = SteerBy::Roll)]
+    steer: SteerBy,
+    /// Send UAVs and tracks as Cursor-on-Target events to an operator map (UDP).
+    #[arg(long, value_name = "HOST:PORT")]
+    cot: Option<String>,
+    /// Write a record of the flight to this folder, which must not exist.
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
+    /// Serve a page that shows the flight.
+    #[arg(long)]
+    view: bool,
+    /// Serve the page at this address and port [default: 127.0.0.1:0].
+    #[arg(long, value_name = "ADDRESS:PORT", requires = "view")]
+    view_at: Option<SocketAddr>,
+    /// Do not open a browser.
+    #[arg(long, requires = "view")]
+    no_open: bool,
     /// End after this time, s.
     #[arg(long, value_name = "S", value_parser = clap::value_parser!(u32).range(1..=86_400))]
     seconds: Option<u32>,
@@ -81,9 +115,14 @@ pub(crate) struct Args {
     set: Vec<String>,
 }
 
+/// Length of a flight that ends when the user ends it, s. A finished record has the length of the flight.
+const LENGTH_MAX_S: u32 = 86_400;
+
 pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     let overrides = Overrides { set: args.set.clone(), ..Overrides::default() };
-    let scenario = Scenario::load(&args.scenario, &overrides, 1).map_err(Failure::Scenario)?;
+    let template = ScenarioTemplate::load(&args.scenario, &overrides).map_err(Failure::Scenario)?;
+    let length_s = args.seconds.unwrap_or(LENGTH_MAX_S);
+    let scenario = of_length(&template, length_s.into()).map_err(Failure::Scenario)?;
     let mut params = scenario.settings.team;
     // Real radios lose messages.
     params.link = LinkModel::Lossy;
@@ -102,14 +141,21 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
         plane,
         teammates: args.teammate.iter().map(|(id, _)| UavId(*id)).collect(),
         altitude_m: args.altitude,
+        steer: match args.steer {
+            SteerBy::Roll => Steer::Roll,
+            SteerBy::Course => Steer::Course,
+        },
     };
     let devices = Devices {
         link: args.link.clone(),
         signing: args.key_file.as_deref().map(|file| key(file, args.signing_link_id)).transpose()?,
+        // Each program with the same key has another link id.
+        time_stamps: args.key_file.as_deref().map(|file| sibling(file, &format!(".link-{}", args.signing_link_id))),
         feed: args.feed.clone(),
         listen: args.listen.clone(),
         teammates: args.teammate.iter().map(|(_, address)| address.clone()).collect(),
         sumo: args.sumo.clone(),
+        cot: args.cot.clone(),
     };
     if devices.signing.is_none() {
         note(
@@ -125,10 +171,82 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     }
     let interruption = Interruption::install()?;
     let duration = args.seconds.map(|s| Duration::from_s(s.into()));
-    run_until(config, &devices, interruption.flag(), duration, &mut |line| note(line)).map_err(|error| match error {
+    let Some((recorder, _server)) = begin_record(args, &scenario)? else {
+        return run_until(config, &devices, interruption.flag(), duration, &mut note, &mut |_| {}).map_err(failure);
+    };
+    let add = &mut |frame| recorder.add(frame);
+    let flown = run_until(config, &devices, interruption.flag(), duration, &mut note, add).map_err(failure);
+    // The record is completed also if the link to the autopilot is lost.
+    let of_flight = |length_s| {
+        let scenario = of_length(&template, length_s).and_then(|scenario| scenario.resolved());
+        scenario.map_err(|error| error.to_string())
+    };
+    let recorded = recorder.finish(of_flight).map_err(|error| match error {
+        FlightRecordError::Record(error) => of_record(error),
+        other => Failure::running(other),
+    });
+    if let (Ok(Some(length)), Some(out)) = (&recorded, &args.out) {
+        let (out, length_s) = (display_text::path(out), length.s());
+        note(&format!("the record of {length_s} s is in {out}: to print its results, run standoff report {out}"));
+    }
+    flown.and(recorded.map(|_| ()))
+}
+
+fn failure(error: RunError) -> Failure {
+    match error {
         RunError::Input(what) => Failure::Input(what),
         RunError::Running(what) => Failure::Running(what),
-    })
+    }
+}
+
+/// Returns the scenario with the length of a flight, s.
+fn of_length(template: &ScenarioTemplate, length_s: f64) -> Result<Scenario, ScenarioError> {
+    template.changed(&[format!("duration_s={length_s}")])?.draw(1)
+}
+
+/// Starts the record and the page of a flight; `None` if the user wants neither.
+fn begin_record(args: &Args, scenario: &Scenario) -> Result<Option<(FlightRecorder, Option<Server>)>, Failure> {
+    if args.out.is_none() && !args.view {
+        return Ok(None);
+    }
+    let [latitude_deg, longitude_deg] = args.origin;
+    let period = scenario.settings.period;
+    let manifest = Manifest {
+        origin: Some(Origin { latitude_deg, longitude_deg }),
+        ..Manifest::new(&scenario.name, scenario.seed, scenario.settings.duration.s(), period.s())
+    };
+    let writer = args.out.as_deref().map(|out| create_record(out, &manifest, scenario)).transpose()?;
+    let mut live =
+        args.view.then(|| LiveReplay::new(&manifest, &scenario.settings, Vec::new(), true, None)).transpose()?;
+    let served = ServeArgs::at(args.view_at, args.no_open);
+    let announce = |url: &str| {
+        note(&format!("live view: {url}", url = url.trim_end()));
+        Ok(())
+    };
+    let server =
+        live.as_ref().map(|live| served.serve(site::of_runs(live.replay(), None, None), announce)).transpose()?;
+    let look = move |frame: &Frame| live.iter_mut().for_each(|live| live.frame(frame));
+    let recorder = FlightRecorder::start(writer, period, look, note).map_err(Failure::running)?;
+    Ok(Some((recorder, server)))
+}
+
+/// Creates the record of a flight. A flight cannot be repeated, so no older record is replaced.
+fn create_record(out: &Path, manifest: &Manifest, scenario: &Scenario) -> Result<Writer, Failure> {
+    // Removes a trailing slash, as for other records.
+    let out: PathBuf = out.components().collect();
+    match occupancy(&out) {
+        Occupancy::Other => return Err(of_record(conflicting_files(&out))),
+        Occupancy::Free if !sibling(&out, PARTIAL).exists() => {}
+        _ => {
+            let out = display_text::path(&out);
+            return Err(Failure::Input(format!(
+                "--out {out}: has an older record; flights replace none: name another folder"
+            )));
+        }
+    }
+    let resolved = scenario.resolved().map_err(Failure::Scenario)?;
+    let writer = Writer::create(&out, manifest, &resolved, &[]).map_err(of_record)?;
+    writer.without_truth().map_err(of_record)
 }
 
 /// Reads the key of the message signing. The key itself is never shown.

@@ -40,6 +40,12 @@ pub(crate) struct ServeArgs {
 }
 
 impl ServeArgs {
+    /// Options of a command whose `--listen` has another meaning.
+    #[cfg(feature = "fly")]
+    pub(crate) fn at(listen: Option<SocketAddr>, no_open: bool) -> Self {
+        Self { listen, no_open, tiles: None }
+    }
+
     /// True if the user gave an address.
     pub(crate) fn has_address(&self) -> bool {
         self.listen.is_some()

@@ -6,7 +6,7 @@ use standoff_fly::codec::{Codec, SigningKey};
 use standoff_fly::command;
 
 fn main() {
-    let messages: [MavMessage; 7] = [
+    let messages: [MavMessage; 11] = [
         command::heartbeat(),
         command::roll(1, 0.5),
         command::airspeed(1, 23.5),
@@ -14,6 +14,10 @@ fn main() {
         command::circle(1, [474_000_000, 85_000_000], 120.0, 80.0, true),
         command::message_interval(1, 33, 100_000),
         command::read_parameter(1, "ROLL_LIMIT_DEG"),
+        command::course(1, -1.0, 15.0),
+        command::request_fence(1),
+        command::request_fence_item(1, 4),
+        command::fence_received(1),
     ];
     let key = SigningKey { key: [0x2a; 32], link_id: 5 };
     for signing in [None, Some(&key)] {

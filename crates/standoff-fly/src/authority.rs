@@ -44,6 +44,8 @@ pub enum Condition {
     Telemetry,
     /// The parameters of the autopilot were read and are plausible.
     Parameters,
+    /// The fence of the vehicle was read, its zones can be kept, and the aircraft is inside it.
+    Fence,
     /// The feed of detections is alive.
     Feed,
     /// The agent knows a target to orbit.
@@ -52,11 +54,13 @@ pub enum Condition {
     Teammates,
     /// The program itself is on time.
     OnTime,
+    /// The user has not ended the program.
+    Running,
 }
 
 impl Condition {
     /// All conditions, in the order of the status line.
-    pub const ALL: [Self; 11] = [
+    pub const ALL: [Self; 13] = [
         Self::Heartbeat,
         Self::Armed,
         Self::Guided,
@@ -64,10 +68,12 @@ impl Condition {
         Self::Airborne,
         Self::Telemetry,
         Self::Parameters,
+        Self::Fence,
         Self::Feed,
         Self::Target,
         Self::Teammates,
         Self::OnTime,
+        Self::Running,
     ];
 
     /// True if the pilot or the autopilot has taken over when the condition fails: then nothing more is sent.
@@ -86,10 +92,12 @@ impl fmt::Display for Condition {
             Self::Airborne => "take-off",
             Self::Telemetry => "position and attitude",
             Self::Parameters => "parameters of the autopilot",
+            Self::Fence => "fence of the vehicle",
             Self::Feed => "feed of detections",
             Self::Target => "a target",
             Self::Teammates => "reports of all teammates",
             Self::OnTime => "processor time",
+            Self::Running => "a new start, because the user has ended the program",
         })
     }
 }
@@ -123,6 +131,10 @@ pub struct Inputs {
     pub is_airborne: bool,
     /// The required parameters were read and are plausible.
     pub has_parameters: bool,
+    /// The fence of the vehicle was read and can be kept; before the first command, the aircraft is also inside it.
+    pub has_fence: bool,
+    /// The user has ended the program.
+    pub is_leaving: bool,
     /// Answer to the command last sent for [`Permission::Confirm`] or [`Permission::SafeOrbit`]; `None` without answer.
     pub is_accepted: Option<bool>,
 }
@@ -143,6 +155,8 @@ impl Inputs {
         is_failsafe: false,
         is_airborne: false,
         has_parameters: false,
+        has_fence: false,
+        is_leaving: false,
         is_accepted: None,
     };
 
@@ -160,10 +174,12 @@ impl Inputs {
             Condition::Airborne => self.is_airborne,
             Condition::Telemetry => is_fresh(self.telemetry_at, STALE),
             Condition::Parameters => self.has_parameters,
+            Condition::Fence => self.has_fence,
             Condition::Feed => is_fresh(self.feed_at, STALE),
             Condition::Target => is_fresh(self.target_at, STALE),
             Condition::Teammates => !self.has_teammates || is_fresh(self.teammates_at, self.teammate_timeout),
             Condition::OnTime => is_fresh(self.step_at, STALE),
+            Condition::Running => !self.is_leaving,
         }
     }
 

@@ -8,7 +8,12 @@ use std::io::{self, Read};
 
 use mavlink::dialects::ardupilotmega::MavMessage;
 use mavlink::error::MessageReadError;
-use mavlink::{MAVLinkV2MessageRaw, MavHeader, MavlinkReader, MavlinkVersion, Message, SigningConfig, SigningData};
+use mavlink::{
+    MAVLinkMessageRaw, MAVLinkV2MessageRaw, MavHeader, MavlinkReader, MavlinkVersion, Message, SigningConfig,
+    SigningData,
+};
+
+use crate::time_stamps::TimeStamps;
 
 /// Component id of a companion computer (MAV_COMP_ID_ONBOARD_COMPUTER).
 pub const COMPANION_COMPONENT_ID: u8 = 191;
@@ -31,9 +36,11 @@ pub struct SigningKey {
 /// Encoder and decoder of one link.
 pub struct Codec {
     signing: Option<SigningData>,
+    key: Option<[u8; 32]>,
     system_id: u8,
     sequence: u8,
     stream: MavlinkReader<Buffered>,
+    time_stamps: TimeStamps,
 }
 
 /// Received bytes of a stream that are not yet decoded.
@@ -50,36 +57,68 @@ impl Codec {
     /// Creates the codec of a link. `system_id` is that of the vehicle, because the companion computer is one of its
     /// components.
     pub fn new(system_id: u8, signing: Option<&SigningKey>) -> Self {
+        let key = signing.map(|signing| signing.key);
         let signing = signing.map(|SigningKey { key, link_id }| {
             SigningData::from_config(SigningConfig::new(*key, *link_id, true, false))
         });
-        Self { signing, system_id, sequence: 0, stream: MavlinkReader::new(Buffered::default()) }
+        Self {
+            signing,
+            key,
+            system_id,
+            sequence: 0,
+            stream: MavlinkReader::new(Buffered::default()),
+            time_stamps: TimeStamps::new(),
+        }
+    }
+
+    /// Takes over the time stamps of an earlier session: frames with older ones are dropped, and sent frames have newer
+    /// ones. Without signing, it has no effect.
+    pub fn restore(&mut self, known: &TimeStamps) {
+        let (Some(signing), Some(key)) = (&self.signing, &self.key) else { return };
+        // The newest stream comes first: then another one that is more than a minute older is refused as a new stream.
+        let mut streams: Vec<_> = known.iter().collect();
+        streams.sort_by_key(|(_, stamp)| core::cmp::Reverse(**stamp));
+        for ((link_id, system_id, component_id), stamp) in streams {
+            // The crate stores the time stamp of a frame that is valid; there is no other way to set it.
+            let mut frame = MAVLinkV2MessageRaw::new();
+            let header = MavHeader { system_id: (*system_id).into(), component_id: *component_id, sequence: 0 };
+            frame.serialize_message_for_signing(header, &crate::command::heartbeat());
+            frame.signature_timestamp_bytes_mut().copy_from_slice(&stamp.to_le_bytes()[..6]);
+            *frame.signature_link_id_mut() = *link_id;
+            let mut signature = [0; 6];
+            frame.calculate_signature(key, &mut signature);
+            frame.signature_value_mut().copy_from_slice(&signature);
+            signing.verify_signature(&frame);
+        }
+        self.time_stamps.clone_from(known);
+    }
+
+    /// Time stamps of the last valid frame of each stream, sent frames included.
+    pub fn time_stamps(&self) -> &TimeStamps {
+        &self.time_stamps
     }
 
     /// Decodes all frames of a datagram. A truncated frame at its end is dropped, so that a damaged datagram does not
     /// affect the next one.
-    pub fn decode_datagram(&self, bytes: &[u8], mut hear: impl FnMut(MavHeader, MavMessage)) {
+    pub fn decode_datagram(&mut self, bytes: &[u8], mut hear: impl FnMut(MavHeader, MavMessage)) {
         // Each error is a dropped frame; the reader goes on behind it. A frame has at least 12 bytes, an error at least
         // one.
         let mut reader = MavlinkReader::with_capacity(512, bytes);
         for _ in 0..=bytes.len() {
-            match reader.read_message_signed::<MavMessage>(MavlinkVersion::V2, self.signing.as_ref()) {
-                Ok((header, message)) => hear(header, message),
-                Err(MessageReadError::Io(_)) => return,
-                Err(_) => {}
+            if !decode_next(&mut reader, self.signing.as_ref(), &mut self.time_stamps, &mut hear) {
+                return;
             }
         }
     }
 
     /// Decodes all complete frames of a stream (TCP, serial) up to the received bytes.
     pub fn decode_stream(&mut self, bytes: &[u8], mut hear: impl FnMut(MavHeader, MavMessage)) {
+        let Self { signing, stream, time_stamps, .. } = self;
         for chunk in bytes.chunks(BUFFER_MAX) {
-            self.stream.get_mut().0.extend(chunk);
+            stream.get_mut().0.extend(chunk);
             for _ in 0..=BUFFER_MAX {
-                match self.stream.read_message_signed::<MavMessage>(MavlinkVersion::V2, self.signing.as_ref()) {
-                    Ok((header, message)) => hear(header, message),
-                    Err(MessageReadError::Io(_)) => break,
-                    Err(_) => {}
+                if !decode_next(stream, signing.as_ref(), time_stamps, &mut hear) {
+                    break;
                 }
             }
         }
@@ -90,8 +129,39 @@ impl Codec {
         let component_id = COMPANION_COMPONENT_ID;
         let header = MavHeader { system_id: self.system_id.into(), component_id, sequence: self.sequence };
         self.sequence = self.sequence.wrapping_add(1);
-        encode_as(header, message, self.signing.as_ref())
+        let frame = encode_as(header, message, self.signing.as_ref());
+        // The signature is the link id, the time stamp and six bytes.
+        if let (true, Some([link_id, stamp @ ..])) = (self.signing.is_some(), frame.last_chunk::<13>()) {
+            let mut bytes = [0; 8];
+            bytes[..6].copy_from_slice(&stamp[..6]);
+            self.time_stamps.insert((*link_id, self.system_id, component_id), u64::from_le_bytes(bytes));
+        }
+        frame
     }
+}
+
+/// Decodes the next frame of a reader. Returns false if the reader has no complete frame.
+fn decode_next<R: Read>(
+    reader: &mut MavlinkReader<R>,
+    signing: Option<&SigningData>,
+    time_stamps: &mut TimeStamps,
+    hear: &mut impl FnMut(MavHeader, MavMessage),
+) -> bool {
+    let frame = match reader.read_raw_message_signed::<MavMessage>(MavlinkVersion::V2, signing) {
+        Ok(MAVLinkMessageRaw::V2(frame)) => frame,
+        Err(MessageReadError::Io(_)) => return false,
+        Ok(MAVLinkMessageRaw::V1(_)) | Err(_) => return true,
+    };
+    let (system_id, component_id) = (frame.system_id(), frame.component_id());
+    if let (true, Ok(system_id)) = (signing.is_some(), u8::try_from(system_id)) {
+        let stream = (frame.signature_link_id(), system_id, component_id);
+        time_stamps.insert(stream, frame.signature_timestamp());
+    }
+    let header = MavHeader { system_id, component_id, sequence: frame.sequence() };
+    if let Ok(message) = MavMessage::parse(MavlinkVersion::V2, frame.message_id(), frame.payload()) {
+        hear(header, message);
+    }
+    true
 }
 
 /// Encodes a message of any sender.

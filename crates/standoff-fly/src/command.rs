@@ -1,8 +1,9 @@
 //! Messages to the autopilot. Each is one of a few kinds; none arms the aircraft or changes its mode.
 
 use mavlink::dialects::ardupilotmega::{
-    AttitudeTargetTypemask, COMMAND_INT_DATA, COMMAND_LONG_DATA, HEARTBEAT_DATA, MavAutopilot, MavCmd, MavFrame,
-    MavMessage, MavModeFlag, MavState, MavType, PARAM_REQUEST_READ_DATA, SET_ATTITUDE_TARGET_DATA,
+    AttitudeTargetTypemask, COMMAND_INT_DATA, COMMAND_LONG_DATA, HEARTBEAT_DATA, MISSION_ACK_DATA,
+    MISSION_REQUEST_INT_DATA, MISSION_REQUEST_LIST_DATA, MavAutopilot, MavCmd, MavFrame, MavMessage, MavMissionResult,
+    MavMissionType, MavModeFlag, MavState, MavType, PARAM_REQUEST_READ_DATA, SET_ATTITUDE_TARGET_DATA,
 };
 use standoff::research::math;
 
@@ -50,6 +51,16 @@ pub fn roll(system_id: u8, roll_rad: f64) -> MavMessage {
         type_mask: AttitudeTargetTypemask::from_bits_retain(ROLL_ONLY),
         ..SET_ATTITUDE_TARGET_DATA::default()
     })
+}
+
+/// Command of a course over ground, rad clockwise from north, which the autopilot keeps until the next command.
+/// `acceleration_max_m_s2` limits the roll.
+pub fn course(system_id: u8, course_rad: f64, acceleration_max_m_s2: f64) -> MavMessage {
+    // ArduPlane denies courses outside [0, 360); rounding may give 360.
+    let course_deg = course_rad.to_degrees().rem_euclid(360.0) as f32;
+    let course_deg = if course_deg < 360.0 { course_deg } else { 0.0 };
+    let params = [0.0, course_deg, acceleration_max_m_s2 as f32, 0.0];
+    int(system_id, MavCmd::MAV_CMD_GUIDED_CHANGE_HEADING, params, [0, 0], 0.0)
 }
 
 /// Command of an airspeed, m/s. The autopilot accepts it only in GUIDED.
@@ -113,5 +124,35 @@ pub fn read_parameter(system_id: u8, name: &str) -> MavMessage {
         target_system: system_id,
         target_component: AUTOPILOT_COMPONENT_ID,
         param_id: param_id.into(),
+    })
+}
+
+/// Request of the number of items of the fence.
+pub fn request_fence(system_id: u8) -> MavMessage {
+    MavMessage::MISSION_REQUEST_LIST(MISSION_REQUEST_LIST_DATA {
+        target_system: system_id,
+        target_component: AUTOPILOT_COMPONENT_ID,
+        mission_type: MavMissionType::MAV_MISSION_TYPE_FENCE,
+    })
+}
+
+/// Request of an item of the fence, by index.
+pub fn request_fence_item(system_id: u8, index: u16) -> MavMessage {
+    MavMessage::MISSION_REQUEST_INT(MISSION_REQUEST_INT_DATA {
+        seq: index,
+        target_system: system_id,
+        target_component: AUTOPILOT_COMPONENT_ID,
+        mission_type: MavMissionType::MAV_MISSION_TYPE_FENCE,
+    })
+}
+
+/// Answer after the last item of the fence.
+pub fn fence_received(system_id: u8) -> MavMessage {
+    MavMessage::MISSION_ACK(MISSION_ACK_DATA {
+        target_system: system_id,
+        target_component: AUTOPILOT_COMPONENT_ID,
+        mavtype: MavMissionResult::MAV_MISSION_ACCEPTED,
+        mission_type: MavMissionType::MAV_MISSION_TYPE_FENCE,
+        ..MISSION_ACK_DATA::default()
     })
 }

@@ -3,14 +3,17 @@
 use mavlink::MavHeader;
 use mavlink::dialects::ardupilotmega::{MavCmd, MavMessage};
 use standoff::{
-    Agent, AgentOutput, Angle, Command, Cue, Diagnostics, Duration, Message, Observation, ParamError, Scan, Time,
-    UavState, wire,
+    Agent, AgentOutput, Angle, Command, Cue, Diagnostics, Duration, Geofence, Message, Observation, ParamError, Scan,
+    Time, UavState, wire,
 };
+use standoff_record::Frame;
 
 use crate::authority::{Authority, Inputs, Permission, State};
-use crate::config::Config;
+use crate::config::{Config, Steer};
 use crate::feed::{FeedCue, FeedError, FeedLine, FeedScan};
 use crate::flight_commands::FlightCommands;
+use crate::flight_rows::{FlightRows, Observed};
+use crate::parameters::Parameters;
 use crate::requests::Requests;
 use crate::scan_alignment::aligned;
 use crate::vehicle::Vehicle;
@@ -31,6 +34,8 @@ pub struct Outgoing {
     pub mavlink: Vec<MavMessage>,
     /// To all teammates, one datagram each.
     pub teammates: Vec<Vec<u8>>,
+    /// Rows for the record, if the agent has decided. Their time is that of the team.
+    pub frame: Option<Frame>,
 }
 
 /// Agent, vehicle and authority of one aircraft.
@@ -51,11 +56,19 @@ pub struct Companion {
     step_at: Option<Time>,
     /// Newest observation, and whether the agent has decided since.
     observation: Option<(Observation, bool)>,
+    /// What was observed, for the record.
+    seen: Option<Observed>,
+    rows: FlightRows,
     /// Last decision.
     pub output: AgentOutput,
     /// Number of received datagrams of teammates that are not valid messages.
     pub damaged: u32,
     inputs: Inputs,
+    /// Fence of the vehicle, or what is missing or wrong.
+    fence: Result<Geofence, String>,
+    /// Parameters and number of changes from which the fence was made.
+    fence_of: Option<(Parameters, u64)>,
+    is_leaving: bool,
 }
 
 impl Companion {
@@ -79,6 +92,8 @@ impl Companion {
             target_at: None,
             step_at: None,
             observation: None,
+            seen: None,
+            rows: FlightRows::default(),
             output: AgentOutput {
                 command: straight,
                 altitude_m: None,
@@ -87,6 +102,9 @@ impl Companion {
             },
             damaged: 0,
             inputs: Inputs::NOTHING,
+            fence: Err("not received from the autopilot".to_owned()),
+            fence_of: None,
+            is_leaving: false,
             config,
         };
         companion.inputs = companion.inputs();
@@ -106,6 +124,11 @@ impl Companion {
     /// What the authority decided on in the last step.
     pub fn last_inputs(&self) -> &Inputs {
         &self.inputs
+    }
+
+    /// Fence of the vehicle as zones, or what is missing or wrong.
+    pub fn fence(&self) -> Result<&Geofence, &str> {
+        self.fence.as_ref().map_err(String::as_str)
     }
 
     /// Angle between the last boresight and the direction to the centre of the group, rad; `None` if one is unknown.
@@ -153,14 +176,21 @@ impl Companion {
         }
     }
 
-    /// Announces to the teammates that this UAV leaves the team.
+    /// Ends the commands with a request to circle, and announces to the teammates that this UAV leaves the team.
     pub fn leave(&mut self) {
         self.agent.leave();
+        self.is_leaving = true;
+    }
+
+    /// True while the request to circle has no answer and is still repeated.
+    pub fn awaits_answer(&self) -> bool {
+        matches!(self.authority.state(), State::Stopped { repeats: 1.., .. }) && self.inputs.is_accepted.is_none()
     }
 
     /// One step of the program; call it about every [`STEP`].
     pub fn step(&mut self, now: Time) -> Outgoing {
         let mut outgoing = Outgoing::default();
+        self.update_fence();
         self.run_agent(now, &mut outgoing);
         self.inputs = self.inputs();
         // The first step counts as on time.
@@ -168,7 +198,7 @@ impl Companion {
         let was_engaged = self.authority.state() == State::Engaged;
         let permission = self.authority.step(now, &self.inputs);
         let since_last = self.step_at.map_or(STEP, |step_at| now - step_at);
-        self.requests.append(now, &self.vehicle, &mut outgoing.mavlink);
+        self.requests.append(now, &mut self.vehicle, &mut outgoing.mavlink);
         let limits = self.vehicle.parameters.limits().ok();
         match (permission, limits) {
             (Permission::Confirm, Some(limits)) => {
@@ -192,10 +222,28 @@ impl Companion {
         outgoing
     }
 
+    /// Passes the zones of the vehicle's fence to the agent if they have changed.
+    fn update_fence(&mut self) {
+        let Vehicle { parameters, fence, .. } = &self.vehicle;
+        if self.fence_of.as_ref().is_some_and(|(known, changes)| known == parameters && *changes == fence.changes()) {
+            return;
+        }
+        self.fence_of = Some((parameters.clone(), fence.changes()));
+        let zones = fence.zones(parameters, &self.config.plane);
+        self.fence = zones.and_then(|own| {
+            let of_vehicle = Geofence::new(own.clone()).map_err(|error| format!("fence of the vehicle: {error}"))?;
+            let all = self.config.geofence.zones().cloned().chain(own).collect();
+            let all = Geofence::new(all).map_err(|error| format!("zones with the fence of the vehicle: {error}"))?;
+            let first = |errors: Vec<ParamError>| errors.first().map(ToString::to_string).unwrap_or_default();
+            self.agent.set_own_geofence(all).map_err(|errors| format!("fence of the vehicle: {}", first(errors)))?;
+            Ok(of_vehicle)
+        });
+    }
+
     /// Decides for the last observation, and observes if a time step of the team's grid has begun.
     fn run_agent(&mut self, now: Time, outgoing: &mut Outgoing) {
         if let Some((observation, false)) = self.observation {
-            self.decide(now, &observation);
+            self.decide(now, &observation, outgoing);
         }
         let period = Duration::from_s(self.config.params.log.period_s);
         let begun_at = Time::from_us(now.us().div_euclid(period.us()) * period.us());
@@ -205,7 +253,7 @@ impl Companion {
         self.observation = Some((observation, false));
         // Without teammates, there is nothing to wait for.
         if self.config.teammates.is_empty() {
-            self.decide(now, &observation);
+            self.decide(now, &observation, outgoing);
         }
     }
 
@@ -244,12 +292,15 @@ impl Companion {
             self.agent.receive(&observation, &cue);
             outgoing.teammates.extend(wire::encode(&cue));
         }
+        self.seen = Some(Observed { at: observation.time(), own: *own, boresight, detections });
         observation
     }
 
-    fn decide(&mut self, now: Time, observation: &Observation) {
+    fn decide(&mut self, now: Time, observation: &Observation, outgoing: &mut Outgoing) {
         self.output = self.agent.decide(observation);
         self.observation = Some((*observation, true));
+        outgoing.frame =
+            self.seen.take().map(|seen| self.rows.frame(&seen, &self.agent, &self.output, self.authority.state()));
         if self.output.diagnostics.group.is_some() {
             self.target_at = Some(now);
         }
@@ -257,6 +308,19 @@ impl Companion {
         if self.agent.is_time_jump() {
             self.agent.reset();
         }
+    }
+
+    /// The first parameter of the autopilot that is missing or implausible.
+    pub fn parameter_error(&self) -> Option<String> {
+        let parameters = &self.vehicle.parameters;
+        let of_course = (self.config.steer == Steer::Course).then(|| parameters.course_gain().err());
+        parameters.limits().err().or(of_course.flatten())
+    }
+
+    /// True if the aircraft is inside the fence of the vehicle, or commanded already: then the autopilot judges.
+    fn is_inside(&self, fence: &Geofence) -> bool {
+        let is_engaged = self.authority.state() == State::Engaged;
+        is_engaged || self.vehicle.position.is_some_and(|position| fence.contains(position.position))
     }
 
     fn inputs(&self) -> Inputs {
@@ -280,7 +344,9 @@ impl Companion {
             is_guided: self.vehicle.is_guided(),
             is_failsafe: heartbeat.is_some_and(|heartbeat| heartbeat.is_failsafe),
             is_airborne: self.vehicle.is_airborne(),
-            has_parameters: self.vehicle.parameters.limits().is_ok(),
+            has_parameters: self.parameter_error().is_none(),
+            has_fence: self.fence.as_ref().is_ok_and(|fence| self.is_inside(fence)),
+            is_leaving: self.is_leaving,
             is_accepted: answered.and_then(|command| self.vehicle.answer(command)),
         }
     }
@@ -289,7 +355,11 @@ impl Companion {
 /// True for a message that commands the aircraft, unlike heartbeats and requests of data.
 pub fn is_command(message: &MavMessage) -> bool {
     match message {
-        MavMessage::HEARTBEAT(_) | MavMessage::PARAM_REQUEST_READ(_) => false,
+        MavMessage::HEARTBEAT(_)
+        | MavMessage::PARAM_REQUEST_READ(_)
+        | MavMessage::MISSION_REQUEST_LIST(_)
+        | MavMessage::MISSION_REQUEST_INT(_)
+        | MavMessage::MISSION_ACK(_) => false,
         MavMessage::COMMAND_LONG(long) => long.command != MavCmd::MAV_CMD_SET_MESSAGE_INTERVAL,
         _ => true,
     }

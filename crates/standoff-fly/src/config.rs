@@ -3,6 +3,16 @@
 use standoff::{Geofence, TeamParams, UavId};
 use standoff_io::geodesy::LocalPlane;
 
+/// How the aircraft is steered.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub enum Steer {
+    /// Roll targets, which the autopilot releases 3 s after the last one.
+    #[default]
+    Roll,
+    /// Courses over ground, which the autopilot keeps for ever.
+    Course,
+}
+
 /// Settings of one companion computer.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Config {
@@ -22,4 +32,6 @@ pub struct Config {
     pub teammates: Vec<UavId>,
     /// Lowest and highest altitude above home that is commanded, m; in addition to the fence.
     pub altitude_m: [f64; 2],
+    /// How the aircraft is steered.
+    pub steer: Steer,
 }

@@ -1,16 +1,19 @@
 //! Commands of the agent as messages to the autopilot: roll at every step, airspeed and altitude if they change.
 
 use mavlink::dialects::ardupilotmega::MavMessage;
-use standoff::research::{RateInputs, RateLoop};
-use standoff::{AgentOutput, Command, Duration, Time};
+use standoff::research::{GRAVITY_M_S2, RateInputs, RateLoop, math};
+use standoff::{AgentOutput, Angle, Command, Duration, Time};
 
 use crate::command;
-use crate::config::Config;
+use crate::config::{Config, Steer};
 use crate::parameters::Limits;
 use crate::vehicle::Vehicle;
 
 /// Shortest time between two commands of airspeed, and between two of altitude.
 const CHANGE_PERIOD: Duration = Duration::from_us(1_000_000);
+
+/// Shortest time between two commands of a course: 5 Hz, less the jitter of the steps.
+const COURSE_PERIOD: Duration = Duration::from_us(180_000);
 
 /// Smallest change of the airspeed that is commanded, m/s.
 const AIRSPEED_CHANGE_MIN_M_S: f64 = 0.3;
@@ -30,6 +33,9 @@ pub(crate) struct FlightCommands {
     altitude_m: [f64; 2],
     climb_rate_m_s: f64,
     rate_loop: RateLoop,
+    steer: Steer,
+    /// Time of the last command of a course.
+    course_at: Option<Time>,
     airspeed: Option<(Time, f64)>,
     altitude: Option<(Time, f64)>,
 }
@@ -40,6 +46,8 @@ impl FlightCommands {
             altitude_m: config.altitude_m,
             climb_rate_m_s: config.params.uav.climb.map_or(CLIMB_RATE_M_S, |climb| climb.rate_max_m_s),
             rate_loop: RateLoop::default(),
+            steer: config.steer,
+            course_at: None,
             airspeed: None,
             altitude: None,
         }
@@ -53,6 +61,7 @@ impl FlightCommands {
     /// Begins the stream at the current roll and altitude.
     pub(crate) fn start(&mut self, now: Time, vehicle: &Vehicle) {
         self.rate_loop = RateLoop::start_at(vehicle.roll.map_or(0.0, |(_, roll_rad)| roll_rad));
+        self.course_at = None;
         self.airspeed = None;
         self.altitude = vehicle.position.map(|position| (now, position.vertical.altitude_m));
     }
@@ -81,7 +90,7 @@ impl FlightCommands {
             roll_max_rad: limits.roll_max_rad,
         };
         let roll_rad = self.rate_loop.step(&inputs, since_last.s());
-        let mut messages = vec![command::roll(system_id, roll_rad)];
+        let mut messages: Vec<_> = self.steering(now, vehicle, limits, roll_rad).into_iter().collect();
 
         let airspeed_m_s = airspeed_m_s(vehicle, limits, output.command);
         let is_due = |last: Option<(Time, f64)>, value: f64, change_min: f64| {
@@ -108,6 +117,23 @@ impl FlightCommands {
             }
         }
         messages
+    }
+
+    /// Message that makes the aircraft fly a roll, rad, if one is due.
+    fn steering(&mut self, now: Time, vehicle: &Vehicle, limits: &Limits, roll_rad: f64) -> Option<MavMessage> {
+        let system_id = vehicle.system_id();
+        if self.steer == Steer::Roll {
+            return Some(command::roll(system_id, roll_rad));
+        }
+        if self.course_at.is_some_and(|at| (0..COURSE_PERIOD.us()).contains(&(now - at).us())) {
+            return None;
+        }
+        // The autopilot rolls in proportion to the error of the course: a lead of roll / gain gives the roll.
+        let (own, gain) = (vehicle.state(now)?, vehicle.parameters.course_gain().ok()?);
+        let course_rad = (Angle::from_rad(0.5 * math::PI) - own.heading).rad() + roll_rad / gain;
+        self.course_at = Some(now);
+        let (sin, cos) = math::sin_cos(limits.roll_max_rad);
+        Some(command::course(system_id, course_rad, GRAVITY_M_S2 * sin / cos))
     }
 
     /// Request to circle at the last known position, at its altitude, in the direction of the current turn.

@@ -6,7 +6,7 @@ use std::collections::BTreeMap;
 const ROLL_MARGIN_DEG: f64 = 5.0;
 
 /// Parameters that are read, with their names in older versions of ArduPlane.
-pub const NAMES: [&str; 17] = [
+pub const NAMES: [&str; 18] = [
     "ROLL_LIMIT_DEG",
     "LIM_ROLL_CD",
     "AIRSPEED_MIN",
@@ -24,6 +24,7 @@ pub const NAMES: [&str; 17] = [
     "FENCE_ALT_MAX",
     "FENCE_ALT_MIN",
     "GUIDED_TIMEOUT",
+    "GUIDED_P",
 ];
 
 /// Values read so far, by name.
@@ -92,6 +93,13 @@ impl Parameters {
         Ok(Limits { roll_max_rad, airspeed_min_m_s, airspeed_max_m_s, loiter_radius_m })
     }
 
+    /// Roll per error of the course, rad/rad, with which the autopilot follows course commands.
+    pub fn course_gain(&self) -> Result<f64, String> {
+        // Hundredths of a degree per rad.
+        let gain = self.required("GUIDED_P", self.value("GUIDED_P"), 500.0, 20_000.0)?;
+        Ok((0.01 * gain).to_radians())
+    }
+
     /// Highest altitude above home that the fence allows, m; `None` if the fence has no ceiling or is unknown.
     pub fn fence_altitude_max_m(&self) -> Option<f64> {
         self.has_fence_of_type(1).then(|| self.value("FENCE_ALT_MAX")).flatten().filter(|max_m| *max_m > 0.0)
@@ -100,6 +108,26 @@ impl Parameters {
     /// Lowest altitude above home that the fence allows, m; `None` if the fence has no floor or is unknown.
     pub fn fence_altitude_min_m(&self) -> Option<f64> {
         self.has_fence_of_type(8).then(|| self.value("FENCE_ALT_MIN")).flatten()
+    }
+
+    /// True once it is known which fences the vehicle has.
+    pub fn has_fence_type(&self) -> bool {
+        self.value("FENCE_TYPE").is_some_and(|kind| (0.0..256.0).contains(&kind))
+    }
+
+    /// True if the vehicle has a circular fence around home.
+    pub fn has_fence_circle(&self) -> bool {
+        self.has_fence_of_type(2)
+    }
+
+    /// True if the vehicle has a fence of polygons and circles, which the mission protocol reads.
+    pub fn has_fence_items(&self) -> bool {
+        self.has_fence_of_type(4)
+    }
+
+    /// Radius of the fence around home, m.
+    pub fn fence_radius_m(&self) -> Option<f64> {
+        self.value("FENCE_RADIUS")
     }
 
     fn has_fence_of_type(&self, bit: u32) -> bool {
@@ -157,7 +185,7 @@ mod tests {
         }
         assert_eq!(old.limits(), Ok(limits));
         assert!(!old.missing().any(|name| name == "ROLL_LIMIT_DEG"));
-        assert_eq!((plane().missing().count(), Parameters::default().missing().count()), (10, NAMES.len()));
+        assert_eq!((plane().missing().count(), Parameters::default().missing().count()), (11, NAMES.len()));
     }
 
     #[test]
@@ -177,6 +205,16 @@ mod tests {
         parameters.store("AIRSPEED_MIN", f64::NAN);
         assert_eq!(parameters, plane());
         assert_eq!(Parameters::default().limits(), Err("ROLL_LIMIT_DEG: not received from the autopilot".to_owned()));
+    }
+
+    #[test]
+    fn the_gain_of_course_commands_is_read_and_checked() {
+        let mut parameters = plane();
+        assert_eq!(parameters.course_gain(), Err("GUIDED_P: not received from the autopilot".to_owned()));
+        parameters.store("GUIDED_P", 5000.0);
+        assert_eq!(parameters.course_gain(), Ok(50f64.to_radians()));
+        parameters.store("GUIDED_P", 0.0);
+        assert!(parameters.course_gain().unwrap_err().starts_with("GUIDED_P = 0 on the autopilot"));
     }
 
     #[test]

@@ -27,7 +27,11 @@ pub(crate) struct Requests {
 
 impl Requests {
     /// Appends the messages that are due.
-    pub(crate) fn append(&mut self, now: Time, vehicle: &Vehicle, to: &mut Vec<MavMessage>) {
+    pub(crate) fn append(&mut self, now: Time, vehicle: &mut Vehicle, to: &mut Vec<MavMessage>) {
+        let (system_id, has_items) = (vehicle.system_id(), vehicle.parameters.has_fence_items());
+        if vehicle.heartbeat.is_some() {
+            vehicle.fence.append_requests(now, system_id, has_items, to);
+        }
         if self.at.is_some_and(|at| (0..PERIOD.us()).contains(&(now - at).us())) {
             return;
         }
@@ -37,7 +41,6 @@ impl Requests {
         if vehicle.heartbeat.is_none() {
             return;
         }
-        let system_id = vehicle.system_id();
         let is_stale = vehicle.telemetry_at().is_none_or(|at| now - at > STALE);
         let age_max = if is_stale { Duration::from_us(3_000_000) } else { INTERVALS_PERIOD };
         if self.intervals_at.is_none_or(|at| !(0..age_max.us()).contains(&(now - at).us())) {

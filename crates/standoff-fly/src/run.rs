@@ -1,17 +1,22 @@
 //! The program with its devices: real time, sockets and status lines.
 
 use std::net::UdpSocket;
+use std::path::PathBuf;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Instant, SystemTime, UNIX_EPOCH};
 
 use standoff::{Duration, Time};
+use standoff_io::display_text;
+use standoff_record::Frame;
 
 use crate::address::LinkAddress;
 use crate::codec::{Codec, SigningKey};
 use crate::companion::{Companion, Outgoing};
 use crate::config::Config;
+use crate::cot::CotSender;
 use crate::status;
 use crate::sumo::Sumo;
+use crate::time_stamps::{self, Saver};
 use crate::transport::{Input, Inputs, Link, Radio, Received};
 
 /// Zero of the team's time: 2026-01-01 00:00 UTC, seconds of UNIX time. It is fixed, so that all aircraft of a team, and
@@ -20,6 +25,9 @@ const EPOCH_UNIX_S: i64 = 1_767_225_600;
 
 /// Time for which the program sends on after it has announced that the UAV leaves the team.
 const LEAVE: Duration = Duration::from_us(1_000_000);
+
+/// Time after which the program ends without an answer to its request to circle.
+const LEAVE_MAX: Duration = Duration::from_us(3_500_000);
 
 /// Longest time between two steps: longer than the period of positions, which start the steps.
 const STEP_MAX: Duration = Duration::from_us(150_000);
@@ -36,6 +44,8 @@ pub struct Devices {
     pub link: LinkAddress,
     /// Key of the message signing; `None`: frames are neither signed nor checked.
     pub signing: Option<SigningKey>,
+    /// File that keeps the time stamps of signed frames; `None` without signing.
+    pub time_stamps: Option<PathBuf>,
     /// Local address of the feed.
     pub feed: String,
     /// Local address for teammates.
@@ -44,6 +54,8 @@ pub struct Devices {
     pub teammates: Vec<String>,
     /// Address of a SUMO simulation with targets.
     pub sumo: Option<String>,
+    /// Address of an operator map that receives Cursor-on-Target events.
+    pub cot: Option<String>,
 }
 
 /// Why the program has ended.
@@ -57,13 +69,15 @@ pub enum RunError {
     Running(String),
 }
 
-/// Flies until `stop` is set or `until` has passed. `report` receives status lines and warnings.
+/// Flies until `stop` is set or `duration` has passed. `report` receives status lines and warnings, `record` the rows of
+/// each time step, with the team's time.
 pub fn run(
     config: Config,
     devices: &Devices,
     stop: &AtomicBool,
     duration: Option<Duration>,
     report: &mut dyn FnMut(&str),
+    record: &mut dyn FnMut(Frame),
 ) -> Result<(), RunError> {
     let system_id = config.system_id;
     let (plane, sensor, uav) = (config.plane, config.params.track.sensor, config.uav);
@@ -80,11 +94,20 @@ pub fn run(
         radio: Radio::open(&devices.listen, &devices.teammates, &inputs).map_err(at(&devices.listen))?,
         wrong_lines: 0,
     };
+    let mut saver = None;
+    if let Some(file) = &devices.time_stamps {
+        let shown = display_text::path(file);
+        let known = time_stamps::read(file).map_err(|error| RunError::Input(format!("{shown}: {error}")))?;
+        devices_open.codec.restore(&known);
+        saver = Some(Saver::start(file.clone()).map_err(at(&shown))?);
+    }
     let feed = UdpSocket::bind(&devices.feed).map_err(at(&devices.feed))?;
     inputs.listen(Input::Feed, &feed).map_err(at(&devices.feed))?;
 
     let connect = |address: &String| Sumo::connect(address, uav.0 + 1, plane, sensor).map_err(at(address));
     let mut sumo = devices.sumo.as_ref().map(connect).transpose()?;
+    let open_cot = |to: &String| CotSender::open(to, plane, EPOCH_UNIX_S).map_err(at(to));
+    let mut cot = devices.cot.as_ref().map(open_cot).transpose()?;
 
     let clock = Clock;
     let begun_at = clock.now();
@@ -97,8 +120,12 @@ pub fn run(
             companion.leave();
             leaves_at = Some(now);
         }
-        if leaves_at.is_some_and(|at| now - at >= LEAVE || now < at) {
-            return Ok(());
+        if let Some(left_at) = leaves_at {
+            let is_over = now - left_at >= if companion.awaits_answer() { LEAVE_MAX } else { LEAVE };
+            if is_over || now < left_at {
+                let saved = saver.map(|saver| saver.finish(devices_open.codec.time_stamps()));
+                return saved.unwrap_or(Ok(())).map_err(at("time stamps of signed frames"));
+            }
         }
         // A position calls for a command immediately; without positions, the longest time passes.
         let known_at = position_at(&companion);
@@ -119,14 +146,17 @@ pub fn run(
             let lines = lines.map_err(|reason| RunError::Running(format!("SUMO: {reason}")))?;
             lines.into_iter().for_each(|line| companion.hear_feed_line(now, line));
         }
-        // While the UAV leaves the team, it does not command.
-        let Outgoing { mavlink, teammates } = companion.step(now);
-        let is_leaving = leaves_at.is_some();
-        for message in mavlink.iter().filter(|message| !is_leaving || !crate::companion::is_command(message)) {
+        let Outgoing { mavlink, teammates, frame } = companion.step(now);
+        for message in &mavlink {
             let frame = devices_open.codec.encode(message);
             devices_open.link.send(&frame).map_err(at(&devices.link.to_string()))?;
         }
+        saver.iter_mut().for_each(|saver| saver.update(now, devices_open.codec.time_stamps()));
         teammates.iter().for_each(|datagram| devices_open.radio.send(datagram));
+        if let Some(frame) = frame {
+            cot.iter_mut().for_each(|cot| cot.send(&frame));
+            record(frame);
+        }
         status.report(now, &companion, report);
     }
 }

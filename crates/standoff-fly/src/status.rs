@@ -30,7 +30,7 @@ impl Reporter {
 }
 
 /// Status line: authority, mode, orbit, ages of the links and what is waited for.
-pub(crate) fn line(now: Time, companion: &Companion) -> String {
+pub fn line(now: Time, companion: &Companion) -> String {
     let inputs = companion.last_inputs();
     let state = match companion.authority() {
         State::Waiting => "waiting".to_owned(),
@@ -44,14 +44,20 @@ pub(crate) fn line(now: Time, companion: &Companion) -> String {
     let [heartbeat, telemetry, feed, teammates] = ages;
     let missing: Vec<_> = inputs.missing(now).map(|condition| condition.to_string()).collect();
     let waits = if missing.is_empty() { String::new() } else { format!("; waits for: {}", missing.join(", ")) };
-    let parameters = match companion.vehicle.parameters.limits() {
-        Err(error) if inputs.heartbeat_at.is_some() => format!("; {error}"),
+    let parameters = match companion.parameter_error() {
+        Some(error) if inputs.heartbeat_at.is_some() => format!("; {error}"),
+        _ => String::new(),
+    };
+    // Without parameters, the fence cannot be known.
+    let fence = match companion.fence() {
+        Err(error) if parameters.is_empty() && inputs.heartbeat_at.is_some() => format!("; {error}"),
+        Ok(_) if !inputs.has_fence => "; the aircraft is outside the fence of the vehicle".to_owned(),
         _ => String::new(),
     };
     let orbit = orbit(companion);
     format!(
         "{state}; mode {mode}; {orbit}; age, s: heartbeat {heartbeat}, telemetry {telemetry}, feed {feed}, \
-         teammates {teammates}{waits}{parameters}"
+         teammates {teammates}{waits}{parameters}{fence}"
     )
 }
 

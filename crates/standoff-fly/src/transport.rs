@@ -231,3 +231,87 @@ impl Radio {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use std::net::TcpListener;
+
+    use super::*;
+    use crate::codec::Codec;
+    use crate::command;
+
+    /// Bytes of some frames, in pieces that cut frames, as a stream delivers them.
+    fn exchange(mut link: Link, inputs: &Inputs, mut other: impl Read + Write) {
+        let (mut vehicle, mut companion) = (Codec::new(1, None), Codec::new(1, None));
+        let frames: Vec<u8> = (0..20).flat_map(|_| vehicle.encode(&command::roll(1, 0.2))).collect();
+        for piece in frames.chunks(37) {
+            other.write_all(piece).unwrap();
+        }
+        let mut heard = 0;
+        while heard < 20 {
+            let received = inputs.next(Duration::from_secs(10)).expect("all frames arrive");
+            assert_eq!((received.input, received.from), (Input::Autopilot, None));
+            companion.decode_stream(&received.bytes.unwrap(), |_, _| heard += 1);
+        }
+        let frame = companion.encode(&command::heartbeat());
+        link.send(&frame).unwrap();
+        let mut arrived = vec![0; frame.len()];
+        other.read_exact(&mut arrived).unwrap();
+        assert_eq!(arrived, frame);
+    }
+
+    /// Waits for the end of an input.
+    fn end(inputs: &Inputs) -> String {
+        loop {
+            if let Err(reason) = inputs.next(Duration::from_secs(10)).expect("the input ends").bytes {
+                return reason;
+            }
+        }
+    }
+
+    #[test]
+    fn a_tcp_link_carries_frames_both_ways_and_its_end_is_reported() {
+        let (inputs, server) = (Inputs::new(), TcpListener::bind("127.0.0.1:0").unwrap());
+        let address = LinkAddress::Tcp(server.local_addr().unwrap().to_string());
+        let link = Link::open(&address, &inputs, Instant::now()).unwrap();
+        let (other, _) = server.accept().unwrap();
+        exchange(link, &inputs, other);
+        assert_eq!(end(&inputs), "the other side has closed the connection");
+        drop(server);
+        assert!(Link::open(&address, &inputs, Instant::now()).is_err(), "nothing listens there any more");
+    }
+
+    /// A receiver that does not read must not stop the program.
+    #[test]
+    fn a_full_tcp_link_delays_a_step_by_at_most_50_ms_per_frame() {
+        let (inputs, server) = (Inputs::new(), TcpListener::bind("127.0.0.1:0").unwrap());
+        let address = LinkAddress::Tcp(server.local_addr().unwrap().to_string());
+        let mut link = Link::open(&address, &inputs, Instant::now()).unwrap();
+        let _other = server.accept().unwrap();
+        let block = vec![0; 1 << 20];
+        let mut longest = Duration::ZERO;
+        for _ in 0..20 {
+            let begun = Instant::now();
+            link.send(&block).unwrap();
+            longest = longest.max(begun.elapsed());
+        }
+        assert!((Duration::from_millis(40)..Duration::from_secs(2)).contains(&longest), "{longest:?}");
+    }
+
+    #[cfg(target_os = "linux")]
+    #[test]
+    fn a_serial_link_carries_frames_both_ways_over_a_pseudo_terminal() {
+        use serialport::{SerialPort, TTYPort};
+        let (mut other, mut port) = TTYPort::pair().unwrap();
+        other.set_timeout(Duration::from_secs(10)).unwrap();
+        let name = port.name().unwrap();
+        port.set_exclusive(false).unwrap();
+        drop(port);
+        let inputs = Inputs::new();
+        let link = Link::open(&LinkAddress::Serial(name, 57_600), &inputs, Instant::now()).unwrap();
+        exchange(link, &inputs, other);
+        end(&inputs);
+        let missing = LinkAddress::Serial("/dev/no-such-port".to_owned(), 57_600);
+        assert!(Link::open(&missing, &inputs, Instant::now()).is_err());
+    }
+}

@@ -15,6 +15,7 @@ use standoff_io::geodesy::LocalPlane;
 use crate::boot_clock::BootClock;
 use crate::command::{AUTOPILOT_COMPONENT_ID, GUIDED};
 use crate::directions::Directions;
+use crate::fence::Fence;
 use crate::parameters::Parameters;
 
 /// Component id of an ADS-B receiver (MAV_COMP_ID_ADSB).
@@ -96,6 +97,8 @@ pub struct Vehicle {
     headings: Directions,
     /// Parameters read.
     pub parameters: Parameters,
+    /// Fence read.
+    pub fence: Fence,
     answer: Option<(MavCmd, bool)>,
     traffic: Vec<TrafficReport>,
 }
@@ -115,6 +118,7 @@ impl Vehicle {
             courses: Directions::default(),
             headings: Directions::default(),
             parameters: Parameters::default(),
+            fence: Fence::default(),
             answer: None,
             traffic: Vec::new(),
         }
@@ -152,6 +156,14 @@ impl Vehicle {
             MavMessage::PARAM_VALUE(value) => {
                 self.parameters.store(value.param_id.to_str().unwrap_or_default(), value.param_value.into());
             }
+            MavMessage::HOME_POSITION(home) => {
+                let [latitude_deg, longitude_deg] = [home.latitude, home.longitude].map(|e7| f64::from(e7) * 1e-7);
+                if let Ok(home) = self.plane.position(latitude_deg, longitude_deg) {
+                    self.fence.hear_home(home);
+                }
+            }
+            MavMessage::MISSION_COUNT(count) => self.fence.hear_count(count),
+            MavMessage::MISSION_ITEM_INT(item) => self.fence.hear_item(item),
             MavMessage::COMMAND_ACK(answer) if answer.result != MavResult::MAV_RESULT_IN_PROGRESS => {
                 self.answer = Some((answer.command, answer.result == MavResult::MAV_RESULT_ACCEPTED));
             }

@@ -53,6 +53,32 @@ fn a_signed_flight_engages_and_ignores_unsigned_and_wrongly_signed_frames() {
     assert_eq!(flight.companion.vehicle.heartbeat, after, "a replayed frame counts");
 }
 
+/// Without the time stamps of the last session, frames recorded in the minute before a restart are accepted after it.
+#[test]
+fn frames_of_an_earlier_session_are_refused_after_a_restart() {
+    let (key, vehicle) = (key(1), signing(1));
+    let mut before = Codec::new(1, Some(&key));
+    let count = |codec: &mut Codec, datagram: &[u8]| {
+        let mut count = 0;
+        codec.decode_datagram(datagram, |_, _| count += 1);
+        count
+    };
+    let recorded = [takeover(1, 1, Some(&vehicle)), takeover(1, 1, Some(&vehicle))].concat();
+    assert_eq!(count(&mut before, &recorded), 2);
+    let sent = before.encode(&standoff_fly::command::heartbeat());
+    assert_eq!(count(&mut Codec::new(1, Some(&key)), &recorded), 2, "this test can fail");
+    let mut after = Codec::new(1, Some(&key));
+    after.restore(before.time_stamps());
+    assert_eq!(count(&mut after, &recorded), 0);
+    assert_eq!(count(&mut after, &takeover(1, 1, Some(&vehicle))), 1);
+    // Sent frames go on after those of the last session, even if the clock was set back.
+    let ahead = before.time_stamps().iter().map(|(stream, stamp)| (*stream, stamp + 1_000_000)).collect();
+    after.restore(&ahead);
+    after.encode(&standoff_fly::command::heartbeat());
+    let stamp = |codec: &Codec| codec.time_stamps()[&(7, 1, 191)];
+    assert!(stamp(&after) >= stamp(&before) + 1_000_000 && !sent.is_empty());
+}
+
 #[test]
 fn messages_of_other_systems_and_components_are_ignored() {
     let mut flight = engaged(None);
@@ -135,9 +161,10 @@ fn arbitrary_payloads_in_valid_frames_crash_nothing() {
     use mavlink::Message;
     bolero::check!().with_iterations(200).with_type::<(Vec<(u8, Vec<u8>)>,)>().for_each(|(payloads,)| {
         let mut flight = Flight::new(config(), None);
+        flight.vehicle.set("FENCE_TYPE", 7.0);
         flight.fly(1.2);
         for (kind, payload) in payloads {
-            let ids = [0, 22, 24, 30, 33, 74, 77, 168, 242, 245, 246];
+            let ids = [0, 22, 24, 30, 33, 44, 73, 74, 77, 168, 242, 245, 246];
             let id = ids[usize::from(*kind) % ids.len()];
             let Ok(message) = MavMessage::parse(mavlink::MavlinkVersion::V2, id, payload) else { continue };
             let header = MavHeader { system_id: 1, component_id: 1, sequence: 0 };

@@ -38,16 +38,18 @@ fn fly(count: u32, seconds: f64) -> Vec<(live::Seen, plane::Plane, Vec<String>)>
         let devices = Devices {
             link: LinkAddress::UdpIn(link.clone()),
             signing: Some(key()),
+            time_stamps: None,
             feed: feed.clone(),
             listen: radios[id as usize].clone(),
             teammates: others().map(|other| radios[other as usize].clone()).collect(),
             sumo: None,
+            cot: None,
         };
         let lines = Arc::new(Mutex::new(Vec::new()));
         let report = Arc::clone(&lines);
         let program = thread::spawn(move || {
             let mut report = |line: &str| report.lock().unwrap().push(line.to_owned());
-            run(config, &devices, &AtomicBool::new(false), Some(Duration::from_s(seconds)), &mut report)
+            run(config, &devices, &AtomicBool::new(false), Some(Duration::from_s(seconds)), &mut report, &mut |_| {})
         });
         let vehicle = thread::spawn(move || {
             let mut vehicle = plane::Plane::new(flight::local_plane(), Some(&key()));

@@ -1,7 +1,7 @@
 //! True wind, and the motion of the UAVs relative to the air.
 
-use standoff::research::math;
 use standoff::research::Wind;
+use standoff::research::math;
 use standoff::{AirVelocity, Duration, UavState};
 
 use crate::gusts::{GustModel, Gusts};

@@ -25,6 +25,8 @@ fn inputs(failing: u32, is_accepted: Option<bool>) -> Inputs {
         is_failsafe: fails(Condition::NoFailsafe),
         is_airborne: !fails(Condition::Airborne),
         has_parameters: !fails(Condition::Parameters),
+        has_fence: !fails(Condition::Fence),
+        is_leaving: fails(Condition::Running),
         is_accepted,
     }
 }
@@ -42,7 +44,7 @@ fn states() -> Vec<State> {
     states
 }
 
-/// The 11 conditions, three answers and 14 states: 86,016 cases. The rules are stated again, each on its own.
+/// The 13 conditions, three answers and 14 states: 344,064 cases. The rules are stated again, each on its own.
 #[test]
 fn commands_follow_the_rules_in_every_state_with_every_set_of_failing_conditions() {
     const TAKEOVER: u32 = 0b1_1110;
@@ -54,7 +56,7 @@ fn commands_follow_the_rules_in_every_state_with_every_set_of_failing_conditions
                 let inputs = inputs(failing, answer);
                 let mut authority = Authority { state };
                 let permission = authority.step(NOW, &inputs);
-                let context = format!("{state:?} {failing:011b} {answer:?} -> {:?} {permission:?}", authority.state);
+                let context = format!("{state:?} {failing:013b} {answer:?} -> {:?} {permission:?}", authority.state);
                 let is_taken_over = failing & TAKEOVER != 0;
                 cases += 1;
                 // Nothing is commanded unless armed, airborne, in GUIDED and without failsafe.
@@ -106,7 +108,7 @@ fn commands_follow_the_rules_in_every_state_with_every_set_of_failing_conditions
             }
         }
     }
-    assert_eq!(cases, 14 * 2048 * 3);
+    assert_eq!(cases, 14 * 8192 * 3);
 }
 
 #[test]
@@ -125,7 +127,7 @@ fn times_in_the_future_and_missing_times_count_as_stale() {
 #[test]
 fn after_a_stop_the_pilot_has_to_leave_guided_and_return() {
     let mut authority = Authority { state: State::Engaged };
-    assert_eq!(authority.step(NOW, &inputs(1 << 7, Some(true))), Permission::SafeOrbit);
+    assert_eq!(authority.step(NOW, &inputs(1 << 8, Some(true))), Permission::SafeOrbit);
     // The feed is back, but the mode has not changed.
     for _ in 0..5 {
         assert_eq!(authority.step(NOW, &inputs(0, Some(true))), Permission::None);

@@ -3,8 +3,9 @@
 use standoff::{Geofence, PointingTarget, Position, TeamParams, Time, UavId};
 use standoff_fly::codec::{Codec, SigningKey};
 use standoff_fly::companion::Companion;
-use standoff_fly::config::Config;
+use standoff_fly::config::{Config, Steer};
 use standoff_io::geodesy::LocalPlane;
+use standoff_record::Frame;
 
 use super::plane::{Plane, STEP_S, TARGET_SPEED_M_S, cue_line};
 
@@ -34,6 +35,7 @@ pub(crate) fn config() -> Config {
         plane: local_plane(),
         teammates: Vec::new(),
         altitude_m: [60.0, 300.0],
+        steer: Steer::Roll,
     }
 }
 
@@ -44,6 +46,10 @@ pub(crate) struct Flight {
     /// Pointing target of the simulated gimbal and its time.
     pointing: Option<(Time, PointingTarget)>,
     pub(crate) has_feed: bool,
+    /// Rows for the record so far.
+    pub(crate) frames: Vec<Frame>,
+    /// Datagrams to teammates that were not taken yet.
+    pub(crate) to_teammates: Vec<Vec<u8>>,
     /// Standard deviations of range (m) and bearing (rad) of the simulated sensor.
     pub(crate) noise: [f64; 2],
     random: u64,
@@ -57,6 +63,8 @@ impl Flight {
             vehicle: Plane::new(local_plane(), key),
             pointing: None,
             has_feed: true,
+            frames: Vec::new(),
+            to_teammates: Vec::new(),
             noise: [0.0; 2],
             random: 1,
         }
@@ -136,6 +144,8 @@ impl Flight {
         let now = self.now();
         let outgoing = self.companion.step(now);
         self.pointing = self.companion.output.pointing_target.map(|pointing| (now, pointing));
+        self.frames.extend(outgoing.frame);
+        self.to_teammates.extend(outgoing.teammates);
         for message in outgoing.mavlink {
             let frame = self.codec.encode(&message);
             for answer in self.vehicle.receive(&frame) {

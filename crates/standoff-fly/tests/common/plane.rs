@@ -2,12 +2,15 @@
 //!
 //! - In turns it reaches 0.72 of the coordinated turn rate.
 //! - A roll target without successor is released after 3.06 s; then the aircraft flies to its guided point.
+//! - It keeps the last course command without end, and rolls by 50 degrees per rad of its error.
+//! - It sends its fence by the mission protocol.
 //! - It obeys commands in GUIDED only; it refuses ground speeds, and airspeeds outside its limits.
 //! - With a signing key, it drops frames without valid signature.
 
 use mavlink::dialects::ardupilotmega::{
-    ATTITUDE_DATA, COMMAND_ACK_DATA, COMMAND_INT_DATA, GLOBAL_POSITION_INT_DATA, HEARTBEAT_DATA, MavAutopilot, MavCmd,
-    MavMessage, MavModeFlag, MavParamType, MavResult, MavState, MavType, PARAM_VALUE_DATA, VFR_HUD_DATA,
+    ATTITUDE_DATA, COMMAND_ACK_DATA, COMMAND_INT_DATA, GLOBAL_POSITION_INT_DATA, HEARTBEAT_DATA, HOME_POSITION_DATA,
+    MISSION_COUNT_DATA, MISSION_ITEM_INT_DATA, MISSION_REQUEST_INT_DATA, MISSION_REQUEST_LIST_DATA, MavAutopilot,
+    MavCmd, MavMessage, MavModeFlag, MavParamType, MavResult, MavState, MavType, PARAM_VALUE_DATA, VFR_HUD_DATA,
 };
 use mavlink::{MavHeader, SigningConfig, SigningData};
 use standoff::research::{GRAVITY_M_S2, math};
@@ -23,6 +26,8 @@ pub(crate) const RTL: u32 = 11;
 const TURN_RESPONSE: f64 = 0.72;
 /// Time after which a roll target is released, s.
 const RELEASE_S: f64 = 3.06;
+/// Roll per error of the course, rad/rad: GUIDED_P of 5000 hundredths of a degree per rad.
+const COURSE_GAIN: f64 = 50.0 * math::PI / 180.0;
 /// Time constant of the roll, s: within 3 of 30 degrees after 1 s.
 const ROLL_TIME_CONSTANT_S: f64 = 0.43;
 /// Acceleration, m/s2: from 22 to 28 m/s in 8.7 s.
@@ -61,6 +66,8 @@ pub(crate) struct Plane {
     commanded_airspeed_m_s: f64,
     pub(crate) commanded_altitude_m: f64,
     roll_target: Option<(f64, f64)>,
+    /// Commanded course, and largest roll, rad.
+    course_target: Option<(Angle, f64)>,
     pub(crate) guided_point: Position,
     pub(crate) loiter_radius_m: f64,
     /// Times and radii of accepted requests of a circle, s and m.
@@ -69,9 +76,14 @@ pub(crate) struct Plane {
     pub(crate) roll_target_at_s: Option<f64>,
     /// Number of commands that arrived in another mode than GUIDED, and of messages that would arm or change the mode.
     pub(crate) violations: Vec<String>,
+    /// Number of accepted course commands.
+    pub(crate) course_commands: usize,
     /// Number of received messages of any kind.
     pub(crate) received: usize,
     pub(crate) parameters: Vec<(&'static str, f32)>,
+    /// Items of the fence: command, first parameter, and position.
+    pub(crate) fence: Vec<(MavCmd, f32, Position)>,
+    pub(crate) home: Position,
     pub(crate) is_mute: bool,
     pub(crate) refuses_speed: bool,
 }
@@ -97,11 +109,13 @@ impl Plane {
             commanded_airspeed_m_s: 22.0,
             commanded_altitude_m: 150.0,
             roll_target: None,
+            course_target: None,
             guided_point: Position::default(),
             loiter_radius_m: 80.0,
             circles: Vec::new(),
             roll_target_at_s: None,
             violations: Vec::new(),
+            course_commands: 0,
             received: 0,
             parameters: vec![
                 ("ROLL_LIMIT_DEG", 65.0),
@@ -115,10 +129,19 @@ impl Plane {
                 ("FENCE_ACTION", 1.0),
                 ("FENCE_TYPE", 1.0),
                 ("FENCE_ALT_MAX", 200.0),
+                ("GUIDED_P", 5000.0),
             ],
+            fence: Vec::new(),
+            home: Position::default(),
             is_mute: false,
             refuses_speed: false,
         }
+    }
+
+    /// Sets a parameter of the autopilot.
+    pub(crate) fn set(&mut self, name: &'static str, value: f32) {
+        self.parameters.retain(|(known, _)| *known != name);
+        self.parameters.push((name, value));
     }
 
     /// Simulated time since the start, s.
@@ -161,11 +184,12 @@ impl Plane {
             }
             MavMessage::COMMAND_INT(command) => {
                 let result = self.command(command);
-                let answer = COMMAND_ACK_DATA { command: command.command, result };
+                let answer = COMMAND_ACK_DATA { command: command.command, result, ..COMMAND_ACK_DATA::default() };
                 self.send(&MavMessage::COMMAND_ACK(answer), answers);
             }
             MavMessage::COMMAND_LONG(command) if command.command == MavCmd::MAV_CMD_SET_MESSAGE_INTERVAL => {
-                let answer = COMMAND_ACK_DATA { command: command.command, result: MavResult::MAV_RESULT_ACCEPTED };
+                let result = MavResult::MAV_RESULT_ACCEPTED;
+                let answer = COMMAND_ACK_DATA { command: command.command, result, ..COMMAND_ACK_DATA::default() };
                 self.send(&MavMessage::COMMAND_ACK(answer), answers);
             }
             MavMessage::PARAM_REQUEST_READ(request) => {
@@ -181,6 +205,20 @@ impl Plane {
                     self.send(&MavMessage::PARAM_VALUE(answer), answers);
                 }
             }
+            MavMessage::MISSION_REQUEST_LIST(MISSION_REQUEST_LIST_DATA { mission_type, .. }) => {
+                let count = self.fence.len() as u16;
+                let answer = MISSION_COUNT_DATA { count, mission_type: *mission_type, ..MISSION_COUNT_DATA::default() };
+                self.send(&MavMessage::MISSION_COUNT(answer), answers);
+            }
+            MavMessage::MISSION_REQUEST_INT(MISSION_REQUEST_INT_DATA { seq, mission_type, .. }) => {
+                let (command, param1, at) = self.fence[usize::from(*seq)];
+                let [x, y] = self.plane.degrees_at(at).unwrap().map(|deg| (deg * 1e7).round() as i32);
+                let (seq, mission_type) = (*seq, *mission_type);
+                let none = MISSION_ITEM_INT_DATA::default();
+                let answer = MISSION_ITEM_INT_DATA { seq, command, param1, x, y, mission_type, ..none };
+                self.send(&MavMessage::MISSION_ITEM_INT(answer), answers);
+            }
+            MavMessage::MISSION_ACK(_) => {}
             other => self.violations.push(format!("unexpected {other:?}")),
         }
     }
@@ -200,6 +238,15 @@ impl Plane {
                 }
                 self.commanded_airspeed_m_s = speed_m_s;
             }
+            MavCmd::MAV_CMD_GUIDED_CHANGE_HEADING => {
+                let course_deg = f64::from(command.param2);
+                if command.param1 != 0.0 || !(0.0..360.0).contains(&course_deg) {
+                    return MavResult::MAV_RESULT_DENIED;
+                }
+                let roll_max_rad = math::atan2(f64::from(command.param3), GRAVITY_M_S2);
+                self.course_target = Some((Angle::from_deg(90.0 - course_deg), roll_max_rad));
+                self.course_commands += 1;
+            }
             MavCmd::MAV_CMD_GUIDED_CHANGE_ALTITUDE => {
                 assert_eq!(command.param3, 0.0, "with a rate, the aircraft climbs too slowly");
                 self.commanded_altitude_m = f64::from(command.z);
@@ -209,6 +256,7 @@ impl Plane {
                 let [latitude_deg, longitude_deg] = [command.x, command.y].map(|e7| f64::from(e7) * 1e-7);
                 self.guided_point = self.plane.position(latitude_deg, longitude_deg).unwrap();
                 self.loiter_radius_m = f64::from(command.param3);
+                self.course_target = None;
                 self.circles.push((self.time_s(), self.loiter_radius_m));
             }
             _ => return MavResult::MAV_RESULT_UNSUPPORTED,
@@ -224,6 +272,11 @@ impl Plane {
 
     /// Roll, rad, that the autopilot flies without a roll target: towards the guided point, then around it.
     fn own_roll_rad(&self) -> f64 {
+        if let Some((course, roll_max_rad)) = self.course_target {
+            let [east_m_s, north_m_s] = self.velocity_m_s();
+            let error = Velocity::from_m_s(east_m_s, north_m_s).direction() - course;
+            return (COURSE_GAIN * error.rad()).clamp(-roll_max_rad, roll_max_rad);
+        }
         let to_point = self.guided_point - self.position;
         let radial = (to_point.length_m() / self.loiter_radius_m).clamp(0.0, 2.0);
         let desired = to_point.direction() + Angle::from_rad((2.0 - radial) * 0.25 * math::PI);
@@ -235,6 +288,9 @@ impl Plane {
         let time_s = self.time_s();
         if self.roll_target.is_some_and(|(at_s, _)| time_s - at_s > RELEASE_S) || self.mode != GUIDED {
             self.roll_target = None;
+        }
+        if self.mode != GUIDED {
+            self.course_target = None;
         }
         let roll_limit_rad = 65f64.to_radians();
         let target_rad = self.roll_target.map_or_else(|| self.own_roll_rad(), |(_, roll_rad)| roll_rad);
@@ -258,7 +314,7 @@ impl Plane {
         let mut sent = Vec::new();
         let time_boot_ms = 60_000 + (self.steps as f64 * STEP_S * 1e3).round() as u32;
         let is_due = |period_steps: u64| self.steps.is_multiple_of(period_steps);
-        let [heartbeat, attitude, position, hud] = [is_due(50), is_due(3), is_due(5), is_due(5)];
+        let [heartbeat, attitude, position, hud, home] = [is_due(50), is_due(3), is_due(5), is_due(5), is_due(250)];
         if heartbeat {
             let base_mode = if self.is_armed { MavModeFlag::MAV_MODE_FLAG_SAFETY_ARMED } else { MavModeFlag::empty() };
             let heartbeat = HEARTBEAT_DATA {
@@ -270,6 +326,11 @@ impl Plane {
                 mavlink_version: 3,
             };
             self.send(&MavMessage::HEARTBEAT(heartbeat), &mut sent);
+        }
+        if home {
+            let [latitude, longitude] = self.plane.degrees_at(self.home).unwrap().map(|deg| (deg * 1e7).round() as i32);
+            let home = HOME_POSITION_DATA { latitude, longitude, ..HOME_POSITION_DATA::default() };
+            self.send(&MavMessage::HOME_POSITION(home), &mut sent);
         }
         if attitude {
             let (roll, yaw) = (self.roll_rad as f32, (Angle::from_deg(90.0) - self.heading).rad() as f32);
