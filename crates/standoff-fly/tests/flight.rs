@@ -50,7 +50,7 @@ fn the_wind_is_estimated_and_the_orbit_error_in_wind_of_8_m_s_is_at_most_10_m_rm
     let mut flight = Flight::new(config(), None);
     flight.vehicle.wind_m_s = [6.4, -4.8];
     flight.fly(120.0);
-    let wind = flight.companion.output.diagnostics.wind.unwrap().velocity;
+    let wind = flight.companion.output.diagnostics.wind.unwrap();
     // The double's airspeed is the true one, which counts as calibrated: 0.6 m/s too much at its altitude.
     let error_m_s = math::hypot(wind.x_m_s() - 6.4, wind.y_m_s() + 4.8);
     let [mean_m, rms_m, max_m] = orbit_error_m(&mut flight, 120.0);
