@@ -83,8 +83,7 @@ impl TeamStateUpdater {
         if !errors.is_empty() {
             return Err(errors);
         }
-        let (uav, fastest_m_s) = (params.limits_over_ground(), params.fastest_m_s());
-        let escapes = params.separation.map(|_| EscapeModel::new(&uav, fastest_m_s, params.log.period_s));
+        let escapes = params.separation.map(|_| EscapeModel::new(&params.ground_limits(), params.log.period_s));
         Ok(Self {
             params,
             escapes,

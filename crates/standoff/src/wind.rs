@@ -158,28 +158,42 @@ impl Wind {
     /// the UAV. `own` is its state over ground.
     ///
     /// Both are those of the course at the time when the command has its effect: after the lag, and for the airspeed in
-    /// the middle of the period. If no ground speed is feasible on the course, the UAV turns into the wind at its
-    /// highest airspeed, which keeps the drift smallest.
+    /// the middle of the period. The heading rate allows for the change of the airspeed V_a' towards its command, which
+    /// in a crosswind turns the course: psi' = (V_g chi' - V_a' sin(psi - chi)) / (V_a cos(psi - chi)). If no ground
+    /// speed is feasible on the course, the UAV turns into the wind at its highest airspeed, which keeps the drift
+    /// smallest.
     pub(crate) fn air_command(self, team: &TeamParams, own: &UavState, ground: Command) -> Command {
-        let uav = &team.uav;
-        let speed_after_s = uav.speed_lag_s + 0.5 * team.log.period_s;
-        let speed_triangle = self.triangle(uav, own, ground.speed_m_s, speed_after_s);
-        let turn_triangle = self.triangle(uav, own, ground.speed_m_s, uav.turn_rate_lag_s);
-        let desired = match speed_triangle.zip(turn_triangle) {
-            Some((speed, turn)) => Command {
-                speed_m_s: speed.airspeed_m_s,
-                turn_rate_rad_s: ground.turn_rate_rad_s * turn.heading_per_course(),
-            },
-            None => {
-                let into_wind = (Velocity::ZERO - self.velocity).direction();
-                let error = into_wind - self.air_velocity(own.velocity()).heading;
-                Command {
-                    speed_m_s: uav.speed_max_m_s(),
-                    turn_rate_rad_s: team.guidance.heading_gain_1_s * error.rad(),
-                }
-            }
+        let (uav, period_s) = (&team.uav, team.log.period_s);
+        let now = self.air_velocity(own.velocity());
+        let Some(triangle) = self.triangle(uav, own, ground.speed_m_s, uav.speed_lag_s + 0.5 * period_s) else {
+            return self.turn_into_wind(team, &now);
         };
-        uav.limit(desired).command
+        // Change of the airspeed after a time, as a share of the commanded change.
+        let share = |t_s: f64| 1.0 - math::exp(-t_s / uav.speed_lag_s);
+        let change_m_s = triangle.airspeed_m_s - now.airspeed_m_s;
+        let airspeed_m_s = now.airspeed_m_s + change_m_s * share(0.5 * period_s);
+        let course = own.heading + Angle::from_rad(own.turn_rate_rad_s * uav.turn_rate_lag_s);
+        let along = Velocity::from_polar(1.0, course).vector();
+        let wind = self.velocity.vector();
+        let sin_drift = -along.perp(&wind) / airspeed_m_s;
+        let cos_drift = (1.0 - sin_drift * sin_drift).max(DIVISOR_MIN * DIVISOR_MIN).sqrt();
+        let ground_speed_m_s = wind.dot(&along) + airspeed_m_s * cos_drift;
+        // Heading rate at constant airspeed, and what the change of the airspeed adds to it.
+        let constant_rad_s = ground_speed_m_s * ground.turn_rate_rad_s / (airspeed_m_s * cos_drift);
+        let added_rad_s = -change_m_s * share(period_s) / period_s * sin_drift / (airspeed_m_s * cos_drift);
+        // The turn has priority: the airspeed grows no faster than the limit of the heading rate leaves room for.
+        let room_rad_s = uav.turn_rate_max_rad_s - constant_rad_s.abs();
+        let is_short = change_m_s > 0.0 && added_rad_s * constant_rad_s > 0.0 && added_rad_s.abs() > room_rad_s;
+        let flown = if is_short { room_rad_s.max(0.0) / added_rad_s.abs() } else { 1.0 };
+        let turn_rate_rad_s = constant_rad_s + flown * added_rad_s;
+        uav.limit(Command { speed_m_s: now.airspeed_m_s + flown * change_m_s, turn_rate_rad_s }).command
+    }
+
+    /// Turn into the wind at the highest airspeed.
+    fn turn_into_wind(self, team: &TeamParams, now: &AirVelocity) -> Command {
+        let error = (Velocity::ZERO - self.velocity).direction() - now.heading;
+        let turn_rate_rad_s = team.guidance.heading_gain_1_s * error.rad();
+        team.uav.limit(Command { speed_m_s: team.uav.speed_max_m_s(), turn_rate_rad_s }).command
     }
 }
 
@@ -189,25 +203,39 @@ impl TeamParams {
         self.wind.map_or(0.0, |wind| wind.orbit_wind_m_s)
     }
 
-    /// Highest speed of a UAV over ground in that wind, m/s.
-    pub(crate) fn fastest_m_s(&self) -> f64 {
-        self.uav.speed_max_m_s() + self.orbit_wind_m_s()
+    /// Limits over ground in that wind.
+    pub(crate) fn ground_limits(&self) -> GroundLimits {
+        GroundLimits::in_wind(self.uav, self.orbit_wind_m_s())
     }
+}
 
-    /// Limits over ground that a UAV can fly on every course in that wind, for predictions that must hold: ground speeds
-    /// from V_min + w to V_max - w, or the nominal one if this interval is empty, and the course rate in a tailwind at
-    /// the lowest airspeed, omega_max V_min / (V_min + w). In calm air these are the limits of the airframe.
-    pub(crate) fn limits_over_ground(&self) -> UavParams {
-        let wind_m_s = self.orbit_wind_m_s();
-        if wind_m_s == 0.0 {
-            return self.uav;
-        }
-        let lowest_m_s = self.uav.speeds_m_s()[0];
-        UavParams {
-            speed_change_max_m_s: (self.uav.speed_change_max_m_s - wind_m_s).max(0.0),
-            turn_rate_max_rad_s: self.uav.turn_rate_max_rad_s * lowest_m_s / (lowest_m_s + wind_m_s),
-            ..self.uav
-        }
+/// Limits of a UAV over ground, for predictions that must hold.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct GroundLimits {
+    /// What the UAV can fly on every course: ground speeds from V_min + w to V_max - w, or the nominal one if this
+    /// interval is empty, and the course rate in a tailwind at the lowest airspeed, omega_max V_min / (V_min + w).
+    pub(crate) uav: UavParams,
+    /// Highest ground speed on any course, m/s: V_max + w.
+    pub(crate) fastest_m_s: f64,
+    /// Speed w of the wind, m/s.
+    pub(crate) wind_m_s: f64,
+}
+
+impl GroundLimits {
+    /// Limits in winds of up to `wind_m_s`; in calm air, those of the airframe.
+    pub(crate) fn in_wind(uav: UavParams, wind_m_s: f64) -> Self {
+        let fastest_m_s = uav.speed_max_m_s() + wind_m_s;
+        let limits = if wind_m_s == 0.0 {
+            uav
+        } else {
+            let lowest_m_s = uav.speeds_m_s()[0];
+            UavParams {
+                speed_change_max_m_s: (uav.speed_change_max_m_s - wind_m_s).max(0.0),
+                turn_rate_max_rad_s: uav.turn_rate_max_rad_s * lowest_m_s / (lowest_m_s + wind_m_s),
+                ..uav
+            }
+        };
+        Self { uav: limits, fastest_m_s, wind_m_s }
     }
 }
 

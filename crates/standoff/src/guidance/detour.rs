@@ -348,8 +348,7 @@ mod tests {
 
     fn fly(zones: Vec<Zone>, from: (f64, f64)) -> Flown {
         let params = TeamParams::paper();
-        let geofence_safety =
-            GeofenceSafety::new(Geofence::new(zones).unwrap(), params.uav, params.uav.speed_max_m_s(), 0.5);
+        let geofence_safety = GeofenceSafety::new(Geofence::new(zones).unwrap(), params.ground_limits(), 0.5);
         let ramp = Ramp { radius_m: 300.0, rate_m_s: 0.0 };
         let orbit = Orbit {
             centre: Position::ORIGIN,

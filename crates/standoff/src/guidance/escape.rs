@@ -15,6 +15,7 @@ use crate::math::PI;
 use crate::params::{Integrator, UavParams};
 use crate::time::Duration;
 use crate::uav::{AutopilotModel, Command, UavState};
+use crate::wind::GroundLimits;
 
 /// Maximum turn between two consecutive points of a path, rad.
 const TURN_STEP_RAD: f64 = 0.15;
@@ -79,8 +80,8 @@ pub(crate) struct Escape {
 }
 
 impl EscapeModel {
-    /// Creates the model for UAVs with these limits over ground, whose speed is at most `fastest_m_s`.
-    pub(crate) fn new(uav: &UavParams, fastest_m_s: f64, period_s: f64) -> Self {
+    pub(crate) fn new(limits: &GroundLimits, period_s: f64) -> Self {
+        let uav = &limits.uav;
         let turn_max = uav.turn_rate_max_rad_s;
         let count = |time_s: f64, most: usize| ((time_s * turn_max / TURN_STEP_RAD).ceil() as usize).clamp(1, most);
         let settled_s = (SETTLED_LAGS * uav.speed_lag_s.max(uav.turn_rate_lag_s)).max(SETTLED_MIN_S);
@@ -96,7 +97,7 @@ impl EscapeModel {
             pieces,
             speed_m_s: uav.speed_m_s - uav.speed_change_max_m_s,
             turn_rate_max_rad_s: turn_max,
-            chord_error_m: 0.25 * fastest_m_s * longest_s * turn_max * longest_s,
+            chord_error_m: 0.25 * limits.fastest_m_s * longest_s * turn_max * longest_s,
             turning_s: 2.0 * period_s + uav.turn_rate_lag_s + 1.0 / turn_max,
         }
     }
@@ -235,7 +236,7 @@ mod tests {
             let (speed_lag_s, turn_rate_lag_s) = (lag_s(&mut drawn), lag_s(&mut drawn));
             let uav = UavParams { speed_lag_s, turn_rate_lag_s, ..TeamParams::paper().uav };
             let period_s = [0.1, 0.5, 1.0, 2.0][drawn.below(4)];
-            let model = EscapeModel::new(&uav, uav.speed_max_m_s(), period_s);
+            let model = EscapeModel::new(&GroundLimits::in_wind(uav, 0.0), period_s);
             let starts = [0, 1].map(|_| drawn_state(&mut drawn, &uav));
             let sides = [0, 1].map(|_| Side::BOTH[drawn.below(2)]);
             let first = [0, 1]
@@ -254,7 +255,7 @@ mod tests {
     #[test]
     fn the_chosen_sides_have_the_smallest_shortfall() {
         let uav = TeamParams::paper().uav;
-        let model = EscapeModel::new(&uav, uav.speed_max_m_s(), 0.5);
+        let model = EscapeModel::new(&GroundLimits::in_wind(uav, 0.0), 0.5);
         let mut drawn = Drawn(3);
         for _ in 0..100 {
             let states = [0; 4].map(|_| drawn_state(&mut drawn, &uav));

@@ -23,11 +23,15 @@ use crate::math::{PI, TAU};
 use crate::params::{Integrator, UavParams};
 use crate::time::Duration;
 use crate::uav::{AutopilotModel, Command, UavState};
+use crate::wind::GroundLimits;
 use crate::{Angle, math};
 
 /// Minimum clearance of paths from outlines, m. Larger than the deviation of an arc from its chord between two record
 /// frames.
 const MARGIN_M: f64 = 5.0;
+
+/// Additional margin per m/s of wind, s. Turns in a 10 m/s wind end up to 0.07 rad from the predicted course.
+const WIND_MARGIN_S: f64 = 0.8;
 
 /// Maximum turn between two consecutive points of a path, rad.
 const TURN_STEP_RAD: f64 = 0.08;
@@ -102,7 +106,7 @@ impl Geofence {
         altitudes_m: [f64; 2],
     ) -> bool {
         let zones = self.part(self.binding(altitudes_m));
-        GeofenceSafety::new(zones, *uav, uav.speed_max_m_s(), period.s()).is_safe(own)
+        GeofenceSafety::new(zones, GroundLimits::in_wind(*uav, 0.0), period.s()).is_safe(own)
     }
 }
 
@@ -117,15 +121,15 @@ impl Geofence {
 }
 
 impl GeofenceSafety {
-    /// Creates the safety function of UAVs with these limits over ground, whose speed is at most `fastest_m_s`.
-    pub(crate) fn new(geofence: Geofence, uav: UavParams, fastest_m_s: f64, period_s: f64) -> Self {
+    pub(crate) fn new(geofence: Geofence, limits: GroundLimits, period_s: f64) -> Self {
+        let GroundLimits { uav, fastest_m_s, wind_m_s } = limits;
         let turn_max = uav.turn_rate_max_rad_s;
         let (period, settling) = pieces(&uav, period_s);
         let settled_s = settling.piece_s * f64::from(settling.count);
         let circle_m = 2.0 * fastest_m_s / turn_max;
         Self {
             detours: DetourPlanner::of(geofence, uav),
-            margin_m: margin_m(fastest_m_s, turn_max, &[&period, &settling]),
+            margin_m: margin_m(fastest_m_s, turn_max, &[&period, &settling]) + WIND_MARGIN_S * wind_m_s,
             reach_m: fastest_m_s * (period_s + settled_s) + circle_m + 2.0 * MARGIN_M,
             uav,
             period,
@@ -427,8 +431,7 @@ pub(crate) mod tests {
     fn stays_within(seed: u64, params: &TeamParams) {
         let mut drawn = Drawn(seed);
         let geofence = drawn_geofence(&mut drawn, 2.0 * 40.0 / 0.3);
-        let geofence_safety =
-            GeofenceSafety::new(geofence, params.uav, params.uav.speed_max_m_s(), params.log.period_s);
+        let geofence_safety = GeofenceSafety::new(geofence, params.ground_limits(), params.log.period_s);
         let Some(mut state) = (0..20).map(|_| drawn_state(&mut drawn)).find(|state| geofence_safety.is_safe(state))
         else {
             return;
@@ -494,7 +497,7 @@ pub(crate) mod tests {
     #[test]
     fn allowed_commands_are_unchanged_and_others_report_the_zone() {
         let geofence = Geofence::new(vec![square(-5000.0, 0.0, 10.0), square(600.0, 0.0, 200.0)]).unwrap();
-        let geofence_safety = GeofenceSafety::new(geofence, TeamParams::paper().uav, 50.0, 0.5);
+        let geofence_safety = GeofenceSafety::new(geofence, TeamParams::paper().ground_limits(), 0.5);
         let desired = Command { speed_m_s: 41.25, turn_rate_rad_s: 0.012_345 };
         assert_eq!(geofence_safety.make_safe(&east(0.0, 0.0), desired), (desired, None));
         // The radius of the tightest circle is 83 m, so at 110 m from the zone the UAV cannot continue.
@@ -505,7 +508,7 @@ pub(crate) mod tests {
     #[test]
     fn a_uav_inside_a_keep_out_zone_leaves_it_on_the_fastest_path() {
         let geofence = Geofence::new(vec![square(0.0, 0.0, 400.0)]).unwrap();
-        let geofence_safety = GeofenceSafety::new(geofence, TeamParams::paper().uav, 50.0, 0.5);
+        let geofence_safety = GeofenceSafety::new(geofence, TeamParams::paper().ground_limits(), 0.5);
         // Straight ahead the exit is 100 m away; behind, it is a turn and 700 m.
         let straight_on = Command { speed_m_s: 55.0, turn_rate_rad_s: 0.0 };
         assert_eq!(geofence_safety.make_safe(&east(300.0, 0.0), straight_on), (straight_on, Some(0)));

@@ -29,7 +29,7 @@ impl TeamGeofence {
             return Ok(None);
         }
         if let Some([found_m, required_m]) =
-            zones.lacking_room(&params.limits_over_ground(), Duration::from_s(params.log.period_s))
+            zones.lacking_room(&params.ground_limits().uav, Duration::from_s(params.log.period_s))
         {
             let allowed = Allowed::at_least(required_m).with_reason(
                 "the largest circle inside all keep-in zones must contain the tightest circle at the lowest speed, 5 m from \
@@ -52,8 +52,8 @@ impl TeamGeofence {
         if let Some((_, safety)) = self.safety.iter().find(|(zones, _)| *zones == binding) {
             return Some(Arc::clone(safety));
         }
-        let (zones, uav) = (self.zones.part(binding), params.limits_over_ground());
-        let safety = Arc::new(GeofenceSafety::new(zones, uav, params.fastest_m_s(), params.log.period_s));
+        let zones = self.zones.part(binding);
+        let safety = Arc::new(GeofenceSafety::new(zones, params.ground_limits(), params.log.period_s));
         if self.safety.len() == KEPT_MAX {
             self.safety.remove(0);
         }

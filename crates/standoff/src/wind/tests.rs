@@ -133,14 +133,14 @@ proptest! {
     ) {
         let mut team = team();
         team.wind = Some(WindParams { orbit_wind_m_s: stated, ..WindParams::default() });
-        let limits = team.limits_over_ground();
+        let GroundLimits { uav: limits, fastest_m_s, .. } = team.ground_limits();
         let wind = Wind { velocity: Velocity::from_polar(share * stated, Angle::from_deg(wind_deg)) };
         let command = Command {
             speed_m_s: limits.speed_m_s + 0.999 * speed_share * limits.speed_change_max_m_s,
             turn_rate_rad_s: 0.999 * sense * limits.turn_rate_max_rad_s,
         };
         let own = flying(Angle::from_deg(course_deg), command.speed_m_s);
-        prop_assert!(own.speed_m_s <= team.fastest_m_s());
+        prop_assert!(own.speed_m_s <= fastest_m_s);
         let limited = wind.limit(&team.uav, &own, command);
         prop_assert!((limited.command.speed_m_s - command.speed_m_s).abs() < 1e-9, "{limited:?}");
         prop_assert_eq!((limited.turn_rate_limited, limited.command.turn_rate_rad_s), (false, command.turn_rate_rad_s));
@@ -150,11 +150,11 @@ proptest! {
 #[test]
 fn limits_over_ground_are_those_of_the_airframe_in_calm_air_and_stay_valid_in_strong_wind() {
     let mut team = team();
-    assert_eq!((team.limits_over_ground(), team.fastest_m_s()), (team.uav, 30.0));
+    assert_eq!(team.ground_limits(), GroundLimits { uav: team.uav, fastest_m_s: 30.0, wind_m_s: 0.0 });
     team.wind = Some(WindParams { orbit_wind_m_s: 48.0, ..WindParams::default() });
-    let limits = team.limits_over_ground();
+    let GroundLimits { uav: limits, fastest_m_s, .. } = team.ground_limits();
     assert_eq!((limits.speeds_m_s(), limits.turn_rate_max_rad_s), ([23.0; 2], 0.25 * team.uav.turn_rate_max_rad_s));
-    assert_eq!(team.fastest_m_s(), 78.0);
+    assert_eq!(fastest_m_s, 78.0);
 }
 
 /// In calm air, command and limits are those without wind.

@@ -4,9 +4,10 @@ use super::*;
 use crate::angle::Angle;
 use crate::frame::{Displacement, Position};
 use crate::guidance::geofence::{Geofence, Zone, ZoneKind};
-use crate::params::{ClimbParams, TeamParams};
+use crate::params::{ClimbParams, TeamParams, UavParams};
 use crate::time::Duration;
 use crate::uav::AutopilotModel;
+use crate::wind::GroundLimits;
 
 const PERIOD_S: f64 = 0.5;
 
@@ -81,7 +82,7 @@ fn fly(fliers: Vec<Flier>, seconds: f64) -> Flown {
 
 fn fly_with(uav: UavParams, mut fliers: Vec<Flier>, seconds: f64) -> Flown {
     let (separation, dt) = (SeparationParams::default(), Duration::from_s(PERIOD_S));
-    let escapes = EscapeModel::new(&uav, uav.speed_max_m_s(), PERIOD_S);
+    let escapes = EscapeModel::new(&GroundLimits::in_wind(uav, 0.0), PERIOD_S);
     let mut manoeuvres = vec![None; fliers.len()];
     let response: AutopilotModel = uav.response(dt);
     let mut flown = Flown { closest_m: f64::INFINITY, avoided: 0, reversals: 0, last: Vec::new(), apart_m: Vec::new() };
@@ -114,8 +115,7 @@ fn fly_with(uav: UavParams, mut fliers: Vec<Flier>, seconds: f64) -> Flown {
             let desired = courses.command(index, &own);
             let avoidance = CollisionAvoidance {
                 separation: &separation,
-                uav: &uav,
-                fastest_m_s: uav.speed_max_m_s(),
+                limits: &GroundLimits::in_wind(uav, 0.0),
                 escapes: &escapes,
                 geofence: None,
                 id: UavId(index as u32),
@@ -374,8 +374,8 @@ fn avoidance_keeps_to_the_geofence() {
     let corners = [(-300.0, -300.0), (300.0, -300.0), (300.0, 300.0), (-300.0, 300.0)];
     let vertices = corners.map(|(x_m, y_m)| Position::from_m(x_m, y_m)).into();
     let geofence = Geofence::new(vec![Zone { kind: ZoneKind::KeepIn, vertices, ..Zone::default() }]).unwrap();
-    let safety = GeofenceSafety::new(geofence, uav, uav.speed_max_m_s(), PERIOD_S);
-    let escapes = EscapeModel::new(&uav, uav.speed_max_m_s(), PERIOD_S);
+    let safety = GeofenceSafety::new(geofence, GroundLimits::in_wind(uav, 0.0), PERIOD_S);
+    let escapes = EscapeModel::new(&GroundLimits::in_wind(uav, 0.0), PERIOD_S);
     let mut drawn = crate::guidance::geofence_safety::tests::Drawn(5);
     let (mut safe, mut changed) = (0, 0);
     for case in 0..1000 {
@@ -398,8 +398,7 @@ fn avoidance_keeps_to_the_geofence() {
         let (id, geofence) = (UavId(3), Some(&safety));
         let avoidance = CollisionAvoidance {
             separation: &separation,
-            uav: &uav,
-            fastest_m_s: uav.speed_max_m_s(),
+            limits: &GroundLimits::in_wind(uav, 0.0),
             escapes: &escapes,
             geofence,
             id,
@@ -435,7 +434,7 @@ fn pursued(intruder_m_s: f64, direction_deg: f64, seconds: f64) -> (f64, f64) {
         rate_m_s: 0.0,
         steered: ramp,
     };
-    let escapes = EscapeModel::new(&uav, uav.speed_max_m_s(), PERIOD_S);
+    let escapes = EscapeModel::new(&GroundLimits::in_wind(uav, 0.0), PERIOD_S);
     let mut own = UavState::level_flight(Position::from_m(400.0, 0.0), Angle::from_deg(90.0), 40.0);
     let direction = Angle::from_deg(direction_deg);
     let start = own.position + Displacement::from_polar(1000.0, direction);
@@ -447,8 +446,7 @@ fn pursued(intruder_m_s: f64, direction_deg: f64, seconds: f64) -> (f64, f64) {
         let desired = uav.limit(Command { speed_m_s: 40.0, turn_rate_rad_s: steering.turn_rate_rad_s }).command;
         let avoidance = CollisionAvoidance {
             separation: &separation,
-            uav: &uav,
-            fastest_m_s: uav.speed_max_m_s(),
+            limits: &GroundLimits::in_wind(uav, 0.0),
             escapes: &escapes,
             geofence: None,
             id: UavId(3),
