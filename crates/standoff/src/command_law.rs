@@ -69,7 +69,9 @@ impl CommandLaw<'_> {
         let output = self.decide_over_ground(observation, refused);
         let manoeuvre = output.manoeuvre();
         let Some(wind) = self.wind.filter(|_| observation.own.is_finite()) else { return (output, manoeuvre) };
-        let command = wind.air_command(self.params, &observation.own, output.command);
+        let Diagnostics { avoiding, limiting_zone, .. } = output.diagnostics;
+        let is_evasive = avoiding.is_some() || limiting_zone.is_some();
+        let command = wind.air_command(self.params, &observation.own, output.command, is_evasive);
         let diagnostics = Diagnostics { wind: Some(wind.velocity), ..output.diagnostics };
         (AgentOutput { command, diagnostics, ..output }, manoeuvre)
     }

@@ -158,40 +158,57 @@ impl Wind {
     /// the UAV. `own` is its state over ground.
     ///
     /// Both are those of the course at the time when the command has its effect: after the lag, and for the airspeed in
-    /// the middle of the period. The heading rate allows for the change of the airspeed V_a' towards its command, which
-    /// in a crosswind turns the course: psi' = (V_g chi' - V_a' sin(psi - chi)) / (V_a cos(psi - chi)). If no ground
-    /// speed is feasible on the course, the UAV turns into the wind at its highest airspeed, which keeps the drift
-    /// smallest.
-    pub(crate) fn air_command(self, team: &TeamParams, own: &UavState, ground: Command) -> Command {
+    /// the middle of the period. If no ground speed is feasible on the course, the UAV turns into the wind at its
+    /// highest airspeed, which keeps the drift smallest.
+    ///
+    /// An evasive turn, for a zone or another aircraft, must be flown as predicted: see [`Self::evasive_command`].
+    pub(crate) fn air_command(self, team: &TeamParams, own: &UavState, ground: Command, is_evasive: bool) -> Command {
+        let uav = &team.uav;
+        let speed_after_s = uav.speed_lag_s + 0.5 * team.log.period_s;
+        let speed_triangle = self.triangle(uav, own, ground.speed_m_s, speed_after_s);
+        let turn_triangle = self.triangle(uav, own, ground.speed_m_s, uav.turn_rate_lag_s);
+        match speed_triangle.zip(turn_triangle) {
+            None => self.turn_into_wind(team, own),
+            Some((speed, _)) if is_evasive => self.evasive_command(team, own, ground, speed.airspeed_m_s),
+            Some((speed, turn)) => {
+                let turn_rate_rad_s = ground.turn_rate_rad_s * turn.heading_per_course();
+                uav.limit(Command { speed_m_s: speed.airspeed_m_s, turn_rate_rad_s }).command
+            }
+        }
+    }
+
+    /// Airspeed and heading rate for a course rate while the airspeed V_a changes towards `airspeed_m_s`, which in a
+    /// crosswind turns the course: psi' = (V_g chi' - V_a' sin(psi - chi)) / (V_a cos(psi - chi)).
+    ///
+    /// On an orbit this is left out, because aircraft that lack the power for the change, and therefore change their
+    /// airspeed more slowly than the lag says, would turn wrongly.
+    fn evasive_command(self, team: &TeamParams, own: &UavState, ground: Command, airspeed_m_s: f64) -> Command {
         let (uav, period_s) = (&team.uav, team.log.period_s);
-        let now = self.air_velocity(own.velocity());
-        let Some(triangle) = self.triangle(uav, own, ground.speed_m_s, uav.speed_lag_s + 0.5 * period_s) else {
-            return self.turn_into_wind(team, &now);
-        };
+        let now_m_s = self.air_velocity(own.velocity()).airspeed_m_s;
         // Change of the airspeed after a time, as a share of the commanded change.
         let share = |t_s: f64| 1.0 - math::exp(-t_s / uav.speed_lag_s);
-        let change_m_s = triangle.airspeed_m_s - now.airspeed_m_s;
-        let airspeed_m_s = now.airspeed_m_s + change_m_s * share(0.5 * period_s);
+        let change_m_s = airspeed_m_s - now_m_s;
+        let mean_m_s = now_m_s + change_m_s * share(0.5 * period_s);
         let course = own.heading + Angle::from_rad(own.turn_rate_rad_s * uav.turn_rate_lag_s);
         let along = Velocity::from_polar(1.0, course).vector();
         let wind = self.velocity.vector();
-        let sin_drift = -along.perp(&wind) / airspeed_m_s;
+        let sin_drift = -along.perp(&wind) / mean_m_s;
         let cos_drift = (1.0 - sin_drift * sin_drift).max(DIVISOR_MIN * DIVISOR_MIN).sqrt();
-        let ground_speed_m_s = wind.dot(&along) + airspeed_m_s * cos_drift;
+        let ground_speed_m_s = wind.dot(&along) + mean_m_s * cos_drift;
         // Heading rate at constant airspeed, and what the change of the airspeed adds to it.
-        let constant_rad_s = ground_speed_m_s * ground.turn_rate_rad_s / (airspeed_m_s * cos_drift);
-        let added_rad_s = -change_m_s * share(period_s) / period_s * sin_drift / (airspeed_m_s * cos_drift);
+        let constant_rad_s = ground_speed_m_s * ground.turn_rate_rad_s / (mean_m_s * cos_drift);
+        let added_rad_s = -change_m_s * share(period_s) / period_s * sin_drift / (mean_m_s * cos_drift);
         // The turn has priority: the airspeed grows no faster than the limit of the heading rate leaves room for.
         let room_rad_s = uav.turn_rate_max_rad_s - constant_rad_s.abs();
         let is_short = change_m_s > 0.0 && added_rad_s * constant_rad_s > 0.0 && added_rad_s.abs() > room_rad_s;
         let flown = if is_short { room_rad_s.max(0.0) / added_rad_s.abs() } else { 1.0 };
         let turn_rate_rad_s = constant_rad_s + flown * added_rad_s;
-        uav.limit(Command { speed_m_s: now.airspeed_m_s + flown * change_m_s, turn_rate_rad_s }).command
+        uav.limit(Command { speed_m_s: now_m_s + flown * change_m_s, turn_rate_rad_s }).command
     }
 
     /// Turn into the wind at the highest airspeed.
-    fn turn_into_wind(self, team: &TeamParams, now: &AirVelocity) -> Command {
-        let error = (Velocity::ZERO - self.velocity).direction() - now.heading;
+    fn turn_into_wind(self, team: &TeamParams, own: &UavState) -> Command {
+        let error = (Velocity::ZERO - self.velocity).direction() - self.air_velocity(own.velocity()).heading;
         let turn_rate_rad_s = team.guidance.heading_gain_1_s * error.rad();
         team.uav.limit(Command { speed_m_s: team.uav.speed_max_m_s(), turn_rate_rad_s }).command
     }

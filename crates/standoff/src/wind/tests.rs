@@ -117,8 +117,8 @@ proptest! {
         let desired = Command { speed_m_s: speed, turn_rate_rad_s: rate };
         let limited = wind.limit(&team.uav, &own, desired).command;
         prop_assert!(limited.speed_m_s.is_finite() && limited.turn_rate_rad_s.is_finite(), "{limited:?}");
-        for ground in [desired, limited] {
-            let got = wind.air_command(&team, &own, ground);
+        for (ground, is_evasive) in [desired, limited].into_iter().flat_map(|of| [(of, false), (of, true)]) {
+            let got = wind.air_command(&team, &own, ground, is_evasive);
             prop_assert!((16.0..=30.0).contains(&got.speed_m_s) && got.turn_rate_rad_s.abs() <= 0.3, "{got:?}");
         }
     }
@@ -166,9 +166,11 @@ fn calm_air_changes_no_command() {
         let desired = Command { speed_m_s, turn_rate_rad_s };
         let (expected, got) = (team.uav.limit(desired), calm.limit(&team.uav, &own, desired));
         assert_eq!((got.speed_limited, got.turn_rate_limited), (expected.speed_limited, expected.turn_rate_limited));
-        let air = calm.air_command(&team, &own, got.command);
-        assert!((air.speed_m_s - expected.command.speed_m_s).abs() < 1e-9);
-        assert!((air.turn_rate_rad_s - expected.command.turn_rate_rad_s).abs() < 1e-9);
+        for is_evasive in [false, true] {
+            let air = calm.air_command(&team, &own, got.command, is_evasive);
+            assert!((air.speed_m_s - expected.command.speed_m_s).abs() < 1e-9);
+            assert!((air.turn_rate_rad_s - expected.command.turn_rate_rad_s).abs() < 1e-9);
+        }
     }
 }
 
@@ -177,7 +179,7 @@ fn calm_air_changes_no_command() {
 fn a_uav_without_a_feasible_ground_speed_turns_into_the_wind() {
     let (team, wind) = (team(), Wind { velocity: Velocity::from_m_s(-35.0, 0.0) });
     let own = flying(Angle::from_deg(60.0), 30.0);
-    let got = wind.air_command(&team, &own, Command { speed_m_s: 23.0, turn_rate_rad_s: 0.0 });
+    let got = wind.air_command(&team, &own, Command { speed_m_s: 23.0, turn_rate_rad_s: 0.0 }, false);
     assert_eq!(got, Command { speed_m_s: 30.0, turn_rate_rad_s: -0.3 });
 }
 
@@ -207,4 +209,52 @@ fn a_given_wind_is_believed_without_air_data() {
     assert_eq!(params.believed(None), None);
     params.belief = WindBelief::Given;
     assert_eq!(params.believed(None).unwrap().velocity, Velocity::from_m_s(0.0, -6.0));
+}
+
+/// Course at the end of a period: of a UAV in wind that flies an air command, and as predicted in calm air.
+fn courses_after_a_period(
+    team: &TeamParams,
+    wind: Wind,
+    own: &UavState,
+    ground: Command,
+    is_evasive: bool,
+) -> [Angle; 2] {
+    let (uav, steps) = (&team.uav, 100);
+    let dt_s = team.log.period_s / f64::from(steps);
+    let air_command = wind.air_command(team, own, ground, is_evasive);
+    let air = wind.air_velocity(own.velocity());
+    let (mut flown, mut predicted) = ((air.heading, air.airspeed_m_s, own.turn_rate_rad_s), *own);
+    for _ in 0..steps {
+        let (heading, airspeed_m_s, rate_rad_s) = flown;
+        flown = (
+            heading + Angle::from_rad(rate_rad_s * dt_s),
+            airspeed_m_s + (air_command.speed_m_s - airspeed_m_s) * dt_s / uav.speed_lag_s,
+            rate_rad_s + (air_command.turn_rate_rad_s - rate_rad_s) * dt_s / uav.turn_rate_lag_s,
+        );
+        predicted.heading = predicted.heading + Angle::from_rad(predicted.turn_rate_rad_s * dt_s);
+        predicted.turn_rate_rad_s += (ground.turn_rate_rad_s - predicted.turn_rate_rad_s) * dt_s / uav.turn_rate_lag_s;
+    }
+    let velocity = Velocity::from_polar(flown.1, flown.0) + wind.velocity;
+    [velocity.direction(), predicted.heading]
+}
+
+/// The escape manoeuvre: the hardest turn at the lowest ground speed, from faster straight flight on every course.
+#[test]
+fn evasive_turns_in_wind_end_on_the_predicted_course() {
+    let mut team = team();
+    team.wind = Some(WindParams { orbit_wind_m_s: 6.0, ..WindParams::default() });
+    let limits = team.ground_limits().uav;
+    let wind = Wind { velocity: Velocity::from_m_s(6.0, 0.0) };
+    let largest_rad = |is_evasive| {
+        let errors = (0..72).flat_map(|k| [-1.0, 1.0].map(|sense| (f64::from(k) * 5.0, sense))).map(|(deg, sense)| {
+            let own = flying(Angle::from_deg(deg), 27.0);
+            let escape =
+                Command { speed_m_s: limits.speeds_m_s()[0], turn_rate_rad_s: sense * limits.turn_rate_max_rad_s };
+            let [flown, predicted] = courses_after_a_period(&team, wind, &own, escape, is_evasive);
+            (flown - predicted).rad().abs()
+        });
+        errors.fold(0.0, f64::max)
+    };
+    let (evasive_rad, otherwise_rad) = (largest_rad(true), largest_rad(false));
+    assert!(evasive_rad < 0.7 * otherwise_rad, "{evasive_rad} {otherwise_rad}");
 }
