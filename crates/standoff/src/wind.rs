@@ -29,6 +29,10 @@ use crate::uav::{Command, LimitedCommand, UavState, clamp_flagged};
 /// Smallest cosine of the drift angle, and smallest ground speed (m/s), by which rates are divided.
 const DIVISOR_MIN: f64 = 0.1;
 
+/// Error of predicted escape manoeuvres for each m/s of wind, s. Turns in a wind of 10 m/s end up to 0.07 rad from the
+/// predicted course.
+const WIND_ERROR_S: f64 = 0.8;
+
 /// Velocity of a UAV relative to the air, as its air data and attitude sensors measure it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct AirVelocity {
@@ -253,6 +257,11 @@ impl GroundLimits {
             }
         };
         Self { uav: limits, fastest_m_s, wind_m_s }
+    }
+
+    /// Distance by which flown and predicted escape manoeuvres may differ in that wind, m.
+    pub(crate) fn wind_error_m(&self) -> f64 {
+        WIND_ERROR_S * self.wind_m_s
     }
 }
 

@@ -260,7 +260,7 @@ impl CollisionAvoidance<'_> {
         };
         let age_s = |i: usize, j: usize| planned[i].age_s + planned[j].age_s;
         let required_m = |i: usize, j: usize| {
-            let minimum_m = self.separation.horizontal_min_m + ESCAPE_BUFFER_M + self.escapes.chord_error_m;
+            let minimum_m = self.separation.horizontal_min_m + ESCAPE_BUFFER_M + self.escapes.error_m;
             minimum_m + DRIFT_M_S * age_s(i, j)
         };
         let can_meet = |i: usize, j: usize| {

@@ -63,8 +63,9 @@ pub(crate) struct EscapeModel {
     /// Lowest speed, m/s.
     speed_m_s: f64,
     turn_rate_max_rad_s: f64,
-    /// Maximum deviation of the distance between two paths from the distance between their chords, m.
-    pub(crate) chord_error_m: f64,
+    /// Maximum deviation of the distance between two flown paths from the distance between the chords of the predicted
+    /// ones, m.
+    pub(crate) error_m: f64,
     /// Time in which a UAV can fly towards another one before it has turned away, s.
     pub(crate) turning_s: f64,
 }
@@ -97,7 +98,7 @@ impl EscapeModel {
             pieces,
             speed_m_s: uav.speed_m_s - uav.speed_change_max_m_s,
             turn_rate_max_rad_s: turn_max,
-            chord_error_m: 0.25 * limits.fastest_m_s * longest_s * turn_max * longest_s,
+            error_m: 0.25 * limits.fastest_m_s * longest_s * turn_max * longest_s + limits.wind_error_m(),
             turning_s: 2.0 * period_s + uav.turn_rate_lag_s + 1.0 / turn_max,
         }
     }
@@ -244,7 +245,7 @@ mod tests {
             let [a, b] = [0, 1].map(|index| model.path(&starts[index], first[index], sides[index]));
             let flown_m = flown_m(&uav, period_s, starts, [0, 1].map(|of| [first[of], model.command(sides[of])]));
             // Of two required distances around the flown one, the paths keep the smaller one only.
-            let error_m = model.chord_error_m + 1.0;
+            let error_m = model.error_m + 1.0;
             let kept = model.shortfall(&a, &b, (flown_m - error_m).max(0.01));
             let missed = model.shortfall(&a, &b, flown_m + error_m);
             assert!(kept == 0.0 && missed > 0.0, "case {case}: {flown_m} m, {kept}, {missed}");

@@ -30,9 +30,6 @@ use crate::{Angle, math};
 /// frames.
 const MARGIN_M: f64 = 5.0;
 
-/// Additional margin per m/s of wind, s. Turns in a 10 m/s wind end up to 0.07 rad from the predicted course.
-const WIND_MARGIN_S: f64 = 0.8;
-
 /// Maximum turn between two consecutive points of a path, rad.
 const TURN_STEP_RAD: f64 = 0.08;
 
@@ -122,14 +119,14 @@ impl Geofence {
 
 impl GeofenceSafety {
     pub(crate) fn new(geofence: Geofence, limits: GroundLimits, period_s: f64) -> Self {
-        let GroundLimits { uav, fastest_m_s, wind_m_s } = limits;
+        let GroundLimits { uav, fastest_m_s, .. } = limits;
         let turn_max = uav.turn_rate_max_rad_s;
         let (period, settling) = pieces(&uav, period_s);
         let settled_s = settling.piece_s * f64::from(settling.count);
         let circle_m = 2.0 * fastest_m_s / turn_max;
         Self {
             detours: DetourPlanner::of(geofence, uav),
-            margin_m: margin_m(fastest_m_s, turn_max, &[&period, &settling]) + WIND_MARGIN_S * wind_m_s,
+            margin_m: margin_m(fastest_m_s, turn_max, &[&period, &settling]) + limits.wind_error_m(),
             reach_m: fastest_m_s * (period_s + settled_s) + circle_m + 2.0 * MARGIN_M,
             uav,
             period,

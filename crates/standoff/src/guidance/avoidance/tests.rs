@@ -477,3 +477,31 @@ fn a_pursuing_intruder_is_avoided() {
         assert!(closest_m >= required_m && avoided < 0.6, "from {direction_deg} degrees: {closest_m} m, {avoided}");
     }
 }
+
+/// With old reports, a manoeuvre against a teammate ends later: at an additional 12 m per second of age.
+#[test]
+fn a_manoeuvre_against_a_teammate_with_an_old_report_ends_later() {
+    let (separation, limits) = (SeparationParams::default(), GroundLimits::in_wind(params(), 0.0));
+    let escapes = EscapeModel::new(&limits, PERIOD_S);
+    let own = UavState::level_flight(Position::ORIGIN, Angle::from_deg(0.0), 40.0);
+    let additional_m = |avoids, aircraft, age_s| {
+        let command = Command { speed_m_s: 40.0, turn_rate_rad_s: 0.1 };
+        let manoeuvre = Some(Manoeuvre { avoids, command, is_left: true });
+        let (limits, escapes, own) = (&limits, &escapes, &own);
+        let avoidance = CollisionAvoidance {
+            separation: &separation,
+            limits,
+            escapes,
+            geofence: None,
+            id: UavId(0),
+            own,
+            manoeuvre,
+        };
+        let required = avoidance.required(AHEAD_S, BUFFER_M, age_s);
+        avoidance.kept(aircraft, required).now_m - required.now_m
+    };
+    let (teammate, intruder) = (Aircraft::Uav(UavId(1)), Aircraft::Intruder(1));
+    assert_eq!([0.0, 1.5].map(|age_s| additional_m(teammate, teammate, age_s)), [4.0, 22.0]);
+    assert_eq!(additional_m(intruder, intruder, 1.5), 4.0);
+    assert_eq!(additional_m(teammate, intruder, 1.5), 0.0);
+}
