@@ -185,7 +185,7 @@ impl Wind {
     /// crosswind turns the course: psi' = (V_g chi' - V_a' sin(psi - chi)) / (V_a cos(psi - chi)).
     ///
     /// On an orbit this is left out, because aircraft that lack the power for the change, and therefore change their
-    /// airspeed more slowly than the lag says, would turn wrongly.
+    /// airspeed more slowly than with the lag of the parameters, would turn wrongly.
     fn evasive_command(self, team: &TeamParams, own: &UavState, ground: Command, airspeed_m_s: f64) -> Command {
         let (uav, period_s) = (&team.uav, team.log.period_s);
         let now_m_s = self.air_velocity(own.velocity()).airspeed_m_s;
