@@ -175,7 +175,7 @@ fn nothing_is_commanded_while_disarmed_low_in_failsafe_or_without_plausible_para
 }
 
 /// An exclusion circle across the orbit and an inclusion polygon, read over the link. The lag of the turn rate is that of
-/// the double for a reversal of the turn; with the lag of the roll alone, 0.6 s, the aircraft comes within 44 m of the
+/// the double for a reversal of the turn; with the lag of the roll alone, 0.6 s, the aircraft comes within 83 m of the
 /// centre of the circle.
 #[test]
 fn the_fence_of_the_vehicle_is_read_and_kept() {
@@ -243,7 +243,8 @@ fn nothing_is_commanded_outside_the_fence_or_with_a_fence_that_cannot_be_kept() 
     }
 }
 
-/// ArduPlane in simulation: +11.5 m mean, 11.6 m rms and 15.2 m maximum with a lead, but without the integral.
+/// ArduPlane in simulation: +11.5 m mean, 11.6 m rms and 15.2 m maximum with a lead, but without an estimate of the
+/// missing turn rate.
 #[test]
 fn with_course_commands_the_orbit_error_is_at_most_10_m_rms_and_no_roll_target_is_sent() {
     for wind_m_s in [[0.0; 2], [3.0, -4.0]] {
