@@ -319,7 +319,8 @@ def main():
                 latencies_s.sort()
                 p99_ms = 1e3 * latencies_s[int(0.99 * (len(latencies_s) - 1))] if latencies_s else math.inf
                 median_ms = 1e3 * latencies_s[len(latencies_s) // 2] if latencies_s else math.inf
-                lines = log.read_text().splitlines()
+                # When the user ends it, the program requests a circle and stops commanding.
+                lines = [line for line in log.read_text().splitlines() if "the user has ended the program" not in line]
                 print(f"{flight.name}, UAV {number}: orbit {flight.radius_m} m, error mean {mean_m:+.1f}, "
                       f"rms {rms_m:.1f}, max {max_m:.1f} m; altitude {low_m:.0f} to {high_m:.0f} m; "
                       f"{roll_targets} roll targets, latency median {median_ms:.1f}, p99 {p99_ms:.1f} ms; "
