@@ -119,11 +119,14 @@ impl Sumo {
         let targets: Vec<Target> = targets.iter().map(then).collect();
         let boresight = self.pointing.map(|(at, pointing)| pointing.boresight(own.position, now - at));
         let mut lines = vec![FeedLine::Scan(scan(&self.sensor, own.position, boresight, &targets))];
+        let team_state = companion.agent().team_state();
         for target in targets {
-            if self.cued.len() < VEHICLES_MAX
-                && self.cued.insert(target.label)
+            // A cue can be rejected, for example before the agent has observed its own state.
+            if team_state.track_by_label(target.label).is_none()
+                && (self.cued.len() < VEHICLES_MAX || self.cued.contains(&target.label))
                 && let Ok(point_deg) = self.plane.degrees_at(target.position)
             {
+                self.cued.insert(target.label);
                 lines.push(FeedLine::Cue(FeedCue {
                     label: Some(target.label),
                     point_deg,
