@@ -217,8 +217,8 @@ impl Agent {
         self.now.is_some_and(|now| self.replica.log.link_is_degraded(now))
     }
 
-    /// True if the clock was set, or the program was paused for longer than 10 s: the last
-    /// observations had two or more rejected times that follow each other. A single wrong time is an error.
+    /// True if the clock was set, or the program was paused for longer than 10 s: the last observations had two or more
+    /// rejected times that follow each other. A single wrong time is an error.
     pub fn is_time_jump(&self) -> bool {
         self.rejected_steps.is_some_and(|(first, last)| first < last)
     }
@@ -231,10 +231,9 @@ impl Agent {
     /// clock was set by less than half a period, the agent rejects one time and follows the next one.
     ///
     /// The first observation of a time step that has a scan counts. The agent rejects and counts a time that is more
-    /// than a tenth of a period off the expected one, runs backward, or jumps ahead by more than
-    /// 10 s. It then sends and receives nothing, computes the command from its previous state, and accepts the next time
-    /// if that is valid. To make the agent follow a time that has permanently shifted, call [`Self::reset`] if
-    /// [`Self::is_time_jump`].
+    /// than a tenth of a period off the expected one, runs backward, or jumps ahead by more than 10 s. It then sends and
+    /// receives nothing, computes the command from its previous state, and accepts the next time if that is valid. To
+    /// make the agent follow a time that has permanently shifted, call [`Self::reset`] if [`Self::is_time_jump`].
     pub fn observe(&mut self, now: Time, own: &UavState, scan: Option<Scan>) -> Observation {
         let step = self.step(now);
         let Some(step) = step.filter(|step| self.now.is_none_or(|now| self.is_next(now, *step))) else {
@@ -305,13 +304,8 @@ impl Agent {
             self.replica.update(now);
         }
         let updater = &mut self.replica.history.updater;
-        let geofence_safety = match &mut self.own_geofence {
-            Some(own) => {
-                let altitudes_m = updater.params.altitudes_m(observation.uav, observation.own.vertical);
-                own.safety(altitudes_m, &updater.params)
-            }
-            None => updater.geofence_safety(observation.uav, &observation.own),
-        };
+        let own_zones = self.own_geofence.as_mut();
+        let geofence_safety = updater.geofence_safety(own_zones, observation.uav, &observation.own);
         let law = CommandLaw {
             params: &self.replica.history.updater.params,
             team_state: self.team_state(),

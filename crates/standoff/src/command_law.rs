@@ -169,8 +169,8 @@ impl CommandLaw<'_> {
     ) -> (Command, Option<f64>, Option<Avoidance>) {
         let Observation { uav: id, ref own, time } = *observation;
         let manoeuvre = self.team_state.teammate(id).and_then(|own| own.manoeuvre);
-        let (limits, geofence) = (&self.params.ground_limits(), self.geofence_safety);
-        let keeper = CollisionAvoidance { separation, limits, escapes, geofence, id, own, manoeuvre };
+        let geofence = self.geofence_safety;
+        let keeper = CollisionAvoidance { separation, escapes, geofence, id, own, manoeuvre };
         let (mut buffer, places) = (Vec::new(), &self.team_state.reported_places);
         let near = places.near(own.position, keeper.reach_m(places.fastest_m_s), &mut buffer);
         let near = near.map(|index| &self.team_state.teammates[index]);

@@ -130,8 +130,8 @@ research_fields! {
     /// Counters of what was rejected since the start, by reason.
     #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
     pub struct Rejected {
-        /// Own observations with a time that is off the team's grid, before the last one, or more than 10 s
-        /// after it. If the counter keeps growing although the clock is correct, call [`Agent::reset`](crate::Agent::reset).
+        /// Own observations with a time that is off the team's grid, before the last one, or more than 10 s after
+        /// it. If the counter keeps growing although the clock is correct, call [`Agent::reset`](crate::Agent::reset).
         pub bad_time: u32,
         /// Messages received too late to count.
         pub late: u32,

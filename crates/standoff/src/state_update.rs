@@ -83,7 +83,7 @@ impl TeamStateUpdater {
         if !errors.is_empty() {
             return Err(errors);
         }
-        let escapes = params.separation.map(|_| EscapeModel::new(&params.ground_limits(), params.log.period_s));
+        let escapes = params.separation.map(|_| EscapeModel::new(params.ground_limits(), params.log.period_s));
         Ok(Self {
             params,
             escapes,
@@ -100,10 +100,15 @@ impl TeamStateUpdater {
         Ok(Self { geofence: TeamGeofence::new(geofence, &self.params)?, ..self })
     }
 
-    /// Geofence safety function of a UAV in a state; `None` if no zone binds it.
-    pub(crate) fn geofence_safety(&mut self, uav: UavId, own: &UavState) -> Option<Arc<GeofenceSafety>> {
+    /// Geofence safety function of a UAV in a state; `None` if no zone binds it. `own_zones` replace those of the team.
+    pub(crate) fn geofence_safety(
+        &mut self,
+        own_zones: Option<&mut TeamGeofence>,
+        uav: UavId,
+        own: &UavState,
+    ) -> Option<Arc<GeofenceSafety>> {
         let Self { geofence, params, .. } = self;
-        geofence.as_mut()?.safety(params.altitudes_m(uav, own.vertical), params)
+        own_zones.or(geofence.as_mut())?.safety(params.altitudes_m(uav, own.vertical), params)
     }
 
     /// Computes the team state `next` at the time of `messages`, `dt` after `previous`.

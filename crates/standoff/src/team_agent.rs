@@ -167,7 +167,7 @@ impl TeamAgent {
     /// [`Agent::decide`](crate::Agent::decide).
     pub fn decide(&mut self, observation: &Observation) -> AgentOutput {
         self.catch_up();
-        let geofence_safety = self.updater.geofence_safety(observation.uav, &observation.own);
+        let geofence_safety = self.updater.geofence_safety(None, observation.uav, &observation.own);
         let law = CommandLaw {
             params: &self.updater.params,
             team_state: self.team_state(),

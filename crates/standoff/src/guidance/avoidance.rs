@@ -19,7 +19,6 @@ use crate::guidance::pursuer_model;
 use crate::message::Manoeuvre;
 use crate::params::SeparationParams;
 use crate::uav::{Aircraft, Command, UavId, UavState, Vertical};
-use crate::wind::GroundLimits;
 
 /// Buffer added to the minimum distance to cover errors of the predicted paths of teammates, m.
 const BUFFER_M: f64 = 12.0;
@@ -113,7 +112,6 @@ const AVOIDING_S: f64 = 1.0;
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct CollisionAvoidance<'a> {
     pub(crate) separation: &'a SeparationParams,
-    pub(crate) limits: &'a GroundLimits,
     pub(crate) escapes: &'a EscapeModel,
     pub(crate) geofence: Option<&'a GeofenceSafety>,
     pub(crate) id: UavId,
@@ -191,7 +189,7 @@ impl CollisionAvoidance<'_> {
         let levels = self.levels_m(altitude_m);
         let others = others.filter(|other| !self.is_separated(levels, other.levels_m()));
         let intent = steering.map_or(Intent::held(desired), |steering| Intent::of(desired, self.own.heading, steering));
-        let course = PredictedTrajectory::of(self.own, intent, self.limits.uav.turn_rate_lag_s, 0.0);
+        let course = PredictedTrajectory::of(self.own, intent, self.escapes.limits.uav.turn_rate_lag_s, 0.0);
         let is_teammate = |other: &OtherAircraft| matches!(other.aircraft, Aircraft::Uav(_));
         let meets = |other: &OtherAircraft| is_teammate(other) && self.can_meet(&other.reported_state, other.age_s);
         if !others.clone().any(|other| meets(&other)) {
@@ -227,7 +225,7 @@ impl CollisionAvoidance<'_> {
     ) -> (Command, Option<Avoidance>) {
         let intruders: Vec<OtherAircraft> =
             others.clone().filter(|other| matches!(other.aircraft, Aircraft::Intruder(_))).collect();
-        let lag_s = self.limits.uav.turn_rate_lag_s;
+        let lag_s = self.escapes.limits.uav.turn_rate_lag_s;
         let (aircraft, manoeuvre) = (Aircraft::Uav(self.id), self.manoeuvre);
         let own = OtherAircraft { aircraft, reported_state: *self.own, age_s: 0.0, manoeuvre };
         let current = |other: OtherAircraft| match other.aircraft {
@@ -253,10 +251,10 @@ impl CollisionAvoidance<'_> {
             let avoids = planned.manoeuvre.map(|manoeuvre| manoeuvre.avoids);
             (matches!(avoids, Some(Aircraft::Intruder(_))), planned.uav)
         });
-        let Self { separation, limits, escapes: model, geofence, .. } = *self;
+        let Self { separation, escapes: model, geofence, .. } = *self;
         let of = |index: usize| {
             let Planned { uav: id, state: ref own, manoeuvre, .. } = planned[index];
-            CollisionAvoidance { separation, limits, escapes: model, geofence, id, own, manoeuvre }
+            CollisionAvoidance { separation, escapes: model, geofence, id, own, manoeuvre }
         };
         let age_s = |i: usize, j: usize| planned[i].age_s + planned[j].age_s;
         let required_m = |i: usize, j: usize| {
@@ -371,8 +369,8 @@ impl CollisionAvoidance<'_> {
             else {
                 continue;
             };
-            let clear_m =
-                CLIMB_CLEAR_MINIMA * self.separation.horizontal_min_m + 2.0 * self.limits.fastest_m_s * other.age_s;
+            let clear_m = CLIMB_CLEAR_MINIMA * self.separation.horizontal_min_m
+                + 2.0 * self.escapes.limits.fastest_m_s * other.age_s;
             let is_clear = self.own.position.squared_distance_m2(other.reported_state.position) > clear_m * clear_m;
             let over_m = own.altitude_m - vertical.altitude_m;
             // If the altitudes already overlap, waiting does not help.
@@ -423,7 +421,7 @@ impl CollisionAvoidance<'_> {
     pub(crate) fn reach_m(&self, speed_m_s: f64) -> f64 {
         let old_m = SILENT_MAX_S * (DRIFT_M_S + DRIFT_M_S2 * (AHEAD_S + CLEAR_OF_OLD_S));
         let spare_m = BUFFER_M + CLEAR_M + old_m;
-        let flown_m = self.limits.fastest_m_s * AHEAD_S + speed_m_s * (AHEAD_S + SILENT_MAX_S);
+        let flown_m = self.escapes.limits.fastest_m_s * AHEAD_S + speed_m_s * (AHEAD_S + SILENT_MAX_S);
         CLIMB_CLEAR_MINIMA * self.separation.horizontal_min_m + spare_m + flown_m
     }
 
@@ -473,7 +471,7 @@ impl CollisionAvoidance<'_> {
     /// True if another aircraft can come nearer than the required distance within the prediction horizon.
     fn is_within_reach(&self, reported: &UavState, age_s: f64, required: Required) -> bool {
         let (ahead_s, speed_m_s) = (required.ahead_s, reported.speed_m_s.abs());
-        let reach_m = required.most_m() + self.limits.fastest_m_s * ahead_s + speed_m_s * (ahead_s + age_s);
+        let reach_m = required.most_m() + self.escapes.limits.fastest_m_s * ahead_s + speed_m_s * (ahead_s + age_s);
         self.own.position.squared_distance_m2(reported.position) < reach_m * reach_m
     }
 
@@ -483,7 +481,8 @@ impl CollisionAvoidance<'_> {
         let UavState { speed_m_s, turn_rate_rad_s, .. } = *reported;
         let is_trusted =
             |intent: &Intent| (intent.command.turn_rate_rad_s - turn_rate_rad_s).abs() < TRUST_RAD_S * (1.0 + age_s);
-        let reported_command = other.manoeuvre.map(|manoeuvre| self.limits.uav.limit(manoeuvre.command).command);
+        let reported_command =
+            other.manoeuvre.map(|manoeuvre| self.escapes.limits.uav.limit(manoeuvre.command).command);
         let flown = Intent::held(reported_command.unwrap_or(Command { speed_m_s, turn_rate_rad_s }));
         let intent = match intent {
             None => flown,
@@ -491,7 +490,7 @@ impl CollisionAvoidance<'_> {
             // The teammate avoids another aircraft and will return to its orbit.
             Some(intent) => Intent { for_s: AVOIDING_S, turn_rate_after_rad_s: intent.turn_rate_after_rad_s, ..flown },
         };
-        PredictedTrajectory::of(reported, intent, self.limits.uav.turn_rate_lag_s, age_s)
+        PredictedTrajectory::of(reported, intent, self.escapes.limits.uav.turn_rate_lag_s, age_s)
     }
 
     /// Returns the admissible command with the lowest cost, the side of its escape manoeuvre, and the aircraft that the
@@ -516,7 +515,7 @@ impl CollisionAvoidance<'_> {
         let turns_s = if near.iter().any(|other| other.pursuer.is_some()) { &TURNS_S[..] } else { &[] };
         let flown_rad_s =
             self.manoeuvre.map_or(self.own.turn_rate_rad_s, |manoeuvre| manoeuvre.command.turn_rate_rad_s);
-        for (effort, command) in COSTS.candidates(&self.limits.uav, self.own.turn_rate_rad_s, desired) {
+        for (effort, command) in COSTS.candidates(&self.escapes.limits.uav, self.own.turn_rate_rad_s, desired) {
             let is_reversal = flown_rad_s * command.turn_rate_rad_s < 0.0
                 && flown_rad_s.abs().min(command.turn_rate_rad_s.abs()) > REVERSAL_RAD_S;
             let effort = effort + if is_reversal { REVERSAL_COST } else { 0.0 };
@@ -620,7 +619,7 @@ impl CollisionAvoidance<'_> {
                 (sum, steps) = (sum + (required_m - left_m).max(0.0), steps + 1.0);
             }
             if let Some(pursuer) = &other.pursuer {
-                let turn_max_rad_s = self.limits.uav.turn_rate_max_rad_s;
+                let turn_max_rad_s = self.escapes.limits.uav.turn_rate_max_rad_s;
                 let closest_m =
                     pursuer_model::closest_m(pursuer, turn_max_rad_s, ahead_s, growth_m_s, |at_s| course.at(at_s));
                 (spare_m, predicted_distance_m) = (spare_m.min(closest_m), predicted_distance_m.min(closest_m));

@@ -60,9 +60,8 @@ pub(crate) struct EscapeModel {
     responses: [AutopilotModel; 2],
     /// Numbers of these pieces.
     pieces: [usize; 2],
-    /// Lowest speed, m/s.
-    speed_m_s: f64,
-    turn_rate_max_rad_s: f64,
+    /// Limits within which manoeuvres are predicted.
+    pub(crate) limits: GroundLimits,
     /// Maximum deviation of the distance between two flown paths from the distance between the chords of the predicted
     /// ones, m.
     pub(crate) error_m: f64,
@@ -81,7 +80,7 @@ pub(crate) struct Escape {
 }
 
 impl EscapeModel {
-    pub(crate) fn new(limits: &GroundLimits, period_s: f64) -> Self {
+    pub(crate) fn new(limits: GroundLimits, period_s: f64) -> Self {
         let uav = &limits.uav;
         let turn_max = uav.turn_rate_max_rad_s;
         let count = |time_s: f64, most: usize| ((time_s * turn_max / TURN_STEP_RAD).ceil() as usize).clamp(1, most);
@@ -96,8 +95,7 @@ impl EscapeModel {
         Self {
             responses: [uav.response(Duration::from_s(pieces_s[0])), exact.response(Duration::from_s(pieces_s[1]))],
             pieces,
-            speed_m_s: uav.speed_m_s - uav.speed_change_max_m_s,
-            turn_rate_max_rad_s: turn_max,
+            limits,
             error_m: 0.25 * limits.fastest_m_s * longest_s * turn_max * longest_s + limits.wind_error_m(),
             turning_s: 2.0 * period_s + uav.turn_rate_lag_s + 1.0 / turn_max,
         }
@@ -105,7 +103,8 @@ impl EscapeModel {
 
     /// The command of an escape manoeuvre.
     pub(crate) fn command(&self, side: Side) -> Command {
-        Command { speed_m_s: self.speed_m_s, turn_rate_rad_s: side.sign() * self.turn_rate_max_rad_s }
+        let uav = &self.limits.uav;
+        Command { speed_m_s: uav.speeds_m_s()[0], turn_rate_rad_s: side.sign() * uav.turn_rate_max_rad_s }
     }
 
     /// Path from a state: a command for one period, then the escape manoeuvre.
@@ -125,7 +124,7 @@ impl EscapeModel {
     }
 
     fn radius_m(&self) -> f64 {
-        self.speed_m_s / self.turn_rate_max_rad_s
+        self.limits.uav.speeds_m_s()[0] / self.limits.uav.turn_rate_max_rad_s
     }
 
     /// Shortfall of the distance of two paths, as a fraction of the required distance: the largest plus the mean. Zero
@@ -237,7 +236,7 @@ mod tests {
             let (speed_lag_s, turn_rate_lag_s) = (lag_s(&mut drawn), lag_s(&mut drawn));
             let uav = UavParams { speed_lag_s, turn_rate_lag_s, ..TeamParams::paper().uav };
             let period_s = [0.1, 0.5, 1.0, 2.0][drawn.below(4)];
-            let model = EscapeModel::new(&GroundLimits::in_wind(uav, 0.0), period_s);
+            let model = EscapeModel::new(GroundLimits::in_wind(uav, 0.0), period_s);
             let starts = [0, 1].map(|_| drawn_state(&mut drawn, &uav));
             let sides = [0, 1].map(|_| Side::BOTH[drawn.below(2)]);
             let first = [0, 1]
@@ -256,7 +255,7 @@ mod tests {
     #[test]
     fn the_chosen_sides_have_the_smallest_shortfall() {
         let uav = TeamParams::paper().uav;
-        let model = EscapeModel::new(&GroundLimits::in_wind(uav, 0.0), 0.5);
+        let model = EscapeModel::new(GroundLimits::in_wind(uav, 0.0), 0.5);
         let mut drawn = Drawn(3);
         for _ in 0..100 {
             let states = [0; 4].map(|_| drawn_state(&mut drawn, &uav));

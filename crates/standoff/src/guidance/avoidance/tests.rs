@@ -82,7 +82,7 @@ fn fly(fliers: Vec<Flier>, seconds: f64) -> Flown {
 
 fn fly_with(uav: UavParams, mut fliers: Vec<Flier>, seconds: f64) -> Flown {
     let (separation, dt) = (SeparationParams::default(), Duration::from_s(PERIOD_S));
-    let escapes = EscapeModel::new(&GroundLimits::in_wind(uav, 0.0), PERIOD_S);
+    let escapes = EscapeModel::new(GroundLimits::in_wind(uav, 0.0), PERIOD_S);
     let mut manoeuvres = vec![None; fliers.len()];
     let response: AutopilotModel = uav.response(dt);
     let mut flown = Flown { closest_m: f64::INFINITY, avoided: 0, reversals: 0, last: Vec::new(), apart_m: Vec::new() };
@@ -115,7 +115,6 @@ fn fly_with(uav: UavParams, mut fliers: Vec<Flier>, seconds: f64) -> Flown {
             let desired = courses.command(index, &own);
             let avoidance = CollisionAvoidance {
                 separation: &separation,
-                limits: &GroundLimits::in_wind(uav, 0.0),
                 escapes: &escapes,
                 geofence: None,
                 id: UavId(index as u32),
@@ -375,7 +374,7 @@ fn avoidance_keeps_to_the_geofence() {
     let vertices = corners.map(|(x_m, y_m)| Position::from_m(x_m, y_m)).into();
     let geofence = Geofence::new(vec![Zone { kind: ZoneKind::KeepIn, vertices, ..Zone::default() }]).unwrap();
     let safety = GeofenceSafety::new(geofence, GroundLimits::in_wind(uav, 0.0), PERIOD_S);
-    let escapes = EscapeModel::new(&GroundLimits::in_wind(uav, 0.0), PERIOD_S);
+    let escapes = EscapeModel::new(GroundLimits::in_wind(uav, 0.0), PERIOD_S);
     let mut drawn = crate::guidance::geofence_safety::tests::Drawn(5);
     let (mut safe, mut changed) = (0, 0);
     for case in 0..1000 {
@@ -396,15 +395,8 @@ fn avoidance_keeps_to_the_geofence() {
             manoeuvre: None,
         });
         let (id, geofence) = (UavId(3), Some(&safety));
-        let avoidance = CollisionAvoidance {
-            separation: &separation,
-            limits: &GroundLimits::in_wind(uav, 0.0),
-            escapes: &escapes,
-            geofence,
-            id,
-            own: &own,
-            manoeuvre: None,
-        };
+        let avoidance =
+            CollisionAvoidance { separation: &separation, escapes: &escapes, geofence, id, own: &own, manoeuvre: None };
         let courses = Courses(&fliers, uav);
         let (desired, _) = safety.make_safe(&own, courses.command(3, &own));
         let (command, _) = avoidance.avoid((desired, None), None, others, &courses);
@@ -434,7 +426,7 @@ fn pursued(intruder_m_s: f64, direction_deg: f64, seconds: f64) -> (f64, f64) {
         rate_m_s: 0.0,
         steered: ramp,
     };
-    let escapes = EscapeModel::new(&GroundLimits::in_wind(uav, 0.0), PERIOD_S);
+    let escapes = EscapeModel::new(GroundLimits::in_wind(uav, 0.0), PERIOD_S);
     let mut own = UavState::level_flight(Position::from_m(400.0, 0.0), Angle::from_deg(90.0), 40.0);
     let direction = Angle::from_deg(direction_deg);
     let start = own.position + Displacement::from_polar(1000.0, direction);
@@ -446,7 +438,6 @@ fn pursued(intruder_m_s: f64, direction_deg: f64, seconds: f64) -> (f64, f64) {
         let desired = uav.limit(Command { speed_m_s: 40.0, turn_rate_rad_s: steering.turn_rate_rad_s }).command;
         let avoidance = CollisionAvoidance {
             separation: &separation,
-            limits: &GroundLimits::in_wind(uav, 0.0),
             escapes: &escapes,
             geofence: None,
             id: UavId(3),
@@ -481,22 +472,14 @@ fn a_pursuing_intruder_is_avoided() {
 /// With old reports, a manoeuvre against a teammate ends later: at an additional 12 m per second of age.
 #[test]
 fn a_manoeuvre_against_a_teammate_with_an_old_report_ends_later() {
-    let (separation, limits) = (SeparationParams::default(), GroundLimits::in_wind(params(), 0.0));
-    let escapes = EscapeModel::new(&limits, PERIOD_S);
+    let separation = SeparationParams::default();
+    let escapes = EscapeModel::new(GroundLimits::in_wind(params(), 0.0), PERIOD_S);
     let own = UavState::level_flight(Position::ORIGIN, Angle::from_deg(0.0), 40.0);
     let additional_m = |avoids, aircraft, age_s| {
         let command = Command { speed_m_s: 40.0, turn_rate_rad_s: 0.1 };
         let manoeuvre = Some(Manoeuvre { avoids, command, is_left: true });
-        let (limits, escapes, own) = (&limits, &escapes, &own);
-        let avoidance = CollisionAvoidance {
-            separation: &separation,
-            limits,
-            escapes,
-            geofence: None,
-            id: UavId(0),
-            own,
-            manoeuvre,
-        };
+        let (escapes, own, geofence, id) = (&escapes, &own, None, UavId(0));
+        let avoidance = CollisionAvoidance { separation: &separation, escapes, geofence, id, own, manoeuvre };
         let required = avoidance.required(AHEAD_S, BUFFER_M, age_s);
         avoidance.kept(aircraft, required).now_m - required.now_m
     };
