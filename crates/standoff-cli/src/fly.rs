@@ -4,7 +4,7 @@ use std::net::SocketAddr;
 use std::path::{Path, PathBuf};
 
 use clap::{Parser, ValueEnum};
-use standoff::{Duration, LinkModel, UavId};
+use standoff::{Duration, LinkModel, TeamParams, UavId};
 use standoff_app::{Failure, of_record};
 use standoff_fly::address::LinkAddress;
 use standoff_fly::codec::SigningKey;
@@ -37,9 +37,6 @@ Examples:
 
 Read docs/fly-safety.md first. Exit status: 0 ended by the user,
 1 failure while running, 2 wrong input or usage.";
-
-/// Standard deviation of the targets' acceleration below which the program warns, m/s2: the default of the library.
-const ACCELERATION_SD_MIN_M_S2: f64 = 0.2;
 
 /// How the aircraft is steered.
 #[derive(Debug, Clone, Copy, ValueEnum)]
@@ -163,7 +160,7 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
         );
     }
     let acceleration_sd_m_s2 = config.params.track.target.acceleration_sd_m_s2;
-    if acceleration_sd_m_s2 < ACCELERATION_SD_MIN_M_S2 {
+    if acceleration_sd_m_s2 < TeamParams::recommended().track.target.acceleration_sd_m_s2 {
         note(&format!(
             "warning: filter.acceleration_sd_m_s2 = {acceleration_sd_m_s2}: tracks of targets that turn will be wrong; \
              set it in the scenario, for example to 0.5"

@@ -351,16 +351,3 @@ impl Companion {
         }
     }
 }
-
-/// True for a message that commands the aircraft, unlike heartbeats and requests of data.
-pub fn is_command(message: &MavMessage) -> bool {
-    match message {
-        MavMessage::HEARTBEAT(_)
-        | MavMessage::PARAM_REQUEST_READ(_)
-        | MavMessage::MISSION_REQUEST_LIST(_)
-        | MavMessage::MISSION_REQUEST_INT(_)
-        | MavMessage::MISSION_ACK(_) => false,
-        MavMessage::COMMAND_LONG(long) => long.command != MavCmd::MAV_CMD_SET_MESSAGE_INTERVAL,
-        _ => true,
-    }
-}

@@ -6,10 +6,11 @@ use std::time::Duration as StdDuration;
 use cottak_core::detail::{Contact, Track};
 use cottak_core::event::how;
 use cottak_core::{CotType, Event, Point, timestamp};
-use standoff::{Angle, Displacement, Duration, Position};
+use standoff::{Angle, Displacement, Duration, Position, Time};
 use standoff_io::geodesy::LocalPlane;
 use standoff_record::{Frame, TrackRow, UavRow};
 
+use crate::period::is_due;
 use crate::transport::resolve;
 
 /// Shortest time between two sets of events.
@@ -37,7 +38,7 @@ pub(crate) struct CotSender {
     plane: LocalPlane,
     /// Zero of the team's time, s of UNIX time.
     epoch_unix_s: i64,
-    sent_us: Option<i64>,
+    sent_at: Option<Time>,
 }
 
 impl CotSender {
@@ -47,15 +48,16 @@ impl CotSender {
         let socket = UdpSocket::bind(any)?;
         // A full buffer must not delay commands.
         socket.set_nonblocking(true)?;
-        Ok(Self { socket, to, plane, epoch_unix_s, sent_us: None })
+        Ok(Self { socket, to, plane, epoch_unix_s, sent_at: None })
     }
 
     /// Sends the events of a time step, at most once per second. Lost datagrams are not errors.
     pub(crate) fn send(&mut self, frame: &Frame) {
-        if self.sent_us.is_some_and(|sent_us| (0..PERIOD.us()).contains(&(frame.time_us - sent_us))) {
+        let now = Time::from_us(frame.time_us);
+        if !is_due(self.sent_at, now, PERIOD) {
             return;
         }
-        self.sent_us = Some(frame.time_us);
+        self.sent_at = Some(now);
         let unix_us = self.epoch_unix_s.saturating_mul(1_000_000).saturating_add(frame.time_us);
         for event in events(frame, &self.plane, unix_us) {
             let _ = self.socket.send_to(event.as_bytes(), self.to);

@@ -4,12 +4,13 @@
 //! of the library do. If `FENCE_OPTIONS` allows the union of inclusion zones, the intersection is on the safe side.
 
 use mavlink::dialects::ardupilotmega::{MISSION_COUNT_DATA, MISSION_ITEM_INT_DATA, MavCmd, MavMessage, MavMissionType};
-use standoff::research::{ZONES_MAX, math};
-use standoff::{Angle, Displacement, Duration, Position, Time, Zone, ZoneKind};
+use standoff::research::ZONES_MAX;
+use standoff::{Duration, Position, Time, Zone, ZoneKind};
 use standoff_io::geodesy::LocalPlane;
 
 use crate::command;
 use crate::parameters::Parameters;
+use crate::period::is_due;
 
 /// Maximum number of items of a fence: the zones of the library have at most 1,000 vertices.
 const ITEMS_MAX: u16 = 1_100;
@@ -117,7 +118,6 @@ impl Fence {
             (self.transfer, self.requested_at) = (None, None);
             return;
         }
-        let is_due = |at: Option<Time>, period: Duration| at.is_none_or(|at| now < at || now - at >= period);
         if let Some(transfer) = &mut self.transfer {
             let Transfer { items, requested_at } = transfer;
             if let Some(items) = items.iter().copied().collect::<Option<Vec<_>>>() {
@@ -132,14 +132,14 @@ impl Fence {
             let missing: Vec<usize> =
                 (0..items.len()).filter(|index| items[*index].is_none()).take(REQUESTS_MAX).collect();
             for index in missing {
-                if is_due(requested_at[index], ITEM_TIMEOUT) {
+                if is_due(requested_at[index], now, ITEM_TIMEOUT) {
                     requested_at[index] = Some(now);
                     to.push(command::request_fence_item(system_id, index as u16));
                 }
             }
         }
         let is_silent = self.items.is_none() && self.transfer.is_none();
-        if is_due(self.requested_at, if is_silent { LIST_TIMEOUT } else { PERIOD }) {
+        if is_due(self.requested_at, now, if is_silent { LIST_TIMEOUT } else { PERIOD }) {
             self.requested_at = Some(now);
             // A transfer that did not end begins again.
             self.transfer = None;
@@ -226,10 +226,7 @@ fn circle(name: String, kind: ZoneKind, centre: Position, radius_m: f64) -> Resu
         let (min, max) = (RADIUS_M.start(), RADIUS_M.end());
         return Err(format!("{name}: radius {radius_m} m: must be between {min} and {max}"));
     }
-    let half = math::PI / f64::from(CIRCLE_VERTICES);
-    let vertex_m = if kind == ZoneKind::KeepIn { radius_m } else { radius_m / math::cos(half) };
-    let vertex = |nth: u32| centre + Displacement::from_polar(vertex_m, Angle::from_rad(2.0 * half * f64::from(nth)));
-    Ok(Zone { name, kind, vertices: (0..CIRCLE_VERTICES).map(vertex).collect(), ..Zone::default() })
+    Ok(Zone { name, kind, vertices: kind.circle(centre, radius_m, CIRCLE_VERTICES), ..Zone::default() })
 }
 
 #[cfg(test)]

@@ -7,6 +7,7 @@ use standoff::{AgentOutput, Angle, Command, Duration, Time};
 use crate::command;
 use crate::config::{Config, Steer};
 use crate::parameters::Limits;
+use crate::period::is_due;
 use crate::vehicle::Vehicle;
 
 /// Shortest time between two commands of airspeed, and between two of altitude.
@@ -125,7 +126,7 @@ impl FlightCommands {
         if self.steer == Steer::Roll {
             return Some(command::roll(system_id, roll_rad));
         }
-        if self.course_at.is_some_and(|at| (0..COURSE_PERIOD.us()).contains(&(now - at).us())) {
+        if !is_due(self.course_at, now, COURSE_PERIOD) {
             return None;
         }
         // The autopilot rolls in proportion to the error of the course: a lead of roll / gain gives the roll.

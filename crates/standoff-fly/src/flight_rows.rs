@@ -2,17 +2,14 @@
 
 use std::collections::BTreeMap;
 
-use standoff::{Agent, AgentOutput, Aircraft, Angle, Command, Detection, Duration, Time, UavId, UavState};
-use standoff_record::agent_rows;
+use standoff::{Agent, AgentOutput, Angle, Command, Detection, Time, UavId, UavState};
+use standoff_record::agent_rows::{self, AvoidanceEvents};
 use standoff_record::{EventRow, Frame, NO_TARGET, ReportedState, TrackRow, UavRow};
 
 use crate::authority::State;
 
 /// Number of time steps after which a track that has ended is forgotten. Events of a track follow its end by less.
 const KEPT_STEPS: u64 = 2_000;
-
-/// Longest pause within one avoidance event, as in simulated runs.
-const ONE_AVOIDANCE: Duration = Duration::from_us(5_000_000);
 
 /// A track over time: true and its id without label, or false and its label.
 type TrackKey = (bool, u64);
@@ -26,9 +23,7 @@ pub(crate) struct FlightRows {
     count: u32,
     /// Number of time steps so far.
     steps: u64,
-    /// Aircraft that was avoided last, and when.
-    last_avoidance: Option<(Aircraft, Time)>,
-    has_given_up: bool,
+    avoidance: AvoidanceEvents,
     is_engaged: bool,
 }
 
@@ -106,18 +101,7 @@ impl FlightRows {
 
     /// Adds the events of the avoidance, and those of the start and the end of the commands.
     fn add_own_events(&mut self, frame: &mut Frame, now: Time, (uav, output): (UavId, &AgentOutput), state: State) {
-        let avoiding = output.diagnostics.avoiding;
-        if let Some(avoidance) = avoiding {
-            let goes_on = |(from, at): (Aircraft, Time)| from == avoidance.aircraft && now - at <= ONE_AVOIDANCE;
-            if !self.last_avoidance.is_some_and(goes_on) {
-                frame.events.push(agent_rows::avoidance("avoidance", uav, &avoidance));
-            }
-            if avoidance.is_given_up && !self.has_given_up {
-                frame.events.push(agent_rows::avoidance("separation-given-up", uav, &avoidance));
-            }
-            self.last_avoidance = Some((avoidance.aircraft, now));
-        }
-        self.has_given_up = avoiding.is_some_and(|avoidance| avoidance.is_given_up);
+        self.avoidance.add(now, uav, output.diagnostics.avoiding.as_ref(), &mut frame.events);
         let is_engaged = state == State::Engaged;
         if is_engaged != self.is_engaged {
             self.is_engaged = is_engaged;

@@ -19,6 +19,7 @@ mod flight_commands;
 pub mod flight_record;
 mod flight_rows;
 pub mod parameters;
+mod period;
 mod requests;
 pub mod run;
 mod scan_alignment;

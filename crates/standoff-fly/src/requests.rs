@@ -5,6 +5,7 @@ use standoff::{Duration, Time};
 
 use crate::authority::STALE;
 use crate::command;
+use crate::period::is_due;
 use crate::vehicle::Vehicle;
 
 /// Period of the heartbeat and of requests.
@@ -32,7 +33,7 @@ impl Requests {
         if vehicle.heartbeat.is_some() {
             vehicle.fence.append_requests(now, system_id, has_items, to);
         }
-        if self.at.is_some_and(|at| (0..PERIOD.us()).contains(&(now - at).us())) {
+        if !is_due(self.at, now, PERIOD) {
             return;
         }
         self.at = Some(now);
@@ -43,7 +44,7 @@ impl Requests {
         }
         let is_stale = vehicle.telemetry_at().is_none_or(|at| now - at > STALE);
         let age_max = if is_stale { Duration::from_us(3_000_000) } else { INTERVALS_PERIOD };
-        if self.intervals_at.is_none_or(|at| !(0..age_max.us()).contains(&(now - at).us())) {
+        if is_due(self.intervals_at, now, age_max) {
             self.intervals_at = Some(now);
             to.extend(command::INTERVALS.map(|(id, period_us)| command::message_interval(system_id, id, period_us)));
         }

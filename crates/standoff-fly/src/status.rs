@@ -4,6 +4,7 @@ use standoff::{Duration, Time};
 
 use crate::authority::State;
 use crate::companion::Companion;
+use crate::period::is_due;
 
 /// Period of the status lines.
 const PERIOD: Duration = Duration::from_us(1_000_000);
@@ -22,7 +23,7 @@ impl Reporter {
             self.has_warned = true;
             parameters.warnings().iter().for_each(|warning| report(&format!("warning: {warning}")));
         }
-        if self.at.is_none_or(|at| now < at || now - at >= PERIOD) {
+        if is_due(self.at, now, PERIOD) {
             self.at = Some(now);
             report(&line(now, companion));
         }

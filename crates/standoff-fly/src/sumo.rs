@@ -14,6 +14,7 @@ use standoff_io::geodesy::LocalPlane;
 
 use crate::companion::Companion;
 use crate::feed::{FeedCue, FeedLine, FeedScan};
+use crate::period::is_due;
 use crate::traci::{Client, SumoVehicle, TraciError};
 use crate::transport::resolve;
 
@@ -110,8 +111,9 @@ impl Sumo {
         if self.pointing.map(|(_, known)| known) != pointing {
             self.pointing = pointing.map(|pointing| (now, pointing));
         }
-        let is_due = self.scanned_at.is_none_or(|at| now < at || now - at >= SCAN_PERIOD);
-        let Some((at, targets)) = self.targets.as_ref().filter(|_| is_due) else { return Ok(Vec::new()) };
+        let Some((at, targets)) = self.targets.as_ref().filter(|_| is_due(self.scanned_at, now, SCAN_PERIOD)) else {
+            return Ok(Vec::new());
+        };
         let Some(own) = companion.vehicle.state(now) else { return Ok(Vec::new()) };
         self.scanned_at = Some(now);
         let age_s = at.elapsed().as_secs_f64().min(ANSWER_TIMEOUT.as_secs_f64());

@@ -10,6 +10,8 @@ use std::thread::{self, JoinHandle};
 use standoff::{Duration, Time};
 use standoff_io::{atomic_file, bounded_input};
 
+use crate::period::is_due;
+
 /// Link id, system id and component id of a sender.
 pub type Stream = (u8, u8, u8);
 
@@ -89,7 +91,7 @@ impl Saver {
 
     /// Saves the time stamps if the period has passed.
     pub(crate) fn update(&mut self, now: Time, stamps: &TimeStamps) {
-        if self.saved_at.is_none_or(|at| !(0..PERIOD.us()).contains(&(now - at).us())) {
+        if is_due(self.saved_at, now, PERIOD) {
             self.saved_at = Some(now);
             let _ = self.sender.try_send(stamps.clone());
         }

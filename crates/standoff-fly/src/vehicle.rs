@@ -8,7 +8,7 @@ use mavlink::dialects::ardupilotmega::{
     ADSB_VEHICLE_DATA, ATTITUDE_DATA, AdsbAltitudeType, AdsbFlags, GLOBAL_POSITION_INT_DATA, HEARTBEAT_DATA, MavCmd,
     MavLandedState, MavMessage, MavModeFlag, MavResult, MavState, VFR_HUD_DATA,
 };
-use standoff::research::math;
+use standoff::research::{density_ratio, math};
 use standoff::{AirVelocity, Angle, Duration, Position, Time, TrafficReport, UavState, Velocity, Vertical};
 use standoff_io::geodesy::LocalPlane;
 
@@ -297,8 +297,7 @@ impl Vehicle {
         let position = self.position?;
         let [lowest_m, highest_m] = AIR_ALTITUDES_M;
         let altitude_m = (position.home_altitude_m + position.vertical.altitude_m).clamp(lowest_m, highest_m);
-        // Density per that at sea level: (1 - 2.25577e-5 h)^4.2559 (ISO 2533).
-        Some(math::exp(-0.5 * 4.2559 * math::ln(1.0 - 2.25577e-5 * altitude_m)))
+        Some(1.0 / density_ratio(altitude_m).sqrt())
     }
 
     /// State at `now`, extrapolated by at most 1 s, backward by at most 0.3 s; `None` without a position. The heading is

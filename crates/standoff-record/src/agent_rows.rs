@@ -2,9 +2,9 @@
 
 use standoff::research::{Assignment, TentativeTrack};
 use standoff::{
-    Agent, AgentOutput, AirVelocity, Aircraft, Angle, Avoidance, Detection, Estimate, Event, EventKind, GroupId,
-    GroupRetiredReason, GroupedTrack, Membership, TeamState, Time, TrackId, TrackStatus as Status, UavId, UavState,
-    Velocity,
+    Agent, AgentOutput, AirVelocity, Aircraft, Angle, Avoidance, Detection, Duration, Estimate, Event, EventKind,
+    GroupId, GroupRetiredReason, GroupedTrack, Membership, TeamState, Time, TrackId, TrackStatus as Status, UavId,
+    UavState, Velocity,
 };
 
 use crate::frame::{
@@ -145,9 +145,37 @@ fn event(event: &Event, team_state: &TeamState) -> EventRow {
     row
 }
 
-/// Creates the event of a UAV that starts to avoid another UAV or an intruder (`avoidance`), or that gives up the minimum
-/// separation from it (`separation-given-up`).
-pub fn avoidance(kind: &str, uav: UavId, avoidance: &Avoidance) -> EventRow {
+/// Longest pause within one avoidance event: a UAV that avoids the same aircraft again after a shorter pause starts no
+/// new event.
+const ONE_AVOIDANCE: Duration = Duration::from_us(5_000_000);
+
+/// Creates the events of the avoidance of a UAV.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct AvoidanceEvents {
+    /// Aircraft that the UAV avoided last, and when.
+    last: Option<(Aircraft, Time)>,
+    has_given_up: bool,
+}
+
+impl AvoidanceEvents {
+    /// Adds an event if the UAV starts to avoid another UAV or an intruder (`avoidance`), and one if it gives up the
+    /// minimum separation from it (`separation-given-up`).
+    pub fn add(&mut self, now: Time, uav: UavId, avoiding: Option<&Avoidance>, events: &mut Vec<EventRow>) {
+        if let Some(avoiding) = avoiding {
+            let goes_on = |(from, at): (Aircraft, Time)| from == avoiding.aircraft && now - at <= ONE_AVOIDANCE;
+            if !self.last.is_some_and(goes_on) {
+                events.push(avoidance("avoidance", uav, avoiding));
+            }
+            if avoiding.is_given_up && !self.has_given_up {
+                events.push(avoidance("separation-given-up", uav, avoiding));
+            }
+            self.last = Some((avoiding.aircraft, now));
+        }
+        self.has_given_up = avoiding.is_some_and(|avoiding| avoiding.is_given_up);
+    }
+}
+
+fn avoidance(kind: &str, uav: UavId, avoidance: &Avoidance) -> EventRow {
     let distance_m = Some(avoidance.predicted_distance_m).filter(|metres| metres.is_finite());
     let uavs = std::iter::once(uav.0).chain(uav_of(avoidance.aircraft)).collect();
     let (kind, intruder) = (kind.to_owned(), intruder_of(avoidance.aircraft));

@@ -7,8 +7,7 @@
 //! is constant.
 
 use nalgebra::Vector3;
-use standoff::research::AutopilotModel;
-use standoff::research::{Integrator, least_length};
+use standoff::research::{AutopilotModel, Integrator, least_length};
 use standoff::{Angle, Command, Duration, Position, TeamParams, UavState};
 use standoff_record::{IntruderRow, UavRow};
 

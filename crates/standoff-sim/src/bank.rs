@@ -14,10 +14,8 @@
 //! The bank angle is commanded by [`RateLoop`], as in `standoff-fly`. `docs/dynamics.md` describes the model and its
 //! sources.
 
-use standoff::research::{GRAVITY_M_S2, RateInputs, RateLoop, math};
+use standoff::research::{GRAVITY_M_S2, RateInputs, RateLoop, density_ratio, math};
 use standoff::{Angle, Command, Duration, UavParams, UavState, Velocity, Vertical};
-
-use crate::atmosphere::density_ratio;
 
 /// Period of the bank commands, s: that of `standoff-fly`.
 const LOOP_PERIOD_S: f64 = 0.1;
@@ -65,9 +63,10 @@ impl BankModel {
         -self.turn_factor * GRAVITY_M_S2 * sin / (cos * speed_m_s.max(SPEED_MIN_M_S))
     }
 
-    /// True airspeed for a commanded speed at a height above sea level, m.
+    /// True airspeed for a commanded speed at a height above sea level, m; below sea level, that at sea level.
     fn true_airspeed_m_s(&self, commanded_m_s: f64, height_m: f64) -> f64 {
-        if self.flies_equivalent_airspeed { commanded_m_s / density_ratio(height_m).sqrt() } else { commanded_m_s }
+        let ratio = if self.flies_equivalent_airspeed { density_ratio(height_m.max(0.0)) } else { 1.0 };
+        commanded_m_s / ratio.sqrt()
     }
 
     /// Highest rates of climb and of descent, m/s, that keep the speed between `speeds_m_s` for `dt_s` seconds.
@@ -156,8 +155,7 @@ impl BankMotion {
 
         let height_m = from.vertical.map_or(held.height_m, |vertical| vertical.altitude_m);
         let speed_of = |commanded_m_s: f64| model.true_airspeed_m_s(commanded_m_s, height_m);
-        let change_max_m_s = uav.speed_change_max_m_s;
-        let speeds_m_s = [uav.speed_m_s - change_max_m_s, uav.speed_m_s + change_max_m_s].map(speed_of);
+        let speeds_m_s = uav.speeds_m_s().map(speed_of);
         let vertical = from.vertical.zip(uav.climb).map(|(vertical, climb)| {
             let [climb_max_m_s, sink_max_m_s] = model.vertical_limits_m_s(from.speed_m_s, speeds_m_s, dt_s);
             let free = climb.step(&vertical, held.altitude_m, Duration::from_s(dt_s));

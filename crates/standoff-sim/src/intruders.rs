@@ -1,7 +1,6 @@
 //! True motion of aircraft outside the team: they have the flight dynamics of the UAVs and avoid no other aircraft.
 
-use standoff::research::AutopilotModel;
-use standoff::research::Integrator;
+use standoff::research::{AutopilotModel, Integrator};
 use standoff::{Command, Displacement, Message, Time, TrafficReport, UavId, UavParams, UavState};
 
 use crate::scenario::{self, Scenario};

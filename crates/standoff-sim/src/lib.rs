@@ -8,7 +8,6 @@
 #[cfg(test)]
 extern crate self as standoff_sim;
 
-mod atmosphere;
 pub mod bank;
 pub mod baseline;
 #[cfg(test)]

@@ -6,10 +6,10 @@
 
 use standoff::research::{AutopilotModel, Grid};
 use standoff::{
-    AgentOutput, AirVelocity, Aircraft, Angle, Command, Duration, Message, ParamError, PointingTarget, Position, Scan,
-    TeamParams, Time, UavId, UavState, Velocity,
+    AgentOutput, AirVelocity, Angle, Command, Message, ParamError, PointingTarget, Position, Scan, TeamParams, Time,
+    UavId, UavState, Velocity,
 };
-use standoff_record::agent_rows::{self, AirState};
+use standoff_record::agent_rows::{self, AirState, AvoidanceEvents};
 use standoff_record::{Frame, ReportedTables};
 use standoff_score::matching::Identities;
 use standoff_score::{MetricSelection, Metrics, ScoreConfig, Scorer};
@@ -70,10 +70,6 @@ pub struct Mission<B = Box<dyn Controller + Send>> {
     frame: Frame,
 }
 
-/// Longest pause within one avoidance event: a UAV that avoids the same aircraft again after a shorter pause starts no
-/// new event.
-const ONE_AVOIDANCE: Duration = Duration::from_us(5_000_000);
-
 /// Progress of a time step.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Stage {
@@ -126,10 +122,7 @@ struct Uav {
     command: Command,
     /// Commanded altitude, m.
     altitude_m: Option<f64>,
-    /// Aircraft that it avoided last, and when.
-    last_avoidance: Option<(Aircraft, Time)>,
-    /// Whether it has given up the minimum separation.
-    has_given_up: bool,
+    avoidance: AvoidanceEvents,
 }
 
 impl Uav {
@@ -193,8 +186,7 @@ impl<B: Controller> Mission<B> {
                 detections: Detections::default(),
                 command: Command { speed_m_s: state.speed_m_s, turn_rate_rad_s: 0.0 },
                 altitude_m: None,
-                last_avoidance: None,
-                has_given_up: false,
+                avoidance: AvoidanceEvents::default(),
             }
         });
         Ok(Self {
@@ -429,18 +421,7 @@ impl<B: Controller> Mission<B> {
                 .detections
                 .extend(detected.map(|(detection, of)| agent_rows::detection(uav.id, detection, of.map(|of| of.0))));
             (uav.pointing_target, uav.command, uav.altitude_m) = (step.pointing_target, step.command, step.altitude_m);
-            if let Some(avoidance) = step.diagnostics.avoiding {
-                let goes_on =
-                    |(from, when): (Aircraft, Time)| from == avoidance.aircraft && now - when <= ONE_AVOIDANCE;
-                if !uav.last_avoidance.is_some_and(goes_on) {
-                    avoidances.push(agent_rows::avoidance("avoidance", uav.id, &avoidance));
-                }
-                if avoidance.is_given_up && !uav.has_given_up {
-                    avoidances.push(agent_rows::avoidance("separation-given-up", uav.id, &avoidance));
-                }
-                uav.last_avoidance = Some((avoidance.aircraft, now));
-            }
-            uav.has_given_up = step.diagnostics.avoiding.is_some_and(|avoidance| avoidance.is_given_up);
+            uav.avoidance.add(now, uav.id, step.diagnostics.avoiding.as_ref(), &mut avoidances);
         }
         let Frame { tracks, tentative, groups, events, agents, .. } = &mut *frame;
         let mut beliefs = ReportedState { tracks, tentative, groups, events };

@@ -26,6 +26,7 @@ mod research_fields;
 
 mod agent;
 mod angle;
+mod atmosphere;
 mod by_group;
 mod command_law;
 mod coordination;

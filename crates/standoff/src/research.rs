@@ -4,6 +4,7 @@
 //! messages, intermediate values. The extension point of studies is [`AssignmentLaw`], a custom assignment law of a
 //! [`TeamAgent`](crate::TeamAgent).
 
+pub use crate::atmosphere::{GRAVITY_M_S2, density_ratio};
 pub use crate::by_group::ByGroup;
 pub use crate::coordination::assignment::{Assignment, AssignmentLaw, AvailableUav, CandidateGroup, assign};
 pub use crate::coordination::clustering::{KMeans, group_count};
@@ -17,7 +18,7 @@ pub use crate::guidance::pair_information::{
     equal_accuracy_range_m, optimal_phase_difference_rad, pair_information_1_m4, pair_information_at_1_m4,
 };
 pub use crate::guidance::predicted_trajectory::least_length;
-pub use crate::guidance::rate_loop::{GRAVITY_M_S2, RateInputs, RateLoop};
+pub use crate::guidance::rate_loop::{RateInputs, RateLoop};
 pub use crate::guidance::standoff_distance::{Ramp, Spread, StandoffDistance, moving_centre_limit_m, turn_limit_m};
 pub use crate::guidance::vector_field::{VectorField, lyapunov_m4, lyapunov_rate_m4_s};
 pub use crate::message::{CommitDigest, LogStatus, Manoeuvre, MessageSource, ReceivedRange, SnapshotRequest};

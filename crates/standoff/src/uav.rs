@@ -176,6 +176,7 @@ impl UavParams {
     }
 
     /// Lowest and highest speed that may be commanded, m/s; in wind, airspeed.
+    #[cfg_attr(feature = "research", visibility::make(pub))]
     pub(crate) fn speeds_m_s(&self) -> [f64; 2] {
         [self.speed_m_s - self.speed_change_max_m_s, self.speed_m_s + self.speed_change_max_m_s]
     }

@@ -169,7 +169,7 @@ impl Plane {
     }
 
     fn obey(&mut self, message: &MavMessage, answers: &mut Vec<Vec<u8>>) {
-        if standoff_fly::companion::is_command(message) && (self.mode != GUIDED || !self.is_armed) {
+        if is_command(message) && (self.mode != GUIDED || !self.is_armed) {
             self.violations.push(format!("{:.2} s, mode {}: {message:?}", self.time_s(), self.mode));
         }
         match message {
@@ -359,5 +359,18 @@ impl Plane {
             self.send(&MavMessage::VFR_HUD(hud), &mut sent);
         }
         sent
+    }
+}
+
+/// True for a message that commands the aircraft, unlike heartbeats and requests of data.
+fn is_command(message: &MavMessage) -> bool {
+    match message {
+        MavMessage::HEARTBEAT(_)
+        | MavMessage::PARAM_REQUEST_READ(_)
+        | MavMessage::MISSION_REQUEST_LIST(_)
+        | MavMessage::MISSION_REQUEST_INT(_)
+        | MavMessage::MISSION_ACK(_) => false,
+        MavMessage::COMMAND_LONG(long) => long.command != MavCmd::MAV_CMD_SET_MESSAGE_INTERVAL,
+        _ => true,
     }
 }

@@ -135,6 +135,8 @@ fn a_command_taken_as_equivalent_airspeed_is_faster_at_altitude() {
         flight.hold(23.0, 0.0, 3000.0, (60.0, 0.5), |_, _| {});
         assert!((flight.state.speed_m_s - expected_m_s).abs() < 0.02, "{:?}", flight.state);
     }
+    let model = BankModel { flies_equivalent_airspeed: true, ..AIRCRAFT };
+    assert!((model.true_airspeed_m_s(1.0, -100.0) - 1.0).abs() < 1e-12);
 }
 
 /// On a circle, the aircraft flies the path of the kinematic model.

@@ -8,7 +8,7 @@ mod union;
 use std::path::Path;
 
 use shapes::{BandM, Found, Shape};
-use standoff::research::{ZONES_MAX, math};
+use standoff::research::ZONES_MAX;
 use standoff::{Geofence, Position, TeamParams, UavId, UavState, Vertical, Zone};
 use standoff_io::bounded_input;
 use standoff_io::display_text::quoted;
@@ -35,7 +35,7 @@ const CALLED_MAX: usize = 100;
 const NAMED: usize = 5;
 
 /// Number of vertices of the polygon that replaces a circle. It deviates from the circle by 0.5 % of the radius.
-const CIRCLE_VERTICES: usize = 32;
+const CIRCLE_VERTICES: u32 = 32;
 
 /// Replaces the names of files by their zones, the first zone at the position of the file, the others at the end of the
 /// list, and degrees by metres. The scenario, and so its record, then contains the zones that are flown.
@@ -142,7 +142,9 @@ pub(super) fn geofence(zones: &[resolved::Zone], problems: &mut Problems) -> Geo
             continue;
         }
         let outline: Vec<Position> = match circle {
-            Some((centre_m, radius_m)) => circle_outline(centre_m, radius_m, zone.kind),
+            Some(([x_m, y_m], radius_m)) => {
+                standoff::ZoneKind::from(zone.kind).circle(Position::from_m(x_m, y_m), radius_m, CIRCLE_VERTICES)
+            }
             None => zone.vertices.iter().map(|point| Position::from_m(point[0], point[1])).collect(),
         };
         let (altitude_min_m, altitude_max_m) = (zone.altitude_min_m, zone.altitude_max_m);
@@ -278,21 +280,6 @@ fn circle_in_metres(typed: &mut Typed, index: usize, earth: &Result<Earth, Strin
     (zone.lat_deg, zone.lon_deg) = (None, None);
     (zone.x_m, zone.y_m) = (Some(Number::Constant(x_m)), Some(Number::Constant(y_m)));
     Ok(())
-}
-
-/// Returns a regular polygon for a circle, on the safe side of it: a keep-out zone contains the circle, a keep-in zone
-/// is inside of it.
-fn circle_outline(centre_m: [f64; 2], radius_m: f64, kind: ZoneKind) -> Vec<Position> {
-    let half_angle = std::f64::consts::PI / CIRCLE_VERTICES as f64;
-    let radius_m = match kind {
-        ZoneKind::KeepOut => radius_m / math::cos(half_angle),
-        ZoneKind::KeepIn => radius_m,
-    };
-    let vertex = |index: usize| {
-        let angle = 2.0 * half_angle * index as f64;
-        Position::from_m(centre_m[0] + radius_m * math::cos(angle), centre_m[1] + radius_m * math::sin(angle))
-    };
-    (0..CIRCLE_VERTICES).map(vertex).collect()
 }
 
 /// Returns warnings about UAVs that start where they may not be, or where they cannot avoid violating a zone.

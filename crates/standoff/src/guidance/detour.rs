@@ -284,7 +284,7 @@ impl DetourPlanner {
         let error_rad = (to_waypoint.direction() - own.heading).rad();
         // A waypoint to the side, within the turning circle, is reached by flying slower.
         let is_too_near = error_rad.abs() > 0.8 && to_waypoint.length_m() < 2.0 * self.circle_m();
-        let slowest_m_s = self.uav.speed_m_s - self.uav.speed_change_max_m_s;
+        let [slowest_m_s, _] = self.uav.speeds_m_s();
         let speed_m_s = if is_too_near { slowest_m_s.max(0.7 * self.uav.speed_m_s) } else { speed_m_s };
         Command { speed_m_s, turn_rate_rad_s: error_rad * TURN_GAIN_1_S }
     }

@@ -10,6 +10,7 @@
 use std::sync::Arc;
 
 use crate::frame::{Displacement, Position};
+use crate::math;
 
 /// Maximum number of zones of a team.
 pub const ZONES_MAX: usize = 100;
@@ -44,6 +45,23 @@ impl ZoneKind {
             Self::KeepOut => "keep-out",
             Self::KeepIn => "keep-in",
         }
+    }
+
+    /// Corners of a regular polygon for a circle, on the safe side of it: a keep-out zone contains the circle, a keep-in
+    /// zone is inside of it.
+    #[cfg_attr(feature = "research", visibility::make(pub))]
+    pub(crate) fn circle(self, centre: Position, radius_m: f64, corners: u32) -> Vec<Position> {
+        let half_rad = math::PI / f64::from(corners);
+        let corner_m = match self {
+            Self::KeepOut => radius_m / math::cos(half_rad),
+            Self::KeepIn => radius_m,
+        };
+        let corner = |index: u32| {
+            let angle_rad = 2.0 * half_rad * f64::from(index);
+            let (x_m, y_m) = (corner_m * math::cos(angle_rad), corner_m * math::sin(angle_rad));
+            Position::from_m(centre.x_m() + x_m, centre.y_m() + y_m)
+        };
+        (0..corners).map(corner).collect()
     }
 }
 

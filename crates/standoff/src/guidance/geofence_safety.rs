@@ -202,7 +202,7 @@ impl GeofenceSafety {
 
     /// The two fallback manoeuvres: hardest turn to the left and to the right at the lowest speed.
     fn manoeuvres(&self) -> [Command; 2] {
-        let speed_m_s = self.uav.speed_m_s - self.uav.speed_change_max_m_s;
+        let [speed_m_s, _] = self.uav.speeds_m_s();
         [1.0, -1.0].map(|sense| Command { speed_m_s, turn_rate_rad_s: sense * self.uav.turn_rate_max_rad_s })
     }
 
@@ -290,7 +290,7 @@ fn circle(uav: &UavParams, speed_m_s: f64, turn_rate_rad_s: f64, step_s: f64) ->
 /// Radius of the free circle that a UAV needs to fly in circles at its lowest speed forever, clear of every outline, m.
 pub(crate) fn required_room_m(uav: &UavParams, period_s: f64) -> f64 {
     let (period, settling) = pieces(uav, period_s);
-    let speed_m_s = uav.speed_m_s - uav.speed_change_max_m_s;
+    let [speed_m_s, _] = uav.speeds_m_s();
     let (radius_m, _) = circle(uav, speed_m_s, uav.turn_rate_max_rad_s, period.piece_s);
     radius_m + margin_m(uav.speed_max_m_s(), uav.turn_rate_max_rad_s, &[&period, &settling])
 }

@@ -9,10 +9,8 @@
 //! the lag and the rate limit of the roll do not change it. An integral of w - w_measured instead adds its own lag: with
 //! it, aircraft of JSBSim rolled between -50 and 50 degrees all the time.
 
+use crate::atmosphere::GRAVITY_M_S2;
 use crate::math;
-
-/// Standard gravity, m/s2.
-pub const GRAVITY_M_S2: f64 = 9.80665;
 
 /// Rate k at which the estimate of the deficit follows, 1/s.
 const DEFICIT_RATE_1_S: f64 = 0.6;

@@ -61,7 +61,9 @@ fn try_one(bytes: &[u8], origin: Option<Origin>, kind: ZoneKind) -> bool {
     let mut all = Vec::new();
     for zone in found {
         let outline: Vec<_> = match [zone.x_m, zone.y_m, zone.radius_m].map(|number| number.as_ref().map(constant)) {
-            [Some(x_m), Some(y_m), Some(radius_m)] => circle_outline([x_m, y_m], radius_m, zone.kind),
+            [Some(x_m), Some(y_m), Some(radius_m)] => {
+                standoff::ZoneKind::from(zone.kind).circle(Position::from_m(x_m, y_m), radius_m, CIRCLE_VERTICES)
+            }
             _ => zone.vertices.iter().map(|at| Position::from_m(constant(&at[0]), constant(&at[1]))).collect(),
         };
         assert!(outline.iter().all(|at| at.is_finite()) && zone.file.is_empty());

@@ -5,7 +5,10 @@
 //! sigma = sigma(11 km) exp(-g (h - 11 km) / (R T_11))     above, T_11 = 216.65 K
 //! ```
 
-use standoff::research::{GRAVITY_M_S2, math};
+use crate::math;
+
+/// Standard gravity, m/s2.
+pub const GRAVITY_M_S2: f64 = 9.80665;
 
 /// Temperature at sea level, K.
 const TEMPERATURE_0_K: f64 = 288.15;
@@ -21,8 +24,8 @@ const TROPOPAUSE_M: f64 = 11_000.0;
 
 /// Density at a height above sea level, m, relative to that at sea level. The true airspeed is the equivalent airspeed
 /// divided by its square root.
-pub(crate) fn density_ratio(height_m: f64) -> f64 {
-    let below_m = height_m.clamp(0.0, TROPOPAUSE_M);
+pub fn density_ratio(height_m: f64) -> f64 {
+    let below_m = height_m.min(TROPOPAUSE_M);
     let temperature_k = TEMPERATURE_0_K - LAPSE_K_M * below_m;
     let exponent = GRAVITY_M_S2 / (GAS_CONSTANT_J_KG_K * LAPSE_K_M) - 1.0;
     let above_m = (height_m - TROPOPAUSE_M).max(0.0);
@@ -42,6 +45,7 @@ mod tests {
             let ratio = density_ratio(height_m);
             assert!((ratio * 1.225 / density_kg_m3 - 1.0).abs() < 1e-3, "{height_m} m: {}", ratio * 1.225);
         }
-        assert!((density_ratio(-100.0) - 1.0).abs() < 1e-12);
+        // Below sea level, too.
+        assert!((density_ratio(-500.0) * 1.225 / 1.2849 - 1.0).abs() < 1e-3);
     }
 }
