@@ -17,7 +17,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 pub(crate) use mutation::Choices;
 
 /// Number of inputs in an ordinary test run; the environment variable `BOLERO_RANDOM_ITERATIONS` overrides it.
-const ITERATIONS: usize = 5_000;
+const ITERATIONS: usize = 1_000;
 
 /// Runs a fuzz target. `try_one` builds an input from random choices, tries it and returns whether it was accepted. At
 /// least the share `least_accepted` of the inputs must be accepted; otherwise the target would exercise only the first

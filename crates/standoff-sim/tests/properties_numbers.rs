@@ -24,7 +24,7 @@ enum Level {
     AboveLowest,
     BelowHighest,
     /// Linear interpolation from lowest to highest.
-    PhasePair(f64),
+    Linear(f64),
     /// Interpolation by order of magnitude.
     Magnitude(f64),
 }
@@ -38,7 +38,7 @@ impl Level {
             Self::Highest => highest,
             Self::AboveLowest => lowest.next_up(),
             Self::BelowHighest => highest.next_down(),
-            Self::PhasePair(share) => lowest + share * (highest - lowest),
+            Self::Linear(share) => lowest + share * (highest - lowest),
             Self::Magnitude(share) => {
                 let (smallest, largest) = (lowest.max(1e-9 * highest.abs()), highest.abs().max(TINY));
                 math::exp(math::ln(smallest) + share * math::ln(largest / smallest))
@@ -55,7 +55,7 @@ fn any_level() -> impl Strategy<Value = Level> {
         2 => Just(Level::Highest),
         1 => Just(Level::AboveLowest),
         1 => Just(Level::BelowHighest),
-        2 => (0.0..1.0f64).prop_map(Level::PhasePair),
+        2 => (0.0..1.0f64).prop_map(Level::Linear),
         2 => (0.0..1.0f64).prop_map(Level::Magnitude),
     ]
 }
@@ -426,8 +426,15 @@ fn extreme_noise_gives_no_negative_squares() {
     }
 }
 
+/// Few cases, because they take long; `scripts/test_for_long` sets a larger number by `PROPTEST_CASES`.
+fn config() -> ProptestConfig {
+    let from_environment = std::env::var_os("PROPTEST_CASES").is_some();
+    let cases = if from_environment { ProptestConfig::default().cases } else { 64 };
+    ProptestConfig { cases, max_shrink_iters: 2000, failure_persistence: None, ..ProptestConfig::default() }
+}
+
 proptest! {
-    #![proptest_config(ProptestConfig { max_shrink_iters: 2000, failure_persistence: None, ..ProptestConfig::default() })]
+    #![proptest_config(config())]
     /// Whatever the values, all numbers of all frames are finite, all commands are within their limits, all covariances
     /// are positive definite to within rounding, and all ids are valid; otherwise the scenario is refused with a range.
     #[test]
