@@ -1,21 +1,35 @@
-//! Turn rate to roll: a coordinated turn, and an estimate of by how much the aircraft turns more slowly than that.
+//! Turn rate to roll: a coordinated turn, and an estimate of how the aircraft turns instead.
 //!
 //! ```text
-//! phi = atan(V (w + d) / g)        d' = k (g tan(phi_measured) / V - w_measured - d),  |d| <= d_max
+//! phi = atan(V (w + d) / (f g))        e = w_measured - (f c - d),   c = g tan(phi_measured) / V
+//! f' = k_f e c / (c^2 + c_0^2)         d' = -k_d e
 //! ```
 //!
-//! The formula without d is not accurate: an ArduPlane airframe with stock parameters turned at 0.72 of that rate at any
-//! bank (measured in its simulator), because its turns are not coordinated. The estimate uses the measured roll, so that
-//! the lag and the rate limit of the roll do not change it. An integral of w - w_measured instead adds its own lag: with
-//! it, aircraft of JSBSim rolled between -50 and 50 degrees all the time.
+//! c is the rate of a coordinated turn. Aircraft turn at other rates: an ArduPlane airframe with stock parameters at 0.72 of
+//! it at any bank (measured in its simulator), because its turns are not coordinated, and an airframe that is not
+//! symmetric turns with level wings. Hence a factor f, which stays right when the turn is reversed, and a slower offset
+//! d. The estimates use the measured roll, so that the lag and the rate limit of the roll do not change them. An
+//! integral of w - w_measured instead adds its own lag: with it, aircraft of JSBSim rolled between -50 and 50 degrees all
+//! the time.
+
+use std::ops::RangeInclusive;
 
 use crate::atmosphere::GRAVITY_M_S2;
 use crate::math;
 
-/// Rate k at which the estimate of the deficit follows, 1/s.
-const DEFICIT_RATE_1_S: f64 = 0.6;
+/// Rate k_f at which the factor f follows in turns, 1/s.
+const FACTOR_RATE_1_S: f64 = 0.5;
 
-/// Bound d_max of the deficit, rad/s.
+/// Bounds of f: the default dynamics of a scenario have 1, uncoordinated airframes at least 0.7.
+const FACTOR: RangeInclusive<f64> = 0.4..=1.5;
+
+/// Turn rate c_0 at which f follows at half of k_f, rad/s: slower turns tell little about f.
+const FACTOR_TURN_RAD_S: f64 = 0.05;
+
+/// Rate k_d at which the deficit d follows, 1/s.
+const DEFICIT_RATE_1_S: f64 = 0.1;
+
+/// Bound of the deficit, rad/s.
 const DEFICIT_MAX_RAD_S: f64 = 0.3;
 
 /// Maximum rate of the commanded roll, rad/s: 60 deg/s, which small aircraft follow.
@@ -29,9 +43,11 @@ const STEP_MAX_S: f64 = 0.5;
 
 /// Controller of the turn rate. Signs are those of the library: turn rates positive to the left; the returned roll is
 /// positive to the right, as in MAVLink.
-#[derive(Debug, Clone, Copy, Default, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub struct RateLoop {
-    /// Turn rate of a coordinated turn at the flown roll, less the flown one, rad/s, positive to the left.
+    /// Estimated turn rate as a share of that of a coordinated turn.
+    factor: f64,
+    /// Estimated turn rate that is missing in addition, rad/s, positive to the left.
     deficit_rad_s: f64,
     /// Last commanded roll, rad, positive to the right.
     roll_rad: f64,
@@ -42,9 +58,9 @@ pub struct RateLoop {
 pub struct RateInputs {
     /// Desired turn rate w, rad/s, positive to the left.
     pub desired_rad_s: f64,
-    /// Measured turn rate, rad/s, positive to the left; `None` if unknown, which keeps the deficit.
+    /// Measured turn rate, rad/s, positive to the left; `None` if unknown, which keeps the estimates.
     pub measured_rad_s: Option<f64>,
-    /// Measured roll, rad, positive to the right; `None` if unknown, which keeps the deficit.
+    /// Measured roll, rad, positive to the right; `None` if unknown, which keeps the estimates.
     pub measured_roll_rad: Option<f64>,
     /// Speed V, m/s.
     pub speed_m_s: f64,
@@ -52,11 +68,17 @@ pub struct RateInputs {
     pub roll_max_rad: f64,
 }
 
+impl Default for RateLoop {
+    fn default() -> Self {
+        Self { factor: 1.0, deficit_rad_s: 0.0, roll_rad: 0.0 }
+    }
+}
+
 impl RateLoop {
     /// Starts the loop at the current roll of the aircraft (rad, positive to the right), so that the first command does
     /// not step.
     pub fn start_at(roll_rad: f64) -> Self {
-        Self { deficit_rad_s: 0.0, roll_rad: if roll_rad.is_finite() { roll_rad } else { 0.0 } }
+        Self { roll_rad: if roll_rad.is_finite() { roll_rad } else { 0.0 }, ..Self::default() }
     }
 
     /// Returns the roll to command after a step of `dt_s` seconds, rad, positive to the right. It is finite and at most
@@ -72,11 +94,16 @@ impl RateLoop {
         if let Some((measured_rad_s, roll_rad)) = measured.filter(|(a, b)| a.is_finite() && b.is_finite()) {
             let (sin, cos) = math::sin_cos(roll_rad.clamp(-MEASURED_ROLL_MAX_RAD, MEASURED_ROLL_MAX_RAD));
             let coordinated_rad_s = -GRAVITY_M_S2 * sin / cos / speed_m_s;
-            let change_rad_s = DEFICIT_RATE_1_S * dt_s * (coordinated_rad_s - measured_rad_s - self.deficit_rad_s);
-            self.deficit_rad_s = (self.deficit_rad_s + change_rad_s).clamp(-DEFICIT_MAX_RAD_S, DEFICIT_MAX_RAD_S);
+            let error_rad_s = measured_rad_s - (self.factor * coordinated_rad_s - self.deficit_rad_s);
+            let squares = coordinated_rad_s * coordinated_rad_s + FACTOR_TURN_RAD_S * FACTOR_TURN_RAD_S;
+            let turn = coordinated_rad_s / squares;
+            let factor = self.factor + FACTOR_RATE_1_S * dt_s * error_rad_s * turn;
+            self.factor = factor.clamp(*FACTOR.start(), *FACTOR.end());
+            let deficit_rad_s = self.deficit_rad_s - DEFICIT_RATE_1_S * dt_s * error_rad_s;
+            self.deficit_rad_s = deficit_rad_s.clamp(-DEFICIT_MAX_RAD_S, DEFICIT_MAX_RAD_S);
         }
         let step_max_rad = ROLL_RATE_MAX_RAD_S * dt_s;
-        let roll_rad = -math::atan2(speed_m_s * (desired_rad_s + self.deficit_rad_s), GRAVITY_M_S2);
+        let roll_rad = -math::atan2(speed_m_s * (desired_rad_s + self.deficit_rad_s), self.factor * GRAVITY_M_S2);
         let roll_rad = roll_rad.clamp(-roll_max_rad, roll_max_rad);
         self.roll_rad = roll_rad.clamp(self.roll_rad - step_max_rad, self.roll_rad + step_max_rad);
         self.roll_rad = self.roll_rad.clamp(-roll_max_rad, roll_max_rad);
@@ -141,7 +168,7 @@ mod tests {
         let (mut rate_loop, mut airframe) = (RateLoop::default(), Airframe { roll_rad: 0.0, response: 1.0 });
         for desired_rad_s in [0.25, -0.25, 0.25] {
             airframe.fly(&mut rate_loop, desired_rad_s, 0.8);
-            assert!(rate_loop.deficit_rad_s.abs() < 1e-9, "{}", rate_loop.deficit_rad_s);
+            assert!(rate_loop.deficit_rad_s.abs() < 1e-9 && (rate_loop.factor - 1.0).abs() < 1e-9, "{rate_loop:?}");
         }
     }
 
@@ -156,6 +183,35 @@ mod tests {
         };
         let (soon, late) = (after(10.0), after(60.0));
         assert!((soon - late).abs() < 1e-3 && (late - 0.1).abs() < 0.03, "{soon} {late}");
+    }
+
+    /// An estimate of the missing turn rate alone would be wrong by twice 0.05 rad/s here.
+    #[test]
+    fn a_reversed_turn_needs_no_new_estimate() {
+        let (mut rate_loop, mut airframe) = (RateLoop::default(), Airframe { roll_rad: 0.0, response: 0.72 });
+        airframe.fly(&mut rate_loop, 0.15, 20.0);
+        for (desired_rad_s, time_s) in [(-0.15, 2.5), (0.05, 2.0), (0.2, 2.0)] {
+            let flown_rad_s = airframe.fly(&mut rate_loop, desired_rad_s, time_s);
+            assert!((flown_rad_s - desired_rad_s).abs() < 0.01, "{desired_rad_s}: {flown_rad_s}");
+        }
+    }
+
+    #[test]
+    fn an_aircraft_that_turns_with_level_wings_flies_straight() {
+        let mut rate_loop = RateLoop::default();
+        let mut roll_rad = 0.0;
+        let turn_rate_rad_s = |roll_rad: f64| 0.03 - GRAVITY_M_S2 * roll_rad.tan() / 25.0;
+        for _ in 0..600 {
+            let inputs = RateInputs {
+                desired_rad_s: 0.0,
+                measured_rad_s: Some(turn_rate_rad_s(roll_rad)),
+                measured_roll_rad: Some(roll_rad),
+                speed_m_s: 25.0,
+                roll_max_rad: ROLL_MAX_RAD,
+            };
+            roll_rad += (rate_loop.step(&inputs, DT_S) - roll_rad) * DT_S / 0.4;
+        }
+        assert!(turn_rate_rad_s(roll_rad).abs() < 2e-3, "{}", turn_rate_rad_s(roll_rad));
     }
 
     #[test]
@@ -191,7 +247,7 @@ mod tests {
                 let inputs = RateInputs { desired_rad_s, measured_rad_s, measured_roll_rad, speed_m_s, roll_max_rad };
                 let roll_rad = rate_loop.step(&inputs, dt_s);
                 prop_assert!(roll_rad.abs() <= roll_max_rad, "{roll_rad}");
-                prop_assert!(rate_loop.deficit_rad_s.abs() <= DEFICIT_MAX_RAD_S);
+                prop_assert!(FACTOR.contains(&rate_loop.factor) && rate_loop.deficit_rad_s.abs() <= DEFICIT_MAX_RAD_S);
             }
         }
     }
