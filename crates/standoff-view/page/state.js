@@ -267,7 +267,9 @@ class CustodyStatus {
     // Without a team state, no target is in custody of a group that is shown.
     const hasTeamState = existing.every((target) => target.hasTeamState !== false);
     const inCustody = existing.filter((target) => target.in_custody).length;
-    const count = existing.length === 1 ? "1 target" : `${existing.length || "no"} targets`;
+    // In the record of a flight, true positions are unknown: there are only tracks.
+    const [counted, noun] = existing.length || !targets.length ? [existing.length, "target"] : [targets.length, "track"];
+    const count = counted === 1 ? `1 ${noun}` : `${counted || "no"} ${noun}s`;
     texts.set("in-custody", existing.length && isKnown && hasTeamState ? `In custody ${inCustody} of ${existing.length}` : count);
     if (isKnown && !out.length) texts.set("out-of-view", "none out of view");
     if (this.longest) texts.set("longest", `longest ${durationText(this.longest.out_of_view_s)}`);
