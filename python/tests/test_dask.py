@@ -290,7 +290,7 @@ def processes_of_dask(folder: Path) -> Iterator[tuple[subprocess.Popen[bytes], s
         for _ in range(2):
             start(
                 "worker", "--scheduler-file", str(found), "--nthreads", "1", "--no-nanny", "--no-dashboard",
-                "--host", "127.0.0.1", "--local-directory", str(folder), "--death-timeout", "5",
+                "--host", "127.0.0.1", "--local-directory", str(folder), "--death-timeout", "60",
             )  # fmt: skip
         yield scheduler, str(found)
 
@@ -300,8 +300,8 @@ def test_a_batch_resumes_after_its_scheduler_was_killed(
 ) -> None:
     out = tmp_path / "out"
     with processes_of_dask(tmp_path) as (scheduler, found):
-        with Client(scheduler_file=found, timeout=20) as client:
-            client.wait_for_workers(2, timeout=20)
+        with Client(scheduler_file=found, timeout=60) as client:
+            client.wait_for_workers(2, timeout=60)
 
             def kill(done: int, of: int) -> None:
                 if done > 0:
@@ -318,7 +318,7 @@ def test_a_batch_resumes_after_its_scheduler_was_killed(
         again.update(kept(out))
 
     with processes_of_dask(tmp_path) as (scheduler, found):
-        with Client(scheduler_file=found, timeout=20) as client:
+        with Client(scheduler_file=found, timeout=60) as client:
             batch = monte_carlo(client, slow(), runs=SLOW_RUNS, out=out, progress=look)
     assert files(batch.dir) == slow_on_one_machine
     assert len(again) == 12 and before.items() <= again.items(), "a complete shard was run again"

@@ -655,7 +655,7 @@ fn interrupted_record_is_read_up_to_its_last_checkpoint() {
         assert_eq!(record.target_rows().unwrap(), 100 * count as u64);
         assert!(record.frames().unwrap().map(Result::unwrap).eq(flown[..count].iter().cloned()));
     };
-    // On a slow machine, a second may pass, after which the writer makes a checkpoint of its own.
+    // On a slow machine, a second may pass, after which the writer makes another checkpoint.
     flown[700..720].iter().for_each(|frame| writer.frame(frame).unwrap());
     let count = kept_frames(&writer);
     look(count);
