@@ -106,7 +106,7 @@ FLIGHTS = [
     Flight("small", "small-uav", 1, 150, 150, EAST_M_S, SLOW, NONE, 12, SMALL.format(count=1)),
     Flight("small, noise", "small-uav", 1, 150, 150, EAST_M_S, SLOW, NOISE, 12, SMALL.format(count=1)),
     Flight("c172x", "c172x", 1, 250, 600, EAST_M_S, FAST, NONE, 5, CESSNA),
-    Flight("SUMO", "small-uav", 1, 150, 150, EAST_M_S, None, NONE, 12, SMALL.format(count=1)),
+    Flight("SUMO", "small-uav", 2, 150, 150, EAST_M_S, None, NONE, 12, SMALL.format(count=2)),
     Flight("pair, noise", "small-uav", 2, 150, 150, EAST_M_S, TWO, NOISE, 12, SMALL.format(count=2)),
 ]
 
@@ -195,7 +195,7 @@ def targets_at(flight, time_s):
 def fly_aircraft(flight, number, link, feed_address, road, begun_at, seconds, pipe):
     """Flies one aircraft; sends what was seen through the pipe."""
     if road:
-        road.follow(seconds)
+        road.follow(number, seconds)
     plane = Plane(*ORIGIN)
     start = plane.degrees(-300 - 200 * number, -400 + 900 * number)
     aircraft = Aircraft(flight.kind, *start, SEA_LEVEL_M, flight.altitude_m, 45 - 90 * number, flight.wind_m_s)
@@ -236,7 +236,7 @@ def start(flight, folder, begun_at, seconds):
     scenario.write_text(flight.scenario)
     addresses = free_addresses(3 * flight.count)
     links, feeds, radios = (addresses[n::3] for n in range(3))
-    road = None if flight.targets else Road(folder, free_port())
+    road = None if flight.targets else Road(folder, free_port(), flight.count)
     started = []
     for number in range(flight.count):
         at = [f"127.0.0.1:{each[number][1]}" for each in (links, feeds, radios)]

@@ -1,4 +1,5 @@
-"""Two cars on a winding road in SUMO, which advances in real time for two TraCI clients: `standoff fly` and this one."""
+"""Two cars on a winding road in SUMO, which advances in real time for its TraCI clients: of each aircraft, `standoff fly`
+and this one."""
 
 import math
 import subprocess
@@ -18,7 +19,7 @@ NODES_M = [(0, 0), (400, 60), (800, -40), (1200, 80), (1600, 0), (4000, 0)]
 class Road:
     """A running simulation, and the state of its cars."""
 
-    def __init__(self, folder, port):
+    def __init__(self, folder, port, aircraft):
         programs = Path(sumo.SUMO_HOME) / "bin"
         nodes = "".join(f'<node id="n{n}" x="{x}" y="{y}"/>' for n, (x, y) in enumerate(NODES_M))
         names = [f"e{n}" for n in range(len(NODES_M) - 1)]
@@ -34,21 +35,21 @@ class Road:
         net = folder / "road.net.xml"
         subprocess.run([programs / "netconvert", "-n", folder / "road.nod.xml", "-e", folder / "road.edg.xml",
                         "-o", net, "--offset.disable-normalization", "true"], check=True, stdout=subprocess.DEVNULL)
-        self.port = port
+        self.port, self.aircraft = port, aircraft
         self.process = subprocess.Popen(
             [programs / "sumo", "-n", net, "-r", folder / "road.rou.xml", "--remote-port", str(port),
-             "--num-clients", "2", "--step-length", str(PERIOD_S), "--no-step-log"],
+             "--num-clients", str(2 * aircraft), "--step-length", str(PERIOD_S), "--no-step-log"],
             stdout=subprocess.DEVNULL, stderr=(folder / "sumo.log").open("w"))
 
-    def follow(self, seconds):
-        """Starts to follow the cars in a thread. Call it in the process that needs them."""
+    def follow(self, number, seconds):
+        """Starts to follow the cars in a thread. Call it in the process of the aircraft with this number."""
         self.cars, self.known_at = {}, time.monotonic()
-        threading.Thread(target=self.run, args=(seconds,), daemon=True).start()
+        threading.Thread(target=self.run, args=(number, seconds), daemon=True).start()
 
-    def run(self, seconds):
+    def run(self, number, seconds):
         connection = traci.connect(self.port, numRetries=20, waitBetweenRetries=0.5)
-        # Order 1 is that of UAV 0.
-        connection.setOrder(2)
+        # The first orders are those of `standoff fly`.
+        connection.setOrder(self.aircraft + number + 1)
         begun_at = time.monotonic()
         for count in range(1, round(seconds / PERIOD_S)):
             time.sleep(max(begun_at + count * PERIOD_S - time.monotonic(), 0))
