@@ -207,10 +207,10 @@ fn in_view_after(attack: Option<Attack>, start: i64, length: i64, params: TeamPa
 fn check_attacks(params: &TeamParams) {
     let mut failed = Vec::new();
     for start in STARTS {
-        let undisturbed = in_view_after(None, start, 1, params.clone()).0;
+        let undisturbed = in_view_after(None, start, 1, *params).0;
         println!("{start} {undisturbed}");
         for (attack, length) in ATTACKS.into_iter().flat_map(|attack| LENGTHS.map(|length| (attack, length))) {
-            let (share, rejected) = in_view_after(Some(attack), start, length, params.clone());
+            let (share, rejected) = in_view_after(Some(attack), start, length, *params);
             if share < 0.99 {
                 failed.push(format!("{attack:?} from {start} for {length}: {share:.3}, {rejected:?}"));
             }

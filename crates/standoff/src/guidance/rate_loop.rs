@@ -23,7 +23,7 @@ const FACTOR_RATE_1_S: f64 = 0.5;
 /// Bounds of f: the default dynamics of a scenario have 1, uncoordinated airframes at least 0.7.
 const FACTOR: RangeInclusive<f64> = 0.4..=1.5;
 
-/// Turn rate c_0 at which f follows at half of k_f, rad/s: slower turns tell little about f.
+/// Turn rate c_0 at which f follows at half of k_f, rad/s. In slower turns, errors of the measurements dominate.
 const FACTOR_TURN_RAD_S: f64 = 0.05;
 
 /// Rate k_d at which the deficit d follows, 1/s.
@@ -200,7 +200,10 @@ mod tests {
     fn an_aircraft_that_turns_with_level_wings_flies_straight() {
         let mut rate_loop = RateLoop::default();
         let mut roll_rad = 0.0;
-        let turn_rate_rad_s = |roll_rad: f64| 0.03 - GRAVITY_M_S2 * roll_rad.tan() / 25.0;
+        let turn_rate_rad_s = |roll_rad: f64| {
+            let (sin, cos) = math::sin_cos(roll_rad);
+            0.03 - GRAVITY_M_S2 * sin / cos / 25.0
+        };
         for _ in 0..600 {
             let inputs = RateInputs {
                 desired_rad_s: 0.0,
