@@ -78,7 +78,7 @@ class TargetTable {
     button.type = "button";
     button.dataset.state = key ?? "all";
     button.dataset.text = text;
-    button.title = TARGET_STATES.find(([state]) => state === key)?.[3] ?? "Existing targets, and tracks of targets that no longer exist or, in the record of a flight, whose truth is unknown";
+    button.title = TARGET_STATES.find(([state]) => state === key)?.[3] ?? "Existing targets, and tracks without a known true target";
     button.addEventListener("click", () => this.filter(key));
     element("target-filter").append(button);
     return button;
