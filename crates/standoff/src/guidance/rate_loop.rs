@@ -5,12 +5,12 @@
 //! f' = k_f e c / (c^2 + c_0^2)         d' = -k_d e
 //! ```
 //!
-//! c is the rate of a coordinated turn. Aircraft turn at other rates: an ArduPlane airframe with stock parameters at 0.72 of
-//! it at any bank (measured in its simulator), because its turns are not coordinated, and an airframe that is not
-//! symmetric turns with level wings. Hence a factor f, which stays right when the turn is reversed, and a slower offset
-//! d. The estimates use the measured roll, so that the lag and the rate limit of the roll do not change them. An
-//! integral of w - w_measured instead adds its own lag: with it, aircraft of JSBSim rolled between -50 and 50 degrees all
-//! the time.
+//! c is the rate of a coordinated turn. Aircraft turn at other rates: an ArduPlane airframe with stock parameters at
+//! 0.72 of it at any bank (measured in its simulator), because its turns are not coordinated, and an airframe that is
+//! not symmetric turns with level wings. Hence a factor f, which stays right when the turn is reversed, and a deficit
+//! d, which follows more slowly. The estimates use the measured roll, so that the lag and the rate limit of the roll
+//! do not change them. An integral of w - w_measured instead adds its own lag: with it, aircraft of JSBSim rolled
+//! between -50 and 50 degrees all the time.
 
 use std::ops::RangeInclusive;
 
