@@ -426,15 +426,13 @@ fn extreme_noise_gives_no_negative_squares() {
     }
 }
 
-/// Few cases, because they take long; `scripts/test_for_long` sets a larger number by `PROPTEST_CASES`.
-fn config() -> ProptestConfig {
-    let from_environment = std::env::var_os("PROPTEST_CASES").is_some();
-    let cases = if from_environment { ProptestConfig::default().cases } else { 64 };
-    ProptestConfig { cases, max_shrink_iters: 2000, failure_persistence: None, ..ProptestConfig::default() }
+/// Number of cases: `PROPTEST_CASES`, which `scripts/test_for_long` sets, or 64 if it is not set, because they take long.
+fn cases() -> u32 {
+    std::env::var("PROPTEST_CASES").ok().and_then(|cases| cases.parse().ok()).unwrap_or(64)
 }
 
 proptest! {
-    #![proptest_config(config())]
+    #![proptest_config(ProptestConfig { max_shrink_iters: 2000, failure_persistence: None, ..ProptestConfig::with_cases(cases()) })]
     /// Whatever the values, all numbers of all frames are finite, all commands are within their limits, all covariances
     /// are positive definite to within rounding, and all ids are valid; otherwise the scenario is refused with a range.
     #[test]

@@ -204,13 +204,13 @@ fn in_view_after(attack: Option<Attack>, start: i64, length: i64, params: TeamPa
 }
 
 /// Flies a mission with every attack, and checks the share of time that the targets are in view.
-fn check_attacks(params: &TeamParams) {
+fn check_attacks(params: TeamParams) {
     let mut failed = Vec::new();
     for start in STARTS {
-        let undisturbed = in_view_after(None, start, 1, *params).0;
+        let undisturbed = in_view_after(None, start, 1, params).0;
         println!("{start} {undisturbed}");
         for (attack, length) in ATTACKS.into_iter().flat_map(|attack| LENGTHS.map(|length| (attack, length))) {
-            let (share, rejected) = in_view_after(Some(attack), start, length, *params);
+            let (share, rejected) = in_view_after(Some(attack), start, length, params);
             if share < 0.99 {
                 failed.push(format!("{attack:?} from {start} for {length}: {share:.3}, {rejected:?}"));
             }
@@ -221,12 +221,12 @@ fn check_attacks(params: &TeamParams) {
 
 #[test]
 fn targets_are_in_view_again_ten_seconds_after_bad_messages() {
-    check_attacks(&TeamParams::recommended());
+    check_attacks(TeamParams::recommended());
 }
 
 #[test]
 fn targets_are_in_view_again_ten_seconds_after_bad_messages_with_the_parameters_of_the_paper() {
-    check_attacks(&TeamParams::paper());
+    check_attacks(TeamParams::paper());
 }
 
 /// A new UAV joins within 100 km of a teammate. If there is no team yet, most of the UAVs that report are one.

@@ -83,7 +83,7 @@ pub(super) fn meaning(metric: &str, value: f64, settings: &Settings) -> Option<S
         "infeasible_fraction" if value > 0.0 => "no orbit within the limits covers the whole group",
         "turn_rate_saturated_fraction" => return Some(format!("the limit is {:.2} rad/s", uav.turn_rate_max_rad_s)),
         "speed_saturated_fraction" => {
-            let [low_m_s, high_m_s] = [-1.0, 1.0].map(|sign| uav.speed_m_s + sign * uav.speed_change_max_m_s);
+            let [low_m_s, high_m_s] = uav.speeds_m_s();
             return Some(format!("the limits are {low_m_s} and {high_m_s} m/s"));
         }
         "separation_min_m" => "horizontal distance of any two UAVs; their altitudes may differ",

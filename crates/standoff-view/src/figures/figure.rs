@@ -42,12 +42,13 @@ impl Setup {
     /// Makes the setup of a run with these settings.
     pub fn of(title: String, settings: &Settings) -> Self {
         let (uav, standoff) = (&settings.team.uav, &settings.team.group.standoff);
+        let [speed_min_m_s, speed_max_m_s] = uav.speeds_m_s();
         Self {
             title,
             field_of_view_rad: settings.team.track.sensor.field_of_view_rad,
             sensing_range_m: settings.team.track.sensor.sensing_range_m,
-            speed_min_m_s: uav.speed_m_s - uav.speed_change_max_m_s,
-            speed_max_m_s: uav.speed_m_s + uav.speed_change_max_m_s,
+            speed_min_m_s,
+            speed_max_m_s,
             turn_rate_max_rad_s: uav.turn_rate_max_rad_s,
             radius_min_m: standoff.radius_min_m,
             radius_max_m: standoff.radius_max_m,

@@ -51,12 +51,12 @@ derived! { GROUP: group(phase: Option<(f64, f64)>, errors: Option<(f64, Option<f
     colour: colour.map(|place| place as f64),
 } }
 
-derived! { RUN: run(custody: Option<&CustodyCounts>) {
-    targets: custody.map(|custody| custody.targets as f64),
-    tracked: custody.map(|custody| custody.tracked as f64),
-    in_custody: custody.and_then(|custody| custody.in_custody).map(|count| count as f64),
-    in_view: custody.and_then(|custody| custody.in_view).map(|count| count as f64),
-    position_error_m: custody.and_then(|custody| custody.position_error_m),
+derived! { RUN: run(custody: &CustodyCounts) {
+    targets: Some(custody.targets as f64),
+    tracked: Some(custody.tracked as f64),
+    in_custody: custody.in_custody.map(|count| count as f64),
+    in_view: custody.in_view.map(|count| count as f64),
+    position_error_m: custody.position_error_m,
 } }
 
 derived! { TARGET: target(truth: Option<&TruthRow>, view: Option<&View>, detected: u32) {
@@ -205,8 +205,10 @@ impl Encoder {
         draft.bounds.take(frame);
         draft.run.next_step();
         // Without true targets, as in the record of a flight, there is nothing to count.
-        let custody = Some(scores.custody()).filter(|custody| custody.targets > 0);
-        draft.run.put(0, run(custody.as_ref()));
+        let custody = scores.custody();
+        if custody.targets > 0 {
+            draft.run.put(0, run(&custody));
+        }
         draft.uavs.next_step();
         for row in &frame.uavs {
             draft.uavs.put(row.uav, recorded.uavs.values(Some(row)).chain(uav(row, &scores)));

@@ -214,6 +214,16 @@ fn a_part_contains_the_counts_of_the_whole_run() {
     assert!(left.next().is_none() && compared > 0);
 }
 
+/// The record of a flight has no true targets; counts of 0 would look like lost custody.
+#[test]
+fn without_true_targets_there_are_no_counts() {
+    let (scenario, frames) = flight();
+    let without = frames.iter().take(3).map(|frame| Frame { truth: Vec::new(), ..frame.clone() });
+    let overview = read(&encoded(&scenario, &without.collect::<Vec<_>>(), 1)[0].overview);
+    assert!((0..3).all(|step| overview.find("run", "targets", 0, step).is_none()));
+    assert!(overview.find("uavs", "x_m", 0, 2).is_some());
+}
+
 /// The largest time that the page shows for a target is the metric.
 #[test]
 fn the_time_out_of_view_is_that_of_the_metric() {

@@ -47,21 +47,21 @@ impl ZoneKind {
         }
     }
 
-    /// Corners of a regular polygon for a circle, on the safe side of it: a keep-out zone contains the circle, a keep-in
+    /// Vertices of a regular polygon for a circle, on the safe side of it: a keep-out zone contains the circle, a keep-in
     /// zone is inside of it.
     #[cfg_attr(feature = "research", visibility::make(pub))]
-    pub(crate) fn circle(self, centre: Position, radius_m: f64, corners: u32) -> Vec<Position> {
-        let half_rad = math::PI / f64::from(corners);
-        let corner_m = match self {
+    pub(crate) fn circle(self, centre: Position, radius_m: f64, vertices: u32) -> Vec<Position> {
+        let half_rad = math::PI / f64::from(vertices);
+        let vertex_m = match self {
             Self::KeepOut => radius_m / math::cos(half_rad),
             Self::KeepIn => radius_m,
         };
-        let corner = |index: u32| {
+        let vertex = |index: u32| {
             let angle_rad = 2.0 * half_rad * f64::from(index);
-            let (x_m, y_m) = (corner_m * math::cos(angle_rad), corner_m * math::sin(angle_rad));
+            let (x_m, y_m) = (vertex_m * math::cos(angle_rad), vertex_m * math::sin(angle_rad));
             Position::from_m(centre.x_m() + x_m, centre.y_m() + y_m)
         };
-        (0..corners).map(corner).collect()
+        (0..vertices).map(vertex).collect()
     }
 }
 

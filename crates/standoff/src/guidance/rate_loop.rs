@@ -119,18 +119,23 @@ mod tests {
     const DT_S: f64 = 0.1;
     const ROLL_MAX_RAD: f64 = 0.8;
 
-    /// Airframe with a first-order lag of the roll that turns at a share of the coordinated rate.
+    /// Airframe with a first-order lag of the roll that turns at a share of the coordinated rate, and with level wings.
     struct Airframe {
         roll_rad: f64,
         response: f64,
+        level_rad_s: f64,
     }
 
     impl Airframe {
         const SPEED_M_S: f64 = 25.0;
 
+        fn new(response: f64) -> Self {
+            Self { roll_rad: 0.0, response, level_rad_s: 0.0 }
+        }
+
         fn turn_rate_rad_s(&self) -> f64 {
             let (sin, cos) = math::sin_cos(self.roll_rad);
-            -self.response * GRAVITY_M_S2 * sin / cos / Self::SPEED_M_S
+            self.level_rad_s - self.response * GRAVITY_M_S2 * sin / cos / Self::SPEED_M_S
         }
 
         /// Flies for a time with a desired turn rate; returns the turn rate at its end.
@@ -155,7 +160,7 @@ mod tests {
     fn the_measured_shortfall_of_28_percent_is_removed_for_turns_to_both_sides() {
         for desired_deg_s in [5.0f64, -8.0, 12.0] {
             let desired_rad_s = desired_deg_s.to_radians();
-            let mut airframe = Airframe { roll_rad: 0.0, response: 0.72 };
+            let mut airframe = Airframe::new(0.72);
             let without = airframe.fly(&mut RateLoop::default(), desired_rad_s, 1.5);
             assert!((without / desired_rad_s) < 0.95, "{desired_deg_s}: {without}");
             let flown_rad_s = airframe.fly(&mut RateLoop::default(), desired_rad_s, 20.0);
@@ -165,7 +170,7 @@ mod tests {
 
     #[test]
     fn the_lag_of_the_roll_is_not_a_deficit() {
-        let (mut rate_loop, mut airframe) = (RateLoop::default(), Airframe { roll_rad: 0.0, response: 1.0 });
+        let (mut rate_loop, mut airframe) = (RateLoop::default(), Airframe::new(1.0));
         for desired_rad_s in [0.25, -0.25, 0.25] {
             airframe.fly(&mut rate_loop, desired_rad_s, 0.8);
             assert!(rate_loop.deficit_rad_s.abs() < 1e-9 && (rate_loop.factor - 1.0).abs() < 1e-9, "{rate_loop:?}");
@@ -176,7 +181,7 @@ mod tests {
     #[test]
     fn the_deficit_does_not_wind_up_at_the_limit_of_the_roll() {
         let after = |time_s| {
-            let (mut rate_loop, mut airframe) = (RateLoop::default(), Airframe { roll_rad: 0.0, response: 0.72 });
+            let (mut rate_loop, mut airframe) = (RateLoop::default(), Airframe::new(0.72));
             airframe.fly(&mut rate_loop, 0.6, time_s);
             assert!((airframe.roll_rad + ROLL_MAX_RAD).abs() < 1e-3, "{}", airframe.roll_rad);
             airframe.fly(&mut rate_loop, 0.1, 4.0)
@@ -188,7 +193,7 @@ mod tests {
     /// An estimate of the missing turn rate alone would be wrong by twice 0.05 rad/s here.
     #[test]
     fn a_reversed_turn_needs_no_new_estimate() {
-        let (mut rate_loop, mut airframe) = (RateLoop::default(), Airframe { roll_rad: 0.0, response: 0.72 });
+        let (mut rate_loop, mut airframe) = (RateLoop::default(), Airframe::new(0.72));
         airframe.fly(&mut rate_loop, 0.15, 20.0);
         for (desired_rad_s, time_s) in [(-0.15, 2.5), (0.05, 2.0), (0.2, 2.0)] {
             let flown_rad_s = airframe.fly(&mut rate_loop, desired_rad_s, time_s);
@@ -198,23 +203,9 @@ mod tests {
 
     #[test]
     fn an_aircraft_that_turns_with_level_wings_flies_straight() {
-        let mut rate_loop = RateLoop::default();
-        let mut roll_rad = 0.0;
-        let turn_rate_rad_s = |roll_rad: f64| {
-            let (sin, cos) = math::sin_cos(roll_rad);
-            0.03 - GRAVITY_M_S2 * sin / cos / 25.0
-        };
-        for _ in 0..600 {
-            let inputs = RateInputs {
-                desired_rad_s: 0.0,
-                measured_rad_s: Some(turn_rate_rad_s(roll_rad)),
-                measured_roll_rad: Some(roll_rad),
-                speed_m_s: 25.0,
-                roll_max_rad: ROLL_MAX_RAD,
-            };
-            roll_rad += (rate_loop.step(&inputs, DT_S) - roll_rad) * DT_S / 0.4;
-        }
-        assert!(turn_rate_rad_s(roll_rad).abs() < 2e-3, "{}", turn_rate_rad_s(roll_rad));
+        let (mut rate_loop, mut airframe) = (RateLoop::default(), Airframe { level_rad_s: 0.03, ..Airframe::new(1.0) });
+        let flown_rad_s = airframe.fly(&mut rate_loop, 0.0, 60.0);
+        assert!(flown_rad_s.abs() < 2e-3, "{flown_rad_s}");
     }
 
     #[test]
