@@ -49,6 +49,10 @@ const CLEAR_OF_OLD_S: f64 = 2.0;
 
 /// Cost of a turn to the other side. A UAV that turns to and fro would not get clear.
 const REVERSAL_COST: f64 = 0.5;
+/// Cost of a turn rate that differs from the last one by the maximum turn rate, per second of age of the report of the
+/// avoided teammate, 1/s. That teammate has an old report of this UAV, too: if both changed their turns at every time
+/// step, each would avoid a turn that the other no longer flies.
+const CHANGE_COST_1_S: f64 = 10.0;
 /// Slowest turn that counts for a reversal, rad/s.
 const REVERSAL_RAD_S: f64 = 0.02;
 
@@ -149,6 +153,8 @@ struct Near {
     course: SampledTrajectory,
     /// Current state of an aircraft that may pursue the UAV.
     pursuer: Option<UavState>,
+    /// Age of its last report, s.
+    age_s: f64,
     required: Required,
 }
 
@@ -333,7 +339,7 @@ impl CollisionAvoidance<'_> {
                     uav.is_within_reach(state, 0.0, required) && !self.is_separated(planned[index].levels_m, levels_m);
                 let aircraft = Aircraft::Uav(teammate);
                 let required = uav.kept(aircraft, required);
-                is_near.then_some(Near { aircraft, course, pursuer: None, required })
+                is_near.then_some(Near { aircraft, course, pursuer: None, age_s: age_s(index, other), required })
             };
             let teammates = (0..planned.len()).filter(|other| *other != index);
             let teammates = teammates.filter_map(|other| teammate(other, courses[other]));
@@ -449,7 +455,7 @@ impl CollisionAvoidance<'_> {
         if pursuer.is_none() && own_course.is_some_and(is_clear) {
             return None;
         }
-        Some(Near { aircraft, course: course.sampled(), pursuer, required })
+        Some(Near { aircraft, course: course.sampled(), pursuer, age_s, required })
     }
 
     /// Required distance to an aircraft whose report is `age_s` seconds old.
@@ -515,17 +521,24 @@ impl CollisionAvoidance<'_> {
         let turns_s = if near.iter().any(|other| other.pursuer.is_some()) { &TURNS_S[..] } else { &[] };
         let flown_rad_s =
             self.manoeuvre.map_or(self.own.turn_rate_rad_s, |manoeuvre| manoeuvre.command.turn_rate_rad_s);
+        let conflict = soft_avoidance.or(escape_avoidance).map(|avoidance| avoidance.aircraft);
+        let teammate = near.iter().find(|other| Some(other.aircraft) == conflict && other.pursuer.is_none());
+        let change_cost_s =
+            CHANGE_COST_1_S * teammate.map_or(0.0, |other| other.age_s) / self.escapes.limits.uav.turn_rate_max_rad_s;
         for (effort, command) in COSTS.candidates(&self.escapes.limits.uav, self.own.turn_rate_rad_s, desired) {
+            // All further commands cost more, too.
+            if effort >= best.0 {
+                break;
+            }
             let is_reversal = flown_rad_s * command.turn_rate_rad_s < 0.0
                 && flown_rad_s.abs().min(command.turn_rate_rad_s.abs()) > REVERSAL_RAD_S;
-            let effort = effort + if is_reversal { REVERSAL_COST } else { 0.0 };
+            let effort = effort
+                + if is_reversal { REVERSAL_COST } else { 0.0 }
+                + change_cost_s * (command.turn_rate_rad_s - flown_rad_s).abs();
             // A command with a larger shortfall costs more than the best one.
             let short_max = (best.0 - effort) / SHORTFALL_COST;
             if short_max <= 0.0 {
-                if is_reversal {
-                    continue;
-                }
-                break;
+                continue;
             }
             let held = Intent::held(command);
             let mut short = self.shortfall(&course.with(held).sampled(), near, short_max).0;

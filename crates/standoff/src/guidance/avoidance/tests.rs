@@ -77,30 +77,32 @@ fn params() -> UavParams {
 }
 
 fn fly(fliers: Vec<Flier>, seconds: f64) -> Flown {
-    fly_with(params(), fliers, seconds)
+    fly_with(params(), fliers, seconds, 0)
 }
 
-fn fly_with(uav: UavParams, mut fliers: Vec<Flier>, seconds: f64) -> Flown {
+/// Flies with reports that arrive after `latency` time steps.
+fn fly_with(uav: UavParams, mut fliers: Vec<Flier>, seconds: f64, latency: usize) -> Flown {
     let (separation, dt) = (SeparationParams::default(), Duration::from_s(PERIOD_S));
     let escapes = EscapeModel::new(GroundLimits::in_wind(uav, 0.0), PERIOD_S);
     let mut manoeuvres = vec![None; fliers.len()];
     let response: AutopilotModel = uav.response(dt);
     let mut flown = Flown { closest_m: f64::INFINITY, avoided: 0, reversals: 0, last: Vec::new(), apart_m: Vec::new() };
     let mut sides = vec![0.0f64; fliers.len()];
-    for _ in 0..(seconds / PERIOD_S) as usize {
-        let others: Vec<OtherAircraft> = (0..)
-            .zip(&fliers)
-            .map(|(id, flier)| OtherAircraft {
-                aircraft: Aircraft::Uav(UavId(id)),
-                reported_state: flier.state,
-                age_s: 0.0,
-                manoeuvre: manoeuvres[id as usize],
-            })
-            .collect();
+    let mut reports: Vec<Vec<OtherAircraft>> = Vec::new();
+    for step in 0..(seconds / PERIOD_S) as usize {
+        let report = |(id, flier): (u32, &Flier)| OtherAircraft {
+            aircraft: Aircraft::Uav(UavId(id)),
+            reported_state: flier.state,
+            age_s: latency as f64 * PERIOD_S,
+            manoeuvre: manoeuvres[id as usize],
+        };
+        let now: Vec<OtherAircraft> = (0..).zip(&fliers).map(report).collect();
+        reports.push(now.clone());
+        let received = step.checked_sub(latency).map_or(&[][..], |step| &reports[step]);
         let before = fliers.clone();
         let courses = Courses(&before, uav);
         for (index, flier) in fliers.iter_mut().enumerate() {
-            for other in &others[index + 1..] {
+            for other in &now[index + 1..] {
                 let up_m = flier
                     .state
                     .vertical
@@ -119,9 +121,9 @@ fn fly_with(uav: UavParams, mut fliers: Vec<Flier>, seconds: f64) -> Flown {
                 geofence: None,
                 id: UavId(index as u32),
                 own: &own,
-                manoeuvre: others[index].manoeuvre,
+                manoeuvre: now[index].manoeuvre,
             };
-            let teammates = others.iter().copied().filter(|other| other.aircraft != Aircraft::Uav(avoidance.id));
+            let teammates = received.iter().copied().filter(|other| other.aircraft != Aircraft::Uav(avoidance.id));
             let mut altitude_m = flier.altitude_m;
             let mut command = desired;
             if flier.avoids {
@@ -222,7 +224,7 @@ fn two_uavs_within_the_minimum_distance_open_it_fast() {
                 for flier in &mut fliers {
                     (flier.speed_m_s, flier.state.speed_m_s) = (speed_m_s, speed_m_s);
                 }
-                let flown = fly_with(uav, fliers, 60.0);
+                let flown = fly_with(uav, fliers, 60.0, 0);
                 let later = &flown.apart_m[(4.0 / PERIOD_S) as usize - 1..];
                 let least_m = later.iter().copied().fold(f64::INFINITY, f64::min);
                 assert!(least_m >= 50.0, "{speed_m_s} m/s, {x_m} m, {y_m} m, {course_deg} deg: {:?}", flown.apart_m);
@@ -246,7 +248,7 @@ fn slow_uavs_within_the_minimum_distance_open_it_nearly_as_fast_as_possible() {
                     (flier.speed_m_s, flier.state.speed_m_s) = (speed_m_s, speed_m_s);
                 }
                 let shortest_s = shortest_time_s([fliers[0].state, fliers[1].state], uav, min_m);
-                let flown = fly_with(uav, fliers, 60.0);
+                let flown = fly_with(uav, fliers, 60.0, 0);
                 let open = flown.apart_m.iter().rposition(|apart_m| *apart_m < min_m).map_or(1, |last| last + 2);
                 let open_s = open as f64 * PERIOD_S;
                 assert!(
@@ -359,7 +361,7 @@ fn uavs_whose_courses_jump_keep_the_minimum_distance() {
                 flier.course = to_middle + Angle::from_rad(drawn.between(-1.0, 1.0));
                 flier.speed_m_s = drawn.between(25.0, 55.0);
             }
-            let flown = fly_with(uav, fliers.clone(), 8.0);
+            let flown = fly_with(uav, fliers.clone(), 8.0, 0);
             assert!(flown.closest_m >= 50.0, "case {case}: {flown:?}");
             fliers.iter_mut().zip(&flown.last).for_each(|(flier, last)| flier.state = *last);
         }
@@ -487,4 +489,30 @@ fn a_manoeuvre_against_a_teammate_with_an_old_report_ends_later() {
     assert_eq!([0.0, 1.5].map(|age_s| additional_m(teammate, teammate, age_s)), [4.0, 22.0]);
     assert_eq!(additional_m(intruder, intruder, 1.5), 4.0);
     assert_eq!(additional_m(teammate, intruder, 1.5), 0.0);
+}
+
+/// Three UAVs that meet, with reports that are half a second to one and a half seconds old: they hold their turns, and
+/// rarely come below the minimum distance.
+#[test]
+fn uavs_with_old_reports_hold_their_turns() {
+    for (latency, reversals_max) in [(1, 288), (2, 432), (3, 504)] {
+        let cases = (0..24).flat_map(|turned| [0.0, 20.0, 60.0].map(|offset_m| (turned, offset_m)));
+        let flown: Vec<Flown> = cases
+            .map(|(turned, offset_m)| {
+                let flier = |index: u32| {
+                    let course_deg = 120.0 * f64::from(index) + f64::from(3 * turned * index.min(1));
+                    let start_m = -500.0 - offset_m * f64::from(index);
+                    let from = Displacement::from_polar(start_m, Angle::from_deg(course_deg));
+                    Flier::new((from.x_m(), from.y_m() + offset_m), course_deg)
+                };
+                fly_with(params(), [0, 1, 2].map(flier).to_vec(), 60.0, latency)
+            })
+            .collect();
+        let below = flown.iter().filter(|flown| flown.closest_m < 50.0).count();
+        let reversals: usize = flown.iter().map(|flown| flown.reversals).sum();
+        assert!(
+            below <= 1 && reversals <= reversals_max,
+            "latency {latency}: {below} runs below 50 m, {reversals} reversals"
+        );
+    }
 }
