@@ -18,6 +18,7 @@ mod statistics;
 mod street_traffic;
 mod study;
 mod table_2;
+mod wind;
 
 pub use error::Failure;
 pub use monte_carlo_plan::{PAPER_LAW, Plan};
@@ -43,7 +44,7 @@ impl StudyGroup {
 }
 
 /// All study groups, in the order of the page.
-pub const STUDY_GROUPS: [StudyGroup; 10] = [
+pub const STUDY_GROUPS: [StudyGroup; 11] = [
     StudyGroup {
         name: "table-2",
         about: "Mean errors of one and of two UAVs, with and without the active measures",
@@ -86,4 +87,5 @@ pub const STUDY_GROUPS: [StudyGroup; 10] = [
         about: "Custody of traffic and control effort, with the paper's law and with the improvements",
         studies: &[coverage::coverage],
     },
+    StudyGroup { name: "wind", about: "A pair of UAVs in wind, and on aircraft that bank", studies: &[wind::wind] },
 ];

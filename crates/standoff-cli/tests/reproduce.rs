@@ -12,7 +12,7 @@ use std::thread;
 
 use common::{standoff, text};
 
-const STUDIES: [&str; 10] = [
+const STUDIES: [&str; 11] = [
     "table-2",
     "figure-6",
     "figure-7",
@@ -23,6 +23,7 @@ const STUDIES: [&str; 10] = [
     "errata",
     "improvements",
     "coverage",
+    "wind",
 ];
 
 fn reproduce(folder: &Path, threads: &str, args: &[&str]) -> Output {
@@ -132,7 +133,7 @@ fn wrong_usage_is_refused_with_status_2_and_leaves_nothing_behind() {
         (&["--runs", "many"], "--runs \"many\": must be a whole number"),
         (
             &["table-3"],
-            "[possible values: table-2, figure-6, figure-7, figure-8, figure-9, figure-10, figure-11, errata, improvements, coverage]",
+            "[possible values: table-2, figure-6, figure-7, figure-8, figure-9, figure-10, figure-11, errata, improvements, coverage, wind]",
         ),
         (&["table-2", "--page", "page.md"], "cannot be used with"),
         (&["figure-6", "--out", "file"], "file: not a folder"),
