@@ -37,13 +37,13 @@ const UNCOORDINATED: &str = "uavs.bank.turn_factor=0.72";
 const CLIMB: &str = "uavs.bank.climb_full_power_m_s=100";
 const SINK: &str = "uavs.bank.sink_idle_m_s=100";
 
-/// Aircraft: description and settings. The last two have the default power.
-const AIRCRAFT: [(&str, &[&str]); 5] = [
-    ("kinematic", &[]),
-    ("banking, much power", &[BANK, CLIMB, SINK]),
-    ("banking, uncoordinated, much power", &[BANK, UNCOORDINATED, CLIMB, SINK]),
-    ("banking", &[BANK]),
-    ("banking, uncoordinated", &[BANK, UNCOORDINATED]),
+/// Aircraft: description, settings, and whether slow UAVs fly them, too.
+const AIRCRAFT: [(&str, &[&str], bool); 5] = [
+    ("kinematic", &[], true),
+    ("banking, much power", &[BANK, CLIMB, SINK], false),
+    ("banking, uncoordinated, much power", &[BANK, UNCOORDINATED, CLIMB, SINK], false),
+    ("banking", &[BANK], true),
+    ("banking, uncoordinated", &[BANK, UNCOORDINATED], true),
 ];
 
 /// Metrics in the tables: metric, heading, factor to the unit of the heading.
@@ -85,15 +85,12 @@ pub(crate) fn wind(plan: &Plan) -> Result<Study, Failure> {
         measure(&mut winds, name, &[&SLOW, &targets, settings])?;
     }
     let mut aircraft = table("Kinematic and banking aircraft:");
-    for (air, settings) in [("calm", &[][..]), ("5 m/s", WINDS[1].1)] {
-        for (name, aircraft_settings) in AIRCRAFT {
-            measure(&mut aircraft, &format!("fast, {air}: {name}"), &[settings, aircraft_settings])?;
-        }
-    }
-    for (air, settings) in [("calm", &[][..]), ("5 m/s", WINDS[1].1)] {
-        for (name, aircraft_settings) in AIRCRAFT.into_iter().filter(|(name, _)| !name.ends_with("much power")) {
-            let slow: &[&[&str]] = &[&SLOW, &EASTWARD, settings, aircraft_settings];
-            measure(&mut aircraft, &format!("slow, {air}: {name}"), slow)?;
+    let slow = [&SLOW[..], &EASTWARD].concat();
+    for (speed, speed_settings) in [("fast", &[][..]), ("slow", &slow)] {
+        for (air, wind_settings, _) in &WINDS[..2] {
+            for (name, settings, _) in AIRCRAFT.iter().filter(|(.., is_slow)| *is_slow || speed == "fast") {
+                measure(&mut aircraft, &format!("{speed}, {air}: {name}"), &[speed_settings, wind_settings, settings])?;
+            }
         }
     }
     found.tables = vec![winds, aircraft];

@@ -153,8 +153,6 @@ struct Near {
     course: SampledTrajectory,
     /// Current state of an aircraft that may pursue the UAV.
     pursuer: Option<UavState>,
-    /// Age of its last report, s.
-    age_s: f64,
     required: Required,
 }
 
@@ -165,14 +163,19 @@ struct Required {
     ahead_s: f64,
     /// Distance required now, m.
     now_m: f64,
-    /// Its growth per second of prediction, m/s.
-    growth_m_s: f64,
+    /// Age of the report, s.
+    age_s: f64,
 }
 
 impl Required {
+    /// Growth of the distance per second of prediction, m/s.
+    fn growth_m_s(&self) -> f64 {
+        DRIFT_M_S2 * self.age_s
+    }
+
     /// Largest distance required within the horizon, m.
     fn most_m(&self) -> f64 {
-        self.now_m + self.growth_m_s * self.ahead_s
+        self.now_m + self.growth_m_s() * self.ahead_s
     }
 }
 
@@ -339,7 +342,7 @@ impl CollisionAvoidance<'_> {
                     uav.is_within_reach(state, 0.0, required) && !self.is_separated(planned[index].levels_m, levels_m);
                 let aircraft = Aircraft::Uav(teammate);
                 let required = uav.kept(aircraft, required);
-                is_near.then_some(Near { aircraft, course, pursuer: None, age_s: age_s(index, other), required })
+                is_near.then_some(Near { aircraft, course, pursuer: None, required })
             };
             let teammates = (0..planned.len()).filter(|other| *other != index);
             let teammates = teammates.filter_map(|other| teammate(other, courses[other]));
@@ -455,20 +458,20 @@ impl CollisionAvoidance<'_> {
         if pursuer.is_none() && own_course.is_some_and(is_clear) {
             return None;
         }
-        Some(Near { aircraft, course: course.sampled(), pursuer, age_s, required })
+        Some(Near { aircraft, course: course.sampled(), pursuer, required })
     }
 
     /// Required distance to an aircraft whose report is `age_s` seconds old.
     fn required(&self, ahead_s: f64, buffer_m: f64, age_s: f64) -> Required {
         let now_m = self.separation.horizontal_min_m + buffer_m + DRIFT_M_S * age_s;
-        Required { ahead_s, now_m, growth_m_s: DRIFT_M_S2 * age_s }
+        Required { ahead_s, now_m, age_s }
     }
 
     /// A required distance, larger for the aircraft that the UAV already avoids: a manoeuvre ends only when clear.
     fn kept(&self, aircraft: Aircraft, required: Required) -> Required {
         let is_avoided = self.manoeuvre.is_some_and(|manoeuvre| manoeuvre.avoids == aircraft);
         let of_age_m = match aircraft {
-            Aircraft::Uav(_) => CLEAR_OF_OLD_S * required.growth_m_s,
+            Aircraft::Uav(_) => CLEAR_OF_OLD_S * required.growth_m_s(),
             Aircraft::Intruder(_) => 0.0,
         };
         Required { now_m: required.now_m + if is_avoided { CLEAR_M + of_age_m } else { 0.0 }, ..required }
@@ -523,8 +526,8 @@ impl CollisionAvoidance<'_> {
             self.manoeuvre.map_or(self.own.turn_rate_rad_s, |manoeuvre| manoeuvre.command.turn_rate_rad_s);
         let conflict = soft_avoidance.or(escape_avoidance).map(|avoidance| avoidance.aircraft);
         let teammate = near.iter().find(|other| Some(other.aircraft) == conflict && other.pursuer.is_none());
-        let change_cost_s =
-            CHANGE_COST_1_S * teammate.map_or(0.0, |other| other.age_s) / self.escapes.limits.uav.turn_rate_max_rad_s;
+        let age_s = teammate.map_or(0.0, |other| other.required.age_s);
+        let change_cost_s = CHANGE_COST_1_S * age_s / self.escapes.limits.uav.turn_rate_max_rad_s;
         for (effort, command) in COSTS.candidates(&self.escapes.limits.uav, self.own.turn_rate_rad_s, desired) {
             // All further commands cost more, too.
             if effort >= best.0 {
@@ -622,7 +625,8 @@ impl CollisionAvoidance<'_> {
     fn shortfall(&self, course: &SampledTrajectory, near: &[Near], short_max: f64) -> (f64, Option<Avoidance>) {
         let mut worst = (0.0, None);
         for other in near {
-            let Required { ahead_s, now_m: required_m, growth_m_s } = other.required;
+            let Required { ahead_s, now_m: required_m, .. } = other.required;
+            let growth_m_s = other.required.growth_m_s();
             let (mut spare_m, mut predicted_distance_m) = (f64::INFINITY, f64::INFINITY);
             let (mut sum, mut steps) = (0.0, 0.0);
             for (after_s, step) in course.relative(&other.course, ahead_s) {

@@ -96,8 +96,8 @@ fn fly_with(uav: UavParams, mut fliers: Vec<Flier>, seconds: f64, latency: usize
             age_s: latency as f64 * PERIOD_S,
             manoeuvre: manoeuvres[id as usize],
         };
-        let now: Vec<OtherAircraft> = (0..).zip(&fliers).map(report).collect();
-        reports.push(now.clone());
+        reports.push((0..).zip(&fliers).map(report).collect());
+        let now = &reports[step];
         let received = step.checked_sub(latency).map_or(&[][..], |step| &reports[step]);
         let before = fliers.clone();
         let courses = Courses(&before, uav);
