@@ -30,7 +30,7 @@ impl Intruder {
 
 impl Intruders {
     pub(crate) fn new(scenario: &Scenario) -> Self {
-        let uav = UavParams { integrator: Integrator::Exact, ..scenario.settings.team.uav };
+        let uav = UavParams { integrator: Integrator::Exact, bank: None, ..scenario.settings.team.uav };
         let intruder = |flown: &scenario::Intruder| Intruder { truth: flown.start, flown: flown.clone() };
         let period = scenario.settings.period;
         Self { all: scenario.intruders.iter().map(intruder).collect(), response: uav.response(period), uav, period }

@@ -174,7 +174,7 @@ impl<B: Controller> Mission<B> {
                 id,
                 truth: state,
                 air,
-                bank: settings.bank.map(|_| BankMotion::default()),
+                bank: settings.team.uav.bank.map(|_| BankMotion::default()),
                 gusts,
                 believed_state: error.as_ref().map_or(state, |error| error.believed(&state)),
                 navigation_error: error,
@@ -449,14 +449,16 @@ impl<B: Controller> Mission<B> {
         let Self { uavs, intruders, .. } = self;
         intruders.fly(|uav| uavs.get(uav.0 as usize).map(|uav| &uav.truth));
         let (navigation, period) = (self.settings.navigation, self.settings.period);
-        let Settings { team, wind, bank: bank_model, .. } = &self.settings;
+        let Settings { team, wind, flies_equivalent_airspeed, .. } = &self.settings;
         for uav in &mut self.uavs {
             let Uav { id, command, altitude_m, .. } = *uav;
-            let bank = uav.bank.as_mut().zip(*bank_model);
+            let bank = uav.bank.as_mut().zip(team.uav.bank);
             let flown = |before: &UavState| match bank {
                 Some((bank, model)) => {
                     let height_m = height_m(before, altitude_m, team, id);
-                    bank.fly(&model, &team.uav, before, &HeldCommand { command, altitude_m, height_m, period })
+                    let flies_equivalent_airspeed = *flies_equivalent_airspeed;
+                    let held = HeldCommand { command, altitude_m, height_m, period, flies_equivalent_airspeed };
+                    bank.fly(&model, &team.uav, before, &held)
                 }
                 None => {
                     let mut after = self.response.step(before, command);

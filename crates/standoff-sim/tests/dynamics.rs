@@ -118,5 +118,5 @@ fn a_resolved_scenario_spells_out_the_bank() {
     let text = first.resolved().unwrap();
     assert!(text.contains("dynamics = \"bank\"") && text.contains("[uavs.bank]\nbank_max_deg = 60"), "{text}");
     let again = ScenarioTemplate::of_text("again", &text, &[]).unwrap().draw(1).unwrap();
-    assert!(again.settings == first.settings && again.settings.bank.is_some());
+    assert!(again.settings == first.settings && again.settings.team.uav.bank.is_some());
 }

@@ -331,6 +331,7 @@ fn fly_all(family: &Family, runs: u64) -> Vec<(u64, Flown)> {
 
 const NONE: &str = "";
 const PURSUER: &str = "[[intruders]]\npursued_uav = 0\nbearing_deg = { uniform = [0, 360] }\n";
+const BANKING: &str = "dynamics = \"bank\"\n";
 const RADIO: &str = "[radio]\npacket_loss = 0.2\nlatency_s = { uniform = [0.5, 1.5] }\n";
 
 const FEW: Family = Family {
@@ -350,6 +351,8 @@ const FAMILIES: &[(&str, Family, f64)] = &[
     ("zone", Family { has_zone: true, duration_s: 150.0, ..FEW }, 1.0),
     ("zone-per-group", Family { has_zone: true, duration_s: 150.0, policy: "per-group", ..FEW }, 1.0),
     ("radio", Family { extra: RADIO, ..FEW }, 1.0),
+    ("banking", Family { extra: BANKING, ..FEW }, 0.5),
+    ("banking-zone", Family { has_zone: true, duration_s: 150.0, extra: BANKING, ..FEW }, 10.0),
     ("slow-period", Family { uavs: (4, 4), period_max_s: 2.0, ..FEW }, 1.0),
     ("slow", Family { uavs: (4, 4), period_max_s: 2.0, lag_max_s: 2.0, ..FEW }, 1.0),
     ("pursuer", Family { uavs: (4, 4), extra: PURSUER, ..FEW }, 1.0),

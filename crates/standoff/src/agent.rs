@@ -7,11 +7,11 @@
 //! Everything up to the orbit is the [`TeamState`], which every agent computes identically from its message log. The
 //! rest is individual to this UAV. With an ideal radio, [`TeamAgent`](crate::TeamAgent) does the same without a log.
 
-use crate::command_law::CommandLaw;
+use crate::command_law::{CommandLaw, LastDecision};
 use crate::guidance::geofence::Geofence;
 use crate::guidance::team_geofence::TeamGeofence;
 use crate::intruders::Intruders;
-use crate::message::{Manoeuvre, Message, Scan};
+use crate::message::{Message, Scan};
 use crate::message_log::{Replica, TeammateStatus};
 use crate::output::{AgentOutput, Observation, count};
 use crate::params::TeamParams;
@@ -81,8 +81,7 @@ pub struct Agent {
     /// Whether this UAV has reported at this time step: its state is valid and its sensor has scanned.
     has_reported: bool,
     is_leaving: bool,
-    /// Avoidance manoeuvre of the last decision.
-    manoeuvre: Option<Manoeuvre>,
+    last_decision: LastDecision,
     wind: Option<WindEstimate>,
     /// Zones that bind the commands of this UAV, if they differ from those of the team.
     own_geofence: Option<TeamGeofence>,
@@ -113,7 +112,7 @@ impl Agent {
             rejected_steps: None,
             has_reported: false,
             is_leaving: false,
-            manoeuvre: None,
+            last_decision: LastDecision::default(),
             wind: None,
             own_geofence: None,
         })
@@ -148,7 +147,7 @@ impl Agent {
     /// again.
     pub fn reset(&mut self) {
         (self.now, self.off_grid, self.rejected_steps) = (None, None, None);
-        (self.has_reported, self.manoeuvre, self.wind) = (false, None, None);
+        (self.has_reported, self.last_decision, self.wind) = (false, LastDecision::default(), None);
         self.clock_error = Duration::ZERO;
         self.intruders.clear();
         self.replica.restart_at(0);
@@ -253,7 +252,7 @@ impl Agent {
         if let Some(scan) = scan.filter(|_| own.is_finite() && !self.has_reported) {
             let (uav, order, is_leaving) = (self.id, (self.restart_count, self.sequence), self.is_leaving);
             let assigned_group = self.team_state().assignment_of(uav);
-            let manoeuvre = self.manoeuvre;
+            let manoeuvre = self.last_decision.manoeuvre;
             let report = ReportView { uav, order, state: own, scan, assigned_group, is_leaving, manoeuvre };
             self.has_reported = self.replica.append_report(step, report);
         }
@@ -314,8 +313,8 @@ impl Agent {
             escapes: self.replica.history.updater.escapes.as_ref(),
             wind: self.replica.history.updater.params.wind.and_then(|wind| wind.believed(self.wind.as_ref())),
         };
-        let (output, manoeuvre) = law.decide(observation, self.replica.rejected());
-        self.manoeuvre = manoeuvre;
+        let (output, decision) = law.decide(observation, self.replica.rejected(), Some(&self.last_decision));
+        self.last_decision = decision;
         output
     }
 

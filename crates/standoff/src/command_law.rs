@@ -1,6 +1,7 @@
 //! Command law of a UAV: computes the command and the sensor pointing from the team state.
 
 use crate::angle::Angle;
+use crate::bank::{Flown, Motion};
 use crate::coordination::group::Group;
 use crate::coordination::lost_target_search::SearchArea;
 use crate::coordination::memberships::GroupedTrack;
@@ -43,6 +44,15 @@ pub(crate) struct CommandLaw<'a> {
     pub(crate) wind: Option<Wind>,
 }
 
+/// What a UAV flies since its last decision.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub(crate) struct LastDecision {
+    /// Avoidance manoeuvre, for the next report.
+    pub(crate) manoeuvre: Option<Manoeuvre>,
+    /// Motion and command over ground of a banking UAV.
+    flown: Option<Box<Flown>>,
+}
+
 /// Command of a UAV without collision avoidance.
 struct Desired {
     /// Command within the limits and the geofence.
@@ -65,28 +75,40 @@ impl Desired {
 impl CommandLaw<'_> {
     /// Returns the command of the observed UAV, in wind relative to the air, and its avoidance manoeuvre over ground,
     /// for the next report.
-    pub(crate) fn decide(&self, observation: &Observation, refused: Rejected) -> (AgentOutput, Option<Manoeuvre>) {
-        let output = self.decide_over_ground(observation, refused);
-        let manoeuvre = output.manoeuvre();
-        let Some(wind) = self.wind.filter(|_| observation.own.is_finite()) else { return (output, manoeuvre) };
+    pub(crate) fn decide(
+        &self,
+        observation: &Observation,
+        refused: Rejected,
+        last: Option<&LastDecision>,
+    ) -> (AgentOutput, LastDecision) {
+        let Observation { ref own, time, .. } = *observation;
+        let flown = last.and_then(|last| last.flown.as_deref());
+        let motion = Flown::motion(flown, &self.params.uav, own, time);
+        let output = self.decide_over_ground(observation, &motion, refused);
+        let is_banking = self.params.uav.bank.is_some() && own.is_finite();
+        let flown = is_banking.then(|| Box::new(Flown { from: time, motion, command: output.command }));
+        let decision = LastDecision { manoeuvre: output.manoeuvre(), flown };
+        let Some(wind) = self.wind.filter(|_| own.is_finite()) else { return (output, decision) };
         let Diagnostics { avoiding, limiting_zone, .. } = output.diagnostics;
         let is_evasive = avoiding.is_some() || limiting_zone.is_some();
         let command = wind.air_command(self.params, &observation.own, output.command, is_evasive);
         let diagnostics = Diagnostics { wind: Some(wind.velocity), ..output.diagnostics };
-        (AgentOutput { command, diagnostics, ..output }, manoeuvre)
+        (AgentOutput { command, diagnostics, ..output }, decision)
     }
 
-    fn decide_over_ground(&self, observation: &Observation, refused: Rejected) -> AgentOutput {
+    fn decide_over_ground(&self, observation: &Observation, motion: &Motion, refused: Rejected) -> AgentOutput {
         let Observation { uav: id, ref own, .. } = *observation;
         let own_state_invalid = !own.is_finite();
         let group = self.team_state.group_of(id).filter(|_| !own_state_invalid);
         let geofence_safety = self.geofence_safety.filter(|_| !own_state_invalid);
-        let desired = self.desired(observation, group, geofence_safety);
+        let desired = self.desired((observation, motion), group, geofence_safety);
         let Desired { command, speed_limited, turn_rate_limited, steering, phase_error_rad, zone: border } = desired;
         let altitude_m = self.altitude_m(id, group);
         let separation = self.params.separation.as_ref().zip(self.escapes).filter(|_| !own_state_invalid);
         let (command, altitude_m, avoids) = match separation {
-            Some(separation) => self.avoid_aircraft(separation, observation, (command, desired.intended()), altitude_m),
+            Some(separation) => {
+                self.avoid_aircraft(separation, (observation, motion), (command, desired.intended()), altitude_m)
+            }
             None => (command, altitude_m, None),
         };
         // The diagnostics describe the command in effect, whatever its source.
@@ -131,7 +153,7 @@ impl CommandLaw<'_> {
     /// Command of a UAV without collision avoidance; straight flight if its state is invalid.
     fn desired(
         &self,
-        observation: &Observation,
+        (observation, motion): (&Observation, &Motion),
         group: Option<&Group>,
         geofence_safety: Option<&GeofenceSafety>,
     ) -> Desired {
@@ -154,7 +176,7 @@ impl CommandLaw<'_> {
         let LimitedCommand { command, speed_limited, turn_rate_limited } = self.limit(own, desired);
         // The geofence limits the command before and after collision avoidance.
         let (command, stopped_by) =
-            geofence_safety.map_or((command, None), |geofence_safety| geofence_safety.make_safe(own, command));
+            geofence_safety.map_or((command, None), |geofence_safety| geofence_safety.make_safe(motion, command));
         let zone = stopped_by.or(detour.map(|detour| detour.zone));
         Desired { command, speed_limited, turn_rate_limited, steering, phase_error_rad, zone }
     }
@@ -163,14 +185,14 @@ impl CommandLaw<'_> {
     fn avoid_aircraft(
         &self,
         (separation, escapes): (&SeparationParams, &EscapeModel),
-        observation: &Observation,
+        (observation, motion): (&Observation, &Motion),
         desired: (Command, Option<&Steering>),
         altitude_m: Option<f64>,
     ) -> (Command, Option<f64>, Option<Avoidance>) {
         let Observation { uav: id, ref own, time } = *observation;
         let manoeuvre = self.team_state.teammate(id).and_then(|own| own.manoeuvre);
         let geofence = self.geofence_safety;
-        let keeper = CollisionAvoidance { separation, escapes, geofence, id, own, manoeuvre };
+        let keeper = CollisionAvoidance { separation, escapes, geofence, id, own: motion, manoeuvre };
         let (mut buffer, places) = (Vec::new(), &self.team_state.reported_places);
         let near = places.near(own.position, keeper.reach_m(places.fastest_m_s), &mut buffer);
         let near = near.map(|index| &self.team_state.teammates[index]);
@@ -353,7 +375,13 @@ impl DesiredCommands for CommandLaw<'_> {
 
     fn desired(&self, teammate: UavId, state: &UavState) -> (Command, Intent) {
         let observation = Observation { uav: teammate, time: self.team_state.time, own: *state };
-        let desired = CommandLaw::desired(self, &observation, self.team_state.group_of(teammate), self.geofence_safety);
+        let motion = Motion::steady(&self.params.uav, state);
+        let desired = CommandLaw::desired(
+            self,
+            (&observation, &motion),
+            self.team_state.group_of(teammate),
+            self.geofence_safety,
+        );
         let held = Intent::held(desired.command);
         let intent = desired.intended().map_or(held, |steering| Intent::of(desired.command, state.heading, steering));
         (desired.command, intent)

@@ -27,6 +27,7 @@ mod research_fields;
 mod agent;
 mod angle;
 mod atmosphere;
+mod bank;
 mod by_group;
 mod command_law;
 mod coordination;
@@ -79,8 +80,9 @@ pub use message::{Cue, Detection, Message, Report, Scan, SnapshotPart, TargetLab
 pub use message_log::TeammateStatus;
 pub use output::{AgentOutput, Diagnostics, Observation, PointingTarget, Rejected};
 pub use params::{
-    ClimbParams, GroupingParams, GuidanceParams, LinkModel, LogParams, OrbitDirection, ParamInfo, ParamValue,
-    SensorParams, SeparationParams, StandoffParams, TargetParams, TeamParams, TrackParams, UavParams, WindParams,
+    BankParams, ClimbParams, GroupingParams, GuidanceParams, LinkModel, LogParams, OrbitDirection, ParamInfo,
+    ParamValue, SensorParams, SeparationParams, StandoffParams, TargetParams, TeamParams, TrackParams, UavParams,
+    WindParams,
 };
 pub use sensor::RangeBearingMeasurement;
 pub use target::TargetState;

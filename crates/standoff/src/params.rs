@@ -120,6 +120,8 @@ params! {
             /// Climb model; `None`: the UAV reaches a commanded altitude immediately, as in the planar model of the
             /// paper.
             pub climb: ClimbParams;
+            /// Banking aircraft; `None`, as in the paper: turn rate and speed follow their commands with lags (1).
+            pub bank: BankParams;
         }
         numbers {
             /// Nominal speed v_0, which is also the desired speed v_d.
@@ -156,6 +158,27 @@ params! {
             pub altitude_max_m = 3000.0, "m", "uavs.climb.altitude_max_m",
                 Allowed::FINITE.at_most(2e4).with_reason("not below altitude_min_m"),
                 |climb, allowed| allowed.and_at_least(climb.altitude_min_m);
+        }
+    }
+
+    /// Limits of a banking aircraft. Collision avoidance and geofences predict its turns and speeds within them.
+    struct BankParams at [uav.bank] {
+        numbers {
+            /// Maximum bank angle phi_max to either side.
+            pub bank_max_rad = 60f64.to_radians(), "rad", "uavs.bank.bank_max_deg",
+                Allowed::at_least(5f64.to_radians()).at_most(80f64.to_radians());
+            /// Maximum roll rate p_max.
+            pub roll_rate_max_rad_s = 60f64.to_radians(), "rad/s", "uavs.bank.roll_rate_max_deg_s",
+                Allowed::at_least(1f64.to_radians()).at_most(720f64.to_radians());
+            /// Time constant tau_phi with which the bank angle follows its command.
+            pub roll_lag_s = 0.4, "s", "uavs.bank.roll_lag_s", Allowed::at_least(1e-3).at_most(10.0);
+            /// Turn rate as a share f of that of a coordinated turn at the same bank angle.
+            pub turn_factor = 1.0, "1", "uavs.bank.turn_factor", Allowed::at_least(0.1).at_most(1.5);
+            /// Rate of climb c at full power and constant airspeed.
+            pub climb_full_power_m_s = 5.0, "m/s", "uavs.bank.climb_full_power_m_s",
+                Allowed::at_least(0.1).at_most(100.0);
+            /// Rate of descent s with the engine idle at constant airspeed.
+            pub sink_idle_m_s = 2.0, "m/s", "uavs.bank.sink_idle_m_s", Allowed::at_least(0.1).at_most(100.0);
         }
     }
 
@@ -487,7 +510,11 @@ impl ParamInfo {
     /// True for an angle, which is in radians here and in degrees in scenario files.
     #[cfg_attr(feature = "research", visibility::make(pub))]
     pub(crate) fn is_angle(&self) -> bool {
-        matches!(self.kind, ParamKind::Number { unit: "rad", .. })
+        match self.kind {
+            ParamKind::Number { unit: "rad", .. } => true,
+            ParamKind::Number { unit: "rad/s", .. } => self.key.ends_with("_deg_s"),
+            _ => false,
+        }
     }
 
     /// Returns the value in `team`; `None` if it belongs to an optional part that is absent.
@@ -504,6 +531,13 @@ impl ParamInfo {
 
 impl Default for ClimbParams {
     /// A small fixed-wing UAV.
+    fn default() -> Self {
+        Self::preset(true)
+    }
+}
+
+impl Default for BankParams {
+    /// A small fixed-wing UAV with the rates of climb that are ArduPlane's defaults (`TECS_CLMB_MAX`, `TECS_SINK_MIN`).
     fn default() -> Self {
         Self::preset(true)
     }

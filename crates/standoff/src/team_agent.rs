@@ -4,11 +4,11 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use crate::agent::Agent;
-use crate::command_law::CommandLaw;
+use crate::command_law::{CommandLaw, LastDecision};
 use crate::coordination::assignment::AssignmentLaw;
 use crate::guidance::geofence::Geofence;
 use crate::intruders::Intruders;
-use crate::message::{Manoeuvre, Message, Scan};
+use crate::message::{Message, Scan};
 use crate::output::{AgentOutput, Observation, Rejected, count};
 use crate::params::TeamParams;
 use crate::state_update::TeamStateUpdater;
@@ -55,8 +55,7 @@ pub struct TeamAgent {
     /// Number of time steps started.
     sequence: u32,
     refused: Rejected,
-    /// Avoidance manoeuvres of the last decisions.
-    manoeuvres: BTreeMap<UavId, Manoeuvre>,
+    last_decisions: BTreeMap<UavId, LastDecision>,
     winds: BTreeMap<UavId, WindEstimate>,
 }
 
@@ -74,7 +73,7 @@ impl TeamAgent {
             is_stale: false,
             sequence: 0,
             refused: Rejected::default(),
-            manoeuvres: BTreeMap::new(),
+            last_decisions: BTreeMap::new(),
             winds: BTreeMap::new(),
         })
     }
@@ -117,7 +116,7 @@ impl TeamAgent {
                 scan,
                 assigned_group: assignment,
                 is_leaving: false,
-                manoeuvre: self.manoeuvres.get(&uav).copied(),
+                manoeuvre: self.last_decisions.get(&uav).and_then(|last| last.manoeuvre),
             };
             if self.put(report) == Insert::Rejected {
                 count(&mut self.refused.malformed);
@@ -176,11 +175,13 @@ impl TeamAgent {
             escapes: self.updater.escapes.as_ref(),
             wind: self.updater.params.wind.and_then(|params| params.believed(self.winds.get(&observation.uav))),
         };
-        let (output, manoeuvre) = law.decide(observation, self.refused.with(&self.team_state));
-        match manoeuvre {
-            Some(manoeuvre) => self.manoeuvres.insert(observation.uav, manoeuvre),
-            None => self.manoeuvres.remove(&observation.uav),
-        };
+        let (refused, last) = (self.refused.with(&self.team_state), self.last_decisions.get(&observation.uav));
+        let (output, decision) = law.decide(observation, refused, last);
+        if decision == LastDecision::default() {
+            self.last_decisions.remove(&observation.uav);
+        } else {
+            self.last_decisions.insert(observation.uav, decision);
+        }
         output
     }
 
@@ -190,7 +191,7 @@ impl TeamAgent {
         (self.previous, self.team_state) = (Box::default(), Box::default());
         self.messages.open(Time::EPOCH);
         self.intruders.clear();
-        self.manoeuvres.clear();
+        self.last_decisions.clear();
         self.winds.clear();
         (self.dt, self.started, self.is_stale) = (Duration::ZERO, false, false);
     }

@@ -22,7 +22,7 @@ use nalgebra::Vector2;
 use crate::angle::Angle;
 use crate::frame::{FASTEST_RAD_S, Velocity};
 use crate::math;
-use crate::params::{TeamParams, UavParams, WindBelief, WindParams};
+use crate::params::{Integrator, TeamParams, UavParams, WindBelief, WindParams};
 use crate::time::Time;
 use crate::uav::{Command, LimitedCommand, UavState, clamp_flagged};
 
@@ -246,6 +246,9 @@ impl GroundLimits {
     /// Limits in winds of up to `wind_m_s`; in calm air, those of the airframe.
     pub(crate) fn in_wind(uav: UavParams, wind_m_s: f64) -> Self {
         let fastest_m_s = uav.speed_max_m_s() + wind_m_s;
+        // The model of a banking aircraft has no steps.
+        let integrator = if uav.bank.is_some() { Integrator::Exact } else { uav.integrator };
+        let uav = UavParams { integrator, ..uav };
         let limits = if wind_m_s == 0.0 {
             uav
         } else {

@@ -1,32 +1,39 @@
-use standoff::{ClimbParams, Position, TeamParams};
+use standoff::research::math;
+use standoff::{Angle, ClimbParams, Position, TeamParams};
 
 use super::*;
 
-const AIRCRAFT: BankModel = BankModel {
+const AIRCRAFT: BankParams = BankParams {
     bank_max_rad: 1.0,
     roll_rate_max_rad_s: 0.8,
     roll_lag_s: 0.4,
     turn_factor: 0.72,
     climb_full_power_m_s: 5.0,
     sink_idle_m_s: 2.0,
-    flies_equivalent_airspeed: false,
 };
 
 /// An aircraft in flight, 16 to 30 m/s.
 struct Flight {
-    model: BankModel,
+    model: BankParams,
     uav: UavParams,
     motion: BankMotion,
     state: UavState,
+    flies_equivalent_airspeed: bool,
 }
 
 impl Flight {
-    fn new(model: BankModel) -> Self {
+    fn new(model: BankParams) -> Self {
         let climb = Some(ClimbParams { rate_max_m_s: 10.0, lag_s: 0.5, ..ClimbParams::default() });
         let uav = UavParams { speed_m_s: 23.0, speed_change_max_m_s: 7.0, climb, ..TeamParams::recommended().uav };
         let level = UavState::level_flight(Position::ORIGIN, Angle::from_deg(0.0), 23.0);
         let vertical = Some(Vertical { altitude_m: 300.0, climb_rate_m_s: 0.0 });
-        Self { model, uav, motion: BankMotion::default(), state: UavState { vertical, ..level } }
+        Self {
+            model,
+            uav,
+            motion: BankMotion::default(),
+            state: UavState { vertical, ..level },
+            flies_equivalent_airspeed: false,
+        }
     }
 
     /// Flies for a time in steps of `period_s`, and calls `check` with the state before and after each step.
@@ -40,7 +47,9 @@ impl Flight {
     ) {
         let command = Command { speed_m_s, turn_rate_rad_s };
         let period = Duration::from_s(period_s);
-        let held = HeldCommand { command, altitude_m: Some(altitude_m), height_m: 300.0, period };
+        let flies_equivalent_airspeed = self.flies_equivalent_airspeed;
+        let held =
+            HeldCommand { command, altitude_m: Some(altitude_m), height_m: 300.0, period, flies_equivalent_airspeed };
         for _ in 0..(time_s / period_s).round() as u32 {
             let (motion, state) = (self.motion, self.state);
             self.state = self.motion.fly(&self.model, &self.uav, &state, &held);
@@ -58,14 +67,14 @@ impl Flight {
 #[test]
 fn the_equilibrium_turn_rate_is_the_commanded_one() {
     for (turn_factor, rate_rad_s) in [(1.0, 0.3), (1.0, -0.2), (0.72, 0.2), (0.72, -0.3)] {
-        let mut flight = Flight::new(BankModel { turn_factor, ..AIRCRAFT });
+        let mut flight = Flight::new(BankParams { turn_factor, ..AIRCRAFT });
         flight.hold(23.0, rate_rad_s, 300.0, (40.0, 0.5), |_, _| {});
         assert!((flight.state.turn_rate_rad_s - rate_rad_s).abs() < 1e-4, "{:?}", flight.state);
         let bank_rad = -math::atan2(rate_rad_s * 23.0, turn_factor * GRAVITY_M_S2);
         assert!((flight.motion.bank_rad - bank_rad).abs() < 1e-3, "{} {bank_rad}", flight.motion.bank_rad);
     }
     // A coordinated turn at 45 degrees.
-    let coordinated = BankModel { turn_factor: 1.0, ..AIRCRAFT };
+    let coordinated = BankParams { turn_factor: 1.0, ..AIRCRAFT };
     assert!((coordinated.turn_rate_rad_s(-0.25 * math::PI, 20.0) - GRAVITY_M_S2 / 20.0).abs() < 1e-12);
 }
 
@@ -130,20 +139,38 @@ fn a_climb_costs_speed_and_a_descent_gives_it_back() {
 #[test]
 fn a_command_taken_as_equivalent_airspeed_is_faster_at_altitude() {
     for (flies_equivalent_airspeed, expected_m_s) in [(false, 23.0), (true, 26.70)] {
-        let mut flight = Flight::new(BankModel { flies_equivalent_airspeed, ..AIRCRAFT });
+        let mut flight = Flight { flies_equivalent_airspeed, ..Flight::new(AIRCRAFT) };
         flight.state.vertical = Some(Vertical { altitude_m: 3000.0, climb_rate_m_s: 0.0 });
         flight.hold(23.0, 0.0, 3000.0, (60.0, 0.5), |_, _| {});
         assert!((flight.state.speed_m_s - expected_m_s).abs() < 0.02, "{:?}", flight.state);
     }
-    let model = BankModel { flies_equivalent_airspeed: true, ..AIRCRAFT };
-    assert!((model.true_airspeed_m_s(1.0, -100.0) - 1.0).abs() < 1e-12);
+    assert!((true_airspeed_m_s(1.0, -100.0) - 1.0).abs() < 1e-12);
+}
+
+/// Agents predict the flown path: of reversed turns and of changes of speed, from steady turns.
+#[test]
+fn the_prediction_of_an_agent_is_flown() {
+    for roll_rate_max_rad_s in [0.4, 3.0] {
+        let aircraft = BankParams { turn_factor: 1.0, roll_rate_max_rad_s, ..AIRCRAFT };
+        for (from_rad_s, to_rad_s, speed_m_s) in [(0.3, -0.3, 23.0), (-0.2, 0.3, 16.0), (0.0, 0.4, 30.0)] {
+            let mut flight = Flight::new(aircraft);
+            flight.hold(23.0, from_rad_s, 300.0, (60.0, 0.5), |_, _| {});
+            let uav = UavParams { bank: Some(aircraft), ..flight.uav };
+            let command = Command { speed_m_s, turn_rate_rad_s: to_rad_s };
+            let predicted = uav.response(Duration::from_s(8.0)).step(&flight.state, command);
+            flight.hold(speed_m_s, to_rad_s, 300.0, (8.0, 0.5), |_, _| {});
+            let off_m = flight.state.position.distance_m(predicted.position);
+            assert!(off_m < 2.0, "{from_rad_s} to {to_rad_s} rad/s: {off_m} m");
+            assert!((flight.state.speed_m_s - predicted.speed_m_s).abs() < 0.1, "{predicted:?} {:?}", flight.state);
+        }
+    }
 }
 
 /// On a circle, the aircraft flies the path of the kinematic model.
 #[test]
 fn a_settled_turn_is_that_of_the_kinematic_model() {
     for (turn_factor, rate_rad_s) in [(1.0, 0.2), (0.72, 0.3), (1.0, -0.25)] {
-        let mut flight = Flight::new(BankModel { turn_factor, ..AIRCRAFT });
+        let mut flight = Flight::new(BankParams { turn_factor, ..AIRCRAFT });
         flight.hold(25.0, rate_rad_s, 300.0, (60.0, 0.5), |_, _| {});
         let mut kinematic = flight.state;
         let response = flight.uav.response(Duration::from_s(0.5));

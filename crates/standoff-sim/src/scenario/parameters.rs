@@ -5,7 +5,7 @@ use std::sync::LazyLock;
 
 use serde::Serialize;
 use standoff::research::Allowed;
-use standoff::{ClimbParams, ParamInfo, ParamValue, SeparationParams, TeamParams, WindParams};
+use standoff::{BankParams, ClimbParams, ParamInfo, ParamValue, SeparationParams, TeamParams, WindParams};
 
 use super::number::Number;
 use super::sample::{Draw, Drawing};
@@ -71,7 +71,7 @@ pub struct Parameters(Vec<Option<TypedValue>>);
 impl Default for Parameters {
     fn default() -> Self {
         let mut team = TeamParams { separation: Some(SeparationParams::default()), ..TeamParams::recommended() };
-        team.uav.climb = Some(ClimbParams::default());
+        (team.uav.climb, team.uav.bank) = (Some(ClimbParams::default()), Some(BankParams::default()));
         team.wind = Some(WindParams::default());
         let default = |param: &ParamInfo| {
             let is_derived = DERIVED.iter().any(|(key, _)| *key == param.key);

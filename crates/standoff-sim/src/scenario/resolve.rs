@@ -5,8 +5,8 @@ use std::sync::Arc;
 use serde::Serialize;
 use standoff::research::Wind;
 use standoff::{
-    ClimbParams, Duration, Position, SensorParams, SeparationParams, TargetParams, TargetState, TeamParams, UavId,
-    Velocity, WindParams,
+    BankParams, ClimbParams, Duration, Position, SensorParams, SeparationParams, TargetParams, TargetState, TeamParams,
+    UavId, Velocity, WindParams,
 };
 
 use standoff_score::{Buildings, CueError};
@@ -27,7 +27,6 @@ use super::traffic::{check_span, length_warning};
 use super::validate::{check_objects, check_settings, report};
 use super::warnings::warnings;
 use super::{basemap, buildings, geofence, start};
-use crate::bank::BankModel;
 use crate::gusts::GustModel;
 use crate::navigation::NavigationModel;
 use crate::random::{Draws, Stream};
@@ -272,15 +271,11 @@ fn settings(file: &resolved::ScenarioFile) -> Settings {
             gusts: (wind.gust_w20_m_s > 0.0)
                 .then_some(GustModel { w20_m_s: wind.gust_w20_m_s, airspeed_m_s: team.uav.speed_m_s }),
         }),
-        bank: file.uavs.bank.as_ref().map(|bank| BankModel {
-            bank_max_rad: bank.bank_max_deg.to_radians(),
-            roll_rate_max_rad_s: bank.roll_rate_max_deg_s.to_radians(),
-            roll_lag_s: bank.roll_lag_s,
-            turn_factor: bank.turn_factor,
-            climb_full_power_m_s: bank.climb_full_power_m_s,
-            sink_idle_m_s: bank.sink_idle_m_s,
-            flies_equivalent_airspeed: bank.speed_command == SpeedCommand::EquivalentAirspeed,
-        }),
+        flies_equivalent_airspeed: file
+            .uavs
+            .bank
+            .as_ref()
+            .is_some_and(|bank| bank.speed_command == SpeedCommand::EquivalentAirspeed),
         cue: CueError { position_sd_m: file.cue.position_sd_m, velocity_sd_m_s: file.cue.velocity_sd_m_s },
         model: file.targets.as_ref().map(target_model),
         intruders: file.intruders.len(),
@@ -298,6 +293,7 @@ pub(super) fn team(file: &resolved::ScenarioFile) -> TeamParams {
     let has_buildings = file.world.as_ref().is_some_and(|world| !world.building_outlines_cm.is_empty());
     let has_altitudes = file.uavs.climb.is_some() || file.separation.0.is_some() || has_buildings;
     team.uav.climb = has_altitudes.then(ClimbParams::default);
+    team.uav.bank = file.uavs.bank.as_ref().map(|_| BankParams::default());
     team.wind = file.wind.as_ref().map(|_| WindParams::default());
     file.parameters.apply_to(&mut team);
     team

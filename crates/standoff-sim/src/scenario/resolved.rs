@@ -11,7 +11,6 @@ use super::basemap::MapFile;
 use super::number::Number;
 use super::schema_types::AgentSetup;
 use super::schema_types::resolved::ScenarioFile;
-use crate::bank::BankModel;
 use crate::navigation::NavigationModel;
 use crate::target_id::TargetId;
 use crate::traffic::Traffic;
@@ -90,8 +89,8 @@ pub struct Settings {
     pub navigation: NavigationModel,
     /// True wind; `None`: calm air.
     pub wind: Option<WindModel>,
-    /// Banking of the true aircraft; `None`: first-order lags (1).
-    pub bank: Option<BankModel>,
+    /// True if banking aircraft fly a commanded speed as equivalent instead of true airspeed.
+    pub flies_equivalent_airspeed: bool,
     /// Errors of cues.
     pub cue: CueError,
     /// Motion model of the targets without manoeuvres; `None` if they come from a file.

@@ -254,21 +254,8 @@ tables! {
     /// `[uavs.climb]`: how UAVs climb and descend, and between which altitudes.
     table Climb
 
-    /// `[uavs.bank]`: true properties of a banking aircraft. The agents do not know them.
-    table Bank numbers {
-        /// Maximum bank angle to either side, degrees; 5 to 80.
-        bank_max_deg = 60.0, Allowed::at_least(5.0).at_most(80.0);
-        /// Maximum roll rate, degrees per second; 1 to 720.
-        roll_rate_max_deg_s = 60.0, Allowed::at_least(1.0).at_most(720.0);
-        /// Time constant with which the bank angle follows its command, s; 0.001 to 10.
-        roll_lag_s = 0.4, Allowed::at_least(1e-3).at_most(10.0);
-        /// Turn rate as a share of that of a coordinated turn at the same bank angle; 0.1 to 1.5.
-        turn_factor = 1.0, Allowed::at_least(0.1).at_most(1.5);
-        /// Rate of climb at full power and constant airspeed, m/s; 0.1 to 100.
-        climb_full_power_m_s = 5.0, Allowed::at_least(0.1).at_most(100.0);
-        /// Rate of descent with the engine idle at constant airspeed, m/s; 0.1 to 100.
-        sink_idle_m_s = 2.0, Allowed::at_least(0.1).at_most(100.0);
-    } words {
+    /// `[uavs.bank]`: limits of a banking aircraft, which its agent knows, and how it interprets a commanded speed.
+    table Bank words {
         /// How the aircraft interprets a commanded speed: `true-airspeed` or `equivalent-airspeed`.
         speed_command: SpeedCommand = TrueAirspeed;
     }

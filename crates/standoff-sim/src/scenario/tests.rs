@@ -1,6 +1,6 @@
 //! Tests that typed values and the library's checks fit together.
 
-use standoff::{ClimbParams, ParamValue, SeparationParams, TeamParams, WindParams};
+use standoff::{BankParams, ClimbParams, ParamValue, SeparationParams, TeamParams, WindParams};
 
 use super::diagnostics::Problems;
 use super::load::Typed;
@@ -12,13 +12,13 @@ use super::*;
 #[test]
 fn every_parameter_error_of_the_library_points_to_its_key() {
     let mut params = TeamParams::recommended();
-    (params.uav.climb, params.separation) = (Some(ClimbParams::default()), Some(SeparationParams::default()));
-    params.wind = Some(WindParams::default());
+    (params.uav.climb, params.uav.bank) = (Some(ClimbParams::default()), Some(BankParams::default()));
+    (params.separation, params.wind) = (Some(SeparationParams::default()), Some(WindParams::default()));
     let printed = format!("{params:?}");
     let printed = printed.split([' ', ',', '(', ')']).filter(|word| word.parse::<f64>().is_ok()).count();
     let numbers = TeamParams::table().iter().filter(|param| param.kind.is_number());
     assert_eq!(printed, numbers.clone().count(), "every number is in the table");
-    let text = "[separation]\n[uavs.climb]\n[wind]\n[[targets.start]]\n";
+    let text = "[separation]\n[uavs]\ndynamics = \"bank\"\n[uavs.climb]\n[wind]\n[[targets.start]]\n";
     let scenario = ScenarioTemplate::of_text("mine", text, &[]).unwrap().draw(1).unwrap();
     let text = scenario.resolved().unwrap();
     let typed = Typed::of_text("mine", &text).unwrap();

@@ -102,9 +102,9 @@ fn turning_circle(team: &TeamParams, targets: &Targets) -> Option<String> {
 
 /// The guidance assumes that UAVs reach the limit of the turn rate, whatever they are.
 fn bank_limit(settings: &Settings) -> Option<String> {
-    let (uav, bank) = (&settings.team.uav, settings.bank.as_ref()?);
+    let (uav, bank) = (&settings.team.uav, settings.team.uav.bank.as_ref()?);
     let (speed_m_s, limit_rad_s) = (uav.speed_m_s, uav.turn_rate_max_rad_s);
-    let reached_rad_s = bank.turn_rate_rad_s(-bank.bank_max_rad, speed_m_s);
+    let reached_rad_s = bank.turn_rate_max_rad_s(speed_m_s);
     (reached_rad_s < limit_rad_s).then(|| {
         format!(
             "uavs.turn_rate_max_rad_s = {limit_rad_s} is not reached: at uavs.speed_m_s = {speed_m_s}, a bank of {:.0} \

@@ -10,6 +10,7 @@
 //! before it from the same reports, so that it knows their commands and none undoes the manoeuvre of another.
 //! [Escape manoeuvres](crate::guidance::escape) keep them separable whatever they do next, and respect the geofence.
 
+use crate::bank::Motion;
 use crate::guidance::command_candidates::Costs;
 use crate::guidance::escape::{Escape, EscapeModel, Side, choose_sides};
 use crate::guidance::geofence_safety::GeofenceSafety;
@@ -119,7 +120,7 @@ pub(crate) struct CollisionAvoidance<'a> {
     pub(crate) escapes: &'a EscapeModel,
     pub(crate) geofence: Option<&'a GeofenceSafety>,
     pub(crate) id: UavId,
-    pub(crate) own: &'a UavState,
+    pub(crate) own: &'a Motion,
     /// Avoidance manoeuvre since the last decision, as reported.
     pub(crate) manoeuvre: Option<Manoeuvre>,
 }
@@ -137,8 +138,8 @@ pub(crate) trait DesiredCommands {
 #[derive(Debug, Clone, Copy)]
 struct Planned {
     uav: UavId,
-    /// Current state, extrapolated from the last report.
-    state: UavState,
+    /// Current motion, extrapolated from the last report.
+    motion: Motion,
     /// Age of the last report, s.
     age_s: f64,
     levels_m: Option<[f64; 2]>,
@@ -197,8 +198,9 @@ impl CollisionAvoidance<'_> {
     ) -> (Command, Option<Avoidance>) {
         let levels = self.levels_m(altitude_m);
         let others = others.filter(|other| !self.is_separated(levels, other.levels_m()));
-        let intent = steering.map_or(Intent::held(desired), |steering| Intent::of(desired, self.own.heading, steering));
-        let course = PredictedTrajectory::of(self.own, intent, self.escapes.limits.uav.turn_rate_lag_s, 0.0);
+        let intent =
+            steering.map_or(Intent::held(desired), |steering| Intent::of(desired, self.own.state.heading, steering));
+        let course = PredictedTrajectory::of(&self.own.state, intent, &self.escapes.limits.uav, 0.0);
         let is_teammate = |other: &OtherAircraft| matches!(other.aircraft, Aircraft::Uav(_));
         let meets = |other: &OtherAircraft| is_teammate(other) && self.can_meet(&other.reported_state, other.age_s);
         if !others.clone().any(|other| meets(&other)) {
@@ -213,12 +215,12 @@ impl CollisionAvoidance<'_> {
 
     /// True if the escape manoeuvres of this UAV and another one may meet.
     fn can_meet(&self, other: &UavState, age_s: f64) -> bool {
-        let speeds_m_s = self.own.speed_m_s.abs() + other.speed_m_s.abs();
+        let speeds_m_s = self.own.state.speed_m_s.abs() + other.speed_m_s.abs();
         let reach_m = self.separation.horizontal_min_m
             + ESCAPE_BUFFER_M
             + speeds_m_s * self.escapes.turning_s
             + (other.speed_m_s.abs() + DRIFT_M_S) * age_s;
-        self.own.position.squared_distance_m2(other.position) < reach_m * reach_m
+        self.own.state.position.squared_distance_m2(other.position) < reach_m * reach_m
     }
 
     /// Plans the commands of this UAV and its neighbours one after the other, by ascending id: each takes the commands
@@ -234,9 +236,8 @@ impl CollisionAvoidance<'_> {
     ) -> (Command, Option<Avoidance>) {
         let intruders: Vec<OtherAircraft> =
             others.clone().filter(|other| matches!(other.aircraft, Aircraft::Intruder(_))).collect();
-        let lag_s = self.escapes.limits.uav.turn_rate_lag_s;
         let (aircraft, manoeuvre) = (Aircraft::Uav(self.id), self.manoeuvre);
-        let own = OtherAircraft { aircraft, reported_state: *self.own, age_s: 0.0, manoeuvre };
+        let own = OtherAircraft { aircraft, reported_state: self.own.state, age_s: 0.0, manoeuvre };
         let current = |other: OtherAircraft| match other.aircraft {
             Aircraft::Uav(uav) => {
                 let age_s = other.age_s.min(SILENT_MAX_S);
@@ -246,13 +247,20 @@ impl CollisionAvoidance<'_> {
         };
         let mut nearest: Vec<_> = others.chain([own]).filter_map(current).collect();
         if nearest.len() >= PLANNED_MAX {
-            let far_m2 = |state: &UavState| state.position.squared_distance_m2(self.own.position);
+            let far_m2 = |state: &UavState| state.position.squared_distance_m2(self.own.state.position);
             nearest.sort_by(|a, b| far_m2(&a.3).total_cmp(&far_m2(&b.3)));
             nearest.truncate(PLANNED_MAX);
         }
         let plan = |(uav, other, age_s, state): (UavId, OtherAircraft, f64, UavState)| {
             let course = self.predicted(&other, team.intent_of(uav));
-            Planned { uav, state, age_s, levels_m: other.levels_m(), course, manoeuvre: other.manoeuvre }
+            let motion = match uav == self.id {
+                true => *self.own,
+                false => {
+                    let command = other.manoeuvre.map(|manoeuvre| manoeuvre.command);
+                    Motion::turning(&self.escapes.limits.uav, &state, command)
+                }
+            };
+            Planned { uav, motion, age_s, levels_m: other.levels_m(), course, manoeuvre: other.manoeuvre }
         };
         let mut planned: Vec<Planned> = nearest.into_iter().map(plan).collect();
         // UAVs that avoid an intruder have right of way.
@@ -262,7 +270,7 @@ impl CollisionAvoidance<'_> {
         });
         let Self { separation, escapes: model, geofence, .. } = *self;
         let of = |index: usize| {
-            let Planned { uav: id, state: ref own, manoeuvre, .. } = planned[index];
+            let Planned { uav: id, motion: ref own, manoeuvre, .. } = planned[index];
             CollisionAvoidance { separation, escapes: model, geofence, id, own, manoeuvre }
         };
         let age_s = |i: usize, j: usize| planned[i].age_s + planned[j].age_s;
@@ -272,7 +280,7 @@ impl CollisionAvoidance<'_> {
         };
         let can_meet = |i: usize, j: usize| {
             i != j
-                && of(i).can_meet(&planned[j].state, age_s(i, j))
+                && of(i).can_meet(&planned[j].motion.state, age_s(i, j))
                 && !self.is_separated(planned[i].levels_m, planned[j].levels_m)
         };
         let meets: Vec<Vec<usize>> = (0..planned.len())
@@ -283,32 +291,32 @@ impl CollisionAvoidance<'_> {
             .map(|index| !meets[index].is_empty() || meets.iter().any(|met| met.contains(&index)))
             .collect();
         let turns =
-            |state: &UavState, command| self.geofence.map_or([true; 2], |geofence| geofence.safe_turns(state, command));
+            |motion: &Motion, command| self.geofence.map_or([true; 2], |geofence| geofence.safe_turns(motion, command));
         let commands: Vec<(Command, PredictedTrajectory)> = planned
             .iter()
             .map(|planned| {
                 if planned.uav == self.id {
                     return (desired, course);
                 }
-                let (command, intent) = team.desired(planned.uav, &planned.state);
-                (command, PredictedTrajectory::of(&planned.state, intent, lag_s, 0.0))
+                let (command, intent) = team.desired(planned.uav, &planned.motion.state);
+                (command, PredictedTrajectory::of(&planned.motion.state, intent, &self.escapes.limits.uav, 0.0))
             })
             .collect();
         let preferred: Vec<Side> = planned
             .iter()
             .map(|planned| {
-                let turns_left = planned.state.turn_rate_rad_s >= 0.0;
+                let turns_left = planned.motion.state.turn_rate_rad_s >= 0.0;
                 Side::of(planned.manoeuvre.map_or(turns_left, |manoeuvre| manoeuvre.is_left))
             })
             .collect();
         // Escape manoeuvres of all, after their desired commands or, if these fall short together, from now on.
         let escapes_after = |command_of: &dyn Fn(usize, Side) -> Command| {
             let path_of = |index: usize, side| {
-                is_met[index].then(|| self.escapes.path(&planned[index].state, command_of(index, side), side))
+                is_met[index].then(|| self.escapes.path(&planned[index].motion, command_of(index, side), side))
             };
             let is_possible: Vec<[bool; 2]> = (0..planned.len())
                 .map(|index| {
-                    Side::BOTH.map(|side| turns(&planned[index].state, Some(command_of(index, side)))[side as usize])
+                    Side::BOTH.map(|side| turns(&planned[index].motion, Some(command_of(index, side)))[side as usize])
                 })
                 .collect();
             let paths: Vec<[Option<Escape>; 2]> =
@@ -329,14 +337,14 @@ impl CollisionAvoidance<'_> {
         };
         let (short, mut escapes) = escapes_after(&|index, _| commands[index].0);
         if short > 0.0 {
-            escapes = escapes_after(&|_, side| self.escapes.command(side)).1;
+            escapes = escapes_after(&|index, side| self.escapes.command(&planned[index].motion.state, side)).1;
         }
         let mut courses: Vec<SampledTrajectory> = planned.iter().map(|planned| planned.course.sampled()).collect();
         for index in 0..planned.len() {
             let uav = of(index);
             let (command, course) = commands[index];
             let teammate = |other: usize, course: SampledTrajectory| {
-                let Planned { uav: teammate, ref state, levels_m, .. } = planned[other];
+                let Planned { uav: teammate, motion: Motion { ref state, .. }, levels_m, .. } = planned[other];
                 let required = uav.required(AHEAD_S, BUFFER_M, age_s(index, other));
                 let is_near =
                     uav.is_within_reach(state, 0.0, required) && !self.is_separated(planned[index].levels_m, levels_m);
@@ -370,7 +378,7 @@ impl CollisionAvoidance<'_> {
     /// Returns the altitude to command on the way to a desired altitude, m. The UAV does not climb or descend past a
     /// nearby aircraft that is separated from it by altitude only.
     pub(crate) fn altitude_m(&self, desired_m: f64, others: impl Iterator<Item = OtherAircraft>) -> f64 {
-        let Some(own) = self.own.vertical else { return desired_m };
+        let Some(own) = self.own.state.vertical else { return desired_m };
         // Altitudes between these two are clear of all nearby aircraft.
         let [mut low_m, mut high_m] = [f64::NEG_INFINITY, f64::INFINITY];
         for other in others {
@@ -380,7 +388,8 @@ impl CollisionAvoidance<'_> {
             };
             let clear_m = CLIMB_CLEAR_MINIMA * self.separation.horizontal_min_m
                 + 2.0 * self.escapes.limits.fastest_m_s * other.age_s;
-            let is_clear = self.own.position.squared_distance_m2(other.reported_state.position) > clear_m * clear_m;
+            let is_clear =
+                self.own.state.position.squared_distance_m2(other.reported_state.position) > clear_m * clear_m;
             let over_m = own.altitude_m - vertical.altitude_m;
             // If the altitudes already overlap, waiting does not help.
             if is_clear || over_m.abs() < self.separation.vertical_min_m {
@@ -407,7 +416,7 @@ impl CollisionAvoidance<'_> {
 
     /// Lowest and highest altitude that the UAV will have on the way to `altitude_m`, m; `None` if unknown.
     fn levels_m(&self, altitude_m: Option<f64>) -> Option<[f64; 2]> {
-        let own = self.own.vertical?;
+        let own = self.own.state.vertical?;
         Some(reach_m(own, altitude_m.unwrap_or(own.altitude_m), 2.0))
     }
 
@@ -423,7 +432,7 @@ impl CollisionAvoidance<'_> {
     #[inline]
     pub(crate) fn may_come_near(&self, other: &UavState) -> bool {
         let far_m = self.reach_m(other.speed_m_s.abs());
-        self.own.position.squared_distance_m2(other.position) < far_m * far_m
+        self.own.state.position.squared_distance_m2(other.position) < far_m * far_m
     }
 
     /// Distance beyond which another aircraft of a speed, m/s, cannot come near, m.
@@ -481,7 +490,7 @@ impl CollisionAvoidance<'_> {
     fn is_within_reach(&self, reported: &UavState, age_s: f64, required: Required) -> bool {
         let (ahead_s, speed_m_s) = (required.ahead_s, reported.speed_m_s.abs());
         let reach_m = required.most_m() + self.escapes.limits.fastest_m_s * ahead_s + speed_m_s * (ahead_s + age_s);
-        self.own.position.squared_distance_m2(reported.position) < reach_m * reach_m
+        self.own.state.position.squared_distance_m2(reported.position) < reach_m * reach_m
     }
 
     /// Predicted trajectory of a teammate that follows its intent, or of an aircraft without intent.
@@ -499,7 +508,7 @@ impl CollisionAvoidance<'_> {
             // The teammate avoids another aircraft and will return to its orbit.
             Some(intent) => Intent { for_s: AVOIDING_S, turn_rate_after_rad_s: intent.turn_rate_after_rad_s, ..flown },
         };
-        PredictedTrajectory::of(reported, intent, self.escapes.limits.uav.turn_rate_lag_s, age_s)
+        PredictedTrajectory::of(reported, intent, &self.escapes.limits.uav, age_s)
     }
 
     /// Returns the admissible command with the lowest cost, the side of its escape manoeuvre, and the aircraft that the
@@ -508,7 +517,7 @@ impl CollisionAvoidance<'_> {
         &self,
         (desired, course): (Command, PredictedTrajectory),
         neighbours: &Neighbours,
-        turns: impl Fn(&UavState, Option<Command>) -> [bool; 2],
+        turns: impl Fn(&Motion, Option<Command>) -> [bool; 2],
     ) -> (Command, Side, Option<Avoidance>) {
         let near = neighbours.near;
         let (short, soft_avoidance) = self.shortfall(&course.sampled(), near, f64::INFINITY);
@@ -523,12 +532,12 @@ impl CollisionAvoidance<'_> {
         let mut best = (f64::INFINITY, desired, side, escape_short);
         let turns_s = if near.iter().any(|other| other.pursuer.is_some()) { &TURNS_S[..] } else { &[] };
         let flown_rad_s =
-            self.manoeuvre.map_or(self.own.turn_rate_rad_s, |manoeuvre| manoeuvre.command.turn_rate_rad_s);
+            self.manoeuvre.map_or(self.own.state.turn_rate_rad_s, |manoeuvre| manoeuvre.command.turn_rate_rad_s);
         let conflict = soft_avoidance.or(escape_avoidance).map(|avoidance| avoidance.aircraft);
         let teammate = near.iter().find(|other| Some(other.aircraft) == conflict && other.pursuer.is_none());
         let age_s = teammate.map_or(0.0, |other| other.required.age_s);
         let change_cost_s = CHANGE_COST_1_S * age_s / self.escapes.limits.uav.turn_rate_max_rad_s;
-        for (effort, command) in COSTS.candidates(&self.escapes.limits.uav, self.own.turn_rate_rad_s, desired) {
+        for (effort, command) in COSTS.candidates(&self.escapes.limits.uav, self.own.state.turn_rate_rad_s, desired) {
             // All further commands cost more, too.
             if effort >= best.0 {
                 break;

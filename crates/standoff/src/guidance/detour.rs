@@ -322,6 +322,7 @@ fn is_clear(from: Position, to: Position, sides: &[Side], clearance_m: f64) -> b
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::bank::Motion;
     use crate::frame::Velocity;
     use crate::guidance::geofence::Zone;
     use crate::guidance::geofence_safety::GeofenceSafety;
@@ -367,7 +368,7 @@ mod tests {
             let desired = Command { speed_m_s: 40.0, turn_rate_rad_s: steering.turn_rate_rad_s };
             let detour = geofence_safety.detours.detour(&params.guidance, &state, &orbit, 40.0, 700.0);
             let desired = params.uav.limit(detour.map_or(desired, |detour| detour.command)).command;
-            let (command, _) = geofence_safety.make_safe(&state, desired);
+            let (command, _) = geofence_safety.make_safe(&Motion::steady(&params.uav, &state), desired);
             state = response.step(&state, command);
             assert!(geofence_safety.geofence().contains(state.position), "step {step}: {state:?}");
             if step >= 600 {

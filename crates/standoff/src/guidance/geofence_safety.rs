@@ -15,7 +15,8 @@
 //! ([`DetourPlanner`](crate::guidance::detour)) looks further ahead: if a zone blocks the path onto an orbit, or the
 //! orbit itself, the UAV flies the shortest path around it to the next free part of the orbit.
 
-use crate::frame::Displacement;
+use crate::bank::Motion;
+use crate::frame::{Displacement, Position};
 use crate::guidance::command_candidates::Costs;
 use crate::guidance::detour::DetourPlanner;
 use crate::guidance::geofence::{Geofence, Side, crossed_at, squared_between_m2, squared_to_side_m2};
@@ -123,7 +124,7 @@ impl GeofenceSafety {
         let turn_max = uav.turn_rate_max_rad_s;
         let (period, settling) = pieces(&uav, period_s);
         let settled_s = settling.piece_s * f64::from(settling.count);
-        let circle_m = 2.0 * fastest_m_s / turn_max;
+        let circle_m = 2.0 * fastest_m_s / uav.turn_rate_max_at_rad_s(fastest_m_s);
         Self {
             detours: DetourPlanner::of(geofence, uav),
             margin_m: margin_m(fastest_m_s, turn_max, &[&period, &settling]) + limits.wind_error_m(),
@@ -140,40 +141,41 @@ impl GeofenceSafety {
 
     /// Returns the command to fly instead of the desired one, and the zone that makes it necessary, if any. The desired
     /// command must be within the limits.
-    pub(crate) fn make_safe(&self, own: &UavState, desired: Command) -> (Command, Option<usize>) {
-        if let Some(zone) = self.geofence().violated_zones(own.position).next() {
-            return (self.exit_command(own), Some(zone));
+    pub(crate) fn make_safe(&self, own: &Motion, desired: Command) -> (Command, Option<usize>) {
+        if let Some(zone) = self.geofence().violated_zones(own.state.position).next() {
+            return (self.exit_command(&own.state), Some(zone));
         }
-        let sides = self.sides_near(own);
+        let sides = self.sides_near(&own.state);
         let Some(zone) = self.forbidding_zone(own, desired, &sides) else { return (desired, None) };
         let mut commands =
-            COSTS.candidates(&self.uav, own.turn_rate_rad_s, desired).into_iter().map(|(_, command)| command);
+            COSTS.candidates(&self.uav, own.state.turn_rate_rad_s, desired).into_iter().map(|(_, command)| command);
         let allowed = commands.find(|command| self.forbidding_zone(own, *command, &sides).is_none());
         (allowed.unwrap_or_else(|| self.manoeuvre(own, &sides)), Some(zone))
     }
 
     /// Fallback manoeuvres, to the left and to the right, that stay clear of every outline forever after a command was
     /// held for one period; without a command, from now on. Neither, if the command is not allowed.
-    pub(crate) fn safe_turns(&self, own: &UavState, command: Option<Command>) -> [bool; 2] {
-        if !self.geofence().contains(own.position) {
+    pub(crate) fn safe_turns(&self, own: &Motion, command: Option<Command>) -> [bool; 2] {
+        if !self.geofence().contains(own.state.position) {
             return [false; 2];
         }
-        let (sides, least_m2) = (self.sides_near(own), self.margin_m * self.margin_m);
-        let mut state = *own;
+        let (sides, least_m2) = (self.sides_near(&own.state), self.margin_m * self.margin_m);
+        let mut motion = *own;
         if let Some(command) = command {
             let (end, closest) = flown(&self.period, own, command, &sides, least_m2);
             if closest.squared_m2 < least_m2 {
                 return [false; 2];
             }
-            state = end;
+            motion = end;
         }
-        self.manoeuvres().map(|turn| self.for_good(&state, turn, &sides, least_m2).squared_m2 >= least_m2)
+        self.manoeuvres(&motion.state).map(|turn| self.for_good(&motion, turn, &sides, least_m2).squared_m2 >= least_m2)
     }
 
     /// Returns true if the position is allowed and a fallback manoeuvre stays clear of every outline forever.
     pub(crate) fn is_safe(&self, own: &UavState) -> bool {
         let sides = self.sides_near(own);
-        self.geofence().contains(own.position) && self.unsafe_for(own, &sides).is_none()
+        let motion = Motion::steady(&self.uav, own);
+        self.geofence().contains(own.position) && self.unsafe_for(&motion, &sides).is_none()
     }
 
     /// All sides within reach.
@@ -182,7 +184,7 @@ impl GeofenceSafety {
     }
 
     /// Index of the zone that forbids a command; `None` if the command is allowed.
-    fn forbidding_zone(&self, own: &UavState, command: Command, sides: &[Side]) -> Option<usize> {
+    fn forbidding_zone(&self, own: &Motion, command: Command, sides: &[Side]) -> Option<usize> {
         if sides.is_empty() {
             return None;
         }
@@ -192,32 +194,32 @@ impl GeofenceSafety {
     }
 
     /// Index of a zone from which neither manoeuvre stays clear; `None` if the state is safe.
-    fn unsafe_for(&self, own: &UavState, sides: &[Side]) -> Option<usize> {
+    fn unsafe_for(&self, own: &Motion, sides: &[Side]) -> Option<usize> {
         let least_m2 = self.margin_m * self.margin_m;
-        let [left, right] = self.manoeuvres();
+        let [left, right] = self.manoeuvres(&own.state);
         let closest = self.for_good(own, left, sides, least_m2);
         let is_near = closest.squared_m2 < least_m2;
         (is_near && self.for_good(own, right, sides, least_m2).squared_m2 < least_m2).then_some(closest.zone)
     }
 
-    /// The two fallback manoeuvres: hardest turn to the left and to the right at the lowest speed.
-    fn manoeuvres(&self) -> [Command; 2] {
-        let [speed_m_s, _] = self.uav.speeds_m_s();
+    /// The two fallback manoeuvres: hardest turn to the left and to the right at the speed of escape manoeuvres.
+    fn manoeuvres(&self, own: &UavState) -> [Command; 2] {
+        let speed_m_s = self.uav.escape_speed_m_s(own);
         [1.0, -1.0].map(|sense| Command { speed_m_s, turn_rate_rad_s: sense * self.uav.turn_rate_max_rad_s })
     }
 
     /// The fallback manoeuvre that stays furthest from all outlines. If both cross an outline, the one that crosses
     /// later.
-    fn manoeuvre(&self, own: &UavState, sides: &[Side]) -> Command {
-        let [left, right] = self.manoeuvres();
+    fn manoeuvre(&self, own: &Motion, sides: &[Side]) -> Command {
+        let [left, right] = self.manoeuvres(&own.state);
         let [l, r] = [left, right].map(|command| self.for_good(own, command, sides, f64::MIN_POSITIVE));
         let is_left = l.squared_m2.total_cmp(&r.squared_m2).then(l.pieces.cmp(&r.pieces)).is_ge();
         if is_left { left } else { right }
     }
 
     /// Closest approach of a manoeuvre that is flown forever. The search stops at a point nearer than `least_m2`.
-    fn for_good(&self, own: &UavState, command: Command, sides: &[Side], least_m2: f64) -> Closest {
-        let (end, mut closest) = flown(&self.settling, own, command, sides, least_m2);
+    fn for_good(&self, own: &Motion, command: Command, sides: &[Side], least_m2: f64) -> Closest {
+        let (Motion { state: end, .. }, mut closest) = flown(&self.settling, own, command, sides, least_m2);
         if closest.squared_m2 < least_m2 {
             return closest;
         }
@@ -287,11 +289,13 @@ fn circle(uav: &UavParams, speed_m_s: f64, turn_rate_rad_s: f64, step_s: f64) ->
     }
 }
 
-/// Radius of the free circle that a UAV needs to fly in circles at its lowest speed forever, clear of every outline, m.
+/// Radius of the free circle that a UAV needs to fly its escape manoeuvre from the nominal speed forever, clear of every
+/// outline, m.
 pub(crate) fn required_room_m(uav: &UavParams, period_s: f64) -> f64 {
     let (period, settling) = pieces(uav, period_s);
-    let [speed_m_s, _] = uav.speeds_m_s();
-    let (radius_m, _) = circle(uav, speed_m_s, uav.turn_rate_max_rad_s, period.piece_s);
+    let start = UavState::level_flight(Position::ORIGIN, Angle::ZERO, uav.speed_m_s);
+    let speed_m_s = uav.escape_speed_m_s(&start);
+    let (radius_m, _) = circle(uav, speed_m_s, uav.turn_rate_max_at_rad_s(speed_m_s), period.piece_s);
     radius_m + margin_m(uav.speed_max_m_s(), uav.turn_rate_max_rad_s, &[&period, &settling])
 }
 
@@ -299,14 +303,14 @@ pub(crate) fn required_room_m(uav: &UavParams, period_s: f64) -> f64 {
 fn pieces(uav: &UavParams, period_s: f64) -> (Pieces, Pieces) {
     let turn_max = uav.turn_rate_max_rad_s;
     let pieces = |time_s: f64| (time_s * turn_max / TURN_STEP_RAD).ceil().clamp(1.0, 200.0) as u32;
-    let lag_s = uav.speed_lag_s.max(uav.turn_rate_lag_s);
     match uav.integrator {
         Integrator::Exact => {
-            let settled_s = SETTLED_LAGS * lag_s;
+            let settled_s = uav.settling_s(SETTLED_LAGS);
             (Pieces::of(period_s, pieces(period_s), uav), Pieces::of(settled_s, pieces(settled_s), uav))
         }
         // Whole periods, with straight flight in each.
         Integrator::Euler => {
+            let lag_s = uav.speed_lag_s.max(uav.turn_rate_lag_s);
             let periods = (3.0 * SETTLED_LAGS * lag_s / period_s).ceil().clamp(1.0, 200.0);
             (Pieces::of(period_s, 1, uav), Pieces::of(periods * period_s, periods as u32, uav))
         }
@@ -320,28 +324,27 @@ fn margin_m(speed_m_s: f64, turn_rate_rad_s: f64, paths: &[&Pieces]) -> f64 {
 }
 
 /// State after holding a command, and its closest approach to the sides. Stops at a point nearer than `least_m2`.
-fn flown(pieces: &Pieces, own: &UavState, command: Command, sides: &[Side], least_m2: f64) -> (UavState, Closest) {
-    let (mut state, mut closest) = (*own, Closest::NOWHERE);
+fn flown(pieces: &Pieces, from: &Motion, command: Command, sides: &[Side], least_m2: f64) -> (Motion, Closest) {
+    let (mut motion, mut closest) = (*from, Closest::NOWHERE);
     for piece in 0..pieces.count {
-        let next = pieces.response.step(&state, command);
+        let next = pieces.response.advance(&motion, command);
         for side in sides {
-            let squared_m2 = squared_between_m2((state.position, next.position), (side.from, side.to));
+            let squared_m2 = squared_between_m2((motion.state.position, next.state.position), (side.from, side.to));
             closest.note(squared_m2, side.zone, piece);
         }
-        state = next;
+        motion = next;
         if closest.squared_m2 < least_m2 {
             break;
         }
     }
-    (state, closest)
+    (motion, closest)
 }
 
 #[cfg(test)]
 pub(crate) mod tests {
     use super::*;
-    use crate::frame::Position;
     use crate::guidance::geofence::{Zone, ZoneKind};
-    use crate::params::TeamParams;
+    use crate::params::{BankParams, TeamParams};
     use proptest::prelude::*;
 
     /// Random number generator (splitmix64).
@@ -429,10 +432,10 @@ pub(crate) mod tests {
         let mut drawn = Drawn(seed);
         let geofence = drawn_geofence(&mut drawn, 2.0 * 40.0 / 0.3);
         let geofence_safety = GeofenceSafety::new(geofence, params.ground_limits(), params.log.period_s);
-        let Some(mut state) = (0..20).map(|_| drawn_state(&mut drawn)).find(|state| geofence_safety.is_safe(state))
-        else {
+        let Some(state) = (0..20).map(|_| drawn_state(&mut drawn)).find(|state| geofence_safety.is_safe(state)) else {
             return;
         };
+        let mut motion = Motion::steady(&params.uav, &state);
         let pieces = if params.uav.integrator == Integrator::Euler { 1 } else { 5 };
         let response = params.uav.response(Duration::from_s(params.log.period_s / f64::from(pieces)));
         // Random commands that last a few seconds, or flight straight towards a corner or the origin.
@@ -452,15 +455,15 @@ pub(crate) mod tests {
                 goal = (drawn.below(2) == 0).then(|| corners[drawn.below(corners.len())]);
             }
             if let Some(goal) = goal {
-                let error_rad = ((goal - state.position).direction() - state.heading).rad();
+                let error_rad = ((goal - motion.state.position).direction() - motion.state.heading).rad();
                 desired.turn_rate_rad_s = error_rad.clamp(-0.3, 0.3);
             }
-            let (command, _) = geofence_safety.make_safe(&state, desired);
+            let (command, _) = geofence_safety.make_safe(&motion, desired);
             assert_eq!(params.uav.limit(command).command, command, "command exceeds the limits");
             for _ in 0..pieces {
-                state = response.step(&state, command);
-                let violated_zones = geofence_safety.geofence().violated_zones(state.position).next();
-                assert_eq!(violated_zones, None, "seed {seed}, step {step}: {state:?}");
+                motion = response.advance(&motion, command);
+                let violated_zones = geofence_safety.geofence().violated_zones(motion.state.position).next();
+                assert_eq!(violated_zones, None, "seed {seed}, step {step}: {motion:?}");
             }
         }
     }
@@ -479,12 +482,26 @@ pub(crate) mod tests {
             params.uav.integrator = Integrator::Euler;
             stays_within(seed, &params);
         }
+
+        #[test]
+        fn a_banking_uav_that_starts_safe_stays_within_its_geofence(seed in any::<u64>()) {
+            let mut params = TeamParams::paper();
+            let slow = BankParams { bank_max_rad: 0.9, roll_rate_max_rad_s: 0.4, turn_factor: 0.8, ..BankParams::default() };
+            for bank in [BankParams::default(), slow] {
+                params.uav.bank = Some(bank);
+                stays_within(seed, &params);
+            }
+        }
     }
 
     fn square(x_m: f64, y_m: f64, half_m: f64) -> Zone {
         let outline = [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)]
             .map(|(x, y)| Position::from_m(x_m + x * half_m, y_m + y * half_m));
         Zone { kind: ZoneKind::KeepOut, vertices: outline.into(), ..Zone::default() }
+    }
+
+    fn steady(state: UavState) -> Motion {
+        Motion::steady(&TeamParams::paper().uav, &state)
     }
 
     fn east(x_m: f64, y_m: f64) -> UavState {
@@ -496,9 +513,9 @@ pub(crate) mod tests {
         let geofence = Geofence::new(vec![square(-5000.0, 0.0, 10.0), square(600.0, 0.0, 200.0)]).unwrap();
         let geofence_safety = GeofenceSafety::new(geofence, TeamParams::paper().ground_limits(), 0.5);
         let desired = Command { speed_m_s: 41.25, turn_rate_rad_s: 0.012_345 };
-        assert_eq!(geofence_safety.make_safe(&east(0.0, 0.0), desired), (desired, None));
+        assert_eq!(geofence_safety.make_safe(&steady(east(0.0, 0.0)), desired), (desired, None));
         // The radius of the tightest circle is 83 m, so at 110 m from the zone the UAV cannot continue.
-        let (command, zone) = geofence_safety.make_safe(&east(290.0, 0.0), desired);
+        let (command, zone) = geofence_safety.make_safe(&steady(east(290.0, 0.0)), desired);
         assert!(zone == Some(1) && command.turn_rate_rad_s.abs() > 0.1, "{command:?}");
     }
 
@@ -508,14 +525,14 @@ pub(crate) mod tests {
         let geofence_safety = GeofenceSafety::new(geofence, TeamParams::paper().ground_limits(), 0.5);
         // Straight ahead the exit is 100 m away; behind, it is a turn and 700 m.
         let straight_on = Command { speed_m_s: 55.0, turn_rate_rad_s: 0.0 };
-        assert_eq!(geofence_safety.make_safe(&east(300.0, 0.0), straight_on), (straight_on, Some(0)));
+        assert_eq!(geofence_safety.make_safe(&steady(east(300.0, 0.0)), straight_on), (straight_on, Some(0)));
         // To the north the exit is 50 m away: a quarter turn with a radius of 133 m is shorter than 700 m.
-        let (command, _) = geofence_safety.make_safe(&east(-300.0, 350.0), straight_on);
+        let (command, _) = geofence_safety.make_safe(&steady(east(-300.0, 350.0)), straight_on);
         assert_eq!(command.turn_rate_rad_s, 0.3);
         let response = TeamParams::paper().uav.response(Duration::from_s(0.5));
         let mut state = east(-300.0, 350.0);
         let inside = (0..40).take_while(|_| {
-            state = response.step(&state, geofence_safety.make_safe(&state, straight_on).0);
+            state = response.step(&state, geofence_safety.make_safe(&steady(state), straight_on).0);
             !geofence_safety.geofence().contains(state.position)
         });
         assert!(inside.count() < 8);

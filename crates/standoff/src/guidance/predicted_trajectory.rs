@@ -6,6 +6,7 @@ use crate::angle::Angle;
 use crate::frame::{Displacement, Position, Velocity};
 use crate::guidance::heading::Steering;
 use crate::math;
+use crate::params::UavParams;
 use crate::uav::{Command, UavState};
 
 /// Intent of a UAV: a command that is held for a time, followed by a constant turn rate.
@@ -40,13 +41,16 @@ impl Intent {
     }
 }
 
-/// An arc of constant speed and turn rate, without end.
+/// An arc of constant turn rate, without end, on which the speed changes to its final value at a constant rate.
 #[derive(Debug, Clone, Copy)]
 struct Arc {
     from: Position,
     /// Heading as a unit vector.
     ahead: [f64; 2],
+    /// Final speed, m/s, which is reached after `change_s` seconds, and what the initial one exceeds it by.
     speed_m_s: f64,
+    excess_m_s: f64,
+    change_s: f64,
     turn_rate_rad_s: f64,
 }
 
@@ -54,7 +58,18 @@ impl Arc {
     fn of(state: &UavState) -> Self {
         let (sin, cos) = math::sin_cos(state.heading.rad());
         let UavState { position, speed_m_s, turn_rate_rad_s, .. } = *state;
-        Self { from: position, ahead: [cos, sin], speed_m_s, turn_rate_rad_s }
+        Self { from: position, ahead: [cos, sin], speed_m_s, excess_m_s: 0.0, change_s: 0.0, turn_rate_rad_s }
+    }
+
+    /// Mean speed until a time, m/s.
+    #[inline]
+    fn mean_m_s(&self, until_s: f64) -> f64 {
+        if self.excess_m_s == 0.0 {
+            return self.speed_m_s;
+        }
+        let share =
+            if until_s < self.change_s { 1.0 - 0.5 * until_s / self.change_s } else { 0.5 * self.change_s / until_s };
+        self.speed_m_s + self.excess_m_s * share
     }
 
     /// Displacement after a time, and sine and cosine of the angle turned.
@@ -66,15 +81,25 @@ impl Arc {
             slow if slow.abs() < 1e-6 => (after_s, 0.0),
             turn => (sin / turn, (1.0 - cos) / turn),
         };
-        let [x, y] = self.ahead.map(|part| part * self.speed_m_s);
+        let mean_m_s = self.mean_m_s(after_s);
+        let [x, y] = self.ahead.map(|part| part * mean_m_s);
         (Displacement::from_m(x * along_s - y * aside_s, y * along_s + x * aside_s), (sin, cos))
     }
 
-    /// The arc that continues this one after a time, at another speed and turn rate.
-    fn then(&self, after_s: f64, speed_m_s: f64, turn_rate_rad_s: f64) -> Self {
+    /// The arc that continues this one after a time, at another turn rate.
+    fn then(&self, after_s: f64, turn_rate_rad_s: f64) -> Self {
         let (flown, (sin, cos)) = self.flown(after_s);
         let [x, y] = self.ahead;
-        Self { from: self.from + flown, ahead: [x * cos - y * sin, y * cos + x * sin], speed_m_s, turn_rate_rad_s }
+        let change_s = (self.change_s - after_s).max(0.0);
+        let excess_m_s = if change_s > 0.0 { self.excess_m_s * change_s / self.change_s } else { 0.0 };
+        Self {
+            from: self.from + flown,
+            ahead: [x * cos - y * sin, y * cos + x * sin],
+            excess_m_s,
+            change_s,
+            turn_rate_rad_s,
+            ..*self
+        }
     }
 }
 
@@ -90,24 +115,36 @@ pub(crate) struct PredictedTrajectory {
     turn_m_s2: f64,
     /// Change of speed, m/s. Bounds the deviation from the initial straight line.
     change_m_s: f64,
+    /// Lowest and highest acceleration, m/s2; infinite if the speed changes at once.
+    accelerations_m_s2: [f64; 2],
 }
 
 impl PredictedTrajectory {
     /// Predicts from a state that is `age_s` seconds old.
-    pub(crate) fn of(state: &UavState, intent: Intent, lag_s: f64, age_s: f64) -> Self {
-        let first = Arc::of(state);
-        let second = first.then(lag_s, state.speed_m_s, state.turn_rate_rad_s);
-        let begin_s = [lag_s, f64::INFINITY];
-        Self { arcs: [first, second, second], begin_s, age_s, turn_m_s2: 0.0, change_m_s: 0.0 }.with(intent)
+    pub(crate) fn of(state: &UavState, intent: Intent, uav: &UavParams, age_s: f64) -> Self {
+        let (first, lag_s) = (Arc::of(state), uav.turn_rate_lag_s);
+        let second = first.then(lag_s, state.turn_rate_rad_s);
+        Self {
+            arcs: [first, second, second],
+            begin_s: [lag_s, f64::INFINITY],
+            age_s,
+            turn_m_s2: 0.0,
+            change_m_s: 0.0,
+            accelerations_m_s2: uav.accelerations_m_s2(state.speed_m_s),
+        }
+        .with(intent)
     }
 
     /// The trajectory from the same state with another intent.
     pub(crate) fn with(mut self, intent: Intent) -> Self {
         let Intent { command: Command { speed_m_s, turn_rate_rad_s }, for_s, turn_rate_after_rad_s } = intent;
-        let second = Arc { speed_m_s, turn_rate_rad_s, ..self.arcs[1] };
-        let third = if for_s.is_finite() { second.then(for_s, speed_m_s, turn_rate_after_rad_s) } else { second };
+        let excess_m_s = self.arcs[0].speed_m_s - speed_m_s;
+        let change_s = excess_m_s.abs() / self.accelerations_m_s2[usize::from(excess_m_s < 0.0)].abs();
+        let excess_m_s = if change_s > 0.0 { excess_m_s } else { 0.0 };
+        let second = Arc { speed_m_s, excess_m_s, change_s, turn_rate_rad_s, ..self.arcs[1] };
+        let third = if for_s.is_finite() { second.then(for_s, turn_rate_after_rad_s) } else { second };
         (self.arcs[1], self.arcs[2], self.begin_s[1]) = (second, third, self.begin_s[0] + for_s);
-        let turns_m_s2 = self.arcs.map(|arc| (arc.speed_m_s * arc.turn_rate_rad_s).abs());
+        let turns_m_s2 = self.arcs.map(|arc| ((arc.speed_m_s + arc.excess_m_s.max(0.0)) * arc.turn_rate_rad_s).abs());
         self.turn_m_s2 = turns_m_s2[0].max(turns_m_s2[1]).max(turns_m_s2[2]);
         self.change_m_s = (speed_m_s - self.arcs[0].speed_m_s).abs();
         self

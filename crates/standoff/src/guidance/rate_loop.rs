@@ -15,6 +15,7 @@
 use std::ops::RangeInclusive;
 
 use crate::atmosphere::GRAVITY_M_S2;
+use crate::bank::ROLL_COMMAND_RATE_MAX_RAD_S;
 use crate::math;
 
 /// Rate k_f at which the factor f follows in turns, 1/s.
@@ -31,9 +32,6 @@ const DEFICIT_RATE_1_S: f64 = 0.1;
 
 /// Bound of the deficit, rad/s.
 const DEFICIT_MAX_RAD_S: f64 = 0.3;
-
-/// Maximum rate of the commanded roll, rad/s: 60 deg/s, which small aircraft follow.
-const ROLL_RATE_MAX_RAD_S: f64 = 60.0 * math::PI / 180.0;
 
 /// Largest measured roll for which a turn rate is computed, rad.
 const MEASURED_ROLL_MAX_RAD: f64 = 80.0 * math::PI / 180.0;
@@ -102,7 +100,7 @@ impl RateLoop {
             let deficit_rad_s = self.deficit_rad_s - DEFICIT_RATE_1_S * dt_s * error_rad_s;
             self.deficit_rad_s = deficit_rad_s.clamp(-DEFICIT_MAX_RAD_S, DEFICIT_MAX_RAD_S);
         }
-        let step_max_rad = ROLL_RATE_MAX_RAD_S * dt_s;
+        let step_max_rad = ROLL_COMMAND_RATE_MAX_RAD_S * dt_s;
         let roll_rad = -math::atan2(speed_m_s * (desired_rad_s + self.deficit_rad_s), self.factor * GRAVITY_M_S2);
         let roll_rad = roll_rad.clamp(-roll_max_rad, roll_max_rad);
         self.roll_rad = roll_rad.clamp(self.roll_rad - step_max_rad, self.roll_rad + step_max_rad);
@@ -219,7 +217,8 @@ mod tests {
             roll_max_rad: ROLL_MAX_RAD,
         };
         let rolls_rad = [0; 4].map(|_| rate_loop.step(&inputs, DT_S));
-        let expected = [1.0, 2.0, 3.0, 4.0].map(|steps| (0.3 - steps * ROLL_RATE_MAX_RAD_S * DT_S).max(-ROLL_MAX_RAD));
+        let expected =
+            [1.0, 2.0, 3.0, 4.0].map(|steps| (0.3 - steps * ROLL_COMMAND_RATE_MAX_RAD_S * DT_S).max(-ROLL_MAX_RAD));
         for (roll_rad, expected) in rolls_rad.into_iter().zip(expected) {
             assert!((roll_rad - expected).abs() < 1e-12);
         }

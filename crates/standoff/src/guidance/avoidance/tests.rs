@@ -72,6 +72,10 @@ struct Flown {
     apart_m: Vec<f64>,
 }
 
+fn steady(state: &UavState) -> Motion {
+    Motion::steady(&params(), state)
+}
+
 fn params() -> UavParams {
     UavParams { climb: Some(ClimbParams::default()), ..TeamParams::paper().uav }
 }
@@ -120,7 +124,7 @@ fn fly_with(uav: UavParams, mut fliers: Vec<Flier>, seconds: f64, latency: usize
                 escapes: &escapes,
                 geofence: None,
                 id: UavId(index as u32),
-                own: &own,
+                own: &steady(&own),
                 manoeuvre: now[index].manoeuvre,
             };
             let teammates = received.iter().copied().filter(|other| other.aircraft != Aircraft::Uav(avoidance.id));
@@ -397,12 +401,18 @@ fn avoidance_keeps_to_the_geofence() {
             manoeuvre: None,
         });
         let (id, geofence) = (UavId(3), Some(&safety));
-        let avoidance =
-            CollisionAvoidance { separation: &separation, escapes: &escapes, geofence, id, own: &own, manoeuvre: None };
+        let avoidance = CollisionAvoidance {
+            separation: &separation,
+            escapes: &escapes,
+            geofence,
+            id,
+            own: &steady(&own),
+            manoeuvre: None,
+        };
         let courses = Courses(&fliers, uav);
-        let (desired, _) = safety.make_safe(&own, courses.command(3, &own));
+        let (desired, _) = safety.make_safe(&steady(&own), courses.command(3, &own));
         let (command, _) = avoidance.avoid((desired, None), None, others, &courses);
-        assert_ne!(safety.safe_turns(&own, Some(command)), [false; 2], "case {case}: {command:?}");
+        assert_ne!(safety.safe_turns(&steady(&own), Some(command)), [false; 2], "case {case}: {command:?}");
         safe += 1;
         changed += usize::from(command != desired);
     }
@@ -443,7 +453,7 @@ fn pursued(intruder_m_s: f64, direction_deg: f64, seconds: f64) -> (f64, f64) {
             escapes: &escapes,
             geofence: None,
             id: UavId(3),
-            own: &own,
+            own: &steady(&own),
             manoeuvre: None,
         };
         let (aircraft, age_s, manoeuvre) = (Aircraft::Intruder(0), 0.0, None);
@@ -480,7 +490,7 @@ fn a_manoeuvre_against_a_teammate_with_an_old_report_ends_later() {
     let additional_m = |avoids, aircraft, age_s| {
         let command = Command { speed_m_s: 40.0, turn_rate_rad_s: 0.1 };
         let manoeuvre = Some(Manoeuvre { avoids, command, is_left: true });
-        let (escapes, own, geofence, id) = (&escapes, &own, None, UavId(0));
+        let (escapes, own, geofence, id) = (&escapes, &steady(&own), None, UavId(0));
         let avoidance = CollisionAvoidance { separation: &separation, escapes, geofence, id, own, manoeuvre };
         let required = avoidance.required(AHEAD_S, BUFFER_M, age_s);
         avoidance.kept(aircraft, required).now_m - required.now_m

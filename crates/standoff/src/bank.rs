@@ -1,0 +1,248 @@
+//! Motion of a banking aircraft, in still air.
+//!
+//! ```text
+//! phi' = (phi_c - phi) / tau_phi      |phi'| <= p_max      roll
+//! psi' = -f g tan(phi) / V                                 turn; f = 1 is a coordinated turn
+//! V'   = (V_c - V) / tau_v            g (-s - h') <= V V' <= g (c - h')
+//! ```
+//!
+//! The bank angle phi is positive to the right. V is the true airspeed, h' the rate of climb. The engine gives the power
+//! to climb at c, or to descend at s, at constant speed. A climb leaves less of it to accelerate, and one faster than c
+//! costs speed.
+//!
+//! `docs/dynamics.md` gives the sources.
+
+use crate::angle::Angle;
+use crate::atmosphere::GRAVITY_M_S2;
+use crate::frame::Velocity;
+use crate::math;
+use crate::params::{BankParams, UavParams};
+use crate::time::Time;
+use crate::uav::{Command, UavState};
+
+/// Maximum rate of the commanded bank angle, rad/s: 60 deg/s, which small aircraft follow.
+pub(crate) const ROLL_COMMAND_RATE_MAX_RAD_S: f64 = 60.0 * math::PI / 180.0;
+
+/// Lowest speed by which turn rates are divided, m/s: no aircraft flies slower.
+const SPEED_MIN_M_S: f64 = 1.0;
+
+/// Time after a decision for which its command counts as flown, s.
+const FLOWN_MAX_S: f64 = 10.0;
+
+/// Longest step of a prediction, s.
+const STEP_MAX_S: f64 = 0.1;
+
+impl BankParams {
+    /// Turn rate, rad/s, positive anticlockwise, at a bank angle, rad, positive to the right.
+    #[cfg_attr(feature = "research", visibility::make(pub))]
+    pub(crate) fn turn_rate_rad_s(&self, bank_rad: f64, speed_m_s: f64) -> f64 {
+        let (sin, cos) = math::sin_cos(bank_rad);
+        -self.turn_factor * GRAVITY_M_S2 * sin / (cos * speed_m_s.max(SPEED_MIN_M_S))
+    }
+
+    /// Maximum turn rate at a speed, rad/s.
+    #[cfg_attr(feature = "research", visibility::make(pub))]
+    pub(crate) fn turn_rate_max_rad_s(&self, speed_m_s: f64) -> f64 {
+        self.turn_rate_rad_s(-self.bank_max_rad, speed_m_s)
+    }
+
+    /// Bank angle of a turn rate, rad, within the limit.
+    fn bank_rad(&self, turn_rate_rad_s: f64, speed_m_s: f64) -> f64 {
+        let bank_rad = -math::atan2(turn_rate_rad_s * speed_m_s.max(SPEED_MIN_M_S), self.turn_factor * GRAVITY_M_S2);
+        bank_rad.clamp(-self.bank_max_rad, self.bank_max_rad)
+    }
+
+    /// Time in which the aircraft rolls from level flight to the maximum bank angle, s.
+    pub(crate) fn roll_time_s(&self) -> f64 {
+        self.bank_max_rad / self.roll_rate_max_rad_s.min(ROLL_COMMAND_RATE_MAX_RAD_S) + self.roll_lag_s
+    }
+
+    /// Lowest and highest acceleration in level flight, m/s2.
+    pub(crate) fn accelerations_m_s2(&self, speed_m_s: f64) -> [f64; 2] {
+        [-self.sink_idle_m_s, self.climb_full_power_m_s]
+            .map(|power_m_s| GRAVITY_M_S2 * power_m_s / speed_m_s.max(SPEED_MIN_M_S))
+    }
+
+    /// Bank angle after `dt_s` seconds, rad.
+    #[cfg_attr(feature = "research", visibility::make(pub))]
+    pub(crate) fn rolled_rad(&self, bank_rad: f64, command_rad: f64, dt_s: f64) -> f64 {
+        let roll_max_rad = self.roll_rate_max_rad_s * dt_s;
+        let roll_rad = (command_rad - bank_rad) * (1.0 - math::exp(-dt_s / self.roll_lag_s));
+        bank_rad + roll_rad.clamp(-roll_max_rad, roll_max_rad)
+    }
+
+    /// Speed after `dt_s` seconds with the rate of climb `climb_m_s`, m/s. The energy per mass, V^2 / 2 + g h, changes by
+    /// at most that of full power and at least that of the idle engine.
+    fn accelerated_m_s(&self, speed_m_s: f64, desired_m_s: f64, climb_m_s: f64, dt_s: f64) -> f64 {
+        let reached_m_s = |power_m_s: f64| {
+            let squared = speed_m_s * speed_m_s + 2.0 * GRAVITY_M_S2 * (power_m_s - climb_m_s) * dt_s;
+            squared.max(0.0).sqrt()
+        };
+        desired_m_s.clamp(reached_m_s(-self.sink_idle_m_s), reached_m_s(self.climb_full_power_m_s))
+    }
+
+    /// State after a short step to the bank angle `bank_rad`, by the midpoint rule. `speed_lag_s` is tau_v, `speed_m_s`
+    /// the commanded true airspeed, `climb_m_s` the rate of climb. The altitude does not change.
+    #[cfg_attr(feature = "research", visibility::make(pub))]
+    pub(crate) fn step(
+        &self,
+        from: &UavState,
+        bank_rad: f64,
+        (speed_m_s, speed_lag_s): (f64, f64),
+        climb_m_s: f64,
+        dt_s: f64,
+    ) -> UavState {
+        let desired_m_s = speed_m_s + (from.speed_m_s - speed_m_s) * math::exp(-dt_s / speed_lag_s);
+        let speed_m_s = self.accelerated_m_s(from.speed_m_s, desired_m_s, climb_m_s, dt_s);
+        let turn_rate_rad_s = self.turn_rate_rad_s(bank_rad, speed_m_s);
+        let turned_rad = 0.5 * (from.turn_rate_rad_s + turn_rate_rad_s) * dt_s;
+        let mean =
+            Velocity::from_polar(0.5 * (from.speed_m_s + speed_m_s), from.heading + Angle::from_rad(0.5 * turned_rad));
+        UavState {
+            position: from.position + mean * dt_s,
+            heading: from.heading + Angle::from_rad(turned_rad),
+            speed_m_s,
+            turn_rate_rad_s,
+            vertical: from.vertical,
+        }
+    }
+
+    /// Predicts the motion while a command is held for a time. The rate of climb is constant.
+    pub(crate) fn predicted(&self, uav: &UavParams, from: &Motion, command: Command, time_s: f64) -> Motion {
+        let steps = (time_s / STEP_MAX_S).ceil().max(1.0);
+        let dt_s = time_s / steps;
+        let climb_m_s = from.state.vertical.map_or(0.0, |vertical| vertical.climb_rate_m_s);
+        let Motion { mut state, mut bank } = *from;
+        let change_max_rad = ROLL_COMMAND_RATE_MAX_RAD_S * dt_s;
+        for _ in 0..steps as u32 {
+            let desired_rad = self.bank_rad(command.turn_rate_rad_s, state.speed_m_s);
+            // Unlike `clamp`, this accepts a state that is not finite.
+            bank.command_rad =
+                desired_rad.max(bank.command_rad - change_max_rad).min(bank.command_rad + change_max_rad);
+            bank.angle_rad = self.rolled_rad(bank.angle_rad, bank.command_rad, dt_s);
+            state = self.step(&state, bank.angle_rad, (command.speed_m_s, uav.speed_lag_s), climb_m_s, dt_s);
+        }
+        Motion { state, bank }
+    }
+}
+
+/// Bank angle and its command, rad, positive to the right.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+struct Bank {
+    angle_rad: f64,
+    command_rad: f64,
+}
+
+/// Predicted motion of a UAV.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Motion {
+    pub(crate) state: UavState,
+    /// Level if the UAV does not bank.
+    bank: Bank,
+}
+
+impl Motion {
+    /// The motion of a UAV in a steady turn: the bank angle is that of the turn rate.
+    pub(crate) fn steady(uav: &UavParams, state: &UavState) -> Self {
+        let bank = uav.bank.map_or(Bank::default(), |bank| {
+            let angle_rad = bank.bank_rad(state.turn_rate_rad_s, state.speed_m_s);
+            Bank { angle_rad, command_rad: angle_rad }
+        });
+        Self { state: *state, bank }
+    }
+
+    /// Another state with the same bank.
+    pub(crate) fn with_state(self, state: UavState) -> Self {
+        Self { state, ..self }
+    }
+
+    /// The motion of a UAV that follows a command: the commanded bank angle is as far ahead as in a long roll.
+    pub(crate) fn turning(uav: &UavParams, state: &UavState, command: Option<Command>) -> Self {
+        let mut motion = Self::steady(uav, state);
+        if let Some((bank, command)) = uav.bank.zip(command) {
+            let (angle_rad, lead_rad) = (motion.bank.angle_rad, ROLL_COMMAND_RATE_MAX_RAD_S * bank.roll_lag_s);
+            let desired_rad = bank.bank_rad(command.turn_rate_rad_s, state.speed_m_s);
+            motion.bank.command_rad = desired_rad.clamp(angle_rad - lead_rad, angle_rad + lead_rad);
+        }
+        motion
+    }
+
+    /// The motion of a UAV that has flown a command since another time: the bank angle is that of the turn rate, its
+    /// command the predicted one.
+    fn after(uav: &UavParams, state: &UavState, flown: &Flown, now: Time) -> Self {
+        let mut motion = Self::steady(uav, state);
+        let flown_s = (now - flown.from).s();
+        if let Some(bank) = uav.bank.filter(|_| (0.0..=FLOWN_MAX_S).contains(&flown_s)) {
+            let predicted = bank.predicted(uav, &flown.motion, flown.command, flown_s);
+            motion.bank.command_rad = predicted.bank.command_rad;
+        }
+        motion
+    }
+}
+
+/// Motion of a UAV at a decision, and the command of that decision.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Flown {
+    pub(crate) from: Time,
+    pub(crate) motion: Motion,
+    pub(crate) command: Command,
+}
+
+impl Flown {
+    /// The motion at the next decision. Without a decision before it, or long after it, the UAV is in a steady turn.
+    pub(crate) fn motion(flown: Option<&Self>, uav: &UavParams, state: &UavState, now: Time) -> Motion {
+        flown.map_or_else(|| Motion::steady(uav, state), |flown| Motion::after(uav, state, flown, now))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::frame::Position;
+    use crate::guidance::predicted_trajectory::{Intent, PredictedTrajectory};
+    use crate::params::TeamParams;
+    use crate::time::Duration;
+
+    fn banking() -> UavParams {
+        UavParams { bank: Some(BankParams::default()), ..TeamParams::paper().uav }
+    }
+
+    fn east(speed_m_s: f64, turn_rate_rad_s: f64) -> UavState {
+        UavState { turn_rate_rad_s, ..UavState::level_flight(Position::ORIGIN, Angle::ZERO, speed_m_s) }
+    }
+
+    /// Between two decisions, a UAV knows how far its commanded bank angle has changed; much later it does not.
+    #[test]
+    fn the_commanded_bank_angle_is_remembered() {
+        let (uav, command) = (banking(), Command { speed_m_s: 40.0, turn_rate_rad_s: -0.3 });
+        let start = Motion::steady(&uav, &east(40.0, 0.3));
+        let response = uav.response(Duration::from_s(0.5));
+        let flown = response.advance(&start, command);
+        let decided = Flown { from: Time::EPOCH, motion: start, command };
+        let known =
+            |after_s| Flown::motion(Some(&decided), &uav, &flown.state, Time::EPOCH + Duration::from_s(after_s));
+        assert!((known(0.5).bank.angle_rad - flown.bank.angle_rad).abs() < 1e-9);
+        assert!((known(0.5).bank.command_rad - flown.bank.command_rad).abs() < 1e-9);
+        let forgotten = Motion::steady(&uav, &flown.state);
+        assert!(known(20.0) == forgotten && Flown::motion(None, &uav, &flown.state, Time::EPOCH) == forgotten);
+        // The command leads: a UAV that has forgotten it expects to turn later.
+        let turned_rad = |motion| response.advance(&motion, command).state.turn_rate_rad_s;
+        assert!(turned_rad(known(0.5)) < turned_rad(forgotten) - 0.02);
+    }
+
+    /// Collision avoidance predicts changes of speed within the power.
+    #[test]
+    fn predicted_trajectories_change_speed_within_the_power() {
+        let uav = banking();
+        for (from_m_s, to_m_s, turn_rate_rad_s) in [(40.0, 25.0, 0.0), (40.0, 55.0, 0.15), (40.0, 39.0, -0.15)] {
+            let (state, command) = (east(from_m_s, turn_rate_rad_s), Command { speed_m_s: to_m_s, turn_rate_rad_s });
+            let course = PredictedTrajectory::of(&state, Intent::held(command), &uav, 0.0);
+            let mut motion = Motion::steady(&uav, &state);
+            for step in 1..=16 {
+                motion = uav.response(Duration::from_s(0.5)).advance(&motion, command);
+                let off_m = course.at(0.5 * f64::from(step)).distance_m(motion.state.position);
+                assert!(off_m < 4.0, "{from_m_s} to {to_m_s} m/s, after {step} steps: {off_m} m");
+            }
+        }
+    }
+}
