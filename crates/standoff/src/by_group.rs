@@ -19,14 +19,17 @@ impl<G: Copy + Ord> ByGroup<G> {
     pub fn fill(&mut self, entries: impl IntoIterator<Item = (G, usize)>) {
         self.entries.clear();
         self.entries.extend(entries);
-        self.entries.sort_unstable();
-        self.entries.dedup();
+        // Most are: the elements of small teams have few groups.
+        if !self.entries.is_sorted_by(|one, next| one < next) {
+            self.entries.sort_unstable();
+            self.entries.dedup();
+        }
     }
 
     /// Indices of the elements of a group, ascending.
     pub fn of(&self, group: G) -> impl ExactSizeIterator<Item = usize> + Clone + '_ {
         let start = self.entries.partition_point(|(of, _)| *of < group);
-        let count = self.entries[start..].partition_point(|(of, _)| *of == group);
+        let count = self.entries[start..].iter().take_while(|(of, _)| *of == group).count();
         self.entries[start..start + count].iter().map(|(_, index)| *index)
     }
 }
