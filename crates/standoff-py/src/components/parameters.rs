@@ -64,7 +64,7 @@ impl Parameters {
     /// Parameters of a team, without those that have no name in Python.
     fn of_team(team: TeamParams) -> Self {
         let mut team = TeamParams { link: LinkModel::Ideal, separation: None, ..team };
-        (team.uav.climb, team.wind) = (None, None);
+        (team.uav.climb, team.uav.bank, team.wind) = (None, None, None);
         if team.guidance.lead != Lead::Constant {
             team.guidance.lead_s = 0.0;
         }
