@@ -18,7 +18,7 @@ use crate::frame::Velocity;
 use crate::math;
 use crate::params::{BankParams, UavParams};
 use crate::time::Time;
-use crate::uav::{Command, UavState};
+use crate::uav::{AutopilotModel, Command, UavState};
 
 /// Maximum rate of the commanded bank angle, rad/s: 60 deg/s, which small aircraft follow.
 pub(crate) const ROLL_COMMAND_RATE_MAX_RAD_S: f64 = 60.0 * math::PI / 180.0;
@@ -126,6 +126,51 @@ impl BankParams {
     }
 }
 
+impl UavParams {
+    /// Speed of escape manoeuvres, m/s: the lowest one, or, because aircraft with limited power slow down little in a
+    /// turn, that of the state.
+    pub(crate) fn escape_speed_m_s(&self, state: &UavState) -> f64 {
+        if self.bank.is_some() { state.speed_m_s } else { self.speeds_m_s()[0] }
+    }
+
+    /// Maximum turn rate at a speed, rad/s.
+    pub(crate) fn turn_rate_max_at_rad_s(&self, speed_m_s: f64) -> f64 {
+        self.bank
+            .map_or(self.turn_rate_max_rad_s, |bank| bank.turn_rate_max_rad_s(speed_m_s).min(self.turn_rate_max_rad_s))
+    }
+
+    /// Lowest and highest acceleration at a speed, m/s2; infinite if the speed only has a lag.
+    pub(crate) fn accelerations_m_s2(&self, speed_m_s: f64) -> [f64; 2] {
+        self.bank.map_or([f64::NEG_INFINITY, f64::INFINITY], |bank| bank.accelerations_m_s2(speed_m_s))
+    }
+
+    /// Time until the turn rate follows its command, s: its lag, or the time of a roll to the maximum bank angle.
+    pub(crate) fn turn_delay_s(&self) -> f64 {
+        self.bank.map_or(self.turn_rate_lag_s, |bank| bank.roll_time_s())
+    }
+
+    /// Time until a turn has settled, s: `lags` lags, or the time of a roll from one side to the other.
+    pub(crate) fn settling_s(&self, lags: f64) -> f64 {
+        match self.bank {
+            None => lags * self.speed_lag_s.max(self.turn_rate_lag_s),
+            Some(bank) => 2.0 * bank.roll_time_s() + lags * bank.roll_lag_s,
+        }
+    }
+}
+
+impl AutopilotModel {
+    /// Returns the motion after holding `command` for the time step: for a UAV that banks within its limits, otherwise by
+    /// Eq. (1) or (4).
+    #[inline]
+    #[cfg_attr(feature = "research", visibility::make(pub))]
+    pub(crate) fn advance(&self, from: &Motion, command: Command) -> Motion {
+        match self.params.bank {
+            Some(bank) => bank.predicted(&self.params, from, command, self.duration_s()),
+            None => from.with_state(self.step(&from.state, command)),
+        }
+    }
+}
+
 /// Bank angle and its command, rad, positive to the right.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 struct Bank {
@@ -135,14 +180,16 @@ struct Bank {
 
 /// Predicted motion of a UAV.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Motion {
-    pub(crate) state: UavState,
+pub struct Motion {
+    /// State over ground.
+    pub state: UavState,
     /// Level if the UAV does not bank.
     bank: Bank,
 }
 
 impl Motion {
     /// The motion of a UAV in a steady turn: the bank angle is that of the turn rate.
+    #[cfg_attr(feature = "research", visibility::make(pub))]
     pub(crate) fn steady(uav: &UavParams, state: &UavState) -> Self {
         let bank = uav.bank.map_or(Bank::default(), |bank| {
             let angle_rad = bank.bank_rad(state.turn_rate_rad_s, state.speed_m_s);

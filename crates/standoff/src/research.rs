@@ -5,6 +5,7 @@
 //! [`TeamAgent`](crate::TeamAgent).
 
 pub use crate::atmosphere::{GRAVITY_M_S2, density_ratio};
+pub use crate::bank::Motion;
 pub use crate::by_group::ByGroup;
 pub use crate::coordination::assignment::{Assignment, AssignmentLaw, AvailableUav, CandidateGroup, assign};
 pub use crate::coordination::clustering::{KMeans, group_count};

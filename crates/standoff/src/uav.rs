@@ -13,7 +13,6 @@
 use core::array::from_fn;
 
 use crate::angle::Angle;
-use crate::bank::Motion;
 use crate::frame::{Displacement, FARTHEST_M, FASTEST_M_S, FASTEST_RAD_S, Position, Velocity};
 use crate::math;
 use crate::params::{ClimbParams, Integrator, UavParams};
@@ -217,36 +216,6 @@ impl UavParams {
         clamp_flagged(desired_m_s, lower, upper, self.speed_m_s)
     }
 
-    /// Speed of escape manoeuvres, m/s: the lowest one, or, because aircraft with limited power slow down little in a
-    /// turn, that of the state.
-    pub(crate) fn escape_speed_m_s(&self, state: &UavState) -> f64 {
-        if self.bank.is_some() { state.speed_m_s } else { self.speeds_m_s()[0] }
-    }
-
-    /// Maximum turn rate at a speed, rad/s.
-    pub(crate) fn turn_rate_max_at_rad_s(&self, speed_m_s: f64) -> f64 {
-        self.bank
-            .map_or(self.turn_rate_max_rad_s, |bank| bank.turn_rate_max_rad_s(speed_m_s).min(self.turn_rate_max_rad_s))
-    }
-
-    /// Lowest and highest acceleration at a speed, m/s2; infinite if the speed only has a lag.
-    pub(crate) fn accelerations_m_s2(&self, speed_m_s: f64) -> [f64; 2] {
-        self.bank.map_or([f64::NEG_INFINITY, f64::INFINITY], |bank| bank.accelerations_m_s2(speed_m_s))
-    }
-
-    /// Time until the turn rate follows its command, s: its lag, or the time of a roll to the maximum bank angle.
-    pub(crate) fn turn_delay_s(&self) -> f64 {
-        self.bank.map_or(self.turn_rate_lag_s, |bank| bank.roll_time_s())
-    }
-
-    /// Time until a turn has settled, s: `lags` lags, or the time of a roll from one side to the other.
-    pub(crate) fn settling_s(&self, lags: f64) -> f64 {
-        match self.bank {
-            None => lags * self.speed_lag_s.max(self.turn_rate_lag_s),
-            Some(bank) => 2.0 * bank.roll_time_s() + lags * bank.roll_lag_s,
-        }
-    }
-
     /// Returns the response of the UAV to commands that are held for `dt`.
     #[cfg_attr(feature = "research", visibility::make(pub))]
     pub(crate) fn response(&self, dt: Duration) -> AutopilotModel {
@@ -301,7 +270,7 @@ impl UavParams {
 /// Response of a UAV to commands that are held for a fixed time. Precomputed once for all UAVs and steps.
 #[derive(Debug, Clone, PartialEq)]
 pub struct AutopilotModel {
-    params: UavParams,
+    pub(crate) params: UavParams,
     pieces: Vec<Piece>,
     end: LagDecay,
 }
@@ -326,24 +295,18 @@ struct LagDecay {
 }
 
 impl AutopilotModel {
-    /// Returns the state after holding `command` for the time step.
-    ///
-    /// Implements Eq. (1) exactly, or Eq. (4) if Euler is selected; for a banking aircraft, the model of
-    /// [`BankParams`](crate::BankParams).
-    pub fn step(&self, state: &UavState, command: Command) -> UavState {
-        match self.params.integrator {
-            _ if self.params.bank.is_some() => self.advance(&Motion::steady(&self.params, state), command).state,
-            Integrator::Exact => self.step_exact(state, command),
-            Integrator::Euler => self.step_euler(state, command),
-        }
+    /// Duration of the time step, s.
+    pub(crate) fn duration_s(&self) -> f64 {
+        self.end.t_s
     }
 
-    /// Returns the motion after holding `command` for the time step.
-    #[inline]
-    pub(crate) fn advance(&self, from: &Motion, command: Command) -> Motion {
-        match self.params.bank {
-            Some(bank) => bank.predicted(&self.params, from, command, self.end.t_s),
-            None => from.with_state(self.step(&from.state, command)),
+    /// Returns the state after holding `command` for the time step.
+    ///
+    /// Implements Eq. (1) exactly, or Eq. (4) if Euler is selected, also for a UAV that banks.
+    pub fn step(&self, state: &UavState, command: Command) -> UavState {
+        match self.params.integrator {
+            Integrator::Exact => self.step_exact(state, command),
+            Integrator::Euler => self.step_euler(state, command),
         }
     }
 

@@ -1,4 +1,4 @@
-use standoff::research::math;
+use standoff::research::{Motion, math};
 use standoff::{Angle, ClimbParams, Position, TeamParams};
 
 use super::*;
@@ -157,7 +157,8 @@ fn the_prediction_of_an_agent_is_flown() {
             flight.hold(23.0, from_rad_s, 300.0, (60.0, 0.5), |_, _| {});
             let uav = UavParams { bank: Some(aircraft), ..flight.uav };
             let command = Command { speed_m_s, turn_rate_rad_s: to_rad_s };
-            let predicted = uav.response(Duration::from_s(8.0)).step(&flight.state, command);
+            let start = Motion::steady(&uav, &flight.state);
+            let predicted = uav.response(Duration::from_s(8.0)).advance(&start, command).state;
             flight.hold(speed_m_s, to_rad_s, 300.0, (8.0, 0.5), |_, _| {});
             let off_m = flight.state.position.distance_m(predicted.position);
             assert!(off_m < 2.0, "{from_rad_s} to {to_rad_s} rad/s: {off_m} m");

@@ -143,7 +143,7 @@ impl GeofenceSafety {
     /// command must be within the limits.
     pub(crate) fn make_safe(&self, own: &Motion, desired: Command) -> (Command, Option<usize>) {
         if let Some(zone) = self.geofence().violated_zones(own.state.position).next() {
-            return (self.exit_command(&own.state), Some(zone));
+            return (self.exit_command(own), Some(zone));
         }
         let sides = self.sides_near(&own.state);
         let Some(zone) = self.forbidding_zone(own, desired, &sides) else { return (desired, None) };
@@ -237,7 +237,7 @@ impl GeofenceSafety {
     }
 
     /// Command that leaves the forbidden zones soonest, by a hard turn followed by straight flight.
-    fn exit_command(&self, own: &UavState) -> Command {
+    fn exit_command(&self, own: &Motion) -> Command {
         let speed_m_s = self.uav.speed_max_m_s();
         let turn_max = self.uav.turn_rate_max_rad_s;
         let straight_on = Command { speed_m_s, turn_rate_rad_s: 0.0 };
@@ -247,17 +247,17 @@ impl GeofenceSafety {
         let pieces = (TAU / 0.1 + self.settling.piece_s * f64::from(self.settling.count) / piece_s).min(500.0) as u32;
         for sense in [1.0, -1.0] {
             let turn = Command { speed_m_s, turn_rate_rad_s: sense * turn_max };
-            let mut state = *own;
+            let mut motion = *own;
             for piece in 0..=pieces {
                 let after_s = f64::from(piece) * piece_s;
-                let out_s = after_s + self.exit_distance_m(&state) / speed_m_s;
+                let out_s = after_s + self.exit_distance_m(&motion.state) / speed_m_s;
                 if out_s < soonest.0 {
                     soonest = (out_s, if piece == 0 { straight_on } else { turn });
                 }
                 if after_s >= soonest.0 {
                     break;
                 }
-                state = response.step(&state, turn);
+                motion = response.advance(&motion, turn);
             }
         }
         soonest.1
