@@ -23,10 +23,10 @@ use crate::uav::{AutopilotModel, Command, UavState};
 /// Maximum rate of the commanded bank angle, rad/s: 60 deg/s, which small aircraft follow.
 pub(crate) const ROLL_COMMAND_RATE_MAX_RAD_S: f64 = 60.0 * math::PI / 180.0;
 
-/// Lowest speed by which turn rates are divided, m/s: no aircraft flies slower.
+/// Minimum divisor of turn rates, m/s: no aircraft flies slower.
 const SPEED_MIN_M_S: f64 = 1.0;
 
-/// Time after a decision for which its command counts as flown, s.
+/// Longest duration of a command, s; after it, the bank command is unknown.
 const FLOWN_MAX_S: f64 = 10.0;
 
 /// Longest step of a prediction, s.
@@ -52,13 +52,13 @@ impl BankParams {
         bank_rad.clamp(-self.bank_max_rad, self.bank_max_rad)
     }
 
-    /// Time in which the aircraft rolls from level flight to the maximum bank angle, s.
-    pub(crate) fn roll_time_s(&self) -> f64 {
+    /// Duration of a roll from level flight to the maximum bank angle, s.
+    fn roll_time_s(&self) -> f64 {
         self.bank_max_rad / self.roll_rate_max_rad_s.min(ROLL_COMMAND_RATE_MAX_RAD_S) + self.roll_lag_s
     }
 
     /// Lowest and highest acceleration in level flight, m/s2.
-    pub(crate) fn accelerations_m_s2(&self, speed_m_s: f64) -> [f64; 2] {
+    fn accelerations_m_s2(&self, speed_m_s: f64) -> [f64; 2] {
         [-self.sink_idle_m_s, self.climb_full_power_m_s]
             .map(|power_m_s| GRAVITY_M_S2 * power_m_s / speed_m_s.max(SPEED_MIN_M_S))
     }
@@ -128,9 +128,9 @@ impl BankParams {
 
 impl UavParams {
     /// Speed of escape manoeuvres, m/s: the lowest one, or, because aircraft with limited power slow down little in a
-    /// turn, that of the state.
-    pub(crate) fn escape_speed_m_s(&self, state: &UavState) -> f64 {
-        if self.bank.is_some() { state.speed_m_s } else { self.speeds_m_s()[0] }
+    /// turn, the current one.
+    pub(crate) fn escape_speed_m_s(&self, current_m_s: f64) -> f64 {
+        if self.bank.is_some() { current_m_s } else { self.speeds_m_s()[0] }
     }
 
     /// Maximum turn rate at a speed, rad/s.
@@ -166,7 +166,7 @@ impl AutopilotModel {
     pub(crate) fn advance(&self, from: &Motion, command: Command) -> Motion {
         match self.params.bank {
             Some(bank) => bank.predicted(&self.params, from, command, self.duration_s()),
-            None => from.with_state(self.step(&from.state, command)),
+            None => Motion { state: self.step(&from.state, command), ..*from },
         }
     }
 }
@@ -198,11 +198,6 @@ impl Motion {
         Self { state: *state, bank }
     }
 
-    /// Another state with the same bank.
-    pub(crate) fn with_state(self, state: UavState) -> Self {
-        Self { state, ..self }
-    }
-
     /// The motion of a UAV that follows a command: the commanded bank angle is as far ahead as in a long roll.
     pub(crate) fn turning(uav: &UavParams, state: &UavState, command: Option<Command>) -> Self {
         let mut motion = Self::steady(uav, state);
@@ -210,18 +205,6 @@ impl Motion {
             let (angle_rad, lead_rad) = (motion.bank.angle_rad, ROLL_COMMAND_RATE_MAX_RAD_S * bank.roll_lag_s);
             let desired_rad = bank.bank_rad(command.turn_rate_rad_s, state.speed_m_s);
             motion.bank.command_rad = desired_rad.clamp(angle_rad - lead_rad, angle_rad + lead_rad);
-        }
-        motion
-    }
-
-    /// The motion of a UAV that has flown a command since another time: the bank angle is that of the turn rate, its
-    /// command the predicted one.
-    fn after(uav: &UavParams, state: &UavState, flown: &Flown, now: Time) -> Self {
-        let mut motion = Self::steady(uav, state);
-        let flown_s = (now - flown.from).s();
-        if let Some(bank) = uav.bank.filter(|_| (0.0..=FLOWN_MAX_S).contains(&flown_s)) {
-            let predicted = bank.predicted(uav, &flown.motion, flown.command, flown_s);
-            motion.bank.command_rad = predicted.bank.command_rad;
         }
         motion
     }
@@ -236,9 +219,18 @@ pub(crate) struct Flown {
 }
 
 impl Flown {
-    /// The motion at the next decision. Without a decision before it, or long after it, the UAV is in a steady turn.
+    /// The motion at the next decision: the bank angle is that of the turn rate, its command the predicted one. Without
+    /// a decision before it, or long after it, the UAV is in a steady turn.
     pub(crate) fn motion(flown: Option<&Self>, uav: &UavParams, state: &UavState, now: Time) -> Motion {
-        flown.map_or_else(|| Motion::steady(uav, state), |flown| Motion::after(uav, state, flown, now))
+        let mut motion = Motion::steady(uav, state);
+        if let Some((bank, flown)) = uav.bank.zip(flown) {
+            let flown_s = (now - flown.from).s();
+            if (0.0..=FLOWN_MAX_S).contains(&flown_s) {
+                let predicted = bank.predicted(uav, &flown.motion, flown.command, flown_s);
+                motion.bank.command_rad = predicted.bank.command_rad;
+            }
+        }
+        motion
     }
 }
 

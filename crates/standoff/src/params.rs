@@ -507,7 +507,7 @@ impl ParamInfo {
         one_line(self.doc)
     }
 
-    /// True for an angle, which is in radians here and in degrees in scenario files.
+    /// True for an angle or its rate in radians, which scenario files have in degrees.
     #[cfg_attr(feature = "research", visibility::make(pub))]
     pub(crate) fn is_angle(&self) -> bool {
         match self.kind {

@@ -31,10 +31,9 @@ const BEFORE_WORDS: [&str; 1] = ["count"];
 fn property(param: &ParamInfo, defaults: &Parameters) -> Value {
     let (what, (kind, of_kind)) = match param.kind {
         ParamKind::Number { unit, allowed } => {
-            let (unit, allowed) = match unit {
-                "rad" if param.is_angle() => ("degrees", allowed.map(f64::to_degrees)),
-                "rad/s" if param.is_angle() => ("degrees/s", allowed.map(f64::to_degrees)),
-                unit => (unit, allowed),
+            let (unit, allowed) = match param.is_angle() {
+                true => (unit.replace("rad", "degrees"), allowed.map(f64::to_degrees)),
+                false => (unit.to_owned(), allowed),
             };
             let number = json!([{ "$ref": "#/definitions/Number" }]);
             (format!(" Unit: {unit}. Range: {allowed}."), ("allOf", number))

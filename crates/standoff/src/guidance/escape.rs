@@ -1,7 +1,7 @@
 //! Escape manoeuvres: turns that UAVs can fly together forever without coming near each other.
 //!
-//! A UAV has two escape manoeuvres: the hardest turn to the left and to the right at the lowest speed, which end in
-//! circles. Some UAVs are *separable* if each has one of the two such that all pairs keep the required distance forever.
+//! A UAV has two escape manoeuvres: the hardest turn to the left and to the right at the lowest speed, or for banking
+//! aircraft at the current one, which end in circles. Some UAVs are *separable* if each has one of the two such that all pairs keep the required distance forever.
 //! If each UAV in turn only flies commands after which they remain separable, they keep that distance (T. Schouwenaars,
 //! J. How and E. Feron, *Decentralized Cooperative Trajectory Planning of Multiple Aircraft with Hard Safety
 //! Guarantees*, AIAA Guidance, Navigation, and Control Conference 2004).
@@ -108,7 +108,10 @@ impl EscapeModel {
     /// The command of an escape manoeuvre that begins in a state.
     pub(crate) fn command(&self, from: &UavState, side: Side) -> Command {
         let uav = &self.limits.uav;
-        Command { speed_m_s: uav.escape_speed_m_s(from), turn_rate_rad_s: side.sign() * uav.turn_rate_max_rad_s }
+        Command {
+            speed_m_s: uav.escape_speed_m_s(from.speed_m_s),
+            turn_rate_rad_s: side.sign() * uav.turn_rate_max_rad_s,
+        }
     }
 
     /// Path from a motion: a command for one period, then the escape manoeuvre.

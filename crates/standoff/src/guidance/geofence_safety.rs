@@ -1,7 +1,7 @@
 //! Geofence safety: restricts the commands so that a UAV never crosses the outline of a zone.
 //!
-//! Two fallback manoeuvres are the hardest turns to the left and to the right at the lowest speed. Both end in circles,
-//! which can be flown indefinitely. A state is *safe* if one of them stays clear of every outline forever. A command is
+//! Two fallback manoeuvres are the hardest turns to the left and to the right at the lowest speed, or for banking
+//! aircraft at the current one. Both end in circles, which can be flown indefinitely. A state is *safe* if one of them stays clear of every outline forever. A command is
 //! *allowed* if holding it for one period, with the exact response of the UAV including its lags, stays clear and ends
 //! in a safe state.
 //!
@@ -16,7 +16,7 @@
 //! orbit itself, the UAV flies the shortest path around it to the next free part of the orbit.
 
 use crate::bank::Motion;
-use crate::frame::{Displacement, Position};
+use crate::frame::Displacement;
 use crate::guidance::command_candidates::Costs;
 use crate::guidance::detour::DetourPlanner;
 use crate::guidance::geofence::{Geofence, Side, crossed_at, squared_between_m2, squared_to_side_m2};
@@ -204,7 +204,7 @@ impl GeofenceSafety {
 
     /// The two fallback manoeuvres: hardest turn to the left and to the right at the speed of escape manoeuvres.
     fn manoeuvres(&self, own: &UavState) -> [Command; 2] {
-        let speed_m_s = self.uav.escape_speed_m_s(own);
+        let speed_m_s = self.uav.escape_speed_m_s(own.speed_m_s);
         [1.0, -1.0].map(|sense| Command { speed_m_s, turn_rate_rad_s: sense * self.uav.turn_rate_max_rad_s })
     }
 
@@ -293,8 +293,7 @@ fn circle(uav: &UavParams, speed_m_s: f64, turn_rate_rad_s: f64, step_s: f64) ->
 /// outline, m.
 pub(crate) fn required_room_m(uav: &UavParams, period_s: f64) -> f64 {
     let (period, settling) = pieces(uav, period_s);
-    let start = UavState::level_flight(Position::ORIGIN, Angle::ZERO, uav.speed_m_s);
-    let speed_m_s = uav.escape_speed_m_s(&start);
+    let speed_m_s = uav.escape_speed_m_s(uav.speed_m_s);
     let (radius_m, _) = circle(uav, speed_m_s, uav.turn_rate_max_at_rad_s(speed_m_s), period.piece_s);
     radius_m + margin_m(uav.speed_max_m_s(), uav.turn_rate_max_rad_s, &[&period, &settling])
 }
@@ -343,6 +342,7 @@ fn flown(pieces: &Pieces, from: &Motion, command: Command, sides: &[Side], least
 #[cfg(test)]
 pub(crate) mod tests {
     use super::*;
+    use crate::frame::Position;
     use crate::guidance::geofence::{Zone, ZoneKind};
     use crate::params::{BankParams, TeamParams};
     use proptest::prelude::*;

@@ -115,7 +115,7 @@ pub(crate) struct PredictedTrajectory {
     turn_m_s2: f64,
     /// Change of speed, m/s. Bounds the deviation from the initial straight line.
     change_m_s: f64,
-    /// Lowest and highest acceleration, m/s2; infinite if the speed changes at once.
+    /// Lowest and highest acceleration, m/s2; infinite if the speed changes immediately.
     accelerations_m_s2: [f64; 2],
 }
 
