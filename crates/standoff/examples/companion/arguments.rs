@@ -3,7 +3,7 @@
 use standoff::{Angle, Position, UavState};
 
 pub(crate) const USAGE: &str = "usage: companion --uav N --team N --port BASE --seconds S \
-[--lose PERCENT] [--start-us T] [--restart-count N] [--at X_M,Y_M,HEADING_DEG]";
+[--lose PERCENT] [--speed N] [--start-us T] [--restart-count N] [--at X_M,Y_M,HEADING_DEG]";
 
 /// Arguments of the program for one UAV of a team.
 #[derive(Debug, Clone, PartialEq)]
@@ -18,6 +18,8 @@ pub(crate) struct Arguments {
     pub(crate) seconds: u32,
     /// Packet loss of received messages, per cent.
     pub(crate) lose_percent: u32,
+    /// Mission time per time of the machine's clock, the same for all UAVs.
+    pub(crate) speed: u32,
     /// Start of the mission, the same for all UAVs: microseconds of UNIX time. Default: the last full ten minutes.
     pub(crate) start_us: Option<i64>,
     /// Restart count.
@@ -35,6 +37,7 @@ impl Arguments {
             port: 0,
             seconds: 0,
             lose_percent: 0,
+            speed: 1,
             start_us: None,
             restart_count: 0,
             at: None,
@@ -53,6 +56,7 @@ impl Arguments {
                 "--port" => arguments.port = number(65_535 - TEAM_MAX)? as u16,
                 "--seconds" => arguments.seconds = number(86_400)?,
                 "--lose" => arguments.lose_percent = number(100)?,
+                "--speed" => arguments.speed = number(10)?,
                 "--restart-count" => arguments.restart_count = number(u32::MAX)?,
                 "--start-us" => {
                     let start_us = value.parse().ok().filter(|us| (0..1 << 60).contains(us));
@@ -65,10 +69,10 @@ impl Arguments {
                 _ => return Err(format!("{name}: unknown option; {USAGE}")),
             }
         }
-        let Self { uav, team, port, seconds, .. } = arguments;
-        if uav >= team || port == 0 || seconds == 0 {
+        let Self { uav, team, port, seconds, speed, .. } = arguments;
+        if uav >= team || port == 0 || seconds == 0 || speed == 0 {
             return Err(format!(
-                "--uav must be less than --team; --port and --seconds must be greater than 0; {USAGE}"
+                "--uav must be less than --team; --port, --seconds and --speed must be greater than 0; {USAGE}"
             ));
         }
         Ok(arguments)

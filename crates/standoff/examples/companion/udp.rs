@@ -38,19 +38,20 @@ impl Loss {
 /// Mission time from the clock of the machine. On aircraft, use GNSS time.
 struct Clock {
     start_us: i64,
+    /// Mission time per time of the machine's clock.
+    speed: i64,
 }
 
 impl Clock {
-    fn new(start_us: Option<i64>) -> Self {
+    fn new(start_us: Option<i64>, speed: u32) -> Self {
         const TEN_MINUTES_US: i64 = 600_000_000;
-        let clock = Self { start_us: 0 };
-        let now_us = clock.now().us();
-        Self { start_us: start_us.unwrap_or(now_us - now_us % TEN_MINUTES_US) }
+        let now_us = Self { start_us: 0, speed: 1 }.now().us();
+        Self { start_us: start_us.unwrap_or(now_us - now_us % TEN_MINUTES_US), speed: speed.into() }
     }
 
     fn now(&self) -> Time {
         let since = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default();
-        Time::from_us((since.as_micros() as i64).saturating_sub(self.start_us))
+        Time::from_us((since.as_micros() as i64).saturating_sub(self.start_us).saturating_mul(self.speed))
     }
 }
 
@@ -81,7 +82,8 @@ impl Udp {
             if left_us <= 0 {
                 return Ok(());
             }
-            self.socket.set_read_timeout(Some(std::time::Duration::from_micros(left_us as u64)))?;
+            self.socket
+                .set_read_timeout(Some(std::time::Duration::from_micros((left_us / self.clock.speed).max(1) as u64)))?;
             // A timeout, or a teammate's port is closed, which some systems report here.
             let Ok((length, _)) = self.socket.recv_from(&mut datagram) else { continue };
             if !self.loss.loses() {
@@ -98,7 +100,7 @@ pub(crate) fn fly(mut uav: Companion, arguments: &Arguments) -> io::Result<()> {
         socket: UdpSocket::bind((Ipv4Addr::LOCALHOST, arguments.port_of(arguments.uav)))?,
         teammates: teammates.map(|other| arguments.port_of(other)).collect(),
         loss: Loss::new(arguments.lose_percent, arguments.uav),
-        clock: Clock::new(arguments.start_us),
+        clock: Clock::new(arguments.start_us, arguments.speed),
     };
     let end = Time::EPOCH + Duration::from_s(arguments.seconds.into());
     let mut last = None;

@@ -1,0 +1,9 @@
+//! Integration tests, in one program, which is built faster than one for each file.
+
+#![expect(clippy::unwrap_used, reason = "helpers of tests")]
+
+#[path = "../common/mod.rs"]
+mod common;
+mod flight;
+mod hostile;
+mod real_time;
