@@ -41,6 +41,8 @@ END_S = 3
 # Minimum distance of UAVs at the same altitude: the default of `separation`.
 DISTANCE_MIN_M = 50
 LATENCY_P99_MAX_MS = 5
+# Limit on a machine whose load average exceeds the number of its cores.
+BUSY_P99_MAX_MS = 20
 PROCESSOR_SHARE_MAX = 0.03
 
 
@@ -298,8 +300,8 @@ def main():
         time.sleep(half_s - END_S)
         # Waiting for a processor core is not the program's latency.
         is_busy = os.getloadavg()[0] > os.cpu_count()
-        if is_busy:
-            print(f"load average {os.getloadavg()[0]:.1f}: the 99th percentile of the latency is not checked")
+        p99_max_ms = BUSY_P99_MAX_MS if is_busy else LATENCY_P99_MAX_MS
+        print(f"load average {os.getloadavg()[0]:.1f}: the 99th percentile of the latency may be {p99_max_ms} ms")
         share = {program.pid: (processor_s(program) - used_s[program.pid]) / (half_s - END_S) for program in programs}
         for program in programs:
             program.send_signal(signal.SIGINT)
@@ -329,7 +331,7 @@ def main():
                 checks = [
                     (rms_m <= flight.rms_max_m, f"rms orbit error above {flight.rms_max_m} m"),
                     (median_ms <= LATENCY_P99_MAX_MS, f"median latency above {LATENCY_P99_MAX_MS} ms"),
-                    (is_busy or p99_ms <= LATENCY_P99_MAX_MS, f"99th percentile above {LATENCY_P99_MAX_MS} ms"),
+                    (p99_ms <= p99_max_ms, f"99th percentile above {p99_max_ms} ms"),
                     (bool(lines) and lines[-1].startswith("engaged; "), "not engaged at the end"),
                     (share[program.pid] <= PROCESSOR_SHARE_MAX, "processor load"),
                     (not violations, f"violations: {violations[:3]}"),

@@ -136,7 +136,11 @@ pub enum ValueProblem {
 
 impl<S: Scalar> Field for S {
     fn declare<T: 'static>(declaration: Declaration, columns: &mut Columns<T>, part: impl Part<T, Self>) {
-        let set = move |row: &mut T, value: Option<S>| value.into_iter().for_each(|value| *part(row) = value);
+        let set = move |row: &mut T, value| {
+            if let Some(value) = value {
+                *part(row) = value;
+            }
+        };
         columns.push(stored(declaration, false, move |row| Some(part(row)), set));
     }
 
@@ -191,14 +195,20 @@ where
     }
 
     fn put(&mut self, rows: &mut [T]) -> Result<(), Fault> {
-        let put = rows.iter_mut().try_for_each(|row| self.cells.put((self.get)(row)));
-        put.map_err(|what| self.declaration.fault(what))
+        for row in rows {
+            if let Err(what) = self.cells.put((self.get)(row)) {
+                return Err(self.declaration.fault(what));
+            }
+        }
+        Ok(())
     }
 
     fn read(&mut self, rows: &mut [T], reader: &mut ColumnReader) -> ParquetResult<(usize, Option<(usize, Fault)>)> {
         let (found, values, problem) = self.cells.read(rows.len(), reader)?;
         let valid = values.len();
-        rows.iter_mut().zip(values).for_each(|(row, value)| (self.set)(row, value));
+        for (row, value) in rows.iter_mut().zip(values) {
+            (self.set)(row, value);
+        }
         Ok((found, problem.map(|what| (valid, self.declaration.fault(what)))))
     }
 
