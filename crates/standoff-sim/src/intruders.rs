@@ -1,9 +1,11 @@
-//! True motion of aircraft outside the team: they have the flight dynamics of the UAVs and avoid no other aircraft.
+//! True motion of aircraft outside the team: they have the flight dynamics of the UAVs, fly relative to the air, and avoid
+//! no other aircraft.
 
 use standoff::research::{AutopilotModel, Integrator};
 use standoff::{Command, Displacement, Message, Time, TrafficReport, UavId, UavParams, UavState};
 
 use crate::scenario::{self, Scenario};
+use crate::wind::{AirMotion, WindModel};
 
 /// All intruders, by number.
 pub(crate) struct Intruders {
@@ -12,11 +14,17 @@ pub(crate) struct Intruders {
     response: AutopilotModel,
     uav: UavParams,
     period: standoff::Duration,
+    /// Wind without gusts; `None`: calm air.
+    wind: Option<WindModel>,
+    /// Height of intruders without altitude, m.
+    height_m: f64,
 }
 
 /// One intruder.
 pub(crate) struct Intruder {
     flown: scenario::Intruder,
+    /// Its motion relative to the air; `None` without wind.
+    air: Option<AirMotion>,
     /// True state.
     pub(crate) truth: UavState,
 }
@@ -31,9 +39,20 @@ impl Intruder {
 impl Intruders {
     pub(crate) fn new(scenario: &Scenario) -> Self {
         let uav = UavParams { integrator: Integrator::Exact, bank: None, ..scenario.settings.team.uav };
-        let intruder = |flown: &scenario::Intruder| Intruder { truth: flown.start, flown: flown.clone() };
-        let period = scenario.settings.period;
-        Self { all: scenario.intruders.iter().map(intruder).collect(), response: uav.response(period), uav, period }
+        let (period, wind) = (scenario.settings.period, scenario.settings.wind);
+        let height_m = scenario.settings.team.initial_altitude_m(UavId(0));
+        let intruder = |flown: &scenario::Intruder| {
+            let start = wind.map(|wind| {
+                AirMotion::start(
+                    &flown.start,
+                    wind.at(flown.start.vertical.map_or(height_m, |vertical| vertical.altitude_m)),
+                )
+            });
+            let (air, truth) = start.map_or((None, flown.start), |(air, over_ground)| (Some(air), over_ground));
+            Intruder { flown: flown.clone(), air, truth }
+        };
+        let all = scenario.intruders.iter().map(intruder).collect();
+        Self { all, response: uav.response(period), uav, period, wind, height_m }
     }
 
     pub(crate) fn all(&self) -> impl Iterator<Item = (u32, &Intruder)> {
@@ -50,17 +69,25 @@ impl Intruders {
 
     /// Advances all intruders by one period; a pursuing intruder turns towards the current position of its UAV.
     pub(crate) fn fly<'a>(&mut self, truth_of: impl Fn(UavId) -> Option<&'a UavState>) {
-        let Self { all, response, uav, period } = self;
-        for Intruder { flown, truth } in all {
+        let Self { all, response, uav, period, wind, height_m } = self;
+        for Intruder { flown, air, truth } in all {
+            let heading = air.as_ref().map_or(truth.heading, |air| air.velocity().heading);
             let pursued = flown.pursued_uav.and_then(&truth_of);
             let desired_rad_s = pursued.map_or(flown.turn_rate_rad_s, |pursued| {
                 let to_uav: Displacement = pursued.position - truth.position;
                 // The steepest gain without overshoot: the heading is reached half a lag after the next time step.
-                (to_uav.direction() - truth.heading).rad() / (period.s() + uav.turn_rate_lag_s)
+                (to_uav.direction() - heading).rad() / (period.s() + uav.turn_rate_lag_s)
             });
             let turn_rate_rad_s = desired_rad_s.clamp(-uav.turn_rate_max_rad_s, uav.turn_rate_max_rad_s);
             let (before, speed_m_s) = (truth.vertical, flown.start.speed_m_s);
-            *truth = response.step(truth, Command { speed_m_s, turn_rate_rad_s });
+            let step = |before: &UavState| response.step(before, Command { speed_m_s, turn_rate_rad_s });
+            *truth = match (air, &wind) {
+                (Some(air), Some(wind)) => {
+                    let height_m = before.map_or(*height_m, |vertical| vertical.altitude_m);
+                    air.fly(truth, *period, step, |_| wind.at(height_m))
+                }
+                _ => step(truth),
+            };
             let uav_altitude_m = pursued.and_then(|pursued| pursued.vertical).map(|vertical| vertical.altitude_m);
             truth.vertical = uav
                 .climb

@@ -181,7 +181,7 @@ struct Bank {
 /// Predicted motion of a UAV.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Motion {
-    /// State over ground.
+    /// State.
     pub state: UavState,
     /// Level if the UAV does not bank.
     bank: Bank,
@@ -196,6 +196,11 @@ impl Motion {
             Bank { angle_rad, command_rad: angle_rad }
         });
         Self { state: *state, bank }
+    }
+
+    /// The motion with the same bank angle and another state.
+    pub(crate) fn with_state(self, state: UavState) -> Self {
+        Self { state, ..self }
     }
 
     /// The motion of a UAV that follows a command: the commanded bank angle is as far ahead as in a long roll.

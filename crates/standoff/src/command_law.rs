@@ -37,10 +37,11 @@ pub(crate) struct CommandLaw<'a> {
     pub(crate) geofence_safety: Option<&'a GeofenceSafety>,
     /// Aircraft outside the team.
     pub(crate) intruders: &'a Intruders,
-    /// Escape manoeuvres of the UAVs; `None` without collision avoidance.
-    pub(crate) escapes: Option<&'a EscapeModel>,
-    /// Wind that the observed UAV assumes; `None`: calm air. Up to the command, everything is over ground: positions,
-    /// courses, ground speeds and course rates.
+    /// Escape manoeuvres of the UAVs relative to the air, and over ground; `None` without collision avoidance.
+    pub(crate) escapes: Option<&'a [EscapeModel; 2]>,
+    /// Wind that the observed UAV assumes; `None`: calm air. Guidance and geofence are over ground: courses, ground
+    /// speeds and course rates. Without a geofence, collision avoidance is relative to the air, as all commands to the
+    /// autopilot are.
     pub(crate) wind: Option<Wind>,
 }
 
@@ -49,11 +50,11 @@ pub(crate) struct CommandLaw<'a> {
 pub(crate) struct LastDecision {
     /// Avoidance manoeuvre, for the next report.
     pub(crate) manoeuvre: Option<Manoeuvre>,
-    /// Motion and command over ground of a banking UAV.
+    /// Motion and command of a banking UAV, in the frame of collision avoidance.
     flown: Option<Box<Flown>>,
 }
 
-/// Command of a UAV without collision avoidance.
+/// Command of a UAV without collision avoidance, over ground.
 struct Desired {
     /// Command within the limits and the geofence.
     command: Command,
@@ -66,15 +67,15 @@ struct Desired {
 }
 
 impl Desired {
-    /// Steering onto the orbit; a command changed by a zone is not the command of the orbit.
-    fn intended(&self) -> Option<&Steering> {
-        self.steering.as_ref().filter(|_| self.zone.is_none())
+    /// Intent on this course; a command changed by a zone is not the command of the orbit.
+    fn intent(&self, course: Angle) -> Intent {
+        let steering = self.steering.as_ref().filter(|_| self.zone.is_none());
+        steering.map_or(Intent::held(self.command), |steering| Intent::of(self.command, course, steering))
     }
 }
 
 impl CommandLaw<'_> {
-    /// Returns the command of the observed UAV, in wind relative to the air, and its avoidance manoeuvre over ground,
-    /// for the next report.
+    /// Returns the command of the observed UAV, relative to the air, and what it flies until its next decision.
     pub(crate) fn decide(
         &self,
         observation: &Observation,
@@ -83,34 +84,43 @@ impl CommandLaw<'_> {
     ) -> (AgentOutput, LastDecision) {
         let Observation { ref own, time, .. } = *observation;
         let flown = last.and_then(|last| last.flown.as_deref());
-        let motion = Flown::motion(flown, &self.params.uav, own, time);
-        let output = self.decide_over_ground(observation, &motion, refused);
+        let law = Self { wind: self.wind.filter(|_| own.is_finite()), ..*self };
+        let in_frame = law.air_frame().map_or(*own, |wind| wind.relative_to_air(own));
+        let motion = Flown::motion(flown, &self.params.uav, &in_frame, time);
+        let output = law.decide_in_frame(observation, &motion, refused);
         let is_banking = self.params.uav.bank.is_some() && own.is_finite();
         let flown = is_banking.then(|| Box::new(Flown { from: time, motion, command: output.command }));
         let decision = LastDecision { manoeuvre: output.manoeuvre(), flown };
-        let Some(wind) = self.wind.filter(|_| own.is_finite()) else { return (output, decision) };
+        let Some(wind) = law.wind.filter(|_| law.air_frame().is_none()) else { return (output, decision) };
         let Diagnostics { avoiding, limiting_zone, .. } = output.diagnostics;
         let is_evasive = avoiding.is_some() || limiting_zone.is_some();
-        let command = wind.air_command(self.params, &observation.own, output.command, is_evasive);
-        let diagnostics = Diagnostics { wind: Some(wind.velocity), ..output.diagnostics };
-        (AgentOutput { command, diagnostics, ..output }, decision)
+        let command = wind.air_command(self.params, own, output.command, is_evasive);
+        (AgentOutput { command, ..output }, decision)
     }
 
-    fn decide_over_ground(&self, observation: &Observation, motion: &Motion, refused: Rejected) -> AgentOutput {
+    /// Wind that moves the frame of collision avoidance; `None`: the frame is that of the ground.
+    fn air_frame(&self) -> Option<Wind> {
+        self.wind.filter(|_| self.geofence_safety.is_none())
+    }
+
+    /// Returns the output of a UAV that moves with `motion` in the frame of collision avoidance. The command is in that
+    /// frame, too.
+    fn decide_in_frame(&self, observation: &Observation, motion: &Motion, refused: Rejected) -> AgentOutput {
         let Observation { uav: id, ref own, .. } = *observation;
         let own_state_invalid = !own.is_finite();
         let group = self.team_state.group_of(id).filter(|_| !own_state_invalid);
         let geofence_safety = self.geofence_safety.filter(|_| !own_state_invalid);
-        let desired = self.desired((observation, motion), group, geofence_safety);
-        let Desired { command, speed_limited, turn_rate_limited, steering, phase_error_rad, zone: border } = desired;
+        let desired = self.desired((observation, &motion.with_state(*own)), group, geofence_safety);
         let altitude_m = self.altitude_m(id, group);
         let separation = self.params.separation.as_ref().zip(self.escapes).filter(|_| !own_state_invalid);
         let (command, altitude_m, avoids) = match separation {
             Some(separation) => {
-                self.avoid_aircraft(separation, (observation, motion), (command, desired.intended()), altitude_m)
+                let intent = self.intent_in_frame(own, desired.intent(own.heading));
+                self.avoid_aircraft(separation, (observation, motion), intent, altitude_m)
             }
-            None => (command, altitude_m, None),
+            None => (self.in_frame(own, desired.command), altitude_m, None),
         };
+        let Desired { speed_limited, turn_rate_limited, steering, phase_error_rad, zone: border, .. } = desired;
         // The diagnostics describe the command in effect, whatever its source.
         let is_at_limit = || command.turn_rate_rad_s.abs() >= self.params.uav.turn_rate_max_rad_s;
         let is_changed = avoids.is_some() || border.is_some();
@@ -137,9 +147,24 @@ impl CommandLaw<'_> {
                 own_state_invalid,
                 avoiding: avoids,
                 limiting_zone: border.map(|zone| zone as u32),
-                wind: None,
+                wind: self.wind.map(|wind| wind.velocity),
             },
         }
+    }
+
+    /// Command over ground of a UAV in the frame of collision avoidance. `own` is its state over ground.
+    fn in_frame(&self, own: &UavState, ground: Command) -> Command {
+        self.air_frame().map_or(ground, |wind| wind.air_command(self.params, own, ground, false))
+    }
+
+    /// Intent over ground of a UAV in the frame of collision avoidance. `own` is its state over ground.
+    fn intent_in_frame(&self, own: &UavState, ground: Intent) -> Intent {
+        if self.air_frame().is_none() {
+            return ground;
+        }
+        let after = Command { turn_rate_rad_s: ground.turn_rate_after_rad_s, ..ground.command };
+        let [command, after] = [ground.command, after].map(|command| self.in_frame(own, command));
+        Intent { command, for_s: ground.for_s, turn_rate_after_rad_s: after.turn_rate_rad_s }
     }
 
     /// Limits a command over ground to what the UAV can fly.
@@ -184,25 +209,27 @@ impl CommandLaw<'_> {
     /// Returns the command and altitude that keep the minimum separation, and the aircraft avoided.
     fn avoid_aircraft(
         &self,
-        (separation, escapes): (&SeparationParams, &EscapeModel),
+        (separation, [in_air, over_ground]): (&SeparationParams, &[EscapeModel; 2]),
         (observation, motion): (&Observation, &Motion),
-        desired: (Command, Option<&Steering>),
+        desired: Intent,
         altitude_m: Option<f64>,
     ) -> (Command, Option<f64>, Option<Avoidance>) {
         let Observation { uav: id, ref own, time } = *observation;
         let manoeuvre = self.team_state.teammate(id).and_then(|own| own.manoeuvre);
-        let geofence = self.geofence_safety;
-        let keeper = CollisionAvoidance { separation, escapes, geofence, id, own: motion, manoeuvre };
+        let (geofence, air) = (self.geofence_safety, self.air_frame());
+        let (escapes, frame_m_s) = air.map_or((over_ground, 0.0), |wind| (in_air, wind.velocity.speed_m_s()));
+        let keeper = CollisionAvoidance { separation, escapes, geofence, frame_m_s, id, own: motion, manoeuvre };
         let (mut buffer, places) = (Vec::new(), &self.team_state.reported_places);
-        let near = places.near(own.position, keeper.reach_m(places.fastest_m_s), &mut buffer);
-        let near = near.map(|index| &self.team_state.teammates[index]);
-        let teammates = near.filter(|teammate| teammate.uav != id && keeper.may_come_near(&teammate.last_report));
-        let teammates = teammates.map(|teammate| {
+        let near = places.near(own.position, keeper.reach_over_ground_m(places.fastest_m_s), &mut buffer);
+        let near = near.map(|index| &self.team_state.teammates[index]).filter(|teammate| teammate.uav != id);
+        let teammates = near.map(|teammate| {
             let age_s = (time - teammate.last_report_at).s().max(0.0);
             let (aircraft, manoeuvre) = (Aircraft::Uav(teammate.uav), teammate.manoeuvre);
             OtherAircraft { aircraft, reported_state: teammate.last_report, age_s, manoeuvre }
         });
-        let others = teammates.chain(self.intruders.others(time));
+        let in_air = |other: OtherAircraft| air.map_or(other, |wind| other.in_air(wind));
+        let teammates = teammates.map(in_air).filter(|other| keeper.may_come_near(&other.reported_state));
+        let others = teammates.chain(self.intruders.others(time).map(in_air));
         let altitude_m = altitude_m.map(|altitude_m| keeper.altitude_m(altitude_m, others.clone()));
         let (command, avoids) = keeper.avoid(desired, altitude_m, others, self);
         (command, altitude_m, avoids)
@@ -370,21 +397,20 @@ impl DesiredCommands for CommandLaw<'_> {
             None => steer(guidance, lag_s, state, &self.team_state.group(group)?.orbit(self.params), state.speed_m_s),
         };
         let command = Command { speed_m_s: state.speed_m_s, turn_rate_rad_s: steering.turn_rate_rad_s };
-        Some(Intent::of(self.limit(state, command).command, state.heading, &steering))
+        Some(self.intent_in_frame(state, Intent::of(self.limit(state, command).command, state.heading, &steering)))
     }
 
-    fn desired(&self, teammate: UavId, state: &UavState) -> (Command, Intent) {
-        let observation = Observation { uav: teammate, time: self.team_state.time, own: *state };
-        let motion = Motion::steady(&self.params.uav, state);
+    fn desired(&self, teammate: UavId, state: &UavState) -> Intent {
+        let own = self.air_frame().map_or(*state, |wind| wind.over_ground(state, 0.0));
+        let observation = Observation { uav: teammate, time: self.team_state.time, own };
+        let motion = Motion::steady(&self.params.uav, state).with_state(own);
         let desired = CommandLaw::desired(
             self,
             (&observation, &motion),
             self.team_state.group_of(teammate),
             self.geofence_safety,
         );
-        let held = Intent::held(desired.command);
-        let intent = desired.intended().map_or(held, |steering| Intent::of(desired.command, state.heading, steering));
-        (desired.command, intent)
+        self.intent_in_frame(&own, desired.intent(own.heading))
     }
 }
 

@@ -34,6 +34,7 @@ use crate::tracking::track::{TrackChange, TrackChangeKind};
 use crate::tracking::tracker::Tracker;
 use crate::uav::{UavId, UavState};
 use crate::validation::ParamError;
+use crate::wind::GroundLimits;
 
 /// Computes the next team state from the previous one and the messages of one time step; keeps no state itself.
 #[derive(Debug, Clone)]
@@ -46,8 +47,8 @@ pub(crate) struct TeamStateUpdater {
     pub(crate) assignment: Option<Arc<dyn AssignmentLaw>>,
     /// Geofence; `None` without zones.
     geofence: Option<TeamGeofence>,
-    /// Escape manoeuvres; `None` without collision avoidance.
-    pub(crate) escapes: Option<EscapeModel>,
+    /// Escape manoeuvres relative to the air, and over ground; `None` without collision avoidance.
+    pub(crate) escapes: Option<[EscapeModel; 2]>,
 }
 
 /// Input of one time step: everything that changed since the previous team state.
@@ -83,7 +84,10 @@ impl TeamStateUpdater {
         if !errors.is_empty() {
             return Err(errors);
         }
-        let escapes = params.separation.map(|_| EscapeModel::new(params.ground_limits(), params.log.period_s));
+        let escapes = params.separation.map(|_| {
+            [GroundLimits::relative_to_air(params), params.ground_limits()]
+                .map(|limits| EscapeModel::new(limits, params.log.period_s))
+        });
         Ok(Self {
             params,
             escapes,

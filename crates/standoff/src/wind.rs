@@ -113,6 +113,21 @@ impl Wind {
         }
     }
 
+    /// State relative to the air of a UAV in a state over ground whose airspeed is constant, the inverse of
+    /// [`Self::over_ground`]: heading, airspeed and heading rate.
+    pub(crate) fn relative_to_air(self, ground: &UavState) -> UavState {
+        let AirVelocity { heading, airspeed_m_s } = self.air_velocity(ground.velocity());
+        let cos_drift = (heading - ground.heading).sin_cos().1.max(DIVISOR_MIN);
+        let sideways_m_s2 = ground.speed_m_s * ground.turn_rate_rad_s;
+        let turn_rate_rad_s = sideways_m_s2 / (airspeed_m_s.max(DIVISOR_MIN) * cos_drift);
+        UavState {
+            heading,
+            speed_m_s: airspeed_m_s,
+            turn_rate_rad_s: turn_rate_rad_s.clamp(-FASTEST_RAD_S, FASTEST_RAD_S),
+            ..*ground
+        }
+    }
+
     /// Lowest and highest ground speed, m/s, on the course `along`, a unit vector, at airspeeds between the two of
     /// `airspeeds_m_s`; `None` if no ground speed above 0 is possible. The UAV faces along its course: it does not fly
     /// backwards.
@@ -260,6 +275,11 @@ impl GroundLimits {
             }
         };
         Self { uav: limits, fastest_m_s, wind_m_s }
+    }
+
+    /// Limits relative to the air: those of the airframe.
+    pub(crate) fn relative_to_air(team: TeamParams) -> Self {
+        Self { wind_m_s: team.orbit_wind_m_s(), ..Self::in_wind(team.uav, 0.0) }
     }
 
     /// Distance by which flown and predicted escape manoeuvres may differ in that wind, m.

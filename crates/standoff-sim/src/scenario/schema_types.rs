@@ -368,7 +368,7 @@ tables! {
         y_m = 0.0, PLACE_M;
         /// Heading, degrees anticlockwise from east.
         heading_deg = 0.0, ANGLE_DEG;
-        /// Speed, m/s; above 0, at most 1,000.
+        /// Speed, in wind the airspeed, m/s; above 0, at most 1,000.
         speed_m_s = 40.0, Allowed::above(0.0).at_most(1e3);
     } optional {
         /// Altitude, m; 1 to 20,000. Applies if altitudes are simulated. If absent: the lowest altitude, or that of the
@@ -505,7 +505,7 @@ tables! {
     /// `[[intruders]]`: an aircraft outside the team that avoids no other aircraft. It pursues a UAV, or flies with a
     /// constant turn rate.
     table Intruder numbers {
-        /// Speed, m/s; above 0, at most 1,000.
+        /// Speed, in wind the airspeed, m/s; above 0, at most 1,000.
         speed_m_s = 40.0, Allowed::above(0.0).at_most(1e3);
     } optional {
         /// UAV that it pursues, counted from 0. If absent: none.

@@ -46,6 +46,16 @@ fn pursuing_intruder_comes_close_only_without_collision_avoidance() {
     assert!(event.reason_text().ends_with("m of intruder 0"), "{}", event.reason_text());
 }
 
+/// An intruder flies relative to the air: in a wind from the west, one heads north and drifts east.
+#[test]
+fn intruder_drifts_with_the_wind() {
+    let north = "intruders=[{x_m=0, y_m=5000, heading_deg=90, speed_m_s=30}]";
+    let frames = frames(&scenario(&[north, "wind={speed_m_s=10, from_deg=270}", "duration_s=40"]));
+    let (first, last) = (frames[0].intruders[0], frames.last().unwrap().intruders[0]);
+    assert!((last.x_m - 400.0).abs() < 1e-6 && (last.y_m - 6200.0).abs() < 1e-6, "{last:?}");
+    assert!((first.speed_m_s - 1000f64.sqrt()).abs() < 1e-9 && (last.speed_m_s - 1000f64.sqrt()).abs() < 1e-9);
+}
+
 /// Without `pursued_uav`, it flies straight, or in a circle with radius speed / turn rate.
 #[test]
 fn intruder_without_target_flies_straight_or_in_a_circle() {

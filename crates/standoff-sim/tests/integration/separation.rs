@@ -326,6 +326,7 @@ fn fly_all(family: &Family, runs: u64) -> Vec<(u64, Flown)> {
 const NONE: &str = "";
 const PURSUER: &str = "[[intruders]]\npursued_uav = 0\nbearing_deg = { uniform = [0, 360] }\n";
 const BANKING: &str = "dynamics = \"bank\"\n";
+const BANKING_IN_WIND: &str = "dynamics = \"bank\"\n[wind]\nspeed_m_s = 10\nfrom_deg = 250\n";
 const RADIO: &str = "[radio]\npacket_loss = 0.2\nlatency_s = { uniform = [0.5, 1.5] }\n";
 
 const FEW: Family = Family {
@@ -347,6 +348,7 @@ const FAMILIES: &[(&str, Family, f64)] = &[
     ("radio", Family { extra: RADIO, ..FEW }, 1.0),
     ("banking", Family { extra: BANKING, ..FEW }, 0.5),
     ("banking-zone", Family { has_zone: true, duration_s: 150.0, extra: BANKING, ..FEW }, 10.0),
+    ("banking-wind", Family { extra: BANKING_IN_WIND, ..FEW }, 0.5),
     ("slow-period", Family { uavs: (4, 4), period_max_s: 2.0, ..FEW }, 1.0),
     ("slow", Family { uavs: (4, 4), period_max_s: 2.0, lag_max_s: 2.0, ..FEW }, 1.0),
     ("pursuer", Family { uavs: (4, 4), extra: PURSUER, ..FEW }, 1.0),
@@ -404,6 +406,17 @@ fn uavs_keep_the_minimum_distance_in_many_drawn_scenarios() {
         if chosen.is_empty() || chosen.split(',').any(|of| of == *name) {
             check(name, family, variable("SEPARATION_RUNS", 40), *allowed_per_1000);
         }
+    }
+}
+
+/// In wind, UAVs avoid each other by their motion relative to the air. In these scenarios, their motion over ground does
+/// not suffice.
+#[test]
+fn uavs_avoid_each_other_relative_to_the_air() {
+    for seed in [79, 113, 164] {
+        let Drawn { toml, zone } = drawn(&Family { duration_s: 40.0, ..FEW }, seed);
+        let flown = fly(&toml, zone.as_ref(), &["wind.speed_m_s=10", "wind.from_deg=250"], seed);
+        assert!(flown.teammates_m >= 50.0, "seed {seed}: {flown:?}");
     }
 }
 

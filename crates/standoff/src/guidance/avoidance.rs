@@ -14,12 +14,12 @@ use crate::bank::Motion;
 use crate::guidance::command_candidates::Costs;
 use crate::guidance::escape::{Escape, EscapeModel, Side, choose_sides};
 use crate::guidance::geofence_safety::GeofenceSafety;
-use crate::guidance::heading::Steering;
 use crate::guidance::predicted_trajectory::{Intent, PredictedTrajectory, SampledTrajectory, least_length};
 use crate::guidance::pursuer_model;
 use crate::message::Manoeuvre;
 use crate::params::SeparationParams;
 use crate::uav::{Aircraft, Command, UavId, UavState, Vertical};
+use crate::wind::Wind;
 
 /// Buffer added to the minimum distance to cover errors of the predicted paths of teammates, m.
 const BUFFER_M: f64 = 12.0;
@@ -85,6 +85,13 @@ pub(crate) struct OtherAircraft {
 }
 
 impl OtherAircraft {
+    /// The aircraft in the frame of the air, which coincides with the ground now.
+    pub(crate) fn in_air(self, wind: Wind) -> Self {
+        let mut reported_state = wind.relative_to_air(&self.reported_state);
+        reported_state.position = reported_state.position + wind.velocity * self.age_s.min(SILENT_MAX_S);
+        Self { reported_state, ..self }
+    }
+
     /// Lowest and highest altitude within the prediction horizon, m; `None` if unknown.
     fn levels_m(&self) -> Option<[f64; 2]> {
         self.reported_state.vertical.map(|vertical| reach_m(vertical, vertical.altitude_m, AHEAD_S + self.age_s))
@@ -113,12 +120,15 @@ const TRUST_RAD_S: f64 = 0.15;
 /// Assumed remaining duration of a teammate's avoidance manoeuvre, s.
 const AVOIDING_S: f64 = 1.0;
 
-/// Collision avoidance of one UAV.
+/// Collision avoidance of one UAV. All states and commands are in one frame: that of the air, which a steady wind moves
+/// together with all aircraft, or with a geofence that of the ground.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct CollisionAvoidance<'a> {
     pub(crate) separation: &'a SeparationParams,
     pub(crate) escapes: &'a EscapeModel,
     pub(crate) geofence: Option<&'a GeofenceSafety>,
+    /// Velocity of the frame over ground, m/s.
+    pub(crate) frame_m_s: f64,
     pub(crate) id: UavId,
     pub(crate) own: &'a Motion,
     /// Avoidance manoeuvre since the last decision, as reported.
@@ -130,8 +140,8 @@ pub(crate) trait DesiredCommands {
     /// Intent of a teammate at its last report if it follows the orbit of its group; `None` without a group.
     fn intent_of(&self, teammate: UavId) -> Option<Intent>;
 
-    /// Desired command of a teammate in a state, within the limits and its geofence, and its intent.
-    fn desired(&self, teammate: UavId, state: &UavState) -> (Command, Intent);
+    /// Intent of a teammate in a state, within the limits and its geofence.
+    fn desired(&self, teammate: UavId, state: &UavState) -> Intent;
 }
 
 /// A UAV whose command is planned together with those of its neighbours.
@@ -187,19 +197,18 @@ struct Neighbours<'a> {
 }
 
 impl CollisionAvoidance<'_> {
-    /// Returns the command to fly instead of the desired one, and the aircraft that it avoids, if any. The desired
+    /// Returns the command to fly instead of the intended one, and the aircraft that it avoids, if any. The intended
     /// command must be within the limits. `altitude_m` is the commanded altitude.
     pub(crate) fn avoid(
         &self,
-        (desired, steering): (Command, Option<&Steering>),
+        intent: Intent,
         altitude_m: Option<f64>,
         others: impl Iterator<Item = OtherAircraft> + Clone,
         team: &impl DesiredCommands,
     ) -> (Command, Option<Avoidance>) {
         let levels = self.levels_m(altitude_m);
         let others = others.filter(|other| !self.is_separated(levels, other.levels_m()));
-        let intent =
-            steering.map_or(Intent::held(desired), |steering| Intent::of(desired, self.own.state.heading, steering));
+        let desired = intent.command;
         let course = PredictedTrajectory::of(&self.own.state, intent, &self.escapes.limits.uav, 0.0);
         let is_teammate = |other: &OtherAircraft| matches!(other.aircraft, Aircraft::Uav(_));
         let meets = |other: &OtherAircraft| is_teammate(other) && self.can_meet(&other.reported_state, other.age_s);
@@ -268,10 +277,10 @@ impl CollisionAvoidance<'_> {
             let avoids = planned.manoeuvre.map(|manoeuvre| manoeuvre.avoids);
             (matches!(avoids, Some(Aircraft::Intruder(_))), planned.uav)
         });
-        let Self { separation, escapes: model, geofence, .. } = *self;
+        let Self { separation, escapes: model, geofence, frame_m_s, .. } = *self;
         let of = |index: usize| {
             let Planned { uav: id, motion: ref own, manoeuvre, .. } = planned[index];
-            CollisionAvoidance { separation, escapes: model, geofence, id, own, manoeuvre }
+            CollisionAvoidance { separation, escapes: model, geofence, frame_m_s, id, own, manoeuvre }
         };
         let age_s = |i: usize, j: usize| planned[i].age_s + planned[j].age_s;
         let required_m = |i: usize, j: usize| {
@@ -298,8 +307,8 @@ impl CollisionAvoidance<'_> {
                 if planned.uav == self.id {
                     return (desired, course);
                 }
-                let (command, intent) = team.desired(planned.uav, &planned.motion.state);
-                (command, PredictedTrajectory::of(&planned.motion.state, intent, &self.escapes.limits.uav, 0.0))
+                let intent = team.desired(planned.uav, &planned.motion.state);
+                (intent.command, PredictedTrajectory::of(&planned.motion.state, intent, &self.escapes.limits.uav, 0.0))
             })
             .collect();
         let preferred: Vec<Side> = planned
@@ -435,8 +444,13 @@ impl CollisionAvoidance<'_> {
         self.own.state.position.squared_distance_m2(other.position) < far_m * far_m
     }
 
+    /// Distance beyond which another aircraft of a ground speed, m/s, cannot come near, m.
+    pub(crate) fn reach_over_ground_m(&self, speed_m_s: f64) -> f64 {
+        self.reach_m(speed_m_s + self.frame_m_s) + SILENT_MAX_S * self.frame_m_s
+    }
+
     /// Distance beyond which another aircraft of a speed, m/s, cannot come near, m.
-    pub(crate) fn reach_m(&self, speed_m_s: f64) -> f64 {
+    fn reach_m(&self, speed_m_s: f64) -> f64 {
         let old_m = SILENT_MAX_S * (DRIFT_M_S + DRIFT_M_S2 * (AHEAD_S + CLEAR_OF_OLD_S));
         let spare_m = BUFFER_M + CLEAR_M + old_m;
         let flown_m = self.escapes.limits.fastest_m_s * AHEAD_S + speed_m_s * (AHEAD_S + SILENT_MAX_S);

@@ -2,12 +2,14 @@ use proptest::prelude::*;
 
 use super::*;
 use crate::angle::Angle;
-use crate::frame::{Displacement, Position};
+use crate::frame::{Displacement, Position, Velocity};
 use crate::guidance::geofence::{Geofence, Zone, ZoneKind};
+use crate::guidance::geofence_safety::tests::Drawn;
+use crate::math::PI;
 use crate::params::{ClimbParams, TeamParams, UavParams};
 use crate::time::Duration;
 use crate::uav::AutopilotModel;
-use crate::wind::GroundLimits;
+use crate::wind::{GroundLimits, Wind};
 
 const PERIOD_S: f64 = 0.5;
 
@@ -52,9 +54,8 @@ impl DesiredCommands for Courses<'_> {
         None
     }
 
-    fn desired(&self, teammate: UavId, state: &UavState) -> (Command, Intent) {
-        let command = self.command(teammate.0 as usize, state);
-        (command, Intent::held(command))
+    fn desired(&self, teammate: UavId, state: &UavState) -> Intent {
+        Intent::held(self.command(teammate.0 as usize, state))
     }
 }
 
@@ -123,6 +124,7 @@ fn fly_with(uav: UavParams, mut fliers: Vec<Flier>, seconds: f64, latency: usize
                 separation: &separation,
                 escapes: &escapes,
                 geofence: None,
+                frame_m_s: 0.0,
                 id: UavId(index as u32),
                 own: &steady(&own),
                 manoeuvre: now[index].manoeuvre,
@@ -132,7 +134,7 @@ fn fly_with(uav: UavParams, mut fliers: Vec<Flier>, seconds: f64, latency: usize
             let mut command = desired;
             if flier.avoids {
                 altitude_m = altitude_m.map(|desired_m| avoidance.altitude_m(desired_m, teammates.clone()));
-                let (safe, avoided) = avoidance.avoid((desired, None), altitude_m, teammates, &courses);
+                let (safe, avoided) = avoidance.avoid(Intent::held(desired), altitude_m, teammates, &courses);
                 manoeuvres[index] = avoided.map(|avoided| Manoeuvre {
                     avoids: avoided.aircraft,
                     command: safe,
@@ -405,13 +407,14 @@ fn avoidance_keeps_to_the_geofence() {
             separation: &separation,
             escapes: &escapes,
             geofence,
+            frame_m_s: 0.0,
             id,
             own: &steady(&own),
             manoeuvre: None,
         };
         let courses = Courses(&fliers, uav);
         let (desired, _) = safety.make_safe(&steady(&own), courses.command(3, &own));
-        let (command, _) = avoidance.avoid((desired, None), None, others, &courses);
+        let (command, _) = avoidance.avoid(Intent::held(desired), None, others, &courses);
         assert_ne!(safety.safe_turns(&steady(&own), Some(command)), [false; 2], "case {case}: {command:?}");
         safe += 1;
         changed += usize::from(command != desired);
@@ -452,14 +455,19 @@ fn pursued(intruder_m_s: f64, direction_deg: f64, seconds: f64) -> (f64, f64) {
             separation: &separation,
             escapes: &escapes,
             geofence: None,
+            frame_m_s: 0.0,
             id: UavId(3),
             own: &steady(&own),
             manoeuvre: None,
         };
         let (aircraft, age_s, manoeuvre) = (Aircraft::Intruder(0), 0.0, None);
         let other = OtherAircraft { aircraft, reported_state: intruder, age_s, manoeuvre };
-        let (safe, avoided_aircraft) =
-            avoidance.avoid((desired, Some(&steering)), None, core::iter::once(other), &Courses(&[], uav));
+        let (safe, avoided_aircraft) = avoidance.avoid(
+            Intent::of(desired, own.heading, &steering),
+            None,
+            core::iter::once(other),
+            &Courses(&[], uav),
+        );
         avoided += usize::from(avoided_aircraft.is_some());
         let off_rad = ((own.position - intruder.position).direction() - intruder.heading).rad();
         let turn_rate_rad_s = (1.2 * off_rad).clamp(-uav.turn_rate_max_rad_s, uav.turn_rate_max_rad_s);
@@ -491,7 +499,8 @@ fn a_manoeuvre_against_a_teammate_with_an_old_report_ends_later() {
         let command = Command { speed_m_s: 40.0, turn_rate_rad_s: 0.1 };
         let manoeuvre = Some(Manoeuvre { avoids, command, is_left: true });
         let (escapes, own, geofence, id) = (&escapes, &steady(&own), None, UavId(0));
-        let avoidance = CollisionAvoidance { separation: &separation, escapes, geofence, id, own, manoeuvre };
+        let avoidance =
+            CollisionAvoidance { separation: &separation, escapes, geofence, frame_m_s: 0.0, id, own, manoeuvre };
         let required = avoidance.required(AHEAD_S, BUFFER_M, age_s);
         avoidance.kept(aircraft, required).now_m - required.now_m
     };
@@ -524,5 +533,33 @@ fn uavs_with_old_reports_hold_their_turns() {
             below <= 1 && reversals <= reversals_max,
             "latency {latency}: {below} runs below 50 m, {reversals} reversals"
         );
+    }
+}
+
+/// In the frame of the air, an old report of an aircraft that turns at constant airspeed predicts its current position,
+/// and its current state relative to the air.
+#[test]
+fn an_old_report_in_wind_predicts_the_current_position() {
+    let mut drawn = Drawn(11);
+    for _ in 0..200 {
+        let wind = Wind { velocity: Velocity::from_m_s(drawn.between(-15.0, 15.0), drawn.between(-15.0, 15.0)) };
+        let age_s = drawn.between(0.0, 5.0);
+        let then = UavState {
+            position: Position::from_m(drawn.between(-500.0, 500.0), drawn.between(-500.0, 500.0)),
+            heading: Angle::from_rad(drawn.between(-PI, PI)),
+            speed_m_s: drawn.between(25.0, 55.0),
+            turn_rate_rad_s: drawn.between(-0.3, 0.3),
+            vertical: None,
+        };
+        let now = then.extrapolated(age_s);
+        let (aircraft, manoeuvre) = (Aircraft::Uav(UavId(1)), None);
+        let reported_state = wind.over_ground(&then, 0.0);
+        let in_air = OtherAircraft { aircraft, reported_state, age_s, manoeuvre }.in_air(wind);
+        let predicted = in_air.reported_state.extrapolated(age_s);
+        let drifted = now.position + wind.velocity * age_s;
+        assert!(predicted.position.distance_m(drifted) < 1e-6, "{then:?} {wind:?} {age_s}");
+        assert!((predicted.heading - now.heading).abs_rad() < 1e-9);
+        assert!((predicted.speed_m_s - now.speed_m_s).abs() < 1e-9);
+        assert!((predicted.turn_rate_rad_s - now.turn_rate_rad_s).abs() < 1e-9);
     }
 }
