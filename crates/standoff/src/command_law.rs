@@ -85,10 +85,12 @@ impl CommandLaw<'_> {
         let Observation { ref own, time, .. } = *observation;
         let flown = last.and_then(|last| last.flown.as_deref());
         let law = Self { wind: self.wind.filter(|_| own.is_finite()), ..*self };
-        let in_frame = law.air_frame().map_or(*own, |wind| wind.relative_to_air(own));
-        let motion = Flown::motion(flown, &self.params.uav, &in_frame, time);
+        let commanded_m_s = last.and_then(|last| last.manoeuvre).map(|manoeuvre| manoeuvre.command.speed_m_s);
+        let uav = &self.params.uav;
+        let in_frame = law.air_frame().map_or(*own, |wind| wind.relative_to_air(uav, own, commanded_m_s));
+        let motion = Flown::motion(flown, uav, &in_frame, time);
         let output = law.decide_in_frame(observation, &motion, refused);
-        let is_banking = self.params.uav.bank.is_some() && own.is_finite();
+        let is_banking = uav.bank.is_some() && own.is_finite();
         let flown = is_banking.then(|| Box::new(Flown { from: time, motion, command: output.command }));
         let decision = LastDecision { manoeuvre: output.manoeuvre(), flown };
         let Some(wind) = law.wind.filter(|_| law.air_frame().is_none()) else { return (output, decision) };
@@ -227,7 +229,7 @@ impl CommandLaw<'_> {
             let (aircraft, manoeuvre) = (Aircraft::Uav(teammate.uav), teammate.manoeuvre);
             OtherAircraft { aircraft, reported_state: teammate.last_report, age_s, manoeuvre }
         });
-        let in_air = |other: OtherAircraft| air.map_or(other, |wind| other.in_air(wind));
+        let in_air = |other: OtherAircraft| air.map_or(other, |wind| other.in_air(wind, &self.params.uav));
         let teammates = teammates.map(in_air).filter(|other| keeper.may_come_near(&other.reported_state));
         let others = teammates.chain(self.intruders.others(time).map(in_air));
         let altitude_m = altitude_m.map(|altitude_m| keeper.altitude_m(altitude_m, others.clone()));

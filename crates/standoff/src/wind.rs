@@ -113,13 +113,17 @@ impl Wind {
         }
     }
 
-    /// State relative to the air of a UAV in a state over ground whose airspeed is constant, the inverse of
-    /// [`Self::over_ground`]: heading, airspeed and heading rate.
-    pub(crate) fn relative_to_air(self, ground: &UavState) -> UavState {
+    /// State relative to the air of an aircraft in a state over ground, the inverse of [`Self::over_ground`]: heading,
+    /// airspeed and heading rate. Without a commanded airspeed, m/s, its airspeed is constant.
+    pub(crate) fn relative_to_air(self, uav: &UavParams, ground: &UavState, commanded_m_s: Option<f64>) -> UavState {
         let AirVelocity { heading, airspeed_m_s } = self.air_velocity(ground.velocity());
-        let cos_drift = (heading - ground.heading).sin_cos().1.max(DIVISOR_MIN);
-        let sideways_m_s2 = ground.speed_m_s * ground.turn_rate_rad_s;
-        let turn_rate_rad_s = sideways_m_s2 / (airspeed_m_s.max(DIVISOR_MIN) * cos_drift);
+        let (sin_drift, cos_drift) = (heading - ground.heading).sin_cos();
+        let [slowest_m_s2, fastest_m_s2] = uav.accelerations_m_s2(airspeed_m_s);
+        let acceleration_m_s2 = commanded_m_s.map_or(0.0, |commanded_m_s| {
+            ((commanded_m_s - airspeed_m_s) / uav.speed_lag_s).clamp(slowest_m_s2, fastest_m_s2)
+        });
+        let sideways_m_s2 = ground.speed_m_s * ground.turn_rate_rad_s - acceleration_m_s2 * sin_drift;
+        let turn_rate_rad_s = sideways_m_s2 / (airspeed_m_s.max(DIVISOR_MIN) * cos_drift.max(DIVISOR_MIN));
         UavState {
             heading,
             speed_m_s: airspeed_m_s,

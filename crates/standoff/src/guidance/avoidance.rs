@@ -17,7 +17,7 @@ use crate::guidance::geofence_safety::GeofenceSafety;
 use crate::guidance::predicted_trajectory::{Intent, PredictedTrajectory, SampledTrajectory, least_length};
 use crate::guidance::pursuer_model;
 use crate::message::Manoeuvre;
-use crate::params::SeparationParams;
+use crate::params::{SeparationParams, UavParams};
 use crate::uav::{Aircraft, Command, UavId, UavState, Vertical};
 use crate::wind::Wind;
 
@@ -86,8 +86,9 @@ pub(crate) struct OtherAircraft {
 
 impl OtherAircraft {
     /// The aircraft in the frame of the air, which coincides with the ground now.
-    pub(crate) fn in_air(self, wind: Wind) -> Self {
-        let mut reported_state = wind.relative_to_air(&self.reported_state);
+    pub(crate) fn in_air(self, wind: Wind, uav: &UavParams) -> Self {
+        let commanded_m_s = self.manoeuvre.map(|manoeuvre| manoeuvre.command.speed_m_s);
+        let mut reported_state = wind.relative_to_air(uav, &self.reported_state, commanded_m_s);
         reported_state.position = reported_state.position + wind.velocity * self.age_s.min(SILENT_MAX_S);
         Self { reported_state, ..self }
     }

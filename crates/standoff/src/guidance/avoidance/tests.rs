@@ -554,7 +554,7 @@ fn an_old_report_in_wind_predicts_the_current_position() {
         let now = then.extrapolated(age_s);
         let (aircraft, manoeuvre) = (Aircraft::Uav(UavId(1)), None);
         let reported_state = wind.over_ground(&then, 0.0);
-        let in_air = OtherAircraft { aircraft, reported_state, age_s, manoeuvre }.in_air(wind);
+        let in_air = OtherAircraft { aircraft, reported_state, age_s, manoeuvre }.in_air(wind, &params());
         let predicted = in_air.reported_state.extrapolated(age_s);
         let drifted = now.position + wind.velocity * age_s;
         assert!(predicted.position.distance_m(drifted) < 1e-6, "{then:?} {wind:?} {age_s}");
