@@ -91,7 +91,7 @@ params! {
             pub period_s = 0.5, "s", "period_s", Allowed::at_least(1e-3).at_most(10.0);
             /// Maximum age of a message that is still used; at most 1,200 periods are used. Applies if each UAV has its
             /// own agent.
-            pub message_retention_s = 60.0, "s", "team.message_retention_s", Allowed::above(0.0).at_most(600.0);
+            pub(crate) message_retention_s = 60.0, "s", "team.message_retention_s", Allowed::above(0.0).at_most(600.0);
             /// Decision lag: while messages are missing, the groups and assignments in use are this old, so that the
             /// UAVs act together, because most missing messages have arrived by then. Otherwise the current ones are
             /// used. Applies if each UAV has its own agent.
@@ -161,24 +161,25 @@ params! {
         }
     }
 
-    /// Limits of a banking aircraft. Collision avoidance and geofences predict its turns and speeds within them.
+    /// Limits of a banking aircraft, set by key. Collision avoidance and geofences predict its turns and speeds within
+    /// them.
     struct BankParams at [uav.bank] {
         numbers {
             /// Maximum bank angle phi_max to either side.
-            pub bank_max_rad = 60f64.to_radians(), "rad", "uavs.bank.bank_max_deg",
+            pub(crate) bank_max_rad = 60f64.to_radians(), "rad", "uavs.bank.bank_max_deg",
                 Allowed::at_least(5f64.to_radians()).at_most(80f64.to_radians());
             /// Maximum roll rate p_max.
-            pub roll_rate_max_rad_s = 60f64.to_radians(), "rad/s", "uavs.bank.roll_rate_max_deg_s",
+            pub(crate) roll_rate_max_rad_s = 60f64.to_radians(), "rad/s", "uavs.bank.roll_rate_max_deg_s",
                 Allowed::at_least(1f64.to_radians()).at_most(720f64.to_radians());
             /// Time constant tau_phi with which the bank angle follows its command.
-            pub roll_lag_s = 0.4, "s", "uavs.bank.roll_lag_s", Allowed::at_least(1e-3).at_most(10.0);
+            pub(crate) roll_lag_s = 0.4, "s", "uavs.bank.roll_lag_s", Allowed::at_least(1e-3).at_most(10.0);
             /// Turn rate as a share f of that of a coordinated turn at the same bank angle.
-            pub turn_factor = 1.0, "1", "uavs.bank.turn_factor", Allowed::at_least(0.1).at_most(1.5);
+            pub(crate) turn_factor = 1.0, "1", "uavs.bank.turn_factor", Allowed::at_least(0.1).at_most(1.5);
             /// Rate of climb c at full power and constant airspeed.
-            pub climb_full_power_m_s = 5.0, "m/s", "uavs.bank.climb_full_power_m_s",
+            pub(crate) climb_full_power_m_s = 5.0, "m/s", "uavs.bank.climb_full_power_m_s",
                 Allowed::at_least(0.1).at_most(100.0);
             /// Rate of descent s with the engine idle at constant airspeed.
-            pub sink_idle_m_s = 2.0, "m/s", "uavs.bank.sink_idle_m_s", Allowed::at_least(0.1).at_most(100.0);
+            pub(crate) sink_idle_m_s = 2.0, "m/s", "uavs.bank.sink_idle_m_s", Allowed::at_least(0.1).at_most(100.0);
         }
     }
 
@@ -386,7 +387,7 @@ params! {
             /// Orbits are not smaller than the turn limit about their moving centre, up to the maximum radius.
             pub(crate) radius_above_turn_limit = false => true, "orbit.radius_above_turn_limit";
             /// UAVs that no group needs search for lost targets.
-            pub search_lost_targets = false => true, "groups.search_lost_targets";
+            pub(crate) search_lost_targets = false => true, "groups.search_lost_targets";
         }
         relations |group, errors| {
             // The filter would continue from the centre that the motion model has moved, so that neither would behave as
