@@ -2,9 +2,6 @@
 
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 
-# Incremental compilation makes the first build longer, and most builds here are the first of their folder.
-export CARGO_INCREMENTAL=0
-
 times_of_steps=() running=
 
 # Runs a command, which must succeed.

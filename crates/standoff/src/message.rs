@@ -226,7 +226,7 @@ research_fields! {
     pub struct Manoeuvre {
         /// Aircraft that the UAV avoids.
         pub(crate) avoids: Aircraft,
-        /// Command that it flies.
+        /// Command that it flies; in wind relative to the air, or with a geofence over ground.
         pub(crate) command: Command,
         /// True if it would turn to the left if the conflict remained, false if to the right.
         pub(crate) is_left: bool,
