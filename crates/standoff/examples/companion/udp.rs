@@ -82,8 +82,8 @@ impl Udp {
             if left_us <= 0 {
                 return Ok(());
             }
-            self.socket
-                .set_read_timeout(Some(std::time::Duration::from_micros((left_us / self.clock.speed).max(1) as u64)))?;
+            let wait_us = (left_us / self.clock.speed).max(1) as u64;
+            self.socket.set_read_timeout(Some(std::time::Duration::from_micros(wait_us)))?;
             // A timeout, or a teammate's port is closed, which some systems report here.
             let Ok((length, _)) = self.socket.recv_from(&mut datagram) else { continue };
             if !self.loss.loses() {
