@@ -2,10 +2,10 @@
 //! no other aircraft.
 
 use standoff::research::{AutopilotModel, Integrator};
-use standoff::{Command, Displacement, Message, Time, TrafficReport, UavId, UavParams, UavState};
+use standoff::{Command, Displacement, Message, TeamParams, Time, TrafficReport, UavId, UavParams, UavState};
 
-use crate::scenario::{self, Scenario};
-use crate::wind::{AirMotion, WindModel};
+use crate::scenario::{self, Scenario, Settings};
+use crate::wind::{self, AirMotion};
 
 /// All intruders, by number.
 pub(crate) struct Intruders {
@@ -13,11 +13,6 @@ pub(crate) struct Intruders {
     /// Response to commands: that of the UAVs, integrated exactly.
     response: AutopilotModel,
     uav: UavParams,
-    period: standoff::Duration,
-    /// Wind without gusts; `None`: calm air.
-    wind: Option<WindModel>,
-    /// Height of intruders without altitude, m.
-    height_m: f64,
 }
 
 /// One intruder.
@@ -38,21 +33,14 @@ impl Intruder {
 
 impl Intruders {
     pub(crate) fn new(scenario: &Scenario) -> Self {
-        let uav = UavParams { integrator: Integrator::Exact, bank: None, ..scenario.settings.team.uav };
-        let (period, wind) = (scenario.settings.period, scenario.settings.wind);
-        let height_m = scenario.settings.team.initial_altitude_m(UavId(0));
+        let Settings { team, period, wind, .. } = &scenario.settings;
+        let uav = UavParams { integrator: Integrator::Exact, bank: None, ..team.uav };
         let intruder = |flown: &scenario::Intruder| {
-            let start = wind.map(|wind| {
-                AirMotion::start(
-                    &flown.start,
-                    wind.at(flown.start.vertical.map_or(height_m, |vertical| vertical.altitude_m)),
-                )
-            });
-            let (air, truth) = start.map_or((None, flown.start), |(air, over_ground)| (Some(air), over_ground));
+            let wind = wind.map(|wind| wind.at(height_m(&flown.start, team)));
+            let (air, truth) = AirMotion::start(&flown.start, wind);
             Intruder { flown: flown.clone(), air, truth }
         };
-        let all = scenario.intruders.iter().map(intruder).collect();
-        Self { all, response: uav.response(period), uav, period, wind, height_m }
+        Self { all: scenario.intruders.iter().map(intruder).collect(), response: uav.response(*period), uav }
     }
 
     pub(crate) fn all(&self) -> impl Iterator<Item = (u32, &Intruder)> {
@@ -68,8 +56,9 @@ impl Intruders {
     }
 
     /// Advances all intruders by one period; a pursuing intruder turns towards the current position of its UAV.
-    pub(crate) fn fly<'a>(&mut self, truth_of: impl Fn(UavId) -> Option<&'a UavState>) {
-        let Self { all, response, uav, period, wind, height_m } = self;
+    pub(crate) fn fly<'a>(&mut self, settings: &Settings, truth_of: impl Fn(UavId) -> Option<&'a UavState>) {
+        let Settings { team, period, wind, .. } = settings;
+        let Self { all, response, uav } = self;
         for Intruder { flown, air, truth } in all {
             let heading = air.as_ref().map_or(truth.heading, |air| air.velocity().heading);
             let pursued = flown.pursued_uav.and_then(&truth_of);
@@ -81,11 +70,8 @@ impl Intruders {
             let turn_rate_rad_s = desired_rad_s.clamp(-uav.turn_rate_max_rad_s, uav.turn_rate_max_rad_s);
             let (before, speed_m_s) = (truth.vertical, flown.start.speed_m_s);
             let step = |before: &UavState| response.step(before, Command { speed_m_s, turn_rate_rad_s });
-            *truth = match (air, &wind) {
-                (Some(air), Some(wind)) => {
-                    let height_m = before.map_or(*height_m, |vertical| vertical.altitude_m);
-                    air.fly(truth, *period, step, |_| wind.at(height_m))
-                }
+            *truth = match (air, wind) {
+                (Some(air), Some(wind)) => air.fly(truth, *period, step, |after| wind.at(height_m(after, team))),
                 _ => step(truth),
             };
             let uav_altitude_m = pursued.and_then(|pursued| pursued.vertical).map(|vertical| vertical.altitude_m);
@@ -95,4 +81,10 @@ impl Intruders {
                 .map(|(climb, vertical)| climb.step(&vertical, flown.altitude_m.or(uav_altitude_m), *period));
         }
     }
+}
+
+/// Height of an intruder above the plane, m; if altitudes are not simulated, the initial one of the first UAV. It flies in
+/// the wind there, without gusts.
+fn height_m(intruder: &UavState, team: &TeamParams) -> f64 {
+    wind::height_m(intruder, None, team, UavId(0))
 }

@@ -6,8 +6,8 @@
 
 use standoff::research::{AutopilotModel, Grid};
 use standoff::{
-    AgentOutput, AirVelocity, Angle, Command, Message, ParamError, PointingTarget, Position, Scan, TeamParams, Time,
-    UavId, UavState, Velocity,
+    AgentOutput, AirVelocity, Angle, Command, Message, ParamError, PointingTarget, Position, Scan, Time, UavId,
+    UavState, Velocity,
 };
 use standoff_record::agent_rows::{self, AirState, AvoidanceEvents};
 use standoff_record::{Frame, ReportedTables};
@@ -25,7 +25,7 @@ use crate::random::Draws;
 use crate::scenario::{Outage, Scenario, Settings};
 use crate::sensors::{self, Detections, SensorScan};
 use crate::truth_rows;
-use crate::wind::AirMotion;
+use crate::wind::{AirMotion, height_m};
 use crate::world::{Truth, World};
 
 /// A mission in progress.
@@ -165,10 +165,7 @@ impl<B: Controller> Mission<B> {
         let uavs = scenario.uavs.iter().zip((0..).map(UavId)).map(|(state, id)| {
             let gusts = settings.wind.and_then(|wind| wind.gusts).map(|_| Gusts::new(id, draws));
             let wind = settings.wind.map(|wind| wind.around(height_m(state, None, &settings.team, id), gusts.as_ref()));
-            let (air, state) = wind.map_or((None, *state), |wind| {
-                let (air, over_ground) = AirMotion::start(state, wind);
-                (Some(air), over_ground)
-            });
+            let (air, state) = AirMotion::start(state, wind);
             let error = (!navigation.is_exact()).then(|| NavigationError::new(&navigation, id, draws));
             Uav {
                 id,
@@ -446,8 +443,8 @@ impl<B: Controller> Mission<B> {
 
     /// Every UAV flies its command until the next time step, and the intruders fly on.
     fn fly(&mut self) {
-        let Self { uavs, intruders, .. } = self;
-        intruders.fly(|uav| uavs.get(uav.0 as usize).map(|uav| &uav.truth));
+        let Self { settings, uavs, intruders, .. } = self;
+        intruders.fly(settings, |uav| uavs.get(uav.0 as usize).map(|uav| &uav.truth));
         let (navigation, period) = (self.settings.navigation, self.settings.period);
         let Settings { team, wind, flies_equivalent_airspeed, .. } = &self.settings;
         for uav in &mut self.uavs {
@@ -490,12 +487,6 @@ impl<B: Controller> Mission<B> {
             };
         }
     }
-}
-
-/// Height of a UAV above the plane, m; if altitudes are not simulated, the commanded or the initial one.
-fn height_m(state: &UavState, commanded_m: Option<f64>, team: &TeamParams, uav: UavId) -> f64 {
-    let flown_m = state.vertical.map(|vertical| vertical.altitude_m);
-    flown_m.or(commanded_m).unwrap_or_else(|| team.initial_altitude_m(uav))
 }
 
 #[cfg(test)]

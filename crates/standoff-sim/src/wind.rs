@@ -2,7 +2,7 @@
 
 use standoff::research::Wind;
 use standoff::research::math;
-use standoff::{AirVelocity, Duration, UavState};
+use standoff::{AirVelocity, Duration, TeamParams, UavId, UavState};
 
 use crate::gusts::{GustModel, Gusts};
 
@@ -53,7 +53,13 @@ pub(crate) fn shear_factor(height_m: f64, reference_height_m: f64, exponent: f64
     math::exp(exponent * math::ln(height_m.max(HEIGHT_MIN_M) / reference_height_m))
 }
 
-/// Motion of a UAV relative to the air, and the wind around it.
+/// Height of an aircraft above the plane, m; if altitudes are not simulated, the commanded or the initial one of a UAV.
+pub(crate) fn height_m(state: &UavState, commanded_m: Option<f64>, team: &TeamParams, uav: UavId) -> f64 {
+    let flown_m = state.vertical.map(|vertical| vertical.altitude_m);
+    flown_m.or(commanded_m).unwrap_or_else(|| team.initial_altitude_m(uav))
+}
+
+/// Motion of an aircraft relative to the air, and the wind around it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct AirMotion {
     heading: standoff::Angle,
@@ -63,11 +69,12 @@ pub(crate) struct AirMotion {
 }
 
 impl AirMotion {
-    /// A UAV that starts in straight flight with the heading and the airspeed of `start`; also returns its state over
-    /// ground.
-    pub(crate) fn start(start: &UavState, wind: Wind) -> (Self, UavState) {
+    /// An aircraft that starts in straight flight with the heading and the airspeed of `start`; also returns its state
+    /// over ground. Without wind, it has no motion relative to the air.
+    pub(crate) fn start(start: &UavState, wind: Option<Wind>) -> (Option<Self>, UavState) {
+        let Some(wind) = wind else { return (None, *start) };
         let air = Self { heading: start.heading, airspeed_m_s: start.speed_m_s, heading_rate_rad_s: 0.0, wind };
-        (air, wind.over_ground(start, 0.0))
+        (Some(air), wind.over_ground(start, 0.0))
     }
 
     pub(crate) fn velocity(&self) -> AirVelocity {
@@ -125,7 +132,8 @@ mod tests {
         let (params, dt) = (TeamParams::paper().uav, Duration::from_s(0.5));
         let (response, wind) = (params.response(dt), Wind { velocity: Velocity::from_m_s(6.0, -3.0) });
         let mut calm = UavState::level_flight(Position::ORIGIN, Angle::from_deg(30.0), 40.0);
-        let (mut air, mut truth) = AirMotion::start(&calm, wind);
+        let (air, mut truth) = AirMotion::start(&calm, Some(wind));
+        let mut air = air.unwrap();
         for step in 1..=40 {
             let command = Command { speed_m_s: 45.0, turn_rate_rad_s: 0.2 };
             calm = response.step(&calm, command);
