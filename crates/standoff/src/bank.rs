@@ -181,7 +181,7 @@ struct Bank {
 /// Predicted motion of a UAV.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Motion {
-    /// State.
+    /// State over ground, or relative to the air.
     pub state: UavState,
     /// Level if the UAV does not bank.
     bank: Bank,

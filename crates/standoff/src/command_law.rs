@@ -220,9 +220,9 @@ impl CommandLaw<'_> {
         let manoeuvre = self.team_state.teammate(id).and_then(|own| own.manoeuvre);
         let (geofence, air) = (self.geofence_safety, self.air_frame());
         let (escapes, frame_m_s) = air.map_or((over_ground, 0.0), |wind| (in_air, wind.velocity.speed_m_s()));
-        let keeper = CollisionAvoidance { separation, escapes, geofence, frame_m_s, id, own: motion, manoeuvre };
+        let keeper = CollisionAvoidance { separation, escapes, geofence, id, own: motion, manoeuvre };
         let (mut buffer, places) = (Vec::new(), &self.team_state.reported_places);
-        let near = places.near(own.position, keeper.reach_over_ground_m(places.fastest_m_s), &mut buffer);
+        let near = places.near(own.position, keeper.reach_over_ground_m(places.fastest_m_s, frame_m_s), &mut buffer);
         let near = near.map(|index| &self.team_state.teammates[index]).filter(|teammate| teammate.uav != id);
         let teammates = near.map(|teammate| {
             let age_s = (time - teammate.last_report_at).s().max(0.0);

@@ -34,7 +34,7 @@ use crate::tracking::track::{TrackChange, TrackChangeKind};
 use crate::tracking::tracker::Tracker;
 use crate::uav::{UavId, UavState};
 use crate::validation::ParamError;
-use crate::wind::GroundLimits;
+use crate::wind::PredictionLimits;
 
 /// Computes the next team state from the previous one and the messages of one time step; keeps no state itself.
 #[derive(Debug, Clone)]
@@ -85,7 +85,7 @@ impl TeamStateUpdater {
             return Err(errors);
         }
         let escapes = params.separation.map(|_| {
-            [GroundLimits::relative_to_air(params), params.ground_limits()]
+            [PredictionLimits::relative_to_air(params), params.ground_limits()]
                 .map(|limits| EscapeModel::new(limits, params.log.period_s))
         });
         Ok(Self {

@@ -244,24 +244,24 @@ impl TeamParams {
     }
 
     /// Limits over ground in that wind.
-    pub(crate) fn ground_limits(&self) -> GroundLimits {
-        GroundLimits::in_wind(self.uav, self.orbit_wind_m_s())
+    pub(crate) fn ground_limits(&self) -> PredictionLimits {
+        PredictionLimits::in_wind(self.uav, self.orbit_wind_m_s())
     }
 }
 
-/// Limits of a UAV over ground, for predictions that must hold.
+/// Limits of a UAV over ground, or relative to the air, for predictions that must hold.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct GroundLimits {
-    /// What the UAV can fly on every course: ground speeds from V_min + w to V_max - w, or the nominal one if this
+pub(crate) struct PredictionLimits {
+    /// What the UAV can fly; over ground on every course: ground speeds from V_min + w to V_max - w, or the nominal one if this
     /// interval is empty, and the course rate in a tailwind at the lowest airspeed, omega_max V_min / (V_min + w).
     pub(crate) uav: UavParams,
-    /// Highest ground speed on any course, m/s: V_max + w.
+    /// Highest speed, m/s; over ground on any course: V_max + w.
     pub(crate) fastest_m_s: f64,
     /// Speed w of the wind, m/s.
     pub(crate) wind_m_s: f64,
 }
 
-impl GroundLimits {
+impl PredictionLimits {
     /// Limits in winds of up to `wind_m_s`; in calm air, those of the airframe.
     pub(crate) fn in_wind(uav: UavParams, wind_m_s: f64) -> Self {
         let fastest_m_s = uav.speed_max_m_s() + wind_m_s;

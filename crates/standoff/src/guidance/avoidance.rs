@@ -128,8 +128,6 @@ pub(crate) struct CollisionAvoidance<'a> {
     pub(crate) separation: &'a SeparationParams,
     pub(crate) escapes: &'a EscapeModel,
     pub(crate) geofence: Option<&'a GeofenceSafety>,
-    /// Velocity of the frame over ground, m/s.
-    pub(crate) frame_m_s: f64,
     pub(crate) id: UavId,
     pub(crate) own: &'a Motion,
     /// Avoidance manoeuvre since the last decision, as reported.
@@ -278,10 +276,10 @@ impl CollisionAvoidance<'_> {
             let avoids = planned.manoeuvre.map(|manoeuvre| manoeuvre.avoids);
             (matches!(avoids, Some(Aircraft::Intruder(_))), planned.uav)
         });
-        let Self { separation, escapes: model, geofence, frame_m_s, .. } = *self;
+        let Self { separation, escapes: model, geofence, .. } = *self;
         let of = |index: usize| {
             let Planned { uav: id, motion: ref own, manoeuvre, .. } = planned[index];
-            CollisionAvoidance { separation, escapes: model, geofence, frame_m_s, id, own, manoeuvre }
+            CollisionAvoidance { separation, escapes: model, geofence, id, own, manoeuvre }
         };
         let age_s = |i: usize, j: usize| planned[i].age_s + planned[j].age_s;
         let required_m = |i: usize, j: usize| {
@@ -445,9 +443,10 @@ impl CollisionAvoidance<'_> {
         self.own.state.position.squared_distance_m2(other.position) < far_m * far_m
     }
 
-    /// Distance beyond which another aircraft of a ground speed, m/s, cannot come near, m.
-    pub(crate) fn reach_over_ground_m(&self, speed_m_s: f64) -> f64 {
-        self.reach_m(speed_m_s + self.frame_m_s) + SILENT_MAX_S * self.frame_m_s
+    /// Distance beyond which another aircraft of a ground speed, m/s, cannot come near, m. The frame moves at `frame_m_s`
+    /// over ground.
+    pub(crate) fn reach_over_ground_m(&self, speed_m_s: f64, frame_m_s: f64) -> f64 {
+        self.reach_m(speed_m_s + frame_m_s) + SILENT_MAX_S * frame_m_s
     }
 
     /// Distance beyond which another aircraft of a speed, m/s, cannot come near, m.

@@ -1,10 +1,10 @@
 //! Escape manoeuvres: turns that UAVs can fly together forever without coming near each other.
 //!
 //! A UAV has two escape manoeuvres: the hardest turn to the left and to the right at the lowest speed, or for banking
-//! aircraft at the current one, which end in circles. Some UAVs are *separable* if each has one of the two such that all pairs keep the required distance forever.
-//! If each UAV in turn only flies commands after which they remain separable, they keep that distance (T. Schouwenaars,
-//! J. How and E. Feron, *Decentralized Cooperative Trajectory Planning of Multiple Aircraft with Hard Safety
-//! Guarantees*, AIAA Guidance, Navigation, and Control Conference 2004).
+//! aircraft at the current one, which end in circles. Some UAVs are *separable* if each has one of the two such that all
+//! pairs keep the required distance forever. If each UAV in turn only flies commands after which they remain separable,
+//! they keep that distance (T. Schouwenaars, J. How and E. Feron, *Decentralized Cooperative Trajectory Planning of
+//! Multiple Aircraft with Hard Safety Guarantees*, AIAA Guidance, Navigation, and Control Conference 2004).
 
 use nalgebra::Vector2;
 
@@ -16,7 +16,7 @@ use crate::math::PI;
 use crate::params::{Integrator, UavParams};
 use crate::time::Duration;
 use crate::uav::{AutopilotModel, Command, UavState};
-use crate::wind::GroundLimits;
+use crate::wind::PredictionLimits;
 
 /// Maximum turn between two consecutive points of a path, rad.
 const TURN_STEP_RAD: f64 = 0.15;
@@ -62,7 +62,7 @@ pub(crate) struct EscapeModel {
     /// Numbers of these pieces.
     pieces: [usize; 2],
     /// Limits within which manoeuvres are predicted.
-    pub(crate) limits: GroundLimits,
+    pub(crate) limits: PredictionLimits,
     /// Maximum deviation of the distance between two flown paths from the distance between the chords of the predicted
     /// ones, m.
     pub(crate) error_m: f64,
@@ -84,7 +84,7 @@ pub(crate) struct Escape {
 }
 
 impl EscapeModel {
-    pub(crate) fn new(limits: GroundLimits, period_s: f64) -> Self {
+    pub(crate) fn new(limits: PredictionLimits, period_s: f64) -> Self {
         let uav = &limits.uav;
         let turn_max = uav.turn_rate_max_rad_s;
         let count = |time_s: f64, most: usize| ((time_s * turn_max / TURN_STEP_RAD).ceil() as usize).clamp(1, most);
@@ -265,7 +265,7 @@ mod tests {
             let bank = (case % 3 == 0).then(BankParams::default);
             let uav = UavParams { speed_lag_s, turn_rate_lag_s, bank, ..TeamParams::paper().uav };
             let period_s = [0.1, 0.5, 1.0, 2.0][drawn.below(4)];
-            let model = EscapeModel::new(GroundLimits::in_wind(uav, 0.0), period_s);
+            let model = EscapeModel::new(PredictionLimits::in_wind(uav, 0.0), period_s);
             let starts = [0, 1].map(|_| drawn_state(&mut drawn, &uav));
             let sides = [0, 1].map(|_| Side::BOTH[drawn.below(2)]);
             let first = [0, 1]
@@ -287,7 +287,7 @@ mod tests {
     #[test]
     fn the_chosen_sides_have_the_smallest_shortfall() {
         let uav = TeamParams::paper().uav;
-        let model = EscapeModel::new(GroundLimits::in_wind(uav, 0.0), 0.5);
+        let model = EscapeModel::new(PredictionLimits::in_wind(uav, 0.0), 0.5);
         let mut drawn = Drawn(3);
         for _ in 0..100 {
             let states = [0; 4].map(|_| drawn_state(&mut drawn, &uav));

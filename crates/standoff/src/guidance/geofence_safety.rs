@@ -1,9 +1,9 @@
 //! Geofence safety: restricts the commands so that a UAV never crosses the outline of a zone.
 //!
 //! Two fallback manoeuvres are the hardest turns to the left and to the right at the lowest speed, or for banking
-//! aircraft at the current one. Both end in circles, which can be flown indefinitely. A state is *safe* if one of them stays clear of every outline forever. A command is
-//! *allowed* if holding it for one period, with the exact response of the UAV including its lags, stays clear and ends
-//! in a safe state.
+//! aircraft at the current one. Both end in circles, which can be flown indefinitely. A state is *safe* if one of them
+//! stays clear of every outline forever. A command is *allowed* if holding it for one period, with the exact response of
+//! the UAV including its lags, stays clear and ends in a safe state.
 //!
 //! If the desired command is allowed, it is flown. Otherwise the nearest allowed command is flown. If no command is
 //! allowed, the fallback manoeuvre that stays furthest from all outlines is flown; from a safe state it stays clear.
@@ -24,7 +24,7 @@ use crate::math::{PI, TAU};
 use crate::params::{Integrator, UavParams};
 use crate::time::Duration;
 use crate::uav::{AutopilotModel, Command, UavState};
-use crate::wind::GroundLimits;
+use crate::wind::PredictionLimits;
 use crate::{Angle, math};
 
 /// Minimum clearance of paths from outlines, m. Larger than the deviation of an arc from its chord between two record
@@ -104,7 +104,7 @@ impl Geofence {
         altitudes_m: [f64; 2],
     ) -> bool {
         let zones = self.part(self.binding(altitudes_m));
-        GeofenceSafety::new(zones, GroundLimits::in_wind(*uav, 0.0), period.s()).is_safe(own)
+        GeofenceSafety::new(zones, PredictionLimits::in_wind(*uav, 0.0), period.s()).is_safe(own)
     }
 }
 
@@ -119,8 +119,8 @@ impl Geofence {
 }
 
 impl GeofenceSafety {
-    pub(crate) fn new(geofence: Geofence, limits: GroundLimits, period_s: f64) -> Self {
-        let GroundLimits { uav, fastest_m_s, .. } = limits;
+    pub(crate) fn new(geofence: Geofence, limits: PredictionLimits, period_s: f64) -> Self {
+        let PredictionLimits { uav, fastest_m_s, .. } = limits;
         let turn_max = uav.turn_rate_max_rad_s;
         let (period, settling) = pieces(&uav, period_s);
         let settled_s = settling.piece_s * f64::from(settling.count);

@@ -133,7 +133,7 @@ proptest! {
     ) {
         let mut team = team();
         team.wind = Some(WindParams { orbit_wind_m_s: stated, ..WindParams::default() });
-        let GroundLimits { uav: limits, fastest_m_s, .. } = team.ground_limits();
+        let PredictionLimits { uav: limits, fastest_m_s, .. } = team.ground_limits();
         let wind = Wind { velocity: Velocity::from_polar(share * stated, Angle::from_deg(wind_deg)) };
         let command = Command {
             speed_m_s: limits.speed_m_s + 0.999 * speed_share * limits.speed_change_max_m_s,
@@ -150,9 +150,9 @@ proptest! {
 #[test]
 fn limits_over_ground_are_those_of_the_airframe_in_calm_air_and_stay_valid_in_strong_wind() {
     let mut team = team();
-    assert_eq!(team.ground_limits(), GroundLimits { uav: team.uav, fastest_m_s: 30.0, wind_m_s: 0.0 });
+    assert_eq!(team.ground_limits(), PredictionLimits { uav: team.uav, fastest_m_s: 30.0, wind_m_s: 0.0 });
     team.wind = Some(WindParams { orbit_wind_m_s: 48.0, ..WindParams::default() });
-    let GroundLimits { uav: limits, fastest_m_s, .. } = team.ground_limits();
+    let PredictionLimits { uav: limits, fastest_m_s, .. } = team.ground_limits();
     assert_eq!((limits.speeds_m_s(), limits.turn_rate_max_rad_s), ([23.0; 2], 0.25 * team.uav.turn_rate_max_rad_s));
     assert_eq!(fastest_m_s, 78.0);
 }

@@ -9,7 +9,7 @@ use crate::math::PI;
 use crate::params::{ClimbParams, TeamParams, UavParams};
 use crate::time::Duration;
 use crate::uav::AutopilotModel;
-use crate::wind::{GroundLimits, Wind};
+use crate::wind::{PredictionLimits, Wind};
 
 const PERIOD_S: f64 = 0.5;
 
@@ -88,7 +88,7 @@ fn fly(fliers: Vec<Flier>, seconds: f64) -> Flown {
 /// Flies with reports that arrive after `latency` time steps.
 fn fly_with(uav: UavParams, mut fliers: Vec<Flier>, seconds: f64, latency: usize) -> Flown {
     let (separation, dt) = (SeparationParams::default(), Duration::from_s(PERIOD_S));
-    let escapes = EscapeModel::new(GroundLimits::in_wind(uav, 0.0), PERIOD_S);
+    let escapes = EscapeModel::new(PredictionLimits::in_wind(uav, 0.0), PERIOD_S);
     let mut manoeuvres = vec![None; fliers.len()];
     let response: AutopilotModel = uav.response(dt);
     let mut flown = Flown { closest_m: f64::INFINITY, avoided: 0, reversals: 0, last: Vec::new(), apart_m: Vec::new() };
@@ -124,7 +124,6 @@ fn fly_with(uav: UavParams, mut fliers: Vec<Flier>, seconds: f64, latency: usize
                 separation: &separation,
                 escapes: &escapes,
                 geofence: None,
-                frame_m_s: 0.0,
                 id: UavId(index as u32),
                 own: &steady(&own),
                 manoeuvre: now[index].manoeuvre,
@@ -381,8 +380,8 @@ fn avoidance_keeps_to_the_geofence() {
     let corners = [(-300.0, -300.0), (300.0, -300.0), (300.0, 300.0), (-300.0, 300.0)];
     let vertices = corners.map(|(x_m, y_m)| Position::from_m(x_m, y_m)).into();
     let geofence = Geofence::new(vec![Zone { kind: ZoneKind::KeepIn, vertices, ..Zone::default() }]).unwrap();
-    let safety = GeofenceSafety::new(geofence, GroundLimits::in_wind(uav, 0.0), PERIOD_S);
-    let escapes = EscapeModel::new(GroundLimits::in_wind(uav, 0.0), PERIOD_S);
+    let safety = GeofenceSafety::new(geofence, PredictionLimits::in_wind(uav, 0.0), PERIOD_S);
+    let escapes = EscapeModel::new(PredictionLimits::in_wind(uav, 0.0), PERIOD_S);
     let mut drawn = crate::guidance::geofence_safety::tests::Drawn(5);
     let (mut safe, mut changed) = (0, 0);
     for case in 0..1000 {
@@ -407,7 +406,6 @@ fn avoidance_keeps_to_the_geofence() {
             separation: &separation,
             escapes: &escapes,
             geofence,
-            frame_m_s: 0.0,
             id,
             own: &steady(&own),
             manoeuvre: None,
@@ -441,7 +439,7 @@ fn pursued(intruder_m_s: f64, direction_deg: f64, seconds: f64) -> (f64, f64) {
         rate_m_s: 0.0,
         steered: ramp,
     };
-    let escapes = EscapeModel::new(GroundLimits::in_wind(uav, 0.0), PERIOD_S);
+    let escapes = EscapeModel::new(PredictionLimits::in_wind(uav, 0.0), PERIOD_S);
     let mut own = UavState::level_flight(Position::from_m(400.0, 0.0), Angle::from_deg(90.0), 40.0);
     let direction = Angle::from_deg(direction_deg);
     let start = own.position + Displacement::from_polar(1000.0, direction);
@@ -455,7 +453,6 @@ fn pursued(intruder_m_s: f64, direction_deg: f64, seconds: f64) -> (f64, f64) {
             separation: &separation,
             escapes: &escapes,
             geofence: None,
-            frame_m_s: 0.0,
             id: UavId(3),
             own: &steady(&own),
             manoeuvre: None,
@@ -493,14 +490,13 @@ fn a_pursuing_intruder_is_avoided() {
 #[test]
 fn a_manoeuvre_against_a_teammate_with_an_old_report_ends_later() {
     let separation = SeparationParams::default();
-    let escapes = EscapeModel::new(GroundLimits::in_wind(params(), 0.0), PERIOD_S);
+    let escapes = EscapeModel::new(PredictionLimits::in_wind(params(), 0.0), PERIOD_S);
     let own = UavState::level_flight(Position::ORIGIN, Angle::from_deg(0.0), 40.0);
     let additional_m = |avoids, aircraft, age_s| {
         let command = Command { speed_m_s: 40.0, turn_rate_rad_s: 0.1 };
         let manoeuvre = Some(Manoeuvre { avoids, command, is_left: true });
         let (escapes, own, geofence, id) = (&escapes, &steady(&own), None, UavId(0));
-        let avoidance =
-            CollisionAvoidance { separation: &separation, escapes, geofence, frame_m_s: 0.0, id, own, manoeuvre };
+        let avoidance = CollisionAvoidance { separation: &separation, escapes, geofence, id, own, manoeuvre };
         let required = avoidance.required(AHEAD_S, BUFFER_M, age_s);
         avoidance.kept(aircraft, required).now_m - required.now_m
     };
