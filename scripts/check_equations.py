@@ -1367,7 +1367,8 @@ def orbit_samples(record, time, orbits, samples, compare):
     settled = ["", "_settled"] if time / 1e6 >= scenario["transient_s"] else [""]
     for row in record.uavs[time].values():
         samples["infeasible_fraction"].append(row.group is not None and not groups[row.group].feasible)
-        samples["turn_rate_saturated_fraction"].append(row.turn_rate_limited)
+        for ending in settled:
+            samples["turn_rate_saturated_fraction" + ending].append(row.turn_rate_limited)
     for group, orbit in groups.items():
         uavs = [row.position for row in record.uavs[time].values() if row.group == group]
         flown, instantaneous = orbits[time].get(group, (None, None))

@@ -47,11 +47,12 @@ const AIRCRAFT: [(&str, &[&str], bool); 5] = [
 ];
 
 /// Metrics in the tables: metric, heading, factor to the unit of the heading.
-const SHOWN: [(&str, &str, f64); 5] = [
+const SHOWN: [(&str, &str, f64); 6] = [
     ("standoff_error_m_settled", "standoff error, true (m)", 1.0),
     ("standoff_error_own_estimate_m_settled", "own estimate (m)", 1.0),
     ("phase_error_deg", "phase (deg)", 1.0),
     ("turn_rate_saturated_fraction", "turn rate at its limit (%)", 100.0),
+    ("turn_rate_saturated_fraction_settled", "the same, settled (%)", 100.0),
     ("custody_fraction", "custody (%)", 100.0),
 ];
 

@@ -121,7 +121,11 @@ impl Needed {
                 "anees_nonmanoeuvring",
                 "anees_manoeuvring",
             ]),
-            limits: choice.includes(&["infeasible_fraction", "turn_rate_saturated_fraction"]),
+            limits: choice.includes(&[
+                "infeasible_fraction",
+                "turn_rate_saturated_fraction",
+                "turn_rate_saturated_fraction_settled",
+            ]),
             control_effort: choice.includes(&[
                 "speed_saturated_fraction",
                 "turn_reversals_per_min",
@@ -202,6 +206,7 @@ struct SoFar {
     uncovered: Mean,
     infeasible: Mean,
     saturated: Mean,
+    saturated_settled: Mean,
     handoffs: u64,
     removals: u64,
     nees: Mean,
@@ -273,7 +278,11 @@ impl Scorer {
             for uav in &frame.uavs {
                 let group = group_of(frame, uav);
                 self.so_far.infeasible.add(f64::from(group.is_some_and(|group| !group.feasible)));
-                self.so_far.saturated.add(f64::from(uav.turn_rate_limited));
+                let saturated = f64::from(uav.turn_rate_limited);
+                self.so_far.saturated.add(saturated);
+                if self.is_settled(frame) {
+                    self.so_far.saturated_settled.add(saturated);
+                }
             }
         }
         if needed.control_effort {
@@ -354,6 +363,7 @@ impl Scorer {
             ungrouped_fraction: self.so_far.uncovered.value(),
             infeasible_fraction: self.so_far.infeasible.value(),
             turn_rate_saturated_fraction: self.so_far.saturated.value(),
+            turn_rate_saturated_fraction_settled: self.so_far.saturated_settled.value(),
             speed_saturated_fraction: self.control_effort.speed_saturated.value(),
             turn_reversals_per_min: self.control_effort.reversals_per_min(period_s),
             reassignments_per_uav_min: self.control_effort.reassignments_per_min(period_s),
@@ -436,9 +446,13 @@ impl Scorer {
         }
     }
 
+    fn is_settled(&self, frame: &Frame) -> bool {
+        frame.time_us as f64 / 1e6 >= self.config.transient_s
+    }
+
     /// Adds radii, phases and distances of the UAVs on one orbit.
     fn orbit(&mut self, frame: &Frame, group: &GroupRow) {
-        let settled = frame.time_us as f64 / 1e6 >= self.config.transient_s;
+        let settled = self.is_settled(frame);
         self.assignments.clear();
         self.assignments.extend(self.uavs.of(group.group).map(|index| at(&frame.uavs[index])));
         let centre = centre(group);
@@ -636,6 +650,22 @@ mod tests {
         (config_of(&scenario.settings), frames(&scenario))
     }
 
+    #[test]
+    fn settled_saturation_counts_from_the_end_of_the_transient() {
+        let (score_config, mut frames) = flown();
+        for frame in &mut frames {
+            let limited = frame.time_us < 20_000_000;
+            frame.uavs.iter_mut().for_each(|uav| uav.turn_rate_limited = limited);
+        }
+        let settled = |transient_s: f64| {
+            let metrics = score(&ScoreConfig { transient_s, ..score_config.clone() }, &frames);
+            assert!(metrics.turn_rate_saturated_fraction > Some(0.0));
+            metrics.turn_rate_saturated_fraction_settled
+        };
+        assert_eq!(settled(20.0), Some(0.0));
+        assert!(settled(19.0) > Some(0.0) && settled(1e6).is_none());
+    }
+
     /// The team's track ids do not matter: the truth of a track is that of its target.
     #[test]
     fn track_ids_do_not_change_scores() {
@@ -681,6 +711,7 @@ mod tests {
             "longest_out_of_view_s",
             "detected_fraction",
             "turn_rate_saturated_fraction",
+            "turn_rate_saturated_fraction_settled",
             "speed_saturated_fraction",
             "turn_reversals_per_min",
             "separation_min_m",

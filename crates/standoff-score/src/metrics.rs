@@ -251,6 +251,8 @@ metrics! {
             infeasible_fraction: f64, "UAV time without a feasible orbit", LARGE, 0.01, GROUPS;
             /// Fraction of UAV time with the turn rate at its limit, 0 to 1.
             turn_rate_saturated_fraction: f64, "UAV time with the turn rate at its limit", LARGE, 0.01, NOTHING;
+            /// `turn_rate_saturated_fraction` from `transient_s` on.
+            turn_rate_saturated_fraction_settled: f64, "UAV time with the turn rate at its limit, steady state", LARGE, 0.01, NOTHING;
             /// Fraction of UAV time with a pointed sensor in which the law commands a speed outside the limits, 0 to 1.
             speed_saturated_fraction: f64, "UAV time with the speed at a limit", LARGE, 0.01, NOTHING;
             /// Reversals of the turn direction per UAV and minute.
