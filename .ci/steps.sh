@@ -17,6 +17,26 @@ note_time() {
     running=
 }
 
+# Runs functions at the same time, and prints the output and the times of each. Fails if one of them fails.
+at_the_same_time() {
+    local lane lanes=() out status=0
+    out=$(mktemp -d)
+    for lane in "$@"; do
+        (
+            times_of_steps=() SECONDS=0
+            trap print_times EXIT
+            "$lane"
+        ) >"$out/$lane" 2>&1 &
+        lanes+=($!)
+    done
+    for lane in "${lanes[@]}"; do
+        wait "$lane" || status=1
+    done
+    cat "$out"/*
+    rm -r "$out"
+    return "$status"
+}
+
 print_times() {
     [ -z "$running" ] || note_time ": FAILED"
     printf '\n== times\n'
